@@ -1,0 +1,254 @@
+//! The rigid body: fixtures, mass, inertia, and where it bears on the floor.
+
+use crate::ModelError;
+use crate::polygon::{contains, moments};
+
+/// One piece of a body, of uniform density.
+#[derive(Clone, Debug, PartialEq)]
+pub enum Fixture {
+    /// A simple polygon, vertices in m, object frame.
+    Polygon {
+        /// Corners in order, either orientation.
+        vertices: Vec<[f64; 2]>,
+        /// Mass per area relative to the other fixtures.
+        density: f64,
+    },
+    /// A disc, m, object frame.
+    Disc {
+        /// Its centre.
+        center: [f64; 2],
+        /// Its radius.
+        radius: f64,
+        /// Mass per area relative to the other fixtures.
+        density: f64,
+    },
+}
+
+impl Fixture {
+    /// Density-weighted area, first moments and polar second moment about the object origin.
+    fn moments(&self) -> (f64, [f64; 2], f64) {
+        let (density, (area, first, polar)) = match self {
+            Self::Polygon { vertices, density } => (*density, moments(vertices)),
+            Self::Disc { center: [x, y], radius, density } => {
+                let area = std::f64::consts::PI * radius * radius;
+                let polar = area * (radius * radius / 2.0 + x * x + y * y);
+                (*density, (area, [area * x, area * y], polar))
+            }
+        };
+        (density * area, first.map(|m| density * m), density * polar)
+    }
+
+    fn contains(&self, [x, y]: [f64; 2]) -> bool {
+        match self {
+            Self::Polygon { vertices, .. } => contains(vertices, [x, y]),
+            Self::Disc { center, radius, .. } => (x - center[0]).hypot(y - center[1]) <= *radius,
+        }
+    }
+
+    /// Smallest and largest coordinates, `[[x, y], [x, y]]`, m.
+    fn bounds(&self) -> [[f64; 2]; 2] {
+        match self {
+            Self::Polygon { vertices, .. } => vertices.iter().fold(NOWHERE, |[low, high], p| {
+                [[low[0].min(p[0]), low[1].min(p[1])], [high[0].max(p[0]), high[1].max(p[1])]]
+            }),
+            Self::Disc { center: [x, y], radius: r, .. } => [[x - r, y - r], [x + r, y + r]],
+        }
+    }
+}
+
+const NOWHERE: [[f64; 2]; 2] = [[f64::INFINITY; 2], [f64::NEG_INFINITY; 2]];
+
+/// A place where the body bears on the floor.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub struct Support {
+    /// Object frame, m.
+    pub point: [f64; 2],
+    /// Share of the weight that rests here; all shares add up to one.
+    pub share: f64,
+}
+
+/// Geometry and mass distribution of a rigid body; everything per unit of mass but `mass`.
+#[derive(Clone, Debug, PartialEq)]
+pub struct Body {
+    /// Shape, object frame; empty for a point on a rail.
+    pub fixtures: Vec<Fixture>,
+    /// Mass, kg.
+    pub mass: f64,
+    /// Mass centre, object frame, m.
+    pub com: [f64; 2],
+    /// Radius of gyration about the mass centre, m.
+    pub gyration: f64,
+    /// Where it stands; from the caller, or a grid over the footprint (a flat face).
+    pub support: Vec<Support>,
+    /// The support points as given, for writing the body down again.
+    pub feet: Option<Vec<[f64; 2]>>,
+}
+
+/// Points along the longer side of the grid that stands for a flat face.
+const FACE_GRID: usize = 6;
+
+impl Body {
+    /// A body of uniform density over one polygon. `mass` in kg.
+    ///
+    /// # Errors
+    /// When the polygon has no area or the mass is not positive.
+    pub fn from_footprint(footprint: &[[f64; 2]], mass: f64) -> Result<Self, ModelError> {
+        Self::from_fixtures(vec![Fixture::Polygon { vertices: footprint.to_vec(), density: 1.0 }], mass)
+    }
+
+    /// A body made of several fixtures of given relative density. `mass` in kg.
+    ///
+    /// # Errors
+    /// When the fixtures have no area or the mass is not positive.
+    pub fn from_fixtures(fixtures: Vec<Fixture>, mass: f64) -> Result<Self, ModelError> {
+        check_mass(mass)?;
+        let (mut weight, mut first, mut polar) = (0.0, [0.0; 2], 0.0);
+        for (w, [fx, fy], p) in fixtures.iter().map(Fixture::moments) {
+            weight += w;
+            first = [first[0] + fx, first[1] + fy];
+            polar += p;
+        }
+        if !(weight.is_finite() && weight > 0.0) {
+            return Err(ModelError::NoArea);
+        }
+        let com = first.map(|m| m / weight);
+        let gyration = (polar / weight - com[0] * com[0] - com[1] * com[1]).max(0.0).sqrt();
+        let support = face(&fixtures, com);
+        Ok(Self { fixtures, mass, com, gyration, support, feet: None })
+    }
+
+    /// A point mass, for an object on a rail that has no footprint. `mass` in kg.
+    ///
+    /// # Errors
+    /// When the mass is not positive.
+    pub fn point(mass: f64) -> Result<Self, ModelError> {
+        check_mass(mass)?;
+        let support = vec![Support { point: [0.0; 2], share: 1.0 }];
+        Ok(Self { fixtures: vec![], mass, com: [0.0; 2], gyration: 1.0, support, feet: None })
+    }
+
+    /// The same body standing on `feet` (object frame, m), which share its weight as statics
+    /// demands: exactly for three, by least squares for more.
+    #[must_use]
+    pub fn standing_on(mut self, feet: &[[f64; 2]]) -> Self {
+        if !feet.is_empty() {
+            self.support = shares(feet, self.com);
+            self.feet = Some(feet.to_vec());
+        }
+        self
+    }
+
+    /// Moment of inertia about the mass centre, kg·m².
+    pub fn inertia(&self) -> f64 {
+        self.mass * self.gyration * self.gyration
+    }
+
+    /// Smallest and largest coordinates of the shape, `[[x, y], [x, y]]`, m, object frame.
+    pub fn bounds(&self) -> [[f64; 2]; 2] {
+        if self.fixtures.is_empty() {
+            return [[0.0; 2]; 2];
+        }
+        bounds(&self.fixtures)
+    }
+}
+
+fn check_mass(mass: f64) -> Result<(), ModelError> {
+    if mass.is_finite() && mass > 0.0 { Ok(()) } else { Err(ModelError::Mass(mass)) }
+}
+
+fn bounds(fixtures: &[Fixture]) -> [[f64; 2]; 2] {
+    fixtures
+        .iter()
+        .map(Fixture::bounds)
+        .fold(NOWHERE, |[a, b], [c, d]| [[a[0].min(c[0]), a[1].min(c[1])], [b[0].max(d[0]), b[1].max(d[1])]])
+}
+
+/// A flat face: equal pressure on a grid of points inside the fixtures.
+fn face(fixtures: &[Fixture], com: [f64; 2]) -> Vec<Support> {
+    let [low, high] = bounds(fixtures);
+    let step = (high[0] - low[0]).max(high[1] - low[1]) / FACE_GRID as f64;
+    let mut points = vec![];
+    for i in 0..FACE_GRID {
+        for j in 0..FACE_GRID {
+            let point = [low[0] + (i as f64 + 0.5) * step, low[1] + (j as f64 + 0.5) * step];
+            if fixtures.iter().any(|f| f.contains(point)) {
+                points.push(point);
+            }
+        }
+    }
+    if points.is_empty() {
+        points.push(com);
+    }
+    let share = 1.0 / points.len() as f64;
+    points.into_iter().map(|point| Support { point, share }).collect()
+}
+
+/// Static weight shares: least squares around equal shares subject to Σs = 1, Σs·p = com;
+/// negative ones (a foot that would lift) are cut to zero.
+fn shares(feet: &[[f64; 2]], com: [f64; 2]) -> Vec<Support> {
+    let n = feet.len() as f64;
+    let center = [0, 1].map(|k| feet.iter().map(|p| p[k]).sum::<f64>() / n);
+    let (mut sxx, mut sxy, mut syy) = (0.0, 0.0, 0.0);
+    for p in feet {
+        let (x, y) = (p[0] - center[0], p[1] - center[1]);
+        sxx += x * x;
+        sxy += x * y;
+        syy += y * y;
+    }
+    let det = sxx * syy - sxy * sxy;
+    let (dx, dy) = (com[0] - center[0], com[1] - center[1]);
+    // Feet in a line (or one foot) cannot balance a moment: they share equally.
+    let (a, b) = if det > 1e-12 * (sxx + syy).powi(2) {
+        ((syy * dx - sxy * dy) / det, (sxx * dy - sxy * dx) / det)
+    } else {
+        (0.0, 0.0)
+    };
+    let raw: Vec<f64> =
+        feet.iter().map(|p| (1.0 / n + a * (p[0] - center[0]) + b * (p[1] - center[1])).max(0.0)).collect();
+    let total: f64 = raw.iter().sum();
+    feet.iter().zip(raw).map(|(&point, s)| Support { point, share: s / total }).collect()
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    const TABLE: [[f64; 2]; 4] = [[-0.6, -0.4], [0.6, -0.4], [0.6, 0.4], [-0.6, 0.4]];
+
+    #[test]
+    fn rectangle_has_the_textbook_inertia() {
+        let body = Body::from_footprint(&TABLE, 22.0).unwrap();
+        assert!((body.inertia() - 22.0 * (1.2f64.powi(2) + 0.8f64.powi(2)) / 12.0).abs() < 1e-12);
+        assert!(body.com[0].abs() < 1e-15 && body.com[1].abs() < 1e-15);
+        assert!((body.support.iter().map(|s| s.share).sum::<f64>() - 1.0).abs() < 1e-12);
+    }
+
+    #[test]
+    fn a_disc_beside_a_square_balances_by_area_and_density() {
+        let square =
+            Fixture::Polygon { vertices: vec![[0.0, 0.0], [1.0, 0.0], [1.0, 1.0], [0.0, 1.0]], density: 1.0 };
+        let disc = Fixture::Disc { center: [3.0, 0.5], radius: 1.0, density: std::f64::consts::FRAC_1_PI };
+        let body = Body::from_fixtures(vec![square, disc], 2.0).unwrap();
+        assert!((body.com[0] - 1.75).abs() < 1e-12 && (body.com[1] - 0.5).abs() < 1e-12);
+        let expected = (1.0 / 6.0 + 1.25f64.powi(2)) + (0.5 + 1.25f64.powi(2));
+        assert!((body.inertia() - expected).abs() < 1e-12);
+    }
+
+    #[test]
+    fn three_feet_carry_what_statics_says() {
+        let body = Body::from_footprint(&[[0.0, 0.0], [0.15, 0.0], [0.0, 0.15]], 1.5).unwrap();
+        let feet = [[0.01, 0.01], [0.13, 0.01], [0.01, 0.13]];
+        let support = body.clone().standing_on(&feet).support;
+        for k in 0..2 {
+            let moment: f64 = support.iter().map(|s| s.share * s.point[k]).sum();
+            assert!((moment - body.com[k]).abs() < 1e-12);
+        }
+    }
+
+    #[test]
+    fn impossible_bodies_are_refused() {
+        assert!(matches!(Body::from_footprint(&TABLE, 0.0), Err(ModelError::Mass(_))));
+        assert!(matches!(Body::from_footprint(&[[0.0, 0.0], [1.0, 0.0]], 1.0), Err(ModelError::NoArea)));
+        assert!(matches!(Body::from_footprint(&TABLE, f64::NAN), Err(ModelError::Mass(_))));
+    }
+}

@@ -1,0 +1,74 @@
+//! Every effect there is. Adding one is its file, and one line at the end of this one.
+
+use crate::effects;
+use crate::law::{Act, Action, Clock, Situation, Spec};
+use crate::{Body, Real};
+
+macro_rules! catalogue {
+    ($($module:ident :: $Law:ident),* $(,)?) => {
+        /// Which effect.
+        #[derive(Clone, Copy, Debug, PartialEq, Eq, Hash, PartialOrd, Ord)]
+        pub enum Kind { $(
+            #[doc = concat!("`", stringify!($module), "`")]
+            $Law
+        ),* }
+
+        impl Kind {
+            /// Every kind, in the catalogue's order.
+            pub const ALL: &'static [Kind] = &[$(Kind::$Law),*];
+
+            /// Parameters, citation and sentence.
+            pub fn spec(self) -> &'static Spec {
+                match self { $(Kind::$Law => &effects::$module::SPEC),* }
+            }
+        }
+
+        /// A law with its parameters in place.
+        #[derive(Clone, Debug)]
+        pub enum Law<T> { $(
+            #[doc = concat!("`", stringify!($module), "`")]
+            $Law(effects::$module::$Law<T>)
+        ),* }
+
+        impl<T: Real> Law<T> {
+            /// A law from values in the order of its parameters.
+            pub(crate) fn new(kind: Kind, values: &[T], body: &Body) -> Self {
+                match kind { $(Kind::$Law => Law::$Law(Act::new(values, body))),* }
+            }
+
+            /// Add the wrench on the object.
+            #[inline]
+            pub(crate) fn act(&self, at: &Situation<T>, sum: &mut Action<T>) {
+                match self { $(Law::$Law(law) => law.act(at, sum)),* }
+            }
+
+            /// Turn a reading into the truth.
+            #[inline]
+            pub(crate) fn correct(&self, reading: [T; 3], clock: Clock) -> [T; 3] {
+                match self { $(Law::$Law(law) => law.correct(reading, clock)),* }
+            }
+        }
+    };
+}
+
+/// Every effect's entry, in the catalogue's order.
+pub fn catalogue() -> impl Iterator<Item = &'static Spec> {
+    Kind::ALL.iter().map(|kind| kind.spec())
+}
+
+impl Kind {
+    /// The kind of this name.
+    pub fn from_name(name: &str) -> Option<Self> {
+        Self::ALL.iter().copied().find(|kind| kind.spec().kind == name)
+    }
+}
+
+catalogue! {
+    viscous_wheel::ViscousWheel,
+    coulomb_friction::CoulombFriction,
+    support_friction::SupportFriction,
+    support_drag::SupportDrag,
+    directional_friction::DirectionalFriction,
+    force_bias::ForceBias,
+    floor_slope::FloorSlope,
+}

@@ -1,0 +1,62 @@
+//! Dry friction at one point of the body: a dragging foot, a jammed caster.
+//!
+//! ```text
+//! F = −f(|v|) v / √(|v|² + ε²),   v: velocity of the point
+//! ```
+
+use super::dry::Dry;
+use super::{on_body, positive};
+use crate::law::{Act, Acting, Action, Situation, Spec, take};
+use crate::{Body, Real};
+
+pub(crate) static SPEC: Spec = Spec {
+    kind: "coulomb_friction",
+    effect: "coulomb_friction",
+    summary: "dry friction at a point: stiction, sliding, Stribeck",
+    source: "Armstrong-Hélouvry, Dupont, Canudas de Wit 1994",
+    acting: Acting::Object,
+    dissipative: true,
+    params: &[
+        on_body("x", 0, "where it rubs, object frame"),
+        on_body("y", 1, "where it rubs, object frame"),
+        positive("force", "N", 1e5, (10.0, 1.5), "sliding friction"),
+        positive(
+            "static_force",
+            "N",
+            1e5,
+            (15.0, 1.5),
+            "breakaway friction; at or below `force`: none in excess",
+        )
+        .refinement(0.0),
+        positive(
+            "stribeck_velocity",
+            "m/s",
+            10.0,
+            (0.01, 1.0),
+            "speed over which the breakaway friction fades",
+        )
+        .refinement(0.01),
+    ],
+    neutral: &[("force", 0.0)],
+    sentence: "Dry friction of {force} acts at ({x}, {y}).",
+};
+
+/// The law in place.
+#[derive(Clone, Debug)]
+pub struct CoulombFriction<T> {
+    point: [T; 2],
+    dry: Dry<T>,
+}
+
+impl<T: Real> Act<T> for CoulombFriction<T> {
+    fn new(values: &[T], _body: &Body) -> Self {
+        let [x, y, force, static_force, stribeck] = take(values);
+        Self { point: [x, y], dry: Dry { force, static_force, stribeck } }
+    }
+
+    #[inline]
+    fn act(&self, at: &Situation<T>, sum: &mut Action<T>) {
+        let c = self.dry.coefficient(at.velocity(self.point));
+        sum.drag_at(self.point, [c, T::zero(), c]);
+    }
+}

@@ -1,0 +1,60 @@
+//! Viscous friction that differs between forth and back along one direction of the body:
+//! a worn guide, brushed felt, a drive with asymmetric losses.
+//!
+//! ```text
+//! F = −Δμ |v·n| n,   n = (cos angle, sin angle), at the object origin
+//! ```
+//! The odd part belongs to the wheel; this is the even part, so it can push as well as brake
+//! and needs a wheel with μ ≥ |Δμ| beside it to be a friction.
+
+use super::{angle, signed};
+use crate::law::{Act, Acting, Action, Situation, Spec, take};
+use crate::{Body, Real};
+use std::f64::consts::PI;
+
+pub(crate) static SPEC: Spec = Spec {
+    kind: "directional_friction",
+    effect: "directional_friction",
+    summary: "viscous friction that differs between forth and back along a body direction",
+    source: "Janot, Gautier, Brunot 2019 (EMPS), direction-dependent model",
+    acting: Acting::Object,
+    dissipative: false,
+    params: &[
+        angle("angle", PI, "the direction, object frame"),
+        signed(
+            "difference",
+            "N·s/m",
+            1e6,
+            30.0,
+            "half of forth less back: μ is raised by this forth, lowered back",
+        ),
+    ],
+    neutral: &[("difference", 0.0)],
+    sentence: "Friction depends on direction: viscous friction differs by ±{difference} between forth and back.",
+};
+
+/// Speed over which the absolute value is rounded off, m/s.
+const ROUND: f64 = 1e-3;
+
+/// The law in place.
+#[derive(Clone, Debug)]
+pub struct DirectionalFriction<T> {
+    normal: [T; 2],
+    difference: T,
+}
+
+impl<T: Real> Act<T> for DirectionalFriction<T> {
+    fn new(values: &[T], _body: &Body) -> Self {
+        let [angle, difference] = take(values);
+        let (sin, cos) = angle.sin_cos();
+        Self { normal: [cos, sin], difference }
+    }
+
+    #[inline]
+    fn act(&self, at: &Situation<T>, sum: &mut Action<T>) {
+        let [nx, ny] = self.normal;
+        let along = at.twist[0] * nx + at.twist[1] * ny;
+        let size = self.difference * ((along.squared() + ROUND * ROUND).sqrt() - ROUND);
+        sum.push_at([T::zero(); 2], [-(size * nx), -(size * ny)]);
+    }
+}

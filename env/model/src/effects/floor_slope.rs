@@ -1,0 +1,44 @@
+//! A floor that is not level: a constant acceleration in the world, once in contact
+//! (until then whatever held the object still holds it).
+
+use super::signed;
+use crate::law::{Act, Acting, Action, Situation, Spec, take};
+use crate::{Body, Real};
+
+pub(crate) static SPEC: Spec = Spec {
+    kind: "floor_slope",
+    effect: "floor_slope",
+    summary: "a sloping floor: a constant acceleration in the world, once in contact",
+    source: "gravity's component along the floor, g·sin(slope)",
+    acting: Acting::Object,
+    dissipative: false,
+    params: &[
+        signed("accel_x", "m/s²", 10.0, 0.2, "acceleration along world x"),
+        signed("accel_y", "m/s²", 10.0, 0.2, "acceleration along world y").planar(),
+    ],
+    neutral: &[("accel_x", 0.0), ("accel_y", 0.0)],
+    sentence: "The floor slopes: it accelerates the object by ({accel_x}, {accel_y}) in the world.",
+};
+
+/// The law in place.
+#[derive(Clone, Debug)]
+pub struct FloorSlope<T> {
+    accel: [T; 2],
+}
+
+impl<T: Real> Act<T> for FloorSlope<T> {
+    fn new(values: &[T], _body: &Body) -> Self {
+        let [x, y] = take(values);
+        Self { accel: [x, y] }
+    }
+
+    #[inline]
+    fn act(&self, at: &Situation<T>, sum: &mut Action<T>) {
+        if !at.clock.in_contact() {
+            return;
+        }
+        let (sin, cos) = at.heading;
+        let [ax, ay] = self.accel.map(|a| a * at.mass);
+        sum.push_at(at.com, [cos * ax + sin * ay, cos * ay - sin * ax]);
+    }
+}

@@ -1,0 +1,54 @@
+//! An offset of the force-torque sensor that the tare did not take away, or that drifts.
+//!
+//! ```text
+//! reading = truth + b + d (t − t_contact),   sensor axes, from contact on
+//! ```
+
+use super::signed;
+use crate::law::{Act, Acting, Clock, Spec, take};
+use crate::{Body, Real};
+
+pub(crate) static SPEC: Spec = Spec {
+    kind: "force_bias",
+    effect: "force_bias",
+    summary: "an offset of the force-torque reading that remains after the tare, or drifts",
+    source: "reading less truth, sensor frame",
+    acting: Acting::Instrument,
+    dissipative: false,
+    params: &[
+        signed("force_x", "N", 1e4, 2.0, "offset at contact"),
+        signed("force_y", "N", 1e4, 2.0, "offset at contact").planar(),
+        signed("torque_z", "N·m", 1e4, 0.5, "offset at contact").planar(),
+        signed("drift_x", "N/s", 1e3, 0.3, "growth of the offset").refinement(0.0),
+        signed("drift_y", "N/s", 1e3, 0.3, "growth of the offset").refinement(0.0).planar(),
+    ],
+    neutral: &[("force_x", 0.0), ("force_y", 0.0), ("torque_z", 0.0)],
+    sentence: "The force sensor reads ({force_x}, {force_y}) and {torque_z} too much.",
+};
+
+/// The law in place.
+#[derive(Clone, Debug)]
+pub struct ForceBias<T> {
+    offset: [T; 3],
+    drift: [T; 2],
+}
+
+impl<T: Real> Act<T> for ForceBias<T> {
+    fn new(values: &[T], _body: &Body) -> Self {
+        let [fx, fy, tz, dx, dy] = take(values);
+        Self { offset: [fx, fy, tz], drift: [dx, dy] }
+    }
+
+    #[inline]
+    fn correct(&self, reading: [T; 3], clock: Clock) -> [T; 3] {
+        if !clock.in_contact() {
+            return reading;
+        }
+        let t = clock.since_contact;
+        [
+            reading[0] - self.offset[0] - self.drift[0] * t,
+            reading[1] - self.offset[1] - self.drift[1] * t,
+            reading[2] - self.offset[2],
+        ]
+    }
+}

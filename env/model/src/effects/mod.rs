@@ -1,0 +1,66 @@
+//! The laws, one file each.
+
+pub(crate) mod coulomb_friction;
+pub(crate) mod directional_friction;
+mod dry;
+pub(crate) mod floor_slope;
+pub(crate) mod force_bias;
+pub(crate) mod support_drag;
+pub(crate) mod support_friction;
+pub(crate) mod viscous_wheel;
+
+use crate::law::{Param, Prior};
+use std::f64::consts::PI;
+
+/// Coordinate of a point on the body along `axis` (0: x, 1: y).
+const fn on_body(name: &'static str, axis: usize, help: &'static str) -> Param {
+    let prior = Prior::OnBody(axis);
+    Param { name, unit: "m", lower: -10.0, upper: 10.0, prior, refinement: None, on_rail: false, help }
+}
+
+/// An angle with a period.
+const fn angle(name: &'static str, period: f64, help: &'static str) -> Param {
+    let prior = Prior::Angle(period);
+    Param {
+        name,
+        unit: "rad",
+        lower: -2.0 * PI,
+        upper: 2.0 * PI,
+        prior,
+        refinement: None,
+        on_rail: false,
+        help,
+    }
+}
+
+/// A parameter that cannot be negative, log-normal a priori with a spread `sd` in e-folds.
+const fn positive(
+    name: &'static str,
+    unit: &'static str,
+    upper: f64,
+    (median, sd): (f64, f64),
+    help: &'static str,
+) -> Param {
+    let prior = Prior::LogNormal { median, sd };
+    Param { name, unit, lower: 0.0, upper, prior, refinement: None, on_rail: true, help }
+}
+
+/// A parameter of either sign, normal a priori around zero.
+const fn signed(name: &'static str, unit: &'static str, limit: f64, sd: f64, help: &'static str) -> Param {
+    let prior = Prior::Normal { mean: 0.0, sd };
+    Param { name, unit, lower: -limit, upper: limit, prior, refinement: None, on_rail: true, help }
+}
+
+impl Param {
+    /// Left at `value` unless asked for: the law then is the simple one.
+    const fn refinement(mut self, value: f64) -> Self {
+        self.refinement = Some(value);
+        self
+    }
+
+    /// Of no meaning on a rail.
+    const fn planar(mut self) -> Self {
+        self.on_rail = false;
+        self
+    }
+}

@@ -1,0 +1,60 @@
+//! Dry friction under the whole body: the sum over its support points, each loaded by its share
+//! of the weight (Zhou et al. 2016, eq. 2, for known points of support).
+
+use super::dry::Dry;
+use super::positive;
+use crate::law::{Act, Acting, Action, Situation, Spec, take};
+use crate::{Body, Real, Support};
+
+pub(crate) static SPEC: Spec = Spec {
+    kind: "support_friction",
+    effect: "coulomb_friction",
+    summary: "dry friction under the whole body, shared by its support points",
+    source: "Zhou, Paolini, Bagnell, Mason 2016; Goyal, Ruina, Papadopoulos 1991",
+    acting: Acting::Object,
+    dissipative: true,
+    params: &[
+        positive("force", "N", 1e5, (10.0, 1.5), "sliding friction of the whole body"),
+        positive(
+            "static_force",
+            "N",
+            1e5,
+            (15.0, 1.5),
+            "breakaway friction; at or below `force`: none in excess",
+        )
+        .refinement(0.0),
+        positive(
+            "stribeck_velocity",
+            "m/s",
+            10.0,
+            (0.01, 1.0),
+            "speed over which the breakaway friction fades",
+        )
+        .refinement(0.01),
+    ],
+    neutral: &[("force", 0.0)],
+    sentence: "Dry friction of {force} acts under the whole body.",
+};
+
+/// The law in place.
+#[derive(Clone, Debug)]
+pub struct SupportFriction<T> {
+    support: Vec<Support>,
+    dry: Dry<T>,
+}
+
+impl<T: Real> Act<T> for SupportFriction<T> {
+    fn new(values: &[T], body: &Body) -> Self {
+        let [force, static_force, stribeck] = take(values);
+        Self { support: body.support.clone(), dry: Dry { force, static_force, stribeck } }
+    }
+
+    #[inline]
+    fn act(&self, at: &Situation<T>, sum: &mut Action<T>) {
+        for support in &self.support {
+            let point = support.point.map(T::lift);
+            let c = self.dry.coefficient(at.velocity(point)) * support.share;
+            sum.drag_at(point, [c, T::zero(), c]);
+        }
+    }
+}

@@ -1,0 +1,53 @@
+//! One anisotropic viscous wheel: the paper's `J_w = ⟨w_x, w_y, w_θ, μ_x, μ_y⟩`.
+//!
+//! ```text
+//! F = −R(w_θ) diag(μ_x, μ_y) R(w_θ)ᵀ v(w)            (eq. 1–2)
+//! ```
+//! The paper's eq. 2 omits the sign and the rotation by `w_θ`; both are meant.
+
+use super::{angle, on_body, positive};
+use crate::law::{Act, Acting, Action, Situation, Spec, take};
+use crate::{Body, Real};
+
+pub(crate) static SPEC: Spec = Spec {
+    kind: "viscous_wheel",
+    effect: "viscous_wheel",
+    summary: "a wheel, track or slide: viscous friction along and across its rolling direction",
+    source: "Scholz et al., eq. 1-2",
+    acting: Acting::Object,
+    dissipative: true,
+    params: &[
+        on_body("x", 0, "wheel position, object frame"),
+        on_body("y", 1, "wheel position, object frame"),
+        angle("angle", std::f64::consts::PI, "rolling direction, object frame").planar(),
+        positive("mu_x", "N·s/m", 1e6, (30.0, 2.0), "viscous friction along the rolling direction"),
+        positive("mu_y", "N·s/m", 1e6, (30.0, 2.0), "viscous friction across it").planar(),
+    ],
+    neutral: &[("mu_x", 0.0), ("mu_y", 0.0)],
+    sentence: "A viscous wheel at ({x}, {y}) resists with {mu_x} along and {mu_y} across its rolling direction.",
+};
+
+/// The law in place: position and damping matrix `[xx, xy, yy]`.
+#[derive(Clone, Debug)]
+pub struct ViscousWheel<T> {
+    point: [T; 2],
+    drag: [T; 3],
+}
+
+impl<T: Real> Act<T> for ViscousWheel<T> {
+    fn new(values: &[T], _body: &Body) -> Self {
+        let [x, y, angle, mu_x, mu_y] = take(values);
+        let (sin, cos) = angle.sin_cos();
+        let drag = [
+            mu_x * cos.squared() + mu_y * sin.squared(),
+            (mu_x - mu_y) * sin * cos,
+            mu_x * sin.squared() + mu_y * cos.squared(),
+        ];
+        Self { point: [x, y], drag }
+    }
+
+    #[inline]
+    fn act(&self, _at: &Situation<T>, sum: &mut Action<T>) {
+        sum.drag_at(self.point, self.drag);
+    }
+}

@@ -1,0 +1,65 @@
+//! What can be wrong with a model.
+
+use thiserror::Error;
+
+/// Why a model cannot be built or read.
+#[derive(Debug, Error, PartialEq)]
+pub enum ModelError {
+    /// The mass is not a positive number.
+    #[error("body.mass = {0}: a mass must be positive and finite (kg)")]
+    Mass(f64),
+    /// The shape encloses nothing.
+    #[error(
+        "the footprint encloses no area: give at least three corners that are not in a line (m, object frame)"
+    )]
+    NoArea,
+    /// Not in the catalogue.
+    #[error("effect {index}: unknown kind `{kind}`; known are {known}")]
+    UnknownKind {
+        /// Position in the file, from 1.
+        index: usize,
+        /// As written.
+        kind: String,
+        /// All kinds.
+        known: String,
+    },
+    /// Not a parameter of this effect.
+    #[error("effect {index} (`{kind}`): unknown key `{key}`; its parameters are {known}")]
+    UnknownParameter {
+        /// Position in the file, from 1.
+        index: usize,
+        /// The effect.
+        kind: &'static str,
+        /// As written.
+        key: String,
+        /// The parameters that it has.
+        known: String,
+    },
+    /// A value outside its bounds.
+    #[error("{name} = {value}: must lie in [{lower}, {upper}] {unit}")]
+    OutOfBounds {
+        /// Full name, `effect.parameter`.
+        name: String,
+        /// As given.
+        value: f64,
+        /// Smallest legal value.
+        lower: f64,
+        /// Largest legal value.
+        upper: f64,
+        /// Unit of all three.
+        unit: &'static str,
+    },
+    /// Two lists that must have the same length do not.
+    #[error("{what}: {got} values where {expected} are needed")]
+    Length {
+        /// Which list.
+        what: &'static str,
+        /// Its length.
+        got: usize,
+        /// The length it must have.
+        expected: usize,
+    },
+    /// The file is not a model.
+    #[error("{0}")]
+    Format(String),
+}

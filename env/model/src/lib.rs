@@ -1,0 +1,30 @@
+//! The physics of a pushed body, written once.
+//!
+//! A [`Model`] is a rigid body plus a list of effects, each a small law with named parameters.
+//! Laws are generic over [`Real`], so that the environment (`f64`), the estimator's exact
+//! gradients ([`Dual`]) and the planner share the very same lines. Pure mathematics: no engine,
+//! no input or output, no clock.
+//!
+//! Units are SI, angles radians; a *wrench* is `[f_x, f_y, τ]`, a *twist* `[v_x, v_y, ω]`.
+
+mod body;
+mod catalogue;
+mod dual;
+mod effects;
+mod error;
+mod file;
+mod law;
+mod model;
+mod plant;
+mod polygon;
+mod real;
+
+pub use body::{Body, Fixture, Support};
+pub use catalogue::{Kind, Law, catalogue};
+pub use dual::Dual;
+pub use error::ModelError;
+pub use file::Posterior;
+pub use law::{Acting, Action, Clock, Param, Prior, Situation, Spec};
+pub use model::{Effect, Model, Slot};
+pub use plant::{Plant, State, to_body, to_world, transport};
+pub use real::Real;

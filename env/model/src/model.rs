@@ -1,0 +1,216 @@
+//! A model: a body and its effects, some values given and some free.
+
+use crate::law::{Param, Prior};
+use crate::{Body, Kind, Law, ModelError, Plant, Real};
+use std::collections::BTreeMap;
+
+/// An effect of a model.
+#[derive(Clone, Debug, PartialEq)]
+pub struct Effect {
+    /// Which law.
+    pub kind: Kind,
+    /// Its values, in the order of [`crate::Spec::params`]; `None` is free.
+    pub values: Vec<Option<f64>>,
+}
+
+impl Effect {
+    /// An effect with every essential parameter free, and the refinements left out.
+    pub fn free(kind: Kind) -> Self {
+        Self { kind, values: kind.spec().params.iter().map(|p| p.refinement).collect() }
+    }
+
+    /// The same with one value given, or set free by `None`; an unknown name changes nothing.
+    #[must_use]
+    pub fn with(mut self, name: &str, value: Option<f64>) -> Self {
+        if let Some(k) = self.kind.spec().params.iter().position(|p| p.name == name) {
+            self.values[k] = value;
+        }
+        self
+    }
+}
+
+/// A rigid body plus a list of effects.
+#[derive(Clone, Debug, PartialEq)]
+pub struct Model {
+    /// The body. Its mass is the starting guess where [`Model::mass`] is free.
+    pub body: Body,
+    /// Mass, kg; `None` is free.
+    pub mass: Option<f64>,
+    /// Directions in which the object can move: x, y, θ.
+    pub dof: [bool; 3],
+    /// What acts on it.
+    pub effects: Vec<Effect>,
+}
+
+/// One scalar parameter of a model.
+#[derive(Clone, Debug, PartialEq)]
+pub struct Slot {
+    /// `body.mass`, `coulomb_friction.force`, `coulomb_friction_2.force`, …
+    pub name: String,
+    /// SI unit.
+    pub unit: &'static str,
+    /// Smallest legal value.
+    pub lower: f64,
+    /// Largest legal value.
+    pub upper: f64,
+    /// Belief before the data.
+    pub prior: Prior,
+    /// Its value, or free.
+    pub value: Option<f64>,
+    /// Index into [`Model::effects`]; `None` for the body's own.
+    pub effect: Option<usize>,
+}
+
+impl Model {
+    /// The simulation under test of the paper (eq. 3): a rigid body with one anisotropic viscous
+    /// wheel, all six parameters free.
+    pub fn nominal(body: Body, mass: Option<f64>, dof: [bool; 3]) -> Self {
+        Self { body, mass, dof, effects: vec![Effect::free(Kind::ViscousWheel)] }
+    }
+
+    /// Whether the object is on a rail along x.
+    pub fn on_rail(&self) -> bool {
+        !self.dof[1] && !self.dof[2]
+    }
+
+    /// The same model with one more effect.
+    #[must_use]
+    pub fn with(mut self, effect: Effect) -> Self {
+        self.effects.push(effect);
+        self
+    }
+
+    /// Name of each effect within this model: its kind, numbered from the second of a kind on.
+    pub fn effect_names(&self) -> Vec<String> {
+        let mut seen: BTreeMap<Kind, usize> = BTreeMap::new();
+        let name = |effect: &Effect| {
+            let count = seen.entry(effect.kind).or_default();
+            *count += 1;
+            let kind = effect.kind.spec().kind;
+            if *count == 1 { kind.to_owned() } else { format!("{kind}_{count}") }
+        };
+        self.effects.iter().map(name).collect()
+    }
+
+    /// Every scalar parameter: the mass first, then each effect's in order.
+    pub fn slots(&self) -> Vec<Slot> {
+        let mut slots = vec![Slot {
+            name: "body.mass".to_owned(),
+            unit: "kg",
+            lower: 1e-3,
+            upper: 1e5,
+            prior: Prior::LogNormal { median: self.body.mass, sd: 1.5 },
+            value: self.mass,
+            effect: None,
+        }];
+        for (index, (effect, name)) in self.effects.iter().zip(self.effect_names()).enumerate() {
+            for (param, &value) in effect.kind.spec().params.iter().zip(&effect.values) {
+                slots.push(self.slot(param, value, index, &name));
+            }
+        }
+        slots
+    }
+
+    fn slot(&self, param: &Param, value: Option<f64>, index: usize, effect: &str) -> Slot {
+        let (lower, upper) = match param.prior {
+            Prior::OnBody(axis) => {
+                let [low, high] = self.body.bounds();
+                (low[axis], high[axis])
+            }
+            _ => (param.lower, param.upper),
+        };
+        let value = if self.on_rail() && !param.on_rail { value.or(Some(0.0)) } else { value };
+        let name = format!("{effect}.{}", param.name);
+        Slot { name, unit: param.unit, lower, upper, prior: param.prior, value, effect: Some(index) }
+    }
+
+    /// The plant at `values`, one for each of [`Model::slots`].
+    ///
+    /// # Errors
+    /// When the number of values is not that of the slots.
+    pub fn plant<T: Real>(&self, values: &[T]) -> Result<Plant<T>, ModelError> {
+        let expected = 1 + self.effects.iter().map(|e| e.values.len()).sum::<usize>();
+        if values.len() != expected {
+            return Err(ModelError::Length { what: "parameters", got: values.len(), expected });
+        }
+        let (mass, mut rest) = (values[0], &values[1..]);
+        let mut laws = Vec::with_capacity(self.effects.len());
+        for effect in &self.effects {
+            let (own, others) = rest.split_at(effect.values.len());
+            laws.push(Law::new(effect.kind, own, &self.body));
+            rest = others;
+        }
+        Ok(Plant::new(mass, &self.body, self.dof, laws))
+    }
+
+    /// The plant of a model whose values are all given.
+    ///
+    /// # Errors
+    /// When a value is free; the message names it.
+    pub fn resolved(&self) -> Result<Plant<f64>, ModelError> {
+        let value = |slot: Slot| {
+            slot.value.ok_or_else(|| {
+                ModelError::Format(format!(
+                    "{} has no value: give one, or fit the model to a recording first",
+                    slot.name
+                ))
+            })
+        };
+        self.plant(&self.slots().into_iter().map(value).collect::<Result<Vec<_>, _>>()?)
+    }
+
+    /// The same model with all values given, one for each of [`Model::slots`].
+    ///
+    /// # Errors
+    /// When the number of values is not that of the slots.
+    pub fn filled(&self, values: &[f64]) -> Result<Self, ModelError> {
+        self.plant(values)?;
+        let mut filled = self.clone();
+        filled.mass = Some(values[0]);
+        filled.body.mass = values[0];
+        let mut rest = values[1..].iter();
+        for value in filled.effects.iter_mut().flat_map(|e| &mut e.values) {
+            *value = rest.next().copied();
+        }
+        Ok(filled)
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    fn table() -> Model {
+        let body = Body::from_footprint(&[[-0.6, -0.4], [0.6, -0.4], [0.6, 0.4], [-0.6, 0.4]], 22.0).unwrap();
+        Model::nominal(body, None, [true; 3])
+    }
+
+    #[test]
+    fn nominal_model_has_the_papers_six_parameters() {
+        let names: Vec<_> =
+            table().slots().into_iter().filter(|s| s.value.is_none()).map(|s| s.name).collect();
+        let wheel = ["x", "y", "angle", "mu_x", "mu_y"].map(|p| format!("viscous_wheel.{p}"));
+        assert_eq!(names[0], "body.mass");
+        assert_eq!(names[1..], wheel);
+    }
+
+    #[test]
+    fn a_rail_leaves_mass_and_one_friction() {
+        let model = Model::nominal(Body::point(95.0).unwrap(), None, [true, false, false]);
+        let free: Vec<_> = model.slots().into_iter().filter(|s| s.value.is_none()).map(|s| s.name).collect();
+        assert_eq!(free, ["body.mass", "viscous_wheel.mu_x"]);
+    }
+
+    #[test]
+    fn effects_of_one_kind_are_numbered() {
+        let model = table().with(Effect::free(Kind::ViscousWheel));
+        assert_eq!(model.effect_names(), ["viscous_wheel", "viscous_wheel_2"]);
+    }
+
+    #[test]
+    fn a_wrong_number_of_values_is_an_error() {
+        let error = table().plant(&[1.0, 2.0]).unwrap_err();
+        assert_eq!(error, ModelError::Length { what: "parameters", got: 2, expected: 6 });
+        assert!(table().resolved().unwrap_err().to_string().contains("body.mass"));
+    }
+}

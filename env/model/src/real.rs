@@ -1,0 +1,70 @@
+//! The number type that laws are generic over.
+
+use std::fmt::Debug;
+use std::ops::{Add, AddAssign, Div, Mul, Neg, Sub, SubAssign};
+
+/// A real number that may carry derivatives: `f64` or [`crate::Dual`].
+pub trait Real:
+    Copy
+    + Debug
+    + Send
+    + Sync
+    + Add<Output = Self>
+    + Sub<Output = Self>
+    + Mul<Output = Self>
+    + Div<Output = Self>
+    + Neg<Output = Self>
+    + AddAssign
+    + SubAssign
+    + Add<f64, Output = Self>
+    + Sub<f64, Output = Self>
+    + Mul<f64, Output = Self>
+    + Div<f64, Output = Self>
+{
+    /// A constant.
+    fn lift(value: f64) -> Self;
+    /// The value without derivatives.
+    fn re(self) -> f64;
+    /// Square root; the derivative at zero is taken as zero.
+    fn sqrt(self) -> Self;
+    /// Natural exponential.
+    fn exp(self) -> Self;
+    /// Sine and cosine.
+    fn sin_cos(self) -> (Self, Self);
+    /// One over the number.
+    fn recip(self) -> Self;
+
+    /// Zero.
+    fn zero() -> Self {
+        Self::lift(0.0)
+    }
+    /// The number times itself.
+    fn squared(self) -> Self {
+        self * self
+    }
+    /// The larger of two numbers, by value.
+    fn max(self, other: Self) -> Self {
+        if self.re() >= other.re() { self } else { other }
+    }
+}
+
+impl Real for f64 {
+    fn lift(value: f64) -> Self {
+        value
+    }
+    fn re(self) -> f64 {
+        self
+    }
+    fn sqrt(self) -> Self {
+        f64::sqrt(self)
+    }
+    fn exp(self) -> Self {
+        f64::exp(self)
+    }
+    fn sin_cos(self) -> (Self, Self) {
+        f64::sin_cos(self)
+    }
+    fn recip(self) -> Self {
+        f64::recip(self)
+    }
+}
