@@ -1,0 +1,143 @@
+//! One uninterrupted manipulation: its table, and the streams in it.
+
+use std::collections::BTreeMap;
+
+/// Columns of the object's pose, in the order of [`Episode::object`].
+pub const OBJECT: [&str; 3] = ["object_x", "object_y", "object_theta"];
+/// Columns of a level gripper's pose.
+pub const GRIPPER_LEVEL: [&str; 3] = ["gripper_x", "gripper_y", "gripper_theta"];
+/// Columns of a tilting gripper's pose.
+pub const GRIPPER_TILTING: [&str; 7] = [
+    "gripper_x",
+    "gripper_y",
+    "gripper_z",
+    "gripper_qw",
+    "gripper_qx",
+    "gripper_qy",
+    "gripper_qz",
+];
+/// Columns of the wrench, in the order of [`WrenchStream::value`].
+pub const WRENCH: [&str; 6] = [
+    "force_x", "force_y", "force_z", "torque_x", "torque_y", "torque_z",
+];
+/// Columns whose name begins so are kept and never interpreted.
+pub const NOTE_PREFIX: &str = "note_";
+
+/// One episode's table. A cell that is NaN says "no sample of this stream at this time".
+#[derive(Debug, Clone, Default)]
+pub struct Episode {
+    /// The table's file name without its ending.
+    pub name: String,
+    /// Sample times, s, strictly increasing.
+    pub t: Vec<f64>,
+    /// Numeric columns by name, each as long as `t`.
+    pub columns: BTreeMap<String, Vec<f64>>,
+    /// `note_` columns by name, each as long as `t`.
+    pub notes: BTreeMap<String, Vec<String>>,
+}
+
+/// Samples of one stream, without the rows that hold none.
+#[derive(Debug, Clone, PartialEq)]
+pub struct Stream<const N: usize> {
+    /// Sample times, s.
+    pub t: Vec<f64>,
+    /// One value for each time.
+    pub value: Vec<[f64; N]>,
+    /// The table's row of each sample, counted from 0.
+    pub row: Vec<usize>,
+}
+
+/// Poses of the sensor frame in the world.
+#[derive(Debug, Clone, PartialEq)]
+pub enum Gripper {
+    /// x, y in m and theta in rad, as recorded (theta may be wrapped).
+    Level(Stream<3>),
+    /// x, y, z in m and the unit quaternion w, x, y, z, world-from-sensor.
+    Tilting(Stream<7>),
+}
+
+/// Readings, in the axes and with the sign that the metadata state.
+#[derive(Debug, Clone, PartialEq)]
+pub struct WrenchStream {
+    /// Sample times, s.
+    pub t: Vec<f64>,
+    /// Forces x, y, z in N and torques x, y, z in N m; an axis that was not measured is 0.
+    pub value: Vec<[f64; 6]>,
+    /// Which of the six axes were measured.
+    pub present: [bool; 6],
+    /// The table's row of each sample, counted from 0.
+    pub row: Vec<usize>,
+}
+
+impl Episode {
+    /// Poses of the object frame in the world, theta as recorded (it may be wrapped). On a rail,
+    /// where only `object_x` is given, y and theta are 0. `None` if there is no sample.
+    pub fn object(&self) -> Option<Stream<3>> {
+        self.stream(OBJECT)
+    }
+
+    /// Poses of the gripper; `None` if there is no sample.
+    pub fn gripper(&self) -> Option<Gripper> {
+        if self.gripper_tilts() {
+            self.stream(GRIPPER_TILTING).map(Gripper::Tilting)
+        } else {
+            self.stream(GRIPPER_LEVEL).map(Gripper::Level)
+        }
+    }
+
+    /// Sensor readings; `None` if there is no sample.
+    pub fn wrench(&self) -> Option<WrenchStream> {
+        let Stream { t, value, row } = self.stream(WRENCH)?;
+        let present = WRENCH.map(|name| self.columns.contains_key(name));
+        Some(WrenchStream {
+            t,
+            value,
+            present,
+            row,
+        })
+    }
+
+    /// Whether the gripper's attitude is a quaternion.
+    pub(crate) fn gripper_tilts(&self) -> bool {
+        self.columns
+            .keys()
+            .any(|name| GRIPPER_TILTING[2..].contains(&name.as_str()))
+    }
+
+    /// Rows in which the first column that exists among `names` is not empty; absent columns are 0.
+    fn stream<const N: usize>(&self, names: [&str; N]) -> Option<Stream<N>> {
+        let columns = names.map(|name| self.columns.get(name));
+        let first = columns.iter().flatten().next()?;
+        let row: Vec<usize> = (0..self.t.len()).filter(|&i| !first[i].is_nan()).collect();
+        if row.is_empty() {
+            return None;
+        }
+        let value_at = |&i: &usize| columns.map(|column| column.map_or(0.0, |values| values[i]));
+        Some(Stream {
+            t: row.iter().map(|&i| self.t[i]).collect(),
+            value: row.iter().map(value_at).collect(),
+            row,
+        })
+    }
+}
+
+/// Equal if every cell is, where an empty cell equals an empty cell.
+impl PartialEq for Episode {
+    fn eq(&self, other: &Self) -> bool {
+        self.name == other.name
+            && same(&self.t, &other.t)
+            && self.notes == other.notes
+            && self.columns.len() == other.columns.len()
+            && self
+                .columns
+                .iter()
+                .all(|(name, values)| other.columns.get(name).is_some_and(|v| same(values, v)))
+    }
+}
+
+fn same(a: &[f64], b: &[f64]) -> bool {
+    a.len() == b.len()
+        && a.iter()
+            .zip(b)
+            .all(|(x, y)| x.to_bits() == y.to_bits() || (x.is_nan() && y.is_nan()))
+}
