@@ -1,0 +1,63 @@
+"""How a run of the command line ends: what went wrong becomes one sentence and an exit status."""
+
+from __future__ import annotations
+
+import os
+import sys
+import traceback
+from collections.abc import Callable
+
+__all__ = ["BROKEN_PIPE", "FAILED", "INTERRUPTED", "USAGE", "guarded"]
+
+FAILED = 1
+USAGE = 2
+INTERRUPTED = 130
+"""What a shell reports for a program that SIGINT ended."""
+BROKEN_PIPE = 141
+"""What a shell reports for a program that SIGPIPE ended."""
+
+UNUSABLE_PATH = (FileNotFoundError, FileExistsError, NotADirectoryError, IsADirectoryError, PermissionError)
+
+
+def guarded(work: Callable[[], int]) -> int:
+    """Return the exit status of `work`, whatever it raises.
+
+    Parameters
+    ----------
+    work : callable
+        Does everything and returns its own exit status.
+
+    Returns
+    -------
+    int
+        Its status; 2 if the input was unusable, 130 if interrupted, 141 if the reader of standard output
+        went away, 1 for anything else. The reason stands on standard error in one sentence.
+    """
+    try:
+        status = work()
+        sys.stdout.flush()  # here, where a reader that went away can still be handled
+        return status
+    except KeyboardInterrupt:
+        return _say("interrupted", INTERRUPTED)
+    except BrokenPipeError:
+        # Python flushes standard output once more at exit: give it somewhere to go.
+        os.dup2(os.open(os.devnull, os.O_WRONLY), sys.stdout.fileno())
+        return BROKEN_PIPE
+    except UNUSABLE_PATH as error:
+        return _say(f"{error.filename}: {error.strerror}" if error.filename else str(error), USAGE)
+    except ValueError as error:
+        return _say(str(error), USAGE)
+    except Exception as error:
+        hint = "" if _debugging() else " (TRUNDLE_DEBUG=1 shows where)"
+        return _say(f"{type(error).__name__}: {error}{hint}", FAILED)
+
+
+def _say(sentence: str, status: int) -> int:
+    if _debugging():
+        traceback.print_exc()
+    print(f"trundle: {sentence}", file=sys.stderr)
+    return status
+
+
+def _debugging() -> bool:
+    return os.environ.get("TRUNDLE_DEBUG", "") not in ("", "0")

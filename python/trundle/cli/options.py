@@ -1,0 +1,55 @@
+"""Arguments that several verbs share, so that they read the same everywhere."""
+
+from __future__ import annotations
+
+import argparse
+from pathlib import Path
+
+__all__ = ["add_model", "add_out", "add_quiet", "add_recording", "add_seed"]
+
+
+def add_recording(parser: argparse.ArgumentParser, *, several: bool = False) -> None:
+    """Add the recording(s) to work on: `args.recording`, a path, or a list of paths if `several`."""
+    text = "a recording: a folder with recording.toml"
+    if several:
+        parser.add_argument("recording", metavar="RECORDING", type=Path, nargs="+", help=text)
+    else:
+        parser.add_argument("recording", metavar="RECORDING", type=Path, help=text)
+
+
+def add_model(parser: argparse.ArgumentParser, *, required: bool = False) -> None:
+    """Add `--model FILE`: `args.model`, a path or None."""
+    parser.add_argument(
+        "--model",
+        metavar="FILE",
+        type=Path,
+        required=required,
+        help="model.toml to work with" if required else "model.toml; the paper's model if left out",
+    )
+
+
+def add_out(parser: argparse.ArgumentParser, help: str, *, required: bool = False) -> None:
+    """Add `--out PATH`: `args.out`, a path or None."""
+    parser.add_argument("--out", metavar="PATH", type=Path, required=required, help=help)
+
+
+def add_seed(parser: argparse.ArgumentParser) -> None:
+    """Add `--seed N`: `args.seed`, 0 by default; the same input and seed give the same bytes."""
+    parser.add_argument(
+        "--seed", metavar="N", type=_seed, default=0, help="seed of every random choice (default 0)"
+    )
+
+
+def add_quiet(parser: argparse.ArgumentParser) -> None:
+    """Add `--quiet`: `args.quiet`; only the answer and errors are printed."""
+    parser.add_argument("--quiet", action="store_true", help="print no progress")
+
+
+def _seed(text: str) -> int:
+    try:
+        seed = int(text)
+    except ValueError:
+        seed = -1
+    if not 0 <= seed < 2**63:
+        raise argparse.ArgumentTypeError(f"a seed is a whole number from 0 on, not {text!r}")
+    return seed
