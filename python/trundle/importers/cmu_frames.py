@@ -1,0 +1,68 @@
+"""Frames of CMU's pushing rig, common to its two kinds of log."""
+
+from __future__ import annotations
+
+from collections.abc import Iterable, Sequence
+from pathlib import Path
+
+import numpy as np
+
+from trundle.importers.layout import Floats, ImportFailure
+
+__all__ = ["MILLIMETRE", "RAW_FORCE", "numbers", "tool_force", "wrench_metadata"]
+
+MILLIMETRE = 1e-3
+
+RAW_FORCE = np.array([[1.0, 1.0, 0.0], [1.0, -1.0, 0.0], [0.0, 0.0, -np.sqrt(2.0)]]) / np.sqrt(2.0)
+"""Tool axes from sensor axes: the sensor hangs upside down and is turned by 45 degrees in the tool."""
+
+
+def tool_force(reading: Floats) -> Floats:
+    """Turn (n, 2) or (n, 3) readings in sensor axes, N, into tool axes; still the force on the sensor."""
+    k = reading.shape[1]
+    return reading @ RAW_FORCE[:k, :k].T
+
+
+def wrench_metadata(precontact: dict[str, list[float]]) -> dict[str, object]:
+    """Return the table `[wrench]` of `recording.toml`: a bare reading through a point contact."""
+    return {
+        "frame": "sensor",
+        "reference": "sensor",
+        "sign": "on_sensor",
+        "raw": True,
+        "precontact": precontact,
+        "contact": "point",
+        "source": "measured",
+    }
+
+
+def numbers(path: Path, lines: Iterable[str], row: int, width: int | Sequence[int]) -> Floats:
+    """Parse lines of `width` numbers each.
+
+    Parameters
+    ----------
+    path : Path
+        For messages.
+    lines : iterable of str
+        Numbers parted by blanks.
+    row : int
+        Number of the first line in the file, from 1.
+    width : int
+        Numbers that every line must hold.
+
+    Returns
+    -------
+    (n, width) array
+    """
+    parsed = []
+    for at, line in enumerate(lines, start=row):
+        try:
+            values = [float(word) for word in line.split()]
+        except ValueError:
+            values = []
+        if len(values) != width or not np.all(np.isfinite(values)):
+            raise ImportFailure(
+                path, f"row {at} = {line[:60]!r}: {width} numbers belong here; is the file whole?"
+            )
+        parsed.append(values)
+    return np.array(parsed, dtype=np.float64).reshape(len(parsed), -1)

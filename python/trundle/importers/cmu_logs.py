@@ -1,0 +1,107 @@
+"""CMU's continuous logs: force, tip and object while a flat tip pushes a small wooden triangle."""
+
+from __future__ import annotations
+
+from collections.abc import Sequence
+from pathlib import Path
+
+import numpy as np
+
+from trundle.importers.cmu_frames import MILLIMETRE, numbers, tool_force, wrench_metadata
+from trundle.importers.layout import Columns, Floats, Imported, ImportFailure, Say
+from trundle.importers.rotations import heading, product
+from trundle.importers.streams import Stream, join, unstale
+
+__all__ = ["read"]
+
+FAKE_POSE = np.array([668.54, -260.52])
+"""mm; what the tracker wrote when it had lost the object."""
+BODY_Y_UP = np.array([0.5, -0.5, -0.5, -0.5])
+"""The tracker's bodies have y up. The object frame is theirs with the axes renamed: x is their z, y their x."""
+FOOTPRINT = [[-0.04, -0.04], [0.06, -0.04], [-0.04, 0.06]]
+QUIET_SPAN = 1.0
+"""s, the shortest interval to tare on."""
+
+
+def read(source: Path, name: str | None, held_out: Sequence[str], say: Say) -> Imported:
+    """Read every `NAME_force.txt`, `NAME_pos.txt`, `NAME_robot.txt` of a folder as the episode NAME."""
+    logs = sorted(path.name.removesuffix("_force.txt") for path in source.glob("*_force.txt"))
+    if not logs:
+        raise ImportFailure(
+            source, "no file NAME_force.txt; give the folder timeseries/, or one file of pushes/"
+        )
+    episodes: dict[str, Columns] = {}
+    precontact: dict[str, list[float]] = {}
+    remarks: list[str] = []
+    for log in logs:
+        say(f"{source.name}: {log}")
+        episodes[log], precontact[log], remark = _episode(source, log)
+        remarks.append(f"{log}: {remark}")
+    metadata = {
+        "format": "trundle-recording/1",
+        "name": name or "CMU continuous logs",
+        "at_rest": True,
+        "object": {"footprint": FOOTPRINT},
+        "wrench": wrench_metadata(precontact),
+        "split": {"held_out": [log for log in held_out if log in episodes]},
+        "notes": {
+            "origin": "github.com/robinzhoucmu/MLab_EXP, Zhou, Paolini, Bagnell and Mason, ICRA 2016",
+            "motion": "quasi-static: the pushes do not hold the mass",
+        },
+    }
+    return Imported(metadata, episodes, remarks)
+
+
+def _episode(source: Path, log: str) -> tuple[Columns, list[float], str]:
+    """Return table, tare interval (s) and what was left out of one log."""
+    force_t, force = _records(source / f"{log}_force.txt", 3)
+    pose_t, pose = _records(source / f"{log}_pos.txt", 7)
+    tip_t, tip = _records(source / f"{log}_robot.txt", 7)
+    start = min(force_t[0], pose_t[0], tip_t[0])
+    real = np.hypot(*(pose[:, :2] - FAKE_POSE).T) > 0.01
+    wrench, same_force = Stream(
+        ["force_x", "force_y", "force_z"], force_t - start, tool_force(force)
+    ).ordered()
+    planar = np.column_stack([pose[:, :2] * MILLIMETRE, heading(product(pose[:, 3:], BODY_Y_UP))])
+    body, same_pose = (
+        Stream(["object_x", "object_y", "object_theta"], pose_t - start, planar).where(real).ordered()
+    )
+    tool = np.column_stack([tip[:, :2] * MILLIMETRE, heading(tip[:, 3:])])
+    hand, same_tip = Stream(["gripper_x", "gripper_y", "gripper_theta"], tip_t - start, tool).ordered()
+    hand, stale = unstale(hand)
+    remark = (
+        f"left out {np.sum(~real)} poses of a lost tracker, {stale} repeated tip positions and "
+        f"{same_force + same_pose + same_tip} samples with the time stamp of the one before"
+    )
+    # Stamps are rounded to 10 ms: the difference of two is a whole number of them.
+    streams = [Stream(each.names, np.round(each.t, 2), each.values) for each in (body, hand, wrench)]
+    return join(streams), quiet(streams[-1]), remark
+
+
+def _records(path: Path, width: int) -> tuple[Floats, Floats]:
+    """Return times (n,) and values (n, width) of a file with two lines a record."""
+    if not path.is_file():
+        raise ImportFailure(
+            path, "no such file; a log is three of them, NAME_force.txt, NAME_pos.txt, NAME_robot.txt"
+        )
+    lines = path.read_text(encoding="ascii", errors="replace").splitlines()
+    if len(lines) % 2:
+        raise ImportFailure(path, f"row {len(lines)}: a time stamp without values; is the file whole?")
+    times = numbers(path, lines[::2], 1, 1)[:, 0]
+    return times, numbers(path, lines[1::2], 2, width)
+
+
+def quiet(wrench: Stream) -> list[float]:
+    """Return the longest interval without contact, s, as the longest in which the force hardly varies.
+
+    A touching tip trembles with the friction under the object by tens of millinewtons, a free one by the
+    sensor's few; the first samples are no safe choice, because two logs begin in contact.
+    """
+    step = int(round(QUIET_SPAN / np.median(np.diff(wrench.t))))
+    windows = np.lib.stride_tricks.sliding_window_view(wrench.values[:, :2], step, axis=0)
+    spread = np.max(windows.max(axis=-1) - windows.min(axis=-1), axis=-1)
+    still = np.append(spread <= 3.0 * max(spread.min(), 1e-3), False)
+    edges = np.flatnonzero(np.diff(np.append(False, still).astype(int)))
+    begins, ends = edges[::2], edges[1::2] - 1
+    longest = int(np.argmax(ends - begins))
+    return [float(wrench.t[begins[longest]]), float(wrench.t[ends[longest] + step - 1])]

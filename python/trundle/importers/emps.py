@@ -1,0 +1,91 @@
+"""The EMPS benchmark: an axis driven by a motor through a ball screw, 1 kHz.
+
+Janot, Gautier and Brunot, "Data set and reference models of EMPS", Workshop on Nonlinear System
+Identification Benchmarks, 2019.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Mapping
+from dataclasses import dataclass
+from pathlib import Path
+from typing import Any
+
+import numpy as np
+
+from trundle.importers.config import typed
+from trundle.importers.layout import Columns, Imported, ImportFailure, Say
+from trundle.importers.matfile import MatFile
+from trundle.importers.streams import Stream, join
+
+__all__ = ["NEEDS_MAP", "SUMMARY", "EmpsMap", "read"]
+
+SUMMARY = "the EMPS benchmark: DATA_EMPS.mat is fitted, DATA_EMPS_PULSES.mat held out"
+NEEDS_MAP = False
+
+FILES = {"episode_00": "DATA_EMPS.mat", "episode_01": "DATA_EMPS_PULSES.mat"}
+
+
+@dataclass(frozen=True)
+class EmpsMap:
+    """What may be told about the set.
+
+    Attributes
+    ----------
+    name : str
+        Name of the recording.
+    held_out : list of str
+        Episodes that are only predicted: `episode_00` is the estimation file, `episode_01` the one with pulses.
+    """
+
+    name: str = "EMPS: electro-mechanical positioning system"
+    held_out: tuple[str, ...] | list[str] = ("episode_01",)
+
+
+def read(source: Path, settings: Mapping[str, Any], say: Say) -> Imported:
+    """Read the folder that holds both files.
+
+    The force is the drive's: gain times voltage. The pulses of the validation file are inside that voltage
+    already (it jumps by 5 V at each of their edges, and the position loop settles 5 V/(kp kv) away), so that
+    `pulses_N` is not added again: it is in volts, in spite of its name.
+    """
+    options = typed(EmpsMap, settings)
+    if not source.is_dir():
+        raise ImportFailure(source, f"not a folder; give the one that holds {' and '.join(FILES.values())}")
+    episodes: dict[str, Columns] = {}
+    for episode, file in FILES.items():
+        say(file)
+        episodes[episode] = _episode(MatFile(source / file))
+    metadata = {
+        "format": "trundle-recording/1",
+        "name": options.name,
+        # The axis moves at 7 mm/s in the first sample: both files begin inside the reference motion.
+        "at_rest": False,
+        "object": {"dof": ["x"]},
+        "wrench": {
+            "frame": "object",
+            "reference": "object",
+            "raw": False,
+            "contact": "grasp",
+            "source": "commanded",
+        },
+        "split": {"held_out": list(options.held_out)},
+        "notes": {
+            "origin": "EMPS benchmark, Janot, Gautier and Brunot 2019, nonlinearbenchmark.org",
+            "force": "gtau * vir, the drive's command in N, any pulses included",
+            "files": dict(FILES),
+        },
+    }
+    return Imported(metadata, episodes, [])
+
+
+def _episode(file: MatFile) -> Columns:
+    t, x, volts, gain = (file.vector(name) for name in ("t", "qm", "vir", "gtau"))
+    if len(gain) != 1 or not len(t) == len(x) == len(volts):
+        raise ImportFailure(
+            file.path,
+            f"`t`, `qm`, `vir` have {len(t)}, {len(x)}, {len(volts)} samples and `gtau` {len(gain)}; "
+            "the first three belong together and `gtau` is one number: is this the benchmark's file?",
+        )
+    force = gain[0] * volts
+    return join([Stream(["object_x", "force_x"], t, np.column_stack([x, force]))])

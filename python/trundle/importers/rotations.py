@@ -1,0 +1,48 @@
+"""Unit quaternions (w, x, y, z), rows of an array, and the planar angle that they hold."""
+
+from __future__ import annotations
+
+import numpy as np
+
+from trundle.importers.layout import Floats
+
+__all__ = ["conjugate", "heading", "product", "rotate", "tilt"]
+
+
+def product(a: Floats, b: Floats) -> Floats:
+    """Return a⊗b, the rotation b followed by a; (..., 4) each."""
+    aw, ax, ay, az = np.moveaxis(a, -1, 0)
+    bw, bx, by, bz = np.moveaxis(b, -1, 0)
+    return np.stack(
+        [
+            aw * bw - ax * bx - ay * by - az * bz,
+            aw * bx + ax * bw + ay * bz - az * by,
+            aw * by - ax * bz + ay * bw + az * bx,
+            aw * bz + ax * by - ay * bx + az * bw,
+        ],
+        axis=-1,
+    )
+
+
+def conjugate(q: Floats) -> Floats:
+    """Return the inverse rotation of (..., 4) unit quaternions."""
+    return q * np.array([1.0, -1.0, -1.0, -1.0])
+
+
+def rotate(q: Floats, v: Floats) -> Floats:
+    """Turn vectors v (..., 3) by q (..., 4)."""
+    w, u = q[..., :1], q[..., 1:]
+    first = np.cross(u, v)
+    return np.asarray(v + 2.0 * (w * first + np.cross(u, first)), dtype=np.float64)
+
+
+def heading(q: Floats) -> Floats:
+    """Return the angle about world z, rad in (-pi, pi], of frames whose own z is about upright; (n,)."""
+    w, x, y, z = np.moveaxis(q, -1, 0)
+    return np.asarray(np.arctan2(2.0 * (w * z + x * y), 1.0 - 2.0 * (y * y + z * z)), dtype=np.float64)
+
+
+def tilt(q: Floats) -> Floats:
+    """Return the angle between the frame's z and the world's, rad in [0, pi]; (n,)."""
+    _, x, y, _ = np.moveaxis(q, -1, 0)
+    return np.asarray(np.arccos(np.clip(1.0 - 2.0 * (x * x + y * y), -1.0, 1.0)), dtype=np.float64)
