@@ -7,19 +7,10 @@ pub const OBJECT: [&str; 3] = ["object_x", "object_y", "object_theta"];
 /// Columns of a level gripper's pose.
 pub const GRIPPER_LEVEL: [&str; 3] = ["gripper_x", "gripper_y", "gripper_theta"];
 /// Columns of a tilting gripper's pose.
-pub const GRIPPER_TILTING: [&str; 7] = [
-    "gripper_x",
-    "gripper_y",
-    "gripper_z",
-    "gripper_qw",
-    "gripper_qx",
-    "gripper_qy",
-    "gripper_qz",
-];
+pub const GRIPPER_TILTING: [&str; 7] =
+    ["gripper_x", "gripper_y", "gripper_z", "gripper_qw", "gripper_qx", "gripper_qy", "gripper_qz"];
 /// Columns of the wrench, in the order of [`WrenchStream::value`].
-pub const WRENCH: [&str; 6] = [
-    "force_x", "force_y", "force_z", "torque_x", "torque_y", "torque_z",
-];
+pub const WRENCH: [&str; 6] = ["force_x", "force_y", "force_z", "torque_x", "torque_y", "torque_z"];
 /// Columns whose name begins so are kept and never interpreted.
 pub const NOTE_PREFIX: &str = "note_";
 
@@ -70,6 +61,15 @@ pub struct WrenchStream {
 }
 
 impl Episode {
+    /// Adds a numeric column, or sets the times.
+    pub(crate) fn insert(&mut self, title: String, values: Vec<f64>) {
+        if title == "t" {
+            self.t = values;
+        } else {
+            self.columns.insert(title, values);
+        }
+    }
+
     /// Poses of the object frame in the world, theta as recorded (it may be wrapped). On a rail,
     /// where only `object_x` is given, y and theta are 0. `None` if there is no sample.
     pub fn object(&self) -> Option<Stream<3>> {
@@ -89,19 +89,12 @@ impl Episode {
     pub fn wrench(&self) -> Option<WrenchStream> {
         let Stream { t, value, row } = self.stream(WRENCH)?;
         let present = WRENCH.map(|name| self.columns.contains_key(name));
-        Some(WrenchStream {
-            t,
-            value,
-            present,
-            row,
-        })
+        Some(WrenchStream { t, value, present, row })
     }
 
     /// Whether the gripper's attitude is a quaternion.
     pub(crate) fn gripper_tilts(&self) -> bool {
-        self.columns
-            .keys()
-            .any(|name| GRIPPER_TILTING[2..].contains(&name.as_str()))
+        self.columns.keys().any(|name| GRIPPER_TILTING[2..].contains(&name.as_str()))
     }
 
     /// Rows in which the first column that exists among `names` is not empty; absent columns are 0.
@@ -121,6 +114,17 @@ impl Episode {
     }
 }
 
+/// Names of all columns but `t`, in the format's order, notes last.
+pub(crate) fn header(episode: &Episode) -> Vec<String> {
+    let streams = known_columns().filter(|&name| episode.columns.contains_key(name)).map(str::to_owned);
+    streams.chain(episode.notes.keys().cloned()).collect()
+}
+
+/// Names of all columns of all streams.
+pub(crate) fn known_columns() -> impl Iterator<Item = &'static str> {
+    OBJECT.into_iter().chain(GRIPPER_LEVEL).chain(GRIPPER_TILTING.into_iter().skip(2)).chain(WRENCH)
+}
+
 /// Equal if every cell is, where an empty cell equals an empty cell.
 impl PartialEq for Episode {
     fn eq(&self, other: &Self) -> bool {
@@ -137,7 +141,5 @@ impl PartialEq for Episode {
 
 fn same(a: &[f64], b: &[f64]) -> bool {
     a.len() == b.len()
-        && a.iter()
-            .zip(b)
-            .all(|(x, y)| x.to_bits() == y.to_bits() || (x.is_nan() && y.is_nan()))
+        && a.iter().zip(b).all(|(x, y)| x.to_bits() == y.to_bits() || (x.is_nan() && y.is_nan()))
 }

@@ -3,15 +3,16 @@
 use std::fmt;
 use std::path::{Path, PathBuf};
 
+use crate::fault::Fault;
+
 /// One fault at one place.
 #[derive(Debug, thiserror::Error)]
 #[error("{place}: {fault}")]
 pub struct Error {
     /// File, row and column.
-    pub place: Place,
+    pub place: Box<Place>,
     /// What is wrong there, and the remedy.
-    #[source]
-    pub fault: Fault,
+    pub fault: Box<Fault>,
 }
 
 /// Where a fault is.
@@ -21,8 +22,10 @@ pub struct Place {
     pub file: File,
     /// Data row, counted from 1, the header left out.
     pub row: Option<usize>,
-    /// Column of a table, or key of `recording.toml`.
+    /// Column of a table.
     pub column: Option<String>,
+    /// Key of `recording.toml`, as `wrench.precontact`.
+    pub key: Option<String>,
 }
 
 /// The file, or what stands for it in memory.
@@ -36,86 +39,66 @@ pub enum File {
     Path(PathBuf),
 }
 
+impl Place {
+    /// The table of episode `name`.
+    pub fn episode(name: &str) -> Self {
+        Self::file(File::Episode(name.to_owned()))
+    }
+
+    /// A key of `recording.toml`, as `wrench.precontact`; the whole file if `key` is empty.
+    pub fn field(key: &str) -> Self {
+        let key = (!key.is_empty()).then(|| key.to_owned());
+        Self { key, ..Self::file(File::Metadata) }
+    }
+
+    /// A file or folder.
+    pub fn path(path: &Path) -> Self {
+        Self::file(File::Path(path.to_owned()))
+    }
+
+    /// The same place, at data row `row`, counted from 1.
+    #[must_use]
+    pub fn row(self, row: usize) -> Self {
+        Self { row: Some(row), ..self }
+    }
+
+    /// The same place, in column `name`.
+    #[must_use]
+    pub fn column(self, name: &str) -> Self {
+        Self { column: Some(name.to_owned()), ..self }
+    }
+
+    fn file(file: File) -> Self {
+        Self { file, row: None, column: None, key: None }
+    }
+}
+
+impl Error {
+    /// The same error with the file's place on disk, where `path_of` knows it.
+    pub(crate) fn on_disk(mut self, path_of: impl FnOnce(&File) -> Option<PathBuf>) -> Self {
+        if let Some(path) = path_of(&self.place.file) {
+            self.place.file = File::Path(path);
+        }
+        self
+    }
+}
+
 impl fmt::Display for Place {
     fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
         match &self.file {
             File::Metadata => write!(f, "recording.toml")?,
-            File::Episode(name) => write!(f, "{name}")?,
+            File::Episode(name) => write!(f, "episode {name}")?,
             File::Path(path) => write!(f, "{}", path.display())?,
         }
         if let Some(row) = self.row {
             write!(f, ", row {row}")?;
         }
         if let Some(column) = &self.column {
-            write!(f, ", {column}")?;
+            write!(f, ", column {column}")?;
+        }
+        if let Some(key) = &self.key {
+            write!(f, ", {key}")?;
         }
         Ok(())
-    }
-}
-
-/// What is wrong, with the value that is, and the remedy.
-#[derive(Debug, thiserror::Error)]
-pub enum Fault {
-    /// The episode holds too little for what is asked of it.
-    #[error("{reason}; {remedy}")]
-    Unusable {
-        /// What is missing or contradictory, with its figures.
-        reason: String,
-        /// What the person who records can do.
-        remedy: String,
-    },
-}
-
-impl Fault {
-    /// This fault at the place where it is.
-    pub fn at(self, place: Place) -> Error {
-        Error { place, fault: self }
-    }
-}
-
-impl Place {
-    /// The table of episode `name`.
-    pub fn episode(name: &str) -> Self {
-        Self {
-            file: File::Episode(name.to_owned()),
-            row: None,
-            column: None,
-        }
-    }
-
-    /// A key of `recording.toml`, as `wrench.precontact`.
-    pub fn field(key: &str) -> Self {
-        Self {
-            file: File::Metadata,
-            row: None,
-            column: Some(key.to_owned()),
-        }
-    }
-
-    /// A file or folder.
-    pub fn path(path: &Path) -> Self {
-        Self {
-            file: File::Path(path.to_owned()),
-            row: None,
-            column: None,
-        }
-    }
-
-    /// The same place, at data row `row`, counted from 1.
-    #[must_use]
-    pub fn row(self, row: usize) -> Self {
-        Self {
-            row: Some(row),
-            ..self
-        }
-    }
-
-    /// The same place, in column `name`.
-    #[must_use]
-    pub fn column(self, name: &str) -> Self {
-        Self {
-            column: Some(name.to_owned()),
-            ..self
-        }
     }
 }

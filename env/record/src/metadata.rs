@@ -3,37 +3,37 @@
 use std::collections::BTreeMap;
 
 use serde::{Deserialize, Serialize};
-
-use crate::placement::Document;
+use trundle_model::Fixture;
 
 /// The one value of `format` that this reader knows.
 pub const FORMAT: &str = "trundle-recording/1";
 
 /// Everything in `recording.toml`.
 #[derive(Debug, Clone, PartialEq, Serialize, Deserialize)]
-#[serde(try_from = "Document")]
+#[serde(deny_unknown_fields)]
 pub struct Metadata {
     /// Always [`FORMAT`] in a valid recording.
     pub format: String,
     /// The recording's name, for people.
     pub name: String,
     /// Whether the object is at rest until contact begins.
+    #[serde(default = "yes")]
     pub at_rest: bool,
     /// The object that is pushed.
     pub object: ObjectMeta,
     /// What the columns `force_*` and `torque_*` mean.
     pub wrench: WrenchMeta,
     /// Stated noise; estimated from the data where it is absent.
-    #[serde(skip_serializing_if = "Option::is_none")]
+    #[serde(default, skip_serializing_if = "Option::is_none")]
     pub noise: Option<NoiseMeta>,
     /// What is known to stand around.
-    #[serde(skip_serializing_if = "Scene::is_empty")]
+    #[serde(default, skip_serializing_if = "Scene::is_empty")]
     pub scene: Scene,
     /// Which episodes are only predicted.
-    #[serde(skip_serializing_if = "Split::is_empty")]
+    #[serde(default, skip_serializing_if = "Split::is_empty")]
     pub split: Split,
     /// Kept, never interpreted.
-    #[serde(skip_serializing_if = "toml::Table::is_empty")]
+    #[serde(default, skip_serializing_if = "toml::Table::is_empty")]
     pub notes: toml::Table,
 }
 
@@ -72,17 +72,13 @@ pub struct ObjectMeta {
 }
 
 impl ObjectMeta {
-    /// The shape as a list of fixtures: one polygon of density 1 where there is a footprint; empty
-    /// on a rail without a shape.
-    pub fn shape(&self) -> Vec<FixtureMeta> {
+    /// The shape as the model wants it: one polygon of density 1 where there is a footprint; empty on
+    /// a rail without a shape.
+    pub fn shape(&self) -> Vec<Fixture> {
         if self.footprint.is_empty() {
-            return self.fixtures.clone();
+            return self.fixtures.iter().filter_map(FixtureMeta::shape).collect();
         }
-        vec![FixtureMeta {
-            polygon: Some(self.footprint.clone()),
-            disc: None,
-            density: 1.0,
-        }]
+        vec![Fixture::Polygon { vertices: self.footprint.clone(), density: 1.0 }]
     }
 }
 
@@ -99,6 +95,17 @@ pub struct FixtureMeta {
     /// Density relative to the other fixtures.
     #[serde(default = "one")]
     pub density: f64,
+}
+
+impl FixtureMeta {
+    fn shape(&self) -> Option<Fixture> {
+        let density = self.density;
+        match (&self.polygon, self.disc) {
+            (Some(vertices), _) => Some(Fixture::Polygon { vertices: vertices.clone(), density }),
+            (None, Some([x, y, radius])) => Some(Fixture::Disc { center: [x, y], radius, density }),
+            (None, None) => None,
+        }
+    }
 }
 
 /// One degree of freedom of the object.
@@ -226,10 +233,7 @@ pub enum Source {
 
 /// An interval without contact, s: the same in each episode, or one by one.
 #[derive(Debug, Clone, PartialEq, Serialize, Deserialize)]
-#[serde(
-    untagged,
-    expecting = "`precontact` must be [start, end] in seconds, or a table {EPISODE = [start, end]}"
-)]
+#[serde(untagged, expecting = "expected [start, end] in seconds, or a table {EPISODE = [start, end]}")]
 pub enum Precontact {
     /// The same in each episode.
     Everywhere([f64; 2]),
@@ -291,6 +295,10 @@ impl Split {
     }
 }
 
-pub(crate) fn one() -> f64 {
+fn one() -> f64 {
     1.0
+}
+
+fn yes() -> bool {
+    true
 }

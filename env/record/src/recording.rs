@@ -1,7 +1,18 @@
-//! A recording in memory, and the way to and from its folder.
+//! A recording in memory, and the way from its folder.
+
+use std::collections::BTreeMap;
+use std::fs;
+use std::io;
+use std::path::{Path, PathBuf};
 
 use crate::episode::Episode;
+use crate::error::{Error, File, Place};
+use crate::fault::Fault;
 use crate::metadata::Metadata;
+use crate::table::Table;
+
+/// What `recording.toml` is called.
+pub(crate) const METADATA_FILE: &str = "recording.toml";
 
 /// A whole recording: what the columns mean, and the episodes in the order in which they happened.
 #[derive(Debug, Clone, PartialEq)]
@@ -10,4 +21,84 @@ pub struct Recording {
     pub metadata: Metadata,
     /// Sorted by name.
     pub episodes: Vec<Episode>,
+}
+
+impl Recording {
+    /// A valid recording of these episodes, in the order of their names.
+    ///
+    /// # Errors
+    /// As [`Recording::validate`].
+    pub fn new(metadata: Metadata, mut episodes: Vec<Episode>) -> Result<Self, Error> {
+        episodes.sort_by(|a, b| a.name.cmp(&b.name));
+        let recording = Self { metadata, episodes };
+        recording.validate()?;
+        Ok(recording)
+    }
+
+    /// Reads and checks the folder `path`: `recording.toml` and each `NAME.csv` or `NAME.parquet`. Other files,
+    /// and those whose name begins with a dot, are left alone.
+    ///
+    /// # Errors
+    /// If a file cannot be read, or as [`Recording::validate`].
+    pub fn read(path: &Path) -> Result<Self, Error> {
+        let document = path.join(METADATA_FILE);
+        let text = metadata_text(path, &document)?;
+        let tables = tables(path)?;
+        read_all(&text, &tables).map_err(|error| {
+            error.on_disk(|file| match file {
+                File::Metadata => Some(document),
+                File::Episode(name) => tables.get(name).cloned(),
+                File::Path(_) => None,
+            })
+        })
+    }
+}
+
+fn read_all(text: &str, tables: &BTreeMap<String, PathBuf>) -> Result<Recording, Error> {
+    let metadata = Metadata::from_toml(text)?;
+    let mut episodes = Vec::with_capacity(tables.len());
+    for (name, path) in tables {
+        if let Some(table) = Table::of(path) {
+            episodes.push(table.read(path, name)?);
+        }
+    }
+    Recording::new(metadata, episodes)
+}
+
+fn metadata_text(folder: &Path, document: &Path) -> Result<String, Error> {
+    let problem = match fs::metadata(folder) {
+        Err(error) if error.kind() == io::ErrorKind::NotFound => Some("there is nothing of this name"),
+        Ok(found) if !found.is_dir() => Some("this is a file"),
+        Ok(_) if !document.exists() => Some("there is no recording.toml in this folder"),
+        _ => None,
+    };
+    if let Some(problem) = problem {
+        return Err(Fault::NotARecording { problem }.at(Place::path(folder)));
+    }
+    fs::read_to_string(document).map_err(|source| match source.kind() {
+        io::ErrorKind::InvalidData => Fault::Encoding.at(Place::path(document)),
+        _ => Fault::Io { action: "read", source }.at(Place::path(document)),
+    })
+}
+
+/// The episodes' tables by name.
+fn tables(folder: &Path) -> Result<BTreeMap<String, PathBuf>, Error> {
+    let io = |source| Fault::Io { action: "listed", source }.at(Place::path(folder));
+    let mut tables: BTreeMap<String, PathBuf> = BTreeMap::new();
+    let mut paths = Vec::new();
+    for entry in fs::read_dir(folder).map_err(io)? {
+        paths.push(entry.map_err(io)?.path());
+    }
+    paths.sort();
+    for path in paths.into_iter().filter(|path| Table::of(path).is_some() && path.is_file()) {
+        let name = path.file_stem().map(|stem| stem.to_string_lossy().into_owned()).unwrap_or_default();
+        if name.starts_with('.') {
+            continue;
+        }
+        if let Some(first) = tables.insert(name, path.clone()) {
+            let other = path.file_name().map(|name| name.to_string_lossy().into_owned()).unwrap_or_default();
+            return Err(Fault::TwoTables { other }.at(Place::path(&first)));
+        }
+    }
+    Ok(tables)
 }

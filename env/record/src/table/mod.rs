@@ -1,0 +1,58 @@
+//! Episode tables on disk.
+
+mod csv;
+mod parquet_read;
+mod parquet_types;
+mod parquet_write;
+
+use std::fs::File;
+use std::io::BufWriter;
+use std::path::Path;
+
+use crate::episode::Episode;
+use crate::error::{Error, Place};
+use crate::fault::Fault;
+
+/// The two kinds of table.
+#[derive(Debug, Clone, Copy, PartialEq, Eq)]
+pub enum Table {
+    /// Text, one line a sample.
+    Csv,
+    /// Binary columns.
+    Parquet,
+}
+
+impl Table {
+    /// Both.
+    pub const ALL: [Self; 2] = [Self::Csv, Self::Parquet];
+
+    /// Ending of the file's name, which is also the kind's name in Python.
+    pub fn extension(self) -> &'static str {
+        match self {
+            Self::Csv => "csv",
+            Self::Parquet => "parquet",
+        }
+    }
+
+    /// The kind of the table at `path`, by its ending.
+    pub(crate) fn of(path: &Path) -> Option<Self> {
+        let ending = path.extension()?;
+        Self::ALL.into_iter().find(|table| ending.eq_ignore_ascii_case(table.extension()))
+    }
+
+    pub(crate) fn read(self, path: &Path, name: &str) -> Result<Episode, Error> {
+        match self {
+            Self::Csv => csv::read(path, name),
+            Self::Parquet => parquet_read::read(path, name),
+        }
+    }
+
+    pub(crate) fn write(self, path: &Path, episode: &Episode) -> Result<(), Error> {
+        let not_written = |source| Fault::Io { action: "written", source }.at(Place::path(path));
+        let sink = BufWriter::new(File::create(path).map_err(not_written)?);
+        match self {
+            Self::Csv => csv::write(episode, sink).map_err(|error| not_written(error.into())),
+            Self::Parquet => parquet_write::write(episode, sink).map_err(|error| not_written(error.into())),
+        }
+    }
+}

@@ -1,0 +1,97 @@
+//! What metadata say about episodes, held against the episodes that there are.
+
+use std::path::{Component, Path};
+
+use crate::episode::Episode;
+use crate::error::{Error, Place};
+use crate::fault::Fault;
+use crate::metadata::Precontact;
+use crate::recording::Recording;
+
+pub(super) fn check(recording: &Recording) -> Result<(), Error> {
+    let episodes = &recording.episodes;
+    for (i, episode) in episodes.iter().enumerate() {
+        check_name(&episode.name)?;
+        if episodes[..i].iter().any(|earlier| earlier.name == episode.name) {
+            return Err(Fault::EpisodeTwice.at(Place::episode(&episode.name)));
+        }
+    }
+    for name in &recording.metadata.split.held_out {
+        known(recording, name, "split.held_out")?;
+    }
+    if let Some(Precontact::ByEpisode(table)) = &recording.metadata.wrench.precontact {
+        table.keys().try_for_each(|name| known(recording, name, "wrench.precontact"))?;
+    }
+    something_to_fit(recording)
+}
+
+/// A name must be usable as a file's.
+fn check_name(name: &str) -> Result<(), Error> {
+    let mut parts = Path::new(name).components();
+    let single =
+        matches!((parts.next(), parts.next()), (Some(Component::Normal(part)), None) if part == name);
+    if single && !name.starts_with('.') && !name.contains(['\\', '\0']) {
+        return Ok(());
+    }
+    Err(Fault::EpisodeName { name: name.to_owned() }.at(Place::episode(name)))
+}
+
+fn known(recording: &Recording, name: &str, key: &str) -> Result<(), Error> {
+    let mut names = recording.episodes.iter().map(|episode| episode.name.as_str());
+    if names.any(|known| known == name) {
+        return Ok(());
+    }
+    let known: Vec<&str> = recording.episodes.iter().map(|episode| episode.name.as_str()).collect();
+    Err(Fault::NoSuchEpisode { name: name.to_owned(), known: known.join(", ") }.at(Place::field(key)))
+}
+
+fn something_to_fit(recording: &Recording) -> Result<(), Error> {
+    let (problem, remedy, key) = if recording.episodes.is_empty() {
+        ("there is no episode table beside recording.toml", "add NAME.csv or NAME.parquet", "")
+    } else if recording.episodes.iter().all(|episode| recording.metadata.is_held_out(&episode.name)) {
+        ("every episode is held out", "take at least one name out of split.held_out", "split.held_out")
+    } else {
+        return Ok(());
+    };
+    Err(Fault::NothingToFit { problem, remedy }.at(Place::field(key)))
+}
+
+/// Intervals without contact: ordered, and where the tare needs them within each episode.
+pub(super) fn check_precontact(recording: &Recording) -> Result<(), Error> {
+    let wrench = &recording.metadata.wrench;
+    for episode in &recording.episodes {
+        let reason = match wrench.precontact(&episode.name) {
+            None if wrench.raw => Some(format!("raw = true, but episode {} has no interval", episode.name)),
+            None => None,
+            Some([start, end]) if !(start < end && start.is_finite() && end.is_finite()) => {
+                Some(format!("[{start}, {end}] is no interval"))
+            }
+            Some(interval) if wrench.raw => outside(interval, episode),
+            Some(_) => None,
+        };
+        if let Some(reason) = reason {
+            return Err(Fault::Precontact { reason }.at(Place::field("wrench.precontact")));
+        }
+    }
+    Ok(())
+}
+
+/// Why the mean over `[start, end]` is no tare for this episode, if it is none. The bounds may lie up to two
+/// readings outside the table, since streams are out of step.
+fn outside([start, end]: [f64; 2], episode: &Episode) -> Option<String> {
+    let name = &episode.name;
+    let readings = episode.wrench().map_or(Vec::new(), |wrench| wrench.t);
+    let (first, last) = (*episode.t.first()?, *episode.t.last()?);
+    let slack = 2.0 * (last - first) / readings.len() as f64;
+    if start < first - slack || end > last + slack {
+        return Some(format!(
+            "[{start}, {end}] is not within episode {name}, which lasts from {first} to {last} s"
+        ));
+    }
+    match readings.iter().filter(|&&t| start <= t && t <= end).count() {
+        count @ 0..2 => Some(format!(
+            "[{start}, {end}] holds {count} wrench readings of episode {name}, and a mean needs two"
+        )),
+        _ => None,
+    }
+}

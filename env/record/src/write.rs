@@ -1,0 +1,84 @@
+//! A recording's folder appears whole or not at all.
+
+use std::fs;
+use std::io;
+use std::path::{Path, PathBuf};
+
+use tempfile::TempDir;
+
+use crate::error::{Error, Place};
+use crate::fault::Fault;
+use crate::recording::{METADATA_FILE, Recording};
+use crate::table::Table;
+
+impl Recording {
+    /// Writes the folder `path`, replacing an earlier recording there. The same recording gives the same
+    /// bytes.
+    ///
+    /// # Errors
+    /// If the recording is invalid, if `path` holds anything but a recording, or if the disk refuses; what was
+    /// there before is then untouched.
+    pub fn write(&self, path: &Path, table: Table) -> Result<(), Error> {
+        self.validate()?;
+        let text = self.metadata.to_toml()?;
+        let io = |source| Fault::Io { action: "written", source }.at(Place::path(path));
+        let occupied = occupied(path).map_err(io)?;
+        if let Some(problem) = occupied {
+            return Err(Fault::Occupied { problem }.at(Place::path(path)));
+        }
+        let beside = beside(path).map_err(io)?;
+        let folder = beside.path().join("new");
+        fs::create_dir(&folder).map_err(io)?;
+        fs::write(folder.join(METADATA_FILE), text).map_err(io)?;
+        for episode in &self.episodes {
+            table.write(&folder.join(format!("{}.{}", episode.name, table.extension())), episode)?;
+        }
+        replace(path, &folder, &beside.path().join("old")).map_err(io)
+    }
+}
+
+/// Why `path` must not be replaced, if it must not.
+fn occupied(path: &Path) -> io::Result<Option<String>> {
+    match fs::symlink_metadata(path) {
+        Err(error) if error.kind() == io::ErrorKind::NotFound => return Ok(None),
+        Err(error) => return Err(error),
+        Ok(found) if !found.is_dir() => return Ok(Some("is not a folder".to_owned())),
+        Ok(_) => {}
+    }
+    let mut names = Vec::new();
+    for entry in fs::read_dir(path)? {
+        names.push(entry?.file_name());
+    }
+    if names.is_empty() {
+        return Ok(None);
+    }
+    if !names.iter().any(|name| name == METADATA_FILE) {
+        return Ok(Some("is not a recording".to_owned()));
+    }
+    let foreign = names.iter().find(|name| *name != METADATA_FILE && Table::of(Path::new(name)).is_none());
+    Ok(foreign.map(|name| format!("holds {name:?}, which is no part of a recording")))
+}
+
+/// An empty folder on the same disk, removed when it is dropped.
+fn beside(path: &Path) -> io::Result<TempDir> {
+    let parent = match path.parent() {
+        Some(parent) if parent != Path::new("") => parent.to_owned(),
+        _ => PathBuf::from("."),
+    };
+    fs::create_dir_all(&parent)?;
+    tempfile::Builder::new().prefix(".trundle-").tempdir_in(parent)
+}
+
+/// Puts `new` in the place of `path`, and what was there to `old`; on failure all is as before.
+fn replace(path: &Path, new: &Path, old: &Path) -> io::Result<()> {
+    let existed = path.exists();
+    if existed {
+        fs::rename(path, old)?;
+    }
+    fs::rename(new, path).inspect_err(|_| {
+        // Nothing better can be done if this fails too: the recording is then in `old`, and so named.
+        if existed {
+            let _ = fs::rename(old, path);
+        }
+    })
+}

@@ -1,0 +1,51 @@
+//! The smallest recording that has everything, for the tests of this crate.
+#![allow(dead_code, reason = "each test uses its own part")]
+
+use trundle_record::{Episode, Metadata, Recording};
+
+pub const TOML: &str = r#"
+format = "trundle-recording/1"
+name = "a table"
+
+[object]
+footprint = [[-0.6, -0.4], [0.6, -0.4], [0.6, 0.4], [-0.6, 0.4]]
+
+[wrench]
+frame = "sensor"
+reference = "sensor"
+sign = "on_object"
+raw = true
+precontact = [0.0, 0.2]
+contact = "grasp"
+source = "measured"
+"#;
+
+pub const CSV: &str = "\
+t,object_x,object_y,object_theta,gripper_x,gripper_y,gripper_theta,force_x,force_y,torque_z,note_who
+0.0,0.0,0.0,0.0,-0.6,0.0,0.0,0.1,0.2,0.3,ann
+0.1,,,,,,,0.1,0.2,0.3,
+0.2,0.0,0.0,0.0,-0.6,0.0,0.0,0.1,0.2,0.3,\"bob, \"\"the\"\" builder\"
+0.3,1e-3,0.0,0.0,-0.599,0.0,0.0,5.1,0.2,0.3,
+";
+
+pub fn metadata(more: &str) -> Metadata {
+    Metadata::from_toml(&format!("{TOML}{more}").replace("raw = true", "raw = false")).unwrap()
+}
+
+pub fn episode(name: &str) -> Episode {
+    let home = tempfile::tempdir().unwrap();
+    folder(home.path(), TOML, CSV);
+    let mut episode = Recording::read(home.path()).unwrap().episodes.remove(0);
+    episode.name = name.to_owned();
+    episode
+}
+
+pub fn recording() -> Recording {
+    Recording::new(metadata(""), vec![episode("episode_00")]).unwrap()
+}
+
+/// Writes the two files of a recording with one episode.
+pub fn folder(path: &std::path::Path, toml: &str, csv: &str) {
+    std::fs::write(path.join("recording.toml"), toml).unwrap();
+    std::fs::write(path.join("episode_00.csv"), csv).unwrap();
+}
