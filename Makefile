@@ -1,0 +1,104 @@
+# `make help` explains the targets. What is built lies in target/ (Rust) and .venv/ (Python).
+.DEFAULT_GOAL := help
+.DELETE_ON_ERROR:
+.SUFFIXES:
+SHELL := /bin/bash
+.SHELLFLAGS := -eu -o pipefail -c
+MAKEFLAGS += --no-print-directory
+
+PYTHON ?= python3
+VENV := .venv
+BIN := $(VENV)/bin
+PIP := $(BIN)/python -m pip --disable-pip-version-check --quiet
+TRUNDLE := $(BIN)/trundle
+
+# Absolute, because maturin and pyo3 compare it: one interpreter for the wheel and for clippy.
+export VIRTUAL_ENV := $(CURDIR)/$(VENV)
+export PYO3_PYTHON := $(CURDIR)/$(BIN)/python
+
+RUST := $(shell find env adaptive python/src -type f -not -path '*/tests/*' -not -path '*/benches/*') \
+	python/Cargo.toml Cargo.toml Cargo.lock pyproject.toml
+
+say = @printf '\n\033[1m==> %s\033[0m\n' $(1)
+
+.PHONY: help build demo test test-rl lint format lock bench clean
+
+help: ## this text
+	@echo "trundle: learn how an unknown object moves when pushed; name what a simulation of it left out."
+	@echo
+	@sed -n 's/^\([a-z-]*\):.*## \(.*\)/  make \1\t\2/p' Makefile | expand -t 18
+	@echo
+	@echo "Needs $(PYTHON) >= 3.10 with venv, cargo (rustup.rs) and a C linker; PYTHON=... chooses another Python."
+
+build: $(VENV)/.built ## everything the two commands below share; leaves .venv/bin/trundle
+
+demo: build ## make a recording of a table with a hidden defect, diagnose it, name the report (10 minutes from nothing)
+	$(call say,"1/2 simulating pushes of a table whose wheel is locked and that rubs where no model says so")
+	$(TRUNDLE) simulate configs/experiments/demo.toml --out demo/recording
+	$(call say,"2/2 diagnosing the recording: which law is missing?")
+	$(TRUNDLE) diagnose demo/recording --out demo/diagnosis
+	$(call say,"open demo/diagnosis/report.html")
+
+test: build ## build and run all tests, Rust then Python (20 minutes from nothing)
+	$(call say,"1/2 Rust tests: compiling them takes the most")
+	cargo test --release --locked
+	$(call say,"2/2 Python tests")
+	$(BIN)/python -m pytest --ignore tests/rl
+
+test-rl: build $(VENV)/.rl ## the tests of the extra [rl]; installs PyTorch (5 GB on disk)
+	$(call say,"Python tests of the extra [rl]")
+	$(BIN)/python -m pytest tests/rl
+
+lint: $(VENV)/.packages ## formatting, clippy, ruff and mypy, all without exception
+	$(call say,"Rust: rustfmt and clippy")
+	cargo fmt --all --check
+	cargo clippy --release --locked --workspace --all-targets -- --deny warnings
+	$(call say,"Python: ruff and mypy")
+	$(BIN)/ruff check
+	$(BIN)/ruff format --check
+	$(BIN)/mypy
+
+format: $(VENV)/.packages ## reformat Rust and Python
+	cargo fmt --all
+	$(BIN)/ruff check --fix --quiet
+	$(BIN)/ruff format
+
+bench: build ## Criterion benchmarks of a step, a gradient and a fit
+	cargo bench --locked
+
+lock: $(VENV)/.packages ## renew requirements*.lock from pyproject.toml (installs uv into .venv)
+	$(PIP) install uv
+	$(BIN)/uv $(COMPILE) --extra dev --output-file requirements.lock pyproject.toml
+	$(BIN)/uv $(COMPILE) --extra rl --constraint requirements.lock --output-file requirements-rl.lock pyproject.toml
+
+COMPILE := pip compile --quiet --upgrade --universal --python-version 3.10 --generate-hashes \
+	--no-annotate --no-emit-index-url --no-header
+
+clean: ## remove what was built and what the demo wrote
+	rm -rf $(VENV) target demo
+
+$(VENV)/.created:
+	$(call say,"Python environment in $(VENV)")
+	@command -v $(PYTHON) > /dev/null || { echo "there is no $(PYTHON): install Python 3.10 or newer"; exit 1; }
+	@$(PYTHON) -c 'import sys; sys.exit(sys.version_info < (3, 10))' || \
+		{ echo "$$($(PYTHON) --version) is too old: 3.10 or newer is needed; PYTHON=python3.12 make ... chooses another"; exit 1; }
+	@command -v cargo > /dev/null || { echo "there is no cargo: install Rust as rustup.rs says"; exit 1; }
+	@command -v cc > /dev/null || { echo "there is no C linker (cc): on Debian, apt install gcc"; exit 1; }
+	@$(PYTHON) -m venv $(VENV) || \
+		{ echo "$(PYTHON) cannot make environments: on Debian, apt install python3-venv"; exit 1; }
+	@touch $@
+
+$(VENV)/.packages: requirements.lock | $(VENV)/.created
+	$(call say,"Python packages from requirements.lock: 200 MB to fetch")
+	$(PIP) install --require-hashes -r requirements.lock
+	@touch $@
+
+$(VENV)/.built: $(RUST) $(VENV)/.packages
+	$(call say,"compiling the Rust half: some minutes the first time")
+	$(BIN)/maturin develop --release --locked
+	@touch $@
+
+$(VENV)/.rl: requirements-rl.lock $(VENV)/.packages
+	$(call say,"PyTorch and stable-baselines3 from requirements-rl.lock: 3 GB to fetch")
+	$(PIP) install --require-hashes -r requirements-rl.lock
+	@touch $@
