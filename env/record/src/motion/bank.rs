@@ -1,0 +1,49 @@
+//! The causal filter: a bank of filters, one for each intensity of the jerk, weighed by how well each has
+//! predicted the recent past. A single likeliest intensity would be one of the whole episode: the future's.
+
+use nalgebra::{Matrix3, Vector3};
+
+use super::intensity::grid;
+use super::kalman::{Axis, Estimate};
+
+/// Time over which a filter's past predictions lose their weight, s: a push starts within a fraction of it.
+const MEMORY: f64 = 1.0;
+
+/// Filters over the same samples.
+pub(crate) struct Bank {
+    jerk: Vec<f64>,
+    state: Vec<Estimate>,
+    score: Vec<f64>,
+}
+
+impl Bank {
+    /// The bank's estimate after each sample.
+    pub fn run(axis: &Axis) -> Vec<Estimate> {
+        let jerk: Vec<f64> = grid().map(|exponent| 10f64.powf(exponent)).collect();
+        let mut bank = Self { state: vec![axis.start(); jerk.len()], score: vec![0.0; jerk.len()], jerk };
+        (0..axis.t.len()).map(|i| bank.step(axis, i)).collect()
+    }
+
+    fn step(&mut self, axis: &Axis, i: usize) -> Estimate {
+        let forget = if i == 0 { 1.0 } else { (-(axis.t[i] - axis.t[i - 1]) / MEMORY).exp() };
+        for (k, jerk) in self.jerk.iter().enumerate() {
+            let predicted =
+                if i == 0 { self.state[k].clone() } else { axis.predict(i, &self.state[k], *jerk) };
+            let update = axis.update(i, predicted);
+            self.score[k] = forget * self.score[k] + update.log_likelihood();
+            self.state[k] = update.posterior();
+        }
+        self.mixture()
+    }
+
+    fn mixture(&self) -> Estimate {
+        let best = self.score.iter().copied().fold(f64::NEG_INFINITY, f64::max);
+        let weight: Vec<f64> = self.score.iter().map(|s| (s - best).exp()).collect();
+        let total: f64 = weight.iter().sum();
+        let parts = || self.state.iter().zip(&weight).map(|(state, w)| (state, w / total));
+        let mean: Vector3<f64> = parts().map(|(state, w)| state.mean * w).sum();
+        let spread = |state: &Estimate| (state.mean - mean) * (state.mean - mean).transpose();
+        let cov: Matrix3<f64> = parts().map(|(state, w)| (state.cov + spread(state)) * w).sum();
+        Estimate { mean, cov }
+    }
+}

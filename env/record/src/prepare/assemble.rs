@@ -1,0 +1,86 @@
+//! From a recording to a dataset.
+
+use trundle_model::Body;
+
+use crate::error::{Error, Place};
+use crate::fault::Fault;
+use crate::metadata::{Contact, Dof, Metadata, Source};
+use crate::recording::Recording;
+
+use super::reading::{Reader, Readings, View};
+use super::tare::TareMethod;
+use super::track::gaps;
+use super::{Counts, Dataset, Noise, Prepared, WrenchSample, contact, mass, noise};
+
+pub(crate) fn dataset(recording: &Recording, method: TareMethod) -> Result<Dataset, Error> {
+    let meta = &recording.metadata;
+    let noise = noise::of(recording);
+    let views: Vec<View> =
+        recording.episodes.iter().map(|e| View::new(e, &noise)).collect::<Result<_, _>>()?;
+    let reader = Reader::new(meta, method, &views)?;
+    let prepared: Vec<Prepared> =
+        views.into_iter().map(|view| episode(&reader, view, meta, &noise)).collect::<Result<_, _>>()?;
+    let (held_out, training): (Vec<_>, Vec<_>) =
+        prepared.into_iter().partition(|episode| meta.is_held_out(&episode.name));
+    let guess = meta.object.mass.unwrap_or_else(|| mass::guess(&training, &noise));
+    Ok(Dataset {
+        name: meta.name.clone(),
+        body: body(meta, guess)?,
+        dof: [Dof::X, Dof::Y, Dof::Theta].map(|dof| meta.object.dof.contains(&dof)),
+        noise,
+        point_contact: meta.wrench.contact == Contact::Point,
+        commanded: meta.wrench.source == Source::Commanded,
+        mass_given: meta.object.mass,
+        training,
+        held_out,
+        obstacles: meta.scene.obstacles.iter().map(|o| o.polygon.clone()).collect(),
+    })
+}
+
+fn episode(reader: &Reader, view: View, meta: &Metadata, noise: &Noise) -> Result<Prepared, Error> {
+    let Readings { wrench, tare_sd } = reader.read(&view, noise)?;
+    let counts = counts(&view, &wrench);
+    Ok(Prepared {
+        name: view.name.to_owned(),
+        contact: contact_begins(&wrench, noise, &tare_sd, meta.at_rest),
+        wrench,
+        pose: view.object.samples,
+        tare_sd,
+        at_rest: meta.at_rest,
+        counts,
+    })
+}
+
+fn contact_begins(wrench: &[WrenchSample], noise: &Noise, tare_sd: &[f64; 3], at_rest: bool) -> f64 {
+    let t: Vec<f64> = wrench.iter().map(|w| w.t).collect();
+    let readings: Vec<[f64; 3]> = wrench.iter().map(|w| w.reading).collect();
+    let otherwise = if at_rest { t.last() } else { t.first() };
+    contact::begins(&t, &readings, [noise.force, noise.torque], tare_sd).or(otherwise.copied()).unwrap_or(0.0)
+}
+
+fn counts(view: &View, wrench: &[WrenchSample]) -> Counts {
+    let poses: Vec<f64> = view.object.samples.iter().map(|p| p.t).collect();
+    let (pose_gaps, longest) = gaps(&poses);
+    let age = |w: &WrenchSample| super::sampling::latest(&poses, w.t).map(|at| w.t - poses[at]);
+    Counts {
+        pose_outliers: view.object.outliers,
+        pose_held: view.object.held,
+        pose_gaps,
+        gripper_outliers: view.gripper.outliers,
+        gripper_held: view.gripper.held,
+        wrench_gaps: gaps(&view.wrench.t).0,
+        before_first_pose: wrench.iter().filter(|w| age(w).is_none()).count(),
+        stale_pose: wrench.iter().filter(|w| age(w).is_some_and(|age| age > longest)).count(),
+    }
+}
+
+fn body(meta: &Metadata, mass: f64) -> Result<Body, Error> {
+    let shape = meta.object.shape();
+    let body = if shape.is_empty() { Body::point(mass) } else { Body::from_fixtures(shape, mass) };
+    let unusable = |reason: String| Fault::Unusable {
+        reason,
+        remedy: "give a footprint with an area and a positive mass".into(),
+    };
+    body.map(|body| body.standing_on(&meta.object.support))
+        .map_err(|error| unusable(error.to_string()).at(Place::field("object")))
+}

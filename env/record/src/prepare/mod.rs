@@ -1,0 +1,165 @@
+//! A recording as the estimator wants it: planar, tared, masked, with contact found.
+
+mod assemble;
+mod contact;
+mod mass;
+mod noise;
+mod outlier;
+mod reading;
+mod sampling;
+mod tare;
+mod track;
+mod transform;
+
+use trundle_model::Body;
+
+use crate::error::Error;
+use crate::motion::{self, Motion};
+use crate::recording::Recording;
+
+pub use noise::Noise;
+pub use tare::TareMethod;
+pub use transform::{Wrench6, force_moment_transform, planar_transform, relative_pose, wrapped};
+
+/// One wrench sample of an episode.
+#[derive(Debug, Clone, PartialEq)]
+pub struct WrenchSample {
+    /// Time, s, on the sensor's clock.
+    pub t: f64,
+    /// Force x, y in N and torque about the vertical in N m on the object: tared, in reading axes, about the
+    /// reading's reference point.
+    pub reading: [f64; 3],
+    /// x, y in m and angle in rad of the reading's frame in the object frame, from the latest poses not later
+    /// than `t`. Its origin is the reference point.
+    pub frame: [f64; 3],
+}
+
+impl WrenchSample {
+    /// The same wrench in object axes about the object's origin (equation 13).
+    pub fn on_object(&self) -> [f64; 3] {
+        planar_transform(&self.frame, &self.reading)
+    }
+}
+
+/// One pose sample of an episode.
+#[derive(Debug, Clone, PartialEq)]
+pub struct PoseSample {
+    /// Time, s, on the tracker's clock.
+    pub t: f64,
+    /// x, y in m and theta in rad (continuous) of the object frame in the world.
+    pub pose: [f64; 3],
+}
+
+/// What was masked or is missing in an episode.
+#[derive(Debug, Clone, Default, PartialEq, Eq)]
+pub struct Counts {
+    /// Object poses that the tracker made up: jumps, spikes.
+    pub pose_outliers: usize,
+    /// Object poses that repeat the one before.
+    pub pose_held: usize,
+    /// Drop-outs of the object's poses: intervals several times as long as usual.
+    pub pose_gaps: usize,
+    /// Gripper poses that the tracker made up.
+    pub gripper_outliers: usize,
+    /// Gripper poses that repeat the one before.
+    pub gripper_held: usize,
+    /// Drop-outs of the wrench.
+    pub wrench_gaps: usize,
+    /// Wrench samples before the first pose, which use the first pose.
+    pub before_first_pose: usize,
+    /// Wrench samples whose latest pose is older than a drop-out.
+    pub stale_pose: usize,
+}
+
+/// One episode, prepared.
+#[derive(Debug, Clone, PartialEq)]
+pub struct Prepared {
+    /// The episode's name.
+    pub name: String,
+    /// In order of time.
+    pub wrench: Vec<WrenchSample>,
+    /// In order of time, outliers and held values left out, theta continuous.
+    pub pose: Vec<PoseSample>,
+    /// When contact begins, s: the start of the first sustained load after the tare, the first reading if it
+    /// already bears load, the last if none does (the first, where the object is not at rest before contact).
+    pub contact: f64,
+    /// Standard deviation of the tare's error, reading axes; 0 where the reading is not raw.
+    pub tare_sd: [f64; 3],
+    /// Whether the object is at rest until contact.
+    pub at_rest: bool,
+    /// What was masked.
+    pub counts: Counts,
+}
+
+/// The wrench's clock may run late by this, s: so much before its contact the object surely rests.
+const REST_MARGIN: f64 = 0.2;
+
+impl Prepared {
+    /// Until when the object surely rests, s; `None` if it may move from the start.
+    pub fn rest_until(&self) -> Option<f64> {
+        let first = self.pose.first()?.t;
+        self.at_rest.then_some((self.contact - REST_MARGIN).max(first))
+    }
+
+    /// Motion at each pose from all poses; empty for fewer than five.
+    pub fn motion(&self, noise: &Noise) -> Vec<Motion> {
+        motion::smooth_from(&self.pose, noise, self.rest_until())
+    }
+
+    /// Motion at each pose from the poses up to it only; empty for fewer than five.
+    pub fn motion_so_far(&self, noise: &Noise) -> Vec<Motion> {
+        motion::filter_from(&self.pose, noise, self.rest_until())
+    }
+}
+
+/// A whole recording, prepared.
+#[derive(Debug, Clone)]
+pub struct Dataset {
+    /// The recording's name.
+    pub name: String,
+    /// The object; its mass is the given one, or a guess to start a fit from.
+    pub body: Body,
+    /// Whether it moves along x, along y, about the vertical.
+    pub dof: [bool; 3],
+    /// Stated or estimated.
+    pub noise: Noise,
+    /// Whether the contact bears no moment about the reading's reference point.
+    pub point_contact: bool,
+    /// Whether the wrench is a drive's command.
+    pub commanded: bool,
+    /// The weighed mass, kg; `None` where it is to be fitted.
+    pub mass_given: Option<f64>,
+    /// Episodes to fit.
+    pub training: Vec<Prepared>,
+    /// Episodes only to predict.
+    pub held_out: Vec<Prepared>,
+    /// Polygons known to stand there, m, world frame.
+    pub obstacles: Vec<Vec<[f64; 2]>>,
+}
+
+impl Dataset {
+    /// All episodes, those to fit first.
+    pub fn episodes(&self) -> impl Iterator<Item = &Prepared> {
+        self.training.iter().chain(&self.held_out)
+    }
+}
+
+/// Prepares every episode of `recording`, each tared as the format states it.
+///
+/// # Errors
+/// If a raw reading has no sample before contact to tare it, if a tilting gripper's weight is not known and
+/// cannot be found, if poses that a reading needs are missing, or if the shape has no area.
+pub fn prepare(recording: &Recording) -> Result<Dataset, Error> {
+    prepare_with(recording, TareMethod::default())
+}
+
+/// As [`prepare`], with the tare chosen by name.
+///
+/// # Errors
+/// As [`prepare`].
+pub fn prepare_with(recording: &Recording, tare: TareMethod) -> Result<Dataset, Error> {
+    assemble::dataset(recording, tare)
+}
+
+#[cfg(test)]
+mod tests;

@@ -1,0 +1,97 @@
+use rand::SeedableRng;
+use rand_chacha::ChaCha8Rng;
+use rand_distr::{Distribution, StandardNormal};
+
+use super::*;
+
+const SD: [f64; 3] = [5e-4, 5e-4, 1.7e-3];
+
+/// Six seconds at 60 Hz: at rest, then pushed with a sudden start, a turn, and a sudden stop.
+fn clean(seed: u64) -> (Vec<f64>, Vec<[f64; 3]>) {
+    let mut rng = ChaCha8Rng::seed_from_u64(seed);
+    let mut draw = |sd: f64| -> f64 {
+        let z: f64 = StandardNormal.sample(&mut rng);
+        sd * z
+    };
+    let t: Vec<f64> = (0..360).map(|i| f64::from(i) / 60.0).collect();
+    let pose = |&t: &f64| {
+        let s = (t - 1.0).clamp(0.0, 4.0);
+        [0.3 * s + draw(SD[0]), 0.1 * s * s + draw(SD[1]), wrapped(3.0 + 0.4 * s + draw(SD[2]))]
+    };
+    let poses = t.iter().map(pose).collect();
+    (t, poses)
+}
+
+fn outliers(verdicts: &[Verdict]) -> Vec<usize> {
+    (0..verdicts.len()).filter(|&i| verdicts[i] == Verdict::Outlier).collect()
+}
+
+#[test]
+fn clean_poses_are_kept() {
+    for seed in 0..40 {
+        let (t, pose) = clean(seed);
+        assert_eq!(outliers(&judge(&t, &pose, &SD)), Vec::<usize>::new(), "seed {seed}");
+    }
+}
+
+#[test]
+fn spikes_are_found_in_position_and_in_angle() {
+    for seed in 0..20 {
+        let (t, mut pose) = clean(seed);
+        pose[150][0] += 0.01;
+        pose[200][2] += 0.05;
+        pose[320][1] -= 0.4;
+        assert_eq!(outliers(&judge(&t, &pose, &SD)), [150, 200, 320], "seed {seed}");
+    }
+}
+
+#[test]
+fn a_constant_fake_pose_is_found_without_being_told() {
+    for (first, last) in [(100, 103), (100, 160), (0, 30), (330, 359)] {
+        let (t, mut pose) = clean(1);
+        for fake in &mut pose[first..=last] {
+            *fake = [0.66854, -0.26052, 0.1];
+        }
+        let found: Vec<usize> = (first..=last).collect();
+        assert_eq!(outliers(&judge(&t, &pose, &SD)), found);
+    }
+}
+
+#[test]
+fn a_noisy_burst_is_found() {
+    let (t, mut pose) = clean(2);
+    for i in 120..150 {
+        pose[i][1] += 0.35;
+    }
+    assert_eq!(outliers(&judge(&t, &pose, &SD)), (120..150).collect::<Vec<_>>());
+}
+
+#[test]
+fn held_values_are_masked_but_a_noiseless_rest_is_not() {
+    let (t, mut pose) = clean(3);
+    pose[100] = pose[99];
+    pose[101] = pose[99];
+    let verdicts = judge(&t, &pose, &SD);
+    let held: Vec<usize> = (0..360).filter(|&i| verdicts[i] == Verdict::Held).collect();
+    assert_eq!(held, [100, 101]);
+    let still = vec![[1.0, 2.0, 0.5]; 50];
+    let times: Vec<f64> = (0..50).map(f64::from).collect();
+    assert_eq!(judge(&times, &still, &[1e-6; 3]), vec![Verdict::Kept; 50]);
+}
+
+#[test]
+fn a_drop_out_is_no_jump() {
+    let (t, pose) = clean(4);
+    let keep: Vec<usize> = (0..360).filter(|i| !(150..210).contains(i)).collect();
+    let t: Vec<f64> = keep.iter().map(|&i| t[i]).collect();
+    let pose: Vec<[f64; 3]> = keep.iter().map(|&i| pose[i]).collect();
+    assert!(outliers(&judge(&t, &pose, &SD)).is_empty());
+}
+
+#[test]
+fn few_poses_are_kept() {
+    let (t, pose) = clean(5);
+    for n in 0..4 {
+        assert_eq!(judge(&t[..n], &pose[..n], &SD), vec![Verdict::Kept; n]);
+    }
+}

@@ -1,0 +1,216 @@
+//! From sensor readings to planar wrenches with the pose of their frame in the object frame.
+
+use nalgebra::Vector3;
+
+use crate::episode::{Episode, WrenchStream};
+use crate::error::{Error, Place};
+use crate::fault::Fault;
+use crate::metadata::{Frame, Metadata, Reference, Sign};
+
+use super::tare::{FreeReading, Tare, TareMethod, Weight, sd_of_mean, weigh};
+use super::track::{self, Track};
+use super::transform::{GripperPose, Wrench6, relative_pose};
+use super::{Noise, PoseSample, WrenchSample};
+
+/// The streams of one episode, masked.
+pub(crate) struct View<'a> {
+    pub name: &'a str,
+    pub object: Track<PoseSample>,
+    pub gripper: Track<GripperPose>,
+    pub wrench: WrenchStream,
+}
+
+/// Planar wrenches of one episode.
+pub(crate) struct Readings {
+    pub wrench: Vec<WrenchSample>,
+    pub tare_sd: [f64; 3],
+}
+
+impl<'a> View<'a> {
+    pub fn new(episode: &'a Episode, noise: &Noise) -> Result<Self, Error> {
+        let name = episode.name.as_str();
+        let object = track::object(episode, &noise.pose);
+        let gripper = track::gripper(episode, &noise.pose);
+        if object.samples.is_empty() {
+            return Err(no_stream(name, "object pose", "record the object's pose at least once"));
+        }
+        let Some(wrench) = episode.wrench() else {
+            return Err(no_stream(name, "wrench", "record the force, or leave the episode out"));
+        };
+        Ok(Self { name, object, gripper, wrench })
+    }
+
+    /// The latest object pose not later than `t`, or the first.
+    fn object_at(&self, t: f64) -> [f64; 3] {
+        let at = self.object.samples.partition_point(|p| p.t <= t).saturating_sub(1);
+        self.object.samples[at].pose
+    }
+
+    /// The latest gripper pose not later than `t`, or the first; `None` without a gripper stream.
+    fn gripper_at(&self, t: f64) -> Option<&GripperPose> {
+        let at = self.gripper.samples.partition_point(|p| p.t <= t).saturating_sub(1);
+        self.gripper.samples.get(at)
+    }
+}
+
+fn no_stream(episode: &str, what: &str, remedy: &str) -> Error {
+    let reason = format!("there is no usable {what} sample");
+    Fault::Unusable { reason, remedy: remedy.into() }.at(Place::episode(episode))
+}
+
+/// What turns readings into wrenches on the object, the same for all episodes.
+pub(crate) struct Reader<'a> {
+    meta: &'a Metadata,
+    method: TareMethod,
+    weight: Option<Weight>,
+}
+
+/// Tilt against the attitude before contact up to which a gripper counts as level, rad: two degrees.
+const LEVEL: f64 = 0.035;
+
+impl<'a> Reader<'a> {
+    pub fn new(meta: &'a Metadata, method: TareMethod, views: &[View]) -> Result<Self, Error> {
+        let mut reader = Self { meta, method, weight: None };
+        if !meta.wrench.raw || method == TareMethod::Equation12 {
+            return Ok(reader);
+        }
+        let free: Vec<Vec<FreeReading>> =
+            views.iter().map(|view| reader.free(view)).collect::<Result<_, _>>()?;
+        reader.weight = match (meta.wrench.gripper_mass, meta.wrench.gripper_com) {
+            (Some(mass), com) => Some(Weight { mass, moment: Vector3::from(com.unwrap_or_default()) * mass }),
+            (None, _) => weigh(&free),
+        };
+        match views.iter().zip(&free).find(|(view, free)| tilts(view, free)) {
+            Some((view, _)) if reader.weight.is_none() => Err(unweighed(view.name)),
+            Some((view, _)) => complete(view).map(|()| reader),
+            None => Ok(Self { weight: None, ..reader }),
+        }
+    }
+
+    /// The planar wrenches of `view`.
+    pub fn read(&self, view: &View, noise: &Noise) -> Result<Readings, Error> {
+        let (tare, tare_sd) = if self.meta.wrench.raw {
+            let (tare, sd) = self.tare(view, noise)?;
+            (Some(tare), sd)
+        } else {
+            (None, [0.0; 3])
+        };
+        let sample = |(&t, value): (&f64, &Wrench6)| {
+            let reading = self.planar(view, t, &self.signed(value), tare.as_ref());
+            WrenchSample { t, reading, frame: self.frame(view, t) }
+        };
+        Ok(Readings { wrench: view.wrench.t.iter().zip(&view.wrench.value).map(sample).collect(), tare_sd })
+    }
+
+    fn tare(&self, view: &View, noise: &Noise) -> Result<(Tare, [f64; 3]), Error> {
+        let free = self.free(view)?;
+        let Some(tare) = Tare::new(self.method, &free, self.weight.as_ref()) else {
+            return Err(untared(view.name, self.meta.wrench.precontact(view.name)));
+        };
+        let planar: Vec<[f64; 3]> =
+            free.iter().map(|r| self.planar(view, r.pose.t, &r.wrench, Some(&tare))).collect();
+        let usual = [noise.force, noise.force, noise.torque].map(|sd| sd / (free.len() as f64).sqrt());
+        let sd = [0, 1, 2].map(|k| {
+            let axis: Vec<f64> = planar.iter().map(|p| p[k]).collect();
+            sd_of_mean(&axis).unwrap_or(usual[k])
+        });
+        Ok((tare, sd))
+    }
+
+    /// The readings in the interval without contact.
+    fn free(&self, view: &View) -> Result<Vec<FreeReading>, Error> {
+        let interval = self.meta.wrench.precontact(view.name);
+        let inside = |t: f64| interval.is_some_and(|[start, end]| start <= t && t <= end);
+        let rows = (0..view.wrench.t.len()).filter(|&i| inside(view.wrench.t[i]));
+        let free: Vec<FreeReading> = rows
+            .map(|i| FreeReading {
+                wrench: self.signed(&view.wrench.value[i]),
+                pose: self.pose(view, view.wrench.t[i]),
+            })
+            .collect();
+        if free.is_empty() { Err(untared(view.name, interval)) } else { Ok(free) }
+    }
+
+    fn signed(&self, value: &Wrench6) -> Wrench6 {
+        match self.meta.wrench.sign {
+            Sign::OnObject => *value,
+            Sign::OnSensor => value.map(|v| -v),
+        }
+    }
+
+    /// Where the gripper is at `t`; level at the world's origin where nobody says.
+    fn pose(&self, view: &View, t: f64) -> GripperPose {
+        let known = view.gripper_at(t).cloned();
+        known.map_or_else(|| GripperPose::level(t, [0.0; 3]), |pose| GripperPose { t, ..pose })
+    }
+
+    fn planar(&self, view: &View, t: f64, reading: &Wrench6, tare: Option<&Tare>) -> [f64; 3] {
+        let pose = self.pose(view, t);
+        let mut wrench = tare.map_or(*reading, |tare| tare.apply(reading, &pose));
+        for (value, present) in wrench.iter_mut().zip(view.wrench.present) {
+            *value *= f64::from(u8::from(present)); // the weight's share in an axis that was not measured
+        }
+        if self.meta.wrench.frame == Frame::Sensor && !pose.is_level() {
+            return pose.seen_from_above(&wrench);
+        }
+        [wrench[0], wrench[1], wrench[5]]
+    }
+
+    /// Pose of the reading's frame in the object frame at `t`.
+    fn frame(&self, view: &View, t: f64) -> [f64; 3] {
+        let object = view.object_at(t);
+        let gripper = view.gripper_at(t).map(|pose| relative_pose(&object, &pose.planar()));
+        let [x, y, turned] = gripper.unwrap_or([0.0; 3]);
+        let angle = match self.meta.wrench.frame {
+            Frame::Sensor => turned,
+            Frame::Object => 0.0,
+            Frame::World => -object[2],
+        };
+        match self.meta.wrench.reference() {
+            Reference::Sensor => [x, y, angle],
+            Reference::Object => [0.0, 0.0, angle],
+        }
+    }
+}
+
+/// Whether the gripper leaves the attitude in which it was tared.
+fn tilts(view: &View, free: &[FreeReading]) -> bool {
+    let Some(tared) = free.first().map(|reading| reading.pose.down()) else { return false };
+    view.gripper.samples.iter().any(|pose| pose.down().angle(&tared) > LEVEL)
+}
+
+/// A tilted reading needs all of its axes to be seen from above.
+fn complete(view: &View) -> Result<(), Error> {
+    let [_, _, force_z, torque_x, torque_y, torque_z] = view.wrench.present;
+    let torques = [torque_x, torque_y, torque_z];
+    // No torque at all: a point contact, which bears none in any attitude.
+    if force_z && (torques == [true; 3] || torques == [false; 3]) {
+        return Ok(());
+    }
+    let fault = Fault::Unusable {
+        reason: "the gripper tilts, but not all axes of the sensor are recorded".into(),
+        remedy: "record force_z, torque_x and torque_y too, or keep the gripper level".into(),
+    };
+    Err(fault.at(Place::episode(view.name)))
+}
+
+fn unweighed(episode: &str) -> Error {
+    let fault = Fault::Unusable {
+        reason: "the gripper tilts after its tare, and its weight is not known".into(),
+        remedy: "give wrench.gripper_mass and wrench.gripper_com, or intervals without contact at several \
+                 attitudes (0.05 rad apart or more) in wrench.precontact"
+            .into(),
+    };
+    fault.at(Place::episode(episode))
+}
+
+fn untared(episode: &str, interval: Option<[f64; 2]>) -> Error {
+    let reason = match interval {
+        Some([start, end]) => {
+            format!("no wrench sample lies in the interval without contact, {start} to {end} s")
+        }
+        None => "a raw reading has no interval without contact".into(),
+    };
+    let remedy = "give wrench.precontact an interval of this episode in which nothing is touched".into();
+    Fault::Unusable { reason, remedy }.at(Place::episode(episode))
+}

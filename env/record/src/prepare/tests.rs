@@ -1,0 +1,280 @@
+//! Whole recordings, made here with known truth, prepared.
+
+use std::collections::BTreeMap;
+
+use nalgebra::{UnitQuaternion, Vector3};
+
+use super::*;
+use crate::episode::Episode;
+use crate::metadata::Metadata;
+
+const HEAD: &str = r#"
+format = "trundle-recording/1"
+name = "made"
+[object]
+footprint = [[-0.6, -0.4], [0.6, -0.4], [0.6, 0.4], [-0.6, 0.4]]
+mass = 20.0
+"#;
+
+const OFFSET: [f64; 6] = [3.0, -2.0, 8.0, 0.4, -0.3, 0.2];
+
+fn metadata(wrench: &str) -> Metadata {
+    toml::from_str(&format!("{HEAD}[wrench]\n{wrench}")).unwrap()
+}
+
+fn columns<const N: usize>(names: [&str; N], rows: &[[f64; N]]) -> BTreeMap<String, Vec<f64>> {
+    (0..N).map(|k| (names[k].to_owned(), rows.iter().map(|row| row[k]).collect())).collect()
+}
+
+/// The object turns slowly from 1 rad on; the gripper holds it at (0.5, 0.2) of its frame, turned by -0.4 rad.
+fn object_pose(t: f64) -> [f64; 3] {
+    let s = (t - 1.0).max(0.0);
+    [0.1 * s * s, 0.3, 1.0 + 0.2 * s]
+}
+
+const GRASP: [f64; 3] = [0.5, 0.2, -0.4];
+
+fn gripper_pose(t: f64) -> [f64; 3] {
+    let [x, y, theta] = object_pose(t);
+    let (sin, cos) = theta.sin_cos();
+    [x + cos * GRASP[0] - sin * GRASP[1], y + sin * GRASP[0] + cos * GRASP[1], theta + GRASP[2]]
+}
+
+/// Planar push in sensor axes.
+fn push(t: f64) -> [f64; 3] {
+    if t < 1.0 { [0.0; 3] } else { [12.0, -3.0, 0.7] }
+}
+
+const TIMES: usize = 300;
+
+fn time(i: usize) -> f64 {
+    i as f64 * 0.01
+}
+
+fn level_episode(reading: impl Fn(f64) -> [f64; 3]) -> Episode {
+    let names = [
+        "object_x",
+        "object_y",
+        "object_theta",
+        "gripper_x",
+        "gripper_y",
+        "gripper_theta",
+        "force_x",
+        "force_y",
+        "torque_z",
+    ];
+    let row = |i: usize| {
+        let t = time(i);
+        let ([a, b, c], [d, e, f], [g, h, k]) = (object_pose(t), gripper_pose(t), reading(t));
+        [a, b, wrapped(c), d, e, wrapped(f), g, h, k]
+    };
+    let rows: Vec<[f64; 9]> = (0..TIMES).map(row).collect();
+    Episode {
+        name: "episode_00".into(),
+        t: (0..TIMES).map(time).collect(),
+        columns: columns(names, &rows),
+        notes: BTreeMap::new(),
+    }
+}
+
+fn recording(wrench: &str, episode: Episode) -> Recording {
+    Recording { metadata: metadata(wrench), episodes: vec![episode] }
+}
+
+fn assert_close(a: &[f64], b: &[f64], tolerance: f64) {
+    assert!(a.iter().zip(b).all(|(x, y)| (x - y).abs() < tolerance), "{a:?} {b:?}");
+}
+
+const RAW: &str = "frame = \"sensor\"\nsign = \"on_sensor\"\nraw = true\nprecontact = [0.0, 0.95]";
+
+#[test]
+fn a_raw_reaction_becomes_the_push_on_the_object() {
+    let episode = level_episode(|t| [0, 1, 2].map(|k| -push(t)[k] + [OFFSET[0], OFFSET[1], OFFSET[5]][k]));
+    let dataset = prepare(&recording(RAW, episode)).unwrap();
+    let made = &dataset.training[0];
+    for sample in &made.wrench {
+        assert_close(&sample.reading, &push(sample.t), 1e-9);
+        assert_close(&sample.frame, &GRASP, 1e-9);
+    }
+    let last = made.wrench.last().unwrap().on_object();
+    let (sin, cos) = (-0.4_f64).sin_cos();
+    let force = [cos * 12.0 + sin * 3.0, sin * 12.0 - cos * 3.0];
+    assert_close(&last, &[force[0], force[1], 0.5 * force[1] - 0.2 * force[0] + 0.7], 1e-9);
+    assert!((made.contact - 1.0).abs() < 0.011, "{}", made.contact);
+    assert_eq!(dataset.body.mass, 20.0);
+}
+
+#[test]
+fn frames_and_references_by_name() {
+    let episode = level_episode(push);
+    let made = |wrench: &str| prepare(&recording(wrench, episode.clone())).unwrap().training.remove(0);
+    let at = 250;
+    let t = time(at);
+    let theta = object_pose(t)[2];
+    for (wrench, frame) in [
+        ("frame = \"sensor\"\nreference = \"sensor\"\nsign = \"on_object\"", GRASP),
+        ("frame = \"sensor\"\nreference = \"object\"\nsign = \"on_object\"", [0.0, 0.0, GRASP[2]]),
+        ("frame = \"object\"\nreference = \"object\"\nsign = \"on_object\"", [0.0; 3]),
+        ("frame = \"object\"\nreference = \"sensor\"\nsign = \"on_object\"", [GRASP[0], GRASP[1], 0.0]),
+        ("frame = \"world\"\nreference = \"object\"\nsign = \"on_object\"", [0.0, 0.0, -theta]),
+        ("frame = \"world\"\nreference = \"sensor\"\nsign = \"on_object\"", [GRASP[0], GRASP[1], -theta]),
+    ] {
+        let sample = &made(wrench).wrench[at];
+        assert_eq!(sample.reading, push(t), "raw = false passes through");
+        assert_close(&sample.frame, &frame, 1e-9);
+    }
+}
+
+#[test]
+fn the_latest_pose_is_used_and_before_the_first_the_first() {
+    let mut episode = level_episode(push);
+    // Poses only at every tenth row, from the second tenth on.
+    for (name, column) in &mut episode.columns {
+        if name.starts_with("object") || name.starts_with("gripper") {
+            for i in (0..TIMES).filter(|i| i % 10 != 0 || *i == 0) {
+                column[i] = f64::NAN;
+            }
+        }
+    }
+    let world = "frame = \"world\"\nreference = \"object\"\nsign = \"on_object\"";
+    let made = prepare(&recording(world, episode)).unwrap().training.remove(0);
+    assert_eq!(made.counts.before_first_pose, 10);
+    for (i, sample) in made.wrench.iter().enumerate() {
+        let pose = time((i / 10 * 10).max(10));
+        assert_close(&[sample.frame[2]], &[wrapped(-object_pose(pose)[2])], 1e-9);
+    }
+}
+
+/// A gripper that rolls and pitches while it pushes, with its weight of 1.2 kg and an offset in a raw reading.
+fn tilting_episode(name: &str, start: (f64, f64), tilting: f64) -> Episode {
+    let attitude = |t: f64| {
+        let s = tilting * (t - 1.0).max(0.0);
+        UnitQuaternion::from_euler_angles(start.0 + s, start.1 - 0.5 * s, gripper_pose(t)[2])
+    };
+    let com = Vector3::new(0.01, -0.02, 0.06);
+    let row = |i: usize| {
+        let t = time(i);
+        let (q, [x, y, _]) = (attitude(t), gripper_pose(t));
+        let gravity = q.inverse_transform_vector(&Vector3::new(0.0, 0.0, -1.2 * tare::GRAVITY));
+        let moment = com.cross(&gravity);
+        let [fx, fy, tz] = push(t);
+        // The push is level: given along the heading, it is brought into the tilted sensor's axes.
+        let pose = transform::GripperPose { t, position: [x, y], attitude: q };
+        let level = UnitQuaternion::from_axis_angle(&Vector3::z_axis(), pose.heading());
+        let force = q.inverse_transform_vector(&(level * Vector3::new(fx, fy, 0.0)));
+        let torque = q.inverse_transform_vector(&Vector3::new(0.0, 0.0, tz));
+        let load = [0, 1, 2].map(|k| force[k] - gravity[k] + OFFSET[k]);
+        let turn = [0, 1, 2].map(|k| torque[k] - moment[k] + OFFSET[3 + k]);
+        let [a, b, c] = object_pose(t);
+        [a, b, c, x, y, 0.8, q.w, q.i, q.j, q.k, load[0], load[1], load[2], turn[0], turn[1], turn[2]]
+    };
+    let names = [
+        "object_x",
+        "object_y",
+        "object_theta",
+        "gripper_x",
+        "gripper_y",
+        "gripper_z",
+        "gripper_qw",
+        "gripper_qx",
+        "gripper_qy",
+        "gripper_qz",
+        "force_x",
+        "force_y",
+        "force_z",
+        "torque_x",
+        "torque_y",
+        "torque_z",
+    ];
+    let rows: Vec<[f64; 16]> = (0..TIMES).map(row).collect();
+    Episode {
+        name: name.into(),
+        t: (0..TIMES).map(time).collect(),
+        columns: columns(names, &rows),
+        notes: BTreeMap::new(),
+    }
+}
+
+const TILTING: &str = "frame = \"sensor\"\nsign = \"on_object\"\nraw = true\nprecontact = [0.0, 0.95]\n";
+
+fn assert_pushes(dataset: &Dataset) {
+    for sample in dataset.episodes().flat_map(|e| &e.wrench) {
+        assert_close(&sample.reading, &push(sample.t), 1e-6);
+        assert_close(&sample.frame[..2], &GRASP[..2], 1e-9);
+    }
+}
+
+#[test]
+fn a_tilting_gripper_of_known_weight() {
+    let wrench = format!("{TILTING}gripper_mass = 1.2\ngripper_com = [0.01, -0.02, 0.06]");
+    let dataset = prepare(&recording(&wrench, tilting_episode("a", (0.1, 0.2), 0.15))).unwrap();
+    assert_pushes(&dataset);
+}
+
+#[test]
+fn a_tilting_gripper_weighed_at_several_attitudes() {
+    let starts = [(0.0, 0.0), (0.3, 0.0), (0.0, 0.3), (-0.2, 0.2)];
+    let episodes: Vec<Episode> =
+        starts.iter().enumerate().map(|(i, &s)| tilting_episode(&format!("e{i}"), s, 0.1)).collect();
+    let dataset = prepare(&Recording { metadata: metadata(TILTING), episodes }).unwrap();
+    assert_pushes(&dataset);
+}
+
+#[test]
+fn a_tilting_gripper_of_unknown_weight_is_refused_and_one_that_keeps_its_tilt_is_not() {
+    let error = prepare(&recording(TILTING, tilting_episode("a", (0.1, 0.2), 0.15))).unwrap_err();
+    let sentence = error.to_string();
+    assert!(sentence.contains("gripper_mass") && sentence.starts_with("episode a"), "{sentence}");
+    assert_pushes(&prepare(&recording(TILTING, tilting_episode("a", (0.1, 0.2), 0.0))).unwrap());
+}
+
+#[test]
+fn equation_12_by_name() {
+    let recording = recording(TILTING, tilting_episode("a", (0.0, 0.0), 0.15));
+    let by_equation_12 = prepare_with(&recording, TareMethod::Equation12).unwrap();
+    let last = by_equation_12.training[0].wrench.last().unwrap();
+    let error = (last.reading[0] - push(last.t)[0]).hypot(last.reading[1] - push(last.t)[1]);
+    assert!(error > 0.5, "an offset turned with the gripper is wrong");
+}
+
+#[test]
+fn a_tare_without_samples_is_refused() {
+    let wrench = RAW.replace("[0.0, 0.95]", "[7.0, 8.0]");
+    let sentence = prepare(&recording(&wrench, level_episode(push))).unwrap_err().to_string();
+    assert!(sentence.contains("7") && sentence.contains("precontact"), "{sentence}");
+}
+
+#[test]
+fn no_force_no_motion_and_one_sample_are_no_panic() {
+    let mut one = level_episode(push);
+    one.t.truncate(1);
+    one.columns.values_mut().for_each(|column| column.truncate(1));
+    let still = level_episode(|_| [0.0; 3]);
+    for episode in [one, still] {
+        let dataset = prepare(&recording("frame = \"object\"\nsign = \"on_object\"", episode)).unwrap();
+        let made = &dataset.training[0];
+        assert!(made.contact.is_finite() && dataset.noise.force > 0.0);
+        assert!(made.motion(&dataset.noise).iter().all(|m| m.twist.iter().all(|v| v.is_finite())));
+    }
+}
+
+#[test]
+fn an_episode_without_a_pose_is_refused() {
+    let mut episode = level_episode(push);
+    for name in ["object_x", "object_y", "object_theta"] {
+        episode.columns.get_mut(name).unwrap().fill(f64::NAN);
+    }
+    let sentence = prepare(&recording(RAW, episode)).unwrap_err().to_string();
+    assert!(sentence.contains("episode_00") && sentence.contains("pose"), "{sentence}");
+}
+
+#[test]
+fn the_mass_guess_is_in_the_right_range() {
+    let mut meta = metadata("frame = \"world\"\nreference = \"object\"\nsign = \"on_object\"");
+    meta.object.mass = None;
+    // 0.2 m/s² from 1 s on: object_pose accelerates so under 4 N at 20 kg.
+    let episode = level_episode(|t| if t < 1.0 { [0.0; 3] } else { [4.0, 0.0, 0.0] });
+    let dataset = prepare(&Recording { metadata: meta, episodes: vec![episode] }).unwrap();
+    assert!((10.0..40.0).contains(&dataset.body.mass), "{}", dataset.body.mass);
+    assert_eq!(dataset.mass_given, None);
+}
