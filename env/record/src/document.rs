@@ -23,7 +23,9 @@ impl Metadata {
     /// As [`Metadata::from_toml`].
     pub fn from_table(mut table: Table) -> Result<Self, Error> {
         lift_at_rest(&mut table)?;
-        table.try_into().map_err(|error| key(&error))
+        let notes = take_notes(&mut table)?;
+        let metadata: Self = table.try_into().map_err(|error| key(&error))?;
+        Ok(Self { notes, ..metadata })
     }
 
     /// As the table that [`Metadata::from_table`] takes.
@@ -31,7 +33,11 @@ impl Metadata {
     /// # Errors
     /// If a value has no TOML form.
     pub fn to_table(&self) -> Result<Table, Error> {
-        Table::try_from(self).map_err(|error| unwritable(&error))
+        let mut table = Table::try_from(self).map_err(|error| unwritable(&error))?;
+        if !self.notes.is_empty() {
+            table.insert("notes".to_owned(), Value::Table(self.notes.clone()));
+        }
+        Ok(table)
     }
 
     /// As the text that [`Metadata::from_toml`] takes; every float is read back exactly.
@@ -63,6 +69,18 @@ fn lift_at_rest(table: &mut Table) -> Result<(), Error> {
     Ok(())
 }
 
+/// Takes `[notes]` out as it is: passed on through serde, its dates and times would become strings.
+fn take_notes(table: &mut Table) -> Result<Table, Error> {
+    match table.remove("notes") {
+        None => Ok(Table::new()),
+        Some(Value::Table(notes)) => Ok(notes),
+        Some(other) => {
+            let message = format!("`notes` is of type {}, expected a table", other.type_str());
+            Err(Fault::Key { message }.at(Place::field("notes")))
+        }
+    }
+}
+
 fn syntax(text: &str, error: &toml::de::Error) -> Error {
     let start = error.span().map_or(0, |span| span.start.min(text.len()));
     let line = 1 + text.as_bytes()[..start].iter().filter(|&&byte| byte == b'\n').count();
@@ -73,7 +91,11 @@ fn syntax(text: &str, error: &toml::de::Error) -> Error {
 fn key(error: &toml::de::Error) -> Error {
     let shown = error.to_string();
     let path = shown.rsplit_once("\nin `").map_or("", |(_, rest)| rest.trim_end().trim_end_matches('`'));
-    Fault::Key { message: error.message().to_owned() }.at(Place::field(path))
+    let hint = match error.message().starts_with("unknown field") {
+        true => "; keys of your own belong under [notes]",
+        false => "",
+    };
+    Fault::Key { message: format!("{}{hint}", error.message()) }.at(Place::field(path))
 }
 
 fn unwritable(error: &toml::ser::Error) -> Error {

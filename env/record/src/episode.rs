@@ -61,13 +61,20 @@ pub struct WrenchStream {
 }
 
 impl Episode {
-    /// Adds a numeric column, or sets the times.
-    pub(crate) fn insert(&mut self, title: String, values: Vec<f64>) {
+    /// Adds a numeric column, or sets the times where `title` is `t`.
+    pub fn insert(&mut self, title: String, values: Vec<f64>) {
         if title == "t" {
             self.t = values;
         } else {
             self.columns.insert(title, values);
         }
+    }
+
+    /// Names of the columns but `t`, in the format's order; notes come last.
+    pub fn header(&self) -> Vec<&str> {
+        let mut names: Vec<&str> = known_columns().filter(|&name| self.columns.contains_key(name)).collect();
+        names.extend(self.notes.keys().map(String::as_str));
+        names
     }
 
     /// Poses of the object frame in the world, theta as recorded (it may be wrapped). On a rail,
@@ -112,12 +119,6 @@ impl Episode {
             row,
         })
     }
-}
-
-/// Names of all columns but `t`, in the format's order, notes last.
-pub(crate) fn header(episode: &Episode) -> Vec<String> {
-    let streams = known_columns().filter(|&name| episode.columns.contains_key(name)).map(str::to_owned);
-    streams.chain(episode.notes.keys().cloned()).collect()
 }
 
 /// Names of all columns of all streams.

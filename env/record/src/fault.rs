@@ -49,7 +49,7 @@ pub enum Fault {
         message: String,
     },
     /// A key that is unknown, missing or of the wrong type.
-    #[error("{message}; keys of your own belong under [notes]")]
+    #[error("{message}")]
     Key {
         /// Which, and what is known.
         message: String,

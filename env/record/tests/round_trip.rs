@@ -59,6 +59,7 @@ proptest! {
     #[test]
     fn metadata_survive(values in prop::collection::vec(1e-9..1e9_f64, 8), at_rest: bool) {
         let mut before = metadata("[notes]\nwhen = 2026-11-21T05:00:00Z\nwho = \"a\"\n");
+        prop_assert!(before.notes["when"].is_datetime());
         before.object.mass = Some(values[0]);
         before.object.support = vec![[values[1], -values[2]]];
         before.at_rest = at_rest;

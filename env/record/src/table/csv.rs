@@ -6,7 +6,7 @@ use std::path::Path;
 
 use ::csv::{ByteRecord, ReaderBuilder, WriterBuilder};
 
-use crate::episode::{Episode, NOTE_PREFIX, header};
+use crate::episode::{Episode, NOTE_PREFIX};
 use crate::error::{Error, Place};
 use crate::fault::Fault;
 
@@ -31,11 +31,11 @@ pub(crate) fn read(path: &Path, name: &str) -> Result<Episode, Error> {
 /// Writes `episode`; numbers in the shortest form that is read back exactly.
 pub(crate) fn write(episode: &Episode, sink: impl Write) -> Result<(), ::csv::Error> {
     let mut writer = WriterBuilder::new().from_writer(sink);
-    let header = header(episode);
-    writer.write_record(std::iter::once("t").chain(header.iter().map(String::as_str)))?;
+    let header = episode.header();
+    writer.write_record(std::iter::once("t").chain(header.iter().copied()))?;
     for row in 0..episode.t.len() {
         writer.write_field(number(episode.t[row]))?;
-        for name in &header {
+        for &name in &header {
             match episode.notes.get(name) {
                 Some(texts) => writer.write_field(&texts[row])?,
                 None => writer.write_field(number(episode.columns[name][row]))?,

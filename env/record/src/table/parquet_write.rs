@@ -10,16 +10,16 @@ use parquet::file::properties::WriterProperties;
 use parquet::file::writer::{SerializedFileWriter, SerializedRowGroupWriter};
 use parquet::schema::types::{Type, TypePtr};
 
-use crate::episode::{Episode, header};
+use crate::episode::Episode;
 
 /// Writes `episode`, column after column in the format's order.
 pub(super) fn write(episode: &Episode, sink: impl Write + Send) -> Result<(), ParquetError> {
-    let header = header(episode);
+    let header = episode.header();
     let properties = WriterProperties::builder().set_compression(Compression::SNAPPY).build();
     let mut file = SerializedFileWriter::new(sink, schema(episode, &header)?, Arc::new(properties))?;
     let mut group = file.next_row_group()?;
     write_numbers(&mut group, &episode.t)?;
-    for name in &header {
+    for &name in &header {
         if let Some(values) = episode.columns.get(name) {
             write_numbers(&mut group, values)?;
         } else if let Some(texts) = episode.notes.get(name) {
@@ -31,8 +31,8 @@ pub(super) fn write(episode: &Episode, sink: impl Write + Send) -> Result<(), Pa
     Ok(())
 }
 
-fn schema(episode: &Episode, header: &[String]) -> Result<TypePtr, ParquetError> {
-    let names = std::iter::once("t").chain(header.iter().map(String::as_str));
+fn schema(episode: &Episode, header: &[&str]) -> Result<TypePtr, ParquetError> {
+    let names = std::iter::once("t").chain(header.iter().copied());
     let fields = names.map(|name| field(name, episode.notes.contains_key(name)).map(Arc::new));
     let fields = fields.collect::<Result<_, _>>()?;
     Ok(Arc::new(Type::group_type_builder("schema").with_fields(fields).build()?))

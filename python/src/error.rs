@@ -1,0 +1,36 @@
+//! The one Python exception for input that cannot be used, and the gate through which work runs.
+
+use std::fmt::Display;
+use std::panic::{AssertUnwindSafe, catch_unwind};
+
+use pyo3::create_exception;
+use pyo3::exceptions::{PyRuntimeError, PyValueError};
+use pyo3::prelude::*;
+
+create_exception!(
+    trundle,
+    TrundleError,
+    PyValueError,
+    "A recording, model or argument that cannot be used; the message says where, why, and what to do."
+);
+
+pub(crate) fn register(module: &Bound<'_, PyModule>) -> PyResult<()> {
+    module.add("TrundleError", module.py().get_type::<TrundleError>())
+}
+
+/// A typed Rust error as `trundle.TrundleError`.
+pub(crate) fn refused(error: impl Display) -> PyErr {
+    TrundleError::new_err(error.to_string())
+}
+
+/// Runs `work` with the interpreter released. Its error becomes `TrundleError`; a panic, which would be a fault
+/// of ours, becomes `RuntimeError`.
+pub(crate) fn run<T: Send, E: Display + Send>(
+    py: Python<'_>,
+    work: impl FnOnce() -> Result<T, E> + Send,
+) -> PyResult<T> {
+    match py.detach(|| catch_unwind(AssertUnwindSafe(work))) {
+        Ok(result) => result.map_err(refused),
+        Err(_) => Err(PyRuntimeError::new_err("internal error in trundle; please report it with the input")),
+    }
+}

@@ -1,0 +1,178 @@
+//! Recordings in Python.
+
+use std::path::PathBuf;
+use std::sync::Arc;
+
+use pyo3::prelude::*;
+use pyo3::sync::PyOnceLock;
+use pyo3::types::PyDict;
+use trundle_record::{Metadata, Recording, Table};
+
+use crate::error::{refused, run};
+use crate::{columns, toml_dict};
+
+pub(crate) fn register(module: &Bound<'_, PyModule>) -> PyResult<()> {
+    module.add_class::<PyRecording>()?;
+    module.add_function(wrap_pyfunction!(read, module)?)
+}
+
+/// A recording: what its columns mean, and its episodes.
+///
+/// It is checked when it is made, and cannot be changed afterwards: make another one.
+///
+/// Parameters
+/// ----------
+/// metadata : Mapping
+///     What ``recording.toml`` holds.
+/// episodes : Mapping of str to Mapping of str to array_like, or to pandas.DataFrame
+///     By episode name, then by column name: one-dimensional float64 in SI units, NaN where a cell is
+///     empty. Columns whose name begins with ``note_`` hold text.
+///
+/// Raises
+/// ------
+/// TrundleError
+///     If anything is wrong; the message says where and what to do.
+#[pyclass(name = "Recording", module = "trundle", frozen)]
+pub(crate) struct PyRecording {
+    inner: Arc<Recording>,
+    /// Arrays are made when they are first asked for.
+    episodes: PyOnceLock<Py<PyDict>>,
+}
+
+impl PyRecording {
+    fn wrap(recording: Recording) -> Self {
+        Self { inner: Arc::new(recording), episodes: PyOnceLock::new() }
+    }
+}
+
+/// What functions take that accept a recording or the path of one.
+pub(crate) fn recording_of(argument: &Bound<'_, PyAny>) -> PyResult<Arc<Recording>> {
+    if let Ok(recording) = argument.cast::<PyRecording>() {
+        return Ok(recording.get().inner.clone());
+    }
+    let path: PathBuf = argument.extract()?;
+    run(argument.py(), || Recording::read(&path)).map(Arc::new)
+}
+
+/// Read a recording, and check everything about it.
+///
+/// Parameters
+/// ----------
+/// path : str or os.PathLike
+///     The folder that holds ``recording.toml`` and one ``NAME.csv`` or ``NAME.parquet`` per episode.
+///
+/// Returns
+/// -------
+/// Recording
+///
+/// Raises
+/// ------
+/// TrundleError
+///     If anything is wrong; the message names file, row, column, value and remedy.
+#[pyfunction]
+fn read(py: Python<'_>, path: PathBuf) -> PyResult<PyRecording> {
+    run(py, || Recording::read(&path)).map(PyRecording::wrap)
+}
+
+#[pymethods]
+impl PyRecording {
+    #[new]
+    fn new(metadata: &Bound<'_, PyAny>, episodes: &Bound<'_, PyAny>) -> PyResult<Self> {
+        let metadata = Metadata::from_table(toml_dict::from_dict(metadata)?).map_err(refused)?;
+        let mut tables = Vec::new();
+        for item in episodes.call_method0("items")?.try_iter()? {
+            let (name, table): (String, Bound<'_, PyAny>) = item?.extract()?;
+            tables.push(columns::from_mapping(&name, &table)?);
+        }
+        run(episodes.py(), || Recording::new(metadata, tables)).map(Self::wrap)
+    }
+
+    /// The recording's name.
+    #[getter]
+    fn name(&self) -> &str {
+        &self.inner.metadata.name
+    }
+
+    /// What ``recording.toml`` holds, as a new dict.
+    #[getter]
+    fn metadata<'py>(&self, py: Python<'py>) -> PyResult<Bound<'py, PyDict>> {
+        toml_dict::to_dict(py, &self.inner.metadata.to_table().map_err(refused)?)
+    }
+
+    /// Episodes in the order in which they happened: by name, then by column.
+    ///
+    /// Columns are read-only float64 arrays, NaN where a cell is empty; ``note_`` columns are lists of
+    /// strings.
+    #[getter]
+    fn episodes<'py>(&self, py: Python<'py>) -> PyResult<Bound<'py, PyDict>> {
+        let whole = self.episodes.get_or_try_init(py, || {
+            let dict = PyDict::new(py);
+            for episode in &self.inner.episodes {
+                dict.set_item(&episode.name, columns::to_dict(py, episode)?)?;
+            }
+            Ok::<_, PyErr>(dict.unbind())
+        })?;
+        let fresh = PyDict::new(py);
+        for (name, episode) in whole.bind(py) {
+            fresh.set_item(name, episode.cast::<PyDict>()?.copy()?)?;
+        }
+        Ok(fresh)
+    }
+
+    /// One episode as a data frame, one column each.
+    ///
+    /// Parameters
+    /// ----------
+    /// name : str
+    ///     The episode.
+    ///
+    /// Returns
+    /// -------
+    /// pandas.DataFrame
+    ///     ``t`` first; a copy, free to be changed.
+    ///
+    /// Raises
+    /// ------
+    /// TrundleError
+    ///     If there is no such episode.
+    fn frame<'py>(&self, py: Python<'py>, name: &str) -> PyResult<Bound<'py, PyAny>> {
+        let Some(episode) = self.episodes(py)?.get_item(name)? else {
+            let known: Vec<&str> = self.inner.episodes.iter().map(|episode| episode.name.as_str()).collect();
+            return Err(refused(format!(
+                "{name:?} is no episode of {}; there are: {}",
+                self.name(),
+                known.join(", ")
+            )));
+        };
+        py.import("pandas")?.call_method1("DataFrame", (episode,))
+    }
+
+    /// Write the recording as a folder, which appears whole or not at all.
+    ///
+    /// Parameters
+    /// ----------
+    /// path : str or os.PathLike
+    ///     The folder. An earlier recording there is replaced; anything else is left alone and refused.
+    /// table : {"csv", "parquet"}
+    ///     What the episodes' tables are.
+    ///
+    /// Raises
+    /// ------
+    /// TrundleError
+    ///     If the folder cannot be written.
+    #[pyo3(signature = (path, table = "csv"))]
+    fn write(&self, py: Python<'_>, path: PathBuf, table: &str) -> PyResult<()> {
+        let Some(kind) = Table::ALL.into_iter().find(|kind| kind.extension() == table) else {
+            return Err(refused(format!("table = {table:?}: choose \"csv\" or \"parquet\"")));
+        };
+        run(py, || self.inner.write(&path, kind))
+    }
+
+    fn __eq__(&self, other: &Self) -> bool {
+        self.inner == other.inner
+    }
+
+    fn __repr__(&self) -> String {
+        format!("<trundle.Recording {:?}: {} episodes>", self.name(), self.inner.episodes.len())
+    }
+}
