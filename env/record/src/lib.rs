@@ -5,6 +5,8 @@ mod episode;
 mod error;
 mod fault;
 mod metadata;
+mod motion;
+mod prepare;
 mod recording;
 mod table;
 mod validate;
@@ -16,6 +18,11 @@ pub use fault::Fault;
 pub use metadata::{
     Contact, Dof, FORMAT, FixtureMeta, Frame, Metadata, NoiseMeta, ObjectMeta, Obstacle, Precontact,
     Reference, Scene, Sign, Source, Split, WrenchMeta,
+};
+pub use motion::{FEWEST_POSES, Motion, filter, filter_from, smooth, smooth_from};
+pub use prepare::{
+    Counts, Dataset, Noise, PoseSample, Prepared, TareMethod, Wrench6, WrenchSample, force_moment_transform,
+    planar_transform, prepare, prepare_with, relative_pose, wrapped,
 };
 pub use recording::Recording;
 pub use table::Table;

@@ -52,7 +52,7 @@ pub fn filter(pose: &[PoseSample], noise: &Noise, at_rest: bool) -> Vec<Motion> 
 
 /// As [`filter`], for an object that rests until `rest_until`, s; `None`: it may move from the start.
 pub fn filter_from(pose: &[PoseSample], noise: &Noise, rest_until: Option<f64>) -> Vec<Motion> {
-    motions(pose, noise, rest_until, |axis| Bank::run(axis))
+    motions(pose, noise, rest_until, Bank::run)
 }
 
 fn rest_at_first(pose: &[PoseSample], at_rest: bool) -> Option<f64> {

@@ -102,7 +102,7 @@ fn jumps(t: &[f64], pose: &[[f64; 3]], sd: &[f64; 3]) -> Vec<usize> {
         distance[0] <= CAP_NOISE * sd[0].max(sd[1]) + cap[0] * dt
             && distance[1] <= CAP_NOISE * sd[2] + cap[1] * dt
     };
-    let runs = runs(t.len(), &reachable);
+    let runs = runs(t.len(), reachable);
     let kept = best_path(&runs, BREAK_SHARE * t.len() as f64, |a, b| reachable(a.last, b.first));
     let rejected = runs.iter().zip(kept).filter(|(_, kept)| !kept);
     rejected.flat_map(|(run, _)| run.first..=run.last).collect()

@@ -60,8 +60,8 @@ fn a_constant_fake_pose_is_found_without_being_told() {
 #[test]
 fn a_noisy_burst_is_found() {
     let (t, mut pose) = clean(2);
-    for i in 120..150 {
-        pose[i][1] += 0.35;
+    for burst in &mut pose[120..150] {
+        burst[1] += 0.35;
     }
     assert_eq!(outliers(&judge(&t, &pose, &SD)), (120..150).collect::<Vec<_>>());
 }
