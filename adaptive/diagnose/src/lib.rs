@@ -1,1 +1,20 @@
-//! placeholder
+//! Where a simulation and a recording differ: locate it, name what was left out, or say that
+//! nothing known explains it.
+//!
+//! [`diagnose`] fits the simulation under test, tries every effect of the catalogue and pairs of
+//! them, keeps what the evidence demands and what holds up block by block, and writes the answer in
+//! the form of `trundle-diagnosis/1`.
+
+mod adequacy;
+mod answer;
+mod candidates;
+mod confirm;
+mod locate;
+mod run;
+mod search;
+mod series;
+mod words;
+
+pub use answer::Answer;
+pub use run::{Options, Outcome, Prediction, diagnose};
+pub use series::Series;

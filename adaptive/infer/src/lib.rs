@@ -1,1 +1,35 @@
-//! placeholder
+//! Physics-Based Regression: what a recording says about a model's parameters.
+//!
+//! A [`Likelihood`] compares a model with a recording; [`fit`] maximises the posterior density on
+//! exact gradients from several seeded starts; [`Fit`] says what was found, how well it is known,
+//! and how much evidence the data hold for the model.
+
+mod comparison;
+mod coordinates;
+mod error;
+mod filter;
+mod fit;
+mod levenberg;
+mod likelihood;
+mod motion;
+mod noise;
+mod quasi;
+mod rollout;
+mod score;
+mod sensitivity;
+mod track;
+mod watch;
+
+pub use comparison::{Comparison, quasi_static};
+pub use coordinates::Coordinates;
+pub use error::InferError;
+pub use filter::{Innovation, Residual};
+pub use fit::{Estimate, Fit, FitOptions, carried, fit};
+pub use likelihood::{Likelihood, Linearised};
+pub use motion::MotionLikelihood;
+pub use noise::Channels;
+pub use quasi::{WrenchLikelihood, WrenchSample, is_quasi_static, wrench_samples};
+pub use rollout::{Window, open_loop, windows};
+pub use score::{Score, score};
+pub use track::Track;
+pub use watch::{Quiet, Watch};

@@ -1,0 +1,58 @@
+//! Whether a fitted model is enough: would the data rather have a wrench that wanders?
+//!
+//! A random walk of the missing wrench is added to the filter. Where nothing is missing its best
+//! size is zero and nothing is gained; the gain in log likelihood is the test, its best size the
+//! scale on which the missing wrench moves. The walk is non-parametric: it names nothing.
+
+use trundle_infer::{Channels, Comparison, Fit, InferError, Likelihood, MotionLikelihood};
+use trundle_model::Model;
+
+/// What a wandering wrench would gain.
+#[derive(Clone, Copy, Debug)]
+pub(crate) struct Remainder {
+    /// Gain in log likelihood.
+    pub gain: f64,
+    /// Noise with the walk at its best size.
+    pub channels: Channels,
+}
+
+/// Gains below this are chance: twice the gain is distributed like χ² with one degree of freedom,
+/// halved at zero, so 10 nats are a false alarm in 10⁵ on exact data. The rest is a margin for
+/// integrators that differ from ours.
+const CHANCE: f64 = 10.0;
+
+/// Gain per sample below which a remainder is too small to matter, nats.
+const NEGLIGIBLE: f64 = 0.005;
+
+/// Sizes of the walk that are tried, N/√s.
+const SIZES: [f64; 12] = [1e-3, 3e-3, 1e-2, 3e-2, 0.1, 0.3, 1.0, 3.0, 10.0, 30.0, 100.0, 300.0];
+
+/// The remainder that a fit leaves; `None` where only wrenches are compared.
+pub(crate) fn remainder(comparison: &Comparison, fit: &Fit) -> Result<Option<Remainder>, InferError> {
+    let Comparison::Motion(motion) = comparison.with_channels(fit.channels) else { return Ok(None) };
+    let still = motion.cost(&fit.model, &fit.values)?;
+    let mut best = Remainder { gain: 0.0, channels: wandering(&motion, &fit.model, SIZES[0]) };
+    for size in SIZES {
+        let channels = wandering(&motion, &fit.model, size);
+        let gain = still - motion.with_channels(channels).cost(&fit.model, &fit.values)?;
+        if gain > best.gain {
+            best = Remainder { gain, channels };
+        } else if gain < best.gain - 50.0 {
+            break;
+        }
+    }
+    Ok(Some(best))
+}
+
+impl Remainder {
+    /// Whether something is missing.
+    pub fn matters(&self, observations: usize) -> bool {
+        self.gain > CHANCE.max(NEGLIGIBLE * observations as f64)
+    }
+}
+
+/// A moment wanders like the force at the radius of gyration.
+fn wandering(motion: &MotionLikelihood, model: &Model, size: f64) -> Channels {
+    use trundle_infer::Likelihood as _;
+    Channels { wander: [size, size, size * model.body.gyration], ..motion.channels() }
+}

@@ -1,0 +1,46 @@
+//! Whether an effect holds up block by block, so that no single stretch carries it.
+//!
+//! Samples depend on one another, blocks of episodes much less: the paired differences of two
+//! models' log predictive densities over blocks have an honest standard error.
+
+use statrs::distribution::{ContinuousCDF, StudentsT};
+use trundle_infer::{Comparison, Fit, InferError, Likelihood};
+
+/// Blocks into which an episode is cut.
+const BLOCKS: usize = 5;
+
+/// Probability, from the paired block differences, that `fuller` predicts better than `simpler`.
+pub(crate) fn holds_up(comparison: &Comparison, fuller: &Fit, simpler: &Fit) -> Result<f64, InferError> {
+    let with = blocks(comparison, fuller)?;
+    let without = blocks(comparison, simpler)?;
+    let differences: Vec<f64> = without.iter().zip(&with).map(|(a, b)| a - b).collect();
+    let n = differences.len() as f64;
+    if differences.len() < 3 {
+        return Ok(0.5);
+    }
+    // Each extra parameter buys half a nat by chance.
+    let bought = 0.5 * (fuller.estimates.len().saturating_sub(simpler.estimates.len())) as f64;
+    let mean = (differences.iter().sum::<f64>() - bought) / n;
+    let variance = differences.iter().map(|d| (d - mean).powi(2)).sum::<f64>() / (n - 1.0);
+    let t = mean / (variance / n).sqrt().max(1e-12);
+    Ok(StudentsT::new(0.0, 1.0, n - 1.0).map_or(0.5, |d| d.cdf(t)))
+}
+
+/// Costs of successive blocks.
+fn blocks(comparison: &Comparison, fit: &Fit) -> Result<Vec<f64>, InferError> {
+    match comparison.with_channels(fit.channels) {
+        Comparison::Motion(motion) => {
+            let Some(all) = motion.innovations(&fit.model, &fit.values)? else { return Ok(vec![]) };
+            let cut = |episode: &Vec<trundle_infer::Innovation>| {
+                let size = episode.len().div_ceil(BLOCKS).max(1);
+                episode.chunks(size).map(|c| c.iter().map(|i| i.cost).sum()).collect::<Vec<f64>>()
+            };
+            Ok(all.iter().flat_map(cut).collect())
+        }
+        Comparison::Wrench(wrench) => {
+            let mut episodes: Vec<usize> = wrench.samples().iter().map(|s| s.episode).collect();
+            episodes.dedup();
+            episodes.into_iter().map(|e| wrench.only(|k| k == e).cost(&fit.model, &fit.values)).collect()
+        }
+    }
+}

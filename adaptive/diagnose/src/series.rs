@@ -1,0 +1,202 @@
+//! The curves behind an answer, for the report.
+
+use serde::Serialize;
+use trundle_infer::{Comparison, Fit, InferError, open_loop};
+use trundle_model::{Fixture, Model};
+use trundle_record::{Dataset, Prepared};
+
+use crate::locate::Residuals;
+
+/// Everything that the report draws.
+#[derive(Clone, Debug, Serialize)]
+pub struct Series {
+    /// Polygons of the shape, object frame, m.
+    pub footprint: Vec<Vec<[f64; 2]>>,
+    /// Where it stands, object frame, m.
+    pub support: Vec<[f64; 2]>,
+    /// Directions that move.
+    pub dof: Vec<&'static str>,
+    /// Whether wrenches are compared because inertia plays no part.
+    pub quasi_static: bool,
+    /// The noise that was stated or found.
+    pub noise: Noise,
+    /// Curves of each episode.
+    pub episodes: Vec<Episode>,
+    /// What was tried, best first.
+    pub candidates: Vec<Candidate>,
+}
+
+/// Noise, one standard deviation.
+#[derive(Clone, Debug, Serialize)]
+pub struct Noise {
+    /// m, m, rad.
+    pub pose: [f64; 3],
+    /// N.
+    pub force: f64,
+    /// N·m.
+    pub torque: f64,
+    /// Whether the recording states it.
+    pub stated: bool,
+}
+
+/// Curves of one episode.
+#[derive(Clone, Debug, Serialize)]
+pub struct Episode {
+    /// Its name.
+    pub name: String,
+    /// Whether it was held out.
+    pub held_out: bool,
+    /// When contact begins, s.
+    pub contact: f64,
+    /// Times of the poses, s.
+    pub t: Vec<f64>,
+    /// Recorded poses.
+    pub observed: Vec<[f64; 3]>,
+    /// Simulated in open loop by the simulation under test, refitted.
+    pub before: Option<Vec<[f64; 3]>>,
+    /// The same with the effects found.
+    pub after: Option<Vec<[f64; 3]>>,
+    /// The missing wrench.
+    pub residual: Residual,
+    /// Wrenches, where those are compared.
+    pub wrench: Option<Wrench>,
+}
+
+/// The missing wrench on the object, object axes, N, N, N·m.
+#[derive(Clone, Debug, Default, Serialize)]
+pub struct Residual {
+    /// s.
+    pub t: Vec<f64>,
+    /// Missing from the simulation under test.
+    pub before: Option<Vec<[f64; 3]>>,
+    /// Still missing with the effects found.
+    pub after: Option<Vec<[f64; 3]>>,
+    /// Standard deviation of `before`.
+    pub sd: Option<Vec<[f64; 3]>>,
+}
+
+/// Wrench recorded and needed, object axes, N, N, N·m.
+#[derive(Clone, Debug, Serialize)]
+pub struct Wrench {
+    /// s.
+    pub t: Vec<f64>,
+    /// As recorded.
+    pub recorded: Vec<[f64; 3]>,
+    /// Needed by the simulation under test.
+    pub before: Vec<[f64; 3]>,
+    /// Needed by the model with the effects found.
+    pub after: Vec<[f64; 3]>,
+}
+
+/// A model that was tried.
+#[derive(Clone, Debug, Serialize)]
+pub struct Candidate {
+    /// The effects added to the simulation under test.
+    pub effects: Vec<String>,
+    /// Laplace's log evidence.
+    pub log_evidence: f64,
+    /// Mean log density of a training sample.
+    pub log_score: Option<f64>,
+    /// Among the models tried.
+    pub probability: f64,
+}
+
+/// Missing wrenches of the training and of the held-out episodes.
+pub(crate) struct Missing {
+    pub training: Option<Residuals>,
+    pub held_out: Option<Residuals>,
+}
+
+/// Shape of a body as polygons; a disc as one with 48 corners.
+pub(crate) fn outline(model: &Model) -> Vec<Vec<[f64; 2]>> {
+    const CORNERS: usize = 48;
+    let one = |fixture: &Fixture| match fixture {
+        Fixture::Polygon { vertices, .. } => vertices.clone(),
+        Fixture::Disc { center, radius, .. } => (0..CORNERS)
+            .map(|k| {
+                let (sin, cos) = (k as f64 * std::f64::consts::TAU / CORNERS as f64).sin_cos();
+                [center[0] + radius * cos, center[1] + radius * sin]
+            })
+            .collect(),
+    };
+    model.body.fixtures.iter().map(one).collect()
+}
+
+/// Curves of every episode.
+pub(crate) fn episodes(
+    data: &Dataset,
+    comparison: &Comparison,
+    [before, after]: [&Fit; 2],
+    [missing_before, missing_after]: [&Missing; 2],
+) -> Result<Vec<Episode>, InferError> {
+    let part = |episodes: &[Prepared], held_out: bool, b: &Option<Residuals>, a: &Option<Residuals>| {
+        episodes
+            .iter()
+            .enumerate()
+            .map(|(k, episode)| {
+                let residual = residual(b.as_ref().and_then(|r| r.get(k)), a.as_ref().and_then(|r| r.get(k)));
+                curves(data, comparison, episode, held_out, [before, after], residual)
+            })
+            .collect::<Result<Vec<_>, InferError>>()
+    };
+    let mut all = part(&data.held_out, true, &missing_before.held_out, &missing_after.held_out)?;
+    all.extend(part(&data.training, false, &missing_before.training, &missing_after.training)?);
+    Ok(all)
+}
+
+fn curves(
+    data: &Dataset,
+    comparison: &Comparison,
+    episode: &Prepared,
+    held_out: bool,
+    [before, after]: [&Fit; 2],
+    residual: Residual,
+) -> Result<Episode, InferError> {
+    let quasi_static = comparison.is_quasi_static();
+    let simulate = |fit: &Fit| -> Result<Option<Vec<[f64; 3]>>, InferError> {
+        let plant = fit.model.plant(&fit.values)?;
+        Ok((!quasi_static).then(|| open_loop(&plant, episode)))
+    };
+    let wrench = if quasi_static { wrenches(data, episode, before, after)? } else { None };
+    Ok(Episode {
+        name: episode.name.clone(),
+        held_out,
+        contact: episode.contact,
+        t: episode.pose.iter().map(|p| p.t).collect(),
+        observed: episode.pose.iter().map(|p| p.pose).collect(),
+        before: simulate(before)?,
+        after: simulate(after)?,
+        residual,
+        wrench,
+    })
+}
+
+fn wrenches(
+    data: &Dataset,
+    episode: &Prepared,
+    before: &Fit,
+    after: &Fit,
+) -> Result<Option<Wrench>, InferError> {
+    let samples = trundle_infer::wrench_samples(episode, &data.noise);
+    let (plant_before, plant_after) =
+        (before.model.plant(&before.values)?, after.model.plant(&after.values)?);
+    Ok((!samples.is_empty()).then(|| Wrench {
+        t: samples.iter().map(|s| s.t).collect(),
+        recorded: samples.iter().map(|s| s.recorded(&plant_after)).collect(),
+        before: samples.iter().map(|s| s.needed(&plant_before)).collect(),
+        after: samples.iter().map(|s| s.needed(&plant_after)).collect(),
+    }))
+}
+
+fn residual(
+    before: Option<&Vec<trundle_infer::Residual>>,
+    after: Option<&Vec<trundle_infer::Residual>>,
+) -> Residual {
+    let Some(before) = before else { return Residual::default() };
+    Residual {
+        t: before.iter().map(|r| r.t).collect(),
+        before: Some(before.iter().map(|r| r.wrench).collect()),
+        after: after.map(|a| a.iter().map(|r| r.wrench).collect()),
+        sd: Some(before.iter().map(|r| [0, 1, 2].map(|k| r.covariance[(k, k)].max(0.0).sqrt())).collect()),
+    }
+}

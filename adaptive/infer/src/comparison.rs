@@ -1,0 +1,117 @@
+//! The comparison that suits a recording: by its motion, or, where inertia plays no part, by the wrench.
+
+use crate::likelihood::{Likelihood, Linearised};
+use crate::quasi::is_quasi_static;
+use crate::{Channels, InferError, MotionLikelihood, WrenchLikelihood};
+use trundle_model::Model;
+use trundle_record::{Dataset, Prepared};
+
+/// One of the two comparisons.
+#[derive(Clone)]
+pub enum Comparison {
+    /// Poses under the recorded wrench.
+    Motion(MotionLikelihood),
+    /// Wrenches needed for the recorded poses.
+    Wrench(WrenchLikelihood),
+}
+
+impl Comparison {
+    /// The one that suits a recording's training episodes.
+    ///
+    /// # Errors
+    /// When there is not enough data.
+    pub fn of(data: &Dataset) -> Result<Self, InferError> {
+        Self::over(data, &data.training)
+    }
+
+    /// The same over other episodes of the recording.
+    ///
+    /// # Errors
+    /// When there is not enough data.
+    pub fn over(data: &Dataset, episodes: &[Prepared]) -> Result<Self, InferError> {
+        let named = |error| match error {
+            InferError::NoData { recording, reason, remedy } => {
+                InferError::NoData { recording: format!("{}: {recording}", data.name), reason, remedy }
+            }
+            other => other,
+        };
+        if quasi_static(data) {
+            WrenchLikelihood::new(episodes, &data.noise, data.dof).map(Self::Wrench).map_err(named)
+        } else {
+            MotionLikelihood::new(episodes, &data.noise).map(Self::Motion).map_err(named)
+        }
+    }
+
+    /// The same with some of its episodes.
+    #[must_use]
+    pub fn only(&self, keep: impl Fn(usize) -> bool) -> Self {
+        match self {
+            Self::Motion(l) => Self::Motion(l.only(keep)),
+            Self::Wrench(l) => Self::Wrench(l.only(keep)),
+        }
+    }
+
+    /// The same with the noise that suits a model.
+    ///
+    /// # Errors
+    /// When `values` has the wrong length.
+    pub fn with_tuned_noise(&self, model: &Model, values: &[f64]) -> Result<Self, InferError> {
+        Ok(match self {
+            Self::Motion(l) if l.noise_is_stated() => Self::Motion(l.clone()),
+            Self::Motion(l) => Self::Motion(l.with_tuned_noise(model, values)?),
+            Self::Wrench(l) => Self::Wrench(l.with_tuned_noise(model, values)?),
+        })
+    }
+
+    /// The same with given noise.
+    #[must_use]
+    pub fn with_channels(&self, channels: Channels) -> Self {
+        match self {
+            Self::Motion(l) => Self::Motion(l.with_channels(channels)),
+            Self::Wrench(l) => Self::Wrench(l.with_scatter(channels.reading)),
+        }
+    }
+
+    /// Whether the wrench is compared, because inertia plays no part.
+    pub fn is_quasi_static(&self) -> bool {
+        matches!(self, Self::Wrench(_))
+    }
+
+    /// Number of samples compared.
+    pub fn observations(&self) -> usize {
+        match self {
+            Self::Motion(l) => l.tracks().iter().map(crate::Track::observations).sum(),
+            Self::Wrench(l) => l.samples().len(),
+        }
+    }
+
+    fn inner(&self) -> &dyn Likelihood {
+        match self {
+            Self::Motion(l) => l,
+            Self::Wrench(l) => l,
+        }
+    }
+}
+
+/// Whether inertia plays no part in a recording's training episodes.
+pub fn quasi_static(data: &Dataset) -> bool {
+    data.dof[2] && is_quasi_static(&data.training, &data.noise)
+}
+
+impl Likelihood for Comparison {
+    fn cost(&self, model: &Model, values: &[f64]) -> Result<f64, InferError> {
+        self.inner().cost(model, values)
+    }
+
+    fn linearise(&self, model: &Model, values: &[f64], free: &[usize]) -> Result<Linearised, InferError> {
+        self.inner().linearise(model, values, free)
+    }
+
+    fn channels(&self) -> Channels {
+        self.inner().channels()
+    }
+
+    fn tuned(&self, model: &Model, values: &[f64]) -> Result<Option<Box<dyn Likelihood + '_>>, InferError> {
+        self.inner().tuned(model, values)
+    }
+}

@@ -1,0 +1,36 @@
+//! Why an estimate cannot be given.
+
+use thiserror::Error;
+use trundle_model::ModelError;
+
+/// Why an estimate cannot be given.
+#[derive(Debug, Error)]
+pub enum InferError {
+    /// The model itself is wrong.
+    #[error(transparent)]
+    Model(#[from] ModelError),
+    /// There is nothing to compare the model with.
+    #[error("{recording}: {reason}; {remedy}")]
+    NoData {
+        /// The recording.
+        recording: String,
+        /// What is missing.
+        reason: String,
+        /// What would help.
+        remedy: String,
+    },
+    /// No start led anywhere.
+    #[error(
+        "{recording}: the model cannot be evaluated anywhere near its prior \
+         (the density was not finite at any of {starts} starts); check units and signs with `trundle check`"
+    )]
+    NoStart {
+        /// The recording.
+        recording: String,
+        /// How many starts were tried.
+        starts: usize,
+    },
+    /// The user stopped it.
+    #[error("interrupted")]
+    Interrupted,
+}

@@ -1,0 +1,110 @@
+//! Levenberg–Marquardt on a cost with Gauss-Newton curvature.
+//!
+//! ```text
+//! (H + λ diag(H)) δ = −g;   λ falls when the cost does, rises when not      (Marquardt 1963)
+//! ```
+
+use crate::{InferError, Linearised, Watch};
+use nalgebra::DVector;
+
+/// Where a search ended.
+pub(crate) struct Optimum {
+    pub point: Vec<f64>,
+    pub at: Linearised,
+    pub converged: bool,
+}
+
+/// When to stop.
+#[derive(Clone, Copy, Debug)]
+pub(crate) struct Stop {
+    /// At most this many linearisations.
+    pub iterations: usize,
+    /// When an accepted step lowers the cost by less.
+    pub decrease: f64,
+}
+
+/// Minimise from `start`. `linearise` gives cost and derivatives, `cost` the cost alone.
+pub(crate) fn minimise(
+    start: Vec<f64>,
+    linearise: impl Fn(&[f64]) -> Result<Linearised, InferError>,
+    cost: impl Fn(&[f64]) -> Result<f64, InferError>,
+    clamp: impl Fn(usize, f64) -> f64,
+    stop: Stop,
+    watch: &dyn Watch,
+) -> Result<Optimum, InferError> {
+    const ATTEMPTS: usize = 8;
+    let mut point = start;
+    let mut at = linearise(&point)?;
+    let mut damping = 1e-3;
+    for _ in 0..stop.iterations {
+        let mut accepted = None;
+        for _ in 0..ATTEMPTS {
+            if watch.cancelled() {
+                return Err(InferError::Interrupted);
+            }
+            if let Some(step) = damped_step(&at, damping) {
+                let trial: Vec<f64> =
+                    point.iter().zip(step.iter()).enumerate().map(|(k, (p, s))| clamp(k, p + s)).collect();
+                let trial_cost = cost(&trial)?;
+                if trial_cost < at.cost {
+                    accepted = Some((trial, at.cost - trial_cost));
+                    damping = (damping / 8.0).max(1e-9);
+                    break;
+                }
+            }
+            damping *= 6.0;
+        }
+        let Some((trial, decrease)) = accepted else {
+            return Ok(Optimum { point, at, converged: true });
+        };
+        point = trial;
+        at = linearise(&point)?;
+        if decrease < stop.decrease {
+            return Ok(Optimum { point, at, converged: true });
+        }
+    }
+    Ok(Optimum { point, at, converged: false })
+}
+
+fn damped_step(at: &Linearised, damping: f64) -> Option<DVector<f64>> {
+    let mut system = at.curvature.clone();
+    for k in 0..system.nrows() {
+        system[(k, k)] += damping * system[(k, k)].max(1e-12);
+    }
+    let step = -system.cholesky()?.solve(&at.gradient);
+    step.iter().all(|s| s.is_finite()).then_some(step)
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use crate::Quiet;
+    use nalgebra::{DMatrix, dvector};
+
+    /// Rosenbrock's valley as residuals (10 (y − x²), 1 − x).
+    fn rosenbrock(p: &[f64]) -> Linearised {
+        let residual = dvector![10.0 * (p[1] - p[0] * p[0]), 1.0 - p[0]];
+        let jacobian = DMatrix::from_row_slice(2, 2, &[-20.0 * p[0], 10.0, -1.0, 0.0]);
+        Linearised {
+            cost: 0.5 * residual.norm_squared(),
+            gradient: jacobian.tr_mul(&residual),
+            curvature: jacobian.tr_mul(&jacobian),
+        }
+    }
+
+    #[test]
+    fn finds_the_end_of_rosenbrocks_valley() {
+        let stop = Stop { iterations: 100, decrease: 1e-16 };
+        let found = minimise(
+            vec![-1.2, 1.0],
+            |p| Ok(rosenbrock(p)),
+            |p| Ok(rosenbrock(p).cost),
+            |_, x| x,
+            stop,
+            &Quiet,
+        )
+        .unwrap();
+        assert!((found.point[0] - 1.0).abs() < 1e-6 && (found.point[1] - 1.0).abs() < 1e-6);
+        assert!(found.converged);
+    }
+}

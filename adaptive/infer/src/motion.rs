@@ -1,0 +1,158 @@
+//! The likelihood of the motion under the recorded wrench (eq. 5, 6), by prediction errors.
+
+use crate::filter::{Filter, Innovation, Residual};
+use crate::likelihood::{Likelihood, Linearised};
+use crate::{Channels, InferError, Track, sensitivity};
+use rayon::prelude::*;
+use trundle_model::{Model, Real};
+use trundle_record::{Noise, Prepared};
+
+/// Poses under a wrench whose noise drives the motion, whose tare is uncertain in each episode,
+/// and whose sum with the laws the model must explain.
+#[derive(Clone)]
+pub struct MotionLikelihood {
+    tracks: Vec<Track>,
+    channels: Channels,
+    stated: bool,
+}
+
+/// Factors by which estimated noise may differ from the first guess.
+const TUNING: (f64, f64) = (1e-3, 1e3);
+
+impl MotionLikelihood {
+    /// From the episodes to be fitted.
+    ///
+    /// # Errors
+    /// When an episode is too short.
+    pub fn new(episodes: &[Prepared], noise: &Noise) -> Result<Self, InferError> {
+        let tracks = episodes.iter().map(|e| Track::new(e, noise)).collect::<Result<_, _>>()?;
+        Ok(Self { tracks, channels: Channels::of(noise), stated: noise.stated })
+    }
+
+    /// The same with other noise.
+    #[must_use]
+    pub fn with_channels(&self, channels: Channels) -> Self {
+        Self { channels, ..self.clone() }
+    }
+
+    /// The same with some of its episodes.
+    #[must_use]
+    pub fn only(&self, keep: impl Fn(usize) -> bool) -> Self {
+        let tracks =
+            self.tracks.iter().enumerate().filter(|(k, _)| keep(*k)).map(|(_, t)| t.clone()).collect();
+        Self { tracks, ..*self }
+    }
+
+    /// The episodes.
+    pub fn tracks(&self) -> &[Track] {
+        &self.tracks
+    }
+
+    /// Whether the recording states its noise.
+    pub fn noise_is_stated(&self) -> bool {
+        self.stated
+    }
+
+    /// The innovations of each episode; `None` where the model cannot be evaluated.
+    ///
+    /// # Errors
+    /// When `values` has the wrong length.
+    pub fn innovations(
+        &self,
+        model: &Model,
+        values: &[f64],
+    ) -> Result<Option<Vec<Vec<Innovation>>>, InferError> {
+        let filter = self.filter(model, values)?;
+        Ok(self.tracks.par_iter().map(|t| filter.run(t)).collect())
+    }
+
+    /// The wrench that the model misses along each episode, when it is left free to wander.
+    ///
+    /// # Errors
+    /// When `values` has the wrong length.
+    pub fn residuals(&self, model: &Model, values: &[f64]) -> Result<Option<Vec<Vec<Residual>>>, InferError> {
+        let filter = self.filter(model, values)?;
+        Ok(self.tracks.par_iter().map(|t| filter.smooth(t)).collect())
+    }
+
+    fn filter(&self, model: &Model, values: &[f64]) -> Result<Filter<'_>, InferError> {
+        let lifted: Vec<_> = values.iter().map(|&v| Real::lift(v)).collect();
+        Ok(Filter { plant: model.plant(&lifted)?, channels: &self.channels, dof: model.dof })
+    }
+}
+
+impl Likelihood for MotionLikelihood {
+    fn cost(&self, model: &Model, values: &[f64]) -> Result<f64, InferError> {
+        let innovations = self.innovations(model, values)?;
+        Ok(innovations.map_or(f64::INFINITY, |all| all.iter().flatten().map(|i| i.cost).sum()))
+    }
+
+    fn linearise(&self, model: &Model, values: &[f64], free: &[usize]) -> Result<Linearised, InferError> {
+        let filter = self.filter(model, values)?;
+        let part = |track: &Track| {
+            let Some(innovations) = filter.run(track) else {
+                let mut nowhere = Linearised::sum(free.len(), []);
+                nowhere.cost = f64::INFINITY;
+                return Ok(nowhere);
+            };
+            sensitivity::linearise(model, values, free, track, &innovations)
+        };
+        let parts = self.tracks.par_iter().map(part).collect::<Result<Vec<_>, InferError>>()?;
+        Ok(Linearised::sum(free.len(), parts))
+    }
+
+    fn channels(&self) -> Channels {
+        self.channels
+    }
+
+    fn tuned(&self, model: &Model, values: &[f64]) -> Result<Option<Box<dyn Likelihood + '_>>, InferError> {
+        if self.stated {
+            return Ok(None);
+        }
+        Ok(Some(Box::new(self.with_tuned_noise(model, values)?)))
+    }
+}
+
+impl MotionLikelihood {
+    /// Factors on pose and reading noise that maximise the likelihood at these values, by
+    /// alternating golden sections.
+    ///
+    /// # Errors
+    /// When `values` has the wrong length.
+    pub fn with_tuned_noise(&self, model: &Model, values: &[f64]) -> Result<Self, InferError> {
+        let mut best = self.clone();
+        for _ in 0..2 {
+            let base = best.channels;
+            let reading = minimise(|f| best.with_channels(base.scaled(1.0, f)).cost(model, values), TUNING)?;
+            let base = base.scaled(1.0, reading);
+            let pose =
+                minimise(|f| best.with_channels(base.scaled(f, 1.0)).cost(model, values), (0.1, 10.0))?;
+            best.channels = base.scaled(pose, 1.0);
+        }
+        Ok(best)
+    }
+}
+
+/// The factor in a range that minimises a cost: golden section in its logarithm.
+pub(crate) fn minimise(
+    cost: impl Fn(f64) -> Result<f64, InferError>,
+    (low, high): (f64, f64),
+) -> Result<f64, InferError> {
+    const GOLDEN: f64 = 0.618_033_988_749_894_8;
+    const STEPS: usize = 18;
+    let (mut a, mut b) = (low.ln(), high.ln());
+    let (mut c, mut d) = (b - GOLDEN * (b - a), a + GOLDEN * (b - a));
+    let (mut at_c, mut at_d) = (cost(c.exp())?, cost(d.exp())?);
+    for _ in 0..STEPS {
+        if at_c < at_d {
+            (b, d, at_d) = (d, c, at_c);
+            c = b - GOLDEN * (b - a);
+            at_c = cost(c.exp())?;
+        } else {
+            (a, c, at_c) = (c, d, at_d);
+            d = a + GOLDEN * (b - a);
+            at_d = cost(d.exp())?;
+        }
+    }
+    Ok(((a + b) / 2.0).exp())
+}

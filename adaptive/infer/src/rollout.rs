@@ -1,0 +1,79 @@
+//! Simulations of a recording, as DIAGNOSIS.md defines them: open loop, and one window ahead.
+
+use crate::filter::{Filter, Innovation};
+use crate::track::{Readings, Step, cut};
+use crate::{Channels, InferError, Track};
+use trundle_model::{Model, Plant, Real, State, transport};
+use trundle_record::{Motion, Noise, Prepared};
+
+/// Poses at the times of the recorded poses, simulated from the first one, at rest, under the
+/// recorded wrench, which is held in the simulated object's frame. Shape: one pose a sample,
+/// world, m, m, rad.
+pub fn open_loop(plant: &Plant<f64>, episode: &Prepared) -> Vec<[f64; 3]> {
+    let Some(first) = episode.pose.first() else { return vec![] };
+    let mut state = State::at_rest(first.pose);
+    let mut poses = vec![first.pose];
+    if episode.wrench.is_empty() {
+        return vec![first.pose; episode.pose.len()];
+    }
+    let readings = Readings::new(&episode.wrench);
+    let mut steps: Vec<Step> = Vec::new();
+    for pair in episode.pose.windows(2) {
+        steps.clear();
+        cut(pair[0].t, &pair[1], &readings, episode.contact, &mut steps);
+        for step in &steps {
+            let applied = transport(plant.correct(step.reading, step.clock), step.frame);
+            state = plant.step(&state, applied, step.clock, step.dt);
+        }
+        poses.push(state.pose);
+    }
+    poses
+}
+
+/// Length of a prediction window, s.
+const WINDOW: f64 = 1.0;
+
+/// One window's predictions: what was seen less what was predicted, with the prediction's density.
+pub struct Window {
+    /// Predictions at each pose sample of the window; their errors are seen less predicted.
+    pub samples: Vec<Innovation>,
+}
+
+/// Predictions over successive windows of one second from contact on, each from a state estimated
+/// with samples up to its start only. `None` in place of a window that is not finite.
+///
+/// # Errors
+/// When `values` has the wrong length.
+pub fn windows(
+    model: &Model,
+    values: &[f64],
+    channels: &Channels,
+    episode: &Prepared,
+    noise: &Noise,
+) -> Result<Vec<Option<Window>>, InferError> {
+    let lifted: Vec<_> = values.iter().map(|&v| Real::lift(v)).collect();
+    let filter = Filter { plant: model.plant(&lifted)?, channels, dof: model.dof };
+    let found = starts(episode, noise).into_iter().map(|(index, motion)| {
+        let end = motion.t + WINDOW;
+        let count = episode.pose[index..].partition_point(|p| p.t <= end + 1e-9);
+        let track = Track::between(episode, index, index + count, &motion);
+        filter.predict_only(&track).map(|samples| Window { samples })
+    });
+    Ok(found.collect())
+}
+
+/// Where windows start: index of the pose sample, and the causal estimate there.
+fn starts(episode: &Prepared, noise: &Noise) -> Vec<(usize, Motion)> {
+    let Some(last) = episode.pose.last() else { return vec![] };
+    let known = episode.motion_so_far(noise);
+    let mut begin = episode.contact.max(episode.pose[0].t);
+    let mut found = Vec::new();
+    while begin + WINDOW <= last.t + 1e-9 {
+        let index = episode.pose.partition_point(|p| p.t <= begin + 1e-9).saturating_sub(1);
+        if let Some(motion) = known.get(index) {
+            found.push((index, motion.clone()));
+        }
+        begin += WINDOW;
+    }
+    found
+}

@@ -1,0 +1,268 @@
+//! The figures of DIAGNOSIS.md, by which a model is judged on episodes.
+
+use crate::quasi::{WrenchSample, wrench_samples};
+use crate::rollout::{open_loop, windows};
+use crate::{Channels, InferError};
+use rayon::prelude::*;
+use serde::Serialize;
+use std::f64::consts::{PI, TAU};
+use trundle_model::{Clock, Model, Plant, State, to_body};
+use trundle_record::{Motion, Noise, Prepared};
+
+/// How well a model predicts some episodes; `None` where a figure makes no sense.
+#[derive(Clone, Debug, Default, PartialEq, Serialize)]
+pub struct Score {
+    /// Open loop, all samples of whole episodes, m.
+    pub position_rmse: Option<f64>,
+    /// Open loop, rad.
+    pub heading_rmse: Option<f64>,
+    /// Open loop, mean over episodes of the last pose's error, m.
+    pub final_position_error: Option<f64>,
+    /// Open loop, mean over episodes, rad.
+    pub final_heading_error: Option<f64>,
+    /// Open loop, share of the variance of (x, y, ρθ) that is explained.
+    pub r2: Option<f64>,
+    /// One second ahead, m.
+    pub window_position_rmse: Option<f64>,
+    /// One second ahead, rad.
+    pub window_heading_rmse: Option<f64>,
+    /// Wrench needed for the seen motion less recorded, N.
+    pub force_rmse: Option<f64>,
+    /// The same, N·m, about the object origin.
+    pub torque_rmse: Option<f64>,
+    /// Mean log density of a pose sample, one window ahead.
+    pub log_predictive_density: Option<f64>,
+}
+
+/// Sums from which the figures of one or more episodes are made.
+#[derive(Clone, Default)]
+struct Sums {
+    open: [f64; 2],
+    open_count: f64,
+    last: [f64; 2],
+    episodes: f64,
+    unexplained: f64,
+    variance: f64,
+    window: [f64; 2],
+    window_count: f64,
+    log_density: f64,
+    wrench: [f64; 2],
+    wrench_count: f64,
+}
+
+/// Judge a model with all values given on some episodes.
+///
+/// # Errors
+/// When `values` has the wrong length.
+pub fn score(
+    model: &Model,
+    values: &[f64],
+    channels: &Channels,
+    episodes: &[Prepared],
+    noise: &Noise,
+    quasi_static: bool,
+) -> Result<Score, InferError> {
+    let plant = model.plant(values)?;
+    let one = |episode: &Prepared| {
+        let mut sums = Sums::default();
+        if quasi_static {
+            sums.wrenches(&plant, &wrench_samples(episode, noise));
+        } else {
+            sums.open_loop(model, &plant, episode);
+            sums.windows(model, values, channels, episode, noise)?;
+            sums.dynamics(&plant, model.dof, episode, noise);
+        }
+        Ok(sums)
+    };
+    let all = episodes.par_iter().map(one).collect::<Result<Vec<_>, InferError>>()?;
+    Ok(all.iter().fold(Sums::default(), |a, b| a.plus(b)).figures(model.dof[2]))
+}
+
+/// An angle on the circle, in (−π, π].
+pub(crate) fn wrap(angle: f64) -> f64 {
+    let turned = (angle + PI).rem_euclid(TAU) - PI;
+    if turned == -PI { PI } else { turned }
+}
+
+fn square_error(a: [f64; 3], b: [f64; 3]) -> [f64; 2] {
+    [(a[0] - b[0]).powi(2) + (a[1] - b[1]).powi(2), wrap(a[2] - b[2]).powi(2)]
+}
+
+impl Sums {
+    fn open_loop(&mut self, model: &Model, plant: &Plant<f64>, episode: &Prepared) {
+        let simulated = open_loop(plant, episode);
+        let n = episode.pose.len() as f64;
+        let rho = if model.dof[2] { model.body.gyration } else { 0.0 };
+        let center = [0, 1, 2].map(|k| episode.pose.iter().map(|p| p.pose[k]).sum::<f64>() / n);
+        for (seen, simulated) in episode.pose.iter().zip(&simulated) {
+            let [position, heading] = square_error(seen.pose, *simulated);
+            self.open = [self.open[0] + position, self.open[1] + heading];
+            self.unexplained += position + rho * rho * heading;
+            let d = [0, 1, 2].map(|k| seen.pose[k] - center[k]);
+            self.variance += d[0] * d[0] + d[1] * d[1] + (rho * d[2]).powi(2);
+        }
+        if let (Some(seen), Some(simulated)) = (episode.pose.last(), simulated.last()) {
+            let [position, heading] = square_error(seen.pose, *simulated);
+            self.last = [self.last[0] + position.sqrt(), self.last[1] + heading.sqrt()];
+        }
+        self.open_count += n;
+        self.episodes += 1.0;
+    }
+
+    fn windows(
+        &mut self,
+        model: &Model,
+        values: &[f64],
+        channels: &Channels,
+        episode: &Prepared,
+        noise: &Noise,
+    ) -> Result<(), InferError> {
+        for window in windows(model, values, channels, episode, noise)?.into_iter().flatten() {
+            for sample in &window.samples {
+                let e = sample.error;
+                self.window =
+                    [self.window[0] + e[0] * e[0] + e[1] * e[1], self.window[1] + wrap(e[2]).powi(2)];
+                self.log_density -= sample.cost;
+                self.window_count += 1.0;
+            }
+        }
+        Ok(())
+    }
+
+    /// The wrench that the seen motion needs, at every pose sample from contact on.
+    fn dynamics(&mut self, plant: &Plant<f64>, dof: [bool; 3], episode: &Prepared, noise: &Noise) {
+        for motion in episode.motion(noise).iter().filter(|m| m.t >= episode.contact) {
+            let Some(sample) = seen(motion, episode) else { continue };
+            let inertia = inertial(plant, &sample, motion.accel);
+            let [force_x, force_y, torque] = shortfall(plant, &sample, motion, inertia);
+            let force_y = if dof[1] { force_y } else { 0.0 };
+            let torque = if dof[2] { torque } else { 0.0 };
+            self.add_wrench([force_x, force_y, torque]);
+        }
+    }
+
+    fn wrenches(&mut self, plant: &Plant<f64>, samples: &[WrenchSample]) {
+        for sample in samples {
+            self.add_wrench(sample.residual(plant));
+        }
+    }
+
+    fn add_wrench(&mut self, [x, y, torque]: [f64; 3]) {
+        self.wrench = [self.wrench[0] + x * x + y * y, self.wrench[1] + torque * torque];
+        self.wrench_count += 1.0;
+    }
+
+    fn plus(mut self, other: &Self) -> Self {
+        for k in 0..2 {
+            self.open[k] += other.open[k];
+            self.last[k] += other.last[k];
+            self.window[k] += other.window[k];
+            self.wrench[k] += other.wrench[k];
+        }
+        self.open_count += other.open_count;
+        self.episodes += other.episodes;
+        self.unexplained += other.unexplained;
+        self.variance += other.variance;
+        self.window_count += other.window_count;
+        self.log_density += other.log_density;
+        self.wrench_count += other.wrench_count;
+        self
+    }
+
+    fn figures(&self, turns: bool) -> Score {
+        let rms = |sum: f64, n: f64| (n > 0.0).then(|| (sum / n).sqrt()).filter(|v| v.is_finite());
+        let mean = |sum: f64, n: f64| (n > 0.0).then(|| sum / n).filter(|v| v.is_finite());
+        let heading = |value: Option<f64>| value.filter(|_| turns);
+        Score {
+            position_rmse: rms(self.open[0], self.open_count),
+            heading_rmse: heading(rms(self.open[1], self.open_count)),
+            final_position_error: mean(self.last[0], self.episodes),
+            final_heading_error: heading(mean(self.last[1], self.episodes)),
+            r2: mean(self.unexplained, self.variance).map(|share| 1.0 - share),
+            window_position_rmse: rms(self.window[0], self.window_count),
+            window_heading_rmse: heading(rms(self.window[1], self.window_count)),
+            force_rmse: rms(self.wrench[0], self.wrench_count),
+            torque_rmse: heading(rms(self.wrench[1], self.wrench_count)),
+            log_predictive_density: mean(self.log_density, self.window_count),
+        }
+    }
+}
+
+/// What was read when a pose was seen: the mean of the readings nearest in time.
+fn seen(motion: &Motion, episode: &Prepared) -> Option<WrenchSample> {
+    const NEAR: f64 = 0.02;
+    let first = episode.wrench.partition_point(|w| w.t < motion.t - NEAR);
+    let end = episode.wrench.partition_point(|w| w.t <= motion.t + NEAR);
+    let near = &episode.wrench[first..end];
+    let frame = near.get(near.len() / 2)?.frame;
+    let n = near.len() as f64;
+    Some(WrenchSample {
+        episode: 0,
+        t: motion.t,
+        pose: motion.pose,
+        twist: motion.twist,
+        reading: [0, 1, 2].map(|k| near.iter().map(|w| w.reading[k]).sum::<f64>() / n),
+        frame,
+        clock: Clock { since_contact: motion.t - episode.contact },
+    })
+}
+
+/// Mass times acceleration of the mass centre, as a wrench about the object origin, object axes.
+fn inertial(plant: &Plant<f64>, sample: &WrenchSample, accel: [f64; 3]) -> [f64; 3] {
+    let [cx, cy] = plant.com;
+    let [ax, ay, spin_up] = to_body(accel, sample.pose[2]);
+    let spin = sample.twist[2];
+    let (fx, fy) = (
+        plant.mass * (ax - spin_up * cy - spin * spin * cx),
+        plant.mass * (ay + spin_up * cx - spin * spin * cy),
+    );
+    [fx, fy, plant.inertia * spin_up + cx * fy - cy * fx]
+}
+
+/// Needed less recorded. A law with dry friction holds a set of wrenches at rest, and a speed is
+/// known only so well: the nearest wrench within that uncertainty is what counts.
+fn shortfall(plant: &Plant<f64>, sample: &WrenchSample, motion: &Motion, inertia: [f64; 3]) -> [f64; 3] {
+    let reach = [0, 1, 2].map(|k| 2.0 * motion.cov[k][1][1].sqrt());
+    let at_rest = (0..3).all(|k| motion.twist[k].abs() <= reach[k]);
+    let recorded = sample.recorded(plant);
+    let needed = sample.needed(plant);
+    let plain = [0, 1, 2].map(|k| inertia[k] + needed[k] - recorded[k]);
+    if at_rest { nearest(plant, sample, motion.twist, reach, inertia, recorded, plain) } else { plain }
+}
+
+/// Descend to the twist, within `reach`, whose wrench is nearest to the recorded one.
+fn nearest(
+    plant: &Plant<f64>,
+    sample: &WrenchSample,
+    start: [f64; 3],
+    reach: [f64; 3],
+    inertia: [f64; 3],
+    recorded: [f64; 3],
+    plain: [f64; 3],
+) -> [f64; 3] {
+    const ROUNDS: usize = 12;
+    let evaluate = |twist: [f64; 3]| {
+        let state = State { pose: sample.pose, twist };
+        let wrench = plant.action(&state, sample.clock).wrench(to_body(twist, sample.pose[2]));
+        [0, 1, 2].map(|k| inertia[k] - wrench[k] - recorded[k])
+    };
+    let size = |r: &[f64; 3]| r.iter().map(|x| x * x).sum::<f64>();
+    let (mut twist, mut best) = (start, plain);
+    let mut stride = 1.0;
+    for _ in 0..ROUNDS {
+        // Along each axis in turn: dry laws are monotone, so coordinate descent cannot be trapped.
+        for k in 0..3 {
+            for sign in [-1.0, 1.0] {
+                let mut trial = twist;
+                trial[k] =
+                    (twist[k] + sign * stride * reach[k]).clamp(start[k] - reach[k], start[k] + reach[k]);
+                let residual = evaluate(trial);
+                if size(&residual) < size(&best) {
+                    (twist, best) = (trial, residual);
+                }
+            }
+        }
+        stride /= 2.0;
+    }
+    best
+}
