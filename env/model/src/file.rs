@@ -122,6 +122,13 @@ impl BodyTable {
             [Fixture::Polygon { vertices, .. }] => table.footprint = Some(vertices.clone()),
             fixtures => table.fixture = fixtures.iter().map(FixtureTable::of).collect(),
         }
+        let uniform = Body::from_fixtures(body.fixtures.clone(), body.mass).ok();
+        if uniform.as_ref().is_some_and(|uniform| uniform.com != body.com) {
+            table.com = Some(body.com);
+        }
+        if uniform.is_some_and(|uniform| uniform.gyration != body.gyration) {
+            table.inertia = Some(mass.unwrap_or(MASS_GUESS) * body.gyration * body.gyration);
+        }
         table
     }
 
@@ -252,6 +259,20 @@ covariance = [[0.04]]
         assert!(model.resolved().is_ok());
         let text = model.to_toml(posterior.as_ref()).unwrap();
         assert_eq!(Model::from_toml(&text).unwrap(), (model, posterior));
+    }
+
+    #[test]
+    fn a_mass_centre_and_an_inertia_survive_a_round_trip() {
+        for mass in ["", "mass = 8.0"] {
+            let text = format!(
+                "format = \"{FORMAT}\"\n[body]\n{mass}\ncom = [0.25, -0.5]\ninertia = 3.5\n\
+                 footprint = [[-1.0, -1.0], [1.0, -1.0], [1.0, 1.0], [-1.0, 1.0]]\n"
+            );
+            let (model, _) = Model::from_toml(&text).unwrap();
+            let (again, _) = Model::from_toml(&model.to_toml(None).unwrap()).unwrap();
+            assert_eq!(again.body.com, [0.25, -0.5]);
+            assert!((again.body.inertia() - 3.5).abs() < 1e-14);
+        }
     }
 
     #[test]

@@ -1,0 +1,266 @@
+//! Walks the catalogue, so that a new effect is tested on arrival.
+
+#![allow(clippy::unwrap_used)]
+
+use nalgebra::{Matrix3, SymmetricEigen};
+use proptest::prelude::*;
+use proptest::test_runner::{Config, RngAlgorithm, TestRng, TestRunner};
+use std::collections::BTreeSet;
+use trundle_model::{
+    Acting, Action, Body, Clock, Dual, Effect, Kind, Model, Param, Plant, Prior, Real, State, catalogue,
+    to_body,
+};
+
+/// Derivative columns: six of the state, and up to ten parameters.
+const COLUMNS: usize = 16;
+const DT: f64 = 2e-3;
+const DRAWS: usize = 10;
+
+/// Everything random about one step; the draws become parameter values by their priors.
+#[derive(Clone, Debug)]
+struct Case {
+    draws: Vec<f64>,
+    state: [f64; 6],
+    applied: [f64; 3],
+    clock: Clock,
+}
+
+fn cases() -> impl Strategy<Value = Case> {
+    let draws = prop::collection::vec(0.0..1.0f64, DRAWS);
+    let state = [-1.0..1.0f64, -1.0..1.0, -3.0..3.0, -0.5..0.5, -0.5..0.5, -1.0..1.0];
+    let applied = [-40.0..40.0f64, -40.0..40.0, -10.0..10.0];
+    (draws, state, applied, 0.0..5.0f64).prop_map(|(draws, state, applied, since_contact)| Case {
+        draws,
+        state,
+        applied,
+        clock: Clock { since_contact },
+    })
+}
+
+/// Run `check` on the same random cases for every kind.
+fn for_every_kind(check: impl Fn(Kind, &Case) -> Result<(), TestCaseError>) {
+    for &kind in Kind::ALL {
+        let config = Config { cases: 64, failure_persistence: None, ..Config::default() };
+        let mut runner = TestRunner::new_with_rng(config, TestRng::deterministic_rng(RngAlgorithm::ChaCha));
+        let outcome = runner.run(&cases(), |case| check(kind, &case));
+        assert!(outcome.is_ok(), "{}: {}", kind.spec().kind, outcome.unwrap_err());
+    }
+}
+
+/// A table whose mass centre lies off the origin, so that no term vanishes by symmetry.
+fn model(kind: Kind) -> Model {
+    Model { effects: vec![Effect::free(kind)], ..bare() }
+}
+
+fn bare() -> Model {
+    let body = Body::from_footprint(&[[-0.5, -0.4], [0.7, -0.4], [0.7, 0.3], [-0.5, 0.3]], 22.0).unwrap();
+    Model { body, mass: Some(22.0), dof: [true; 3], effects: vec![] }
+}
+
+fn draw(param: &Param, body: &Body, u: f64) -> f64 {
+    let symmetric = 2.0 * u - 1.0;
+    let value = match param.prior {
+        Prior::Normal { mean, sd } => mean + 2.0 * sd * symmetric,
+        Prior::LogNormal { median, sd } => median * (sd * symmetric).exp(),
+        Prior::OnBody(axis) => {
+            let [low, high] = body.bounds();
+            low[axis] + u * (high[axis] - low[axis])
+        }
+        Prior::Angle(period) => symmetric * period / 2.0,
+    };
+    value.clamp(param.lower, param.upper)
+}
+
+/// Mass, then the effect's parameters as drawn.
+fn values(kind: Kind, case: &Case) -> Vec<f64> {
+    let body = bare().body;
+    let drawn = kind.spec().params.iter().zip(&case.draws).map(|(p, &u)| draw(p, &body, u));
+    std::iter::once(body.mass).chain(drawn).collect()
+}
+
+/// The same with the neutral values in place, refinements left out.
+fn neutral(kind: Kind, case: &Case) -> Vec<f64> {
+    let spec = kind.spec();
+    let mut values = values(kind, case);
+    for (value, param) in values[1..].iter_mut().zip(spec.params) {
+        let stated = spec.neutral.iter().find(|(name, _)| *name == param.name).map(|(_, value)| *value);
+        *value = stated.or(param.refinement).unwrap_or(*value);
+    }
+    values
+}
+
+fn state<T: Real>(flat: &[T]) -> State<T> {
+    State { pose: [flat[0], flat[1], flat[2]], twist: [flat[3], flat[4], flat[5]] }
+}
+
+fn flat<T: Copy>(state: &State<T>) -> [T; 6] {
+    let ([x, y, theta], [vx, vy, spin]) = (state.pose, state.twist);
+    [x, y, theta, vx, vy, spin]
+}
+
+/// What a recording shows: the state after a step under the reading, corrected first.
+fn outcome<T: Real>(plant: &Plant<T>, flat_state: &[T], case: &Case) -> [T; 6] {
+    let applied = plant.correct(case.applied.map(T::lift), case.clock);
+    flat(&plant.step(&state(flat_state), applied, case.clock, DT))
+}
+
+fn action(kind: Kind, case: &Case) -> Action<f64> {
+    model(kind).plant(&values(kind, case)).unwrap().action(&state(&case.state), case.clock)
+}
+
+#[test]
+fn every_entry_is_complete() {
+    let names: BTreeSet<_> = catalogue().map(|spec| spec.kind).collect();
+    assert_eq!(names.len(), Kind::ALL.len(), "two kinds share a name");
+    for spec in catalogue() {
+        let kind = spec.kind;
+        assert_eq!(Kind::from_name(kind).map(|k| k.spec().kind), Some(kind));
+        for (what, text) in [
+            ("effect", spec.effect),
+            ("summary", spec.summary),
+            ("source", spec.source),
+            ("sentence", spec.sentence),
+        ] {
+            assert!(!text.trim().is_empty(), "{kind}: no {what}");
+        }
+        assert!(spec.sentence.ends_with('.'), "{kind}: the sentence has no end");
+        let names: BTreeSet<_> = spec.params.iter().map(|p| p.name).collect();
+        assert_eq!(names.len(), spec.params.len(), "{kind}: two parameters share a name");
+        assert!(spec.params.len() <= DRAWS, "{kind}: widen this test");
+        for placeholder in placeholders(spec.sentence) {
+            assert!(names.contains(placeholder), "{kind}: `{{{placeholder}}}` is no parameter");
+        }
+    }
+}
+
+/// The names in braces.
+fn placeholders(sentence: &str) -> impl Iterator<Item = &str> {
+    sentence.split('{').skip(1).filter_map(|rest| rest.split('}').next())
+}
+
+#[test]
+fn every_parameter_has_a_unit_bounds_and_a_prior_inside_them() {
+    for spec in catalogue() {
+        for p in spec.params {
+            let name = format!("{}.{}", spec.kind, p.name);
+            assert!(!p.unit.is_empty() && !p.help.is_empty(), "{name}: no unit or no help");
+            assert!(p.lower.is_finite() && p.upper.is_finite() && p.lower < p.upper, "{name}: bounds");
+            let inside = |value: f64| (p.lower..=p.upper).contains(&value);
+            match p.prior {
+                Prior::Normal { mean, sd } => assert!(inside(mean) && sd > 0.0, "{name}: prior"),
+                Prior::LogNormal { median, sd } => {
+                    assert!(p.lower >= 0.0 && median > 0.0 && inside(median) && sd > 0.0, "{name}: prior");
+                }
+                Prior::OnBody(axis) => assert!(axis < 2 && p.unit == "m", "{name}: prior"),
+                Prior::Angle(period) => {
+                    assert!(period > 0.0 && p.upper - p.lower >= period && p.unit == "rad", "{name}: prior");
+                }
+            }
+            assert!(p.refinement.is_none_or(inside), "{name}: refinement");
+        }
+    }
+}
+
+#[test]
+fn every_neutral_value_belongs_to_a_parameter_and_is_legal() {
+    for spec in catalogue() {
+        assert!(!spec.neutral.is_empty(), "{}: nothing makes it vanish", spec.kind);
+        for (name, value) in spec.neutral {
+            let param = spec.params.iter().find(|p| p.name == *name);
+            assert!(
+                param.is_some_and(|p| (p.lower..=p.upper).contains(value)),
+                "{}: neutral {name} = {value}",
+                spec.kind
+            );
+        }
+    }
+}
+
+#[test]
+fn at_neutral_values_nothing_changes() {
+    for_every_kind(|kind, case| {
+        let with = model(kind).plant(&neutral(kind, case)).unwrap();
+        let without = bare().resolved().unwrap();
+        for (a, b) in outcome(&with, &case.state, case).iter().zip(outcome(&without, &case.state, case)) {
+            prop_assert!((a - b).abs() <= 1e-14 * (1.0 + b.abs()), "{a} is not {b}");
+        }
+        Ok(())
+    });
+}
+
+#[test]
+fn away_from_neutral_values_something_changes() {
+    for_every_kind(|kind, case| {
+        let with = model(kind).plant(&values(kind, case)).unwrap();
+        let without = bare().resolved().unwrap();
+        prop_assert!(outcome(&with, &case.state, case) != outcome(&without, &case.state, case));
+        Ok(())
+    });
+}
+
+#[test]
+fn gradients_of_a_step_agree_with_finite_differences() {
+    for_every_kind(|kind, case| {
+        let point: Vec<f64> = case.state.into_iter().chain(values(kind, case)).collect();
+        prop_assert!(point.len() <= COLUMNS, "widen this test");
+        let seeded: Vec<_> =
+            point.iter().enumerate().map(|(k, &v)| Dual::<COLUMNS>::variable(v, k)).collect();
+        let exact = outcome(&model(kind).plant(&seeded[6..]).unwrap(), &seeded[..6], case);
+        for k in 0..point.len() {
+            let h = 1e-5 * point[k].abs().max(0.01);
+            let at = |shift: f64| {
+                let mut moved = point.clone();
+                moved[k] += shift;
+                outcome(&model(kind).plant(&moved[6..]).unwrap(), &moved[..6], case)
+            };
+            let (plus, minus) = (at(h), at(-h));
+            for row in 0..6 {
+                let difference = (plus[row] - minus[row]) / (2.0 * h);
+                let slope = exact[row].eps[k];
+                // Rounding of the values, and the curvature of the law.
+                let tolerance = 1e-14 / h + 1e-5 * (slope.abs() + 1e-4);
+                prop_assert!(
+                    (slope - difference).abs() <= tolerance,
+                    "row {row} by variable {k}: {slope} is not {difference}"
+                );
+            }
+        }
+        Ok(())
+    });
+}
+
+#[test]
+fn what_claims_to_dissipate_never_drives() {
+    for_every_kind(|kind, case| {
+        let twist = to_body([case.state[3], case.state[4], case.state[5]], case.state[2]);
+        let power: f64 = action(kind, case).wrench(twist).iter().zip(twist).map(|(f, v)| f * v).sum();
+        prop_assert!(!kind.spec().dissipative || power <= 1e-12, "power {power} W");
+        Ok(())
+    });
+}
+
+#[test]
+fn drag_is_positive_semidefinite() {
+    for_every_kind(|kind, case| {
+        let [xx, xy, yy, tx, ty, tt] = action(kind, case).drag;
+        let drag = Matrix3::new(xx, xy, tx, xy, yy, ty, tx, ty, tt);
+        let least = SymmetricEigen::new(drag).eigenvalues.min();
+        prop_assert!(least >= -1e-12 * drag.trace().max(1.0), "eigenvalue {least}");
+        Ok(())
+    });
+}
+
+#[test]
+fn a_law_acts_on_the_object_or_on_the_instruments() {
+    for_every_kind(|kind, case| {
+        let plant = model(kind).plant(&values(kind, case)).unwrap();
+        let corrected = plant.correct(case.applied, case.clock);
+        let Action { push, drag } = action(kind, case);
+        let silent = push.iter().chain(&drag).all(|&term| term == 0.0);
+        match kind.spec().acting {
+            Acting::Object => prop_assert!(!silent && corrected == case.applied),
+            Acting::Instrument => prop_assert!(silent && corrected != case.applied),
+        }
+        Ok(())
+    });
+}

@@ -1,0 +1,220 @@
+//! The integrator against motions that are known in closed form.
+
+#![allow(clippy::unwrap_used)]
+
+use trundle_model::{Body, Clock, Effect, Kind, Model, Plant, State};
+
+const DT: f64 = 2e-3;
+
+/// A 10 kg table, 1.2 m × 0.8 m, its mass centre at `com`.
+fn table(com: [f64; 2]) -> Model {
+    let mut body = Body::from_footprint(&[[-0.6, -0.4], [0.6, -0.4], [0.6, 0.4], [-0.6, 0.4]], 10.0).unwrap();
+    body.com = com;
+    Model { mass: Some(body.mass), body, dof: [true; 3], effects: vec![] }
+}
+
+fn effect(kind: Kind, values: &[(&str, f64)]) -> Effect {
+    values.iter().fold(Effect::free(kind), |effect, (name, value)| effect.with(name, Some(*value)))
+}
+
+fn wheel([x, y]: [f64; 2], angle: f64, [mu_x, mu_y]: [f64; 2]) -> Effect {
+    let values = [("x", x), ("y", y), ("angle", angle), ("mu_x", mu_x), ("mu_y", mu_y)];
+    effect(Kind::ViscousWheel, &values)
+}
+
+fn dry(force: f64, static_force: f64) -> Effect {
+    effect(Kind::CoulombFriction, &[("x", 0.0), ("y", 0.0), ("force", force), ("static_force", static_force)])
+}
+
+fn slope(accel: [f64; 2]) -> Effect {
+    effect(Kind::FloorSlope, &[("accel_x", accel[0]), ("accel_y", accel[1])])
+}
+
+/// The motion under a constant wrench in object axes, starting state included.
+fn roll(plant: &Plant<f64>, start: State<f64>, wrench: [f64; 3], dt: f64, duration: f64) -> Vec<State<f64>> {
+    let steps = (duration / dt).round() as usize;
+    let mut motion = vec![start];
+    for k in 0..steps {
+        let clock = Clock { since_contact: k as f64 * dt };
+        motion.push(plant.step(&motion[k], wrench, clock, dt));
+    }
+    motion
+}
+
+fn end(model: &Model, start: State<f64>, wrench: [f64; 3], duration: f64) -> State<f64> {
+    let plant = model.resolved().unwrap();
+    roll(&plant, start, wrench, DT, duration)[(duration / DT).round() as usize]
+}
+
+fn moving(twist: [f64; 3]) -> State<f64> {
+    State { twist, ..State::at_rest([0.0; 3]) }
+}
+
+/// World position and velocity of a body point.
+fn at(state: &State<f64>, [px, py]: [f64; 2]) -> ([f64; 2], [f64; 2]) {
+    let (sin, cos) = state.pose[2].sin_cos();
+    let (rx, ry) = (cos * px - sin * py, sin * px + cos * py);
+    let [vx, vy, spin] = state.twist;
+    ([state.pose[0] + rx, state.pose[1] + ry], [vx - spin * ry, vy + spin * rx])
+}
+
+fn assert_close(got: f64, expected: f64, tolerance: f64) {
+    assert!((got - expected).abs() <= tolerance, "{got} is not {expected} within {tolerance}");
+}
+
+#[test]
+fn a_locked_wheel_is_stable_at_any_step() {
+    let plant = table([0.05, -0.1]).with(wheel([-0.5, -0.3], 0.2, [1e5, 1e5])).resolved().unwrap();
+    for dt in [2e-3, 1e-2] {
+        // The wrench has no moment about the wheel, so that the spin stays what it became at first.
+        let motion = roll(&plant, moving([0.5, -0.3, 1.0]), [20.0, -30.0, 21.0], dt, 5.0);
+        for state in &motion {
+            assert!(state.twist.iter().all(|v| v.abs() < 2.0), "{state:?} at dt = {dt}");
+        }
+        // The wheel's own velocity is gone within the first few steps but for ω² r dt/2, by which
+        // the end of a step is ahead of its middle, where the drag acts.
+        for state in &motion[5..] {
+            let (_, velocity) = at(state, [-0.5, -0.3]);
+            assert!(velocity[0].hypot(velocity[1]) < 0.01, "the wheel moves at {velocity:?}, dt = {dt}");
+        }
+    }
+}
+
+#[test]
+fn halving_the_step_quarters_the_error() {
+    let plant = table([0.1, -0.05])
+        .with(wheel([-0.5, -0.3], 0.2, [15.0, 90.0]))
+        .with(effect(Kind::CoulombFriction, &[("x", 0.4), ("y", 0.3), ("force", 3.0)]))
+        .resolved()
+        .unwrap();
+    let last = |dt: f64| *roll(&plant, moving([1.0, 0.2, 0.3]), [40.0, 10.0, 4.0], dt, 1.0).last().unwrap();
+    let truth = last(1e-4);
+    let error = |dt: f64| {
+        let state = last(dt);
+        let gaps = state.pose.iter().zip(truth.pose).chain(state.twist.iter().zip(truth.twist));
+        gaps.map(|(a, b)| (a - b).powi(2)).sum::<f64>().sqrt()
+    };
+    for dt in [0.02, 0.01, 0.005] {
+        let ratio = error(dt) / error(dt / 2.0);
+        assert!((3.5..4.6).contains(&ratio), "error falls by {ratio} from dt = {dt}");
+    }
+}
+
+#[test]
+fn viscous_friction_decays_exponentially() {
+    let model = table([0.0; 2]).with(wheel([0.0; 2], 0.7, [30.0, 30.0]));
+    let state = end(&model, moving([1.0, -2.0, 0.0]), [0.0; 3], 1.0);
+    let left = (-3.0f64).exp();
+    for (k, v) in [(0, 1.0), (1, -2.0)] {
+        assert_close(state.twist[k], v * left, 2e-6);
+        assert_close(state.pose[k], v / 3.0 * (1.0 - left), 1e-5);
+    }
+}
+
+#[test]
+fn a_free_body_keeps_momentum_energy_and_the_course_of_its_mass_centre() {
+    let com = [0.2, -0.1];
+    let model = table(com);
+    let start = moving([0.3, -0.2, 2.0]);
+    let ([x, y], velocity) = at(&start, com);
+    for (k, state) in roll(&model.resolved().unwrap(), start, [0.0; 3], DT, 3.0).iter().enumerate() {
+        let t = k as f64 * DT;
+        let (place, now) = at(state, com);
+        for axis in 0..2 {
+            assert_close(now[axis], velocity[axis], 1e-12);
+            assert_close(place[axis], [x, y][axis] + velocity[axis] * t, 1e-12);
+        }
+        assert_close(state.twist[2], 2.0, 1e-12);
+        assert_close((state.pose[0] - place[0]).hypot(state.pose[1] - place[1]), 0.05f64.sqrt(), 1e-12);
+    }
+}
+
+#[test]
+fn an_applied_wrench_turns_with_the_object() {
+    let (force, spin, duration) = (5.0, 1.5, 2.0);
+    let state = end(&table([0.0; 2]), moving([0.0, 0.0, spin]), [force, 0.0, 0.0], duration);
+    let (sin, cos) = (spin * duration).sin_cos();
+    assert_close(state.twist[0], force / 10.0 * sin / spin, 1e-6);
+    assert_close(state.twist[1], force / 10.0 * (1.0 - cos) / spin, 1e-6);
+}
+
+#[test]
+fn a_wrench_about_the_origin_turns_a_body_about_its_mass_centre() {
+    let com = [0.2, -0.1];
+    let model = table(com);
+    let state = end(&model, State::at_rest([0.0; 3]), [0.0, 0.0, 3.0], 0.5);
+    let (place, _) = at(&state, com);
+    assert_close(place[0], com[0], 1e-12);
+    assert_close(place[1], com[1], 1e-12);
+    assert_close(state.pose[2], 3.0 / model.body.inertia() * 0.125, 1e-12);
+}
+
+#[test]
+fn a_slope_accelerates_the_mass_centre_once_in_contact() {
+    let (com, accel) = ([0.2, -0.1], [0.3, -0.2]);
+    let model = table(com).with(slope(accel));
+    let start = moving([0.1, 0.2, 0.7]);
+    let (from, velocity) = at(&start, com);
+    let (to, _) = at(&end(&model, start, [0.0; 3], 2.0), com);
+    for k in 0..2 {
+        assert_close(to[k], from[k] + velocity[k] * 2.0 + accel[k] * 2.0, 1e-11);
+    }
+    let plant = model.resolved().unwrap();
+    let before = plant.step(&State::at_rest([0.0; 3]), [0.0; 3], Clock { since_contact: -DT }, DT);
+    assert_eq!(before, State::at_rest([0.0; 3]));
+}
+
+#[test]
+fn dry_friction_stops_a_body_where_it_must_and_keeps_it() {
+    let model = table([0.0; 2]).with(dry(20.0, 0.0));
+    let stopped = end(&model, moving([0.6, 0.8, 0.0]), [0.0; 3], 1.0);
+    let distance = 10.0 / (2.0 * 20.0);
+    assert_close(stopped.pose[0].hypot(stopped.pose[1]), distance, 5e-5);
+    let later = end(&model, stopped, [0.0; 3], 5.0);
+    assert_close((later.pose[0] - stopped.pose[0]).hypot(later.pose[1] - stopped.pose[1]), 0.0, 1e-9);
+}
+
+#[test]
+fn dry_friction_never_turns_a_body_back() {
+    let plant = table([0.0; 2]).with(dry(50.0, 80.0)).resolved().unwrap();
+    for dt in [2e-3, 1e-2] {
+        for state in roll(&plant, moving([0.3, 0.0, 0.0]), [0.0; 3], dt, 1.0) {
+            assert!(state.twist[0] >= -1e-12, "{state:?} at dt = {dt}");
+        }
+    }
+}
+
+#[test]
+fn stiction_holds_below_breakaway_and_slides_above() {
+    let model = table([0.0; 2]).with(dry(20.0, 30.0));
+    let rest = State::at_rest([0.0; 3]);
+    // What creeps does so at the speed where the rounded-off curve meets the load, under 0.2 mm/s.
+    assert!(end(&model, rest, [25.0, 0.0, 0.0], 5.0).pose[0] < 1e-3);
+    let sliding = end(&model, rest, [35.0, 0.0, 0.0], 2.0);
+    assert_close(sliding.twist[0], 1.5 * 2.0, 0.1);
+    let held = table([0.0; 2]).with(dry(20.0, 0.0));
+    assert!(end(&held, rest, [10.0, 0.0, 0.0], 5.0).pose[0] < 3e-4);
+}
+
+#[test]
+fn a_rail_blocks_sideways_motion_and_turning_exactly() {
+    let mut model = table([0.1, -0.1]).with(wheel([0.3, 0.2], 0.4, [10.0, 300.0])).with(slope([0.1, 0.5]));
+    model.dof = [true, false, false];
+    let state = end(&model, State::at_rest([0.0; 3]), [10.0, 25.0, 4.0], 2.0);
+    assert_eq!([state.pose[1], state.pose[2], state.twist[1], state.twist[2]], [0.0; 4]);
+    // What is left is one axis: drag c = μ_x cos² + μ_y sin², force F + m a.
+    let drag = 10.0 * 0.4f64.cos().powi(2) + 300.0 * 0.4f64.sin().powi(2);
+    assert_close(state.twist[0], 11.0 / drag * (1.0 - (-drag / 10.0 * 2.0).exp()), 1e-5);
+}
+
+#[test]
+fn a_table_with_a_locked_wheel_turns_about_it() {
+    let locked = [-0.5, -0.3];
+    let model = table([0.0; 2]).with(wheel(locked, 0.0, [1e5, 1e5]));
+    let state = end(&model, State::at_rest([0.0; 3]), [0.0, 4.0, 4.0 * 0.6], 1.5);
+    let (place, _) = at(&state, locked);
+    assert!((place[0] - locked[0]).hypot(place[1] - locked[1]) < 5e-4, "the wheel went to {place:?}");
+    // τ about the wheel is 4 N at 1.1 m; the inertia about it by Steiner.
+    let inertia = model.body.inertia() + 10.0 * (0.25 + 0.09);
+    assert_close(state.pose[2], 4.0 * 1.1 / inertia * 1.5f64.powi(2) / 2.0, 2e-3);
+}
