@@ -4,6 +4,7 @@ mod document;
 mod episode;
 mod error;
 mod fault;
+mod info;
 mod metadata;
 mod motion;
 mod prepare;
@@ -15,6 +16,7 @@ mod write;
 pub use episode::{Episode, Gripper, Stream, WrenchStream};
 pub use error::{Error, File, Place};
 pub use fault::Fault;
+pub use info::{EpisodeInfo, Info, StreamInfo, inspect};
 pub use metadata::{
     Contact, Dof, FORMAT, FixtureMeta, Frame, Metadata, NoiseMeta, ObjectMeta, Obstacle, Precontact,
     Reference, Scene, Sign, Source, Split, WrenchMeta,
@@ -25,4 +27,4 @@ pub use prepare::{
     planar_transform, prepare, prepare_with, relative_pose, wrapped,
 };
 pub use recording::Recording;
-pub use table::Table;
+pub use table::{Column, Table, write_parquet};

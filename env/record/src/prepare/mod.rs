@@ -11,6 +11,7 @@ mod tare;
 mod track;
 mod transform;
 
+use serde::Serialize;
 use trundle_model::Body;
 
 use crate::error::Error;
@@ -18,7 +19,10 @@ use crate::motion::{self, Motion};
 use crate::recording::Recording;
 
 pub use noise::Noise;
+pub(crate) use sampling::{latest, median, median_step, quantile};
+pub(crate) use tare::GRAVITY;
 pub use tare::TareMethod;
+pub(crate) use track::gaps;
 pub use transform::{Wrench6, force_moment_transform, planar_transform, relative_pose, wrapped};
 
 /// One wrench sample of an episode.
@@ -51,7 +55,7 @@ pub struct PoseSample {
 }
 
 /// What was masked or is missing in an episode.
-#[derive(Debug, Clone, Default, PartialEq, Eq)]
+#[derive(Debug, Clone, Default, PartialEq, Eq, Serialize)]
 pub struct Counts {
     /// Object poses that the tracker made up: jumps, spikes.
     pub pose_outliers: usize,
@@ -139,7 +143,7 @@ pub struct Dataset {
 
 impl Dataset {
     /// All episodes, those to fit first.
-    pub fn episodes(&self) -> impl Iterator<Item = &Prepared> {
+    pub fn episodes(&self) -> impl Iterator<Item = &Prepared> + Clone {
         self.training.iter().chain(&self.held_out)
     }
 }

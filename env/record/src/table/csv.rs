@@ -1,12 +1,12 @@
 //! Episode tables as CSV: UTF-8, comma-separated, one header line.
 
-use std::collections::BTreeSet;
 use std::io::Write;
 use std::path::Path;
 
 use ::csv::{ByteRecord, ReaderBuilder, WriterBuilder};
 
-use crate::episode::{Episode, NOTE_PREFIX};
+use super::{Kind, kinds};
+use crate::episode::Episode;
 use crate::error::{Error, Place};
 use crate::fault::Fault;
 
@@ -69,15 +69,11 @@ enum Cells {
 
 impl Columns {
     fn new(titles: Vec<String>) -> Result<Self, (String, Fault)> {
-        let mut seen = BTreeSet::new();
-        if let Some(twice) = titles.iter().find(|title| !seen.insert(title.as_str())) {
-            return Err((twice.clone(), Fault::DuplicateColumn));
-        }
-        let empty = |title: &String| match title.starts_with(NOTE_PREFIX) {
-            true => Cells::Texts(Vec::new()),
-            false => Cells::Numbers(Vec::new()),
+        let empty = |kind| match kind {
+            Kind::Note => Cells::Texts(Vec::new()),
+            Kind::Number => Cells::Numbers(Vec::new()),
         };
-        let cells = titles.iter().map(empty).collect();
+        let cells = kinds(&titles)?.into_iter().map(empty).collect();
         Ok(Self { titles, cells })
     }
 

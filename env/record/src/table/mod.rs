@@ -9,9 +9,10 @@ use std::fs::File;
 use std::io::BufWriter;
 use std::path::Path;
 
-use crate::episode::Episode;
+use crate::episode::{Episode, NOTE_PREFIX, known_columns};
 use crate::error::{Error, Place};
 use crate::fault::Fault;
+pub use parquet_write::Column;
 
 /// The two kinds of table.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
@@ -55,4 +56,40 @@ impl Table {
             Self::Parquet => parquet_write::write(episode, sink).map_err(|error| not_written(error.into())),
         }
     }
+}
+
+/// Writes named columns of equal length as a Parquet file at `path`.
+///
+/// # Errors
+/// When the file cannot be written; what was written of it stays.
+pub fn write_parquet(path: &Path, columns: &[(&str, Column<'_>)]) -> Result<(), Error> {
+    let not_written = |source| Fault::Io { action: "written", source }.at(Place::path(path));
+    let sink = BufWriter::new(File::create(path).map_err(not_written)?);
+    parquet_write::write_columns(columns, sink).map_err(|error| not_written(error.into()))
+}
+
+/// What a table's header says about a column.
+#[derive(Debug, Clone, Copy, PartialEq, Eq)]
+enum Kind {
+    Number,
+    Note,
+}
+
+/// The kind of each column in a header.
+///
+/// # Errors
+/// The first title that is unknown or that was there before.
+fn kinds(titles: &[String]) -> Result<Vec<Kind>, (String, Fault)> {
+    let kind = |(i, title): (usize, &String)| {
+        if titles[..i].contains(title) {
+            Err((title.clone(), Fault::DuplicateColumn))
+        } else if title.starts_with(NOTE_PREFIX) {
+            Ok(Kind::Note)
+        } else if title == "t" || known_columns().any(|known| known == title) {
+            Ok(Kind::Number)
+        } else {
+            Err((title.clone(), Fault::unknown_column(title)))
+        }
+    };
+    titles.iter().enumerate().map(kind).collect()
 }

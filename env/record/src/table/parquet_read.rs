@@ -1,6 +1,5 @@
 //! Episode tables from Parquet, as pandas, pyarrow, polars and others write it.
 
-use std::collections::BTreeSet;
 use std::fs::File;
 use std::panic::{AssertUnwindSafe, catch_unwind};
 use std::path::Path;
@@ -10,7 +9,8 @@ use parquet::data_type::{ByteArray, DataType};
 use parquet::file::reader::{FileReader, SerializedFileReader};
 
 use super::parquet_types::{Content, content};
-use crate::episode::{Episode, NOTE_PREFIX};
+use super::{Kind, kinds};
+use crate::episode::Episode;
 use crate::error::{Error, Place};
 use crate::fault::Fault;
 
@@ -26,7 +26,7 @@ pub(super) fn read(path: &Path, name: &str) -> Result<Episode, Error> {
         File::open(path).map_err(|source| Fault::Io { action: "read", source }.at(Place::path(path)))?;
     // The decoder is not proof against every damaged file, and no panic may leave this crate.
     catch_unwind(AssertUnwindSafe(|| decode(file, name)))
-        .unwrap_or_else(|_| Err((None, damaged("its pages contradict each other"))))
+        .unwrap_or_else(|_| Err((None, damaged("its parts contradict each other"))))
         .map_err(|(column, fault)| {
             let place = Place::path(path);
             fault.at(match column {
@@ -44,22 +44,24 @@ fn decode(file: File, name: &str) -> Result<Episode, Located> {
     let reader = SerializedFileReader::new(file).map_err(|error| (None, damaged(error)))?;
     let schema = reader.metadata().file_metadata().schema_descr_ptr();
     let mut episode = Episode { name: name.to_owned(), ..Episode::default() };
-    let mut seen = BTreeSet::new();
-    for (index, column) in schema.columns().iter().enumerate() {
-        let title = column.path().string();
-        let at = |fault| (Some(title.clone()), fault);
-        if !seen.insert(title.clone()) {
-            return Err(at(Fault::DuplicateColumn));
-        }
-        let note = title.starts_with(NOTE_PREFIX);
-        let content = content(column, note).map_err(at)?;
-        if note {
-            let cells = column_of(&reader, index, String::new(), |chunk| text(chunk, content)).map_err(at)?;
-            episode.notes.insert(title, cells);
-        } else {
-            let cells = column_of(&reader, index, f64::NAN, |chunk| number(chunk, content)).map_err(at)?;
-            episode.insert(title, cells);
-        }
+    // A column within a list or a structure has a title of several parts, which is then unknown.
+    let titles: Vec<String> = schema.columns().iter().map(|column| column.path().string()).collect();
+    let kinds = kinds(&titles).map_err(|(title, fault)| (Some(title), fault))?;
+    for (index, (title, kind)) in titles.into_iter().zip(kinds).enumerate() {
+        let content = content(&schema.column(index), kind == Kind::Note);
+        let cells = content.and_then(|content| match kind {
+            Kind::Note => {
+                let texts = column_of(&reader, index, String::new(), |chunk| text(chunk, content))?;
+                episode.notes.insert(title.clone(), texts);
+                Ok(())
+            }
+            Kind::Number => {
+                let numbers = column_of(&reader, index, f64::NAN, |chunk| number(chunk, content))?;
+                episode.insert(title.clone(), numbers);
+                Ok(())
+            }
+        });
+        cells.map_err(|fault| (Some(title), fault))?;
     }
     Ok(episode)
 }

@@ -12,18 +12,40 @@ use parquet::schema::types::{Type, TypePtr};
 
 use crate::episode::Episode;
 
+/// One column of a table.
+#[derive(Clone, Copy, Debug)]
+pub enum Column<'a> {
+    /// Doubles; NaN becomes null.
+    Numbers(&'a [f64]),
+    /// Strings.
+    Texts(&'a [String]),
+}
+
 /// Writes `episode`, column after column in the format's order.
 pub(super) fn write(episode: &Episode, sink: impl Write + Send) -> Result<(), ParquetError> {
-    let header = episode.header();
-    let properties = WriterProperties::builder().set_compression(Compression::SNAPPY).build();
-    let mut file = SerializedFileWriter::new(sink, schema(episode, &header)?, Arc::new(properties))?;
-    let mut group = file.next_row_group()?;
-    write_numbers(&mut group, &episode.t)?;
-    for &name in &header {
+    let mut columns = vec![("t", Column::Numbers(&episode.t))];
+    for name in episode.header() {
         if let Some(values) = episode.columns.get(name) {
-            write_numbers(&mut group, values)?;
+            columns.push((name, Column::Numbers(values)));
         } else if let Some(texts) = episode.notes.get(name) {
-            write_texts(&mut group, texts)?;
+            columns.push((name, Column::Texts(texts)));
+        }
+    }
+    write_columns(&columns, sink)
+}
+
+/// Writes named columns of equal length as one row group.
+pub(super) fn write_columns(
+    columns: &[(&str, Column<'_>)],
+    sink: impl Write + Send,
+) -> Result<(), ParquetError> {
+    let properties = WriterProperties::builder().set_compression(Compression::SNAPPY).build();
+    let mut file = SerializedFileWriter::new(sink, schema(columns)?, Arc::new(properties))?;
+    let mut group = file.next_row_group()?;
+    for (_, column) in columns {
+        match column {
+            Column::Numbers(cells) => write_numbers(&mut group, cells)?,
+            Column::Texts(cells) => write_texts(&mut group, cells)?,
         }
     }
     group.close()?;
@@ -31,17 +53,16 @@ pub(super) fn write(episode: &Episode, sink: impl Write + Send) -> Result<(), Pa
     Ok(())
 }
 
-fn schema(episode: &Episode, header: &[&str]) -> Result<TypePtr, ParquetError> {
-    let names = std::iter::once("t").chain(header.iter().copied());
-    let fields = names.map(|name| field(name, episode.notes.contains_key(name)).map(Arc::new));
+fn schema(columns: &[(&str, Column<'_>)]) -> Result<TypePtr, ParquetError> {
+    let fields = columns.iter().map(|(name, column)| field(name, column).map(Arc::new));
     let fields = fields.collect::<Result<_, _>>()?;
     Ok(Arc::new(Type::group_type_builder("schema").with_fields(fields).build()?))
 }
 
-fn field(name: &str, note: bool) -> Result<Type, ParquetError> {
-    let (physical, logical) = match note {
-        true => (Physical::BYTE_ARRAY, Some(LogicalType::String)),
-        false => (Physical::DOUBLE, None),
+fn field(name: &str, column: &Column<'_>) -> Result<Type, ParquetError> {
+    let (physical, logical) = match column {
+        Column::Texts(_) => (Physical::BYTE_ARRAY, Some(LogicalType::String)),
+        Column::Numbers(_) => (Physical::DOUBLE, None),
     };
     let builder = Type::primitive_type_builder(name, physical).with_logical_type(logical);
     builder.with_repetition(Repetition::OPTIONAL).build()
