@@ -10,9 +10,9 @@ from pathlib import Path
 from typing import cast
 
 from trundle.importers.config import MapError, load
-from trundle.importers.layout import Imported, Importer, ImportFailure, Say
+from trundle.importers.layout import Imported, Importer, Say, SourceError
 
-__all__ = ["IMPORTERS", "ImportFailure", "Imported", "MapError", "importer", "read"]
+__all__ = ["IMPORTERS", "Imported", "MapError", "SourceError", "importer", "read"]
 
 IMPORTERS = {
     "cmu-planar-push": "cmu",
@@ -24,7 +24,7 @@ IMPORTERS = {
 def importer(layout: str) -> Importer:
     """Return the module that reads a layout."""
     if layout not in IMPORTERS:
-        raise ImportFailure(layout, f"no such layout; known are {', '.join(IMPORTERS)}")
+        raise SourceError(layout, f"no such layout; known are {', '.join(IMPORTERS)}")
     return cast("Importer", importlib.import_module(f"{__name__}.{IMPORTERS[layout]}"))
 
 
@@ -49,11 +49,11 @@ def read(source: Path, layout: str, map_file: Path | None = None, say: Say = lam
     """
     module = importer(layout)
     if map_file is None and module.NEEDS_MAP:
-        raise ImportFailure(
+        raise SourceError(
             source, f"--from {layout} needs --map: a TOML file that says what is what (docs/import.md)"
         )
     if not source.exists():
-        raise ImportFailure(source, "no such file or folder")
+        raise SourceError(source, "no such file or folder")
     settings = {} if map_file is None else load(map_file)
     try:
         return module.read(source, settings, say)

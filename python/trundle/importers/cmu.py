@@ -13,7 +13,7 @@ from pathlib import Path
 from typing import Any
 
 from trundle.importers import cmu_logs, cmu_pushes
-from trundle.importers.config import typed
+from trundle.importers.config import MapError, typed
 from trundle.importers.layout import Imported, Say
 
 __all__ = ["NEEDS_MAP", "SUMMARY", "CmuMap", "read"]
@@ -31,19 +31,19 @@ class CmuMap:
     name : str
         Name of the recording; made from the file's by default.
     held_out_every : int
-        Pushes: every such push is only predicted.
-    held_out : list of str
-        Logs that are only predicted.
+        Every such push, or log, is only predicted: by default the fifth of five pushes
+        and the second of two logs.
     """
 
     name: str | None = None
-    held_out_every: int = 5
-    held_out: tuple[str, ...] | list[str] = ("exp3_4",)
+    held_out_every: int | None = None
 
 
 def read(source: Path, settings: Mapping[str, Any], say: Say) -> Imported:
     """Read one file of pushes, or the folder of continuous logs."""
     options = typed(CmuMap, settings)
-    if source.is_dir():
-        return cmu_logs.read(source, options.name, options.held_out, say)
-    return cmu_pushes.read(source, options.name, options.held_out_every, say)
+    reader, usual = (cmu_logs.read, 2) if source.is_dir() else (cmu_pushes.read, 5)
+    every = usual if options.held_out_every is None else options.held_out_every
+    if every < 2:
+        raise MapError(f"`held_out_every` = {every} leaves nothing to fit; it is 2 or more")
+    return reader(source, options.name, every, say)

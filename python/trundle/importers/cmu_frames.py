@@ -7,28 +7,19 @@ from pathlib import Path
 
 import numpy as np
 
-from trundle.importers.layout import Floats, ImportFailure
+from trundle.importers.layout import Floats, SourceError
 
-__all__ = ["MILLIMETRE", "RAW_FORCE", "numbers", "tool_force", "wrench_metadata"]
+__all__ = ["MILLIMETRE", "numbers", "wrench_metadata"]
 
 MILLIMETRE = 1e-3
 
-RAW_FORCE = np.array([[1.0, 1.0, 0.0], [1.0, -1.0, 0.0], [0.0, 0.0, -np.sqrt(2.0)]]) / np.sqrt(2.0)
-"""Tool axes from sensor axes: the sensor hangs upside down and is turned by 45 degrees in the tool."""
 
-
-def tool_force(reading: Floats) -> Floats:
-    """Turn (n, 2) or (n, 3) readings in sensor axes, N, into tool axes; still the force on the sensor."""
-    k = reading.shape[1]
-    return reading @ RAW_FORCE[:k, :k].T
-
-
-def wrench_metadata(precontact: dict[str, list[float]]) -> dict[str, object]:
+def wrench_metadata(sign: str, precontact: dict[str, list[float]]) -> dict[str, object]:
     """Return the table `[wrench]` of `recording.toml`: a bare reading through a point contact."""
     return {
         "frame": "sensor",
         "reference": "sensor",
-        "sign": "on_sensor",
+        "sign": sign,
         "raw": True,
         "precontact": precontact,
         "contact": "point",
@@ -61,7 +52,7 @@ def numbers(path: Path, lines: Iterable[str], row: int, width: int | Sequence[in
         except ValueError:
             values = []
         if len(values) != width or not np.all(np.isfinite(values)):
-            raise ImportFailure(
+            raise SourceError(
                 path, f"row {at} = {line[:60]!r}: {width} numbers belong here; is the file whole?"
             )
         parsed.append(values)

@@ -7,8 +7,8 @@ from pathlib import Path
 
 import numpy as np
 
-from trundle.importers.cmu_frames import MILLIMETRE, numbers, tool_force, wrench_metadata
-from trundle.importers.layout import Columns, Floats, Imported, ImportFailure, Say
+from trundle.importers.cmu_frames import MILLIMETRE, numbers, wrench_metadata
+from trundle.importers.layout import Columns, Floats, Imported, Say, SourceError
 from trundle.importers.rotations import heading
 from trundle.importers.streams import Stream, join, unstale
 
@@ -18,6 +18,8 @@ FOOTPRINT = [[0.0, 0.0], [0.15, 0.0], [0.0, 0.15]]
 """The aluminium triangle, m: origin at the right-angled corner, axes along the legs."""
 MASS = 1.518
 """kg, weighed by the authors."""
+TOOL_FROM_SENSOR = np.array([[1.0, 1.0], [1.0, -1.0]]) / np.sqrt(2.0)
+"""The sensor hangs upside down, turned by 45 degrees in the tool; it reads the force on itself."""
 TARE_SAMPLES = 5
 """The authors' own zero: so many samples are free of contact in every push."""
 TARE_LIMIT = 0.3
@@ -28,8 +30,6 @@ TOUCH = 0.1
 
 def read(source: Path, name: str | None, held_out_every: int, say: Say) -> Imported:
     """Read one file of pushes; every `held_out_every`th is held out."""
-    if held_out_every < 2:
-        raise ImportFailure(source, f"held_out_every = {held_out_every} leaves nothing to fit; at least 2")
     log = _Log(source)
     count = int(log.take(1, 1)[0, 0])
     episodes: dict[str, Columns] = {}
@@ -50,7 +50,7 @@ def read(source: Path, name: str | None, held_out_every: int, say: Say) -> Impor
         "name": name or f"CMU pushes, {source.stem}",
         "at_rest": True,
         "object": shape,
-        "wrench": wrench_metadata(precontact),
+        "wrench": wrench_metadata("on_sensor", precontact),
         "split": {"held_out": list(episodes)[held_out_every - 1 :: held_out_every]},
         "notes": {
             "origin": "github.com/robinzhoucmu/MLab_EXP, Zhou, Paolini, Bagnell and Mason, ICRA 2016",
@@ -70,7 +70,7 @@ def support(source: Path) -> list[list[float]]:
     """Return the feet, m, from a file name `surface__x1_x2_x3_y1_y2_y3`; none where the face is flat."""
     named = re.fullmatch(r"[a-z]+__(.+)", source.stem)
     if not named:
-        raise ImportFailure(
+        raise SourceError(
             source,
             "the file's name says where the feet are, surface__x1_x2_x3_y1_y2_y3.txt or surface__patch.txt",
         )
@@ -79,7 +79,7 @@ def support(source: Path) -> list[list[float]]:
     try:
         x1, x2, x3, y1, y2, y3 = (float(word) * MILLIMETRE for word in named[1].split("_"))
     except ValueError as error:
-        raise ImportFailure(
+        raise SourceError(
             source, f"the name's part {named[1]!r} is neither `patch` nor six numbers"
         ) from error
     return [[round(x, 6), round(y, 6)] for x, y in ((x1, y1), (x2, y2), (x3, y3))]
@@ -97,7 +97,7 @@ class _Log:
         """Return the next `count` lines of `width` numbers."""
         lines = self._lines[self._at : self._at + count]
         if len(lines) < count:
-            raise ImportFailure(
+            raise SourceError(
                 self.path, f"ends after row {len(self._lines)}, within a push; is the file whole?"
             )
         values = numbers(self.path, lines, self._at + 1, width)
@@ -114,7 +114,7 @@ def _push(log: _Log) -> tuple[Columns, float, int]:
     poses = log.take(2, 7)
     force, tip = log.block(3), log.block(8)
     start = min(force[0, 0], tip[0, 0])
-    wrench = Stream(["force_x", "force_y"], force[:, 0] - start, tool_force(force[:, 1:]))
+    wrench = Stream(["force_x", "force_y"], force[:, 0] - start, force[:, 1:] @ TOOL_FROM_SENSOR.T)
     planar = np.column_stack([tip[:, 1:3] * MILLIMETRE, heading(tip[:, 4:])])
     gripper, dropped = unstale(Stream(["gripper_x", "gripper_y", "gripper_theta"], tip[:, 0] - start, planar))
     end = max(wrench.t[-1], tip[-1, 0] - start)

@@ -7,14 +7,14 @@ Identification Benchmarks, 2019.
 from __future__ import annotations
 
 from collections.abc import Mapping
-from dataclasses import dataclass
+from dataclasses import dataclass, field
 from pathlib import Path
 from typing import Any
 
 import numpy as np
 
 from trundle.importers.config import typed
-from trundle.importers.layout import Columns, Imported, ImportFailure, Say
+from trundle.importers.layout import Columns, Imported, Say, SourceError
 from trundle.importers.matfile import MatFile
 from trundle.importers.streams import Stream, join
 
@@ -35,11 +35,11 @@ class EmpsMap:
     name : str
         Name of the recording.
     held_out : list of str
-        Episodes that are only predicted: `episode_00` is the estimation file, `episode_01` the one with pulses.
+        Episodes that are only predicted: `episode_00` is the estimation file, `episode_01` has the pulses.
     """
 
     name: str = "EMPS: electro-mechanical positioning system"
-    held_out: tuple[str, ...] | list[str] = ("episode_01",)
+    held_out: list[str] = field(default_factory=lambda: ["episode_01"])
 
 
 def read(source: Path, settings: Mapping[str, Any], say: Say) -> Imported:
@@ -51,7 +51,7 @@ def read(source: Path, settings: Mapping[str, Any], say: Say) -> Imported:
     """
     options = typed(EmpsMap, settings)
     if not source.is_dir():
-        raise ImportFailure(source, f"not a folder; give the one that holds {' and '.join(FILES.values())}")
+        raise SourceError(source, f"not a folder; give the one that holds {' and '.join(FILES.values())}")
     episodes: dict[str, Columns] = {}
     for episode, file in FILES.items():
         say(file)
@@ -69,7 +69,7 @@ def read(source: Path, settings: Mapping[str, Any], say: Say) -> Imported:
             "contact": "grasp",
             "source": "commanded",
         },
-        "split": {"held_out": list(options.held_out)},
+        "split": {"held_out": options.held_out},
         "notes": {
             "origin": "EMPS benchmark, Janot, Gautier and Brunot 2019, nonlinearbenchmark.org",
             "force": "gtau * vir, the drive's command in N, any pulses included",
@@ -82,7 +82,7 @@ def read(source: Path, settings: Mapping[str, Any], say: Say) -> Imported:
 def _episode(file: MatFile) -> Columns:
     t, x, volts, gain = (file.vector(name) for name in ("t", "qm", "vir", "gtau"))
     if len(gain) != 1 or not len(t) == len(x) == len(volts):
-        raise ImportFailure(
+        raise SourceError(
             file.path,
             f"`t`, `qm`, `vir` have {len(t)}, {len(x)}, {len(volts)} samples and `gtau` {len(gain)}; "
             "the first three belong together and `gtau` is one number: is this the benchmark's file?",

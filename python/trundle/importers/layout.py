@@ -10,7 +10,7 @@ from typing import Any, Protocol
 import numpy as np
 from numpy.typing import NDArray
 
-__all__ = ["Columns", "Floats", "ImportFailure", "Imported", "Importer", "Say"]
+__all__ = ["Columns", "Floats", "Imported", "Importer", "Say", "SourceError"]
 
 Floats = NDArray[np.float64]
 Columns = dict[str, Floats]
@@ -19,7 +19,7 @@ Say = Callable[[str], None]
 """Shows what is being read; may be called as often as convenient."""
 
 
-class ImportFailure(ValueError):
+class SourceError(ValueError):
     """A source that cannot be imported; the message names the file, the place in it and the remedy."""
 
     def __init__(self, source: Path | str, trouble: str) -> None:

@@ -2,13 +2,14 @@
 
 from __future__ import annotations
 
+import importlib
 from pathlib import Path
 from typing import Any
 
 import numpy as np
 import scipy.io
 
-from trundle.importers.layout import Floats, ImportFailure
+from trundle.importers.layout import Floats, SourceError
 
 __all__ = ["MatFile"]
 
@@ -29,11 +30,11 @@ class MatFile:
     def vector(self, name: str) -> Floats:
         """Return one numeric variable as a vector; a scalar has length 1."""
         if name not in self._variables:
-            raise ImportFailure(self.path, f"no variable `{name}`; the file holds {self._listing()}")
+            raise SourceError(self.path, f"no variable `{name}`; the file holds {self._listing()}")
         try:
             return np.asarray(self._variables[name], dtype=np.float64).ravel(order="F")
         except (TypeError, ValueError) as error:
-            raise ImportFailure(
+            raise SourceError(
                 self.path,
                 f"variable `{name}` is no array of numbers; export its field as a variable of its own",
             ) from error
@@ -47,21 +48,21 @@ class MatFile:
 
 def _load(path: Path) -> dict[str, Any]:
     if not path.is_file():
-        raise ImportFailure(path, "no such file")
+        raise SourceError(path, "no such file")
     try:
         variables = scipy.io.loadmat(str(path))
     except NotImplementedError:
         return _load_hdf5(path)
     except (ValueError, OSError, TypeError, scipy.io.matlab.MatReadError) as error:
-        raise ImportFailure(path, f"not a MATLAB file that can be read ({error})") from error
+        raise SourceError(path, f"not a MATLAB file that can be read ({error})") from error
     return {name: value for name, value in variables.items() if not name.startswith("__")}
 
 
 def _load_hdf5(path: Path) -> dict[str, Any]:
     try:
-        import h5py
+        h5py: Any = importlib.import_module("h5py")
     except ImportError as error:
-        raise ImportFailure(
+        raise SourceError(
             path,
             "a version 7.3 MATLAB file; install h5py (`pip install h5py`), or save it in MATLAB with "
             "`save(file, '-v7')`",

@@ -26,7 +26,7 @@ def product(a: Floats, b: Floats) -> Floats:
 
 def conjugate(q: Floats) -> Floats:
     """Return the inverse rotation of (..., 4) unit quaternions."""
-    return q * np.array([1.0, -1.0, -1.0, -1.0])
+    return np.asarray(q * np.array([1.0, -1.0, -1.0, -1.0]), dtype=np.float64)
 
 
 def rotate(q: Floats, v: Floats) -> Floats:

@@ -12,7 +12,7 @@ from trundle.importers.layout import Columns, Floats
 __all__ = ["REST", "Stream", "interval", "join", "unstale"]
 
 REST = 0.1
-"""Seconds. A value repeated for less is a stale read of a slower device; for longer, the thing stands still."""
+"""s; a value repeated for less is a stale read of a slower device, for longer the thing stands still."""
 
 
 @dataclass(frozen=True)

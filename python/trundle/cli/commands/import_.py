@@ -1,0 +1,50 @@
+"""`trundle import`: what people have, turned into a recording."""
+
+from __future__ import annotations
+
+import argparse
+from pathlib import Path
+
+from trundle.cli.options import add_quiet
+from trundle.cli.progress import Progress
+from trundle.importers import IMPORTERS
+
+HELP = "Turn a bag, CSV or MATLAB files, or a published data set into a recording."
+EXAMPLE = "trundle import run_3.mcap --from mcap --map bag.toml --out recordings/run_3"
+
+
+def add_arguments(parser: argparse.ArgumentParser) -> None:
+    """Declare the source, its layout, its map and where the recording goes."""
+    parser.add_argument("source", metavar="SOURCE", type=Path, help="file or folder to import")
+    parser.add_argument(
+        "--from",
+        dest="layout",
+        metavar="LAYOUT",
+        choices=sorted(IMPORTERS),
+        required=True,
+        help=", ".join(sorted(IMPORTERS)),
+    )
+    parser.add_argument("--map", metavar="MAP", type=Path, help="TOML: which topic, column, variable is what")
+    parser.add_argument("--out", metavar="DIR", type=Path, required=True, help="folder of the new recording")
+    parser.add_argument(
+        "--table", choices=["csv", "parquet"], default="csv", help="kind of table, csv by default"
+    )
+    add_quiet(parser)
+
+
+def run(args: argparse.Namespace) -> int:
+    """Read, validate, write, and say what was left out."""
+    from trundle import Recording
+    from trundle.importers import read
+
+    with Progress("reading", quiet=args.quiet) as progress:
+        imported = read(args.source, args.layout, args.map, progress.show)
+        progress.show("writing")
+        Recording(imported.metadata, imported.episodes).write(args.out, table=args.table)
+    rows = sum(len(table["t"]) for table in imported.episodes.values())
+    episodes = len(imported.episodes)
+    print(f"{args.out}: {episodes} episode{'s' * (episodes != 1)}, {rows} rows")
+    if not args.quiet:
+        for remark in imported.remarks:
+            print(f"  {remark}")
+    return 0
