@@ -1,5 +1,6 @@
 //! Every way in which a recording is refused, with its value and the remedy.
 
+use crate::episode::known_columns;
 use crate::error::{Error, Place};
 
 /// What is wrong, with the value that is, and the remedy.
@@ -114,13 +115,13 @@ pub enum Fault {
     #[error("the column appears twice; leave one of the two")]
     DuplicateColumn,
     /// A column that the metadata or the stream's other columns ask for.
-    #[error("the column is missing; {needed_by}")]
+    #[error("the column is missing; add it: {needed_by}")]
     MissingColumn {
         /// Who needs it.
         needed_by: String,
     },
     /// A stream of which there is no sample.
-    #[error("no {stream} sample in this episode; {needed_by}")]
+    #[error("no {stream} sample in this episode, but {needed_by}; fill its columns, or take the episode out")]
     MissingStream {
         /// "object", "gripper" or "wrench".
         stream: &'static str,
@@ -151,7 +152,7 @@ pub enum Fault {
         expected: usize,
     },
     /// Text that is not UTF-8.
-    #[error("the text is not UTF-8; save the table as UTF-8")]
+    #[error("the text is not UTF-8; save it as UTF-8")]
     Encoding,
     /// A cell that is not a number.
     #[error(
@@ -239,6 +240,11 @@ pub enum Fault {
 }
 
 impl Fault {
+    /// A column of this name, which the format does not know.
+    pub(crate) fn unknown_column(name: &str) -> Self {
+        Self::UnknownColumn { name: name.to_owned(), known: known_columns().collect::<Vec<_>>().join(", ") }
+    }
+
     /// This fault at the place where it is.
     pub fn at(self, place: Place) -> Error {
         Error { place: Box::new(place), fault: Box::new(self) }

@@ -1,5 +1,7 @@
 //! Writing then reading is the identity; the folder is replaced whole or not at all.
 
+#![allow(clippy::unwrap_used, reason = "a test ends there")]
+
 mod sample;
 
 use std::fs;

@@ -12,10 +12,10 @@ pub(super) fn fault(corners: &[Point]) -> Option<String> {
         return Some(format!("corner {} is {:?}, which is not finite", i + 1, corners[i]));
     }
     let edge = |i: usize| [corners[i], corners[(i + 1) % n]];
+    if let Some(i) = (0..n).find(|&i| edge(i)[0] == edge(i)[1]) {
+        return Some(format!("corners {} and {} are both {:?}", i + 1, (i + 1) % n + 1, corners[i]));
+    }
     (0..n).find_map(|i| {
-        if edge(i)[0] == edge(i)[1] {
-            return Some(format!("corners {} and {} are both {:?}", i + 1, (i + 1) % n + 1, corners[i]));
-        }
         let crossed = |&j: &usize| match j == i + 1 || (i == 0 && j == n - 1) {
             true => folded(edge(i), edge(j)),
             false => meet(edge(i), edge(j)),

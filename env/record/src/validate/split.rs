@@ -47,7 +47,7 @@ fn known(recording: &Recording, name: &str, key: &str) -> Result<(), Error> {
 
 fn something_to_fit(recording: &Recording) -> Result<(), Error> {
     let (problem, remedy, key) = if recording.episodes.is_empty() {
-        ("there is no episode table beside recording.toml", "add NAME.csv or NAME.parquet", "")
+        ("there is no episode table beside it", "add NAME.csv or NAME.parquet", "")
     } else if recording.episodes.iter().all(|episode| recording.metadata.is_held_out(&episode.name)) {
         ("every episode is held out", "take at least one name out of split.held_out", "split.held_out")
     } else {

@@ -45,8 +45,7 @@ impl Checked<'_> {
         let unknown = columns.keys().find(|name| !known_columns().any(|known| known == *name));
         let unknown = unknown.or_else(|| notes.keys().find(|name| !name.starts_with(NOTE_PREFIX)));
         if let Some(name) = unknown {
-            let known = known_columns().collect::<Vec<_>>().join(", ");
-            return Err(Fault::UnknownColumn { name: name.clone(), known }.at(self.place().column(name)));
+            return Err(Fault::unknown_column(name).at(self.place().column(name)));
         }
         let numbers = columns.iter().map(|(name, cells)| (name, cells.len()));
         let texts = notes.iter().map(|(name, cells)| (name, cells.len()));

@@ -1,5 +1,6 @@
 //! The smallest recording that has everything, for the tests of this crate.
 #![allow(dead_code, reason = "each test uses its own part")]
+#![allow(clippy::unwrap_used, reason = "a sample that cannot be made fails its test")]
 
 use trundle_record::{Episode, Metadata, Recording};
 
@@ -26,6 +27,15 @@ t,object_x,object_y,object_theta,gripper_x,gripper_y,gripper_theta,force_x,force
 0.1,,,,,,,0.1,0.2,0.3,
 0.2,0.0,0.0,0.0,-0.6,0.0,0.0,0.1,0.2,0.3,\"bob, \"\"the\"\" builder\"
 0.3,1e-3,0.0,0.0,-0.599,0.0,0.0,5.1,0.2,0.3,
+";
+
+/// The same with a gripper that tilts and all six axes.
+pub const TILTING: &str = "\
+t,object_x,object_y,object_theta,gripper_x,gripper_y,gripper_z,gripper_qw,gripper_qx,gripper_qy,gripper_qz,\
+force_x,force_y,force_z,torque_x,torque_y,torque_z
+0.0,0.0,0.0,0.0,-0.6,0.0,0.8,1.0,0.0,0.0,0.0,0.1,0.2,9.3,0,0,0.3
+0.1,0.0,0.0,0.0,-0.6,0.0,0.8,0.6,0.0,0.8,0.0,0.1,0.2,9.3,0,0,0.3
+0.2,0.0,0.0,0.0,-0.6,0.0,0.8,0.9995,0.0,0.0,0.0,0.1,0.2,9.3,0,0,0.3
 ";
 
 pub fn metadata(more: &str) -> Metadata {
