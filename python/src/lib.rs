@@ -2,14 +2,22 @@
 use pyo3::prelude::*;
 
 mod columns;
+mod diagnose;
 mod error;
+mod infer;
+mod model;
 mod record;
 mod toml_dict;
+mod watch;
 
 /// The compiled half of the `trundle` package.
 #[pymodule]
 fn _native(module: &Bound<'_, PyModule>) -> PyResult<()> {
+    module.add("__version__", env!("CARGO_PKG_VERSION"))?;
     error::register(module)?;
+    model::register(module)?;
     record::register(module)?;
+    infer::register(module)?;
+    diagnose::register(module)?;
     Ok(())
 }

@@ -10,11 +10,13 @@ mod answer;
 mod candidates;
 mod confirm;
 mod locate;
+mod predictions;
 mod run;
 mod search;
 mod series;
 mod words;
 
 pub use answer::Answer;
-pub use run::{Options, Outcome, Prediction, diagnose};
+pub use predictions::{Predictions, predict};
+pub use run::{Options, Outcome, diagnose, for_recording};
 pub use series::Series;

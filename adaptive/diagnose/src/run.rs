@@ -6,11 +6,12 @@ use crate::answer::{
 };
 use crate::confirm::holds_up;
 use crate::locate::{Residuals, locate};
+use crate::predictions::Predictions;
 use crate::search::{Found, Searcher, Tried, probabilities};
 use crate::series::{self, Series};
 use crate::words::statement;
 use std::collections::BTreeMap;
-use trundle_infer::{Comparison, Fit, InferError, Score, Watch, open_loop, quasi_static, score};
+use trundle_infer::{Comparison, Fit, InferError, Score, Watch, quasi_static, score};
 use trundle_model::{Effect, Model};
 use trundle_record::{Dataset, Prepared};
 
@@ -31,24 +32,9 @@ pub struct Outcome {
     /// `model.toml`.
     pub model: String,
     /// `predictions.parquet`.
-    pub predictions: Vec<Prediction>,
+    pub predictions: Predictions,
     /// What the report draws.
     pub series: Series,
-}
-
-/// One row of `predictions.parquet`.
-#[derive(Clone, Debug)]
-pub struct Prediction {
-    /// Name of the held-out episode.
-    pub episode: String,
-    /// s.
-    pub t: f64,
-    /// Recorded pose.
-    pub observed: [f64; 3],
-    /// Open loop, simulation under test; NaN where that makes no sense.
-    pub before: [f64; 3],
-    /// Open loop with the effects found.
-    pub after: [f64; 3],
 }
 
 /// Chance that an effect must have, block by block, to be named.
@@ -153,30 +139,37 @@ pub fn diagnose(data: &Dataset, options: &Options, watch: &dyn Watch) -> Result<
     })
 }
 
+/// A model file's model for the object of a recording: directions, shape and feet from the recording where the
+/// file does not say; the paper's model without a file.
+pub fn for_recording(data: &Dataset, model: Option<&Model>) -> Model {
+    let Some(model) = model else {
+        return Model::nominal(data.body.clone(), data.mass_given, data.dof);
+    };
+    let mut model = Model { dof: data.dof, ..model.clone() };
+    if model.body.fixtures.is_empty() {
+        let mass = model.mass.unwrap_or(data.body.mass);
+        model.body = trundle_model::Body { mass, ..data.body.clone() };
+    }
+    if let (None, Some(feet)) = (&model.body.feet, &data.body.feet) {
+        model.body = model.body.standing_on(feet);
+    }
+    model
+}
+
 /// The simulation under test with its values set free, and as it was given.
 fn under_test(data: &Dataset, model: Option<&Model>) -> (Model, Option<Model>) {
-    let Some(model) = model else {
-        return (Model::nominal(data.body.clone(), data.mass_given, data.dof), None);
-    };
-    let mut given = Model { dof: data.dof, ..model.clone() };
-    if given.body.fixtures.is_empty() && !data.body.fixtures.is_empty() {
-        given.body = data.body.clone();
-    }
-    if given.body.feet.is_none() {
-        given.body = given.body.clone().standing_on(data.body.feet.as_deref().unwrap_or_default());
-    }
+    let given = for_recording(data, model);
     let mut free = given.clone();
     free.mass = data.mass_given;
     free.body.mass = data.mass_given.or(given.mass).unwrap_or(data.body.mass);
     for effect in &mut free.effects {
         let params = effect.kind.spec().params;
-        for (value, param) in effect.values.iter_mut().zip(params) {
-            if param.refinement.is_none() {
-                *value = None;
-            }
+        for (value, _) in effect.values.iter_mut().zip(params).filter(|(_, p)| p.refinement.is_none()) {
+            *value = None;
         }
     }
-    let has_values = given.mass.is_some() || given.effects.iter().any(|e| *e != Effect::free(e.kind));
+    let has_values =
+        model.is_some_and(|m| m.mass.is_some() || m.effects.iter().any(|e| *e != Effect::free(e.kind)));
     (free, has_values.then_some(given))
 }
 
@@ -409,23 +402,8 @@ fn predictions(
     before: &Fit,
     after: &Fit,
     quasi_static: bool,
-) -> Result<Vec<Prediction>, InferError> {
-    let (plant_before, plant_after) =
-        (before.model.plant(&before.values)?, after.model.plant(&after.values)?);
-    let mut rows = Vec::new();
-    for episode in &data.held_out {
-        let nothing = vec![[f64::NAN; 3]; episode.pose.len()];
-        let simulate = |plant| if quasi_static { nothing.clone() } else { open_loop(plant, episode) };
-        let (before, after) = (simulate(&plant_before), simulate(&plant_after));
-        for ((seen, before), after) in episode.pose.iter().zip(before).zip(after) {
-            rows.push(Prediction {
-                episode: episode.name.clone(),
-                t: seen.t,
-                observed: seen.pose,
-                before,
-                after,
-            });
-        }
-    }
-    Ok(rows)
+) -> Result<Predictions, InferError> {
+    let (before, after) = (before.model.plant(&before.values)?, after.model.plant(&after.values)?);
+    let shown = |plant| (!quasi_static).then_some(plant);
+    Ok(Predictions::new(data.held_out.iter(), &[("before", shown(&before)), ("after", shown(&after))]))
 }

@@ -77,6 +77,8 @@ pub struct Spec {
     pub neutral: &'static [(&'static str, f64)],
     /// What a diagnosis says of it; `{name}` stands for a parameter's value with its interval.
     pub sentence: &'static str,
+    /// The push that shows it best.
+    pub probe: &'static str,
 }
 
 /// When a law is asked.

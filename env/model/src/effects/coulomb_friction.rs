@@ -39,6 +39,7 @@ pub(crate) static SPEC: Spec = Spec {
     ],
     neutral: &[("force", 0.0)],
     sentence: "Dry friction of {force} acts at ({x}, {y}).",
+    probe: "repeat one push slowly and fast: dry friction keeps its size, viscous friction grows with speed; turn the object both ways to find the point",
 };
 
 /// The law in place.

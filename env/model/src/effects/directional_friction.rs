@@ -31,6 +31,7 @@ pub(crate) static SPEC: Spec = Spec {
     ],
     neutral: &[("difference", 0.0)],
     sentence: "Friction depends on direction: viscous friction differs by ±{difference} between forth and back.",
+    probe: "push the same way forth and back at the same speed",
 };
 
 /// Speed over which the absolute value is rounded off, m/s.

@@ -18,6 +18,7 @@ pub(crate) static SPEC: Spec = Spec {
     ],
     neutral: &[("accel_x", 0.0), ("accel_y", 0.0)],
     sentence: "The floor slopes: it accelerates the object by ({accel_x}, {accel_y}) in the world.",
+    probe: "turn the object by a quarter and repeat the push: a slope stays in the room, an offset of the sensor turns with the gripper",
 };
 
 /// The law in place.

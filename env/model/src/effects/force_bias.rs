@@ -24,6 +24,7 @@ pub(crate) static SPEC: Spec = Spec {
     ],
     neutral: &[("force_x", 0.0), ("force_y", 0.0), ("torque_z", 0.0)],
     sentence: "The force sensor reads ({force_x}, {force_y}) and {torque_z} too much.",
+    probe: "turn the object by a quarter and repeat the push: an offset of the sensor turns with the gripper, a slope stays in the room",
 };
 
 /// The law in place.

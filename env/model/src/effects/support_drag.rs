@@ -14,6 +14,7 @@ pub(crate) static SPEC: Spec = Spec {
     params: &[positive("mu", "N·s/m", 1e6, (30.0, 2.0), "viscous friction of the whole body")],
     neutral: &[("mu", 0.0)],
     sentence: "Viscous friction of {mu} acts under the whole body.",
+    probe: "repeat one push slowly and fast, and once turning on the spot",
 };
 
 /// The law in place.

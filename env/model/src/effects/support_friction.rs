@@ -34,6 +34,7 @@ pub(crate) static SPEC: Spec = Spec {
     ],
     neutral: &[("force", 0.0)],
     sentence: "Dry friction of {force} acts under the whole body.",
+    probe: "repeat one push slowly and fast: dry friction keeps its size, viscous friction grows with speed",
 };
 
 /// The law in place.

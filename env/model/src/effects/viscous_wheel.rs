@@ -25,6 +25,7 @@ pub(crate) static SPEC: Spec = Spec {
     ],
     neutral: &[("mu_x", 0.0), ("mu_y", 0.0)],
     sentence: "A viscous wheel at ({x}, {y}) resists with {mu_x} along and {mu_y} across its rolling direction.",
+    probe: "push along and across the wheel's rolling direction at two speeds",
 };
 
 /// The law in place: position and damping matrix `[xx, xy, yy]`.

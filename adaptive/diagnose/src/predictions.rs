@@ -1,0 +1,70 @@
+//! Tables of simulated poses beside the recorded ones, from which anyone can recompute the figures.
+
+use std::path::Path;
+use trundle_infer::{InferError, open_loop};
+use trundle_model::{Model, Plant};
+use trundle_record::{Column, Error, Prepared, write_parquet};
+
+/// A row for each pose sample of some episodes, and a group of columns for each simulation.
+#[derive(Clone, Debug, Default)]
+pub struct Predictions {
+    episode: Vec<String>,
+    t: Vec<f64>,
+    /// Name of each group, and its poses: m, m, rad, world; NaN where there is no simulation.
+    groups: Vec<(&'static str, Vec<[f64; 3]>)>,
+}
+
+impl Predictions {
+    /// Recorded poses, and those of each named plant in open loop; `None` leaves its columns empty.
+    pub fn new<'a>(
+        episodes: impl Iterator<Item = &'a Prepared> + Clone,
+        simulations: &[(&'static str, Option<&Plant<f64>>)],
+    ) -> Self {
+        let seen = episodes.clone().flat_map(|e| e.pose.iter().map(|p| p.pose)).collect();
+        let mut groups = vec![("observed", seen)];
+        for (name, plant) in simulations {
+            let simulate = |e: &Prepared| match plant {
+                Some(plant) => open_loop(plant, e),
+                None => vec![[f64::NAN; 3]; e.pose.len()],
+            };
+            groups.push((name, episodes.clone().flat_map(simulate).collect()));
+        }
+        Self {
+            episode: episodes
+                .clone()
+                .flat_map(|e| std::iter::repeat_n(e.name.clone(), e.pose.len()))
+                .collect(),
+            t: episodes.flat_map(|e| e.pose.iter().map(|p| p.t)).collect(),
+            groups,
+        }
+    }
+
+    /// Write as Parquet: `episode`, `t` in s, and `NAME_x`, `NAME_y`, `NAME_theta` of each group.
+    ///
+    /// # Errors
+    /// When the file cannot be written.
+    pub fn write(&self, path: &Path) -> Result<(), Error> {
+        let axes = ["x", "y", "theta"];
+        let titles: Vec<String> =
+            self.groups.iter().flat_map(|(name, _)| axes.map(|axis| format!("{name}_{axis}"))).collect();
+        let cells: Vec<Vec<f64>> = self
+            .groups
+            .iter()
+            .flat_map(|(_, poses)| [0, 1, 2].map(|k| poses.iter().map(|p| p[k]).collect()))
+            .collect();
+        let mut columns = vec![("episode", Column::Texts(&self.episode)), ("t", Column::Numbers(&self.t))];
+        columns.extend(titles.iter().map(String::as_str).zip(cells.iter().map(|c| Column::Numbers(c))));
+        write_parquet(path, &columns)
+    }
+}
+
+/// Open-loop predictions of some episodes by a model whose values are all given.
+///
+/// # Errors
+/// When a value is free.
+pub fn predict<'a>(
+    episodes: impl Iterator<Item = &'a Prepared> + Clone,
+    model: &Model,
+) -> Result<Predictions, InferError> {
+    Ok(Predictions::new(episodes, &[("predicted", Some(&model.resolved()?))]))
+}

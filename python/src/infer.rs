@@ -1,0 +1,93 @@
+//! Fits and predictions in Python.
+
+use std::path::PathBuf;
+
+use pyo3::prelude::*;
+use trundle_infer::{Comparison, Fit, FitOptions, fit as search, score};
+use trundle_model::Model;
+use trundle_record::{Dataset, prepare};
+
+use crate::error::{refused, run};
+use crate::record::recording_of;
+use crate::watch::watched;
+
+pub(crate) fn register(module: &Bound<'_, PyModule>) -> PyResult<()> {
+    module.add_function(wrap_pyfunction!(_fit, module)?)?;
+    module.add_function(wrap_pyfunction!(_predict, module)?)
+}
+
+/// The recording prepared, and the model text read.
+pub(crate) fn inputs(
+    recording: &Bound<'_, PyAny>,
+    model: Option<&str>,
+) -> PyResult<(Dataset, Option<Model>)> {
+    let source = recording_of(recording)?;
+    let data = run(recording.py(), || prepare(&source))?;
+    let model = model.map(Model::from_toml).transpose().map_err(refused)?.map(|(model, _)| model);
+    Ok((data, model))
+}
+
+/// Fit a model's free values to the training episodes; see `trundle.fit`.
+#[pyfunction]
+#[pyo3(signature = (recording, model=None, *, starts=6, seed=0, progress=None))]
+fn _fit(
+    recording: &Bound<'_, PyAny>,
+    model: Option<&str>,
+    starts: usize,
+    seed: u64,
+    progress: Option<Py<PyAny>>,
+) -> PyResult<(String, String)> {
+    let (data, model) = inputs(recording, model)?;
+    let model = trundle_diagnose::for_recording(&data, model.as_ref());
+    let fitted = watched(recording.py(), progress, |watch| {
+        let comparison = Comparison::of(&data)?;
+        let found = search(&comparison, &model, &[], &FitOptions { starts, seed }, watch)?;
+        let quasi_static = comparison.is_quasi_static();
+        let judge = |episodes| {
+            score(&found.model, &found.values, &found.channels, episodes, &data.noise, quasi_static)
+        };
+        let scores = (judge(&data.training)?, judge(&data.held_out)?);
+        Ok((summary(&data, &found, quasi_static, &scores), found.model.to_toml(found.posterior().as_ref())?))
+    })?;
+    Ok((fitted.0.to_string(), fitted.1))
+}
+
+fn summary(
+    data: &Dataset,
+    fit: &Fit,
+    quasi_static: bool,
+    scores: &(trundle_infer::Score, trundle_infer::Score),
+) -> serde_json::Value {
+    let parameters: Vec<_> = fit
+        .estimates
+        .iter()
+        .map(|e| {
+            let kept = |value: f64| e.identified.then_some(value);
+            serde_json::json!({
+                "name": e.name, "mean": kept(e.mean), "sd": kept(e.sd), "unit": e.unit, "identifiable": e.identified,
+            })
+        })
+        .collect();
+    serde_json::json!({
+        "recording": data.name,
+        "parameters": parameters,
+        "log_evidence": fit.log_evidence,
+        "converged": fit.converged,
+        "quasi_static": quasi_static,
+        "noise": {
+            "pose": fit.channels.pose, "force": fit.channels.reading[0], "torque": fit.channels.reading[2],
+            "stated": data.noise.stated,
+        },
+        "training": scores.0,
+        "held_out": if data.held_out.is_empty() { None } else { Some(&scores.1) },
+    })
+}
+
+/// Simulate every episode in open loop and write the table `out` (Parquet); see `trundle.predict`.
+#[pyfunction]
+fn _predict(recording: &Bound<'_, PyAny>, model: &str, out: PathBuf) -> PyResult<()> {
+    let (data, model) = inputs(recording, Some(model))?;
+    let model = trundle_diagnose::for_recording(&data, model.as_ref());
+    let table = run(recording.py(), || trundle_diagnose::predict(data.episodes(), &model))?;
+    run(recording.py(), || table.write(&out))
+}

@@ -1,0 +1,84 @@
+"""`trundle diagnose`: where a recording and a simulation differ, and what physics was left out."""
+
+from __future__ import annotations
+
+import argparse
+import shlex
+import sys
+from pathlib import Path
+from typing import Any
+
+from trundle.cli.options import add_model, add_out, add_quiet, add_recording, add_seed
+from trundle.cli.progress import Progress
+
+HELP = "Locate where a simulation and a recording differ, and name what was left out."
+EXAMPLE = "trundle diagnose recording/ --out diagnosis/table"
+
+
+def add_arguments(parser: argparse.ArgumentParser) -> None:
+    """Declare the recordings, the model, the seed and where to write."""
+    add_recording(parser, several=True)
+    add_model(parser)
+    add_out(parser, "folder to write (default diagnosis/NAME; with several recordings, one folder each below it)")
+    add_seed(parser)
+    add_quiet(parser)
+
+
+def run(args: argparse.Namespace) -> int:
+    """Diagnose each recording and write its folder."""
+    import trundle
+
+    for path in args.recording:
+        with Progress(f"diagnosing {path}", quiet=args.quiet) as progress:
+            diagnosis = trundle.diagnose(
+                path,
+                args.model,
+                seed=args.seed,
+                progress=lambda what, done: progress.show(f"{what} {done:.0%}"),
+                command=command(path, args),
+            )
+        folder = diagnosis.write(target(path, args))
+        print("\n".join(lines(diagnosis.answer, folder)))
+        sys.stdout.flush()
+    return 0
+
+
+def target(recording: Path, args: argparse.Namespace) -> Path:
+    """Return the folder to write for a recording."""
+    name = recording.resolve().name
+    if args.out is None:
+        return Path("diagnosis") / name
+    return Path(args.out) if len(args.recording) == 1 else Path(args.out) / name
+
+
+def command(recording: Path, args: argparse.Namespace) -> str:
+    """Return the command that repeats this diagnosis."""
+    words = ["trundle", "diagnose", str(recording)]
+    if args.model is not None:
+        words += ["--model", str(args.model)]
+    return shlex.join([*words, "--seed", str(args.seed)])
+
+
+def lines(answer: dict[str, Any], folder: Path) -> list[str]:
+    """Return the answer for a terminal."""
+    found = [f"{answer['recording']}: {answer['verdict']}"]
+    for effect in answer["missing"]:
+        found.append(f"  {effect['effect']} (probability {effect['probability']:.2f}): {effect['statement']}")
+    found += [f"  cannot be told apart: {', '.join(names)}" for names in answer["tied"]]
+    pair = answer["fit"]["held_out"]
+    figures = [figure(pair, key, text) for key, text in FIGURES.items()] if pair else []
+    found += [f"  held out, {text}" for text in figures if text]
+    return [*found, f"  report: {folder / 'report.html'}"]
+
+
+FIGURES = {
+    "position_rmse": "position, open loop: {before:.4f} -> {after:.4f} m",
+    "window_position_rmse": "position, one second ahead: {before:.5f} -> {after:.5f} m",
+    "force_rmse": "force needed less recorded: {before:.3f} -> {after:.3f} N",
+}
+
+
+def figure(pair: dict[str, dict[str, float | None]], key: str, text: str) -> str:
+    """Return a figure before and after in words; nothing where it makes no sense."""
+    before, after = pair["before"][key], pair["after"][key]
+    return "" if before is None or after is None else text.format(before=before, after=after)

@@ -1,0 +1,228 @@
+"""Fit, predict, diagnose: what a recording says about a model."""
+
+from __future__ import annotations
+
+import json
+import os
+import shutil
+import tempfile
+from collections.abc import Callable, Iterator
+from contextlib import contextmanager
+from dataclasses import dataclass
+from pathlib import Path
+from typing import Any, TypeAlias
+
+from trundle import _native
+from trundle._native import Model, Recording, TrundleError
+from trundle.report import render
+
+__all__ = ["Diagnosis", "Fit", "diagnose", "fit", "predict"]
+
+PathLike: TypeAlias = "str | os.PathLike[str]"
+Progress: TypeAlias = Callable[[str, float], object]
+
+
+@dataclass(frozen=True)
+class Fit:
+    """A model fitted to a recording.
+
+    Attributes
+    ----------
+    model : Model
+        The model with every value filled in, and its posterior.
+    summary : dict
+        ``parameters`` (a list of name, mean, sd, unit, identifiable; what the data do not hold has no
+        number), ``log_evidence``, ``converged``, ``quasi_static``, ``noise``, and the figures of
+        ``training`` and ``held_out`` episodes (SI units; None where a figure makes no sense).
+    """
+
+    model: Model
+    summary: dict[str, Any]
+
+
+@dataclass(frozen=True)
+class Diagnosis:
+    """What a diagnosis found.
+
+    Attributes
+    ----------
+    answer : dict
+        The content of ``diagnosis.json`` (``trundle-diagnosis/1``).
+    model : Model
+        The extended model, fitted.
+    report : str
+        ``report.html``: one page without scripts or links.
+    """
+
+    answer: dict[str, Any]
+    model: Model
+    report: str
+    _outcome: _native._Outcome
+
+    @property
+    def verdict(self) -> str:
+        """"consistent", "reparameterised", "explained" or "unexplained"."""
+        return str(self.answer["verdict"])
+
+    @property
+    def missing(self) -> list[str]:
+        """Names of the effects that were left out, largest contribution first."""
+        return [str(effect["effect"]) for effect in self.answer["missing"]]
+
+    def write(self, folder: PathLike) -> Path:
+        """Write ``diagnosis.json``, ``report.html``, ``model.toml`` and ``predictions.parquet``.
+
+        Parameters
+        ----------
+        folder : path
+            Made or replaced; it appears whole or not at all.
+
+        Raises
+        ------
+        TrundleError
+            If the folder holds anything but an earlier diagnosis.
+        """
+        with appearing(Path(folder)) as partial:
+            (partial / ANSWER).write_text(self._outcome.answer + "\n", encoding="utf-8")
+            (partial / "report.html").write_text(self.report, encoding="utf-8")
+            (partial / "model.toml").write_text(self._outcome.model, encoding="utf-8")
+            self._outcome.write_predictions(partial / "predictions.parquet")
+        return Path(folder)
+
+
+ANSWER = "diagnosis.json"
+
+
+def fit(
+    recording: Recording | PathLike,
+    model: Model | PathLike | None = None,
+    *,
+    starts: int = 6,
+    seed: int = 0,
+    progress: Progress | None = None,
+) -> Fit:
+    """Fit a model's free values to a recording's training episodes.
+
+    The maximum a posteriori estimate under the likelihood of the poses given the recorded wrench, whose noise
+    and tare error drive the motion (eq. 5-6 of the paper, by prediction errors); for quasi-static pushes under
+    that of the wrench that the motion needs.
+
+    Parameters
+    ----------
+    recording : Recording or path
+    model : Model or path, optional
+        Values that it leaves out are free; the paper's model (eq. 3) if not given.
+    starts : int
+        Random starts.
+    seed : int
+        The same input and seed give the same bytes.
+    progress : callable, optional
+        Called with what is done and how much of it, 0 to 1.
+
+    Returns
+    -------
+    Fit
+
+    Raises
+    ------
+    TrundleError
+        If there is not enough data, or the model does not fit the object.
+    """
+    if starts < 1:
+        raise TrundleError(f"starts = {starts}: at least one start is needed")
+    summary, text = _native._fit(source(recording), written(model), starts=starts, seed=seed, progress=progress)
+    return Fit(Model.from_toml(text), json.loads(summary))
+
+
+def predict(recording: Recording | PathLike, model: Model | PathLike, out: PathLike) -> Path:
+    """Simulate every episode in open loop and write the poses beside the recorded ones.
+
+    Parameters
+    ----------
+    recording : Recording or path
+    model : Model or path
+        With all values given.
+    out : path
+        A Parquet file with ``episode``, ``t`` (s), ``observed_x``, ``observed_y`` (m), ``observed_theta`` (rad)
+        and the same ``predicted_*``, one row for each pose sample; it appears whole or not at all.
+
+    Raises
+    ------
+    TrundleError
+        If a value of the model is free.
+    """
+    target = Path(out)
+    partial = target.with_name(f".{target.name}.partial-{os.getpid()}")
+    try:
+        _native._predict(source(recording), written(model) or "", partial)
+        partial.replace(target)
+    finally:
+        partial.unlink(missing_ok=True)
+    return target
+
+
+def diagnose(
+    recording: Recording | PathLike,
+    model: Model | PathLike | None = None,
+    *,
+    seed: int = 0,
+    progress: Progress | None = None,
+    command: str | None = None,
+) -> Diagnosis:
+    """Find where a simulation and a recording differ, and say what physics was left out.
+
+    Parameters
+    ----------
+    recording : Recording or path
+    model : Model or path, optional
+        The simulation under test: its laws, and its values if it gives any. The paper's if not given.
+    seed : int
+        The same input and seed give the same bytes.
+    progress : callable, optional
+        Called with what is done and how much of it, 0 to 1.
+    command : str, optional
+        Shown in the report as the way to reproduce it.
+
+    Returns
+    -------
+    Diagnosis
+
+    Raises
+    ------
+    TrundleError
+        If there is not enough data, or the model does not fit the object.
+    """
+    outcome = _native._diagnose(source(recording), written(model), seed=seed, progress=progress)
+    answer, series = json.loads(outcome.answer), json.loads(outcome.series)
+    named = recording.name if isinstance(recording, Recording) else os.fspath(recording)
+    series |= {"seed": seed, "version": _native.__version__}
+    series["command"] = command or f"trundle diagnose {named} --seed {seed}"
+    return Diagnosis(answer, Model.from_toml(outcome.model), render(answer, series), outcome)
+
+
+def source(recording: Recording | PathLike) -> Recording | str:
+    """Return what the native functions take for a recording."""
+    return recording if isinstance(recording, Recording) else os.fspath(recording)
+
+
+def written(model: Model | PathLike | None) -> str | None:
+    """Return the text of a model, given as itself or as the path of its file."""
+    if model is None:
+        return None
+    return (model if isinstance(model, Model) else Model.read(model)).to_toml()
+
+
+@contextmanager
+def appearing(folder: Path) -> Iterator[Path]:
+    """Give a folder to write into that takes its place at the end, or is gone if anything fails."""
+    if folder.exists() and not (folder / ANSWER).exists() and (not folder.is_dir() or any(folder.iterdir())):
+        raise TrundleError(f"{folder}: holds something else than a diagnosis; give another folder with --out")
+    folder.parent.mkdir(parents=True, exist_ok=True)
+    partial = Path(tempfile.mkdtemp(prefix=f".{folder.name}-", dir=folder.parent))
+    try:
+        partial.chmod(0o755)
+        yield partial
+        shutil.rmtree(folder, ignore_errors=True)
+        partial.rename(folder)
+    finally:
+        shutil.rmtree(partial, ignore_errors=True)
