@@ -1,0 +1,55 @@
+//! What can be wrong with a scenario or a world.
+
+use std::path::PathBuf;
+
+use trundle_model::ModelError;
+
+/// Why something cannot be simulated.
+#[derive(Debug, thiserror::Error)]
+pub enum SimError {
+    /// A file that cannot be read.
+    #[error("{}: cannot be read: {source}", path.display())]
+    Io {
+        /// Which file.
+        path: PathBuf,
+        /// What the system says.
+        source: std::io::Error,
+    },
+    /// A file that is not a scenario or an object.
+    #[error("{}: {message}", path.display())]
+    File {
+        /// Which file.
+        path: PathBuf,
+        /// The key, the value and the remedy.
+        message: String,
+    },
+    /// A value that makes no sense.
+    #[error("{key} = {value}: {remedy}")]
+    Value {
+        /// Name of the key or argument.
+        key: String,
+        /// As given.
+        value: String,
+        /// What to give instead.
+        remedy: &'static str,
+    },
+    /// A shape that no collider can be made of.
+    #[error("{what}: not a simple polygon that encloses an area; give its corners in order (m)")]
+    Shape {
+        /// Which shape.
+        what: String,
+    },
+    /// The model is not complete or not sound.
+    #[error(transparent)]
+    Model(#[from] ModelError),
+    /// The recording would not be valid.
+    #[error(transparent)]
+    Record(#[from] trundle_record::Error),
+}
+
+impl SimError {
+    /// A value that makes no sense, and the remedy.
+    pub fn value(key: &str, value: impl std::fmt::Debug, remedy: &'static str) -> Self {
+        Self::Value { key: key.to_owned(), value: format!("{value:?}"), remedy }
+    }
+}

@@ -1,0 +1,125 @@
+//! Sensor and tracker together, each on its own clock, filling the rows of an episode.
+
+use std::collections::BTreeMap;
+
+use rand::RngExt;
+use rand_chacha::ChaCha8Rng;
+use rand_distr::StandardNormal;
+use trundle_model::{Clock, Plant};
+use trundle_record::Episode;
+
+use crate::gripper::{relative, wrap};
+use crate::{Sensor, Tracker};
+
+/// Samples are due on the step's grid; this forgives the rounding of a rate that is not.
+const EARLY: f64 = 1e-9;
+
+/// What is true at one time, for the instruments to look at.
+pub struct Scene<'a> {
+    /// Time of the recording, s.
+    pub t: f64,
+    /// Pose of the object frame in the world.
+    pub object: [f64; 3],
+    /// Pose of the gripper frame in the world.
+    pub gripper: [f64; 3],
+    /// Wrench on the object, object axes about the object origin.
+    pub wrench: [f64; 3],
+    /// The plant, whose instrument effects distort the reading.
+    pub plant: &'a Plant<f64>,
+    /// Time since contact.
+    pub clock: Clock,
+}
+
+/// One row of an episode table.
+#[derive(Clone, Debug, PartialEq)]
+pub struct Row {
+    /// Time, s.
+    pub t: f64,
+    /// Pose of object and gripper in the world.
+    pub poses: Option<[f64; 6]>,
+    /// Reading, gripper axes.
+    pub reading: Option<[f64; 3]>,
+}
+
+/// Sensor and tracker at work.
+#[derive(Clone, Debug)]
+pub struct Instruments {
+    sensor: Sensor,
+    tracker: Tracker,
+    noise: ChaCha8Rng,
+    readings: u32,
+    poses: u32,
+    rows: Vec<Row>,
+}
+
+impl Instruments {
+    /// Instruments whose noise comes from `noise`.
+    pub fn new(sensor: Sensor, tracker: Tracker, noise: ChaCha8Rng) -> Self {
+        Self { sensor, tracker, noise, readings: 0, poses: 0, rows: vec![] }
+    }
+
+    /// Take the samples that are due.
+    pub fn observe(&mut self, scene: &Scene) {
+        let due = |count: u32, rate: f64| scene.t * rate >= f64::from(count) - EARLY;
+        let mut row = Row { t: scene.t, poses: None, reading: None };
+        if due(self.readings, self.sensor.rate) {
+            self.readings += 1;
+            row.reading = Some(self.read(scene));
+        }
+        if due(self.poses, self.tracker.rate) {
+            self.poses += 1;
+            row.poses = self.track(scene);
+        }
+        if row.reading.is_some() || row.poses.is_some() {
+            self.rows.push(row);
+        }
+    }
+
+    /// The rows since the last time.
+    pub fn take(&mut self) -> Vec<Row> {
+        std::mem::take(&mut self.rows)
+    }
+
+    fn read(&mut self, scene: &Scene) -> [f64; 3] {
+        let frame = relative(scene.object, scene.gripper);
+        let clean = self.sensor.reading(scene.wrench, frame, scene.plant, scene.clock);
+        self.blur(clean, self.sensor.noise())
+    }
+
+    fn track(&mut self, scene: &Scene) -> Option<[f64; 6]> {
+        let seen = self.noise.random::<f64>() >= self.tracker.drop_out;
+        // Drawn even when lost, so that a drop-out does not change the noise of what follows.
+        let [x, y, theta] = self.blur(scene.object, self.tracker.noise);
+        let [gx, gy, gtheta] = self.blur(scene.gripper, self.tracker.noise);
+        seen.then_some([x, y, wrap(theta), gx, gy, wrap(gtheta)])
+    }
+
+    fn blur(&mut self, value: [f64; 3], sd: [f64; 3]) -> [f64; 3] {
+        [0, 1, 2].map(|k| value[k] + sd[k] * self.noise.sample::<f64, _>(StandardNormal))
+    }
+}
+
+/// The columns of a planar recording, poses first.
+pub const COLUMNS: [&str; 9] = [
+    "object_x",
+    "object_y",
+    "object_theta",
+    "gripper_x",
+    "gripper_y",
+    "gripper_theta",
+    "force_x",
+    "force_y",
+    "torque_z",
+];
+
+/// The rows as an episode of a recording.
+pub fn episode(name: String, rows: &[Row]) -> Episode {
+    let cell = |row: &Row, k: usize| match k {
+        0..6 => row.poses.map(|p| p[k]),
+        _ => row.reading.map(|r| r[k - 6]),
+    };
+    let column = |k: usize| rows.iter().map(|row| cell(row, k).unwrap_or(f64::NAN)).collect();
+    let columns = COLUMNS.iter().enumerate().map(|(k, name)| ((*name).to_owned(), column(k)));
+    let t = rows.iter().map(|row| row.t).collect();
+    Episode { name, t, columns: columns.collect(), notes: BTreeMap::new() }
+}

@@ -1,0 +1,29 @@
+//! The world that is pushed: rapier's engine under the model's laws, a gripper with a wrist sensor, a
+//! pose tracker, and scenarios that turn all of it into recordings.
+
+mod error;
+mod excite;
+mod gripper;
+mod instruments;
+mod object;
+mod profile;
+mod push;
+mod scenario;
+mod sensor;
+mod simulate;
+pub mod task;
+mod tracker;
+mod world;
+
+pub use error::SimError;
+pub use excite::Excitation;
+pub use gripper::{Coupling, Drive, Gripper};
+pub use instruments::{Instruments, Row, Scene, episode};
+pub use profile::Profile;
+pub use push::{Push, Setting};
+pub use scenario::Scenario;
+pub use sensor::Sensor;
+pub use simulate::{metadata, simulate};
+pub use task::{LockedWheel, Outcome, Reset};
+pub use tracker::Tracker;
+pub use world::{Snapshot, World};

@@ -1,0 +1,68 @@
+//! Shapes for the engine: compound convex colliders, and the mass of [`Body`] to the last bit.
+
+use rapier2d_f64::parry::transformation::hertel_mehlhorn;
+use rapier2d_f64::prelude::*;
+use trundle_model::{Body, Fixture};
+
+use crate::SimError;
+
+/// Friction of the object's rim against walls and obstacles.
+const RIM_FRICTION: f64 = 0.3;
+
+type Piece = (Pose, SharedShape);
+
+/// The engine's body: it has the mass, mass centre and inertia of `body`, and never sleeps.
+pub(crate) fn rigid_body(body: &Body) -> RigidBody {
+    let com = Vector::new(body.com[0], body.com[1]);
+    let mass = MassProperties::new(com, body.mass, body.inertia());
+    RigidBodyBuilder::dynamic().additional_mass_properties(mass).can_sleep(false).build()
+}
+
+/// The body's outline, weightless because [`rigid_body`] has the mass; `None` for a point on a rail.
+pub(crate) fn hull(body: &Body) -> Result<Option<Collider>, SimError> {
+    let mut pieces = vec![];
+    for (index, fixture) in body.fixtures.iter().enumerate() {
+        match fixture {
+            Fixture::Polygon { vertices, .. } => {
+                pieces.extend(convex_pieces(vertices, || format!("body.fixture {}", index + 1))?);
+            }
+            Fixture::Disc { center, radius, .. } => {
+                let center = Vector::new(center[0], center[1]);
+                pieces.push((Pose::from_translation(center), SharedShape::ball(*radius)));
+            }
+        }
+    }
+    Ok((!pieces.is_empty()).then(|| collider(pieces)))
+}
+
+/// A fixed obstacle with these corners, world frame, m.
+pub(crate) fn obstacle(polygon: &[[f64; 2]], index: usize) -> Result<Collider, SimError> {
+    Ok(collider(convex_pieces(polygon, || format!("obstacle {}", index + 1))?))
+}
+
+fn collider(pieces: Vec<Piece>) -> Collider {
+    ColliderBuilder::compound(pieces).density(0.0).friction(RIM_FRICTION).restitution(0.0).build()
+}
+
+/// A simple polygon as convex pieces. One that crosses itself shows: its pieces cover another area.
+fn convex_pieces(polygon: &[[f64; 2]], what: impl Fn() -> String) -> Result<Vec<Piece>, SimError> {
+    let corners: Vec<Vector> = polygon.iter().map(|&[x, y]| Vector::new(x, y)).collect();
+    let pieces = TriMesh::from_polygon(corners).and_then(|triangles| {
+        let pieces = hertel_mehlhorn(triangles.vertices(), triangles.indices());
+        let shapes = pieces.into_iter().map(SharedShape::convex_polyline);
+        shapes.map(|shape| shape.map(|s| (Pose::IDENTITY, s))).collect::<Option<Vec<Piece>>>()
+    });
+    let area = area(polygon);
+    let covers = |pieces: &Vec<Piece>| {
+        let covered: f64 = pieces.iter().map(|(_, shape)| shape.mass_properties(1.0).mass()).sum();
+        area > 0.0 && (covered - area).abs() <= 1e-9 * area
+    };
+    pieces.filter(covers).ok_or_else(|| SimError::Shape { what: what() })
+}
+
+/// Area within a simple polygon, m².
+fn area(polygon: &[[f64; 2]]) -> f64 {
+    let next = polygon.iter().cycle().skip(1);
+    let twice: f64 = polygon.iter().zip(next).map(|(a, b)| a[0] * b[1] - b[0] * a[1]).sum();
+    twice.abs() / 2.0
+}

@@ -1,0 +1,45 @@
+//! A command over time: straight lines between knots.
+
+use crate::SimError;
+
+/// Knots `[t, x, y, about z]`, t in s from contact on; the first and last are held beyond the ends.
+#[derive(Clone, Debug, PartialEq)]
+pub struct Profile(Vec<[f64; 4]>);
+
+impl Profile {
+    /// A profile through these knots.
+    ///
+    /// # Errors
+    /// When there is none, a value is not finite, or times do not increase.
+    pub fn new(key: &str, knots: Vec<[f64; 4]>) -> Result<Self, SimError> {
+        if knots.is_empty() {
+            return Err(SimError::value(key, &knots, "give at least one knot [t, x, y, about z]"));
+        }
+        if let Some(knot) = knots.iter().find(|knot| knot.iter().any(|v| !v.is_finite())) {
+            return Err(SimError::value(key, knot, "must be finite"));
+        }
+        match knots.windows(2).find(|pair| pair[1][0] <= pair[0][0]) {
+            Some(pair) => Err(SimError::value(key, pair[1], "its time must be later than the knot's before")),
+            None => Ok(Self(knots)),
+        }
+    }
+
+    /// The command at a time, s.
+    pub fn at(&self, t: f64) -> [f64; 3] {
+        let later = self.0.partition_point(|knot| knot[0] <= t);
+        let value = |knot: &[f64; 4]| [knot[1], knot[2], knot[3]];
+        match (later.checked_sub(1).and_then(|k| self.0.get(k)), self.0.get(later)) {
+            (Some(a), Some(b)) => {
+                let share = (t - a[0]) / (b[0] - a[0]);
+                [1, 2, 3].map(|k| a[k] + share * (b[k] - a[k]))
+            }
+            (Some(knot), None) | (None, Some(knot)) => value(knot),
+            (None, None) => [0.0; 3],
+        }
+    }
+
+    /// Time of the last knot, s.
+    pub fn end(&self) -> f64 {
+        self.0.last().map_or(0.0, |knot| knot[0])
+    }
+}

@@ -1,0 +1,81 @@
+//! One push from beginning to end: an episode.
+
+use rand_chacha::ChaCha8Rng;
+use serde::{Deserialize, Serialize};
+use trundle_model::{Clock, Model};
+
+use crate::instruments::{Row, Scene};
+use crate::{Coupling, Drive, Gripper, Instruments, Profile, Sensor, SimError, Tracker, World};
+
+/// What is done to the object in one episode.
+#[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
+#[serde(deny_unknown_fields)]
+pub struct Push {
+    /// Pose at which the object stands at rest, world frame, m and rad.
+    #[serde(default)]
+    pub start: [f64; 3],
+    /// Where the gripper holds it: pose of the gripper in the object frame, m and rad.
+    pub grasp: [f64; 3],
+    /// What the knots mean.
+    pub drive: Drive,
+    /// The command: knots `[t, x, y, about z]`, t in s from contact on, straight lines between.
+    pub knots: Vec<[f64; 4]>,
+}
+
+/// Everything but the push that an episode needs.
+pub struct Setting<'a> {
+    /// The object with its hidden effects.
+    pub model: &'a Model,
+    /// Simple polygons, world frame, m.
+    pub obstacles: &'a [Vec<[f64; 2]>],
+    /// Simulation step, s.
+    pub step: f64,
+    /// Between gripper and object.
+    pub coupling: Coupling,
+    /// Wrist sensor.
+    pub sensor: Sensor,
+    /// Pose tracker.
+    pub tracker: Tracker,
+}
+
+impl Setting<'_> {
+    /// Simulate a push and return what the instruments saw, from the start of the pre-contact
+    /// interval to the last knot.
+    ///
+    /// # Errors
+    /// When the model is not complete or the knots make no profile.
+    pub fn run(&self, push: &Push, noise: ChaCha8Rng) -> Result<Vec<Row>, SimError> {
+        let profile = Profile::new("push.knots", push.knots.clone())?;
+        let mut world = World::new(self.model, self.obstacles, self.step)?;
+        world.place(push.start);
+        let mut gripper = Gripper::new(push.grasp, push.start, push.drive, self.coupling);
+        let mut instruments = Instruments::new(self.sensor, self.tracker, noise);
+        let steps = |seconds: f64| (seconds / self.step).round() as u32;
+        let contact = steps(self.sensor.precontact);
+        let mut before = [0.0; 3];
+        for tick in 0..=contact + steps(profile.end()) {
+            let state = world.state();
+            let since_contact = (f64::from(tick) - f64::from(contact)) * self.step;
+            let clock = Clock { since_contact };
+            let held_at = gripper.pose(state.pose);
+            let wrench = if clock.in_contact() {
+                let command = profile.at(since_contact + self.step / 2.0);
+                gripper.push(command, &state, world.plant(), self.step)
+            } else {
+                [0.0; 3]
+            };
+            instruments.observe(&Scene {
+                t: f64::from(tick) * self.step,
+                object: state.pose,
+                gripper: held_at,
+                // The wrench at this instant: between the means of the step before and the step after.
+                wrench: [0, 1, 2].map(|k| (before[k] + wrench[k]) / 2.0),
+                plant: world.plant(),
+                clock,
+            });
+            world.step(wrench, clock);
+            before = wrench;
+        }
+        Ok(instruments.take())
+    }
+}

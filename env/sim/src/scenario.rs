@@ -1,0 +1,159 @@
+//! Scenario files: what is simulated, in TOML. Unknown keys are errors.
+
+use std::path::{Path, PathBuf};
+
+use serde::Deserialize;
+use serde::de::DeserializeOwned;
+use toml::{Table, Value};
+use trundle_model::Model;
+
+use crate::{Coupling, Excitation, Push, Sensor, SimError, Tracker};
+
+const SCENARIO: &str = "trundle-scenario/1";
+const OBJECT: &str = "trundle-object/1";
+
+/// Longest step, s: the gripper's coupling and the sensor's clock need one that is short.
+const LONGEST_STEP: f64 = 0.01;
+
+/// A scenario: an object with hidden effects, and the pushes that are recorded of it.
+#[derive(Clone, Debug, Deserialize)]
+#[serde(deny_unknown_fields)]
+pub struct Scenario {
+    format: String,
+    /// The recording's name.
+    pub name: String,
+    /// Object file, relative to the scenario.
+    pub object: PathBuf,
+    /// Seed of everything random, unless another is asked for.
+    #[serde(default)]
+    pub seed: u64,
+    /// Simulation step, s.
+    #[serde(default = "fine_step")]
+    pub step: f64,
+    /// Whether the recording says what the object weighs.
+    #[serde(default)]
+    pub weighed: bool,
+    /// How many of the last episodes are held out.
+    #[serde(default)]
+    pub held_out: usize,
+    /// Hidden effects, as in `model.toml`; the recording has no word of them.
+    #[serde(default, rename = "effect")]
+    pub effects: Vec<Table>,
+    /// Fixed obstacles, which the recording shows.
+    #[serde(default, rename = "obstacle")]
+    pub obstacles: Vec<ObstacleTable>,
+    /// Between gripper and object.
+    #[serde(default)]
+    pub gripper: Coupling,
+    /// Wrist sensor.
+    #[serde(default)]
+    pub sensor: Sensor,
+    /// Pose tracker.
+    #[serde(default)]
+    pub tracker: Tracker,
+    /// Pushes written down, one episode each; they come first.
+    #[serde(default, rename = "push")]
+    pub pushes: Vec<Push>,
+    /// Pushes drawn by seed.
+    pub random: Option<Excitation>,
+}
+
+/// One fixed obstacle.
+#[derive(Clone, Debug, Deserialize)]
+#[serde(deny_unknown_fields)]
+pub struct ObstacleTable {
+    /// Corners in order, m, world frame.
+    pub polygon: Vec<[f64; 2]>,
+}
+
+/// An object file: a body, and where its figures come from.
+#[derive(Clone, Debug, Deserialize)]
+#[serde(deny_unknown_fields)]
+struct ObjectFile {
+    format: String,
+    #[serde(rename = "name")]
+    _name: String,
+    #[serde(rename = "source")]
+    _source: Option<String>,
+    /// As in `model.toml`.
+    body: Table,
+}
+
+/// Dry friction that stops and reverses needs it: at 1 ms a push of 6 s ends 1 mm off, at this 0.1 mm.
+fn fine_step() -> f64 {
+    2.5e-4
+}
+
+impl Scenario {
+    /// Read a scenario and its object: the scenario, and the model with all effects.
+    ///
+    /// # Errors
+    /// Names the file, the key and what is wrong.
+    pub fn read(path: &Path) -> Result<(Self, Model), SimError> {
+        let scenario: Self = parse(path)?;
+        expect_format(path, &scenario.format, SCENARIO)?;
+        scenario.check().map_err(|error| in_file(path, &error))?;
+        let object_path = path.parent().unwrap_or(Path::new("")).join(&scenario.object);
+        let object: ObjectFile = parse(&object_path)?;
+        expect_format(&object_path, &object.format, OBJECT)?;
+        model(object.body.clone(), vec![]).map_err(|error| in_file(&object_path, &error))?;
+        let model = model(object.body, scenario.effects.clone()).map_err(|error| in_file(path, &error))?;
+        model.resolved().map_err(|error| in_file(path, &error.into()))?;
+        Ok((scenario, model))
+    }
+
+    /// How many episodes there will be.
+    pub fn episodes(&self) -> usize {
+        self.pushes.len() + self.random.as_ref().map_or(0, |random| random.count)
+    }
+
+    fn check(&self) -> Result<(), SimError> {
+        if !(self.step > 0.0 && self.step <= LONGEST_STEP) {
+            return Err(SimError::value("step", self.step, "must lie in (0, 0.01] s"));
+        }
+        self.gripper.check()?;
+        self.sensor.check()?;
+        self.tracker.check()?;
+        if let Some(random) = &self.random {
+            random.check()?;
+        }
+        if self.episodes() == 0 {
+            return Err(SimError::value("push", 0, "give [[push]] tables, or [random] with a count"));
+        }
+        if self.held_out >= self.episodes() {
+            let remedy = "must leave an episode to fit";
+            return Err(SimError::value("held_out", self.held_out, remedy));
+        }
+        Ok(())
+    }
+}
+
+/// Body and effects as a model: the same tables, keys and messages as `model.toml`.
+fn model(body: Table, effects: Vec<Table>) -> Result<Model, SimError> {
+    let effects = effects.into_iter().map(Value::Table).collect();
+    let file = Table::from_iter([
+        ("format".to_owned(), Value::String("trundle-model/1".to_owned())),
+        ("body".to_owned(), Value::Table(body)),
+        ("effect".to_owned(), Value::Array(effects)),
+    ]);
+    Ok(Model::from_toml(&file.to_string())?.0)
+}
+
+fn parse<T: DeserializeOwned>(path: &Path) -> Result<T, SimError> {
+    let text =
+        std::fs::read_to_string(path).map_err(|source| SimError::Io { path: path.to_owned(), source })?;
+    toml::from_str(&text)
+        .map_err(|error| SimError::File { path: path.to_owned(), message: error.to_string() })
+}
+
+fn expect_format(path: &Path, found: &str, known: &str) -> Result<(), SimError> {
+    if found == known {
+        return Ok(());
+    }
+    let message = format!("format = \"{found}\": this reader knows \"{known}\"");
+    Err(SimError::File { path: path.to_owned(), message })
+}
+
+fn in_file(path: &Path, error: &SimError) -> SimError {
+    SimError::File { path: path.to_owned(), message: error.to_string() }
+}

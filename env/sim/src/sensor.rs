@@ -1,0 +1,90 @@
+//! The wrist force-torque sensor.
+
+use nalgebra::{Matrix3, Vector3};
+use serde::{Deserialize, Serialize};
+use trundle_model::{Clock, Plant};
+
+use crate::SimError;
+
+/// A planar force-torque sensor between gripper and arm.
+#[derive(Clone, Copy, Debug, PartialEq, Serialize, Deserialize)]
+#[serde(deny_unknown_fields, default)]
+pub struct Sensor {
+    /// Samples per second.
+    pub rate: f64,
+    /// Standard deviation of each force axis, N.
+    pub force_noise: f64,
+    /// Standard deviation of the torque, N·m.
+    pub torque_noise: f64,
+    /// What it reads without load, constant in its own frame, `[N, N, N·m]`.
+    pub offset: [f64; 3],
+    /// Time without contact at the start of an episode, from which the offset can be taken, s.
+    pub precontact: f64,
+}
+
+impl Default for Sensor {
+    fn default() -> Self {
+        Self { rate: 125.0, force_noise: 0.4, torque_noise: 0.05, offset: [0.0; 3], precontact: 0.4 }
+    }
+}
+
+impl Sensor {
+    /// Refuse what cannot be.
+    ///
+    /// # Errors
+    /// When a rate is not positive or a noise negative.
+    pub fn check(&self) -> Result<(), SimError> {
+        check_rate("sensor.rate", self.rate)?;
+        check_noise("sensor.force_noise", self.force_noise)?;
+        check_noise("sensor.torque_noise", self.torque_noise)?;
+        check_noise("sensor.precontact", self.precontact)?;
+        match self.offset.iter().find(|v| !v.is_finite()) {
+            Some(value) => Err(SimError::value("sensor.offset", value, "must be finite (N, N, N·m)")),
+            None => Ok(()),
+        }
+    }
+
+    /// One standard deviation of each axis.
+    pub fn noise(&self) -> [f64; 3] {
+        [self.force_noise, self.force_noise, self.torque_noise]
+    }
+
+    /// What it reads, without noise, when the gripper at `frame` (object frame) puts `wrench` (object
+    /// axes about the object origin) on the object: gripper axes about the gripper's origin.
+    pub fn reading(&self, wrench: [f64; 3], frame: [f64; 3], plant: &Plant<f64>, clock: Clock) -> [f64; 3] {
+        let truth = at_frame(wrench, frame);
+        let read = distort(truth, plant, clock);
+        [0, 1, 2].map(|k| read[k] + self.offset[k])
+    }
+}
+
+/// A wrench in object axes about the object origin, in the axes and about the origin of `frame`.
+fn at_frame([fx, fy, torque]: [f64; 3], [x, y, angle]: [f64; 3]) -> [f64; 3] {
+    trundle_model::to_body([fx, fy, torque - (x * fy - y * fx)], angle)
+}
+
+/// Turn the truth into a reading: the inverse of the instrument effects, which the model knows as
+/// the way from the reading to the truth, affine in the reading.
+fn distort(truth: [f64; 3], plant: &Plant<f64>, clock: Clock) -> [f64; 3] {
+    let correct = |reading: [f64; 3]| Vector3::from(plant.correct(reading, clock));
+    let zero = correct([0.0; 3]);
+    let gain = Matrix3::from_columns(
+        &[[1.0, 0.0, 0.0], [0.0, 1.0, 0.0], [0.0, 0.0, 1.0]].map(|e| correct(e) - zero),
+    );
+    // A gain that maps some load to nothing has no inverse: such a sensor reads its offset alone.
+    gain.lu().solve(&(Vector3::from(truth) - zero)).map_or([0.0; 3], Into::into)
+}
+
+pub(crate) fn check_rate(key: &str, value: f64) -> Result<(), SimError> {
+    if value.is_finite() && value > 0.0 {
+        return Ok(());
+    }
+    Err(SimError::value(key, value, "must be positive (samples per second)"))
+}
+
+pub(crate) fn check_noise(key: &str, value: f64) -> Result<(), SimError> {
+    if value.is_finite() && value >= 0.0 {
+        return Ok(());
+    }
+    Err(SimError::value(key, value, "must be finite and not negative"))
+}

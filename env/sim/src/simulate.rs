@@ -1,0 +1,126 @@
+//! From a scenario to a recording.
+
+use rand::SeedableRng;
+use rand_chacha::ChaCha8Rng;
+use trundle_model::{Body, Fixture, Model};
+use trundle_record::{
+    Contact, Dof, FORMAT, FixtureMeta, Frame, Metadata, NoiseMeta, ObjectMeta, Obstacle, Precontact,
+    Recording, Sign, Source, Split, WrenchMeta,
+};
+
+use crate::instruments::episode;
+use crate::push::Setting;
+use crate::{Push, Scenario, Sensor, SimError, Tracker};
+
+/// The recording of a scenario. The same seed gives the same recording.
+///
+/// # Errors
+/// When the model is not complete or a shape is no polygon.
+pub fn simulate(scenario: &Scenario, model: &Model, seed: u64) -> Result<Recording, SimError> {
+    let obstacles: Vec<_> = scenario.obstacles.iter().map(|o| o.polygon.clone()).collect();
+    let setting = Setting {
+        model,
+        obstacles: &obstacles,
+        step: scenario.step,
+        coupling: scenario.gripper,
+        sensor: scenario.sensor,
+        tracker: scenario.tracker,
+    };
+    let mut episodes = vec![];
+    for (index, push) in pushes(scenario, model, seed).iter().enumerate() {
+        let rows = setting.run(push, stream(seed, Purpose::Noise, index))?;
+        episodes.push(episode(format!("episode_{index:02}"), &rows));
+    }
+    let names = episodes.iter().map(|e| e.name.clone());
+    let held_out = names.skip(episodes.len() - scenario.held_out).collect();
+    let mut metadata =
+        metadata(&scenario.name, &model.body, scenario.weighed, &scenario.sensor, &scenario.tracker);
+    metadata.scene.obstacles = obstacles.into_iter().map(|polygon| Obstacle { polygon }).collect();
+    metadata.split = Split { held_out };
+    Ok(Recording::new(metadata, episodes)?)
+}
+
+fn pushes(scenario: &Scenario, model: &Model, seed: u64) -> Vec<Push> {
+    let mut pushes = scenario.pushes.clone();
+    if let Some(random) = &scenario.random {
+        let draw = |k| random.draw(&model.body, &mut stream(seed, Purpose::Push, k));
+        pushes.extend((0..random.count).map(draw));
+    }
+    pushes
+}
+
+/// What a stream of random numbers is for; each episode has its own of each.
+#[derive(Clone, Copy)]
+enum Purpose {
+    Push,
+    Noise,
+}
+
+fn stream(seed: u64, purpose: Purpose, episode: usize) -> ChaCha8Rng {
+    let mut random = ChaCha8Rng::seed_from_u64(seed);
+    random.set_stream(2 * episode as u64 + purpose as u64);
+    random
+}
+
+/// What a recording says of the object and the instruments; nothing of what is hidden.
+pub fn metadata(name: &str, body: &Body, weighed: bool, sensor: &Sensor, tracker: &Tracker) -> Metadata {
+    Metadata {
+        format: FORMAT.to_owned(),
+        name: name.to_owned(),
+        at_rest: true,
+        object: object(body, weighed),
+        wrench: WrenchMeta {
+            frame: Frame::Sensor,
+            reference: None,
+            sign: Sign::OnObject,
+            raw: true,
+            precontact: Some(Precontact::Everywhere([0.0, sensor.precontact])),
+            contact: Contact::Grasp,
+            source: Source::Measured,
+            gripper_mass: None,
+            gripper_com: None,
+        },
+        noise: noise(sensor, tracker),
+        scene: Default::default(),
+        split: Default::default(),
+        notes: toml::Table::new(),
+    }
+}
+
+/// Stated only where every instrument is noisy: a recording has no word for none.
+fn noise(sensor: &Sensor, tracker: &Tracker) -> Option<NoiseMeta> {
+    let all = sensor.noise().into_iter().chain(tracker.noise);
+    let noise = NoiseMeta {
+        pose: tracker.noise,
+        force: sensor.force_noise,
+        torque: Some(sensor.torque_noise),
+        time: 0.0,
+    };
+    (all.fold(f64::INFINITY, f64::min) > 0.0).then_some(noise)
+}
+
+fn object(body: &Body, weighed: bool) -> ObjectMeta {
+    let mut object = ObjectMeta {
+        footprint: vec![],
+        mass: weighed.then_some(body.mass),
+        support: body.feet.clone().unwrap_or_default(),
+        dof: Dof::all(),
+        fixtures: vec![],
+    };
+    match body.fixtures.as_slice() {
+        [Fixture::Polygon { vertices, .. }] => object.footprint = vertices.clone(),
+        fixtures => object.fixtures = fixtures.iter().map(fixture).collect(),
+    }
+    object
+}
+
+fn fixture(fixture: &Fixture) -> FixtureMeta {
+    match fixture {
+        Fixture::Polygon { vertices, density } => {
+            FixtureMeta { polygon: Some(vertices.clone()), disc: None, density: *density }
+        }
+        Fixture::Disc { center: [x, y], radius, density } => {
+            FixtureMeta { polygon: None, disc: Some([*x, *y, *radius]), density: *density }
+        }
+    }
+}

@@ -1,0 +1,144 @@
+//! Scenarios become recordings: what the instruments read is true, seeded, and says nothing hidden.
+
+#![allow(clippy::unwrap_used, clippy::panic)]
+
+use std::path::{Path, PathBuf};
+
+use trundle_model::{Clock, Kind, State, transport};
+use trundle_record::{Gripper, Recording};
+use trundle_sim::{Scenario, simulate};
+
+fn demo() -> PathBuf {
+    Path::new(env!("CARGO_MANIFEST_DIR")).join("../../configs/experiments/demo.toml")
+}
+
+fn recording(change: impl FnOnce(&mut Scenario), seed: u64) -> Recording {
+    let (mut scenario, model) = Scenario::read(&demo()).unwrap();
+    change(&mut scenario);
+    simulate(&scenario, &model, seed).unwrap()
+}
+
+fn silence(scenario: &mut Scenario) {
+    scenario.sensor.force_noise = 0.0;
+    scenario.sensor.torque_noise = 0.0;
+    scenario.tracker.noise = [0.0; 3];
+    scenario.tracker.drop_out = 0.0;
+}
+
+#[test]
+fn a_seed_gives_the_same_recording_and_another_seed_another() {
+    assert_eq!(recording(|_| {}, 3), recording(|_| {}, 3));
+    assert_ne!(recording(|_| {}, 3), recording(|_| {}, 4));
+}
+
+#[test]
+fn nothing_hidden_is_written_down() {
+    let text = recording(|_| {}, 0).metadata.to_toml().unwrap();
+    for kind in Kind::ALL {
+        assert!(!text.contains(kind.spec().kind), "{text}");
+    }
+    for word in ["mu_", "180", "320", "locked", "22.0"] {
+        assert!(!text.contains(word), "{word} in {text}");
+    }
+}
+
+#[test]
+fn streams_have_their_rates_and_their_noise() {
+    let noisy = recording(|s| s.random.as_mut().unwrap().count = 3, 0);
+    for episode in &noisy.episodes {
+        let wrench = episode.wrench().unwrap();
+        assert!((wrench.t.len() as f64 - 6.4 * 125.0).abs() < 2.0);
+        let poses = episode.object().unwrap().t.len() as f64;
+        assert!(poses > 0.95 * 6.4 * 60.0 && poses < 6.4 * 60.0 + 1.0, "{poses} poses, some lost");
+        let tare: Vec<f64> =
+            wrench.t.iter().zip(&wrench.value).filter(|(t, _)| **t < 0.4).map(|(_, w)| w[0]).collect();
+        let mean = tare.iter().sum::<f64>() / tare.len() as f64;
+        assert!((mean - 1.7).abs() < 0.3, "offset {mean}");
+        let variance = tare.iter().map(|w| (w - mean).powi(2)).sum::<f64>() / tare.len() as f64;
+        assert!((0.25..0.55).contains(&variance.sqrt()), "noise {}", variance.sqrt());
+    }
+}
+
+/// The recorded wrench, brought to the object by the recorded poses and put through the model's own
+/// integrator, moves the object as recorded: readings, frames, signs and clocks all agree.
+#[test]
+fn the_recorded_wrench_explains_the_recorded_motion() {
+    let (mut scenario, model) = Scenario::read(&demo()).unwrap();
+    silence(&mut scenario);
+    // One sample a step: what is left is rounding and the gripper's coupling, not interpolation.
+    scenario.step = 1e-3;
+    scenario.tracker.rate = 1000.0;
+    scenario.sensor.rate = 1000.0;
+    let plant = model.resolved().unwrap();
+    for episode in simulate(&scenario, &model, 1).unwrap().episodes {
+        let object = episode.object().unwrap();
+        let Some(Gripper::Level(gripper)) = episode.gripper() else { panic!("a level gripper") };
+        let readings = episode.wrench().unwrap().value;
+        let offset = readings[0];
+        let wrench = |k: usize| {
+            let ([x, y, theta], [gx, gy, gtheta]) = (object.value[k], gripper.value[k]);
+            let (sin, cos) = theta.sin_cos();
+            let (dx, dy) = (gx - x, gy - y);
+            let frame = [cos * dx + sin * dy, cos * dy - sin * dx, gtheta - theta];
+            transport([0, 1, 5].map(|axis| readings[k][axis] - offset[axis]), frame)
+        };
+        let mut state = State::at_rest(object.value[0]);
+        for k in 1..object.t.len() {
+            let (before, after) = (wrench(k - 1), wrench(k));
+            let clock = Clock { since_contact: object.t[k - 1] - scenario.sensor.precontact };
+            let mean = [0, 1, 2].map(|axis| (before[axis] + after[axis]) / 2.0);
+            state = plant.step(&state, mean, clock, object.t[k] - object.t[k - 1]);
+        }
+        let end = object.value.last().unwrap();
+        let miss = (state.pose[0] - end[0]).hypot(state.pose[1] - end[1]);
+        assert!(miss < 1e-4, "{}: {miss} m after {} s", episode.name, object.t.last().unwrap());
+    }
+}
+
+#[test]
+fn pushes_excite_and_stay_within_reach() {
+    let recording = recording(silence, 0);
+    for episode in &recording.episodes {
+        let poses = episode.object().unwrap().value;
+        let reach = |k: usize| {
+            let all = poses.iter().map(|p| p[k]);
+            all.clone().fold(f64::MIN, f64::max) - all.fold(f64::MAX, f64::min)
+        };
+        let distance = reach(0).hypot(reach(1));
+        assert!((0.1..3.0).contains(&distance), "{}: {distance} m", episode.name);
+        let loads = episode.wrench().unwrap().value;
+        let largest = loads.iter().map(|w| w[0].hypot(w[1])).fold(0.0, f64::max);
+        assert!((20.0..400.0).contains(&largest), "{}: {largest} N", episode.name);
+    }
+}
+
+#[test]
+fn what_is_wrong_with_a_scenario_is_named() {
+    let text = std::fs::read_to_string(demo()).unwrap();
+    let folder = std::env::temp_dir().join(format!("trundle-scenario-{}", std::process::id()));
+    std::fs::create_dir_all(folder.join("experiments")).unwrap();
+    std::fs::create_dir_all(folder.join("objects")).unwrap();
+    std::fs::copy(
+        demo().with_file_name("../objects/office_table.toml"),
+        folder.join("objects/office_table.toml"),
+    )
+    .unwrap();
+    let path = folder.join("experiments/demo.toml");
+    for (from, to, words) in [
+        ("held_out = 2", "hold_out = 2", vec!["hold_out", "held_out"]),
+        ("held_out = 2", "held_out = 8", vec!["held_out = 8", "an episode to fit"]),
+        ("rate = 125.0", "rate = -1.0", vec!["sensor.rate = -1", "positive"]),
+        ("force = 14.0", "farce = 14.0", vec!["farce", "static_force"]),
+        ("mu_x = 180.0", "", vec!["viscous_wheel.mu_x", "no value"]),
+        ("trundle-scenario/1", "trundle-scenario/7", vec!["trundle-scenario/7", "trundle-scenario/1"]),
+        ("office_table.toml", "nothing.toml", vec!["nothing.toml", "cannot be read"]),
+        ("[random]", "[randy]", vec!["randy", "random"]),
+    ] {
+        std::fs::write(&path, text.replace(from, to)).unwrap();
+        let message = Scenario::read(&path).unwrap_err().to_string();
+        for word in words {
+            assert!(message.contains(word), "{message} should say {word}");
+        }
+    }
+    std::fs::remove_dir_all(folder).unwrap();
+}

@@ -1,0 +1,165 @@
+//! The engine under the laws: agreement with the model's integrator, stability, energy, contact.
+
+#![allow(clippy::unwrap_used, clippy::panic)]
+
+use std::f64::consts::{PI, TAU};
+
+use trundle_model::{Body, Clock, Effect, Kind, Model, State};
+use trundle_sim::World;
+
+const DT: f64 = 2e-3;
+const CONTACT: Clock = Clock { since_contact: 0.0 };
+
+fn table(mass: f64) -> Model {
+    let footprint = [[-0.6, -0.4], [0.6, -0.4], [0.6, 0.4], [-0.6, 0.4]];
+    let body = Body::from_footprint(&footprint, mass).unwrap().standing_on(&[
+        [-0.5, -0.3],
+        [0.5, -0.3],
+        [0.5, 0.3],
+        [-0.5, 0.3],
+    ]);
+    Model { body, mass: Some(mass), dof: [true; 3], effects: vec![] }
+}
+
+fn wheel(mu_x: f64, mu_y: f64) -> Effect {
+    [("x", -0.5), ("y", 0.3), ("angle", 0.4), ("mu_x", mu_x), ("mu_y", mu_y)]
+        .iter()
+        .fold(Effect::free(Kind::ViscousWheel), |effect, &(name, value)| effect.with(name, Some(value)))
+}
+
+/// An effect with every parameter at a plain value within its bounds.
+fn plain(kind: Kind) -> Effect {
+    kind.spec().params.iter().fold(Effect::free(kind), |effect, param| {
+        let value = 0.3f64.clamp(param.lower, param.upper);
+        effect.with(param.name, Some(value))
+    })
+}
+
+/// A push that turns and reverses, object axes.
+fn wrench(t: f64) -> [f64; 3] {
+    [40.0 * (3.0 * t).sin(), 25.0 * (5.0 * t).cos(), 9.0 * (4.0 * t).sin()]
+}
+
+#[track_caller]
+fn assert_near(a: [f64; 3], b: [f64; 3], tolerance: f64) {
+    for k in 0..3 {
+        assert!((a[k] - b[k]).abs() <= tolerance, "{a:?} and {b:?} differ by more than {tolerance}");
+    }
+}
+
+/// Largest difference of poses between engine and integrator in one second of the same pushes.
+fn gap(model: &Model) -> f64 {
+    let mut world = World::new(model, &[], DT).unwrap();
+    let plant = model.resolved().unwrap();
+    let mut state = State::at_rest([0.3, -0.2, 0.7]);
+    world.place(state.pose);
+    let mut largest = 0.0f64;
+    for tick in 0..500 {
+        let t = f64::from(tick) * DT;
+        let clock = Clock { since_contact: t };
+        world.step(wrench(t), clock);
+        state = plant.step(&state, wrench(t), clock, DT);
+        let pose = world.state().pose;
+        let turned = (pose[2] - state.pose[2] + PI).rem_euclid(TAU) - PI;
+        let differences = [pose[0] - state.pose[0], pose[1] - state.pose[1], turned].map(f64::abs);
+        largest = differences.into_iter().fold(largest, f64::max);
+    }
+    largest
+}
+
+#[test]
+fn free_motion_is_the_integrators_to_a_micrometre_for_every_effect() {
+    for &kind in Kind::ALL {
+        let mut model = table(22.0);
+        model.effects.push(plain(kind));
+        let gap = gap(&model);
+        assert!(gap < 1e-6, "{}: {gap:e}", kind.spec().kind);
+    }
+    let mut model = table(22.0);
+    model.effects = vec![wheel(180.0, 320.0), plain(Kind::CoulombFriction)];
+    model.body.com = [0.1, -0.05];
+    assert!(gap(&model) < 1e-6);
+}
+
+#[test]
+fn a_wheel_of_1e5_on_ten_kilograms_is_stable_at_two_milliseconds() {
+    let mut model = table(10.0);
+    model.effects = vec![wheel(1e5, 1e5)];
+    let mut world = World::new(&model, &[], DT).unwrap();
+    for tick in 0..2000 {
+        world.step(wrench(f64::from(tick) * DT), CONTACT);
+        assert!(world.energy().is_finite() && world.energy() < 50.0);
+    }
+    // The wheel's contact point creeps at F/μ: it stays where it was, and the table has turned about it.
+    let [x, y, theta] = world.state().pose;
+    let (sin, cos) = theta.sin_cos();
+    let wheel = [x + cos * -0.5 - sin * 0.3, y + sin * -0.5 + cos * 0.3];
+    assert_near([wheel[0], wheel[1], 0.0], [-0.5, 0.3, 0.0], 5e-3);
+}
+
+#[test]
+fn without_input_energy_never_grows() {
+    for &kind in Kind::ALL.iter().filter(|k| k.spec().dissipative) {
+        let mut model = table(22.0);
+        model.effects = vec![plain(kind), wheel(30.0, 300.0)];
+        let mut world = World::new(&model, &[], DT).unwrap();
+        for tick in 0..100 {
+            world.step(wrench(f64::from(tick) * DT), CONTACT);
+        }
+        let mut energy = world.energy();
+        for _ in 0..500 {
+            world.step([0.0; 3], CONTACT);
+            assert!(world.energy() <= energy * (1.0 + 1e-12), "{}", kind.spec().kind);
+            energy = world.energy();
+        }
+    }
+}
+
+#[test]
+fn a_snapshot_repeats_free_motion_to_the_last_bit() {
+    let mut model = table(22.0);
+    model.effects = vec![wheel(180.0, 320.0)];
+    let mut world = World::new(&model, &[], DT).unwrap();
+    let run = |world: &mut World| {
+        (0..200).for_each(|tick| world.step(wrench(f64::from(tick) * DT), CONTACT));
+        world.snapshot()
+    };
+    let middle = run(&mut world);
+    let end = run(&mut world);
+    let mut other = World::new(&model, &[], DT).unwrap();
+    other.restore(&middle);
+    assert_eq!(run(&mut other), end);
+}
+
+#[test]
+fn a_wall_stops_the_table_and_takes_energy() {
+    let wall = vec![vec![[1.0, -3.0], [1.2, -3.0], [1.2, 3.0], [1.0, 3.0]]];
+    let mut world = World::new(&table(22.0), &wall, DT).unwrap();
+    for tick in 0..2000 {
+        let push = if tick < 500 { [20.0, 0.0, 0.0] } else { [0.0; 3] };
+        let energy = world.energy();
+        world.step(push, CONTACT);
+        assert!(tick < 500 || world.energy() <= energy + 1e-9, "energy grows at the wall");
+    }
+    let [x, _, theta] = world.state().pose;
+    assert!((0.35..0.41).contains(&x), "front edge at the wall: x = {x}");
+    assert!(theta.abs() < 1e-3);
+    assert!(world.state().twist[0].abs() < 0.02, "{:?}", world.state().twist);
+}
+
+#[test]
+fn a_concave_shape_has_the_models_mass_and_inertia() {
+    let corner = [[0.0, 0.0], [1.0, 0.0], [1.0, 0.4], [0.4, 0.4], [0.4, 1.0], [0.0, 1.0]];
+    let body = Body::from_footprint(&corner, 40.0).unwrap();
+    let model = Model { mass: Some(40.0), body, dof: [true; 3], effects: vec![] };
+    assert!(gap(&model) < 1e-6, "{:e}", gap(&model));
+}
+
+#[test]
+fn a_shape_that_encloses_nothing_is_named() {
+    let bow_tie = vec![[0.0, 0.0], [2.0, 1.0], [2.0, 0.0], [0.0, 3.0]];
+    for polygon in [bow_tie, vec![[0.0, 0.0], [1.0, 0.0], [2.0, 0.0]], vec![]] {
+        let error = World::new(&table(22.0), &[polygon], DT).err().unwrap().to_string();
+        assert!(error.contains("obstacle 1"), "{error}");
+    }
+}
