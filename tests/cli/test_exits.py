@@ -1,0 +1,75 @@
+import signal
+import subprocess
+import sys
+import time
+from collections.abc import Callable
+from pathlib import Path
+
+import pytest
+
+from trundle.cli.exits import guarded
+
+
+def raising(error: BaseException) -> Callable[[], int]:
+    def work() -> int:
+        raise error
+
+    return work
+
+
+@pytest.mark.parametrize(
+    ("error", "status", "words"),
+    [
+        (ValueError("a.csv, row 3: no number"), 2, "trundle: a.csv, row 3: no number\n"),
+        (
+            FileNotFoundError(2, "No such file or directory", "x/y"),
+            2,
+            "trundle: x/y: No such file or directory\n",
+        ),
+        (OSError(28, "No space left on device"), 1, "No space left"),
+        (RuntimeError("wrong"), 1, "trundle: RuntimeError: wrong (TRUNDLE_DEBUG=1 shows where)\n"),
+        (KeyboardInterrupt(), 130, "trundle: interrupted\n"),
+    ],
+)
+def test_each_failure_has_its_status(
+    error: BaseException, status: int, words: str, capsys: pytest.CaptureFixture[str]
+) -> None:
+    assert guarded(raising(error)) == status
+    assert words in capsys.readouterr().err
+
+
+def test_a_status_is_passed_on() -> None:
+    assert guarded(lambda: 7) == 7
+
+
+def test_ctrl_c_ends_a_long_verb_at_once() -> None:
+    script = (
+        "import sys, time; from trundle.cli.exits import guarded\n"
+        "print('began', flush=True); sys.exit(guarded(lambda: time.sleep(60)))"
+    )
+    with subprocess.Popen([sys.executable, "-c", script], stdout=-1, stderr=-1, text=True) as process:
+        assert process.stdout is not None
+        process.stdout.readline()
+        sent = time.monotonic()
+        process.send_signal(signal.SIGINT)
+        _, complaint = process.communicate(timeout=10)
+    assert process.returncode == 130
+    assert complaint == "trundle: interrupted\n"
+    assert time.monotonic() - sent < 2
+
+
+def test_a_reader_that_goes_away_is_no_error(tmp_path: Path) -> None:
+    script = (
+        "import sys; from trundle.cli.exits import guarded\n"
+        "sys.exit(guarded(lambda: print('line\\n' * 200_000) or 0))"
+    )
+    complaints = tmp_path / "stderr"
+    with (
+        complaints.open("w") as stderr,
+        subprocess.Popen([sys.executable, "-c", script], stdout=-1, stderr=stderr) as process,
+    ):
+        assert process.stdout is not None
+        process.stdout.readline()
+        process.stdout.close()
+    assert process.returncode == 141
+    assert complaints.read_text() == ""

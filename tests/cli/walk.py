@@ -1,0 +1,63 @@
+"""What the tests that walk the command line know about it: nothing but what its parser says."""
+
+import argparse
+import subprocess
+from collections.abc import Callable, Iterator
+from pathlib import Path
+
+from trundle.cli import build_parser
+from trundle.cli.commands import discover
+
+Run = Callable[..., "subprocess.CompletedProcess[str]"]
+"""Runs `trundle` with arguments and, as keywords, environment variables."""
+
+
+def leaves(parser: argparse.ArgumentParser | None = None) -> Iterator[tuple[str, ...]]:
+    """Yield each verb, and each verb with its sub-verb where it has them."""
+    parser = build_parser(discover()) if parser is None else parser
+    choices = subparsers(parser)
+    for name, child in choices.items():
+        for rest in leaves(child):
+            yield (name, *rest)
+    if not choices:
+        yield ()
+
+
+def find(path: tuple[str, ...]) -> argparse.ArgumentParser:
+    """Return the parser of a verb."""
+    parser: argparse.ArgumentParser = build_parser(discover())
+    for name in path:
+        parser = subparsers(parser)[name]
+    return parser
+
+
+def subparsers(parser: argparse.ArgumentParser) -> dict[str, argparse.ArgumentParser]:
+    """Return the parsers below `parser`, none for a leaf."""
+    for action in parser._actions:
+        if isinstance(action, argparse._SubParsersAction):
+            return dict(action.choices)
+    return {}
+
+
+def reads_a_file(path: tuple[str, ...]) -> bool:
+    """Tell whether the verb cannot do without a path."""
+    return any(action.type is Path for action in required(find(path)) if action.dest != "out")
+
+
+def with_missing_files(path: tuple[str, ...]) -> list[str]:
+    """Return the shortest command line of a verb, its inputs files that do not exist."""
+    line = list(path)
+    for action in required(find(path)):
+        value = "written" if action.dest == "out" else f"missing/{action.dest}"
+        line += [*action.option_strings[-1:], value if action.type is Path else str(default_of(action))]
+    return line
+
+
+def required(parser: argparse.ArgumentParser) -> list[argparse.Action]:
+    """Return what has to be given."""
+    return [action for action in parser._actions if action.required]
+
+
+def default_of(action: argparse.Action) -> object:
+    """Return something that the argument accepts."""
+    return next(iter(action.choices)) if action.choices else 1
