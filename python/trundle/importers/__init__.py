@@ -16,7 +16,11 @@ __all__ = ["IMPORTERS", "Imported", "MapError", "SourceError", "importer", "read
 
 IMPORTERS = {
     "cmu-planar-push": "cmu",
+    "csv": "csv_map",
     "emps": "emps",
+    "mat": "mat",
+    "mcap": "rosbag",
+    "rosbag2": "rosbag",
 }
 """Layout to module of this package."""
 

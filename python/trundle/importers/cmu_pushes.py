@@ -2,7 +2,10 @@
 
 from __future__ import annotations
 
+import itertools
 import re
+from collections.abc import Sequence
+from dataclasses import dataclass
 from pathlib import Path
 
 import numpy as np
@@ -30,40 +33,63 @@ TOUCH = 0.1
 
 def read(source: Path, name: str | None, held_out_every: int, say: Say) -> Imported:
     """Read one file of pushes; every `held_out_every`th is held out."""
-    log = _Log(source)
-    count = int(log.take(1, 1)[0, 0])
-    episodes: dict[str, Columns] = {}
-    precontact: dict[str, list[float]] = {}
-    stale = 0
-    for index in range(count):
-        episode = f"push_{index + 1:02d}"
-        say(f"{source.name}: {episode}")
-        episodes[episode], free, dropped = _push(log)
-        precontact[episode] = [0.0, free]
-        stale += dropped
     shape: dict[str, object] = {"footprint": FOOTPRINT, "mass": MASS}
     feet = support(source)
     if feet:
         shape["support"] = feet
+    log = _Log(source)
+    pushes: dict[str, _Push] = {}
+    for index in range(int(log.take(1, 1)[0, 0])):
+        episode = f"push_{index + 1:02d}"
+        say(f"{source.name}: {episode}")
+        pushes[episode] = _push(log)
+    precontact = {episode: [0.0, push.free] for episode, push in pushes.items()}
     metadata = {
         "format": "trundle-recording/1",
         "name": name or f"CMU pushes, {source.stem}",
         "at_rest": True,
         "object": shape,
-        "wrench": wrench_metadata("on_sensor", precontact),
-        "split": {"held_out": list(episodes)[held_out_every - 1 :: held_out_every]},
+        "wrench": wrench_metadata(
+            "on_sensor", {episode: [0.0, push.free] for episode, push in pushes.items()}
+        ),
+        "noise": _noise(list(pushes.values())),
+        "split": {"held_out": list(pushes)[held_out_every - 1 :: held_out_every]},
         "notes": {
             "origin": "github.com/robinzhoucmu/MLab_EXP, Zhou, Paolini, Bagnell and Mason, ICRA 2016",
             "split": f"every {held_out_every}th push is held out",
             "motion": "quasi-static, 2.5 mm/s: the mass is weighed, the pushes do not hold it",
+            "noise": "pose: a push's last pose against the next one's first; force: before contact",
         },
     }
-    early = sum(free < TARE_LIMIT for _, free in precontact.values())
+    stale = sum(push.stale for push in pushes.values())
+    early = sum(push.free < TARE_LIMIT for push in pushes.values())
     remarks = [
         f"{stale} repeated tip positions left out",
         f"{early} pushes touch within {TARE_LIMIT} s: shorter tare",
     ]
-    return Imported(metadata, episodes, remarks)
+    return Imported(metadata, {episode: push.table for episode, push in pushes.items()}, remarks)
+
+
+@dataclass(frozen=True)
+class _Push:
+    """One push: table, end of the tare (s), repeats left out, poses at both ends (2, 3), force noise (N)."""
+
+    table: Columns
+    free: float
+    stale: int
+    poses: Floats
+    force_noise: float
+
+
+def _noise(pushes: Sequence[_Push]) -> dict[str, object]:
+    """Return the table `[noise]`: nobody touches the object between two pushes, so its poses should agree."""
+    gaps = np.array([after.poses[0] - before.poses[1] for before, after in itertools.pairwise(pushes)])
+    gaps = gaps.reshape(-1, 3)
+    gaps[:, 2] = np.remainder(gaps[:, 2] + np.pi, 2.0 * np.pi) - np.pi
+    # Robust, for an object that was set down anew: 1.4826 times the median is the deviation of a normal one.
+    pose = 1.4826 * np.median(np.abs(gaps), axis=0) / np.sqrt(2.0)
+    force = np.median([push.force_noise for push in pushes])
+    return {"pose": [float(f"{sd:.2g}") for sd in pose], "force": float(f"{force:.2g}")}
 
 
 def support(source: Path) -> list[list[float]]:
@@ -109,24 +135,21 @@ class _Log:
         return self.take(int(self.take(1, 1)[0, 0]), width)
 
 
-def _push(log: _Log) -> tuple[Columns, float, int]:
-    """Return the table of the next push, the end of its tare in s, and the repeats left out."""
-    poses = log.take(2, 7)
+def _push(log: _Log) -> _Push:
+    """Read the next push."""
+    before_after = log.take(2, 7)
+    poses = np.column_stack([before_after[:, :2] * MILLIMETRE, heading(before_after[:, 3:])])
     force, tip = log.block(3), log.block(8)
     start = min(force[0, 0], tip[0, 0])
     wrench = Stream(["force_x", "force_y"], force[:, 0] - start, force[:, 1:] @ TOOL_FROM_SENSOR.T)
     planar = np.column_stack([tip[:, 1:3] * MILLIMETRE, heading(tip[:, 4:])])
-    gripper, dropped = unstale(Stream(["gripper_x", "gripper_y", "gripper_theta"], tip[:, 0] - start, planar))
-    end = max(wrench.t[-1], tip[-1, 0] - start)
-    before_after = np.column_stack([poses[:, :2] * MILLIMETRE, heading(poses[:, 3:])])
-    table = join(
-        [
-            Stream(["object_x", "object_y", "object_theta"], np.array([0.0, end]), before_after),
-            gripper,
-            wrench,
-        ]
-    )
-    return table, _free(wrench), dropped
+    gripper, stale = unstale(Stream(["gripper_x", "gripper_y", "gripper_theta"], tip[:, 0] - start, planar))
+    end = max(wrench.t[-1], gripper.t[-1])
+    body = Stream(["object_x", "object_y", "object_theta"], np.array([0.0, end]), poses)
+    free = _free(wrench)
+    quiet = wrench.values[wrench.t <= free]
+    noise = float(np.sqrt(np.mean(np.var(quiet, axis=0, ddof=1))))
+    return _Push(join([body, gripper, wrench]), free, stale, poses, noise)
 
 
 def _free(wrench: Stream) -> float:

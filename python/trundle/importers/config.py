@@ -76,9 +76,10 @@ def _value(hint: Any, value: Any, where: str) -> Any:
             raise MapError(f"`{where}` = {value!r}{_expected(hint)}")
         return value
     if origin is dict:
-        of = get_args(hint)[1]
+        key_kind, of = get_args(hint)
+        table = _of(dict, value, hint, where)
         return {
-            key: _value(of, each, _join(where, key)) for key, each in _of(dict, value, hint, where).items()
+            _value(key_kind, key, where): _value(of, each, _join(where, key)) for key, each in table.items()
         }
     if origin is list:
         of = get_args(hint)[0]

@@ -65,6 +65,7 @@ def read(source: Path, settings: Mapping[str, Any], say: Say) -> Imported:
         "wrench": {
             "frame": "object",
             "reference": "object",
+            "sign": "on_object",
             "raw": False,
             "contact": "grasp",
             "source": "commanded",

@@ -27,20 +27,51 @@ class MatFile:
         self.path = path
         self._variables = _load(path)
 
-    def vector(self, name: str) -> Floats:
-        """Return one numeric variable as a vector; a scalar has length 1."""
-        if name not in self._variables:
-            raise SourceError(self.path, f"no variable `{name}`; the file holds {self._listing()}")
+    def vector(self, name: str, index: int | None = None) -> Floats:
+        """Return one numeric variable as a vector.
+
+        Parameters
+        ----------
+        name : str
+            A variable, or a struct's field as `log.position`.
+        index : int, optional
+            Column of a matrix, from 1. Without it the variable is a vector, or a scalar of length 1.
+        """
+        values = self._numbers(name)
+        if index is None and values.ndim == 2 and min(values.shape) > 1:
+            raise SourceError(
+                self.path,
+                f"`{name}` is a {values.shape[0]} by {values.shape[1]} matrix; say which column: `index = 1`",
+            )
+        if index is None:
+            return values.ravel(order="F")
+        if values.ndim != 2 or not 1 <= index <= values.shape[1]:
+            raise SourceError(self.path, f"`{name}` of the shape {values.shape} has no column {index}")
+        return values[:, index - 1]
+
+    def _numbers(self, name: str) -> Floats:
+        value = self._variable(name)
         try:
-            return np.asarray(self._variables[name], dtype=np.float64).ravel(order="F")
+            return np.asarray(value, dtype=np.float64)
         except (TypeError, ValueError) as error:
             raise SourceError(
                 self.path,
                 f"variable `{name}` is no array of numbers; export its field as a variable of its own",
             ) from error
 
-    def __contains__(self, name: str) -> bool:
-        return name in self._variables
+    def _variable(self, name: str) -> Any:
+        variable, *fields = name.split(".")
+        if variable not in self._variables:
+            raise SourceError(self.path, f"no variable `{variable}`; the file holds {self._listing()}")
+        value = self._variables[variable]
+        for field in fields:
+            known = getattr(getattr(value, "dtype", None), "names", None) or ()
+            if field not in known:
+                raise SourceError(
+                    self.path, f"`{name}`: no field {field!r}; there are {', '.join(known) or 'none'}"
+                )
+            value = value[field].flat[0]
+        return value
 
     def _listing(self) -> str:
         return ", ".join(f"`{name}` {np.shape(value)}" for name, value in sorted(self._variables.items()))

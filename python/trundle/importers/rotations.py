@@ -46,3 +46,25 @@ def tilt(q: Floats) -> Floats:
     """Return the angle between the frame's z and the world's, rad in [0, pi]; (n,)."""
     _, x, y, _ = np.moveaxis(q, -1, 0)
     return np.asarray(np.arccos(np.clip(1.0 - 2.0 * (x * x + y * y), -1.0, 1.0)), dtype=np.float64)
+
+
+def from_heading(theta: Floats) -> Floats:
+    """Return the rotations by theta (n,), rad, about z; (n, 4)."""
+    zero = np.zeros_like(theta)
+    return np.column_stack([np.cos(theta / 2.0), zero, zero, np.sin(theta / 2.0)])
+
+
+def from_rpy(rpy: Floats) -> Floats:
+    """Return the rotation by roll, pitch, yaw (3,), rad, about fixed x, then y, then z; (4,)."""
+    roll, pitch, yaw = (
+        np.append(np.cos(a / 2.0), np.sin(a / 2.0) * axis) for a, axis in zip(rpy, np.eye(3), strict=True)
+    )
+    return product(yaw, product(pitch, roll))
+
+
+def from_axes(x: Floats, y: Floats) -> Floats:
+    """Return the rotation that takes the orthonormal directions x and y (3,) to the axes x and y; (4,)."""
+    from scipy.spatial.transform import Rotation
+
+    xyzw = Rotation.from_matrix(np.vstack([x, y, np.cross(x, y)])).as_quat()
+    return np.asarray(np.roll(xyzw, 1), dtype=np.float64)

@@ -34,13 +34,18 @@ def add_arguments(parser: argparse.ArgumentParser) -> None:
 
 def run(args: argparse.Namespace) -> int:
     """Read, validate, write, and say what was left out."""
-    from trundle import Recording
+    from trundle import Recording, TrundleError
     from trundle.importers import read
 
     with Progress("reading", quiet=args.quiet) as progress:
         imported = read(args.source, args.layout, args.map, progress.show)
         progress.show("writing")
-        Recording(imported.metadata, imported.episodes).write(args.out, table=args.table)
+        try:
+            recording = Recording(imported.metadata, imported.episodes)
+        except TrundleError as error:
+            hint = "; the map's [recording] gives what the source lacks" if args.map else ""
+            raise ValueError(f"{args.source}: as a recording: {error}{hint}") from error
+        recording.write(args.out, table=args.table)
     rows = sum(len(table["t"]) for table in imported.episodes.values())
     episodes = len(imported.episodes)
     print(f"{args.out}: {episodes} episode{'s' * (episodes != 1)}, {rows} rows")

@@ -1,0 +1,165 @@
+"""ROS 2 bags: a bare `.mcap` or `.db3`, a rosbag2 folder, or a folder of several."""
+
+from __future__ import annotations
+
+from collections.abc import Mapping
+from dataclasses import dataclass, field
+from pathlib import Path
+from typing import Any, Literal
+
+from rosbags.rosbag2 import Reader, ReaderError
+from rosbags.serde import SerdeError
+from rosbags.typesys import Stores, get_typestore
+
+from trundle.importers.config import MapError, typed
+from trundle.importers.layout import Imported, Say, SourceError
+from trundle.importers.messages import READERS, Samples
+from trundle.importers.poses import Offset, Poses, World
+from trundle.importers.takes import BodyMap, EpisodeMap, Take, assemble, placed, tidy
+
+__all__ = ["NEEDS_MAP", "SUMMARY", "BagMap", "TopicMap", "read"]
+
+SUMMARY = "ROS 2 bags: .mcap, .db3, a rosbag2 folder, or a folder of several that are one episode each"
+NEEDS_MAP = True
+
+ROLES = {"object": "pose", "gripper": "pose", "wrench": "wrench"}
+TELL_EVERY = 20_000
+"""Messages between two signs of life."""
+
+
+@dataclass(frozen=True)
+class TopicMap:
+    """One topic and what it is.
+
+    Attributes
+    ----------
+    topic : str
+        Its name.
+    frame : str
+        On a topic of transforms: the child frame that is wanted.
+    offset : Offset
+        Poses: the wanted frame (the object's, the sensor's), seen from the tracked one.
+    level_within_deg : float
+        Gripper: a frame that never leans more is recorded by its heading alone.
+    """
+
+    topic: str
+    frame: str | None = None
+    offset: Offset = field(default_factory=Offset)
+    level_within_deg: float = 2.0
+
+
+@dataclass(frozen=True)
+class BagMap:
+    """What a map file says about bags.
+
+    Attributes
+    ----------
+    object, gripper, wrench : TopicMap
+        The topics; those that the bag has not are left out.
+    stamp : str
+        "header": when it was measured; "log": when it was recorded.
+    recording : dict
+        Tables of `recording.toml`, passed through.
+    """
+
+    wrench: TopicMap
+    object: TopicMap
+    gripper: TopicMap | None = None
+    stamp: Literal["header", "log"] = "header"
+    name: str | None = None
+    world: World = field(default_factory=World)
+    keep_repeats: bool = False
+    episode: list[EpisodeMap] = field(default_factory=list)
+    recording: dict[str, Any] = field(default_factory=dict)
+
+    def topics(self) -> dict[str, TopicMap]:
+        """Return the mapped topics by role."""
+        roles = {"object": self.object, "gripper": self.gripper, "wrench": self.wrench}
+        return {role: topic for role, topic in roles.items() if topic is not None}
+
+
+def read(source: Path, settings: Mapping[str, Any], say: Say) -> Imported:
+    """Read a bag, or every bag of a folder in the order of their names."""
+    told = typed(BagMap, settings)
+    takes = [_take(bag, told, say) for bag in _bags(source)]
+    return assemble(takes, told.episode, told.recording, told.name or source.stem)
+
+
+def _bags(source: Path) -> list[Path]:
+    if source.suffix == ".bag":
+        raise SourceError(
+            source, "a ROS 1 bag; `rosbags-convert --src IN.bag --dst OUT` makes a ROS 2 bag of it"
+        )
+    if source.is_file() or (source / "metadata.yaml").is_file():
+        return [source]
+    inside = sorted(
+        path
+        for path in source.iterdir()
+        if path.suffix in (".mcap", ".db3") or (path / "metadata.yaml").is_file()
+    )
+    if not inside:
+        raise SourceError(source, "no bag: neither metadata.yaml nor any .mcap, .db3 or bag folder inside")
+    return inside
+
+
+def _take(bag: Path, told: BagMap, say: Say) -> Take:
+    topics = told.topics()
+    samples = _collect(bag, told, say)
+    streams, remarks = {}, []
+    origin = min(min(each.nanoseconds) for each in samples.values() if each.nanoseconds)
+    for role, each in samples.items():
+        raw, lost = each.stream(role, origin)
+        streams[role], said = tidy(raw, topics[role].topic, told.keep_repeats)
+        remarks += ([f"{topics[role].topic}: {lost} poses of a lost tracker left out"] if lost else []) + said
+    bodies: dict[str, Poses] = {
+        role: samples[role].poses(role, streams[role]) for role in ("object", "gripper") if role in streams
+    }
+    maps = {role: BodyMap(topic.offset, topic.level_within_deg) for role, topic in topics.items()}
+    moved, said = placed(bodies, maps, told.world, streams["wrench"])
+    return Take(bag, moved, remarks + said)
+
+
+def _collect(bag: Path, told: BagMap, say: Say) -> dict[str, Samples]:
+    """Read all messages of the mapped topics."""
+    topics = told.topics()
+    samples = {
+        role: Samples(topic.topic, topic.frame, told.stamp == "header") for role, topic in topics.items()
+    }
+    store = get_typestore(Stores.LATEST)
+    try:
+        with Reader(bag) as reader:
+            connections = [
+                c for c in reader.connections if c.topic in {topic.topic for topic in topics.values()}
+            ]
+            for role, topic in topics.items():
+                _check(bag, reader, role, topic)
+            for count, (connection, stamp, data) in enumerate(reader.messages(connections=connections)):
+                if count % TELL_EVERY == 0:
+                    say(f"{bag.name}: {count} messages")
+                message = store.deserialize_cdr(data, connection.msgtype)
+                for role, topic in topics.items():
+                    if topic.topic == connection.topic:
+                        samples[role].add(message, connection.msgtype, stamp)
+    except (ReaderError, SerdeError) as error:
+        raise SourceError(
+            bag, f"not a bag that can be read ({error}); `ros2 bag reindex` repairs a torn one"
+        ) from error
+    for role, each in samples.items():
+        each.check(bag, role)
+    return samples
+
+
+def _check(bag: Path, reader: Reader, role: str, topic: TopicMap) -> None:
+    there = {connection.topic: connection.msgtype for connection in reader.connections}
+    listing = ", ".join(f"{name} ({kind})" for name, kind in sorted(there.items())) or "none"
+    if topic.topic not in there:
+        raise SourceError(bag, f"no topic {topic.topic!r} for {role}; its topics are: {listing}")
+    kind = there[topic.topic]
+    fitting = [name for name, each in READERS.items() if each.gives == ROLES[role]]
+    if kind not in fitting:
+        raise SourceError(
+            bag, f"topic {topic.topic} for {role} has the type {kind}; it can be {', '.join(fitting)}"
+        )
+    if READERS[kind].framed and topic.frame is None:
+        raise MapError(f"`{role}.frame` is missing: which child frame of {topic.topic} is it?")

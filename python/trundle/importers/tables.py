@@ -1,0 +1,219 @@
+"""Maps from the named vectors of a file (CSV columns, MATLAB variables) to the columns of a recording."""
+
+from __future__ import annotations
+
+from collections.abc import Callable, Mapping
+from dataclasses import dataclass, field
+from pathlib import Path
+from typing import Any, Literal, Protocol
+
+import numpy as np
+
+from trundle.importers.config import MapError, typed
+from trundle.importers.layout import Floats, Imported, Say, SourceError
+from trundle.importers.poses import Poses, World
+from trundle.importers.rotations import from_heading
+from trundle.importers.streams import Stream
+from trundle.importers.takes import BodyMap, EpisodeMap, Take, assemble, placed, tidy
+
+__all__ = ["Quantity", "TableMap", "Vectors", "read_files", "take"]
+
+Role = Literal["object", "gripper", "wrench"]
+UNITS: dict[str, dict[str, float]] = {
+    "length": {"m": 1.0, "cm": 1e-2, "mm": 1e-3, "um": 1e-6},
+    "angle": {"rad": 1.0, "deg": np.pi / 180.0},
+    "time": {"s": 1.0, "ms": 1e-3, "us": 1e-6, "ns": 1e-9},
+    "force": {"N": 1.0, "mN": 1e-3, "kN": 1e3},
+    "torque": {"N m": 1.0, "N mm": 1e-3},
+    "ratio": {"1": 1.0},
+}
+POSE = {"x": "length", "y": "length", "z": "length", "theta": "angle"} | dict.fromkeys(
+    ("qw", "qx", "qy", "qz"), "ratio"
+)
+DIMENSIONS = (
+    {f"{body}_{part}": kind for body in ("object", "gripper") for part, kind in POSE.items()}
+    | {f"force_{axis}": "force" for axis in "xyz"}
+    | {f"torque_{axis}": "torque" for axis in "xyz"}
+)
+"""Columns that can be mapped, with the dimension of each."""
+
+
+ROLES: tuple[Role, ...] = ("object", "gripper", "wrench")
+
+
+class Vectors(Protocol):
+    """A file of named vectors."""
+
+    path: Path
+
+    def vector(self, name: str, index: int | None = None) -> Floats:
+        """Return a vector, NaN where it is empty; `index` picks a matrix's column, from 1."""
+
+
+@dataclass(frozen=True)
+class Quantity:
+    """One column of the recording, from the file.
+
+    Attributes
+    ----------
+    name : str
+        The file's column or variable.
+    product : list of str
+        Several, multiplied, in place of `name`; a single number multiplies all samples.
+    index : int
+        Which column of a matrix variable, from 1.
+    unit : str
+        "mm", "deg", "ms", …; SI by default.
+    scale : float
+        A factor, "-1" for an axis that points the other way.
+    """
+
+    name: str | None = None
+    product: list[str] | None = None
+    index: int | None = None
+    unit: str | None = None
+    scale: float = 1.0
+
+
+@dataclass(frozen=True)
+class TableMap:
+    """What a map file says about files of named vectors.
+
+    Attributes
+    ----------
+    columns : dict of str to str or Quantity
+        The recording's column, and what it is in the file.
+    time : str or Quantity
+        Sample times, of any origin.
+    times : dict
+        By stream ("object", "gripper", "wrench") where each has a clock column of its own.
+    recording : dict
+        Tables of `recording.toml`, passed through.
+    """
+
+    columns: dict[str, str | Quantity]
+    time: str | Quantity | None = None
+    times: dict[Role, str | Quantity] = field(default_factory=dict)
+    name: str | None = None
+    world: World = field(default_factory=World)
+    object: BodyMap = field(default_factory=BodyMap)
+    gripper: BodyMap = field(default_factory=BodyMap)
+    keep_repeats: bool = False
+    episode: list[EpisodeMap] = field(default_factory=list)
+    recording: dict[str, Any] = field(default_factory=dict)
+    delimiter: str = ","
+    header: bool = True
+    skip_rows: int = 0
+
+
+def read_files(
+    source: Path,
+    suffix: str,
+    opened: Callable[[Path, TableMap], Vectors],
+    settings: Mapping[str, Any],
+    say: Say,
+) -> Imported:
+    """Read one file, or every one of a folder that ends in `suffix`, in the order of their names."""
+    told = typed(TableMap, settings)
+    files = sorted(source.glob(f"*{suffix}")) if source.is_dir() else [source]
+    if not files:
+        raise SourceError(source, f"no *{suffix} in this folder")
+    takes = []
+    for file in files:
+        say(file.name)
+        takes.append(take(opened(file, told), told))
+    return assemble(takes, told.episode, told.recording, told.name or source.stem)
+
+
+def take(file: Vectors, told: TableMap) -> Take:
+    """Return the streams of one file."""
+    unknown = [column for column in told.columns if column not in DIMENSIONS]
+    if unknown:
+        raise MapError(
+            f"`columns.{unknown[0]}` is no column of a recording; those are {', '.join(DIMENSIONS)}"
+        )
+    streams: dict[str, Stream] = {}
+    remarks: list[str] = []
+    for role in ROLES:
+        names = [name for name in DIMENSIONS if name in told.columns and _role(name) == role]
+        if names:
+            streams[role], said = tidy(_stream(file, told, role, names), role, told.keep_repeats)
+            remarks += said
+    if not streams:
+        raise MapError("`columns` maps nothing; name at least object_x and force_x")
+    rail = (
+        [streams.pop("object")] if streams.get("object") and streams["object"].names == ["object_x"] else []
+    )
+    bodies: dict[str, Poses] = {
+        role: _poses(file.path, streams[role]) for role in ("object", "gripper") if role in streams
+    }
+    wrench = streams.get("wrench")
+    moved, said = placed(bodies, {"object": told.object, "gripper": told.gripper}, told.world, wrench)
+    return Take(file.path, rail + moved, remarks + said)
+
+
+def _role(column: str) -> str:
+    body = column.split("_")[0]
+    return body if body in ("object", "gripper") else "wrench"
+
+
+def _stream(file: Vectors, told: TableMap, role: Role, names: list[str]) -> Stream:
+    clock = told.times.get(role, told.time)
+    if clock is None:
+        raise MapError(f"no clock for {role}; set `time`, or `times.{role}`")
+    t = _vector(file, clock, "time", "time")
+    vectors = [_vector(file, told.columns[name], DIMENSIONS[name], f"columns.{name}") for name in names]
+    for name, vector in zip(names, vectors, strict=True):
+        if len(vector) != len(t):
+            raise SourceError(
+                file.path,
+                f"{name} has {len(vector)} samples and its time {len(t)}; "
+                f"give the clock of {role} in `times`",
+            )
+    values = np.column_stack(vectors)
+    empty = np.isnan(values)
+    torn = np.flatnonzero(empty.any(axis=1) & ~empty.all(axis=1))
+    if len(torn):
+        lacking = names[int(np.argmax(empty[torn[0]]))]
+        raise SourceError(file.path, f"row {torn[0] + 1}: {lacking} is empty where others of {role} are not")
+    # Rows without this stream are no samples of it, nothing was lost.
+    there = ~empty.all(axis=1)
+    return Stream(names, t[there], values[there])
+
+
+def _vector(file: Vectors, what: str | Quantity, dimension: str, where: str) -> Floats:
+    quantity = Quantity(name=what) if isinstance(what, str) else what
+    if (quantity.name is None) == (quantity.product is None):
+        raise MapError(f"`{where}` needs one of `name` and `product`")
+    units = UNITS[dimension]
+    unit = next(iter(units)) if quantity.unit is None else quantity.unit
+    if unit not in units:
+        raise MapError(f"`{where}.unit` = {unit!r}; a {dimension} has {', '.join(map(repr, units))}")
+    names = quantity.product or [str(quantity.name)]
+    factors = [file.vector(name, quantity.index) for name in names]
+    longest = max(len(factor) for factor in factors)
+    for name, factor in zip(names, factors, strict=True):
+        if len(factor) not in (1, longest):
+            raise SourceError(
+                file.path, f"`{name}` has {len(factor)} samples, other factors of `{where}` {longest}"
+            )
+    return np.asarray(np.prod(np.broadcast_arrays(*factors), axis=0) * (units[unit] * quantity.scale))
+
+
+def _poses(path: Path, stream: Stream) -> Poses:
+    column = {name.split("_")[1]: stream.values[:, i] for i, name in enumerate(stream.names)}
+    role = _role(stream.names[0])
+    quaternion = [column[part] for part in ("qw", "qx", "qy", "qz") if part in column]
+    if (
+        not ("x" in column and "y" in column)
+        or len(quaternion) not in (0, 4)
+        or bool(quaternion) == ("theta" in column)
+    ):
+        raise MapError(
+            f"`columns` has {', '.join(stream.names)}; a pose is {role}_x, {role}_y and either {role}_theta "
+            f"or {role}_qw, {role}_qx, {role}_qy, {role}_qz"
+        )
+    z = column.get("z", np.zeros(len(stream.t)))
+    q = np.column_stack(quaternion) if quaternion else from_heading(column["theta"])
+    position = np.column_stack([column["x"], column["y"], z])
+    return Poses.checked(path, role, stream.t, position, q)
