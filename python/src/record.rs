@@ -5,7 +5,7 @@ use std::sync::Arc;
 
 use pyo3::prelude::*;
 use pyo3::sync::PyOnceLock;
-use pyo3::types::PyDict;
+use pyo3::types::{PyDict, PyType};
 use trundle_record::{Metadata, Recording, Table};
 
 use crate::error::{refused, run};
@@ -39,8 +39,11 @@ pub(crate) struct PyRecording {
     episodes: PyOnceLock<Py<PyDict>>,
 }
 
+/// The class, and the arguments that make the same recording.
+type Reduced<'py> = (Bound<'py, PyType>, (Bound<'py, PyDict>, Bound<'py, PyDict>));
+
 impl PyRecording {
-    fn wrap(recording: Recording) -> Self {
+    pub(crate) fn wrap(recording: Recording) -> Self {
         Self { inner: Arc::new(recording), episodes: PyOnceLock::new() }
     }
 }
@@ -166,6 +169,12 @@ impl PyRecording {
             return Err(refused(format!("table = {table:?}: choose \"csv\" or \"parquet\"")));
         };
         run(py, || self.inner.write(&path, kind))
+    }
+
+    /// For `copy` and `pickle`.
+    fn __reduce__<'py>(slf: &Bound<'py, Self>) -> PyResult<Reduced<'py>> {
+        let (py, this) = (slf.py(), slf.get());
+        Ok((slf.get_type(), (this.metadata(py)?, this.episodes(py)?)))
     }
 
     fn __eq__(&self, other: &Self) -> bool {

@@ -2,7 +2,9 @@
 
 from __future__ import annotations
 
+import copy
 import datetime
+import pickle
 import threading
 from pathlib import Path
 from typing import Any, Literal
@@ -103,6 +105,11 @@ def test_numpy_values_are_metadata(metadata: dict[str, Any], tables: Tables) -> 
     read = trundle.Recording(metadata, tables).metadata["object"]
     assert read["footprint"] == [[0.0, 0.0], [1.0, 0.0], [0.0, 1.0]]
     assert read["mass"] == 3.5
+
+
+@pytest.mark.parametrize("copy", [copy.deepcopy, lambda recording: pickle.loads(pickle.dumps(recording))])
+def test_it_can_be_sent_to_another_process(recording: trundle.Recording, copy: Any) -> None:
+    assert copy(recording) == recording
 
 
 @given(value=st.floats(min_value=1e-300, max_value=1e300))

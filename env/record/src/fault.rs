@@ -181,7 +181,7 @@ pub enum Fault {
     },
     /// Some of a stream's cells are empty in a row, others not.
     #[error(
-        "the cell is empty while {other} = {value}; fill all of the {stream} columns of a row or none ({columns})"
+        "the cell is empty while {other} = {value}; fill all of {columns} in a row or none, and leave out a column that nothing measures"
     )]
     HalfSample {
         /// The stream.

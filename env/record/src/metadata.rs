@@ -53,8 +53,8 @@ impl Metadata {
 #[derive(Debug, Clone, PartialEq, Serialize, Deserialize)]
 #[serde(deny_unknown_fields)]
 pub struct ObjectMeta {
-    /// Vertices of a simple polygon, m, object frame, in either orientation and kept as given; empty
-    /// where fixtures are given instead, or on a rail.
+    /// Vertices of a simple polygon, m, object frame, in either orientation and kept as given; may be
+    /// empty beside fixtures, or on a rail.
     #[serde(default, skip_serializing_if = "Vec::is_empty")]
     pub footprint: Vec<[f64; 2]>,
     /// Weighed mass, kg.
@@ -66,16 +66,16 @@ pub struct ObjectMeta {
     /// How the object can move.
     #[serde(default = "Dof::all")]
     pub dof: Vec<Dof>,
-    /// Several shapes instead of one footprint.
+    /// Several shapes instead of one footprint; they count where both are given.
     #[serde(default, rename = "fixture", skip_serializing_if = "Vec::is_empty")]
     pub fixtures: Vec<FixtureMeta>,
 }
 
 impl ObjectMeta {
-    /// The shape as the model wants it: one polygon of density 1 where there is a footprint; empty on
-    /// a rail without a shape.
+    /// The shape as the model wants it: the fixtures, which stand instead of a footprint, or else one
+    /// polygon of density 1; empty on a rail without a shape.
     pub fn shape(&self) -> Vec<Fixture> {
-        if self.footprint.is_empty() {
+        if self.footprint.is_empty() || !self.fixtures.is_empty() {
             return self.fixtures.iter().filter_map(FixtureMeta::shape).collect();
         }
         vec![Fixture::Polygon { vertices: self.footprint.clone(), density: 1.0 }]
@@ -166,6 +166,15 @@ impl WrenchMeta {
             Frame::Sensor => Reference::Sensor,
             Frame::Object | Frame::World => Reference::Object,
         })
+    }
+
+    /// The point that the torque is about in an episode whose wrench has the axes `present`: a point
+    /// contact without `torque_z` bears none about the sensor, whatever `reference` says.
+    pub fn reference_for(&self, present: [bool; 6]) -> Reference {
+        match (self.contact, present[5]) {
+            (Contact::Point, false) => Reference::Sensor,
+            _ => self.reference(),
+        }
     }
 
     /// The interval without contact of `episode`, s.

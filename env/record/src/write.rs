@@ -33,7 +33,7 @@ impl Recording {
         for episode in &self.episodes {
             table.write(&folder.join(format!("{}.{}", episode.name, table.extension())), episode)?;
         }
-        replace(path, &folder, &beside.path().join("old")).map_err(io)
+        replace(path, &folder, beside).map_err(io)
     }
 }
 
@@ -69,16 +69,17 @@ fn beside(path: &Path) -> io::Result<TempDir> {
     tempfile::Builder::new().prefix(".trundle-").tempdir_in(parent)
 }
 
-/// Puts `new` in the place of `path`, and what was there to `old`; on failure all is as before.
-fn replace(path: &Path, new: &Path, old: &Path) -> io::Result<()> {
+/// Puts `new` in the place of `path`, and what was there into `beside`; on failure all is as before.
+fn replace(path: &Path, new: &Path, beside: TempDir) -> io::Result<()> {
+    let old = beside.path().join("old");
     let existed = path.exists();
     if existed {
-        fs::rename(path, old)?;
+        fs::rename(path, &old)?;
     }
     fs::rename(new, path).inspect_err(|_| {
-        // Nothing better can be done if this fails too: the recording is then in `old`, and so named.
-        if existed {
-            let _ = fs::rename(old, path);
+        if existed && fs::rename(&old, path).is_err() {
+            // The earlier recording must not go with the temporary folder.
+            let _ = beside.keep();
         }
     })
 }

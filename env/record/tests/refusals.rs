@@ -3,7 +3,12 @@
 //! A case is a name, edits of the smallest recording (`toml: OLD -> NEW`, `csv: OLD -> NEW`; an empty OLD
 //! appends; `table: tilting` takes the sample whose gripper tilts) and the message, in which `RUN` stands for the folder.
 
-#![allow(clippy::unwrap_used, clippy::panic, reason = "a case that cannot be read fails its test")]
+#![allow(
+    clippy::unwrap_used,
+    clippy::expect_used,
+    clippy::panic,
+    reason = "a case that cannot be read fails its test"
+)]
 
 mod sample;
 

@@ -47,25 +47,19 @@ fn simple(key: &str, corners: &[[f64; 2]]) -> Result<(), Error> {
     }
 }
 
+/// A footprint beside fixtures is what the format's own example has: then the fixtures count.
 fn check_shape(object: &ObjectMeta, rail: bool) -> Result<(), Error> {
-    match (object.footprint.as_slice(), object.fixtures.as_slice()) {
-        ([], []) if rail => Ok(()),
-        ([], []) => Err(Fault::Key {
-            message:
-                "missing field `footprint`: give the corners of the object's outline, or [[object.fixture]]"
-                    .to_owned(),
-        }
-        .at(Place::field("object"))),
-        (corners, []) => simple("object.footprint", corners),
-        ([], fixtures) => fixtures
-            .iter()
-            .enumerate()
-            .try_for_each(|(i, fixture)| check_fixture(&format!("object.fixture[{}]", i + 1), fixture)),
-        (corners, fixtures) => {
-            let both = format!("a footprint of {} corners beside {} fixtures", corners.len(), fixtures.len());
-            refuse("object", both, "says the shape twice", "give the footprint or the fixtures")
-        }
+    let ObjectMeta { footprint, fixtures, .. } = object;
+    if footprint.is_empty() && fixtures.is_empty() && !rail {
+        let message =
+            "missing field `footprint`: give the corners of the object's outline, or [[object.fixture]]";
+        return Err(Fault::Key { message: message.to_owned() }.at(Place::field("object")));
     }
+    if !footprint.is_empty() {
+        simple("object.footprint", footprint)?;
+    }
+    let mut fixtures = fixtures.iter().enumerate();
+    fixtures.try_for_each(|(i, fixture)| check_fixture(&format!("object.fixture[{}]", i + 1), fixture))
 }
 
 fn check_fixture(key: &str, fixture: &FixtureMeta) -> Result<(), Error> {

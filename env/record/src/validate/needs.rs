@@ -46,9 +46,12 @@ fn gripper(episode: &Episode, metadata: &Metadata) -> Option<&'static str> {
     if metadata.wrench.frame == Frame::Sensor {
         return Some("frame = \"sensor\" gives the reading in its axes");
     }
-    if metadata.wrench.reference() == Reference::Sensor {
-        return Some("reference = \"sensor\" gives the torque about its origin");
+    let about = episode.wrench().map(|wrench| metadata.wrench.reference_for(wrench.present));
+    if about != Some(Reference::Sensor) {
+        return None;
     }
-    let no_torque = !episode.columns.contains_key("torque_z");
-    no_torque.then_some("without torque_z the force acts at its origin")
+    match metadata.wrench.reference() {
+        Reference::Sensor => Some("reference = \"sensor\" gives the torque about its origin"),
+        Reference::Object => Some("without torque_z the force acts at its origin"),
+    }
 }
