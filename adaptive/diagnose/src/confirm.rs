@@ -26,6 +26,9 @@ pub(crate) fn holds_up(comparison: &Comparison, fuller: &Fit, simpler: &Fit) -> 
     Ok(StudentsT::new(0.0, 1.0, n - 1.0).map_or(0.5, |d| d.cdf(t)))
 }
 
+/// Fewest wrench samples of a block: neighbours within a second or so depend on one another.
+const SMALLEST: usize = 5;
+
 /// Costs of successive blocks.
 fn blocks(comparison: &Comparison, fit: &Fit) -> Result<Vec<f64>, InferError> {
     match comparison.with_channels(fit.channels) {
@@ -40,7 +43,15 @@ fn blocks(comparison: &Comparison, fit: &Fit) -> Result<Vec<f64>, InferError> {
         Comparison::Wrench(wrench) => {
             let mut episodes: Vec<usize> = wrench.samples().iter().map(|s| s.episode).collect();
             episodes.dedup();
-            episodes.into_iter().map(|e| wrench.only(|k| k == e).cost(&fit.model, &fit.values)).collect()
+            let mut costs = Vec::new();
+            for episode in episodes {
+                let own = wrench.only(|k| k == episode);
+                let size = own.samples().len().div_ceil(BLOCKS).max(SMALLEST);
+                for block in own.samples().chunks(size) {
+                    costs.push(own.over(block).cost(&fit.model, &fit.values)?);
+                }
+            }
+            Ok(costs)
         }
     }
 }

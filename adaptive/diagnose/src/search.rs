@@ -51,6 +51,13 @@ impl Searcher<'_> {
     /// Try everything worth trying.
     pub fn run(&self) -> Result<Found, InferError> {
         let base = self.fit(vec![], None)?;
+        // Where the noise is not stated, the next searches start from what suits the simulation under test.
+        let comparison = self.comparison.with_channels(base.fit.channels);
+        let tuned = Searcher { comparison: &comparison, ..*self };
+        tuned.beyond(base)
+    }
+
+    fn beyond(&self, base: Tried) -> Result<Found, InferError> {
         let before = remainder(self.comparison, &base.fit)?;
         let offered = candidates(self.nominal);
         let mut tried = vec![base.clone()];
@@ -101,12 +108,9 @@ impl Searcher<'_> {
 
     fn pairs(&self, tried: &mut Vec<Tried>, offered: &[Effect], base: &Tried) -> Result<(), InferError> {
         let singles: Vec<Tried> = tried.iter().filter(|t| t.added.len() == 1).cloned().collect();
-        let total = (offered.len() * (offered.len() - 1) / 2) as f64;
-        let mut done = 0.0;
         for (i, first) in offered.iter().enumerate() {
-            for second in &offered[i + 1..] {
-                self.watch.progress("pairs", done / total);
-                done += 1.0;
+            for second in offered[i + 1..].iter().filter(|second| name(second) != name(first)) {
+                self.watch.progress("pairs", i as f64 / offered.len() as f64);
                 // From the better of the two single fits.
                 let kinds = [first.kind, second.kind];
                 let from = singles.iter().find(|t| kinds.contains(&t.added[0].kind)).unwrap_or(base);
@@ -120,8 +124,8 @@ impl Searcher<'_> {
 
     fn one_more(&self, tried: &mut Vec<Tried>, offered: &[Effect]) -> Result<(), InferError> {
         let best = tried[0].clone();
-        let present: BTreeSet<_> = best.added.iter().map(|e| e.kind).collect();
-        for effect in offered.iter().filter(|e| !present.contains(&e.kind)) {
+        let present: BTreeSet<_> = best.added.iter().map(name).collect();
+        for effect in offered.iter().filter(|e| !present.contains(name(e))) {
             self.watch.progress("one more effect", 0.5);
             let mut added = best.added.clone();
             added.push(effect.clone());

@@ -16,8 +16,9 @@ pub struct MotionLikelihood {
     stated: bool,
 }
 
-/// Factors by which estimated noise may differ from the first guess.
-const TUNING: (f64, f64) = (1e-3, 1e3);
+/// Factors by which estimated noise may differ from the guess before: of readings, and of poses.
+const READING_RANGE: (f64, f64) = (0.02, 50.0);
+const POSE_RANGE: (f64, f64) = (0.3, 3.0);
 
 impl MotionLikelihood {
     /// From the episodes to be fitted.
@@ -114,22 +115,16 @@ impl Likelihood for MotionLikelihood {
 }
 
 impl MotionLikelihood {
-    /// Factors on pose and reading noise that maximise the likelihood at these values, by
-    /// alternating golden sections.
+    /// Factors on pose and reading noise that maximise the likelihood at these values, one after the
+    /// other.
     ///
     /// # Errors
     /// When `values` has the wrong length.
     pub fn with_tuned_noise(&self, model: &Model, values: &[f64]) -> Result<Self, InferError> {
-        let mut best = self.clone();
-        for _ in 0..2 {
-            let base = best.channels;
-            let reading = minimise(|f| best.with_channels(base.scaled(1.0, f)).cost(model, values), TUNING)?;
-            let base = base.scaled(1.0, reading);
-            let pose =
-                minimise(|f| best.with_channels(base.scaled(f, 1.0)).cost(model, values), (0.1, 10.0))?;
-            best.channels = base.scaled(pose, 1.0);
-        }
-        Ok(best)
+        let tried = |pose, reading| self.with_channels(self.channels.scaled(pose, reading));
+        let reading = minimise(|f| tried(1.0, f).cost(model, values), READING_RANGE)?;
+        let pose = minimise(|f| tried(f, reading).cost(model, values), POSE_RANGE)?;
+        Ok(tried(pose, reading))
     }
 }
 
@@ -139,7 +134,7 @@ pub(crate) fn minimise(
     (low, high): (f64, f64),
 ) -> Result<f64, InferError> {
     const GOLDEN: f64 = 0.618_033_988_749_894_8;
-    const STEPS: usize = 18;
+    const STEPS: usize = 10;
     let (mut a, mut b) = (low.ln(), high.ln());
     let (mut c, mut d) = (b - GOLDEN * (b - a), a + GOLDEN * (b - a));
     let (mut at_c, mut at_d) = (cost(c.exp())?, cost(d.exp())?);

@@ -111,6 +111,12 @@ impl WrenchLikelihood {
         &self.samples
     }
 
+    /// The same over some of its samples.
+    #[must_use]
+    pub fn over(&self, samples: &[WrenchSample]) -> Self {
+        Self { samples: samples.to_vec(), ..*self }
+    }
+
     /// The same with some of its episodes.
     #[must_use]
     pub fn only(&self, keep: impl Fn(usize) -> bool) -> Self {

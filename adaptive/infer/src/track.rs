@@ -68,8 +68,13 @@ impl Track {
         let (pose, twist) = start(episode, noise, first);
         let readings = Readings::new(&episode.wrench);
         let mut steps = Vec::new();
-        for pair in poses[first..].windows(2) {
-            cut(pair[0].t, &pair[1], &readings, episode.contact, &mut steps);
+        let mut from = poses[first].t;
+        for pose in &poses[first + 1..] {
+            // Poses more often than this add little but time.
+            if pose.t - from > 0.99 * LONGEST {
+                cut(from, pose, &readings, episode.contact, &mut steps);
+                from = pose.t;
+            }
         }
         let tare = crate::noise::tare_variance(episode);
         Ok(Self { name: episode.name.clone(), start: poses[first].t, pose, twist, tare, steps })
