@@ -41,7 +41,7 @@ demo: build ## make a recording of a table with a hidden defect, diagnose it, na
 
 test: build ## build and run all tests, Rust then Python (20 minutes from nothing)
 	$(call say,"1/2 Rust tests: compiling them takes the most")
-	cargo test --release --locked
+	cargo test --release --locked --workspace
 	$(call say,"2/2 Python tests")
 	$(BIN)/python -m pytest --ignore tests/rl
 
