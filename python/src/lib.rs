@@ -5,8 +5,10 @@ mod columns;
 mod diagnose;
 mod error;
 mod infer;
+mod inspect;
 mod model;
 mod record;
+mod sim;
 mod toml_dict;
 mod watch;
 
@@ -17,6 +19,8 @@ fn _native(module: &Bound<'_, PyModule>) -> PyResult<()> {
     error::register(module)?;
     model::register(module)?;
     record::register(module)?;
+    sim::register(module)?;
+    inspect::register(module)?;
     infer::register(module)?;
     diagnose::register(module)?;
     Ok(())

@@ -1,20 +1,31 @@
 """Push what you have never seen: physics-based models of wheeled furniture, learnt, diagnosed and used."""
 
+from trundle import envs
 from trundle._native import __version__
 from trundle.diagnosis import Diagnosis, Fit, diagnose, fit, predict
+from trundle.inspection import check, inspect, prepare, smooth
 from trundle.model import Model, effects
+from trundle.record_wrapper import Record
 from trundle.recording import Recording, TrundleError, read
+from trundle.simulation import simulate
 
 __all__ = [
     "Diagnosis",
     "Fit",
     "Model",
+    "Record",
     "Recording",
     "TrundleError",
     "__version__",
+    "check",
     "diagnose",
     "effects",
+    "envs",
     "fit",
+    "inspect",
     "predict",
+    "prepare",
     "read",
+    "simulate",
+    "smooth",
 ]

@@ -1,5 +1,6 @@
 //! Recordings of pushes: read, written, checked, and prepared for estimation.
 
+mod check;
 mod document;
 mod episode;
 mod error;
@@ -13,6 +14,7 @@ mod table;
 mod validate;
 mod write;
 
+pub use check::{Finding, Severity, check};
 pub use episode::{Episode, Gripper, Stream, WrenchStream};
 pub use error::{Error, File, Place};
 pub use fault::Fault;

@@ -19,8 +19,8 @@ use crate::motion::{self, Motion};
 use crate::recording::Recording;
 
 pub use noise::Noise;
+pub(crate) use noise::estimated as seen_noise;
 pub(crate) use sampling::{latest, median, median_step, quantile};
-pub(crate) use tare::GRAVITY;
 pub use tare::TareMethod;
 pub(crate) use track::gaps;
 pub use transform::{Wrench6, force_moment_transform, planar_transform, relative_pose, wrapped};

@@ -1,15 +1,17 @@
 //! How noisy the instruments are, where the recording does not say.
 
+use serde::Serialize;
+
 use crate::episode::WrenchStream;
 use crate::metadata::{Contact, Metadata};
 use crate::recording::Recording;
 
 use super::outlier::resolution;
-use super::sampling::{median, median_step};
+use super::sampling::{median_step, quantile};
 use super::transform::wrapped;
 
 /// One standard deviation of what the instruments add.
-#[derive(Debug, Clone, PartialEq)]
+#[derive(Debug, Clone, PartialEq, Serialize)]
 pub struct Noise {
     /// Of an object pose: x and y in m, theta in rad.
     pub pose: [f64; 3],
@@ -31,8 +33,9 @@ const USUAL_WRENCH: f64 = 0.01;
 const FLOOR: f64 = 1e-6;
 /// A point contact is known to about a millimetre, so its moment to the force noise times this, m.
 const POINT_ARM: f64 = 1e-3;
-/// Median of |x| of a standard normal variable.
-const NORMAL_MEDIAN: f64 = 0.674_489_750_196_081_7;
+/// Quantile of the residuals taken for the noise, and that of |x| of a standard normal variable: high, because
+/// trackers flicker between a few states, but below what spikes and corners of the motion reach.
+const QUANTILE: (f64, f64) = (0.8, 1.281_551_565_544_600_4);
 /// Fewer residuals than this are no estimate.
 const FEWEST: usize = 20;
 
@@ -50,7 +53,8 @@ pub(crate) fn of(recording: &Recording) -> Noise {
     }
 }
 
-fn estimated(recording: &Recording) -> Noise {
+/// The noise that the data show, whatever is stated.
+pub(crate) fn estimated(recording: &Recording) -> Noise {
     let force = wrench_noise(recording, &[0, 1]);
     let torque = match (&recording.metadata.wrench.contact, has_torque(recording)) {
         (Contact::Point, false) => force * POINT_ARM,
@@ -140,5 +144,5 @@ fn robust_sd(residuals: Vec<f64>) -> Option<f64> {
     if residuals.len() < FEWEST {
         return None;
     }
-    median(residuals.into_iter().map(f64::abs)).map(|m| m / NORMAL_MEDIAN)
+    quantile(residuals.into_iter().map(f64::abs), QUANTILE.0).map(|size| size / QUANTILE.1)
 }

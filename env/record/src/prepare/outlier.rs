@@ -27,6 +27,8 @@ const CAP_FACTOR: f64 = 4.0;
 const CAP_NOISE: f64 = 12.0;
 /// Share of the samples that it must save to believe in one impossible jump of the object itself.
 const BREAK_SHARE: f64 = 0.25;
+/// Times the possible distance from which on a jump is wholly impossible; a little too far costs little.
+const IMPOSSIBLE: f64 = 10.0;
 /// A repeat of all coordinates is less likely than this by chance where it counts as held.
 const CHANCE: f64 = 1e-3;
 
@@ -97,13 +99,19 @@ impl Run {
 /// Indices of the poses that are not on the object's path.
 fn jumps(t: &[f64], pose: &[[f64; 3]], sd: &[f64; 3]) -> Vec<usize> {
     let cap = speed_cap(t, pose);
-    let reachable = |i: usize, j: usize| {
+    // Distance over the greatest possible one.
+    let stretch = |i: usize, j: usize| {
         let (distance, dt) = (step(&pose[i], &pose[j]), t[j] - t[i]);
-        distance[0] <= CAP_NOISE * sd[0].max(sd[1]) + cap[0] * dt
-            && distance[1] <= CAP_NOISE * sd[2] + cap[1] * dt
+        let noise = [sd[0].max(sd[1]), sd[2]];
+        let ratio = |k: usize| distance[k] / (CAP_NOISE * noise[k] + cap[k] * dt);
+        ratio(0).max(ratio(1))
     };
-    let runs = runs(t.len(), reachable);
-    let kept = best_path(&runs, BREAK_SHARE * t.len() as f64, |a, b| reachable(a.last, b.first));
+    let runs = runs(t.len(), |i, j| stretch(i, j) <= 1.0);
+    let price = |a: Run, b: Run| {
+        let excess = (stretch(a.last, b.first) - 1.0) / (IMPOSSIBLE - 1.0);
+        BREAK_SHARE * t.len() as f64 * excess.clamp(0.0, 1.0)
+    };
+    let kept = best_path(&runs, price);
     let rejected = runs.iter().zip(kept).filter(|(_, kept)| !kept);
     rejected.flat_map(|(run, _)| run.first..=run.last).collect()
 }
@@ -119,12 +127,12 @@ fn runs(n: usize, reachable: impl Fn(usize, usize) -> bool) -> Vec<Run> {
     runs
 }
 
-/// Which runs lie on the path that keeps most samples, where each impossible jump costs `price` samples.
-fn best_path(runs: &[Run], price: f64, reachable: impl Fn(Run, Run) -> bool) -> Vec<bool> {
+/// Which runs lie on the path that keeps most samples, where going from one to the next costs `price` samples.
+fn best_path(runs: &[Run], price: impl Fn(Run, Run) -> f64) -> Vec<bool> {
     let mut score: Vec<f64> = vec![];
     let mut from: Vec<Option<usize>> = vec![];
     for (k, run) in runs.iter().enumerate() {
-        let gain = |j: usize| score[j] - if reachable(runs[j], *run) { 0.0 } else { price };
+        let gain = |j: usize| score[j] - price(runs[j], *run);
         let best = (0..k).map(|j| (gain(j), Some(j))).fold((0.0, None), |a, b| if b.0 > a.0 { b } else { a });
         score.push(best.0 + run.len());
         from.push(best.1);

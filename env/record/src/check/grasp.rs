@@ -1,0 +1,103 @@
+//! Whether the gripper is where it must be to push the object as stated.
+
+use trundle_model::Fixture;
+
+use crate::metadata::{Contact, Frame, Reference};
+use crate::prepare::{median, quantile};
+
+use super::subject::{Look, Subject};
+use super::{Finding, Severity};
+
+/// Spread of a firm grasp in the object frame that noise and streams out of step explain: standard deviations, and
+/// share of the object's size.
+const SLIP: (f64, f64) = (8.0, 0.03);
+/// How far outside of the footprint a gripper reaches the object, in its sizes.
+const REACH: f64 = 1.0;
+
+/// Whether the reading's origin is the gripper, so that the frames show where it is.
+fn at_gripper(subject: &Subject) -> bool {
+    subject.meta.wrench.reference() == Reference::Sensor && !subject.meta.on_rail() && subject.size > 0.0
+}
+
+/// Where the gripper is in the object frame from contact on: x, y, angle.
+fn held_at(look: &Look) -> Vec<[f64; 3]> {
+    look.prepared.wrench.iter().filter(|w| w.t >= look.prepared.contact).map(|w| w.frame).collect()
+}
+
+/// A gripper that is said to grasp but wanders on the object.
+pub(crate) fn slip(subject: &Subject) -> Vec<Finding> {
+    if !at_gripper(subject) || subject.meta.wrench.contact != Contact::Grasp {
+        return vec![];
+    }
+    subject.episodes.iter().filter_map(|look| slips(subject, look)).collect()
+}
+
+fn slips(subject: &Subject, look: &Look) -> Option<Finding> {
+    let frames = held_at(look);
+    let spread = |k: usize| {
+        let values = || frames.iter().map(|f| f[k]);
+        Some(quantile(values(), 0.95)? - quantile(values(), 0.05)?)
+    };
+    let wander = spread(0)?.hypot(spread(1)?);
+    let sd = subject.dataset.noise.pose;
+    let arm = sd[2] * subject.size; // the heading's noise moves the grasp too
+    let explained = (SLIP.0 * (sd[0].max(sd[1]) + arm)).max(SLIP.1 * subject.size);
+    (wander > explained + out_of_step(look)).then(|| {
+        let sentence =
+            format!("the gripper is said to grasp, but wanders by {:.0} mm on the object", 1e3 * wander);
+        let remedy = "set wrench.contact = \"point\" if it only pushes; otherwise it slips, or a pose or its angle \
+                      is wrong";
+        Finding::new("grasp", Severity::Warning, sentence, remedy).of(look.name())
+    })
+}
+
+/// How far the object goes between two poses: streams out of step are apart by that, m.
+fn out_of_step(look: &Look) -> f64 {
+    let steps = look
+        .prepared
+        .pose
+        .windows(2)
+        .map(|pair| (pair[1].pose[0] - pair[0].pose[0]).hypot(pair[1].pose[1] - pair[0].pose[1]));
+    2.0 * quantile(steps, 0.95).unwrap_or(0.0)
+}
+
+/// A gripper that cannot reach the footprint.
+pub(crate) fn place(subject: &Subject) -> Vec<Finding> {
+    if !at_gripper(subject) || subject.meta.wrench.frame == Frame::Object {
+        return vec![];
+    }
+    let distances = |look: &Look| {
+        let frames = held_at(look);
+        median(frames.iter().map(|f| outside(&subject.dataset.body.fixtures, [f[0], f[1]])))
+    };
+    let far = |look: &&Look| distances(look).is_some_and(|d| d > REACH * subject.size);
+    subject
+        .episodes
+        .iter()
+        .filter(far)
+        .take(1)
+        .map(|look| unreachable(subject, look, distances(look)))
+        .collect()
+}
+
+fn unreachable(subject: &Subject, look: &Look, distance: Option<f64>) -> Finding {
+    let sentence = format!(
+        "in contact the gripper is {:.3} m away from the footprint, which measures {:.3} m",
+        distance.unwrap_or(0.0),
+        subject.size
+    );
+    let remedy = "check that footprint and poses are all in metres, and that the footprint is drawn about the \
+                  tracker's frame";
+    Finding::new("place", Severity::Error, sentence, remedy).of(look.name())
+}
+
+/// Distance of a point from the nearest corner or centre of the shape less that one's radius; a rough measure,
+/// never more than the size of the shape too large, m.
+fn outside(shape: &[Fixture], point: [f64; 2]) -> f64 {
+    let from = |corner: &[f64; 2]| (corner[0] - point[0]).hypot(corner[1] - point[1]);
+    let distance = |fixture: &Fixture| match fixture {
+        Fixture::Polygon { vertices, .. } => vertices.iter().map(from).fold(f64::INFINITY, f64::min),
+        Fixture::Disc { center, radius, .. } => from(center) - radius,
+    };
+    shape.iter().map(distance).fold(f64::INFINITY, f64::min).max(0.0)
+}

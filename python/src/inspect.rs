@@ -1,0 +1,172 @@
+//! Recordings looked into: figures, findings, prepared and smoothed streams.
+
+use numpy::{IntoPyArray, PyArrayMethods};
+use pyo3::prelude::*;
+use pyo3::types::PyDict;
+use trundle_record::{Dataset, Motion, Prepared, TareMethod};
+
+use crate::error::{refused, run};
+use crate::record::recording_of;
+
+pub(crate) fn register(module: &Bound<'_, PyModule>) -> PyResult<()> {
+    module.add_function(wrap_pyfunction!(inspect, module)?)?;
+    module.add_function(wrap_pyfunction!(check, module)?)?;
+    module.add_function(wrap_pyfunction!(prepare, module)?)?;
+    module.add_function(wrap_pyfunction!(smooth, module)?)
+}
+
+/// Figures of a recording: what `trundle info` prints.
+///
+/// Parameters
+/// ----------
+/// recording : Recording or path-like
+///     The recording, or its folder.
+///
+/// Returns
+/// -------
+/// dict
+///     ``name``, ``noise``, ``mass``, ``mass_given`` and ``episodes``, a list of dicts: spans and contact in s,
+///     rates in Hz, gaps, counts of what was masked, ranges of the tared wrench in N and N m, travel in m and rad.
+#[pyfunction]
+fn inspect<'py>(recording: &Bound<'py, PyAny>) -> PyResult<Bound<'py, PyAny>> {
+    let (py, recording) = (recording.py(), recording_of(recording)?);
+    let info = run(py, || trundle_record::inspect(&recording))?;
+    plain(py, serde_json::to_string(&info))
+}
+
+/// Look for what is wrong with a recording before any physics: what `trundle check` prints.
+///
+/// Parameters
+/// ----------
+/// recording : Recording or path-like
+///     The recording, or its folder.
+///
+/// Returns
+/// -------
+/// list of dict
+///     Findings, the gravest first: ``kind``, ``severity`` ("error", "warning" or "note"), ``sentence``,
+///     ``remedy`` and ``episode`` (None where it concerns the whole recording).
+#[pyfunction]
+fn check<'py>(recording: &Bound<'py, PyAny>) -> PyResult<Bound<'py, PyAny>> {
+    let (py, recording) = (recording.py(), recording_of(recording)?);
+    let findings = run(py, || Ok::<_, trundle_record::Error>(trundle_record::check(&recording)))?;
+    plain(py, serde_json::to_string(&findings))
+}
+
+/// Tare, mask and transform a recording: what an estimator sees of it.
+///
+/// Parameters
+/// ----------
+/// recording : Recording or path-like
+///     The recording, or its folder.
+/// tare : {"separated", "equation_12"}
+///     How a raw reading is tared: offset and weight apart, or by the paper's equation 12, which turns the whole
+///     first reading with the gripper and is right where the offset is zero.
+///
+/// Returns
+/// -------
+/// dict of str to dict
+///     By episode: ``held_out``, ``contact`` (s), ``tare_sd`` (3,), ``wrench_t`` (n,), ``reading`` (n, 3) in N and
+///     N m in reading axes, ``frame`` (n, 3), the pose of these axes in the object frame, ``on_object`` (n, 3), the
+///     wrench in object axes about the object's origin, ``pose_t`` (m,), ``pose`` (m, 3), world frame.
+///
+/// Raises
+/// ------
+/// TrundleError
+///     If a raw reading cannot be tared, or a stream is missing.
+#[pyfunction]
+#[pyo3(signature = (recording, tare = "separated"))]
+fn prepare<'py>(recording: &Bound<'py, PyAny>, tare: &str) -> PyResult<Bound<'py, PyDict>> {
+    let method = match tare {
+        "separated" => TareMethod::Separated,
+        "equation_12" => TareMethod::Equation12,
+        _ => return Err(refused(format!("tare = {tare:?}: choose \"separated\" or \"equation_12\""))),
+    };
+    let (py, recording) = (recording.py(), recording_of(recording)?);
+    let dataset = run(py, || trundle_record::prepare_with(&recording, method))?;
+    by_episode(py, &dataset, |episode, held_out| {
+        let dict = PyDict::new(py);
+        dict.set_item("held_out", held_out)?;
+        dict.set_item("contact", episode.contact)?;
+        dict.set_item("tare_sd", episode.tare_sd.to_vec().into_pyarray(py))?;
+        dict.set_item("wrench_t", column(py, &episode.wrench, |w| w.t))?;
+        dict.set_item("reading", table(py, &episode.wrench, |w| w.reading)?)?;
+        dict.set_item("frame", table(py, &episode.wrench, |w| w.frame)?)?;
+        dict.set_item("on_object", table(py, &episode.wrench, |w| w.on_object())?)?;
+        dict.set_item("pose_t", column(py, &episode.pose, |p| p.t))?;
+        dict.set_item("pose", table(py, &episode.pose, |p| p.pose)?)?;
+        Ok(dict)
+    })
+}
+
+/// Estimate twist and acceleration from the object's poses.
+///
+/// Parameters
+/// ----------
+/// recording : Recording or path-like
+///     The recording, or its folder.
+/// causal : bool
+///     Use the poses up to each time only; otherwise also those after it.
+///
+/// Returns
+/// -------
+/// dict of str to dict
+///     By episode: ``t`` (n,), ``pose``, ``twist``, ``accel`` (n, 3) of the object frame's origin in world axes,
+///     ``cov`` (n, 3, 3, 3): for each axis x, y, theta the covariance of (pose, twist, accel). No rows for an
+///     episode with fewer than five poses.
+#[pyfunction]
+#[pyo3(signature = (recording, causal = false))]
+fn smooth<'py>(recording: &Bound<'py, PyAny>, causal: bool) -> PyResult<Bound<'py, PyDict>> {
+    let (py, recording) = (recording.py(), recording_of(recording)?);
+    let dataset = run(py, || trundle_record::prepare(&recording))?;
+    by_episode(py, &dataset, |episode, _| {
+        let motion = run(py, || {
+            let noise = &dataset.noise;
+            Ok::<_, trundle_record::Error>(if causal { episode.motion_so_far(noise) } else { episode.motion(noise) })
+        })?;
+        let dict = PyDict::new(py);
+        dict.set_item("t", column(py, &motion, |m| m.t))?;
+        dict.set_item("pose", table(py, &motion, |m| m.pose)?)?;
+        dict.set_item("twist", table(py, &motion, |m| m.twist)?)?;
+        dict.set_item("accel", table(py, &motion, |m| m.accel)?)?;
+        dict.set_item("cov", covariances(py, &motion)?)?;
+        Ok(dict)
+    })
+}
+
+fn by_episode<'py>(
+    py: Python<'py>,
+    dataset: &Dataset,
+    convert: impl Fn(&Prepared, bool) -> PyResult<Bound<'py, PyDict>>,
+) -> PyResult<Bound<'py, PyDict>> {
+    let dict = PyDict::new(py);
+    for (episodes, held_out) in [(&dataset.training, false), (&dataset.held_out, true)] {
+        for episode in episodes {
+            dict.set_item(&episode.name, convert(episode, held_out)?)?;
+        }
+    }
+    Ok(dict)
+}
+
+/// A serialised value as plain dicts, lists, floats and strings.
+fn plain(py: Python<'_>, json: serde_json::Result<String>) -> PyResult<Bound<'_, PyAny>> {
+    py.import("json")?.call_method1("loads", (json.map_err(refused)?,))
+}
+
+fn column<'py, T>(py: Python<'py>, rows: &[T], value: impl Fn(&T) -> f64) -> Bound<'py, PyAny> {
+    rows.iter().map(value).collect::<Vec<f64>>().into_pyarray(py).into_any()
+}
+
+fn table<'py, T>(
+    py: Python<'py>,
+    rows: &[T],
+    value: impl Fn(&T) -> [f64; 3],
+) -> PyResult<Bound<'py, PyAny>> {
+    let flat: Vec<f64> = rows.iter().flat_map(value).collect();
+    Ok(flat.into_pyarray(py).reshape([rows.len(), 3])?.into_any())
+}
+
+fn covariances<'py>(py: Python<'py>, motion: &[Motion]) -> PyResult<Bound<'py, PyAny>> {
+    let flat: Vec<f64> = motion.iter().flat_map(|m| m.cov.as_flattened().as_flattened().to_vec()).collect();
+    Ok(flat.into_pyarray(py).reshape([motion.len(), 3, 3, 3])?.into_any())
+}
