@@ -42,28 +42,37 @@ fn damaged(reason: impl ToString) -> Fault {
 
 fn decode(file: File, name: &str) -> Result<Episode, Located> {
     let reader = SerializedFileReader::new(file).map_err(|error| (None, damaged(error)))?;
-    let schema = reader.metadata().file_metadata().schema_descr_ptr();
+    let schema = reader.metadata().file_metadata().schema_descr();
     let mut episode = Episode { name: name.to_owned(), ..Episode::default() };
     // A column within a list or a structure has a title of several parts, which is then unknown.
     let titles: Vec<String> = schema.columns().iter().map(|column| column.path().string()).collect();
     let kinds = kinds(&titles).map_err(|(title, fault)| (Some(title), fault))?;
     for (index, (title, kind)) in titles.into_iter().zip(kinds).enumerate() {
-        let content = content(&schema.column(index), kind == Kind::Note);
-        let cells = content.and_then(|content| match kind {
-            Kind::Note => {
-                let texts = column_of(&reader, index, String::new(), |chunk| text(chunk, content))?;
-                episode.notes.insert(title.clone(), texts);
-                Ok(())
-            }
-            Kind::Number => {
-                let numbers = column_of(&reader, index, f64::NAN, |chunk| number(chunk, content))?;
-                episode.insert(title.clone(), numbers);
-                Ok(())
-            }
-        });
-        cells.map_err(|fault| (Some(title), fault))?;
+        insert(&mut episode, &title, kind, &reader, index).map_err(|fault| (Some(title), fault))?;
     }
     Ok(episode)
+}
+
+fn insert(
+    episode: &mut Episode,
+    title: &str,
+    kind: Kind,
+    reader: &SerializedFileReader<File>,
+    index: usize,
+) -> Result<(), Fault> {
+    let schema = reader.metadata().file_metadata().schema_descr();
+    let content = content(&schema.column(index), kind == Kind::Note)?;
+    match kind {
+        Kind::Note => {
+            let texts = column_of(reader, index, String::new(), |chunk| text(chunk, content))?;
+            episode.notes.insert(title.to_owned(), texts);
+        }
+        Kind::Number => {
+            let numbers = column_of(reader, index, f64::NAN, |chunk| number(chunk, content))?;
+            episode.insert(title.to_owned(), numbers);
+        }
+    }
+    Ok(())
 }
 
 /// All cells of one column: row group by row group, `empty` where a cell is null.
