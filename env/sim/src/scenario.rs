@@ -24,9 +24,6 @@ pub struct Scenario {
     pub name: String,
     /// Object file, relative to the scenario.
     pub object: PathBuf,
-    /// Seed of everything random, unless another is asked for.
-    #[serde(default)]
-    pub seed: u64,
     /// Simulation step, s.
     #[serde(default = "fine_step")]
     pub step: f64,

@@ -1,0 +1,167 @@
+"""A wrapper that writes the episodes of an environment as recordings."""
+
+from __future__ import annotations
+
+from os import PathLike
+from pathlib import Path
+from typing import Any, Literal, Protocol, SupportsFloat, TypeVar, runtime_checkable
+
+import gymnasium as gym
+import numpy as np
+from gymnasium.utils import RecordConstructorArgs
+from numpy.typing import NDArray
+
+from trundle.recording import Recording, TrundleError
+
+__all__ = ["Record", "Recordable"]
+
+ObsType = TypeVar("ObsType")
+ActType = TypeVar("ActType")
+Columns = dict[str, NDArray[np.float64]]
+
+
+@runtime_checkable
+class Recordable(Protocol):
+    """What an environment offers that can be recorded."""
+
+    @property
+    def object_count(self) -> int:
+        """A new number is a new object."""
+
+    def start_recording(self) -> None:
+        """Keep, from the next reset on, what sensor and tracker see."""
+
+    def take_rows(self) -> Columns:
+        """Return what they saw since the last time, by column of a recording."""
+
+    def recording_metadata(self, name: str) -> dict[str, Any]:
+        """Return what a recording says of the object and the instruments."""
+
+
+class Record(gym.Wrapper[ObsType, ActType, ObsType, ActType], RecordConstructorArgs):
+    """Write each episode as sensor and tracker see it, at their own rates, as a recording.
+
+    A recording is of one object. So that several episodes make one recording, a reset without a seed
+    keeps the hidden object (the reset option ``same_object``), unless the caller gives that option or
+    ``keep_object`` is False. When the object changes all the same, because of a seed, the next recording
+    begins beside the first: ``folder_2``, ``folder_3`` and so on.
+
+    The folder is written by `close`, or when the object changes; whole or not at all. An episode without
+    a step is left out. A recording of the same name is replaced.
+
+    Parameters
+    ----------
+    env : gymnasium.Env
+        An environment of `trundle`, wrapped or not.
+    folder : str or os.PathLike
+        The recording.
+    name : str, optional
+        The recording's name; the folder's if left out.
+    table : {"csv", "parquet"}
+        What the episodes' tables are.
+    held_out : int
+        How many of the last episodes of each recording are marked as held out.
+    keep_object : bool
+        Whether a reset without a seed keeps the hidden object.
+
+    Raises
+    ------
+    TrundleError
+        If the environment is not one of `trundle`, or the folder cannot be written.
+
+    Examples
+    --------
+    >>> import gymnasium, trundle
+    >>> env = trundle.Record(gymnasium.make("trundle/LockedWheel-v0"), "pushes")
+    >>> for episode in range(3):
+    ...     obs, info = env.reset(seed=0 if episode == 0 else None)
+    ...     for _ in range(60):
+    ...         obs, reward, terminated, truncated, info = env.step(env.action_space.sample())
+    ...         if terminated or truncated:
+    ...             break
+    >>> env.close()
+    """
+
+    def __init__(
+        self,
+        env: gym.Env[ObsType, ActType],
+        folder: str | PathLike[str],
+        *,
+        name: str | None = None,
+        table: Literal["csv", "parquet"] = "csv",
+        held_out: int = 0,
+        keep_object: bool = True,
+    ) -> None:
+        RecordConstructorArgs.__init__(
+            self, folder=folder, name=name, table=table, held_out=held_out, keep_object=keep_object
+        )
+        gym.Wrapper.__init__(self, env)
+        if not isinstance(env.unwrapped, Recordable):
+            raise TrundleError(f"{env.unwrapped} has no sensor to record: give an environment of trundle")
+        if table not in ("csv", "parquet"):
+            raise TrundleError(f"table = {table!r}: choose 'csv' or 'parquet'")
+        self._source: Recordable = env.unwrapped
+        self._source.start_recording()
+        self._folder = Path(folder)
+        self._name = self._folder.name if name is None else name
+        self._table = table
+        self._held_out = held_out
+        self._keep_object = keep_object
+        self._object = self._source.object_count
+        self._begun = False
+        self._stepped = False
+        self._rows: list[Columns] = []
+        self._episodes: list[Columns] = []
+        self.folders: list[Path] = []
+        """Recordings written so far."""
+
+    def reset(
+        self, *, seed: int | None = None, options: dict[str, Any] | None = None
+    ) -> tuple[ObsType, dict[str, Any]]:
+        """Begin the next episode, of the same object unless told otherwise."""
+        self._finish_episode()
+        if self._keep_object and self._begun and seed is None:
+            options = {"same_object": True, **(options or {})}
+        observation, info = self.env.reset(seed=seed, options=options)
+        if self._source.object_count != self._object:
+            self._write()
+            self._object = self._source.object_count
+        self._begun = True
+        self._rows = [self._source.take_rows()]
+        return observation, info
+
+    def step(self, action: ActType) -> tuple[ObsType, SupportsFloat, bool, bool, dict[str, Any]]:
+        """Step, and keep what the instruments saw."""
+        result = self.env.step(action)
+        self._rows.append(self._source.take_rows())
+        self._stepped = True
+        return result
+
+    def close(self) -> None:
+        """Write the recording and close the environment."""
+        self._finish_episode()
+        try:
+            self._write()
+        finally:
+            super().close()
+
+    def _finish_episode(self) -> None:
+        if self._stepped:
+            self._episodes.append(
+                {key: np.concatenate([rows[key] for rows in self._rows]) for key in self._rows[0]}
+            )
+        self._rows, self._stepped = [], False
+
+    def _write(self) -> None:
+        if not self._episodes:
+            return
+        episodes = {f"episode_{k:02}": columns for k, columns in enumerate(self._episodes)}
+        number = len(self.folders) + 1
+        suffix = "" if number == 1 else f"_{number}"
+        metadata = self._source.recording_metadata(f"{self._name}{suffix}")
+        if self._held_out > 0:
+            metadata["split"] = {"held_out": list(episodes)[-self._held_out :]}
+        folder = self._folder.with_name(f"{self._folder.name}{suffix}")
+        Recording(metadata, episodes).write(folder, self._table)
+        self.folders.append(folder)
+        self._episodes = []
