@@ -76,11 +76,8 @@ fn pose_noise(recording: &Recording, k: usize) -> f64 {
         let z: Vec<f64> = pose.iter().map(|p| p[k]).collect();
         residuals.extend(interpolation_residuals(&t, &z, k == 2));
     }
-    if !finest.is_finite() {
-        return if residuals.len() < FEWEST { USUAL_POSE[k] } else { FLOOR };
-    }
-    let rounding = finest / 12f64.sqrt();
-    robust_sd(residuals).unwrap_or(USUAL_POSE[k]).max(rounding).max(FLOOR)
+    let rounding = if finest.is_finite() { finest / 12f64.sqrt() } else { 0.0 };
+    robust_sd(residuals).map_or(USUAL_POSE[k], |sd| sd.max(rounding).max(FLOOR))
 }
 
 fn wrench_noise(recording: &Recording, axes: &[usize]) -> f64 {

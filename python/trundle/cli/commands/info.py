@@ -1,0 +1,96 @@
+"""`trundle info`: what a recording holds, in figures and as a picture."""
+
+from __future__ import annotations
+
+import argparse
+import json
+from collections.abc import Sequence
+from pathlib import Path
+from typing import Any
+
+from trundle.cli.options import add_recording
+
+HELP = "Show what a recording holds: episodes, rates, gaps, masked samples, forces, travel, noise."
+EXAMPLE = "trundle info recording/ --picture recording.png"
+
+COLUMNS = "episode||length s|contact s|poses|Hz|gaps|masked|wrenches|Hz|gaps|peak N|travel m|turn rad"
+
+
+def add_arguments(parser: argparse.ArgumentParser) -> None:
+    """Declare the recording, the picture and `--json`."""
+    add_recording(parser)
+    parser.add_argument("--picture", metavar="FILE", type=Path, help="draw it too: a .png, .svg or .pdf file")
+    parser.add_argument("--json", action="store_true", help="print the figures for programs")
+
+
+def run(args: argparse.Namespace) -> int:
+    """Print the figures, and draw the picture if asked."""
+    import trundle
+
+    recording = trundle.read(args.recording)
+    info = trundle.inspect(recording)
+    if args.picture is not None:
+        from trundle.picture import draw
+
+        draw(recording, args.picture)
+    print(json.dumps(info, indent=2, ensure_ascii=False) if args.json else "\n".join(summary(info)))
+    return 0
+
+
+def summary(info: dict[str, Any]) -> list[str]:
+    """Return the figures as lines of text."""
+    episodes = info["episodes"]
+    held_out = sum(episode["held_out"] for episode in episodes)
+    seconds = sum(episode["span"][1] - episode["span"][0] for episode in episodes)
+    source = "weighed" if info["mass_given"] else "a first guess from force and acceleration"
+    return [
+        info["name"],
+        f"  {len(episodes)} episodes, {held_out} held out, {seconds:.1f} s in all",
+        f"  mass: {info['mass']:.4g} kg ({source})",
+        f"  noise: {noise(info['noise'])}",
+        "",
+        *table([tuple(COLUMNS.split("|")), *(row(episode) for episode in episodes)]),
+    ]
+
+
+def noise(sd: dict[str, Any]) -> str:
+    """Return the noise in words."""
+    x, y, theta = sd["pose"]
+    source = "stated" if sd["stated"] else "estimated from the data"
+    wrench = f"{sd['force']:.3g} N, {sd['torque']:.3g} N m"
+    return f"pose {1e3 * x:.3g}, {1e3 * y:.3g} mm, {theta:.3g} rad; wrench {wrench} ({source})"
+
+
+def row(episode: dict[str, Any]) -> tuple[str, ...]:
+    """Return one episode's cells."""
+    poses, wrench, counts = episode["object"], episode["wrench"], episode["counts"]
+    begin, end = episode["span"]
+    return (
+        episode["name"],
+        "held out" if episode["held_out"] else "",
+        f"{end - begin:.2f}",
+        f"{episode['contact']:.2f}",
+        str(poses["samples"]),
+        rate(poses),
+        str(poses["gaps"]),
+        str(counts["pose_outliers"] + counts["pose_held"]),
+        str(wrench["samples"]),
+        rate(wrench),
+        str(wrench["gaps"]),
+        f"{episode['peak_force']:.2f}",
+        f"{episode['travel'][0]:.3f}",
+        f"{episode['travel'][1]:.2f}",
+    )
+
+
+def rate(stream: dict[str, Any]) -> str:
+    """Return samples per second."""
+    return "-" if stream["rate"] is None else f"{stream['rate']:.4g}"
+
+
+def table(rows: Sequence[tuple[str, ...]]) -> list[str]:
+    """Return rows of cells as aligned lines: names to the left, figures to the right."""
+    widths = [max(map(len, column)) for column in zip(*rows, strict=True)]
+    align = [str.ljust] * 2 + [str.rjust] * (len(widths) - 2)
+    cells = (map(lambda place, cell, width: place(cell, width), align, row, widths) for row in rows)
+    return [("  " + "  ".join(row)).rstrip() for row in cells]
