@@ -7,6 +7,7 @@ import re
 from collections.abc import Sequence
 from dataclasses import dataclass
 from pathlib import Path
+from typing import Any
 
 import numpy as np
 
@@ -23,6 +24,8 @@ MASS = 1.518
 """kg, weighed by the authors."""
 TOOL_FROM_SENSOR = np.array([[1.0, 1.0], [1.0, -1.0]]) / np.sqrt(2.0)
 """The sensor hangs upside down, turned by 45 degrees in the tool; it reads the force on itself."""
+LAST_DIGIT = 1e-6
+"""m, rad and N; what the logs resolve."""
 TARE_SAMPLES = 5
 """The authors' own zero: so many samples are free of contact in every push."""
 TARE_LIMIT = 0.3
@@ -44,15 +47,12 @@ def read(source: Path, name: str | None, held_out_every: int, say: Say) -> Impor
         say(f"{source.name}: {episode}")
         pushes[episode] = _push(log)
     precontact = {episode: [0.0, push.free] for episode, push in pushes.items()}
-    metadata = {
+    metadata: dict[str, Any] = {
         "format": "trundle-recording/1",
         "name": name or f"CMU pushes, {source.stem}",
         "at_rest": True,
         "object": shape,
-        "wrench": wrench_metadata(
-            "on_sensor", {episode: [0.0, push.free] for episode, push in pushes.items()}
-        ),
-        "noise": _noise(list(pushes.values())),
+        "wrench": wrench_metadata("on_sensor", precontact),
         "split": {"held_out": list(pushes)[held_out_every - 1 :: held_out_every]},
         "notes": {
             "origin": "github.com/robinzhoucmu/MLab_EXP, Zhou, Paolini, Bagnell and Mason, ICRA 2016",
@@ -61,6 +61,8 @@ def read(source: Path, name: str | None, held_out_every: int, say: Say) -> Impor
             "noise": "pose: a push's last pose against the next one's first; force: before contact",
         },
     }
+    if len(pushes) > 1:
+        metadata["noise"] = _noise(list(pushes.values()))
     stale = sum(push.stale for push in pushes.values())
     early = sum(push.free < TARE_LIMIT for push in pushes.values())
     remarks = [
@@ -84,12 +86,15 @@ class _Push:
 def _noise(pushes: Sequence[_Push]) -> dict[str, object]:
     """Return the table `[noise]`: nobody touches the object between two pushes, so its poses should agree."""
     gaps = np.array([after.poses[0] - before.poses[1] for before, after in itertools.pairwise(pushes)])
-    gaps = gaps.reshape(-1, 3)
     gaps[:, 2] = np.remainder(gaps[:, 2] + np.pi, 2.0 * np.pi) - np.pi
     # Robust, for an object that was set down anew: 1.4826 times the median is the deviation of a normal one.
     pose = 1.4826 * np.median(np.abs(gaps), axis=0) / np.sqrt(2.0)
-    force = np.median([push.force_noise for push in pushes])
-    return {"pose": [float(f"{sd:.2g}") for sd in pose], "force": float(f"{force:.2g}")}
+    force = float(np.median([push.force_noise for push in pushes]))
+    return {"pose": [_rounded(sd) for sd in pose], "force": _rounded(force)}
+
+
+def _rounded(sd: float) -> float:
+    return float(f"{max(sd, LAST_DIGIT):.2g}")
 
 
 def support(source: Path) -> list[list[float]]:

@@ -1,0 +1,30 @@
+"""Fixtures that several parts of the tests share."""
+
+from __future__ import annotations
+
+import os
+from collections.abc import Callable
+from pathlib import Path
+
+import pytest
+
+RealData = Callable[[str], Path]
+
+
+@pytest.fixture(scope="session")
+def real_data() -> RealData:
+    """Return the path of a real data set, by its name below `../shared/real`, or skip the test.
+
+    The data are other people's and are not in this repository; docs/real-recordings.md says where they are.
+    TRUNDLE_REAL_DATA names another folder.
+    """
+    beside = Path(__file__).resolve().parents[2] / "shared" / "real"
+    folder = Path(os.environ.get("TRUNDLE_REAL_DATA", beside))
+
+    def find(name: str) -> Path:
+        path = folder / name
+        if not path.exists():
+            pytest.skip(f"real data not present: {path} (TRUNDLE_REAL_DATA names another folder)")
+        return path
+
+    return find
