@@ -1,0 +1,80 @@
+"""What every figure shares: its frame with title and description, its text, its lines, its ticks."""
+
+from __future__ import annotations
+
+import math
+
+import numpy as np
+
+from trundle.report.given import Array
+from trundle.report.markup import Child, Html, number, tag
+
+__all__ = ["WIDTH", "figure", "label", "nice", "polyline", "runs", "ticks"]
+
+WIDTH = 360.0
+"""Width of every panel in user units: a phone's, so that text keeps its size there."""
+
+
+def figure(
+    identity: str, title: str, description: str, height: float, drawing: Child, caption: Child
+) -> Html:
+    """Return a panel: `<figure>` with its drawing, readable without seeing it, and its caption.
+
+    Parameters
+    ----------
+    identity
+        Unique in the page.
+    title, description
+        What it shows, in a few words and in a sentence.
+    height
+        In user units; the width is `WIDTH`.
+    drawing, caption
+        Content of the SVG and of the `<figcaption>`.
+    """
+    names = f"{identity}-title", f"{identity}-desc"
+    svg = tag(
+        "svg",
+        tag("title", title, id=names[0]),
+        tag("desc", description, id=names[1]),
+        drawing,
+        viewBox=f"0 0 {number(WIDTH)} {number(height)}",
+        role="img",
+        aria_labelledby=" ".join(names),
+    )
+    return tag("figure", svg, tag("figcaption", caption))
+
+
+def label(text: str, x: float, y: float, style: str = "", anchor: str | None = None) -> Html:
+    """Text with its baseline at a place; `anchor` is `middle` or `end`."""
+    return tag("text", text, x=x, y=y, class_=style or None, text_anchor=anchor)
+
+
+def polyline(points: Array, style: str) -> Html:
+    """Return a line through points (n, 2) in user units, interrupted where a point is NaN."""
+    parts = ["M" + "L".join(f"{number(x)} {number(y)}" for x, y in run) for run in runs(points)]
+    return tag("path", d="".join(parts), class_=style)
+
+
+def runs(points: Array) -> list[Array]:
+    """Return the stretches of points (n, 2) without NaN, each of two points at least."""
+    seen = np.isfinite(points).all(axis=1)
+    edges = np.flatnonzero(np.diff(seen)) + 1
+    parts = zip(np.split(points, edges), np.split(seen, edges), strict=True)
+    return [part for part, good in parts if len(part) > 1 and good[0]]
+
+
+def nice(span: float) -> float:
+    """Return the greatest of 1, 2 or 5 times a power of ten that is not greater than `span`."""
+    power = 10.0 ** math.floor(math.log10(span))
+    return max(factor * power for factor in (1.0, 2.0, 5.0) if factor * power <= span * (1.0 + 1e-9))
+
+
+def ticks(low: float, high: float, most: int) -> tuple[list[float], int]:
+    """Round values within an interval, as many as possible but at most `most`, and the decimals they need."""
+    power = 10.0 ** math.floor(math.log10((high - low) / most))
+    multiples = (
+        (step, range(math.ceil(low / step - 1e-9), math.floor(high / step + 1e-9) + 1))
+        for step in (factor * power for factor in (1.0, 2.0, 4.0, 5.0, 10.0, 20.0, 40.0))
+    )
+    step, inside = next((step, inside) for step, inside in multiples if len(inside) <= most)
+    return [index * step for index in inside], max(0, -math.floor(math.log10(step) + 1e-9))

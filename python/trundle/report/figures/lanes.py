@@ -1,0 +1,163 @@
+"""Curves in time, stacked: each lane has its own axis, all share the time below."""
+
+from __future__ import annotations
+
+from collections.abc import Iterator, Sequence
+from dataclasses import dataclass, field
+
+import numpy as np
+
+from trundle.report.decimate import envelope
+from trundle.report.figures.canvas import WIDTH, label, polyline, ticks
+from trundle.report.given import Array
+from trundle.report.markup import Html, join, tag
+
+__all__ = ["Curve", "Lane", "Marks", "bounds", "draw"]
+
+_LEFT, _RIGHT = 42.0, 12.0
+_TITLE, _GAP, _AXIS = 18.0, 9.0, 32.0
+_PLOT = WIDTH - _LEFT - _RIGHT
+
+
+@dataclass(frozen=True)
+class Curve:
+    """A line in time, (n,) each; `style` is recorded, before or after; with `width` (n,) a band about it."""
+
+    style: str
+    t: Array
+    y: Array
+    width: Array | None = None
+
+
+@dataclass(frozen=True)
+class Lane:
+    """Curves over one axis; `limits` None fits them."""
+
+    title: str
+    curves: tuple[Curve, ...]
+    limits: tuple[float, float] | None = None
+    height: float = 60.0
+
+
+@dataclass(frozen=True)
+class Marks:
+    """Places in time: shaded windows and lines for events, s."""
+
+    windows: Sequence[tuple[float, float]] = field(default=())
+    events: Sequence[float] = field(default=())
+
+
+def draw(lanes: Sequence[Lane], span: tuple[float, float], marks: Marks | None = None) -> tuple[Html, float]:
+    """Lanes over a span of time; returns the drawing and its height."""
+    marks = marks or Marks()
+    height = sum(_TITLE + lane.height + _GAP for lane in lanes) + _AXIS
+    parts: list[Html] = []
+    top = 0.0
+    for lane in lanes:
+        parts.append(_Frame(span, lane, top + _TITLE).draw(marks))
+        top += _TITLE + lane.height + _GAP
+    return join([*parts, _time_axis(span, top - _GAP)]), height
+
+
+def bounds(curves: Sequence[Curve]) -> tuple[float, float]:
+    """Limits that hold all curves and zero's neighbourhood, never empty."""
+    values = np.concatenate([np.empty(0), *(part for curve in curves for part in _edges(curve))])
+    values = values[np.isfinite(values)]
+    if not len(values):
+        return -1.0, 1.0
+    low, high = float(values.min()), float(values.max())
+    room = 0.06 * (high - low) or max(abs(high), 1.0) * 0.5
+    return low - room, high + room
+
+
+def _edges(curve: Curve) -> Iterator[Array]:
+    width = np.zeros(1) if curve.width is None else curve.width
+    yield from (curve.y - width, curve.y + width)
+
+
+@dataclass(frozen=True)
+class _Frame:
+    """One lane on the page: time and value to user units."""
+
+    span: tuple[float, float]
+    lane: Lane
+    top: float
+
+    @property
+    def limits(self) -> tuple[float, float]:
+        return self.lane.limits or bounds(self.lane.curves)
+
+    def x(self, t: Array) -> Array:
+        return _time(self.span, t)
+
+    def y(self, value: Array) -> Array:
+        low, high = self.limits
+        share = np.clip((value - low) / (high - low), 0.0, 1.0)
+        place: Array = self.top + self.lane.height * (1.0 - share)
+        return place
+
+    def draw(self, marks: Marks) -> Html:
+        box = tag("rect", x=_LEFT, y=self.top, width=_PLOT, height=self.lane.height, class_="box")
+        return join(
+            [
+                label(self.lane.title, _LEFT, self.top - 5.0, "lane"),
+                box,
+                [self._window(*window) for window in marks.windows],
+                self._value_axis(),
+                [self._curve(curve) for curve in self.lane.curves],
+                [self._event(time) for time in marks.events],
+            ]
+        )
+
+    def _value_axis(self) -> Iterator[Html]:
+        values, places = ticks(*self.limits, most=3)
+        for value, place in zip(values, self.y(np.array(values)), strict=True):
+            style = "zero" if abs(value) < 1e-12 else "grid"
+            yield tag("line", x1=_LEFT, x2=_LEFT + _PLOT, y1=place, y2=place, class_=style)
+            baseline = float(np.clip(place + 4.0, self.top + 9.0, self.top + self.lane.height))
+            yield label(_tick(value, places), _LEFT - 5.0, baseline, "tick", "end")
+
+    def _curve(self, curve: Curve) -> Html:
+        if curve.width is not None:
+            return self._band(curve, curve.width)
+        t, y = envelope(curve.t, curve.y, int(_PLOT))
+        return polyline(np.column_stack([self.x(t), self.y(y)]), curve.style)
+
+    def _band(self, curve: Curve, width: Array) -> Html:
+        few = slice(None, None, max(1, len(curve.t) // 150))
+        t, y, half = curve.t[few], curve.y[few], np.nan_to_num(width[few])
+        upper = np.column_stack([self.x(t), self.y(y + half)])
+        lower = np.column_stack([self.x(t), self.y(y - half)])
+        return polyline(np.vstack([upper, lower[::-1], upper[:1]]), "band")
+
+    def _window(self, start: float, end: float) -> Html:
+        left, right = self.x(np.array([start, end]))
+        area = {"x": left, "width": max(1.0, right - left), "y": self.top, "height": self.lane.height}
+        edges = (
+            tag("line", x1=x, x2=x, y1=self.top, y2=self.top + self.lane.height, class_="edge")
+            for x in (left, right)
+        )
+        return join([tag("rect", class_="window", **area), edges])
+
+    def _event(self, time: float) -> Html:
+        x = float(self.x(np.array([time]))[0])
+        return tag("line", x1=x, x2=x, y1=self.top, y2=self.top + self.lane.height, class_="event")
+
+
+def _time(span: tuple[float, float], t: Array) -> Array:
+    share = np.clip((t - span[0]) / (span[1] - span[0]), 0.0, 1.0)
+    place: Array = _LEFT + _PLOT * share
+    return place
+
+
+def _time_axis(span: tuple[float, float], y: float) -> Iterator[Html]:
+    values, places = ticks(*span, most=6)
+    for value, x in zip(values, _time(span, np.array(values)), strict=True):
+        yield tag("line", x1=x, x2=x, y1=y, y2=y + 4.0, class_="axis")
+        yield label(_tick(value, places), x, y + 16.0, "tick", "middle")
+    yield label("time, s", _LEFT + _PLOT, y + 30.0, "tick", "end")
+
+
+def _tick(value: float, places: int) -> str:
+    text = f"{value:.{places}f}"
+    return text.lstrip("-") if float(text) == 0.0 else text.replace("-", "\N{MINUS SIGN}")

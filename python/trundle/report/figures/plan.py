@@ -1,0 +1,94 @@
+"""A view from above with equal scales: polygons, paths and points in metres."""
+
+from __future__ import annotations
+
+from collections.abc import Sequence
+from dataclasses import dataclass
+
+import numpy as np
+
+from trundle.report.decimate import simplify
+from trundle.report.figures.canvas import WIDTH, label, nice, polyline, runs
+from trundle.report.given import Array
+from trundle.report.markup import Child, Html, tag
+from trundle.report.quantity import suited
+
+__all__ = ["Plan", "placed"]
+
+_MARGIN = 14.0
+_LEAST, _MOST = 150.0, 320.0
+_FOOT = 26.0
+
+
+@dataclass(frozen=True)
+class Plan:
+    """A map: `scale` user units a metre about `centre` (2,) m, `height` user units high."""
+
+    scale: float
+    centre: Array
+    height: float
+
+    @classmethod
+    def around(cls, points: Sequence[Array], height: float | None = None) -> Plan:
+        """Return the map that shows all points, arrays (n, 2) m, as large as a panel (of a height) allows."""
+        cloud = np.concatenate([np.empty((0, 2)), *points])
+        cloud = cloud[np.isfinite(cloud).all(axis=1)]
+        if not len(cloud):
+            cloud = np.zeros((1, 2))
+        low, high = cloud.min(axis=0), cloud.max(axis=0)
+        size = np.maximum(high - low, max(float((high - low).max()), 1e-3) * 1e-3)
+        scale = float(min((WIDTH - 2.0 * _MARGIN) / size[0], ((height or _MOST) - 2.0 * _MARGIN) / size[1]))
+        height = height or float(np.clip(scale * size[1] + 2.0 * _MARGIN, _LEAST, _MOST))
+        return cls(scale, (low + high) / 2.0, height)
+
+    @property
+    def total(self) -> float:
+        """Height of the drawing with the scale bar below the map."""
+        return self.height + _FOOT
+
+    def at(self, points: Array) -> Array:
+        """Metres (n, 2) to user units; y points up in the world and down on the page."""
+        centre = np.array([WIDTH / 2.0, self.height / 2.0])
+        place: Array = centre + (points - self.centre) * np.array([self.scale, -self.scale])
+        return place
+
+    def path(self, points: Array, style: str) -> Html:
+        """Return a line through points (n, 2), thinned to a third of a unit."""
+        parts = [simplify(run, 0.3) for run in runs(self.at(points))]
+        gap = np.full((1, 2), np.nan)
+        return polyline(
+            np.concatenate([np.empty((0, 2)), *(row for part in parts for row in (part, gap))]), style
+        )
+
+    def outline(self, polygon: Array, style: str) -> Html | None:
+        """Return a closed polygon (n, 2); None where a corner is not known."""
+        if not np.isfinite(polygon).all():
+            return None
+        corners = " ".join(f"{x:.1f},{y:.1f}" for x, y in self.at(polygon))
+        return tag("polygon", points=corners, class_=style)
+
+    def framed(self, *drawing: Child) -> list[Child]:
+        """Return the map, cut at its frame, and the scale bar below."""
+        inner = tag(
+            "svg", *drawing, width=WIDTH, height=self.height, viewBox=f"0 0 {WIDTH:.0f} {self.height:.2f}"
+        )
+        frame = tag("rect", x=0.5, y=0.5, width=WIDTH - 1.0, height=self.height - 1.0, class_="box")
+        return [frame, inner, self._bar()]
+
+    def _bar(self) -> list[Html]:
+        length = nice(0.3 * WIDTH / self.scale)
+        y, end = self.height + 11.0, 2.0 + length * self.scale
+        ends = [tag("line", x1=x, x2=x, y1=y - 4.0, y2=y + 4.0, class_="axis") for x in (2.0, end)]
+        text = suited("m", length).text(length, 1)
+        return [
+            tag("line", x1=2.0, x2=end, y1=y, y2=y, class_="axis"),
+            *ends,
+            label(text, end + 7.0, y + 4.0, "tick"),
+        ]
+
+
+def placed(polygon: Array, pose: Array) -> Array:
+    """Return a polygon (n, 2) of the object frame at a pose (3,) in the world."""
+    cos, sin = np.cos(pose[2]), np.sin(pose[2])
+    turned: Array = polygon @ np.array([[cos, sin], [-sin, cos]]) + pose[:2]
+    return turned

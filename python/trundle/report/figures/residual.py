@@ -1,0 +1,101 @@
+"""The missing wrench of one episode in time, before and after, with the windows that noise cannot explain."""
+
+from __future__ import annotations
+
+from collections.abc import Mapping, Sequence
+from typing import Any
+
+import numpy as np
+
+from trundle.report.figures import lanes
+from trundle.report.figures.canvas import figure
+from trundle.report.figures.lanes import Curve, Lane, Marks
+from trundle.report.figures.motion import events_in
+from trundle.report.given import Episode, Residual, Series, finite
+from trundle.report.markup import Html, tag
+from trundle.report.quantity import interval, listed
+
+__all__ = ["CHANNELS", "chosen", "draw", "windows_in"]
+
+CHANNELS = (("force along x", "N"), ("force along y", "N"), ("torque", "N·m"))
+"""Name and unit of each component of a wrench, object axes."""
+
+
+def chosen(series: Series, windows: Sequence[Mapping[str, Any]], most: int) -> list[Episode]:
+    """Episodes with the strongest windows first, then held-out ones, at most so many."""
+    strongest = {episode.name: _strongest(episode, windows) for episode in series.episodes}
+    drawable = [
+        episode for episode in series.episodes if episode.residual is not None and len(episode.residual.t) > 1
+    ]
+    return sorted(drawable, key=lambda episode: (-strongest[episode.name], not episode.held_out))[:most]
+
+
+def windows_in(episode: Episode, windows: Sequence[Mapping[str, Any]]) -> list[tuple[float, float]]:
+    """Return the windows of one episode as (start, end) s."""
+    pairs = [
+        (finite(w.get("start")), finite(w.get("end"))) for w in windows if w.get("episode") == episode.name
+    ]
+    return [(start, end) for start, end in pairs if start is not None and end is not None]
+
+
+def draw(
+    index: int,
+    episode: Episode,
+    residual: Residual,
+    series: Series,
+    windows: Sequence[Mapping[str, Any]],
+    missing: Sequence[Mapping[str, Any]],
+) -> Html:
+    """Return the panel of one episode; `index` makes its name in the page."""
+    rows = [lane for channel in series.channels for lane in _pair(channel, residual)]
+    inside = windows_in(episode, windows)
+    span = (float(residual.t[0]), float(residual.t[-1]))
+    graph, height = lanes.draw(rows, span, Marks(inside, events_in(episode, missing)))
+    text = "Missing force and torque in time, before above after; the grey band is two standard deviations."
+    kind = "held out" if episode.held_out else "fitted"
+    caption = [tag("b", episode.name), f" ({kind}). ", _shaded(inside)]
+    return figure(
+        f"residual-{index}",
+        f"Missing wrench in {episode.name}",
+        f"{text} {_shaded(inside)}",
+        height,
+        graph,
+        caption,
+    )
+
+
+def _strongest(episode: Episode, windows: Sequence[Mapping[str, Any]]) -> float:
+    strengths = [finite(w.get("strength")) for w in windows if w.get("episode") == episode.name]
+    return max((strength for strength in strengths if strength is not None), default=0.0)
+
+
+def _pair(channel: int, residual: Residual) -> list[Lane]:
+    """Return the lanes of one channel, before and after over the same axis."""
+    name, unit = CHANNELS[channel]
+    sides = [
+        (side, curve[:, channel])
+        for side in ("before", "after")
+        if (curve := getattr(residual, side)) is not None
+    ]
+    curves = {side: Curve(f"{side} whole", residual.t, values) for side, values in sides}
+    noise = [] if residual.sd is None else [_band(residual, channel)]
+    reach = max(
+        (abs(limit) for curve in (*curves.values(), *noise) for limit in lanes.bounds([curve])), default=1.0
+    )
+    return [
+        Lane(f"{name}, {unit} · {side}", (*noise, curve), (-reach, reach), height=46.0)
+        for side, curve in curves.items()
+    ]
+
+
+def _band(residual: Residual, channel: int) -> Curve:
+    sd = np.zeros((len(residual.t), 3)) if residual.sd is None else residual.sd
+    return Curve("band", residual.t, np.zeros(len(residual.t)), 2.0 * sd[:, channel])
+
+
+def _shaded(windows: Sequence[tuple[float, float]]) -> str:
+    if not windows:
+        return "No window stands out."
+    spans = [interval(start, end) for start, end in windows]
+    more = [f"{len(spans) - 4} more"] if len(spans) > 5 else []
+    return f"Shaded: {listed(spans[:4] + more if more else spans)}."

@@ -1,0 +1,149 @@
+"""What the report is given, as arrays: absent values are NaN, absent curves None."""
+
+from __future__ import annotations
+
+from collections.abc import Mapping, Sequence
+from dataclasses import dataclass
+from typing import Any
+
+import numpy as np
+import numpy.typing as npt
+
+__all__ = ["Array", "Episode", "Residual", "Series", "Wrench", "finite", "held_out_first"]
+
+Array = npt.NDArray[np.float64]
+
+
+@dataclass(frozen=True)
+class Residual:
+    """The missing wrench on the object, object axes: time (n,) s; the others (n, 3) N, N, N·m."""
+
+    t: Array
+    before: Array | None
+    after: Array | None
+    sd: Array | None
+
+
+@dataclass(frozen=True)
+class Wrench:
+    """Recorded and needed wrench of a slow push, object axes: time (n,) s; the others (n, 3) N, N, N·m."""
+
+    t: Array
+    recorded: Array
+    before: Array | None
+    after: Array | None
+
+
+@dataclass(frozen=True)
+class Episode:
+    """One episode: time (n,) s; poses (n, 3) x, y m and theta rad, world frame, open loop where simulated."""
+
+    name: str
+    held_out: bool
+    contact: float
+    t: Array
+    observed: Array
+    before: Array | None
+    after: Array | None
+    residual: Residual | None
+    wrench: Wrench | None
+
+
+@dataclass(frozen=True)
+class Series:
+    """The curves beside a diagnosis; footprint polygons (k, 2) and support points (k, 2) m, object frame."""
+
+    footprint: tuple[Array, ...]
+    support: Array
+    dof: tuple[str, ...]
+    quasi_static: bool
+    episodes: tuple[Episode, ...]
+
+    @property
+    def channels(self) -> tuple[int, ...]:
+        """Indices of the axes along which the object moves: 0 x, 1 y, 2 theta."""
+        return tuple(index for index, name in enumerate(("x", "y", "theta")) if name in self.dof)
+
+    @property
+    def pushes(self) -> str:
+        """What episodes are called: pushes, or runs on a rail."""
+        return "pushes" if "theta" in self.dof else "runs"
+
+    @classmethod
+    def parse(cls, given: Mapping[str, Any]) -> Series:
+        """Series from plain lists or arrays with None or NaN anywhere."""
+        polygons = [_table(polygon, 2) for polygon in _or_empty(given.get("footprint"))]
+        return cls(
+            footprint=tuple(polygon for polygon in polygons if len(polygon) and np.isfinite(polygon).all()),
+            support=_table(_or_empty(given.get("support")), 2),
+            dof=tuple(given.get("dof") or ("x", "y", "theta")),
+            quasi_static=bool(given.get("quasi_static")),
+            episodes=tuple(_episode(episode) for episode in given.get("episodes") or ()),
+        )
+
+
+def finite(value: object) -> float | None:
+    """Return a number that can be shown, or None."""
+    if isinstance(value, bool) or not isinstance(value, int | float | np.floating | np.integer):
+        return None
+    return float(value) if np.isfinite(value) else None
+
+
+def held_out_first(episodes: Sequence[Episode]) -> list[Episode]:
+    """Episodes that were never fitted before those that were, else in the order given."""
+    return sorted(episodes, key=lambda episode: not episode.held_out)
+
+
+def _episode(given: Mapping[str, Any]) -> Episode:
+    contact = finite(given.get("contact"))
+    return Episode(
+        name=str(given.get("name", "")),
+        held_out=bool(given.get("held_out")),
+        contact=np.nan if contact is None else contact,
+        t=_vector(given.get("t")),
+        observed=_table(_or_empty(given.get("observed")), 3),
+        before=_curve(given.get("before")),
+        after=_curve(given.get("after")),
+        residual=_residual(given.get("residual")),
+        wrench=_wrench(given.get("wrench")),
+    )
+
+
+def _residual(given: Mapping[str, Any] | None) -> Residual | None:
+    if not given:
+        return None
+    return Residual(
+        _vector(given.get("t")),
+        _curve(given.get("before")),
+        _curve(given.get("after")),
+        _curve(given.get("sd")),
+    )
+
+
+def _wrench(given: Mapping[str, Any] | None) -> Wrench | None:
+    if not given:
+        return None
+    recorded = _table(_or_empty(given.get("recorded")), 3)
+    return Wrench(_vector(given.get("t")), recorded, _curve(given.get("before")), _curve(given.get("after")))
+
+
+def _or_empty(given: Any) -> Any:
+    return () if given is None else given
+
+
+def _vector(given: Any) -> Array:
+    return np.asarray(_or_empty(given), dtype=np.float64).reshape(-1)
+
+
+def _table(given: Any, columns: int) -> Array:
+    """Return an array (n, columns); a row that is None is a row of NaN."""
+    if isinstance(given, np.ndarray):
+        rows: Any = given
+    else:
+        rows = [[np.nan] * columns if row is None else row for row in given]
+    return np.asarray(rows, dtype=np.float64).reshape(-1, columns)
+
+
+def _curve(given: Any) -> Array | None:
+    table = _table(_or_empty(given), 3)
+    return table if np.isfinite(table).any() else None

@@ -1,0 +1,176 @@
+"""The numbers: figures of fit, parameters, candidates, windows."""
+
+from __future__ import annotations
+
+from collections.abc import Mapping, Sequence
+from typing import Any
+
+from trundle.report.given import Series, finite
+from trundle.report.markup import Child, Html, tag
+from trundle.report.quantity import ABSENT, interval, listed, measured, nested, readable, significant, suited
+from trundle.report.verdict import before_after
+
+__all__ = ["candidates", "fit", "nominal", "parameters", "table", "windows"]
+
+_FIGURES = (
+    ("position_rmse", "position, whole episodes (rms)", "m"),
+    ("final_position_error", "position at the end (mean)", "m"),
+    ("window_position_rmse", "position, 1 s ahead (rms)", "m"),
+    ("heading_rmse", "heading, whole episodes (rms)", "rad"),
+    ("final_heading_error", "heading at the end (mean)", "rad"),
+    ("window_heading_rmse", "heading, 1 s ahead (rms)", "rad"),
+    ("r2", "R² of the motion", ""),
+    ("force_rmse", "force needed for the motion (rms)", "N"),
+    ("torque_rmse", "torque needed for the motion (rms)", "N·m"),
+    ("log_predictive_density", "log predictive density per sample", ""),
+)
+_SIDES = ("before", "after")
+
+
+def table(head: Sequence[Child], rows: Sequence[Sequence[Child]], style: str = "") -> Html:
+    """Return a table whose first column names the row."""
+    top = tag("thead", tag("tr", [tag("th", cell, scope="col") for cell in head]))
+    body = [tag("tr", tag("th", row[0], scope="row"), [tag("td", cell) for cell in row[1:]]) for row in rows]
+    return tag("div", tag("table", top, tag("tbody", body), class_=style or None), class_="wide")
+
+
+def fit(scores: Mapping[str, Any], series: Series) -> Html:
+    """Figures before and after; a dash where there is none, with the reason below."""
+    rows: list[list[Child]] = []
+    reasons: list[str] = []
+    for key, words, unit in _FIGURES:
+        values = before_after(scores, key)
+        scale = suited(unit, *values)
+        marks = [
+            _mark(_reason(key, side, series), reasons) if value is None else None
+            for side, value in zip(_SIDES, values, strict=True)
+        ]
+        rows.append(
+            [
+                words,
+                *(
+                    [scale.text(value, None if unit else 4), mark]
+                    for value, mark in zip(values, marks, strict=True)
+                ),
+            ]
+        )
+    notes = [tag("li", tag("sup", _letter(index)), f" {reason}") for index, reason in enumerate(reasons)]
+    return tag(
+        "div", table(("", *_SIDES), rows, "figures"), tag("ul", notes, class_="notes") if notes else None
+    )
+
+
+def _mark(reason: str, reasons: list[str]) -> Html:
+    if reason not in reasons:
+        reasons.append(reason)
+    return tag("sup", _letter(reasons.index(reason)))
+
+
+def _letter(index: int) -> str:
+    """Return the mark of a reason: a figure would read as an exponent."""
+    return chr(ord("a") + index)
+
+
+def _reason(key: str, side: str, series: Series) -> str:
+    if (
+        key in ("heading_rmse", "final_heading_error", "window_heading_rmse", "torque_rmse")
+        and "theta" not in series.dof
+    ):
+        return "there is no heading on a rail"
+    if series.quasi_static and key not in ("force_rmse", "torque_rmse"):
+        return "slow pushes hold no mass: no motion can be simulated, so the wrench is compared"
+    return "no richer model was adopted" if side == "after" else "this recording does not hold it"
+
+
+def nominal(given: Mapping[str, Any]) -> Html | None:
+    """Parameters of the simulation under test: as given, and refitted before and after."""
+    columns = {side: given.get(side) or {} for side in ("given", *_SIDES)}
+    shown = [side for side, values in columns.items() if values]
+    names = list(dict.fromkeys(name for side in (*_SIDES, "given") for name in columns[side]))
+    if not names:
+        return None
+    rows = [[readable(name), *(_parameter(columns[side].get(name)) for side in shown)] for name in names]
+    return table(("", *shown), rows)
+
+
+def parameters(given: Mapping[str, Any]) -> Html | None:
+    """Return the parameters of one effect."""
+    rows = [[readable(name), _parameter(value)] for name, value in given.items()]
+    return table(("", "value"), rows, "parameters") if rows else None
+
+
+def _parameter(value: Any) -> Child:
+    """Return a parameter with what is known of it; never a number where the data do not hold one."""
+    if not isinstance(value, Mapping):
+        return measured(value, None)
+    if value.get("identifiable") is False:
+        return tag("em", "not identifiable")
+    mean, sd, unit = value.get("mean"), value.get("sd"), str(value.get("unit") or "")
+    if nested(mean):
+        return [_cells(mean, sd), unit]
+    return measured(mean, sd, unit)
+
+
+def _cells(mean: Any, sd: Any) -> Child:
+    """Return a vector or matrix, row by row."""
+    spread = sd if nested(sd) and len(sd) == len(mean) else [None] * len(mean)
+    if any(nested(row) for row in mean):
+        return [tag("div", _cells(row, width)) for row, width in zip(mean, spread, strict=True)]
+    return ", ".join(measured(entry, width) for entry, width in zip(mean, spread, strict=True))
+
+
+def candidates(ranking: Sequence[Mapping[str, Any]]) -> Html | None:
+    """Explanations by probability; evidence relative to the best."""
+    if not ranking:
+        return None
+    evidence = [value for entry in ranking if (value := finite(entry.get("log_evidence"))) is not None]
+    best = max(evidence, default=0.0)
+    return table(
+        ("added to the simulation", "probability", "log evidence", "log score"),
+        [_candidate(entry, best) for entry in ranking],
+    )
+
+
+def _candidate(entry: Mapping[str, Any], best: float) -> list[Child]:
+    names = [readable(str(name)) for name in entry.get("effects") or ()]
+    evidence, score = finite(entry.get("log_evidence")), finite(entry.get("log_score"))
+    behind = ABSENT if evidence is None else "best" if evidence == best else significant(evidence - best)
+    return [
+        listed(names) or tag("em", "nothing (as given)"),
+        _bar(finite(entry.get("probability"))),
+        behind,
+        ABSENT if score is None else significant(score, 4),
+    ]
+
+
+def _bar(probability: float | None) -> Child:
+    if probability is None:
+        return ABSENT
+    text = (
+        "< 0.1 %"
+        if probability < 0.001
+        else "> 99.9 %"
+        if probability > 0.999
+        else f"{100 * probability:.1f} %"
+    )
+    share = min(max(probability, 0.0), 1.0)
+    return [
+        tag("span", tag("span", style=f"width:{100 * share:.1f}%"), class_="bar", aria_hidden="true"),
+        text,
+    ]
+
+
+def windows(given: Sequence[Mapping[str, Any]]) -> Html | None:
+    """Where the simulation as given goes wrong in time."""
+    rows: list[list[Child]] = []
+    for window in given:
+        start, end, strength = (finite(window.get(key)) for key in ("start", "end", "strength"))
+        span = ABSENT if start is None or end is None else interval(start, end)
+        rows.append(
+            [str(window.get("episode")), span, ABSENT if strength is None else ["10", _raised(-strength)]]
+        )
+    return table(("episode", "when", "chance by noise alone"), rows) if rows else None
+
+
+def _raised(exponent: float) -> Html:
+    return tag("sup", f"{exponent:.0f}".replace("-", "\N{MINUS SIGN}"))

@@ -1,0 +1,202 @@
+"""The page says what the diagnosis holds, no more, whatever the names and gaps in it."""
+
+from __future__ import annotations
+
+import copy
+import re
+from html.parser import HTMLParser
+from typing import Any
+
+import pytest
+
+from trundle.report import render
+
+Sample = tuple[dict[str, Any], dict[str, Any]]
+
+
+class Outline(HTMLParser):
+    """Open elements, ids and texts of a page; fails where a tag closes what is not open."""
+
+    def __init__(self) -> None:
+        super().__init__()
+        self.open: list[str] = []
+        self.tags: list[str] = []
+        self.ids: list[str] = []
+        self.text = ""
+
+    def handle_starttag(self, tag: str, attrs: list[tuple[str, str | None]]) -> None:
+        self.tags.append(tag)
+        self.ids += [value for name, value in attrs if name == "id" and value]
+        if tag not in ("meta", "br", "col"):
+            self.open.append(tag)
+
+    def handle_startendtag(self, tag: str, attrs: list[tuple[str, str | None]]) -> None:
+        self.tags.append(tag)
+
+    def handle_endtag(self, tag: str) -> None:
+        assert self.open.pop() == tag
+
+    def handle_data(self, data: str) -> None:
+        if "style" not in self.open:
+            self.text += f"{data} "
+
+
+def outline(page: str) -> Outline:
+    parsed = Outline()
+    parsed.feed(page)
+    assert parsed.open == []
+    return parsed
+
+
+def words(page: str) -> str:
+    return re.sub(r"[ \n]+", " ", outline(page).text)
+
+
+def test_every_page_is_one_well_formed_file_without_network_or_script(sample: Sample) -> None:
+    page = render(*sample)
+    parsed = outline(page)
+    assert not {"script", "link", "img", "iframe"} & set(parsed.tags)
+    assert len(parsed.ids) == len(set(parsed.ids))
+    assert not re.search(r"https?:|url\(|@import|\bnan\b|\binf\b|None", page)
+
+
+def test_every_page_is_small(sample: Sample) -> None:
+    assert len(render(*sample).encode()) < 1_500_000
+
+
+def test_the_same_input_gives_the_same_bytes(sample: Sample) -> None:
+    assert render(*copy.deepcopy(sample)) == render(*sample)
+
+
+def test_every_figure_has_title_and_description(sample: Sample) -> None:
+    page = render(*sample)
+    drawings = re.findall(r'<svg viewBox="[^"]*" role="img".*?</title><desc[^>]*>[^<]{20,}', page)
+    assert len(drawings) == page.count("<figure>") > 0
+
+
+def test_the_verdict_comes_first_with_its_figures(samples: dict[str, Sample]) -> None:
+    text = words(render(*samples["table"]))
+    assert text.index("Coulomb friction is missing from the simulation.") < text.index("What is missing")
+    assert (
+        "On held-out pushes the position error of the simulation falls from 12.3\xa0cm to 8.0\xa0mm" in text
+    )
+
+
+@pytest.mark.parametrize(
+    ("name", "sentence"),
+    [
+        ("tied", "Force bias or floor slope is missing from the simulation."),
+        ("consistent", "Nothing is missing"),
+        ("unexplained", "Something is missing that nothing known explains."),
+        ("unexplained", "It is strongest in episode_05 at 0.60\N{EN DASH}1.40\xa0s."),
+        ("rail", "On held-out runs"),
+        ("rail", "there is no heading on a rail"),
+        ("quasi_static", "slow pushes hold no mass"),
+        ("quasi_static", "the error of the force that the model needs falls from 0.71\xa0N to 0.14\xa0N"),
+    ],
+)
+def test_each_verdict_is_told_in_words(samples: dict[str, Sample], name: str, sentence: str) -> None:
+    assert sentence in words(render(*samples[name]))
+
+
+def test_reparameterised_says_that_values_are_wrong(samples: dict[str, Sample]) -> None:
+    diagnosis, series = samples["table"]
+    text = words(render(diagnosis | {"verdict": "reparameterised", "missing": []}, series))
+    assert "The laws of the simulation suffice, but its values do not." in text
+    assert "once the values are refitted" in text
+
+
+def test_what_is_not_identifiable_is_never_a_number(samples: dict[str, Sample]) -> None:
+    text = words(render(*samples["table"]))
+    assert "not identifiable" in text
+    assert "77.8" not in text and "77.77" not in text
+    assert "3.33" not in words(render(*samples["quasi_static"]))
+
+
+def test_a_rail_and_slow_pushes_draw_no_path(samples: dict[str, Sample]) -> None:
+    assert 'id="object-title"' not in render(*samples["rail"])
+    page = render(*samples["quasi_static"])
+    assert 'id="motion-0-title"' not in page
+    assert 'id="agreement-2-title"' in page
+
+
+def test_names_from_the_recording_stay_text(samples: dict[str, Sample]) -> None:
+    evil = "<script>alert(1)</script>\"'&\x00"
+    diagnosis, series = copy.deepcopy(samples["table"])
+    diagnosis["recording"] = evil
+    diagnosis["missing"][0] |= {
+        "effect": evil,
+        "statement": evil,
+        "parameters": {evil: {"mean": 1.0, "unit": evil}},
+    }
+    diagnosis["mismatch"] |= {
+        "regime": evil,
+        "windows": [{"episode": evil, "start": 0, "end": 1, "strength": 5}],
+    }
+    diagnosis["alternatives"] = [{"effect": evil, "probability": 0.1, "experiment": evil}]
+    diagnosis["tied"] = [[evil, evil + "b"]]
+    diagnosis["nominal"]["before"] = {evil: {"mean": 1.0, "unit": evil}}
+    series |= {"command": evil, "version": evil, "seed": evil}
+    for episode in series["episodes"]:
+        episode["name"] = evil
+    series["candidates"] = [{"effects": [evil], "log_evidence": 0.0, "log_score": None, "probability": 1.0}]
+    page = render(diagnosis, series)
+    assert "script" not in outline(page).tags
+    assert "alert(1)" in words(page)
+
+
+@pytest.mark.parametrize("nothing", [None, float("nan")])
+def test_gaps_anywhere_leave_a_page(sample: Sample, nothing: float | None) -> None:
+    diagnosis, series = copy.deepcopy(sample)
+    for episode in series["episodes"]:
+        for name in ("observed", "before", "after"):
+            if episode[name] is not None:
+                episode[name][1:4] = [[nothing] * 3] * 3
+    page = render(emptied(diagnosis, nothing), emptied(series | {"episodes": []}, nothing))
+    assert not re.search(r"\bnan\b|None", page)
+    assert not re.search(r"\bnan\b", render(diagnosis, series))
+
+
+def emptied(value: Any, nothing: float | None) -> Any:
+    """The same structure with every number gone."""
+    if isinstance(value, dict):
+        return {key: emptied(entry, nothing) for key, entry in value.items()}
+    if isinstance(value, list):
+        return [emptied(entry, nothing) for entry in value]
+    return value if isinstance(value, bool | str) else nothing
+
+
+def test_an_empty_diagnosis_still_says_so() -> None:
+    text = words(render({}, {}))
+    assert "No verdict was reached." in text
+    assert "No figure could be computed" in text
+
+
+def test_a_simulation_that_diverges_does_not_hide_the_recording(samples: dict[str, Sample]) -> None:
+    diagnosis, series = copy.deepcopy(samples["table"])
+    for episode in series["episodes"]:
+        episode["before"] = [[1e9 * x, 1e9 * y, theta] for x, y, theta in episode["before"]]
+    page = render(diagnosis, series)
+    bars = re.findall(r'class="tick">([\d.]+)\xa0(cm|m)<', page)
+    assert bars and all(unit == "cm" or float(size) <= 5.0 for size, unit in bars)
+
+
+def test_a_matrix_is_shown_row_by_row(samples: dict[str, Sample]) -> None:
+    diagnosis, series = copy.deepcopy(samples["table"])
+    damping = {"mean": [[15.0, 0.5, 1.0], [0.5, 180.0, 2.0], [1.0, 2.0, 44.0]], "sd": None, "unit": "SI"}
+    diagnosis["missing"][0]["parameters"] = {"damping": damping}
+    assert "0.5, 180, 2" in words(render(diagnosis, series))
+
+
+def test_places_in_world_and_time_are_marked(samples: dict[str, Sample]) -> None:
+    diagnosis, series = copy.deepcopy(samples["table"])
+    diagnosis["missing"][0]["where"] = {
+        "world_point": {"mean": [1.0, 0.5], "sd": [0.01, 0.01]},
+        "world_region": [[0.0, 0.0], [1.0, 0.0], [1.0, 1.0]],
+        "event": {"episode": "episode_04", "time": {"mean": 2.31, "sd": 0.02}},
+    }
+    page = render(diagnosis, series)
+    assert 'class="region"' in page and 'class="event"' in page
+    text = words(page)
+    assert "In the world at (1.000 ± 0.010, 0.500 ± 0.010) m." in text
+    assert "In episode_04 at 2.31 ± 0.02 s." in text
