@@ -6,6 +6,7 @@ import copy
 import datetime
 import pickle
 import threading
+import time
 from pathlib import Path
 from typing import Any, Literal
 
@@ -129,13 +130,21 @@ def test_other_threads_run_while_a_recording_is_read(metadata: dict[str, Any], t
     t = np.arange(n) / 1000
     metadata["object"] = {"dof": ["x"]}
     trundle.Recording(metadata, {"a": {"t": t, "object_x": t / 3, "force_x": t / 7}}).write(tmp_path / "run")
-    reader = threading.Thread(target=trundle.read, args=(tmp_path / "run",))
+    span: list[float] = []
+
+    def read() -> None:
+        span.append(time.perf_counter())
+        trundle.read(tmp_path / "run")
+        span.append(time.perf_counter())
+
+    reader = threading.Thread(target=read)
     reader.start()
-    turns = 0
+    turns = []
     while reader.is_alive():
-        turns += 1
-    # With the interpreter held throughout, this thread would get a turn or two.
-    assert turns > 1000
+        turns.append(time.perf_counter())
+    begin, end = span
+    # With the interpreter held while the file is read, this thread would get no turn in the middle.
+    assert any(0.3 < (turn - begin) / (end - begin) < 0.7 for turn in turns)
 
 
 def test_a_folder_of_something_else_is_left_alone(recording: trundle.Recording, tmp_path: Path) -> None:
