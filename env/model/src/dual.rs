@@ -8,6 +8,7 @@ use std::ops::{Add, AddAssign, Div, Mul, Neg, Sub, SubAssign};
 
 /// A value with its derivatives by `N` variables.
 #[derive(Clone, Copy, Debug, PartialEq)]
+#[repr(align(16))]
 pub struct Dual<const N: usize> {
     /// The value.
     pub re: f64,
@@ -26,25 +27,28 @@ impl<const N: usize> Dual<N> {
     }
 
     /// `f(self)` where `f` has the value `re` and the slope `slope` here.
-    #[inline]
-    fn chain(self, re: f64, slope: f64) -> Self {
-        Self { re, eps: self.eps.map(|e| e * slope) }
+    #[inline(always)]
+    fn chain(mut self, re: f64, slope: f64) -> Self {
+        self.re = re;
+        for e in &mut self.eps {
+            *e *= slope;
+        }
+        self
     }
 
     /// Derivatives `a·self.eps + b·other.eps`.
-    #[inline]
-    fn blend(self, a: f64, other: Self, b: f64) -> [f64; N] {
-        let mut eps = self.eps;
-        for (e, o) in eps.iter_mut().zip(other.eps) {
+    #[inline(always)]
+    fn blend(mut self, a: f64, other: Self, b: f64) -> [f64; N] {
+        for (e, o) in self.eps.iter_mut().zip(&other.eps) {
             *e = *e * a + o * b;
         }
-        eps
+        self.eps
     }
 }
 
 impl<const N: usize> Add for Dual<N> {
     type Output = Self;
-    #[inline]
+    #[inline(always)]
     fn add(mut self, other: Self) -> Self {
         self += other;
         self
@@ -53,7 +57,7 @@ impl<const N: usize> Add for Dual<N> {
 
 impl<const N: usize> Sub for Dual<N> {
     type Output = Self;
-    #[inline]
+    #[inline(always)]
     fn sub(mut self, other: Self) -> Self {
         self -= other;
         self
@@ -62,7 +66,7 @@ impl<const N: usize> Sub for Dual<N> {
 
 impl<const N: usize> Mul for Dual<N> {
     type Output = Self;
-    #[inline]
+    #[inline(always)]
     fn mul(self, other: Self) -> Self {
         Self { re: self.re * other.re, eps: self.blend(other.re, other, self.re) }
     }
@@ -70,7 +74,7 @@ impl<const N: usize> Mul for Dual<N> {
 
 impl<const N: usize> Div for Dual<N> {
     type Output = Self;
-    #[inline]
+    #[inline(always)]
     fn div(self, other: Self) -> Self {
         let inverse = other.re.recip();
         let re = self.re * inverse;
@@ -80,27 +84,27 @@ impl<const N: usize> Div for Dual<N> {
 
 impl<const N: usize> Neg for Dual<N> {
     type Output = Self;
-    #[inline]
+    #[inline(always)]
     fn neg(self) -> Self {
         self.chain(-self.re, -1.0)
     }
 }
 
 impl<const N: usize> AddAssign for Dual<N> {
-    #[inline]
+    #[inline(always)]
     fn add_assign(&mut self, other: Self) {
         self.re += other.re;
-        for (e, o) in self.eps.iter_mut().zip(other.eps) {
+        for (e, o) in self.eps.iter_mut().zip(&other.eps) {
             *e += o;
         }
     }
 }
 
 impl<const N: usize> SubAssign for Dual<N> {
-    #[inline]
+    #[inline(always)]
     fn sub_assign(&mut self, other: Self) {
         self.re -= other.re;
-        for (e, o) in self.eps.iter_mut().zip(other.eps) {
+        for (e, o) in self.eps.iter_mut().zip(&other.eps) {
             *e -= o;
         }
     }
@@ -108,7 +112,7 @@ impl<const N: usize> SubAssign for Dual<N> {
 
 impl<const N: usize> Add<f64> for Dual<N> {
     type Output = Self;
-    #[inline]
+    #[inline(always)]
     fn add(mut self, other: f64) -> Self {
         self.re += other;
         self
@@ -117,7 +121,7 @@ impl<const N: usize> Add<f64> for Dual<N> {
 
 impl<const N: usize> Sub<f64> for Dual<N> {
     type Output = Self;
-    #[inline]
+    #[inline(always)]
     fn sub(mut self, other: f64) -> Self {
         self.re -= other;
         self
@@ -126,7 +130,7 @@ impl<const N: usize> Sub<f64> for Dual<N> {
 
 impl<const N: usize> Mul<f64> for Dual<N> {
     type Output = Self;
-    #[inline]
+    #[inline(always)]
     fn mul(self, other: f64) -> Self {
         self.chain(self.re * other, other)
     }
@@ -134,37 +138,37 @@ impl<const N: usize> Mul<f64> for Dual<N> {
 
 impl<const N: usize> Div<f64> for Dual<N> {
     type Output = Self;
-    #[inline]
+    #[inline(always)]
     fn div(self, other: f64) -> Self {
         self.chain(self.re / other, other.recip())
     }
 }
 
 impl<const N: usize> Real for Dual<N> {
-    #[inline]
+    #[inline(always)]
     fn lift(value: f64) -> Self {
         Self { re: value, eps: [0.0; N] }
     }
-    #[inline]
+    #[inline(always)]
     fn re(self) -> f64 {
         self.re
     }
-    #[inline]
+    #[inline(always)]
     fn sqrt(self) -> Self {
         let root = self.re.sqrt();
         self.chain(root, if root > 0.0 { 0.5 / root } else { 0.0 })
     }
-    #[inline]
+    #[inline(always)]
     fn exp(self) -> Self {
         let value = self.re.exp();
         self.chain(value, value)
     }
-    #[inline]
+    #[inline(always)]
     fn sin_cos(self) -> (Self, Self) {
         let (sin, cos) = self.re.sin_cos();
         (self.chain(sin, cos), self.chain(cos, -sin))
     }
-    #[inline]
+    #[inline(always)]
     fn recip(self) -> Self {
         let inverse = self.re.recip();
         self.chain(inverse, -inverse * inverse)

@@ -155,6 +155,28 @@ impl<T: Real> Action<T> {
         }
     }
 
+    /// Add viscous drag alike in every direction at a body point, `c` in N·s/m.
+    #[inline]
+    pub fn brake_at(&mut self, [x, y]: [T; 2], c: T) {
+        let (cx, cy) = (c * x, c * y);
+        self.drag[0] += c;
+        self.drag[2] += c;
+        self.drag[3] -= cy;
+        self.drag[4] += cx;
+        self.drag[5] += cx * x + cy * y;
+    }
+
+    /// Add the other's wrench.
+    #[inline]
+    pub fn add(&mut self, other: &Self) {
+        for (sum, term) in self.push.iter_mut().zip(&other.push) {
+            *sum += *term;
+        }
+        for (sum, term) in self.drag.iter_mut().zip(&other.drag) {
+            *sum += *term;
+        }
+    }
+
     /// The wrench `push − drag · twist`.
     #[inline]
     pub fn wrench(&self, [vx, vy, spin]: [T; 3]) -> [T; 3] {

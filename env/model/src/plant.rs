@@ -39,24 +39,30 @@ pub struct Plant<T> {
     pub com: [T; 2],
     /// The laws.
     pub laws: Vec<Law<T>>,
-    /// `1/√M` of the directions that can move, 0 of those that a rail blocks.
+    /// `√M` of the directions that can move, 0 of those that a rail blocks.
+    root: [T; 3],
+    /// One over it, and likewise 0.
     scale: [T; 3],
+    /// Products of `scale`, by which a drag matrix `[xx, xy, yy, xθ, yθ, θθ]` is scaled.
+    weight: [T; 6],
 }
 
 impl<T: Real> Plant<T> {
     pub(crate) fn new(mass: T, body: &Body, dof: [bool; 3], laws: Vec<Law<T>>) -> Self {
         let inertia = mass * (body.gyration * body.gyration);
-        let free = |moves: bool, m: T| if moves { m.sqrt().recip() } else { T::zero() };
-        let scale = [free(dof[0], mass), free(dof[1], mass), free(dof[2], inertia)];
-        Self { mass, inertia, com: body.com.map(T::lift), laws, scale }
+        let free = |moves: bool, root: T| if moves { root } else { T::zero() };
+        let along = |[x, y, theta]: [T; 3]| [free(dof[0], x), free(dof[1], y), free(dof[2], theta)];
+        let (line, turn) = (mass.sqrt(), inertia.sqrt());
+        let root = along([line, line, turn]);
+        let [a, b, c] = along([line.recip(), line.recip(), turn.recip()]);
+        let weight = [a * a, a * b, b * b, a * c, b * c, c * c];
+        Self { mass, inertia, com: body.com.map(T::lift), laws, root, scale: [a, b, c], weight }
     }
 
     /// What all laws do at a state, object axes about the object origin.
     pub fn action(&self, state: &State<T>, clock: Clock) -> Action<T> {
         let heading = state.pose[2].sin_cos();
-        let [vx, vy, spin] = state.twist;
-        let (sin, cos) = heading;
-        self.act(state, heading, [cos * vx + sin * vy, cos * vy - sin * vx, spin], clock)
+        self.act(state, heading, rotate_back(state.twist, heading), clock)
     }
 
     /// A sensor reading, reading axes about its reference point, as the wrench that truly acted.
@@ -70,40 +76,33 @@ impl<T: Real> Plant<T> {
     /// The state after `dt` seconds under `applied`, the mean wrench on the object over the step
     /// in object axes about the object origin (it turns with the object).
     pub fn step(&self, state: &State<T>, applied: [T; 3], clock: Clock, dt: f64) -> State<T> {
-        let [x, y, theta] = state.pose;
         let half = dt / 2.0;
+        let [x, y, theta] = state.pose;
         let start = theta.sin_cos();
-        let before = self.to_center(state.twist, start);
+        let from = turned(self.com, start);
+        let before = carried(state.twist, from);
 
         let twist = rotate_back(state.twist, start);
-        let near = self.solve_half(
-            before,
-            self.about_center(applied, self.act(state, start, twist, clock)),
-            start,
-            half,
-        );
-        let spin = (before[2] + near[2]) * 0.5;
-        let middle_heading = theta + spin * half;
-        let middle = middle_heading.sin_cos();
-        let near_origin = self.to_origin(near, middle);
-        let mid = State {
-            pose: [x + near_origin[0] * half, y + near_origin[1] * half, middle_heading],
-            twist: near_origin,
-        };
+        let load = self.about_center(applied, self.act(state, start, twist, clock));
+        let near = rotate(self.solve_half(carried(twist, self.com), &load, half), start);
 
-        let twist = rotate_back(near_origin, middle);
-        let after =
-            self.solve(before, self.about_center(applied, self.act(&mid, middle, twist, clock)), middle, dt);
-        let theta_after = theta + (before[2] + after[2]) * half;
-        let end = theta_after.sin_cos();
-        let (from, to) = (self.center_offset(start), self.center_offset(end));
+        let heading = theta + (before[2] + near[2]) * (half / 2.0);
+        let middle = heading.sin_cos();
+        let twist = carried(rotate_back(near, middle), [-self.com[0], -self.com[1]]);
+        let [vx, vy, _] = state.twist;
+        let mid = State { pose: [x + vx * half, y + vy * half, heading], twist };
+        let load = self.about_center(applied, self.act(&mid, middle, twist, clock));
+        let after = rotate(self.solve(rotate_back(before, middle), &load, dt), middle);
+
+        let heading = theta + (before[2] + after[2]) * half;
+        let to = turned(self.com, heading.sin_cos());
         State {
             pose: [
                 x + from[0] - to[0] + (before[0] + after[0]) * half,
                 y + from[1] - to[1] + (before[1] + after[1]) * half,
-                theta_after,
+                heading,
             ],
-            twist: self.to_origin(after, end),
+            twist: carried(after, [-to[0], -to[1]]),
         }
     }
 
@@ -126,73 +125,74 @@ impl<T: Real> Plant<T> {
         // Twist at the origin from the twist at the centre: v_o = v_c + ω (c_y, −c_x).
         let (sx, sy) = (tx + xx * cy - xy * cx, ty + xy * cy - yy * cx);
         let spin = tt + tx * cy - ty * cx + sx * cy - sy * cx;
-        let push = [0, 1, 2].map(|k| action.push[k] + applied[k]);
-        let moment = push[2] + push[0] * cy - push[1] * cx;
-        let [a, b, c] = self.scale;
+        let [px, py, torque] = sum(action.push, applied);
         Action {
-            push: [push[0] * a, push[1] * b, moment * c],
-            drag: [xx * a * a, xy * a * b, yy * b * b, sx * a * c, sy * b * c, spin * c * c],
+            push: scaled([px, py, torque + px * cy - py * cx], self.scale),
+            drag: scaled([xx, xy, yy, sx, sy, spin], self.weight),
         }
     }
 
-    /// Implicit Euler over `h`; velocities of the mass centre, world axes.
+    /// Implicit Euler over `h`; velocities of the mass centre, object axes.
     #[inline]
-    fn solve_half(&self, before: [T; 3], scaled: Action<T>, heading: (T, T), h: f64) -> [T; 3] {
-        let u = self.momentum(before, heading);
-        let rhs = [0, 1, 2].map(|k| u[k] + scaled.push[k] * h);
-        let mut lhs = scaled.drag.map(|d| d * h);
-        add_identity(&mut lhs);
-        self.velocity(solve_spd(lhs, rhs), heading)
+    fn solve_half(&self, v: [T; 3], Action { push, drag }: &Action<T>, h: f64) -> [T; 3] {
+        let u = sum(scaled(v, self.root), times(*push, h));
+        scaled(solve_spd(plus_identity(times(*drag, h)), u), self.scale)
     }
 
-    /// The (0,2) Padé step over `h`.
+    /// The (0,2) Padé step over `h`. On a blocked direction the velocity is zero and stays so.
     #[inline]
-    fn solve(&self, before: [T; 3], scaled: Action<T>, heading: (T, T), h: f64) -> [T; 3] {
-        let u = self.momentum(before, heading);
-        let drag = scaled.drag;
-        let damped = multiply(drag, scaled.push);
-        let rhs = [0, 1, 2].map(|k| u[k] + (scaled.push[k] + damped[k] * (h / 2.0)) * h);
-        let square = squared(drag);
-        let mut lhs = [0, 1, 2, 3, 4, 5].map(|k| (drag[k] + square[k] * (h / 2.0)) * h);
-        add_identity(&mut lhs);
-        self.velocity(solve_spd(lhs, rhs), heading)
-    }
-
-    /// `M^½ v` in object axes. On a blocked direction the velocity is zero and stays so.
-    #[inline]
-    fn momentum(&self, v: [T; 3], heading: (T, T)) -> [T; 3] {
-        let v = rotate_back(v, heading);
-        [0, 1, 2].map(|k| if self.scale[k].re() > 0.0 { v[k] / self.scale[k] } else { T::zero() })
-    }
-
-    #[inline]
-    fn velocity(&self, u: [T; 3], heading: (T, T)) -> [T; 3] {
-        rotate([0, 1, 2].map(|k| u[k] * self.scale[k]), heading)
-    }
-
-    /// The mass centre relative to the object origin, world axes.
-    #[inline]
-    fn center_offset(&self, (sin, cos): (T, T)) -> [T; 2] {
-        let [cx, cy] = self.com;
-        [cos * cx - sin * cy, sin * cx + cos * cy]
-    }
-
-    #[inline]
-    fn to_center(&self, [vx, vy, spin]: [T; 3], heading: (T, T)) -> [T; 3] {
-        let [rx, ry] = self.center_offset(heading);
-        [vx - spin * ry, vy + spin * rx, spin]
-    }
-
-    #[inline]
-    fn to_origin(&self, [vx, vy, spin]: [T; 3], heading: (T, T)) -> [T; 3] {
-        let [rx, ry] = self.center_offset(heading);
-        [vx + spin * ry, vy - spin * rx, spin]
+    fn solve(&self, v: [T; 3], Action { push, drag }: &Action<T>, h: f64) -> [T; 3] {
+        let second = h * h / 2.0;
+        let u = sum(scaled(v, self.root), times(*push, h));
+        let u = sum(u, times(multiply(*drag, *push), second));
+        let matrix = sum(times(*drag, h), times(squared(*drag), second));
+        scaled(solve_spd(plus_identity(matrix), u), self.scale)
     }
 }
 
+/// Sum by elements.
 #[inline]
-fn rotate<T: Real>([x, y, z]: [T; 3], (sin, cos): (T, T)) -> [T; 3] {
-    [cos * x - sin * y, sin * x + cos * y, z]
+fn sum<T: Real, const N: usize>(mut a: [T; N], b: [T; N]) -> [T; N] {
+    for (a, b) in a.iter_mut().zip(b) {
+        *a += b;
+    }
+    a
+}
+
+/// Product by elements.
+#[inline]
+fn scaled<T: Real, const N: usize>(mut a: [T; N], by: [T; N]) -> [T; N] {
+    for (a, by) in a.iter_mut().zip(by) {
+        *a = *a * by;
+    }
+    a
+}
+
+/// Product with a number.
+#[inline]
+fn times<T: Real, const N: usize>(mut a: [T; N], by: f64) -> [T; N] {
+    for a in &mut a {
+        *a = *a * by;
+    }
+    a
+}
+
+/// The twist of a body, taken at a point that lies `[x, y]` from where it was given.
+#[inline]
+fn carried<T: Real>([vx, vy, spin]: [T; 3], [x, y]: [T; 2]) -> [T; 3] {
+    [vx - spin * y, vy + spin * x, spin]
+}
+
+/// A vector of the body in world axes.
+#[inline]
+fn turned<T: Real>([x, y]: [T; 2], (sin, cos): (T, T)) -> [T; 2] {
+    [cos * x - sin * y, sin * x + cos * y]
+}
+
+#[inline]
+fn rotate<T: Real>([x, y, z]: [T; 3], heading: (T, T)) -> [T; 3] {
+    let [x, y] = turned([x, y], heading);
+    [x, y, z]
 }
 
 #[inline]
@@ -221,10 +221,8 @@ pub fn transport<T: Real>(wrench: [T; 3], frame: [f64; 3]) -> [T; 3] {
 }
 
 #[inline]
-fn add_identity<T: Real>(m: &mut [T; 6]) {
-    for k in [0, 2, 5] {
-        m[k] = m[k] + 1.0;
-    }
+fn plus_identity<T: Real>([xx, xy, yy, xz, yz, zz]: [T; 6]) -> [T; 6] {
+    [xx + 1.0, xy, yy + 1.0, xz, yz, zz + 1.0]
 }
 
 /// Product of a symmetric matrix `[xx, xy, yy, xz, yz, zz]` and a vector.

@@ -49,21 +49,27 @@ pub trait Real:
 }
 
 impl Real for f64 {
+    #[inline]
     fn lift(value: f64) -> Self {
         value
     }
+    #[inline]
     fn re(self) -> f64 {
         self
     }
+    #[inline]
     fn sqrt(self) -> Self {
         f64::sqrt(self)
     }
+    #[inline]
     fn exp(self) -> Self {
         f64::exp(self)
     }
+    #[inline]
     fn sin_cos(self) -> (Self, Self) {
         f64::sin_cos(self)
     }
+    #[inline]
     fn recip(self) -> Self {
         f64::recip(self)
     }

@@ -58,6 +58,6 @@ impl<T: Real> Act<T> for CoulombFriction<T> {
     #[inline]
     fn act(&self, at: &Situation<T>, sum: &mut Action<T>) {
         let c = self.dry.coefficient(at.velocity(self.point));
-        sum.drag_at(self.point, [c, T::zero(), c]);
+        sum.brake_at(self.point, c);
     }
 }

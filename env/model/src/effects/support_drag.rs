@@ -2,7 +2,7 @@
 
 use super::positive;
 use crate::law::{Act, Acting, Action, Situation, Spec, take};
-use crate::{Body, Real, Support};
+use crate::{Body, Real};
 
 pub(crate) static SPEC: Spec = Spec {
     kind: "support_drag",
@@ -17,24 +17,24 @@ pub(crate) static SPEC: Spec = Spec {
     probe: "repeat one push slowly and fast, and once turning on the spot",
 };
 
-/// The law in place.
+/// The law in place: its drag on the body, which no state changes.
 #[derive(Clone, Debug)]
 pub struct SupportDrag<T> {
-    support: Vec<Support>,
-    mu: T,
+    drag: Action<T>,
 }
 
 impl<T: Real> Act<T> for SupportDrag<T> {
     fn new(values: &[T], body: &Body) -> Self {
         let [mu] = take(values);
-        Self { support: body.support.clone(), mu }
+        let mut drag = Action::none();
+        for support in &body.support {
+            drag.brake_at(support.point.map(T::lift), mu * support.share);
+        }
+        Self { drag }
     }
 
     #[inline]
     fn act(&self, _at: &Situation<T>, sum: &mut Action<T>) {
-        for support in &self.support {
-            let c = self.mu * support.share;
-            sum.drag_at(support.point.map(T::lift), [c, T::zero(), c]);
-        }
+        sum.add(&self.drag);
     }
 }

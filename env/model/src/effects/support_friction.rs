@@ -55,7 +55,7 @@ impl<T: Real> Act<T> for SupportFriction<T> {
         for support in &self.support {
             let point = support.point.map(T::lift);
             let c = self.dry.coefficient(at.velocity(point)) * support.share;
-            sum.drag_at(point, [c, T::zero(), c]);
+            sum.brake_at(point, c);
         }
     }
 }

@@ -28,27 +28,30 @@ pub(crate) static SPEC: Spec = Spec {
     probe: "push along and across the wheel's rolling direction at two speeds",
 };
 
-/// The law in place: position and damping matrix `[xx, xy, yy]`.
+/// The law in place: its drag on the body, which no state changes.
 #[derive(Clone, Debug)]
 pub struct ViscousWheel<T> {
-    point: [T; 2],
-    drag: [T; 3],
+    drag: Action<T>,
 }
 
 impl<T: Real> Act<T> for ViscousWheel<T> {
     fn new(values: &[T], _body: &Body) -> Self {
         let [x, y, angle, mu_x, mu_y] = take(values);
         let (sin, cos) = angle.sin_cos();
-        let drag = [
-            mu_x * cos.squared() + mu_y * sin.squared(),
-            (mu_x - mu_y) * sin * cos,
-            mu_x * sin.squared() + mu_y * cos.squared(),
-        ];
-        Self { point: [x, y], drag }
+        let mut drag = Action::none();
+        drag.drag_at(
+            [x, y],
+            [
+                mu_x * cos.squared() + mu_y * sin.squared(),
+                (mu_x - mu_y) * sin * cos,
+                mu_x * sin.squared() + mu_y * cos.squared(),
+            ],
+        );
+        Self { drag }
     }
 
     #[inline]
     fn act(&self, _at: &Situation<T>, sum: &mut Action<T>) {
-        sum.drag_at(self.point, self.drag);
+        sum.add(&self.drag);
     }
 }
