@@ -190,7 +190,7 @@ def test_a_torn_bag_is_refused(imported: Import, tmp_path: Path) -> None:
     folder = write_bag(tmp_path / "bag", Push().messages())
     torn = tmp_path / "torn.mcap"
     torn.write_bytes(next(folder.glob("*.mcap")).read_bytes()[:5000])
-    with pytest.raises(SourceError, match=r"torn\.mcap: not a bag that can be read"):
+    with pytest.raises(SourceError, match=r"torn\.mcap: not a whole bag"):
         imported(torn, "mcap", BAG_MAP)
 
 
@@ -214,3 +214,21 @@ def test_the_example_map_makes_a_recording(tmp_path: Path) -> None:
     got = read(write_bag(tmp_path / "bag", messages), "rosbag2", example)
     recording = trundle.Recording(got.metadata, got.episodes)
     assert list(recording.episodes) == ["push_1", "push_2"]
+
+
+@pytest.mark.parametrize("storage", ["mcap", "sqlite3"])
+@pytest.mark.parametrize("seed", range(12))
+def test_damaged_bytes_are_refused_or_harmless(
+    imported: Import, tmp_path: Path, storage: str, seed: int
+) -> None:
+    folder = write_bag(tmp_path / "bag", Push().messages(), storage)
+    (whole,) = (path for path in folder.iterdir() if path.suffix in (".mcap", ".db3"))
+    rng = np.random.default_rng(seed)
+    data = np.frombuffer(whole.read_bytes(), dtype=np.uint8).copy()
+    data[rng.integers(len(data), size=20)] = rng.integers(256, size=20)
+    damaged = tmp_path / f"damaged{whole.suffix}"
+    damaged.write_bytes(data.tobytes())
+    try:
+        imported(damaged, "rosbag2", BAG_MAP)
+    except ValueError as error:
+        assert "damaged" in str(error) or "quaternion" in str(error)

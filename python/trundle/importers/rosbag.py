@@ -2,13 +2,13 @@
 
 from __future__ import annotations
 
-from collections.abc import Mapping
+from collections.abc import Iterator, Mapping
+from contextlib import contextmanager
 from dataclasses import dataclass, field
 from pathlib import Path
 from typing import Any, Literal
 
-from rosbags.rosbag2 import Reader, ReaderError
-from rosbags.serde import SerdeError
+from rosbags.rosbag2 import Reader
 from rosbags.typesys import Stores, get_typestore
 
 from trundle.importers.config import MapError, typed
@@ -126,28 +126,41 @@ def _collect(bag: Path, told: BagMap, say: Say) -> dict[str, Samples]:
     samples = {
         role: Samples(topic.topic, topic.frame, told.stamp == "header") for role, topic in topics.items()
     }
+    wanted = {topic.topic for topic in topics.values()}
     store = get_typestore(Stores.LATEST)
-    try:
-        with Reader(bag) as reader:
-            connections = [
-                c for c in reader.connections if c.topic in {topic.topic for topic in topics.values()}
-            ]
+    with _opened(bag) as reader:
+        for role, topic in topics.items():
+            _check(bag, reader, role, topic)
+        connections = [connection for connection in reader.connections if connection.topic in wanted]
+        for count, (connection, stamp, data) in enumerate(reader.messages(connections=connections)):
+            if count % TELL_EVERY == 0:
+                say(f"{bag.name}: {count} messages")
+            message = store.deserialize_cdr(data, connection.msgtype)
             for role, topic in topics.items():
-                _check(bag, reader, role, topic)
-            for count, (connection, stamp, data) in enumerate(reader.messages(connections=connections)):
-                if count % TELL_EVERY == 0:
-                    say(f"{bag.name}: {count} messages")
-                message = store.deserialize_cdr(data, connection.msgtype)
-                for role, topic in topics.items():
-                    if topic.topic == connection.topic:
-                        samples[role].add(message, connection.msgtype, stamp)
-    except (ReaderError, SerdeError) as error:
-        raise SourceError(
-            bag, f"not a bag that can be read ({error}); `ros2 bag reindex` repairs a torn one"
-        ) from error
+                if topic.topic == connection.topic:
+                    samples[role].add(message, connection.msgtype, stamp)
     for role, each in samples.items():
         each.check(bag, role)
     return samples
+
+
+@contextmanager
+def _opened(bag: Path) -> Iterator[Reader]:
+    """Open a bag for reading, and say what can be done about one that is damaged."""
+    try:
+        with Reader(bag) as reader:
+            yield reader
+    except (SourceError, MapError, OSError):
+        raise
+    except KeyError as error:
+        remedy = "copy the ROS 2 topics to a bag of their own, `mcap filter IN -o OUT -y TOPIC`"
+        raise SourceError(bag, f"holds channels that are not ROS 2 messages ({error}); {remedy}") from error
+    except Exception as error:
+        # A damaged file makes the library raise whatever the broken bytes run into.
+        remedy = "`mcap recover IN -o OUT`, or `ros2 bag reindex FOLDER`, saves what is whole"
+        raise SourceError(
+            bag, f"not a bag that can be read ({type(error).__name__}: {error}); {remedy}"
+        ) from error
 
 
 def _check(bag: Path, reader: Reader, role: str, topic: TopicMap) -> None:
