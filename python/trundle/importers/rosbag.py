@@ -158,9 +158,7 @@ def _opened(bag: Path) -> Iterator[Reader]:
     except Exception as error:
         # A damaged file makes the library raise whatever the broken bytes run into.
         remedy = "`mcap recover IN -o OUT`, or `ros2 bag reindex FOLDER`, saves what is whole"
-        raise SourceError(
-            bag, f"not a bag that can be read ({type(error).__name__}: {error}); {remedy}"
-        ) from error
+        raise SourceError(bag, f"not a whole bag ({type(error).__name__}: {error}); {remedy}") from error
 
 
 def _check(bag: Path, reader: Reader, role: str, topic: TopicMap) -> None:
