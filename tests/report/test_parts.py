@@ -6,7 +6,7 @@ from itertools import pairwise
 
 import numpy as np
 import pytest
-from hypothesis import given
+from hypothesis import given, settings
 from hypothesis import strategies as st
 
 from trundle.report.decimate import envelope, simplify
@@ -32,6 +32,7 @@ def test_envelope_leaves_a_short_curve_alone() -> None:
     assert envelope(t, t, 300)[1] is t
 
 
+@settings(max_examples=25)
 @given(st.integers(0, 2**32 - 1), st.floats(0.01, 1.0))
 def test_simplify_stays_within_its_tolerance(seed: int, tolerance: float) -> None:
     walk = np.cumsum(np.random.default_rng(seed).normal(size=(80, 2)), axis=0)

@@ -6,7 +6,7 @@ from collections.abc import Mapping, Sequence
 from importlib import resources
 from typing import Any
 
-from trundle.report import sections
+from trundle.report import cards, sections
 from trundle.report.given import Series
 from trundle.report.markup import Html, tag
 from trundle.report.verdict import headline
@@ -35,7 +35,7 @@ def render(diagnosis: Mapping[str, Any], series: Mapping[str, Any]) -> str:
     recording = str(diagnosis.get("recording") or "recording")
     parts: Sequence[Html | None] = (
         sections.answer(diagnosis, curves, recording),
-        sections.missing(diagnosis),
+        cards.missing(diagnosis),
         sections.motion(diagnosis, curves),
         sections.slow_pushes(curves),
         sections.figures_of_fit(diagnosis, curves),

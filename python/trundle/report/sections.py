@@ -11,14 +11,14 @@ from trundle.report.figures import place
 from trundle.report.figures import residual as residuals
 from trundle.report.figures import wrench as wrenches
 from trundle.report.given import Episode, Series, finite, held_out_first
-from trundle.report.markup import Child, Html, tag
-from trundle.report.quantity import ABSENT, listed, measured, readable, shown
+from trundle.report.markup import Html, tag
+from trundle.report.quantity import ABSENT, listed, shown
+from trundle.report.section import section
 from trundle.report.verdict import headline, lead
 
 __all__ = [
     "answer",
     "figures_of_fit",
-    "missing",
     "motion",
     "nominal",
     "ranking",
@@ -30,10 +30,6 @@ __all__ = [
 _OPEN, _FOLDED = 3, 6
 _RANKED = 6
 _LONG = 6
-
-
-def _section(title: str, *children: Child) -> Html:
-    return tag("section", tag("h2", title), *children)
 
 
 def _panels(figures: Sequence[Html]) -> Html:
@@ -58,75 +54,6 @@ def answer(diagnosis: Mapping[str, Any], series: Series, recording: str) -> Html
         class_="words",
     )
     return tag("header", words, place.draw(diagnosis, series), class_=f"answer {verdict}")
-
-
-def missing(diagnosis: Mapping[str, Any]) -> Html | None:
-    """Return what is missing, one card an effect, and what would tell it from the rest."""
-    effects = diagnosis.get("missing") or ()
-    cards = [*(_card(effect) for effect in effects), _doubts(diagnosis)]
-    if not any(cards):
-        return None
-    return _section("What is missing" if effects else "What might be", tag("div", cards, class_="cards"))
-
-
-def _card(effect: Mapping[str, Any]) -> Html:
-    facts = [
-        (label, f"{100.0 * value:.0f} %")
-        for label, key in (
-            ("belongs in the model, given the data", "probability"),
-            ("of the held-out misfit is explained by it alone", "explains"),
-        )
-        if (value := finite(effect.get(key))) is not None
-    ]
-    return tag(
-        "article",
-        tag("h3", readable(str(effect.get("effect"))).capitalize()),
-        tag("ul", [tag("li", tag("b", value), f" {label}") for label, value in facts], class_="facts"),
-        tables.parameters(effect.get("parameters") or {}),
-        [tag("p", sentence) for sentence in _where(effect.get("where") or {})],
-    )
-
-
-def _where(where: Mapping[str, Any]) -> list[str]:
-    sentences = []
-    for key, words in (("body_point", "On the object at"), ("world_point", "In the world at")):
-        found = place.point(where, key)
-        if found is not None:
-            (x, y), (sx, sy) = found
-            sentences.append(f"{words} ({measured(x, sx)}, {measured(y, sy)}) m.")
-        elif key in where:
-            sentences.append(f"{words} a place that the data do not hold.")
-    if where.get("world_region"):
-        sentences.append("On the floor in the region that the maps below show hatched.")
-    event = where.get("event")
-    if isinstance(event, Mapping):
-        time = event.get("time") or {}
-        sentences.append(f"In {event.get('episode')} at {measured(time.get('mean'), time.get('sd'))} s.")
-    return sentences
-
-
-def _doubts(diagnosis: Mapping[str, Any]) -> Html | None:
-    """Return what the data cannot tell apart, and the experiment that would."""
-    groups = [
-        listed([readable(str(name)) for name in group], "or")
-        for group in diagnosis.get("tied") or ()
-        if len(group) > 1
-    ]
-    others = diagnosis.get("alternatives") or ()
-    if not groups and not others:
-        return None
-    tied = [tag("p", tag("b", group), ": this recording cannot tell.") for group in groups]
-    title = tag("h3", "What it might be instead, and what would tell")
-    return tag("article", title, tied, [_alternative(entry) for entry in others], class_="doubt")
-
-
-def _alternative(entry: Mapping[str, Any]) -> Html:
-    probability = finite(entry.get("probability"))
-    share = "" if probability is None else f" ({100.0 * probability:.0f} %)"
-    experiment = str(entry.get("experiment") or "no experiment is known that would tell")
-    return tag(
-        "p", tag("b", readable(str(entry.get("effect"))).capitalize()), f"{share}. To tell: ", experiment
-    )
 
 
 def _legend(verb: str, sides: Sequence[str]) -> Html:
@@ -155,7 +82,7 @@ def motion(diagnosis: Mapping[str, Any], series: Series) -> Html | None:
         for index, episode in enumerate(drawable[: _OPEN + _FOLDED])
     ]
     text = "The recorded force alone drives the simulation, from rest. Held-out episodes were never fitted."
-    return _section(
+    return section(
         "Simulation against recording",
         tag("p", text, _of(len(figures), len(drawable))),
         _legend("simulated", _sides(drawable)),
@@ -186,7 +113,7 @@ def slow_pushes(series: Series) -> Html | None:
         "These pushes are slow: no motion can be simulated from the force alone. Compared is the wrench "
         "that the model needs for the motion that was seen; points beyond the frame are drawn on its edge."
     )
-    return _section(
+    return section(
         "Wrench of the model against the recorded one",
         tag("p", text),
         _panels(agreement),
@@ -199,7 +126,7 @@ def slow_pushes(series: Series) -> Html | None:
 def figures_of_fit(diagnosis: Mapping[str, Any], series: Series) -> Html:
     """Held-out figures in full, training figures behind a fold."""
     fit = diagnosis.get("fit") or {}
-    return _section(
+    return section(
         "How far off",
         tag(
             "p",
@@ -230,7 +157,7 @@ def residual(diagnosis: Mapping[str, Any], series: Series) -> Html | None:
         return None
     total = sum(episode.residual is not None for episode in series.episodes)
     text = "What the seen motion needs and the simulation lacks: force and torque in the object's axes."
-    return _section(
+    return section(
         "What the simulation lacks in time",
         tag("p", text, _of(len(figures), total), _shares(mismatch, series), _regime(mismatch)),
         _panels(figures),
@@ -241,9 +168,11 @@ def residual(diagnosis: Mapping[str, Any], series: Series) -> Html | None:
 def _shares(mismatch: Mapping[str, Any], series: Series) -> str:
     given = mismatch.get("channels") or {}
     shares = [(name, value) for name in series.dof if (value := finite(given.get(name))) is not None]
+    words = {"theta": "heading"}
     if len(shares) < 2:
         return ""
-    return f" Shares of the misfit: {listed([f'{name} {100.0 * share:.0f} %' for name, share in shares])}."
+    parts = [f"{words.get(name, name)} {100.0 * share:.0f} %" for name, share in shares]
+    return f" Shares of the misfit: {listed(parts)}."
 
 
 def _regime(mismatch: Mapping[str, Any]) -> str:
@@ -256,7 +185,7 @@ def ranking(series: Mapping[str, Any]) -> Html | None:
     if not entries:
         return None
     rest = entries[_RANKED:]
-    return _section(
+    return section(
         "What else was tried",
         tag("p", "Log evidence is relative to the best; the log score is that of episodes left out in turn."),
         tables.candidates(entries[:_RANKED]),
@@ -270,7 +199,7 @@ def nominal(diagnosis: Mapping[str, Any]) -> Html | None:
     if found is None:
         return None
     text = "Refitted without (before) and with (after) what was missing; ± is one standard deviation."
-    return _section("Parameters of the simulation", tag("p", text), found)
+    return section("Parameters of the simulation", tag("p", text), found)
 
 
 def _seed(series: Mapping[str, Any]) -> str:
@@ -283,7 +212,7 @@ def reproduce(series: Mapping[str, Any]) -> Html:
     noise = series.get("noise") or {}
     pose = noise.get("pose") or (None, None, None)
     origin = "as the recording states" if noise.get("stated") else "estimated from the recording"
-    return _section(
+    return section(
         "How to get this page again",
         tag("pre", tag("code", str(series.get("command") or ""))),
         tag(
