@@ -106,7 +106,7 @@ def test_logs_become_episodes(tmp_path: Path) -> None:
     assert recording.metadata["split"]["held_out"] == ["exp_2"]
     poses = recording.episodes["exp_2"]["object_x"]
     assert np.sum(~np.isnan(poses)) == 493
-    assert any("exp_2: left out 7 poses of a lost tracker" in remark for remark in got.remarks)
+    assert any("exp_2: 7 poses of a lost tracker left out" in remark for remark in got.remarks)
     begin, end = recording.metadata["wrench"]["precontact"]["exp_1"]
     assert begin == 0.0
     assert end == pytest.approx(6.0, abs=0.05)
@@ -119,6 +119,16 @@ def test_a_missing_part_of_a_log_is_named(tmp_path: Path) -> None:
     write_log(tmp_path, "exp_1", 0)
     (tmp_path / "exp_1_pos.txt").unlink()
     with pytest.raises(ValueError, match=r"exp_1_pos\.txt: no such file; a log is three of them"):
+        read(tmp_path, "cmu-planar-push")
+
+
+def test_a_bad_row_of_a_log_is_named(tmp_path: Path) -> None:
+    write_log(tmp_path, "exp_1", 0)
+    path = tmp_path / "exp_1_robot.txt"
+    lines = path.read_text().splitlines()
+    lines[3] = "500 0 15"
+    path.write_text("\n".join(lines))
+    with pytest.raises(ValueError, match=r"exp_1_robot\.txt: row 4 = '500 0 15': 7 numbers belong here"):
         read(tmp_path, "cmu-planar-push")
 
 
@@ -205,11 +215,11 @@ def test_real_logs_do_work_and_touch_the_inferred_sides(real_data: RealData) -> 
         cosine = (force * velocity).sum(axis=1)[sliding] / (size * speed)[sliding]
         assert np.mean(cosine > 0.0) > 0.97, name
         assert np.mean(cosine) > 0.8, name
-        touching = (size > 0.1) & (t < 22.0) & (np.abs(twist[:, 2]) < 1.0)
+        touching = (size > 0.1) & (np.abs(twist[:, 2]) < 1.0)
         c, s = np.cos(pose[touching, 2]), np.sin(pose[touching, 2])
         x, y = arm[touching].T
         distance = outline_distance(corners, np.column_stack([c * x + s * y, c * y - s * x]))
-        assert np.median(distance) < 1e-3, name
+        assert np.quantile(distance, 0.95) < 1.5e-3, name
 
 
 def outline_distance(corners: Floats, points: Floats) -> Floats:

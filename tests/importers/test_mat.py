@@ -95,3 +95,17 @@ def test_no_matlab_file(imported: Import, tmp_path: Path) -> None:
     (tmp_path / "run.mat").write_text("t,x\n0,1\n" * 40)
     with pytest.raises(ValueError, match=r"run\.mat: not a MATLAB file that can be read"):
         imported(tmp_path / "run.mat", "mat", {"time": "t", "columns": {"object_x": "x"}})
+
+
+def test_version_7_3_with_h5py(imported: Import, tmp_path: Path) -> None:
+    """MATLAB writes its header into the first 512 bytes and arrays transposed."""
+    h5py = pytest.importorskip("h5py", reason="h5py is optional: it reads MATLAB files of version 7.3")
+    path = tmp_path / "new.mat"
+    with h5py.File(path, "w", userblock_size=512) as file:
+        file["t"] = np.arange(4.0)[None, :]
+        file["log/pose"] = np.arange(12.0).reshape(3, 4)
+    with path.open("r+b") as raw:
+        raw.write(b"MATLAB 7.3 MAT-file, Platform: GLNXA64".ljust(124) + b"\x00\x02IM")
+    columns = {name: {"name": "log.pose", "index": k} for k, name in enumerate(("object_x", "force_x"), 2)}
+    table = imported(path, "mat", {"time": "t", "columns": columns}).episodes["episode_00"]
+    np.testing.assert_array_equal(table["object_x"], [4.0, 5.0, 6.0, 7.0])

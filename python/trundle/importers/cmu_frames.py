@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from collections.abc import Iterable, Sequence
+from collections.abc import Sequence
 from pathlib import Path
 
 import numpy as np
@@ -27,17 +27,17 @@ def wrench_metadata(sign: str, precontact: dict[str, list[float]]) -> dict[str, 
     }
 
 
-def numbers(path: Path, lines: Iterable[str], row: int, width: int | Sequence[int]) -> Floats:
+def numbers(path: Path, lines: Sequence[str], rows: Sequence[int], width: int) -> Floats:
     """Parse lines of `width` numbers each.
 
     Parameters
     ----------
     path : Path
         For messages.
-    lines : iterable of str
+    lines : sequence of str
         Numbers parted by blanks.
-    row : int
-        Number of the first line in the file, from 1.
+    rows : sequence of int
+        Their numbers in the file, from 1, for messages.
     width : int
         Numbers that every line must hold.
 
@@ -46,14 +46,14 @@ def numbers(path: Path, lines: Iterable[str], row: int, width: int | Sequence[in
     (n, width) array
     """
     parsed = []
-    for at, line in enumerate(lines, start=row):
+    for row, line in zip(rows, lines, strict=True):
         try:
             values = [float(word) for word in line.split()]
         except ValueError:
             values = []
         if len(values) != width or not np.all(np.isfinite(values)):
             raise SourceError(
-                path, f"row {at} = {line[:60]!r}: {width} numbers belong here; is the file whole?"
+                path, f"row {row} = {line[:60]!r}: {width} numbers belong here; is the file whole?"
             )
         parsed.append(values)
-    return np.array(parsed, dtype=np.float64).reshape(len(parsed), -1)
+    return np.array(parsed, dtype=np.float64).reshape(len(parsed), width)

@@ -9,7 +9,8 @@ import numpy as np
 from trundle.importers.cmu_frames import MILLIMETRE, numbers, wrench_metadata
 from trundle.importers.layout import Columns, Floats, Imported, Say, SourceError
 from trundle.importers.rotations import heading, product
-from trundle.importers.streams import Stream, join, unstale
+from trundle.importers.streams import Stream, interval, join
+from trundle.importers.takes import tidy
 
 __all__ = ["read"]
 
@@ -31,6 +32,8 @@ FOOTPRINT_NOTE = (
     "the transform from the tracker's body to the triangle was not published: the footprint is inferred from "
     "where the tip touched, its third side and the mass centre follow from the shape: trust them to a few mm"
 )
+POINT_CONTACT_UNTIL = {"exp3_1": 35.0}
+"""s; later the tip is up to 2 cm past the end of the side: it is flat, and a corner rides on its face."""
 QUIET_SPAN = 1.0
 """s, the shortest interval to tare on."""
 
@@ -47,8 +50,8 @@ def read(source: Path, name: str | None, held_out_every: int, say: Say) -> Impor
     remarks: list[str] = []
     for log in logs:
         say(f"{source.name}: {log}")
-        episodes[log], precontact[log], remark = _episode(source, log)
-        remarks.append(f"{log}: {remark}")
+        episodes[log], precontact[log], said = _episode(source, log)
+        remarks += said
     metadata = {
         "format": "trundle-recording/1",
         "name": name or "CMU continuous logs",
@@ -60,36 +63,36 @@ def read(source: Path, name: str | None, held_out_every: int, say: Say) -> Impor
             "origin": "github.com/robinzhoucmu/MLab_EXP, Zhou, Paolini, Bagnell and Mason, ICRA 2016",
             "motion": "quasi-static: the pushes do not hold the mass",
             "footprint": FOOTPRINT_NOTE,
-            "split": f"log {held_out_every} of every {held_out_every} is held out",
+            "split": f"one log of every {held_out_every} is held out",
         },
     }
     return Imported(metadata, episodes, remarks)
 
 
-def _episode(source: Path, log: str) -> tuple[Columns, list[float], str]:
+def _episode(source: Path, log: str) -> tuple[Columns, list[float], list[str]]:
     """Return table, tare interval (s) and what was left out of one log."""
     force_t, force = _records(source / f"{log}_force.txt", 3)
     pose_t, pose = _records(source / f"{log}_pos.txt", 7)
     tip_t, tip = _records(source / f"{log}_robot.txt", 7)
     start = min(force_t[0], pose_t[0], tip_t[0])
-    real = np.hypot(*(pose[:, :2] - FAKE_POSE).T) > 0.01
-    wrench, same_force = Stream(
-        ["force_x", "force_y", "force_z"], force_t - start, force * TOOL_FROM_SENSOR
-    ).ordered()
-    planar = np.column_stack([pose[:, :2] * MILLIMETRE, heading(product(pose[:, 3:], BODY_Y_UP))])
-    body, same_pose = (
-        Stream(["object_x", "object_y", "object_theta"], pose_t - start, planar).where(real).ordered()
-    )
+    seen = np.hypot(*(pose[:, :2] - FAKE_POSE).T) > 0.01
+    remarks = [f"{np.sum(~seen)} poses of a lost tracker left out"] if not np.all(seen) else []
+    planar = np.column_stack([pose[:, :2] * MILLIMETRE, heading(product(pose[:, 3:], BODY_Y_UP))])[seen]
     tool = np.column_stack([tip[:, :2] * MILLIMETRE, heading(tip[:, 3:])])
-    hand, same_tip = Stream(["gripper_x", "gripper_y", "gripper_theta"], tip_t - start, tool).ordered()
-    hand, stale = unstale(hand)
-    remark = (
-        f"left out {np.sum(~real)} poses of a lost tracker, {stale} repeated tip positions and "
-        f"{same_force + same_pose + same_tip} samples with the time stamp of the one before"
-    )
-    # Stamps are rounded to 10 ms: the difference of two is a whole number of them.
-    streams = [Stream(each.names, np.round(each.t, 2), each.values) for each in (body, hand, wrench)]
-    return join(streams), quiet(streams[-1]), remark
+    end = POINT_CONTACT_UNTIL.get(log, np.inf)
+    if np.isfinite(end):
+        remarks.append(f"cut at {end} s: a corner of the object rides on the tip's face from then on")
+    streams = []
+    for names, t, values in (
+        (["object_x", "object_y", "object_theta"], pose_t[seen], planar),
+        (["gripper_x", "gripper_y", "gripper_theta"], tip_t, tool),
+        (["force_x", "force_y", "force_z"], force_t, force * TOOL_FROM_SENSOR),
+    ):
+        # Stamps are rounded to 10 ms: the difference of two is a whole number of them.
+        stream, said = tidy(Stream(names, np.round(t - start, 2), values), names[0].split("_")[0], False)
+        streams.append(interval(stream, 0.0, end))
+        remarks += said
+    return join(streams), quiet(streams[-1]), [f"{log}: {remark}" for remark in remarks]
 
 
 def _records(path: Path, width: int) -> tuple[Floats, Floats]:
@@ -101,8 +104,8 @@ def _records(path: Path, width: int) -> tuple[Floats, Floats]:
     lines = path.read_text(encoding="ascii", errors="replace").splitlines()
     if len(lines) % 2:
         raise SourceError(path, f"row {len(lines)}: a time stamp without values; is the file whole?")
-    times = numbers(path, lines[::2], 1, 1)[:, 0]
-    return times, numbers(path, lines[1::2], 2, width)
+    times = numbers(path, lines[::2], range(1, len(lines), 2), 1)[:, 0]
+    return times, numbers(path, lines[1::2], range(2, len(lines) + 1, 2), width)
 
 
 def quiet(wrench: Stream) -> list[float]:

@@ -131,7 +131,7 @@ class _Log:
             raise SourceError(
                 self.path, f"ends after row {len(self._lines)}, within a push; is the file whole?"
             )
-        values = numbers(self.path, lines, self._at + 1, width)
+        values = numbers(self.path, lines, range(self._at + 1, self._at + count + 1), width)
         self._at += count
         return values
 

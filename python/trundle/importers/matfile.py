@@ -60,6 +60,8 @@ class MatFile:
             ) from error
 
     def _variable(self, name: str) -> Any:
+        if name in self._variables:
+            return self._variables[name]
         variable, *fields = name.split(".")
         if variable not in self._variables:
             raise SourceError(self.path, f"no variable `{variable}`; the file holds {self._listing()}")
@@ -98,6 +100,16 @@ def _load_hdf5(path: Path) -> dict[str, Any]:
             "a version 7.3 MATLAB file; install h5py (`pip install h5py`), or save it in MATLAB with "
             "`save(file, '-v7')`",
         ) from error
-    with h5py.File(path, "r") as file:
-        # HDF5 holds MATLAB's arrays transposed.
-        return {name: np.asarray(item).T for name, item in file.items() if isinstance(item, h5py.Dataset)}
+    variables: dict[str, Any] = {}
+
+    def keep(name: str, item: Any) -> None:
+        # A struct is a group, and MATLAB's own tables of references begin with a hash.
+        if isinstance(item, h5py.Dataset) and not name.startswith("#"):
+            variables[name.replace("/", ".")] = np.asarray(item).T
+
+    try:
+        with h5py.File(path, "r") as file:
+            file.visititems(keep)
+    except OSError as error:
+        raise SourceError(path, f"not a MATLAB file that can be read ({error})") from error
+    return variables
