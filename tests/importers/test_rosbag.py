@@ -175,6 +175,9 @@ def test_lost_and_repeated_poses_are_left_out_and_counted(imported: Import, tmp_
             {"world": {"plane": ["z", "x"]}},
             "frame's z leans 90 degrees from up; set `world.plane`",
         ),
+        ({"wrench": {"topic": "/ft", "offset": {}}}, "unknown key `wrench.offset`; known are `topic`"),
+        ({"object": {"topic": "/table", "level_within_deg": 1.0}}, "unknown key `object.level_within_deg`"),
+        ({"gripper": {"frame": "hand"}}, "`gripper.topic` is missing; it is a string"),
         ({"wrenches": {}}, "unknown key `wrenches`; did you mean `wrench`"),
     ],
 )

@@ -16,9 +16,8 @@ from trundle.importers import cmu_logs, cmu_pushes
 from trundle.importers.config import MapError, typed
 from trundle.importers.layout import Imported, Say
 
-__all__ = ["NEEDS_MAP", "SUMMARY", "CmuMap", "read"]
+__all__ = ["NEEDS_MAP", "CmuMap", "read"]
 
-SUMMARY = "CMU planar pushing with force: one file of pushes/, or the folder timeseries/"
 NEEDS_MAP = False
 
 

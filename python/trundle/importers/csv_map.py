@@ -3,25 +3,45 @@
 from __future__ import annotations
 
 from collections.abc import Mapping
+from dataclasses import dataclass
 from pathlib import Path
 from typing import Any
 
 import numpy as np
 import pandas as pd
 
+from trundle.importers.config import typed
 from trundle.importers.layout import Floats, Imported, Say, SourceError
 from trundle.importers.tables import TableMap, read_files
 
-__all__ = ["NEEDS_MAP", "SUMMARY", "CsvFile", "read"]
+__all__ = ["NEEDS_MAP", "CsvFile", "CsvMap", "read"]
 
-SUMMARY = "CSV with a column map: a file, or a folder of files that are one episode each"
 NEEDS_MAP = True
+
+
+@dataclass(frozen=True)
+class CsvMap(TableMap):
+    """What a map file says about CSV files, beyond their columns.
+
+    Attributes
+    ----------
+    delimiter : str
+        Between two cells.
+    header : bool
+        Whether the first row names the columns; else they are called "1", "2", …
+    skip_rows : int
+        Lines before that.
+    """
+
+    delimiter: str = ","
+    header: bool = True
+    skip_rows: int = 0
 
 
 class CsvFile:
     """Columns of numbers, by name, or by number from 1 where there is no header."""
 
-    def __init__(self, path: Path, told: TableMap) -> None:
+    def __init__(self, path: Path, told: CsvMap) -> None:
         self.path = path
         try:
             self._table = pd.read_csv(
@@ -57,4 +77,5 @@ class CsvFile:
 
 def read(source: Path, settings: Mapping[str, Any], say: Say) -> Imported:
     """Read one file, or every `*.csv` of a folder in the order of their names."""
-    return read_files(source, ".csv", CsvFile, settings, say)
+    told = typed(CsvMap, settings)
+    return read_files(source, ".csv", lambda path: CsvFile(path, told), told, say)

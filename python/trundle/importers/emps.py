@@ -18,9 +18,8 @@ from trundle.importers.layout import Columns, Imported, Say, SourceError
 from trundle.importers.matfile import MatFile
 from trundle.importers.streams import Stream, join
 
-__all__ = ["NEEDS_MAP", "SUMMARY", "EmpsMap", "read"]
+__all__ = ["NEEDS_MAP", "EmpsMap", "read"]
 
-SUMMARY = "the EMPS benchmark: DATA_EMPS.mat is fitted, DATA_EMPS_PULSES.mat held out"
 NEEDS_MAP = False
 
 FILES = {"episode_00": "DATA_EMPS.mat", "episode_01": "DATA_EMPS_PULSES.mat"}

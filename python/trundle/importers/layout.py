@@ -48,9 +48,6 @@ class Imported:
 class Importer(Protocol):
     """A module of this package that reads one layout."""
 
-    SUMMARY: str
-    """One line for the list of layouts."""
-
     NEEDS_MAP: bool
     """Whether the layout says nothing without a map."""
 

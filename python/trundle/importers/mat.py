@@ -6,16 +6,16 @@ from collections.abc import Mapping
 from pathlib import Path
 from typing import Any
 
+from trundle.importers.config import typed
 from trundle.importers.layout import Imported, Say
 from trundle.importers.matfile import MatFile
-from trundle.importers.tables import read_files
+from trundle.importers.tables import TableMap, read_files
 
-__all__ = ["NEEDS_MAP", "SUMMARY", "read"]
+__all__ = ["NEEDS_MAP", "read"]
 
-SUMMARY = "MATLAB .mat with a variable map: a file, or a folder of files that are one episode each"
 NEEDS_MAP = True
 
 
 def read(source: Path, settings: Mapping[str, Any], say: Say) -> Imported:
     """Read one file, or every `*.mat` of a folder in the order of their names."""
-    return read_files(source, ".mat", lambda path, _: MatFile(path), settings, say)
+    return read_files(source, ".mat", MatFile, typed(TableMap, settings), say)

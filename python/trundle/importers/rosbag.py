@@ -14,12 +14,11 @@ from rosbags.typesys import Stores, get_typestore
 from trundle.importers.config import MapError, typed
 from trundle.importers.layout import Imported, Say, SourceError
 from trundle.importers.messages import READERS, Samples
-from trundle.importers.poses import Offset, Poses, World
-from trundle.importers.takes import BodyMap, EpisodeMap, Take, assemble, placed, tidy
+from trundle.importers.poses import Poses, World
+from trundle.importers.takes import BodyMap, EpisodeMap, HandMap, Take, assemble, placed, tidy
 
-__all__ = ["NEEDS_MAP", "SUMMARY", "BagMap", "TopicMap", "read"]
+__all__ = ["NEEDS_MAP", "BagMap", "BodyTopic", "HandTopic", "TopicMap", "read"]
 
-SUMMARY = "ROS 2 bags: .mcap, .db3, a rosbag2 folder, or a folder of several that are one episode each"
 NEEDS_MAP = True
 
 ROLES = {"object": "pose", "gripper": "pose", "wrench": "wrench"}
@@ -29,24 +28,21 @@ TELL_EVERY = 20_000
 
 @dataclass(frozen=True)
 class TopicMap:
-    """One topic and what it is.
-
-    Attributes
-    ----------
-    topic : str
-        Its name.
-    frame : str
-        On a topic of transforms: the child frame that is wanted.
-    offset : Offset
-        Poses: the wanted frame (the object's, the sensor's), seen from the tracked one.
-    level_within_deg : float
-        Gripper: a frame that never leans more is recorded by its heading alone.
-    """
+    """One topic: its name."""
 
     topic: str
+
+
+@dataclass(frozen=True)
+class BodyTopic(BodyMap, TopicMap):
+    """A topic of poses, or of transforms: then `frame` is the child frame that is wanted."""
+
     frame: str | None = None
-    offset: Offset = field(default_factory=Offset)
-    level_within_deg: float = 2.0
+
+
+@dataclass(frozen=True)
+class HandTopic(HandMap, BodyTopic):
+    """The same, of the hand that holds the sensor."""
 
 
 @dataclass(frozen=True)
@@ -64,8 +60,8 @@ class BagMap:
     """
 
     wrench: TopicMap
-    object: TopicMap
-    gripper: TopicMap | None = None
+    object: BodyTopic
+    gripper: HandTopic | None = None
     stamp: Literal["header", "log"] = "header"
     name: str | None = None
     world: World = field(default_factory=World)
@@ -84,6 +80,10 @@ def read(source: Path, settings: Mapping[str, Any], say: Say) -> Imported:
     told = typed(BagMap, settings)
     takes = [_take(bag, told, say) for bag in _bags(source)]
     return assemble(takes, told.episode, told.recording, told.name or source.stem)
+
+
+def _frame(topic: TopicMap) -> str | None:
+    return topic.frame if isinstance(topic, BodyTopic) else None
 
 
 def _bags(source: Path) -> list[Path]:
@@ -115,8 +115,7 @@ def _take(bag: Path, told: BagMap, say: Say) -> Take:
     bodies: dict[str, Poses] = {
         role: samples[role].poses(role, streams[role]) for role in ("object", "gripper") if role in streams
     }
-    maps = {role: BodyMap(topic.offset, topic.level_within_deg) for role, topic in topics.items()}
-    moved, said = placed(bodies, maps, told.world, streams["wrench"])
+    moved, said = placed(bodies, told.object, told.gripper or HandMap(), told.world, streams["wrench"])
     return Take(bag, moved, remarks + said)
 
 
@@ -124,7 +123,7 @@ def _collect(bag: Path, told: BagMap, say: Say) -> dict[str, Samples]:
     """Read all messages of the mapped topics."""
     topics = told.topics()
     samples = {
-        role: Samples(topic.topic, topic.frame, told.stamp == "header") for role, topic in topics.items()
+        role: Samples(topic.topic, _frame(topic), told.stamp == "header") for role, topic in topics.items()
     }
     wanted = {topic.topic for topic in topics.values()}
     store = get_typestore(Stores.LATEST)
@@ -172,5 +171,5 @@ def _check(bag: Path, reader: Reader, role: str, topic: TopicMap) -> None:
         raise SourceError(
             bag, f"topic {topic.topic} for {role} has the type {kind}; it can be {', '.join(fitting)}"
         )
-    if READERS[kind].framed and topic.frame is None:
+    if READERS[kind].framed and _frame(topic) is None:
         raise MapError(f"`{role}.frame` is missing: which child frame of {topic.topic} is it?")

@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from collections.abc import Mapping, Sequence
+from collections.abc import Sequence
 from dataclasses import dataclass
 
 import numpy as np
@@ -76,15 +76,13 @@ def interval(stream: Stream, begin: float, end: float) -> Stream:
     return stream.where((stream.t >= begin) & (stream.t <= end))
 
 
-def join(streams: Sequence[Stream], extra: Mapping[str, Floats] | None = None) -> Columns:
+def join(streams: Sequence[Stream]) -> Columns:
     """Put streams of different rates into one table, a row per distinct time.
 
     Parameters
     ----------
     streams : sequence of Stream
         Each strictly increasing in time and with names of its own.
-    extra : mapping of str to array, optional
-        Columns for all rows, as long as the table.
 
     Returns
     -------
@@ -99,5 +97,4 @@ def join(streams: Sequence[Stream], extra: Mapping[str, Floats] | None = None) -
             column = np.full(len(t), np.nan)
             column[rows] = values
             table[name] = column
-    table.update(extra or {})
     return table

@@ -2,19 +2,19 @@
 
 from __future__ import annotations
 
-from collections.abc import Callable, Mapping
+from collections.abc import Callable
 from dataclasses import dataclass, field
 from pathlib import Path
 from typing import Any, Literal, Protocol
 
 import numpy as np
 
-from trundle.importers.config import MapError, typed
+from trundle.importers.config import MapError
 from trundle.importers.layout import Floats, Imported, Say, SourceError
 from trundle.importers.poses import Poses, World
 from trundle.importers.rotations import from_heading
 from trundle.importers.streams import Stream
-from trundle.importers.takes import BodyMap, EpisodeMap, Take, assemble, placed, tidy
+from trundle.importers.takes import BodyMap, EpisodeMap, HandMap, Take, assemble, placed, tidy
 
 __all__ = ["Quantity", "TableMap", "Vectors", "read_files", "take"]
 
@@ -77,7 +77,7 @@ class Quantity:
 
 @dataclass(frozen=True)
 class TableMap:
-    """What a map file says about files of named vectors.
+    """What a map file says about files of named vectors, MATLAB's or others.
 
     Attributes
     ----------
@@ -97,31 +97,27 @@ class TableMap:
     name: str | None = None
     world: World = field(default_factory=World)
     object: BodyMap = field(default_factory=BodyMap)
-    gripper: BodyMap = field(default_factory=BodyMap)
+    gripper: HandMap = field(default_factory=HandMap)
     keep_repeats: bool = False
     episode: list[EpisodeMap] = field(default_factory=list)
     recording: dict[str, Any] = field(default_factory=dict)
-    delimiter: str = ","
-    header: bool = True
-    skip_rows: int = 0
 
 
 def read_files(
     source: Path,
     suffix: str,
-    opened: Callable[[Path, TableMap], Vectors],
-    settings: Mapping[str, Any],
+    opened: Callable[[Path], Vectors],
+    told: TableMap,
     say: Say,
 ) -> Imported:
     """Read one file, or every one of a folder that ends in `suffix`, in the order of their names."""
-    told = typed(TableMap, settings)
     files = sorted(source.glob(f"*{suffix}")) if source.is_dir() else [source]
     if not files:
         raise SourceError(source, f"no *{suffix} in this folder")
     takes = []
     for file in files:
         say(file.name)
-        takes.append(take(opened(file, told), told))
+        takes.append(take(opened(file), told))
     return assemble(takes, told.episode, told.recording, told.name or source.stem)
 
 
@@ -148,7 +144,7 @@ def take(file: Vectors, told: TableMap) -> Take:
         role: _poses(file.path, streams[role]) for role in ("object", "gripper") if role in streams
     }
     wrench = streams.get("wrench")
-    moved, said = placed(bodies, {"object": told.object, "gripper": told.gripper}, told.world, wrench)
+    moved, said = placed(bodies, told.object, told.gripper, told.world, wrench)
     return Take(file.path, rail + moved, remarks + said)
 
 

@@ -14,7 +14,7 @@ from trundle.importers.layout import Columns, Floats, Imported, SourceError
 from trundle.importers.poses import Offset, Poses, World, gripper, object_
 from trundle.importers.streams import Stream, interval, join, unstale
 
-__all__ = ["BodyMap", "EpisodeMap", "Take", "assemble", "placed", "tidy"]
+__all__ = ["BodyMap", "EpisodeMap", "HandMap", "Take", "assemble", "placed", "tidy"]
 
 
 @dataclass(frozen=True)
@@ -39,17 +39,29 @@ class EpisodeMap:
 
 @dataclass(frozen=True)
 class BodyMap:
-    """How a tracked body becomes the object or the gripper.
+    """How a tracked body becomes the object.
 
     Attributes
     ----------
     offset : Offset
-        The wanted frame, seen from the tracked one.
-    level_within_deg : float
-        Gripper: a frame that never leans more is recorded by its heading alone.
+        The object frame, seen from the tracked one.
     """
 
     offset: Offset = field(default_factory=Offset)
+
+
+@dataclass(frozen=True)
+class HandMap(BodyMap):
+    """How a tracked hand becomes the gripper.
+
+    Attributes
+    ----------
+    offset : Offset
+        The sensor frame, seen from the tracked one.
+    level_within_deg : float
+        A frame that never leans more is recorded by its heading alone.
+    """
+
     level_within_deg: float = 2.0
 
 
@@ -73,35 +85,43 @@ class Take:
 
 
 def placed(
-    bodies: Mapping[str, Poses], maps: Mapping[str, BodyMap], world: World, wrench: Stream | None
+    bodies: Mapping[str, Poses], body: BodyMap, hand: HandMap, world: World, wrench: Stream | None
 ) -> tuple[list[Stream], list[str]]:
     """Bring tracked poses to the frames of a recording.
 
     Parameters
     ----------
     bodies : mapping
-        Tracked poses of "object", "gripper".
-    maps : mapping
-        How each is placed; the default if missing.
+        Tracked poses of "object", "gripper", where there are any.
+    body, hand : BodyMap, HandMap
+        Where object and sensor are in the tracked frames.
     world : World
         The tracker's world.
     wrench : Stream or None
         In the axes of the gripper's frame; turned with it if that hangs upside down.
+
+    Returns
+    -------
+    streams : list of Stream
+        Object, gripper, wrench, as far as there are any.
+    remarks : list of str
+        What was turned.
     """
     streams, remarks = [], []
-    for role, poses in bodies.items():
-        how = maps.get(role, BodyMap())
-        rotation = how.offset.rotation(f"{role}.offset")
-        there = poses.turned(world.rotation()).carried(how.offset.translation, rotation)
-        if role == "object":
-            streams.append(object_(there))
-            continue
-        stream, turned = gripper(there, float(np.radians(how.level_within_deg)))
+    if "object" in bodies:
+        streams.append(object_(_carried(bodies["object"], body.offset, world, "object")))
+    if "gripper" in bodies:
+        there = _carried(bodies["gripper"], hand.offset, world, "gripper")
+        stream, turned = gripper(there, float(np.radians(hand.level_within_deg)))
         streams.append(stream)
         if turned:
             remarks.append("the sensor hangs upside down: its frame and its wrench were turned about its x")
             wrench = None if wrench is None else _turned_over(wrench)
     return [*streams, *([] if wrench is None else [wrench])], remarks
+
+
+def _carried(poses: Poses, offset: Offset, world: World, role: str) -> Poses:
+    return poses.turned(world.rotation()).carried(offset.translation, offset.rotation(f"{role}.offset"))
 
 
 def _turned_over(wrench: Stream) -> Stream:
