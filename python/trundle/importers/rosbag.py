@@ -52,7 +52,7 @@ class BagMap:
     Attributes
     ----------
     object, gripper, wrench : TopicMap
-        The topics; those that the bag has not are left out.
+        The topics; a wrench in world or object axes needs no gripper.
     stamp : str
         "header": when it was measured; "log": when it was recorded.
     recording : dict
