@@ -46,7 +46,7 @@ def test_several_episodes_of_one_object_are_one_recording(
     for steps, columns in zip(lengths, recording.episodes.values(), strict=True):
         assert columns["t"][0] == 0.0
         assert columns["t"][-1] == pytest.approx(0.4 + 0.05 * steps, abs=0.01)
-        assert np.isfinite(columns["force_x"]).sum() == pytest.approx(125 * (0.4 + 0.05 * steps), abs=1)
+        assert np.isfinite(columns["force_x"]).sum() == pytest.approx(200 * (0.4 + 0.05 * steps), abs=1)
         assert np.isfinite(columns["object_x"]).sum() == pytest.approx(60 * (0.4 + 0.05 * steps), abs=1)
     trundle.inspect(recording)
     trundle.check(recording)

@@ -147,3 +147,28 @@ fn along_rim(vertices: &[[f64; 2]], random: &mut ChaCha8Rng) -> [f64; 2] {
     }
     vertices.first().copied().unwrap_or_default()
 }
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use rand::SeedableRng;
+
+    #[test]
+    fn grasps_lie_on_the_object_and_commands_within_their_limits() {
+        let square =
+            Fixture::Polygon { vertices: vec![[0.0, 0.0], [1.0, 0.0], [1.0, 1.0], [0.0, 1.0]], density: 1.0 };
+        let disc = Fixture::Disc { center: [3.0, 0.5], radius: 0.5, density: 1.0 };
+        let body = Body::from_fixtures(vec![square, disc], 2.0).unwrap();
+        let excitation = Excitation::default();
+        let mut random = ChaCha8Rng::seed_from_u64(0);
+        for _ in 0..200 {
+            let push = excitation.draw(&body, &mut random);
+            let [x, y, _] = push.grasp;
+            let on_square = (0.0..=1.0).contains(&x) && (0.0..=1.0).contains(&y);
+            assert!(on_square || (x - 3.0).hypot(y - 0.5) <= 0.5, "{x} {y}");
+            assert!(push.knots.windows(2).all(|pair| pair[0][0] < pair[1][0]));
+            assert_eq!(push.knots.last().map(|knot| knot[0]), Some(excitation.duration));
+            assert!(push.knots.iter().all(|k| k[1].hypot(k[2]) <= 0.25 + 1e-12 && k[3].abs() <= 0.5));
+        }
+    }
+}

@@ -61,7 +61,9 @@ impl Instruments {
     /// Take the samples that are due.
     pub fn observe(&mut self, scene: &Scene) {
         let due = |count: u32, rate: f64| scene.t * rate >= f64::from(count) - EARLY;
-        let mut row = Row { t: scene.t, poses: None, reading: None };
+        // Whole nanoseconds: a step count times the step is not a number that one would write down.
+        let t = (scene.t * 1e9).round() / 1e9;
+        let mut row = Row { t, poses: None, reading: None };
         if due(self.readings, self.sensor.rate) {
             self.readings += 1;
             row.reading = Some(self.read(scene));

@@ -43,3 +43,29 @@ impl Profile {
         self.0.last().map_or(0.0, |knot| knot[0])
     }
 }
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn straight_lines_between_knots_and_level_beyond() {
+        let profile = Profile::new("knots", vec![[1.0, 0.0, 2.0, 4.0], [2.0, 1.0, 0.0, 4.0]]).unwrap();
+        assert_eq!(profile.at(0.0), [0.0, 2.0, 4.0]);
+        assert_eq!(profile.at(1.25), [0.25, 1.5, 4.0]);
+        assert_eq!(profile.at(9.0), [1.0, 0.0, 4.0]);
+        assert_eq!(profile.end(), 2.0);
+    }
+
+    #[test]
+    fn knots_that_make_no_profile_are_refused() {
+        for (knots, words) in [
+            (vec![], "at least one knot"),
+            (vec![[0.0, f64::NAN, 0.0, 0.0]], "finite"),
+            (vec![[1.0, 0.0, 0.0, 0.0], [1.0, 0.0, 0.0, 0.0]], "later"),
+        ] {
+            let message = Profile::new("push.knots", knots).unwrap_err().to_string();
+            assert!(message.contains("push.knots") && message.contains(words), "{message}");
+        }
+    }
+}

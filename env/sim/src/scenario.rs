@@ -111,6 +111,11 @@ impl Scenario {
         self.gripper.check()?;
         self.sensor.check()?;
         self.tracker.check()?;
+        for (key, rate) in [("sensor.rate", self.sensor.rate), ("tracker.rate", self.tracker.rate)] {
+            if rate * self.step > 1.0 {
+                return Err(SimError::value(key, rate, "must not exceed 1 / step: shorten `step`"));
+            }
+        }
         if let Some(random) = &self.random {
             random.check()?;
         }

@@ -88,3 +88,40 @@ pub(crate) fn check_noise(key: &str, value: f64) -> Result<(), SimError> {
     }
     Err(SimError::value(key, value, "must be finite and not negative"))
 }
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use trundle_model::{Body, Effect, Kind, Model};
+
+    const CONTACT: Clock = Clock { since_contact: 2.0 };
+
+    fn plant(effects: Vec<Effect>) -> Plant<f64> {
+        let body = Body::from_footprint(&[[0.0, 0.0], [1.0, 0.0], [1.0, 1.0]], 5.0).unwrap();
+        Model { body, mass: Some(5.0), dof: [true; 3], effects }.resolved().unwrap()
+    }
+
+    #[test]
+    fn the_moment_is_about_the_gripper_and_the_axes_are_its_own() {
+        // 10 N along the object's y at a gripper 0.5 m ahead of the origin, turned left by 90°: the
+        // gripper's x, and no moment about itself.
+        let frame = [0.5, 0.0, std::f64::consts::FRAC_PI_2];
+        let sensor = Sensor { offset: [1.0, -2.0, 0.5], ..Sensor::default() };
+        let reading = sensor.reading([0.0, 10.0, 5.0], frame, &plant(vec![]), CONTACT);
+        for (read, expected) in reading.into_iter().zip([11.0, -2.0, 0.5]) {
+            assert!((read - expected).abs() < 1e-12, "{reading:?}");
+        }
+    }
+
+    #[test]
+    fn a_biased_instrument_reads_what_the_model_corrects() {
+        let values = [1.5, -0.5, 0.2, 0.3, 0.0].map(Some).to_vec();
+        let plant = plant(vec![Effect { kind: Kind::ForceBias, values }]);
+        let (truth, frame) = ([4.0, 3.0, 2.0], [0.2, 0.1, 0.3]);
+        let reading = Sensor::default().reading(truth, frame, &plant, CONTACT);
+        let back = trundle_model::transport(plant.correct(reading, CONTACT), frame);
+        for (back, truth) in back.into_iter().zip(truth) {
+            assert!((back - truth).abs() < 1e-12, "{back} {truth}");
+        }
+    }
+}

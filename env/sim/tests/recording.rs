@@ -142,3 +142,22 @@ fn what_is_wrong_with_a_scenario_is_named() {
     }
     std::fs::remove_dir_all(folder).unwrap();
 }
+
+#[test]
+fn halving_the_step_moves_the_end_by_less_than_the_tracker_sees() {
+    let ends = |step: f64| {
+        let recording = recording(
+            |scenario| {
+                silence(scenario);
+                scenario.step = step;
+            },
+            0,
+        );
+        let last = |e: &trundle_record::Episode| e.object().unwrap().value.last().copied().unwrap();
+        recording.episodes.iter().map(last).collect::<Vec<_>>()
+    };
+    for (coarse, fine) in ends(2.5e-4).iter().zip(ends(1.25e-4)) {
+        let moved = (coarse[0] - fine[0]).hypot(coarse[1] - fine[1]);
+        assert!(moved < 3e-4, "{moved} m");
+    }
+}

@@ -36,7 +36,7 @@ fn recording_does_not_change_the_episode_and_has_the_instruments_rates() {
     assert_eq!(observations(&mut recorded, 100), steps);
     let table = episode("episode_00".to_owned(), &recorded.take_rows());
     let seconds = 0.4 + 0.05 * steps.len() as f64;
-    assert!((table.wrench().unwrap().t.len() as f64 - 125.0 * seconds).abs() <= 1.0);
+    assert!((table.wrench().unwrap().t.len() as f64 - 200.0 * seconds).abs() <= 1.0);
     assert!((table.object().unwrap().t.len() as f64 - 60.0 * seconds).abs() <= 1.0);
     assert!(recorded.take_rows().is_empty());
 }

@@ -25,10 +25,10 @@ class LockedWheel(gym.Env[Observation, Action]):
     """Push an office table to a pose, without knowing which of its wheels is locked.
 
     ## Description
-    A table of 1.2 m by 0.8 m and 22 kg stands on four wheels. One of them is locked: it resists with
-    60 to 300 N s/m, not alike in all directions. Which one, how firmly and along which axis is drawn with
-    the episode, and neither an observation nor `info` nor the picture tells. A gripper holds the table at
-    the middle of its rear edge and pushes, pulls and turns it there.
+    A table of 1.2 m by 0.8 m and 22 kg stands on four wheels. Three roll freely; one is locked and resists
+    with 60 to 300 N s/m, not alike in all directions. Which one, how firmly and along which axis is drawn
+    with the episode, and neither an observation nor `info` nor the picture tells. A gripper holds the table
+    at the middle of its rear edge and pushes, pulls and turns it there.
 
     ## Action Space
     `Box(-1, 1, (3,), float32)`: the wrench at the grasp, in the axes of the gripper, which are those of

@@ -9,8 +9,6 @@ use trundle_model::{Body, Effect, Kind, Model};
 use super::rules::{HALF, MASS, WHEELS};
 use crate::SimError;
 
-/// Viscous drag of the wheels that roll, all together, N·s/m.
-const ROLLING: f64 = 4.0;
 /// Least and greatest friction of the locked wheel in its two directions, N·s/m.
 const LOCKED: (f64, f64) = (60.0, 300.0);
 /// Largest offset of the wrist sensor, `[N, N, N·m]`.
@@ -37,8 +35,7 @@ impl Hidden {
 
     pub(super) fn model(&self) -> Result<Model, SimError> {
         let wheel = Effect { kind: Kind::ViscousWheel, values: self.wheel.map(Some).to_vec() };
-        let rolling = Effect { kind: Kind::SupportDrag, values: vec![Some(ROLLING)] };
-        Ok(Model { body: table()?, mass: Some(MASS), dof: [true; 3], effects: vec![wheel, rolling] })
+        Ok(Model { body: table()?, mass: Some(MASS), dof: [true; 3], effects: vec![wheel] })
     }
 }
 

@@ -13,7 +13,7 @@ use trundle_record::Metadata;
 use crate::gripper::wrap;
 use crate::{Instruments, Row, Sensor, SimError, Tracker, simulate};
 use episode::{Beginning, Episode};
-use rules::{GRASP, HALF, NOISIEST, OBSERVATION, PLACES};
+use rules::{GRASP, HALF, NOISIEST, OBSERVATION, PLACES, SENSOR_RATE};
 
 pub use episode::Saved;
 pub use hidden::Hidden;
@@ -165,6 +165,7 @@ impl LockedWheel {
     fn sensor(&self) -> Sensor {
         let plain = Sensor::default();
         Sensor {
+            rate: SENSOR_RATE,
             force_noise: plain.force_noise * self.noise,
             torque_noise: plain.torque_noise * self.noise,
             ..plain

@@ -9,6 +9,10 @@ pub const DT: f64 = CONTROL / STEPS as f64;
 /// Time in which the arm brings the wrench from one action to the next, s.
 pub const RISE: f64 = 0.02;
 
+/// Wrist readings per second: every bend of the wrench falls on one, so that straight lines between
+/// readings are the wrench that acted.
+pub const SENSOR_RATE: f64 = 200.0;
+
 /// Wrench of a full action, gripper axes (those of the object), `[N, N, N·m]`.
 pub const FULL: [f64; 3] = [100.0, 100.0, 40.0];
 /// Half the side of the square that the object's origin must not leave, m.
