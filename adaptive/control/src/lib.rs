@@ -1,1 +1,15 @@
-//! placeholder
+//! Where to push next: sampled plans, rolled out on the very laws that were fitted.
+//!
+//! A [`Planner`] looks for the wrenches at the grasp that bring an object to a pose, by model
+//! predictive path integral control over [`trundle_model::Plant`]. It never sees a simulated world.
+
+mod cost;
+mod error;
+mod planner;
+mod sampling;
+mod settings;
+
+pub use cost::{Cost, Task};
+pub use error::ControlError;
+pub use planner::Planner;
+pub use settings::Settings;

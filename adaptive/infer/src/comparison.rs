@@ -114,4 +114,8 @@ impl Likelihood for Comparison {
     fn tuned(&self, model: &Model, values: &[f64]) -> Result<Option<Box<dyn Likelihood + '_>>, InferError> {
         self.inner().tuned(model, values)
     }
+
+    fn coarse(&self) -> Option<&dyn Likelihood> {
+        self.inner().coarse()
+    }
 }

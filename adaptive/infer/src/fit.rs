@@ -104,7 +104,8 @@ pub fn fit(
         let at = search.linearise(&[])?;
         return finish(&search, Optimum { point: vec![], at, converged: true }, (1, 1));
     }
-    let mut found = scout(likelihood, model, &coordinates, warm, options, watch)?;
+    let cheap = likelihood.coarse().unwrap_or(likelihood);
+    let mut found = scout(cheap, model, &coordinates, warm, options, watch)?;
     found.truncate(POLISHED);
     let starts = warm.len() + options.starts;
     let first = polish(likelihood, model, &coordinates, found, watch, starts)?;

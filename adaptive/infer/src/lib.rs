@@ -17,6 +17,7 @@ mod quasi;
 mod rollout;
 mod score;
 mod sensitivity;
+mod stretches;
 mod track;
 mod watch;
 
@@ -28,8 +29,9 @@ pub use fit::{Estimate, Fit, FitOptions, carried, fit};
 pub use likelihood::{Likelihood, Linearised};
 pub use motion::MotionLikelihood;
 pub use noise::Channels;
-pub use quasi::{WrenchLikelihood, WrenchSample, is_quasi_static, wrench_samples};
+pub use quasi::{WrenchLikelihood, WrenchSample, is_quasi_static};
 pub use rollout::{Window, open_loop, windows};
 pub use score::{Score, score};
+pub use stretches::wrench_samples;
 pub use track::Track;
 pub use watch::{Quiet, Watch};

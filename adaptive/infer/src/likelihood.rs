@@ -51,4 +51,9 @@ pub trait Likelihood: Sync {
     /// # Errors
     /// When `values` has the wrong length.
     fn tuned(&self, model: &Model, values: &[f64]) -> Result<Option<Box<dyn Likelihood + '_>>, InferError>;
+
+    /// A cheaper comparison with about the same optimum, to sort starts with; `None` where this one is cheap.
+    fn coarse(&self) -> Option<&dyn Likelihood> {
+        None
+    }
 }

@@ -12,6 +12,7 @@ use trundle_record::{Noise, Prepared};
 #[derive(Clone)]
 pub struct MotionLikelihood {
     tracks: Vec<Track>,
+    coarse: Option<Box<MotionLikelihood>>,
     channels: Channels,
     stated: bool,
 }
@@ -20,6 +21,12 @@ pub struct MotionLikelihood {
 const READING_RANGE: (f64, f64) = (0.02, 50.0);
 const POSE_RANGE: (f64, f64) = (0.3, 3.0);
 
+/// Up to three episodes, evenly among all.
+fn spread(episodes: &[Prepared]) -> impl Iterator<Item = &Prepared> {
+    let every = episodes.len().div_ceil(3).max(1);
+    episodes.iter().step_by(every)
+}
+
 impl MotionLikelihood {
     /// From the episodes to be fitted.
     ///
@@ -27,13 +34,17 @@ impl MotionLikelihood {
     /// When an episode is too short.
     pub fn new(episodes: &[Prepared], noise: &Noise) -> Result<Self, InferError> {
         let tracks = episodes.iter().map(|e| Track::new(e, noise)).collect::<Result<_, _>>()?;
-        Ok(Self { tracks, channels: Channels::of(noise), stated: noise.stated })
+        let coarse = spread(episodes).map(|e| Track::coarse(e, noise)).collect::<Result<_, _>>()?;
+        let (channels, stated) = (Channels::of(noise), noise.stated);
+        let coarse = Some(Box::new(Self { tracks: coarse, coarse: None, channels, stated }));
+        Ok(Self { tracks, coarse, channels, stated })
     }
 
     /// The same with other noise.
     #[must_use]
     pub fn with_channels(&self, channels: Channels) -> Self {
-        Self { channels, ..self.clone() }
+        let coarse = self.coarse.as_ref().map(|c| Box::new(c.with_channels(channels)));
+        Self { channels, coarse, ..self.clone() }
     }
 
     /// The same with some of its episodes.
@@ -41,7 +52,7 @@ impl MotionLikelihood {
     pub fn only(&self, keep: impl Fn(usize) -> bool) -> Self {
         let tracks =
             self.tracks.iter().enumerate().filter(|(k, _)| keep(*k)).map(|(_, t)| t.clone()).collect();
-        Self { tracks, ..*self }
+        Self { tracks, ..self.clone() }
     }
 
     /// The episodes.
@@ -104,6 +115,10 @@ impl Likelihood for MotionLikelihood {
 
     fn channels(&self) -> Channels {
         self.channels
+    }
+
+    fn coarse(&self) -> Option<&dyn Likelihood> {
+        self.coarse.as_ref().map(|c| &**c as &dyn Likelihood)
     }
 
     fn tuned(&self, model: &Model, values: &[f64]) -> Result<Option<Box<dyn Likelihood + '_>>, InferError> {

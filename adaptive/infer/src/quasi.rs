@@ -5,11 +5,12 @@
 //! that the laws need for the twist that was seen with the wrench that was recorded.
 
 use crate::likelihood::{Likelihood, Linearised};
+use crate::stretches::samples;
 use crate::{Channels, InferError};
 use nalgebra::{DMatrix, DVector};
 use std::f64::consts::TAU;
 use trundle_model::{Clock, Dual, Model, Plant, Real, State, to_body, transport};
-use trundle_record::{Motion, Noise, Prepared};
+use trundle_record::{Noise, Prepared};
 
 /// Twist and wrench averaged over a short time.
 #[derive(Clone, Debug)]
@@ -62,9 +63,6 @@ pub struct WrenchLikelihood {
     scatter: [f64; 3],
 }
 
-/// Averaging time for continuous logs, s: several pose samples, and short against the pushes.
-const BIN: f64 = 0.25;
-
 /// Acceleration below which a motion is quasi-static, m/s²: a tenth of a friction with μ = 0.05.
 const SLOW: f64 = 0.05;
 
@@ -85,8 +83,8 @@ pub fn is_quasi_static(episodes: &[Prepared], noise: &Noise) -> bool {
 }
 
 impl WrenchLikelihood {
-    /// From the episodes to be fitted; each continuous log gives a sample per quarter second of
-    /// motion, each push with end poses alone gives one.
+    /// From the episodes to be fitted; each continuous log gives a sample per second of motion,
+    /// each push with end poses alone gives one.
     ///
     /// # Errors
     /// When nothing moves.
@@ -198,150 +196,5 @@ impl Likelihood for WrenchLikelihood {
 
     fn tuned(&self, model: &Model, values: &[f64]) -> Result<Option<Box<dyn Likelihood + '_>>, InferError> {
         Ok(Some(Box::new(self.with_tuned_noise(model, values)?)))
-    }
-}
-
-/// The stretches of one episode in which a wrench moves the object.
-pub fn wrench_samples(episode: &Prepared, noise: &Noise) -> Vec<WrenchSample> {
-    samples(0, episode, noise)
-}
-
-fn samples(index: usize, episode: &Prepared, noise: &Noise) -> Vec<WrenchSample> {
-    if episode.pose.len() < 5 {
-        whole_push(index, episode).into_iter().collect()
-    } else {
-        bins(index, episode, noise)
-    }
-}
-
-/// Size of a wrench in an episode below which the gripper does not push: a fifth of the median
-/// load from contact on.
-fn load_threshold(episode: &Prepared) -> f64 {
-    let mut loads: Vec<f64> =
-        episode.wrench.iter().filter(|w| w.t >= episode.contact).map(|w| size(w.reading)).collect();
-    loads.sort_by(f64::total_cmp);
-    loads.get(loads.len() / 2).map_or(f64::INFINITY, |m| 0.2 * m)
-}
-
-fn size([x, y, _]: [f64; 3]) -> f64 {
-    x.hypot(y)
-}
-
-/// A continuous log: means over bins in which it is pushed and moves.
-fn bins(index: usize, episode: &Prepared, noise: &Noise) -> Vec<WrenchSample> {
-    let threshold = load_threshold(episode);
-    let motion = episode.motion(noise);
-    let mut samples = Vec::new();
-    let mut rest = motion.as_slice();
-    while let Some(first) = rest.first() {
-        let count = rest.partition_point(|m| m.t < first.t + BIN);
-        let (bin, after) = rest.split_at(count);
-        rest = after;
-        let end = first.t + BIN;
-        let readings: Vec<_> = episode.wrench.iter().filter(|w| w.t >= first.t && w.t < end).collect();
-        let gapless = bin.len() >= 3 && readings.len() >= 3;
-        if first.t < episode.contact || !gapless || !moves(bin) {
-            continue;
-        }
-        let mean = |value: &dyn Fn(&Motion) -> f64| bin.iter().map(value).sum::<f64>() / bin.len() as f64;
-        let reading =
-            [0, 1, 2].map(|k| readings.iter().map(|w| w.reading[k]).sum::<f64>() / readings.len() as f64);
-        if size(reading) < threshold {
-            continue;
-        }
-        let middle = first.t + BIN / 2.0;
-        samples.push(WrenchSample {
-            episode: index,
-            t: middle,
-            pose: [0, 1, 2].map(|k| mean(&|m| m.pose[k])),
-            twist: [0, 1, 2].map(|k| mean(&|m| m.twist[k])),
-            reading,
-            frame: readings[readings.len() / 2].frame,
-            clock: Clock { since_contact: middle - episode.contact },
-        });
-    }
-    samples
-}
-
-/// Whether a stretch moves by more than its velocity's uncertainty.
-fn moves(bin: &[Motion]) -> bool {
-    let n = bin.len() as f64;
-    let signal: f64 = (0..3)
-        .map(|k| {
-            let mean = bin.iter().map(|m| m.twist[k]).sum::<f64>() / n;
-            let variance = bin.iter().map(|m| m.cov[k][1][1]).sum::<f64>() / n;
-            mean * mean / variance.max(1e-18)
-        })
-        .sum();
-    signal > 25.0
-}
-
-/// A push of which only the poses before and after are known: the mean twist while it lasted, and
-/// the mean wrench over it, its frame followed along the straight way between the two poses.
-fn whole_push(index: usize, episode: &Prepared) -> Option<WrenchSample> {
-    let (first, last) = (episode.pose.first()?, episode.pose.last()?);
-    let threshold = load_threshold(episode);
-    let pushing: Vec<_> =
-        episode.wrench.iter().filter(|w| w.t >= episode.contact && size(w.reading) > threshold).collect();
-    let (begin, end) = (pushing.first()?.t, pushing.last()?.t);
-    let duration = end - begin;
-    if pushing.len() < 5 || duration <= 0.0 {
-        return None;
-    }
-    let change = [0, 1, 2].map(|k| last.pose[k] - first.pose[k]);
-    let at = |t: f64| {
-        let share = ((t - begin) / duration).clamp(0.0, 1.0);
-        [0, 1, 2].map(|k| first.pose[k] + share * change[k])
-    };
-    let pose = at((begin + end) / 2.0);
-    let n = pushing.len() as f64;
-    let mut wrench = [0.0; 3];
-    for sample in &pushing {
-        // The frame was found with the first pose; follow the object to where it is by now.
-        let frame = relative(compose(first.pose, sample.frame), at(sample.t));
-        let on_object = transport(sample.reading, frame);
-        for k in 0..3 {
-            wrench[k] += on_object[k] / n;
-        }
-    }
-    let clock = Clock { since_contact: (begin + end) / 2.0 - episode.contact };
-    let twist = change.map(|c| c / duration);
-    Some(WrenchSample {
-        episode: index,
-        t: (begin + end) / 2.0,
-        pose,
-        twist,
-        reading: wrench,
-        frame: [0.0; 3],
-        clock,
-    })
-}
-
-/// Pose of `inner`, given in `outer`, in the world.
-fn compose(outer: [f64; 3], inner: [f64; 3]) -> [f64; 3] {
-    let (sin, cos) = outer[2].sin_cos();
-    [
-        outer[0] + cos * inner[0] - sin * inner[1],
-        outer[1] + sin * inner[0] + cos * inner[1],
-        outer[2] + inner[2],
-    ]
-}
-
-/// A world pose as seen from `from`.
-fn relative(pose: [f64; 3], from: [f64; 3]) -> [f64; 3] {
-    let d = to_body([pose[0] - from[0], pose[1] - from[1], 0.0], from[2]);
-    [d[0], d[1], pose[2] - from[2]]
-}
-
-#[cfg(test)]
-mod tests {
-    use super::*;
-
-    #[test]
-    fn relative_undoes_compose() {
-        let (outer, inner) = ([1.0, -2.0, 0.7], [0.3, 0.1, -0.2]);
-        for (a, b) in relative(compose(outer, inner), outer).iter().zip(inner) {
-            assert!((a - b).abs() < 1e-12);
-        }
     }
 }

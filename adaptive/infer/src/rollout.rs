@@ -1,7 +1,7 @@
 //! Simulations of a recording, as DIAGNOSIS.md defines them: open loop, and one window ahead.
 
 use crate::filter::{Filter, Innovation};
-use crate::track::{Readings, Step, cut};
+use crate::track::{LONGEST, Readings, Step, cut};
 use crate::{Channels, InferError, Track};
 use trundle_model::{Model, Plant, Real, State, transport};
 use trundle_record::{Motion, Noise, Prepared};
@@ -20,7 +20,7 @@ pub fn open_loop(plant: &Plant<f64>, episode: &Prepared) -> Vec<[f64; 3]> {
     let mut steps: Vec<Step> = Vec::new();
     for pair in episode.pose.windows(2) {
         steps.clear();
-        cut(pair[0].t, &pair[1], &readings, episode.contact, &mut steps);
+        cut(pair[0].t, &pair[1], &readings, episode.contact, LONGEST, &mut steps);
         for step in &steps {
             let applied = transport(plant.correct(step.reading, step.clock), step.frame);
             state = plant.step(&state, applied, step.clock, step.dt);

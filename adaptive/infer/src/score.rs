@@ -1,7 +1,8 @@
 //! The figures of DIAGNOSIS.md, by which a model is judged on episodes.
 
-use crate::quasi::{WrenchSample, wrench_samples};
+use crate::quasi::WrenchSample;
 use crate::rollout::{open_loop, windows};
+use crate::stretches::wrench_samples;
 use crate::{Channels, InferError};
 use rayon::prelude::*;
 use serde::Serialize;

@@ -6,7 +6,7 @@ use trundle_record::{Motion, Noise, PoseSample, Prepared, WrenchSample};
 
 /// Longest step of a fit, s: at 10 ms dry friction that stops a table came out ten standard
 /// deviations off, at 4 ms within two.
-const LONGEST: f64 = 0.004;
+pub(crate) const LONGEST: f64 = 0.004;
 
 /// How still an object at rest is, m/s and rad/s.
 const STILL: f64 = 1e-4;
@@ -51,6 +51,18 @@ impl Track {
     /// # Errors
     /// When fewer than five poses or two wrench samples are left.
     pub fn new(episode: &Prepared, noise: &Noise) -> Result<Self, InferError> {
+        Self::with_steps(episode, noise, LONGEST)
+    }
+
+    /// The same in steps three times as long, for finding out where to search.
+    ///
+    /// # Errors
+    /// As [`Track::new`].
+    pub fn coarse(episode: &Prepared, noise: &Noise) -> Result<Self, InferError> {
+        Self::with_steps(episode, noise, 3.0 * LONGEST)
+    }
+
+    fn with_steps(episode: &Prepared, noise: &Noise, longest: f64) -> Result<Self, InferError> {
         let lacks = |reason: &str| InferError::NoData {
             recording: episode.name.clone(),
             reason: reason.to_owned(),
@@ -71,8 +83,8 @@ impl Track {
         let mut from = poses[first].t;
         for pose in &poses[first + 1..] {
             // Poses more often than this add little but time.
-            if pose.t - from > 0.99 * LONGEST {
-                cut(from, pose, &readings, episode.contact, &mut steps);
+            if pose.t - from > 0.99 * longest {
+                cut(from, pose, &readings, episode.contact, longest, &mut steps);
                 from = pose.t;
             }
         }
@@ -85,7 +97,7 @@ impl Track {
         let readings = Readings::new(&episode.wrench);
         let mut steps = Vec::new();
         for pair in episode.pose[first..end.max(first + 1)].windows(2) {
-            cut(pair[0].t, &pair[1], &readings, episode.contact, &mut steps);
+            cut(pair[0].t, &pair[1], &readings, episode.contact, LONGEST, &mut steps);
         }
         Self {
             name: episode.name.clone(),
@@ -122,8 +134,15 @@ fn start(episode: &Prepared, noise: &Noise, first: usize) -> (Known, Known) {
 }
 
 /// Cut the time between two poses into equal steps.
-pub(crate) fn cut(from: f64, to: &PoseSample, readings: &Readings<'_>, contact: f64, steps: &mut Vec<Step>) {
-    let pieces = ((to.t - from) / LONGEST).ceil().max(1.0);
+pub(crate) fn cut(
+    from: f64,
+    to: &PoseSample,
+    readings: &Readings<'_>,
+    contact: f64,
+    longest: f64,
+    steps: &mut Vec<Step>,
+) {
+    let pieces = ((to.t - from) / longest).ceil().max(1.0);
     let dt = (to.t - from) / pieces;
     for k in 0..pieces as usize {
         let begin = from + k as f64 * dt;

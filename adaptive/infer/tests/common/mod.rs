@@ -1,70 +1,117 @@
-//! Recordings of a simulated table, made with the model's own integrator at a finer step.
+//! Recordings of a simulated table: the model's integrator at a finer step, noise, and what may be hidden.
+#![allow(dead_code)]
 
 use rand::{RngExt, SeedableRng};
 use rand_chacha::ChaCha8Rng;
 use rand_distr::StandardNormal;
 use trundle_model::{Body, Clock, Effect, Kind, Model, Plant, State, transport};
-use trundle_record::{Counts, Noise, PoseSample, Prepared, WrenchSample};
+use trundle_record::{Counts, Dataset, Noise, PoseSample, Prepared, WrenchSample};
 
 pub const NOISE: Noise =
     Noise { pose: [0.0005, 0.0005, 0.00175], force: 0.4, torque: 0.05, time: 0.0, stated: true };
+const CONTACT: f64 = 0.4;
+const TARE: [f64; 3] = [0.04, 0.04, 0.005];
 
 pub fn table() -> Body {
     Body::from_footprint(&[[-0.6, -0.4], [0.6, -0.4], [0.6, 0.4], [-0.6, 0.4]], 22.0).unwrap()
 }
 
-/// An office table with one locked wheel.
+/// An effect with values by name.
+pub fn effect(kind: Kind, values: &[(&str, f64)]) -> Effect {
+    values.iter().fold(Effect::free(kind), |e, (name, value)| e.with(name, Some(*value)))
+}
+
+/// An office table with one locked wheel: φ = (22, −0.5, −0.3, 0.2, 15, 180).
 pub fn locked() -> Model {
     let wheel = [("x", -0.5), ("y", -0.3), ("angle", 0.2), ("mu_x", 15.0), ("mu_y", 180.0)];
-    let wheel = wheel.iter().fold(Effect::free(Kind::ViscousWheel), |e, (name, v)| e.with(name, Some(*v)));
-    Model { body: table(), mass: Some(22.0), dof: [true; 3], effects: vec![wheel] }
-}
-
-const CONTACT: f64 = 0.4;
-
-/// Eight pushes of six seconds at random grasps, with noise and a tare from 100 samples.
-pub fn pushes(truth: &Model, episodes: usize, seed: u64) -> Vec<Prepared> {
-    let plant = truth.resolved().unwrap();
-    (0..episodes).map(|k| push(&plant, k, seed)).collect()
-}
-
-fn push(plant: &Plant<f64>, index: usize, seed: u64) -> Prepared {
-    let mut rng = ChaCha8Rng::seed_from_u64(seed * 1000 + index as u64);
-    let mut normal = |sd: f64| sd * rng.sample::<f64, _>(StandardNormal);
-    let frame = [-0.6, normal(0.15), normal(0.1)];
-    let waves: Vec<[f64; 3]> = (0..4).map(|_| [normal(12.0), 0.3 + normal(0.4).abs(), normal(2.0)]).collect();
-    let force = |t: f64| {
-        let s: f64 = waves.iter().map(|[a, f, p]| a * (std::f64::consts::TAU * f * t + p).sin()).sum();
-        let side: f64 = waves.iter().map(|[a, f, p]| 0.4 * a * (3.0 * f * t - 2.0 * p).cos()).sum();
-        let on = ((t - CONTACT) / 0.1).clamp(0.0, 1.0);
-        [on * (s + 8.0), on * side, 0.05 * on * side]
-    };
-    let mut state = State::at_rest([normal(1.0), normal(1.0), normal(1.5)]);
-    let tare = [normal(0.04), normal(0.04), normal(0.005)];
-    let (mut wrench, mut pose) = (vec![], vec![]);
-    let dt = 1.0 / 3000.0;
-    for k in 0..(6.0 / dt) as usize {
-        let t = k as f64 * dt;
-        if k % 12 == 0 {
-            let f = force(t);
-            let sd = [0.4, 0.4, 0.05];
-            let reading = [0, 1, 2].map(|i| f[i] + tare[i] + normal(sd[i]));
-            wrench.push(WrenchSample { t, reading, frame });
-        }
-        if k % 50 == 0 {
-            let sd = NOISE.pose;
-            pose.push(PoseSample { t, pose: [0, 1, 2].map(|i| state.pose[i] + normal(sd[i])) });
-        }
-        let clock = Clock { since_contact: t - CONTACT };
-        state = plant.step(&state, transport(force(t + dt / 2.0), frame), clock, dt);
+    Model {
+        body: table(),
+        mass: Some(22.0),
+        dof: [true; 3],
+        effects: vec![effect(Kind::ViscousWheel, &wheel)],
     }
-    Prepared {
-        name: format!("episode_{index:02}"),
-        wrench,
-        pose,
-        contact: CONTACT,
-        tare_sd: [0.04, 0.04, 0.005],
-        at_rest: true,
-        counts: Counts::default(),
+}
+
+/// A world to push in.
+pub struct World {
+    /// What the laws of the catalogue do.
+    pub truth: Model,
+    /// What the sensor adds to the truth from contact on, sensor axes.
+    pub bias: [f64; 3],
+    /// A wrench outside of the catalogue, object axes about the origin.
+    pub foreign: fn(&State<f64>) -> [f64; 3],
+}
+
+impl World {
+    pub fn of(truth: Model) -> Self {
+        Self { truth, bias: [0.0; 3], foreign: |_| [0.0; 3] }
+    }
+
+    /// Pushes of six seconds at random grasps, with noise and a tare from 100 samples.
+    pub fn pushes(&self, episodes: usize, seed: u64) -> Vec<Prepared> {
+        let plant = self.truth.resolved().unwrap();
+        (0..episodes).map(|k| self.push(&plant, k, seed)).collect()
+    }
+
+    /// Eight pushes, of which the last two are held out.
+    pub fn recording(&self, seed: u64) -> Dataset {
+        let mut training = self.pushes(8, seed);
+        let held_out = training.split_off(6);
+        Dataset {
+            name: "table".to_owned(),
+            body: table(),
+            dof: [true; 3],
+            noise: NOISE,
+            point_contact: false,
+            commanded: false,
+            mass_given: None,
+            training,
+            held_out,
+            obstacles: vec![],
+        }
+    }
+
+    fn push(&self, plant: &Plant<f64>, index: usize, seed: u64) -> Prepared {
+        let mut rng = ChaCha8Rng::seed_from_u64(seed * 1000 + index as u64);
+        let mut normal = |sd: f64| sd * rng.sample::<f64, _>(StandardNormal);
+        let frame = [-0.6, normal(0.15), normal(0.1)];
+        let waves: Vec<[f64; 3]> =
+            (0..4).map(|_| [normal(12.0), 0.3 + normal(0.4).abs(), normal(2.0)]).collect();
+        let force = |t: f64| {
+            let along: f64 =
+                waves.iter().map(|[a, f, p]| a * (std::f64::consts::TAU * f * t + p).sin()).sum();
+            let side: f64 = waves.iter().map(|[a, f, p]| 0.4 * a * (3.0 * f * t - 2.0 * p).cos()).sum();
+            let on = ((t - CONTACT) / 0.1).clamp(0.0, 1.0);
+            [on * (along + 8.0), on * side, 0.05 * on * side]
+        };
+        let mut state = State::at_rest([normal(1.0), normal(1.0), normal(1.5)]);
+        let tare = TARE.map(&mut normal);
+        let (mut wrench, mut pose) = (vec![], vec![]);
+        let dt = 1.0 / 3000.0;
+        for k in 0..18_000 {
+            let t = k as f64 * dt;
+            let bias = if t >= CONTACT { self.bias } else { [0.0; 3] };
+            if k % 12 == 0 {
+                let (f, sd) = (force(t), [NOISE.force, NOISE.force, NOISE.torque]);
+                let reading = [0, 1, 2].map(|i| f[i] + bias[i] + tare[i] + normal(sd[i]));
+                wrench.push(WrenchSample { t, reading, frame });
+            }
+            if k % 50 == 0 {
+                pose.push(PoseSample { t, pose: [0, 1, 2].map(|i| state.pose[i] + normal(NOISE.pose[i])) });
+            }
+            let clock = Clock { since_contact: t - CONTACT };
+            let (applied, foreign) = (transport(force(t + dt / 2.0), frame), (self.foreign)(&state));
+            state = plant.step(&state, [0, 1, 2].map(|i| applied[i] + foreign[i]), clock, dt);
+        }
+        let name = format!("episode_{index:02}");
+        Prepared {
+            name,
+            wrench,
+            pose,
+            contact: CONTACT,
+            tare_sd: TARE,
+            at_rest: true,
+            counts: Counts::default(),
+        }
     }
 }

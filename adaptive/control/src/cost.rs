@@ -1,0 +1,165 @@
+//! What a plan is judged by.
+//!
+//! ```text
+//! ∫ |p − p*| + w_θ |θ − θ*| + w_u Σ (u/u_max)² + w_v (excess speed)² dt  +  T (final error + w_s speed)
+//! ```
+//! The first two terms are minus the reward of the environment; the excess is over speeds at which
+//! the object would be lost; the last term stands for what happens after the plan.
+
+use std::f64::consts::{PI, TAU};
+
+use serde::Deserialize;
+use trundle_model::State;
+
+use crate::ControlError;
+
+/// Weights of the cost of a plan, in metre-seconds.
+#[derive(Clone, Debug, PartialEq, Deserialize)]
+#[serde(deny_unknown_fields, default)]
+pub struct Cost {
+    /// What a radian of heading error costs, m.
+    pub heading: f64,
+    /// What a full action costs along each axis, m.
+    pub effort: f64,
+    /// Speed from which on the object gets out of hand, m/s.
+    pub speed_limit: f64,
+    /// Spin from which on it does, rad/s.
+    pub spin_limit: f64,
+    /// What exceeding a limit by all of it costs, m.
+    pub excess: f64,
+    /// For how long the pose error at the end of the plan is charged, s.
+    pub arrival: f64,
+    /// How far a speed at the end of the plan is taken to carry, s: metres of error for each m/s.
+    pub momentum: f64,
+}
+
+impl Default for Cost {
+    fn default() -> Self {
+        Self {
+            heading: 0.3,
+            effort: 0.005,
+            speed_limit: 1.2,
+            spin_limit: 2.5,
+            excess: 10.0,
+            arrival: 0.5,
+            momentum: 0.3,
+        }
+    }
+}
+
+/// Where the object is, and where it is to go.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub struct Task {
+    /// Motion at the start of the plan, world axes.
+    pub state: State<f64>,
+    /// Goal pose of the object frame in the world, m, m, rad.
+    pub goal: [f64; 3],
+    /// Where the object is held, object frame, m.
+    pub grasp: [f64; 2],
+}
+
+impl Task {
+    /// Refuse numbers that are none.
+    ///
+    /// # Errors
+    /// When a number is not finite; the message says which.
+    pub fn check(&self) -> Result<(), ControlError> {
+        let finite = |key, numbers: &[f64]| match numbers.iter().all(|n| n.is_finite()) {
+            true => Ok(()),
+            false => Err(ControlError::value(key, numbers, "must be finite (m, rad, s)")),
+        };
+        finite("pose", &self.state.pose)?;
+        finite("twist", &self.state.twist)?;
+        finite("goal", &self.goal)?;
+        finite("grasp", &self.grasp)
+    }
+}
+
+impl Cost {
+    /// Refuse negative weights and limits of nothing.
+    ///
+    /// # Errors
+    /// When a weight is negative or a limit not positive; the message says which.
+    pub fn check(&self) -> Result<(), ControlError> {
+        for (key, weight) in [
+            ("cost.heading", self.heading),
+            ("cost.effort", self.effort),
+            ("cost.excess", self.excess),
+            ("cost.arrival", self.arrival),
+            ("cost.momentum", self.momentum),
+        ] {
+            if !(weight.is_finite() && weight >= 0.0) {
+                return Err(ControlError::value(key, weight, "must be finite and not negative"));
+            }
+        }
+        for (key, limit) in [("cost.speed_limit", self.speed_limit), ("cost.spin_limit", self.spin_limit)] {
+            if !(limit.is_finite() && limit > 0.0) {
+                return Err(ControlError::value(key, limit, "must be positive and finite (m/s, rad/s)"));
+            }
+        }
+        Ok(())
+    }
+
+    /// Cost of one second in a state under an action; `share` is the action over its bounds.
+    #[inline]
+    pub(crate) fn running(&self, state: &State<f64>, goal: &[f64; 3], share: [f64; 3]) -> f64 {
+        let effort: f64 = share.iter().map(|u| u * u).sum();
+        let [vx, vy, spin] = state.twist;
+        let over = |value: f64, limit: f64| (value / limit - 1.0).max(0.0).powi(2);
+        let excess = over(vx.hypot(vy), self.speed_limit) + over(spin.abs(), self.spin_limit);
+        self.error(state, goal) + self.effort * effort + self.excess * excess
+    }
+
+    /// Cost of being left in a state.
+    #[inline]
+    pub(crate) fn terminal(&self, state: &State<f64>, goal: &[f64; 3]) -> f64 {
+        let [vx, vy, spin] = state.twist;
+        let carried = vx.hypot(vy) + self.heading * spin.abs();
+        self.arrival * (self.error(state, goal) + self.momentum * carried)
+    }
+
+    #[inline]
+    fn error(&self, state: &State<f64>, goal: &[f64; 3]) -> f64 {
+        let [x, y, theta] = state.pose;
+        (x - goal[0]).hypot(y - goal[1]) + self.heading * wrapped(theta - goal[2]).abs()
+    }
+}
+
+/// The same angle in [−π, π).
+#[inline]
+fn wrapped(angle: f64) -> f64 {
+    (angle + PI).rem_euclid(TAU) - PI
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    const GOAL: [f64; 3] = [1.0, 0.0, 3.0];
+
+    #[test]
+    fn at_the_goal_and_still_nothing_is_due() {
+        let there = State::at_rest(GOAL);
+        let cost = Cost::default();
+        assert_eq!(cost.running(&there, &GOAL, [0.0; 3]), 0.0);
+        assert_eq!(cost.terminal(&there, &GOAL), 0.0);
+    }
+
+    #[test]
+    fn headings_are_compared_the_short_way_round() {
+        let there = State::at_rest([1.0, 0.0, -3.0]);
+        let expected = 0.3 * (TAU - 6.0);
+        assert!((Cost::default().running(&there, &GOAL, [0.0; 3]) - expected).abs() < 1e-12);
+    }
+
+    #[test]
+    fn effort_and_speed_beyond_the_limit_cost_more() {
+        let cost = Cost::default();
+        let fast = State { pose: GOAL, twist: [0.0, 2.0 * cost.speed_limit, 0.0] };
+        let slow = State { pose: GOAL, twist: [0.0, cost.speed_limit, 0.0] };
+        assert!((cost.running(&fast, &GOAL, [0.0; 3]) - cost.excess).abs() < 1e-12);
+        assert_eq!(cost.running(&slow, &GOAL, [0.0; 3]), 0.0);
+        assert!((cost.running(&slow, &GOAL, [1.0, 0.0, -1.0]) - 2.0 * cost.effort).abs() < 1e-12);
+        assert!(cost.terminal(&slow, &GOAL) > 0.0);
+    }
+}

@@ -1,0 +1,120 @@
+//! How plans are sampled.
+
+use serde::Deserialize;
+
+use crate::{ControlError, Cost};
+
+/// Settings of a [`crate::Planner`]. All have defaults but the bounds.
+#[derive(Clone, Debug, PartialEq, Deserialize)]
+#[serde(deny_unknown_fields)]
+pub struct Settings {
+    /// Least wrench at the grasp, object axes, `[N, N, N·m]`.
+    pub lower: [f64; 3],
+    /// Greatest wrench at the grasp, object axes, `[N, N, N·m]`.
+    pub upper: [f64; 3],
+    /// Actions in a plan.
+    #[serde(default = "horizon")]
+    pub horizon: usize,
+    /// Time for which each action is held, s.
+    #[serde(default = "hold")]
+    pub hold: f64,
+    /// Plans rolled out in each iteration.
+    #[serde(default = "samples")]
+    pub samples: usize,
+    /// Iterations for each call.
+    #[serde(default = "iterations")]
+    pub iterations: usize,
+    /// Standard deviation of the sampled actions in the first iteration, as a share of half the range
+    /// between the bounds.
+    #[serde(default = "spread")]
+    pub spread: f64,
+    /// Correlation between successive sampled actions, 0 to 1: pushes, not vibrations.
+    #[serde(default = "smoothness")]
+    pub smoothness: f64,
+    /// Temperature, as a share of the standard deviation of the costs: lower trusts the best samples more.
+    #[serde(default = "temperature")]
+    pub temperature: f64,
+    /// What a plan is judged by.
+    #[serde(default)]
+    pub cost: Cost,
+}
+
+fn horizon() -> usize {
+    25
+}
+fn hold() -> f64 {
+    0.1
+}
+fn samples() -> usize {
+    512
+}
+fn iterations() -> usize {
+    3
+}
+fn spread() -> f64 {
+    0.5
+}
+fn smoothness() -> f64 {
+    0.7
+}
+fn temperature() -> f64 {
+    0.2
+}
+
+impl Settings {
+    /// The defaults between bounds on the wrench, `[N, N, N·m]`.
+    pub fn within(lower: [f64; 3], upper: [f64; 3]) -> Self {
+        Self {
+            lower,
+            upper,
+            horizon: horizon(),
+            hold: hold(),
+            samples: samples(),
+            iterations: iterations(),
+            spread: spread(),
+            smoothness: smoothness(),
+            temperature: temperature(),
+            cost: Cost::default(),
+        }
+    }
+
+    /// Refuse what cannot be.
+    ///
+    /// # Errors
+    /// When bounds are reversed or a number is out of its range; the message says which.
+    pub fn check(&self) -> Result<(), ControlError> {
+        for k in 0..3 {
+            let (low, high) = (self.lower[k], self.upper[k]);
+            if !(low.is_finite() && high.is_finite() && low < high) {
+                let remedy = "each lower bound must be finite and below its upper bound (N, N, N·m)";
+                return Err(ControlError::value("lower, upper", (self.lower, self.upper), remedy));
+            }
+        }
+        for (key, count) in
+            [("horizon", self.horizon), ("samples", self.samples), ("iterations", self.iterations)]
+        {
+            if count == 0 {
+                return Err(ControlError::value(key, count, "must be at least 1"));
+            }
+        }
+        for (key, value) in [("hold", self.hold), ("spread", self.spread), ("temperature", self.temperature)] {
+            if !(value.is_finite() && value > 0.0) {
+                return Err(ControlError::value(key, value, "must be positive and finite"));
+            }
+        }
+        if !(0.0..1.0).contains(&self.smoothness) {
+            let remedy = "must lie in [0, 1); 0: every action is drawn anew";
+            return Err(ControlError::value("smoothness", self.smoothness, remedy));
+        }
+        self.cost.check()
+    }
+
+    /// Half the range between the bounds.
+    pub(crate) fn reach(&self) -> [f64; 3] {
+        [0, 1, 2].map(|k| (self.upper[k] - self.lower[k]) / 2.0)
+    }
+
+    pub(crate) fn clamp(&self, action: [f64; 3]) -> [f64; 3] {
+        [0, 1, 2].map(|k| action[k].clamp(self.lower[k], self.upper[k]))
+    }
+}

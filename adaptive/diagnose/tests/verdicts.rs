@@ -1,0 +1,130 @@
+//! What was hidden in a recording, and what the diagnosis says of it.
+
+#[path = "../../infer/tests/common/mod.rs"]
+mod common;
+
+use common::{World, effect, locked};
+use trundle_diagnose::{Answer, Options, Outcome, diagnose};
+use trundle_infer::Quiet;
+use trundle_model::{Kind, Model};
+
+fn diagnosed(world: &World, seed: u64, model: Option<Model>) -> Outcome {
+    diagnose(&world.recording(seed), &Options { seed: 0, model }, &Quiet).unwrap()
+}
+
+/// The answer as its readers see it.
+fn json(answer: &Answer) -> serde_json::Value {
+    serde_json::to_value(answer).unwrap()
+}
+
+fn names(answer: &serde_json::Value) -> Vec<String> {
+    answer["missing"].as_array().unwrap().iter().map(|m| m["effect"].as_str().unwrap().to_owned()).collect()
+}
+
+#[test]
+fn nothing_is_missing_from_clean_recordings() {
+    for seed in 0..4 {
+        let answer = json(&diagnosed(&World::of(locked()), seed, None).answer);
+        assert_eq!(answer["verdict"], "consistent", "seed {seed}: {answer:#}");
+        assert_eq!(answer["mismatch"]["windows"].as_array().unwrap().len(), 0);
+    }
+}
+
+#[test]
+fn dry_friction_is_named_and_placed() {
+    let dry = effect(Kind::CoulombFriction, &[("x", 0.45), ("y", 0.31), ("force", 8.0)]);
+    let answer = json(&diagnosed(&World::of(locked().with(dry)), 1, None).answer);
+    assert_eq!(names(&answer), ["coulomb_friction"], "{answer:#}");
+    let missing = &answer["missing"][0];
+    assert!((missing["parameters"]["force"]["mean"].as_f64().unwrap() - 8.0).abs() < 0.3);
+    let point = &missing["where"]["body_point"]["mean"];
+    assert!(
+        (point[0].as_f64().unwrap() - 0.45).abs() < 0.02 && (point[1].as_f64().unwrap() - 0.31).abs() < 0.02
+    );
+    let held_out = &answer["fit"]["held_out"];
+    let misfit = |part: &str| held_out[part]["position_rmse"].as_f64().unwrap();
+    assert!(misfit("before") > 3.0 * misfit("after"), "{held_out:#}");
+    assert!(missing["explains"].as_f64().unwrap() > 0.8);
+    assert!(!answer["mismatch"]["windows"].as_array().unwrap().is_empty());
+}
+
+#[test]
+fn friction_under_the_whole_body_has_no_point() {
+    let dry = effect(Kind::SupportFriction, &[("force", 10.0)]);
+    let answer = json(&diagnosed(&World::of(locked().with(dry)), 2, None).answer);
+    assert_eq!(names(&answer), ["coulomb_friction"], "{answer:#}");
+    assert!(answer["missing"][0]["where"].is_null());
+}
+
+#[test]
+fn an_offset_of_the_sensor_is_not_taken_for_a_slope() {
+    let world = World { bias: [0.5, -0.3, 0.1], ..World::of(locked()) };
+    let answer = json(&diagnosed(&world, 3, None).answer);
+    assert_eq!(names(&answer), ["force_bias"], "{answer:#}");
+    assert!((answer["missing"][0]["parameters"]["force_x"]["mean"].as_f64().unwrap() - 0.5).abs() < 0.1);
+}
+
+#[test]
+fn a_slope_is_not_taken_for_an_offset() {
+    let slope = effect(Kind::FloorSlope, &[("accel_x", 0.05), ("accel_y", -0.02)]);
+    let answer = json(&diagnosed(&World::of(locked().with(slope)), 4, None).answer);
+    assert_eq!(names(&answer), ["floor_slope"], "{answer:#}");
+}
+
+#[test]
+fn two_effects_are_both_named() {
+    let dry = effect(Kind::CoulombFriction, &[("x", 0.45), ("y", 0.31), ("force", 8.0)]);
+    let slope = effect(Kind::FloorSlope, &[("accel_x", 0.05), ("accel_y", -0.02)]);
+    let answer = json(&diagnosed(&World::of(locked().with(dry).with(slope)), 5, None).answer);
+    let mut found = names(&answer);
+    found.sort();
+    assert_eq!(found, ["coulomb_friction", "floor_slope"], "{answer:#}");
+}
+
+/// A spring to the middle of the room: in no catalogue.
+fn spring(state: &trundle_model::State<f64>) -> [f64; 3] {
+    let [x, y, theta] = state.pose;
+    trundle_model::to_body([-6.0 * x, -6.0 * y, 0.0], theta)
+}
+
+#[test]
+fn what_nothing_known_explains_is_located_but_not_named() {
+    let world = World { foreign: spring, ..World::of(locked()) };
+    let answer = json(&diagnosed(&world, 6, None).answer);
+    assert_eq!(answer["verdict"], "unexplained", "{answer:#}");
+    assert!(names(&answer).is_empty());
+    assert!(!answer["mismatch"]["windows"].as_array().unwrap().is_empty());
+}
+
+#[test]
+fn given_values_are_judged() {
+    let right = diagnosed(&World::of(locked()), 7, Some(locked())).answer;
+    assert_eq!(json(&right)["verdict"], "consistent");
+    let mut wrong = locked();
+    wrong.effects[0] = wrong.effects[0].clone().with("mu_y", Some(60.0));
+    let answer = json(&diagnosed(&World::of(locked()), 7, Some(wrong)).answer);
+    assert_eq!(answer["verdict"], "reparameterised", "{answer:#}");
+    assert_eq!(answer["nominal"]["given"]["viscous_wheel.mu_y"], 60.0);
+    let after = answer["nominal"]["after"]["viscous_wheel.mu_y"]["mean"].as_f64().unwrap();
+    assert!((after - 180.0).abs() < 3.0);
+}
+
+#[test]
+fn same_input_and_seed_give_the_same_bytes() {
+    let dry = effect(Kind::CoulombFriction, &[("x", 0.45), ("y", 0.31), ("force", 8.0)]);
+    let world = World::of(locked().with(dry));
+    let text = || {
+        let outcome = diagnosed(&world, 8, None);
+        (json(&outcome.answer).to_string(), outcome.model, serde_json::to_string(&outcome.series).unwrap())
+    };
+    assert_eq!(text(), text());
+}
+
+#[test]
+fn the_written_model_is_read_back() {
+    let dry = effect(Kind::CoulombFriction, &[("x", 0.45), ("y", 0.31), ("force", 8.0)]);
+    let outcome = diagnosed(&World::of(locked().with(dry)), 9, None);
+    let (model, posterior) = Model::from_toml(&outcome.model).unwrap();
+    assert!(model.resolved().is_ok());
+    assert!(posterior.unwrap().names.contains(&"coulomb_friction.force".to_owned()));
+}
