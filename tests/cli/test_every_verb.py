@@ -4,7 +4,8 @@ from pathlib import Path
 
 import pytest
 
-from tests.cli.walk import Run, leaves, reads_a_file, with_missing_files
+from tests.cli.walk import leaves, reads_a_file, with_missing_files
+from tests.command import trundle
 from trundle.cli import main
 from trundle.cli.commands import discover
 
@@ -50,7 +51,7 @@ def test_a_missing_input_is_named_and_nothing_is_written(
 
 
 @pytest.mark.parametrize("verb", READERS[:1], ids=name)
-def test_the_reason_is_a_sentence_unless_debugging(verb: tuple[str, ...], trundle: Run) -> None:
+def test_the_reason_is_a_sentence_unless_debugging(verb: tuple[str, ...], tmp_path: Path) -> None:
     line = with_missing_files(verb)
-    assert "Traceback" not in trundle(*line).stderr
-    assert "Traceback" in trundle(*line, TRUNDLE_DEBUG="1").stderr
+    assert "Traceback" not in trundle(tmp_path, *line).stderr
+    assert "Traceback" in trundle(tmp_path, *line, TRUNDLE_DEBUG="1").stderr

@@ -45,7 +45,7 @@ def test_a_status_is_passed_on() -> None:
 def test_ctrl_c_ends_a_long_verb_at_once() -> None:
     script = (
         "import sys, time; from trundle.cli.exits import guarded\n"
-        "print('began', flush=True); sys.exit(guarded(lambda: time.sleep(60)))"
+        "sys.exit(guarded(lambda: print('began', flush=True) or time.sleep(60)))"
     )
     with subprocess.Popen([sys.executable, "-c", script], stdout=-1, stderr=-1, text=True) as process:
         assert process.stdout is not None

@@ -1,14 +1,15 @@
 import re
+from pathlib import Path
 
 import pytest
 
-from tests.cli.walk import Run
+from tests.command import trundle
 from trundle.cli import build_parser, main, unknown_verb
 from trundle.cli.commands import discover
 
 
-def test_version_is_the_package_s(trundle: Run) -> None:
-    ran = trundle("--version")
+def test_version_is_the_package_s(tmp_path: Path) -> None:
+    ran = trundle(tmp_path, "--version")
     assert ran.returncode == 0
     assert re.fullmatch(r"trundle \d+\.\d+\.\d+\n", ran.stdout)
 
@@ -32,8 +33,8 @@ def test_nonsense_is_no_verb(capsys: pytest.CaptureFixture[str]) -> None:
     assert capsys.readouterr().err == "trundle: there is no verb 'zzzzzz'; `trundle --help` lists them\n"
 
 
-def test_no_verb_at_all_is_a_usage_error(trundle: Run) -> None:
-    ran = trundle()
+def test_no_verb_at_all_is_a_usage_error(tmp_path: Path) -> None:
+    ran = trundle(tmp_path)
     assert ran.returncode == 2
     assert "trundle --help" in ran.stderr
     assert ran.stdout == ""

@@ -1,15 +1,11 @@
 """What the tests that walk the command line know about it: nothing but what its parser says."""
 
 import argparse
-import subprocess
-from collections.abc import Callable, Iterator
+from collections.abc import Iterator
 from pathlib import Path
 
 from trundle.cli import build_parser
 from trundle.cli.commands import discover
-
-Run = Callable[..., "subprocess.CompletedProcess[str]"]
-"""Runs `trundle` with arguments and, as keywords, environment variables."""
 
 
 def leaves(parser: argparse.ArgumentParser | None = None) -> Iterator[tuple[str, ...]]:

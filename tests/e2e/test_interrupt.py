@@ -1,0 +1,54 @@
+"""Ctrl-C and damage: a long verb ends at once, and nothing half-written stays."""
+
+import shutil
+import signal
+import subprocess
+import time
+from pathlib import Path
+
+import pytest
+
+from tests.command import COMMAND, trundle
+from tests.e2e.conftest import Demo
+
+LONG = {
+    "diagnose": ["diagnose", "recording", "--out", "out"],
+    "fit": ["fit", "recording", "--starts", "1000", "--out", "out"],
+}
+
+
+@pytest.fixture
+def place(demo: Demo, tmp_path: Path) -> Path:
+    shutil.copytree(demo.recording, tmp_path / "recording")
+    return tmp_path
+
+
+@pytest.mark.parametrize("verb", sorted(LONG))
+def test_ctrl_c_ends_it_at_once(place: Path, verb: str) -> None:
+    line = [*COMMAND, *LONG[verb]]
+    with subprocess.Popen(line, cwd=place, stdout=-1, stderr=-1, text=True) as process:
+        time.sleep(4)  # past the imports, well before the answer
+        assert process.poll() is None, "it ended before it could be interrupted"
+        sent = time.monotonic()
+        process.send_signal(signal.SIGINT)
+        _, complaint = process.communicate(timeout=20)
+    assert process.returncode == 130
+    assert complaint == "trundle: interrupted\n"
+    assert time.monotonic() - sent < 2
+    assert [path.name for path in place.iterdir()] == ["recording"]
+
+
+def test_a_damaged_table_is_named_by_file_row_and_column(place: Path) -> None:
+    table = place / "recording/episode_03.csv"
+    lines = table.read_text().splitlines(keepends=True)
+    column = lines[0].rstrip("\n").split(",").index("force_x")
+    row = next(n for n, line in enumerate(lines[1:], 1) if line.split(",")[column])
+    cells = lines[row].split(",")
+    cells[column] = "twelve"
+    lines[row] = ",".join(cells)
+    table.write_text("".join(lines))
+    ran = trundle(place, "diagnose", "recording", "--out", "out")
+    assert ran.returncode == 2
+    for word in ("episode_03.csv", f"row {row}", "force_x", "twelve"):
+        assert word in ran.stderr
+    assert not (place / "out").exists()
