@@ -12,7 +12,7 @@ const MASKED: [f64; 2] = [0.001, 0.1];
 
 /// Readings that stand still at the end of the sensor's range.
 pub(crate) fn clipping(subject: &Subject) -> Vec<Finding> {
-    let noise = &subject.dataset.noise;
+    let noise = &subject.seen_noise; // stated noise may not be in the data
     let per_axis = |(axis, sd): (&'static str, f64)| {
         subject.episodes.iter().filter_map(move |look| {
             let column = look.episode.columns.get(axis)?;

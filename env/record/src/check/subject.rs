@@ -3,7 +3,7 @@
 use crate::episode::Episode;
 use crate::metadata::Metadata;
 use crate::motion::Motion;
-use crate::prepare::{Dataset, Prepared, WrenchSample, latest, seen_noise};
+use crate::prepare::{Dataset, Noise, Prepared, WrenchSample, latest, seen_noise};
 use crate::recording::Recording;
 
 /// A recording with everything that several checks need.
@@ -13,8 +13,8 @@ pub(crate) struct Subject<'a> {
     pub episodes: Vec<Look<'a>>,
     /// Diameter of the object's bounding box, m; 0 without a shape.
     pub size: f64,
-    /// Noise of the poses as the data show it, whatever is stated: m, m, rad.
-    pub seen_noise: [f64; 3],
+    /// Noise as the data show it, whatever is stated.
+    pub seen_noise: Noise,
 }
 
 /// One episode.
@@ -48,7 +48,7 @@ impl<'a> Subject<'a> {
             dataset,
             episodes: recording.episodes.iter().filter_map(look).collect(),
             size: (high[0] - low[0]).hypot(high[1] - low[1]),
-            seen_noise: seen_noise(recording).pose,
+            seen_noise: seen_noise(recording),
         }
     }
 

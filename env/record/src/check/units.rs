@@ -22,6 +22,8 @@ const NOISE_RATIO: f64 = 20.0;
 const NOISELESS: f64 = 1e-5;
 /// Metres stated in millimetres are a thousand times as much.
 const UNUSED: f64 = 300.0;
+/// Poses that show their noise.
+const ENOUGH: usize = 50;
 /// Noise that a jerky motion seen at a low rate may feign, m or rad.
 const LEAST_NOISE: f64 = 5e-4;
 
@@ -49,35 +51,35 @@ pub(crate) fn lengths(subject: &Subject) -> Vec<Finding> {
     )]
 }
 
-/// Degrees instead of radians.
+/// Degrees instead of radians: seen by the gripper's place on the object where it is known, otherwise by turns.
 pub(crate) fn angles(subject: &Subject) -> Vec<Finding> {
-    let wrong = |look: &&Look| too_many_turns(look) || tighter_in_degrees(look);
-    let name = |look: &Look| {
-        let sentence = "object_theta seems to be in degrees: ".to_owned()
-            + if too_many_turns(look) {
-                "the object would turn round and round"
-            } else {
-                "only so does the gripper stay where it holds the object"
-            };
-        Finding::new("units", Severity::Error, sentence, "multiply angles by π/180: the format is in radians")
+    let reason = |look: &Look| match tightness(look) {
+        Some(ratio) if ratio > TIGHTER => Some("only so does the gripper stay where it holds the object"),
+        None if turns(look) > TURNS => Some("the object would turn round and round"),
+        _ => None,
     };
-    subject.episodes.iter().filter(wrong).take(1).map(|look| name(look).of(look.name())).collect()
+    let finding = |look: &Look| {
+        let sentence = format!("object_theta seems to be in degrees: {}", reason(look)?);
+        let remedy = "multiply angles by π/180: the format is in radians";
+        Some(Finding::new("units", Severity::Error, sentence, remedy).of(look.name()))
+    };
+    subject.episodes.iter().filter_map(finding).take(1).collect()
 }
 
-fn too_many_turns(look: &Look) -> bool {
-    let Some(object) = look.episode.object() else { return false };
-    let theta = || object.value.iter().map(|p| p[2]);
-    let (low, high) = (quantile(theta(), 0.02), quantile(theta(), 0.98));
-    high.unwrap_or(0.0) - low.unwrap_or(0.0) > TURNS || median(theta()).is_some_and(|m| m.abs() > TURNS)
+/// Range of the heading, or its distance from zero where that is larger, rad.
+fn turns(look: &Look) -> f64 {
+    let theta = || look.prepared.pose.iter().map(|p| p.pose[2]);
+    width(theta).max(median(theta()).unwrap_or(0.0).abs())
 }
 
-/// Whether the gripper keeps its place on the object much better if the heading is read as degrees.
-fn tighter_in_degrees(look: &Look) -> bool {
+/// How many times further the gripper wanders on the object if its heading is read as radians than as degrees;
+/// `None` where there is no gripper, or the object does not turn enough to tell.
+fn tightness(look: &Look) -> Option<f64> {
     let (Some(object), Some(Gripper::Level(gripper))) = (look.episode.object(), look.episode.gripper())
     else {
-        return false;
+        return None;
     };
-    let spread = |scale: f64| {
+    let wander = |scale: f64| {
         let held = gripper.t.iter().zip(&gripper.value).filter(|(t, _)| **t >= look.prepared.contact);
         let places: Vec<[f64; 3]> = held
             .filter_map(|(t, pose)| {
@@ -85,16 +87,16 @@ fn tighter_in_degrees(look: &Look) -> bool {
                 Some(relative_pose(&[x, y, scale * theta], pose))
             })
             .collect();
-        let width = |k: usize| {
-            let values = || places.iter().map(|p| p[k]);
-            Some(quantile(values(), 0.95)? - quantile(values(), 0.05)?)
-        };
-        Some(width(0)?.hypot(width(1)?))
+        width(|| places.iter().map(|p| p[0])).hypot(width(|| places.iter().map(|p| p[1])))
     };
-    let (Some(radians), Some(degrees)) = (spread(1.0), spread(1f64.to_radians())) else { return false };
-    let theta = || object.value.iter().map(|p| p[2]);
-    let turned = quantile(theta(), 0.98).unwrap_or(0.0) - quantile(theta(), 0.02).unwrap_or(0.0);
-    turned > 1.0 && radians > TIGHTER * degrees
+    let (radians, degrees) = (wander(1.0), wander(1f64.to_radians()));
+    let turned = width(|| object.value.iter().map(|p| p[2]));
+    (turned > 1.0 && degrees > 0.0).then(|| radians / degrees)
+}
+
+/// Range of `values` without the outermost two hundredths on either side.
+fn width<I: Iterator<Item = f64>>(values: impl Fn() -> I) -> f64 {
+    quantile(values(), 0.98).unwrap_or(0.0) - quantile(values(), 0.02).unwrap_or(0.0)
 }
 
 /// Newton millimetres instead of newton metres.
@@ -120,7 +122,11 @@ pub(crate) fn torques(subject: &Subject) -> Vec<Finding> {
 
 /// Stated noise in another unit than the data.
 pub(crate) fn noise(subject: &Subject) -> Vec<Finding> {
-    let (Some(stated), seen) = (&subject.meta.noise, subject.seen_noise) else { return vec![] };
+    let (Some(stated), seen) = (&subject.meta.noise, subject.seen_noise.pose) else { return vec![] };
+    let poses = subject.episodes.iter().map(|look| look.prepared.pose.len().saturating_sub(4));
+    if poses.sum::<usize>() < ENOUGH {
+        return vec![]; // too few to show a noise
+    }
     let names = ["x", "y", "theta"];
     let axes = (0..3).filter(|&k| subject.dataset.dof[k]);
     let off = axes.filter(|&k| {

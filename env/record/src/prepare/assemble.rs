@@ -9,14 +9,15 @@ use crate::recording::Recording;
 
 use super::reading::{Reader, Readings, View};
 use super::tare::TareMethod;
-use super::track::gaps;
+use super::track::{PoseNoise, gaps};
 use super::{Counts, Dataset, Noise, Prepared, WrenchSample, contact, mass, noise};
 
 pub(crate) fn dataset(recording: &Recording, method: TareMethod) -> Result<Dataset, Error> {
     let meta = &recording.metadata;
     let noise = noise::of(recording);
+    let pose_noise = PoseNoise { sd: noise.pose, seen: noise::estimated(recording).pose };
     let views: Vec<View> =
-        recording.episodes.iter().map(|e| View::new(e, &noise)).collect::<Result<_, _>>()?;
+        recording.episodes.iter().map(|e| View::new(e, &pose_noise)).collect::<Result<_, _>>()?;
     let reader = Reader::new(meta, method, &views)?;
     let prepared: Vec<Prepared> =
         views.into_iter().map(|view| episode(&reader, view, meta, &noise)).collect::<Result<_, _>>()?;

@@ -29,16 +29,20 @@ const CAP_NOISE: f64 = 12.0;
 const BREAK_SHARE: f64 = 0.25;
 /// Times the possible distance from which on a jump is wholly impossible; a little too far costs little.
 const IMPOSSIBLE: f64 = 10.0;
+/// No tracker has less noise than this, m or rad: such poses are simulated.
+const NOISELESS: f64 = 1e-5;
 /// A repeat of all coordinates is less likely than this by chance where it counts as held.
 const CHANCE: f64 = 1e-3;
 
-/// Judges each pose (x, y in m, theta in rad, wrapped or not) of one episode; `sd` is the pose noise.
-pub(crate) fn judge(t: &[f64], pose: &[[f64; 3]], sd: &[f64; 3]) -> Vec<Verdict> {
+/// Judges each pose (x, y in m, theta in rad, wrapped or not) of one episode.
+///
+/// `sd` is the pose noise, `seen` that which the data show: a simulation may state noise that it does not add.
+pub(crate) fn judge(t: &[f64], pose: &[[f64; 3]], sd: &[f64; 3], seen: &[f64; 3]) -> Vec<Verdict> {
     let mut verdict = vec![Verdict::Kept; t.len()];
     for i in jumps(t, pose, sd) {
         verdict[i] = Verdict::Outlier;
     }
-    if repeats_are_held(pose, sd) {
+    if repeats_are_held(pose, seen) {
         for i in 1..pose.len() {
             if pose[i] == pose[i - 1] && verdict[i] == Verdict::Kept {
                 verdict[i] = Verdict::Held;
@@ -68,6 +72,9 @@ pub(crate) fn unwrapped(pose: impl IntoIterator<Item = [f64; 3]>) -> Vec<[f64; 3
 /// Whether an exact repeat of a pose says that the tracker held it: not where the object may be at rest and
 /// the noise is below the resolution of the numbers.
 fn repeats_are_held(pose: &[[f64; 3]], sd: &[f64; 3]) -> bool {
+    if sd.iter().all(|&sd| sd < NOISELESS) {
+        return false;
+    }
     let chance: f64 = (0..3).map(|k| repeat_chance(resolution(pose, k), sd[k])).product();
     chance < CHANCE
 }

@@ -8,7 +8,7 @@ use crate::fault::Fault;
 use crate::metadata::{Frame, Metadata, Reference, Sign};
 
 use super::tare::{FreeReading, Tare, TareMethod, Weight, sd_of_mean, weigh};
-use super::track::{self, Track};
+use super::track::{self, PoseNoise, Track};
 use super::transform::{GripperPose, Wrench6, relative_pose};
 use super::{Noise, PoseSample, WrenchSample};
 
@@ -27,10 +27,10 @@ pub(crate) struct Readings {
 }
 
 impl<'a> View<'a> {
-    pub fn new(episode: &'a Episode, noise: &Noise) -> Result<Self, Error> {
+    pub fn new(episode: &'a Episode, noise: &PoseNoise) -> Result<Self, Error> {
         let name = episode.name.as_str();
-        let object = track::object(episode, &noise.pose);
-        let gripper = track::gripper(episode, &noise.pose);
+        let object = track::object(episode, noise);
+        let gripper = track::gripper(episode, noise);
         if object.samples.is_empty() {
             return Err(no_stream(name, "object pose", "record the object's pose at least once"));
         }

@@ -23,17 +23,23 @@ impl<T> Track<T> {
     }
 }
 
+/// Noise of the poses, m, m, rad: as stated or estimated, and as the data show it.
+pub(crate) struct PoseNoise {
+    pub sd: [f64; 3],
+    pub seen: [f64; 3],
+}
+
 /// The object's poses, theta continuous.
-pub(crate) fn object(episode: &Episode, sd: &[f64; 3]) -> Track<PoseSample> {
+pub(crate) fn object(episode: &Episode, noise: &PoseNoise) -> Track<PoseSample> {
     let Some(stream) = episode.object() else { return Track::none() };
-    let (kept, outliers, held) = masked(&stream.t, &stream.value, sd);
+    let (kept, outliers, held) = masked(&stream.t, &stream.value, noise);
     let poses = unwrapped(kept.iter().map(|&i| stream.value[i]));
     let samples = kept.iter().zip(poses).map(|(&i, pose)| PoseSample { t: stream.t[i], pose }).collect();
     Track { samples, outliers, held }
 }
 
 /// The gripper's poses.
-pub(crate) fn gripper(episode: &Episode, sd: &[f64; 3]) -> Track<GripperPose> {
+pub(crate) fn gripper(episode: &Episode, noise: &PoseNoise) -> Track<GripperPose> {
     let all: Vec<GripperPose> = match episode.gripper() {
         None => return Track::none(),
         Some(Gripper::Level(s)) => {
@@ -45,7 +51,7 @@ pub(crate) fn gripper(episode: &Episode, sd: &[f64; 3]) -> Track<GripperPose> {
     };
     let times: Vec<f64> = all.iter().map(|p| p.t).collect();
     let planar: Vec<[f64; 3]> = all.iter().map(GripperPose::planar).collect();
-    let (kept, outliers, held) = masked(&times, &planar, sd);
+    let (kept, outliers, held) = masked(&times, &planar, noise);
     let samples = kept.into_iter().map(|i| all[i].clone()).collect();
     Track { samples, outliers, held }
 }
@@ -56,8 +62,8 @@ pub(crate) fn gaps(times: &[f64]) -> (usize, f64) {
     (times.windows(2).filter(|pair| pair[1] - pair[0] > longest).count(), longest)
 }
 
-fn masked(t: &[f64], pose: &[[f64; 3]], sd: &[f64; 3]) -> (Vec<usize>, usize, usize) {
-    let verdicts = judge(t, pose, sd);
+fn masked(t: &[f64], pose: &[[f64; 3]], noise: &PoseNoise) -> (Vec<usize>, usize, usize) {
+    let verdicts = judge(t, pose, &noise.sd, &noise.seen);
     let indices = |wanted: Verdict| (0..t.len()).filter(|&i| verdicts[i] == wanted).collect::<Vec<_>>();
     (indices(Verdict::Kept), indices(Verdict::Outlier).len(), indices(Verdict::Held).len())
 }

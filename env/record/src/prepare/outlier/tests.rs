@@ -30,7 +30,7 @@ fn outliers(verdicts: &[Verdict]) -> Vec<usize> {
 fn clean_poses_are_kept() {
     for seed in 0..40 {
         let (t, pose) = clean(seed);
-        assert_eq!(outliers(&judge(&t, &pose, &SD)), Vec::<usize>::new(), "seed {seed}");
+        assert_eq!(outliers(&judge(&t, &pose, &SD, &SD)), Vec::<usize>::new(), "seed {seed}");
     }
 }
 
@@ -41,7 +41,7 @@ fn spikes_are_found_in_position_and_in_angle() {
         pose[150][0] += 0.01;
         pose[200][2] += 0.05;
         pose[320][1] -= 0.4;
-        assert_eq!(outliers(&judge(&t, &pose, &SD)), [150, 200, 320], "seed {seed}");
+        assert_eq!(outliers(&judge(&t, &pose, &SD, &SD)), [150, 200, 320], "seed {seed}");
     }
 }
 
@@ -53,7 +53,7 @@ fn a_constant_fake_pose_is_found_without_being_told() {
             *fake = [0.66854, -0.26052, 0.1];
         }
         let found: Vec<usize> = (first..=last).collect();
-        assert_eq!(outliers(&judge(&t, &pose, &SD)), found);
+        assert_eq!(outliers(&judge(&t, &pose, &SD, &SD)), found);
     }
 }
 
@@ -63,7 +63,7 @@ fn a_noisy_burst_is_found() {
     for burst in &mut pose[120..150] {
         burst[1] += 0.35;
     }
-    assert_eq!(outliers(&judge(&t, &pose, &SD)), (120..150).collect::<Vec<_>>());
+    assert_eq!(outliers(&judge(&t, &pose, &SD, &SD)), (120..150).collect::<Vec<_>>());
 }
 
 #[test]
@@ -71,12 +71,13 @@ fn held_values_are_masked_but_a_noiseless_rest_is_not() {
     let (t, mut pose) = clean(3);
     pose[100] = pose[99];
     pose[101] = pose[99];
-    let verdicts = judge(&t, &pose, &SD);
+    let verdicts = judge(&t, &pose, &SD, &SD);
     let held: Vec<usize> = (0..360).filter(|&i| verdicts[i] == Verdict::Held).collect();
     assert_eq!(held, [100, 101]);
+    assert!(judge(&t, &pose, &SD, &[1e-6; 3]).iter().all(|v| *v != Verdict::Held));
     let still = vec![[1.0, 2.0, 0.5]; 50];
     let times: Vec<f64> = (0..50).map(f64::from).collect();
-    assert_eq!(judge(&times, &still, &[1e-6; 3]), vec![Verdict::Kept; 50]);
+    assert_eq!(judge(&times, &still, &[1e-6; 3], &[1e-6; 3]), vec![Verdict::Kept; 50]);
 }
 
 #[test]
@@ -85,13 +86,13 @@ fn a_drop_out_is_no_jump() {
     let keep: Vec<usize> = (0..360).filter(|i| !(150..210).contains(i)).collect();
     let t: Vec<f64> = keep.iter().map(|&i| t[i]).collect();
     let pose: Vec<[f64; 3]> = keep.iter().map(|&i| pose[i]).collect();
-    assert!(outliers(&judge(&t, &pose, &SD)).is_empty());
+    assert!(outliers(&judge(&t, &pose, &SD, &SD)).is_empty());
 }
 
 #[test]
 fn few_poses_are_kept() {
     let (t, pose) = clean(5);
     for n in 0..4 {
-        assert_eq!(judge(&t[..n], &pose[..n], &SD), vec![Verdict::Kept; n]);
+        assert_eq!(judge(&t[..n], &pose[..n], &SD, &SD), vec![Verdict::Kept; n]);
     }
 }

@@ -1,0 +1,34 @@
+"""Recordings that several tests corrupt, each in its own way."""
+
+from __future__ import annotations
+
+from collections.abc import Callable
+from copy import deepcopy
+from typing import Any
+
+import pytest
+
+import trundle
+from tests.record_prepare.table import TABLES, Table, metadata, tables
+
+Corrupt = Callable[[dict[str, Any], TABLES], None]
+Kinds = set[str]
+
+
+@pytest.fixture(scope="session")
+def clean() -> tuple[dict[str, Any], TABLES]:
+    """Metadata and columns of a clean recording; to be copied before they are changed."""
+    table = Table()
+    return metadata(table), tables(table)
+
+
+@pytest.fixture
+def found(clean: tuple[dict[str, Any], TABLES]) -> Callable[[Corrupt], list[dict[str, Any]]]:
+    """Return the findings about the clean recording after it was corrupted."""
+
+    def check(corrupt: Corrupt) -> list[dict[str, Any]]:
+        described, episodes = deepcopy(clean)
+        corrupt(described, episodes)
+        return trundle.check(trundle.Recording(described, episodes))
+
+    return check

@@ -1,0 +1,160 @@
+"""A simulated table with a viscous wheel, pushed by a firm grasp: recordings whose truth is known."""
+
+from __future__ import annotations
+
+from dataclasses import dataclass, field, replace
+from typing import Any
+
+import numpy as np
+from numpy.typing import NDArray
+
+import trundle
+
+Floats = NDArray[np.float64]
+
+FOOTPRINT = [[-0.6, -0.4], [0.6, -0.4], [0.6, 0.4], [-0.6, 0.4]]
+MASS, INERTIA = 22.0, 3.8
+GRASP = np.array([-0.6, 0.1, 0.3])
+"""Pose of the gripper in the object frame."""
+OFFSET = np.array([3.0, -2.0, 0.2])
+"""What the sensor reads when nothing touches it."""
+NOISE: dict[str, Any] = {"pose": [5e-4, 5e-4, 1.7e-3], "force": 0.4, "torque": 0.05}
+STEP = 1e-3
+TABLES = dict[str, dict[str, Any]]
+
+
+@dataclass(frozen=True)
+class Table:
+    """What is simulated; `wheel` is x, y, angle, mu_x, mu_y as in the paper's equation 3."""
+
+    wheel: tuple[float, float, float, float, float] = (-0.5, -0.3, 0.2, 15.0, 180.0)
+    dry: float = 0.0
+    episodes: int = 5
+    seconds: float = 5.0
+    quiet: float = 0.6
+    strength: float = 25.0
+    seed: int = 0
+    metadata: dict[str, Any] = field(default_factory=dict)
+
+
+def turn(angle: float | Floats) -> Floats:
+    """Rotation matrix of an angle in the plane."""
+    cos, sin = np.cos(angle), np.sin(angle)
+    return np.array([[cos, -sin], [sin, cos]])
+
+
+def transport(frame: Floats, wrench: Floats) -> Floats:
+    """Planar wrench read in a frame at pose `frame`, brought to the frame that the pose is given in."""
+    force = turn(frame[2]) @ wrench[:2]
+    return np.array([*force, wrench[2] + frame[0] * force[1] - frame[1] * force[0]])
+
+
+def drag(table: Table, twist: Floats) -> Floats:
+    """Wrench of the floor on the table, body axes about its origin."""
+    x, y, angle, mu_x, mu_y = table.wheel
+    velocity = twist[:2] + twist[2] * np.array([-y, x])
+    rolled = turn(angle).T @ velocity
+    force = -turn(angle) @ (np.array([mu_x, mu_y]) * rolled)
+    dry = -table.dry * twist / (np.abs(twist) + 0.005) * np.array([1.0, 1.0, 0.3])
+    total: Floats = np.array([*force, x * force[1] - y * force[0]]) + dry
+    return total
+
+
+def push(table: Table, episode: int, t: float, rng_phase: Floats) -> Floats:
+    """Wrench at the grasp, gripper axes."""
+    s = t - table.quiet
+    if s <= 0.0:
+        return np.zeros(3)
+    swing = np.sin(np.array([1.1, 2.3, 1.7]) * s + rng_phase[episode])
+    direction = turn(rng_phase[episode][0]) @ np.array([1.0 + 0.5 * swing[0], 0.6 * swing[1]])
+    return table.strength * np.array([*direction, 0.15 * swing[2]])
+
+
+@dataclass
+class Truth:
+    """One episode without noise; every row one time step."""
+
+    t: Floats
+    pose: Floats
+    twist: Floats
+    accel: Floats
+    reading: Floats
+
+
+def simulate(table: Table, episode: int) -> Truth:
+    """Integrate one push."""
+    phases = np.random.default_rng(table.seed + 99).uniform(-np.pi, np.pi, (table.episodes, 3))
+    pose, twist = np.array([0.3 * episode, -0.1, 0.7 * episode - 1.0]), np.zeros(3)
+    rows: dict[str, list[Any]] = {"t": [], "pose": [], "twist": [], "accel": [], "reading": []}
+    for i in range(round(table.seconds / STEP)):
+        t = i * STEP
+        reading = push(table, episode, t, phases)
+        rotation = turn(pose[2])
+        body_twist = np.array([*(rotation.T @ twist[:2]), twist[2]])
+        total = transport(GRASP, reading) + drag(table, body_twist)
+        accel = np.array([*(rotation @ total[:2]) / MASS, total[2] / INERTIA])
+        for name, value in zip(rows, (t, pose, twist, accel, reading), strict=True):
+            rows[name].append(value)
+        twist = twist + STEP * accel
+        pose = pose + STEP * twist
+    return Truth(**{name: np.array(values) for name, values in rows.items()})
+
+
+def observed(truth: Truth, rng: np.random.Generator, noise: float) -> dict[str, Any]:
+    """Poses at about 60 Hz and a raw reaction at 100 Hz, out of step, in one table."""
+    pose_at = np.arange(3, len(truth.t), 17)
+    wrench_at = np.arange(0, len(truth.t), 10)
+    at = np.union1d(pose_at, wrench_at)
+    cells = {name: np.full(len(at), np.nan) for name in COLUMNS}
+    rows, seen = np.searchsorted(at, pose_at), truth.pose[pose_at]
+    gripper = np.array([placed(pose) for pose in seen])
+    for k, axis in enumerate(["x", "y", "theta"]):
+        cells[f"object_{axis}"][rows] = seen[:, k] + noise * rng.normal(0.0, NOISE["pose"][k], len(rows))
+        cells[f"gripper_{axis}"][rows] = gripper[:, k] + noise * rng.normal(0.0, 1e-4, len(rows))
+    rows = np.searchsorted(at, wrench_at)
+    sd = [NOISE["force"], NOISE["force"], NOISE["torque"]]
+    for k, axis in enumerate(("force_x", "force_y", "torque_z")):
+        reading = -truth.reading[wrench_at, k] + OFFSET[k]
+        cells[axis][rows] = reading + noise * rng.normal(0.0, sd[k], len(rows))
+    return {"t": truth.t[at], **cells}
+
+
+COLUMNS = [f"{body}_{axis}" for body in ("object", "gripper") for axis in ("x", "y", "theta")] + [
+    "force_x",
+    "force_y",
+    "torque_z",
+]
+
+
+def placed(pose: Floats) -> Floats:
+    """Pose of the gripper in the world."""
+    return np.array([*(pose[:2] + turn(pose[2]) @ GRASP[:2]), pose[2] + GRASP[2]])
+
+
+def metadata(table: Table) -> dict[str, Any]:
+    """recording.toml as a dict."""
+    return {
+        "format": "trundle-recording/1",
+        "name": "simulated table",
+        "object": {"footprint": FOOTPRINT},
+        "wrench": {
+            "frame": "sensor",
+            "sign": "on_sensor",
+            "raw": True,
+            "precontact": [0.0, table.quiet - 0.05],
+        },
+        **table.metadata,
+    }
+
+
+def tables(table: Table, noise: float = 1.0) -> TABLES:
+    """The episodes' columns; `noise` scales what the instruments add."""
+    rng = np.random.default_rng(table.seed)
+    names = [f"episode_{i:02}" for i in range(table.episodes)]
+    return {name: observed(simulate(table, i), rng, noise) for i, name in enumerate(names)}
+
+
+def recording(table: Table, **changes: Any) -> trundle.Recording:
+    """A clean recording of a table."""
+    table = replace(table, **changes)
+    return trundle.Recording(metadata(table), tables(table))

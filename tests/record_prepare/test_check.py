@@ -1,0 +1,260 @@
+"""`trundle.check` says nothing of clean recordings, and names each corruption."""
+
+from __future__ import annotations
+
+from collections.abc import Callable
+from typing import Any
+
+import numpy as np
+import pytest
+
+import trundle
+from tests.record_prepare.conftest import Corrupt
+from tests.record_prepare.table import (
+    GRASP,
+    NOISE,
+    OFFSET,
+    TABLES,
+    Table,
+    metadata,
+    recording,
+    tables,
+    transport,
+    turn,
+)
+
+Found = Callable[[Corrupt], list[dict[str, Any]]]
+
+CLEAN = {
+    "locked wheel": Table(),
+    "free wheel": Table(wheel=(0.0, 0.0, 0.0, 3.0, 8.0)),
+    "stiff wheel": Table(wheel=(0.5, 0.3, 1.0, 10.0, 2000.0)),
+    "wheel across the push": Table(wheel=(0.2, 0.35, 1.4, 5.0, 600.0), seed=2),
+    "dry friction": Table(dry=12.0, strength=40.0, seed=3),
+    "dry friction alone": Table(wheel=(0.0, 0.0, 0.0, 0.0, 0.0), dry=20.0, strength=40.0, seed=4),
+    "gentle": Table(strength=12.0, seed=5),
+    "one episode": Table(episodes=1, seed=6),
+    "two short ones": Table(episodes=2, seconds=2.0, seed=7),
+}
+
+
+@pytest.mark.parametrize("table", CLEAN.values(), ids=CLEAN.keys())
+def test_clean_recordings_are_not_complained_of(table: Table) -> None:
+    findings = trundle.check(recording(table))
+    assert [f for f in findings if f["severity"] != "note"] == []
+
+
+def in_world_axes(_: dict[str, Any], episodes: TABLES) -> None:
+    """The wrench about the object's origin in world axes, without an offset."""
+    for columns in episodes.values():
+        held = np.flatnonzero(~np.isnan(columns["force_x"]))
+        poses = np.flatnonzero(~np.isnan(columns["object_x"]))
+        theta = np.interp(held, poses, columns["object_theta"][poses])
+        axes = ("force_x", "force_y", "torque_z")
+        readings = OFFSET - np.array([columns[axis][held] for axis in axes]).T
+        for row, angle, reading in zip(held, theta, readings, strict=True):
+            wrench = transport(GRASP, reading)
+            for axis, value in zip(axes, [*(turn(angle) @ wrench[:2]), wrench[2]], strict=True):
+                columns[axis][row] = value
+
+
+def test_a_wrench_in_world_axes_without_a_gripper_is_not_complained_of(found: Found) -> None:
+    def corrupt(described: dict[str, Any], episodes: TABLES) -> None:
+        in_world_axes(described, episodes)
+        described["wrench"] = {"frame": "world", "reference": "object", "sign": "on_object"}
+        for columns in episodes.values():
+            for name in [name for name in columns if name.startswith("gripper")]:
+                del columns[name]
+            held = ~(np.isnan(columns["object_x"]) & np.isnan(columns["force_x"]))
+            for name in columns:
+                columns[name] = columns[name][held]
+
+    assert kinds(found(corrupt), "error", "warning") == set()
+
+
+def rail(sign: float) -> trundle.Recording:
+    """A cart of 90 kg with viscous and dry friction, driven back and forth on a rail."""
+    t = np.arange(0.0, 8.0, 0.002)
+    force = 150.0 * np.sin(1.7 * t) + 60.0 * np.sin(5.1 * t)
+    x, v = np.zeros_like(t), 0.0
+    for i in range(1, len(t)):
+        v += 0.002 * (force[i - 1] - 200.0 * v - 20.0 * np.tanh(v / 0.002)) / 90.0
+        x[i] = x[i - 1] + 0.002 * v
+    rng = np.random.default_rng(0)
+    described = {
+        "format": "trundle-recording/1",
+        "name": "rail",
+        "object": {"dof": ["x"]},
+        "wrench": {"frame": "world", "sign": "on_object", "source": "commanded"},
+    }
+    columns = {"t": t, "object_x": x + rng.normal(0.0, 1e-5, len(t)), "force_x": sign * force}
+    return trundle.Recording(described, {"a": columns})
+
+
+def test_a_rail() -> None:
+    assert kinds(trundle.check(rail(1.0)), "error", "warning") == set()
+    assert kinds(trundle.check(rail(-1.0)), "error") == {"sign"}
+
+
+def kinds(findings: list[dict[str, Any]], *severities: str) -> set[str]:
+    return {f["kind"] for f in findings if f["severity"] in severities}
+
+
+def scale(prefix: tuple[str, ...], factor: float) -> Corrupt:
+    def corrupt(_: dict[str, Any], episodes: TABLES) -> None:
+        for columns in episodes.values():
+            for name in columns:
+                if name.startswith(prefix):
+                    columns[name] = columns[name] * factor
+
+    return corrupt
+
+
+def wrong_sign(described: dict[str, Any], _: TABLES) -> None:
+    described["wrench"]["sign"] = "on_object"
+
+
+def exchanged(_: dict[str, Any], episodes: TABLES) -> None:
+    for columns in episodes.values():
+        columns["force_x"], columns["force_y"] = columns["force_y"], columns["force_x"]
+
+
+def quarter_turn(_: dict[str, Any], episodes: TABLES) -> None:
+    for columns in episodes.values():
+        columns["force_x"], columns["force_y"] = -columns["force_y"], columns["force_x"]
+
+
+def late(seconds: float) -> Corrupt:
+    def corrupt(described: dict[str, Any], episodes: TABLES) -> None:
+        rows = round(seconds / 0.01)
+        for columns in episodes.values():
+            for axis in ("force_x", "force_y", "torque_z"):
+                held = np.flatnonzero(~np.isnan(columns[axis]))
+                values = columns[axis][held]
+                columns[axis][held] = np.concatenate([values[:rows], values[:-rows]])
+
+    return corrupt
+
+
+def tare_in_contact(described: dict[str, Any], _: TABLES) -> None:
+    described["wrench"]["precontact"] = {f"episode_{i:02}": [0.0, 0.5] if i else [1.0, 1.5] for i in range(5)}
+
+
+def clipped(_: dict[str, Any], episodes: TABLES) -> None:
+    for columns in episodes.values():
+        columns["force_x"] = np.clip(columns["force_x"], OFFSET[0] - 15.0, OFFSET[0] + 15.0)
+
+
+def slipping(_: dict[str, Any], episodes: TABLES) -> None:
+    columns = episodes["episode_01"]
+    columns["gripper_x"] = columns["gripper_x"] + 0.04 * (columns["t"] - 0.6).clip(0.0)
+
+
+def lost_tracker(_: dict[str, Any], episodes: TABLES) -> None:
+    columns = episodes["episode_00"]
+    rows = np.flatnonzero(~np.isnan(columns["object_x"]))[100:140]
+    for name, fake in (("object_x", 0.66854), ("object_y", -0.26052), ("object_theta", 0.3)):
+        columns[name][rows] = fake
+
+
+def never_moves(_: dict[str, Any], episodes: TABLES) -> None:
+    rng = np.random.default_rng(1)
+    for columns in episodes.values():
+        for name in ("object_x", "object_y", "object_theta"):
+            here = ~np.isnan(columns[name])
+            columns[name][here] = rng.normal(0.0, 5e-4, here.sum())
+
+
+def no_force(_: dict[str, Any], episodes: TABLES) -> None:
+    rng = np.random.default_rng(1)
+    for columns in episodes.values():
+        for name in ("force_x", "force_y", "torque_z"):
+            here = ~np.isnan(columns[name])
+            columns[name][here] = rng.normal(0.0, 0.05, here.sum())
+
+
+def other_epoch(described: dict[str, Any], episodes: TABLES) -> None:
+    described["wrench"]["precontact"] = [100.0, 100.55]
+    for name, columns in episodes.items():
+        poses, wrench = ~np.isnan(columns["object_x"]), ~np.isnan(columns["force_x"])
+        both: dict[str, Any] = {"t": np.concatenate([columns["t"][poses], columns["t"][wrench] + 100.0])}
+        for column, values in columns.items():
+            if column != "t":
+                of_wrench = column.startswith(("force", "torque"))
+                empty = np.full(poses.sum() if of_wrench else wrench.sum(), np.nan)
+                both[column] = (
+                    np.concatenate([empty, values[wrench]])
+                    if of_wrench
+                    else np.concatenate([values[poses], empty])
+                )
+        episodes[name] = both
+
+
+def wrong_noise(described: dict[str, Any], _: TABLES) -> None:
+    described["noise"] = {"pose": [0.5, 0.5, 0.1], "force": 0.4, "torque": 0.05}
+
+
+CORRUPTIONS: dict[str, tuple[Corrupt, str]] = {
+    "millimetres": (scale(("object_x", "object_y", "gripper_x", "gripper_y"), 1000.0), "units"),
+    "millimetres of the object alone": (scale(("object_x", "object_y"), 1000.0), "units"),
+    "degrees": (scale(("object_theta", "gripper_theta"), 180.0 / np.pi), "units"),
+    "newton millimetres": (scale(("torque_z",), 1000.0), "units"),
+    "noise in millimetres": (wrong_noise, "noise"),
+    "wrong sign": (wrong_sign, "sign"),
+    "exchanged axes": (exchanged, "axes"),
+    "sensor turned by a quarter": (quarter_turn, "axes"),
+    "wrench 100 ms late": (late(0.1), "clocks"),
+    "another epoch": (other_epoch, "clocks"),
+    "tare in contact": (tare_in_contact, "tare"),
+    "saturated": (clipped, "saturation"),
+    "slipping grasp": (slipping, "grasp"),
+    "lost tracker": (lost_tracker, "tracker"),
+    "never moves": (never_moves, "motion"),
+    "no force": (no_force, "force"),
+}
+
+
+@pytest.mark.parametrize(("corrupt", "kind"), CORRUPTIONS.values(), ids=CORRUPTIONS.keys())
+def test_each_corruption_is_named(found: Found, corrupt: Corrupt, kind: str) -> None:
+    findings = found(corrupt)
+    assert kind in kinds(findings, "error", "warning", "note"), findings
+    assert all(f["sentence"] and f["remedy"] for f in findings)
+
+
+def test_a_wrong_sign_is_said_in_words(found: Found) -> None:
+    first = found(wrong_sign)[0]
+    assert first["severity"] == "error"
+    assert "wrong direction" in first["sentence"] and "on_sensor" in first["remedy"]
+
+
+def test_what_cannot_be_prepared_is_a_finding(found: Found) -> None:
+    def tilting(_: dict[str, Any], episodes: TABLES) -> None:
+        for columns in episodes.values():
+            half = np.where(np.isnan(columns.pop("gripper_theta")), np.nan, 0.1 * columns["t"])
+            level = np.where(np.isnan(half), np.nan, 0.0)
+            columns |= {"gripper_z": level, "gripper_qy": level, "gripper_qz": level}
+            columns |= {"gripper_qw": np.cos(half), "gripper_qx": np.sin(half)}
+            columns |= {name: np.zeros_like(half) for name in ("force_z", "torque_x", "torque_y")}
+            columns |= {name: np.nan_to_num(columns[name]) for name in ("force_x", "force_y", "torque_z")}
+
+    [finding] = found(tilting)
+    assert (finding["kind"], finding["severity"]) == ("unusable", "error")
+    assert "gripper_mass" in finding["remedy"]
+
+
+def test_a_spinning_table_is_not_in_degrees() -> None:
+    table = Table(wheel=(0.0, 0.0, 0.0, 0.0, 0.0), dry=20.0, strength=40.0, seed=4)
+    assert (
+        np.ptp(np.concatenate([e["pose"][:, 2] for e in trundle.prepare(recording(table)).values()])) > 13.0
+    )
+
+
+def no_noise(table: Table) -> trundle.Recording:
+    described, episodes = metadata(table), tables(table, noise=0.0)
+    return trundle.Recording(described, episodes)
+
+
+def test_a_noiseless_simulation_is_not_complained_of() -> None:
+    for stated in ({}, {"noise": NOISE}):
+        findings = trundle.check(no_noise(Table(episodes=3, metadata=stated)))
+        assert [f for f in findings if f["severity"] != "note"] == []
