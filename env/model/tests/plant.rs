@@ -150,12 +150,24 @@ fn a_wrench_about_the_origin_turns_a_body_about_its_mass_centre() {
 }
 
 #[test]
+fn a_force_turns_a_body_unless_it_passes_through_the_mass_centre() {
+    let (com, [fx, fy]) = ([0.2, -0.1], [6.0, 4.0]);
+    let model = table(com);
+    let spin = |torque: f64| end(&model, State::at_rest([0.0; 3]), [fx, fy, torque], 0.5).twist[2];
+    let moment = com[0] * fy - com[1] * fx;
+    assert_close(spin(moment), 0.0, 1e-12);
+    assert_close(spin(0.0), -moment / model.body.inertia() * 0.5, 1e-12);
+}
+
+#[test]
 fn a_slope_accelerates_the_mass_centre_once_in_contact() {
     let (com, accel) = ([0.2, -0.1], [0.3, -0.2]);
     let model = table(com).with(slope(accel));
     let start = moving([0.1, 0.2, 0.7]);
     let (from, velocity) = at(&start, com);
-    let (to, _) = at(&end(&model, start, [0.0; 3], 2.0), com);
+    let last = end(&model, start, [0.0; 3], 2.0);
+    assert_close(last.twist[2], 0.7, 1e-12);
+    let (to, _) = at(&last, com);
     for k in 0..2 {
         assert_close(to[k], from[k] + velocity[k] * 2.0 + accel[k] * 2.0, 1e-11);
     }
