@@ -3,6 +3,7 @@
 import json
 
 import pytest
+
 import trundle
 from trundle.cli import main
 

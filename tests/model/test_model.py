@@ -4,8 +4,9 @@ from pathlib import Path
 
 import numpy as np
 import pytest
-import trundle
 from numpy.typing import ArrayLike
+
+import trundle
 
 TABLE = """
 format = "trundle-model/1"

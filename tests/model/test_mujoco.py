@@ -5,8 +5,9 @@ from collections.abc import Callable
 import mujoco
 import numpy as np
 import pytest
-import trundle
 from numpy.typing import NDArray
+
+import trundle
 
 MASS, INERTIA = 20.0, 3.5
 DURATION, SAMPLE = 2.0, 0.01
