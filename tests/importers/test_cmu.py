@@ -15,6 +15,7 @@ from trundle.importers import read
 
 Floats = NDArray[np.float64]
 RealData = Callable[[str], Path]
+CONFIGS = Path(__file__).resolve().parents[2] / "configs" / "import"
 NAME = "hardboard__30_90_30_30_30_90.txt"
 
 
@@ -115,6 +116,23 @@ def test_logs_become_episodes(tmp_path: Path) -> None:
     np.testing.assert_allclose(theta[~np.isnan(theta)], -np.pi / 2, atol=1e-6)
 
 
+def test_logs_of_another_load_are_a_recording_of_their_own(tmp_path: Path) -> None:
+    for name in ("exp3_1", "exp3_2", "exp3_3"):
+        write_log(tmp_path, name, 0)
+    got = read(tmp_path, "cmu-planar-push")
+    assert list(got.episodes) == ["exp3_3"]
+    assert "exp3_1: left out, another load or floor; a map with `logs` takes it" in got.remarks
+    assert list(read(tmp_path, "cmu-planar-push", CONFIGS / "cmu_earlier.toml").episodes) == [
+        "exp3_1",
+        "exp3_2",
+    ]
+
+
+def test_pushes_have_no_logs_to_choose(tmp_path: Path) -> None:
+    with pytest.raises(ValueError, match=r"`logs` chooses among the logs of the folder timeseries/"):
+        read(write_pushes(tmp_path / NAME), "cmu-planar-push", CONFIGS / "cmu_earlier.toml")
+
+
 def test_a_missing_part_of_a_log_is_named(tmp_path: Path) -> None:
     write_log(tmp_path, "exp_1", 0)
     (tmp_path / "exp_1_pos.txt").unlink()
@@ -195,11 +213,21 @@ def test_real_tips_end_on_the_triangle_s_sides(real_data: RealData) -> None:
     assert np.max(distances) < 3e-3
 
 
-def test_real_logs_do_work_and_touch_the_inferred_sides(real_data: RealData) -> None:
+@pytest.mark.parametrize(
+    ("told", "logs", "held_out"),
+    [
+        (None, ["exp3_3", "exp3_4", "exp4_1"], "exp3_4"),
+        (CONFIGS / "cmu_earlier.toml", ["exp3_1", "exp3_2"], "exp3_2"),
+    ],
+)
+def test_real_logs_do_work_and_touch_the_inferred_sides(
+    real_data: RealData, told: Path | None, logs: list[str], held_out: str
+) -> None:
     """The force follows the touched point's motion, and every touch is on the inferred triangle's outline."""
-    got = read(real_data("cmu-planar-push/timeseries"), "cmu-planar-push")
+    got = read(real_data("cmu-planar-push/timeseries"), "cmu-planar-push", told)
     recording = trundle.Recording(got.metadata, got.episodes)
-    assert recording.metadata["split"]["held_out"] == ["exp3_2", "exp3_4"]
+    assert list(recording.episodes) == logs
+    assert recording.metadata["split"]["held_out"] == [held_out]
     corners = np.array(recording.metadata["object"]["footprint"])
     for name, table in recording.episodes.items():
         seen = ~np.isnan(table["object_x"])

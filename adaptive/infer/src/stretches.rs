@@ -170,6 +170,47 @@ fn relative(pose: [f64; 3], from: [f64; 3]) -> [f64; 3] {
 #[cfg(test)]
 mod tests {
     use super::*;
+    use trundle_record::{Counts, PoseSample, WrenchSample as WrenchReading};
+
+    /// Pushed along x at 5 mm/s with 0.7 N for two of every four seconds, idle in between.
+    fn stop_and_go() -> Prepared {
+        let going = |t: f64| (t / 4.0).fract() < 0.5;
+        let poses = (0..1200).map(|k| {
+            let t = f64::from(k) * 0.02;
+            let x = 0.01 * ((t / 4.0).floor() + (2.0 * (t / 4.0).fract()).min(1.0));
+            // A fixed pattern of a few micrometres stands for the tracker's noise.
+            let jitter = 1e-6 * f64::from((k * 7919) % 11 - 5);
+            PoseSample { t, pose: [x + jitter, jitter, 1e-2 * jitter] }
+        });
+        let wrench = (0..2400).map(|k| {
+            let t = f64::from(k) * 0.01;
+            let force = if going(t) { 0.7 } else { 0.0 };
+            WrenchReading { t, reading: [force, 0.0, 0.0], frame: [-0.05, 0.0, 0.0] }
+        });
+        Prepared {
+            name: "log".to_owned(),
+            wrench: wrench.collect(),
+            pose: poses.collect(),
+            contact: 0.0,
+            tare_sd: [0.0; 3],
+            at_rest: false,
+            counts: Counts::default(),
+        }
+    }
+
+    #[test]
+    fn samples_are_of_motion_only() {
+        let noise = Noise { pose: [4e-6; 3], force: 1e-3, torque: 1e-5, time: 0.0, stated: true };
+        let samples = wrench_samples(&stop_and_go(), &noise);
+        // Six pushes of two seconds, two samples each.
+        assert_eq!(samples.len(), 12);
+        for sample in &samples {
+            let within = (sample.t / 4.0).fract() * 4.0;
+            assert!((0.5..1.5).contains(&within), "{within}");
+            assert!((sample.twist[0] - 5e-3).abs() < 2e-4, "{:?}", sample.twist);
+            assert!((sample.reading[0] - 0.7).abs() < 1e-9, "{:?}", sample.reading);
+        }
+    }
 
     #[test]
     fn relative_undoes_compose() {

@@ -32,17 +32,24 @@ class CmuMap:
     held_out_every : int
         Every such push, or log, is only predicted: by default the fifth of five pushes
         and the second of two logs.
+    logs : list of str
+        Which of the continuous logs, by default those of the later sessions (`cmu_logs.EARLIER`).
     """
 
     name: str | None = None
     held_out_every: int | None = None
+    logs: list[str] | None = None
 
 
 def read(source: Path, settings: Mapping[str, Any], say: Say) -> Imported:
     """Read one file of pushes, or the folder of continuous logs."""
     options = typed(CmuMap, settings)
-    reader, usual = (cmu_logs.read, 2) if source.is_dir() else (cmu_pushes.read, 5)
+    usual = 2 if source.is_dir() else 5
     every = usual if options.held_out_every is None else options.held_out_every
     if every < 2:
         raise MapError(f"`held_out_every` = {every} leaves nothing to fit; it is 2 or more")
-    return reader(source, options.name, every, say)
+    if source.is_dir():
+        return cmu_logs.read(source, options.name, every, say, options.logs)
+    if options.logs is not None:
+        raise MapError("`logs` chooses among the logs of the folder timeseries/; a file of pushes has none")
+    return cmu_pushes.read(source, options.name, every, say)
