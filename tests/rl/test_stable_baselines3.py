@@ -1,0 +1,64 @@
+"""The environment as stable-baselines3 sees it. Needs the extra [rl]."""
+
+import subprocess
+import sys
+import warnings
+from collections.abc import Iterator
+
+import gymnasium as gym
+import numpy as np
+import pytest
+import torch
+from stable_baselines3 import PPO
+from stable_baselines3.common.env_checker import check_env
+from stable_baselines3.common.env_util import make_vec_env
+from stable_baselines3.common.evaluation import evaluate_policy
+from stable_baselines3.common.monitor import Monitor
+
+ENVIRONMENT = "trundle:trundle/LockedWheel-v0"
+
+
+@pytest.fixture(autouse=True, scope="module")
+def one_thread() -> Iterator[None]:
+    """Learn on one thread: on a busy machine of few cores more are much slower."""
+    before = torch.get_num_threads()
+    torch.set_num_threads(1)
+    yield
+    torch.set_num_threads(before)
+
+
+def test_it_passes_the_check_without_a_warning() -> None:
+    with warnings.catch_warnings():
+        warnings.simplefilter("error")
+        check_env(gym.make(ENVIRONMENT).unwrapped)
+
+
+def test_a_policy_learns_on_it_and_is_evaluated() -> None:
+    environments = make_vec_env(ENVIRONMENT, n_envs=2, seed=0)
+    policy = PPO("MlpPolicy", environments, n_steps=64, batch_size=64, n_epochs=1, seed=0, device="cpu")
+    before = policy.policy.state_dict()["action_net.bias"].clone()
+    policy.learn(128)
+    assert not torch.equal(before, policy.policy.state_dict()["action_net.bias"])
+    rewards, lengths = evaluate_policy(
+        policy, Monitor(gym.make(ENVIRONMENT)), n_eval_episodes=2, return_episode_rewards=True
+    )
+    assert np.all(np.isfinite(rewards))
+    assert all(0 < length <= 300 for length in lengths)
+
+
+def test_the_end_of_an_episode_is_told_as_vector_environments_do() -> None:
+    environments = make_vec_env(ENVIRONMENT, n_envs=1, seed=0)
+    environments.reset()
+    for _ in range(300):
+        _, _, done, infos = environments.step(np.zeros((1, 3), dtype=np.float32))
+        if done[0]:
+            break
+    assert infos[0]["TimeLimit.truncated"]
+    assert infos[0]["terminal_observation"].shape == (16,)
+    assert infos[0]["episode"]["l"] == 300
+    assert not infos[0]["is_success"]
+
+
+def test_the_package_itself_does_not_import_torch() -> None:
+    script = "import trundle, sys; sys.exit('torch' in sys.modules)"
+    assert subprocess.run([sys.executable, "-c", script]).returncode == 0
