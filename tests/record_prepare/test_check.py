@@ -42,6 +42,7 @@ CLEAN = {
 def test_clean_recordings_are_not_complained_of(table: Table) -> None:
     findings = trundle.check(recording(table))
     assert [f for f in findings if f["severity"] != "note"] == []
+    assert "mass" not in kinds(findings, "note")
 
 
 def in_world_axes(_: dict[str, Any], episodes: TABLES) -> None:

@@ -26,6 +26,7 @@ def test_the_rail(real_data: RealData, tmp_path: Path) -> None:
 def test_continuous_logs(real_data: RealData, tmp_path: Path) -> None:
     recording = imported("cmu-planar-push", real_data("cmu-planar-push/timeseries"), tmp_path / "logs")
     assert grave(recording) == []
+    assert "mass" in {finding["kind"] for finding in trundle.check(recording)}  # quasi-static
     for episode in trundle.inspect(recording)["episodes"]:
         # The tracker flickers, and in some logs loses the attitude for half a second.
         assert episode["counts"]["pose_outliers"] < 0.05 * episode["object"]["samples"]

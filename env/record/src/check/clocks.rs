@@ -22,6 +22,8 @@ const MOST: usize = 4000;
 const FEWEST: usize = 100;
 /// Acceleration, velocity and direction in body axes, and a constant.
 const TERMS: usize = 10;
+/// How many of them, the first, are accelerations.
+const ACCELERATIONS: usize = 3;
 
 type Row = SVector<f64, TERMS>;
 
@@ -33,7 +35,7 @@ pub(crate) fn lag(subject: &Subject) -> Vec<Finding> {
     if rows.len() < FEWEST {
         return vec![];
     }
-    let misfit = |step: i32| misfit(subject, &rows, f64::from(step) * STEP);
+    let misfit = |step: i32| misfit(subject, &rows, f64::from(step) * STEP, 0);
     let Some((now, total)) = misfit(0) else { return vec![] };
     let tried = (-steps..=steps).filter_map(|step| Some((step, misfit(step)?.0)));
     let Some((best, least)) = tried.min_by(|a, b| a.1.total_cmp(&b.1)) else { return vec![] };
@@ -56,6 +58,17 @@ fn late(lag: f64) -> Finding {
         ),
         "synchronise the sensor's clock with the tracker's and correct t, or let the diagnosis estimate the latency",
     )
+}
+
+/// Share of the force's square that only acceleration explains; `None` where there is too little motion to tell.
+pub(crate) fn inertial_share(subject: &Subject) -> Option<f64> {
+    let rows = rows(subject);
+    if rows.len() < FEWEST {
+        return None;
+    }
+    let (with, total) = misfit(subject, &rows, 0.0, 0)?;
+    let (without, _) = misfit(subject, &rows, 0.0, ACCELERATIONS)?;
+    (total > 0.0).then(|| (without - with) / total)
 }
 
 /// Moving samples: episode, time and what may explain the wrench, thinned.
@@ -83,13 +96,16 @@ fn regressors(motion: &Motion) -> Row {
     row
 }
 
-/// Unexplained and whole sum of squares of the force in body axes, read `lag` later than the motion.
-fn misfit(subject: &Subject, rows: &[(usize, f64, Row)], lag: f64) -> Option<(f64, f64)> {
+/// Unexplained and whole sum of squares of the force in body axes, read `lag` later than the motion, without the
+/// first `left_out` regressors.
+fn misfit(subject: &Subject, rows: &[(usize, f64, Row)], lag: f64, left_out: usize) -> Option<(f64, f64)> {
     let mut normal = SMatrix::<f64, TERMS, TERMS>::zeros();
     let mut right = SMatrix::<f64, TERMS, 2>::zeros();
     let mut total = 0.0;
     for (index, t, row) in rows {
         let Some(force) = force_at(&subject.episodes[*index].prepared.wrench, t + lag) else { continue };
+        let mut row = *row;
+        row.rows_mut(0, left_out).fill(0.0);
         normal += row * row.transpose();
         right += row * force.transpose();
         total += force.norm_squared();

@@ -1,8 +1,6 @@
 //! Whether there is enough force, motion and variety to learn from.
 
-use crate::motion::Motion;
-use crate::prepare::median;
-
+use super::clocks::inertial_share;
 use super::subject::{Look, Subject};
 use super::{Finding, Severity};
 
@@ -10,8 +8,8 @@ use super::{Finding, Severity};
 const STILL: f64 = 10.0;
 /// Headings that vary by less, rad, leave slope and force bias tied.
 const ONE_HEADING: f64 = 0.3;
-/// Accelerations below this, m/s², or this many times their uncertainty, hold no mass.
-const QUASI_STATIC: (f64, f64) = (0.01, 1.5);
+/// Share of the force that acceleration must explain beside velocity and its direction.
+const QUASI_STATIC: f64 = 0.01;
 
 /// Force, motion, headings, accelerations.
 pub(crate) fn enough(subject: &Subject) -> Vec<Finding> {
@@ -77,20 +75,15 @@ fn one_heading(subject: &Subject) -> Option<Finding> {
 }
 
 fn quasi_static(subject: &Subject) -> Option<Finding> {
-    let moving: Vec<&Motion> = subject
-        .episodes
-        .iter()
-        .flat_map(|look| look.motion.iter().filter(|m| m.t >= look.prepared.contact))
-        .collect();
-    let uncertain = median(moving.iter().map(|m| m.cov[0][2][2].sqrt()))?;
-    let mean_square = moving.iter().map(|m| m.accel[0].powi(2) + m.accel[1].powi(2)).sum::<f64>();
-    let rms = (mean_square / moving.len() as f64).sqrt();
-    let (least, times) = QUASI_STATIC;
-    (rms < least.max(times * uncertain)).then(|| {
+    let share = inertial_share(subject)?;
+    (share < QUASI_STATIC).then(|| {
         Finding::new(
             "mass",
             Severity::Note,
-            format!("accelerations stay at {rms:.3} m/s²: the pushes are quasi-static and hold no mass"),
+            format!(
+                "acceleration explains {:.2} % of the force: the pushes are quasi-static and hardly hold the mass",
+                100.0 * share.max(0.0)
+            ),
             "if the mass matters, weigh the object or push it faster",
         )
     })

@@ -31,6 +31,8 @@ const BREAK_SHARE: f64 = 0.25;
 const IMPOSSIBLE: f64 = 10.0;
 /// No tracker has less noise than this, m or rad: such poses are simulated.
 const NOISELESS: f64 = 1e-5;
+/// Runs looked back over; a path that skips more of them is no path, and hopeless data stay quick to judge.
+const MOST_RUNS: usize = 1000;
 /// A repeat of all coordinates is less likely than this by chance where it counts as held.
 const CHANCE: f64 = 1e-3;
 
@@ -140,7 +142,9 @@ fn best_path(runs: &[Run], price: impl Fn(Run, Run) -> f64) -> Vec<bool> {
     let mut from: Vec<Option<usize>> = vec![];
     for (k, run) in runs.iter().enumerate() {
         let gain = |j: usize| score[j] - price(runs[j], *run);
-        let best = (0..k).map(|j| (gain(j), Some(j))).fold((0.0, None), |a, b| if b.0 > a.0 { b } else { a });
+        let best = (k.saturating_sub(MOST_RUNS)..k)
+            .map(|j| (gain(j), Some(j)))
+            .fold((0.0, None), |a, b| if b.0 > a.0 { b } else { a });
         score.push(best.0 + run.len());
         from.push(best.1);
     }
