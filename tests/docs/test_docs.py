@@ -1,0 +1,37 @@
+"""What the documentation says is there is there."""
+
+import re
+from pathlib import Path
+
+import pytest
+
+import trundle
+from trundle.cli.commands import discover
+
+ROOT = Path(__file__).resolve().parents[2]
+PAGES = sorted([*ROOT.glob("*.md"), *(ROOT / "docs").glob("*.md")])
+
+
+@pytest.mark.parametrize("page", PAGES, ids=lambda page: page.name)
+def test_links_and_pictures_lead_somewhere(page: Path) -> None:
+    targets = re.findall(r"\]\(([^)#\s]+)\)", page.read_text())
+    missing = [target for target in targets if "://" not in target and not (page.parent / target).exists()]
+    assert missing == []
+
+
+@pytest.mark.parametrize("page", PAGES, ids=lambda page: page.name)
+def test_commands_use_verbs_that_exist(page: Path) -> None:
+    verbs = re.findall(r"^(?:\.venv/bin/)?trundle ([a-z]+)", page.read_text(), re.MULTILINE)
+    assert set(verbs) <= set(discover())
+
+
+@pytest.mark.parametrize("page", PAGES, ids=lambda page: page.name)
+def test_make_targets_exist(page: Path) -> None:
+    targets = set(re.findall(r"^([a-z-]+):", (ROOT / "Makefile").read_text(), re.MULTILINE))
+    assert set(re.findall(r"`?make ([a-z-]+)`", page.read_text())) <= targets
+
+
+def test_every_effect_that_a_diagnosis_can_name_is_explained() -> None:
+    named = {effect["effect"] for effect in trundle.effects()} - {"viscous_wheel"}
+    section = (ROOT / "docs/diagnosis.md").read_text().split("## Effects")[1]
+    assert set(re.findall(r"^\| `([a-z_]+)` \|", section, re.MULTILINE)) - {"effect"} == named
