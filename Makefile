@@ -89,7 +89,7 @@ $(VENV)/.created:
 	@touch $@
 
 $(VENV)/.packages: requirements.lock | $(VENV)/.created
-	$(call say,"Python packages from requirements.lock: 200 MB to fetch")
+	$(call say,"Python packages from requirements.lock: 220 MB to fetch")
 	$(PIP) install --require-hashes -r requirements.lock
 	@touch $@
 

@@ -9,9 +9,9 @@ import argparse
 import difflib
 import sys
 from collections.abc import Mapping, Sequence
-from importlib import metadata
 from typing import NoReturn
 
+from trundle import __version__
 from trundle.cli.commands import Command, discover
 from trundle.cli.exits import USAGE, guarded
 
@@ -62,7 +62,7 @@ def build_parser(commands: Mapping[str, Command]) -> Parser:
         "TRUNDLE_DEBUG=1 shows where an error came from.",
         allow_abbrev=False,
     )
-    parser.add_argument("--version", action="version", version=f"trundle {metadata.version('trundle')}")
+    parser.add_argument("--version", action="version", version=f"trundle {__version__}")
     verbs = parser.add_subparsers(dest="verb", metavar="VERB", required=True, title="verbs")
     for name, command in commands.items():
         example = getattr(command, "EXAMPLE", None)
