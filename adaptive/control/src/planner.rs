@@ -15,7 +15,7 @@ use crate::{ControlError, Settings, Task};
 /// Longest step of a rollout, s.
 const LONGEST_STEP: f64 = 0.05;
 /// By how much the spread shrinks from one iteration to the next.
-const SHRINK: f64 = 0.6;
+const SHRINK: f64 = 0.5;
 
 /// Plans pushes, each plan warm-started from the one before.
 #[derive(Clone, Debug)]
@@ -102,13 +102,15 @@ impl Planner {
     /// Draw plans and roll them out; the first is the mean itself.
     fn sample(&mut self, plant: &Plant<f64>, task: &Task, scale: f64) {
         let Self { settings, seed, round, mean, plans, costs } = self;
-        plans.par_chunks_exact_mut(settings.horizon).zip(costs).enumerate().for_each(|(number, (plan, cost))| {
-            match number {
-                0 => plan.copy_from_slice(mean),
-                _ => draw(settings, scale, mean, *seed, (*round, number as u32), plan),
-            }
-            *cost = rollout(settings, plant, task, plan);
-        });
+        plans.par_chunks_exact_mut(settings.horizon).zip(costs).enumerate().for_each(
+            |(number, (plan, cost))| {
+                match number {
+                    0 => plan.copy_from_slice(mean),
+                    _ => draw(settings, scale, mean, *seed, (*round, number as u32), plan),
+                }
+                *cost = rollout(settings, plant, task, plan);
+            },
+        );
     }
 }
 
@@ -214,7 +216,9 @@ mod tests {
     #[test]
     fn what_makes_no_sense_is_refused() {
         let refused = |settings| Planner::new(settings, 0).unwrap_err().to_string();
-        assert!(refused(Settings { horizon: 0, ..settings() }).starts_with("horizon = 0: must be at least 1"));
+        assert!(
+            refused(Settings { horizon: 0, ..settings() }).starts_with("horizon = 0: must be at least 1")
+        );
         assert!(refused(Settings { lower: [200.0; 3], ..settings() }).contains("below its upper bound"));
         assert!(refused(Settings { hold: f64::NAN, ..settings() }).starts_with("hold = NaN"));
         assert!(refused(Settings { smoothness: 1.0, ..settings() }).starts_with("smoothness"));

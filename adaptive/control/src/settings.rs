@@ -40,25 +40,25 @@ pub struct Settings {
 }
 
 fn horizon() -> usize {
-    25
+    20
 }
 fn hold() -> f64 {
     0.1
 }
 fn samples() -> usize {
-    512
+    256
 }
 fn iterations() -> usize {
-    3
+    6
 }
 fn spread() -> f64 {
-    0.5
+    0.4
 }
 fn smoothness() -> f64 {
-    0.7
+    0.8
 }
 fn temperature() -> f64 {
-    0.2
+    0.02
 }
 
 impl Settings {
@@ -97,7 +97,8 @@ impl Settings {
                 return Err(ControlError::value(key, count, "must be at least 1"));
             }
         }
-        for (key, value) in [("hold", self.hold), ("spread", self.spread), ("temperature", self.temperature)] {
+        for (key, value) in [("hold", self.hold), ("spread", self.spread), ("temperature", self.temperature)]
+        {
             if !(value.is_finite() && value > 0.0) {
                 return Err(ControlError::value(key, value, "must be positive and finite"));
             }

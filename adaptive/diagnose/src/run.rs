@@ -255,9 +255,11 @@ fn figures(data: &Dataset, before: &Fit, after: &Fit) -> Result<Figures, InferEr
     Ok(Figures { held_out, training: pair(&data.training)? })
 }
 
-/// The misfit by which an effect's contribution is measured.
-fn misfit(score: &Score) -> Option<f64> {
-    score.r2.map(|r2| 1.0 - r2).or(score.force_rmse.map(|f| f * f))
+/// The misfit by which an effect's contribution is measured: of the motion in open loop; of the wrench, a
+/// moment as a force at the radius of gyration, where wrenches are compared.
+fn misfit(score: &Score, gyration: f64) -> Option<f64> {
+    let moment = score.torque_rmse.map_or(0.0, |torque| torque / gyration);
+    score.r2.map(|r2| 1.0 - r2).or(score.force_rmse.map(|force| force * force + moment * moment))
 }
 
 fn named(
@@ -271,9 +273,10 @@ fn named(
     let names = best.fit.model.effect_names();
     let name = &names[names.len() - best.added.len() + k];
     let episodes = if data.held_out.is_empty() { &data.training } else { &data.held_out };
-    let with = misfit(&judged(data, &best.fit, episodes)?);
+    let gyration = best.fit.model.body.gyration;
+    let with = misfit(&judged(data, &best.fit, episodes)?, gyration);
     let dropped = match without(found, best, k) {
-        Some(simpler) => misfit(&judged(data, &simpler.fit, episodes)?),
+        Some(simpler) => misfit(&judged(data, &simpler.fit, episodes)?, gyration),
         None => None,
     };
     let explains = with.zip(dropped).filter(|(_, d)| *d > 0.0).map(|(w, d)| 1.0 - w / d);

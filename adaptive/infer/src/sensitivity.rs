@@ -93,3 +93,100 @@ fn nudge(state: &mut State<Dual<WIDTH>>, error: &mut [Dual<WIDTH>; 3], innovatio
         }
     }
 }
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use crate::Coordinates;
+    use nalgebra::{Matrix3, SMatrix, Vector3};
+    use trundle_model::{Body, Effect, Kind};
+    use trundle_record::{Counts, Noise, PoseSample, Prepared, WrenchSample};
+
+    const NOISE: Noise = Noise { pose: [1e-3; 3], force: 0.4, torque: 0.05, time: 0.0, stated: true };
+
+    fn track() -> Track {
+        let wrench = |k: usize| {
+            let t = k as f64 * 0.01;
+            let reading = [20.0 * (3.0 * t).sin(), 9.0 * (5.0 * t).cos(), (4.0 * t).sin()];
+            WrenchSample { t, reading, frame: [-0.6, 0.1, 0.2] }
+        };
+        let pose =
+            |k: usize| PoseSample { t: 0.02 * k as f64, pose: [0.01 * k as f64, 0.0, 0.02 * k as f64] };
+        let episode = Prepared {
+            name: "push".to_owned(),
+            wrench: (0..100).map(wrench).collect(),
+            pose: (0..50).map(pose).collect(),
+            contact: 0.0,
+            tare_sd: [0.04; 3],
+            at_rest: true,
+            counts: Counts::default(),
+        };
+        Track::new(&episode, &NOISE).unwrap()
+    }
+
+    /// Errors of the simulation that the innovations' gains nudge.
+    fn errors(model: &Model, values: &[f64], track: &Track, innovations: &[Innovation]) -> Vec<Vector3<f64>> {
+        let plant = model.plant(values).unwrap();
+        let mut state = State { pose: track.pose.0, twist: track.twist.0 };
+        let mut reading = [0.0; 3];
+        let mut seen = innovations.iter();
+        let mut errors = Vec::new();
+        for step in &track.steps {
+            state = push(&plant, &state, reading, step);
+            let (Some(pose), Some(innovation)) = (step.pose, step.pose.and_then(|_| seen.next())) else {
+                continue;
+            };
+            let error = Vector3::from(pose) - Vector3::from(state.pose);
+            let parts = state.pose.iter_mut().chain(&mut state.twist).chain(reading.iter_mut());
+            for (value, nudge) in parts.zip((innovation.gain * error).iter()) {
+                *value += nudge;
+            }
+            errors.push(error);
+        }
+        errors
+    }
+
+    #[test]
+    fn slopes_are_those_of_the_nudged_simulation() {
+        let (track, body) =
+            (track(), Body::from_footprint(&[[-0.6, -0.4], [0.6, -0.4], [0.6, 0.4], [-0.6, 0.4]], 22.0));
+        let model = Model::nominal(body.unwrap(), None, [true; 3])
+            .with(Effect::free(Kind::CoulombFriction))
+            .with(Effect::free(Kind::ForceBias));
+        let coordinates = Coordinates::new(&model);
+        let values = coordinates.values(&[0.1, -0.9, 0.4, 0.3, 0.2, 0.9, 0.5, -0.5, -0.3, 0.2, -0.1, 0.3]).0;
+        let gain = SMatrix::<f64, 9, 3>::from_fn(|i, j| 0.05 * ((3 * i + j) as f64).sin());
+        let whitener = Matrix3::new(3.0, 0.0, 0.0, 1.0, 2.0, 0.0, -1.0, 0.5, 4.0);
+        let blank = Innovation {
+            t: 0.0,
+            error: Vector3::zeros(),
+            covariance: Matrix3::identity(),
+            gain,
+            whitener,
+            cost: 0.0,
+        };
+        let mut innovations = vec![blank; track.observations()];
+        let seen = errors(&model, &values, &track, &innovations);
+        for (innovation, error) in innovations.iter_mut().zip(seen) {
+            innovation.error = error;
+        }
+        let at = linearise(&model, &values, coordinates.free(), &track, &innovations).unwrap();
+        for (k, &slot) in coordinates.free().iter().enumerate() {
+            let h = 1e-6 * values[slot].abs().max(0.1);
+            let misfit = |sign: f64| {
+                let mut moved = values.clone();
+                moved[slot] += sign * h;
+                let errors = errors(&model, &moved, &track, &innovations);
+                errors.iter().map(|e| 0.5 * (whitener * e).norm_squared()).sum::<f64>()
+            };
+            let numeric = (misfit(1.0) - misfit(-1.0)) / (2.0 * h);
+            let error = (numeric - at.gradient[k]).abs();
+            assert!(
+                error < 1e-4 * numeric.abs() + 1e-7,
+                "{}: {numeric} {}",
+                coordinates.slot(k).name,
+                at.gradient[k]
+            );
+        }
+    }
+}

@@ -3,11 +3,8 @@
 mod common;
 
 use common::{NOISE, World, effect, locked, table};
-use trundle_infer::{
-    Coordinates, Fit, FitOptions, InferError, Likelihood, MotionLikelihood, Quiet, Watch, fit, open_loop,
-};
+use trundle_infer::{Fit, FitOptions, InferError, MotionLikelihood, Quiet, Watch, fit, open_loop};
 use trundle_model::{Effect, Kind, Model};
-use trundle_record::Noise;
 
 fn nominal() -> Model {
     Model::nominal(table(), None, [true; 3])
@@ -55,34 +52,6 @@ fn dry_friction_beside_the_wheel_leaves_the_wheel_where_it_is() {
     let off = (without.estimate("viscous_wheel.x").unwrap().mean + 0.5)
         .hypot(without.estimate("viscous_wheel.y").unwrap().mean + 0.3);
     assert!(off > 0.02, "without dry friction in the model the wheel is off by {off} m only");
-}
-
-#[test]
-fn gradients_are_those_of_the_simulation() {
-    // Under a pose noise so large that the filter does not correct, the innovations are those of a
-    // simulation; whitened as at the base point, finite differences must give the same gradient.
-    let noise = Noise { pose: [1e4; 3], force: 1e-3, torque: 1e-3, ..NOISE };
-    let likelihood = MotionLikelihood::new(&World::of(locked()).pushes(2, 3), &noise).unwrap();
-    let model = nominal().with(Effect::free(Kind::CoulombFriction)).with(Effect::free(Kind::ForceBias));
-    let coordinates = Coordinates::new(&model);
-    let values = coordinates.values(&[0.1, -0.9, 0.4, 0.3, 0.2, 0.9, 0.5, -0.5, -0.3, 0.2, -0.1, 0.3]).0;
-    let innovations = |values: &[f64]| {
-        likelihood.innovations(&model, values).unwrap().unwrap().into_iter().flatten().collect::<Vec<_>>()
-    };
-    let base = innovations(&values);
-    let at = likelihood.linearise(&model, &values, coordinates.free()).unwrap();
-    for (k, &slot) in coordinates.free().iter().enumerate() {
-        let h = 1e-5 * values[slot].abs().max(0.1);
-        let misfit = |sign: f64| {
-            let mut moved = values.clone();
-            moved[slot] += sign * h;
-            let moved = innovations(&moved);
-            moved.iter().zip(&base).map(|(m, b)| 0.5 * (b.whitener * m.error).norm_squared()).sum::<f64>()
-        };
-        let numeric = (misfit(1.0) - misfit(-1.0)) / (2.0 * h);
-        let error = (numeric - at.gradient[k]).abs();
-        assert!(error < 1e-3 * numeric.abs() + 1e-12, "{k}: {numeric} {}", at.gradient[k]);
-    }
 }
 
 #[test]
