@@ -2,6 +2,7 @@
 use pyo3::prelude::*;
 
 mod columns;
+mod control;
 mod diagnose;
 mod error;
 mod infer;
@@ -23,5 +24,6 @@ fn _native(module: &Bound<'_, PyModule>) -> PyResult<()> {
     inspect::register(module)?;
     infer::register(module)?;
     diagnose::register(module)?;
+    control::register(module)?;
     Ok(())
 }

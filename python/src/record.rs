@@ -81,7 +81,7 @@ fn read(py: Python<'_>, path: PathBuf) -> PyResult<PyRecording> {
 impl PyRecording {
     #[new]
     fn new(metadata: &Bound<'_, PyAny>, episodes: &Bound<'_, PyAny>) -> PyResult<Self> {
-        let metadata = Metadata::from_table(toml_dict::from_dict(metadata)?).map_err(refused)?;
+        let metadata = Metadata::from_table(toml_dict::from_dict(metadata, "metadata")?).map_err(refused)?;
         let mut tables = Vec::new();
         for item in episodes.call_method0("items")?.try_iter()? {
             let (name, table): (String, Bound<'_, PyAny>) = item?.extract()?;

@@ -62,8 +62,8 @@ fn moment_to_python<'py>(py: Python<'py>, moment: &Datetime) -> PyResult<Bound<'
 ///
 /// # Errors
 /// `TrundleError`, naming the key, for a value that TOML cannot hold.
-pub(crate) fn from_dict(mapping: &Bound<'_, PyAny>) -> PyResult<Table> {
-    table(mapping, "metadata")
+pub(crate) fn from_dict(mapping: &Bound<'_, PyAny>, what: &str) -> PyResult<Table> {
+    table(mapping, what)
 }
 
 fn table(mapping: &Bound<'_, PyAny>, path: &str) -> PyResult<Table> {

@@ -1,7 +1,8 @@
 """Push what you have never seen: physics-based models of wheeled furniture, learnt, diagnosed and used."""
 
 from trundle import envs
-from trundle._native import __version__
+from trundle._native import Planner, __version__
+from trundle.agent import AdaptiveAgent
 from trundle.diagnosis import Diagnosis, Fit, diagnose, fit, predict
 from trundle.inspection import check, inspect, prepare, smooth
 from trundle.model import Model, effects
@@ -10,9 +11,11 @@ from trundle.recording import Recording, TrundleError, read
 from trundle.simulation import simulate
 
 __all__ = [
+    "AdaptiveAgent",
     "Diagnosis",
     "Fit",
     "Model",
+    "Planner",
     "Record",
     "Recording",
     "TrundleError",

@@ -58,6 +58,22 @@ class Model:
 __version__: str
 
 @final
+class Planner:
+    def __new__(cls, lower: ArrayLike, upper: ArrayLike, *, seed: int = 0, **settings: Any) -> Planner: ...
+    def plan(
+        self,
+        model: Model,
+        pose: Sequence[float] | NDArray[np.float64],
+        twist: Sequence[float] | NDArray[np.float64],
+        goal: Sequence[float] | NDArray[np.float64],
+        grasp: Sequence[float] | NDArray[np.float64],
+    ) -> NDArray[np.float64]: ...
+    def advance(self, seconds: float) -> None: ...
+    def restart(self) -> None: ...
+    @property
+    def hold(self) -> float: ...
+
+@final
 class _Outcome:
     @property
     def answer(self) -> str: ...

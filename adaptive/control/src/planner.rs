@@ -233,6 +233,6 @@ mod tests {
     fn a_motion_that_runs_away_is_an_error() {
         let far = Task { state: State { pose: [0.0; 3], twist: [1e308; 3] }, ..task() };
         let mut planner = Planner::new(settings(), 0).unwrap();
-        assert_eq!(planner.plan(&table(1.0), &far), Err(ControlError::Diverged { samples: 512 }));
+        assert_eq!(planner.plan(&table(1.0), &far), Err(ControlError::Diverged { samples: 256 }));
     }
 }
