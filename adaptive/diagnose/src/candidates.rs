@@ -6,10 +6,10 @@ use trundle_model::{Effect, Kind, Model};
 pub(crate) fn candidates(nominal: &Model) -> Vec<Effect> {
     let rail = nominal.on_rail();
     let offered = |kind: &Kind| match kind {
-        // The building blocks of the simulation under test, not effects that go missing.
-        Kind::ViscousWheel | Kind::SupportDrag => false,
-        // On a rail a point is as good as the whole body.
-        Kind::CoulombFriction => !rail,
+        // The building block of the simulation under test, not an effect that goes missing.
+        Kind::ViscousWheel => false,
+        // On a rail a point is as good as the whole body, and drag is what the wheel has already.
+        Kind::CoulombFriction | Kind::SupportDrag => !rail,
         _ => true,
     };
     let absent = |kind: &Kind| nominal.effects.iter().all(|e| e.kind != *kind);

@@ -4,9 +4,9 @@ use crate::InferError;
 use trundle_model::Clock;
 use trundle_record::{Motion, Noise, PoseSample, Prepared, WrenchSample};
 
-/// Longest step of a fit, s: at 10 ms dry friction that stops a table came out ten standard
-/// deviations off, at 4 ms within two.
-pub(crate) const LONGEST: f64 = 0.004;
+/// Longest step of a fit, s: two a pose at 60 Hz; the integrator is of second order and halves its
+/// steps where dry friction stops a body.
+pub(crate) const LONGEST: f64 = 0.008;
 
 /// How still an object at rest is, m/s and rad/s.
 const STILL: f64 = 1e-4;

@@ -138,6 +138,12 @@ impl<T: Real> Action<T> {
         Self { push: [T::zero(); 3], drag: [T::zero(); 6] }
     }
 
+    /// Size of the drag: its trace.
+    #[inline]
+    pub fn size(&self) -> f64 {
+        self.drag[0].re() + self.drag[2].re() + self.drag[5].re()
+    }
+
     /// Add a force at a body point, object axes.
     #[inline]
     pub fn push_at(&mut self, [x, y]: [T; 2], [fx, fy]: [T; 2]) {

@@ -28,6 +28,12 @@ impl<T: Real> State<T> {
     }
 }
 
+/// A step is halved at most so often: to 1/16.
+const HALVINGS: u32 = 4;
+
+/// What a change of the drag within half a step may do to the velocity over a step before it is halved, m/s.
+const STEADY: f64 = 3e-4;
+
 /// A model with its parameters in place, ready to be stepped.
 #[derive(Clone, Debug)]
 pub struct Plant<T> {
@@ -75,7 +81,24 @@ impl<T: Real> Plant<T> {
 
     /// The state after `dt` seconds under `applied`, the mean wrench on the object over the step
     /// in object axes about the object origin (it turns with the object).
+    ///
+    /// Where the drag changes much within the step, as dry friction does when a body stops or turns
+    /// back, the step is halved, again and again if need be.
     pub fn step(&self, state: &State<T>, applied: [T; 3], clock: Clock, dt: f64) -> State<T> {
+        self.halved(state, applied, clock, dt, HALVINGS)
+    }
+
+    fn halved(&self, state: &State<T>, applied: [T; 3], clock: Clock, dt: f64, halvings: u32) -> State<T> {
+        let (after, change) = self.leap(state, applied, clock, dt);
+        if halvings == 0 || change < STEADY {
+            return after;
+        }
+        let middle = self.halved(state, applied, clock, dt / 2.0, halvings - 1);
+        self.halved(&middle, applied, clock, dt / 2.0, halvings - 1)
+    }
+
+    /// One undivided step, and what the change of the drag in its first half does to the velocity, m/s.
+    fn leap(&self, state: &State<T>, applied: [T; 3], clock: Clock, dt: f64) -> (State<T>, f64) {
         let half = dt / 2.0;
         let [x, y, theta] = state.pose;
         let start = theta.sin_cos();
@@ -91,19 +114,23 @@ impl<T: Real> Plant<T> {
         let twist = carried(rotate_back(near, middle), [-self.com[0], -self.com[1]]);
         let [vx, vy, _] = state.twist;
         let mid = State { pose: [x + vx * half, y + vy * half, heading], twist };
+        let first = load.size();
         let load = self.about_center(applied, self.act(&mid, middle, twist, clock));
+        let speed = twist.iter().map(|v| v.re() * v.re()).sum::<f64>().sqrt();
+        let change = dt * (load.size() - first).abs() * speed;
         let after = rotate(self.solve(rotate_back(before, middle), &load, dt), middle);
 
         let heading = theta + (before[2] + after[2]) * half;
         let to = turned(self.com, heading.sin_cos());
-        State {
+        let after = State {
             pose: [
                 x + from[0] - to[0] + (before[0] + after[0]) * half,
                 y + from[1] - to[1] + (before[1] + after[1]) * half,
                 heading,
             ],
             twist: carried(after, [-to[0], -to[1]]),
-        }
+        };
+        (after, change)
     }
 
     #[inline]

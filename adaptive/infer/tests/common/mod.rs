@@ -53,10 +53,10 @@ impl World {
         (0..episodes).map(|k| self.push(&plant, k, seed)).collect()
     }
 
-    /// Eight pushes, of which the last two are held out.
+    /// Five pushes, of which the last is held out.
     pub fn recording(&self, seed: u64) -> Dataset {
-        let mut training = self.pushes(8, seed);
-        let held_out = training.split_off(6);
+        let mut training = self.pushes(5, seed);
+        let held_out = training.split_off(4);
         Dataset {
             name: "table".to_owned(),
             body: table(),
@@ -100,7 +100,9 @@ impl World {
                 pose.push(PoseSample { t, pose: [0, 1, 2].map(|i| state.pose[i] + normal(NOISE.pose[i])) });
             }
             let clock = Clock { since_contact: t - CONTACT };
-            let (applied, foreign) = (transport(force(t + dt / 2.0), frame), (self.foreign)(&state));
+            let applied = transport(force(t + dt / 2.0), frame);
+            // Until contact whatever held the table still holds it.
+            let foreign = if t >= CONTACT { (self.foreign)(&state) } else { [0.0; 3] };
             state = plant.step(&state, [0, 1, 2].map(|i| applied[i] + foreign[i]), clock, dt);
         }
         let name = format!("episode_{index:02}");
