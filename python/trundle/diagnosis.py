@@ -52,11 +52,15 @@ class Diagnosis:
         The extended model, fitted.
     report : str
         ``report.html``: one page without scripts or links.
+    series : dict
+        The curves behind the report, by episode: poses observed and simulated, and wrenches recorded and needed
+        (``wrench``: ``t``, ``recorded``, ``before``, ``after``) where those are compared; SI units.
     """
 
     answer: dict[str, Any]
     model: Model
     report: str
+    series: dict[str, Any]
     _outcome: _native._Outcome
 
     @property
@@ -197,7 +201,7 @@ def diagnose(
     named = recording.name if isinstance(recording, Recording) else os.fspath(recording)
     series |= {"seed": seed, "version": _native.__version__}
     series["command"] = command or f"trundle diagnose {named} --seed {seed}"
-    return Diagnosis(answer, Model.from_toml(outcome.model), render(answer, series), outcome)
+    return Diagnosis(answer, Model.from_toml(outcome.model), render(answer, series), series, outcome)
 
 
 def source(recording: Recording | PathLike) -> Recording | str:

@@ -75,6 +75,7 @@ FIGURES = {
     "position_rmse": "position, open loop: {before:.4f} -> {after:.4f} m",
     "window_position_rmse": "position, one second ahead: {before:.5f} -> {after:.5f} m",
     "force_rmse": "force needed less recorded: {before:.3f} -> {after:.3f} N",
+    "torque_rmse": "torque needed less recorded: {before:.4f} -> {after:.4f} N·m",
 }
 
 

@@ -1,0 +1,255 @@
+"""What trundle finds in two published data sets of real machines: the figures of docs/real-recordings.md.
+
+    python examples/real_recordings.py DATA
+
+DATA holds `emps/` and `cmu-planar-push/` (docs/real-recordings.md says where they come from). Takes about
+two minutes.
+"""
+
+from __future__ import annotations
+
+import argparse
+import copy
+from collections.abc import Sequence
+from pathlib import Path
+from typing import Any
+
+import numpy as np
+from numpy.typing import NDArray
+from scipy.signal import butter, filtfilt, periodogram
+
+import trundle
+from trundle import importers
+
+Floats = NDArray[np.float64]
+CONFIGS = Path(__file__).resolve().parents[1] / "configs"
+MODELS = CONFIGS / "models"
+LATER, EARLIER = ("exp3_3", "exp3_4", "exp4_1"), ("exp3_1", "exp3_2")
+
+
+def emps(data: Path) -> trundle.Recording:
+    """Return the recording of the EMPS axis."""
+    return imported(data / "emps", "emps")
+
+
+def pushes(data: Path) -> dict[str, trundle.Recording]:
+    """Return the recording of each file of single pushes, by its file's name."""
+    files = sorted((data / "cmu-planar-push" / "pushes").glob("*.txt"))
+    return {file.stem: imported(file, "cmu-planar-push") for file in files}
+
+
+def logs(data: Path, earlier: bool) -> trundle.Recording:
+    """Return the recording of the later or of the earlier continuous logs."""
+    told = CONFIGS / "import" / "cmu_earlier.toml" if earlier else None
+    return imported(data / "cmu-planar-push" / "timeseries", "cmu-planar-push", told)
+
+
+def imported(source: Path, layout: str, told: Path | None = None) -> trundle.Recording:
+    """Import a source without writing it to disk."""
+    got = importers.read(source, layout, told)
+    return trundle.Recording(got.metadata, got.episodes)
+
+
+def holding_out(recording: trundle.Recording, episode: str) -> trundle.Recording:
+    """Return the recording with just this episode held out."""
+    metadata = copy.deepcopy(recording.metadata)
+    metadata["split"] = {"held_out": [episode]}
+    return trundle.Recording(metadata, recording.episodes)
+
+
+def wrench_r2(series: dict[str, Any], corners: Sequence[Sequence[float]], which: str = "before") -> float:
+    """Return how much of the recorded wrench of the held-out episodes a model needs for the seen motion.
+
+    Parameters
+    ----------
+    series : dict
+        Of a diagnosis.
+    corners : (3, 2)
+        The triangle that was pushed, m, object frame.
+    which : str
+        "before": the simulation under test, refitted; "after": with the effects found.
+
+    Returns
+    -------
+    float
+        One less the mean square of needed less recorded, over that of recorded. Moments are about the
+        triangle's centroid and count as forces at its radius of gyration.
+    """
+    held_out = [e["wrench"] for e in series["episodes"] if e["held_out"] and e["wrench"]]
+    recorded, needed = (
+        np.concatenate([about_centroid(np.array(w[name]), np.array(corners)) for w in held_out])
+        for name in ("recorded", which)
+    )
+    return float(1.0 - np.sum((needed - recorded) ** 2) / np.sum(recorded**2))
+
+
+def about_centroid(wrench: Floats, corners: Floats) -> Floats:
+    """Return wrenches (n, 3) about a triangle's centroid, in N, the moment over the radius of gyration."""
+    x, y = corners.mean(axis=0)
+    sides = corners - np.roll(corners, 1, axis=0)
+    gyration = np.sqrt(np.sum(sides**2) / 36.0)
+    moment = wrench[:, 2] - x * wrench[:, 1] + y * wrench[:, 0]
+    return np.column_stack([wrench[:, :2], moment / gyration])
+
+
+def under_body(recording: trundle.Recording) -> tuple[float, float, float]:
+    """Return the held-out R² of viscous and of dry friction under the body, and the dry friction in N."""
+    corners = recording.metadata["object"]["footprint"]
+    viscous = trundle.diagnose(recording, MODELS / "drag_under_body.toml")
+    dry = trundle.diagnose(recording, MODELS / "friction_under_body.toml")
+    friction = dry.answer["nominal"]["before"]["support_friction.force"]["mean"]
+    return wrench_r2(viscous.series, corners), wrench_r2(dry.series, corners), friction
+
+
+def straight(recording: trundle.Recording) -> dict[str, float]:
+    """Return the median force by episode, N, where it slides straight and dry friction adds up."""
+    series = trundle.diagnose(recording, MODELS / "friction_under_body.toml").series
+    sizes = {
+        episode["name"]: [
+            np.hypot(*np.array(episode["wrench"][key])[:, :2].T) for key in ("before", "recorded")
+        ]
+        for episode in series["episodes"]
+    }
+    most = max(needed.max() for needed, _ in sizes.values())
+    return {name: float(np.median(seen[needed > 0.95 * most])) for name, (needed, seen) in sizes.items()}
+
+
+def found(recording: trundle.Recording) -> str:
+    """Return what a diagnosis of the paper's model names, and its held-out R² before and after."""
+    corners = recording.metadata["object"]["footprint"]
+    answer = trundle.diagnose(recording)
+    r2 = [wrench_r2(answer.series, corners, which) for which in ("before", "after")]
+    return f"R² {r2[0]:.3f} -> {r2[1]:.3f}, {answer.verdict}: " + "; ".join(
+        effect["statement"] for effect in answer.answer["missing"]
+    )
+
+
+def by_direction(recording: trundle.Recording) -> list[float]:
+    """Return mass, viscous and dry friction and the viscous difference by direction, SI."""
+    summary = trundle.fit(recording, MODELS / "rail_directional.toml").summary
+    return [parameter["mean"] for parameter in summary["parameters"]]
+
+
+def missing_force(
+    recording: trundle.Recording, episode: str, fitted: Sequence[float], delay: float = 0.0
+) -> dict[str, Floats]:
+    """Return what the direction-dependent model leaves of the drive's force below 60 Hz.
+
+    Parameters
+    ----------
+    recording : Recording
+        Of the EMPS axis.
+    episode : str
+    fitted : sequence of float
+        As `by_direction` returns them.
+    delay : float
+        s, by which the force is taken to follow its command.
+
+    Returns
+    -------
+    dict
+        ``t`` s, ``x`` m, ``v`` m/s and ``missing`` N, 1 kHz.
+    """
+    mass, mu, force, difference = fitted
+    table = recording.episodes[episode]
+    t = table["t"]
+    low = butter(4, 60.0 * 2.0 * float(np.median(np.diff(t))))
+    x = filtfilt(*low, table["object_x"])
+    drive = np.interp(t - delay, t, filtfilt(*low, table["force_x"]))
+    v = np.gradient(x, t)
+    needed = mass * np.gradient(v, t) + mu * v + difference * np.abs(v) + force * np.tanh(v / 2e-3)
+    inside = slice(200, -200)
+    return {"t": t[inside], "x": x[inside], "v": v[inside], "missing": (drive - needed)[inside]}
+
+
+def ripple(left: dict[str, Floats], speed: float) -> tuple[Floats, Floats]:
+    """Return position, m, and missing force less its slow part, N, of the first run at a speed, m/s."""
+    near = np.flatnonzero(np.abs(left["v"] - speed) < 0.05 * speed)
+    runs = np.split(near, np.flatnonzero(np.diff(near) > 1) + 1)
+    # Without the ends, where the axis still rings.
+    run = next(run[100:-30] for run in runs if len(run) > 350)
+    x, missing = left["x"][run], left["missing"][run]
+    return x, missing - np.polyval(np.polyfit(x - x[0], missing, 3), x - x[0])
+
+
+def spectrum(force: Floats, speed: float) -> tuple[Floats, Floats]:
+    """Return cycles per m and the power there, of a force at 1 kHz and constant speed, m/s."""
+    frequency, power = periodogram(force * np.hanning(len(force)), 1e3, nfft=8192)
+    return frequency / speed, power
+
+
+def tell_remainder(data: Path) -> None:
+    """Print what is still missing on the axis: when, of which period, at which delay."""
+    recording = emps(data)
+    fitted = by_direction(recording)
+    left = missing_force(recording, "episode_00", fitted)
+    slow = np.abs(left["v"]) < 0.01
+    for where, chosen in (("below", slow), ("above", ~slow)):
+        print(f"missing {where} 0.01 m/s: {np.std(left['missing'][chosen]):.2f} N rms")
+    late = missing_force(recording, "episode_00", fitted, 0.8e-3)
+    print(
+        f"largest if the force follows its command by 0.8 ms: {np.max(np.abs(late['missing'])):.1f} N,",
+        end=" ",
+    )
+    print(f"at {late['v'][np.argmax(np.abs(late['missing']))]:.3f} m/s")
+    for speed in (0.083, 0.125):
+        force = ripple(left, speed)[1]
+        cycles, power = spectrum(force, speed)
+        period = 1e3 / cycles[np.argmax(power)]
+        print(f"ripple at {speed} m/s: {np.std(force):.2f} N rms, period {period:.2f} mm")
+    for episode in recording.episodes:
+        rms = {
+            ms: np.std(missing_force(recording, episode, fitted, 1e-3 * ms)["missing"])
+            for ms in (0.0, 0.4, 0.8, 1.2)
+        }
+        print(f"{episode}: missing if the force follows its command by", end=" ")
+        print(", ".join(f"{ms} ms: {value:.2f} N" for ms, value in rms.items()))
+
+
+def tell_emps(data: Path) -> None:
+    """Print the axis's parameters and held-out errors under four models."""
+    recording = emps(data)
+    for name in ("rail_viscous", "rail_dry_bias", "rail_dry_slope", "rail_directional"):
+        summary = trundle.fit(recording, MODELS / f"{name}.toml").summary
+        held_out = summary["held_out"]
+        print(
+            f"{name}: open loop {1e3 * held_out['position_rmse']:.1f} mm,",
+            f"1 s windows {1e3 * held_out['window_position_rmse']:.2f} mm;",
+            ", ".join(
+                f"{p['name']} {p['mean']:.4g} ± {p['sd']:.2g} {p['unit']}" for p in summary["parameters"]
+            ),
+        )
+    answer = trundle.diagnose(recording, MODELS / "rail_viscous.toml")
+    print(f"diagnosis: {answer.verdict}:", " ".join(e["statement"] for e in answer.answer["missing"]))
+
+
+def tell_pushes(data: Path) -> None:
+    """Print how viscous and dry friction explain held-out pushes."""
+    rows = []
+    for name, recording in pushes(data).items():
+        rows.append(under_body(recording))
+        print(f"{name}: under the body, viscous -> dry: R² {rows[-1][0]:.3f} -> {rows[-1][1]:.3f},", end=" ")
+        print(f"{rows[-1][2]:.2f} N\n    default model: {found(recording)}")
+    mean = np.mean(rows, axis=0)
+    print(f"mean of {len(rows)} sets: {mean[0]:.3f} -> {mean[1]:.3f}, {mean[2]:.2f} N")
+
+
+def tell_logs(data: Path) -> None:
+    """Print how viscous and dry friction explain each log when it is held out."""
+    for earlier in (False, True):
+        recording = logs(data, earlier)
+        print("force where it slides straight:", end=" ")
+        print(", ".join(f"{log} {force:.2f} N" for log, force in straight(recording).items()))
+        for log in recording.episodes:
+            split = holding_out(recording, log)
+            viscous, dry, friction = under_body(split)
+            print(f"{log}: under the body, viscous -> dry: R² {viscous:.3f} -> {dry:.3f}, {friction:.2f} N")
+            print(f"    default model: {found(split)}")
+
+
+if __name__ == "__main__":
+    parser = argparse.ArgumentParser(description=__doc__)
+    parser.add_argument("data", type=Path, help="folder that holds emps/ and cmu-planar-push/")
+    folder = parser.parse_args().data
+    for tell in (tell_emps, tell_remainder, tell_pushes, tell_logs):
+        tell(folder)
