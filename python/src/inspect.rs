@@ -122,7 +122,11 @@ fn smooth<'py>(recording: &Bound<'py, PyAny>, causal: bool) -> PyResult<Bound<'p
     by_episode(py, &dataset, |episode, _| {
         let motion = run(py, || {
             let noise = &dataset.noise;
-            Ok::<_, trundle_record::Error>(if causal { episode.motion_so_far(noise) } else { episode.motion(noise) })
+            Ok::<_, trundle_record::Error>(if causal {
+                episode.motion_so_far(noise)
+            } else {
+                episode.motion(noise)
+            })
         })?;
         let dict = PyDict::new(py);
         dict.set_item("t", column(py, &motion, |m| m.t))?;
@@ -157,11 +161,7 @@ fn column<'py, T>(py: Python<'py>, rows: &[T], value: impl Fn(&T) -> f64) -> Bou
     rows.iter().map(value).collect::<Vec<f64>>().into_pyarray(py).into_any()
 }
 
-fn table<'py, T>(
-    py: Python<'py>,
-    rows: &[T],
-    value: impl Fn(&T) -> [f64; 3],
-) -> PyResult<Bound<'py, PyAny>> {
+fn table<'py, T>(py: Python<'py>, rows: &[T], value: impl Fn(&T) -> [f64; 3]) -> PyResult<Bound<'py, PyAny>> {
     let flat: Vec<f64> = rows.iter().flat_map(value).collect();
     Ok(flat.into_pyarray(py).reshape([rows.len(), 3])?.into_any())
 }

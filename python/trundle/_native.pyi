@@ -33,8 +33,8 @@ def prepare(
 def smooth(
     recording: Recording | str | PathLike[str], causal: bool = False
 ) -> dict[str, dict[str, NDArray[np.float64]]]: ...
-
 def effects() -> list[dict[str, Any]]: ...
+
 @final
 class Model:
     @staticmethod
@@ -99,7 +99,6 @@ def _diagnose(
     seed: int = 0,
     progress: Callable[[str, float], object] | None = None,
 ) -> _Outcome: ...
-
 def simulate(scenario: str | PathLike[str], seed: int = 0) -> Recording: ...
 
 _Pose = tuple[float, float, float]

@@ -149,6 +149,8 @@ class AdaptiveAgent:
             raise TrundleError(
                 f"rise = {rise}, period = {period}, push = {push}: give rise < period <= push (s)"
             )
+        if starts < 1:
+            raise TrundleError(f"starts = {starts}: at least one start is needed")
         self._scale = np.asarray(source.ACTION_SCALE, dtype=np.float64)
         self._space = space
         self._metadata = described(source.recording_metadata("episode"))
@@ -217,8 +219,9 @@ class AdaptiveAgent:
         return belief
 
     def _learn(self, belief: Belief) -> None:
+        episode = belief.columns(self._period, self._rise)
+        recording = Recording(self._metadata, {"episode_00": episode})
         try:
-            recording = Recording(self._metadata, {"episode_00": belief.columns(self._period, self._rise)})
             belief.model = fit(recording, starts=self._starts, seed=self._seed).model
         except TrundleError:
             # Too little has been moved yet to tell anything.

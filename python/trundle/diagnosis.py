@@ -53,8 +53,8 @@ class Diagnosis:
     report : str
         ``report.html``: one page without scripts or links.
     series : dict
-        The curves behind the report, by episode: poses observed and simulated, and wrenches recorded and needed
-        (``wrench``: ``t``, ``recorded``, ``before``, ``after``) where those are compared; SI units.
+        The curves behind the report, by episode: poses observed and simulated, and wrenches recorded and
+        needed (``wrench``: ``t``, ``recorded``, ``before``, ``after``) where those are compared; SI units.
     """
 
     answer: dict[str, Any]
@@ -65,7 +65,7 @@ class Diagnosis:
 
     @property
     def verdict(self) -> str:
-        """"consistent", "reparameterised", "explained" or "unexplained"."""
+        """Say "consistent", "reparameterised", "explained" or "unexplained"."""
         return str(self.answer["verdict"])
 
     @property
@@ -107,9 +107,9 @@ def fit(
 ) -> Fit:
     """Fit a model's free values to a recording's training episodes.
 
-    The maximum a posteriori estimate under the likelihood of the poses given the recorded wrench, whose noise
-    and tare error drive the motion (eq. 5-6 of the paper, by prediction errors); for quasi-static pushes under
-    that of the wrench that the motion needs.
+    The maximum a posteriori estimate under the likelihood of the poses given the recorded wrench, whose
+    noise and tare error drive the motion (eq. 5-6 of the paper, by prediction errors); for quasi-static
+    pushes under that of the wrench that the motion needs.
 
     Parameters
     ----------
@@ -134,7 +134,9 @@ def fit(
     """
     if starts < 1:
         raise TrundleError(f"starts = {starts}: at least one start is needed")
-    summary, text = _native._fit(source(recording), written(model), starts=starts, seed=seed, progress=progress)
+    summary, text = _native._fit(
+        source(recording), written(model), starts=starts, seed=seed, progress=progress
+    )
     return Fit(Model.from_toml(text), json.loads(summary))
 
 
@@ -147,8 +149,8 @@ def predict(recording: Recording | PathLike, model: Model | PathLike, out: PathL
     model : Model or path
         With all values given.
     out : path
-        A Parquet file with ``episode``, ``t`` (s), ``observed_x``, ``observed_y`` (m), ``observed_theta`` (rad)
-        and the same ``predicted_*``, one row for each pose sample; it appears whole or not at all.
+        A Parquet file with ``episode``, ``t`` (s), ``observed_x``, ``observed_y`` (m), ``observed_theta``
+        (rad) and the same ``predicted_*``, one row for each pose sample; it appears whole or not at all.
 
     Raises
     ------

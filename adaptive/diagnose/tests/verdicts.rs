@@ -1,4 +1,5 @@
 //! What was hidden in a recording, and what the diagnosis says of it.
+#![allow(clippy::unwrap_used, clippy::expect_used)]
 
 #[path = "../../infer/tests/common/mod.rs"]
 mod common;

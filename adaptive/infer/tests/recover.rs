@@ -1,4 +1,5 @@
 //! A table's parameters come back from its pushes.
+#![allow(clippy::unwrap_used, clippy::expect_used)]
 
 mod common;
 

@@ -1,5 +1,5 @@
 //! Recordings of a simulated table: the model's integrator at a finer step, noise, and what may be hidden.
-#![allow(dead_code)]
+#![allow(dead_code, clippy::unwrap_used)]
 
 use rand::{RngExt, SeedableRng};
 use rand_chacha::ChaCha8Rng;

@@ -19,7 +19,9 @@ def add_arguments(parser: argparse.ArgumentParser) -> None:
     """Declare the recordings, the model, the seed and where to write."""
     add_recording(parser, several=True)
     add_model(parser)
-    add_out(parser, "folder to write (default diagnosis/NAME; with several recordings, one folder each below it)")
+    add_out(
+        parser, "folder to write (default diagnosis/NAME; with several recordings, one folder each below it)"
+    )
     add_seed(parser)
     add_quiet(parser)
 

@@ -55,5 +55,9 @@ def table(summary: dict[str, Any]) -> str:
             value = f"{parameter['mean']:12.5g} ± {parameter['sd']:.2g} {parameter['unit']}"
         rows.append(f"  {parameter['name']:32}{value}")
     for part in ("training", "held_out"):
-        rows += [f"  {part} {key}: {value:.5g}" for key, value in (summary[part] or {}).items() if value is not None]
+        rows += [
+            f"  {part} {key}: {value:.5g}"
+            for key, value in (summary[part] or {}).items()
+            if value is not None
+        ]
     return "\n".join(rows)
