@@ -10,6 +10,9 @@ use trundle_model::{Acting, Clock, Model, Param, Plant, Posterior, Prior, Slot, 
 
 use crate::error::{TrundleError, refused, run};
 
+/// A row for each sample.
+type Table<'py> = Bound<'py, PyArray2<f64>>;
+
 /// Longest step of a rollout, s: between samples the wrench is interpolated.
 const LONGEST_STEP: f64 = 2e-3;
 
@@ -101,7 +104,7 @@ impl PyModel {
         t: &Bound<'py, PyAny>,
         wrench: &Bound<'py, PyAny>,
         contact: Option<f64>,
-    ) -> PyResult<(Bound<'py, PyArray2<f64>>, Bound<'py, PyArray2<f64>>)> {
+    ) -> PyResult<(Table<'py>, Table<'py>)> {
         let plant = self.model.resolved().map_err(refused)?;
         let (t, wrench) = samples(t, wrench)?;
         let contact = contact.unwrap_or(t[0]);

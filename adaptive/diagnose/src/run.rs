@@ -4,6 +4,7 @@ use crate::adequacy::Remainder;
 use crate::answer::{
     Alternative, Answer, Figures, Mismatch, Missing, Nominal, Pair, Parameter, Point, Quantity, Verdict,
 };
+use crate::candidates::name;
 use crate::confirm::holds_up;
 use crate::locate::{Residuals, locate};
 use crate::predictions::Predictions;
@@ -313,25 +314,33 @@ fn effect_probability(tried: &[Tried], probabilities: &[f64], name: &str) -> f64
 /// Effects that could stand in another's place without the likelihood telling.
 fn ties(found: &Found, best: &Tried) -> Vec<Vec<String>> {
     let mut sets = Vec::new();
-    for (k, effect) in best.added.iter().enumerate() {
-        let mut rest: Vec<_> = best.added.iter().map(|e| e.kind).collect();
-        rest.remove(k);
-        let mut set = vec![effect.kind.spec().effect.to_owned()];
-        for other in &found.tried {
-            let mut kinds: Vec<_> = other.added.iter().map(|e| e.kind).collect();
-            let same_rest =
-                rest.iter().all(|r| kinds.iter().position(|k| k == r).map(|p| kinds.remove(p)).is_some());
-            let swapped = same_rest && kinds.len() == 1 && kinds[0] != effect.kind;
-            if swapped && other.fit.cost - best.fit.cost < TIE {
-                set.push(kinds[0].spec().effect.to_owned());
-            }
-        }
+    for effect in &best.added {
+        let mut set = vec![name(effect).to_owned()];
+        set.extend(
+            rivals(found, best)
+                .filter(|(own, _)| own.kind == effect.kind)
+                .map(|(_, other)| name(other).to_owned()),
+        );
         set.dedup();
         if set.len() > 1 {
             sets.push(set);
         }
     }
     sets
+}
+
+/// Pairs of an effect of a model and another that could stand in its place without the likelihood telling.
+fn rivals<'a>(found: &'a Found, model: &'a Tried) -> impl Iterator<Item = (&'a Effect, &'a Effect)> {
+    let lacking = |from: &'a Tried, other: &'a Tried| {
+        from.added.iter().filter(|e| other.added.iter().all(|o| o.kind != e.kind)).collect::<Vec<_>>()
+    };
+    found.tried.iter().filter_map(move |other| {
+        let same = other.added.len() == model.added.len() && other.fit.cost - model.fit.cost < TIE;
+        match (lacking(model, other).as_slice(), lacking(other, model).as_slice()) {
+            ([own], [rival]) if same && name(own) != name(rival) => Some((*own, *rival)),
+            _ => None,
+        }
+    })
 }
 
 /// At most this many alternatives are told.
@@ -347,11 +356,13 @@ fn alternatives(found: &Found, probabilities: &[f64], best: &Tried) -> Vec<Alter
         .take(ALTERNATIVES)
         .map(|(t, &probability)| {
             let new = t.added.iter().find(|e| best.added.iter().all(|b| b.kind != e.kind));
-            Alternative {
-                effect: t.names().join(" + "),
-                probability,
-                experiment: new.map_or(String::new(), |e| e.kind.spec().probe.to_owned()),
+            let twins = rivals(found, t).filter(|(own, _)| new.is_some_and(|new| new.kind == own.kind));
+            let twins: Vec<_> = twins.map(|(_, rival)| name(rival)).collect();
+            let mut experiment = new.map_or(String::new(), |e| e.kind.spec().probe.to_owned());
+            if !twins.is_empty() {
+                experiment = format!("these pushes cannot tell it from {}: {experiment}", twins.join(", "));
             }
+            Alternative { effect: t.names().join(" + "), probability, experiment }
         })
         .collect()
 }

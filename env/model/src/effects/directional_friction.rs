@@ -30,7 +30,7 @@ pub(crate) static SPEC: Spec = Spec {
         ),
     ],
     neutral: &[("difference", 0.0)],
-    sentence: "Friction depends on direction: viscous friction differs by ±{difference} between forth and back.",
+    sentence: "Friction depends on direction: viscous friction forth and back differ from their mean by {difference}, up forth and down back.",
     probe: "push the same way forth and back at the same speed",
 };
 
