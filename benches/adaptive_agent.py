@@ -59,7 +59,7 @@ def play(kind: str, seed: int) -> Episode:
 
 
 def main() -> None:
-    parser = argparse.ArgumentParser(description=__doc__, formatter_class=argparse.RawDescriptionHelpFormatter)
+    parser = argparse.ArgumentParser(description="What learning is worth to the agent.")
     parser.add_argument("--episodes", type=int, default=20)
     count = parser.parse_args().episodes
     print(f"{count} hidden wheels, seeds 0 to {count - 1}; mean and its standard error")

@@ -1,0 +1,141 @@
+"""`trundle.AdaptiveAgent`: it reaches goals, learning pays, and it keeps to the protocol."""
+
+from __future__ import annotations
+
+import subprocess
+import sys
+from pathlib import Path
+from typing import Any
+
+import gymnasium
+import numpy as np
+import pytest
+from numpy.typing import NDArray
+
+import trundle
+from benches.adaptive_agent import Episode, play, truth
+
+ROOT = Path(__file__).resolve().parents[2]
+SEEDS = range(8)
+Observations = list[NDArray[np.float64]]
+
+
+@pytest.fixture(scope="module")
+def env() -> gymnasium.Env[Any, Any]:
+    return gymnasium.make("trundle/LockedWheel-v0")
+
+
+@pytest.fixture(scope="module")
+def learnt() -> list[Episode]:
+    return [play("adaptation", seed) for seed in SEEDS]
+
+
+@pytest.fixture(scope="module")
+def pushed() -> tuple[Observations, trundle.Model, trundle.agent.Belief]:
+    """What an agent sees in the first second of an episode; the truth; what it then believes."""
+    env = gymnasium.make("trundle/LockedWheel-v0")
+    agent = trundle.AdaptiveAgent(env)
+    observation, _ = env.reset(seed=1, options={"start": (-1, 0, 0), "goal": (1, 0.5, 0.8)})
+    seen = [observation]
+    for _ in range(20):
+        action, _ = agent.predict(seen[-1])
+        seen.append(env.step(action)[0])
+    agent.predict(seen[-1])
+    return seen, truth(env), agent.beliefs[0]
+
+
+def test_it_reaches_the_goal_whatever_wheel_is_locked(learnt: list[Episode]) -> None:
+    assert [episode.success for episode in learnt] == [True] * len(SEEDS)
+
+
+def test_learning_pays(learnt: list[Episode]) -> None:
+    stubborn = [play("no adaptation", seed) for seed in SEEDS]
+    gains = np.array([a.reward - b.reward for a, b in zip(learnt, stubborn, strict=True)])
+    # Over 20 seeds the mean gain is 1.5, its standard deviation 0.9.
+    assert gains.mean() > 0.5
+    assert np.mean([e.seconds for e in learnt]) < 0.6 * np.mean([e.seconds for e in stubborn])
+
+
+def test_after_a_second_it_knows_how_the_table_moves(
+    pushed: tuple[Observations, trundle.Model, trundle.agent.Belief],
+) -> None:
+    _, hidden, belief = pushed
+    assert belief.fits == 2
+    t = np.linspace(0.0, 1.0, 101)
+    # A push that it has not made: from here, a turn to the right.
+    wrench = np.tile([40.0, -30.0, -10.0], (101, 1))
+    believed, true = (m.rollout([0.0] * 3, [0.0] * 3, t, wrench)[0][-1] for m in (belief.model, hidden))
+    assert np.linalg.norm(believed - true) < 0.1 * np.linalg.norm(true)
+
+
+def test_the_same_seed_and_observations_give_the_same_actions(
+    env: gymnasium.Env[Any, Any], pushed: tuple[Observations, trundle.Model, trundle.agent.Belief]
+) -> None:
+    def actions(seed: int) -> list[Any]:
+        agent = trundle.AdaptiveAgent(env, seed=seed)
+        return [agent.predict(row)[0].tolist() for row in pushed[0]]
+
+    assert actions(5) == actions(5)
+    assert actions(5) != actions(6)
+
+
+def test_rows_of_a_batch_are_agents_of_their_own(
+    env: gymnasium.Env[Any, Any], pushed: tuple[Observations, trundle.Model, trundle.agent.Belief]
+) -> None:
+    seen = pushed[0]
+    alone, together = trundle.AdaptiveAgent(env), trundle.AdaptiveAgent(env)
+    other, _ = gymnasium.make("trundle/LockedWheel-v0").reset(seed=9)
+    state, start = None, np.array([True, True])
+    for row in seen:
+        action, _ = alone.predict(row)
+        actions, state = together.predict(np.stack([other, row]), state=state, episode_start=start)
+        start = np.array([False, False])
+        assert action.dtype == np.float32
+        assert env.action_space.contains(action)
+        assert actions.shape == (2, 3)
+        assert np.array_equal(actions[1], action)
+    assert [belief.fits for belief in together.beliefs][1] == 2
+
+
+@pytest.mark.parametrize("told", [True, False])
+def test_a_new_episode_starts_over(
+    told: bool,
+    env: gymnasium.Env[Any, Any],
+    pushed: tuple[Observations, trundle.Model, trundle.agent.Belief],
+) -> None:
+    agent = trundle.AdaptiveAgent(env)
+    first = [agent.predict(row)[0].tolist() for row in pushed[0]]
+    assert agent.beliefs[0].fits == 2
+    if not told:
+        other, _ = gymnasium.make("trundle/LockedWheel-v0").reset(seed=9)
+        agent.predict(other)
+        assert agent.beliefs[0].fits == 0
+    again = [agent.predict(row, episode_start=told and k == 0)[0].tolist() for k, row in enumerate(pushed[0])]
+    assert again == first
+
+
+def test_what_it_cannot_use_is_refused(env: gymnasium.Env[Any, Any]) -> None:
+    with pytest.raises(trundle.TrundleError, match="has no object to push"):
+        trundle.AdaptiveAgent(gymnasium.make("CartPole-v1"))
+    with pytest.raises(trundle.TrundleError, match=r"push = 0\.01: give rise < period <= push"):
+        trundle.AdaptiveAgent(env, push=0.01)
+    with pytest.raises(trundle.TrundleError, match="unknown field `sample`"):
+        trundle.AdaptiveAgent(env, sample=3)
+    with pytest.raises(trundle.TrundleError, match=r"shape \(16,\) or \(n, 16\), not \(3,\)"):
+        trundle.AdaptiveAgent(env).predict(np.zeros(3))
+    with pytest.raises(trundle.TrundleError, match="must be finite"):
+        trundle.AdaptiveAgent(env).predict(np.full(16, np.nan))
+    with pytest.raises(trundle.TrundleError, match="starts = 0"):
+        trundle.AdaptiveAgent(env, starts=0)
+
+
+def test_the_example_and_the_benchmark_run() -> None:
+    def printed(*command: str) -> str:
+        script = [sys.executable, *command]
+        return subprocess.run(script, cwd=ROOT, capture_output=True, text=True, check=True).stdout
+
+    example = printed("examples/adaptive_agent.py")
+    assert "N s/m" in example
+    assert "\nreached after" in example
+    table = printed("benches/adaptive_agent.py", "--episodes", "2")
+    assert [line[:6] for line in table.splitlines()[2:]] == ["no ada", "adapta", "oracle"]

@@ -1,0 +1,128 @@
+"""`trundle.Planner`: plans that reach the goal, the same each time, and refusals."""
+
+from __future__ import annotations
+
+import os
+import subprocess
+import sys
+from pathlib import Path
+from typing import Any
+
+import numpy as np
+import pytest
+
+import trundle
+
+ROOT = Path(__file__).resolve().parents[2]
+LOWER, UPPER = [-100.0, -100.0, -40.0], [100.0, 100.0, 40.0]
+GRASP = [-0.6, 0.0]
+TABLE = """
+format = "trundle-model/1"
+[body]
+footprint = [[-0.6, -0.4], [0.6, -0.4], [0.6, 0.4], [-0.6, 0.4]]
+mass = 22.0
+[[effect]]
+kind = "viscous_wheel"
+x = 0.5
+y = 0.3
+angle = 0.4
+mu_x = 150.0
+mu_y = {mu_y}
+"""
+MODEL = trundle.Model.from_toml(TABLE.format(mu_y=90.0))
+AT_REST: dict[str, Any] = {"pose": [0.0] * 3, "twist": [0.0] * 3, "goal": [0.3, 0.2, 0.3], "grasp": GRASP}
+
+
+def test_a_plan_carried_out_to_its_end_arrives_at_rest() -> None:
+    planner = trundle.Planner(LOWER, UPPER, seed=0)
+    for _ in range(5):
+        plan = planner.plan(MODEL, **AT_REST)
+    assert plan.shape == (20, 3)
+    assert np.all(np.abs(plan) <= UPPER)
+    # About the object's origin, and held: rollout() interpolates between samples.
+    wrench = plan + np.cross([*GRASP, 0.0], plan * [1, 1, 0])
+    t = np.sort(np.concatenate([planner.hold * np.arange(20), planner.hold * np.arange(1, 21) - 1e-6]))
+    poses, twists = MODEL.rollout([0.0] * 3, [0.0] * 3, t, np.repeat(wrench, 2, axis=0))
+    error = poses[-1] - AT_REST["goal"]
+    assert np.hypot(*error[:2]) < 0.03
+    assert abs(error[2]) < 0.06
+    assert np.hypot(*twists[-1, :2]) < 0.1
+
+
+def test_the_same_seed_plans_the_same_and_another_does_not() -> None:
+    def plan(seed: int) -> list[list[float]]:
+        answer: list[list[float]] = trundle.Planner(LOWER, UPPER, seed=seed).plan(MODEL, **AT_REST).tolist()
+        return answer
+
+    assert plan(3) == plan(3)
+    assert plan(3) != plan(4)
+
+
+def test_plans_do_not_depend_on_the_number_of_threads() -> None:
+    script = (
+        "import tests.control.test_planner as t;"
+        "print(t.trundle.Planner(t.LOWER, t.UPPER, seed=1).plan(t.MODEL, **t.AT_REST).tobytes().hex())"
+    )
+    runs = [
+        subprocess.run(
+            [sys.executable, "-c", script],
+            cwd=ROOT,
+            env={**os.environ, "RAYON_NUM_THREADS": threads},
+            capture_output=True,
+            text=True,
+            check=True,
+        ).stdout
+        for threads in ("1", "4")
+    ]
+    assert len(runs[0]) > 20 * 3 * 16
+    assert runs[0] == runs[1]
+
+
+def test_advance_shifts_the_plan_and_restart_forgets_it() -> None:
+    planner = trundle.Planner(LOWER, UPPER, seed=0)
+    first = planner.plan(MODEL, **AT_REST)
+    planner.advance(planner.hold)
+    assert not np.array_equal(planner.plan(MODEL, **AT_REST), first)
+    planner.restart()
+    assert np.array_equal(planner.plan(MODEL, **AT_REST), first)
+
+
+@pytest.mark.parametrize(
+    ("settings", "message"),
+    [
+        ({"lower": UPPER, "upper": LOWER}, r"lower, upper = .*below its upper bound"),
+        ({"lower": [np.nan] * 3}, r"lower, upper = .*finite"),
+        ({"lower": [0.0]}, r"planner: .*length"),
+        ({"horizon": 0}, r"horizon = 0: must be at least 1"),
+        ({"horizon": -1}, r"planner: .*-1"),
+        ({"samples": 0}, r"samples = 0"),
+        ({"hold": 0.0}, r"hold = 0.0: must be positive"),
+        ({"smoothness": 1.0}, r"smoothness = 1.0: must lie in \[0, 1\)"),
+        ({"horizont": 3}, r"unknown field `horizont`"),
+        ({"cost": {"heading": -1.0}}, r"cost.heading = -1.0"),
+        ({"cost": {"speed_limit": 0.0}}, r"cost.speed_limit = 0.0: must be positive"),
+        ({"cost": object()}, r"planner.cost: a value of type object"),
+    ],
+)
+def test_settings_that_make_no_sense_are_refused(settings: dict[str, Any], message: str) -> None:
+    with pytest.raises(trundle.TrundleError, match=message):
+        trundle.Planner(**{"lower": LOWER, "upper": UPPER, **settings})
+
+
+@pytest.mark.parametrize("key", ["pose", "twist", "goal", "grasp"])
+def test_numbers_that_are_none_are_refused(key: str) -> None:
+    planner = trundle.Planner(LOWER, UPPER)
+    broken = [np.nan, *AT_REST[key][1:]]
+    with pytest.raises(trundle.TrundleError, match=rf"{key} = \[NaN.*must be finite"):
+        planner.plan(MODEL, **{**AT_REST, key: broken})
+
+
+def test_a_model_with_free_values_is_refused() -> None:
+    free = trundle.Model.from_toml(TABLE.replace("mu_y = {mu_y}", ""))
+    with pytest.raises(trundle.TrundleError, match=r"viscous_wheel.mu_y has no value"):
+        trundle.Planner(LOWER, UPPER).plan(free, **AT_REST)
+
+
+def test_a_negative_time_is_refused() -> None:
+    with pytest.raises(trundle.TrundleError, match=r"seconds = -1.0"):
+        trundle.Planner(LOWER, UPPER).advance(-1.0)
