@@ -2,7 +2,7 @@
 
 use serde::Serialize;
 
-use crate::episode::WrenchStream;
+use crate::episode::{Episode, WrenchStream};
 use crate::metadata::{Contact, Metadata};
 use crate::recording::Recording;
 
@@ -45,7 +45,7 @@ pub(crate) fn of(recording: &Recording) -> Noise {
         Some(stated) => Noise {
             pose: stated.pose,
             force: stated.force,
-            torque: stated.torque.unwrap_or(stated.force * POINT_ARM),
+            torque: stated.torque.unwrap_or_else(|| torque_noise(recording, stated.force)),
             time: stated.time,
             stated: true,
         },
@@ -56,21 +56,27 @@ pub(crate) fn of(recording: &Recording) -> Noise {
 /// The noise that the data show, whatever is stated.
 pub(crate) fn estimated(recording: &Recording) -> Noise {
     let force = wrench_noise(recording, &[0, 1]);
-    let torque = match (&recording.metadata.wrench.contact, has_torque(recording)) {
-        (Contact::Point, false) => force * POINT_ARM,
-        _ => wrench_noise(recording, &[5]),
-    };
-    Noise { pose: [0, 1, 2].map(|k| pose_noise(recording, k)), force, torque, time: 0.0, stated: false }
+    let pose = [0, 1, 2].map(|k| pose_noise(recording, k));
+    Noise { pose, force, torque: torque_noise(recording, force), time: 0.0, stated: false }
 }
 
-fn has_torque(recording: &Recording) -> bool {
-    recording.episodes.iter().any(|episode| episode.columns.contains_key("torque_z"))
+fn torque_noise(recording: &Recording, force: f64) -> f64 {
+    let measured = recording.episodes.iter().any(|episode| episode.columns.contains_key("torque_z"));
+    match (&recording.metadata.wrench.contact, measured) {
+        (Contact::Point, false) => force * POINT_ARM,
+        _ => wrench_noise(recording, &[5]),
+    }
+}
+
+/// The episodes that may be looked at.
+fn training(recording: &Recording) -> impl Iterator<Item = &Episode> {
+    recording.episodes.iter().filter(|episode| !recording.metadata.is_held_out(&episode.name))
 }
 
 fn pose_noise(recording: &Recording, k: usize) -> f64 {
     let mut residuals = vec![];
     let mut finest = f64::INFINITY;
-    for object in recording.episodes.iter().filter_map(|episode| episode.object()) {
+    for object in training(recording).filter_map(Episode::object) {
         let (t, pose) = without_repeats(&object.t, &object.value);
         finest = finest.min(resolution(&pose, k));
         let z: Vec<f64> = pose.iter().map(|p| p[k]).collect();
@@ -82,7 +88,7 @@ fn pose_noise(recording: &Recording, k: usize) -> f64 {
 
 fn wrench_noise(recording: &Recording, axes: &[usize]) -> f64 {
     let streams: Vec<(String, WrenchStream)> =
-        recording.episodes.iter().filter_map(|e| Some((e.name.clone(), e.wrench()?))).collect();
+        training(recording).filter_map(|e| Some((e.name.clone(), e.wrench()?))).collect();
     let largest = streams
         .iter()
         .flat_map(|(_, s)| s.value.iter().flat_map(|v| axes.iter().map(|&k| v[k].abs())))
