@@ -166,7 +166,7 @@ impl<'a> Reader<'a> {
             Frame::Object => 0.0,
             Frame::World => -object[2],
         };
-        match self.meta.wrench.reference() {
+        match self.meta.wrench.reference_for(view.wrench.present) {
             Reference::Sensor => [x, y, angle],
             Reference::Object => [0.0, 0.0, angle],
         }

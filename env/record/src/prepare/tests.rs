@@ -126,6 +126,15 @@ fn frames_and_references_by_name() {
 }
 
 #[test]
+fn a_point_contact_without_torque_acts_at_the_gripper_whatever_the_reference() {
+    let mut episode = level_episode(push);
+    episode.columns.remove("torque_z");
+    let wrench = "frame = \"object\"\nreference = \"object\"\nsign = \"on_object\"\ncontact = \"point\"";
+    let made = prepare(&recording(wrench, episode)).unwrap().training.remove(0);
+    assert_close(&made.wrench[250].frame, &[GRASP[0], GRASP[1], 0.0], 1e-9);
+}
+
+#[test]
 fn the_latest_pose_is_used_and_before_the_first_the_first() {
     let mut episode = level_episode(push);
     // Poses only at every tenth row, from the second tenth on.
