@@ -6,8 +6,8 @@ use crate::{Channels, Coordinates, InferError, Likelihood, Linearised, Watch};
 use nalgebra::DMatrix;
 use rand::SeedableRng;
 use rand_chacha::ChaCha8Rng;
-use std::f64::consts::{FRAC_PI_2, PI, TAU};
-use trundle_model::{Kind, Model, Posterior};
+use std::f64::consts::{FRAC_PI_2, TAU};
+use trundle_model::{Kind, Model, Posterior, Prior};
 
 /// How a fit is searched.
 #[derive(Clone, Debug)]
@@ -277,7 +277,7 @@ fn invert(precision: &DMatrix<f64>) -> (DMatrix<f64>, f64) {
 }
 
 /// A wheel turned by a quarter with its coefficients swapped is the same wheel: name the direction
-/// of least friction "along", and take its angle from (−π/2, π/2].
+/// of least friction "along". Angles are taken from the middle of their circle.
 fn canonical(model: &Model, coordinates: &Coordinates, values: &mut [f64], covariance: &mut DMatrix<f64>) {
     let mut slot = 1;
     for effect in &model.effects {
@@ -295,7 +295,11 @@ fn canonical(model: &Model, coordinates: &Coordinates, values: &mut [f64], covar
             covariance.swap_rows(i, j);
             covariance.swap_columns(i, j);
         }
-        values[angle] -= PI * ((values[angle] - FRAC_PI_2) / PI).ceil();
+    }
+    for &slot in coordinates.free() {
+        if let Prior::Angle(period) = coordinates.slots()[slot].prior {
+            values[slot] -= period * (values[slot] / period - 0.5).ceil();
+        }
     }
 }
 

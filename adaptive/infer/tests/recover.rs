@@ -95,6 +95,19 @@ fn what_the_data_do_not_hold_is_said_not_to_be_identified() {
 }
 
 #[test]
+fn a_fitted_model_is_within_the_bounds_of_its_file() {
+    // Angles are searched on the line; what is written lies on the circle.
+    let model = nominal().with(Effect::free(Kind::DirectionalFriction));
+    for seed in 0..3 {
+        let found = fitted(&World::of(locked()), 1, seed, &model);
+        let text = found.model.to_toml(found.posterior().as_ref()).unwrap();
+        assert!(Model::from_toml(&text).is_ok(), "{text}");
+        let angle = found.estimate("viscous_wheel.angle").unwrap().mean;
+        assert!(angle.abs() <= std::f64::consts::FRAC_PI_2);
+    }
+}
+
+#[test]
 fn a_fit_stops_when_asked() {
     struct Impatient;
     impl Watch for Impatient {

@@ -10,7 +10,7 @@
 use super::{angle, signed};
 use crate::law::{Act, Acting, Action, Situation, Spec, take};
 use crate::{Body, Real};
-use std::f64::consts::PI;
+use std::f64::consts::TAU;
 
 pub(crate) static SPEC: Spec = Spec {
     kind: "directional_friction",
@@ -20,7 +20,7 @@ pub(crate) static SPEC: Spec = Spec {
     acting: Acting::Object,
     dissipative: false,
     params: &[
-        angle("angle", PI, "the direction, object frame"),
+        angle("angle", TAU, "the direction, object frame"),
         signed(
             "difference",
             "N·s/m",
