@@ -6,7 +6,7 @@
 //! The first two terms are minus the reward of the environment; the excess is over speeds at which
 //! the object would be lost; the last term stands for what happens after the plan.
 
-use std::f64::consts::{PI, TAU};
+use std::f64::consts::TAU;
 
 use serde::Deserialize;
 use trundle_model::State;
@@ -106,7 +106,7 @@ impl Cost {
         let effort: f64 = share.iter().map(|u| u * u).sum();
         let [vx, vy, spin] = state.twist;
         let over = |value: f64, limit: f64| (value / limit - 1.0).max(0.0).powi(2);
-        let excess = over(vx.hypot(vy), self.speed_limit) + over(spin.abs(), self.spin_limit);
+        let excess = over(length(vx, vy), self.speed_limit) + over(spin.abs(), self.spin_limit);
         self.error(state, goal) + self.effort * effort + self.excess * excess
     }
 
@@ -114,21 +114,27 @@ impl Cost {
     #[inline]
     pub(crate) fn terminal(&self, state: &State<f64>, goal: &[f64; 3]) -> f64 {
         let [vx, vy, spin] = state.twist;
-        let carried = vx.hypot(vy) + self.heading * spin.abs();
+        let carried = length(vx, vy) + self.heading * spin.abs();
         self.arrival * (self.error(state, goal) + self.momentum * carried)
     }
 
     #[inline]
     fn error(&self, state: &State<f64>, goal: &[f64; 3]) -> f64 {
         let [x, y, theta] = state.pose;
-        (x - goal[0]).hypot(y - goal[1]) + self.heading * wrapped(theta - goal[2]).abs()
+        length(x - goal[0], y - goal[1]) + self.heading * wrapped(theta - goal[2]).abs()
     }
 }
 
-/// The same angle in [−π, π).
+/// Unlike `hypot` it is one instruction; lengths here are far from over- and underflow.
+#[inline]
+fn length(x: f64, y: f64) -> f64 {
+    (x * x + y * y).sqrt()
+}
+
+/// The same angle in [−π, π].
 #[inline]
 fn wrapped(angle: f64) -> f64 {
-    (angle + PI).rem_euclid(TAU) - PI
+    angle - TAU * (angle * (1.0 / TAU)).round_ties_even()
 }
 
 #[cfg(test)]
