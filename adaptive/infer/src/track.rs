@@ -8,6 +8,9 @@ use trundle_record::{Motion, Noise, PoseSample, Prepared, WrenchSample};
 /// steps where dry friction stops a body.
 pub(crate) const LONGEST: f64 = 0.008;
 
+/// Poses nearer to one another than this are left out of a fit, s: they add little but time.
+const CLOSEST: f64 = 0.004;
+
 /// How still an object at rest is, m/s and rad/s.
 const STILL: f64 = 1e-4;
 
@@ -51,7 +54,7 @@ impl Track {
     /// # Errors
     /// When fewer than five poses or two wrench samples are left.
     pub fn new(episode: &Prepared, noise: &Noise) -> Result<Self, InferError> {
-        Self::with_steps(episode, noise, LONGEST)
+        Self::with_steps(episode, noise, LONGEST, CLOSEST)
     }
 
     /// The same in steps three times as long, for finding out where to search.
@@ -59,10 +62,10 @@ impl Track {
     /// # Errors
     /// As [`Track::new`].
     pub fn coarse(episode: &Prepared, noise: &Noise) -> Result<Self, InferError> {
-        Self::with_steps(episode, noise, 3.0 * LONGEST)
+        Self::with_steps(episode, noise, 3.0 * LONGEST, 3.0 * CLOSEST)
     }
 
-    fn with_steps(episode: &Prepared, noise: &Noise, longest: f64) -> Result<Self, InferError> {
+    fn with_steps(episode: &Prepared, noise: &Noise, longest: f64, closest: f64) -> Result<Self, InferError> {
         let lacks = |reason: &str| InferError::NoData {
             recording: episode.name.clone(),
             reason: reason.to_owned(),
@@ -82,8 +85,7 @@ impl Track {
         let mut steps = Vec::new();
         let mut from = poses[first].t;
         for pose in &poses[first + 1..] {
-            // Poses more often than this add little but time.
-            if pose.t - from > 0.99 * longest {
+            if pose.t - from > 0.99 * closest {
                 cut(from, pose, &readings, episode.contact, longest, &mut steps);
                 from = pose.t;
             }
