@@ -10,13 +10,17 @@ mod answer;
 mod candidates;
 mod confirm;
 mod locate;
+mod naming;
+mod nominal;
 mod predictions;
+mod rivals;
 mod run;
 mod search;
 mod series;
 mod words;
 
 pub use answer::Answer;
+pub use nominal::for_recording;
 pub use predictions::{Predictions, predict};
-pub use run::{Options, Outcome, diagnose, for_recording};
+pub use run::{Options, Outcome, diagnose};
 pub use series::Series;

@@ -30,8 +30,6 @@ pub(crate) struct Found {
     pub tried: Vec<Tried>,
     /// What the simulation under test leaves.
     pub before: Option<Remainder>,
-    /// What the best model leaves.
-    pub after: Option<Remainder>,
 }
 
 /// At most this many effects are added.
@@ -74,8 +72,7 @@ impl Searcher<'_> {
             self.one_more(&mut tried, &offered)?;
             size += 1;
         }
-        let after = remainder(self.comparison, &tried[0].fit)?;
-        Ok(Found { tried, before, after })
+        Ok(Found { tried, before })
     }
 
     /// Fit the simulation under test with effects added, starting from a simpler fit.

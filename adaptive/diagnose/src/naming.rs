@@ -1,0 +1,82 @@
+//! An effect that was found, with its numbers and its share.
+
+use crate::answer::{Missing, Point, Quantity};
+use crate::search::{Found, Tried};
+use crate::words::statement;
+use std::collections::BTreeMap;
+use trundle_infer::{Fit, InferError, Score, quasi_static, score};
+use trundle_record::{Dataset, Prepared};
+
+/// The figures of a fit on some episodes.
+pub(crate) fn judged(data: &Dataset, fit: &Fit, episodes: &[Prepared]) -> Result<Score, InferError> {
+    score(&fit.model, &fit.values, &fit.channels, episodes, &data.noise, quasi_static(data))
+}
+
+/// The tried model that lacks just one of the effects.
+pub(crate) fn without<'a>(found: &'a Found, full: &Tried, dropped: usize) -> Option<&'a Tried> {
+    let mut kinds: Vec<_> = full.added.iter().map(|e| e.kind).collect();
+    kinds.remove(dropped);
+    kinds.sort();
+    found.tried.iter().find(|t| {
+        let mut own: Vec<_> = t.added.iter().map(|e| e.kind).collect();
+        own.sort();
+        own == kinds
+    })
+}
+
+/// The misfit by which an effect's contribution is measured: of the motion in open loop; of the wrench, a
+/// moment as a force at the radius of gyration, where wrenches are compared.
+fn misfit(score: &Score, gyration: f64) -> Option<f64> {
+    let moment = score.torque_rmse.map_or(0.0, |torque| torque / gyration);
+    score.r2.map(|r2| 1.0 - r2).or(score.force_rmse.map(|force| force * force + moment * moment))
+}
+
+/// The effect number `k` of a model, for the answer.
+pub(crate) fn named(
+    data: &Dataset,
+    found: &Found,
+    best: &Tried,
+    k: usize,
+    probability: f64,
+) -> Result<Missing, InferError> {
+    let effect = &best.added[k];
+    let names = best.fit.model.effect_names();
+    let name = &names[names.len() - best.added.len() + k];
+    let episodes = if data.held_out.is_empty() { &data.training } else { &data.held_out };
+    let gyration = best.fit.model.body.gyration;
+    let with = misfit(&judged(data, &best.fit, episodes)?, gyration);
+    let dropped = match without(found, best, k) {
+        Some(simpler) => misfit(&judged(data, &simpler.fit, episodes)?, gyration),
+        None => None,
+    };
+    let explains = with.zip(dropped).filter(|(_, d)| *d > 0.0).map(|(w, d)| 1.0 - w / d);
+    let prefix = format!("{name}.");
+    let identified = best.fit.estimates.iter().filter(|e| e.identified && e.name.starts_with(&prefix));
+    let parameters = identified
+        .filter_map(|e| {
+            let short = e.name.strip_prefix(&prefix)?;
+            let quantity = Quantity { mean: e.mean, sd: e.sd, unit: e.unit };
+            (!matches!(short, "x" | "y")).then(|| (short.to_owned(), quantity))
+        })
+        .collect();
+    Ok(Missing {
+        effect: effect.kind.spec().effect.to_owned(),
+        probability,
+        statement: statement(effect, name, &best.fit),
+        parameters,
+        place: body_point(&best.fit, name).map(|p| BTreeMap::from([("body_point", p)])),
+        explains,
+    })
+}
+
+/// Where an effect with a position acts, if the data hold it.
+fn body_point(fit: &Fit, name: &str) -> Option<Point> {
+    let coordinate = |axis: &str| fit.estimate(&format!("{name}.{axis}")).filter(|e| e.identified);
+    let (x, y) = (coordinate("x")?, coordinate("y")?);
+    Some(Point { mean: [x.mean, y.mean], sd: [x.sd, y.sd] })
+}
+
+/// Probability of all models that hold an effect of this name.
+pub(crate) fn effect_probability(tried: &[Tried], probabilities: &[f64], name: &str) -> f64 {
+    tried.iter().zip(probabilities).filter(|(t, _)| t.names().contains(&name)).map(|(_, p)| p).sum()
+}
