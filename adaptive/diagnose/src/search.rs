@@ -64,12 +64,15 @@ impl Searcher<'_> {
             tried.push(self.fit(vec![effect.clone()], Some(&base))?);
         }
         sort(&mut tried);
+        self.refine(&mut tried)?;
         if self.asks_for_more(&tried[0])? {
             self.pairs(&mut tried, &offered, &base)?;
+            self.refine(&mut tried)?;
         }
         let mut size = 2;
         while size < MOST && tried[0].added.len() == size && self.asks_for_more(&tried[0])? {
             self.one_more(&mut tried, &offered)?;
+            self.refine(&mut tried)?;
             size += 1;
         }
         Ok(Found { tried, before })
@@ -132,6 +135,25 @@ impl Searcher<'_> {
         Ok(())
     }
 
+    /// Where the best model leaves something, try the finer forms of its effects: stiction, a drift.
+    fn refine(&self, tried: &mut Vec<Tried>) -> Result<(), InferError> {
+        let best = tried[0].clone();
+        if best.added.is_empty() || !self.asks_for_more(&best)? {
+            return Ok(());
+        }
+        for (k, effect) in best.added.iter().enumerate() {
+            let Some(finer) = finer(effect) else { continue };
+            self.watch.progress("finer forms", k as f64 / best.added.len() as f64);
+            let mut added = best.added.clone();
+            added[k] = finer;
+            if tried.iter().all(|t| t.added != added) {
+                tried.push(self.fit(added, Some(&best))?);
+            }
+        }
+        sort(tried);
+        Ok(())
+    }
+
     fn asks_for_more(&self, best: &Tried) -> Result<bool, InferError> {
         let observations = self.comparison.observations();
         Ok(match remainder(self.comparison, &best.fit)? {
@@ -139,6 +161,13 @@ impl Searcher<'_> {
             None => true,
         })
     }
+}
+
+/// The effect with its refinements free, if it has any that are not.
+fn finer(effect: &Effect) -> Option<Effect> {
+    let free: Vec<_> = effect.kind.spec().params.iter().filter(|p| p.refinement.is_some()).collect();
+    let finer = free.iter().fold(effect.clone(), |e, param| e.with(param.name, None));
+    (finer != *effect).then_some(finer)
 }
 
 fn sort(tried: &mut [Tried]) {

@@ -50,6 +50,18 @@ fn dry_friction_is_named_and_placed() {
 }
 
 #[test]
+fn stiction_is_still_dry_friction() {
+    let foot =
+        [("x", 0.45), ("y", 0.31), ("force", 6.0), ("static_force", 12.0), ("stribeck_velocity", 0.03)];
+    let answer =
+        json(&diagnosed(&World::of(locked().with(effect(Kind::CoulombFriction, &foot))), 1, None).answer);
+    assert_eq!(names(&answer), ["coulomb_friction"], "{answer:#}");
+    let parameters = &answer["missing"][0]["parameters"];
+    assert!((parameters["force"]["mean"].as_f64().unwrap() - 6.0).abs() < 0.5, "{parameters:#}");
+    assert!((parameters["static_force"]["mean"].as_f64().unwrap() - 12.0).abs() < 2.0, "{parameters:#}");
+}
+
+#[test]
 fn friction_under_the_whole_body_has_no_point() {
     let dry = effect(Kind::SupportFriction, &[("force", 10.0)]);
     let answer = json(&diagnosed(&World::of(locked().with(dry)), 2, None).answer);
