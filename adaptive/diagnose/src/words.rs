@@ -24,17 +24,30 @@ pub(crate) fn statement(effect: &Effect, name: &str, fit: &Fit) -> String {
         };
         sentence = sentence.replace(&format!("{{{}}}", param.name), &text);
     }
-    sentence
+    placed(&sentence)
+}
+
+/// A place of which neither coordinate is held, in words.
+fn placed(sentence: &str) -> String {
+    sentence.replace("at (unknown, unknown)", "at a point that the data do not hold")
 }
 
 #[cfg(test)]
 mod tests {
-    use super::quantity;
+    use super::{placed, quantity};
 
     #[test]
     fn digits_follow_the_deviation() {
         assert_eq!(quantity(14.2345, 0.31, "N"), "14.2 ± 0.3 N");
         assert_eq!(quantity(203.5, 12.0, "N·s/m"), "204 ± 12 N·s/m");
         assert_eq!(quantity(-0.481_23, 0.0021, "m"), "-0.481 ± 0.002 m");
+    }
+
+    #[test]
+    fn an_unknown_place_is_said_in_words() {
+        let spoken = placed("Dry friction of 7 ± 1 N acts at (unknown, unknown).");
+        assert_eq!(spoken, "Dry friction of 7 ± 1 N acts at a point that the data do not hold.");
+        let known = "Dry friction of 7 ± 1 N acts at (0.1 ± 0.2 m, unknown).";
+        assert_eq!(placed(known), known);
     }
 }
