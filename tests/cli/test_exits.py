@@ -7,6 +7,7 @@ from pathlib import Path
 
 import pytest
 
+from tests.command import interruptible
 from trundle.cli.exits import guarded
 
 
@@ -47,7 +48,7 @@ def test_ctrl_c_ends_a_long_verb_at_once() -> None:
         "import sys, time; from trundle.cli.exits import guarded\n"
         "sys.exit(guarded(lambda: print('began', flush=True) or time.sleep(60)))"
     )
-    with subprocess.Popen([sys.executable, "-c", script], stdout=-1, stderr=-1, text=True) as process:
+    with interruptible([sys.executable, "-c", script]) as process:
         assert process.stdout is not None
         process.stdout.readline()
         sent = time.monotonic()

@@ -2,13 +2,12 @@
 
 import shutil
 import signal
-import subprocess
 import time
 from pathlib import Path
 
 import pytest
 
-from tests.command import COMMAND, trundle
+from tests.command import COMMAND, interruptible, trundle
 from tests.e2e.conftest import Demo
 
 LONG = {
@@ -25,8 +24,7 @@ def place(demo: Demo, tmp_path: Path) -> Path:
 
 @pytest.mark.parametrize("verb", sorted(LONG))
 def test_ctrl_c_ends_it_at_once(place: Path, verb: str) -> None:
-    line = [*COMMAND, *LONG[verb]]
-    with subprocess.Popen(line, cwd=place, stdout=-1, stderr=-1, text=True) as process:
+    with interruptible([*COMMAND, *LONG[verb]], place) as process:
         time.sleep(4)  # past the imports, well before the answer
         assert process.poll() is None, "it ended before it could be interrupted"
         sent = time.monotonic()
