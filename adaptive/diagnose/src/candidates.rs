@@ -6,10 +6,10 @@ use trundle_model::{Effect, Kind, Model};
 pub(crate) fn candidates(nominal: &Model) -> Vec<Effect> {
     let rail = nominal.on_rail();
     let offered = |kind: &Kind| match kind {
-        // The building block of the simulation under test, not an effect that goes missing.
-        Kind::ViscousWheel => false,
-        // On a rail a point is as good as the whole body, and drag is what the wheel has already.
-        Kind::CoulombFriction | Kind::SupportDrag => !rail,
+        // Building blocks: one wheel and a damping of the spin stand for any viscous friction.
+        Kind::ViscousWheel | Kind::SupportDrag => false,
+        // On a rail a point is as good as the whole body, and nothing turns.
+        Kind::CoulombFriction | Kind::SpinDrag => !rail,
         _ => true,
     };
     let absent = |kind: &Kind| nominal.effects.iter().all(|e| e.kind != *kind);

@@ -135,10 +135,11 @@ impl Searcher<'_> {
         Ok(())
     }
 
-    /// Where the best model leaves something, try the finer forms of its effects: stiction, a drift.
+    /// Where the best model leaves something, try the finer forms of its effects: stiction, a drift. Not for slow
+    /// pushes: nothing says there that more is needed, and one speed does not tell stiction from sliding.
     fn refine(&self, tried: &mut Vec<Tried>) -> Result<(), InferError> {
         let best = tried[0].clone();
-        if best.added.is_empty() || !self.asks_for_more(&best)? {
+        if best.added.is_empty() || self.comparison.is_quasi_static() || !self.asks_for_more(&best)? {
             return Ok(());
         }
         for (k, effect) in best.added.iter().enumerate() {

@@ -70,6 +70,16 @@ fn friction_under_the_whole_body_has_no_point() {
 }
 
 #[test]
+fn a_second_wheel_is_not_taken_for_anything_else() {
+    let wheel = [("x", 0.5), ("y", 0.2), ("angle", 1.1), ("mu_x", 10.0), ("mu_y", 40.0)];
+    let answer =
+        json(&diagnosed(&World::of(locked().with(effect(Kind::ViscousWheel, &wheel))), 2, None).answer);
+    assert_eq!(names(&answer), ["second_wheel"], "{answer:#}");
+    let rmse = |part: &str| answer["fit"]["held_out"][part]["position_rmse"].as_f64().unwrap();
+    assert!(rmse("before") > 3.0 * rmse("after"), "{answer:#}");
+}
+
+#[test]
 fn an_offset_of_the_sensor_is_not_taken_for_a_slope() {
     let world = World { bias: [0.5, -0.3, 0.1], ..World::of(locked()) };
     let answer = json(&diagnosed(&world, 3, None).answer);

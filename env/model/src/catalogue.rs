@@ -68,6 +68,7 @@ catalogue! {
     coulomb_friction::CoulombFriction,
     support_friction::SupportFriction,
     support_drag::SupportDrag,
+    spin_drag::SpinDrag,
     directional_friction::DirectionalFriction,
     force_bias::ForceBias,
     floor_slope::FloorSlope,

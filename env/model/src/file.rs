@@ -27,6 +27,8 @@ pub struct Posterior {
 #[serde(deny_unknown_fields)]
 struct File {
     format: String,
+    /// Left out, the object's own from the recording that the model is held against.
+    #[serde(default)]
     body: BodyTable,
     #[serde(default, skip_serializing_if = "Vec::is_empty")]
     effect: Vec<Table>,
@@ -277,10 +279,12 @@ covariance = [[0.04]]
 
     #[test]
     fn a_value_left_out_is_free() {
-        let text = "format = \"trundle-model/1\"\n[body]\n[[effect]]\nkind = \"viscous_wheel\"\n";
-        let (model, _) = Model::from_toml(text).unwrap();
-        assert_eq!(model.mass, None);
-        assert_eq!(model.effects[0].values, [None; 5]);
+        for body in ["", "[body]\n"] {
+            let text = format!("format = \"trundle-model/1\"\n{body}[[effect]]\nkind = \"viscous_wheel\"\n");
+            let (model, _) = Model::from_toml(&text).unwrap();
+            assert_eq!(model.mass, None);
+            assert_eq!(model.effects[0].values, [None; 5]);
+        }
     }
 
     #[test]

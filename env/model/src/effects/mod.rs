@@ -5,6 +5,7 @@ pub(crate) mod directional_friction;
 mod dry;
 pub(crate) mod floor_slope;
 pub(crate) mod force_bias;
+pub(crate) mod spin_drag;
 pub(crate) mod support_drag;
 pub(crate) mod support_friction;
 pub(crate) mod viscous_wheel;
