@@ -31,7 +31,11 @@ pub struct Coordinates {
 impl Coordinates {
     /// The free parameters of a model.
     pub fn new(model: &Model) -> Self {
-        let slots = model.slots();
+        Self::of(model.slots())
+    }
+
+    /// The free ones among `slots`.
+    pub fn of(slots: Vec<Slot>) -> Self {
         let free = (0..slots.len()).filter(|&k| slots[k].value.is_none()).collect();
         Self { slots, free }
     }
@@ -79,11 +83,15 @@ impl Coordinates {
 
     /// Minus the logarithm of the prior density at `z`, in the coordinates `z`.
     pub fn prior_cost(&self, z: &[f64]) -> f64 {
-        let one = |(k, z): (&usize, &f64)| match self.slots[*k].prior {
+        z.iter().enumerate().map(|(k, &z)| self.prior_cost_of(k, z)).sum()
+    }
+
+    /// The share of the free parameter `k` in [`Coordinates::prior_cost`].
+    pub fn prior_cost_of(&self, k: usize, z: f64) -> f64 {
+        match self.slot(k).prior {
             Prior::Angle(period) => period.ln(),
             _ => 0.5 * (z * z + TAU.ln()),
-        };
-        self.free.iter().zip(z).map(one).sum()
+        }
     }
 
     /// Precision of the prior of the free parameter `k`, in the coordinates `z`.
