@@ -20,7 +20,7 @@ const RAIL: [bool; 3] = [true, false, false];
 fn episode(name: &str, seed: u64) -> Prepared {
     let effects = vec![
         effect(Kind::ViscousWheel, &[("x", 0.0), ("y", 0.0), ("angle", 0.0), ("mu_x", 200.0), ("mu_y", 0.0)]),
-        effect(Kind::SupportFriction, &[("force", 20.0)]),
+        effect(Kind::SupportFriction, &[("force", 20.0), ("spread", 1.0)]),
     ];
     let model = Model { body: Body::point(95.0).unwrap(), mass: Some(95.0), dof: RAIL, effects };
     let plant = model.resolved().unwrap();

@@ -63,7 +63,7 @@ fn stiction_is_still_dry_friction() {
 
 #[test]
 fn friction_under_the_whole_body_has_no_point() {
-    let dry = effect(Kind::SupportFriction, &[("force", 10.0)]);
+    let dry = effect(Kind::SupportFriction, &[("force", 10.0), ("spread", 1.0)]);
     let answer = json(&diagnosed(&World::of(locked().with(dry)), 2, None).answer);
     assert_eq!(names(&answer), ["coulomb_friction"], "{answer:#}");
     assert!(answer["missing"][0]["where"].is_null());

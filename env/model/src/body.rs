@@ -1,7 +1,8 @@
 //! The rigid body: fixtures, mass, inertia, and where it bears on the floor.
 
 use crate::ModelError;
-use crate::polygon::{contains, moments};
+use crate::face::pressure;
+use crate::polygon::moments;
 
 /// One piece of a body, of uniform density.
 #[derive(Clone, Debug, PartialEq)]
@@ -38,13 +39,6 @@ impl Fixture {
         (density * area, first.map(|m| density * m), density * polar)
     }
 
-    fn contains(&self, [x, y]: [f64; 2]) -> bool {
-        match self {
-            Self::Polygon { vertices, .. } => contains(vertices, [x, y]),
-            Self::Disc { center, radius, .. } => (x - center[0]).hypot(y - center[1]) <= *radius,
-        }
-    }
-
     /// Smallest and largest coordinates, `[[x, y], [x, y]]`, m.
     fn bounds(&self) -> [[f64; 2]; 2] {
         match self {
@@ -78,14 +72,11 @@ pub struct Body {
     pub com: [f64; 2],
     /// Radius of gyration about the mass centre, m.
     pub gyration: f64,
-    /// Where it stands; from the caller, or a grid over the footprint (a flat face).
+    /// Where it stands: on feet that the caller names, or on a flat face.
     pub support: Vec<Support>,
     /// The support points as given, for writing the body down again.
     pub feet: Option<Vec<[f64; 2]>>,
 }
-
-/// Points along the longer side of the grid that stands for a flat face.
-const FACE_GRID: usize = 6;
 
 impl Body {
     /// A body of uniform density over one polygon. `mass` in kg.
@@ -113,7 +104,7 @@ impl Body {
         }
         let com = first.map(|m| m / weight);
         let gyration = (polar / weight - com[0] * com[0] - com[1] * com[1]).max(0.0).sqrt();
-        let support = face(&fixtures, com);
+        let support = pressure(&fixtures, bounds(&fixtures));
         Ok(Self { fixtures, mass, com, gyration, support, feet: None })
     }
 
@@ -161,26 +152,6 @@ fn bounds(fixtures: &[Fixture]) -> [[f64; 2]; 2] {
         .iter()
         .map(Fixture::bounds)
         .fold(NOWHERE, |[a, b], [c, d]| [[a[0].min(c[0]), a[1].min(c[1])], [b[0].max(d[0]), b[1].max(d[1])]])
-}
-
-/// A flat face: equal pressure on a grid of points inside the fixtures.
-fn face(fixtures: &[Fixture], com: [f64; 2]) -> Vec<Support> {
-    let [low, high] = bounds(fixtures);
-    let step = (high[0] - low[0]).max(high[1] - low[1]) / FACE_GRID as f64;
-    let mut points = vec![];
-    for i in 0..FACE_GRID {
-        for j in 0..FACE_GRID {
-            let point = [low[0] + (i as f64 + 0.5) * step, low[1] + (j as f64 + 0.5) * step];
-            if fixtures.iter().any(|f| f.contains(point)) {
-                points.push(point);
-            }
-        }
-    }
-    if points.is_empty() {
-        points.push(com);
-    }
-    let share = 1.0 / points.len() as f64;
-    points.into_iter().map(|point| Support { point, share }).collect()
 }
 
 /// Static weight shares: least squares around equal shares subject to Σs = 1, Σs·p = com;

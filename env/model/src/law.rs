@@ -43,6 +43,8 @@ pub struct Param {
     pub refinement: Option<f64>,
     /// Whether it means anything for an object on a rail.
     pub on_rail: bool,
+    /// Whether it scales the unknown pressure under a flat face: one where the feet are known.
+    pub of_face: bool,
     /// What it is.
     pub help: &'static str,
 }

@@ -12,6 +12,7 @@ mod catalogue;
 mod dual;
 mod effects;
 mod error;
+mod face;
 mod file;
 mod law;
 mod model;

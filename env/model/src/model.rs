@@ -120,6 +120,7 @@ impl Model {
             _ => (param.lower, param.upper),
         };
         let value = if self.on_rail() && !param.on_rail { value.or(Some(0.0)) } else { value };
+        let value = if self.body.feet.is_some() && param.of_face { value.or(Some(1.0)) } else { value };
         let name = format!("{effect}.{}", param.name);
         Slot { name, unit: param.unit, lower, upper, prior: param.prior, value, effect: Some(index) }
     }

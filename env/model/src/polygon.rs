@@ -17,17 +17,6 @@ pub(crate) fn moments(vertices: &[[f64; 2]]) -> (f64, [f64; 2], f64) {
     (area * sign, first.map(|m| m * sign), polar * sign)
 }
 
-/// Whether a point lies inside a simple polygon (ray casting).
-pub(crate) fn contains(vertices: &[[f64; 2]], [x, y]: [f64; 2]) -> bool {
-    let mut inside = false;
-    for (i, &[ax, ay]) in vertices.iter().enumerate() {
-        let [bx, by] = vertices[(i + 1) % vertices.len()];
-        if (ay > y) != (by > y) && x < (bx - ax) * (y - ay) / (by - ay) + ax {
-            inside = !inside;
-        }
-    }
-    inside
-}
 
 #[cfg(test)]
 mod tests {
@@ -44,11 +33,5 @@ mod tests {
             assert!((polar - 10.0 / 3.0).abs() < 1e-14);
             corners.reverse();
         }
-    }
-
-    #[test]
-    fn inside_and_outside_of_an_l() {
-        let shape = [[0.0, 0.0], [2.0, 0.0], [2.0, 1.0], [1.0, 1.0], [1.0, 2.0], [0.0, 2.0]];
-        assert!(contains(&shape, [0.5, 1.5]) && !contains(&shape, [1.5, 1.5]));
     }
 }

@@ -11,12 +11,23 @@ pub(crate) mod support_friction;
 pub(crate) mod viscous_wheel;
 
 use crate::law::{Param, Prior};
+use crate::{Body, Real, Support};
 use std::f64::consts::PI;
 
 /// Coordinate of a point on the body along `axis` (0: x, 1: y).
 const fn on_body(name: &'static str, axis: usize, help: &'static str) -> Param {
     let prior = Prior::OnBody(axis);
-    Param { name, unit: "m", lower: -10.0, upper: 10.0, prior, refinement: None, on_rail: false, help }
+    Param {
+        name,
+        unit: "m",
+        lower: -10.0,
+        upper: 10.0,
+        prior,
+        refinement: None,
+        on_rail: false,
+        of_face: false,
+        help,
+    }
 }
 
 /// An angle with a period.
@@ -30,6 +41,7 @@ const fn angle(name: &'static str, period: f64, help: &'static str) -> Param {
         prior,
         refinement: None,
         on_rail: false,
+        of_face: false,
         help,
     }
 }
@@ -43,13 +55,40 @@ const fn positive(
     help: &'static str,
 ) -> Param {
     let prior = Prior::LogNormal { median, sd };
-    Param { name, unit, lower: 0.0, upper, prior, refinement: None, on_rail: true, help }
+    Param { name, unit, lower: 0.0, upper, prior, refinement: None, on_rail: true, of_face: false, help }
 }
 
 /// A parameter of either sign, normal a priori around zero.
 const fn signed(name: &'static str, unit: &'static str, limit: f64, sd: f64, help: &'static str) -> Param {
     let prior = Prior::Normal { mean: 0.0, sd };
-    Param { name, unit, lower: -limit, upper: limit, prior, refinement: None, on_rail: true, help }
+    Param {
+        name,
+        unit,
+        lower: -limit,
+        upper: limit,
+        prior,
+        refinement: None,
+        on_rail: true,
+        of_face: false,
+        help,
+    }
+}
+
+/// How far out a face presses, as a multiple of where an even pressure would.
+///
+/// A priori a factor of 1.5 either way: a table on its four corners is 1.73, a disc on its rim 1.41 times as far
+/// out as an even one, a face that bears on a boss of half its size half as far.
+const fn spread() -> Param {
+    let help = "how far out the pressure under a flat face lies, over that of an even one; 1 on known feet";
+    let spread = Param { of_face: true, ..positive("spread", "1", 5.0, (1.0, 0.4), help) };
+    spread.planar()
+}
+
+/// Points of support with the distance from their centre scaled.
+fn spread_out<T: Real>(body: &Body, spread: T) -> Vec<([T; 2], f64)> {
+    let center = [0, 1].map(|k| body.support.iter().map(|s| s.share * s.point[k]).sum::<f64>());
+    let one = |s: &Support| ([0, 1].map(|k| spread * (s.point[k] - center[k]) + center[k]), s.share);
+    body.support.iter().map(one).collect()
 }
 
 impl Param {

@@ -1,6 +1,6 @@
 //! Viscous friction under the whole body: a felt, a film, a carpet; alike in every direction.
 
-use super::positive;
+use super::{positive, spread, spread_out};
 use crate::law::{Act, Acting, Action, Situation, Spec, take};
 use crate::{Body, Real};
 
@@ -11,7 +11,7 @@ pub(crate) static SPEC: Spec = Spec {
     source: "the viscous limit of Goyal, Ruina, Papadopoulos 1991",
     acting: Acting::Object,
     dissipative: true,
-    params: &[positive("mu", "N·s/m", 1e6, (30.0, 2.0), "viscous friction of the whole body")],
+    params: &[positive("mu", "N·s/m", 1e6, (30.0, 2.0), "viscous friction of the whole body"), spread()],
     neutral: &[("mu", 0.0)],
     sentence: "Viscous friction of {mu} acts under the whole body.",
     probe: "repeat one push slowly and fast, and once turning on the spot",
@@ -25,10 +25,10 @@ pub struct SupportDrag<T> {
 
 impl<T: Real> Act<T> for SupportDrag<T> {
     fn new(values: &[T], body: &Body) -> Self {
-        let [mu] = take(values);
+        let [mu, spread] = take(values);
         let mut drag = Action::none();
-        for support in &body.support {
-            drag.brake_at(support.point.map(T::lift), mu * support.share);
+        for (point, share) in spread_out(body, spread) {
+            drag.brake_at(point, mu * share);
         }
         Self { drag }
     }

@@ -1,10 +1,11 @@
 //! Dry friction under the whole body: the sum over its support points, each loaded by its share
-//! of the weight (Zhou et al. 2016, eq. 2, for known points of support).
+//! of the weight (Zhou et al. 2016, eq. 2, for known points of support). Under a flat face nobody knows the
+//! pressure: its points are drawn together or apart by a factor that is estimated.
 
 use super::dry::Dry;
-use super::positive;
+use super::{positive, spread, spread_out};
 use crate::law::{Act, Acting, Action, Situation, Spec, take};
-use crate::{Body, Real, Support};
+use crate::{Body, Real};
 
 pub(crate) static SPEC: Spec = Spec {
     kind: "support_friction",
@@ -15,6 +16,7 @@ pub(crate) static SPEC: Spec = Spec {
     dissipative: true,
     params: &[
         positive("force", "N", 1e5, (10.0, 1.5), "sliding friction of the whole body"),
+        spread(),
         positive(
             "static_force",
             "N",
@@ -40,21 +42,21 @@ pub(crate) static SPEC: Spec = Spec {
 /// The law in place.
 #[derive(Clone, Debug)]
 pub struct SupportFriction<T> {
-    support: Vec<Support>,
+    /// Points, object frame, m, and their shares of the weight.
+    support: Vec<([T; 2], f64)>,
     dry: Dry<T>,
 }
 
 impl<T: Real> Act<T> for SupportFriction<T> {
     fn new(values: &[T], body: &Body) -> Self {
-        let [force, static_force, stribeck] = take(values);
-        Self { support: body.support.clone(), dry: Dry { force, static_force, stribeck } }
+        let [force, spread, static_force, stribeck] = take(values);
+        Self { support: spread_out(body, spread), dry: Dry { force, static_force, stribeck } }
     }
 
     #[inline]
     fn act(&self, at: &Situation<T>, sum: &mut Action<T>) {
-        for support in &self.support {
-            let point = support.point.map(T::lift);
-            let c = self.dry.coefficient(at.velocity(point)) * support.share;
+        for &(point, share) in &self.support {
+            let c = self.dry.coefficient(at.velocity(point)) * share;
             sum.brake_at(point, c);
         }
     }
