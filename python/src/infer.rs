@@ -41,7 +41,7 @@ fn _fit(
     let model = trundle_diagnose::for_recording(&data, model.as_ref());
     let fitted = watched(recording.py(), progress, |watch| {
         let comparison = Comparison::of(&data)?;
-        let found = search(&comparison, &model, &[], &FitOptions { starts, seed }, watch)?;
+        let found = search(&comparison, &model, &[], &FitOptions { starts, seed, ..FitOptions::default() }, watch)?;
         let quasi_static = comparison.is_quasi_static();
         let judge = |episodes| {
             score(&found.model, &found.values, &found.channels, episodes, &data.noise, quasi_static)

@@ -90,7 +90,7 @@ impl Searcher<'_> {
             warm = self.warm(from, &model, &coordinates, &fill);
             starts = 0;
         }
-        let options = FitOptions { starts, seed: self.seed };
+        let options = FitOptions { starts, seed: self.seed, ..FitOptions::default() };
         Ok(Tried { added, fit: fit(self.comparison, &model, &warm, &options, self.watch)? })
     }
 

@@ -18,7 +18,7 @@ fn fits(criterion: &mut Criterion) {
     for episodes in [1, 6] {
         let pushes = World::of(locked()).pushes(episodes, 1);
         let likelihood = MotionLikelihood::new(&pushes, &NOISE).unwrap();
-        let options = FitOptions { starts: 0, seed: 0 };
+        let options = FitOptions { starts: 0, ..FitOptions::default() };
         criterion.bench_function(&format!("fit, six parameters, pushes of 6 s: {episodes}"), |b| {
             b.iter(|| {
                 fit(&likelihood, black_box(&model), std::slice::from_ref(&start), &options, &Quiet).unwrap()

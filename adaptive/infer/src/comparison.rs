@@ -115,6 +115,10 @@ impl Likelihood for Comparison {
         self.inner().tuned(model, values)
     }
 
+    fn split(&self) -> Vec<(String, Box<dyn Likelihood + '_>)> {
+        self.inner().split()
+    }
+
     fn coarse(&self) -> Option<&dyn Likelihood> {
         self.inner().coarse()
     }

@@ -19,6 +19,14 @@ pub enum InferError {
         /// What would help.
         remedy: String,
     },
+    /// A parameter is named that is not estimated.
+    #[error("'{name}' is not a free parameter of this model; free are: {free}")]
+    NotFree {
+        /// The name that was given.
+        name: String,
+        /// Those that exist.
+        free: String,
+    },
     /// No start led anywhere.
     #[error(
         "{recording}: the model cannot be evaluated anywhere near its prior \

@@ -1,11 +1,9 @@
 //! Maximum a posteriori estimate, from several seeded starts.
 
-use crate::coordinates::within_reach;
-use crate::levenberg::{self, Optimum, Stop};
-use crate::{Channels, Coordinates, InferError, Likelihood, Linearised, Watch};
+use crate::search::{Optimum, polish, scout};
+use crate::{Channels, Density, InferError, Likelihood, Target, Watch};
 use nalgebra::DMatrix;
-use rand::SeedableRng;
-use rand_chacha::ChaCha8Rng;
+use std::collections::BTreeSet;
 use std::f64::consts::{FRAC_PI_2, TAU};
 use trundle_model::{Kind, Model, Posterior, Prior};
 
@@ -16,11 +14,23 @@ pub struct FitOptions {
     pub starts: usize,
     /// Seed of the random starts.
     pub seed: u64,
+    /// How each start is followed.
+    pub optimiser: Optimiser,
+    /// Names of parameters that each episode has its own of.
+    pub per_episode: BTreeSet<String>,
+}
+
+/// Methods on exact gradients.
+#[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]
+pub enum Optimiser {
+    /// Levenberg–Marquardt on the Gauss-Newton curvature.
+    #[default]
+    LevenbergMarquardt,
 }
 
 impl Default for FitOptions {
     fn default() -> Self {
-        Self { starts: 6, seed: 0 }
+        Self { starts: 6, seed: 0, optimiser: Optimiser::default(), per_episode: BTreeSet::new() }
     }
 }
 
@@ -44,8 +54,12 @@ pub struct Estimate {
 pub struct Fit {
     /// The model with every value filled in.
     pub model: Model,
-    /// Values of all slots.
+    /// Values of all slots; of a parameter that is per episode, the first episode's.
     pub values: Vec<f64>,
+    /// The mode in the coordinates of the [`Target`].
+    pub point: Vec<f64>,
+    /// Gauss-Newton curvature there of the likelihood alone: how often more than the prior (one) the data know.
+    pub information: DMatrix<f64>,
     /// The free parameters.
     pub estimates: Vec<Estimate>,
     /// Covariance of the free parameters, in their units.
@@ -82,15 +96,13 @@ impl Fit {
     }
 }
 
-/// Short searches sort the starts; the best are followed to the end.
-const SCOUT: Stop = Stop { iterations: 14, decrease: 0.05 };
-const POLISH: Stop = Stop { iterations: 60, decrease: 1e-5 };
+/// Points followed to the end.
 const POLISHED: usize = 2;
 
 /// Fit the free parameters of `model`, from `warm` starts (values of all slots) and random ones.
 ///
 /// # Errors
-/// When no start has a finite density, or the user interrupts.
+/// When no start has a finite density, a name in [`FitOptions::per_episode`] is unknown, or the user interrupts.
 pub fn fit(
     likelihood: &dyn Likelihood,
     model: &Model,
@@ -98,168 +110,86 @@ pub fn fit(
     options: &FitOptions,
     watch: &dyn Watch,
 ) -> Result<Fit, InferError> {
-    let coordinates = Coordinates::new(model);
-    if coordinates.free().is_empty() {
-        let search = Search { likelihood, model, coordinates: &coordinates, watch };
-        let at = search.linearise(&[])?;
-        return finish(&search, Optimum { point: vec![], at, converged: true }, (1, 1));
+    let target = Target::new(likelihood, model, &options.per_episode)?;
+    if target.dimension() == 0 {
+        let optimum = Optimum { point: vec![], at: target.linearise(&[])?, converged: true };
+        return finish(&target, likelihood.channels(), optimum, (1, 1));
     }
-    let cheap = likelihood.coarse().unwrap_or(likelihood);
-    let mut found = scout(cheap, model, &coordinates, warm, options, watch)?;
-    found.truncate(POLISHED);
-    let starts = warm.len() + options.starts;
-    let first = polish(likelihood, model, &coordinates, found, watch, starts)?;
+    let mut points =
+        scout(cheap(likelihood, model, &target, options).as_ref().unwrap_or(&target), warm, options, watch)?;
+    points.truncate(POLISHED);
+    let (best, agreement) = polish(&target, points, options.optimiser, watch)?;
+    let (best, _) = polish(&target, vec![canonical(&target, best.point)], options.optimiser, watch)?;
     // Where the noise is not stated it is estimated, and the fit repeated under it.
-    match likelihood.tuned(model, &first.values)? {
-        None => Ok(first),
-        Some(tuned) => {
-            let points = vec![coordinates.point(&first.values)];
-            let second = polish(&*tuned, model, &coordinates, points, watch, starts)?;
-            let tuned = tuned.tuned(model, &second.values)?;
-            let points = vec![coordinates.point(&second.values)];
-            match &tuned {
-                Some(tuned) => polish(&**tuned, model, &coordinates, points, watch, starts),
-                None => Ok(second),
-            }
-        }
-    }
+    let Some(tuned) = likelihood.tuned(model, &target.shared_values(&best.point).0)? else {
+        return finish(&target, likelihood.channels(), best, agreement);
+    };
+    let under_tuned = Target::new(&*tuned, model, &options.per_episode)?;
+    let (best, _) = polish(&under_tuned, vec![best.point], options.optimiser, watch)?;
+    let Some(tuned) = tuned.tuned(model, &target.shared_values(&best.point).0)? else {
+        return finish(&under_tuned, tuned.channels(), best, agreement);
+    };
+    let under_tuned = Target::new(&*tuned, model, &options.per_episode)?;
+    let (best, _) = polish(&under_tuned, vec![best.point], options.optimiser, watch)?;
+    finish(&under_tuned, tuned.channels(), best, agreement)
 }
 
-struct Search<'a> {
+/// The density to sort starts with, where there is a cheaper one over the same coordinates.
+fn cheap<'a>(
     likelihood: &'a dyn Likelihood,
     model: &'a Model,
-    coordinates: &'a Coordinates,
-    watch: &'a dyn Watch,
-}
-
-impl Search<'_> {
-    fn cost(&self, z: &[f64]) -> Result<f64, InferError> {
-        let cost = self.likelihood.cost(self.model, &self.coordinates.values(z).0)?;
-        let cost = cost + self.coordinates.prior_cost(z);
-        Ok(if cost.is_nan() { f64::INFINITY } else { cost })
-    }
-
-    fn linearise(&self, z: &[f64]) -> Result<Linearised, InferError> {
-        let (values, slopes) = self.coordinates.values(z);
-        let mut at = self.likelihood.linearise(self.model, &values, self.coordinates.free())?;
-        at.cost += self.coordinates.prior_cost(z);
-        for i in 0..z.len() {
-            at.gradient[i] *= slopes[i];
-            for j in 0..z.len() {
-                at.curvature[(i, j)] *= slopes[i] * slopes[j];
-            }
-            let precision = self.coordinates.prior_precision(i);
-            at.gradient[i] += precision * z[i];
-            at.curvature[(i, i)] += precision;
-        }
-        Ok(at)
-    }
-
-    fn from(&self, start: Vec<f64>, stop: Stop) -> Result<Optimum, InferError> {
-        levenberg::minimise(
-            start,
-            |z| self.linearise(z),
-            |z| self.cost(z),
-            |k, z| within_reach(z, self.coordinates.slot(k)),
-            stop,
-            self.watch,
-        )
-    }
-}
-
-/// Points found by short searches, best first.
-fn scout(
-    likelihood: &dyn Likelihood,
-    model: &Model,
-    coordinates: &Coordinates,
-    warm: &[Vec<f64>],
+    full: &Target<'_>,
     options: &FitOptions,
-    watch: &dyn Watch,
-) -> Result<Vec<Vec<f64>>, InferError> {
-    let search = Search { likelihood, model, coordinates, watch };
-    let mut rng = ChaCha8Rng::seed_from_u64(options.seed);
-    let given = warm.iter().map(|values| coordinates.point(values));
-    let drawn = (0..options.starts).map(|_| coordinates.draw(&mut rng));
-    let starts: Vec<_> = given.chain(drawn).collect();
-    let count = starts.len();
-    let mut found = Vec::with_capacity(count);
-    for (k, start) in starts.into_iter().enumerate() {
-        watch.progress("fit", k as f64 / count as f64);
-        if search.cost(&start)?.is_finite() {
-            let optimum = search.from(start, SCOUT)?;
-            found.push((optimum.at.cost, optimum.point));
-        }
-    }
-    if found.is_empty() {
-        return Err(InferError::NoStart { recording: "the recording".to_owned(), starts: count });
-    }
-    found.sort_by(|a, b| a.0.total_cmp(&b.0));
-    Ok(found.into_iter().map(|(_, point)| point).collect())
+) -> Option<Target<'a>> {
+    let cheap = Target::new(likelihood.coarse()?, model, &options.per_episode).ok()?;
+    (cheap.dimension() == full.dimension()).then_some(cheap)
 }
 
-fn polish(
-    likelihood: &dyn Likelihood,
-    model: &Model,
-    coordinates: &Coordinates,
-    points: Vec<Vec<f64>>,
-    watch: &dyn Watch,
-    starts: usize,
+fn finish(
+    target: &Target<'_>,
+    channels: Channels,
+    optimum: Optimum,
+    agreement: (usize, usize),
 ) -> Result<Fit, InferError> {
-    let search = Search { likelihood, model, coordinates, watch };
-    let mut best: Option<Optimum> = None;
-    let mut costs = Vec::with_capacity(points.len());
-    for point in points {
-        let optimum = search.from(point, POLISH)?;
-        costs.push(optimum.at.cost);
-        if best.as_ref().is_none_or(|b| optimum.at.cost < b.at.cost) {
-            best = Some(optimum);
-        }
-    }
-    let Some(best) = best else {
-        return Err(InferError::NoStart { recording: "the recording".to_owned(), starts });
-    };
-    let agree = costs.iter().filter(|&&c| c < best.at.cost + 1.0).count();
-    finish(&search, best, (agree, costs.len()))
-}
-
-fn finish(search: &Search<'_>, optimum: Optimum, agreement: (usize, usize)) -> Result<Fit, InferError> {
-    let Search { likelihood, model, coordinates, .. } = search;
-    let n = optimum.point.len();
-    let (mut values, slopes) = coordinates.values(&optimum.point);
-    let precision = precision(&optimum.at.curvature, coordinates);
-    let (spread, log_determinant) = invert(&precision);
-    let log_evidence = -optimum.at.cost + 0.5 * (n as f64 * TAU.ln() - log_determinant);
-    let mut covariance = DMatrix::from_fn(n, n, |i, j| spread[(i, j)] * slopes[i] * slopes[j]);
-    canonical(model, coordinates, &mut values, &mut covariance);
-    let estimates = (0..n).map(|k| {
-        let slot = coordinates.slot(k);
+    let (n, z) = (optimum.point.len(), &optimum.point);
+    let (spread, log_determinant) = invert(&precision(&optimum.at.curvature, target));
+    let scales: Vec<(f64, f64)> = (0..n).map(|k| target.value(k, z[k])).collect();
+    let estimate = |k: usize| {
+        let (slot, sd) = (target.slot(k), spread[(k, k)].max(0.0).sqrt());
         Estimate {
-            name: slot.name.clone(),
+            name: slot.name,
             unit: slot.unit,
-            mean: values[coordinates.free()[k]],
-            sd: covariance[(k, k)].max(0.0).sqrt(),
-            identified: coordinates.identified(k, spread[(k, k)].max(0.0).sqrt()),
+            mean: scales[k].0,
+            sd: sd * scales[k].1.abs(),
+            identified: target.coordinates().identified(target.parameter(k), sd),
         }
-    });
-    let prior = coordinates.prior_cost(&optimum.point);
+    };
+    let values = target.shared_values(z).0[..target.model().slots().len()].to_vec();
+    let mut information = optimum.at.curvature.clone();
+    for k in 0..n {
+        information[(k, k)] -= target.coordinates().prior_precision(target.parameter(k));
+    }
     Ok(Fit {
-        model: model.filled(&values)?,
-        estimates: estimates.collect(),
+        model: target.model().filled(&values)?,
+        estimates: (0..n).map(estimate).collect(),
         values,
-        covariance,
-        cost: optimum.at.cost - prior,
-        log_evidence,
-        channels: likelihood.channels(),
+        covariance: DMatrix::from_fn(n, n, |i, j| spread[(i, j)] * scales[i].1 * scales[j].1),
+        cost: optimum.at.cost - target.prior_cost(z),
+        log_evidence: -optimum.at.cost + 0.5 * (n as f64 * TAU.ln() - log_determinant),
+        channels,
         converged: optimum.converged,
         agreement,
+        information,
+        point: optimum.point,
     })
 }
 
 /// Posterior precision in `z`, no flatter than a circle or a prior allows.
-fn precision(curvature: &DMatrix<f64>, coordinates: &Coordinates) -> DMatrix<f64> {
+fn precision(curvature: &DMatrix<f64>, target: &Target<'_>) -> DMatrix<f64> {
     let mut precision = curvature.clone();
     for k in 0..precision.nrows() {
-        let missing = coordinates.least_precision(k) - coordinates.prior_precision(k);
+        let (coordinates, parameter) = (target.coordinates(), target.parameter(k));
+        let missing = coordinates.least_precision(parameter) - coordinates.prior_precision(parameter);
         precision[(k, k)] += missing.max(0.0);
     }
     precision
@@ -276,31 +206,30 @@ fn invert(precision: &DMatrix<f64>) -> (DMatrix<f64>, f64) {
     }
 }
 
-/// A wheel turned by a quarter with its coefficients swapped is the same wheel: name the direction
-/// of least friction "along". Angles are taken from the middle of their circle.
-fn canonical(model: &Model, coordinates: &Coordinates, values: &mut [f64], covariance: &mut DMatrix<f64>) {
-    let mut slot = 1;
-    for effect in &model.effects {
-        let (angle, along, across) = (slot + 2, slot + 3, slot + 4);
-        slot += effect.values.len();
-        let place = |s: usize| coordinates.free().iter().position(|&f| f == s);
-        let (Kind::ViscousWheel, Some(_), Some(i), Some(j)) =
-            (effect.kind, place(angle), place(along), place(across))
-        else {
-            continue;
-        };
-        if values[along] > values[across] {
+/// A wheel turned by a quarter with its coefficients swapped is the same wheel: name the direction of least
+/// friction "along". Angles are taken from the middle of their circle.
+fn canonical(target: &Target<'_>, point: Vec<f64>) -> Vec<f64> {
+    if target.has_own() {
+        return point;
+    }
+    let mut values = target.shared_values(&point).0;
+    let (slots, mut first) = (target.coordinates().slots(), 1);
+    for effect in &target.model().effects {
+        let [angle, along, across] = [2, 3, 4].map(|k| first + k);
+        first += effect.values.len();
+        let free = |s: usize| slots[s].value.is_none();
+        let turns = effect.kind == Kind::ViscousWheel && free(angle) && free(along) && free(across);
+        if turns && values[along] > values[across] {
             values.swap(along, across);
             values[angle] += FRAC_PI_2;
-            covariance.swap_rows(i, j);
-            covariance.swap_columns(i, j);
         }
     }
-    for &slot in coordinates.free() {
-        if let Prior::Angle(period) = coordinates.slots()[slot].prior {
+    for &slot in target.coordinates().free() {
+        if let Prior::Angle(period) = slots[slot].prior {
             values[slot] -= period * (values[slot] / period - 0.5).ceil();
         }
     }
+    target.point(&values)
 }
 
 /// Values of a richer model's slots, taken by name from a fit of a simpler one; the rest from `fill`.

@@ -4,15 +4,9 @@
 //! (H + λ diag(H)) δ = −g;   λ falls when the cost does, rises when not      (Marquardt 1963)
 //! ```
 
-use crate::{InferError, Linearised, Watch};
+use crate::search::Optimum;
+use crate::{Density, InferError, Linearised, Watch};
 use nalgebra::DVector;
-
-/// Where a search ended.
-pub(crate) struct Optimum {
-    pub point: Vec<f64>,
-    pub at: Linearised,
-    pub converged: bool,
-}
 
 /// When to stop.
 #[derive(Clone, Copy, Debug)]
@@ -23,18 +17,17 @@ pub(crate) struct Stop {
     pub decrease: f64,
 }
 
-/// Minimise from `start`. `linearise` gives cost and derivatives, `cost` the cost alone.
+/// Minimise −log density from `start`.
 pub(crate) fn minimise(
+    density: &dyn Density,
     start: Vec<f64>,
-    linearise: impl Fn(&[f64]) -> Result<Linearised, InferError>,
-    cost: impl Fn(&[f64]) -> Result<f64, InferError>,
     clamp: impl Fn(usize, f64) -> f64,
     stop: Stop,
     watch: &dyn Watch,
 ) -> Result<Optimum, InferError> {
     const ATTEMPTS: usize = 8;
     let mut point = start;
-    let mut at = linearise(&point)?;
+    let mut at = density.linearise(&point)?;
     let mut damping = 1e-3;
     for _ in 0..stop.iterations {
         let mut accepted = None;
@@ -45,7 +38,7 @@ pub(crate) fn minimise(
             if let Some(step) = damped_step(&at, damping) {
                 let trial: Vec<f64> =
                     point.iter().zip(step.iter()).enumerate().map(|(k, (p, s))| clamp(k, p + s)).collect();
-                let trial_cost = cost(&trial)?;
+                let trial_cost = density.cost(&trial)?;
                 if trial_cost < at.cost {
                     accepted = Some((trial, at.cost - trial_cost));
                     damping = (damping / 8.0).max(1e-9);
@@ -58,7 +51,7 @@ pub(crate) fn minimise(
             return Ok(Optimum { point, at, converged: true });
         };
         point = trial;
-        at = linearise(&point)?;
+        at = density.linearise(&point)?;
         if decrease < stop.decrease {
             return Ok(Optimum { point, at, converged: true });
         }
@@ -82,28 +75,32 @@ mod tests {
     use nalgebra::{DMatrix, dvector};
 
     /// Rosenbrock's valley as residuals (10 (y − x²), 1 − x).
-    fn rosenbrock(p: &[f64]) -> Linearised {
-        let residual = dvector![10.0 * (p[1] - p[0] * p[0]), 1.0 - p[0]];
-        let jacobian = DMatrix::from_row_slice(2, 2, &[-20.0 * p[0], 10.0, -1.0, 0.0]);
-        Linearised {
-            cost: 0.5 * residual.norm_squared(),
-            gradient: jacobian.tr_mul(&residual),
-            curvature: jacobian.tr_mul(&jacobian),
+    struct Rosenbrock;
+
+    impl Density for Rosenbrock {
+        fn dimension(&self) -> usize {
+            2
+        }
+
+        fn cost(&self, p: &[f64]) -> Result<f64, InferError> {
+            Ok(self.linearise(p)?.cost)
+        }
+
+        fn linearise(&self, p: &[f64]) -> Result<Linearised, InferError> {
+            let residual = dvector![10.0 * (p[1] - p[0] * p[0]), 1.0 - p[0]];
+            let jacobian = DMatrix::from_row_slice(2, 2, &[-20.0 * p[0], 10.0, -1.0, 0.0]);
+            Ok(Linearised {
+                cost: 0.5 * residual.norm_squared(),
+                gradient: jacobian.tr_mul(&residual),
+                curvature: jacobian.tr_mul(&jacobian),
+            })
         }
     }
 
     #[test]
     fn finds_the_end_of_rosenbrocks_valley() {
         let stop = Stop { iterations: 100, decrease: 1e-16 };
-        let found = minimise(
-            vec![-1.2, 1.0],
-            |p| Ok(rosenbrock(p)),
-            |p| Ok(rosenbrock(p).cost),
-            |_, x| x,
-            stop,
-            &Quiet,
-        )
-        .unwrap();
+        let found = minimise(&Rosenbrock, vec![-1.2, 1.0], |_, x| x, stop, &Quiet).unwrap();
         assert!((found.point[0] - 1.0).abs() < 1e-6 && (found.point[1] - 1.0).abs() < 1e-6);
         assert!(found.converged);
     }

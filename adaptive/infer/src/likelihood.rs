@@ -2,7 +2,7 @@
 
 use crate::{Channels, InferError};
 use nalgebra::{DMatrix, DVector};
-use trundle_model::Model;
+use trundle_model::{Model, Slot};
 
 /// A cost with its derivatives by some parameters.
 pub struct Linearised {
@@ -29,8 +29,8 @@ impl Linearised {
 
 /// Compares a model with a recording.
 pub trait Likelihood: Sync {
-    /// −log p(data | values), `values` one for each of [`Model::slots`]; infinite where the model
-    /// cannot be evaluated.
+    /// −log p(data | values), `values` one for each of [`Model::slots`], then one for each of
+    /// [`Likelihood::noise`]; infinite where the model cannot be evaluated.
     ///
     /// # Errors
     /// When `values` has the wrong length.
@@ -51,6 +51,14 @@ pub trait Likelihood: Sync {
     /// # Errors
     /// When `values` has the wrong length.
     fn tuned(&self, model: &Model, values: &[f64]) -> Result<Option<Box<dyn Likelihood + '_>>, InferError>;
+
+    /// Parameters of its own, estimated with the model's: the noise `σ` of eq. 6.
+    fn noise(&self) -> Vec<Slot> {
+        vec![]
+    }
+
+    /// The same comparison for each episode alone, with its name, in order.
+    fn split(&self) -> Vec<(String, Box<dyn Likelihood + '_>)>;
 
     /// A cheaper comparison with about the same optimum, to sort starts with; `None` where this one is cheap.
     fn coarse(&self) -> Option<&dyn Likelihood> {

@@ -117,6 +117,14 @@ impl Likelihood for MotionLikelihood {
         self.channels
     }
 
+    fn split(&self) -> Vec<(String, Box<dyn Likelihood + '_>)> {
+        let one = |(k, track): (usize, &Track)| {
+            let alone: Box<dyn Likelihood> = Box::new(self.only(|other| other == k));
+            (track.name.clone(), alone)
+        };
+        self.tracks.iter().enumerate().map(one).collect()
+    }
+
     fn coarse(&self) -> Option<&dyn Likelihood> {
         self.coarse.as_ref().map(|c| &**c as &dyn Likelihood)
     }

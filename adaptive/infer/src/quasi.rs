@@ -59,6 +59,7 @@ impl WrenchSample {
 #[derive(Clone)]
 pub struct WrenchLikelihood {
     samples: Vec<WrenchSample>,
+    episodes: Vec<String>,
     dof: [bool; 3],
     scatter: [f64; 3],
 }
@@ -101,7 +102,8 @@ impl WrenchLikelihood {
             let square: f64 = samples.iter().map(|s| transport(s.reading, s.frame)[k].powi(2)).sum();
             (square / samples.len() as f64).sqrt().max(1e-9)
         });
-        Ok(Self { samples, dof, scatter: pooled(scatter) })
+        let episodes = episodes.iter().map(|e| e.name.clone()).collect();
+        Ok(Self { samples, episodes, dof, scatter: pooled(scatter) })
     }
 
     /// The samples.
@@ -112,13 +114,13 @@ impl WrenchLikelihood {
     /// The same over some of its samples.
     #[must_use]
     pub fn over(&self, samples: &[WrenchSample]) -> Self {
-        Self { samples: samples.to_vec(), ..*self }
+        Self { samples: samples.to_vec(), ..self.clone() }
     }
 
     /// The same with some of its episodes.
     #[must_use]
     pub fn only(&self, keep: impl Fn(usize) -> bool) -> Self {
-        Self { samples: self.samples.iter().filter(|s| keep(s.episode)).cloned().collect(), ..*self }
+        Self { samples: self.samples.iter().filter(|s| keep(s.episode)).cloned().collect(), ..self.clone() }
     }
 
     /// The same with a given scatter of needed less recorded, N, N, N·m.
@@ -192,6 +194,14 @@ impl Likelihood for WrenchLikelihood {
 
     fn channels(&self) -> Channels {
         Channels { pose: [0.0; 3], reading: self.scatter, wander: [0.0; 3] }
+    }
+
+    fn split(&self) -> Vec<(String, Box<dyn Likelihood + '_>)> {
+        let one = |k: usize| {
+            let alone: Box<dyn Likelihood> = Box::new(self.only(|episode| episode == k));
+            (self.episodes[k].clone(), alone)
+        };
+        (0..self.episodes.len()).map(one).collect()
     }
 
     fn tuned(&self, model: &Model, values: &[f64]) -> Result<Option<Box<dyn Likelihood + '_>>, InferError> {

@@ -1,0 +1,98 @@
+//! Several recordings of one object, fitted together.
+
+use crate::likelihood::{Likelihood, Linearised};
+use crate::{Channels, InferError};
+use trundle_model::{Model, Slot};
+
+/// The sum of likelihoods: each recording keeps its own noise, frames and rates.
+pub struct Joint<'a> {
+    parts: Vec<Box<dyn Likelihood + 'a>>,
+}
+
+impl<'a> Joint<'a> {
+    /// Of at least one likelihood.
+    ///
+    /// # Errors
+    /// When there is none.
+    pub fn new(parts: Vec<Box<dyn Likelihood + 'a>>) -> Result<Self, InferError> {
+        if parts.is_empty() {
+            return Err(InferError::NoData {
+                recording: "the fit".to_owned(),
+                reason: "no recording is given".to_owned(),
+                remedy: "name at least one".to_owned(),
+            });
+        }
+        Ok(Self { parts })
+    }
+}
+
+impl Likelihood for Joint<'_> {
+    fn cost(&self, model: &Model, values: &[f64]) -> Result<f64, InferError> {
+        self.parts.iter().map(|part| part.cost(model, values)).sum()
+    }
+
+    fn linearise(&self, model: &Model, values: &[f64], free: &[usize]) -> Result<Linearised, InferError> {
+        let parts = self.parts.iter().map(|part| part.linearise(model, values, free));
+        Ok(Linearised::sum(free.len(), parts.collect::<Result<Vec<_>, _>>()?))
+    }
+
+    /// The first recording's.
+    fn channels(&self) -> Channels {
+        self.parts[0].channels()
+    }
+
+    /// The first recording's: scatter in the same units is shared.
+    fn noise(&self) -> Vec<Slot> {
+        self.parts[0].noise()
+    }
+
+    fn split(&self) -> Vec<(String, Box<dyn Likelihood + '_>)> {
+        self.parts.iter().flat_map(|part| part.split()).collect()
+    }
+
+    fn tuned(&self, model: &Model, values: &[f64]) -> Result<Option<Box<dyn Likelihood + '_>>, InferError> {
+        let tuned = self
+            .parts
+            .iter()
+            .map(|part| part.tuned(model, values))
+            .collect::<Result<Vec<_>, InferError>>()?;
+        if tuned.iter().all(Option::is_none) {
+            return Ok(None);
+        }
+        let parts = tuned
+            .into_iter()
+            .zip(&self.parts)
+            .map(|(tuned, part)| tuned.unwrap_or_else(|| Box::new(Borrowed(&**part))))
+            .collect();
+        Ok(Some(Box::new(Joint { parts })))
+    }
+}
+
+/// A likelihood that somebody else owns.
+struct Borrowed<'a>(&'a dyn Likelihood);
+
+impl Likelihood for Borrowed<'_> {
+    fn cost(&self, model: &Model, values: &[f64]) -> Result<f64, InferError> {
+        self.0.cost(model, values)
+    }
+
+    fn linearise(&self, model: &Model, values: &[f64], free: &[usize]) -> Result<Linearised, InferError> {
+        self.0.linearise(model, values, free)
+    }
+
+    fn channels(&self) -> Channels {
+        self.0.channels()
+    }
+
+    fn noise(&self) -> Vec<Slot> {
+        self.0.noise()
+    }
+
+    fn split(&self) -> Vec<(String, Box<dyn Likelihood + '_>)> {
+        self.0.split()
+    }
+
+    fn tuned(&self, model: &Model, values: &[f64]) -> Result<Option<Box<dyn Likelihood + '_>>, InferError> {
+        self.0.tuned(model, values)
+    }
+}

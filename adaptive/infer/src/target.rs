@@ -1,0 +1,236 @@
+//! The density that every optimiser and sampler sees: likelihood and prior, in the coordinates of
+//! [`Coordinates`], some parameters shared by all episodes and some each episode's own (eq. 6).
+
+use crate::coordinates::within_reach;
+use crate::{Coordinates, InferError, Likelihood, Linearised};
+use std::collections::BTreeSet;
+use trundle_model::{Model, Slot};
+
+/// A posterior density over unbounded coordinates `z`, not normalised.
+pub trait Density: Sync {
+    /// Number of coordinates.
+    fn dimension(&self) -> usize;
+
+    /// −log density at `z`; infinite where it cannot be evaluated, never NaN.
+    ///
+    /// # Errors
+    /// When a user's own simulator fails.
+    fn cost(&self, z: &[f64]) -> Result<f64, InferError>;
+
+    /// The cost with its derivatives by `z`.
+    ///
+    /// # Errors
+    /// As [`Density::cost`].
+    fn linearise(&self, z: &[f64]) -> Result<Linearised, InferError>;
+}
+
+/// One coordinate of a [`Target`].
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+struct Place {
+    /// Index among the free parameters of [`Coordinates`].
+    parameter: usize,
+    /// The episode whose own it is; `None` for a shared one.
+    episode: Option<usize>,
+}
+
+/// The posterior density of a model's free parameters given some episodes.
+pub struct Target<'a> {
+    model: &'a Model,
+    coordinates: Coordinates,
+    /// The likelihood whole, or, when some parameters are per episode, one part an episode.
+    parts: Vec<Part<'a>>,
+    places: Vec<Place>,
+    episodes: Vec<String>,
+}
+
+enum Part<'a> {
+    Whole(&'a dyn Likelihood),
+    Episode(Box<dyn Likelihood + 'a>),
+}
+
+impl Part<'_> {
+    fn likelihood(&self) -> &dyn Likelihood {
+        match self {
+            Self::Whole(l) => *l,
+            Self::Episode(l) => &**l,
+        }
+    }
+}
+
+impl<'a> Target<'a> {
+    /// The density of `model`'s free parameters, those named in `per_episode` free in each episode.
+    ///
+    /// # Errors
+    /// When `per_episode` names a parameter that is not free, or the likelihood cannot be split.
+    pub fn new(
+        likelihood: &'a dyn Likelihood,
+        model: &'a Model,
+        per_episode: &BTreeSet<String>,
+    ) -> Result<Self, InferError> {
+        let slots: Vec<Slot> = model.slots().into_iter().chain(likelihood.noise()).collect();
+        let coordinates = Coordinates::of(slots);
+        let own = own(&coordinates, per_episode)?;
+        let (parts, episodes) = if own.is_empty() {
+            (vec![Part::Whole(likelihood)], vec![])
+        } else {
+            let (names, parts): (Vec<_>, Vec<_>) = likelihood.split().into_iter().unzip();
+            (parts.into_iter().map(Part::Episode).collect(), names)
+        };
+        let places = places(coordinates.free().len(), &own, episodes.len());
+        Ok(Self { model, coordinates, parts, places, episodes })
+    }
+
+    /// The parameters' coordinates, as if all were shared.
+    pub fn coordinates(&self) -> &Coordinates {
+        &self.coordinates
+    }
+
+    /// The model whose free parameters these are.
+    pub fn model(&self) -> &Model {
+        self.model
+    }
+
+    /// The slot of the coordinate `k`; of a parameter that is an episode's own, named `slot[episode]`.
+    pub fn slot(&self, k: usize) -> Slot {
+        let place = self.places[k];
+        let slot = self.coordinates.slot(place.parameter).clone();
+        match place.episode {
+            Some(e) => Slot { name: format!("{}[{}]", slot.name, self.episodes[e]), ..slot },
+            None => slot,
+        }
+    }
+
+    /// The parameter of [`Coordinates`] that the coordinate `k` stands for.
+    pub fn parameter(&self, k: usize) -> usize {
+        self.places[k].parameter
+    }
+
+    /// Whether episodes have parameters of their own.
+    pub fn has_own(&self) -> bool {
+        !self.episodes.is_empty()
+    }
+
+    /// Value of the coordinate `k` at `z`, and its slope.
+    pub fn value(&self, k: usize, z: f64) -> (f64, f64) {
+        let parameter = self.parameter(k);
+        let mut point = vec![0.0; self.coordinates.free().len()];
+        point[parameter] = z;
+        let (values, slopes) = self.coordinates.values(&point);
+        (values[self.coordinates.free()[parameter]], slopes[parameter])
+    }
+
+    /// The point `z` of values of all slots; episodes' own parameters start alike.
+    pub fn point(&self, values: &[f64]) -> Vec<f64> {
+        let shared = self.coordinates.point(&self.padded(values));
+        self.places.iter().map(|p| shared[p.parameter]).collect()
+    }
+
+    /// A draw from the prior.
+    pub fn draw(&self, rng: &mut impl rand::RngExt) -> Vec<f64> {
+        let shared = self.coordinates.draw(rng);
+        self.places.iter().map(|p| shared[p.parameter]).collect()
+    }
+
+    /// Keep a search from leaving the range where numbers mean something.
+    pub fn clamp(&self, k: usize, z: f64) -> f64 {
+        within_reach(z, self.coordinates.slot(self.parameter(k)))
+    }
+
+    /// −log prior density of `z`.
+    pub fn prior_cost(&self, z: &[f64]) -> f64 {
+        self.places.iter().zip(z).map(|(p, &z)| self.coordinates.prior_cost_of(p.parameter, z)).sum()
+    }
+
+    /// Values of all slots, and slopes of the free ones by their `z`, in the part `part`.
+    fn values(&self, z: &[f64], part: usize) -> (Vec<f64>, Vec<f64>) {
+        let mut own = vec![0.0; self.coordinates.free().len()];
+        for (place, &z) in self.seen(part).zip(z) {
+            if let Some(k) = place {
+                own[k] = z;
+            }
+        }
+        self.coordinates.values(&own)
+    }
+
+    /// For each coordinate the parameter that it is in a part, if it is in it.
+    fn seen(&self, part: usize) -> impl Iterator<Item = Option<usize>> + '_ {
+        self.places.iter().map(move |p| p.episode.is_none_or(|e| e == part).then_some(p.parameter))
+    }
+
+    /// Values of all slots and slopes at `z`; of an episode's own parameter, the first episode's.
+    pub fn shared_values(&self, z: &[f64]) -> (Vec<f64>, Vec<f64>) {
+        self.values(z, 0)
+    }
+
+    /// `values` with the noise's prior medians where only the model's are given.
+    fn padded(&self, values: &[f64]) -> Vec<f64> {
+        let middle = self.coordinates.values(&vec![0.0; self.coordinates.free().len()]).0;
+        values.iter().copied().chain(middle.into_iter().skip(values.len())).collect()
+    }
+
+    /// Add one part's derivatives, in its own parameters, to the whole.
+    fn gather(&self, sum: &mut Linearised, part: usize, own: &Linearised, slopes: &[f64]) {
+        let seen: Vec<(usize, usize)> =
+            self.seen(part).enumerate().filter_map(|(k, p)| p.map(|p| (k, p))).collect();
+        sum.cost += own.cost;
+        for &(i, a) in &seen {
+            sum.gradient[i] += own.gradient[a] * slopes[a];
+            for &(j, b) in &seen {
+                sum.curvature[(i, j)] += own.curvature[(a, b)] * slopes[a] * slopes[b];
+            }
+        }
+    }
+}
+
+impl Density for Target<'_> {
+    fn dimension(&self) -> usize {
+        self.places.len()
+    }
+
+    fn cost(&self, z: &[f64]) -> Result<f64, InferError> {
+        let mut cost = self.prior_cost(z);
+        for (k, part) in self.parts.iter().enumerate() {
+            cost += part.likelihood().cost(self.model, &self.values(z, k).0)?;
+        }
+        Ok(if cost.is_nan() { f64::INFINITY } else { cost })
+    }
+
+    fn linearise(&self, z: &[f64]) -> Result<Linearised, InferError> {
+        let mut sum = Linearised::sum(z.len(), []);
+        for (k, part) in self.parts.iter().enumerate() {
+            let (values, slopes) = self.values(z, k);
+            let own = part.likelihood().linearise(self.model, &values, self.coordinates.free())?;
+            self.gather(&mut sum, k, &own, &slopes);
+        }
+        sum.cost += self.prior_cost(z);
+        for (k, place) in self.places.iter().enumerate() {
+            let precision = self.coordinates.prior_precision(place.parameter);
+            sum.gradient[k] += precision * z[k];
+            sum.curvature[(k, k)] += precision;
+        }
+        Ok(sum)
+    }
+}
+
+/// Which free parameters each episode has its own of.
+fn own(coordinates: &Coordinates, per_episode: &BTreeSet<String>) -> Result<BTreeSet<usize>, InferError> {
+    let names: Vec<&str> = (0..coordinates.free().len()).map(|k| coordinates.slot(k).name.as_str()).collect();
+    per_episode
+        .iter()
+        .map(|name| {
+            names
+                .iter()
+                .position(|n| n == name)
+                .ok_or_else(|| InferError::NotFree { name: name.clone(), free: names.join(", ") })
+        })
+        .collect()
+}
+
+/// Shared parameters first, in order, then each episode's own.
+fn places(parameters: usize, own: &BTreeSet<usize>, episodes: usize) -> Vec<Place> {
+    let shared =
+        (0..parameters).filter(|k| !own.contains(k)).map(|parameter| Place { parameter, episode: None });
+    let each =
+        (0..episodes).flat_map(|e| own.iter().map(move |&parameter| Place { parameter, episode: Some(e) }));
+    shared.chain(each).collect()
+}
