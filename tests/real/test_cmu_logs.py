@@ -5,15 +5,32 @@ from __future__ import annotations
 import pytest
 
 import trundle
-from examples.real_recordings import EARLIER, LATER, holding_out, straight, under_body, wrench_r2
+from examples.real_recordings import EARLIER, LATER, MODELS, holding_out, straight, under_body, wrench_r2
 
 
-@pytest.mark.parametrize("log", LATER)
-def test_dry_friction_explains_each_held_out_log_better(later_logs: trundle.Recording, log: str) -> None:
-    viscous, dry, friction = under_body(holding_out(later_logs, log))
+@pytest.fixture(params=[*LATER, *EARLIER])
+def held_out(
+    request: pytest.FixtureRequest, later_logs: trundle.Recording, earlier_logs: trundle.Recording
+) -> trundle.Recording:
+    """The logs of one load and floor, of which one is held out."""
+    return holding_out(later_logs if request.param in LATER else earlier_logs, request.param)
+
+
+def test_dry_friction_explains_each_held_out_log_better(held_out: trundle.Recording) -> None:
+    """Under a face whose pressure nobody knows: both laws may draw it together or apart."""
+    viscous, dry, friction = under_body(held_out)
     assert dry > viscous + 0.01
-    assert dry > 0.87
-    assert friction == pytest.approx(0.72, abs=0.08)
+    assert dry > 0.9
+    later = held_out.metadata["split"]["held_out"][0] in LATER
+    assert friction == pytest.approx(0.73 if later else 0.355, rel=0.1)
+
+
+def test_the_force_alone_is_explained_better_too(held_out: trundle.Recording) -> None:
+    force = {
+        law: trundle.diagnose(held_out, MODELS / f"{law}_under_body.toml").answer["fit"]["held_out"]["before"]
+        for law in ("drag", "friction")
+    }
+    assert force["friction"]["force_rmse"] < 0.9 * force["drag"]["force_rmse"]
 
 
 @pytest.mark.parametrize("log", LATER)
@@ -21,7 +38,9 @@ def test_the_diagnosis_says_dry_friction(later_logs: trundle.Recording, log: str
     split = holding_out(later_logs, log)
     found = trundle.diagnose(split)
     assert found.verdict == "explained"
-    assert "coulomb_friction" in found.missing
+    assert found.missing[0] == "coulomb_friction"
+    # A damping of the spin stood for the unknown pressure before the pressure was a parameter.
+    assert "second_wheel" not in found.missing
     corners = split.metadata["object"]["footprint"]
     assert wrench_r2(found.series, corners, "after") > wrench_r2(found.series, corners) + 0.05
     nominal = found.answer["nominal"]
@@ -30,6 +49,8 @@ def test_the_diagnosis_says_dry_friction(later_logs: trundle.Recording, log: str
     for figures in found.answer["fit"]["held_out"].values():
         given = {key for key, value in figures.items() if value is not None}
         assert given == {"force_rmse", "torque_rmse"}
+    after, before = (found.answer["fit"]["held_out"][when]["force_rmse"] for when in ("after", "before"))
+    assert after < before
 
 
 def test_the_earlier_logs_are_of_another_load_or_floor(

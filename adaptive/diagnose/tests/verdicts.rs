@@ -63,10 +63,13 @@ fn stiction_is_still_dry_friction() {
 
 #[test]
 fn friction_under_the_whole_body_has_no_point() {
-    let dry = effect(Kind::SupportFriction, &[("force", 10.0), ("spread", 1.0)]);
+    // The table's feet stand further out than an even face would press.
+    let dry = effect(Kind::SupportFriction, &[("force", 10.0), ("spread", 1.5)]);
     let answer = json(&diagnosed(&World::of(locked().with(dry)), 2, None).answer);
     assert_eq!(names(&answer), ["coulomb_friction"], "{answer:#}");
-    assert!(answer["missing"][0]["where"].is_null());
+    let missing = &answer["missing"][0];
+    assert!(missing["where"].is_null());
+    assert!((missing["parameters"]["spread"]["mean"].as_f64().unwrap() - 1.5).abs() < 0.1, "{missing:#}");
 }
 
 #[test]

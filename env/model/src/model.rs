@@ -203,6 +203,17 @@ mod tests {
     }
 
     #[test]
+    fn pressure_is_free_under_a_face_and_known_under_feet() {
+        let spread = |model: Model| {
+            let slots = model.with(Effect::free(Kind::SupportFriction)).slots();
+            slots.into_iter().find(|s| s.name == "support_friction.spread").unwrap().value
+        };
+        let mut standing = table();
+        standing.body = standing.body.standing_on(&[[-0.5, -0.3], [0.5, -0.3], [0.0, 0.3]]);
+        assert_eq!((spread(table()), spread(standing)), (None, Some(1.0)));
+    }
+
+    #[test]
     fn effects_of_one_kind_are_numbered() {
         let model = table().with(Effect::free(Kind::ViscousWheel));
         assert_eq!(model.effect_names(), ["viscous_wheel", "viscous_wheel_2"]);
