@@ -4,7 +4,7 @@
 //! F = −f(|v|) v / √(|v|² + ε²),   v: velocity of the point
 //! ```
 
-use super::dry::Dry;
+use super::dry::{Dry, creep, static_force, stribeck_velocity};
 use super::{on_body, positive};
 use crate::law::{Act, Acting, Action, Situation, Spec, take};
 use crate::{Body, Real};
@@ -20,22 +20,9 @@ pub(crate) static SPEC: Spec = Spec {
         on_body("x", 0, "where it rubs, object frame"),
         on_body("y", 1, "where it rubs, object frame"),
         positive("force", "N", 1e5, (10.0, 1.5), "sliding friction"),
-        positive(
-            "static_force",
-            "N",
-            1e5,
-            (15.0, 1.5),
-            "breakaway friction; at or below `force`: none in excess",
-        )
-        .refinement(0.0),
-        positive(
-            "stribeck_velocity",
-            "m/s",
-            10.0,
-            (0.01, 1.0),
-            "speed over which the breakaway friction fades",
-        )
-        .refinement(0.01),
+        static_force(),
+        stribeck_velocity(),
+        creep(),
     ],
     neutral: &[("force", 0.0)],
     sentence: "Dry friction of {force} acts at ({x}, {y}).",
@@ -51,8 +38,8 @@ pub struct CoulombFriction<T> {
 
 impl<T: Real> Act<T> for CoulombFriction<T> {
     fn new(values: &[T], _body: &Body) -> Self {
-        let [x, y, force, static_force, stribeck] = take(values);
-        Self { point: [x, y], dry: Dry { force, static_force, stribeck } }
+        let [x, y, force, static_force, stribeck, creep] = take(values);
+        Self { point: [x, y], dry: Dry { force, static_force, stribeck, creep } }
     }
 
     #[inline]

@@ -2,7 +2,7 @@
 //! of the weight (Zhou et al. 2016, eq. 2, for known points of support). Under a flat face nobody knows the
 //! pressure: its points are drawn together or apart by a factor that is estimated.
 
-use super::dry::Dry;
+use super::dry::{Dry, creep, static_force, stribeck_velocity};
 use super::{positive, spread, spread_out};
 use crate::law::{Act, Acting, Action, Situation, Spec, take};
 use crate::{Body, Real};
@@ -17,22 +17,9 @@ pub(crate) static SPEC: Spec = Spec {
     params: &[
         positive("force", "N", 1e5, (10.0, 1.5), "sliding friction of the whole body"),
         spread(),
-        positive(
-            "static_force",
-            "N",
-            1e5,
-            (15.0, 1.5),
-            "breakaway friction; at or below `force`: none in excess",
-        )
-        .refinement(0.0),
-        positive(
-            "stribeck_velocity",
-            "m/s",
-            10.0,
-            (0.01, 1.0),
-            "speed over which the breakaway friction fades",
-        )
-        .refinement(0.01),
+        static_force(),
+        stribeck_velocity(),
+        creep(),
     ],
     neutral: &[("force", 0.0)],
     sentence: "Dry friction of {force} acts under the whole body.",
@@ -49,8 +36,8 @@ pub struct SupportFriction<T> {
 
 impl<T: Real> Act<T> for SupportFriction<T> {
     fn new(values: &[T], body: &Body) -> Self {
-        let [force, spread, static_force, stribeck] = take(values);
-        Self { support: spread_out(body, spread), dry: Dry { force, static_force, stribeck } }
+        let [force, spread, static_force, stribeck, creep] = take(values);
+        Self { support: spread_out(body, spread), dry: Dry { force, static_force, stribeck, creep } }
     }
 
     #[inline]
