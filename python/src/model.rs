@@ -256,6 +256,7 @@ fn prior_dict(py: Python<'_>, prior: Prior) -> PyResult<Bound<'_, PyDict>> {
             dict.set_item("median", median)?;
             dict.set_item("sd", sd)?;
         }
+        Prior::Uniform => is("uniform")?,
         Prior::OnBody(axis) => {
             is("on_body")?;
             dict.set_item("axis", ["x", "y"].get(axis))?;

@@ -22,7 +22,7 @@ fn episode(name: &str, seed: u64) -> Prepared {
         effect(Kind::ViscousWheel, &[("x", 0.0), ("y", 0.0), ("angle", 0.0), ("mu_x", 200.0), ("mu_y", 0.0)]),
         effect(Kind::SupportFriction, &[("force", 20.0), ("spread", 1.0)]),
     ];
-    let model = Model { body: Body::point(95.0).unwrap(), mass: Some(95.0), dof: RAIL, effects };
+    let model = Model { body: Body::point(95.0).unwrap(), mass: Some(95.0), dof: RAIL, effects, priors: Default::default() };
     let plant = model.resolved().unwrap();
     let mut rng = ChaCha8Rng::seed_from_u64(seed);
     let mut normal = |sd: f64| sd * rng.sample::<f64, _>(StandardNormal);

@@ -137,7 +137,7 @@ fn from_normal(slot: &Slot, z: f64) -> (f64, f64) {
             let value = median * (sd * z).exp();
             (value, sd * value)
         }
-        Prior::OnBody(_) => {
+        Prior::Uniform | Prior::OnBody(_) => {
             let (low, high) = span(slot);
             let share = 0.5 * (1.0 + erf(z / SQRT_2));
             (low + (high - low) * share, (high - low) * (-0.5 * z * z).exp() / (2.0 * PI).sqrt())
@@ -150,7 +150,7 @@ fn to_normal(slot: &Slot, value: f64) -> f64 {
     let z = match slot.prior {
         Prior::Normal { mean, sd } => (value - mean) / sd,
         Prior::LogNormal { median, sd } => (value.max(f64::MIN_POSITIVE) / median).ln() / sd,
-        Prior::OnBody(_) => {
+        Prior::Uniform | Prior::OnBody(_) => {
             let (low, high) = span(slot);
             let share = ((value - low) / (high - low)).clamp(1e-9, 1.0 - 1e-9);
             SQRT_2 * erf_inv(2.0 * share - 1.0)

@@ -59,6 +59,16 @@ pub enum ModelError {
         /// The length it must have.
         expected: usize,
     },
+    /// A prior that cannot be used.
+    #[error("{file}: {place}: {problem}")]
+    Prior {
+        /// The prior file.
+        file: String,
+        /// The parameter, as `table.key`.
+        place: String,
+        /// What is wrong, with the value and the remedy.
+        problem: String,
+    },
     /// The file is not a model.
     #[error("{0}")]
     Format(String),

@@ -4,6 +4,7 @@ use crate::body::Fixture;
 use crate::model::{Effect, Model};
 use crate::{Body, Kind, ModelError};
 use serde::{Deserialize, Serialize};
+use std::collections::BTreeMap;
 use toml::{Table, Value};
 
 const FORMAT: &str = "trundle-model/1";
@@ -86,7 +87,7 @@ impl Model {
         if let Some(posterior) = &file.posterior {
             posterior.check()?;
         }
-        Ok((Self { body, mass, dof: [true; 3], effects }, file.posterior))
+        Ok((Self { body, mass, dof: [true; 3], effects, priors: BTreeMap::new() }, file.posterior))
     }
 
     /// Write `model.toml`.

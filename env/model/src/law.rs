@@ -19,7 +19,9 @@ pub enum Prior {
         /// Standard deviation of the natural logarithm.
         sd: f64,
     },
-    /// Uniform over the footprint's extent along an axis (0: x, 1: y), m.
+    /// Uniform between the smallest and the largest legal value.
+    Uniform,
+    /// Uniform over the footprint, of which this is one coordinate (0: x, 1: y), m.
     OnBody(usize),
     /// Uniform on the circle, with this period, rad.
     Angle(f64),

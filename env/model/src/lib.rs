@@ -16,8 +16,10 @@ mod face;
 mod file;
 mod law;
 mod model;
+mod outline;
 mod plant;
 mod polygon;
+mod prior;
 mod real;
 
 pub use body::{Body, Fixture, Support};
@@ -28,4 +30,5 @@ pub use file::Posterior;
 pub use law::{Acting, Action, Clock, Param, Prior, Situation, Spec};
 pub use model::{Effect, Model, Slot};
 pub use plant::{Plant, State, to_body, to_world, transport};
+pub use prior::{Belief, PriorFile};
 pub use real::Real;

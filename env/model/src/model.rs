@@ -1,7 +1,7 @@
 //! A model: a body and its effects, some values given and some free.
 
 use crate::law::{Param, Prior};
-use crate::{Body, Kind, Law, ModelError, Plant, Real};
+use crate::{Belief, Body, Kind, Law, ModelError, Plant, Real};
 use std::collections::BTreeMap;
 
 /// An effect of a model.
@@ -40,6 +40,8 @@ pub struct Model {
     pub dof: [bool; 3],
     /// What acts on it.
     pub effects: Vec<Effect>,
+    /// What is believed of free parameters, by name, where it is not what the catalogue says.
+    pub priors: BTreeMap<String, Belief>,
 }
 
 /// One scalar parameter of a model.
@@ -65,7 +67,8 @@ impl Model {
     /// The simulation under test of the paper (eq. 3): a rigid body with one anisotropic viscous
     /// wheel, all six parameters free.
     pub fn nominal(body: Body, mass: Option<f64>, dof: [bool; 3]) -> Self {
-        Self { body, mass, dof, effects: vec![Effect::free(Kind::ViscousWheel)] }
+        let effects = vec![Effect::free(Kind::ViscousWheel)];
+        Self { body, mass, dof, effects, priors: BTreeMap::new() }
     }
 
     /// Whether the object is on a rail along x.
@@ -108,7 +111,37 @@ impl Model {
                 slots.push(self.slot(param, value, index, &name));
             }
         }
+        for slot in &mut slots {
+            if let Some(&Belief { prior, lower, upper }) = self.priors.get(&slot.name) {
+                (slot.prior, slot.lower, slot.upper) = (prior, lower, upper);
+            }
+        }
         slots
+    }
+
+    /// Give the parameter `index` of [`Model::slots`] a value.
+    pub(crate) fn give(&mut self, index: usize, value: f64) {
+        if index == 0 {
+            self.mass = Some(value);
+            self.body.mass = value;
+        } else if let Some(place) = self.effects.iter_mut().flat_map(|e| &mut e.values).nth(index - 1) {
+            *place = Some(value);
+        }
+    }
+
+    /// Set a refinement free that stands at the value of the simple law.
+    pub(crate) fn free_refinement(&mut self, slot: &str) {
+        for (effect, name) in self.effect_names().into_iter().enumerate() {
+            let Some(key) = slot.strip_prefix(&name).and_then(|rest| rest.strip_prefix('.')) else {
+                continue;
+            };
+            let effect = &mut self.effects[effect];
+            for (param, value) in effect.kind.spec().params.iter().zip(&mut effect.values) {
+                if param.name == key && param.refinement.is_some() && *value == param.refinement {
+                    *value = None;
+                }
+            }
+        }
     }
 
     fn slot(&self, param: &Param, value: Option<f64>, index: usize, effect: &str) -> Slot {

@@ -54,7 +54,7 @@ fn model(kind: Kind) -> Model {
 
 fn bare() -> Model {
     let body = Body::from_footprint(&[[-0.5, -0.4], [0.7, -0.4], [0.7, 0.3], [-0.5, 0.3]], 22.0).unwrap();
-    Model { body, mass: Some(22.0), dof: [true; 3], effects: vec![] }
+    Model { body, mass: Some(22.0), dof: [true; 3], effects: vec![], priors: Default::default() }
 }
 
 fn draw(param: &Param, body: &Body, u: f64) -> f64 {
@@ -62,6 +62,7 @@ fn draw(param: &Param, body: &Body, u: f64) -> f64 {
     let value = match param.prior {
         Prior::Normal { mean, sd } => mean + 2.0 * sd * symmetric,
         Prior::LogNormal { median, sd } => median * (sd * symmetric).exp(),
+        Prior::Uniform => param.lower + u * (param.upper - param.lower),
         Prior::OnBody(axis) => {
             let [low, high] = body.bounds();
             low[axis] + u * (high[axis] - low[axis])
@@ -151,6 +152,7 @@ fn every_parameter_has_a_unit_bounds_and_a_prior_inside_them() {
                 Prior::LogNormal { median, sd } => {
                     assert!(p.lower >= 0.0 && median > 0.0 && inside(median) && sd > 0.0, "{name}: prior");
                 }
+                Prior::Uniform => {}
                 Prior::OnBody(axis) => assert!(axis < 2 && p.unit == "m", "{name}: prior"),
                 Prior::Angle(period) => {
                     assert!(period > 0.0 && p.upper - p.lower >= period && p.unit == "rad", "{name}: prior");

@@ -29,6 +29,7 @@ pub fn locked() -> Model {
         mass: Some(22.0),
         dof: [true; 3],
         effects: vec![effect(Kind::ViscousWheel, &wheel)],
+        priors: Default::default(),
     }
 }
 

@@ -1,0 +1,81 @@
+//! How far a point lies outside of a body's shape.
+
+use crate::{Body, Fixture};
+
+impl Body {
+    /// Distance from a point, object frame, m, to the shape, and its slopes by the point's
+    /// coordinates; zero inside, and for a body without a shape.
+    pub fn outside(&self, point: [f64; 2]) -> (f64, [f64; 2]) {
+        let near = self.fixtures.iter().map(|f| f.outside(point));
+        near.min_by(|a, b| a.0.total_cmp(&b.0)).unwrap_or((0.0, [0.0; 2]))
+    }
+}
+
+impl Fixture {
+    fn outside(&self, point: [f64; 2]) -> (f64, [f64; 2]) {
+        match self {
+            Self::Disc { center, radius, .. } => {
+                let (distance, slopes) = between(point, *center);
+                if distance > *radius { (distance - radius, slopes) } else { (0.0, [0.0; 2]) }
+            }
+            Self::Polygon { vertices, .. } if contains(vertices, point) => (0.0, [0.0; 2]),
+            Self::Polygon { vertices, .. } => edges(vertices)
+                .map(|(a, b)| between(point, nearest(a, b, point)))
+                .min_by(|a, b| a.0.total_cmp(&b.0))
+                .unwrap_or((0.0, [0.0; 2])),
+        }
+    }
+}
+
+fn edges(vertices: &[[f64; 2]]) -> impl Iterator<Item = ([f64; 2], [f64; 2])> + '_ {
+    vertices.iter().copied().zip(vertices.iter().copied().cycle().skip(1))
+}
+
+/// Whether a point lies inside a simple polygon (ray casting).
+fn contains(vertices: &[[f64; 2]], [x, y]: [f64; 2]) -> bool {
+    let crossed = |&([ax, ay], [bx, by]): &([f64; 2], [f64; 2])| {
+        (ay > y) != (by > y) && x < (bx - ax) * (y - ay) / (by - ay) + ax
+    };
+    edges(vertices).filter(crossed).count() % 2 == 1
+}
+
+/// The point of a segment nearest to `point`.
+fn nearest([ax, ay]: [f64; 2], [bx, by]: [f64; 2], [x, y]: [f64; 2]) -> [f64; 2] {
+    let (dx, dy) = (bx - ax, by - ay);
+    let length = dx * dx + dy * dy;
+    let along = if length > 0.0 { ((x - ax) * dx + (y - ay) * dy) / length } else { 0.0 };
+    let along = along.clamp(0.0, 1.0);
+    [ax + along * dx, ay + along * dy]
+}
+
+/// Distance of two points and its slopes by the first.
+fn between([x, y]: [f64; 2], [ax, ay]: [f64; 2]) -> (f64, [f64; 2]) {
+    let (dx, dy) = (x - ax, y - ay);
+    let distance = (dx * dx + dy * dy).sqrt();
+    if distance > 0.0 { (distance, [dx / distance, dy / distance]) } else { (0.0, [0.0; 2]) }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn distances_to_an_l_and_a_disc_are_those_of_a_ruler() {
+        let l = vec![[0.0, 0.0], [2.0, 0.0], [2.0, 1.0], [1.0, 1.0], [1.0, 2.0], [0.0, 2.0]];
+        let l = Fixture::Polygon { vertices: l, density: 1.0 };
+        let disc = Fixture::Disc { center: [5.0, 0.0], radius: 1.0, density: 1.0 };
+        let body = Body::from_fixtures(vec![l, disc], 1.0).unwrap();
+        for (point, distance, slopes) in [
+            ([0.5, 1.5], 0.0, [0.0, 0.0]),
+            ([5.5, 0.5], 0.0, [0.0, 0.0]),
+            ([1.2, 1.7], 0.2, [1.0, 0.0]),
+            ([1.7, 1.2], 0.2, [0.0, 1.0]),
+            ([-3.0, -4.0], 5.0, [-0.6, -0.8]),
+            ([5.0, 3.0], 2.0, [0.0, 1.0]),
+        ] {
+            let found = body.outside(point);
+            assert!((found.0 - distance).abs() < 1e-12, "{point:?}: {found:?}");
+            assert!(found.1.iter().zip(slopes).all(|(a, b)| (a - b).abs() < 1e-12), "{point:?}: {found:?}");
+        }
+    }
+}

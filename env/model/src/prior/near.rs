@@ -1,0 +1,43 @@
+//! The name that somebody may have meant.
+
+/// The known name that takes the fewest edits, if they are few for its length.
+pub(super) fn nearest<'a>(name: &str, known: &[&'a str]) -> Option<&'a str> {
+    let (edits, best) = known.iter().map(|k| (distance(name, k), *k)).min()?;
+    (edits <= 1 + name.chars().count() / 4).then_some(best)
+}
+
+/// "; did you mean `x`?", or the list of what is known.
+pub(super) fn hint(name: &str, known: &[&str]) -> String {
+    match nearest(name, known) {
+        Some(near) => format!("did you mean `{near}`? Known are {}", known.join(", ")),
+        None => format!("known are {}", known.join(", ")),
+    }
+}
+
+/// Levenshtein's distance.
+fn distance(a: &str, b: &str) -> usize {
+    let b: Vec<char> = b.chars().collect();
+    let mut row: Vec<usize> = (0..=b.len()).collect();
+    for (i, from) in a.chars().enumerate() {
+        let mut next = vec![i + 1];
+        for ((above, pair), to) in row.iter().skip(1).zip(row.windows(2)).zip(&b) {
+            let left = next.last().copied().unwrap_or(0);
+            let swapped = pair[0] + usize::from(from != *to);
+            next.push(swapped.min(above + 1).min(left + 1));
+        }
+        row = next;
+    }
+    row.last().copied().unwrap_or(0)
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn distances_are_the_textbooks() {
+        assert_eq!((distance("kitten", "sitting"), distance("", "abc"), distance("mu_x", "mu_x")), (3, 3, 0));
+        assert_eq!(nearest("mas", &["mass", "angle"]), Some("mass"));
+        assert_eq!(nearest("inertia", &["mass", "angle"]), None);
+    }
+}
