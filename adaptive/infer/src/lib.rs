@@ -4,6 +4,7 @@
 //! exact gradients from several seeded starts; [`Fit`] says what was found, how well it is known,
 //! and how much evidence the data hold for the model.
 
+mod baseline;
 mod comparison;
 mod coordinates;
 mod error;
@@ -24,6 +25,10 @@ mod target;
 mod track;
 mod watch;
 
+pub use baseline::{
+    BaselineError, Coasting, Features, Linear, Local, Predictor, Pushes, SigmaReading, StateVector, Transition,
+    hold, noisy, r2, transitions, transitions_of,
+};
 pub use comparison::{Comparison, quasi_static};
 pub use coordinates::Coordinates;
 pub use error::InferError;

@@ -1,0 +1,100 @@
+//! What a regression sees of a transition, and what it predicts.
+
+use super::{StateVector, Transition};
+use trundle_model::{to_body, to_world};
+
+/// Most features of any kind.
+pub(crate) const MOST: usize = 9;
+
+/// In what axes a regression sees state and wrench.
+#[derive(Clone, Copy, Debug, PartialEq, Eq, Default)]
+pub enum Features {
+    /// The state and the wrench in world axes. The paper's `x_{t+1} = f(x_t, u_t)`, read so that an object without
+    /// a constraint is linear, as it says of five of its objects.
+    #[default]
+    World,
+    /// The state in world axes, the wrench in object axes, as eq. 7 and 13 hand them on.
+    Recorded,
+    /// Twist and wrench in object axes, and the change in the axes of the object before. Where an object stands does
+    /// not matter to it: a stronger baseline than the paper's, which had to learn that.
+    Body,
+}
+
+impl Features {
+    /// All of them.
+    pub const ALL: [Self; 3] = [Self::World, Self::Recorded, Self::Body];
+
+    /// Features in groups that share a unit, as ranges: positions, heading, velocity, spin, force, torque.
+    pub(crate) fn groups(self) -> &'static [std::ops::Range<usize>] {
+        match self {
+            Self::World | Self::Recorded => &[0..2, 2..3, 3..5, 5..6, 6..8, 8..9],
+            Self::Body => &[0..2, 2..3, 3..5, 5..6],
+        }
+    }
+
+    /// How many features there are.
+    pub(crate) fn count(self) -> usize {
+        if self == Self::Body { 6 } else { MOST }
+    }
+
+    /// The features of a state and a wrench.
+    pub(crate) fn of(self, x: &StateVector, u: &[f64; 3]) -> Vec<f64> {
+        let twist = [x[3], x[4], x[5]];
+        match self {
+            Self::World => x.iter().copied().chain(to_world(*u, x[2])).collect(),
+            Self::Recorded => x.iter().chain(u).copied().collect(),
+            Self::Body => to_body(twist, x[2]).into_iter().chain(*u).collect(),
+        }
+    }
+
+    /// Mean rate of change over a transition, the target of a regression. To predict it and to predict `x'` is the
+    /// same where all `dt` are equal, since `x` is among the features; where they are not, this is the better.
+    pub(crate) fn rate(self, t: &Transition) -> StateVector {
+        let change: StateVector = std::array::from_fn(|k| (t.after[k] - t.before[k]) / t.dt);
+        let heading = t.before[2];
+        self.turned(change, |v| to_body(v, heading))
+    }
+
+    /// The state that a rate of change leads to.
+    pub(crate) fn after(self, x: &StateVector, rate: StateVector, dt: f64) -> StateVector {
+        let rate = self.turned(rate, |v| to_world(v, x[2]));
+        std::array::from_fn(|k| x[k] + rate[k] * dt)
+    }
+
+    fn turned(self, [x, y, t, vx, vy, w]: StateVector, turn: impl Fn([f64; 3]) -> [f64; 3]) -> StateVector {
+        match self {
+            Self::World | Self::Recorded => [x, y, t, vx, vy, w],
+            Self::Body => {
+                let ([x, y, t], [vx, vy, w]) = (turn([x, y, t]), turn([vx, vy, w]));
+                [x, y, t, vx, vy, w]
+            }
+        }
+    }
+}
+
+/// Features shifted and divided so that each has mean 0 and standard deviation 1 over the training data.
+#[derive(Clone, Debug)]
+pub(crate) struct Scale {
+    mean: Vec<f64>,
+    /// One over the standard deviation; 0 for a feature that does not vary.
+    inverse: Vec<f64>,
+}
+
+impl Scale {
+    pub(crate) fn of(rows: &[Vec<f64>], count: usize) -> Self {
+        let n = rows.len().max(1) as f64;
+        let mean: Vec<f64> = (0..count).map(|k| rows.iter().map(|r| r[k]).sum::<f64>() / n).collect();
+        let sd = |k: usize| (rows.iter().map(|r| (r[k] - mean[k]).powi(2)).sum::<f64>() / n).sqrt();
+        let inverse = (0..count).map(|k| if sd(k) > 1e-12 { 1.0 / sd(k) } else { 0.0 }).collect();
+        Self { mean, inverse }
+    }
+
+    /// Standard deviation of each feature.
+    pub(crate) fn sd(&self) -> impl Iterator<Item = f64> {
+        self.inverse.iter().map(|i| if *i > 0.0 { 1.0 / i } else { 0.0 })
+    }
+
+    pub(crate) fn apply(&self, row: &[f64]) -> Vec<f64> {
+        row.iter().zip(&self.mean).zip(&self.inverse).map(|((v, m), i)| (v - m) * i).collect()
+    }
+}

@@ -1,0 +1,57 @@
+//! Linear regression, the paper's LR: sample-efficient, and right only where the object is linear.
+
+use super::features::Scale;
+use super::{BaselineError, Features, Predictor, StateVector, Transition, check};
+use nalgebra::DMatrix;
+
+/// Singular values below this share of the largest are taken for zero.
+const RANK: f64 = 1e-10;
+
+/// `x' − x = A [x, u, 1] dt` by least squares. Fewer observations than coefficients give the smallest coefficients
+/// (of features in standard deviations) that fit.
+#[derive(Clone, Debug)]
+pub struct Linear {
+    features: Features,
+    scale: Scale,
+    mean: StateVector,
+    /// A row for each feature, a column for each channel.
+    slopes: DMatrix<f64>,
+}
+
+impl Linear {
+    /// Learn from transitions, which should be of one `dt`.
+    ///
+    /// # Errors
+    /// When there are none, or a number is not finite.
+    pub fn fit(training: &[Transition], features: Features) -> Result<Self, BaselineError> {
+        check(training)?;
+        let n = training.len();
+        let rows: Vec<_> = training.iter().map(|t| features.of(&t.before, &t.wrench)).collect();
+        let scale = Scale::of(&rows, features.count());
+        let rates: Vec<_> = training.iter().map(|t| features.rate(t)).collect();
+        let mean = std::array::from_fn(|k| rates.iter().map(|r| r[k]).sum::<f64>() / n as f64);
+        let inputs: Vec<f64> = rows.iter().flat_map(|row| scale.apply(row)).collect();
+        let design = DMatrix::from_row_slice(n, features.count(), &inputs);
+        let targets = DMatrix::from_fn(n, 6, |i, k| rates[i][k] - mean[k]);
+        Ok(Self { features, scale, mean, slopes: least_squares(design, &targets) })
+    }
+}
+
+/// The least of all least-squares solutions, by singular values.
+fn least_squares(design: DMatrix<f64>, targets: &DMatrix<f64>) -> DMatrix<f64> {
+    let nothing = DMatrix::zeros(design.ncols(), targets.ncols());
+    let svd = design.svd(true, true);
+    let tolerance = RANK * svd.singular_values.max();
+    // It fails only without its vectors, which were asked for.
+    if tolerance > 0.0 { svd.solve(targets, tolerance).unwrap_or(nothing) } else { nothing }
+}
+
+impl Predictor for Linear {
+    fn predict(&self, x: &StateVector, u: &[f64; 3], dt: f64) -> StateVector {
+        let input = self.scale.apply(&self.features.of(x, u));
+        let rate = std::array::from_fn(|k| {
+            self.mean[k] + self.slopes.column(k).iter().zip(&input).map(|(slope, z)| slope * z).sum::<f64>()
+        });
+        self.features.after(x, rate, dt)
+    }
+}

@@ -1,0 +1,117 @@
+//! Section V-B of the paper: models learnt from transitions, and the one score they are compared by.
+//!
+//! A [`Transition`] is one row of eq. 7 with the state that followed. [`Linear`] and [`Local`] are the paper's
+//! baselines, linear and locally weighted regression, of `x' = f(x, u)`; [`Plant`] is a physical model in the same
+//! place. [`r2`] scores each of them alike.
+
+mod cut;
+mod features;
+mod linear;
+mod local;
+mod transitions;
+
+pub use cut::transitions_of;
+pub use features::Features;
+pub use linear::Linear;
+pub use local::Local;
+pub use transitions::{Pushes, SigmaReading, Transition, hold, noisy, transitions};
+
+use thiserror::Error;
+use trundle_model::{ModelError, Plant};
+
+/// Pose and twist of an object in the world: `[m, m, rad, m/s, m/s, rad/s]`.
+pub type StateVector = [f64; 6];
+
+/// Something that says where a held wrench brings an object.
+pub trait Predictor {
+    /// The state `dt` seconds after `x` under the wrench `u` (`[N, N, N·m]`, object axes about the object's
+    /// origin), which is held and turns with the object.
+    fn predict(&self, x: &StateVector, u: &[f64; 3], dt: f64) -> StateVector;
+}
+
+/// A physical model with its values in place: [`trundle_model::Model::plant`] at the values of a fit.
+impl Predictor for Plant<f64> {
+    fn predict(&self, x: &StateVector, u: &[f64; 3], dt: f64) -> StateVector {
+        hold(self, x, u, dt)
+    }
+}
+
+/// Predicts that the object moves on as it did: what a score is worth without any learning.
+#[derive(Clone, Copy, Debug)]
+pub struct Coasting;
+
+impl Predictor for Coasting {
+    fn predict(&self, x: &StateVector, _u: &[f64; 3], dt: f64) -> StateVector {
+        let [px, py, heading, vx, vy, spin] = *x;
+        [px + vx * dt, py + vy * dt, heading + spin * dt, vx, vy, spin]
+    }
+}
+
+/// Coefficient of determination of predicted next states, the paper's r².
+///
+/// For each of the six channels of `x'`, `1 − Σ(x̂' − x')² / Σ(x' − mean x')²` over the test transitions; the result
+/// is the mean over the channels that vary. That is the same as one pooled coefficient after each channel is divided
+/// by its standard deviation over the test, so that metres and radians weigh alike. `NaN` if nothing varies, minus
+/// infinity where a prediction is not finite.
+pub fn r2(predictor: &(impl Predictor + ?Sized), test: &[Transition]) -> f64 {
+    let predicted: Vec<_> = test.iter().map(|t| predictor.predict(&t.before, &t.wrench, t.dt)).collect();
+    let mut channels = vec![];
+    for k in 0..6 {
+        let mean = test.iter().map(|t| t.after[k]).sum::<f64>() / test.len().max(1) as f64;
+        let spread: f64 = test.iter().map(|t| (t.after[k] - mean).powi(2)).sum();
+        let error: f64 = test.iter().zip(&predicted).map(|(t, p)| (p[k] - t.after[k]).powi(2)).sum();
+        if spread > 0.0 {
+            channels.push(if error.is_finite() { 1.0 - error / spread } else { f64::NEG_INFINITY });
+        }
+    }
+    channels.iter().sum::<f64>() / channels.len() as f64
+}
+
+/// Why a regression or its data cannot be had.
+#[derive(Debug, Error)]
+pub enum BaselineError {
+    /// The model that is to be pushed is not complete.
+    #[error(transparent)]
+    Model(#[from] ModelError),
+    /// No data to learn from.
+    #[error("no transitions to learn from: give at least one")]
+    Empty,
+    /// A value that makes no sense.
+    #[error("{name} = {value}: {remedy}")]
+    Value {
+        /// Which argument, and which transition if it is of one.
+        name: String,
+        /// As given.
+        value: f64,
+        /// What to give instead.
+        remedy: &'static str,
+    },
+}
+
+/// Refuses an empty set, and numbers that are not finite.
+fn check(data: &[Transition]) -> Result<(), BaselineError> {
+    if data.is_empty() {
+        return Err(BaselineError::Empty);
+    }
+    for (index, t) in data.iter().enumerate() {
+        let value = |what: &str, value, remedy| BaselineError::Value {
+            name: format!("transition {index}: {what}"),
+            value,
+            remedy,
+        };
+        if !(t.dt.is_finite() && t.dt > 0.0) {
+            return Err(value("dt", t.dt, "must be positive (s)"));
+        }
+        let parts =
+            [("state before", &t.before[..]), ("wrench", &t.wrench[..]), ("state after", &t.after[..])];
+        for (what, numbers) in parts {
+            if let Some(&bad) = numbers.iter().find(|v| !v.is_finite()) {
+                return Err(value(what, bad, "must be finite; leave the transition out"));
+            }
+        }
+    }
+    Ok(())
+}
+
+#[cfg(test)]
+mod tests;

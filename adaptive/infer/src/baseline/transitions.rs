@@ -1,0 +1,204 @@
+//! Observations for learning: pushes of a model, each held for a moment, from states along episodes.
+
+use super::{BaselineError, StateVector};
+use rand::{RngExt, SeedableRng};
+use rand_chacha::ChaCha8Rng;
+use rand_distr::{Distribution, StandardNormal};
+use trundle_model::{Clock, Model, Plant, State, to_body, to_world};
+
+/// One observation: a state, the wrench held from it on, and the state that followed (eq. 7).
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub struct Transition {
+    /// World pose and twist before, `[m, m, rad, m/s, m/s, rad/s]`.
+    pub before: StateVector,
+    /// Wrench held meanwhile, `[N, N, N·m]`, object axes about the object's origin: it turns with the object.
+    pub wrench: [f64; 3],
+    /// For how long, s.
+    pub dt: f64,
+    /// World pose and twist after.
+    pub after: StateVector,
+}
+
+/// How an object is pushed to gather transitions.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub struct Pushes {
+    /// How long each wrench is held, s. A fifth of a second is long against the 0.1 s in which a locked wheel stops a
+    /// table, so that an observation shows what the friction does; the wrench, which is held in object axes, turns
+    /// by less than about 10° meanwhile, so that an object without a constraint stays nearly linear.
+    pub dt: f64,
+    /// Pushes in an episode, which begins at rest at a random pose.
+    pub per_episode: usize,
+    /// Standard deviation of the speed along each axis that a push aims at, m/s: a walk beside furniture.
+    pub speed: f64,
+    /// Standard deviation of the spin that a push aims at, rad/s.
+    pub spin: f64,
+    /// Largest force, N: what one person or a mobile manipulator pushes with.
+    pub force: f64,
+    /// Half the side of the square in which episodes begin, m.
+    pub arena: f64,
+    /// Largest heading, either way, at which they begin, rad. An object is come upon about where it always stands:
+    /// the more headings there are, the more a regression in world axes has to learn.
+    pub heading: f64,
+}
+
+impl Default for Pushes {
+    fn default() -> Self {
+        Self { dt: 0.2, per_episode: 10, speed: 0.3, spin: 0.4, force: 150.0, arena: 0.5, heading: 0.5 }
+    }
+}
+
+/// In what units the paper's σ per channel is read; it gives none.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub enum SigmaReading {
+    /// m, rad, m/s, rad/s.
+    Si,
+    /// cm, degrees, cm/s, degrees/s.
+    CentimetreDegree,
+    /// Multiples of the standard deviation of each channel's change `x' − x` over the data.
+    OfMotion,
+}
+
+impl SigmaReading {
+    /// Standard deviation of the noise of each channel, SI units. `data` are noise-free transitions of the object.
+    pub fn sd(self, sigma: f64, data: &[Transition]) -> StateVector {
+        match self {
+            Self::Si => [sigma; 6],
+            Self::CentimetreDegree => {
+                let (cm, degree) = (sigma * 0.01, sigma.to_radians());
+                [cm, cm, degree, cm, cm, degree]
+            }
+            Self::OfMotion => change_sd(data).map(|sd| sigma * sd),
+        }
+    }
+}
+
+/// Standard deviation of each channel's change.
+fn change_sd(data: &[Transition]) -> StateVector {
+    let n = data.len().max(1) as f64;
+    std::array::from_fn(|k| {
+        let change = |t: &Transition| t.after[k] - t.before[k];
+        let mean = data.iter().map(change).sum::<f64>() / n;
+        (data.iter().map(|t| (change(t) - mean).powi(2)).sum::<f64>() / n).sqrt()
+    })
+}
+
+/// Longest step of the plant within a push, s.
+const STEP: f64 = 0.005;
+
+/// The state after a wrench is held for `dt` seconds; see [`super::Predictor::predict`].
+pub fn hold(plant: &Plant<f64>, x: &StateVector, u: &[f64; 3], dt: f64) -> StateVector {
+    let steps = (dt / STEP).ceil().max(1.0);
+    let mut state = state(x);
+    for _ in 0..steps as usize {
+        state = plant.step(&state, *u, Clock { since_contact: 0.0 }, dt / steps);
+    }
+    let ([x, y, heading], [vx, vy, spin]) = (state.pose, state.twist);
+    [x, y, heading, vx, vy, spin]
+}
+
+fn state(&[x, y, heading, vx, vy, spin]: &StateVector) -> State<f64> {
+    State { pose: [x, y, heading], twist: [vx, vy, spin] }
+}
+
+/// The first `n` noise-free transitions of a model whose values are all given. The same seed gives the same ones, and
+/// more of them begin with the same.
+///
+/// Each push aims at a random twist, as a velocity-controlled gripper does: it is the wrench that would bring the
+/// object there in `dt`, and keep it there against its friction, cut to the largest force.
+///
+/// # Errors
+/// When a value of the model is free, or a setting is not positive.
+pub fn transitions(
+    model: &Model,
+    n: usize,
+    seed: u64,
+    pushes: &Pushes,
+) -> Result<Vec<Transition>, BaselineError> {
+    pushes.check()?;
+    let plant = model.resolved()?;
+    let mut rng = ChaCha8Rng::seed_from_u64(seed);
+    let mut x = [0.0; 6];
+    let mut found = Vec::with_capacity(n);
+    for k in 0..n {
+        if k % pushes.per_episode == 0 {
+            x = pushes.start(model.dof, &mut rng);
+        }
+        let wrench = pushes.wrench(&plant, model.dof, &x, &mut rng);
+        let after = hold(&plant, &x, &wrench, pushes.dt);
+        found.push(Transition { before: x, wrench, dt: pushes.dt, after });
+        x = after;
+    }
+    Ok(found)
+}
+
+/// The same transitions with normal noise of standard deviation `sd` (SI units) added to each channel of the state
+/// after: a noisy observation `x'`. The state before and the wrench stay exact.
+#[must_use]
+pub fn noisy(data: &[Transition], sd: &StateVector, seed: u64) -> Vec<Transition> {
+    let mut rng = ChaCha8Rng::seed_from_u64(seed);
+    rng.set_stream(1); // Not the stream of the pushes, should the seeds be equal.
+    let mut add = |value: f64, sd: f64| value + sd * normal(&mut rng);
+    data.iter().map(|t| Transition { after: std::array::from_fn(|k| add(t.after[k], sd[k])), ..*t }).collect()
+}
+
+fn normal(rng: &mut ChaCha8Rng) -> f64 {
+    StandardNormal.sample(rng)
+}
+
+impl Pushes {
+    fn check(&self) -> Result<(), BaselineError> {
+        let positive = [("dt", self.dt), ("force", self.force), ("per_episode", self.per_episode as f64)];
+        let not_negative =
+            [("speed", self.speed), ("spin", self.spin), ("arena", self.arena), ("heading", self.heading)];
+        let refuse =
+            |name: &str, value, remedy| Err(BaselineError::Value { name: name.to_owned(), value, remedy });
+        if let Some((name, value)) = positive.into_iter().find(|(_, v)| !(v.is_finite() && *v > 0.0)) {
+            return refuse(name, value, "must be positive");
+        }
+        match not_negative.into_iter().find(|(_, v)| !(v.is_finite() && *v >= 0.0)) {
+            Some((name, value)) => refuse(name, value, "must not be negative"),
+            None => Ok(()),
+        }
+    }
+
+    /// At rest at a random pose.
+    fn start(&self, dof: [bool; 3], rng: &mut ChaCha8Rng) -> StateVector {
+        let mut uniform = |half: f64, moves: bool| {
+            let value = half * (2.0 * rng.random::<f64>() - 1.0);
+            if moves { value } else { 0.0 }
+        };
+        let (x, y) = (uniform(self.arena, dof[0]), uniform(self.arena, dof[1]));
+        [x, y, uniform(self.heading, dof[2]), 0.0, 0.0, 0.0]
+    }
+
+    fn wrench(&self, plant: &Plant<f64>, dof: [bool; 3], x: &StateVector, rng: &mut ChaCha8Rng) -> [f64; 3] {
+        let mut aim = [self.speed, self.speed, self.spin].map(|size| size * normal(rng));
+        for (value, moves) in aim.iter_mut().zip(dof) {
+            *value *= f64::from(u8::from(moves));
+        }
+        let now = to_body([x[3], x[4], x[5]], x[2]);
+        let accel = [0, 1, 2].map(|k| (aim[k] - now[k]) / self.dt);
+        let resistance = resistance(plant, x, aim);
+        let inertial = inertial(plant, accel);
+        let wrench = [0, 1, 2].map(|k| inertial[k] - resistance[k]);
+        let cut = (self.force / wrench[0].hypot(wrench[1]).max(1e-12)).min(1.0);
+        wrench.map(|w| cut * w)
+    }
+}
+
+/// Wrench of the laws at the pose of `x` and a twist in object axes.
+fn resistance(plant: &Plant<f64>, x: &StateVector, twist: [f64; 3]) -> [f64; 3] {
+    let mut at = state(x);
+    at.twist = to_world(twist, x[2]);
+    let action = plant.action(&at, Clock { since_contact: 0.0 });
+    let ([xx, xy, yy, xt, yt, tt], [vx, vy, spin]) = (action.drag, twist);
+    let drag = [xx * vx + xy * vy + xt * spin, xy * vx + yy * vy + yt * spin, xt * vx + yt * vy + tt * spin];
+    [0, 1, 2].map(|k| action.push[k] - drag[k])
+}
+
+/// Wrench about the origin that accelerates it so, object axes.
+fn inertial(plant: &Plant<f64>, [ax, ay, turn]: [f64; 3]) -> [f64; 3] {
+    let [cx, cy] = plant.com;
+    let (fx, fy) = (plant.mass * (ax - turn * cy), plant.mass * (ay + turn * cx));
+    [fx, fy, plant.inertia * turn + cx * fy - cy * fx]
+}
