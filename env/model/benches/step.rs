@@ -1,46 +1,107 @@
-//! One integration step of a table with a wheel and dry friction: plain, and with derivatives.
+//! What derivatives cost: one integration step, and a rollout of five seconds, of a table with a wheel,
+//! without and with dry friction; plain, and with six or eight columns of derivatives.
 //!
 //! ```text
 //! cargo bench -p trundle-model
 //! ```
+//! The ratios at the end are of the fastest of many runs in turn, so that a busy machine matters little.
 
 #![allow(missing_docs)] // criterion's macro makes the entry point public
 
 use criterion::{Criterion, criterion_group, criterion_main};
 use std::hint::black_box;
+use std::time::Instant;
 use trundle_model::{Body, Clock, Dual, Effect, Kind, Model, Plant, Real, State};
 
-const DT: f64 = 2e-3;
 const CLOCK: Clock = Clock { since_contact: 1.0 };
-const WRENCH: [f64; 3] = [12.0, -3.0, 1.5];
+const STEPS: usize = 500;
+const TURNS: usize = 1000;
 
-fn model() -> Model {
+/// A table of 22 kg on a wheel; where it is said, a foot rubs as well.
+fn table(rubs: bool) -> Model {
     let corners = [[-0.6, -0.4], [0.6, -0.4], [0.6, 0.4], [-0.6, 0.4]];
     let body = Body::from_footprint(&corners, 22.0).unwrap_or_else(|error| unreachable!("{error}"));
-    Model::nominal(body, Some(22.0), [true; 3]).with(Effect::free(Kind::CoulombFriction))
+    let wheel = [("x", -0.5), ("y", -0.3), ("angle", 0.2), ("mu_x", 15.0), ("mu_y", 180.0)];
+    let foot = [("x", 0.4), ("y", 0.3), ("force", 6.0)];
+    let mut model = Model::nominal(body, Some(22.0), [true; 3]);
+    model.effects = vec![effect(Kind::ViscousWheel, &wheel)];
+    if rubs { model.with(effect(Kind::CoulombFriction, &foot)) } else { model }
 }
 
-/// Mass; wheel x, y, angle, μ_x, μ_y; friction x, y, force, static force, Stribeck velocity.
-const VALUES: [f64; 11] = [22.0, -0.5, -0.3, 0.2, 15.0, 180.0, 0.4, 0.3, 6.0, 0.0, 0.01];
+fn effect(kind: Kind, values: &[(&str, f64)]) -> Effect {
+    values.iter().fold(Effect::free(kind), |effect, (name, value)| effect.with(name, Some(*value)))
+}
 
-fn plant<T: Real>(lift: impl Fn(usize, f64) -> T) -> Plant<T> {
-    let values: Vec<T> = VALUES.iter().enumerate().map(|(k, &value)| lift(k, value)).collect();
-    model().plant(&values).unwrap_or_else(|error| unreachable!("{error}"))
+/// The table with derivatives by its first parameters: mass; wheel x, y, angle, μ_x, μ_y; friction.
+fn plant<T: Real>(rubs: bool, lift: impl Fn(usize, f64) -> T) -> Plant<T> {
+    let model = table(rubs);
+    let slots = model.slots();
+    let values = slots.iter().enumerate().filter_map(|(k, slot)| slot.value.map(|value| lift(k, value)));
+    model.plant(&values.collect::<Vec<T>>()).unwrap_or_else(|error| unreachable!("{error}"))
+}
+
+fn dual<const N: usize>(rubs: bool) -> Plant<Dual<N>> {
+    plant(rubs, |k, value| Dual::variable(value, k))
+}
+
+fn wrench<T: Real>(k: usize) -> [T; 3] {
+    let t = k as f64 * 0.01;
+    [15.0 + 20.0 * (1.3 * t).sin(), 6.0 * (2.1 * t).cos(), 2.0 * (0.9 * t).sin()].map(T::lift)
+}
+
+fn rollout<T: Real>(plant: &Plant<T>, wrenches: &[[T; 3]]) -> State<T> {
+    let start = State::at_rest([0.1, 0.2, 0.3]);
+    wrenches.iter().fold(start, |state, &wrench| plant.step(&state, wrench, CLOCK, 0.01))
 }
 
 fn bench<T: Real>(criterion: &mut Criterion, name: &str, plant: &Plant<T>) {
     let state = State { pose: [0.1, 0.2, 0.3].map(T::lift), twist: [0.4, -0.1, 0.2].map(T::lift) };
-    let wrench = WRENCH.map(T::lift);
-    criterion.bench_function(name, |bencher| {
-        bencher.iter(|| black_box(plant).step(black_box(&state), black_box(wrench), CLOCK, DT));
+    criterion.bench_function(&format!("step/{name}"), |bencher| {
+        bencher.iter(|| black_box(plant).step(black_box(&state), black_box(wrench(0)), CLOCK, 2e-3));
+    });
+    let wrenches: Vec<_> = (0..STEPS).map(wrench).collect();
+    criterion.bench_function(&format!("rollout/{name}"), |bencher| {
+        bencher.iter(|| rollout(black_box(plant), black_box(&wrenches)));
     });
 }
 
 fn steps(criterion: &mut Criterion) {
-    bench(criterion, "step/f64", &plant(|_, value| value));
-    bench(criterion, "step/dual6", &plant(|k, value| Dual::<6>::variable(value, k)));
-    bench(criterion, "step/dual8", &plant(|k, value| Dual::<8>::variable(value, k)));
+    for (rubs, table) in [(false, "wheel"), (true, "wheel and dry friction")] {
+        bench(criterion, &format!("{table}/f64"), &plant(rubs, |_, value| value));
+        bench(criterion, &format!("{table}/dual6"), &dual::<6>(rubs));
+        bench(criterion, &format!("{table}/dual8"), &dual::<8>(rubs));
+    }
 }
 
-criterion_group!(benches, steps);
+/// Nanoseconds that one step of a rollout takes.
+fn timed<T: Real>(plant: &Plant<T>, wrenches: &[[T; 3]]) -> f64 {
+    let begun = Instant::now();
+    black_box(rollout(black_box(plant), black_box(wrenches)));
+    begun.elapsed().as_nanos() as f64 / STEPS as f64
+}
+
+/// Rollouts with derivatives over plain ones.
+fn ratios(_: &mut Criterion) {
+    for (rubs, table) in [(false, "wheel"), (true, "wheel and dry friction")] {
+        let (plain, six, eight) = (plant(rubs, |_, value| value), dual::<6>(rubs), dual::<8>(rubs));
+        let (f, s, e): (Vec<_>, Vec<_>, Vec<_>) = (
+            (0..STEPS).map(wrench).collect(),
+            (0..STEPS).map(wrench).collect(),
+            (0..STEPS).map(wrench).collect(),
+        );
+        let mut best = [f64::INFINITY; 3];
+        for _ in 0..TURNS {
+            let took = [timed(&plain, &f), timed(&six, &s), timed(&eight, &e)];
+            best = [0, 1, 2].map(|k| best[k].min(took[k]));
+        }
+        let [f, s, e] = best;
+        println!(
+            "{table}: f64 {f:.0} ns a step, six derivatives {s:.0} ns, {:.2}-fold, eight {:.2}-fold",
+            s / f,
+            e / f
+        );
+    }
+}
+
+criterion_group!(benches, steps, ratios);
 criterion_main!(benches);

