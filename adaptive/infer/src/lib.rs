@@ -10,6 +10,7 @@ mod coordinates;
 mod error;
 mod filter;
 mod fit;
+mod footing;
 mod joint;
 mod levenberg;
 mod likelihood;
@@ -23,6 +24,7 @@ mod sensitivity;
 mod stretches;
 mod target;
 mod track;
+mod truncated;
 mod watch;
 
 pub use baseline::{
@@ -30,10 +32,11 @@ pub use baseline::{
     hold, noisy, r2, transitions, transitions_of,
 };
 pub use comparison::{Comparison, quasi_static};
-pub use coordinates::Coordinates;
+pub use coordinates::{Coordinates, Strain};
 pub use error::InferError;
 pub use filter::{Innovation, Residual};
 pub use fit::{Estimate, Fit, FitOptions, Optimiser, carried, fit};
+pub use footing::{Footing, Pull};
 pub use joint::Joint;
 pub use likelihood::{Likelihood, Linearised};
 pub use motion::MotionLikelihood;
