@@ -23,8 +23,12 @@ use trundle_model::{Model, Prior, Slot};
 const REACH: f64 = 8.0;
 
 /// A parameter beyond this many prior standard deviations is where the prior all but excludes it:
-/// one draw of 16 000.
+/// one draw of 16 000. Also how far, in the data's standard deviations, they must want to go
+/// beyond an end of a prior.
 const STRAINED: f64 = 4.0;
+
+/// An estimate within this many prior standard deviations is not at an end of it.
+const INSIDE: f64 = 2.0;
 
 /// A value at an end of a uniform prior, or beyond it, is taken to have this share beyond it.
 const EDGE: f64 = 1e-9;
@@ -49,8 +53,8 @@ pub struct Strain {
     pub unit: &'static str,
     /// The estimate.
     pub value: f64,
-    /// How many prior standard deviations it is away, with the sign of the direction; for a
-    /// distribution with ends, as many as leave the same probability beyond.
+    /// Its coordinate: how many prior standard deviations it is out; for a distribution with ends,
+    /// as many as leave the same probability beyond.
     pub z: f64,
     /// What the prior allows within that many standard deviations at most.
     pub range: [f64; 2],
@@ -111,19 +115,18 @@ impl Coordinates {
         Pull { slopes: [pull.slopes[0] * at[0].1, pull.slopes[1] * at[1].1], ..pull }
     }
 
-    /// The parameters whose estimates at `z` lie more than four prior standard deviations out.
-    /// At a posterior's mode that means that the data and the prior contradict each other: the
-    /// data pull there as hard as the prior does, by a factor of e⁴ in density for each further
-    /// standard deviation. Angles have no prior to contradict.
-    pub fn strained(&self, z: &[f64]) -> Vec<Strain> {
-        let out = |(k, &z): (usize, &f64)| self.strain(k, z);
-        z.iter().enumerate().filter_map(out).collect()
-    }
-
-    /// The free parameter `k`, if its estimate at `z` is one of [`Coordinates::strained`].
-    pub fn strain(&self, k: usize, z: f64) -> Option<Strain> {
+    /// The free parameter `k`, if its estimate, a posterior mode with the coordinate `z`, is one
+    /// that the prior all but excludes; `information` is the curvature of the likelihood's cost
+    /// there by that coordinate.
+    ///
+    /// It is, where `z` is more than four prior standard deviations out; or, at an end of a
+    /// prior (more than two out), where the data want to go on by more than four of their own
+    /// standard deviations: at a mode their cost falls by `z` for each unit of `z`, so that is
+    /// `|z|/√information > 4`, a likelihood e⁸ times higher. Angles have no prior to contradict.
+    pub fn strain(&self, k: usize, z: f64, information: f64) -> Option<Strain> {
         let slot = self.slot(k);
-        if matches!(slot.prior, Prior::Angle(_)) || z.abs() <= STRAINED {
+        let beyond = z.abs() > INSIDE && z * z > STRAINED * STRAINED * information.max(0.0);
+        if matches!(slot.prior, Prior::Angle(_)) || !(z.abs() > STRAINED || beyond) {
             return None;
         }
         let value = |z| from_normal(slot, z).0;

@@ -202,14 +202,35 @@ fn draws_stand_under_the_footprint() {
 #[test]
 fn a_prior_that_excludes_the_data_is_named() {
     let coordinates = Coordinates::new(&with_priors(&TABLE));
-    let mut z = vec![0.0; coordinates.free().len()];
-    assert!(coordinates.strained(&z).is_empty());
-    z[0] = 5.0;
-    let strained = coordinates.strained(&z);
-    assert_eq!((strained.len(), strained[0].name.as_str()), (1, "body.mass"));
-    assert!(strained[0].range[0] < 0.01 && (strained[0].range[1] - 9.0).abs() < 0.01, "{strained:?}");
-    let words = strained[0].to_string();
-    for word in ["the prior excludes the data", "body.mass", "9.0", "kg", "above", "widen"] {
+    let strain = |z, information| coordinates.strain(0, z, information);
+    let strained = strain(5.0, 100.0).unwrap();
+    assert_eq!(strained.name, "body.mass");
+    assert!(strained.range[0] < 0.01 && (strained.range[1] - 9.0).abs() < 0.01, "{strained:?}");
+    let words = strained.to_string();
+    for word in ["the prior excludes the data", "body.mass", "9.000", "kg", "above", "widen"] {
         assert!(words.contains(word), "{words}");
+    }
+    // Well inside; at an end, which suits the data; at an end, which they want to leave.
+    assert_eq!((strain(1.0, 0.001), strain(-3.0, 4.0)), (None, None));
+    assert!(strain(-3.0, 0.5).unwrap().to_string().contains("below"));
+}
+
+/// The mode of N(22 ± 0.1) under a uniform prior, at which the two criteria are to be told apart.
+#[test]
+fn an_end_in_the_wrong_place_is_a_contradiction_and_one_in_the_right_place_is_not() {
+    for (low, strained) in [(30.0, true), (22.0, false), (10.0, false), (22.6, true)] {
+        let text = format!("[body]\nmass = {{ distribution = \"uniform\", low = {low}, high = 40 }}");
+        let model = PriorFile::from_toml(&text, "p").unwrap().apply(&model(&TABLE)).unwrap();
+        let coordinates = Coordinates::new(&model);
+        let at = |z: f64| {
+            let point: Vec<f64> =
+                (0..coordinates.free().len()).map(|k| if k == 0 { z } else { 0.0 }).collect();
+            let (values, slopes) = coordinates.values(&point);
+            (values[0], slopes[0])
+        };
+        let cost = |z: f64| 0.5 * ((at(z).0 - 22.0) / 0.1).powi(2) + coordinates.prior_cost_of(0, z);
+        let mode = ramp(160_000, -8.0, 8.0).min_by(|a, b| cost(*a).total_cmp(&cost(*b))).unwrap();
+        let found = coordinates.strain(0, mode, (at(mode).1 / 0.1).powi(2));
+        assert_eq!(found.is_some(), strained, "{low}: mode at {mode}");
     }
 }
