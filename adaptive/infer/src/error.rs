@@ -38,6 +38,16 @@ pub enum InferError {
         /// How many starts were tried.
         starts: usize,
     },
+    /// A simulator that was handed in failed.
+    #[error("{episode}, t = {t:.4} s: {reason}")]
+    Step {
+        /// The episode.
+        episode: String,
+        /// When in it, s.
+        t: f64,
+        /// What was wrong, with the value.
+        reason: String,
+    },
     /// The user stopped it.
     #[error("interrupted")]
     Interrupted,

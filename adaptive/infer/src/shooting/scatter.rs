@@ -1,0 +1,106 @@
+//! How far what is seen scatters about what is simulated: σ of eq. 6.
+
+use crate::{StateVector, Transition};
+use trundle_model::{Prior, Slot};
+use trundle_record::{Motion, Noise};
+
+/// One standard deviation in each kind of channel.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub struct Scatter {
+    /// Of x and y, m.
+    pub position: f64,
+    /// Of θ, rad.
+    pub heading: f64,
+    /// Of the velocity of the origin, m/s.
+    pub velocity: f64,
+    /// Of the spin, rad/s.
+    pub spin: f64,
+}
+
+/// What is known of the scatter before the data.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub(crate) enum Sigma {
+    /// Its value.
+    Known(Scatter),
+    /// Log-normal about this median.
+    Unknown { median: Scatter, spread: f64 },
+}
+
+/// Standard deviation of the logarithm of an unknown scatter: 95 % within a factor of seven of the median. Where
+/// few residuals could be met exactly, it is all that keeps σ from zero.
+pub(crate) const SPREAD: f64 = 1.0;
+
+/// A simulation under noisy forces misses by some times the tracker's noise.
+const MISS: f64 = 4.0;
+
+/// Share of the usual change of a channel that is taken for the median of its scatter.
+const SHARE: f64 = 0.1;
+
+const NAMES: [(&str, &str); 4] =
+    [("noise.position", "m"), ("noise.heading", "rad"), ("noise.velocity", "m/s"), ("noise.spin", "rad/s")];
+
+impl Scatter {
+    pub(crate) fn array(self) -> [f64; 4] {
+        [self.position, self.heading, self.velocity, self.spin]
+    }
+
+    fn of([position, heading, velocity, spin]: [f64; 4]) -> Self {
+        Self { position, heading, velocity, spin }
+    }
+
+    /// What is likely where poses are this noisy, and twists smoothed from them this uncertain.
+    pub(crate) fn usual<'a>(noise: &Noise, motion: impl Iterator<Item = &'a Motion>) -> Self {
+        let (mut variance, mut count) = ([0.0; 3], 0.0);
+        for m in motion {
+            variance = [0, 1, 2].map(|k| variance[k] + m.cov[k][1][1]);
+            count += 1.0;
+        }
+        let twist = variance.map(|v| if count > 0.0 { (v / count).sqrt() } else { 0.01 });
+        let [x, y, theta] = noise.pose;
+        Self::of([x.max(y), theta, twist[0].max(twist[1]), twist[2]].map(|s| (MISS * s).max(1e-9)))
+    }
+
+    /// A tenth of what the channels change by in these transitions.
+    pub(crate) fn of_changes(data: &[Transition]) -> Self {
+        let square = |channels: &[usize]| {
+            let of =
+                |t: &Transition| channels.iter().map(|&k| (t.after[k] - t.before[k]).powi(2)).sum::<f64>();
+            let n = (channels.len() * data.len()).max(1) as f64;
+            (data.iter().map(of).sum::<f64>() / n).sqrt()
+        };
+        let changes = [square(&[0, 1]), square(&[2]), square(&[3, 4]), square(&[5])];
+        Self::of(changes.map(|c| if c > 0.0 { SHARE * c } else { 1e-6 }))
+    }
+}
+
+/// Kind of scatter of a channel of [`StateVector`].
+pub(crate) fn kind(channel: usize) -> usize {
+    [0, 0, 1, 2, 2, 3][channel]
+}
+
+/// The slots of the kinds `kinds`.
+pub(crate) fn slots(sigma: Sigma, kinds: &[usize]) -> Vec<Slot> {
+    let one = |&k: &usize| {
+        let (name, unit) = NAMES[k];
+        let (median, spread, value) = match sigma {
+            Sigma::Known(s) => (s.array()[k], SPREAD, Some(s.array()[k])),
+            Sigma::Unknown { median, spread } => (median.array()[k], spread, None),
+        };
+        Slot {
+            name: name.to_owned(),
+            unit,
+            lower: 1e-12,
+            upper: 1e6,
+            prior: Prior::LogNormal { median, sd: spread },
+            value,
+            effect: None,
+        }
+    };
+    kinds.iter().map(one).collect()
+}
+
+/// Seen less simulated; headings on their circle.
+pub(crate) fn difference(seen: &StateVector, simulated: &StateVector, channel: usize) -> f64 {
+    let d = seen[channel] - simulated[channel];
+    if channel == 2 { crate::score::wrap(d) } else { d }
+}

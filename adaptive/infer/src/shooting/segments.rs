@@ -1,0 +1,179 @@
+//! Recordings cut into the stretches that are simulated from a known state.
+
+use crate::track::{LONGEST, Readings, cut};
+use crate::{InferError, StateVector, Transition};
+use trundle_model::{Clock, State};
+use trundle_record::{FEWEST_POSES, Motion, Noise, PoseSample, Prepared};
+
+/// How recordings are cut.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub enum Cut {
+    /// Eq. 8: intervals of so many pose samples, each from the smoothed state at its beginning to the pose and the
+    /// smoothed twist at its end.
+    Steps {
+        /// Pose samples from one to the next, at least 1.
+        stride: usize,
+    },
+    /// Eq. 9: a whole episode, of which only the last pose is compared.
+    Final,
+    /// Multiple shooting: windows one after another, in which every pose is compared.
+    Windows {
+        /// Length of a window, s.
+        length: f64,
+    },
+}
+
+/// A step of a simulation.
+#[derive(Clone, Copy, Debug)]
+pub(crate) struct Input {
+    /// Mean reading, reading axes.
+    pub reading: [f64; 3],
+    /// Pose of the reading frame in the object frame.
+    pub frame: [f64; 3],
+    pub clock: Clock,
+    pub dt: f64,
+}
+
+/// A state to compare with, after so many inputs.
+#[derive(Clone, Copy, Debug)]
+pub(crate) struct Seen {
+    pub after: usize,
+    pub state: StateVector,
+}
+
+/// A stretch that is simulated from a known state.
+#[derive(Clone, Debug)]
+pub(crate) struct Segment {
+    /// Index of the episode.
+    pub episode: usize,
+    /// When it begins, s.
+    pub t: f64,
+    pub start: State<f64>,
+    pub inputs: Vec<Input>,
+    pub seen: Vec<Seen>,
+}
+
+/// The segments of the episode `index`, and the motion that was smoothed for them.
+pub(crate) fn of_episode(
+    index: usize,
+    episode: &Prepared,
+    noise: &Noise,
+    how: Cut,
+) -> Result<(Vec<Segment>, Vec<Motion>), InferError> {
+    if episode.wrench.len() < 2 {
+        return Err(lacks(episode, "fewer than two wrench samples are left"));
+    }
+    let motion = episode.motion(noise);
+    if motion.is_empty() && !(how == Cut::Final && episode.at_rest) {
+        let reason = format!("fewer than {FEWEST_POSES} poses are left, which say nothing of a velocity");
+        return Err(lacks(episode, &reason));
+    }
+    let first = first_pose(episode);
+    let cutter = Cutter { index, episode, motion: &motion, readings: Readings::new(&episode.wrench) };
+    let ends = cutter.ends(first, how);
+    if ends.len() < 2 {
+        return Err(lacks(episode, "no pose is left after contact"));
+    }
+    let segments = ends.windows(2).map(|pair| cutter.segment(pair[0], pair[1], first, how)).collect();
+    Ok((segments, motion))
+}
+
+fn lacks(episode: &Prepared, reason: &str) -> InferError {
+    InferError::NoData {
+        recording: episode.name.clone(),
+        reason: reason.to_owned(),
+        remedy: "leave the episode out, or record more of it".to_owned(),
+    }
+}
+
+/// Where the simulation of an episode begins: where the object is at rest, the last pose before contact.
+fn first_pose(episode: &Prepared) -> usize {
+    let before = episode.pose.iter().rposition(|p| p.t <= episode.contact);
+    if episode.at_rest { before.unwrap_or(0) } else { 0 }
+}
+
+struct Cutter<'a> {
+    index: usize,
+    episode: &'a Prepared,
+    motion: &'a [Motion],
+    readings: Readings<'a>,
+}
+
+impl Cutter<'_> {
+    /// Poses at which segments begin and end.
+    fn ends(&self, first: usize, how: Cut) -> Vec<usize> {
+        let poses = &self.episode.pose;
+        let last = poses.len().saturating_sub(1);
+        match how {
+            Cut::Final => (first < last).then(|| vec![first, last]).unwrap_or_default(),
+            Cut::Steps { stride } => (first..=last).step_by(stride.max(1)).collect(),
+            Cut::Windows { length } => {
+                let mut ends = vec![first.min(last)];
+                while let Some(&from) = ends.last().filter(|&&from| from < last) {
+                    let within = poses.partition_point(|p| p.t <= poses[from].t + length + 1e-9);
+                    ends.push(within.saturating_sub(1).max(from + 1));
+                }
+                ends
+            }
+        }
+    }
+
+    fn segment(&self, from: usize, to: usize, first: usize, how: Cut) -> Segment {
+        let poses = &self.episode.pose;
+        let (mut inputs, mut seen) = (vec![], vec![]);
+        for (k, pair) in poses[from..=to].windows(2).enumerate() {
+            self.drive(&pair[0], &pair[1], &mut inputs);
+            if matches!(how, Cut::Windows { .. }) || from + k + 1 == to {
+                seen.push(Seen { after: inputs.len(), state: self.state_seen(from + k + 1) });
+            }
+        }
+        Segment { episode: self.index, t: poses[from].t, start: self.start(from, first), inputs, seen }
+    }
+
+    fn drive(&self, from: &PoseSample, to: &PoseSample, inputs: &mut Vec<Input>) {
+        let mut steps = vec![];
+        cut(from.t, to, &self.readings, self.episode.contact, LONGEST, &mut steps);
+        inputs.extend(steps.into_iter().map(|s| Input {
+            reading: s.reading,
+            frame: s.frame,
+            clock: s.clock,
+            dt: s.dt,
+        }));
+    }
+
+    /// The state at a pose: at rest, where the episode begins so, the mean of the poses until contact.
+    fn start(&self, at: usize, first: usize) -> State<f64> {
+        if at == first && self.episode.at_rest {
+            let still = &self.episode.pose[..=first];
+            let mean = |k: usize| still.iter().map(|p| p.pose[k]).sum::<f64>() / still.len() as f64;
+            return State::at_rest([0, 1, 2].map(mean));
+        }
+        let m = &self.motion[at];
+        State { pose: m.pose, twist: m.twist }
+    }
+
+    /// The recorded pose and the smoothed twist.
+    fn state_seen(&self, at: usize) -> StateVector {
+        let [vx, vy, spin] = self.motion.get(at).map_or([0.0; 3], |m| m.twist);
+        let [x, y, theta] = self.episode.pose[at].pose;
+        [x, y, theta, vx, vy, spin]
+    }
+}
+
+/// Longest step within a transition, s: that of [`crate::hold`].
+const STEP: f64 = 0.005;
+
+/// The segment of a transition: its wrench is held, in object axes.
+pub(crate) fn of_transition(transition: &Transition) -> Segment {
+    let steps = (transition.dt / STEP).ceil().max(1.0);
+    let [x, y, theta, vx, vy, spin] = transition.before;
+    let input = Input {
+        reading: transition.wrench,
+        frame: [0.0; 3],
+        clock: Clock { since_contact: 0.0 },
+        dt: transition.dt / steps,
+    };
+    let inputs = vec![input; steps as usize];
+    let seen = vec![Seen { after: inputs.len(), state: transition.after }];
+    Segment { episode: 0, t: 0.0, start: State { pose: [x, y, theta], twist: [vx, vy, spin] }, inputs, seen }
+}
