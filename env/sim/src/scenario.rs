@@ -7,10 +7,9 @@ use serde::de::DeserializeOwned;
 use toml::{Table, Value};
 use trundle_model::Model;
 
-use crate::{Coupling, Excitation, Push, Sensor, SimError, Tracker};
+use crate::{Coupling, Excitation, Object, Push, Sensor, SimError, Tracker};
 
 const SCENARIO: &str = "trundle-scenario/1";
-const OBJECT: &str = "trundle-object/1";
 
 /// Longest step, s: the gripper's coupling and the sensor's clock need one that is short.
 const LONGEST_STEP: f64 = 0.01;
@@ -24,6 +23,9 @@ pub struct Scenario {
     pub name: String,
     /// Object file, relative to the scenario.
     pub object: PathBuf,
+    /// Name of the object's configuration, whose effects are hidden too.
+    #[serde(default)]
+    pub configuration: Option<String>,
     /// Simulation step, s.
     #[serde(default = "fine_step")]
     pub step: f64,
@@ -63,19 +65,6 @@ pub struct ObstacleTable {
     pub polygon: Vec<[f64; 2]>,
 }
 
-/// An object file: a body, and where its figures come from.
-#[derive(Clone, Debug, Deserialize)]
-#[serde(deny_unknown_fields)]
-struct ObjectFile {
-    format: String,
-    #[serde(rename = "name")]
-    _name: String,
-    #[serde(rename = "source")]
-    _source: Option<String>,
-    /// As in `model.toml`.
-    body: Table,
-}
-
 /// Dry friction that stops and reverses needs it: at 1 ms a push of 6 s ends 1 mm off, at this 0.1 mm.
 fn fine_step() -> f64 {
     2.5e-4
@@ -91,10 +80,10 @@ impl Scenario {
         expect_format(path, &scenario.format, SCENARIO)?;
         scenario.check().map_err(|error| in_file(path, &error))?;
         let object_path = path.parent().unwrap_or(Path::new("")).join(&scenario.object);
-        let object: ObjectFile = parse(&object_path)?;
-        expect_format(&object_path, &object.format, OBJECT)?;
-        model(object.body.clone(), vec![]).map_err(|error| in_file(&object_path, &error))?;
-        let model = model(object.body, scenario.effects.clone()).map_err(|error| in_file(path, &error))?;
+        let object = Object::read(&object_path)?;
+        let model = object
+            .with(scenario.configuration.as_deref(), &scenario.effects)
+            .map_err(|error| in_file(path, &error))?;
         model.resolved().map_err(|error| in_file(path, &error.into()))?;
         Ok((scenario, model))
     }
@@ -131,7 +120,7 @@ impl Scenario {
 }
 
 /// Body and effects as a model: the same tables, keys and messages as `model.toml`.
-fn model(body: Table, effects: Vec<Table>) -> Result<Model, SimError> {
+pub(crate) fn model(body: Table, effects: Vec<Table>) -> Result<Model, SimError> {
     let effects = effects.into_iter().map(Value::Table).collect();
     let file = Table::from_iter([
         ("format".to_owned(), Value::String("trundle-model/1".to_owned())),
@@ -141,14 +130,14 @@ fn model(body: Table, effects: Vec<Table>) -> Result<Model, SimError> {
     Ok(Model::from_toml(&file.to_string())?.0)
 }
 
-fn parse<T: DeserializeOwned>(path: &Path) -> Result<T, SimError> {
+pub(crate) fn parse<T: DeserializeOwned>(path: &Path) -> Result<T, SimError> {
     let text =
         std::fs::read_to_string(path).map_err(|source| SimError::Io { path: path.to_owned(), source })?;
     toml::from_str(&text)
         .map_err(|error| SimError::File { path: path.to_owned(), message: error.to_string() })
 }
 
-fn expect_format(path: &Path, found: &str, known: &str) -> Result<(), SimError> {
+pub(crate) fn expect_format(path: &Path, found: &str, known: &str) -> Result<(), SimError> {
     if found == known {
         return Ok(());
     }
@@ -156,6 +145,6 @@ fn expect_format(path: &Path, found: &str, known: &str) -> Result<(), SimError> 
     Err(SimError::File { path: path.to_owned(), message })
 }
 
-fn in_file(path: &Path, error: &SimError) -> SimError {
+pub(crate) fn in_file(path: &Path, error: &SimError) -> SimError {
     SimError::File { path: path.to_owned(), message: error.to_string() }
 }
