@@ -10,6 +10,8 @@ use trundle_model::{Dual, Plant, Real, State, transport};
 
 /// Pose, twist and wrench error.
 const N: usize = 9;
+/// Pose and twist.
+const MOTION: usize = 6;
 type Matrix = SMatrix<f64, N, N>;
 type Vector = SVector<f64, N>;
 
@@ -146,15 +148,17 @@ impl Filter<'_> {
                 transition[(row, column)] = value.eps[column];
             }
         }
-        let mut covariance = transition * belief.covariance * transition.transpose();
-        let inputs = transition.fixed_view::<6, 3>(0, 6);
-        let noise = Matrix3::from_diagonal(&Vector3::from_fn(|k, _| {
-            let reading = self.channels.reading[k];
-            if self.dof[k] { reading * reading * step.thinning } else { 0.0 }
-        }));
-        let mut top = covariance.fixed_view_mut::<6, 6>(0, 0);
-        top += inputs * noise * inputs.transpose();
+        let mut covariance = moved(&transition, &belief.covariance);
         for k in (0..3).filter(|&k| self.dof[k]) {
+            let reading = self.channels.reading[k];
+            let variance = reading * reading * step.thinning;
+            // The reading's noise enters as its error does.
+            let input: SVector<f64, MOTION> = transition.fixed_view::<MOTION, 1>(0, k + MOTION).into_owned();
+            for column in 0..MOTION {
+                for row in 0..MOTION {
+                    covariance[(row, column)] += input[row] * (variance * input[column]);
+                }
+            }
             covariance[(k + 6, k + 6)] += self.channels.wander[k] * self.channels.wander[k] * step.dt;
         }
         (Belief { mean, covariance }, transition)
@@ -188,15 +192,60 @@ impl Filter<'_> {
 
     fn update(&self, belief: Belief, innovation: &Innovation) -> Belief {
         let mean = belief.mean + innovation.gain * innovation.error;
-        let mut keep = Matrix::identity();
-        let mut left = keep.fixed_view_mut::<N, 3>(0, 0);
-        left -= innovation.gain;
-        let noise = Matrix3::from_diagonal(&Vector3::from(self.channels.pose.map(|s| s * s)));
-        // Joseph's form stays positive.
-        let covariance = keep * belief.covariance * keep.transpose()
-            + innovation.gain * noise * innovation.gain.transpose();
-        Belief { mean, covariance }
+        let (gain, prior) = (&innovation.gain, &belief.covariance);
+        // Joseph's form (I − KH) P (I − KH)ᵀ + K R Kᵀ stays positive. H takes the pose out of the state, so that
+        // its products are of three columns.
+        let kept = minus(prior, gain, &prior.fixed_view::<N, 3>(0, 0).into_owned());
+        let mut pose: SMatrix<f64, N, 3> = kept.fixed_view::<N, 3>(0, 0).into_owned();
+        for k in 0..3 {
+            let variance = self.channels.pose[k] * self.channels.pose[k];
+            for row in 0..N {
+                pose[(row, k)] -= gain[(row, k)] * variance;
+            }
+        }
+        Belief { mean, covariance: minus(&kept, &pose, gain) }
     }
+}
+
+/// `F P Fᵀ`, where the last three rows of `F` are the identity's: a reading's error stays what it is.
+fn moved(transition: &Matrix, covariance: &Matrix) -> Matrix {
+    let mut half = *covariance;
+    for column in 0..N {
+        let mut sum = [0.0; MOTION];
+        for k in 0..N {
+            let by = covariance[(k, column)];
+            for (row, sum) in sum.iter_mut().enumerate() {
+                *sum += transition[(row, k)] * by;
+            }
+        }
+        half.fixed_view_mut::<MOTION, 1>(0, column).copy_from_slice(&sum);
+    }
+    let mut product = half;
+    for column in 0..MOTION {
+        let mut sum = [0.0; N];
+        for k in 0..N {
+            let by = transition[(column, k)];
+            for (row, sum) in sum.iter_mut().enumerate() {
+                *sum += half[(row, k)] * by;
+            }
+        }
+        product.column_mut(column).copy_from_slice(&sum);
+    }
+    product
+}
+
+/// `A − B Cᵀ`.
+fn minus(a: &Matrix, b: &SMatrix<f64, N, 3>, c: &SMatrix<f64, N, 3>) -> Matrix {
+    let mut difference = *a;
+    for column in 0..N {
+        for k in 0..3 {
+            let by = c[(column, k)];
+            for row in 0..N {
+                difference[(row, column)] -= b[(row, k)] * by;
+            }
+        }
+    }
+    difference
 }
 
 /// One step of a plant under a reading with an error.

@@ -1,15 +1,15 @@
 //! Derivatives of the whitened innovations by the parameters, with the filter's gains held.
 //!
 //! With its gains held, the filter is a simulation that each sample nudges: forward dual numbers
-//! walk through it, eight parameters at a time. What is neglected, the gains' own dependence on
+//! walk through it, up to eight parameters at a time. What is neglected, the gains' own dependence on
 //! the parameters, has mean zero where the model is right (Ljung 1999, section 10.3).
 
 use crate::filter::{Innovation, push};
 use crate::{InferError, Linearised, Track};
-use nalgebra::{DMatrix, DVector};
+use nalgebra::{DMatrix, DMatrixViewMut, DVector, Vector3};
 use trundle_model::{Dual, Model, Real, State};
 
-/// Derivatives carried at once.
+/// Derivatives carried at once at most.
 const WIDTH: usize = 8;
 
 /// Cost of one episode with its derivatives by the slots `free`.
@@ -23,11 +23,11 @@ pub(crate) fn linearise(
     let rows = 3 * innovations.len();
     let mut jacobian = DMatrix::zeros(rows, free.len());
     for (chunk, slots) in free.chunks(WIDTH).enumerate() {
-        let columns = whitened_slopes(model, values, slots, track, innovations)?;
-        for (row, slopes) in columns.iter().enumerate() {
-            for (k, slope) in slopes[..slots.len()].iter().enumerate() {
-                jacobian[(row, chunk * WIDTH + k)] = *slope;
-            }
+        let mut columns = jacobian.columns_mut(chunk * WIDTH, slots.len());
+        match slots.len() {
+            0..=4 => whitened_slopes::<4>(model, values, slots, track, innovations, &mut columns)?,
+            5 | 6 => whitened_slopes::<6>(model, values, slots, track, innovations, &mut columns)?,
+            _ => whitened_slopes::<WIDTH>(model, values, slots, track, innovations, &mut columns)?,
         }
     }
     let residual = DVector::from_iterator(
@@ -44,43 +44,38 @@ pub(crate) fn linearise(
     })
 }
 
-/// Slopes of each whitened innovation by up to [`WIDTH`] slots.
-fn whitened_slopes(
+/// Slopes of each whitened innovation by up to `W` slots, into the columns of these slots.
+fn whitened_slopes<const W: usize>(
     model: &Model,
     values: &[f64],
     slots: &[usize],
     track: &Track,
     innovations: &[Innovation],
-) -> Result<Vec<[f64; WIDTH]>, InferError> {
-    let mut lifted: Vec<Dual<WIDTH>> = values.iter().map(|&v| Real::lift(v)).collect();
+    columns: &mut DMatrixViewMut<'_, f64>,
+) -> Result<(), InferError> {
+    let mut lifted: Vec<Dual<W>> = values.iter().map(|&v| Real::lift(v)).collect();
     for (k, &slot) in slots.iter().enumerate() {
         lifted[slot] = Dual::variable(values[slot], k);
     }
     let plant = model.plant(&lifted)?;
     let mut state = State { pose: track.pose.0.map(Real::lift), twist: track.twist.0.map(Real::lift) };
-    let mut error = [Dual::<WIDTH>::zero(); 3];
-    let mut slopes = Vec::with_capacity(3 * innovations.len());
-    let mut seen = innovations.iter();
+    let mut error = [Dual::<W>::zero(); 3];
+    let mut seen = innovations.iter().enumerate();
     for step in &track.steps {
         state = push(&plant, &state, error, step);
-        let Some(innovation) = step.pose.and_then(|_| seen.next()) else { continue };
+        let Some((index, innovation)) = step.pose.and_then(|_| seen.next()) else { continue };
         // d(error) = −d(pose); its value is the filter's own.
-        for row in 0..3 {
-            let mut slope = [0.0; WIDTH];
-            for k in 0..3 {
-                for (s, e) in slope.iter_mut().zip(state.pose[k].eps) {
-                    *s -= innovation.whitener[(row, k)] * e;
-                }
-            }
-            slopes.push(slope);
+        for (column, _) in slots.iter().enumerate() {
+            let slope = Vector3::from([0, 1, 2].map(|k| state.pose[k].eps[column]));
+            columns.fixed_view_mut::<3, 1>(3 * index, column).copy_from(&-(innovation.whitener * slope));
         }
         nudge(&mut state, &mut error, innovation);
     }
-    Ok(slopes)
+    Ok(())
 }
 
 /// Apply the filter's correction, gain times innovation.
-fn nudge(state: &mut State<Dual<WIDTH>>, error: &mut [Dual<WIDTH>; 3], innovation: &Innovation) {
+fn nudge<const W: usize>(state: &mut State<Dual<W>>, error: &mut [Dual<W>; 3], innovation: &Innovation) {
     let slopes = state.pose.map(|p| p.eps);
     let parts = state.pose.iter_mut().chain(&mut state.twist).chain(error.iter_mut());
     for (row, value) in parts.enumerate() {
@@ -98,7 +93,7 @@ fn nudge(state: &mut State<Dual<WIDTH>>, error: &mut [Dual<WIDTH>; 3], innovatio
 mod tests {
     use super::*;
     use crate::Coordinates;
-    use nalgebra::{Matrix3, SMatrix, Vector3};
+    use nalgebra::{Matrix3, SMatrix};
     use trundle_model::{Body, Effect, Kind};
     use trundle_record::{Counts, Noise, PoseSample, Prepared, WrenchSample};
 
