@@ -45,7 +45,7 @@ pub use noise::Channels;
 pub use quasi::{WrenchLikelihood, WrenchSample, is_quasi_static};
 pub use rollout::{Window, open_loop, windows};
 pub use score::{Score, score};
-pub use shooting::{Cut, Loss, Scatter, Shooting};
+pub use shooting::{Cut, Loss, Scatter, Shooting, guided_fit};
 pub use stretches::wrench_samples;
 pub use target::{Density, Target};
 pub use track::Track;

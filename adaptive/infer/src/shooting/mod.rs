@@ -8,11 +8,13 @@
 //! estimated with φ, one for each kind of channel. Residuals are taken for independent, and the force's noise is in σ
 //! only: intervals are narrower than those of [`crate::MotionLikelihood`], which follows both.
 
+mod guided;
 mod loss;
 mod scatter;
 mod segments;
 mod slopes;
 
+pub use guided::guided_fit;
 pub use loss::Loss;
 pub use scatter::Scatter;
 pub use segments::Cut;
