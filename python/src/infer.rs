@@ -3,8 +3,8 @@
 use std::path::PathBuf;
 
 use pyo3::prelude::*;
-use trundle_infer::{Comparison, Fit, FitOptions, fit as search, score};
-use trundle_model::Model;
+use trundle_infer::{Comparison, Fit, FitOptions, Target, fit as search, score};
+use trundle_model::{Model, PriorFile};
 use trundle_record::{Dataset, prepare};
 
 use crate::error::{refused, run};
@@ -29,27 +29,55 @@ pub(crate) fn inputs(
 
 /// Fit a model's free values to the training episodes; see `trundle.fit`.
 #[pyfunction]
-#[pyo3(signature = (recording, model=None, *, starts=6, seed=0, progress=None))]
+#[pyo3(signature = (recording, model=None, *, prior=None, starts=6, seed=0, progress=None))]
 fn _fit(
     recording: &Bound<'_, PyAny>,
     model: Option<&str>,
+    prior: Option<(String, String)>,
     starts: usize,
     seed: u64,
     progress: Option<Py<PyAny>>,
 ) -> PyResult<(String, String)> {
+    let prior = prior.map(|(name, text)| PriorFile::from_toml(&text, &name)).transpose().map_err(refused)?;
     let (data, model) = inputs(recording, model)?;
-    let model = trundle_diagnose::for_recording(&data, model.as_ref());
+    let mut model = trundle_diagnose::for_recording(&data, model.as_ref());
+    let mut options = FitOptions { starts, seed, ..FitOptions::default() };
+    if let Some(prior) = prior {
+        model = prior.apply(&model).map_err(refused)?;
+        options.per_episode = prior.per_episode();
+    }
     let fitted = watched(recording.py(), progress, |watch| {
         let comparison = Comparison::of(&data)?;
-        let found = search(&comparison, &model, &[], &FitOptions { starts, seed, ..FitOptions::default() }, watch)?;
+        let mut found = search(&comparison, &model, &[], &options, watch)?;
+        let excluded = exclude(&Target::new(&comparison, &model, &options.per_episode)?, &mut found);
         let quasi_static = comparison.is_quasi_static();
         let judge = |episodes| {
             score(&found.model, &found.values, &found.channels, episodes, &data.noise, quasi_static)
         };
         let scores = (judge(&data.training)?, judge(&data.held_out)?);
-        Ok((summary(&data, &found, quasi_static, &scores), found.model.to_toml(found.posterior().as_ref())?))
+        let mut summary = summary(&data, &found, quasi_static, &scores);
+        summary["excluded_by_prior"] = excluded.into();
+        Ok((summary, found.model.to_toml(found.posterior().as_ref())?))
     })?;
     Ok((fitted.0.to_string(), fitted.1))
+}
+
+/// Sentences on the estimates that their priors exclude; these count as not identified from here on, and with
+/// them all others if the prior is one that the caller set: they make up for it.
+fn exclude(target: &Target<'_>, fit: &mut Fit) -> Vec<String> {
+    let (mut sentences, mut all) = (vec![], false);
+    for (k, estimate) in fit.estimates.iter_mut().enumerate() {
+        let (z, information) = (fit.point[k], fit.information[(k, k)]);
+        if let Some(strain) = target.coordinates().strain(target.parameter(k), z, information) {
+            estimate.identified = false;
+            all |= target.model().priors.contains_key(&strain.name);
+            sentences.push(trundle_infer::Strain { name: estimate.name.clone(), ..strain }.to_string());
+        }
+    }
+    for estimate in &mut fit.estimates {
+        estimate.identified &= !all;
+    }
+    sentences
 }
 
 fn summary(

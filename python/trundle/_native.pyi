@@ -87,6 +87,7 @@ def _fit(
     recording: Recording | str,
     model: str | None = None,
     *,
+    prior: tuple[str, str] | None = None,
     starts: int = 6,
     seed: int = 0,
     progress: Callable[[str, float], object] | None = None,

@@ -101,6 +101,7 @@ def fit(
     recording: Recording | PathLike,
     model: Model | PathLike | None = None,
     *,
+    prior: PathLike | None = None,
     starts: int = 6,
     seed: int = 0,
     progress: Progress | None = None,
@@ -116,6 +117,9 @@ def fit(
     recording : Recording or path
     model : Model or path, optional
         Values that it leaves out are free; the paper's model (eq. 3) if not given.
+    prior : path, optional
+        A prior file: what is believed of free parameters where it is not what the catalogue says
+        (docs/estimation.md).
     starts : int
         Random starts.
     seed : int
@@ -130,12 +134,13 @@ def fit(
     Raises
     ------
     TrundleError
-        If there is not enough data, or the model does not fit the object.
+        If there is not enough data, the model does not fit the object, or a prior cannot be used.
     """
     if starts < 1:
         raise TrundleError(f"starts = {starts}: at least one start is needed")
+    beliefs = None if prior is None else (str(prior), Path(prior).read_text(encoding="utf-8"))
     summary, text = _native._fit(
-        source(recording), written(model), starts=starts, seed=seed, progress=progress
+        source(recording), written(model), prior=beliefs, starts=starts, seed=seed, progress=progress
     )
     return Fit(Model.from_toml(text), json.loads(summary))
 

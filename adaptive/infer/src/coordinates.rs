@@ -62,14 +62,21 @@ pub struct Strain {
 
 impl std::fmt::Display for Strain {
     fn fmt(&self, f: &mut std::fmt::Formatter<'_>) -> std::fmt::Result {
-        let Self { name, unit, value, range: [low, high], .. } = self;
+        let Self { name, unit, range: [low, high], .. } = self;
         let side = if self.z > 0.0 { "above" } else { "below" };
+        let (low, high, value) = (four_digits(*low), four_digits(*high), four_digits(self.value));
         write!(
             f,
-            "the prior excludes the data: {name} wants to leave [{low:.4}, {high:.4}] {unit} {side} \
-             (it stands at {value:.4}); widen its prior, or ask whether the model lacks an effect"
+            "the prior excludes the data: {name} wants to leave [{low}, {high}] {unit} {side} and is held \
+             at {value}; widen its prior, or ask whether the model lacks an effect"
         )
     }
+}
+
+/// Rounded to four digits.
+fn four_digits(x: f64) -> f64 {
+    let unit = 10f64.powf(3.0 - x.abs().log10().floor());
+    if x == 0.0 || !unit.is_finite() { x } else { (x * unit).round() / unit }
 }
 
 impl Coordinates {

@@ -5,7 +5,7 @@ from __future__ import annotations
 import argparse
 from pathlib import Path
 
-__all__ = ["add_model", "add_out", "add_quiet", "add_recording", "add_seed"]
+__all__ = ["add_model", "add_out", "add_prior", "add_quiet", "add_recording", "add_seed"]
 
 
 def add_recording(parser: argparse.ArgumentParser, *, several: bool = False) -> None:
@@ -25,6 +25,16 @@ def add_model(parser: argparse.ArgumentParser, *, required: bool = False) -> Non
         type=Path,
         required=required,
         help="model.toml to work with" if required else "model.toml; the paper's model if left out",
+    )
+
+
+def add_prior(parser: argparse.ArgumentParser) -> None:
+    """Add `--prior FILE`: `args.prior`, a path or None."""
+    parser.add_argument(
+        "--prior",
+        metavar="FILE",
+        type=Path,
+        help="TOML of priors by parameter, as configs/priors/; those of `trundle effects` if left out",
     )
 
 

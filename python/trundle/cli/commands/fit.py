@@ -6,7 +6,7 @@ import argparse
 import json
 from typing import Any
 
-from trundle.cli.options import add_model, add_out, add_quiet, add_recording, add_seed
+from trundle.cli.options import add_model, add_out, add_prior, add_quiet, add_recording, add_seed
 from trundle.cli.progress import Progress
 
 HELP = "Estimate a model's parameters from a recording's training episodes."
@@ -14,9 +14,10 @@ EXAMPLE = "trundle fit recording/ --out model.toml"
 
 
 def add_arguments(parser: argparse.ArgumentParser) -> None:
-    """Declare the recording, the model, the starts and where to write."""
+    """Declare the recording, the model, the priors, the starts and where to write."""
     add_recording(parser)
     add_model(parser)
+    add_prior(parser)
     add_out(parser, "model.toml to write, with every value filled in and the posterior")
     parser.add_argument("--starts", metavar="N", type=int, default=6, help="random starts (default 6)")
     parser.add_argument("--json", action="store_true", help="print the result for programs")
@@ -32,6 +33,7 @@ def run(args: argparse.Namespace) -> int:
         fitted = trundle.fit(
             args.recording,
             args.model,
+            prior=args.prior,
             starts=args.starts,
             seed=args.seed,
             progress=lambda what, done: progress.show(f"{what} {done:.0%}"),
@@ -49,6 +51,7 @@ def table(summary: dict[str, Any]) -> str:
         rows.append("  NOT CONVERGED: try more --starts")
     if summary["quasi_static"]:
         rows.append("  quasi-static: judged by the wrench; the mass is not in these data")
+    rows += [f"  {sentence}" for sentence in summary["excluded_by_prior"]]
     for parameter in summary["parameters"]:
         value = "not identifiable from these data"
         if parameter["identifiable"]:
