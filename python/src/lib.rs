@@ -1,6 +1,7 @@
 //! The PyO3 border: conversion only, one file a topic.
 use pyo3::prelude::*;
 
+mod baseline;
 mod columns;
 mod control;
 mod diagnose;
@@ -23,6 +24,7 @@ fn _native(module: &Bound<'_, PyModule>) -> PyResult<()> {
     sim::register(module)?;
     inspect::register(module)?;
     infer::register(module)?;
+    baseline::register(module)?;
     diagnose::register(module)?;
     control::register(module)?;
     Ok(())

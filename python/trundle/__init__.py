@@ -1,6 +1,6 @@
 """Push what you have never seen: physics-based models of wheeled furniture, learnt, diagnosed and used."""
 
-from trundle import envs
+from trundle import baselines, envs, objects
 from trundle._native import Planner, __version__
 from trundle.agent import AdaptiveAgent
 from trundle.diagnosis import Diagnosis, Fit, diagnose, fit, predict
@@ -20,12 +20,14 @@ __all__ = [
     "Recording",
     "TrundleError",
     "__version__",
+    "baselines",
     "check",
     "diagnose",
     "effects",
     "envs",
     "fit",
     "inspect",
+    "objects",
     "predict",
     "prepare",
     "read",

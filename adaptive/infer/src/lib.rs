@@ -30,7 +30,7 @@ mod watch;
 
 pub use baseline::{
     BaselineError, Coasting, Features, Linear, Local, Predictor, Pushes, SigmaReading, StateVector, Transition,
-    hold, noisy, r2, transitions, transitions_of,
+    hold, noisy, r2, r2_of, transitions, transitions_of,
 };
 pub use comparison::{Comparison, quasi_static};
 pub use coordinates::{Coordinates, Strain};

@@ -192,8 +192,8 @@ impl Sums {
             for (sum, rate) in self.right[i].iter_mut().zip(rate) {
                 *sum += scaled * rate;
             }
-            for j in 0..=i {
-                self.matrix[i][j] += scaled * row[j];
+            for (sum, feature) in self.matrix[i].iter_mut().zip(row).take(i + 1) {
+                *sum += scaled * feature;
             }
         }
     }
@@ -213,8 +213,8 @@ impl Sums {
                 for (value, right) in self.right[i].iter_mut().zip(right) {
                     *value -= factor * right;
                 }
-                for j in 0..=i {
-                    self.matrix[i][j] -= factor * row[j];
+                for (value, other) in self.matrix[i].iter_mut().zip(row).take(i + 1) {
+                    *value -= factor * other;
                 }
             }
         }

@@ -55,11 +55,17 @@ impl Predictor for Coasting {
 /// infinity where a prediction is not finite.
 pub fn r2(predictor: &(impl Predictor + ?Sized), test: &[Transition]) -> f64 {
     let predicted: Vec<_> = test.iter().map(|t| predictor.predict(&t.before, &t.wrench, t.dt)).collect();
+    let after: Vec<_> = test.iter().map(|t| t.after).collect();
+    r2_of(&predicted, &after)
+}
+
+/// [`r2`] of next states that are already predicted, one for each of `after`.
+pub fn r2_of(predicted: &[StateVector], after: &[StateVector]) -> f64 {
     let mut channels = vec![];
     for k in 0..6 {
-        let mean = test.iter().map(|t| t.after[k]).sum::<f64>() / test.len().max(1) as f64;
-        let spread: f64 = test.iter().map(|t| (t.after[k] - mean).powi(2)).sum();
-        let error: f64 = test.iter().zip(&predicted).map(|(t, p)| (p[k] - t.after[k]).powi(2)).sum();
+        let mean = after.iter().map(|x| x[k]).sum::<f64>() / after.len().max(1) as f64;
+        let spread: f64 = after.iter().map(|x| (x[k] - mean).powi(2)).sum();
+        let error: f64 = after.iter().zip(predicted).map(|(x, p)| (p[k] - x[k]).powi(2)).sum();
         if spread > 0.0 {
             channels.push(if error.is_finite() { 1.0 - error / spread } else { f64::NEG_INFINITY });
         }
