@@ -12,6 +12,7 @@ mod confirm;
 mod locate;
 mod naming;
 mod nominal;
+mod outlook;
 mod predictions;
 mod rivals;
 mod run;

@@ -6,6 +6,7 @@ use crate::confirm::holds_up;
 use crate::locate::{Residuals, locate};
 use crate::naming::{effect_probability, judged, named, without};
 use crate::nominal::{as_given, given_values, parameters, under_test};
+use crate::outlook::outlook;
 use crate::predictions::Predictions;
 use crate::rivals::{alternatives, ties};
 use crate::search::{Found, Searcher, Tried, probabilities};
@@ -58,6 +59,10 @@ pub fn diagnose(data: &Dataset, options: &Options, watch: &dyn Watch) -> Result<
     let (mut best, mut chances) = choose(&comparison, &found)?;
     let mut left = remainder(&comparison, &best.fit)?;
     let mut verdict = judge(&comparison, found.before, best, left);
+    let judged_by_motion = verdict == Verdict::Explained && !comparison.is_quasi_static();
+    if judged_by_motion && outlook(data, &best.fit)?.is_poor() {
+        verdict = Verdict::Unexplained;
+    }
     if verdict == Verdict::Unexplained {
         (best, chances, left) = (base, vec![], found.before);
     }

@@ -1,0 +1,97 @@
+//! Whether a model that is about to be named predicts: one second ahead, on the training episodes.
+//!
+//! What is compared elsewhere is which model is better. The best of bad ones can still win, and by a wide
+//! margin, with a mass eight times too large. So a name must also stand for a model whose predictions are
+//! good: of the size of error that it claims itself, or at least small beside the motion.
+
+use nalgebra::Vector3;
+use trundle_infer::{Fit, InferError, Window, windows};
+use trundle_record::{Dataset, Prepared};
+
+/// Errors this many times larger than a model claims refute it. In a right model the mean square over a recording's
+/// some dozens of windows is within a third of what it claims; the rest is a margin for laws that
+/// are right in name and a little wrong in shape, whose intervals would then be too narrow by this factor.
+const REFUTED: f64 = 3.0;
+
+/// A refuted model that leaves more than this share of the motion within a second, as a mean square, is no
+/// explanation: it is wrong about a third of the way.
+const POOR: f64 = 0.1;
+
+/// Prediction errors at the ends of one-second windows.
+#[derive(Clone, Copy, Debug, Default)]
+pub(crate) struct Outlook {
+    /// Mean square in units of the claimed covariance, per direction.
+    pub standardised: f64,
+    /// Mean square as a share of that of the motion over the window, a turn counted at the radius of gyration.
+    pub share: f64,
+}
+
+impl Outlook {
+    /// Whether a model must not be named.
+    pub fn is_poor(&self) -> bool {
+        self.standardised > REFUTED * REFUTED && self.share > POOR
+    }
+}
+
+/// How a fit predicts its own training episodes.
+pub(crate) fn outlook(data: &Dataset, fit: &Fit) -> Result<Outlook, InferError> {
+    let rho = if data.dof[2] { fit.model.body.gyration } else { 0.0 };
+    let size = |[x, y, theta]: [f64; 3]| x * x + y * y + (rho * theta).powi(2);
+    let (mut chi, mut left, mut moved, mut count) = (0.0, 0.0, 0.0, 0.0);
+    for episode in &data.training {
+        for window in windows(&fit.model, &fit.values, &fit.channels, episode, &data.noise)? {
+            let Some((error, whitened, motion)) = window.as_ref().and_then(|w| end(w, episode)) else {
+                continue;
+            };
+            chi += whitened.norm_squared();
+            left += size(error.into());
+            moved += size(motion);
+            count += 1.0;
+        }
+    }
+    let directions = data.dof.iter().filter(|moves| **moves).count() as f64;
+    if count == 0.0 || moved == 0.0 {
+        return Ok(Outlook::default());
+    }
+    Ok(Outlook { standardised: chi / (count * directions), share: left / moved })
+}
+
+/// Error at the end of a window, the same whitened, and the motion seen over the window.
+fn end(window: &Window, episode: &Prepared) -> Option<(Vector3<f64>, Vector3<f64>, [f64; 3])> {
+    let (first, last) = (window.samples.first()?, window.samples.last()?);
+    let seen = |t: f64| episode.pose.get(episode.pose.partition_point(|p| p.t < t - 1e-9)).map(|p| p.pose);
+    let (from, to) = (seen(first.t)?, seen(last.t)?);
+    Some((last.error, last.whitener * last.error, [0, 1, 2].map(|k| to[k] - from[k])))
+}
+
+#[cfg(test)]
+#[path = "../../infer/tests/common/mod.rs"]
+mod common;
+
+#[cfg(test)]
+#[allow(clippy::unwrap_used)]
+mod tests {
+    use super::common::{self, World, effect, locked};
+    use super::{Outlook, outlook};
+    use trundle_infer::{Comparison, FitOptions, Quiet, fit};
+    use trundle_model::{Effect, Kind, Model};
+
+    fn seen(truth: Model, fitted: &Model) -> Outlook {
+        let data = World::of(truth).recording(1);
+        let comparison = Comparison::of(&data).unwrap();
+        outlook(&data, &fit(&comparison, fitted, &[], &FitOptions::default(), &Quiet).unwrap()).unwrap()
+    }
+
+    #[test]
+    fn a_right_model_errs_as_it_claims_and_a_wrong_one_does_not() {
+        let nominal = Model::nominal(common::table(), None, [true; 3]);
+        let right = seen(locked(), &nominal);
+        assert!((0.6..1.6).contains(&right.standardised) && !right.is_poor(), "{right:?}");
+        // Friction that holds the table most of the time.
+        let stuck = locked().with(effect(Kind::SupportFriction, &[("force", 25.0), ("spread", 1.0)]));
+        let wrong = seen(stuck.clone(), &nominal);
+        assert!(wrong.standardised > 9.0 && wrong.is_poor(), "{wrong:?}");
+        let named = seen(stuck, &nominal.with(Effect::free(Kind::SupportFriction)));
+        assert!(!named.is_poor(), "{named:?}");
+    }
+}

@@ -1,0 +1,32 @@
+"""Dry friction under the whole of MuJoCo's table, some of it in forms that no law here has."""
+
+from __future__ import annotations
+
+import pytest
+
+import trundle
+from tests.e2e.mujoco_floor import FRICTION, MASS, recording
+
+
+def test_friction_that_gives_way_is_named_with_the_speed_at_which_it_does() -> None:
+    """Held to our 0.1 mm/s it was once told as friction at a point, drag, and eight times the mass."""
+    found = trundle.diagnose(recording("creeping", strength=30.0, feet=True, episodes=4))
+    assert found.verdict == "explained"
+    assert found.missing == ["coulomb_friction"]
+    effect = found.answer["missing"][0]
+    assert "under the whole body" in effect["statement"]
+    assert effect["where"] is None
+    assert effect["parameters"]["force"]["mean"] == pytest.approx(FRICTION, rel=0.01)
+    assert effect["parameters"]["creep"]["mean"] == pytest.approx(1e-3, rel=0.15)
+    assert found.answer["nominal"]["after"]["mass"]["mean"] == pytest.approx(MASS, rel=0.02)
+    before, after = (found.answer["fit"]["held_out"][when] for when in ("before", "after"))
+    assert after["window_position_rmse"] < 0.1 * before["window_position_rmse"]
+    assert after["r2"] > 0.98
+
+
+def test_a_name_is_refused_where_the_best_of_bad_models_predicts_nothing() -> None:
+    """Friction of each joint by itself holds x, y and the turn apart, as no floor does."""
+    found = trundle.diagnose(recording("joints", feet=True, episodes=3))
+    assert found.verdict == "unexplained"
+    assert found.missing == []
+    assert found.answer["mismatch"]["windows"]
