@@ -1,6 +1,7 @@
 //! The world that is pushed: rapier's engine under the model's laws, a gripper with a wrist sensor, a
 //! pose tracker, and scenarios that turn all of it into recordings.
 
+mod contact;
 mod error;
 mod excite;
 mod gripper;
@@ -16,6 +17,7 @@ pub mod task;
 mod tracker;
 mod world;
 
+pub use contact::Obstructed;
 pub use error::SimError;
 pub use excite::Excitation;
 pub use gripper::{Coupling, Drive, Gripper};

@@ -55,6 +55,11 @@ impl World {
         self.engine.integration_parameters.dt
     }
 
+    /// Change the step, s.
+    pub(crate) fn set_dt(&mut self, dt: f64) {
+        self.engine.integration_parameters.dt = dt;
+    }
+
     /// Pose and twist of the object frame, the heading in (−π, π].
     pub fn state(&self) -> State<f64> {
         let body = self.body();
