@@ -1,10 +1,11 @@
 //! Fits and predictions in Python.
 
+use std::collections::BTreeMap;
 use std::path::PathBuf;
 
 use pyo3::prelude::*;
 use trundle_infer::{Comparison, Fit, FitOptions, Target, fit as search, score};
-use trundle_model::{Model, PriorFile};
+use trundle_model::{Model, ModelError, PriorFile, Slot};
 use trundle_record::{Dataset, prepare};
 
 use crate::error::{refused, run};
@@ -29,11 +30,12 @@ pub(crate) fn inputs(
 
 /// Fit a model's free values to the training episodes; see `trundle.fit`.
 #[pyfunction]
-#[pyo3(signature = (recording, model=None, *, prior=None, starts=6, seed=0, progress=None))]
+#[pyo3(signature = (recording, model=None, *, prior=None, start=None, starts=6, seed=0, progress=None))]
 fn _fit(
     recording: &Bound<'_, PyAny>,
     model: Option<&str>,
     prior: Option<(String, String)>,
+    start: Option<BTreeMap<String, f64>>,
     starts: usize,
     seed: u64,
     progress: Option<Py<PyAny>>,
@@ -46,9 +48,10 @@ fn _fit(
         model = prior.apply(&model).map_err(refused)?;
         options.per_episode = prior.per_episode();
     }
+    let given = start.map(|start| stated(&model, &start)).transpose()?;
     let fitted = watched(recording.py(), progress, |watch| {
         let comparison = Comparison::of(&data)?;
-        let mut found = search(&comparison, &model, &[], &options, watch)?;
+        let mut found = search(&comparison, &model, given.as_slice(), &options, watch)?;
         let excluded = exclude(&Target::new(&comparison, &model, &options.per_episode)?, &mut found);
         let quasi_static = comparison.is_quasi_static();
         let judge = |episodes| {
@@ -60,6 +63,31 @@ fn _fit(
         Ok((summary, found.model.to_toml(found.posterior().as_ref())?))
     })?;
     Ok((fitted.0.to_string(), fitted.1))
+}
+
+/// Values of all slots from a start that states every free one.
+fn stated(model: &Model, start: &BTreeMap<String, f64>) -> PyResult<Vec<f64>> {
+    let slots = model.slots();
+    let free =
+        || slots.iter().filter(|s| s.value.is_none()).map(|s| s.name.as_str()).collect::<Vec<_>>().join(", ");
+    let known = |name: &String| slots.iter().any(|s| s.value.is_none() && s.name == *name);
+    if let Some(name) = start.keys().find(|name| !known(name)) {
+        return Err(refused(format!("start: `{name}` is not a free parameter; free are {}", free())));
+    }
+    let one = |slot: &Slot| match slot.value.or_else(|| start.get(&slot.name).copied()) {
+        Some(value) if (slot.lower..=slot.upper).contains(&value) => Ok(value),
+        Some(value) => Err(refused(ModelError::OutOfBounds {
+            name: format!("start: {}", slot.name),
+            value,
+            lower: slot.lower,
+            upper: slot.upper,
+            unit: slot.unit,
+        })),
+        None => {
+            Err(refused(format!("start: `{}` is missing; give a value to each of {}", slot.name, free())))
+        }
+    };
+    slots.iter().map(one).collect()
 }
 
 /// Sentences on the estimates that their priors exclude; these count as not identified from here on, and with

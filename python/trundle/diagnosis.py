@@ -6,7 +6,7 @@ import json
 import os
 import shutil
 import tempfile
-from collections.abc import Callable, Iterator
+from collections.abc import Callable, Iterator, Mapping
 from contextlib import contextmanager
 from dataclasses import dataclass
 from pathlib import Path
@@ -102,6 +102,7 @@ def fit(
     model: Model | PathLike | None = None,
     *,
     prior: PathLike | None = None,
+    start: Mapping[str, float] | None = None,
     starts: int = 6,
     seed: int = 0,
     progress: Progress | None = None,
@@ -120,6 +121,9 @@ def fit(
     prior : path, optional
         A prior file: what is believed of free parameters where it is not what the catalogue says
         (docs/estimation.md).
+    start : mapping of str to float, optional
+        A value for every free parameter, by the names of the summary: searched from there as well, and with
+        ``starts=0`` from there alone.
     starts : int
         Random starts.
     seed : int
@@ -136,11 +140,17 @@ def fit(
     TrundleError
         If there is not enough data, the model does not fit the object, or a prior cannot be used.
     """
-    if starts < 1:
+    if starts < (1 if start is None else 0):
         raise TrundleError(f"starts = {starts}: at least one start is needed")
     beliefs = None if prior is None else (str(prior), Path(prior).read_text(encoding="utf-8"))
     summary, text = _native._fit(
-        source(recording), written(model), prior=beliefs, starts=starts, seed=seed, progress=progress
+        source(recording),
+        written(model),
+        prior=beliefs,
+        start=start,
+        starts=starts,
+        seed=seed,
+        progress=progress,
     )
     return Fit(Model.from_toml(text), json.loads(summary))
 
