@@ -111,6 +111,7 @@ def _fit(
     model: str | None = None,
     *,
     prior: tuple[str, str] | None = None,
+    start: Mapping[str, float] | None = None,
     starts: int = 6,
     seed: int = 0,
     progress: Callable[[str, float], object] | None = None,
