@@ -1,11 +1,12 @@
 //! Maximum a posteriori estimate, from several seeded starts.
 
-use crate::search::{Optimum, polish, scout};
+use crate::coordinates::Strain;
+use crate::search::{Agreement, Optimum, polish, scout};
 use crate::{Channels, Density, InferError, Likelihood, Target, Watch};
 use nalgebra::DMatrix;
 use std::collections::BTreeSet;
 use std::f64::consts::{FRAC_PI_2, TAU};
-use trundle_model::{Kind, Model, Posterior, Prior};
+use trundle_model::{Kind, Model, Posterior, Prior, Slot};
 
 /// How a fit is searched.
 #[derive(Clone, Debug)]
@@ -26,6 +27,8 @@ pub enum Optimiser {
     /// Levenberg–Marquardt on the Gauss-Newton curvature.
     #[default]
     LevenbergMarquardt,
+    /// L-BFGS within bounds, as in the paper; on the gradient alone.
+    Lbfgs,
 }
 
 impl Default for FitOptions {
@@ -45,7 +48,7 @@ pub struct Estimate {
     pub mean: f64,
     /// Posterior standard deviation (Laplace).
     pub sd: f64,
-    /// Whether the data hold it; if not, the number means nothing.
+    /// Whether the data hold it, and the prior does not exclude them; if not, the number means nothing.
     pub identified: bool,
 }
 
@@ -60,8 +63,14 @@ pub struct Fit {
     pub point: Vec<f64>,
     /// Gauss-Newton curvature there of the likelihood alone: how often more than the prior (one) the data know.
     pub information: DMatrix<f64>,
+    /// Posterior covariance in the same coordinates (Laplace).
+    pub spread: DMatrix<f64>,
+    /// What each of those coordinates is.
+    pub slots: Vec<Slot>,
     /// The free parameters.
     pub estimates: Vec<Estimate>,
+    /// Those whose prior excludes the data; their numbers are the prior's, not the data's.
+    pub strained: Vec<Strain>,
     /// Covariance of the free parameters, in their units.
     pub covariance: DMatrix<f64>,
     /// −log p(data | values).
@@ -72,7 +81,7 @@ pub struct Fit {
     pub channels: Channels,
     /// Whether the search came to rest.
     pub converged: bool,
-    /// How many of how many starts came within one unit of log density of the best.
+    /// How many of how many starts came within one unit of log density of the best, as far as short searches go.
     pub agreement: (usize, usize),
 }
 
@@ -115,22 +124,22 @@ pub fn fit(
         let optimum = Optimum { point: vec![], at: target.linearise(&[])?, converged: true };
         return finish(&target, likelihood.channels(), optimum, (1, 1));
     }
-    let mut points =
+    let (mut points, agreement) =
         scout(cheap(likelihood, model, &target, options).as_ref().unwrap_or(&target), warm, options, watch)?;
     points.truncate(POLISHED);
-    let (best, agreement) = polish(&target, points, options.optimiser, watch)?;
-    let (best, _) = polish(&target, vec![canonical(&target, best.point)], options.optimiser, watch)?;
+    let best = polish(&target, points, options.optimiser, watch)?;
+    let best = polish(&target, vec![canonical(&target, best.point)], options.optimiser, watch)?;
     // Where the noise is not stated it is estimated, and the fit repeated under it.
     let Some(tuned) = likelihood.tuned(model, &target.shared_values(&best.point).0)? else {
         return finish(&target, likelihood.channels(), best, agreement);
     };
     let under_tuned = Target::new(&*tuned, model, &options.per_episode)?;
-    let (best, _) = polish(&under_tuned, vec![best.point], options.optimiser, watch)?;
+    let best = polish(&under_tuned, vec![best.point], options.optimiser, watch)?;
     let Some(tuned) = tuned.tuned(model, &target.shared_values(&best.point).0)? else {
         return finish(&under_tuned, tuned.channels(), best, agreement);
     };
     let under_tuned = Target::new(&*tuned, model, &options.per_episode)?;
-    let (best, _) = polish(&under_tuned, vec![best.point], options.optimiser, watch)?;
+    let best = polish(&under_tuned, vec![best.point], options.optimiser, watch)?;
     finish(&under_tuned, tuned.channels(), best, agreement)
 }
 
@@ -149,11 +158,19 @@ fn finish(
     target: &Target<'_>,
     channels: Channels,
     optimum: Optimum,
-    agreement: (usize, usize),
+    agreement: Agreement,
 ) -> Result<Fit, InferError> {
     let (n, z) = (optimum.point.len(), &optimum.point);
     let (spread, log_determinant) = invert(&precision(&optimum.at.curvature, target));
+    let mut information = optimum.at.curvature.clone();
+    for k in 0..n {
+        information[(k, k)] -= target.coordinates().prior_precision(target.parameter(k));
+    }
     let scales: Vec<(f64, f64)> = (0..n).map(|k| target.value(k, z[k])).collect();
+    let strain = |k: usize| {
+        let strain = target.coordinates().strain(target.parameter(k), z[k], information[(k, k)])?;
+        Some(Strain { name: target.slot(k).name, ..strain })
+    };
     let estimate = |k: usize| {
         let (slot, sd) = (target.slot(k), spread[(k, k)].max(0.0).sqrt());
         Estimate {
@@ -161,17 +178,15 @@ fn finish(
             unit: slot.unit,
             mean: scales[k].0,
             sd: sd * scales[k].1.abs(),
-            identified: target.coordinates().identified(target.parameter(k), sd),
+            identified: target.coordinates().identified(target.parameter(k), sd) && strain(k).is_none(),
         }
     };
     let values = target.shared_values(z).0[..target.model().slots().len()].to_vec();
-    let mut information = optimum.at.curvature.clone();
-    for k in 0..n {
-        information[(k, k)] -= target.coordinates().prior_precision(target.parameter(k));
-    }
     Ok(Fit {
         model: target.model().filled(&values)?,
         estimates: (0..n).map(estimate).collect(),
+        strained: (0..n).filter_map(strain).collect(),
+        slots: (0..n).map(|k| target.slot(k)).collect(),
         values,
         covariance: DMatrix::from_fn(n, n, |i, j| spread[(i, j)] * scales[i].1 * scales[j].1),
         cost: optimum.at.cost - target.prior_cost(z),
@@ -180,6 +195,7 @@ fn finish(
         converged: optimum.converged,
         agreement,
         information,
+        spread,
         point: optimum.point,
     })
 }

@@ -69,13 +69,13 @@ fn damped_step(at: &Linearised, damping: f64) -> Option<DVector<f64>> {
 }
 
 #[cfg(test)]
-mod tests {
+pub(crate) mod tests {
     use super::*;
     use crate::Quiet;
     use nalgebra::{DMatrix, dvector};
 
     /// Rosenbrock's valley as residuals (10 (y − x²), 1 − x).
-    struct Rosenbrock;
+    pub(crate) struct Rosenbrock;
 
     impl Density for Rosenbrock {
         fn dimension(&self) -> usize {

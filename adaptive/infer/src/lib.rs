@@ -11,11 +11,15 @@ mod error;
 mod filter;
 mod fit;
 mod footing;
+mod inertial;
+mod identify;
 mod joint;
+mod lbfgs;
 mod levenberg;
 mod likelihood;
 mod motion;
 mod noise;
+mod profile;
 mod quasi;
 mod rollout;
 mod score;
@@ -29,8 +33,8 @@ mod truncated;
 mod watch;
 
 pub use baseline::{
-    BaselineError, Coasting, Features, Linear, Local, Predictor, Pushes, SigmaReading, StateVector, Transition,
-    hold, noisy, r2, r2_of, transitions, transitions_of,
+    BaselineError, Coasting, Features, Linear, Local, Predictor, Pushes, SigmaReading, StateVector, Transition, hold,
+    noisy, r2, r2_of, transitions, transitions_of,
 };
 pub use comparison::{Comparison, quasi_static};
 pub use coordinates::{Coordinates, Strain};
@@ -38,10 +42,13 @@ pub use error::InferError;
 pub use filter::{Innovation, Residual};
 pub use fit::{Estimate, Fit, FitOptions, Optimiser, carried, fit};
 pub use footing::{Footing, Pull};
+pub use identify::{Combination, Direction, Identifiability, Pair};
+pub use inertial::InertialLikelihood;
 pub use joint::Joint;
 pub use likelihood::{Likelihood, Linearised};
 pub use motion::MotionLikelihood;
 pub use noise::Channels;
+pub use profile::{Profile, Shape, profile};
 pub use quasi::{WrenchLikelihood, WrenchSample, is_quasi_static};
 pub use rollout::{Window, open_loop, windows};
 pub use score::{Score, score};

@@ -1,11 +1,13 @@
 //! From many starts to one optimum: short searches sort the starts, the best are followed to the end.
 
+use crate::lbfgs;
 use crate::levenberg::{self, Stop};
 use crate::{Density, FitOptions, InferError, Linearised, Optimiser, Target, Watch, on_all_cores};
 use rand::SeedableRng;
 use rand_chacha::ChaCha8Rng;
 use rayon::prelude::*;
 use std::sync::atomic::{AtomicUsize, Ordering};
+use trundle_model::Prior;
 
 /// Where a search ended.
 pub(crate) struct Optimum {
@@ -27,60 +29,131 @@ fn descend(
     let clamp = |k, z| target.clamp(k, z);
     match optimiser {
         Optimiser::LevenbergMarquardt => levenberg::minimise(target, start, clamp, stop, watch),
+        Optimiser::Lbfgs => lbfgs::minimise(target, start, clamp, stop, watch),
     }
 }
 
-/// Points found by short searches from given values and draws of the prior, best first. On all cores, with the
-/// same result as on one.
+/// An end of a short search: its cost and its point.
+type End = (f64, Vec<f64>);
+
+/// How many of how many starts came to the same end.
+pub(crate) type Agreement = (usize, usize);
+
+/// Whether two searches ended at the lowest of these costs, in order: then it hardly is a local optimum.
+fn doubled(costs: &[f64]) -> bool {
+    costs.len() > 1 && costs[1] < costs[0] + 1.0
+}
+
+/// Points found by short searches from given values and draws of the prior, best first, and how many of those
+/// starts came within one unit of log density of the best. On all cores, with the same result as on one.
 pub(crate) fn scout(
     target: &Target<'_>,
     warm: &[Vec<f64>],
     options: &FitOptions,
     watch: &dyn Watch,
-) -> Result<Vec<Vec<f64>>, InferError> {
+) -> Result<(Vec<Vec<f64>>, Agreement), InferError> {
     let mut rng = ChaCha8Rng::seed_from_u64(options.seed);
     let given = warm.iter().map(|values| target.point(values));
     let drawn = (0..options.starts).map(|_| target.draw(&mut rng));
     let starts: Vec<_> = given.chain(drawn).collect();
+    let count = starts.len();
+    let mut found = ends(target, starts, options.optimiser, watch)?;
+    if found.is_empty() {
+        return Err(InferError::NoStart { recording: "the recording".to_owned(), starts: count });
+    }
+    let costs: Vec<f64> = found.iter().map(|(cost, _)| *cost).collect();
+    if options.starts > 0 && !doubled(&costs) {
+        found = hop(target, found, options.optimiser, watch)?;
+    }
+    let agree = costs.iter().filter(|&&cost| cost < found[0].0 + 1.0).count();
+    Ok((found.into_iter().map(|(_, point)| point).collect(), (agree, count)))
+}
+
+/// Where short searches from `starts` end, best first; those where the density is nowhere are left out.
+fn ends(
+    target: &Target<'_>,
+    starts: Vec<Vec<f64>>,
+    optimiser: Optimiser,
+    watch: &dyn Watch,
+) -> Result<Vec<End>, InferError> {
     let (count, done) = (starts.len(), AtomicUsize::new(0));
     let one = |start: Vec<f64>, watch: &dyn Watch| {
         if !target.cost(&start)?.is_finite() {
             return Ok(None);
         }
-        let optimum = descend(target, start, SCOUT, options.optimiser, watch)?;
+        let optimum = descend(target, start, SCOUT, optimiser, watch)?;
         watch.progress("fit", (done.fetch_add(1, Ordering::Relaxed) + 1) as f64 / count as f64);
         Ok(Some((optimum.at.cost, optimum.point)))
     };
     let ends = on_all_cores(watch, |watch| {
         starts.into_par_iter().map(|start| one(start, watch)).collect::<Result<Vec<_>, InferError>>()
     })?;
-    let mut found: Vec<_> = ends.into_iter().flatten().collect();
-    if found.is_empty() {
-        return Err(InferError::NoStart { recording: "the recording".to_owned(), starts: count });
-    }
+    let mut found: Vec<End> = ends.into_iter().flatten().collect();
     found.sort_by(|a, b| a.0.total_cmp(&b.0));
-    Ok(found.into_iter().map(|(_, point)| point).collect())
+    Ok(found)
 }
 
-/// The best optimum from some points, and how many of them lead there.
+/// Search on from where the local optima of the best end would lie, until that finds nothing better.
+fn hop(
+    target: &Target<'_>,
+    mut found: Vec<End>,
+    optimiser: Optimiser,
+    watch: &dyn Watch,
+) -> Result<Vec<End>, InferError> {
+    for _ in 0..HOPS {
+        let Some((cost, best)) = found.first().cloned() else { break };
+        let others = elsewhere(target, &best);
+        if others.is_empty() {
+            break;
+        }
+        found.extend(ends(target, others, optimiser, watch)?);
+        found.sort_by(|a, b| a.0.total_cmp(&b.0));
+        if found[0].0 > cost - 1.0 {
+            break;
+        }
+    }
+    Ok(found)
+}
+
+/// Rounds of [`hop`].
+const HOPS: usize = 3;
+
+/// Where else the data might be explained as well: a place mirrored in the middle of the body, an angle turned by
+/// half its circle (a wheel across instead of along), what ran away from its prior put back.
+fn elsewhere(target: &Target<'_>, z: &[f64]) -> Vec<Vec<f64>> {
+    const AWAY: f64 = 3.0;
+    let turned = |k: usize, z: f64, along: [bool; 2], turn: f64| match target.slot(k).prior {
+        Prior::OnBody(axis) if along[usize::from(axis).min(1)] => -z,
+        Prior::Angle(period) => z + turn * period,
+        _ if z.abs() > AWAY => 0.0,
+        _ => z,
+    };
+    let whole =
+        |along, turn| z.iter().enumerate().map(|(k, &z)| turned(k, z, along, turn)).collect::<Vec<_>>();
+    let all = [
+        whole([true, true], 0.0),
+        whole([true, false], 0.0),
+        whole([false, true], 0.0),
+        whole([false, false], 0.5),
+        whole([false, false], 0.0),
+    ];
+    all.into_iter().filter(|other| other != z).collect()
+}
+
+/// The best optimum from some points.
 pub(crate) fn polish(
     target: &Target<'_>,
     points: Vec<Vec<f64>>,
     optimiser: Optimiser,
     watch: &dyn Watch,
-) -> Result<(Optimum, (usize, usize)), InferError> {
+) -> Result<Optimum, InferError> {
     let mut best: Option<Optimum> = None;
-    let mut costs = Vec::with_capacity(points.len());
+    let starts = points.len();
     for point in points {
         let optimum = descend(target, point, POLISH, optimiser, watch)?;
-        costs.push(optimum.at.cost);
         if best.as_ref().is_none_or(|b| optimum.at.cost < b.at.cost) {
             best = Some(optimum);
         }
     }
-    let Some(best) = best else {
-        return Err(InferError::NoStart { recording: "the recording".to_owned(), starts: costs.len() });
-    };
-    let agree = costs.iter().filter(|&&c| c < best.at.cost + 1.0).count();
-    Ok((best, (agree, costs.len())))
+    best.ok_or_else(|| InferError::NoStart { recording: "the recording".to_owned(), starts })
 }

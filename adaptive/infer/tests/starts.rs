@@ -1,0 +1,59 @@
+//! Random starts reach the optimum, also of an object that is large and heavy: the paper's bed failed.
+#![allow(clippy::unwrap_used, clippy::expect_used)]
+
+mod common;
+
+use common::{NOISE, World, effect, locked, table};
+use std::time::Instant;
+use trundle_infer::{Fit, FitOptions, MotionLikelihood, Optimiser, Quiet, fit};
+use trundle_model::{Body, Kind, Model};
+use trundle_record::Prepared;
+
+/// A bed, 2.0 m × 1.6 m and 60 kg, on one castor that is locked.
+fn bed() -> Model {
+    let body = Body::from_footprint(&[[-1.0, -0.8], [1.0, -0.8], [1.0, 0.8], [-1.0, 0.8]], 60.0).unwrap();
+    let wheel = [("x", 0.85), ("y", -0.6), ("angle", 1.2), ("mu_x", 20.0), ("mu_y", 300.0)];
+    let mut model = Model::nominal(body, Some(60.0), [true; 3]);
+    model.effects = vec![effect(Kind::ViscousWheel, &wheel)];
+    model
+}
+
+fn found(pushes: &[Prepared], body: &Body, seed: u64, starts: usize, optimiser: Optimiser) -> Fit {
+    let likelihood = MotionLikelihood::new(pushes, &NOISE).unwrap();
+    let model = Model::nominal(body.clone(), None, [true; 3]);
+    let options = FitOptions { starts, seed, optimiser, ..FitOptions::default() };
+    fit(&likelihood, &model, &[], &options, &Quiet).unwrap()
+}
+
+/// Of `n` fits with one random start each, how many reach the optimum of many starts.
+fn reached(truth: &Model, data: u64, n: u64, optimiser: Optimiser) -> u64 {
+    let pushes = World::of(truth.clone()).pushes(1, data);
+    let best = found(&pushes, &truth.body, 99, 12, Optimiser::LevenbergMarquardt);
+    let begun = Instant::now();
+    let costs = (0..n).map(|seed| found(&pushes, &truth.body, seed, 1, optimiser).cost);
+    let reached = costs.filter(|&cost| cost < best.cost + 1.0).count() as u64;
+    let each = begun.elapsed().as_secs_f64() / n as f64;
+    println!("{optimiser:?}, body of {} kg: {reached} of {n}, {:.0} ms each", truth.body.mass, 1e3 * each);
+    reached
+}
+
+#[test]
+fn one_random_start_reaches_the_optimum_of_the_table_and_of_the_bed() {
+    for truth in [locked(), bed()] {
+        assert_eq!(reached(&truth, 1, 10, Optimiser::LevenbergMarquardt), 10);
+        assert!(reached(&truth, 1, 10, Optimiser::Lbfgs) >= 9);
+    }
+}
+
+#[test]
+fn both_optimisers_reach_the_same_optimum() {
+    for data in 1..4 {
+        let pushes = World::of(locked()).pushes(2, data);
+        let [a, b] = [Optimiser::LevenbergMarquardt, Optimiser::Lbfgs]
+            .map(|optimiser| found(&pushes, &table(), data, 4, optimiser));
+        assert!((a.log_evidence - b.log_evidence).abs() < 0.1, "{} {}", a.log_evidence, b.log_evidence);
+        for (x, y) in a.estimates.iter().zip(&b.estimates) {
+            assert!((x.mean - y.mean).abs() < 0.1 * x.sd, "{data}: {x:?} {y:?}");
+        }
+    }
+}
