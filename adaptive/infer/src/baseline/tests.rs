@@ -206,3 +206,14 @@ fn a_recording_is_cut_into_its_transitions() {
     let left = transitions_of(&gappy, &noise, 0.5);
     assert!((3..=4).contains(&left.len()) && left.iter().all(|t| t.dt < 0.6), "{}", left.len());
 }
+
+#[test]
+fn one_thread_learns_the_same_as_many() {
+    let (training, test) = (noisy(&gathered(&table(), 60, 0), &[0.01; 6], 0), gathered(&table(), 20, 1));
+    let predicted = |threads: usize| {
+        let pool = rayon::ThreadPoolBuilder::new().num_threads(threads).build().unwrap();
+        let local = pool.install(|| Local::fit(&training, Features::World).unwrap());
+        test.iter().map(|t| local.predict(&t.before, &t.wrench, t.dt)).collect::<Vec<_>>()
+    };
+    assert_eq!(predicted(1), predicted(4));
+}
