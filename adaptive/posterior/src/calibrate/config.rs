@@ -1,0 +1,183 @@
+//! The file of a calibration: `trundle-calibration/1`.
+
+use crate::{Method, PosteriorError};
+use serde::Deserialize;
+use trundle_infer::{Coordinates, InferError};
+use trundle_model::{Model, PriorFile};
+use trundle_record::Noise;
+
+/// What stands first in the file.
+const FORMAT: &str = "trundle-calibration/1";
+
+#[derive(Debug, Deserialize)]
+#[serde(deny_unknown_fields)]
+struct File {
+    format: String,
+    name: String,
+    #[serde(default)]
+    method: Method,
+    #[serde(default = "four")]
+    chains: usize,
+    #[serde(default = "three_hundred")]
+    warmup: usize,
+    #[serde(default = "six")]
+    starts: usize,
+    model: toml::Table,
+    prior: toml::Table,
+    push: Push,
+    noise: NoiseFile,
+    #[serde(default = "one")]
+    shrink: f64,
+}
+
+fn four() -> usize {
+    4
+}
+
+fn six() -> usize {
+    6
+}
+
+fn three_hundred() -> usize {
+    300
+}
+
+fn one() -> f64 {
+    1.0
+}
+
+/// How the object is pushed.
+#[derive(Clone, Debug, Deserialize)]
+#[serde(deny_unknown_fields)]
+pub(crate) struct Push {
+    /// Pushes of one recording.
+    pub episodes: usize,
+    /// Length of each, s.
+    pub duration: f64,
+    /// Standard deviation of the amplitudes of the force's four waves, N.
+    pub force: f64,
+    /// Where the gripper holds, object frame, m.
+    pub grasp: [f64; 2],
+    /// Standard deviation of the grasp along the object's y, m.
+    pub scatter: f64,
+}
+
+#[derive(Clone, Copy, Debug, Deserialize)]
+#[serde(deny_unknown_fields)]
+struct NoiseFile {
+    /// Position, m; angle, rad.
+    position: f64,
+    angle: f64,
+    /// One wrench sample, N and N·m.
+    force: f64,
+    torque: f64,
+    /// The tare's error, N and N·m.
+    tare_force: f64,
+    tare_torque: f64,
+}
+
+/// A calibration: what is drawn, simulated and inferred.
+pub struct Calibration {
+    /// Its name.
+    pub name: String,
+    /// The free parameters' names, in order.
+    pub parameters: Vec<String>,
+    pub(crate) method: Method,
+    pub(crate) chains: usize,
+    pub(crate) warmup: usize,
+    pub(crate) starts: usize,
+    pub(crate) model: Model,
+    pub(crate) coordinates: Coordinates,
+    pub(crate) push: Push,
+    pub(crate) noise: Noise,
+    pub(crate) tare: [f64; 3],
+    /// Factor on the draws' distance from their mean; one, but to show that the test can fail.
+    pub(crate) shrink: f64,
+}
+
+impl Calibration {
+    /// From the text of a file.
+    ///
+    /// # Errors
+    /// When it is no such file, a name is unknown, or something in it cannot be simulated.
+    pub fn from_toml(text: &str) -> Result<Self, PosteriorError> {
+        let wrong = |reason: String| PosteriorError::Config { what: "calibration".to_owned(), reason };
+        let file: File = toml::from_str(text).map_err(|e| wrong(e.to_string()))?;
+        if file.format != FORMAT {
+            return Err(wrong(format!("format = {:?}: this version reads {FORMAT:?}", file.format)));
+        }
+        let model = toml::to_string(&file.model).map_err(|e| wrong(e.to_string()))?;
+        let model = Model::from_toml(&model).map_err(InferError::from)?.0;
+        if model.body.fixtures.is_empty() {
+            return Err(wrong("model.body.footprint is missing: give its corners, m".to_owned()));
+        }
+        sound(&file)?;
+        let prior = toml::to_string(&file.prior).map_err(|e| wrong(e.to_string()))?;
+        let prior = PriorFile::from_toml(&prior, "[prior]").map_err(InferError::from)?;
+        if !prior.per_episode().is_empty() {
+            return Err(wrong("[prior]: scope = \"episode\" is not calibrated; leave it out".to_owned()));
+        }
+        let model = prior.apply(&model).map_err(InferError::from)?;
+        let coordinates = Coordinates::new(&model);
+        let free = coordinates.free().len();
+        let parameters: Vec<String> = (0..free).map(|k| coordinates.slot(k).name.clone()).collect();
+        let n = file.noise;
+        Ok(Self {
+            name: file.name,
+            parameters,
+            method: file.method,
+            chains: file.chains,
+            warmup: file.warmup,
+            starts: file.starts,
+            model,
+            coordinates,
+            push: file.push,
+            noise: Noise {
+                pose: [n.position, n.position, n.angle],
+                force: n.force,
+                torque: n.torque,
+                time: 0.0,
+                stated: true,
+            },
+            tare: [n.tare_force, n.tare_force, n.tare_torque],
+            shrink: file.shrink,
+        })
+    }
+
+    /// The same by another method.
+    #[must_use]
+    pub fn with_method(self, method: Method) -> Self {
+        Self { method, ..self }
+    }
+
+    /// How it infers.
+    pub fn method(&self) -> Method {
+        self.method
+    }
+
+    /// The same with draws nearer to their mean by a factor, to see that calibration notices.
+    #[must_use]
+    pub fn shrunk(self, shrink: f64) -> Self {
+        Self { shrink, ..self }
+    }
+}
+
+/// Refuse what cannot be simulated.
+fn sound(file: &File) -> Result<(), PosteriorError> {
+    let refuse = |what: &'static str, value: f64| {
+        Err(PosteriorError::Setting { what, value: value.to_string(), remedy: "give a number above zero" })
+    };
+    let n = &file.noise;
+    let noise = [("noise.position", n.position), ("noise.angle", n.angle), ("noise.force", n.force)];
+    let more = [("noise.torque", n.torque), ("push.force", file.push.force), ("shrink", file.shrink)];
+    for (what, value) in noise.into_iter().chain(more).chain([("push.episodes", file.push.episodes as f64)]) {
+        if !(value > 0.0 && value.is_finite()) {
+            return refuse(what, value);
+        }
+    }
+    if !(1.0..=60.0).contains(&file.push.duration) {
+        let value = file.push.duration.to_string();
+        return Err(PosteriorError::Setting { what: "push.duration", value, remedy: "give 1 to 60 s" });
+    }
+    Ok(())
+}

@@ -1,0 +1,99 @@
+//! One name for points that mean the same.
+//!
+//! A wheel turned by a quarter with its coefficients exchanged is the same wheel, and an angle and the
+//! same a period on are one angle. Chains that settle on different names would look as if they did not
+//! agree. As in a fit, "along" is the direction of least friction; an angle is given within half a
+//! period of the best mode's, so that its draws are not torn apart at the end of a circle.
+
+use crate::modes::nearest;
+use std::f64::consts::FRAC_PI_2;
+use trundle_infer::Target;
+use trundle_model::{Kind, Model};
+
+/// Slots of a wheel whose angle and coefficients are all free.
+struct Wheel {
+    angle: usize,
+    along: usize,
+    across: usize,
+}
+
+/// Names points like a mode.
+pub(crate) struct Canonical<'a> {
+    target: &'a Target<'a>,
+    mode: Vec<f64>,
+    wheels: Vec<Wheel>,
+}
+
+impl<'a> Canonical<'a> {
+    pub fn new(target: &'a Target<'a>, mode: &[f64]) -> Self {
+        let wheels = if target.has_own() { vec![] } else { wheels(target.model()) };
+        Self { target, mode: mode.to_vec(), wheels }
+    }
+
+    /// The point's name.
+    pub fn name(&self, point: &[f64]) -> Vec<f64> {
+        let mut named = self.turned(point).unwrap_or_else(|| point.to_vec());
+        for (k, z) in named.iter_mut().enumerate() {
+            *z = nearest(&self.target.slot(k).prior, *z, self.mode[k]);
+        }
+        named
+    }
+
+    /// The point with wheels turned whose coefficients are the wrong way round; `None` if none is.
+    fn turned(&self, point: &[f64]) -> Option<Vec<f64>> {
+        let mut values = self.target.shared_values(point).0;
+        let mut any = false;
+        for wheel in &self.wheels {
+            if values[wheel.along] > values[wheel.across] {
+                values.swap(wheel.along, wheel.across);
+                values[wheel.angle] += FRAC_PI_2;
+                any = true;
+            }
+        }
+        any.then(|| self.target.point(&values))
+    }
+}
+
+fn wheels(model: &Model) -> Vec<Wheel> {
+    let slots = model.slots();
+    let place = |effect: &str, name: &str| {
+        let name = format!("{effect}.{name}");
+        slots.iter().position(|s| s.name == name && s.value.is_none())
+    };
+    let viscous =
+        model.effects.iter().zip(model.effect_names()).filter(|(e, _)| e.kind == Kind::ViscousWheel);
+    viscous
+        .filter_map(|(_, effect)| {
+            let wheel = |name| place(&effect, name);
+            Some(Wheel { angle: wheel("angle")?, along: wheel("mu_x")?, across: wheel("mu_y")? })
+        })
+        .collect()
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use std::collections::BTreeSet;
+    use trundle_infer::MotionLikelihood;
+    use trundle_model::Body;
+
+    #[test]
+    fn a_wheel_turned_by_a_quarter_keeps_its_name() {
+        let body = Body::from_footprint(&[[-0.6, -0.4], [0.6, -0.4], [0.6, 0.4], [-0.6, 0.4]], 22.0).unwrap();
+        let model = Model::nominal(body, None, [true; 3]);
+        let noise =
+            trundle_record::Noise { pose: [1e-3; 3], force: 1.0, torque: 0.1, time: 0.0, stated: true };
+        let likelihood = MotionLikelihood::new(&[], &noise).unwrap();
+        let target = Target::new(&likelihood, &model, &BTreeSet::new()).unwrap();
+        let values = [22.0, -0.5, -0.3, 0.2, 15.0, 180.0];
+        let mode = target.point(&values);
+        let canonical = Canonical::new(&target, &mode);
+        let [mut turned, mut round] = [values; 2];
+        (turned[3], turned[4], turned[5]) = (0.2 - FRAC_PI_2, 180.0, 15.0);
+        round[3] = 0.2 + 3.0 * std::f64::consts::PI;
+        for other in [turned, round] {
+            let named = canonical.name(&target.point(&other));
+            assert!(named.iter().zip(&mode).all(|(a, b)| (a - b).abs() < 1e-9), "{named:?} {mode:?}");
+        }
+    }
+}

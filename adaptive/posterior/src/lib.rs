@@ -1,0 +1,23 @@
+//! What is known of a model's parameters after a recording: draws of the posterior, and whether the
+//! intervals that they give are honest.
+
+#[cfg(test)]
+mod bench;
+mod calibrate;
+mod canonical;
+mod chain;
+mod error;
+mod metropolis;
+mod modes;
+mod nuts;
+mod predictive;
+mod sample;
+mod whitened;
+
+pub use calibrate::{Calibration, Line, RANKS, Replicate, lines, replicates};
+pub use chain::{Chain, Length, Method};
+pub use error::PosteriorError;
+pub use modes::{Mode, ModeSummary};
+pub use predictive::{Predicted, predictive};
+pub use sample::{Posterior, SampleOptions, sample};
+pub use whitened::Whitened;

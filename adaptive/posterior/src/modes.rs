@@ -1,0 +1,118 @@
+//! Where the posterior has its mass: the modes that several searches find.
+//!
+//! A wheel's position has local optima. Those that hold more than one part in a thousand of the
+//! evidence, by Laplace's approximation, are sampled, each by some of the chains.
+
+use nalgebra::{DMatrix, DVector};
+use serde::Serialize;
+use trundle_infer::{Fit, FitOptions, InferError, Likelihood, Target, Watch, fit};
+use trundle_model::{Model, Prior};
+
+/// Log of the evidence that a mode may lack to the best.
+const NEGLIGIBLE: f64 = 7.0;
+
+/// Modes nearer than so many standard deviations are one.
+const APART: f64 = 6.0;
+
+/// A mode of the posterior.
+#[derive(Clone, Debug)]
+pub struct Mode {
+    /// Where it is, in the coordinates of the target.
+    pub point: Vec<f64>,
+    /// Precision of the Laplace approximation there.
+    pub precision: DMatrix<f64>,
+    /// Laplace's log evidence.
+    pub log_evidence: f64,
+}
+
+/// What is told of a mode.
+#[derive(Clone, Debug, PartialEq, Serialize)]
+pub struct ModeSummary {
+    /// Values of the free parameters there.
+    pub values: Vec<f64>,
+    /// Its share of the evidence among the modes found, by Laplace's approximation.
+    pub weight: f64,
+}
+
+/// The best fit, the modes worth sampling, best first, and how many searches there were.
+pub(crate) struct Found {
+    pub best: Fit,
+    pub modes: Vec<Mode>,
+}
+
+/// Search from `options.starts` starts together, and from as many one by one.
+pub(crate) fn search(
+    likelihood: &dyn Likelihood,
+    model: &Model,
+    options: &FitOptions,
+    watch: &dyn Watch,
+) -> Result<Found, InferError> {
+    let best = fit(likelihood, model, &[], options, watch)?;
+    let target = Target::new(likelihood, model, &options.per_episode)?;
+    let alone = |k: u64| {
+        let seed = options.seed.wrapping_add(1 + k);
+        match fit(likelihood, model, &[], &FitOptions { starts: 1, seed, ..options.clone() }, watch) {
+            Ok(found) => Ok(Some(found)),
+            Err(InferError::NoStart { .. }) => Ok(None),
+            Err(error) => Err(error),
+        }
+    };
+    // One after the other: each search uses all cores by itself.
+    let seeds = 0..options.starts as u64;
+    let others = seeds.map(alone).collect::<Result<Vec<_>, InferError>>()?;
+    let first = mode(&target, &best);
+    let candidates = others.into_iter().flatten().map(|f| mode(&target, &f)).collect();
+    Ok(Found { best, modes: distinct(&target, first, candidates) })
+}
+
+fn mode(target: &Target<'_>, fit: &Fit) -> Mode {
+    let mut precision = fit.information.clone();
+    for k in 0..fit.point.len() {
+        let (coordinates, parameter) = (target.coordinates(), target.parameter(k));
+        precision[(k, k)] +=
+            coordinates.least_precision(parameter).max(coordinates.prior_precision(parameter));
+    }
+    Mode { point: fit.point.clone(), precision, log_evidence: fit.log_evidence }
+}
+
+/// Modes far from one another that hold evidence.
+fn distinct(target: &Target<'_>, first: Mode, mut candidates: Vec<Mode>) -> Vec<Mode> {
+    let best = candidates.iter().map(|m| m.log_evidence).fold(first.log_evidence, f64::max);
+    candidates.sort_by(|a, b| b.log_evidence.total_cmp(&a.log_evidence));
+    let mut kept = vec![first];
+    for candidate in candidates {
+        let far = kept.iter().all(|mode| distance(target, mode, &candidate.point) > APART);
+        if far && candidate.log_evidence > best - NEGLIGIBLE {
+            kept.push(candidate);
+        }
+    }
+    kept.sort_by(|a, b| b.log_evidence.total_cmp(&a.log_evidence));
+    kept.retain(|mode| mode.log_evidence > best - NEGLIGIBLE);
+    kept
+}
+
+/// Distance of a point from a mode in standard deviations, angles by the nearest way round.
+fn distance(target: &Target<'_>, mode: &Mode, point: &[f64]) -> f64 {
+    let mut near = point.to_vec();
+    for (k, z) in near.iter_mut().enumerate() {
+        *z = nearest(&target.slot(k).prior, *z, mode.point[k]);
+    }
+    let away = DVector::from_vec(near) - DVector::from_column_slice(&mode.point);
+    away.dot(&(&mode.precision * &away)).max(0.0).sqrt()
+}
+
+/// An angle turned by whole periods to within half a period of another.
+pub(crate) fn nearest(prior: &Prior, z: f64, to: f64) -> f64 {
+    match prior {
+        Prior::Angle(period) => z - period * ((z - to) / period).round(),
+        _ => z,
+    }
+}
+
+/// Shares of the evidence.
+pub(crate) fn weights(modes: &[Mode]) -> Vec<f64> {
+    let best = modes.iter().map(|m| m.log_evidence).fold(f64::NEG_INFINITY, f64::max);
+    let shares: Vec<f64> = modes.iter().map(|m| (m.log_evidence - best).exp()).collect();
+    let sum: f64 = shares.iter().sum();
+    shares.into_iter().map(|s| s / sum).collect()
+}

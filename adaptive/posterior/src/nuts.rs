@@ -1,0 +1,143 @@
+//! The No-U-Turn sampler of nuts-rs on a whitened density.
+//!
+//! The slope of the motion likelihood holds the filter's gains fixed, so it is not exactly that of the
+//! density. The draws are right all the same: the leapfrog with any force that depends on the position
+//! alone is reversible and keeps volume, and the choice among the points of a trajectory uses the exact
+//! density. A poor slope costs acceptance, to which the step size adapts, and nothing else.
+
+use crate::chain::{Chain, Length};
+use crate::{PosteriorError, Whitened};
+use nuts_rs::{
+    Chain as _, CpuLogpFunc, CpuMath, CpuMathError, DiagNutsSettings, HasDims, LogpError, Settings,
+};
+use rand_chacha::ChaCha8Rng;
+use std::collections::HashMap;
+use std::sync::{Arc, Mutex};
+use thiserror::Error;
+use trundle_infer::{InferError, Watch};
+
+/// Doublings of a trajectory at most: 2⁸ steps.
+const DEEPEST: u64 = 8;
+
+/// Why a point has no density.
+#[derive(Debug, Error)]
+enum Off {
+    #[error("the density is not finite there")]
+    Nowhere,
+    #[error(transparent)]
+    Failed(#[from] InferError),
+}
+
+impl LogpError for Off {
+    fn is_recoverable(&self) -> bool {
+        matches!(self, Self::Nowhere)
+    }
+}
+
+/// Points evaluated in the present trajectory, with their log density.
+type Seen = Arc<Mutex<Vec<(Vec<f64>, f64)>>>;
+
+struct Posterior<'a> {
+    density: &'a Whitened<'a>,
+    watch: &'a dyn Watch,
+    seen: Seen,
+}
+
+impl HasDims for Posterior<'_> {
+    fn dim_sizes(&self) -> HashMap<String, u64> {
+        HashMap::from([("parameter".to_owned(), self.density.dimension() as u64)])
+    }
+}
+
+impl CpuLogpFunc for Posterior<'_> {
+    type LogpError = Off;
+    type FlowParameters = ();
+    type ExpandedVector = Vec<f64>;
+
+    fn dim(&self) -> usize {
+        self.density.dimension()
+    }
+
+    fn logp(&mut self, w: &[f64], gradient: &mut [f64]) -> Result<f64, Off> {
+        if self.watch.cancelled() {
+            return Err(InferError::Interrupted.into());
+        }
+        let (cost, slope) = self.density.slope(w)?;
+        if !cost.is_finite() || slope.iter().any(|s| !s.is_finite()) {
+            return Err(Off::Nowhere);
+        }
+        for (g, s) in gradient.iter_mut().zip(slope.iter()) {
+            *g = -s;
+        }
+        if let Ok(mut seen) = self.seen.lock() {
+            seen.push((w.to_vec(), -cost));
+        }
+        Ok(-cost)
+    }
+
+    fn expand_vector<R: nuts_rs::rand::Rng + ?Sized>(
+        &mut self,
+        _: &mut R,
+        w: &[f64],
+    ) -> Result<Vec<f64>, CpuMathError> {
+        Ok(w.to_vec())
+    }
+}
+
+/// One chain from `start`, a point `w`.
+pub(crate) fn chain(
+    density: &Whitened<'_>,
+    start: Vec<f64>,
+    length: &Length,
+    rng: &mut ChaCha8Rng,
+    watch: &dyn Watch,
+    tick: &(dyn Fn() + Sync),
+) -> Result<Chain, PosteriorError> {
+    let seen = Seen::default();
+    let math = CpuMath::new(Posterior { density, watch, seen: seen.clone() });
+    let failed = |error| refused(error, watch, length.chain);
+    let mut sampler = settings(length).new_chain(length.chain as u64, math, rng).map_err(failed)?;
+    sampler.set_position(&start).map_err(failed)?;
+    let (mut kept, mut latest) = (Chain::default(), -density.cost(&start)?);
+    for step in 0..length.warmup + length.draws {
+        let (w, info) = sampler.draw().map_err(failed)?;
+        latest = log_density(&seen, &w).unwrap_or(latest);
+        if step < length.warmup {
+            kept.warmup_evaluations += info.num_gradients;
+        } else {
+            kept.push(density.point(&w), latest, info.diverging, info.num_gradients);
+        }
+        kept.step_size = info.step_size;
+        tick();
+    }
+    Ok(kept)
+}
+
+fn settings(length: &Length) -> DiagNutsSettings {
+    DiagNutsSettings {
+        num_tune: length.warmup as u64,
+        num_draws: length.draws as u64,
+        maxdepth: DEEPEST,
+        ..DiagNutsSettings::default()
+    }
+}
+
+/// Log density of a drawn point, which the trajectory has just evaluated; `None` where it stayed.
+fn log_density(seen: &Seen, w: &[f64]) -> Option<f64> {
+    let mut seen = seen.lock().ok()?;
+    let found = seen.iter().rev().find(|(point, _)| point == w).map(|(_, value)| *value);
+    seen.clear();
+    found
+}
+
+/// The sampler's error with its cause.
+fn refused(
+    error: impl std::fmt::Display + Into<Box<dyn std::error::Error + Send + Sync>>,
+    watch: &dyn Watch,
+    chain: usize,
+) -> PosteriorError {
+    if watch.cancelled() {
+        return InferError::Interrupted.into();
+    }
+    PosteriorError::Chain { chain, reason: error.to_string() }
+}

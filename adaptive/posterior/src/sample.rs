@@ -1,0 +1,184 @@
+//! From a likelihood to draws of the posterior.
+
+use crate::canonical::Canonical;
+use crate::chain::{Chain, Length, Method, chain};
+use crate::modes::{self, Mode, ModeSummary};
+use crate::{PosteriorError, Whitened};
+use rayon::prelude::*;
+use std::sync::atomic::{AtomicUsize, Ordering};
+use trundle_infer::{Channels, Density, Fit, FitOptions, Likelihood, Strain, Target, Watch, on_all_cores};
+use trundle_model::{Model, Slot};
+
+/// How a posterior is sampled.
+#[derive(Clone, Debug)]
+pub struct SampleOptions {
+    /// By which method.
+    pub method: Method,
+    /// Chains, each from a start of its own.
+    pub chains: usize,
+    /// Draws kept of each chain.
+    pub draws: usize,
+    /// Draws thrown away before them.
+    pub warmup: usize,
+    /// The search for modes before the chains; its seed is that of the chains too.
+    pub fit: FitOptions,
+}
+
+impl Default for SampleOptions {
+    fn default() -> Self {
+        Self { method: Method::Nuts, chains: 4, draws: 250, warmup: 150, fit: FitOptions::default() }
+    }
+}
+
+impl SampleOptions {
+    fn check(&self) -> Result<(), PosteriorError> {
+        let wrong = |what, value: usize, remedy| {
+            Err(PosteriorError::Setting { what, value: value.to_string(), remedy })
+        };
+        if self.chains == 0 {
+            return wrong("chains", self.chains, "give at least one; two or more tell whether they agree");
+        }
+        if self.draws < 4 {
+            return wrong("draws", self.draws, "give at least 4, some hundreds for intervals");
+        }
+        if self.warmup < 50 && self.method != Method::Laplace {
+            return wrong("warmup", self.warmup, "give at least 50, in which the sampler learns its steps");
+        }
+        Ok(())
+    }
+}
+
+/// Draws of a posterior.
+#[derive(Clone, Debug)]
+pub struct Posterior {
+    /// The model whose free parameters these are.
+    pub model: Model,
+    /// The fit that the chains began from.
+    pub fit: Fit,
+    /// The free parameters: what the numbers of a draw are.
+    pub slots: Vec<Slot>,
+    /// The chains; their points are in the coordinates of the search.
+    pub chains: Vec<Chain>,
+    /// Values of the free parameters, SI, by chain and draw.
+    pub draws: Vec<Vec<Vec<f64>>>,
+    /// Values of all slots of the model, by chain and draw.
+    pub values: Vec<Vec<Vec<f64>>>,
+    /// Whether the draws' spread means that the data hold the parameter.
+    pub identified: Vec<bool>,
+    /// Parameters that the prior keeps from where the data want them, in sentences.
+    pub strained: Vec<String>,
+    /// The best mode, in the coordinates of the search.
+    pub best: Vec<f64>,
+    /// The modes that chains began in.
+    pub modes: Vec<ModeSummary>,
+    /// The noise assumed.
+    pub channels: Channels,
+}
+
+/// Sample the free parameters of `model`: chains on all cores, with the same bytes as on one.
+///
+/// Where the recording does not state its noise, it is held at what the fit finds.
+///
+/// # Errors
+/// When a setting makes no sense, nothing is free, no start has a finite density, or the user interrupts.
+pub fn sample(
+    likelihood: &dyn Likelihood,
+    model: &Model,
+    options: &SampleOptions,
+    watch: &dyn Watch,
+) -> Result<Posterior, PosteriorError> {
+    options.check()?;
+    if Target::new(likelihood, model, &options.fit.per_episode)?.dimension() == 0 {
+        return Err(PosteriorError::NothingFree);
+    }
+    let found = modes::search(likelihood, model, &options.fit, watch)?;
+    let slots = model.slots().len();
+    let tuned = likelihood.tuned(model, &padded(&found.best, slots, likelihood))?;
+    let likelihood = tuned.as_deref().unwrap_or(likelihood);
+    let target = Target::new(likelihood, model, &options.fit.per_episode)?;
+    let chains = run(&target, &found.modes, options, watch)?;
+    Ok(told(&target, found, chains, likelihood.channels()))
+}
+
+/// Values of all slots at a fit, the likelihood's own among them.
+fn padded(fit: &Fit, slots: usize, likelihood: &dyn Likelihood) -> Vec<f64> {
+    let own = likelihood.noise();
+    let values = own.iter().map(|slot| fit.estimate(&slot.name).map_or(1.0, |e| e.mean));
+    fit.values[..slots].iter().copied().chain(values).collect()
+}
+
+/// The chains, dealt to the modes in turn.
+fn run(
+    target: &Target<'_>,
+    modes: &[Mode],
+    options: &SampleOptions,
+    watch: &dyn Watch,
+) -> Result<Vec<Chain>, PosteriorError> {
+    let total = (options.chains * (options.warmup + options.draws)) as f64;
+    let done = AtomicUsize::new(0);
+    on_all_cores(watch, |watch| {
+        let tick = || {
+            let count = done.fetch_add(1, Ordering::Relaxed) + 1;
+            watch.progress("sample", (count as f64 / total).min(1.0));
+        };
+        let white = modes.iter().map(|m| Whitened::new(target, &m.point, &m.precision));
+        let views: Vec<_> = white.zip(modes::weights(modes)).collect();
+        let one = |k: usize| {
+            let length =
+                Length { warmup: options.warmup, draws: options.draws, seed: options.fit.seed, chain: k };
+            chain(options.method, &views, &length, watch, &tick)
+        };
+        (0..options.chains).into_par_iter().map(one).collect()
+    })
+}
+
+/// Draws with their names, values and what is to be said of them.
+fn told(target: &Target<'_>, found: modes::Found, mut chains: Vec<Chain>, channels: Channels) -> Posterior {
+    let best = found.modes[0].point.clone();
+    let canonical = Canonical::new(target, &best);
+    for point in chains.iter_mut().flat_map(|c| &mut c.points) {
+        *point = canonical.name(point);
+    }
+    let n = target.dimension();
+    let of = |point: &Vec<f64>| (0..n).map(|k| target.value(k, point[k]).0).collect::<Vec<f64>>();
+    let all = |point: &Vec<f64>| target.shared_values(point).0[..target.model().slots().len()].to_vec();
+    let each = |f: &dyn Fn(&Vec<f64>) -> Vec<f64>| -> Vec<Vec<Vec<f64>>> {
+        chains.iter().map(|c| c.points.iter().map(f).collect()).collect()
+    };
+    let (draws, values) = (each(&of), each(&all));
+    let strained: Vec<Option<String>> = (0..n).map(|k| strain(target, &found.modes[0], k)).collect();
+    let held = |k: usize| target.coordinates().identified(target.parameter(k), spread(&chains, k));
+    let identified = (0..n).map(|k| strained[k].is_none() && held(k)).collect();
+    let shares = modes::weights(&found.modes);
+    let modes = found.modes.iter().zip(shares);
+    let modes = modes.map(|(m, weight)| ModeSummary { values: of(&m.point), weight }).collect();
+    Posterior {
+        model: target.model().clone(),
+        fit: found.best,
+        slots: (0..n).map(|k| target.slot(k)).collect(),
+        draws,
+        values,
+        identified,
+        strained: strained.into_iter().flatten().collect(),
+        best,
+        modes,
+        channels,
+        chains,
+    }
+}
+
+/// The sentence on a parameter that its prior keeps from where the data want it.
+fn strain(target: &Target<'_>, mode: &Mode, k: usize) -> Option<String> {
+    let (coordinates, parameter) = (target.coordinates(), target.parameter(k));
+    let prior = coordinates.prior_precision(parameter);
+    let strain = coordinates.strain(parameter, mode.point[k], mode.precision[(k, k)] - prior)?;
+    Some(Strain { name: target.slot(k).name, ..strain }.to_string())
+}
+
+/// Standard deviation of a coordinate over all draws.
+fn spread(chains: &[Chain], k: usize) -> f64 {
+    let values: Vec<f64> = chains.iter().flat_map(|c| c.points.iter().map(|p| p[k])).collect();
+    let n = values.len() as f64;
+    let mean = values.iter().sum::<f64>() / n;
+    (values.iter().map(|v| (v - mean).powi(2)).sum::<f64>() / n).sqrt()
+}
