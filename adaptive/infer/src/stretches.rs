@@ -62,7 +62,7 @@ fn stretches(index: usize, episode: &Prepared, noise: &Noise) -> Vec<WrenchSampl
 }
 
 /// Whether an object surely moves.
-fn moves(m: &Motion) -> bool {
+pub(crate) fn moves(m: &Motion) -> bool {
     let signal: f64 = (0..3).map(|k| m.twist[k] * m.twist[k] / m.cov[k][1][1].max(1e-18)).sum();
     signal > 25.0
 }
