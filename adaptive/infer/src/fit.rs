@@ -162,10 +162,7 @@ fn finish(
 ) -> Result<Fit, InferError> {
     let (n, z) = (optimum.point.len(), &optimum.point);
     let (spread, log_determinant) = invert(&precision(&optimum.at.curvature, target));
-    let mut information = optimum.at.curvature.clone();
-    for k in 0..n {
-        information[(k, k)] -= target.coordinates().prior_precision(target.parameter(k));
-    }
+    let information = &optimum.at.curvature - target.prior(z).curvature;
     let scales: Vec<(f64, f64)> = (0..n).map(|k| target.value(k, z[k])).collect();
     let strain = |k: usize| {
         let strain = target.coordinates().strain(target.parameter(k), z[k], information[(k, k)])?;
@@ -234,7 +231,13 @@ fn canonical(target: &Target<'_>, point: Vec<f64>) -> Vec<f64> {
         let [angle, along, across] = [2, 3, 4].map(|k| first + k);
         first += effect.values.len();
         let free = |s: usize| slots[s].value.is_none();
-        let turns = effect.kind == Kind::ViscousWheel && free(angle) && free(along) && free(across);
+        // Only a prior that is itself the same after a quarter turn leaves the density as it was.
+        let turns = effect.kind == Kind::ViscousWheel
+            && free(angle)
+            && free(along)
+            && free(across)
+            && matches!(slots[angle].prior, Prior::Angle(_))
+            && slots[along].prior == slots[across].prior;
         if turns && values[along] > values[across] {
             values.swap(along, across);
             values[angle] += FRAC_PI_2;

@@ -2,7 +2,7 @@
 //! [`Coordinates`], some parameters shared by all episodes and some each episode's own (eq. 6).
 
 use crate::coordinates::within_reach;
-use crate::{Coordinates, InferError, Likelihood, Linearised};
+use crate::{Coordinates, InferError, Likelihood, Linearised, Pull};
 use std::collections::BTreeSet;
 use trundle_model::{Model, Slot};
 
@@ -41,6 +41,9 @@ pub struct Target<'a> {
     parts: Vec<Part<'a>>,
     places: Vec<Place>,
     episodes: Vec<String>,
+    /// Places on the body that the footprint restricts: the index among [`Coordinates::footings`], and which
+    /// coordinates they have, `None` where one is given.
+    standing: Vec<(usize, [Option<usize>; 2])>,
 }
 
 enum Part<'a> {
@@ -68,7 +71,7 @@ impl<'a> Target<'a> {
         per_episode: &BTreeSet<String>,
     ) -> Result<Self, InferError> {
         let slots: Vec<Slot> = model.slots().into_iter().chain(likelihood.noise()).collect();
-        let coordinates = Coordinates::of(slots);
+        let coordinates = Coordinates::of(slots).under(model);
         let own = own(&coordinates, per_episode)?;
         let (parts, episodes) = if own.is_empty() {
             (vec![Part::Whole(likelihood)], vec![])
@@ -77,7 +80,8 @@ impl<'a> Target<'a> {
             (parts.into_iter().map(Part::Episode).collect(), names)
         };
         let places = places(coordinates.free().len(), &own, episodes.len());
-        Ok(Self { model, coordinates, parts, places, episodes })
+        let standing = standing(&coordinates, &places, episodes.len());
+        Ok(Self { model, coordinates, parts, places, episodes, standing })
     }
 
     /// The parameters' coordinates, as if all were shared.
@@ -138,7 +142,38 @@ impl<'a> Target<'a> {
 
     /// −log prior density of `z`.
     pub fn prior_cost(&self, z: &[f64]) -> f64 {
-        self.places.iter().zip(z).map(|(p, &z)| self.coordinates.prior_cost_of(p.parameter, z)).sum()
+        let apart = |(p, &z): (&Place, &f64)| self.coordinates.prior_cost_of(p.parameter, z);
+        let pulls = self.pulls(z).map(|(_, pull)| pull.cost);
+        self.places.iter().zip(z).map(apart).chain(pulls).sum()
+    }
+
+    /// −log prior density at `z` with its derivatives.
+    pub fn prior(&self, z: &[f64]) -> Linearised {
+        let mut prior = Linearised::sum(z.len(), []);
+        prior.cost = self.prior_cost(z);
+        for (k, place) in self.places.iter().enumerate() {
+            let precision = self.coordinates.prior_precision(place.parameter);
+            prior.gradient[k] += precision * z[k];
+            prior.curvature[(k, k)] += precision;
+        }
+        for (at, pull) in self.pulls(z) {
+            let ends = || at.into_iter().zip(pull.slopes).filter_map(|(k, slope)| Some((k?, slope)));
+            for (i, a) in ends() {
+                prior.gradient[i] += pull.residual * a;
+                for (j, b) in ends() {
+                    prior.curvature[(i, j)] += a * b;
+                }
+            }
+        }
+        prior
+    }
+
+    /// The footprint's part in the prior of each place on the body.
+    fn pulls(&self, z: &[f64]) -> impl Iterator<Item = ([Option<usize>; 2], Pull)> {
+        self.standing.iter().map(move |&(footing, at)| {
+            let point = at.map(|k| k.map_or(0.0, |k| z[k]));
+            (at, self.coordinates.pull(&self.coordinates.footings()[footing], point))
+        })
     }
 
     /// Values of all slots, and slopes of the free ones by their `z`, in the part `part`.
@@ -202,13 +237,7 @@ impl Density for Target<'_> {
             let own = part.likelihood().linearise(self.model, &values, self.coordinates.free())?;
             self.gather(&mut sum, k, &own, &slopes);
         }
-        sum.cost += self.prior_cost(z);
-        for (k, place) in self.places.iter().enumerate() {
-            let precision = self.coordinates.prior_precision(place.parameter);
-            sum.gradient[k] += precision * z[k];
-            sum.curvature[(k, k)] += precision;
-        }
-        Ok(sum)
+        Ok(Linearised::sum(z.len(), [sum, self.prior(z)]))
     }
 }
 
@@ -233,4 +262,25 @@ fn places(parameters: usize, own: &BTreeSet<usize>, episodes: usize) -> Vec<Plac
     let each =
         (0..episodes).flat_map(|e| own.iter().map(move |&parameter| Place { parameter, episode: Some(e) }));
     shared.chain(each).collect()
+}
+
+/// The coordinates of each place that the footprint restricts, once for each episode that has its own of one.
+fn standing(
+    coordinates: &Coordinates,
+    places: &[Place],
+    episodes: usize,
+) -> Vec<(usize, [Option<usize>; 2])> {
+    let mut found = BTreeSet::new();
+    for (index, footing) in coordinates.footings().iter().enumerate() {
+        for part in 0..episodes.max(1) {
+            let seen = |parameter| {
+                places.iter().position(|p| p.parameter == parameter && p.episode.is_none_or(|e| e == part))
+            };
+            found.insert((
+                index,
+                coordinates.coordinates_of(footing).map(|parameter| parameter.and_then(seen)),
+            ));
+        }
+    }
+    found.into_iter().collect()
 }
