@@ -222,14 +222,17 @@ fn moved(transition: &Matrix, covariance: &Matrix) -> Matrix {
     }
     let mut product = half;
     for column in 0..MOTION {
-        let mut sum = [0.0; N];
+        let mut sum = [0.0; MOTION];
         for k in 0..N {
             let by = transition[(column, k)];
             for (row, sum) in sum.iter_mut().enumerate() {
                 *sum += half[(row, k)] * by;
             }
         }
-        product.column_mut(column).copy_from_slice(&sum);
+        product.fixed_view_mut::<MOTION, 1>(0, column).copy_from_slice(&sum);
+        for error in MOTION..N {
+            product[(error, column)] = half[(column, error)];
+        }
     }
     product
 }
