@@ -123,6 +123,20 @@ def test_a_recording_makes_transitions_to_learn_from() -> None:
     assert body > 0.9
 
 
+def test_the_true_model_predicts_a_recording_better_than_any_regression() -> None:
+    demo = CONFIGS / "experiments" / "demo.toml"
+    recording = trundle.simulate(demo)
+    training = Transitions.recorded(recording)
+    held_out = Transitions.recorded(recording, held_out=True)
+    hidden = demo.read_text().split("[[effect]]", 1)[1].split("[sensor]")[0]
+    table = trundle.objects.read(CONFIGS / "objects" / "office_table.toml").bare.to_toml()
+    truth = PhysicalModel(trundle.Model.from_toml(table + "[[effect]]" + hidden)).score(held_out)
+    assert truth > 0.99
+    for features in ("world", "body"):
+        assert LinearRegression(features).fit(training).score(held_out) < truth
+        assert LocallyWeightedRegression(features).fit(training).score(held_out) < truth
+
+
 def test_what_is_wrong_is_named() -> None:
     data = of_cart(5, 0)
     free = trundle.Model.from_toml('format = "trundle-model/1"\n')

@@ -1,5 +1,7 @@
 //! Object files: every one of `configs/objects` is sound and says where its values come from.
 
+#![allow(clippy::unwrap_used)]
+
 use std::path::{Path, PathBuf};
 
 use trundle_model::{Fixture, Kind, Model};
@@ -86,7 +88,7 @@ fn with(change: impl Fn(&str) -> String) -> Result<Object, String> {
     let text = std::fs::read_to_string(configs().join("objects/bed.toml")).unwrap();
     let changed = change(&text);
     assert_ne!(text, changed);
-    let folder = tempfile();
+    let folder = scratch();
     let path = folder.join("bed.toml");
     std::fs::write(&path, changed).unwrap();
     let read = Object::read(&path).map_err(|error| error.to_string());
@@ -94,7 +96,7 @@ fn with(change: impl Fn(&str) -> String) -> Result<Object, String> {
     read
 }
 
-fn tempfile() -> PathBuf {
+fn scratch() -> PathBuf {
     use std::sync::atomic::{AtomicUsize, Ordering};
     static COUNT: AtomicUsize = AtomicUsize::new(0);
     let number = COUNT.fetch_add(1, Ordering::Relaxed);
@@ -126,7 +128,7 @@ fn what_is_wrong_with_an_object_is_named() {
 #[test]
 fn a_scenario_hides_the_effects_of_a_configuration_and_its_own() {
     let demo = std::fs::read_to_string(configs().join("experiments/demo.toml")).unwrap();
-    let folder = tempfile();
+    let folder = scratch();
     let path = folder.join("scenario.toml");
     let table = configs().join("objects/office_table.toml");
     let read = |configuration: &str| {
