@@ -9,6 +9,7 @@ mod error;
 mod infer;
 mod inspect;
 mod model;
+mod paper;
 mod record;
 mod sim;
 mod toml_dict;
@@ -27,5 +28,6 @@ fn _native(module: &Bound<'_, PyModule>) -> PyResult<()> {
     baseline::register(module)?;
     diagnose::register(module)?;
     control::register(module)?;
+    paper::register(module)?;
     Ok(())
 }

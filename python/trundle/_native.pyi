@@ -156,3 +156,29 @@ class LockedWheel:
     def record(self) -> None: ...
     def take_rows(self) -> dict[str, NDArray[np.float64]]: ...
     def metadata(self, name: str) -> dict[str, Any]: ...
+
+def _learning_curves(
+    truth: str,
+    form: str,
+    learners: Sequence[str],
+    counts: Sequence[int],
+    noise: tuple[str, float],
+    seed: int,
+    *,
+    tested: int = 200,
+    starts: int = 8,
+    progress: Callable[[str, float], object] | None = None,
+) -> tuple[list[list[float]], float]: ...
+def _open_loop(
+    truth: str,
+    form: str,
+    course: Mapping[str, Any],
+    sizes: Sequence[float],
+    counts: Sequence[int],
+    noise: tuple[str, float],
+    seed: int,
+    *,
+    tested: int = 200,
+    starts: int = 8,
+    progress: Callable[[str, float], object] | None = None,
+) -> list[dict[str, Any]]: ...

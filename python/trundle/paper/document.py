@@ -1,0 +1,77 @@
+"""`docs/paper.md`: each experiment rewrites the lines between its own two markers and no other."""
+
+from __future__ import annotations
+
+import os
+from collections.abc import Sequence
+from pathlib import Path
+
+from trundle.recording import TrundleError
+
+__all__ = ["replace", "table"]
+
+HEAD = """# The paper's experiments
+
+The evaluation of Scholz, Levihn, Isbell, Christensen and Stilman, "Learning Non-Holonomic Object Models for
+Mobile Manipulation", section V, done again in simulation, and what that paper left open. Every section is
+written by its command from the results in [paper/](paper/); `trundle paper all` writes all of them.
+"""
+
+
+def replace(path: Path, name: str, text: str, order: Sequence[str]) -> None:
+    """Put `text` between the markers of `name`; a document or markers that are missing are made.
+
+    Parameters
+    ----------
+    path : Path
+        The document.
+    name : str
+        Which section.
+    text : str
+        Its new content.
+    order : sequence of str
+        All sections in order: a new one is put before the first that follows it.
+    """
+    whole = path.read_text(encoding="utf-8") if path.exists() else HEAD
+    begin, end = markers(name)
+    if begin not in whole:
+        whole = with_markers(whole, name, order)
+    before, rest = whole.split(begin, 1)
+    if end not in rest:
+        raise TrundleError(
+            f"{path}: the line {begin!r} is not followed by {end!r}; restore it, or remove both"
+        )
+    after = rest.split(end, 1)[1]
+    write(path, f"{before}{begin}\n\n{text.strip()}\n\n{end}{after}")
+
+
+def markers(name: str) -> tuple[str, str]:
+    """Return the lines around a section."""
+    return f"<!-- trundle paper {name} -->", f"<!-- end of {name} -->"
+
+
+def with_markers(whole: str, name: str, order: Sequence[str]) -> str:
+    """Return the document with an empty section for `name` in its place."""
+    empty = "\n".join(markers(name)) + "\n"
+    later = [markers(other)[0] for other in order[list(order).index(name) + 1 :]]
+    for marker in later:
+        if marker in whole:
+            return whole.replace(marker, f"{empty}\n{marker}", 1)
+    return f"{whole.rstrip()}\n\n{empty}"
+
+
+def write(path: Path, text: str) -> None:
+    """Write a text file; it appears whole or not at all."""
+    path.parent.mkdir(parents=True, exist_ok=True)
+    partial = path.with_name(f".{path.name}.partial-{os.getpid()}")
+    try:
+        partial.write_text(text, encoding="utf-8")
+        partial.replace(path)
+    finally:
+        partial.unlink(missing_ok=True)
+
+
+def table(head: Sequence[str], rows: Sequence[Sequence[str]]) -> str:
+    """Return a Markdown table."""
+    lines = [head, ["---"] * len(head), *rows]
+    return "\n".join(f"| {' | '.join(line)} |" for line in lines)

@@ -1,0 +1,48 @@
+"""Objects as texts of `model.toml`: as they are, and as they are learnt."""
+
+from __future__ import annotations
+
+from pathlib import Path
+from typing import Any
+
+from trundle.paper.config import model_text, parse
+from trundle.recording import TrundleError
+
+__all__ = ["described", "form", "title", "truth"]
+
+WHEEL = [{"kind": "viscous_wheel"}]
+
+
+def described(folder: Path, name: str) -> dict[str, Any]:
+    """Return `body`, `effect`, `radius` and `name` of an object, given as `file` or `file:configuration`.
+
+    Without a configuration it is the first, the usual one.
+    """
+    file, _, wanted = name.partition(":")
+    path = folder / f"{file}.toml"
+    found = parse(path)
+    configurations = {one["name"]: one.get("effect", []) for one in found.get("configuration", [])}
+    if wanted and wanted not in configurations:
+        raise TrundleError(f"{path}: has no configuration '{wanted}'; it has {', '.join(configurations)}")
+    chosen = wanted or next(iter(configurations), "")
+    return {
+        "name": found["name"],
+        "body": found["body"],
+        "effect": configurations.get(chosen, []),
+        "radius": found.get("radius"),
+    }
+
+
+def truth(thing: dict[str, Any]) -> str:
+    """Return the object as it is."""
+    return model_text(thing["body"], thing["effect"])
+
+
+def form(thing: dict[str, Any]) -> str:
+    """Return the paper's model of it (eq. 3): its shape, a mass and one wheel, all six values free."""
+    return model_text({key: value for key, value in thing["body"].items() if key != "mass"}, WHEEL)
+
+
+def title(name: str) -> str:
+    """Return an object's name for a table: `office_table:locked` as `office table, locked`."""
+    return name.replace("_", " ").replace(":", ", ")

@@ -1,0 +1,58 @@
+"""Scenarios made in memory: what an experiment pushes, and the recording of it."""
+
+from __future__ import annotations
+
+import tempfile
+from collections.abc import Mapping
+from pathlib import Path
+from typing import Any
+
+import numpy as np
+import tomli_w
+from numpy.typing import NDArray
+
+from trundle.diagnosis import predict
+from trundle.model import Model
+from trundle.recording import Recording
+from trundle.simulation import simulate
+
+__all__ = ["open_loop", "record"]
+
+Floats = NDArray[np.float64]
+
+
+def record(scenario: Mapping[str, Any], body: Mapping[str, Any], seed: int) -> Recording:
+    """Simulate a scenario (without `format` and `object`) on a body.
+
+    Parameters
+    ----------
+    scenario : mapping
+        The tables of a scenario file.
+    body : mapping
+        The table `[body]` of an object file.
+    seed : int
+        Of everything random.
+    """
+    with tempfile.TemporaryDirectory(prefix="trundle-paper-") as name:
+        folder = Path(name)
+        described = {"format": "trundle-object/1", "name": "object", "body": dict(body)}
+        (folder / "object.toml").write_text(tomli_w.dumps(described), encoding="utf-8")
+        whole = {"format": "trundle-scenario/1", "object": "object.toml", **scenario}
+        (folder / "scenario.toml").write_text(tomli_w.dumps(whole), encoding="utf-8")
+        return simulate(folder / "scenario.toml", seed=seed)
+
+
+def open_loop(recording: Recording, model: Model) -> dict[str, tuple[Floats, Floats]]:
+    """Return for each episode the poses observed and those simulated in open loop, (n, 3) each, m, m, rad."""
+    import pandas as pd
+
+    with tempfile.TemporaryDirectory(prefix="trundle-paper-") as name:
+        frame = pd.read_parquet(predict(recording, model, Path(name) / "poses.parquet"), engine="pyarrow")
+    axes = ("x", "y", "theta")
+    return {
+        str(episode): (
+            rows[[f"observed_{a}" for a in axes]].to_numpy(),
+            rows[[f"predicted_{a}" for a in axes]].to_numpy(),
+        )
+        for episode, rows in frame.groupby("episode")
+    }

@@ -1,0 +1,64 @@
+"""One look for all figures: colours by learner, light axes, one font size."""
+
+from __future__ import annotations
+
+from collections.abc import Sequence
+from pathlib import Path
+from typing import TYPE_CHECKING
+
+if TYPE_CHECKING:
+    from matplotlib.axes import Axes
+    from matplotlib.figure import Figure
+
+__all__ = ["COLOURS", "MARKERS", "NAMES", "OBSERVED", "PREDICTED", "plain", "save", "sheet"]
+
+COLOURS = {
+    "pbr": "#0059a8",
+    "lr": "#c04a00",
+    "lwr": "#b0186f",
+    "lr_body": "#e0a070",
+    "lwr_body": "#d58ab4",
+}
+"""By learner; also where two models are compared. The lighter ones are the stronger baselines."""
+MARKERS = {"pbr": "o", "lr": "s", "lwr": "^", "lr_body": "s", "lwr_body": "^"}
+NAMES = {
+    "pbr": "PBR",
+    "lr": "LR",
+    "lwr": "LWR",
+    "lr_body": "LR, object axes",
+    "lwr_body": "LWR, object axes",
+}
+OBSERVED = "#2e8b57"
+"""What was seen: green, as in the paper's Fig. 5."""
+PREDICTED = COLOURS["pbr"]
+GREY = "#5a6470"
+DPI = 130
+
+
+def sheet(rows: int, columns: int, size: tuple[float, float]) -> tuple[Figure, list[Axes]]:
+    """Return a figure of `size` inches and its axes, row by row."""
+    from matplotlib.figure import Figure
+
+    figure = Figure(figsize=size, layout="constrained")
+    grid = figure.subplots(rows, columns, squeeze=False)
+    axes: Sequence[Axes] = list(grid.flat)
+    for one in axes:
+        plain(one)
+    return figure, list(axes)
+
+
+def plain(axes: Axes) -> None:
+    """Give axes the common look."""
+    axes.spines[["top", "right"]].set_visible(False)
+    axes.spines[["left", "bottom"]].set_color(GREY)
+    axes.tick_params(colors=GREY, labelsize=8)
+    axes.grid(color="#e3e6ea", linewidth=0.6)
+    axes.set_axisbelow(True)
+    axes.title.set_fontsize(9)
+    axes.xaxis.label.set_fontsize(9)
+    axes.yaxis.label.set_fontsize(9)
+
+
+def save(figure: Figure, path: Path) -> None:
+    """Save a figure; the same figure gives the same bytes."""
+    figure.savefig(path, dpi=DPI, metadata={"Software": None})
