@@ -221,7 +221,7 @@ fn invert(precision: &DMatrix<f64>) -> (DMatrix<f64>, f64) {
 
 /// A wheel turned by a quarter with its coefficients swapped is the same wheel: name the direction of least
 /// friction "along". Angles are taken from the middle of their circle.
-fn canonical(target: &Target<'_>, point: Vec<f64>) -> Vec<f64> {
+pub(crate) fn canonical(target: &Target<'_>, point: Vec<f64>) -> Vec<f64> {
     if target.has_own() {
         return point;
     }

@@ -1,0 +1,122 @@
+//! One mode of the posterior, followed from push to push.
+
+use super::quadratic::Quadratic;
+use crate::coordinates::within_reach;
+use crate::{Coordinates, InferError, Likelihood};
+use nalgebra::{DMatrix, DVector};
+use trundle_model::Model;
+
+/// What all hypotheses share.
+pub(super) struct Setting<'a> {
+    pub model: &'a Model,
+    pub coordinates: &'a Coordinates,
+}
+
+impl Setting<'_> {
+    pub fn expand(&self, likelihood: &dyn Likelihood, z: &DVector<f64>) -> Result<Quadratic, InferError> {
+        Quadratic::of(likelihood, self.model, self.coordinates, z)
+    }
+
+    /// `z` within the range where numbers mean something.
+    fn clamped(&self, z: DVector<f64>) -> DVector<f64> {
+        DVector::from_fn(z.len(), |k, _| within_reach(z[k], self.coordinates.slot(k)))
+    }
+}
+
+/// A mode, and what each push said near it.
+#[derive(Clone, Debug)]
+pub(super) struct Hypothesis {
+    pub z: DVector<f64>,
+    /// Pushes that are kept, in the order of [`super::Online`]'s.
+    pub terms: Vec<Quadratic>,
+    /// All pushes that are not kept any more.
+    pub past: Quadratic,
+    /// −log posterior density at `z`, not normalised.
+    pub cost: f64,
+    /// Its curvature.
+    pub precision: DMatrix<f64>,
+}
+
+impl Hypothesis {
+    pub fn at(z: DVector<f64>) -> Self {
+        let n = z.len();
+        Self { z, terms: vec![], past: Quadratic::zero(n), cost: 0.0, precision: DMatrix::identity(n, n) }
+    }
+
+    /// Everything known but `extra`, expanded at `z`.
+    fn known(&self, setting: &Setting<'_>, z: &DVector<f64>) -> Quadratic {
+        let mut sum = Quadratic::of_prior(setting.coordinates, z);
+        self.terms.iter().chain([&self.past]).for_each(|term| sum.add(term));
+        sum
+    }
+
+    /// The mode with one more push, by at most `steps` linearisations of it after the first; the push's expansion
+    /// there. The hypothesis moves, the push is not yet remembered.
+    pub fn follow(
+        &mut self,
+        setting: &Setting<'_>,
+        push: &dyn Likelihood,
+        steps: usize,
+    ) -> Result<Quadratic, InferError> {
+        const REST: f64 = 0.05;
+        let mut term = setting.expand(push, &self.z)?;
+        let mut sum = self.known(setting, &self.z);
+        sum.add(&term);
+        let mut damping = 1e-6;
+        for _ in 0..steps {
+            let Some((step, promised)) = newton(&sum, damping) else { break };
+            if promised < REST {
+                break;
+            }
+            let z = setting.clamped(&self.z + step);
+            let trial = setting.expand(push, &z)?;
+            let mut there = self.known(setting, &z);
+            there.add(&trial);
+            if there.cost < sum.cost {
+                (self.z, term, sum) = (z, trial, there);
+                damping = (damping / 10.0).max(1e-9);
+            } else {
+                damping = (damping * 100.0).max(1e-2);
+            }
+        }
+        (self.cost, self.precision) = (sum.cost, sum.curvature);
+        Ok(term)
+    }
+
+    /// Go to the minimum of what is known, without another look at any push.
+    pub fn settle(&mut self, setting: &Setting<'_>) {
+        let mut sum = self.known(setting, &self.z);
+        if let Some((step, _)) = newton(&sum, 0.0) {
+            let z = setting.clamped(&self.z + step);
+            let there = self.known(setting, &z);
+            if there.cost < sum.cost {
+                (self.z, sum) = (z, there);
+            }
+        }
+        (self.cost, self.precision) = (sum.cost, sum.curvature);
+    }
+
+    /// −log of its share of the posterior, by Laplace's approximation.
+    pub fn evidence_cost(&self) -> f64 {
+        let half =
+            self.precision.clone().cholesky().map(|c| c.l().diagonal().iter().map(|d| d.ln()).sum::<f64>());
+        self.cost + half.unwrap_or(0.0)
+    }
+
+    /// Whether another one is the same mode: nearer than its own uncertainty.
+    pub fn same(&self, other: &Self) -> bool {
+        let d = &self.z - &other.z;
+        d.dot(&(&self.precision * &d)) < self.z.len() as f64
+    }
+}
+
+/// A damped Newton step and how much it promises.
+fn newton(sum: &Quadratic, damping: f64) -> Option<(DVector<f64>, f64)> {
+    let mut system = sum.curvature.clone();
+    for k in 0..system.nrows() {
+        system[(k, k)] += damping * system[(k, k)] + 1e-9;
+    }
+    let step = -system.cholesky()?.solve(&sum.gradient);
+    let promised = -0.5 * sum.gradient.dot(&step);
+    step.iter().all(|s| s.is_finite()).then_some((step, promised))
+}

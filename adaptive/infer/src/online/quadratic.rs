@@ -1,0 +1,81 @@
+//! What a push said, as a quadratic in `z`: the information form of a Gaussian.
+
+use crate::{Coordinates, InferError, Likelihood};
+use nalgebra::{DMatrix, DVector};
+use trundle_model::Model;
+
+/// `cost + gradient·(z − at) + ½ (z − at)ᵀ curvature (z − at)`.
+#[derive(Clone, Debug)]
+pub(super) struct Quadratic {
+    pub at: DVector<f64>,
+    pub cost: f64,
+    pub gradient: DVector<f64>,
+    pub curvature: DMatrix<f64>,
+}
+
+impl Quadratic {
+    pub fn zero(n: usize) -> Self {
+        let (at, gradient) = (DVector::zeros(n), DVector::zeros(n));
+        Self { at, cost: 0.0, gradient, curvature: DMatrix::zeros(n, n) }
+    }
+
+    /// A likelihood's expansion at `z`, by its Gauss-Newton curvature.
+    pub fn of(
+        likelihood: &dyn Likelihood,
+        model: &Model,
+        coordinates: &Coordinates,
+        z: &DVector<f64>,
+    ) -> Result<Self, InferError> {
+        let (values, slopes) = coordinates.values(z.as_slice());
+        let at = likelihood.linearise(model, &values, coordinates.free())?;
+        let slopes = DVector::from_vec(slopes);
+        let curvature =
+            DMatrix::from_fn(z.len(), z.len(), |i, j| at.curvature[(i, j)] * slopes[i] * slopes[j]);
+        let cost = if at.cost.is_nan() { f64::INFINITY } else { at.cost };
+        Ok(Self { at: z.clone(), cost, gradient: at.gradient.component_mul(&slopes), curvature })
+    }
+
+    /// The prior's at `z`, exact but for the footprint's part.
+    pub fn of_prior(coordinates: &Coordinates, z: &DVector<f64>) -> Self {
+        let n = z.len();
+        let precision = DVector::from_fn(n, |k, _| coordinates.prior_precision(k));
+        let mut prior = Self {
+            at: z.clone(),
+            cost: coordinates.prior_cost(z.as_slice()),
+            gradient: precision.component_mul(z),
+            curvature: DMatrix::from_diagonal(&precision),
+        };
+        for footing in coordinates.footings() {
+            let places = coordinates.coordinates_of(footing);
+            let pull = coordinates.pull(footing, places.map(|k| k.map_or(0.0, |k| z[k])));
+            for (a, i) in places.iter().enumerate().filter_map(|(a, i)| Some((a, (*i)?))) {
+                prior.gradient[i] += pull.residual * pull.slopes[a];
+                for (b, j) in places.iter().enumerate().filter_map(|(b, j)| Some((b, (*j)?))) {
+                    prior.curvature[(i, j)] += pull.slopes[a] * pull.slopes[b];
+                }
+            }
+        }
+        prior
+    }
+
+    /// Value and gradient at `z`.
+    pub fn value(&self, z: &DVector<f64>) -> (f64, DVector<f64>) {
+        let d = z - &self.at;
+        let turned = &self.curvature * &d;
+        (self.cost + self.gradient.dot(&d) + 0.5 * d.dot(&turned), &self.gradient + turned)
+    }
+
+    /// The same function, expanded at `z`.
+    pub fn moved(&self, z: &DVector<f64>) -> Self {
+        let (cost, gradient) = self.value(z);
+        Self { at: z.clone(), cost, gradient, curvature: self.curvature.clone() }
+    }
+
+    /// Add another one, expanded where this one is.
+    pub fn add(&mut self, other: &Self) {
+        let (cost, gradient) = other.value(&self.at);
+        self.cost += cost;
+        self.gradient += gradient;
+        self.curvature += &other.curvature;
+    }
+}
