@@ -4,8 +4,11 @@ from trundle import baselines, envs, objects
 from trundle._native import Planner, __version__
 from trundle.agent import AdaptiveAgent
 from trundle.diagnosis import Diagnosis, Fit, diagnose, fit, predict
+from trundle.identifiability import Profile, profile
 from trundle.inspection import check, inspect, prepare, smooth
 from trundle.model import Model, effects
+from trundle.online import Online
+from trundle.posterior import Posterior, sample
 from trundle.record_wrapper import Record
 from trundle.recording import Recording, TrundleError, read
 from trundle.simulation import simulate
@@ -15,7 +18,10 @@ __all__ = [
     "Diagnosis",
     "Fit",
     "Model",
+    "Online",
     "Planner",
+    "Posterior",
+    "Profile",
     "Record",
     "Recording",
     "TrundleError",
@@ -30,7 +36,9 @@ __all__ = [
     "objects",
     "predict",
     "prepare",
+    "profile",
     "read",
+    "sample",
     "simulate",
     "smooth",
 ]

@@ -1,0 +1,164 @@
+"""What the data hold: profiles of single parameters, and the words for a fit's identifiability."""
+
+from __future__ import annotations
+
+import json
+from collections.abc import Sequence
+from dataclasses import dataclass
+from pathlib import Path
+from typing import Any
+
+import numpy as np
+from numpy.typing import NDArray
+
+from trundle import _native
+from trundle._native import Model, Recording, TrundleError
+from trundle.diagnosis import PathLike, Progress, source, written
+
+__all__ = ["NINETY", "Profile", "profile", "spoken"]
+
+NINETY = 2.705543454
+"""Deviance below which 90 % lie (χ² with one degree of freedom)."""
+
+
+@dataclass(frozen=True)
+class Profile:
+    """How much worse the data are explained when one parameter is held elsewhere.
+
+    Attributes
+    ----------
+    name, unit : str
+        The parameter and its SI unit.
+    values : array of shape (n,)
+        Rising values of the parameter.
+    deviance : array of shape (n,)
+        Twice the cost above the least, the others taking the values that suit best.
+    interval : tuple of two floats or None
+        Ends of the 90 % interval; None where the deviance does not rise enough within the prior's reach.
+    shape : str
+        "two-sided", "at least", "at most" or "flat".
+    modes : tuple of floats
+        Local optima inside the interval; more than one is an ambiguity.
+    mean, sd : float or None
+        The fit's own estimate (Laplace), if the parameter is identified.
+    """
+
+    name: str
+    unit: str
+    values: NDArray[np.float64]
+    deviance: NDArray[np.float64]
+    interval: tuple[float | None, float | None]
+    shape: str
+    modes: tuple[float, ...]
+    mean: float | None
+    sd: float | None
+
+    def __str__(self) -> str:
+        """Return the interval in a sentence."""
+        low, high = (None if end is None else f"{end:.5g} {self.unit}".rstrip() for end in self.interval)
+        text = {
+            "two-sided": f"{self.name} lies between {low} and {high}",
+            "at least": f"{self.name} is at least {low}; no upper end is in these data",
+            "at most": f"{self.name} is at most {high}; no lower end is in these data",
+        }.get(self.shape, f"{self.name}: these data say nothing")
+        if self.shape != "flat":
+            text += " (90 %)"
+        if len(self.modes) > 1:
+            text += "; explained as well by " + ", ".join(f"{mode:.4g}" for mode in self.modes)
+        return text
+
+    def plot(self, width: int = 60) -> str:
+        """Return the profile as lines of text, one a value: the bar is the deviance, | the 90 % mark."""
+        rows = [str(self)]
+        scale = width / (3 * NINETY)
+        mark = round(NINETY * scale)
+        for value, deviance in zip(self.values, self.deviance, strict=True):
+            bar = "#" * min(width, round(float(deviance) * scale))
+            line = bar.ljust(width)
+            line = line[:mark] + "|" + line[mark + 1 :]
+            rows.append(f"  {value:12.5g} {line.rstrip()}")
+        return "\n".join(rows)
+
+
+def profile(
+    recording: Recording | PathLike,
+    parameter: str,
+    model: Model | PathLike | None = None,
+    *,
+    prior: PathLike | None = None,
+    grid: Sequence[float] | None = None,
+    starts: int = 6,
+    seed: int = 0,
+    progress: Progress | None = None,
+) -> Profile:
+    """Fit, then hold one parameter at one value after the other and fit the others again.
+
+    Parameters
+    ----------
+    recording : Recording or path
+    parameter : str
+        A free parameter, as the summary of a fit names it: ``body.mass``.
+    model, prior, starts, seed, progress
+        As for :func:`trundle.fit`.
+    grid : sequence of floats, optional
+        Values (SI units) to hold it at; from the estimate outwards to where it matters if not given.
+
+    Returns
+    -------
+    Profile
+
+    Raises
+    ------
+    TrundleError
+        If the parameter is not free, or the fit is refused.
+    """
+    if starts < 1:
+        raise TrundleError(f"starts = {starts}: at least one start is needed")
+    if grid is not None and not np.isfinite(np.asarray(grid, dtype=float)).all():
+        raise TrundleError("grid: every value must be a finite number")
+    beliefs = None if prior is None else (str(prior), Path(prior).read_text(encoding="utf-8"))
+    answer: dict[str, Any] = json.loads(
+        _native._profile(
+            source(recording),
+            parameter,
+            written(model),
+            prior=beliefs,
+            grid=None if grid is None else [float(value) for value in grid],
+            starts=starts,
+            seed=seed,
+            progress=progress,
+        )
+    )
+    low, high = answer["interval"]
+    return Profile(
+        name=answer["name"],
+        unit=answer["unit"],
+        values=np.asarray(answer["values"], dtype=float),
+        deviance=np.asarray(answer["deviance"], dtype=float),
+        interval=(low, high),
+        shape=answer["shape"],
+        modes=tuple(answer["modes"]),
+        mean=answer["mean"],
+        sd=answer["sd"],
+    )
+
+
+def spoken(identifiability: dict[str, Any]) -> list[str]:
+    """Return the lines of "what these data hold" for a terminal."""
+    held, total = identifiability["held"], identifiability["of"]
+    agreement = identifiability["agreement"]
+    rows = [
+        f"what these data hold: {held} of {total} directions "
+        f"({agreement['at_the_optimum']} of {agreement['starts']} starts came to this optimum)"
+    ]
+    rows += [f"  known though its parts are not: {c['text']}" for c in identifiability["combinations"]]
+    for direction in identifiability["directions"]:
+        if not direction["held"]:
+            rows.append(f"  not held: {_along(direction['parts'])}")
+    return rows
+
+
+def _along(parts: list[dict[str, Any]]) -> str:
+    return " ".join(
+        f"{part['weight']:+.2f}·{part['name']}" if len(parts) > 1 else part["name"] for part in parts
+    )

@@ -1,0 +1,83 @@
+"""The estimate kept up to date: it agrees with the fit of all pushes, whole or in chunks."""
+
+from __future__ import annotations
+
+from pathlib import Path
+from typing import Any
+
+import numpy as np
+import pytest
+
+import trundle
+
+SCENARIO = """
+format = "trundle-scenario/1"
+name = "table"
+object = "{table}"
+held_out = 0
+[[effect]]
+kind = "viscous_wheel"
+x = -0.5
+y = -0.3
+angle = 0.2
+mu_x = 15.0
+mu_y = 180.0
+[random]
+count = 4
+duration = 4.0
+speed = 0.3
+spin = 0.5
+"""
+
+
+@pytest.fixture(scope="module")
+def recording(tmp_path_factory: pytest.TempPathFactory) -> trundle.Recording:
+    folder = tmp_path_factory.mktemp("push")
+    table = Path(__file__).parents[2] / "configs" / "objects" / "office_table.toml"
+    (folder / "push.toml").write_text(SCENARIO.format(table=table), encoding="utf-8")
+    return trundle.simulate(folder / "push.toml", seed=2)
+
+
+def numbers(rows: list[dict[str, Any]]) -> dict[str, tuple[float, float]]:
+    return {row["name"]: (row["mean"], row["sd"]) for row in rows if row["identifiable"]}
+
+
+def test_push_by_push_agrees_with_all_at_once(recording: trundle.Recording) -> None:
+    online = trundle.Online(recording.metadata)
+    assert online.estimate() == [] and online.model is None
+    for name in recording.episodes:
+        online.update(recording.episodes[name])
+    assert online.pushes == 4 and online.hypotheses == 1
+    batch = numbers(trundle.fit(recording).summary["parameters"])
+    ours = numbers(online.estimate())
+    assert ours.keys() == batch.keys() and len(ours) == 6
+    for name, (mean, sd) in batch.items():
+        assert abs(ours[name][0] - mean) < sd, name
+        assert ours[name][1] == pytest.approx(sd, rel=0.25), name
+    assert online.model is not None
+    assert {p["name"] for p in online.model.parameters} >= {"body.mass"}
+
+
+def test_chunks_of_samples_end_where_the_push_does(recording: trundle.Recording) -> None:
+    whole, chunked = (trundle.Online(recording.metadata) for _ in range(2))
+    for name in list(recording.episodes)[:2]:
+        columns = recording.episodes[name]
+        whole.update(columns)
+        n = len(columns["t"])
+        for rows in np.array_split(np.arange(n), 5):
+            chunked.extend({key: column[rows] for key, column in columns.items()})
+        assert chunked.waiting is None
+        chunked.update()
+    for name, (mean, sd) in numbers(whole.estimate()).items():
+        assert abs(numbers(chunked.estimate())[name][0] - mean) < 0.5 * sd, name
+
+
+def test_what_cannot_be_used_is_refused_and_changes_nothing(recording: trundle.Recording) -> None:
+    online = trundle.Online(recording.metadata)
+    with pytest.raises(trundle.TrundleError, match="no push"):
+        online.update()
+    with pytest.raises(trundle.TrundleError):
+        online.update({"t": [0.0]})
+    assert online.pushes == 0
+    with pytest.raises(trundle.TrundleError, match="at least one"):
+        trundle.Online(recording.metadata, starts=0)
