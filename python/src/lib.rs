@@ -10,6 +10,7 @@ mod infer;
 mod inspect;
 mod model;
 mod paper;
+mod posterior;
 mod record;
 mod sim;
 mod toml_dict;
@@ -29,5 +30,6 @@ fn _native(module: &Bound<'_, PyModule>) -> PyResult<()> {
     diagnose::register(module)?;
     control::register(module)?;
     paper::register(module)?;
+    posterior::register(module)?;
     Ok(())
 }

@@ -182,3 +182,36 @@ def _open_loop(
     starts: int = 8,
     progress: Callable[[str, float], object] | None = None,
 ) -> list[dict[str, Any]]: ...
+
+@final
+class _Posterior:
+    @property
+    def summary(self) -> str: ...
+    def draws(self) -> NDArray[np.float64]: ...
+    def stats(self) -> dict[str, NDArray[Any]]: ...
+    def predictive(
+        self, draws: int, seed: int
+    ) -> dict[str, tuple[bool, NDArray[np.float64], NDArray[np.float64], NDArray[np.float64]]]: ...
+
+def _sample(
+    recording: Recording | str,
+    model: str | None = None,
+    *,
+    prior: tuple[str, str] | None = None,
+    method: str = "nuts",
+    chains: int = 4,
+    draws: int = 250,
+    warmup: int = 150,
+    starts: int = 6,
+    seed: int = 0,
+    progress: Callable[[str, float], object] | None = None,
+) -> _Posterior: ...
+def _calibrate(
+    text: str,
+    rounds: Sequence[int],
+    *,
+    method: str | None = None,
+    seed: int = 0,
+    progress: Callable[[str, float], object] | None = None,
+) -> list[str]: ...
+def _calibration_table(text: str, rounds: Sequence[str], *, method: str | None = None) -> str: ...

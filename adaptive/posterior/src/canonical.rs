@@ -2,13 +2,14 @@
 //!
 //! A wheel turned by a quarter with its coefficients exchanged is the same wheel, and an angle and the
 //! same a period on are one angle. Chains that settle on different names would look as if they did not
-//! agree. As in a fit, "along" is the direction of least friction; an angle is given within half a
-//! period of the best mode's, so that its draws are not torn apart at the end of a circle.
+//! agree. As in a fit, "along" is the direction of least friction where the prior does not tell the
+//! coefficients apart; an angle is given within half a period of the best mode's, so that its draws are
+//! not torn apart at the end of a circle.
 
 use crate::modes::nearest;
 use std::f64::consts::FRAC_PI_2;
 use trundle_infer::Target;
-use trundle_model::{Kind, Model};
+use trundle_model::{Kind, Model, Prior};
 
 /// Slots of a wheel whose angle and coefficients are all free.
 struct Wheel {
@@ -54,6 +55,7 @@ impl<'a> Canonical<'a> {
     }
 }
 
+/// Wheels that a quarter turn leaves as they were: only a prior that is the same after it does.
 fn wheels(model: &Model) -> Vec<Wheel> {
     let slots = model.slots();
     let place = |effect: &str, name: &str| {
@@ -62,12 +64,14 @@ fn wheels(model: &Model) -> Vec<Wheel> {
     };
     let viscous =
         model.effects.iter().zip(model.effect_names()).filter(|(e, _)| e.kind == Kind::ViscousWheel);
-    viscous
-        .filter_map(|(_, effect)| {
-            let wheel = |name| place(&effect, name);
-            Some(Wheel { angle: wheel("angle")?, along: wheel("mu_x")?, across: wheel("mu_y")? })
-        })
-        .collect()
+    let free = viscous.filter_map(|(_, effect)| {
+        let slot = |name| place(&effect, name);
+        Some(Wheel { angle: slot("angle")?, along: slot("mu_x")?, across: slot("mu_y")? })
+    });
+    let same = |w: &Wheel| {
+        matches!(slots[w.angle].prior, Prior::Angle(_)) && slots[w.along].prior == slots[w.across].prior
+    };
+    free.filter(same).collect()
 }
 
 #[cfg(test)]

@@ -34,7 +34,7 @@ pub struct ModeSummary {
     pub weight: f64,
 }
 
-/// The best fit, the modes worth sampling, best first, and how many searches there were.
+/// The fit with the most evidence, and the modes worth sampling, best first.
 pub(crate) struct Found {
     pub best: Fit,
     pub modes: Vec<Mode>,
@@ -60,9 +60,10 @@ pub(crate) fn search(
     // One after the other: each search uses all cores by itself.
     let seeds = 0..options.starts as u64;
     let others = seeds.map(alone).collect::<Result<Vec<_>, InferError>>()?;
-    let first = mode(&target, &best);
-    let candidates = others.into_iter().flatten().map(|f| mode(&target, &f)).collect();
-    Ok(Found { best, modes: distinct(&target, first, candidates) })
+    let mut fits: Vec<Fit> = std::iter::once(best).chain(others.into_iter().flatten()).collect();
+    fits.sort_by(|a, b| b.log_evidence.total_cmp(&a.log_evidence));
+    let modes = distinct(&target, fits.iter().map(|f| mode(&target, f)));
+    Ok(Found { best: fits.swap_remove(0), modes })
 }
 
 fn mode(target: &Target<'_>, fit: &Fit) -> Mode {
@@ -75,19 +76,16 @@ fn mode(target: &Target<'_>, fit: &Fit) -> Mode {
     Mode { point: fit.point.clone(), precision, log_evidence: fit.log_evidence }
 }
 
-/// Modes far from one another that hold evidence.
-fn distinct(target: &Target<'_>, first: Mode, mut candidates: Vec<Mode>) -> Vec<Mode> {
-    let best = candidates.iter().map(|m| m.log_evidence).fold(first.log_evidence, f64::max);
-    candidates.sort_by(|a, b| b.log_evidence.total_cmp(&a.log_evidence));
-    let mut kept = vec![first];
-    for candidate in candidates {
+/// Of modes in order of evidence, those far from all before them that hold some.
+fn distinct(target: &Target<'_>, modes: impl Iterator<Item = Mode>) -> Vec<Mode> {
+    let mut kept: Vec<Mode> = vec![];
+    for candidate in modes {
+        let best = kept.first().map_or(candidate.log_evidence, |mode| mode.log_evidence);
         let far = kept.iter().all(|mode| distance(target, mode, &candidate.point) > APART);
         if far && candidate.log_evidence > best - NEGLIGIBLE {
             kept.push(candidate);
         }
     }
-    kept.sort_by(|a, b| b.log_evidence.total_cmp(&a.log_evidence));
-    kept.retain(|mode| mode.log_evidence > best - NEGLIGIBLE);
     kept
 }
 

@@ -1,0 +1,206 @@
+//! Posteriors and their calibration in Python.
+
+use numpy::{PyArray1, PyArray3, PyArray4, PyArrayMethods};
+use pyo3::prelude::*;
+use pyo3::types::PyDict;
+use trundle_infer::{Comparison, FitOptions, InferError};
+use trundle_model::PriorFile;
+use trundle_posterior::{
+    Calibration, Chain, Method, Posterior, PosteriorError, Replicate, SampleOptions, lines, predictive,
+    replicates, sample,
+};
+use trundle_record::Dataset;
+
+use crate::error::{refused, run};
+use crate::infer::inputs;
+use crate::watch::watched;
+
+pub(crate) fn register(module: &Bound<'_, PyModule>) -> PyResult<()> {
+    module.add_class::<PyPosterior>()?;
+    module.add_function(wrap_pyfunction!(_sample, module)?)?;
+    module.add_function(wrap_pyfunction!(_calibrate, module)?)?;
+    module.add_function(wrap_pyfunction!(_calibration_table, module)?)
+}
+
+/// Draws of a posterior, and the recording that they were made from.
+#[pyclass(name = "_Posterior", module = "trundle", frozen)]
+struct PyPosterior {
+    inner: Posterior,
+    data: Dataset,
+    quasi_static: bool,
+}
+
+/// What Ctrl-C ends stays an interrupt; every other refusal becomes a `TrundleError` outside of the watch.
+fn split<T>(result: Result<T, PosteriorError>) -> Result<Result<T, PosteriorError>, InferError> {
+    match result {
+        Err(error) if error.is_interrupt() => Err(InferError::Interrupted),
+        other => Ok(other),
+    }
+}
+
+fn method_of(name: &str) -> PyResult<Method> {
+    let known = Method::ALL.iter().find(|(known, _)| *known == name);
+    known.map(|(_, method)| *method).ok_or_else(|| {
+        let names: Vec<&str> = Method::ALL.iter().map(|(name, _)| *name).collect();
+        refused(format!("method = {name:?}: there are {}", names.join(", ")))
+    })
+}
+
+/// Sample the posterior of a model's free values; see `trundle.sample`.
+#[pyfunction]
+#[pyo3(signature = (recording, model=None, *, prior=None, method="nuts", chains=4, draws=250, warmup=150,
+    starts=6, seed=0, progress=None))]
+#[allow(clippy::too_many_arguments)]
+fn _sample(
+    recording: &Bound<'_, PyAny>,
+    model: Option<&str>,
+    prior: Option<(String, String)>,
+    method: &str,
+    chains: usize,
+    draws: usize,
+    warmup: usize,
+    starts: usize,
+    seed: u64,
+    progress: Option<Py<PyAny>>,
+) -> PyResult<PyPosterior> {
+    let prior = prior.map(|(name, text)| PriorFile::from_toml(&text, &name)).transpose().map_err(refused)?;
+    let (data, model) = inputs(recording, model)?;
+    let mut model = trundle_diagnose::for_recording(&data, model.as_ref());
+    let mut fit = FitOptions { starts, seed, ..FitOptions::default() };
+    if let Some(prior) = prior {
+        model = prior.apply(&model).map_err(refused)?;
+        fit.per_episode = prior.per_episode();
+    }
+    let options = SampleOptions { method: method_of(method)?, chains, draws, warmup, fit };
+    let (inner, quasi_static) = watched(recording.py(), progress, |watch| {
+        let comparison = Comparison::of(&data)?;
+        let found = split(sample(&comparison, &model, &options, watch))?;
+        Ok(found.map(|found| (found, comparison.is_quasi_static())))
+    })?
+    .map_err(refused)?;
+    Ok(PyPosterior { inner, data, quasi_static })
+}
+
+impl PyPosterior {
+    /// One number of each draw, chain after chain, as an array of shape (chain, draw).
+    fn each<'py, T: numpy::Element>(
+        &self,
+        py: Python<'py>,
+        numbers: impl Fn(&Chain) -> Vec<T>,
+    ) -> PyResult<Bound<'py, PyAny>> {
+        let flat: Vec<T> = self.inner.chains.iter().flat_map(numbers).collect();
+        let shape = [self.inner.chains.len(), flat.len() / self.inner.chains.len().max(1)];
+        Ok(PyArray1::from_vec(py, flat).reshape(shape)?.into_any())
+    }
+}
+
+#[pymethods]
+impl PyPosterior {
+    /// What there is to say of the run, JSON.
+    #[getter]
+    fn summary(&self) -> String {
+        let p = &self.inner;
+        let parameters = p.slots.iter().zip(&p.identified);
+        let parameters: Vec<_> = parameters
+            .map(|(slot, identified)| {
+                serde_json::json!({"name": slot.name, "unit": slot.unit, "identifiable": identified})
+            })
+            .collect();
+        serde_json::json!({
+            "recording": self.data.name,
+            "parameters": parameters,
+            "modes": p.modes,
+            "excluded_by_prior": p.strained,
+            "quasi_static": self.quasi_static,
+            "step_sizes": p.chains.iter().map(|c| c.step_size).collect::<Vec<_>>(),
+            "acceptance": p.chains.iter().map(|c| c.acceptance).collect::<Vec<_>>(),
+            "warmup_evaluations": p.chains.iter().map(|c| c.warmup_evaluations).sum::<u64>(),
+            "noise": {
+                "pose": p.channels.pose, "force": p.channels.reading[0], "torque": p.channels.reading[2],
+                "stated": self.data.noise.stated,
+            },
+        })
+        .to_string()
+    }
+
+    /// Draws, SI units: shape (chain, draw, parameter).
+    fn draws<'py>(&self, py: Python<'py>) -> PyResult<Bound<'py, PyArray3<f64>>> {
+        let all = &self.inner.draws;
+        let flat: Vec<f64> = all.iter().flatten().flatten().copied().collect();
+        let shape = [all.len(), all.first().map_or(0, Vec::len), self.inner.slots.len()];
+        PyArray1::from_vec(py, flat).reshape(shape)
+    }
+
+    /// Of each draw, by name as ArviZ has it: arrays of shape (chain, draw).
+    fn stats<'py>(&self, py: Python<'py>) -> PyResult<Bound<'py, PyDict>> {
+        let dict = PyDict::new(py);
+        dict.set_item("lp", self.each(py, |c| c.log_density.clone())?)?;
+        dict.set_item("diverging", self.each(py, |c| c.diverging.clone())?)?;
+        dict.set_item("n_steps", self.each(py, |c| c.evaluations.clone())?)?;
+        Ok(dict)
+    }
+
+    /// Posterior predictive poses of every episode, of `draws` draws of each chain spread evenly: for each
+    /// name whether it is held out, times (s), poses seen, and poses of shape (chain, draw, time, 3).
+    fn predictive<'py>(&self, py: Python<'py>, draws: usize, seed: u64) -> PyResult<Bound<'py, PyDict>> {
+        let p = &self.inner;
+        let kept = p.values.first().map_or(0, Vec::len);
+        let draws = draws.clamp(1, kept.max(1));
+        let chosen = |chain: &Vec<Vec<f64>>| {
+            let pick = |k: usize| chain[k * kept / draws].clone();
+            (0..draws).map(pick).collect::<Vec<_>>()
+        };
+        let values: Vec<Vec<f64>> = p.values.iter().flat_map(chosen).collect();
+        let dict = PyDict::new(py);
+        for (stream, episode) in self.data.episodes().enumerate() {
+            let drawn =
+                run(py, || predictive(&p.model, &values, &p.channels, episode, (seed, stream as u64)))?;
+            let flat: Vec<f64> = drawn.iter().flatten().flatten().copied().collect();
+            let shape = [p.chains.len(), draws, episode.pose.len(), 3];
+            let poses: Bound<'_, PyArray4<f64>> = PyArray1::from_vec(py, flat).reshape(shape)?;
+            let t = PyArray1::from_vec(py, episode.pose.iter().map(|s| s.t).collect::<Vec<f64>>());
+            let seen: Vec<f64> = episode.pose.iter().flat_map(|s| s.pose).collect();
+            let seen = PyArray1::from_vec(py, seen).reshape([episode.pose.len(), 3])?;
+            dict.set_item(&episode.name, (stream >= self.data.training.len(), t, seen, poses))?;
+        }
+        Ok(dict)
+    }
+}
+
+/// Some rounds of a calibration, one JSON text each; see `trundle.calibrate`.
+#[pyfunction]
+#[pyo3(signature = (text, rounds, *, method=None, seed=0, progress=None))]
+fn _calibrate(
+    py: Python<'_>,
+    text: &str,
+    rounds: Vec<u64>,
+    method: Option<&str>,
+    seed: u64,
+    progress: Option<Py<PyAny>>,
+) -> PyResult<Vec<String>> {
+    let calibration = read(text, method)?;
+    let found = watched(py, progress, |watch| split(replicates(&calibration, &rounds, seed, watch)))?;
+    let text = |round: &Replicate| serde_json::to_string(round).map_err(refused);
+    found.map_err(refused)?.iter().map(text).collect()
+}
+
+fn read(text: &str, method: Option<&str>) -> PyResult<Calibration> {
+    let calibration = Calibration::from_toml(text).map_err(refused)?;
+    Ok(match method {
+        Some(name) => calibration.with_method(method_of(name)?),
+        None => calibration,
+    })
+}
+
+/// What rounds say, JSON: `name`, `method`, and a line for each parameter.
+#[pyfunction]
+#[pyo3(signature = (text, rounds, *, method=None))]
+fn _calibration_table(text: &str, rounds: Vec<String>, method: Option<&str>) -> PyResult<String> {
+    let calibration = read(text, method)?;
+    let rounds: Result<Vec<Replicate>, _> = rounds.iter().map(|r| serde_json::from_str(r)).collect();
+    let lines = lines(&calibration.parameters, &rounds.map_err(refused)?);
+    let answer = serde_json::json!({
+        "name": calibration.name, "method": calibration.method().name(), "parameters": lines,
+    });
+    Ok(answer.to_string())
+}

@@ -1,0 +1,85 @@
+"""`trundle sample`: draws of the posterior of a model's parameters."""
+
+from __future__ import annotations
+
+import argparse
+import json
+from typing import Any
+
+from trundle.cli.options import add_model, add_out, add_prior, add_quiet, add_recording, add_seed
+from trundle.cli.progress import Progress
+
+HELP = "Sample the posterior of a model's parameters given a recording, and say whether to believe it."
+EXAMPLE = "trundle sample recording/ --out posterior.nc"
+
+METHODS = ("nuts", "laplace", "metropolis")
+
+
+def add_arguments(parser: argparse.ArgumentParser) -> None:
+    """Declare the recording, the model, the method, the chains and where to write."""
+    add_recording(parser)
+    add_model(parser)
+    add_prior(parser)
+    parser.add_argument("--method", choices=METHODS, default="nuts", help="the sampler (default nuts)")
+    counts = {
+        "chains": (4, "chains"),
+        "draws": (250, "draws kept of each chain"),
+        "warmup": (150, "draws before them, in which the sampler learns its steps"),
+        "starts": (6, "searches for modes"),
+    }
+    for name, (default, text) in counts.items():
+        text = f"{text} (default {default})"
+        parser.add_argument(f"--{name}", metavar="N", type=int, default=default, help=text)
+    add_out(parser, "netCDF file to write, for arviz.from_netcdf")
+    parser.add_argument("--json", action="store_true", help="print the result for programs")
+    add_seed(parser)
+    add_quiet(parser)
+
+
+def run(args: argparse.Namespace) -> int:
+    """Sample, print, and write the draws."""
+    import trundle
+
+    with Progress(f"sampling {args.recording}", quiet=args.quiet) as progress:
+        posterior = trundle.sample(
+            args.recording,
+            args.model,
+            method=args.method,
+            chains=args.chains,
+            draws=args.draws,
+            warmup=args.warmup,
+            starts=args.starts,
+            seed=args.seed,
+            prior=args.prior,
+            progress=lambda what, done: progress.show(f"{what} {done:.0%}"),
+        )
+        if args.out is not None:
+            progress.show("predicting")
+            posterior.write(args.out)
+    summary = posterior.summary
+    print(json.dumps(summary, indent=2, ensure_ascii=False) if args.json else table(summary))
+    return 0
+
+
+def table(summary: dict[str, Any]) -> str:
+    """Return the posterior for a terminal."""
+    rows = [f"{summary['recording']}, {summary['method']}", f"  {summary['verdict']}"]
+    rows += [f"  {sentence}" for sentence in summary["excluded_by_prior"]]
+    if len(summary["modes"]) > 1:
+        shares = ", ".join(f"{mode['weight']:.1%}" for mode in summary["modes"])
+        rows.append(f"  {len(summary['modes'])} modes, with these shares of the evidence: {shares}")
+    if summary["quasi_static"]:
+        rows.append("  quasi-static: judged by the wrench; the mass is not in these data")
+    heads = ("mean", "sd", "5 %", "95 %", "R-hat", "ESS bulk", "tail")
+    rows.append(f"  {'':32}" + "".join(f"{head:>11}" for head in heads))
+    return "\n".join(rows + [line(parameter) for parameter in summary["parameters"]])
+
+
+def line(parameter: dict[str, Any]) -> str:
+    """Return one parameter's line."""
+    values = f"{'not identifiable from these data':>44}"
+    if parameter["identifiable"]:
+        values = "".join(f"{parameter[key]:11.5g}" for key in ("mean", "sd", "low", "high"))
+    r_hat = "-" if parameter["r_hat"] is None else f"{parameter['r_hat']:.3f}"
+    ess = f"{parameter['ess_bulk']:11.0f}{parameter['ess_tail']:11.0f}"
+    return f"  {parameter['name']:32}{values}{r_hat:>11}{ess} {parameter['unit']}"

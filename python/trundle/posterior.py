@@ -1,0 +1,279 @@
+"""What is known of a model's parameters after a recording: draws, and whether to believe them."""
+
+from __future__ import annotations
+
+import json
+import os
+import warnings
+from collections.abc import Callable
+from dataclasses import dataclass
+from functools import cached_property
+from pathlib import Path
+from typing import TYPE_CHECKING, Any, Literal, TypeAlias
+
+import numpy as np
+from numpy.typing import NDArray
+
+from trundle import _native
+from trundle._native import Model, Recording, TrundleError
+from trundle.diagnosis import source, written
+
+if TYPE_CHECKING:
+    import xarray as xr
+
+__all__ = ["Posterior", "sample"]
+
+PathLike: TypeAlias = "str | os.PathLike[str]"
+Progress: TypeAlias = Callable[[str, float], object]
+Array: TypeAlias = NDArray[np.float64]
+Method: TypeAlias = Literal["nuts", "laplace", "metropolis"]
+
+AGREEMENT = 1.01
+"""R-hat above which chains do not agree (Vehtari et al. 2021)."""
+ENOUGH = 400
+"""Effective draws below which R-hat and quantiles are not to be relied on (the same)."""
+
+
+@dataclass(frozen=True)
+class Posterior:
+    """Draws of a posterior.
+
+    Attributes
+    ----------
+    summary : dict
+        ``recording``, ``method``, ``parameters`` (name, unit, identifiable; mean, sd, the ends of the central
+        90 % interval, r_hat, ess_bulk, ess_tail of what the data hold), ``modes`` (values and share of the
+        evidence of each mode that chains began in), ``noise``, ``converged``, ``verdict``, ``divergences``.
+    draws : dict of str to ndarray, shape (chain, draw)
+        Each free parameter, SI units. A wheel turned by a quarter with its coefficients exchanged is the same
+        wheel: "along" is the direction of least friction, and angles lie within half a period of the mode's.
+    stats : dict of str to ndarray, shape (chain, draw)
+        ``lp`` (log density, not normalised), ``diverging``, ``n_steps`` (evaluations of the density).
+    seed : int
+    """
+
+    summary: dict[str, Any]
+    draws: dict[str, Array]
+    stats: dict[str, NDArray[Any]]
+    seed: int
+    _native: _native._Posterior
+
+    @property
+    def converged(self) -> bool:
+        """Whether the chains agree, are long enough and did not diverge."""
+        return bool(self.summary["converged"])
+
+    @cached_property
+    def predictive(self) -> dict[str, xr.DataArray]:
+        """Posterior predictive poses by episode, training and held out: dimensions chain, draw, time, axis.
+
+        Of 50 draws of each chain, spread evenly; the wrench's noise, its tare error and the tracker's noise
+        are drawn anew for each. Time in s, axes x, y (m) and theta (rad). Attribute ``held_out`` tells
+        whether the episode was fitted.
+        """
+        return {name: predicted for name, (predicted, _) in self._predicted.items()}
+
+    @cached_property
+    def _predicted(self) -> dict[str, tuple[xr.DataArray, xr.DataArray]]:
+        """Predicted and observed poses by episode."""
+        import xarray as xr
+
+        found = {}
+        for name, (held_out, t, seen, poses) in self._native.predictive(50, self.seed).items():
+            kept, count = next(iter(self.draws.values())).shape[1], poses.shape[1]
+            coords = {"time": t, "axis": ["x", "y", "theta"]}
+            chosen = {"chain": np.arange(len(poses)), "draw": np.arange(count) * kept // count}
+            attrs = {"held_out": int(held_out), "units": "m, m, rad"}
+            predicted = xr.DataArray(
+                poses, {**chosen, **coords}, ("chain", "draw", "time", "axis"), attrs=attrs
+            )
+            found[name] = (predicted, xr.DataArray(seen, coords, ("time", "axis"), attrs=attrs))
+        return found
+
+    def groups(self) -> dict[str, xr.Dataset]:
+        """Return the groups of ArviZ's schema: posterior, sample_stats, posterior_predictive, observed_data.
+
+        Poses of an episode are the variable ``pose_NAME``, with a dimension ``time_NAME`` of its own.
+        """
+        import xarray as xr
+
+        def table(columns: dict[str, NDArray[Any]]) -> xr.Dataset:
+            dims = ("chain", "draw")
+            shape = next(iter(columns.values())).shape
+            coords = {name: np.arange(n) for name, n in zip(dims, shape, strict=True)}
+            return xr.Dataset({name: (dims, values) for name, values in columns.items()}, coords)
+
+        def poses(which: int) -> xr.Dataset:
+            named = {
+                f"pose_{name}": pair[which].rename(time=f"time_{name}")
+                for name, pair in self._predicted.items()
+            }
+            return xr.Dataset(named)
+
+        posterior = table(dict(self.draws))
+        for parameter in self.summary["parameters"]:
+            posterior[parameter["name"]].attrs = {
+                "units": parameter["unit"],
+                "identifiable": int(parameter["identifiable"]),
+            }
+        posterior.attrs = {
+            "inference_library": "trundle",
+            "inference_library_version": _native.__version__,
+            "converged": int(self.converged),
+            "verdict": self.summary["verdict"],
+        }
+        return {
+            "posterior": posterior,
+            "sample_stats": table(self.stats),
+            "posterior_predictive": poses(0),
+            "observed_data": poses(1),
+        }
+
+    def to_inference_data(self) -> Any:
+        """Return ``arviz.InferenceData``; with ArviZ 1, whose container it is, an ``xarray.DataTree``."""
+        az = arviz()
+        if hasattr(az, "InferenceData"):
+            return az.InferenceData(**self.groups())
+        import xarray as xr
+
+        return xr.DataTree.from_dict(self.groups())
+
+    def write(self, path: PathLike) -> Path:
+        """Write everything as netCDF, through h5netcdf, for ``arviz.from_netcdf``; whole or not at all."""
+        import xarray as xr
+
+        target = Path(path)
+        partial = target.with_name(f".{target.name}.partial-{os.getpid()}")
+        target.parent.mkdir(parents=True, exist_ok=True)
+        try:
+            xr.DataTree.from_dict(self.groups()).to_netcdf(partial, engine="h5netcdf")
+            partial.replace(target)
+        finally:
+            partial.unlink(missing_ok=True)
+        return target
+
+
+def sample(
+    recording: Recording | PathLike,
+    model: Model | PathLike | None = None,
+    *,
+    method: Method = "nuts",
+    chains: int = 4,
+    draws: int = 250,
+    warmup: int = 150,
+    starts: int = 6,
+    seed: int = 0,
+    prior: PathLike | None = None,
+    progress: Progress | None = None,
+) -> Posterior:
+    """Sample the posterior of a model's free values given a recording's training episodes.
+
+    Parameters
+    ----------
+    recording : Recording or path
+    model : Model or path, optional
+        Values that it leaves out are sampled; the paper's model (eq. 3) if not given.
+    method : {"nuts", "laplace", "metropolis"}
+        The No-U-Turn sampler; independent draws of the normal approximation at the mode, which are only as
+        good as it is; or random-walk Metropolis, the predecessor of the paper's method.
+    chains, draws, warmup : int
+        Chains, draws kept of each, and draws before them in which the sampler learns its steps. The density
+        is seen in units of its own spread at the mode, so that NUTS needs few of either.
+    starts : int
+        Searches for modes before the chains.
+    seed : int
+        The same input and seed give the same bytes, on any number of cores.
+    prior : path, optional
+        A prior file, as for `trundle.fit`.
+    progress : callable, optional
+        Called with what is done and how much of it, 0 to 1.
+
+    Returns
+    -------
+    Posterior
+        ``converged`` and ``summary["verdict"]`` say whether to believe it.
+
+    Raises
+    ------
+    TrundleError
+        If there is not enough data, nothing is free, or a setting makes no sense.
+    """
+    for name, value in {"chains": chains, "draws": draws, "warmup": warmup, "starts": starts}.items():
+        if value < 0:
+            raise TrundleError(f"{name} = {value}: a count cannot be negative")
+    if starts < 1:
+        raise TrundleError(f"starts = {starts}: at least one start is needed")
+    beliefs = None if prior is None else (str(prior), Path(prior).read_text(encoding="utf-8"))
+    native = _native._sample(
+        source(recording),
+        written(model),
+        prior=beliefs,
+        method=method,
+        chains=chains,
+        draws=draws,
+        warmup=warmup,
+        starts=starts,
+        seed=seed,
+        progress=progress,
+    )
+    summary = json.loads(native.summary) | {"method": method, "seed": seed}
+    array = native.draws()
+    named = {p["name"]: array[:, :, k] for k, p in enumerate(summary["parameters"])}
+    stats = native.stats()
+    return Posterior(judged(summary, named, stats), named, stats, seed, native)
+
+
+def judged(
+    summary: dict[str, Any], draws: dict[str, Array], stats: dict[str, NDArray[Any]]
+) -> dict[str, Any]:
+    """Return the summary with each parameter's figures, and the verdict on the chains."""
+    diverging = int(stats["diverging"].sum())
+    parameters = [figures(parameter, draws[parameter["name"]]) for parameter in summary["parameters"]]
+    faults = [fault for parameter in parameters for fault in faults_of(parameter)]
+    if next(iter(draws.values())).shape[0] < 2:
+        faults.append("one chain cannot tell whether chains agree")
+    if diverging:
+        faults.append(f"{diverging} trajectories diverged")
+    if summary["method"] == "laplace":
+        verdict = "Laplace approximation: a normal distribution at the mode, not checked against the density"
+        if len(summary["modes"]) > 1:
+            verdict += f"; {len(summary['modes'])} modes by their weight"
+        faults = []
+    elif faults:
+        verdict = "NOT CONVERGED: " + "; ".join(faults)
+    else:
+        verdict = f"converged: R-hat at most {AGREEMENT}, at least {ENOUGH} effective draws, no divergence"
+    found = {"parameters": parameters, "converged": not faults, "verdict": verdict, "divergences": diverging}
+    return summary | found
+
+
+def figures(parameter: dict[str, Any], draws: Array) -> dict[str, Any]:
+    """Return a parameter with diagnostics of its chains, and numbers if the data hold it."""
+    az = arviz()
+    found = dict(parameter)
+    found["r_hat"] = float(az.rhat(draws, method="rank")) if len(draws) > 1 else None
+    found |= {f"ess_{kind}": float(az.ess(draws, method=kind)) for kind in ("bulk", "tail")}
+    if parameter["identifiable"]:
+        low, high = (float(q) for q in np.quantile(draws, [0.05, 0.95]))
+        found |= {"mean": float(draws.mean()), "sd": float(draws.std()), "low": low, "high": high}
+    return found
+
+
+def faults_of(parameter: dict[str, Any]) -> list[str]:
+    """Return what is wrong with a parameter's chains, in words."""
+    name, faults = parameter["name"], []
+    r_hat, ess = parameter["r_hat"], min(parameter["ess_bulk"], parameter["ess_tail"])
+    if r_hat is not None and not r_hat <= AGREEMENT:
+        faults.append(f"{name} has R-hat {r_hat:.3f}")
+    if not ess >= ENOUGH:
+        faults.append(f"{name} has {ess:.0f} effective draws")
+    return faults
+
+
+def arviz() -> Any:
+    """Return ArviZ, of any version, without its remarks on the next one."""
+    with warnings.catch_warnings():
+        warnings.simplefilter("ignore", FutureWarning)
+        import arviz
+
+    return arviz
