@@ -4,11 +4,13 @@ use std::collections::BTreeMap;
 use std::path::PathBuf;
 
 use pyo3::prelude::*;
-use trundle_infer::{Comparison, Fit, FitOptions, Target, fit as search, score};
-use trundle_model::{Model, ModelError, PriorFile, Slot};
+use trundle_infer::{Fit, FitOptions, Optimiser, Target, score};
+use trundle_model::{Model, ModelError, Posterior, PriorFile, Slot};
 use trundle_record::{Dataset, prepare};
 
 use crate::error::{refused, run};
+use crate::identify::identifiability;
+use crate::likelihood::{Arguments, Choice, of_one_object};
 use crate::record::recording_of;
 use crate::watch::watched;
 
@@ -30,39 +32,90 @@ pub(crate) fn inputs(
 
 /// Fit a model's free values to the training episodes; see `trundle.fit`.
 #[pyfunction]
-#[pyo3(signature = (recording, model=None, *, prior=None, start=None, starts=6, seed=0, progress=None))]
+#[pyo3(signature = (
+    recordings, model=None, *, choice, per_episode=vec![], prior=None, start=None, starts=6, seed=0,
+    optimiser="lm", progress=None
+))]
+#[expect(clippy::too_many_arguments, reason = "keyword arguments of a Python function")]
 fn _fit(
-    recording: &Bound<'_, PyAny>,
+    py: Python<'_>,
+    recordings: Vec<Bound<'_, PyAny>>,
     model: Option<&str>,
+    choice: Arguments,
+    per_episode: Vec<String>,
     prior: Option<(String, String)>,
     start: Option<BTreeMap<String, f64>>,
     starts: usize,
     seed: u64,
+    optimiser: &str,
     progress: Option<Py<PyAny>>,
 ) -> PyResult<(String, String)> {
     let prior = prior.map(|(name, text)| PriorFile::from_toml(&text, &name)).transpose().map_err(refused)?;
-    let (data, model) = inputs(recording, model)?;
+    let recordings = recordings.iter().map(|r| inputs(r, None).map(|(data, _)| data));
+    let recordings = of_one_object(recordings.collect::<PyResult<_>>()?)?;
+    let data = together(&recordings);
+    let model = model.map(Model::from_toml).transpose().map_err(refused)?.map(|(model, _)| model);
     let mut model = trundle_diagnose::for_recording(&data, model.as_ref());
-    let mut options = FitOptions { starts, seed, ..FitOptions::default() };
+    let optimiser = optimiser_named(optimiser)?;
+    let mut options = FitOptions { starts, seed, optimiser, ..FitOptions::default() };
     if let Some(prior) = prior {
         model = prior.apply(&model).map_err(refused)?;
         options.per_episode = prior.per_episode();
     }
+    options.per_episode.extend(per_episode);
+    let choice = Choice::new(choice, &recordings, &model)?;
+    let engines = choice.engines(&recordings, &model)?;
     let given = start.map(|start| stated(&model, &start)).transpose()?;
-    let fitted = watched(recording.py(), progress, |watch| {
-        let comparison = Comparison::of(&data)?;
-        let mut found = search(&comparison, &model, given.as_slice(), &options, watch)?;
-        let excluded = exclude(&Target::new(&comparison, &model, &options.per_episode)?, &mut found);
-        let quasi_static = comparison.is_quasi_static();
+    let quasi_static = choice.quasi_static(&recordings);
+    let fitted = watched(py, progress, |watch| {
+        let mut found = choice.fit(&recordings, &engines, &model, given.as_slice(), &options, watch)?;
+        let likelihood = choice.likelihood(&recordings, &engines)?;
+        let excluded = exclude(&Target::new(&*likelihood, &model, &options.per_episode)?, &mut found);
         let judge = |episodes| {
             score(&found.model, &found.values, &found.channels, episodes, &data.noise, quasi_static)
         };
         let scores = (judge(&data.training)?, judge(&data.held_out)?);
         let mut summary = summary(&data, &found, quasi_static, &scores);
         summary["excluded_by_prior"] = excluded.into();
-        Ok((summary, found.model.to_toml(found.posterior().as_ref())?))
-    })?;
-    Ok((fitted.0.to_string(), fitted.1))
+        summary["identifiability"] = identifiability(&found);
+        summary["likelihood"] = choice.name.as_str().into();
+        summary["loss"] = choice.loss().into();
+        Ok((summary, found.model.to_toml(of_model(&found).as_ref())?))
+    });
+    choice.raised()?;
+    fitted.map(|(summary, text)| (summary.to_string(), text))
+}
+
+/// All episodes as of one recording, with the noise of the first.
+fn together(recordings: &[Dataset]) -> Dataset {
+    let mut all = recordings[0].clone();
+    for other in &recordings[1..] {
+        all.name = format!("{} + {}", all.name, other.name);
+        all.training.extend_from_slice(&other.training);
+        all.held_out.extend_from_slice(&other.held_out);
+    }
+    all
+}
+
+/// The posterior of the model's parameters, without the noise of the likelihood.
+fn of_model(fit: &Fit) -> Option<Posterior> {
+    let posterior = fit.posterior()?;
+    let kept: Vec<usize> =
+        (0..posterior.names.len()).filter(|&k| !posterior.names[k].starts_with("noise.")).collect();
+    let row = |i: &usize| kept.iter().map(|&j| posterior.covariance[*i][j]).collect();
+    (!kept.is_empty()).then(|| Posterior {
+        names: kept.iter().map(|&k| posterior.names[k].clone()).collect(),
+        mean: kept.iter().map(|&k| posterior.mean[k]).collect(),
+        covariance: kept.iter().map(row).collect(),
+    })
+}
+
+fn optimiser_named(name: &str) -> PyResult<Optimiser> {
+    match name {
+        "lm" => Ok(Optimiser::LevenbergMarquardt),
+        "lbfgs" => Ok(Optimiser::Lbfgs),
+        other => Err(refused(format!("optimiser: '{other}' is neither 'lm' nor 'lbfgs'"))),
+    }
 }
 
 /// Values of all slots from a start that states every free one.

@@ -6,13 +6,17 @@ mod columns;
 mod control;
 mod diagnose;
 mod error;
+mod identify;
 mod infer;
 mod inspect;
+mod likelihood;
 mod model;
+mod online;
 mod paper;
 mod posterior;
 mod record;
 mod sim;
+mod simulator;
 mod toml_dict;
 mod watch;
 
@@ -26,6 +30,8 @@ fn _native(module: &Bound<'_, PyModule>) -> PyResult<()> {
     sim::register(module)?;
     inspect::register(module)?;
     infer::register(module)?;
+    identify::register(module)?;
+    online::register(module)?;
     baseline::register(module)?;
     diagnose::register(module)?;
     control::register(module)?;

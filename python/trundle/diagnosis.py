@@ -6,11 +6,14 @@ import json
 import os
 import shutil
 import tempfile
-from collections.abc import Callable, Iterator, Mapping
+from collections.abc import Callable, Iterator, Mapping, Sequence
 from contextlib import contextmanager
 from dataclasses import dataclass
 from pathlib import Path
-from typing import Any, TypeAlias
+from typing import Any, Literal, TypeAlias
+
+import numpy as np
+from numpy.typing import ArrayLike, NDArray
 
 from trundle import _native
 from trundle._native import Model, Recording, TrundleError
@@ -20,6 +23,9 @@ __all__ = ["Diagnosis", "Fit", "diagnose", "fit", "predict"]
 
 PathLike: TypeAlias = "str | os.PathLike[str]"
 Progress: TypeAlias = Callable[[str, float], object]
+Likelihood: TypeAlias = Literal["filter", "steps", "final", "windows", "wrench"]
+Vector: TypeAlias = NDArray[np.float64]
+Step: TypeAlias = Callable[[Vector, Vector, float, dict[str, float]], ArrayLike]
 
 
 @dataclass(frozen=True)
@@ -98,26 +104,51 @@ ANSWER = "diagnosis.json"
 
 
 def fit(
-    recording: Recording | PathLike,
+    recording: Recording | PathLike | Sequence[Recording | PathLike],
     model: Model | PathLike | None = None,
     *,
+    likelihood: Likelihood | None = None,
+    window: float = 1.0,
+    loss: Literal["gaussian", "student"] = "gaussian",
+    per_episode: Sequence[str] = (),
+    obstacles: bool | None = None,
+    step: Step | None = None,
     prior: PathLike | None = None,
     start: Mapping[str, float] | None = None,
     starts: int = 6,
     seed: int = 0,
+    optimiser: Literal["lm", "lbfgs"] = "lm",
     progress: Progress | None = None,
 ) -> Fit:
-    """Fit a model's free values to a recording's training episodes.
+    """Fit a model's free values to the training episodes of one or several recordings of an object.
 
-    The maximum a posteriori estimate under the likelihood of the poses given the recorded wrench, whose
-    noise and tare error drive the motion (eq. 5-6 of the paper, by prediction errors); for quasi-static
-    pushes under that of the wrench that the motion needs.
+    The maximum a posteriori estimate under one of several likelihoods (docs/estimation.md). By default that
+    of the poses given the recorded wrench, whose noise and tare error drive the motion (eq. 5-6 of the paper,
+    by prediction errors); for quasi-static pushes that of the wrench that the motion needs.
 
     Parameters
     ----------
-    recording : Recording or path
+    recording : Recording or path, or a sequence of them
+        Several must be of the same object; each keeps its own noise, frames and rates.
     model : Model or path, optional
         Values that it leaves out are free; the paper's model (eq. 3) if not given.
+    likelihood : {"filter", "steps", "final", "windows", "wrench"}, optional
+        What is compared: the default above; displacements step by step (eq. 8); the last pose of each episode
+        (eq. 9); poses over windows; the wrench that the motion needs, inertia included. Left out, it is
+        "filter", but "windows" where the object can touch a known obstacle or ``step`` is given.
+    window : float
+        Length of a window, s.
+    loss : {"gaussian", "student"}
+        Distribution of residuals; Student's t has four degrees of freedom.
+    per_episode : sequence of str
+        Names of parameters that each episode has its own of.
+    obstacles : bool, optional
+        False: obstacles that the recording names are not taken into account.
+    step : callable, optional
+        Your own simulator, in the place of the laws: ``step(state, wrench, dt, values)`` returns the state
+        after ``dt`` seconds. States are pose and twist ``[x, y, theta, vx, vy, omega]`` in the world; the
+        wrench ``[fx, fy, tau]`` is in the object's axes about its origin; ``values`` has every parameter by
+        name. Called for one rollout at a time, hundreds of thousands of times.
     prior : path, optional
         A prior file: what is believed of free parameters where it is not what the catalogue says
         (docs/estimation.md).
@@ -128,6 +159,8 @@ def fit(
         Random starts.
     seed : int
         The same input and seed give the same bytes.
+    optimiser : {"lm", "lbfgs"}
+        Levenberg–Marquardt, or L-BFGS as in the paper: the same optimum in more time.
     progress : callable, optional
         Called with what is done and how much of it, 0 to 1.
 
@@ -138,18 +171,28 @@ def fit(
     Raises
     ------
     TrundleError
-        If there is not enough data, the model does not fit the object, or a prior cannot be used.
+        If there is not enough data, the model does not fit the object, the recordings contradict each other,
+        or a prior cannot be used. What ``step`` raises is raised as it is.
     """
     if starts < (1 if start is None else 0):
         raise TrundleError(f"starts = {starts}: at least one start is needed")
     beliefs = None if prior is None else (str(prior), Path(prior).read_text(encoding="utf-8"))
     summary, text = _native._fit(
-        source(recording),
+        sources(recording),
         written(model),
+        choice={
+            "likelihood": likelihood,
+            "window": window,
+            "loss": loss,
+            "obstacles": obstacles,
+            "step": step,
+        },
+        per_episode=list(per_episode),
         prior=beliefs,
         start=start,
         starts=starts,
         seed=seed,
+        optimiser=optimiser,
         progress=progress,
     )
     return Fit(Model.from_toml(text), json.loads(summary))
@@ -219,6 +262,13 @@ def diagnose(
     series |= {"seed": seed, "version": _native.__version__}
     series["command"] = command or f"trundle diagnose {named} --seed {seed}"
     return Diagnosis(answer, Model.from_toml(outcome.model), render(answer, series), series, outcome)
+
+
+def sources(recordings: Recording | PathLike | Sequence[Recording | PathLike]) -> list[Recording | str]:
+    """Return what the native functions take for one or several recordings."""
+    if isinstance(recordings, Recording | str | os.PathLike):
+        return [source(recordings)]
+    return [source(recording) for recording in recordings]
 
 
 def source(recording: Recording | PathLike) -> Recording | str:

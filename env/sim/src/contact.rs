@@ -1,7 +1,7 @@
 //! Rollouts of an object that may touch known obstacles: the engine behind the laws' own stepper.
 
 use crate::{SimError, Snapshot, World};
-use trundle_model::{Drive, Fixture, Free, Model, Plant, Setting, State, StepError, Stepper};
+use trundle_model::{Body, Drive, Fixture, Free, Model, Plant, Setting, State, StepError, Stepper};
 
 /// Longest step of the engine, s.
 const STEP: f64 = 0.002;
@@ -29,16 +29,11 @@ impl Obstructed {
         Ok(Self { obstacles })
     }
 
-    /// Distance from a point to the nearest obstacle, 0 within one, m.
-    fn distance(&self, point: [f64; 2]) -> f64 {
-        self.obstacles.iter().map(|polygon| distance(polygon, point)).fold(f64::INFINITY, f64::min)
-    }
-
     /// Whether something could be touched during a step.
     fn near(&self, state: &State<f64>, radius: f64, dt: f64) -> bool {
         let [vx, vy, spin] = state.twist;
         let travel = (vx.hypot(vy) + spin.abs() * radius) * dt;
-        self.distance([state.pose[0], state.pose[1]]) < radius + travel + MARGIN
+        nearest(&self.obstacles, state.pose) < radius + travel + MARGIN
     }
 }
 
@@ -49,7 +44,7 @@ impl Stepper for Obstructed {
         start: &State<f64>,
         inputs: &[Drive],
     ) -> Result<Vec<State<f64>>, StepError> {
-        let radius = reach(at.model);
+        let radius = reach(&at.model.body);
         let (mut state, mut engine) = (*start, None);
         let mut states = Vec::with_capacity(inputs.len());
         for (index, drive) in inputs.iter().enumerate() {
@@ -108,13 +103,28 @@ fn finite(state: &State<f64>) -> bool {
     state.pose.iter().chain(&state.twist).all(|v| v.is_finite())
 }
 
+/// Whether an object comes so near to an obstacle, at one of its poses, that it may touch it.
+pub fn can_touch(
+    body: &Body,
+    obstacles: &[Vec<[f64; 2]>],
+    mut poses: impl Iterator<Item = [f64; 3]>,
+) -> bool {
+    let radius = reach(body);
+    !obstacles.is_empty() && poses.any(|pose| nearest(obstacles, pose) < radius + MARGIN)
+}
+
+/// Distance from an object's origin to the nearest obstacle, 0 within one, m.
+fn nearest(obstacles: &[Vec<[f64; 2]>], [x, y, _]: [f64; 3]) -> f64 {
+    obstacles.iter().map(|polygon| distance(polygon, [x, y])).fold(f64::INFINITY, f64::min)
+}
+
 /// Distance of the outline's farthest point from the object's origin, m.
-fn reach(model: &Model) -> f64 {
+fn reach(body: &Body) -> f64 {
     let of = |fixture: &Fixture| match fixture {
         Fixture::Polygon { vertices, .. } => vertices.iter().map(|[x, y]| x.hypot(*y)).fold(0.0, f64::max),
         Fixture::Disc { center: [x, y], radius, .. } => x.hypot(*y) + radius,
     };
-    model.body.fixtures.iter().map(of).fold(0.0, f64::max)
+    body.fixtures.iter().map(of).fold(0.0, f64::max)
 }
 
 fn distance(polygon: &[[f64; 2]], point: [f64; 2]) -> f64 {
@@ -140,7 +150,7 @@ fn to_edge(a: [f64; 2], b: [f64; 2], point: [f64; 2]) -> f64 {
 #[cfg(test)]
 mod tests {
     use super::*;
-    use trundle_model::{Body, Clock, Effect, Kind};
+    use trundle_model::{Clock, Effect, Kind};
 
     fn table() -> Model {
         let body = Body::from_footprint(&[[-0.4, -0.3], [0.4, -0.3], [0.4, 0.3], [-0.4, 0.3]], 15.0).unwrap();

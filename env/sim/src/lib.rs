@@ -17,7 +17,7 @@ pub mod task;
 mod tracker;
 mod world;
 
-pub use contact::Obstructed;
+pub use contact::{Obstructed, can_touch};
 pub use error::SimError;
 pub use excite::Excitation;
 pub use gripper::{Coupling, Drive, Gripper};

@@ -14,28 +14,72 @@ EXAMPLE = "trundle fit recording/ --out model.toml"
 
 
 def add_arguments(parser: argparse.ArgumentParser) -> None:
-    """Declare the recording, the model, the priors, the starts and where to write."""
-    add_recording(parser)
+    """Declare the recordings, the model, the priors, the likelihood, the starts and where to write."""
+    add_recording(parser, several=True)
     add_model(parser)
     add_prior(parser)
+    add_likelihood(parser)
     add_out(parser, "model.toml to write, with every value filled in and the posterior")
     parser.add_argument("--starts", metavar="N", type=int, default=6, help="random starts (default 6)")
+    parser.add_argument(
+        "--optimiser",
+        choices=["lm", "lbfgs"],
+        default="lm",
+        help="Levenberg–Marquardt (default) or the paper's L-BFGS",
+    )
+    parser.add_argument(
+        "--profile", metavar="NAME", help="print the profile of one parameter instead, e.g. body.mass"
+    )
     parser.add_argument("--json", action="store_true", help="print the result for programs")
     add_seed(parser)
     add_quiet(parser)
+
+
+def add_likelihood(parser: argparse.ArgumentParser) -> None:
+    """Declare what is compared, and how."""
+    parser.add_argument(
+        "--likelihood",
+        choices=["filter", "steps", "final", "windows", "wrench"],
+        help="what is compared: poses as a filter predicts them (default), steps (eq. 8), final poses "
+        "(eq. 9), windows, or the wrench needed; with a known obstacle in reach windows, through the engine",
+    )
+    parser.add_argument(
+        "--window", metavar="S", type=float, default=1.0, help="length of a window (default 1.0 s)"
+    )
+    parser.add_argument(
+        "--loss", choices=["gaussian", "student"], default="gaussian", help="distribution of residuals"
+    )
+    parser.add_argument(
+        "--per-episode",
+        metavar="NAME",
+        action="append",
+        default=[],
+        help="a parameter that each episode has its own of, `body.mass` say; may be repeated",
+    )
+    parser.add_argument(
+        "--no-obstacles", action="store_true", help="take no account of the recording's obstacles"
+    )
 
 
 def run(args: argparse.Namespace) -> int:
     """Fit, print, and write the model."""
     import trundle
 
-    with Progress(f"fitting {args.recording}", quiet=args.quiet) as progress:
+    if args.profile is not None:
+        return profiled(args)
+    with Progress(f"fitting {', '.join(map(str, args.recording))}", quiet=args.quiet) as progress:
         fitted = trundle.fit(
             args.recording,
             args.model,
+            likelihood=args.likelihood,
+            window=args.window,
+            loss=args.loss,
+            per_episode=args.per_episode,
+            obstacles=False if args.no_obstacles else None,
             prior=args.prior,
             starts=args.starts,
             seed=args.seed,
+            optimiser=args.optimiser,
             progress=lambda what, done: progress.show(f"{what} {done:.0%}"),
         )
     if args.out is not None:
@@ -44,8 +88,33 @@ def run(args: argparse.Namespace) -> int:
     return 0
 
 
+def profiled(args: argparse.Namespace) -> int:
+    """Print one parameter's profile."""
+    import trundle
+
+    if len(args.recording) != 1:
+        raise ValueError("--profile: takes one recording; leave the others out")
+    if args.likelihood is not None or args.loss != "gaussian" or args.per_episode:
+        raise ValueError("--profile: goes with the default likelihood; leave its options out")
+    with Progress(f"profiling {args.profile}", quiet=args.quiet) as progress:
+        seen = trundle.profile(
+            args.recording[0],
+            args.profile,
+            args.model,
+            prior=args.prior,
+            starts=args.starts,
+            seed=args.seed,
+            progress=lambda what, done: progress.show(f"{what} {done:.0%}"),
+        )
+    fields = {**vars(seen), "values": seen.values.tolist(), "deviance": seen.deviance.tolist()}
+    print(json.dumps(fields, indent=2, ensure_ascii=False) if args.json else seen.plot())
+    return 0
+
+
 def table(summary: dict[str, Any]) -> str:
     """Return the estimates and figures for a terminal."""
+    from trundle.identifiability import spoken
+
     rows = [f"{summary['recording']}"]
     if not summary["converged"]:
         rows.append("  NOT CONVERGED: try more --starts")
@@ -57,6 +126,7 @@ def table(summary: dict[str, Any]) -> str:
         if parameter["identifiable"]:
             value = f"{parameter['mean']:12.5g} ± {parameter['sd']:.2g} {parameter['unit']}"
         rows.append(f"  {parameter['name']:32}{value}")
+    rows += [f"  {line}" for line in spoken(summary["identifiability"])]
     for part in ("training", "held_out"):
         rows += [
             f"  {part} {key}: {value:.5g}"

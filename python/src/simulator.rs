@@ -1,0 +1,84 @@
+//! A caller's own simulator in the place of the laws.
+
+use std::sync::Mutex;
+
+use numpy::{PyArray1, PyArrayMethods, PyReadonlyArray1};
+use pyo3::prelude::*;
+use pyo3::types::PyDict;
+use trundle_model::{Drive, Setting, State, StepError, Stepper};
+
+/// Steps with `callable(state, wrench, dt, values)`, one rollout at a time: a simulator with a state of its own need
+/// not be prepared for several at once.
+pub(crate) struct Simulator {
+    callable: Py<PyAny>,
+    turn: Mutex<()>,
+    raised: Mutex<Option<PyErr>>,
+}
+
+impl Simulator {
+    pub fn new(callable: Py<PyAny>) -> Self {
+        Self { callable, turn: Mutex::new(()), raised: Mutex::new(None) }
+    }
+
+    /// The exception that the callable raised, if it did.
+    pub fn raised(&self) -> PyResult<()> {
+        self.raised.lock().ok().and_then(|mut raised| raised.take()).map_or(Ok(()), Err)
+    }
+
+    /// Keep the first exception.
+    fn keep(&self, error: PyErr) -> String {
+        let reason = format!("the simulator raised {error}");
+        if let Ok(mut raised) = self.raised.lock() {
+            raised.get_or_insert(error);
+        }
+        reason
+    }
+
+    fn step(
+        &self,
+        py: Python<'_>,
+        state: &[f64; 6],
+        drive: &Drive,
+        values: &Bound<'_, PyDict>,
+    ) -> Result<[f64; 6], String> {
+        let arguments =
+            (PyArray1::from_slice(py, state), PyArray1::from_slice(py, &drive.applied), drive.dt, values);
+        let after = self.callable.bind(py).call1(arguments).map_err(|e| self.keep(e))?;
+        let wrong = || {
+            let shown = after.repr().map_or_else(|_| "something".to_owned(), |text| text.to_string());
+            format!("the simulator returned {shown}: six finite numbers are needed (pose and twist, SI)")
+        };
+        let array = py.import("numpy").and_then(|numpy| numpy.call_method1("asarray", (&after, "float64")));
+        let array = array.ok().and_then(|array| array.extract::<PyReadonlyArray1<'_, f64>>().ok());
+        let numbers: Option<[f64; 6]> = array.and_then(|a| a.as_array().to_vec().try_into().ok());
+        numbers.filter(|all| all.iter().all(|v| v.is_finite())).ok_or_else(wrong)
+    }
+}
+
+impl Stepper for Simulator {
+    fn rollout(
+        &self,
+        at: &Setting<'_>,
+        start: &State<f64>,
+        inputs: &[Drive],
+    ) -> Result<Vec<State<f64>>, StepError> {
+        // Taken before the interpreter: who waits for a turn must not hold it.
+        let _turn = self.turn.lock();
+        Python::attach(|py| {
+            let values = PyDict::new(py);
+            for (slot, value) in at.model.slots().iter().zip(at.values) {
+                let set = values.set_item(&slot.name, value);
+                set.map_err(|e| StepError { step: 0, reason: self.keep(e) })?;
+            }
+            let ([x, y, theta], [vx, vy, spin]) = (start.pose, start.twist);
+            let mut state = [x, y, theta, vx, vy, spin];
+            let mut states = Vec::with_capacity(inputs.len());
+            for (step, drive) in inputs.iter().enumerate() {
+                state = self.step(py, &state, drive, &values).map_err(|reason| StepError { step, reason })?;
+                let [x, y, theta, vx, vy, spin] = state;
+                states.push(State { pose: [x, y, theta], twist: [vx, vy, spin] });
+            }
+            Ok(states)
+        })
+    }
+}

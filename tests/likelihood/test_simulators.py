@@ -1,0 +1,85 @@
+"""Obstacles, which the engine takes into account, and simulators of the caller's own."""
+
+from __future__ import annotations
+
+from collections.abc import Callable
+from typing import Any
+
+import numpy as np
+import pytest
+from numpy.typing import NDArray
+
+import trundle
+
+Cart = Callable[..., trundle.Recording]
+Vector = NDArray[np.float64]
+
+
+def mean(fit: trundle.Fit, name: str) -> float:
+    (found,) = [p["mean"] for p in fit.summary["parameters"] if p["name"] == name]
+    return float(found)
+
+
+def test_a_wall_is_taken_into_account(cart: Cart, model: trundle.Model) -> None:
+    recording = cart(wall=True)
+    with_wall = trundle.fit(recording, model, starts=3)
+    assert with_wall.summary["likelihood"] == "windows"
+    assert mean(with_wall, "body.mass") == pytest.approx(15.0, rel=0.1)
+    assert mean(with_wall, "viscous_wheel.mu_x") == pytest.approx(10.0, rel=0.15)
+    assert mean(with_wall, "viscous_wheel.mu_y") == pytest.approx(30.0, rel=0.15)
+    without = trundle.fit(recording, model, likelihood="windows", obstacles=False)
+    off = [
+        abs(mean(without, "body.mass") / 15.0 - 1.0),
+        abs(mean(without, "viscous_wheel.mu_x") / 10.0 - 1.0),
+    ]
+    assert max(off) > 0.5
+
+
+def test_the_filter_refuses_an_obstacle_that_it_does_not_know(cart: Cart) -> None:
+    with pytest.raises(trundle.TrundleError, match="knows of no obstacle"):
+        trundle.fit(cart(wall=True), likelihood="filter")
+
+
+def rolling(state: Vector, wrench: Vector, dt: float, values: dict[str, float]) -> Vector:
+    """Step a cart on two independent viscous frictions along its axes, by the exponential of each."""
+    x, y, theta, vx, vy, omega = state
+    mass, inertia = values["body.mass"], values["body.mass"] * (0.8**2 + 0.6**2) / 12.0
+    turn = np.array([[np.cos(theta), -np.sin(theta)], [np.sin(theta), np.cos(theta)]])
+    mu = np.array([values["viscous_wheel.mu_x"], values["viscous_wheel.mu_y"]])
+    body = turn.T @ [vx, vy]
+    decay = np.exp(-mu * dt / mass)
+    after = turn @ (decay * body + (1.0 - decay) * wrench[:2] / mu)
+    spin = omega + wrench[2] / inertia * dt
+    middle = (np.array([vx, vy]) + after) / 2.0
+    pose = [x + middle[0] * dt, y + middle[1] * dt, theta + (omega + spin) / 2.0 * dt]
+    return np.array([*pose, *after, spin])
+
+
+def test_a_simulator_of_ones_own_takes_the_place_of_the_laws(cart: Cart, model: trundle.Model) -> None:
+    fit = trundle.fit(cart(), model, step=rolling, starts=1)
+    assert fit.summary["likelihood"] == "windows"
+    laws = trundle.fit(cart(), model, likelihood="windows")
+    for name in ("body.mass", "viscous_wheel.mu_x", "viscous_wheel.mu_y"):
+        assert mean(fit, name) == pytest.approx(mean(laws, name), rel=0.02), name
+
+
+@pytest.mark.parametrize(
+    "returned", [[float("nan")] * 6, [0.0] * 5, "nothing", None], ids=["nan", "short", "text", "none"]
+)
+def test_what_is_no_state_is_refused_with_episode_time_and_value(
+    cart: Cart, model: trundle.Model, returned: Any
+) -> None:
+    def broken(state: Vector, wrench: Vector, dt: float, values: dict[str, float]) -> Any:
+        return returned
+
+    shown = {str: "nothing", list: "nan|0.0, 0.0", type(None): "None"}[type(returned)]
+    with pytest.raises(trundle.TrundleError, match=rf"episode_0\d, t = .* s: .*({shown})"):
+        trundle.fit(cart(), model, step=broken)
+
+
+def test_what_a_simulator_raises_arrives(cart: Cart, model: trundle.Model) -> None:
+    def broken(state: Vector, wrench: Vector, dt: float, values: dict[str, float]) -> Vector:
+        raise ZeroDivisionError("of its own")
+
+    with pytest.raises(ZeroDivisionError, match="of its own"):
+        trundle.fit(cart(), model, step=broken)
