@@ -127,20 +127,33 @@ pub fn fit(
     let (mut points, agreement) =
         scout(cheap(likelihood, model, &target, options).as_ref().unwrap_or(&target), warm, options, watch)?;
     points.truncate(POLISHED);
-    let best = polish(&target, points, options.optimiser, watch)?;
-    let best = polish(&target, vec![canonical(&target, best.point)], options.optimiser, watch)?;
+    let best = settled(&target, points, options, watch)?;
     // Where the noise is not stated it is estimated, and the fit repeated under it.
     let Some(tuned) = likelihood.tuned(model, &target.shared_values(&best.point).0)? else {
         return finish(&target, likelihood.channels(), best, agreement);
     };
     let under_tuned = Target::new(&*tuned, model, &options.per_episode)?;
-    let best = polish(&under_tuned, vec![best.point], options.optimiser, watch)?;
+    let best = settled(&under_tuned, vec![best.point], options, watch)?;
     let Some(tuned) = tuned.tuned(model, &target.shared_values(&best.point).0)? else {
         return finish(&under_tuned, tuned.channels(), best, agreement);
     };
     let under_tuned = Target::new(&*tuned, model, &options.per_episode)?;
-    let best = polish(&under_tuned, vec![best.point], options.optimiser, watch)?;
+    let best = settled(&under_tuned, vec![best.point], options, watch)?;
     finish(&under_tuned, tuned.channels(), best, agreement)
+}
+
+/// The best optimum from some points, by its usual name.
+fn settled(
+    target: &Target<'_>,
+    points: Vec<Vec<f64>>,
+    options: &FitOptions,
+    watch: &dyn Watch,
+) -> Result<Optimum, InferError> {
+    let best = polish(target, points, options.optimiser, watch)?;
+    match canonical(target, &best.point) {
+        Some(turned) => polish(target, vec![turned], options.optimiser, watch),
+        None => Ok(best),
+    }
 }
 
 /// The density to sort starts with, where there is a cheaper one over the same coordinates.
@@ -220,12 +233,13 @@ fn invert(precision: &DMatrix<f64>) -> (DMatrix<f64>, f64) {
 }
 
 /// A wheel turned by a quarter with its coefficients swapped is the same wheel: name the direction of least
-/// friction "along". Angles are taken from the middle of their circle.
-pub(crate) fn canonical(target: &Target<'_>, point: Vec<f64>) -> Vec<f64> {
+/// friction "along". Angles are taken from the middle of their circle. `None` where all is well.
+pub(crate) fn canonical(target: &Target<'_>, point: &[f64]) -> Option<Vec<f64>> {
     if target.has_own() {
-        return point;
+        return None;
     }
-    let mut values = target.shared_values(&point).0;
+    let mut values = target.shared_values(point).0;
+    let before = values.clone();
     let (slots, mut first) = (target.coordinates().slots(), 1);
     for effect in &target.model().effects {
         let [angle, along, across] = [2, 3, 4].map(|k| first + k);
@@ -248,7 +262,7 @@ pub(crate) fn canonical(target: &Target<'_>, point: Vec<f64>) -> Vec<f64> {
             values[slot] -= period * (values[slot] / period - 0.5).ceil();
         }
     }
-    target.point(&values)
+    (values != before).then(|| target.point(&values))
 }
 
 /// Values of a richer model's slots, taken by name from a fit of a simpler one; the rest from `fill`.

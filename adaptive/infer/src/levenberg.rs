@@ -31,27 +31,29 @@ pub(crate) fn minimise(
     let mut damping = 1e-3;
     for _ in 0..stop.iterations {
         let mut accepted = None;
-        for _ in 0..ATTEMPTS {
+        for attempt in 0..ATTEMPTS {
             if watch.cancelled() {
                 return Err(InferError::Interrupted);
             }
             if let Some(step) = damped_step(&at, damping) {
                 let trial: Vec<f64> =
                     point.iter().zip(step.iter()).enumerate().map(|(k, (p, s))| clamp(k, p + s)).collect();
-                let trial_cost = density.cost(&trial)?;
+                // The first attempt mostly succeeds, and then its derivatives are needed as well.
+                let whole = if attempt == 0 { Some(density.linearise(&trial)?) } else { None };
+                let trial_cost = whole.as_ref().map_or_else(|| density.cost(&trial), |w| Ok(w.cost))?;
                 if trial_cost < at.cost {
-                    accepted = Some((trial, at.cost - trial_cost));
+                    accepted = Some((trial, at.cost - trial_cost, whole));
                     damping = (damping / 8.0).max(1e-9);
                     break;
                 }
             }
             damping *= 6.0;
         }
-        let Some((trial, decrease)) = accepted else {
+        let Some((trial, decrease, whole)) = accepted else {
             return Ok(Optimum { point, at, converged: true });
         };
         point = trial;
-        at = density.linearise(&point)?;
+        at = whole.map_or_else(|| density.linearise(&point), Ok)?;
         if decrease < stop.decrease {
             return Ok(Optimum { point, at, converged: true });
         }

@@ -77,10 +77,13 @@ impl Online {
             let term = mode.follow(&setting, &*push, steps)?;
             mode.terms.push(term);
         }
-        prune(&mut modes);
+        prune(&mut modes)?;
         self.kept.push(push);
+        if let Err(error) = self.look_back(&mut modes) {
+            self.kept.pop();
+            return Err(error);
+        }
         self.pushes += 1;
-        self.look_back(&mut modes)?;
         self.forget(&mut modes);
         self.hypotheses = modes;
         Ok(())
@@ -98,7 +101,7 @@ impl Online {
         for mode in &mut modes {
             mode.follow(&setting, so_far, if self.pushes == 0 { steps } else { 1 })?;
         }
-        prune(&mut modes);
+        prune(&mut modes)?;
         self.current = Some(modes);
         Ok(())
     }
@@ -117,7 +120,7 @@ impl Online {
             FitOptions { starts: self.options.starts, seed: self.options.seed, ..FitOptions::default() };
         let (points, _) = scout(&target, &[], &options, &Quiet)?;
         // The same wheel under two descriptions is one mode.
-        let points = points.into_iter().take(MODES).map(|z| canonical(&target, z));
+        let points = points.into_iter().take(MODES).map(|z| canonical(&target, &z).unwrap_or(z));
         let modes = points.map(|z| Hypothesis::at(DVector::from_vec(z)));
         Ok((modes.collect(), FIRST_STEPS))
     }
@@ -229,7 +232,9 @@ impl Online {
 }
 
 /// Best mode first; those that are the same or hopeless are left out.
-fn prune(modes: &mut Vec<Hypothesis>) {
+fn prune(modes: &mut Vec<Hypothesis>) -> Result<(), InferError> {
+    let starts = modes.len();
+    modes.retain(|mode| mode.cost.is_finite());
     modes.sort_by(|a, b| a.evidence_cost().total_cmp(&b.evidence_cost()));
     let mut left: Vec<Hypothesis> = vec![];
     for mode in modes.drain(..) {
@@ -240,4 +245,25 @@ fn prune(modes: &mut Vec<Hypothesis>) {
         }
     }
     *modes = left;
+    if modes.is_empty() {
+        return Err(InferError::NoStart { recording: "the push".to_owned(), starts });
+    }
+    Ok(())
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    fn mode(z: f64, cost: f64) -> Hypothesis {
+        Hypothesis { cost, ..Hypothesis::at(DVector::from_vec(vec![z])) }
+    }
+
+    #[test]
+    fn modes_that_coincide_or_are_hopeless_are_given_up() {
+        let mut modes = vec![mode(5.0, 3.0), mode(0.0, 1.0), mode(0.1, 2.0), mode(-5.0, 40.0)];
+        prune(&mut modes).unwrap();
+        assert_eq!(modes.iter().map(|m| m.z[0]).collect::<Vec<_>>(), vec![0.0, 5.0]);
+        assert!(prune(&mut vec![mode(0.0, f64::INFINITY)]).is_err());
+    }
 }
