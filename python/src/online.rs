@@ -2,7 +2,7 @@
 
 use pyo3::prelude::*;
 use serde_json::json;
-use trundle_infer::{Comparison, InferError, Online, OnlineOptions};
+use trundle_infer::{Comparison, InferError, MotionLikelihood, Online, OnlineOptions};
 use trundle_model::Model;
 use trundle_record::{Dataset, Prepared};
 
@@ -20,6 +20,8 @@ struct OnlineEstimate {
     options: OnlineOptions,
     /// Made by the first push, which says what body it is.
     inner: Option<Online>,
+    /// A push was fast enough to be judged by its motion: from then on all are, and none is looked at for that.
+    moves: bool,
 }
 
 #[pymethods]
@@ -27,7 +29,12 @@ impl OnlineEstimate {
     #[new]
     #[pyo3(signature = (model=None, *, starts=6, seed=0, kept=16))]
     fn new(model: Option<String>, starts: usize, seed: u64, kept: usize) -> Self {
-        Self { model, options: OnlineOptions { starts, seed, kept, ..OnlineOptions::default() }, inner: None }
+        Self {
+            model,
+            options: OnlineOptions { starts, seed, kept, ..OnlineOptions::default() },
+            inner: None,
+            moves: false,
+        }
     }
 
     /// Take in every episode of a recording, each a push.
@@ -35,7 +42,7 @@ impl OnlineEstimate {
         let (data, model) = inputs(recording, self.model.as_deref())?;
         run(recording.py(), || {
             for push in data.episodes() {
-                let comparison = comparison(&data, push)?;
+                let comparison = self.comparison(&data, push)?;
                 self.online(&data, model.as_ref()).update(Box::new(comparison))?;
             }
             Ok::<_, InferError>(())
@@ -47,7 +54,7 @@ impl OnlineEstimate {
         let (data, model) = inputs(recording, self.model.as_deref())?;
         run(recording.py(), || {
             for push in data.episodes() {
-                let comparison = comparison(&data, push)?;
+                let comparison = self.comparison(&data, push)?;
                 self.online(&data, model.as_ref()).peek(&comparison)?;
             }
             Ok::<_, InferError>(())
@@ -86,8 +93,14 @@ impl OnlineEstimate {
         let options = self.options.clone();
         self.inner.get_or_insert_with(|| Online::new(trundle_diagnose::for_recording(data, model), options))
     }
-}
 
-fn comparison(data: &Dataset, push: &Prepared) -> Result<Comparison, InferError> {
-    Comparison::over(data, std::slice::from_ref(push))
+    fn comparison(&mut self, data: &Dataset, push: &Prepared) -> Result<Comparison, InferError> {
+        let push = std::slice::from_ref(push);
+        if self.moves {
+            return MotionLikelihood::new(push, &data.noise).map(Comparison::Motion);
+        }
+        let comparison = Comparison::over(data, push)?;
+        self.moves = !comparison.is_quasi_static();
+        Ok(comparison)
+    }
 }
