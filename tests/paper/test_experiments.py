@@ -36,6 +36,15 @@ def test_fig6_the_same_seed_gives_the_same_scores() -> None:
     assert once == again
 
 
+def test_fig6_more_starts_find_nothing_better() -> None:
+    trial = {"reading": "of_motion", "object": "shopping_cart", "seed": 1}
+    few, many = (
+        performed("fig6", trial, counts=[10, 50], learners=["pbr"], starts=n)[1]["r2"]["pbr"] for n in (8, 64)
+    )
+    assert few == pytest.approx(many, abs=1e-3)
+    assert few[1] < 0.995
+
+
 def test_fig8_noise_costs_physics_less() -> None:
     found = {sigma: performed("fig8", {"sigma": sigma, "seed": 0})[1]["missing"] for sigma in (0.0, 0.5)}
     assert found[0.0]["pbr"] < 1e-6
@@ -43,7 +52,7 @@ def test_fig8_noise_costs_physics_less() -> None:
 
 
 def test_open_loop_a_right_model_arrives_and_a_wrong_one_does_not() -> None:
-    trial = {"object": "office_table:locked", "seed": 1}
+    trial = {"hold": 0.5, "axes": "object", "object": "office_table:locked", "seed": 1}
     settings, row = performed("open-loop", trial, sizes=[0.0, 0.3], counts=[])
     radius = settings["things"][trial["object"]]["radius"]
     right, wrong = row["runs"]
@@ -63,8 +72,7 @@ def test_wheel_is_found_once_dry_friction_may_be_in_the_model() -> None:
 
 
 def test_fig5_what_is_learnt_predicts_the_push_and_what_is_expected_does_not() -> None:
-    settings, row = performed("fig5", {"case": "office_table:locked", "seed": 0})
+    _, row = performed("fig5", {"pushes": 1, "case": "office_table:locked", "seed": 0})
     last = {way: row[way]["errors"]["episode_00"][0] for way in ("before", "steps", "final")}
     assert last["final"] < 0.03 < last["before"]
-    section = EXPERIMENTS["fig5"].section(settings | {"cases": ["office_table:locked"], "seeds": 1}, [row])
-    assert "held out" in section.text
+    assert row["steps"]["errors"]["episode_00"][0] > last["final"]

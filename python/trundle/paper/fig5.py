@@ -35,19 +35,21 @@ KNOWN: dict[str, type | tuple[type, ...]] = {
     "jitter": list,
     "dry": dict,
     "push": dict,
+    "more": list,
     "held_out": dict,
     "gripper": dict,
     "sensor": dict,
     "tracker": dict,
 }
-Way = Literal["before", "steps", "final", "filter"]
+Way = Literal["before", "steps", "final", "filter", "dry"]
 WAYS: dict[Way, str] = {
     "before": "before learning",
     "steps": "eq. 8",
     "final": "eq. 9",
     "filter": "trundle's default",
+    "dry": "default, with dry friction",
 }
-"""In the order of the columns; the last is not the paper's."""
+"""In the order of the columns; the last two are not the paper's."""
 OUTLINES = 5
 """Poses drawn of each episode."""
 
@@ -60,33 +62,41 @@ def settings(options: Options) -> dict[str, Any]:
 
 
 def trials(settings: dict[str, Any]) -> Sequence[Row]:
-    """Return every case with every seed."""
-    return [{"case": case, "seed": seed} for case in settings["cases"] for seed in range(settings["seeds"])]
+    """Return every case with every seed, learnt from one push and from all."""
+    return [
+        {"pushes": pushes, "case": case, "seed": seed}
+        for pushes in (1, 1 + len(settings["more"]))
+        for case in settings["cases"]
+        for seed in range(settings["seeds"])
+    ]
 
 
 def perform(settings: dict[str, Any], trial: Row, show: Show) -> Row:
-    """Push twice; learn from the first push in each way, and predict both."""
+    """Push; learn from all but the last push in each way, and predict the first and the last."""
     thing = settings["things"][trial["case"]]
     recording = record(scenario(settings, trial), thing["body"], trial["seed"])
     found: Row = {}
+    shown = (TRAINING, held_out(trial))
     for way in WAYS:
         show(WAYS[way])
         model, wheel = learnt(recording, thing, way, settings, trial["seed"])
-        poses = open_loop(recording, model)
+        poses = {name: pair for name, pair in open_loop(recording, model).items() if name in shown}
         found[way] = {"wheel": wheel, "errors": {name: miss(*pair) for name, pair in poses.items()}}
-        if trial["seed"] == 0:
+        if trial["seed"] == 0 and trial["pushes"] == 1:
             found[way]["drawn"] = {name: thinned(*pair) for name, pair in poses.items()}
     return found
 
 
 def scenario(settings: dict[str, Any], trial: Row) -> dict[str, Any]:
-    """Return the scenario of a trial: the training push first, then the one that is held out."""
+    """Return the scenario of a trial: the paper's push first, then further ones, at last the one held out."""
     thing = settings["things"][trial["case"]]
     rng = np.random.default_rng([trial["seed"], settings["cases"].index(trial["case"])])
     dry = {"kind": "support_friction", "force": settings["dry"][trial["case"]]}
     if "support" not in thing["body"]:
         dry["spread"] = 1.0
-    pushes = [pushed(settings[which], settings["jitter"], rng) for which in ("push", "held_out")]
+    main, last = (pushed(settings[which], settings["jitter"], rng) for which in ("push", "held_out"))
+    more = [pushed(push, settings["jitter"], rng) for push in settings["more"][: trial["pushes"] - 1]]
+    pushes = [main, *more, last]
     shared = {name: settings[name] for name in ("gripper", "sensor", "tracker")}
     return {"name": trial["case"], "held_out": 1, "effect": [*thing["effect"], dry], "push": pushes, **shared}
 
@@ -109,8 +119,9 @@ def learnt(
         guess = settings["guess"]
         wheel = {"x": 0.0, "y": 0.0, "angle": 0.0, "mu_x": guess, "mu_y": guess}
         return Model.from_toml(config.model_text(thing["body"], [{"kind": "viscous_wheel", **wheel}])), wheel
-    free = Model.from_toml(objects.form(thing))
-    fit = trundle.fit(recording, free, likelihood=way, starts=settings["starts"], seed=seed)
+    free = Model.from_toml(objects.form(thing, ["support_friction"] if way == "dry" else []))
+    likelihood = "filter" if way == "dry" else way
+    fit = trundle.fit(recording, free, likelihood=likelihood, starts=settings["starts"], seed=seed)
     values = {p["name"].removeprefix("viscous_wheel."): p["value"] for p in fit.model.parameters}
     return fit.model, {name: values[name] for name in ("x", "y", "angle", "mu_x", "mu_y")}
 
@@ -131,85 +142,99 @@ def thinned(observed: Floats, predicted: Floats) -> dict[str, list[list[float]]]
     return {"observed": observed[kept].tolist(), "predicted": predicted[kept].tolist()}
 
 
-TRAINING, HELD_OUT = "episode_00", "episode_01"
+TRAINING = "episode_00"
 
 
-def errors(rows: Sequence[Row], case: str, way: Way, episode: str, which: int) -> list[float]:
+def held_out(trial: Row) -> str:
+    """Return the name of the push that is not learnt from."""
+    return f"episode_{trial['pushes']:02d}"
+
+
+PUSHES = {True: "learnt from", False: "held out"}
+"""Whether the push was learnt from."""
+
+
+def errors(rows: Sequence[Row], case: str, pushes: int, way: Way, known: bool, which: int) -> list[float]:
     """Return each seed's final error: 0 position, m; 1 heading, rad."""
     return [
-        math.inf if (e := row[way]["errors"][episode][which]) is None else float(e)
+        float(row[way]["errors"][TRAINING if known else held_out(row)][which])
         for row in rows
-        if row["case"] == case
+        if row["case"] == case and row["pushes"] == pushes
     ]
 
 
 def section(settings: dict[str, Any], rows: Sequence[Row]) -> Section:
     """Return the section."""
-    dry = ", ".join(f"{objects.title(case)} {settings['dry'][case]:g} N" for case in settings["cases"])
-    push, other = settings["push"], settings["held_out"]
+    all_pushes = 1 + len(settings["more"])
+    head = ["object", "push", *WAYS.values()]
     text = fill(
         FILE,
-        speed=push["speed"],
-        duration=push["duration"],
-        aside=math.degrees(other["heading"]),
+        speed=settings["push"]["speed"],
+        duration=settings["push"]["duration"],
+        aside=math.degrees(settings["held_out"]["heading"]),
         force=settings["sensor"]["force_noise"],
-        dry=dry,
+        dry=", ".join(f"{objects.title(case)} {settings['dry'][case]:g} N" for case in settings["cases"]),
         seeds=settings["seeds"],
-        table=table(["object", "push", *WAYS.values()], errors_table(settings, rows)),
-        verdict=verdict(settings, rows),
+        table=table(head, errors_table(settings, rows, 1)),
+        all_pushes=all_pushes,
+        all_table=table(head, errors_table(settings, rows, all_pushes)),
+        verdict=" ".join(verdict(settings, rows, known) for known in PUSHES),
     )
     return Section(text, {"paper_fig5.png": lambda path: draw(path, settings, rows)})
 
 
-def errors_table(settings: dict[str, Any], rows: Sequence[Row]) -> list[list[str]]:
+def errors_table(settings: dict[str, Any], rows: Sequence[Row], pushes: int) -> list[list[str]]:
     """Return two lines for each object."""
-    lines = []
+    return [
+        [
+            objects.title(case),
+            name,
+            *(
+                cell(errors(rows, case, pushes, w, known, 0), errors(rows, case, pushes, w, known, 1))
+                for w in WAYS
+            ),
+        ]
+        for case in settings["cases"]
+        for known, name in PUSHES.items()
+    ]
+
+
+def cell(position: Sequence[float], heading: Sequence[float]) -> str:
+    """Return medians of position and heading errors with their intervals."""
+    cm, degrees = median([100 * e for e in position]), median([math.degrees(e) for e in heading])
+    one = [found.text(".0f" if found.middle >= 10 else ".2g") for found in (cm, degrees)]
+    return f"{one[0]} cm, {one[1]}°"
+
+
+def verdict(settings: dict[str, Any], rows: Sequence[Row], known: bool) -> str:
+    """Say how eq. 9 compares with eq. 8 and with no learning after one push."""
+    counts = []
     for case in settings["cases"]:
-        for episode, name in ((TRAINING, "learnt from"), (HELD_OUT, "held out")):
-            cells = []
-            for way in WAYS:
-                cm = median([100 * e for e in errors(rows, case, way, episode, 0)])
-                degrees = median([math.degrees(e) for e in errors(rows, case, way, episode, 1)])
-                cells.append(f"{cm.text('.2g')} cm, {degrees.text('.2g')}°")
-            lines.append([objects.title(case), name, *cells])
-    return lines
-
-
-def verdict(settings: dict[str, Any], rows: Sequence[Row]) -> str:
-    """Say how eq. 9 compares with eq. 8 and with no learning."""
-    said = []
-    for episode, name in ((TRAINING, "On the push that was learnt from"), (HELD_OUT, "On the held-out push")):
-        counts = []
-        for case in settings["cases"]:
-            final, steps, before = (
-                errors(rows, case, way, episode, 0) for way in ("final", "steps", "before")
-            )
-            better = sum(f < s for f, s in zip(final, steps, strict=True))
-            learnt_ = sum(f < b for f, b in zip(final, before, strict=True))
-            counts.append(f"{objects.title(case)} {better} and {learnt_}")
-        said.append(
-            f"{name} eq. 9 ends nearer than eq. 8, and nearer than no learning, in so many of "
-            f"{settings['seeds']} seeds: {'; '.join(counts)}."
-        )
-    return " ".join(said)
+        ways: tuple[Way, ...] = ("final", "steps", "before")
+        final, steps, before = (errors(rows, case, 1, way, known, 0) for way in ways)
+        better = sum(f < s for f, s in zip(final, steps, strict=True))
+        learnt_ = sum(f < b for f, b in zip(final, before, strict=True))
+        counts.append(f"{objects.title(case)} {better} and {learnt_}")
+    return (
+        f"After one push, on the push that was {PUSHES[known]}, eq. 9 ends nearer than eq. 8, and than "
+        f"no learning, in so many of {settings['seeds']} seeds: {'; '.join(counts)}."
+    )
 
 
 def draw(path: Path, settings: dict[str, Any], rows: Sequence[Row]) -> None:
-    """Draw the overlays: a row an object, first the training push for each way, then the held-out one."""
-    first = {row["case"]: row for row in rows if row["seed"] == 0}
-    cases, columns = settings["cases"], [(way, e) for e in (TRAINING, HELD_OUT) for way in WAYS]
-    figure, axes = style.sheet(len(cases), len(columns), (13.0, 2.1 * len(cases) + 0.6))
-    for k, case in enumerate(cases):
-        for j, (way, episode) in enumerate(columns):
-            one = axes[k * len(columns) + j]
+    """Draw the overlays after one push: two rows an object, the push learnt from and the one held out."""
+    first = {row["case"]: row for row in rows if row["seed"] == 0 and row["pushes"] == 1}
+    lines = [(case, known) for case in settings["cases"] for known in PUSHES]
+    figure, axes = style.sheet(len(lines), len(WAYS), (10.5, 1.75 * len(lines) + 0.3))
+    for k, (case, known) in enumerate(lines):
+        panels = axes[k * len(WAYS) : (k + 1) * len(WAYS)]
+        for one, way in zip(panels, WAYS, strict=True):
+            episode = TRAINING if known else held_out(first[case])
             overlay(one, settings["things"][case], first[case][way], episode)
             if k == 0:
-                one.set_title(
-                    ("learnt from: " if episode == TRAINING else "held out: ") + WAYS[way], fontsize=8
-                )
-            if j == 0:
-                one.set_ylabel(objects.title(case))
-        same_limits(axes[k * len(columns) : (k + 1) * len(columns)])
+                one.set_title(WAYS[way], fontsize=9)
+        panels[0].set_ylabel(f"{objects.title(case)}\n{PUSHES[known]}", fontsize=8)
+        same_limits(panels)
     style.save(figure, path)
 
 

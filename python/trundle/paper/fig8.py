@@ -19,6 +19,9 @@ from trundle.paper.statistics import Interval, median, median_difference
 FILE = "fig8"
 TITLE = "Fig. 8: accuracy against noise"
 
+ROUNDING = 1e-14
+"""Below it a missing R² is rounding."""
+
 KNOWN: dict[str, type | tuple[type, ...]] = {
     "seeds": int,
     "object": str,
@@ -90,8 +93,13 @@ def section(settings: dict[str, Any], rows: Sequence[Row]) -> Section:
 def r2_text(found: Interval) -> str:
     """Return R² from 1 − R², with digits that show how much is missing."""
     if found.high < 1e-3:
-        return f"1 − {found.middle:.1e}"
+        return f"1 − {tiny(found.middle)}"
     return f"{1 - found.middle:.4f} [{1 - found.high:.4f}, {1 - found.low:.4f}]"
+
+
+def tiny(value: float) -> str:
+    """Return a small number, or that it is none that a double could show."""
+    return f"{value:.1e}" if value > ROUNDING else "0"
 
 
 def verdict(settings: dict[str, Any], rows: Sequence[Row]) -> str:
@@ -114,7 +122,7 @@ def verdict(settings: dict[str, Any], rows: Sequence[Row]) -> str:
     if 0.0 not in settings["sigmas"]:
         return robust
     without = ", ".join(
-        f"{style.NAMES[learner]} {median(missing(rows, 0.0, learner)).middle:.1e}"
+        f"{style.NAMES[learner]} {tiny(median(missing(rows, 0.0, learner)).middle)}"
         for learner in settings["learners"]
     )
     return f"{robust} Without noise (inset) 1 − R² is: {without}."

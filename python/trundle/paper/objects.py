@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+from collections.abc import Sequence
 from pathlib import Path
 from typing import Any
 
@@ -38,9 +39,13 @@ def truth(thing: dict[str, Any]) -> str:
     return model_text(thing["body"], thing["effect"])
 
 
-def form(thing: dict[str, Any]) -> str:
-    """Return the paper's model of it (eq. 3): its shape, a mass and one wheel, all six values free."""
-    return model_text({key: value for key, value in thing["body"].items() if key != "mass"}, WHEEL)
+def form(thing: dict[str, Any], more: Sequence[str] = ()) -> str:
+    """Return the paper's model of it (eq. 3): its shape, a mass and one wheel, all six values free.
+
+    `more` are kinds of effects beyond the wheel.
+    """
+    body = {key: value for key, value in thing["body"].items() if key != "mass"}
+    return model_text(body, [*WHEEL, *({"kind": kind} for kind in more)])
 
 
 def title(name: str) -> str:

@@ -86,6 +86,8 @@ def draw(settings: dict[str, Any], body: dict[str, Any], trial: Row) -> list[dic
     dry: dict[str, Any] = {"kind": trial["friction"], "force": even_log(rng, settings["dry"])}
     if trial["friction"] == "coulomb_friction":
         dry |= point(rng, body)
+    elif "support" not in body:
+        dry["spread"] = 1.0  # even pressure under a flat face; the model does not know
     return [wheel, dry]
 
 
