@@ -3,7 +3,8 @@
 python benches/online.py --pushes 8 --tables 5
 
 Pushes of 6 s, poses at 60 Hz, wrenches at 100 Hz. The figures are those of a call from Python, with all that
-is done to the columns; the first push, which is searched from several starts, is listed apart.
+is done to the columns; the first push, which is searched from several starts, is listed apart. Preparing a push
+(tare, contact, spikes among the poses) is part of each figure and is listed once more alone.
 """
 
 from __future__ import annotations
@@ -65,11 +66,15 @@ def main() -> None:
     parser.add_argument("--pushes", type=int, default=8)
     parser.add_argument("--tables", type=int, default=5)
     args = parser.parse_args()
-    first, later, chunks, distances = [], [], [], []
+    first, later, chunks, prepared, distances = [], [], [], [], []
     for seed in range(args.tables):
         recording = recorded(args.pushes, seed)
         online, chunked = (trundle.Online(recording.metadata) for _ in range(2))
         for k, columns in enumerate(recording.episodes.values()):
+            alone = trundle.Recording(recording.metadata, {"push": columns})
+            begun = perf_counter()
+            trundle.prepare(alone)
+            prepared.append(1e3 * (perf_counter() - begun))
             begun = perf_counter()
             online.update(columns)
             (later if k else first).append(1e3 * (perf_counter() - begun))
@@ -80,7 +85,9 @@ def main() -> None:
                     chunks.append(1e3 * (perf_counter() - begun))
             chunked.update()
         distances.append(off(online, recording))
-    for name, values in (("first push", first), ("later pushes", later), ("chunks of 1 s", chunks)):
+    parts = {"first push": first, "later pushes": later, "chunks of 1 s": chunks}
+    parts["preparing one"] = prepared
+    for name, values in parts.items():
         print(f"{name:14} median {np.median(values):6.2f} ms   p95 {np.percentile(values, 95):6.2f} ms")
     print(
         f"squared distance from the fit of all, per parameter: {np.mean(distances):.4f} "
