@@ -3,8 +3,8 @@
 python benches/online.py --pushes 8 --tables 5
 
 Pushes of 6 s, poses at 60 Hz, wrenches at 100 Hz. The figures are those of a call from Python, with all that
-is done to the columns; the first push, which is searched from several starts, is listed apart. Preparing a push
-(tare, contact, spikes among the poses) is part of each figure and is listed once more alone.
+is done to the columns; the first push, which is searched from several starts, is listed apart. Preparing a
+push (tare, contact, spikes among the poses) is part of each figure and is listed once more alone.
 """
 
 from __future__ import annotations
