@@ -38,8 +38,9 @@ class Fit:
         The model with every value filled in, and its posterior.
     summary : dict
         ``parameters`` (a list of name, mean, sd, unit, identifiable; what the data do not hold has no
-        number), ``log_evidence``, ``converged``, ``quasi_static``, ``noise``, and the figures of
-        ``training`` and ``held_out`` episodes (SI units; None where a figure makes no sense).
+        number), ``log_evidence``, ``converged``, ``quasi_static``, ``noise``,
+        ``identifiability`` (directions and combinations that the data hold, and how many starts agree), and
+        the figures of ``training`` and ``held_out`` episodes (SI units; None where a figure makes no sense).
     """
 
     model: Model
