@@ -76,7 +76,7 @@ mod tests {
 
     #[test]
     fn even_ranks_cover_and_crowded_ones_do_not() {
-        let even = line("even", (0..400).map(|k| k));
+        let even = line("even", 0..400);
         assert!((even.cover_90[0] - 0.9).abs() < 1e-12 && (even.cover_50[0] - 0.5).abs() < 1e-12);
         assert!(even.uniform_p > 0.999 && (even.mean_rank - 0.5).abs() < 1e-12);
         let crowded = line("crowded", (0..100).map(|k| if k % 2 == 0 { 2 } else { 396 }));
