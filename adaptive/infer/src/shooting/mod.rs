@@ -42,6 +42,9 @@ pub struct Shooting<'a> {
     stepper: Option<&'a dyn Stepper>,
 }
 
+/// σ of each channel, with the index of its slot.
+type Sigmas = [(f64, usize); 6];
+
 /// Segments that are summed up together, whatever the number of threads, for the sake of the same bytes.
 const BATCH: usize = 8;
 
@@ -145,11 +148,7 @@ impl<'a> Shooting<'a> {
     }
 
     /// Values of the model's slots, and σ of each channel with the index of its slot.
-    fn parted<'v>(
-        &self,
-        model: &Model,
-        values: &'v [f64],
-    ) -> Result<(&'v [f64], [(f64, usize); 6]), InferError> {
+    fn parted<'v>(&self, model: &Model, values: &'v [f64]) -> Result<(&'v [f64], Sigmas), InferError> {
         let (kinds, own) = (self.kinds(), model.slots().len());
         if values.len() != own + kinds.len() {
             let (got, expected) = (values.len(), own + kinds.len());
@@ -185,7 +184,7 @@ impl<'a> Shooting<'a> {
         &self,
         segment: &Segment,
         simulation: &dyn Simulate,
-        sigma: &[(f64, usize); 6],
+        sigma: &Sigmas,
     ) -> Result<f64, InferError> {
         let states = simulation.states(segment).map_err(|e| self.located(segment, e))?;
         let mut cost = 0.0;
@@ -204,7 +203,7 @@ impl<'a> Shooting<'a> {
         &self,
         segment: &Segment,
         simulation: &dyn Simulate,
-        sigma: &[(f64, usize); 6],
+        sigma: &Sigmas,
         free: &[usize],
         own: &[usize],
     ) -> Result<Linearised, InferError> {

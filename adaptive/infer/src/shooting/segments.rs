@@ -105,7 +105,8 @@ impl Cutter<'_> {
         let poses = &self.episode.pose;
         let last = poses.len().saturating_sub(1);
         match how {
-            Cut::Final => (first < last).then(|| vec![first, last]).unwrap_or_default(),
+            Cut::Final if first < last => vec![first, last],
+            Cut::Final => vec![],
             Cut::Steps { stride } => (first..=last).step_by(stride.max(1)).collect(),
             Cut::Windows { length } => {
                 let mut ends = vec![first.min(last)];
