@@ -90,7 +90,8 @@ impl Searcher<'_> {
             warm = self.warm(from, &model, &coordinates, &fill);
             starts = 0;
         }
-        let options = FitOptions { starts, seed: self.seed, ..FitOptions::default() };
+        let options =
+            FitOptions { starts, seed: self.seed, from_afar: from.is_none(), ..FitOptions::default() };
         Ok(Tried { added, fit: fit(self.comparison, &model, &warm, &options, self.watch)? })
     }
 

@@ -17,6 +17,8 @@ pub struct FitOptions {
     pub seed: u64,
     /// How each start is followed.
     pub optimiser: Optimiser,
+    /// Whether starts may lie far from the optimum; not where they come from the fit of a simpler model.
+    pub from_afar: bool,
     /// Names of parameters that each episode has its own of.
     pub per_episode: BTreeSet<String>,
 }
@@ -33,7 +35,13 @@ pub enum Optimiser {
 
 impl Default for FitOptions {
     fn default() -> Self {
-        Self { starts: 6, seed: 0, optimiser: Optimiser::default(), per_episode: BTreeSet::new() }
+        Self {
+            starts: 6,
+            seed: 0,
+            optimiser: Optimiser::default(),
+            from_afar: true,
+            per_episode: BTreeSet::new(),
+        }
     }
 }
 
@@ -124,8 +132,7 @@ pub fn fit(
         let optimum = Optimum { point: vec![], at: target.linearise(&[])?, converged: true };
         return finish(&target, likelihood.channels(), optimum, (1, 1));
     }
-    let (mut points, agreement) =
-        scout(cheap(likelihood, model, &target, options).as_ref().unwrap_or(&target), warm, options, watch)?;
+    let (mut points, agreement) = scout(&ladder(likelihood, model, options)?, warm, options, watch)?;
     points.truncate(POLISHED);
     let best = settled(&target, points, options, watch)?;
     // Where the noise is not stated it is estimated, and the fit repeated under it.
@@ -156,15 +163,21 @@ fn settled(
     }
 }
 
-/// The density to sort starts with, where there is a cheaper one over the same coordinates.
-fn cheap<'a>(
+/// The densities that a start is led through, the one that sorts the starts last: cheaper ones over the same
+/// coordinates where there are such.
+pub(crate) fn ladder<'a>(
     likelihood: &'a dyn Likelihood,
     model: &'a Model,
-    full: &Target<'_>,
     options: &FitOptions,
-) -> Option<Target<'a>> {
-    let cheap = Target::new(likelihood.coarse()?, model, &options.per_episode).ok()?;
-    (cheap.dimension() == full.dimension()).then_some(cheap)
+) -> Result<Vec<Target<'a>>, InferError> {
+    let full = Target::new(likelihood, model, &options.per_episode)?;
+    // Thinned recordings may lack an episode whose own parameters are asked for.
+    let fits = |cheaper: &Target<'_>| cheaper.dimension() == full.dimension();
+    let cheaper = |l| Target::new(l, model, &options.per_episode).ok().filter(fits);
+    let Some(coarse) = likelihood.coarse() else { return Ok(vec![full]) };
+    let Some(sorting) = cheaper(coarse) else { return Ok(vec![full]) };
+    let afar = if options.from_afar { coarse.coarse().and_then(cheaper) } else { None };
+    Ok(afar.into_iter().chain([sorting]).collect())
 }
 
 fn finish(

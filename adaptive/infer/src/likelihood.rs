@@ -60,7 +60,8 @@ pub trait Likelihood: Sync {
     /// The same comparison for each episode alone, with its name, in order.
     fn split(&self) -> Vec<(String, Box<dyn Likelihood + '_>)>;
 
-    /// A cheaper comparison with about the same optimum, to sort starts with; `None` where this one is cheap.
+    /// A cheaper comparison with about the same optimum, to sort starts with, which in turn may have one that leads
+    /// there from farther away; `None` where this one is all there is.
     fn coarse(&self) -> Option<&dyn Likelihood> {
         None
     }

@@ -14,12 +14,18 @@ pub struct MotionLikelihood {
     tracks: Vec<Track>,
     coarse: Option<Box<MotionLikelihood>>,
     channels: Channels,
+    /// Factor on the noise of poses, beside that of `channels`.
+    blur: f64,
     stated: bool,
 }
 
 /// Factors by which estimated noise may differ from the guess before: of readings, and of poses.
 const READING_RANGE: (f64, f64) = (0.02, 50.0);
 const POSE_RANGE: (f64, f64) = (0.3, 3.0);
+
+/// Factor on the poses' noise for a first search from afar. Where poses hardly correct the simulation, its error grows
+/// along a whole push and leads to the wheel from far away; where each sample corrects it, optima abound.
+const BLUR: f64 = 300.0;
 
 /// Up to three episodes, evenly among all.
 fn spread(episodes: &[Prepared]) -> impl Iterator<Item = &Prepared> {
@@ -34,17 +40,24 @@ impl MotionLikelihood {
     /// When an episode is too short.
     pub fn new(episodes: &[Prepared], noise: &Noise) -> Result<Self, InferError> {
         let tracks = episodes.iter().map(|e| Track::new(e, noise)).collect::<Result<_, _>>()?;
-        let coarse = spread(episodes).map(|e| Track::coarse(e, noise)).collect::<Result<_, _>>()?;
-        let (channels, stated) = (Channels::of(noise), noise.stated);
-        let coarse = Some(Box::new(Self { tracks: coarse, coarse: None, channels, stated }));
-        Ok(Self { tracks, coarse, channels, stated })
+        let coarse: Vec<_> =
+            spread(episodes).map(|e| Track::coarse(e, noise)).collect::<Result<_, InferError>>()?;
+        let of = |tracks, blur, coarse: Option<Self>| Self {
+            tracks,
+            coarse: coarse.map(Box::new),
+            channels: Channels::of(noise).scaled(blur, 1.0),
+            blur,
+            stated: noise.stated,
+        };
+        let blurred = of(coarse.clone(), BLUR, None);
+        Ok(of(tracks, 1.0, Some(of(coarse, 1.0, Some(blurred)))))
     }
 
     /// The same with other noise.
     #[must_use]
     pub fn with_channels(&self, channels: Channels) -> Self {
         let coarse = self.coarse.as_ref().map(|c| Box::new(c.with_channels(channels)));
-        Self { channels, coarse, ..self.clone() }
+        Self { channels: channels.scaled(self.blur, 1.0), coarse, ..self.clone() }
     }
 
     /// The same with some of its episodes.

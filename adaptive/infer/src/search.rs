@@ -45,25 +45,27 @@ fn doubled(costs: &[f64]) -> bool {
 }
 
 /// Points found by short searches from given values and draws of the prior, best first, and how many of those
-/// starts came within one unit of log density of the best. On all cores, with the same result as on one.
+/// starts came within one unit of log density of the best. Each search goes through the `ladder`, from the density
+/// that leads from far away to the one that counts. On all cores, with the same result as on one.
 pub(crate) fn scout(
-    target: &Target<'_>,
+    ladder: &[Target<'_>],
     warm: &[Vec<f64>],
     options: &FitOptions,
     watch: &dyn Watch,
 ) -> Result<(Vec<Vec<f64>>, Agreement), InferError> {
+    let Some(target) = ladder.last() else { return Ok((vec![], (0, 0))) };
     let mut rng = ChaCha8Rng::seed_from_u64(options.seed);
     let given = warm.iter().map(|values| target.point(values));
     let drawn = (0..options.starts).map(|_| target.draw(&mut rng));
     let starts: Vec<_> = given.chain(drawn).collect();
     let count = starts.len();
-    let mut found = ends(target, starts, options.optimiser, watch)?;
+    let mut found = ends(ladder, starts, options.optimiser, watch)?;
     if found.is_empty() {
         return Err(InferError::NoStart { recording: "the recording".to_owned(), starts: count });
     }
     let costs: Vec<f64> = found.iter().map(|(cost, _)| *cost).collect();
     if options.starts > 0 && !doubled(&costs) {
-        found = hop(target, found, options.optimiser, watch)?;
+        found = hop(ladder, found, options.optimiser, watch)?;
     }
     let agree = costs.iter().filter(|&&cost| cost < found[0].0 + 1.0).count();
     Ok((found.into_iter().map(|(_, point)| point).collect(), (agree, count)))
@@ -71,19 +73,24 @@ pub(crate) fn scout(
 
 /// Where short searches from `starts` end, best first; those where the density is nowhere are left out.
 fn ends(
-    target: &Target<'_>,
+    ladder: &[Target<'_>],
     starts: Vec<Vec<f64>>,
     optimiser: Optimiser,
     watch: &dyn Watch,
 ) -> Result<Vec<End>, InferError> {
     let (count, done) = (starts.len(), AtomicUsize::new(0));
     let one = |start: Vec<f64>, watch: &dyn Watch| {
-        if !target.cost(&start)?.is_finite() {
-            return Ok(None);
+        let mut end = (f64::INFINITY, start);
+        for target in ladder {
+            if target.cost(&end.1)?.is_finite() {
+                let optimum = descend(target, end.1, SCOUT, optimiser, watch)?;
+                end = (optimum.at.cost, optimum.point);
+            } else {
+                end.0 = f64::INFINITY;
+            }
         }
-        let optimum = descend(target, start, SCOUT, optimiser, watch)?;
         watch.progress("fit", (done.fetch_add(1, Ordering::Relaxed) + 1) as f64 / count as f64);
-        Ok(Some((optimum.at.cost, optimum.point)))
+        Ok(end.0.is_finite().then_some(end))
     };
     let ends = on_all_cores(watch, |watch| {
         starts.into_par_iter().map(|start| one(start, watch)).collect::<Result<Vec<_>, InferError>>()
@@ -95,18 +102,18 @@ fn ends(
 
 /// Search on from where the local optima of the best end would lie, until that finds nothing better.
 fn hop(
-    target: &Target<'_>,
+    ladder: &[Target<'_>],
     mut found: Vec<End>,
     optimiser: Optimiser,
     watch: &dyn Watch,
 ) -> Result<Vec<End>, InferError> {
     for _ in 0..HOPS {
         let Some((cost, best)) = found.first().cloned() else { break };
-        let others = elsewhere(target, &best);
+        let others = ladder.last().map_or_else(Vec::new, |target| elsewhere(target, &best));
         if others.is_empty() {
             break;
         }
-        found.extend(ends(target, others, optimiser, watch)?);
+        found.extend(ends(ladder, others, optimiser, watch)?);
         found.sort_by(|a, b| a.0.total_cmp(&b.0));
         if found[0].0 > cost - 1.0 {
             break;
@@ -123,7 +130,7 @@ const HOPS: usize = 3;
 fn elsewhere(target: &Target<'_>, z: &[f64]) -> Vec<Vec<f64>> {
     const AWAY: f64 = 3.0;
     let turned = |k: usize, z: f64, along: [bool; 2], turn: f64| match target.slot(k).prior {
-        Prior::OnBody(axis) if along[usize::from(axis).min(1)] => -z,
+        Prior::OnBody(axis) if along[axis.min(1)] => -z,
         Prior::Angle(period) => z + turn * period,
         _ if z.abs() > AWAY => 0.0,
         _ => z,

@@ -10,12 +10,11 @@
 mod hypothesis;
 mod quadratic;
 
-use crate::fit::canonical;
+use crate::fit::{canonical, ladder};
 use crate::search::scout;
-use crate::{Coordinates, Estimate, FitOptions, InferError, Likelihood, Quiet, Target};
+use crate::{Coordinates, Estimate, FitOptions, InferError, Likelihood, Quiet};
 use hypothesis::{Hypothesis, Setting};
 use nalgebra::{DMatrix, DVector};
-use std::collections::BTreeSet;
 use trundle_model::Model;
 
 /// How much an update may do.
@@ -115,12 +114,13 @@ impl Online {
         if !known.is_empty() {
             return Ok((known, self.options.steps));
         }
-        let target = Target::new(push.coarse().unwrap_or(push), &self.model, &BTreeSet::new())?;
         let options =
             FitOptions { starts: self.options.starts, seed: self.options.seed, ..FitOptions::default() };
-        let (points, _) = scout(&target, &[], &options, &Quiet)?;
+        let ladder = ladder(push, &self.model, &options)?;
+        let (points, _) = scout(&ladder, &[], &options, &Quiet)?;
         // The same wheel under two descriptions is one mode.
-        let points = points.into_iter().take(MODES).map(|z| canonical(&target, &z).unwrap_or(z));
+        let named = |z: Vec<f64>| ladder.last().and_then(|target| canonical(target, &z)).unwrap_or(z);
+        let points = points.into_iter().take(MODES).map(named);
         let modes = points.map(|z| Hypothesis::at(DVector::from_vec(z)));
         Ok((modes.collect(), FIRST_STEPS))
     }
