@@ -146,9 +146,9 @@ fn noise_is_of_the_size_and_the_units_stated() {
     for reading in [SigmaReading::Si, SigmaReading::CentimetreDegree, SigmaReading::OfMotion] {
         let sd = reading.sd(0.5, &data);
         let seen = noisy(&data, &sd, 0);
-        for k in 0..6 {
+        for (k, sd) in sd.iter().enumerate() {
             let square = data.iter().zip(&seen).map(|(t, s)| (s.after[k] - t.after[k]).powi(2)).sum::<f64>();
-            assert!(((square / 2000.0).sqrt() / sd[k] - 1.0).abs() < 0.06);
+            assert!(((square / 2000.0).sqrt() / sd - 1.0).abs() < 0.06);
         }
         assert!(data.iter().zip(&seen).all(|(t, s)| t.before == s.before && t.wrench == s.wrench));
     }
