@@ -75,6 +75,7 @@ def footer(name: str, settings: dict[str, Any], took: float) -> str:
     seeds, file = settings["seeds"], settings["file"]
     return (
         f"*`trundle paper {name}{how} --seeds {seeds}`, seeds 0 to {seeds - 1}; the trials took "
-        f"{took / 60:.1f} minutes on 2 cores shared with other work. Settings: `configs/experiments/{file}.toml`; results: "
-        f"[paper/{file}.jsonl](paper/{file}.jsonl). In brackets: 95 % bootstrap intervals of medians.*"
+        f"{took / 60:.1f} minutes on 2 cores shared with other work. Settings: "
+        f"`configs/experiments/{file}.toml`; results: [paper/{file}.jsonl](paper/{file}.jsonl). "
+        "In brackets: 95 % bootstrap intervals of medians.*"
     )

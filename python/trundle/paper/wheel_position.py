@@ -192,7 +192,7 @@ def section(settings: dict[str, Any], rows: Sequence[Row]) -> Section:
     right = sum(chosen(row) == row["friction"] for row in rows)
     text = fill(
         FILE,
-        objects=", ".join(settings["objects"]),
+        objects=", ".join(map(objects.title, settings["objects"])),
         least_mu=settings["wheel"][0],
         most_mu=settings["wheel"][1],
         least_dry=settings["dry"][0],
@@ -205,6 +205,7 @@ def section(settings: dict[str, Any], rows: Sequence[Row]) -> Section:
         trials=len(rows),
         table=table([*head, "1 s ahead, held out, mm"], lines),
         verdict=verdict(rows, settings),
+        limit_cm=100 * settings["limit"],
     )
     return Section(text, {"paper_wheel_position.png": lambda path: draw_errors(path, rows, settings)})
 
@@ -258,9 +259,8 @@ def draw_errors(path: Path, rows: Sequence[Row], settings: dict[str, Any]) -> No
         one.plot([], [], marker="s", color=style.COLOURS["lr"], linestyle="none", label="a wheel alone")
         one.plot([], [], marker="o", color=style.COLOURS["pbr"], linestyle="none", label="and dry friction")
         one.axhline(100 * settings["limit"], color=style.GREY, linewidth=0.8, linestyle="--")
-        one.set(
-            yscale="log", xlabel="seed", ylabel="wheel off by (cm)", title=f"dry friction {PLACES[friction]}"
-        )
+        one.set(yscale="log", ylim=(1e-3, 60), xlabel="seed", ylabel="wheel off by (cm)")
+        one.set_title(f"dry friction {PLACES[friction]}", fontsize=9)
         one.xaxis.set_major_locator(MaxNLocator(integer=True))
-    axes[0].legend(fontsize=8, frameon=False)
+    axes[0].legend(fontsize=8, frameon=False, loc="lower left")
     style.save(figure, path)
