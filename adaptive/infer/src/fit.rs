@@ -132,8 +132,9 @@ pub fn fit(
         let optimum = Optimum { point: vec![], at: target.linearise(&[])?, converged: true };
         return finish(&target, likelihood.channels(), optimum, (1, 1));
     }
-    let (mut points, agreement) = scout(&ladder(likelihood, model, options)?, warm, options, watch)?;
-    points.truncate(POLISHED);
+    let (points, agreement) = scout(&ladder(likelihood, model, options)?, warm, options, watch)?;
+    let named = |z: Vec<f64>| canonical(&target, &z).unwrap_or(z);
+    let points = points.into_iter().take(POLISHED).map(named).collect();
     let best = settled(&target, points, options, watch)?;
     // Where the noise is not stated it is estimated, and the fit repeated under it.
     let Some(tuned) = likelihood.tuned(model, &target.shared_values(&best.point).0)? else {

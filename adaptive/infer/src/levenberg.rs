@@ -36,6 +36,10 @@ pub(crate) fn minimise(
                 return Err(InferError::Interrupted);
             }
             if let Some(step) = damped_step(&at, damping) {
+                // Where even the parabola promises nothing there is nothing to look for.
+                if attempt == 0 && promised(&at, &step) < NOTHING * stop.decrease {
+                    return Ok(Optimum { point, at, converged: true });
+                }
                 let trial: Vec<f64> =
                     point.iter().zip(step.iter()).enumerate().map(|(k, (p, s))| clamp(k, p + s)).collect();
                 // The first attempt mostly succeeds, and then its derivatives are needed as well.
@@ -59,6 +63,14 @@ pub(crate) fn minimise(
         }
     }
     Ok(Optimum { point, at, converged: false })
+}
+
+/// Share of the decrease that counts below which a step is not tried.
+const NOTHING: f64 = 0.1;
+
+/// Decrease of the cost along a step, by its parabola.
+fn promised(at: &Linearised, step: &DVector<f64>) -> f64 {
+    -(at.gradient.dot(step) + 0.5 * step.dot(&(&at.curvature * step)))
 }
 
 fn damped_step(at: &Linearised, damping: f64) -> Option<DVector<f64>> {
