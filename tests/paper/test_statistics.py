@@ -5,6 +5,7 @@ import math
 import numpy as np
 import pytest
 
+from trundle.paper.open_loop import isotonic, needed
 from trundle.paper.statistics import first_reached, median, median_difference, stays
 
 COUNTS = [1, 2, 5, 10]
@@ -47,3 +48,13 @@ def test_differences_are_paired_and_two_that_fail_are_alike() -> None:
     assert median_difference(spread - 1, spread).high == -1
     assert median_difference([math.inf, 3], [math.inf, 3]).text() == "0"
     assert median_difference([3, 4], [math.inf, math.inf]).middle == -math.inf
+
+
+def test_the_accuracy_that_half_of_the_plans_need() -> None:
+    plans = [{"r2": 0.1 * k, "share": 0.5 if k in (2, 5, 6, 8, 9) else 2.0} for k in range(10)]
+    assert isotonic([0, 0, 1, 0, 0, 1, 1, 0, 1, 1]).tolist() == pytest.approx(
+        [0, 0, 1 / 3, 1 / 3, 1 / 3, 2 / 3, 2 / 3, 2 / 3, 1, 1]
+    )
+    assert needed(plans, 0.5) == pytest.approx(0.5)
+    assert needed(plans, 0.8) == pytest.approx(0.8)
+    assert math.isnan(needed([{"r2": 1.0, "share": 2.0}], 0.5))

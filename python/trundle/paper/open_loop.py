@@ -272,7 +272,7 @@ def objects_table(settings: dict[str, Any], rows: Sequence[Row]) -> list[list[st
 
 
 def answer(settings: dict[str, Any], rows: Sequence[Row]) -> str:
-    """Say where the paper's threshold lies: before half of the plans succeed, between half and 80 %, or after."""
+    """Say where the paper's threshold lies: before half of the plans succeed, before 80 % do, or after."""
     threshold = settings["threshold"]
     said = []
     for hold, axes in variants(settings):
