@@ -52,13 +52,15 @@ def test_fig8_noise_costs_physics_less() -> None:
 
 
 def test_open_loop_a_right_model_arrives_and_a_wrong_one_does_not() -> None:
-    trial = {"hold": 0.5, "axes": "object", "object": "office_table:locked", "seed": 1}
+    trial = {"hold": 0.5, "axes": "object", "object": "office_table:locked", "seed": 0}
     settings, row = performed("open-loop", trial, sizes=[0.0, 0.3], counts=[])
     radius = settings["things"][trial["object"]]["radius"]
     right, wrong = row["runs"]
     assert right["r2"] == 1.0
     assert right["error"] < 0.05 * radius
     assert not right["touched"]
+    assert right["poses"][-1][:2] == pytest.approx([settings["length"], 0.0], abs=0.05 * radius)
+    assert max(abs(pose[1]) for pose in right["poses"]) > settings["obstacle"]  # around it
     assert wrong["r2"] < settings["threshold"]
     assert wrong["error"] > radius
     assert wrong["planned"] < 0.05 * radius  # it is the model that is wrong, not the plan
