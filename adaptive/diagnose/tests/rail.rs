@@ -22,7 +22,13 @@ fn episode(name: &str, seed: u64) -> Prepared {
         effect(Kind::ViscousWheel, &[("x", 0.0), ("y", 0.0), ("angle", 0.0), ("mu_x", 200.0), ("mu_y", 0.0)]),
         effect(Kind::SupportFriction, &[("force", 20.0), ("spread", 1.0)]),
     ];
-    let model = Model { body: Body::point(95.0).unwrap(), mass: Some(95.0), dof: RAIL, effects, priors: Default::default() };
+    let model = Model {
+        body: Body::point(95.0).unwrap(),
+        mass: Some(95.0),
+        dof: RAIL,
+        effects,
+        priors: Default::default(),
+    };
     let plant = model.resolved().unwrap();
     let mut rng = ChaCha8Rng::seed_from_u64(seed);
     let mut normal = |sd: f64| sd * rng.sample::<f64, _>(StandardNormal);
@@ -37,7 +43,16 @@ fn episode(name: &str, seed: u64) -> Prepared {
         state = plant.step(&state, [force, 0.0, 0.0], Clock { since_contact: t }, 1e-3);
     }
     let (contact, counts) = (0.0, Counts::default());
-    Prepared { name: name.to_owned(), wrench, pose, contact, tare_sd: [0.0; 3], at_rest: true, counts }
+    Prepared {
+        name: name.to_owned(),
+        wrench,
+        pose,
+        contact,
+        tare_sd: [0.0; 3],
+        at_rest: true,
+        counts,
+        memo: Default::default(),
+    }
 }
 
 #[test]

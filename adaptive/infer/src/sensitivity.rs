@@ -115,6 +115,7 @@ mod tests {
             tare_sd: [0.04; 3],
             at_rest: true,
             counts: Counts::default(),
+            memo: Default::default(),
         };
         Track::new(&episode, &NOISE).unwrap()
     }

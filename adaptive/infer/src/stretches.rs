@@ -195,6 +195,7 @@ mod tests {
             tare_sd: [0.0; 3],
             at_rest: false,
             counts: Counts::default(),
+            memo: Default::default(),
         }
     }
 

@@ -58,6 +58,7 @@ fn motion(truth: &Model, from: State<f64>, force: impl Fn(f64) -> [f64; 3], seed
         tare_sd: [0.04, 0.04, 0.005],
         at_rest: from.twist == [0.0; 3],
         counts: Counts::default(),
+        memo: Default::default(),
     }
 }
 

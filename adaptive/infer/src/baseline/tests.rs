@@ -189,6 +189,7 @@ fn a_recording_is_cut_into_its_transitions() {
         tare_sd: [0.0; 3],
         at_rest: true,
         counts: Counts::default(),
+        memo: Default::default(),
     };
     let noise = Noise { pose: [1e-5; 3], force: 0.1, torque: 0.1, time: 0.0, stated: true };
     let cut = transitions_of(&episode, &noise, 0.5);

@@ -24,6 +24,7 @@ fn episode() -> Prepared {
         tare_sd: [0.04; 3],
         at_rest: false,
         counts: Counts::default(),
+        memo: Default::default(),
     }
 }
 

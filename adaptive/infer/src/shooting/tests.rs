@@ -34,6 +34,7 @@ fn episode(name: &str, rate: f64) -> Prepared {
         tare_sd: [0.04; 3],
         at_rest: false,
         counts: Counts::default(),
+        memo: Default::default(),
     }
 }
 

@@ -115,6 +115,7 @@ impl World {
             tare_sd: TARE,
             at_rest: true,
             counts: Counts::default(),
+            memo: Default::default(),
         }
     }
 }

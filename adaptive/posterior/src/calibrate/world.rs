@@ -76,6 +76,7 @@ impl Calibration {
             tare_sd: self.tare,
             at_rest: true,
             counts: Counts::default(),
+            memo: Default::default(),
         }
     }
 }

@@ -6,11 +6,14 @@
 mod bank;
 mod intensity;
 mod kalman;
+mod memo;
 mod spikes;
 
 use crate::prepare::{Noise, PoseSample};
 use bank::Bank;
 use kalman::{Axis, Estimate};
+pub use memo::Memo;
+use rayon::prelude::*;
 pub(crate) use spikes::spikes;
 
 /// Fewer poses than this in an episode say nothing about velocity.
@@ -63,16 +66,17 @@ fn motions(
     pose: &[PoseSample],
     noise: &Noise,
     rest_until: Option<f64>,
-    estimate: impl Fn(&Axis) -> Vec<Estimate>,
+    estimate: impl Fn(&Axis) -> Vec<Estimate> + Sync,
 ) -> Vec<Motion> {
     if pose.len() < FEWEST_POSES {
         return vec![];
     }
     let t: Vec<f64> = pose.iter().map(|p| p.t).collect();
-    let axes = [0, 1, 2].map(|k| {
+    let axis = |k: usize| {
         let z: Vec<f64> = pose.iter().map(|p| p.pose[k]).collect();
         estimate(&Axis::new(&t, &z, noise.pose[k], rest_until))
-    });
+    };
+    let axes: Vec<Vec<Estimate>> = (0..3).into_par_iter().map(axis).collect();
     (0..t.len()).map(|i| motion(t[i], [0, 1, 2].map(|k| &axes[k][i]))).collect()
 }
 

@@ -5,6 +5,7 @@
 
 use super::intensity::likeliest_by;
 use super::kalman::{Axis, Estimate};
+use rayon::prelude::*;
 
 /// Standard deviations of the prediction at which a pose disagrees.
 const GATE: f64 = 5.0;
@@ -20,12 +21,11 @@ pub(crate) fn spikes(t: &[f64], pose: &[[f64; 3]], sd: &[f64; 3]) -> Vec<usize> 
     if t.len() < FEWEST {
         return vec![];
     }
-    let mut found: Vec<usize> = (0..3)
-        .flat_map(|k| {
-            let z: Vec<f64> = pose.iter().map(|p| p[k]).collect();
-            on_axis(t, &z, sd[k])
-        })
-        .collect();
+    let axis = |k: usize| {
+        let z: Vec<f64> = pose.iter().map(|p| p[k]).collect();
+        on_axis(t, &z, sd[k])
+    };
+    let mut found: Vec<usize> = (0..3).into_par_iter().flat_map_iter(axis).collect();
     found.sort_unstable();
     found.dedup();
     found

@@ -5,6 +5,7 @@ use trundle_model::Body;
 use crate::error::{Error, Place};
 use crate::fault::Fault;
 use crate::metadata::{Contact, Dof, Metadata, Source};
+use crate::motion::Memo;
 use crate::recording::Recording;
 
 use super::reading::{Reader, Readings, View};
@@ -49,6 +50,7 @@ fn episode(reader: &Reader, view: View, meta: &Metadata, noise: &Noise) -> Resul
         tare_sd,
         at_rest: meta.at_rest,
         counts,
+        memo: Memo::default(),
     })
 }
 

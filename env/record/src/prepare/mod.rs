@@ -15,7 +15,7 @@ use serde::Serialize;
 use trundle_model::Body;
 
 use crate::error::Error;
-use crate::motion::{self, Motion};
+use crate::motion::{self, Memo, Motion};
 use crate::recording::Recording;
 
 pub use noise::Noise;
@@ -93,6 +93,8 @@ pub struct Prepared {
     pub at_rest: bool,
     /// What was masked.
     pub counts: Counts,
+    /// What [`Prepared::motion`] found last.
+    pub memo: Memo,
 }
 
 /// The wrench's clock may run late by this, s: so much before its contact the object surely rests.
@@ -107,7 +109,9 @@ impl Prepared {
 
     /// Motion at each pose from all poses; empty for fewer than five.
     pub fn motion(&self, noise: &Noise) -> Vec<Motion> {
-        motion::smooth_from(&self.pose, noise, self.rest_until())
+        let rest_until = self.rest_until();
+        let smooth = || motion::smooth_from(&self.pose, noise, rest_until);
+        self.memo.recall(&self.pose, noise, rest_until, smooth)
     }
 
     /// Motion at each pose from the poses up to it only; empty for fewer than five.
