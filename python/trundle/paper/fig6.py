@@ -168,7 +168,7 @@ def verdict(settings: dict[str, Any], rows: Sequence[Row], reading: str) -> str:
         f"(on {len(missed)} of the objects)."
     )
     fewest = (
-        "On no object does it need more observations than any baseline."
+        "There is no object on which a baseline needs fewer observations."
         if not more
         else f"It needs more observations on {'; '.join(more)}."
     )
