@@ -93,7 +93,7 @@ def section(settings: dict[str, Any], rows: Sequence[Row]) -> Section:
 def r2_text(found: Interval) -> str:
     """Return R² from 1 − R², with digits that show how much is missing."""
     if found.high < 1e-3:
-        return f"1 − {tiny(found.middle)}"
+        return f"1 − {found.middle:.1e}" if found.high > ROUNDING else "1"
     return f"{1 - found.middle:.4f} [{1 - found.high:.4f}, {1 - found.low:.4f}]"
 
 
