@@ -203,8 +203,21 @@ impl Filter<'_> {
                 pose[(row, k)] -= gain[(row, k)] * variance;
             }
         }
-        Belief { mean, covariance: minus(&kept, &pose, gain) }
+        Belief { mean, covariance: symmetric(&minus(&kept, &pose, gain)) }
     }
+}
+
+/// The mean of a matrix and its transpose: rounding makes a covariance lopsided, and over a minute that grows
+/// until it is none.
+fn symmetric(a: &Matrix) -> Matrix {
+    let mut even = *a;
+    for column in 0..N {
+        for row in 0..column {
+            let mean = 0.5 * (a[(row, column)] + a[(column, row)]);
+            (even[(row, column)], even[(column, row)]) = (mean, mean);
+        }
+    }
+    even
 }
 
 /// `F P Fᵀ`, where the last three rows of `F` are the identity's: a reading's error stays what it is.

@@ -26,6 +26,8 @@ const POSE_RANGE: (f64, f64) = (0.3, 3.0);
 /// Factor on the poses' noise for a first search from afar. Where poses hardly correct the simulation, its error grows
 /// along a whole push and leads to the wheel from far away; where each sample corrects it, optima abound.
 const BLUR: f64 = 300.0;
+/// What it looks at of each push, s: over minutes such a simulation is lost.
+const FROM_AFAR: f64 = 8.0;
 
 /// Up to three episodes, evenly among all.
 fn spread(episodes: &[Prepared]) -> impl Iterator<Item = &Prepared> {
@@ -49,7 +51,7 @@ impl MotionLikelihood {
             blur,
             stated: noise.stated,
         };
-        let blurred = of(coarse.clone(), BLUR, None);
+        let blurred = of(coarse.iter().map(|t| t.until(t.start + FROM_AFAR)).collect(), BLUR, None);
         Ok(of(tracks, 1.0, Some(of(coarse, 1.0, Some(blurred)))))
     }
 

@@ -64,11 +64,21 @@ pub(crate) fn scout(
         return Err(InferError::NoStart { recording: "the recording".to_owned(), starts: count });
     }
     let costs: Vec<f64> = found.iter().map(|(cost, _)| *cost).collect();
-    if options.starts > 0 && !doubled(&costs) {
+    let unsure = options.starts > 0 && !doubled(&costs);
+    if unsure || (options.from_afar && astray(target, &found[0].1)) {
         found = hop(ladder, found, options.optimiser, watch)?;
     }
     let agree = costs.iter().filter(|&&cost| cost < found[0].0 + 1.0).count();
     Ok((found.into_iter().map(|(_, point)| point).collect(), (agree, count)))
+}
+
+/// Beyond this many standard deviations of its prior a parameter has run away.
+const AWAY: f64 = 3.0;
+
+/// Whether a search ran away, as it does along the valley of a local optimum.
+fn astray(target: &Target<'_>, z: &[f64]) -> bool {
+    let angle = |k: usize| matches!(target.slot(k).prior, Prior::Angle(_));
+    z.iter().enumerate().any(|(k, z)| z.abs() > AWAY && !angle(k))
 }
 
 /// Where short searches from `starts` end, best first; those where the density is nowhere are left out.
@@ -128,7 +138,6 @@ const HOPS: usize = 3;
 /// Where else the data might be explained as well: a place mirrored in the middle of the body, an angle turned by
 /// half its circle (a wheel across instead of along), what ran away from its prior put back.
 fn elsewhere(target: &Target<'_>, z: &[f64]) -> Vec<Vec<f64>> {
-    const AWAY: f64 = 3.0;
     let turned = |k: usize, z: f64, along: [bool; 2], turn: f64| match target.slot(k).prior {
         Prior::OnBody(axis) if along[axis.min(1)] => -z,
         Prior::Angle(period) => z + turn * period,

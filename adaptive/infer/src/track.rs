@@ -111,6 +111,16 @@ impl Track {
         }
     }
 
+    /// The beginning, up to a time, s.
+    pub(crate) fn until(&self, end: f64) -> Self {
+        let mut t = self.start;
+        let before = self.steps.iter().take_while(|step| {
+            t += step.dt;
+            t <= end
+        });
+        Self { steps: before.cloned().collect(), ..self.clone() }
+    }
+
     /// Number of pose samples compared.
     pub fn observations(&self) -> usize {
         self.steps.iter().filter(|s| s.pose.is_some()).count()
