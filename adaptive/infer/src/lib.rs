@@ -11,8 +11,8 @@ mod error;
 mod filter;
 mod fit;
 mod footing;
-mod inertial;
 mod identify;
+mod inertial;
 mod joint;
 mod lbfgs;
 mod levenberg;
@@ -34,8 +34,8 @@ mod truncated;
 mod watch;
 
 pub use baseline::{
-    BaselineError, Coasting, Features, Linear, Local, Predictor, Pushes, SigmaReading, StateVector, Transition, hold,
-    noisy, r2, r2_of, transitions, transitions_of,
+    BaselineError, Coasting, Features, Linear, Local, Predictor, Pushes, SigmaReading, StateVector,
+    Transition, hold, noisy, r2, r2_of, transitions, transitions_of,
 };
 pub use comparison::{Comparison, quasi_static};
 pub use coordinates::{Coordinates, Strain};

@@ -17,7 +17,6 @@ pub(crate) fn moments(vertices: &[[f64; 2]]) -> (f64, [f64; 2], f64) {
     (area * sign, first.map(|m| m * sign), polar * sign)
 }
 
-
 #[cfg(test)]
 mod tests {
     use super::*;

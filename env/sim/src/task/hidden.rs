@@ -35,7 +35,13 @@ impl Hidden {
 
     pub(super) fn model(&self) -> Result<Model, SimError> {
         let wheel = Effect { kind: Kind::ViscousWheel, values: self.wheel.map(Some).to_vec() };
-        Ok(Model { body: table()?, mass: Some(MASS), dof: [true; 3], effects: vec![wheel], priors: Default::default() })
+        Ok(Model {
+            body: table()?,
+            mass: Some(MASS),
+            dof: [true; 3],
+            effects: vec![wheel],
+            priors: Default::default(),
+        })
     }
 }
 
