@@ -29,6 +29,10 @@ const LOOK: Duration = Duration::from_millis(20);
 /// Let `work` use all cores: what it reports and asks goes through the calling thread, the only one that
 /// may call `watch`.
 pub fn on_all_cores<T: Send>(watch: &dyn Watch, work: impl FnOnce(&dyn Watch) -> T + Send) -> T {
+    // A worker that waits for other workers may wait for itself; it is one of all cores already.
+    if rayon::current_thread_index().is_some() {
+        return work(watch);
+    }
     let relay = Relay { stop: AtomicBool::new(false), news: Mutex::new(None) };
     let (done, finished) = channel();
     std::thread::scope(|scope| {
@@ -68,5 +72,19 @@ impl Watch for Relay {
 
     fn cancelled(&self) -> bool {
         self.stop.load(Ordering::Relaxed)
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use rayon::prelude::*;
+
+    #[test]
+    fn workers_may_use_all_cores_too() {
+        let squares =
+            |n: usize| on_all_cores(&Quiet, |_| (0..n).into_par_iter().map(|k| k * k).sum::<usize>());
+        let sums: Vec<usize> = (0..64).into_par_iter().map(squares).collect();
+        assert_eq!(sums[63], (0..63).map(|k| k * k).sum::<usize>());
     }
 }
