@@ -70,14 +70,17 @@ fn _fit(
     let fitted = watched(py, progress, |watch| {
         let mut found = choice.fit(&recordings, &engines, &model, given.as_slice(), &options, watch)?;
         let likelihood = choice.likelihood(&recordings, &engines)?;
-        let excluded = exclude(&Target::new(&*likelihood, &model, &options.per_episode)?, &mut found);
+        let (excluded, nothing_holds) =
+            exclude(&Target::new(&*likelihood, &model, &options.per_episode)?, &mut found);
         let judge = |episodes| {
             score(&found.model, &found.values, &found.channels, episodes, &data.noise, quasi_static)
         };
         let scores = (judge(&data.training)?, judge(&data.held_out)?);
         let mut summary = summary(&data, &found, quasi_static, &scores);
         summary["excluded_by_prior"] = excluded.into();
-        summary["identifiability"] = identifiability(&found);
+        if !nothing_holds {
+            summary["identifiability"] = identifiability(&found);
+        }
         summary["likelihood"] = choice.name.as_str().into();
         summary["loss"] = choice.loss().into();
         Ok((summary, found.model.to_toml(of_model(&found).as_ref())?))
@@ -144,8 +147,8 @@ fn stated(model: &Model, start: &BTreeMap<String, f64>) -> PyResult<Vec<f64>> {
 }
 
 /// Sentences on the estimates that their priors exclude; these count as not identified from here on, and with
-/// them all others if the prior is one that the caller set: they make up for it.
-fn exclude(target: &Target<'_>, fit: &mut Fit) -> Vec<String> {
+/// them all others (`true`) if the prior is one that the caller set: they make up for it.
+fn exclude(target: &Target<'_>, fit: &mut Fit) -> (Vec<String>, bool) {
     let (mut sentences, mut all) = (vec![], false);
     for (k, estimate) in fit.estimates.iter_mut().enumerate() {
         let (z, information) = (fit.point[k], fit.information[(k, k)]);
@@ -158,7 +161,7 @@ fn exclude(target: &Target<'_>, fit: &mut Fit) -> Vec<String> {
     for estimate in &mut fit.estimates {
         estimate.identified &= !all;
     }
-    sentences
+    (sentences, all)
 }
 
 fn summary(

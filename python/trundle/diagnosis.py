@@ -39,8 +39,9 @@ class Fit:
     summary : dict
         ``parameters`` (a list of name, mean, sd, unit, identifiable; what the data do not hold has no
         number), ``log_evidence``, ``converged``, ``quasi_static``, ``noise``,
-        ``identifiability`` (directions and combinations that the data hold, and how many starts agree), and
-        the figures of ``training`` and ``held_out`` episodes (SI units; None where a figure makes no sense).
+        ``identifiability`` (directions and combinations that the data hold, and how many starts agree; left
+        out where a caller's prior excludes the data), and the figures of ``training`` and ``held_out``
+        episodes (SI units; None where a figure makes no sense).
     """
 
     model: Model

@@ -26,7 +26,7 @@ def test_friction_that_gives_way_is_named_with_the_speed_at_which_it_does() -> N
 
 def test_a_name_is_refused_where_the_best_of_bad_models_predicts_nothing() -> None:
     """Friction of each joint by itself holds x, y and the turn apart, as no floor does."""
-    found = trundle.diagnose(recording("joints", feet=True, episodes=2))
+    found = trundle.diagnose(recording("joints", feet=True, episodes=4))
     assert found.verdict == "unexplained"
     assert found.missing == []
     assert found.answer["mismatch"]["windows"]

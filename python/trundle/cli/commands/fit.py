@@ -126,7 +126,8 @@ def table(summary: dict[str, Any]) -> str:
         if parameter["identifiable"]:
             value = f"{parameter['mean']:12.5g} ± {parameter['sd']:.2g} {parameter['unit']}"
         rows.append(f"  {parameter['name']:32}{value}")
-    rows += [f"  {line}" for line in spoken(summary["identifiability"])]
+    if "identifiability" in summary:
+        rows += [f"  {line}" for line in spoken(summary["identifiability"])]
     for part in ("training", "held_out"):
         rows += [
             f"  {part} {key}: {value:.5g}"
