@@ -4,7 +4,7 @@ use std::collections::BTreeMap;
 use std::path::PathBuf;
 
 use pyo3::prelude::*;
-use trundle_infer::{Fit, FitOptions, Optimiser, Target, score};
+use trundle_infer::{Fit, FitOptions, Optimiser, score};
 use trundle_model::{Model, ModelError, Posterior, PriorFile, Slot};
 use trundle_record::{Dataset, prepare};
 
@@ -69,15 +69,13 @@ fn _fit(
     let quasi_static = choice.quasi_static(&recordings);
     let fitted = watched(py, progress, |watch| {
         let mut found = choice.fit(&recordings, &engines, &model, given.as_slice(), &options, watch)?;
-        let likelihood = choice.likelihood(&recordings, &engines)?;
-        let (excluded, nothing_holds) =
-            exclude(&Target::new(&*likelihood, &model, &options.per_episode)?, &mut found);
+        let nothing_holds = exclude(&mut found);
         let judge = |episodes| {
             score(&found.model, &found.values, &found.channels, episodes, &data.noise, quasi_static)
         };
         let scores = (judge(&data.training)?, judge(&data.held_out)?);
         let mut summary = summary(&data, &found, quasi_static, &scores);
-        summary["excluded_by_prior"] = excluded.into();
+        summary["excluded_by_prior"] = found.strained.iter().map(ToString::to_string).collect();
         if !nothing_holds {
             summary["identifiability"] = identifiability(&found);
         }
@@ -146,22 +144,15 @@ fn stated(model: &Model, start: &BTreeMap<String, f64>) -> PyResult<Vec<f64>> {
     slots.iter().map(one).collect()
 }
 
-/// Sentences on the estimates that their priors exclude; these count as not identified from here on, and with
-/// them all others (`true`) if the prior is one that the caller set: they make up for it.
-fn exclude(target: &Target<'_>, fit: &mut Fit) -> (Vec<String>, bool) {
-    let (mut sentences, mut all) = (vec![], false);
-    for (k, estimate) in fit.estimates.iter_mut().enumerate() {
-        let (z, information) = (fit.point[k], fit.information[(k, k)]);
-        if let Some(strain) = target.coordinates().strain(target.parameter(k), z, information) {
-            estimate.identified = false;
-            all |= target.model().priors.contains_key(&strain.name);
-            sentences.push(trundle_infer::Strain { name: estimate.name.clone(), ..strain }.to_string());
-        }
-    }
+/// Whether a prior that the caller set excludes the data. Then no estimate counts as identified: the others make
+/// up for the one that is held back.
+fn exclude(fit: &mut Fit) -> bool {
+    let base = |name: &str| name.split('[').next().unwrap_or(name).to_owned();
+    let all = fit.strained.iter().any(|strain| fit.model.priors.contains_key(&base(&strain.name)));
     for estimate in &mut fit.estimates {
         estimate.identified &= !all;
     }
-    (sentences, all)
+    all
 }
 
 fn summary(

@@ -19,6 +19,7 @@ True
 from __future__ import annotations
 
 import os
+from abc import ABC, abstractmethod
 from dataclasses import dataclass, replace
 from typing import Literal, TypeAlias
 
@@ -247,7 +248,7 @@ def r2(predicted: ArrayLike, after: ArrayLike) -> float:
     return _native._r2(states, truth)
 
 
-class _Learner:
+class _Learner(ABC):
     """What predicts and is scored."""
 
     def predict(self, before: ArrayLike, wrench: ArrayLike, dt: ArrayLike) -> Floats:
@@ -268,8 +269,9 @@ class _Learner:
         """
         return self._predict(*_inputs(before, wrench, dt))
 
+    @abstractmethod
     def _predict(self, before: Floats, wrench: Floats, dt: Floats) -> Floats:
-        raise NotImplementedError
+        """Predict from arrays that are checked."""
 
     def score(self, test: Transitions) -> float:
         """Return `r2` of the predictions of `test`."""

@@ -2,7 +2,7 @@
 //! [`Coordinates`], some parameters shared by all episodes and some each episode's own (eq. 6).
 
 use crate::coordinates::within_reach;
-use crate::{Coordinates, InferError, Likelihood, Linearised, Pull};
+use crate::{Coordinates, InferError, Likelihood, Linearised};
 use std::collections::BTreeSet;
 use trundle_model::{Model, Slot};
 
@@ -41,9 +41,8 @@ pub struct Target<'a> {
     parts: Vec<Part<'a>>,
     places: Vec<Place>,
     episodes: Vec<String>,
-    /// Places on the body that the footprint restricts: the index among [`Coordinates::footings`], and which
-    /// coordinates they have, `None` where one is given.
-    standing: Vec<(usize, [Option<usize>; 2])>,
+    /// Places on the body that the footprint restricts.
+    standing: Standing,
 }
 
 enum Part<'a> {
@@ -142,38 +141,13 @@ impl<'a> Target<'a> {
 
     /// −log prior density of `z`.
     pub fn prior_cost(&self, z: &[f64]) -> f64 {
-        let apart = |(p, &z): (&Place, &f64)| self.coordinates.prior_cost_of(p.parameter, z);
-        let pulls = self.pulls(z).map(|(_, pull)| pull.cost);
-        self.places.iter().zip(z).map(apart).chain(pulls).sum()
+        self.prior(z).cost
     }
 
     /// −log prior density at `z` with its derivatives.
     pub fn prior(&self, z: &[f64]) -> Linearised {
-        let mut prior = Linearised::sum(z.len(), []);
-        prior.cost = self.prior_cost(z);
-        for (k, place) in self.places.iter().enumerate() {
-            let precision = self.coordinates.prior_precision(place.parameter);
-            prior.gradient[k] += precision * z[k];
-            prior.curvature[(k, k)] += precision;
-        }
-        for (at, pull) in self.pulls(z) {
-            let ends = || at.into_iter().zip(pull.slopes).filter_map(|(k, slope)| Some((k?, slope)));
-            for (i, a) in ends() {
-                prior.gradient[i] += pull.residual * a;
-                for (j, b) in ends() {
-                    prior.curvature[(i, j)] += a * b;
-                }
-            }
-        }
-        prior
-    }
-
-    /// The footprint's part in the prior of each place on the body.
-    fn pulls(&self, z: &[f64]) -> impl Iterator<Item = ([Option<usize>; 2], Pull)> {
-        self.standing.iter().map(move |&(footing, at)| {
-            let point = at.map(|k| k.map_or(0.0, |k| z[k]));
-            (at, self.coordinates.pull(&self.coordinates.footings()[footing], point))
-        })
+        let parameters: Vec<usize> = self.places.iter().map(|p| p.parameter).collect();
+        prior_of(&self.coordinates, &parameters, &self.standing, z)
     }
 
     /// Values of all slots, and slopes of the free ones by their `z`, in the part `part`.
@@ -241,6 +215,38 @@ impl Density for Target<'_> {
     }
 }
 
+/// Footings by index, with the coordinates that each has, `None` where one is given.
+pub(crate) type Standing = Vec<(usize, [Option<usize>; 2])>;
+
+/// −log prior density of `z`, each coordinate the parameter named for it, with its derivatives.
+pub(crate) fn prior_of(
+    coordinates: &Coordinates,
+    parameters: &[usize],
+    standing: &Standing,
+    z: &[f64],
+) -> Linearised {
+    let mut prior = Linearised::sum(z.len(), []);
+    for (k, &parameter) in parameters.iter().enumerate() {
+        let precision = coordinates.prior_precision(parameter);
+        prior.cost += coordinates.prior_cost_of(parameter, z[k]);
+        prior.gradient[k] += precision * z[k];
+        prior.curvature[(k, k)] += precision;
+    }
+    for &(footing, at) in standing {
+        let point = at.map(|k| k.map_or(0.0, |k| z[k]));
+        let pull = coordinates.pull(&coordinates.footings()[footing], point);
+        let ends = || at.into_iter().zip(pull.slopes).filter_map(|(k, slope)| Some((k?, slope)));
+        prior.cost += pull.cost;
+        for (i, a) in ends() {
+            prior.gradient[i] += pull.residual * a;
+            for (j, b) in ends() {
+                prior.curvature[(i, j)] += a * b;
+            }
+        }
+    }
+    prior
+}
+
 /// Which free parameters each episode has its own of.
 fn own(coordinates: &Coordinates, per_episode: &BTreeSet<String>) -> Result<BTreeSet<usize>, InferError> {
     let names: Vec<&str> = (0..coordinates.free().len()).map(|k| coordinates.slot(k).name.as_str()).collect();
@@ -265,11 +271,7 @@ fn places(parameters: usize, own: &BTreeSet<usize>, episodes: usize) -> Vec<Plac
 }
 
 /// The coordinates of each place that the footprint restricts, once for each episode that has its own of one.
-fn standing(
-    coordinates: &Coordinates,
-    places: &[Place],
-    episodes: usize,
-) -> Vec<(usize, [Option<usize>; 2])> {
+fn standing(coordinates: &Coordinates, places: &[Place], episodes: usize) -> Standing {
     let mut found = BTreeSet::new();
     for (index, footing) in coordinates.footings().iter().enumerate() {
         for part in 0..episodes.max(1) {

@@ -1,5 +1,6 @@
 //! What a push said, as a quadratic in `z`: the information form of a Gaussian.
 
+use crate::target::prior_of;
 use crate::{Coordinates, InferError, Likelihood};
 use nalgebra::{DMatrix, DVector};
 use trundle_model::Model;
@@ -35,27 +36,13 @@ impl Quadratic {
         Ok(Self { at: z.clone(), cost, gradient: at.gradient.component_mul(&slopes), curvature })
     }
 
-    /// The prior's at `z`, exact but for the footprint's part.
+    /// The prior's at `z`, exact.
     pub fn of_prior(coordinates: &Coordinates, z: &DVector<f64>) -> Self {
-        let n = z.len();
-        let precision = DVector::from_fn(n, |k, _| coordinates.prior_precision(k));
-        let mut prior = Self {
-            at: z.clone(),
-            cost: coordinates.prior_cost(z.as_slice()),
-            gradient: precision.component_mul(z),
-            curvature: DMatrix::from_diagonal(&precision),
-        };
-        for footing in coordinates.footings() {
-            let places = coordinates.coordinates_of(footing);
-            let pull = coordinates.pull(footing, places.map(|k| k.map_or(0.0, |k| z[k])));
-            for (a, i) in places.iter().enumerate().filter_map(|(a, i)| Some((a, (*i)?))) {
-                prior.gradient[i] += pull.residual * pull.slopes[a];
-                for (b, j) in places.iter().enumerate().filter_map(|(b, j)| Some((b, (*j)?))) {
-                    prior.curvature[(i, j)] += pull.slopes[a] * pull.slopes[b];
-                }
-            }
-        }
-        prior
+        let parameters: Vec<usize> = (0..z.len()).collect();
+        let footings = coordinates.footings().iter().enumerate();
+        let standing = footings.map(|(k, footing)| (k, coordinates.coordinates_of(footing))).collect();
+        let prior = prior_of(coordinates, &parameters, &standing, z.as_slice());
+        Self { at: z.clone(), cost: prior.cost, gradient: prior.gradient, curvature: prior.curvature }
     }
 
     /// Value and gradient at `z`.
