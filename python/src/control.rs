@@ -100,7 +100,7 @@ impl PyPlanner {
         grasp: [f64; 2],
     ) -> PyResult<Bound<'py, PyArray2<f64>>> {
         let plant = model.model.resolved().map_err(refused)?;
-        let task = Task { state: State { pose, twist }, goal, grasp };
+        let task = Task { state: State::moving(pose, twist), goal, grasp };
         let actions: Vec<f64> = run(py, || {
             let plan = self.planner.plan(&plant, &task)?;
             Ok::<_, ControlError>(plan.iter().flatten().copied().collect())

@@ -111,7 +111,7 @@ impl PyModel {
         if !pose0.iter().chain(&twist0).chain([&contact]).all(|value| value.is_finite()) {
             return Err(refused("pose0, twist0 and contact must be finite"));
         }
-        let start = State { pose: pose0, twist: twist0 };
+        let start = State::moving(pose0, twist0);
         let motion = run(py, || Ok::<_, String>(roll(&plant, start, &t, &wrench, contact)))?;
         let rows = |of: fn(&State<f64>) -> [f64; 3]| {
             let flat = motion.iter().flat_map(of).collect();
@@ -187,7 +187,7 @@ fn roll(
         for step in 0..steps as usize {
             let middle = (step as f64 + 0.5) / steps;
             let mean = [0, 1, 2].map(|k| ends[0][k] + middle * (ends[1][k] - ends[0][k]));
-            let clock = Clock { since_contact: times[0] + step as f64 * dt - contact };
+            let clock = Clock::since_contact(times[0] + step as f64 * dt - contact);
             state = plant.step(&state, mean, clock, dt);
         }
         motion.push(state);

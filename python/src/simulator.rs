@@ -76,7 +76,7 @@ impl Stepper for Simulator {
             for (step, drive) in inputs.iter().enumerate() {
                 state = self.step(py, &state, drive, &values).map_err(|reason| StepError { step, reason })?;
                 let [x, y, theta, vx, vy, spin] = state;
-                states.push(State { pose: [x, y, theta], twist: [vx, vy, spin] });
+                states.push(State::moving([x, y, theta], [vx, vy, spin]));
             }
             Ok(states)
         })

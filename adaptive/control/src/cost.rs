@@ -161,8 +161,8 @@ mod tests {
     #[test]
     fn effort_and_speed_beyond_the_limit_cost_more() {
         let cost = Cost::default();
-        let fast = State { pose: GOAL, twist: [0.0, 2.0 * cost.speed_limit, 0.0] };
-        let slow = State { pose: GOAL, twist: [0.0, cost.speed_limit, 0.0] };
+        let fast = State::moving(GOAL, [0.0, 2.0 * cost.speed_limit, 0.0]);
+        let slow = State::moving(GOAL, [0.0, cost.speed_limit, 0.0]);
         assert!((cost.running(&fast, &GOAL, [0.0; 3]) - cost.excess).abs() < 1e-12);
         assert_eq!(cost.running(&slow, &GOAL, [0.0; 3]), 0.0);
         assert!((cost.running(&slow, &GOAL, [1.0, 0.0, -1.0]) - 2.0 * cost.effort).abs() < 1e-12);

@@ -121,7 +121,7 @@ fn rollout(settings: &Settings, plant: &Plant<f64>, task: &Task, plan: &[[f64; 3
     let [x, y] = task.grasp;
     let reach = settings.reach();
     let mut state: State<f64> = task.state;
-    let mut clock = Clock { since_contact: 0.0 };
+    let mut clock = Clock::since_contact(0.0);
     let mut sum = 0.0;
     for action in plan {
         let applied = transport(*action, [x, y, 0.0]);
@@ -167,7 +167,7 @@ mod tests {
         for _ in 0..(seconds / 0.05) as usize {
             let action = planner.plan(&plant, &task).unwrap()[0];
             let applied = transport(action, [task.grasp[0], task.grasp[1], 0.0]);
-            task.state = plant.step(&task.state, applied, Clock { since_contact: 0.0 }, 0.05);
+            task.state = plant.step(&task.state, applied, Clock::since_contact(0.0), 0.05);
             planner.advance(0.05).unwrap();
         }
         task.state
@@ -175,7 +175,7 @@ mod tests {
 
     #[test]
     fn replanned_pushes_bring_a_table_to_its_goal_and_stop_there() {
-        let State { pose, twist } = driven(5.0);
+        let State { pose, twist, .. } = driven(5.0);
         let [x, y, theta] = task().goal;
         assert!((pose[0] - x).hypot(pose[1] - y) < 0.02, "{pose:?}");
         assert!((pose[2] - theta).abs() < 0.04, "{pose:?}");
@@ -233,7 +233,7 @@ mod tests {
 
     #[test]
     fn a_motion_that_runs_away_is_an_error() {
-        let far = Task { state: State { pose: [0.0; 3], twist: [1e308; 3] }, ..task() };
+        let far = Task { state: State::moving([0.0; 3], [1e308; 3]), ..task() };
         let mut planner = Planner::new(settings(), 0).unwrap();
         assert_eq!(planner.plan(&table(1.0), &far), Err(ControlError::Diverged { samples: 256 }));
     }

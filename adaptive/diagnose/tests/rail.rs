@@ -40,10 +40,11 @@ fn episode(name: &str, seed: u64) -> Prepared {
             wrench.push(WrenchSample { t, reading: [force + 3.0 + normal(1.0), 0.0, 0.0], frame: [0.0; 3] });
             pose.push(PoseSample { t, pose: [state.pose[0] + normal(1e-4), 0.0, 0.0] });
         }
-        state = plant.step(&state, [force, 0.0, 0.0], Clock { since_contact: t }, 1e-3);
+        state = plant.step(&state, [force, 0.0, 0.0], Clock::since_contact(t), 1e-3);
     }
     let (contact, counts) = (0.0, Counts::default());
     Prepared {
+        ordinal: 0,
         name: name.to_owned(),
         wrench,
         pose,

@@ -4,16 +4,22 @@
 //! The state is pose, twist and the error of the wrench reading. That error starts as the
 //! tare's and may wander: its smoothed course is the wrench that the model misses.
 
-use crate::{Channels, Track, track::Step};
+use crate::curve::Curve;
+use crate::{Channels, InferError, Track, track::Step};
 use nalgebra::{Matrix3, SMatrix, SVector, Vector3};
-use trundle_model::{Dual, Plant, Real, State, transport};
+use trundle_model::{Dual, INNER, Inner, Model, Plant, Real, State, transport};
 
 /// Pose, twist and wrench error.
-const N: usize = 9;
+const PLAIN: usize = 9;
+/// The same, and the laws' own states.
+pub(crate) const STATES: usize = PLAIN + INNER;
 /// Pose and twist.
 const MOTION: usize = 6;
-type Matrix = SMatrix<f64, N, N>;
-type Vector = SVector<f64, N>;
+type Matrix<const N: usize> = SMatrix<f64, N, N>;
+type Vector<const N: usize> = SVector<f64, N>;
+
+/// Beginning of an episode by which the laws' own starting states are chosen, s.
+const BEGINNING: f64 = 1.0;
 
 /// What one pose sample said.
 #[derive(Clone, Debug)]
@@ -25,7 +31,7 @@ pub struct Innovation {
     /// Its covariance.
     pub covariance: Matrix3<f64>,
     /// Filter gain: what the sample moves in the state.
-    pub gain: SMatrix<f64, N, 3>,
+    pub gain: SMatrix<f64, STATES, 3>,
     /// Inverse of the Cholesky factor of the covariance; rows of blocked directions are zero.
     pub whitener: Matrix3<f64>,
     /// −log density of the sample.
@@ -47,74 +53,92 @@ pub struct Residual {
     pub covariance: Matrix3<f64>,
 }
 
-struct Belief {
-    mean: Vector,
-    covariance: Matrix,
+#[derive(Clone)]
+struct Belief<const N: usize> {
+    mean: Vector<N>,
+    covariance: Matrix<N>,
 }
 
 /// One prediction, kept for smoothing.
-struct Stage {
-    transition: Matrix,
-    predicted: Belief,
-    filtered: Belief,
+struct Stage<const N: usize> {
+    transition: Matrix<N>,
+    predicted: Belief<N>,
+    filtered: Belief<N>,
     frame: [f64; 3],
     t: f64,
 }
 
-/// Filters one episode with one plant.
-pub(crate) struct Filter<'a> {
-    pub plant: Plant<Dual<N>>,
-    pub channels: &'a Channels,
-    pub dof: [bool; 3],
+/// What a filter found along an episode.
+pub(crate) struct Passage {
+    /// Of every pose sample, in order.
+    pub innovations: Vec<Innovation>,
+    /// The laws' own states that it started from.
+    pub inner: [f64; INNER],
 }
 
-impl Filter<'_> {
-    /// The innovation of every pose sample, in order; `None` where a number is not finite.
-    pub fn run(&self, track: &Track) -> Option<Vec<Innovation>> {
+/// Filters episodes with one plant. `None` where a number is not finite.
+pub(crate) trait Filtering: Sync {
+    /// The innovation of every pose sample.
+    fn run(&self, track: &Track) -> Option<Passage>;
+    /// The wrench error at every pose sample, given the whole episode (Rauch-Tung-Striebel).
+    fn smooth(&self, track: &Track) -> Option<Vec<Residual>>;
+    /// The density of every pose sample as predicted from the track's start alone.
+    fn predict_only(&self, track: &Track) -> Option<Vec<Innovation>>;
+}
+
+/// The filter for a model at values.
+pub(crate) fn filter<'a>(
+    model: &Model,
+    values: &[f64],
+    channels: &'a Channels,
+) -> Result<Box<dyn Filtering + 'a>, InferError> {
+    let inner = model.inner();
+    if inner.is_empty() {
+        return Ok(Box::new(Filter::<PLAIN>::new(model, values, channels, inner)?));
+    }
+    Ok(Box::new(Filter::<STATES>::new(model, values, channels, inner)?))
+}
+
+/// Filters with `N` states.
+struct Filter<'a, const N: usize> {
+    plant: Plant<Dual<N>>,
+    channels: &'a Channels,
+    dof: [bool; 3],
+    inner: Vec<Inner>,
+}
+
+impl<const N: usize> Filtering for Filter<'_, N> {
+    fn run(&self, track: &Track) -> Option<Passage> {
+        let inner = self.inner_start(track)?;
         let mut innovations = Vec::with_capacity(track.observations());
-        let mut belief = self.begin(track);
-        let mut t = track.start;
-        for step in &track.steps {
-            (belief, _) = self.predict(&belief, step);
-            t += step.dt;
-            if let Some(seen) = step.pose {
-                let innovation = self.observe(&belief, t, seen)?;
-                belief = self.update(belief, &innovation);
-                innovations.push(innovation);
-            }
-        }
-        Some(innovations)
+        self.walk(track, &inner, f64::INFINITY, |_, _, seen| innovations.extend(seen.cloned()))?;
+        Some(Passage { innovations, inner })
     }
 
-    /// The wrench error at every pose sample, given the whole episode (Rauch-Tung-Striebel).
-    pub fn smooth(&self, track: &Track) -> Option<Vec<Residual>> {
-        let mut stages: Vec<Stage> = Vec::with_capacity(track.steps.len());
-        let mut belief = self.begin(track);
+    fn smooth(&self, track: &Track) -> Option<Vec<Residual>> {
+        let mut stages: Vec<Stage<N>> = Vec::with_capacity(track.steps.len());
+        let inner = self.inner_start(track)?;
+        let mut belief = self.begin(track, &inner);
         let mut t = track.start;
         for step in &track.steps {
-            let (predicted, transition) = self.predict(&belief, step);
+            let (predicted, transition) = self.predict(&belief, step, &track.curve);
             t += step.dt;
             let filtered = match step.pose {
-                Some(seen) => {
-                    let innovation = self.observe(&predicted, t, seen)?;
-                    let copy = Belief { mean: predicted.mean, covariance: predicted.covariance };
-                    self.update(copy, &innovation)
-                }
-                None => Belief { mean: predicted.mean, covariance: predicted.covariance },
+                Some(seen) => self.update(predicted.clone(), &self.observe(&predicted, t, seen)?),
+                None => predicted.clone(),
             };
-            belief = Belief { mean: filtered.mean, covariance: filtered.covariance };
+            belief = filtered.clone();
             stages.push(Stage { transition, predicted, filtered, frame: step.frame, t });
         }
         Some(backward(stages))
     }
 
-    /// The density of every pose sample as predicted from the track's start alone.
-    pub fn predict_only(&self, track: &Track) -> Option<Vec<Innovation>> {
-        let mut belief = self.begin(track);
+    fn predict_only(&self, track: &Track) -> Option<Vec<Innovation>> {
+        let mut belief = self.begin(track, &self.inner_start(track)?);
         let mut t = track.start;
         let mut predictions = Vec::with_capacity(track.observations());
         for step in &track.steps {
-            (belief, _) = self.predict(&belief, step);
+            (belief, _) = self.predict(&belief, step, &track.curve);
             t += step.dt;
             if let Some(seen) = step.pose {
                 predictions.push(self.observe(&belief, t, seen)?);
@@ -122,8 +146,71 @@ impl Filter<'_> {
         }
         Some(predictions)
     }
+}
 
-    fn begin(&self, track: &Track) -> Belief {
+impl<'a, const N: usize> Filter<'a, N> {
+    fn new(
+        model: &Model,
+        values: &[f64],
+        channels: &'a Channels,
+        inner: Vec<Inner>,
+    ) -> Result<Self, InferError> {
+        let lifted: Vec<_> = values.iter().map(|&v| Real::lift(v)).collect();
+        Ok(Self { plant: model.plant(&lifted)?, channels, dof: model.dof, inner })
+    }
+
+    /// Filter up to a time after the start, showing each belief before it is corrected.
+    fn walk(
+        &self,
+        track: &Track,
+        inner: &[f64; INNER],
+        until: f64,
+        mut show: impl FnMut(f64, &Belief<N>, Option<&Innovation>),
+    ) -> Option<()> {
+        let mut belief = self.begin(track, inner);
+        let mut t = track.start;
+        for step in &track.steps {
+            (belief, _) = self.predict(&belief, step, &track.curve);
+            t += step.dt;
+            if t > until {
+                break;
+            }
+            if let Some(seen) = step.pose {
+                let innovation = self.observe(&belief, t, seen)?;
+                show(t, &belief, Some(&innovation));
+                belief = self.update(belief, &innovation);
+            }
+        }
+        Some(())
+    }
+
+    /// The laws' own starting states that the episode's beginning fits best, of all that they offer.
+    fn inner_start(&self, track: &Track) -> Option<[f64; INNER]> {
+        let mut offers = vec![[0.0; INNER]];
+        for (k, inner) in self.inner.iter().enumerate() {
+            let with = |offer: &[f64; INNER], start: f64| {
+                let mut offer = *offer;
+                offer[k] = start;
+                offer
+            };
+            offers = offers.iter().flat_map(|o| inner.starts.iter().map(move |&s| with(o, s))).collect();
+        }
+        if offers.len() < 2 {
+            return offers.first().copied();
+        }
+        let contact = track.steps.first().map_or(0.0, |s| s.clock.t - s.clock.since_contact);
+        let until = contact.max(track.start) + BEGINNING;
+        let cost = |offer: &[f64; INNER]| {
+            let mut cost = 0.0;
+            let walked = self.walk(track, offer, until, |_, _, seen| cost += seen.map_or(0.0, |i| i.cost));
+            walked.map_or(f64::INFINITY, |()| cost)
+        };
+        let costs: Vec<f64> = offers.iter().map(cost).collect();
+        let best = (0..offers.len()).min_by(|&a, &b| costs[a].total_cmp(&costs[b]))?;
+        Some(offers[best])
+    }
+
+    fn begin(&self, track: &Track, inner: &[f64; INNER]) -> Belief<N> {
         let ((pose, pose_var), (twist, twist_var)) = (track.pose, track.twist);
         let mut mean = Vector::zeros();
         let mut covariance = Matrix::zeros();
@@ -132,17 +219,25 @@ impl Filter<'_> {
             (covariance[(k, k)], covariance[(k + 3, k + 3)]) = (pose_var[k], twist_var[k]);
             covariance[(k + 6, k + 6)] = track.tare[k];
         }
+        for (k, own) in self.inner.iter().enumerate() {
+            mean[PLAIN + k] = inner[k];
+            covariance[(PLAIN + k, PLAIN + k)] = own.sd * own.sd;
+        }
         Belief { mean, covariance }
     }
 
-    fn predict(&self, belief: &Belief, step: &Step) -> (Belief, Matrix) {
+    fn predict(&self, belief: &Belief<N>, step: &Step, curve: &Curve) -> (Belief<N>, Matrix<N>) {
         let variable = |k: usize| Dual::<N>::variable(belief.mean[k], k);
-        let state = State { pose: [0, 1, 2].map(variable), twist: [3, 4, 5].map(variable) };
+        let mut state = State::moving([0, 1, 2].map(variable), [3, 4, 5].map(variable));
+        for (k, own) in state.inner.iter_mut().take(N - PLAIN).enumerate() {
+            *own = variable(PLAIN + k);
+        }
         let error = [6, 7, 8].map(variable);
-        let after = push(&self.plant, &state, error, step);
+        let after = push(&self.plant, &state, error, step, curve);
         let mut transition = Matrix::identity();
         let mut mean = belief.mean;
-        for (row, value) in after.pose.iter().chain(&after.twist).enumerate() {
+        let rows = (0..MOTION).chain(PLAIN..N);
+        for (row, value) in rows.zip(after.pose.iter().chain(&after.twist).chain(&after.inner)) {
             mean[row] = value.re;
             for column in 0..N {
                 transition[(row, column)] = value.eps[column];
@@ -153,9 +248,10 @@ impl Filter<'_> {
             let reading = self.channels.reading[k];
             let variance = reading * reading * step.thinning;
             // The reading's noise enters as its error does.
-            let input: SVector<f64, MOTION> = transition.fixed_view::<MOTION, 1>(0, k + MOTION).into_owned();
-            for column in 0..MOTION {
-                for row in 0..MOTION {
+            let mut input: Vector<N> = transition.column(k + MOTION).into_owned();
+            input.fixed_rows_mut::<3>(MOTION).fill(0.0);
+            for column in 0..N {
+                for row in 0..N {
                     covariance[(row, column)] += input[row] * (variance * input[column]);
                 }
             }
@@ -164,7 +260,7 @@ impl Filter<'_> {
         (Belief { mean, covariance }, transition)
     }
 
-    fn observe(&self, belief: &Belief, t: f64, seen: [f64; 3]) -> Option<Innovation> {
+    fn observe(&self, belief: &Belief<N>, t: f64, seen: [f64; 3]) -> Option<Innovation> {
         let mut covariance: Matrix3<f64> = belief.covariance.fixed_view::<3, 3>(0, 0).into_owned();
         let mut error = Vector3::zeros();
         for k in 0..3 {
@@ -177,7 +273,9 @@ impl Filter<'_> {
         }
         let factor = covariance.cholesky()?;
         let mut whitener = factor.l().try_inverse()?;
-        let gain = belief.covariance.fixed_view::<N, 3>(0, 0) * factor.inverse();
+        let mut gain = SMatrix::<f64, STATES, 3>::zeros();
+        let own = belief.covariance.fixed_view::<N, 3>(0, 0) * factor.inverse();
+        gain.fixed_view_mut::<N, 3>(0, 0).copy_from(&own);
         let whitened = whitener * error;
         let mut cost = 0.5 * whitened.norm_squared();
         for k in 0..3 {
@@ -190,12 +288,13 @@ impl Filter<'_> {
         cost.is_finite().then_some(Innovation { t, error, covariance, gain, whitener, cost })
     }
 
-    fn update(&self, belief: Belief, innovation: &Innovation) -> Belief {
-        let mean = belief.mean + innovation.gain * innovation.error;
-        let (gain, prior) = (&innovation.gain, &belief.covariance);
+    fn update(&self, belief: Belief<N>, innovation: &Innovation) -> Belief<N> {
+        let gain = innovation.gain.fixed_view::<N, 3>(0, 0).into_owned();
+        let mean = belief.mean + gain * innovation.error;
+        let prior = &belief.covariance;
         // Joseph's form (I − KH) P (I − KH)ᵀ + K R Kᵀ stays positive. H takes the pose out of the state, so that
         // its products are of three columns.
-        let kept = minus(prior, gain, &prior.fixed_view::<N, 3>(0, 0).into_owned());
+        let kept = minus(prior, &gain, &prior.fixed_view::<N, 3>(0, 0).into_owned());
         let mut pose: SMatrix<f64, N, 3> = kept.fixed_view::<N, 3>(0, 0).into_owned();
         for k in 0..3 {
             let variance = self.channels.pose[k] * self.channels.pose[k];
@@ -203,13 +302,13 @@ impl Filter<'_> {
                 pose[(row, k)] -= gain[(row, k)] * variance;
             }
         }
-        Belief { mean, covariance: symmetric(&minus(&kept, &pose, gain)) }
+        Belief { mean, covariance: symmetric(&minus(&kept, &pose, &gain)) }
     }
 }
 
 /// The mean of a matrix and its transpose: rounding makes a covariance lopsided, and over a minute that grows
 /// until it is none.
-fn symmetric(a: &Matrix) -> Matrix {
+fn symmetric<const N: usize>(a: &Matrix<N>) -> Matrix<N> {
     let mut even = *a;
     for column in 0..N {
         for row in 0..column {
@@ -220,38 +319,35 @@ fn symmetric(a: &Matrix) -> Matrix {
     even
 }
 
-/// `F P Fᵀ`, where the last three rows of `F` are the identity's: a reading's error stays what it is.
-fn moved(transition: &Matrix, covariance: &Matrix) -> Matrix {
-    let mut half = *covariance;
+/// `F P Fᵀ`, where three rows of `F` are the identity's: a reading's error stays what it is.
+fn moved<const N: usize>(transition: &Matrix<N>, covariance: &Matrix<N>) -> Matrix<N> {
+    let mut half = Matrix::<N>::zeros();
     for column in 0..N {
-        let mut sum = [0.0; MOTION];
+        let mut sum = [0.0; N];
         for k in 0..N {
             let by = covariance[(k, column)];
             for (row, sum) in sum.iter_mut().enumerate() {
                 *sum += transition[(row, k)] * by;
             }
         }
-        half.fixed_view_mut::<MOTION, 1>(0, column).copy_from_slice(&sum);
+        half.column_mut(column).copy_from_slice(&sum);
     }
     let mut product = half;
-    for column in 0..MOTION {
-        let mut sum = [0.0; MOTION];
+    for column in (0..MOTION).chain(PLAIN..N) {
+        let mut sum = [0.0; N];
         for k in 0..N {
             let by = transition[(column, k)];
             for (row, sum) in sum.iter_mut().enumerate() {
                 *sum += half[(row, k)] * by;
             }
         }
-        product.fixed_view_mut::<MOTION, 1>(0, column).copy_from_slice(&sum);
-        for error in MOTION..N {
-            product[(error, column)] = half[(column, error)];
-        }
+        product.column_mut(column).copy_from_slice(&sum);
     }
     product
 }
 
 /// `A − B Cᵀ`.
-fn minus(a: &Matrix, b: &SMatrix<f64, N, 3>, c: &SMatrix<f64, N, 3>) -> Matrix {
+fn minus<const N: usize>(a: &Matrix<N>, b: &SMatrix<f64, N, 3>, c: &SMatrix<f64, N, 3>) -> Matrix<N> {
     let mut difference = *a;
     for column in 0..N {
         for k in 0..3 {
@@ -266,15 +362,22 @@ fn minus(a: &Matrix, b: &SMatrix<f64, N, 3>, c: &SMatrix<f64, N, 3>) -> Matrix {
 
 /// One step of a plant under a reading with an error.
 #[inline]
-pub(crate) fn push<T: Real>(plant: &Plant<T>, state: &State<T>, error: [T; 3], step: &Step) -> State<T> {
-    let reading = [0, 1, 2].map(|k| -error[k] + step.reading[k]);
+pub(crate) fn push<T: Real>(
+    plant: &Plant<T>,
+    state: &State<T>,
+    error: [T; 3],
+    step: &Step,
+    curve: &Curve,
+) -> State<T> {
+    let read = step.reading(curve, plant.delay());
+    let reading = [0, 1, 2].map(|k| read[k] - error[k]);
     let applied = transport(plant.correct(reading, step.clock), step.frame);
     plant.step(state, applied, step.clock, step.dt)
 }
 
-fn backward(stages: Vec<Stage>) -> Vec<Residual> {
+fn backward<const N: usize>(stages: Vec<Stage<N>>) -> Vec<Residual> {
     let mut residuals = Vec::with_capacity(stages.len());
-    let mut next: Option<(Belief, Belief, Matrix)> = None;
+    let mut next: Option<(Belief<N>, Belief<N>, Matrix<N>)> = None;
     for stage in stages.into_iter().rev() {
         let Stage { transition, predicted, filtered, frame, t } = stage;
         let smoothed = match next {
@@ -294,9 +397,9 @@ fn backward(stages: Vec<Stage>) -> Vec<Residual> {
 }
 
 /// Inverse of a covariance whose blocked directions have no variance.
-fn inverse(covariance: &Matrix) -> Matrix {
+fn inverse<const N: usize>(covariance: &Matrix<N>) -> Matrix<N> {
     let mut scaled = *covariance;
-    let scale = Vector::from_fn(|k, _| {
+    let scale = Vector::<N>::from_fn(|k, _| {
         let variance = covariance[(k, k)];
         if variance > 0.0 { variance.sqrt().recip() } else { 0.0 }
     });
@@ -311,7 +414,7 @@ fn inverse(covariance: &Matrix) -> Matrix {
 }
 
 /// The reading's error, as the wrench on the object that the model lacks.
-fn residual(belief: &Belief, frame: [f64; 3], t: f64) -> Residual {
+fn residual<const N: usize>(belief: &Belief<N>, frame: [f64; 3], t: f64) -> Residual {
     let m = &belief.mean;
     let columns = [0, 1, 2].map(|k| {
         let mut unit = [0.0; 3];

@@ -7,12 +7,16 @@
 //! `D` the drag of the laws. σ, estimated, is what readings and laws leave over. No simulation, so no start state and
 //! no drift; but what the smoother rounds off is lost, and near a locked wheel the twist is known too badly.
 
+use crate::curve::{Curve, clock};
 use crate::likelihood::{Likelihood, Linearised};
 use crate::stretches::moves;
 use crate::{Channels, InferError, Loss};
 use nalgebra::{Matrix3, Vector3};
 use rayon::prelude::*;
-use trundle_model::{Clock, Dual, Model, ModelError, Plant, Prior, Real, Slot, State, to_body, transport};
+use std::sync::Arc;
+use trundle_model::{
+    Clock, Dual, Model, ModelError, Plant, Prior, Real, Rigid, Slot, State, to_body, transport,
+};
 use trundle_record::{Motion, Noise, Prepared};
 
 /// Derivatives carried at once.
@@ -40,6 +44,8 @@ struct Sample {
     /// Mean reading, reading axes, and the pose of these in the object frame.
     reading: [f64; 3],
     frame: [f64; 3],
+    /// All readings of its episode.
+    curve: Arc<Curve>,
 }
 
 /// Compares the wrench that a recorded motion needs with the one that was read, at poses while it moves.
@@ -102,13 +108,18 @@ impl InertialLikelihood {
 
     /// Residual and covariance of a sample; blocked directions neither count nor matter.
     fn compare<T: Real>(&self, s: &Sample, plant: &Plant<T>, scatter: [T; 2]) -> ([T; 3], [[T; 3]; 3]) {
-        let state = State { pose: s.state.pose.map(T::lift), twist: s.state.twist.map(T::lift) };
+        let state = State::moving(s.state.pose.map(T::lift), s.state.twist.map(T::lift));
         let action = plant.action(&state, s.clock);
         let spin = s.state.twist[2];
         let laws = action.wrench(to_body(state.twist, state.pose[2]));
-        let read = transport(plant.correct(s.reading.map(T::lift), s.clock), s.frame);
-        let mass = inertia(plant);
-        let [x, y] = [0, 1].map(|k| plant.mass * plant.com[k] * (-spin * spin));
+        let reading = match plant.delay() {
+            None => s.reading.map(T::lift),
+            Some(delay) => s.curve.late(s.clock.t - 0.5 * SPACING, s.clock.t + 0.5 * SPACING, delay),
+        };
+        let read = transport(plant.correct(reading, s.clock), s.frame);
+        let rigid = plant.rigid(s.clock);
+        let mass = inertia(&rigid);
+        let [x, y] = [0, 1].map(|k| rigid.mass * rigid.com[k] * (-spin * spin));
         let turning = [x, y, T::zero()];
         let residual = [0, 1, 2].map(|i| {
             let inert = (0..3).fold(turning[i], |sum, j| sum + mass[i][j] * s.accel[j]);
@@ -199,9 +210,9 @@ fn group(model: &Model, values: &[f64], scatter: [f64; 2], free: &[usize]) -> Re
 }
 
 /// Mass matrix about the object origin, object axes.
-fn inertia<T: Real>(plant: &Plant<T>) -> [[T; 3]; 3] {
-    let ([x, y], m, zero) = (plant.com, plant.mass, T::zero());
-    let polar = plant.inertia + m * (x.squared() + y.squared());
+fn inertia<T: Real>(rigid: &Rigid<T>) -> [[T; 3]; 3] {
+    let ([x, y], m, zero) = (rigid.com, rigid.mass, T::zero());
+    let polar = rigid.inertia + m * (x.squared() + y.squared());
     [[m, zero, -(m * y)], [zero, m, m * x], [-(m * y), m * x, polar]]
 }
 
@@ -272,11 +283,12 @@ impl Likelihood for InertialLikelihood {
 fn samples(index: usize, episode: &Prepared, noise: &Noise) -> Vec<Sample> {
     let mut found: Vec<Sample> = vec![];
     let mut next = episode.contact + 0.5 * SPACING;
+    let curve = Arc::new(Curve::new(episode));
     for motion in episode.motion(noise).iter().filter(|m| moves(m)) {
         if motion.t < next {
             continue;
         }
-        if let Some(sample) = sample(index, episode, motion) {
+        if let Some(sample) = sample(index, episode, &curve, motion) {
             found.push(sample);
             next = motion.t + SPACING;
         }
@@ -284,10 +296,11 @@ fn samples(index: usize, episode: &Prepared, noise: &Noise) -> Vec<Sample> {
     found
 }
 
-fn sample(index: usize, episode: &Prepared, motion: &Motion) -> Option<Sample> {
+fn sample(index: usize, episode: &Prepared, curve: &Arc<Curve>, motion: &Motion) -> Option<Sample> {
     let first = episode.wrench.partition_point(|w| w.t < motion.t - 0.5 * SPACING);
     let end = episode.wrench.partition_point(|w| w.t <= motion.t + 0.5 * SPACING);
     let near = episode.wrench.get(first..end).filter(|near| !near.is_empty())?;
+    let frame = near[near.len() / 2].frame;
     let mean = |k: usize| near.iter().map(|w| w.reading[k]).sum::<f64>() / near.len() as f64;
     let turn = |order: usize| {
         let (sin, cos) = motion.pose[2].sin_cos();
@@ -297,12 +310,13 @@ fn sample(index: usize, episode: &Prepared, motion: &Motion) -> Option<Sample> {
     };
     Some(Sample {
         episode: index,
-        state: State { pose: motion.pose, twist: motion.twist },
-        clock: Clock { since_contact: motion.t - episode.contact },
+        state: State::moving(motion.pose, motion.twist),
+        clock: clock(episode, motion.t, frame),
         accel: to_body(motion.accel, motion.pose[2]),
         covariance: [turn(2), turn(1)],
         reading: [0, 1, 2].map(mean),
-        frame: near[near.len() / 2].frame,
+        frame,
+        curve: curve.clone(),
     })
 }
 

@@ -7,6 +7,7 @@
 mod baseline;
 mod comparison;
 mod coordinates;
+mod curve;
 mod error;
 mod filter;
 mod fit;

@@ -1,10 +1,10 @@
 //! The likelihood of the motion under the recorded wrench (eq. 5, 6), by prediction errors.
 
-use crate::filter::{Filter, Innovation, Residual};
+use crate::filter::{Filtering, Innovation, Residual, filter};
 use crate::likelihood::{Likelihood, Linearised};
 use crate::{Channels, InferError, Track, sensitivity};
 use rayon::prelude::*;
-use trundle_model::{Model, Real};
+use trundle_model::Model;
 use trundle_record::{Noise, Prepared};
 
 /// Poses under a wrench whose noise drives the motion, whose tare is uncertain in each episode,
@@ -90,7 +90,8 @@ impl MotionLikelihood {
         values: &[f64],
     ) -> Result<Option<Vec<Vec<Innovation>>>, InferError> {
         let filter = self.filter(model, values)?;
-        Ok(self.tracks.par_iter().map(|t| filter.run(t)).collect())
+        let run = |track| filter.run(track).map(|passage| passage.innovations);
+        Ok(self.tracks.par_iter().map(run).collect())
     }
 
     /// The wrench that the model misses along each episode, when it is left free to wander.
@@ -102,9 +103,8 @@ impl MotionLikelihood {
         Ok(self.tracks.par_iter().map(|t| filter.smooth(t)).collect())
     }
 
-    fn filter(&self, model: &Model, values: &[f64]) -> Result<Filter<'_>, InferError> {
-        let lifted: Vec<_> = values.iter().map(|&v| Real::lift(v)).collect();
-        Ok(Filter { plant: model.plant(&lifted)?, channels: &self.channels, dof: model.dof })
+    fn filter(&self, model: &Model, values: &[f64]) -> Result<Box<dyn Filtering + '_>, InferError> {
+        filter(model, values, &self.channels)
     }
 }
 
@@ -117,12 +117,12 @@ impl Likelihood for MotionLikelihood {
     fn linearise(&self, model: &Model, values: &[f64], free: &[usize]) -> Result<Linearised, InferError> {
         let filter = self.filter(model, values)?;
         let part = |track: &Track| {
-            let Some(innovations) = filter.run(track) else {
+            let Some(passage) = filter.run(track) else {
                 let mut nowhere = Linearised::sum(free.len(), []);
                 nowhere.cost = f64::INFINITY;
                 return Ok(nowhere);
             };
-            sensitivity::linearise(model, values, free, track, &innovations)
+            sensitivity::linearise(model, values, free, track, &passage)
         };
         let parts = self.tracks.par_iter().map(part).collect::<Result<Vec<_>, InferError>>()?;
         Ok(Linearised::sum(free.len(), parts))

@@ -33,7 +33,7 @@ pub struct WrenchSample {
 
 impl WrenchSample {
     fn state<T: Real>(&self) -> State<T> {
-        State { pose: self.pose.map(T::lift), twist: self.twist.map(T::lift) }
+        State::moving(self.pose.map(T::lift), self.twist.map(T::lift))
     }
 
     /// The recorded wrench as a model's instruments explain it, object axes about the origin.

@@ -1,9 +1,11 @@
 //! Simulations of a recording, as DIAGNOSIS.md defines them: open loop, and one window ahead.
 
-use crate::filter::{Filter, Innovation};
-use crate::track::{LONGEST, Readings, Step, cut};
+use crate::curve::Curve;
+use crate::filter::{Innovation, filter, push};
+use crate::track::{LONGEST, Step, cut};
 use crate::{Channels, InferError, Track};
-use trundle_model::{Model, Plant, Real, State, transport};
+use std::sync::Arc;
+use trundle_model::{Model, Plant, State};
 use trundle_record::{Motion, Noise, Prepared};
 
 /// Poses at the times of the recorded poses, simulated from the first one, at rest, under the
@@ -16,14 +18,13 @@ pub fn open_loop(plant: &Plant<f64>, episode: &Prepared) -> Vec<[f64; 3]> {
     if episode.wrench.is_empty() {
         return vec![first.pose; episode.pose.len()];
     }
-    let readings = Readings::new(&episode.wrench);
+    let curve = Curve::new(episode);
     let mut steps: Vec<Step> = Vec::new();
     for pair in episode.pose.windows(2) {
         steps.clear();
-        cut(pair[0].t, &pair[1], &readings, episode.contact, LONGEST, &mut steps);
+        cut(pair[0].t, &pair[1], &curve, LONGEST, &mut steps);
         for step in &steps {
-            let applied = transport(plant.correct(step.reading, step.clock), step.frame);
-            state = plant.step(&state, applied, step.clock, step.dt);
+            state = push(plant, &state, [0.0; 3], step, &curve);
         }
         poses.push(state.pose);
     }
@@ -51,12 +52,12 @@ pub fn windows(
     episode: &Prepared,
     noise: &Noise,
 ) -> Result<Vec<Option<Window>>, InferError> {
-    let lifted: Vec<_> = values.iter().map(|&v| Real::lift(v)).collect();
-    let filter = Filter { plant: model.plant(&lifted)?, channels, dof: model.dof };
+    let filter = filter(model, values, channels)?;
+    let curve = Arc::new(Curve::new(episode));
     let found = starts(episode, noise).into_iter().map(|(index, motion)| {
         let end = motion.t + WINDOW;
         let count = episode.pose[index..].partition_point(|p| p.t <= end + 1e-9);
-        let track = Track::between(episode, index, index + count, &motion);
+        let track = Track::between(episode, &curve, index, index + count, &motion);
         filter.predict_only(&track).map(|samples| Window { samples })
     });
     Ok(found.collect())

@@ -1,5 +1,6 @@
 //! The figures of DIAGNOSIS.md, by which a model is judged on episodes.
 
+use crate::curve::clock;
 use crate::quasi::WrenchSample;
 use crate::rollout::{open_loop, windows};
 use crate::stretches::wrench_samples;
@@ -7,7 +8,7 @@ use crate::{Channels, InferError};
 use rayon::prelude::*;
 use serde::Serialize;
 use std::f64::consts::{PI, TAU};
-use trundle_model::{Clock, Model, Plant, State, to_body};
+use trundle_model::{Model, Plant, State, to_body};
 use trundle_record::{Motion, Noise, Prepared};
 
 /// How well a model predicts some episodes; `None` where a figure makes no sense.
@@ -133,7 +134,7 @@ impl Sums {
     /// The wrench that the seen motion needs, at every pose sample from contact on.
     fn dynamics(&mut self, plant: &Plant<f64>, dof: [bool; 3], episode: &Prepared, noise: &Noise) {
         for motion in episode.motion(noise).iter().filter(|m| m.t >= episode.contact) {
-            let Some(sample) = seen(motion, episode) else { continue };
+            let Some(sample) = seen(motion, episode, plant.delay().unwrap_or(0.0)) else { continue };
             let inertia = inertial(plant, &sample, motion.accel);
             let [force_x, force_y, torque] = shortfall(plant, &sample, motion, inertia);
             let force_y = if dof[1] { force_y } else { 0.0 };
@@ -189,11 +190,11 @@ impl Sums {
     }
 }
 
-/// What was read when a pose was seen: the mean of the readings nearest in time.
-fn seen(motion: &Motion, episode: &Prepared) -> Option<WrenchSample> {
+/// What was read of the moment when a pose was seen, `delay` seconds later: the mean of the readings nearest in time.
+fn seen(motion: &Motion, episode: &Prepared, delay: f64) -> Option<WrenchSample> {
     const NEAR: f64 = 0.02;
-    let first = episode.wrench.partition_point(|w| w.t < motion.t - NEAR);
-    let end = episode.wrench.partition_point(|w| w.t <= motion.t + NEAR);
+    let first = episode.wrench.partition_point(|w| w.t < motion.t + delay - NEAR);
+    let end = episode.wrench.partition_point(|w| w.t <= motion.t + delay + NEAR);
     let near = &episode.wrench[first..end];
     let frame = near.get(near.len() / 2)?.frame;
     let n = near.len() as f64;
@@ -204,20 +205,21 @@ fn seen(motion: &Motion, episode: &Prepared) -> Option<WrenchSample> {
         twist: motion.twist,
         reading: [0, 1, 2].map(|k| near.iter().map(|w| w.reading[k]).sum::<f64>() / n),
         frame,
-        clock: Clock { since_contact: motion.t - episode.contact },
+        clock: clock(episode, motion.t, frame),
     })
 }
 
 /// Mass times acceleration of the mass centre, as a wrench about the object origin, object axes.
 fn inertial(plant: &Plant<f64>, sample: &WrenchSample, accel: [f64; 3]) -> [f64; 3] {
-    let [cx, cy] = plant.com;
+    let rigid = plant.rigid(sample.clock);
+    let [cx, cy] = rigid.com;
     let [ax, ay, spin_up] = to_body(accel, sample.pose[2]);
     let spin = sample.twist[2];
     let (fx, fy) = (
-        plant.mass * (ax - spin_up * cy - spin * spin * cx),
-        plant.mass * (ay + spin_up * cx - spin * spin * cy),
+        rigid.mass * (ax - spin_up * cy - spin * spin * cx),
+        rigid.mass * (ay + spin_up * cx - spin * spin * cy),
     );
-    [fx, fy, plant.inertia * spin_up + cx * fy - cy * fx]
+    [fx, fy, rigid.inertia * spin_up + cx * fy - cy * fx]
 }
 
 /// Needed less recorded. A law with dry friction holds a set of wrenches at rest, and a speed is
@@ -243,7 +245,7 @@ fn nearest(
 ) -> [f64; 3] {
     const ROUNDS: usize = 12;
     let evaluate = |twist: [f64; 3]| {
-        let state = State { pose: sample.pose, twist };
+        let state = State::moving(sample.pose, twist);
         let wrench = plant.action(&state, sample.clock).wrench(to_body(twist, sample.pose[2]));
         [0, 1, 2].map(|k| inertia[k] - wrench[k] - recorded[k])
     };

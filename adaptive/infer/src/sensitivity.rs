@@ -4,7 +4,7 @@
 //! walk through it, up to eight parameters at a time. What is neglected, the gains' own dependence on
 //! the parameters, has mean zero where the model is right (Ljung 1999, section 10.3).
 
-use crate::filter::{Innovation, push};
+use crate::filter::{Innovation, Passage, push};
 use crate::{InferError, Linearised, Track};
 use nalgebra::{DMatrix, DMatrixViewMut, DVector, Vector3};
 use trundle_model::{Dual, Model, Real, State};
@@ -18,16 +18,17 @@ pub(crate) fn linearise(
     values: &[f64],
     free: &[usize],
     track: &Track,
-    innovations: &[Innovation],
+    passage: &Passage,
 ) -> Result<Linearised, InferError> {
+    let innovations = &passage.innovations;
     let rows = 3 * innovations.len();
     let mut jacobian = DMatrix::zeros(rows, free.len());
     for (chunk, slots) in free.chunks(WIDTH).enumerate() {
         let mut columns = jacobian.columns_mut(chunk * WIDTH, slots.len());
         match slots.len() {
-            0..=4 => whitened_slopes::<4>(model, values, slots, track, innovations, &mut columns)?,
-            5 | 6 => whitened_slopes::<6>(model, values, slots, track, innovations, &mut columns)?,
-            _ => whitened_slopes::<WIDTH>(model, values, slots, track, innovations, &mut columns)?,
+            0..=4 => whitened_slopes::<4>(model, values, slots, track, passage, &mut columns)?,
+            5 | 6 => whitened_slopes::<6>(model, values, slots, track, passage, &mut columns)?,
+            _ => whitened_slopes::<WIDTH>(model, values, slots, track, passage, &mut columns)?,
         }
     }
     let residual = DVector::from_iterator(
@@ -50,7 +51,7 @@ fn whitened_slopes<const W: usize>(
     values: &[f64],
     slots: &[usize],
     track: &Track,
-    innovations: &[Innovation],
+    passage: &Passage,
     columns: &mut DMatrixViewMut<'_, f64>,
 ) -> Result<(), InferError> {
     let mut lifted: Vec<Dual<W>> = values.iter().map(|&v| Real::lift(v)).collect();
@@ -58,11 +59,12 @@ fn whitened_slopes<const W: usize>(
         lifted[slot] = Dual::variable(values[slot], k);
     }
     let plant = model.plant(&lifted)?;
-    let mut state = State { pose: track.pose.0.map(Real::lift), twist: track.twist.0.map(Real::lift) };
+    let start = State::moving(track.pose.0.map(Real::lift), track.twist.0.map(Real::lift));
+    let mut state = start.with_inner(passage.inner);
     let mut error = [Dual::<W>::zero(); 3];
-    let mut seen = innovations.iter().enumerate();
+    let mut seen = passage.innovations.iter().enumerate();
     for step in &track.steps {
-        state = push(&plant, &state, error, step);
+        state = push(&plant, &state, error, step, &track.curve);
         let Some((index, innovation)) = step.pose.and_then(|_| seen.next()) else { continue };
         // d(error) = −d(pose); its value is the filter's own.
         for (column, _) in slots.iter().enumerate() {
@@ -77,7 +79,7 @@ fn whitened_slopes<const W: usize>(
 /// Apply the filter's correction, gain times innovation.
 fn nudge<const W: usize>(state: &mut State<Dual<W>>, error: &mut [Dual<W>; 3], innovation: &Innovation) {
     let slopes = state.pose.map(|p| p.eps);
-    let parts = state.pose.iter_mut().chain(&mut state.twist).chain(error.iter_mut());
+    let parts = state.pose.iter_mut().chain(&mut state.twist).chain(error.iter_mut()).chain(&mut state.inner);
     for (row, value) in parts.enumerate() {
         for (k, slope) in slopes.iter().enumerate() {
             let gain = innovation.gain[(row, k)];
@@ -93,6 +95,7 @@ fn nudge<const W: usize>(state: &mut State<Dual<W>>, error: &mut [Dual<W>; 3], i
 mod tests {
     use super::*;
     use crate::Coordinates;
+    use crate::filter::STATES;
     use nalgebra::{Matrix3, SMatrix};
     use trundle_model::{Body, Effect, Kind};
     use trundle_record::{Counts, Noise, PoseSample, Prepared, WrenchSample};
@@ -109,6 +112,7 @@ mod tests {
             |k: usize| PoseSample { t: 0.02 * k as f64, pose: [0.01 * k as f64, 0.0, 0.02 * k as f64] };
         let episode = Prepared {
             name: "push".to_owned(),
+            ordinal: 0,
             wrench: (0..100).map(wrench).collect(),
             pose: (0..50).map(pose).collect(),
             contact: 0.0,
@@ -123,12 +127,12 @@ mod tests {
     /// Errors of the simulation that the innovations' gains nudge.
     fn errors(model: &Model, values: &[f64], track: &Track, innovations: &[Innovation]) -> Vec<Vector3<f64>> {
         let plant = model.plant(values).unwrap();
-        let mut state = State { pose: track.pose.0, twist: track.twist.0 };
+        let mut state = State::moving(track.pose.0, track.twist.0);
         let mut reading = [0.0; 3];
         let mut seen = innovations.iter();
         let mut errors = Vec::new();
         for step in &track.steps {
-            state = push(&plant, &state, reading, step);
+            state = push(&plant, &state, reading, step, &track.curve);
             let (Some(pose), Some(innovation)) = (step.pose, step.pose.and_then(|_| seen.next())) else {
                 continue;
             };
@@ -151,7 +155,7 @@ mod tests {
             .with(Effect::free(Kind::ForceBias));
         let coordinates = Coordinates::new(&model);
         let values = coordinates.values(&[0.1, -0.9, 0.4, 0.3, 0.2, 0.9, 0.5, -0.5, -0.3, 0.2, -0.1, 0.3]).0;
-        let gain = SMatrix::<f64, 9, 3>::from_fn(|i, j| 0.05 * ((3 * i + j) as f64).sin());
+        let gain = SMatrix::<f64, STATES, 3>::from_fn(|i, j| 0.05 * ((3 * i + j) as f64).sin());
         let whitener = Matrix3::new(3.0, 0.0, 0.0, 1.0, 2.0, 0.0, -1.0, 0.5, 4.0);
         let blank = Innovation {
             t: 0.0,
@@ -166,13 +170,14 @@ mod tests {
         for (innovation, error) in innovations.iter_mut().zip(seen) {
             innovation.error = error;
         }
-        let at = linearise(&model, &values, coordinates.free(), &track, &innovations).unwrap();
+        let passage = Passage { innovations, inner: [0.0; 5] };
+        let at = linearise(&model, &values, coordinates.free(), &track, &passage).unwrap();
         for (k, &slot) in coordinates.free().iter().enumerate() {
             let h = 1e-6 * values[slot].abs().max(0.1);
             let misfit = |sign: f64| {
                 let mut moved = values.clone();
                 moved[slot] += sign * h;
-                let errors = errors(&model, &moved, &track, &innovations);
+                let errors = errors(&model, &moved, &track, &passage.innovations);
                 errors.iter().map(|e| 0.5 * (whitener * e).norm_squared()).sum::<f64>()
             };
             let numeric = (misfit(1.0) - misfit(-1.0)) / (2.0 * h);

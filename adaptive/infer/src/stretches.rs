@@ -1,7 +1,8 @@
 //! Stretches of a slow manipulation in which the object is pushed and moves throughout, a sample each.
 
+use crate::curve::clock;
 use crate::quasi::WrenchSample;
-use trundle_model::{Clock, to_body, transport};
+use trundle_model::{to_body, transport};
 use trundle_record::{Motion, Noise, Prepared};
 
 /// Longest stretch that makes one sample, s. The friction of a real floor changes from place to place, so that
@@ -99,14 +100,15 @@ fn sample(index: usize, episode: &Prepared, piece: &[Motion]) -> Option<WrenchSa
     let (start, end) = (piece.first()?.t, piece.last()?.t);
     let readings = between(episode, start, end);
     let t = (start + end) / 2.0;
+    let frame = readings.get(readings.len() / 2)?.frame;
     Some(WrenchSample {
         episode: index,
         t,
         pose: mean(piece.iter().map(|m| m.pose)),
         twist: mean(piece.iter().map(|m| m.twist)),
         reading: mean(readings.iter().map(|w| w.reading)),
-        frame: readings.get(readings.len() / 2)?.frame,
-        clock: Clock { since_contact: t - episode.contact },
+        frame,
+        clock: clock(episode, t, frame),
     })
 }
 
@@ -138,7 +140,7 @@ fn whole_push(index: usize, episode: &Prepared) -> Option<WrenchSample> {
             wrench[k] += on_object[k] / n;
         }
     }
-    let clock = Clock { since_contact: (begin + end) / 2.0 - episode.contact };
+    let clock = clock(episode, (begin + end) / 2.0, [0.0; 3]);
     let twist = change.map(|c| c / duration);
     Some(WrenchSample {
         episode: index,
@@ -188,6 +190,7 @@ mod tests {
             WrenchReading { t, reading: [force, 0.0, 0.0], frame: [-0.05, 0.0, 0.0] }
         });
         Prepared {
+            ordinal: 0,
             name: "log".to_owned(),
             wrench: wrench.collect(),
             pose: poses.collect(),

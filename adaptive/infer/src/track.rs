@@ -1,8 +1,10 @@
 //! An episode cut into the steps of a simulation.
 
 use crate::InferError;
-use trundle_model::Clock;
-use trundle_record::{Motion, Noise, PoseSample, Prepared, WrenchSample};
+use crate::curve::Curve;
+use std::sync::Arc;
+use trundle_model::{Clock, Real};
+use trundle_record::{Motion, Noise, PoseSample, Prepared};
 
 /// Longest step of a fit, s: two a pose at 60 Hz; the integrator is of second order and halves its
 /// steps where dry friction stops a body.
@@ -31,6 +33,17 @@ pub struct Step {
     pub pose: Option<[f64; 3]>,
 }
 
+impl Step {
+    /// The mean reading, for one that is late where `delay` says so.
+    #[inline]
+    pub(crate) fn reading<T: Real>(&self, curve: &Curve, delay: Option<T>) -> [T; 3] {
+        match delay {
+            None => self.reading.map(T::lift),
+            Some(delay) => curve.late(self.clock.t - self.dt / 2.0, self.clock.t + self.dt / 2.0, delay),
+        }
+    }
+}
+
 /// An episode as the filter and the sensitivities walk through it.
 #[derive(Clone, Debug)]
 pub struct Track {
@@ -46,6 +59,8 @@ pub struct Track {
     pub tare: [f64; 3],
     /// The steps.
     pub steps: Vec<Step>,
+    /// All readings of the episode.
+    pub(crate) curve: Arc<Curve>,
 }
 
 impl Track {
@@ -81,25 +96,30 @@ impl Track {
             return Err(lacks("fewer than five poses are left from contact on"));
         }
         let (pose, twist) = start(episode, noise, first);
-        let readings = Readings::new(&episode.wrench);
+        let curve = Arc::new(Curve::new(episode));
         let mut steps = Vec::new();
         let mut from = poses[first].t;
         for pose in &poses[first + 1..] {
             if pose.t - from > 0.99 * closest {
-                cut(from, pose, &readings, episode.contact, longest, &mut steps);
+                cut(from, pose, &curve, longest, &mut steps);
                 from = pose.t;
             }
         }
         let tare = crate::noise::tare_variance(episode);
-        Ok(Self { name: episode.name.clone(), start: poses[first].t, pose, twist, tare, steps })
+        Ok(Self { name: episode.name.clone(), start: poses[first].t, pose, twist, tare, steps, curve })
     }
 
     /// The poses `first + 1..end` of an episode, from a state known at the pose `first`.
-    pub(crate) fn between(episode: &Prepared, first: usize, end: usize, known: &Motion) -> Self {
-        let readings = Readings::new(&episode.wrench);
+    pub(crate) fn between(
+        episode: &Prepared,
+        curve: &Arc<Curve>,
+        first: usize,
+        end: usize,
+        known: &Motion,
+    ) -> Self {
         let mut steps = Vec::new();
         for pair in episode.pose[first..end.max(first + 1)].windows(2) {
-            cut(pair[0].t, &pair[1], &readings, episode.contact, LONGEST, &mut steps);
+            cut(pair[0].t, &pair[1], curve, LONGEST, &mut steps);
         }
         Self {
             name: episode.name.clone(),
@@ -108,6 +128,7 @@ impl Track {
             twist: (known.twist, [0, 1, 2].map(|k| known.cov[k][1][1])),
             tare: crate::noise::tare_variance(episode),
             steps,
+            curve: curve.clone(),
         }
     }
 
@@ -146,100 +167,14 @@ fn start(episode: &Prepared, noise: &Noise, first: usize) -> (Known, Known) {
 }
 
 /// Cut the time between two poses into equal steps.
-pub(crate) fn cut(
-    from: f64,
-    to: &PoseSample,
-    readings: &Readings<'_>,
-    contact: f64,
-    longest: f64,
-    steps: &mut Vec<Step>,
-) {
+pub(crate) fn cut(from: f64, to: &PoseSample, curve: &Curve, longest: f64, steps: &mut Vec<Step>) {
     let pieces = ((to.t - from) / longest).ceil().max(1.0);
     let dt = (to.t - from) / pieces;
     for k in 0..pieces as usize {
         let begin = from + k as f64 * dt;
-        let middle = begin + dt / 2.0;
-        let (reading, frame, spacing) = readings.mean(begin, begin + dt);
+        let (reading, frame, spacing) = curve.mean(begin, begin + dt);
         let pose = (k + 1 == pieces as usize).then_some(to.pose);
-        let clock = Clock { since_contact: middle - contact };
+        let clock = Clock { dt, grasp: [frame[0], frame[1]], ..curve.clock(begin + dt / 2.0) };
         steps.push(Step { dt, reading, frame, clock, thinning: spacing / dt, pose });
-    }
-}
-
-/// The wrench samples, interpolated linearly.
-pub(crate) struct Readings<'a> {
-    samples: &'a [WrenchSample],
-}
-
-impl<'a> Readings<'a> {
-    pub(crate) fn new(samples: &'a [WrenchSample]) -> Self {
-        Self { samples }
-    }
-
-    /// The reading at a time; before the first and after the last sample, that sample's.
-    fn at(&self, t: f64, after: usize) -> [f64; 3] {
-        let last = self.samples.len() - 1;
-        if after == 0 {
-            return self.samples[0].reading;
-        }
-        if after > last {
-            return self.samples[last].reading;
-        }
-        let (a, b) = (&self.samples[after - 1], &self.samples[after]);
-        let share = (t - a.t) / (b.t - a.t);
-        [0, 1, 2].map(|k| a.reading[k] + share * (b.reading[k] - a.reading[k]))
-    }
-
-    /// Mean reading over an interval, the frame in its middle, and the spacing of samples, s.
-    pub(crate) fn mean(&self, from: f64, to: f64) -> ([f64; 3], [f64; 3], f64) {
-        let first = self.samples.partition_point(|s| s.t <= from);
-        let end = self.samples.partition_point(|s| s.t < to).max(first);
-        let mut integral = [0.0; 3];
-        let (mut t, mut value) = (from, self.at(from, first));
-        let inner = self.samples[first..end].iter().map(|s| (s.t, s.reading));
-        for (next_t, next) in inner.chain([(to, self.at(to, end))]) {
-            for k in 0..3 {
-                integral[k] += (next_t - t) * (value[k] + next[k]) / 2.0;
-            }
-            (t, value) = (next_t, next);
-        }
-        let middle = self.samples.partition_point(|s| s.t <= (from + to) / 2.0).saturating_sub(1);
-        let (low, high) = (first.saturating_sub(1), end.min(self.samples.len() - 1));
-        let spacing = if high > low {
-            (self.samples[high].t - self.samples[low].t) / (high - low) as f64
-        } else {
-            to - from
-        };
-        (integral.map(|i| i / (to - from)), self.samples[middle].frame, spacing)
-    }
-}
-
-#[cfg(test)]
-mod tests {
-    use super::*;
-
-    fn ramp() -> Vec<WrenchSample> {
-        (0..6)
-            .map(|k| WrenchSample { t: k as f64 * 0.1, reading: [k as f64, 0.0, 0.0], frame: [0.0; 3] })
-            .collect()
-    }
-
-    #[test]
-    fn the_mean_of_a_ramp_is_its_middle() {
-        let samples = ramp();
-        let readings = Readings::new(&samples);
-        for (from, to) in [(0.0, 0.5), (0.03, 0.07), (0.15, 0.45), (0.2, 0.3)] {
-            let (mean, _, spacing) = readings.mean(from, to);
-            assert!((mean[0] - 5.0 * (from + to)).abs() < 1e-12, "{from} {to} {mean:?}");
-            assert!((spacing - 0.1).abs() < 1e-12);
-        }
-    }
-
-    #[test]
-    fn readings_are_held_beyond_their_ends() {
-        let samples = ramp();
-        let readings = Readings::new(&samples);
-        assert!((readings.mean(-0.2, -0.1).0[0]).abs() < 1e-12);
-        assert!((readings.mean(0.6, 0.7).0[0] - 5.0).abs() < 1e-12);
     }
 }

@@ -48,9 +48,10 @@ fn motion(truth: &Model, from: State<f64>, force: impl Fn(f64) -> [f64; 3], seed
             pose.push(PoseSample { t, pose: [0, 1, 2].map(|i| state.pose[i] + normal(NOISE.pose[i])) });
         }
         let applied = transport(force(t + dt / 2.0), frame);
-        state = plant.step(&state, applied, Clock { since_contact: t }, dt);
+        state = plant.step(&state, applied, Clock::since_contact(t), dt);
     }
     Prepared {
+        ordinal: 0,
         name: "push".to_owned(),
         wrench,
         pose,
@@ -104,7 +105,7 @@ fn rolling_out_holds_the_ratio_of_mass_and_friction_and_neither() {
     let wheel = [("x", 0.0), ("y", 0.0), ("angle", 0.0), ("mu_x", 12.0), ("mu_y", 12.0)];
     let mut truth = locked();
     truth.effects = vec![effect(Kind::ViscousWheel, &wheel)];
-    let from = State { pose: [0.0; 3], twist: [0.6, 0.2, 0.0] };
+    let from = State::moving([0.0; 3], [0.6, 0.2, 0.0]);
     let pushes: Vec<Prepared> = (0..2).map(|seed| motion(&truth, from, |_| [0.0; 3], seed)).collect();
     let found = fitted(&pushes, &nominal());
     assert!(!found.estimate("body.mass").unwrap().identified, "{:?}", found.estimates);

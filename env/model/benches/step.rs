@@ -13,7 +13,7 @@ use std::hint::black_box;
 use std::time::Instant;
 use trundle_model::{Body, Clock, Dual, Effect, Kind, Model, Plant, Real, State};
 
-const CLOCK: Clock = Clock { since_contact: 1.0 };
+const CLOCK: Clock = Clock::since_contact(1.0);
 const STEPS: usize = 500;
 const TURNS: usize = 1000;
 
@@ -55,7 +55,7 @@ fn rollout<T: Real>(plant: &Plant<T>, wrenches: &[[T; 3]]) -> State<T> {
 }
 
 fn bench<T: Real>(criterion: &mut Criterion, name: &str, plant: &Plant<T>) {
-    let state = State { pose: [0.1, 0.2, 0.3].map(T::lift), twist: [0.4, -0.1, 0.2].map(T::lift) };
+    let state = State::moving([0.1, 0.2, 0.3].map(T::lift), [0.4, -0.1, 0.2].map(T::lift));
     criterion.bench_function(&format!("step/{name}"), |bencher| {
         bencher.iter(|| black_box(plant).step(black_box(&state), black_box(wrench(0)), CLOCK, 2e-3));
     });

@@ -1,8 +1,8 @@
 //! Every effect there is. Adding one is its file, and one line at the end of this one.
 
+use crate::Real;
 use crate::effects;
-use crate::law::{Act, Action, Clock, Situation, Spec};
-use crate::{Body, Real};
+use crate::law::{Act, Action, Clock, Rigid, Site, Situation, Spec};
 
 macro_rules! catalogue {
     ($($module:ident :: $Law:ident),* $(,)?) => {
@@ -32,13 +32,13 @@ macro_rules! catalogue {
 
         impl<T: Real> Law<T> {
             /// A law from values in the order of its parameters.
-            pub(crate) fn new(kind: Kind, values: &[T], body: &Body) -> Self {
-                match kind { $(Kind::$Law => Law::$Law(Act::new(values, body))),* }
+            pub(crate) fn new(kind: Kind, values: &[T], site: &Site<'_, T>) -> Self {
+                match kind { $(Kind::$Law => Law::$Law(Act::new(values, site))),* }
             }
 
             /// Add the wrench on the object.
             #[inline]
-            pub(crate) fn act(&self, at: &Situation<T>, sum: &mut Action<T>) {
+            pub(crate) fn act(&self, at: &Situation<'_, T>, sum: &mut Action<T>) {
                 match self { $(Law::$Law(law) => law.act(at, sum)),* }
             }
 
@@ -46,6 +46,29 @@ macro_rules! catalogue {
             #[inline]
             pub(crate) fn correct(&self, reading: [T; 3], clock: Clock) -> [T; 3] {
                 match self { $(Law::$Law(law) => law.correct(reading, clock)),* }
+            }
+
+            /// Change what is moved.
+            #[inline]
+            pub(crate) fn load(&self, clock: Clock, rigid: &mut Rigid<T>) {
+                match self { $(Law::$Law(law) => law.load(clock, clock.grasp, rigid)),* }
+            }
+
+            /// By how much the reading is late, s.
+            #[inline]
+            pub(crate) fn delay(&self) -> Option<T> {
+                match self { $(Law::$Law(law) => law.delay()),* }
+            }
+
+            /// Move its own states on.
+            #[inline]
+            pub(crate) fn advance(&self, at: &Situation<'_, T>, dt: f64, inner: &mut [T]) {
+                match self { $(Law::$Law(law) => law.advance(at, dt, inner)),* }
+            }
+
+            /// Its entry in the catalogue.
+            pub fn spec(&self) -> &'static Spec {
+                match self { $(Law::$Law(_) => &effects::$module::SPEC),* }
             }
         }
     };

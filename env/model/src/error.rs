@@ -59,6 +59,14 @@ pub enum ModelError {
         /// The length it must have.
         expected: usize,
     },
+    /// Too many laws with states of their own.
+    #[error("the effects have {got} inner states together, and {most} is the most: leave one out")]
+    Inner {
+        /// As many as the effects have.
+        got: usize,
+        /// As many as there may be.
+        most: usize,
+    },
     /// A prior that cannot be used.
     #[error("{file}: {place}: {problem}")]
     Prior {

@@ -7,6 +7,7 @@
 //! Values are plain numbers. The derivatives of `P(C) u' = r(u, q, C)` are those of an implicit function,
 //! `P du' = dr − dP u'`: matrices are never differentiated, only their products with known vectors.
 
+use crate::heading::Heading;
 use crate::symmetric::{Symmetric, Vector, less, scaled, sum};
 use crate::{Action, Body, Real};
 
@@ -17,7 +18,7 @@ pub(crate) struct Inertia<T> {
     /// One over it, 1/kg.
     lightness: f64,
     /// Mass centre, object frame, m.
-    pub center: [f64; 2],
+    center: [f64; 2],
     /// Diagonal of `G`; 0 where a rail blocks.
     root: Vector,
     /// One over it, and likewise 0.
@@ -36,6 +37,20 @@ struct Load {
 /// Velocity of the mass centre after a step, object axes, and the size of the step's `C`.
 pub(crate) type Solved<T> = ([T; 3], f64);
 
+/// What a step is solved with: it knows the mass centre and the inertia. Velocities are in object axes.
+pub(crate) trait Inert<T> {
+    /// The mass centre, from the object origin, world axes, m.
+    fn place(&self, heading: Heading<T>) -> [T; 2];
+    /// The velocity of the mass centre, from that of the object origin.
+    fn at_center(&self, twist: [T; 3]) -> [T; 3];
+    /// The velocity of the object origin, from that of the mass centre.
+    fn at_origin(&self, twist: [T; 3]) -> [T; 3];
+    /// Implicit Euler over `h`: `(I + C) u' = u + q`.
+    fn solve_half(&self, v: [T; 3], action: &Action<T>, h: f64) -> Solved<T>;
+    /// The (0,2) Padé step over `h`: `(I + C + C²/2) u' = u + q + Cq/2`.
+    fn solve(&self, v: [T; 3], action: &Action<T>, h: f64) -> Solved<T>;
+}
+
 impl<T: Real> Inertia<T> {
     pub fn new(mass: T, body: &Body, dof: [bool; 3]) -> Self {
         let along = [1.0, 1.0, body.gyration];
@@ -44,57 +59,6 @@ impl<T: Real> Inertia<T> {
         let [a, b, c] = scale;
         let weight = [a * a, a * b, b * b, a * c, b * c, c * c];
         Self { mass, lightness: mass.re().recip(), center: body.com, root, scale, weight }
-    }
-
-    /// Implicit Euler over `h`: `(I + C) u' = u + q`.
-    #[inline(always)]
-    pub fn solve_half(&self, v: [T; 3], action: &Action<T>, h: f64) -> Solved<T> {
-        let load = self.load(action, h);
-        let factors = load.drag.plus_identity().factors();
-        let start = scaled(values(&v), self.root);
-        let end = factors.solve(sum(start, load.push));
-        let gain = self.slopes(action, load, h, 1.0, end);
-        let right = |k: usize| T::slopes([(v[k], self.root[k]), (gain[k], 1.0)]);
-        let right = [right(0), right(1), right(2)];
-        (self.velocity(end, factors.solve_slopes(right)), load.drag.trace())
-    }
-
-    /// The (0,2) Padé step over `h`: `(I + C + C²/2) u' = u + q + Cq/2`. On a blocked direction the
-    /// velocity is zero and stays so.
-    ///
-    /// With `e = dq − dC u'` and `y = (q − C u')/2`, its derivatives are those of
-    /// `P du' = du + (I + C/2) e + dC y`.
-    #[inline(always)]
-    pub fn solve(&self, v: [T; 3], action: &Action<T>, h: f64) -> Solved<T> {
-        let load = self.load(action, h);
-        let half = load.drag.times(0.5);
-        let factors = load.drag.plus(load.drag.squared().times(0.5)).plus_identity().factors();
-        let start = scaled(values(&v), self.root);
-        let end = factors.solve(sum(start, sum(load.push, half.multiply(load.push))));
-        let gain = self.slopes(action, load, h, 1.0, end);
-        let missed = less(load.drag.multiply(end), load.push).map(|y| 0.5 * y);
-        let bend = self.slopes(action, load, h, 0.0, missed);
-        let rows = half.plus_identity().rows();
-        let right = |k: usize| {
-            let ([a, b, c], [x, y, z]) = (rows[k], gain);
-            T::slopes([(v[k], self.root[k]), (x, a), (y, b), (z, c), (bend[k], 1.0)])
-        };
-        let right = [right(0), right(1), right(2)];
-        (self.velocity(end, factors.solve_slopes(right)), load.drag.trace())
-    }
-
-    /// The velocity of the mass centre, from that of the object origin, object axes.
-    #[inline(always)]
-    pub fn at_center(&self, [vx, vy, spin]: [T; 3]) -> [T; 3] {
-        let [cx, cy] = self.center;
-        [vx - spin * cy, vy + spin * cx, spin]
-    }
-
-    /// The velocity of the object origin, from that of the mass centre, object axes.
-    #[inline(always)]
-    pub fn at_origin(&self, [vx, vy, spin]: [T; 3]) -> [T; 3] {
-        let [cx, cy] = self.center;
-        [vx + spin * cy, vy - spin * cx, spin]
     }
 
     /// An action about the object origin, moved to the mass centre.
@@ -137,6 +101,64 @@ impl<T: Real> Inertia<T> {
     fn velocity(&self, u: Vector, slopes: [T; 3]) -> [T; 3] {
         let one = |k: usize| T::chained(u[k] * self.scale[k], [(slopes[k], self.scale[k])]);
         [one(0), one(1), one(2)]
+    }
+}
+
+impl<T: Real> Inert<T> for Inertia<T> {
+    #[inline(always)]
+    fn place(&self, heading: Heading<T>) -> [T; 2] {
+        heading.place(self.center)
+    }
+
+    /// Implicit Euler over `h`: `(I + C) u' = u + q`.
+    #[inline(always)]
+    fn solve_half(&self, v: [T; 3], action: &Action<T>, h: f64) -> Solved<T> {
+        let load = self.load(action, h);
+        let factors = load.drag.plus_identity().factors();
+        let start = scaled(values(&v), self.root);
+        let end = factors.solve(sum(start, load.push));
+        let gain = self.slopes(action, load, h, 1.0, end);
+        let right = |k: usize| T::slopes([(v[k], self.root[k]), (gain[k], 1.0)]);
+        let right = [right(0), right(1), right(2)];
+        (self.velocity(end, factors.solve_slopes(right)), load.drag.trace())
+    }
+
+    /// The (0,2) Padé step over `h`: `(I + C + C²/2) u' = u + q + Cq/2`. On a blocked direction the
+    /// velocity is zero and stays so.
+    ///
+    /// With `e = dq − dC u'` and `y = (q − C u')/2`, its derivatives are those of
+    /// `P du' = du + (I + C/2) e + dC y`.
+    #[inline(always)]
+    fn solve(&self, v: [T; 3], action: &Action<T>, h: f64) -> Solved<T> {
+        let load = self.load(action, h);
+        let half = load.drag.times(0.5);
+        let factors = load.drag.plus(load.drag.squared().times(0.5)).plus_identity().factors();
+        let start = scaled(values(&v), self.root);
+        let end = factors.solve(sum(start, sum(load.push, half.multiply(load.push))));
+        let gain = self.slopes(action, load, h, 1.0, end);
+        let missed = less(load.drag.multiply(end), load.push).map(|y| 0.5 * y);
+        let bend = self.slopes(action, load, h, 0.0, missed);
+        let rows = half.plus_identity().rows();
+        let right = |k: usize| {
+            let ([a, b, c], [x, y, z]) = (rows[k], gain);
+            T::slopes([(v[k], self.root[k]), (x, a), (y, b), (z, c), (bend[k], 1.0)])
+        };
+        let right = [right(0), right(1), right(2)];
+        (self.velocity(end, factors.solve_slopes(right)), load.drag.trace())
+    }
+
+    /// The velocity of the mass centre, from that of the object origin, object axes.
+    #[inline(always)]
+    fn at_center(&self, [vx, vy, spin]: [T; 3]) -> [T; 3] {
+        let [cx, cy] = self.center;
+        [vx - spin * cy, vy + spin * cx, spin]
+    }
+
+    /// The velocity of the object origin, from that of the mass centre, object axes.
+    #[inline(always)]
+    fn at_origin(&self, [vx, vy, spin]: [T; 3]) -> [T; 3] {
+        let [cx, cy] = self.center;
+        [vx + spin * cy, vy - spin * cx, spin]
     }
 }
 

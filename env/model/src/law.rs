@@ -2,6 +2,9 @@
 
 use crate::{Body, Real};
 
+/// Inner states of all laws of a model together, at most: a caster's angle and a swinging load.
+pub const INNER: usize = 5;
+
 /// How a parameter is distributed before any data is seen, and so how it is searched.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub enum Prior {
@@ -47,8 +50,23 @@ pub struct Param {
     pub on_rail: bool,
     /// Whether it scales the unknown pressure under a flat face: one where the feet are known.
     pub of_face: bool,
+    /// Whether it is a choice, such as an event's episode: always given, never searched.
+    pub choice: bool,
     /// What it is.
     pub help: &'static str,
+}
+
+/// A state of an effect's own, such as a caster's angle.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub struct Inner {
+    /// Its name.
+    pub name: &'static str,
+    /// SI unit.
+    pub unit: &'static str,
+    /// Values from which an episode may start; the one that its beginning fits best is taken.
+    pub starts: &'static [f64],
+    /// Standard deviation around each of them.
+    pub sd: f64,
 }
 
 /// Where an effect acts.
@@ -75,6 +93,10 @@ pub struct Spec {
     pub acting: Acting,
     /// Whether it can only take energy out of the motion.
     pub dissipative: bool,
+    /// Whether it changes what is moved: the mass, its centre or the inertia.
+    pub loads: bool,
+    /// States of its own.
+    pub inner: &'static [Inner],
     /// Its parameters, in the order of a law's values.
     pub params: &'static [Param],
     /// The parameter, and its value, at which the effect vanishes.
@@ -85,38 +107,102 @@ pub struct Spec {
     pub probe: &'static str,
 }
 
-/// When a law is asked.
+/// When a law is asked, and how the object is held then.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct Clock {
     /// Time since contact began, s; negative before.
     pub since_contact: f64,
+    /// The table's time in the middle of the step, s.
+    pub t: f64,
+    /// Duration of the step, s.
+    pub dt: f64,
+    /// Which episode of the recording, from 0; held-out ones count.
+    pub episode: f64,
+    /// Where it is held: the origin of the reading's frame in the object frame, m.
+    pub grasp: [f64; 2],
 }
 
 impl Clock {
+    /// A moment of a lone episode whose times count from contact.
+    pub const fn since_contact(since_contact: f64) -> Self {
+        Self { since_contact, t: since_contact, dt: 0.0, episode: 0.0, grasp: [0.0; 2] }
+    }
+
     /// Whether the gripper has touched the object yet.
     pub fn in_contact(&self) -> bool {
         self.since_contact >= 0.0
     }
+
+    /// Share of the step that lies after an event at `time` of an episode, which lasts for good. It grows linearly
+    /// within the step, so that the time has a gradient.
+    pub fn after<T: Real>(&self, episode: f64, time: T) -> T {
+        if self.episode != episode {
+            return T::lift(f64::from(u8::from(self.episode > episode)));
+        }
+        let end = self.t + self.dt / 2.0;
+        if time.re() >= end {
+            T::zero()
+        } else if self.dt == 0.0 || time.re() <= end - self.dt {
+            T::lift(1.0)
+        } else {
+            (-time + end) / self.dt
+        }
+    }
+}
+
+/// What moves as one: its mass, where its centre lies, and its inertia about that.
+#[derive(Clone, Copy, Debug)]
+pub struct Rigid<T> {
+    /// kg.
+    pub mass: T,
+    /// Mass centre, object frame, m.
+    pub com: [T; 2],
+    /// About the mass centre, kg·m².
+    pub inertia: T,
+}
+
+impl<T: Real> Rigid<T> {
+    /// Fasten a point mass at a place of the object frame.
+    pub fn add_point(&mut self, mass: T, at: [T; 2]) {
+        let [dx, dy] = [0, 1].map(|k| at[k] - self.com[k]);
+        let total = self.mass + mass;
+        let share = mass / total;
+        self.inertia += self.mass * share * (dx.squared() + dy.squared());
+        self.com = [self.com[0] + share * dx, self.com[1] + share * dy];
+        self.mass = total;
+    }
+}
+
+/// What a law is built from beside its values.
+#[derive(Clone, Copy, Debug)]
+pub(crate) struct Site<'a, T> {
+    /// The body that it acts on.
+    pub body: &'a Body,
+    /// The model's first viscous wheel, `[x, y, angle, mu_x, mu_y]`.
+    #[allow(dead_code)]
+    pub wheel: Option<[T; 5]>,
 }
 
 /// The state that an object law sees.
 #[derive(Clone, Copy, Debug)]
-pub struct Situation<T> {
+pub struct Situation<'a, T> {
     /// Position of the object frame in the world, m.
     pub position: [T; 2],
     /// Sine and cosine of the heading.
     pub heading: (T, T),
     /// Twist of the object frame's origin, object axes, `[m/s, m/s, rad/s]`.
     pub twist: [T; 3],
-    /// Mass of the body, kg.
+    /// Mass that moves, kg.
     pub mass: T,
     /// Mass centre, object frame, m.
     pub com: [T; 2],
     /// When.
     pub clock: Clock,
+    /// The law's own states, in the order of [`Spec::inner`].
+    pub inner: &'a [T],
 }
 
-impl<T: Real> Situation<T> {
+impl<T: Real> Situation<'_, T> {
     /// Velocity of a body point, object axes, m/s (the bracket of eq. 1).
     #[inline]
     pub fn velocity(&self, [x, y]: [T; 2]) -> [T; 2] {
@@ -202,11 +288,11 @@ impl<T: Real> Action<T> {
 /// A law with its parameters in place. Implement what the effect does; the rest does nothing.
 pub(crate) trait Act<T: Real>: Sized {
     /// From the values of [`Spec::params`], in that order.
-    fn new(values: &[T], body: &Body) -> Self;
+    fn new(values: &[T], site: &Site<'_, T>) -> Self;
 
     /// Add the wrench on the object.
     #[inline]
-    fn act(&self, _at: &Situation<T>, _sum: &mut Action<T>) {}
+    fn act(&self, _at: &Situation<'_, T>, _sum: &mut Action<T>) {}
 
     /// Turn a reading `[N, N, N·m]`, in reading axes about the reading's reference point, into
     /// the truth.
@@ -214,6 +300,20 @@ pub(crate) trait Act<T: Real>: Sized {
     fn correct(&self, reading: [T; 3], _clock: Clock) -> [T; 3] {
         reading
     }
+
+    /// Change what is moved, where [`Spec::loads`]. `grasp`: where it is held, object frame, m.
+    #[inline]
+    fn load(&self, _clock: Clock, _grasp: [f64; 2], _rigid: &mut Rigid<T>) {}
+
+    /// By how much the reading is late, s.
+    #[inline]
+    fn delay(&self) -> Option<T> {
+        None
+    }
+
+    /// Move its own states on by `dt` seconds; `at` is the middle of the step, but for `at.inner`, its start.
+    #[inline]
+    fn advance(&self, _at: &Situation<'_, T>, _dt: f64, _inner: &mut [T]) {}
 }
 
 /// The first `N` values of a law; the model has checked that there are that many.

@@ -1,6 +1,6 @@
 //! A model: a body and its effects, some values given and some free.
 
-use crate::law::{Param, Prior};
+use crate::law::{Inner, Param, Prior, Site};
 use crate::{Belief, Body, Kind, Law, ModelError, Plant, Real};
 use std::collections::BTreeMap;
 
@@ -137,7 +137,8 @@ impl Model {
             };
             let effect = &mut self.effects[effect];
             for (param, value) in effect.kind.spec().params.iter().zip(&mut effect.values) {
-                if param.name == key && param.refinement.is_some() && *value == param.refinement {
+                let finer = param.refinement.is_some() && !param.choice;
+                if param.name == key && finer && *value == param.refinement {
                     *value = None;
                 }
             }
@@ -168,13 +169,27 @@ impl Model {
             return Err(ModelError::Length { what: "parameters", got: values.len(), expected });
         }
         let (mass, mut rest) = (values[0], &values[1..]);
+        let wheel = self.first_wheel(values);
+        let site = Site { body: &self.body, wheel };
         let mut laws = Vec::with_capacity(self.effects.len());
         for effect in &self.effects {
             let (own, others) = rest.split_at(effect.values.len());
-            laws.push(Law::new(effect.kind, own, &self.body));
+            laws.push(Law::new(effect.kind, own, &site));
             rest = others;
         }
-        Ok(Plant::new(mass, &self.body, self.dof, laws))
+        Plant::new(mass, &self.body, self.dof, laws)
+    }
+
+    /// Values of the first viscous wheel, among those of all slots.
+    fn first_wheel<T: Real>(&self, values: &[T]) -> Option<[T; 5]> {
+        let index = self.effects.iter().position(|e| e.kind == Kind::ViscousWheel)?;
+        let start = 1 + self.effects[..index].iter().map(|e| e.values.len()).sum::<usize>();
+        values.get(start..start + 5)?.try_into().ok()
+    }
+
+    /// The laws' own states, in the order of [`crate::State::inner`].
+    pub fn inner(&self) -> Vec<Inner> {
+        self.effects.iter().flat_map(|e| e.kind.spec().inner).copied().collect()
     }
 
     /// The plant of a model whose values are all given.

@@ -10,9 +10,10 @@
 //! second order, L-stable, and without overshoot where dry friction stops a body (`D = f/|v|`).
 
 use crate::heading::Heading;
-use crate::implicit::Inertia;
-use crate::law::{Action, Clock, Situation};
-use crate::{Body, Law, Real};
+use crate::implicit::{Inert, Inertia};
+use crate::law::{Action, Clock, INNER, Rigid, Situation};
+use crate::loaded::Loaded;
+use crate::{Body, Law, ModelError, Real};
 
 /// Motion state of the object frame's origin: pose `[m, m, rad]` and twist `[m/s, m/s, rad/s]`, world axes.
 #[derive(Clone, Copy, Debug, PartialEq)]
@@ -21,12 +22,25 @@ pub struct State<T> {
     pub pose: [T; 3],
     /// Velocity of its origin, and spin.
     pub twist: [T; 3],
+    /// States of the laws' own, in the model's order, then zeros.
+    pub inner: [T; INNER],
 }
 
 impl<T: Real> State<T> {
     /// At rest at a pose.
     pub fn at_rest(pose: [f64; 3]) -> Self {
-        Self { pose: pose.map(T::lift), twist: [T::zero(); 3] }
+        Self::moving(pose.map(T::lift), [T::zero(); 3])
+    }
+
+    /// In motion, the laws' own states at zero.
+    pub fn moving(pose: [T; 3], twist: [T; 3]) -> Self {
+        Self { pose, twist, inner: [T::zero(); INNER] }
+    }
+
+    /// The same with the laws' own states given.
+    #[must_use]
+    pub fn with_inner(self, inner: [f64; INNER]) -> Self {
+        Self { inner: inner.map(T::lift), ..self }
     }
 }
 
@@ -47,21 +61,66 @@ pub struct Plant<T> {
     pub com: [T; 2],
     /// The laws.
     pub laws: Vec<Law<T>>,
-    /// What resists a change of velocity.
+    /// What resists a change of velocity where no law changes it.
     resistance: Inertia<T>,
+    dof: [bool; 3],
+    /// Whether a law changes what is moved.
+    loads: bool,
+    /// Number of the laws' own states.
+    inner: usize,
+    delay: Option<T>,
+}
+
+/// Where each law's own states begin and end.
+fn windows<T: Real>(laws: &[Law<T>]) -> impl Iterator<Item = (&Law<T>, std::ops::Range<usize>)> {
+    let mut end = 0;
+    laws.iter().map(move |law| {
+        let start = end;
+        end += law.spec().inner.len();
+        (law, start..end)
+    })
 }
 
 impl<T: Real> Plant<T> {
-    pub(crate) fn new(mass: T, body: &Body, dof: [bool; 3], laws: Vec<Law<T>>) -> Self {
+    pub(crate) fn new(mass: T, body: &Body, dof: [bool; 3], laws: Vec<Law<T>>) -> Result<Self, ModelError> {
         let inertia = mass * (body.gyration * body.gyration);
         let com = body.com.map(T::lift);
-        Self { mass, inertia, com, laws, resistance: Inertia::new(mass, body, dof) }
+        let resistance = Inertia::new(mass, body, dof);
+        let loads = laws.iter().any(|l| l.spec().loads);
+        let inner = laws.iter().map(|l| l.spec().inner.len()).sum();
+        if inner > INNER {
+            return Err(ModelError::Inner { got: inner, most: INNER });
+        }
+        let delay = laws.iter().filter_map(Law::delay).reduce(|a, b| a + b);
+        Ok(Self { mass, inertia, com, laws, resistance, dof, loads, inner, delay })
+    }
+
+    /// What moves as one at a moment.
+    pub fn rigid(&self, clock: Clock) -> Rigid<T> {
+        let mut rigid = Rigid { mass: self.mass, com: self.com, inertia: self.inertia };
+        if self.loads {
+            for law in &self.laws {
+                law.load(clock, &mut rigid);
+            }
+        }
+        rigid
+    }
+
+    /// By how much readings are late, s; `None` where no law says so.
+    pub fn delay(&self) -> Option<T> {
+        self.delay
+    }
+
+    /// Number of the laws' own states.
+    pub fn inner(&self) -> usize {
+        self.inner
     }
 
     /// What all laws do at a state, object axes about the object origin.
     pub fn action(&self, state: &State<T>, clock: Clock) -> Action<T> {
         let heading = Heading::of(state.pose[2]);
-        let at = self.situation(state.pose, heading, heading.to_body(state.twist), clock);
+        let rigid = self.rigid(clock);
+        let at = situation(state.pose, heading, heading.to_body(state.twist), &rigid, clock, &state.inner);
         let mut sum = Action::none();
         self.act(&at, &mut sum);
         sum
@@ -81,45 +140,75 @@ impl<T: Real> Plant<T> {
     /// Where the drag changes much within the step, as dry friction does when a body stops or turns
     /// back, the step is halved, again and again if need be.
     pub fn step(&self, state: &State<T>, applied: [T; 3], clock: Clock, dt: f64) -> State<T> {
-        self.halved(state, applied, clock, dt, HALVINGS)
+        if self.loads {
+            let rigid = self.rigid(clock);
+            return self.halved(&Loaded::new(rigid, self.dof), &rigid, state, applied, clock, dt, HALVINGS);
+        }
+        let rigid = Rigid { mass: self.mass, com: self.com, inertia: self.inertia };
+        self.halved(&self.resistance, &rigid, state, applied, clock, dt, HALVINGS)
     }
 
-    fn halved(&self, state: &State<T>, applied: [T; 3], clock: Clock, dt: f64, halvings: u32) -> State<T> {
-        let (after, change) = self.leap(state, applied, clock, dt);
+    #[allow(clippy::too_many_arguments)]
+    fn halved<I: Inert<T>>(
+        &self,
+        inert: &I,
+        rigid: &Rigid<T>,
+        state: &State<T>,
+        applied: [T; 3],
+        clock: Clock,
+        dt: f64,
+        halvings: u32,
+    ) -> State<T> {
+        let (after, change) = self.leap(inert, rigid, state, applied, clock, dt);
         if halvings == 0 || change < STEADY {
             return after;
         }
-        let middle = self.halved(state, applied, clock, dt / 2.0, halvings - 1);
-        self.halved(&middle, applied, clock, dt / 2.0, halvings - 1)
+        let half = |from: &State<T>| self.halved(inert, rigid, from, applied, clock, dt / 2.0, halvings - 1);
+        half(&half(state))
     }
 
     /// One undivided step, and what the change of the drag in its first half does to the velocity, m/s.
-    fn leap(&self, state: &State<T>, applied: [T; 3], clock: Clock, dt: f64) -> (State<T>, f64) {
+    fn leap<I: Inert<T>>(
+        &self,
+        inert: &I,
+        rigid: &Rigid<T>,
+        state: &State<T>,
+        applied: [T; 3],
+        clock: Clock,
+        dt: f64,
+    ) -> (State<T>, f64) {
         let half = dt / 2.0;
         let [x, y, theta] = state.pose;
         let start = Heading::of(theta);
-        let from = start.place(self.resistance.center);
+        let from = inert.place(start);
         let before = carried(state.twist, from);
 
         let twist = start.to_body(state.twist);
         let mut action = Action { push: applied, ..Action::none() };
-        self.act(&self.situation(state.pose, start, twist, clock), &mut action);
-        let (near, first) = self.resistance.solve_half(self.resistance.at_center(twist), &action, half);
+        self.act(&situation(state.pose, start, twist, rigid, clock, &state.inner), &mut action);
+        let (near, first) = inert.solve_half(inert.at_center(twist), &action, half);
 
         let heading = theta + (before[2] + near[2]) * (half / 2.0);
         let middle = Heading::of(heading);
-        let twist = self.resistance.at_origin(middle.to_body(start.to_world(near)));
+        let twist = inert.at_origin(middle.to_body(start.to_world(near)));
         let [vx, vy, _] = state.twist;
         let place = [x + vx * half, y + vy * half, heading];
+        let mut inner = state.inner;
+        let mut ended = state.inner;
+        if self.inner > 0 {
+            let at = situation(place, middle, twist, rigid, clock, &state.inner);
+            self.advance(&at, half, &mut inner);
+            self.advance(&at, dt, &mut ended);
+        }
         let mut action = Action { push: applied, ..Action::none() };
-        self.act(&self.situation(place, middle, twist, clock), &mut action);
-        let (after, second) = self.resistance.solve(middle.to_body(before), &action, dt);
+        self.act(&situation(place, middle, twist, rigid, clock, &inner), &mut action);
+        let (after, second) = inert.solve(middle.to_body(before), &action, dt);
         let speed = twist.iter().map(|v| v.re() * v.re()).sum::<f64>().sqrt();
         let change = (second - 2.0 * first).abs() * speed;
         let after = middle.to_world(after);
 
         let heading = theta + (before[2] + after[2]) * half;
-        let to = Heading::of(heading).place(self.resistance.center);
+        let to = inert.place(Heading::of(heading));
         let after = State {
             pose: [
                 x + from[0] - to[0] + (before[0] + after[0]) * half,
@@ -127,23 +216,44 @@ impl<T: Real> Plant<T> {
                 heading,
             ],
             twist: carried(after, [-to[0], -to[1]]),
+            inner: ended,
         };
         (after, change)
     }
 
-    #[inline(always)]
-    fn situation(&self, [x, y, _]: [T; 3], heading: Heading<T>, twist: [T; 3], clock: Clock) -> Situation<T> {
-        let heading = heading.sin_cos();
-        Situation { position: [x, y], heading, twist, mass: self.mass, com: self.com, clock }
-    }
-
     /// Add what all laws do.
     #[inline]
-    fn act(&self, at: &Situation<T>, sum: &mut Action<T>) {
-        for law in &self.laws {
-            law.act(at, sum);
+    fn act(&self, at: &Situation<'_, T>, sum: &mut Action<T>) {
+        if self.inner == 0 {
+            for law in &self.laws {
+                law.act(at, sum);
+            }
+            return;
+        }
+        for (law, own) in windows(&self.laws) {
+            law.act(&Situation { inner: &at.inner[own], ..*at }, sum);
         }
     }
+
+    /// Move the laws' own states on.
+    fn advance(&self, at: &Situation<'_, T>, dt: f64, inner: &mut [T; INNER]) {
+        for (law, own) in windows(&self.laws).filter(|(_, own)| !own.is_empty()) {
+            law.advance(&Situation { inner: &at.inner[own.clone()], ..*at }, dt, &mut inner[own]);
+        }
+    }
+}
+
+#[inline(always)]
+fn situation<'a, T: Real>(
+    [x, y, _]: [T; 3],
+    heading: Heading<T>,
+    twist: [T; 3],
+    rigid: &Rigid<T>,
+    clock: Clock,
+    inner: &'a [T; INNER],
+) -> Situation<'a, T> {
+    let heading = heading.sin_cos();
+    Situation { position: [x, y], heading, twist, mass: rigid.mass, com: rigid.com, clock, inner }
 }
 
 /// The twist of a body, taken at a point that lies `[x, y]` from where it was given.

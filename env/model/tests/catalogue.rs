@@ -33,7 +33,7 @@ fn cases() -> impl Strategy<Value = Case> {
         draws,
         state,
         applied,
-        clock: Clock { since_contact },
+        clock: Clock::since_contact(since_contact),
     })
 }
 
@@ -91,7 +91,7 @@ fn neutral(kind: Kind, case: &Case) -> Vec<f64> {
 }
 
 fn state<T: Real>(flat: &[T]) -> State<T> {
-    State { pose: [flat[0], flat[1], flat[2]], twist: [flat[3], flat[4], flat[5]] }
+    State::moving([flat[0], flat[1], flat[2]], [flat[3], flat[4], flat[5]])
 }
 
 fn flat<T: Copy>(state: &State<T>) -> [T; 6] {

@@ -4,7 +4,7 @@
 
 use trundle_model::{Body, Clock, Dual, Effect, Kind, Model, Plant, Real, State, to_body, to_world};
 
-const CLOCK: Clock = Clock { since_contact: 1.0 };
+const CLOCK: Clock = Clock::since_contact(1.0);
 /// Pose, twist and wrench.
 const STATE: [f64; 9] = [0.1, 0.2, 0.3, 0.4, -0.1, 0.2, 12.0, -3.0, 1.5];
 /// Room for all that a step depends on.
@@ -31,8 +31,8 @@ fn table(dof: [bool; 3]) -> Model {
 
 fn step<T: Real>(model: &Model, at: &[T], dt: f64) -> Vec<T> {
     let plant: Plant<T> = model.plant(&at[9..]).unwrap();
-    let state = State { pose: [at[0], at[1], at[2]], twist: [at[3], at[4], at[5]] };
-    let State { pose, twist } = plant.step(&state, [at[6], at[7], at[8]], CLOCK, dt);
+    let state = State::moving([at[0], at[1], at[2]], [at[3], at[4], at[5]]);
+    let State { pose, twist, .. } = plant.step(&state, [at[6], at[7], at[8]], CLOCK, dt);
     [pose, twist].concat()
 }
 

@@ -35,7 +35,7 @@ fn roll(plant: &Plant<f64>, start: State<f64>, wrench: [f64; 3], dt: f64, durati
     let steps = (duration / dt).round() as usize;
     let mut motion = vec![start];
     for k in 0..steps {
-        let clock = Clock { since_contact: k as f64 * dt };
+        let clock = Clock::since_contact(k as f64 * dt);
         motion.push(plant.step(&motion[k], wrench, clock, dt));
     }
     motion
@@ -173,7 +173,7 @@ fn a_slope_accelerates_the_mass_centre_once_in_contact() {
         assert_close(to[k], from[k] + velocity[k] * 2.0 + accel[k] * 2.0, 1e-11);
     }
     let plant = model.resolved().unwrap();
-    let before = plant.step(&State::at_rest([0.0; 3]), [0.0; 3], Clock { since_contact: -DT }, DT);
+    let before = plant.step(&State::at_rest([0.0; 3]), [0.0; 3], Clock::since_contact(-DT), DT);
     assert_eq!(before, State::at_rest([0.0; 3]));
 }
 
@@ -256,7 +256,7 @@ fn a_step_is_halved_where_dry_friction_turns_a_body_back() {
                 15.0 * (3.1 * t).sin(),
                 6.0 * (1.7 * t).cos(),
             ];
-            state = plant.step(&state, push, Clock { since_contact: t }, dt);
+            state = plant.step(&state, push, Clock::since_contact(t), dt);
         }
         state.pose
     };

@@ -13,7 +13,7 @@ fn table() -> Result<Model, trundle_sim::SimError> {
 
 fn world(c: &mut Criterion) {
     let Ok(mut world) = table().and_then(|model| World::new(&model, &[], 2e-3)) else { return };
-    let clock = Clock { since_contact: 1.0 };
+    let clock = Clock::since_contact(1.0);
     c.bench_function("world step, free, 2 ms", |b| b.iter(|| world.step([3.0, -2.0, 0.1], clock)));
 }
 

@@ -165,7 +165,7 @@ mod tests {
 
     fn push(force: [f64; 3], seconds: f64) -> Vec<Drive> {
         let count = (seconds / 0.008) as usize;
-        let clock = |k: usize| Clock { since_contact: 0.008 * k as f64 };
+        let clock = |k: usize| Clock::since_contact(0.008 * k as f64);
         (0..count).map(|k| Drive { applied: force, clock: clock(k), dt: 0.008 }).collect()
     }
 
@@ -179,7 +179,7 @@ mod tests {
         let values: Vec<f64> = model.slots().into_iter().map(|s| s.value.unwrap()).collect();
         let plant = model.plant(&values).unwrap();
         let at = Setting { model: &model, values: &values, plant: &plant };
-        let start = State { pose: [0.0, 0.0, TURN], twist: [0.1, 0.0, 0.2] };
+        let start = State::moving([0.0, 0.0, TURN], [0.1, 0.0, 0.2]);
         stepper.rollout(&at, &start, inputs).unwrap().pop().unwrap()
     }
 

@@ -56,7 +56,7 @@ impl Setting<'_> {
         for tick in 0..=contact + steps(profile.end()) {
             let state = world.state();
             let since_contact = (f64::from(tick) - f64::from(contact)) * self.step;
-            let clock = Clock { since_contact };
+            let clock = Clock::since_contact(since_contact);
             let held_at = gripper.pose(state.pose);
             let wrench = if clock.in_contact() {
                 let command = profile.at(since_contact + self.step / 2.0);

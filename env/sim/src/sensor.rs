@@ -94,7 +94,7 @@ mod tests {
     use super::*;
     use trundle_model::{Body, Effect, Kind, Model};
 
-    const CONTACT: Clock = Clock { since_contact: 2.0 };
+    const CONTACT: Clock = Clock::since_contact(2.0);
 
     fn plant(effects: Vec<Effect>) -> Plant<f64> {
         let body = Body::from_footprint(&[[0.0, 0.0], [1.0, 0.0], [1.0, 1.0]], 5.0).unwrap();

@@ -66,10 +66,10 @@ impl World {
         let (position, rotation) = (body.translation(), body.rotation());
         let (velocity, spin) = (body.linvel(), body.angvel());
         let arm = body.center_of_mass() - position;
-        State {
-            pose: [position.x, position.y, rotation.angle()],
-            twist: [velocity.x + spin * arm.y, velocity.y - spin * arm.x, spin],
-        }
+        State::moving(
+            [position.x, position.y, rotation.angle()],
+            [velocity.x + spin * arm.y, velocity.y - spin * arm.x, spin],
+        )
     }
 
     /// Put the object at rest at a pose `[m, m, rad]`.

@@ -5,7 +5,7 @@
 use trundle_model::{Body, Clock, Model};
 use trundle_sim::{Coupling, Drive, Gripper, World};
 
-const CONTACT: Clock = Clock { since_contact: 0.0 };
+const CONTACT: Clock = Clock::since_contact(0.0);
 const DT: f64 = 2e-3;
 
 fn square(mass: f64) -> World {

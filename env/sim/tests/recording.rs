@@ -85,7 +85,7 @@ fn the_recorded_wrench_explains_the_recorded_motion() {
         let mut state = State::at_rest(object.value[0]);
         for k in 1..object.t.len() {
             let (before, after) = (wrench(k - 1), wrench(k));
-            let clock = Clock { since_contact: object.t[k - 1] - scenario.sensor.precontact };
+            let clock = Clock::since_contact(object.t[k - 1] - scenario.sensor.precontact);
             let mean = [0, 1, 2].map(|axis| (before[axis] + after[axis]) / 2.0);
             state = plant.step(&state, mean, clock, object.t[k] - object.t[k - 1]);
         }

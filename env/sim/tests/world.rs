@@ -8,7 +8,7 @@ use trundle_model::{Body, Clock, Effect, Kind, Model, State};
 use trundle_sim::World;
 
 const DT: f64 = 2e-3;
-const CONTACT: Clock = Clock { since_contact: 0.0 };
+const CONTACT: Clock = Clock::since_contact(0.0);
 
 fn table(mass: f64) -> Model {
     let footprint = [[-0.6, -0.4], [0.6, -0.4], [0.6, 0.4], [-0.6, 0.4]];
@@ -56,7 +56,7 @@ fn gap(model: &Model) -> f64 {
     let mut largest = 0.0f64;
     for tick in 0..500 {
         let t = f64::from(tick) * DT;
-        let clock = Clock { since_contact: t };
+        let clock = Clock::since_contact(t);
         world.step(wrench(t), clock);
         state = plant.step(&state, wrench(t), clock, DT);
         let pose = world.state().pose;

@@ -165,7 +165,7 @@ impl Course {
         for &wrench in wrenches {
             for _ in 0..(self.hold / STEP).round() as usize {
                 let wrench = self.axes.turned(wrench, world.state().pose[2]);
-                world.step(wrench, Clock { since_contact: t });
+                world.step(wrench, Clock::since_contact(t));
                 t += STEP;
                 touched |= world.touching();
             }

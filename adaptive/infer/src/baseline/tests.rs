@@ -175,6 +175,7 @@ fn a_recording_is_cut_into_its_transitions() {
     let readings = (0..400).map(|k| f64::from(k) / 100.0);
     let load = |t: f64| if t >= 1.0 { 1.0 } else { 0.0 };
     let episode = Prepared {
+        ordinal: 0,
         name: "push".to_owned(),
         wrench: readings
             // The reading's frame stands crosswise at the object's origin.

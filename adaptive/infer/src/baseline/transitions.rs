@@ -6,6 +6,9 @@ use rand_chacha::ChaCha8Rng;
 use rand_distr::{Distribution, StandardNormal};
 use trundle_model::{Clock, Model, Plant, State, to_body, to_world};
 
+/// In contact.
+const CLOCK: Clock = Clock::since_contact(0.0);
+
 /// One observation: a state, the wrench held from it on, and the state that followed (eq. 7).
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct Transition {
@@ -90,14 +93,14 @@ pub fn hold(plant: &Plant<f64>, x: &StateVector, u: &[f64; 3], dt: f64) -> State
     let steps = (dt / STEP).ceil().max(1.0);
     let mut state = state(x);
     for _ in 0..steps as usize {
-        state = plant.step(&state, *u, Clock { since_contact: 0.0 }, dt / steps);
+        state = plant.step(&state, *u, CLOCK, dt / steps);
     }
     let ([x, y, heading], [vx, vy, spin]) = (state.pose, state.twist);
     [x, y, heading, vx, vy, spin]
 }
 
 fn state(&[x, y, heading, vx, vy, spin]: &StateVector) -> State<f64> {
-    State { pose: [x, y, heading], twist: [vx, vy, spin] }
+    State::moving([x, y, heading], [vx, vy, spin])
 }
 
 /// The first `n` noise-free transitions of a model whose values are all given. The same seed gives the same ones, and
@@ -190,7 +193,7 @@ impl Pushes {
 fn resistance(plant: &Plant<f64>, x: &StateVector, twist: [f64; 3]) -> [f64; 3] {
     let mut at = state(x);
     at.twist = to_world(twist, x[2]);
-    let action = plant.action(&at, Clock { since_contact: 0.0 });
+    let action = plant.action(&at, CLOCK);
     let ([xx, xy, yy, xt, yt, tt], [vx, vy, spin]) = (action.drag, twist);
     let drag = [xx * vx + xy * vy + xt * spin, xy * vx + yy * vy + yt * spin, xt * vx + yt * vy + tt * spin];
     [0, 1, 2].map(|k| action.push[k] - drag[k])
@@ -198,7 +201,8 @@ fn resistance(plant: &Plant<f64>, x: &StateVector, twist: [f64; 3]) -> [f64; 3] 
 
 /// Wrench about the origin that accelerates it so, object axes.
 fn inertial(plant: &Plant<f64>, [ax, ay, turn]: [f64; 3]) -> [f64; 3] {
-    let [cx, cy] = plant.com;
-    let (fx, fy) = (plant.mass * (ax - turn * cy), plant.mass * (ay + turn * cx));
-    [fx, fy, plant.inertia * turn + cx * fy - cy * fx]
+    let rigid = plant.rigid(CLOCK);
+    let [cx, cy] = rigid.com;
+    let (fx, fy) = (rigid.mass * (ax - turn * cy), rigid.mass * (ay + turn * cx));
+    [fx, fy, rigid.inertia * turn + cx * fy - cy * fx]
 }

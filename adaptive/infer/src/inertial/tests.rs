@@ -17,6 +17,7 @@ fn episode() -> Prepared {
         PoseSample { t, pose: [0.5 * t + 0.1 * (2.0 * t).sin(), 0.1 * t * t, 0.9 * t] }
     };
     Prepared {
+        ordinal: 0,
         name: "push".to_owned(),
         wrench: (0..300).map(wrench).collect(),
         pose: (0..150).map(pose).collect(),

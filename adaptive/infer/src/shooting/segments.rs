@@ -1,6 +1,7 @@
 //! Recordings cut into the stretches that are simulated from a known state.
 
-use crate::track::{LONGEST, Readings, cut};
+use crate::curve::Curve;
+use crate::track::{LONGEST, cut};
 use crate::{InferError, StateVector, Transition};
 use trundle_model::{Clock, State};
 use trundle_record::{FEWEST_POSES, Motion, Noise, PoseSample, Prepared};
@@ -69,7 +70,7 @@ pub(crate) fn of_episode(
         return Err(lacks(episode, &reason));
     }
     let first = first_pose(episode);
-    let cutter = Cutter { index, episode, motion: &motion, readings: Readings::new(&episode.wrench) };
+    let cutter = Cutter { index, episode, motion: &motion, curve: Curve::new(episode) };
     let ends = cutter.ends(first, how);
     if ends.len() < 2 {
         return Err(lacks(episode, "no pose is left after contact"));
@@ -96,7 +97,7 @@ struct Cutter<'a> {
     index: usize,
     episode: &'a Prepared,
     motion: &'a [Motion],
-    readings: Readings<'a>,
+    curve: Curve,
 }
 
 impl Cutter<'_> {
@@ -133,7 +134,7 @@ impl Cutter<'_> {
 
     fn drive(&self, from: &PoseSample, to: &PoseSample, inputs: &mut Vec<Input>) {
         let mut steps = vec![];
-        cut(from.t, to, &self.readings, self.episode.contact, LONGEST, &mut steps);
+        cut(from.t, to, &self.curve, LONGEST, &mut steps);
         inputs.extend(steps.into_iter().map(|s| Input {
             reading: s.reading,
             frame: s.frame,
@@ -150,7 +151,7 @@ impl Cutter<'_> {
             return State::at_rest([0, 1, 2].map(mean));
         }
         let m = &self.motion[at];
-        State { pose: m.pose, twist: m.twist }
+        State::moving(m.pose, m.twist)
     }
 
     /// The recorded pose and the smoothed twist.
@@ -171,10 +172,10 @@ pub(crate) fn of_transition(transition: &Transition) -> Segment {
     let input = Input {
         reading: transition.wrench,
         frame: [0.0; 3],
-        clock: Clock { since_contact: 0.0 },
+        clock: Clock::since_contact(0.0),
         dt: transition.dt / steps,
     };
     let inputs = vec![input; steps as usize];
     let seen = vec![Seen { after: inputs.len(), state: transition.after }];
-    Segment { episode: 0, t: 0.0, start: State { pose: [x, y, theta], twist: [vx, vy, spin] }, inputs, seen }
+    Segment { episode: 0, t: 0.0, start: State::moving([x, y, theta], [vx, vy, spin]), inputs, seen }
 }

@@ -51,7 +51,7 @@ impl Laws {
 
 /// Walk a plant through a segment.
 fn walk<T: Real>(plant: &Plant<T>, segment: &Segment) -> Vec<[T; 6]> {
-    let mut state = State { pose: segment.start.pose.map(T::lift), twist: segment.start.twist.map(T::lift) };
+    let mut state = State::moving(segment.start.pose.map(T::lift), segment.start.twist.map(T::lift));
     let mut seen = segment.seen.iter().peekable();
     let mut found = Vec::with_capacity(segment.seen.len());
     for (k, input) in segment.inputs.iter().enumerate() {

@@ -27,6 +27,7 @@ fn episode(name: &str, rate: f64) -> Prepared {
         PoseSample { t, pose: [0.5 * t, 0.1 * t * t, 6.0 + 0.9 * t] }
     };
     Prepared {
+        ordinal: 0,
         name: name.to_owned(),
         wrench: (0..100).map(wrench).collect(),
         pose: (0..(rate as usize)).map(pose).collect(),

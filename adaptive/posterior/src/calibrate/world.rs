@@ -65,10 +65,11 @@ impl Calibration {
                 let seen = [0, 1, 2].map(|i| state.pose[i] + normal(noise.pose[i], rng));
                 pose.push(PoseSample { t, pose: only(seen) });
             }
-            let clock = Clock { since_contact: t - CONTACT };
+            let clock = Clock::since_contact(t - CONTACT);
             state = plant.step(&state, transport(force.at(t + dt / 2.0), frame), clock, dt);
         }
         Prepared {
+            ordinal: 0,
             name: format!("push_{index}"),
             wrench,
             pose,

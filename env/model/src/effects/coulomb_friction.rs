@@ -6,8 +6,8 @@
 
 use super::dry::{Dry, creep, static_force, stribeck_velocity};
 use super::{on_body, positive};
-use crate::law::{Act, Acting, Action, Situation, Spec, take};
-use crate::{Body, Real};
+use crate::Real;
+use crate::law::{Act, Acting, Action, Site, Situation, Spec, take};
 
 pub(crate) static SPEC: Spec = Spec {
     kind: "coulomb_friction",
@@ -16,6 +16,8 @@ pub(crate) static SPEC: Spec = Spec {
     source: "Armstrong-Hélouvry, Dupont, Canudas de Wit 1994",
     acting: Acting::Object,
     dissipative: true,
+    loads: false,
+    inner: &[],
     params: &[
         on_body("x", 0, "where it rubs, object frame"),
         on_body("y", 1, "where it rubs, object frame"),
@@ -37,13 +39,13 @@ pub struct CoulombFriction<T> {
 }
 
 impl<T: Real> Act<T> for CoulombFriction<T> {
-    fn new(values: &[T], _body: &Body) -> Self {
+    fn new(values: &[T], _site: &Site<'_, T>) -> Self {
         let [x, y, force, static_force, stribeck, creep] = take(values);
         Self { point: [x, y], dry: Dry { force, static_force, stribeck, creep } }
     }
 
     #[inline]
-    fn act(&self, at: &Situation<T>, sum: &mut Action<T>) {
+    fn act(&self, at: &Situation<'_, T>, sum: &mut Action<T>) {
         let c = self.dry.coefficient(at.velocity(self.point));
         sum.brake_at(self.point, c);
     }

@@ -8,8 +8,8 @@
 //! and needs a wheel with μ ≥ |Δμ| beside it to be a friction.
 
 use super::{angle, signed};
-use crate::law::{Act, Acting, Action, Situation, Spec, take};
-use crate::{Body, Real};
+use crate::Real;
+use crate::law::{Act, Acting, Action, Site, Situation, Spec, take};
 use std::f64::consts::TAU;
 
 pub(crate) static SPEC: Spec = Spec {
@@ -19,6 +19,8 @@ pub(crate) static SPEC: Spec = Spec {
     source: "Janot, Gautier, Brunot 2019 (EMPS), direction-dependent model",
     acting: Acting::Object,
     dissipative: false,
+    loads: false,
+    inner: &[],
     params: &[
         angle("angle", TAU, "the direction, object frame"),
         signed(
@@ -45,14 +47,14 @@ pub struct DirectionalFriction<T> {
 }
 
 impl<T: Real> Act<T> for DirectionalFriction<T> {
-    fn new(values: &[T], _body: &Body) -> Self {
+    fn new(values: &[T], _site: &Site<'_, T>) -> Self {
         let [angle, difference] = take(values);
         let (sin, cos) = angle.sin_cos();
         Self { normal: [cos, sin], difference }
     }
 
     #[inline]
-    fn act(&self, at: &Situation<T>, sum: &mut Action<T>) {
+    fn act(&self, at: &Situation<'_, T>, sum: &mut Action<T>) {
         let [nx, ny] = self.normal;
         let along = at.twist[0] * nx + at.twist[1] * ny;
         let size = self.difference * ((along.squared() + ROUND * ROUND).sqrt() - ROUND);

@@ -2,8 +2,8 @@
 //! (until then whatever held the object still holds it).
 
 use super::signed;
-use crate::law::{Act, Acting, Action, Situation, Spec, take};
-use crate::{Body, Real};
+use crate::Real;
+use crate::law::{Act, Acting, Action, Site, Situation, Spec, take};
 
 pub(crate) static SPEC: Spec = Spec {
     kind: "floor_slope",
@@ -12,6 +12,8 @@ pub(crate) static SPEC: Spec = Spec {
     source: "gravity's component along the floor, g·sin(slope)",
     acting: Acting::Object,
     dissipative: false,
+    loads: false,
+    inner: &[],
     params: &[
         signed("accel_x", "m/s²", 10.0, 0.2, "acceleration along world x"),
         signed("accel_y", "m/s²", 10.0, 0.2, "acceleration along world y").planar(),
@@ -28,13 +30,13 @@ pub struct FloorSlope<T> {
 }
 
 impl<T: Real> Act<T> for FloorSlope<T> {
-    fn new(values: &[T], _body: &Body) -> Self {
+    fn new(values: &[T], _site: &Site<'_, T>) -> Self {
         let [x, y] = take(values);
         Self { accel: [x, y] }
     }
 
     #[inline]
-    fn act(&self, at: &Situation<T>, sum: &mut Action<T>) {
+    fn act(&self, at: &Situation<'_, T>, sum: &mut Action<T>) {
         if !at.clock.in_contact() {
             return;
         }

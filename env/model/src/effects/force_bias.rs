@@ -5,8 +5,8 @@
 //! ```
 
 use super::signed;
-use crate::law::{Act, Acting, Clock, Spec, take};
-use crate::{Body, Real};
+use crate::Real;
+use crate::law::{Act, Acting, Clock, Site, Spec, take};
 
 pub(crate) static SPEC: Spec = Spec {
     kind: "force_bias",
@@ -15,6 +15,8 @@ pub(crate) static SPEC: Spec = Spec {
     source: "reading less truth, sensor frame",
     acting: Acting::Instrument,
     dissipative: false,
+    loads: false,
+    inner: &[],
     params: &[
         signed("force_x", "N", 1e4, 2.0, "offset at contact"),
         signed("force_y", "N", 1e4, 2.0, "offset at contact").planar(),
@@ -35,7 +37,7 @@ pub struct ForceBias<T> {
 }
 
 impl<T: Real> Act<T> for ForceBias<T> {
-    fn new(values: &[T], _body: &Body) -> Self {
+    fn new(values: &[T], _site: &Site<'_, T>) -> Self {
         let [fx, fy, tz, dx, dy] = take(values);
         Self { offset: [fx, fy, tz], drift: [dx, dy] }
     }

@@ -26,6 +26,7 @@ const fn on_body(name: &'static str, axis: usize, help: &'static str) -> Param {
         refinement: None,
         on_rail: false,
         of_face: false,
+        choice: false,
         help,
     }
 }
@@ -42,6 +43,7 @@ const fn angle(name: &'static str, period: f64, help: &'static str) -> Param {
         refinement: None,
         on_rail: false,
         of_face: false,
+        choice: false,
         help,
     }
 }
@@ -55,7 +57,18 @@ const fn positive(
     help: &'static str,
 ) -> Param {
     let prior = Prior::LogNormal { median, sd };
-    Param { name, unit, lower: 0.0, upper, prior, refinement: None, on_rail: true, of_face: false, help }
+    Param {
+        name,
+        unit,
+        lower: 0.0,
+        upper,
+        prior,
+        refinement: None,
+        on_rail: true,
+        of_face: false,
+        choice: false,
+        help,
+    }
 }
 
 /// A parameter of either sign, normal a priori around zero.
@@ -70,6 +83,7 @@ const fn signed(name: &'static str, unit: &'static str, limit: f64, sd: f64, hel
         refinement: None,
         on_rail: true,
         of_face: false,
+        choice: false,
         help,
     }
 }
@@ -89,6 +103,12 @@ fn spread_out<T: Real>(body: &Body, spread: T) -> Vec<([T; 2], f64)> {
     let center = [0, 1].map(|k| body.support.iter().map(|s| s.share * s.point[k]).sum::<f64>());
     let one = |s: &Support| ([0, 1].map(|k| spread * (s.point[k] - center[k]) + center[k]), s.share);
     body.support.iter().map(one).collect()
+}
+
+/// The episode of an event, by its place in the recording: a choice that is made, not searched.
+#[allow(dead_code)]
+const fn choice(name: &'static str, help: &'static str) -> Param {
+    Param { lower: 0.0, choice: true, ..signed(name, "1", 1e6, 1.0, help) }.refinement(0.0)
 }
 
 impl Param {

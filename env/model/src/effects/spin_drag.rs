@@ -4,8 +4,8 @@
 //! that of one wheel and a pure damping of the spin: where each of several wheels stands is not in the motion.
 
 use super::positive;
-use crate::law::{Act, Acting, Action, Situation, Spec, take};
-use crate::{Body, Real};
+use crate::Real;
+use crate::law::{Act, Acting, Action, Site, Situation, Spec, take};
 
 pub(crate) static SPEC: Spec = Spec {
     kind: "spin_drag",
@@ -14,6 +14,8 @@ pub(crate) static SPEC: Spec = Spec {
     source: "the damping matrix of viscous wheels is 3×3 and symmetric; one wheel has rank two",
     acting: Acting::Object,
     dissipative: true,
+    loads: false,
+    inner: &[],
     params: &[positive("spin", "N·m·s", 1e6, (5.0, 2.0), "damping of the spin").planar()],
     neutral: &[("spin", 0.0)],
     sentence: "More than one wheel resists: beside the one wheel that stands for them all, turning is braked by {spin}. Where each wheel stands is not in these data.",
@@ -27,13 +29,13 @@ pub struct SpinDrag<T> {
 }
 
 impl<T: Real> Act<T> for SpinDrag<T> {
-    fn new(values: &[T], _body: &Body) -> Self {
+    fn new(values: &[T], _site: &Site<'_, T>) -> Self {
         let [spin] = take(values);
         Self { spin }
     }
 
     #[inline]
-    fn act(&self, _at: &Situation<T>, sum: &mut Action<T>) {
+    fn act(&self, _at: &Situation<'_, T>, sum: &mut Action<T>) {
         sum.drag[5] += self.spin;
     }
 }

@@ -1,8 +1,8 @@
 //! Viscous friction under the whole body: a felt, a film, a carpet; alike in every direction.
 
 use super::{positive, spread, spread_out};
-use crate::law::{Act, Acting, Action, Situation, Spec, take};
-use crate::{Body, Real};
+use crate::Real;
+use crate::law::{Act, Acting, Action, Site, Situation, Spec, take};
 
 pub(crate) static SPEC: Spec = Spec {
     kind: "support_drag",
@@ -11,6 +11,8 @@ pub(crate) static SPEC: Spec = Spec {
     source: "the viscous limit of Goyal, Ruina, Papadopoulos 1991",
     acting: Acting::Object,
     dissipative: true,
+    loads: false,
+    inner: &[],
     params: &[positive("mu", "N·s/m", 1e6, (30.0, 2.0), "viscous friction of the whole body"), spread()],
     neutral: &[("mu", 0.0)],
     sentence: "Viscous friction of {mu} acts under the whole body.",
@@ -24,17 +26,17 @@ pub struct SupportDrag<T> {
 }
 
 impl<T: Real> Act<T> for SupportDrag<T> {
-    fn new(values: &[T], body: &Body) -> Self {
+    fn new(values: &[T], site: &Site<'_, T>) -> Self {
         let [mu, spread] = take(values);
         let mut drag = Action::none();
-        for (point, share) in spread_out(body, spread) {
+        for (point, share) in spread_out(site.body, spread) {
             drag.brake_at(point, mu * share);
         }
         Self { drag }
     }
 
     #[inline]
-    fn act(&self, _at: &Situation<T>, sum: &mut Action<T>) {
+    fn act(&self, _at: &Situation<'_, T>, sum: &mut Action<T>) {
         sum.add(&self.drag);
     }
 }

@@ -4,8 +4,8 @@
 
 use super::dry::{Dry, creep, static_force, stribeck_velocity};
 use super::{positive, spread, spread_out};
-use crate::law::{Act, Acting, Action, Situation, Spec, take};
-use crate::{Body, Real};
+use crate::Real;
+use crate::law::{Act, Acting, Action, Site, Situation, Spec, take};
 
 pub(crate) static SPEC: Spec = Spec {
     kind: "support_friction",
@@ -14,6 +14,8 @@ pub(crate) static SPEC: Spec = Spec {
     source: "Zhou, Paolini, Bagnell, Mason 2016; Goyal, Ruina, Papadopoulos 1991",
     acting: Acting::Object,
     dissipative: true,
+    loads: false,
+    inner: &[],
     params: &[
         positive("force", "N", 1e5, (10.0, 1.5), "sliding friction of the whole body"),
         spread(),
@@ -35,13 +37,13 @@ pub struct SupportFriction<T> {
 }
 
 impl<T: Real> Act<T> for SupportFriction<T> {
-    fn new(values: &[T], body: &Body) -> Self {
+    fn new(values: &[T], site: &Site<'_, T>) -> Self {
         let [force, spread, static_force, stribeck, creep] = take(values);
-        Self { support: spread_out(body, spread), dry: Dry { force, static_force, stribeck, creep } }
+        Self { support: spread_out(site.body, spread), dry: Dry { force, static_force, stribeck, creep } }
     }
 
     #[inline]
-    fn act(&self, at: &Situation<T>, sum: &mut Action<T>) {
+    fn act(&self, at: &Situation<'_, T>, sum: &mut Action<T>) {
         for &(point, share) in &self.support {
             let c = self.dry.coefficient(at.velocity(point)) * share;
             sum.brake_at(point, c);

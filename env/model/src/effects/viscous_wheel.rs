@@ -6,8 +6,8 @@
 //! The paper's eq. 2 omits the sign and the rotation by `w_θ`; both are meant.
 
 use super::{angle, on_body, positive};
-use crate::law::{Act, Acting, Action, Situation, Spec, take};
-use crate::{Body, Real};
+use crate::Real;
+use crate::law::{Act, Acting, Action, Site, Situation, Spec, take};
 
 pub(crate) static SPEC: Spec = Spec {
     kind: "viscous_wheel",
@@ -16,6 +16,8 @@ pub(crate) static SPEC: Spec = Spec {
     source: "Scholz et al., eq. 1-2",
     acting: Acting::Object,
     dissipative: true,
+    loads: false,
+    inner: &[],
     params: &[
         on_body("x", 0, "wheel position, object frame"),
         on_body("y", 1, "wheel position, object frame"),
@@ -35,7 +37,7 @@ pub struct ViscousWheel<T> {
 }
 
 impl<T: Real> Act<T> for ViscousWheel<T> {
-    fn new(values: &[T], _body: &Body) -> Self {
+    fn new(values: &[T], _site: &Site<'_, T>) -> Self {
         let [x, y, angle, mu_x, mu_y] = take(values);
         let (sin, cos) = angle.sin_cos();
         let mut drag = Action::none();
@@ -51,7 +53,7 @@ impl<T: Real> Act<T> for ViscousWheel<T> {
     }
 
     #[inline]
-    fn act(&self, _at: &Situation<T>, sum: &mut Action<T>) {
+    fn act(&self, _at: &Situation<'_, T>, sum: &mut Action<T>) {
         sum.add(&self.drag);
     }
 }

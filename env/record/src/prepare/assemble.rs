@@ -20,8 +20,11 @@ pub(crate) fn dataset(recording: &Recording, method: TareMethod) -> Result<Datas
     let views: Vec<View> =
         recording.episodes.iter().map(|e| View::new(e, &pose_noise)).collect::<Result<_, _>>()?;
     let reader = Reader::new(meta, method, &views)?;
-    let prepared: Vec<Prepared> =
-        views.into_iter().map(|view| episode(&reader, view, meta, &noise)).collect::<Result<_, _>>()?;
+    let prepared: Vec<Prepared> = views
+        .into_iter()
+        .enumerate()
+        .map(|(k, view)| episode(&reader, view, k, meta, &noise))
+        .collect::<Result<_, _>>()?;
     let (held_out, training): (Vec<_>, Vec<_>) =
         prepared.into_iter().partition(|episode| meta.is_held_out(&episode.name));
     let guess = meta.object.mass.unwrap_or_else(|| mass::guess(&training, &noise));
@@ -39,11 +42,18 @@ pub(crate) fn dataset(recording: &Recording, method: TareMethod) -> Result<Datas
     })
 }
 
-fn episode(reader: &Reader, view: View, meta: &Metadata, noise: &Noise) -> Result<Prepared, Error> {
+fn episode(
+    reader: &Reader,
+    view: View,
+    ordinal: usize,
+    meta: &Metadata,
+    noise: &Noise,
+) -> Result<Prepared, Error> {
     let Readings { wrench, tare_sd } = reader.read(&view, noise)?;
     let counts = counts(&view, &wrench);
     Ok(Prepared {
         name: view.name.to_owned(),
+        ordinal,
         contact: contact_begins(&wrench, noise, &tare_sd, meta.at_rest),
         wrench,
         pose: view.object.samples,

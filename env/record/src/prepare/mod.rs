@@ -80,6 +80,8 @@ pub struct Counts {
 pub struct Prepared {
     /// The episode's name.
     pub name: String,
+    /// Its place among all episodes of the recording, from 0.
+    pub ordinal: usize,
     /// In order of time.
     pub wrench: Vec<WrenchSample>,
     /// In order of time, outliers and held values left out, theta continuous.

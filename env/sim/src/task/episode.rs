@@ -150,7 +150,7 @@ impl Episode {
             self.look(at(t), since_contact);
             let (mut gripper, state) = (self.gripper(), self.world.state());
             let mean = gripper.push(at(t + DT / 2.0), &state, self.world.plant(), DT);
-            self.world.step(mean, Clock { since_contact });
+            self.world.step(mean, Clock::since_contact(since_contact));
             self.tick += 1;
         }
         self.wrench = target;
@@ -161,7 +161,7 @@ impl Episode {
 
     /// What the agent is told; entries as [`OBSERVATION`] says.
     pub fn observe(&mut self) -> [f64; OBSERVATION] {
-        let State { pose, twist } = self.world.state();
+        let State { pose, twist, .. } = self.world.state();
         let [x, y, theta] = blur(pose, self.tracker.noise, &mut self.noise);
         let [vx, vy, spin] = blur(twist, self.twist_noise, &mut self.noise);
         let [fx, fy, torque] = blur(self.wrench, self.sensor.noise(), &mut self.noise);
@@ -172,7 +172,7 @@ impl Episode {
     }
 
     fn judge(&self) -> Outcome {
-        let State { pose: [x, y, theta], twist: [vx, vy, spin] } = self.world.state();
+        let State { pose: [x, y, theta], twist: [vx, vy, spin], .. } = self.world.state();
         let [gx, gy, gtheta] = self.goal;
         let (distance, heading_error) = ((x - gx).hypot(y - gy), wrap(theta - gtheta));
         let speed = vx.hypot(vy);
@@ -201,7 +201,7 @@ impl Episode {
             gripper: gripper.pose(state.pose),
             wrench: gripper.push(wrench, &state, self.world.plant(), DT),
             plant: self.world.plant(),
-            clock: Clock { since_contact },
+            clock: Clock::since_contact(since_contact),
         });
     }
 
