@@ -9,6 +9,7 @@ mod error;
 mod identify;
 mod infer;
 mod inspect;
+mod laws;
 mod likelihood;
 mod model;
 mod online;
@@ -29,6 +30,7 @@ fn _native(module: &Bound<'_, PyModule>) -> PyResult<()> {
     record::register(module)?;
     sim::register(module)?;
     inspect::register(module)?;
+    laws::register(module)?;
     infer::register(module)?;
     identify::register(module)?;
     online::register(module)?;

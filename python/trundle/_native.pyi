@@ -55,6 +55,33 @@ class Model:
         contact: float | None = None,
     ) -> tuple[NDArray[np.float64], NDArray[np.float64]]: ...
 
+@final
+class Laws:
+    def __new__(cls, model: Model, parameters: Mapping[str, float] | None = None) -> Laws: ...
+    @property
+    def mass(self) -> float: ...
+    @property
+    def com(self) -> tuple[float, float]: ...
+    @property
+    def inertia(self) -> float: ...
+    def wrench(
+        self,
+        pose: Sequence[float] | NDArray[np.float64],
+        twist: Sequence[float] | NDArray[np.float64],
+        since_contact: float = 0.0,
+    ) -> list[float]: ...
+    def step(
+        self,
+        pose: Sequence[float] | NDArray[np.float64],
+        twist: Sequence[float] | NDArray[np.float64],
+        force: Sequence[float] | NDArray[np.float64],
+        dt: float,
+        since_contact: float = 0.0,
+    ) -> tuple[list[float], list[float]]: ...
+
+def _draw(model: Model, seed: int) -> dict[str, float]: ...
+def _ranges(model: Model) -> list[tuple[str, str, float, tuple[float, float]]]: ...
+
 _States = NDArray[np.float64]
 _Columns = tuple[_States, NDArray[np.float64], NDArray[np.float64], _States]
 

@@ -9,6 +9,7 @@ mod adequacy;
 mod answer;
 mod candidates;
 mod confirm;
+pub mod design;
 mod locate;
 mod naming;
 mod nominal;

@@ -6,6 +6,7 @@ mod bench;
 mod calibrate;
 mod canonical;
 mod chain;
+mod draws;
 mod error;
 mod metropolis;
 mod modes;
@@ -16,6 +17,7 @@ mod whitened;
 
 pub use calibrate::{Calibration, Line, RANKS, Replicate, lines, replicates};
 pub use chain::{Chain, Length, Method};
+pub use draws::{Draws, Range};
 pub use error::PosteriorError;
 pub use modes::{Mode, ModeSummary};
 pub use predictive::{Predicted, predictive};

@@ -1,0 +1,83 @@
+//! What would be recorded of a push if a model were true: without noise.
+
+use super::bench::{Bench, Instruments, extent};
+use super::push::Push;
+use trundle_infer::open_loop;
+use trundle_model::Plant;
+use trundle_record::{Counts, PoseSample, Prepared, WrenchSample};
+
+/// Time in which the object rests before contact, s.
+const REST: f64 = 0.4;
+
+/// The push as an episode, `ordinal` of its recording. The command is what the sensor reads: a robot that controls
+/// force controls its reading. So both models see the same wrench, and all that differs is the motion.
+pub(super) fn imagine(
+    plant: &Plant<f64>,
+    push: &Push,
+    instruments: &Instruments,
+    ordinal: usize,
+) -> Prepared {
+    let mut episode = Prepared {
+        name: format!("push_{ordinal}"),
+        wrench: readings(push, instruments.wrench_rate),
+        pose: still(push.start, push.duration, instruments.pose_rate),
+        contact: REST,
+        tare_sd: instruments.tare,
+        at_rest: true,
+        counts: Counts::default(),
+        memo: Default::default(),
+    };
+    let poses = open_loop(plant, &episode);
+    for (sample, pose) in episode.pose.iter_mut().zip(poses) {
+        sample.pose = pose;
+    }
+    episode
+}
+
+fn readings(push: &Push, rate: f64) -> Vec<WrenchSample> {
+    let (knots, frame) = (push.knots(), push.gripper());
+    let sample = |t: f64| WrenchSample { t, reading: at(&knots, t - REST), frame };
+    times(push.duration, rate).map(sample).collect()
+}
+
+fn still(pose: [f64; 3], duration: f64, rate: f64) -> Vec<PoseSample> {
+    times(duration, rate).map(|t| PoseSample { t, pose }).collect()
+}
+
+fn times(duration: f64, rate: f64) -> impl Iterator<Item = f64> {
+    let count = ((REST + duration) * rate).floor() as usize;
+    (0..=count).map(move |k| k as f64 / rate)
+}
+
+/// The command at a time from contact on; nothing before.
+fn at(knots: &[[f64; 4]], t: f64) -> [f64; 3] {
+    let later = knots.partition_point(|knot| knot[0] <= t);
+    let value = |knot: &[f64; 4]| [knot[1], knot[2], knot[3]];
+    match (later.checked_sub(1).and_then(|k| knots.get(k)), knots.get(later)) {
+        (Some(a), Some(b)) => {
+            let share = (t - a[0]) / (b[0] - a[0]);
+            [1, 2, 3].map(|k| a[k] + share * (b[k] - a[k]))
+        }
+        (Some(knot), None) => value(knot),
+        (None, _) => [0.0; 3],
+    }
+}
+
+/// A push is made weaker at most so often until it keeps within its limits, each time by [`WEAKER`].
+const ATTEMPTS: usize = 8;
+const WEAKER: f64 = 0.65;
+
+/// The push as strong as the limits on motion allow under all of some plants; `None` where no strength does.
+pub(super) fn within_limits(plants: &[&Plant<f64>], push: &Push, bench: &Bench) -> Option<Push> {
+    let instruments = bench.instruments.thinned(30.0);
+    let allowed = [bench.limits.distance, bench.limits.speed, bench.limits.spin];
+    let keeps = |push: &Push| {
+        plants.iter().all(|plant| {
+            let episode = imagine(plant, push, &instruments, bench.recorded);
+            let poses: Vec<[f64; 3]> = episode.pose.iter().map(|p| p.pose).collect();
+            extent(&poses, instruments.pose_rate).iter().zip(allowed).all(|(size, most)| *size <= most)
+        })
+    };
+    let weaker = std::iter::successors(Some(*push), |push| Some(push.scaled(WEAKER)));
+    weaker.take(ATTEMPTS).find(keeps)
+}

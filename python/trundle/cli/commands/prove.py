@@ -1,0 +1,76 @@
+"""`trundle prove`: whether hidden effects are found, on recordings that another simulator made."""
+
+from __future__ import annotations
+
+import argparse
+import tempfile
+from pathlib import Path
+
+from trundle.cli.options import add_quiet
+
+HELP = "Hide effects in recordings made with MuJoCo, diagnose them, and score the answers."
+EXAMPLE = "trundle prove --config configs/experiments/proof_small.toml --jobs 2 --out proof"
+
+
+def add_arguments(parser: argparse.ArgumentParser) -> None:
+    """Declare the settings, what is done, and where things lie."""
+    parser.add_argument(
+        "--config",
+        metavar="FILE",
+        type=Path,
+        default=Path("configs/experiments/proof.toml"),
+        help="what is hidden and how often (default configs/experiments/proof.toml)",
+    )
+    parser.add_argument(
+        "--range", metavar="NAME", default="report", help="range of seeds of the file (default report)"
+    )
+    parser.add_argument("--jobs", metavar="N", type=jobs, default=1, help="processes (default 1)")
+    parser.add_argument(
+        "--work",
+        metavar="DIR",
+        type=Path,
+        help="recordings while they are diagnosed; an interrupted proof goes on from it (default: in the "
+        "system's temporary directory)",
+    )
+    parser.add_argument(
+        "--out", metavar="DIR", type=Path, default=Path("docs"), help="folder of proof.md, proof/ and images/"
+    )
+    parser.add_argument("--limits", action="store_true", help="detection limits instead of the main proof")
+    parser.add_argument(
+        "--leave-one-out", action="store_true", help="diagnose again with the true effect left out"
+    )
+    parser.add_argument("--fresh", action="store_true", help="forget drawn cases and results")
+    parser.add_argument(
+        "--redraw",
+        action="store_true",
+        help="no diagnosis: tables and figures from the results that are there",
+    )
+    add_quiet(parser)
+
+
+def run(args: argparse.Namespace) -> int:
+    """Prove what was asked for and write the document."""
+    from trundle.proof.run import prove
+
+    work = args.work or Path(tempfile.gettempdir()) / "trundle-prove"
+    text = prove(
+        args.config,
+        args.range,
+        work,
+        args.out,
+        jobs=args.jobs,
+        limits=args.limits,
+        leave_out=args.leave_one_out,
+        fresh=args.fresh,
+        redraw=args.redraw,
+        quiet=args.quiet,
+    )
+    print(text)
+    return 0
+
+
+def jobs(text: str) -> int:
+    """Return a number of processes."""
+    if not text.isdigit() or int(text) < 1:
+        raise argparse.ArgumentTypeError(f"a number of processes is a whole number from 1 on, not {text!r}")
+    return int(text)

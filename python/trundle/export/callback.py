@@ -1,0 +1,143 @@
+"""What a simulation left out, in MuJoCo: the effects of the `model.toml` beside this file.
+
+`object.xml` describes the body and the actuators through which the effects act; their laws are trundle's.
+
+    model, effects = load()                            # or Effects(your_model) once object.xml is part of it
+    data = mujoco.MjData(model)
+    effects.apply(model, data); mujoco.mj_step(model, data)       # in your loop, before each step
+    mujoco.set_mjcb_control(effects.apply)                        # or once, for every step from then on
+    effects.use(effects.sample(numpy.random.default_rng(0)))      # another object that the data allow
+
+Needs `mujoco` and `trundle`. Your own forces go where they always go: `qfrc_applied`,
+`xfrc_applied`, contacts.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Mapping
+from pathlib import Path
+
+import mujoco
+import numpy as np
+
+from trundle.export import Laws, Model, TrundleError, draw
+
+HERE = Path(__file__).resolve().parent
+
+BODY = "object"
+PUSH = ("push_x", "push_y", "push_theta")
+DAMPING = ("damping_x", "damping_y", "damping_theta", "damping_xy", "damping_xtheta", "damping_ytheta")
+IMPLICIT = (mujoco.mjtIntegrator.mjINT_IMPLICIT, mujoco.mjtIntegrator.mjINT_IMPLICITFAST)
+
+
+def load(folder: str | Path = HERE) -> tuple[mujoco.MjModel, Effects]:
+    """Return the object alone, compiled, and its effects."""
+    model = mujoco.MjModel.from_xml_path(str(Path(folder) / "object.xml"))
+    return model, Effects(model, folder)
+
+
+class Effects:
+    """The effects on one object of a MuJoCo model.
+
+    Parameters
+    ----------
+    model : mujoco.MjModel
+        One that `object.xml` is part of, the body a child of the world that is not turned, moving in its
+        plane or by a free joint.
+    folder : path
+        Where `model.toml` lies.
+    parameters : mapping of str to float, optional
+        Values in the place of those of `model.toml`, as `sample` returns them.
+    contact : float
+        Time at which somebody begins to push, s: some laws act from then on.
+    """
+
+    def __init__(
+        self,
+        model: mujoco.MjModel,
+        folder: str | Path = HERE,
+        parameters: Mapping[str, float] | None = None,
+        *,
+        contact: float = 0.0,
+    ) -> None:
+        if model.opt.integrator not in IMPLICIT:
+            raise TrundleError('set option integrator="implicitfast": the damping of a wheel is stiff')
+        self.model, self.contact = model, contact
+        self.described = Model.read(Path(folder) / "model.toml")
+        self.body = identify(model, mujoco.mjtObj.mjOBJ_BODY, BODY)
+        self.free, self.qpos, self.dofs = coordinates(model, self.body)
+        controls = [
+            identify(model, mujoco.mjtObj.mjOBJ_ACTUATOR, f"{BODY}_{name}") for name in PUSH + DAMPING
+        ]
+        self.controls = np.array(controls)
+        self.use(parameters or {})
+
+    def sample(self, rng: np.random.Generator) -> dict[str, float]:
+        """Draw a value for every parameter from the posterior of `model.toml`: a positive one is positive."""
+        return draw(self.described, rng)
+
+    def use(self, parameters: Mapping[str, float]) -> None:
+        """Take these values, and give the body the mass, mass centre and inertia that go with them."""
+        self.laws = Laws(self.described, dict(parameters))
+        self.model.body_mass[self.body] = self.laws.mass
+        self.model.body_ipos[self.body, :2] = self.laws.com
+        self.model.body_inertia[self.body] = self.laws.inertia
+        mujoco.mj_setConst(self.model, mujoco.MjData(self.model))
+
+    def apply(self, model: mujoco.MjModel, data: mujoco.MjData) -> None:
+        """Set the controls that are the effects' own for the step to come; nothing for another model."""
+        if model.signature != self.model.signature:
+            return
+        pose, twist = self.state(data)
+        push, damping = self.laws.step(
+            pose, twist, self.others(data, pose), model.opt.timestep, data.time - self.contact
+        )
+        xx, xy, yy, xt, yt, tt = damping
+        # A symmetric matrix as a sum of squares along x, y, theta and the three sums of two of them.
+        data.ctrl[self.controls] = (*push, xx - xy - xt, yy - xy - yt, tt - xt - yt, xy, xt, yt)
+
+    def state(self, data: mujoco.MjData) -> tuple[tuple[float, ...], tuple[float, ...]]:
+        """Return pose and twist of the object frame in the world."""
+        place, q = self.model.body_pos[self.body], data.qpos[self.qpos]
+        vx, vy, spin = data.qvel[self.dofs]
+        if self.free:
+            w, x, y, z = q[3:]
+            return (q[0], q[1], np.arctan2(2 * (w * z + x * y), 1 - 2 * (y * y + z * z))), (vx, vy, spin)
+        return (place[0] + q[0], place[1] + q[1], q[2]), (vx, vy, spin)
+
+    def others(self, data: mujoco.MjData, pose: tuple[float, ...]) -> tuple[float, float, float]:
+        """Return the wrench of all else, object axes about the origin; contacts as they were a step ago."""
+        fx, fy, torque = data.qfrc_applied[self.dofs] + data.qfrc_constraint[self.dofs]
+        cos, sin = np.cos(pose[2]), np.sin(pose[2])
+        fx, fy = cos * fx + sin * fy, cos * fy - sin * fx
+        at_centre = data.xfrc_applied[self.body]
+        weight = self.laws.mass * self.model.opt.gravity
+        gx, gy = at_centre[0] + weight[0], at_centre[1] + weight[1]
+        gx, gy = cos * gx + sin * gy, cos * gy - sin * gx
+        x, y = self.laws.com
+        return fx + gx, fy + gy, torque + at_centre[5] + x * gy - y * gx
+
+
+def identify(model: mujoco.MjModel, kind: mujoco.mjtObj, name: str) -> int:
+    """Return the index of what is named so."""
+    index = int(mujoco.mj_name2id(model, kind, name))
+    if index < 0:
+        raise TrundleError(f"the MuJoCo model has no {name!r}: attach object.xml to it")
+    return index
+
+
+def coordinates(model: mujoco.MjModel, body: int) -> tuple[bool, slice, list[int]]:
+    """Return whether the body is free, its places in `qpos`, and those of x, y and theta in `qvel`."""
+    joints = range(model.body_jntadr[body], model.body_jntadr[body] + model.body_jntnum[body])
+    kinds = [int(model.jnt_type[joint]) for joint in joints]
+    at, dof = model.jnt_qposadr[joints[0]] if joints else 0, model.body_dofadr[body]
+    turned = abs(model.body_quat[body][0]) < 1 - 1e-9 and kinds != [int(mujoco.mjtJoint.mjJNT_FREE)]
+    if model.body_parentid[body] != 0 or turned:
+        raise TrundleError(
+            f"{BODY!r} must be a child of the world that is not turned: the laws know no other"
+        )
+    if kinds == [int(mujoco.mjtJoint.mjJNT_FREE)]:
+        return True, slice(at, at + 7), [dof, dof + 1, dof + 5]
+    if kinds != [int(mujoco.mjtJoint.mjJNT_SLIDE)] * 2 + [int(mujoco.mjtJoint.mjJNT_HINGE)]:
+        raise TrundleError(f"{BODY!r} must have a free joint, or slide along x and y and turn about z")
+    return False, slice(at, at + 3), [dof, dof + 1, dof + 2]

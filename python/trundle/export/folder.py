@@ -1,0 +1,80 @@
+"""A model written for MuJoCo: a folder that appears whole."""
+
+from __future__ import annotations
+
+import json
+import os
+import shutil
+import tempfile
+from collections.abc import Sequence
+from pathlib import Path
+from typing import TypeAlias
+
+from trundle._native import Model, TrundleError, effects
+from trundle.export.mjcf import described, mjcf
+from trundle.export.randomise import ranges
+
+__all__ = ["to_mujoco"]
+
+PathLike: TypeAlias = "str | os.PathLike[str]"
+CALLBACK = "effects.py"
+MARK = "object.xml"
+
+
+def to_mujoco(
+    model: Model | PathLike, folder: PathLike, *, footprint: Sequence[Sequence[float]] | None = None
+) -> Path:
+    """Write a model for MuJoCo.
+
+    Parameters
+    ----------
+    model : Model or path
+        With a value for every parameter, as a diagnosis or a fit writes it.
+    folder : path
+        Made, or replaced if it holds an earlier export. It receives ``object.xml`` (MJCF), ``effects.py``
+        (the callback), ``model.toml`` (what the callback reads) and ``ranges.json`` (95 % intervals of the
+        posterior, and the effects on instruments, which a simulator's forces do not show).
+    footprint : sequence of (x, y), optional
+        Corners, m, for a model that names none.
+
+    Returns
+    -------
+    Path
+        The folder.
+
+    Raises
+    ------
+    TrundleError
+        If a value is free, there is no footprint, or the folder holds something else.
+    """
+    read = model if isinstance(model, Model) else Model.read(model)
+    folder = Path(folder)
+    if folder.exists() and not (folder / MARK).exists() and (not folder.is_dir() or any(folder.iterdir())):
+        raise TrundleError(f"{folder}: holds something else than an export; give another folder with --out")
+    written = {
+        MARK: mjcf(read, footprint),
+        "model.toml": read.to_toml(),
+        "ranges.json": json.dumps(summary(read), indent=2, ensure_ascii=False) + "\n",
+        CALLBACK: Path(__file__).with_name("callback.py").read_text(encoding="utf-8"),
+    }
+    folder.parent.mkdir(parents=True, exist_ok=True)
+    partial = Path(tempfile.mkdtemp(prefix=f".{folder.name}-", dir=folder.parent))
+    try:
+        partial.chmod(0o755)
+        for name, text in written.items():
+            (partial / name).write_text(text, encoding="utf-8")
+        shutil.rmtree(folder, ignore_errors=True)
+        partial.rename(folder)
+    finally:
+        shutil.rmtree(partial, ignore_errors=True)
+    return folder
+
+
+def summary(model: Model) -> dict[str, object]:
+    """Return what `ranges.json` holds."""
+    acting = {effect["kind"]: effect["acting"] for effect in effects()}
+    kinds = [effect["kind"] for effect in described(model).get("effect", [])]
+    return {
+        "parameters": ranges(model),
+        "instruments": [kind for kind in kinds if acting[kind] == "instrument"],
+    }

@@ -1,0 +1,98 @@
+"""The experiment's file: how many cases of what, from which seeds, and what makes a case count."""
+
+from __future__ import annotations
+
+from dataclasses import asdict, dataclass
+from pathlib import Path
+from typing import Any
+
+from trundle.paper.config import parse
+from trundle.proof.families import CATALOGUE, FOREIGN
+from trundle.recording import TrundleError
+
+__all__ = ["Settings", "read"]
+
+FORMAT = "trundle-proof/1"
+
+
+@dataclass(frozen=True)
+class Settings:
+    """What the recordings of a proof depend on.
+
+    Attributes
+    ----------
+    range : str
+        Which range of seeds.
+    first : int
+        Its first seed.
+    effects, foreign : tuple of str
+        Families that are hidden.
+    singles, foreigns : int
+        Cases of each.
+    pairs, clean : int
+        Cases in all.
+    matters : float
+        By which factor the true law must improve the refitted nominal model's held-out misfit.
+    each_matters : float
+        The same for each effect of a pair, where only the other is in the model.
+    attempts : int
+        Draws after which a case is given up.
+    episodes : int
+    sizes : tuple of float
+        For detection limits: shares of the size that was drawn.
+    limited : int
+        For detection limits: cases of each effect.
+    """
+
+    range: str
+    first: int
+    effects: tuple[str, ...]
+    foreign: tuple[str, ...]
+    singles: int
+    foreigns: int
+    pairs: int
+    clean: int
+    matters: float = 3.0
+    each_matters: float = 2.0
+    attempts: int = 30
+    episodes: int = 8
+    sizes: tuple[float, ...] = (1.0, 0.5, 0.25, 0.125)
+    limited: int = 0
+
+    def plain(self) -> dict[str, Any]:
+        """Return it as plain values."""
+        return {name: list(v) if isinstance(v, tuple) else v for name, v in asdict(self).items()}
+
+
+def read(path: Path, which: str) -> Settings:
+    """Read a proof's file for one of its ranges of seeds.
+
+    Raises
+    ------
+    TrundleError
+        If a key or a family is unknown or missing.
+    """
+    found = parse(path)
+    if found.pop("format", None) != FORMAT:
+        raise TrundleError(f'{path}: must begin with format = "{FORMAT}"')
+    ranges = found.pop("ranges", {})
+    if which not in ranges:
+        raise TrundleError(f"{path}: [ranges] has no '{which}'; it has {', '.join(ranges) or 'nothing'}")
+    chosen: dict[str, Any] = {
+        "effects": families(path, found.pop("effects", ["all"]), CATALOGUE),
+        "foreign": families(path, found.pop("foreign", ["all"]), FOREIGN),
+        "sizes": tuple(found.pop("sizes", Settings.sizes)),
+    }
+    try:
+        return Settings(range=which, first=int(ranges[which]), **chosen, **found)
+    except TypeError as error:
+        known = ", ".join(Settings.__dataclass_fields__)
+        raise TrundleError(f"{path}: {error}; the keys are format, ranges, {known}") from error
+
+
+def families(path: Path, names: list[str], known: dict[str, Any]) -> tuple[str, ...]:
+    """Return names of families, all known ones for "all"."""
+    for name in names:
+        if name != "all" and name not in known:
+            raise TrundleError(f"{path}: there is no family '{name}'; there are {', '.join(known)}")
+    return tuple(known) if names == ["all"] else tuple(names)

@@ -1,0 +1,118 @@
+"""The document of a proof, written from the results and the sealed answers that are kept."""
+
+from __future__ import annotations
+
+import json
+from collections.abc import Sequence
+from importlib.resources import files
+from pathlib import Path
+from typing import Any
+
+from trundle.paper.results import Results, Row, load
+from trundle.proof import figures, tables
+from trundle.proof.sealed import open_sealed, write_text
+
+__all__ = ["rows_of", "write_document"]
+
+
+def write_document(out: Path, name: str) -> str:
+    """Write `NAME.md` and its figures from `proof/NAME*.jsonl`; return what is on it.
+
+    Parameters
+    ----------
+    out : Path
+        Folder of the document, of `proof/` and of `images/`.
+    name : str
+    """
+    kept = out / "proof"
+    parts = [
+        (kept / f"{name}.jsonl", main),
+        (kept / f"{name}_without.jsonl", without),
+        (kept / f"{name}_limits.jsonl", limits),
+    ]
+    sections = [make(path, out, name) for path, make in parts if path.exists()]
+    text = "\n\n".join(["# The concealed proof", *sections]) + "\n"
+    write_text(out / f"{name}.md", text)
+    return text
+
+
+def rows_of(path: Path) -> tuple[Row, list[Row]]:
+    """Return the settings of results, and each diagnosis with the sealed answer beside it.
+
+    The answers must be those whose SHA-256 stands with the results.
+    """
+    settings = load(path)[0]
+    results = Results.whatever(path)
+    stem = path.stem.removesuffix("_without")
+    truths = open_sealed(path.with_name(f"{stem}.answers.json"), settings["sha256"])
+    rows = []
+    for trial in (row["trial"] for row in load(path)[1]):
+        found = results.of(trial)
+        if found is not None:
+            rows.append(
+                {**trial, "answer": found, "truth": truths[trial["case"]], "seconds": found["seconds"]}
+            )
+    settings["given_up"] = [truth["names"] for truth in truths.values() if "oracle" not in truth]
+    return settings, sorted(rows, key=lambda row: str(row["case"]))
+
+
+def main(path: Path, out: Path, name: str) -> str:
+    """Return the section of the main proof."""
+    settings, rows = rows_of(path)
+    pictures = {
+        "confusion": lambda target: figures.confusion(target, rows),
+        "calibration": lambda target: figures.reliability(target, rows),
+        "gain": lambda target: figures.gains(target, rows),
+    }
+    values = {
+        "about": tables.about(settings, rows),
+        "targets": tables.targets(rows),
+        "by_effect": tables.by_effect(settings, rows),
+        "foreign": tables.by_foreign(rows),
+        "places": tables.places(rows),
+        "parameters": tables.parameters(rows),
+        "calibration": tables.calibrated(rows),
+        "wrong": tables.wrong_answers(rows),
+        "sha256": settings["sha256"],
+        "results": f"proof/{path.name}",
+        "answers": f"proof/{path.stem}.answers.json",
+        **{key: draw(out, f"{name}_{key}.png", paint) for key, paint in pictures.items()},
+    }
+    values = {("picture_" + key if key in pictures else key): value for key, value in values.items()}
+    values["calibration"] = tables.calibrated(rows)
+    return template("main").format(**values).strip()
+
+
+def without(path: Path, out: Path, name: str) -> str:
+    """Return the section of leave-one-out."""
+    _, rows = rows_of(path)
+    return template("without").format(table=tables.left_out(rows), results=f"proof/{path.name}").strip()
+
+
+def limits(path: Path, out: Path, name: str) -> str:
+    """Return the section of detection limits."""
+    settings, rows = rows_of(path)
+    picture = draw(out, f"{name}_limits.png", lambda target: figures.limits(target, rows))
+    return (
+        template("limits")
+        .format(table=tables.limits(settings, rows), picture=picture, results=f"proof/{path.name}")
+        .strip()
+    )
+
+
+def draw(out: Path, file: str, paint: Any) -> str:
+    """Draw a figure and return its path in the document."""
+    target = out / "images" / file
+    target.parent.mkdir(parents=True, exist_ok=True)
+    paint(target)
+    return f"images/{file}"
+
+
+def template(name: str) -> str:
+    """Return the sentences of a section."""
+    return files("trundle.proof").joinpath("prose", f"{name}.md").read_text(encoding="utf-8")
+
+
+def plain(value: Sequence[Any]) -> str:
+    """Return a value as text."""
+    return json.dumps(value)

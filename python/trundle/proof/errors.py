@@ -1,0 +1,79 @@
+"""How far places, moments and values of rightly named effects are off."""
+
+from __future__ import annotations
+
+import math
+from collections.abc import Sequence
+from typing import Any
+
+import numpy as np
+
+from trundle.paper.results import Row
+from trundle.proof.places import overlap
+from trundle.proof.score import found_rows
+
+__all__ = ["TARGETS", "parameter_errors", "place_errors"]
+
+TARGETS = {
+    "body point, m": ("at most", 0.05),
+    "world point, m": ("at most", 0.05),
+    "event time, s": ("at most", 0.15),
+    "delay, s": ("at most", 0.010),
+    "region overlap": ("at least", 0.6),
+}
+"""What is to be reached, by kind of place."""
+
+
+def place_errors(rows: Sequence[Row]) -> dict[str, list[tuple[str, float]]]:
+    """Return (effect, error) by kind of place; infinite where the answer says no place."""
+    found: dict[str, list[tuple[str, float]]] = {kind: [] for kind in TARGETS}
+    for answer, true in found_rows(rows):
+        where, given = true["where"] or {}, answer["where"] or {}
+        for key, kind in (("body_point", "body point, m"), ("world_point", "world point, m")):
+            if key in where:
+                found[kind].append((true["effect"], distance(given.get(key), where[key])))
+        if "event" in where:
+            found["event time, s"].append((true["effect"], moment(given.get("event"), where["event"])))
+        if true["effect"] == "latency":
+            off = abs(answer["parameters"]["delay"]["mean"] - true["parameters"]["delay"])
+            found["delay, s"].append((true["effect"], off))
+        if "world_region" in where:
+            region, cells = given.get("world_region"), answer["_truth"].get("visited", [])
+            common = overlap(region, where["world_region"], cells) if region else 0.0
+            found["region overlap"].append((true["effect"], common))
+    return found
+
+
+def distance(given: Any, true: Sequence[float]) -> float:
+    """Return the distance of a point that was given, or infinity."""
+    if not given or given.get("mean") is None:
+        return math.inf
+    return math.dist(given["mean"], true)
+
+
+def moment(given: Any, true: Row) -> float:
+    """Return how far a moment is off, infinite in another episode."""
+    if not given or given["episode"] != true["episode"]:
+        return math.inf
+    return abs(float(given["time"]["mean"]) - float(true["time"]))
+
+
+def parameter_errors(rows: Sequence[Row]) -> dict[str, list[tuple[float, float]]]:
+    """Return by `effect.parameter` the relative error, and the error over the standard deviation given."""
+    found: dict[str, list[tuple[float, float]]] = {}
+    for answer, true in found_rows(rows):
+        for name, value in true["parameters"].items():
+            given = answer["parameters"].get(name)
+            if given is None or value is None or given.get("mean") is None:
+                continue
+            found.setdefault(f"{true['effect']}.{name}", []).append(relative(given, value))
+    return found
+
+
+def relative(given: Row, value: Any) -> tuple[float, float]:
+    """Return the error over the value's size, and over the standard deviation; of matrices as a whole."""
+    mean, true = np.asarray(given["mean"], dtype=float), np.asarray(value, dtype=float)
+    size, off = float(np.linalg.norm(true)), float(np.linalg.norm(mean - true))
+    sd = given.get("sd")
+    spread = float(np.linalg.norm(np.asarray(sd, dtype=float))) if sd is not None else math.nan
+    return off / size if size else math.nan, off / spread if spread else math.nan

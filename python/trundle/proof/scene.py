@@ -1,0 +1,180 @@
+"""What is drawn before any effect: an object, its wheel, its instruments, and how it is pushed."""
+
+from __future__ import annotations
+
+from dataclasses import dataclass, field
+
+import numpy as np
+from numpy.typing import NDArray
+
+from trundle.proof.shapes import Shape, draw_shape, inside
+
+__all__ = ["CONTACT", "SECONDS", "Grasp", "Push", "Scene", "Wheel", "draw_scene"]
+
+Floats = NDArray[np.float64]
+
+SECONDS = 6.0
+"""Length of an episode, s."""
+CONTACT = 0.5
+"""When the gripper takes hold, s."""
+RAMP = 0.3
+"""Over which a push sets in, s."""
+RATES = (125.0, 200.0, 250.0)
+"""Of the force-torque sensor, Hz."""
+
+
+@dataclass(frozen=True)
+class Wheel:
+    """A viscous wheel: place m and rolling direction rad in the object's frame, friction N·s/m."""
+
+    x: float
+    y: float
+    angle: float
+    mu_x: float
+    mu_y: float
+
+    def damping(self) -> Floats:
+        """Return its damping (3, 3) about the object's origin, object axes (x, y, θ)."""
+        c, s = np.cos(self.angle), np.sin(self.angle)
+        slip = np.array([[c, s], [-s, c]]) @ np.array([[1.0, 0.0, -self.y], [0.0, 1.0, self.x]])
+        return np.asarray(slip.T @ np.diag([self.mu_x, self.mu_y]) @ slip)
+
+
+@dataclass(frozen=True)
+class Grasp:
+    """Where the gripper holds the object: m, m, rad, object frame."""
+
+    x: float
+    y: float
+    angle: float
+
+
+@dataclass(frozen=True)
+class Push:
+    """One episode: where the object starts, where it is held, and the motion that the gripper wants.
+
+    The wanted twist of the gripper, in its own axes, is a sum of sines; a force in proportion to what is
+    missing of it is what the gripper exerts, up to its limit, so that speeds stay those of a room.
+    """
+
+    start: tuple[float, float, float]
+    grasp: Grasp
+    amplitude: Floats
+    """(3, n): m/s, m/s, rad/s."""
+    frequency: Floats
+    """(3, n), Hz."""
+    phase: Floats
+
+    def wanted(self, t: Floats) -> Floats:
+        """Return the wanted twist (len(t), 3) at times of the table."""
+        s = t - CONTACT
+        on = np.clip(s / RAMP, 0.0, 1.0)
+        waves = np.sin(2 * np.pi * self.frequency * s[:, None, None] + self.phase)
+        return np.asarray(on[:, None] * np.sum(self.amplitude * waves, axis=2))
+
+
+@dataclass(frozen=True)
+class Scene:
+    """Everything of a case but its effects.
+
+    Attributes
+    ----------
+    seed : int
+        From which the noise of each episode is drawn too.
+    mass : float
+        kg.
+    gain : (N·s/m, N·m·s)
+        Of the gripper: force by missing velocity.
+    limit : (N, N·m)
+        What the gripper exerts at most.
+    offset : (N, N, N·m)
+        The raw sensor's.
+    rate : float
+        Of the sensor, Hz.
+    feet_told, mass_told : bool
+        Whether the recording says where the object stands, and what it weighs.
+    """
+
+    seed: int
+    shape: Shape
+    mass: float
+    wheel: Wheel
+    pushes: tuple[Push, ...]
+    gain: tuple[float, float]
+    limit: tuple[float, float]
+    offset: tuple[float, float, float]
+    rate: float
+    feet_told: bool
+    mass_told: bool
+    held_out: int = 2
+    pose_noise: float = 5e-4
+    heading_noise: float = field(default=float(np.radians(0.1)))
+    force_noise: float = 0.4
+    torque_noise: float = 0.05
+
+    @property
+    def standing(self) -> Floats:
+        """Where the floor can drag: the feet if the recording tells them, else the corners."""
+        return self.shape.feet if self.feet_told else self.shape.corners()
+
+
+def draw_scene(seed: int, attempt: int = 0, episodes: int = 8) -> Scene:
+    """Return the scene of a seed; another one for each attempt."""
+    rng = np.random.default_rng([seed, attempt, 1])
+    shape = draw_shape(rng)
+    mass = round(float(rng.uniform(8.0, 40.0)), 1)
+    grasps = [draw_grasp(rng, shape) for _ in range(int(rng.integers(3, 5)))]
+    gain = float(rng.uniform(60.0, 200.0))
+    return Scene(
+        seed=seed,
+        shape=shape,
+        mass=mass,
+        wheel=draw_wheel(rng, shape),
+        pushes=tuple(draw_push(rng, grasps[k % len(grasps)]) for k in range(episodes)),
+        gain=(gain, 0.2 * gain),
+        limit=(80.0, 25.0),
+        offset=tuple(rng.uniform(-1, 1, 3) * (3.0, 3.0, 0.3)),
+        rate=float(rng.choice(RATES)),
+        feet_told=bool(rng.random() < 0.7) or shape.disc is not None,
+        mass_told=bool(rng.random() < 0.3),
+        held_out=min(2, episodes - 1),
+    )
+
+
+def draw_wheel(rng: np.random.Generator, shape: Shape) -> Wheel:
+    """Return a wheel somewhere under the object, that rolls more or less easily and resists sideways."""
+    x, y = draw_point(rng, shape)
+    mu_x, mu_y = np.exp(rng.uniform(np.log((4.0, 40.0)), np.log((40.0, 300.0))))
+    return Wheel(x, y, float(rng.uniform(-np.pi / 2, np.pi / 2)), float(mu_x), float(mu_y))
+
+
+def draw_point(rng: np.random.Generator, shape: Shape) -> tuple[float, float]:
+    """Return a point under the object, evenly."""
+    low, high = shape.outline.min(axis=0), shape.outline.max(axis=0)
+    while True:
+        point = rng.uniform(low, high)
+        if inside(point[None, :], shape.outline)[0]:
+            return float(point[0]), float(point[1])
+
+
+def draw_grasp(rng: np.random.Generator, shape: Shape) -> Grasp:
+    """Return a grasp on the outline, its axes turned at random."""
+    edges = np.roll(shape.outline, -1, axis=0) - shape.outline
+    lengths = np.hypot(*edges.T)
+    k = int(rng.choice(len(edges), p=lengths / lengths.sum()))
+    x, y = shape.outline[k] + rng.uniform(0.1, 0.9) * edges[k]
+    return Grasp(float(x), float(y), float(rng.uniform(-np.pi, np.pi)))
+
+
+def draw_push(rng: np.random.Generator, grasp: Grasp, waves: int = 4) -> Push:
+    """Return an episode that moves and turns the object to and fro."""
+    size = np.array([0.35, 0.35, 0.6]) * rng.uniform(0.6, 1.2)
+    share = rng.dirichlet(np.ones(waves), size=3) ** 0.5
+    x, y = rng.uniform(-0.4, 0.4, 2)
+    return Push(
+        start=(float(x), float(y), float(rng.uniform(-np.pi, np.pi))),
+        grasp=grasp,
+        amplitude=size[:, None] * share,
+        frequency=rng.uniform(0.12, 0.9, (3, waves)),
+        phase=rng.uniform(-np.pi, np.pi, (3, waves)),
+    )
