@@ -78,8 +78,8 @@ impl PyLaws {
     ///     Wrench [N, N, N·m] in the object's axes about its origin.
     #[pyo3(signature = (pose, twist, since_contact=0.0))]
     fn wrench(&self, pose: [f64; 3], twist: [f64; 3], since_contact: f64) -> [f64; 3] {
-        let state = State { pose, twist };
-        self.plant.action(&state, Clock { since_contact }).wrench(to_body(twist, pose[2]))
+        let state = State::moving(pose, twist);
+        self.plant.action(&state, Clock::since_contact(since_contact)).wrench(to_body(twist, pose[2]))
     }
 
     /// What the laws do over one step of a simulator that takes damping implicitly.
@@ -114,7 +114,7 @@ impl PyLaws {
         dt: f64,
         since_contact: f64,
     ) -> ([f64; 3], [f64; 6]) {
-        let (state, clock) = (State { pose, twist }, Clock { since_contact });
+        let (state, clock) = (State::moving(pose, twist), Clock::since_contact(since_contact));
         let after = self.plant.step(&state, force, clock, dt);
         let drag = self.plant.action(&after, clock).drag;
         let (before, after) = (to_body(twist, pose[2]), to_body(after.twist, pose[2]));
