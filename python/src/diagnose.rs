@@ -40,16 +40,17 @@ impl PyOutcome {
 
 /// Diagnose a recording; see `trundle.diagnose`.
 #[pyfunction]
-#[pyo3(signature = (recording, model=None, *, seed=0, progress=None))]
+#[pyo3(signature = (recording, model=None, *, seed=0, without=vec![], progress=None))]
 fn _diagnose(
     recording: &Bound<'_, PyAny>,
     model: Option<&str>,
     seed: u64,
+    without: Vec<String>,
     progress: Option<Py<PyAny>>,
 ) -> PyResult<PyOutcome> {
     let (data, model) = inputs(recording, model)?;
-    let outcome =
-        watched(recording.py(), progress, |watch| diagnose(&data, &Options { seed, model }, watch))?;
+    let options = Options { seed, model, without };
+    let outcome = watched(recording.py(), progress, |watch| diagnose(&data, &options, watch))?;
     let json = |error: serde_json::Error| PyRuntimeError::new_err(error.to_string());
     Ok(PyOutcome {
         answer: serde_json::to_string_pretty(&outcome.answer).map_err(json)?,

@@ -176,6 +176,7 @@ def _diagnose(
     model: str | None = None,
     *,
     seed: int = 0,
+    without: list[str] = [],
     progress: Callable[[str, float], object] | None = None,
 ) -> _Outcome: ...
 def simulate(scenario: str | PathLike[str], seed: int = 0) -> Recording: ...

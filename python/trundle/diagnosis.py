@@ -232,6 +232,7 @@ def diagnose(
     model: Model | PathLike | None = None,
     *,
     seed: int = 0,
+    without: Sequence[str] = (),
     progress: Progress | None = None,
     command: str | None = None,
 ) -> Diagnosis:
@@ -244,6 +245,8 @@ def diagnose(
         The simulation under test: its laws, and its values if it gives any. The paper's if not given.
     seed : int
         The same input and seed give the same bytes.
+    without : sequence of str, optional
+        Names of effects that are not to be tried, as in ``trundle effects``.
     progress : callable, optional
         Called with what is done and how much of it, 0 to 1.
     command : str, optional
@@ -258,12 +261,23 @@ def diagnose(
     TrundleError
         If there is not enough data, or the model does not fit the object.
     """
-    outcome = _native._diagnose(source(recording), written(model), seed=seed, progress=progress)
+    outcome = _native._diagnose(
+        source(recording), written(model), seed=seed, without=known(without), progress=progress
+    )
     answer, series = json.loads(outcome.answer), json.loads(outcome.series)
     named = recording.name if isinstance(recording, Recording) else os.fspath(recording)
     series |= {"seed": seed, "version": _native.__version__}
     series["command"] = command or f"trundle diagnose {named} --seed {seed}"
     return Diagnosis(answer, Model.from_toml(outcome.model), render(answer, series), series, outcome)
+
+
+def known(names: Sequence[str]) -> list[str]:
+    """Return names of effects, each of which must be in the catalogue."""
+    effects = sorted({effect["effect"] for effect in _native.effects()})
+    for name in names:
+        if name not in effects:
+            raise _native.TrundleError(f"without: unknown effect `{name}`; known are {', '.join(effects)}")
+    return list(names)
 
 
 def sources(recordings: Recording | PathLike | Sequence[Recording | PathLike]) -> list[Recording | str]:

@@ -22,6 +22,8 @@ pub struct Options {
     pub seed: u64,
     /// The simulation under test; the paper's when not given.
     pub model: Option<Model>,
+    /// Names of effects that are not to be tried.
+    pub without: Vec<String>,
 }
 
 /// All that a diagnosis leaves.
@@ -51,7 +53,14 @@ const GIVEN_MARGIN: f64 = 8.0;
 pub fn diagnose(data: &Dataset, options: &Options, watch: &dyn Watch) -> Result<Outcome, InferError> {
     let (nominal, given) = under_test(data, options.model.as_ref());
     let comparison = Comparison::of(data)?;
-    let searcher = Searcher { comparison: &comparison, nominal: &nominal, seed: options.seed, watch };
+    let searcher = Searcher {
+        comparison: &comparison,
+        nominal: &nominal,
+        episodes: &data.training,
+        without: &options.without,
+        seed: options.seed,
+        watch,
+    };
     let found = searcher.run()?;
     watch.progress("figures", 0.0);
     let probabilities = probabilities(&found.tried);

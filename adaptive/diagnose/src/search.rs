@@ -1,10 +1,19 @@
 //! Trying effects: alone, in pairs, and one more on top of the best, while the data ask for more.
+//!
+//! Every candidate is screened by its score; those that promise most are fitted in full, from where the screen's
+//! step leads. A pair is screened on top of each of the best single effects, and the two halves of a pair that masks
+//! itself are found from the screens of both.
 
 use crate::adequacy::{Remainder, remainder};
 use crate::candidates::{candidates, name};
+use crate::screen::{Start, screen};
+use rayon::prelude::*;
 use std::collections::BTreeSet;
-use trundle_infer::{Comparison, Coordinates, Fit, FitOptions, InferError, Watch, carried, fit};
-use trundle_model::{Effect, Model};
+use trundle_infer::{
+    Comparison, Coordinates, Fit, FitOptions, InferError, Watch, carried, fit, on_all_cores,
+};
+use trundle_model::{Effect, Kind, Model};
+use trundle_record::Prepared;
 
 /// A model that was tried: the simulation under test with some effects added.
 #[derive(Clone)]
@@ -23,6 +32,10 @@ impl Tried {
     pub fn names(&self) -> Vec<&'static str> {
         self.added.iter().map(name).collect()
     }
+
+    fn kinds(&self) -> BTreeSet<Kind> {
+        self.added.iter().map(|e| e.kind).collect()
+    }
 }
 
 /// What the search found, best first.
@@ -34,21 +47,40 @@ pub(crate) struct Found {
 
 /// At most this many effects are added.
 const MOST: usize = 4;
-
-/// Random starts for each added effect, beside the carried-over one.
+/// Kinds fitted in full on top of the simulation under test, and on top of a richer model.
+const SINGLES: usize = 9;
+const MORE: usize = 4;
+/// Single effects on top of which a second is sought.
+const FIRSTS: usize = 3;
+/// Starts of a kind.
+const STARTS: usize = 2;
+/// Random starts of a candidate that cannot be screened, beside the carried-over one.
 const EXTRA_STARTS: usize = 3;
 
 pub(crate) struct Searcher<'a> {
     pub comparison: &'a Comparison,
     pub nominal: &'a Model,
+    pub episodes: &'a [Prepared],
+    /// Effects that are not offered, by their names in a diagnosis.
+    pub without: &'a [String],
     pub seed: u64,
     pub watch: &'a dyn Watch,
+}
+
+/// A fit that is to be made: effects to add, and values of all slots to start from.
+struct Job {
+    added: Vec<Effect>,
+    warm: Vec<Vec<f64>>,
+    starts: usize,
 }
 
 impl Searcher<'_> {
     /// Try everything worth trying.
     pub fn run(&self) -> Result<Found, InferError> {
-        let base = self.fit(vec![], None)?;
+        self.watch.progress("the simulation under test", 0.0);
+        let options = FitOptions { seed: self.seed, from_afar: true, ..FitOptions::default() };
+        let base =
+            Tried { added: vec![], fit: fit(self.comparison, self.nominal, &[], &options, self.watch)? };
         // Where the noise is not stated, the next searches start from what suits the simulation under test.
         let comparison = self.comparison.with_channels(base.fit.channels);
         let tuned = Searcher { comparison: &comparison, ..*self };
@@ -57,83 +89,120 @@ impl Searcher<'_> {
 
     fn beyond(&self, base: Tried) -> Result<Found, InferError> {
         let before = remainder(self.comparison, &base.fit)?;
-        let offered = candidates(self.nominal);
         let mut tried = vec![base.clone()];
-        for (k, effect) in offered.iter().enumerate() {
-            self.watch.progress("single effects", k as f64 / offered.len() as f64);
-            tried.push(self.fit(vec![effect.clone()], Some(&base))?);
-        }
-        sort(&mut tried);
+        let offered = self.offered(&base);
+        self.try_all("single effects", self.jobs(&base, &offered, SINGLES)?, &mut tried)?;
         self.refine(&mut tried)?;
-        if self.asks_for_more(&tried[0])? {
-            self.pairs(&mut tried, &offered, &base)?;
-            self.refine(&mut tried)?;
-        }
-        let mut size = 2;
+        let mut size = 1;
         while size < MOST && tried[0].added.len() == size && self.asks_for_more(&tried[0])? {
-            self.one_more(&mut tried, &offered)?;
+            self.one_more(&mut tried, size)?;
+            self.subsets(&mut tried)?;
             self.refine(&mut tried)?;
             size += 1;
         }
         Ok(Found { tried, before })
     }
 
-    /// Fit the simulation under test with effects added, starting from a simpler fit.
-    pub fn fit(&self, added: Vec<Effect>, from: Option<&Tried>) -> Result<Tried, InferError> {
+    /// Kinds of effects that may be added to a model.
+    fn offered(&self, to: &Tried) -> Vec<Kind> {
+        let present: BTreeSet<_> = to.added.iter().map(name).collect();
+        let allowed = |kind: &Kind| {
+            let effect = kind.spec().effect;
+            !present.contains(effect) && self.without.iter().all(|w| w != effect)
+        };
+        candidates(self.nominal, self.comparison.is_quasi_static()).into_iter().filter(allowed).collect()
+    }
+
+    /// The fits that promise most on top of a model, at most `most` kinds.
+    fn jobs(&self, from: &Tried, offered: &[Kind], most: usize) -> Result<Vec<Job>, InferError> {
+        let Comparison::Motion(motion) = self.comparison else {
+            return Ok(offered.iter().map(|&kind| self.unscreened(from, kind)).collect());
+        };
+        let found = screen(motion, &from.fit, offered, self.episodes, STARTS, self.seed)?;
+        Ok(found.iter().take(most).map(|starts| job(from, starts)).collect())
+    }
+
+    /// A fit from the simpler model's values, the new effect's drawn from its prior a few times.
+    fn unscreened(&self, from: &Tried, kind: Kind) -> Job {
+        use rand::SeedableRng;
+        let mut added = from.added.clone();
+        added.push(Effect::free(kind));
+        let model = self.model(&added);
+        let coordinates = Coordinates::new(&model);
+        let mut rng = rand_chacha::ChaCha8Rng::seed_from_u64(self.seed);
+        let median = coordinates.values(&vec![0.0; coordinates.free().len()]).0;
+        let draws = (0..EXTRA_STARTS).map(|_| coordinates.values(&coordinates.draw(&mut rng)).0);
+        let fills: Vec<_> = std::iter::once(median).chain(draws).collect();
+        Job { added, warm: fills.iter().map(|fill| carried(&from.fit, &model, fill)).collect(), starts: 0 }
+    }
+
+    fn model(&self, added: &[Effect]) -> Model {
         let mut model = self.nominal.clone();
         model.effects.extend(added.iter().cloned());
-        let coordinates = Coordinates::new(&model);
-        let fill = coordinates.values(&vec![0.0; coordinates.free().len()]).0;
-        let mut warm = Vec::new();
-        let mut starts = FitOptions::default().starts;
-        if let Some(from) = from {
-            warm = self.warm(from, &model, &coordinates, &fill);
-            starts = 0;
-        }
-        let options =
-            FitOptions { starts, seed: self.seed, from_afar: from.is_none(), ..FitOptions::default() };
-        Ok(Tried { added, fit: fit(self.comparison, &model, &warm, &options, self.watch)? })
+        model
     }
 
-    /// The simpler fit's values, with the new effects' drawn from their priors a few times.
-    fn warm(&self, from: &Tried, model: &Model, coordinates: &Coordinates, fill: &[f64]) -> Vec<Vec<f64>> {
-        use rand::SeedableRng;
-        let mut rng = rand_chacha::ChaCha8Rng::seed_from_u64(self.seed);
-        let mut starts = vec![carried(&from.fit, model, fill)];
-        for _ in 0..EXTRA_STARTS {
-            let draw = coordinates.values(&coordinates.draw(&mut rng)).0;
-            starts.push(carried(&from.fit, model, &draw));
-        }
-        starts
+    /// Make some fits, on all cores, and sort all that was tried.
+    fn try_all(&self, what: &'static str, jobs: Vec<Job>, tried: &mut Vec<Tried>) -> Result<(), InferError> {
+        self.watch.progress(what, 0.0);
+        let new = |job: &Job| tried.iter().all(|t| !same(&t.added, &job.added));
+        let jobs: Vec<Job> = jobs.into_iter().filter(new).collect();
+        let (count, done) = (jobs.len(), std::sync::atomic::AtomicUsize::new(0));
+        let found = on_all_cores(self.watch, |watch| {
+            let one = |job: Job| {
+                let found = self.fit(job, watch);
+                let done = done.fetch_add(1, std::sync::atomic::Ordering::Relaxed) + 1;
+                watch.progress(what, done as f64 / count as f64);
+                found
+            };
+            jobs.into_par_iter().map(one).collect::<Result<Vec<_>, InferError>>()
+        })?;
+        tried.extend(found);
+        tried.sort_by(|a, b| b.log_weight().total_cmp(&a.log_weight()));
+        Ok(())
     }
 
-    fn pairs(&self, tried: &mut Vec<Tried>, offered: &[Effect], base: &Tried) -> Result<(), InferError> {
-        let singles: Vec<Tried> = tried.iter().filter(|t| t.added.len() == 1).cloned().collect();
-        for (i, first) in offered.iter().enumerate() {
-            for second in offered[i + 1..].iter().filter(|second| name(second) != name(first)) {
-                self.watch.progress("pairs", i as f64 / offered.len() as f64);
-                // From the better of the two single fits.
-                let kinds = [first.kind, second.kind];
-                let from = singles.iter().find(|t| kinds.contains(&t.added[0].kind)).unwrap_or(base);
-                let pair = vec![first.clone(), second.clone()];
-                tried.push(self.fit(pair, Some(from))?);
+    fn fit(&self, job: Job, watch: &dyn Watch) -> Result<Tried, InferError> {
+        let model = self.model(&job.added);
+        let near = !self.comparison.is_quasi_static();
+        let options = FitOptions {
+            starts: job.starts,
+            seed: self.seed,
+            from_afar: false,
+            near,
+            ..FitOptions::default()
+        };
+        Ok(Tried { fit: fit(self.comparison, &model, &job.warm, &options, watch)?, added: job.added })
+    }
+
+    /// One more effect on top of the best models of a size.
+    fn one_more(&self, tried: &mut Vec<Tried>, size: usize) -> Result<(), InferError> {
+        let firsts: Vec<Tried> =
+            tried.iter().filter(|t| t.added.len() == size).take(FIRSTS).cloned().collect();
+        let mut jobs = Vec::new();
+        for first in &firsts {
+            jobs.extend(self.jobs(first, &self.offered(first), MORE)?);
+        }
+        let mut seen = BTreeSet::new();
+        jobs.retain(|job| seen.insert(job.added.iter().map(|e| e.kind).collect::<BTreeSet<_>>()));
+        self.try_all(if size == 1 { "pairs" } else { "one more effect" }, jobs, tried)
+    }
+
+    /// The models that the best one becomes when one of its effects is dropped: each must earn its place.
+    fn subsets(&self, tried: &mut Vec<Tried>) -> Result<(), InferError> {
+        let best = tried[0].clone();
+        let mut jobs = Vec::new();
+        for k in 0..best.added.len() {
+            let mut added = best.added.clone();
+            added.remove(k);
+            let kinds: BTreeSet<Kind> = added.iter().map(|e| e.kind).collect();
+            if tried.iter().all(|t| t.kinds() != kinds || t.added.len() != added.len()) {
+                let warm =
+                    carried(&best.fit, &self.model(&added), &vec![0.0; self.model(&added).slots().len()]);
+                jobs.push(Job { added, warm: vec![warm], starts: 0 });
             }
         }
-        sort(tried);
-        Ok(())
-    }
-
-    fn one_more(&self, tried: &mut Vec<Tried>, offered: &[Effect]) -> Result<(), InferError> {
-        let best = tried[0].clone();
-        let present: BTreeSet<_> = best.added.iter().map(name).collect();
-        for effect in offered.iter().filter(|e| !present.contains(name(e))) {
-            self.watch.progress("one more effect", 0.5);
-            let mut added = best.added.clone();
-            added.push(effect.clone());
-            tried.push(self.fit(added, Some(&best))?);
-        }
-        sort(tried);
-        Ok(())
+        if jobs.is_empty() { Ok(()) } else { self.try_all("without each", jobs, tried) }
     }
 
     /// Where the best model leaves something, try the finer forms of its effects: stiction, a drift. Not for slow
@@ -143,17 +212,29 @@ impl Searcher<'_> {
         if best.added.is_empty() || self.comparison.is_quasi_static() || !self.asks_for_more(&best)? {
             return Ok(());
         }
+        let mut jobs = Vec::new();
         for (k, effect) in best.added.iter().enumerate() {
             let Some(finer) = finer(effect) else { continue };
-            self.watch.progress("finer forms", k as f64 / best.added.len() as f64);
             let mut added = best.added.clone();
             added[k] = finer;
-            if tried.iter().all(|t| t.added != added) {
-                tried.push(self.fit(added, Some(&best))?);
+            let model = self.model(&added);
+            let coordinates = Coordinates::new(&model);
+            let median = coordinates.values(&vec![0.0; coordinates.free().len()]).0;
+            jobs.push(Job { warm: vec![self.refined(&best, &model, &median)], added, starts: 0 });
+        }
+        self.try_all("finer forms", jobs, tried)
+    }
+
+    /// Values of a model with finer effects: those of the simpler fit, the refinements' their medians.
+    fn refined(&self, best: &Tried, model: &Model, median: &[f64]) -> Vec<f64> {
+        let simple: BTreeSet<String> = best.fit.estimates.iter().map(|e| e.name.clone()).collect();
+        let mut values = carried(&best.fit, model, median);
+        for ((slot, value), median) in model.slots().iter().zip(&mut values).zip(median) {
+            if slot.value.is_none() && !simple.contains(&slot.name) {
+                *value = *median;
             }
         }
-        sort(tried);
-        Ok(())
+        values
     }
 
     fn asks_for_more(&self, best: &Tried) -> Result<bool, InferError> {
@@ -165,15 +246,38 @@ impl Searcher<'_> {
     }
 }
 
-/// The effect with its refinements free, if it has any that are not.
-fn finer(effect: &Effect) -> Option<Effect> {
-    let free: Vec<_> = effect.kind.spec().params.iter().filter(|p| p.refinement.is_some()).collect();
-    let finer = free.iter().fold(effect.clone(), |e, param| e.with(param.name, None));
-    (finer != *effect).then_some(finer)
+/// The fit of a kind of effect on top of a model, from where its screen leads.
+fn job(from: &Tried, starts: &[Start]) -> Job {
+    let mut added = from.added.clone();
+    added.extend(starts.first().map(|s| freed(&s.effect)));
+    let with = |own: &[f64], effect: &Effect| -> Vec<f64> {
+        own.iter().copied().chain(effect.values.iter().map(|v| v.unwrap_or(0.0))).collect()
+    };
+    let warm = starts.iter().flat_map(|s| [with(&s.base, &s.effect), with(&from.fit.values, &s.effect)]);
+    Job { added, warm: warm.collect(), starts: 0 }
 }
 
-fn sort(tried: &mut [Tried]) {
-    tried.sort_by(|a, b| b.log_weight().total_cmp(&a.log_weight()));
+/// An effect with every essential parameter free, its choices kept.
+fn freed(effect: &Effect) -> Effect {
+    let mut free = Effect::free(effect.kind);
+    for ((param, value), free) in effect.kind.spec().params.iter().zip(&effect.values).zip(&mut free.values) {
+        if param.choice {
+            *free = *value;
+        }
+    }
+    free
+}
+
+fn same(a: &[Effect], b: &[Effect]) -> bool {
+    a.len() == b.len() && a.iter().all(|effect| b.contains(effect))
+}
+
+/// The effect with its refinements free, if it has any that are not.
+fn finer(effect: &Effect) -> Option<Effect> {
+    let free: Vec<_> =
+        effect.kind.spec().params.iter().filter(|p| p.refinement.is_some() && !p.choice).collect();
+    let finer = free.iter().fold(effect.clone(), |e, param| e.with(param.name, None));
+    (finer != *effect).then_some(finer)
 }
 
 /// Probability of each model among those tried.

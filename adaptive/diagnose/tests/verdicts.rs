@@ -10,7 +10,7 @@ use trundle_infer::Quiet;
 use trundle_model::{Kind, Model};
 
 fn diagnosed(world: &World, seed: u64, model: Option<Model>) -> Outcome {
-    diagnose(&world.recording(seed), &Options { seed: 0, model }, &Quiet).unwrap()
+    diagnose(&world.recording(seed), &Options { seed: 0, model, ..Options::default() }, &Quiet).unwrap()
 }
 
 /// The answer as its readers see it.

@@ -19,6 +19,8 @@ pub struct FitOptions {
     pub optimiser: Optimiser,
     /// Whether starts may lie far from the optimum; not where they come from the fit of a simpler model.
     pub from_afar: bool,
+    /// Whether given starts lie so near their optima that the best two are simply followed to the end.
+    pub near: bool,
     /// Names of parameters that each episode has its own of.
     pub per_episode: BTreeSet<String>,
 }
@@ -40,6 +42,7 @@ impl Default for FitOptions {
             seed: 0,
             optimiser: Optimiser::default(),
             from_afar: true,
+            near: false,
             per_episode: BTreeSet::new(),
         }
     }
@@ -132,7 +135,11 @@ pub fn fit(
         let optimum = Optimum { point: vec![], at: target.linearise(&[])?, converged: true };
         return finish(&target, likelihood.channels(), optimum, (1, 1));
     }
-    let (points, agreement) = scout(&ladder(likelihood, model, options)?, warm, options, watch)?;
+    let (points, agreement) = if options.near {
+        nearest(&target, warm)?
+    } else {
+        scout(&ladder(likelihood, model, options)?, warm, options, watch)?
+    };
     let named = |z: Vec<f64>| canonical(&target, &z).unwrap_or(z);
     let points = points.into_iter().take(POLISHED).map(named).collect();
     let best = settled(&target, points, options, watch)?;
@@ -148,6 +155,21 @@ pub fn fit(
     let under_tuned = Target::new(&*tuned, model, &options.per_episode)?;
     let best = settled(&under_tuned, vec![best.point], options, watch)?;
     finish(&under_tuned, tuned.channels(), best, agreement)
+}
+
+/// Given starts, the best first.
+fn nearest(target: &Target<'_>, warm: &[Vec<f64>]) -> Result<(Vec<Vec<f64>>, Agreement), InferError> {
+    let mut ranked = Vec::with_capacity(warm.len());
+    for values in warm {
+        let point = target.point(values);
+        ranked.push((target.cost(&point)?, point));
+    }
+    ranked.retain(|(cost, _)| cost.is_finite());
+    if ranked.is_empty() {
+        return Err(InferError::NoStart { recording: "the recording".to_owned(), starts: warm.len() });
+    }
+    ranked.sort_by(|a, b| a.0.total_cmp(&b.0));
+    Ok((ranked.into_iter().map(|(_, point)| point).collect(), (1, warm.len())))
 }
 
 /// The best optimum from some points, by its usual name.

@@ -48,7 +48,7 @@ pub use identify::{Combination, Direction, Identifiability, Pair};
 pub use inertial::InertialLikelihood;
 pub use joint::Joint;
 pub use likelihood::{Likelihood, Linearised};
-pub use motion::MotionLikelihood;
+pub use motion::{MotionLikelihood, Seen};
 pub use noise::Channels;
 pub use online::{Online, OnlineOptions};
 pub use profile::{Profile, Shape, profile};

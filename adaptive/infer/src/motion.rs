@@ -1,8 +1,9 @@
 //! The likelihood of the motion under the recorded wrench (eq. 5, 6), by prediction errors.
 
-use crate::filter::{Filtering, Innovation, Residual, filter};
+use crate::filter::{Filtering, Innovation, Passage, Residual, filter};
 use crate::likelihood::{Likelihood, Linearised};
 use crate::{Channels, InferError, Track, sensitivity};
+use nalgebra::{DMatrix, DVector};
 use rayon::prelude::*;
 use trundle_model::Model;
 use trundle_record::{Noise, Prepared};
@@ -105,6 +106,50 @@ impl MotionLikelihood {
 
     fn filter(&self, model: &Model, values: &[f64]) -> Result<Box<dyn Filtering + '_>, InferError> {
         filter(model, values, &self.channels)
+    }
+}
+
+/// What the filter saw of each episode with one model, for asking what else would explain it.
+pub struct Seen<'a> {
+    tracks: &'a [Track],
+    passages: Vec<Passage>,
+}
+
+impl MotionLikelihood {
+    /// What the filter sees with a model; `None` where the model cannot be evaluated.
+    ///
+    /// # Errors
+    /// When `values` has the wrong length.
+    pub fn seen(&self, model: &Model, values: &[f64]) -> Result<Option<Seen<'_>>, InferError> {
+        let filter = self.filter(model, values)?;
+        let passages: Option<Vec<_>> = self.tracks.par_iter().map(|t| filter.run(t)).collect();
+        Ok(passages.map(|passages| Seen { tracks: &self.tracks, passages }))
+    }
+}
+
+impl Seen<'_> {
+    /// The whitened innovations of all episodes, one after the other.
+    pub fn residual(&self) -> DVector<f64> {
+        let all: Vec<f64> =
+            self.passages.iter().flat_map(|p| sensitivity::whitened(p).as_slice().to_vec()).collect();
+        DVector::from_vec(all)
+    }
+
+    /// Their derivatives by the slots `free` of a model that does the same at `values` as the one that was seen,
+    /// one column each, with the filter's gains held.
+    ///
+    /// # Errors
+    /// When `values` has the wrong length.
+    pub fn slopes(&self, model: &Model, values: &[f64], free: &[usize]) -> Result<DMatrix<f64>, InferError> {
+        let rows = self.passages.iter().map(|p| 3 * p.innovations.len()).sum();
+        let mut all = DMatrix::zeros(rows, free.len());
+        let mut row = 0;
+        for (track, passage) in self.tracks.iter().zip(&self.passages) {
+            let part = sensitivity::slopes(model, values, free, track, passage)?;
+            all.rows_mut(row, part.nrows()).copy_from(&part);
+            row += part.nrows();
+        }
+        Ok(all)
     }
 }
 

@@ -20,9 +20,33 @@ pub(crate) fn linearise(
     track: &Track,
     passage: &Passage,
 ) -> Result<Linearised, InferError> {
-    let innovations = &passage.innovations;
-    let rows = 3 * innovations.len();
-    let mut jacobian = DMatrix::zeros(rows, free.len());
+    let jacobian = slopes(model, values, free, track, passage)?;
+    let residual = whitened(passage);
+    Ok(Linearised {
+        cost: passage.innovations.iter().map(|i| i.cost).sum(),
+        gradient: jacobian.tr_mul(&residual),
+        curvature: jacobian.tr_mul(&jacobian),
+    })
+}
+
+/// The whitened innovations of an episode, one after the other.
+pub(crate) fn whitened(passage: &Passage) -> DVector<f64> {
+    let each = passage.innovations.iter().flat_map(|i| {
+        let whitened = i.whitener * i.error;
+        [whitened[0], whitened[1], whitened[2]]
+    });
+    DVector::from_iterator(3 * passage.innovations.len(), each)
+}
+
+/// Their derivatives by the slots `free`, one column each.
+pub(crate) fn slopes(
+    model: &Model,
+    values: &[f64],
+    free: &[usize],
+    track: &Track,
+    passage: &Passage,
+) -> Result<DMatrix<f64>, InferError> {
+    let mut jacobian = DMatrix::zeros(3 * passage.innovations.len(), free.len());
     for (chunk, slots) in free.chunks(WIDTH).enumerate() {
         let mut columns = jacobian.columns_mut(chunk * WIDTH, slots.len());
         match slots.len() {
@@ -31,18 +55,7 @@ pub(crate) fn linearise(
             _ => whitened_slopes::<WIDTH>(model, values, slots, track, passage, &mut columns)?,
         }
     }
-    let residual = DVector::from_iterator(
-        rows,
-        innovations.iter().flat_map(|i| {
-            let whitened = i.whitener * i.error;
-            [whitened[0], whitened[1], whitened[2]]
-        }),
-    );
-    Ok(Linearised {
-        cost: innovations.iter().map(|i| i.cost).sum(),
-        gradient: jacobian.tr_mul(&residual),
-        curvature: jacobian.tr_mul(&jacobian),
-    })
+    Ok(jacobian)
 }
 
 /// Slopes of each whitened innovation by up to `W` slots, into the columns of these slots.

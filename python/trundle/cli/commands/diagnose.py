@@ -22,6 +22,13 @@ def add_arguments(parser: argparse.ArgumentParser) -> None:
     add_out(
         parser, "folder to write (default diagnosis/NAME; with several recordings, one folder each below it)"
     )
+    parser.add_argument(
+        "--without",
+        action="append",
+        default=[],
+        metavar="EFFECT",
+        help="an effect that is not to be tried; may be given several times",
+    )
     add_seed(parser)
     add_quiet(parser)
 
@@ -36,6 +43,7 @@ def run(args: argparse.Namespace) -> int:
                 path,
                 args.model,
                 seed=args.seed,
+                without=args.without,
                 progress=lambda what, done: progress.show(f"{what} {done:.0%}"),
                 command=command(path, args),
             )
@@ -58,6 +66,8 @@ def command(recording: Path, args: argparse.Namespace) -> str:
     words = ["trundle", "diagnose", str(recording)]
     if args.model is not None:
         words += ["--model", str(args.model)]
+    for effect in args.without:
+        words += ["--without", effect]
     return shlex.join([*words, "--seed", str(args.seed)])
 
 

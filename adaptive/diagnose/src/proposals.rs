@@ -1,0 +1,108 @@
+//! Where and when an effect might act: shapes of every candidate, before the data are asked how much of it there is.
+//!
+//! An effect has amplitudes, the parameters named by [`trundle_model::Spec::neutral`], at whose neutral value it
+//! vanishes; its other parameters are its shape. Amplitudes follow from the data by one linear step; shapes are
+//! proposed here, spread over what was visited.
+
+use rand::{RngExt, SeedableRng};
+use rand_chacha::ChaCha8Rng;
+use trundle_infer::Coordinates;
+use trundle_model::{Body, Effect, Kind, Model, Param, Prior, State, to_world};
+use trundle_record::Prepared;
+
+/// Shapes drawn for an effect with up to two shape parameters, and with more.
+const DRAWS: [usize; 2] = [16, 48];
+
+/// Time between the moments that are proposed for an event, s.
+const EVERY: f64 = 0.4;
+
+/// Whether a parameter is one at whose neutral value the effect vanishes.
+pub(crate) fn is_amplitude(kind: Kind, name: &str) -> bool {
+    kind.spec().neutral.iter().any(|(neutral, _)| *neutral == name)
+}
+
+/// An effect with its amplitudes at neutral and its refinements at the simple law.
+fn neutral(kind: Kind) -> Effect {
+    kind.spec().neutral.iter().fold(Effect::free(kind), |e, (name, value)| e.with(name, Some(*value)))
+}
+
+/// Names of the parameters that say where, when and in which form an effect acts.
+fn shape(model: &Model, kind: Kind) -> Vec<&'static Param> {
+    let rail = model.on_rail();
+    let own = |p: &&Param| p.refinement.is_none() && !is_amplitude(kind, p.name) && (p.on_rail || !rail);
+    kind.spec().params.iter().filter(own).collect()
+}
+
+/// Shapes of a kind of effect: effects whose amplitudes are neutral and whose shape is given.
+pub(crate) fn proposals(model: &Model, kind: Kind, episodes: &[Prepared], seed: u64) -> Vec<Effect> {
+    let shape = shape(model, kind);
+    if shape.iter().any(|p| p.name == "time") {
+        return moments(episodes).map(|(episode, t)| at_moment(kind, episode, t)).collect();
+    }
+    if shape.is_empty() {
+        return vec![neutral(kind)];
+    }
+    let mut rng = ChaCha8Rng::seed_from_u64(seed ^ 0x5eed);
+    (0..DRAWS[usize::from(shape.len() > 2)]).map(|_| drawn(model, kind, &shape, episodes, &mut rng)).collect()
+}
+
+/// An event at a moment of an episode.
+fn at_moment(kind: Kind, episode: usize, t: f64) -> Effect {
+    neutral(kind).with("episode", Some(episode as f64)).with("time", Some(t))
+}
+
+/// Moments at which something may have happened: from each training episode's first pose on.
+fn moments(episodes: &[Prepared]) -> impl Iterator<Item = (usize, f64)> {
+    episodes.iter().flat_map(|e| {
+        let (first, last) = match (e.pose.first(), e.pose.last()) {
+            (Some(first), Some(last)) => (first.t.max(e.contact), last.t),
+            _ => (0.0, -1.0),
+        };
+        let count = ((last - first) / EVERY).max(0.0) as usize;
+        // The last ones of an episode leave too little of it to see; the next one's first stands for them.
+        (0..count).map(move |k| (e.ordinal, first + k as f64 * EVERY))
+    })
+}
+
+fn drawn(
+    model: &Model,
+    kind: Kind,
+    shape: &[&'static Param],
+    episodes: &[Prepared],
+    rng: &mut ChaCha8Rng,
+) -> Effect {
+    let alone = Model { effects: vec![Effect::free(kind)], ..model.clone() };
+    let coordinates = Coordinates::new(&alone);
+    let values = coordinates.values(&coordinates.draw(rng)).0;
+    let params = kind.spec().params;
+    let mut effect = neutral(kind);
+    let mut visited = None;
+    for param in shape {
+        let index = params.iter().position(|p| p.name == param.name).unwrap_or(0);
+        let mut value = values.get(1 + index).copied().unwrap_or(0.0);
+        if is_place(param) {
+            let place = *visited.get_or_insert_with(|| somewhere(&model.body, episodes, rng));
+            value = place[usize::from(param.name.ends_with('y'))];
+        }
+        effect = effect.with(param.name, Some(value));
+    }
+    effect
+}
+
+/// Whether a shape parameter is a coordinate in the world.
+fn is_place(param: &Param) -> bool {
+    param.unit == "m" && matches!(param.prior, Prior::Normal { .. })
+}
+
+/// A place in the world over which a part of the body was at some time.
+fn somewhere(body: &Body, episodes: &[Prepared], rng: &mut ChaCha8Rng) -> [f64; 2] {
+    let Some(episode) = episodes.get(rng.random_range(0..episodes.len().max(1))) else { return [0.0; 2] };
+    let Some(sample) = episode.pose.get(rng.random_range(0..episode.pose.len().max(1))) else {
+        return [0.0; 2];
+    };
+    let [low, high] = body.bounds();
+    let point = [0, 1].map(|k| low[k] + (high[k] - low[k]) * rng.random_range(0.0..=1.0));
+    let pose = State::at_rest(sample.pose).pose;
+    let [x, y, _]: [f64; 3] = to_world([point[0], point[1], 0.0], pose[2]);
+    [pose[0] + x, pose[1] + y]
+}

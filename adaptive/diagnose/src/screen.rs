@@ -1,0 +1,178 @@
+//! The cheap test: what one small step of every candidate would gain, beside a refit of the simulation under test.
+//!
+//! With `r` the whitened innovations of a fit, `N` their slopes by its own parameters and `C` those by a candidate's
+//! amplitudes at neutral, the gain of the best small step is `s' H⁻¹ s / 2` with `s = C̃' r`, `H = C̃' C̃` and `C̃` what of
+//! `C` no change of the fitted parameters does: Rao's score test. It costs no fit. Its step is where the fit of the
+//! candidate starts from.
+
+use crate::proposals::{is_amplitude, proposals};
+use nalgebra::{DMatrix, DVector};
+use rayon::prelude::*;
+use trundle_infer::{Fit, InferError, MotionLikelihood, Seen};
+use trundle_model::{Effect, Kind, Model, Slot};
+use trundle_record::Prepared;
+
+/// A candidate with the values to start its fit from.
+#[derive(Clone, Debug)]
+pub(crate) struct Start {
+    /// Every value of it.
+    pub effect: Effect,
+    /// Values of the fit's own slots.
+    pub base: Vec<f64>,
+    /// Gain in log likelihood that a linear step promises.
+    pub gain: f64,
+}
+
+/// Candidates whose slopes are taken together.
+const TOGETHER: usize = 8;
+
+/// Ridge on a candidate's information, relative: amplitudes that the data do not hold stay put.
+const RIDGE: f64 = 1e-6;
+
+/// Starts of every kind of `kinds` on top of a fit, the best of each kind first, at most `keep` of a kind, sorted by
+/// what the best of the kind promises.
+pub(crate) fn screen(
+    motion: &MotionLikelihood,
+    fit: &Fit,
+    kinds: &[Kind],
+    episodes: &[Prepared],
+    keep: usize,
+    seed: u64,
+) -> Result<Vec<Vec<Start>>, InferError> {
+    let motion = motion.with_channels(fit.channels);
+    let Some(seen) = motion.seen(&fit.model, &fit.values)? else { return Ok(vec![]) };
+    let ground = Ground::new(&seen, fit)?;
+    let of_kind = |kind: &Kind| {
+        let shapes = proposals(&fit.model, *kind, episodes, seed);
+        // States of the laws' own are few: such laws go one by one.
+        let together = if kind.spec().inner.is_empty() { TOGETHER } else { 1 };
+        let groups: Vec<&[Effect]> = shapes.chunks(together).collect();
+        let all = groups
+            .par_iter()
+            .map(|group| ground.starts(&seen, fit, group))
+            .collect::<Result<Vec<_>, InferError>>()?;
+        let mut starts: Vec<Start> = all.into_iter().flatten().filter(|s| s.gain > 0.0).collect();
+        starts.sort_by(|a, b| b.gain.total_cmp(&a.gain));
+        starts.truncate(keep);
+        Ok(starts)
+    };
+    let found = kinds.par_iter().map(of_kind).collect::<Result<Vec<_>, InferError>>()?;
+    let mut found: Vec<Vec<Start>> = found.into_iter().filter(|starts| !starts.is_empty()).collect();
+    found.sort_by(|a, b| b[0].gain.total_cmp(&a[0].gain));
+    Ok(found)
+}
+
+/// What the fit leaves, and an orthonormal basis of what its own parameters can do.
+struct Ground {
+    residual: DVector<f64>,
+    own: DMatrix<f64>,
+    basis: DMatrix<f64>,
+    free: Vec<usize>,
+}
+
+impl Ground {
+    fn new(seen: &Seen<'_>, fit: &Fit) -> Result<Self, InferError> {
+        let slots = fit.model.slots();
+        let free: Vec<usize> =
+            fit.estimates.iter().filter_map(|e| slots.iter().position(|s| s.name == e.name)).collect();
+        let own = seen.slopes(&fit.model, &fit.values, &free)?;
+        let basis = own.clone().qr().q();
+        Ok(Self { residual: seen.residual(), own, basis, free })
+    }
+
+    /// What of some columns the fit's own parameters cannot do.
+    fn beyond(&self, columns: &DMatrix<f64>) -> DMatrix<f64> {
+        columns - &self.basis * self.basis.tr_mul(columns)
+    }
+
+    fn starts(&self, seen: &Seen<'_>, fit: &Fit, group: &[Effect]) -> Result<Vec<Start>, InferError> {
+        let mut model = fit.model.clone();
+        model.effects.extend(group.iter().cloned());
+        let slots = model.slots();
+        let own = fit.values.len();
+        let mut values = fit.values.clone();
+        let mut amplitudes: Vec<Vec<usize>> = Vec::with_capacity(group.len());
+        for effect in group {
+            let start = values.len();
+            let spec = effect.kind.spec();
+            let free = |(k, slot): (usize, &Slot)| {
+                let name = spec.params[k].name;
+                (is_amplitude(effect.kind, name) && moves(slot, &fit.model, spec.params[k].on_rail))
+                    .then_some(start + k)
+            };
+            let of_effect = &slots[start..start + effect.values.len()];
+            amplitudes.push(of_effect.iter().enumerate().filter_map(free).collect());
+            values.extend(effect.values.iter().map(|v| v.unwrap_or(0.0)));
+        }
+        let wanted: Vec<usize> = amplitudes.iter().flatten().copied().collect();
+        let slopes = seen.slopes(&model, &values, &wanted)?;
+        let mut column = 0;
+        let mut starts = Vec::with_capacity(group.len());
+        for (effect, amplitudes) in group.iter().zip(&amplitudes) {
+            let columns = slopes.columns(column, amplitudes.len()).into_owned();
+            column += amplitudes.len();
+            let Some((step, gain)) = self.step(&columns) else { continue };
+            let mut own_values = fit.values.clone();
+            if let Some(shift) = self.own_shift(&columns, &step) {
+                for (k, &slot) in self.free.iter().enumerate() {
+                    own_values[slot] = within(&slots[slot], fit.values[slot] + shift[k]);
+                }
+            }
+            let mut moved = effect.clone();
+            let first = own + self.offset(group, effect);
+            let mut legal = true;
+            for (&slot, step) in amplitudes.iter().zip(step.iter()) {
+                let value = values[slot] + step;
+                legal &= value >= slots[slot].lower || amplitudes.len() > 1;
+                moved.values[slot - first] = Some(within(&slots[slot], value));
+            }
+            if legal {
+                starts.push(Start { effect: moved, base: own_values, gain });
+            }
+        }
+        Ok(starts)
+    }
+
+    /// Number of values before an effect of a group.
+    fn offset(&self, group: &[Effect], effect: &Effect) -> usize {
+        group.iter().take_while(|e| !std::ptr::eq(*e, effect)).map(|e| e.values.len()).sum()
+    }
+
+    /// The best small step of some amplitudes, and its gain.
+    fn step(&self, columns: &DMatrix<f64>) -> Option<(DVector<f64>, f64)> {
+        let beyond = self.beyond(columns);
+        let score = -beyond.tr_mul(&self.residual);
+        let mut information = beyond.tr_mul(&beyond);
+        for k in 0..information.nrows() {
+            let whole = columns.column(k).norm_squared();
+            information[(k, k)] += RIDGE * whole + 1e-12;
+        }
+        let step = information.cholesky()?.solve(&score);
+        let gain = 0.5 * step.dot(&score);
+        (gain.is_finite() && step.iter().all(|s| s.is_finite())).then_some((step, gain))
+    }
+
+    /// How the fit's own parameters give way to a step of the candidate.
+    fn own_shift(&self, columns: &DMatrix<f64>, step: &DVector<f64>) -> Option<DVector<f64>> {
+        let target = -(columns * step);
+        let mut information = self.own.tr_mul(&self.own);
+        for k in 0..information.nrows() {
+            information[(k, k)] *= 1.0 + 1e-9;
+        }
+        Some(information.cholesky()?.solve(&self.own.tr_mul(&target)))
+    }
+}
+
+/// Whether an amplitude is free in a model.
+fn moves(slot: &Slot, model: &Model, on_rail: bool) -> bool {
+    slot.lower < slot.upper && (on_rail || !model.on_rail())
+}
+
+/// A value within its bounds, and where it must be positive, not at nothing.
+fn within(slot: &Slot, value: f64) -> f64 {
+    let lower = match slot.prior {
+        trundle_model::Prior::LogNormal { median, .. } => slot.lower.max(0.02 * median),
+        _ => slot.lower,
+    };
+    value.clamp(lower, slot.upper)
+}
