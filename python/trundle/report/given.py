@@ -51,18 +51,27 @@ class Episode:
 
 @dataclass(frozen=True)
 class Series:
-    """The curves beside a diagnosis; footprint polygons (k, 2) and support points (k, 2) m, object frame."""
+    """The curves beside a diagnosis; footprint polygons (k, 2) and support points (k, 2) m, object frame.
+
+    `nonparametric`: the model "after" holds a residual wrench that has no name.
+    """
 
     footprint: tuple[Array, ...]
     support: Array
     dof: tuple[str, ...]
     quasi_static: bool
     episodes: tuple[Episode, ...]
+    nonparametric: bool = False
 
     @property
     def channels(self) -> tuple[int, ...]:
         """Indices of the axes along which the object moves: 0 x, 1 y, 2 theta."""
         return tuple(index for index, name in enumerate(("x", "y", "theta")) if name in self.dof)
+
+    @property
+    def feet(self) -> list[Array]:
+        """Support points as a list of one array, or of none where they are not known."""
+        return [self.support] if len(self.support) else []
 
     @property
     def pushes(self) -> str:
@@ -79,6 +88,7 @@ class Series:
             dof=tuple(given.get("dof") or ("x", "y", "theta")),
             quasi_static=bool(given.get("quasi_static")),
             episodes=tuple(_episode(episode) for episode in given.get("episodes") or ()),
+            nonparametric=bool(given.get("nonparametric")),
         )
 
 

@@ -14,6 +14,7 @@ from trundle.report.figures.motion import events_in
 from trundle.report.given import Episode, Residual, Series, finite
 from trundle.report.markup import Html, tag
 from trundle.report.quantity import interval, listed
+from trundle.report.where import Place
 
 __all__ = ["CHANNELS", "chosen", "draw", "windows_in"]
 
@@ -44,13 +45,13 @@ def draw(
     residual: Residual,
     series: Series,
     windows: Sequence[Mapping[str, Any]],
-    missing: Sequence[Mapping[str, Any]],
+    named: Sequence[Place],
 ) -> Html:
     """Return the panel of one episode; `index` makes its name in the page."""
     rows = [lane for channel in series.channels for lane in _pair(channel, residual)]
     inside = windows_in(episode, windows)
     span = (float(residual.t[0]), float(residual.t[-1]))
-    graph, height = lanes.draw(rows, span, Marks(inside, events_in(episode, missing)))
+    graph, height = lanes.draw(rows, span, Marks(inside, events_in(episode, named)))
     text = "Missing force and torque in time, before above after; the grey band is two standard deviations."
     kind = "held out" if episode.held_out else "fitted"
     caption = [tag("b", episode.name), f" ({kind}). ", _shaded(inside)]
