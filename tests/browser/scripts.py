@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-__all__ = ["COLLISIONS", "COLOURS", "DASHES", "DEAD_LINKS", "OUTSIDE", "SMALLEST", "UNFOLD"]
+__all__ = ["COLLISIONS", "COLOURS", "DASHES", "DEAD_LINKS", "OUTSIDE", "SCROLLED", "SMALLEST", "UNFOLD"]
 
 UNFOLD = "document.querySelectorAll('details').forEach(each => each.open = true)"
 
@@ -36,6 +36,11 @@ OUTSIDE = """(() => {
     .map(element => element.tagName + '.' + element.className);
 })()"""
 """Elements that stick out on the right."""
+
+SCROLLED = """[...document.querySelectorAll('.wide')]
+  .filter(frame => frame.scrollWidth > frame.clientWidth + 1)
+  .map(frame => frame.textContent.slice(0, 60))"""
+"""Tables that must be scrolled sideways."""
 
 SMALLEST = """Math.min(...[...document.querySelectorAll('figure>svg text')].map(text =>
   parseFloat(getComputedStyle(text).fontSize) * text.ownerSVGElement.getScreenCTM().a))"""

@@ -19,6 +19,7 @@ def test_nothing_sticks_out_overlaps_or_calls_home(browser: Browser, page: Path,
     browser.evaluate(scripts.UNFOLD)
     assert browser.evaluate(scripts.COLLISIONS) == []
     assert browser.evaluate(scripts.OUTSIDE) == []
+    assert browser.evaluate(scripts.SCROLLED) == []
     assert browser.evaluate("document.documentElement.scrollWidth <= document.documentElement.clientWidth")
     assert requests(browser) == [page.as_uri()]
 
@@ -28,6 +29,7 @@ def test_every_effect_fits_a_phone(browser: Browser, effect: Path) -> None:
     browser.evaluate(scripts.UNFOLD)
     assert browser.evaluate(scripts.COLLISIONS) == []
     assert browser.evaluate(scripts.OUTSIDE) == []
+    assert browser.evaluate(scripts.SCROLLED) == []
     assert requests(browser) == [effect.as_uri()]
 
 

@@ -109,7 +109,14 @@ def foreign_sample() -> Sample:
 def reparameterised_sample() -> Sample:
     """A model that gave the wrong mass."""
     diagnosis, series = table_sample()
-    diagnosis["nominal"] = diagnosis["nominal"] | {"given": {"mass": 30.0, "wheel_x": -0.4}}
+    long = {f"viscous_wheel.{name}": value for name, value in diagnosis["nominal"]["before"].items()}
+    given = {"mass": 30.0, "wheel_x": -0.4, "viscous_wheel.wheel_mu_x": 11.0}
+    nominal = diagnosis["nominal"]
+    diagnosis["nominal"] = {
+        "given": given,
+        "before": nominal["before"] | long,
+        "after": nominal["after"] | long,
+    }
     return diagnosis | {"verdict": "reparameterised", "missing": [], "alternatives": []}, series
 
 

@@ -3,11 +3,24 @@
 from __future__ import annotations
 
 import hashlib
+import os
+import shlex
 from pathlib import Path
 
-__all__ = ["fingerprint"]
+__all__ = ["fingerprint", "inputs"]
 
 _BLOCK = 1 << 20
+
+
+def inputs(**given: object) -> list[dict[str, str]]:
+    """Return `what`, `sha256` and `check` (the command that prints it) of each input that is a path.
+
+    What is not in a file has no fingerprint: recordings and models made in memory are left out.
+    """
+    paths = {what: Path(path) for what, path in given.items() if isinstance(path, str | os.PathLike)}
+    return [
+        {"what": what, "sha256": fingerprint(path), "check": _check(path)} for what, path in paths.items()
+    ]
 
 
 def fingerprint(path: Path) -> str:
@@ -22,6 +35,11 @@ def fingerprint(path: Path) -> str:
             while block := stream.read(_BLOCK):
                 digest.update(block)
     return digest.hexdigest()
+
+
+def _check(path: Path) -> str:
+    name = shlex.quote(str(path))
+    return f"cat {name}/* | sha256sum" if path.is_dir() else f"sha256sum {name}"
 
 
 def _files(path: Path) -> list[Path]:

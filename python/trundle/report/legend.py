@@ -19,7 +19,8 @@ def legend(*entries: tuple[str, str]) -> Html:
 def sides(verb: str, curves: Sequence[object]) -> list[tuple[str, str]]:
     """Return the entries for recorded curves, and for those of before and after that there are."""
     found = [side for side in ("before", "after") if any(getattr(each, side) is not None for each in curves)]
-    return [("recorded", "recorded"), *((side, f"{verb} {side}") for side in found)]
+    words = [(side, f"{verb} {side}" if len(found) > 1 else verb) for side in found]
+    return [("recorded", "recorded"), *words]
 
 
 def _swatch(style: str, words: str) -> Html:

@@ -35,7 +35,7 @@ def render(diagnosis: Mapping[str, Any], series: Mapping[str, Any]) -> str:
     str
         One HTML page that needs nothing else: no network, no script. The same input gives the same bytes.
     """
-    curves = Series.parse(series)
+    curves = Series.parse(series, single=diagnosis.get("verdict") == "consistent")
     recording = str(diagnosis.get("recording") or "recording")
     parts: Sequence[tuple[str, str, Html | None]] = (
         ("missing", "", cards.missing(diagnosis, curves)),

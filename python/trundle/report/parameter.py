@@ -24,7 +24,7 @@ def parameter(value: Any) -> Child:
     mean, sd, unit = value.get("mean"), value.get("sd"), str(value.get("unit") or "")
     if nested(mean):
         return _cells(mean, sd, unit)
-    return [measured(mean, sd, unit), _degrees(mean) if unit == "rad" else None]
+    return [*_spread(measured(mean, sd, unit)), _degrees(mean) if unit == "rad" else None]
 
 
 def _degrees(mean: object) -> str | None:
@@ -58,6 +58,12 @@ def _line(mean: Sequence[Any], spread: Sequence[Any]) -> str:
     return ", ".join(measured(entry, width) for entry, width in zip(mean, spread, strict=True))
 
 
+def _spread(text: str) -> list[Child]:
+    """Return a number with its deviation apart, so that it can go below where there is little room."""
+    centre, sign, spread = text.partition(" ± ")
+    return [centre, tag("span", f" ± {spread}", class_="sd") if sign else None]
+
+
 def _matrix(mean: Sequence[Any], spread: Sequence[Any]) -> Html:
     """Return rows and columns, named by axes where there are three."""
     names = _AXES if len(mean) == len(_AXES) else tuple(str(index + 1) for index in range(len(mean)))
@@ -65,7 +71,7 @@ def _matrix(mean: Sequence[Any], spread: Sequence[Any]) -> Html:
         tag(
             "tr",
             tag("th", name, scope="row"),
-            [tag("td", measured(*cell)) for cell in zip(row, width, strict=True)],
+            [tag("td", _spread(measured(*cell))) for cell in zip(row, width, strict=True)],
         )
         for name, row, width in zip(names, mean, spread, strict=True)
     ]

@@ -186,13 +186,14 @@ def ranking(series: Mapping[str, Any]) -> Html | None:
 
 def figures_of_fit(diagnosis: Mapping[str, Any], series: Series) -> Html:
     """Return held-out figures in full, training figures behind a fold."""
-    fit = diagnosis.get("fit") or {}
+    fit, single = diagnosis.get("fit") or {}, diagnosis.get("verdict") == "consistent"
+    sides = "" if single else "; before: the simulation as given, refitted; after: with what is missing"
     return section(
         "fit",
         "How far off",
-        tag("p", "On held-out data; before: the simulation as given, refitted; after: with what is missing."),
-        tables.fit(fit.get("held_out") or {}, series),
-        fold("On the data that were fitted", tables.fit(fit.get("training") or {}, series)),
+        tag("p", f"On held-out data{sides}."),
+        tables.fit(fit.get("held_out") or {}, series, single),
+        fold("On the data that were fitted", tables.fit(fit.get("training") or {}, series, single)),
     )
 
 

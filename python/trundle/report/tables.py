@@ -46,16 +46,17 @@ def table(head: Sequence[Child], rows: Sequence[Sequence[Child]], style: str = "
     )
 
 
-def fit(scores: Mapping[str, Any], series: Series) -> Html:
-    """Figures before and after; a dash where there is none, with the reason below."""
+def fit(scores: Mapping[str, Any], series: Series, single: bool = False) -> Html:
+    """Figures before and after, or in one column; a dash where there is none, with the reason below."""
+    sides = _SIDES[:1] if single else _SIDES
     rows: list[list[Child]] = []
     reasons: list[str] = []
     for key, name, unit in _FIGURES:
-        values = before_after(scores, key)
+        values = before_after(scores, key)[: len(sides)]
         scale = suited(unit, *values)
         marks = [
             _mark(_reason(key, side, series), reasons) if value is None else None
-            for side, value in zip(_SIDES, values, strict=True)
+            for side, value in zip(sides, values, strict=True)
         ]
         rows.append(
             [
@@ -68,7 +69,9 @@ def fit(scores: Mapping[str, Any], series: Series) -> Html:
         )
     notes = [tag("li", tag("sup", _letter(index)), f" {reason}") for index, reason in enumerate(reasons)]
     return tag(
-        "div", table(("", *_SIDES), rows, "figures"), tag("ul", notes, class_="notes") if notes else None
+        "div",
+        table(("", *(("simulation",) if single else sides)), rows, "figures"),
+        tag("ul", notes, class_="notes") if notes else None,
     )
 
 
@@ -118,7 +121,7 @@ def nominal(given: Mapping[str, Any]) -> Html | None:
     if not names:
         return None
     rows = [[tag("code", name), *(parameter(columns[side].get(name)) for side in shown)] for name in names]
-    return table(("", *shown), rows)
+    return table(("", *shown), rows, "stacked")
 
 
 def parameters(given: Mapping[str, Any]) -> Html | None:

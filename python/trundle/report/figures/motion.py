@@ -33,7 +33,7 @@ def draw(index: int, episode: Episode, series: Series, named: Sequence[Place]) -
     drawing = join([view, tag("g", graph, transform=f"translate(0 {top:.2f})")])
     kind = "held out" if episode.held_out else "fitted"
     seen = "Position in time" if rail else "Path from above with the outline at start and end"
-    text = f"{seen}, recorded and simulated before and after; below it the error in time. {_ends(episode)}"
+    text = f"{seen}, recorded and simulated; below it the error in time. {_ends(episode)}"
     caption = [tag("b", episode.name), f" ({kind}). ", _ends(episode)]
     return figure(
         f"motion-{index}", f"Motion in {episode.name}, {kind}", text, top + height, drawing, caption
@@ -181,5 +181,5 @@ def _ends(episode: Episode) -> str:
             found.append((side, float(seen[-1])))
     if not found:
         return "No simulated motion."
-    words = ", ".join(f"{shown('m', gap)} {side}" for side, gap in found)
+    words = ", ".join(f"{shown('m', gap)}{f' {side}' if len(found) > 1 else ''}" for side, gap in found)
     return f"Off at the end by {words}."

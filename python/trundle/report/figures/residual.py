@@ -52,7 +52,7 @@ def draw(
     inside = windows_in(episode, windows)
     span = (float(residual.t[0]), float(residual.t[-1]))
     graph, height = lanes.draw(rows, span, Marks(inside, events_in(episode, named)))
-    text = "Missing force and torque in time, before above after; the grey band is two standard deviations."
+    text = "Missing force and torque in time; the grey band is two standard deviations of the noise."
     kind = "held out" if episode.held_out else "fitted"
     caption = [tag("b", episode.name), f" ({kind}). ", _shaded(inside)]
     return figure(
@@ -84,9 +84,15 @@ def _pair(channel: int, residual: Residual) -> list[Lane]:
         (abs(limit) for curve in (*curves.values(), *noise) for limit in lanes.bounds([curve])), default=1.0
     )
     return [
-        Lane(f"{name}, {unit} · {side}", (*noise, curve), (-reach, reach), height=46.0)
+        Lane(
+            _title(name, unit, side if len(curves) > 1 else ""), (*noise, curve), (-reach, reach), height=46.0
+        )
         for side, curve in curves.items()
     ]
+
+
+def _title(name: str, unit: str, side: str) -> str:
+    return f"{name}, {unit} · {side}" if side else f"{name}, {unit}"
 
 
 def _band(residual: Residual, channel: int) -> Curve:
