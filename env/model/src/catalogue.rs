@@ -110,4 +110,11 @@ catalogue! {
     tracker_offset::TrackerOffset,
     cogging::Cogging,
     quadratic_drag::QuadraticDrag,
+    floor_patch::FloorPatch,
+    floor_grain::FloorGrain,
+    tether::Tether,
+    obstacle_contact::ObstacleContact,
+    caster_swivel::CasterSwivel,
+    swinging_load::SwingingLoad,
+    doorsill::Doorsill,
 }

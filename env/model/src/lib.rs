@@ -25,12 +25,15 @@ mod plant;
 mod polygon;
 mod prior;
 mod real;
+mod rim;
 mod stepper;
 mod symmetric;
 
 pub use body::{Body, Fixture, Support};
 pub use catalogue::{Kind, Law, catalogue};
 pub use dual::Dual;
+pub use effects::floor_patch::patch_outline;
+pub use effects::obstacle_contact::obstacle_surface;
 pub use error::ModelError;
 pub use file::Posterior;
 pub use law::{Acting, Action, Clock, INNER, Inner, OWN, Param, Prior, Rigid, Situation, Spec};

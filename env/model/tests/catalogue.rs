@@ -5,29 +5,47 @@
 use nalgebra::{Matrix3, SymmetricEigen};
 use proptest::prelude::*;
 use proptest::test_runner::{Config, RngAlgorithm, TestRng, TestRunner};
-use std::collections::BTreeSet;
+use std::cell::RefCell;
+use std::collections::{BTreeMap, BTreeSet};
 use trundle_model::{
-    Acting, Action, Body, Clock, Dual, Effect, Kind, Model, Param, Plant, Prior, Real, Rigid, State,
+    Acting, Action, Body, Clock, Dual, Effect, INNER, Kind, Model, Param, Plant, Prior, Real, Rigid, State,
     catalogue, to_body,
 };
 
-/// Derivative columns: six of the state, and up to ten parameters.
-const COLUMNS: usize = 16;
+/// Pose, twist, and the law's own states.
+const STATE: usize = 6 + INNER;
+/// Derivative columns: the state, the mass and up to ten parameters.
+const COLUMNS: usize = STATE + 11;
 const DT: f64 = 2e-3;
 const DRAWS: usize = 10;
+/// Random cases for each kind.
+const CASES: usize = 64;
 
 /// Everything random about one step; the draws become parameter values by their priors.
 #[derive(Clone, Debug)]
 struct Case {
     draws: Vec<f64>,
-    state: [f64; 6],
+    state: [f64; STATE],
     applied: [f64; 3],
     clock: Clock,
 }
 
 fn cases() -> impl Strategy<Value = Case> {
     let draws = prop::collection::vec(0.0..1.0f64, DRAWS);
-    let state = [-1.0..1.0f64, -1.0..1.0, -3.0..3.0, -0.5..0.5, -0.5..0.5, -1.0..1.0];
+    let own = || -1.5..1.5f64;
+    let state = [
+        -1.0..1.0f64,
+        -1.0..1.0,
+        -3.0..3.0,
+        -0.5..0.5,
+        -0.5..0.5,
+        -1.0..1.0,
+        own(),
+        own(),
+        own(),
+        own(),
+        own(),
+    ];
     let applied = [-40.0..40.0f64, -40.0..40.0, -10.0..10.0];
     let grasp = [-0.6..0.8f64, -0.5..0.4];
     (draws, state, applied, 0.0..5.0f64, grasp).prop_map(|(draws, state, applied, since_contact, grasp)| {
@@ -39,7 +57,7 @@ fn cases() -> impl Strategy<Value = Case> {
 /// Run `check` on the same random cases for every kind.
 fn for_every_kind(check: impl Fn(Kind, &Case) -> Result<(), TestCaseError>) {
     for &kind in Kind::ALL {
-        let config = Config { cases: 64, failure_persistence: None, ..Config::default() };
+        let config = Config { cases: CASES as u32, failure_persistence: None, ..Config::default() };
         let mut runner = TestRunner::new_with_rng(config, TestRng::deterministic_rng(RngAlgorithm::ChaCha));
         let outcome = runner.run(&cases(), |case| check(kind, &case));
         assert!(outcome.is_ok(), "{}: {}", kind.spec().kind, outcome.unwrap_err());
@@ -85,12 +103,35 @@ fn draw(param: &Param, body: &Body, clock: Clock, u: f64) -> f64 {
     value.clamp(param.lower, param.upper)
 }
 
-/// Mass and what is given beside the effect, then the effect's parameters as drawn.
+/// Mass and what is given beside the effect, then its parameters as drawn; places in the room within reach of the body.
 fn values(kind: Kind, case: &Case) -> Vec<f64> {
     let bare = bare(kind);
-    let given = bare.slots().into_iter().map(|slot| slot.value.unwrap());
-    let drawn = kind.spec().params.iter().zip(&case.draws);
-    given.chain(drawn.map(|(p, &u)| draw(p, &bare.body, case.clock, u))).collect()
+    let (body, given) = (&bare.body, bare.slots().into_iter().map(|slot| slot.value.unwrap()));
+    let places = places(kind).unwrap_or_default();
+    let near = |(k, (p, &u)): (usize, (&Param, &f64))| match places.iter().position(|name| *name == p.name) {
+        Some(axis) => case.state[axis] + 1.6 * (u - 0.5),
+        None if k == 1 && kind == Kind::Doorsill => {
+            let (sin, cos) = draw(&kind.spec().params[0], body, case.clock, case.draws[0]).sin_cos();
+            cos * case.state[0] + sin * case.state[1] + 1.2 * (u - 0.5)
+        }
+        None => draw(p, body, case.clock, u),
+    };
+    let drawn = kind.spec().params.iter().zip(&case.draws).enumerate().map(near);
+    given.chain(drawn).collect()
+}
+
+/// Coordinates of a place in the room, of laws that act near it only.
+fn places(kind: Kind) -> Option<[&'static str; 2]> {
+    match kind {
+        Kind::FloorPatch | Kind::ObstacleContact => Some(["x", "y"]),
+        Kind::Tether => Some(["anchor_x", "anchor_y"]),
+        _ => None,
+    }
+}
+
+/// Whether a law acts at some places only: on a stretch of floor, while taut.
+fn is_local(kind: Kind) -> bool {
+    kind == Kind::Doorsill || places(kind).is_some()
 }
 
 /// The same with the neutral values in place, refinements left out.
@@ -110,19 +151,26 @@ fn neutral(kind: Kind, case: &Case) -> Vec<f64> {
 }
 
 fn state<T: Real>(flat: &[T]) -> State<T> {
-    State::moving([flat[0], flat[1], flat[2]], [flat[3], flat[4], flat[5]])
+    let motion = State::moving([flat[0], flat[1], flat[2]], [flat[3], flat[4], flat[5]]);
+    State { inner: std::array::from_fn(|k| flat[6 + k]), ..motion }
 }
 
-fn flat<T: Copy>(state: &State<T>) -> [T; 6] {
-    let ([x, y, theta], [vx, vy, spin]) = (state.pose, state.twist);
-    [x, y, theta, vx, vy, spin]
+fn flat<T: Real>(state: &State<T>) -> [T; STATE] {
+    let all = [state.pose.as_slice(), &state.twist, &state.inner].concat();
+    std::array::from_fn(|k| all[k])
 }
 
-/// What a recording shows: the state after a step under the reading, corrected first, and how late the reading is.
-fn outcome<T: Real>(plant: &Plant<T>, flat_state: &[T], case: &Case) -> [T; 7] {
+/// The state after a step under the reading, corrected first, and how late the reading is.
+fn outcome<T: Real>(plant: &Plant<T>, flat_state: &[T], case: &Case) -> [T; STATE + 1] {
     let applied = plant.correct(case.applied.map(T::lift), case.clock);
-    let [x, y, theta, vx, vy, spin] = flat(&plant.step(&state(flat_state), applied, case.clock, DT));
-    [x, y, theta, vx, vy, spin, plant.delay().unwrap_or_else(T::zero)]
+    let after = flat(&plant.step(&state(flat_state), applied, case.clock, DT));
+    let delay = plant.delay().unwrap_or_else(T::zero);
+    std::array::from_fn(|k| after.get(k).copied().unwrap_or(delay))
+}
+
+/// What of an outcome a recording shows: poses, twists and delay, not the laws' own states.
+fn shown(outcome: [f64; STATE + 1]) -> [f64; 7] {
+    std::array::from_fn(|k| if k < 6 { outcome[k] } else { outcome[STATE] })
 }
 
 fn action(kind: Kind, case: &Case) -> Action<f64> {
@@ -190,10 +238,13 @@ fn every_neutral_value_belongs_to_a_parameter_and_is_legal() {
         for (name, value) in spec.neutral {
             let param = spec.params.iter().find(|p| p.name == *name);
             // The body's own mass centre lies on the body.
-            let legal = |p: &Param| {
-                (p.lower..=p.upper).contains(value) || matches!(p.prior, Prior::OnBody(_)) && value.is_nan()
-            };
-            assert!(param.is_some_and(legal), "{}: neutral {name} = {value}", spec.kind);
+            let legal =
+                |p: &Param| (p.lower..=p.upper).contains(value) || matches!(p.prior, Prior::OnBody(_)) && value.is_nan();
+            assert!(
+                param.is_some_and(legal),
+                "{}: neutral {name} = {value}",
+                spec.kind
+            );
         }
     }
 }
@@ -203,7 +254,8 @@ fn at_neutral_values_nothing_changes() {
     for_every_kind(|kind, case| {
         let with = model(kind).plant(&neutral(kind, case)).unwrap();
         let without = bare(kind).resolved().unwrap();
-        for (a, b) in outcome(&with, &case.state, case).iter().zip(outcome(&without, &case.state, case)) {
+        let [with, without] = [with, without].map(|plant| shown(outcome(&plant, &case.state, case)));
+        for (a, b) in with.iter().zip(without) {
             prop_assert!((a - b).abs() <= 1e-14 * (1.0 + b.abs()), "{a} is not {b}");
         }
         Ok(())
@@ -212,12 +264,18 @@ fn at_neutral_values_nothing_changes() {
 
 #[test]
 fn away_from_neutral_values_something_changes() {
+    let silent = RefCell::new(BTreeMap::new());
     for_every_kind(|kind, case| {
         let with = model(kind).plant(&values(kind, case)).unwrap();
         let without = bare(kind).resolved().unwrap();
-        prop_assert!(outcome(&with, &case.state, case) != outcome(&without, &case.state, case));
+        let [with, without] = [with, without].map(|plant| shown(outcome(&plant, &case.state, case)));
+        let same = with == without;
+        prop_assert!(!same || is_local(kind));
+        *silent.borrow_mut().entry(kind).or_insert(0) += usize::from(same);
         Ok(())
     });
+    // Four cases in five may lie elsewhere.
+    assert!(silent.borrow().values().all(|&count| 5 * count < 4 * CASES), "{silent:?}");
 }
 
 #[test]
@@ -227,23 +285,26 @@ fn gradients_of_a_step_agree_with_finite_differences() {
         prop_assert!(point.len() <= COLUMNS, "widen this test");
         let seeded: Vec<_> =
             point.iter().enumerate().map(|(k, &v)| Dual::<COLUMNS>::variable(v, k)).collect();
-        let exact = outcome(&model(kind).plant(&seeded[6..]).unwrap(), &seeded[..6], case);
+        let exact = outcome(&model(kind).plant(&seeded[STATE..]).unwrap(), &seeded[..STATE], case);
         let first = point.len() - kind.spec().params.len();
         let own = |k: usize| kind.spec().params.get(k.wrapping_sub(first));
         for k in (0..point.len()).filter(|&k| own(k).is_none_or(|p| !p.choice)) {
+            // What begins within a millimetre bends sharply, and where it is stiff rounding grows.
+            let (step, least, rounding) =
+                if is_local(kind) { (2e-6, 0.5, 2e-12) } else { (1e-5, 0.01, 1e-14) };
             let event = own(k).is_some_and(|p| p.name == "time");
-            let h = if event { 1e-3 * DT } else { 1e-5 * point[k].abs().max(0.01) };
+            let h = if event { 1e-3 * DT } else { step * point[k].abs().max(least) };
             let at = |shift: f64| {
                 let mut moved = point.clone();
                 moved[k] += shift;
-                outcome(&model(kind).plant(&moved[6..]).unwrap(), &moved[..6], case)
+                outcome(&model(kind).plant(&moved[STATE..]).unwrap(), &moved[..STATE], case)
             };
             let (plus, minus) = (at(h), at(-h));
-            for row in 0..7 {
+            for row in 0..STATE + 1 {
                 let difference = (plus[row] - minus[row]) / (2.0 * h);
                 let slope = exact[row].eps[k];
                 // Rounding of the values, and the curvature of the law.
-                let tolerance = 1e-14 / h + 1e-5 * (slope.abs() + 1e-4);
+                let tolerance = rounding / h + 1e-5 * (slope.abs() + 1e-4);
                 prop_assert!(
                     (slope - difference).abs() <= tolerance,
                     "row {row} by variable {k}: {slope} is not {difference}"
@@ -278,7 +339,8 @@ fn drag_is_positive_semidefinite() {
 #[test]
 fn a_law_acts_on_the_object_or_on_the_instruments() {
     for_every_kind(|kind, case| {
-        let (plant, bare) = (model(kind).plant(&values(kind, case)).unwrap(), bare(kind).resolved().unwrap());
+        let (plant, bare) =
+            (model(kind).plant(&values(kind, case)).unwrap(), bare(kind).resolved().unwrap());
         let corrects = plant.correct(case.applied, case.clock) != case.applied;
         let reads_otherwise = corrects || plant.delay().is_some() || plant.mount().is_some();
         let (Action { push, drag }, without) =
@@ -289,7 +351,7 @@ fn a_law_acts_on_the_object_or_on_the_instruments() {
         let (weighs, loads) = (own != plain, whole != own && plant.mount().is_none());
         prop_assert!(kind.spec().loads == (weighs || loads), "{own:?} {whole:?} {plain:?}");
         match kind.spec().acting {
-            Acting::Object => prop_assert!((pushes || weighs) && !reads_otherwise && !loads),
+            Acting::Object => prop_assert!((pushes || weighs || is_local(kind)) && !reads_otherwise && !loads),
             Acting::Instrument => prop_assert!(!pushes && !weighs && (reads_otherwise || loads)),
         }
         Ok(())

@@ -1,11 +1,15 @@
 //! The laws, one file each.
 
+pub(crate) mod caster_swivel;
 pub(crate) mod cogging;
 pub(crate) mod com_offset;
 pub(crate) mod coulomb_friction;
 pub(crate) mod directional_friction;
+pub(crate) mod doorsill;
 mod dry;
 mod event;
+pub(crate) mod floor_grain;
+pub(crate) mod floor_patch;
 pub(crate) mod floor_slope;
 pub(crate) mod force_bias;
 pub(crate) mod force_scale;
@@ -13,9 +17,13 @@ pub(crate) mod gripper_inertia;
 pub(crate) mod latency;
 pub(crate) mod mass_change;
 pub(crate) mod quadratic_drag;
+pub(crate) mod obstacle_contact;
+mod place;
 pub(crate) mod spin_drag;
 pub(crate) mod support_drag;
 pub(crate) mod support_friction;
+pub(crate) mod swinging_load;
+pub(crate) mod tether;
 pub(crate) mod tracker_offset;
 pub(crate) mod viscous_wheel;
 pub(crate) mod wheel_event;
@@ -124,6 +132,12 @@ impl Param {
     /// Left at `value` unless asked for: the law then is the simple one.
     const fn refinement(mut self, value: f64) -> Self {
         self.refinement = Some(value);
+        self
+    }
+
+    /// Its smallest legal value.
+    const fn above(mut self, lower: f64) -> Self {
+        self.lower = lower;
         self
     }
 
