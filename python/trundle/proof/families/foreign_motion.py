@@ -26,19 +26,26 @@ class Foreign(Family):
         return {"parameters": {}, "where": None}
 
 
-class AirDrag(Foreign):
-    """A sail: MuJoCo's fluid, a drag in proportion to the square of the speed."""
+class ThinningDrag(Foreign):
+    """A thick felt under the object: a drag that grows with the root of the speed."""
 
-    name = "quadratic_drag"
-    scales = ("density",)
+    name = "thinning_drag"
+    scales = ("drag",)
 
     def draw(self, rng: np.random.Generator, scene: Scene, paths: Sequence[Floats]) -> Values:
-        """Return a fluid as dense as makes a light sail of the object."""
-        return {"density": float(np.exp(rng.uniform(np.log(400.0), np.log(4000.0))))}
+        """Return the force at 1 m/s."""
+        return {"drag": float(np.exp(rng.uniform(np.log(10.0), np.log(80.0))))}
 
-    def furnish(self, site: Site, values: Values) -> None:
-        """Fill the room."""
-        site.spec.option.density = values["density"]
+    def hook(self, model: Any, site: Site, values: Values) -> Hook | None:
+        """Return a force on the object's origin, and a torque as on a ring of 0.4 m."""
+        ring = 0.4
+
+        def brake(data: mujoco.MjData) -> None:
+            vx, vy, spin = data.qvel[0].item(), data.qvel[1].item(), ring * data.qvel[2].item()
+            drag = values["drag"] / (vx * vx + vy * vy + spin * spin + 1e-4) ** 0.25
+            data.qfrc_applied[:3] += (-drag * vx, -drag * vy, -drag * ring * spin)
+
+        return brake
 
 
 class Magnet(Foreign):
@@ -194,7 +201,7 @@ class StickyGround(Foreign):
 
 
 MOTIONS: tuple[Family, ...] = (
-    AirDrag(),
+    ThinningDrag(),
     Magnet(),
     WarmingWheel(),
     Shaking(),

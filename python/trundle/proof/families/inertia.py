@@ -136,4 +136,4 @@ class SwingingLoad(Family):
         """Return the load."""
         x, y = values["point"]
         found = self.truth(scene, values)["parameters"]
-        return [{"kind": self.name, "x": x, "y": y, **found}]
+        return [{"kind": self.name, "x": x, "y": y, "damping_ratio": LOSS, **found}]

@@ -96,8 +96,9 @@ class ForceScale(Family):
         return {"parameters": gains if scene.mass_told else {}, "where": None}
 
     def laws(self, scene: Scene, values: Values) -> list[Values]:
-        """Return the gains."""
-        gains = {name.replace("log", "gain"): float(np.exp(values[name])) for name in self.scales}
+        """Return the gains; where the mass was not told, those over that of x."""
+        common = 0.0 if scene.mass_told else values["log_x"]
+        gains = {name.replace("log", "gain"): float(np.exp(values[name] - common)) for name in self.scales}
         return [{"kind": self.name, **gains}]
 
 
@@ -108,8 +109,8 @@ class GripperInertia(Family):
     scales = ("mass",)
 
     def draw(self, rng: np.random.Generator, scene: Scene, paths: Sequence[Floats]) -> Values:
-        """Return a mass of 0.7 to 6 kg."""
-        return {"mass": float(np.exp(rng.uniform(np.log(0.7), np.log(6.0))))}
+        """Return a mass of 1.5 to 12 kg."""
+        return {"mass": float(np.exp(rng.uniform(np.log(1.5), np.log(12.0))))}
 
     def furnish(self, site: Site, values: Values) -> None:
         """Fix the mass to the object at the grasp: what the sensor bears moves both."""

@@ -66,8 +66,8 @@ class ObstacleContact(Family):
     def laws(self, scene: Scene, values: Values) -> list[Values]:
         """Return the contact."""
         x, y = values["place"]
-        known = {"friction": values["friction"]} if values["friction"] else {}
-        return [{"kind": self.name, "x": x, "y": y, "radius": values["radius"], **known}]
+        known = {"radius": values["radius"], "friction": values["friction"]}
+        return [{"kind": self.name, "x": x, "y": y, **known}]
 
 
 class Tether(Family):
