@@ -4,6 +4,7 @@ use pyo3::prelude::*;
 mod baseline;
 mod columns;
 mod control;
+mod design;
 mod diagnose;
 mod error;
 mod identify;
@@ -36,6 +37,7 @@ fn _native(module: &Bound<'_, PyModule>) -> PyResult<()> {
     online::register(module)?;
     baseline::register(module)?;
     diagnose::register(module)?;
+    design::register(module)?;
     control::register(module)?;
     paper::register(module)?;
     posterior::register(module)?;

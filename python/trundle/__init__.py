@@ -3,6 +3,7 @@
 from trundle import baselines, envs, objects
 from trundle._native import Planner, __version__
 from trundle.agent import AdaptiveAgent
+from trundle.design import Design, design
 from trundle.diagnosis import Diagnosis, Fit, diagnose, fit, predict
 from trundle.identifiability import Profile, profile
 from trundle.inspection import check, inspect, prepare, smooth
@@ -15,6 +16,7 @@ from trundle.simulation import simulate
 
 __all__ = [
     "AdaptiveAgent",
+    "Design",
     "Diagnosis",
     "Fit",
     "Model",
@@ -28,6 +30,7 @@ __all__ = [
     "__version__",
     "baselines",
     "check",
+    "design",
     "diagnose",
     "effects",
     "envs",

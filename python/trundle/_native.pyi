@@ -179,6 +179,17 @@ def _diagnose(
     without: list[str] = [],
     progress: Callable[[str, float], object] | None = None,
 ) -> _Outcome: ...
+def _design(
+    first: str,
+    second: str,
+    *,
+    recording: Recording | str | None = None,
+    body: str | None = None,
+    noise: tuple[float, float, float, float],
+    limits: Mapping[str, float],
+    count: int = 1,
+    progress: Callable[[str, float], object] | None = None,
+) -> tuple[str, str, str]: ...
 def simulate(scenario: str | PathLike[str], seed: int = 0) -> Recording: ...
 
 _Pose = tuple[float, float, float]

@@ -17,7 +17,7 @@ from numpy.typing import ArrayLike, NDArray
 
 from trundle import _native
 from trundle._native import Model, Recording, TrundleError
-from trundle.report import render
+from trundle.report import inputs, render
 
 __all__ = ["Diagnosis", "Fit", "diagnose", "fit", "predict"]
 
@@ -266,7 +266,11 @@ def diagnose(
     )
     answer, series = json.loads(outcome.answer), json.loads(outcome.series)
     named = recording.name if isinstance(recording, Recording) else os.fspath(recording)
-    series |= {"seed": seed, "version": _native.__version__}
+    series |= {
+        "seed": seed,
+        "version": _native.__version__,
+        "input": inputs(recording=recording, model=model),
+    }
     series["command"] = command or f"trundle diagnose {named} --seed {seed}"
     return Diagnosis(answer, Model.from_toml(outcome.model), render(answer, series), series, outcome)
 

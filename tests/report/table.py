@@ -2,6 +2,8 @@
 
 from __future__ import annotations
 
+import copy
+import functools
 from typing import Any
 
 import numpy as np
@@ -65,6 +67,11 @@ def simulate(wrench: Array, drag: float, substeps: int = 4) -> tuple[Array, Arra
 
 def episode(index: int, drag: float, given_drag: float) -> dict[str, Any]:
     """One recorded push with the simulations before (no friction) and after (nearly the right one)."""
+    return copy.deepcopy(_episode(index, drag, given_drag))
+
+
+@functools.cache
+def _episode(index: int, drag: float, given_drag: float) -> dict[str, Any]:
     draw = np.random.default_rng(100 + index)
     t, wrench = push(index)
     truth, twists = simulate(wrench, drag)

@@ -76,7 +76,7 @@ def test_every_figure_has_title_and_description(sample: Sample) -> None:
 
 def test_the_verdict_comes_first_with_its_figures(samples: dict[str, Sample]) -> None:
     text = words(render(*samples["table"]))
-    assert text.index("Coulomb friction is missing from the simulation.") < text.index("What is missing")
+    assert text.index("Dry friction is missing from the simulation.") < text.index("What is missing")
     assert (
         "On held-out pushes the position error of the simulation falls from 12.3\xa0cm to 8.0\xa0mm" in text
     )
@@ -85,7 +85,7 @@ def test_the_verdict_comes_first_with_its_figures(samples: dict[str, Sample]) ->
 @pytest.mark.parametrize(
     ("name", "sentence"),
     [
-        ("tied", "Force bias or floor slope is missing from the simulation."),
+        ("tied", "An offset of the force sensor or a sloping floor is missing from the simulation."),
         ("consistent", "Nothing is missing"),
         ("unexplained", "Something is missing that nothing known explains."),
         ("unexplained", "It is strongest in episode_05 at 0.60\N{EN DASH}1.40\xa0s."),
@@ -185,7 +185,7 @@ def test_a_matrix_is_shown_row_by_row(samples: dict[str, Sample]) -> None:
     diagnosis, series = copy.deepcopy(samples["table"])
     damping = {"mean": [[15.0, 0.5, 1.0], [0.5, 180.0, 2.0], [1.0, 2.0, 44.0]], "sd": None, "unit": "SI"}
     diagnosis["missing"][0]["parameters"] = {"damping": damping}
-    assert "0.5, 180, 2" in words(render(diagnosis, series))
+    assert "y 0.5 180 2" in words(render(diagnosis, series))
 
 
 def test_places_in_world_and_time_are_marked(samples: dict[str, Sample]) -> None:
@@ -198,5 +198,5 @@ def test_places_in_world_and_time_are_marked(samples: dict[str, Sample]) -> None
     page = render(diagnosis, series)
     assert 'class="region"' in page and 'class="event"' in page
     text = words(page)
-    assert "In the world at (1.000 ± 0.010, 0.500 ± 0.010) m." in text
-    assert "In episode_04 at 2.31 ± 0.02 s." in text
+    assert "In the world at (1.000 ± 0.010, 0.500 ± 0.010)\xa0m." in text
+    assert "In episode_04 at 2.31 ± 0.02\xa0s." in text

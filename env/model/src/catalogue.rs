@@ -60,6 +60,12 @@ macro_rules! catalogue {
                 match self { $(Law::$Law(law) => law.delay()),* }
             }
 
+            /// Pose of the tracked frame in the object frame, where it says that they differ.
+            #[inline]
+            pub(crate) fn mount(&self) -> Option<[T; 3]> {
+                match self { $(Law::$Law(law) => law.mount()),* }
+            }
+
             /// Move its own states on.
             #[inline]
             pub(crate) fn advance(&self, at: &Situation<'_, T>, dt: f64, inner: &mut [T]) {
@@ -95,4 +101,20 @@ catalogue! {
     directional_friction::DirectionalFriction,
     force_bias::ForceBias,
     floor_slope::FloorSlope,
+    com_offset::ComOffset,
+    mass_change::MassChange,
+    wheel_event::WheelEvent,
+    gripper_inertia::GripperInertia,
+    force_scale::ForceScale,
+    latency::Latency,
+    tracker_offset::TrackerOffset,
+    cogging::Cogging,
+    quadratic_drag::QuadraticDrag,
+    floor_patch::FloorPatch,
+    floor_grain::FloorGrain,
+    tether::Tether,
+    obstacle_contact::ObstacleContact,
+    caster_swivel::CasterSwivel,
+    swinging_load::SwingingLoad,
+    doorsill::Doorsill,
 }

@@ -78,6 +78,9 @@ pub enum Acting {
     Instrument,
 }
 
+/// In place of a neutral value: what the body has itself, such as its mass centre.
+pub const OWN: f64 = f64::NAN;
+
 /// An effect's entry in the catalogue.
 #[derive(Clone, Copy, Debug)]
 pub struct Spec {
@@ -99,7 +102,7 @@ pub struct Spec {
     pub inner: &'static [Inner],
     /// Its parameters, in the order of a law's values.
     pub params: &'static [Param],
-    /// The parameter, and its value, at which the effect vanishes.
+    /// The parameter, and its value, at which the effect vanishes; [`OWN`] where that is the body's own.
     pub neutral: &'static [(&'static str, f64)],
     /// What a diagnosis says of it; `{name}` stands for a parameter's value with its interval.
     pub sentence: &'static str,
@@ -179,7 +182,6 @@ pub(crate) struct Site<'a, T> {
     /// The body that it acts on.
     pub body: &'a Body,
     /// The model's first viscous wheel, `[x, y, angle, mu_x, mu_y]`.
-    #[allow(dead_code)]
     pub wheel: Option<[T; 5]>,
 }
 
@@ -308,6 +310,12 @@ pub(crate) trait Act<T: Real>: Sized {
     /// By how much the reading is late, s.
     #[inline]
     fn delay(&self) -> Option<T> {
+        None
+    }
+
+    /// Pose of the tracked frame in the object frame, m, m, rad, where they differ.
+    #[inline]
+    fn mount(&self) -> Option<[T; 3]> {
         None
     }
 

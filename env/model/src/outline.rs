@@ -25,6 +25,18 @@ impl Fixture {
                 .unwrap_or((0.0, [0.0; 2])),
         }
     }
+
+    /// How deep a point lies inside, m; outside, its distance, negative.
+    pub(crate) fn depth(&self, [x, y]: [f64; 2]) -> f64 {
+        match self {
+            Self::Disc { center, radius, .. } => radius - (x - center[0]).hypot(y - center[1]),
+            Self::Polygon { vertices, .. } => {
+                let far = edges(vertices).map(|(a, b)| between([x, y], nearest(a, b, [x, y])).0);
+                let far = far.fold(f64::INFINITY, f64::min);
+                if contains(vertices, [x, y]) { far } else { -far }
+            }
+        }
+    }
 }
 
 fn edges(vertices: &[[f64; 2]]) -> impl Iterator<Item = ([f64; 2], [f64; 2])> + '_ {

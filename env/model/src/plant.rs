@@ -11,8 +11,9 @@
 
 use crate::heading::Heading;
 use crate::implicit::{Inert, Inertia};
-use crate::law::{Action, Clock, INNER, Rigid, Situation};
+use crate::law::{Acting, Action, Clock, INNER, Rigid, Situation};
 use crate::loaded::Loaded;
+use crate::mount::Mount;
 use crate::{Body, Law, ModelError, Real};
 
 /// Motion state of the object frame's origin: pose `[m, m, rad]` and twist `[m/s, m/s, rad/s]`, world axes.
@@ -69,6 +70,8 @@ pub struct Plant<T> {
     /// Number of the laws' own states.
     inner: usize,
     delay: Option<T>,
+    /// The tracked frame, where it is not the object's.
+    mount: Option<Mount<T>>,
 }
 
 /// Where each law's own states begin and end.
@@ -92,18 +95,40 @@ impl<T: Real> Plant<T> {
             return Err(ModelError::Inner { got: inner, most: INNER });
         }
         let delay = laws.iter().filter_map(Law::delay).reduce(|a, b| a + b);
-        Ok(Self { mass, inertia, com, laws, resistance, dof, loads, inner, delay })
+        let mount = laws.iter().find_map(Law::mount).map(Mount::at);
+        Ok(Self { mass, inertia, com, laws, resistance, dof, loads, inner, delay, mount })
     }
 
-    /// What moves as one at a moment.
+    /// What moves as one under the reading at a moment: the object, and what instruments add to it. In the frame that
+    /// is tracked.
     pub fn rigid(&self, clock: Clock) -> Rigid<T> {
-        let mut rigid = Rigid { mass: self.mass, com: self.com, inertia: self.inertia };
-        if self.loads {
-            for law in &self.laws {
-                law.load(clock, &mut rigid);
-            }
+        self.moved(self.object(clock), clock)
+    }
+
+    /// The object alone at a moment, in its own frame.
+    pub fn object(&self, clock: Clock) -> Rigid<T> {
+        let rigid = Rigid { mass: self.mass, com: self.com, inertia: self.inertia };
+        if self.loads { self.loaded(rigid, Acting::Object, clock) } else { rigid }
+    }
+
+    fn moved(&self, mut rigid: Rigid<T>, clock: Clock) -> Rigid<T> {
+        if let Some(mount) = &self.mount {
+            rigid.com = mount.place(rigid.com);
+        }
+        if self.loads { self.loaded(rigid, Acting::Instrument, clock) } else { rigid }
+    }
+
+    /// With the loads that laws of one sort put on it.
+    fn loaded(&self, mut rigid: Rigid<T>, acting: Acting, clock: Clock) -> Rigid<T> {
+        for law in self.laws.iter().filter(|law| law.spec().acting == acting) {
+            law.load(clock, &mut rigid);
         }
         rigid
+    }
+
+    /// Pose of the tracked frame in the object frame, where a law says that they differ.
+    pub fn mount(&self) -> Option<[T; 3]> {
+        self.laws.iter().find_map(Law::mount)
     }
 
     /// By how much readings are late, s; `None` where no law says so.
@@ -119,8 +144,9 @@ impl<T: Real> Plant<T> {
     /// What all laws do at a state, object axes about the object origin.
     pub fn action(&self, state: &State<T>, clock: Clock) -> Action<T> {
         let heading = Heading::of(state.pose[2]);
-        let rigid = self.rigid(clock);
-        let at = situation(state.pose, heading, heading.to_body(state.twist), &rigid, clock, &state.inner);
+        let object = self.object(clock);
+        let twist = heading.to_body(state.twist);
+        let at = self.situation(state.pose, heading, twist, &object, clock, &state.inner);
         let mut sum = Action::none();
         self.act(&at, &mut sum);
         sum
@@ -140,12 +166,12 @@ impl<T: Real> Plant<T> {
     /// Where the drag changes much within the step, as dry friction does when a body stops or turns
     /// back, the step is halved, again and again if need be.
     pub fn step(&self, state: &State<T>, applied: [T; 3], clock: Clock, dt: f64) -> State<T> {
-        if self.loads {
-            let rigid = self.rigid(clock);
-            return self.halved(&Loaded::new(rigid, self.dof), &rigid, state, applied, clock, dt, HALVINGS);
+        let object = self.object(clock);
+        if self.loads || self.mount.is_some() {
+            let inert = Loaded::new(self.moved(object, clock), self.dof);
+            return self.halved(&inert, &object, state, applied, clock, dt, HALVINGS);
         }
-        let rigid = Rigid { mass: self.mass, com: self.com, inertia: self.inertia };
-        self.halved(&self.resistance, &rigid, state, applied, clock, dt, HALVINGS)
+        self.halved(&self.resistance, &object, state, applied, clock, dt, HALVINGS)
     }
 
     #[allow(clippy::too_many_arguments)]
@@ -185,7 +211,7 @@ impl<T: Real> Plant<T> {
 
         let twist = start.to_body(state.twist);
         let mut action = Action { push: applied, ..Action::none() };
-        self.act(&situation(state.pose, start, twist, rigid, clock, &state.inner), &mut action);
+        self.act(&self.situation(state.pose, start, twist, rigid, clock, &state.inner), &mut action);
         let (near, first) = inert.solve_half(inert.at_center(twist), &action, half);
 
         let heading = theta + (before[2] + near[2]) * (half / 2.0);
@@ -196,12 +222,12 @@ impl<T: Real> Plant<T> {
         let mut inner = state.inner;
         let mut ended = state.inner;
         if self.inner > 0 {
-            let at = situation(place, middle, twist, rigid, clock, &state.inner);
+            let at = self.situation(place, middle, twist, rigid, clock, &state.inner);
             self.advance(&at, half, &mut inner);
             self.advance(&at, dt, &mut ended);
         }
         let mut action = Action { push: applied, ..Action::none() };
-        self.act(&situation(place, middle, twist, rigid, clock, &inner), &mut action);
+        self.act(&self.situation(place, middle, twist, rigid, clock, &inner), &mut action);
         let (after, second) = inert.solve(middle.to_body(before), &action, dt);
         let speed = twist.iter().map(|v| v.re() * v.re()).sum::<f64>().sqrt();
         let change = (second - 2.0 * first).abs() * speed;
@@ -221,9 +247,38 @@ impl<T: Real> Plant<T> {
         (after, change)
     }
 
+    /// What the laws see: the object's own frame.
+    #[inline(always)]
+    fn situation<'a>(
+        &self,
+        pose: [T; 3],
+        heading: Heading<T>,
+        twist: [T; 3],
+        rigid: &Rigid<T>,
+        clock: Clock,
+        inner: &'a [T; INNER],
+    ) -> Situation<'a, T> {
+        let Some(mount) = &self.mount else {
+            return situation(pose, heading, twist, rigid, clock, inner);
+        };
+        let pose = mount.pose(pose);
+        situation(pose, Heading::of(pose[2]), mount.twist(twist), rigid, clock, inner)
+    }
+
     /// Add what all laws do.
     #[inline]
     fn act(&self, at: &Situation<'_, T>, sum: &mut Action<T>) {
+        let Some(mount) = &self.mount else {
+            return self.add(at, sum);
+        };
+        let mut own = Action::none();
+        self.add(at, &mut own);
+        sum.add(&mount.action(&own));
+    }
+
+    /// Add what all laws do, in the object's own frame.
+    #[inline]
+    fn add(&self, at: &Situation<'_, T>, sum: &mut Action<T>) {
         if self.inner == 0 {
             for law in &self.laws {
                 law.act(at, sum);

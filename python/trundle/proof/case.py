@@ -103,9 +103,8 @@ def weighed(
     if not hidden:
         return recording(scene, [], bare, name), {}
     made = recording(scene, hidden, name=name)
-    before = nominal(made, scene)
-    floor = nominal(recording(scene, [], bare), scene)
-    after = with_laws(made, scene, hidden)
+    before, after = nominal(made, scene), with_laws(made, scene, hidden)
+    floor = nominal(recording(scene, [], bare), scene) if after is None else None
     singles = [with_laws(made, scene, [one]) for one in hidden] if len(hidden) > 1 else []
     return made, {"before": before, "after": after, "floor": floor, "singles": singles}
 

@@ -31,7 +31,8 @@ def place_errors(rows: Sequence[Row]) -> dict[str, list[tuple[str, float]]]:
         where, given = true["where"] or {}, answer["where"] or {}
         for key, kind in (("body_point", "body point, m"), ("world_point", "world point, m")):
             if key in where:
-                found[kind].append((true["effect"], distance(given.get(key), where[key])))
+                off = distance(given.get(key), where[key], where.get("radius", 0.0))
+                found[kind].append((true["effect"], off))
         if "event" in where:
             found["event time, s"].append((true["effect"], moment(given.get("event"), where["event"])))
         if true["effect"] == "latency":
@@ -44,11 +45,11 @@ def place_errors(rows: Sequence[Row]) -> dict[str, list[tuple[str, float]]]:
     return found
 
 
-def distance(given: Any, true: Sequence[float]) -> float:
-    """Return the distance of a point that was given, or infinity."""
+def distance(given: Any, true: Sequence[float], radius: float = 0.0) -> float:
+    """Return the distance of a point that was given from the surface of a round thing, or infinity."""
     if not given or given.get("mean") is None:
         return math.inf
-    return math.dist(given["mean"], true)
+    return abs(math.dist(given["mean"], true) - radius)
 
 
 def moment(given: Any, true: Row) -> float:

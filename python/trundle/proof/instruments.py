@@ -10,8 +10,8 @@ from numpy.typing import NDArray
 
 import trundle
 from trundle.proof.family import Hidden, Site
-from trundle.proof.scene import CONTACT, SECONDS, Grasp, Scene
-from trundle.proof.seen import Seen, sampled
+from trundle.proof.scene import CONTACT, SECONDS, Scene
+from trundle.proof.seen import Seen, held, sampled
 from trundle.proof.world import Motion, motion
 
 __all__ = ["recording", "seen"]
@@ -32,14 +32,6 @@ def seen(true: Motion) -> Seen:
     wrench = np.column_stack([np.interp(t, true.t, true.wrench[:, k]) for k in range(3)])
     wrench[rest] = 0.0
     return Seen(t, pose, held(pose, true.push.grasp), wrench)
-
-
-def held(pose: Floats, grasp: Grasp) -> Floats:
-    """Return poses of the gripper on an object at `pose` (n, 3)."""
-    c, s = np.cos(pose[:, 2]), np.sin(pose[:, 2])
-    x = pose[:, 0] + c * grasp.x - s * grasp.y
-    y = pose[:, 1] + s * grasp.x + c * grasp.y
-    return np.column_stack([x, y, pose[:, 2] + grasp.angle])
 
 
 def recording(

@@ -15,9 +15,6 @@ from trundle.proof.scene import Scene
 
 __all__ = ["known_laws", "misfit", "nominal", "with_laws"]
 
-FREE_AT_DEFAULT = ("drift_x", "drift_y")
-"""Parameters that are free only if asked for: the fit takes them as they truly are."""
-
 
 def misfit(figures: Mapping[str, Any], gyration: float) -> float:
     """Return the error one second ahead, m: of the position, and of the heading times `gyration`."""
@@ -71,15 +68,17 @@ def form(scene: Scene, laws: Sequence[Values]) -> tuple[trundle.Model, dict[str,
 
 
 def divided(law: Values) -> tuple[Values, Values]:
-    """Return the values of a law that the oracle knows, and those that it fits."""
-    known = {name for name in law if name in (*FREE_AT_DEFAULT, *choices(law["kind"]))}
-    known |= {"spread"} & set(law)
+    """Return the values of a law that the oracle knows, and those that it fits.
+
+    It knows what a fit takes as given unless asked: an event's episode, a drift, a thing's radius.
+    """
+    known = given(law["kind"]) | {"spread"}
     named = {name: value for name, value in law.items() if name != "kind"}
     return {k: v for k, v in named.items() if k in known}, {k: v for k, v in named.items() if k not in known}
 
 
 @cache
-def choices(kind: str) -> frozenset[str]:
-    """Return the parameters of a kind that are chosen and never searched."""
+def given(kind: str) -> frozenset[str]:
+    """Return the parameters of a kind that have a value where a model file leaves them out."""
     (found,) = [effect for effect in trundle.effects() if effect["kind"] == kind]
-    return frozenset(p["name"] for p in found["parameters"] if p.get("choice") or p["name"] == "episode")
+    return frozenset(p["name"] for p in found["parameters"] if p["default"] is not None)

@@ -10,7 +10,7 @@ from numpy.typing import ArrayLike, NDArray
 from trundle.proof.scene import Scene
 from trundle.proof.shapes import inside
 
-__all__ = ["overlap", "standing_points", "visited"]
+__all__ = ["distance_to_outline", "in_object", "in_room", "overlap", "standing_points", "visited"]
 
 Floats = NDArray[np.float64]
 
@@ -38,3 +38,26 @@ def overlap(found: ArrayLike, true: ArrayLike, cells: Sequence[Sequence[int]]) -
     a, b = (inside(middles, np.asarray(polygon, dtype=float)) for polygon in (found, true))
     either = int(np.sum(a | b))
     return float(np.sum(a & b)) / either if either else 0.0
+
+
+def in_room(point: Floats, path: Floats) -> Floats:
+    """Return where a point of the object (2,) is in the room along a path (n, 3): (n, 2)."""
+    c, s = np.cos(path[:, 2]), np.sin(path[:, 2])
+    x = path[:, 0] + c * point[0] - s * point[1]
+    return np.column_stack([x, path[:, 1] + s * point[0] + c * point[1]])
+
+
+def in_object(place: Floats, path: Floats) -> Floats:
+    """Return where a point of the room (2,) is in the object's frame along a path (n, 3): (n, 2)."""
+    c, s = np.cos(path[:, 2]), np.sin(path[:, 2])
+    dx, dy = place[0] - path[:, 0], place[1] - path[:, 1]
+    return np.column_stack([c * dx + s * dy, c * dy - s * dx])
+
+
+def distance_to_outline(points: Floats, outline: Floats) -> Floats:
+    """Return the distance of points (n, 2) from a polygon (m, 2), negative inside it."""
+    ends = np.roll(outline, -1, axis=0) - outline
+    off = points[:, None, :] - outline[None, :, :]
+    along = np.clip(np.sum(off * ends, axis=2) / np.sum(ends**2, axis=1), 0.0, 1.0)
+    nearest = np.hypot(*np.moveaxis(off - along[:, :, None] * ends, 2, 0)).min(axis=1)
+    return np.asarray(np.where(inside(points, outline), -nearest, nearest))

@@ -7,7 +7,9 @@ from dataclasses import dataclass, replace
 import numpy as np
 from numpy.typing import NDArray
 
-__all__ = ["Seen", "sampled"]
+from trundle.proof.scene import Grasp
+
+__all__ = ["Seen", "held", "sampled"]
 
 Floats = NDArray[np.float64]
 
@@ -39,3 +41,11 @@ class Seen:
 def sampled(t: Floats, values: Floats, at: Floats) -> Floats:
     """Return columns of `values` at other times."""
     return np.column_stack([np.interp(at, t, column) for column in values.T])
+
+
+def held(pose: Floats, grasp: Grasp) -> Floats:
+    """Return poses of the gripper on an object at `pose` (n, 3)."""
+    c, s = np.cos(pose[:, 2]), np.sin(pose[:, 2])
+    x = pose[:, 0] + c * grasp.x - s * grasp.y
+    y = pose[:, 1] + s * grasp.x + c * grasp.y
+    return np.column_stack([x, y, pose[:, 2] + grasp.angle])

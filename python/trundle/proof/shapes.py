@@ -47,6 +47,13 @@ class Shape:
         return float(abs(np.sum(cross(self.outline, np.roll(self.outline, -1, axis=0))) / 2))
 
     @property
+    def centroid(self) -> Floats:
+        """Centre of the area, m."""
+        a, b = self.outline, np.roll(self.outline, -1, axis=0)
+        weights = cross(a, b)[:, None]
+        return np.asarray(np.sum((a + b) * weights, axis=0) / (3 * np.sum(weights)))
+
+    @property
     def gyration(self) -> float:
         """Radius of gyration about the object's origin, m: what a turn of 1 rad counts as."""
         a, b = self.outline, np.roll(self.outline, -1, axis=0)

@@ -14,7 +14,7 @@ from numpy.typing import NDArray
 from trundle.proof.family import Hidden, Hook, Site
 from trundle.proof.scene import CONTACT, SECONDS, Push, Scene, Wheel
 
-__all__ = ["Motion", "add_wheel", "motion", "quaternion", "set_wheel"]
+__all__ = ["HEIGHT", "Motion", "add_wheel", "at_site", "motion", "quaternion", "set_wheel"]
 
 Floats = NDArray[np.float64]
 
@@ -38,15 +38,12 @@ class Motion:
         Of the gripper on the object.
     wrench : array (n, 3)
         On what the sensor carries, gripper axes and origin, N, N, N·m.
-    touched : array (k, 2)
-        Where an obstacle was hit.
     """
 
     t: Floats
     pose: Floats
     push: Push
     wrench: Floats
-    touched: Floats
 
 
 def motion(scene: Scene, hidden: Sequence[Hidden], episode: int) -> Motion:
@@ -136,7 +133,7 @@ def run(model: Any, scene: Scene, push: Push, hooks: Sequence[Hook]) -> Motion:
     n = round((SECONDS - CONTACT) / STEP)
     t: Floats = CONTACT + STEP * np.arange(n + 1, dtype=np.float64)
     wanted = push.wanted(t).tolist()
-    poses, forces, touched = np.empty((n + 1, 3)), np.empty((n + 1, 3)), []
+    poses, forces = np.empty((n + 1, 3)), np.empty((n + 1, 3))
     slot = model.actuator("gripper x").id
     for k in range(n + 1):
         poses[k] = data.qpos[:3]
@@ -146,15 +143,8 @@ def run(model: Any, scene: Scene, push: Push, hooks: Sequence[Hook]) -> Motion:
             for hook in hooks:
                 hook(data)
         mujoco.mj_step(model, data)
-        if data.ncon:
-            touched += [data.contact[i].pos[:2].copy() for i in range(data.ncon) if hit(data.contact[i])]
     middle = np.vstack([forces[:1], (forces[1:] + forces[:-1]) / 2])
-    return Motion(t, poses, push, middle, np.array(touched).reshape(-1, 2))
-
-
-def hit(contact: Any) -> bool:
-    """Tell whether a contact is with an obstacle (without friction), and bears something."""
-    return bool(contact.dim == 1 and contact.dist < 0.0)
+    return Motion(t, poses, push, middle)
 
 
 def exerted(data: Any, scene: Scene, push: Push, wanted: list[float]) -> list[float]:

@@ -10,6 +10,7 @@ The figures are drawn by a small SVG layer of our own (`markup`, `figures`) and 
 - a recording of 25,000 samples becomes some ten kilobytes a panel (see `decimate`).
 """
 
+from trundle.report.inputs import inputs
 from trundle.report.page import render
 
-__all__ = ["render"]
+__all__ = ["inputs", "render"]

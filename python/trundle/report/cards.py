@@ -1,84 +1,56 @@
-"""What is missing, a card an effect, and what would tell it from the rest."""
+"""What is missing, a card an effect: how sure, how large, where and when."""
 
 from __future__ import annotations
 
 from collections.abc import Mapping
 from typing import Any
 
-from trundle.report import tables
-from trundle.report.figures import place
-from trundle.report.given import finite
+from trundle.report import tables, words
+from trundle.report.given import Series, finite
 from trundle.report.markup import Html, tag
-from trundle.report.quantity import listed, measured, readable
 from trundle.report.section import section
+from trundle.report.verdict import judged
+from trundle.report.where import Place, places
 
 __all__ = ["missing"]
 
+_FACTS = (
+    ("probability", "likely to belong in the model, given the data"),
+    ("explains", "of the misfit on held-out data is this effect's"),
+)
 
-def missing(diagnosis: Mapping[str, Any]) -> Html | None:
-    """Return what is missing, one card an effect, and what would tell it from the rest."""
+
+def missing(diagnosis: Mapping[str, Any], series: Series) -> Html | None:
+    """Return what is missing, one card an effect, and what it brings; None where nothing has a name."""
     effects = diagnosis.get("missing") or ()
-    cards = [*(_card(effect) for effect in effects), _doubts(diagnosis)]
-    if not any(cards):
+    if not effects:
         return None
-    return section("What is missing" if effects else "What might be", tag("div", cards, class_="cards"))
+    cards = [_card(effect, place) for effect, place in zip(effects, places(effects), strict=True)]
+    return section("missing", "What is missing", tag("div", cards, _gain(diagnosis, series), class_="cards"))
 
 
-def _card(effect: Mapping[str, Any]) -> Html:
-    facts = [
-        (label, f"{100.0 * value:.0f} %")
-        for label, key in (
-            ("belongs in the model, given the data", "probability"),
-            ("of the held-out misfit is explained by it alone", "explains"),
-        )
-        if (value := finite(effect.get(key))) is not None
-    ]
+def _card(effect: Mapping[str, Any], place: Place) -> Html:
+    name = tag("code", str(effect.get("effect")))
+    badge = tag("span", str(place.number), class_="badge")
     return tag(
         "article",
-        tag("h3", readable(str(effect.get("effect"))).capitalize()),
-        tag("ul", [tag("li", tag("b", value), f" {label}") for label, value in facts], class_="facts"),
+        tag("h3", badge, f" {words.capitalised(place.name)} ", name),
+        tag("ul", [_fact(effect, key, text) for key, text in _FACTS], class_="facts"),
         tables.parameters(effect.get("parameters") or {}),
-        [tag("p", sentence) for sentence in _where(effect.get("where") or {})],
+        [tag("p", sentence) for sentence in place.sentences()],
     )
 
 
-def _where(where: Mapping[str, Any]) -> list[str]:
-    sentences = []
-    for key, words in (("body_point", "On the object at"), ("world_point", "In the world at")):
-        found = place.point(where, key)
-        if found is not None:
-            (x, y), (sx, sy) = found
-            sentences.append(f"{words} ({measured(x, sx)}, {measured(y, sy)}) m.")
-        elif key in where:
-            sentences.append(f"{words} a place that the data do not hold.")
-    if where.get("world_region"):
-        sentences.append("On the floor in the region that the maps below show hatched.")
-    event = where.get("event")
-    if isinstance(event, Mapping):
-        time = event.get("time") or {}
-        sentences.append(f"In {event.get('episode')} at {measured(time.get('mean'), time.get('sd'))} s.")
-    return sentences
+def _fact(effect: Mapping[str, Any], key: str, text: str) -> Html | None:
+    share = finite(effect.get(key))
+    return None if share is None else tag("li", tag("b", words.percent(share)), f" {text}")
 
 
-def _doubts(diagnosis: Mapping[str, Any]) -> Html | None:
-    """Return what the data cannot tell apart, and the experiment that would."""
-    groups = [
-        listed([readable(str(name)) for name in group], "or")
-        for group in diagnosis.get("tied") or ()
-        if len(group) > 1
-    ]
-    others = diagnosis.get("alternatives") or ()
-    if not groups and not others:
+def _gain(diagnosis: Mapping[str, Any], series: Series) -> Html | None:
+    """Return the errors that matter most, before and after, and by what factor they fall."""
+    kind, scores = judged(diagnosis)
+    table = tables.gain(scores, series.quasi_static)
+    if table is None:
         return None
-    tied = [tag("p", tag("b", group), ": this recording cannot tell.") for group in groups]
-    title = tag("h3", "What it might be instead, and what would tell")
-    return tag("article", title, tied, [_alternative(entry) for entry in others], class_="doubt")
-
-
-def _alternative(entry: Mapping[str, Any]) -> Html:
-    probability = finite(entry.get("probability"))
-    share = "" if probability is None else f" ({100.0 * probability:.0f} %)"
-    experiment = str(entry.get("experiment") or "no experiment is known that would tell")
-    return tag(
-        "p", tag("b", readable(str(entry.get("effect"))).capitalize()), f"{share}. To tell: ", experiment
-    )
+    title = f"What it brings on {kind} {series.pushes}"
+    return tag("article", tag("h3", title), table, class_="doubt")

@@ -51,13 +51,17 @@ class Episode:
 
 @dataclass(frozen=True)
 class Series:
-    """The curves beside a diagnosis; footprint polygons (k, 2) and support points (k, 2) m, object frame."""
+    """The curves beside a diagnosis; footprint polygons (k, 2) and support points (k, 2) m, object frame.
+
+    `nonparametric`: the model "after" holds a residual wrench that has no name.
+    """
 
     footprint: tuple[Array, ...]
     support: Array
     dof: tuple[str, ...]
     quasi_static: bool
     episodes: tuple[Episode, ...]
+    nonparametric: bool = False
 
     @property
     def channels(self) -> tuple[int, ...]:
@@ -65,20 +69,26 @@ class Series:
         return tuple(index for index, name in enumerate(("x", "y", "theta")) if name in self.dof)
 
     @property
+    def feet(self) -> list[Array]:
+        """Support points as a list of one array, or of none where they are not known."""
+        return [self.support] if len(self.support) else []
+
+    @property
     def pushes(self) -> str:
         """What episodes are called: pushes, or runs on a rail."""
         return "pushes" if "theta" in self.dof else "runs"
 
     @classmethod
-    def parse(cls, given: Mapping[str, Any]) -> Series:
-        """Series from plain lists or arrays with None or NaN anywhere."""
+    def parse(cls, given: Mapping[str, Any], single: bool = False) -> Series:
+        """Series from plain lists or arrays, None or NaN anywhere; `single`: before or after will do."""
         polygons = [_table(polygon, 2) for polygon in _or_empty(given.get("footprint"))]
         return cls(
             footprint=tuple(polygon for polygon in polygons if len(polygon) and np.isfinite(polygon).all()),
             support=_table(_or_empty(given.get("support")), 2),
             dof=tuple(given.get("dof") or ("x", "y", "theta")),
             quasi_static=bool(given.get("quasi_static")),
-            episodes=tuple(_episode(episode) for episode in given.get("episodes") or ()),
+            episodes=tuple(_episode(episode, single) for episode in given.get("episodes") or ()),
+            nonparametric=bool(given.get("nonparametric")),
         )
 
 
@@ -94,37 +104,39 @@ def held_out_first(episodes: Sequence[Episode]) -> list[Episode]:
     return sorted(episodes, key=lambda episode: not episode.held_out)
 
 
-def _episode(given: Mapping[str, Any]) -> Episode:
+def _episode(given: Mapping[str, Any], single: bool) -> Episode:
     contact = finite(given.get("contact"))
+    before, after = _sides(given, single)
     return Episode(
         name=str(given.get("name", "")),
         held_out=bool(given.get("held_out")),
         contact=np.nan if contact is None else contact,
         t=_vector(given.get("t")),
         observed=_table(_or_empty(given.get("observed")), 3),
-        before=_curve(given.get("before")),
-        after=_curve(given.get("after")),
-        residual=_residual(given.get("residual")),
-        wrench=_wrench(given.get("wrench")),
+        before=before,
+        after=after,
+        residual=_residual(given.get("residual"), single),
+        wrench=_wrench(given.get("wrench"), single),
     )
 
 
-def _residual(given: Mapping[str, Any] | None) -> Residual | None:
+def _residual(given: Mapping[str, Any] | None, single: bool) -> Residual | None:
     if not given:
         return None
-    return Residual(
-        _vector(given.get("t")),
-        _curve(given.get("before")),
-        _curve(given.get("after")),
-        _curve(given.get("sd")),
-    )
+    return Residual(_vector(given.get("t")), *_sides(given, single), _curve(given.get("sd")))
 
 
-def _wrench(given: Mapping[str, Any] | None) -> Wrench | None:
+def _wrench(given: Mapping[str, Any] | None, single: bool) -> Wrench | None:
     if not given:
         return None
     recorded = _table(_or_empty(given.get("recorded")), 3)
-    return Wrench(_vector(given.get("t")), recorded, _curve(given.get("before")), _curve(given.get("after")))
+    return Wrench(_vector(given.get("t")), recorded, *_sides(given, single))
+
+
+def _sides(given: Mapping[str, Any], single: bool) -> tuple[Array | None, Array | None]:
+    """Return the curves before and after; where one will do, it stands as that after."""
+    before, after = _curve(given.get("before")), _curve(given.get("after"))
+    return (None, before if after is None else after) if single else (before, after)
 
 
 def _or_empty(given: Any) -> Any:

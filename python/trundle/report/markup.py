@@ -3,11 +3,13 @@
 from __future__ import annotations
 
 import html
+import re
 from collections.abc import Iterable
 
 __all__ = ["Child", "Html", "join", "tag"]
 
 _VOID = frozenset({"meta", "br", "col"})
+_FORBIDDEN = re.compile("[\\x00-\\x08\\x0b-\\x1f\\x7f-\\x9f\\ud800-\\udfff]")
 _SELF_CLOSING = frozenset({"circle", "ellipse", "line", "path", "polygon", "rect"})
 
 
@@ -59,12 +61,7 @@ def _text(child: Child) -> str:
 
 def _visible(text: str) -> str:
     """Text without the control characters that a page may not hold."""
-    return "".join("\N{REPLACEMENT CHARACTER}" if _forbidden(letter) else letter for letter in text)
-
-
-def _forbidden(letter: str) -> bool:
-    code = ord(letter)
-    return (code < 0x20 and letter not in "\t\n") or 0x7F <= code < 0xA0 or 0xD800 <= code < 0xE000
+    return _FORBIDDEN.sub("\N{REPLACEMENT CHARACTER}", text)
 
 
 def _attribute(key: str, value: Attribute) -> str:

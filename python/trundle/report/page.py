@@ -6,9 +6,10 @@ from collections.abc import Mapping, Sequence
 from importlib import resources
 from typing import Any
 
-from trundle.report import cards, sections
+from trundle.report import cards, doubts, reproduce, sections
 from trundle.report.given import Series
 from trundle.report.markup import Html, tag
+from trundle.report.section import contents
 from trundle.report.verdict import headline
 
 __all__ = ["render"]
@@ -23,27 +24,32 @@ def render(diagnosis: Mapping[str, Any], series: Mapping[str, Any]) -> str:
         The content of diagnosis.json (`trundle-diagnosis/1`).
     series
         The curves beside it: footprint, episodes with recorded and simulated motion, residual wrench,
-        candidates, and how the answer was made (command, version, seed, noise). Numbers may be None or
-        NaN anywhere.
+        candidates, and how the answer was made (command, version, seed, noise, `input`: a list of what,
+        sha256 and check, the command that prints it). `certificates` and `experiments`, if any, tell two
+        `models` apart or state that nothing does, as the native half writes them. `nonparametric` is true
+        where the model "after" holds a residual
+        wrench without a name. Numbers may be None or NaN anywhere.
 
     Returns
     -------
     str
         One HTML page that needs nothing else: no network, no script. The same input gives the same bytes.
     """
-    curves = Series.parse(series)
+    curves = Series.parse(series, single=diagnosis.get("verdict") == "consistent")
     recording = str(diagnosis.get("recording") or "recording")
-    parts: Sequence[Html | None] = (
-        sections.answer(diagnosis, curves, recording),
-        cards.missing(diagnosis),
-        sections.motion(diagnosis, curves),
-        sections.slow_pushes(curves),
-        sections.figures_of_fit(diagnosis, curves),
-        sections.residual(diagnosis, curves),
-        sections.ranking(series),
-        sections.nominal(diagnosis),
-        sections.reproduce(series),
+    parts: Sequence[tuple[str, str, Html | None]] = (
+        ("missing", "", cards.missing(diagnosis, curves)),
+        ("motion", "Motion", sections.motion(diagnosis, curves)),
+        ("wrench", "Wrench", sections.slow_pushes(curves)),
+        ("residual", "Residual", sections.residual(diagnosis, curves)),
+        ("ranking", "Candidates", sections.ranking(series)),
+        ("doubts", "Alternatives", doubts.doubts(diagnosis, series, curves)),
+        ("fit", "Figures", sections.figures_of_fit(diagnosis, curves)),
+        ("nominal", "Parameters", sections.nominal(diagnosis)),
+        ("reproduce", "Reproduce", reproduce.reproduce(series)),
     )
+    links = contents([(identity, name) for identity, name, part in parts if part is not None and name])
+    body = [sections.answer(diagnosis, curves, recording, links), *(part for *_, part in parts)]
     head = tag(
         "head",
         tag("meta", charset="utf-8"),
@@ -52,7 +58,7 @@ def render(diagnosis: Mapping[str, Any], series: Mapping[str, Any]) -> str:
         tag("title", f"{recording}: {headline(diagnosis)}"),
         tag("style", Html(_style())),
     )
-    return "<!doctype html>\n" + tag("html", head, "\n", tag("body", tag("main", parts)), lang="en") + "\n"
+    return "<!doctype html>\n" + tag("html", head, "\n", tag("body", tag("main", body)), lang="en") + "\n"
 
 
 def _style() -> str:

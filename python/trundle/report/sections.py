@@ -1,4 +1,4 @@
-"""The sections of the page, in the order in which a reader asks."""
+"""The sections of the page that show motion, wrenches and what was tried."""
 
 from __future__ import annotations
 
@@ -6,86 +6,80 @@ from collections.abc import Mapping, Sequence
 from typing import Any
 
 from trundle.report import tables
+from trundle.report.figures import floor, place
 from trundle.report.figures import motion as motions
-from trundle.report.figures import place
 from trundle.report.figures import residual as residuals
 from trundle.report.figures import wrench as wrenches
 from trundle.report.given import Episode, Series, finite, held_out_first
+from trundle.report.legend import legend, sides
 from trundle.report.markup import Html, tag
-from trundle.report.quantity import ABSENT, listed, shown
-from trundle.report.section import section
+from trundle.report.quantity import listed
+from trundle.report.section import fold, section
 from trundle.report.verdict import headline, lead
+from trundle.report.where import Place, places
 
-__all__ = [
-    "answer",
-    "figures_of_fit",
-    "motion",
-    "nominal",
-    "ranking",
-    "reproduce",
-    "residual",
-    "slow_pushes",
-]
+__all__ = ["answer", "figures_of_fit", "motion", "nominal", "ranking", "residual", "slow_pushes"]
 
 _OPEN, _FOLDED = 3, 6
 _RANKED = 6
 _LONG = 6
 
 
-def _panels(figures: Sequence[Html]) -> Html:
+def _panels(figures: Sequence[Html], name: str = "episodes") -> Html:
     """Return the first few open, the others behind a fold."""
     first, rest = figures[:_OPEN], figures[_OPEN:]
-    fold = tag("details", tag("summary", f"{len(rest)} more episodes"), tag("div", rest, class_="panels"))
-    return tag("div", tag("div", first, class_="panels"), fold if rest else None, class_="gallery")
+    more = fold(f"{len(rest)} more {name}", tag("div", rest, class_="panels")) if rest else None
+    return tag("div", tag("div", first, class_="panels"), more, class_="gallery")
 
 
 def _of(shown: int, total: int) -> str:
     return "" if shown == total else f" {shown} of {total} episodes are drawn."
 
 
-def answer(diagnosis: Mapping[str, Any], series: Series, recording: str) -> Html:
-    """Return the sentence, and the object with the place marked."""
-    verdict = str(diagnosis.get("verdict"))
-    words = tag(
+def answer(diagnosis: Mapping[str, Any], series: Series, recording: str, contents: Html) -> Html:
+    """Return the sentence, and the object and the floor with the places marked."""
+    sentences = lead(diagnosis, series)
+    text = tag(
         "div",
         tag("p", "Diagnosis of ", tag("b", recording), class_="kicker"),
         tag("h1", headline(diagnosis)),
-        [tag("p", sentence, class_="lead") for sentence in lead(diagnosis, series)],
+        [tag("p", sentence, class_="lead") for sentence in sentences],
+        contents,
         class_="words",
     )
-    return tag("header", words, place.draw(diagnosis, series), class_=f"answer {verdict}")
+    maps = [found for found in _maps(diagnosis, series) if found is not None]
+    drawn = tag("div", maps, class_="maps") if maps else None
+    kind = f"{diagnosis.get('verdict')}{' two' if len(maps) > 1 else ''}"
+    return tag("header", text, drawn, class_=f"answer {kind}")
 
 
-def _legend(verb: str, sides: Sequence[str]) -> Html:
-    entries = [("recorded", "recorded"), *((side, f"{verb} {side}") for side in sides)]
-    return tag("p", [_swatch(style, words) for style, words in entries], class_="legend")
-
-
-def _sides(curves: Sequence[object]) -> list[str]:
-    """Which of before and after any of the curves has."""
-    return [side for side in ("before", "after") if any(getattr(each, side) is not None for each in curves)]
-
-
-def _swatch(style: str, words: str) -> Html:
-    line = tag("svg", tag("path", d="M1 6H33", class_=style), viewBox="0 0 34 12", aria_hidden="true")
-    return tag("span", line, f" {words}")
+def _maps(diagnosis: Mapping[str, Any], series: Series) -> tuple[Html | None, Html | None]:
+    """Return the object unless only the floor has something to mark, and the floor if it has."""
+    ground = floor.draw(diagnosis, series)
+    named = places(diagnosis.get("missing") or ())
+    marked = place.hinted(diagnosis) is not None or any(each.body is not None for each in named)
+    return (place.draw(diagnosis, series) if marked or ground is None else None), ground
 
 
 def motion(diagnosis: Mapping[str, Any], series: Series) -> Html | None:
-    """Return recorded and simulated motion, held-out episodes first."""
-    drawable = [episode for episode in held_out_first(series.episodes) if _simulated(episode)]
+    """Return recorded and simulated motion: episodes with an event first, then held-out ones."""
+    named = places(diagnosis.get("missing") or ())
+    drawable = sorted(
+        (episode for episode in held_out_first(series.episodes) if _simulated(episode)),
+        key=lambda episode: not motions.events_in(episode, named),
+    )
     if not drawable:
         return None
-    effects = diagnosis.get("missing") or ()
     figures = [
-        motions.draw(index, episode, series, effects)
+        motions.draw(index, episode, series, named)
         for index, episode in enumerate(drawable[: _OPEN + _FOLDED])
     ]
     text = "The recorded force alone drives the simulation, from rest. Held-out episodes were never fitted."
     return section(
+        "motion",
         "Simulation against recording",
         tag("p", text, _of(len(figures), len(drawable))),
-        _legend("simulated", _sides(drawable)),
+        legend(*sides("simulated", drawable)),
         _panels(figures),
     )
 
@@ -114,30 +108,13 @@ def slow_pushes(series: Series) -> Html | None:
         "that the model needs for the motion that was seen; points beyond the frame are drawn on its edge."
     )
     return section(
+        "wrench",
         "Wrench of the model against the recorded one",
         tag("p", text),
         _panels(agreement),
-        [_legend("needed", _sides([episode.wrench for episode in long])), _panels(figures)]
+        [legend(*sides("needed", [episode.wrench for episode in long])), _panels(figures)]
         if figures
         else None,
-    )
-
-
-def figures_of_fit(diagnosis: Mapping[str, Any], series: Series) -> Html:
-    """Held-out figures in full, training figures behind a fold."""
-    fit = diagnosis.get("fit") or {}
-    return section(
-        "How far off",
-        tag(
-            "p",
-            "On held-out data; before: the simulation as given, refitted; after: with what is missing.",
-        ),
-        tables.fit(fit.get("held_out") or {}, series),
-        tag(
-            "details",
-            tag("summary", "On the data that were fitted"),
-            tables.fit(fit.get("training") or {}, series),
-        ),
     )
 
 
@@ -145,10 +122,10 @@ def residual(diagnosis: Mapping[str, Any], series: Series) -> Html | None:
     """Return the missing wrench in time, and when, where and in what it shows."""
     mismatch = diagnosis.get("mismatch") or {}
     windows = mismatch.get("windows") or ()
-    effects = diagnosis.get("missing") or ()
+    named: Sequence[Place] = places(diagnosis.get("missing") or ())
     episodes = residuals.chosen(series, windows, _OPEN + _FOLDED)
     figures = [
-        residuals.draw(index, episode, episode.residual, series, windows, effects)
+        residuals.draw(index, episode, episode.residual, series, windows, named)
         for index, episode in enumerate(episodes)
         if episode.residual is not None
     ]
@@ -156,13 +133,20 @@ def residual(diagnosis: Mapping[str, Any], series: Series) -> Html | None:
     if not figures and listing is None:
         return None
     total = sum(episode.residual is not None for episode in series.episodes)
-    text = "What the seen motion needs and the simulation lacks: force and torque in the object's axes."
+    text = "Force and torque that the seen motion needs and the simulation lacks, in the object's axes."
     return section(
+        "residual",
         "What the simulation lacks in time",
         tag("p", text, _of(len(figures), total), _shares(mismatch, series), _regime(mismatch)),
-        _panels(figures),
-        tag("details", tag("summary", "The windows in numbers"), listing) if listing else None,
+        legend(*_residual_legend(windows)) if figures else None,
+        _panels(figures) if figures else None,
+        fold("The windows in numbers", listing) if listing else None,
     )
+
+
+def _residual_legend(windows: Sequence[object]) -> list[tuple[str, str]]:
+    band = [("band", "what noise alone explains (two standard deviations)")]
+    return band + ([("window", "windows that noise cannot explain")] if windows else [])
 
 
 def _shares(mismatch: Mapping[str, Any], series: Series) -> str:
@@ -184,12 +168,32 @@ def ranking(series: Mapping[str, Any]) -> Html | None:
     entries = series.get("candidates") or ()
     if not entries:
         return None
-    rest = entries[_RANKED:]
+    text = (
+        "Laws added to the simulation, refitted each time. Higher is better: the log evidence of all the "
+        "training data, relative to the best, and the log score of a sample in an episode left out."
+    )
+    found = tables.candidates(entries)
     return section(
-        "What else was tried",
-        tag("p", "Log evidence is relative to the best; the log score is that of episodes left out in turn."),
-        tables.candidates(entries[:_RANKED]),
-        tag("details", tag("summary", f"{len(rest)} more"), tables.candidates(rest)) if rest else None,
+        "ranking",
+        "What was tried",
+        tag("p", text),
+        tables.ranked(found[:_RANKED]),
+        fold(f"{len(found) - _RANKED} more", tables.ranked(found[_RANKED:]))
+        if len(found) > _RANKED
+        else None,
+    )
+
+
+def figures_of_fit(diagnosis: Mapping[str, Any], series: Series) -> Html:
+    """Return held-out figures in full, training figures behind a fold."""
+    fit, single = diagnosis.get("fit") or {}, diagnosis.get("verdict") == "consistent"
+    sides = "" if single else "; before: the simulation as given, refitted; after: with what is missing"
+    return section(
+        "fit",
+        "How far off",
+        tag("p", f"On held-out data{sides}."),
+        tables.fit(fit.get("held_out") or {}, series, single),
+        fold("On the data that were fitted", tables.fit(fit.get("training") or {}, series, single)),
     )
 
 
@@ -199,42 +203,4 @@ def nominal(diagnosis: Mapping[str, Any]) -> Html | None:
     if found is None:
         return None
     text = "Refitted without (before) and with (after) what was missing; ± is one standard deviation."
-    return section("Parameters of the simulation", tag("p", text), found)
-
-
-def _seed(series: Mapping[str, Any]) -> str:
-    seed = series.get("seed")
-    return str(seed) if isinstance(seed, int | str) else ABSENT
-
-
-def reproduce(series: Mapping[str, Any]) -> Html:
-    """How to get this page again."""
-    noise = series.get("noise") or {}
-    pose = noise.get("pose") or (None, None, None)
-    origin = "as the recording states" if noise.get("stated") else "estimated from the recording"
-    return section(
-        "How to get this page again",
-        tag("pre", tag("code", str(series.get("command") or ""))),
-        tag(
-            "p",
-            f"trundle {series.get('version') or ''}, seed {_seed(series)}. ",
-            "The same recording and seed give the same bytes.",
-        ),
-        tag(
-            "p",
-            f"Noise, one standard deviation, {origin}: "
-            f"position {shown('m', pose[0])} and {shown('m', pose[1])}, "
-            f"heading {shown('rad', pose[2])}, force {shown('N', noise.get('force'))}, "
-            f"torque {shown('N·m', noise.get('torque'))}.",
-        ),
-        tag(
-            "p",
-            "Beside this page: ",
-            tag("code", "diagnosis.json"),
-            " holds the same for programs, ",
-            tag("code", "model.toml"),
-            " the extended model, ",
-            tag("code", "predictions.parquet"),
-            " the simulated motion of the held-out episodes.",
-        ),
-    )
+    return section("nominal", "Parameters of the simulation", tag("p", text), found)

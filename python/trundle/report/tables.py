@@ -5,12 +5,14 @@ from __future__ import annotations
 from collections.abc import Mapping, Sequence
 from typing import Any
 
+from trundle.report import words
 from trundle.report.given import Series, finite
 from trundle.report.markup import Child, Html, tag
-from trundle.report.quantity import ABSENT, interval, listed, measured, nested, readable, significant, suited
+from trundle.report.parameter import parameter
+from trundle.report.quantity import ABSENT, interval, readable, significant, suited
 from trundle.report.verdict import before_after
 
-__all__ = ["candidates", "fit", "nominal", "parameters", "table", "windows"]
+__all__ = ["candidates", "fit", "gain", "nominal", "parameters", "ranked", "table", "windows"]
 
 _FIGURES = (
     ("position_rmse", "position, whole episodes (rms)", "m"),
@@ -20,34 +22,45 @@ _FIGURES = (
     ("final_heading_error", "heading at the end (mean)", "rad"),
     ("window_heading_rmse", "heading, 1 s ahead (rms)", "rad"),
     ("r2", "R² of the motion", ""),
-    ("force_rmse", "force needed for the motion (rms)", "N"),
-    ("torque_rmse", "torque needed for the motion (rms)", "N·m"),
+    ("force_rmse", "force needed less recorded (rms)", "N"),
+    ("torque_rmse", "torque needed less recorded (rms)", "N·m"),
     ("log_predictive_density", "log predictive density per sample", ""),
 )
 _SIDES = ("before", "after")
+_UNIT_OF_FORCE = "N"
+_GAINS = {
+    "position_rmse": "position",
+    "heading_rmse": "heading",
+    "window_position_rmse": "position, 1 s ahead",
+    "force_rmse": "force",
+    "torque_rmse": "torque",
+}
 
 
 def table(head: Sequence[Child], rows: Sequence[Sequence[Child]], style: str = "") -> Html:
     """Return a table whose first column names the row."""
     top = tag("thead", tag("tr", [tag("th", cell, scope="col") for cell in head]))
     body = [tag("tr", tag("th", row[0], scope="row"), [tag("td", cell) for cell in row[1:]]) for row in rows]
-    return tag("div", tag("table", top, tag("tbody", body), class_=style or None), class_="wide")
+    return tag(
+        "div", tag("table", top, tag("tbody", body), class_=style or None), class_="wide", tabindex="0"
+    )
 
 
-def fit(scores: Mapping[str, Any], series: Series) -> Html:
-    """Figures before and after; a dash where there is none, with the reason below."""
+def fit(scores: Mapping[str, Any], series: Series, single: bool = False) -> Html:
+    """Figures before and after, or in one column; a dash where there is none, with the reason below."""
+    sides = _SIDES[:1] if single else _SIDES
     rows: list[list[Child]] = []
     reasons: list[str] = []
-    for key, words, unit in _FIGURES:
-        values = before_after(scores, key)
+    for key, name, unit in _FIGURES:
+        values = before_after(scores, key)[: len(sides)]
         scale = suited(unit, *values)
         marks = [
             _mark(_reason(key, side, series), reasons) if value is None else None
-            for side, value in zip(_SIDES, values, strict=True)
+            for side, value in zip(sides, values, strict=True)
         ]
         rows.append(
             [
-                words,
+                name,
                 *(
                     [scale.text(value, None if unit else 4), mark]
                     for value, mark in zip(values, marks, strict=True)
@@ -56,8 +69,26 @@ def fit(scores: Mapping[str, Any], series: Series) -> Html:
         )
     notes = [tag("li", tag("sup", _letter(index)), f" {reason}") for index, reason in enumerate(reasons)]
     return tag(
-        "div", table(("", *_SIDES), rows, "figures"), tag("ul", notes, class_="notes") if notes else None
+        "div",
+        table(("", *(("simulation",) if single else sides)), rows, "figures"),
+        tag("ul", notes, class_="notes") if notes else None,
     )
+
+
+def gain(scores: Mapping[str, Any], quasi_static: bool) -> Html | None:
+    """Return the errors (rms) that matter most, before and after, with the factor by which they fall."""
+    rows: list[list[Child]] = []
+    for key, _, unit in _FIGURES:
+        before, after = before_after(scores, key)
+        if key not in _GAINS or before is None or after is None or (_UNIT_OF_FORCE in unit) != quasi_static:
+            continue
+        rows.append([_GAINS[key], suited(unit, before).text(before), suited(unit, after).text(after)])
+        rows[-1].append(_factor(before, after))
+    return table(("rms error", *_SIDES, "smaller"), rows) if rows else None
+
+
+def _factor(before: float, after: float) -> str:
+    return f"{significant(before / after, 2)}\N{MULTIPLICATION SIGN}" if before > after > 0.0 else ABSENT
 
 
 def _mark(reason: str, reasons: list[str]) -> Html:
@@ -89,54 +120,42 @@ def nominal(given: Mapping[str, Any]) -> Html | None:
     names = list(dict.fromkeys(name for side in (*_SIDES, "given") for name in columns[side]))
     if not names:
         return None
-    rows = [[readable(name), *(_parameter(columns[side].get(name)) for side in shown)] for name in names]
-    return table(("", *shown), rows)
+    rows = [[tag("code", name), *(parameter(columns[side].get(name)) for side in shown)] for name in names]
+    return table(("", *shown), rows, "stacked")
 
 
 def parameters(given: Mapping[str, Any]) -> Html | None:
     """Return the parameters of one effect."""
-    rows = [[readable(name), _parameter(value)] for name, value in given.items()]
+    rows = [[readable(name), parameter(value)] for name, value in given.items()]
     return table(("", "value"), rows, "parameters") if rows else None
 
 
-def _parameter(value: Any) -> Child:
-    """Return a parameter with what is known of it; never a number where the data do not hold one."""
-    if not isinstance(value, Mapping):
-        return measured(value, None)
-    if value.get("identifiable") is False:
-        return tag("em", "not identifiable")
-    mean, sd, unit = value.get("mean"), value.get("sd"), str(value.get("unit") or "")
-    if nested(mean):
-        return [_cells(mean, sd), unit]
-    return measured(mean, sd, unit)
-
-
-def _cells(mean: Any, sd: Any) -> Child:
-    """Return a vector or matrix, row by row."""
-    spread = sd if nested(sd) and len(sd) == len(mean) else [None] * len(mean)
-    if any(nested(row) for row in mean):
-        return [tag("div", _cells(row, width)) for row, width in zip(mean, spread, strict=True)]
-    return ", ".join(measured(entry, width) for entry, width in zip(mean, spread, strict=True))
-
-
-def candidates(ranking: Sequence[Mapping[str, Any]]) -> Html | None:
-    """Explanations by probability; evidence relative to the best."""
-    if not ranking:
-        return None
+def candidates(ranking: Sequence[Mapping[str, Any]]) -> list[list[Child]]:
+    """Return a row for each explanation; evidence relative to the best."""
     evidence = [value for entry in ranking if (value := finite(entry.get("log_evidence"))) is not None]
     best = max(evidence, default=0.0)
-    return table(
-        ("added to the simulation", "probability", "log evidence", "log score"),
-        [_candidate(entry, best) for entry in ranking],
-    )
+    titles = [_title(entry) for entry in ranking]
+    again = [title in titles[:index] for index, title in enumerate(titles)]
+    return [
+        [[title, ", in another form" if twin else None], *_candidate(entry, best)]
+        for title, twin, entry in zip(titles, again, ranking, strict=True)
+    ]
+
+
+def ranked(rows: Sequence[Sequence[Child]]) -> Html:
+    """Return a table of some of the rows that `candidates` made."""
+    return table(("added to the simulation", "probability", "log evidence", "log score"), rows)
+
+
+def _title(entry: Mapping[str, Any]) -> Child:
+    names = entry.get("effects") or ()
+    return words.effects(names) if names else tag("em", "nothing (as given)")
 
 
 def _candidate(entry: Mapping[str, Any], best: float) -> list[Child]:
-    names = [readable(str(name)) for name in entry.get("effects") or ()]
     evidence, score = finite(entry.get("log_evidence")), finite(entry.get("log_score"))
     behind = ABSENT if evidence is None else "best" if evidence == best else significant(evidence - best)
     return [
-        listed(names) or tag("em", "nothing (as given)"),
         _bar(finite(entry.get("probability"))),
         behind,
         ABSENT if score is None else significant(score, 4),

@@ -5,10 +5,12 @@ from __future__ import annotations
 from collections.abc import Mapping, Sequence
 from typing import Any
 
+from trundle.report import words
 from trundle.report.given import Series, finite
-from trundle.report.quantity import interval, listed, readable, shown
+from trundle.report.quantity import fixed, interval, listed, measured, shown
+from trundle.report.where import extent, pair, region
 
-__all__ = ["before_after", "headline", "improvement", "lead"]
+__all__ = ["before_after", "headline", "improvement", "judged", "lead"]
 
 _JUDGES = (
     ("position_rmse", "m", "the position error of the simulation"),
@@ -22,11 +24,9 @@ _JUDGES = (
 def headline(diagnosis: Mapping[str, Any]) -> str:
     """Return the verdict in one line."""
     verdict = diagnosis.get("verdict")
-    missing = [_with_ties(str(effect.get("effect")), diagnosis) for effect in diagnosis.get("missing") or ()]
-    if verdict == "explained" and missing:
-        return _sentence(
-            f"{listed(missing)} {'is' if len(missing) == 1 else 'are'} missing from the simulation"
-        )
+    names = [str(effect.get("effect")) for effect in diagnosis.get("missing") or ()]
+    if verdict == "explained" and names:
+        return words.capitalised(_named(names, diagnosis))
     return {
         "consistent": "Nothing is missing: the simulation agrees with the recording.",
         "reparameterised": "The laws of the simulation suffice, but its values do not.",
@@ -34,28 +34,37 @@ def headline(diagnosis: Mapping[str, Any]) -> str:
     }.get(str(verdict), "No verdict was reached.")
 
 
+def _named(names: Sequence[str], diagnosis: Mapping[str, Any]) -> str:
+    """Return what is missing as a sentence; instruments are not physics that a simulation lacks."""
+    sets = [[name, *_others(name, diagnosis)] for name in names]
+    missing = listed([words.effects(group, "or") for group in sets])
+    if all(name in words.MEASUREMENT for group in sets for name in group):
+        return f"not the physics but the measurement: {missing}."
+    return f"{missing} {'is' if len(names) == 1 else 'are'} missing from the simulation."
+
+
 def lead(diagnosis: Mapping[str, Any], series: Series) -> list[str]:
     """Return the sentences below the headline, most important first."""
-    sentences = [
-        str(effect["statement"]) for effect in diagnosis.get("missing") or () if effect.get("statement")
-    ]
+    effects = diagnosis.get("missing") or ()
+    sentences = [words.spoken(effect["statement"]) for effect in effects if effect.get("statement")]
     ties = [_tie(group) for group in diagnosis.get("tied") or () if len(group) > 1]
-    return [*sentences, improvement(diagnosis, series), *ties, *_symptoms(diagnosis)]
+    changed = _changed(diagnosis) if diagnosis.get("verdict") == "reparameterised" else []
+    return [*sentences, improvement(diagnosis, series), *changed, *ties, *_symptoms(diagnosis)]
 
 
 def improvement(diagnosis: Mapping[str, Any], series: Series) -> str:
     """How far the simulation is off on held-out data, before and after."""
-    name, scores = _scores(diagnosis)
+    name, scores = judged(diagnosis)
     on = f"On {name} {series.pushes}"
-    for key, unit, words in _JUDGES:
+    for key, unit, name in _JUDGES:
         before, after = before_after(scores, key)
         if before is None and after is None:
             continue
         if before is None or after is None or before == after:
-            return f"{on} {words} is {shown(unit, after if before is None else before)}{_nothing(diagnosis)}."
+            return f"{on} {name} is {shown(unit, after if before is None else before)}{_nothing(diagnosis)}."
         way = "falls" if after < before else "rises"
         old, new = shown(unit, before), shown(unit, after)
-        return f"{on} {words} {way} from {old} to {new}{_cause(diagnosis)}."
+        return f"{on} {name} {way} from {old} to {new}{_cause(diagnosis, series)}."
     return "No figure could be computed on data that were not fitted."
 
 
@@ -65,7 +74,7 @@ def before_after(scores: Mapping[str, Any], key: str) -> tuple[float | None, flo
     return before, after
 
 
-def _scores(diagnosis: Mapping[str, Any]) -> tuple[str, Mapping[str, Any]]:
+def judged(diagnosis: Mapping[str, Any]) -> tuple[str, Mapping[str, Any]]:
     """Return the table that counts: held out where there is one, else training."""
     fit = diagnosis.get("fit") or {}
     held_out = fit.get("held_out") or {}
@@ -73,11 +82,14 @@ def _scores(diagnosis: Mapping[str, Any]) -> tuple[str, Mapping[str, Any]]:
     return ("held-out", held_out) if known else ("fitted", fit.get("training") or {})
 
 
-def _cause(diagnosis: Mapping[str, Any]) -> str:
+def _cause(diagnosis: Mapping[str, Any], series: Series) -> str:
+    unnamed = " with a residual force and torque learnt from the training data, which has no name"
     return {
         "explained": " once this is added",
         "reparameterised": " once the values are refitted",
-        "unexplained": " with the best that is known, and that is not enough",
+        "unexplained": unnamed
+        if series.nonparametric
+        else " with the best that is known, and that is not enough",
     }.get(str(diagnosis.get("verdict")), "")
 
 
@@ -85,16 +97,33 @@ def _nothing(diagnosis: Mapping[str, Any]) -> str:
     return ", no more than noise explains" if diagnosis.get("verdict") == "consistent" else ""
 
 
-def _with_ties(effect: str, diagnosis: Mapping[str, Any]) -> str:
-    """Return the name of an effect, with those that the data cannot tell from it."""
+def _others(effect: str, diagnosis: Mapping[str, Any]) -> list[str]:
+    """Return the effects that the data cannot tell from one."""
     groups = [[str(name) for name in group] for group in diagnosis.get("tied") or ()]
-    others = [name for group in groups if effect in group for name in group if name != effect]
-    return listed([readable(name) for name in dict.fromkeys([effect, *others])], "or")
+    found = [name for group in groups if effect in group for name in group if name != effect]
+    return list(dict.fromkeys(found))
 
 
 def _tie(group: Sequence[Any]) -> str:
-    names = [readable(str(name)) for name in group]
-    return f"This recording cannot tell {listed(names)} apart: any of them would do."
+    return f"This recording cannot tell {words.effects(group)} apart: any of them would do."
+
+
+def _changed(diagnosis: Mapping[str, Any]) -> list[str]:
+    """Return the given value that lies farthest from the refitted one, in standard deviations."""
+    nominal = diagnosis.get("nominal") or {}
+    refitted = nominal.get("after") or nominal.get("before") or {}
+    found = []
+    for name, value in (nominal.get("given") or {}).items():
+        was, now = finite(value), refitted.get(name) or {}
+        mean, sd = finite(now.get("mean")), finite(now.get("sd"))
+        if None not in (was, mean, sd) and now.get("identifiable", True) and sd:
+            found.append((abs((was or 0.0) - (mean or 0.0)) / sd, name, was, now))
+    if not found:
+        return []
+    _, name, was, now = max(found, key=lambda entry: entry[:2])
+    unit = str(now.get("unit") or "")
+    fitted = measured(now.get("mean"), now.get("sd"), unit)
+    return [f"Farthest off is {name}: given as {measured(was, None, unit)}, it is {fitted}."]
 
 
 def _symptoms(diagnosis: Mapping[str, Any]) -> list[str]:
@@ -103,6 +132,12 @@ def _symptoms(diagnosis: Mapping[str, Any]) -> list[str]:
     if diagnosis.get("verdict") != "unexplained":
         return []
     sentences = [f"It acts {mismatch['regime']}."] if mismatch.get("regime") else []
+    spot, corners = pair(mismatch.get("body_point")), region(mismatch.get("world_region"))
+    if spot is not None:
+        place = ", ".join(fixed(value, 2) for value in spot)
+        sentences.append(f"It acts near ({place})\N{NO-BREAK SPACE}m on the object.")
+    if corners is not None:
+        sentences.append(f"It is tied to {extent(corners)} on the floor.")
     return sentences + _strongest(mismatch.get("windows") or ())
 
 
@@ -115,7 +150,3 @@ def _strongest(windows: Sequence[Mapping[str, Any]]) -> list[str]:
     worst = max(known, key=lambda window: finite(window.get("strength")) or 0.0)
     span = interval(worst["start"], worst["end"])
     return [f"It is strongest in {worst.get('episode')} at {span}."]
-
-
-def _sentence(text: str) -> str:
-    return f"{text[:1].upper()}{text[1:]}."

@@ -146,7 +146,11 @@ fn mean(starts: &[[f64; 3]]) -> ([f64; 3], f64) {
     let n = starts.len().max(1) as f64;
     let [x, y] = [0, 1].map(|k| starts.iter().map(|s| s[k]).sum::<f64>() / n);
     let (sin, cos) = starts.iter().fold((0.0, 0.0), |(s, c), p| (s + p[2].sin() / n, c + p[2].cos() / n));
-    ([x, y, sin.atan2(cos)], sin.hypot(cos))
+    // To the centimetre and the degree: nobody stands an object up more exactly.
+    let degree = std::f64::consts::PI / 180.0;
+    let heading = (sin.atan2(cos) / degree).round() * degree;
+    let [x, y] = [x, y].map(|p| (100.0 * p).round() / 100.0);
+    ([x, y, heading], sin.hypot(cos))
 }
 
 /// The place that was visited farthest from where pushes begin, if it is another: what is tied to the floor shows

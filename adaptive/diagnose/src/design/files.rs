@@ -9,6 +9,14 @@ use trundle_record::{Dataset, Noise};
 /// A model as its file has it.
 pub type Written = (Model, Option<Posterior>);
 
+/// An experiment, and the two models at their values.
+pub struct Designed {
+    /// What to do.
+    pub experiment: Experiment,
+    /// The models, fitted where there is a recording.
+    pub models: [Model; 2],
+}
+
 /// What is pushed.
 pub enum Object<'a> {
     /// The object of a recording, whose episodes count.
@@ -30,14 +38,14 @@ pub fn between(
     limits: Limits,
     count: usize,
     watch: &dyn Watch,
-) -> Result<Experiment, InferError> {
+) -> Result<Designed, InferError> {
     let names = names([&models[0].0, &models[1].0]);
-    match object {
+    let (bench, first, second) = match object {
         Object::Recorded(data) => {
             let comparison = Comparison::of(data)?;
             let of = |k: usize| fitted(&names[k], &models[k].0, data, &comparison, watch);
             let ((first, channels), (second, _)) = (of(0)?, of(1)?);
-            experiment(&Bench::after(data, &channels, limits), &first, &second, count, watch)
+            (Bench::after(data, &channels, limits), first, second)
         }
         Object::New(body, noise) => {
             let body = body.clone().unwrap_or_else(|| models[0].0.body.clone());
@@ -46,15 +54,11 @@ pub fn between(
                 Rival::of_file(&names[k], &shaped(model, &body), posterior.as_ref())
             };
             let (first, second) = (of(0)?, of(1)?);
-            experiment(
-                &Bench::bare(body, models[0].0.dof, limits, noise.clone()),
-                &first,
-                &second,
-                count,
-                watch,
-            )
+            (Bench::bare(body, models[0].0.dof, limits, noise.clone()), first, second)
         }
-    }
+    };
+    let experiment = experiment(&bench, &first, &second, count, watch)?;
+    Ok(Designed { experiment, models: [first.model().clone(), second.model().clone()] })
 }
 
 fn fitted(

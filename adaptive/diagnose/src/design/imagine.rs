@@ -18,7 +18,7 @@ pub(super) fn imagine(
     ordinal: usize,
 ) -> Prepared {
     let mut episode = Prepared {
-        ordinal: 0,
+        ordinal,
         name: format!("push_{ordinal}"),
         wrench: readings(push, instruments.wrench_rate),
         pose: still(push.start, push.duration, instruments.pose_rate),

@@ -1,14 +1,32 @@
 //! The laws, one file each.
 
+pub(crate) mod caster_swivel;
+pub(crate) mod cogging;
+pub(crate) mod com_offset;
 pub(crate) mod coulomb_friction;
 pub(crate) mod directional_friction;
+pub(crate) mod doorsill;
 mod dry;
+mod event;
+pub(crate) mod floor_grain;
+pub(crate) mod floor_patch;
 pub(crate) mod floor_slope;
 pub(crate) mod force_bias;
+pub(crate) mod force_scale;
+pub(crate) mod gripper_inertia;
+pub(crate) mod latency;
+pub(crate) mod mass_change;
+pub(crate) mod quadratic_drag;
+pub(crate) mod obstacle_contact;
+mod place;
 pub(crate) mod spin_drag;
 pub(crate) mod support_drag;
 pub(crate) mod support_friction;
+pub(crate) mod swinging_load;
+pub(crate) mod tether;
+pub(crate) mod tracker_offset;
 pub(crate) mod viscous_wheel;
+pub(crate) mod wheel_event;
 
 use crate::law::{Param, Prior};
 use crate::{Body, Real, Support};
@@ -106,7 +124,6 @@ fn spread_out<T: Real>(body: &Body, spread: T) -> Vec<([T; 2], f64)> {
 }
 
 /// The episode of an event, by its place in the recording: a choice that is made, not searched.
-#[allow(dead_code)]
 const fn choice(name: &'static str, help: &'static str) -> Param {
     Param { lower: 0.0, choice: true, ..signed(name, "1", 1e6, 1.0, help) }.refinement(0.0)
 }
@@ -115,6 +132,12 @@ impl Param {
     /// Left at `value` unless asked for: the law then is the simple one.
     const fn refinement(mut self, value: f64) -> Self {
         self.refinement = Some(value);
+        self
+    }
+
+    /// Its smallest legal value.
+    const fn above(mut self, lower: f64) -> Self {
+        self.lower = lower;
         self
     }
 

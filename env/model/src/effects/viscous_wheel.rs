@@ -30,6 +30,16 @@ pub(crate) static SPEC: Spec = Spec {
     probe: "push along and across the wheel's rolling direction at two speeds",
 };
 
+/// The drag of a wheel `[x, y, angle, mu_x, mu_y]` on the body.
+pub(crate) fn wheel_drag<T: Real>([x, y, angle, mu_x, mu_y]: [T; 5]) -> Action<T> {
+    let (sin, cos) = angle.sin_cos();
+    let (along, across, mixed) = (cos.squared(), sin.squared(), sin * cos);
+    let matrix = [mu_x * along + mu_y * across, (mu_x - mu_y) * mixed, mu_x * across + mu_y * along];
+    let mut drag = Action::none();
+    drag.drag_at([x, y], matrix);
+    drag
+}
+
 /// The law in place: its drag on the body, which no state changes.
 #[derive(Clone, Debug)]
 pub struct ViscousWheel<T> {
@@ -38,18 +48,7 @@ pub struct ViscousWheel<T> {
 
 impl<T: Real> Act<T> for ViscousWheel<T> {
     fn new(values: &[T], _site: &Site<'_, T>) -> Self {
-        let [x, y, angle, mu_x, mu_y] = take(values);
-        let (sin, cos) = angle.sin_cos();
-        let mut drag = Action::none();
-        drag.drag_at(
-            [x, y],
-            [
-                mu_x * cos.squared() + mu_y * sin.squared(),
-                (mu_x - mu_y) * sin * cos,
-                mu_x * sin.squared() + mu_y * cos.squared(),
-            ],
-        );
-        Self { drag }
+        Self { drag: wheel_drag(take(values)) }
     }
 
     #[inline]

@@ -1,10 +1,9 @@
 //! The causal filter: a bank of filters, one for each intensity of the jerk, weighed by how well each has
 //! predicted the recent past. A single likeliest intensity would be one of the whole episode: the future's.
 
-use nalgebra::{Matrix3, Vector3};
-
 use super::intensity::grid;
 use super::kalman::{Axis, Estimate};
+use super::symmetric::Symmetric;
 
 /// Time over which a filter's past predictions lose their weight, s: a push starts within a fraction of it.
 const MEMORY: f64 = 1.0;
@@ -27,8 +26,7 @@ impl Bank {
     fn step(&mut self, axis: &Axis, i: usize) -> Estimate {
         let forget = if i == 0 { 1.0 } else { (-(axis.t[i] - axis.t[i - 1]) / MEMORY).exp() };
         for (k, jerk) in self.jerk.iter().enumerate() {
-            let predicted =
-                if i == 0 { self.state[k].clone() } else { axis.predict(i, &self.state[k], *jerk) };
+            let predicted = if i == 0 { self.state[k] } else { axis.predict(i, &self.state[k], *jerk) };
             let update = axis.update(i, predicted);
             self.score[k] = forget * self.score[k] + update.log_likelihood();
             self.state[k] = update.posterior();
@@ -41,9 +39,11 @@ impl Bank {
         let weight: Vec<f64> = self.score.iter().map(|s| (s - best).exp()).collect();
         let total: f64 = weight.iter().sum();
         let parts = || self.state.iter().zip(&weight).map(|(state, w)| (state, w / total));
-        let mean: Vector3<f64> = parts().map(|(state, w)| state.mean * w).sum();
-        let spread = |state: &Estimate| (state.mean - mean) * (state.mean - mean).transpose();
-        let cov: Matrix3<f64> = parts().map(|(state, w)| (state.cov + spread(state)) * w).sum();
+        let mean = [0, 1, 2].map(|k| parts().map(|(state, w)| state.mean[k] * w).sum());
+        let cov = parts().fold(Symmetric::default(), |sum, (state, w)| {
+            let apart = [0, 1, 2].map(|k| state.mean[k] - mean[k]);
+            sum.plus(&state.cov, w).plus(&Symmetric::square(apart), w)
+        });
         Estimate { mean, cov }
     }
 }

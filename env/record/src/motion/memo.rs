@@ -1,41 +1,52 @@
-//! The smoother's last answer: it takes as long as a fit, and one episode is asked for it many times.
+//! The last motions found: they take as long as a fit, and one episode is asked for them many times.
 
 use std::hash::{DefaultHasher, Hash, Hasher};
-use std::sync::Mutex;
+use std::sync::{Arc, Mutex};
 
 use super::Motion;
 use crate::prepare::{Noise, PoseSample};
 
-/// Keeps the motion that was found last, and what it was found from: other poses or noise are smoothed anew.
-#[derive(Debug, Default)]
-pub struct Memo(Mutex<Option<(u64, Vec<Motion>)>>);
+/// Keeps the motions that were found last, and what they were found from: other poses or noise are estimated anew,
+/// in a copy too.
+#[derive(Debug, Clone, Default)]
+pub struct Memo {
+    /// From all poses.
+    pub(crate) smoothed: Kept,
+    /// From those up to each.
+    pub(crate) so_far: Kept,
+}
 
-impl Memo {
-    /// The motion of these poses, smoothed if it is not known.
-    pub(crate) fn recall(
+/// One estimate, and the key of what it was made from.
+#[derive(Debug, Default)]
+pub(crate) struct Kept(Mutex<Known>);
+
+type Known = Option<(u64, Arc<Vec<Motion>>)>;
+
+impl Kept {
+    /// The motion of these poses, estimated if it is not known.
+    pub fn recall(
         &self,
         pose: &[PoseSample],
         noise: &Noise,
         rest_until: Option<f64>,
-        smooth: impl FnOnce() -> Vec<Motion>,
+        estimate: impl FnOnce() -> Vec<Motion>,
     ) -> Vec<Motion> {
         let key = key(pose, noise, rest_until);
-        let Ok(mut known) = self.0.lock() else { return smooth() };
+        let Ok(mut known) = self.0.lock() else { return estimate() };
         match &*known {
-            Some((same, motion)) if *same == key => motion.clone(),
+            Some((same, motion)) if *same == key => motion.to_vec(),
             _ => {
-                let motion = smooth();
-                *known = Some((key, motion.clone()));
+                let motion = estimate();
+                *known = Some((key, Arc::new(motion.clone())));
                 motion
             }
         }
     }
 }
 
-/// Forgets: a copy is often made to be changed.
-impl Clone for Memo {
+impl Clone for Kept {
     fn clone(&self) -> Self {
-        Self::default()
+        Self(Mutex::new(self.0.lock().map_or(None, |known| known.clone())))
     }
 }
 
@@ -54,4 +65,24 @@ fn key(pose: &[PoseSample], noise: &Noise, rest_until: Option<f64>) -> u64 {
     noise.pose.map(f64::to_bits).hash(&mut hasher);
     rest_until.map(f64::to_bits).hash(&mut hasher);
     hasher.finish()
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn a_copy_remembers_and_changed_poses_are_estimated_anew() {
+        let noise = Noise { pose: [1e-3; 3], force: 0.4, torque: 0.05, time: 0.0, stated: true };
+        let mut pose: Vec<PoseSample> =
+            (0..9).map(|k| PoseSample { t: f64::from(k), pose: [0.1 * f64::from(k), 0.0, 0.0] }).collect();
+        let found = |pose: &[PoseSample]| crate::motion::smooth(pose, &noise, false);
+        let memo = Memo::default();
+        let first = memo.smoothed.recall(&pose, &noise, None, || found(&pose));
+        let known = memo.clone().smoothed.recall(&pose, &noise, None, Vec::new);
+        assert_eq!(first, known);
+        pose[4].pose[0] += 0.01;
+        let anew = memo.smoothed.recall(&pose, &noise, None, || found(&pose));
+        assert_ne!(first, anew);
+    }
 }

@@ -8,6 +8,7 @@ mod intensity;
 mod kalman;
 mod memo;
 mod spikes;
+mod symmetric;
 
 use crate::prepare::{Noise, PoseSample};
 use bank::Bank;
@@ -86,7 +87,7 @@ fn motion(t: f64, axes: [&Estimate; 3]) -> Motion {
         pose: axes.map(|a| a.mean[0]),
         twist: axes.map(|a| a.mean[1]),
         accel: axes.map(|a| a.mean[2]),
-        cov: axes.map(|a| [0, 1, 2].map(|i| [0, 1, 2].map(|j| a.cov[(i, j)]))),
+        cov: axes.map(|a| a.cov.rows()),
     }
 }
 

@@ -4,7 +4,7 @@
 //! both, to the same side.
 
 use super::intensity::likeliest_by;
-use super::kalman::{Axis, Estimate};
+use super::kalman::{Axis, Estimate, LogSum, Update};
 use rayon::prelude::*;
 
 /// Standard deviations of the prediction at which a pose disagrees.
@@ -51,23 +51,29 @@ fn on_axis(t: &[f64], z: &[f64], sd: f64) -> Vec<usize> {
 /// Each pose less its prediction from the poses before it, in standard deviations; `None`: no opinion.
 fn disagreements(t: &[f64], z: &[f64], sd: f64) -> Vec<Option<f64>> {
     let axis = Axis::new(t, z, sd, None);
-    let jerk = likeliest_by(|jerk| gated(&axis, jerk).1);
-    gated(&axis, jerk).0
+    let jerk = likeliest_by(|jerk| gated(&axis, jerk, |_| ()));
+    let mut scores = Vec::with_capacity(t.len());
+    gated(&axis, jerk, |update| {
+        let known = update.spread < VAGUE * axis.variance;
+        scores.push(known.then(|| update.innovation / update.spread.sqrt()));
+    });
+    scores
 }
 
-/// A filter that does not follow a pose that disagrees, unless several in a row do; and its log likelihood.
-fn gated(axis: &Axis, jerk: f64) -> (Vec<Option<f64>>, f64) {
+/// Log likelihood of a filter that does not follow a pose that disagrees, unless several in a row do.
+fn gated(axis: &Axis, jerk: f64, mut see: impl FnMut(&Update)) -> f64 {
     let mut state: Option<Estimate> = None;
-    let (mut scores, mut likelihood, mut refused) = (Vec::with_capacity(axis.t.len()), 0.0, 0);
+    let (mut surprise, mut spread, mut refused) = (0.0, LogSum::new(), 0);
     for i in 0..axis.t.len() {
         let predicted = state.as_ref().map_or_else(|| axis.start(), |last| axis.predict(i, last, jerk));
         let update = axis.update(i, predicted);
-        let score = update.innovation / update.spread.sqrt();
-        let follows = score.abs() <= GATE || refused == PATIENCE;
-        likelihood -= 0.5 * (score.clamp(-GATE, GATE).powi(2) + update.spread.ln());
-        scores.push((update.spread < VAGUE * axis.variance).then_some(score));
+        let square = update.surprise();
+        let follows = square <= GATE * GATE || refused == PATIENCE;
+        surprise += square.min(GATE * GATE);
+        spread.add(update.spread);
+        see(&update);
         refused = if follows { 0 } else { refused + 1 };
         state = Some(if follows { update.posterior() } else { update.predicted });
     }
-    (scores, likelihood)
+    -0.5 * (surprise + spread.value())
 }

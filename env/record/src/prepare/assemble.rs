@@ -16,7 +16,7 @@ use super::{Counts, Dataset, Noise, Prepared, WrenchSample, contact, mass, noise
 pub(crate) fn dataset(recording: &Recording, method: TareMethod) -> Result<Dataset, Error> {
     let meta = &recording.metadata;
     let noise = noise::of(recording);
-    let pose_noise = PoseNoise { sd: noise.pose, seen: noise::estimated(recording).pose };
+    let pose_noise = PoseNoise { sd: noise.pose, seen: noise::seen_pose(recording) };
     let views: Vec<View> =
         recording.episodes.iter().map(|e| View::new(e, &pose_noise)).collect::<Result<_, _>>()?;
     let reader = Reader::new(meta, method, &views)?;

@@ -95,7 +95,7 @@ pub struct Prepared {
     pub at_rest: bool,
     /// What was masked.
     pub counts: Counts,
-    /// What [`Prepared::motion`] found last.
+    /// What [`Prepared::motion`] and [`Prepared::motion_so_far`] found last.
     pub memo: Memo,
 }
 
@@ -113,12 +113,14 @@ impl Prepared {
     pub fn motion(&self, noise: &Noise) -> Vec<Motion> {
         let rest_until = self.rest_until();
         let smooth = || motion::smooth_from(&self.pose, noise, rest_until);
-        self.memo.recall(&self.pose, noise, rest_until, smooth)
+        self.memo.smoothed.recall(&self.pose, noise, rest_until, smooth)
     }
 
     /// Motion at each pose from the poses up to it only; empty for fewer than five.
     pub fn motion_so_far(&self, noise: &Noise) -> Vec<Motion> {
-        motion::filter_from(&self.pose, noise, self.rest_until())
+        let rest_until = self.rest_until();
+        let filter = || motion::filter_from(&self.pose, noise, rest_until);
+        self.memo.so_far.recall(&self.pose, noise, rest_until, filter)
     }
 }
 

@@ -56,8 +56,18 @@ pub(crate) fn of(recording: &Recording) -> Noise {
 /// The noise that the data show, whatever is stated.
 pub(crate) fn estimated(recording: &Recording) -> Noise {
     let force = wrench_noise(recording, &[0, 1]);
-    let pose = [0, 1, 2].map(|k| pose_noise(recording, k));
-    Noise { pose, force, torque: torque_noise(recording, force), time: 0.0, stated: false }
+    Noise {
+        pose: seen_pose(recording),
+        force,
+        torque: torque_noise(recording, force),
+        time: 0.0,
+        stated: false,
+    }
+}
+
+/// The noise that the object's poses show, m, m, rad, whatever is stated.
+pub(crate) fn seen_pose(recording: &Recording) -> [f64; 3] {
+    [0, 1, 2].map(|k| pose_noise(recording, k))
 }
 
 fn torque_noise(recording: &Recording, force: f64) -> f64 {

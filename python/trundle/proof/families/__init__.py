@@ -2,21 +2,40 @@
 
 from __future__ import annotations
 
-from trundle.proof.families.floor import FloorSlope
+from trundle.proof.families.casters import CasterSwivel
+from trundle.proof.families.floor import FloorGrain, FloorPatch, FloorSlope
 from trundle.proof.families.foreign_motion import MOTIONS
 from trundle.proof.families.foreign_sensing import SENSINGS
 from trundle.proof.families.friction import CoulombFriction
-from trundle.proof.families.sensing import ForceBias, Latency
+from trundle.proof.families.inertia import ComOffset, MassChange, SwingingLoad
+from trundle.proof.families.sensing import ForceBias, ForceScale, GripperInertia, Latency, TrackerOffset
+from trundle.proof.families.surroundings import ObstacleContact, Tether
 from trundle.proof.families.wheels import SecondWheel, WheelEvent
 from trundle.proof.family import Family
 
 __all__ = ["CATALOGUE", "FAMILIES", "FOREIGN"]
 
-CATALOGUE: dict[str, Family] = {
-    family.name: family
-    for family in (CoulombFriction(), SecondWheel(), FloorSlope(), WheelEvent(), ForceBias(), Latency())
-}
-"""By the catalogue's name."""
+KNOWN: tuple[Family, ...] = (
+    CoulombFriction(),
+    CasterSwivel(),
+    SecondWheel(),
+    ComOffset(),
+    FloorSlope(),
+    FloorPatch(),
+    FloorGrain(),
+    WheelEvent(),
+    MassChange(),
+    ObstacleContact(),
+    Tether(),
+    SwingingLoad(),
+    ForceBias(),
+    ForceScale(),
+    Latency(),
+    GripperInertia(),
+    TrackerOffset(),
+)
+CATALOGUE: dict[str, Family] = {family.name: family for family in KNOWN}
+"""By the catalogue's name, in the order of docs/diagnosis.md."""
 FOREIGN: dict[str, Family] = {family.name: family for family in (*MOTIONS, *SENSINGS)}
 """What no effect of the catalogue is; the right answer is "unexplained"."""
 FAMILIES: dict[str, Family] = {**CATALOGUE, **FOREIGN}

@@ -26,19 +26,26 @@ class Foreign(Family):
         return {"parameters": {}, "where": None}
 
 
-class AirDrag(Foreign):
-    """A sail: MuJoCo's fluid, a drag in proportion to the square of the speed."""
+class ThinningDrag(Foreign):
+    """A thick felt under the object: a drag that grows with the root of the speed."""
 
-    name = "quadratic_drag"
-    scales = ("density",)
+    name = "thinning_drag"
+    scales = ("drag",)
 
     def draw(self, rng: np.random.Generator, scene: Scene, paths: Sequence[Floats]) -> Values:
-        """Return a fluid as dense as makes a light sail of the object."""
-        return {"density": float(np.exp(rng.uniform(np.log(400.0), np.log(4000.0))))}
+        """Return the force at 1 m/s."""
+        return {"drag": float(np.exp(rng.uniform(np.log(10.0), np.log(80.0))))}
 
-    def furnish(self, site: Site, values: Values) -> None:
-        """Fill the room."""
-        site.spec.option.density = values["density"]
+    def hook(self, model: Any, site: Site, values: Values) -> Hook | None:
+        """Return a force on the object's origin, and a torque as on a ring of 0.4 m."""
+        ring = 0.4
+
+        def brake(data: mujoco.MjData) -> None:
+            vx, vy, spin = data.qvel[0].item(), data.qvel[1].item(), ring * data.qvel[2].item()
+            drag = values["drag"] / (vx * vx + vy * vy + spin * spin + 1e-4) ** 0.25
+            data.qfrc_applied[:3] += (-drag * vx, -drag * vy, -drag * ring * spin)
+
+        return brake
 
 
 class Magnet(Foreign):
@@ -114,4 +121,91 @@ class Shaking(Foreign):
         return shake
 
 
-MOTIONS: tuple[Family, ...] = (AirDrag(), Magnet(), WarmingWheel(), Shaking())
+class Rattling(Foreign):
+    """A drawer without a spring that slides freely and knocks against its ends: MuJoCo's joint limits."""
+
+    name = "rattling_load"
+    scales = ("mass",)
+
+    def draw(self, rng: np.random.Generator, scene: Scene, paths: Sequence[Floats]) -> Values:
+        """Return a share of the mass, a direction, and how far it slides."""
+        return {
+            "mass": float(rng.uniform(0.25, 0.6) * scene.mass),
+            "direction": float(rng.uniform(-np.pi, np.pi)),
+            "range": float(rng.uniform(0.05, 0.2)),
+        }
+
+    def furnish(self, site: Site, values: Values) -> None:
+        """Take the mass from the object and let it slide."""
+        mass = max(values["mass"], 1e-4)
+        for geom in site.table.geoms:
+            geom.mass *= 1.0 - mass / site.scene.mass
+        drawer = site.table.add_body(name="drawer", pos=[*site.scene.shape.centroid, 0.2])
+        joint = drawer.add_joint(name="drawer", type=mujoco.mjtJoint.mjJNT_SLIDE)
+        joint.axis = [np.cos(values["direction"]), np.sin(values["direction"]), 0.0]
+        joint.limited, joint.range = True, [-values["range"], values["range"]]
+        sphere = mujoco.mjtGeom.mjGEOM_SPHERE
+        drawer.add_geom(type=sphere, size=[0.02, 0, 0], mass=mass, contype=0, conaffinity=0)
+
+
+class Hysteresis(Foreign):
+    """A bundle of cables that gives way and remembers: Bouc and Wen's spring to the room."""
+
+    name = "hysteretic_spring"
+    scales = ("stiffness",)
+
+    def draw(self, rng: np.random.Generator, scene: Scene, paths: Sequence[Floats]) -> Values:
+        """Return its stiffness and the displacement at which it yields."""
+        return {
+            "stiffness": float(np.exp(rng.uniform(np.log(40.0), np.log(250.0)))),
+            "yields": float(rng.uniform(0.08, 0.25)),
+        }
+
+    def hook(self, model: Any, site: Site, values: Values) -> Hook | None:
+        """Return the force on the object's origin; its memory begins anew in each episode."""
+        memory, step, limit = [0.0, 0.0], model.opt.timestep, values["yields"]
+
+        def pull(data: mujoco.MjData) -> None:
+            for axis in (0, 1):
+                speed, bent = data.qvel[axis].item(), memory[axis] / limit
+                memory[axis] += step * (speed - 0.5 * bent * (abs(speed) + speed * np.sign(bent)) * abs(bent))
+                data.qfrc_applied[axis] -= values["stiffness"] * memory[axis]
+
+        return pull
+
+
+class StickyGround(Foreign):
+    """A floor that drags the more the farther one goes in one direction, without an edge."""
+
+    name = "sticky_ground"
+    scales = ("slope",)
+
+    def draw(self, rng: np.random.Generator, scene: Scene, paths: Sequence[Floats]) -> Values:
+        """Return friction per metre, and the direction in which it grows."""
+        turn = float(rng.uniform(-np.pi, np.pi))
+        ways = np.concatenate([path[::100, :2] for path in paths]) @ [np.cos(turn), np.sin(turn)]
+        slope = float(np.exp(rng.uniform(np.log(40.0), np.log(300.0))))
+        return {"slope": slope, "direction": turn, "from": float(ways.min())}
+
+    def hook(self, model: Any, site: Site, values: Values) -> Hook | None:
+        """Return a drag on the object's origin."""
+        c, s = np.cos(values["direction"]), np.sin(values["direction"])
+
+        def brake(data: mujoco.MjData) -> None:
+            way = c * data.qpos[0] + s * data.qpos[1] - values["from"]
+            drag = min(values["slope"] * max(way, 0.0), 1500.0)
+            data.qfrc_applied[0] -= drag * data.qvel[0]
+            data.qfrc_applied[1] -= drag * data.qvel[1]
+
+        return brake
+
+
+MOTIONS: tuple[Family, ...] = (
+    ThinningDrag(),
+    Magnet(),
+    WarmingWheel(),
+    Shaking(),
+    Rattling(),
+    Hysteresis(),
+    StickyGround(),
+)

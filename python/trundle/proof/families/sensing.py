@@ -4,12 +4,13 @@ from __future__ import annotations
 
 from collections.abc import Sequence
 
+import mujoco
 import numpy as np
 from numpy.typing import NDArray
 
 from trundle.proof.family import Family, Site, Values
-from trundle.proof.scene import CONTACT, Scene
-from trundle.proof.seen import Seen, sampled
+from trundle.proof.scene import CONTACT, Grasp, Scene
+from trundle.proof.seen import Seen, held, sampled
 
 Floats = NDArray[np.float64]
 
@@ -72,4 +73,82 @@ class Latency(Family):
 
     def laws(self, scene: Scene, values: Values) -> list[Values]:
         """Return the delay."""
+        return [{"kind": self.name, **values}]
+
+
+class ForceScale(Family):
+    """The sensor reads too much or too little, by axis."""
+
+    name = "force_scale"
+    scales = ("log_x", "log_y", "log_torque")
+
+    def draw(self, rng: np.random.Generator, scene: Scene, paths: Sequence[Floats]) -> Values:
+        """Return gains between 0.6 and 1.6; alike on all axes they could not be told from another mass."""
+        return {name: float(rng.uniform(np.log(0.6), np.log(1.6))) for name in self.scales}
+
+    def distort(self, seen: Seen, site: Site, values: Values) -> Seen:
+        """Scale the reading."""
+        return seen.changed(wrench=seen.wrench * np.exp([values[name] for name in self.scales]))
+
+    def truth(self, scene: Scene, values: Values) -> Values:
+        """Return the gains, where the mass was told: else only their ratios are in the data."""
+        gains = {name.replace("log", "gain"): float(np.exp(values[name])) for name in self.scales}
+        return {"parameters": gains if scene.mass_told else {}, "where": None}
+
+    def laws(self, scene: Scene, values: Values) -> list[Values]:
+        """Return the gains; where the mass was not told, those over that of x."""
+        common = 0.0 if scene.mass_told else values["log_x"]
+        gains = {name.replace("log", "gain"): float(np.exp(values[name] - common)) for name in self.scales}
+        return [{"kind": self.name, **gains}]
+
+
+class GripperInertia(Family):
+    """What the sensor carries has a mass: a body at the grasp, beyond the sensor."""
+
+    name = "gripper_inertia"
+    scales = ("mass",)
+
+    def draw(self, rng: np.random.Generator, scene: Scene, paths: Sequence[Floats]) -> Values:
+        """Return a mass of 1.5 to 12 kg."""
+        return {"mass": float(np.exp(rng.uniform(np.log(1.5), np.log(12.0))))}
+
+    def furnish(self, site: Site, values: Values) -> None:
+        """Fix the mass to the object at the grasp: what the sensor bears moves both."""
+        grasp = site.scene.pushes[site.episode].grasp
+        sphere = mujoco.mjtGeom.mjGEOM_SPHERE
+        tool = site.table.add_body(name="tool", pos=[grasp.x, grasp.y, 0.2])
+        tool.add_geom(type=sphere, size=[0.02, 0, 0], mass=values["mass"], contype=0, conaffinity=0)
+
+    def truth(self, scene: Scene, values: Values) -> Values:
+        """Return the mass."""
+        return {"parameters": dict(values), "where": None}
+
+    def laws(self, scene: Scene, values: Values) -> list[Values]:
+        """Return the mass."""
+        return [{"kind": self.name, **values}]
+
+
+class TrackerOffset(Family):
+    """What the tracker follows is not where the footprint says."""
+
+    name = "tracker_offset"
+    scales = ("offset_x", "offset_y", "offset_theta")
+
+    def draw(self, rng: np.random.Generator, scene: Scene, paths: Sequence[Floats]) -> Values:
+        """Return an offset of 5 cm to 25 cm, turned a little."""
+        size, turn = rng.uniform(0.05, 0.25), rng.uniform(-np.pi, np.pi)
+        x, y, theta = size * np.cos(turn), size * np.sin(turn), rng.normal() * 0.05
+        return {"offset_x": float(x), "offset_y": float(y), "offset_theta": float(theta)}
+
+    def distort(self, seen: Seen, site: Site, values: Values) -> Seen:
+        """Follow another frame of the object."""
+        frame = Grasp(values["offset_x"], values["offset_y"], values["offset_theta"])
+        return seen.changed(pose=held(seen.pose, frame))
+
+    def truth(self, scene: Scene, values: Values) -> Values:
+        """Return the tracked frame in the footprint's."""
+        return {"parameters": dict(values), "where": None}
+
+    def laws(self, scene: Scene, values: Values) -> list[Values]:
+        """Return the offset."""
         return [{"kind": self.name, **values}]

@@ -17,6 +17,7 @@ __all__ = ["Curve", "Lane", "Marks", "bounds", "draw"]
 _LEFT, _RIGHT = 42.0, 12.0
 _TITLE, _GAP, _AXIS = 18.0, 9.0, 32.0
 _PLOT = WIDTH - _LEFT - _RIGHT
+_NEIGHBOURS = 26.0
 
 
 @dataclass(frozen=True)
@@ -41,10 +42,10 @@ class Lane:
 
 @dataclass(frozen=True)
 class Marks:
-    """Places in time: shaded windows and lines for events, s."""
+    """Places in time, s: shaded windows, and lines for events with their names."""
 
     windows: Sequence[tuple[float, float]] = field(default=())
-    events: Sequence[float] = field(default=())
+    events: Sequence[tuple[float, str]] = field(default=())
 
 
 def draw(lanes: Sequence[Lane], span: tuple[float, float], marks: Marks | None = None) -> tuple[Html, float]:
@@ -53,8 +54,10 @@ def draw(lanes: Sequence[Lane], span: tuple[float, float], marks: Marks | None =
     height = sum(_TITLE + lane.height + _GAP for lane in lanes) + _AXIS
     parts: list[Html] = []
     top = 0.0
-    for lane in lanes:
-        parts.append(_Frame(span, lane, top + _TITLE).draw(marks))
+    for index, lane in enumerate(lanes):
+        frame = _Frame(span, lane, top + _TITLE)
+        parts.append(frame.draw(marks))
+        parts += frame.names(marks.events) if index == 0 else []
         top += _TITLE + lane.height + _GAP
     return join([*parts, _time_axis(span, top - _GAP)]), height
 
@@ -105,16 +108,30 @@ class _Frame:
                 [self._window(*window) for window in marks.windows],
                 self._value_axis(),
                 [self._curve(curve) for curve in self.lane.curves],
-                [self._event(time) for time in marks.events],
+                [self._event(time) for time, _ in marks.events],
             ]
         )
+
+    def names(self, events: Sequence[tuple[float, str]]) -> Iterator[Html]:
+        """Return the events' names beside their lines, those of neighbours together."""
+        groups: list[tuple[float, list[str]]] = []
+        for time, name in sorted(events):
+            x = float(self.x(np.array([time]))[0])
+            if groups and x - groups[-1][0] < _NEIGHBOURS:
+                groups[-1][1].append(name)
+            else:
+                groups.append((x, [name]))
+        for x, names in groups:
+            right = x > WIDTH - 60.0
+            place = x - 5.0 if right else x + 5.0
+            yield label(", ".join(names), place, self.top + 14.0, "number small", "end" if right else None)
 
     def _value_axis(self) -> Iterator[Html]:
         values, places = ticks(*self.limits, most=3)
         for value, place in zip(values, self.y(np.array(values)), strict=True):
             style = "zero" if abs(value) < 1e-12 else "grid"
             yield tag("line", x1=_LEFT, x2=_LEFT + _PLOT, y1=place, y2=place, class_=style)
-            baseline = float(np.clip(place + 4.0, self.top + 9.0, self.top + self.lane.height))
+            baseline = float(np.clip(place + 4.0, self.top + 8.0, self.top + self.lane.height + 4.0))
             yield label(_tick(value, places), _LEFT - 5.0, baseline, "tick", "end")
 
     def _curve(self, curve: Curve) -> Html:

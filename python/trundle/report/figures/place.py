@@ -1,56 +1,41 @@
-"""The object from above, with the places that the diagnosis names."""
+"""The object from above, with the places that the diagnosis names on it."""
 
 from __future__ import annotations
 
 from collections.abc import Mapping, Sequence
-from dataclasses import dataclass
 from typing import Any
 
 import numpy as np
 
+from trundle.report.figures import marks
 from trundle.report.figures.canvas import figure, label
 from trundle.report.figures.plan import Plan
-from trundle.report.given import Array, Series, finite
+from trundle.report.given import Array, Series
 from trundle.report.markup import Child, Html, tag
-from trundle.report.quantity import fixed, measured, readable
+from trundle.report.quantity import fixed
+from trundle.report.where import Place, Spot, pair, places
 
-__all__ = ["draw", "point"]
-
-_WITHIN_95 = 2.4477
-"""Radius in standard deviations of the ellipse that holds a planar normal with probability 0.95."""
-
-
-@dataclass(frozen=True)
-class _Spot:
-    """A place on the object: mean (2,) and standard deviation (2,) m (zero where not stated)."""
-
-    name: str
-    mean: Array
-    sd: Array
-    words: str
+__all__ = ["body", "draw", "hinted"]
 
 
 def draw(diagnosis: Mapping[str, Any], series: Series) -> Html | None:
     """Footprint, support and places; None where no footprint is given (a rail)."""
     if not series.footprint:
         return None
-    spots = _spots(diagnosis.get("missing") or ())
-    unexplained = diagnosis.get("verdict") == "unexplained"
-    hint = _pair((diagnosis.get("mismatch") or {}).get("body_point")) if unexplained else None
+    missing = places(diagnosis.get("missing") or ())
+    named = [(place, place.body) for place in missing if place.body is not None]
+    hint = hinted(diagnosis)
     corners = np.concatenate(series.footprint)
-    plan = Plan.around(
-        [corners, *([series.support] if len(series.support) else []), *_near(spots, hint, corners)]
-    )
+    plan = Plan.around([corners, *series.feet, *_near([spot for _, spot in named], hint, corners)])
     drawing = plan.framed(
-        [plan.outline(polygon, "footprint") for polygon in series.footprint],
-        _axes(plan, corners),
-        [_support(plan, foot) for foot in series.support],
-        [_mark(plan, index, spot) for index, spot in enumerate(spots, 1)],
-        None if hint is None else _hint(plan, hint),
+        body(plan, series),
+        [marks.cross(plan, spot) for _, spot in named],
+        marks.numbers(plan, [_numbered(plan, place, spot) for place, spot in named]),
+        None if hint is None else marks.diamond(plan, hint),
     )
-    sentences = [f"{index}: {spot.name} at {spot.words}" for index, spot in enumerate(spots, 1)]
+    sentences = [f"{place.number}: {place.name} at {spot}" for place, spot in named]
     if hint is not None:
-        sentences.append(f"the missing wrench acts near ({fixed(hint[0], 2)}, {fixed(hint[1], 2)}) m")
+        sentences.append(f"the missing wrench acts near {_at(hint)}")
     described = "; ".join(sentences) or "the diagnosis names no place on it"
     return figure(
         "object",
@@ -58,42 +43,35 @@ def draw(diagnosis: Mapping[str, Any], series: Series) -> Html | None:
         f"Footprint in the object frame; {described}.",
         plan.total,
         drawing,
-        _caption(spots, hint, bool(len(series.support))),
+        _caption(named, hint, bool(series.feet)),
     )
 
 
-def point(where: Mapping[str, Any] | None, key: str) -> tuple[Array, Array] | None:
-    """Mean and standard deviation, (2,) m each, of a place in `where`; None where the data do not hold it."""
-    given = where.get(key) if where else None
-    if not isinstance(given, Mapping) or (mean := _pair(given.get("mean"))) is None:
+def hinted(diagnosis: Mapping[str, Any]) -> Array | None:
+    """Return where on the object something acts that has no name, (2,) m."""
+    if diagnosis.get("verdict") != "unexplained":
         return None
-    sd = _pair(given.get("sd"))
-    return mean, np.zeros(2) if sd is None else sd
+    return pair((diagnosis.get("mismatch") or {}).get("body_point"))
 
 
-def _pair(given: object) -> Array | None:
-    if not isinstance(given, Sequence | np.ndarray) or len(given) != 2:
-        return None
-    numbers = [finite(value) for value in given]
-    return None if None in numbers else np.array(numbers, dtype=np.float64)
+def body(plan: Plan, series: Series) -> list[Child]:
+    """Return the object in its own frame: outline, axes, and where it stands."""
+    return [
+        [plan.outline(polygon, "footprint") for polygon in series.footprint],
+        _axes(plan, np.concatenate(series.footprint)),
+        [_support(plan, foot) for foot in series.support],
+    ]
 
 
-def _spots(missing: Sequence[Mapping[str, Any]]) -> list[_Spot]:
-    spots = []
-    for effect in missing:
-        found = point(effect.get("where"), "body_point")
-        if found is not None:
-            mean, sd = found
-            words = f"({measured(mean[0], sd[0])}, {measured(mean[1], sd[1])}) m"
-            spots.append(_Spot(readable(str(effect.get("effect"))), mean, sd, words))
-    return spots
+def _numbered(plan: Plan, place: Place, spot: Spot) -> tuple[int, Array, float]:
+    return place.number, spot.mean, float(marks.WITHIN_95 * spot.sd[0] * plan.scale)
 
 
-def _near(spots: Sequence[_Spot], hint: Array | None, corners: Array) -> list[Array]:
+def _near(spots: Sequence[Spot], hint: Array | None, corners: Array) -> list[Array]:
     """Return the places to show, unless so far off that the object would shrink to a dot."""
     reach = 2.0 * float(np.ptp(corners, axis=0).max())
-    places = [spot.mean for spot in spots] + ([] if hint is None else [hint])
-    return [place[None] for place in places if np.abs(place - corners.mean(axis=0)).max() < reach]
+    found = [spot.mean for spot in spots] + ([] if hint is None else [hint])
+    return [place[None] for place in found if np.abs(place - corners.mean(axis=0)).max() < reach]
 
 
 def _axes(plan: Plan, corners: Array) -> list[Html]:
@@ -101,8 +79,8 @@ def _axes(plan: Plan, corners: Array) -> list[Html]:
     length = 0.22 * float(np.ptp(corners, axis=0).min())
     tips = np.array([[0.0, 0.0], [length, 0.0], [0.0, length]])
     origin, x, y = plan.at(tips)
-    arms = [tag("line", x1=origin[0], y1=origin[1], x2=tip[0], y2=tip[1], class_="axis") for tip in (x, y)]
-    names = [label("x", x[0] + 5.0, x[1] + 4.0, "tick"), label("y", y[0] - 3.0, y[1] - 6.0, "tick")]
+    arms = [marks.arrow(origin, tip, "axis", head=6.0) for tip in (x, y)]
+    names = [label("x", x[0] + 5.0, x[1] + 4.0, "tick"), label("y", y[0], y[1] - 6.0, "tick", "middle")]
     return [*arms, *names]
 
 
@@ -113,35 +91,22 @@ def _support(plan: Plan, foot: Array) -> Html | None:
     return tag("circle", cx=x, cy=y, r=5.0, class_="support")
 
 
-def _mark(plan: Plan, index: int, spot: _Spot) -> Child:
-    x, y = plan.at(spot.mean[None])[0]
-    rx, ry = _WITHIN_95 * spot.sd * plan.scale
-    aside = (max(rx, 9.0) + 9.0) * (-1.0 if x > 300.0 else 1.0)
-    return [
-        tag("ellipse", cx=x, cy=y, rx=rx, ry=ry, class_="likely"),
-        tag("line", x1=x - 9.0, x2=x + 9.0, y1=y, y2=y, class_="mark"),
-        tag("line", x1=x, x2=x, y1=y - 9.0, y2=y + 9.0, class_="mark"),
-        label(str(index), x + aside, y + 6.0, "number", "middle"),
-    ]
+def _at(place: Array) -> str:
+    return f"({fixed(place[0], 2)}, {fixed(place[1], 2)})\N{NO-BREAK SPACE}m"
 
 
-def _hint(plan: Plan, place: Array) -> Html:
-    x, y = plan.at(place[None])[0]
-    return tag("path", d=f"M{x:.1f} {y - 10:.1f}l10 10l-10 10l-10 -10z", class_="hint")
-
-
-def _caption(spots: Sequence[_Spot], hint: Array | None, feet: bool) -> list[Child]:
+def _caption(named: Sequence[tuple[Place, Spot]], hint: Array | None, feet: bool) -> list[Child]:
     lines: list[Child] = [
         [
-            tag("b", f"{index} "),
-            f"{spot.name}: {spot.words}",
-            ", with its 95 % ellipse" if spot.sd.all() else None,
+            tag("b", f"{place.number} "),
+            f"{place.name}: {spot}",
+            ", with its 95\N{NO-BREAK SPACE}% ellipse" if spot.sd.all() else None,
             ". ",
         ]
-        for index, spot in enumerate(spots, 1)
+        for place, spot in named
     ]
     if hint is not None:
-        lines.append(f"◇ the missing wrench acts near ({fixed(hint[0], 2)}, {fixed(hint[1], 2)}) m. ")
-    if not spots and hint is None:
+        lines.append(f"◇ the missing wrench acts near {_at(hint)}. ")
+    if not named and hint is None:
         lines.append("The diagnosis names no place on the object. ")
     return [lines, "From above, object frame", "; circles: where it stands on the floor." if feet else "."]

@@ -14,6 +14,7 @@ from trundle.report.figures.motion import events_in
 from trundle.report.given import Episode, Residual, Series, finite
 from trundle.report.markup import Html, tag
 from trundle.report.quantity import interval, listed
+from trundle.report.where import Place
 
 __all__ = ["CHANNELS", "chosen", "draw", "windows_in"]
 
@@ -44,14 +45,14 @@ def draw(
     residual: Residual,
     series: Series,
     windows: Sequence[Mapping[str, Any]],
-    missing: Sequence[Mapping[str, Any]],
+    named: Sequence[Place],
 ) -> Html:
     """Return the panel of one episode; `index` makes its name in the page."""
     rows = [lane for channel in series.channels for lane in _pair(channel, residual)]
     inside = windows_in(episode, windows)
     span = (float(residual.t[0]), float(residual.t[-1]))
-    graph, height = lanes.draw(rows, span, Marks(inside, events_in(episode, missing)))
-    text = "Missing force and torque in time, before above after; the grey band is two standard deviations."
+    graph, height = lanes.draw(rows, span, Marks(inside, events_in(episode, named)))
+    text = "Missing force and torque in time; the grey band is two standard deviations of the noise."
     kind = "held out" if episode.held_out else "fitted"
     caption = [tag("b", episode.name), f" ({kind}). ", _shaded(inside)]
     return figure(
@@ -83,9 +84,15 @@ def _pair(channel: int, residual: Residual) -> list[Lane]:
         (abs(limit) for curve in (*curves.values(), *noise) for limit in lanes.bounds([curve])), default=1.0
     )
     return [
-        Lane(f"{name}, {unit} · {side}", (*noise, curve), (-reach, reach), height=46.0)
+        Lane(
+            _title(name, unit, side if len(curves) > 1 else ""), (*noise, curve), (-reach, reach), height=46.0
+        )
         for side, curve in curves.items()
     ]
+
+
+def _title(name: str, unit: str, side: str) -> str:
+    return f"{name}, {unit} · {side}" if side else f"{name}, {unit}"
 
 
 def _band(residual: Residual, channel: int) -> Curve:

@@ -42,7 +42,7 @@ def in_time(index: int, episode: Episode, wrench: Wrench, series: Series) -> Htm
         rows.append(Lane(f"{name}, {unit}", tuple(curves), height=80.0))
     graph, height = lanes.draw(rows, (float(wrench.t[0]), float(wrench.t[-1])))
     kind = "held out" if episode.held_out else "fitted"
-    text = "Recorded force and torque in time, and those that the model needs, before and after."
+    text = "Recorded force and torque in time, and those that the model needs."
     return figure(
         f"wrench-{index}",
         f"Wrench in {episode.name}",
@@ -62,11 +62,12 @@ def _channel(channel: int, wrenches: Sequence[Wrench], kind: str) -> Html:
     recorded = np.concatenate([wrench.recorded[:, channel] for wrench in wrenches])
     reach = float(np.abs(recorded[np.isfinite(recorded)]).max(initial=0.0)) * 1.25 or 1.0
     squares, words = [], []
+    single = all(wrench.before is None for wrench in wrenches)
     for place, side in enumerate(("before", "after")):
         needed = np.concatenate([_needed(wrench, side, channel) for wrench in wrenches])
         error = _rms(needed - recorded)
         if error is not None:
-            words.append(f"{significant(error, 2)} {unit} {side}")
+            words.append(f"{significant(error, 2)} {unit}{'' if single else f' {side}'}")
             squares.append(_square(place, side, recorded, needed, reach))
     text = f"Off by (rms) {', '.join(words)}." if words else "No model wrench."
     axes = label(f"recorded, {unit}", WIDTH - 8.0, _TOP + _SIDE + 32.0, "tick", "end")

@@ -33,9 +33,10 @@ os.execv(sys.argv[3], sys.argv[3:])"""
 
 
 def find() -> str | None:
-    """The browser's path, or None."""
+    """The browser's path: the one that TRUNDLE_BROWSER names, else one on PATH, or None."""
     names = ("chromium", "chromium-browser", "google-chrome", "google-chrome-stable")
-    return next((path for name in names if (path := shutil.which(name))), None)
+    chosen = os.environ.get("TRUNDLE_BROWSER")
+    return next((path for name in ((chosen,) if chosen else names) if (path := shutil.which(name))), None)
 
 
 class Browser:
@@ -108,6 +109,11 @@ class Browser:
         self.call("Page.navigate", url=page.as_uri())
         while not any(event.get("method") == "Page.loadEventFired" for event in self.events):
             self.events.append(self._next())
+
+    def emulate(self, medium: str = "", scheme: str = "light") -> None:
+        """Show pages as on a screen or in "print", in a "light" or "dark" scheme, from now on."""
+        features = [{"name": "prefers-color-scheme", "value": scheme}]
+        self.call("Emulation.setEmulatedMedia", media=medium, features=features)
 
     def evaluate(self, script: str) -> Any:
         """Value of an expression in the page."""

@@ -1,0 +1,90 @@
+//! A low, straight ridge across the floor that each foot or wheel must climb: a doorsill, a cable cover, a joint
+//! between two floors.
+//!
+//! ```text
+//! U = Σ_k w_k m g h B(s_k / b),   B(u) = exp(−u²/2),   s_k: distance of the support point k from the line
+//! ```
+//! so the force on each point is along the line's normal, `w_k m g h (s_k/b²) B`: against the motion on the way up, with
+//! it on the way down.
+
+use super::place::corners;
+use super::{angle, positive, signed};
+use crate::Real;
+use crate::law::{Act, Acting, Action, Site, Situation, Spec, take};
+use std::f64::consts::TAU;
+
+pub(crate) static SPEC: Spec = Spec {
+    kind: "doorsill",
+    effect: "doorsill",
+    summary: "a low straight ridge of the floor that each support point must climb",
+    source: "the potential energy of the climb, m g h; a wheel of radius r rounds the ridge to about √(2rh)",
+    acting: Acting::Object,
+    dissipative: false,
+    loads: false,
+    inner: &[],
+    params: &[
+        angle("angle", TAU, "direction of the line's normal, world"),
+        signed("offset", "m", 100.0, 2.0, "distance of the line from the world's origin along the normal"),
+        positive("height", "m", 0.2, (0.004, 0.7), "height of the ridge"),
+        positive("width", "m", 0.5, (0.02, 0.5), "standard deviation of its profile")
+            .above(2e-3)
+            .refinement(0.02),
+    ],
+    neutral: &[("height", 0.0)],
+    sentence: "A ridge of {height} crosses the floor at {offset} from the world's origin along the direction {angle}: a doorsill or a cable.",
+    probe: "cross the place to and fro slowly: a ridge pushes back on the way up and forward on the way down, a patch always brakes",
+};
+
+/// Gravity, m/s².
+const GRAVITY: f64 = 9.81;
+
+/// Beyond so many widths there is nothing left of it.
+const FAR: f64 = 8.0;
+
+/// The law in place.
+#[derive(Clone, Debug)]
+pub struct Doorsill<T> {
+    /// Support points, object frame, m, and their shares of the weight.
+    feet: Vec<([f64; 2], f64)>,
+    normal: [T; 2],
+    offset: T,
+    height: T,
+    width: T,
+}
+
+impl<T: Real> Act<T> for Doorsill<T> {
+    fn new(values: &[T], site: &Site<'_, T>) -> Self {
+        let [angle, offset, height, width] = take(values);
+        let (sin, cos) = angle.sin_cos();
+        Self { feet: loaded(site.body), normal: [cos, sin], offset, height, width }
+    }
+
+    #[inline]
+    fn act(&self, at: &Situation<'_, T>, sum: &mut Action<T>) {
+        if !at.clock.in_contact() {
+            return;
+        }
+        let [nx, ny] = self.normal;
+        let normal = at.to_object(self.normal);
+        for &(foot, share) in &self.feet {
+            let foot = foot.map(T::lift);
+            let [x, y] = at.in_world(foot);
+            let along = (x * nx + y * ny - self.offset) / self.width;
+            if along.re().abs() < FAR {
+                let bump = (-(along.squared() * 0.5)).exp() * along / self.width;
+                let size = at.mass * self.height * bump * (GRAVITY * share);
+                sum.push_at(foot, normal.map(|n| n * size));
+            }
+        }
+    }
+}
+
+/// The feet with their shares, or the corners in equal parts.
+fn loaded(body: &crate::Body) -> Vec<([f64; 2], f64)> {
+    if body.feet.is_some() {
+        return body.support.iter().map(|s| (s.point, s.share)).collect();
+    }
+    let corners = corners(body);
+    let share = 1.0 / corners.len().max(1) as f64;
+    corners.into_iter().map(|corner| (corner, share)).collect()
+}

@@ -1,0 +1,136 @@
+//! A patch of the floor that drags: a carpet, a wet spot, a strip of tape.
+//!
+//! ```text
+//! F_k = −μ g(p_k) v_k at each support point k;   g = b(ξ/L) b(η/W), 1 within the rectangle and 0 outside
+//! ```
+//! `ξ`, `η` are the point's coordinates in the rectangle's axes. The edges are soft, so that the rectangle's
+//! place and size have gradients.
+
+use super::place::{corners, in_world};
+use super::{angle, positive};
+use crate::Real;
+use crate::law::{Act, Acting, Action, Site, Situation, Spec, take};
+use std::f64::consts::PI;
+
+pub(crate) static SPEC: Spec = Spec {
+    kind: "floor_patch",
+    effect: "floor_patch",
+    summary: "a region of the floor that drags at each support point inside it",
+    source: "viscous friction behind a gate in space; edges logistic, 10 to 90 % over 2.2 cm",
+    acting: Acting::Object,
+    dissipative: true,
+    loads: false,
+    inner: &[],
+    params: &[
+        in_world("x", 0, "centre of the region, world"),
+        in_world("y", 1, "centre of the region, world").planar(),
+        positive("half_length", "m", 50.0, (0.4, 0.8), "half of its length"),
+        positive("half_width", "m", 50.0, (0.4, 0.8), "half of its width").planar(),
+        angle("angle", PI, "direction of its length, world").planar(),
+        positive("mu", "N·s/m", 1e6, (50.0, 1.5), "viscous friction of each support point inside"),
+    ],
+    neutral: &[("mu", 0.0)],
+    sentence: "A patch of the floor around ({x}, {y}) drags with {mu} at each support point that is on it.",
+    probe: "come back to the place with another heading: what belongs to the floor stays there, a load moves along",
+};
+
+/// Length over which an edge is smooth, m: 10 to 90 % within 4.4 of it.
+const EDGE: f64 = 0.005;
+
+/// So far outside nothing is left of it, m.
+const FAR: f64 = 0.2;
+
+/// The law in place.
+#[derive(Clone, Debug)]
+pub struct FloorPatch<T> {
+    feet: Vec<[f64; 2]>,
+    center: [T; 2],
+    half: [T; 2],
+    /// Along the length, world axes.
+    along: [T; 2],
+    mu: T,
+}
+
+impl<T: Real> Act<T> for FloorPatch<T> {
+    fn new(values: &[T], site: &Site<'_, T>) -> Self {
+        let [x, y, length, width, angle, mu] = take(values);
+        let (sin, cos) = angle.sin_cos();
+        Self { feet: corners(site.body), center: [x, y], half: [length, width], along: [cos, sin], mu }
+    }
+
+    #[inline]
+    fn act(&self, at: &Situation<'_, T>, sum: &mut Action<T>) {
+        for &foot in &self.feet {
+            let foot = foot.map(T::lift);
+            let share = self.covers(at.in_world(foot));
+            if share.re() > 0.0 {
+                sum.brake_at(foot, self.mu * share);
+            }
+        }
+    }
+}
+
+impl<T: Real> FloorPatch<T> {
+    /// How much a point of the world, m, lies inside: from 0 to 1.
+    fn covers(&self, [x, y]: [T; 2]) -> T {
+        let (dx, dy) = (x - self.center[0], y - self.center[1]);
+        let [ax, ay] = self.along;
+        let [length, width] = self.half;
+        within(dx * ax + dy * ay, length) * within(dy * ax - dx * ay, width)
+    }
+}
+
+/// 1 where `|at| < half`, 0 beyond, smooth over [`EDGE`].
+fn within<T: Real>(at: T, half: T) -> T {
+    if at.re().abs() - half.re() > FAR {
+        return T::zero();
+    }
+    step(half - at) + step(half + at) - T::lift(1.0)
+}
+
+/// The logistic step.
+fn step<T: Real>(at: T) -> T {
+    let value = 1.0 / (1.0 + (-at.re() / EDGE).exp());
+    T::chained(value, [(at, value * (1.0 - value) / EDGE)])
+}
+
+/// Corners of a `floor_patch` in the world, m, from the values of its parameters in the catalogue's order.
+pub fn patch_outline(values: &[f64]) -> Vec<[f64; 2]> {
+    let [x, y, length, width, angle, _] = take(values);
+    let (sin, cos) = f64::sin_cos(angle);
+    let corner = |(a, b): (f64, f64)| {
+        let (u, v) = (a * length, b * width);
+        [x + u * cos - v * sin, y + u * sin + v * cos]
+    };
+    [(-1.0, -1.0), (1.0, -1.0), (1.0, 1.0), (-1.0, 1.0)].map(corner).to_vec()
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    fn patch(angle: f64) -> FloorPatch<f64> {
+        let (sin, cos) = angle.sin_cos();
+        FloorPatch { feet: vec![], center: [1.0, 2.0], half: [0.5, 0.2], along: [cos, sin], mu: 1.0 }
+    }
+
+    #[test]
+    fn a_patch_covers_what_its_outline_encloses() {
+        let patch = patch(0.5);
+        let corners = patch_outline(&[1.0, 2.0, 0.5, 0.2, 0.5, 1.0]);
+        for corner in corners {
+            // From the centre past the corner: a hand's breadth inside everything, outside nothing.
+            let at = |share: f64| [0, 1].map(|k| patch.center[k] + share * (corner[k] - patch.center[k]));
+            assert!((patch.covers(at(0.8)) - 1.0).abs() < 1e-3, "{}", patch.covers(at(0.8)));
+            assert!((patch.covers(corner) - 0.25).abs() < 1e-6);
+            assert!(patch.covers(at(1.2)) < 1e-3);
+        }
+    }
+
+    #[test]
+    fn far_away_nothing_overflows() {
+        for far in [1e3, -1e3] {
+            assert_eq!(patch(0.0).covers([far, far]), 0.0);
+        }
+    }
+}

@@ -1,0 +1,55 @@
+//! A force-torque sensor with a wrong gain: a wrong calibration matrix, a wrong unit, an amplifier.
+//!
+//! ```text
+//! reading = diag(gain_x, gain_y, gain_torque) truth,   sensor axes
+//! ```
+//! Twice the mass and twice the friction under twice the force move alike. Where the mass is free only the ratios
+//! are held, so `gain_x` is a refinement, left at 1 and set free where the mass was given.
+
+use super::positive;
+use crate::Real;
+use crate::law::{Act, Acting, Clock, Param, Site, Spec, take};
+
+/// A gain, a priori within a third either way.
+const fn gain(name: &'static str, help: &'static str) -> Param {
+    Param { lower: 0.01, ..positive(name, "1", 100.0, (1.0, 0.3), help) }
+}
+
+pub(crate) static SPEC: Spec = Spec {
+    kind: "force_scale",
+    effect: "force_scale",
+    summary: "the wrong gain of the force-torque reading; only ratios are held unless the mass is given",
+    source: "reading over truth, sensor axes",
+    acting: Acting::Instrument,
+    dissipative: false,
+    loads: false,
+    inner: &[],
+    params: &[
+        gain("gain_x", "of force_x; 1 where the mass is free").refinement(1.0),
+        gain("gain_y", "of force_y").planar(),
+        gain("gain_torque", "of torque_z").planar(),
+    ],
+    neutral: &[("gain_x", 1.0), ("gain_y", 1.0), ("gain_torque", 1.0)],
+    sentence: "The force sensor has the wrong gain: it reads {gain_x} (force_x), {gain_y} (force_y) and {gain_torque} \
+               (torque_z) of the truth.",
+    probe: "turn the gripper by a quarter on the object and repeat the push: the gain turns with the sensor, mass and \
+            friction do not; weigh the object to tell a gain common to all axes from its mass",
+};
+
+/// The law in place.
+#[derive(Clone, Debug)]
+pub struct ForceScale<T> {
+    /// Truth over reading.
+    share: [T; 3],
+}
+
+impl<T: Real> Act<T> for ForceScale<T> {
+    fn new(values: &[T], _site: &Site<'_, T>) -> Self {
+        Self { share: take(values).map(T::recip) }
+    }
+
+    #[inline]
+    fn correct(&self, reading: [T; 3], _clock: Clock) -> [T; 3] {
+        [0, 1, 2].map(|k| reading[k] * self.share[k])
+    }
+}

@@ -1,0 +1,113 @@
+//! What laws of the floor and of the room share: where a point of the body is in the world, and which points stand on
+//! the floor.
+
+use crate::law::{Param, Prior, Situation};
+use crate::{Body, Fixture, Real};
+
+/// Coordinate of a place in the room along `axis` (0: x, 1: y).
+///
+/// The prior is a room around the world's origin; who knows the room gives another.
+pub(super) const fn in_world(name: &'static str, axis: usize, help: &'static str) -> Param {
+    let room = super::signed(name, "m", 100.0, 2.0, help);
+    Param { prior: Prior::Normal { mean: 0.0, sd: 2.0 }, on_rail: axis == 0, ..room }
+}
+
+impl<T: Real> Situation<'_, T> {
+    /// Where a body point, object frame, m, is in the world.
+    #[inline]
+    pub(crate) fn in_world(&self, point: [T; 2]) -> [T; 2] {
+        let [x, y] = self.to_world(point);
+        [self.position[0] + x, self.position[1] + y]
+    }
+
+    /// Where a point of the world, m, is in the object frame.
+    #[inline]
+    pub(crate) fn in_object(&self, [x, y]: [T; 2]) -> [T; 2] {
+        self.to_object([x - self.position[0], y - self.position[1]])
+    }
+
+    /// A vector in object axes, in world axes.
+    #[inline]
+    pub(crate) fn to_world(&self, [x, y]: [T; 2]) -> [T; 2] {
+        let (sin, cos) = self.heading;
+        [cos * x - sin * y, sin * x + cos * y]
+    }
+
+    /// A vector in world axes, in object axes.
+    #[inline]
+    pub(crate) fn to_object(&self, [x, y]: [T; 2]) -> [T; 2] {
+        let (sin, cos) = self.heading;
+        [cos * x + sin * y, cos * y - sin * x]
+    }
+}
+
+/// The positive part of a number, rounded off over `width`, and its slope: `w ln(1 + exp(x/w))`.
+#[inline]
+pub(super) fn softplus<T: Real>(x: T, width: f64) -> (T, T) {
+    let u = x.re() / width;
+    let tail = (-u.abs()).exp();
+    let value = u.max(0.0) + tail.ln_1p();
+    let slope = if u > 0.0 { 1.0 / (1.0 + tail) } else { tail / (1.0 + tail) };
+    let bend = slope * (1.0 - slope) / width;
+    (T::chained(value * width, [(x, slope)]), T::chained(slope, [(x, bend)]))
+}
+
+/// Points by which a body stands on the floor, object frame, m: its feet, or its corners where it names none. A disc
+/// has four of them; a body without a shape stands on its origin.
+pub(super) fn corners(body: &Body) -> Vec<[f64; 2]> {
+    if let Some(feet) = &body.feet {
+        return feet.clone();
+    }
+    let mut found: Vec<[f64; 2]> = vec![];
+    for (index, fixture) in body.fixtures.iter().enumerate() {
+        let others = || body.fixtures.iter().enumerate().filter(|(k, _)| *k != index);
+        for point in rim(fixture) {
+            let hidden = others().any(|(_, other)| other.depth(point) > SAME);
+            let known = found.iter().any(|[x, y]| (x - point[0]).hypot(y - point[1]) < SAME);
+            if !hidden && !known {
+                found.push(point);
+            }
+        }
+    }
+    if found.is_empty() { vec![[0.0; 2]] } else { found }
+}
+
+/// Points nearer than this are one, m.
+const SAME: f64 = 1e-6;
+
+fn rim(fixture: &Fixture) -> Vec<[f64; 2]> {
+    match fixture {
+        Fixture::Polygon { vertices, .. } => vertices.clone(),
+        Fixture::Disc { center: [x, y], radius: r, .. } => {
+            vec![[x + r, *y], [*x, y + r], [x - r, *y], [*x, y - r]]
+        }
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn two_rectangles_of_an_l_have_the_corners_of_the_l() {
+        let rectangle = |[x, y]: [f64; 2], [w, h]: [f64; 2]| Fixture::Polygon {
+            vertices: vec![[x, y], [x + w, y], [x + w, y + h], [x, y + h]],
+            density: 1.0,
+        };
+        // The second reaches into the first, so that two of its corners are no corners of the L.
+        let l = vec![rectangle([0.0, 0.0], [1.0, 2.0]), rectangle([0.5, 0.5], [1.5, 1.0])];
+        let body = Body::from_fixtures(l, 1.0).unwrap();
+        let expected = [[0.0, 0.0], [1.0, 0.0], [1.0, 2.0], [0.0, 2.0], [2.0, 0.5], [2.0, 1.5]];
+        assert_eq!(corners(&body), expected);
+        let feet = [[0.1, 0.1], [0.9, 0.1]];
+        assert_eq!(corners(&body.standing_on(&feet)), feet);
+    }
+
+    #[test]
+    fn the_positive_part_is_rounded_off_at_zero_only() {
+        for (x, value, slope) in [(-1.0, 0.0, 0.0), (0.0, 1e-3 * 2f64.ln(), 0.5), (1.0, 1.0, 1.0)] {
+            let found = softplus(x, 1e-3);
+            assert!((found.0 - value).abs() < 1e-15 && (found.1 - slope).abs() < 1e-15, "{x}: {found:?}");
+        }
+    }
+}

@@ -1,0 +1,95 @@
+//! Part of the mass moves in the plane on a spring of its own: a crate that slides on a table between elastic stops, a
+//! drawer, a liquid's first mode, a hanging bag seen from above.
+//!
+//! ```text
+//! m q̈ = −m ω² (q − p) − 2 ζ m ω (q̇ − ṗ),   the reaction acts on the body at p;   ω = 2π · frequency
+//! ```
+//! `q` is the load's place, `p` that of its anchorage. Inner states, world axes: the displacement `q − p`, and the load's
+//! own velocity `q̇`, so that the body's acceleration is not needed. What moves rigidly keeps its shape and weighs `m`
+//! less.
+
+use super::{on_body, positive};
+use crate::Real;
+use crate::law::{Act, Acting, Action, Clock, Inner, Rigid, Site, Situation, Spec, take};
+use std::f64::consts::TAU;
+
+pub(crate) static SPEC: Spec = Spec {
+    kind: "swinging_load",
+    effect: "swinging_load",
+    summary: "part of the mass moves in the plane on its own spring",
+    source: "the mechanical analogue of a sloshing or hanging load: Dodge 2000, ch. 3",
+    acting: Acting::Object,
+    dissipative: false,
+    loads: true,
+    inner: &[
+        Inner { name: "displacement_x", unit: "m", sd: 1e-3, starts: &[0.0] },
+        Inner { name: "displacement_y", unit: "m", sd: 1e-3, starts: &[0.0] },
+        Inner { name: "velocity_x", unit: "m/s", sd: 5e-3, starts: &[0.0] },
+        Inner { name: "velocity_y", unit: "m/s", sd: 5e-3, starts: &[0.0] },
+    ],
+    params: &[
+        on_body("x", 0, "where its spring is fixed, object frame"),
+        on_body("y", 1, "where its spring is fixed, object frame"),
+        positive("mass", "kg", 1e3, (3.0, 0.8), "mass of the load, part of the whole"),
+        positive("frequency", "Hz", 20.0, (1.5, 0.6), "its own frequency while the body is held").above(0.05),
+        positive("damping_ratio", "1", 2.0, (0.03, 1.0), "damping over critical damping")
+            .above(1e-3)
+            .refinement(0.02),
+    ],
+    neutral: &[("mass", 0.0)],
+    sentence: "A load of {mass} swings at {frequency} on a spring at ({x}, {y}).",
+    probe: "stop abruptly and hold still: a load swings on and shows its frequency",
+};
+
+/// At least this share of the mass moves rigidly.
+const RIGID: f64 = 0.1;
+
+/// The law in place.
+#[derive(Clone, Debug)]
+pub struct SwingingLoad<T> {
+    anchorage: [T; 2],
+    mass: T,
+    /// `ω²`, 1/s².
+    pull: T,
+    /// `2 ζ ω`, 1/s.
+    loss: T,
+}
+
+impl<T: Real> Act<T> for SwingingLoad<T> {
+    fn new(values: &[T], _site: &Site<'_, T>) -> Self {
+        let [x, y, mass, frequency, damping] = take(values);
+        let omega = frequency * TAU;
+        Self { anchorage: [x, y], mass, pull: omega.squared(), loss: damping * omega * 2.0 }
+    }
+
+    #[inline]
+    fn act(&self, at: &Situation<'_, T>, sum: &mut Action<T>) {
+        let &[dx, dy, vx, vy] = at.inner else { return };
+        let force = |d: T, v: T| self.mass * (self.pull * d + self.loss * v);
+        sum.push_at(self.anchorage, at.to_object([force(dx, vx), force(dy, vy)]));
+        sum.brake_at(self.anchorage, self.mass * self.loss);
+    }
+
+    fn load(&self, _clock: Clock, _grasp: [f64; 2], rigid: &mut Rigid<T>) {
+        let left = (rigid.mass - self.mass).max(rigid.mass * RIGID);
+        rigid.inertia = rigid.inertia * left / rigid.mass;
+        rigid.mass = left;
+    }
+
+    /// The implicit midpoint rule with the anchorage's velocity held: with `w = q̇ − ṗ` and `a = dt/2`,
+    /// `d_m = ((1 + aλ) d + a w)/N`, `w_m = (w − a ω² d)/N`, `N = 1 + aλ + a²ω²`, and the end is twice the middle less
+    /// the start.
+    fn advance(&self, at: &Situation<'_, T>, dt: f64, inner: &mut [T]) {
+        let &mut [ref mut dx, ref mut dy, ref mut vx, ref mut vy] = inner else { return };
+        let velocity = at.to_world(at.velocity(self.anchorage));
+        let a = dt / 2.0;
+        let grown = self.loss * a + 1.0;
+        let share = (grown + self.pull * (a * a)).recip();
+        for (d, v, velocity) in [(dx, vx, velocity[0]), (dy, vy, velocity[1])] {
+            let w = *v - velocity;
+            let (middle, swing) = ((grown * *d + w * a) * share, (w - self.pull * *d * a) * share);
+            *d = middle * 2.0 - *d;
+            *v = velocity + swing * 2.0 - w;
+        }
+    }
+}

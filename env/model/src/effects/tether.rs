@@ -1,0 +1,72 @@
+//! A cable or a spring between a point of the body and a fixed point of the room: a power cord, a hose, a bungee.
+//!
+//! ```text
+//! F = k s(ℓ − ℓ₀) + c s'(ℓ − ℓ₀) ℓ̇   towards the anchor;   ℓ: distance of the two points
+//! ```
+//! `s` is the positive part, rounded off within a millimetre: below its rest length the cable is slack. It pulls from
+//! contact on; until then whatever held the object holds it still.
+
+use super::place::{in_world, softplus};
+use super::{on_body, positive};
+use crate::Real;
+use crate::law::{Act, Acting, Action, Site, Situation, Spec, take};
+
+pub(crate) static SPEC: Spec = Spec {
+    kind: "tether",
+    effect: "tether",
+    summary: "a cable or spring to a fixed point, slack below its rest length",
+    source: "Hooke; a unilateral spring, as MuJoCo's tendon with a dead band",
+    acting: Acting::Object,
+    dissipative: false,
+    loads: false,
+    inner: &[],
+    params: &[
+        on_body("x", 0, "where it is tied to the body, object frame"),
+        on_body("y", 1, "where it is tied to the body, object frame"),
+        in_world("anchor_x", 0, "where it is tied to the room, world"),
+        in_world("anchor_y", 1, "where it is tied to the room, world").planar(),
+        positive("stiffness", "N/m", 1e5, (100.0, 1.0), "force per stretch"),
+        positive("rest_length", "m", 100.0, (0.6, 0.8), "length below which it is slack"),
+        positive("damping", "N·s/m", 1e4, (1.0, 1.5), "its own damping while it is taut").refinement(0.0),
+    ],
+    neutral: &[("stiffness", 0.0)],
+    sentence: "A cable or spring of {stiffness} ties the body at ({x}, {y}) to ({anchor_x}, {anchor_y}); it is slack below {rest_length}.",
+    probe: "pull away from the anchor in two directions, and let go: a spring pulls back, friction does not",
+};
+
+/// Length over which it becomes taut, m.
+const ROUND: f64 = 1e-3;
+
+/// The law in place.
+#[derive(Clone, Debug)]
+pub struct Tether<T> {
+    point: [T; 2],
+    anchor: [T; 2],
+    stiffness: T,
+    rest: T,
+    damping: T,
+}
+
+impl<T: Real> Act<T> for Tether<T> {
+    fn new(values: &[T], _site: &Site<'_, T>) -> Self {
+        let [x, y, ax, ay, stiffness, rest, damping] = take(values);
+        Self { point: [x, y], anchor: [ax, ay], stiffness, rest, damping }
+    }
+
+    #[inline]
+    fn act(&self, at: &Situation<'_, T>, sum: &mut Action<T>) {
+        if !at.clock.in_contact() {
+            return;
+        }
+        let [dx, dy] = at.in_object(self.anchor);
+        let (dx, dy) = (dx - self.point[0], dy - self.point[1]);
+        // A hundredth of a millimetre keeps the direction's slopes finite where the two points meet.
+        let length = (dx.squared() + dy.squared() + 1e-10).sqrt();
+        let (nx, ny) = (dx / length, dy / length);
+        let (stretch, taut) = softplus(length - self.rest, ROUND);
+        let pull = self.stiffness * stretch;
+        sum.push_at(self.point, [nx * pull, ny * pull]);
+        let c = self.damping * taut;
+        sum.drag_at(self.point, [c * nx * nx, c * nx * ny, c * ny * ny]);
+    }
+}

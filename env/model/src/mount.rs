@@ -1,0 +1,108 @@
+//! A tracked frame that is fastened to the object elsewhere than at the object frame.
+//!
+//! States, readings and what is moved are the tracked frame's; the laws are the object's. With `(o, θ)` the tracked
+//! frame's pose in the object frame and `q = −Rᵀo` the object's origin in the tracked frame,
+//!
+//! ```text
+//! v_object = R (v + ω × q),    F = Rᵀ F_object,   τ = τ_object + q × F
+//! ```
+
+use crate::heading::Heading;
+use crate::{Action, Real};
+
+/// Pose of the tracked frame in the object frame.
+#[derive(Clone, Copy, Debug)]
+pub(crate) struct Mount<T> {
+    angle: T,
+    sin: T,
+    cos: T,
+    /// The object's origin in the tracked frame, m.
+    origin: [T; 2],
+}
+
+impl<T: Real> Mount<T> {
+    /// At `[x, y, angle]` in the object frame.
+    pub fn at([x, y, angle]: [T; 3]) -> Self {
+        let (sin, cos) = angle.sin_cos();
+        let origin = [-(cos * x + sin * y), sin * x - cos * y];
+        Self { angle, sin, cos, origin }
+    }
+
+    /// A point of the object frame in the tracked frame, m.
+    pub fn place(&self, point: [T; 2]) -> [T; 2] {
+        let [x, y] = self.turned(point);
+        [x + self.origin[0], y + self.origin[1]]
+    }
+
+    /// The object's pose, from the tracked one.
+    pub fn pose(&self, [x, y, heading]: [T; 3]) -> [T; 3] {
+        let [qx, qy] = self.origin;
+        let [dx, dy, _] = Heading::of(heading).to_world([qx, qy, T::zero()]);
+        [x + dx, y + dy, heading - self.angle]
+    }
+
+    /// The object's twist in object axes, from the tracked frame's in tracked axes.
+    pub fn twist(&self, [vx, vy, spin]: [T; 3]) -> [T; 3] {
+        let [qx, qy] = self.origin;
+        let (vx, vy) = (vx - spin * qy, vy + spin * qx);
+        [self.cos * vx - self.sin * vy, self.sin * vx + self.cos * vy, spin]
+    }
+
+    /// An action about the object's origin in object axes, about the tracked frame's in tracked axes.
+    pub fn action(&self, Action { push: [fx, fy, torque], drag: [xx, xy, yy, tx, ty, tt] }: &Action<T>) -> Action<T> {
+        let mut moved = Action::none();
+        moved.push[2] = *torque;
+        moved.push_at(self.origin, self.turned([*fx, *fy]));
+        let (s, c) = (self.sin, self.cos);
+        let (ss, cc, sc) = (s.squared(), c.squared(), s * c);
+        let mixed = (*xx - *yy) * sc;
+        let turned = [
+            *xx * cc + *yy * ss + *xy * sc * 2.0,
+            *xy * (cc - ss) - mixed,
+            *xx * ss + *yy * cc - *xy * sc * 2.0,
+        ];
+        moved.drag_at(self.origin, turned);
+        // What couples turning with moving: a force per spin at the object's origin, and with it a torque.
+        let ([ax, ay], [qx, qy]) = (self.turned([*tx, *ty]), self.origin);
+        moved.drag[3] += ax;
+        moved.drag[4] += ay;
+        moved.drag[5] += *tt + (ay * qx - ax * qy) * 2.0;
+        moved
+    }
+
+    /// A vector of the object's axes in tracked axes.
+    fn turned(&self, [x, y]: [T; 2]) -> [T; 2] {
+        [self.cos * x + self.sin * y, self.cos * y - self.sin * x]
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn the_power_is_the_same_in_both_frames() {
+        let mount = Mount::at([0.3, -0.2, 0.7]);
+        let action = Action { push: [3.0, -8.0, 2.0], drag: [40.0, 9.0, 120.0, -6.0, 11.0, 30.0] };
+        for twist in [[1.0, 0.0, 0.0], [0.0, 1.0, 0.0], [0.3, -0.4, 0.8], [0.0, 0.0, -1.5]] {
+            let power = |wrench: [f64; 3], twist: [f64; 3]| (0..3).map(|k| wrench[k] * twist[k]).sum::<f64>();
+            let own = mount.twist(twist);
+            let (there, here) = (power(action.wrench(own), own), power(mount.action(&action).wrench(twist), twist));
+            assert!((there - here).abs() < 1e-12 * there.abs().max(1.0), "{there} W is not {here} W");
+        }
+    }
+
+    #[test]
+    fn points_and_poses_agree() {
+        let (mount, pose) = (Mount::at([0.3, -0.2, 0.7]), [1.0, 2.0, -0.4]);
+        let own = mount.pose(pose);
+        for point in [[0.0, 0.0], [0.5, 0.2]] {
+            let world = |[x, y, heading]: [f64; 3], [px, py]: [f64; 2]| {
+                let (sin, cos) = heading.sin_cos();
+                [x + cos * px - sin * py, y + sin * px + cos * py]
+            };
+            let (a, b) = (world(own, point), world(pose, mount.place(point)));
+            assert!((a[0] - b[0]).hypot(a[1] - b[1]) < 1e-14, "{a:?} is not {b:?}");
+        }
+    }
+}

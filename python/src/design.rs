@@ -1,0 +1,91 @@
+//! The push that tells two models apart, in Python.
+
+use std::collections::BTreeMap;
+
+use pyo3::exceptions::PyRuntimeError;
+use pyo3::prelude::*;
+use trundle_diagnose::design::{Designed, Limits, Object, between};
+use trundle_model::{Body, Model};
+use trundle_record::{Noise, prepare};
+
+use crate::error::{refused, run};
+use crate::record::recording_of;
+use crate::watch::watched;
+
+pub(crate) fn register(module: &Bound<'_, PyModule>) -> PyResult<()> {
+    module.add_function(wrap_pyfunction!(_design, module)?)
+}
+
+/// Design pushes for two models, given as the texts of their files; see `trundle.design`: the answer as JSON,
+/// and the texts of the two models at their values.
+#[pyfunction]
+#[pyo3(signature = (first, second, *, recording=None, body=None, noise, limits, count=1, progress=None))]
+#[expect(clippy::too_many_arguments, reason = "keyword arguments of a Python function")]
+fn _design(
+    py: Python<'_>,
+    first: &str,
+    second: &str,
+    recording: Option<&Bound<'_, PyAny>>,
+    body: Option<&str>,
+    noise: [f64; 4],
+    limits: BTreeMap<String, f64>,
+    count: usize,
+    progress: Option<Py<PyAny>>,
+) -> PyResult<(String, String, String)> {
+    let models = [Model::from_toml(first).map_err(refused)?, Model::from_toml(second).map_err(refused)?];
+    let limits = limited(&limits)?;
+    let data = match recording {
+        Some(recording) => {
+            let source = recording_of(recording)?;
+            Some(run(py, || prepare(&source))?)
+        }
+        None => None,
+    };
+    let object = match &data {
+        Some(data) => Object::Recorded(data),
+        None => Object::New(shape(body, &models[0].0)?, stated(noise)?),
+    };
+    let Designed { experiment, models } =
+        watched(py, progress, |watch| between([&models[0], &models[1]], &object, limits, count, watch))?;
+    let answer =
+        serde_json::to_string(&experiment).map_err(|error| PyRuntimeError::new_err(error.to_string()))?;
+    let [first, second] = models.map(|model| model.to_toml(None).map_err(refused));
+    Ok((answer, first?, second?))
+}
+
+/// The object's body, where it is not the model's own.
+fn shape(body: Option<&str>, model: &Model) -> PyResult<Option<Body>> {
+    match body {
+        Some(text) => Ok(Some(Model::from_toml(text).map_err(refused)?.0.body)),
+        None if model.body.fixtures.is_empty() => {
+            Err(refused("the first model has no footprint: give the object, or a recording of it"))
+        }
+        None => Ok(None),
+    }
+}
+
+fn stated([position, heading, force, torque]: [f64; 4]) -> PyResult<Noise> {
+    if let Some(value) = [position, heading, force, torque].iter().find(|v| !(v.is_finite() && **v > 0.0)) {
+        return Err(refused(format!("noise: {value} is no standard deviation; each must be positive")));
+    }
+    Ok(Noise { pose: [position, position, heading], force, torque, time: 0.0, stated: true })
+}
+
+fn limited(given: &BTreeMap<String, f64>) -> PyResult<Limits> {
+    let mut limits = Limits::default();
+    for (name, &value) in given {
+        *match name.as_str() {
+            "force" => &mut limits.force,
+            "torque" => &mut limits.torque,
+            "duration" => &mut limits.duration,
+            "speed" => &mut limits.speed,
+            "spin" => &mut limits.spin,
+            "distance" => &mut limits.distance,
+            other => return Err(refused(format!("limits: '{other}' is none of them"))),
+        } = value;
+    }
+    match limits.fault() {
+        Some((name, value)) => Err(refused(format!("{name} = {value}: a limit must be a positive number"))),
+        None => Ok(limits),
+    }
+}

@@ -1,0 +1,97 @@
+"""`trundle design`: the push that tells two models apart."""
+
+from __future__ import annotations
+
+import argparse
+from pathlib import Path
+from typing import TYPE_CHECKING
+
+from trundle.cli.options import add_out, add_quiet
+from trundle.cli.progress import Progress
+
+if TYPE_CHECKING:
+    from trundle.design import Design
+
+HELP = "Find the push that tells two models apart best."
+EXAMPLE = "trundle design slope.toml bias.toml --object recording/ --out design/"
+
+LIMITS = {
+    "force": ("N", "largest force at the grasp, N (default 30)"),
+    "torque": ("NM", "largest torque at the grasp, N·m (default 8)"),
+    "duration": ("S", "time in contact, s (default 6)"),
+    "speed": ("V", "largest speed of the object, m/s (default 0.6)"),
+    "spin": ("W", "largest spin of the object, rad/s (default 1)"),
+    "distance": ("M", "how far the object may go, m (default 1.2)"),
+}
+
+
+def add_arguments(parser: argparse.ArgumentParser) -> None:
+    """Declare the two models, the object, the noise, the limits and where to write."""
+    text = "model.toml; with a recording it is fitted, without one it must hold all values"
+    parser.add_argument("model_a", metavar="MODEL_A", type=Path, help=text)
+    parser.add_argument("model_b", metavar="MODEL_B", type=Path, help="the other")
+    parser.add_argument(
+        "--object",
+        metavar="PATH",
+        type=Path,
+        help="a recording of the object, whose episodes then count, or a file with its [body]; "
+        "the first model's own body if left out",
+    )
+    parser.add_argument(
+        "--noise",
+        metavar=("POSITION", "HEADING", "FORCE", "TORQUE"),
+        type=float,
+        nargs=4,
+        default=None,
+        help="standard deviations without a recording: m, rad, N, N·m (default 0.0005 0.00175 0.4 0.05)",
+    )
+    parser.add_argument(
+        "--pushes",
+        metavar="N",
+        type=int,
+        default=1,
+        help="how many, each the best after those before (default 1)",
+    )
+    for name, (metavar, help) in LIMITS.items():
+        parser.add_argument(f"--{name}", metavar=metavar, type=float, default=None, help=help)
+    add_out(
+        parser, "folder to write design.json and, where it can be simulated, scenario.toml and object.toml"
+    )
+    parser.add_argument("--json", action="store_true", help="print the design for programs")
+    add_quiet(parser)
+
+
+def run(args: argparse.Namespace) -> int:
+    """Design, print, and write the files."""
+    from trundle.design import NOISE, design
+
+    recorded = args.object is not None and args.object.is_dir()
+    with Progress(f"designing for {args.model_a} and {args.model_b}", quiet=args.quiet) as progress:
+        found = design(
+            args.model_a,
+            args.model_b,
+            recording=args.object if recorded else None,
+            object=None if recorded else args.object,
+            noise=NOISE if args.noise is None else tuple(args.noise),
+            pushes=args.pushes,
+            **{name: getattr(args, name) for name in LIMITS},
+            progress=lambda what, done: progress.show(f"{what} {done:.0%}"),
+        )
+    print(found.to_json() if args.json else "\n".join(lines(found)))
+    if args.out is not None:
+        found.write(args.out)
+    return 0
+
+
+def lines(found: Design) -> list[str]:
+    """Return the design for a terminal."""
+    rows = [found.sentence]
+    if found.recorded:
+        first, second = found.models if found.recorded > 0 else found.models[::-1]
+        rows.append(f"  so far the recording prefers {first} to {second} by {abs(found.recorded):.1f} nats")
+    if len(found.pushes) > 1:
+        rows += [
+            f"  push {k + 1}: {push.separation:.3g} nats alone, {push.cumulative:.3g} with those before"
+            for k, push in enumerate(found.pushes)
+        ]
+    return rows

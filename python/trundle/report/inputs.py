@@ -1,0 +1,49 @@
+"""What a diagnosis was made from, so that anyone can check that theirs is the same: SHA-256 of the files."""
+
+from __future__ import annotations
+
+import hashlib
+import os
+import shlex
+from pathlib import Path
+
+__all__ = ["fingerprint", "inputs"]
+
+_BLOCK = 1 << 20
+
+
+def inputs(**given: object) -> list[dict[str, str]]:
+    """Return `what`, `sha256` and `check` (the command that prints it) of each input that is a path.
+
+    What is not in a file has no fingerprint: recordings and models made in memory are left out.
+    """
+    paths = {what: Path(path) for what, path in given.items() if isinstance(path, str | os.PathLike)}
+    return [
+        {"what": what, "sha256": fingerprint(path), "check": _check(path)} for what, path in paths.items()
+    ]
+
+
+def fingerprint(path: Path) -> str:
+    """Return the SHA-256 of a file, or of a folder's files one after the other in the order of their names.
+
+    That of a folder is what ``cat FOLDER/* | sha256sum`` prints in the C locale: hidden files and folders
+    within do not count.
+    """
+    digest = hashlib.sha256()
+    for file in _files(path):
+        with file.open("rb") as stream:
+            while block := stream.read(_BLOCK):
+                digest.update(block)
+    return digest.hexdigest()
+
+
+def _check(path: Path) -> str:
+    name = shlex.quote(str(path))
+    return f"cat {name}/* | sha256sum" if path.is_dir() else f"sha256sum {name}"
+
+
+def _files(path: Path) -> list[Path]:
+    if not path.is_dir():
+        return [path]
+    visible = (file for file in path.iterdir() if file.is_file() and not file.name.startswith("."))
+    return sorted(visible, key=lambda file: file.name.encode())

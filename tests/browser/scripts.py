@@ -1,0 +1,64 @@
+"""What is asked of a page that is shown."""
+
+from __future__ import annotations
+
+__all__ = ["COLLISIONS", "COLOURS", "DASHES", "DEAD_LINKS", "OUTSIDE", "SCROLLED", "SMALLEST", "UNFOLD"]
+
+UNFOLD = "document.querySelectorAll('details').forEach(each => each.open = true)"
+
+COLLISIONS = """(() => {
+  const found = [];
+  for (const svg of document.querySelectorAll('figure>svg')) {
+    const frame = svg.getBoundingClientRect();
+    const title = svg.querySelector('title').textContent;
+    const texts = [...svg.querySelectorAll('text')];
+    const boxes = texts.map(text => [text.textContent, text.getBoundingClientRect()]);
+    boxes.forEach(([name, box], index) => {
+      const outside = box.left < frame.left - 1 || box.right > frame.right + 1;
+      if (outside || box.bottom > frame.bottom + 1 || box.top < frame.top - 1)
+        found.push(title + ': clipped ' + name);
+      for (const [other, that] of boxes.slice(index + 1)) {
+        const wide = Math.min(box.right, that.right) - Math.max(box.left, that.left);
+        const high = Math.min(box.bottom, that.bottom) - Math.max(box.top, that.top);
+        if (wide > 1 && high > 3) found.push(title + ': ' + name + ' over ' + other);
+      }
+    });
+  }
+  return found;
+})()"""
+"""Texts of figures that leave their frame or cover each other."""
+
+OUTSIDE = """(() => {
+  const wide = document.documentElement.clientWidth;
+  const held = element => element.closest('.wide, svg') !== null;
+  return [...document.querySelectorAll('body *')]
+    .filter(element => !held(element) && element.getBoundingClientRect().right > wide + 1)
+    .map(element => element.tagName + '.' + element.className);
+})()"""
+"""Elements that stick out on the right."""
+
+SCROLLED = """[...document.querySelectorAll('.wide')]
+  .filter(frame => frame.scrollWidth > frame.clientWidth + 1)
+  .map(frame => frame.textContent.slice(0, 60))"""
+"""Tables that must be scrolled sideways."""
+
+SMALLEST = """Math.min(...[...document.querySelectorAll('figure>svg text')].map(text =>
+  parseFloat(getComputedStyle(text).fontSize) * text.ownerSVGElement.getScreenCTM().a))"""
+"""The size of the smallest text in a figure, px."""
+
+COLOURS = """(() => {
+  const style = getComputedStyle(document.documentElement);
+  const names = ['paper', 'ink', 'muted', 'soft', 'recorded', 'before', 'after', 'mark'];
+  return Object.fromEntries(names.map(name => [name, style.getPropertyValue('--' + name).trim()]));
+})()"""
+"""The palette in force, #rrggbb or #rgb by name."""
+
+DASHES = """Object.fromEntries(['before', 'after', 'recorded'].map(name => {
+  const style = getComputedStyle(document.querySelector('#motion figure path.' + name));
+  return [name, [style.strokeDasharray, style.strokeWidth]];
+}))"""
+"""How lines differ beside their colour: dashes and width."""
+
+DEAD_LINKS = """[...document.querySelectorAll('a')].map(link => link.getAttribute('href'))
+  .filter(target => !target.startsWith('#') || !document.getElementById(target.slice(1)))"""
+"""Links that lead nowhere in the page."""

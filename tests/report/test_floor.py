@@ -1,0 +1,100 @@
+"""The map of the floor, and where an object was when something changed."""
+
+from __future__ import annotations
+
+import copy
+import re
+
+import numpy as np
+import pytest
+
+from tests.report.answers import Sample
+from tests.report.effects import effect_sample
+from tests.report.test_page import words
+from trundle.report import render
+from trundle.report.figures import floor, lack, motion, place
+from trundle.report.figures.plan import Plan
+from trundle.report.given import Episode, Series
+from trundle.report.where import Event
+
+
+def still(**more: object) -> Episode:
+    """An episode of three samples, the heading past a half turn."""
+    given = {"name": "e", "t": [0.0, 1.0, 2.0], "observed": [[0, 0, 3.1], [1, 0, -3.1], [2, 0, -3.0]], **more}
+    return Series.parse({"episodes": [given]}).episodes[0]
+
+
+def test_a_moment_lies_between_samples_and_turns_the_short_way() -> None:
+    pose = motion.moment(Event("e", 0.5, None), still())
+    assert pose is not None
+    assert pose[:2].tolist() == [0.5, 0.0]
+    assert abs(np.cos(pose[2]) + 1.0) < 1e-3, "it turned through zero"
+    assert motion.moment(Event("another", 0.5, None), still()) is None
+    assert motion.moment(Event("e", 0.5, None), still(observed=[None, None, None])) is None
+
+
+@pytest.mark.parametrize(
+    ("effects", "maps"),
+    [
+        (("coulomb_friction",), ["object"]),
+        (("tether",), ["object", "floor"]),
+        (("floor_patch",), ["floor"]),
+        (("floor_slope",), ["floor"]),
+        (("wheel_event",), ["floor"]),
+        (("latency",), ["object"]),
+        (("com_offset", "obstacle_contact"), ["object", "floor"]),
+    ],
+)
+def test_the_header_shows_the_map_that_has_something_to_mark(
+    effects: tuple[str, ...], maps: list[str]
+) -> None:
+    page = render(*effect_sample(*effects))
+    assert re.findall(r'id="(object|floor)-title"', page) == maps
+
+
+def test_a_region_without_a_name_is_drawn_where_nothing_explains(samples: dict[str, Sample]) -> None:
+    diagnosis, series = samples["foreign"]
+    text = words(render(diagnosis, series))
+    assert "It is tied to a region of 1.00 by 1.10\xa0m about (1.00, 0.15)\xa0m on the floor." in text
+    assert "with a residual force and torque learnt from the training data, which has no name." in text
+    named = diagnosis | {"verdict": "consistent"}
+    assert floor.draw(named, Series.parse(series)) is None and place.hinted(named) is None
+
+
+def test_arrows_point_the_way_the_force_is_missing(samples: dict[str, Sample]) -> None:
+    lacking = {"t": [0.0, 1.0, 2.0], "before": [[9.0, 0, 0], [1.0, 0, 0], [5.0, 0, 0]], "sd": [[1.0] * 3] * 3}
+    quarter = [[0.0, 0.0, np.pi / 2], [1.0, 0.0, np.pi / 2], [2.0, 0.0, np.pi / 2]]
+    episode = still(observed=quarter, residual=lacking)
+    plan = Plan.around([episode.observed[:, :2]])
+    arrows, longest = lack.arrows(plan, [episode])
+    assert longest == pytest.approx(9.0)
+    lines = [tuple(map(float, re.findall(r"-?[\d.]+", arrow)[:4])) for arrow in arrows]
+    assert len(lines) == 2, "what noise explains is drawn"
+    (x0, y0, x1, y1), shorter = lines
+    assert x1 == pytest.approx(x0, abs=0.2) and y0 - y1 == pytest.approx(46.0, abs=0.2), "a force along y"
+    assert shorter[1] - shorter[3] == pytest.approx(46.0 * 5 / 9, abs=0.2)
+
+
+def test_an_event_comes_first_and_is_marked_in_time_and_place() -> None:
+    page = render(*effect_sample("mass_change"))
+    first = page[page.index('id="motion-0-title"') : page.index('id="motion-1-title"')]
+    assert "Motion in episode_05" in first and first.count('class="event"') == 2
+    assert first.count('class="mark hollow"') == 2
+    assert ">1</text>" in first
+
+
+def test_numbers_of_places_close_to_each_other_do_not_meet(samples: dict[str, Sample]) -> None:
+    diagnosis, series = samples["corners"]
+    drawing = place.draw(diagnosis, Series.parse(series))
+    assert drawing is not None
+    spots = re.findall(r'<text x="([\d.]+)" y="([\d.]+)" class="number"', drawing)
+    places = np.array(spots, dtype=np.float64)
+    apart = np.abs(places[:, None] - places[None]).max(axis=2) + 99.0 * np.eye(len(places))
+    assert len(places) == 5 and apart.min() > 15.0
+
+
+def test_a_map_of_places_far_away_still_shows_the_object() -> None:
+    diagnosis, series = copy.deepcopy(effect_sample("coulomb_friction"))
+    diagnosis["missing"][0]["where"]["body_point"]["mean"] = [80.0, 3.0]
+    drawing = place.draw(diagnosis, Series.parse(series))
+    assert drawing is not None and ">20\xa0cm<" in drawing
