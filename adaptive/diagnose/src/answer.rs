@@ -52,6 +52,49 @@ pub struct Quantity {
     pub unit: &'static str,
 }
 
+/// A parameter of an effect.
+#[derive(Clone, Debug, PartialEq, Serialize)]
+#[serde(untagged)]
+pub enum Value {
+    /// A number.
+    Number(Quantity),
+    /// A symmetric matrix about the origin in the body frame, rows (x, y, θ), of SI units.
+    Matrix {
+        /// Posterior mean.
+        mean: [[f64; 3]; 3],
+        /// Posterior standard deviation, where it is known.
+        sd: Option<[[f64; 3]; 3]>,
+        /// `SI`: N·s/m, N·s and N·m·s.
+        unit: &'static str,
+    },
+}
+
+/// Where or when an effect acts.
+#[derive(Clone, Debug, PartialEq, Serialize)]
+#[serde(untagged)]
+pub enum Place {
+    /// A point of the body or of the world, m.
+    Point(Point),
+    /// Corners of a region of the floor, world, m.
+    Region(Vec<[f64; 2]>),
+    /// A moment.
+    Event {
+        /// Name of the episode.
+        episode: String,
+        /// The table's t, s.
+        time: Moment,
+    },
+}
+
+/// A time with its uncertainty, s.
+#[derive(Clone, Copy, Debug, PartialEq, Serialize)]
+pub struct Moment {
+    /// Posterior mean.
+    pub mean: f64,
+    /// Posterior standard deviation.
+    pub sd: f64,
+}
+
 /// A point with its uncertainty, m.
 #[derive(Clone, Debug, PartialEq, Serialize)]
 pub struct Point {
@@ -71,10 +114,10 @@ pub struct Missing {
     /// The sentence for people.
     pub statement: String,
     /// Its parameters that the data hold.
-    pub parameters: BTreeMap<String, Quantity>,
+    pub parameters: BTreeMap<String, Value>,
     /// Where and when it acts; `None` where the data do not hold it.
     #[serde(rename = "where")]
-    pub place: Option<BTreeMap<&'static str, Point>>,
+    pub place: Option<BTreeMap<&'static str, Place>>,
     /// Rise of the held-out misfit when it alone is dropped and the rest refitted, as a share.
     pub explains: Option<f64>,
 }

@@ -14,6 +14,7 @@ mod locate;
 mod naming;
 mod nominal;
 mod outlook;
+mod place;
 mod predictions;
 mod proposals;
 mod rivals;

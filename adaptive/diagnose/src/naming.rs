@@ -1,9 +1,9 @@
 //! An effect that was found, with its numbers and its share.
 
-use crate::answer::{Missing, Point, Quantity};
+use crate::answer::Missing;
+use crate::place::Named;
 use crate::search::{Found, Tried};
 use crate::words::statement;
-use std::collections::BTreeMap;
 use trundle_infer::{Fit, InferError, Score, quasi_static, score};
 use trundle_record::{Dataset, Prepared};
 
@@ -50,30 +50,15 @@ pub(crate) fn named(
         None => None,
     };
     let explains = with.zip(dropped).filter(|(_, d)| *d > 0.0).map(|(w, d)| 1.0 - w / d);
-    let prefix = format!("{name}.");
-    let identified = best.fit.estimates.iter().filter(|e| e.identified && e.name.starts_with(&prefix));
-    let parameters = identified
-        .filter_map(|e| {
-            let short = e.name.strip_prefix(&prefix)?;
-            let quantity = Quantity { mean: e.mean, sd: e.sd, unit: e.unit };
-            (!matches!(short, "x" | "y")).then(|| (short.to_owned(), quantity))
-        })
-        .collect();
+    let effect_named = Named { fit: &best.fit, kind: effect.kind, name };
     Ok(Missing {
         effect: effect.kind.spec().effect.to_owned(),
         probability,
         statement: statement(effect, name, &best.fit),
-        parameters,
-        place: body_point(&best.fit, name).map(|p| BTreeMap::from([("body_point", p)])),
+        parameters: effect_named.parameters(),
+        place: effect_named.place(data),
         explains,
     })
-}
-
-/// Where an effect with a position acts, if the data hold it.
-fn body_point(fit: &Fit, name: &str) -> Option<Point> {
-    let coordinate = |axis: &str| fit.estimate(&format!("{name}.{axis}")).filter(|e| e.identified);
-    let (x, y) = (coordinate("x")?, coordinate("y")?);
-    Some(Point { mean: [x.mean, y.mean], sd: [x.sd, y.sd] })
 }
 
 /// Probability of all models that hold an effect of this name.

@@ -16,20 +16,27 @@ const DRAWS: [usize; 2] = [16, 48];
 /// Time between the moments that are proposed for an event, s.
 const EVERY: f64 = 0.4;
 
-/// Whether a parameter is one at whose neutral value the effect vanishes.
-pub(crate) fn is_amplitude(kind: Kind, name: &str) -> bool {
-    kind.spec().neutral.iter().any(|(neutral, _)| *neutral == name)
+/// Whether a parameter is one at whose neutral value the effect vanishes, and is not left at the simple law's.
+pub(crate) fn is_amplitude(kind: Kind, param: &Param) -> bool {
+    param.refinement.is_none() && kind.spec().neutral.iter().any(|(neutral, _)| *neutral == param.name)
 }
 
 /// An effect with its amplitudes at neutral and its refinements at the simple law.
-fn neutral(kind: Kind) -> Effect {
-    kind.spec().neutral.iter().fold(Effect::free(kind), |e, (name, value)| e.with(name, Some(*value)))
+fn neutral(kind: Kind, body: &Body) -> Effect {
+    let mut effect = Effect::free(kind);
+    for (name, value) in kind.spec().neutral {
+        let param = kind.spec().params.iter().find(|p| p.name == *name);
+        // NaN: the body's own, a coordinate of its mass centre.
+        let own = param.map_or(0.0, |p| if let Prior::OnBody(axis) = p.prior { body.com[axis] } else { 0.0 });
+        effect = effect.with(name, Some(if value.is_nan() { own } else { *value }));
+    }
+    effect
 }
 
 /// Names of the parameters that say where, when and in which form an effect acts.
 fn shape(model: &Model, kind: Kind) -> Vec<&'static Param> {
     let rail = model.on_rail();
-    let own = |p: &&Param| p.refinement.is_none() && !is_amplitude(kind, p.name) && (p.on_rail || !rail);
+    let own = |p: &&Param| p.refinement.is_none() && !is_amplitude(kind, p) && (p.on_rail || !rail);
     kind.spec().params.iter().filter(own).collect()
 }
 
@@ -37,18 +44,16 @@ fn shape(model: &Model, kind: Kind) -> Vec<&'static Param> {
 pub(crate) fn proposals(model: &Model, kind: Kind, episodes: &[Prepared], seed: u64) -> Vec<Effect> {
     let shape = shape(model, kind);
     if shape.iter().any(|p| p.name == "time") {
-        return moments(episodes).map(|(episode, t)| at_moment(kind, episode, t)).collect();
+        let at = |(episode, t)| {
+            neutral(kind, &model.body).with("episode", Some(episode as f64)).with("time", Some(t))
+        };
+        return moments(episodes).map(at).collect();
     }
     if shape.is_empty() {
-        return vec![neutral(kind)];
+        return vec![neutral(kind, &model.body)];
     }
     let mut rng = ChaCha8Rng::seed_from_u64(seed ^ 0x5eed);
     (0..DRAWS[usize::from(shape.len() > 2)]).map(|_| drawn(model, kind, &shape, episodes, &mut rng)).collect()
-}
-
-/// An event at a moment of an episode.
-fn at_moment(kind: Kind, episode: usize, t: f64) -> Effect {
-    neutral(kind).with("episode", Some(episode as f64)).with("time", Some(t))
 }
 
 /// Moments at which something may have happened: from each training episode's first pose on.
@@ -75,7 +80,7 @@ fn drawn(
     let coordinates = Coordinates::new(&alone);
     let values = coordinates.values(&coordinates.draw(rng)).0;
     let params = kind.spec().params;
-    let mut effect = neutral(kind);
+    let mut effect = neutral(kind, &model.body);
     let mut visited = None;
     for param in shape {
         let index = params.iter().position(|p| p.name == param.name).unwrap_or(0);

@@ -1,7 +1,7 @@
 //! The whole of a diagnosis, in order.
 
 use crate::adequacy::{Remainder, remainder};
-use crate::answer::{Answer, Figures, Mismatch, Nominal, Pair, Verdict};
+use crate::answer::{Answer, Figures, Mismatch, Nominal, Pair, Place, Verdict};
 use crate::confirm::holds_up;
 use crate::locate::{Residuals, locate};
 use crate::naming::{effect_probability, judged, named, without};
@@ -104,8 +104,13 @@ pub fn diagnose(data: &Dataset, options: &Options, watch: &dyn Watch) -> Result<
         missing.push(named(data, &found, best, k, chance)?);
     }
     missing.sort_by(|a, b| b.explains.unwrap_or(0.0).total_cmp(&a.explains.unwrap_or(0.0)));
-    let point = missing.iter().find_map(|m| m.place.as_ref()?.get("body_point").map(|p| p.mean));
-    mismatch.body_point = point.or(mismatch.body_point);
+    let place = |key: &str| missing.iter().find_map(|m| m.place.as_ref()?.get(key).cloned());
+    if let Some(Place::Point(point)) = place("body_point") {
+        mismatch.body_point = Some(point.mean);
+    }
+    if let Some(Place::Region(corners)) = place("world_region") {
+        mismatch.world_region = Some(corners);
+    }
 
     let answer = Answer {
         format: "trundle-diagnosis/1",

@@ -96,9 +96,9 @@ impl Ground {
             let start = values.len();
             let spec = effect.kind.spec();
             let free = |(k, slot): (usize, &Slot)| {
-                let name = spec.params[k].name;
-                (is_amplitude(effect.kind, name) && moves(slot, &fit.model, spec.params[k].on_rail))
-                    .then_some(start + k)
+                let param = &spec.params[k];
+                let free = is_amplitude(effect.kind, param) && moves(slot, &fit.model, param.on_rail);
+                free.then_some(start + k)
             };
             let of_effect = &slots[start..start + effect.values.len()];
             amplitudes.push(of_effect.iter().enumerate().filter_map(free).collect());
