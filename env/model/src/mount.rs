@@ -49,7 +49,10 @@ impl<T: Real> Mount<T> {
     }
 
     /// An action about the object's origin in object axes, about the tracked frame's in tracked axes.
-    pub fn action(&self, Action { push: [fx, fy, torque], drag: [xx, xy, yy, tx, ty, tt] }: &Action<T>) -> Action<T> {
+    pub fn action(
+        &self,
+        Action { push: [fx, fy, torque], drag: [xx, xy, yy, tx, ty, tt] }: &Action<T>,
+    ) -> Action<T> {
         let mut moved = Action::none();
         moved.push[2] = *torque;
         moved.push_at(self.origin, self.turned([*fx, *fy]));
@@ -87,7 +90,8 @@ mod tests {
         for twist in [[1.0, 0.0, 0.0], [0.0, 1.0, 0.0], [0.3, -0.4, 0.8], [0.0, 0.0, -1.5]] {
             let power = |wrench: [f64; 3], twist: [f64; 3]| (0..3).map(|k| wrench[k] * twist[k]).sum::<f64>();
             let own = mount.twist(twist);
-            let (there, here) = (power(action.wrench(own), own), power(mount.action(&action).wrench(twist), twist));
+            let (there, here) =
+                (power(action.wrench(own), own), power(mount.action(&action).wrench(twist), twist));
             assert!((there - here).abs() < 1e-12 * there.abs().max(1.0), "{there} W is not {here} W");
         }
     }

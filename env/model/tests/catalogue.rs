@@ -238,13 +238,10 @@ fn every_neutral_value_belongs_to_a_parameter_and_is_legal() {
         for (name, value) in spec.neutral {
             let param = spec.params.iter().find(|p| p.name == *name);
             // The body's own mass centre lies on the body.
-            let legal =
-                |p: &Param| (p.lower..=p.upper).contains(value) || matches!(p.prior, Prior::OnBody(_)) && value.is_nan();
-            assert!(
-                param.is_some_and(legal),
-                "{}: neutral {name} = {value}",
-                spec.kind
-            );
+            let legal = |p: &Param| {
+                (p.lower..=p.upper).contains(value) || matches!(p.prior, Prior::OnBody(_)) && value.is_nan()
+            };
+            assert!(param.is_some_and(legal), "{}: neutral {name} = {value}", spec.kind);
         }
     }
 }
@@ -339,8 +336,7 @@ fn drag_is_positive_semidefinite() {
 #[test]
 fn a_law_acts_on_the_object_or_on_the_instruments() {
     for_every_kind(|kind, case| {
-        let (plant, bare) =
-            (model(kind).plant(&values(kind, case)).unwrap(), bare(kind).resolved().unwrap());
+        let (plant, bare) = (model(kind).plant(&values(kind, case)).unwrap(), bare(kind).resolved().unwrap());
         let corrects = plant.correct(case.applied, case.clock) != case.applied;
         let reads_otherwise = corrects || plant.delay().is_some() || plant.mount().is_some();
         let (Action { push, drag }, without) =
@@ -351,7 +347,9 @@ fn a_law_acts_on_the_object_or_on_the_instruments() {
         let (weighs, loads) = (own != plain, whole != own && plant.mount().is_none());
         prop_assert!(kind.spec().loads == (weighs || loads), "{own:?} {whole:?} {plain:?}");
         match kind.spec().acting {
-            Acting::Object => prop_assert!((pushes || weighs || is_local(kind)) && !reads_otherwise && !loads),
+            Acting::Object => {
+                prop_assert!((pushes || weighs || is_local(kind)) && !reads_otherwise && !loads)
+            }
             Acting::Instrument => prop_assert!(!pushes && !weighs && (reads_otherwise || loads)),
         }
         Ok(())

@@ -32,7 +32,12 @@ fn wrench(t: f64) -> [f64; 3] {
 }
 
 /// The motion under [`wrench`], starting state included.
-fn roll(plant: &Plant<f64>, start: State<f64>, steps: usize, clock: impl Fn(f64) -> Clock) -> Vec<State<f64>> {
+fn roll(
+    plant: &Plant<f64>,
+    start: State<f64>,
+    steps: usize,
+    clock: impl Fn(f64) -> Clock,
+) -> Vec<State<f64>> {
     let mut motion = vec![start];
     for k in 0..steps {
         let t = (k as f64 + 0.5) * DT;
@@ -56,7 +61,9 @@ fn start() -> State<f64> {
 
 #[test]
 fn an_offset_mass_centre_is_a_body_with_that_mass_centre() {
-    let offset = table(22.0).with(wheel(15.0, 180.0)).with(effect(Kind::ComOffset, &[("com_x", 0.25), ("com_y", -0.1)]));
+    let offset = table(22.0)
+        .with(wheel(15.0, 180.0))
+        .with(effect(Kind::ComOffset, &[("com_x", 0.25), ("com_y", -0.1)]));
     let mut moved = table(22.0).with(wheel(15.0, 180.0));
     moved.body.com = [0.25, -0.1];
     let motion = |model: &Model| roll(&model.resolved().unwrap(), start(), 500, |t| clock(t, DT));
@@ -98,7 +105,8 @@ fn more_load_than_there_is_cannot_be_taken_off() {
 #[test]
 fn a_wheel_that_locks_is_another_wheel_afterwards() {
     let event = [("episode", 0.0), ("time", 0.5), ("factor_x", 20.0), ("factor_y", 0.5)];
-    let plant = table(22.0).with(wheel(15.0, 180.0)).with(effect(Kind::WheelEvent, &event)).resolved().unwrap();
+    let plant =
+        table(22.0).with(wheel(15.0, 180.0)).with(effect(Kind::WheelEvent, &event)).resolved().unwrap();
     let [before, after] =
         [wheel(15.0, 180.0), wheel(300.0, 90.0)].map(|wheel| table(22.0).with(wheel).resolved().unwrap());
     let motion = roll(&plant, start(), 500, |t| clock(t, DT));
@@ -131,7 +139,8 @@ fn a_reading_with_the_grippers_inertia_moves_the_object_as_the_truth_does() {
         // reading = truth + m a at the grasp, the acceleration being the motion's own.
         let (a, b) = (velocity(&pair[0], GRASP), velocity(&pair[1], GRASP));
         let heading = (pair[0].pose[2] + pair[1].pose[2]) / 2.0;
-        let [fx, fy, _] = to_body([0, 1, 2].map(|k| if k < 2 { GRIPPER * (b[k] - a[k]) / DT } else { 0.0 }), heading);
+        let [fx, fy, _] =
+            to_body([0, 1, 2].map(|k| if k < 2 { GRIPPER * (b[k] - a[k]) / DT } else { 0.0 }), heading);
         let t = (k as f64 + 0.5) * DT;
         let [x, y, torque] = wrench(t);
         let reading = [x + fx, y + fy, torque + GRASP[0] * fy - GRASP[1] * fx];
@@ -168,7 +177,10 @@ fn an_offset_tracker_sees_the_same_object_from_another_frame() {
     let standing = |mut model: Model| {
         model.body = model.body.standing_on(&[[-0.4, -0.3], [0.6, -0.3], [0.1, 0.2]]);
         let dry = effect(Kind::SupportFriction, &[("force", 9.0)]);
-        model.with(wheel(15.0, 180.0)).with(dry).with(effect(Kind::FloorSlope, &[("accel_x", 0.2), ("accel_y", 0.1)]))
+        model
+            .with(wheel(15.0, 180.0))
+            .with(dry)
+            .with(effect(Kind::FloorSlope, &[("accel_x", 0.2), ("accel_y", 0.1)]))
     };
     let offset = [("offset_x", OFFSET[0]), ("offset_y", OFFSET[1]), ("offset_theta", OFFSET[2])];
     let object = standing(table(22.0)).resolved().unwrap();
@@ -187,7 +199,10 @@ fn an_offset_tracker_sees_the_same_object_from_another_frame() {
         seen = tracked.step(&seen, moved, clock(t, DT), DT);
         let expected = compose(own.pose, OFFSET);
         for axis in 0..3 {
-            assert!((seen.pose[axis] - expected[axis]).abs() < 1e-10, "step {k}: {seen:?} is not {expected:?}");
+            assert!(
+                (seen.pose[axis] - expected[axis]).abs() < 1e-10,
+                "step {k}: {seen:?} is not {expected:?}"
+            );
         }
     }
 }
@@ -198,7 +213,8 @@ fn cogging_gives_back_what_it_took() {
     let plant = table(22.0).with(effect(Kind::Cogging, &cogging)).resolved().unwrap();
     // Potential A p/2π cos(2π s/p + φ), and the origin's own kinetic energy where nothing turns.
     let wave = std::f64::consts::TAU / 0.08;
-    let height = |pose: [f64; 3]| 12.0 / wave * (wave * (0.6f64.cos() * pose[0] + 0.6f64.sin() * pose[1]) + 0.4).cos();
+    let height =
+        |pose: [f64; 3]| 12.0 / wave * (wave * (0.6f64.cos() * pose[0] + 0.6f64.sin() * pose[1]) + 0.4).cos();
     let energy = |s: &State<f64>| {
         let [vx, vy] = velocity(s, plant.com);
         0.5 * 22.0 * (vx * vx + vy * vy) + 0.5 * plant.inertia * s.twist[2].powi(2) + height(s.pose)
