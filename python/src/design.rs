@@ -33,7 +33,6 @@ fn _design(
     progress: Option<Py<PyAny>>,
 ) -> PyResult<(String, String, String)> {
     let models = [Model::from_toml(first).map_err(refused)?, Model::from_toml(second).map_err(refused)?];
-    let limits = limited(&limits)?;
     let data = match recording {
         Some(recording) => {
             let source = recording_of(recording)?;
@@ -41,6 +40,7 @@ fn _design(
         }
         None => None,
     };
+    let limits = limited(data.as_ref().map_or_else(Limits::default, Limits::seen), &limits)?;
     let object = match &data {
         Some(data) => Object::Recorded(data),
         None => Object::New(shape(body, &models[0].0)?, stated(noise)?),
@@ -71,8 +71,7 @@ fn stated([position, heading, force, torque]: [f64; 4]) -> PyResult<Noise> {
     Ok(Noise { pose: [position, position, heading], force, torque, time: 0.0, stated: true })
 }
 
-fn limited(given: &BTreeMap<String, f64>) -> PyResult<Limits> {
-    let mut limits = Limits::default();
+fn limited(mut limits: Limits, given: &BTreeMap<String, f64>) -> PyResult<Limits> {
     for (name, &value) in given {
         *match name.as_str() {
             "force" => &mut limits.force,

@@ -36,8 +36,8 @@ def place_errors(rows: Sequence[Row]) -> dict[str, list[tuple[str, float]]]:
         if "event" in where:
             found["event time, s"].append((true["effect"], moment(given.get("event"), where["event"])))
         if true["effect"] == "latency":
-            off = abs(answer["parameters"]["delay"]["mean"] - true["parameters"]["delay"])
-            found["delay, s"].append((true["effect"], off))
+            given_delay = answer["parameters"].get("delay", {}).get("mean", math.inf)
+            found["delay, s"].append((true["effect"], abs(given_delay - true["parameters"]["delay"])))
         if "world_region" in where:
             region, cells = given.get("world_region"), answer["_truth"].get("visited", [])
             common = overlap(region, where["world_region"], cells) if region else 0.0

@@ -23,13 +23,38 @@ pub struct Limits {
 }
 
 impl Default for Limits {
-    /// A mobile manipulator at arm's length: what [`Limits::of`] allows where no recording says more.
+    /// A mobile manipulator at arm's length.
     fn default() -> Self {
         Self { force: 30.0, torque: 8.0, duration: 6.0, speed: 0.6, spin: 1.0, distance: 1.2 }
     }
 }
 
 impl Limits {
+    /// What a recording shows: a robot can do again what it did. Where it did nothing of a kind, the default.
+    pub fn seen(data: &Dataset) -> Self {
+        let plain = Self::default();
+        let readings = || data.training.iter().flat_map(|e| e.wrench.iter().map(|w| w.reading));
+        let moved = data
+            .training
+            .iter()
+            .map(motion)
+            .fold([0.0; 3], |most: [f64; 3], own| [0, 1, 2].map(|k| most[k].max(own[k])));
+        let lasting = data.training.iter().filter_map(|e| Some(e.pose.last()?.t - e.contact));
+        let or = |value: f64, least: f64, otherwise: f64| if value > least { value } else { otherwise };
+        let force = readings().map(|[x, y, _]| x.hypot(y)).fold(0.0, f64::max);
+        let torque = readings().map(|r| r[2].abs()).fold(0.0, f64::max);
+        let tenths = |value: f64| (10.0 * value).round() / 10.0;
+        Self {
+            force: or(tenths(force), 5.0 * data.noise.force, plain.force),
+            // A gripper that pushed at a point, or without turning, may still turn a little.
+            torque: or(tenths(torque), 10.0 * data.noise.torque, plain.torque),
+            duration: or(tenths(lasting.fold(0.0, f64::max)).min(10.0), 1.0, plain.duration),
+            distance: or(moved[0], 0.1, plain.distance),
+            speed: or(moved[1], 0.05, plain.speed),
+            spin: or(moved[2], 0.1, plain.spin),
+        }
+    }
+
     /// The first limit that is no positive number, and its value.
     pub fn fault(&self) -> Option<(&'static str, f64)> {
         let all = [
@@ -160,6 +185,22 @@ fn far_from(episodes: &[Prepared], [x, y, _]: [f64; 3]) -> Vec<[f64; 2]> {
     let distance = |p: &[f64; 2]| (p[0] - x).hypot(p[1] - y);
     let farthest = visited.max_by(|a, b| distance(a).total_cmp(&distance(b)));
     farthest.filter(|p| distance(p) > 0.3).into_iter().collect()
+}
+
+/// Over this time the speed of a recorded motion is taken, s.
+const SPAN: f64 = 0.1;
+
+/// Extent of a recorded motion; see [`extent`].
+fn motion(episode: &Prepared) -> [f64; 3] {
+    let mut poses: Vec<[f64; 3]> = Vec::new();
+    let mut next = f64::NEG_INFINITY;
+    for sample in episode.pose.iter().filter(|p| p.pose.iter().all(|v| v.is_finite())) {
+        if sample.t >= next {
+            poses.push(sample.pose);
+            next = sample.t + SPAN;
+        }
+    }
+    extent(&poses, 1.0 / SPAN)
 }
 
 /// How far a motion goes: largest distance from its start, speed, and spin.

@@ -160,7 +160,11 @@ fn stated([first, second]: [&str; 2], found: &Certificate, difference: f64, same
         }
         _ => "nothing of them can be compared".to_owned(),
     };
-    let verdict = if same { "two models, the same motion within noise" } else { "not the same within noise" };
+    let verdict = match (same, difference.abs() < TIE) {
+        (true, _) => "two models, the same motion within noise",
+        (false, true) => "equally likely, though not the same motion",
+        (false, false) => "not the same within noise",
+    };
     format!(
         "{first} and {second}: {verdict}. Over all training episodes {what}, {:.2} of the noise's standard deviation \
          (worst in {}, at {:.2} s), and their log likelihoods differ by {:.1}.",

@@ -16,12 +16,12 @@ HELP = "Find the push that tells two models apart best."
 EXAMPLE = "trundle design slope.toml bias.toml --object recording/ --out design/"
 
 LIMITS = {
-    "force": ("N", "largest force at the grasp, N (default 30)"),
-    "torque": ("NM", "largest torque at the grasp, N·m (default 8)"),
-    "duration": ("S", "time in contact, s (default 6)"),
-    "speed": ("V", "largest speed of the object, m/s (default 0.6)"),
-    "spin": ("W", "largest spin of the object, rad/s (default 1)"),
-    "distance": ("M", "how far the object may go, m (default 1.2)"),
+    "force": ("N", "largest force at the grasp, N (default: as recorded, or 30)"),
+    "torque": ("NM", "largest torque at the grasp, N·m (as recorded, or 8)"),
+    "duration": ("S", "time in contact, s (as recorded, or 6)"),
+    "speed": ("V", "largest speed of the object, m/s (as recorded, or 0.6)"),
+    "spin": ("W", "largest spin of the object, rad/s (as recorded, or 1)"),
+    "distance": ("M", "how far the object may go, m (as recorded, or 1.2)"),
 }
 
 
