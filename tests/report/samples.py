@@ -83,10 +83,11 @@ def certified_sample() -> Sample:
 
 
 def events_sample() -> Sample:
-    """Two effects at nearly the same moment, and a patch of the floor."""
-    diagnosis, series = effect_sample("wheel_event", "mass_change", "floor_patch")
-    later = {"episode": EVENT["event"]["episode"], "time": {"mean": 2.42, "sd": 0.02}}
-    diagnosis["missing"][1]["where"] = {"event": later}
+    """Two effects at nearly the same moment, a patch of the floor, and something at the very end."""
+    diagnosis, series = effect_sample("wheel_event", "mass_change", "floor_patch", "mass_change")
+    for index, time in ((1, 2.42), (3, 4.98)):
+        event = {"episode": EVENT["event"]["episode"], "time": {"mean": time, "sd": 0.02}}
+        diagnosis["missing"][index]["where"] = {"event": event}
     return diagnosis, series
 
 

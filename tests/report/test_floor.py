@@ -62,7 +62,7 @@ def test_a_region_without_a_name_is_drawn_where_nothing_explains(samples: dict[s
 
 
 def test_arrows_point_the_way_the_force_is_missing(samples: dict[str, Sample]) -> None:
-    lacking = {"t": [0.0, 1.0, 2.0], "before": [[9.0, 0, 0], [1.0, 0, 0], [5.0, 0, 0]], "sd": [[1.0] * 3] * 3}
+    lacking = {"t": [0.0, 1.0, 2.0], "before": [[9.0, 0, 0], [1.0, 0, 0], [0, 5.0, 0]], "sd": [[1.0] * 3] * 3}
     quarter = [[0.0, 0.0, np.pi / 2], [1.0, 0.0, np.pi / 2], [2.0, 0.0, np.pi / 2]]
     episode = still(observed=quarter, residual=lacking)
     plan = Plan.around([episode.observed[:, :2]])
@@ -70,9 +70,9 @@ def test_arrows_point_the_way_the_force_is_missing(samples: dict[str, Sample]) -
     assert longest == pytest.approx(9.0)
     lines = [tuple(map(float, re.findall(r"-?[\d.]+", arrow)[:4])) for arrow in arrows]
     assert len(lines) == 2, "what noise explains is drawn"
-    (x0, y0, x1, y1), shorter = lines
+    (x0, y0, x1, y1), (x2, y2, x3, y3) = lines
     assert x1 == pytest.approx(x0, abs=0.2) and y0 - y1 == pytest.approx(46.0, abs=0.2), "a force along y"
-    assert shorter[1] - shorter[3] == pytest.approx(46.0 * 5 / 9, abs=0.2)
+    assert y2 == pytest.approx(y3, abs=0.2) and x2 - x3 == pytest.approx(46.0 * 5 / 9, abs=0.2)
 
 
 def test_an_event_comes_first_and_is_marked_in_time_and_place() -> None:
