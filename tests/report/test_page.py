@@ -5,6 +5,7 @@ from __future__ import annotations
 import copy
 import re
 from html.parser import HTMLParser
+from itertools import pairwise
 from typing import Any
 
 import pytest
@@ -72,6 +73,15 @@ def test_every_figure_has_title_and_description(sample: Sample) -> None:
     page = render(*sample)
     drawings = re.findall(r'<svg viewBox="[^"]*" role="img".*?</title><desc[^>]*>[^<]{20,}', page)
     assert len(drawings) == page.count("<figure>") > 0
+
+
+def test_headings_and_tables_read_in_order(sample: Sample) -> None:
+    page = render(*sample)
+    levels = [int(level) for level in re.findall(r"<h([1-6])[ >]", page)]
+    assert levels.count(1) == 1 and levels[0] == 1
+    assert all(after - before <= 1 for before, after in pairwise(levels))
+    assert "<th></th>" not in page and not re.search(r'<th scope="\w+"></th>', page)
+    assert page.count('role="img"') == page.count("<figure>") == page.count("<desc")
 
 
 def test_the_verdict_comes_first_with_its_figures(samples: dict[str, Sample]) -> None:

@@ -39,11 +39,9 @@ _GAINS = {
 
 def table(head: Sequence[Child], rows: Sequence[Sequence[Child]], style: str = "") -> Html:
     """Return a table whose first column names the row."""
-    top = tag("thead", tag("tr", [tag("th", cell, scope="col") for cell in head]))
+    top = tag("thead", tag("tr", [tag("th", cell, scope="col") if cell else tag("td") for cell in head]))
     body = [tag("tr", tag("th", row[0], scope="row"), [tag("td", cell) for cell in row[1:]]) for row in rows]
-    return tag(
-        "div", tag("table", top, tag("tbody", body), class_=style or None), class_="wide", tabindex="0"
-    )
+    return tag("div", tag("table", top, tag("tbody", body), class_=style or None), class_="wide")
 
 
 def fit(scores: Mapping[str, Any], series: Series, single: bool = False) -> Html:
