@@ -1,7 +1,7 @@
 //! Rollouts of an object that may touch known obstacles: the engine behind the laws' own stepper.
 
-use crate::{SimError, Snapshot, World};
-use trundle_model::{Body, Drive, Fixture, Free, Model, Plant, Setting, State, StepError, Stepper};
+use crate::{SimError, World};
+use trundle_model::{Body, Drive, Fixture, Free, Model, Setting, State, StepError, Stepper};
 
 /// Longest step of the engine, s.
 const STEP: f64 = 0.002;
@@ -55,7 +55,7 @@ impl Stepper for Obstructed {
                 let failed = |e: SimError| StepError { step: index, reason: e.to_string() };
                 let mut world = match engine.take() {
                     Some(world) => world,
-                    None => self.world(at, &state).map_err(failed)?,
+                    None => self.world(at, &state, drive).map_err(failed)?,
                 };
                 states.push(follow(&mut world, &state, drive));
                 engine = Some(world);
@@ -68,9 +68,9 @@ impl Stepper for Obstructed {
 
 impl Obstructed {
     /// An engine with the object in a state.
-    fn world(&self, at: &Setting<'_>, state: &State<f64>) -> Result<World, SimError> {
+    fn world(&self, at: &Setting<'_>, state: &State<f64>, drive: &Drive) -> Result<World, SimError> {
         let mut world = World::new(&at.model.filled(at.values)?, &self.obstacles, STEP)?;
-        world.restore(&snapshot(at.plant, state));
+        world.put(state, drive.clock);
         Ok(world)
     }
 }
@@ -88,15 +88,6 @@ fn follow(world: &mut World, before: &State<f64>, drive: &Drive) -> State<f64> {
     let mut state = world.state();
     state.pose[2] = heading;
     state
-}
-
-/// The engine's variables of a state.
-fn snapshot(plant: &Plant<f64>, state: &State<f64>) -> Snapshot {
-    let ([x, y, heading], [vx, vy, spin]) = (state.pose, state.twist);
-    let (sin, cos) = heading.sin_cos();
-    let [cx, cy] = plant.com;
-    let arm = [cos * cx - sin * cy, sin * cx + cos * cy];
-    Snapshot([x, y, cos, sin, vx - spin * arm[1], vy + spin * arm[0], spin])
 }
 
 fn finite(state: &State<f64>) -> bool {

@@ -3,7 +3,7 @@
 
 use nalgebra::{Matrix3, Vector3};
 use serde::{Deserialize, Serialize};
-use trundle_model::{Plant, State, to_body, transport};
+use trundle_model::{Rigid, State, to_body, transport};
 
 use crate::SimError;
 
@@ -85,11 +85,11 @@ impl Gripper {
 
     /// The mean wrench on the object over the coming step, object axes about the object origin; a
     /// velocity-driven gripper moves on.
-    pub fn push(&mut self, command: [f64; 3], state: &State<f64>, plant: &Plant<f64>, dt: f64) -> [f64; 3] {
+    pub fn push(&mut self, command: [f64; 3], state: &State<f64>, rigid: &Rigid<f64>, dt: f64) -> [f64; 3] {
         match self.drive {
             Drive::Force => transport(command, self.grasp),
             Drive::Velocity => {
-                let wrench = self.couple(command, state, plant, dt);
+                let wrench = self.couple(command, state, rigid, dt);
                 for (pose, velocity) in self.pose.iter_mut().zip(command) {
                     *pose += velocity * dt;
                 }
@@ -104,14 +104,14 @@ impl Gripper {
     /// ```text
     /// (I + dt B W) F = K e + B ė,   B = C + dt K,   W = J M⁻¹ Jᵀ at the grasp
     /// ```
-    fn couple(&self, command: [f64; 3], state: &State<f64>, plant: &Plant<f64>, dt: f64) -> [f64; 3] {
+    fn couple(&self, command: [f64; 3], state: &State<f64>, rigid: &Rigid<f64>, dt: f64) -> [f64; 3] {
         let c = &self.coupling;
         let stiffness = Vector3::new(c.stiffness, c.stiffness, c.twist_stiffness);
         let damping = Vector3::new(c.damping, c.damping, c.twist_damping) + stiffness * dt;
         let lag = self.stretch(state.pose);
         let rate = Vector3::from(to_body(command, state.pose[2])) - self.grasp_velocity(state);
         let force = stiffness.component_mul(&lag) + damping.component_mul(&rate);
-        let system = Matrix3::identity() + Matrix3::from_diagonal(&(damping * dt)) * self.mobility(plant);
+        let system = Matrix3::identity() + Matrix3::from_diagonal(&(damping * dt)) * self.mobility(rigid);
         // A product of two positive semidefinite matrices has no negative eigenvalue: never singular.
         system.lu().solve(&force).unwrap_or(force).into()
     }
@@ -129,9 +129,9 @@ impl Gripper {
     }
 
     /// Acceleration of the grasp per unit of wrench on it, object axes.
-    fn mobility(&self, plant: &Plant<f64>) -> Matrix3<f64> {
-        let (m, i) = (plant.mass.recip(), plant.inertia.recip());
-        let (x, y) = (self.grasp[0] - plant.com[0], self.grasp[1] - plant.com[1]);
+    fn mobility(&self, rigid: &Rigid<f64>) -> Matrix3<f64> {
+        let (m, i) = (rigid.mass.recip(), rigid.inertia.recip());
+        let (x, y) = (self.grasp[0] - rigid.com[0], self.grasp[1] - rigid.com[1]);
         Matrix3::new(m + y * y * i, -x * y * i, -y * i, -x * y * i, m + x * x * i, x * i, -y * i, x * i, i)
     }
 }

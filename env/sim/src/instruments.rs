@@ -5,10 +5,11 @@ use std::collections::BTreeMap;
 use rand::RngExt;
 use rand_chacha::ChaCha8Rng;
 use rand_distr::StandardNormal;
-use trundle_model::{Clock, Plant};
+use trundle_model::{Clock, Plant, to_body};
 use trundle_record::Episode;
 
 use crate::gripper::{relative, wrap};
+use crate::sensor::{Felt, Line};
 use crate::{Sensor, Tracker};
 
 /// Samples are due on the step's grid; this forgives the rounding of a rate that is not.
@@ -24,7 +25,9 @@ pub struct Scene<'a> {
     pub gripper: [f64; 3],
     /// Wrench on the object, object axes about the object origin.
     pub wrench: [f64; 3],
-    /// The plant, whose instrument effects distort the reading.
+    /// Acceleration of the gripper's origin, world axes, m/s².
+    pub accel: [f64; 2],
+    /// The plant, whose instrument effects distort what is read and tracked.
     pub plant: &'a Plant<f64>,
     /// Time since contact.
     pub clock: Clock,
@@ -49,13 +52,14 @@ pub struct Instruments {
     noise: ChaCha8Rng,
     readings: u32,
     poses: u32,
+    line: Line,
     rows: Vec<Row>,
 }
 
 impl Instruments {
     /// Instruments whose noise comes from `noise`.
     pub fn new(sensor: Sensor, tracker: Tracker, noise: ChaCha8Rng) -> Self {
-        Self { sensor, tracker, noise, readings: 0, poses: 0, rows: vec![] }
+        Self { sensor, tracker, noise, readings: 0, poses: 0, line: Line::default(), rows: vec![] }
     }
 
     /// Take the samples that are due.
@@ -64,34 +68,48 @@ impl Instruments {
         // Whole nanoseconds: a step count times the step is not a number that one would write down.
         let t = (scene.t * 1e9).round() / 1e9;
         let mut row = Row { t, poses: None, reading: None };
-        if due(self.readings, self.sensor.rate) {
+        let reads = due(self.readings, self.sensor.rate);
+        let delay = scene.plant.delay().unwrap_or(0.0);
+        if reads {
             self.readings += 1;
-            row.reading = Some(self.read(scene));
+            let noise = self.blur([0.0; 3], self.sensor.noise());
+            self.line.ask(self.rows.len(), scene.t - delay, noise);
         }
         if due(self.poses, self.tracker.rate) {
             self.poses += 1;
             row.poses = self.track(scene);
         }
-        if row.reading.is_some() || row.poses.is_some() {
+        if reads || row.poses.is_some() {
             self.rows.push(row);
+        }
+        if reads || delay != 0.0 {
+            for (row, reading) in self.line.tell(scene.t, self.read(scene), delay) {
+                if let Some(row) = self.rows.get_mut(row) {
+                    row.reading = Some(reading);
+                }
+            }
         }
     }
 
-    /// The rows since the last time.
+    /// The rows since the last time. What a clock that runs ahead would tell of later is not in them.
     pub fn take(&mut self) -> Vec<Row> {
-        std::mem::take(&mut self.rows)
+        self.line.forget();
+        let rows = std::mem::take(&mut self.rows);
+        rows.into_iter().filter(|row| row.reading.is_some() || row.poses.is_some()).collect()
     }
 
-    fn read(&mut self, scene: &Scene) -> [f64; 3] {
+    /// Without noise.
+    fn read(&self, scene: &Scene) -> [f64; 3] {
         let frame = relative(scene.object, scene.gripper);
-        let clean = self.sensor.reading(scene.wrench, frame, scene.plant, scene.clock);
-        self.blur(clean, self.sensor.noise())
+        let [ax, ay, _] = to_body([scene.accel[0], scene.accel[1], 0.0], scene.gripper[2]);
+        let felt = Felt { wrench: scene.wrench, frame, accel: [ax, ay] };
+        self.sensor.reading(&felt, scene.plant, scene.clock)
     }
 
     fn track(&mut self, scene: &Scene) -> Option<[f64; 6]> {
         let seen = self.noise.random::<f64>() >= self.tracker.drop_out;
         // Drawn even when lost, so that a drop-out does not change the noise of what follows.
-        let [x, y, theta] = self.blur(scene.object, self.tracker.noise);
+        let [x, y, theta] = self.blur(self.tracker.sees(scene.object, scene.plant), self.tracker.noise);
         let [gx, gy, gtheta] = self.blur(scene.gripper, self.tracker.noise);
         seen.then_some([x, y, wrap(theta), gx, gy, wrap(gtheta)])
     }

@@ -26,7 +26,7 @@ pub use object_file::Object;
 pub use profile::Profile;
 pub use push::{Push, Setting};
 pub use scenario::Scenario;
-pub use sensor::Sensor;
+pub use sensor::{Felt, Sensor};
 pub use simulate::{metadata, simulate};
 pub use task::{LockedWheel, Outcome, Reset};
 pub use tracker::Tracker;

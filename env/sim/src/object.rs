@@ -1,8 +1,8 @@
-//! Shapes for the engine: compound convex colliders, and the mass of [`Body`] to the last bit.
+//! Shapes for the engine: compound convex colliders, and mass, mass centre and inertia to the last bit.
 
 use rapier2d_f64::parry::transformation::hertel_mehlhorn;
 use rapier2d_f64::prelude::*;
-use trundle_model::{Body, Fixture};
+use trundle_model::{Body, Fixture, Rigid};
 
 use crate::SimError;
 
@@ -11,11 +11,14 @@ const RIM_FRICTION: f64 = 0.3;
 
 type Piece = (Pose, SharedShape);
 
-/// The engine's body: it has the mass, mass centre and inertia of `body`, and never sleeps.
-pub(crate) fn rigid_body(body: &Body) -> RigidBody {
-    let com = Vector::new(body.com[0], body.com[1]);
-    let mass = MassProperties::new(com, body.mass, body.inertia());
-    RigidBodyBuilder::dynamic().additional_mass_properties(mass).can_sleep(false).build()
+/// The engine's body: it has this mass, mass centre and inertia, and never sleeps.
+pub(crate) fn rigid_body(rigid: &Rigid<f64>) -> RigidBody {
+    RigidBodyBuilder::dynamic().additional_mass_properties(weight(rigid)).can_sleep(false).build()
+}
+
+/// Mass, mass centre and inertia in the engine's words.
+pub(crate) fn weight(rigid: &Rigid<f64>) -> MassProperties {
+    MassProperties::new(Vector::new(rigid.com[0], rigid.com[1]), rigid.mass, rigid.inertia)
 }
 
 /// The body's outline, weightless because [`rigid_body`] has the mass; `None` for a point on a rail.

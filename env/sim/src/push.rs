@@ -2,8 +2,9 @@
 
 use rand_chacha::ChaCha8Rng;
 use serde::{Deserialize, Serialize};
-use trundle_model::{Clock, Model};
+use trundle_model::{Acting, Clock, Model};
 
+use crate::gripper::relative;
 use crate::instruments::{Row, Scene};
 use crate::{Coupling, Drive, Gripper, Instruments, Profile, Sensor, SimError, Tracker, World};
 
@@ -39,43 +40,62 @@ pub struct Setting<'a> {
 }
 
 impl Setting<'_> {
-    /// Simulate a push and return what the instruments saw, from the start of the pre-contact
-    /// interval to the last knot.
+    /// Simulate a push, the recording's episode number `episode` from 0, and return what the instruments saw, from
+    /// the start of the pre-contact interval to the last knot.
     ///
     /// # Errors
     /// When the model is not complete or the knots make no profile.
-    pub fn run(&self, push: &Push, noise: ChaCha8Rng) -> Result<Vec<Row>, SimError> {
+    pub fn run(&self, episode: usize, push: &Push, noise: ChaCha8Rng) -> Result<Vec<Row>, SimError> {
         let profile = Profile::new("push.knots", push.knots.clone())?;
-        let mut world = World::new(self.model, self.obstacles, self.step)?;
+        let instrumented = self.model.resolved()?;
+        let mut world = World::new(&object(self.model), self.obstacles, self.step)?;
         world.place(push.start);
         let mut gripper = Gripper::new(push.grasp, push.start, push.drive, self.coupling);
         let mut instruments = Instruments::new(self.sensor, self.tracker, noise);
         let steps = |seconds: f64| (seconds / self.step).round() as u32;
         let contact = steps(self.sensor.precontact);
-        let mut before = [0.0; 3];
+        let (mut before, mut coming) = ([0.0; 3], [0.0; 2]);
         for tick in 0..=contact + steps(profile.end()) {
             let state = world.state();
             let since_contact = (f64::from(tick) - f64::from(contact)) * self.step;
-            let clock = Clock::since_contact(since_contact);
             let held_at = gripper.pose(state.pose);
+            let [x, y, _] = relative(state.pose, held_at);
+            let t = f64::from(tick) * self.step;
+            let clock = Clock {
+                since_contact,
+                t: t + self.step / 2.0,
+                dt: self.step,
+                episode: episode as f64,
+                grasp: [x, y],
+            };
             let wrench = if clock.in_contact() {
                 let command = profile.at(since_contact + self.step / 2.0);
-                gripper.push(command, &state, world.plant(), self.step)
+                gripper.push(command, &state, world.rigid(), self.step)
             } else {
                 [0.0; 3]
             };
+            world.step(wrench, clock);
+            let next = gripper.pose(world.state().pose);
+            let going = [0, 1].map(|k| (next[k] - held_at[k]) / self.step);
             instruments.observe(&Scene {
-                t: f64::from(tick) * self.step,
+                t,
                 object: state.pose,
                 gripper: held_at,
-                // The wrench at this instant: between the means of the step before and the step after.
+                // Wrench and acceleration at this instant: between the means of the step before and the step after.
                 wrench: [0, 1, 2].map(|k| (before[k] + wrench[k]) / 2.0),
-                plant: world.plant(),
+                accel: [0, 1].map(|k| (going[k] - coming[k]) / self.step),
+                plant: &instrumented,
                 clock,
             });
-            world.step(wrench, clock);
-            before = wrench;
+            (before, coming) = (wrench, going);
         }
         Ok(instruments.take())
     }
+}
+
+/// What happens to the object itself: the model without what only the instruments see.
+fn object(model: &Model) -> Model {
+    let mut model = model.clone();
+    model.effects.retain(|effect| effect.kind.spec().acting == Acting::Object);
+    model
 }

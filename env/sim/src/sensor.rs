@@ -1,10 +1,15 @@
 //! The wrist force-torque sensor.
 
+use std::collections::VecDeque;
+
 use nalgebra::{Matrix3, Vector3};
 use serde::{Deserialize, Serialize};
 use trundle_model::{Clock, Plant};
 
 use crate::SimError;
+
+/// Times that differ by less are the same, s.
+const EARLY: f64 = 1e-9;
 
 /// A planar force-torque sensor between gripper and arm.
 #[derive(Clone, Copy, Debug, PartialEq, Serialize, Deserialize)]
@@ -49,12 +54,85 @@ impl Sensor {
         [self.force_noise, self.force_noise, self.torque_noise]
     }
 
-    /// What it reads, without noise, when the gripper at `frame` (object frame) puts `wrench` (object
-    /// axes about the object origin) on the object: gripper axes about the gripper's origin.
-    pub fn reading(&self, wrench: [f64; 3], frame: [f64; 3], plant: &Plant<f64>, clock: Clock) -> [f64; 3] {
-        let truth = at_frame(wrench, frame);
-        let read = distort(truth, plant, clock);
+    /// What it reads at that moment, without noise: gripper axes about the gripper's origin.
+    pub fn reading(&self, felt: &Felt, plant: &Plant<f64>, clock: Clock) -> [f64; 3] {
+        let [fx, fy, torque] = at_frame(felt.wrench, felt.frame);
+        let own = plant.rigid(clock).mass - plant.object(clock).mass;
+        let [ax, ay] = felt.accel;
+        let read = distort([fx + own * ax, fy + own * ay, torque], plant, clock);
         [0, 1, 2].map(|k| read[k] + self.offset[k])
+    }
+}
+
+/// What acts at the gripper.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub struct Felt {
+    /// Wrench on the object, object axes about the object origin, `[N, N, N·m]`.
+    pub wrench: [f64; 3],
+    /// Pose of the gripper in the object frame, m and rad.
+    pub frame: [f64; 3],
+    /// Acceleration of the gripper's origin, gripper axes, m/s²: what instruments say that the gripper weighs
+    /// sits there.
+    pub accel: [f64; 2],
+}
+
+/// Readings between sensor and recording: some arrive late, and a clock that runs ahead tells of what is yet to come.
+#[derive(Clone, Debug, Default)]
+pub(crate) struct Line {
+    /// Times and readings that may still be asked for.
+    past: VecDeque<(f64, [f64; 3])>,
+    waiting: VecDeque<Waiting>,
+}
+
+/// A sample that is due.
+#[derive(Clone, Copy, Debug)]
+struct Waiting {
+    row: usize,
+    /// Time of the reading that it holds, s.
+    of: f64,
+    noise: [f64; 3],
+}
+
+impl Line {
+    /// Await the reading of a time for a row.
+    pub fn ask(&mut self, row: usize, of: f64, noise: [f64; 3]) {
+        self.waiting.push_back(Waiting { row, of, noise });
+    }
+
+    /// What is read at `t`, when `delay` is the line's; the rows that this answers.
+    pub fn tell(&mut self, t: f64, reading: [f64; 3], delay: f64) -> Vec<(usize, [f64; 3])> {
+        self.past.push_back((t, reading));
+        let mut answers = vec![];
+        while let Some(&Waiting { row, of, noise }) = self.waiting.front().filter(|w| w.of <= t + EARLY) {
+            let clean = self.at(of);
+            answers.push((row, [0, 1, 2].map(|k| clean[k] + noise[k])));
+            self.waiting.pop_front();
+        }
+        let needed = self.waiting.front().map_or(t - delay, |w| w.of.min(t - delay));
+        while self.past.get(1).is_some_and(|(t, _)| *t <= needed) {
+            self.past.pop_front();
+        }
+        answers
+    }
+
+    /// Await nothing any more.
+    pub fn forget(&mut self) {
+        self.waiting.clear();
+    }
+
+    /// The reading at a time: straight between two, and before the first the first.
+    fn at(&self, t: f64) -> [f64; 3] {
+        let after = self.past.partition_point(|(before, _)| *before <= t + EARLY);
+        let (Some(&(a, low)), next) = (self.past.get(after.max(1) - 1), self.past.get(after)) else {
+            return [0.0; 3];
+        };
+        match next {
+            Some(&(b, high)) if after > 0 => {
+                let share = ((t - a) / (b - a)).clamp(0.0, 1.0);
+                [0, 1, 2].map(|k| low[k] + share * (high[k] - low[k]))
+            }
+            _ => low,
+        }
     }
 }
 
@@ -109,7 +187,8 @@ mod tests {
         // gripper's x, and no moment about itself.
         let frame = [0.5, 0.0, std::f64::consts::FRAC_PI_2];
         let sensor = Sensor { offset: [1.0, -2.0, 0.5], ..Sensor::default() };
-        let reading = sensor.reading([0.0, 10.0, 5.0], frame, &plant(vec![]), CONTACT);
+        let felt = Felt { wrench: [0.0, 10.0, 5.0], frame, accel: [0.0; 2] };
+        let reading = sensor.reading(&felt, &plant(vec![]), CONTACT);
         for (read, expected) in reading.into_iter().zip([11.0, -2.0, 0.5]) {
             assert!((read - expected).abs() < 1e-12, "{reading:?}");
         }
@@ -120,7 +199,8 @@ mod tests {
         let values = [1.5, -0.5, 0.2, 0.3, 0.0].map(Some).to_vec();
         let plant = plant(vec![Effect { kind: Kind::ForceBias, values }]);
         let (truth, frame) = ([4.0, 3.0, 2.0], [0.2, 0.1, 0.3]);
-        let reading = Sensor::default().reading(truth, frame, &plant, CONTACT);
+        let felt = Felt { wrench: truth, frame, accel: [0.0; 2] };
+        let reading = Sensor::default().reading(&felt, &plant, CONTACT);
         let back = trundle_model::transport(plant.correct(reading, CONTACT), frame);
         for (back, truth) in back.into_iter().zip(truth) {
             assert!((back - truth).abs() < 1e-12, "{back} {truth}");

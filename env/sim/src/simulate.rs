@@ -28,17 +28,31 @@ pub fn simulate(scenario: &Scenario, model: &Model, seed: u64) -> Result<Recordi
     };
     let mut episodes = vec![];
     for (index, push) in pushes(scenario, model, seed).iter().enumerate() {
-        let rows = setting.run(push, stream(seed, Purpose::Noise, index))?;
+        let rows = setting.run(index, push, stream(seed, Purpose::Noise, index))?;
         episodes.push(episode(format!("episode_{index:02}"), &rows));
     }
     let names = episodes.iter().map(|e| e.name.clone());
     let held_out = names.skip(episodes.len() - scenario.held_out).collect();
-    let mut metadata =
-        metadata(&scenario.name, &model.body, scenario.weighed, &scenario.sensor, &scenario.tracker);
+    let sensor = quiet(&scenario.sensor, model)?;
+    let mut metadata = metadata(&scenario.name, &model.body, scenario.weighed, &sensor, &scenario.tracker);
     metadata.scene.obstacles = obstacles.into_iter().map(|polygon| Obstacle { polygon }).collect();
     metadata.split = Split { held_out };
     Ok(Recording::new(metadata, episodes)?)
 }
+
+/// The sensor, unloaded for as long as its own clock says.
+fn quiet(sensor: &Sensor, model: &Model) -> Result<Sensor, SimError> {
+    let ahead = model.resolved()?.delay().map_or(0.0, |delay| (-delay).max(0.0));
+    let precontact = sensor.precontact - ahead;
+    if ahead > 0.0 && precontact < SHORTEST_TARE {
+        let remedy = "the reading runs ahead of the contact's beginning: lengthen `sensor.precontact`";
+        return Err(SimError::value("latency.delay", -ahead, remedy));
+    }
+    Ok(Sensor { precontact, ..*sensor })
+}
+
+/// Time that a tare needs, s.
+const SHORTEST_TARE: f64 = 0.1;
 
 fn pushes(scenario: &Scenario, model: &Model, seed: u64) -> Vec<Push> {
     let mut pushes = scenario.pushes.clone();

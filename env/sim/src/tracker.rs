@@ -2,7 +2,10 @@
 
 use serde::{Deserialize, Serialize};
 
+use trundle_model::Plant;
+
 use crate::SimError;
+use crate::gripper::compose;
 use crate::sensor::{check_noise, check_rate};
 
 /// A tracker of planar poses.
@@ -38,5 +41,11 @@ impl Tracker {
             return Err(SimError::value("tracker.drop_out", self.drop_out, "must lie in [0, 1)"));
         }
         Ok(())
+    }
+
+    /// The pose that it takes for the object's, without noise, when the object is at `object`: that of the frame on the
+    /// object which is tracked.
+    pub fn sees(&self, object: [f64; 3], plant: &Plant<f64>) -> [f64; 3] {
+        plant.mount().map_or(object, |mount| compose(object, mount))
     }
 }

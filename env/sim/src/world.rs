@@ -5,12 +5,18 @@
 //! moves the body and half after, which is the trapezoid rule of [`Plant::step`]. What is left is the
 //! engine's linearised rotation, `(ω dt/4)³/3` in each quarter step: below 10⁻⁶ rad in 1 s at 2 ms and
 //! 3 rad/s. In contact the whole impulse goes first, because the contact solver must answer it.
+//!
+//! Where a law changes what is moved, the engine's body is weighed anew; the velocity of its origin stays.
 
 use rapier2d_f64::prelude::*;
-use trundle_model::{Clock, Model, Plant, State};
+use trundle_model::{Clock, Model, Plant, Rigid, State};
 
 use crate::SimError;
-use crate::object::{hull, obstacle, rigid_body};
+use crate::gripper::relative;
+use crate::object::{hull, obstacle, rigid_body, weight};
+
+/// Before anything has happened.
+const BEFORE: Clock = Clock { t: f64::MIN, ..Clock::since_contact(-1.0) };
 
 /// One object among fixed obstacles.
 pub struct World {
@@ -18,6 +24,8 @@ pub struct World {
     body: RigidBodyHandle,
     hull: Option<ColliderHandle>,
     plant: Plant<f64>,
+    /// What the engine's body is made to weigh.
+    rigid: Rigid<f64>,
 }
 
 /// All that moves, to the last bit: position, cosine and sine of the heading, and velocities of the
@@ -35,19 +43,25 @@ impl World {
         let plant = model.resolved()?;
         let mut engine = PhysicsWorld { gravity: Vector::ZERO, ..PhysicsWorld::default() };
         engine.integration_parameters.dt = dt;
-        let body = engine.insert_body(rigid_body(&model.body));
-        let hull = hull(&model.body)?.map(|h| engine.insert_collider(h, Some(body)));
+        let rigid = plant.rigid(BEFORE);
+        let body = engine.insert_body(rigid_body(&rigid));
+        let hull = hull(&model.body)?.map(|h| engine.insert_collider(placed(h, &plant), Some(body)));
         for (index, polygon) in obstacles.iter().enumerate() {
             engine.insert_collider(obstacle(polygon, index)?, None);
         }
         let PhysicsWorld { bodies, colliders, .. } = &mut engine;
         bodies[body].recompute_mass_properties_from_colliders(colliders);
-        Ok(Self { engine, body, hull, plant })
+        Ok(Self { engine, body, hull, plant, rigid })
     }
 
     /// The laws and the mass.
     pub fn plant(&self) -> &Plant<f64> {
         &self.plant
+    }
+
+    /// What moves as one, as of the last step.
+    pub fn rigid(&self) -> &Rigid<f64> {
+        &self.rigid
     }
 
     /// The step, s.
@@ -78,6 +92,15 @@ impl World {
         self.restore(&Snapshot([x, y, cos, sin, 0.0, 0.0, 0.0]));
     }
 
+    /// Put the object into a state, weighing what it weighs at that time.
+    pub fn put(&mut self, state: &State<f64>, clock: Clock) {
+        self.weigh(clock);
+        let ([x, y, heading], [vx, vy, spin]) = (state.pose, state.twist);
+        let (sin, cos) = heading.sin_cos();
+        let [ax, ay] = self.arm(cos, sin);
+        self.restore(&Snapshot([x, y, cos, sin, vx - spin * ay, vy + spin * ax, spin]));
+    }
+
     /// All that moves.
     pub fn snapshot(&self) -> Snapshot {
         let body = self.body();
@@ -97,6 +120,7 @@ impl World {
     /// One step under `applied`, the mean wrench on the object over the step, object axes about the
     /// object origin `[N, N, N·m]`.
     pub fn step(&mut self, applied: [f64; 3], clock: Clock) {
+        self.weigh(clock);
         let impulse = self.impulse(applied, clock);
         let first = if self.touching() { 1.0 } else { 0.5 };
         self.kick(impulse, first);
@@ -120,15 +144,38 @@ impl World {
     fn impulse(&self, applied: [f64; 3], clock: Clock) -> [f64; 3] {
         let after = self.plant.step(&self.state(), applied, clock, self.dt());
         let (sin, cos) = after.pose[2].sin_cos();
-        let [cx, cy] = self.plant.com;
-        let arm = [cos * cx - sin * cy, sin * cx + cos * cy];
+        let arm = self.arm(cos, sin);
         let [vx, vy, spin] = after.twist;
-        let body = self.body();
+        let (body, Rigid { mass, inertia, .. }) = (self.body(), self.rigid);
         [
-            self.plant.mass * (vx - spin * arm[1] - body.linvel().x),
-            self.plant.mass * (vy + spin * arm[0] - body.linvel().y),
-            self.plant.inertia * (spin - body.angvel()),
+            mass * (vx - spin * arm[1] - body.linvel().x),
+            mass * (vy + spin * arm[0] - body.linvel().y),
+            inertia * (spin - body.angvel()),
         ]
+    }
+
+    /// From the object's origin to the mass centre, world axes, m.
+    fn arm(&self, cos: f64, sin: f64) -> [f64; 2] {
+        let [cx, cy] = self.rigid.com;
+        [cos * cx - sin * cy, sin * cx + cos * cy]
+    }
+
+    /// Make the engine's body weigh what the laws say.
+    fn weigh(&mut self, clock: Clock) {
+        let rigid = self.plant.rigid(clock);
+        let numbers = |r: &Rigid<f64>| [r.mass, r.com[0], r.com[1], r.inertia];
+        if numbers(&rigid) == numbers(&self.rigid) {
+            return;
+        }
+        let twist = self.state().twist;
+        self.rigid = rigid;
+        let PhysicsWorld { bodies, colliders, .. } = &mut self.engine;
+        let body = &mut bodies[self.body];
+        body.set_additional_mass_properties(weight(&rigid), true);
+        body.recompute_mass_properties_from_colliders(colliders);
+        let (rotation, [vx, vy, spin]) = (*body.rotation(), twist);
+        let [ax, ay] = self.arm(rotation.re, rotation.im);
+        self.engine.bodies[self.body].set_linvel(Vector::new(vx - spin * ay, vy + spin * ax), true);
     }
 
     fn kick(&mut self, [px, py, spin]: [f64; 3], share: f64) {
@@ -140,4 +187,13 @@ impl World {
     fn body(&self) -> &RigidBody {
         &self.engine.bodies[self.body]
     }
+}
+
+/// The outline where the frame that moves is a tracked one, beside the object's own.
+fn placed(mut hull: Collider, plant: &Plant<f64>) -> Collider {
+    if let Some(mount) = plant.mount() {
+        let [x, y, angle] = relative(mount, [0.0; 3]);
+        hull.set_position_wrt_parent(Pose::new(Vector::new(x, y), angle));
+    }
+    hull
 }

@@ -26,7 +26,7 @@ fn the_impulse_that_is_read_is_the_momentum_that_is_gained() {
     for _ in 0..1000 {
         let state = world.state();
         let (sin, cos) = state.pose[2].sin_cos();
-        let [fx, fy, torque] = gripper.push([0.3, -0.1, 0.4], &state, world.plant(), DT);
+        let [fx, fy, torque] = gripper.push([0.3, -0.1, 0.4], &state, world.rigid(), DT);
         world.step([fx, fy, torque], CONTACT);
         // The wrench turns with the object: its mean heading over the step.
         let turned = (world.state().pose[2] - state.pose[2]) / 2.0;
@@ -46,7 +46,7 @@ fn the_object_follows_the_gripper() {
     let mut world = square(20.0);
     let mut gripper = grip([-0.5, 0.0, 0.0], Coupling::default());
     for _ in 0..2000 {
-        let wrench = gripper.push([0.2, 0.0, 0.1], &world.state(), world.plant(), DT);
+        let wrench = gripper.push([0.2, 0.0, 0.1], &world.state(), world.rigid(), DT);
         world.step(wrench, CONTACT);
     }
     let object = world.state().pose;
@@ -64,7 +64,7 @@ fn a_stiff_gripper_on_a_light_object_is_stable_and_takes_energy_out() {
     let mut gripper = grip([0.5, 0.5, 0.0], coupling);
     for tick in 0..5000 {
         let command = if tick < 50 { [0.5, 0.2, 2.0] } else { [0.0; 3] };
-        let wrench = gripper.push(command, &world.state(), world.plant(), DT);
+        let wrench = gripper.push(command, &world.state(), world.rigid(), DT);
         world.step(wrench, CONTACT);
         assert!(world.energy() < 10.0, "{tick}: {} J", world.energy());
     }

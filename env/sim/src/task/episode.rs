@@ -149,7 +149,7 @@ impl Episode {
             let (since_contact, t) = (f64::from(self.tick) * DT, f64::from(step) * DT);
             self.look(at(t), since_contact);
             let (mut gripper, state) = (self.gripper(), self.world.state());
-            let mean = gripper.push(at(t + DT / 2.0), &state, self.world.plant(), DT);
+            let mean = gripper.push(at(t + DT / 2.0), &state, self.world.rigid(), DT);
             self.world.step(mean, Clock::since_contact(since_contact));
             self.tick += 1;
         }
@@ -199,7 +199,9 @@ impl Episode {
             t: self.sensor.precontact + since_contact,
             object: state.pose,
             gripper: gripper.pose(state.pose),
-            wrench: gripper.push(wrench, &state, self.world.plant(), DT),
+            wrench: gripper.push(wrench, &state, self.world.rigid(), DT),
+            // Nothing that an agent meets reads the gripper's own inertia.
+            accel: [0.0; 2],
             plant: self.world.plant(),
             clock: Clock::since_contact(since_contact),
         });
