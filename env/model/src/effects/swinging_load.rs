@@ -2,9 +2,9 @@
 //! drawer, a liquid's first mode, a hanging bag seen from above.
 //!
 //! ```text
-//! m q̈ = −m ω² (q − p) − 2 ζ m ω (q̇ − ṗ),   the reaction acts on the body at p;   ω = 2π · frequency
+//! m q̈ = −m ω² (q − p) − 2 ζ m ω (q̇ − v(q)),   the reaction acts on the body;   ω = 2π · frequency
 //! ```
-//! `q` is the load's place, `p` that of its anchorage. Inner states, world axes: the displacement `q − p`, and the load's
+//! `q` is the load's place, `p` that of its anchorage, `v(q)` the velocity of the body where the load is. Inner states, world axes: the displacement `q − p`, and the load's
 //! own velocity `q̇`, so that the body's acceleration is not needed. What moves rigidly keeps its shape and weighs `m`
 //! less.
 
@@ -65,9 +65,12 @@ impl<T: Real> Act<T> for SwingingLoad<T> {
     #[inline]
     fn act(&self, at: &Situation<'_, T>, sum: &mut Action<T>) {
         let &[dx, dy, vx, vy] = at.inner else { return };
-        let force = |d: T, v: T| self.mass * (self.pull * d + self.loss * v);
-        sum.push_at(self.anchorage, at.to_object([force(dx, vx), force(dy, vy)]));
-        sum.brake_at(self.anchorage, self.mass * self.loss);
+        let [dx, dy] = at.to_object([dx, dy]);
+        let (pull, loss) = (self.mass * self.pull, self.mass * self.loss);
+        sum.push_at(self.anchorage, [pull * dx, pull * dy]);
+        let place = [self.anchorage[0] + dx, self.anchorage[1] + dy];
+        sum.push_at(place, at.to_object([vx, vy]).map(|v| v * loss));
+        sum.brake_at(place, loss);
     }
 
     fn load(&self, _clock: Clock, _grasp: [f64; 2], rigid: &mut Rigid<T>) {
@@ -76,20 +79,19 @@ impl<T: Real> Act<T> for SwingingLoad<T> {
         rigid.mass = left;
     }
 
-    /// The implicit midpoint rule with the anchorage's velocity held: with `w = q̇ − ṗ` and `a = dt/2`,
-    /// `d_m = ((1 + aλ) d + a w)/N`, `w_m = (w − a ω² d)/N`, `N = 1 + aλ + a²ω²`, and the end is twice the middle less
-    /// the start.
+    /// The implicit midpoint rule with the anchorage's velocity `ṗ` and the spin `Ω` held: with `w = q̇ − ṗ` and
+    /// `a = dt/2`, `w_m = (w − a ω² d + a λ Ω × d)/(1 + aλ + a²ω²)` and `d_m = d + a w_m`; the end is twice the middle
+    /// less the start.
     fn advance(&self, at: &Situation<'_, T>, dt: f64, inner: &mut [T]) {
-        let &mut [ref mut dx, ref mut dy, ref mut vx, ref mut vy] = inner else { return };
-        let velocity = at.to_world(at.velocity(self.anchorage));
+        let &mut [dx, dy, vx, vy] = inner else { return };
+        let [px, py] = at.to_world(at.velocity(self.anchorage));
         let a = dt / 2.0;
-        let grown = self.loss * a + 1.0;
-        let share = (grown + self.pull * (a * a)).recip();
-        for (d, v, velocity) in [(dx, vx, velocity[0]), (dy, vy, velocity[1])] {
-            let w = *v - velocity;
-            let (middle, swing) = ((grown * *d + w * a) * share, (w - self.pull * *d * a) * share);
-            *d = middle * 2.0 - *d;
-            *v = velocity + swing * 2.0 - w;
+        let (wx, wy, turn) = (vx - px, vy - py, self.loss * at.twist[2]);
+        let share = (self.loss * a + self.pull * (a * a) + 1.0).recip();
+        let dragged = [-(turn * (dy + wy * a)), turn * (dx + wx * a)];
+        for (k, (d, w, p)) in [(dx, wx, px), (dy, wy, py)].into_iter().enumerate() {
+            let middle = (w + (dragged[k] - self.pull * d) * a) * share;
+            (inner[k], inner[k + 2]) = (d + middle * dt, p + middle * 2.0 - w);
         }
     }
 }
