@@ -9,7 +9,7 @@ from numpy.typing import NDArray
 
 from trundle.proof.shapes import Shape, draw_shape, inside
 
-__all__ = ["CONTACT", "SECONDS", "Grasp", "Push", "Scene", "Wheel", "draw_scene"]
+__all__ = ["CONTACT", "SECONDS", "Grasp", "Push", "Scene", "Wheel", "draw_event", "draw_scene"]
 
 Floats = NDArray[np.float64]
 
@@ -155,6 +155,14 @@ def draw_point(rng: np.random.Generator, shape: Shape) -> tuple[float, float]:
         point = rng.uniform(low, high)
         if inside(point[None, :], shape.outline)[0]:
             return float(point[0]), float(point[1])
+
+
+def draw_event(rng: np.random.Generator, scene: Scene) -> dict[str, float]:
+    """Return a moment of a training episode that has another before and, if there are enough, after it."""
+    training = len(scene.pushes) - scene.held_out
+    first = min(1, training - 1)
+    episode = int(rng.integers(first, max(training - 1, first + 1)))
+    return {"episode": episode, "time": float(rng.uniform(CONTACT + 1.0, SECONDS - 1.0))}
 
 
 def draw_grasp(rng: np.random.Generator, shape: Shape) -> Grasp:

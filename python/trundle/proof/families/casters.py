@@ -44,7 +44,7 @@ class CasterSwivel(Family):
         arm = site.table.add_body(name="caster", pos=[*values["point"], 0.0], quat=turn)
         arm.add_joint(name="swivel", type=mujoco.mjtJoint.mjJNT_HINGE, axis=[0, 0, 1])
         arm.explicitinertial = True
-        arm.mass, arm.inertia, arm.ipos = 0.05, [1e-4, 1e-4, 1e-5], [0.0, 0.0, 0.0]
+        arm.mass, arm.inertia, arm.ipos = 0.01, [1e-4, 1e-4, 1e-5], [0.0, 0.0, 0.0]
         add_wheel(site.spec, arm, "caster", Wheel(-trail, 0.0, 0.0, 0.0, GRIP * side))
         scrub = {**at_site("caster", 5), "gainprm": [0.0] * 10}
         kind = mujoco.mjtBias.mjBIAS_AFFINE

@@ -10,7 +10,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from trundle.proof.family import Family, Hook, Site, Values
-from trundle.proof.scene import CONTACT, SECONDS, Scene, draw_point
+from trundle.proof.scene import Scene, draw_event, draw_point
 
 Floats = NDArray[np.float64]
 
@@ -64,12 +64,10 @@ class MassChange(Family):
 
     def draw(self, rng: np.random.Generator, scene: Scene, paths: Sequence[Floats]) -> Values:
         """Return an episode that is not held out, a time, and a signed mass."""
-        training = len(scene.pushes) - scene.held_out
         on = rng.random() < 0.5
         share = rng.uniform(0.25, 1.0) if on else -rng.uniform(0.2, 0.5)
         return {
-            "episode": int(rng.integers(min(1, training - 1), max(training - 1, 1))),
-            "time": float(rng.uniform(CONTACT + 1.0, SECONDS - 1.0)),
+            **draw_event(rng, scene),
             "mass": float(share * scene.mass),
         }
 

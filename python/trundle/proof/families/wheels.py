@@ -10,7 +10,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from trundle.proof.family import Family, Hook, Site, Values
-from trundle.proof.scene import CONTACT, SECONDS, Scene, Wheel, draw_wheel
+from trundle.proof.scene import Scene, Wheel, draw_event, draw_wheel
 from trundle.proof.world import add_wheel, set_wheel
 
 Floats = NDArray[np.float64]
@@ -51,11 +51,9 @@ class WheelEvent(Family):
 
     def draw(self, rng: np.random.Generator, scene: Scene, paths: Sequence[Floats]) -> Values:
         """Return an episode that is not held out, a time, and factors."""
-        training = len(scene.pushes) - scene.held_out
         locks = rng.uniform(np.log(2.5), np.log(12.0)) * (1.0 if rng.random() < 0.5 else -1.0)
         return {
-            "episode": int(rng.integers(min(1, training - 1), max(training - 1, 1))),
-            "time": float(rng.uniform(CONTACT + 1.0, SECONDS - 1.0)),
+            **draw_event(rng, scene),
             "log_x": float(locks),
             "log_y": float(locks * rng.uniform(0.3, 1.0)),
         }
