@@ -75,6 +75,12 @@ def test_every_figure_has_title_and_description(sample: Sample) -> None:
     assert len(drawings) == page.count("<figure>") > 0
 
 
+def test_several_effects_are_numbered_as_on_the_maps(samples: dict[str, Sample]) -> None:
+    text = words(render(*samples["events"]))
+    assert "1. What wheel_event does" in text and "3. What floor_patch does" in text
+    assert "1. Dry friction" not in words(render(*samples["table"]))
+
+
 def test_headings_and_tables_read_in_order(sample: Sample) -> None:
     page = render(*sample)
     levels = [int(level) for level in re.findall(r"<h([1-6])[ >]", page)]

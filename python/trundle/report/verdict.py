@@ -45,11 +45,20 @@ def _named(names: Sequence[str], diagnosis: Mapping[str, Any]) -> str:
 
 def lead(diagnosis: Mapping[str, Any], series: Series) -> list[str]:
     """Return the sentences below the headline, most important first."""
-    effects = diagnosis.get("missing") or ()
-    sentences = [words.spoken(effect["statement"]) for effect in effects if effect.get("statement")]
+    sentences = _statements(diagnosis.get("missing") or ())
     ties = [_tie(group) for group in diagnosis.get("tied") or () if len(group) > 1]
     changed = _changed(diagnosis) if diagnosis.get("verdict") == "reparameterised" else []
     return [*sentences, improvement(diagnosis, series), *changed, *ties, *_symptoms(diagnosis)]
+
+
+def _statements(effects: Sequence[Mapping[str, Any]]) -> list[str]:
+    """Return what is said of each effect, with the number that it has on the maps if there are several."""
+    numbers = [f"{number}. " if len(effects) > 1 else "" for number in range(1, len(effects) + 1)]
+    return [
+        number + words.spoken(effect["statement"])
+        for number, effect in zip(numbers, effects, strict=True)
+        if effect.get("statement")
+    ]
 
 
 def improvement(diagnosis: Mapping[str, Any], series: Series) -> str:
@@ -83,9 +92,10 @@ def judged(diagnosis: Mapping[str, Any]) -> tuple[str, Mapping[str, Any]]:
 
 
 def _cause(diagnosis: Mapping[str, Any], series: Series) -> str:
+    added = "this is" if len(diagnosis.get("missing") or ()) == 1 else "these are"
     unnamed = " with a residual force and torque learnt from the training data, which has no name"
     return {
-        "explained": " once this is added",
+        "explained": f" once {added} added",
         "reparameterised": " once the values are refitted",
         "unexplained": unnamed
         if series.nonparametric
