@@ -56,6 +56,7 @@ class ObstacleContact(Family):
             pos=[*values["place"], HEIGHT],
             friction=[values["friction"], 0.0, 0.0],
             condim=3 if values["friction"] else 1,
+            priority=1,  # else the larger friction of the two things would count
             solref=[0.01, 1.0],
         )
 
