@@ -159,15 +159,54 @@ mod tests {
         errors
     }
 
+    fn nominal() -> Model {
+        let body = Body::from_footprint(&[[-0.6, -0.4], [0.6, -0.4], [0.6, 0.4], [-0.6, 0.4]], 22.0);
+        Model::nominal(body.unwrap(), None, [true; 3])
+    }
+
+    /// Friction and an offset.
     #[test]
     fn slopes_are_those_of_the_nudged_simulation() {
-        let (track, body) =
-            (track(), Body::from_footprint(&[[-0.6, -0.4], [0.6, -0.4], [0.6, 0.4], [-0.6, 0.4]], 22.0));
-        let model = Model::nominal(body.unwrap(), None, [true; 3])
-            .with(Effect::free(Kind::CoulombFriction))
-            .with(Effect::free(Kind::ForceBias));
+        let model = nominal().with(Effect::free(Kind::CoulombFriction)).with(Effect::free(Kind::ForceBias));
         let coordinates = Coordinates::new(&model);
-        let values = coordinates.values(&[0.1, -0.9, 0.4, 0.3, 0.2, 0.9, 0.5, -0.5, -0.3, 0.2, -0.1, 0.3]).0;
+        let z = [0.1, -0.9, 0.4, 0.3, 0.2, 0.9, 0.5, -0.5, -0.3, 0.2, -0.1, 0.3];
+        check(&model, &coordinates.values(&z).0);
+    }
+
+    /// Values of a model whose wheel stands as before, the effects' own given in order.
+    fn beside_the_wheel(effects: &[(Kind, &[f64])]) -> (Model, Vec<f64>) {
+        let wheel = [-0.3, 0.1, 0.3, 18.0, 90.0];
+        let values = std::iter::once(22.0).chain(wheel);
+        let own = effects.iter().flat_map(|(_, values)| values.iter().copied());
+        let model = effects.iter().fold(nominal(), |model, (kind, _)| model.with(Effect::free(*kind)));
+        (model, values.chain(own).collect())
+    }
+
+    #[test]
+    fn a_delay_and_the_times_of_events_have_their_slopes() {
+        // Both events lie within a step, where what comes before it and after it share it.
+        let (model, values) = beside_the_wheel(&[
+            (Kind::Latency, &[0.043]),
+            (Kind::MassChange, &[0.0, 0.3137, 6.0]),
+            (Kind::WheelEvent, &[0.0, 0.5171, 4.0, 0.3]),
+        ]);
+        check(&model, &values);
+    }
+
+    #[test]
+    fn what_is_moved_and_read_has_its_slopes() {
+        let (model, values) = beside_the_wheel(&[
+            (Kind::ComOffset, &[0.13, -0.07]),
+            (Kind::GripperInertia, &[1.7]),
+            (Kind::ForceScale, &[1.0, 1.2, 0.8]),
+            (Kind::TrackerOffset, &[0.05, -0.03, 0.2]),
+        ]);
+        check(&model, &values);
+    }
+
+    fn check(model: &Model, values: &[f64]) {
+        let track = track();
+        let coordinates = Coordinates::new(model);
         let gain = SMatrix::<f64, STATES, 3>::from_fn(|i, j| 0.05 * ((3 * i + j) as f64).sin());
         let whitener = Matrix3::new(3.0, 0.0, 0.0, 1.0, 2.0, 0.0, -1.0, 0.5, 4.0);
         let blank = Innovation {
@@ -179,18 +218,18 @@ mod tests {
             cost: 0.0,
         };
         let mut innovations = vec![blank; track.observations()];
-        let seen = errors(&model, &values, &track, &innovations);
+        let seen = errors(model, values, &track, &innovations);
         for (innovation, error) in innovations.iter_mut().zip(seen) {
             innovation.error = error;
         }
         let passage = Passage { innovations, inner: [0.0; 5] };
-        let at = linearise(&model, &values, coordinates.free(), &track, &passage).unwrap();
+        let at = linearise(model, values, coordinates.free(), &track, &passage).unwrap();
         for (k, &slot) in coordinates.free().iter().enumerate() {
             let h = 1e-6 * values[slot].abs().max(0.1);
             let misfit = |sign: f64| {
-                let mut moved = values.clone();
+                let mut moved = values.to_vec();
                 moved[slot] += sign * h;
-                let errors = errors(&model, &moved, &track, &passage.innovations);
+                let errors = errors(model, &moved, &track, &passage.innovations);
                 errors.iter().map(|e| 0.5 * (whitener * e).norm_squared()).sum::<f64>()
             };
             let numeric = (misfit(1.0) - misfit(-1.0)) / (2.0 * h);
