@@ -1,5 +1,6 @@
 //! `diagnosis.json`: the answer for programs (`trundle-diagnosis/1`).
 
+use crate::design::{Certificate, Experiment};
 use serde::Serialize;
 use std::collections::BTreeMap;
 use trundle_infer::Score;
@@ -21,6 +22,10 @@ pub struct Answer {
     pub mismatch: Mismatch,
     /// What explains the data almost as well.
     pub alternatives: Vec<Alternative>,
+    /// How alike the models of tied effects are on what was recorded.
+    pub certificates: Vec<Certificate>,
+    /// The pushes that would tell the best alternatives apart, where they could be designed.
+    pub experiments: Vec<Experiment>,
     /// Parameters of the simulation under test.
     pub nominal: Nominal,
     /// Figures before and after.

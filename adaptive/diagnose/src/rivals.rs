@@ -1,50 +1,132 @@
-//! What explains the data as well, or almost: ties and alternatives.
+//! What explains the data as well, or almost: ties with their certificates, alternatives, and the push that would tell.
 
 use crate::answer::Alternative;
 use crate::candidates::name;
+use crate::design::{Bench, Certificate, Experiment, Limits, Rival, certificate, experiment};
 use crate::search::{Found, Tried};
+use trundle_infer::{Comparison, InferError, Watch};
 use trundle_model::Effect;
+use trundle_record::Dataset;
 
 /// Difference of log likelihood below which two explanations are the same.
 const TIE: f64 = 2.0;
+/// At most this many alternatives are told.
+const ALTERNATIVES: usize = 5;
+/// To so many of them a push is designed; of the others the catalogue knows one.
+const DESIGNED: usize = 2;
+/// Less probable alternatives need no push: the recording excludes them.
+const POSSIBLE: f64 = 1e-3;
 
-/// Effects that could stand in another's place without the likelihood telling.
-pub(crate) fn ties(found: &Found, best: &Tried) -> Vec<Vec<String>> {
-    let mut sets = Vec::new();
-    for effect in &best.added {
-        let mut set = vec![name(effect).to_owned()];
-        set.extend(
-            rivals(found, best)
-                .into_iter()
-                .filter(|(own, _)| own.kind == effect.kind)
-                .map(|(_, other)| name(other).to_owned()),
-        );
-        set.dedup();
-        if set.len() > 1 {
-            sets.push(set);
-        }
-    }
-    sets
+/// What stays in doubt.
+#[derive(Clone, Debug, Default)]
+pub(crate) struct Doubts {
+    /// Sets of effects that could stand in one another's place.
+    pub tied: Vec<Vec<String>>,
+    /// How alike the models of each pair in them are.
+    pub certificates: Vec<Certificate>,
+    /// The best models of other effects than what is named.
+    pub alternatives: Vec<Alternative>,
+    /// The pushes that would tell them apart.
+    pub experiments: Vec<Experiment>,
 }
 
-/// Pairs of an effect of a model and another that could stand in its place without the likelihood telling:
-/// of all forms of either model, finer or not, two with as many parameters fit alike.
-fn rivals<'a>(found: &'a Found, model: &'a Tried) -> Vec<(&'a Effect, &'a Effect)> {
-    let mut pairs: Vec<(&Effect, &Effect)> = Vec::new();
-    for own in found.tried.iter().filter(|t| lacking(t, model).is_empty() && lacking(model, t).is_empty()) {
+/// What else could explain a recording, and how to find out. With `designing`, pushes are designed for the best few.
+///
+/// # Errors
+/// When the user interrupts.
+pub(crate) fn doubts(
+    (data, comparison): (&Dataset, &Comparison),
+    (found, probabilities): (&Found, &[f64]),
+    best: &Tried,
+    designing: bool,
+    watch: &dyn Watch,
+) -> Result<Doubts, InferError> {
+    let pairs = pairs(comparison, found, best)?;
+    let mut doubts = Doubts {
+        tied: ties(&pairs, best),
+        certificates: pairs.iter().map(|pair| pair.certificate.clone()).collect(),
+        ..Doubts::default()
+    };
+    let bench = Bench::after(data, &best.fit.channels, Limits::seen(data)).hurried();
+    let mut attempts = 0;
+    for (tried, probability) in others(found, probabilities, best) {
+        let effect = tried.names().join(" + ");
+        let possible = probability > POSSIBLE || pairs.iter().any(|pair| alike(pair.other, tried));
+        let mut text = probe(found, tried, best);
+        if designing && possible && attempts < DESIGNED && !comparison.is_quasi_static() {
+            attempts += 1;
+            let rivals =
+                [Rival::fitted(&own_name(best, tried), &best.fit), Rival::fitted(&effect, &tried.fit)];
+            let planned = experiment(&bench, &rivals[0], &rivals[1], 1, watch)?;
+            if planned.tells() {
+                text.clone_from(&planned.sentence);
+                doubts.experiments.push(planned);
+            }
+        }
+        doubts.alternatives.push(Alternative { effect, probability, experiment: text });
+    }
+    Ok(doubts)
+}
+
+/// An effect of a model and another that could stand in its place.
+struct Pair<'a> {
+    mine: &'a Effect,
+    rival: &'a Effect,
+    other: &'a Tried,
+    certificate: Certificate,
+}
+
+/// Pairs of an effect of the best model and another in its place that the likelihood does not tell: of all forms of
+/// either model, finer or not, two that fit alike with as many parameters, or that make the same motion within noise.
+fn pairs<'a>(
+    comparison: &Comparison,
+    found: &'a Found,
+    best: &'a Tried,
+) -> Result<Vec<Pair<'a>>, InferError> {
+    let mut pairs: Vec<Pair> = Vec::new();
+    for own in found.tried.iter().filter(|t| alike(t, best)) {
         for other in found.tried.iter().filter(|t| t.added.len() == own.added.len()) {
-            let alike = other.fit.estimates.len() == own.fit.estimates.len()
-                && (other.fit.cost - own.fit.cost).abs() < TIE;
-            if let ([mine], [rival], true) =
-                (lacking(own, other).as_slice(), lacking(other, own).as_slice(), alike)
-                && name(mine) != name(rival)
-                && pairs.iter().all(|(m, r)| (m.kind, r.kind) != (mine.kind, rival.kind))
-            {
-                pairs.push((*mine, *rival));
+            let Some((mine, rival)) = swapped(own, other) else { continue };
+            if (other.fit.cost - own.fit.cost).abs() >= TIE || pairs.iter().any(|p| p.is_of(mine, rival)) {
+                continue;
+            }
+            let certificate = certificate(comparison, [name(mine), name(rival)], [&own.fit, &other.fit])?;
+            if certificate.same || other.fit.estimates.len() == own.fit.estimates.len() {
+                pairs.push(Pair { mine, rival, other, certificate });
             }
         }
     }
-    pairs
+    Ok(pairs)
+}
+
+impl Pair<'_> {
+    fn is_of(&self, mine: &Effect, rival: &Effect) -> bool {
+        (self.mine.kind, self.rival.kind) == (mine.kind, rival.kind)
+    }
+}
+
+/// The one effect in which two models differ, of either, if it is one and goes by different names.
+fn swapped<'a>(own: &'a Tried, other: &'a Tried) -> Option<(&'a Effect, &'a Effect)> {
+    match (lacking(own, other).as_slice(), lacking(other, own).as_slice()) {
+        ([mine], [rival]) if name(mine) != name(rival) => Some((mine, rival)),
+        _ => None,
+    }
+}
+
+/// Sets of an effect of the best model and all that could stand in its place.
+fn ties(pairs: &[Pair<'_>], best: &Tried) -> Vec<Vec<String>> {
+    let set = |effect: &Effect| {
+        let mut set = vec![name(effect).to_owned()];
+        set.extend(pairs.iter().filter(|p| p.mine.kind == effect.kind).map(|p| name(p.rival).to_owned()));
+        set.dedup();
+        set
+    };
+    best.added.iter().map(set).filter(|set| set.len() > 1).collect()
+}
+
+/// Whether two models have effects of the same kinds.
+fn alike(one: &Tried, other: &Tried) -> bool {
+    lacking(one, other).is_empty() && lacking(other, one).is_empty()
 }
 
 /// Effects of a model of a kind that another has not.
@@ -52,23 +134,18 @@ fn lacking<'a>(from: &'a Tried, other: &Tried) -> Vec<&'a Effect> {
     from.added.iter().filter(|e| other.added.iter().all(|o| o.kind != e.kind)).collect()
 }
 
-/// At most this many alternatives are told.
-const ALTERNATIVES: usize = 5;
-
-/// The best models of other effects than the one that is named, and the push that would tell.
-pub(crate) fn alternatives(found: &Found, probabilities: &[f64], best: &Tried) -> Vec<Alternative> {
+/// The best models of other effects than the one that is named, each once, with their probabilities.
+fn others<'a>(found: &'a Found, probabilities: &[f64], best: &Tried) -> Vec<(&'a Tried, f64)> {
     let mut told = vec![sorted(best)];
-    let mut alternatives = Vec::new();
+    let mut others = Vec::new();
     for (tried, &probability) in found.tried.iter().zip(probabilities) {
         let names = sorted(tried);
-        if tried.added.is_empty() || told.contains(&names) || alternatives.len() == ALTERNATIVES {
-            continue;
+        if !tried.added.is_empty() && !told.contains(&names) && others.len() < ALTERNATIVES {
+            told.push(names);
+            others.push((tried, probability));
         }
-        told.push(names);
-        let effect = tried.names().join(" + ");
-        alternatives.push(Alternative { effect, probability, experiment: experiment(found, tried, best) });
     }
-    alternatives
+    others
 }
 
 /// The names of a model's effects, in alphabetical order.
@@ -78,11 +155,33 @@ fn sorted(tried: &Tried) -> Vec<&'static str> {
     names
 }
 
-/// The push that would tell an alternative from the model that is named.
-fn experiment(found: &Found, alternative: &Tried, best: &Tried) -> String {
+/// What to call the best model beside another: the effects that the other has not.
+fn own_name(best: &Tried, other: &Tried) -> String {
+    let own: Vec<_> = lacking(best, other).into_iter().map(name).collect();
+    match (own.is_empty(), best.added.is_empty()) {
+        (false, _) => own.join(" + "),
+        (true, true) => "nothing missing".to_owned(),
+        (true, false) => best.names().join(" + "),
+    }
+}
+
+/// The push that the catalogue knows to show an alternative's effect.
+fn probe(found: &Found, alternative: &Tried, best: &Tried) -> String {
     let Some(new) = lacking(alternative, best).into_iter().next() else { return String::new() };
-    let twins = rivals(found, alternative).into_iter().filter(|(own, _)| own.kind == new.kind);
-    let twins: Vec<_> = twins.map(|(_, rival)| name(rival)).collect();
+    let fits_alike = |other: &&Tried| {
+        other.added.len() == alternative.added.len()
+            && other.fit.estimates.len() == alternative.fit.estimates.len()
+            && (other.fit.cost - alternative.fit.cost).abs() < TIE
+    };
+    let mut twins: Vec<&str> = found
+        .tried
+        .iter()
+        .filter(fits_alike)
+        .filter_map(|other| swapped(alternative, other))
+        .filter(|(mine, _)| mine.kind == new.kind)
+        .map(|(_, rival)| name(rival))
+        .collect();
+    twins.dedup();
     let probe = new.kind.spec().probe;
     if twins.is_empty() {
         probe.to_owned()

@@ -8,7 +8,7 @@ use crate::naming::{effect_probability, judged, named, without};
 use crate::nominal::{as_given, given_values, parameters, under_test};
 use crate::outlook::outlook;
 use crate::predictions::Predictions;
-use crate::rivals::{alternatives, ties};
+use crate::rivals::doubts;
 use crate::search::{Found, Searcher, Tried, probabilities};
 use crate::series::{self, Series};
 use trundle_infer::{Comparison, Fit, InferError, Watch};
@@ -112,14 +112,19 @@ pub fn diagnose(data: &Dataset, options: &Options, watch: &dyn Watch) -> Result<
         mismatch.world_region = Some(corners);
     }
 
+    // Where nothing known explains it, a push between things known would tell nothing.
+    let designing = matches!(verdict, Verdict::Consistent | Verdict::Explained);
+    let doubts = doubts((data, &comparison), (&found, &probabilities), best, designing, watch)?;
     let answer = Answer {
         format: "trundle-diagnosis/1",
         recording: data.name.clone(),
         verdict,
         missing,
-        tied: ties(&found, best),
+        tied: doubts.tied,
         mismatch,
-        alternatives: alternatives(&found, &probabilities, best),
+        alternatives: doubts.alternatives,
+        certificates: doubts.certificates,
+        experiments: doubts.experiments,
         nominal: Nominal {
             given: given_values(&given_fit),
             before: parameters(before, &nominal),

@@ -133,13 +133,28 @@ pub struct Bench {
     pub places: Vec<[f64; 2]>,
     /// Number of episodes that were recorded before.
     pub recorded: usize,
+    /// How often the neighbours of the best push so far are tried, at most.
+    pub rounds: usize,
 }
+
+/// Rounds where nobody waits.
+const ROUNDS: usize = 3;
 
 impl Bench {
     /// Without a recording: the object stands at the origin.
     pub fn bare(body: Body, dof: [bool; 3], limits: Limits, noise: Noise) -> Self {
         let instruments = Instruments::with(noise);
-        Self { body, dof, limits, instruments, stands: [0.0; 3], alike: false, places: vec![], recorded: 0 }
+        Self {
+            body,
+            dof,
+            limits,
+            instruments,
+            stands: [0.0; 3],
+            alike: false,
+            places: vec![],
+            recorded: 0,
+            rounds: ROUNDS,
+        }
     }
 
     /// For a push on top of a recording: where its pushes began, with its instruments.
@@ -154,6 +169,12 @@ impl Bench {
             recorded: data.training.len() + data.held_out.len(),
             ..Self::bare(data.body.clone(), data.dof, limits, data.noise.clone())
         }
+    }
+
+    /// The same with a shorter search.
+    #[must_use]
+    pub fn hurried(self) -> Self {
+        Self { rounds: 1, ..self }
     }
 
     /// Whether the object is on a rail along x.

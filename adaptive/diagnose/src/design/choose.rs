@@ -11,14 +11,14 @@ use trundle_infer::{InferError, Watch};
 use trundle_model::Plant;
 use trundle_record::Prepared;
 
-/// Poses a second that sort pushes.
-const SORTING_RATE: f64 = 41.0;
-/// Rounds of coarse neighbours, then of fine ones.
-const ROUNDS: usize = 3;
+/// Poses a second that sort pushes: six of the filter's longest steps from one to the next.
+pub(super) const SORTING_RATE: f64 = 21.0;
 /// A neighbour must be better by this share.
 const BETTER: f64 = 0.02;
 /// Pushes that part the models by less are of no use, nats.
 pub(super) const LEAST: f64 = 0.05;
+/// So many nats are about what makes a name sure; beyond them more is worth ever less.
+const PLENTY: f64 = 10.0;
 
 /// What a set of pushes does: the second model's errors if the first is true, and the other way about.
 #[derive(Clone, Debug)]
@@ -34,9 +34,19 @@ impl Ledger {
         Self([self.0[0].plus(&other.0[0]), self.0[1].plus(&other.0[1])])
     }
 
+    /// The separations: if the first model is true, and if the second is, nats.
+    fn separations(&self, rivals: &[&Rival; 2]) -> [f64; 2] {
+        [self.0[0].separation(rivals[1]), self.0[1].separation(rivals[0])]
+    }
+
     /// Mean of the two separations, nats.
     pub fn separation(&self, rivals: &[&Rival; 2]) -> f64 {
-        0.5 * (self.0[0].separation(rivals[1]) + self.0[1].separation(rivals[0]))
+        self.separations(rivals).iter().sum::<f64>() / 2.0
+    }
+
+    /// What they are worth: either is to be large, so that it does not matter which model is true.
+    fn worth(&self, rivals: &[&Rival; 2]) -> f64 {
+        self.separations(rivals).iter().map(|separation| (separation / PLENTY).ln_1p()).sum()
     }
 }
 
@@ -72,7 +82,7 @@ impl<'a> Search<'a> {
     pub fn best(&self, before: &Ledger, ordinal: usize) -> Result<Option<Trial>, InferError> {
         let mut best = self.better(None, &net(self.bench), before, ordinal)?;
         for fine in [false, true] {
-            for _ in 0..ROUNDS {
+            for _ in 0..self.bench.rounds {
                 let Some(now) = &best else { return Ok(None) };
                 let near = neighbours(self.bench, &now.push, fine);
                 let was = now.worth;
@@ -119,7 +129,8 @@ impl<'a> Search<'a> {
         let own = Ledger([forth, back]);
         let ledger = before.plus(&own);
         let (alone, together) = (own.separation(&self.rivals), ledger.separation(&self.rivals));
-        let worth = push.ease(self.bench.stands[2]) * (together - before.separation(&self.rivals));
+        let gain = ledger.worth(&self.rivals) - before.worth(&self.rivals);
+        let worth = push.ease(self.bench.stands[2]) * gain;
         Ok(worth.is_finite().then_some(Trial { push, alone, worth, together, ledger }))
     }
 

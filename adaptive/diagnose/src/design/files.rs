@@ -86,12 +86,18 @@ fn shaped(model: &Model, body: &Body) -> Model {
     Model { body: Body { mass, ..body.clone() }, mass: Some(mass), ..model.clone() }
 }
 
-/// What to call two models: the effects that one has and the other has not.
+/// What to call two models: the effects that one has and the other has not, or not as often.
 fn names([first, second]: [&Model; 2]) -> [String; 2] {
     let own = |model: &Model, other: &Model| -> String {
+        let mut others: Vec<_> = other.effects.iter().map(|e| e.kind).collect();
         let mut names: Vec<&str> = Vec::new();
-        for effect in model.effects.iter().filter(|e| other.effects.iter().all(|o| o.kind != e.kind)) {
-            names.push(effect.kind.spec().effect);
+        for effect in &model.effects {
+            match others.iter().position(|kind| *kind == effect.kind) {
+                Some(k) => {
+                    others.swap_remove(k);
+                }
+                None => names.push(effect.kind.spec().effect),
+            }
         }
         names.join(" + ")
     };

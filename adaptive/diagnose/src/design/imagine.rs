@@ -1,6 +1,7 @@
 //! What would be recorded of a push if a model were true: without noise.
 
 use super::bench::{Bench, Instruments, extent};
+use super::choose::SORTING_RATE;
 use super::push::Push;
 use trundle_infer::open_loop;
 use trundle_model::Plant;
@@ -70,7 +71,7 @@ const WEAKER: f64 = 0.65;
 
 /// The push as strong as the limits on motion allow under all of some plants; `None` where no strength does.
 pub(super) fn within_limits(plants: &[&Plant<f64>], push: &Push, bench: &Bench) -> Option<Push> {
-    let instruments = bench.instruments.thinned(30.0);
+    let instruments = bench.instruments.thinned(SORTING_RATE);
     let allowed = [bench.limits.distance, bench.limits.speed, bench.limits.spin];
     let keeps = |push: &Push| {
         plants.iter().all(|plant| {
