@@ -2,7 +2,7 @@
 
 use rand_chacha::ChaCha8Rng;
 use serde::{Deserialize, Serialize};
-use trundle_model::{Acting, Clock, Model};
+use trundle_model::{Acting, Clock, INNER, Model};
 
 use crate::gripper::relative;
 use crate::instruments::{Row, Scene};
@@ -46,10 +46,25 @@ impl Setting<'_> {
     /// # Errors
     /// When the model is not complete or the knots make no profile.
     pub fn run(&self, episode: usize, push: &Push, noise: ChaCha8Rng) -> Result<Vec<Row>, SimError> {
+        self.run_from(episode, push, [0.0; INNER], noise)
+    }
+
+    /// The same where the laws' own states, such as a caster's angle, start from `inner`.
+    ///
+    /// # Errors
+    /// As [`Setting::run`].
+    pub fn run_from(
+        &self,
+        episode: usize,
+        push: &Push,
+        inner: [f64; INNER],
+        noise: ChaCha8Rng,
+    ) -> Result<Vec<Row>, SimError> {
         let profile = Profile::new("push.knots", push.knots.clone())?;
         let instrumented = self.model.resolved()?;
         let mut world = World::new(&object(self.model), self.obstacles, self.step)?;
         world.place(push.start);
+        world.start_inner(inner);
         let mut gripper = Gripper::new(push.grasp, push.start, push.drive, self.coupling);
         let mut instruments = Instruments::new(self.sensor, self.tracker, noise);
         let steps = |seconds: f64| (seconds / self.step).round() as u32;

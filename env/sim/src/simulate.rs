@@ -1,8 +1,9 @@
 //! From a scenario to a recording.
 
-use rand::SeedableRng;
+use rand::{RngExt, SeedableRng};
 use rand_chacha::ChaCha8Rng;
-use trundle_model::{Body, Fixture, Model};
+use rand_distr::StandardNormal;
+use trundle_model::{Body, Fixture, INNER, Model};
 use trundle_record::{
     Contact, Dof, FORMAT, FixtureMeta, Frame, Metadata, NoiseMeta, ObjectMeta, Obstacle, Precontact,
     Recording, Sign, Source, Split, WrenchMeta,
@@ -28,7 +29,8 @@ pub fn simulate(scenario: &Scenario, model: &Model, seed: u64) -> Result<Recordi
     };
     let mut episodes = vec![];
     for (index, push) in pushes(scenario, model, seed).iter().enumerate() {
-        let rows = setting.run(index, push, stream(seed, Purpose::Noise, index))?;
+        let inner = beginning(model, &mut stream(seed, Purpose::Inner, index));
+        let rows = setting.run_from(index, push, inner, stream(seed, Purpose::Noise, index))?;
         episodes.push(episode(format!("episode_{index:02}"), &rows));
     }
     let names = episodes.iter().map(|e| e.name.clone());
@@ -63,16 +65,35 @@ fn pushes(scenario: &Scenario, model: &Model, seed: u64) -> Vec<Push> {
     pushes
 }
 
+/// Where the laws' own states begin: nobody knows how a caster stands, so that is drawn; a load hangs still.
+fn beginning(model: &Model, random: &mut ChaCha8Rng) -> [f64; INNER] {
+    let mut start = [0.0; INNER];
+    for (value, inner) in start.iter_mut().zip(model.inner()) {
+        let any = random.random_range(0..inner.starts.len().max(1));
+        let around: f64 = random.sample(StandardNormal);
+        let known = inner.starts.len() < 2;
+        *value = inner.starts.get(any).map_or(0.0, |s| if known { *s } else { s + inner.sd * around });
+    }
+    start
+}
+
 /// What a stream of random numbers is for; each episode has its own of each.
 #[derive(Clone, Copy)]
 enum Purpose {
     Push,
     Noise,
+    Inner,
 }
+
+/// Streams of the first two purposes take turns; the third's lie beyond any number of episodes.
+const BEYOND: u64 = 1 << 40;
 
 fn stream(seed: u64, purpose: Purpose, episode: usize) -> ChaCha8Rng {
     let mut random = ChaCha8Rng::seed_from_u64(seed);
-    random.set_stream(2 * episode as u64 + purpose as u64);
+    random.set_stream(match purpose {
+        Purpose::Push | Purpose::Noise => 2 * episode as u64 + purpose as u64,
+        Purpose::Inner => BEYOND + episode as u64,
+    });
     random
 }
 

@@ -9,7 +9,7 @@
 //! Where a law changes what is moved, the engine's body is weighed anew; the velocity of its origin stays.
 
 use rapier2d_f64::prelude::*;
-use trundle_model::{Clock, Model, Plant, Rigid, State};
+use trundle_model::{Clock, INNER, Model, Plant, Rigid, State};
 
 use crate::SimError;
 use crate::gripper::relative;
@@ -26,12 +26,14 @@ pub struct World {
     plant: Plant<f64>,
     /// What the engine's body is made to weigh.
     rigid: Rigid<f64>,
+    /// States of the laws' own.
+    inner: [f64; INNER],
 }
 
 /// All that moves, to the last bit: position, cosine and sine of the heading, and velocities of the
-/// mass centre.
+/// mass centre; and the laws' own states.
 #[derive(Clone, Copy, Debug, PartialEq)]
-pub struct Snapshot(pub [f64; 7]);
+pub struct Snapshot(pub [f64; 7], pub [f64; INNER]);
 
 impl World {
     /// A world with the object at rest at the origin. `obstacles` are simple polygons, m, world frame;
@@ -51,7 +53,7 @@ impl World {
         }
         let PhysicsWorld { bodies, colliders, .. } = &mut engine;
         bodies[body].recompute_mass_properties_from_colliders(colliders);
-        Ok(Self { engine, body, hull, plant, rigid })
+        Ok(Self { engine, body, hull, plant, rigid, inner: [0.0; INNER] })
     }
 
     /// The laws and the mass.
@@ -74,7 +76,7 @@ impl World {
         self.engine.integration_parameters.dt = dt;
     }
 
-    /// Pose and twist of the object frame, the heading in (−π, π].
+    /// Pose and twist of the object frame, the heading in (−π, π], and the laws' own states.
     pub fn state(&self) -> State<f64> {
         let body = self.body();
         let (position, rotation) = (body.translation(), body.rotation());
@@ -84,12 +86,18 @@ impl World {
             [position.x, position.y, rotation.angle()],
             [velocity.x + spin * arm.y, velocity.y - spin * arm.x, spin],
         )
+        .with_inner(self.inner)
     }
 
-    /// Put the object at rest at a pose `[m, m, rad]`.
+    /// Put the object at rest at a pose `[m, m, rad]`, the laws' own states at zero.
     pub fn place(&mut self, [x, y, theta]: [f64; 3]) {
         let (sin, cos) = theta.sin_cos();
-        self.restore(&Snapshot([x, y, cos, sin, 0.0, 0.0, 0.0]));
+        self.restore(&Snapshot([x, y, cos, sin, 0.0, 0.0, 0.0], [0.0; INNER]));
+    }
+
+    /// Start the laws' own states from these values.
+    pub fn start_inner(&mut self, inner: [f64; INNER]) {
+        self.inner = inner;
     }
 
     /// Put the object into a state, weighing what it weighs at that time.
@@ -98,18 +106,19 @@ impl World {
         let ([x, y, heading], [vx, vy, spin]) = (state.pose, state.twist);
         let (sin, cos) = heading.sin_cos();
         let [ax, ay] = self.arm(cos, sin);
-        self.restore(&Snapshot([x, y, cos, sin, vx - spin * ay, vy + spin * ax, spin]));
+        self.restore(&Snapshot([x, y, cos, sin, vx - spin * ay, vy + spin * ax, spin], state.inner));
     }
 
     /// All that moves.
     pub fn snapshot(&self) -> Snapshot {
         let body = self.body();
         let (p, r, v) = (body.translation(), body.rotation(), body.linvel());
-        Snapshot([p.x, p.y, r.re, r.im, v.x, v.y, body.angvel()])
+        Snapshot([p.x, p.y, r.re, r.im, v.x, v.y, body.angvel()], self.inner)
     }
 
     /// Go back to a snapshot; what follows is the same to the last bit as long as nothing touched.
-    pub fn restore(&mut self, Snapshot([x, y, cos, sin, vx, vy, spin]): &Snapshot) {
+    pub fn restore(&mut self, Snapshot([x, y, cos, sin, vx, vy, spin], inner): &Snapshot) {
+        self.inner = *inner;
         let body = &mut self.engine.bodies[self.body];
         let rotation = Rotation::from_cos_sin_unchecked(*cos, *sin);
         body.set_position(Pose::from_parts(Vector::new(*x, *y), rotation), true);
@@ -121,7 +130,9 @@ impl World {
     /// object origin `[N, N, N·m]`.
     pub fn step(&mut self, applied: [f64; 3], clock: Clock) {
         self.weigh(clock);
-        let impulse = self.impulse(applied, clock);
+        let after = self.plant.step(&self.state(), applied, clock, self.dt());
+        let impulse = self.impulse(&after);
+        self.inner = after.inner;
         let first = if self.touching() { 1.0 } else { 0.5 };
         self.kick(impulse, first);
         self.engine.step();
@@ -141,8 +152,7 @@ impl World {
 
     /// What the laws and the applied wrench add to the momentum in one step: `[N·s, N·s, N·m·s]`,
     /// world axes, about the mass centre.
-    fn impulse(&self, applied: [f64; 3], clock: Clock) -> [f64; 3] {
-        let after = self.plant.step(&self.state(), applied, clock, self.dt());
+    fn impulse(&self, after: &State<f64>) -> [f64; 3] {
         let (sin, cos) = after.pose[2].sin_cos();
         let arm = self.arm(cos, sin);
         let [vx, vy, spin] = after.twist;

@@ -47,12 +47,15 @@ fn assert_near(a: [f64; 3], b: [f64; 3], tolerance: f64) {
     }
 }
 
-/// Largest difference of poses between engine and integrator in one second of the same pushes.
+/// Largest difference of poses, and of the laws' own states, between engine and integrator in one second of the same
+/// pushes.
 fn gap(model: &Model) -> f64 {
     let mut world = World::new(model, &[], DT).unwrap();
     let plant = model.resolved().unwrap();
-    let mut state = State::at_rest([0.3, -0.2, 0.7]);
+    let own = std::array::from_fn(|k| if k < plant.inner() { 0.1 * (k + 1) as f64 } else { 0.0 });
+    let mut state = State::at_rest([0.3, -0.2, 0.7]).with_inner(own);
     world.place(state.pose);
+    world.start_inner(own);
     let mut largest = 0.0f64;
     for tick in 0..500 {
         let t = f64::from(tick) * DT;
@@ -61,8 +64,9 @@ fn gap(model: &Model) -> f64 {
         state = plant.step(&state, wrench(t), clock, DT);
         let pose = world.state().pose;
         let turned = (pose[2] - state.pose[2] + PI).rem_euclid(TAU) - PI;
-        let differences = [pose[0] - state.pose[0], pose[1] - state.pose[1], turned].map(f64::abs);
-        largest = differences.into_iter().fold(largest, f64::max);
+        let motion = [pose[0] - state.pose[0], pose[1] - state.pose[1], turned];
+        let own = world.state().inner.into_iter().zip(state.inner).map(|(a, b)| a - b);
+        largest = motion.into_iter().chain(own).map(f64::abs).fold(largest, f64::max);
     }
     largest
 }
@@ -80,6 +84,22 @@ fn free_motion_is_the_integrators_to_a_micrometre_for_every_effect() {
     model.effects = vec![wheel(180.0, 320.0), plain(Kind::CoulombFriction)];
     model.body.com = [0.1, -0.05];
     assert!(gap(&model) < 1e-6);
+}
+
+#[test]
+fn laws_with_states_move_alike_in_engine_and_integrator() {
+    let with = |kind, values: &[(&str, f64)]| {
+        values.iter().fold(Effect::free(kind), |effect, (name, value)| effect.with(name, Some(*value)))
+    };
+    let caster = with(Kind::CasterSwivel, &[("x", 0.5), ("y", 0.3), ("trail", 0.05), ("mu_side", 60.0)]);
+    let load = [("x", 0.3), ("y", -0.2), ("mass", 5.0), ("frequency", 1.4), ("damping_ratio", 0.03)];
+    let load = with(Kind::SwingingLoad, &load);
+    for effects in [vec![caster.clone()], vec![load.clone()], vec![caster, load]] {
+        let mut model = table(22.0);
+        model.effects = effects;
+        model.body.com = [0.1, -0.05];
+        assert!(gap(&model) < 1e-6, "{:e}", gap(&model));
+    }
 }
 
 #[test]
@@ -119,7 +139,7 @@ fn without_input_energy_never_grows() {
 #[test]
 fn a_snapshot_repeats_free_motion_to_the_last_bit() {
     let mut model = table(22.0);
-    model.effects = vec![wheel(180.0, 320.0)];
+    model.effects = vec![wheel(180.0, 320.0), plain(Kind::SwingingLoad)];
     let mut world = World::new(&model, &[], DT).unwrap();
     let run = |world: &mut World| {
         (0..200).for_each(|tick| world.step(wrench(f64::from(tick) * DT), CONTACT));

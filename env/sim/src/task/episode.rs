@@ -4,7 +4,7 @@ use rand::RngExt;
 use rand::SeedableRng;
 use rand_chacha::ChaCha8Rng;
 use rand_distr::StandardNormal;
-use trundle_model::{Clock, State};
+use trundle_model::{Clock, INNER, State};
 
 use super::rules::*;
 use super::{Hidden, Outcome};
@@ -116,7 +116,7 @@ impl Episode {
 
     /// Put everything as it was saved.
     pub fn restore(&mut self, saved: &Saved) {
-        self.world.restore(&Snapshot(saved.motion));
+        self.world.restore(&Snapshot(saved.motion, [0.0; INNER]));
         self.wrench = saved.wrench;
         self.tare = saved.tare;
         self.tick = saved.tick;
