@@ -90,8 +90,7 @@ impl Track {
             return Err(lacks("fewer than two wrench samples are left"));
         }
         let poses = &episode.pose;
-        let first =
-            if episode.at_rest { poses.iter().rposition(|p| p.t <= episode.contact).unwrap_or(0) } else { 0 };
+        let first = if episode.at_rest { last_at_rest(episode, noise) } else { 0 };
         if poses.len() < first + 5 {
             return Err(lacks("fewer than five poses are left from contact on"));
         }
@@ -148,6 +147,39 @@ impl Track {
     }
 }
 
+/// Deviation from rest that noise does not reach twice running, standard deviations.
+const MOVES: f64 = 6.0;
+
+/// How long before it is seen to move an object may have begun to, s.
+const UNSEEN: f64 = 0.1;
+
+/// The last pose at rest: before contact, and before it is seen to move, since a reading that is late tells of contact
+/// late too.
+fn last_at_rest(episode: &Prepared, noise: &Noise) -> usize {
+    let end =
+        moves_at(&episode.pose, noise.pose).map_or(episode.contact, |t| episode.contact.min(t - UNSEEN));
+    episode.pose.iter().rposition(|p| p.t <= end).unwrap_or(0)
+}
+
+/// When poses first leave the mean of those before, s.
+fn moves_at(poses: &[PoseSample], sd: [f64; 3]) -> Option<f64> {
+    let (mut sum, mut left) = ([0.0; 3], None);
+    for (n, pose) in poses.iter().enumerate() {
+        let away = |k: usize| {
+            (pose.pose[k] - sum[k] / n as f64).abs() > MOVES * sd[k] * (1.0 + 1.0 / n as f64).sqrt()
+        };
+        match left {
+            _ if n == 0 || !(0..3).any(away) => {
+                left = None;
+                sum = [0, 1, 2].map(|k| sum[k] + pose.pose[k]);
+            }
+            None => left = Some(pose.t),
+            Some(_) => return left,
+        }
+    }
+    None
+}
+
 type Known = ([f64; 3], [f64; 3]);
 
 /// Pose and twist with their variances where the track begins.
@@ -176,5 +208,24 @@ pub(crate) fn cut(from: f64, to: &PoseSample, curve: &Curve, longest: f64, steps
         let pose = (k + 1 == pieces as usize).then_some(to.pose);
         let clock = Clock { dt, grasp: [frame[0], frame[1]], ..curve.clock(begin + dt / 2.0) };
         steps.push(Step { dt, reading, frame, clock, thinning: spacing / dt, pose });
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn what_moves_before_the_reading_says_so_has_begun_earlier() {
+        let noise = |k: usize| 2e-4 * ((12.9 * k as f64).sin() + (78.2 * k as f64).sin());
+        let pose = |k: usize| {
+            let t = k as f64 / 60.0;
+            let moved = 0.5 * (t - 0.5).max(0.0).powi(2);
+            PoseSample { t, pose: [3.0 + moved + noise(k), -1.0 + noise(k + 7), 0.3] }
+        };
+        let poses: Vec<_> = (0..100).map(pose).collect();
+        let seen = moves_at(&poses, [5e-4, 5e-4, 1.75e-3]).unwrap();
+        assert!((0.52..0.5 + UNSEEN).contains(&seen), "seen to move at {seen} s");
+        assert_eq!(moves_at(&poses[..30], [5e-4, 5e-4, 1.75e-3]), None);
     }
 }
