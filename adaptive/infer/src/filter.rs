@@ -7,7 +7,7 @@
 use crate::curve::Curve;
 use crate::{Channels, InferError, Track, track::Step};
 use nalgebra::{Matrix3, SMatrix, SVector, Vector3};
-use trundle_model::{Dual, INNER, Inner, Model, Plant, Real, State, transport};
+use trundle_model::{Clock, Dual, INNER, Inner, Model, Plant, Real, State, transport};
 
 /// Pose, twist and wrench error.
 const PLAIN: usize = 9;
@@ -369,10 +369,14 @@ pub(crate) fn push<T: Real>(
     step: &Step,
     curve: &Curve,
 ) -> State<T> {
-    let read = step.reading(curve, plant.delay());
+    let delay = plant.delay();
+    let read = step.reading(curve, delay);
     let reading = [0, 1, 2].map(|k| read[k] - error[k]);
-    let applied = transport(plant.correct(reading, step.clock), step.frame);
-    plant.step(state, applied, step.clock, step.dt)
+    // A late reading tells of contact late.
+    let since_contact = step.clock.since_contact + delay.map_or(0.0, Real::re);
+    let clock = Clock { since_contact, ..step.clock };
+    let applied = transport(plant.correct(reading, clock), step.frame);
+    plant.step(state, applied, clock, step.dt)
 }
 
 fn backward<const N: usize>(stages: Vec<Stage<N>>) -> Vec<Residual> {
