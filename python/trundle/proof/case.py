@@ -5,6 +5,7 @@ from __future__ import annotations
 import math
 from collections.abc import Sequence
 from dataclasses import dataclass
+from itertools import combinations
 from typing import Any
 
 import numpy as np
@@ -20,6 +21,11 @@ from trundle.proof.scene import Scene, draw_scene
 from trundle.proof.world import Motion, motion
 
 __all__ = ["Drawn", "Planned", "draw", "plan", "plan_limits"]
+
+
+INSEPARABLE = ({"com_offset", "tracker_offset"}, {"second_wheel", "wheel_event"})
+"""Pairs that are not hidden: two that are one to the data, and two wheels of which one changes (wheels are one
+and a damping of the spin only as long as none changes)."""
 
 
 @dataclass(frozen=True)
@@ -46,7 +52,8 @@ def plan(settings: Settings) -> list[Planned]:
     kinds: list[tuple[str, ...]] = [()] * settings.clean
     kinds += [(name,) for name in settings.effects for _ in range(settings.singles)]
     kinds += [(name,) for name in settings.foreign for _ in range(settings.foreigns)]
-    kinds += [tuple(rng.choice(settings.effects, 2, replace=False).tolist()) for _ in range(settings.pairs)]
+    pairs = [(a, b) for a, b in combinations(settings.effects, 2) if {a, b} not in INSEPARABLE]
+    kinds += [pairs[int(rng.integers(len(pairs)))] for _ in range(settings.pairs)]
     order = rng.permutation(len(kinds))
     return [Planned(f"case_{k:04}", kinds[i], settings.first + k) for k, i in enumerate(order)]
 

@@ -60,21 +60,28 @@ def moment(given: Any, true: Row) -> float:
 
 
 def parameter_errors(rows: Sequence[Row]) -> dict[str, list[tuple[float, float]]]:
-    """Return by `effect.parameter` the relative error, and the error over the standard deviation given."""
+    """Return by `effect.parameter` the relative error, and the error over the standard deviation given.
+
+    Relative to all values of the effect that have the same unit: a component of a vector may be next to nothing.
+    """
     found: dict[str, list[tuple[float, float]]] = {}
     for answer, true in found_rows(rows):
-        for name, value in true["parameters"].items():
-            given = answer["parameters"].get(name)
-            if given is None or value is None or given.get("mean") is None:
-                continue
-            found.setdefault(f"{true['effect']}.{name}", []).append(relative(given, value))
+        given = answer["parameters"]
+        there = {
+            name: v for name, v in true["parameters"].items() if given.get(name, {}).get("mean") is not None
+        }
+        for name, value in there.items():
+            alike = [v for other, v in there.items() if given[other].get("unit") == given[name].get("unit")]
+            size = float(np.linalg.norm(np.concatenate([np.ravel(v) for v in alike])))
+            found.setdefault(f"{true['effect']}.{name}", []).append(relative(name, given[name], value, size))
     return found
 
 
-def relative(given: Row, value: Any) -> tuple[float, float]:
-    """Return the error over the value's size, and over the standard deviation; of matrices as a whole."""
-    mean, true = np.asarray(given["mean"], dtype=float), np.asarray(value, dtype=float)
-    size, off = float(np.linalg.norm(true)), float(np.linalg.norm(mean - true))
-    sd = given.get("sd")
+def relative(name: str, given: Row, value: Any, size: float) -> tuple[float, float]:
+    """Return the error over a size, and over the standard deviation; of matrices as a whole."""
+    off = np.asarray(given["mean"], dtype=float) - np.asarray(value, dtype=float)
+    if name == "angle":
+        off = np.asarray((off + np.pi / 2) % np.pi - np.pi / 2)
+    error, sd = float(np.linalg.norm(off)), given.get("sd")
     spread = float(np.linalg.norm(np.asarray(sd, dtype=float))) if sd is not None else math.nan
-    return off / size if size else math.nan, off / spread if spread else math.nan
+    return error / size if size else math.nan, error / spread if spread else math.nan
