@@ -6,20 +6,22 @@ use trundle_model::Effect;
 /// A number with its standard deviation and unit, to the digit that the deviation allows:
 /// `14.2 ± 0.3 N`.
 pub(crate) fn quantity(mean: f64, sd: f64, unit: &str) -> String {
+    let unit = if unit == "1" { String::new() } else { format!(" {unit}") };
     if !(sd.is_finite() && sd > 0.0) {
-        return format!("{mean:.3} {unit}");
+        return format!("{mean:.3}{unit}");
     }
     let digits = (-sd.log10().floor()).clamp(0.0, 6.0) as usize;
-    format!("{mean:.digits$} ± {sd:.digits$} {unit}")
+    format!("{mean:.digits$} ± {sd:.digits$}{unit}")
 }
 
 /// The catalogue's sentence for an effect, with its parameters as fitted; what the data do not hold
 /// is said to be unknown.
 pub(crate) fn statement(effect: &Effect, name: &str, fit: &Fit) -> String {
     let mut sentence = effect.kind.spec().sentence.to_owned();
-    for param in effect.kind.spec().params {
-        let text = match fit.estimate(&format!("{name}.{}", param.name)) {
-            Some(Estimate { mean, sd, identified: true, unit, .. }) => quantity(*mean, *sd, unit),
+    for (param, value) in effect.kind.spec().params.iter().zip(&effect.values) {
+        let text = match (fit.estimate(&format!("{name}.{}", param.name)), value) {
+            (Some(Estimate { mean, sd, identified: true, unit, .. }), _) => quantity(*mean, *sd, unit),
+            (None, Some(given)) => quantity(*given, 0.0, param.unit),
             _ => "unknown".to_owned(),
         };
         sentence = sentence.replace(&format!("{{{}}}", param.name), &text);
@@ -41,6 +43,7 @@ mod tests {
         assert_eq!(quantity(14.2345, 0.31, "N"), "14.2 ± 0.3 N");
         assert_eq!(quantity(203.5, 12.0, "N·s/m"), "204 ± 12 N·s/m");
         assert_eq!(quantity(-0.481_23, 0.0021, "m"), "-0.481 ± 0.002 m");
+        assert_eq!(quantity(1.2512, 0.0011, "1"), "1.251 ± 0.001");
     }
 
     #[test]

@@ -18,8 +18,8 @@ pub(crate) static SPEC: Spec = Spec {
     loads: true,
     inner: &[],
     params: &[
-        on_body("com_x", 0, "the mass centre, object frame"),
-        on_body("com_y", 1, "the mass centre, object frame"),
+        on_body("com_x", 0, "the mass centre, object frame; neutral at the body's own"),
+        on_body("com_y", 1, "the mass centre, object frame; neutral at the body's own"),
     ],
     neutral: &[("com_x", OWN), ("com_y", OWN)],
     sentence: "The mass centre is at ({com_x}, {com_y}) of the object, not where a uniform body has it.",
