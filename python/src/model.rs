@@ -229,6 +229,8 @@ fn spec_dict<'py>(py: Python<'py>, spec: &Spec) -> PyResult<Bound<'py, PyDict>> 
 
 fn param_dict<'py>(py: Python<'py>, spec: &Spec, param: &Param) -> PyResult<Bound<'py, PyDict>> {
     let neutral = spec.neutral.iter().find(|(name, _)| *name == param.name).map(|(_, value)| *value);
+    // The body's own value, which is another for each, is not a number.
+    let neutral = neutral.filter(|value| value.is_finite());
     let dict = PyDict::new(py);
     dict.set_item("name", param.name)?;
     dict.set_item("unit", param.unit)?;
