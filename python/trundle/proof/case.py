@@ -24,8 +24,10 @@ __all__ = ["Drawn", "Planned", "draw", "plan", "plan_limits"]
 
 
 INSEPARABLE = ({"com_offset", "tracker_offset"}, {"second_wheel", "wheel_event"})
-"""Pairs that are not hidden: two that are one to the data, and two wheels of which one changes (wheels are one
-and a damping of the spin only as long as none changes)."""
+"""Pairs that are not hidden: two that are one to the data, and two wheels of which one changes.
+
+Wheels are one wheel and a damping of the spin only as long as none changes.
+"""
 
 
 @dataclass(frozen=True)

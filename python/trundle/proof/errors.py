@@ -67,9 +67,8 @@ def parameter_errors(rows: Sequence[Row]) -> dict[str, list[tuple[float, float]]
     found: dict[str, list[tuple[float, float]]] = {}
     for answer, true in found_rows(rows):
         given = answer["parameters"]
-        there = {
-            name: v for name, v in true["parameters"].items() if given.get(name, {}).get("mean") is not None
-        }
+        said = {name for name, one in given.items() if one.get("mean") is not None}
+        there = {name: value for name, value in true["parameters"].items() if name in said}
         for name, value in there.items():
             alike = [v for other, v in there.items() if given[other].get("unit") == given[name].get("unit")]
             size = float(np.linalg.norm(np.concatenate([np.ravel(v) for v in alike])))
