@@ -84,6 +84,9 @@ pub(crate) trait Filtering: Sync {
     fn smooth(&self, track: &Track) -> Option<Vec<Residual>>;
     /// The density of every pose sample as predicted from the track's start alone.
     fn predict_only(&self, track: &Track) -> Option<Vec<Innovation>>;
+    /// The density of the pose samples of windows of `length` seconds, each predicted from what the filter knew at its
+    /// start; `None` in place of a window that is not finite.
+    fn ahead(&self, track: &Track, starts: &[f64], length: f64) -> Option<Vec<Option<Vec<Innovation>>>>;
 }
 
 /// The filter for a model at values.
@@ -134,17 +137,31 @@ impl<const N: usize> Filtering for Filter<'_, N> {
     }
 
     fn predict_only(&self, track: &Track) -> Option<Vec<Innovation>> {
+        let belief = self.begin(track, &self.inner_start(track)?);
+        self.onwards(&track.steps, &track.curve, belief, track.start)
+    }
+
+    fn ahead(&self, track: &Track, starts: &[f64], length: f64) -> Option<Vec<Option<Vec<Innovation>>>> {
         let mut belief = self.begin(track, &self.inner_start(track)?);
-        let mut t = track.start;
-        let mut predictions = Vec::with_capacity(track.observations());
-        for step in &track.steps {
+        let (mut t, mut starts, mut found) = (track.start, starts.iter().peekable(), vec![]);
+        for (index, step) in track.steps.iter().enumerate() {
+            while starts.next_if(|start| **start <= t + 1e-9).is_some() {
+                let mut end = t;
+                let within = track.steps[index..].iter().take_while(|step| {
+                    end += step.dt;
+                    end <= t + length + 1e-9
+                });
+                let count = within.count();
+                found.push(self.onwards(&track.steps[index..index + count], &track.curve, belief.clone(), t));
+            }
             (belief, _) = self.predict(&belief, step, &track.curve);
             t += step.dt;
             if let Some(seen) = step.pose {
-                predictions.push(self.observe(&belief, t, seen)?);
+                let innovation = self.observe(&belief, t, seen)?;
+                belief = self.update(belief, &innovation);
             }
         }
-        Some(predictions)
+        Some(found)
     }
 }
 
@@ -182,6 +199,25 @@ impl<'a, const N: usize> Filter<'a, N> {
             }
         }
         Some(())
+    }
+
+    /// Predictions of the pose samples of some steps from a belief at time `t`, correcting nothing.
+    fn onwards(
+        &self,
+        steps: &[Step],
+        curve: &Curve,
+        mut belief: Belief<N>,
+        mut t: f64,
+    ) -> Option<Vec<Innovation>> {
+        let mut predictions = vec![];
+        for step in steps {
+            (belief, _) = self.predict(&belief, step, curve);
+            t += step.dt;
+            if let Some(seen) = step.pose {
+                predictions.push(self.observe(&belief, t, seen)?);
+            }
+        }
+        Some(predictions)
     }
 
     /// The laws' own starting states that the episode's beginning fits best, of all that they offer.

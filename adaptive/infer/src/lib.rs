@@ -5,6 +5,7 @@
 //! and how much evidence the data hold for the model.
 
 mod baseline;
+mod beginning;
 mod comparison;
 mod coordinates;
 mod curve;
@@ -38,6 +39,7 @@ pub use baseline::{
     BaselineError, Coasting, Features, Linear, Local, Predictor, Pushes, SigmaReading, StateVector,
     Transition, hold, noisy, r2, r2_of, transitions, transitions_of,
 };
+pub use beginning::unjudged;
 pub use comparison::{Comparison, quasi_static};
 pub use coordinates::{Coordinates, Strain};
 pub use error::InferError;
@@ -54,7 +56,7 @@ pub use online::{Online, OnlineOptions};
 pub use profile::{Profile, Shape, profile};
 pub use quasi::{WrenchLikelihood, WrenchSample, is_quasi_static};
 pub use rollout::{Window, open_loop, windows};
-pub use score::{Score, score};
+pub use score::{Score, score, score_beside};
 pub use shooting::{Cut, Loss, Scatter, Shooting, guided_fit};
 pub use stretches::wrench_samples;
 pub use target::{Density, Target};

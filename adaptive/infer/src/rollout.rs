@@ -1,26 +1,37 @@
 //! Simulations of a recording, as DIAGNOSIS.md defines them: open loop, and one window ahead.
 
+use crate::beginning::beginning;
 use crate::curve::Curve;
 use crate::filter::{Innovation, filter, push};
 use crate::track::{LONGEST, Step, cut};
 use crate::{Channels, InferError, Track};
 use std::sync::Arc;
-use trundle_model::{Model, Plant, State};
+use trundle_model::{INNER, Model, Plant, State};
 use trundle_record::{Motion, Noise, Prepared};
 
 /// Poses at the times of the recorded poses, simulated from the first one, at rest, under the
 /// recorded wrench, which is held in the simulated object's frame. Shape: one pose a sample,
-/// world, m, m, rad.
+/// world, m, m, rad. Where a law's own state may start in several ways, the first second after contact tells.
 pub fn open_loop(plant: &Plant<f64>, episode: &Prepared) -> Vec<[f64; 3]> {
+    simulated(plant, episode, beginning(plant, episode), f64::INFINITY)
+}
+
+/// The same up to a time, s, with the laws' own states starting from `inner`.
+pub(crate) fn simulated(
+    plant: &Plant<f64>,
+    episode: &Prepared,
+    inner: [f64; INNER],
+    until: f64,
+) -> Vec<[f64; 3]> {
     let Some(first) = episode.pose.first() else { return vec![] };
-    let mut state = State::at_rest(first.pose);
+    let mut state = State::at_rest(first.pose).with_inner(inner);
     let mut poses = vec![first.pose];
     if episode.wrench.is_empty() {
         return vec![first.pose; episode.pose.len()];
     }
     let curve = Curve::new(episode);
     let mut steps: Vec<Step> = Vec::new();
-    for pair in episode.pose.windows(2) {
+    for pair in episode.pose.windows(2).take_while(|pair| pair[1].t <= until) {
         steps.clear();
         cut(pair[0].t, &pair[1], &curve, LONGEST, &mut steps);
         for step in &steps {
@@ -53,6 +64,13 @@ pub fn windows(
     noise: &Noise,
 ) -> Result<Vec<Option<Window>>, InferError> {
     let filter = filter(model, values, channels)?;
+    if !model.inner().is_empty() {
+        // The laws' own states are nowhere in a motion; a filter carries them.
+        let track = Track::new(episode, noise)?;
+        let times: Vec<f64> = starts(episode, noise).iter().map(|(_, motion)| motion.t).collect();
+        let windows = filter.ahead(&track, &times, WINDOW).unwrap_or_default();
+        return Ok(windows.into_iter().map(|samples| samples.map(|samples| Window { samples })).collect());
+    }
     let curve = Arc::new(Curve::new(episode));
     let found = starts(episode, noise).into_iter().map(|(index, motion)| {
         let end = motion.t + WINDOW;

@@ -1,14 +1,16 @@
 //! The figures of DIAGNOSIS.md, by which a model is judged on episodes.
 
+use crate::beginning;
 use crate::curve::clock;
 use crate::quasi::WrenchSample;
-use crate::rollout::{open_loop, windows};
+use crate::rollout::{Window, open_loop, windows};
 use crate::stretches::wrench_samples;
+use crate::track::LONGEST;
 use crate::{Channels, InferError};
 use rayon::prelude::*;
 use serde::Serialize;
 use std::f64::consts::{PI, TAU};
-use trundle_model::{Model, Plant, State, to_body};
+use trundle_model::{Clock, INNER, Model, Plant, State, to_body};
 use trundle_record::{Motion, Noise, Prepared};
 
 /// How well a model predicts some episodes; `None` where a figure makes no sense.
@@ -64,15 +66,33 @@ pub fn score(
     noise: &Noise,
     quasi_static: bool,
 ) -> Result<Score, InferError> {
+    score_beside(model, values, channels, episodes, noise, quasi_static, 0.0)
+}
+
+/// The same beside another model, of which `unjudged` seconds after contact are not judged ([`unjudged`]): what is not
+/// judged of one is not judged of the other.
+///
+/// # Errors
+/// When `values` has the wrong length.
+pub fn score_beside(
+    model: &Model,
+    values: &[f64],
+    channels: &Channels,
+    episodes: &[Prepared],
+    noise: &Noise,
+    quasi_static: bool,
+    unjudged: f64,
+) -> Result<Score, InferError> {
     let plant = model.plant(values)?;
+    let unjudged = unjudged.max(beginning::unjudged(model));
     let one = |episode: &Prepared| {
         let mut sums = Sums::default();
         if quasi_static {
             sums.wrenches(&plant, &wrench_samples(episode, noise));
         } else {
-            sums.open_loop(model, &plant, episode);
-            sums.windows(model, values, channels, episode, noise)?;
-            sums.dynamics(&plant, model.dof, episode, noise);
+            sums.open_loop(model, &plant, episode, unjudged);
+            sums.windows(windows(model, values, channels, episode, noise)?, episode.contact + unjudged);
+            sums.dynamics(&plant, model.dof, episode, noise, unjudged);
         }
         Ok(sums)
     };
@@ -91,12 +111,14 @@ fn square_error(a: [f64; 3], b: [f64; 3]) -> [f64; 2] {
 }
 
 impl Sums {
-    fn open_loop(&mut self, model: &Model, plant: &Plant<f64>, episode: &Prepared) {
+    fn open_loop(&mut self, model: &Model, plant: &Plant<f64>, episode: &Prepared, unjudged: f64) {
         let simulated = open_loop(plant, episode);
-        let n = episode.pose.len() as f64;
         let rho = if model.dof[2] { model.body.gyration } else { 0.0 };
-        let center = [0, 1, 2].map(|k| episode.pose.iter().map(|p| p.pose[k]).sum::<f64>() / n);
-        for (seen, simulated) in episode.pose.iter().zip(&simulated) {
+        let judged = |t: f64| t < episode.contact || t >= episode.contact + unjudged;
+        let pairs = || episode.pose.iter().zip(&simulated).filter(|(seen, _)| judged(seen.t));
+        let n = pairs().count() as f64;
+        let center = [0, 1, 2].map(|k| pairs().map(|(seen, _)| seen.pose[k]).sum::<f64>() / n);
+        for (seen, simulated) in pairs() {
             let [position, heading] = square_error(seen.pose, *simulated);
             self.open = [self.open[0] + position, self.open[1] + heading];
             self.unexplained += position + rho * rho * heading;
@@ -111,32 +133,34 @@ impl Sums {
         self.episodes += 1.0;
     }
 
-    fn windows(
-        &mut self,
-        model: &Model,
-        values: &[f64],
-        channels: &Channels,
-        episode: &Prepared,
-        noise: &Noise,
-    ) -> Result<(), InferError> {
-        for window in windows(model, values, channels, episode, noise)?.into_iter().flatten() {
-            for sample in &window.samples {
-                let e = sample.error;
-                self.window =
-                    [self.window[0] + e[0] * e[0] + e[1] * e[1], self.window[1] + wrap(e[2]).powi(2)];
-                self.log_density -= sample.cost;
-                self.window_count += 1.0;
-            }
+    /// Predictions of samples from a time on.
+    fn windows(&mut self, windows: Vec<Option<Window>>, from: f64) {
+        for sample in windows.iter().flatten().flat_map(|w| &w.samples).filter(|sample| sample.t > from) {
+            let e = sample.error;
+            self.window = [self.window[0] + e[0] * e[0] + e[1] * e[1], self.window[1] + wrap(e[2]).powi(2)];
+            self.log_density -= sample.cost;
+            self.window_count += 1.0;
         }
-        Ok(())
     }
 
     /// The wrench that the seen motion needs, at every pose sample from contact on.
-    fn dynamics(&mut self, plant: &Plant<f64>, dof: [bool; 3], episode: &Prepared, noise: &Noise) {
+    fn dynamics(
+        &mut self,
+        plant: &Plant<f64>,
+        dof: [bool; 3],
+        episode: &Prepared,
+        noise: &Noise,
+        unjudged: f64,
+    ) {
+        let mut own = Own { inner: beginning::beginning(plant, episode), last: None };
         for motion in episode.motion(noise).iter().filter(|m| m.t >= episode.contact) {
             let Some(sample) = seen(motion, episode, plant.delay().unwrap_or(0.0)) else { continue };
+            let inner = own.until(plant, &sample);
+            if motion.t < episode.contact + unjudged {
+                continue;
+            }
             let inertia = inertial(plant, &sample, motion.accel);
-            let [force_x, force_y, torque] = shortfall(plant, &sample, motion, inertia);
+            let [force_x, force_y, torque] = shortfall(plant, &sample, inner, motion, inertia);
             let force_y = if dof[1] { force_y } else { 0.0 };
             let torque = if dof[2] { torque } else { 0.0 };
             self.add_wrench([force_x, force_y, torque]);
@@ -190,6 +214,33 @@ impl Sums {
     }
 }
 
+/// The laws' own states along the motion that was seen.
+struct Own {
+    inner: [f64; INNER],
+    last: Option<WrenchSample>,
+}
+
+impl Own {
+    /// Move them on from the sample before.
+    fn until(&mut self, plant: &Plant<f64>, sample: &WrenchSample) -> [f64; INNER] {
+        if let Some(last) = self.last.as_ref().filter(|_| plant.inner() > 0) {
+            let applied = last.recorded(plant);
+            let count = ((sample.t - last.t) / LONGEST).ceil().max(1.0);
+            let dt = (sample.t - last.t) / count;
+            let mut state = State::moving(last.pose, last.twist).with_inner(self.inner);
+            for k in 0..count as usize {
+                let past = (k as f64 + 0.5) * dt;
+                let since_contact = last.clock.since_contact + past;
+                let clock = Clock { t: last.t + past, since_contact, dt, ..last.clock };
+                state = plant.step(&state, applied, clock, dt);
+            }
+            self.inner = state.inner;
+        }
+        self.last = Some(sample.clone());
+        self.inner
+    }
+}
+
 /// What was read of the moment when a pose was seen, `delay` seconds later: the mean of the readings nearest in time.
 fn seen(motion: &Motion, episode: &Prepared, delay: f64) -> Option<WrenchSample> {
     const NEAR: f64 = 0.02;
@@ -224,33 +275,29 @@ fn inertial(plant: &Plant<f64>, sample: &WrenchSample, accel: [f64; 3]) -> [f64;
 
 /// Needed less recorded. A law with dry friction holds a set of wrenches at rest, and a speed is
 /// known only so well: the nearest wrench within that uncertainty is what counts.
-fn shortfall(plant: &Plant<f64>, sample: &WrenchSample, motion: &Motion, inertia: [f64; 3]) -> [f64; 3] {
+fn shortfall(
+    plant: &Plant<f64>,
+    sample: &WrenchSample,
+    inner: [f64; INNER],
+    motion: &Motion,
+    inertia: [f64; 3],
+) -> [f64; 3] {
     let reach = [0, 1, 2].map(|k| 2.0 * motion.cov[k][1][1].sqrt());
     let at_rest = (0..3).all(|k| motion.twist[k].abs() <= reach[k]);
     let recorded = sample.recorded(plant);
-    let needed = sample.needed(plant);
-    let plain = [0, 1, 2].map(|k| inertia[k] + needed[k] - recorded[k]);
-    if at_rest { nearest(plant, sample, motion.twist, reach, inertia, recorded, plain) } else { plain }
-}
-
-/// Descend to the twist, within `reach`, whose wrench is nearest to the recorded one.
-fn nearest(
-    plant: &Plant<f64>,
-    sample: &WrenchSample,
-    start: [f64; 3],
-    reach: [f64; 3],
-    inertia: [f64; 3],
-    recorded: [f64; 3],
-    plain: [f64; 3],
-) -> [f64; 3] {
-    const ROUNDS: usize = 12;
-    let evaluate = |twist: [f64; 3]| {
-        let state = State::moving(sample.pose, twist);
+    let missed = |twist: [f64; 3]| {
+        let state = State::moving(sample.pose, twist).with_inner(inner);
         let wrench = plant.action(&state, sample.clock).wrench(to_body(twist, sample.pose[2]));
         [0, 1, 2].map(|k| inertia[k] - wrench[k] - recorded[k])
     };
+    if at_rest { nearest(motion.twist, reach, missed) } else { missed(motion.twist) }
+}
+
+/// Descend to the twist, within `reach`, at which least is missed.
+fn nearest(start: [f64; 3], reach: [f64; 3], missed: impl Fn([f64; 3]) -> [f64; 3]) -> [f64; 3] {
+    const ROUNDS: usize = 12;
     let size = |r: &[f64; 3]| r.iter().map(|x| x * x).sum::<f64>();
-    let (mut twist, mut best) = (start, plain);
+    let (mut twist, mut best) = (start, missed(start));
     let mut stride = 1.0;
     for _ in 0..ROUNDS {
         // Along each axis in turn: dry laws are monotone, so coordinate descent cannot be trapped.
@@ -259,7 +306,7 @@ fn nearest(
                 let mut trial = twist;
                 trial[k] =
                     (twist[k] + sign * stride * reach[k]).clamp(start[k] - reach[k], start[k] + reach[k]);
-                let residual = evaluate(trial);
+                let residual = missed(trial);
                 if size(&residual) < size(&best) {
                     (twist, best) = (trial, residual);
                 }

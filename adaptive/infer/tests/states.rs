@@ -1,0 +1,134 @@
+//! Laws with states of their own: where they begin is found from the first second, which is then not judged.
+#![allow(clippy::unwrap_used)]
+
+mod common;
+
+use common::{NOISE, effect, locked};
+use rand::{RngExt, SeedableRng};
+use rand_chacha::ChaCha8Rng;
+use rand_distr::StandardNormal;
+use trundle_infer::{Channels, Score, open_loop, score, score_beside, unjudged};
+use trundle_model::{Clock, Kind, Model, Plant, State, transport};
+use trundle_record::{Counts, PoseSample, Prepared, WrenchSample};
+
+const CONTACT: f64 = 0.4;
+const DT: f64 = 5e-4;
+const GRASP: [f64; 3] = [-0.6, 0.1, 0.0];
+
+fn force(t: f64) -> [f64; 3] {
+    let on = ((t - CONTACT) / 0.1).clamp(0.0, 1.0);
+    [on * (14.0 + 22.0 * (2.4 * t).sin()), on * 10.0 * (3.7 * t).cos(), on * (2.1 * t).sin()]
+}
+
+/// A push of five seconds that starts with the laws' own states at `own`, with noise of `quiet` times the usual.
+fn push(plant: &Plant<f64>, own: &[f64], quiet: f64) -> Prepared {
+    let mut rng = ChaCha8Rng::seed_from_u64(3);
+    let mut normal = |sd: f64| quiet * sd * rng.sample::<f64, _>(StandardNormal);
+    let mut inner = [0.0; trundle_model::INNER];
+    inner[..own.len()].copy_from_slice(own);
+    let mut state = State::at_rest([0.2, -0.1, 0.4]).with_inner(inner);
+    let (mut wrench, mut pose) = (vec![], vec![]);
+    for k in 0..10_000 {
+        let t = k as f64 * DT;
+        if k % 8 == 0 {
+            let (clean, sd) = (force(t), [NOISE.force, NOISE.force, NOISE.torque]);
+            wrench.push(WrenchSample {
+                t,
+                reading: [0, 1, 2].map(|i| clean[i] + normal(sd[i])),
+                frame: GRASP,
+            });
+        }
+        if k % 32 == 0 {
+            pose.push(PoseSample { t, pose: [0, 1, 2].map(|i| state.pose[i] + normal(NOISE.pose[i])) });
+        }
+        let clock = Clock { t: t + DT / 2.0, dt: DT, ..Clock::since_contact(t - CONTACT) };
+        state = plant.step(&state, transport(force(t + DT / 2.0), GRASP), clock, DT);
+    }
+    Prepared {
+        name: "push".to_owned(),
+        ordinal: 0,
+        wrench,
+        pose,
+        contact: CONTACT,
+        tare_sd: [0.04, 0.04, 0.005],
+        at_rest: true,
+        counts: Counts::default(),
+        memo: Default::default(),
+    }
+}
+
+/// The table on one wheel that rolls and a caster.
+fn on_a_caster() -> Model {
+    let caster = [("x", 0.5), ("y", 0.3), ("trail", 0.05), ("mu_side", 80.0)];
+    locked().with(effect(Kind::CasterSwivel, &caster))
+}
+
+fn loaded() -> Model {
+    let load = [("x", 0.3), ("y", -0.2), ("mass", 6.0), ("frequency", 1.3), ("damping_ratio", 0.02)];
+    locked().with(effect(Kind::SwingingLoad, &load))
+}
+
+fn values(model: &Model) -> Vec<f64> {
+    model.slots().iter().map(|slot| slot.value.unwrap()).collect()
+}
+
+fn judged(model: &Model, episode: &Prepared) -> Score {
+    let channels = Channels::of(&NOISE);
+    score(model, &values(model), &channels, std::slice::from_ref(episode), &NOISE, false).unwrap()
+}
+
+#[test]
+fn a_casters_first_angle_is_found_in_open_loop() {
+    let plant = on_a_caster().resolved().unwrap();
+    for first in [2.2, -0.6, -2.9, 0.4] {
+        let episode = push(&plant, &[first], 0.0);
+        let simulated = open_loop(&plant, &episode);
+        let farthest =
+            simulated.iter().zip(&episode.pose).map(|(a, b)| (a[0] - b.pose[0]).hypot(a[1] - b.pose[1]));
+        let farthest = farthest.fold(0.0, f64::max);
+        assert!(farthest < 1e-3, "from {first}: {farthest} m off");
+    }
+}
+
+#[test]
+fn a_caster_that_points_elsewhere_moves_otherwise() {
+    // Without this the test above could not fail.
+    let plant = on_a_caster().resolved().unwrap();
+    let ends: Vec<_> = [2.2, 0.4].map(|first| push(&plant, &[first], 0.0).pose.last().unwrap().pose).to_vec();
+    assert!((ends[0][0] - ends[1][0]).hypot(ends[0][1] - ends[1][1]) > 0.01, "{ends:?}");
+}
+
+#[test]
+fn the_first_second_is_judged_of_neither() {
+    assert_eq!([unjudged(&on_a_caster()), unjudged(&loaded()), unjudged(&locked())], [1.0, 0.0, 0.0]);
+    let clean = push(&on_a_caster().resolved().unwrap(), &[2.2], 1.0);
+    let mut moved = clean.clone();
+    for sample in moved.pose.iter_mut().filter(|p| p.t > CONTACT && p.t < CONTACT + 1.0) {
+        sample.pose[1] += 0.05;
+    }
+    moved.memo = Default::default();
+    let (model, channels) = (locked(), Channels::of(&NOISE));
+    let beside = |episode: &Prepared, from: f64| {
+        let episodes = std::slice::from_ref(episode);
+        score_beside(&model, &values(&model), &channels, episodes, &NOISE, false, from).unwrap()
+    };
+    assert_eq!(beside(&clean, 1.0).position_rmse, beside(&moved, 1.0).position_rmse);
+    assert_ne!(beside(&clean, 0.0).position_rmse, beside(&moved, 0.0).position_rmse);
+}
+
+#[test]
+fn figures_of_the_true_model_are_those_of_noise() {
+    for (model, own) in [(on_a_caster(), vec![2.2]), (loaded(), vec![])] {
+        let episode = push(&model.resolved().unwrap(), &own, 1.0);
+        let (with, without) = (judged(&model, &episode), judged(&locked(), &episode));
+        for (name, with, without, most) in [
+            ("open loop", with.position_rmse, without.position_rmse, 0.01),
+            ("window", with.window_position_rmse, without.window_position_rmse, 0.005),
+            ("force", with.force_rmse, without.force_rmse, 3.0),
+        ] {
+            let (with, without) = (with.unwrap(), without.unwrap());
+            assert!(with < most && 2.0 * with < without, "{name}: {with} with, {without} without");
+        }
+        assert!(with.log_predictive_density > without.log_predictive_density);
+    }
+}
