@@ -10,6 +10,7 @@ mod answer;
 mod candidates;
 mod confirm;
 pub mod design;
+pub mod foreign;
 mod locate;
 mod naming;
 mod nominal;

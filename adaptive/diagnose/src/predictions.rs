@@ -39,6 +39,16 @@ impl Predictions {
         }
     }
 
+    /// Recorded poses, and named groups of poses simulated elsewhere, one for each recorded one.
+    pub(crate) fn simulated<'a>(
+        episodes: impl Iterator<Item = &'a Prepared> + Clone,
+        groups: Vec<(&'static str, Vec<[f64; 3]>)>,
+    ) -> Self {
+        let mut all = Self::new(episodes, &[]);
+        all.groups.extend(groups);
+        all
+    }
+
     /// Write as Parquet: `episode`, `t` in s, and `NAME_x`, `NAME_y`, `NAME_theta` of each group.
     ///
     /// # Errors

@@ -1,0 +1,276 @@
+//! Trying laws on a foreign simulator: alone, then one more on top of the best while the data ask for more.
+
+use super::likelihood::Along;
+use crate::candidates::{candidates, name};
+use statrs::distribution::{ContinuousCDF, StudentsT};
+use trundle_infer::{Channels, Coordinates, Fit, FitOptions, InferError, Likelihood, Watch, carried, fit};
+use trundle_model::{Effect, Kind, Model, Prior};
+
+/// A set of laws that was tried.
+#[derive(Clone)]
+pub(crate) struct Trial {
+    pub added: Vec<Effect>,
+    pub fit: Fit,
+}
+
+impl Trial {
+    /// Log evidence plus log prior: an effect is missing in one simulation of twenty.
+    pub fn log_weight(&self) -> f64 {
+        self.fit.log_evidence + self.added.len() as f64 * (0.05f64 / 0.95).ln()
+    }
+
+    pub fn names(&self) -> Vec<&'static str> {
+        self.added.iter().map(called).collect()
+    }
+}
+
+/// Random starts for an added effect that has a place or a time, beside the middle of its prior.
+const EXTRA_STARTS: u64 = 3;
+/// At most this many effects are added.
+const MOST: usize = 3;
+/// Effects that are tried with every other one, beside the best.
+const LEADING: usize = 3;
+/// Trials that are fitted again where the simulator is linearised anew.
+const KEPT: usize = 10;
+
+pub(crate) struct Hunt<'a> {
+    pub along: &'a Along,
+    /// The body without laws.
+    pub bare: &'a Model,
+    pub seed: u64,
+    pub watch: &'a dyn Watch,
+}
+
+impl Hunt<'_> {
+    /// The simulator alone.
+    pub fn base(&self) -> Result<Trial, InferError> {
+        self.fit(vec![], None)
+    }
+
+    /// The simulator alone, and with each effect, best first.
+    pub fn singles(&self) -> Result<Vec<Trial>, InferError> {
+        let base = self.base()?;
+        let offered = self.offered();
+        let mut tried = vec![base.clone()];
+        for (k, effect) in offered.iter().enumerate() {
+            self.watch.progress("single effects", k as f64 / offered.len() as f64);
+            tried.push(self.fit(vec![effect.clone()], Some(&base))?);
+        }
+        sort(&mut tried);
+        Ok(tried)
+    }
+
+    /// One more effect on top of the best, while the data ask for more.
+    pub fn combine(&self, mut tried: Vec<Trial>) -> Result<Vec<Trial>, InferError> {
+        let offered = self.offered();
+        for size in 1..MOST {
+            if tried[0].added.len() < size - 1 || !self.asks_for_more(&tried[0])? {
+                break;
+            }
+            let count = if size == 1 { LEADING } else { 1 };
+            let leading = tried.iter().filter(|t| t.added.len() == size).take(count);
+            for (k, from) in leading.cloned().collect::<Vec<_>>().iter().enumerate() {
+                self.watch.progress("combinations", k as f64 / count as f64);
+                self.one_more(&mut tried, from, &offered)?;
+            }
+            sort(&mut tried);
+            if tried[0].added.len() <= size {
+                break;
+            }
+        }
+        Ok(tried)
+    }
+
+    /// The best of what was tried on another linearisation, and what is simpler than the very best, each from where it
+    /// was.
+    pub fn again(&self, tried: &[Trial]) -> Result<Vec<Trial>, InferError> {
+        let best = &tried[0];
+        let simpler = |t: &Trial| t.added.iter().all(|e| best.added.iter().any(|b| b.kind == e.kind));
+        let kept: Vec<&Trial> =
+            tried.iter().enumerate().filter(|(k, t)| *k < KEPT || simpler(t)).map(|(_, t)| t).collect();
+        let mut again = Vec::with_capacity(kept.len());
+        for (k, trial) in kept.iter().enumerate() {
+            self.watch.progress("once more", k as f64 / kept.len() as f64);
+            again.push(self.from(trial.added.clone(), [Some(trial), None], 0)?);
+        }
+        sort(&mut again);
+        Ok(again)
+    }
+
+    fn offered(&self) -> Vec<Effect> {
+        let episodes =
+            self.along.paths.iter().filter_map(|p| Some(p.intervals.first()?.pieces.first()?.clock.episode));
+        let episodes: Vec<f64> = episodes.collect();
+        let one = |kind: Kind| match kind.spec().params.iter().find(|p| p.choice) {
+            Some(event) => episodes.iter().map(|&e| Effect::free(kind).with(event.name, Some(e))).collect(),
+            None => vec![Effect::free(kind)],
+        };
+        let wheel = (!self.bare.on_rail()).then_some(Kind::ViscousWheel);
+        candidates(self.bare, false).into_iter().chain(wheel).flat_map(one).filter(usable).collect()
+    }
+
+    fn one_more(&self, tried: &mut Vec<Trial>, from: &Trial, offered: &[Effect]) -> Result<(), InferError> {
+        for effect in offered.iter().filter(|e| !from.names().contains(&called(e))) {
+            let mut added = from.added.clone();
+            added.push(effect.clone());
+            if tried.iter().all(|t| keys(&t.added) != keys(&added)) {
+                // Each from where it was found: the leading effects together, the new one alone.
+                let alone =
+                    tried.iter().find(|t| keys(&t.added) == keys(std::slice::from_ref(effect))).cloned();
+                tried.push(self.from(added, [Some(from), alone.as_ref()], 0)?);
+            }
+        }
+        Ok(())
+    }
+
+    fn fit(&self, added: Vec<Effect>, from: Option<&Trial>) -> Result<Trial, InferError> {
+        let sought = added.last().is_some_and(is_placed);
+        self.from(added, [from, None], if sought { EXTRA_STARTS } else { 0 })
+    }
+
+    /// Fit some laws together with the simulator's parameters, from a simpler fit; the last law from that of another
+    /// fit, or else from random values.
+    fn from(
+        &self,
+        added: Vec<Effect>,
+        [from, last]: [Option<&Trial>; 2],
+        extra: u64,
+    ) -> Result<Trial, InferError> {
+        use rand::SeedableRng;
+        let model = Model { effects: added.clone(), ..self.bare.clone() };
+        let coordinates = Coordinates::new(&model);
+        let own = from.map_or_else(|| self.along.values.clone(), |from| self.along.own(&from.fit));
+        let start = |z: Vec<f64>| {
+            let mut fill = coordinates.values(&z).0;
+            // The last law's values are the last.
+            let known = last.into_iter().flat_map(|trial| trial.fit.values.iter().skip(1).rev());
+            for (place, value) in fill.iter_mut().rev().zip(known) {
+                *place = *value;
+            }
+            let laws = from.map_or_else(|| fill.clone(), |from| carried(&from.fit, &model, &fill));
+            laws.into_iter().chain(own.iter().copied()).collect::<Vec<f64>>()
+        };
+        let mut warm = vec![start(vec![0.0; coordinates.free().len()])];
+        let mut rng = rand_chacha::ChaCha8Rng::seed_from_u64(self.seed);
+        for _ in 0..extra {
+            warm.push(start(coordinates.draw(&mut rng)));
+        }
+        let options = FitOptions { starts: 0, seed: self.seed, from_afar: false, ..FitOptions::default() };
+        Ok(Trial { added, fit: fit(self.along, &model, &warm, &options, self.watch)? })
+    }
+
+    fn asks_for_more(&self, trial: &Trial) -> Result<bool, InferError> {
+        Ok(remainder(self.along, trial)?.matters(self.along.observations()))
+    }
+}
+
+/// What tells sets of effects apart: the kinds, and the episode of one that is an event.
+fn keys(effects: &[Effect]) -> Vec<(Kind, u64)> {
+    let key = |effect: &Effect| {
+        let event = effect.kind.spec().params.iter().position(|p| p.choice);
+        (effect.kind, event.and_then(|k| effect.values[k]).unwrap_or(0.0).to_bits())
+    };
+    let mut keys: Vec<_> = effects.iter().map(key).collect();
+    keys.sort();
+    keys
+}
+
+/// Name of an effect in a diagnosis. A wheel beside those of a simulator that may have some is one more.
+pub(crate) fn called(effect: &Effect) -> &'static str {
+    if effect.kind == Kind::ViscousWheel { Kind::SpinDrag.spec().effect } else { name(effect) }
+}
+
+/// Laws with states of their own are not tried: along the seen motion they would need a start in every episode.
+fn usable(effect: &Effect) -> bool {
+    effect.kind.spec().inner.is_empty()
+}
+
+/// Whether an effect's place or moment has to be sought: from the middle of its prior the way may be barred.
+fn is_placed(effect: &Effect) -> bool {
+    let named = |name: &str| matches!(name, "x" | "y" | "time") || name.ends_with("_x") && name != "accel_x";
+    effect.kind.spec().params.iter().any(|p| matches!(p.prior, Prior::OnBody(_)) || named(p.name))
+}
+
+fn sort(tried: &mut [Trial]) {
+    tried.sort_by(|a, b| b.log_weight().total_cmp(&a.log_weight()));
+}
+
+/// Probability of each trial among those tried.
+pub(crate) fn probabilities(tried: &[Trial]) -> Vec<f64> {
+    let best = tried.iter().map(Trial::log_weight).fold(f64::NEG_INFINITY, f64::max);
+    let weights: Vec<f64> = tried.iter().map(|t| (t.log_weight() - best).exp()).collect();
+    let total: f64 = weights.iter().sum();
+    weights.iter().map(|w| w / total).collect()
+}
+
+/// The trial that lacks just one of another's effects.
+pub(crate) fn without<'a>(tried: &'a [Trial], full: &Trial, dropped: usize) -> Option<&'a Trial> {
+    let mut rest = full.added.clone();
+    rest.remove(dropped);
+    tried.iter().find(|t| keys(&t.added) == keys(&rest))
+}
+
+/// What a wandering wrench would gain over a trial.
+#[derive(Clone, Copy, Debug)]
+pub(crate) struct Remainder {
+    pub gain: f64,
+    pub channels: Channels,
+}
+
+/// As for our own simulation ([`crate::adequacy`]): gains below this are chance, or too small to matter.
+const CHANCE: f64 = 10.0;
+const NEGLIGIBLE: f64 = 0.005;
+/// Sizes of the walk that are tried, N/√s.
+const SIZES: [f64; 10] = [1e-2, 3e-2, 0.1, 0.3, 1.0, 3.0, 10.0, 30.0, 100.0, 300.0];
+
+impl Remainder {
+    /// Whether something is missing.
+    pub fn matters(&self, observations: usize) -> bool {
+        self.gain > CHANCE.max(NEGLIGIBLE * observations as f64)
+    }
+}
+
+pub(crate) fn remainder(along: &Along, trial: &Trial) -> Result<Remainder, InferError> {
+    let model = &trial.fit.model;
+    let values: Vec<f64> = trial.fit.values.iter().copied().chain(along.own(&trial.fit)).collect();
+    let wandering =
+        |size: f64| Channels { wander: [size, size, size * model.body.gyration], ..along.channels };
+    let still = along.cost(model, &values)?;
+    let mut best = Remainder { gain: 0.0, channels: wandering(SIZES[0]) };
+    for size in SIZES {
+        let channels = wandering(size);
+        let gain = still - along.with_channels(channels).cost(model, &values)?;
+        if gain > best.gain {
+            best = Remainder { gain, channels };
+        } else if gain < best.gain - 50.0 {
+            break;
+        }
+    }
+    Ok(best)
+}
+
+/// Blocks into which an episode is cut.
+const BLOCKS: usize = 5;
+
+/// Probability, from paired differences of blocks, that a fuller trial predicts better than a simpler one.
+pub(crate) fn holds_up(along: &Along, fuller: &Trial, simpler: &Trial) -> Result<f64, InferError> {
+    let blocks = |trial: &Trial| -> Result<Vec<f64>, InferError> {
+        let plant = trial.fit.model.plant(&trial.fit.values)?;
+        let costs = along.costs(&plant, &along.own(&trial.fit));
+        let cut = |episode: &Vec<f64>| {
+            let size = episode.len().div_ceil(BLOCKS).max(1);
+            episode.chunks(size).map(|c| c.iter().sum()).collect::<Vec<f64>>()
+        };
+        Ok(costs.iter().flat_map(cut).collect())
+    };
+    let differences: Vec<f64> = blocks(simpler)?.iter().zip(&blocks(fuller)?).map(|(a, b)| a - b).collect();
+    let n = differences.len() as f64;
+    if differences.len() < 3 {
+        return Ok(0.5);
+    }
+    let bought = 0.5 * (fuller.fit.estimates.len().saturating_sub(simpler.fit.estimates.len())) as f64;
+    let mean = (differences.iter().sum::<f64>() - bought) / n;
+    let variance = differences.iter().map(|d| (d - mean).powi(2)).sum::<f64>() / (n - 1.0);
+    let t = mean / (variance / n).sqrt().max(1e-12);
+    Ok(StudentsT::new(0.0, 1.0, n - 1.0).map_or(0.5, |d| d.cdf(t)))
+}

@@ -1,0 +1,212 @@
+//! A simulator of somebody else's: the table with its wheel, as a function that nothing is known of.
+
+use super::common::{World, effect, locked};
+use super::likelihood::Along;
+use super::path::Path;
+use super::{Foreign, Simulator, diagnose};
+use crate::answer::Verdict;
+use std::sync::atomic::{AtomicUsize, Ordering};
+use trundle_infer::{Channels, Likelihood, Quiet, StateVector, Watch};
+use trundle_model::{Clock, Kind, Model, Prior, Slot, State};
+use trundle_record::Dataset;
+
+/// Mass and the wheel's two frictions; its place and angle are built in.
+struct Wheeled {
+    calls: AtomicUsize,
+    breaks: bool,
+}
+
+impl Simulator for Wheeled {
+    fn step(
+        &self,
+        state: &StateVector,
+        wrench: &[f64; 3],
+        dt: f64,
+        values: &[f64],
+    ) -> Result<StateVector, String> {
+        self.calls.fetch_add(1, Ordering::Relaxed);
+        if self.breaks && state[0].abs() > 1e-9 {
+            return Err("the engine is on fire".to_owned());
+        }
+        let [mass, along, across] = [values[0], values[1], values[2]];
+        let plant = locked().plant(&[mass, -0.5, -0.3, 0.2, along, across]).map_err(|e| e.to_string())?;
+        let [x, y, theta, vx, vy, spin] = *state;
+        let start = State::moving([x, y, theta], [vx, vy, spin]);
+        let State { pose: [x, y, theta], twist: [vx, vy, spin], .. } =
+            plant.step(&start, *wrench, Clock::since_contact(1.0), dt);
+        Ok([x, y, theta, vx, vy, spin])
+    }
+}
+
+fn wheeled() -> Wheeled {
+    Wheeled { calls: AtomicUsize::new(0), breaks: false }
+}
+
+fn slot(name: &str, unit: &'static str, median: f64) -> Slot {
+    Slot {
+        name: name.to_owned(),
+        unit,
+        lower: 0.0,
+        upper: 1e5,
+        prior: Prior::LogNormal { median, sd: 1.5 },
+        value: None,
+        effect: None,
+    }
+}
+
+fn under_test(simulator: &Wheeled, given: bool) -> Foreign<'_> {
+    let parameters =
+        vec![slot("mass", "kg", 15.0), slot("along", "N·s/m", 30.0), slot("across", "N·s/m", 100.0)];
+    Foreign { simulator, parameters, start: vec![15.0, 30.0, 100.0], given }
+}
+
+fn verdict(data: &Dataset, given: bool) -> crate::run::Outcome {
+    let simulator = wheeled();
+    let begun = std::time::Instant::now();
+    let outcome = diagnose(data, &under_test(&simulator, given), 0, &Quiet).unwrap();
+    let answer = &outcome.answer;
+    println!(
+        "{:?} {:?} in {:.1} s, {} calls, {:?} {:?}",
+        answer.verdict,
+        answer.missing.iter().map(|m| (&m.effect, m.probability, &m.statement)).collect::<Vec<_>>(),
+        begun.elapsed().as_secs_f64(),
+        simulator.calls.load(Ordering::Relaxed),
+        answer.nominal.after,
+        answer.fit.held_out.as_ref().map(|p| (p.before.position_rmse, p.after.position_rmse)),
+    );
+    outcome
+}
+
+fn pushed(truth: Model) -> Dataset {
+    shortened(World::of(truth).recording(3))
+}
+
+/// Three pushes to fit instead of four.
+fn shortened(mut data: Dataset) -> Dataset {
+    data.training.truncate(3);
+    data
+}
+
+#[test]
+fn innovations_of_the_right_simulator_are_white() {
+    let data = pushed(locked());
+    let simulator = wheeled();
+    let foreign = under_test(&simulator, false);
+    let paths: Vec<Path> = data.training.iter().map(|e| Path::new(e, &data.noise).unwrap()).collect();
+    let channels = Channels::of(&data.noise);
+    let along = Along::new(&foreign, &[22.0, 15.0, 180.0], &paths, channels, data.dof, &Quiet).unwrap();
+    let mut bare = locked();
+    bare.effects.clear();
+    let innovations = along.innovations(&bare.plant(&[22.0]).unwrap(), &[22.0, 15.0, 180.0]);
+    let n = innovations.len() as f64;
+    let square: f64 = innovations.iter().map(|e| e * e).sum::<f64>() / n;
+    let next: f64 = innovations.windows(4).map(|w| w[0] * w[3]).sum::<f64>() / n / square;
+    assert!((square - 1.0).abs() < 0.08 && next.abs() < 0.05, "{square} {next}");
+    let felt = along.felt_mass().unwrap();
+    assert!((felt / 22.0 - 1.0).abs() < 0.15, "{felt}");
+}
+
+#[test]
+fn derivatives_are_those_of_the_cost() {
+    let data = pushed(locked());
+    let simulator = wheeled();
+    let foreign = under_test(&simulator, false);
+    let paths = vec![Path::new(&data.training[0], &data.noise).unwrap()];
+    let channels = Channels::of(&data.noise);
+    let along = Along::new(&foreign, &[22.0, 15.0, 180.0], &paths, channels, data.dof, &Quiet).unwrap();
+    let mut model = locked();
+    let friction = [("x", 0.3), ("y", 0.2), ("force", 6.0)];
+    model.effects = vec![effect(Kind::CoulombFriction, &friction)];
+    let laws: Vec<f64> = model.slots().iter().map(|s| s.value.unwrap_or(22.0)).collect();
+    let values: Vec<f64> = laws.iter().copied().chain([23.0, 16.0, 170.0]).collect();
+    let free: Vec<usize> = vec![1, 2, 3, laws.len(), laws.len() + 1, laws.len() + 2];
+    let at = along.linearise(&model, &values, &free).unwrap();
+    for (k, &slot) in free.iter().enumerate() {
+        let h = 1e-4 * values[slot].abs().max(0.1);
+        let side = |h: f64| {
+            let mut moved = values.clone();
+            moved[slot] += h;
+            along.cost(&model, &moved).unwrap()
+        };
+        let numeric = (side(h) - side(-h)) / (2.0 * h);
+        assert!((at.gradient[k] - numeric).abs() < 1e-3 * numeric.abs() + 1e-2, "{slot}: {numeric}");
+    }
+}
+
+#[test]
+fn nothing_missing_is_said_to_be_so() {
+    let outcome = verdict(&pushed(locked()), false);
+    assert_eq!(outcome.answer.verdict, Verdict::Consistent);
+    let mass = outcome.answer.nominal.after["mass"].mean.unwrap();
+    assert!((mass - 22.0).abs() < 0.5, "{mass}");
+}
+
+#[test]
+fn values_that_the_simulation_is_used_with_may_be_wrong() {
+    let outcome = verdict(&pushed(locked()), true);
+    assert_eq!(outcome.answer.verdict, Verdict::Reparameterised);
+}
+
+#[test]
+fn a_dry_friction_is_named_and_placed() {
+    let friction = [("x", 0.4), ("y", 0.3), ("force", 12.0)];
+    let outcome = verdict(&pushed(locked().with(effect(Kind::CoulombFriction, &friction))), false);
+    let answer = outcome.answer;
+    assert_eq!(answer.verdict, Verdict::Explained);
+    assert_eq!(answer.missing.len(), 1);
+    assert_eq!(answer.missing[0].effect, "coulomb_friction");
+    let at = answer.missing[0].place.as_ref().unwrap()["body_point"].mean;
+    assert!((at[0] - 0.4).hypot(at[1] - 0.3) < 0.05, "{at:?}");
+    assert!((answer.missing[0].parameters["force"].mean - 12.0).abs() < 1.2);
+    let pair = answer.fit.held_out.unwrap();
+    assert!(pair.after.position_rmse < pair.before.position_rmse.map(|b| 0.5 * b));
+}
+
+#[test]
+fn a_slope_is_told_from_a_bias() {
+    let slope = effect(Kind::FloorSlope, &[("accel_x", 0.25), ("accel_y", -0.15)]);
+    let answer = verdict(&pushed(locked().with(slope)), false).answer;
+    assert_eq!((answer.verdict, answer.missing.len()), (Verdict::Explained, 1));
+    assert_eq!(answer.missing[0].effect, "floor_slope");
+    let world = World { bias: [3.0, -2.0, 0.3], ..World::of(locked()) };
+    let answer = verdict(&shortened(world.recording(4)), false).answer;
+    assert_eq!((answer.verdict, answer.missing.len()), (Verdict::Explained, 1));
+    assert_eq!(answer.missing[0].effect, "force_bias");
+}
+
+#[test]
+fn a_wrench_that_no_law_knows_is_not_given_a_name() {
+    let foreign = |state: &State<f64>| {
+        let beat = (9.0 * state.pose[0]).sin() * (7.0 * state.pose[1]).cos();
+        [12.0 * beat, 0.0, 5.0 * beat]
+    };
+    let world = World { foreign, ..World::of(locked()) };
+    let answer = verdict(&shortened(world.recording(5)), false).answer;
+    assert_eq!(answer.verdict, Verdict::Unexplained);
+    assert!(!answer.mismatch.windows.is_empty());
+}
+
+#[test]
+fn a_simulator_that_fails_says_where() {
+    let broken = Wheeled { breaks: true, ..wheeled() };
+    let data = pushed(locked());
+    let error = diagnose(&data, &under_test(&broken, false), 0, &Quiet).unwrap_err().to_string();
+    for words in ["episode_00", "t = ", "on fire", "mass = 15", "dt = "] {
+        assert!(error.contains(words), "{error}");
+    }
+}
+
+#[test]
+fn who_has_enough_stops_it() {
+    struct Enough;
+    impl Watch for Enough {
+        fn progress(&self, _: &str, _: f64) {}
+        fn cancelled(&self) -> bool {
+            true
+        }
+    }
+    let simulator = wheeled();
+    let data = pushed(locked());
+    assert!(diagnose(&data, &under_test(&simulator, false), 0, &Enough).is_err());
+    assert!(simulator.calls.load(Ordering::Relaxed) < 100);
+}
