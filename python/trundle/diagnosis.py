@@ -266,6 +266,7 @@ def diagnose(
     )
     answer, series = json.loads(outcome.answer), json.loads(outcome.series)
     named = recording.name if isinstance(recording, Recording) else os.fspath(recording)
+    series |= {key: answer.get(key, []) for key in ("certificates", "experiments")}
     series |= {
         "seed": seed,
         "version": _native.__version__,
