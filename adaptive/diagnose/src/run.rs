@@ -3,7 +3,7 @@
 use crate::adequacy::{Remainder, remainder};
 use crate::answer::{Answer, Figures, Mismatch, Nominal, Pair, Place, Verdict};
 use crate::confirm::holds_up;
-use crate::locate::{Residuals, locate};
+use crate::locate::locate;
 use crate::naming::{effect_probability, judged, named, without};
 use crate::nominal::{as_given, given_values, parameters, under_test};
 use crate::outlook::outlook;
@@ -88,12 +88,9 @@ pub fn diagnose(data: &Dataset, options: &Options, watch: &dyn Watch) -> Result<
     };
     let after = &best.fit;
 
-    let names: Vec<String> = data.training.iter().map(|e| e.name.clone()).collect();
     let missing_before = missing(data, &comparison, before, found.before)?;
     let missing_after = missing(data, &comparison, after, left)?;
-    let none = Residuals::new();
-    let mut mismatch =
-        locate(&comparison, before, missing_before.training.as_ref().unwrap_or(&none), &names)?;
+    let mut mismatch = locate(&comparison, before, found.before, &data.training)?;
     if verdict == Verdict::Consistent {
         mismatch = Mismatch { channels: mismatch.channels, ..Mismatch::default() };
     }

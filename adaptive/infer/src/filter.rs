@@ -4,10 +4,15 @@
 //! The state is pose, twist and the error of the wrench reading. That error starts as the
 //! tare's and may wander: its smoothed course is the wrench that the model misses.
 
+#[path = "response.rs"]
+mod response;
+
 use crate::curve::Curve;
 use crate::{Channels, InferError, Track, track::Step};
 use nalgebra::{Matrix3, SMatrix, SVector, Vector3};
 use trundle_model::{Clock, Dual, INNER, Inner, Model, Plant, Real, State, transport};
+
+pub use response::Response;
 
 /// Pose, twist and wrench error.
 const PLAIN: usize = 9;
@@ -87,6 +92,8 @@ pub(crate) trait Filtering: Sync {
     /// The density of the pose samples of windows of `length` seconds, each predicted from what the filter knew at its
     /// start; `None` in place of a window that is not finite.
     fn ahead(&self, track: &Track, starts: &[f64], length: f64) -> Option<Vec<Option<Vec<Innovation>>>>;
+    /// The episode as a linear system about this plant.
+    fn response(&self, track: &Track) -> Option<Response>;
 }
 
 /// The filter for a model at values.
@@ -162,6 +169,10 @@ impl<const N: usize> Filtering for Filter<'_, N> {
             }
         }
         Some(found)
+    }
+
+    fn response(&self, track: &Track) -> Option<Response> {
+        self.linear(track)
     }
 }
 

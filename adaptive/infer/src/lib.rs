@@ -43,7 +43,7 @@ pub use beginning::unjudged;
 pub use comparison::{Comparison, quasi_static};
 pub use coordinates::{Coordinates, Strain};
 pub use error::InferError;
-pub use filter::{Innovation, Residual};
+pub use filter::{Innovation, Residual, Response};
 pub use fit::{Estimate, Fit, FitOptions, Optimiser, carried, fit};
 pub use footing::{Footing, Pull};
 pub use identify::{Combination, Direction, Identifiability, Pair};

@@ -1,6 +1,6 @@
 //! The likelihood of the motion under the recorded wrench (eq. 5, 6), by prediction errors.
 
-use crate::filter::{Filtering, Innovation, Passage, Residual, filter};
+use crate::filter::{Filtering, Innovation, Passage, Residual, Response, filter};
 use crate::likelihood::{Likelihood, Linearised};
 use crate::{Channels, InferError, Track, sensitivity};
 use nalgebra::{DMatrix, DVector};
@@ -102,6 +102,33 @@ impl MotionLikelihood {
     pub fn residuals(&self, model: &Model, values: &[f64]) -> Result<Option<Vec<Vec<Residual>>>, InferError> {
         let filter = self.filter(model, values)?;
         Ok(self.tracks.par_iter().map(|t| filter.smooth(t)).collect())
+    }
+
+    /// Each episode as a linear system: what any missing wrench would do to the innovations.
+    ///
+    /// # Errors
+    /// When `values` has the wrong length.
+    pub fn responses(&self, model: &Model, values: &[f64]) -> Result<Option<Vec<Response>>, InferError> {
+        let filter = self.filter(model, values)?;
+        Ok(self.tracks.par_iter().map(|t| filter.response(t)).collect())
+    }
+
+    /// Slopes of the whitened innovations of each episode, three rows a pose sample, by the slots `free`.
+    ///
+    /// # Errors
+    /// When `values` has the wrong length.
+    pub fn slopes(
+        &self,
+        model: &Model,
+        values: &[f64],
+        free: &[usize],
+    ) -> Result<Option<Vec<DMatrix<f64>>>, InferError> {
+        let filter = self.filter(model, values)?;
+        let of = |track: &Track| {
+            let Some(passage) = filter.run(track) else { return Ok(None) };
+            sensitivity::slopes(model, values, free, track, &passage).map(Some)
+        };
+        self.tracks.par_iter().map(of).collect()
     }
 
     fn filter(&self, model: &Model, values: &[f64]) -> Result<Box<dyn Filtering + '_>, InferError> {

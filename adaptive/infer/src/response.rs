@@ -1,0 +1,123 @@
+//! What a wrench that the model lacks does to the whitened innovations, to first order.
+//!
+//! A filter whose transitions and gains are held is a linear system: a missing wrench enters it where the reading's
+//! error does, moves the state away from the filter's, and each sample's correction takes part of that back
+//! (Willsky & Jones 1976; de Jong & Penzer 1998). The answer to any course of missing wrench is one walk over the
+//! episode, so that thousands of hypotheses can be tried for the price of a fit.
+
+use super::{Filter, Matrix, Vector};
+use crate::Track;
+use nalgebra::{Matrix3, SMatrix, Vector3};
+use trundle_model::transport;
+
+/// Where in the state the reading's error begins.
+const ERROR: usize = 6;
+
+/// A filtered episode as a linear system.
+pub struct Response {
+    system: Box<dyn Answering>,
+    /// Whitened innovations, three a pose sample: independent and standard normal where the model is right, zero in
+    /// directions that do not move.
+    pub innovations: Vec<f64>,
+    /// Middle of each step, s.
+    pub t: Vec<f64>,
+    /// Duration of each step, s.
+    pub dt: Vec<f64>,
+}
+
+impl Response {
+    /// What a missing wrench over each step, object axes about the object origin, adds to
+    /// [`Response::innovations`].
+    pub fn answer(&self, missing: &[[f64; 3]]) -> Vec<f64> {
+        self.system.answer(0, missing)
+    }
+
+    /// The same for a wrench that is missing from step `first` on, for as many steps as are given.
+    pub fn answer_from(&self, first: usize, missing: &[[f64; 3]]) -> Vec<f64> {
+        self.system.answer(first, missing)
+    }
+}
+
+/// A linear system of any number of states.
+trait Answering: Send + Sync {
+    fn answer(&self, first: usize, missing: &[[f64; 3]]) -> Vec<f64>;
+}
+
+/// One step of the linear system.
+struct Stage<const N: usize> {
+    transition: Matrix<N>,
+    /// From a missing wrench, object axes, to the reading's error.
+    entry: Matrix3<f64>,
+    /// Gain and whitener of the pose seen at its end.
+    seen: Option<(SMatrix<f64, N, 3>, Matrix3<f64>)>,
+}
+
+impl<const N: usize> Answering for Vec<Stage<N>> {
+    fn answer(&self, first: usize, missing: &[[f64; 3]]) -> Vec<f64> {
+        let before = self.iter().take(first).filter(|s| s.seen.is_some()).count();
+        let mut answer = vec![0.0; 3 * before];
+        let mut apart = Vector::<N>::zeros();
+        for (k, stage) in self.iter().enumerate().skip(first) {
+            let error = missing.get(k - first).map(|w| stage.entry * Vector3::from(*w));
+            apart = stage.after(apart, error.unwrap_or_default());
+            if let Some((gain, whitener)) = &stage.seen {
+                let pose: Vector3<f64> = apart.fixed_rows::<3>(0).into_owned();
+                answer.extend((whitener * pose).iter());
+                apart -= gain * pose;
+            }
+        }
+        answer
+    }
+}
+
+impl<const N: usize> Stage<N> {
+    /// The state's distance from the filter's after a step over which the reading is wrong by `error` more.
+    fn after(&self, mut apart: Vector<N>, error: Vector3<f64>) -> Vector<N> {
+        for k in 0..3 {
+            apart[ERROR + k] += error[k];
+        }
+        let mut moved = self.transition * apart;
+        for k in 0..3 {
+            moved[ERROR + k] -= error[k];
+        }
+        moved
+    }
+}
+
+impl<const N: usize> Filter<'_, N> {
+    /// The episode as a linear system; `None` where a number is not finite.
+    pub(super) fn linear(&self, track: &Track) -> Option<Response> {
+        let (mut stages, mut innovations) = (Vec::with_capacity(track.steps.len()), Vec::new());
+        let (mut middles, mut durations) = (Vec::new(), Vec::new());
+        let mut belief = self.begin(track, &self.inner_start(track)?);
+        let mut t = track.start;
+        for step in &track.steps {
+            let (predicted, transition) = self.predict(&belief, step, &track.curve);
+            middles.push(t + step.dt / 2.0);
+            durations.push(step.dt);
+            t += step.dt;
+            let mut seen = None;
+            belief = match step.pose {
+                Some(pose) => {
+                    let innovation = self.observe(&predicted, t, pose)?;
+                    innovations.extend((innovation.whitener * innovation.error).iter());
+                    seen = Some((innovation.gain.fixed_view::<N, 3>(0, 0).into_owned(), innovation.whitener));
+                    self.update(predicted, &innovation)
+                }
+                None => predicted,
+            };
+            stages.push(Stage { transition, entry: entry(step.frame)?, seen });
+        }
+        Some(Response { system: Box::new(stages), innovations, t: middles, dt: durations })
+    }
+}
+
+/// A wrench on the object is a reading's error of the opposite sign, in reading axes.
+fn entry(frame: [f64; 3]) -> Option<Matrix3<f64>> {
+    let columns = [0, 1, 2].map(|k| {
+        let mut unit = [0.0; 3];
+        unit[k] = -1.0;
+        Vector3::from(transport(unit, frame))
+    });
+    Matrix3::from_columns(&columns).try_inverse()
+}

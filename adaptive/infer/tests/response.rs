@@ -1,0 +1,55 @@
+//! The filter as a linear system against the filter itself.
+#![allow(clippy::unwrap_used)]
+
+mod common;
+
+use common::{NOISE, World, locked};
+use trundle_infer::MotionLikelihood;
+use trundle_record::Prepared;
+
+/// Whitened innovations of one push.
+fn whitened(push: &Prepared) -> Vec<f64> {
+    let motion = MotionLikelihood::new(std::slice::from_ref(push), &NOISE).unwrap();
+    let values: Vec<f64> = locked().slots().iter().filter_map(|s| s.value).collect();
+    let innovations = motion.innovations(&locked(), &values).unwrap().unwrap();
+    innovations[0].iter().flat_map(|i| (i.whitener * i.error).as_slice().to_vec()).collect()
+}
+
+#[test]
+fn a_missing_wrench_adds_what_is_answered() {
+    let push = &World::of(locked()).pushes(1, 5)[0];
+    let motion = MotionLikelihood::new(std::slice::from_ref(push), &NOISE).unwrap();
+    let values: Vec<f64> = locked().slots().iter().filter_map(|s| s.value).collect();
+    let response = motion.responses(&locked(), &values).unwrap().unwrap().remove(0);
+    let seen = whitened(push);
+    assert!(seen.iter().zip(&response.innovations).all(|(a, b)| (a - b).abs() < 1e-9));
+    // A wrench that acts on the object but not on the sensor is a reading that is too small by it.
+    let (from, to) = (2.0, 3.2);
+    let mut less = push.clone();
+    for sample in less.wrench.iter_mut().filter(|s| (from..to).contains(&s.t)) {
+        let [fx, fy, tau] = [0.02, -0.01, 0.005];
+        sample.reading = [sample.reading[0] - fx, sample.reading[1] - fy, sample.reading[2] - tau];
+    }
+    let inside = |t: f64| if (from..to).contains(&t) { 1.0 } else { 0.0 };
+    let missing: Vec<[f64; 3]> = response
+        .t
+        .iter()
+        .zip(&motion.tracks()[0].steps)
+        .map(|(t, step)| trundle_model::transport([0.02, -0.01, 0.005].map(|w| w * inside(*t)), step.frame))
+        .collect();
+    let answer = response.answer(&missing);
+    let changed: Vec<f64> = whitened(&less).iter().zip(&seen).map(|(a, b)| a - b).collect();
+    // What is taken from the reading is missing: the motion seen has more than the model foresees.
+    let size = changed.iter().map(|c| c * c).sum::<f64>().sqrt();
+    let apart = changed.iter().zip(&answer).map(|(a, b)| (a - b).powi(2)).sum::<f64>().sqrt();
+    assert!(size > 0.5 && apart < 0.03 * size, "{size} {apart}");
+}
+
+#[test]
+fn innovations_are_white_where_the_model_is_right() {
+    let pushes = World::of(locked()).pushes(8, 6);
+    let all: Vec<f64> = pushes.iter().flat_map(whitened).collect();
+    let mean = all.iter().map(|v| v * v).sum::<f64>() / all.len() as f64;
+    let next: f64 = all.windows(4).map(|w| w[0] * w[3]).sum::<f64>() / all.len() as f64;
+    assert!((mean - 1.0).abs() < 0.05 && next.abs() < 0.04, "{mean} {next}");
+}
