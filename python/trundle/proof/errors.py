@@ -62,7 +62,7 @@ def moment(given: Any, true: Row) -> float:
 def parameter_errors(rows: Sequence[Row]) -> dict[str, list[tuple[float, float]]]:
     """Return by `effect.parameter` the relative error, and the error over the standard deviation given.
 
-    Relative to all values of the effect that have the same unit: a component of a vector may be next to nothing.
+    Relative to all values of the effect that have the same unit: a component of a vector may be near zero.
     """
     found: dict[str, list[tuple[float, float]]] = {}
     for answer, true in found_rows(rows):
