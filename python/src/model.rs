@@ -6,7 +6,9 @@ use std::path::{Path, PathBuf};
 use numpy::{PyArray1, PyArray2, PyArrayMethods};
 use pyo3::prelude::*;
 use pyo3::types::PyDict;
-use trundle_model::{Acting, Clock, Model, Param, Plant, Posterior, Prior, Slot, Spec, State, catalogue};
+use trundle_model::{
+    Acting, Clock, INNER, Inner, Model, Param, Plant, Posterior, Prior, Slot, Spec, State, catalogue,
+};
 
 use crate::error::{TrundleError, refused, run};
 
@@ -85,6 +87,10 @@ impl PyModel {
     ///     object. Linear between samples.
     /// contact : float, optional
     ///     When contact begins, s; the first time by default. Some laws act from then on.
+    /// inner : sequence of float, optional
+    ///     Where the laws' own states begin, in the order of the model's effects: a caster's angle in rad; of a
+    ///     swinging load, displacement in m and velocity in m/s, world axes. By default the first start that
+    ///     each law offers.
     ///
     /// Returns
     /// -------
@@ -95,7 +101,8 @@ impl PyModel {
     /// ------
     /// TrundleError
     ///     If a parameter of the model is free, or a shape or number is wrong.
-    #[pyo3(signature = (pose0, twist0, t, wrench, *, contact=None))]
+    #[pyo3(signature = (pose0, twist0, t, wrench, *, contact=None, inner=None))]
+    #[allow(clippy::too_many_arguments)]
     fn rollout<'py>(
         &self,
         py: Python<'py>,
@@ -104,14 +111,16 @@ impl PyModel {
         t: &Bound<'py, PyAny>,
         wrench: &Bound<'py, PyAny>,
         contact: Option<f64>,
+        inner: Option<Vec<f64>>,
     ) -> PyResult<(Table<'py>, Table<'py>)> {
         let plant = self.model.resolved().map_err(refused)?;
+        let inner = starts(&self.model, inner)?;
         let (t, wrench) = samples(t, wrench)?;
         let contact = contact.unwrap_or(t[0]);
         if !pose0.iter().chain(&twist0).chain([&contact]).all(|value| value.is_finite()) {
             return Err(refused("pose0, twist0 and contact must be finite"));
         }
-        let start = State::moving(pose0, twist0);
+        let start = State::moving(pose0, twist0).with_inner(inner);
         let motion = run(py, || Ok::<_, String>(roll(&plant, start, &t, &wrench, contact)))?;
         let rows = |of: fn(&State<f64>) -> [f64; 3]| {
             let flat = motion.iter().flat_map(of).collect();
@@ -133,7 +142,8 @@ impl PyModel {
 /// -------
 /// list of dict
 ///     `kind` (name in `model.toml`), `effect` (name in a diagnosis), `summary`, `sentence`, `source`,
-///     `acting` ("object" or "instrument"), `dissipative`, and `parameters`: dicts with `name`,
+///     `acting` ("object" or "instrument"), `dissipative`, `states` (dicts with `name`, `unit` and `starts`: the
+///     effect's own states, and where they may begin), and `parameters`: dicts with `name`,
 ///     `unit`, `lower`, `upper`, `neutral` (value at which the effect vanishes, or None), `default`
 ///     (value if left out of a file; None: free), `prior`, `on_rail` and `help`.
 #[pyfunction]
@@ -143,6 +153,18 @@ fn effects(py: Python<'_>) -> PyResult<Vec<Bound<'_, PyDict>>> {
 
 fn at(path: &Path, error: impl std::fmt::Display) -> PyErr {
     TrundleError::new_err(format!("{}: {error}", path.display()))
+}
+
+/// Where the laws' own states begin, checked.
+fn starts(model: &Model, given: Option<Vec<f64>>) -> PyResult<[f64; INNER]> {
+    let own = model.inner();
+    let first = || own.iter().map(|inner| inner.starts.first().copied().unwrap_or_default()).collect();
+    let values = given.unwrap_or_else(first);
+    if values.len() != own.len() || !values.iter().all(|value| value.is_finite()) {
+        let names: Vec<&str> = own.iter().map(|inner| inner.name).collect();
+        return Err(refused(format!("inner = {values:?}: must be {} finite numbers {names:?}", own.len())));
+    }
+    Ok(std::array::from_fn(|k| values.get(k).copied().unwrap_or_default()))
 }
 
 /// Times and wrenches, checked.
@@ -187,7 +209,8 @@ fn roll(
         for step in 0..steps as usize {
             let middle = (step as f64 + 0.5) / steps;
             let mean = [0, 1, 2].map(|k| ends[0][k] + middle * (ends[1][k] - ends[0][k]));
-            let clock = Clock::since_contact(times[0] + step as f64 * dt - contact);
+            let begin = times[0] + step as f64 * dt;
+            let clock = Clock { t: begin + dt / 2.0, dt, ..Clock::since_contact(begin - contact) };
             state = plant.step(&state, mean, clock, dt);
         }
         motion.push(state);
@@ -222,8 +245,18 @@ fn spec_dict<'py>(py: Python<'py>, spec: &Spec) -> PyResult<Bound<'py, PyDict>> 
         dict.set_item(key, text)?;
     }
     dict.set_item("dissipative", spec.dissipative)?;
+    let states = spec.inner.iter().map(|inner| state_dict(py, inner));
+    dict.set_item("states", states.collect::<PyResult<Vec<_>>>()?)?;
     let params = spec.params.iter().map(|param| param_dict(py, spec, param));
     dict.set_item("parameters", params.collect::<PyResult<Vec<_>>>()?)?;
+    Ok(dict)
+}
+
+fn state_dict<'py>(py: Python<'py>, inner: &Inner) -> PyResult<Bound<'py, PyDict>> {
+    let dict = PyDict::new(py);
+    dict.set_item("name", inner.name)?;
+    dict.set_item("unit", inner.unit)?;
+    dict.set_item("starts", inner.starts)?;
     Ok(dict)
 }
 

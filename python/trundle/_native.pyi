@@ -53,6 +53,7 @@ class Model:
         wrench: ArrayLike,
         *,
         contact: float | None = None,
+        inner: Sequence[float] | None = None,
     ) -> tuple[NDArray[np.float64], NDArray[np.float64]]: ...
 
 @final
