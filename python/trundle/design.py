@@ -191,8 +191,8 @@ def design(
     pushes : int
         How many, each the best on top of those before.
     force, torque, duration, speed, spin, distance : float, optional
-        Limits of a push: N, N·m, s; and of the object's motion: m/s, rad/s, m. What the recording shows if not
-        given; without one 30, 8, 6; 0.6, 1, 1.2.
+        Limits of a push: N, N·m, s; and of the object's motion: m/s, rad/s, m. What the recording shows if
+        not given; without one 30, 8, 6; 0.6, 1, 1.2.
     progress : callable, optional
         Called with what is done and how much of it, 0 to 1.
 

@@ -137,7 +137,8 @@ fn sentence(
         return format!("No push within the limits tells {first} from {second}.");
     }
     let all: Vec<&str> = pushes.iter().map(|p| p.sentence.as_str()).collect();
-    let [a, b] = separation.map(rounded);
+    let nats = |value: f64| if value > 1000.0 { "over 1000".to_owned() } else { rounded(value) };
+    let [a, b] = separation.map(nats);
     let repeats = match repeats {
         Some(1) => String::new(),
         Some(n) => format!("; made {n} times it suffices for 95 %"),

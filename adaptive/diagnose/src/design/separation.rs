@@ -83,7 +83,7 @@ fn misfit(likelihood: &MotionLikelihood, rival: &Rival, values: &[f64]) -> Resul
 }
 
 /// Steps of a refit that is not taken as linear, and halvings of each.
-const STEPS: usize = 6;
+const STEPS: usize = 12;
 const HALVINGS: usize = 4;
 
 /// The separation with `rival` truly refitted to `episodes`: Gauss-Newton steps, each halved until it helps.

@@ -86,9 +86,11 @@ def run(args: argparse.Namespace) -> int:
 def lines(found: Design) -> list[str]:
     """Return the design for a terminal."""
     rows = [found.sentence]
-    if found.recorded:
+    if abs(found.recorded) >= 0.5:
         first, second = found.models if found.recorded > 0 else found.models[::-1]
         rows.append(f"  so far the recording prefers {first} to {second} by {abs(found.recorded):.1f} nats")
+    elif found.recorded:
+        rows.append("  so far the recording prefers neither")
     if len(found.pushes) > 1:
         rows += [
             f"  push {k + 1}: {push.separation:.3g} nats alone, {push.cumulative:.3g} with those before"
