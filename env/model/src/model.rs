@@ -153,10 +153,18 @@ impl Model {
             }
             _ => (param.lower, param.upper),
         };
-        let value = if self.on_rail() && !param.on_rail { value.or(Some(0.0)) } else { value };
+        let value =
+            if self.on_rail() && !param.on_rail { value.or(Some(self.idle(param, index))) } else { value };
         let value = if self.body.feet.is_some() && param.of_face { value.or(Some(1.0)) } else { value };
         let name = format!("{effect}.{}", param.name);
         Slot { name, unit: param.unit, lower, upper, prior: param.prior, value, effect: Some(index) }
+    }
+
+    /// What a parameter that means nothing on a rail is there: where its effect vanishes, or the legal value nearest to zero.
+    fn idle(&self, param: &Param, effect: usize) -> f64 {
+        let neutral = self.effects.get(effect).map_or(&[][..], |e| e.kind.spec().neutral);
+        let own = neutral.iter().find(|(name, value)| *name == param.name && value.is_finite());
+        own.map_or(0.0, |(_, value)| *value).clamp(param.lower, param.upper)
     }
 
     /// The plant at `values`, one for each of [`Model::slots`].

@@ -252,3 +252,18 @@ fn every_effect_survives_a_file() {
         assert_eq!(again, model, "{}", kind.spec().kind);
     }
 }
+
+#[test]
+fn on_a_rail_every_effect_leaves_numbers() {
+    for &kind in Kind::ALL {
+        let mut model = table(22.0).with(wheel(15.0, 180.0)).with(Effect::free(kind));
+        model.dof = [true, false, false];
+        let values: Vec<f64> = model.slots().iter().map(|s| s.value.unwrap_or(0.2)).collect();
+        let plant = model.plant(&values).unwrap();
+        let applied = plant.correct([12.0, 0.0, 0.0], clock(1.0, DT));
+        let State { pose, twist, .. } = plant.step(&State::at_rest([0.0; 3]), applied, clock(1.0, DT), DT);
+        let name = kind.spec().kind;
+        assert!(pose.iter().chain(&twist).all(|v| v.is_finite()), "{name}: {pose:?} {twist:?}");
+        assert_eq!([pose[1], pose[2], twist[1], twist[2]], [0.0; 4], "{name}");
+    }
+}

@@ -4,8 +4,8 @@
 
 use std::path::{Path, PathBuf};
 
-use trundle_model::{Clock, Kind, State, transport};
-use trundle_record::{Gripper, Recording};
+use trundle_model::{Clock, Effect, Kind, State, transport};
+use trundle_record::{Gripper, Precontact, Recording};
 use trundle_sim::{Scenario, simulate};
 
 fn demo() -> PathBuf {
@@ -160,4 +160,23 @@ fn halving_the_step_moves_the_end_by_less_than_the_tracker_sees() {
         let moved = (coarse[0] - fine[0]).hypot(coarse[1] - fine[1]);
         assert!(moved < 3e-4, "{moved} m");
     }
+}
+
+#[test]
+fn a_clock_that_runs_ahead_leaves_less_time_without_contact() {
+    let early = |delay: f64| {
+        let (mut scenario, model) = Scenario::read(&demo()).unwrap();
+        scenario.random.as_mut().unwrap().count = 3;
+        let latency = Effect::free(Kind::Latency).with("delay", Some(delay));
+        simulate(&scenario, &model.with(latency), 0)
+    };
+    let recording = early(-0.1).unwrap();
+    let Some(Precontact::Everywhere([_, end])) = recording.metadata.wrench.precontact else { panic!() };
+    assert!((end - 0.3).abs() < 1e-12, "{end}");
+    let loads = recording.episodes[0].wrench().unwrap();
+    let first =
+        loads.t.iter().zip(&loads.value).find(|(_, w)| (w[0] - 1.7).hypot(w[1] + 0.9) > 5.0).unwrap().0;
+    assert!((0.3..0.4).contains(first), "the push is read from {first} s on");
+    let message = early(-0.35).unwrap_err().to_string();
+    assert!(message.contains("latency.delay = -0.35") && message.contains("sensor.precontact"), "{message}");
 }
