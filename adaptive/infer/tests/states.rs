@@ -3,17 +3,19 @@
 
 mod common;
 
-use common::{NOISE, effect, locked};
+use common::{NOISE, effect, locked, table};
 use rand::{RngExt, SeedableRng};
 use rand_chacha::ChaCha8Rng;
 use rand_distr::StandardNormal;
-use trundle_infer::{Channels, Score, open_loop, score, score_beside, unjudged};
-use trundle_model::{Clock, Kind, Model, Plant, State, transport};
+use trundle_infer::{
+    Channels, Fit, FitOptions, MotionLikelihood, Quiet, Score, fit, open_loop, score, score_beside, unjudged,
+};
+use trundle_model::{Clock, Effect, Kind, Model, Plant, State, transport};
 use trundle_record::{Counts, PoseSample, Prepared, WrenchSample};
 
 const CONTACT: f64 = 0.4;
 const DT: f64 = 5e-4;
-const GRASP: [f64; 3] = [-0.6, 0.1, 0.0];
+const GRASPS: [[f64; 3]; 3] = [[-0.6, 0.1, 0.0], [0.2, -0.4, 1.2], [0.6, 0.2, -2.8]];
 
 fn force(t: f64) -> [f64; 3] {
     let on = ((t - CONTACT) / 0.1).clamp(0.0, 1.0);
@@ -22,7 +24,13 @@ fn force(t: f64) -> [f64; 3] {
 
 /// A push of five seconds that starts with the laws' own states at `own`, with noise of `quiet` times the usual.
 fn push(plant: &Plant<f64>, own: &[f64], quiet: f64) -> Prepared {
-    let mut rng = ChaCha8Rng::seed_from_u64(3);
+    push_at(0, plant, own, quiet)
+}
+
+/// The same at one of the grasps.
+fn push_at(ordinal: usize, plant: &Plant<f64>, own: &[f64], quiet: f64) -> Prepared {
+    let grasp = GRASPS[ordinal % 3];
+    let mut rng = ChaCha8Rng::seed_from_u64(3 + ordinal as u64);
     let mut normal = |sd: f64| quiet * sd * rng.sample::<f64, _>(StandardNormal);
     let mut inner = [0.0; trundle_model::INNER];
     inner[..own.len()].copy_from_slice(own);
@@ -35,18 +43,18 @@ fn push(plant: &Plant<f64>, own: &[f64], quiet: f64) -> Prepared {
             wrench.push(WrenchSample {
                 t,
                 reading: [0, 1, 2].map(|i| clean[i] + normal(sd[i])),
-                frame: GRASP,
+                frame: grasp,
             });
         }
         if k % 32 == 0 {
             pose.push(PoseSample { t, pose: [0, 1, 2].map(|i| state.pose[i] + normal(NOISE.pose[i])) });
         }
         let clock = Clock { t: t + DT / 2.0, dt: DT, ..Clock::since_contact(t - CONTACT) };
-        state = plant.step(&state, transport(force(t + DT / 2.0), GRASP), clock, DT);
+        state = plant.step(&state, transport(force(t + DT / 2.0), grasp), clock, DT);
     }
     Prepared {
-        name: "push".to_owned(),
-        ordinal: 0,
+        name: format!("push_{ordinal}"),
+        ordinal,
         wrench,
         pose,
         contact: CONTACT,
@@ -130,5 +138,41 @@ fn figures_of_the_true_model_are_those_of_noise() {
             assert!(with < most && 2.0 * with < without, "{name}: {with} with, {without} without");
         }
         assert!(with.log_predictive_density > without.log_predictive_density);
+    }
+}
+
+/// Three pushes fitted with the truth's last effect free, the mass known.
+fn fitted(truth: &Model, starts: [&[f64]; 3]) -> Fit {
+    let plant = truth.resolved().unwrap();
+    let episodes: Vec<_> = starts.iter().enumerate().map(|(k, own)| push_at(k, &plant, own, 1.0)).collect();
+    let likelihood = MotionLikelihood::new(&episodes, &NOISE).unwrap();
+    let kind = truth.effects.last().unwrap().kind;
+    let model = Model::nominal(table(), Some(22.0), [true; 3]).with(Effect::free(kind));
+    fit(&likelihood, &model, &[], &FitOptions::default(), &Quiet).unwrap()
+}
+
+#[track_caller]
+fn assert_found(fit: &Fit, name: &str, truth: f64, tolerance: f64) {
+    let estimate = fit.estimates.iter().find(|e| e.name == name).unwrap();
+    assert!((estimate.mean - truth).abs() < tolerance, "{name}: {} ± {}", estimate.mean, estimate.sd);
+}
+
+#[test]
+fn a_caster_comes_back_from_three_pushes() {
+    let fit = fitted(&on_a_caster(), [&[2.2], &[-1.0], &[0.3]]);
+    for (name, truth, tolerance) in
+        [("x", 0.5, 0.05), ("y", 0.3, 0.05), ("trail", 0.05, 0.02), ("mu_side", 80.0, 20.0)]
+    {
+        assert_found(&fit, &format!("caster_swivel.{name}"), truth, tolerance);
+    }
+}
+
+#[test]
+fn a_swinging_load_comes_back_from_three_pushes() {
+    let fit = fitted(&loaded(), [&[], &[], &[]]);
+    for (name, truth, tolerance) in
+        [("x", 0.3, 0.05), ("y", -0.2, 0.05), ("mass", 6.0, 0.6), ("frequency", 1.3, 0.05)]
+    {
+        assert_found(&fit, &format!("swinging_load.{name}"), truth, tolerance);
     }
 }
