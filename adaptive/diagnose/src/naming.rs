@@ -4,12 +4,19 @@ use crate::answer::Missing;
 use crate::place::Named;
 use crate::search::{Found, Tried};
 use crate::words::statement;
-use trundle_infer::{Fit, InferError, Score, quasi_static, score};
+use trundle_infer::{Fit, InferError, Score, quasi_static, score_beside, unjudged};
 use trundle_record::{Dataset, Prepared};
 
-/// The figures of a fit on some episodes.
-pub(crate) fn judged(data: &Dataset, fit: &Fit, episodes: &[Prepared]) -> Result<Score, InferError> {
-    score(&fit.model, &fit.values, &fit.channels, episodes, &data.noise, quasi_static(data))
+/// The figures of a fit on some episodes, beside those of another: what is not judged of one is not of the other.
+pub(crate) fn judged(
+    data: &Dataset,
+    fit: &Fit,
+    beside: &Fit,
+    episodes: &[Prepared],
+) -> Result<Score, InferError> {
+    let (noise, quasi_static) = (&data.noise, quasi_static(data));
+    let settling = unjudged(&beside.model);
+    score_beside(&fit.model, &fit.values, &fit.channels, episodes, noise, quasi_static, settling)
 }
 
 /// The tried model that lacks just one of the effects.
@@ -44,9 +51,9 @@ pub(crate) fn named(
     let name = &names[names.len() - best.added.len() + k];
     let episodes = if data.held_out.is_empty() { &data.training } else { &data.held_out };
     let gyration = best.fit.model.body.gyration;
-    let with = misfit(&judged(data, &best.fit, episodes)?, gyration);
+    let with = misfit(&judged(data, &best.fit, &best.fit, episodes)?, gyration);
     let dropped = match without(found, best, k) {
-        Some(simpler) => misfit(&judged(data, &simpler.fit, episodes)?, gyration),
+        Some(simpler) => misfit(&judged(data, &simpler.fit, &best.fit, episodes)?, gyration),
         None => None,
     };
     let explains = with.zip(dropped).filter(|(_, d)| *d > 0.0).map(|(w, d)| 1.0 - w / d);

@@ -3,6 +3,7 @@
 use crate::adequacy::{Remainder, remainder};
 use crate::answer::{Answer, Figures, Mismatch, Nominal, Pair, Place, Verdict};
 use crate::confirm::holds_up;
+use crate::enough::enough;
 use crate::locate::locate;
 use crate::naming::{effect_probability, judged, named, without};
 use crate::nominal::{as_given, given_values, parameters, under_test};
@@ -52,6 +53,7 @@ const GIVEN_MARGIN: f64 = 8.0;
 /// When there is not enough data, or the user interrupts.
 pub fn diagnose(data: &Dataset, options: &Options, watch: &dyn Watch) -> Result<Outcome, InferError> {
     let (nominal, given) = under_test(data, options.model.as_ref());
+    enough(data)?;
     let comparison = Comparison::of(data)?;
     let searcher = Searcher {
         comparison: &comparison,
@@ -214,8 +216,8 @@ fn missing(
 fn figures(data: &Dataset, before: &Fit, after: &Fit) -> Result<Figures, InferError> {
     let pair = |episodes: &[Prepared]| {
         Ok::<_, InferError>(Pair {
-            before: judged(data, before, episodes)?,
-            after: judged(data, after, episodes)?,
+            before: judged(data, before, after, episodes)?,
+            after: judged(data, after, before, episodes)?,
         })
     };
     let held_out = if data.held_out.is_empty() { None } else { Some(pair(&data.held_out)?) };
