@@ -163,6 +163,19 @@ fn a_caster_trails_behind_and_then_rolls_freely() {
 }
 
 #[test]
+fn a_caster_keeps_its_direction_in_the_room_while_the_body_turns_over_it() {
+    // The pivot is held in place: nothing swivels the wheel, but the body turns above it.
+    let hold = [("x", 0.5), ("y", 0.3), ("angle", 0.0), ("mu_x", 1e6), ("mu_y", 1e6)];
+    let plant = table(vec![caster(0.06, 30.0), effect(Kind::ViscousWheel, &hold)]).resolved().unwrap();
+    let (sin, cos) = 0.3f64.sin_cos();
+    let (rx, ry) = (cos * 0.5 - sin * 0.3, sin * 0.5 + cos * 0.3);
+    let motion = roll(&plant, moving([0.9 * ry, -0.9 * rx, 0.9], &[1.0]), still, 2e-3, 1.0);
+    let last = motion[motion.len() - 1];
+    assert!(last.pose[2] > 1.0, "it turns");
+    assert!((last.inner[0] + last.pose[2] - 1.3).abs() < 5e-3, "{last:?}");
+}
+
+#[test]
 fn a_caster_is_stable_where_it_swivels_within_a_step() {
     // Half a metre a second on a trail of 5 mm: it is in line within one step of 8 ms.
     let plant = table(vec![caster(5e-3, 200.0)]).resolved().unwrap();

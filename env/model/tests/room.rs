@@ -166,7 +166,7 @@ fn a_patch_drags_the_corners_that_are_on_it() {
         ("y", 0.0),
         ("half_length", 1.0),
         ("half_width", 0.2),
-        ("angle", 1.5707963267948966),
+        ("angle", std::f64::consts::FRAC_PI_2),
         ("mu", 10.0),
     ];
     let plant = model(table(20.0), vec![effect(Kind::FloorPatch, &values)]).resolved().unwrap();

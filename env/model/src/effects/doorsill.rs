@@ -65,7 +65,7 @@ impl<T: Real> Act<T> for Doorsill<T> {
             return;
         }
         let [nx, ny] = self.normal;
-        let normal = at.to_object(self.normal);
+        let normal = at.object_axes(self.normal);
         for &(foot, share) in &self.feet {
             let foot = foot.map(T::lift);
             let [x, y] = at.in_world(foot);

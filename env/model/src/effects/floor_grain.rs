@@ -45,7 +45,7 @@ impl<T: Real> Act<T> for FloorGrain<T> {
 
     #[inline]
     fn act(&self, at: &Situation<'_, T>, sum: &mut Action<T>) {
-        let [x, y] = at.to_object(self.grain);
+        let [x, y] = at.object_axes(self.grain);
         sum.drag_at([T::zero(); 2], [self.mu * x * x, self.mu * x * y, self.mu * y * y]);
     }
 }

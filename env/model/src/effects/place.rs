@@ -16,26 +16,26 @@ impl<T: Real> Situation<'_, T> {
     /// Where a body point, object frame, m, is in the world.
     #[inline]
     pub(crate) fn in_world(&self, point: [T; 2]) -> [T; 2] {
-        let [x, y] = self.to_world(point);
+        let [x, y] = self.world_axes(point);
         [self.position[0] + x, self.position[1] + y]
     }
 
     /// Where a point of the world, m, is in the object frame.
     #[inline]
     pub(crate) fn in_object(&self, [x, y]: [T; 2]) -> [T; 2] {
-        self.to_object([x - self.position[0], y - self.position[1]])
+        self.object_axes([x - self.position[0], y - self.position[1]])
     }
 
     /// A vector in object axes, in world axes.
     #[inline]
-    pub(crate) fn to_world(&self, [x, y]: [T; 2]) -> [T; 2] {
+    pub(crate) fn world_axes(&self, [x, y]: [T; 2]) -> [T; 2] {
         let (sin, cos) = self.heading;
         [cos * x - sin * y, sin * x + cos * y]
     }
 
     /// A vector in world axes, in object axes.
     #[inline]
-    pub(crate) fn to_object(&self, [x, y]: [T; 2]) -> [T; 2] {
+    pub(crate) fn object_axes(&self, [x, y]: [T; 2]) -> [T; 2] {
         let (sin, cos) = self.heading;
         [cos * x + sin * y, cos * y - sin * x]
     }

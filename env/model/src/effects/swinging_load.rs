@@ -65,11 +65,11 @@ impl<T: Real> Act<T> for SwingingLoad<T> {
     #[inline]
     fn act(&self, at: &Situation<'_, T>, sum: &mut Action<T>) {
         let &[dx, dy, vx, vy] = at.inner else { return };
-        let [dx, dy] = at.to_object([dx, dy]);
+        let [dx, dy] = at.object_axes([dx, dy]);
         let (pull, loss) = (self.mass * self.pull, self.mass * self.loss);
         sum.push_at(self.anchorage, [pull * dx, pull * dy]);
         let place = [self.anchorage[0] + dx, self.anchorage[1] + dy];
-        sum.push_at(place, at.to_object([vx, vy]).map(|v| v * loss));
+        sum.push_at(place, at.object_axes([vx, vy]).map(|v| v * loss));
         sum.brake_at(place, loss);
     }
 
@@ -84,7 +84,7 @@ impl<T: Real> Act<T> for SwingingLoad<T> {
     /// less the start.
     fn advance(&self, at: &Situation<'_, T>, dt: f64, inner: &mut [T]) {
         let &mut [dx, dy, vx, vy] = inner else { return };
-        let [px, py] = at.to_world(at.velocity(self.anchorage));
+        let [px, py] = at.world_axes(at.velocity(self.anchorage));
         let a = dt / 2.0;
         let (wx, wy, turn) = (vx - px, vy - py, self.loss * at.twist[2]);
         let share = (self.loss * a + self.pull * (a * a) + 1.0).recip();
