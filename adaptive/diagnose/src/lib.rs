@@ -10,6 +10,7 @@ mod answer;
 mod candidates;
 mod confirm;
 pub mod design;
+mod enough;
 pub mod foreign;
 mod locate;
 mod naming;
