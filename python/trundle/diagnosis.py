@@ -18,6 +18,7 @@ from numpy.typing import ArrayLike, NDArray
 from trundle import _native
 from trundle._native import Model, Recording, TrundleError
 from trundle.report import inputs, render
+from trundle.usable import refuse_unusable
 
 __all__ = ["Diagnosis", "Fit", "diagnose", "fit", "predict"]
 
@@ -259,8 +260,10 @@ def diagnose(
     Raises
     ------
     TrundleError
-        If there is not enough data, or the model does not fit the object.
+        If units, sign, axes or clocks of the recording are surely wrong (see `trundle.check`), if there is
+        not enough data, or the model does not fit the object.
     """
+    doubts = refuse_unusable(recording)
     outcome = _native._diagnose(
         source(recording), written(model), seed=seed, without=known(without), progress=progress
     )
@@ -271,6 +274,7 @@ def diagnose(
         "seed": seed,
         "version": _native.__version__,
         "input": inputs(recording=recording, model=model),
+        "doubts": doubts,
     }
     series["command"] = command or f"trundle diagnose {named} --seed {seed}"
     return Diagnosis(answer, Model.from_toml(outcome.model), render(answer, series), series, outcome)

@@ -47,6 +47,8 @@ def run(args: argparse.Namespace) -> int:
                 progress=lambda what, done: progress.show(f"{what} {done:.0%}"),
                 command=command(path, args),
             )
+        for doubt in diagnosis.series["doubts"]:
+            print(f"trundle: doubtful: {doubt}", file=sys.stderr)
         folder = diagnosis.write(target(path, args))
         print("\n".join(lines(diagnosis.answer, folder)))
         sys.stdout.flush()

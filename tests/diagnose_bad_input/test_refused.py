@@ -1,0 +1,77 @@
+"""A recording that is surely wrong is refused in words before it is diagnosed, never told as an effect."""
+
+from __future__ import annotations
+
+from copy import deepcopy
+from pathlib import Path
+from typing import Any
+
+import pytest
+
+import trundle
+from tests.record_prepare.conftest import Corrupt
+from tests.record_prepare.table import TABLES, Table, metadata, recording, tables
+from tests.record_prepare.test_check import CORRUPTIONS
+from trundle.cli import main
+from trundle.usable import refuse_unusable
+
+WORDS = {
+    "millimetres": "millimetres",
+    "degrees": "seems to be in degrees",
+    "newton millimetres": "seem to be in N mm",
+    "wrong sign": "the force seems to act in the wrong direction",
+    "exchanged axes": "the force's axes seem",
+    "sensor turned by a quarter": "the force's axes seem turned",
+    "another epoch": "never overlap",
+    "never moves": "the object hardly moves",
+    "no force": "no force stands out",
+}
+
+
+def corrupted(corrupt: Corrupt, table: Table) -> trundle.Recording:
+    described, episodes = metadata(table), deepcopy(tables(table))
+    corrupt(described, episodes)
+    return trundle.Recording(described, episodes)
+
+
+@pytest.mark.parametrize("name", WORDS)
+def test_what_is_surely_wrong_is_refused(name: str) -> None:
+    with pytest.raises(trundle.TrundleError, match=WORDS[name]) as refusal:
+        trundle.diagnose(corrupted(CORRUPTIONS[name][0], Table()))
+    assert "(" in str(refusal.value)  # what to do about it
+
+
+def test_the_command_line_refuses_with_status_2(tmp_path: Path, capsys: pytest.CaptureFixture[str]) -> None:
+    corrupted(CORRUPTIONS["wrong sign"][0], Table()).write(tmp_path / "wrong")
+    status = main(["diagnose", str(tmp_path / "wrong"), "--out", str(tmp_path / "out"), "--quiet"])
+    seen = capsys.readouterr()
+    assert status == 2 and seen.out == ""
+    assert "the force seems to act in the wrong direction" in seen.err
+    assert not (tmp_path / "out").exists()
+
+
+def backwards(_: dict[str, Any], episodes: TABLES) -> None:
+    """The clock jumps back by half a second within an episode."""
+    t = episodes["episode_01"]["t"]
+    t[len(t) // 2 :] -= 0.5
+
+
+def test_a_clock_that_jumps_back_is_no_recording() -> None:
+    with pytest.raises(trundle.TrundleError, match="episode_01"):
+        corrupted(backwards, Table())
+
+
+@pytest.mark.parametrize("name", ["wrench 100 ms late", "saturated", "tare in contact"])
+def test_what_may_be_wrong_is_said_and_not_refused(name: str) -> None:
+    doubts = refuse_unusable(corrupted(CORRUPTIONS[name][0], Table()))
+    assert doubts and all("(" in doubt for doubt in doubts)
+
+
+def test_nothing_is_said_of_a_clean_recording() -> None:
+    assert refuse_unusable(recording(Table())) == []
+
+
+@pytest.mark.parametrize("seed", [1, 2])
+def test_a_second_of_pushing_is_no_diagnosis(seed: int) -> None:
+    with pytest.raises(trundle.TrundleError, match="s of pushing in all"):
+        trundle.diagnose(recording(Table(episodes=2, seconds=1.6, seed=20 + seed)))
