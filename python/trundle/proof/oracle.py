@@ -46,11 +46,14 @@ def with_laws(recording: trundle.Recording, scene: Scene, hidden: Sequence[Hidde
 def fitted(recording: trundle.Recording, scene: Scene, laws: Sequence[Values]) -> float:
     """Return the held-out misfit of one wheel and these laws.
 
-    The oracle begins at the truth and stays near it. Without the laws the best values lie elsewhere, so that
-    there the search begins elsewhere as well.
+    Infinite where nothing can be fitted. The oracle begins at the truth and stays near it. Without the laws
+    the best values lie elsewhere, so that there the search begins elsewhere as well.
     """
     model, start = form(scene, laws)
-    found = trundle.fit(recording, model, start=start, starts=0 if laws else 1)
+    try:
+        found = trundle.fit(recording, model, start=start, starts=0 if laws else 1)
+    except trundle.TrundleError:
+        return math.inf  # no fit at all: such a case is drawn again
     return misfit(found.summary["held_out"], scene.shape.gyration)
 
 
