@@ -4,7 +4,7 @@ use std::path::PathBuf;
 
 use pyo3::exceptions::PyRuntimeError;
 use pyo3::prelude::*;
-use trundle_diagnose::{Options, Predictions, diagnose};
+use trundle_diagnose::{Options, Outcome, Predictions, diagnose};
 
 use crate::error::run;
 use crate::infer::inputs;
@@ -17,7 +17,7 @@ pub(crate) fn register(module: &Bound<'_, PyModule>) -> PyResult<()> {
 
 /// What a diagnosis leaves: texts, and a table to be written.
 #[pyclass(name = "_Outcome", module = "trundle", frozen)]
-struct PyOutcome {
+pub(crate) struct PyOutcome {
     /// `diagnosis.json`.
     #[pyo3(get)]
     answer: String,
@@ -28,6 +28,18 @@ struct PyOutcome {
     #[pyo3(get)]
     model: String,
     predictions: Predictions,
+}
+
+impl PyOutcome {
+    pub(crate) fn of(outcome: Outcome) -> PyResult<Self> {
+        let json = |error: serde_json::Error| PyRuntimeError::new_err(error.to_string());
+        Ok(Self {
+            answer: serde_json::to_string_pretty(&outcome.answer).map_err(json)?,
+            series: serde_json::to_string(&outcome.series).map_err(json)?,
+            model: outcome.model,
+            predictions: outcome.predictions,
+        })
+    }
 }
 
 #[pymethods]
@@ -51,11 +63,5 @@ fn _diagnose(
     let (data, model) = inputs(recording, model)?;
     let options = Options { seed, model, without };
     let outcome = watched(recording.py(), progress, |watch| diagnose(&data, &options, watch))?;
-    let json = |error: serde_json::Error| PyRuntimeError::new_err(error.to_string());
-    Ok(PyOutcome {
-        answer: serde_json::to_string_pretty(&outcome.answer).map_err(json)?,
-        series: serde_json::to_string(&outcome.series).map_err(json)?,
-        model: outcome.model,
-        predictions: outcome.predictions,
-    })
+    PyOutcome::of(outcome)
 }

@@ -6,7 +6,7 @@ use pyo3::prelude::*;
 use pyo3::types::PyDict;
 use rand::SeedableRng;
 use rand_chacha::ChaCha8Rng;
-use trundle_model::{Clock, Model, Plant, State, to_body};
+use trundle_model::{Acting, Clock, INNER, Model, Plant, Rigid, State, to_body};
 use trundle_posterior::Draws;
 
 use crate::error::refused;
@@ -18,7 +18,8 @@ pub(crate) fn register(module: &Bound<'_, PyModule>) -> PyResult<()> {
     module.add_function(wrap_pyfunction!(_ranges, module)?)
 }
 
-/// The laws of a model whose values are all given, one step at a time.
+/// The laws of a model whose values are all given, one step at a time: those that act on the object, not those of the
+/// instruments.
 ///
 /// Parameters
 /// ----------
@@ -34,6 +35,15 @@ pub(crate) fn register(module: &Bound<'_, PyModule>) -> PyResult<()> {
 #[pyclass(frozen, name = "Laws", module = "trundle")]
 struct PyLaws {
     plant: Plant<f64>,
+    /// What moves when every event has happened: the body that the other simulator has.
+    home: Rigid<f64>,
+    /// Of the laws' own states: where each starts.
+    starts: Vec<f64>,
+}
+
+/// When a law is asked: `t` is that of the table, `episode` the number of the recording's, infinite after all of them.
+fn clock(t: f64, dt: f64, contact: f64, episode: f64) -> Clock {
+    Clock { t, dt, episode, ..Clock::since_contact(t - contact) }
 }
 
 #[pymethods]
@@ -42,25 +52,36 @@ impl PyLaws {
     #[pyo3(signature = (model, parameters=None))]
     fn new(model: &PyModel, parameters: Option<BTreeMap<String, f64>>) -> PyResult<Self> {
         let values = values(&model.model, &parameters.unwrap_or_default())?;
-        Ok(Self { plant: model.model.plant(&values).map_err(refused)? })
+        let mut physics = model.model.filled(&values).map_err(refused)?;
+        physics.effects.retain(|effect| effect.kind.spec().acting == Acting::Object);
+        let plant = physics.resolved().map_err(refused)?;
+        let home = plant.rigid(clock(0.0, 0.0, 0.0, f64::INFINITY));
+        let starts = physics.inner().iter().map(|own| own.starts.first().copied().unwrap_or(0.0)).collect();
+        Ok(Self { plant, home, starts })
     }
 
     /// Mass, kg.
     #[getter]
     fn mass(&self) -> f64 {
-        self.plant.mass
+        self.home.mass
     }
 
     /// Mass centre in the object frame, m.
     #[getter]
     fn com(&self) -> [f64; 2] {
-        self.plant.com
+        self.home.com
     }
 
     /// Inertia about the mass centre, kg·m².
     #[getter]
     fn inertia(&self) -> f64 {
-        self.plant.inertia
+        self.home.inertia
+    }
+
+    /// Where the laws' own states start (the angle of a caster, …); empty where they have none.
+    #[getter]
+    fn starts(&self) -> Vec<f64> {
+        self.starts.clone()
     }
 
     /// What all laws do to the object at a state.
@@ -69,17 +90,31 @@ impl PyLaws {
     /// ----------
     /// pose, twist : array_like, shape (3,)
     ///     Of the object frame, world axes, [m, m, rad] and [m/s, m/s, rad/s].
-    /// since_contact : float
-    ///     Time since contact began, s; negative before.
+    /// t : float
+    ///     Time, s: that of the recording's table, for events.
+    /// contact : float
+    ///     When contact begins, s: some laws act from then on.
+    /// episode : float
+    ///     Number of the recording's episode, from 0, for events; after all of them by default.
+    /// inner : sequence of float
+    ///     The laws' own states.
     ///
     /// Returns
     /// -------
     /// list of float
     ///     Wrench [N, N, N·m] in the object's axes about its origin.
-    #[pyo3(signature = (pose, twist, since_contact=0.0))]
-    fn wrench(&self, pose: [f64; 3], twist: [f64; 3], since_contact: f64) -> [f64; 3] {
-        let state = State::moving(pose, twist);
-        self.plant.action(&state, Clock::since_contact(since_contact)).wrench(to_body(twist, pose[2]))
+    #[pyo3(signature = (pose, twist, t=0.0, *, contact=0.0, episode=f64::INFINITY, inner=vec![]))]
+    fn wrench(
+        &self,
+        pose: [f64; 3],
+        twist: [f64; 3],
+        t: f64,
+        contact: f64,
+        episode: f64,
+        inner: Vec<f64>,
+    ) -> PyResult<[f64; 3]> {
+        let state = State::moving(pose, twist).with_inner(own(&self.starts, &inner)?);
+        Ok(self.plant.action(&state, clock(t, 0.0, contact, episode)).wrench(to_body(twist, pose[2])))
     }
 
     /// What the laws do over one step of a simulator that takes damping implicitly.
@@ -96,8 +131,8 @@ impl PyLaws {
     ///     What else acts: wrench [N, N, N·m] in the object's axes about its origin.
     /// dt : float
     ///     Length of the step, s.
-    /// since_contact : float
-    ///     Time since contact began, s; negative before.
+    /// t, contact, episode, inner
+    ///     As in `wrench`; `t` where the step begins.
     ///
     /// Returns
     /// -------
@@ -105,33 +140,54 @@ impl PyLaws {
     ///     Wrench [N, N, N·m] in the object's axes about its origin.
     /// damping : list of float
     ///     Lower triangle [xx, xy, yy, xθ, yθ, θθ] of D in the same axes.
-    #[pyo3(signature = (pose, twist, force, dt, since_contact=0.0))]
+    /// inner : list of float
+    ///     The laws' own states after the step.
+    #[pyo3(signature = (pose, twist, force, dt, t=0.0, *, contact=0.0, episode=f64::INFINITY, inner=vec![]))]
+    #[expect(clippy::too_many_arguments, reason = "keyword arguments of a Python function")]
     fn step(
         &self,
         pose: [f64; 3],
         twist: [f64; 3],
         force: [f64; 3],
         dt: f64,
-        since_contact: f64,
-    ) -> ([f64; 3], [f64; 6]) {
-        let (state, clock) = (State::moving(pose, twist), Clock::since_contact(since_contact));
+        t: f64,
+        contact: f64,
+        episode: f64,
+        inner: Vec<f64>,
+    ) -> PyResult<Stepped> {
+        let state = State::moving(pose, twist).with_inner(own(&self.starts, &inner)?);
+        let clock = clock(t + dt / 2.0, dt, contact, episode);
         let after = self.plant.step(&state, force, clock, dt);
+        let inner = after.inner[..self.starts.len()].to_vec();
         let drag = self.plant.action(&after, clock).drag;
         let (before, after) = (to_body(twist, pose[2]), to_body(after.twist, pose[2]));
         let gained = self.momentum([0, 1, 2].map(|k| (after[k] - before[k]) / dt), before[2]);
         let braked = multiplied(drag, after);
-        ([0, 1, 2].map(|k| gained[k] + braked[k] - force[k]), drag)
+        Ok(([0, 1, 2].map(|k| gained[k] + braked[k] - force[k]), drag, inner))
     }
 }
 
 impl PyLaws {
     /// Wrench about the origin, object axes, that gives the origin the acceleration `[x, y, spin]`.
     fn momentum(&self, [ax, ay, alpha]: [f64; 3], spin: f64) -> [f64; 3] {
-        let (Plant { mass, inertia, .. }, [x, y]) = (&self.plant, self.plant.com);
+        let Rigid { mass, inertia, com: [x, y] } = self.home;
         let fx = mass * (ax - alpha * y - spin * spin * x);
         let fy = mass * (ay + alpha * x - spin * spin * y);
         [fx, fy, inertia * alpha + x * fy - y * fx]
     }
+}
+
+/// Push, damping, and the laws' own states after a step.
+type Stepped = ([f64; 3], [f64; 6], Vec<f64>);
+
+/// The laws' own states: those that are given, else where they start.
+fn own(starts: &[f64], given: &[f64]) -> PyResult<[f64; INNER]> {
+    if !given.is_empty() && given.len() != starts.len() {
+        let (got, expected) = (given.len(), starts.len());
+        return Err(refused(format!("inner has {got} values: the laws have {expected} states of their own")));
+    }
+    let given = if given.is_empty() { starts } else { given };
+    Ok(std::array::from_fn(|k| given.get(k).copied().unwrap_or(0.0)))
 }
 
 /// `D v`.

@@ -7,6 +7,7 @@ mod control;
 mod design;
 mod diagnose;
 mod error;
+mod foreign;
 mod identify;
 mod infer;
 mod inspect;
@@ -37,6 +38,7 @@ fn _native(module: &Bound<'_, PyModule>) -> PyResult<()> {
     online::register(module)?;
     baseline::register(module)?;
     diagnose::register(module)?;
+    foreign::register(module)?;
     design::register(module)?;
     control::register(module)?;
     paper::register(module)?;

@@ -34,15 +34,16 @@ impl Simulator {
         reason
     }
 
-    fn step(
+    /// One step; an error says what was wrong.
+    pub fn step(
         &self,
         py: Python<'_>,
         state: &[f64; 6],
-        drive: &Drive,
+        wrench: &[f64; 3],
+        dt: f64,
         values: &Bound<'_, PyDict>,
     ) -> Result<[f64; 6], String> {
-        let arguments =
-            (PyArray1::from_slice(py, state), PyArray1::from_slice(py, &drive.applied), drive.dt, values);
+        let arguments = (PyArray1::from_slice(py, state), PyArray1::from_slice(py, wrench), dt, values);
         let after = self.callable.bind(py).call1(arguments).map_err(|e| self.keep(e))?;
         let wrong = || {
             let shown = after.repr().map_or_else(|_| "something".to_owned(), |text| text.to_string());
@@ -74,7 +75,8 @@ impl Stepper for Simulator {
             let mut state = [x, y, theta, vx, vy, spin];
             let mut states = Vec::with_capacity(inputs.len());
             for (step, drive) in inputs.iter().enumerate() {
-                state = self.step(py, &state, drive, &values).map_err(|reason| StepError { step, reason })?;
+                let after = self.step(py, &state, &drive.applied, drive.dt, &values);
+                state = after.map_err(|reason| StepError { step, reason })?;
                 let [x, y, theta, vx, vy, spin] = state;
                 states.push(State::moving([x, y, theta], [vx, vy, spin]));
             }

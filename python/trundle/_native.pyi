@@ -65,11 +65,17 @@ class Laws:
     def com(self) -> tuple[float, float]: ...
     @property
     def inertia(self) -> float: ...
+    @property
+    def starts(self) -> list[float]: ...
     def wrench(
         self,
         pose: Sequence[float] | NDArray[np.float64],
         twist: Sequence[float] | NDArray[np.float64],
-        since_contact: float = 0.0,
+        t: float = 0.0,
+        *,
+        contact: float = 0.0,
+        episode: float = ...,
+        inner: Sequence[float] = (),
     ) -> list[float]: ...
     def step(
         self,
@@ -77,9 +83,22 @@ class Laws:
         twist: Sequence[float] | NDArray[np.float64],
         force: Sequence[float] | NDArray[np.float64],
         dt: float,
-        since_contact: float = 0.0,
-    ) -> tuple[list[float], list[float]]: ...
+        t: float = 0.0,
+        *,
+        contact: float = 0.0,
+        episode: float = ...,
+        inner: Sequence[float] = (),
+    ) -> tuple[list[float], list[float], list[float]]: ...
 
+def _diagnose_foreign(
+    recording: Recording | str,
+    step: Callable[[NDArray[np.float64], NDArray[np.float64], float, dict[str, float]], ArrayLike],
+    parameters: Sequence[Mapping[str, Any]],
+    *,
+    given: bool = False,
+    seed: int = 0,
+    progress: Callable[[str, float], object] | None = None,
+) -> _Outcome: ...
 def _draw(model: Model, seed: int) -> dict[str, float]: ...
 def _ranges(model: Model) -> list[tuple[str, str, float, tuple[float, float]]]: ...
 

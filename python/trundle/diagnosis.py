@@ -12,11 +12,9 @@ from dataclasses import dataclass
 from pathlib import Path
 from typing import Any, Literal, TypeAlias
 
-import numpy as np
-from numpy.typing import ArrayLike, NDArray
-
 from trundle import _native
 from trundle._native import Model, Recording, TrundleError
+from trundle.foreign import Parameters, Step, described
 from trundle.report import inputs, render
 from trundle.usable import refuse_unusable
 
@@ -25,8 +23,6 @@ __all__ = ["Diagnosis", "Fit", "diagnose", "fit", "predict"]
 PathLike: TypeAlias = "str | os.PathLike[str]"
 Progress: TypeAlias = Callable[[str, float], object]
 Likelihood: TypeAlias = Literal["filter", "steps", "final", "windows", "wrench"]
-Vector: TypeAlias = NDArray[np.float64]
-Step: TypeAlias = Callable[[Vector, Vector, float, dict[str, float]], ArrayLike]
 
 
 @dataclass(frozen=True)
@@ -232,6 +228,8 @@ def diagnose(
     recording: Recording | PathLike,
     model: Model | PathLike | None = None,
     *,
+    step: Step | None = None,
+    parameters: Parameters | None = None,
     seed: int = 0,
     without: Sequence[str] = (),
     progress: Progress | None = None,
@@ -244,6 +242,16 @@ def diagnose(
     recording : Recording or path
     model : Model or path, optional
         The simulation under test: its laws, and its values if it gives any. The paper's if not given.
+    step : callable, optional
+        Your own simulator in the place of a model: ``step(state, wrench, dt, values)`` returns the state
+        after ``dt`` seconds. States are pose and twist ``[x, y, theta, vx, vy, omega]`` of the object frame's
+        origin in the world; the wrench ``[fx, fy, tau]`` is in the object's axes about its origin, and what a
+        law that was left out would add is added to it; ``values`` has every parameter by name. It must answer
+        the same to the same question. docs/your-simulator.md tells more.
+    parameters : mapping, optional
+        Of that simulator, by name: a number (positive; hardly anything is believed of it), ``(start, lower,
+        upper)``, or a dict with ``start`` and any of ``lower``, ``upper``, ``sd`` and ``unit``. Where all are
+        numbers they are the values that the simulation is used with, and tested as well.
     seed : int
         The same input and seed give the same bytes.
     without : sequence of str, optional
@@ -261,22 +269,48 @@ def diagnose(
     ------
     TrundleError
         If units, sign, axes or clocks of the recording are surely wrong (see `trundle.check`), if there is
-        not enough data, or the model does not fit the object.
+        not enough data, or the model does not fit the object; with ``step``, if that raises an
+        exception or returns anything but six finite numbers: the message names the episode, the time, the
+        state and the values, and the exception is the cause.
     """
     doubts = refuse_unusable(recording)
+    if step is not None:
+        if model is not None or without:
+            raise TrundleError("step: it is the simulation under test; leave out `model` and `without`")
+        described_parameters, given = described(parameters)
+        outcome = _native._diagnose_foreign(
+            source(recording), step, described_parameters, given=given, seed=seed, progress=progress
+        )
+        command = command or f"trundle.diagnose(..., step=..., seed={seed})"
+        return finished(recording, outcome, seed, command, model, doubts)
+    if parameters is not None:
+        raise TrundleError("parameters: they are those of `step`; a model says its own")
     outcome = _native._diagnose(
         source(recording), written(model), seed=seed, without=known(without), progress=progress
     )
-    answer, series = json.loads(outcome.answer), json.loads(outcome.series)
     named = recording.name if isinstance(recording, Recording) else os.fspath(recording)
+    command = command or f"trundle diagnose {named} --seed {seed}"
+    return finished(recording, outcome, seed, command, model, doubts)
+
+
+def finished(
+    recording: Recording | PathLike,
+    outcome: _native._Outcome,
+    seed: int,
+    command: str,
+    model: Model | PathLike | None,
+    doubts: Sequence[str],
+) -> Diagnosis:
+    """Return a diagnosis with its report."""
+    answer, series = json.loads(outcome.answer), json.loads(outcome.series)
     series |= {key: answer.get(key, []) for key in ("certificates", "experiments")}
     series |= {
         "seed": seed,
         "version": _native.__version__,
         "input": inputs(recording=recording, model=model),
-        "doubts": doubts,
+        "command": command,
+        "doubts": list(doubts),
     }
-    series["command"] = command or f"trundle diagnose {named} --seed {seed}"
     return Diagnosis(answer, Model.from_toml(outcome.model), render(answer, series), series, outcome)
 
 

@@ -14,6 +14,7 @@ Needs `mujoco` and `trundle`. Your own forces go where they always go: `qfrc_app
 
 from __future__ import annotations
 
+import math
 from collections.abc import Mapping
 from pathlib import Path
 
@@ -50,6 +51,9 @@ class Effects:
         Values in the place of those of `model.toml`, as `sample` returns them.
     contact : float
         Time at which somebody begins to push, s: some laws act from then on.
+    episode : float
+        Number of the recording's episode that is relived, from 0, where a law changes at an event; by default
+        all events have happened.
     """
 
     def __init__(
@@ -59,10 +63,11 @@ class Effects:
         parameters: Mapping[str, float] | None = None,
         *,
         contact: float = 0.0,
+        episode: float = math.inf,
     ) -> None:
         if model.opt.integrator not in IMPLICIT:
             raise TrundleError('set option integrator="implicitfast": the damping of a wheel is stiff')
-        self.model, self.contact = model, contact
+        self.model, self.contact, self.episode = model, contact, episode
         self.described = Model.read(Path(folder) / "model.toml")
         self.body = identify(model, mujoco.mjtObj.mjOBJ_BODY, BODY)
         self.free, self.qpos, self.dofs = coordinates(model, self.body)
@@ -79,6 +84,9 @@ class Effects:
     def use(self, parameters: Mapping[str, float]) -> None:
         """Take these values, and give the body the mass, mass centre and inertia that go with them."""
         self.laws = Laws(self.described, dict(parameters))
+        self.inner = slice(0, len(self.laws.starts))
+        if self.model.nuserdata < self.inner.stop:
+            raise TrundleError(f'the laws have states of their own: <size nuserdata="{self.inner.stop}"/>')
         self.model.body_mass[self.body] = self.laws.mass
         self.model.body_ipos[self.body, :2] = self.laws.com
         self.model.body_inertia[self.body] = self.laws.inertia
@@ -89,8 +97,15 @@ class Effects:
         if model.signature != self.model.signature:
             return
         pose, twist = self.state(data)
-        push, damping = self.laws.step(
-            pose, twist, self.others(data, pose), model.opt.timestep, data.time - self.contact
+        push, damping, data.userdata[self.inner] = self.laws.step(
+            pose,
+            twist,
+            self.others(data, pose),
+            model.opt.timestep,
+            data.time,
+            contact=self.contact,
+            episode=self.episode,
+            inner=data.userdata[self.inner] if data.time > 0.0 else (),
         )
         xx, xy, yy, xt, yt, tt = damping
         # A symmetric matrix as a sum of squares along x, y, theta and the three sums of two of them.

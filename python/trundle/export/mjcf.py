@@ -53,6 +53,9 @@ def mjcf(model: Model, footprint: Sequence[Sequence[float]] | None = None) -> st
     laws = Laws(model)
     root = ET.Element("mujoco", model="trundle")
     ET.SubElement(root, "option", timestep=f"{TIMESTEP}", integrator="implicitfast")
+    if laws.starts:
+        # States of the laws' own, a caster's angle say: MuJoCo carries them with each state.
+        ET.SubElement(root, "size", nuserdata=str(len(laws.starts)))
     ET.SubElement(root, "visual").append(ET.Element("global", offwidth="1280", offheight="960"))
     assets, world = ET.SubElement(root, "asset"), ET.SubElement(root, "worldbody")
     scene(assets, world)

@@ -41,22 +41,36 @@ pub fn diagnose(
     let case = Case { data, foreign, watch };
     let paths =
         data.training.iter().map(|e| Path::new(e, &data.noise)).collect::<Result<Vec<_>, InferError>>()?;
-    let first = settle(foreign, &paths, Noises::of(&data.noise), &case.body(None), seed, watch)?;
-    let bare = case.body(first.felt_mass());
+    let plain = Noises::of(&data.noise);
+    let settled =
+        |start: &[f64], channels, bare: &Model| settle(foreign, &paths, start, channels, bare, seed, watch);
+    let alone = settled(&foreign.start, plain, &case.body(None))?;
+    let bare = &case.body(alone.felt_mass());
+    let base = Hunt { along: &alone, bare, seed, watch }.base()?;
+    let before = remainder(&alone, &base)?;
+    // Where something is missing, its parameters have bent to make up for it; laws are tried about where they are
+    // when the missing wrench may be anything.
+    let (along, bare) = if before.matters(alone.observations()) {
+        let unbent = settled(&alone.values, before.channels, bare)?.with_channels(plain).sketched();
+        let bare = case.body(unbent.felt_mass());
+        (unbent, bare)
+    } else {
+        (alone.clone(), bare.clone())
+    };
     let bare = &bare;
     // Where laws are found the simulator's parameters move: once more, to first order about where they went.
     let anew = |along: &Along, tried: &[Trial]| -> Result<(Along, Vec<Trial>), InferError> {
         let values = along.own(&tried[0].fit);
-        let along = Along::new(foreign, &values, &paths, along.channels, data.dof, watch)?;
+        let along = Along::new(foreign, &values, &paths, plain, data.dof, watch)?;
         let tried = Hunt { along: &along, bare, seed, watch }.again(tried)?;
         Ok((along, tried))
     };
-    let tried = Hunt { along: &first, bare, seed, watch }.singles()?;
-    let (along, tried) = if tried[0].added.is_empty() { (first, tried) } else { anew(&first, &tried)? };
+    let tried = Hunt { along: &along, bare, seed, watch }.singles(base)?;
+    let (along, tried) = if tried[0].added.is_empty() { (along, tried) } else { anew(&along, &tried)? };
     let size = tried[0].added.len();
     let tried = Hunt { along: &along, bare, seed, watch }.combine(tried)?;
     let (along, tried) = if tried[0].added.len() > size { anew(&along, &tried)? } else { (along, tried) };
-    case.answer(&along, bare, &tried)
+    case.answer([&alone, &along], before, &tried)
 }
 
 struct Case<'a> {
@@ -75,26 +89,32 @@ impl Case<'_> {
         model
     }
 
-    fn answer(&self, along: &Along, bare: &Model, tried: &[Trial]) -> Result<Outcome, InferError> {
+    /// The answer; the simulator alone is judged as it was linearised at its own best values.
+    fn answer(
+        &self,
+        [alone, along]: [&Along; 2],
+        before: Remainder,
+        tried: &[Trial],
+    ) -> Result<Outcome, InferError> {
         let base = tried.iter().find(|t| t.added.is_empty()).unwrap_or(&tried[0]);
-        let before = remainder(along, base)?;
-        let (mut best, mut chances) = choose(along, tried)?;
-        let mut left = remainder(along, best)?;
+        let (mut best, mut chances) = choose(tried);
+        let mut left = remainder(if best.added.is_empty() { alone } else { along }, best)?;
         let mut verdict = judge(along.observations(), before, best, left);
         if verdict == Verdict::Unexplained {
             (best, chances, left) = (base, vec![], before);
         }
-        if verdict == Verdict::Consistent && self.given_costs(along, base)? {
+        if verdict == Verdict::Consistent && self.given_costs(alone, base)? {
             verdict = Verdict::Reparameterised;
         }
         let probabilities = probabilities(tried);
-        let residuals = self.residuals(along, base, before)?;
-        let after_residuals = self.residuals(along, best, left)?;
+        let residuals = self.residuals(alone, base, before)?;
+        let after_residuals =
+            self.residuals(if best.added.is_empty() { alone } else { along }, best, left)?;
         let shown = verdict != Verdict::Consistent;
         let mismatch = Mismatch {
             windows: if shown { windows(&residuals, along) } else { vec![] },
-            channels: self.channels(along, base)?,
-            body_point: line_of_action(&residuals, bare).filter(|_| shown),
+            channels: self.channels(alone, base)?,
+            body_point: line_of_action(&residuals, &base.fit.model).filter(|_| shown),
             ..Mismatch::default()
         };
         let figures = self.figures(base, best, along)?;

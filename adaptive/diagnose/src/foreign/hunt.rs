@@ -11,12 +11,17 @@ use trundle_model::{Effect, Kind, Model, Prior};
 pub(crate) struct Trial {
     pub added: Vec<Effect>,
     pub fit: Fit,
+    /// −log density of each interval, episode by episode, as it was linearised for this fit.
+    costs: Vec<Vec<f64>>,
 }
 
 impl Trial {
-    /// Log evidence plus log prior: an effect is missing in one simulation of twenty.
+    /// Log evidence plus log prior: an effect is missing in one simulation of twenty, an event in any of the episodes.
     pub fn log_weight(&self) -> f64 {
+        let events = self.added.iter().filter(|e| e.kind.spec().params.iter().any(|p| p.choice)).count();
+        let episodes = self.costs.len().max(1) as f64;
         self.fit.log_evidence + self.added.len() as f64 * (0.05f64 / 0.95).ln()
+            - events as f64 * episodes.ln()
     }
 
     pub fn names(&self) -> Vec<&'static str> {
@@ -44,17 +49,16 @@ pub(crate) struct Hunt<'a> {
 impl Hunt<'_> {
     /// The simulator alone.
     pub fn base(&self) -> Result<Trial, InferError> {
-        self.fit(vec![], None)
+        self.fit(vec![])
     }
 
-    /// The simulator alone, and with each effect, best first.
-    pub fn singles(&self) -> Result<Vec<Trial>, InferError> {
-        let base = self.base()?;
+    /// The simulator alone, as it was fitted, and with each effect, best first.
+    pub fn singles(&self, base: Trial) -> Result<Vec<Trial>, InferError> {
         let offered = self.offered();
-        let mut tried = vec![base.clone()];
+        let mut tried = vec![base];
         for (k, effect) in offered.iter().enumerate() {
             self.watch.progress("single effects", k as f64 / offered.len() as f64);
-            tried.push(self.fit(vec![effect.clone()], Some(&base))?);
+            tried.push(self.fit(vec![effect.clone()])?);
         }
         sort(&mut tried);
         Ok(tried)
@@ -91,7 +95,11 @@ impl Hunt<'_> {
         let mut again = Vec::with_capacity(kept.len());
         for (k, trial) in kept.iter().enumerate() {
             self.watch.progress("once more", k as f64 / kept.len() as f64);
-            again.push(self.from(trial.added.clone(), [Some(trial), None], 0)?);
+            // The simulator alone stays as it is: what it was linearised about is not where laws take its parameters.
+            again.push(match trial.added.is_empty() {
+                true => (*trial).clone(),
+                false => self.from(trial.added.clone(), [Some(trial), None], 0)?,
+            });
         }
         sort(&mut again);
         Ok(again)
@@ -123,9 +131,9 @@ impl Hunt<'_> {
         Ok(())
     }
 
-    fn fit(&self, added: Vec<Effect>, from: Option<&Trial>) -> Result<Trial, InferError> {
+    fn fit(&self, added: Vec<Effect>) -> Result<Trial, InferError> {
         let sought = added.last().is_some_and(is_placed);
-        self.from(added, [from, None], if sought { EXTRA_STARTS } else { 0 })
+        self.from(added, [None, None], if sought { EXTRA_STARTS } else { 0 })
     }
 
     /// Fit some laws together with the simulator's parameters, from a simpler fit; the last law from that of another
@@ -156,7 +164,9 @@ impl Hunt<'_> {
             warm.push(start(coordinates.draw(&mut rng)));
         }
         let options = FitOptions { starts: 0, seed: self.seed, from_afar: false, ..FitOptions::default() };
-        Ok(Trial { added, fit: fit(self.along, &model, &warm, &options, self.watch)? })
+        let fit = fit(self.along, &model, &warm, &options, self.watch)?;
+        let costs = self.along.costs(&fit.model.plant(&fit.values)?, &self.along.own(&fit));
+        Ok(Trial { added, fit, costs })
     }
 
     fn asks_for_more(&self, trial: &Trial) -> Result<bool, InferError> {
@@ -180,9 +190,10 @@ pub(crate) fn called(effect: &Effect) -> &'static str {
     if effect.kind == Kind::ViscousWheel { Kind::SpinDrag.spec().effect } else { name(effect) }
 }
 
-/// Laws with states of their own are not tried: along the seen motion they would need a start in every episode.
+/// Laws with states of their own are not tried: along the seen motion they would need a start in every episode. Nor is
+/// an event of a wheel that only the simulator knows.
 fn usable(effect: &Effect) -> bool {
-    effect.kind.spec().inner.is_empty()
+    effect.kind.spec().inner.is_empty() && effect.kind != Kind::WheelEvent
 }
 
 /// Whether an effect's place or moment has to be sought: from the middle of its prior the way may be barred.
@@ -253,24 +264,22 @@ pub(crate) fn remainder(along: &Along, trial: &Trial) -> Result<Remainder, Infer
 const BLOCKS: usize = 5;
 
 /// Probability, from paired differences of blocks, that a fuller trial predicts better than a simpler one.
-pub(crate) fn holds_up(along: &Along, fuller: &Trial, simpler: &Trial) -> Result<f64, InferError> {
-    let blocks = |trial: &Trial| -> Result<Vec<f64>, InferError> {
-        let plant = trial.fit.model.plant(&trial.fit.values)?;
-        let costs = along.costs(&plant, &along.own(&trial.fit));
+pub(crate) fn holds_up(fuller: &Trial, simpler: &Trial) -> f64 {
+    let blocks = |trial: &Trial| -> Vec<f64> {
         let cut = |episode: &Vec<f64>| {
             let size = episode.len().div_ceil(BLOCKS).max(1);
             episode.chunks(size).map(|c| c.iter().sum()).collect::<Vec<f64>>()
         };
-        Ok(costs.iter().flat_map(cut).collect())
+        trial.costs.iter().flat_map(cut).collect()
     };
-    let differences: Vec<f64> = blocks(simpler)?.iter().zip(&blocks(fuller)?).map(|(a, b)| a - b).collect();
+    let differences: Vec<f64> = blocks(simpler).iter().zip(&blocks(fuller)).map(|(a, b)| a - b).collect();
     let n = differences.len() as f64;
     if differences.len() < 3 {
-        return Ok(0.5);
+        return 0.5;
     }
     let bought = 0.5 * (fuller.fit.estimates.len().saturating_sub(simpler.fit.estimates.len())) as f64;
     let mean = (differences.iter().sum::<f64>() - bought) / n;
     let variance = differences.iter().map(|d| (d - mean).powi(2)).sum::<f64>() / (n - 1.0);
     let t = mean / (variance / n).sqrt().max(1e-12);
-    Ok(StudentsT::new(0.0, 1.0, n - 1.0).map_or(0.5, |d| d.cdf(t)))
+    StudentsT::new(0.0, 1.0, n - 1.0).map_or(0.5, |d| d.cdf(t))
 }

@@ -68,9 +68,14 @@ impl Along {
             values,
             sketch: None,
         };
-        let whole = empty.with_channels(channels);
-        let sketch = (whole.paths.len() > SKETCHED).then(|| Box::new(whole.only(|e| e < SKETCHED)));
-        Ok(Self { sketch, ..whole })
+        Ok(empty.with_channels(channels).sketched())
+    }
+
+    /// The same with what starts are sorted with.
+    #[must_use]
+    pub fn sketched(self) -> Self {
+        let sketch = (self.paths.len() > SKETCHED).then(|| Box::new(self.only(|e| e < SKETCHED)));
+        Self { sketch, ..self }
     }
 
     /// The same with other noise.

@@ -14,17 +14,20 @@ const HALVINGS: u32 = 4;
 /// Gain of a round below which the search is at rest, nats.
 const REST: f64 = 0.05;
 
-/// The simulator linearised at the most probable values of its parameters.
+/// The simulator linearised at the most probable values of its parameters, sought from `start`.
+///
+/// Under channels in which a missing wrench may wander, values do not bend to what the simulator lacks.
 pub(crate) fn settle(
     foreign: &Foreign<'_>,
     paths: &[Path],
+    start: &[f64],
     channels: Channels,
     bare: &Model,
     seed: u64,
     watch: &dyn Watch,
 ) -> Result<Along, InferError> {
     let coordinates = Coordinates::of(foreign.parameters.clone());
-    let mut values = foreign.start.clone();
+    let mut values = start.to_vec();
     for round in 0..ROUNDS {
         watch.progress("the simulation under test", round as f64 / ROUNDS as f64);
         let along = Along::new(foreign, &values, paths, channels, bare.dof, watch)?;

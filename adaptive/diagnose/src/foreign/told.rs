@@ -5,7 +5,7 @@ use super::likelihood::Along;
 use crate::answer::{Alternative, Verdict, Window};
 use nalgebra::{Matrix2, Vector2, Vector3};
 use statrs::distribution::{ChiSquared, ContinuousCDF};
-use trundle_infer::{InferError, Residual};
+use trundle_infer::Residual;
 use trundle_model::{Effect, Model};
 
 /// Chance that an effect must have, block by block, to be named.
@@ -25,20 +25,20 @@ const SHORTEST: f64 = 0.1;
 const MOST: usize = 24;
 
 /// The trial with the most weight each of whose effects holds up block by block, and the chance of each.
-pub(crate) fn choose<'a>(along: &Along, tried: &'a [Trial]) -> Result<(&'a Trial, Vec<f64>), InferError> {
+pub(crate) fn choose(tried: &[Trial]) -> (&Trial, Vec<f64>) {
     for trial in tried {
         let mut chances = Vec::new();
         for k in 0..trial.added.len() {
             chances.push(match without(tried, trial, k) {
-                Some(simpler) => holds_up(along, trial, simpler)?,
+                Some(simpler) => holds_up(trial, simpler),
                 None => 0.0,
             });
         }
         if chances.iter().all(|c| *c >= SURE) {
-            return Ok((trial, chances));
+            return (trial, chances);
         }
     }
-    Ok((&tried[0], vec![]))
+    (&tried[0], vec![])
 }
 
 pub(crate) fn judge(observations: usize, before: Remainder, best: &Trial, left: Remainder) -> Verdict {
