@@ -90,3 +90,11 @@ def test_a_file_that_cannot_be_used_is_said(
     assert command(tmp_path, text=text) == 2
     assert words in capsys.readouterr().err
     assert not (tmp_path / "out").exists()
+
+
+def test_without_mujoco_it_says_what_to_install(
+    tmp_path: Path, monkeypatch: pytest.MonkeyPatch, capsys: pytest.CaptureFixture[str]
+) -> None:
+    monkeypatch.setattr("importlib.util.find_spec", lambda name: None)
+    assert command(tmp_path) == 2
+    assert "trundle[mujoco]" in capsys.readouterr().err

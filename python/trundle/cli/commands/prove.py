@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import argparse
+import importlib.util
 import tempfile
 from pathlib import Path
 
@@ -50,6 +51,8 @@ def add_arguments(parser: argparse.ArgumentParser) -> None:
 
 def run(args: argparse.Namespace) -> int:
     """Prove what was asked for and write the document."""
+    if importlib.util.find_spec("mujoco") is None:
+        raise ValueError("`trundle prove` makes its recordings with MuJoCo: pip install 'trundle[mujoco]'")
     from trundle.proof.run import prove
 
     work = args.work or Path(tempfile.gettempdir()) / "trundle-prove"
