@@ -1,6 +1,6 @@
 //! The comparison that suits a recording: by its motion, or, where inertia plays no part, by the wrench.
 
-use crate::likelihood::{Likelihood, Linearised};
+use crate::likelihood::{Likelihood, Linearised, Look};
 use crate::quasi::is_quasi_static;
 use crate::{Channels, InferError, MotionLikelihood, WrenchLikelihood};
 use trundle_model::Model;
@@ -105,6 +105,16 @@ impl Likelihood for Comparison {
 
     fn linearise(&self, model: &Model, values: &[f64], free: &[usize]) -> Result<Linearised, InferError> {
         self.inner().linearise(model, values, free)
+    }
+
+    fn look<'a>(
+        &'a self,
+        model: &'a Model,
+        values: &[f64],
+        free: &'a [usize],
+        likely: bool,
+    ) -> Result<Look<'a>, InferError> {
+        self.inner().look(model, values, free, likely)
     }
 
     fn channels(&self) -> Channels {

@@ -7,21 +7,18 @@
 #[path = "response.rs"]
 mod response;
 
+use crate::covariance::{Belief, MOTION, Matrix, PLAIN, POSE, Vector, corrected, moved, whitener};
 use crate::curve::Curve;
 use crate::{Channels, InferError, Track, track::Step};
-use nalgebra::{Matrix3, SMatrix, SVector, Vector3};
+use nalgebra::{Matrix3, SMatrix, Vector3};
 use trundle_model::{Clock, Dual, INNER, Inner, Model, Plant, Real, State, transport};
 
 pub use response::Response;
 
-/// Pose, twist and wrench error.
-const PLAIN: usize = 9;
-/// The same, and the laws' own states.
+/// Pose, twist and wrench error, and the laws' own states.
 pub(crate) const STATES: usize = PLAIN + INNER;
-/// Pose and twist.
-const MOTION: usize = 6;
-type Matrix<const N: usize> = SMatrix<f64, N, N>;
-type Vector<const N: usize> = SVector<f64, N>;
+/// States but for the pose.
+const MOVING: usize = PLAIN - POSE;
 
 /// Beginning of an episode by which the laws' own starting states are chosen, s.
 const BEGINNING: f64 = 1.0;
@@ -58,12 +55,6 @@ pub struct Residual {
     pub covariance: Matrix3<f64>,
 }
 
-#[derive(Clone)]
-struct Belief<const N: usize> {
-    mean: Vector<N>,
-    covariance: Matrix<N>,
-}
-
 /// One prediction, kept for smoothing.
 struct Stage<const N: usize> {
     transition: Matrix<N>,
@@ -81,10 +72,19 @@ pub(crate) struct Passage {
     pub inner: [f64; INNER],
 }
 
+impl Passage {
+    /// −log density of all pose samples.
+    pub fn cost(&self) -> f64 {
+        self.innovations.iter().map(|i| i.cost).sum()
+    }
+}
+
 /// Filters episodes with one plant. `None` where a number is not finite.
 pub(crate) trait Filtering: Sync {
     /// The innovation of every pose sample.
     fn run(&self, track: &Track) -> Option<Passage>;
+    /// −log density of all pose samples.
+    fn cost(&self, track: &Track) -> Option<f64>;
     /// The wrench error at every pose sample, given the whole episode (Rauch-Tung-Striebel).
     fn smooth(&self, track: &Track) -> Option<Vec<Residual>>;
     /// The density of every pose sample as predicted from the track's start alone.
@@ -97,32 +97,67 @@ pub(crate) trait Filtering: Sync {
 }
 
 /// The filter for a model at values.
-pub(crate) fn filter<'a>(
+pub(crate) fn filter(
     model: &Model,
     values: &[f64],
-    channels: &'a Channels,
-) -> Result<Box<dyn Filtering + 'a>, InferError> {
+    channels: &Channels,
+) -> Result<Box<dyn Filtering>, InferError> {
     let inner = model.inner();
-    if inner.is_empty() {
-        return Ok(Box::new(Filter::<PLAIN>::new(model, values, channels, inner)?));
+    if !inner.is_empty() {
+        return Ok(Box::new(Filter::<STATES, STATES>::new(model, values, channels, inner)?));
     }
-    Ok(Box::new(Filter::<STATES>::new(model, values, channels, inner)?))
+    let filter = Filter::<PLAIN, MOVING>::new(model, values, channels, inner)?;
+    if filter.plant.same_everywhere() {
+        return Ok(Box::new(filter));
+    }
+    Ok(Box::new(Filter::<PLAIN, PLAIN>::new(model, values, channels, filter.inner)?))
 }
 
-/// Filters with `N` states.
-struct Filter<'a, const N: usize> {
-    plant: Plant<Dual<N>>,
-    channels: &'a Channels,
+/// Filters with `N` states, and derivatives by the last `D` of them: by all, or by all but the pose, where the motion
+/// is the same everywhere.
+struct Filter<const N: usize, const D: usize> {
+    plant: Plant<Dual<D>>,
     dof: [bool; 3],
     inner: Vec<Inner>,
+    /// Variances of a pose sample, zero where a direction is blocked.
+    pose_noise: [f64; 3],
+    /// Variances of a reading and of its error's walk, 1/s, likewise.
+    reading_noise: [f64; 3],
+    wander: [f64; 3],
 }
 
-impl<const N: usize> Filtering for Filter<'_, N> {
+/// What a pose sample says of a belief.
+struct Sighting<const N: usize> {
+    t: f64,
+    error: Vector3<f64>,
+    covariance: Matrix3<f64>,
+    gain: SMatrix<f64, N, POSE>,
+    whitener: Matrix3<f64>,
+    cost: f64,
+}
+
+impl<const N: usize> Sighting<N> {
+    fn innovation(&self) -> Innovation {
+        let Self { t, error, covariance, whitener, cost, .. } = *self;
+        let mut gain = SMatrix::<f64, STATES, POSE>::zeros();
+        gain.fixed_view_mut::<N, POSE>(0, 0).copy_from(&self.gain);
+        Innovation { t, error, covariance, gain, whitener, cost }
+    }
+}
+
+impl<const N: usize, const D: usize> Filtering for Filter<N, D> {
     fn run(&self, track: &Track) -> Option<Passage> {
         let inner = self.inner_start(track)?;
         let mut innovations = Vec::with_capacity(track.observations());
-        self.walk(track, &inner, f64::INFINITY, |_, _, seen| innovations.extend(seen.cloned()))?;
+        self.walk(track, &inner, f64::INFINITY, |seen| innovations.push(seen.innovation()))?;
         Some(Passage { innovations, inner })
+    }
+
+    fn cost(&self, track: &Track) -> Option<f64> {
+        let inner = self.inner_start(track)?;
+        let mut cost = 0.0;
+        self.walk(track, &inner, f64::INFINITY, |seen| cost += seen.cost)?;
+        Some(cost)
     }
 
     fn smooth(&self, track: &Track) -> Option<Vec<Residual>> {
@@ -131,14 +166,14 @@ impl<const N: usize> Filtering for Filter<'_, N> {
         let mut belief = self.begin(track, &inner);
         let mut t = track.start;
         for step in &track.steps {
-            let (predicted, transition) = self.predict(&belief, step, &track.curve);
+            let transition = self.predict(&mut belief, step, &track.curve);
             t += step.dt;
-            let filtered = match step.pose {
-                Some(seen) => self.update(predicted.clone(), &self.observe(&predicted, t, seen)?),
-                None => predicted.clone(),
-            };
-            belief = filtered.clone();
-            stages.push(Stage { transition, predicted, filtered, frame: step.frame, t });
+            let predicted = belief.clone();
+            if let Some(seen) = step.pose {
+                let sighting = self.observe(&belief, t, seen)?;
+                self.update(&mut belief, &sighting);
+            }
+            stages.push(Stage { transition, predicted, filtered: belief.clone(), frame: step.frame, t });
         }
         Some(backward(stages))
     }
@@ -161,11 +196,11 @@ impl<const N: usize> Filtering for Filter<'_, N> {
                 let count = within.count();
                 found.push(self.onwards(&track.steps[index..index + count], &track.curve, belief.clone(), t));
             }
-            (belief, _) = self.predict(&belief, step, &track.curve);
+            self.predict(&mut belief, step, &track.curve);
             t += step.dt;
             if let Some(seen) = step.pose {
-                let innovation = self.observe(&belief, t, seen)?;
-                belief = self.update(belief, &innovation);
+                let sighting = self.observe(&belief, t, seen)?;
+                self.update(&mut belief, &sighting);
             }
         }
         Some(found)
@@ -176,37 +211,46 @@ impl<const N: usize> Filtering for Filter<'_, N> {
     }
 }
 
-impl<'a, const N: usize> Filter<'a, N> {
+impl<const N: usize, const D: usize> Filter<N, D> {
     fn new(
         model: &Model,
         values: &[f64],
-        channels: &'a Channels,
+        channels: &Channels,
         inner: Vec<Inner>,
     ) -> Result<Self, InferError> {
         let lifted: Vec<_> = values.iter().map(|&v| Real::lift(v)).collect();
-        Ok(Self { plant: model.plant(&lifted)?, channels, dof: model.dof, inner })
+        let dof = model.dof;
+        let variances = |sd: [f64; 3]| [0, 1, 2].map(|k| if dof[k] { sd[k] * sd[k] } else { 0.0 });
+        Ok(Self {
+            plant: model.plant(&lifted)?,
+            dof,
+            inner,
+            pose_noise: variances(channels.pose),
+            reading_noise: variances(channels.reading),
+            wander: variances(channels.wander),
+        })
     }
 
-    /// Filter up to a time after the start, showing each belief before it is corrected.
+    /// Filter up to a time after the start, showing each pose sample.
     fn walk(
         &self,
         track: &Track,
         inner: &[f64; INNER],
         until: f64,
-        mut show: impl FnMut(f64, &Belief<N>, Option<&Innovation>),
+        mut show: impl FnMut(&Sighting<N>),
     ) -> Option<()> {
         let mut belief = self.begin(track, inner);
         let mut t = track.start;
         for step in &track.steps {
-            (belief, _) = self.predict(&belief, step, &track.curve);
+            self.predict(&mut belief, step, &track.curve);
             t += step.dt;
             if t > until {
                 break;
             }
             if let Some(seen) = step.pose {
-                let innovation = self.observe(&belief, t, seen)?;
-                show(t, &belief, Some(&innovation));
-                belief = self.update(belief, &innovation);
+                let sighting = self.observe(&belief, t, seen)?;
+                show(&sighting);
+                self.update(&mut belief, &sighting);
             }
         }
         Some(())
@@ -222,10 +266,10 @@ impl<'a, const N: usize> Filter<'a, N> {
     ) -> Option<Vec<Innovation>> {
         let mut predictions = vec![];
         for step in steps {
-            (belief, _) = self.predict(&belief, step, curve);
+            self.predict(&mut belief, step, curve);
             t += step.dt;
             if let Some(seen) = step.pose {
-                predictions.push(self.observe(&belief, t, seen)?);
+                predictions.push(self.observe(&belief, t, seen)?.innovation());
             }
         }
         Some(predictions)
@@ -249,7 +293,7 @@ impl<'a, const N: usize> Filter<'a, N> {
         let until = contact.max(track.start) + BEGINNING;
         let cost = |offer: &[f64; INNER]| {
             let mut cost = 0.0;
-            let walked = self.walk(track, offer, until, |_, _, seen| cost += seen.map_or(0.0, |i| i.cost));
+            let walked = self.walk(track, offer, until, |seen| cost += seen.cost);
             walked.map_or(f64::INFINITY, |()| cost)
         };
         let costs: Vec<f64> = offers.iter().map(cost).collect();
@@ -273,157 +317,114 @@ impl<'a, const N: usize> Filter<'a, N> {
         Belief { mean, covariance }
     }
 
-    fn predict(&self, belief: &Belief<N>, step: &Step, curve: &Curve) -> (Belief<N>, Matrix<N>) {
-        let variable = |k: usize| Dual::<N>::variable(belief.mean[k], k);
-        let mut state = State::moving([0, 1, 2].map(variable), [3, 4, 5].map(variable));
+    /// Move a belief on by a step, with the derivatives of the state after it by the state before it.
+    fn predict(&self, belief: &mut Belief<N>, step: &Step, curve: &Curve) -> Matrix<N> {
+        let variable = |k: usize| {
+            // Where the pose is no variable its index is beyond the derivatives.
+            Dual::<D>::variable(belief.mean[k], (k + D).wrapping_sub(N))
+        };
+        let mut state = State {
+            pose: [variable(0), variable(1), variable(2)],
+            twist: [variable(3), variable(4), variable(5)],
+            inner: [Dual::zero(); INNER],
+        };
         for (k, own) in state.inner.iter_mut().take(N - PLAIN).enumerate() {
             *own = variable(PLAIN + k);
         }
-        let error = [6, 7, 8].map(variable);
-        let after = push(&self.plant, &state, error, step, curve);
-        let mut transition = Matrix::identity();
-        let mut mean = belief.mean;
+        let error = [variable(6), variable(7), variable(8)];
+        push(&self.plant, &mut state, &error, step, curve);
+        let mut transition = Matrix::<N>::identity();
+        let before = belief.mean;
         let rows = (0..MOTION).chain(PLAIN..N);
-        for (row, value) in rows.zip(after.pose.iter().chain(&after.twist).chain(&after.inner)) {
-            mean[row] = value.re;
-            for column in 0..N {
-                transition[(row, column)] = value.eps[column];
+        for (row, value) in rows.zip(state.pose.iter().chain(&state.twist).chain(&state.inner)) {
+            belief.mean[row] = value.re;
+            for (column, slope) in transition.data.0[N - D..].iter_mut().zip(value.eps) {
+                column[row] = slope;
             }
         }
-        let mut covariance = moved(&transition, &belief.covariance);
-        for k in (0..3).filter(|&k| self.dof[k]) {
-            let reading = self.channels.reading[k];
-            let variance = reading * reading * step.thinning;
-            // The reading's noise enters as its error does.
-            let mut input: Vector<N> = transition.column(k + MOTION).into_owned();
-            input.fixed_rows_mut::<3>(MOTION).fill(0.0);
-            for column in 0..N {
-                for row in 0..N {
-                    covariance[(row, column)] += input[row] * (variance * input[column]);
-                }
-            }
-            covariance[(k + 6, k + 6)] += self.channels.wander[k] * self.channels.wander[k] * step.dt;
+        let noise = self.reading_noise.map(|variance| variance * step.thinning);
+        if D < N {
+            turned(&mut transition, &before, &belief.mean);
+            belief.covariance = moved::<N, true>(&transition, &belief.covariance, noise);
+        } else {
+            belief.covariance = moved::<N, false>(&transition, &belief.covariance, noise);
         }
-        (Belief { mean, covariance }, transition)
+        for (k, wander) in self.wander.iter().enumerate() {
+            belief.covariance[(k + MOTION, k + MOTION)] += wander * step.dt;
+        }
+        transition
     }
 
-    fn observe(&self, belief: &Belief<N>, t: f64, seen: [f64; 3]) -> Option<Innovation> {
+    fn observe(&self, belief: &Belief<N>, t: f64, seen: [f64; 3]) -> Option<Sighting<N>> {
         let mut covariance: Matrix3<f64> = belief.covariance.fixed_view::<3, 3>(0, 0).into_owned();
         let mut error = Vector3::zeros();
         for k in 0..3 {
             if self.dof[k] {
-                covariance[(k, k)] += self.channels.pose[k] * self.channels.pose[k];
+                covariance[(k, k)] += self.pose_noise[k];
                 error[k] = seen[k] - belief.mean[k];
             } else {
                 covariance[(k, k)] = 1.0;
             }
         }
-        let factor = covariance.cholesky()?;
-        let mut whitener = factor.l().try_inverse()?;
-        let mut gain = SMatrix::<f64, STATES, 3>::zeros();
-        let own = belief.covariance.fixed_view::<N, 3>(0, 0) * factor.inverse();
-        gain.fixed_view_mut::<N, 3>(0, 0).copy_from(&own);
+        let mut whitener = whitener(&covariance)?;
+        let gain = belief.covariance.fixed_view::<N, POSE>(0, 0) * (whitener.transpose() * whitener);
         let whitened = whitener * error;
         let mut cost = 0.5 * whitened.norm_squared();
+        let mut density = 1.0;
         for k in 0..3 {
             if self.dof[k] {
-                cost += factor.l()[(k, k)].ln() + 0.5 * std::f64::consts::TAU.ln();
+                density *= whitener[(k, k)];
+                cost += 0.5 * std::f64::consts::TAU.ln();
             } else {
                 whitener.row_mut(k).fill(0.0);
             }
         }
-        cost.is_finite().then_some(Innovation { t, error, covariance, gain, whitener, cost })
+        cost -= density.ln();
+        cost.is_finite().then_some(Sighting { t, error, covariance, gain, whitener, cost })
     }
 
-    fn update(&self, belief: Belief<N>, innovation: &Innovation) -> Belief<N> {
-        let gain = innovation.gain.fixed_view::<N, 3>(0, 0).into_owned();
-        let mean = belief.mean + gain * innovation.error;
-        let prior = &belief.covariance;
-        // Joseph's form (I − KH) P (I − KH)ᵀ + K R Kᵀ stays positive. H takes the pose out of the state, so that
-        // its products are of three columns.
-        let kept = minus(prior, &gain, &prior.fixed_view::<N, 3>(0, 0).into_owned());
-        let mut pose: SMatrix<f64, N, 3> = kept.fixed_view::<N, 3>(0, 0).into_owned();
-        for k in 0..3 {
-            let variance = self.channels.pose[k] * self.channels.pose[k];
-            for row in 0..N {
-                pose[(row, k)] -= gain[(row, k)] * variance;
-            }
-        }
-        Belief { mean, covariance: symmetric(&minus(&kept, &pose, &gain)) }
+    fn update(&self, belief: &mut Belief<N>, seen: &Sighting<N>) {
+        belief.mean += seen.gain * seen.error;
+        belief.covariance = corrected(&belief.covariance, &seen.gain, self.pose_noise);
     }
 }
 
-/// The mean of a matrix and its transpose: rounding makes a covariance lopsided, and over a minute that grows
-/// until it is none.
-fn symmetric<const N: usize>(a: &Matrix<N>) -> Matrix<N> {
-    let mut even = *a;
-    for column in 0..N {
-        for row in 0..column {
-            let mean = 0.5 * (a[(row, column)] + a[(column, row)]);
-            (even[(row, column)], even[(column, row)]) = (mean, mean);
-        }
+/// The derivatives of a step by the pose, where the motion is the same everywhere. Moving the start moves the end.
+/// Turning the start, its velocity with it, turns what follows: with `J` a quarter turn,
+/// `∂f/∂θ + ∂f/∂v J v = J (f − p)`.
+fn turned<const N: usize>(transition: &mut Matrix<N>, before: &Vector<N>, after: &Vector<N>) {
+    const HEADING: usize = 2;
+    let (dx, dy) = (after[0] - before[0], after[1] - before[1]);
+    let turn = [-dy, dx, 1.0, -after[4], after[3]];
+    let columns = &mut transition.data.0;
+    let (along_x, along_y) = (columns[3], columns[4]);
+    for (row, slope) in columns[HEADING].iter_mut().enumerate().take(MOTION) {
+        let with = turn.get(row).copied().unwrap_or(0.0);
+        *slope = with + along_x[row] * before[4] - along_y[row] * before[3];
     }
-    even
 }
 
-/// `F P Fᵀ`, where three rows of `F` are the identity's: a reading's error stays what it is.
-fn moved<const N: usize>(transition: &Matrix<N>, covariance: &Matrix<N>) -> Matrix<N> {
-    let mut half = Matrix::<N>::zeros();
-    for column in 0..N {
-        let mut sum = [0.0; N];
-        for k in 0..N {
-            let by = covariance[(k, column)];
-            for (row, sum) in sum.iter_mut().enumerate() {
-                *sum += transition[(row, k)] * by;
-            }
-        }
-        half.column_mut(column).copy_from_slice(&sum);
-    }
-    let mut product = half;
-    for column in (0..MOTION).chain(PLAIN..N) {
-        let mut sum = [0.0; N];
-        for k in 0..N {
-            let by = transition[(column, k)];
-            for (row, sum) in sum.iter_mut().enumerate() {
-                *sum += half[(row, k)] * by;
-            }
-        }
-        product.column_mut(column).copy_from_slice(&sum);
-    }
-    product
-}
-
-/// `A − B Cᵀ`.
-fn minus<const N: usize>(a: &Matrix<N>, b: &SMatrix<f64, N, 3>, c: &SMatrix<f64, N, 3>) -> Matrix<N> {
-    let mut difference = *a;
-    for column in 0..N {
-        for k in 0..3 {
-            let by = c[(column, k)];
-            for row in 0..N {
-                difference[(row, column)] -= b[(row, k)] * by;
-            }
-        }
-    }
-    difference
-}
-
-/// One step of a plant under a reading with an error.
+/// Move a state on by a step under a reading with an error.
 #[inline]
 pub(crate) fn push<T: Real>(
     plant: &Plant<T>,
-    state: &State<T>,
-    error: [T; 3],
+    state: &mut State<T>,
+    error: &[T; 3],
     step: &Step,
     curve: &Curve,
-) -> State<T> {
+) {
     let delay = plant.delay();
-    let read = step.reading(curve, delay);
-    let reading = [0, 1, 2].map(|k| read[k] - error[k]);
+    let [x, y, torque] = match delay {
+        None => step.reading.map(T::lift),
+        delay => step.reading(curve, delay),
+    };
+    let less = |read: T, error: T| T::chained(read.re() - error.re(), [(read, 1.0), (error, -1.0)]);
+    let reading = [less(x, error[0]), less(y, error[1]), less(torque, error[2])];
     // A late reading tells of contact late.
     let since_contact = step.clock.since_contact + delay.map_or(0.0, Real::re);
     let clock = Clock { since_contact, ..step.clock };
     let applied = transport(plant.correct(reading, clock), step.frame);
-    plant.step(state, applied, clock, step.dt)
+    plant.move_on(state, &applied, clock, step.dt);
 }
 
 fn backward<const N: usize>(stages: Vec<Stage<N>>) -> Vec<Residual> {

@@ -138,7 +138,7 @@ pub fn fit(
     let (points, agreement) = if options.near {
         nearest(&target, warm)?
     } else {
-        scout(&ladder(likelihood, model, options)?, warm, options, watch)?
+        scout(&rungs(&target, likelihood, options)?, warm, options, watch)?
     };
     let named = |z: Vec<f64>| canonical(&target, &z).unwrap_or(z);
     let points = points.into_iter().take(POLISHED).map(named).collect();
@@ -147,12 +147,12 @@ pub fn fit(
     let Some(tuned) = likelihood.tuned(model, &target.shared_values(&best.point).0)? else {
         return finish(&target, likelihood.channels(), best, agreement);
     };
-    let under_tuned = Target::new(&*tuned, model, &options.per_episode)?;
+    let under_tuned = target.over(&*tuned, &options.per_episode)?;
     let best = settled(&under_tuned, vec![best.point], options, watch)?;
     let Some(tuned) = tuned.tuned(model, &target.shared_values(&best.point).0)? else {
         return finish(&under_tuned, tuned.channels(), best, agreement);
     };
-    let under_tuned = Target::new(&*tuned, model, &options.per_episode)?;
+    let under_tuned = target.over(&*tuned, &options.per_episode)?;
     let best = settled(&under_tuned, vec![best.point], options, watch)?;
     finish(&under_tuned, tuned.channels(), best, agreement)
 }
@@ -193,12 +193,21 @@ pub(crate) fn ladder<'a>(
     model: &'a Model,
     options: &FitOptions,
 ) -> Result<Vec<Target<'a>>, InferError> {
-    let full = Target::new(likelihood, model, &options.per_episode)?;
+    rungs(&Target::new(likelihood, model, &options.per_episode)?, likelihood, options)
+}
+
+/// The same for a target, which is that of the likelihood.
+fn rungs<'a>(
+    full: &Target<'a>,
+    likelihood: &'a dyn Likelihood,
+    options: &FitOptions,
+) -> Result<Vec<Target<'a>>, InferError> {
     // Thinned recordings may lack an episode whose own parameters are asked for.
     let fits = |cheaper: &Target<'_>| cheaper.dimension() == full.dimension();
-    let cheaper = |l| Target::new(l, model, &options.per_episode).ok().filter(fits);
-    let Some(coarse) = likelihood.coarse() else { return Ok(vec![full]) };
-    let Some(sorting) = cheaper(coarse) else { return Ok(vec![full]) };
+    let cheaper = |l| full.over(l, &options.per_episode).ok().filter(fits);
+    let whole = || Ok(vec![full.over(likelihood, &options.per_episode)?]);
+    let Some(coarse) = likelihood.coarse() else { return whole() };
+    let Some(sorting) = cheaper(coarse) else { return whole() };
     let afar = if options.from_afar { coarse.coarse().and_then(cheaper) } else { None };
     Ok(afar.into_iter().chain([sorting]).collect())
 }

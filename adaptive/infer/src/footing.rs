@@ -8,7 +8,7 @@
 //! not known much better than `s` either.
 
 use crate::truncated::quantile;
-use trundle_model::{Body, Model, Prior};
+use trundle_model::{Body, Fixture, Model, Prior};
 
 /// Scale on which the density vanishes outside of the footprint, as part of its longer extent.
 const SKIRT: f64 = 0.005;
@@ -66,11 +66,31 @@ impl Footing {
 
     /// Mean of the factor `exp(−d²/2s²)` under the coordinates' own priors.
     fn share(&self, value: &dyn Fn(usize, f64) -> f64) -> f64 {
+        if fills_extent(&self.body) {
+            return 1.0;
+        }
         let along = |slot| (0..GRID).map(move |k| value(slot, quantile((k as f64 + 0.5) / GRID as f64)));
         let ys: Vec<f64> = along(self.slots[1]).collect();
         let factor = |x, y| (-self.pull([x, y]).cost).exp();
         let sum: f64 = along(self.slots[0]).map(|x| ys.iter().map(|&y| factor(x, y)).sum::<f64>()).sum();
         sum / (GRID * GRID) as f64
+    }
+}
+
+/// Whether a shape is its own extent: a rectangle along the axes, or a point.
+fn fills_extent(body: &Body) -> bool {
+    let [low, high] = body.bounds();
+    let at_corner = |p: &[f64; 2]| (0..2).all(|k| p[k] == low[k] || p[k] == high[k]);
+    let turns = |a: &[f64; 2], b: &[f64; 2]| (a[0] == b[0]) != (a[1] == b[1]);
+    match &body.fixtures[..] {
+        [] => true,
+        [Fixture::Polygon { vertices, .. }] => {
+            let next = vertices.iter().cycle().skip(1);
+            vertices.len() == 4
+                && vertices.iter().all(at_corner)
+                && vertices.iter().zip(next).all(|(a, b)| turns(a, b))
+        }
+        _ => false,
     }
 }
 

@@ -1,6 +1,6 @@
 //! Several recordings of one object, fitted together.
 
-use crate::likelihood::{Likelihood, Linearised};
+use crate::likelihood::{Likelihood, Linearised, Look};
 use crate::{Channels, InferError};
 use trundle_model::{Model, Slot};
 
@@ -34,6 +34,22 @@ impl Likelihood for Joint<'_> {
     fn linearise(&self, model: &Model, values: &[f64], free: &[usize]) -> Result<Linearised, InferError> {
         let parts = self.parts.iter().map(|part| part.linearise(model, values, free));
         Ok(Linearised::sum(free.len(), parts.collect::<Result<Vec<_>, _>>()?))
+    }
+
+    fn look<'a>(
+        &'a self,
+        model: &'a Model,
+        values: &[f64],
+        free: &'a [usize],
+        likely: bool,
+    ) -> Result<Look<'a>, InferError> {
+        let looks = self.parts.iter().map(|part| part.look(model, values, free, likely));
+        let looks = looks.collect::<Result<Vec<_>, _>>()?;
+        let cost = looks.iter().map(|look| look.cost).sum();
+        Ok(Look::new(cost, move || {
+            let parts = looks.into_iter().map(Look::linearise);
+            Ok(Linearised::sum(free.len(), parts.collect::<Result<Vec<_>, _>>()?))
+        }))
     }
 
     /// The first recording's.
@@ -78,6 +94,16 @@ impl Likelihood for Borrowed<'_> {
 
     fn linearise(&self, model: &Model, values: &[f64], free: &[usize]) -> Result<Linearised, InferError> {
         self.0.linearise(model, values, free)
+    }
+
+    fn look<'a>(
+        &'a self,
+        model: &'a Model,
+        values: &[f64],
+        free: &'a [usize],
+        likely: bool,
+    ) -> Result<Look<'a>, InferError> {
+        self.0.look(model, values, free, likely)
     }
 
     fn channels(&self) -> Channels {

@@ -25,9 +25,21 @@ pub(crate) fn minimise(
     stop: Stop,
     watch: &dyn Watch,
 ) -> Result<Optimum, InferError> {
+    let at = density.linearise(&start)?;
+    from(density, start, at, clamp, stop, watch)
+}
+
+/// The same where the start is linearised already.
+pub(crate) fn from(
+    density: &dyn Density,
+    start: Vec<f64>,
+    start_at: Linearised,
+    clamp: impl Fn(usize, f64) -> f64,
+    stop: Stop,
+    watch: &dyn Watch,
+) -> Result<Optimum, InferError> {
     const ATTEMPTS: usize = 8;
-    let mut point = start;
-    let mut at = density.linearise(&point)?;
+    let (mut point, mut at) = (start, start_at);
     let mut damping = 1e-3;
     for _ in 0..stop.iterations {
         let mut accepted = None;
@@ -43,21 +55,20 @@ pub(crate) fn minimise(
                 let trial: Vec<f64> =
                     point.iter().zip(step.iter()).enumerate().map(|(k, (p, s))| clamp(k, p + s)).collect();
                 // The first attempt mostly succeeds, and then its derivatives are needed as well.
-                let whole = if attempt == 0 { Some(density.linearise(&trial)?) } else { None };
-                let trial_cost = whole.as_ref().map_or_else(|| density.cost(&trial), |w| Ok(w.cost))?;
-                if trial_cost < at.cost {
-                    accepted = Some((trial, at.cost - trial_cost, whole));
+                let look = density.look(&trial, attempt == 0)?;
+                if look.cost < at.cost {
+                    accepted = Some((trial, at.cost - look.cost, look));
                     damping = (damping / 8.0).max(1e-9);
                     break;
                 }
             }
             damping *= 6.0;
         }
-        let Some((trial, decrease, whole)) = accepted else {
+        let Some((trial, decrease, look)) = accepted else {
             return Ok(Optimum { point, at, converged: true });
         };
         point = trial;
-        at = whole.map_or_else(|| density.linearise(&point), Ok)?;
+        at = look.linearise()?;
         if decrease < stop.decrease {
             return Ok(Optimum { point, at, converged: true });
         }

@@ -27,6 +27,33 @@ impl Linearised {
     }
 }
 
+/// A cost, and what it takes to differentiate it there.
+pub struct Look<'a> {
+    /// −log density; infinite where it cannot be evaluated, never NaN.
+    pub cost: f64,
+    rest: Box<dyn FnOnce() -> Result<Linearised, InferError> + 'a>,
+}
+
+impl<'a> Look<'a> {
+    /// A cost, and how its derivatives come about.
+    pub fn new(cost: f64, rest: impl FnOnce() -> Result<Linearised, InferError> + 'a) -> Self {
+        Self { cost: if cost.is_nan() { f64::INFINITY } else { cost }, rest: Box::new(rest) }
+    }
+
+    /// Derivatives that are known already.
+    pub fn known(at: Linearised) -> Self {
+        Self::new(at.cost, || Ok(at))
+    }
+
+    /// The cost with its derivatives.
+    ///
+    /// # Errors
+    /// As what is looked at.
+    pub fn linearise(self) -> Result<Linearised, InferError> {
+        (self.rest)()
+    }
+}
+
 /// Compares a model with a recording.
 pub trait Likelihood: Sync {
     /// −log p(data | values), `values` one for each of [`Model::slots`], then one for each of
@@ -41,6 +68,25 @@ pub trait Likelihood: Sync {
     /// # Errors
     /// When `values` has the wrong length.
     fn linearise(&self, model: &Model, values: &[f64], free: &[usize]) -> Result<Linearised, InferError>;
+
+    /// The cost, with its derivatives by the slots `free` to be asked for afterwards: half of the steps that a search
+    /// tries are not taken. `likely`: they will be, so that it may work them out at once.
+    ///
+    /// # Errors
+    /// When `values` has the wrong length.
+    fn look<'a>(
+        &'a self,
+        model: &'a Model,
+        values: &[f64],
+        free: &'a [usize],
+        likely: bool,
+    ) -> Result<Look<'a>, InferError> {
+        if likely {
+            return self.linearise(model, values, free).map(Look::known);
+        }
+        let (cost, values) = (self.cost(model, values)?, values.to_vec());
+        Ok(Look::new(cost, move || self.linearise(model, &values, free)))
+    }
 
     /// The noise that it assumes.
     fn channels(&self) -> Channels;

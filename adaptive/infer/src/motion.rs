@@ -1,7 +1,7 @@
 //! The likelihood of the motion under the recorded wrench (eq. 5, 6), by prediction errors.
 
 use crate::filter::{Filtering, Innovation, Passage, Residual, Response, filter};
-use crate::likelihood::{Likelihood, Linearised};
+use crate::likelihood::{Likelihood, Linearised, Look};
 use crate::{Channels, InferError, Track, sensitivity};
 use nalgebra::{DMatrix, DVector};
 use rayon::prelude::*;
@@ -131,7 +131,15 @@ impl MotionLikelihood {
         self.tracks.par_iter().map(of).collect()
     }
 
-    fn filter(&self, model: &Model, values: &[f64]) -> Result<Box<dyn Filtering + '_>, InferError> {
+    /// Of each track and its index, on all cores; a lone one is not worth waking them.
+    fn each<T: Send>(&self, of: impl Fn(usize, &Track) -> T + Sync + Send) -> Vec<T> {
+        match &self.tracks[..] {
+            [alone] => vec![of(0, alone)],
+            tracks => tracks.par_iter().enumerate().map(|(k, track)| of(k, track)).collect(),
+        }
+    }
+
+    fn filter(&self, model: &Model, values: &[f64]) -> Result<Box<dyn Filtering>, InferError> {
         filter(model, values, &self.channels)
     }
 }
@@ -182,22 +190,35 @@ impl Seen<'_> {
 
 impl Likelihood for MotionLikelihood {
     fn cost(&self, model: &Model, values: &[f64]) -> Result<f64, InferError> {
-        let innovations = self.innovations(model, values)?;
-        Ok(innovations.map_or(f64::INFINITY, |all| all.iter().flatten().map(|i| i.cost).sum()))
+        let filter = self.filter(model, values)?;
+        let one = |_, track: &Track| filter.cost(track).unwrap_or(f64::INFINITY);
+        Ok(self.each(one).into_iter().sum())
     }
 
     fn linearise(&self, model: &Model, values: &[f64], free: &[usize]) -> Result<Linearised, InferError> {
+        self.look(model, values, free, true)?.linearise()
+    }
+
+    /// The filter keeps what the derivatives need.
+    fn look<'a>(
+        &'a self,
+        model: &'a Model,
+        values: &[f64],
+        free: &'a [usize],
+        _likely: bool,
+    ) -> Result<Look<'a>, InferError> {
         let filter = self.filter(model, values)?;
-        let part = |track: &Track| {
-            let Some(passage) = filter.run(track) else {
-                let mut nowhere = Linearised::sum(free.len(), []);
-                nowhere.cost = f64::INFINITY;
-                return Ok(nowhere);
+        let passages = self.each(|_, track| filter.run(track));
+        let cost = passages.iter().map(|p| p.as_ref().map_or(f64::INFINITY, Passage::cost)).sum();
+        let values = values.to_vec();
+        Ok(Look::new(cost, move || {
+            let part = |k: usize, track: &Track| match passages.get(k).and_then(Option::as_ref) {
+                Some(passage) => sensitivity::linearise(model, &values, free, track, passage),
+                None => Ok(Linearised { cost: f64::INFINITY, ..Linearised::sum(free.len(), []) }),
             };
-            sensitivity::linearise(model, values, free, track, &passage)
-        };
-        let parts = self.tracks.par_iter().map(part).collect::<Result<Vec<_>, InferError>>()?;
-        Ok(Linearised::sum(free.len(), parts))
+            let parts = self.each(part).into_iter().collect::<Result<Vec<_>, InferError>>()?;
+            Ok(Linearised::sum(free.len(), parts))
+        }))
     }
 
     fn channels(&self) -> Channels {

@@ -5,8 +5,9 @@
 //! (Willsky & Jones 1976; de Jong & Penzer 1998). The answer to any course of missing wrench is one walk over the
 //! episode, so that thousands of hypotheses can be tried for the price of a fit.
 
-use super::{Filter, Matrix, Vector};
+use super::Filter;
 use crate::Track;
+use crate::covariance::{Matrix, Vector};
 use nalgebra::{Matrix3, SMatrix, Vector3};
 use trundle_model::transport;
 
@@ -84,7 +85,7 @@ impl<const N: usize> Stage<N> {
     }
 }
 
-impl<const N: usize> Filter<'_, N> {
+impl<const N: usize, const D: usize> Filter<N, D> {
     /// The episode as a linear system; `None` where a number is not finite.
     pub(super) fn linear(&self, track: &Track) -> Option<Response> {
         let (mut stages, mut innovations) = (Vec::with_capacity(track.steps.len()), Vec::new());
@@ -92,20 +93,17 @@ impl<const N: usize> Filter<'_, N> {
         let mut belief = self.begin(track, &self.inner_start(track)?);
         let mut t = track.start;
         for step in &track.steps {
-            let (predicted, transition) = self.predict(&belief, step, &track.curve);
+            let transition = self.predict(&mut belief, step, &track.curve);
             middles.push(t + step.dt / 2.0);
             durations.push(step.dt);
             t += step.dt;
             let mut seen = None;
-            belief = match step.pose {
-                Some(pose) => {
-                    let innovation = self.observe(&predicted, t, pose)?;
-                    innovations.extend((innovation.whitener * innovation.error).iter());
-                    seen = Some((innovation.gain.fixed_view::<N, 3>(0, 0).into_owned(), innovation.whitener));
-                    self.update(predicted, &innovation)
-                }
-                None => predicted,
-            };
+            if let Some(pose) = step.pose {
+                let sighting = self.observe(&belief, t, pose)?;
+                innovations.extend((sighting.whitener * sighting.error).iter());
+                seen = Some((sighting.gain, sighting.whitener));
+                self.update(&mut belief, &sighting);
+            }
             stages.push(Stage { transition, entry: entry(step.frame)?, seen });
         }
         Some(Response { system: Box::new(stages), innovations, t: middles, dt: durations })

@@ -35,7 +35,7 @@ pub(crate) fn simulated(
         steps.clear();
         cut(pair[0].t, &pair[1], &curve, LONGEST, &mut steps);
         for step in &steps {
-            state = push(plant, &state, [0.0; 3], step, &curve);
+            push(plant, &mut state, &[0.0; 3], step, &curve);
         }
         poses.push(state.pose);
     }

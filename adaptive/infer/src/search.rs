@@ -81,6 +81,24 @@ fn astray(target: &Target<'_>, z: &[f64]) -> bool {
     z.iter().enumerate().any(|(k, z)| z.abs() > AWAY && !angle(k))
 }
 
+/// Where a short search ends; `None` where the density is nowhere at its start.
+fn short(
+    target: &Target<'_>,
+    start: &[f64],
+    optimiser: Optimiser,
+    watch: &dyn Watch,
+) -> Result<Option<Optimum>, InferError> {
+    let point = start.to_vec();
+    if optimiser == Optimiser::Lbfgs {
+        let somewhere = target.cost(start)?.is_finite();
+        return somewhere.then(|| descend(target, point, SCOUT, optimiser, watch)).transpose();
+    }
+    let at = target.linearise(start)?;
+    let clamp = |k, z| target.clamp(k, z);
+    let somewhere = at.cost.is_finite();
+    somewhere.then(|| levenberg::from(target, point, at, clamp, SCOUT, watch)).transpose()
+}
+
 /// Where short searches from `starts` end, best first; those where the density is nowhere are left out.
 fn ends(
     ladder: &[Target<'_>],
@@ -92,12 +110,10 @@ fn ends(
     let one = |start: Vec<f64>, watch: &dyn Watch| {
         let mut end = (f64::INFINITY, start);
         for target in ladder {
-            if target.cost(&end.1)?.is_finite() {
-                let optimum = descend(target, end.1, SCOUT, optimiser, watch)?;
-                end = (optimum.at.cost, optimum.point);
-            } else {
-                end.0 = f64::INFINITY;
-            }
+            end = match short(target, &end.1, optimiser, watch)? {
+                Some(optimum) => (optimum.at.cost, optimum.point),
+                None => (f64::INFINITY, end.1),
+            };
         }
         watch.progress("fit", (done.fetch_add(1, Ordering::Relaxed) + 1) as f64 / count as f64);
         Ok(end.0.is_finite().then_some(end))

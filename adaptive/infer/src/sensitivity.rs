@@ -77,7 +77,7 @@ fn whitened_slopes<const W: usize>(
     let mut error = [Dual::<W>::zero(); 3];
     let mut seen = passage.innovations.iter().enumerate();
     for step in &track.steps {
-        state = push(&plant, &state, error, step, &track.curve);
+        push(&plant, &mut state, &error, step, &track.curve);
         let Some((index, innovation)) = step.pose.and_then(|_| seen.next()) else { continue };
         // d(error) = −d(pose); its value is the filter's own.
         for (column, _) in slots.iter().enumerate() {
@@ -145,7 +145,7 @@ mod tests {
         let mut seen = innovations.iter();
         let mut errors = Vec::new();
         for step in &track.steps {
-            state = push(&plant, &state, reading, step, &track.curve);
+            push(&plant, &mut state, &reading, step, &track.curve);
             let (Some(pose), Some(innovation)) = (step.pose, step.pose.and_then(|_| seen.next())) else {
                 continue;
             };

@@ -2,7 +2,7 @@
 //! [`Coordinates`], some parameters shared by all episodes and some each episode's own (eq. 6).
 
 use crate::coordinates::within_reach;
-use crate::{Coordinates, InferError, Likelihood, Linearised};
+use crate::{Coordinates, InferError, Likelihood, Linearised, Look};
 use std::collections::BTreeSet;
 use trundle_model::{Model, Slot};
 
@@ -22,6 +22,18 @@ pub trait Density: Sync {
     /// # Errors
     /// As [`Density::cost`].
     fn linearise(&self, z: &[f64]) -> Result<Linearised, InferError>;
+
+    /// The cost, with its derivatives to be asked for afterwards; `likely`: they will be.
+    ///
+    /// # Errors
+    /// As [`Density::cost`].
+    fn look<'a>(&'a self, z: &[f64], likely: bool) -> Result<Look<'a>, InferError> {
+        if likely {
+            return self.linearise(z).map(Look::known);
+        }
+        let (cost, z) = (self.cost(z)?, z.to_vec());
+        Ok(Look::new(cost, move || self.linearise(&z)))
+    }
 }
 
 /// One coordinate of a [`Target`].
@@ -70,7 +82,32 @@ impl<'a> Target<'a> {
         per_episode: &BTreeSet<String>,
     ) -> Result<Self, InferError> {
         let slots: Vec<Slot> = model.slots().into_iter().chain(likelihood.noise()).collect();
-        let coordinates = Coordinates::of(slots).under(model);
+        Self::within(Coordinates::of(slots).under(model), likelihood, model, per_episode)
+    }
+
+    /// The density under another likelihood of the same model.
+    ///
+    /// # Errors
+    /// As [`Target::new`].
+    pub(crate) fn over(
+        &self,
+        likelihood: &'a dyn Likelihood,
+        per_episode: &BTreeSet<String>,
+    ) -> Result<Self, InferError> {
+        let slots = self.model.slots().into_iter().chain(likelihood.noise());
+        // What the footprint leaves of a prior takes as long to find as a likelihood.
+        if !slots.eq(self.coordinates.slots().iter().cloned()) {
+            return Self::new(likelihood, self.model, per_episode);
+        }
+        Self::within(self.coordinates.clone(), likelihood, self.model, per_episode)
+    }
+
+    fn within(
+        coordinates: Coordinates,
+        likelihood: &'a dyn Likelihood,
+        model: &'a Model,
+        per_episode: &BTreeSet<String>,
+    ) -> Result<Self, InferError> {
         let own = own(&coordinates, per_episode)?;
         let (parts, episodes) = if own.is_empty() {
             (vec![Part::Whole(likelihood)], vec![])
@@ -205,13 +242,26 @@ impl Density for Target<'_> {
     }
 
     fn linearise(&self, z: &[f64]) -> Result<Linearised, InferError> {
-        let mut sum = Linearised::sum(z.len(), []);
-        for (k, part) in self.parts.iter().enumerate() {
+        self.look(z, true)?.linearise()
+    }
+
+    fn look<'a>(&'a self, z: &[f64], likely: bool) -> Result<Look<'a>, InferError> {
+        let look = |(k, part): (usize, &'a Part<'_>)| {
             let (values, slopes) = self.values(z, k);
-            let own = part.likelihood().linearise(self.model, &values, self.coordinates.free())?;
-            self.gather(&mut sum, k, &own, &slopes);
-        }
-        Ok(Linearised::sum(z.len(), [sum, self.prior(z)]))
+            let look = part.likelihood().look(self.model, &values, self.coordinates.free(), likely)?;
+            Ok((look, slopes))
+        };
+        let looks = self.parts.iter().enumerate().map(look).collect::<Result<Vec<_>, InferError>>()?;
+        let prior = self.prior(z);
+        let cost = looks.iter().map(|(look, _)| look.cost).sum::<f64>() + prior.cost;
+        let n = z.len();
+        Ok(Look::new(cost, move || {
+            let mut sum = Linearised::sum(n, []);
+            for (k, (look, slopes)) in looks.into_iter().enumerate() {
+                self.gather(&mut sum, k, &look.linearise()?, &slopes);
+            }
+            Ok(Linearised::sum(n, [sum, prior]))
+        }))
     }
 }
 

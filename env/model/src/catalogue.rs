@@ -72,6 +72,17 @@ macro_rules! catalogue {
                 match self { $(Law::$Law(law) => law.advance(at, dt, inner)),* }
             }
 
+            /// What it does, where no state changes that.
+            #[inline]
+            pub(crate) fn steady(&self) -> Option<&Action<T>> {
+                match self { $(Law::$Law(law) => law.steady()),* }
+            }
+
+            /// Whether it does the same everywhere and in every heading.
+            pub(crate) fn same_everywhere(&self) -> bool {
+                match self { $(Law::$Law(_) => <effects::$module::$Law<T> as Act<T>>::SAME_EVERYWHERE),* }
+            }
+
             /// Its entry in the catalogue.
             pub fn spec(&self) -> &'static Spec {
                 match self { $(Law::$Law(_) => &effects::$module::SPEC),* }

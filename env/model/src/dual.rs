@@ -157,6 +157,10 @@ impl<const N: usize> Real for Dual<N> {
     fn re(self) -> f64 {
         self.re
     }
+    #[inline]
+    fn is_constant(self) -> bool {
+        self.eps.iter().all(|&e| e == 0.0)
+    }
     #[inline(always)]
     fn sqrt(self) -> Self {
         let root = self.re.sqrt();

@@ -25,6 +25,8 @@ pub(crate) struct Inertia<T> {
     scale: Vector,
     /// Products of `scale`, by which a drag matrix `[xx, xy, yy, xθ, yθ, θθ]` is scaled.
     weight: [f64; 6],
+    /// Whether neither mass nor drag carry derivatives: then only the push does.
+    flat: bool,
 }
 
 /// Drag and push over a step, about the mass centre: `C` and `q`.
@@ -52,13 +54,13 @@ pub(crate) trait Inert<T> {
 }
 
 impl<T: Real> Inertia<T> {
-    pub fn new(mass: T, body: &Body, dof: [bool; 3]) -> Self {
+    pub fn new(mass: T, body: &Body, dof: [bool; 3], flat: bool) -> Self {
         let along = [1.0, 1.0, body.gyration];
         let free = |of: fn(f64) -> f64| [0, 1, 2].map(|k| if dof[k] { of(along[k]) } else { 0.0 });
         let (root, scale) = (free(|g| g), free(f64::recip));
         let [a, b, c] = scale;
         let weight = [a * a, a * b, b * b, a * c, b * c, c * c];
-        Self { mass, lightness: mass.re().recip(), center: body.com, root, scale, weight }
+        Self { mass, lightness: mass.re().recip(), center: body.com, root, scale, weight, flat }
     }
 
     /// An action about the object origin, moved to the mass centre.
@@ -78,6 +80,15 @@ impl<T: Real> Inertia<T> {
         }
     }
 
+    /// The derivatives of `q` where only the push has any.
+    #[inline(always)]
+    fn pushed(&self, [px, py, torque]: &[T; 3], h: f64) -> [T; 3] {
+        let ([cx, cy], k) = (self.center, h * self.lightness);
+        let [a, b, c] = self.scale.map(|s| s * k);
+        let torque = T::slopes([(*torque, c), (*px, c * cy), (*py, -c * cx)]);
+        [T::slopes([(*px, a)]), T::slopes([(*py, b)]), torque]
+    }
+
     /// The derivatives of `share·q − C u` at a fixed `u`.
     #[inline(always)]
     fn slopes(&self, action: &Action<T>, load: Load, h: f64, share: f64, u: Vector) -> [T; 3] {
@@ -91,16 +102,20 @@ impl<T: Real> Inertia<T> {
         let parts = [(pt, pushed), (tx, vx), (ty, vy), (tt, spin), (fx, cy), (fy, -cx)];
         let wrench = [fx, fy, T::slopes(parts)];
         let by_mass = less(load.drag.multiply(u), load.push.map(|q| q * share));
-        let one =
-            |k: usize| T::slopes([(wrench[k], self.scale[k]), (self.mass, by_mass[k] * self.lightness)]);
-        [one(0), one(1), one(2)]
+        let [a, b, c] = by_mass.map(|m| m * self.lightness);
+        let ([fx, fy, torque], [sx, sy, sz]) = (wrench, self.scale);
+        [
+            T::slopes([(fx, sx), (self.mass, a)]),
+            T::slopes([(fy, sy), (self.mass, b)]),
+            T::slopes([(torque, sz), (self.mass, c)]),
+        ]
     }
 
     /// A velocity from `u` and its derivatives.
     #[inline(always)]
     fn velocity(&self, u: Vector, slopes: [T; 3]) -> [T; 3] {
-        let one = |k: usize| T::chained(u[k] * self.scale[k], [(slopes[k], self.scale[k])]);
-        [one(0), one(1), one(2)]
+        let ([ux, uy, uz], [x, y, z], [a, b, c]) = (u, slopes, self.scale);
+        [T::chained(ux * a, [(x, a)]), T::chained(uy * b, [(y, b)]), T::chained(uz * c, [(z, c)])]
     }
 }
 
@@ -117,9 +132,11 @@ impl<T: Real> Inert<T> for Inertia<T> {
         let factors = load.drag.plus_identity().factors();
         let start = scaled(values(&v), self.root);
         let end = factors.solve(sum(start, load.push));
-        let gain = self.slopes(action, load, h, 1.0, end);
-        let right = |k: usize| T::slopes([(v[k], self.root[k]), (gain[k], 1.0)]);
-        let right = [right(0), right(1), right(2)];
+        let ([vx, vy, vz], [a, b, c]) = (v, self.root);
+        let [x, y, z] =
+            if self.flat { self.pushed(&action.push, h) } else { self.slopes(action, load, h, 1.0, end) };
+        let right =
+            [T::slopes([(vx, a), (x, 1.0)]), T::slopes([(vy, b), (y, 1.0)]), T::slopes([(vz, c), (z, 1.0)])];
         (self.velocity(end, factors.solve_slopes(right)), load.drag.trace())
     }
 
@@ -135,31 +152,47 @@ impl<T: Real> Inert<T> for Inertia<T> {
         let factors = load.drag.plus(load.drag.squared().times(0.5)).plus_identity().factors();
         let start = scaled(values(&v), self.root);
         let end = factors.solve(sum(start, sum(load.push, half.multiply(load.push))));
-        let gain = self.slopes(action, load, h, 1.0, end);
-        let missed = less(load.drag.multiply(end), load.push).map(|y| 0.5 * y);
-        let bend = self.slopes(action, load, h, 0.0, missed);
         let rows = half.plus_identity().rows();
-        let right = |k: usize| {
-            let ([a, b, c], [x, y, z]) = (rows[k], gain);
-            T::slopes([(v[k], self.root[k]), (x, a), (y, b), (z, c), (bend[k], 1.0)])
+        let ([vx, vy, vz], [a, b, c], [p, q, r]) = (v, self.root, rows);
+        let right = if self.flat {
+            let gain = self.pushed(&action.push, h);
+            [weighed((vx, a), p, gain), weighed((vy, b), q, gain), weighed((vz, c), r, gain)]
+        } else {
+            let gain = self.slopes(action, load, h, 1.0, end);
+            let missed = less(load.drag.multiply(end), load.push).map(|y| 0.5 * y);
+            let [x, y, z] = self.slopes(action, load, h, 0.0, missed);
+            let bent = |v: T, root: f64, bend: T| (T::slopes([(v, root), (bend, 1.0)]), 1.0);
+            let (vx, vy, vz) = (bent(vx, a, x), bent(vy, b, y), bent(vz, c, z));
+            [weighed(vx, p, gain), weighed(vy, q, gain), weighed(vz, r, gain)]
         };
-        let right = [right(0), right(1), right(2)];
         (self.velocity(end, factors.solve_slopes(right)), load.drag.trace())
     }
 
     /// The velocity of the mass centre, from that of the object origin, object axes.
     #[inline(always)]
     fn at_center(&self, [vx, vy, spin]: [T; 3]) -> [T; 3] {
-        let [cx, cy] = self.center;
-        [vx - spin * cy, vy + spin * cx, spin]
+        shifted([vx, vy, spin], self.center)
     }
 
     /// The velocity of the object origin, from that of the mass centre, object axes.
     #[inline(always)]
-    fn at_origin(&self, [vx, vy, spin]: [T; 3]) -> [T; 3] {
-        let [cx, cy] = self.center;
-        [vx + spin * cy, vy - spin * cx, spin]
+    fn at_origin(&self, twist: [T; 3]) -> [T; 3] {
+        shifted(twist, self.center.map(|c| -c))
     }
+}
+
+/// The velocity of a point `[x, y]` from where it is known.
+#[inline(always)]
+fn shifted<T: Real>([vx, vy, spin]: [T; 3], [x, y]: [f64; 2]) -> [T; 3] {
+    let turn = spin.re();
+    let vx = T::chained(vx.re() - turn * y, [(vx, 1.0), (spin, -y)]);
+    [vx, T::chained(vy.re() + turn * x, [(vy, 1.0), (spin, x)]), spin]
+}
+
+/// The derivatives of a number, and of three by a row of weights.
+#[inline(always)]
+fn weighed<T: Real>(one: (T, f64), [a, b, c]: Vector, [x, y, z]: [T; 3]) -> T {
+    T::slopes([one, (x, a), (y, b), (z, c)])
 }
 
 /// Values without their derivatives.

@@ -289,8 +289,18 @@ impl<T: Real> Action<T> {
 
 /// A law with its parameters in place. Implement what the effect does; the rest does nothing.
 pub(crate) trait Act<T: Real>: Sized {
+    /// Whether it does the same everywhere and in every heading: [`Act::act`] looks neither at
+    /// [`Situation::position`] nor at [`Situation::heading`]. Then a filter need not differentiate by the pose.
+    const SAME_EVERYWHERE: bool = false;
+
     /// From the values of [`Spec::params`], in that order.
     fn new(values: &[T], site: &Site<'_, T>) -> Self;
+
+    /// What it does, where no state changes that; then [`Act::act`] is not asked.
+    #[inline]
+    fn steady(&self) -> Option<&Action<T>> {
+        None
+    }
 
     /// Add the wrench on the object.
     #[inline]

@@ -126,7 +126,7 @@ mod tests {
         let rigid = Rigid { mass: 22.0, com: body.com, inertia: body.inertia() };
         let action = Action { push: [3.0, -8.0, 2.0], drag: [40.0, 9.0, 120.0, -6.0, 11.0, 30.0] };
         for dof in [[true; 3], [true, false, false]] {
-            let (plain, loaded) = (Inertia::new(22.0, &body, dof), Loaded::new(rigid, dof));
+            let (plain, loaded) = (Inertia::new(22.0, &body, dof, false), Loaded::new(rigid, dof));
             for v in [[0.3, -0.2, 0.8], [0.0, 0.5, -1.0]] {
                 for (a, b) in [
                     (plain.solve(v, &action, 0.05), loaded.solve(v, &action, 0.05)),

@@ -72,6 +72,10 @@ pub struct Plant<T> {
     delay: Option<T>,
     /// The tracked frame, where it is not the object's.
     mount: Option<Mount<T>>,
+    /// What the laws do together that no state changes.
+    steady: Action<T>,
+    /// Whether there are others that act on the object.
+    varies: bool,
 }
 
 /// Where each law's own states begin and end.
@@ -88,7 +92,6 @@ impl<T: Real> Plant<T> {
     pub(crate) fn new(mass: T, body: &Body, dof: [bool; 3], laws: Vec<Law<T>>) -> Result<Self, ModelError> {
         let inertia = mass * (body.gyration * body.gyration);
         let com = body.com.map(T::lift);
-        let resistance = Inertia::new(mass, body, dof);
         let loads = laws.iter().any(|l| l.spec().loads);
         let inner = laws.iter().map(|l| l.spec().inner.len()).sum();
         if inner > INNER {
@@ -96,7 +99,14 @@ impl<T: Real> Plant<T> {
         }
         let delay = laws.iter().filter_map(Law::delay).reduce(|a, b| a + b);
         let mount = laws.iter().find_map(Law::mount).map(Mount::at);
-        Ok(Self { mass, inertia, com, laws, resistance, dof, loads, inner, delay, mount })
+        let mut steady = Action::none();
+        laws.iter().filter_map(Law::steady).for_each(|action| steady.add(action));
+        let steady = mount.as_ref().map_or(steady, |mount| mount.action(&steady));
+        let acts = |l: &Law<T>| l.steady().is_none() && l.spec().acting == Acting::Object;
+        let varies = inner > 0 || laws.iter().any(acts);
+        let flat = !varies && mass.is_constant() && steady.drag.iter().all(|d| d.is_constant());
+        let resistance = Inertia::new(mass, body, dof, flat);
+        Ok(Self { mass, inertia, com, laws, resistance, dof, loads, inner, delay, mount, steady, varies })
     }
 
     /// What moves as one under the reading at a moment: the object, and what instruments add to it. In the frame that
@@ -136,6 +146,11 @@ impl<T: Real> Plant<T> {
         self.delay
     }
 
+    /// Whether the motion from a place and heading is that from any other, moved and turned.
+    pub fn same_everywhere(&self) -> bool {
+        self.laws.iter().all(Law::same_everywhere)
+    }
+
     /// Number of the laws' own states.
     pub fn inner(&self) -> usize {
         self.inner
@@ -147,14 +162,15 @@ impl<T: Real> Plant<T> {
         let object = self.object(clock);
         let twist = heading.to_body(state.twist);
         let at = self.situation(state.pose, heading, twist, &object, clock, &state.inner);
-        let mut sum = Action::none();
+        let mut sum = self.steady;
         self.act(&at, &mut sum);
         sum
     }
 
     /// A sensor reading, reading axes about its reference point, as the wrench that truly acted.
+    #[inline]
     pub fn correct(&self, mut reading: [T; 3], clock: Clock) -> [T; 3] {
-        for law in &self.laws {
+        for law in self.laws.iter().filter(|law| law.spec().acting == Acting::Instrument) {
             reading = law.correct(reading, clock);
         }
         reading
@@ -165,13 +181,25 @@ impl<T: Real> Plant<T> {
     ///
     /// Where the drag changes much within the step, as dry friction does when a body stops or turns
     /// back, the step is halved, again and again if need be.
+    #[inline]
     pub fn step(&self, state: &State<T>, applied: [T; 3], clock: Clock, dt: f64) -> State<T> {
+        let mut state = *state;
+        self.move_on(&mut state, &applied, clock, dt);
+        state
+    }
+
+    /// As [`Plant::step`], in place: with derivatives a state is too large to be copied about.
+    pub fn move_on(&self, state: &mut State<T>, applied: &[T; 3], clock: Clock, dt: f64) {
+        let [x, y, torque] = self.steady.push;
+        let push = [applied[0] + x, applied[1] + y, applied[2] + torque];
+        let steady = Action { push, drag: self.steady.drag };
         let object = self.object(clock);
         if self.loads || self.mount.is_some() {
             let inert = Loaded::new(self.moved(object, clock), self.dof);
-            return self.halved(&inert, &object, state, applied, clock, dt, HALVINGS);
+            self.halved(&inert, &object, state, &steady, clock, dt, HALVINGS);
+        } else {
+            self.halved(&self.resistance, &object, state, &steady, clock, dt, HALVINGS);
         }
-        self.halved(&self.resistance, &object, state, applied, clock, dt, HALVINGS)
     }
 
     #[allow(clippy::too_many_arguments)]
@@ -179,72 +207,88 @@ impl<T: Real> Plant<T> {
         &self,
         inert: &I,
         rigid: &Rigid<T>,
-        state: &State<T>,
-        applied: [T; 3],
+        state: &mut State<T>,
+        steady: &Action<T>,
         clock: Clock,
         dt: f64,
         halvings: u32,
-    ) -> State<T> {
-        let (after, change) = self.leap(inert, rigid, state, applied, clock, dt);
-        if halvings == 0 || change < STEADY {
-            return after;
+    ) {
+        let start = Heading::of(state.pose[2]);
+        let mut first = *steady;
+        if self.varies {
+            let twist = start.to_body(state.twist);
+            self.act(&self.situation(state.pose, start, twist, rigid, clock, &state.inner), &mut first);
         }
-        let half = |from: &State<T>| self.halved(inert, rigid, from, applied, clock, dt / 2.0, halvings - 1);
-        half(&half(state))
+        let mut ended = None;
+        let middle = |near: &[T; 3], heading: Heading<T>| {
+            if !self.varies {
+                return None;
+            }
+            let mut inner = state.inner;
+            let twist = inert.at_origin(heading.to_body(start.to_world(*near)));
+            let [x, y, _] = state.pose;
+            let [vx, vy, _] = state.twist;
+            let half = dt / 2.0;
+            let place = [x + vx * half, y + vy * half, heading.angle()];
+            if self.inner > 0 {
+                let at = self.situation(place, heading, twist, rigid, clock, &state.inner);
+                self.advance(&at, half, &mut inner);
+                let mut end = state.inner;
+                self.advance(&at, dt, &mut end);
+                ended = Some(end);
+            }
+            let mut action = *steady;
+            self.act(&self.situation(place, heading, twist, rigid, clock, &inner), &mut action);
+            let speed = twist.iter().map(|v| v.re() * v.re()).sum::<f64>().sqrt();
+            Some((action, speed))
+        };
+        let (pose, twist, change) = self.leap(inert, start, state, [&first, steady], middle, dt);
+        if halvings == 0 || change < STEADY {
+            (state.pose, state.twist) = (pose, twist);
+            if let Some(ended) = ended {
+                state.inner = ended;
+            }
+            return;
+        }
+        for _ in 0..2 {
+            self.halved(inert, rigid, state, steady, clock, dt / 2.0, halvings - 1);
+        }
     }
 
-    /// One undivided step, and what the change of the drag in its first half does to the velocity, m/s.
+    /// One undivided step: pose and twist after it, and what the change of the drag in its first half does to the
+    /// velocity, m/s. `first` acts at the start, and what `middle` says in the middle, with the speed there, given
+    /// the velocity of the mass centre in axes of the start, and the heading; `steady` where it says nothing.
+    #[inline(always)]
     fn leap<I: Inert<T>>(
         &self,
         inert: &I,
-        rigid: &Rigid<T>,
+        start: Heading<T>,
         state: &State<T>,
-        applied: [T; 3],
-        clock: Clock,
+        [first, steady]: [&Action<T>; 2],
+        middle: impl FnOnce(&[T; 3], Heading<T>) -> Option<(Action<T>, f64)>,
         dt: f64,
-    ) -> (State<T>, f64) {
+    ) -> ([T; 3], [T; 3], f64) {
         let half = dt / 2.0;
-        let [x, y, theta] = state.pose;
-        let start = Heading::of(theta);
+        let theta = state.pose[2];
         let from = inert.place(start);
         let before = carried(state.twist, from);
-
-        let twist = start.to_body(state.twist);
-        let mut action = Action { push: applied, ..Action::none() };
-        self.act(&self.situation(state.pose, start, twist, rigid, clock, &state.inner), &mut action);
-        let (near, first) = inert.solve_half(inert.at_center(twist), &action, half);
-
-        let heading = theta + (before[2] + near[2]) * (half / 2.0);
-        let middle = Heading::of(heading);
-        let twist = inert.at_origin(middle.to_body(start.to_world(near)));
-        let [vx, vy, _] = state.twist;
-        let place = [x + vx * half, y + vy * half, heading];
-        let mut inner = state.inner;
-        let mut ended = state.inner;
-        if self.inner > 0 {
-            let at = self.situation(place, middle, twist, rigid, clock, &state.inner);
-            self.advance(&at, half, &mut inner);
-            self.advance(&at, dt, &mut ended);
-        }
-        let mut action = Action { push: applied, ..Action::none() };
-        self.act(&self.situation(place, middle, twist, rigid, clock, &inner), &mut action);
-        let (after, second) = inert.solve(middle.to_body(before), &action, dt);
-        let speed = twist.iter().map(|v| v.re() * v.re()).sum::<f64>().sqrt();
-        let change = (second - 2.0 * first).abs() * speed;
-        let after = middle.to_world(after);
-
-        let heading = theta + (before[2] + after[2]) * half;
-        let to = inert.place(Heading::of(heading));
-        let after = State {
-            pose: [
-                x + from[0] - to[0] + (before[0] + after[0]) * half,
-                y + from[1] - to[1] + (before[1] + after[1]) * half,
-                heading,
-            ],
-            twist: carried(after, [-to[0], -to[1]]),
-            inner: ended,
+        let near = inert.at_center(start.to_body(state.twist));
+        let (near, drag) = inert.solve_half(near, first, half);
+        let heading = start.turned(theta + (before[2] + near[2]) * (half / 2.0));
+        let acting = middle(&near, heading);
+        let action = acting.as_ref().map_or(steady, |(action, _)| action);
+        let (after, whole) = inert.solve(heading.to_body(before), action, dt);
+        let change = acting.as_ref().map_or(0.0, |(_, speed)| (whole - 2.0 * drag).abs() * speed);
+        let after = heading.to_world(after);
+        let end = theta + (before[2] + after[2]) * half;
+        let to = inert.place(heading.turned(end));
+        let along = |k: usize| {
+            let start = state.pose[k];
+            let parts = [(start, 1.0), (from[k], 1.0), (to[k], -1.0), (before[k], half), (after[k], half)];
+            let value = start.re() + (from[k].re() - to[k].re()) + (before[k].re() + after[k].re()) * half;
+            T::chained(value, parts)
         };
-        (after, change)
+        ([along(0), along(1), end], carried(after, [-to[0], -to[1]]), change)
     }
 
     /// What the laws see: the object's own frame.
@@ -265,7 +309,7 @@ impl<T: Real> Plant<T> {
         situation(pose, Heading::of(pose[2]), mount.twist(twist), rigid, clock, inner)
     }
 
-    /// Add what all laws do.
+    /// Add what all laws do that states change.
     #[inline]
     fn act(&self, at: &Situation<'_, T>, sum: &mut Action<T>) {
         let Some(mount) = &self.mount else {
@@ -280,12 +324,12 @@ impl<T: Real> Plant<T> {
     #[inline]
     fn add(&self, at: &Situation<'_, T>, sum: &mut Action<T>) {
         if self.inner == 0 {
-            for law in &self.laws {
+            for law in self.laws.iter().filter(|law| law.steady().is_none()) {
                 law.act(at, sum);
             }
             return;
         }
-        for (law, own) in windows(&self.laws) {
+        for (law, own) in windows(&self.laws).filter(|(law, _)| law.steady().is_none()) {
             law.act(&Situation { inner: &at.inner[own], ..*at }, sum);
         }
     }
@@ -312,9 +356,14 @@ fn situation<'a, T: Real>(
 }
 
 /// The twist of a body, taken at a point that lies `[x, y]` from where it was given.
-#[inline]
+#[inline(always)]
 fn carried<T: Real>([vx, vy, spin]: [T; 3], [x, y]: [T; 2]) -> [T; 3] {
-    [vx - spin * y, vy + spin * x, spin]
+    let (px, py, turn) = (x.re(), y.re(), spin.re());
+    [
+        T::chained(vx.re() - turn * py, [(vx, 1.0), (spin, -py), (y, -turn)]),
+        T::chained(vy.re() + turn * px, [(vy, 1.0), (spin, px), (x, turn)]),
+        spin,
+    ]
 }
 
 /// A world-axes vector `[x, y, about z]` in the axes of a frame at `angle`.
@@ -332,7 +381,10 @@ pub fn to_world<T: Real>(v: [T; 3], angle: T) -> [T; 3] {
 #[inline]
 pub fn transport<T: Real>(wrench: [T; 3], frame: [f64; 3]) -> [T; 3] {
     let (sin, cos) = frame[2].sin_cos();
-    let fx = wrench[0] * cos - wrench[1] * sin;
-    let fy = wrench[0] * sin + wrench[1] * cos;
-    [fx, fy, wrench[2] + fy * frame[0] - fx * frame[1]]
+    let [wx, wy, torque] = wrench;
+    let fx = T::chained(wx.re() * cos - wy.re() * sin, [(wx, cos), (wy, -sin)]);
+    let fy = T::chained(wx.re() * sin + wy.re() * cos, [(wx, sin), (wy, cos)]);
+    let [x, y, _] = frame;
+    let about = T::chained(torque.re() + fy.re() * x - fx.re() * y, [(torque, 1.0), (fy, x), (fx, -y)]);
+    [fx, fy, about]
 }

@@ -25,6 +25,8 @@ pub trait Real:
     fn lift(value: f64) -> Self;
     /// The value without derivatives.
     fn re(self) -> f64;
+    /// Whether all of its derivatives are zero.
+    fn is_constant(self) -> bool;
     /// Square root; the derivative at zero is taken as zero.
     fn sqrt(self) -> Self;
     /// Natural exponential.
@@ -64,6 +66,10 @@ impl Real for f64 {
     #[inline]
     fn re(self) -> f64 {
         self
+    }
+    #[inline]
+    fn is_constant(self) -> bool {
+        true
     }
     #[inline]
     fn sqrt(self) -> Self {

@@ -2,7 +2,7 @@
 
 #![allow(clippy::unwrap_used)]
 
-use trundle_model::{Body, Clock, Effect, Kind, Model, Plant, State};
+use trundle_model::{Body, Clock, Effect, Kind, Model, Plant, Prior, State};
 
 const DT: f64 = 2e-3;
 
@@ -263,4 +263,41 @@ fn a_step_is_halved_where_dry_friction_turns_a_body_back() {
     let (truth, seen) = (end(2e-5), end(4e-3));
     let off = (truth[0] - seen[0]).hypot(truth[1] - seen[1]);
     assert!(off < 5e-4, "off by {off} m");
+}
+
+/// Some value that each free parameter may have.
+fn some_values(model: &Model) -> Vec<f64> {
+    let one = |prior| match prior {
+        Prior::Normal { mean, sd } => mean + 0.7 * sd,
+        Prior::LogNormal { median, .. } => median,
+        Prior::Uniform | Prior::OnBody(_) => 0.2,
+        Prior::Angle(_) => 0.4,
+    };
+    model.slots().into_iter().map(|slot| slot.value.unwrap_or_else(|| one(slot.prior))).collect()
+}
+
+#[test]
+fn laws_that_say_so_are_the_same_everywhere() {
+    let (turn, [sin, cos]) = (2.0f64, [2.0f64.sin(), 2.0f64.cos()]);
+    let turned = |[x, y, z]: [f64; 3]| [cos * x - sin * y, sin * x + cos * y, z];
+    let mut count = 0;
+    for &kind in Kind::ALL {
+        let model = table([0.05, -0.03]).with(Effect::free(kind));
+        let plant = model.plant(&some_values(&model)).unwrap();
+        if !plant.same_everywhere() {
+            continue;
+        }
+        count += 1;
+        let here = State { twist: [0.4, -0.3, 0.9], ..State::at_rest([0.3, -0.2, 0.5]) };
+        let [x, y, theta] = turned(here.pose);
+        let there = State { twist: turned(here.twist), ..State::at_rest([x + 1.5, y - 0.7, theta + turn]) };
+        let step = |from: &State<f64>| plant.step(from, [9.0, -4.0, 1.2], Clock::since_contact(0.3), 0.01);
+        let (ours, theirs) = (step(&here), step(&there));
+        let [x, y, theta] = turned(ours.pose);
+        let expected = [[x + 1.5, y - 0.7, theta + turn], turned(ours.twist)];
+        for (a, b) in expected.iter().flatten().zip([theirs.pose, theirs.twist].iter().flatten()) {
+            assert!((a - b).abs() < 1e-12, "{kind:?}: {a} {b}");
+        }
+    }
+    assert!(count >= 7, "only {count} laws say so");
 }

@@ -39,6 +39,8 @@ pub struct CoulombFriction<T> {
 }
 
 impl<T: Real> Act<T> for CoulombFriction<T> {
+    const SAME_EVERYWHERE: bool = true;
+
     fn new(values: &[T], _site: &Site<'_, T>) -> Self {
         let [x, y, force, static_force, stribeck, creep] = take(values);
         Self { point: [x, y], dry: Dry { force, static_force, stribeck, creep } }

@@ -47,6 +47,8 @@ pub struct DirectionalFriction<T> {
 }
 
 impl<T: Real> Act<T> for DirectionalFriction<T> {
+    const SAME_EVERYWHERE: bool = true;
+
     fn new(values: &[T], _site: &Site<'_, T>) -> Self {
         let [angle, difference] = take(values);
         let (sin, cos) = angle.sin_cos();

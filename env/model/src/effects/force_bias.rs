@@ -37,6 +37,8 @@ pub struct ForceBias<T> {
 }
 
 impl<T: Real> Act<T> for ForceBias<T> {
+    const SAME_EVERYWHERE: bool = true;
+
     fn new(values: &[T], _site: &Site<'_, T>) -> Self {
         let [fx, fy, tz, dx, dy] = take(values);
         Self { offset: [fx, fy, tz], drift: [dx, dy] }

@@ -29,6 +29,8 @@ pub struct SpinDrag<T> {
 }
 
 impl<T: Real> Act<T> for SpinDrag<T> {
+    const SAME_EVERYWHERE: bool = true;
+
     fn new(values: &[T], _site: &Site<'_, T>) -> Self {
         let [spin] = take(values);
         Self { spin }

@@ -2,7 +2,7 @@
 
 use super::{positive, spread, spread_out};
 use crate::Real;
-use crate::law::{Act, Acting, Action, Site, Situation, Spec, take};
+use crate::law::{Act, Acting, Action, Site, Spec, take};
 
 pub(crate) static SPEC: Spec = Spec {
     kind: "support_drag",
@@ -26,6 +26,8 @@ pub struct SupportDrag<T> {
 }
 
 impl<T: Real> Act<T> for SupportDrag<T> {
+    const SAME_EVERYWHERE: bool = true;
+
     fn new(values: &[T], site: &Site<'_, T>) -> Self {
         let [mu, spread] = take(values);
         let mut drag = Action::none();
@@ -36,7 +38,7 @@ impl<T: Real> Act<T> for SupportDrag<T> {
     }
 
     #[inline]
-    fn act(&self, _at: &Situation<'_, T>, sum: &mut Action<T>) {
-        sum.add(&self.drag);
+    fn steady(&self) -> Option<&Action<T>> {
+        Some(&self.drag)
     }
 }

@@ -37,6 +37,8 @@ pub struct SupportFriction<T> {
 }
 
 impl<T: Real> Act<T> for SupportFriction<T> {
+    const SAME_EVERYWHERE: bool = true;
+
     fn new(values: &[T], site: &Site<'_, T>) -> Self {
         let [force, spread, static_force, stribeck, creep] = take(values);
         Self { support: spread_out(site.body, spread), dry: Dry { force, static_force, stribeck, creep } }

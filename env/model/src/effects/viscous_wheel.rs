@@ -7,7 +7,7 @@
 
 use super::{angle, on_body, positive};
 use crate::Real;
-use crate::law::{Act, Acting, Action, Site, Situation, Spec, take};
+use crate::law::{Act, Acting, Action, Site, Spec, take};
 
 pub(crate) static SPEC: Spec = Spec {
     kind: "viscous_wheel",
@@ -47,12 +47,14 @@ pub struct ViscousWheel<T> {
 }
 
 impl<T: Real> Act<T> for ViscousWheel<T> {
+    const SAME_EVERYWHERE: bool = true;
+
     fn new(values: &[T], _site: &Site<'_, T>) -> Self {
         Self { drag: wheel_drag(take(values)) }
     }
 
     #[inline]
-    fn act(&self, _at: &Situation<'_, T>, sum: &mut Action<T>) {
-        sum.add(&self.drag);
+    fn steady(&self) -> Option<&Action<T>> {
+        Some(&self.drag)
     }
 }

@@ -1,0 +1,188 @@
+//! A belief over states, and how its covariance moves and shrinks.
+//!
+//! A filter spends most of its time here: columns are plain arrays, only one triangle of a symmetric product is worked
+//! out, and the other mirrors it. So a covariance stays symmetric to the last bit; a lopsided one is none after minutes.
+
+use nalgebra::{Matrix3, SMatrix, SVector};
+
+/// Pose, twist and wrench error.
+pub(crate) const PLAIN: usize = 9;
+/// Pose and twist.
+pub(crate) const MOTION: usize = 6;
+/// Pose.
+pub(crate) const POSE: usize = 3;
+
+pub(crate) type Matrix<const N: usize> = SMatrix<f64, N, N>;
+pub(crate) type Vector<const N: usize> = SVector<f64, N>;
+
+/// Mean and covariance of the states: pose, twist, error of the wrench reading, the laws' own.
+#[derive(Clone)]
+pub(crate) struct Belief<const N: usize> {
+    pub mean: Vector<N>,
+    pub covariance: Matrix<N>,
+}
+
+/// First row of the columns of one triangle that is worked out: even, so that two rows go at once.
+const fn first_row(column: usize) -> usize {
+    column & !1
+}
+
+/// Copy the triangle below the diagonal above it.
+fn mirror<const N: usize>(columns: &mut [[f64; N]; N]) {
+    for column in 1..N {
+        for row in 0..column {
+            columns[column][row] = columns[row][column];
+        }
+    }
+}
+
+/// `F P Fᵀ + G diag(noise) Gᵀ`, where three rows of `F` are the identity's, as a reading's error stays what it is, and
+/// `G` is the columns of `F` that say what that error does: a reading's noise does the same, but leaves no error behind.
+/// `SHIFTS` where the first two columns are the identity's: a motion that is the same everywhere.
+#[inline]
+pub(crate) fn moved<const N: usize, const SHIFTS: bool>(
+    transition: &Matrix<N>,
+    covariance: &Matrix<N>,
+    noise: [f64; 3],
+) -> Matrix<N> {
+    let (by, before) = (&transition.data.0, &covariance.data.0);
+    // Without states of the laws' own the error's rows are the last.
+    let rows = if N == PLAIN { MOTION } else { N };
+    let mut half = [[0.0; N]; N];
+    for (half, before) in half.iter_mut().zip(before) {
+        let kept = if SHIFTS { 2 } else { 0 };
+        half[..kept].copy_from_slice(&before[..kept]);
+        half[rows..].copy_from_slice(&before[rows..]);
+        for (by, share) in by.iter().zip(before).skip(kept) {
+            for (sum, by) in half[..rows].iter_mut().zip(&by[..rows]) {
+                *sum += by * share;
+            }
+        }
+    }
+    let mut loud = half;
+    for ((loud, by), variance) in loud[MOTION..PLAIN].iter_mut().zip(&by[MOTION..PLAIN]).zip(noise) {
+        for row in (0..MOTION).chain(PLAIN..N) {
+            loud[row] += by[row] * variance;
+        }
+    }
+    let mut product = half;
+    for column in (0..MOTION).chain(PLAIN..N) {
+        let from = first_row(column);
+        let mut sum = [0.0; N];
+        if SHIFTS && column < 2 {
+            sum = loud[column];
+        }
+        for (loud, by) in loud.iter().zip(by).skip(if SHIFTS { 2 } else { 0 }) {
+            let share = by[column];
+            for (sum, loud) in sum[from..rows].iter_mut().zip(&loud[from..rows]) {
+                *sum += loud * share;
+            }
+        }
+        // What the error shares with the rest knows no noise.
+        for (k, half) in half[MOTION..PLAIN].iter().enumerate() {
+            sum[MOTION + k] = half[column];
+        }
+        product[column] = sum;
+    }
+    mirror(&mut product);
+    SMatrix::from_data(nalgebra::ArrayStorage(product))
+}
+
+/// The covariance after a sample of the pose with variances `noise`, whose gain `K` is the pose's columns over the
+/// sample's covariance: `P − K (H P)`, of which the pose's columns are `K R`, without a difference of two numbers.
+#[inline]
+pub(crate) fn corrected<const N: usize>(
+    covariance: &Matrix<N>,
+    gain: &SMatrix<f64, N, POSE>,
+    noise: [f64; POSE],
+) -> Matrix<N> {
+    let (before, gain) = (&covariance.data.0, &gain.data.0);
+    let mut after = *before;
+    for ((after, gain), variance) in after.iter_mut().zip(gain).zip(noise) {
+        *after = gain.map(|k| k * variance);
+    }
+    for (column, after) in after.iter_mut().enumerate().skip(POSE) {
+        let from = first_row(column);
+        for (gain, pose) in gain.iter().zip(before) {
+            let share = pose[column];
+            for (after, gain) in after[from..].iter_mut().zip(&gain[from..]) {
+                *after -= gain * share;
+            }
+        }
+    }
+    mirror(&mut after);
+    SMatrix::from_data(nalgebra::ArrayStorage(after))
+}
+
+/// The inverse `W` of the Cholesky factor of a covariance, `W S Wᵀ = I`; `None` where it is none.
+#[inline]
+pub(crate) fn whitener(covariance: &Matrix3<f64>) -> Option<Matrix3<f64>> {
+    let [[xx, xy, xz], [_, yy, yz], [_, _, zz]] = covariance.data.0;
+    let a = inverse_root(xx)?;
+    let (b, c) = (xy * a, xz * a);
+    let d = inverse_root(yy - b * b)?;
+    let e = (yz - b * c) * d;
+    let f = inverse_root(zz - c * c - e * e)?;
+    let ba = -b * a * d;
+    Some(Matrix3::new(a, 0.0, 0.0, ba, d, 0.0, -(c * a + e * ba) * f, -e * d * f, f))
+}
+
+fn inverse_root(x: f64) -> Option<f64> {
+    let root = x.sqrt().recip();
+    (x > 0.0 && root.is_finite()).then_some(root)
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use nalgebra::Vector3;
+
+    /// Some numbers without a pattern.
+    fn mixed(k: usize) -> f64 {
+        (12.9898 * (k + 1) as f64).sin()
+    }
+
+    fn positive<const N: usize>() -> Matrix<N> {
+        let root = Matrix::<N>::from_fn(|i, j| mixed(3 * i + 7 * j));
+        root * root.transpose() + Matrix::identity()
+    }
+
+    fn checked<const N: usize, const SHIFTS: bool>() {
+        let mut by = Matrix::<N>::from_fn(|i, j| mixed(5 * i + 11 * j));
+        by.fixed_rows_mut::<3>(MOTION).fill(0.0);
+        for k in MOTION..PLAIN {
+            by[(k, k)] = 1.0;
+        }
+        if SHIFTS {
+            by.fixed_columns_mut::<2>(0).copy_from(&Matrix::<N>::identity().fixed_columns::<2>(0));
+        }
+        let (before, noise) = (positive::<N>(), [0.3, 0.2, 0.7]);
+        let mut input = by.fixed_columns::<3>(MOTION).into_owned();
+        input.fixed_rows_mut::<3>(MOTION).fill(0.0);
+        let noisy = input * Matrix3::from_diagonal(&Vector3::from(noise)) * input.transpose();
+        let after = moved::<N, SHIFTS>(&by, &before, noise);
+        assert!((after - (by * before * by.transpose() + noisy)).amax() < 1e-12, "{after}");
+        assert_eq!(after, after.transpose());
+        let spread = before.fixed_view::<3, 3>(0, 0) + Matrix3::from_diagonal(&Vector3::from(noise));
+        let white = whitener(&spread).unwrap();
+        assert!((white * spread * white.transpose() - Matrix3::identity()).amax() < 1e-12, "{white}");
+        let gain = before.fixed_columns::<3>(0) * white.transpose() * white;
+        let seen = corrected(&before, &gain, noise);
+        assert!((seen - (before - gain * before.fixed_rows::<3>(0))).amax() < 1e-12, "{seen}");
+        assert_eq!(seen, seen.transpose());
+    }
+
+    #[test]
+    fn products_are_those_of_whole_matrices() {
+        checked::<9, false>();
+        checked::<9, true>();
+        checked::<14, false>();
+    }
+
+    #[test]
+    fn what_is_no_covariance_has_no_whitener() {
+        for bad in [0.0, -1.0, f64::NAN] {
+            assert!(whitener(&Matrix3::from_diagonal(&Vector3::new(1.0, bad, 1.0))).is_none());
+        }
+    }
+}
