@@ -44,6 +44,8 @@ pub struct Outcome {
 const SURE: f64 = 0.95;
 /// Share of what was missing that named effects may leave and still explain it.
 const LEFT_OVER: f64 = 0.25;
+/// Gain of each of several effects over what they all leave, at least.
+const OUTWEIGHS: f64 = 2.0;
 /// Log likelihood that given values may cost, beyond half a nat a parameter, and still be right.
 const GIVEN_MARGIN: f64 = 8.0;
 
@@ -169,11 +171,24 @@ fn choose<'a>(comparison: &Comparison, found: &'a Found) -> Result<(&'a Tried, V
                 None => chances.push(0.0),
             }
         }
-        if chances.iter().all(|c| *c >= SURE) {
+        if chances.iter().all(|c| *c >= SURE) && outweighs(comparison, found, candidate)? {
             return Ok((candidate, chances));
         }
     }
     Ok((&found.tried[0], vec![]))
+}
+
+/// Whether each of several effects gains more than what they all leave unexplained. No law is exact: after a large
+/// effect is explained, a small one can soak up what its law got a little wrong, and that is no second effect.
+fn outweighs(comparison: &Comparison, found: &Found, candidate: &Tried) -> Result<bool, InferError> {
+    if candidate.added.len() < 2 {
+        return Ok(true);
+    }
+    let Some(left) = remainder(comparison, &candidate.fit)? else { return Ok(true) };
+    let gain = |k: usize| {
+        without(found, candidate, k).map_or(0.0, |simpler| simpler.fit.cost - candidate.fit.cost)
+    };
+    Ok((0..candidate.added.len()).all(|k| gain(k) > OUTWEIGHS * left.gain))
 }
 
 fn judge(

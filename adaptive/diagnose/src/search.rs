@@ -54,6 +54,8 @@ const MORE: usize = 4;
 const FIRSTS: usize = 3;
 /// Starts of a kind.
 const STARTS: usize = 2;
+/// Gain per sample that a remainder must promise for another effect to be sought beside one, nats.
+const ANOTHER: f64 = 0.03;
 /// Random starts of a candidate that cannot be screened, beside the carried-over one.
 const EXTRA_STARTS: usize = 3;
 
@@ -237,12 +239,11 @@ impl Searcher<'_> {
         values
     }
 
+    /// Whether an explained recording leaves more than laws that are a little wrong in shape do.
     fn asks_for_more(&self, best: &Tried) -> Result<bool, InferError> {
-        let observations = self.comparison.observations();
-        Ok(match remainder(self.comparison, &best.fit)? {
-            Some(remainder) => remainder.matters(observations),
-            None => true,
-        })
+        let observations = self.comparison.observations() as f64;
+        let left = remainder(self.comparison, &best.fit)?;
+        Ok(left.is_none_or(|left| left.gain > ANOTHER * observations))
     }
 }
 

@@ -215,9 +215,13 @@ fn rungs<'a>(
 fn finish(
     target: &Target<'_>,
     channels: Channels,
-    optimum: Optimum,
+    mut optimum: Optimum,
     agreement: Agreement,
 ) -> Result<Fit, InferError> {
+    // Where the data do not hold an angle the search may go round and round.
+    for (k, z) in optimum.point.iter_mut().enumerate() {
+        *z = on_circle(&target.slot(k).prior, *z);
+    }
     let (n, z) = (optimum.point.len(), &optimum.point);
     let (spread, log_determinant) = invert(&precision(&optimum.at.curvature, target));
     let information = &optimum.at.curvature - target.prior(z).curvature;
@@ -277,6 +281,14 @@ fn invert(precision: &DMatrix<f64>) -> (DMatrix<f64>, f64) {
     }
 }
 
+/// An angle, which is its own coordinate, taken from the middle of its circle; anything else as it is.
+fn on_circle(prior: &Prior, value: f64) -> f64 {
+    match prior {
+        Prior::Angle(period) => value - period * (value / period - 0.5).ceil(),
+        _ => value,
+    }
+}
+
 /// A wheel turned by a quarter with its coefficients swapped is the same wheel: name the direction of least
 /// friction "along". Angles are taken from the middle of their circle. `None` where all is well.
 pub(crate) fn canonical(target: &Target<'_>, point: &[f64]) -> Option<Vec<f64>> {
@@ -303,9 +315,7 @@ pub(crate) fn canonical(target: &Target<'_>, point: &[f64]) -> Option<Vec<f64>> 
         }
     }
     for &slot in target.coordinates().free() {
-        if let Prior::Angle(period) = slots[slot].prior {
-            values[slot] -= period * (values[slot] / period - 0.5).ceil();
-        }
+        values[slot] = on_circle(&slots[slot].prior, values[slot]);
     }
     (values != before).then(|| target.point(&values))
 }
