@@ -93,16 +93,16 @@ def test_at_full_size_there_is_something(name: str) -> None:
     assert differs
 
 
-SIMPLE = (
-    "coulomb_friction",
-    "com_offset",
-    "floor_slope",
-    "floor_patch",
-    "floor_grain",
-    "obstacle_contact",
-    "tether",
-)
-"""Act on the object, have no inner state and no event, and leave the wheel as it is."""
+SIMPLE = {
+    "coulomb_friction": 0.01,
+    "com_offset": 0.01,
+    "floor_slope": 0.002,
+    "floor_patch": 0.03,  # soft edges
+    "floor_grain": 0.002,
+    "obstacle_contact": 0.06,  # gives way by a millimetre
+    "tether": 0.002,
+}
+"""Act on the object, have no inner state and no event, and leave the wheel as it is: the share that is left."""
 
 
 @pytest.mark.parametrize("name", SIMPLE)
@@ -111,12 +111,14 @@ def test_the_true_law_is_what_mujoco_has(name: str) -> None:
     seed, hidden = drawn(name)
     truly = [motion(scene(seed), [hidden], k) for k in range(EPISODES)]
     laws = hidden.family.laws(scene(seed), hidden.values)
-    left, all_of_it = (
-        np.sqrt(np.mean([np.mean(simulated(one, more, seed)[:, :2] ** 2) for one in truly]))
-        for more in (laws, [])
-    )
-    assert all_of_it > 0.01
-    assert left < 0.15 * all_of_it
+    left, whole = (apart(truly, more, seed) for more in (laws, []))
+    assert whole > 0.01
+    assert left < SIMPLE[name] * whole
+
+
+def apart(truly: list[Motion], laws: list[dict[str, object]], seed: int) -> float:
+    """How far simulated positions are from the true ones, root mean square, m."""
+    return float(np.sqrt(np.mean([np.mean(simulated(one, laws, seed)[:, :2] ** 2) for one in truly])))
 
 
 def test_the_same_seed_gives_the_same_recording() -> None:
