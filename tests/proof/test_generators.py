@@ -102,7 +102,7 @@ SIMPLE = {
     "obstacle_contact": 0.06,  # gives way by a millimetre
     "tether": 0.002,
 }
-"""Act on the object, have no inner state and no event, and leave the wheel as it is: the share that is left."""
+"""The share that is left, of those that act on the object without an inner state, an event or another wheel."""
 
 
 @pytest.mark.parametrize("name", SIMPLE)
