@@ -102,7 +102,7 @@ SIMPLE = {
     "obstacle_contact": 0.06,  # gives way by a millimetre
     "tether": 0.002,
 }
-"""The share that is left, of those that act on the object without an inner state, an event or another wheel."""
+"""The share that is left, for effects on the object without inner state, event or another wheel."""
 
 
 @pytest.mark.parametrize("name", SIMPLE)
