@@ -32,10 +32,6 @@ impl Tried {
     pub fn names(&self) -> Vec<&'static str> {
         self.added.iter().map(name).collect()
     }
-
-    fn kinds(&self) -> BTreeSet<Kind> {
-        self.added.iter().map(|e| e.kind).collect()
-    }
 }
 
 /// What the search found, best first.
@@ -97,9 +93,15 @@ impl Searcher<'_> {
         self.refine(&mut tried)?;
         let mut size = 1;
         while size < MOST && tried[0].added.len() == size && self.asks_for_more(&tried[0])? {
+            let before = tried[0].fit.cost;
             self.one_more(&mut tried, size)?;
             self.subsets(&mut tried)?;
             self.refine(&mut tried)?;
+            // An effect that gains less than it leaves is none, and one more would be none either.
+            let left = remainder(self.comparison, &tried[0].fit)?.map_or(0.0, |left| left.gain);
+            if before - tried[0].fit.cost < left {
+                break;
+            }
             size += 1;
         }
         Ok(Found { tried, before })
@@ -146,9 +148,14 @@ impl Searcher<'_> {
 
     /// Make some fits, on all cores, and sort all that was tried.
     fn try_all(&self, what: &'static str, jobs: Vec<Job>, tried: &mut Vec<Tried>) -> Result<(), InferError> {
-        self.watch.progress(what, 0.0);
         let new = |job: &Job| tried.iter().all(|t| !same(&t.added, &job.added));
         let jobs: Vec<Job> = jobs.into_iter().filter(new).collect();
+        self.make_all(what, jobs, tried)
+    }
+
+    /// The same, whether such models were tried or not.
+    fn make_all(&self, what: &'static str, jobs: Vec<Job>, tried: &mut Vec<Tried>) -> Result<(), InferError> {
+        self.watch.progress(what, 0.0);
         let (count, done) = (jobs.len(), std::sync::atomic::AtomicUsize::new(0));
         let found = on_all_cores(self.watch, |watch| {
             let one = |job: Job| {
@@ -190,21 +197,23 @@ impl Searcher<'_> {
         self.try_all(if size == 1 { "pairs" } else { "one more effect" }, jobs, tried)
     }
 
-    /// The models that the best one becomes when one of its effects is dropped: each must earn its place.
+    /// The models that the best one becomes when one of its effects is dropped, each of which must earn its place.
+    /// They are fitted again from where the fuller model ended: a search of theirs alone may have stopped elsewhere.
     fn subsets(&self, tried: &mut Vec<Tried>) -> Result<(), InferError> {
         let best = tried[0].clone();
-        let mut jobs = Vec::new();
-        for k in 0..best.added.len() {
+        if best.added.len() < 2 {
+            return Ok(());
+        }
+        let without = |k: usize| {
             let mut added = best.added.clone();
             added.remove(k);
-            let kinds: BTreeSet<Kind> = added.iter().map(|e| e.kind).collect();
-            if tried.iter().all(|t| t.kinds() != kinds || t.added.len() != added.len()) {
-                let warm =
-                    carried(&best.fit, &self.model(&added), &vec![0.0; self.model(&added).slots().len()]);
-                jobs.push(Job { added, warm: vec![warm], starts: 0 });
-            }
-        }
-        if jobs.is_empty() { Ok(()) } else { self.try_all("without each", jobs, tried) }
+            let model = self.model(&added);
+            let warm = carried(&best.fit, &model, &vec![0.0; model.slots().len()]);
+            Job { added, warm: vec![warm], starts: 0 }
+        };
+        self.make_all("without each", (0..best.added.len()).map(without).collect(), tried)?;
+        // Dropped one by one: what is left over may have been a single effect all along.
+        if tried[0].added.len() < best.added.len() { self.subsets(tried) } else { Ok(()) }
     }
 
     /// Where the best model leaves something, try the finer forms of its effects: stiction, a drift. Not for slow

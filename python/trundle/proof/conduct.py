@@ -137,13 +137,13 @@ def trials_of(
 
 def can_leave_out() -> bool:
     """Tell whether a diagnosis can be told to leave effects out."""
-    return "exclude" in inspect.signature(trundle.diagnose).parameters
+    return "without" in inspect.signature(trundle.diagnose).parameters
 
 
 def diagnose_one(recording: Path, without: str | None) -> tuple[dict[str, Any], float]:
     """Diagnose a folder through the public interface; return what is kept of the answer, and seconds."""
     began = time.perf_counter()
-    more: dict[str, Any] = {} if without is None else {"exclude": [without]}
+    more: dict[str, Any] = {} if without is None else {"without": [without]}
     try:
         answer = trundle.diagnose(recording, **more).answer
     except trundle.TrundleError as error:
