@@ -171,6 +171,7 @@ impl Case<'_> {
         remainder: Remainder,
     ) -> Result<Vec<Vec<Residual>>, InferError> {
         let plant = trial.fit.model.plant(&trial.fit.values)?;
+        let along = along.doubting(&plant);
         Ok(along.residuals(&plant, &along.own(&trial.fit), remainder.channels))
     }
 

@@ -35,8 +35,16 @@ pub(crate) struct Gains {
 }
 
 impl Gains {
-    /// Of a path; `kept` keeps what [`Gains::residuals`] needs.
-    pub fn new(path: &Path, maps: &[Map], channels: &Channels, dof: [bool; 3], kept: bool) -> Self {
+    /// Of a path; `doubts` are covariances of each interval's wrench beside the sensor's, none where empty; `kept` keeps
+    /// what [`Gains::residuals`] needs.
+    pub fn new(
+        path: &Path,
+        maps: &[Map],
+        channels: &Channels,
+        dof: [bool; 3],
+        doubts: &[Matrix3<f64>],
+        kept: bool,
+    ) -> Self {
         let mut covariance = Wide::zeros();
         for k in 0..6 {
             covariance[(k, k)] = path.start.1[k].max(1e-12);
@@ -53,7 +61,7 @@ impl Gains {
             history: kept.then(Vec::new),
         };
         gains.start.fixed_rows_mut::<6>(0).copy_from(&Vector6::from(path.start.0));
-        for (interval, map) in path.intervals.iter().zip(maps) {
+        for (index, (interval, map)) in path.intervals.iter().zip(maps).enumerate() {
             let reading = map.b * carried(interval.pieces[0].frame);
             let mut transition = Wide::identity();
             transition.fixed_view_mut::<6, 6>(0, 0).copy_from(&map.a);
@@ -63,8 +71,9 @@ impl Gains {
             let variance =
                 Matrix3::from_diagonal(&Vector3::from(channels.reading.map(|s| s * s * interval.thinning)));
             let noise: Matrix6<f64> = reading * variance * reading.transpose();
+            let doubt = doubts.get(index).map_or_else(Matrix6::zeros, |d| map.b * d * map.b.transpose());
             let mut block = covariance.fixed_view_mut::<6, 6>(0, 0);
-            block += noise;
+            block += noise + doubt;
             for k in 0..3 {
                 covariance[(9 + k, 9 + k)] += channels.wander[k].powi(2) * interval.span;
             }

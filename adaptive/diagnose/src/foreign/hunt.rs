@@ -4,7 +4,7 @@ use super::likelihood::Along;
 use crate::candidates::{candidates, name};
 use statrs::distribution::{ContinuousCDF, StudentsT};
 use trundle_infer::{Channels, Coordinates, Fit, FitOptions, InferError, Likelihood, Watch, carried, fit};
-use trundle_model::{Effect, Kind, Model, Prior};
+use trundle_model::{Acting, Effect, Kind, Model, Prior};
 
 /// A set of laws that was tried.
 #[derive(Clone)]
@@ -32,9 +32,13 @@ impl Trial {
 /// Random starts for an added effect that has a place or a time, beside the middle of its prior.
 const EXTRA_STARTS: u64 = 3;
 /// At most this many effects are added.
-const MOST: usize = 3;
+const MOST: usize = 2;
+/// Fits of a law on the object, each trusting it as far as the one before says.
+const ROUNDS: usize = 2;
+/// Effects that are tried in combinations: those that do best alone.
+const COMBINED: usize = 8;
 /// Effects that are tried with every other one, beside the best.
-const LEADING: usize = 3;
+const LEADING: usize = 2;
 /// Trials that are fitted again where the simulator is linearised anew.
 const KEPT: usize = 10;
 
@@ -66,7 +70,8 @@ impl Hunt<'_> {
 
     /// One more effect on top of the best, while the data ask for more.
     pub fn combine(&self, mut tried: Vec<Trial>) -> Result<Vec<Trial>, InferError> {
-        let offered = self.offered();
+        let singles = tried.iter().filter(|t| t.added.len() == 1);
+        let offered: Vec<Effect> = singles.take(COMBINED).map(|t| t.added[0].clone()).collect();
         for size in 1..MOST {
             if tried[0].added.len() < size - 1 || !self.asks_for_more(&tried[0])? {
                 break;
@@ -164,9 +169,19 @@ impl Hunt<'_> {
             warm.push(start(coordinates.draw(&mut rng)));
         }
         let options = FitOptions { starts: 0, seed: self.seed, from_afar: false, ..FitOptions::default() };
-        let fit = fit(self.along, &model, &warm, &options, self.watch)?;
-        let costs = self.along.costs(&fit.model.plant(&fit.values)?, &self.along.own(&fit));
-        Ok(Trial { added, fit, costs })
+        let mut found = fit(self.along, &model, &warm, &options, self.watch)?;
+        if added.iter().all(|e| e.kind.spec().acting == Acting::Instrument) {
+            let costs = self.along.costs(&found.model.plant(&found.values)?, &self.along.own(&found));
+            return Ok(Trial { added, fit: found, costs });
+        }
+        let mut doubting = self.along.doubting(&found.model.plant(&found.values)?);
+        for _ in 0..ROUNDS {
+            let at: Vec<f64> = found.values.iter().copied().chain(self.along.own(&found)).collect();
+            found = fit(&doubting, &model, &[at], &options, self.watch)?;
+            doubting = self.along.doubting(&found.model.plant(&found.values)?);
+        }
+        let costs = doubting.costs(&found.model.plant(&found.values)?, &doubting.own(&found));
+        Ok(Trial { added, fit: found, costs })
     }
 
     fn asks_for_more(&self, trial: &Trial) -> Result<bool, InferError> {
@@ -243,6 +258,7 @@ impl Remainder {
 
 pub(crate) fn remainder(along: &Along, trial: &Trial) -> Result<Remainder, InferError> {
     let model = &trial.fit.model;
+    let along = &along.doubting(&model.plant(&trial.fit.values)?);
     let values: Vec<f64> = trial.fit.values.iter().copied().chain(along.own(&trial.fit)).collect();
     let wandering =
         |size: f64| Channels { wander: [size, size, size * model.body.gyration], ..along.channels };

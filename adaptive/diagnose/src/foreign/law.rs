@@ -1,6 +1,7 @@
 //! What laws add to the wrench of a foreign simulator.
 
 use super::path::{Interval, Recorded};
+use nalgebra::{Matrix3, Vector3};
 use trundle_model::{Clock, Plant, Rigid, State, to_body, transport};
 
 /// Points by which a law is averaged over the twist, in standard deviations: the corners of a tetrahedron, which have
@@ -32,6 +33,19 @@ pub(crate) fn added(plant: &Plant<f64>, interval: &Interval, recorded: &Recorded
         t += piece.dt;
     }
     sum
+}
+
+/// Covariance of [`added`] by what the smoothed twist leaves open, object axes: where a dry friction holds, the seen
+/// motion does not tell with which force.
+pub(crate) fn doubted(plant: &Plant<f64>, interval: &Interval) -> Matrix3<f64> {
+    let (clock, pose, twist) = (interval.clock(), interval.middle.pose, interval.middle.twist);
+    let wrench = |point: [f64; 3]| {
+        let moved = [0, 1, 2].map(|k| twist[k] + point[k] * interval.doubt[k]);
+        Vector3::from(plant.action(&State::moving(pose, moved), clock).wrench(to_body(moved, pose[2])))
+    };
+    let all = POINTS.map(wrench);
+    let mean = all.iter().sum::<Vector3<f64>>() / 4.0;
+    all.iter().map(|w| (w - mean) * (w - mean).transpose()).sum::<Matrix3<f64>>() / 4.0
 }
 
 /// A mean reading over `[t, t + dt]` as the wrench that truly acted: what was late moved to its time, then what was

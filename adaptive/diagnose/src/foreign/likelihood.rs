@@ -4,7 +4,7 @@
 //! A law's wrench is that at the smoothed motion ([`added`]).
 
 use super::gains::Gains;
-use super::law::added;
+use super::law::{added, doubted};
 use super::linear::{Map, gaps, linearise};
 use super::path::{Interval, Path};
 use super::simulator::Foreign;
@@ -30,6 +30,8 @@ pub(crate) struct Along {
     free: Vec<usize>,
     /// Values of its parameters at which it is linearised.
     pub values: Vec<f64>,
+    /// Covariance of what laws add to each interval, where a law was asked for it.
+    doubts: Vec<Vec<Matrix3<f64>>>,
     /// The same over its first episodes, to sort starts with.
     sketch: Option<Box<Along>>,
 }
@@ -66,6 +68,7 @@ impl Along {
             parameters,
             free,
             values,
+            doubts: vec![],
             sketch: None,
         };
         Ok(empty.with_channels(channels).sketched())
@@ -82,13 +85,26 @@ impl Along {
     #[must_use]
     pub fn with_channels(&self, channels: Channels) -> Self {
         let mut with = Self { channels, sketch: None, ..self.clone() };
-        let pairs = with.paths.par_iter().zip(&with.maps);
-        with.gains = pairs.map(|(p, m)| Gains::new(p, m, &channels, self.dof, false)).collect();
+        with.gains =
+            (0..with.paths.len()).into_par_iter().map(|e| with.gains_of(e, &channels, false)).collect();
         with.base = with.each(|e| with.gains[e].whiten(|k| with.maps[e][k].gap, Some(&with.paths[e])));
         with.columns = (0..with.free.len())
             .map(|j| with.each(|e| with.gains[e].whiten(|k| with.maps[e][k].slopes[j], None)))
             .collect();
         with
+    }
+
+    fn gains_of(&self, e: usize, channels: &Channels, kept: bool) -> Gains {
+        let doubts = self.doubts.get(e).map_or(&[][..], Vec::as_slice);
+        Gains::new(&self.paths[e], &self.maps[e], channels, self.dof, doubts, kept)
+    }
+
+    /// The same where laws are trusted only as far as the seen motion tells what they do.
+    #[must_use]
+    pub fn doubting(&self, plant: &Plant<f64>) -> Self {
+        let of = |path: &Path| path.intervals.iter().map(|interval| doubted(plant, interval)).collect();
+        let doubts = self.paths.par_iter().map(of).collect();
+        Self { doubts, sketch: None, ..self.clone() }.with_channels(self.channels)
     }
 
     /// Some of its episodes.
@@ -97,6 +113,7 @@ impl Along {
         let kept: Vec<usize> = (0..self.paths.len()).filter(|&e| keep(e)).collect();
         let some = Self {
             sketch: None,
+            doubts: kept.iter().filter_map(|&e| self.doubts.get(e).cloned()).collect(),
             paths: kept.iter().map(|&e| self.paths[e].clone()).collect(),
             maps: kept.iter().map(|&e| self.maps[e].clone()).collect(),
             ..self.clone()
@@ -191,7 +208,7 @@ impl Along {
         channels: Channels,
     ) -> Vec<Vec<trundle_infer::Residual>> {
         let one = |e: usize| {
-            let gains = Gains::new(&self.paths[e], &self.maps[e], &channels, self.dof, true);
+            let gains = self.gains_of(e, &channels, true);
             let added = self.added(plant, e);
             let inputs = |k: usize| {
                 let map = &self.maps[e][k];
