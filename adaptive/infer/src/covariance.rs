@@ -30,8 +30,10 @@ const fn first_row(column: usize) -> usize {
 /// Copy the triangle below the diagonal above it.
 fn mirror<const N: usize>(columns: &mut [[f64; N]; N]) {
     for column in 1..N {
-        for row in 0..column {
-            columns[column][row] = columns[row][column];
+        let (before, after) = columns.split_at_mut(column);
+        let Some(above) = after.first_mut() else { return };
+        for (above, left) in above.iter_mut().zip(before) {
+            *above = left[column];
         }
     }
 }
