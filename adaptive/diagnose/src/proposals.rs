@@ -94,6 +94,36 @@ fn drawn(
     effect
 }
 
+/// Shapes near those that promised most, within about `share` of a metre, of an e-fold or of a radian.
+pub(crate) fn nearby(model: &Model, parents: &[Effect], share: f64, seed: u64) -> Vec<Effect> {
+    let mut rng = ChaCha8Rng::seed_from_u64(seed ^ share.to_bits());
+    let child = |parent: &Effect, rng: &mut ChaCha8Rng| {
+        let neutral = neutral(parent.kind, &model.body);
+        let params = parent.kind.spec().params.iter();
+        let mut effect = parent.clone();
+        for ((param, value), neutral) in params.zip(&mut effect.values).zip(&neutral.values) {
+            let shape = param.refinement.is_none() && !is_amplitude(parent.kind, param);
+            *value = match value {
+                Some(at) if shape => Some(moved(param, *at, share * rng.random_range(-1.0..=1.0))),
+                _ => *neutral,
+            };
+        }
+        effect
+    };
+    parents.iter().flat_map(|p| (0..CHILDREN).map(|_| child(p, &mut rng)).collect::<Vec<_>>()).collect()
+}
+
+/// Shapes tried around each of the best.
+const CHILDREN: usize = 8;
+
+fn moved(param: &Param, value: f64, by: f64) -> f64 {
+    let moved = match param.prior {
+        Prior::LogNormal { .. } => value * by.exp(),
+        _ => value + by,
+    };
+    moved.clamp(param.lower, param.upper)
+}
+
 /// Whether a shape parameter is a coordinate in the world.
 fn is_place(param: &Param) -> bool {
     param.unit == "m" && matches!(param.prior, Prior::Normal { .. })

@@ -185,9 +185,8 @@ fn outweighs(comparison: &Comparison, found: &Found, candidate: &Tried) -> Resul
         return Ok(true);
     }
     let Some(left) = remainder(comparison, &candidate.fit)? else { return Ok(true) };
-    let gain = |k: usize| {
-        without(found, candidate, k).map_or(0.0, |simpler| simpler.fit.cost - candidate.fit.cost)
-    };
+    let gain =
+        |k: usize| without(found, candidate, k).map_or(0.0, |simpler| simpler.fit.cost - candidate.fit.cost);
     Ok((0..candidate.added.len()).all(|k| gain(k) > OUTWEIGHS * left.gain))
 }
 

@@ -5,7 +5,7 @@
 //! `C` no change of the fitted parameters does: Rao's score test. It costs no fit. Its step is where the fit of the
 //! candidate starts from.
 
-use crate::proposals::{is_amplitude, proposals};
+use crate::proposals::{is_amplitude, nearby, proposals};
 use nalgebra::{DMatrix, DVector};
 use rayon::prelude::*;
 use trundle_infer::{Fit, InferError, MotionLikelihood, Seen};
@@ -42,17 +42,28 @@ pub(crate) fn screen(
     let motion = motion.with_channels(fit.channels);
     let Some(seen) = motion.seen(&fit.model, &fit.values)? else { return Ok(vec![]) };
     let ground = Ground::new(&seen, fit)?;
-    let of_kind = |kind: &Kind| {
-        let shapes = proposals(&fit.model, *kind, episodes, seed);
+    let promised = |kind: Kind, shapes: &[Effect]| {
         // States of the laws' own are few: such laws go one by one.
         let together = if kind.spec().inner.is_empty() { TOGETHER } else { 1 };
         let groups: Vec<&[Effect]> = shapes.chunks(together).collect();
-        let all = groups
-            .par_iter()
-            .map(|group| ground.starts(&seen, fit, group))
-            .collect::<Result<Vec<_>, InferError>>()?;
-        let mut starts: Vec<Start> = all.into_iter().flatten().filter(|s| s.gain > 0.0).collect();
-        starts.sort_by(|a, b| b.gain.total_cmp(&a.gain));
+        let all = groups.par_iter().map(|group| ground.starts(&seen, fit, group));
+        Ok::<_, InferError>(
+            all.collect::<Result<Vec<_>, InferError>>()?.into_iter().flatten().collect::<Vec<_>>(),
+        )
+    };
+    let of_kind = |kind: &Kind| {
+        let shapes = proposals(&fit.model, *kind, episodes, seed);
+        let mut starts = best(promised(*kind, &shapes)?);
+        // Events are proposed densely; what has but one shape has no neighbours.
+        let timed = kind.spec().params.iter().any(|p| p.name == "time");
+        if shapes.len() > 1 && !timed {
+            for share in NEARER {
+                let parents: Vec<Effect> = starts.iter().take(PARENTS).map(|s| s.effect.clone()).collect();
+                let children = nearby(&fit.model, &parents, share, seed);
+                starts.extend(promised(*kind, &children)?);
+                starts = best(starts);
+            }
+        }
         starts.truncate(keep);
         Ok(starts)
     };
@@ -61,6 +72,17 @@ pub(crate) fn screen(
     found.sort_by(|a, b| b[0].gain.total_cmp(&a[0].gain));
     Ok(found)
 }
+
+/// Those that gain, the best first.
+fn best(mut starts: Vec<Start>) -> Vec<Start> {
+    starts.retain(|s| s.gain > 0.0);
+    starts.sort_by(|a, b| b.gain.total_cmp(&a.gain));
+    starts
+}
+
+/// Ever nearer shapes around the best few.
+const NEARER: [f64; 4] = [0.4, 0.25, 0.12, 0.06];
+const PARENTS: usize = 4;
 
 /// What the fit leaves, and an orthonormal basis of what its own parameters can do.
 struct Ground {

@@ -45,13 +45,13 @@ pub(crate) struct Found {
 const MOST: usize = 4;
 /// Kinds fitted in full on top of the simulation under test, and on top of a richer model.
 const SINGLES: usize = 9;
-const MORE: usize = 4;
+const MORE: usize = 3;
 /// Single effects on top of which a second is sought.
-const FIRSTS: usize = 3;
+const FIRSTS: usize = 2;
 /// Starts of a kind.
 const STARTS: usize = 2;
 /// Gain per sample that a remainder must promise for another effect to be sought beside one, nats.
-const ANOTHER: f64 = 0.03;
+const ANOTHER: f64 = 0.15;
 /// Random starts of a candidate that cannot be screened, beside the carried-over one.
 const EXTRA_STARTS: usize = 3;
 
