@@ -4,7 +4,7 @@ use super::common::{World, effect, locked};
 use super::likelihood::Along;
 use super::path::Path;
 use super::{Foreign, Simulator, diagnose};
-use crate::answer::Verdict;
+use crate::answer::{Place, Value, Verdict};
 use std::sync::atomic::{AtomicUsize, Ordering};
 use trundle_infer::{Channels, Likelihood, Quiet, StateVector, Watch};
 use trundle_model::{Clock, Kind, Model, Prior, Slot, State};
@@ -155,9 +155,12 @@ fn a_dry_friction_is_named_and_placed() {
     assert_eq!(answer.verdict, Verdict::Explained);
     assert_eq!(answer.missing.len(), 1);
     assert_eq!(answer.missing[0].effect, "coulomb_friction");
-    let at = answer.missing[0].place.as_ref().unwrap()["body_point"].mean;
-    assert!((at[0] - 0.4).hypot(at[1] - 0.3) < 0.05, "{at:?}");
-    assert!((answer.missing[0].parameters["force"].mean - 12.0).abs() < 1.2);
+    let Place::Point(at) = &answer.missing[0].place.as_ref().unwrap()["body_point"] else {
+        panic!("no point")
+    };
+    assert!((at.mean[0] - 0.4).hypot(at.mean[1] - 0.3) < 0.05, "{at:?}");
+    let Value::Number(force) = &answer.missing[0].parameters["force"] else { panic!("no number") };
+    assert!((force.mean - 12.0).abs() < 1.2, "{force:?}");
     let pair = answer.fit.held_out.unwrap();
     assert!(pair.after.position_rmse < pair.before.position_rmse.map(|b| 0.5 * b));
 }
