@@ -1,7 +1,6 @@
 //! The whole of a diagnosis of a foreign simulation, in order.
 
 use super::hunt::{Hunt, Remainder, Trial, called, probabilities, remainder, without};
-use super::likelihood::Along;
 use super::nominal::settle;
 use super::path::Path;
 use super::rollout::Rollout;
@@ -14,6 +13,7 @@ use crate::run::Outcome;
 use crate::series::{self, Series};
 use crate::words::statement;
 use std::collections::BTreeMap;
+use std::sync::Arc;
 use trundle_infer::{Channels as Noises, Estimate, InferError, Residual, Score, Watch, quasi_static};
 use trundle_model::{Model, Posterior};
 use trundle_record::{Dataset, Prepared};
@@ -46,31 +46,21 @@ pub fn diagnose(
         |start: &[f64], channels, bare: &Model| settle(foreign, &paths, start, channels, bare, seed, watch);
     let alone = settled(&foreign.start, plain, &case.body(None))?;
     let bare = &case.body(alone.felt_mass());
-    let base = Hunt { along: &alone, bare, seed, watch }.base()?;
-    let before = remainder(&alone, &base)?;
+    let hunt = |bare| Hunt { foreign, paths: &paths, bare, seed, watch };
+    let alone = Arc::new(alone);
+    let base = hunt(bare).base(&alone)?;
+    let before = remainder(&base)?;
     // Where something is missing, its parameters have bent to make up for it; laws are tried about where they are
     // when the missing wrench may be anything.
-    let (along, bare) = if before.matters(alone.observations()) {
-        let unbent = settled(&alone.values, before.channels, bare)?.with_channels(plain).sketched();
-        let bare = case.body(unbent.felt_mass());
-        (unbent, bare)
-    } else {
-        (alone.clone(), bare.clone())
-    };
-    let bare = &bare;
-    // Where laws are found the simulator's parameters move: once more, to first order about where they went.
-    let anew = |along: &Along, tried: &[Trial]| -> Result<(Along, Vec<Trial>), InferError> {
-        let values = along.own(&tried[0].fit);
-        let along = Along::new(foreign, &values, &paths, plain, data.dof, watch)?;
-        let tried = Hunt { along: &along, bare, seed, watch }.again(tried)?;
-        Ok((along, tried))
-    };
-    let tried = Hunt { along: &along, bare, seed, watch }.singles(base)?;
-    let (along, tried) = if tried[0].added.is_empty() { (along, tried) } else { anew(&along, &tried)? };
-    let size = tried[0].added.len();
-    let tried = Hunt { along: &along, bare, seed, watch }.combine(tried)?;
-    let (along, tried) = if tried[0].added.len() > size { anew(&along, &tried)? } else { (along, tried) };
-    case.answer([&alone, &along], before, &tried)
+    let mut along = alone.clone();
+    if before.matters(alone.observations()) {
+        let unbent = settled(&alone.values, before.channels, bare)?;
+        along = Arc::new(unbent.with_channels(plain).sketched());
+    }
+    let bare = &case.body(along.felt_mass());
+    let tried = hunt(bare).singles(base, &along)?;
+    let tried = hunt(bare).combine(tried)?;
+    case.answer(before, &tried)
 }
 
 struct Case<'a> {
@@ -90,34 +80,28 @@ impl Case<'_> {
     }
 
     /// The answer; the simulator alone is judged as it was linearised at its own best values.
-    fn answer(
-        &self,
-        [alone, along]: [&Along; 2],
-        before: Remainder,
-        tried: &[Trial],
-    ) -> Result<Outcome, InferError> {
+    fn answer(&self, before: Remainder, tried: &[Trial]) -> Result<Outcome, InferError> {
         let base = tried.iter().find(|t| t.added.is_empty()).unwrap_or(&tried[0]);
         let (mut best, mut chances) = choose(tried);
-        let mut left = remainder(if best.added.is_empty() { alone } else { along }, best)?;
-        let mut verdict = judge(along.observations(), before, best, left);
+        let mut left = remainder(best)?;
+        let mut verdict = judge(base.along.observations(), before, best, left);
         if verdict == Verdict::Unexplained {
             (best, chances, left) = (base, vec![], before);
         }
-        if verdict == Verdict::Consistent && self.given_costs(alone, base)? {
+        if verdict == Verdict::Consistent && self.given_costs(base)? {
             verdict = Verdict::Reparameterised;
         }
         let probabilities = probabilities(tried);
-        let residuals = self.residuals(alone, base, before)?;
-        let after_residuals =
-            self.residuals(if best.added.is_empty() { alone } else { along }, best, left)?;
+        let residuals = self.residuals(base, before)?;
+        let after_residuals = self.residuals(best, left)?;
         let shown = verdict != Verdict::Consistent;
         let mismatch = Mismatch {
-            windows: if shown { windows(&residuals, along) } else { vec![] },
-            channels: self.channels(alone, base)?,
+            windows: if shown { windows(&residuals, &base.along) } else { vec![] },
+            channels: self.channels(base)?,
             body_point: line_of_action(&residuals, &base.fit.model).filter(|_| shown),
             ..Mismatch::default()
         };
-        let figures = self.figures(base, best, along)?;
+        let figures = self.figures(base, best)?;
         let mut missing = Vec::new();
         for (k, chance) in chances.iter().enumerate() {
             let named: f64 = tried
@@ -126,7 +110,7 @@ impl Case<'_> {
                 .filter(|(t, _)| t.names().contains(&best.names()[k]))
                 .map(|(_, p)| p)
                 .sum();
-            missing.push(self.named(along, tried, best, k, chance.min(named))?);
+            missing.push(self.named(tried, best, k, chance.min(named))?);
         }
         missing.sort_by(|a, b| b.explains.unwrap_or(0.0).total_cmp(&a.explains.unwrap_or(0.0)));
         let answer = Answer {
@@ -146,40 +130,37 @@ impl Case<'_> {
             },
             fit: figures,
         };
-        let series = self.series(along, tried, [base, best], [&residuals, &after_residuals])?;
+        let series = self.series(tried, [base, best], [&residuals, &after_residuals])?;
         Ok(Outcome {
             model: best.fit.model.to_toml(self.posterior(best).as_ref())?,
-            predictions: self.predictions(along, base, best)?,
+            predictions: self.predictions(base, best)?,
             answer,
             series,
         })
     }
 
     /// Whether the values that the simulation is used with cost more than chance.
-    fn given_costs(&self, along: &Along, base: &Trial) -> Result<bool, InferError> {
+    fn given_costs(&self, base: &Trial) -> Result<bool, InferError> {
         if !self.foreign.given {
             return Ok(false);
         }
-        let given = along.exactly(self.foreign, &self.foreign.start, self.watch)?;
+        let given = base.along.exactly(self.foreign, &self.foreign.start, self.watch)?;
         Ok(given - base.fit.cost > GIVEN_MARGIN + 0.5 * base.fit.estimates.len() as f64)
     }
 
-    fn residuals(
-        &self,
-        along: &Along,
-        trial: &Trial,
-        remainder: Remainder,
-    ) -> Result<Vec<Vec<Residual>>, InferError> {
+    fn residuals(&self, trial: &Trial, remainder: Remainder) -> Result<Vec<Vec<Residual>>, InferError> {
         let plant = trial.fit.model.plant(&trial.fit.values)?;
-        let along = along.doubting(&plant);
-        Ok(along.residuals(&plant, &along.own(&trial.fit), remainder.channels))
+        let along = trial.along.doubting(&plant);
+        Ok(along.residuals(&plant, &trial.along.own(&trial.fit), remainder.channels))
     }
 
     /// Shares of the whitened innovations.
-    fn channels(&self, along: &Along, trial: &Trial) -> Result<Channels, InferError> {
+    fn channels(&self, trial: &Trial) -> Result<Channels, InferError> {
         let plant = trial.fit.model.plant(&trial.fit.values)?;
         let mut sum = [0.0; 3];
-        for (k, innovation) in along.innovations(&plant, &along.own(&trial.fit)).iter().enumerate() {
+        for (k, innovation) in
+            trial.along.innovations(&plant, &trial.along.own(&trial.fit)).iter().enumerate()
+        {
             sum[k % 3] += innovation * innovation;
         }
         let total: f64 = sum.iter().sum();
@@ -192,17 +173,16 @@ impl Case<'_> {
         Ok(Rollout { foreign: self.foreign, values, plant, watch: self.watch })
     }
 
-    fn score(&self, along: &Along, trial: &Trial, episodes: &[Prepared]) -> Result<Score, InferError> {
-        let values = along.own(&trial.fit);
+    fn score(&self, trial: &Trial, episodes: &[Prepared]) -> Result<Score, InferError> {
+        let values = trial.along.own(&trial.fit);
         let gyration = trial.fit.model.body.gyration;
         self.rollout(trial, &values)?.score(episodes, &self.data.noise, self.data.dof, gyration)
     }
 
-    fn figures(&self, base: &Trial, best: &Trial, along: &Along) -> Result<Figures, InferError> {
+    fn figures(&self, base: &Trial, best: &Trial) -> Result<Figures, InferError> {
         let pair = |episodes: &[Prepared]| -> Result<Pair, InferError> {
-            let before = self.score(along, base, episodes)?;
-            let after =
-                if best.added.is_empty() { before.clone() } else { self.score(along, best, episodes)? };
+            let before = self.score(base, episodes)?;
+            let after = if best.added.is_empty() { before.clone() } else { self.score(best, episodes)? };
             Ok(Pair { before, after })
         };
         self.watch.progress("figures", 0.0);
@@ -213,7 +193,6 @@ impl Case<'_> {
 
     fn named(
         &self,
-        along: &Along,
         tried: &[Trial],
         best: &Trial,
         k: usize,
@@ -222,7 +201,7 @@ impl Case<'_> {
         let own = &best.fit.model.effect_names()[k];
         let episodes = if self.data.held_out.is_empty() { &self.data.training } else { &self.data.held_out };
         let misfit = |trial: &Trial| -> Result<Option<f64>, InferError> {
-            Ok(self.score(along, trial, episodes)?.r2.map(|r2| 1.0 - r2))
+            Ok(self.score(trial, episodes)?.r2.map(|r2| 1.0 - r2))
         };
         let with = misfit(best)?;
         let dropped = without(tried, best, k).map_or(Ok(None), misfit)?;
@@ -269,9 +248,9 @@ impl Case<'_> {
         })
     }
 
-    fn predictions(&self, along: &Along, base: &Trial, best: &Trial) -> Result<Predictions, InferError> {
+    fn predictions(&self, base: &Trial, best: &Trial) -> Result<Predictions, InferError> {
         let poses = |trial: &Trial| -> Result<Vec<[f64; 3]>, InferError> {
-            let values = along.own(&trial.fit);
+            let values = trial.along.own(&trial.fit);
             let rollout = self.rollout(trial, &values)?;
             let all = self.data.held_out.iter().map(|e| rollout.open_loop(e));
             Ok(all.collect::<Result<Vec<_>, InferError>>()?.concat())
@@ -282,13 +261,12 @@ impl Case<'_> {
 
     fn series(
         &self,
-        along: &Along,
         tried: &[Trial],
         [base, best]: [&Trial; 2],
         [before, after]: [&[Vec<Residual>]; 2],
     ) -> Result<Series, InferError> {
-        let data = self.data;
-        let (own_before, own_after) = (along.own(&base.fit), along.own(&best.fit));
+        let (data, along) = (self.data, &base.along);
+        let (own_before, own_after) = (base.along.own(&base.fit), best.along.own(&best.fit));
         let rolls = [self.rollout(base, &own_before)?, self.rollout(best, &own_after)?];
         let mut episodes = Vec::new();
         for (episode, held_out) in

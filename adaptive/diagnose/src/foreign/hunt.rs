@@ -1,8 +1,11 @@
 //! Trying laws on a foreign simulator: alone, then one more on top of the best while the data ask for more.
 
 use super::likelihood::Along;
+use super::path::Path;
+use super::simulator::Foreign;
 use crate::candidates::{candidates, name};
 use statrs::distribution::{ContinuousCDF, StudentsT};
+use std::sync::Arc;
 use trundle_infer::{Channels, Coordinates, Fit, FitOptions, InferError, Likelihood, Watch, carried, fit};
 use trundle_model::{Acting, Effect, Kind, Model, Prior};
 
@@ -11,8 +14,12 @@ use trundle_model::{Acting, Effect, Kind, Model, Prior};
 pub(crate) struct Trial {
     pub added: Vec<Effect>,
     pub fit: Fit,
-    /// −log density of each interval, episode by episode, as it was linearised for this fit.
+    /// −log density of each interval, episode by episode.
     costs: Vec<Vec<f64>>,
+    /// The simulator as it was linearised for this fit.
+    pub along: Arc<Along>,
+    /// Whether that was about where the fit has its parameters.
+    settled: bool,
 }
 
 impl Trial {
@@ -31,19 +38,23 @@ impl Trial {
 
 /// Random starts for an added effect that has a place or a time, beside the middle of its prior.
 const EXTRA_STARTS: u64 = 3;
-/// At most this many effects are added.
-const MOST: usize = 2;
 /// Fits of a law on the object, each trusting it as far as the one before says.
 const ROUNDS: usize = 2;
 /// Effects that are tried in combinations: those that do best alone.
 const COMBINED: usize = 8;
 /// Effects that are tried with every other one, beside the best.
 const LEADING: usize = 2;
-/// Trials that are fitted again where the simulator is linearised anew.
-const KEPT: usize = 10;
+
+/// Trials that are settled, whatever becomes of the others.
+const SETTLED: usize = 5;
+/// Linearisations of one trial at most.
+const TURNS: usize = 6;
+/// Change of the logarithm of a parameter below which a trial is settled.
+const STILL: f64 = 0.03;
 
 pub(crate) struct Hunt<'a> {
-    pub along: &'a Along,
+    pub foreign: &'a Foreign<'a>,
+    pub paths: &'a [Path],
     /// The body without laws.
     pub bare: &'a Model,
     pub seed: u64,
@@ -51,68 +62,80 @@ pub(crate) struct Hunt<'a> {
 }
 
 impl Hunt<'_> {
-    /// The simulator alone.
-    pub fn base(&self) -> Result<Trial, InferError> {
-        self.fit(vec![])
+    /// The simulator alone, linearised about its best values.
+    pub fn base(&self, along: &Arc<Along>) -> Result<Trial, InferError> {
+        Ok(Trial { settled: true, ..self.fit(along, vec![])? })
     }
 
-    /// The simulator alone, as it was fitted, and with each effect, best first.
-    pub fn singles(&self, base: Trial) -> Result<Vec<Trial>, InferError> {
-        let offered = self.offered();
+    /// The simulator alone, as it was fitted, and with each effect, best first; linearised about `along` first.
+    pub fn singles(&self, base: Trial, along: &Arc<Along>) -> Result<Vec<Trial>, InferError> {
+        let offered = self.offered(along);
         let mut tried = vec![base];
         for (k, effect) in offered.iter().enumerate() {
             self.watch.progress("single effects", k as f64 / offered.len() as f64);
-            tried.push(self.fit(vec![effect.clone()])?);
+            tried.push(self.fit(along, vec![effect.clone()])?);
         }
-        sort(&mut tried);
+        self.settle(&mut tried)?;
         Ok(tried)
     }
 
-    /// One more effect on top of the best, while the data ask for more.
+    /// One more effect on top of the best, where the data ask for more.
     pub fn combine(&self, mut tried: Vec<Trial>) -> Result<Vec<Trial>, InferError> {
-        let singles = tried.iter().filter(|t| t.added.len() == 1);
-        let offered: Vec<Effect> = singles.take(COMBINED).map(|t| t.added[0].clone()).collect();
-        for size in 1..MOST {
-            if tried[0].added.len() < size - 1 || !self.asks_for_more(&tried[0])? {
-                break;
-            }
-            let count = if size == 1 { LEADING } else { 1 };
-            let leading = tried.iter().filter(|t| t.added.len() == size).take(count);
-            for (k, from) in leading.cloned().collect::<Vec<_>>().iter().enumerate() {
-                self.watch.progress("combinations", k as f64 / count as f64);
-                self.one_more(&mut tried, from, &offered)?;
-            }
-            sort(&mut tried);
-            if tried[0].added.len() <= size {
-                break;
+        if !remainder(&tried[0])?.matters(tried[0].along.observations()) {
+            return Ok(tried);
+        }
+        let singles: Vec<Trial> =
+            tried.iter().filter(|t| t.added.len() == 1).take(COMBINED).cloned().collect();
+        for (k, from) in singles.iter().take(LEADING).enumerate() {
+            self.watch.progress("pairs", k as f64 / LEADING as f64);
+            for other in singles.iter().filter(|t| t.names() != from.names()) {
+                let added = vec![from.added[0].clone(), other.added[0].clone()];
+                if tried.iter().all(|t| keys(&t.added) != keys(&added)) {
+                    // Each from where it was found alone.
+                    tried.push(self.from(&from.along, added, [Some(from), Some(other)], 0)?);
+                }
             }
         }
+        self.settle(&mut tried)?;
         Ok(tried)
     }
 
-    /// The best of what was tried on another linearisation, and what is simpler than the very best, each from where it
-    /// was.
-    pub fn again(&self, tried: &[Trial]) -> Result<Vec<Trial>, InferError> {
-        let best = &tried[0];
-        let simpler = |t: &Trial| t.added.iter().all(|e| best.added.iter().any(|b| b.kind == e.kind));
-        let kept: Vec<&Trial> =
-            tried.iter().enumerate().filter(|(k, t)| *k < KEPT || simpler(t)).map(|(_, t)| t).collect();
-        let mut again = Vec::with_capacity(kept.len());
-        for (k, trial) in kept.iter().enumerate() {
-            self.watch.progress("once more", k as f64 / kept.len() as f64);
-            // The simulator alone stays as it is: what it was linearised about is not where laws take its parameters.
-            again.push(match trial.added.is_empty() {
-                true => (*trial).clone(),
-                false => self.from(trial.added.clone(), [Some(trial), None], 0)?,
-            });
+    /// Sort, best first, with the best linearised about where they are.
+    fn settle(&self, tried: &mut [Trial]) -> Result<(), InferError> {
+        sort(tried);
+        let mut turn = 0;
+        loop {
+            let Some(k) =
+                tried.iter().take(if turn < SETTLED { SETTLED } else { 1 }).position(|t| !t.settled)
+            else {
+                return Ok(());
+            };
+            self.watch.progress("once more", 0.1 * turn as f64);
+            tried[k] = self.settled(&tried[k])?;
+            sort(tried);
+            turn += 1;
         }
-        sort(&mut again);
-        Ok(again)
     }
 
-    fn offered(&self) -> Vec<Effect> {
+    fn settled(&self, trial: &Trial) -> Result<Trial, InferError> {
+        let mut trial = trial.clone();
+        for _ in 0..TURNS {
+            let along = &trial.along;
+            let values = along.trusted(&trial.fit);
+            let still = |(a, b): (&f64, &f64)| (a - b).abs() < STILL * b.abs().max(1e-9);
+            if values.iter().zip(&along.values).all(still) {
+                break;
+            }
+            let along =
+                Along::new(self.foreign, &values, self.paths, along.channels, self.bare.dof, self.watch)?;
+            trial = self.from(&Arc::new(along), trial.added.clone(), [Some(&trial), None], 0)?;
+        }
+        Ok(Trial { settled: true, ..trial })
+    }
+
+    fn offered(&self, along: &Along) -> Vec<Effect> {
         let episodes =
-            self.along.paths.iter().filter_map(|p| Some(p.intervals.first()?.pieces.first()?.clock.episode));
+            along.paths.iter().filter_map(|p| Some(p.intervals.first()?.pieces.first()?.clock.episode));
         let episodes: Vec<f64> = episodes.collect();
         let one = |kind: Kind| match kind.spec().params.iter().find(|p| p.choice) {
             Some(event) => episodes.iter().map(|&e| Effect::free(kind).with(event.name, Some(e))).collect(),
@@ -122,29 +145,16 @@ impl Hunt<'_> {
         candidates(self.bare, false).into_iter().chain(wheel).flat_map(one).filter(usable).collect()
     }
 
-    fn one_more(&self, tried: &mut Vec<Trial>, from: &Trial, offered: &[Effect]) -> Result<(), InferError> {
-        for effect in offered.iter().filter(|e| !from.names().contains(&called(e))) {
-            let mut added = from.added.clone();
-            added.push(effect.clone());
-            if tried.iter().all(|t| keys(&t.added) != keys(&added)) {
-                // Each from where it was found: the leading effects together, the new one alone.
-                let alone =
-                    tried.iter().find(|t| keys(&t.added) == keys(std::slice::from_ref(effect))).cloned();
-                tried.push(self.from(added, [Some(from), alone.as_ref()], 0)?);
-            }
-        }
-        Ok(())
-    }
-
-    fn fit(&self, added: Vec<Effect>) -> Result<Trial, InferError> {
+    fn fit(&self, along: &Arc<Along>, added: Vec<Effect>) -> Result<Trial, InferError> {
         let sought = added.last().is_some_and(is_placed);
-        self.from(added, [None, None], if sought { EXTRA_STARTS } else { 0 })
+        self.from(along, added, [None, None], if sought { EXTRA_STARTS } else { 0 })
     }
 
     /// Fit some laws together with the simulator's parameters, from a simpler fit; the last law from that of another
     /// fit, or else from random values.
     fn from(
         &self,
+        along: &Arc<Along>,
         added: Vec<Effect>,
         [from, last]: [Option<&Trial>; 2],
         extra: u64,
@@ -152,7 +162,7 @@ impl Hunt<'_> {
         use rand::SeedableRng;
         let model = Model { effects: added.clone(), ..self.bare.clone() };
         let coordinates = Coordinates::new(&model);
-        let own = from.map_or_else(|| self.along.values.clone(), |from| self.along.own(&from.fit));
+        let own = along.values.clone();
         let start = |z: Vec<f64>| {
             let mut fill = coordinates.values(&z).0;
             // The last law's values are the last.
@@ -169,23 +179,19 @@ impl Hunt<'_> {
             warm.push(start(coordinates.draw(&mut rng)));
         }
         let options = FitOptions { starts: 0, seed: self.seed, from_afar: false, ..FitOptions::default() };
-        let mut found = fit(self.along, &model, &warm, &options, self.watch)?;
+        let mut found = fit(&**along, &model, &warm, &options, self.watch)?;
         if added.iter().all(|e| e.kind.spec().acting == Acting::Instrument) {
-            let costs = self.along.costs(&found.model.plant(&found.values)?, &self.along.own(&found));
-            return Ok(Trial { added, fit: found, costs });
+            let costs = along.costs(&found.model.plant(&found.values)?, &along.own(&found));
+            return Ok(Trial { added, fit: found, costs, along: along.clone(), settled: false });
         }
-        let mut doubting = self.along.doubting(&found.model.plant(&found.values)?);
+        let mut doubting = along.doubting(&found.model.plant(&found.values)?);
         for _ in 0..ROUNDS {
-            let at: Vec<f64> = found.values.iter().copied().chain(self.along.own(&found)).collect();
+            let at: Vec<f64> = found.values.iter().copied().chain(along.own(&found)).collect();
             found = fit(&doubting, &model, &[at], &options, self.watch)?;
-            doubting = self.along.doubting(&found.model.plant(&found.values)?);
+            doubting = along.doubting(&found.model.plant(&found.values)?);
         }
         let costs = doubting.costs(&found.model.plant(&found.values)?, &doubting.own(&found));
-        Ok(Trial { added, fit: found, costs })
-    }
-
-    fn asks_for_more(&self, trial: &Trial) -> Result<bool, InferError> {
-        Ok(remainder(self.along, trial)?.matters(self.along.observations()))
+        Ok(Trial { added, fit: found, costs, along: along.clone(), settled: false })
     }
 }
 
@@ -256,9 +262,9 @@ impl Remainder {
     }
 }
 
-pub(crate) fn remainder(along: &Along, trial: &Trial) -> Result<Remainder, InferError> {
+pub(crate) fn remainder(trial: &Trial) -> Result<Remainder, InferError> {
     let model = &trial.fit.model;
-    let along = &along.doubting(&model.plant(&trial.fit.values)?);
+    let along = &trial.along.doubting(&model.plant(&trial.fit.values)?);
     let values: Vec<f64> = trial.fit.values.iter().copied().chain(along.own(&trial.fit)).collect();
     let wandering =
         |size: f64| Channels { wander: [size, size, size * model.body.gyration], ..along.channels };

@@ -36,6 +36,9 @@ pub(crate) struct Along {
     sketch: Option<Box<Along>>,
 }
 
+/// By what factor a positive parameter may move before the simulator is asked anew.
+const FACTOR: f64 = 1.7;
+
 /// Episodes of a sketch.
 const SKETCHED: usize = 2;
 
@@ -167,12 +170,32 @@ impl Along {
             *s += b;
         }
         for (&k, column) in self.free.iter().zip(&self.columns) {
-            let change = own.get(k).map_or(0.0, |v| v - self.values[k]);
+            let change = self.change(k, own);
             for (s, c) in sum.iter_mut().zip(column) {
                 *s += change * c;
             }
         }
         sum
+    }
+
+    /// By how much a parameter of the simulator has moved; of one that is positive the logarithm, so that it stays so.
+    fn change(&self, k: usize, own: &[f64]) -> f64 {
+        let (at, value) = (self.values[k], own.get(k).copied().unwrap_or(self.values[k]));
+        if self.is_positive(k) { at * (value.max(f64::MIN_POSITIVE) / at).ln() } else { value - at }
+    }
+
+    fn is_positive(&self, k: usize) -> bool {
+        self.parameters[k].lower >= 0.0 && self.values[k] > 0.0
+    }
+
+    /// Values of the simulator's parameters in a fit, no further from here than it is to be trusted.
+    pub fn trusted(&self, fit: &Fit) -> Vec<f64> {
+        let own = self.own(fit);
+        let one = |k: usize| {
+            let at = self.values[k];
+            if self.is_positive(k) { own[k].clamp(at / FACTOR, at * FACTOR) } else { own[k] }
+        };
+        (0..own.len()).map(one).collect()
     }
 
     /// What laws change in them.
@@ -214,7 +237,7 @@ impl Along {
                 let map = &self.maps[e][k];
                 let mut sum: Vector6<f64> = map.gap + map.b * Vector3::from(added[k]);
                 for (j, &slot) in self.free.iter().enumerate() {
-                    sum += map.slopes[j] * own.get(slot).map_or(0.0, |v| v - self.values[slot]);
+                    sum += map.slopes[j] * self.change(slot, own);
                 }
                 sum
             };
@@ -294,7 +317,10 @@ impl Likelihood for Along {
         let column = |&k: &usize| -> Result<Vec<f64>, InferError> {
             let Some(parameter) = k.checked_sub(laws.len()) else { return self.slope(model, values, k) };
             let place = self.free.iter().position(|&f| f == parameter);
-            Ok(place.map_or_else(|| vec![0.0; innovations.len()], |j| self.columns[j].clone()))
+            let Some(j) = place else { return Ok(vec![0.0; innovations.len()]) };
+            let (at, value) = (self.values[parameter], own[parameter]);
+            let slope = if self.is_positive(parameter) { at / value.max(f64::MIN_POSITIVE) } else { 1.0 };
+            Ok(self.columns[j].iter().map(|c| slope * c).collect())
         };
         let columns = free.par_iter().map(column).collect::<Result<Vec<_>, InferError>>()?;
         let jacobian = DMatrix::from_fn(innovations.len(), free.len(), |i, j| columns[j][i]);
