@@ -18,6 +18,9 @@ use trundle_infer::{Channels as Noises, Estimate, InferError, Residual, Score, W
 use trundle_model::{Model, Posterior};
 use trundle_record::{Dataset, Prepared};
 
+/// Share of the motion that a simulation with the right laws leaves in open loop at most, where some of the wrench is
+/// still missing.
+const ASTRAY: f64 = 0.03;
 /// Log likelihood that given values may cost, beyond half a nat a parameter, and still be right.
 const GIVEN_MARGIN: f64 = 8.0;
 /// Diagnose a recording that a foreign simulator is to reproduce.
@@ -85,6 +88,9 @@ impl Case<'_> {
         let (mut best, mut chances) = choose(tried);
         let mut left = remainder(best)?;
         let mut verdict = judge(base.along.observations(), before, best, left);
+        if verdict == Verdict::Explained && left.matters(base.along.observations()) && self.is_poor(best)? {
+            verdict = Verdict::Unexplained;
+        }
         if verdict == Verdict::Unexplained {
             (best, chances, left) = (base, vec![], before);
         }
@@ -137,6 +143,12 @@ impl Case<'_> {
             answer,
             series,
         })
+    }
+
+    /// Whether what is simulated with the laws found, to which something is missing, goes astray: the best of bad
+    /// explanations can win by a wide margin.
+    fn is_poor(&self, best: &Trial) -> Result<bool, InferError> {
+        Ok(self.score(best, &self.data.training)?.r2.is_none_or(|r2| 1.0 - r2 > ASTRAY))
     }
 
     /// Whether the values that the simulation is used with cost more than chance.

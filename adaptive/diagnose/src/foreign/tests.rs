@@ -72,7 +72,7 @@ fn verdict(data: &Dataset, given: bool) -> crate::run::Outcome {
         begun.elapsed().as_secs_f64(),
         simulator.calls.load(Ordering::Relaxed),
         answer.nominal.after,
-        answer.fit.held_out.as_ref().map(|p| (p.before.position_rmse, p.after.position_rmse)),
+        [&answer.fit.training.before, &answer.fit.training.after].map(|s| (s.position_rmse, s.r2)),
     );
     outcome
 }
