@@ -46,6 +46,8 @@ const SURE: f64 = 0.95;
 const LEFT_OVER: f64 = 0.25;
 /// Gain of each of several effects over what they all leave, at least.
 const OUTWEIGHS: f64 = 2.0;
+/// Mean square of the errors one second ahead without one of several effects, over that with all, at least.
+const MATTERS: f64 = 1.5;
 /// Log likelihood that given values may cost, beyond half a nat a parameter, and still be right.
 const GIVEN_MARGIN: f64 = 8.0;
 
@@ -69,7 +71,7 @@ pub fn diagnose(data: &Dataset, options: &Options, watch: &dyn Watch) -> Result<
     watch.progress("figures", 0.0);
     let probabilities = probabilities(&found.tried);
     let base = found.tried.iter().find(|t| t.added.is_empty()).unwrap_or(&found.tried[0]);
-    let (mut best, mut chances) = choose(&comparison, &found)?;
+    let (mut best, mut chances) = choose(data, &comparison, &found)?;
     let mut left = remainder(&comparison, &best.fit)?;
     let mut verdict = judge(&comparison, found.before, best, left);
     let judged_by_motion = verdict == Verdict::Explained && !comparison.is_quasi_static();
@@ -162,7 +164,11 @@ pub fn diagnose(data: &Dataset, options: &Options, watch: &dyn Watch) -> Result<
 }
 
 /// The model with the most weight each of whose effects holds up block by block, and the chance of each.
-fn choose<'a>(comparison: &Comparison, found: &'a Found) -> Result<(&'a Tried, Vec<f64>), InferError> {
+fn choose<'a>(
+    data: &Dataset,
+    comparison: &Comparison,
+    found: &'a Found,
+) -> Result<(&'a Tried, Vec<f64>), InferError> {
     for candidate in &found.tried {
         let mut chances = Vec::new();
         for k in 0..candidate.added.len() {
@@ -171,23 +177,38 @@ fn choose<'a>(comparison: &Comparison, found: &'a Found) -> Result<(&'a Tried, V
                 None => chances.push(0.0),
             }
         }
-        if chances.iter().all(|c| *c >= SURE) && outweighs(comparison, found, candidate)? {
+        if chances.iter().all(|c| *c >= SURE) && outweighs(data, comparison, found, candidate)? {
             return Ok((candidate, chances));
         }
     }
     Ok((&found.tried[0], vec![]))
 }
 
-/// Whether each of several effects gains more than what they all leave unexplained. No law is exact: after a large
+/// Whether each of several effects gains more than what they all leave unexplained, and is missed one second ahead. No law is exact: after a large
 /// effect is explained, a small one can soak up what its law got a little wrong, and that is no second effect.
-fn outweighs(comparison: &Comparison, found: &Found, candidate: &Tried) -> Result<bool, InferError> {
+fn outweighs(
+    data: &Dataset,
+    comparison: &Comparison,
+    found: &Found,
+    candidate: &Tried,
+) -> Result<bool, InferError> {
     if candidate.added.len() < 2 {
         return Ok(true);
     }
     let Some(left) = remainder(comparison, &candidate.fit)? else { return Ok(true) };
     let gain =
         |k: usize| without(found, candidate, k).map_or(0.0, |simpler| simpler.fit.cost - candidate.fit.cost);
-    Ok((0..candidate.added.len()).all(|k| gain(k) > OUTWEIGHS * left.gain))
+    if !(0..candidate.added.len()).all(|k| gain(k) > OUTWEIGHS * left.gain) {
+        return Ok(false);
+    }
+    let with = outlook(data, &candidate.fit)?.share;
+    for k in 0..candidate.added.len() {
+        let Some(simpler) = without(found, candidate, k) else { return Ok(false) };
+        if outlook(data, &simpler.fit)?.share < MATTERS * with {
+            return Ok(false);
+        }
+    }
+    Ok(true)
 }
 
 fn judge(

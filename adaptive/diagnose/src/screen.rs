@@ -8,7 +8,7 @@
 use crate::proposals::{is_amplitude, nearby, proposals};
 use nalgebra::{DMatrix, DVector};
 use rayon::prelude::*;
-use trundle_infer::{Fit, InferError, MotionLikelihood, Seen};
+use trundle_infer::{Fit, InferError, MotionLikelihood, Seen, Watch};
 use trundle_model::{Effect, Kind, Model, Slot};
 use trundle_record::Prepared;
 
@@ -38,6 +38,7 @@ pub(crate) fn screen(
     episodes: &[Prepared],
     keep: usize,
     seed: u64,
+    watch: &dyn Watch,
 ) -> Result<Vec<Vec<Start>>, InferError> {
     let motion = motion.with_channels(fit.channels);
     let Some(seen) = motion.seen(&fit.model, &fit.values)? else { return Ok(vec![]) };
@@ -46,7 +47,12 @@ pub(crate) fn screen(
         // States of the laws' own are few: such laws go one by one.
         let together = if kind.spec().inner.is_empty() { TOGETHER } else { 1 };
         let groups: Vec<&[Effect]> = shapes.chunks(together).collect();
-        let all = groups.par_iter().map(|group| ground.starts(&seen, fit, group));
+        let all = groups.par_iter().map(|group| {
+            if watch.cancelled() {
+                return Err(InferError::Interrupted);
+            }
+            ground.starts(&seen, fit, group)
+        });
         Ok::<_, InferError>(
             all.collect::<Result<Vec<_>, InferError>>()?.into_iter().flatten().collect::<Vec<_>>(),
         )

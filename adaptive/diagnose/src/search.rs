@@ -42,7 +42,7 @@ pub(crate) struct Found {
 }
 
 /// At most this many effects are added.
-const MOST: usize = 4;
+const MOST: usize = 3;
 /// Kinds fitted in full on top of the simulation under test, and on top of a richer model.
 const SINGLES: usize = 9;
 const MORE: usize = 3;
@@ -122,7 +122,9 @@ impl Searcher<'_> {
         let Comparison::Motion(motion) = self.comparison else {
             return Ok(offered.iter().map(|&kind| self.unscreened(from, kind)).collect());
         };
-        let found = screen(motion, &from.fit, offered, self.episodes, STARTS, self.seed)?;
+        let found = on_all_cores(self.watch, |watch| {
+            screen(motion, &from.fit, offered, self.episodes, STARTS, self.seed, watch)
+        })?;
         Ok(found.iter().take(most).map(|starts| job(from, starts)).collect())
     }
 

@@ -107,15 +107,32 @@ fn two_effects_are_both_named() {
     assert_eq!(found, ["coulomb_friction", "floor_slope"], "{answer:#}");
 }
 
-/// A spring to the middle of the room: in no catalogue.
+/// A spring to the middle of the room.
 fn spring(state: &trundle_model::State<f64>) -> [f64; 3] {
     let [x, y, theta] = state.pose;
     trundle_model::to_body([-6.0 * x, -6.0 * y, 0.0], theta)
 }
 
 #[test]
-fn what_nothing_known_explains_is_located_but_not_named() {
+fn a_spring_is_a_tether_without_slack() {
     let world = World { foreign: spring, ..World::of(locked()) };
+    let answer = json(&diagnosed(&world, 6, None).answer);
+    assert_eq!(names(&answer), ["tether"], "{answer:#}");
+    let stiffness = answer["missing"][0]["parameters"]["stiffness"]["mean"].as_f64().unwrap();
+    assert!((stiffness - 6.0).abs() < 0.2, "{stiffness}");
+    let anchor = &answer["missing"][0]["where"]["world_point"]["mean"];
+    assert!(anchor[0].as_f64().unwrap().hypot(anchor[1].as_f64().unwrap()) < 0.02, "{anchor}");
+}
+
+/// A whirl about the middle of the room: in no catalogue.
+fn whirl(state: &trundle_model::State<f64>) -> [f64; 3] {
+    let [x, y, theta] = state.pose;
+    trundle_model::to_body([-25.0 * y, 25.0 * x, 0.0], theta)
+}
+
+#[test]
+fn what_nothing_known_explains_is_located_but_not_named() {
+    let world = World { foreign: whirl, ..World::of(locked()) };
     let answer = json(&diagnosed(&world, 6, None).answer);
     assert_eq!(answer["verdict"], "unexplained", "{answer:#}");
     assert!(names(&answer).is_empty());
