@@ -39,14 +39,14 @@ pub(crate) fn linearise(
             foreign.walk(&path.name, from, interval, extra, values)
         };
         let mut a = Matrix6::zeros();
-        for k in 0..6 {
+        for (k, h) in STATE.into_iter().enumerate() {
             let side = |h: f64| at(&moved(interval.from, k, h), &[0.0; 3], values);
-            a.set_column(k, &slope(&side(STATE[k])?, &side(-STATE[k])?, STATE[k]));
+            a.set_column(k, &slope(&side(h)?, &side(-h)?, h));
         }
         let mut b = Matrix6x3::zeros();
-        for k in 0..3 {
+        for (k, h) in WRENCH.into_iter().enumerate() {
             let side = |h: f64| at(&interval.from, &moved([0.0; 3], k, h), values);
-            b.set_column(k, &slope(&side(WRENCH[k])?, &side(-WRENCH[k])?, WRENCH[k]));
+            b.set_column(k, &slope(&side(h)?, &side(-h)?, h));
         }
         let mut slopes = Vec::with_capacity(free.len());
         for &k in free {
