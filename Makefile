@@ -21,7 +21,7 @@ RUST := $(shell find env adaptive python/src -type f -not -path '*/tests/*' -not
 
 say = @printf '\n\033[1m==> %s\033[0m\n' $(1)
 
-.PHONY: help build demo test test-rl lint format lock bench clean
+.PHONY: help build demo test test-slow test-rl lint format lock bench clean
 
 help: ## this text
 	@echo "trundle: learn how an unknown object moves when pushed; name what a simulation of it left out."
@@ -43,7 +43,11 @@ test: build ## build and run all tests, Rust then Python (20 minutes from nothin
 	$(call say,"1/2 Rust tests: compiling them takes the most")
 	cargo test --release --locked --workspace
 	$(call say,"2/2 Python tests")
-	$(BIN)/python -m pytest --ignore tests/rl
+	$(BIN)/python -m pytest --ignore tests/rl -m "not slow"
+
+test-slow: build ## the tests that take a minute or more each
+	cargo test --release --locked --workspace -- --ignored
+	$(BIN)/python -m pytest --ignore tests/rl -m slow
 
 test-rl: build $(VENV)/.rl ## the tests of the extra [rl]; installs PyTorch (5 GB on disk)
 	$(call say,"Python tests of the extra [rl]")

@@ -34,6 +34,7 @@ def clean() -> trundle.Recording:
     return recording
 
 
+@pytest.mark.slow
 def test_what_mujoco_hides_from_mujoco_is_named(
     tmp_path: Path, monkeypatch: pytest.MonkeyPatch, capsys: pytest.CaptureFixture[str]
 ) -> None:

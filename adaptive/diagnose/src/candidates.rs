@@ -2,8 +2,7 @@
 
 use trundle_model::{Acting, Effect, Kind, Model};
 
-/// Kinds of effects that a simulation under test may lack. Slow pushes, judged by the wrench, hold nothing of inertia,
-/// of time, or of states of an effect's own.
+/// Kinds of effects that a simulation under test may lack.
 pub(crate) fn candidates(nominal: &Model, quasi_static: bool) -> Vec<Kind> {
     let rail = nominal.on_rail();
     let offered = |kind: &&Kind| match kind {
@@ -11,18 +10,22 @@ pub(crate) fn candidates(nominal: &Model, quasi_static: bool) -> Vec<Kind> {
         Kind::ViscousWheel | Kind::SupportDrag => false,
         // On a rail a point is as good as the whole body, and nothing turns.
         Kind::CoulombFriction | Kind::SpinDrag => !rail,
-        _ => !(quasi_static && needs_motion(**kind)) && !(rail && is_planar(**kind)),
+        _ => (!quasi_static || SLOW.contains(kind)) && !(rail && is_planar(**kind)),
     };
     let absent = |kind: &&Kind| nominal.effects.iter().all(|e| e.kind != **kind);
     Kind::ALL.iter().filter(offered).filter(absent).copied().collect()
 }
 
-/// Whether an effect shows in inertia, in time or in states of its own.
-fn needs_motion(kind: Kind) -> bool {
-    let spec = kind.spec();
-    let timed = spec.params.iter().any(|p| matches!(p.name, "time" | "delay"));
-    spec.loads || timed || !spec.inner.is_empty()
-}
+/// What slow pushes, judged by the wrench alone, are asked for. They hold nothing of inertia, time or an effect's own
+/// states; and a gain of the sensor or a pattern of the floor takes the place of a pressure that is not known.
+const SLOW: [Kind; 6] = [
+    Kind::CoulombFriction,
+    Kind::SupportFriction,
+    Kind::SpinDrag,
+    Kind::DirectionalFriction,
+    Kind::ForceBias,
+    Kind::FloorSlope,
+];
 
 /// Whether an effect means nothing on a rail: none of its amplitudes does.
 fn is_planar(kind: Kind) -> bool {

@@ -48,6 +48,8 @@ const SINGLES: usize = 9;
 const MORE: usize = 3;
 /// Single effects on top of which a second is sought.
 const FIRSTS: usize = 2;
+/// Models of the best one's size whose finer forms are tried: dry friction has two forms, at a point and under a body.
+const REFINED: usize = 2;
 /// Starts of a kind.
 const STARTS: usize = 2;
 /// Gain per sample that a remainder must promise for another effect to be sought beside one, nats.
@@ -221,19 +223,25 @@ impl Searcher<'_> {
     /// Where the best model leaves something, try the finer forms of its effects: stiction, a drift. Not for slow
     /// pushes: nothing says there that more is needed, and one speed does not tell stiction from sliding.
     fn refine(&self, tried: &mut Vec<Tried>) -> Result<(), InferError> {
-        let best = tried[0].clone();
-        if best.added.is_empty() || self.comparison.is_quasi_static() || !self.asks_for_more(&best)? {
+        let size = tried[0].added.len();
+        if size == 0 || self.comparison.is_quasi_static() {
+            return Ok(());
+        }
+        let observations = self.comparison.observations();
+        if remainder(self.comparison, &tried[0].fit)?.is_some_and(|left| !left.matters(observations)) {
             return Ok(());
         }
         let mut jobs = Vec::new();
-        for (k, effect) in best.added.iter().enumerate() {
-            let Some(finer) = finer(effect) else { continue };
-            let mut added = best.added.clone();
-            added[k] = finer;
-            let model = self.model(&added);
-            let coordinates = Coordinates::new(&model);
-            let median = coordinates.values(&vec![0.0; coordinates.free().len()]).0;
-            jobs.push(Job { warm: vec![self.refined(&best, &model, &median)], added, starts: 0 });
+        for best in tried.iter().filter(|t| t.added.len() == size).take(REFINED) {
+            for (k, effect) in best.added.iter().enumerate() {
+                let Some(finer) = finer(effect) else { continue };
+                let mut added = best.added.clone();
+                added[k] = finer;
+                let model = self.model(&added);
+                let coordinates = Coordinates::new(&model);
+                let median = coordinates.values(&vec![0.0; coordinates.free().len()]).0;
+                jobs.push(Job { warm: vec![self.refined(best, &model, &median)], added, starts: 0 });
+            }
         }
         self.try_all("finer forms", jobs, tried)
     }

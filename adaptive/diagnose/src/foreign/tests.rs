@@ -148,6 +148,7 @@ fn values_that_the_simulation_is_used_with_may_be_wrong() {
 }
 
 #[test]
+#[ignore = "takes a minute"]
 fn a_dry_friction_is_named_and_placed() {
     let friction = [("x", 0.4), ("y", 0.3), ("force", 12.0)];
     let outcome = verdict(&pushed(locked().with(effect(Kind::CoulombFriction, &friction))), false);
@@ -166,6 +167,7 @@ fn a_dry_friction_is_named_and_placed() {
 }
 
 #[test]
+#[ignore = "takes a minute"]
 fn a_slope_is_told_from_a_bias() {
     let slope = effect(Kind::FloorSlope, &[("accel_x", 0.25), ("accel_y", -0.15)]);
     let answer = verdict(&pushed(locked().with(slope)), false).answer;
@@ -178,6 +180,7 @@ fn a_slope_is_told_from_a_bias() {
 }
 
 #[test]
+#[ignore = "takes a minute"]
 fn a_wrench_that_no_law_knows_is_not_given_a_name() {
     let foreign = |state: &State<f64>| {
         let beat = (9.0 * state.pose[0]).sin() * (7.0 * state.pose[1]).cos();
