@@ -34,14 +34,10 @@ fn pushed(episode: &Prepared) -> f64 {
 }
 
 #[cfg(test)]
-#[path = "../../infer/tests/common/mod.rs"]
-mod common;
-
-#[cfg(test)]
 #[allow(clippy::unwrap_used)]
 mod tests {
-    use super::common::{World, locked};
     use super::enough;
+    use crate::common::{World, locked};
 
     #[test]
     fn a_second_of_pushing_is_too_little() {

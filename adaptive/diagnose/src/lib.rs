@@ -1,9 +1,9 @@
 //! Where a simulation and a recording differ: locate it, name what was left out, or say that
 //! nothing known explains it.
 //!
-//! [`diagnose`] fits the simulation under test, tries every effect of the catalogue and pairs of
-//! them, keeps what the evidence demands and what holds up block by block, and writes the answer in
-//! the form of `trundle-diagnosis/1`.
+//! [`diagnose`] fits the simulation under test, asks every effect of the catalogue what it would gain, fits those that
+//! promise most, keeps what the evidence demands and what holds up block by block, and writes the answer in the form of
+//! `trundle-diagnosis/1`.
 
 mod adequacy;
 mod answer;
@@ -24,7 +24,12 @@ mod run;
 mod screen;
 mod search;
 mod series;
+mod verdict;
 mod words;
+
+#[cfg(test)]
+#[path = "../../infer/tests/common/mod.rs"]
+mod common;
 
 pub use answer::Answer;
 pub use nominal::for_recording;

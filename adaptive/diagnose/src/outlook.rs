@@ -65,14 +65,10 @@ fn end(window: &Window, episode: &Prepared) -> Option<(Vector3<f64>, Vector3<f64
 }
 
 #[cfg(test)]
-#[path = "../../infer/tests/common/mod.rs"]
-mod common;
-
-#[cfg(test)]
 #[allow(clippy::unwrap_used)]
 mod tests {
-    use super::common::{self, World, effect, locked};
     use super::{Outlook, outlook};
+    use crate::common::{self, World, effect, locked};
     use trundle_infer::{Comparison, FitOptions, Quiet, fit};
     use trundle_model::{Effect, Kind, Model};
 

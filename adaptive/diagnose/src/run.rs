@@ -2,16 +2,16 @@
 
 use crate::adequacy::{Remainder, remainder};
 use crate::answer::{Answer, Figures, Mismatch, Nominal, Pair, Place, Verdict};
-use crate::confirm::holds_up;
 use crate::enough::enough;
 use crate::locate::locate;
-use crate::naming::{effect_probability, judged, named, without};
+use crate::naming::{effect_probability, judged, named};
 use crate::nominal::{as_given, given_values, parameters, under_test};
 use crate::outlook::outlook;
 use crate::predictions::Predictions;
 use crate::rivals::doubts;
 use crate::search::{Found, Searcher, Tried, probabilities};
 use crate::series::{self, Series};
+use crate::verdict::{Choice, choose, judge};
 use trundle_infer::{Comparison, Fit, InferError, Watch};
 use trundle_model::Model;
 use trundle_record::{Dataset, Prepared};
@@ -40,14 +40,6 @@ pub struct Outcome {
     pub series: Series,
 }
 
-/// Chance that an effect must have, block by block, to be named.
-const SURE: f64 = 0.95;
-/// Share of what was missing that named effects may leave and still explain it.
-const LEFT_OVER: f64 = 0.25;
-/// Gain of each of several effects over what they all leave, at least.
-const OUTWEIGHS: f64 = 2.0;
-/// Mean square of the errors one second ahead without one of several effects, over that with all, at least.
-const MATTERS: f64 = 1.5;
 /// Log likelihood that given values may cost, beyond half a nat a parameter, and still be right.
 const GIVEN_MARGIN: f64 = 8.0;
 
@@ -69,9 +61,9 @@ pub fn diagnose(data: &Dataset, options: &Options, watch: &dyn Watch) -> Result<
     };
     let found = searcher.run()?;
     watch.progress("figures", 0.0);
-    let probabilities = probabilities(&found.tried);
     let base = found.tried.iter().find(|t| t.added.is_empty()).unwrap_or(&found.tried[0]);
-    let (mut best, mut chances) = choose(data, &comparison, &found)?;
+    let Choice { mut best, mut chances, rejected } = choose(data, &comparison, &found)?;
+    let probabilities = probabilities(&found.tried, rejected);
     let mut left = remainder(&comparison, &best.fit)?;
     let mut verdict = judge(&comparison, found.before, best, left);
     let judged_by_motion = verdict == Verdict::Explained && !comparison.is_quasi_static();
@@ -161,72 +153,6 @@ pub fn diagnose(data: &Dataset, options: &Options, watch: &dyn Watch) -> Result<
         answer,
         series,
     })
-}
-
-/// The model with the most weight each of whose effects holds up block by block, and the chance of each.
-fn choose<'a>(
-    data: &Dataset,
-    comparison: &Comparison,
-    found: &'a Found,
-) -> Result<(&'a Tried, Vec<f64>), InferError> {
-    for candidate in &found.tried {
-        let mut chances = Vec::new();
-        for k in 0..candidate.added.len() {
-            match without(found, candidate, k) {
-                Some(simpler) => chances.push(holds_up(comparison, &candidate.fit, &simpler.fit)?),
-                None => chances.push(0.0),
-            }
-        }
-        if chances.iter().all(|c| *c >= SURE) && outweighs(data, comparison, found, candidate)? {
-            return Ok((candidate, chances));
-        }
-    }
-    Ok((&found.tried[0], vec![]))
-}
-
-/// Whether each of several effects gains more than what they all leave unexplained, and is missed one second ahead. No law is exact: after a large
-/// effect is explained, a small one can soak up what its law got a little wrong, and that is no second effect.
-fn outweighs(
-    data: &Dataset,
-    comparison: &Comparison,
-    found: &Found,
-    candidate: &Tried,
-) -> Result<bool, InferError> {
-    if candidate.added.len() < 2 {
-        return Ok(true);
-    }
-    let Some(left) = remainder(comparison, &candidate.fit)? else { return Ok(true) };
-    let gain =
-        |k: usize| without(found, candidate, k).map_or(0.0, |simpler| simpler.fit.cost - candidate.fit.cost);
-    if !(0..candidate.added.len()).all(|k| gain(k) > OUTWEIGHS * left.gain) {
-        return Ok(false);
-    }
-    let with = outlook(data, &candidate.fit)?.share;
-    for k in 0..candidate.added.len() {
-        let Some(simpler) = without(found, candidate, k) else { return Ok(false) };
-        if outlook(data, &simpler.fit)?.share < MATTERS * with {
-            return Ok(false);
-        }
-    }
-    Ok(true)
-}
-
-fn judge(
-    comparison: &Comparison,
-    before: Option<Remainder>,
-    best: &Tried,
-    left: Option<Remainder>,
-) -> Verdict {
-    let observations = comparison.observations();
-    let matters = |r: Option<Remainder>| r.is_some_and(|r| r.matters(observations));
-    match (before, left) {
-        _ if best.added.is_empty() && matters(before) => Verdict::Unexplained,
-        _ if best.added.is_empty() => Verdict::Consistent,
-        (Some(before), Some(after)) if matters(left) && after.gain > LEFT_OVER * before.gain => {
-            Verdict::Unexplained
-        }
-        _ => Verdict::Explained,
-    }
 }
 
 fn missing(

@@ -103,7 +103,7 @@ impl Ground {
         let slots = fit.model.slots();
         let free: Vec<usize> =
             fit.estimates.iter().filter_map(|e| slots.iter().position(|s| s.name == e.name)).collect();
-        let own = seen.slopes(&fit.model, &fit.values, &free)?;
+        let own = stacked(&seen.slopes(&fit.model, &fit.values, &free)?);
         let basis = own.clone().qr().q();
         Ok(Self { residual: seen.residual(), own, basis, free })
     }
@@ -133,7 +133,7 @@ impl Ground {
             values.extend(effect.values.iter().map(|v| v.unwrap_or(0.0)));
         }
         let wanted: Vec<usize> = amplitudes.iter().flatten().copied().collect();
-        let slopes = seen.slopes(&model, &values, &wanted)?;
+        let slopes = stacked(&seen.slopes(&model, &values, &wanted)?);
         let mut column = 0;
         let mut starts = Vec::with_capacity(group.len());
         for (effect, amplitudes) in group.iter().zip(&amplitudes) {
@@ -189,6 +189,18 @@ impl Ground {
         }
         Some(information.cholesky()?.solve(&self.own.tr_mul(&target)))
     }
+}
+
+/// Matrices below one another.
+fn stacked(parts: &[DMatrix<f64>]) -> DMatrix<f64> {
+    let columns = parts.first().map_or(0, DMatrix::ncols);
+    let mut all = DMatrix::zeros(parts.iter().map(DMatrix::nrows).sum(), columns);
+    let mut row = 0;
+    for part in parts {
+        all.rows_mut(row, part.nrows()).copy_from(part);
+        row += part.nrows();
+    }
+    all
 }
 
 /// Whether an amplitude is free in a model.

@@ -300,10 +300,11 @@ fn finer(effect: &Effect) -> Option<Effect> {
     (finer != *effect).then_some(finer)
 }
 
-/// Probability of each model among those tried.
-pub(crate) fn probabilities(tried: &[Tried]) -> Vec<f64> {
-    let best = tried.iter().map(Tried::log_weight).fold(f64::NEG_INFINITY, f64::max);
-    let weights: Vec<f64> = tried.iter().map(|t| (t.log_weight() - best).exp()).collect();
+/// Probability of each model among those tried, the first `rejected` of which are out of the question.
+pub(crate) fn probabilities(tried: &[Tried], rejected: usize) -> Vec<f64> {
+    let best = tried.iter().skip(rejected).map(Tried::log_weight).fold(f64::NEG_INFINITY, f64::max);
+    let weight = |(k, t): (usize, &Tried)| if k < rejected { 0.0 } else { (t.log_weight() - best).exp() };
+    let weights: Vec<f64> = tried.iter().enumerate().map(weight).collect();
     let total: f64 = weights.iter().sum();
     weights.iter().map(|w| w / total).collect()
 }

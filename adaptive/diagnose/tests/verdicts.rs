@@ -83,6 +83,17 @@ fn a_second_wheel_is_not_taken_for_anything_else() {
 }
 
 #[test]
+fn a_wheel_that_lets_go_is_named_with_its_moment() {
+    let values = [("episode", 2.0), ("time", 3.0), ("factor_x", 3.0), ("factor_y", 0.3)];
+    let answer =
+        json(&diagnosed(&World::of(locked().with(effect(Kind::WheelEvent, &values))), 7, None).answer);
+    assert_eq!(names(&answer), ["wheel_event"], "{answer:#}");
+    let event = &answer["missing"][0]["where"]["event"];
+    assert_eq!(event["episode"], "episode_02", "{event:#}");
+    assert!((event["time"]["mean"].as_f64().unwrap() - 3.0).abs() < 0.15, "{event:#}");
+}
+
+#[test]
 fn an_offset_of_the_sensor_is_not_taken_for_a_slope() {
     let world = World { bias: [0.5, -0.3, 0.1], ..World::of(locked()) };
     let answer = json(&diagnosed(&world, 3, None).answer);

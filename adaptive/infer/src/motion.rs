@@ -113,24 +113,6 @@ impl MotionLikelihood {
         Ok(self.tracks.par_iter().map(|t| filter.response(t)).collect())
     }
 
-    /// Slopes of the whitened innovations of each episode, three rows a pose sample, by the slots `free`.
-    ///
-    /// # Errors
-    /// When `values` has the wrong length.
-    pub fn slopes(
-        &self,
-        model: &Model,
-        values: &[f64],
-        free: &[usize],
-    ) -> Result<Option<Vec<DMatrix<f64>>>, InferError> {
-        let filter = self.filter(model, values)?;
-        let of = |track: &Track| {
-            let Some(passage) = filter.run(track) else { return Ok(None) };
-            sensitivity::slopes(model, values, free, track, &passage).map(Some)
-        };
-        self.tracks.par_iter().map(of).collect()
-    }
-
     /// Of each track and its index, on all cores; a lone one is not worth waking them.
     fn each<T: Send>(&self, of: impl Fn(usize, &Track) -> T + Sync + Send) -> Vec<T> {
         match &self.tracks[..] {
@@ -170,21 +152,19 @@ impl Seen<'_> {
         DVector::from_vec(all)
     }
 
-    /// Their derivatives by the slots `free` of a model that does the same at `values` as the one that was seen,
-    /// one column each, with the filter's gains held.
+    /// Their derivatives by the slots `free` of a model that does the same at `values` as the one that was seen, with
+    /// the filter's gains held: of each episode, three rows a pose sample, one column a slot.
     ///
     /// # Errors
     /// When `values` has the wrong length.
-    pub fn slopes(&self, model: &Model, values: &[f64], free: &[usize]) -> Result<DMatrix<f64>, InferError> {
-        let rows = self.passages.iter().map(|p| 3 * p.innovations.len()).sum();
-        let mut all = DMatrix::zeros(rows, free.len());
-        let mut row = 0;
-        for (track, passage) in self.tracks.iter().zip(&self.passages) {
-            let part = sensitivity::slopes(model, values, free, track, passage)?;
-            all.rows_mut(row, part.nrows()).copy_from(&part);
-            row += part.nrows();
-        }
-        Ok(all)
+    pub fn slopes(
+        &self,
+        model: &Model,
+        values: &[f64],
+        free: &[usize],
+    ) -> Result<Vec<DMatrix<f64>>, InferError> {
+        let of = |(track, passage)| sensitivity::slopes(model, values, free, track, passage);
+        self.tracks.par_iter().zip(&self.passages).map(of).collect()
     }
 }
 

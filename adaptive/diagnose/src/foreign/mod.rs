@@ -22,8 +22,4 @@ pub use answer::diagnose;
 pub use simulator::{Foreign, Simulator};
 
 #[cfg(test)]
-#[path = "../../../infer/tests/common/mod.rs"]
-mod common;
-
-#[cfg(test)]
 mod tests;

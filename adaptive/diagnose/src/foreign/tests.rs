@@ -1,10 +1,10 @@
 //! A simulator of somebody else's: the table with its wheel, as a function that nothing is known of.
 
-use super::common::{World, effect, locked};
 use super::likelihood::Along;
 use super::path::Path;
 use super::{Foreign, Simulator, diagnose};
 use crate::answer::{Place, Value, Verdict};
+use crate::common::{World, effect, locked};
 use std::sync::atomic::{AtomicUsize, Ordering};
 use trundle_infer::{Channels, Likelihood, Quiet, StateVector, Watch};
 use trundle_model::{Clock, Kind, Model, Prior, Slot, State};

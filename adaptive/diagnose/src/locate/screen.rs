@@ -77,7 +77,8 @@ impl Screen {
             .map(|(k, _)| k)
             .collect();
         let Some(responses) = motion.responses(model, &fit.values)? else { return Ok(None) };
-        let Some(slopes) = motion.slopes(model, &fit.values, &free)? else { return Ok(None) };
+        let Some(seen) = motion.seen(model, &fit.values)? else { return Ok(None) };
+        let slopes = seen.slopes(model, &fit.values, &free)?;
         let fits = responses.len() == residuals.len()
             && responses.iter().zip(residuals).all(|(r, course)| r.t.len() == course.len());
         if !fits {
@@ -170,13 +171,13 @@ impl Column {
 fn solve(gram: &DMatrix<f64>, score: &DVector<f64>, whole: &[f64]) -> Test {
     let mut kept: Vec<usize> = Vec::new();
     let mut best = None;
-    for k in 0..whole.len() {
+    for (k, &square) in whole.iter().enumerate() {
         let mut tried = kept.clone();
         tried.push(k);
         let part = gram.select_rows(&tried).select_columns(&tried);
         let Some(factor) = part.cholesky() else { continue };
         let pivot = factor.l_dirty()[(tried.len() - 1, tried.len() - 1)].powi(2);
-        if pivot > INDEPENDENT * whole[k] {
+        if pivot > INDEPENDENT * square {
             kept = tried;
             best = Some(factor);
         }

@@ -3,16 +3,13 @@
 
 use super::*;
 use crate::adequacy::remainder;
-use common::{NOISE, World, effect, locked, table};
+use crate::common::{NOISE, World, effect, locked, table};
 use rand::{RngExt, SeedableRng};
 use rand_chacha::ChaCha8Rng;
 use rand_distr::StandardNormal;
 use trundle_infer::{FitOptions, Quiet, fit};
 use trundle_model::{Clock, Kind, Model, State, transport};
 use trundle_record::{Counts, Dataset, PoseSample, WrenchSample};
-
-#[path = "../../../infer/tests/common/mod.rs"]
-mod common;
 
 /// A push of six seconds of a table whose plant and foreign wrench may depend on the time.
 fn push(
@@ -99,8 +96,11 @@ fn located(data: &Dataset) -> Located {
     Located::new(&motion, &base, left, &data.training).unwrap()
 }
 
+/// A wrench by episode, time and state.
+type Foreign<'a> = &'a dyn Fn(usize, f64, &State<f64>) -> [f64; 3];
+
 /// Six pushes of the locked table under a foreign wrench.
-fn pushed(seed: u64, foreign: &dyn Fn(usize, f64, &State<f64>) -> [f64; 3]) -> Dataset {
+fn pushed(seed: u64, foreign: Foreign) -> Dataset {
     let push = |e: usize| push(e, seed, &|_| locked(), &|t, s| foreign(e, t, s));
     dataset((0..6).map(push).collect())
 }

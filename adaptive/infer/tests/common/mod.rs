@@ -100,7 +100,13 @@ impl World {
             if k % 50 == 0 {
                 pose.push(PoseSample { t, pose: [0, 1, 2].map(|i| state.pose[i] + normal(NOISE.pose[i])) });
             }
-            let clock = Clock::since_contact(t - CONTACT);
+            let clock = Clock {
+                t,
+                dt,
+                episode: index as f64,
+                grasp: [frame[0], frame[1]],
+                ..Clock::since_contact(t - CONTACT)
+            };
             let applied = transport(force(t + dt / 2.0), frame);
             // Until contact whatever held the table still holds it.
             let foreign = if t >= CONTACT { (self.foreign)(&state) } else { [0.0; 3] };
@@ -108,7 +114,7 @@ impl World {
         }
         let name = format!("episode_{index:02}");
         Prepared {
-            ordinal: 0,
+            ordinal: index,
             name,
             wrench,
             pose,
