@@ -29,11 +29,18 @@ const SIZES: [f64; 12] = [1e-3, 3e-3, 1e-2, 3e-2, 0.1, 0.3, 1.0, 3.0, 10.0, 30.0
 
 /// The remainder that a fit leaves; `None` where only wrenches are compared.
 pub(crate) fn remainder(comparison: &Comparison, fit: &Fit) -> Result<Option<Remainder>, InferError> {
-    let Comparison::Motion(motion) = comparison.with_channels(fit.channels) else { return Ok(None) };
+    match comparison.with_channels(fit.channels) {
+        Comparison::Motion(motion) => left_by(&motion, fit).map(Some),
+        _ => Ok(None),
+    }
+}
+
+/// The same of motion, with the fit's channels.
+pub(crate) fn left_by(motion: &MotionLikelihood, fit: &Fit) -> Result<Remainder, InferError> {
     let still = motion.cost(&fit.model, &fit.values)?;
-    let mut best = Remainder { gain: 0.0, channels: wandering(&motion, &fit.model, SIZES[0]) };
+    let mut best = Remainder { gain: 0.0, channels: wandering(motion, &fit.model, SIZES[0]) };
     for size in SIZES {
-        let channels = wandering(&motion, &fit.model, size);
+        let channels = wandering(motion, &fit.model, size);
         let gain = still - motion.with_channels(channels).cost(&fit.model, &fit.values)?;
         if gain > best.gain {
             best = Remainder { gain, channels };
@@ -41,7 +48,7 @@ pub(crate) fn remainder(comparison: &Comparison, fit: &Fit) -> Result<Option<Rem
             break;
         }
     }
-    Ok(Some(best))
+    Ok(best)
 }
 
 impl Remainder {

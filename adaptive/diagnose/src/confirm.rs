@@ -1,19 +1,25 @@
 //! Whether an effect holds up block by block, so that no single stretch carries it.
 //!
 //! Samples depend on one another, blocks of episodes much less: the paired differences of two
-//! models' log predictive densities over blocks have an honest standard error.
+//! models' log predictive densities over blocks have an honest standard error. A block counts at most [`MOST`]: some
+//! effects, like a post that is hit, act for a second in a minute, and what they gain there by thousands would
+//! otherwise be the standard error too.
 
 use statrs::distribution::{ContinuousCDF, StudentsT};
 use trundle_infer::{Comparison, Fit, InferError, Likelihood};
 
-/// Blocks into which an episode is cut.
-const BLOCKS: usize = 5;
+/// Blocks into which an episode is cut, of motion and of slow pushes.
+const BLOCKS: usize = 20;
+const SLOW_BLOCKS: usize = 5;
+
+/// What a block may count, nats.
+const MOST: f64 = 10.0;
 
 /// Probability, from the paired block differences, that `fuller` predicts better than `simpler`.
 pub(crate) fn holds_up(comparison: &Comparison, fuller: &Fit, simpler: &Fit) -> Result<f64, InferError> {
     let with = blocks(comparison, fuller)?;
     let without = blocks(comparison, simpler)?;
-    let differences: Vec<f64> = without.iter().zip(&with).map(|(a, b)| a - b).collect();
+    let differences: Vec<f64> = without.iter().zip(&with).map(|(a, b)| (a - b).clamp(-MOST, MOST)).collect();
     let n = differences.len() as f64;
     if differences.len() < 3 {
         return Ok(0.5);
@@ -46,7 +52,7 @@ fn blocks(comparison: &Comparison, fit: &Fit) -> Result<Vec<f64>, InferError> {
             let mut costs = Vec::new();
             for episode in episodes {
                 let own = wrench.only(|k| k == episode);
-                let size = own.samples().len().div_ceil(BLOCKS).max(SMALLEST);
+                let size = own.samples().len().div_ceil(SLOW_BLOCKS).max(SMALLEST);
                 for block in own.samples().chunks(size) {
                     costs.push(own.over(block).cost(&fit.model, &fit.values)?);
                 }

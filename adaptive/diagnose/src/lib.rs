@@ -24,6 +24,7 @@ mod run;
 mod screen;
 mod search;
 mod series;
+mod touch;
 mod verdict;
 mod words;
 

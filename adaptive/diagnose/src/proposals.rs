@@ -4,6 +4,7 @@
 //! vanishes; its other parameters are its shape. Amplitudes follow from the data by one linear step; shapes are
 //! proposed here, spread over what was visited.
 
+use crate::touch::Touch;
 use rand::{RngExt, SeedableRng};
 use rand_chacha::ChaCha8Rng;
 use trundle_infer::Coordinates;
@@ -13,12 +14,16 @@ use trundle_record::Prepared;
 /// Shapes drawn for an effect with up to two shape parameters, and with more.
 const DRAWS: [usize; 2] = [16, 48];
 
+/// Depths to which a fixed thing may have gone into the body by the time it pushed most, m: it gives way by millimetres.
+const DEPTHS: [f64; 3] = [0.001, 0.003, 0.01];
+
 /// Time between the moments that are proposed for an event, s.
 const EVERY: f64 = 0.4;
 
 /// Whether a parameter is one at whose neutral value the effect vanishes, and is not left at the simple law's.
 pub(crate) fn is_amplitude(kind: Kind, param: &Param) -> bool {
-    param.refinement.is_none() && kind.spec().neutral.iter().any(|(neutral, _)| *neutral == param.name)
+    let neutral = kind.spec().neutral;
+    (param.refinement.is_none() || neutral.len() == 1) && neutral.iter().any(|(name, _)| *name == param.name)
 }
 
 /// An effect with its amplitudes at neutral and its refinements at the simple law.
@@ -41,7 +46,16 @@ fn shape(model: &Model, kind: Kind) -> Vec<&'static Param> {
 }
 
 /// Shapes of a kind of effect: effects whose amplitudes are neutral and whose shape is given.
-pub(crate) fn proposals(model: &Model, kind: Kind, episodes: &[Prepared], seed: u64) -> Vec<Effect> {
+pub(crate) fn proposals(
+    model: &Model,
+    kind: Kind,
+    episodes: &[Prepared],
+    touched: &[Touch],
+    seed: u64,
+) -> Vec<Effect> {
+    if kind == Kind::ObstacleContact {
+        return touched.iter().flat_map(|touch| things(touch, &model.body)).collect();
+    }
     let shape = shape(model, kind);
     if shape.iter().any(|p| p.name == "time") {
         let at = |(episode, t)| {
@@ -54,6 +68,17 @@ pub(crate) fn proposals(model: &Model, kind: Kind, episodes: &[Prepared], seed: 
     }
     let mut rng = ChaCha8Rng::seed_from_u64(seed ^ 0x5eed);
     (0..DRAWS[usize::from(shape.len() > 2)]).map(|_| drawn(model, kind, &shape, episodes, &mut rng)).collect()
+}
+
+/// Things that a body may have touched, which went so deep into it.
+fn things(touch: &Touch, body: &Body) -> Vec<Effect> {
+    let thing = neutral(Kind::ObstacleContact, body);
+    let params = Kind::ObstacleContact.spec().params.iter();
+    let radius =
+        params.zip(&thing.values).find_map(|(p, value)| value.filter(|_| p.name == "radius")).unwrap_or(0.0);
+    let at = |depth: f64| [0, 1].map(|k| touch.at[k] + (radius - depth) * touch.normal[k]);
+    let placed = |[x, y]: [f64; 2]| thing.clone().with("x", Some(x)).with("y", Some(y));
+    DEPTHS.map(|depth| placed(at(depth))).to_vec()
 }
 
 /// Moments at which something may have happened: from each training episode's first pose on.

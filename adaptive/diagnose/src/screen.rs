@@ -5,7 +5,9 @@
 //! `C` no change of the fitted parameters does: Rao's score test. It costs no fit. Its step is where the fit of the
 //! candidate starts from.
 
+use crate::adequacy::left_by;
 use crate::proposals::{is_amplitude, nearby, proposals};
+use crate::touch::{Touch, touches};
 use nalgebra::{DMatrix, DVector};
 use rayon::prelude::*;
 use trundle_infer::{Fit, InferError, MotionLikelihood, Seen, Watch};
@@ -43,6 +45,7 @@ pub(crate) fn screen(
     let motion = motion.with_channels(fit.channels);
     let Some(seen) = motion.seen(&fit.model, &fit.values)? else { return Ok(vec![]) };
     let ground = Ground::new(&seen, fit)?;
+    let touched = if kinds.contains(&Kind::ObstacleContact) { touched(&motion, fit)? } else { vec![] };
     let promised = |kind: Kind, shapes: &[Effect]| {
         // States of the laws' own are few: such laws go one by one.
         let together = if kind.spec().inner.is_empty() { TOGETHER } else { 1 };
@@ -58,11 +61,11 @@ pub(crate) fn screen(
         )
     };
     let of_kind = |kind: &Kind| {
-        let shapes = proposals(&fit.model, *kind, episodes, seed);
+        let shapes = proposals(&fit.model, *kind, episodes, &touched, seed);
         let mut starts = best(promised(*kind, &shapes)?);
-        // Events are proposed densely; what has but one shape has no neighbours.
+        // Events and contacts are proposed densely; what has but one shape has no neighbours.
         let timed = kind.spec().params.iter().any(|p| p.name == "time");
-        if shapes.len() > 1 && !timed {
+        if shapes.len() > 1 && !timed && *kind != Kind::ObstacleContact {
             for share in NEARER {
                 let parents: Vec<Effect> = starts.iter().take(PARENTS).map(|s| s.effect.clone()).collect();
                 let children = nearby(&fit.model, &parents, share, seed);
@@ -77,6 +80,13 @@ pub(crate) fn screen(
     let mut found: Vec<Vec<Start>> = found.into_iter().filter(|starts| !starts.is_empty()).collect();
     found.sort_by(|a, b| b[0].gain.total_cmp(&a[0].gain));
     Ok(found)
+}
+
+/// Where something may have been touched, by what a fit leaves.
+fn touched(motion: &MotionLikelihood, fit: &Fit) -> Result<Vec<Touch>, InferError> {
+    let wandering = motion.with_channels(left_by(motion, fit)?.channels);
+    let courses = wandering.residuals(&fit.model, &fit.values)?;
+    Ok(courses.map_or_else(Vec::new, |courses| touches(&courses, &fit.model.body)))
 }
 
 /// Those that gain, the best first.
