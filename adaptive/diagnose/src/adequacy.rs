@@ -4,7 +4,7 @@
 //! size is zero and nothing is gained; the gain in log likelihood is the test, its best size the
 //! scale on which the missing wrench moves. The walk is non-parametric: it names nothing.
 
-use trundle_infer::{Channels, Comparison, Fit, InferError, Likelihood, MotionLikelihood};
+use trundle_infer::{Channels, Comparison, Fit, InferError, Innovation, Likelihood, MotionLikelihood};
 use trundle_model::Model;
 
 /// What a wandering wrench would gain.
@@ -14,6 +14,8 @@ pub(crate) struct Remainder {
     pub gain: f64,
     /// Noise with the walk at its best size.
     pub channels: Channels,
+    /// Half of the χ² of the innovations beyond its expectation: what is left where no walk helps, like blows.
+    pub excess: f64,
 }
 
 /// Gains below this are chance: twice the gain is distributed like χ² with one degree of freedom,
@@ -38,12 +40,13 @@ pub(crate) fn remainder(comparison: &Comparison, fit: &Fit) -> Result<Option<Rem
 /// The same of motion, with the fit's channels.
 pub(crate) fn left_by(motion: &MotionLikelihood, fit: &Fit) -> Result<Remainder, InferError> {
     let still = motion.cost(&fit.model, &fit.values)?;
-    let mut best = Remainder { gain: 0.0, channels: wandering(motion, &fit.model, SIZES[0]) };
+    let channels = wandering(motion, &fit.model, SIZES[0]);
+    let mut best = Remainder { gain: 0.0, channels, excess: excess(motion, fit)? };
     for size in SIZES {
         let channels = wandering(motion, &fit.model, size);
         let gain = still - motion.with_channels(channels).cost(&fit.model, &fit.values)?;
         if gain > best.gain {
-            best = Remainder { gain, channels };
+            best = Remainder { gain, channels, ..best };
         } else if gain < best.gain - 50.0 {
             break;
         }
@@ -52,10 +55,25 @@ pub(crate) fn left_by(motion: &MotionLikelihood, fit: &Fit) -> Result<Remainder,
 }
 
 impl Remainder {
+    /// All that a right model would not leave, nats.
+    pub fn misfit(&self) -> f64 {
+        self.gain.max(self.excess)
+    }
+
     /// Whether something is missing.
     pub fn matters(&self, observations: usize) -> bool {
         self.gain > CHANCE.max(NEGLIGIBLE * observations as f64)
     }
+}
+
+/// Half of the innovations' χ² beyond one of every direction.
+fn excess(motion: &MotionLikelihood, fit: &Fit) -> Result<f64, InferError> {
+    let Some(all) = motion.innovations(&fit.model, &fit.values)? else { return Ok(0.0) };
+    let beyond = |i: &Innovation| {
+        let directions = (0..3).filter(|&k| i.whitener[(k, k)] > 0.0).count();
+        0.5 * ((i.whitener * i.error).norm_squared() - directions as f64)
+    };
+    Ok(all.iter().flatten().map(beyond).sum::<f64>().max(0.0))
 }
 
 /// A moment wanders like the force at the radius of gyration.

@@ -11,6 +11,15 @@ use trundle_infer::Coordinates;
 use trundle_model::{Body, Effect, Kind, Model, Param, Prior, State, to_world};
 use trundle_record::Prepared;
 
+/// Where what is missing seems to act.
+#[derive(Clone, Debug, Default)]
+pub(crate) struct Hints<'a> {
+    /// Places that may have been touched.
+    pub touched: Vec<Touch>,
+    /// Parts of the floor that drag: convex polygons, world, m.
+    pub regions: &'a [Vec<[f64; 2]>],
+}
+
 /// Shapes drawn for an effect with up to two shape parameters, and with more.
 const DRAWS: [usize; 2] = [16, 48];
 
@@ -50,11 +59,11 @@ pub(crate) fn proposals(
     model: &Model,
     kind: Kind,
     episodes: &[Prepared],
-    touched: &[Touch],
+    hints: &Hints<'_>,
     seed: u64,
 ) -> Vec<Effect> {
     if kind == Kind::ObstacleContact {
-        return touched.iter().flat_map(|touch| things(touch, &model.body)).collect();
+        return hints.touched.iter().flat_map(|touch| things(touch, &model.body)).collect();
     }
     let shape = shape(model, kind);
     if shape.iter().any(|p| p.name == "time") {
@@ -67,7 +76,33 @@ pub(crate) fn proposals(
         return vec![neutral(kind, &model.body)];
     }
     let mut rng = ChaCha8Rng::seed_from_u64(seed ^ 0x5eed);
-    (0..DRAWS[usize::from(shape.len() > 2)]).map(|_| drawn(model, kind, &shape, episodes, &mut rng)).collect()
+    let draws = 0..DRAWS[usize::from(shape.len() > 2)];
+    let drawn = draws.map(|_| drawn(model, kind, &shape, episodes, &mut rng));
+    let known = if kind == Kind::FloorPatch { hints.regions } else { &[] };
+    known.iter().filter_map(|region| patch(region, &model.body)).chain(drawn).collect()
+}
+
+/// A patch as large as a region of the floor, which lies along one of the region's edges.
+fn patch(region: &[[f64; 2]], body: &Body) -> Option<Effect> {
+    let edges = region.iter().zip(region.iter().cycle().skip(1));
+    let around = edges.map(|(a, b)| {
+        let angle = (b[1] - a[1]).atan2(b[0] - a[0]);
+        let (sin, cos) = angle.sin_cos();
+        let along = span(region.iter().map(|[x, y]| cos * x + sin * y));
+        let across = span(region.iter().map(|[x, y]| cos * y - sin * x));
+        let [u, v] = [along, across].map(|[low, high]| (low + high) / 2.0);
+        let [length, width] = [along, across].map(|[low, high]| (high - low) / 2.0);
+        ([cos * u - sin * v, sin * u + cos * v], [length, width], angle)
+    });
+    let ([x, y], [length, width], angle) =
+        around.min_by(|a, b| (a.1[0] * a.1[1]).total_cmp(&(b.1[0] * b.1[1])))?;
+    let patch =
+        neutral(Kind::FloorPatch, body).with("x", Some(x)).with("y", Some(y)).with("angle", Some(angle));
+    Some(patch.with("half_length", Some(length)).with("half_width", Some(width)))
+}
+
+fn span(values: impl Iterator<Item = f64>) -> [f64; 2] {
+    values.fold([f64::INFINITY, f64::NEG_INFINITY], |[low, high], v| [low.min(v), high.max(v)])
 }
 
 /// Things that a body may have touched, which went so deep into it.
@@ -165,4 +200,60 @@ fn somewhere(body: &Body, episodes: &[Prepared], rng: &mut ChaCha8Rng) -> [f64; 
     let pose = State::at_rest(sample.pose).pose;
     let [x, y, _]: [f64; 3] = to_world([point[0], point[1], 0.0], pose[2]);
     [pose[0] + x, pose[1] + y]
+}
+
+#[cfg(test)]
+#[allow(clippy::unwrap_used)]
+mod tests {
+    use super::{Hints, moments, nearby, proposals};
+    use crate::common::{World, locked, table};
+    use trundle_model::{Kind, Model, patch_outline};
+
+    fn values(effect: &trundle_model::Effect) -> Vec<f64> {
+        effect.values.iter().map(|v| v.unwrap()).collect()
+    }
+
+    #[test]
+    fn a_patch_is_proposed_where_the_floor_drags() {
+        // A rectangle of 1.0 m by 0.4 m, turned, with one corner cut off.
+        let (sin, cos) = 0.4f64.sin_cos();
+        let turned = |[u, v]: [f64; 2]| [1.0 + cos * u - sin * v, -2.0 + sin * u + cos * v];
+        let region = [[-0.5, -0.2], [0.5, -0.2], [0.5, 0.1], [0.4, 0.2], [-0.5, 0.2]].map(turned).to_vec();
+        let model = Model::nominal(table(), None, [true; 3]);
+        let hints = Hints { touched: vec![], regions: std::slice::from_ref(&region) };
+        let found = proposals(&model, Kind::FloorPatch, &World::of(locked()).pushes(2, 1), &hints, 0);
+        let outline = patch_outline(&values(&found[0]));
+        for corner in region.iter().filter(|c| **c != region[2] && **c != region[3]) {
+            let near = outline.iter().map(|p| (p[0] - corner[0]).hypot(p[1] - corner[1]));
+            assert!(near.fold(f64::INFINITY, f64::min) < 1e-9, "{corner:?} of {outline:?}");
+        }
+    }
+
+    #[test]
+    fn moments_lie_between_contact_and_the_end() {
+        let episodes = World::of(locked()).pushes(3, 1);
+        let all: Vec<_> = moments(&episodes).collect();
+        assert!(all.len() > 30);
+        for (episode, t) in all {
+            let of = &episodes[episode];
+            assert!(t >= of.contact && t < of.pose.last().unwrap().t, "{episode} {t}");
+        }
+    }
+
+    #[test]
+    fn neighbours_are_near_and_bounded() {
+        let model = Model::nominal(table(), None, [true; 3]);
+        let episodes = World::of(locked()).pushes(1, 1);
+        let parents = proposals(&model, Kind::Tether, &episodes, &Hints::default(), 0);
+        let kin = nearby(&model, &parents[..1], 0.1, 1);
+        assert!(!kin.is_empty());
+        for child in &kin {
+            for ((param, a), b) in
+                Kind::Tether.spec().params.iter().zip(values(&parents[0])).zip(values(child))
+            {
+                assert!((param.lower..=param.upper).contains(&b), "{}: {b}", param.name);
+                assert!((a - b).abs() <= 0.1 + 0.11 * a.abs(), "{}: {a} {b}", param.name);
+            }
+        }
+    }
 }

@@ -3,7 +3,7 @@
 use crate::adequacy::{Remainder, remainder};
 use crate::answer::{Answer, Figures, Mismatch, Nominal, Pair, Place, Verdict};
 use crate::enough::enough;
-use crate::locate::locate;
+use crate::locate::{located, mismatch};
 use crate::naming::{effect_probability, judged, named};
 use crate::nominal::{as_given, given_values, parameters, under_test};
 use crate::outlook::outlook;
@@ -56,6 +56,7 @@ pub fn diagnose(data: &Dataset, options: &Options, watch: &dyn Watch) -> Result<
         nominal: &nominal,
         episodes: &data.training,
         without: &options.without,
+        regions: &[],
         seed: options.seed,
         watch,
     };
@@ -88,7 +89,10 @@ pub fn diagnose(data: &Dataset, options: &Options, watch: &dyn Watch) -> Result<
 
     let missing_before = missing(data, &comparison, before, found.before)?;
     let missing_after = missing(data, &comparison, after, left)?;
-    let mut mismatch = locate(&comparison, before, found.before, &data.training)?;
+    let again = (verdict == Verdict::Reparameterised)
+        .then(|| located(&comparison, before, found.before, &data.training))
+        .transpose()?;
+    let mut mismatch = mismatch(&comparison, before, again.as_ref().unwrap_or(&found.located))?;
     if verdict == Verdict::Consistent {
         mismatch = Mismatch { channels: mismatch.channels, ..Mismatch::default() };
     }

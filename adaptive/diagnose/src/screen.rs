@@ -6,7 +6,7 @@
 //! candidate starts from.
 
 use crate::adequacy::left_by;
-use crate::proposals::{is_amplitude, nearby, proposals};
+use crate::proposals::{Hints, is_amplitude, nearby, proposals};
 use crate::touch::{Touch, touches};
 use nalgebra::{DMatrix, DVector};
 use rayon::prelude::*;
@@ -37,7 +37,7 @@ pub(crate) fn screen(
     motion: &MotionLikelihood,
     fit: &Fit,
     kinds: &[Kind],
-    episodes: &[Prepared],
+    (episodes, regions): (&[Prepared], &[Vec<[f64; 2]>]),
     keep: usize,
     seed: u64,
     watch: &dyn Watch,
@@ -46,6 +46,7 @@ pub(crate) fn screen(
     let Some(seen) = motion.seen(&fit.model, &fit.values)? else { return Ok(vec![]) };
     let ground = Ground::new(&seen, fit)?;
     let touched = if kinds.contains(&Kind::ObstacleContact) { touched(&motion, fit)? } else { vec![] };
+    let hints = Hints { touched, regions };
     let promised = |kind: Kind, shapes: &[Effect]| {
         // States of the laws' own are few: such laws go one by one.
         let together = if kind.spec().inner.is_empty() { TOGETHER } else { 1 };
@@ -61,7 +62,7 @@ pub(crate) fn screen(
         )
     };
     let of_kind = |kind: &Kind| {
-        let shapes = proposals(&fit.model, *kind, episodes, &touched, seed);
+        let shapes = proposals(&fit.model, *kind, episodes, &hints, seed);
         let mut starts = best(promised(*kind, &shapes)?);
         // Events and contacts are proposed densely; what has but one shape has no neighbours.
         let timed = kind.spec().params.iter().any(|p| p.name == "time");
@@ -79,8 +80,51 @@ pub(crate) fn screen(
     let found = kinds.par_iter().map(of_kind).collect::<Result<Vec<_>, InferError>>()?;
     let mut found: Vec<Vec<Start>> = found.into_iter().filter(|starts| !starts.is_empty()).collect();
     found.sort_by(|a, b| b[0].gain.total_cmp(&a[0].gain));
+    for starts in found.iter_mut().take(POLISHED).filter(|starts| has_edges(starts[0].effect.kind)) {
+        polish(starts, |round, parents, share| {
+            promised(parents[0].kind, &nearby(&fit.model, parents, share, seed.wrapping_add(round)))
+        })?;
+        starts.truncate(keep);
+    }
+    found.sort_by(|a, b| b[0].gain.total_cmp(&a[0].gain));
     Ok(found)
 }
+
+/// Kinds that promise most whose shapes are sought on.
+const POLISHED: usize = 2;
+/// Rounds of that, and the share at which it ends.
+const ROUNDS: u64 = 24;
+const FINEST: f64 = 0.01;
+
+/// Whether an effect has edges, across which a fit finds no way.
+pub(crate) fn has_edges(kind: Kind) -> bool {
+    kind == Kind::FloorPatch
+}
+
+/// Better shapes around the best few, nearer where none is found.
+fn polish(
+    starts: &mut Vec<Start>,
+    around: impl Fn(u64, &[Effect], f64) -> Result<Vec<Start>, InferError>,
+) -> Result<(), InferError> {
+    let mut share = NEARER[0];
+    for round in 0..ROUNDS {
+        let before = starts[0].gain;
+        let parents: Vec<Effect> = starts.iter().take(PARENTS).map(|s| s.effect.clone()).collect();
+        starts.extend(around(round, &parents, share)?);
+        *starts = best(std::mem::take(starts));
+        starts.truncate(PARENTS);
+        if starts[0].gain < before * (1.0 + LITTLE) {
+            share *= 0.6;
+        }
+        if share < FINEST {
+            break;
+        }
+    }
+    Ok(())
+}
+
+/// Growth of a gain that is worth another look as far around.
+const LITTLE: f64 = 1e-3;
 
 /// Where something may have been touched, by what a fit leaves.
 fn touched(motion: &MotionLikelihood, fit: &Fit) -> Result<Vec<Touch>, InferError> {
@@ -225,4 +269,47 @@ fn within(slot: &Slot, value: f64) -> f64 {
         _ => slot.lower,
     };
     value.clamp(lower, slot.upper)
+}
+
+#[cfg(test)]
+#[allow(clippy::unwrap_used)]
+mod tests {
+    use super::screen;
+    use crate::common::{World, effect, locked};
+    use trundle_infer::{Comparison, FitOptions, Quiet, fit};
+    use trundle_model::{Effect, Kind, Model};
+
+    /// What the score test promises of each kind, the best first.
+    fn promised(truth: Model) -> Vec<(Kind, f64)> {
+        let data = World::of(truth).recording(2);
+        let comparison = Comparison::of(&data).unwrap();
+        let nominal = Model::nominal(data.body.clone(), None, [true; 3]);
+        let base = fit(&comparison, &nominal, &[], &FitOptions::default(), &Quiet).unwrap();
+        let Comparison::Motion(motion) = &comparison else { panic!("no motion") };
+        let kinds =
+            [Kind::FloorSlope, Kind::ForceBias, Kind::CoulombFriction, Kind::Latency, Kind::MassChange];
+        let found = screen(motion, &base, &kinds, (&data.training, &[]), 1, 0, &Quiet).unwrap();
+        found.iter().map(|starts| (starts[0].effect.kind, starts[0].gain)).collect()
+    }
+
+    #[test]
+    fn what_is_missing_promises_most() {
+        let hidden: [Effect; 3] = [
+            effect(Kind::FloorSlope, &[("accel_x", 0.05), ("accel_y", -0.02)]),
+            effect(Kind::CoulombFriction, &[("x", 0.45), ("y", 0.31), ("force", 8.0)]),
+            effect(Kind::MassChange, &[("episode", 1.0), ("time", 2.0), ("mass", 8.0)]),
+        ];
+        for truth in hidden {
+            let kind = truth.kind;
+            let found = promised(locked().with(truth));
+            assert_eq!(found[0].0, kind, "{found:?}");
+            assert!(found[0].1 > 100.0, "{found:?}");
+        }
+    }
+
+    #[test]
+    fn where_nothing_is_missing_nothing_is_promised() {
+        let found = promised(locked());
+        assert!(found.iter().all(|(_, gain)| *gain < 15.0), "{found:?}");
+    }
 }

@@ -6,13 +6,14 @@
 
 use crate::adequacy::{Remainder, remainder};
 use crate::candidates::{candidates, name};
-use crate::screen::{Start, screen};
+use crate::locate::{Located, located};
+use crate::screen::{Start, has_edges, screen};
 use rayon::prelude::*;
 use std::collections::BTreeSet;
 use trundle_infer::{
     Comparison, Coordinates, Fit, FitOptions, InferError, Watch, carried, fit, on_all_cores,
 };
-use trundle_model::{Effect, Kind, Model};
+use trundle_model::{Effect, Kind, Model, patch_outline};
 use trundle_record::Prepared;
 
 /// A model that was tried: the simulation under test with some effects added.
@@ -23,9 +24,10 @@ pub(crate) struct Tried {
 }
 
 impl Tried {
-    /// Log evidence plus log prior: an effect is missing in one simulation of twenty.
+    /// Log evidence plus log prior: an effect is missing in one simulation of twenty, and may be any.
     pub fn log_weight(&self) -> f64 {
-        self.fit.log_evidence + self.added.len() as f64 * (0.05f64 / 0.95).ln()
+        let one = MISSING / (1.0 - MISSING) / Kind::ALL.len() as f64;
+        self.fit.log_evidence + self.added.len() as f64 * one.ln()
     }
 
     /// Names of the added effects.
@@ -39,8 +41,12 @@ pub(crate) struct Found {
     pub tried: Vec<Tried>,
     /// What the simulation under test leaves.
     pub before: Option<Remainder>,
+    /// Where it leaves it.
+    pub located: Located,
 }
 
+/// Share of simulations that lack an effect.
+const MISSING: f64 = 0.05;
 /// At most this many effects are added.
 const MOST: usize = 3;
 /// Kinds fitted in full on top of the simulation under test, and on top of a richer model.
@@ -52,6 +58,9 @@ const FIRSTS: usize = 2;
 const REFINED: usize = 2;
 /// Starts of a kind.
 const STARTS: usize = 2;
+/// How often edges are sought again, while that takes this share of what was left.
+const AGAIN: usize = 4;
+const SETTLED: f64 = 0.1;
 /// Gain per sample that a remainder must promise for another effect to be sought beside one, nats.
 const ANOTHER: f64 = 0.15;
 /// Random starts of a candidate that cannot be screened, beside the carried-over one.
@@ -63,6 +72,8 @@ pub(crate) struct Searcher<'a> {
     pub episodes: &'a [Prepared],
     /// Effects that are not offered, by their names in a diagnosis.
     pub without: &'a [String],
+    /// Parts of the floor that seem to drag: convex polygons, world, m; known once the simulation under test is fitted.
+    pub regions: &'a [Vec<[f64; 2]>],
     pub seed: u64,
     pub watch: &'a dyn Watch,
 }
@@ -89,9 +100,18 @@ impl Searcher<'_> {
 
     fn beyond(&self, base: Tried) -> Result<Found, InferError> {
         let before = remainder(self.comparison, &base.fit)?;
+        let located = located(self.comparison, &base.fit, before, self.episodes)?;
+        let regions: Vec<_> = located.regions.iter().map(|r| r.polygon.clone()).collect();
+        let tried = Searcher { regions: &regions, ..*self }.over(base)?;
+        Ok(Found { tried, before, located })
+    }
+
+    /// Models with more and more effects, best first.
+    fn over(&self, base: Tried) -> Result<Vec<Tried>, InferError> {
         let mut tried = vec![base.clone()];
         let offered = self.offered(&base);
         self.try_all("single effects", self.jobs(&base, &offered, SINGLES)?, &mut tried)?;
+        self.edges_again(&mut tried)?;
         self.refine(&mut tried)?;
         let mut size = 1;
         while size < MOST && tried[0].added.len() == size && self.asks_for_more(&tried[0])? {
@@ -106,7 +126,7 @@ impl Searcher<'_> {
             }
             size += 1;
         }
-        Ok(Found { tried, before })
+        Ok(tried)
     }
 
     /// Kinds of effects that may be added to a model.
@@ -125,7 +145,7 @@ impl Searcher<'_> {
             return Ok(offered.iter().map(|&kind| self.unscreened(from, kind)).collect());
         };
         let found = on_all_cores(self.watch, |watch| {
-            screen(motion, &from.fit, offered, self.episodes, STARTS, self.seed, watch)
+            screen(motion, &from.fit, offered, (self.episodes, self.regions), STARTS, self.seed, watch)
         })?;
         Ok(found.iter().take(most).map(|starts| job(from, starts)).collect())
     }
@@ -172,6 +192,14 @@ impl Searcher<'_> {
         })?;
         tried.extend(found);
         tried.sort_by(|a, b| b.log_weight().total_cmp(&a.log_weight()));
+        // Of one model, the best fit.
+        let mut kept: Vec<Tried> = Vec::with_capacity(tried.len());
+        for one in tried.drain(..) {
+            if kept.iter().all(|k| !same(&k.added, &one.added)) {
+                kept.push(one);
+            }
+        }
+        *tried = kept;
         Ok(())
     }
 
@@ -186,6 +214,42 @@ impl Searcher<'_> {
             ..FitOptions::default()
         };
         Ok(Tried { fit: fit(self.comparison, &model, &job.warm, &options, watch)?, added: job.added })
+    }
+
+    /// Seek the edges of the best model again, from what its fit says of all else: they were sought beside parameters
+    /// that had bent to what was missing, and a fit finds no way across an edge.
+    fn edges_again(&self, tried: &mut Vec<Tried>) -> Result<(), InferError> {
+        let Comparison::Motion(motion) = self.comparison else { return Ok(()) };
+        for _ in 0..AGAIN {
+            let best = tried[0].clone();
+            let Some(k) = best.added.iter().position(|e| has_edges(e.kind)) else { return Ok(()) };
+            let left = remainder(self.comparison, &best.fit)?.map_or(0.0, |left| left.gain);
+            if left < ANOTHER * self.comparison.observations() as f64 {
+                return Ok(());
+            }
+            let (rest, effect) = self.apart(&best, k);
+            let regions = [&[patch_outline(&effect)], self.regions].concat();
+            let kinds = [best.added[k].kind];
+            let found = on_all_cores(self.watch, |watch| {
+                screen(motion, &rest.fit, &kinds, (self.episodes, &regions), STARTS, self.seed, watch)
+            })?;
+            self.make_all("edges", found.iter().map(|starts| job(&rest, starts)).collect(), tried)?;
+            if tried[0].fit.cost > best.fit.cost - left * SETTLED {
+                return Ok(());
+            }
+        }
+        Ok(())
+    }
+
+    /// A model without its effect number `k`, all else as it was fitted, and that effect's values.
+    fn apart(&self, from: &Tried, k: usize) -> (Tried, Vec<f64>) {
+        let mut rest = from.clone();
+        rest.added.remove(k);
+        let effect = rest.fit.model.effects.remove(self.nominal.effects.len() + k);
+        let slots = rest.fit.model.slots();
+        rest.fit.values = slots.iter().map(|s| s.value.unwrap_or(0.0)).collect();
+        rest.fit.estimates.retain(|e| slots.iter().any(|s| s.name == e.name));
+        (rest, effect.values.iter().map(|v| v.unwrap_or(0.0)).collect())
     }
 
     /// One more effect on top of the best models of a size.
@@ -231,28 +295,47 @@ impl Searcher<'_> {
         if remainder(self.comparison, &tried[0].fit)?.is_some_and(|left| !left.matters(observations)) {
             return Ok(());
         }
+        // Rivals are refined too, and then once more from where the best one's refinements ended: which of two models is
+        // better must not hang on whose stiction was found.
+        self.make_all("finer forms", self.finer_jobs(tried, size, None), tried)?;
+        let best = tried[0].clone();
+        self.make_all("finer forms", self.finer_jobs(tried, size, Some(&best)), tried)
+    }
+
+    /// Fits of finer forms of the best models of a size, each of other kinds, from where `like` ended or from medians.
+    fn finer_jobs(&self, tried: &[Tried], size: usize, like: Option<&Tried>) -> Vec<Job> {
+        let mut seen = BTreeSet::new();
+        let kinds = |t: &Tried| t.added.iter().map(|e| e.kind).collect::<BTreeSet<_>>();
+        if let Some(like) = like {
+            seen.insert(kinds(like));
+        }
         let mut jobs = Vec::new();
-        for best in tried.iter().filter(|t| t.added.len() == size).take(REFINED) {
+        let coarse = |t: &&Tried| t.added.len() == size && t.added.iter().any(|e| finer(e).is_some());
+        for best in tried.iter().filter(coarse).filter(|t| seen.insert(kinds(t))).take(REFINED) {
             for (k, effect) in best.added.iter().enumerate() {
                 let Some(finer) = finer(effect) else { continue };
+                if like.is_some_and(|like| !like.added.contains(&finer)) {
+                    continue;
+                }
                 let mut added = best.added.clone();
                 added[k] = finer;
                 let model = self.model(&added);
                 let coordinates = Coordinates::new(&model);
                 let median = coordinates.values(&vec![0.0; coordinates.free().len()]).0;
-                jobs.push(Job { warm: vec![self.refined(best, &model, &median)], added, starts: 0 });
+                let fill = like.map_or_else(|| median.clone(), |like| carried(&like.fit, &model, &median));
+                jobs.push(Job { warm: vec![self.refined(best, &model, &fill)], added, starts: 0 });
             }
         }
-        self.try_all("finer forms", jobs, tried)
+        jobs
     }
 
-    /// Values of a model with finer effects: those of the simpler fit, the refinements' their medians.
-    fn refined(&self, best: &Tried, model: &Model, median: &[f64]) -> Vec<f64> {
+    /// Values of a model with finer effects: those of the simpler fit, the refinements' from `fill`.
+    fn refined(&self, best: &Tried, model: &Model, fill: &[f64]) -> Vec<f64> {
         let simple: BTreeSet<String> = best.fit.estimates.iter().map(|e| e.name.clone()).collect();
-        let mut values = carried(&best.fit, model, median);
-        for ((slot, value), median) in model.slots().iter().zip(&mut values).zip(median) {
+        let mut values = carried(&best.fit, model, fill);
+        for ((slot, value), fill) in model.slots().iter().zip(&mut values).zip(fill) {
             if slot.value.is_none() && !simple.contains(&slot.name) {
-                *value = *median;
+                *value = *fill;
             }
         }
         values

@@ -13,6 +13,10 @@ use trundle_record::Dataset;
 const SURE: f64 = 0.95;
 /// Share of what was missing that named effects may leave and still explain it.
 const LEFT_OVER: f64 = 0.25;
+/// Share of the misfit that named effects may leave, and misfit per sample that is too small to look at, nats. A right law
+/// leaves thousandths: what leaves a hundredth is a law that is like the missing one.
+const LIKENESS: f64 = 0.01;
+const UNSEEN: f64 = 2.0;
 /// Gain of each of several effects over what they all leave, at least.
 const OUTWEIGHS: f64 = 2.0;
 /// Mean square of the errors one second ahead without one of several effects, over that with all, at least.
@@ -90,6 +94,11 @@ pub(crate) fn judge(
         _ if best.added.is_empty() && matters(before) => Verdict::Unexplained,
         _ if best.added.is_empty() => Verdict::Consistent,
         (Some(before), Some(after)) if matters(left) && after.gain > LEFT_OVER * before.gain => {
+            Verdict::Unexplained
+        }
+        (Some(before), Some(after))
+            if after.misfit() > (UNSEEN * observations as f64).max(LIKENESS * before.misfit()) =>
+        {
             Verdict::Unexplained
         }
         _ => Verdict::Explained,

@@ -211,26 +211,36 @@ fn freed(fit: &Fit) -> Model {
     model
 }
 
-/// Locate what a fitted model misses.
+/// Scan what a fitted model leaves; nothing where only wrenches are compared.
 ///
 /// # Errors
 /// When the fit's values do not suit its model.
-pub(crate) fn locate(
+pub(crate) fn located(
     comparison: &Comparison,
     fit: &Fit,
     left: Option<Remainder>,
     episodes: &[Prepared],
+) -> Result<Located, InferError> {
+    match (comparison.with_channels(fit.channels), left) {
+        (Comparison::Motion(motion), Some(left)) => Located::new(&motion, fit, left, episodes),
+        _ => Ok(Located::default()),
+    }
+}
+
+/// What a fitted model misses, for the answer.
+///
+/// # Errors
+/// When the fit's values do not suit its model.
+pub(crate) fn mismatch(
+    comparison: &Comparison,
+    fit: &Fit,
+    located: &Located,
 ) -> Result<Mismatch, InferError> {
-    let channels = channels::channels(comparison, fit)?;
-    let located = match (comparison.with_channels(fit.channels), left) {
-        (Comparison::Motion(motion), Some(left)) => Located::new(&motion, fit, left, episodes)?,
-        _ => Located::default(),
-    };
     Ok(Mismatch {
-        channels,
+        channels: channels::channels(comparison, fit)?,
         body_point: located.point(),
         world_region: located.region(),
-        windows: located.windows,
-        regime: located.regime,
+        windows: located.windows.clone(),
+        regime: located.regime.clone(),
     })
 }
