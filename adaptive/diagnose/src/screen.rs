@@ -7,6 +7,7 @@
 
 use crate::adequacy::left_by;
 use crate::proposals::{Hints, is_amplitude, nearby, proposals};
+use crate::search::HOPELESS;
 use crate::touch::{Touch, touches};
 use nalgebra::{DMatrix, DVector};
 use rayon::prelude::*;
@@ -67,7 +68,10 @@ pub(crate) fn screen(
         // Events and contacts are proposed densely; what has but one shape has no neighbours.
         let timed = kind.spec().params.iter().any(|p| p.name == "time");
         if shapes.len() > 1 && !timed && *kind != Kind::ObstacleContact {
-            for share in NEARER {
+            for (round, share) in NEARER.into_iter().enumerate() {
+                if round > 0 && starts.first().is_none_or(|s| s.gain < HOPELESS) {
+                    break;
+                }
                 let parents: Vec<Effect> = starts.iter().take(PARENTS).map(|s| s.effect.clone()).collect();
                 let children = nearby(&fit.model, &parents, share, seed);
                 starts.extend(promised(*kind, &children)?);

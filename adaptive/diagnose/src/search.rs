@@ -49,6 +49,9 @@ pub(crate) struct Found {
 const MISSING: f64 = 0.05;
 /// At most this many effects are added.
 const MOST: usize = 3;
+/// Gain, nats, below which a kind is not fitted unless it is among the first `ALWAYS`: what a prior costs at least.
+pub(crate) const HOPELESS: f64 = 5.0;
+const ALWAYS: usize = 3;
 /// Kinds fitted in full on top of the simulation under test, and on top of a richer model.
 const SINGLES: usize = 9;
 const MORE: usize = 3;
@@ -147,7 +150,9 @@ impl Searcher<'_> {
         let found = on_all_cores(self.watch, |watch| {
             screen(motion, &from.fit, offered, (self.episodes, self.regions), STARTS, self.seed, watch)
         })?;
-        Ok(found.iter().take(most).map(|starts| job(from, starts)).collect())
+        let hopeful = |(rank, starts): &(usize, &Vec<Start>)| *rank < ALWAYS || starts[0].gain > HOPELESS;
+        let kept = found.iter().take(most).enumerate().filter(hopeful);
+        Ok(kept.map(|(_, starts)| job(from, starts)).collect())
     }
 
     /// A fit from the simpler model's values, the new effect's drawn from its prior a few times.

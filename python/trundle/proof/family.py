@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+from abc import ABC, abstractmethod
 from collections.abc import Callable, Sequence
 from dataclasses import dataclass
 from typing import Any, ClassVar, TypeAlias
@@ -29,7 +30,7 @@ class Site:
     episode: int
 
 
-class Family:
+class Family(ABC):
     """An effect that is hidden in recordings. A subclass overrides what its effect does.
 
     Attributes
@@ -46,27 +47,27 @@ class Family:
     foreign: ClassVar[bool] = False
     scales: ClassVar[tuple[str, ...]] = ()
 
+    @abstractmethod
     def draw(self, rng: np.random.Generator, scene: Scene, paths: Sequence[Floats]) -> Values:
         """Return its sizes and places. `paths` are the poses (n, 3) of each episode without it."""
-        raise NotImplementedError
 
     def sized(self, values: Values, size: float) -> Values:
         """Return it `size` times as strong."""
         return {**values, **{name: size * values[name] for name in self.scales}}
 
-    def furnish(self, site: Site, values: Values) -> None:
+    def furnish(self, site: Site, values: Values) -> None:  # noqa: B027, many put nothing there
         """Add its bodies, joints, springs and actuators to the world."""
 
-    def hook(self, model: Any, site: Site, values: Values) -> Hook | None:
+    def hook(self, model: Any, site: Site, values: Values) -> Hook | None:  # noqa: B027, most need none
         """Return what is done before every step, if anything."""
 
     def distort(self, seen: Any, site: Site, values: Values) -> Any:
         """Return what the instruments make of the motion (`instruments.Seen`)."""
         return seen
 
+    @abstractmethod
     def truth(self, scene: Scene, values: Values) -> Values:
         """Return `parameters` and `where` in the terms of `diagnosis.json`, plain numbers."""
-        raise NotImplementedError
 
     def laws(self, scene: Scene, values: Values) -> list[Values]:
         """Return the `[[effect]]` tables that the oracle adds, with true values; none: no law for it."""
