@@ -11,7 +11,7 @@ use crate::predictions::Predictions;
 use crate::rivals::doubts;
 use crate::search::{Found, Searcher, Tried, probabilities};
 use crate::series::{self, Series};
-use crate::verdict::{Choice, choose, judge};
+use crate::verdict::{Choice, choose, judge, likeness};
 use trundle_infer::{Comparison, Fit, InferError, Watch};
 use trundle_model::Model;
 use trundle_record::{Dataset, Prepared};
@@ -97,9 +97,10 @@ pub fn diagnose(data: &Dataset, options: &Options, watch: &dyn Watch) -> Result<
         mismatch = Mismatch { channels: mismatch.channels, ..Mismatch::default() };
     }
     let figures = figures(data, before, after)?;
+    let like = likeness(left, comparison.observations());
     let mut missing = Vec::new();
     for (k, chance) in chances.iter().enumerate() {
-        let chance = chance.min(effect_probability(&found.tried, &probabilities, best.names()[k]));
+        let chance = chance.min(effect_probability(&found.tried, &probabilities, best.names()[k])) * like;
         missing.push(named(data, &found, best, k, chance)?);
     }
     missing.sort_by(|a, b| b.explains.unwrap_or(0.0).total_cmp(&a.explains.unwrap_or(0.0)));

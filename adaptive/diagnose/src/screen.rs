@@ -101,7 +101,7 @@ const ROUNDS: u64 = 24;
 const FINEST: f64 = 0.01;
 
 /// Whether an effect has edges, across which a fit finds no way.
-pub(crate) fn has_edges(kind: Kind) -> bool {
+fn has_edges(kind: Kind) -> bool {
     kind == Kind::FloorPatch
 }
 

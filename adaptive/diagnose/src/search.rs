@@ -7,7 +7,7 @@
 use crate::adequacy::{Remainder, remainder};
 use crate::candidates::{candidates, name};
 use crate::locate::{Located, located};
-use crate::screen::{Start, has_edges, screen};
+use crate::screen::{Start, screen};
 use rayon::prelude::*;
 use std::collections::BTreeSet;
 use trundle_infer::{
@@ -61,7 +61,7 @@ const FIRSTS: usize = 2;
 const REFINED: usize = 2;
 /// Starts of a kind.
 const STARTS: usize = 2;
-/// How often edges are sought again, while that takes this share of what was left.
+/// How often shapes are sought again, while that takes this share of what was left.
 const AGAIN: usize = 4;
 const SETTLED: f64 = 0.1;
 /// Gain per sample that a remainder must promise for another effect to be sought beside one, nats.
@@ -114,12 +114,15 @@ impl Searcher<'_> {
         let mut tried = vec![base.clone()];
         let offered = self.offered(&base);
         self.try_all("single effects", self.jobs(&base, &offered, SINGLES)?, &mut tried)?;
-        self.edges_again(&mut tried)?;
+        self.shapes_again(&mut tried)?;
         self.refine(&mut tried)?;
         let mut size = 1;
         while size < MOST && tried[0].added.len() == size && self.asks_for_more(&tried[0])? {
             let before = tried[0].fit.cost;
             self.one_more(&mut tried, size)?;
+            self.shapes_again(&mut tried)?;
+            self.exchange(&mut tried)?;
+            self.shapes_again(&mut tried)?;
             self.subsets(&mut tried)?;
             self.refine(&mut tried)?;
             // An effect that gains less than it leaves is none, and one more would be none either.
@@ -221,29 +224,62 @@ impl Searcher<'_> {
         Ok(Tried { fit: fit(self.comparison, &model, &job.warm, &options, watch)?, added: job.added })
     }
 
-    /// Seek the edges of the best model again, from what its fit says of all else: they were sought beside parameters
-    /// that had bent to what was missing, and a fit finds no way across an edge.
-    fn edges_again(&self, tried: &mut Vec<Tried>) -> Result<(), InferError> {
+    /// Seek the shapes of the best model's effects again, each from what the fit says of all else: they were sought
+    /// beside parameters that had bent to what was missing, and a fit finds no way across an edge.
+    fn shapes_again(&self, tried: &mut Vec<Tried>) -> Result<(), InferError> {
+        let kinds = |t: &Tried| t.added.iter().map(|e| e.kind).collect::<BTreeSet<_>>();
+        let best = kinds(&tried[0]);
+        self.shapes_of(&best, tried)?;
+        // A rival that came close may only stand at the wrong place.
+        let near = |t: &&Tried| t.added.len() == best.len() && kinds(t) != best;
+        match tried.iter().find(near).map(kinds) {
+            Some(rival) => self.shapes_of(&rival, tried),
+            None => Ok(()),
+        }
+    }
+
+    /// The same of the best model of some kinds.
+    fn shapes_of(&self, kinds: &BTreeSet<Kind>, tried: &mut Vec<Tried>) -> Result<(), InferError> {
         let Comparison::Motion(motion) = self.comparison else { return Ok(()) };
+        let of_kinds = |t: &&Tried| t.added.iter().map(|e| e.kind).collect::<BTreeSet<_>>() == *kinds;
         for _ in 0..AGAIN {
-            let best = tried[0].clone();
-            let Some(k) = best.added.iter().position(|e| has_edges(e.kind)) else { return Ok(()) };
-            let left = remainder(self.comparison, &best.fit)?.map_or(0.0, |left| left.gain);
+            let Some(best) = tried.iter().find(of_kinds).cloned() else { return Ok(()) };
+            let left = remainder(self.comparison, &best.fit)?.map_or(0.0, |left| left.misfit());
             if left < ANOTHER * self.comparison.observations() as f64 {
                 return Ok(());
             }
-            let (rest, effect) = self.apart(&best, k);
-            let regions = [&[patch_outline(&effect)], self.regions].concat();
-            let kinds = [best.added[k].kind];
-            let found = on_all_cores(self.watch, |watch| {
-                screen(motion, &rest.fit, &kinds, (self.episodes, &regions), STARTS, self.seed, watch)
-            })?;
-            self.make_all("edges", found.iter().map(|starts| job(&rest, starts)).collect(), tried)?;
-            if tried[0].fit.cost > best.fit.cost - left * SETTLED {
+            let mut jobs = Vec::new();
+            for k in 0..best.added.len() {
+                let (rest, effect) = self.apart(&best, k);
+                let kind = best.added[k].kind;
+                let outline = (kind == Kind::FloorPatch).then(|| patch_outline(&effect));
+                let regions: Vec<_> = outline.into_iter().chain(self.regions.iter().cloned()).collect();
+                let found = on_all_cores(self.watch, |watch| {
+                    screen(motion, &rest.fit, &[kind], (self.episodes, &regions), STARTS, self.seed, watch)
+                })?;
+                jobs.extend(found.iter().map(|starts| job(&rest, starts)));
+            }
+            self.make_all("places again", jobs, tried)?;
+            let now = tried.iter().find(of_kinds).map_or(best.fit.cost, |t| t.fit.cost);
+            if now > best.fit.cost - left * SETTLED {
                 return Ok(());
             }
         }
         Ok(())
+    }
+
+    /// Other effects in place of each of the best model's: one that was found beside the wrong other may be wrong itself.
+    fn exchange(&self, tried: &mut Vec<Tried>) -> Result<(), InferError> {
+        let best = tried[0].clone();
+        if best.added.len() < 2 {
+            return Ok(());
+        }
+        let mut jobs = Vec::new();
+        for k in 0..best.added.len() {
+            let (rest, _) = self.apart(&best, k);
+            jobs.extend(self.jobs(&rest, &self.offered(&rest), MORE)?);
+        }
+        self.try_all("in place of each", jobs, tried)
     }
 
     /// A model without its effect number `k`, all else as it was fitted, and that effect's values.

@@ -13,7 +13,7 @@ use trundle_record::Dataset;
 const SURE: f64 = 0.95;
 /// Share of what was missing that named effects may leave and still explain it.
 const LEFT_OVER: f64 = 0.25;
-/// Share of the misfit that named effects may leave, and misfit per sample that is too small to look at, nats. A right law
+/// Share of the misfit that named effects may leave, and misfit per sample that they may leave anyway, nats. A right law
 /// leaves thousandths: what leaves a hundredth is a law that is like the missing one.
 const LIKENESS: f64 = 0.01;
 const UNSEEN: f64 = 2.0;
@@ -79,6 +79,13 @@ fn outweighs(
         }
     }
     Ok(true)
+}
+
+/// Chance that a law which leaves so much is the missing one, rather than one that is like it: even where it leaves as
+/// much as is still named.
+pub(crate) fn likeness(left: Option<Remainder>, observations: usize) -> f64 {
+    let most = UNSEEN * observations as f64;
+    left.map_or(1.0, |left| 1.0 / (1.0 + (left.misfit() / most).powi(2)))
 }
 
 /// The verdict on a model, given what the simulation under test and it leave.
