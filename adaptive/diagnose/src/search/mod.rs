@@ -4,6 +4,8 @@
 //! step leads. A pair is screened on top of each of the best single effects, and the two halves of a pair that masks
 //! itself are found from the screens of both.
 
+mod again;
+
 use crate::adequacy::{Remainder, remainder};
 use crate::candidates::{candidates, name};
 use crate::locate::{Located, located};
@@ -13,7 +15,7 @@ use std::collections::BTreeSet;
 use trundle_infer::{
     Comparison, Coordinates, Fit, FitOptions, InferError, Watch, carried, fit, on_all_cores,
 };
-use trundle_model::{Effect, Kind, Model, patch_outline};
+use trundle_model::{Effect, Kind, Model};
 use trundle_record::Prepared;
 
 /// A model that was tried: the simulation under test with some effects added.
@@ -57,13 +59,8 @@ const SINGLES: usize = 9;
 const MORE: usize = 3;
 /// Single effects on top of which a second is sought.
 const FIRSTS: usize = 2;
-/// Models of the best one's size whose finer forms are tried: dry friction has two forms, at a point and under a body.
-const REFINED: usize = 2;
 /// Starts of a kind.
 const STARTS: usize = 2;
-/// How often shapes are sought again, while that takes this share of what was left.
-const AGAIN: usize = 4;
-const SETTLED: f64 = 0.1;
 /// Gain per sample that a remainder must promise for another effect to be sought beside one, nats.
 const ANOTHER: f64 = 0.15;
 /// Random starts of a candidate that cannot be screened, beside the carried-over one.
@@ -224,75 +221,6 @@ impl Searcher<'_> {
         Ok(Tried { fit: fit(self.comparison, &model, &job.warm, &options, watch)?, added: job.added })
     }
 
-    /// Seek the shapes of the best model's effects again, each from what the fit says of all else: they were sought
-    /// beside parameters that had bent to what was missing, and a fit finds no way across an edge.
-    fn shapes_again(&self, tried: &mut Vec<Tried>) -> Result<(), InferError> {
-        let kinds = |t: &Tried| t.added.iter().map(|e| e.kind).collect::<BTreeSet<_>>();
-        let best = kinds(&tried[0]);
-        self.shapes_of(&best, tried)?;
-        // A rival that came close may only stand at the wrong place.
-        let near = |t: &&Tried| t.added.len() == best.len() && kinds(t) != best;
-        match tried.iter().find(near).map(kinds) {
-            Some(rival) => self.shapes_of(&rival, tried),
-            None => Ok(()),
-        }
-    }
-
-    /// The same of the best model of some kinds.
-    fn shapes_of(&self, kinds: &BTreeSet<Kind>, tried: &mut Vec<Tried>) -> Result<(), InferError> {
-        let Comparison::Motion(motion) = self.comparison else { return Ok(()) };
-        let of_kinds = |t: &&Tried| t.added.iter().map(|e| e.kind).collect::<BTreeSet<_>>() == *kinds;
-        for _ in 0..AGAIN {
-            let Some(best) = tried.iter().find(of_kinds).cloned() else { return Ok(()) };
-            let left = remainder(self.comparison, &best.fit)?.map_or(0.0, |left| left.misfit());
-            if left < ANOTHER * self.comparison.observations() as f64 {
-                return Ok(());
-            }
-            let mut jobs = Vec::new();
-            for k in 0..best.added.len() {
-                let (rest, effect) = self.apart(&best, k);
-                let kind = best.added[k].kind;
-                let outline = (kind == Kind::FloorPatch).then(|| patch_outline(&effect));
-                let regions: Vec<_> = outline.into_iter().chain(self.regions.iter().cloned()).collect();
-                let found = on_all_cores(self.watch, |watch| {
-                    screen(motion, &rest.fit, &[kind], (self.episodes, &regions), STARTS, self.seed, watch)
-                })?;
-                jobs.extend(found.iter().map(|starts| job(&rest, starts)));
-            }
-            self.make_all("places again", jobs, tried)?;
-            let now = tried.iter().find(of_kinds).map_or(best.fit.cost, |t| t.fit.cost);
-            if now > best.fit.cost - left * SETTLED {
-                return Ok(());
-            }
-        }
-        Ok(())
-    }
-
-    /// Other effects in place of each of the best model's: one that was found beside the wrong other may be wrong itself.
-    fn exchange(&self, tried: &mut Vec<Tried>) -> Result<(), InferError> {
-        let best = tried[0].clone();
-        if best.added.len() < 2 {
-            return Ok(());
-        }
-        let mut jobs = Vec::new();
-        for k in 0..best.added.len() {
-            let (rest, _) = self.apart(&best, k);
-            jobs.extend(self.jobs(&rest, &self.offered(&rest), MORE)?);
-        }
-        self.try_all("in place of each", jobs, tried)
-    }
-
-    /// A model without its effect number `k`, all else as it was fitted, and that effect's values.
-    fn apart(&self, from: &Tried, k: usize) -> (Tried, Vec<f64>) {
-        let mut rest = from.clone();
-        rest.added.remove(k);
-        let effect = rest.fit.model.effects.remove(self.nominal.effects.len() + k);
-        let slots = rest.fit.model.slots();
-        rest.fit.values = slots.iter().map(|s| s.value.unwrap_or(0.0)).collect();
-        rest.fit.estimates.retain(|e| slots.iter().any(|s| s.name == e.name));
-        (rest, effect.values.iter().map(|v| v.unwrap_or(0.0)).collect())
-    }
-
     /// One more effect on top of the best models of a size.
     fn one_more(&self, tried: &mut Vec<Tried>, size: usize) -> Result<(), InferError> {
         let firsts: Vec<Tried> =
@@ -304,82 +232,6 @@ impl Searcher<'_> {
         let mut seen = BTreeSet::new();
         jobs.retain(|job| seen.insert(job.added.iter().map(|e| e.kind).collect::<BTreeSet<_>>()));
         self.try_all(if size == 1 { "pairs" } else { "one more effect" }, jobs, tried)
-    }
-
-    /// The models that the best one becomes when one of its effects is dropped, each of which must earn its place.
-    /// They are fitted again from where the fuller model ended: a search of theirs alone may have stopped elsewhere.
-    fn subsets(&self, tried: &mut Vec<Tried>) -> Result<(), InferError> {
-        let best = tried[0].clone();
-        if best.added.len() < 2 {
-            return Ok(());
-        }
-        let without = |k: usize| {
-            let mut added = best.added.clone();
-            added.remove(k);
-            let model = self.model(&added);
-            let warm = carried(&best.fit, &model, &vec![0.0; model.slots().len()]);
-            Job { added, warm: vec![warm], starts: 0 }
-        };
-        self.make_all("without each", (0..best.added.len()).map(without).collect(), tried)?;
-        // Dropped one by one: what is left over may have been a single effect all along.
-        if tried[0].added.len() < best.added.len() { self.subsets(tried) } else { Ok(()) }
-    }
-
-    /// Where the best model leaves something, try the finer forms of its effects: stiction, a drift. Not for slow
-    /// pushes: nothing says there that more is needed, and one speed does not tell stiction from sliding.
-    fn refine(&self, tried: &mut Vec<Tried>) -> Result<(), InferError> {
-        let size = tried[0].added.len();
-        if size == 0 || self.comparison.is_quasi_static() {
-            return Ok(());
-        }
-        let observations = self.comparison.observations();
-        if remainder(self.comparison, &tried[0].fit)?.is_some_and(|left| !left.matters(observations)) {
-            return Ok(());
-        }
-        // Rivals are refined too, and then once more from where the best one's refinements ended: which of two models is
-        // better must not hang on whose stiction was found.
-        self.make_all("finer forms", self.finer_jobs(tried, size, None), tried)?;
-        let best = tried[0].clone();
-        self.make_all("finer forms", self.finer_jobs(tried, size, Some(&best)), tried)
-    }
-
-    /// Fits of finer forms of the best models of a size, each of other kinds, from where `like` ended or from medians.
-    fn finer_jobs(&self, tried: &[Tried], size: usize, like: Option<&Tried>) -> Vec<Job> {
-        let mut seen = BTreeSet::new();
-        let kinds = |t: &Tried| t.added.iter().map(|e| e.kind).collect::<BTreeSet<_>>();
-        if let Some(like) = like {
-            seen.insert(kinds(like));
-        }
-        let mut jobs = Vec::new();
-        let coarse = |t: &&Tried| t.added.len() == size && t.added.iter().any(|e| finer(e).is_some());
-        for best in tried.iter().filter(coarse).filter(|t| seen.insert(kinds(t))).take(REFINED) {
-            for (k, effect) in best.added.iter().enumerate() {
-                let Some(finer) = finer(effect) else { continue };
-                if like.is_some_and(|like| !like.added.contains(&finer)) {
-                    continue;
-                }
-                let mut added = best.added.clone();
-                added[k] = finer;
-                let model = self.model(&added);
-                let coordinates = Coordinates::new(&model);
-                let median = coordinates.values(&vec![0.0; coordinates.free().len()]).0;
-                let fill = like.map_or_else(|| median.clone(), |like| carried(&like.fit, &model, &median));
-                jobs.push(Job { warm: vec![self.refined(best, &model, &fill)], added, starts: 0 });
-            }
-        }
-        jobs
-    }
-
-    /// Values of a model with finer effects: those of the simpler fit, the refinements' from `fill`.
-    fn refined(&self, best: &Tried, model: &Model, fill: &[f64]) -> Vec<f64> {
-        let simple: BTreeSet<String> = best.fit.estimates.iter().map(|e| e.name.clone()).collect();
-        let mut values = carried(&best.fit, model, fill);
-        for ((slot, value), fill) in model.slots().iter().zip(&mut values).zip(fill) {
-            if slot.value.is_none() && !simple.contains(&slot.name) {
-                *value = *fill;
-            }
-        }
-        values
     }
 
     /// Whether an explained recording leaves more than laws that are a little wrong in shape do.
