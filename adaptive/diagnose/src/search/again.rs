@@ -11,7 +11,7 @@ use trundle_infer::{Comparison, Coordinates, InferError, carried, on_all_cores};
 use trundle_model::{Kind, Model, patch_outline};
 
 /// How often shapes are sought again, while that takes this share of what was left.
-const AGAIN: usize = 4;
+const AGAIN: usize = 3;
 const SETTLED: f64 = 0.1;
 /// Models of the best one's size whose finer forms are tried: dry friction has two forms, at a point and under a body.
 const REFINED: usize = 2;
@@ -22,8 +22,11 @@ impl Searcher<'_> {
     pub(super) fn shapes_again(&self, tried: &mut Vec<Tried>) -> Result<(), InferError> {
         let best = kinds(&tried[0]);
         self.shapes_of(&best, tried)?;
-        // A rival that came close may only stand at the wrong place.
-        let near = |t: &&Tried| t.added.len() == best.len() && kinds(t) != best;
+        // A rival that comes as close as the best one leaves may only stand at the wrong place.
+        let left = remainder(self.comparison, &tried[0].fit)?.map_or(0.0, |left| left.misfit());
+        let near = |t: &&Tried| {
+            t.added.len() == best.len() && kinds(t) != best && t.fit.cost < tried[0].fit.cost + left
+        };
         match tried.iter().find(near).map(kinds) {
             Some(rival) => self.shapes_of(&rival, tried),
             None => Ok(()),

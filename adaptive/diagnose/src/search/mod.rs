@@ -50,7 +50,7 @@ pub(crate) struct Found {
 /// Share of simulations that lack an effect.
 const MISSING: f64 = 0.05;
 /// At most this many effects are added.
-const MOST: usize = 3;
+const MOST: usize = 2;
 /// Gain, nats, below which a kind is not fitted unless it is among the first `ALWAYS`: what a prior costs at least.
 pub(crate) const HOPELESS: f64 = 5.0;
 const ALWAYS: usize = 3;

@@ -1,0 +1,29 @@
+"""A diagnosis that must do without the effect that is in the recording."""
+
+import json
+from pathlib import Path
+
+import pytest
+
+import trundle as package
+from tests.command import trundle
+from tests.e2e.conftest import Demo
+
+
+def test_the_true_effect_left_out_is_not_replaced_by_a_wrong_one(demo: Demo, tmp_path: Path) -> None:
+    ran = trundle(
+        tmp_path, "diagnose", demo.recording, "--without", "coulomb_friction", "--out", "without", "--quiet"
+    )
+    assert ran.returncode == 0, ran.stderr
+    answer = json.loads((tmp_path / "without" / "diagnosis.json").read_text())
+    assert answer["verdict"] == "unexplained"
+    assert answer["missing"] == []
+    assert answer["mismatch"]["windows"]
+
+
+def test_an_effect_that_does_not_exist_is_refused_with_those_that_do(demo: Demo, tmp_path: Path) -> None:
+    with pytest.raises(package.TrundleError, match=r"unknown effect `coulomb`; known are .*coulomb_friction"):
+        package.diagnose(demo.recording, without=["coulomb"])
+    ran = trundle(tmp_path, "diagnose", demo.recording, "--without", "coulomb", "--out", "none")
+    assert ran.returncode == 2 and "unknown effect" in ran.stderr
+    assert not (tmp_path / "none").exists()
