@@ -1,7 +1,7 @@
 //! Where the laws' own states begin, when a simulation from the first pose on does not know: a caster may stand any way.
 
 use crate::rollout::simulated;
-use crate::score::wrap;
+use crate::tally::wrap;
 use trundle_model::{INNER, Inner, Model, Plant};
 use trundle_record::Prepared;
 

@@ -5,11 +5,11 @@ use crate::curve::clock;
 use crate::quasi::WrenchSample;
 use crate::rollout::{Window, open_loop, windows};
 use crate::stretches::wrench_samples;
+use crate::tally::Tally;
 use crate::track::LONGEST;
 use crate::{Channels, InferError};
 use rayon::prelude::*;
 use serde::Serialize;
-use std::f64::consts::{PI, TAU};
 use trundle_model::{Clock, INNER, Model, Plant, State, to_body};
 use trundle_record::{Motion, Noise, Prepared};
 
@@ -36,22 +36,6 @@ pub struct Score {
     pub torque_rmse: Option<f64>,
     /// Mean log density of a pose sample, one window ahead.
     pub log_predictive_density: Option<f64>,
-}
-
-/// Sums from which the figures of one or more episodes are made.
-#[derive(Clone, Default)]
-struct Sums {
-    open: [f64; 2],
-    open_count: f64,
-    last: [f64; 2],
-    episodes: f64,
-    unexplained: f64,
-    variance: f64,
-    window: [f64; 2],
-    window_count: f64,
-    log_density: f64,
-    wrench: [f64; 2],
-    wrench_count: f64,
 }
 
 /// Judge a model with all values given on some episodes.
@@ -86,131 +70,51 @@ pub fn score_beside(
     let plant = model.plant(values)?;
     let unjudged = unjudged.max(beginning::unjudged(model));
     let one = |episode: &Prepared| {
-        let mut sums = Sums::default();
+        let mut tally = Tally::default();
         if quasi_static {
-            sums.wrenches(&plant, &wrench_samples(episode, noise));
+            wrench_samples(episode, noise).iter().for_each(|sample| tally.wrench(sample.residual(&plant)));
         } else {
-            sums.open_loop(model, &plant, episode, unjudged);
-            sums.windows(windows(model, values, channels, episode, noise)?, episode.contact + unjudged);
-            sums.dynamics(&plant, model.dof, episode, noise, unjudged);
+            let rho = if model.dof[2] { model.body.gyration } else { 0.0 };
+            tally.open_loop(&open_loop(&plant, episode), episode, rho, unjudged);
+            let ahead = windows(model, values, channels, episode, noise)?;
+            add_windows(&mut tally, &ahead, episode.contact + unjudged);
+            add_dynamics(&mut tally, &plant, model.dof, episode, noise, unjudged);
         }
-        Ok(sums)
+        Ok(tally)
     };
     let all = episodes.par_iter().map(one).collect::<Result<Vec<_>, InferError>>()?;
-    Ok(all.iter().fold(Sums::default(), |a, b| a.plus(b)).figures(model.dof[2]))
+    Ok(all.iter().fold(Tally::default(), Tally::plus).figures(model.dof[2]))
 }
 
-/// An angle on the circle, in (−π, π].
-pub(crate) fn wrap(angle: f64) -> f64 {
-    let turned = (angle + PI).rem_euclid(TAU) - PI;
-    if turned == -PI { PI } else { turned }
+/// Add predictions of samples from a time on.
+fn add_windows(tally: &mut Tally, windows: &[Option<Window>], from: f64) {
+    for sample in windows.iter().flatten().flat_map(|w| &w.samples).filter(|sample| sample.t > from) {
+        tally.ahead(sample.error.into());
+        tally.density(-sample.cost);
+    }
 }
 
-fn square_error(a: [f64; 3], b: [f64; 3]) -> [f64; 2] {
-    [(a[0] - b[0]).powi(2) + (a[1] - b[1]).powi(2), wrap(a[2] - b[2]).powi(2)]
-}
-
-impl Sums {
-    fn open_loop(&mut self, model: &Model, plant: &Plant<f64>, episode: &Prepared, unjudged: f64) {
-        let simulated = open_loop(plant, episode);
-        let rho = if model.dof[2] { model.body.gyration } else { 0.0 };
-        let judged = |t: f64| t < episode.contact || t >= episode.contact + unjudged;
-        let pairs = || episode.pose.iter().zip(&simulated).filter(|(seen, _)| judged(seen.t));
-        let n = pairs().count() as f64;
-        let center = [0, 1, 2].map(|k| pairs().map(|(seen, _)| seen.pose[k]).sum::<f64>() / n);
-        for (seen, simulated) in pairs() {
-            let [position, heading] = square_error(seen.pose, *simulated);
-            self.open = [self.open[0] + position, self.open[1] + heading];
-            self.unexplained += position + rho * rho * heading;
-            let d = [0, 1, 2].map(|k| seen.pose[k] - center[k]);
-            self.variance += d[0] * d[0] + d[1] * d[1] + (rho * d[2]).powi(2);
+/// Add the wrench that the seen motion needs, at every pose sample from contact on.
+fn add_dynamics(
+    tally: &mut Tally,
+    plant: &Plant<f64>,
+    dof: [bool; 3],
+    episode: &Prepared,
+    noise: &Noise,
+    unjudged: f64,
+) {
+    let mut own = Own { inner: beginning::beginning(plant, episode), last: None };
+    for motion in episode.motion(noise).iter().filter(|m| m.t >= episode.contact) {
+        let Some(sample) = seen(motion, episode, plant.delay().unwrap_or(0.0)) else { continue };
+        let inner = own.until(plant, &sample);
+        if motion.t < episode.contact + unjudged {
+            continue;
         }
-        if let (Some(seen), Some(simulated)) = (episode.pose.last(), simulated.last()) {
-            let [position, heading] = square_error(seen.pose, *simulated);
-            self.last = [self.last[0] + position.sqrt(), self.last[1] + heading.sqrt()];
-        }
-        self.open_count += n;
-        self.episodes += 1.0;
-    }
-
-    /// Predictions of samples from a time on.
-    fn windows(&mut self, windows: Vec<Option<Window>>, from: f64) {
-        for sample in windows.iter().flatten().flat_map(|w| &w.samples).filter(|sample| sample.t > from) {
-            let e = sample.error;
-            self.window = [self.window[0] + e[0] * e[0] + e[1] * e[1], self.window[1] + wrap(e[2]).powi(2)];
-            self.log_density -= sample.cost;
-            self.window_count += 1.0;
-        }
-    }
-
-    /// The wrench that the seen motion needs, at every pose sample from contact on.
-    fn dynamics(
-        &mut self,
-        plant: &Plant<f64>,
-        dof: [bool; 3],
-        episode: &Prepared,
-        noise: &Noise,
-        unjudged: f64,
-    ) {
-        let mut own = Own { inner: beginning::beginning(plant, episode), last: None };
-        for motion in episode.motion(noise).iter().filter(|m| m.t >= episode.contact) {
-            let Some(sample) = seen(motion, episode, plant.delay().unwrap_or(0.0)) else { continue };
-            let inner = own.until(plant, &sample);
-            if motion.t < episode.contact + unjudged {
-                continue;
-            }
-            let inertia = inertial(plant, &sample, motion.accel);
-            let [force_x, force_y, torque] = shortfall(plant, &sample, inner, motion, inertia);
-            let force_y = if dof[1] { force_y } else { 0.0 };
-            let torque = if dof[2] { torque } else { 0.0 };
-            self.add_wrench([force_x, force_y, torque]);
-        }
-    }
-
-    fn wrenches(&mut self, plant: &Plant<f64>, samples: &[WrenchSample]) {
-        for sample in samples {
-            self.add_wrench(sample.residual(plant));
-        }
-    }
-
-    fn add_wrench(&mut self, [x, y, torque]: [f64; 3]) {
-        self.wrench = [self.wrench[0] + x * x + y * y, self.wrench[1] + torque * torque];
-        self.wrench_count += 1.0;
-    }
-
-    fn plus(mut self, other: &Self) -> Self {
-        for k in 0..2 {
-            self.open[k] += other.open[k];
-            self.last[k] += other.last[k];
-            self.window[k] += other.window[k];
-            self.wrench[k] += other.wrench[k];
-        }
-        self.open_count += other.open_count;
-        self.episodes += other.episodes;
-        self.unexplained += other.unexplained;
-        self.variance += other.variance;
-        self.window_count += other.window_count;
-        self.log_density += other.log_density;
-        self.wrench_count += other.wrench_count;
-        self
-    }
-
-    fn figures(&self, turns: bool) -> Score {
-        let rms = |sum: f64, n: f64| (n > 0.0).then(|| (sum / n).sqrt()).filter(|v| v.is_finite());
-        let mean = |sum: f64, n: f64| (n > 0.0).then(|| sum / n).filter(|v| v.is_finite());
-        let heading = |value: Option<f64>| value.filter(|_| turns);
-        Score {
-            position_rmse: rms(self.open[0], self.open_count),
-            heading_rmse: heading(rms(self.open[1], self.open_count)),
-            final_position_error: mean(self.last[0], self.episodes),
-            final_heading_error: heading(mean(self.last[1], self.episodes)),
-            r2: mean(self.unexplained, self.variance).map(|share| 1.0 - share),
-            window_position_rmse: rms(self.window[0], self.window_count),
-            window_heading_rmse: heading(rms(self.window[1], self.window_count)),
-            force_rmse: rms(self.wrench[0], self.wrench_count),
-            torque_rmse: heading(rms(self.wrench[1], self.wrench_count)),
-            log_predictive_density: mean(self.log_density, self.window_count),
-        }
+        let inertia = inertial(plant, &sample, motion.accel);
+        let [force_x, force_y, torque] = shortfall(plant, &sample, inner, motion, inertia);
+        let force_y = if dof[1] { force_y } else { 0.0 };
+        let torque = if dof[2] { torque } else { 0.0 };
+        tally.wrench([force_x, force_y, torque]);
     }
 }
 

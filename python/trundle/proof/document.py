@@ -52,6 +52,8 @@ def rows_of(path: Path) -> tuple[Row, list[Row]]:
             rows.append(
                 {**trial, "answer": found, "truth": truths[trial["case"]], "seconds": found["seconds"]}
             )
+    done = {row["case"] for row in rows}
+    settings["undone"] = sum("oracle" in truth and case not in done for case, truth in truths.items())
     settings["given_up"] = [truth["names"] for truth in truths.values() if "oracle" not in truth]
     return settings, sorted(rows, key=lambda row: str(row["case"]))
 

@@ -61,12 +61,13 @@ def about(settings: Row, rows: Sequence[Row]) -> str:
     given_up = Counter(" + ".join(names) for names in settings["given_up"])
     lost = ", ".join(f"{name} {count}" for name, count in sorted(given_up.items())) or "none"
     seconds = [row["seconds"] for row in rows]
+    undone = f" {settings['undone']} sealed cases were not diagnosed." if settings["undone"] else ""
     spent = f"{np.median(seconds):.1f} s (median), {np.max(seconds):.1f} s at most"
     return (
         f"Range of seeds: {settings['range']}, from {settings['first']} on. {len(rows)} recordings: "
         f"{counts}, {len(foreign(rows))} with something foreign. Draws that did not matter and were drawn "
         f"again: {sum(drawn)}; cases given up after {settings['attempts']} draws: {lost}. A diagnosis took "
-        f"{spent}."
+        f"{spent}.{undone}"
     )
 
 

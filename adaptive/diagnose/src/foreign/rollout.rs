@@ -4,7 +4,7 @@ use super::law::{acted, corrected, over_step};
 use super::path::Recorded;
 use super::simulator::{Foreign, go_on};
 use nalgebra::Vector6;
-use trundle_infer::{InferError, Score, StateVector, Watch};
+use trundle_infer::{InferError, Score, StateVector, Tally, Watch};
 use trundle_model::{Clock, Plant, State, transport};
 use trundle_record::{Noise, Prepared};
 
@@ -96,10 +96,10 @@ impl Rollout<'_> {
         dof: [bool; 3],
         gyration: f64,
     ) -> Result<Score, InferError> {
-        let mut sums = Sums::default();
+        let mut tally = Tally::default();
         for episode in episodes {
             let rho = if dof[2] { gyration } else { 0.0 };
-            sums.open(&self.open_loop(episode)?, episode, rho);
+            tally.open_loop(&self.open_loop(episode)?, episode, rho, 0.0);
             let known = episode.motion_so_far(noise);
             let mut begin = episode.contact.max(episode.pose.first().map_or(0.0, |p| p.t));
             let end = episode.pose.last().map_or(0.0, |p| p.t);
@@ -108,78 +108,18 @@ impl Rollout<'_> {
                 let count = episode.pose[index..].partition_point(|p| p.t <= begin + WINDOW + 1e-9);
                 if let Some(from) = known.get(index) {
                     let poses = self.poses(episode, index, count, State::moving(from.pose, from.twist))?;
-                    sums.window(&poses, &episode.pose[index..]);
+                    for (seen, simulated) in episode.pose[index..].iter().zip(&poses).skip(1) {
+                        tally.ahead([0, 1, 2].map(|k| seen.pose[k] - simulated[k]));
+                    }
                 }
                 begin += WINDOW;
             }
         }
-        Ok(sums.figures(dof[2]))
+        Ok(tally.figures(dof[2]))
     }
 }
 
 fn vector(state: &State<f64>) -> StateVector {
     let v = Vector6::from_fn(|k, _| if k < 3 { state.pose[k] } else { state.twist[k - 3] });
     v.into()
-}
-
-#[derive(Default)]
-struct Sums {
-    open: [f64; 2],
-    count: f64,
-    last: [f64; 2],
-    episodes: f64,
-    unexplained: f64,
-    variance: f64,
-    window: [f64; 2],
-    window_count: f64,
-}
-
-fn error(a: [f64; 3], b: [f64; 3]) -> [f64; 2] {
-    let turn = (a[2] - b[2]) / std::f64::consts::TAU;
-    let turn = (turn - turn.round()) * std::f64::consts::TAU;
-    [(a[0] - b[0]).powi(2) + (a[1] - b[1]).powi(2), turn * turn]
-}
-
-impl Sums {
-    fn open(&mut self, simulated: &[[f64; 3]], episode: &Prepared, rho: f64) {
-        let n = episode.pose.len().max(1) as f64;
-        let center = [0, 1, 2].map(|k| episode.pose.iter().map(|p| p.pose[k]).sum::<f64>() / n);
-        for (seen, simulated) in episode.pose.iter().zip(simulated) {
-            let [position, heading] = error(seen.pose, *simulated);
-            self.open = [self.open[0] + position, self.open[1] + heading];
-            self.unexplained += position + rho * rho * heading;
-            let d = [0, 1, 2].map(|k| seen.pose[k] - center[k]);
-            self.variance += d[0] * d[0] + d[1] * d[1] + (rho * d[2]).powi(2);
-        }
-        if let (Some(seen), Some(simulated)) = (episode.pose.last(), simulated.last()) {
-            let [position, heading] = error(seen.pose, *simulated);
-            self.last = [self.last[0] + position.sqrt(), self.last[1] + heading.sqrt()];
-        }
-        self.count += n;
-        self.episodes += 1.0;
-    }
-
-    fn window(&mut self, simulated: &[[f64; 3]], seen: &[trundle_record::PoseSample]) {
-        for (seen, simulated) in seen.iter().zip(simulated).skip(1) {
-            let [position, heading] = error(seen.pose, *simulated);
-            self.window = [self.window[0] + position, self.window[1] + heading];
-            self.window_count += 1.0;
-        }
-    }
-
-    fn figures(&self, turns: bool) -> Score {
-        let root = |sum: f64, count: f64| (count > 0.0).then(|| (sum / count).sqrt());
-        let turning = |value: Option<f64>| value.filter(|_| turns);
-        let mean = |sum: f64| (self.episodes > 0.0).then(|| sum / self.episodes);
-        Score {
-            position_rmse: root(self.open[0], self.count),
-            heading_rmse: turning(root(self.open[1], self.count)),
-            final_position_error: mean(self.last[0]),
-            final_heading_error: turning(mean(self.last[1])),
-            r2: (self.variance > 0.0).then(|| 1.0 - self.unexplained / self.variance),
-            window_position_rmse: root(self.window[0], self.window_count),
-            window_heading_rmse: turning(root(self.window[1], self.window_count)),
-            ..Score::default()
-        }
-    }
 }

@@ -102,5 +102,5 @@ pub(crate) fn slots(sigma: Sigma, kinds: &[usize]) -> Vec<Slot> {
 /// Seen less simulated; headings on their circle.
 pub(crate) fn difference(seen: &StateVector, simulated: &StateVector, channel: usize) -> f64 {
     let d = seen[channel] - simulated[channel];
-    if channel == 2 { crate::score::wrap(d) } else { d }
+    if channel == 2 { crate::tally::wrap(d) } else { d }
 }

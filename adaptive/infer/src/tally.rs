@@ -1,0 +1,119 @@
+//! Sums from which the figures of one or more episodes are made, whoever simulated them.
+
+use crate::Score;
+use std::f64::consts::{PI, TAU};
+use trundle_record::Prepared;
+
+/// A mean in the making.
+#[derive(Clone, Copy, Debug)]
+struct Mean<const N: usize> {
+    sum: [f64; N],
+    count: f64,
+}
+
+impl<const N: usize> Default for Mean<N> {
+    fn default() -> Self {
+        Self { sum: [0.0; N], count: 0.0 }
+    }
+}
+
+impl<const N: usize> Mean<N> {
+    fn add(&mut self, values: [f64; N], count: f64) {
+        self.sum.iter_mut().zip(values).for_each(|(sum, value)| *sum += value);
+        self.count += count;
+    }
+
+    fn value(&self, k: usize) -> Option<f64> {
+        (self.count > 0.0).then(|| self.sum[k] / self.count).filter(|v| v.is_finite())
+    }
+
+    fn root(&self, k: usize) -> Option<f64> {
+        self.value(k).map(f64::sqrt)
+    }
+}
+
+/// Errors of simulated motion and of wrenches; squares of positions and of headings.
+#[derive(Clone, Debug, Default)]
+pub struct Tally {
+    open: Mean<2>,
+    last: Mean<2>,
+    /// Unexplained over variance, instead of a count.
+    share: Mean<1>,
+    window: Mean<2>,
+    density: Mean<1>,
+    wrench: Mean<2>,
+}
+
+impl Tally {
+    /// Add an episode simulated in open loop, pose by pose. Turns count at `rho` m; `unjudged` seconds after contact do not
+    /// count.
+    pub fn open_loop(&mut self, simulated: &[[f64; 3]], episode: &Prepared, rho: f64, unjudged: f64) {
+        let judged = |t: f64| t < episode.contact || t >= episode.contact + unjudged;
+        let pairs = || episode.pose.iter().zip(simulated).filter(|(seen, _)| judged(seen.t));
+        let n = pairs().count() as f64;
+        let center = [0, 1, 2].map(|k| pairs().map(|(seen, _)| seen.pose[k]).sum::<f64>() / n);
+        for (seen, simulated) in pairs() {
+            let [position, heading] = square_error(seen.pose, *simulated);
+            self.open.add([position, heading], 1.0);
+            let d = [0, 1, 2].map(|k| seen.pose[k] - center[k]);
+            let variance = d[0] * d[0] + d[1] * d[1] + (rho * d[2]).powi(2);
+            self.share.add([position + rho * rho * heading], variance);
+        }
+        if let (Some(seen), Some(simulated)) = (episode.pose.last(), simulated.last()) {
+            self.last.add(square_error(seen.pose, *simulated).map(f64::sqrt), 1.0);
+        }
+    }
+
+    /// Add a pose predicted within a window: seen less predicted.
+    pub fn ahead(&mut self, [x, y, theta]: [f64; 3]) {
+        self.window.add([x * x + y * y, wrap(theta).powi(2)], 1.0);
+    }
+
+    /// Add the log density of such a pose.
+    pub fn density(&mut self, log_density: f64) {
+        self.density.add([log_density], 1.0);
+    }
+
+    /// Add a wrench that was needed less recorded.
+    pub fn wrench(&mut self, [x, y, torque]: [f64; 3]) {
+        self.wrench.add([x * x + y * y, torque * torque], 1.0);
+    }
+
+    /// Both together.
+    pub fn plus(mut self, other: &Self) -> Self {
+        self.open.add(other.open.sum, other.open.count);
+        self.last.add(other.last.sum, other.last.count);
+        self.share.add(other.share.sum, other.share.count);
+        self.window.add(other.window.sum, other.window.count);
+        self.density.add(other.density.sum, other.density.count);
+        self.wrench.add(other.wrench.sum, other.wrench.count);
+        self
+    }
+
+    /// The figures; those of headings only of what `turns`.
+    pub fn figures(&self, turns: bool) -> Score {
+        let heading = |value: Option<f64>| value.filter(|_| turns);
+        Score {
+            position_rmse: self.open.root(0),
+            heading_rmse: heading(self.open.root(1)),
+            final_position_error: self.last.value(0),
+            final_heading_error: heading(self.last.value(1)),
+            r2: self.share.value(0).map(|share| 1.0 - share),
+            window_position_rmse: self.window.root(0),
+            window_heading_rmse: heading(self.window.root(1)),
+            force_rmse: self.wrench.root(0),
+            torque_rmse: heading(self.wrench.root(1)),
+            log_predictive_density: self.density.value(0),
+        }
+    }
+}
+
+/// An angle on the circle, in (−π, π].
+pub(crate) fn wrap(angle: f64) -> f64 {
+    let turned = (angle + PI).rem_euclid(TAU) - PI;
+    if turned == -PI { PI } else { turned }
+}
+
+fn square_error(a: [f64; 3], b: [f64; 3]) -> [f64; 2] {
+    [(a[0] - b[0]).powi(2) + (a[1] - b[1]).powi(2), wrap(a[2] - b[2]).powi(2)]
+}
