@@ -10,6 +10,7 @@ from tests.command import trundle
 from tests.e2e.conftest import Demo
 
 
+@pytest.mark.slow
 def test_the_true_effect_left_out_is_not_replaced_by_a_wrong_one(demo: Demo, tmp_path: Path) -> None:
     ran = trundle(
         tmp_path, "diagnose", demo.recording, "--without", "coulomb_friction", "--out", "without", "--quiet"
