@@ -36,7 +36,8 @@ def confusion(path: Path, rows: Sequence[Row]) -> None:
     axes.set_yticks(range(len(down)), down)
     for (i, j), count in np.ndenumerate(counts):
         if count:
-            axes.text(j, i, f"{count:.0f}", ha="center", va="center", fontsize=7)
+            color = "white" if shares[i, j] > 0.6 else "black"
+            axes.text(j, i, f"{count:.0f}", ha="center", va="center", fontsize=7, color=color)
     axes.set(xlabel="answered", ylabel="hidden")
     style.save(figure, path)
 
