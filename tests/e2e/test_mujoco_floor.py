@@ -26,6 +26,7 @@ def test_friction_that_gives_way_is_named_with_the_speed_at_which_it_does() -> N
     assert after["r2"] > 0.98
 
 
+@pytest.mark.slow
 def test_a_name_is_refused_where_the_best_of_bad_models_predicts_nothing() -> None:
     """Friction of each joint by itself holds x, y and the turn apart, as no floor does."""
     found = trundle.diagnose(recording("joints", feet=True, episodes=4))
