@@ -5,15 +5,18 @@
 //! tare's and may wander: its smoothed course is the wrench that the model misses.
 
 mod response;
+mod sighting;
 mod smooth;
 
-use crate::covariance::{Belief, MOTION, Matrix, PLAIN, POSE, Vector, corrected, moved, whitener};
+use crate::covariance::{Belief, MOTION, Matrix, PLAIN, POSE, Vector, corrected, moved};
 use crate::curve::Curve;
 use crate::{Channels, InferError, Track, track::Step};
-use nalgebra::{Matrix3, SMatrix, Vector3};
+
 use trundle_model::{Clock, Dual, INNER, Inner, Model, Plant, Real, State, transport};
 
 pub use response::Response;
+pub use sighting::Innovation;
+use sighting::Sighting;
 pub use smooth::Residual;
 use smooth::{Stage, backward};
 
@@ -24,23 +27,6 @@ const MOVING: usize = PLAIN - POSE;
 
 /// Beginning of an episode by which the laws' own starting states are chosen, s.
 const BEGINNING: f64 = 1.0;
-
-/// What one pose sample said.
-#[derive(Clone, Debug)]
-pub struct Innovation {
-    /// Time, s.
-    pub t: f64,
-    /// Seen less predicted pose.
-    pub error: Vector3<f64>,
-    /// Its covariance.
-    pub covariance: Matrix3<f64>,
-    /// Filter gain: what the sample moves in the state.
-    pub gain: SMatrix<f64, STATES, 3>,
-    /// Inverse of the Cholesky factor of the covariance; rows of blocked directions are zero.
-    pub whitener: Matrix3<f64>,
-    /// −log density of the sample.
-    pub cost: f64,
-}
 
 /// What a filter found along an episode.
 pub(crate) struct Passage {
@@ -102,25 +88,6 @@ struct Filter<const N: usize, const D: usize> {
     /// Variances of a reading and of its error's walk, 1/s, likewise.
     reading_noise: [f64; 3],
     wander: [f64; 3],
-}
-
-/// What a pose sample says of a belief.
-struct Sighting<const N: usize> {
-    t: f64,
-    error: Vector3<f64>,
-    covariance: Matrix3<f64>,
-    gain: SMatrix<f64, N, POSE>,
-    whitener: Matrix3<f64>,
-    cost: f64,
-}
-
-impl<const N: usize> Sighting<N> {
-    fn innovation(&self) -> Innovation {
-        let Self { t, error, covariance, whitener, cost, .. } = *self;
-        let mut gain = SMatrix::<f64, STATES, POSE>::zeros();
-        gain.fixed_view_mut::<N, POSE>(0, 0).copy_from(&self.gain);
-        Innovation { t, error, covariance, gain, whitener, cost }
-    }
 }
 
 impl<const N: usize, const D: usize> Filtering for Filter<N, D> {
@@ -334,31 +301,7 @@ impl<const N: usize, const D: usize> Filter<N, D> {
     }
 
     fn observe(&self, belief: &Belief<N>, t: f64, seen: [f64; 3]) -> Option<Sighting<N>> {
-        let mut covariance: Matrix3<f64> = belief.covariance.fixed_view::<3, 3>(0, 0).into_owned();
-        let mut error = Vector3::zeros();
-        for k in 0..3 {
-            if self.dof[k] {
-                covariance[(k, k)] += self.pose_noise[k];
-                error[k] = seen[k] - belief.mean[k];
-            } else {
-                covariance[(k, k)] = 1.0;
-            }
-        }
-        let mut whitener = whitener(&covariance)?;
-        let gain = belief.covariance.fixed_view::<N, POSE>(0, 0) * (whitener.transpose() * whitener);
-        let whitened = whitener * error;
-        let mut cost = 0.5 * whitened.norm_squared();
-        let mut density = 1.0;
-        for k in 0..3 {
-            if self.dof[k] {
-                density *= whitener[(k, k)];
-                cost += 0.5 * std::f64::consts::TAU.ln();
-            } else {
-                whitener.row_mut(k).fill(0.0);
-            }
-        }
-        cost -= density.ln();
-        cost.is_finite().then_some(Sighting { t, error, covariance, gain, whitener, cost })
+        Sighting::new(belief, t, seen, self.dof, self.pose_noise)
     }
 
     fn update(&self, belief: &mut Belief<N>, seen: &Sighting<N>) {

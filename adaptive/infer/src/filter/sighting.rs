@@ -1,0 +1,70 @@
+//! What one pose sample says: how far it is from what was predicted, and what it moves.
+
+use super::STATES;
+use crate::covariance::{Belief, POSE, whitener};
+use nalgebra::{Matrix3, SMatrix, Vector3};
+
+/// What one pose sample said.
+#[derive(Clone, Debug)]
+pub struct Innovation {
+    /// Time, s.
+    pub t: f64,
+    /// Seen less predicted pose.
+    pub error: Vector3<f64>,
+    /// Its covariance.
+    pub covariance: Matrix3<f64>,
+    /// Filter gain: what the sample moves in the state.
+    pub gain: SMatrix<f64, STATES, 3>,
+    /// Inverse of the Cholesky factor of the covariance; rows of blocked directions are zero.
+    pub whitener: Matrix3<f64>,
+    /// −log density of the sample.
+    pub cost: f64,
+}
+
+/// What a pose sample says of a belief.
+pub(super) struct Sighting<const N: usize> {
+    pub t: f64,
+    pub error: Vector3<f64>,
+    pub covariance: Matrix3<f64>,
+    pub gain: SMatrix<f64, N, POSE>,
+    pub whitener: Matrix3<f64>,
+    pub cost: f64,
+}
+
+impl<const N: usize> Sighting<N> {
+    /// A pose seen, where directions that are not `dof` are blocked; `noise` are variances. `None` where a number is not finite.
+    pub fn new(belief: &Belief<N>, t: f64, seen: [f64; 3], dof: [bool; 3], noise: [f64; 3]) -> Option<Self> {
+        let mut covariance: Matrix3<f64> = belief.covariance.fixed_view::<3, 3>(0, 0).into_owned();
+        let mut error = Vector3::zeros();
+        for k in 0..3 {
+            if dof[k] {
+                covariance[(k, k)] += noise[k];
+                error[k] = seen[k] - belief.mean[k];
+            } else {
+                covariance[(k, k)] = 1.0;
+            }
+        }
+        let mut whitener = whitener(&covariance)?;
+        let gain = belief.covariance.fixed_view::<N, POSE>(0, 0) * (whitener.transpose() * whitener);
+        let whitened = whitener * error;
+        let mut cost = 0.5 * whitened.norm_squared();
+        let mut density = 1.0;
+        for k in 0..3 {
+            if dof[k] {
+                density *= whitener[(k, k)];
+                cost += 0.5 * std::f64::consts::TAU.ln();
+            } else {
+                whitener.row_mut(k).fill(0.0);
+            }
+        }
+        cost -= density.ln();
+        cost.is_finite().then_some(Self { t, error, covariance, gain, whitener, cost })
+    }
+
+    pub fn innovation(&self) -> Innovation {
+        let Self { t, error, covariance, whitener, cost, .. } = *self;
+        let mut gain = SMatrix::<f64, STATES, POSE>::zeros();
+        gain.fixed_view_mut::<N, POSE>(0, 0).copy_from(&self.gain);
+        Innovation { t, error, covariance, gain, whitener, cost }
+    }
+}
