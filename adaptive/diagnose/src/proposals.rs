@@ -54,6 +54,11 @@ fn shape(model: &Model, kind: Kind) -> Vec<&'static Param> {
     kind.spec().params.iter().filter(own).collect()
 }
 
+/// Whether a kind of effect may act at more than one place, moment or form.
+pub(crate) fn has_shape(model: &Model, kind: Kind) -> bool {
+    !shape(model, kind).is_empty()
+}
+
 /// Shapes of a kind of effect: effects whose amplitudes are neutral and whose shape is given.
 pub(crate) fn proposals(
     model: &Model,

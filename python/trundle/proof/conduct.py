@@ -2,7 +2,6 @@
 
 from __future__ import annotations
 
-import inspect
 import json
 import math
 import time
@@ -19,7 +18,7 @@ from trundle.proof.config import Settings
 from trundle.proof.pool import in_parallel
 from trundle.proof.sealed import digest, open_sealed, seal, write_text
 
-__all__ = ["Proof", "can_leave_out", "conduct"]
+__all__ = ["Proof", "conduct"]
 
 Show = Callable[[str], object]
 
@@ -68,9 +67,7 @@ def conduct(proof: Proof, *, limits: bool, leave_out: bool, tell: Show) -> dict[
     sha = sealed(proof, planned)
     tell(f"{len(planned)} cases drawn; answers sealed, SHA-256 {sha}")
     diagnosed(proof, planned, sha, without=None)
-    if leave_out and not can_leave_out():
-        tell("leave-one-out skipped: this diagnosis cannot be told to leave an effect out")
-    elif leave_out:
+    if leave_out:
         known = open_sealed(proof.sealed, sha)
         diagnosed(proof, planned, sha, without={case: found["names"] for case, found in known.items()})
     return open_sealed(proof.sealed, sha)
@@ -133,11 +130,6 @@ def trials_of(
     alone = {case: names[0] for case, names in without.items() if len(names) == 1}
     effects = proof.settings.effects
     return [{"case": one.case, "without": alone[one.case]} for one in there if alone.get(one.case) in effects]
-
-
-def can_leave_out() -> bool:
-    """Tell whether a diagnosis can be told to leave effects out."""
-    return "without" in inspect.signature(trundle.diagnose).parameters
 
 
 def diagnose_one(recording: Path, without: str | None) -> tuple[dict[str, Any], float]:

@@ -5,6 +5,7 @@
 
 use super::{ANOTHER, Job, MORE, STARTS, Searcher, Tried, finer, job};
 use crate::adequacy::remainder;
+use crate::proposals::has_shape;
 use crate::screen::screen;
 use std::collections::BTreeSet;
 use trundle_infer::{Comparison, Coordinates, InferError, carried, on_all_cores};
@@ -45,8 +46,11 @@ impl Searcher<'_> {
             }
             let mut jobs = Vec::new();
             for k in 0..best.added.len() {
-                let (rest, effect) = self.apart(&best, k);
                 let kind = best.added[k].kind;
+                if !has_shape(self.nominal, kind) {
+                    continue;
+                }
+                let (rest, effect) = self.apart(&best, k);
                 let outline = (kind == Kind::FloorPatch).then(|| patch_outline(&effect));
                 let regions: Vec<_> = outline.into_iter().chain(self.regions.iter().cloned()).collect();
                 let found = on_all_cores(self.watch, |watch| {

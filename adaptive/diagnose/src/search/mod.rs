@@ -1,8 +1,8 @@
-//! Trying effects: alone, in pairs, and one more on top of the best, while the data ask for more.
+//! Trying effects: alone, and while the data ask for more, in pairs.
 //!
 //! Every candidate is screened by its score; those that promise most are fitted in full, from where the screen's
-//! step leads. A pair is screened on top of each of the best single effects, and the two halves of a pair that masks
-//! itself are found from the screens of both.
+//! step leads. A second effect is screened on top of each of the best single ones; two that mask each other are found by
+//! exchanging each for others ([`again`]).
 
 mod again;
 
@@ -49,8 +49,6 @@ pub(crate) struct Found {
 
 /// Share of simulations that lack an effect.
 const MISSING: f64 = 0.05;
-/// At most this many effects are added.
-const MOST: usize = 2;
 /// Gain, nats, below which a kind is not fitted unless it is among the first `ALWAYS`: what a prior costs at least.
 pub(crate) const HOPELESS: f64 = 5.0;
 const ALWAYS: usize = 3;
@@ -106,28 +104,20 @@ impl Searcher<'_> {
         Ok(Found { tried, before, located })
     }
 
-    /// Models with more and more effects, best first.
+    /// Models with one effect and, while the data ask for it, with two; best first.
     fn over(&self, base: Tried) -> Result<Vec<Tried>, InferError> {
         let mut tried = vec![base.clone()];
         let offered = self.offered(&base);
         self.try_all("single effects", self.jobs(&base, &offered, SINGLES)?, &mut tried)?;
         self.shapes_again(&mut tried)?;
         self.refine(&mut tried)?;
-        let mut size = 1;
-        while size < MOST && tried[0].added.len() == size && self.asks_for_more(&tried[0])? {
-            let before = tried[0].fit.cost;
-            self.one_more(&mut tried, size)?;
+        if tried[0].added.len() == 1 && self.asks_for_more(&tried[0])? {
+            self.one_more(&mut tried)?;
             self.shapes_again(&mut tried)?;
             self.exchange(&mut tried)?;
             self.shapes_again(&mut tried)?;
             self.subsets(&mut tried)?;
             self.refine(&mut tried)?;
-            // An effect that gains less than it leaves is none, and one more would be none either.
-            let left = remainder(self.comparison, &tried[0].fit)?.map_or(0.0, |left| left.gain);
-            if before - tried[0].fit.cost < left {
-                break;
-            }
-            size += 1;
         }
         Ok(tried)
     }
@@ -221,17 +211,16 @@ impl Searcher<'_> {
         Ok(Tried { fit: fit(self.comparison, &model, &job.warm, &options, watch)?, added: job.added })
     }
 
-    /// One more effect on top of the best models of a size.
-    fn one_more(&self, tried: &mut Vec<Tried>, size: usize) -> Result<(), InferError> {
-        let firsts: Vec<Tried> =
-            tried.iter().filter(|t| t.added.len() == size).take(FIRSTS).cloned().collect();
+    /// One more effect on top of the best single ones.
+    fn one_more(&self, tried: &mut Vec<Tried>) -> Result<(), InferError> {
+        let firsts: Vec<Tried> = tried.iter().filter(|t| t.added.len() == 1).take(FIRSTS).cloned().collect();
         let mut jobs = Vec::new();
         for first in &firsts {
             jobs.extend(self.jobs(first, &self.offered(first), MORE)?);
         }
         let mut seen = BTreeSet::new();
         jobs.retain(|job| seen.insert(job.added.iter().map(|e| e.kind).collect::<BTreeSet<_>>()));
-        self.try_all(if size == 1 { "pairs" } else { "one more effect" }, jobs, tried)
+        self.try_all("pairs", jobs, tried)
     }
 
     /// Whether an explained recording leaves more than laws that are a little wrong in shape do.
