@@ -19,17 +19,23 @@ const MOST: f64 = 10.0;
 pub(crate) fn holds_up(comparison: &Comparison, fuller: &Fit, simpler: &Fit) -> Result<f64, InferError> {
     let with = blocks(comparison, fuller)?;
     let without = blocks(comparison, simpler)?;
-    let differences: Vec<f64> = without.iter().zip(&with).map(|(a, b)| (a - b).clamp(-MOST, MOST)).collect();
-    let n = differences.len() as f64;
-    if differences.len() < 3 {
-        return Ok(0.5);
-    }
+    let differences: Vec<f64> = without.iter().zip(&with).map(|(a, b)| a - b).collect();
     // Each extra parameter buys half a nat by chance.
     let bought = 0.5 * (fuller.estimates.len().saturating_sub(simpler.estimates.len())) as f64;
-    let mean = (differences.iter().sum::<f64>() - bought) / n;
-    let variance = differences.iter().map(|d| (d - mean).powi(2)).sum::<f64>() / (n - 1.0);
+    Ok(chance(&differences, bought))
+}
+
+/// Probability, from what each block gained, nats, that the mean gain is positive, `bought` of all of it by chance.
+fn chance(gains: &[f64], bought: f64) -> f64 {
+    let gains: Vec<f64> = gains.iter().map(|gain| gain.clamp(-MOST, MOST)).collect();
+    let n = gains.len() as f64;
+    if gains.len() < 3 {
+        return 0.5;
+    }
+    let mean = (gains.iter().sum::<f64>() - bought) / n;
+    let variance = gains.iter().map(|gain| (gain - mean).powi(2)).sum::<f64>() / (n - 1.0);
     let t = mean / (variance / n).sqrt().max(1e-12);
-    Ok(StudentsT::new(0.0, 1.0, n - 1.0).map_or(0.5, |d| d.cdf(t)))
+    StudentsT::new(0.0, 1.0, n - 1.0).map_or(0.5, |d| d.cdf(t))
 }
 
 /// Fewest wrench samples of a block: neighbours within a second or so depend on one another.
@@ -59,5 +65,33 @@ fn blocks(comparison: &Comparison, fit: &Fit) -> Result<Vec<f64>, InferError> {
             }
             Ok(costs)
         }
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::chance;
+
+    /// Blocks of which the first `count` gain.
+    fn gaining(count: usize, gain: f64) -> Vec<f64> {
+        (0..120).map(|k| if k < count { gain } else { 0.1 * (k as f64).sin() }).collect()
+    }
+
+    #[test]
+    fn one_stretch_carries_nothing() {
+        assert!(chance(&gaining(1, 1e4), 1.0) < 0.95);
+    }
+
+    #[test]
+    fn a_second_of_contact_is_enough() {
+        assert!(chance(&gaining(4, 1e3), 1.0) > 0.95);
+    }
+
+    #[test]
+    fn gains_everywhere_are_sure_and_what_is_lost_elsewhere_counts() {
+        let small: Vec<f64> = (0..120).map(|k| 0.3 + (k as f64).sin()).collect();
+        assert!(chance(&small, 2.0) > 0.99);
+        let torn: Vec<f64> = (0..120).map(|k| if k % 2 == 0 { 1e3 } else { -20.0 }).collect();
+        assert!(chance(&torn, 0.0) < 0.6);
     }
 }

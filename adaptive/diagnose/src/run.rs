@@ -66,7 +66,7 @@ pub fn diagnose(data: &Dataset, options: &Options, watch: &dyn Watch) -> Result<
     let Choice { mut best, mut chances, rejected } = choose(data, &comparison, &found)?;
     let probabilities = probabilities(&found.tried, rejected);
     let mut left = remainder(&comparison, &best.fit)?;
-    let mut verdict = judge(&comparison, found.before, best, left);
+    let mut verdict = judge(comparison.observations(), found.before, !best.added.is_empty(), left);
     let judged_by_motion = verdict == Verdict::Explained && !comparison.is_quasi_static();
     if judged_by_motion && outlook(data, &best.fit)?.is_poor() {
         verdict = Verdict::Unexplained;

@@ -88,18 +88,17 @@ pub(crate) fn likeness(left: Option<Remainder>, observations: usize) -> f64 {
     left.map_or(1.0, |left| 1.0 / (1.0 + (left.misfit() / most).powi(2)))
 }
 
-/// The verdict on a model, given what the simulation under test and it leave.
+/// The verdict, given what the simulation under test leaves, and what it leaves with the effects that were `named`, if any.
 pub(crate) fn judge(
-    comparison: &Comparison,
+    observations: usize,
     before: Option<Remainder>,
-    best: &Tried,
+    named: bool,
     left: Option<Remainder>,
 ) -> Verdict {
-    let observations = comparison.observations();
     let matters = |r: Option<Remainder>| r.is_some_and(|r| r.matters(observations));
     match (before, left) {
-        _ if best.added.is_empty() && matters(before) => Verdict::Unexplained,
-        _ if best.added.is_empty() => Verdict::Consistent,
+        _ if !named && matters(before) => Verdict::Unexplained,
+        _ if !named => Verdict::Consistent,
         (Some(before), Some(after)) if matters(left) && after.gain > LEFT_OVER * before.gain => {
             Verdict::Unexplained
         }
@@ -109,5 +108,45 @@ pub(crate) fn judge(
             Verdict::Unexplained
         }
         _ => Verdict::Explained,
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::{judge, likeness};
+    use crate::adequacy::Remainder;
+    use crate::answer::Verdict;
+    use trundle_infer::Channels;
+
+    const SAMPLES: usize = 2000;
+
+    fn leaving(gain: f64, excess: f64) -> Option<Remainder> {
+        let channels = Channels { pose: [1e-3; 3], reading: [0.4; 3], wander: [0.0; 3] };
+        Some(Remainder { gain, channels, excess })
+    }
+
+    #[test]
+    fn what_is_named_must_leave_little() {
+        let judged = |left| judge(SAMPLES, leaving(5e5, 5e5), true, left);
+        assert_eq!(judged(leaving(200.0, 400.0)), Verdict::Explained);
+        assert_eq!(judged(leaving(3e4, 3e4)), Verdict::Unexplained, "a law like the missing one");
+        assert_eq!(judged(leaving(0.0, 1.5e5)), Verdict::Unexplained, "blows, where no walk helps");
+        // A hundredth of what was missing may be left, were it much.
+        assert_eq!(judge(SAMPLES, leaving(4e6, 4e6), true, leaving(2e4, 2e4)), Verdict::Explained);
+        // Of little, most must go.
+        assert_eq!(judge(SAMPLES, leaving(100.0, 100.0), true, leaving(40.0, 40.0)), Verdict::Unexplained);
+    }
+
+    #[test]
+    fn without_a_name_it_is_what_is_missing_that_counts() {
+        assert_eq!(judge(SAMPLES, leaving(3.0, 300.0), false, None), Verdict::Consistent);
+        assert_eq!(judge(SAMPLES, leaving(300.0, 300.0), false, None), Verdict::Unexplained);
+    }
+
+    #[test]
+    fn a_law_is_the_less_likely_the_more_it_leaves() {
+        assert!(likeness(leaving(0.0, 100.0), SAMPLES) > 0.99);
+        assert!((likeness(leaving(4000.0, 0.0), SAMPLES) - 0.5).abs() < 1e-12);
+        assert_eq!(likeness(None, SAMPLES), 1.0);
     }
 }
