@@ -13,7 +13,8 @@ import trundle
 from trundle.proof.families import FAMILIES
 from trundle.proof.family import Family, Hidden
 from trundle.proof.instruments import recording, table
-from trundle.proof.scene import CONTACT, Scene, draw_scene
+from trundle.proof.push import CONTACT
+from trundle.proof.scene import Scene, draw_scene
 from trundle.proof.world import Motion, motion
 
 EPISODES = 4

@@ -57,7 +57,7 @@ def plan(settings: Settings) -> list[Planned]:
     pairs = [(a, b) for a, b in combinations(settings.effects, 2) if {a, b} not in INSEPARABLE]
     kinds += [pairs[int(rng.integers(len(pairs)))] for _ in range(settings.pairs)]
     order = rng.permutation(len(kinds))
-    return [Planned(f"case_{k:04}", kinds[i], settings.first + k) for k, i in enumerate(order)]
+    return [Planned(f"case_{k:04}", kinds[i], settings.first + k, settings.size) for k, i in enumerate(order)]
 
 
 def plan_limits(settings: Settings) -> list[Planned]:
@@ -81,7 +81,7 @@ def plan_limits(settings: Settings) -> list[Planned]:
 def draw(planned: Planned, settings: Settings) -> Drawn:
     """Draw a case until it matters."""
     for attempt in range(settings.attempts):
-        scene = draw_scene(planned.seed, attempt, settings.episodes)
+        scene = draw_scene(planned.seed, attempt, settings.episodes, alike=settings.alike)
         bare = [motion(scene, [], k) for k in range(settings.episodes)]
         hidden = drawn_hidden(planned, scene, bare, attempt)
         if hidden is None:

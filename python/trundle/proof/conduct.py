@@ -15,6 +15,7 @@ from trundle.cli.progress import Progress
 from trundle.paper.results import Results, rounded
 from trundle.proof.case import Planned, draw, plan, plan_limits
 from trundle.proof.config import Settings
+from trundle.proof.further import asked_for, kinds, lengthened, same_object
 from trundle.proof.pool import in_parallel
 from trundle.proof.sealed import digest, open_sealed, seal, write_text
 
@@ -52,6 +53,10 @@ class Proof:
         """The sealed answers; kept with the results."""
         return self.results / f"{self.name}.answers.json"
 
+    def file_of(self, part: str) -> Path:
+        """File of results: "" of the first diagnoses, "_without" and "_after" of the second."""
+        return self.results / f"{self.name}{part}.jsonl"
+
     def recording(self, case: str) -> Path:
         """Folder of a case: its path tells nothing."""
         return self.work / "recordings" / case
@@ -61,8 +66,10 @@ class Proof:
         return self.work / "drawn" / f"{case}.json"
 
 
-def conduct(proof: Proof, *, limits: bool, leave_out: bool, tell: Show) -> dict[str, dict[str, Any]]:
-    """Do what has not been done yet; return the answers, opened after the last diagnosis."""
+def conduct(
+    proof: Proof, *, limits: bool, leave_out: bool, after_design: bool = False, tell: Show
+) -> dict[str, dict[str, Any]]:
+    """Do what has not been done yet; return the answers, opened after the last first diagnosis."""
     planned = plan_limits(proof.settings) if limits else plan(proof.settings)
     sha = sealed(proof, planned)
     tell(f"{len(planned)} cases drawn; answers sealed, SHA-256 {sha}")
@@ -70,6 +77,8 @@ def conduct(proof: Proof, *, limits: bool, leave_out: bool, tell: Show) -> dict[
     if leave_out:
         known = open_sealed(proof.sealed, sha)
         diagnosed(proof, planned, sha, without={case: found["names"] for case, found in known.items()})
+    if after_design:
+        pushed_again(proof, planned, sha, tell)
     return open_sealed(proof.sealed, sha)
 
 
@@ -102,22 +111,56 @@ def draw_one(proof: Proof, planned: Planned) -> None:
 def diagnosed(
     proof: Proof, planned: Sequence[Planned], sha: str, without: dict[str, list[str]] | None
 ) -> None:
-    """Diagnose the recordings that have not been, and keep each answer at once."""
-    results = Results(results_of(proof, without is not None), {**proof.settings.plain(), "sha256": sha})
+    """Diagnose the recordings that have not been."""
     trials = trials_of(proof, planned, without)
-    missing = [trial for trial in trials if results.of(trial) is None]
-    calls = [(proof.recording(trial["case"]), trial.get("without")) for trial in missing]
+    calls = [(proof.recording(trial["case"]), trial.get("without")) for trial in trials]
+    part = "" if without is None else "_without"
+    answered(proof, sha, part, trials, calls, diagnose_one)
+
+
+def pushed_again(proof: Proof, planned: Sequence[Planned], sha: str, tell: Show) -> None:
+    """Push once more where an answer asks for it, and diagnose again.
+
+    What is asked for comes from the answer alone; only what makes the push knows what is hidden.
+    """
+    known, first = open_sealed(proof.sealed, sha), results_of(proof, "", sha)
+    asked = {}
+    for trial in trials_of(proof, planned, None):
+        answer = first.of(trial)
+        experiment = None if answer is None else asked_for(answer)
+        if experiment is not None:
+            asked[trial["case"]] = experiment
+    tell(f"{len(asked)} answers ask for a push")
+    trials = [{"case": case, "push": kind} for case in asked for kind in kinds(proof.settings)]
+    calls = [
+        (replace(proof, jobs=1), trial["case"], trial["push"], known[trial["case"]], asked[trial["case"]])
+        for trial in trials
+    ]
+    answered(proof, sha, "_after", trials, calls, push_and_diagnose)
+
+
+def answered(
+    proof: Proof,
+    sha: str,
+    part: str,
+    trials: Sequence[dict[str, Any]],
+    calls: Sequence[tuple[Any, ...]],
+    work: Callable[..., tuple[dict[str, Any], float]],
+) -> None:
+    """Do the trials of a part that have not been done, each by its call, and keep each answer at once."""
+    results = results_of(proof, part, sha)
+    missing = [k for k, trial in enumerate(trials) if results.of(trial) is None]
     with Progress("diagnosing", len(missing), quiet=proof.quiet) as progress:
-        for number, (found, seconds) in in_parallel(diagnose_one, calls, proof.jobs):
-            results.add(missing[number], found, seconds)
+        for number, (found, seconds) in in_parallel(work, [calls[k] for k in missing], proof.jobs):
+            results.add(trials[missing[number]], found, seconds)
             progress.step()
     if digest(proof.sealed) != sha:
         raise trundle.TrundleError(f"{proof.sealed}: changed while the diagnoses were made")
 
 
-def results_of(proof: Proof, leave_out: bool) -> Path:
-    """Return the file of the results."""
-    return proof.results / f"{proof.name}{'_without' if leave_out else ''}.jsonl"
+def results_of(proof: Proof, part: str, sha: str) -> Results:
+    """Return the results of a part of the proof that are there: of these settings and these answers."""
+    return Results(proof.file_of(part), {**proof.settings.plain(), "sha256": sha})
 
 
 def trials_of(
@@ -130,6 +173,17 @@ def trials_of(
     alone = {case: names[0] for case, names in without.items() if len(names) == 1}
     effects = proof.settings.effects
     return [{"case": one.case, "without": alone[one.case]} for one in there if alone.get(one.case) in effects]
+
+
+def push_and_diagnose(
+    proof: Proof, case: str, kind: str, truth: dict[str, Any], experiment: dict[str, Any]
+) -> tuple[dict[str, Any], float]:
+    """Push the hidden object of a case once more, and diagnose its longer recording."""
+    recording = trundle.read(proof.recording(case))
+    longer = lengthened(recording, *same_object(truth, proof.settings), kind, experiment)
+    folder = proof.work / "longer" / f"{case}_{kinds(proof.settings).index(kind)}"
+    longer.write(folder, table="parquet")
+    return diagnose_one(folder, None)
 
 
 def diagnose_one(recording: Path, without: str | None) -> tuple[dict[str, Any], float]:
@@ -153,6 +207,7 @@ def kept(answer: dict[str, Any]) -> dict[str, Any]:
         "missing": [{name: one.get(name) for name in names} for one in answer["missing"]],
         "tied": answer["tied"],
         "alternatives": [{k: one[k] for k in ("effect", "probability")} for one in answer["alternatives"]],
+        "experiments": [kept_experiment(one) for one in answer["experiments"]],
         "mismatch": {
             "body_point": answer["mismatch"]["body_point"],
             "world_region": answer["mismatch"]["world_region"],
@@ -163,3 +218,10 @@ def kept(answer: dict[str, Any]) -> dict[str, Any]:
             for when, figures in held_out.items()
         },
     }
+
+
+def kept_experiment(experiment: dict[str, Any]) -> dict[str, Any]:
+    """Return what carrying it out needs of an experiment, and what it promises."""
+    names = ("grasp", "direction", "start", "profile", "knots")
+    pushes = [{name: push[name] for name in names} for push in experiment["pushes"]]
+    return {**{name: experiment[name] for name in ("models", "separation", "sure")}, "pushes": pushes}

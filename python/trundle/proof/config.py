@@ -13,6 +13,8 @@ from trundle.recording import TrundleError
 __all__ = ["Settings", "read"]
 
 FORMAT = "trundle-proof/1"
+LATER = {"alike": False, "size": 1.0}
+"""Keys that the first proofs did not have, and what these did."""
 
 
 @dataclass(frozen=True)
@@ -38,6 +40,11 @@ class Settings:
     attempts : int
         Draws after which a case is given up.
     episodes : int
+    alike : bool
+        Whether all pushes begin at one pose, by one grasp, and do not turn the object: recordings that leave
+        ties.
+    size : float
+        Share of the size drawn that is hidden, once the size drawn is known to matter.
     sizes : tuple of float
         For detection limits: shares of the size that was drawn.
     limited : int
@@ -56,12 +63,15 @@ class Settings:
     each_matters: float = 2.0
     attempts: int = 30
     episodes: int = 8
+    alike: bool = False
+    size: float = 1.0
     sizes: tuple[float, ...] = (1.0, 0.5, 0.25, 0.125)
     limited: int = 0
 
     def plain(self) -> dict[str, Any]:
-        """Return it as plain values."""
-        return {name: list(v) if isinstance(v, tuple) else v for name, v in asdict(self).items()}
+        """Return it as plain values; what came later only where it says something, so that seals hold."""
+        kept = {name: v for name, v in asdict(self).items() if name not in LATER or v != LATER[name]}
+        return {name: list(v) if isinstance(v, tuple) else v for name, v in kept.items()}
 
 
 def read(path: Path, which: str) -> Settings:

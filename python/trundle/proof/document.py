@@ -9,7 +9,7 @@ from pathlib import Path
 from typing import Any
 
 from trundle.paper.results import Results, Row, load
-from trundle.proof import figures, tables
+from trundle.proof import figures, tables, tables_after
 from trundle.proof.sealed import open_sealed, write_text
 
 __all__ = ["rows_of", "write_document"]
@@ -28,6 +28,7 @@ def write_document(out: Path, name: str) -> str:
     parts = [
         (kept / f"{name}.jsonl", main),
         (kept / f"{name}_without.jsonl", without),
+        (kept / f"{name}_after.jsonl", after),
         (kept / f"{name}_limits.jsonl", limits),
     ]
     sections = [make(path, out, name) for path, make in parts if path.exists()]
@@ -43,7 +44,7 @@ def rows_of(path: Path) -> tuple[Row, list[Row]]:
     """
     settings = load(path)[0]
     results = Results.whatever(path)
-    stem = path.stem.removesuffix("_without")
+    stem = path.stem.removesuffix("_without").removesuffix("_after")
     truths = open_sealed(path.with_name(f"{stem}.answers.json"), settings["sha256"])
     rows = []
     for trial in (row["trial"] for row in load(path)[1]):
@@ -89,6 +90,23 @@ def without(path: Path, out: Path, name: str) -> str:
     """Return the section of leave-one-out."""
     _, rows = rows_of(path)
     return template("without").format(table=tables.left_out(rows), results=f"proof/{path.name}").strip()
+
+
+def after(path: Path, out: Path, name: str) -> str:
+    """Return the section of the pushes that were asked for."""
+    settings, rows = rows_of(path)
+    first = rows_of(path.with_name(f"{name}.jsonl"))[1]
+    cases = tables_after.cases_of(first, rows)
+    values = {
+        "any": tables_after.ANY_CONTROL if settings["alike"] else "",
+        "about": tables_after.about(first, cases),
+        "rates": tables_after.rates(cases),
+        "pairs": tables_after.pairs(cases),
+        "by_effect": tables_after.by_effect(cases),
+        "cases": tables_after.each(cases),
+        "results": f"proof/{path.name}",
+    }
+    return template("after").format(**values).strip()
 
 
 def limits(path: Path, out: Path, name: str) -> str:

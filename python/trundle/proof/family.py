@@ -55,6 +55,10 @@ class Family(ABC):
         """Return it `size` times as strong."""
         return {**values, **{name: size * values[name] for name in self.scales}}
 
+    def lengthened(self, values: Values, rng: np.random.Generator) -> Values:
+        """Return it with values for one more episode, where each has its own."""
+        return values
+
     def furnish(self, site: Site, values: Values) -> None:  # noqa: B027, many put nothing there
         """Add its bodies, joints, springs and actuators to the world."""
 

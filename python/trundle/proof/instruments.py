@@ -10,7 +10,8 @@ from numpy.typing import NDArray
 
 import trundle
 from trundle.proof.family import Hidden, Site
-from trundle.proof.scene import CONTACT, SECONDS, Scene
+from trundle.proof.push import CONTACT, SECONDS
+from trundle.proof.scene import Scene
 from trundle.proof.seen import Seen, held, sampled
 from trundle.proof.world import Motion, motion
 

@@ -23,6 +23,7 @@ def prove(
     jobs: int = 1,
     limits: bool = False,
     leave_out: bool = False,
+    after_design: bool = False,
     fresh: bool = False,
     redraw: bool = False,
     quiet: bool = False,
@@ -41,8 +42,9 @@ def prove(
         Folder of the document, of `proof/` (results) and of `images/`.
     jobs : int
         Processes.
-    limits, leave_out : bool
-        Detection limits instead of the main proof; a second diagnosis without the true effect.
+    limits, leave_out, after_design : bool
+        Detection limits instead of the main proof; a second diagnosis without the true effect; one more push
+        where the first diagnosis asks for it.
     fresh, redraw : bool
         Begin anew; or only write the document.
     quiet : bool
@@ -60,7 +62,9 @@ def prove(
         proof = Proof(part, settings, work / part, out / "proof", jobs, quiet)
         if fresh:
             shutil.rmtree(proof.work, ignore_errors=True)
-        conduct(proof, limits=limits, leave_out=leave_out, tell=lambda text: tell(text))
+            for part in ("", "_without", "_after"):
+                proof.file_of(part).unlink(missing_ok=True)
+        conduct(proof, limits=limits, leave_out=leave_out, after_design=after_design, tell=tell)
     if not (out / "proof" / f"{name}.jsonl").exists() and redraw:
         raise TrundleError(f"{out / 'proof' / name}.jsonl: there are no results to draw; leave out --redraw")
     return write_document(out, name)

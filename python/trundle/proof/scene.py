@@ -7,18 +7,13 @@ from dataclasses import dataclass, field
 import numpy as np
 from numpy.typing import NDArray
 
+from trundle.proof.push import CONTACT, SECONDS, Command, Push, draw_grasp, draw_push, levelled
 from trundle.proof.shapes import Shape, draw_shape, inside
 
-__all__ = ["CONTACT", "SECONDS", "Grasp", "Push", "Scene", "Wheel", "draw_event", "draw_scene"]
+__all__ = ["Scene", "Wheel", "draw_event", "draw_scene"]
 
 Floats = NDArray[np.float64]
 
-SECONDS = 6.0
-"""Length of an episode, s."""
-CONTACT = 0.5
-"""When the gripper takes hold, s."""
-RAMP = 0.3
-"""Over which a push sets in, s."""
 RATES = (125.0, 200.0, 250.0)
 """Of the force-torque sensor, Hz."""
 
@@ -38,39 +33,6 @@ class Wheel:
         c, s = np.cos(self.angle), np.sin(self.angle)
         slip = np.array([[c, s], [-s, c]]) @ np.array([[1.0, 0.0, -self.y], [0.0, 1.0, self.x]])
         return np.asarray(slip.T @ np.diag([self.mu_x, self.mu_y]) @ slip)
-
-
-@dataclass(frozen=True)
-class Grasp:
-    """Where the gripper holds the object: m, m, rad, object frame."""
-
-    x: float
-    y: float
-    angle: float
-
-
-@dataclass(frozen=True)
-class Push:
-    """One episode: where the object starts, where it is held, and the motion that the gripper wants.
-
-    The wanted twist of the gripper, in its own axes, is a sum of sines; a force in proportion to what is
-    missing of it is what the gripper exerts, up to its limit, so that speeds stay those of a room.
-    """
-
-    start: tuple[float, float, float]
-    grasp: Grasp
-    amplitude: Floats
-    """(3, n): m/s, m/s, rad/s."""
-    frequency: Floats
-    """(3, n), Hz."""
-    phase: Floats
-
-    def wanted(self, t: Floats) -> Floats:
-        """Return the wanted twist (len(t), 3) at times of the table."""
-        s = t - CONTACT
-        on = np.clip(s / RAMP, 0.0, 1.0)
-        waves = np.sin(2 * np.pi * self.frequency * s[:, None, None] + self.phase)
-        return np.asarray(on[:, None] * np.sum(self.amplitude * waves, axis=2))
 
 
 @dataclass(frozen=True)
@@ -99,7 +61,7 @@ class Scene:
     shape: Shape
     mass: float
     wheel: Wheel
-    pushes: tuple[Push, ...]
+    pushes: tuple[Push | Command, ...]
     gain: tuple[float, float]
     limit: tuple[float, float]
     offset: tuple[float, float, float]
@@ -118,21 +80,23 @@ class Scene:
         return self.shape.feet if self.feet_told else self.shape.corners()
 
 
-def draw_scene(seed: int, attempt: int = 0, episodes: int = 8) -> Scene:
-    """Return the scene of a seed; another one for each attempt."""
+def draw_scene(seed: int, attempt: int = 0, episodes: int = 8, *, alike: bool = False) -> Scene:
+    """Return the scene of a seed; another one for each attempt. Pushes that are `alike` are `levelled`."""
     rng = np.random.default_rng([seed, attempt, 1])
     shape = draw_shape(rng)
     mass = round(float(rng.uniform(8.0, 40.0)), 1)
     grasps = [draw_grasp(rng, shape) for _ in range(int(rng.integers(3, 5)))]
     gain = float(rng.uniform(60.0, 200.0))
+    wheel = draw_wheel(rng, shape)
+    pushes = tuple(draw_push(rng, grasps[k % len(grasps)]) for k in range(episodes))
     return Scene(
         seed=seed,
         shape=shape,
         mass=mass,
-        wheel=draw_wheel(rng, shape),
-        pushes=tuple(draw_push(rng, grasps[k % len(grasps)]) for k in range(episodes)),
-        gain=(gain, 0.2 * gain),
-        limit=(80.0, 25.0),
+        wheel=wheel,
+        pushes=tuple(levelled(push, pushes[0]) for push in pushes) if alike else pushes,
+        gain=(gain, (4.0 if alike else 0.2) * gain),
+        limit=(80.0, 120.0 if alike else 25.0),
         offset=tuple(rng.uniform(-1, 1, 3) * (3.0, 3.0, 0.3)),
         rate=float(rng.choice(RATES)),
         feet_told=bool(rng.random() < 0.7) or shape.disc is not None,
@@ -163,26 +127,3 @@ def draw_event(rng: np.random.Generator, scene: Scene) -> dict[str, float]:
     first = min(1, training - 1)
     episode = int(rng.integers(first, max(training - 1, first + 1)))
     return {"episode": episode, "time": float(rng.uniform(CONTACT + 1.0, SECONDS - 1.0))}
-
-
-def draw_grasp(rng: np.random.Generator, shape: Shape) -> Grasp:
-    """Return a grasp on the outline, its axes turned at random."""
-    edges = np.roll(shape.outline, -1, axis=0) - shape.outline
-    lengths = np.hypot(*edges.T)
-    k = int(rng.choice(len(edges), p=lengths / lengths.sum()))
-    x, y = shape.outline[k] + rng.uniform(0.1, 0.9) * edges[k]
-    return Grasp(float(x), float(y), float(rng.uniform(-np.pi, np.pi)))
-
-
-def draw_push(rng: np.random.Generator, grasp: Grasp, waves: int = 4) -> Push:
-    """Return an episode that moves and turns the object to and fro."""
-    size = np.array([0.35, 0.35, 0.6]) * rng.uniform(0.6, 1.2)
-    share = rng.dirichlet(np.ones(waves), size=3) ** 0.5
-    x, y = rng.uniform(-0.4, 0.4, 2)
-    return Push(
-        start=(float(x), float(y), float(rng.uniform(-np.pi, np.pi))),
-        grasp=grasp,
-        amplitude=size[:, None] * share,
-        frequency=rng.uniform(0.12, 0.9, (3, waves)),
-        phase=rng.uniform(-np.pi, np.pi, (3, waves)),
-    )

@@ -19,6 +19,7 @@ __all__ = [
     "matches",
     "partners",
     "said",
+    "settled",
     "wrong_name",
 ]
 
@@ -46,6 +47,11 @@ def is_right(answer: Row, truth: Row) -> bool:
     if truth["foreign"]:
         return abstained(answer)
     return partners(answer, truth["names"]) is not None
+
+
+def settled(answer: Row, truth: Row) -> bool:
+    """Tell whether an answer is what it should be, and leaves no tie."""
+    return is_right(answer, truth) and not answer.get("tied")
 
 
 def false_alarm(answer: Row) -> bool:

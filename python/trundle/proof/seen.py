@@ -7,7 +7,7 @@ from dataclasses import dataclass, replace
 import numpy as np
 from numpy.typing import NDArray
 
-from trundle.proof.scene import Grasp
+from trundle.proof.push import Grasp
 
 __all__ = ["Seen", "held", "sampled"]
 

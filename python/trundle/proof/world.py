@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 import math
-from collections.abc import Sequence
+from collections.abc import Callable, Sequence
 from dataclasses import dataclass
 from typing import Any
 
@@ -12,7 +12,8 @@ import numpy as np
 from numpy.typing import NDArray
 
 from trundle.proof.family import Hidden, Hook, Site
-from trundle.proof.scene import CONTACT, SECONDS, Push, Scene, Wheel
+from trundle.proof.push import CONTACT, SECONDS, Command, Push
+from trundle.proof.scene import Scene, Wheel
 
 __all__ = ["HEIGHT", "Motion", "add_wheel", "at_site", "motion", "quaternion", "set_wheel"]
 
@@ -42,7 +43,7 @@ class Motion:
 
     t: Floats
     pose: Floats
-    push: Push
+    push: Push | Command
     wrench: Floats
 
 
@@ -57,7 +58,7 @@ def motion(scene: Scene, hidden: Sequence[Hidden], episode: int) -> Motion:
     return run(model, scene, scene.pushes[episode], [hook for hook in hooks if hook is not None])
 
 
-def empty(scene: Scene, push: Push) -> tuple[Any, Any]:
+def empty(scene: Scene, push: Push | Command) -> tuple[Any, Any]:
     """Return the world without any effect, and its object."""
     spec = mujoco.MjSpec()
     spec.option.timestep = STEP
@@ -125,19 +126,19 @@ def quaternion(angle: float) -> list[float]:
     return [math.cos(angle / 2), 0.0, 0.0, math.sin(angle / 2)]
 
 
-def run(model: Any, scene: Scene, push: Push, hooks: Sequence[Hook]) -> Motion:
+def run(model: Any, scene: Scene, push: Push | Command, hooks: Sequence[Hook]) -> Motion:
     """Push from contact to the end; the force of a step is that of its middle."""
     data = mujoco.MjData(model)
     data.qpos[:3] = push.start
     data.time = CONTACT
     n = round((SECONDS - CONTACT) / STEP)
     t: Floats = CONTACT + STEP * np.arange(n + 1, dtype=np.float64)
-    wanted = push.wanted(t).tolist()
+    drive = driven(scene, push, t)
     poses, forces = np.empty((n + 1, 3)), np.empty((n + 1, 3))
     slot = model.actuator("gripper x").id
     for k in range(n + 1):
         poses[k] = data.qpos[:3]
-        forces[k] = data.ctrl[slot : slot + 3] = exerted(data, scene, push, wanted[k])
+        forces[k] = data.ctrl[slot : slot + 3] = drive(data, k)
         if hooks:
             data.qfrc_applied[:] = 0.0
             for hook in hooks:
@@ -145,6 +146,15 @@ def run(model: Any, scene: Scene, push: Push, hooks: Sequence[Hook]) -> Motion:
         mujoco.mj_step(model, data)
     middle = np.vstack([forces[:1], (forces[1:] + forces[:-1]) / 2])
     return Motion(t, poses, push, middle)
+
+
+def driven(scene: Scene, push: Push | Command, t: Floats) -> Callable[[Any, int], list[float]]:
+    """Return what the gripper exerts at step `k`, its own axes: a command, or what its wish takes."""
+    if isinstance(push, Command):
+        wrench = push.wrench(t).tolist()
+        return lambda data, k: list(wrench[k])
+    wanted = push.wanted(t).tolist()
+    return lambda data, k: exerted(data, scene, push, wanted[k])
 
 
 def exerted(data: Any, scene: Scene, push: Push, wanted: list[float]) -> list[float]:

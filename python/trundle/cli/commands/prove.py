@@ -40,6 +40,11 @@ def add_arguments(parser: argparse.ArgumentParser) -> None:
     parser.add_argument(
         "--leave-one-out", action="store_true", help="diagnose again with the true effect left out"
     )
+    parser.add_argument(
+        "--after-design",
+        action="store_true",
+        help="where an answer says which push would tell, make it, and a random one; diagnose again",
+    )
     parser.add_argument("--fresh", action="store_true", help="forget drawn cases and results")
     parser.add_argument(
         "--redraw",
@@ -53,6 +58,8 @@ def run(args: argparse.Namespace) -> int:
     """Prove what was asked for and write the document."""
     if importlib.util.find_spec("mujoco") is None:
         raise ValueError("`trundle prove` makes its recordings with MuJoCo: pip install 'trundle[mujoco]'")
+    if args.limits and args.after_design:
+        raise ValueError("--after-design is of the main proof: leave out --limits")
     from trundle.proof.run import prove
 
     work = args.work or Path(tempfile.gettempdir()) / "trundle-prove"
@@ -64,6 +71,7 @@ def run(args: argparse.Namespace) -> int:
         jobs=args.jobs,
         limits=args.limits,
         leave_out=args.leave_one_out,
+        after_design=args.after_design,
         fresh=args.fresh,
         redraw=args.redraw,
         quiet=args.quiet,

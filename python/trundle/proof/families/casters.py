@@ -37,6 +37,10 @@ class CasterSwivel(Family):
             "first": rng.uniform(-np.pi, np.pi, len(scene.pushes)).tolist(),
         }
 
+    def lengthened(self, values: Values, rng: np.random.Generator) -> Values:
+        """Let the arm begin in any direction: nobody turns it back."""
+        return {**values, "first": [*values["first"], float(rng.uniform(-np.pi, np.pi))]}
+
     def furnish(self, site: Site, values: Values) -> None:
         """Hang the arm on the object; it points from the wheel to the pivot."""
         trail, side = values["trail"], values["mu_side"]

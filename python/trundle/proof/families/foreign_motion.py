@@ -10,7 +10,8 @@ import numpy as np
 from numpy.typing import NDArray
 
 from trundle.proof.family import Family, Hook, Site, Values
-from trundle.proof.scene import CONTACT, Scene
+from trundle.proof.push import CONTACT
+from trundle.proof.scene import Scene
 from trundle.proof.world import set_wheel
 
 Floats = NDArray[np.float64]

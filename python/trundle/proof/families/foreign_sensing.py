@@ -9,7 +9,8 @@ from numpy.typing import NDArray
 
 from trundle.proof.families.foreign_motion import Foreign
 from trundle.proof.family import Family, Site, Values
-from trundle.proof.scene import CONTACT, Scene
+from trundle.proof.push import CONTACT
+from trundle.proof.scene import Scene
 from trundle.proof.seen import Seen, sampled
 
 Floats = NDArray[np.float64]

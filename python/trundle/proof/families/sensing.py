@@ -9,7 +9,8 @@ import numpy as np
 from numpy.typing import NDArray
 
 from trundle.proof.family import Family, Site, Values
-from trundle.proof.scene import CONTACT, Grasp, Scene
+from trundle.proof.push import CONTACT, Grasp
+from trundle.proof.scene import Scene
 from trundle.proof.seen import Seen, held, sampled
 
 Floats = NDArray[np.float64]
