@@ -197,8 +197,11 @@ def test_what_a_push_settles_is_counted_beside_the_controls() -> None:
     compared = tables_after.pairs(found).splitlines()[3]
     assert compared.split("|")[2:5] == [f" {ALIKE} ", " 2 ", " 1 "]
     assert "case_0002" in tables_after.each(found)
+    assert tables_after.tied_first(found) == found
     assert "| floor_slope | 3 | 0 | 2 | 1 |" in tables_after.by_effect(found)
-    assert "4 recordings, 4 explained, 4 of these with a tie" in tables_after.about(first, found)
+    said = tables_after.about(first, found)
+    assert "4 recordings, 4 explained, 4 of these with a tie" in said
+    assert "expect 99 % to be sure" in said
 
 
 def test_a_tie_that_holds_the_true_name_is_right_but_settles_nothing() -> None:

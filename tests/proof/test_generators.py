@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+from dataclasses import replace
 from functools import cache
 
 import numpy as np
@@ -13,7 +14,7 @@ import trundle
 from trundle.proof.families import FAMILIES
 from trundle.proof.family import Family, Hidden
 from trundle.proof.instruments import recording, table
-from trundle.proof.push import CONTACT
+from trundle.proof.push import CONTACT, Command, Grasp
 from trundle.proof.scene import Scene, draw_scene
 from trundle.proof.world import Motion, motion
 
@@ -68,6 +69,15 @@ def test_a_pushed_object_moves_as_the_paper_s_model_does(seed: int) -> None:
         off = np.abs(simulated(true, [], seed))
         assert off[:, :2].max() < 2e-3
         assert off[:, 2].max() < 4e-3
+
+
+def test_a_commanded_wrench_is_what_moves_the_object() -> None:
+    knots = np.array([[0.0, 0, 0, 0], [0.2, 15, 0, 3], [1.5, 15, 0, 3], [1.7, -15, 0, 0], [3, 0, 0, 0]])
+    push = Command((0.2, 0.1, 0.6), Grasp(0.3, -0.2, 0.4), knots)
+    true = motion(replace(scene(), pushes=(push,)), [], 0)
+    np.testing.assert_allclose(true.wrench[1000, 0], 15.0, atol=1e-6)
+    assert np.ptp(true.pose[:, :2], axis=0).max() > 0.1
+    assert np.abs(simulated(true, [])[:, :2]).max() < 2e-3
 
 
 @pytest.mark.parametrize("name", FAMILIES)

@@ -68,6 +68,7 @@ def main(path: Path, out: Path, name: str) -> str:
         "gain": lambda target: figures.gains(target, rows),
     }
     values = {
+        **tables.described(settings),
         "about": tables.about(settings, rows),
         "targets": tables.targets(rows),
         "by_effect": tables.by_effect(settings, rows),
@@ -101,6 +102,7 @@ def after(path: Path, out: Path, name: str) -> str:
         "any": tables_after.ANY_CONTROL if settings["alike"] else "",
         "about": tables_after.about(first, cases),
         "rates": tables_after.rates(cases),
+        "tied": tables_after.rates(tables_after.tied_first(cases)),
         "pairs": tables_after.pairs(cases),
         "by_effect": tables_after.by_effect(cases),
         "cases": tables_after.each(cases),

@@ -12,6 +12,7 @@ from trundle.paper.document import table
 from trundle.paper.results import Row
 from trundle.paper.statistics import median
 from trundle.proof.errors import TARGETS, parameter_errors, place_errors
+from trundle.proof.push import SECONDS
 from trundle.proof.score import abstained, column, false_alarm, gain_share, is_right, said, wrong_name
 from trundle.proof.statistics import Share, calibration, share
 
@@ -20,6 +21,7 @@ __all__ = [
     "by_effect",
     "by_foreign",
     "calibrated",
+    "described",
     "left_out",
     "limits",
     "parameters",
@@ -50,6 +52,18 @@ def known(rows: Iterable[Row], count: int) -> list[Row]:
 def right(rows: Iterable[Row]) -> Share:
     """Return how many answers are what they should be."""
     return share(is_right(row["answer"], row["truth"]) for row in rows)
+
+
+def described(settings: Row) -> dict[str, str]:
+    """Say how the recordings are made."""
+    episodes, size = settings["episodes"], settings.get("size", 1.0)
+    ways = "all from one pose, by one grasp and without a turn" if settings.get("alike") else "3 or 4 grasps"
+    smaller = f" Then {size:g} of its size is hidden, for which the targets below are not meant."
+    return {
+        "pushes": f"{episodes} episodes of {SECONDS:g} s, {ways}",
+        "held_out": f"{min(2, episodes - 1)} held out",
+        "size": smaller if size != 1.0 else "",
+    }
 
 
 def about(settings: Row, rows: Sequence[Row]) -> str:

@@ -13,7 +13,7 @@ from trundle.proof.further import ALIKE, ANY, DESIGNED, asked_for
 from trundle.proof.score import is_right, said, settled
 from trundle.proof.statistics import share
 
-__all__ = ["ANY_CONTROL", "Case", "about", "by_effect", "cases_of", "each", "pairs", "rates"]
+__all__ = ["ANY_CONTROL", "Case", "about", "by_effect", "cases_of", "each", "pairs", "rates", "tied_first"]
 
 SURE = 0.95
 BEFORE = "none"
@@ -54,8 +54,21 @@ def about(first: Sequence[Row], cases: Sequence[Case]) -> str:
         f"{len(first)} recordings, {len(answers)} explained, {len(tied)} of these with a tie; for {silent} "
         "of the ties no push was found that tells and goes no further than those of the recording. A push "
         f"was asked for in {len(asked)}, {sum(bool(answer['tied']) for answer, _ in asked)} of them tied "
-        f"({courses}). {len(cases)} were pushed again, in every way, and diagnosed."
+        f"({courses}). {len(cases)} were pushed again, in every way, and diagnosed.{promised(asked)}"
     )
+
+
+def promised(asked: Sequence[tuple[Row, Row]]) -> str:
+    """Say what the designs expect of their pushes."""
+    if not asked:
+        return ""
+    chance = np.mean([found["sure"] for _, found in asked])
+    return f" The designs expect {100 * chance:.0f} % to be sure then, if one of their two models is true."
+
+
+def tied_first(cases: Sequence[Case]) -> list[Case]:
+    """Return the cases that were tied before."""
+    return [case for case in cases if case[BEFORE]["answer"]["tied"]]
 
 
 def rates(cases: Sequence[Case]) -> str:
