@@ -49,8 +49,11 @@ OF_TIE = experiment("floor_slope", "force_bias")
 OF_OTHER = experiment("floor_slope", "tether + latency")
 
 
-def test_the_push_for_a_tie_goes_before_that_for_an_alternative() -> None:
-    both = [OF_OTHER, OF_TIE]
+def test_the_push_for_a_tie_goes_before_that_for_an_alternative_unless_it_hardly_tells() -> None:
+    both, dull = [OF_OTHER, OF_TIE], {**OF_TIE, "sure": 0.1}
+    assert asked_for(answered("floor_slope", tied=TIE, experiments=[dull, OF_OTHER])) is OF_OTHER
+    assert asked_for(answered("floor_slope", tied=TIE, experiments=[dull])) is dull
+    assert asked_for(answered("floor_slope", tied=TIE, experiments=[dull, OF_TIE])) is OF_TIE
     assert asked_for(answered("floor_slope", tied=TIE, experiments=both)) is OF_TIE
     assert asked_for(answered("floor_slope", experiments=both)) is OF_OTHER
     assert asked_for(answered("floor_slope", tied=TIE)) is None

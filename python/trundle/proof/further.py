@@ -34,7 +34,9 @@ def kinds(settings: Settings) -> tuple[str, ...]:
 
 
 def asked_for(answer: Row) -> Row | None:
-    """Return the experiment that an answer asks for: that of a tie, else that of its best alternative.
+    """Return the experiment that an answer asks for.
+
+    Those that rather tell than not go first, of these such that are of a tie, of these the surest.
 
     Raises
     ------
@@ -46,8 +48,13 @@ def asked_for(answer: Row) -> Row | None:
     if "experiments" not in answer:
         raise trundle.TrundleError("results of an earlier release do not hold the pushes; give --fresh")
     experiments: list[Row] = [one for one in answer["experiments"] if one["pushes"]]
-    of_ties = [one for one in experiments if is_of_tie(one["models"], answer["tied"])]
-    return next(iter(of_ties + experiments), None)
+    return max(experiments, key=lambda one: rank(one, answer["tied"]), default=None)
+
+
+def rank(experiment: Row, tied: Sequence[Sequence[str]]) -> tuple[bool, bool, float]:
+    """Return by what experiments are compared: a push that hardly tells goes after all others."""
+    sure = float(experiment["sure"])
+    return sure > 0.5, is_of_tie(experiment["models"], tied), sure
 
 
 def is_of_tie(models: Sequence[str], tied: Sequence[Sequence[str]]) -> bool:
