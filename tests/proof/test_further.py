@@ -212,6 +212,11 @@ def test_a_tie_that_holds_the_true_name_is_right_but_settles_nothing() -> None:
     assert not settled(answered("floor_slope", tied=TIE), truth)
     assert settled(answered("force_bias"), truth)
     assert not settled(answered("floor_slope"), truth)
+    twins = ["tracker_offset", "com_offset"]
+    moved = {"names": ["com_offset"], "foreign": False}
+    assert settled(answered("tracker_offset", tied=[twins]), moved)
+    assert not settled(answered("tracker_offset", tied=[[*twins, "swinging_load"]]), moved)
+    assert not settled(answered("tracker_offset"), moved)
 
 
 def test_nothing_recorded_is_tabled_as_such() -> None:

@@ -18,12 +18,13 @@ from trundle.proof.instruments import recording
 from trundle.proof.oracle import nominal, with_laws
 from trundle.proof.places import visited
 from trundle.proof.scene import Scene, draw_scene
+from trundle.proof.score import TWINS
 from trundle.proof.world import Motion, motion
 
 __all__ = ["Drawn", "Planned", "draw", "plan", "plan_limits"]
 
 
-INSEPARABLE = ({"com_offset", "tracker_offset"}, {"second_wheel", "wheel_event"})
+INSEPARABLE = (TWINS, {"second_wheel", "wheel_event"})
 """Pairs that are not hidden: two that are one to the data, and two wheels of which one changes.
 
 Wheels are one wheel and a damping of the spin only as long as none changes.

@@ -193,7 +193,9 @@ def diagnose_one(recording: Path, without: str | None) -> tuple[dict[str, Any], 
     try:
         answer = trundle.diagnose(recording, **more).answer
     except trundle.TrundleError as error:
-        return {"verdict": "refused", "reason": str(error)}, time.perf_counter() - began
+        nothing: dict[str, Any] = {key: [] for key in ("missing", "tied", "alternatives", "experiments")}
+        refused = {"verdict": "refused", "reason": str(error), **nothing}
+        return refused, time.perf_counter() - began
     return kept(answer), time.perf_counter() - began
 
 
