@@ -38,10 +38,15 @@ def experiment(*models: str, profile: str = "steady") -> Row:
     return {"models": list(models), "separation": [20.0, 30.0], "sure": 0.99, "pushes": [push]}
 
 
-def answered(*names: str, p: float = 0.6, tied: Any = (), experiments: Any = ()) -> Row:
-    missing = [{"effect": name, "probability": p} for name in names]
-    verdict = "explained" if names else "unexplained"
-    return {"verdict": verdict, "missing": missing, "tied": list(tied), "experiments": list(experiments)}
+def answered(*names: str, p: float = 0.6, tied: Any = (), experiments: Any = (), twin: float = 0.0) -> Row:
+    return {
+        "verdict": "explained" if names else "unexplained",
+        "missing": [{"effect": name, "probability": p} for name in names],
+        "tied": list(tied),
+        "alternatives": [{"effect": "com_offset", "probability": twin}],
+        "experiments": list(experiments),
+        "effort": {"force": 12.0, "distance": 0.4, "turn": 0.1},
+    }
 
 
 TIE = [["floor_slope", "force_bias"]]
@@ -82,7 +87,7 @@ def case(name: str = "force_bias") -> tuple[trundle.Recording, Row]:
 def test_the_longer_recording_is_the_old_one_and_one_more_training_episode() -> None:
     before, truth = case()
     scene, hidden = same_object(truth, SETTINGS)
-    made = {kind: lengthened(before, scene, hidden, kind, OF_TIE) for kind in kinds(SETTINGS)}
+    made = {kind: lengthened(before, scene, hidden, kind, OF_TIE)[0] for kind in kinds(SETTINGS)}
     for longer in made.values():
         assert longer.metadata == before.metadata
         assert longer.metadata["split"]["held_out"] == ["episode_01"]
@@ -152,10 +157,12 @@ def test_what_happened_stays_so_in_the_further_episode() -> None:
     scene = draw_scene(7, 0, 2, alike=True)
     event = {"episode": 0, "time": 2.0, "mass": 5.0}
     hidden = Hidden(FAMILIES["mass_change"], event)
-    longer = lengthened(recording(scene, [hidden]), scene, [hidden], DESIGNED, OF_TIE)
-    light = lengthened(recording(scene, []), scene, [], DESIGNED, OF_TIE)
-    ends = [np.nanmean(made.episodes["episode_02"]["object_x"][-40:]) for made in (longer, light)]
+    heavy, of_heavy = lengthened(recording(scene, [hidden]), scene, [hidden], DESIGNED, OF_TIE)
+    light, of_light = lengthened(recording(scene, []), scene, [], DESIGNED, OF_TIE)
+    ends = [np.nanmean(made.episodes["episode_02"]["object_x"][-40:]) for made in (heavy, light)]
     assert abs(ends[0] - ends[1]) > 0.003
+    assert of_heavy["force"] == of_light["force"] == pytest.approx(12.0)
+    assert of_heavy["distance"] < of_light["distance"]
 
 
 def test_a_commanded_wrench_is_straight_between_its_knots() -> None:
@@ -205,6 +212,7 @@ def test_what_a_push_settles_is_counted_beside_the_controls() -> None:
     said = tables_after.about(first, found)
     assert "4 recordings, 4 explained, 4 of these with a tie" in said
     assert "expect 99 % to be sure" in said
+    assert "| designed | 12 | 0.4 | 0.1 |" in tables_after.efforts(found)
 
 
 def test_a_tie_that_holds_the_true_name_is_right_but_settles_nothing() -> None:
@@ -219,12 +227,21 @@ def test_a_tie_that_holds_the_true_name_is_right_but_settles_nothing() -> None:
     assert not settled(answered("tracker_offset"), moved)
 
 
+def test_the_probability_of_twins_is_that_of_both() -> None:
+    moved: Row = {"names": ["com_offset"], "foreign": False, "truth": []}
+    both = answered("tracker_offset", p=0.8, tied=[["tracker_offset", "com_offset"]], twin=0.19)
+    assert tables_after.sure({"answer": both, "truth": moved})
+    alone = answered("com_offset", p=0.8, twin=0.19)
+    assert not tables_after.sure({"answer": alone, "truth": moved})
+
+
 def test_nothing_recorded_is_tabled_as_such() -> None:
     assert tables_after.rates([]).count("no case") == 4
     assert "0 were pushed again" in tables_after.about([], [])
     tables_after.pairs([])
     tables_after.by_effect([])
     tables_after.each([])
+    tables_after.efforts([])
 
 
 def test_limits_are_not_pushed_again(capsys: pytest.CaptureFixture[str]) -> None:

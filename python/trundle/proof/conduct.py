@@ -180,10 +180,11 @@ def push_and_diagnose(
 ) -> tuple[dict[str, Any], float]:
     """Push the hidden object of a case once more, and diagnose its longer recording."""
     recording = trundle.read(proof.recording(case))
-    longer = lengthened(recording, *same_object(truth, proof.settings), kind, experiment)
+    longer, effort = lengthened(recording, *same_object(truth, proof.settings), kind, experiment)
     folder = proof.work / "longer" / f"{case}_{kinds(proof.settings).index(kind)}"
     longer.write(folder, table="parquet")
-    return diagnose_one(folder, None)
+    answer, seconds = diagnose_one(folder, None)
+    return {**answer, "effort": effort}, seconds
 
 
 def diagnose_one(recording: Path, without: str | None) -> tuple[dict[str, Any], float]:

@@ -104,6 +104,7 @@ def after(path: Path, out: Path, name: str) -> str:
         "rates": tables_after.rates(cases),
         "tied": tables_after.rates(tables_after.tied_first(cases)),
         "pairs": tables_after.pairs(cases),
+        "efforts": tables_after.efforts(cases),
         "by_effect": tables_after.by_effect(cases),
         "cases": tables_after.each(cases),
         "results": f"proof/{path.name}",

@@ -16,7 +16,7 @@ from trundle.proof.family import Hidden
 from trundle.proof.instruments import table
 from trundle.proof.push import Command, Grasp, Push, draw_grasp, draw_push, levelled
 from trundle.proof.scene import Scene, draw_scene
-from trundle.proof.world import motion
+from trundle.proof.world import Motion, motion
 
 __all__ = ["DESIGNED", "asked_for", "kinds", "lengthened", "same_object"]
 
@@ -76,12 +76,23 @@ def same_object(truth: Row, settings: Settings) -> tuple[Scene, list[Hidden]]:
 
 def lengthened(
     recording: trundle.Recording, scene: Scene, hidden: Sequence[Hidden], kind: str, experiment: Row
-) -> trundle.Recording:
-    """Return a recording with one more training episode, whose noise is its own."""
+) -> tuple[trundle.Recording, Row]:
+    """Return a recording with one more training episode, whose noise is its own, and what that took."""
     number = len(scene.pushes)
     longer = replace(scene, pushes=(*scene.pushes, next_push(scene, kind, experiment)))
-    more = table(longer, hidden, number, motion(longer, hidden, number))
-    return trundle.Recording(recording.metadata, {**recording.episodes, f"episode_{number:02}": more})
+    true = motion(longer, hidden, number)
+    tables = {**recording.episodes, f"episode_{number:02}": table(longer, hidden, number, true)}
+    return trundle.Recording(recording.metadata, tables), effort(true)
+
+
+def effort(true: Motion) -> Row:
+    """Return what a push took: the largest force (N), and how far the object went (m) and turned (rad)."""
+    moved = true.pose - true.pose[0]
+    return {
+        "force": float(np.hypot(*true.wrench[:, :2].T).max()),
+        "distance": float(np.hypot(*moved[:, :2].T).max()),
+        "turn": float(np.abs(moved[:, 2]).max()),
+    }
 
 
 def next_push(scene: Scene, kind: str, experiment: Row) -> Push | Command:

@@ -13,7 +13,19 @@ from trundle.proof.further import ALIKE, ANY, DESIGNED, asked_for
 from trundle.proof.score import is_right, said, settled
 from trundle.proof.statistics import share
 
-__all__ = ["ANY_CONTROL", "Case", "about", "by_effect", "cases_of", "each", "pairs", "rates", "tied_first"]
+__all__ = [
+    "ANY_CONTROL",
+    "Case",
+    "about",
+    "by_effect",
+    "cases_of",
+    "each",
+    "efforts",
+    "pairs",
+    "rates",
+    "sure",
+    "tied_first",
+]
 
 SURE = 0.95
 BEFORE = "none"
@@ -97,9 +109,12 @@ def remaining(answer: Row) -> int:
 
 
 def sure(row: Row) -> bool:
-    """Tell whether the right name stands alone with a high probability."""
-    probabilities = [p for p, _ in said(row["answer"], row["truth"])]
-    return settled(row["answer"], row["truth"]) and min(probabilities, default=0.0) >= SURE
+    """Tell whether the right name stands alone with a high probability, that of its twin added."""
+    answer = row["answer"]
+    tied = {name for group in answer["tied"] for name in group}
+    twins = sum(one["probability"] for one in answer["alternatives"] if one["effect"] in tied)
+    probabilities = [p + twins for p, _ in said(answer, row["truth"])]
+    return settled(answer, row["truth"]) and min(probabilities, default=0.0) >= SURE
 
 
 def pairs(cases: Sequence[Case]) -> str:
@@ -118,6 +133,16 @@ def pairs(cases: Sequence[Case]) -> str:
             )
     head = ["", "push compared", "only the designed", "only the other", "the designed, where they differ"]
     return table(head, lines)
+
+
+def efforts(cases: Sequence[Case]) -> str:
+    """Return what the pushes took, by kind."""
+    names = {"force": "largest force, N", "distance": "distance, m", "turn": "turn, rad"}
+    lines = []
+    for kind in kinds_of(cases):
+        took = [case[kind]["answer"]["effort"] for case in cases]
+        lines.append([kind, *(f"{np.median([one[name] for one in took]):.2g}" for name in names)])
+    return table(["push", *names.values()], lines)
 
 
 def by_effect(cases: Sequence[Case]) -> str:
