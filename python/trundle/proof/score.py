@@ -26,7 +26,7 @@ __all__ = [
 
 
 TWINS = frozenset({"com_offset", "tracker_offset"})
-"""One motion of one rigid body: no push tells them apart (docs/diagnosis.md)."""
+"""One motion of one rigid body: as a rule no push tells them apart (docs/diagnosis.md)."""
 
 
 def matches(named: str, true: str, tied: Sequence[Sequence[str]]) -> bool:
