@@ -10,6 +10,8 @@ use trundle_record::Dataset;
 
 /// Difference of log likelihood below which two explanations are the same.
 const TIE: f64 = 2.0;
+/// Difference of log weight below which the data do not decide: one to twenty.
+const OPEN: f64 = 3.0;
 /// At most this many alternatives are told.
 const ALTERNATIVES: usize = 5;
 /// To so many of them a push is designed; of the others the catalogue knows one.
@@ -76,8 +78,9 @@ struct Pair<'a> {
     certificate: Certificate,
 }
 
-/// Pairs of an effect of the best model and another in its place that the likelihood does not tell: of all forms of
-/// either model, finer or not, two that fit alike with as many parameters, or that make the same motion within noise.
+/// Pairs of an effect of the best model and another in its place that the data do not tell: of all forms of either
+/// model, finer or not, two that fit alike with as many parameters, or that make the same motion within noise; or the
+/// best forms of both, where neither is twenty times as probable as the other.
 fn pairs<'a>(
     comparison: &Comparison,
     found: &'a Found,
@@ -87,11 +90,13 @@ fn pairs<'a>(
     for own in found.tried.iter().filter(|t| alike(t, best)) {
         for other in found.tried.iter().filter(|t| t.added.len() == own.added.len()) {
             let Some((mine, rival)) = swapped(own, other) else { continue };
-            if (other.fit.cost - own.fit.cost).abs() >= TIE || pairs.iter().any(|p| p.is_of(mine, rival)) {
+            let like = (other.fit.cost - own.fit.cost).abs() < TIE;
+            let open = std::ptr::eq(own, best) && (other.log_weight() - own.log_weight()).abs() < OPEN;
+            if !(like || open) || pairs.iter().any(|p| p.is_of(mine, rival)) {
                 continue;
             }
             let certificate = certificate(comparison, [name(mine), name(rival)], [&own.fit, &other.fit])?;
-            if certificate.same || other.fit.estimates.len() == own.fit.estimates.len() {
+            if open || certificate.same || other.fit.estimates.len() == own.fit.estimates.len() {
                 pairs.push(Pair { mine, rival, other, certificate });
             }
         }

@@ -12,7 +12,7 @@ use crate::touch::{Touch, touches};
 use nalgebra::{DMatrix, DVector};
 use rayon::prelude::*;
 use trundle_infer::{Fit, InferError, MotionLikelihood, Seen, Watch};
-use trundle_model::{Effect, Kind, Model, Slot};
+use trundle_model::{Effect, INNER, Kind, Model, Slot};
 use trundle_record::Prepared;
 
 /// A candidate with the values to start its fit from.
@@ -26,72 +26,95 @@ pub(crate) struct Start {
     pub gain: f64,
 }
 
-/// Candidates whose slopes are taken together.
+/// Candidates whose slopes are taken together, where they have no states of their own.
 const TOGETHER: usize = 8;
 
 /// Ridge on a candidate's information, relative: amplitudes that the data do not hold stay put.
 const RIDGE: f64 = 1e-6;
 
-/// Starts of every kind of `kinds` on top of a fit, the best of each kind first, at most `keep` of a kind, sorted by
-/// what the best of the kind promises.
-pub(crate) fn screen(
-    motion: &MotionLikelihood,
-    fit: &Fit,
-    kinds: &[Kind],
-    (episodes, regions): (&[Prepared], &[Vec<[f64; 2]>]),
-    keep: usize,
-    seed: u64,
-    watch: &dyn Watch,
-) -> Result<Vec<Vec<Start>>, InferError> {
-    let motion = motion.with_channels(fit.channels);
-    let Some(seen) = motion.seen(&fit.model, &fit.values)? else { return Ok(vec![]) };
-    let ground = Ground::new(&seen, fit)?;
-    let touched = if kinds.contains(&Kind::ObstacleContact) { touched(&motion, fit)? } else { vec![] };
-    let hints = Hints { touched, regions };
-    let promised = |kind: Kind, shapes: &[Effect]| {
-        // States of the laws' own are few: such laws go one by one.
-        let together = if kind.spec().inner.is_empty() { TOGETHER } else { 1 };
-        let groups: Vec<&[Effect]> = shapes.chunks(together).collect();
-        let all = groups.par_iter().map(|group| {
-            if watch.cancelled() {
-                return Err(InferError::Interrupted);
-            }
-            ground.starts(&seen, fit, group)
-        });
-        Ok::<_, InferError>(
-            all.collect::<Result<Vec<_>, InferError>>()?.into_iter().flatten().collect::<Vec<_>>(),
-        )
-    };
-    let of_kind = |kind: &Kind| {
-        let shapes = proposals(&fit.model, *kind, episodes, &hints, seed);
-        let mut starts = best(promised(*kind, &shapes)?);
-        // Events and contacts are proposed densely; what has but one shape has no neighbours.
-        let timed = kind.spec().params.iter().any(|p| p.name == "time");
-        if shapes.len() > 1 && !timed && *kind != Kind::ObstacleContact {
-            for (round, share) in NEARER.into_iter().enumerate() {
-                if round > 0 && starts.first().is_none_or(|s| s.gain < HOPELESS) {
-                    break;
+/// What the cheap test is made with.
+#[derive(Clone, Copy)]
+pub(crate) struct Screen<'a> {
+    pub motion: &'a MotionLikelihood,
+    pub episodes: &'a [Prepared],
+    /// Parts of the floor that seem to drag.
+    pub regions: &'a [Vec<[f64; 2]>],
+    /// Starts that are kept of a kind.
+    pub starts: usize,
+    /// Kinds that are wanted: the shapes of those far behind are not sought on.
+    pub most: usize,
+    pub seed: u64,
+}
+
+impl Screen<'_> {
+    /// Starts of every kind of `kinds` on top of a fit, the best of each kind first, sorted by what the best of the kind
+    /// promises.
+    pub fn of(&self, fit: &Fit, kinds: &[Kind], watch: &dyn Watch) -> Result<Vec<Vec<Start>>, InferError> {
+        let motion = self.motion.with_channels(fit.channels);
+        let Some(seen) = motion.seen(&fit.model, &fit.values)? else { return Ok(vec![]) };
+        let ground = Ground::new(&seen, fit)?;
+        let touched = if kinds.contains(&Kind::ObstacleContact) { touched(&motion, fit)? } else { vec![] };
+        let hints = Hints { touched, regions: self.regions };
+        let spare = INNER.saturating_sub(fit.model.inner().len());
+        let promised = |shapes: &[Effect]| {
+            let Some(first) = shapes.first() else { return Ok(vec![]) };
+            // States of the laws' own are few.
+            let own = first.kind.spec().inner.len();
+            let together = spare.checked_div(own).unwrap_or(TOGETHER).max(1);
+            let groups: Vec<&[Effect]> = shapes.chunks(together).collect();
+            let all = groups.par_iter().map(|group| {
+                if watch.cancelled() {
+                    return Err(InferError::Interrupted);
+                }
+                ground.starts(&seen, fit, group)
+            });
+            let all = all.collect::<Result<Vec<_>, InferError>>()?;
+            Ok::<_, InferError>(best(all.into_iter().flatten().collect()))
+        };
+        let proposed = |kind: &Kind| {
+            let shapes = proposals(&fit.model, *kind, self.episodes, &hints, self.seed);
+            Ok((promised(&shapes)?, shapes.len()))
+        };
+        let mut found: Vec<(Vec<Start>, usize)> =
+            kinds.par_iter().map(proposed).collect::<Result<_, InferError>>()?;
+        for (round, (share, behind)) in NEARER.into_iter().enumerate() {
+            found.sort_by(|a, b| gain(&b.0).total_cmp(&gain(&a.0)));
+            let near = |(starts, shapes): &mut (Vec<Start>, usize)| {
+                if *shapes < 2 || !has_neighbours(starts) || round > 0 && gain(starts) < HOPELESS {
+                    return Ok(());
                 }
                 let parents: Vec<Effect> = starts.iter().take(PARENTS).map(|s| s.effect.clone()).collect();
-                let children = nearby(&fit.model, &parents, share, seed);
-                starts.extend(promised(*kind, &children)?);
-                starts = best(starts);
-            }
+                starts.extend(promised(&nearby(&fit.model, &parents, share, self.seed))?);
+                *starts = best(std::mem::take(starts));
+                Ok(())
+            };
+            found.par_iter_mut().take(self.most + behind).map(near).collect::<Result<(), InferError>>()?;
         }
-        starts.truncate(keep);
-        Ok(starts)
-    };
-    let found = kinds.par_iter().map(of_kind).collect::<Result<Vec<_>, InferError>>()?;
-    let mut found: Vec<Vec<Start>> = found.into_iter().filter(|starts| !starts.is_empty()).collect();
-    found.sort_by(|a, b| b[0].gain.total_cmp(&a[0].gain));
-    for starts in found.iter_mut().take(POLISHED).filter(|starts| has_edges(starts[0].effect.kind)) {
-        polish(starts, |round, parents, share| {
-            promised(parents[0].kind, &nearby(&fit.model, parents, share, seed.wrapping_add(round)))
-        })?;
-        starts.truncate(keep);
+        let mut found: Vec<Vec<Start>> = found.into_iter().map(|(starts, _)| starts).collect();
+        found.retain(|starts| !starts.is_empty());
+        found.sort_by(|a, b| gain(b).total_cmp(&gain(a)));
+        for starts in found.iter_mut().take(POLISHED).filter(|starts| has_edges(starts[0].effect.kind)) {
+            polish(starts, |round, parents, share| {
+                promised(&nearby(&fit.model, parents, share, self.seed.wrapping_add(round)))
+            })?;
+        }
+        found.iter_mut().for_each(|starts| starts.truncate(self.starts));
+        found.sort_by(|a, b| gain(b).total_cmp(&gain(a)));
+        Ok(found)
     }
-    found.sort_by(|a, b| b[0].gain.total_cmp(&a[0].gain));
-    Ok(found)
+}
+
+/// What the best of a kind promises.
+fn gain(starts: &[Start]) -> f64 {
+    starts.first().map_or(0.0, |start| start.gain)
+}
+
+/// Whether shapes are sought between those that were proposed: events and contacts are proposed densely.
+fn has_neighbours(starts: &[Start]) -> bool {
+    starts.first().is_some_and(|start| {
+        let kind = start.effect.kind;
+        kind != Kind::ObstacleContact && kind.spec().params.iter().all(|p| p.name != "time")
+    })
 }
 
 /// Kinds that promise most whose shapes are sought on.
@@ -110,7 +133,7 @@ fn polish(
     starts: &mut Vec<Start>,
     around: impl Fn(u64, &[Effect], f64) -> Result<Vec<Start>, InferError>,
 ) -> Result<(), InferError> {
-    let mut share = NEARER[0];
+    let mut share = NEARER[0].0;
     for round in 0..ROUNDS {
         let before = starts[0].gain;
         let parents: Vec<Effect> = starts.iter().take(PARENTS).map(|s| s.effect.clone()).collect();
@@ -144,8 +167,8 @@ fn best(mut starts: Vec<Start>) -> Vec<Start> {
     starts
 }
 
-/// Ever nearer shapes around the best few.
-const NEARER: [f64; 4] = [0.4, 0.25, 0.12, 0.06];
+/// Ever nearer shapes around the best few, and of how many kinds beyond those that are wanted.
+const NEARER: [(f64, usize); 4] = [(0.4, 5), (0.25, 3), (0.12, 1), (0.06, 1)];
 const PARENTS: usize = 4;
 
 /// What the fit leaves, and an orthonormal basis of what its own parameters can do.
@@ -278,7 +301,7 @@ fn within(slot: &Slot, value: f64) -> f64 {
 #[cfg(test)]
 #[allow(clippy::unwrap_used)]
 mod tests {
-    use super::screen;
+    use super::Screen;
     use crate::common::{World, effect, locked};
     use trundle_infer::{Comparison, FitOptions, Quiet, fit};
     use trundle_model::{Effect, Kind, Model};
@@ -292,7 +315,9 @@ mod tests {
         let Comparison::Motion(motion) = &comparison else { panic!("no motion") };
         let kinds =
             [Kind::FloorSlope, Kind::ForceBias, Kind::CoulombFriction, Kind::Latency, Kind::MassChange];
-        let found = screen(motion, &base, &kinds, (&data.training, &[]), 1, 0, &Quiet).unwrap();
+        let episodes = &data.training;
+        let screen = Screen { motion, episodes, regions: &[], starts: 1, most: kinds.len(), seed: 0 };
+        let found = screen.of(&base, &kinds, &Quiet).unwrap();
         found.iter().map(|starts| (starts[0].effect.kind, starts[0].gain)).collect()
     }
 

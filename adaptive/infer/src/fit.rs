@@ -1,7 +1,7 @@
 //! Maximum a posteriori estimate, from several seeded starts.
 
 use crate::coordinates::Strain;
-use crate::search::{Agreement, Optimum, polish, scout};
+use crate::search::{Agreement, Optimum, follow, polish, scout};
 use crate::{Channels, Density, InferError, Likelihood, Target, Watch};
 use nalgebra::DMatrix;
 use std::collections::BTreeSet;
@@ -19,8 +19,8 @@ pub struct FitOptions {
     pub optimiser: Optimiser,
     /// Whether starts may lie far from the optimum; not where they come from the fit of a simpler model.
     pub from_afar: bool,
-    /// Whether given starts lie so near their optima that the best two are simply followed to the end.
-    pub near: bool,
+    /// Where given starts lie near their optima: how many steps the best of them is followed at most.
+    pub near: Option<usize>,
     /// Names of parameters that each episode has its own of.
     pub per_episode: BTreeSet<String>,
 }
@@ -42,7 +42,7 @@ impl Default for FitOptions {
             seed: 0,
             optimiser: Optimiser::default(),
             from_afar: true,
-            near: false,
+            near: None,
             per_episode: BTreeSet::new(),
         }
     }
@@ -92,6 +92,8 @@ pub struct Fit {
     pub channels: Channels,
     /// Whether the search came to rest.
     pub converged: bool,
+    /// By how much its last step lowered the cost.
+    pub falling: f64,
     /// How many of how many starts came within one unit of log density of the best, as far as short searches go.
     pub agreement: (usize, usize),
 }
@@ -132,44 +134,51 @@ pub fn fit(
 ) -> Result<Fit, InferError> {
     let target = Target::new(likelihood, model, &options.per_episode)?;
     if target.dimension() == 0 {
-        let optimum = Optimum { point: vec![], at: target.linearise(&[])?, converged: true };
+        let optimum = Optimum { point: vec![], at: target.linearise(&[])?, converged: true, falling: 0.0 };
         return finish(&target, likelihood.channels(), optimum, (1, 1));
     }
-    let (points, agreement) = if options.near {
-        nearest(&target, warm)?
-    } else {
-        scout(&rungs(&target, likelihood, options)?, warm, options, watch)?
+    let (best, agreement) = match options.near {
+        Some(steps) => {
+            let starts = warm.iter().map(|values| target.point(values)).collect();
+            (followed(&target, starts, steps, watch)?, (1, warm.len()))
+        }
+        None => {
+            let (points, agreement) = scout(&rungs(&target, likelihood, options)?, warm, options, watch)?;
+            let named = |z: Vec<f64>| canonical(&target, &z).unwrap_or(z);
+            let points = points.into_iter().take(POLISHED).map(named).collect();
+            (settled(&target, points, options, watch)?, agreement)
+        }
     };
-    let named = |z: Vec<f64>| canonical(&target, &z).unwrap_or(z);
-    let points = points.into_iter().take(POLISHED).map(named).collect();
-    let best = settled(&target, points, options, watch)?;
+    let settled = |target: &Target<'_>, point: Vec<f64>| match options.near {
+        Some(steps) => followed(target, vec![point], steps, watch),
+        None => settled(target, vec![point], options, watch),
+    };
     // Where the noise is not stated it is estimated, and the fit repeated under it.
     let Some(tuned) = likelihood.tuned(model, &target.shared_values(&best.point).0)? else {
         return finish(&target, likelihood.channels(), best, agreement);
     };
     let under_tuned = target.over(&*tuned, &options.per_episode)?;
-    let best = settled(&under_tuned, vec![best.point], options, watch)?;
+    let best = settled(&under_tuned, best.point)?;
     let Some(tuned) = tuned.tuned(model, &target.shared_values(&best.point).0)? else {
         return finish(&under_tuned, tuned.channels(), best, agreement);
     };
     let under_tuned = target.over(&*tuned, &options.per_episode)?;
-    let best = settled(&under_tuned, vec![best.point], options, watch)?;
+    let best = settled(&under_tuned, best.point)?;
     finish(&under_tuned, tuned.channels(), best, agreement)
 }
 
-/// Given starts, the best first.
-fn nearest(target: &Target<'_>, warm: &[Vec<f64>]) -> Result<(Vec<Vec<f64>>, Agreement), InferError> {
-    let mut ranked = Vec::with_capacity(warm.len());
-    for values in warm {
-        let point = target.point(values);
-        ranked.push((target.cost(&point)?, point));
+/// Where the better of some near starts leads, by its usual name.
+fn followed(
+    target: &Target<'_>,
+    starts: Vec<Vec<f64>>,
+    steps: usize,
+    watch: &dyn Watch,
+) -> Result<Optimum, InferError> {
+    let best = follow(target, starts, steps, watch)?;
+    match canonical(target, &best.point) {
+        Some(point) => Ok(Optimum { at: target.linearise(&point)?, point, ..best }),
+        None => Ok(best),
     }
-    ranked.retain(|(cost, _)| cost.is_finite());
-    if ranked.is_empty() {
-        return Err(InferError::NoStart { recording: "the recording".to_owned(), starts: warm.len() });
-    }
-    ranked.sort_by(|a, b| a.0.total_cmp(&b.0));
-    Ok((ranked.into_iter().map(|(_, point)| point).collect(), (1, warm.len())))
 }
 
 /// The best optimum from some points, by its usual name.
@@ -252,6 +261,7 @@ fn finish(
         log_evidence: -optimum.at.cost + 0.5 * (n as f64 * TAU.ln() - log_determinant),
         channels,
         converged: optimum.converged,
+        falling: optimum.falling,
         agreement,
         information,
         spread,

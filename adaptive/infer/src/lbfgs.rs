@@ -80,7 +80,7 @@ pub(crate) fn minimise(
     watch: &dyn Watch,
 ) -> Result<Optimum, InferError> {
     let at = density.linearise(&start)?;
-    let mut best = Optimum { point: start, at, converged: false };
+    let mut best = Optimum { point: start, at, converged: false, falling: 0.0 };
     for _ in 0..RESTARTS {
         let found = search(density, &best, &clamp, stop, watch)?;
         let gain = best.at.cost - found.at.cost;
@@ -120,7 +120,7 @@ fn search(
     })?;
     let converged = !matches!(result.report.termination, Termination::Limit(_));
     let point: Vec<f64> = result.best_param().iter().zip(&stretch).map(|(w, s)| w / s).collect();
-    Ok(Optimum { at: density.linearise(&point)?, point, converged })
+    Ok(Optimum { at: density.linearise(&point)?, point, converged, falling: 0.0 })
 }
 
 /// Searches one after the other.

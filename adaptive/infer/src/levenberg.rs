@@ -40,7 +40,7 @@ pub(crate) fn from(
 ) -> Result<Optimum, InferError> {
     const ATTEMPTS: usize = 8;
     let (mut point, mut at) = (start, start_at);
-    let mut damping = 1e-3;
+    let (mut damping, mut falling) = (1e-3, f64::INFINITY);
     for _ in 0..stop.iterations {
         let mut accepted = None;
         for attempt in 0..ATTEMPTS {
@@ -50,7 +50,7 @@ pub(crate) fn from(
             if let Some(step) = damped_step(&at, damping) {
                 // Where even the parabola promises nothing there is nothing to look for.
                 if attempt == 0 && promised(&at, &step) < NOTHING * stop.decrease {
-                    return Ok(Optimum { point, at, converged: true });
+                    return Ok(Optimum { point, at, converged: true, falling: 0.0 });
                 }
                 let trial: Vec<f64> =
                     point.iter().zip(step.iter()).enumerate().map(|(k, (p, s))| clamp(k, p + s)).collect();
@@ -65,15 +65,15 @@ pub(crate) fn from(
             damping *= 6.0;
         }
         let Some((trial, decrease, look)) = accepted else {
-            return Ok(Optimum { point, at, converged: true });
+            return Ok(Optimum { point, at, converged: true, falling: 0.0 });
         };
-        point = trial;
+        (point, falling) = (trial, decrease);
         at = look.linearise()?;
         if decrease < stop.decrease {
-            return Ok(Optimum { point, at, converged: true });
+            return Ok(Optimum { point, at, converged: true, falling });
         }
     }
-    Ok(Optimum { point, at, converged: false })
+    Ok(Optimum { point, at, converged: false, falling })
 }
 
 /// Share of the decrease that counts below which a step is not tried.

@@ -14,10 +14,16 @@ pub(crate) struct Optimum {
     pub point: Vec<f64>,
     pub at: Linearised,
     pub converged: bool,
+    /// By how much the last step lowered the cost.
+    pub falling: f64,
 }
 
 const SCOUT: Stop = Stop { iterations: 14, decrease: 0.05 };
 const POLISH: Stop = Stop { iterations: 60, decrease: 1e-5 };
+/// For telling which of two starts near an optimum leads lower.
+const GLANCE: Stop = Stop { iterations: 4, decrease: 0.05 };
+/// Decrease at which a search that started near its optimum has arrived: a hundredth of a standard deviation or two.
+const ARRIVED: f64 = 1e-3;
 
 fn descend(
     target: &Target<'_>,
@@ -188,4 +194,29 @@ pub(crate) fn polish(
         }
     }
     best.ok_or_else(|| InferError::NoStart { recording: "the recording".to_owned(), starts })
+}
+
+/// From starts near an optimum: the two lowest are followed a little, the better one of them for `steps` in all.
+pub(crate) fn follow(
+    target: &Target<'_>,
+    starts: Vec<Vec<f64>>,
+    steps: usize,
+    watch: &dyn Watch,
+) -> Result<Optimum, InferError> {
+    let count = starts.len();
+    let ranked = starts.into_iter().map(|point| Ok((target.cost(&point)?, point)));
+    let mut ranked = ranked.collect::<Result<Vec<_>, InferError>>()?;
+    ranked.retain(|(cost, _)| cost.is_finite());
+    ranked.sort_by(|a, b| a.0.total_cmp(&b.0));
+    let clamp = |k, z| target.clamp(k, z);
+    let glance = |(_, point)| levenberg::minimise(target, point, clamp, GLANCE, watch);
+    let looked = ranked.into_iter().take(2).map(glance).collect::<Result<Vec<_>, _>>()?;
+    let Some(best) = looked.into_iter().min_by(|a, b| a.at.cost.total_cmp(&b.at.cost)) else {
+        return Err(InferError::NoStart { recording: "the recording".to_owned(), starts: count });
+    };
+    if best.converged && best.falling < ARRIVED {
+        return Ok(best);
+    }
+    let rest = Stop { iterations: steps.saturating_sub(GLANCE.iterations), decrease: ARRIVED };
+    levenberg::from(target, best.point, best.at, clamp, rest, watch)
 }

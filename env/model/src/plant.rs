@@ -49,7 +49,7 @@ impl<T: Real> State<T> {
 const HALVINGS: u32 = 4;
 
 /// What a change of the drag within half a step may do to the velocity over a step before it is halved, m/s.
-const STEADY: f64 = 3e-4;
+const STEADY: f64 = 7e-4;
 
 /// A model with its parameters in place, ready to be stepped.
 #[derive(Clone, Debug)]

@@ -3,10 +3,9 @@
 //! A first search looks beside parameters that have bent to what is missing. Once most of it is explained, shapes are
 //! sought again, other effects are tried in place of each, each is dropped once, and finer forms are tried.
 
-use super::{ANOTHER, Job, MORE, STARTS, Searcher, Tried, finer, job};
+use super::{ANOTHER, Job, MORE, Searcher, Tried, finer, job};
 use crate::adequacy::remainder;
 use crate::proposals::has_shape;
-use crate::screen::screen;
 use std::collections::BTreeSet;
 use trundle_infer::{Comparison, Coordinates, InferError, carried, on_all_cores};
 use trundle_model::{Kind, Model, patch_outline};
@@ -53,9 +52,8 @@ impl Searcher<'_> {
                 let (rest, effect) = self.apart(&best, k);
                 let outline = (kind == Kind::FloorPatch).then(|| patch_outline(&effect));
                 let regions: Vec<_> = outline.into_iter().chain(self.regions.iter().cloned()).collect();
-                let found = on_all_cores(self.watch, |watch| {
-                    screen(motion, &rest.fit, &[kind], (self.episodes, &regions), STARTS, self.seed, watch)
-                })?;
+                let screen = self.screen(motion, &regions, 1);
+                let found = on_all_cores(self.watch, |watch| screen.of(&rest.fit, &[kind], watch))?;
                 jobs.extend(found.iter().map(|starts| job(&rest, starts)));
             }
             self.make_all("places again", jobs, tried)?;
@@ -104,7 +102,7 @@ impl Searcher<'_> {
             added.remove(k);
             let model = self.model(&added);
             let warm = carried(&best.fit, &model, &vec![0.0; model.slots().len()]);
-            Job { added, warm: vec![warm], starts: 0 }
+            Job { added, warm: vec![warm], from: best.fit.cost }
         };
         self.make_all("without each", (0..best.added.len()).map(without).collect(), tried)?;
         // Dropped one by one: what is left over may have been a single effect all along.
@@ -149,7 +147,7 @@ impl Searcher<'_> {
                 let coordinates = Coordinates::new(&model);
                 let median = coordinates.values(&vec![0.0; coordinates.free().len()]).0;
                 let fill = like.map_or_else(|| median.clone(), |like| carried(&like.fit, &model, &median));
-                jobs.push(Job { warm: vec![self.refined(best, &model, &fill)], added, starts: 0 });
+                jobs.push(Job { warm: vec![self.refined(best, &model, &fill)], added, from: best.fit.cost });
             }
         }
         jobs

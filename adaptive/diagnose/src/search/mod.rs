@@ -9,11 +9,11 @@ mod again;
 use crate::adequacy::{Remainder, remainder};
 use crate::candidates::{candidates, name};
 use crate::locate::{Located, located};
-use crate::screen::{Start, screen};
+use crate::screen::{Screen, Start};
 use rayon::prelude::*;
 use std::collections::BTreeSet;
 use trundle_infer::{
-    Comparison, Coordinates, Fit, FitOptions, InferError, Watch, carried, fit, on_all_cores,
+    Comparison, Coordinates, Fit, FitOptions, InferError, MotionLikelihood, Watch, carried, fit, on_all_cores,
 };
 use trundle_model::{Effect, Kind, Model};
 use trundle_record::Prepared;
@@ -61,6 +61,14 @@ const FIRSTS: usize = 2;
 const STARTS: usize = 2;
 /// Gain per sample that a remainder must promise for another effect to be sought beside one, nats.
 const ANOTHER: f64 = 0.15;
+/// Steps of a search that only ranks models, and of one that ends.
+const GLANCE: usize = 8;
+const TO_THE_END: usize = 60;
+/// How far behind the best a model may be after a glance and still be followed: nats, and as a share of what the best
+/// gained; and how many more steps like its last one it is given.
+const NEAR: f64 = 30.0;
+const BEHIND: f64 = 0.1;
+const STILL: f64 = 10.0;
 /// Random starts of a candidate that cannot be screened, beside the carried-over one.
 const EXTRA_STARTS: usize = 3;
 
@@ -77,10 +85,12 @@ pub(crate) struct Searcher<'a> {
 }
 
 /// A fit that is to be made: effects to add, and values of all slots to start from.
+#[derive(Clone)]
 struct Job {
     added: Vec<Effect>,
     warm: Vec<Vec<f64>>,
-    starts: usize,
+    /// Cost of the simpler model that it goes out from.
+    from: f64,
 }
 
 impl Searcher<'_> {
@@ -137,12 +147,20 @@ impl Searcher<'_> {
         let Comparison::Motion(motion) = self.comparison else {
             return Ok(offered.iter().map(|&kind| self.unscreened(from, kind)).collect());
         };
-        let found = on_all_cores(self.watch, |watch| {
-            screen(motion, &from.fit, offered, (self.episodes, self.regions), STARTS, self.seed, watch)
-        })?;
+        let screen = self.screen(motion, self.regions, most);
+        let found = on_all_cores(self.watch, |watch| screen.of(&from.fit, offered, watch))?;
         let hopeful = |(rank, starts): &(usize, &Vec<Start>)| *rank < ALWAYS || starts[0].gain > HOPELESS;
         let kept = found.iter().take(most).enumerate().filter(hopeful);
         Ok(kept.map(|(_, starts)| job(from, starts)).collect())
+    }
+
+    fn screen<'a>(
+        &'a self,
+        motion: &'a MotionLikelihood,
+        regions: &'a [Vec<[f64; 2]>],
+        most: usize,
+    ) -> Screen<'a> {
+        Screen { motion, episodes: self.episodes, regions, starts: STARTS, most, seed: self.seed }
     }
 
     /// A fit from the simpler model's values, the new effect's drawn from its prior a few times.
@@ -156,7 +174,8 @@ impl Searcher<'_> {
         let median = coordinates.values(&vec![0.0; coordinates.free().len()]).0;
         let draws = (0..EXTRA_STARTS).map(|_| coordinates.values(&coordinates.draw(&mut rng)).0);
         let fills: Vec<_> = std::iter::once(median).chain(draws).collect();
-        Job { added, warm: fills.iter().map(|fill| carried(&from.fit, &model, fill)).collect(), starts: 0 }
+        let warm = fills.iter().map(|fill| carried(&from.fit, &model, fill)).collect();
+        Job { added, warm, from: from.fit.cost }
     }
 
     fn model(&self, added: &[Effect]) -> Model {
@@ -165,49 +184,50 @@ impl Searcher<'_> {
         model
     }
 
-    /// Make some fits, on all cores, and sort all that was tried.
+    /// Try some models that were not tried yet: all of them a few steps far, to the end those that may yet be best.
     fn try_all(&self, what: &'static str, jobs: Vec<Job>, tried: &mut Vec<Tried>) -> Result<(), InferError> {
         let new = |job: &Job| tried.iter().all(|t| !same(&t.added, &job.added));
         let jobs: Vec<Job> = jobs.into_iter().filter(new).collect();
-        self.make_all(what, jobs, tried)
+        if self.comparison.is_quasi_static() || jobs.len() < 2 {
+            return self.make_all(what, jobs, tried);
+        }
+        let looked = self.fitted(what, jobs.clone(), GLANCE)?;
+        let best = looked.iter().map(|t| t.fit.cost).fold(f64::INFINITY, f64::min);
+        let gained = jobs.iter().map(|job| job.from - best).fold(0.0, f64::max);
+        let hopeful = |t: &Tried| t.fit.cost - STILL * t.fit.falling < best + NEAR.max(BEHIND * gained);
+        let (ahead, behind): (Vec<Tried>, Vec<Tried>) = looked.into_iter().partition(hopeful);
+        let on = |t: Tried| Job { warm: vec![t.fit.values], added: t.added, from: t.fit.cost };
+        let ended = self.fitted(what, ahead.into_iter().map(on).collect(), TO_THE_END)?;
+        keep(tried, ended.into_iter().chain(behind));
+        Ok(())
     }
 
-    /// The same, whether such models were tried or not.
+    /// Fit some models to the end, whether such were tried or not.
     fn make_all(&self, what: &'static str, jobs: Vec<Job>, tried: &mut Vec<Tried>) -> Result<(), InferError> {
+        keep(tried, self.fitted(what, jobs, TO_THE_END)?);
+        Ok(())
+    }
+
+    /// Some fits, on all cores.
+    fn fitted(&self, what: &'static str, jobs: Vec<Job>, steps: usize) -> Result<Vec<Tried>, InferError> {
         self.watch.progress(what, 0.0);
         let (count, done) = (jobs.len(), std::sync::atomic::AtomicUsize::new(0));
-        let found = on_all_cores(self.watch, |watch| {
+        on_all_cores(self.watch, |watch| {
             let one = |job: Job| {
-                let found = self.fit(job, watch);
+                let found = self.fit(job, steps, watch);
                 let done = done.fetch_add(1, std::sync::atomic::Ordering::Relaxed) + 1;
                 watch.progress(what, done as f64 / count as f64);
                 found
             };
-            jobs.into_par_iter().map(one).collect::<Result<Vec<_>, InferError>>()
-        })?;
-        tried.extend(found);
-        tried.sort_by(|a, b| b.log_weight().total_cmp(&a.log_weight()));
-        // Of one model, the best fit.
-        let mut kept: Vec<Tried> = Vec::with_capacity(tried.len());
-        for one in tried.drain(..) {
-            if kept.iter().all(|k| !same(&k.added, &one.added)) {
-                kept.push(one);
-            }
-        }
-        *tried = kept;
-        Ok(())
+            jobs.into_par_iter().map(one).collect()
+        })
     }
 
-    fn fit(&self, job: Job, watch: &dyn Watch) -> Result<Tried, InferError> {
+    fn fit(&self, job: Job, steps: usize, watch: &dyn Watch) -> Result<Tried, InferError> {
         let model = self.model(&job.added);
-        let near = !self.comparison.is_quasi_static();
-        let options = FitOptions {
-            starts: job.starts,
-            seed: self.seed,
-            from_afar: false,
-            near,
-            ..FitOptions::default()
-        };
+        let near = (!self.comparison.is_quasi_static()).then_some(steps);
+        let options =
+            FitOptions { starts: 0, seed: self.seed, from_afar: false, near, ..FitOptions::default() };
         Ok(Tried { fit: fit(self.comparison, &model, &job.warm, &options, watch)?, added: job.added })
     }
 
@@ -239,7 +259,20 @@ fn job(from: &Tried, starts: &[Start]) -> Job {
         own.iter().copied().chain(effect.values.iter().map(|v| v.unwrap_or(0.0))).collect()
     };
     let warm = starts.iter().flat_map(|s| [with(&s.base, &s.effect), with(&from.fit.values, &s.effect)]);
-    Job { added, warm: warm.collect(), starts: 0 }
+    Job { added, warm: warm.collect(), from: from.fit.cost }
+}
+
+/// Put models among those that were tried, sorted by weight; of one model, the best fit.
+fn keep(tried: &mut Vec<Tried>, more: impl IntoIterator<Item = Tried>) {
+    tried.extend(more);
+    tried.sort_by(|a, b| b.log_weight().total_cmp(&a.log_weight()));
+    let mut kept: Vec<Tried> = Vec::with_capacity(tried.len());
+    for one in tried.drain(..) {
+        if kept.iter().all(|k| !same(&k.added, &one.added)) {
+            kept.push(one);
+        }
+    }
+    *tried = kept;
 }
 
 /// An effect with every essential parameter free, its choices kept.

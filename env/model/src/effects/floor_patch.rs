@@ -37,8 +37,8 @@ pub(crate) static SPEC: Spec = Spec {
 /// Length over which an edge is smooth, m: 10 to 90 % within 4.4 of it.
 const EDGE: f64 = 0.005;
 
-/// So far outside nothing is left of it, m.
-const FAR: f64 = 0.2;
+/// So far from an edge nothing is left of its softness, m: 2e-9.
+const FAR: f64 = 0.1;
 
 /// The law in place.
 #[derive(Clone, Debug)]
@@ -60,17 +60,27 @@ impl<T: Real> Act<T> for FloorPatch<T> {
 
     #[inline]
     fn act(&self, at: &Situation<'_, T>, sum: &mut Action<T>) {
-        for &foot in &self.feet {
-            let foot = foot.map(T::lift);
-            let share = self.covers(at.in_world(foot));
-            if share.re() > 0.0 {
-                sum.brake_at(foot, self.mu * share);
-            }
+        for foot in &self.feet {
+            // Most of the time a foot is far from every edge, where nothing needs a derivative.
+            let mu = match self.depth(at.in_world_re(*foot)) {
+                depth if depth < -FAR => continue,
+                depth if depth > FAR => self.mu,
+                _ => self.mu * self.covers(at.in_world(foot.map(T::lift))),
+            };
+            sum.brake_at(foot.map(T::lift), mu);
         }
     }
 }
 
 impl<T: Real> FloorPatch<T> {
+    /// How far within the nearest edge a point of the world lies, m; negative outside.
+    fn depth(&self, [x, y]: [f64; 2]) -> f64 {
+        let (dx, dy) = (x - self.center[0].re(), y - self.center[1].re());
+        let [ax, ay] = self.along.map(T::re);
+        let [length, width] = self.half.map(T::re);
+        (length - (dx * ax + dy * ay).abs()).min(width - (dy * ax - dx * ay).abs())
+    }
+
     /// How much a point of the world, m, lies inside: from 0 to 1.
     fn covers(&self, [x, y]: [T; 2]) -> T {
         let (dx, dy) = (x - self.center[0], y - self.center[1]);

@@ -20,6 +20,13 @@ impl<T: Real> Situation<'_, T> {
         [self.position[0] + x, self.position[1] + y]
     }
 
+    /// The same without derivatives.
+    #[inline]
+    pub(crate) fn in_world_re(&self, [x, y]: [f64; 2]) -> [f64; 2] {
+        let (sin, cos) = (self.heading.0.re(), self.heading.1.re());
+        [self.position[0].re() + cos * x - sin * y, self.position[1].re() + sin * x + cos * y]
+    }
+
     /// Where a point of the world, m, is in the object frame.
     #[inline]
     pub(crate) fn in_object(&self, [x, y]: [T; 2]) -> [T; 2] {
