@@ -6,7 +6,7 @@ use pyo3::prelude::*;
 use pyo3::types::PyDict;
 use rand::SeedableRng;
 use rand_chacha::ChaCha8Rng;
-use trundle_model::{Acting, Clock, INNER, Model, Plant, Rigid, State, to_body};
+use trundle_model::{Clock, INNER, Model, Plant, Rigid, State, to_body};
 use trundle_posterior::Draws;
 
 use crate::error::refused;
@@ -52,8 +52,7 @@ impl PyLaws {
     #[pyo3(signature = (model, parameters=None))]
     fn new(model: &PyModel, parameters: Option<BTreeMap<String, f64>>) -> PyResult<Self> {
         let values = values(&model.model, &parameters.unwrap_or_default())?;
-        let mut physics = model.model.filled(&values).map_err(refused)?;
-        physics.effects.retain(|effect| effect.kind.spec().acting == Acting::Object);
+        let physics = model.model.filled(&values).map_err(refused)?.on_object();
         let plant = physics.resolved().map_err(refused)?;
         let home = plant.rigid(clock(0.0, 0.0, 0.0, f64::INFINITY));
         let starts = physics.inner().iter().map(|own| own.starts.first().copied().unwrap_or(0.0)).collect();

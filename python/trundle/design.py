@@ -128,12 +128,15 @@ class Design:
         Raises
         ------
         TrundleError
-            If the model has no footprint (an object on a rail cannot be simulated), or there is no push.
+            If the model has no footprint (an object on a rail cannot be simulated), holds an unnamed wrench
+            (a scenario cannot), or there is no push.
         """
         model = tomllib.loads(written(self.fitted[0] if truth is None else truth) or "")
         body = model.get("body", {})
         if not {"footprint", "fixture"} & body.keys():
             raise TrundleError("the model has no footprint: `trundle simulate` needs one")
+        if "unnamed" in model:
+            raise TrundleError("a scenario cannot hold an unnamed wrench: leave `[unnamed]` out")
         if not self.pushes:
             raise TrundleError("there is no push to simulate: none tells these models apart")
         named = {"format": "trundle-object/1", "name": "object", "body": body}
@@ -150,7 +153,7 @@ class Design:
         """Write ``design.json``, and ``scenario.toml`` with ``object.toml`` where they can be simulated."""
         folder = Path(folder)
         texts = {"design.json": self.to_json() + "\n"}
-        if self.pushes and _has_shape(self.fitted[0].to_toml()):
+        if self.pushes and _simulable(self.fitted[0].to_toml()):
             texts["scenario.toml"], texts["object.toml"] = self.scenario()
         folder.mkdir(parents=True, exist_ok=True)
         for name, text in texts.items():
@@ -260,5 +263,7 @@ def _body(path: Path) -> str:
     return tomli_w.dumps({"format": "trundle-model/1", "body": found["body"]})
 
 
-def _has_shape(text: str) -> bool:
-    return bool({"footprint", "fixture"} & tomllib.loads(text).get("body", {}).keys())
+def _simulable(text: str) -> bool:
+    """Tell whether a scenario can hold a model: it has a shape, and no wrench without a name."""
+    model = tomllib.loads(text)
+    return "unnamed" not in model and bool({"footprint", "fixture"} & model.get("body", {}).keys())

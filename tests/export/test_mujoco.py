@@ -95,6 +95,14 @@ half_width = 0.5
 angle = 0.0
 mu = 30.0
 """
+UNNAMED = """
+[unnamed]
+inputs = ["position", "heading"]
+axes = "world"
+scales = [0.6, 0.6, 0.8, 0.8]
+centres = [[0.1, 0.0, 1.0, 0.0], [0.4, 0.2, 0.9, 0.4]]
+weights = [[6.0, -4.0, 1.0], [-5.0, 7.0, -0.5]]
+"""
 POSTERIOR = """
 [posterior]
 names = ["body.mass", "viscous_wheel.mu_x", "viscous_wheel.mu_y"]
@@ -112,6 +120,7 @@ CASES = {
     "swinging load": BODY + WHEEL + LOAD,
     "tether": BODY + WHEEL + TETHER,
     "patch with an edge": BODY + WHEEL + PATCH,
+    "unnamed wrench": BODY + WHEEL + UNNAMED,
 }
 
 

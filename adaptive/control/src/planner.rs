@@ -146,7 +146,7 @@ mod tests {
         let wheel = [0.5, 0.3, 0.4, mu, mu].map(Some).to_vec();
         let effects = vec![Effect { kind: Kind::ViscousWheel, values: wheel }];
         let body = Body::from_footprint(&corners, 22.0).unwrap();
-        Model { body, mass: Some(22.0), dof: [true; 3], effects, priors: Default::default() }
+        Model { body, mass: Some(22.0), dof: [true; 3], effects, priors: Default::default(), unnamed: None }
             .resolved()
             .unwrap()
     }

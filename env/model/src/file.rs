@@ -2,9 +2,10 @@
 
 use crate::body::Fixture;
 use crate::model::{Effect, Model};
-use crate::{Body, Kind, ModelError};
+use crate::{Body, Kind, ModelError, Unnamed};
 use serde::{Deserialize, Serialize};
 use std::collections::BTreeMap;
+use std::sync::Arc;
 use toml::{Table, Value};
 
 const FORMAT: &str = "trundle-model/1";
@@ -33,6 +34,8 @@ struct File {
     body: BodyTable,
     #[serde(default, skip_serializing_if = "Vec::is_empty")]
     effect: Vec<Table>,
+    #[serde(default, skip_serializing_if = "Option::is_none")]
+    unnamed: Option<Unnamed>,
     #[serde(default, skip_serializing_if = "Option::is_none")]
     posterior: Option<Posterior>,
 }
@@ -87,7 +90,11 @@ impl Model {
         if let Some(posterior) = &file.posterior {
             posterior.check()?;
         }
-        Ok((Self { body, mass, dof: [true; 3], effects, priors: BTreeMap::new() }, file.posterior))
+        if let Some(unnamed) = &file.unnamed {
+            unnamed.check()?;
+        }
+        let unnamed = file.unnamed.map(Arc::new);
+        Ok((Self { body, mass, dof: [true; 3], effects, priors: BTreeMap::new(), unnamed }, file.posterior))
     }
 
     /// Write `model.toml`.
@@ -99,6 +106,7 @@ impl Model {
             format: FORMAT.to_owned(),
             body: BodyTable::of(&self.body, self.mass),
             effect: self.effects.iter().map(write_effect).collect(),
+            unnamed: self.unnamed.as_deref().cloned(),
             posterior: posterior.cloned(),
         };
         toml::to_string(&file).map_err(|e| ModelError::Format(e.to_string()))

@@ -123,12 +123,14 @@ pub struct Clock {
     pub episode: f64,
     /// Where it is held: the origin of the reading's frame in the object frame, m.
     pub grasp: [f64; 2],
+    /// How fast the reading changes, reading axes, N/s, N/s, N·m/s; zero where nobody has read it.
+    pub trend: [f64; 3],
 }
 
 impl Clock {
     /// A moment of a lone episode whose times count from contact.
     pub const fn since_contact(since_contact: f64) -> Self {
-        Self { since_contact, t: since_contact, dt: 0.0, episode: 0.0, grasp: [0.0; 2] }
+        Self { since_contact, t: since_contact, dt: 0.0, episode: 0.0, grasp: [0.0; 2], trend: [0.0; 3] }
     }
 
     /// Whether the gripper has touched the object yet.

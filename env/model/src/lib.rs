@@ -28,6 +28,7 @@ mod real;
 mod rim;
 mod stepper;
 mod symmetric;
+mod unnamed;
 
 pub use body::{Body, Fixture, Support};
 pub use catalogue::{Kind, Law, catalogue};
@@ -42,3 +43,4 @@ pub use plant::{Plant, State, to_body, to_world, transport};
 pub use prior::{Belief, PriorFile};
 pub use real::Real;
 pub use stepper::{Drive, Free, Setting, StepError, Stepper};
+pub use unnamed::{Axes, Input, Unnamed};

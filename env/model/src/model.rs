@@ -1,8 +1,9 @@
 //! A model: a body and its effects, some values given and some free.
 
-use crate::law::{Inner, Param, Prior, Site};
-use crate::{Belief, Body, Kind, Law, ModelError, Plant, Real};
+use crate::law::{Acting, Inner, Param, Prior, Site};
+use crate::{Belief, Body, Kind, Law, ModelError, Plant, Real, Unnamed};
 use std::collections::BTreeMap;
+use std::sync::Arc;
 
 /// An effect of a model.
 #[derive(Clone, Debug, PartialEq)]
@@ -42,6 +43,8 @@ pub struct Model {
     pub effects: Vec<Effect>,
     /// What is believed of free parameters, by name, where it is not what the catalogue says.
     pub priors: BTreeMap<String, Belief>,
+    /// A wrench that no effect names; shared, because every plant has it.
+    pub unnamed: Option<Arc<Unnamed>>,
 }
 
 /// One scalar parameter of a model.
@@ -68,7 +71,7 @@ impl Model {
     /// wheel, all six parameters free.
     pub fn nominal(body: Body, mass: Option<f64>, dof: [bool; 3]) -> Self {
         let effects = vec![Effect::free(Kind::ViscousWheel)];
-        Self { body, mass, dof, effects, priors: BTreeMap::new() }
+        Self { body, mass, dof, effects, priors: BTreeMap::new(), unnamed: None }
     }
 
     /// Whether the object is on a rail along x.
@@ -80,6 +83,14 @@ impl Model {
     #[must_use]
     pub fn with(mut self, effect: Effect) -> Self {
         self.effects.push(effect);
+        self
+    }
+
+    /// What happens to the object itself: the model without what only the instruments see.
+    #[must_use]
+    pub fn on_object(mut self) -> Self {
+        self.effects.retain(|effect| effect.kind.spec().acting == Acting::Object);
+        self.unnamed = self.unnamed.filter(|unnamed| !unnamed.reads());
         self
     }
 
@@ -185,7 +196,7 @@ impl Model {
             laws.push(Law::new(effect.kind, own, &site));
             rest = others;
         }
-        Plant::new(mass, &self.body, self.dof, laws)
+        Plant::new(mass, &self.body, self.dof, laws, self.unnamed.clone())
     }
 
     /// Values of the first viscous wheel, among those of all slots.

@@ -14,7 +14,8 @@ use crate::implicit::{Inert, Inertia};
 use crate::law::{Acting, Action, Clock, INNER, Rigid, Situation};
 use crate::loaded::Loaded;
 use crate::mount::Mount;
-use crate::{Body, Law, ModelError, Real};
+use crate::{Body, Law, ModelError, Real, Unnamed};
+use std::sync::Arc;
 
 /// Motion state of the object frame's origin: pose `[m, m, rad]` and twist `[m/s, m/s, rad/s]`, world axes.
 #[derive(Clone, Copy, Debug, PartialEq)]
@@ -76,6 +77,7 @@ pub struct Plant<T> {
     steady: Action<T>,
     /// Whether there are others that act on the object.
     varies: bool,
+    unnamed: Option<Arc<Unnamed>>,
 }
 
 /// Where each law's own states begin and end.
@@ -89,7 +91,13 @@ fn windows<T: Real>(laws: &[Law<T>]) -> impl Iterator<Item = (&Law<T>, std::ops:
 }
 
 impl<T: Real> Plant<T> {
-    pub(crate) fn new(mass: T, body: &Body, dof: [bool; 3], laws: Vec<Law<T>>) -> Result<Self, ModelError> {
+    pub(crate) fn new(
+        mass: T,
+        body: &Body,
+        dof: [bool; 3],
+        laws: Vec<Law<T>>,
+        unnamed: Option<Arc<Unnamed>>,
+    ) -> Result<Self, ModelError> {
         let inertia = mass * (body.gyration * body.gyration);
         let com = body.com.map(T::lift);
         let loads = laws.iter().any(|l| l.spec().loads);
@@ -103,10 +111,25 @@ impl<T: Real> Plant<T> {
         laws.iter().filter_map(Law::steady).for_each(|action| steady.add(action));
         let steady = mount.as_ref().map_or(steady, |mount| mount.action(&steady));
         let acts = |l: &Law<T>| l.steady().is_none() && l.spec().acting == Acting::Object;
-        let varies = inner > 0 || laws.iter().any(acts);
+        let varies =
+            inner > 0 || laws.iter().any(acts) || unnamed.as_ref().is_some_and(|unnamed| !unnamed.reads());
         let flat = !varies && mass.is_constant() && steady.drag.iter().all(|d| d.is_constant());
         let resistance = Inertia::new(mass, body, dof, flat);
-        Ok(Self { mass, inertia, com, laws, resistance, dof, loads, inner, delay, mount, steady, varies })
+        Ok(Self {
+            mass,
+            inertia,
+            com,
+            laws,
+            resistance,
+            dof,
+            loads,
+            inner,
+            delay,
+            mount,
+            steady,
+            varies,
+            unnamed,
+        })
     }
 
     /// What moves as one under the reading at a moment: the object, and what instruments add to it. In the frame that
@@ -149,6 +172,7 @@ impl<T: Real> Plant<T> {
     /// Whether the motion from a place and heading is that from any other, moved and turned.
     pub fn same_everywhere(&self) -> bool {
         self.laws.iter().all(Law::same_everywhere)
+            && self.unnamed.as_ref().is_none_or(|unnamed| unnamed.same_everywhere())
     }
 
     /// Number of the laws' own states.
@@ -173,7 +197,7 @@ impl<T: Real> Plant<T> {
         for law in self.laws.iter().filter(|law| law.spec().acting == Acting::Instrument) {
             reading = law.correct(reading, clock);
         }
-        reading
+        self.unnamed.as_ref().map_or(reading, |unnamed| unnamed.correct(reading, clock))
     }
 
     /// The state after `dt` seconds under `applied`, the mean wrench on the object over the step
@@ -323,6 +347,9 @@ impl<T: Real> Plant<T> {
     /// Add what all laws do, in the object's own frame.
     #[inline]
     fn add(&self, at: &Situation<'_, T>, sum: &mut Action<T>) {
+        if let Some(unnamed) = &self.unnamed {
+            unnamed.act(at, sum);
+        }
         if self.inner == 0 {
             for law in self.laws.iter().filter(|law| law.steady().is_none()) {
                 law.act(at, sum);

@@ -50,7 +50,12 @@ fn cases() -> impl Strategy<Value = Case> {
     let grasp = [-0.6..0.8f64, -0.5..0.4];
     (draws, state, applied, 0.0..5.0f64, grasp).prop_map(|(draws, state, applied, since_contact, grasp)| {
         let t = since_contact + 0.4;
-        Case { draws, state, applied, clock: Clock { since_contact, t, dt: DT, episode: 0.0, grasp } }
+        Case {
+            draws,
+            state,
+            applied,
+            clock: Clock { since_contact, t, dt: DT, episode: 0.0, grasp, trend: [0.0; 3] },
+        }
     })
 }
 
@@ -74,7 +79,7 @@ fn model(kind: Kind) -> Model {
 fn bare(kind: Kind) -> Model {
     let body = Body::from_footprint(&[[-0.5, -0.4], [0.7, -0.4], [0.7, 0.3], [-0.5, 0.3]], 22.0).unwrap();
     let effects = if kind == Kind::WheelEvent { vec![wheel()] } else { vec![] };
-    Model { body, mass: Some(22.0), dof: [true; 3], effects, priors: Default::default() }
+    Model { body, mass: Some(22.0), dof: [true; 3], effects, priors: Default::default(), unnamed: None }
 }
 
 fn wheel() -> Effect {

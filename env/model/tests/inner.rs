@@ -12,7 +12,7 @@ fn effect(kind: Kind, values: &[(&str, f64)]) -> Effect {
 fn table(effects: Vec<Effect>) -> Model {
     let mut body = Body::from_footprint(&[[-0.6, -0.4], [0.6, -0.4], [0.6, 0.4], [-0.6, 0.4]], 20.0).unwrap();
     body.com = [0.1, -0.05];
-    Model { mass: Some(20.0), body, dof: [true; 3], effects, priors: Default::default() }
+    Model { mass: Some(20.0), body, dof: [true; 3], effects, priors: Default::default(), unnamed: None }
 }
 
 fn load(frequency: f64, damping: f64) -> Effect {

@@ -9,7 +9,14 @@ const DT: f64 = 2e-3;
 /// A table whose mass centre is off its origin.
 fn table(mass: f64) -> Model {
     let body = Body::from_footprint(&[[-0.5, -0.4], [0.7, -0.4], [0.7, 0.3], [-0.5, 0.3]], mass).unwrap();
-    Model { mass: Some(mass), body, dof: [true; 3], effects: vec![], priors: Default::default() }
+    Model {
+        mass: Some(mass),
+        body,
+        dof: [true; 3],
+        effects: vec![],
+        priors: Default::default(),
+        unnamed: None,
+    }
 }
 
 fn effect(kind: Kind, values: &[(&str, f64)]) -> Effect {

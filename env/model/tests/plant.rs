@@ -10,7 +10,14 @@ const DT: f64 = 2e-3;
 fn table(com: [f64; 2]) -> Model {
     let mut body = Body::from_footprint(&[[-0.6, -0.4], [0.6, -0.4], [0.6, 0.4], [-0.6, 0.4]], 10.0).unwrap();
     body.com = com;
-    Model { mass: Some(body.mass), body, dof: [true; 3], effects: vec![], priors: Default::default() }
+    Model {
+        mass: Some(body.mass),
+        body,
+        dof: [true; 3],
+        effects: vec![],
+        priors: Default::default(),
+        unnamed: None,
+    }
 }
 
 fn effect(kind: Kind, values: &[(&str, f64)]) -> Effect {
@@ -244,9 +251,10 @@ fn a_step_is_halved_where_dry_friction_turns_a_body_back() {
     let footprint = [[-0.6, -0.4], [0.6, -0.4], [0.6, 0.4], [-0.6, 0.4]];
     let body = Body::from_footprint(&footprint, 22.0).unwrap();
     let effects = vec![with(Kind::ViscousWheel, &wheel), with(Kind::CoulombFriction, &foot)];
-    let plant = Model { body, mass: Some(22.0), dof: [true; 3], effects, priors: Default::default() }
-        .resolved()
-        .unwrap();
+    let plant =
+        Model { body, mass: Some(22.0), dof: [true; 3], effects, priors: Default::default(), unnamed: None }
+            .resolved()
+            .unwrap();
     let end = |dt: f64| {
         let mut state = State::at_rest([0.0; 3]);
         for k in 0..(6.0 / dt).round() as usize {

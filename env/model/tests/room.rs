@@ -17,7 +17,7 @@ fn rectangle([x, y]: [f64; 2], [w, h]: [f64; 2]) -> Fixture {
 }
 
 fn model(body: Body, effects: Vec<Effect>) -> Model {
-    Model { mass: Some(body.mass), body, dof: [true; 3], effects, priors: Default::default() }
+    Model { mass: Some(body.mass), body, dof: [true; 3], effects, priors: Default::default(), unnamed: None }
 }
 
 fn table(mass: f64) -> Body {

@@ -2,7 +2,7 @@
 
 use rand_chacha::ChaCha8Rng;
 use serde::{Deserialize, Serialize};
-use trundle_model::{Acting, Clock, INNER, Model};
+use trundle_model::{Axes, Clock, INNER, Model};
 
 use crate::gripper::relative;
 use crate::instruments::{Row, Scene};
@@ -61,8 +61,12 @@ impl Setting<'_> {
         noise: ChaCha8Rng,
     ) -> Result<Vec<Row>, SimError> {
         let profile = Profile::new("push.knots", push.knots.clone())?;
+        if self.model.unnamed.as_ref().is_some_and(|unnamed| unnamed.axes == Axes::Reading) {
+            let remedy = "only a recording has readings to correct: leave `[unnamed]` out to simulate";
+            return Err(SimError::value("unnamed.axes", "reading", remedy));
+        }
         let instrumented = self.model.resolved()?;
-        let mut world = World::new(&object(self.model), self.obstacles, self.step)?;
+        let mut world = World::new(&self.model.clone().on_object(), self.obstacles, self.step)?;
         world.place(push.start);
         world.start_inner(inner);
         let mut gripper = Gripper::new(push.grasp, push.start, push.drive, self.coupling);
@@ -82,6 +86,7 @@ impl Setting<'_> {
                 dt: self.step,
                 episode: episode as f64,
                 grasp: [x, y],
+                trend: [0.0; 3],
             };
             let wrench = if clock.in_contact() {
                 let command = profile.at(since_contact + self.step / 2.0);
@@ -106,11 +111,4 @@ impl Setting<'_> {
         }
         Ok(instruments.take())
     }
-}
-
-/// What happens to the object itself: the model without what only the instruments see.
-fn object(model: &Model) -> Model {
-    let mut model = model.clone();
-    model.effects.retain(|effect| effect.kind.spec().acting == Acting::Object);
-    model
 }

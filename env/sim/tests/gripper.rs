@@ -10,7 +10,14 @@ const DT: f64 = 2e-3;
 
 fn square(mass: f64) -> World {
     let body = Body::from_footprint(&[[-0.5, -0.5], [0.5, -0.5], [0.5, 0.5], [-0.5, 0.5]], mass).unwrap();
-    let model = Model { mass: Some(mass), body, dof: [true; 3], effects: vec![], priors: Default::default() };
+    let model = Model {
+        mass: Some(mass),
+        body,
+        dof: [true; 3],
+        effects: vec![],
+        priors: Default::default(),
+        unnamed: None,
+    };
     World::new(&model, &[], DT).unwrap()
 }
 

@@ -18,7 +18,14 @@ fn table(mass: f64) -> Model {
         [0.5, 0.3],
         [-0.5, 0.3],
     ]);
-    Model { body, mass: Some(mass), dof: [true; 3], effects: vec![], priors: Default::default() }
+    Model {
+        body,
+        mass: Some(mass),
+        dof: [true; 3],
+        effects: vec![],
+        priors: Default::default(),
+        unnamed: None,
+    }
 }
 
 fn wheel(mu_x: f64, mu_y: f64) -> Effect {
@@ -172,7 +179,14 @@ fn a_wall_stops_the_table_and_takes_energy() {
 fn a_concave_shape_has_the_models_mass_and_inertia() {
     let corner = [[0.0, 0.0], [1.0, 0.0], [1.0, 0.4], [0.4, 0.4], [0.4, 1.0], [0.0, 1.0]];
     let body = Body::from_footprint(&corner, 40.0).unwrap();
-    let model = Model { mass: Some(40.0), body, dof: [true; 3], effects: vec![], priors: Default::default() };
+    let model = Model {
+        mass: Some(40.0),
+        body,
+        dof: [true; 3],
+        effects: vec![],
+        priors: Default::default(),
+        unnamed: None,
+    };
     assert!(gap(&model) < 1e-6, "{:e}", gap(&model));
 }
 

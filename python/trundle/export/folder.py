@@ -73,8 +73,8 @@ def to_mujoco(
 def summary(model: Model) -> dict[str, object]:
     """Return what `ranges.json` holds."""
     acting = {effect["kind"]: effect["acting"] for effect in effects()}
-    kinds = [effect["kind"] for effect in described(model).get("effect", [])]
-    return {
-        "parameters": ranges(model),
-        "instruments": [kind for kind in kinds if acting[kind] == "instrument"],
-    }
+    text = described(model)
+    instruments = [e["kind"] for e in text.get("effect", []) if acting[e["kind"]] == "instrument"]
+    if text.get("unnamed", {}).get("axes") == "reading":
+        instruments.append("unnamed")
+    return {"parameters": ranges(model), "instruments": instruments}

@@ -65,6 +65,7 @@ impl Rollout<'_> {
             dt,
             episode: episode.ordinal as f64,
             grasp,
+            trend: [0.0; 3],
         };
         let plant = &self.plant;
         let applied = transport(corrected(plant, recorded, t, dt, reading, clock), frame);

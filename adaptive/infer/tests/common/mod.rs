@@ -30,6 +30,7 @@ pub fn locked() -> Model {
         dof: [true; 3],
         effects: vec![effect(Kind::ViscousWheel, &wheel)],
         priors: Default::default(),
+        unnamed: None,
     }
 }
 

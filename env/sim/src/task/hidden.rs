@@ -41,6 +41,7 @@ impl Hidden {
             dof: [true; 3],
             effects: vec![wheel],
             priors: Default::default(),
+            unnamed: None,
         })
     }
 }
