@@ -206,7 +206,7 @@ pub struct Nominal {
 pub struct Pair {
     /// The simulation under test.
     pub before: Score,
-    /// With the effects found.
+    /// With the effects found, or with an unnamed wrench that predicts.
     pub after: Score,
 }
 

@@ -25,6 +25,7 @@ mod screen;
 mod search;
 mod series;
 mod touch;
+mod unnamed;
 mod verdict;
 mod words;
 

@@ -11,6 +11,7 @@ use crate::predictions::Predictions;
 use crate::rivals::doubts;
 use crate::search::{Found, Searcher, Tried, probabilities};
 use crate::series::{self, Series};
+use crate::unnamed::{depends_on, unnamed};
 use crate::verdict::{Choice, choose, judge, likeness};
 use trundle_infer::{Comparison, Fit, InferError, Watch};
 use trundle_model::Model;
@@ -85,7 +86,12 @@ pub fn diagnose(data: &Dataset, options: &Options, watch: &dyn Watch) -> Result<
         (Some(given), Verdict::Reparameterised) => given,
         _ => &base.fit,
     };
-    let after = &best.fit;
+    let mut filled = None;
+    if verdict == Verdict::Unexplained {
+        watch.progress("an unnamed force", 0.0);
+        filled = unnamed(data, &comparison, &base.fit, found.before)?;
+    }
+    let after = filled.as_ref().unwrap_or(&best.fit);
 
     let missing_before = missing(data, &comparison, before, found.before)?;
     let missing_after = missing(data, &comparison, after, left)?;
@@ -143,6 +149,7 @@ pub fn diagnose(data: &Dataset, options: &Options, watch: &dyn Watch) -> Result<
             .map(|(n, _)| n)
             .collect(),
         quasi_static: quasi,
+        unnamed: filled.as_ref().map_or(vec![], depends_on),
         noise: series::Noise {
             pose: if quasi { data.noise.pose } else { after.channels.pose },
             force: after.channels.reading[0],

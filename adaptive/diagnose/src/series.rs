@@ -18,6 +18,9 @@ pub struct Series {
     pub dof: Vec<&'static str>,
     /// Whether wrenches are compared because inertia plays no part.
     pub quasi_static: bool,
+    /// What the wrench without a name depends on, in words, where the model "after" holds one.
+    #[serde(skip_serializing_if = "Vec::is_empty")]
+    pub unnamed: Vec<&'static str>,
     /// The noise that was stated or found.
     pub noise: Noise,
     /// Curves of each episode.
@@ -54,7 +57,7 @@ pub struct Episode {
     pub observed: Vec<[f64; 3]>,
     /// Simulated in open loop by the simulation under test, refitted.
     pub before: Option<Vec<[f64; 3]>>,
-    /// The same with the effects found.
+    /// The same with the effects found, or with an unnamed wrench.
     pub after: Option<Vec<[f64; 3]>>,
     /// The missing wrench.
     pub residual: Residual,

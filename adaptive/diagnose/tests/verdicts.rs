@@ -150,6 +150,30 @@ fn what_nothing_known_explains_is_located_but_not_named() {
     assert!(!answer["mismatch"]["windows"].as_array().unwrap().is_empty());
 }
 
+/// A force across the motion, as on a charge in a magnetic field: in no catalogue either.
+fn across(state: &trundle_model::State<f64>) -> [f64; 3] {
+    let [x, y, _] = trundle_model::to_body(state.twist, state.pose[2]);
+    [-16.0 * y, 16.0 * x, 0.0]
+}
+
+#[test]
+fn what_nothing_known_explains_may_still_be_predicted() {
+    let world = World { foreign: across, ..World::of(locked()) };
+    let mut data = world.recording(3);
+    data.training = world.pushes(8, 3);
+    data.held_out = data.training.split_off(6);
+    let outcome = diagnose(&data, &Options::default(), &Quiet).unwrap();
+    let answer = json(&outcome.answer);
+    assert_eq!(answer["verdict"], "unexplained", "{answer:#}");
+    assert!(names(&answer).is_empty(), "an unnamed force explains nothing");
+    assert_eq!(answer["nominal"]["after"], answer["nominal"]["before"]);
+    let ahead = |part: &str| answer["fit"]["held_out"][part]["window_position_rmse"].as_f64().unwrap();
+    assert!(ahead("after") < 0.6 * ahead("before"), "{answer:#}");
+    assert!(!outcome.series.unnamed.is_empty());
+    let (model, _) = Model::from_toml(&outcome.model).unwrap();
+    assert!(model.unnamed.is_some() && model.resolved().is_ok(), "{}", outcome.model);
+}
+
 #[test]
 fn given_values_are_judged() {
     let right = diagnosed(&World::of(locked()), 7, Some(locked())).answer;

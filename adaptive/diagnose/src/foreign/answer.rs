@@ -305,6 +305,7 @@ impl Case<'_> {
             support: data.body.feet.clone().unwrap_or_default(),
             dof: ["x", "y", "theta"].into_iter().zip(data.dof).filter(|(_, m)| *m).map(|(n, _)| n).collect(),
             quasi_static: false,
+            unnamed: vec![],
             noise: series::Noise {
                 pose: along.channels.pose,
                 force: along.channels.reading[0],
