@@ -104,7 +104,7 @@ def foreign_sample() -> Sample:
     """Something without a name, tied to the floor, with a residual wrench that improves the fit."""
     diagnosis, series = unexplained_sample()
     diagnosis["mismatch"] = diagnosis["mismatch"] | {"body_point": None, **REGION}
-    return diagnosis, series | {"nonparametric": True}
+    return diagnosis, series | {"unnamed": ["the place in the room", "the heading"]}
 
 
 def reparameterised_sample() -> Sample:

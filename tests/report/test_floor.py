@@ -56,7 +56,7 @@ def test_a_region_without_a_name_is_drawn_where_nothing_explains(samples: dict[s
     diagnosis, series = samples["foreign"]
     text = words(render(diagnosis, series))
     assert "It is tied to a region of 1.00 by 1.10\xa0m about (1.00, 0.15)\xa0m on the floor." in text
-    assert "with a residual force and torque learnt from the training data, which has no name." in text
+    assert "with an unnamed force learnt from the training data, which depends on" in text
     named = diagnosis | {"verdict": "consistent"}
     assert floor.draw(named, Series.parse(series)) is None and place.hinted(named) is None
 

@@ -105,6 +105,10 @@ def test_the_verdict_comes_first_with_its_figures(samples: dict[str, Sample]) ->
         ("consistent", "Nothing is missing"),
         ("unexplained", "Something is missing that nothing known explains."),
         ("unexplained", "It is strongest in episode_05 at 0.60\N{EN DASH}1.40\xa0s."),
+        (
+            "foreign",
+            "depends on the place in the room and the heading; it predicts, and is not an explanation",
+        ),
         ("rail", "On held-out runs"),
         ("rail", "there is no heading on a rail"),
         ("quasi_static", "slow pushes hold no mass"),

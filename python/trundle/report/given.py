@@ -53,7 +53,7 @@ class Episode:
 class Series:
     """The curves beside a diagnosis; footprint polygons (k, 2) and support points (k, 2) m, object frame.
 
-    `nonparametric`: the model "after" holds a residual wrench that has no name.
+    `unnamed`: what the wrench without a name depends on, in words, where the model "after" holds one.
     """
 
     footprint: tuple[Array, ...]
@@ -61,7 +61,7 @@ class Series:
     dof: tuple[str, ...]
     quasi_static: bool
     episodes: tuple[Episode, ...]
-    nonparametric: bool = False
+    unnamed: tuple[str, ...] = ()
 
     @property
     def channels(self) -> tuple[int, ...]:
@@ -88,7 +88,7 @@ class Series:
             dof=tuple(given.get("dof") or ("x", "y", "theta")),
             quasi_static=bool(given.get("quasi_static")),
             episodes=tuple(_episode(episode, single) for episode in given.get("episodes") or ()),
-            nonparametric=bool(given.get("nonparametric")),
+            unnamed=tuple(str(words) for words in given.get("unnamed") or ()),
         )
 
 

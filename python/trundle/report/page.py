@@ -26,9 +26,9 @@ def render(diagnosis: Mapping[str, Any], series: Mapping[str, Any]) -> str:
         The curves beside it: footprint, episodes with recorded and simulated motion, residual wrench,
         candidates, and how the answer was made (command, version, seed, noise, `input`: a list of what,
         sha256 and check, the command that prints it). `certificates` and `experiments`, if any, tell two
-        `models` apart or state that nothing does, as the native half writes them. `nonparametric` is true
-        where the model "after" holds a residual
-        wrench without a name. Numbers may be None or NaN anywhere.
+        `models` apart or state that nothing does, as the native half writes them. `unnamed` lists in words
+        what the wrench without a name depends on, where the model "after" holds one. Numbers may be None
+        or NaN anywhere.
 
     Returns
     -------

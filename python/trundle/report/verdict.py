@@ -19,6 +19,8 @@ _JUDGES = (
     ("heading_rmse", "rad", "the heading error of the simulation"),
 )
 """Figures that can carry the sentence, in order of preference: key, unit, words."""
+_AHEAD = (_JUDGES[1], _JUDGES[0], *_JUDGES[2:])
+"""The same where a wrench without a name was chosen by what it predicts one second ahead."""
 
 
 def headline(diagnosis: Mapping[str, Any]) -> str:
@@ -65,7 +67,7 @@ def improvement(diagnosis: Mapping[str, Any], series: Series) -> str:
     """How far the simulation is off on held-out data, before and after."""
     name, scores = judged(diagnosis)
     on = f"On {name} {series.pushes}"
-    for key, unit, name in _JUDGES:
+    for key, unit, name in _AHEAD if series.unnamed else _JUDGES:
         before, after = before_after(scores, key)
         if before is None and after is None:
             continue
@@ -93,13 +95,14 @@ def judged(diagnosis: Mapping[str, Any]) -> tuple[str, Mapping[str, Any]]:
 
 def _cause(diagnosis: Mapping[str, Any], series: Series) -> str:
     added = "this is" if len(diagnosis.get("missing") or ()) == 1 else "these are"
-    unnamed = " with a residual force and torque learnt from the training data, which has no name"
+    known = " with the best that is known, and that is not enough"
+    inputs = listed(list(series.unnamed))
+    unnamed = f" with an unnamed force learnt from the training data, which depends on {inputs}"
+    unnamed += "; it predicts, and is not an explanation"
     return {
         "explained": f" once {added} added",
         "reparameterised": " once the values are refitted",
-        "unexplained": unnamed
-        if series.nonparametric
-        else " with the best that is known, and that is not enough",
+        "unexplained": unnamed if series.unnamed else known,
     }.get(str(diagnosis.get("verdict")), "")
 
 
