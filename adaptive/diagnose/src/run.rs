@@ -89,7 +89,7 @@ pub fn diagnose(data: &Dataset, options: &Options, watch: &dyn Watch) -> Result<
     let mut filled = None;
     if verdict == Verdict::Unexplained {
         watch.progress("an unnamed force", 0.0);
-        filled = unnamed(data, &comparison, &base.fit, found.before)?;
+        filled = unnamed((data, &nominal), &comparison, &base.fit, found.before, watch)?;
     }
     let after = filled.as_ref().unwrap_or(&best.fit);
 

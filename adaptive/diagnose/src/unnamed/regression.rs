@@ -65,6 +65,15 @@ impl Regression {
         Some(self.blank.weighted(weights.iter().copied()))
     }
 
+    /// The same, its lengths, centres and amplitude kept, along a course that was seen anew.
+    pub fn again(&self, course: &Course) -> Option<Self> {
+        let parts = course.episodes.iter().map(|episode| Part::new(episode, &self.blank)).collect();
+        let mut again =
+            Self { left: f64::INFINITY, blank: self.blank.clone(), parts, prior: self.prior.clone() };
+        again.left = again.foreseen()?;
+        Some(again)
+    }
+
     /// How many numbers it depends on.
     pub fn numbers(&self) -> usize {
         self.blank.width()

@@ -18,7 +18,7 @@ fn fitted(foreign: fn(&State<f64>) -> [f64; 3], seed: u64) -> (Dataset, Fit, Opt
     let nominal = Model::nominal(common::table(), None, [true; 3]);
     let before = fit(&comparison, &nominal, &[], &FitOptions::default(), &Quiet).unwrap();
     let left = remainder(&comparison, &before).unwrap();
-    let after = unnamed(&data, &comparison, &before, left).unwrap();
+    let after = unnamed((&data, &nominal), &comparison, &before, left, &Quiet).unwrap();
     (data, before, after)
 }
 
