@@ -44,14 +44,16 @@ impl Limits {
         let force = readings().map(|[x, y, _]| x.hypot(y)).fold(0.0, f64::max);
         let torque = readings().map(|r| r[2].abs()).fold(0.0, f64::max);
         let tenths = |value: f64| (10.0 * value).round() / 10.0;
+        // The fastest that a tracker's noise makes an object at rest seem.
+        let jitter = |k: usize| 6.0 * std::f64::consts::SQRT_2 * data.noise.pose[k] / SPAN;
         Self {
             force: or(tenths(force), 5.0 * data.noise.force, plain.force),
             // A gripper that pushed at a point, or without turning, may still turn a little.
             torque: or(tenths(torque), 10.0 * data.noise.torque, plain.torque),
             duration: or(tenths(lasting.fold(0.0, f64::max)).min(10.0), 1.0, plain.duration),
             distance: or(moved[0], 0.1, plain.distance),
-            speed: or(moved[1], 0.05, plain.speed),
-            spin: or(moved[2], 0.1, plain.spin),
+            speed: or(moved[1], jitter(0).max(0.05), plain.speed),
+            spin: or(moved[2], jitter(2).max(0.1), plain.spin),
         }
     }
 

@@ -13,6 +13,8 @@ use trundle_record::Prepared;
 
 /// Poses a second that sort pushes: six of the filter's longest steps from one to the next.
 pub(super) const SORTING_RATE: f64 = 21.0;
+/// Shares of the longest push that are tried until one keeps all limits.
+const SHORTER: [f64; 3] = [1.0, 0.5, 0.25];
 /// A neighbour must be better by this share.
 const BETTER: f64 = 0.02;
 /// Pushes that part the models by less are of no use, nats.
@@ -80,7 +82,16 @@ impl<'a> Search<'a> {
 
     /// The push that adds most to those before; `None` where none tells anything.
     pub fn best(&self, before: &Ledger, ordinal: usize) -> Result<Option<Trial>, InferError> {
-        let mut best = self.better(None, &net(self.bench), before, ordinal)?;
+        let mut best = None;
+        // What drifts by itself leaves the room that there is in a long push, however weak.
+        for share in SHORTER {
+            let shorter = |push: Push| Push { duration: share * push.duration, ..push };
+            let pushes: Vec<Push> = net(self.bench).into_iter().map(shorter).collect();
+            best = self.better(best, &pushes, before, ordinal)?;
+            if best.is_some() {
+                break;
+            }
+        }
         for fine in [false, true] {
             for _ in 0..self.bench.rounds {
                 let Some(now) = &best else { return Ok(None) };

@@ -131,6 +131,26 @@ fn more_of_the_same_is_worth_less_than_the_designed_push() {
 }
 
 #[test]
+fn where_the_object_drifts_by_itself_a_shorter_push_keeps_the_room() {
+    let data = alike();
+    let (_, fits) = fitted(&data);
+    let [a, b] = [Rival::fitted("floor_slope", &fits[0]), Rival::fitted("force_bias", &fits[1])];
+    let limits = Limits { distance: 0.1, ..Limits::default() };
+    let plan = experiment(&Bench::after(&data, &fits[0].channels, limits), &a, &b, 1, &Quiet).unwrap();
+    assert!(plan.tells(), "{plan:?}");
+    assert!(plan.pushes[0].push.duration < 4.0, "{:?}", plan.pushes[0].push);
+}
+
+#[test]
+fn the_noise_of_a_tracker_is_no_spin_that_a_robot_can_make() {
+    // Along a line: what turns is noise, here of three times the size, and the default holds.
+    let mut data = alike();
+    data.noise.pose[2] *= 3.0;
+    data.training.iter_mut().flat_map(|e| &mut e.pose).for_each(|p| p.pose[2] *= 3.0);
+    assert_eq!(Limits::seen(&data).spin, Limits::default().spin);
+}
+
+#[test]
 fn a_model_and_itself_cannot_be_told_apart() {
     let data = alike();
     let (_, fits) = fitted(&data);
