@@ -166,7 +166,9 @@ fn what_nothing_known_explains_may_still_be_predicted() {
     let answer = json(&outcome.answer);
     assert_eq!(answer["verdict"], "unexplained", "{answer:#}");
     assert!(names(&answer).is_empty(), "an unnamed force explains nothing");
-    assert_eq!(answer["nominal"]["after"], answer["nominal"]["before"]);
+    // The mass had bent to what the force now says; it is 22 kg.
+    let mass = |when: &str| answer["nominal"][when]["mass"]["mean"].as_f64().unwrap();
+    assert!((mass("after") - 22.0).abs() < 0.3 * (mass("before") - 22.0).abs(), "{answer:#}");
     let ahead = |part: &str| answer["fit"]["held_out"][part]["window_position_rmse"].as_f64().unwrap();
     assert!(ahead("after") < 0.6 * ahead("before"), "{answer:#}");
     assert!(!outcome.series.unnamed.is_empty());
