@@ -91,7 +91,7 @@ fn pairs<'a>(
         for other in found.tried.iter().filter(|t| t.added.len() == own.added.len()) {
             let Some((mine, rival)) = swapped(own, other) else { continue };
             let like = (other.fit.cost - own.fit.cost).abs() < TIE;
-            let open = std::ptr::eq(own, best) && (other.log_weight() - own.log_weight()).abs() < OPEN;
+            let open = std::ptr::eq(own, best) && is_open(own.log_weight(), other.log_weight());
             if !(like || open) || pairs.iter().any(|p| p.is_of(mine, rival)) {
                 continue;
             }
@@ -102,6 +102,11 @@ fn pairs<'a>(
         }
     }
     Ok(pairs)
+}
+
+/// Whether two log weights leave open which model is true.
+fn is_open(own: f64, other: f64) -> bool {
+    (other - own).abs() < OPEN
 }
 
 impl Pair<'_> {
@@ -192,5 +197,17 @@ fn probe(found: &Found, alternative: &Tried, best: &Tried) -> String {
         probe.to_owned()
     } else {
         format!("these pushes cannot tell it from {}: {probe}", twins.join(", "))
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::is_open;
+
+    #[test]
+    fn one_to_twenty_decides() {
+        let odds = |odds: f64| is_open(-7000.0, -7000.0 - odds.ln());
+        assert!(odds(1.0) && odds(19.0) && odds(1.0 / 19.0));
+        assert!(!odds(21.0) && !odds(1.0 / 21.0));
     }
 }

@@ -1,7 +1,7 @@
 //! An episode's readings as a curve: linear between samples, held beyond the first and the last.
 
 use trundle_model::{Clock, Real};
-use trundle_record::{Prepared, WrenchSample};
+use trundle_record::Prepared;
 
 /// Before and after a moment, what the reading's trend is taken from, s: noise needs some samples.
 const TREND: f64 = 0.05;
@@ -75,8 +75,13 @@ impl Curve {
         ([0, 1, 2].map(|k| (b[k] - a[k]) / (to - from)), frame, spacing)
     }
 
+    /// The same where the object is held in a frame, and the reading changes as it does there.
+    pub fn held(&self, t: f64, frame: [f64; 3]) -> Clock {
+        Clock { grasp: [frame[0], frame[1]], trend: self.trend(t), ..self.clock(t) }
+    }
+
     /// How fast the reading changes about a time, 1/s.
-    pub fn trend(&self, t: f64) -> [f64; 3] {
+    fn trend(&self, t: f64) -> [f64; 3] {
         let (before, after) = (self.mean(t - TREND, t).0, self.mean(t, t + TREND).0);
         [0, 1, 2].map(|k| (after[k] - before[k]) / TREND)
     }
@@ -90,32 +95,11 @@ impl Curve {
     }
 }
 
-/// The clock of an episode at a time of its table, held where `frame` says.
-pub(crate) fn clock(episode: &Prepared, t: f64, frame: [f64; 3]) -> Clock {
-    let since_contact = Clock::since_contact(t - episode.contact);
-    let trend = trend(episode, t);
-    Clock { t, episode: episode.ordinal as f64, grasp: [frame[0], frame[1]], trend, ..since_contact }
-}
-
-/// As [`Curve::trend`], from samples.
-fn trend(episode: &Prepared, t: f64) -> [f64; 3] {
-    let index = |t: f64| episode.wrench.partition_point(|w| w.t <= t);
-    let [start, middle, end] = [t - TREND, t, t + TREND].map(index);
-    let mean = |samples: &[WrenchSample]| {
-        [0, 1, 2].map(|k| samples.iter().map(|w| w.reading[k]).sum::<f64>() / samples.len() as f64)
-    };
-    if start == middle || middle == end {
-        return [0.0; 3];
-    }
-    let (before, after) = (mean(&episode.wrench[start..middle]), mean(&episode.wrench[middle..end]));
-    [0, 1, 2].map(|k| (after[k] - before[k]) / TREND)
-}
-
 #[cfg(test)]
 mod tests {
     use super::*;
     use trundle_model::Dual;
-    use trundle_record::Counts;
+    use trundle_record::{Counts, WrenchSample};
 
     fn ramp() -> Curve {
         let sample =

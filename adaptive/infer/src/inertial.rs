@@ -7,7 +7,7 @@
 //! `D` the drag of the laws. σ, estimated, is what readings and laws leave over. No simulation, so no start state and
 //! no drift; but what the smoother rounds off is lost, and near a locked wheel the twist is known too badly.
 
-use crate::curve::{Curve, clock};
+use crate::curve::Curve;
 use crate::likelihood::{Likelihood, Linearised};
 use crate::stretches::moves;
 use crate::{Channels, InferError, Loss};
@@ -311,7 +311,7 @@ fn sample(index: usize, episode: &Prepared, curve: &Arc<Curve>, motion: &Motion)
     Some(Sample {
         episode: index,
         state: State::moving(motion.pose, motion.twist),
-        clock: clock(episode, motion.t, frame),
+        clock: curve.held(motion.t, frame),
         accel: to_body(motion.accel, motion.pose[2]),
         covariance: [turn(2), turn(1)],
         reading: [0, 1, 2].map(mean),

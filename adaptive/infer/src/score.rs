@@ -1,7 +1,7 @@
 //! The figures of DIAGNOSIS.md, by which a model is judged on episodes.
 
 use crate::beginning;
-use crate::curve::clock;
+use crate::curve::Curve;
 use crate::quasi::WrenchSample;
 use crate::rollout::{Window, open_loop, windows};
 use crate::stretches::wrench_samples;
@@ -103,9 +103,10 @@ fn add_dynamics(
     noise: &Noise,
     unjudged: f64,
 ) {
+    let curve = Curve::new(episode);
     let mut own = Own { inner: beginning::beginning(plant, episode), last: None };
     for motion in episode.motion(noise).iter().filter(|m| m.t >= episode.contact) {
-        let Some(sample) = seen(motion, episode, plant.delay().unwrap_or(0.0)) else { continue };
+        let Some(sample) = seen(motion, (episode, &curve), plant.delay().unwrap_or(0.0)) else { continue };
         let inner = own.until(plant, &sample);
         if motion.t < episode.contact + unjudged {
             continue;
@@ -146,7 +147,7 @@ impl Own {
 }
 
 /// What was read of the moment when a pose was seen, `delay` seconds later: the mean of the readings nearest in time.
-fn seen(motion: &Motion, episode: &Prepared, delay: f64) -> Option<WrenchSample> {
+fn seen(motion: &Motion, (episode, curve): (&Prepared, &Curve), delay: f64) -> Option<WrenchSample> {
     const NEAR: f64 = 0.02;
     let first = episode.wrench.partition_point(|w| w.t < motion.t + delay - NEAR);
     let end = episode.wrench.partition_point(|w| w.t <= motion.t + delay + NEAR);
@@ -160,7 +161,7 @@ fn seen(motion: &Motion, episode: &Prepared, delay: f64) -> Option<WrenchSample>
         twist: motion.twist,
         reading: [0, 1, 2].map(|k| near.iter().map(|w| w.reading[k]).sum::<f64>() / n),
         frame,
-        clock: clock(episode, motion.t, frame),
+        clock: curve.held(motion.t, frame),
     })
 }
 

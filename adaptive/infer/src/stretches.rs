@@ -1,6 +1,6 @@
 //! Stretches of a slow manipulation in which the object is pushed and moves throughout, a sample each.
 
-use crate::curve::clock;
+use crate::curve::Curve;
 use crate::quasi::WrenchSample;
 use trundle_model::{to_body, transport};
 use trundle_record::{Motion, Noise, Prepared};
@@ -52,13 +52,13 @@ fn size([x, y, _]: [f64; 3]) -> f64 {
 /// stopping would mix two wrenches of a dry law, which are not in proportion to the speed.
 fn stretches(index: usize, episode: &Prepared, noise: &Noise) -> Vec<WrenchSample> {
     let threshold = load_threshold(episode);
-    let motion = episode.motion(noise);
+    let (motion, curve) = (episode.motion(noise), Curve::new(episode));
     let going = |m: &Motion| m.t >= episode.contact && moves(m) && load(episode, m.t) > threshold;
     motion
         .chunk_by(|a, b| going(a) == going(b) && b.t - a.t < GAP)
         .filter(|run| going(&run[0]))
         .flat_map(pieces)
-        .filter_map(|piece| sample(index, episode, piece))
+        .filter_map(|piece| sample(index, (episode, &curve), piece))
         .collect()
 }
 
@@ -96,7 +96,7 @@ fn pieces(run: &[Motion]) -> Vec<&[Motion]> {
     (0..count as usize).map(|k| &run[cut(k as f64)..cut(k as f64 + 1.0)]).collect()
 }
 
-fn sample(index: usize, episode: &Prepared, piece: &[Motion]) -> Option<WrenchSample> {
+fn sample(index: usize, (episode, curve): (&Prepared, &Curve), piece: &[Motion]) -> Option<WrenchSample> {
     let (start, end) = (piece.first()?.t, piece.last()?.t);
     let readings = between(episode, start, end);
     let t = (start + end) / 2.0;
@@ -108,7 +108,7 @@ fn sample(index: usize, episode: &Prepared, piece: &[Motion]) -> Option<WrenchSa
         twist: mean(piece.iter().map(|m| m.twist)),
         reading: mean(readings.iter().map(|w| w.reading)),
         frame,
-        clock: clock(episode, t, frame),
+        clock: curve.held(t, frame),
     })
 }
 
@@ -140,7 +140,7 @@ fn whole_push(index: usize, episode: &Prepared) -> Option<WrenchSample> {
             wrench[k] += on_object[k] / n;
         }
     }
-    let clock = clock(episode, (begin + end) / 2.0, [0.0; 3]);
+    let clock = Curve::new(episode).held((begin + end) / 2.0, [0.0; 3]);
     let twist = change.map(|c| c / duration);
     Some(WrenchSample {
         episode: index,

@@ -206,9 +206,7 @@ pub(crate) fn cut(from: f64, to: &PoseSample, curve: &Curve, longest: f64, steps
         let begin = from + k as f64 * dt;
         let (reading, frame, spacing) = curve.mean(begin, begin + dt);
         let pose = (k + 1 == pieces as usize).then_some(to.pose);
-        let middle = begin + dt / 2.0;
-        let (grasp, trend) = ([frame[0], frame[1]], curve.trend(middle));
-        let clock = Clock { dt, grasp, trend, ..curve.clock(middle) };
+        let clock = Clock { dt, ..curve.held(begin + dt / 2.0, frame) };
         steps.push(Step { dt, reading, frame, clock, thinning: spacing / dt, pose });
     }
 }

@@ -57,3 +57,23 @@ fn both_optimisers_reach_the_same_optimum() {
         }
     }
 }
+
+#[test]
+fn of_near_starts_the_better_is_followed_and_a_glance_goes_less_far() {
+    let truth = locked();
+    let pushes = World::of(truth.clone()).pushes(2, 3);
+    let likelihood = MotionLikelihood::new(&pushes, &NOISE).unwrap();
+    let model = Model::nominal(truth.body.clone(), None, [true; 3]);
+    let best = found(&pushes, &truth.body, 99, 12, Optimiser::LevenbergMarquardt);
+    let shifted = |by: f64| best.values.iter().map(|v| v * (1.0 + by)).collect::<Vec<f64>>();
+    let near = |warm: &[Vec<f64>], steps: usize| {
+        let options = FitOptions { near: Some(steps), ..FitOptions::default() };
+        fit(&likelihood, &model, warm, &options, &Quiet).unwrap()
+    };
+    let (far, close) = (shifted(1.0), shifted(0.1));
+    let whole = near(&[far.clone(), close.clone()], 60);
+    assert!((whole.cost - best.cost).abs() < 0.01, "{} {}", whole.cost, best.cost);
+    assert!(whole.converged && whole.falling < 0.01, "{}", whole.falling);
+    let glance = near(&[far], 5);
+    assert!(!glance.converged && glance.falling > 0.01 && glance.cost > whole.cost, "{}", glance.falling);
+}

@@ -392,26 +392,3 @@ fn carried<T: Real>([vx, vy, spin]: [T; 3], [x, y]: [T; 2]) -> [T; 3] {
         spin,
     ]
 }
-
-/// A world-axes vector `[x, y, about z]` in the axes of a frame at `angle`.
-pub fn to_body<T: Real>(v: [T; 3], angle: T) -> [T; 3] {
-    Heading::of(angle).to_body(v)
-}
-
-/// A vector `[x, y, about z]` in the axes of a frame at `angle`, in world axes.
-pub fn to_world<T: Real>(v: [T; 3], angle: T) -> [T; 3] {
-    Heading::of(angle).to_world(v)
-}
-
-/// A wrench given in a frame at `frame = [x, y, angle]` of the object, in object axes about the
-/// object origin: the planar form of eq. 11.
-#[inline]
-pub fn transport<T: Real>(wrench: [T; 3], frame: [f64; 3]) -> [T; 3] {
-    let (sin, cos) = frame[2].sin_cos();
-    let [wx, wy, torque] = wrench;
-    let fx = T::chained(wx.re() * cos - wy.re() * sin, [(wx, cos), (wy, -sin)]);
-    let fy = T::chained(wx.re() * sin + wy.re() * cos, [(wx, sin), (wy, cos)]);
-    let [x, y, _] = frame;
-    let about = T::chained(torque.re() + fy.re() * x - fx.re() * y, [(torque, 1.0), (fy, x), (fx, -y)]);
-    [fx, fy, about]
-}

@@ -143,4 +143,19 @@ mod tests {
             assert_eq!(patch(0.0).covers([far, far]), 0.0);
         }
     }
+
+    #[test]
+    fn far_from_every_edge_it_covers_all_or_nothing() {
+        let patch = FloorPatch { half: [0.7, 0.4], ..patch(0.5) };
+        for k in 0..10_000 {
+            let place = [f64::from(k % 100), f64::from(k / 100)].map(|n| 0.04 * n);
+            let (covers, depth) = (patch.covers(place), patch.depth(place));
+            if depth > FAR {
+                assert!((covers - 1.0).abs() < 1e-8, "{place:?} {covers}");
+            } else if depth < -FAR {
+                assert!(covers < 1e-8, "{place:?} {covers}");
+            }
+        }
+        assert!(patch.depth([1.0, 2.0]) > FAR && patch.depth([0.0, 0.0]) < -FAR);
+    }
 }
