@@ -70,7 +70,7 @@ fn of_near_starts_the_better_is_followed_and_a_glance_goes_less_far() {
         let options = FitOptions { near: Some(steps), ..FitOptions::default() };
         fit(&likelihood, &model, warm, &options, &Quiet).unwrap()
     };
-    let (far, close) = (shifted(1.0), shifted(0.1));
+    let (far, close) = (shifted(3.0), shifted(0.1));
     let whole = near(&[far.clone(), close.clone()], 60);
     assert!((whole.cost - best.cost).abs() < 0.01, "{} {}", whole.cost, best.cost);
     assert!(whole.converged && whole.falling < 0.01, "{}", whole.falling);
