@@ -59,7 +59,7 @@ fn both_optimisers_reach_the_same_optimum() {
 }
 
 #[test]
-fn of_near_starts_the_better_is_followed_and_a_glance_goes_less_far() {
+fn near_starts_reach_the_optimum_and_a_glance_goes_less_far() {
     let truth = locked();
     let pushes = World::of(truth.clone()).pushes(2, 3);
     let likelihood = MotionLikelihood::new(&pushes, &NOISE).unwrap();
