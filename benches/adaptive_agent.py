@@ -14,9 +14,9 @@ from typing import Any, NamedTuple
 
 import gymnasium
 import numpy as np
+import tomli_w
 
 import trundle
-from trundle.agent import rolling
 
 MASS = 22.0
 """Of the table, kg, as the environment's description has it."""
@@ -35,11 +35,7 @@ class Episode(NamedTuple):
 def truth(env: gymnasium.Env[Any, Any]) -> trundle.Model:
     """Return the model that the environment hides."""
     source: Any = env.unwrapped
-    (wheel, _) = source._native.__getstate__()[1]
-    values = zip(("x", "y", "angle", "mu_x", "mu_y"), wheel, strict=True)
-    effect = "\n".join(f"{name} = {value!r}" for name, value in values)
-    body = rolling(source.recording_metadata("table")["object"], MASS).to_toml()
-    return trundle.Model.from_toml(f"{body}\n[[effect]]\nkind = 'viscous_wheel'\n{effect}\n")
+    return trundle.Model.from_toml(tomli_w.dumps(source.hidden_model()))
 
 
 def play(kind: str, seed: int) -> Episode:

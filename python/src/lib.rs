@@ -17,6 +17,7 @@ mod model;
 mod online;
 mod paper;
 mod posterior;
+mod push;
 mod record;
 mod sim;
 mod simulator;
@@ -30,6 +31,7 @@ fn _native(module: &Bound<'_, PyModule>) -> PyResult<()> {
     error::register(module)?;
     model::register(module)?;
     record::register(module)?;
+    push::register(module)?;
     sim::register(module)?;
     inspect::register(module)?;
     laws::register(module)?;

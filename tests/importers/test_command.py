@@ -72,8 +72,16 @@ def test_what_cannot_be_used_is_said_and_nothing_is_written(
 
 
 def test_a_layout_that_needs_a_map_says_so(bag: Path, capsys: pytest.CaptureFixture[str]) -> None:
-    assert main(["import", str(bag), "--from", "mcap", "--out", str(bag.parent / "recording")]) == 2
-    assert "--from mcap needs --map" in capsys.readouterr().err
+    bare = next(bag.glob("*.mcap"))
+    for source, *layout in ((bag, "--from", "rosbag2"), (bag, "--from", "csv"), (bare,)):
+        assert main(["import", str(source), *layout, "--out", str(bag.parent / "recording")]) == 2
+        complaint = capsys.readouterr().err
+        assert str(source) in complaint and "needs --map" in complaint
+
+
+def test_a_name_that_tells_no_layout_asks_for_it(bag: Path, capsys: pytest.CaptureFixture[str]) -> None:
+    assert main(["import", str(bag), "--out", str(bag.parent / "recording")]) == 2
+    assert f"{bag}: --from is needed to tell what it is: cmu-planar-push, csv" in capsys.readouterr().err
 
 
 def test_a_missing_source_is_named(tmp_path: Path, capsys: pytest.CaptureFixture[str]) -> None:

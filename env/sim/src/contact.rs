@@ -1,16 +1,12 @@
 //! Rollouts of an object that may touch known obstacles: the engine behind the laws' own stepper.
 
-use crate::{SimError, World};
-use trundle_model::{Body, Drive, Fixture, Free, Model, Setting, State, StepError, Stepper};
-
-/// Longest step of the engine, s.
-const STEP: f64 = 0.002;
+use crate::{Mover, SimError};
+use trundle_model::{Body, Drive, Fixture, Model, Setting, State, StepError, Stepper};
 
 /// The engine takes over when the object could come this near to an obstacle in a step, m.
-const MARGIN: f64 = 0.02;
+pub(crate) const MARGIN: f64 = 0.02;
 
-/// Simulates an object among fixed obstacles. Where none is within reach the laws alone move it, which is faster and
-/// agrees with the engine; otherwise the engine does, with the object's fixtures.
+/// Simulates an object among fixed obstacles, as [`Mover`] does.
 #[derive(Clone, Debug)]
 pub struct Obstructed {
     obstacles: Vec<Vec<[f64; 2]>>,
@@ -28,13 +24,6 @@ impl Obstructed {
         crate::object::hull(&model.body)?;
         Ok(Self { obstacles })
     }
-
-    /// Whether something could be touched during a step.
-    fn near(&self, state: &State<f64>, radius: f64, dt: f64) -> bool {
-        let [vx, vy, spin] = state.twist;
-        let travel = (vx.hypot(vy) + spin.abs() * radius) * dt;
-        nearest(&self.obstacles, state.pose) < radius + travel + MARGIN
-    }
 }
 
 impl Stepper for Obstructed {
@@ -44,54 +33,17 @@ impl Stepper for Obstructed {
         start: &State<f64>,
         inputs: &[Drive],
     ) -> Result<Vec<State<f64>>, StepError> {
-        let radius = reach(&at.model.body);
-        let (mut state, mut engine) = (*start, None);
+        let failed = |step: usize| move |e: SimError| StepError { step, reason: e.to_string() };
+        let model = at.model.filled(at.values).map_err(|e| failed(0)(e.into()))?;
+        let mut mover = Mover::new(model, self.obstacles.clone()).map_err(failed(0))?;
+        mover.put(*start);
         let mut states = Vec::with_capacity(inputs.len());
         for (index, drive) in inputs.iter().enumerate() {
-            if !finite(&state) || !self.near(&state, radius, drive.dt) {
-                engine = None;
-                states.extend(Free.rollout(at, &state, &inputs[index..=index])?);
-            } else {
-                let failed = |e: SimError| StepError { step: index, reason: e.to_string() };
-                let mut world = match engine.take() {
-                    Some(world) => world,
-                    None => self.world(at, &state, drive).map_err(failed)?,
-                };
-                states.push(follow(&mut world, &state, drive));
-                engine = Some(world);
-            }
-            state = states.last().copied().unwrap_or(state);
+            mover.step(drive.applied, drive.clock, drive.dt).map_err(failed(index))?;
+            states.push(*mover.state());
         }
         Ok(states)
     }
-}
-
-impl Obstructed {
-    /// An engine with the object in a state.
-    fn world(&self, at: &Setting<'_>, state: &State<f64>, drive: &Drive) -> Result<World, SimError> {
-        let mut world = World::new(&at.model.filled(at.values)?, &self.obstacles, STEP)?;
-        world.put(state, drive.clock);
-        Ok(world)
-    }
-}
-
-/// Step the engine through one input; headings go on from where they were.
-fn follow(world: &mut World, before: &State<f64>, drive: &Drive) -> State<f64> {
-    let count = (drive.dt / STEP).ceil().max(1.0);
-    world.set_dt(drive.dt / count);
-    let mut heading = before.pose[2];
-    for _ in 0..count as usize {
-        world.step(drive.applied, drive.clock);
-        let turned = world.state().pose[2] - heading;
-        heading += turned.sin().atan2(turned.cos());
-    }
-    let mut state = world.state();
-    state.pose[2] = heading;
-    state
-}
-
-fn finite(state: &State<f64>) -> bool {
-    state.pose.iter().chain(&state.twist).all(|v| v.is_finite())
 }
 
 /// Whether an object comes so near to an obstacle, at one of its poses, that it may touch it.
@@ -105,12 +57,12 @@ pub fn can_touch(
 }
 
 /// Distance from an object's origin to the nearest obstacle, 0 within one, m.
-fn nearest(obstacles: &[Vec<[f64; 2]>], [x, y, _]: [f64; 3]) -> f64 {
+pub(crate) fn nearest(obstacles: &[Vec<[f64; 2]>], [x, y, _]: [f64; 3]) -> f64 {
     obstacles.iter().map(|polygon| distance(polygon, [x, y])).fold(f64::INFINITY, f64::min)
 }
 
 /// Distance of the outline's farthest point from the object's origin, m.
-fn reach(body: &Body) -> f64 {
+pub(crate) fn reach(body: &Body) -> f64 {
     let of = |fixture: &Fixture| match fixture {
         Fixture::Polygon { vertices, .. } => vertices.iter().map(|[x, y]| x.hypot(*y)).fold(0.0, f64::max),
         Fixture::Disc { center: [x, y], radius, .. } => x.hypot(*y) + radius,

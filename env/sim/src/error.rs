@@ -33,6 +33,12 @@ pub enum SimError {
         /// What to give instead.
         remedy: &'static str,
     },
+    /// Options of a task that cannot be understood.
+    #[error("options: {0}")]
+    Options(String),
+    /// What should be a saved state.
+    #[error("this is no saved state of such a task: {0}")]
+    State(String),
     /// A shape that no collider can be made of.
     #[error("{what}: not a simple polygon that encloses an area; give its corners in order (m)")]
     Shape {

@@ -3,7 +3,7 @@
 
 use nalgebra::{Matrix3, Vector3};
 use serde::{Deserialize, Serialize};
-use trundle_model::{Rigid, State, to_body, transport};
+use trundle_model::{Rigid, State, to_body, to_world, transport};
 
 use crate::SimError;
 
@@ -59,7 +59,7 @@ pub enum Drive {
 }
 
 /// A gripper that has grasped the object.
-#[derive(Clone, Debug)]
+#[derive(Clone, Debug, Serialize, Deserialize)]
 pub struct Gripper {
     /// Where it holds the object: pose in the object frame, m and rad.
     grasp: [f64; 3],
@@ -67,12 +67,20 @@ pub struct Gripper {
     pose: [f64; 3],
     drive: Drive,
     coupling: Coupling,
+    /// What the arm can do at most, object axes; beyond that it stalls.
+    most: Option<[f64; 3]>,
 }
 
 impl Gripper {
     /// Closed on an object at `object` (world), at `grasp` (object frame).
     pub fn new(grasp: [f64; 3], object: [f64; 3], drive: Drive, coupling: Coupling) -> Self {
-        Self { grasp, pose: compose(object, grasp), drive, coupling }
+        Self { grasp, pose: compose(object, grasp), drive, coupling, most: None }
+    }
+
+    /// The same on an arm that stalls at this wrench of its coupling, object axes about the grasp.
+    #[must_use]
+    pub fn at_most(self, most: [f64; 3]) -> Self {
+        Self { most: Some(most), ..self }
     }
 
     /// Pose of the gripper and sensor frame in the world, while the object is at `object`.
@@ -89,9 +97,13 @@ impl Gripper {
         match self.drive {
             Drive::Force => transport(command, self.grasp),
             Drive::Velocity => {
-                let wrench = self.couple(command, state, rigid, dt);
+                let mut wrench = self.couple(command, state, rigid, dt);
                 for (pose, velocity) in self.pose.iter_mut().zip(command) {
                     *pose += velocity * dt;
+                }
+                if let Some(most) = self.most {
+                    wrench = [0, 1, 2].map(|k| wrench[k].clamp(-most[k], most[k]));
+                    self.stall(most, state.pose);
                 }
                 transport(wrench, [self.grasp[0], self.grasp[1], 0.0])
             }
@@ -114,6 +126,19 @@ impl Gripper {
         let system = Matrix3::identity() + Matrix3::from_diagonal(&(damping * dt)) * self.mobility(rigid);
         // A product of two positive semidefinite matrices has no negative eigenvalue: never singular.
         system.lu().solve(&force).unwrap_or(force).into()
+    }
+
+    /// Be no farther from the grasp point than the coupling's springs stretch at `most`.
+    fn stall(&mut self, most: [f64; 3], object: [f64; 3]) {
+        let c = &self.coupling;
+        let give = [most[0] / c.stiffness, most[1] / c.stiffness, most[2] / c.twist_stiffness];
+        let stretch = self.stretch(object);
+        let kept = [0, 1, 2].map(|k| stretch[k].clamp(-give[k], give[k]));
+        if kept != [stretch[0], stretch[1], stretch[2]] {
+            let held = compose(object, self.grasp);
+            let [x, y, turn] = to_world(kept, object[2]);
+            self.pose = [held[0] + x, held[1] + y, held[2] + turn];
+        }
     }
 
     /// Gripper less grasp point, object axes.

@@ -69,7 +69,20 @@ impl Object {
     /// # Errors
     /// Names the file, the key and what is wrong with it.
     pub fn read(path: &Path) -> Result<Self, SimError> {
-        let file: File = parse(path)?;
+        Self::checked(path, parse(path)?)
+    }
+
+    /// The object in the text of an object file, which is called `name` in messages.
+    ///
+    /// # Errors
+    /// As [`Object::read`].
+    pub fn parse(name: &str, text: &str) -> Result<Self, SimError> {
+        let path = Path::new(name);
+        let message = |e: toml::de::Error| SimError::File { path: path.to_owned(), message: e.to_string() };
+        Self::checked(path, toml::from_str(text).map_err(message)?)
+    }
+
+    fn checked(path: &Path, file: File) -> Result<Self, SimError> {
         expect_format(path, &file.format, OBJECT)?;
         let object = Self::from_file(file).map_err(|error| in_file(path, &error))?;
         object.check().map_err(|error| in_file(path, &error))?;

@@ -5,7 +5,7 @@ use std::path::{Path, PathBuf};
 use serde::Deserialize;
 use serde::de::DeserializeOwned;
 use toml::{Table, Value};
-use trundle_model::Model;
+use trundle_model::{Effect, Model};
 
 use crate::{Coupling, Excitation, Object, Push, Sensor, SimError, Tracker};
 
@@ -128,6 +128,14 @@ pub(crate) fn model(body: Table, effects: Vec<Table>) -> Result<Model, SimError>
         ("effect".to_owned(), Value::Array(effects)),
     ]);
     Ok(Model::from_toml(&file.to_string())?.0)
+}
+
+/// Effects by themselves, all values given.
+pub(crate) fn effects(tables: &[Table]) -> Result<Vec<Effect>, SimError> {
+    let body = Table::from_iter([("mass".to_owned(), Value::Float(1.0))]);
+    let model = model(body, tables.to_vec())?;
+    model.resolved()?;
+    Ok(model.effects)
 }
 
 pub(crate) fn parse<T: DeserializeOwned>(path: &Path) -> Result<T, SimError> {

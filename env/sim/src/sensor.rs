@@ -137,7 +137,7 @@ impl Line {
 }
 
 /// A wrench in object axes about the object origin, in the axes and about the origin of `frame`.
-fn at_frame([fx, fy, torque]: [f64; 3], [x, y, angle]: [f64; 3]) -> [f64; 3] {
+pub(crate) fn at_frame([fx, fy, torque]: [f64; 3], [x, y, angle]: [f64; 3]) -> [f64; 3] {
     trundle_model::to_body([fx, fy, torque - (x * fy - y * fx)], angle)
 }
 

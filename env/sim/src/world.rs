@@ -9,6 +9,7 @@
 //! Where a law changes what is moved, the engine's body is weighed anew; the velocity of its origin stays.
 
 use rapier2d_f64::prelude::*;
+use serde::{Deserialize, Serialize};
 use trundle_model::{Clock, INNER, Model, Plant, Rigid, State};
 
 use crate::SimError;
@@ -28,6 +29,47 @@ pub struct World {
     rigid: Rigid<f64>,
     /// States of the laws' own.
     inner: [f64; INNER],
+}
+
+/// The engine with all that it remembers of contacts, and what hangs on it.
+#[derive(Serialize, Deserialize)]
+pub(crate) struct Engine {
+    world: PhysicsWorld,
+    rigid: [f64; 4],
+    inner: [f64; INNER],
+}
+
+impl Clone for Engine {
+    fn clone(&self) -> Self {
+        Self { world: copy(&self.world), rigid: self.rigid, inner: self.inner }
+    }
+}
+
+impl Clone for World {
+    fn clone(&self) -> Self {
+        Self {
+            engine: copy(&self.engine),
+            body: self.body,
+            hull: self.hull,
+            plant: self.plant.clone(),
+            rigid: self.rigid,
+            inner: self.inner,
+        }
+    }
+}
+
+/// A copy that goes on alike: what is left out are workspaces.
+fn copy(engine: &PhysicsWorld) -> PhysicsWorld {
+    PhysicsWorld {
+        gravity: engine.gravity,
+        integration_parameters: engine.integration_parameters,
+        islands: engine.islands.clone(),
+        broad_phase: engine.broad_phase.clone(),
+        narrow_phase: engine.narrow_phase.clone(),
+        bodies: engine.bodies.clone(),
+        colliders: engine.colliders.clone(),
+        ..PhysicsWorld::default()
+    }
 }
 
 /// All that moves, to the last bit: position, cosine and sine of the heading, and velocities of the
@@ -114,6 +156,18 @@ impl World {
         let body = self.body();
         let (p, r, v) = (body.translation(), body.rotation(), body.linvel());
         Snapshot([p.x, p.y, r.re, r.im, v.x, v.y, body.angvel()], self.inner)
+    }
+
+    /// The engine as it is, contacts included.
+    pub(crate) fn save(&self) -> Engine {
+        let Rigid { mass, com: [x, y], inertia } = self.rigid;
+        Engine { world: copy(&self.engine), rigid: [mass, x, y, inertia], inner: self.inner }
+    }
+
+    /// Go on from what a world of the same object and obstacles has saved; exact to the last bit.
+    pub(crate) fn load(&mut self, Engine { world, rigid: [mass, x, y, inertia], inner }: Engine) {
+        (self.engine, self.inner) = (world, inner);
+        self.rigid = Rigid { mass, com: [x, y], inertia };
     }
 
     /// Go back to a snapshot; what follows is the same to the last bit as long as nothing touched.

@@ -1,123 +1,337 @@
-//! The locked wheel's task: seeded, bounded, recorded without being disturbed, copied exactly.
+//! The tasks: seeded, bounded, recorded without being disturbed, copied exactly, the same in any batch.
 
 #![allow(clippy::unwrap_used)]
 
-use trundle_sim::task::rules::{BOUNDS, FULL, HALF, MASS, WHEELS};
-use trundle_sim::{LockedWheel, Reset, episode};
+use std::f64::consts::{PI, TAU};
+
+use trundle_model::Kind;
+use trundle_sim::task::{Autoreset, Goal, Mode, Rows, Secret, household};
+use trundle_sim::{Batch, Options, Outcome, Pushing, Reset, episode};
+
+const TASKS: [Goal; 4] = [Goal::Pose, Goal::Path, Goal::Around, Goal::Door];
+const MODES: [Mode; 3] = [Mode::Wrench, Mode::Velocity, Mode::Push];
 
 fn action(k: u32) -> [f64; 3] {
     let t = f64::from(k) * 0.05;
-    [60.0 * (2.0 * t).sin(), 30.0 * (3.0 * t).cos(), 10.0 * t.sin()]
+    [0.6 * (2.0 * t).sin(), 0.3 * (3.0 * t).cos(), 0.25 * t.sin()]
 }
 
-fn observations(task: &mut LockedWheel, steps: u32) -> Vec<[f64; 16]> {
-    (0..steps).map_while(|k| task.step(action(k))).map(|(observation, _)| observation).collect()
+fn told(task: &mut Pushing) -> Vec<f64> {
+    let mut row = vec![f64::NAN; task.options().entries()];
+    task.observe(&mut row);
+    row
+}
+
+fn observations(task: &mut Pushing, steps: u32) -> Vec<Vec<f64>> {
+    let mut seen = vec![told(task)];
+    for k in 0..steps {
+        if task.step(action(k)).unwrap().is_none() {
+            break;
+        }
+        seen.push(told(task));
+    }
+    seen
+}
+
+fn any(task: Goal, action: Mode) -> Options {
+    Options {
+        task,
+        action,
+        object: vec!["random".to_owned()],
+        hidden: Secret::Catalogue,
+        ..Options::default()
+    }
+}
+
+fn all() -> impl Iterator<Item = Options> {
+    TASKS.into_iter().flat_map(|task| MODES.map(|mode| any(task, mode)))
 }
 
 #[test]
-fn a_seed_draws_the_same_episode() {
-    let run = |seed| {
-        let mut task = LockedWheel::new(1.0).unwrap();
-        let first = task.reset(seed, &Reset::default()).unwrap();
-        (first, observations(&mut task, 100))
-    };
-    assert_eq!(run(5), run(5));
-    assert_ne!(run(5), run(6));
+fn a_seed_draws_the_same_episodes() {
+    for options in all() {
+        let run = |seed| {
+            let mut task = Pushing::new(options.clone()).unwrap();
+            task.reset(Some(seed), &Reset::default()).unwrap();
+            let first = observations(&mut task, 30);
+            task.reset(None, &Reset::default()).unwrap();
+            (first, observations(&mut task, 5))
+        };
+        assert_eq!(run(5), run(5));
+        assert_ne!(run(5).0, run(6).0);
+        assert_ne!(run(5).0[..6], run(5).1[..6], "a later episode is another one");
+    }
 }
 
 #[test]
 fn recording_does_not_change_the_episode_and_has_the_instruments_rates() {
-    let mut plain = LockedWheel::new(1.0).unwrap();
-    let mut recorded = LockedWheel::new(1.0).unwrap();
+    let new = || Pushing::new(Options { hidden: Secret::Locked, ..Options::default() }).unwrap();
+    let (mut plain, mut recorded) = (new(), new());
     recorded.record();
-    plain.reset(2, &Reset::default()).unwrap();
-    recorded.reset(2, &Reset::default()).unwrap();
+    plain.reset(Some(2), &Reset::default()).unwrap();
+    recorded.reset(Some(2), &Reset::default()).unwrap();
     let steps = observations(&mut plain, 100);
     assert_eq!(observations(&mut recorded, 100), steps);
     let table = episode("episode_00".to_owned(), &recorded.take_rows());
-    let seconds = 0.4 + 0.05 * steps.len() as f64;
+    let seconds = 0.4 + 0.05 * (steps.len() - 1) as f64;
     assert!((table.wrench().unwrap().t.len() as f64 - 200.0 * seconds).abs() <= 1.0);
     assert!((table.object().unwrap().t.len() as f64 - 60.0 * seconds).abs() <= 1.0);
     assert!(recorded.take_rows().is_empty());
 }
 
 #[test]
-fn a_copy_goes_on_to_the_last_bit() {
-    let mut task = LockedWheel::new(1.0).unwrap();
-    task.reset(9, &Reset::default()).unwrap();
-    observations(&mut task, 20);
-    let (objects, hidden, saved) = task.save();
-    let mut copy = LockedWheel::new(1.0).unwrap();
-    copy.restore(objects, hidden, saved.as_ref()).unwrap();
-    assert_eq!(observations(&mut copy, 50), observations(&mut task, 50));
+fn copies_in_memory_and_in_bytes_go_on_to_the_last_bit() {
+    for (k, options) in all().enumerate() {
+        let mut task = Pushing::new(options.clone()).unwrap();
+        for seed in 0..4 {
+            task.reset(Some(10 * k as u64 + seed), &Reset::default()).unwrap();
+            observations(&mut task, 12);
+            let mut copy = task.clone();
+            let mut other = Pushing::new(options.clone()).unwrap();
+            other.load(&task.save().unwrap()).unwrap();
+            let after = observations(&mut task, 20);
+            assert_eq!(observations(&mut copy, 20), after);
+            assert_eq!(observations(&mut other, 20), after);
+            // The clock of later episodes goes on alike too.
+            for task in [&mut task, &mut copy, &mut other] {
+                task.reset(None, &Reset::default()).unwrap();
+            }
+            assert_eq!(told(&mut task), told(&mut other));
+        }
+    }
+}
+
+#[test]
+fn a_copy_in_contact_goes_on_to_the_last_bit() {
+    let options = Options { task: Goal::Door, hidden: Secret::Locked, horizon: 0, ..Options::default() };
+    let mut task = Pushing::new(options.clone()).unwrap();
+    task.reset(Some(3), &Reset::default()).unwrap();
+    let push = |task: &mut Pushing| task.step([0.3, 0.0, 0.0]).unwrap();
+    let touched = (0..300).find(|_| push(&mut task).is_some_and(|outcome| outcome.touched));
+    assert!(touched.is_some(), "it never came to the wall");
+    let mut copy = task.clone();
+    let mut other = Pushing::new(options).unwrap();
+    other.load(&task.save().unwrap()).unwrap();
+    let mut contacts = 0;
+    for _ in 0..60 {
+        let after = push(&mut task);
+        contacts += u32::from(after.is_some_and(|outcome| outcome.touched));
+        assert_eq!(push(&mut copy), after);
+        assert_eq!(push(&mut other), after);
+        assert_eq!(copy.view(), task.view());
+        assert_eq!(other.view(), task.view());
+    }
+    assert!(contacts > 10, "{contacts}");
 }
 
 #[test]
 fn the_object_stays_the_same_only_if_asked() {
-    let mut task = LockedWheel::new(1.0).unwrap();
+    let mut task = Pushing::new(any(Goal::Pose, Mode::Wrench)).unwrap();
     let same = Reset { same_object: true, ..Reset::default() };
-    task.reset(1, &same).unwrap();
-    let first = task.save().1;
-    task.reset(2, &same).unwrap();
-    assert_eq!((task.objects(), task.save().1), (1, first));
-    task.reset(2, &Reset::default()).unwrap();
+    task.reset(Some(1), &same).unwrap();
+    let first = task.hidden().cloned();
+    task.reset(Some(2), &same).unwrap();
+    assert_eq!((task.objects(), task.hidden().cloned()), (1, first.clone()));
+    // A copy draws the kept object anew from its own seed.
+    let mut other = Pushing::new(task.options().clone()).unwrap();
+    other.load(&task.save().unwrap()).unwrap();
+    assert_eq!(other.hidden().cloned(), first);
+    assert_eq!(observations(&mut other, 10), observations(&mut task, 10));
+    task.reset(Some(2), &Reset::default()).unwrap();
     assert_eq!(task.objects(), 2);
-    assert_ne!(task.save().1, first);
+    assert_ne!(task.hidden().cloned(), first);
 }
 
 #[test]
-fn no_push_leaves_the_bounds() {
-    let mut task = LockedWheel::new(10.0).unwrap();
-    for seed in 0..200 {
-        let mut seen = task.reset(seed, &Reset::default()).unwrap();
-        for k in 0..100 {
-            for (value, bound) in seen.iter().zip(BOUNDS) {
-                assert!(value.abs() <= bound, "{seen:?}");
-            }
-            // One corner of the action space for a while, then another.
-            let corner = seed + k / 20;
-            let sign = |bit: u64| if corner >> bit & 1 == 0 { 1.0 } else { -1.0 };
-            match task.step([sign(0) * FULL[0], sign(1) * FULL[1], sign(2) * FULL[2]]) {
-                Some((observation, _)) => seen = observation,
-                None => break,
+fn whatever_is_hidden_observations_stay_within_their_bounds() {
+    for options in all() {
+        let mut task = Pushing::new(Options { noise: 10.0, ..options }).unwrap();
+        let bounds = task.options().bounds();
+        for seed in 0..30 {
+            task.reset(Some(seed), &Reset::default()).unwrap();
+            for k in 0..60 {
+                let row = told(&mut task);
+                assert!(row.iter().zip(&bounds).all(|(v, most)| v.abs() <= *most), "{row:?}");
+                // One corner of the action space for a while, then another.
+                let corner = seed + k / 20;
+                let sign = |bit: u64| if corner >> bit & 1 == 0 { 1.0 } else { -1.0 };
+                if task.step([sign(0), sign(1), sign(2)]).unwrap().is_none() {
+                    break;
+                }
             }
         }
     }
 }
 
 #[test]
-fn the_task_ends_at_the_goal_and_when_the_object_is_lost() {
-    let mut task = LockedWheel::new(1.0).unwrap();
+fn an_episode_ends_at_the_goal_when_lost_and_when_the_time_is_up() {
+    let mut task = Pushing::new(Options { horizon: 20, ..Options::default() }).unwrap();
     let there = Reset { start: Some([0.5; 3]), goal: Some([0.5; 3]), ..Reset::default() };
-    task.reset(0, &there).unwrap();
-    let (_, outcome) = task.step([0.0; 3]).unwrap();
+    task.reset(Some(0), &there).unwrap();
+    let outcome = task.step([0.0; 3]).unwrap().unwrap();
     assert!(outcome.success && outcome.terminated && outcome.reward > -0.01);
-    assert!(task.step([0.0; 3]).is_none());
-    task.reset(0, &Reset { start: Some([2.0, 0.0, 0.0]), ..Reset::default() }).unwrap();
-    let last = std::iter::from_fn(|| task.step([100.0, 0.0, 0.0])).last().unwrap().1;
-    assert!(!last.success && last.terminated && last.reward < -99.0);
+    assert!(task.step([0.0; 3]).unwrap().is_none());
+    task.reset(Some(0), &Reset { start: Some([2.0, 0.0, 0.0]), ..Reset::default() }).unwrap();
+    let last = std::iter::from_fn(|| task.step([1.0, 0.0, 0.0]).unwrap()).last().unwrap();
+    assert!(last.lost && last.terminated && !last.success && last.reward < -99.0);
+    task.reset(Some(0), &Reset { goal: Some([2.0, 2.0, 0.0]), ..Reset::default() }).unwrap();
+    let all: Vec<Outcome> = std::iter::from_fn(|| task.step([0.0; 3]).unwrap()).collect();
+    assert!(all.len() == 20 && all[19].truncated && !all[18].truncated && !all[19].terminated);
+}
+
+#[test]
+fn a_path_is_followed_by_one_that_is_carried_along_it() {
+    let options = Options {
+        task: Goal::Path,
+        action: Mode::Velocity,
+        hidden: Secret::None,
+        noise: 0.0,
+        horizon: 0,
+        ..Options::default()
+    };
+    let mut task = Pushing::new(options).unwrap();
+    task.reset(Some(4), &Reset { grasp: Some([0.0, 0.0]), ..Reset::default() }).unwrap();
+    let (mut gained, mut last) = (0.0, Outcome::default());
+    for _ in 0..600 {
+        let seen = told(&mut task);
+        let (dx, dy) = (seen[7] - seen[0], seen[8] - seen[1]);
+        let ahead = seen[10].atan2(seen[9]) - seen[3].atan2(seen[2]);
+        let turn = (ahead + 3.0 * PI).rem_euclid(TAU) - PI;
+        let clip = |v: f64| v.clamp(-1.0, 1.0);
+        let Some(outcome) = task.step([clip(3.0 * dx), clip(3.0 * dy), clip(2.0 * turn)]).unwrap() else {
+            break;
+        };
+        gained += outcome.reward;
+        last = outcome;
+    }
+    assert!(last.success && last.progress > 0.9 && gained > 0.5, "{last:?} {gained}");
+}
+
+#[test]
+fn walls_and_boxes_are_in_the_way_and_start_and_goal_are_clear() {
+    for (task, count) in [(Goal::Around, 1), (Goal::Door, 2)] {
+        for name in household() {
+            let options = Options { task, object: vec![name.to_owned()], ..Options::default() };
+            let mut task = Pushing::new(options).unwrap();
+            for seed in 0..20 {
+                // Refused, were one of them in an obstacle.
+                task.reset(Some(seed), &Reset::default()).unwrap();
+                assert_eq!(task.room().unwrap().obstacles.len(), count);
+            }
+        }
+    }
+}
+
+#[test]
+fn what_is_hidden_is_as_was_asked_for() {
+    let kinds = |hidden, object: &str| {
+        let mut task =
+            Pushing::new(Options { hidden, object: vec![object.to_owned()], ..Options::default() }).unwrap();
+        let draws = (0..60).map(move |seed| {
+            task.reset(Some(seed), &Reset::default()).unwrap();
+            task.hidden().unwrap().effects.iter().map(|e| e.kind).collect::<Vec<_>>()
+        });
+        draws.collect::<Vec<_>>()
+    };
+    assert!(kinds(Secret::None, "bed").iter().all(Vec::is_empty));
+    assert!(kinds(Secret::Locked, "bed").iter().all(|k| k == &[Kind::ViscousWheel]));
+    let wheels = kinds(Secret::Wheels, "office_table");
+    let casters = wheels.iter().filter(|k| k.contains(&Kind::CasterSwivel)).count();
+    assert!(wheels.iter().all(|k| k.len() == 4) && (5..30).contains(&casters), "{casters}");
+    assert!(kinds(Secret::Wheels, "chair").iter().any(|k| k.contains(&Kind::SupportDrag)));
+    let mut met: Vec<Kind> = kinds(Secret::Catalogue, "random").into_iter().flatten().collect();
+    met.sort_unstable();
+    met.dedup();
+    assert!(met.len() > 15, "{met:?}");
 }
 
 #[test]
 fn what_cannot_be_is_named() {
-    let mut task = LockedWheel::new(1.0).unwrap();
+    let mut task = Pushing::new(Options { task: Goal::Around, ..Options::default() }).unwrap();
+    task.reset(Some(0), &Reset::default()).unwrap();
+    let [x, y] = task.room().unwrap().obstacles[0][0];
     for (told, word) in [
         (Reset { goal: Some([9.0, 0.0, 0.0]), ..Reset::default() }, "goal"),
         (Reset { start: Some([0.0, f64::NAN, 0.0]), ..Reset::default() }, "start"),
         (Reset { grasp: Some([0.7, 0.0]), ..Reset::default() }, "grasp"),
+        (Reset { goal: Some([x, y, 0.0]), ..Reset::default() }, "obstacle"),
     ] {
-        assert!(task.reset(0, &told).unwrap_err().to_string().contains(word));
+        // The episode goes on as if nobody had asked.
+        let before = task.view();
+        assert!(task.reset(Some(0), &told).unwrap_err().to_string().contains(word));
+        assert_eq!(task.view(), before);
     }
-    assert!(LockedWheel::new(-1.0).is_err());
-    assert!(!task.ready() && task.step([0.0; 3]).is_none());
+    for (text, word) in [
+        ("noise = -1.0", "noise"),
+        ("nois = 1.0", "nois"),
+        ("object = [\"piano\"]", "kitchen_table"),
+        ("object = []", "object"),
+        ("action = \"kick\"", "wrench"),
+        ("substeps = 0", "substeps"),
+        ("drop_out = 1.0", "drop_out"),
+        ("effects = [{kind = \"coulomb_friction\", x = 0.1, y = 0.1}]", "force"),
+        ("effects = [{kind = \"ghost\"}]", "ghost"),
+    ] {
+        let error = Options::from_toml(text).and_then(Pushing::new).err().unwrap().to_string();
+        assert!(error.contains(word), "{error}");
+    }
+    let bytes = task.save().unwrap();
+    assert!(task.load(&bytes[..20]).unwrap_err().to_string().contains("no saved state"));
+}
+
+fn batch(count: usize, autoreset: Autoreset, threads: usize) -> (Vec<f64>, Vec<f64>, Vec<Outcome>) {
+    let options = Options { horizon: 7, ..any(Goal::Around, Mode::Wrench) };
+    let entries = options.entries();
+    let pool = rayon::ThreadPoolBuilder::new().num_threads(threads).build().unwrap();
+    let mut batch = Batch::new(options, count, autoreset).unwrap();
+    let (mut seen, mut finals) = (vec![0.0; count * entries], vec![0.0; count * entries]);
+    let mut outcomes = vec![Outcome::default(); count];
+    let told: Vec<_> = (0..count as u64).map(|k| Some((Some(k), Reset::default()))).collect();
+    pool.install(|| {
+        batch.reset(&told, &mut seen).unwrap();
+        for k in 0..20 {
+            let actions: Vec<f64> = (0..count).flat_map(|_| action(k)).collect();
+            let rows = Rows { observations: &mut seen, finals: &mut finals, outcomes: &mut outcomes };
+            batch.step(&actions, rows).unwrap();
+        }
+    });
+    (seen, finals, outcomes)
 }
 
 #[test]
-fn the_table_is_the_one_in_the_object_file() {
-    let path = concat!(env!("CARGO_MANIFEST_DIR"), "/../../configs/objects/office_table.toml");
-    let file: toml::Table = toml::from_str(&std::fs::read_to_string(path).unwrap()).unwrap();
-    let points = |key: &str| -> Vec<[f64; 2]> { file["body"][key].clone().try_into().unwrap() };
-    assert_eq!(file["body"]["mass"].as_float(), Some(MASS));
-    assert_eq!(points("support"), WHEELS);
-    assert!(points("footprint").iter().all(|p| p.map(f64::abs) == HALF));
+fn a_batch_is_the_same_whatever_its_size_and_threads() {
+    for mode in [Autoreset::NextStep, Autoreset::SameStep] {
+        let (seen, finals, outcomes) = batch(40, mode, 1);
+        assert_eq!(batch(40, mode, 4), (seen.clone(), finals.clone(), outcomes.clone()));
+        let (few, last, results) = batch(3, mode, 2);
+        assert_eq!(
+            (&few[..], &last[..], &results[..]),
+            (&seen[..few.len()], &finals[..last.len()], &outcomes[..3])
+        );
+    }
+}
+
+#[test]
+#[ignore = "takes minutes"]
+fn a_million_random_steps_are_numbers() {
+    let mut steps = 0;
+    for (k, options) in std::iter::repeat_with(all).flatten().enumerate() {
+        let mut task = Pushing::new(Options { horizon: 200, ..options }).unwrap();
+        for seed in 0..40 {
+            task.reset(Some(1000 * k as u64 + seed), &Reset::default()).unwrap();
+            let mut state = seed + 1;
+            let mut any = || {
+                state = state.wrapping_mul(6364136223846793005).wrapping_add(1442695040888963407);
+                (state >> 11) as f64 / (1u64 << 52) as f64 - 1.0
+            };
+            while let Some(outcome) = task.step([any(), any(), any()]).unwrap() {
+                steps += 1;
+                assert!(outcome.reward.is_finite() && outcome.distance.is_finite());
+                assert!(told(&mut task).iter().all(|v| v.is_finite()));
+            }
+        }
+        if steps > 1_000_000 {
+            return;
+        }
+    }
 }

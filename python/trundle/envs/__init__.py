@@ -1,20 +1,60 @@
 """Gymnasium environments, registered when `trundle` is imported.
 
-========================== ==================================================================
-id                         task
-========================== ==================================================================
-``trundle/LockedWheel-v0`` push a table, one wheel of which is locked, to a pose
-========================== ==================================================================
+=============================== ====================================================================
+id                              task
+=============================== ====================================================================
+``trundle/PushPose-v0``         push an object, of which something is hidden, to a pose
+``trundle/PushPath-v0``         along a path
+``trundle/PushAround-v0``       to a pose behind an obstacle
+``trundle/PushDoor-v0``         through a doorway
+``trundle/PushPoseGoal-v0``, …  the same four, goal-conditioned (Gymnasium-Robotics' convention)
+``trundle/LockedWheel-v0``      the paper's: a table, one wheel of which is locked, to a pose
+=============================== ====================================================================
+
+`gymnasium.make` makes one, `gymnasium.make_vec` a batch that all cores step.
 """
 
 from gymnasium.envs.registration import register
 
-from trundle.envs.locked_wheel import LockedWheel
+from trundle._native import Pushing
+from trundle.envs.goal import PushAroundGoal, PushDoorGoal, PushGoal, PushPathGoal, PushPoseGoal
+from trundle.envs.oracle import Oracle, VectorOracle
+from trundle.envs.push import ActionError, Push
+from trundle.envs.tasks import LockedWheel, PushAround, PushDoor, PushPath, PushPose
+from trundle.envs.vector import PushGoalVec, PushVec
 
-__all__ = ["LockedWheel"]
+HOUSEHOLD = Pushing.HOUSEHOLD
+"""Names of the ten household objects of the paper's Fig. 7."""
 
-register(
-    id="trundle/LockedWheel-v0",
-    entry_point="trundle.envs.locked_wheel:LockedWheel",
-    max_episode_steps=300,
-)
+__all__ = [
+    "HOUSEHOLD",
+    "ActionError",
+    "LockedWheel",
+    "Oracle",
+    "Push",
+    "PushAround",
+    "PushAroundGoal",
+    "PushDoor",
+    "PushDoorGoal",
+    "PushGoal",
+    "PushGoalVec",
+    "PushPath",
+    "PushPathGoal",
+    "PushPose",
+    "PushPoseGoal",
+    "PushVec",
+    "VectorOracle",
+]
+
+for _env in (LockedWheel, PushPose, PushPath, PushAround, PushDoor):
+    register(
+        id=f"trundle/{_env.__name__}-v0",
+        entry_point=f"trundle.envs.tasks:{_env.__name__}",
+        vector_entry_point=f"trundle.envs.vector:{_env.__name__}Vec",
+    )
+for _env in (PushPoseGoal, PushPathGoal, PushAroundGoal, PushDoorGoal):
+    register(
+        id=f"trundle/{_env.__name__}-v0",
+        entry_point=f"trundle.envs.goal:{_env.__name__}",
+        vector_entry_point=f"trundle.envs.vector:{_env.__name__}Vec",
+    )

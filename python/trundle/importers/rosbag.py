@@ -11,15 +11,17 @@ from typing import Any, Literal
 from rosbags.rosbag2 import Reader
 from rosbags.typesys import Stores, get_typestore
 
+from trundle.importers import exported
 from trundle.importers.config import MapError, typed
 from trundle.importers.layout import Imported, Say, SourceError
 from trundle.importers.messages import READERS, Samples
 from trundle.importers.poses import Poses, World
 from trundle.importers.takes import BodyMap, EpisodeMap, HandMap, Take, assemble, placed, tidy
 
-__all__ = ["NEEDS_MAP", "BagMap", "BodyTopic", "HandTopic", "TopicMap", "read"]
+__all__ = ["NEEDS_MAP", "BagMap", "BodyTopic", "HandTopic", "TopicMap", "opened", "read"]
 
-NEEDS_MAP = True
+NEEDS_MAP = False
+"""Not for a bag that trundle wrote; `read` asks for one elsewhere."""
 
 ROLES = {"object": "pose", "gripper": "pose", "wrench": "wrench"}
 TELL_EVERY = 20_000
@@ -77,9 +79,25 @@ class BagMap:
 
 def read(source: Path, settings: Mapping[str, Any], say: Say) -> Imported:
     """Read a bag, or every bag of a folder in the order of their names."""
+    bags = _bags(source)
+    if not settings:
+        return _exported(source, bags, say)
     told = typed(BagMap, settings)
-    takes = [_take(bag, told, say) for bag in _bags(source)]
+    takes = [_take(bag, told, say) for bag in bags]
     return assemble(takes, told.episode, told.recording, told.name or source.stem)
+
+
+def _exported(source: Path, bags: list[Path], say: Say) -> Imported:
+    """Read the one bag that needs no map: `trundle export --mcap` wrote it."""
+    if len(bags) == 1:
+        with opened(bags[0]) as reader:
+            if told := exported.describe(reader):
+                return exported.read(reader, told, say)
+    raise SourceError(
+        source,
+        "a bag needs --map: a TOML file that says what is what (docs/import.md); "
+        "only one file of `trundle export --mcap` says it itself",
+    )
 
 
 def _frame(topic: TopicMap) -> str | None:
@@ -127,7 +145,7 @@ def _collect(bag: Path, told: BagMap, say: Say) -> dict[str, Samples]:
     }
     wanted = {topic.topic for topic in topics.values()}
     store = get_typestore(Stores.LATEST)
-    with _opened(bag) as reader:
+    with opened(bag) as reader:
         for role, topic in topics.items():
             _check(bag, reader, role, topic)
         connections = [connection for connection in reader.connections if connection.topic in wanted]
@@ -144,7 +162,7 @@ def _collect(bag: Path, told: BagMap, say: Say) -> dict[str, Samples]:
 
 
 @contextmanager
-def _opened(bag: Path) -> Iterator[Reader]:
+def opened(bag: Path) -> Iterator[Reader]:
     """Open a bag for reading, and say what can be done about one that is damaged."""
     try:
         with Reader(bag) as reader:

@@ -1,77 +1,119 @@
-//! One episode of the task: the world, the gripper on it, and what the agent is told.
+//! One episode: the object, the arm on it, and what the agent is told.
+
+use std::collections::VecDeque;
+use std::sync::Arc;
 
 use rand::RngExt;
 use rand::SeedableRng;
 use rand_chacha::ChaCha8Rng;
 use rand_distr::StandardNormal;
-use trundle_model::{Clock, INNER, State};
+use serde::{Deserialize, Serialize};
+use trundle_model::{Clock, Plant, State};
 
+use super::arm::Arm;
+use super::hidden::Hidden;
+use super::options::{Goal, Mode, Options};
+use super::room::{AHEAD, Progress, Room};
 use super::rules::*;
-use super::{Hidden, Outcome};
+use super::things::Thing;
 use crate::gripper::wrap;
 use crate::instruments::Scene;
-use crate::{Coupling, Drive, Gripper, Instruments, Sensor, SimError, Snapshot, Tracker, World};
+use crate::mover::Motion;
+use crate::sensor::{Felt, at_frame};
+use crate::{Instruments, Mover, Sensor, SimError, Tracker};
 
 /// Streams of random numbers from an episode's seed; the first draws the world.
 const RECORDED: u64 = 1;
 const OBSERVED: u64 = 2;
 
-/// Everything of an episode that changes or was drawn, but for the hidden wheel and the recording.
-#[derive(Clone, Copy, Debug, PartialEq)]
-pub struct Saved {
-    /// What moves.
-    pub motion: [f64; 7],
-    /// Goal pose.
-    pub goal: [f64; 3],
-    /// Grasp, object frame.
-    pub grasp: [f64; 2],
-    /// Wrench at the grasp.
-    pub wrench: [f64; 3],
-    /// Error of the tare.
-    pub tare: [f64; 3],
-    /// Simulation steps since contact.
-    pub tick: u32,
-    /// Whether it is over.
-    pub ended: bool,
-    /// Seed of the noise,
-    pub seed: u64,
-    /// and how far it has been used.
-    pub used: u128,
+/// What a step has led to.
+#[derive(Clone, Copy, Debug, Default, PartialEq)]
+pub struct Outcome {
+    /// Minus the time integral of the pose error, less penalties.
+    pub reward: f64,
+    /// The goal was reached, or the object was lost.
+    pub terminated: bool,
+    /// The time is up.
+    pub truncated: bool,
+    /// The goal was reached.
+    pub success: bool,
+    /// The object left the arena, or went too fast.
+    pub lost: bool,
+    /// The object touched an obstacle.
+    pub touched: bool,
+    /// Distance to the goal, or from the path, m.
+    pub distance: f64,
+    /// Heading less goal heading, rad, in (−π, π].
+    pub heading_error: f64,
+    /// Share of the path that lies behind it; 0 without a path.
+    pub progress: f64,
 }
 
 /// The episode under way.
+#[derive(Clone)]
 pub struct Episode {
-    world: World,
-    goal: [f64; 3],
-    grasp: [f64; 2],
+    options: Arc<Options>,
+    thing: Arc<Thing>,
+    room: Arc<Room>,
+    mover: Mover,
+    /// The plant with what only instruments see, where there is any.
+    instrumented: Option<Arc<Plant<f64>>>,
+    arm: Arm,
+    progress: Option<Progress>,
     tick: u32,
-    wrench: [f64; 3],
+    steps: u32,
+    /// What the wrist feels, gripper axes, without noise.
+    felt: [f64; 3],
+    /// The same a while ago, where readings are late: the last is now.
+    past: VecDeque<[f64; 3]>,
     tare: [f64; 3],
+    /// The pose as last tracked.
+    tracked: [f64; 3],
     ended: bool,
-    seed: u64,
     noise: ChaCha8Rng,
     sensor: Sensor,
     tracker: Tracker,
-    twist_noise: [f64; 3],
     recorder: Option<Instruments>,
+    /// Mean wrench of the last step, object axes; for the recorder alone.
+    before: [f64; 3],
 }
 
-/// What an episode begins with.
-pub struct Beginning {
-    pub start: [f64; 3],
-    pub goal: [f64; 3],
-    pub grasp: [f64; 2],
-    pub seed: u64,
-    pub sensor: Sensor,
-    pub tracker: Tracker,
-    pub noise: f64,
+/// What of an episode changes.
+#[derive(Serialize, Deserialize)]
+pub struct Saved {
+    motion: Motion,
+    arm: Arm,
+    done: f64,
+    tick: u32,
+    steps: u32,
+    felt: [f64; 3],
+    past: VecDeque<[f64; 3]>,
+    tare: [f64; 3],
+    tracked: [f64; 3],
+    ended: bool,
+    noise: ChaCha8Rng,
 }
 
 impl Episode {
-    pub fn new(hidden: &Hidden, from: Beginning, recording: bool) -> Result<Self, SimError> {
-        let Beginning { start, goal, grasp, seed, sensor, tracker, noise: scale } = from;
-        let mut world = World::new(&hidden.model()?, &[], DT)?;
-        world.place(start);
+    /// Begin.
+    ///
+    /// # Errors
+    /// When the model cannot be made a world.
+    pub fn new(
+        options: Arc<Options>,
+        thing: Arc<Thing>,
+        hidden: &Hidden,
+        room: Room,
+        grasp: [f64; 2],
+        seed: u64,
+        recording: bool,
+    ) -> Result<Self, SimError> {
+        let model = hidden.model(&thing.body);
+        let whole = model.resolved()?;
+        let instrumented = model.effects.len() != model.clone().on_object().effects.len();
+        let mut mover = Mover::new(model.on_object(), room.obstacles.clone())?;
+        mover.put(State::at_rest(room.start).with_inner(hidden.inner));
+        let (sensor, tracker) = (sensor(&options), tracker(&options));
         let recorder = recording.then(|| {
             let sensor = Sensor { offset: hidden.offset, ..sensor };
             Instruments::new(sensor, tracker, stream(seed, RECORDED))
@@ -79,49 +121,63 @@ impl Episode {
         let mut noise = stream(seed, OBSERVED);
         let samples = (sensor.rate * sensor.precontact).sqrt();
         let tare = blur([0.0; 3], sensor.noise().map(|sd| sd / samples), &mut noise);
-        let (tick, wrench, ended) = (0, [0.0; 3], false);
-        let twist_noise = TWIST_NOISE.map(|sd| sd * scale);
+        let progress = (options.task == Goal::Path).then(|| Progress::new(room.path.clone()));
         let mut episode = Self {
-            world,
-            goal,
-            grasp,
-            tick,
-            wrench,
+            arm: Arm::new(options.action, grasp, room.start),
+            tracked: room.start,
+            options,
+            thing,
+            room: Arc::new(room),
+            mover,
+            instrumented: instrumented.then(|| Arc::new(whole)),
+            progress,
+            tick: 0,
+            steps: 0,
+            felt: [0.0; 3],
+            past: VecDeque::new(),
             tare,
-            ended,
-            seed,
+            ended: false,
             noise,
             sensor,
             tracker,
-            twist_noise,
             recorder,
+            before: [0.0; 3],
         };
+        episode.felt = episode.read([0.0; 3]);
         episode.wait_for_contact();
         Ok(episode)
     }
 
+    /// All that changes.
     pub fn save(&self) -> Saved {
         Saved {
-            motion: self.world.snapshot().0,
-            goal: self.goal,
-            grasp: self.grasp,
-            wrench: self.wrench,
-            tare: self.tare,
+            motion: self.mover.save(),
+            arm: self.arm.clone(),
+            done: self.progress.as_ref().map_or(0.0, |p| p.done),
             tick: self.tick,
+            steps: self.steps,
+            felt: self.felt,
+            past: self.past.clone(),
+            tare: self.tare,
+            tracked: self.tracked,
             ended: self.ended,
-            seed: self.seed,
-            used: self.noise.get_word_pos(),
+            noise: self.noise.clone(),
         }
     }
 
     /// Put everything as it was saved.
-    pub fn restore(&mut self, saved: &Saved) {
-        self.world.restore(&Snapshot(saved.motion, [0.0; INNER]));
-        self.wrench = saved.wrench;
-        self.tare = saved.tare;
-        self.tick = saved.tick;
-        self.ended = saved.ended;
-        self.noise.set_word_pos(saved.used);
+    ///
+    /// # Errors
+    /// As [`Episode::new`].
+    pub fn load(&mut self, saved: Saved) -> Result<(), SimError> {
+        let Saved { motion, arm, done, tick, steps, felt, past, tare, tracked, ended, noise } = saved;
+        self.mover.load(motion)?;
+        if let Some(progress) = &mut self.progress {
+            progress.done = done;
+        }
+        (self.arm, self.tick, self.steps, self.felt, self.past) = (arm, tick, steps, felt, past);
+        (self.tare, self.tracked, self.ended, self.noise) = (tare, tracked, ended, noise);
+        Ok(())
     }
 
     pub fn ended(&self) -> bool {
@@ -132,92 +188,212 @@ impl Episode {
         self.recorder.as_mut()
     }
 
-    /// True poses of object, goal and gripper in the world, and the wrench at the grasp.
+    pub fn room(&self) -> &Room {
+        &self.room
+    }
+
+    pub fn arm(&self) -> &Arm {
+        &self.arm
+    }
+
+    /// True poses of object, goal and gripper in the world, and the wrench at the gripper.
     pub fn view(&self) -> [[f64; 3]; 4] {
-        let object = self.world.state().pose;
-        [object, self.goal, self.gripper().pose(object), self.wrench]
+        let object = self.mover.state().pose;
+        [object, self.target(), self.arm.pose(object), self.felt]
     }
 
-    /// Bring the wrench to `target` and hold it there for the rest of [`CONTROL`].
-    pub fn push(&mut self, target: [f64; 3]) -> Outcome {
-        let from = self.wrench;
-        let at = |t: f64| {
-            let share = (t / RISE).min(1.0);
-            [0, 1, 2].map(|k| from[k] + share * (target[k] - from[k]))
-        };
-        for step in 0..STEPS {
-            let (since_contact, t) = (f64::from(self.tick) * DT, f64::from(step) * DT);
-            self.look(at(t), since_contact);
-            let (mut gripper, state) = (self.gripper(), self.world.state());
-            let mean = gripper.push(at(t + DT / 2.0), &state, self.world.rigid(), DT);
-            self.world.step(mean, Clock::since_contact(since_contact));
+    /// Act on the object until the next action is due.
+    ///
+    /// # Errors
+    /// Never, as far as is known: see [`Mover::step`].
+    pub fn step(&mut self, target: [f64; 3]) -> Result<Outcome, SimError> {
+        let (dt, ticks) = (self.options.step, self.options.ticks());
+        let whole = f64::from(ticks) * dt;
+        self.arm.command(target, &self.thing, self.mover.state().pose);
+        let (mut touched, mut sum, mut pressed) = (false, [0.0; 3], 0u32);
+        for k in 0..ticks {
+            let (since_contact, t) = (f64::from(self.tick) * dt, f64::from(k) * dt);
+            let clock = self.clock(since_contact);
+            let rigid = self.mover.rigid(clock);
+            let wrench = self.arm.push([t, whole, dt], &self.thing.body, &rigid, self.mover.state());
+            let instant = self.arm.instant(t, whole);
+            self.look(instant.unwrap_or([0, 1, 2].map(|k| (self.before[k] + wrench[k]) / 2.0)), clock);
+            self.before = wrench;
+            if self.instrumented.is_some() || self.options.action == Mode::Push || k + 1 == ticks {
+                self.felt = self.read(wrench);
+            }
+            self.mover.step(wrench, clock, dt)?;
+            touched |= self.mover.touching();
             self.tick += 1;
+            if t < MOVING * whole {
+                pressed += 1;
+                sum = [0, 1, 2].map(|k| sum[k] + self.felt[k]);
+            }
         }
-        self.wrench = target;
-        let outcome = self.judge();
-        self.ended = outcome.terminated;
-        outcome
+        match self.options.action {
+            // Once risen, the wrench is what was asked for, to the last bit.
+            Mode::Wrench if self.instrumented.is_none() => self.felt = target,
+            // After a push nothing touches: what is told is the mean of the push.
+            Mode::Push => self.felt = sum.map(|s| s / f64::from(pressed.max(1))),
+            _ => {}
+        }
+        self.steps += 1;
+        let outcome = self.judge(touched);
+        self.ended = outcome.terminated || outcome.truncated;
+        Ok(outcome)
     }
 
-    /// What the agent is told; entries as [`OBSERVATION`] says.
-    pub fn observe(&mut self) -> [f64; OBSERVATION] {
-        let State { pose, twist, .. } = self.world.state();
-        let [x, y, theta] = blur(pose, self.tracker.noise, &mut self.noise);
-        let [vx, vy, spin] = blur(twist, self.twist_noise, &mut self.noise);
-        let [fx, fy, torque] = blur(self.wrench, self.sensor.noise(), &mut self.noise);
+    /// What the agent is told; entries as the environment's documentation says.
+    pub fn observe(&mut self, told: &mut [f64]) {
+        let State { pose, twist, .. } = *self.mover.state();
+        let seen = self.instrumented.as_ref().map_or(pose, |plant| self.tracker.sees(pose, plant));
+        let scale = self.options.noise;
+        let pose = blur(seen, self.tracker.noise, &mut self.noise);
+        if self.options.drop_out == 0.0 || self.noise.random::<f64>() >= self.options.drop_out {
+            self.tracked = pose;
+        }
+        let [x, y, theta] = self.tracked;
+        let [vx, vy, spin] = blur(twist, TWIST_NOISE.map(|sd| sd * scale), &mut self.noise);
+        let felt = self.past.front().copied().unwrap_or(self.felt);
+        let [fx, fy, torque] = blur(felt, self.sensor.noise(), &mut self.noise);
         let [bx, by, bz] = self.tare;
-        let ([gx, gy, gtheta], [px, py]) = (self.goal, self.grasp);
+        let ([gx, gy, gtheta], [px, py, _]) = (self.target(), self.arm.grasp);
         let ((sin, cos), (gsin, gcos)) = (theta.sin_cos(), gtheta.sin_cos());
-        [x, y, cos, sin, vx, vy, spin, gx, gy, gcos, gsin, fx - bx, fy - by, torque - bz, px, py]
+        let common =
+            [x, y, cos, sin, vx, vy, spin, gx, gy, gcos, gsin, fx - bx, fy - by, torque - bz, px, py];
+        let bounded = common.into_iter().zip(BOUNDS).map(|(v, most)| v.clamp(-most, most));
+        let mut entries = told.iter_mut();
+        entries.by_ref().zip(bounded).for_each(|(entry, value)| *entry = value);
+        self.describe(|value| {
+            if let Some(entry) = entries.next() {
+                *entry = value.clamp(-ROOM, ROOM);
+            }
+        });
     }
 
-    fn judge(&self) -> Outcome {
-        let State { pose: [x, y, theta], twist: [vx, vy, spin], .. } = self.world.state();
-        let [gx, gy, gtheta] = self.goal;
-        let (distance, heading_error) = ((x - gx).hypot(y - gy), wrap(theta - gtheta));
+    /// What can be seen beside: the object's half sides where it may be any, and what the task is set in.
+    fn describe(&self, mut tell: impl FnMut(f64)) {
+        if self.options.varied() {
+            let [low, high] = self.thing.body.bounds();
+            tell((high[0] - low[0]) / 2.0);
+            tell((high[1] - low[1]) / 2.0);
+        }
+        match &self.progress {
+            Some(path) => {
+                for ahead in [2.0 * AHEAD, 3.0 * AHEAD] {
+                    let [x, y, _] = path.at(path.done + ahead);
+                    tell(x);
+                    tell(y);
+                }
+            }
+            None => self.room.seen.iter().copied().for_each(tell),
+        }
+    }
+
+    /// The pose to be reached now.
+    fn target(&self) -> [f64; 3] {
+        self.progress.as_ref().map_or(self.room.goal, |path| path.at(path.done + AHEAD))
+    }
+
+    fn judge(&mut self, touched: bool) -> Outcome {
+        let State { pose, twist: [vx, vy, spin], .. } = *self.mover.state();
+        let [x, y, theta] = pose;
+        let away = |to: [f64; 3]| ((x - to[0]).hypot(y - to[1]), wrap(theta - to[2]));
+        let (to_goal, facing) = away(self.room.goal);
+        let (mut distance, mut heading_error, mut gained, mut progress) = (to_goal, facing, 0.0, 0.0);
+        if let Some(path) = &mut self.progress {
+            let before = path.done;
+            distance = path.follow(pose);
+            heading_error = wrap(theta - path.at(path.done)[2]);
+            (gained, progress) = (path.done - before, path.done / path.length());
+        }
+        let Options { reach, facing: close, ends, horizon, .. } = *self.options;
         let speed = vx.hypot(vy);
-        let lost = x.abs().max(y.abs()) > ARENA || speed > TOP_SPEED || spin.abs() > TOP_SPIN;
-        let there = distance < REACH && heading_error.abs() < FACING && speed < STANDSTILL;
-        let penalty = if lost { LOSS } else { 0.0 };
-        let reward = -CONTROL * (distance + HEADING_COST * heading_error.abs()) - penalty;
-        Outcome { reward, terminated: lost || there, success: there && !lost, distance, heading_error }
+        let inside = x.abs().max(y.abs()) <= ARENA && speed <= TOP_SPEED && spin.abs() <= TOP_SPIN;
+        // Not a number is lost too.
+        let lost = !inside;
+        let success = !lost && to_goal < reach && facing.abs() < close && speed < STANDSTILL;
+        let terminated = lost || (success && ends);
+        let truncated = horizon > 0 && self.steps >= horizon && !terminated;
+        let cost = distance + HEADING_COST * heading_error.abs() + if touched { TOUCH_COST } else { 0.0 };
+        let reward = gained - self.options.control() * cost - if lost { LOSS } else { 0.0 };
+        Outcome { reward, terminated, truncated, success, lost, touched, distance, heading_error, progress }
     }
 
     /// The recorder runs while nothing touches the object.
     fn wait_for_contact(&mut self) {
-        let precontact = self.sensor.precontact;
-        for tick in 0..(precontact / DT).round() as u32 {
-            self.look([0.0; 3], f64::from(tick) * DT - precontact);
+        let dt = self.options.step;
+        for tick in 0..(self.sensor.precontact / dt).round() as u32 {
+            if self.recorder.is_none() {
+                return;
+            }
+            let clock = self.clock(f64::from(tick) * dt - self.sensor.precontact);
+            self.look([0.0; 3], clock);
         }
     }
 
-    fn look(&mut self, wrench: [f64; 3], since_contact: f64) {
+    fn clock(&self, since_contact: f64) -> Clock {
+        let dt = self.options.step;
+        let [x, y, _] = self.arm.grasp;
+        Clock { t: since_contact + dt / 2.0, dt, grasp: [x, y], ..Clock::since_contact(since_contact) }
+    }
+
+    /// What the wrist feels of a wrench on the object, with what its effects make of it; and remember it for as long
+    /// as readings are late.
+    fn read(&mut self, wrench: [f64; 3]) -> [f64; 3] {
+        let frame = self.arm.frame(self.mover.state().pose);
+        let Some(plant) = &self.instrumented else { return at_frame(wrench, frame) };
+        let clock = self.clock(f64::from(self.tick) * self.options.step);
+        let read = Sensor { offset: [0.0; 3], ..self.sensor }.reading(
+            &Felt { wrench, frame, accel: [0.0; 2] },
+            plant,
+            clock,
+        );
+        let late = plant.delay().map_or(0.0, |delay| delay.max(0.0) / self.options.step).round() as usize;
+        if late > 0 {
+            self.past.push_back(read);
+        }
+        while self.past.len() > late + 1 {
+            self.past.pop_front();
+        }
+        read
+    }
+
+    fn look(&mut self, wrench: [f64; 3], clock: Clock) {
         let Some(recorder) = &mut self.recorder else { return };
-        let state = self.world.state();
-        let mut gripper = hold(self.grasp, state.pose);
+        let object = self.mover.state().pose;
+        let plant = self.instrumented.as_deref().unwrap_or(self.mover.plant());
         recorder.observe(&Scene {
-            t: self.sensor.precontact + since_contact,
-            object: state.pose,
-            gripper: gripper.pose(state.pose),
-            wrench: gripper.push(wrench, &state, self.world.rigid(), DT),
-            // Nothing that an agent meets reads the gripper's own inertia.
+            t: self.sensor.precontact + clock.since_contact,
+            object,
+            gripper: self.arm.pose(object),
+            wrench,
+            // A gripper's own inertia is felt in scenarios alone.
             accel: [0.0; 2],
-            plant: self.world.plant(),
-            clock: Clock::since_contact(since_contact),
+            plant,
+            clock,
         });
     }
+}
 
-    fn gripper(&self) -> Gripper {
-        hold(self.grasp, self.world.state().pose)
+/// The wrist sensor of all tasks.
+pub fn sensor(options: &Options) -> Sensor {
+    let plain = Sensor::default();
+    Sensor {
+        rate: SENSOR_RATE,
+        force_noise: plain.force_noise * options.noise,
+        torque_noise: plain.torque_noise * options.noise,
+        ..plain
     }
 }
 
-/// A gripper whose axes are the object's.
-fn hold([x, y]: [f64; 2], object: [f64; 3]) -> Gripper {
-    Gripper::new([x, y, 0.0], object, Drive::Force, Coupling::default())
+/// The tracker of all tasks.
+pub fn tracker(options: &Options) -> Tracker {
+    let plain = Tracker::default();
+    Tracker { noise: plain.noise.map(|sd| sd * options.noise), drop_out: options.drop_out, ..plain }
 }
 
-fn stream(seed: u64, number: u64) -> ChaCha8Rng {
+pub fn stream(seed: u64, number: u64) -> ChaCha8Rng {
     let mut random = ChaCha8Rng::seed_from_u64(seed);
     random.set_stream(number);
     random

@@ -1,102 +1,153 @@
-//! The task "push a table with a hidden locked wheel to a pose".
+//! Tasks: push an object, of which something is hidden, to a pose, along a path, around an obstacle, through a door.
 
+mod arm;
+mod batch;
 mod episode;
 mod hidden;
+mod options;
+mod room;
 pub mod rules;
+mod things;
 
-use std::f64::consts::PI;
+use std::sync::Arc;
 
 use rand::{RngExt, SeedableRng};
 use rand_chacha::ChaCha8Rng;
-use trundle_record::Metadata;
+use serde::{Deserialize, Serialize};
+use trundle_model::{Effect, Model};
+use trundle_record::{Contact, Metadata, Obstacle};
 
-use crate::gripper::wrap;
-use crate::{Instruments, Row, Sensor, SimError, Tracker, simulate};
-use episode::{Beginning, Episode};
-use rules::{GRASP, HALF, NOISIEST, OBSERVATION, PLACES, SENSOR_RATE};
+use crate::{Instruments, Row, SimError, simulate};
+use episode::Episode;
 
-pub use episode::Saved;
+pub use batch::{Autoreset, Batch, Rows};
+pub use episode::Outcome;
 pub use hidden::Hidden;
+pub use options::{Goal, Mode, Options, Secret};
+pub use room::{Reset, Room};
+pub use things::{Thing, Things, household};
 
-/// What [`LockedWheel::reset`] may be told; the rest is drawn.
-#[derive(Clone, Debug, Default, PartialEq)]
-pub struct Reset {
-    /// Pose at which the object stands, m and rad.
-    pub start: Option<[f64; 3]>,
-    /// Pose at which it should be.
-    pub goal: Option<[f64; 3]>,
-    /// Where the gripper holds it, object frame, m.
-    pub grasp: Option<[f64; 2]>,
-    /// Keep the hidden wheel as it is.
-    pub same_object: bool,
-}
-
-/// What a step has led to.
-#[derive(Clone, Copy, Debug, PartialEq)]
-pub struct Outcome {
-    /// Minus the time integral of the pose error, less a penalty if the object was lost.
-    pub reward: f64,
-    /// The goal was reached, or the object was lost.
-    pub terminated: bool,
-    /// The goal was reached.
-    pub success: bool,
-    /// Distance to the goal, m.
-    pub distance: f64,
-    /// Heading less goal heading, rad, in (−π, π].
-    pub heading_error: f64,
-}
-
-/// A table of which one wheel is locked, nobody says which, and a goal pose.
-pub struct LockedWheel {
-    noise: f64,
+/// A task with its episode under way.
+#[derive(Clone)]
+pub struct Pushing {
+    options: Arc<Options>,
+    things: Arc<Things>,
+    more: Arc<Vec<Effect>>,
     recording: bool,
+    /// Draws the seeds of episodes.
+    seeds: ChaCha8Rng,
     objects: u64,
-    hidden: Option<Hidden>,
-    episode: Option<Episode>,
+    object: Option<Object>,
+    episode: Option<(Began, Episode)>,
 }
 
-impl LockedWheel {
-    /// The task; `noise` scales what the instruments add (1: as documented, 0: perfect).
+/// What is pushed, and what is hidden of it.
+#[derive(Clone)]
+struct Object {
+    seed: u64,
+    thing: Arc<Thing>,
+    hidden: Arc<Hidden>,
+}
+
+/// What an episode began with.
+#[derive(Clone, Serialize, Deserialize)]
+struct Began {
+    seed: u64,
+    told: Reset,
+}
+
+/// What of a task changes.
+#[derive(Serialize, Deserialize)]
+struct Saved {
+    seeds: ChaCha8Rng,
+    objects: u64,
+    object: Option<u64>,
+    episode: Option<(Began, episode::Saved)>,
+}
+
+impl Pushing {
+    /// A task.
     ///
     /// # Errors
-    /// When `noise` is negative or too large.
-    pub fn new(noise: f64) -> Result<Self, SimError> {
-        if !(0.0..=NOISIEST).contains(&noise) {
-            return Err(SimError::value("noise", noise, "must lie in [0, 10]; 1 is as documented"));
-        }
-        Ok(Self { noise, recording: false, objects: 0, hidden: None, episode: None })
+    /// When an option makes no sense; the message names it.
+    pub fn new(options: Options) -> Result<Self, SimError> {
+        options.check()?;
+        let things = Things::named(&options.object)?;
+        let more = crate::scenario::effects(&options.effects)?;
+        Ok(Self {
+            options: Arc::new(options),
+            things: Arc::new(things),
+            more: Arc::new(more),
+            recording: false,
+            seeds: ChaCha8Rng::seed_from_u64(0),
+            objects: 0,
+            object: None,
+            episode: None,
+        })
     }
 
-    /// Begin an episode; everything that is not told is drawn by `seed`.
+    /// What it was told once and for all.
+    pub fn options(&self) -> &Options {
+        &self.options
+    }
+
+    /// Begin an episode; what is not told is drawn. A seed decides of this and all later ones.
     ///
     /// # Errors
-    /// When the start or goal lies outside the arena, or the grasp beside the table.
-    pub fn reset(&mut self, seed: u64, told: &Reset) -> Result<[f64; OBSERVATION], SimError> {
-        check(told)?;
+    /// When start or goal are impossible, or the grasp lies beside the object.
+    pub fn reset(&mut self, seed: Option<u64>, told: &Reset) -> Result<(), SimError> {
+        let mut seeds = seed.map_or_else(|| self.seeds.clone(), ChaCha8Rng::seed_from_u64);
+        let seed = seeds.random();
+        let (object, episode) = self.begin(seed, told)?;
+        self.seeds = seeds;
+        self.objects += u64::from(self.object.as_ref().is_none_or(|o| o.seed != object.seed));
+        self.object = Some(object);
+        self.episode = Some((Began { seed, told: told.clone() }, episode));
+        Ok(())
+    }
+
+    fn begin(&self, seed: u64, told: &Reset) -> Result<(Object, Episode), SimError> {
+        let object = match self.object.as_ref().filter(|_| told.same_object) {
+            Some(object) => object.clone(),
+            None => self.draw(seed)?,
+        };
+        let room = Room::draw(self.options.task, &object.thing, told, &mut episode::stream(seed, ROOMS))?;
+        let grasp = told.grasp.unwrap_or_else(|| object.thing.rear());
+        on_object(&object.thing, grasp)?;
+        let (options, thing) = (self.options.clone(), object.thing.clone());
+        let episode = Episode::new(options, thing, &object.hidden, room, grasp, seed, self.recording)?;
+        Ok((object, episode))
+    }
+
+    fn draw(&self, seed: u64) -> Result<Object, SimError> {
         let mut random = ChaCha8Rng::seed_from_u64(seed);
-        let (drawn, start) = (Hidden::draw(&mut random), draw_start(&mut random));
-        let start = told.start.unwrap_or(start);
-        let goal = told.goal.unwrap_or_else(|| draw_goal(start, &mut random));
-        let hidden = self.hidden.filter(|_| told.same_object).unwrap_or(drawn);
-        let beginning = self.beginning(start, goal, told.grasp.unwrap_or(GRASP), seed);
-        let mut episode = Episode::new(&hidden, beginning, self.recording)?;
-        let observation = episode.observe();
-        self.objects += u64::from(self.hidden != Some(hidden));
-        (self.hidden, self.episode) = (Some(hidden), Some(episode));
-        Ok(observation)
+        let thing = self.things.draw(&mut random)?;
+        let hidden = Hidden::draw(&thing, self.options.hidden, &self.more, &mut random)?;
+        Ok(Object { seed, thing, hidden: Arc::new(hidden) })
     }
 
     /// Whether an episode is under way.
     pub fn ready(&self) -> bool {
-        self.episode.as_ref().is_some_and(|episode| !episode.ended())
+        self.episode.as_ref().is_some_and(|(_, episode)| !episode.ended())
     }
 
-    /// Apply a wrench at the grasp, gripper axes, for [`rules::CONTROL`] seconds; `None` without an
-    /// episode under way.
-    pub fn step(&mut self, wrench: [f64; 3]) -> Option<([f64; OBSERVATION], Outcome)> {
-        let episode = self.episode.as_mut().filter(|episode| !episode.ended())?;
-        let outcome = episode.push(wrench);
-        Some((episode.observe(), outcome))
+    /// Act until the next action is due; each entry of `action` lies in [−1, 1]. `None` without an episode under way.
+    ///
+    /// # Errors
+    /// Never, as far as is known.
+    pub fn step(&mut self, action: [f64; 3]) -> Result<Option<Outcome>, SimError> {
+        let full = self.options.action.full();
+        let Some((_, episode)) = self.episode.as_mut().filter(|(_, episode)| !episode.ended()) else {
+            return Ok(None);
+        };
+        episode.step([0, 1, 2].map(|k| action[k] * full[k])).map(Some)
+    }
+
+    /// Tell what the agent sees, [`Options::entries`] numbers; nothing before the first reset. Noise is drawn anew.
+    pub fn observe(&mut self, told: &mut [f64]) {
+        if let Some((_, episode)) = &mut self.episode {
+            episode.observe(told);
+        }
     }
 
     /// From the next reset on, keep what sensor and tracker see, each at its own rate.
@@ -106,102 +157,105 @@ impl LockedWheel {
 
     /// What they saw since the last time.
     pub fn take_rows(&mut self) -> Vec<Row> {
-        let recorder = self.episode.as_mut().and_then(Episode::recorder);
+        let recorder = self.episode.as_mut().and_then(|(_, episode)| episode.recorder());
         recorder.map(Instruments::take).unwrap_or_default()
     }
 
-    /// What a recording says of the object and the instruments.
+    /// What a recording says of the object and the instruments; of the object that is always the same, before the
+    /// first reset.
     ///
     /// # Errors
-    /// Never: the table is a sound body.
+    /// When the object is drawn and has not been yet.
     pub fn metadata(&self, name: &str) -> Result<Metadata, SimError> {
-        Ok(simulate::metadata(name, &hidden::table()?, false, &self.sensor(), &self.tracker()))
+        let remedy = "the object is drawn by reset(): call it first";
+        let thing = self.thing().ok_or_else(|| SimError::value("recording", name, remedy))?;
+        let (sensor, tracker) = (episode::sensor(&self.options), episode::tracker(&self.options));
+        let mut metadata = simulate::metadata(name, &thing.body, false, &sensor, &tracker);
+        if self.options.action == Mode::Push {
+            metadata.wrench.contact = Contact::Point;
+        }
+        let obstacles = self.room().map(|room| room.obstacles.clone()).unwrap_or_default();
+        metadata.scene.obstacles = obstacles.into_iter().map(|polygon| Obstacle { polygon }).collect();
+        Ok(metadata)
     }
 
-    /// How many different objects there have been; it changes when the hidden wheel does.
+    /// How many different objects there have been; it changes when what is hidden does.
     pub fn objects(&self) -> u64 {
         self.objects
     }
 
-    /// True poses of object, goal and gripper in the world, and the wrench at the grasp in gripper axes,
-    /// for drawing; `None` before the first reset.
-    pub fn view(&self) -> Option<[[f64; 3]; 4]> {
-        self.episode.as_ref().map(Episode::view)
+    /// The object as anybody can see it.
+    pub fn thing(&self) -> Option<&Arc<Thing>> {
+        self.object.as_ref().map(|object| &object.thing).or_else(|| self.things.only())
     }
 
-    /// What is needed to go on elsewhere; a copy does not record.
-    pub fn save(&self) -> (u64, Option<Hidden>, Option<Saved>) {
-        (self.objects, self.hidden, self.episode.as_ref().map(Episode::save))
+    /// What is hidden.
+    pub fn hidden(&self) -> Option<&Hidden> {
+        self.object.as_ref().map(|object| &*object.hidden)
     }
 
-    /// Go on from what another has saved; exact to the last bit.
+    /// The object with all that acts on it.
+    pub fn model(&self) -> Option<Model> {
+        self.object.as_ref().map(|object| object.hidden.model(&object.thing.body))
+    }
+
+    /// Where the episode takes place.
+    pub fn room(&self) -> Option<&Room> {
+        self.episode.as_ref().map(|(_, episode)| episode.room())
+    }
+
+    /// True poses of object, goal and gripper in the world, and the wrench at the gripper in gripper axes, for
+    /// drawing; and whether it holds the object.
+    pub fn view(&self) -> Option<([[f64; 3]; 4], bool)> {
+        self.episode.as_ref().map(|(_, episode)| (episode.view(), episode.arm().holds()))
+    }
+
+    /// What is needed to go on elsewhere, as bytes; a copy does not record.
+    ///
+    /// # Errors
+    /// Never, as far as is known.
+    pub fn save(&self) -> Result<Vec<u8>, SimError> {
+        let saved = Saved {
+            seeds: self.seeds.clone(),
+            objects: self.objects,
+            object: self.object.as_ref().map(|object| object.seed),
+            episode: self.episode.as_ref().map(|(began, episode)| (began.clone(), episode.save())),
+        };
+        postcard::to_stdvec(&saved).map_err(|e| SimError::State(e.to_string()))
+    }
+
+    /// Go on from what another of the same options has saved; exact to the last bit.
     ///
     /// # Errors
     /// When it is no saved state.
-    pub fn restore(
-        &mut self,
-        objects: u64,
-        hidden: Option<Hidden>,
-        saved: Option<&Saved>,
-    ) -> Result<(), SimError> {
-        self.episode = match (hidden, saved) {
-            (Some(hidden), Some(saved)) => {
-                let beginning = self.beginning([0.0; 3], saved.goal, saved.grasp, saved.seed);
-                let mut episode = Episode::new(&hidden, beginning, false)?;
-                episode.restore(saved);
-                Some(episode)
+    pub fn load(&mut self, bytes: &[u8]) -> Result<(), SimError> {
+        let saved: Saved = postcard::from_bytes(bytes).map_err(|e| SimError::State(e.to_string()))?;
+        let Saved { seeds, objects, object, episode } = saved;
+        self.object = object.map(|seed| self.draw(seed)).transpose()?;
+        self.recording = false;
+        self.episode = match episode {
+            None => None,
+            Some((began, saved)) => {
+                let told = Reset { same_object: true, ..began.told.clone() };
+                let (_, mut episode) = self.begin(began.seed, &told)?;
+                episode.load(saved)?;
+                Some((began, episode))
             }
-            _ => None,
         };
-        (self.objects, self.hidden) = (objects, hidden);
+        (self.seeds, self.objects) = (seeds, objects);
         Ok(())
     }
-
-    fn beginning(&self, start: [f64; 3], goal: [f64; 3], grasp: [f64; 2], seed: u64) -> Beginning {
-        let (sensor, tracker) = (self.sensor(), self.tracker());
-        Beginning { start, goal, grasp, seed, sensor, tracker, noise: self.noise }
-    }
-
-    fn sensor(&self) -> Sensor {
-        let plain = Sensor::default();
-        Sensor {
-            rate: SENSOR_RATE,
-            force_noise: plain.force_noise * self.noise,
-            torque_noise: plain.torque_noise * self.noise,
-            ..plain
-        }
-    }
-
-    fn tracker(&self) -> Tracker {
-        let plain = Tracker::default();
-        Tracker { noise: plain.noise.map(|sd| sd * self.noise), ..plain }
-    }
 }
 
-fn draw_start(random: &mut ChaCha8Rng) -> [f64; 3] {
-    [random.random_range(-0.5..=0.5), random.random_range(-0.5..=0.5), random.random_range(-PI..=PI)]
-}
+/// Stream of random numbers from an episode's seed that draws where it takes place.
+const ROOMS: u64 = 3;
 
-/// 0.4 to 1.0 m away in any direction that stays in the arena, turned by up to 0.8 rad.
-fn draw_goal([x, y, theta]: [f64; 3], random: &mut ChaCha8Rng) -> [f64; 3] {
-    let far = random.random_range(0.4..=1.0);
-    let (sin, cos) = random.random_range(-PI..=PI).sin_cos();
-    let inside = |value: f64| value.clamp(-PLACES, PLACES);
-    [inside(x + far * cos), inside(y + far * sin), wrap(theta + random.random_range(-0.8..=0.8))]
-}
+/// How far beside the rim a grasp may lie, m.
+const RIM: f64 = 1e-6;
 
-fn check(told: &Reset) -> Result<(), SimError> {
-    for (key, pose) in [("start", told.start), ("goal", told.goal)] {
-        let Some([x, y, theta]) = pose else { continue };
-        if !(theta.is_finite() && x.abs() <= PLACES && y.abs() <= PLACES) {
-            let remedy = "x and y must lie in [-2, 2] m and the heading be finite";
-            return Err(SimError::value(key, [x, y, theta], remedy));
-        }
+fn on_object(thing: &Thing, grasp: [f64; 2]) -> Result<(), SimError> {
+    if grasp.iter().all(|v| v.is_finite()) && thing.body.outside(grasp).0 <= RIM {
+        return Ok(());
     }
-    match told.grasp {
-        Some([x, y]) if !(x.abs() <= HALF[0] && y.abs() <= HALF[1]) => {
-            Err(SimError::value("grasp", [x, y], "must lie on the table: |x| <= 0.6 m, |y| <= 0.4 m"))
-        }
-        _ => Ok(()),
-    }
+    Err(SimError::value("grasp", grasp, "must lie on the object (object frame, m)"))
 }

@@ -21,8 +21,7 @@ def add_arguments(parser: argparse.ArgumentParser) -> None:
         dest="layout",
         metavar="LAYOUT",
         choices=sorted(IMPORTERS),
-        required=True,
-        help=", ".join(sorted(IMPORTERS)),
+        help=f"{', '.join(sorted(IMPORTERS))}; a .csv, .mat or .mcap file tells by its ending",
     )
     parser.add_argument("--map", metavar="MAP", type=Path, help="TOML: which topic, column, variable is what")
     parser.add_argument("--out", metavar="DIR", type=Path, required=True, help="folder of the new recording")
@@ -35,10 +34,13 @@ def add_arguments(parser: argparse.ArgumentParser) -> None:
 def run(args: argparse.Namespace) -> int:
     """Read, validate, write, and say what was left out."""
     from trundle import Recording, TrundleError
-    from trundle.importers import read
+    from trundle.importers import SourceError, read
 
+    layout = args.layout or args.source.suffix.removeprefix(".")
+    if layout not in IMPORTERS:
+        raise SourceError(args.source, f"--from is needed to tell what it is: {', '.join(sorted(IMPORTERS))}")
     with Progress("reading", quiet=args.quiet) as progress:
-        imported = read(args.source, args.layout, args.map, progress.show)
+        imported = read(args.source, layout, args.map, progress.show)
         progress.show("writing")
         try:
             recording = Recording(imported.metadata, imported.episodes)

@@ -1,0 +1,128 @@
+//! How an action becomes a wrench on the object.
+
+use serde::{Deserialize, Serialize};
+use trundle_model::{Body, Rigid, State, transport};
+
+use super::options::Mode;
+use super::rules::*;
+use super::things::Thing;
+use crate::gripper::{compose, relative};
+use crate::tip::{RADIUS, Tip};
+use crate::{Coupling, Drive, Gripper};
+
+/// The arm, with what it was last told.
+#[derive(Clone, Debug, Serialize, Deserialize)]
+pub struct Arm {
+    /// Where it holds or touches the object: pose of the gripper in the object frame, m and rad.
+    pub grasp: [f64; 3],
+    hand: Hand,
+    /// Command before, and now.
+    from: [f64; 3],
+    to: [f64; 3],
+}
+
+#[derive(Clone, Debug, Serialize, Deserialize)]
+enum Hand {
+    /// Holds, and gives a wrench.
+    Force,
+    /// Holds, and moves.
+    Velocity(Gripper),
+    /// Pushes; `heading` is the way it moves, world, rad.
+    Tip { tip: Tip, heading: f64 },
+}
+
+impl Arm {
+    /// At the grasp, with the object at a pose.
+    pub fn new(mode: Mode, [x, y]: [f64; 2], object: [f64; 3]) -> Self {
+        let grasp = [x, y, 0.0];
+        let hand = match mode {
+            Mode::Wrench => Hand::Force,
+            Mode::Velocity => {
+                let gripper = Gripper::new(grasp, object, Drive::Velocity, Coupling::default());
+                Hand::Velocity(gripper.at_most(FULL_WRENCH))
+            }
+            Mode::Push => {
+                let [x, y, _] = compose(object, grasp);
+                Hand::Tip { tip: Tip { at: [x, y], withdrawn: true }, heading: object[2] }
+            }
+        };
+        Self { grasp, hand, from: [0.0; 3], to: [0.0; 3] }
+    }
+
+    /// Take a new command, of which each entry is in the unit of [`Mode::full`].
+    pub fn command(&mut self, target: [f64; 3], thing: &Thing, object: [f64; 3]) {
+        (self.from, self.to) = (self.to, target);
+        if let Hand::Tip { tip, heading } = &mut self.hand {
+            let [place, lean, _] = target;
+            let rim = thing.rim(place);
+            let (_, normal) = thing.body.outside(beyond(rim, thing.body.com));
+            let angle = normal[1].atan2(normal[0]) + std::f64::consts::PI + lean;
+            *tip = Tip::before(rim, normal, object);
+            *heading = object[2] + angle;
+            self.grasp = [rim[0], rim[1], angle];
+        }
+    }
+
+    /// The mean wrench on the object over the coming step, object axes about the object origin; `t`, s, of `whole`
+    /// since the command.
+    pub fn push(
+        &mut self,
+        [t, whole, dt]: [f64; 3],
+        body: &Body,
+        rigid: &Rigid<f64>,
+        state: &State<f64>,
+    ) -> [f64; 3] {
+        let command = self.at(t + dt / 2.0, whole);
+        match &mut self.hand {
+            Hand::Force => transport(command, self.grasp),
+            Hand::Velocity(gripper) => gripper.push(command, state, rigid, dt),
+            Hand::Tip { tip, heading } => {
+                tip.withdrawn = t >= MOVING * whole;
+                let speed = FULL_PUSH[2] + self.to[2];
+                let velocity = [speed * heading.cos(), speed * heading.sin()];
+                tip.push(velocity, FULL_WRENCH[0], body, rigid, state, dt)
+            }
+        }
+    }
+
+    /// The wrench at a time since the command, object axes about the object origin, where it is what is commanded.
+    pub fn instant(&self, t: f64, whole: f64) -> Option<[f64; 3]> {
+        matches!(self.hand, Hand::Force).then(|| transport(self.at(t, whole), self.grasp))
+    }
+
+    /// Pose of the gripper in the world.
+    pub fn pose(&self, object: [f64; 3]) -> [f64; 3] {
+        match &self.hand {
+            Hand::Force => compose(object, self.grasp),
+            Hand::Velocity(gripper) => gripper.pose(object),
+            Hand::Tip { tip: Tip { at: [x, y], .. }, heading } => [*x, *y, *heading],
+        }
+    }
+
+    /// Pose of the gripper in the object frame.
+    pub fn frame(&self, object: [f64; 3]) -> [f64; 3] {
+        match &self.hand {
+            Hand::Force => self.grasp,
+            _ => relative(object, self.pose(object)),
+        }
+    }
+
+    /// Whether it holds the object, or can only push it.
+    pub fn holds(&self) -> bool {
+        !matches!(self.hand, Hand::Tip { .. })
+    }
+
+    /// A wrench rises fast and is held; a velocity changes all the time, or the arm would have to jerk the object.
+    fn at(&self, t: f64, whole: f64) -> [f64; 3] {
+        let rise = if matches!(self.hand, Hand::Force) { RISE } else { whole };
+        let share = (t / rise).min(1.0);
+        [0, 1, 2].map(|k| self.from[k] + share * (self.to[k] - self.from[k]))
+    }
+}
+
+/// A point as far out of the rim as the tip's radius, seen from the mass centre.
+fn beyond(rim: [f64; 2], com: [f64; 2]) -> [f64; 2] {
+    let (x, y) = (rim[0] - com[0], rim[1] - com[1]);
+    let share = 1e-6f64.max(RADIUS * 1e-3) / x.hypot(y).max(1e-9);
+    [rim[0] + x * share, rim[1] + y * share]
+}

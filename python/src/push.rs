@@ -1,0 +1,429 @@
+//! The pushing tasks in Python: one at a time, and in batches.
+
+use numpy::{PyArray1, PyArray2, PyArrayMethods, PyReadonlyArray1, PyReadonlyArray2, PyReadwriteArray2};
+use pyo3::exceptions::PyIndexError;
+use pyo3::intern;
+use pyo3::prelude::*;
+use pyo3::types::{PyBytes, PyDict};
+use trundle_sim::task::{Autoreset, Goal, Rows, Thing, household, rules};
+use trundle_sim::{Batch, Options, Outcome, Pushing, Reset, SimError, episode};
+
+use crate::error::{refused, run};
+use crate::{columns, toml_dict};
+
+pub(crate) fn register(module: &Bound<'_, PyModule>) -> PyResult<()> {
+    module.add_class::<PyPushing>()?;
+    module.add_class::<PySnapshot>()?;
+    module.add_class::<PyBatch>()?;
+    Ok(())
+}
+
+/// The state of an episode, random numbers and clock included: what `snapshot()` returns and `restore()` takes.
+///
+/// It can be pickled; `restore` of any environment of the same options takes it.
+#[pyclass(name = "Snapshot", module = "trundle._native", frozen)]
+struct PySnapshot {
+    options: String,
+    task: Pushing,
+}
+
+#[pymethods]
+impl PySnapshot {
+    #[new]
+    fn new(py: Python<'_>, options: &str, state: &[u8]) -> PyResult<Self> {
+        let task = run(py, || {
+            let mut task = Pushing::new(Options::from_toml(options)?)?;
+            task.load(state)?;
+            Ok::<_, SimError>(task)
+        })?;
+        Ok(Self { options: options.to_owned(), task })
+    }
+
+    fn __getnewargs__<'py>(&self, py: Python<'py>) -> PyResult<(String, Bound<'py, PyBytes>)> {
+        Ok((self.options.clone(), PyBytes::new(py, &self.task.save().map_err(refused)?)))
+    }
+}
+
+/// The native half of `trundle.envs.Push`.
+#[pyclass(name = "Pushing", module = "trundle._native")]
+struct PyPushing {
+    options: String,
+    task: Pushing,
+}
+
+type Observation<'py> = Bound<'py, PyArray1<f64>>;
+type Stepped<'py> = (Observation<'py>, f64, bool, bool, Bound<'py, PyDict>);
+
+#[pymethods]
+impl PyPushing {
+    /// Half the side of the arena, m.
+    #[classattr]
+    const ARENA: f64 = rules::ARENA;
+    /// Names of the household objects.
+    #[classattr]
+    #[pyo3(name = "HOUSEHOLD")]
+    fn household() -> Vec<&'static str> {
+        household().collect()
+    }
+
+    #[new]
+    fn new(options: &str) -> PyResult<Self> {
+        let parsed = Options::from_toml(options).map_err(refused)?;
+        Ok(Self { options: options.to_owned(), task: Pushing::new(parsed).map_err(refused)? })
+    }
+
+    /// What a full action stands for.
+    #[getter]
+    fn full(&self) -> [f64; 3] {
+        self.task.options().action.full()
+    }
+
+    /// Largest magnitude of each entry of an observation.
+    #[getter]
+    fn bounds(&self) -> Vec<f64> {
+        self.task.options().bounds()
+    }
+
+    /// Time between two actions, s.
+    #[getter]
+    fn control(&self) -> f64 {
+        self.task.options().control()
+    }
+
+    #[pyo3(signature = (seed, start = None, goal = None, grasp = None, same_object = false))]
+    fn reset<'py>(
+        &mut self,
+        py: Python<'py>,
+        seed: Option<u64>,
+        start: Option<[f64; 3]>,
+        goal: Option<[f64; 3]>,
+        grasp: Option<[f64; 2]>,
+        same_object: bool,
+    ) -> PyResult<Observation<'py>> {
+        let told = Reset { start, goal, grasp, same_object };
+        run(py, || self.task.reset(seed, &told))?;
+        Ok(self.observe(py))
+    }
+
+    /// What `gymnasium.Env.step` returns; None without an episode under way.
+    fn step<'py>(&mut self, py: Python<'py>, action: &Bound<'py, PyAny>) -> PyResult<Option<Stepped<'py>>> {
+        let action = numbers(action)?;
+        let Some(outcome) = run(py, || self.task.step(action))? else { return Ok(None) };
+        let Outcome { reward, terminated, truncated, .. } = outcome;
+        Ok(Some((self.observe(py), reward, terminated, truncated, info(py, &outcome)?)))
+    }
+
+    #[getter]
+    fn ready(&self) -> bool {
+        self.task.ready()
+    }
+
+    #[getter]
+    fn objects(&self) -> u64 {
+        self.task.objects()
+    }
+
+    fn view<'py>(&self, py: Python<'py>) -> PyResult<Option<Bound<'py, PyDict>>> {
+        view(py, &self.task)
+    }
+
+    fn hidden<'py>(&self, py: Python<'py>) -> PyResult<Option<Bound<'py, PyDict>>> {
+        let Some(model) = self.task.model() else { return Ok(None) };
+        let text = model.to_toml(None).map_err(refused)?;
+        toml_dict::to_dict(py, &text.parse().map_err(refused)?).map(Some)
+    }
+
+    fn hidden_values<'py>(&self, py: Python<'py>) -> Observation<'py> {
+        PyArray1::from_slice(py, &hidden_values(&self.task))
+    }
+
+    fn record(&mut self) {
+        self.task.record();
+    }
+
+    /// What the instruments saw since the last time, by column.
+    fn take_rows<'py>(&mut self, py: Python<'py>) -> PyResult<Bound<'py, PyDict>> {
+        columns::to_dict(py, &episode(String::new(), &self.task.take_rows()))
+    }
+
+    fn metadata<'py>(&self, py: Python<'py>, name: &str) -> PyResult<Bound<'py, PyDict>> {
+        let metadata = self.task.metadata(name).map_err(refused)?;
+        toml_dict::to_dict(py, &metadata.to_table().map_err(refused)?)
+    }
+
+    fn snapshot(&self) -> PySnapshot {
+        PySnapshot { options: self.options.clone(), task: self.task.clone() }
+    }
+
+    fn restore(&mut self, snapshot: &PySnapshot) -> PyResult<()> {
+        same(&self.options, &snapshot.options)?;
+        self.task = snapshot.task.clone();
+        Ok(())
+    }
+
+    fn __getnewargs__(&self) -> (String,) {
+        (self.options.clone(),)
+    }
+
+    fn __getstate__<'py>(&self, py: Python<'py>) -> PyResult<Bound<'py, PyBytes>> {
+        Ok(PyBytes::new(py, &self.task.save().map_err(refused)?))
+    }
+
+    fn __setstate__(&mut self, py: Python<'_>, state: &[u8]) -> PyResult<()> {
+        run(py, || self.task.load(state))
+    }
+}
+
+impl PyPushing {
+    fn observe<'py>(&mut self, py: Python<'py>) -> Observation<'py> {
+        // Of the length that an observation has, whatever the task: no allocation but NumPy's own.
+        let mut row = [0.0; LONGEST];
+        let row = &mut row[..self.task.options().entries().min(LONGEST)];
+        self.task.observe(row);
+        PyArray1::from_slice(py, row)
+    }
+}
+
+/// No observation is longer.
+const LONGEST: usize = 32;
+
+/// Many tasks of the same options.
+#[pyclass(name = "Batch", module = "trundle._native")]
+struct PyBatch {
+    options: String,
+    batch: Batch,
+    outcomes: Vec<Outcome>,
+}
+
+/// Columns of the table that `Batch.step` fills.
+const COLUMNS: [&str; 9] = [
+    "reward",
+    "terminated",
+    "truncated",
+    "is_success",
+    "lost",
+    "touched",
+    "distance",
+    "heading_error",
+    "progress",
+];
+
+#[pymethods]
+impl PyBatch {
+    #[classattr]
+    const COLUMNS: [&str; 9] = COLUMNS;
+
+    #[new]
+    fn new(py: Python<'_>, options: &str, count: usize, autoreset: &str) -> PyResult<Self> {
+        let mode = match autoreset {
+            "NextStep" => Autoreset::NextStep,
+            "SameStep" => Autoreset::SameStep,
+            "Disabled" => Autoreset::Disabled,
+            _ => {
+                return Err(refused(format!(
+                    "autoreset_mode = {autoreset}: choose NextStep, SameStep or Disabled"
+                )));
+            }
+        };
+        let batch = run(py, || Batch::new(Options::from_toml(options)?, count, mode))?;
+        Ok(Self { options: options.to_owned(), batch, outcomes: vec![Outcome::default(); count] })
+    }
+
+    /// Begin episodes where `seeds` has an entry: a seed, or None to go on with the stream.
+    #[pyo3(signature = (seeds, observations, start = None, goal = None, grasp = None, same_object = false))]
+    #[expect(clippy::too_many_arguments, reason = "as Pushing.reset")]
+    fn reset(
+        &mut self,
+        py: Python<'_>,
+        seeds: Vec<Option<(Option<u64>,)>>,
+        mut observations: PyReadwriteArray2<'_, f64>,
+        start: Option<[f64; 3]>,
+        goal: Option<[f64; 3]>,
+        grasp: Option<[f64; 2]>,
+        same_object: bool,
+    ) -> PyResult<()> {
+        let told = Reset { start, goal, grasp, same_object };
+        let told: Vec<_> = seeds.into_iter().map(|seed| seed.map(|(seed,)| (seed, told.clone()))).collect();
+        let rows = slice(&mut observations)?;
+        run(py, || self.batch.reset(&told, rows))
+    }
+
+    #[getter]
+    fn ready(&self) -> bool {
+        self.batch.ready()
+    }
+
+    /// Step all: observations, last observations and outcomes are written into the arrays.
+    fn step(
+        &mut self,
+        py: Python<'_>,
+        actions: &Bound<'_, PyAny>,
+        mut observations: PyReadwriteArray2<'_, f64>,
+        mut finals: PyReadwriteArray2<'_, f64>,
+        mut table: PyReadwriteArray2<'_, f64>,
+    ) -> PyResult<()> {
+        let actions = many_numbers(actions, self.outcomes.len())?;
+        let (observations, finals) = (slice(&mut observations)?, slice(&mut finals)?);
+        let (batch, outcomes) = (&mut self.batch, &mut self.outcomes);
+        run(py, || batch.step(&actions, Rows { observations, finals, outcomes }))?;
+        for (row, outcome) in slice(&mut table)?.chunks_mut(COLUMNS.len()).zip(&self.outcomes) {
+            row.copy_from_slice(&cells(outcome));
+        }
+        Ok(())
+    }
+
+    fn view<'py>(&self, py: Python<'py>, index: usize) -> PyResult<Option<Bound<'py, PyDict>>> {
+        self.batch.envs().get(index).map_or(Ok(None), |task| view(py, task))
+    }
+
+    fn hidden_values<'py>(&self, py: Python<'py>) -> PyResult<Bound<'py, PyArray2<f64>>> {
+        let rows: Vec<Vec<f64>> = self.batch.envs().iter().map(|task| hidden_values(task).to_vec()).collect();
+        PyArray2::from_vec2(py, &rows).map_err(refused)
+    }
+
+    fn snapshot(&self, index: usize) -> PyResult<PySnapshot> {
+        let task = self.batch.envs().get(index).ok_or_else(|| missing(index))?;
+        Ok(PySnapshot { options: self.options.clone(), task: task.clone() })
+    }
+
+    fn restore(&mut self, index: usize, snapshot: &PySnapshot) -> PyResult<()> {
+        same(&self.options, &snapshot.options)?;
+        *self.batch.env(index).ok_or_else(|| missing(index))? = snapshot.task.clone();
+        Ok(())
+    }
+}
+
+fn missing(index: usize) -> PyErr {
+    PyIndexError::new_err(format!("there is no environment {index}"))
+}
+
+fn same(own: &str, other: &str) -> PyResult<()> {
+    if own == other {
+        return Ok(());
+    }
+    Err(refused("the snapshot is of an environment of other options: make one like it"))
+}
+
+fn slice<'a>(array: &'a mut PyReadwriteArray2<'_, f64>) -> PyResult<&'a mut [f64]> {
+    array.as_slice_mut().map_err(refused)
+}
+
+/// Three numbers in [-1, 1].
+fn numbers(action: &Bound<'_, PyAny>) -> PyResult<[f64; 3]> {
+    let read = match action.extract::<PyReadonlyArray1<'_, f32>>() {
+        Ok(array) => three(array.as_array().iter().map(|v| f64::from(*v))),
+        Err(_) => three(float64(action)?.as_array().iter().copied()),
+    };
+    let Some(numbers) = read else {
+        let shape = action.py().import("numpy")?.getattr("shape")?.call1((action,))?;
+        return Err(refused(format!("an action has shape (3,), not {shape}: three numbers in [-1, 1]")));
+    };
+    check(&numbers)?;
+    Ok(numbers)
+}
+
+fn three(mut entries: impl ExactSizeIterator<Item = f64>) -> Option<[f64; 3]> {
+    (entries.len() == 3).then(|| [(); 3].map(|()| entries.next().unwrap_or(f64::NAN)))
+}
+
+fn float64<'py>(action: &Bound<'py, PyAny>) -> PyResult<PyReadonlyArray1<'py, f64>> {
+    let py = action.py();
+    let array = py.import("numpy")?.getattr("asarray")?.call1((action, "float64"));
+    let array = array.map_err(|e| refused(format!("an action is three numbers in [-1, 1]: {e}")))?;
+    // Another number of dimensions makes a row that is too short, which the caller refuses.
+    Ok(array.extract().unwrap_or_else(|_| PyArray1::zeros(py, 0, false).readonly()))
+}
+
+fn many_numbers(actions: &Bound<'_, PyAny>, count: usize) -> PyResult<Vec<f64>> {
+    let py = actions.py();
+    let array = py.import("numpy")?.getattr("ascontiguousarray")?.call1((actions, "float64"));
+    let array = array.map_err(|e| refused(format!("actions are numbers in [-1, 1]: {e}")))?;
+    let rows = array.extract::<PyReadonlyArray2<'_, f64>>().ok();
+    let Some(rows) = rows.filter(|rows| rows.as_array().dim() == (count, 3)) else {
+        let shape = array.getattr("shape")?;
+        return Err(refused(format!("actions have shape ({count}, 3), not {shape}")));
+    };
+    let numbers = rows.as_slice().map_err(refused)?.to_vec();
+    check(&numbers)?;
+    Ok(numbers)
+}
+
+fn check(numbers: &[f64]) -> PyResult<()> {
+    if numbers.iter().all(|v| v.abs() <= 1.0) {
+        return Ok(());
+    }
+    Err(refused(format!(
+        "action {numbers:?}: each entry must lie in [-1, 1]; gymnasium.wrappers.ClipAction cuts it"
+    )))
+}
+
+fn info<'py>(py: Python<'py>, outcome: &Outcome) -> PyResult<Bound<'py, PyDict>> {
+    let dict = PyDict::new(py);
+    dict.set_item(intern!(py, "is_success"), outcome.success)?;
+    dict.set_item(intern!(py, "distance"), outcome.distance)?;
+    dict.set_item(intern!(py, "heading_error"), outcome.heading_error)?;
+    dict.set_item(intern!(py, "lost"), outcome.lost)?;
+    dict.set_item(intern!(py, "touched"), outcome.touched)?;
+    dict.set_item(intern!(py, "progress"), outcome.progress)?;
+    Ok(dict)
+}
+
+fn cells(outcome: &Outcome) -> [f64; 9] {
+    let truth = |value: bool| f64::from(u8::from(value));
+    [
+        outcome.reward,
+        truth(outcome.terminated),
+        truth(outcome.truncated),
+        truth(outcome.success),
+        truth(outcome.lost),
+        truth(outcome.touched),
+        outcome.distance,
+        outcome.heading_error,
+        outcome.progress,
+    ]
+}
+
+/// Mass, mass centre, radius of gyration, and the drag of all viscous wheels together about the object's origin.
+const HIDDEN: usize = 10;
+
+fn hidden_values(task: &Pushing) -> [f64; HIDDEN] {
+    let (Some(thing), Some(hidden)) = (task.thing(), task.hidden()) else { return [f64::NAN; HIDDEN] };
+    let [x, y] = thing.body.com;
+    let [xx, xy, yy, tx, ty, tt] = hidden.drag();
+    [thing.body.mass, x, y, thing.body.gyration, xx, xy, yy, tx, ty, tt]
+}
+
+/// What there is to see, for drawing; None before the first reset.
+fn view<'py>(py: Python<'py>, task: &Pushing) -> PyResult<Option<Bound<'py, PyDict>>> {
+    let (Some(([object, goal, gripper, wrench], holds)), Some(room), Some(thing)) =
+        (task.view(), task.room(), task.thing())
+    else {
+        return Ok(None);
+    };
+    let dict = PyDict::new(py);
+    dict.set_item("object", object)?;
+    dict.set_item("goal", if task.options().task == Goal::Path { room.goal } else { goal })?;
+    dict.set_item("gripper", gripper)?;
+    dict.set_item("wrench", wrench)?;
+    dict.set_item("holds", holds)?;
+    dict.set_item("obstacles", room.obstacles.clone())?;
+    dict.set_item("path", room.path.iter().map(|[x, y, _]| [*x, *y]).collect::<Vec<_>>())?;
+    dict.set_item("fixtures", fixtures(thing))?;
+    dict.set_item("wheels", thing.feet.clone())?;
+    Ok(Some(dict))
+}
+
+/// Corners of a polygon, or centre and radius of a disc.
+#[derive(IntoPyObject)]
+enum Part {
+    Polygon(Vec<[f64; 2]>),
+    Disc(([f64; 2], f64)),
+}
+
+fn fixtures(thing: &Thing) -> Vec<Part> {
+    let part = |fixture: &trundle_model::Fixture| match fixture {
+        trundle_model::Fixture::Polygon { vertices, .. } => Part::Polygon(vertices.clone()),
+        trundle_model::Fixture::Disc { center, radius, .. } => Part::Disc((*center, *radius)),
+    };
+    thing.body.fixtures.iter().map(part).collect()
+}

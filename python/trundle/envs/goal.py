@@ -1,0 +1,144 @@
+"""The same tasks conditioned on a goal, in Gymnasium-Robotics' convention, for hindsight replay."""
+
+from __future__ import annotations
+
+from typing import Any, ClassVar
+
+import gymnasium as gym
+import numpy as np
+from numpy.typing import NDArray
+
+from trundle._native import TrundleError
+from trundle.envs.push import FACING, REACH, Action, Push
+from trundle.envs.tasks import PushAround, PushDoor, PushPath, PushPose
+
+__all__ = ["GoalSpace", "PushAroundGoal", "PushDoorGoal", "PushGoal", "PushPathGoal", "PushPoseGoal"]
+
+Array = NDArray[np.float64]
+GoalObservation = dict[str, Array]
+
+ACHIEVED, DESIRED = slice(0, 4), slice(7, 11)
+"""Entries of a flat observation: the object's pose and the goal's, each as x, y, cosine, sine."""
+
+
+class GoalSpace:
+    """How observations are parted into what is seen, achieved and desired, and what that is worth.
+
+    Parameters
+    ----------
+    reward_type : {"sparse", "dense"}
+        -1 until the goal is reached, then 0; or minus (distance in m + 0.3 x heading error in rad).
+    reach, facing : float
+        Distance (m) and heading error (rad) within which the goal is reached.
+
+    Raises
+    ------
+    TrundleError
+        For another reward.
+    """
+
+    def __init__(self, reward_type: str, reach: float, facing: float) -> None:
+        if reward_type not in ("sparse", "dense"):
+            raise TrundleError(f"reward_type = {reward_type!r}: choose 'sparse' or 'dense'")
+        self.reward_type, self.reach, self.facing = reward_type, reach, facing
+
+    def space(self, flat: gym.spaces.Box) -> gym.spaces.Dict:
+        """Return the space of parted observations."""
+        parts = self.parted(np.asarray(flat.high, dtype=np.float64))
+        return gym.spaces.Dict(
+            {key: gym.spaces.Box(-high, high, dtype=np.float64) for key, high in parts.items()}
+        )
+
+    def parted(self, flat: Array) -> GoalObservation:
+        """Return observations of shape (..., n) as dictionaries; the goals have shape (..., 4)."""
+        seen = np.concatenate([flat[..., : DESIRED.start], flat[..., DESIRED.stop :]], axis=-1)
+        return {
+            "observation": seen,
+            "achieved_goal": flat[..., ACHIEVED].copy(),
+            "desired_goal": flat[..., DESIRED].copy(),
+        }
+
+    def reward(self, achieved: Array, desired: Array) -> Array:
+        """Return rewards of goals of shape (..., 4)."""
+        distance = np.hypot(*np.moveaxis(desired[..., :2] - achieved[..., :2], -1, 0))
+        cos = np.sum(achieved[..., 2:] * desired[..., 2:], axis=-1)
+        sin = achieved[..., 2] * desired[..., 3] - achieved[..., 3] * desired[..., 2]
+        turn = np.abs(np.arctan2(sin, cos))
+        if self.reward_type == "sparse":
+            missed: Array = -((distance >= self.reach) | (turn >= self.facing)).astype(np.float64)
+            return missed
+        return np.asarray(-(distance + 0.3 * turn))
+
+
+class PushGoal(Push):
+    """What all goal-conditioned environments have in common; make one of its subclasses.
+
+    The observation is a dictionary: "observation" (the flat one without the goal), "achieved_goal" and
+    "desired_goal" (x, y, cosine and sine of the heading, as the tracker sees them).
+    `compute_reward(achieved, desired, info)` gives the reward of any pair, one or many at a time, and `step`
+    the same. Reaching the goal does not end an episode; losing the object does.
+
+    Parameters
+    ----------
+    reward_type : {"sparse", "dense"}
+        -1 until the goal is reached, then 0; or minus (distance in m + 0.3 x heading error in rad).
+    **options
+        As those of the environment without a goal.
+    """
+
+    def __init__(self, *, reward_type: str = "sparse", **options: Any) -> None:
+        super().__init__(**options)
+        self._goals = GoalSpace(reward_type, options.get("reach", REACH), options.get("facing", FACING))
+        self.observation_space = self._goals.space(self.observation_space)  # type: ignore[assignment, arg-type]
+
+    def reset(  # type: ignore[override]
+        self, *, seed: int | None = None, options: dict[str, Any] | None = None
+    ) -> tuple[GoalObservation, dict[str, Any]]:
+        """Begin an episode; see `Push` for the options."""
+        flat, info = super().reset(seed=seed, options=options)
+        return self._goals.parted(flat), info
+
+    def step(  # type: ignore[override]
+        self, action: Action
+    ) -> tuple[GoalObservation, float, bool, bool, dict[str, Any]]:
+        """Act on the object until the next action is due."""
+        flat, _, terminated, truncated, info = super().step(action)
+        reward = self._goals.reward(flat[ACHIEVED], flat[DESIRED])
+        return self._goals.parted(flat), float(reward), terminated, truncated, info
+
+    def compute_reward(self, achieved_goal: Array, desired_goal: Array, info: Any) -> Any:
+        """Return the reward of goals of shape (4,) or (n, 4): a number, or shape (n,)."""
+        reward = self._goals.reward(np.asarray(achieved_goal), np.asarray(desired_goal))
+        return float(reward) if reward.ndim == 0 else reward
+
+    def compute_terminated(self, achieved_goal: Array, desired_goal: Array, info: dict[str, Any]) -> bool:
+        """Return whether the object was lost."""
+        return bool(info.get("lost", False))
+
+    def compute_truncated(self, achieved_goal: Array, desired_goal: Array, info: dict[str, Any]) -> bool:
+        """Return False: the clock alone truncates."""
+        return False
+
+
+class PushPoseGoal(PushGoal, PushPose):
+    """`PushPose` with a goal that a replay buffer can change; see `PushGoal`."""
+
+    FIXED: ClassVar[dict[str, Any]] = {**PushPose.FIXED, "ends": False}
+
+
+class PushPathGoal(PushGoal, PushPath):
+    """`PushPath` with a goal that a replay buffer can change; it moves ahead on the path. See `PushGoal`."""
+
+    FIXED: ClassVar[dict[str, Any]] = {**PushPath.FIXED, "ends": False}
+
+
+class PushAroundGoal(PushGoal, PushAround):
+    """`PushAround` with a goal that a replay buffer can change; see `PushGoal`."""
+
+    FIXED: ClassVar[dict[str, Any]] = {**PushAround.FIXED, "ends": False}
+
+
+class PushDoorGoal(PushGoal, PushDoor):
+    """`PushDoor` with a goal that a replay buffer can change; see `PushGoal`."""
+
+    FIXED: ClassVar[dict[str, Any]] = {**PushDoor.FIXED, "ends": False}

@@ -1,0 +1,112 @@
+"""Wrappers that tell what is hidden, for upper bounds and privileged learning."""
+
+from __future__ import annotations
+
+from typing import Any
+
+import gymnasium as gym
+import numpy as np
+from gymnasium.utils import RecordConstructorArgs
+from gymnasium.vector import VectorEnv, VectorObservationWrapper
+from gymnasium.vector.utils import batch_space
+from numpy.typing import NDArray
+
+from trundle._native import TrundleError
+from trundle.envs.push import Push
+from trundle.envs.vector import PushVec
+
+__all__ = ["Oracle", "VectorOracle"]
+
+Array = NDArray[np.float64]
+
+NAMES = (
+    "mass (kg)",
+    "mass centre x (m)",
+    "mass centre y (m)",
+    "radius of gyration (m)",
+    "drag xx (N s/m)",
+    "drag xy (N s/m)",
+    "drag yy (N s/m)",
+    "drag x, spin (N s)",
+    "drag y, spin (N s)",
+    "drag spin, spin (N m s)",
+)
+
+
+class Oracle(gym.ObservationWrapper[Array, Any, Array], RecordConstructorArgs):
+    """Append ten numbers to a flat observation: mass, its centre, radius of gyration, drag of the wheels.
+
+    The drag is the symmetric matrix of all viscous wheels together, about the object's origin in its axes:
+    no more of them can be known from motion. Other effects, a caster's among them, are not numbers of this
+    kind; `info["hidden"]` of `reset` holds all that is hidden as tables of a `model.toml`.
+
+    Parameters
+    ----------
+    env : gymnasium.Env
+        A pushing environment of `trundle` with a flat observation, wrapped or not.
+
+    Raises
+    ------
+    TrundleError
+        For another environment.
+    """
+
+    NAMES = NAMES
+    """What the ten numbers are."""
+
+    def __init__(self, env: gym.Env[Array, Any]) -> None:
+        RecordConstructorArgs.__init__(self)
+        gym.ObservationWrapper.__init__(self, env)
+        self._push = _pushing(env.unwrapped, Push)
+        self.observation_space = _longer(env.observation_space)  # type: ignore[assignment]
+
+    def reset(
+        self, *, seed: int | None = None, options: dict[str, Any] | None = None
+    ) -> tuple[Array, dict[str, Any]]:
+        """Begin an episode, and tell what is hidden in `info["hidden"]`."""
+        observation, info = self.env.reset(seed=seed, options=options)
+        return self.observation(observation), {**info, "hidden": self._push.hidden_model()}
+
+    def observation(self, observation: Array) -> Array:
+        """Return the observation with what is hidden."""
+        return np.concatenate([observation, self._push.hidden_values()])
+
+
+class VectorOracle(VectorObservationWrapper):
+    """The same of a batch; the last observations in `infos["final_obs"]` are left as they are.
+
+    Parameters
+    ----------
+    env : gymnasium.vector.VectorEnv
+        A batch of pushing environments with flat observations.
+
+    Raises
+    ------
+    TrundleError
+        For another batch.
+    """
+
+    def __init__(self, env: VectorEnv[Any, Any, Any]) -> None:
+        super().__init__(env)
+        self._push = _pushing(env.unwrapped, PushVec)
+        self.single_observation_space = _longer(env.single_observation_space)
+        self.observation_space = batch_space(self.single_observation_space, env.num_envs)
+
+    def observations(self, observations: Any) -> Any:
+        """Return the observations with what is hidden."""
+        return np.concatenate([observations, self._push.hidden_values()], axis=1)
+
+
+def _pushing(env: Any, kind: Any) -> Any:
+    if not isinstance(env, kind):
+        raise TrundleError(f"{env} hides nothing that is known: give an environment of trundle")
+    return env
+
+
+def _longer(space: gym.Space[Any]) -> gym.spaces.Box:
+    if not isinstance(space, gym.spaces.Box):
+        raise TrundleError(f"an oracle needs a flat observation, not {space}: wrap FlattenObservation")
+    unknown = np.full(len(NAMES), np.inf)
+    return gym.spaces.Box(
+        np.concatenate([space.low, -unknown]), np.concatenate([space.high, unknown]), dtype=np.float64
+    )

@@ -1,0 +1,88 @@
+"""Distances to outlines, dots along lines, and letters: all in pixels, rows downwards."""
+
+from __future__ import annotations
+
+from collections.abc import Sequence
+from functools import lru_cache
+
+import numpy as np
+from numpy.typing import NDArray
+
+__all__ = ["Plane", "Points", "letters", "polygon_distance", "walk"]
+
+Points = NDArray[np.float64]
+Plane = NDArray[np.float32]
+
+STEP = 0.5
+"""Between dots of a line, pixels: its edge then looks straight."""
+
+
+def polygon_distance(x: Plane, y: Plane, rings: Sequence[Points]) -> Plane:
+    """Return the distance of pixels to the edge of a polygon, negative inside.
+
+    Parameters
+    ----------
+    x, y : ndarray of float32, shapes (1, m) and (n, 1)
+        Columns and rows.
+    rings : sequence of ndarrays, shape (k, 2)
+        Corners in any order of turning; a ring within another is a hole.
+
+    Returns
+    -------
+    ndarray of float32, shape (n, m)
+    """
+    square = np.full((y.size, x.size), np.inf, dtype=np.float32)
+    inside = np.zeros(square.shape, dtype=bool)
+    for ring in rings:
+        for start, end in zip(ring, np.roll(ring, -1, axis=0), strict=True):
+            np.minimum(square, _segment_square(x, y, start, end), out=square)
+            inside ^= _crosses(x, y, start, end)
+    distance: Plane = np.sqrt(square)
+    np.negative(distance, out=distance, where=inside)
+    return distance
+
+
+def walk(points: Points, dash: float = 0.0) -> Points:
+    """Return dots along a polyline, with gaps of 0.8 dashes after each dash unless `dash` is 0."""
+    if len(points) < 2:
+        return points
+    ends = np.concatenate([[0.0], np.cumsum(np.hypot(*np.diff(points, axis=0).T))])
+    along = np.linspace(0.0, ends[-1], int(ends[-1] / STEP) + 2)
+    if dash > 0.0:
+        along = along[along % (1.8 * dash) < dash]
+    return np.column_stack([np.interp(along, ends, column) for column in points.T])
+
+
+@lru_cache(maxsize=64)
+def letters(words: str, height: float) -> Plane:
+    """Return how far words cover each pixel, with a margin; capitals are about 0.75 `height` high."""
+    from matplotlib.textpath import TextPath  # slow to import, and seldom needed
+
+    outline = TextPath((0.0, 0.0), words, size=height)
+    rings = [np.array(ring) * (1.0, -1.0) for ring in outline.to_polygons()]
+    width = max((ring[:, 0].max() for ring in rings), default=0.0)
+    x = np.arange(-3.0, width + 3.0, dtype=np.float32)[None, :]
+    y = np.arange(-height, 0.4 * height, dtype=np.float32)[:, None]
+    cover: Plane = np.clip(0.5 - polygon_distance(x, y, rings), 0.0, 1.0)
+    return cover
+
+
+def _segment_square(x: Plane, y: Plane, start: Points, end: Points) -> Plane:
+    """Square of the distance to a segment."""
+    way_x, way_y = (end - start).tolist()
+    x, y = x - np.float32(start[0]), y - np.float32(start[1])
+    length = max(way_x**2 + way_y**2, 1e-12)
+    share = np.clip(x * (way_x / length) + y * (way_y / length), 0.0, 1.0)
+    across, down = x - share * way_x, y - share * way_y
+    square: Plane = across * across + down * down
+    return square
+
+
+def _crosses(x: Plane, y: Plane, start: Points, end: Points) -> NDArray[np.bool_]:
+    """Whether a ray from the pixel to the right crosses a segment."""
+    (x0, y0), (x1, y1) = start.tolist(), end.tolist()
+    if y0 == y1:
+        return np.zeros((1, 1), dtype=bool)
+    at = x0 + (y - y0) * ((x1 - x0) / (y1 - y0))
+    crossed: NDArray[np.bool_] = ((y0 > y) != (y1 > y)) & (x < at)
+    return crossed

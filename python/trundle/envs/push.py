@@ -1,0 +1,329 @@
+"""Environments in which an object is pushed, of which something is hidden."""
+
+from __future__ import annotations
+
+from collections.abc import Mapping, Sequence
+from os import PathLike, fspath
+from typing import Any, ClassVar
+
+import gymnasium as gym
+import numpy as np
+import tomli_w
+from gymnasium.error import InvalidAction, ResetNeeded
+from numpy.typing import NDArray
+
+from trundle._native import Pushing, Snapshot, TrundleError
+from trundle.envs.view import draw, needed
+from trundle.envs.window import Window
+
+__all__ = ["ActionError", "Push"]
+
+Observation = NDArray[np.float64]
+Action = NDArray[np.float32]
+
+Names = str | PathLike[str] | Sequence[str | PathLike[str]]
+
+RESET_OPTIONS = ("start", "goal", "grasp", "same_object")
+RENDER_MODES = ("rgb_array", "human")
+REACH, FACING = 0.05, 0.1
+"""Distance (m) and heading error (rad) within which a goal is reached, unless told otherwise."""
+
+
+class ActionError(TrundleError, InvalidAction):
+    """An action that is not in the space: Gymnasium's `InvalidAction`, and a `TrundleError`."""
+
+
+class Push(gym.Env[Observation, Action]):
+    """What all pushing environments have in common; make one of its subclasses.
+
+    ## Action Space
+    `Box(-1, 1, (3,), float32)`. What an action means is the argument `action`; `ACTION_SCALE` holds what
+    a full one stands for. An action that is not in the space is an error, an `InvalidAction`; the wrapper
+    `gymnasium.wrappers.ClipAction` cuts it.
+
+    | `action`   | 0                         | 1                         | 2                      | lasts |
+    |------------|---------------------------|---------------------------|------------------------|-------|
+    | "wrench"   | force, object x: 100 N    | force, object y: 100 N    | torque: 40 N m         | 50 ms |
+    | "velocity" | gripper, world x: 0.3 m/s | gripper, world y: 0.3 m/s | spin: 0.6 rad/s        | 50 ms |
+    | "push"     | where: pi rad             | lean: pi/3 rad            | speed: 0.15 + 0.15 m/s | 1 s   |
+
+    - A wrench acts where the gripper holds the object; it is reached within 20 ms and kept.
+    - A velocity is reached evenly over the 50 ms. The gripper holds the object through a compliant coupling
+      (10 N/mm) and stalls at 100 N and 40 N m along the object's axes.
+    - A push touches the rim of the object with a round tip of 2 cm: `where` is the direction from the mass
+      centre, object frame; the tip moves along the inward normal, turned left by `lean`. It presses with at
+      most 100 N, rubs (friction 0.5) and may slip. After 0.8 s it is withdrawn.
+
+    ## Observation Space
+    `Box(float64)`, world frame unless it says otherwise. An instrument at the end of its scale reads the
+    bound.
+
+    | Num   | Observation                                             | Bound | Unit  | Noise (sd) |
+    |-------|---------------------------------------------------------|-------|-------|------------|
+    | 0-1   | position of the object's frame                          | 3     | m     | 0.5 mm     |
+    | 2-3   | cosine and sine of its heading                          | 1     | -     | 0.1 deg    |
+    | 4-5   | velocity                                                | 4     | m/s   | 5 mm/s     |
+    | 6     | spin                                                    | 7     | rad/s | 0.01 rad/s |
+    | 7-8   | goal position                                           | 3     | m     | -          |
+    | 9-10  | cosine and sine of the goal heading                     | 1     | -     | -          |
+    | 11-12 | wrist sensor: force on the object, gripper axes, tared  | 120   | N     | 0.4 N      |
+    | 13    | wrist sensor: torque about the gripper, tared           | 43    | N m   | 0.05 N m   |
+    | 14-15 | where the gripper holds or touches, object frame        | 1.5   | m     | -          |
+
+    Two more follow where `object` may be any of several: half the object's length and width (m). Then
+    comes what a task adds, all within 3 (m, or cosine and sine). Gripper axes are the object's; for a push,
+    x is the way that the tip moves, and the reading is the mean over the push.
+
+    ## Starting State
+    Object, hidden effects, start, goal and obstacles are drawn from the seed; `reset` options replace some:
+
+    - `start`: pose (x, y, heading) of the object, |x| and |y| at most 2 m
+    - `goal`: goal pose, the same bounds; not for a path
+    - `grasp`: point (x, y) of the object frame where the gripper holds, on the object
+    - `same_object`: True keeps the object, and what is hidden of it, of the episode before
+
+    ## Episode End
+    - Termination: the goal is reached (within `reach` and `facing`, slower than 0.1 m/s), or the object is
+      lost, which costs 100: its frame is more than 2.5 m from the origin along x or y, or it is faster than
+      2 m/s or 4 rad/s.
+    - Truncation: after `horizon` steps. The clock is the environment's own, so that a snapshot holds it.
+
+    ## Information
+    After each step `info` holds `is_success`, `lost`, `touched` (an obstacle), `distance` (m),
+    `heading_error` (rad, in (-pi, pi]) and `progress` (share of a path), all of the true pose; it is empty
+    after a reset.
+
+    ## Arguments
+    - `action` ("wrench"): "wrench", "velocity" or "push"
+    - `object` ("office_table"): one of `trundle.envs.HOUSEHOLD`, an object's file, "random" (made up anew),
+      "household" (any of the ten), or a sequence of these, of which one is drawn
+    - `hidden` ("wheels"): what is hidden, drawn with each object
+        - "wheels": one wheel is locked (60 to 300 N s/m, not alike in all directions), fixed, or a caster;
+          the others roll with 3 to 12 N s/m; an object without wheels is in one of its configurations
+        - "locked": one wheel is locked, the others roll freely
+        - "configuration": one of those in the object's file, its friction scattered by 30 %
+        - "catalogue": as "wheels", and any one effect of the catalogue
+        - "none": nothing acts
+    - `effects` (()): effects beside that, as tables of `model.toml`, all values given
+    - `noise` (1.0): factor on all noise, 0 to 10
+    - `drop_out` (0.0): probability that the tracker loses a pose; then it repeats the last one
+    - `reach` (0.05), `facing` (0.1): distance (m) and heading error (rad) within which the goal is reached
+    - `horizon` (300, of pushes 30): steps after which an episode is truncated; 0: never
+    - `step` (0.002), `substeps` (25): simulation step (s), and how many there are from one action to the
+      next; a push has 20 times as many
+    - `render_mode` (None): "rgb_array" or "human"
+
+    The environment can be pickled and deep-copied at any time; a copy goes on exactly alike. So does
+    `env.unwrapped.restore(env.unwrapped.snapshot())`, many times, which is how a planner branches.
+    """
+
+    metadata: dict[str, Any] = {"render_modes": list(RENDER_MODES), "render_fps": 20}  # noqa: RUF012 (as Env declares it)
+    FIXED: ClassVar[dict[str, Any]] = {}
+    """Options that make this task what it is."""
+
+    def __init__(
+        self,
+        *,
+        action: str = "wrench",
+        object: Names = "office_table",
+        hidden: str | None = None,
+        effects: Sequence[Mapping[str, Any]] = (),
+        noise: float = 1.0,
+        drop_out: float = 0.0,
+        reach: float = REACH,
+        facing: float = FACING,
+        horizon: int | None = None,
+        step: float = 0.002,
+        substeps: int = 25,
+        render_mode: str | None = None,
+    ) -> None:
+        if render_mode is not None and render_mode not in RENDER_MODES:
+            raise TrundleError(f"render_mode = {render_mode!r}: choose 'rgb_array', 'human' or None")
+        self.render_mode = render_mode
+        self._options = options_toml(
+            self.FIXED,
+            action=action,
+            object=object,
+            hidden=hidden,
+            effects=effects,
+            noise=noise,
+            drop_out=drop_out,
+            reach=reach,
+            facing=facing,
+            horizon=horizon,
+            step=step,
+            substeps=substeps,
+        )
+        self._native = Pushing(self._options)
+        self.ACTION_SCALE = np.array(self._native.full)
+        """What a full action stands for."""
+        self.metadata = {**self.metadata, "render_fps": max(1, round(1 / self._native.control))}
+        self.action_space = gym.spaces.Box(-1.0, 1.0, (3,), np.float32)
+        bounds = np.array(self._native.bounds)
+        self.observation_space = gym.spaces.Box(-bounds, bounds, dtype=np.float64)
+        self._seeded = False
+        self._trail: list[tuple[float, float]] = []
+        self._window: Window | None = None
+
+    def reset(
+        self, *, seed: int | None = None, options: dict[str, Any] | None = None
+    ) -> tuple[Observation, dict[str, Any]]:
+        """Begin an episode; see the class for the options."""
+        super().reset(seed=seed)
+        if seed is None and not self._seeded:
+            seed = int(self.np_random.integers(2**63))
+        told = {} if options is None else options
+        observation = self._native.reset(None if seed is None else seed % 2**64, **reset_options(told))
+        self._seeded = True
+        self._trail.clear()
+        self._draw()
+        return observation, {}
+
+    def step(self, action: Action) -> tuple[Observation, float, bool, bool, dict[str, Any]]:
+        """Act on the object until the next action is due; see the class."""
+        try:
+            stepped = self._native.step(action)
+        except TrundleError as error:
+            raise ActionError(str(error)) from None
+        if stepped is None:
+            raise ResetNeeded(
+                "no episode is under way: call reset() before step(), and after an episode's end"
+            )
+        if self.render_mode is not None:
+            self._draw()
+        return stepped
+
+    def snapshot(self) -> Snapshot:
+        """Return the state of the episode, random numbers and clock included; it can be pickled."""
+        return self._native.snapshot()
+
+    def restore(self, snapshot: Snapshot) -> None:
+        """Go back to a snapshot, of this or another environment of the same options.
+
+        Raises
+        ------
+        TrundleError
+            If the options differ.
+        """
+        self._native.restore(snapshot)
+        self._seeded = True
+        self._trail.clear()
+
+    def render(self) -> NDArray[np.uint8] | None:
+        """Return a picture of 480 by 480 pixels, x to the right and y up; None in mode "human"."""
+        if self.render_mode is None:
+            gym.logger.warn("render() does nothing without render_mode in gymnasium.make")
+            return None
+        pixels = self._picture()
+        if self.render_mode == "human":
+            self._show(pixels)
+            return None
+        return pixels
+
+    def close(self) -> None:
+        """Close the window, if there is one."""
+        if self._window is not None:
+            self._window.close()
+            self._window = None
+
+    def hidden_model(self) -> dict[str, Any]:
+        """Return the object with all that is hidden of it, as tables of a `model.toml`; not for the agent.
+
+        Raises
+        ------
+        gymnasium.error.ResetNeeded
+            Before the first reset.
+        """
+        return needed(self._native.hidden())
+
+    def hidden_values(self) -> NDArray[np.float64]:
+        """Return what `trundle.Oracle` adds to an observation, shape (10,); NaN before the first reset."""
+        return self._native.hidden_values()
+
+    def start_recording(self) -> None:
+        """Keep, from the next reset on, what sensor and tracker see; for `trundle.Record`."""
+        self._native.record()
+
+    def take_rows(self) -> dict[str, NDArray[np.float64]]:
+        """Return what sensor and tracker saw since the last time, by column of a recording."""
+        return self._native.take_rows()
+
+    def recording_metadata(self, name: str) -> dict[str, Any]:
+        """Return what a recording says of the object and the instruments."""
+        return self._native.metadata(name)
+
+    @property
+    def object_count(self) -> int:
+        """How many different objects there have been: a new number is a new hidden one."""
+        return self._native.objects
+
+    def _draw(self) -> None:
+        if self.render_mode is None:
+            return
+        x, y, _ = needed(self._native.view())["object"]
+        self._trail.append((x, y))
+        if self.render_mode == "human":
+            self._show(self._picture())
+
+    def _show(self, pixels: NDArray[np.uint8]) -> None:
+        if self._window is None:
+            self._window = Window(f"trundle: {type(self).__name__}")
+        self._window.show(pixels, self.metadata["render_fps"])
+
+    def _picture(self) -> NDArray[np.uint8]:
+        return draw(needed(self._native.view()), self._trail)
+
+    def __getstate__(self) -> dict[str, Any]:
+        return {**self.__dict__, "_window": None}
+
+
+def options_toml(
+    fixed: Mapping[str, Any],
+    *,
+    action: str = "wrench",
+    object: Names = "office_table",
+    effects: Sequence[Mapping[str, Any]] = (),
+    horizon: int | None = None,
+    **others: Any,
+) -> str:
+    """Return options as the native half reads them; one that is None is left out, what is fixed wins."""
+    names = [object] if isinstance(object, (str, PathLike)) else list(object)
+    options = {
+        "action": action,
+        "object": [fspath(name) for name in names],
+        "effects": [dict(effect) for effect in effects],
+        "horizon": (30 if action == "push" else 300) if horizon is None else horizon,
+        **others,
+        **fixed,
+    }
+    return tomli_w.dumps({key: _number(value) for key, value in options.items() if value is not None})
+
+
+def _number(value: Any) -> Any:
+    """Return a number of NumPy's as one of Python's."""
+    return value.item() if isinstance(value, np.generic) else value
+
+
+def reset_options(told: Mapping[str, Any]) -> dict[str, Any]:
+    """Return reset options as the native half takes them."""
+    for key in told:
+        if key not in RESET_OPTIONS:
+            raise TrundleError(f"unknown reset option {key!r}; known are {', '.join(RESET_OPTIONS)}")
+    return {
+        "start": _numbers("start", told.get("start"), 3),
+        "goal": _numbers("goal", told.get("goal"), 3),
+        "grasp": _numbers("grasp", told.get("grasp"), 2),
+        "same_object": bool(told.get("same_object", False)),
+    }
+
+
+def _numbers(key: str, value: Any, count: int) -> list[float] | None:
+    if value is None:
+        return None
+    try:
+        array = np.asarray(value, dtype=np.float64)
+    except (TypeError, ValueError):
+        array = np.empty(0)
+    if array.shape != (count,):
+        raise TrundleError(f"reset option {key!r} = {value!r}: give {count} numbers")
+    return [float(entry) for entry in array]

@@ -1,0 +1,265 @@
+"""Many environments at once, stepped by all cores without the interpreter."""
+
+from __future__ import annotations
+
+from collections.abc import Sequence
+from typing import Any, ClassVar
+
+import numpy as np
+from gymnasium.error import ResetNeeded
+from gymnasium.vector import AutoresetMode, VectorEnv
+from gymnasium.vector.utils import batch_space
+from numpy.typing import NDArray
+
+from trundle._native import Batch, Snapshot, TrundleError
+from trundle.envs import goal, tasks
+from trundle.envs.goal import GoalSpace
+from trundle.envs.push import FACING, REACH, ActionError, Push, reset_options
+from trundle.envs.view import draw, needed
+
+__all__ = ["PushGoalVec", "PushVec"]
+
+Array = NDArray[np.float64]
+Flags = NDArray[np.bool_]
+
+COLUMNS: list[str] = Batch.COLUMNS
+TRUTHS = ("is_success", "lost", "touched")
+
+
+class PushVec(VectorEnv[Any, Any, Any]):
+    """What all batches of pushing environments have in common; `gymnasium.make_vec` makes one.
+
+    Each environment is, to the last bit, the single one with its seed, whatever the number of environments or
+    threads.
+
+    Parameters
+    ----------
+    num_envs : int
+        How many.
+    autoreset_mode : AutoresetMode or str
+        "NextStep", "SameStep" or "Disabled", as Gymnasium documents them; in "SameStep" `infos["final_obs"]`
+        holds the last observations, of shape (num_envs, n), and `infos["final_info"]` the last infos, where
+        `infos["_final_obs"]` is True.
+    copy : bool
+        False: the arrays that `step` and `reset` return are the buffers that the next call overwrites.
+    render_mode : {"rgb_array"}, optional
+        `render` then returns a tuple of pictures.
+    **options
+        As those of the single environment.
+
+    Raises
+    ------
+    TrundleError
+        If an option makes no sense.
+    """
+
+    ENV: ClassVar[type[Push]] = Push
+    """The single environment."""
+
+    def __init__(
+        self,
+        num_envs: int = 1,
+        *,
+        autoreset_mode: AutoresetMode | str = AutoresetMode.NEXT_STEP,
+        copy: bool = True,
+        render_mode: str | None = None,
+        **options: Any,
+    ) -> None:
+        if num_envs < 1:
+            raise TrundleError(f"num_envs = {num_envs}: at least one environment is needed")
+        if render_mode not in (None, "rgb_array"):
+            raise TrundleError(f"render_mode = {render_mode!r}: choose 'rgb_array' or None for a batch")
+        # The single one refuses what cannot be, and knows the spaces.
+        single = self.ENV(**options)
+        self.num_envs, self.render_mode = num_envs, render_mode
+        self.autoreset_mode = AutoresetMode(autoreset_mode)
+        self.metadata = {**single.metadata, "autoreset_mode": self.autoreset_mode}
+        self.ACTION_SCALE = single.ACTION_SCALE
+        self.single_action_space = single.action_space
+        self.single_observation_space = single.observation_space
+        self.action_space = batch_space(self.single_action_space, num_envs)
+        self.observation_space = batch_space(self.single_observation_space, num_envs)
+        self._copy = copy
+        self._native = Batch(single._options, num_envs, self.autoreset_mode.value)
+        entries = len(single._native.bounds)
+        self._seen, self._finals = np.zeros((num_envs, entries)), np.zeros((num_envs, entries))
+        self._table = np.zeros((num_envs, len(COLUMNS)))
+        self._ended: Flags = np.zeros(num_envs, dtype=np.bool_)
+        self._seeded = False
+
+    def reset(
+        self,
+        *,
+        seed: int | Sequence[int | None] | None = None,
+        options: dict[str, Any] | None = None,
+    ) -> tuple[Any, dict[str, Any]]:
+        """Begin episodes, of all environments or those in `options["reset_mask"]`; else as the single one."""
+        told = dict(options or {})
+        mask = self._mask(told.pop("reset_mask", None))
+        seeds = self._seeds(seed)
+        chosen = [(one,) if wanted else None for one, wanted in zip(seeds, mask, strict=True)]
+        self._native.reset(chosen, self._seen, **reset_options(told))
+        self._ended[mask] = False
+        return self._observed(self._seen), {}
+
+    def step(self, actions: Any) -> tuple[Any, Array, Flags, Flags, dict[str, Any]]:
+        """Act on all objects until the next action is due."""
+        if not self._native.ready:
+            raise ResetNeeded(
+                "an episode is not under way: call reset() before step(), and where one has ended"
+            )
+        try:
+            self._native.step(actions, self._seen, self._finals, self._table)
+        except TrundleError as error:
+            raise ActionError(str(error)) from None
+        table = self._table
+        terminated, truncated = table[:, 1] != 0, table[:, 2] != 0
+        ended = terminated | truncated
+        begun = self._ended if self.autoreset_mode is AutoresetMode.NEXT_STEP else np.zeros_like(ended)
+        self._ended = ended
+        infos = self._infos(ended, begun)
+        return self._observed(self._seen), self._rewards(ended, begun), terminated, truncated, infos
+
+    def snapshot(self, index: int) -> Snapshot:
+        """Return the state of one environment, as `Push.snapshot` does."""
+        return self._native.snapshot(index)
+
+    def restore(self, index: int, snapshot: Snapshot) -> None:
+        """Put one environment into a state; what `step` has returned of it is past."""
+        self._native.restore(index, snapshot)
+        self._ended[index] = False
+
+    def hidden_values(self) -> Array:
+        """Return what `trundle.Oracle` adds to observations, shape (num_envs, 10)."""
+        return self._native.hidden_values()
+
+    def render(self) -> tuple[NDArray[np.uint8], ...] | None:
+        """Return a picture of each environment, or None without `render_mode`."""
+        if self.render_mode is None:
+            return None
+        return tuple(draw(needed(self._native.view(index))) for index in range(self.num_envs))
+
+    def _seeds(self, seed: int | Sequence[int | None] | None) -> list[int | None]:
+        if seed is None and not self._seeded:
+            seed = [int(one) for one in self.np_random.integers(2**63, size=self.num_envs)]
+        if isinstance(seed, (int, np.integer)):
+            seed = [int(seed) + index for index in range(self.num_envs)]
+        seeds = [None] * self.num_envs if seed is None else list(seed)
+        if len(seeds) != self.num_envs:
+            raise TrundleError(f"{len(seeds)} seeds for {self.num_envs} environments: give one for each")
+        self._seeded = True
+        return [None if one is None else one % 2**64 for one in seeds]
+
+    def _mask(self, mask: Any) -> Flags:
+        if mask is None:
+            return np.ones(self.num_envs, dtype=np.bool_)
+        array = np.asarray(mask)
+        if array.shape != (self.num_envs,) or array.dtype != np.bool_ or not array.any():
+            raise TrundleError(f"reset_mask = {mask!r}: give {self.num_envs} booleans, one True at least")
+        return array
+
+    def _observed(self, seen: Array) -> Any:
+        return seen.copy() if self._copy else seen
+
+    def _rewards(self, ended: Flags, begun: Flags) -> Array:
+        return self._table[:, 0].copy()
+
+    def _infos(self, ended: Flags, begun: Flags) -> dict[str, Any]:
+        columns = {
+            key: self._table[:, k] != 0 if key in TRUTHS else self._table[:, k].copy()
+            for k, key in enumerate(COLUMNS)
+            if k > 2
+        }
+        same = self.autoreset_mode is AutoresetMode.SAME_STEP
+        if not (same and ended.any()):
+            return _masked(columns, ~begun)
+        return {
+            **_masked(columns, ~ended),
+            "final_obs": self._observed(self._finals),
+            "_final_obs": ended,
+            "final_info": _masked(columns, ended),
+            "_final_info": ended,
+        }
+
+
+def _masked(columns: dict[str, Any], mask: Flags) -> dict[str, Any]:
+    """Return infos as a vector environment does: beside each entry, of which environments it is one."""
+    return {**columns, **{f"_{key}": mask for key in columns}}
+
+
+class PushGoalVec(PushVec):
+    """The same of goal-conditioned environments: observations are dictionaries, `final_obs` too."""
+
+    def __init__(self, num_envs: int = 1, *, reward_type: str = "sparse", **options: Any) -> None:
+        self._goals = GoalSpace(reward_type, options.get("reach", REACH), options.get("facing", FACING))
+        super().__init__(num_envs, **options)
+
+    def compute_reward(self, achieved_goal: Array, desired_goal: Array, info: Any) -> Any:
+        """Return the reward of goals of shape (4,) or (n, 4)."""
+        reward = self._goals.reward(np.asarray(achieved_goal), np.asarray(desired_goal))
+        return float(reward) if reward.ndim == 0 else reward
+
+    def _observed(self, seen: Array) -> Any:
+        return self._goals.parted(seen)
+
+    def _rewards(self, ended: Flags, begun: Flags) -> Array:
+        last = self._seen
+        if self.autoreset_mode is AutoresetMode.SAME_STEP:
+            last = np.where(ended[:, None], self._finals, self._seen)
+        rewards = self._goals.reward(last[:, goal.ACHIEVED], last[:, goal.DESIRED])
+        rewards[begun] = 0.0
+        return rewards
+
+
+class LockedWheelVec(PushVec):
+    """A batch of `LockedWheel`."""
+
+    ENV = tasks.LockedWheel
+
+
+class PushPoseVec(PushVec):
+    """A batch of `PushPose`."""
+
+    ENV = tasks.PushPose
+
+
+class PushPathVec(PushVec):
+    """A batch of `PushPath`."""
+
+    ENV = tasks.PushPath
+
+
+class PushAroundVec(PushVec):
+    """A batch of `PushAround`."""
+
+    ENV = tasks.PushAround
+
+
+class PushDoorVec(PushVec):
+    """A batch of `PushDoor`."""
+
+    ENV = tasks.PushDoor
+
+
+class PushPoseGoalVec(PushGoalVec):
+    """A batch of `PushPoseGoal`."""
+
+    ENV = goal.PushPoseGoal
+
+
+class PushPathGoalVec(PushGoalVec):
+    """A batch of `PushPathGoal`."""
+
+    ENV = goal.PushPathGoal
+
+
+class PushAroundGoalVec(PushGoalVec):
+    """A batch of `PushAroundGoal`."""
+
+    ENV = goal.PushAroundGoal
+
+
+class PushDoorGoalVec(PushGoalVec):
+    """A batch of `PushDoorGoal`."""
+
+    ENV = goal.PushDoorGoal

@@ -1,0 +1,168 @@
+"""A recording as one MCAP file of ROS 2 messages, which Foxglove and rosbag2 open.
+
+| topic | type | what |
+| --- | --- | --- |
+| `/object/pose` | `geometry_msgs/msg/PoseStamped` | object frame in `world`; m, unit quaternion |
+| `/gripper/pose` | `geometry_msgs/msg/PoseStamped` | sensor frame in `world` |
+| `/wrench` | `geometry_msgs/msg/WrenchStamped` | the reading as recorded; N, N·m |
+| `/object/heading`, `/gripper/heading` | `std_msgs/msg/Float64` | rad, as recorded, whole turns and all |
+| `/episode/time` | `std_msgs/msg/Float64` | `t` of every row, s |
+| `/episode/name` | `std_msgs/msg/String` | where an episode begins; latched |
+| `/episode/note` | `std_msgs/msg/String` | a row's `note_` columns as JSON |
+| `/trundle/recording` | `std_msgs/msg/String` | TOML: `recording.toml`, each episode's columns; latched |
+
+`frame_id` of a pose is `world`; of the wrench `gripper`, `object` or `world`, as `[wrench] frame` says.
+Header stamp and log time are one. A cell without a sample is a message that is not there; an axis that nobody
+measured, and the height of what stays level, is 0. Episodes lie one after another, a second between them.
+"""
+
+from __future__ import annotations
+
+import json
+import os
+import tempfile
+from collections.abc import Sequence
+from contextlib import suppress
+from dataclasses import asdict
+from pathlib import Path
+from typing import Any, TypeAlias
+
+import numpy as np
+import tomli_w
+from numpy.typing import NDArray
+from rosbags.rosbag2 import StoragePlugin, Writer
+
+from trundle._native import Recording, TrundleError, read
+from trundle.export.messages import NANO, Bag
+from trundle.importers.config import MapError
+from trundle.importers.exported import (
+    DESCRIPTION,
+    FORMAT,
+    NAME,
+    NOTE,
+    STRING,
+    TOPICS,
+    Description,
+    Episode,
+    describe,
+)
+from trundle.importers.layout import Say, SourceError
+from trundle.importers.rosbag import opened
+from trundle.importers.rotations import from_heading
+
+__all__ = ["write_mcap"]
+
+PathLike: TypeAlias = "str | os.PathLike[str]"
+Stamps = NDArray[np.int64]
+Table = dict[str, Any]
+
+BEGIN = NANO
+"""ns; a stamp of 0 would read as "no time"."""
+GAP = NANO
+LAST = 2**31
+"""s; a ROS stamp has 32 bits for them."""
+FRAMES = {"sensor": "gripper", "object": "object", "world": "world"}
+
+
+def write_mcap(recording: Recording | PathLike, path: PathLike, say: Say = lambda _: None) -> Path:
+    """Write a recording as one MCAP file.
+
+    `trundle import FILE.mcap` makes the same recording of it, bit for bit.
+
+    Parameters
+    ----------
+    recording : Recording or path
+        All its episodes are written.
+    path : path
+        A name in `.mcap`; an earlier export there is replaced. The file appears whole or not at all.
+    say : callable
+        Shows progress.
+
+    Returns
+    -------
+    Path
+        The file.
+
+    Raises
+    ------
+    TrundleError
+        If there is no recording, two of its times share a nanosecond, or `path` is something else's.
+    """
+    whole = recording if isinstance(recording, Recording) else read(recording)
+    path = Path(path)
+    _check_free(path)
+    placed = _placed(whole)
+    path.parent.mkdir(parents=True, exist_ok=True)
+    with tempfile.TemporaryDirectory(prefix=f".{path.name}-", dir=path.parent) as partial:
+        folder = Path(partial) / path.stem
+        # Humble reads no later version; all later ones read this.
+        with Writer(folder, version=8, storage_plugin=StoragePlugin.MCAP) as writer:
+            bag = Bag(writer)
+            described = Description(FORMAT, [episode for episode, _ in placed], whole.metadata)
+            bag.write(DESCRIPTION, STRING, BEGIN, tomli_w.dumps(asdict(described)), latched=True)
+            frame = FRAMES[whole.metadata["wrench"]["frame"]]
+            for episode, stamps in placed:
+                say(f"{path.name}: {episode.name}")
+                bag.write(NAME, STRING, episode.begin, episode.name, latched=True)
+                _write(bag, whole.episodes[episode.name], stamps.tolist(), frame)
+        os.replace(folder / path.name, path)
+    return path
+
+
+def _placed(recording: Recording) -> list[tuple[Episode, Stamps]]:
+    """Return the episodes one after another, and the stamps of their rows, ns."""
+    placed, begin = [], BEGIN
+    for name, table in recording.episodes.items():
+        t = table["t"]
+        if t[-1] - t[0] >= LAST - begin / NANO:
+            trouble = f"lasts {t[-1] - t[0]:g} s, past the last ROS stamp at {LAST} s; `t` is in s"
+            raise TrundleError(f"episode {name}: {trouble}")
+        stamps = begin + np.rint((t - t[0]) * NANO).astype(np.int64)
+        same = np.flatnonzero(np.diff(stamps) == 0) + 1
+        if len(same):
+            trouble = (
+                f"{t[same[0]]} s is the same nanosecond as the row before, which no ROS stamp tells apart"
+            )
+            raise TrundleError(f"episode {name}, row {same[0] + 1}, column t: {trouble}; merge the two rows")
+        placed.append((Episode(name, begin, list(table)), stamps))
+        begin = int(stamps[-1]) + GAP
+    return placed
+
+
+def _write(bag: Bag, table: Table, stamps: Sequence[int], frame: str) -> None:
+    """Write the messages of one episode in the order of time."""
+    samples = {topic: _samples(table, each.columns) for topic, each in TOPICS.items()}
+    notes = {name: cells for name, cells in table.items() if name.startswith("note_")}
+    for row, stamp in enumerate(stamps):
+        for topic, (there, values) in samples.items():
+            if there[row]:
+                axes = frame if topic == "/wrench" else "world"
+                bag.write(topic, TOPICS[topic].kind, stamp, values[row], axes)
+        said = {name: cells[row] for name, cells in notes.items() if cells[row]}
+        if said:
+            bag.write(NOTE, STRING, stamp, json.dumps(said, ensure_ascii=False))
+
+
+def _samples(table: Table, columns: Sequence[str]) -> tuple[NDArray[np.bool_], list[list[float]]]:
+    """Return which rows hold a sample of a topic, and what its message says in each."""
+    nothing = np.zeros(len(table["t"]))
+    measured = [table[name] for name in columns if name in table]
+    if not measured:
+        return nothing > 0.0, []
+    values = np.column_stack([table.get(name, nothing) for name in columns])
+    role, _, last = columns[-1].partition("_")
+    if last == "qz" and columns[-1] not in table:
+        values[:, 3:] = from_heading(table.get(f"{role}_theta", nothing))
+    return ~np.isnan(measured[0]), values.tolist()
+
+
+def _check_free(path: Path) -> None:
+    """Refuse a name that no reader knows, and one that holds another's file."""
+    if path.suffix != ".mcap":
+        raise TrundleError(f"{path}: give a name that ends in .mcap; readers know the format by it")
+    ours = not path.exists()
+    if path.is_file():
+        with suppress(SourceError, MapError), opened(path) as reader:
+            ours = describe(reader) is not None
+    if not ours:
+        raise TrundleError(f"{path}: holds something else than an export; give another name")

@@ -1,0 +1,84 @@
+"""ROS 2 messages written to a bag."""
+
+from __future__ import annotations
+
+from typing import Any
+
+from rosbags.interfaces import Qos, QosDurability, QosHistory, QosLiveliness, QosReliability, QosTime
+from rosbags.rosbag2 import Writer
+from rosbags.typesys import Stores, get_typestore
+
+from trundle.importers.exported import NUMBER, STRING
+
+__all__ = ["NANO", "Bag"]
+
+NANO = 10**9
+FOREVER = QosTime(9223372036, 854775807)
+LATCHED = Qos(
+    history=QosHistory.KEEP_LAST,
+    depth=1,
+    reliability=QosReliability.RELIABLE,
+    durability=QosDurability.TRANSIENT_LOCAL,
+    deadline=FOREVER,
+    lifespan=FOREVER,
+    liveliness=QosLiveliness.AUTOMATIC,
+    liveliness_lease_duration=FOREVER,
+    avoid_ros_namespace_conventions=False,
+)
+
+
+class Bag:
+    """A bag that is being written; a topic appears with its first message.
+
+    Parameters
+    ----------
+    writer : Writer
+        Open.
+    """
+
+    def __init__(self, writer: Writer) -> None:
+        self._writer = writer
+        self._store = get_typestore(Stores.LATEST)
+        self._connections: dict[str, Any] = {}
+
+    def write(
+        self, topic: str, kind: str, stamp: int, content: Any, frame: str = "", *, latched: bool = False
+    ) -> None:
+        """Write a message.
+
+        Parameters
+        ----------
+        topic, kind : str
+            Name and type, one type a topic.
+        stamp : int
+            ns, of the header and the log.
+        content : str or list of float
+            One number, six of a wrench, or seven of a pose: x, y, z, qw, qx, qy, qz.
+        frame : str
+            The header's.
+        latched : bool
+            A player keeps the message for those who come late.
+        """
+        if topic not in self._connections:
+            self._connections[topic] = self._writer.add_connection(
+                topic, kind, typestore=self._store, offered_qos_profiles=[LATCHED] if latched else []
+            )
+        data = self._store.serialize_cdr(self._message(kind, stamp, content, frame), kind)
+        self._writer.write(self._connections[topic], stamp, data)
+
+    def _message(self, kind: str, stamp: int, content: Any, frame: str) -> Any:
+        make = self._store.types
+        if kind == STRING:
+            return make[kind](content)
+        if kind == NUMBER:
+            return make[kind](*content)
+        header = make["std_msgs/msg/Header"](make["builtin_interfaces/msg/Time"](*divmod(stamp, NANO)), frame)
+        if kind == "geometry_msgs/msg/WrenchStamped":
+            vector = make["geometry_msgs/msg/Vector3"]
+            wrench = make["geometry_msgs/msg/Wrench"](vector(*content[:3]), vector(*content[3:]))
+            return make[kind](header, wrench)
+        x, y, z, qw, qx, qy, qz = content
+        turn = make["geometry_msgs/msg/Quaternion"](qx, qy, qz, qw)
+        return make[kind](
+            header, make["geometry_msgs/msg/Pose"](make["geometry_msgs/msg/Point"](x, y, z), turn)
+        )

@@ -1,0 +1,290 @@
+"""The pushing environments: what Gymnasium asks of them, and what they promise."""
+
+from __future__ import annotations
+
+import copy
+import pickle
+import warnings
+from collections.abc import Callable
+from typing import Any
+
+import gymnasium
+import numpy as np
+import pytest
+from gymnasium.error import InvalidAction, ResetNeeded
+from gymnasium.utils.env_checker import check_env
+from numpy.typing import NDArray
+
+import trundle
+from trundle.envs import LockedWheel, Push, PushAround
+
+LOCKED = "trundle/LockedWheel-v0"
+FLAT = ("PushPose", "PushPath", "PushAround", "PushDoor", "LockedWheel")
+GOALS = ("PushPoseGoal", "PushPathGoal", "PushAroundGoal", "PushDoorGoal")
+MODES = ("wrench", "velocity", "push")
+INFO = {"is_success", "lost", "touched", "distance", "heading_error", "progress"}
+Env = gymnasium.Env[NDArray[np.float64], NDArray[np.float32]]
+
+
+def actions(count: int, seed: int = 0) -> NDArray[np.float32]:
+    return np.random.default_rng(seed).uniform(-0.6, 0.6, (count, 3)).astype(np.float32)
+
+
+def rollout(env: Env, given: NDArray[np.float32]) -> list[tuple[list[float], float, bool]]:
+    steps = []
+    for action in given:
+        observation, reward, terminated, truncated, _ = env.step(action)
+        steps.append((observation.tolist(), float(reward), terminated))
+        if terminated or truncated:
+            break
+    return steps
+
+
+@pytest.mark.parametrize("mode", MODES)
+@pytest.mark.parametrize("name", FLAT + GOALS)
+def test_gymnasiums_strict_checker_is_content(name: str, mode: str, monkeypatch: pytest.MonkeyPatch) -> None:
+    monkeypatch.setenv("SDL_VIDEODRIVER", "dummy")
+    env = gymnasium.make(f"trundle/{name}-v0", action=mode, object="household")
+    with warnings.catch_warnings():
+        warnings.simplefilter("error")
+        check_env(env.unwrapped, skip_render_check=True)
+
+
+def test_the_id_is_known_without_an_import() -> None:
+    assert isinstance(gymnasium.make(f"trundle:{LOCKED}").unwrapped, LockedWheel)
+
+
+@pytest.mark.parametrize("name", FLAT)
+def test_a_seed_gives_the_same_episodes(name: str) -> None:
+    def episodes(seed: int) -> list[Any]:
+        env: Env = gymnasium.make(f"trundle/{name}-v0", object="random", hidden="catalogue")
+        first = env.reset(seed=seed)[0].tolist(), rollout(env, actions(50))
+        return [first, env.reset()[0].tolist(), rollout(env, actions(50))]
+
+    assert episodes(7) == episodes(7)
+    assert episodes(7) != episodes(8)
+
+
+@pytest.mark.parametrize("mode", MODES)
+@pytest.mark.parametrize("duplicate", [copy.deepcopy, lambda env: pickle.loads(pickle.dumps(env))])
+def test_a_copy_goes_on_alike(duplicate: Callable[[Env], Env], mode: str) -> None:
+    env: Env = gymnasium.make("trundle/PushDoor-v0", action=mode)
+    env.reset(seed=1)
+    rollout(env, actions(10))
+    other = duplicate(env)
+    assert rollout(other, actions(15, seed=1)) == rollout(env, actions(15, seed=1))
+    assert other.reset()[0].tolist() == env.reset()[0].tolist()
+
+
+def test_a_planner_branches_from_snapshots() -> None:
+    env, other = PushAround(horizon=20), PushAround(horizon=20)
+    env.reset(seed=3)
+    rollout(env, actions(10))
+    here = env.snapshot()
+    futures = []
+    for seed in range(3):
+        futures.append(rollout(env, actions(20, seed)))
+        env.restore(here)
+        assert rollout(env, actions(20, seed)) == futures[-1]
+        env.restore(here)
+    assert futures[0] != futures[1]
+    assert len(futures[0]) == 10, "the clock is part of a snapshot"
+    other.restore(pickle.loads(pickle.dumps(here)))
+    assert rollout(other, actions(20, 2)) == futures[2]
+    assert other.reset()[0].tolist() == env.reset()[0].tolist()
+    with pytest.raises(trundle.TrundleError, match="other options"):
+        PushAround(noise=0.0).restore(here)
+
+
+@pytest.mark.parametrize("mode", MODES)
+@pytest.mark.parametrize("name", FLAT)
+def test_observations_stay_in_their_space_and_nothing_hidden_is_told(name: str, mode: str) -> None:
+    env: Env = gymnasium.make(f"trundle/{name}-v0", noise=10.0, action=mode)
+    for seed in range(5):
+        observation, info = env.reset(seed=seed)
+        assert info == {} and observation in env.observation_space
+        for action in np.sign(actions(20, seed)):
+            observation, _, terminated, _, info = env.step(action)
+            assert observation in env.observation_space and set(info) == INFO
+            if terminated:
+                break
+
+
+def test_two_hidden_wheels_look_the_same_until_pushed() -> None:
+    env: Env = gymnasium.make(LOCKED, noise=0.0, render_mode="rgb_array")
+    where = {"start": (0.1, 0.2, 0.3), "goal": (1.0, 0.0, 0.0)}
+    (first, _), one = env.reset(seed=0, options=where), env.render()
+    (second, _), two = env.reset(seed=1, options=where), env.render()
+    np.testing.assert_array_equal(first, second)
+    np.testing.assert_array_equal(np.asarray(one), np.asarray(two))
+    push = np.array([1.0, 0.0, 0.0], dtype=np.float32)
+    env.reset(seed=0, options=where)
+    moved = rollout(env, np.tile(push, (10, 1)))[-1]
+    env.reset(seed=1, options=where)
+    assert rollout(env, np.tile(push, (10, 1)))[-1] != moved
+
+
+def test_effects_of_ones_own_are_hidden_too() -> None:
+    slope = {"kind": "floor_slope", "accel_x": 0.2, "accel_y": 0.0}
+    env = Push(hidden="none", effects=[slope], noise=0.0)
+    env.reset(seed=0, options={"start": (0.0, 0.0, 1.0), "goal": (2.0, 0.0, 0.0)})
+    observation = rollout(env, np.zeros((20, 3), dtype=np.float32))[-1][0]
+    assert observation[0] > 0.05 and abs(observation[1]) < 1e-3, "it rolls down the slope by itself"
+    assert env.hidden_model()["effect"][0]["kind"] == "floor_slope"
+
+
+def test_the_time_limit_truncates() -> None:
+    env: Env = gymnasium.make(LOCKED)
+    env.reset(seed=0)
+    still = np.zeros(3, dtype=np.float32)
+    ends = [env.step(still)[2:4] for _ in range(300)]
+    assert ends[-1] == (False, True) and set(ends[:-1]) == {(False, False)}
+
+
+def test_the_goal_ends_the_episode() -> None:
+    env: Env = gymnasium.make(LOCKED)
+    env.reset(seed=0, options={"start": (1.0, 1.0, 3.0), "goal": (1.0, 1.0, -3.2)})
+    _, reward, terminated, _, info = env.step(np.zeros(3, dtype=np.float32))
+    assert terminated and info["is_success"] and info["distance"] == 0.0
+    assert info["heading_error"] == pytest.approx(6.2 - 2 * np.pi)
+    assert reward == pytest.approx(-0.05 * 0.3 * abs(info["heading_error"]))
+
+
+def test_the_wrist_reads_the_wrench_that_was_asked_for() -> None:
+    env = LockedWheel(noise=0.0)
+    env.reset(seed=0)
+    action = np.array([0.3, -0.2, 0.1], dtype=np.float32)
+    observation = env.step(action)[0]
+    np.testing.assert_allclose(observation[11:14], action * env.ACTION_SCALE, rtol=1e-6)
+
+
+def test_a_gripper_goes_at_the_velocity_that_was_asked_for() -> None:
+    env = Push(action="velocity", hidden="none", noise=0.0)
+    env.reset(seed=0, options={"start": (0.0, 0.0, 0.0), "goal": (2.0, 2.0, 0.0)})
+    ahead = np.tile(np.array([0.5, 0.0, 0.0], dtype=np.float32), (20, 1))
+    observation = rollout(env, ahead)[-1][0]
+    np.testing.assert_allclose(observation[4:7], [0.15, 0.0, 0.0], atol=2e-3)
+
+
+def test_a_gripper_stalls_at_an_obstacle() -> None:
+    env = PushAround(action="velocity", hidden="none", noise=0.0, horizon=0)
+    here, _ = env.reset(seed=0)
+    touched, most = False, 0.0
+    for _ in range(200):
+        # Straight at the box, whose middle is seen.
+        way = here[16:18] - here[:2]
+        action = np.append(way / np.hypot(*way), 0.0).astype(np.float32)
+        here, _, ended, _, info = env.step(np.clip(action, -1, 1))
+        touched |= info["touched"]
+        # The limits are at the grasp, along the object's axes; as the springs give, the gripper is beside it.
+        assert np.hypot(*here[11:13]) <= np.hypot(100.0, 100.0) + 1e-9 and abs(here[13]) <= 42.0
+        most = max(most, np.abs(here[11:13]).max())
+        if ended:
+            break
+    assert touched and most > 50.0
+
+
+def test_a_push_goes_the_way_it_leans() -> None:
+    env = Push(action="push", hidden="none", noise=0.0, object="office_table")
+    env.reset(seed=0, options={"start": (0.0, 0.0, 0.0), "goal": (2.0, 2.0, 0.0)})
+    behind = np.array([1.0, 0.0, 1.0], dtype=np.float32)
+    after, _, _, _, _ = env.step(behind)
+    assert after[0] > 0.1 and abs(after[1]) < 1e-6, "pushed at its rear it goes ahead"
+    assert after[11] > 0 and after[14] == pytest.approx(-0.6, abs=1e-6)
+
+
+@pytest.mark.parametrize(
+    ("action", "words"),
+    [
+        (np.zeros(2), r"\(3,\).*\(2,\)"),
+        (np.zeros((1, 3)), r"\(3,\).*\(1, 3\)"),
+        (np.array([0.0, np.nan, 0.0]), "NaN"),
+        (np.array([0.0, np.inf, 0.0]), "inf"),
+        (np.array([0.0, 1.5, 0.0]), "ClipAction"),
+        ("left", "numbers"),
+    ],
+)
+def test_an_impossible_action_is_refused(action: Any, words: str) -> None:
+    env = LockedWheel()
+    env.reset(seed=0)
+    for kind in (InvalidAction, trundle.TrundleError):
+        with pytest.raises(kind, match=words):
+            env.step(action.astype(np.float32) if isinstance(action, np.ndarray) else action)
+
+
+@pytest.mark.parametrize(
+    ("options", "words"),
+    [
+        ({"wheel": 3}, "wheel.*same_object"),
+        ({"goal": (9.0, 0.0, 0.0)}, "goal"),
+        ({"start": (0.0, 0.0)}, "start.*3 numbers"),
+        ({"start": "here"}, "start.*3 numbers"),
+        ({"grasp": (0.0, 0.5)}, "grasp.*on the object"),
+    ],
+)
+def test_an_impossible_option_is_refused(options: dict[str, Any], words: str) -> None:
+    with pytest.raises(trundle.TrundleError, match=words):
+        LockedWheel().reset(seed=0, options=options)
+
+
+def test_a_goal_in_an_obstacle_is_refused() -> None:
+    env = PushAround()
+    box = env.reset(seed=0)[0][16:18]
+    with pytest.raises(trundle.TrundleError, match=r"goal.*obstacle"):
+        env.reset(seed=0, options={"goal": (*box, 0.0)})
+
+
+def test_the_order_of_calls_is_kept() -> None:
+    env = LockedWheel(render_mode="rgb_array")
+    still = np.zeros(3, dtype=np.float32)
+    for call in (lambda: env.step(still), env.render, env.hidden_model):
+        with pytest.raises(ResetNeeded):
+            call()
+    env.reset(options={"start": (0.0, 0.0, 0.0), "goal": (0.0, 0.0, 0.0)})
+    env.step(still)
+    with pytest.raises(ResetNeeded):
+        env.step(still)
+
+
+@pytest.mark.parametrize(
+    ("arguments", "words"),
+    [
+        ({"noise": -1.0}, "noise = -1"),
+        ({"render_mode": "ansi"}, "rgb_array"),
+        ({"action": "kick"}, "velocity"),
+        ({"object": "piano"}, "piano.*kitchen_table"),
+        ({"object": []}, "object"),
+        ({"hidden": "nothing"}, "catalogue"),
+        ({"effects": [{"kind": "ghost"}]}, "ghost"),
+        ({"substeps": 0}, "substeps"),
+        ({"drop_out": 1.0}, "drop_out"),
+    ],
+)
+def test_arguments_that_make_no_sense_are_refused(arguments: dict[str, Any], words: str) -> None:
+    with pytest.raises(trundle.TrundleError, match=words):
+        Push(**arguments)
+    with pytest.raises(TypeError, match="nois"):
+        gymnasium.make("trundle/PushPose-v0", nois=1.0)
+
+
+@pytest.mark.parametrize("name", ["PushPose", "PushPath", "PushAround", "PushDoor"])
+def test_the_picture_shows_the_object_where_it_is(name: str) -> None:
+    env: Env = gymnasium.make(f"trundle/{name}-v0", render_mode="rgb_array", object="household")
+    seen, _ = env.reset(seed=2)
+    picture = np.asarray(env.render()).astype(int)
+    assert picture.shape == (480, 480, 3)
+    row, column = int((2.75 - seen[1]) / 5.5 * 480), int((seen[0] + 2.75) / 5.5 * 480)
+    window = picture[row - 12 : row + 12, column - 12 : column + 12].reshape(-1, 3)
+    red, _, blue = np.median(window, axis=0)
+    assert red > blue + 20, "furniture is brown"
+
+
+def test_a_video_is_recorded(tmp_path: Any) -> None:
+    pytest.importorskip("moviepy", reason="RecordVideo needs moviepy")
+    env = gymnasium.make("trundle/PushDoor-v0", render_mode="rgb_array", horizon=5)
+    video = gymnasium.wrappers.RecordVideo(env, str(tmp_path))
+    video.reset(seed=0)
+    for action in actions(5):
+        video.step(action)
+    video.close()  # type: ignore[no-untyped-call]
+    assert list(tmp_path.glob("*.mp4"))

@@ -1,0 +1,68 @@
+"""Goal-conditioned environments: the reward of what was observed, and of any goal put in its place."""
+
+from __future__ import annotations
+
+from typing import Any
+
+import gymnasium
+import numpy as np
+import pytest
+
+import trundle
+from trundle.envs import Oracle, PushPose, PushPoseGoal
+
+GOALS = ("PushPoseGoal", "PushPathGoal", "PushAroundGoal", "PushDoorGoal")
+
+
+@pytest.mark.parametrize("reward_type", ["sparse", "dense"])
+@pytest.mark.parametrize("name", GOALS)
+def test_the_reward_is_that_of_what_is_observed(name: str, reward_type: str) -> None:
+    env = gymnasium.make(f"trundle/{name}-v0", reward_type=reward_type)
+    env.reset(seed=0)
+    action = np.array([0.2, 0.0, 0.05], dtype=np.float32)
+    raw: Any = env.unwrapped
+    for _ in range(5):
+        seen, reward, terminated, truncated, info = env.step(action)
+        assert reward == raw.compute_reward(seen["achieved_goal"], seen["desired_goal"], info)
+        assert terminated == raw.compute_terminated(seen["achieved_goal"], seen["desired_goal"], info)
+        assert truncated == raw.compute_truncated(seen["achieved_goal"], seen["desired_goal"], info)
+
+
+def test_many_goals_are_rewarded_at_once() -> None:
+    env = PushPoseGoal(reach=0.1, facing=0.2)
+    here = np.array([0.0, 0.0, 1.0, 0.0])
+    goals = np.array([[0.09, 0.0, 1.0, 0.0], [0.11, 0.0, 1.0, 0.0], [0.0, 0.0, np.cos(0.3), np.sin(0.3)]])
+    np.testing.assert_array_equal(env.compute_reward(np.tile(here, (3, 1)), goals, {}), [0.0, -1.0, -1.0])
+    dense = PushPoseGoal(reward_type="dense")
+    assert dense.compute_reward(here, goals[2], {}) == pytest.approx(-0.3 * 0.3)
+
+
+def test_it_is_the_flat_environment_parted_and_goes_on_at_the_goal() -> None:
+    flat, parted = PushPose(), PushPoseGoal()
+    there = {"start": (0.5, 0.0, 0.0), "goal": (0.5, 0.0, 0.0)}
+    row, _ = flat.reset(seed=4, options=there)
+    seen, _ = parted.reset(seed=4, options=there)
+    np.testing.assert_array_equal(np.concatenate([seen["observation"][:7], seen["desired_goal"]]), row[:11])
+    np.testing.assert_array_equal(seen["achieved_goal"], row[:4])
+    _, reward, terminated, _, info = parted.step(np.zeros(3, dtype=np.float32))
+    assert info["is_success"] and reward == 0.0 and not terminated
+
+
+def test_another_reward_is_refused() -> None:
+    with pytest.raises(trundle.TrundleError, match="reward_type"):
+        PushPoseGoal(reward_type="shaped")
+
+
+def test_an_oracle_knows_the_wheel() -> None:
+    env = Oracle(gymnasium.make("trundle/LockedWheel-v0"))
+    seen, info = env.reset(seed=0)
+    wheel = info["hidden"]["effect"][0]
+    mass, _, _, _, xx, _, yy, *_ = seen[16:]
+    assert seen in env.observation_space and seen.shape == (26,)
+    assert mass == 22.0 and xx + yy == pytest.approx(wheel["mu_x"] + wheel["mu_y"])
+    # Its drag brakes as the table is braked: the speed that a steady force keeps up.
+    assert env.step(np.zeros(3, dtype=np.float32))[0].shape == (26,)
+    with pytest.raises(trundle.TrundleError, match="hides nothing"):
+        Oracle(gymnasium.make("Pendulum-v1"))
+    with pytest.raises(trundle.TrundleError, match="flat"):
+        Oracle(gymnasium.make("trundle/PushPoseGoal-v0"))

@@ -1,0 +1,150 @@
+"""Batches: each environment is the single one with its seed, in every autoreset mode."""
+
+from __future__ import annotations
+
+import pickle
+from typing import Any
+
+import gymnasium
+import numpy as np
+import pytest
+from gymnasium.error import InvalidAction, ResetNeeded
+from gymnasium.vector import AutoresetMode, SyncVectorEnv
+from numpy.typing import NDArray
+
+import trundle
+from trundle.envs import PushVec, VectorOracle
+from trundle.envs.tasks import PushDoor
+from trundle.envs.vector import LockedWheelVec
+
+KNOWN: dict[str, Any] = {"horizon": 9, "object": "household"}
+
+
+def actions(steps: int, count: int) -> NDArray[np.float32]:
+    return np.random.default_rng(1).uniform(-0.9, 0.9, (steps, count, 3)).astype(np.float32)
+
+
+@pytest.mark.parametrize("mode", [AutoresetMode.NEXT_STEP, AutoresetMode.SAME_STEP])
+@pytest.mark.parametrize("name", ["PushDoor", "PushPath", "PushPoseGoal"])
+def test_a_batch_steps_as_gymnasiums_own(name: str, mode: AutoresetMode) -> None:
+    native = gymnasium.make_vec(f"trundle/{name}-v0", num_envs=3, autoreset_mode=mode, **KNOWN)
+    plain = gymnasium.make_vec(
+        f"trundle/{name}-v0",
+        num_envs=3,
+        vectorization_mode="sync",
+        vector_kwargs={"autoreset_mode": mode},
+        **KNOWN,
+    )
+    assert isinstance(native, PushVec) and isinstance(plain, SyncVectorEnv)
+    assert native.observation_space == plain.observation_space
+    assert native.action_space == plain.action_space
+    same(native.reset(seed=5)[0], plain.reset(seed=5)[0])
+    for action in actions(30, 3):
+        ours, theirs = native.step(action), plain.step(action)
+        for mine, other in zip(ours[:4], theirs[:4], strict=True):
+            same(mine, other)
+        same_infos(ours[4], theirs[4])
+
+
+def same(ours: Any, theirs: Any) -> None:
+    if isinstance(theirs, dict):
+        assert set(ours) == set(theirs)
+        for key in theirs:
+            np.testing.assert_array_equal(ours[key], theirs[key])
+    else:
+        np.testing.assert_array_equal(ours, theirs)
+
+
+def same_infos(ours: dict[str, Any], theirs: dict[str, Any]) -> None:
+    """What Gymnasium's batch says ours says too; where a mask is False ours may say anything."""
+    for key, value in theirs.items():
+        if key.startswith("_"):
+            np.testing.assert_array_equal(ours[key], value, err_msg=key)
+        elif key == "final_info":
+            same_infos(ours[key], value)
+        elif key == "final_obs":
+            for index in np.flatnonzero(theirs["_final_obs"]):
+                final = ours[key]
+                one = {k: v[index] for k, v in final.items()} if isinstance(final, dict) else final[index]
+                same(one, value[index])
+        else:
+            mask = theirs[f"_{key}"]
+            np.testing.assert_array_equal(ours[key][mask], value[mask], err_msg=key)
+
+
+def test_without_autoreset_the_ended_ones_are_reset_by_hand() -> None:
+    envs = gymnasium.make_vec("trundle/PushPose-v0", num_envs=3, autoreset_mode="Disabled", horizon=2)
+    envs.reset(seed=0)
+    still = np.zeros((3, 3), dtype=np.float32)
+    envs.step(still)
+    truncated = envs.step(still)[3]
+    assert truncated.all()
+    with pytest.raises(ResetNeeded):
+        envs.step(still)
+    before, _ = envs.reset(options={"reset_mask": np.array([True, True, False])})
+    with pytest.raises(ResetNeeded):
+        envs.step(still)
+    after, _ = envs.reset(options={"reset_mask": np.array([False, False, True])})
+    np.testing.assert_array_equal(before[:2], after[:2])
+    assert not envs.step(still)[3].any()
+
+
+def test_the_buffers_are_the_same_only_if_asked() -> None:
+    still = np.zeros((2, 3), dtype=np.float32)
+    for copied in (True, False):
+        envs = gymnasium.make_vec("trundle/PushPose-v0", num_envs=2, copy=copied)
+        first, _ = envs.reset(seed=0)
+        assert np.shares_memory(first, envs.step(still)[0]) is not copied
+
+
+def test_a_snapshot_moves_between_batch_and_single_environment() -> None:
+    envs, single = gymnasium.make_vec("trundle/PushDoor-v0", num_envs=2).unwrapped, PushDoor()
+    assert isinstance(envs, PushVec)
+    envs.reset(seed=3)
+    given = actions(6, 2)
+    for action in given[:3]:
+        envs.step(action)
+    single.restore(pickle.loads(pickle.dumps(envs.snapshot(1))))
+    for action in given[3:]:
+        np.testing.assert_array_equal(envs.step(action)[0][1], single.step(action[1])[0])
+    envs.restore(0, single.snapshot())
+    assert np.array_equal(*(envs.step(np.zeros((2, 3)))[0]))
+
+
+def test_an_oracle_knows_every_wheel() -> None:
+    envs = VectorOracle(gymnasium.make_vec("trundle/LockedWheel-v0", num_envs=4))
+    seen, _ = envs.reset(seed=0)
+    assert seen.shape == (4, 26) and seen in envs.observation_space
+    assert len(np.unique(seen[:, 20])) == 4 and np.all(seen[:, 16] == 22.0)
+
+
+def test_pictures_are_of_each() -> None:
+    envs = gymnasium.make_vec("trundle/PushAround-v0", num_envs=2, render_mode="rgb_array")
+    envs.reset(seed=0)
+    one, two = (np.asarray(picture) for picture in envs.render() or ())
+    assert one.shape == (480, 480, 3) and not np.array_equal(one, two)
+
+
+def test_what_makes_no_sense_is_refused() -> None:
+    envs = LockedWheelVec(2)
+    with pytest.raises(ResetNeeded):
+        envs.step(np.zeros((2, 3)))
+    envs.reset(seed=0)
+    for wrong, words in [
+        (np.zeros((3, 3)), r"\(2, 3\), not \(3, 3\)"),
+        (np.zeros(6), r"\(2, 3\), not \(6,\)"),
+        (np.full((2, 3), np.nan), "NaN"),
+        (np.full((2, 3), 2.0), "ClipAction"),
+    ]:
+        with pytest.raises(InvalidAction, match=words):
+            envs.step(wrong)
+    with pytest.raises(trundle.TrundleError, match="3 seeds for 2"):
+        envs.reset(seed=[1, 2, 3])
+    with pytest.raises(trundle.TrundleError, match="reset_mask"):
+        envs.reset(options={"reset_mask": [True, False, True]})
+    with pytest.raises(IndexError, match="environment 7"):
+        envs.snapshot(7)
+    with pytest.raises(trundle.TrundleError, match="num_envs"):
+        LockedWheelVec(0)
+    with pytest.raises(trundle.TrundleError, match="noise"):
+        LockedWheelVec(2, noise=-1.0)
