@@ -191,6 +191,7 @@ const LONGEST: usize = 32;
 #[pyclass(name = "Batch", module = "trundle._native")]
 struct PyBatch {
     options: String,
+    autoreset: String,
     batch: Batch,
     outcomes: Vec<Outcome>,
 }
@@ -226,7 +227,8 @@ impl PyBatch {
             }
         };
         let batch = run(py, || Batch::new(Options::from_toml(options)?, count, mode))?;
-        Ok(Self { options: options.to_owned(), batch, outcomes: vec![Outcome::default(); count] })
+        let (options, autoreset) = (options.to_owned(), autoreset.to_owned());
+        Ok(Self { options, autoreset, batch, outcomes: vec![Outcome::default(); count] })
     }
 
     /// Begin episodes where `seeds` has an entry: a seed, or None to go on with the stream.
@@ -281,6 +283,11 @@ impl PyBatch {
         PyArray2::from_vec2(py, &rows).map_err(refused)
     }
 
+    /// Whether the episode of one is over.
+    fn ended(&self, index: usize) -> PyResult<bool> {
+        self.batch.envs().get(index).map(|task| !task.ready()).ok_or_else(|| missing(index))
+    }
+
     fn snapshot(&self, index: usize) -> PyResult<PySnapshot> {
         let task = self.batch.envs().get(index).ok_or_else(|| missing(index))?;
         Ok(PySnapshot { options: self.options.clone(), task: task.clone() })
@@ -290,6 +297,18 @@ impl PyBatch {
         same(&self.options, &snapshot.options)?;
         *self.batch.env(index).ok_or_else(|| missing(index))? = snapshot.task.clone();
         Ok(())
+    }
+
+    fn __getnewargs__(&self) -> (String, usize, String) {
+        (self.options.clone(), self.outcomes.len(), self.autoreset.clone())
+    }
+
+    fn __getstate__(&self) -> PyResult<Vec<Vec<u8>>> {
+        self.batch.envs().iter().map(|task| task.save().map_err(refused)).collect()
+    }
+
+    fn __setstate__(&mut self, py: Python<'_>, states: Vec<Vec<u8>>) -> PyResult<()> {
+        run(py, || self.batch.load(&states))
     }
 }
 
@@ -310,9 +329,12 @@ fn slice<'a>(array: &'a mut PyReadwriteArray2<'_, f64>) -> PyResult<&'a mut [f64
 
 /// Three numbers in [-1, 1].
 fn numbers(action: &Bound<'_, PyAny>) -> PyResult<[f64; 3]> {
-    let read = match action.extract::<PyReadonlyArray1<'_, f32>>() {
-        Ok(array) => three(array.as_array().iter().map(|v| f64::from(*v))),
-        Err(_) => three(float64(action)?.as_array().iter().copied()),
+    let read = if let Ok(array) = action.extract::<PyReadonlyArray1<'_, f32>>() {
+        three(array.as_array().iter().map(|v| f64::from(*v)))
+    } else if let Ok(array) = action.extract::<PyReadonlyArray1<'_, f64>>() {
+        three(array.as_array().iter().copied())
+    } else {
+        three(float64(action)?.as_array().iter().copied())
     };
     let Some(numbers) = read else {
         let shape = action.py().import("numpy")?.getattr("shape")?.call1((action,))?;
@@ -344,7 +366,9 @@ fn many_numbers(actions: &Bound<'_, PyAny>, count: usize) -> PyResult<Vec<f64>> 
         return Err(refused(format!("actions have shape ({count}, 3), not {shape}")));
     };
     let numbers = rows.as_slice().map_err(refused)?.to_vec();
-    check(&numbers)?;
+    for (index, row) in numbers.chunks(3).enumerate() {
+        check(row).map_err(|error| refused(format!("environment {index}: {}", error.value(py))))?;
+    }
     Ok(numbers)
 }
 

@@ -15,7 +15,10 @@ from stable_baselines3.common.env_util import make_vec_env
 from stable_baselines3.common.evaluation import evaluate_policy
 from stable_baselines3.common.monitor import Monitor
 
+import trundle
+
 ENVIRONMENT = "trundle:trundle/LockedWheel-v0"
+REGISTERED = [env_id for env_id, spec in gym.registry.items() if spec.namespace == trundle.__name__]
 
 
 @pytest.fixture(autouse=True, scope="module")
@@ -27,10 +30,16 @@ def one_thread() -> Iterator[None]:
     torch.set_num_threads(before)
 
 
-def test_it_passes_the_check_without_a_warning() -> None:
+@pytest.mark.parametrize("action", ["wrench", "velocity", "push"])
+@pytest.mark.parametrize("env_id", REGISTERED)
+def test_all_pass_the_check_without_a_warning(env_id: str, action: str) -> None:
     with warnings.catch_warnings():
         warnings.simplefilter("error")
-        check_env(gym.make(ENVIRONMENT).unwrapped)
+        check_env(gym.make(env_id, action=action).unwrapped)
+
+
+def test_there_are_that_many() -> None:
+    assert len(REGISTERED) == 9
 
 
 def test_a_policy_learns_on_it_and_is_evaluated() -> None:

@@ -2,7 +2,10 @@
 
 from __future__ import annotations
 
+import copy
 import pickle
+import warnings
+from multiprocessing import get_context
 from typing import Any
 
 import gymnasium
@@ -111,6 +114,62 @@ def test_a_snapshot_moves_between_batch_and_single_environment() -> None:
     assert np.array_equal(*(envs.step(np.zeros((2, 3)))[0]))
 
 
+def test_whoever_is_not_seeded_is_seeded_at_random() -> None:
+    def first(seeds: Any) -> NDArray[np.float64]:
+        envs = gymnasium.make_vec("trundle/PushPose-v0", num_envs=3)
+        return np.asarray(envs.reset(seed=seeds)[0])
+
+    assert len(np.unique(first([None] * 3)[:, 0])) == 3
+    assert not np.array_equal(first(None), first(None))
+    one, other = first([None, 7, None]), first(np.array([1, 7, 2]))
+    np.testing.assert_array_equal(one[1], other[1])
+
+
+def test_a_copy_of_a_batch_goes_on_alike() -> None:
+    envs = LockedWheelVec(3, horizon=5)
+    envs.reset(seed=0)
+    given = actions(12, 3)
+    envs.step(given[0])
+    for other in (copy.deepcopy(envs), pickle.loads(pickle.dumps(envs))):
+        pair = pickle.loads(pickle.dumps(envs))
+        for action in given[1:]:
+            np.testing.assert_array_equal(other.step(action)[0], pair.step(action)[0])
+
+
+def fork_steps(envs: PushVec) -> None:
+    envs.step(np.zeros((64, 3)))
+
+
+def test_a_fork_has_threads_of_its_own() -> None:
+    envs = LockedWheelVec(64)
+    envs.reset(seed=0)
+    envs.step(np.zeros((64, 3)))
+    with warnings.catch_warnings():
+        warnings.simplefilter("ignore", DeprecationWarning)
+        child = get_context("fork").Process(target=fork_steps, args=(envs,))
+        child.start()
+    child.join(20)
+    ended = child.exitcode
+    child.kill()
+    assert ended == 0
+
+
+def test_gymnasiums_name_for_the_horizon_is_known() -> None:
+    envs = gymnasium.make_vec("trundle/PushPose-v0", num_envs=2, max_episode_steps=1)
+    envs.reset(seed=0)
+    assert envs.step(np.zeros((2, 3)))[3].all()
+
+
+def test_an_ended_snapshot_ends_where_it_is_restored() -> None:
+    envs = LockedWheelVec(2, horizon=1)
+    envs.reset(seed=0)
+    envs.step(np.zeros((2, 3)))
+    ended = envs.snapshot(0)
+    envs.step(np.zeros((2, 3)))
+    envs.restore(0, ended)
+    assert envs.step(np.zeros((2, 3)))[4]["_distance"].tolist() == [False, True]
+
+
 def test_an_oracle_knows_every_wheel() -> None:
     envs = VectorOracle(gymnasium.make_vec("trundle/LockedWheel-v0", num_envs=4))
     seen, _ = envs.reset(seed=0)
@@ -133,13 +192,15 @@ def test_what_makes_no_sense_is_refused() -> None:
     for wrong, words in [
         (np.zeros((3, 3)), r"\(2, 3\), not \(3, 3\)"),
         (np.zeros(6), r"\(2, 3\), not \(6,\)"),
-        (np.full((2, 3), np.nan), "NaN"),
+        (np.array([[0, 0, 0], [0, np.nan, 0]]), "environment 1.*NaN"),
         (np.full((2, 3), 2.0), "ClipAction"),
     ]:
         with pytest.raises(InvalidAction, match=words):
             envs.step(wrong)
     with pytest.raises(trundle.TrundleError, match="3 seeds for 2"):
         envs.reset(seed=[1, 2, 3])
+    with pytest.raises(trundle.TrundleError, match="not negative"):
+        envs.reset(seed=[1, -1])
     with pytest.raises(trundle.TrundleError, match="reset_mask"):
         envs.reset(options={"reset_mask": [True, False, True]})
     with pytest.raises(IndexError, match="environment 7"):

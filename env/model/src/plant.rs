@@ -14,7 +14,7 @@ use crate::implicit::{Inert, Inertia};
 use crate::law::{Acting, Action, Clock, INNER, Rigid, Situation};
 use crate::loaded::Loaded;
 use crate::mount::Mount;
-use crate::{Body, Law, ModelError, Real, Unnamed};
+use crate::{Body, Glide, Law, ModelError, Real, Unnamed};
 use std::sync::Arc;
 
 /// Motion state of the object frame's origin: pose `[m, m, rad]` and twist `[m/s, m/s, rad/s]`, world axes.
@@ -369,6 +369,14 @@ impl<T: Real> Plant<T> {
     }
 }
 
+impl Plant<f64> {
+    /// The same step for a given length, solved beforehand; `None` where a state changes what acts or what moves.
+    pub fn glide(&self, dt: f64) -> Option<Glide> {
+        let plain = !self.varies && !self.loads && self.mount.is_none();
+        plain.then(|| Glide::new(&self.resistance, self.com, &self.steady, dt))
+    }
+}
+
 #[inline(always)]
 fn situation<'a, T: Real>(
     [x, y, _]: [T; 3],
@@ -384,7 +392,7 @@ fn situation<'a, T: Real>(
 
 /// The twist of a body, taken at a point that lies `[x, y]` from where it was given.
 #[inline(always)]
-fn carried<T: Real>([vx, vy, spin]: [T; 3], [x, y]: [T; 2]) -> [T; 3] {
+pub(crate) fn carried<T: Real>([vx, vy, spin]: [T; 3], [x, y]: [T; 2]) -> [T; 3] {
     let (px, py, turn) = (x.re(), y.re(), spin.re());
     [
         T::chained(vx.re() - turn * py, [(vx, 1.0), (spin, -py), (y, -turn)]),

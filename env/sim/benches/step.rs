@@ -19,6 +19,7 @@ fn world(c: &mut Criterion) {
     for (name, wall) in [("laws alone", 50.0), ("at a wall", 0.61)] {
         let wall = vec![[wall, -3.0], [wall + 0.2, -3.0], [wall + 0.2, 3.0], [wall, 3.0]];
         let Ok(mut mover) = table().and_then(|model| Mover::new(model, vec![wall])) else { return };
+        mover.prepare(2e-3);
         let mut tick = 0;
         c.bench_function(&format!("mover step, {name}, 2 ms"), |b| {
             b.iter(|| {

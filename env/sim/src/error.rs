@@ -39,6 +39,9 @@ pub enum SimError {
     /// What should be a saved state.
     #[error("this is no saved state of such a task: {0}")]
     State(String),
+    /// Threads that the system does not give.
+    #[error("no threads to step on: {0}")]
+    Threads(String),
     /// A shape that no collider can be made of.
     #[error("{what}: not a simple polygon that encloses an area; give its corners in order (m)")]
     Shape {

@@ -1,6 +1,8 @@
 //! The gripper: grasps the object at a point and drives it by force, or by velocity through a
 //! compliant coupling.
 
+use std::f64::consts::TAU;
+
 use nalgebra::{Matrix3, Vector3};
 use serde::{Deserialize, Serialize};
 use trundle_model::{Rigid, State, to_body, to_world, transport};
@@ -179,6 +181,5 @@ pub(crate) fn relative(outer: [f64; 3], inner: [f64; 3]) -> [f64; 3] {
 
 /// An angle in (−π, π].
 pub(crate) fn wrap(angle: f64) -> f64 {
-    let (sin, cos) = angle.sin_cos();
-    sin.atan2(cos)
+    angle - TAU * (angle / TAU - 0.5).ceil()
 }

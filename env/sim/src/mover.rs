@@ -4,7 +4,7 @@
 
 use std::sync::Arc;
 
-use trundle_model::{Clock, INNER, Model, Plant, Rigid, State};
+use trundle_model::{Clock, Glide, INNER, Model, Plant, Rigid, State};
 
 use crate::contact::{MARGIN, nearest, reach};
 use crate::gripper::wrap;
@@ -22,6 +22,8 @@ const SLACK: f64 = 0.01;
 pub struct Mover {
     model: Arc<Model>,
     plant: Arc<Plant<f64>>,
+    /// The plant's step of the length last asked for, where it can be solved beforehand.
+    glide: Option<(f64, Glide)>,
     obstacles: Arc<Vec<Vec<[f64; 2]>>>,
     /// How far the outline reaches from the object's origin, m.
     radius: f64,
@@ -59,6 +61,7 @@ impl Mover {
         let mut mover = Self {
             model: Arc::new(model),
             plant,
+            glide: None,
             obstacles: Arc::new(obstacles),
             radius,
             state: State::at_rest([0.0; 3]),
@@ -102,6 +105,13 @@ impl Mover {
     /// # Errors
     /// Never, as far as is known: the engine is made of shapes and values that [`Mover::new`] has tried.
     pub fn step(&mut self, applied: [f64; 3], clock: Clock, dt: f64) -> Result<(), SimError> {
+        if self.obstacles.is_empty() {
+            self.move_on(&applied, clock, dt);
+            return Ok(());
+        }
+        if self.touching() {
+            return self.carry(applied, clock, dt);
+        }
         let travel = self.travel(dt);
         if self.clear < travel {
             self.clear = self.clearance();
@@ -109,13 +119,26 @@ impl Mover {
         let needed = if self.engaged { travel + SLACK } else { travel };
         if self.clear >= needed || !self.finite() {
             self.engaged = false;
-            self.clear -= travel;
-            self.plant.move_on(&mut self.state, &applied, clock, dt);
+            self.move_on(&applied, clock, dt);
             // What the push adds to the speed within the step counts too.
-            self.clear -= (self.travel(dt) - travel).max(0.0);
+            self.clear -= travel.max(self.travel(dt));
             return Ok(());
         }
         self.carry(applied, clock, dt)
+    }
+
+    /// Let the laws alone have it for a step.
+    #[inline]
+    fn move_on(&mut self, applied: &[f64; 3], clock: Clock, dt: f64) {
+        match &self.glide {
+            Some((length, glide)) if *length == dt => glide.move_on(&mut self.state, applied),
+            _ => self.plant.move_on(&mut self.state, applied, clock, dt),
+        }
+    }
+
+    /// Solve steps of this length beforehand, where that can be.
+    pub fn prepare(&mut self, dt: f64) {
+        self.glide = self.plant.glide(dt).map(|glide| (dt, glide));
     }
 
     /// Let the engine have it for a step.
@@ -133,9 +156,9 @@ impl Mover {
         let mut heading = self.state.pose[2];
         for _ in 0..count as usize {
             world.step(applied, clock);
-            heading += wrap(world.state().pose[2] - heading);
+            self.state = world.state();
+            heading += wrap(self.state.pose[2] - heading);
         }
-        self.state = world.state();
         self.state.pose[2] = heading;
         self.clear = 0.0;
         Ok(())
@@ -144,7 +167,7 @@ impl Mover {
     /// How far the outline may get in a step, m.
     fn travel(&self, dt: f64) -> f64 {
         let [vx, vy, spin] = self.state.twist;
-        (vx.hypot(vy) + spin.abs() * self.radius) * dt
+        ((vx * vx + vy * vy).sqrt() + spin.abs() * self.radius) * dt
     }
 
     /// From the outline's reach to the margin of the nearest obstacle, m.

@@ -21,8 +21,9 @@ pub(crate) fn weight(rigid: &Rigid<f64>) -> MassProperties {
     MassProperties::new(Vector::new(rigid.com[0], rigid.com[1]), rigid.mass, rigid.inertia)
 }
 
-/// The body's outline, weightless because [`rigid_body`] has the mass; `None` for a point on a rail.
-pub(crate) fn hull(body: &Body) -> Result<Option<Collider>, SimError> {
+/// The body's outline in convex pieces, weightless because [`rigid_body`] has the mass; none for a point on a rail.
+/// Pieces by themselves are several times faster than one compound of them, and stepping them allocates nothing.
+pub(crate) fn hull(body: &Body) -> Result<Vec<Collider>, SimError> {
     let mut pieces = vec![];
     for (index, fixture) in body.fixtures.iter().enumerate() {
         match fixture {
@@ -35,16 +36,16 @@ pub(crate) fn hull(body: &Body) -> Result<Option<Collider>, SimError> {
             }
         }
     }
-    Ok((!pieces.is_empty()).then(|| collider(pieces)))
+    Ok(pieces.into_iter().map(collider).collect())
 }
 
-/// A fixed obstacle with these corners, world frame, m.
-pub(crate) fn obstacle(polygon: &[[f64; 2]], index: usize) -> Result<Collider, SimError> {
-    Ok(collider(convex_pieces(polygon, || format!("obstacle {}", index + 1))?))
+/// A fixed obstacle with these corners, world frame, m, in convex pieces.
+pub(crate) fn obstacle(polygon: &[[f64; 2]], index: usize) -> Result<Vec<Collider>, SimError> {
+    Ok(convex_pieces(polygon, || format!("obstacle {}", index + 1))?.into_iter().map(collider).collect())
 }
 
-fn collider(pieces: Vec<Piece>) -> Collider {
-    ColliderBuilder::compound(pieces).density(0.0).friction(RIM_FRICTION).restitution(0.0).build()
+fn collider((pose, shape): Piece) -> Collider {
+    ColliderBuilder::new(shape).position(pose).density(0.0).friction(RIM_FRICTION).restitution(0.0).build()
 }
 
 /// A simple polygon as convex pieces. One that crosses itself shows: its pieces cover another area.

@@ -2,11 +2,11 @@
 
 use rand_chacha::ChaCha8Rng;
 use serde::{Deserialize, Serialize};
-use trundle_model::{Axes, Clock, INNER, Model};
+use trundle_model::{Axes, Clock, INNER, Model, State};
 
 use crate::gripper::relative;
 use crate::instruments::{Row, Scene};
-use crate::{Coupling, Drive, Gripper, Instruments, Profile, Sensor, SimError, Tracker, World};
+use crate::{Coupling, Drive, Gripper, Instruments, Mover, Profile, Sensor, SimError, Tracker};
 
 /// What is done to the object in one episode.
 #[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
@@ -66,16 +66,16 @@ impl Setting<'_> {
             return Err(SimError::value("unnamed.axes", "reading", remedy));
         }
         let instrumented = self.model.resolved()?;
-        let mut world = World::new(&self.model.clone().on_object(), self.obstacles, self.step)?;
-        world.place(push.start);
-        world.start_inner(inner);
+        let mut world = Mover::new(self.model.clone().on_object(), self.obstacles.to_vec())?;
+        world.prepare(self.step);
+        world.put(State::at_rest(push.start).with_inner(inner));
         let mut gripper = Gripper::new(push.grasp, push.start, push.drive, self.coupling);
         let mut instruments = Instruments::new(self.sensor, self.tracker, noise);
         let steps = |seconds: f64| (seconds / self.step).round() as u32;
         let contact = steps(self.sensor.precontact);
         let (mut before, mut coming) = ([0.0; 3], [0.0; 2]);
         for tick in 0..=contact + steps(profile.end()) {
-            let state = world.state();
+            let state = *world.state();
             let since_contact = (f64::from(tick) - f64::from(contact)) * self.step;
             let held_at = gripper.pose(state.pose);
             let [x, y, _] = relative(state.pose, held_at);
@@ -90,11 +90,11 @@ impl Setting<'_> {
             };
             let wrench = if clock.in_contact() {
                 let command = profile.at(since_contact + self.step / 2.0);
-                gripper.push(command, &state, world.rigid(), self.step)
+                gripper.push(command, &state, &world.rigid(clock), self.step)
             } else {
                 [0.0; 3]
             };
-            world.step(wrench, clock);
+            world.step(wrench, clock, self.step)?;
             let next = gripper.pose(world.state().pose);
             let going = [0, 1].map(|k| (next[k] - held_at[k]) / self.step);
             instruments.observe(&Scene {

@@ -126,12 +126,16 @@ fn a_copy_in_contact_goes_on_to_the_last_bit() {
 
 #[test]
 fn the_object_stays_the_same_only_if_asked() {
-    let mut task = Pushing::new(any(Goal::Pose, Mode::Wrench)).unwrap();
+    let mut task = Pushing::new(any(Goal::Door, Mode::Wrench)).unwrap();
     let same = Reset { same_object: true, ..Reset::default() };
     task.reset(Some(1), &same).unwrap();
     let first = task.hidden().cloned();
+    let room = task.room().cloned().unwrap();
     task.reset(Some(2), &same).unwrap();
     assert_eq!((task.objects(), task.hidden().cloned()), (1, first.clone()));
+    let next = task.room().cloned().unwrap();
+    assert_eq!(next.obstacles, room.obstacles, "one recording shows one scene");
+    assert!(next.start != room.start && next.goal != room.goal);
     // A copy draws the kept object anew from its own seed.
     let mut other = Pushing::new(task.options().clone()).unwrap();
     other.load(&task.save().unwrap()).unwrap();

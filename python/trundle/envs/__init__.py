@@ -27,6 +27,7 @@ HOUSEHOLD = Pushing.HOUSEHOLD
 """Names of the ten household objects of the paper's Fig. 7."""
 
 __all__ = [
+    "FLAT",
     "HOUSEHOLD",
     "ActionError",
     "LockedWheel",
@@ -46,7 +47,10 @@ __all__ = [
     "VectorOracle",
 ]
 
-for _env in (LockedWheel, PushPose, PushPath, PushAround, PushDoor):
+FLAT = (LockedWheel, PushPose, PushPath, PushAround, PushDoor)
+"""The tasks whose observations are arrays."""
+
+for _env in FLAT:
     register(
         id=f"trundle/{_env.__name__}-v0",
         entry_point=f"trundle.envs.tasks:{_env.__name__}",

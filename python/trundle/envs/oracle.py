@@ -73,7 +73,7 @@ class Oracle(gym.ObservationWrapper[Array, Any, Array], RecordConstructorArgs):
 
 
 class VectorOracle(VectorObservationWrapper):
-    """The same of a batch; the last observations in `infos["final_obs"]` are left as they are.
+    """The same numbers for a batch; as all wrappers of observations, not with autoreset mode "SameStep".
 
     Parameters
     ----------

@@ -80,7 +80,7 @@ class Push(gym.Env[Observation, Action]):
     - `start`: pose (x, y, heading) of the object, |x| and |y| at most 2 m
     - `goal`: goal pose, the same bounds; not for a path
     - `grasp`: point (x, y) of the object frame where the gripper holds, on the object
-    - `same_object`: True keeps the object, and what is hidden of it, of the episode before
+    - `same_object`: True keeps the object, what is hidden of it, and the obstacles
 
     ## Episode End
     - Termination: the goal is reached (within `reach` and `facing`, slower than 0.1 m/s), or the object is

@@ -44,6 +44,8 @@ class PushVec(VectorEnv[Any, Any, Any]):
         False: the arrays that `step` and `reset` return are the buffers that the next call overwrites.
     render_mode : {"rgb_array"}, optional
         `render` then returns a tuple of pictures.
+    max_episode_steps : int, optional
+        Gymnasium's name for `horizon`.
     **options
         As those of the single environment.
 
@@ -63,8 +65,11 @@ class PushVec(VectorEnv[Any, Any, Any]):
         autoreset_mode: AutoresetMode | str = AutoresetMode.NEXT_STEP,
         copy: bool = True,
         render_mode: str | None = None,
+        max_episode_steps: int | None = None,
         **options: Any,
     ) -> None:
+        if max_episode_steps is not None:
+            options["horizon"] = max_episode_steps
         if num_envs < 1:
             raise TrundleError(f"num_envs = {num_envs}: at least one environment is needed")
         if render_mode not in (None, "rgb_array"):
@@ -73,7 +78,11 @@ class PushVec(VectorEnv[Any, Any, Any]):
         single = self.ENV(**options)
         self.num_envs, self.render_mode = num_envs, render_mode
         self.autoreset_mode = AutoresetMode(autoreset_mode)
-        self.metadata = {**single.metadata, "autoreset_mode": self.autoreset_mode}
+        self.metadata = {
+            **single.metadata,
+            "render_modes": ["rgb_array"],
+            "autoreset_mode": self.autoreset_mode,
+        }
         self.ACTION_SCALE = single.ACTION_SCALE
         self.single_action_space = single.action_space
         self.single_observation_space = single.observation_space
@@ -85,7 +94,7 @@ class PushVec(VectorEnv[Any, Any, Any]):
         self._seen, self._finals = np.zeros((num_envs, entries)), np.zeros((num_envs, entries))
         self._table = np.zeros((num_envs, len(COLUMNS)))
         self._ended: Flags = np.zeros(num_envs, dtype=np.bool_)
-        self._seeded = False
+        self._seeded: Flags = np.zeros(num_envs, dtype=np.bool_)
 
     def reset(
         self,
@@ -100,6 +109,7 @@ class PushVec(VectorEnv[Any, Any, Any]):
         chosen = [(one,) if wanted else None for one, wanted in zip(seeds, mask, strict=True)]
         self._native.reset(chosen, self._seen, **reset_options(told))
         self._ended[mask] = False
+        self._seeded[mask] = True
         return self._observed(self._seen), {}
 
     def step(self, actions: Any) -> tuple[Any, Array, Flags, Flags, dict[str, Any]]:
@@ -127,7 +137,8 @@ class PushVec(VectorEnv[Any, Any, Any]):
     def restore(self, index: int, snapshot: Snapshot) -> None:
         """Put one environment into a state; what `step` has returned of it is past."""
         self._native.restore(index, snapshot)
-        self._ended[index] = False
+        self._ended[index] = self._native.ended(index)
+        self._seeded[index] = True
 
     def hidden_values(self) -> Array:
         """Return what `trundle.Oracle` adds to observations, shape (num_envs, 10)."""
@@ -140,15 +151,22 @@ class PushVec(VectorEnv[Any, Any, Any]):
         return tuple(draw(needed(self._native.view(index))) for index in range(self.num_envs))
 
     def _seeds(self, seed: int | Sequence[int | None] | None) -> list[int | None]:
-        if seed is None and not self._seeded:
-            seed = [int(one) for one in self.np_random.integers(2**63, size=self.num_envs)]
+        """Return a seed for each, None where its own stream goes on."""
         if isinstance(seed, (int, np.integer)):
+            super().reset(seed=int(seed))
             seed = [int(seed) + index for index in range(self.num_envs)]
         seeds = [None] * self.num_envs if seed is None else list(seed)
         if len(seeds) != self.num_envs:
             raise TrundleError(f"{len(seeds)} seeds for {self.num_envs} environments: give one for each")
-        self._seeded = True
-        return [None if one is None else one % 2**64 for one in seeds]
+        # Drawn whether needed or not, so that who is seeded does not change the others.
+        drawn = self.np_random.integers(2**63, size=self.num_envs)
+        given = [
+            one if one is not None or known else draw
+            for one, known, draw in zip(seeds, self._seeded, drawn, strict=True)
+        ]
+        if any(one is not None and one < 0 for one in given):
+            raise TrundleError(f"seed = {seed}: a seed is not negative")
+        return [None if one is None else int(one) % 2**64 for one in given]
 
     def _mask(self, mask: Any) -> Flags:
         if mask is None:
@@ -166,7 +184,7 @@ class PushVec(VectorEnv[Any, Any, Any]):
 
     def _infos(self, ended: Flags, begun: Flags) -> dict[str, Any]:
         columns = {
-            key: self._table[:, k] != 0 if key in TRUTHS else self._table[:, k].copy()
+            key: self._table[:, k] != 0 if key in TRUTHS else self._table[:, k]
             for k, key in enumerate(COLUMNS)
             if k > 2
         }
@@ -184,11 +202,16 @@ class PushVec(VectorEnv[Any, Any, Any]):
 
 def _masked(columns: dict[str, Any], mask: Flags) -> dict[str, Any]:
     """Return infos as a vector environment does: beside each entry, of which environments it is one."""
-    return {**columns, **{f"_{key}": mask for key in columns}}
+    if not mask.any():
+        return {}
+    kept = {
+        key: column.copy() if mask.all() else np.where(mask, column, 0) for key, column in columns.items()
+    }
+    return {**kept, **{f"_{key}": mask.copy() for key in columns}}
 
 
 class PushGoalVec(PushVec):
-    """The same of goal-conditioned environments: observations are dictionaries, `final_obs` too."""
+    """The same of goal-conditioned environments: observations are dictionaries of copies, `final_obs` too."""
 
     def __init__(self, num_envs: int = 1, *, reward_type: str = "sparse", **options: Any) -> None:
         self._goals = GoalSpace(reward_type, options.get("reach", REACH), options.get("facing", FACING))

@@ -16,7 +16,7 @@ pub struct Arm {
     /// Where it holds or touches the object: pose of the gripper in the object frame, m and rad.
     pub grasp: [f64; 3],
     hand: Hand,
-    /// Command before, and now.
+    /// Command before, and now; a wrench is kept as it acts, object axes about the object origin.
     from: [f64; 3],
     to: [f64; 3],
 }
@@ -52,6 +52,9 @@ impl Arm {
     /// Take a new command, of which each entry is in the unit of [`Mode::full`].
     pub fn command(&mut self, target: [f64; 3], thing: &Thing, object: [f64; 3]) {
         (self.from, self.to) = (self.to, target);
+        if matches!(self.hand, Hand::Force) {
+            self.to = transport(target, self.grasp);
+        }
         if let Hand::Tip { tip, heading } = &mut self.hand {
             let [place, lean, _] = target;
             let rim = thing.rim(place);
@@ -74,7 +77,7 @@ impl Arm {
     ) -> [f64; 3] {
         let command = self.at(t + dt / 2.0, whole);
         match &mut self.hand {
-            Hand::Force => transport(command, self.grasp),
+            Hand::Force => command,
             Hand::Velocity(gripper) => gripper.push(command, state, rigid, dt),
             Hand::Tip { tip, heading } => {
                 tip.withdrawn = t >= MOVING * whole;
@@ -87,7 +90,7 @@ impl Arm {
 
     /// The wrench at a time since the command, object axes about the object origin, where it is what is commanded.
     pub fn instant(&self, t: f64, whole: f64) -> Option<[f64; 3]> {
-        matches!(self.hand, Hand::Force).then(|| transport(self.at(t, whole), self.grasp))
+        matches!(self.hand, Hand::Force).then(|| self.at(t, whole))
     }
 
     /// Pose of the gripper in the world.

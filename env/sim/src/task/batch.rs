@@ -1,6 +1,9 @@
 //! Many environments side by side, stepped by all cores.
 
+use std::sync::{Arc, Mutex, PoisonError};
+
 use rayon::prelude::*;
+use rayon::{ThreadPool, ThreadPoolBuilder};
 
 use super::{Options, Outcome, Pushing, Reset};
 use crate::SimError;
@@ -56,6 +59,14 @@ impl Batch {
         self.envs.get_mut(index)
     }
 
+    /// Go on from what each of another batch has saved.
+    ///
+    /// # Errors
+    /// When one is no saved state of such a task.
+    pub fn load(&mut self, states: &[Vec<u8>]) -> Result<(), SimError> {
+        self.envs.iter_mut().zip(states).try_for_each(|(env, state)| env.load(state))
+    }
+
     /// Begin episodes where `told` has one: its seed, and what it is told.
     ///
     /// # Errors
@@ -65,17 +76,22 @@ impl Batch {
         told: &[Option<(Option<u64>, Reset)>],
         observations: &mut [f64],
     ) -> Result<(), SimError> {
-        let rows = observations.par_chunks_mut(self.entries);
-        let results: Vec<_> = (self.envs.par_iter_mut(), told, rows)
-            .into_par_iter()
-            .with_min_len(SHARE)
-            .map(|(env, told, row)| {
-                let Some((seed, told)) = told else { return Ok(()) };
-                env.reset(*seed, told)?;
-                env.observe(row);
-                Ok(())
-            })
-            .collect();
+        let entries = self.entries;
+        let begin = |env: &mut Pushing, told: &Option<(Option<u64>, Reset)>, row: &mut [f64]| {
+            let Some((seed, told)) = told else { return Ok(()) };
+            env.reset(*seed, told)?;
+            env.observe(row);
+            Ok(())
+        };
+        if self.envs.len() <= SHARE {
+            let all = self.envs.iter_mut().zip(told).zip(observations.chunks_mut(entries));
+            return all.into_iter().try_for_each(|((env, told), row)| begin(env, told, row));
+        }
+        let envs = &mut self.envs;
+        let results: Vec<_> = pool()?.install(|| {
+            let all = (envs.par_iter_mut(), told, observations.par_chunks_mut(entries)).into_par_iter();
+            all.with_min_len(SHARE).map(|(env, told, row)| begin(env, told, row)).collect()
+        });
         results.into_iter().collect()
     }
 
@@ -91,27 +107,62 @@ impl Batch {
     /// When a new episode cannot begin.
     pub fn step(&mut self, actions: &[f64], rows: Rows<'_>) -> Result<(), SimError> {
         let (entries, autoreset) = (self.entries, self.autoreset);
-        let all = (
-            self.envs.par_iter_mut(),
-            actions.par_chunks(3),
-            rows.observations.par_chunks_mut(entries),
-            rows.finals.par_chunks_mut(entries),
-            rows.outcomes.par_iter_mut(),
-        );
-        all.into_par_iter().with_min_len(SHARE).try_for_each(|(env, action, row, last, outcome)| {
-            *outcome = Outcome::default();
-            let action = [0, 1, 2].map(|k| action.get(k).copied().unwrap_or(0.0));
-            match env.step(action)? {
-                Some(result) => *outcome = result,
-                None => env.reset(None, &Reset::default())?,
-            }
-            env.observe(row);
-            if autoreset == Autoreset::SameStep && !env.ready() {
-                last.copy_from_slice(row);
-                env.reset(None, &Reset::default())?;
-                env.observe(row);
-            }
-            Ok(())
+        let Rows { observations, finals, outcomes } = rows;
+        let envs = &mut self.envs;
+        if envs.len() <= SHARE {
+            let rows = observations.chunks_mut(entries).zip(finals.chunks_mut(entries)).zip(outcomes);
+            let all = envs.iter_mut().zip(actions.chunks(3)).zip(rows);
+            return all.into_iter().try_for_each(|((env, action), ((row, last), outcome))| {
+                one(autoreset, env, action, row, last, outcome)
+            });
+        }
+        pool()?.install(|| {
+            let rows = (observations.par_chunks_mut(entries), finals.par_chunks_mut(entries), outcomes);
+            let (observations, finals, outcomes) = rows;
+            let all =
+                (envs.par_iter_mut(), actions.par_chunks(3), observations, finals, outcomes.par_iter_mut());
+            all.into_par_iter().with_min_len(SHARE).try_for_each(|(env, action, row, last, outcome)| {
+                one(autoreset, env, action, row, last, outcome)
+            })
         })
     }
+}
+
+/// Step one environment, or begin its next episode.
+fn one(
+    autoreset: Autoreset,
+    env: &mut Pushing,
+    action: &[f64],
+    row: &mut [f64],
+    last: &mut [f64],
+    outcome: &mut Outcome,
+) -> Result<(), SimError> {
+    *outcome = Outcome::default();
+    let action = [0, 1, 2].map(|k| action.get(k).copied().unwrap_or(0.0));
+    match env.step(action)? {
+        Some(result) => *outcome = result,
+        None => env.reset(None, &Reset::default())?,
+    }
+    env.observe(row);
+    if autoreset == Autoreset::SameStep && !env.ready() {
+        last.copy_from_slice(row);
+        env.reset(None, &Reset::default())?;
+        env.observe(row);
+    }
+    Ok(())
+}
+
+/// The threads of this process. A fork has none of its parent's: it gets its own.
+fn pool() -> Result<Arc<ThreadPool>, SimError> {
+    static POOL: Mutex<Option<(u32, Arc<ThreadPool>)>> = Mutex::new(None);
+    let mut kept = POOL.lock().unwrap_or_else(PoisonError::into_inner);
+    let own = std::process::id();
+    if let Some((_, pool)) = kept.as_ref().filter(|(process, _)| *process == own) {
+        return Ok(pool.clone());
+    }
+    let pool = ThreadPoolBuilder::new().build().map_err(|e| SimError::Threads(e.to_string()))?;
+    let pool = Arc::new(pool);
+    // The parent's threads are not there to be told to end.
+    std::mem::forget(kept.replace((own, pool.clone())));
+    Ok(pool)
 }

@@ -112,6 +112,7 @@ impl Episode {
         let whole = model.resolved()?;
         let instrumented = model.effects.len() != model.clone().on_object().effects.len();
         let mut mover = Mover::new(model.on_object(), room.obstacles.clone())?;
+        mover.prepare(options.step);
         mover.put(State::at_rest(room.start).with_inner(hidden.inner));
         let (sensor, tracker) = (sensor(&options), tracker(&options));
         let recorder = recording.then(|| {

@@ -111,7 +111,9 @@ impl Pushing {
             Some(object) => object.clone(),
             None => self.draw(seed)?,
         };
-        let room = Room::draw(self.options.task, &object.thing, told, &mut episode::stream(seed, ROOMS))?;
+        let (fixed, random) =
+            (&mut episode::stream(object.seed, OBSTACLES), &mut episode::stream(seed, ROOMS));
+        let room = Room::draw(self.options.task, &object.thing, told, [fixed, random])?;
         let grasp = told.grasp.unwrap_or_else(|| object.thing.rear());
         on_object(&object.thing, grasp)?;
         let (options, thing) = (self.options.clone(), object.thing.clone());
@@ -247,8 +249,10 @@ impl Pushing {
     }
 }
 
-/// Stream of random numbers from an episode's seed that draws where it takes place.
+/// Streams of random numbers from an episode's seed that draw where it takes place, and from the object's what is in
+/// its way.
 const ROOMS: u64 = 3;
+const OBSTACLES: u64 = 4;
 
 /// How far beside the rim a grasp may lie, m.
 const RIM: f64 = 1e-6;

@@ -7,7 +7,7 @@ use rand::RngExt;
 use rand_chacha::ChaCha8Rng;
 use rand_distr::StandardNormal;
 use rapier2d_f64::parry::query::intersection_test;
-use rapier2d_f64::prelude::{Pose, Vector};
+use rapier2d_f64::prelude::{Collider, Pose, Vector};
 use serde::{Deserialize, Serialize};
 use trundle_model::Body;
 
@@ -28,7 +28,7 @@ pub struct Reset {
     pub goal: Option<[f64; 3]>,
     /// Where the gripper holds it, object frame, m.
     pub grasp: Option<[f64; 2]>,
-    /// Keep the object and what is hidden as they are.
+    /// Keep the object, what is hidden of it, and the obstacles as they are.
     pub same_object: bool,
 }
 
@@ -60,19 +60,24 @@ pub struct Room {
 }
 
 impl Room {
-    /// Draw what is not told.
+    /// Draw what is not told: obstacles from `fixed`, the rest from `random`.
     ///
     /// # Errors
     /// When start or goal are outside the arena or within an obstacle, or there is no path to a told goal.
-    pub fn draw(task: Goal, thing: &Thing, told: &Reset, random: &mut ChaCha8Rng) -> Result<Self, SimError> {
+    pub fn draw(
+        task: Goal,
+        thing: &Thing,
+        told: &Reset,
+        [fixed, random]: [&mut ChaCha8Rng; 2],
+    ) -> Result<Self, SimError> {
         for (key, pose) in [("start", told.start), ("goal", told.goal)] {
             pose.map_or(Ok(()), |pose| in_arena(key, pose))?;
         }
         let room = match task {
             Goal::Pose => open(told, random),
             Goal::Path => path(told, random)?,
-            Goal::Around => around(thing, told, random),
-            Goal::Door => door(thing, told, random),
+            Goal::Around => around(thing, told, fixed, random),
+            Goal::Door => door(thing, told, fixed, random),
         };
         for (key, pose) in [("start", room.start), ("goal", room.goal)] {
             room.free(key, &thing.body, pose)?;
@@ -92,12 +97,16 @@ impl Room {
     }
 
     fn free(&self, key: &str, body: &Body, pose: [f64; 3]) -> Result<(), SimError> {
-        let Some(hull) = hull(body)? else { return Ok(()) };
+        let hull = hull(body)?;
         let at = Pose::new(Vector::new(pose[0], pose[1]), pose[2]);
+        let hits = |part: &Collider, wall: &Collider| {
+            let place = at * *part.position();
+            let test = intersection_test(&place, part.shape(), wall.position(), wall.shape());
+            test.is_ok_and(|test| test.intersecting)
+        };
         for (index, polygon) in self.obstacles.iter().enumerate() {
             let wall = obstacle(polygon, index)?;
-            let hits = intersection_test(&at, hull.shape(), &Pose::IDENTITY, wall.shape());
-            if hits.is_ok_and(|hits| hits.intersecting) {
+            if hull.iter().any(|part| wall.iter().any(|piece| hits(part, piece))) {
                 return Err(SimError::value(
                     key,
                     pose,
@@ -168,10 +177,10 @@ fn winding([x, y, theta]: [f64; 3], random: &mut ChaCha8Rng) -> Vec<[f64; 3]> {
 }
 
 /// A box in the way, with room on both sides.
-fn around(thing: &Thing, told: &Reset, random: &mut ChaCha8Rng) -> Room {
-    let turn = random.random_range(-PI..=PI);
-    let (hx, hy) = (random.random_range(0.1..=0.2), random.random_range(0.15..=0.4));
-    let middle = compose([0.0, 0.0, turn], [0.0, random.random_range(-0.15..=0.15), 0.0]);
+fn around(thing: &Thing, told: &Reset, fixed: &mut ChaCha8Rng, random: &mut ChaCha8Rng) -> Room {
+    let turn = fixed.random_range(-PI..=PI);
+    let (hx, hy) = (fixed.random_range(0.1..=0.2), fixed.random_range(0.15..=0.4));
+    let middle = compose([0.0, 0.0, turn], [0.0, fixed.random_range(-0.15..=0.15), 0.0]);
     let far = hx + reach(&thing.body) + GAP;
     let corner = |x: f64, y: f64| {
         let [x, y, _] = compose(middle, [x, y, 0.0]);
@@ -183,12 +192,12 @@ fn around(thing: &Thing, told: &Reset, random: &mut ChaCha8Rng) -> Room {
 }
 
 /// A wall with an opening somewhat wider than the object.
-fn door(thing: &Thing, told: &Reset, random: &mut ChaCha8Rng) -> Room {
-    let turn = random.random_range(-PI..=PI);
+fn door(thing: &Thing, told: &Reset, fixed: &mut ChaCha8Rng, random: &mut ChaCha8Rng) -> Room {
+    let turn = fixed.random_range(-PI..=PI);
     let [low, high] = thing.body.bounds();
     let narrow = (high[0] - low[0]).min(high[1] - low[1]);
-    let half = (narrow + random.random_range(0.2..=0.5)) / 2.0;
-    let at = random.random_range(-0.3..=0.3);
+    let half = (narrow + fixed.random_range(0.2..=0.5)) / 2.0;
+    let at = fixed.random_range(-0.3..=0.3);
     let frame = [0.0, 0.0, turn];
     let wall = |from: f64, to: f64| {
         [[-WALL, from], [WALL, from], [WALL, to], [-WALL, to]]
@@ -228,6 +237,8 @@ fn behind(
 #[derive(Clone, Debug)]
 pub struct Progress {
     path: Arc<Vec<[f64; 3]>>,
+    /// Length up to each point, m.
+    lengths: Arc<Vec<f64>>,
     /// Length behind it, m.
     pub done: f64,
 }
@@ -235,25 +246,30 @@ pub struct Progress {
 /// How far ahead on the path the goal lies, m.
 pub const AHEAD: f64 = 0.3;
 
+/// It is sought so far ahead on the path, m.
+const WINDOW: f64 = 0.4;
+
 impl Progress {
     /// At the beginning.
     pub fn new(path: Vec<[f64; 3]>) -> Self {
-        Self { path: Arc::new(path), done: 0.0 }
+        let mut lengths = vec![0.0];
+        for pair in path.windows(2) {
+            let [a, b] = [pair[0], pair[1]];
+            lengths.push(lengths.last().copied().unwrap_or(0.0) + (a[0] - b[0]).hypot(a[1] - b[1]));
+        }
+        Self { path: Arc::new(path), lengths: Arc::new(lengths), done: 0.0 }
     }
 
     /// Length of the path, m.
     pub fn length(&self) -> f64 {
-        self.path.windows(2).map(|pair| apart(&pair[0], &pair[1])).sum()
+        self.lengths.last().copied().unwrap_or(0.0)
     }
 
     /// The pose at a length along it.
     pub fn at(&self, length: f64) -> [f64; 3] {
-        let mut rest = length.max(0.0);
-        for pair in self.path.windows(2) {
-            let long = apart(&pair[0], &pair[1]);
-            if rest <= long && long > 0.0 {
-                let share = rest / long;
-                let [a, b] = [pair[0], pair[1]];
+        for (from, a, b, long) in self.segments() {
+            if length <= from + long && long > 0.0 {
+                let share = ((length - from) / long).max(0.0);
                 let turn = wrap(b[2] - a[2]);
                 return [
                     a[0] + share * (b[0] - a[0]),
@@ -261,22 +277,24 @@ impl Progress {
                     wrap(a[2] + share * turn),
                 ];
             }
-            rest -= long;
         }
         self.path.last().copied().unwrap_or_default()
     }
 
     /// Go on to the nearest place of the path ahead; the distance from it, m.
     pub fn follow(&mut self, [x, y, _]: [f64; 3]) -> f64 {
-        let off = |length: f64| {
-            let [px, py, _] = self.at(length);
-            (x - px).hypot(y - py)
-        };
-        let end = self.length();
-        let (mut best, mut least) = (self.done, off(self.done));
-        for k in 1..=40 {
-            let length = (self.done + f64::from(k) * 0.01).min(end);
-            let distance = off(length);
+        let [px, py, _] = self.at(self.done);
+        let (mut best, mut least) = (self.done, (x - px).hypot(y - py));
+        for (from, a, b, long) in self.segments() {
+            let (low, high) = (self.done.max(from), (self.done + WINDOW).min(from + long));
+            if low >= high {
+                continue;
+            }
+            let way = [(b[0] - a[0]) / long, (b[1] - a[1]) / long];
+            let along = (x - a[0]) * way[0] + (y - a[1]) * way[1];
+            let length = (from + along).clamp(low, high);
+            let [px, py] = [0, 1].map(|k| a[k] + (length - from) * way[k]);
+            let distance = (x - px).hypot(y - py);
             if distance < least {
                 (best, least) = (length, distance);
             }
@@ -284,8 +302,10 @@ impl Progress {
         self.done = best;
         least
     }
-}
 
-fn apart(a: &[f64; 3], b: &[f64; 3]) -> f64 {
-    (a[0] - b[0]).hypot(a[1] - b[1])
+    /// Length before each piece, its ends, and its own length.
+    fn segments(&self) -> impl Iterator<Item = (f64, [f64; 3], [f64; 3], f64)> + '_ {
+        let ends = self.path.windows(2).zip(self.lengths.windows(2));
+        ends.map(|(pair, lengths)| (lengths[0], pair[0], pair[1], lengths[1] - lengths[0]))
+    }
 }

@@ -1,0 +1,121 @@
+//! Free motion where all drag is viscous and constant: the step's linear system, solved once for all steps.
+
+use crate::heading::Heading;
+use crate::implicit::Inert;
+use crate::plant::carried;
+use crate::{Action, State};
+
+/// What [`crate::Plant::move_on`] does in a step of a given length, where no state changes what acts: velocities after half
+/// a step and after a whole one are linear in the velocity before and the push.
+#[derive(Clone, Copy, Debug)]
+pub struct Glide {
+    dt: f64,
+    center: [f64; 2],
+    /// What acts beside the applied wrench.
+    push: [f64; 3],
+    half: Linear,
+    whole: Linear,
+}
+
+/// A velocity of the mass centre from the one before, and from the push; columns.
+#[derive(Clone, Copy, Debug)]
+struct Linear {
+    velocity: [[f64; 3]; 3],
+    push: [[f64; 3]; 3],
+}
+
+impl Linear {
+    fn new(solve: impl Fn([f64; 3], &Action<f64>) -> [f64; 3], drag: [f64; 6]) -> Self {
+        let unit = |k: usize| [0, 1, 2].map(|j| f64::from(u8::from(j == k)));
+        let still = Action { push: [0.0; 3], drag };
+        Self {
+            velocity: [0, 1, 2].map(|k| solve(unit(k), &still)),
+            push: [0, 1, 2].map(|k| solve([0.0; 3], &Action { push: unit(k), drag })),
+        }
+    }
+
+    #[inline(always)]
+    fn of(&self, v: [f64; 3], w: [f64; 3]) -> [f64; 3] {
+        let (a, b) = (&self.velocity, &self.push);
+        [0, 1, 2].map(|k| {
+            (a[0][k] * v[0] + a[1][k] * v[1] + a[2][k] * v[2])
+                + (b[0][k] * w[0] + b[1][k] * w[1] + b[2][k] * w[2])
+        })
+    }
+}
+
+impl Glide {
+    pub(crate) fn new(inert: &impl Inert<f64>, center: [f64; 2], steady: &Action<f64>, dt: f64) -> Self {
+        let half = Linear::new(|v, action| inert.solve_half(v, action, dt / 2.0).0, steady.drag);
+        let whole = Linear::new(|v, action| inert.solve(v, action, dt).0, steady.drag);
+        Self { dt, center, push: steady.push, half, whole }
+    }
+
+    /// Move a state on by the step's length under `applied`, as [`crate::Plant::step`] takes it.
+    #[inline]
+    pub fn move_on(&self, state: &mut State<f64>, applied: &[f64; 3]) {
+        let half = self.dt / 2.0;
+        let [x, y, theta] = state.pose;
+        let push = [0, 1, 2].map(|k| applied[k] + self.push[k]);
+        let start = Heading::of(theta);
+        let from = start.place(self.center);
+        let before = carried(state.twist, from);
+        let near = self.half.of(start.to_body(before), push);
+        let heading = start.turned(theta + (before[2] + near[2]) * (half / 2.0));
+        let after = heading.to_world(self.whole.of(heading.to_body(before), push));
+        let end = theta + (before[2] + after[2]) * half;
+        let to = heading.turned(end).place(self.center);
+        state.pose = [
+            x + (from[0] - to[0]) + (before[0] + after[0]) * half,
+            y + (from[1] - to[1]) + (before[1] + after[1]) * half,
+            end,
+        ];
+        state.twist = carried(after, [-to[0], -to[1]]);
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use crate::{Body, Clock, Effect, Kind, Model, State};
+
+    const DT: f64 = 2e-3;
+
+    fn table(effects: Vec<Effect>) -> Model {
+        let body = Body::from_footprint(&[[-0.6, -0.4], [0.7, -0.4], [0.6, 0.4], [-0.6, 0.3]], 22.0).unwrap();
+        let mut model = Model::nominal(body, Some(22.0), [true; 3]);
+        model.effects = effects;
+        model
+    }
+
+    fn wheel(values: [f64; 5]) -> Effect {
+        Effect { kind: Kind::ViscousWheel, values: values.map(Some).to_vec() }
+    }
+
+    #[test]
+    fn it_moves_as_the_plant_does() {
+        let stiff = wheel([-0.5, 0.3, 0.3, 180.0, 1e5]);
+        let plant = table(vec![stiff, wheel([0.5, -0.3, 1.0, 8.0, 3.0])]).resolved().unwrap();
+        let glide = plant.glide(DT).unwrap();
+        let mut state = State::moving([0.1, -0.2, 3.0], [0.4, 0.1, 2.0]);
+        let mut other = state;
+        for tick in 0..1000 {
+            let t = f64::from(tick) * DT;
+            let applied = [60.0 * (3.0 * t).sin(), 40.0 * (5.0 * t).cos(), 20.0 * (2.0 * t).sin()];
+            plant.move_on(&mut state, &applied, Clock::since_contact(t), DT);
+            glide.move_on(&mut other, &applied);
+        }
+        let off = state.pose.iter().chain(&state.twist).zip(other.pose.iter().chain(&other.twist));
+        let gap = off.map(|(a, b)| (a - b).abs()).fold(0.0, f64::max);
+        assert!(gap < 1e-12 && state.pose[0].hypot(state.pose[1]) > 0.1, "{gap} {state:?}");
+    }
+
+    #[test]
+    fn what_changes_with_the_state_has_none() {
+        for kind in [Kind::CoulombFriction, Kind::CasterSwivel, Kind::MassChange, Kind::TrackerOffset] {
+            let spec = kind.spec();
+            let given = spec.params.iter().map(|p| Some(0.1f64.clamp(p.lower, p.upper))).collect();
+            let plant = table(vec![Effect { kind, values: given }]).resolved().unwrap();
+            assert!(plant.glide(DT).is_none(), "{kind:?}");
+        }
+    }
+}

@@ -1,0 +1,76 @@
+//! Stepping takes no memory: nothing is allocated from one action to the next.
+
+#![allow(clippy::unwrap_used)]
+
+use allocation_counter::measure;
+use trundle_sim::task::{Autoreset, Goal, Mode, Rows, Secret};
+use trundle_sim::{Batch, Options, Outcome, Pushing, Reset};
+
+fn options(task: Goal, action: Mode) -> Options {
+    Options { task, action, hidden: Secret::Wheels, horizon: 0, ..Options::default() }
+}
+
+/// Allocations of so many steps after some to warm up; and in how many of them the object touched something.
+fn allocations(options: Options, action: [f64; 3], steps: u32) -> (u64, u32) {
+    let mut row = vec![0.0; options.entries()];
+    let mut task = Pushing::new(options).unwrap();
+    task.reset(Some(3), &Reset::default()).unwrap();
+    for _ in 0..40 {
+        task.step(action).unwrap();
+    }
+    let mut touched = 0;
+    let taken = measure(|| {
+        for _ in 0..steps {
+            let outcome = task.step(action).unwrap();
+            touched += u32::from(outcome.is_some_and(|o| o.touched));
+            task.observe(&mut row);
+        }
+    });
+    (taken.count_total, touched)
+}
+
+#[test]
+fn a_step_allocates_nothing() {
+    for mode in [Mode::Wrench, Mode::Velocity] {
+        for task in [Goal::Pose, Goal::Path] {
+            assert_eq!(allocations(options(task, mode), [0.02, 0.01, 0.0], 50).0, 0, "{task:?} {mode:?}");
+        }
+    }
+}
+
+#[test]
+fn at_a_wall_only_the_engine_itself_allocates() {
+    // Twice in each simulation step: its solver's barrier, and its list of what was changed; and now and then a tree.
+    let (count, touched) = allocations(options(Goal::Door, Mode::Wrench), [0.3, 0.0, 0.0], 200);
+    assert!(touched == 200 && count as f64 <= 200.0 * 25.0 * 2.2, "{count} {touched}");
+}
+
+#[test]
+fn an_environment_is_small() {
+    for (task, most) in [(Goal::Pose, 16), (Goal::Door, 64)] {
+        let options = options(task, Mode::Wrench);
+        let (count, entries) = (64, options.entries());
+        let mut batch = None;
+        let mut touched = 0;
+        let taken = measure(|| {
+            let mut made = Batch::new(options, count, Autoreset::Disabled).unwrap();
+            let told: Vec<_> = (0..count as u64).map(|k| Some((Some(k), Reset::default()))).collect();
+            let (mut seen, mut finals) = (vec![0.0; count * entries], vec![0.0; count * entries]);
+            let mut outcomes = vec![Outcome::default(); count];
+            for env in 0..count {
+                let env = made.env(env).unwrap();
+                env.reset(Some(7), &told[0].as_ref().unwrap().1).unwrap();
+                for _ in 0..100 {
+                    touched += u32::from(env.step([0.3, 0.0, 0.0]).unwrap().is_some_and(|o| o.touched));
+                }
+            }
+            let rows = Rows { observations: &mut seen, finals: &mut finals, outcomes: &mut outcomes };
+            drop(rows);
+            batch = Some(made);
+        });
+        let each = taken.bytes_current / count as i64 / 1024;
+        println!("{task:?}: {each} KiB each, {touched} steps in contact");
+        assert!(each < most, "{task:?}: {each} KiB");
+        drop(batch);
+    }
+}

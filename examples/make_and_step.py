@@ -1,0 +1,45 @@
+"""Make an environment and step it: one, a branch of it, and a thousand at once.
+
+Run it with `python examples/make_and_step.py`; it writes `make_and_step.png`.
+"""
+
+from __future__ import annotations
+
+import gymnasium
+import matplotlib.pyplot as plt
+import numpy as np
+
+import trundle
+
+# A piece of furniture that nobody has seen, one of whose wheels is locked, and a doorway.
+env = gymnasium.make("trundle/PushDoor-v0", render_mode="rgb_array")
+observation, info = env.reset(seed=7)
+print(f"an observation has {len(observation)} numbers; an action three in [-1, 1]")
+
+# The wrench of an action is the same part of the same full one for every object.
+push = np.array([0.8, 0.1, 0.0], dtype=np.float32)
+for _ in range(20):
+    observation, reward, terminated, truncated, info = env.step(push)
+    if terminated or truncated:
+        break
+print(f"after a second: {info['distance']:.2f} m from the goal, at {observation[4:6].round(2)} m/s")
+
+# A planner may try the next second in three ways from here, random numbers and clock included.
+task = env.unwrapped
+assert isinstance(task, trundle.envs.Push)
+here = task.snapshot()
+for torque in (-0.5, 0.0, 0.5):
+    task.restore(here)
+    for _ in range(20):
+        *_, info = env.step(np.array([0.8, 0.0, torque], dtype=np.float32))
+        if info["lost"] or info["is_success"]:
+            break
+    print(f"torque {torque:4.1f}: {info['distance']:.2f} m from the goal")
+plt.imsave("make_and_step.png", np.asarray(env.render()))
+
+# A thousand worlds in one call; each is the single environment of its seed, to the last bit.
+envs = gymnasium.make_vec("trundle/PushDoor-v0", num_envs=1000)
+observations, _ = envs.reset(seed=0)
+for _ in range(20):
+    observations, rewards, terminated, truncated, infos = envs.step(np.tile(push, (1000, 1)))
+print(f"of 1000, {int(infos['touched'].sum())} touch a wall now")

@@ -1,0 +1,99 @@
+"""`trundle play`: episodes of an environment, watched, drawn and recorded."""
+
+from __future__ import annotations
+
+import argparse
+import sys
+from pathlib import Path
+from typing import TYPE_CHECKING, Any
+
+if sys.version_info >= (3, 11):
+    import tomllib
+else:
+    import tomli as tomllib
+
+from trundle.cli.options import add_seed
+
+if TYPE_CHECKING:
+    import gymnasium
+
+HELP = "Play episodes of an environment: print how they end, animate them, keep them as a recording."
+EXAMPLE = "trundle play PushDoor --episodes 3 --set object=household --gif door.gif --out recordings/door"
+
+
+def add_arguments(parser: argparse.ArgumentParser) -> None:
+    """Declare the task, who plays, and what is kept."""
+    parser.add_argument(
+        "task", metavar="TASK", help="PushPose, PushPath, PushAround, PushDoor or LockedWheel"
+    )
+    parser.add_argument("--episodes", type=int, default=1, help="how many (default: 1)")
+    parser.add_argument(
+        "--agent",
+        choices=("random", "adaptive"),
+        default="random",
+        help="random: a new action each half second; adaptive: trundle.AdaptiveAgent (LockedWheel, PushPose)",
+    )
+    parser.add_argument(
+        "--set",
+        metavar="NAME=VALUE",
+        action="append",
+        default=[],
+        help="an argument of the environment, such as action=push or noise=0; may be repeated",
+    )
+    parser.add_argument(
+        "--out", metavar="FOLDER", type=Path, help="keep what the instruments saw as a recording"
+    )
+    parser.add_argument("--gif", metavar="FILE", type=Path, help="draw an animation of all episodes")
+    parser.add_argument("--human", action="store_true", help="show a window (extra: trundle[human])")
+    add_seed(parser)
+
+
+def run(args: argparse.Namespace) -> int:
+    """Play, and say how each episode ended."""
+    from trundle.playing import Film, play
+
+    env = _made(args)
+    film = Film(args.gif) if args.gif else None
+    try:
+        for number, ended in enumerate(play(env, args.agent, args.episodes, args.seed, film)):
+            print(f"episode {number}: {ended}")
+    finally:
+        env.close()
+    if film:
+        film.write()
+        print(f"{args.gif}: {film.length} pictures")
+    if args.out:
+        print(f"{args.out}: a recording; `trundle diagnose {args.out}` says what was hidden")
+    return 0
+
+
+def _made(args: argparse.Namespace) -> gymnasium.Env[Any, Any]:
+    import gymnasium
+
+    import trundle
+
+    known = sorted(task.__name__ for task in trundle.envs.FLAT)
+    if args.task not in known:
+        raise trundle.TrundleError(f"TASK = {args.task}: choose {', '.join(known)}")
+    mode = "human" if args.human else "rgb_array" if args.gif else None
+    try:
+        env = gymnasium.make(f"trundle/{args.task}-v0", render_mode=mode, **_arguments(args.set))
+    except TypeError as error:
+        raise trundle.TrundleError(f"--set {' '.join(args.set)}: {error}") from None
+    return env if args.out is None else trundle.Record(env, args.out)
+
+
+def _arguments(pairs: list[str]) -> dict[str, Any]:
+    """Read NAME=VALUE, a value as in TOML, or a word."""
+    import trundle
+
+    arguments = {}
+    for pair in pairs:
+        name, sign, text = pair.partition("=")
+        if not sign:
+            raise trundle.TrundleError(f"--set {pair}: write NAME=VALUE")
+        try:
+            arguments[name] = tomllib.loads(f"value = {text}")["value"]
+        except tomllib.TOMLDecodeError:
+            arguments[name] = text
+    return arguments

@@ -1,0 +1,123 @@
+"""Episodes of a pushing environment, one after another."""
+
+from __future__ import annotations
+
+import os
+from collections.abc import Iterator
+from pathlib import Path
+from typing import Any
+
+import gymnasium as gym
+import numpy as np
+from numpy.typing import NDArray
+
+from trundle._native import TrundleError
+from trundle.agent import AdaptiveAgent
+
+__all__ = ["Film", "play"]
+
+HELD = 0.5
+"""Time for which a random action is kept, s: a force that changes faster moves nothing."""
+LARGEST = 0.4
+"""Largest entry of a random action: with more, light things fly."""
+
+
+class Film:
+    """Pictures that become an animation.
+
+    Parameters
+    ----------
+    path : Path
+        A `.gif`; it is written whole or not at all.
+
+    Raises
+    ------
+    TrundleError
+        If it is to be another kind of file.
+    """
+
+    def __init__(self, path: Path) -> None:
+        if path.suffix.lower() != ".gif":
+            raise TrundleError(f"{path}: an animation is a .gif")
+        self.path, self._frames, self._period = path, [], 0.05
+
+    _frames: list[NDArray[np.uint8]]
+
+    @property
+    def length(self) -> int:
+        """How many pictures there are."""
+        return len(self._frames)
+
+    def shoot(self, env: gym.Env[Any, Any]) -> None:
+        """Take a picture of the environment as it is now."""
+        self._frames.append(np.asarray(env.render()))
+        self._period = 1 / env.metadata["render_fps"]
+
+    def write(self) -> None:
+        """Write the animation."""
+        from PIL import Image
+
+        first, *rest = [Image.fromarray(frame).quantize(32) for frame in self._frames]
+        part = self.path.with_name(f".{self.path.name}.part")
+        try:
+            first.save(part, "GIF", save_all=True, append_images=rest, duration=1000 * self._period, loop=0)
+            os.replace(part, self.path)
+        finally:
+            part.unlink(missing_ok=True)
+
+
+def play(
+    env: gym.Env[Any, Any], agent: str, episodes: int, seed: int, film: Film | None = None
+) -> Iterator[str]:
+    """Play episodes and yield how each ended, in a line.
+
+    Parameters
+    ----------
+    env : gymnasium.Env
+        A flat pushing environment.
+    agent : {"random", "adaptive"}
+        Who plays.
+    episodes : int
+        How many; the first begins from `seed`, the others go on from there.
+    seed : int
+        Of the environment and of random actions.
+    film : Film, optional
+        Takes a picture of each step.
+    """
+    if episodes < 1:
+        raise TrundleError(f"--episodes {episodes}: at least one")
+    act = _player(env, agent, seed)
+    for number in range(episodes):
+        observation, _ = env.reset(seed=seed if number == 0 else None)
+        gained, steps, over = 0.0, 0, False
+        info: dict[str, Any] = {}
+        while not over:
+            if film:
+                film.shoot(env)
+            action = act(observation, steps)
+            observation, reward, terminated, truncated, info = env.step(action)
+            gained, steps, over = gained + float(reward), steps + 1, terminated or truncated
+        if film:
+            film.shoot(env)
+        yield _line(info, gained, steps / env.metadata["render_fps"])
+
+
+def _player(env: gym.Env[Any, Any], agent: str, seed: int) -> Any:
+    if agent == "adaptive":
+        adaptive = AdaptiveAgent(env, seed=seed)
+        return lambda seen, step: adaptive.predict(seen, episode_start=step == 0)[0]
+    random = np.random.default_rng(seed)
+    held = max(1, round(HELD * env.metadata["render_fps"]))
+    kept: list[NDArray[np.float32]] = []
+
+    def act(_: Any, step: int) -> NDArray[np.float32]:
+        if step % held == 0:
+            kept[:] = [random.uniform(-LARGEST, LARGEST, 3).astype(np.float32)]
+        return kept[0]
+
+    return act
+
+
+def _line(info: dict[str, Any], gained: float, seconds: float) -> str:
+    end = "goal reached" if info["is_success"] else "object lost" if info["lost"] else "time up"
+    return f"{end} after {seconds:.1f} s, {info['distance']:.2f} m off, return {gained:.2f}"

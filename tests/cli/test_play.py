@@ -1,0 +1,55 @@
+"""`trundle play`: episodes end, are drawn and kept; what makes no sense is refused and leaves nothing."""
+
+from pathlib import Path
+
+import pytest
+from PIL import Image
+
+import trundle
+from trundle.cli import main
+
+
+def test_episodes_are_told_drawn_and_kept(tmp_path: Path, capsys: pytest.CaptureFixture[str]) -> None:
+    gif, folder = tmp_path / "door.gif", tmp_path / "door"
+    line = f"play PushDoor --episodes 2 --set horizon=12 --set object=desk --gif {gif} --out {folder}"
+    assert main(line.split()) == 0
+    told = capsys.readouterr().out.splitlines()
+    assert [words.split(":")[0] for words in told[:2]] == ["episode 0", "episode 1"]
+    with Image.open(gif) as film:
+        assert film.size == (480, 480) and getattr(film, "n_frames", 1) > 8
+    recording = trundle.read(folder)
+    assert len(recording.episodes) == 2 and len(recording.metadata["scene"]["obstacle"]) == 2
+
+
+def test_the_same_seed_plays_the_same(capsys: pytest.CaptureFixture[str]) -> None:
+    def played(seed: int) -> str:
+        assert main(f"play PushPose --set action=push --set horizon=5 --seed {seed}".split()) == 0
+        return capsys.readouterr().out
+
+    assert played(1) == played(1) != played(2)
+
+
+def test_an_agent_that_learns_plays_better_than_chance(capsys: pytest.CaptureFixture[str]) -> None:
+    assert main(["play", "LockedWheel", "--agent", "adaptive", "--seed", "3"]) == 0
+    assert "goal reached" in capsys.readouterr().out
+
+
+@pytest.mark.parametrize(
+    ("line", "words"),
+    [
+        ("play PushSofa", "PushDoor"),
+        ("play PushPose --set noise", "NAME=VALUE"),
+        ("play PushPose --set nois=1", "nois"),
+        ("play PushPose --set object=piano", "kitchen_table"),
+        ("play PushPose --gif film.mp4", ".gif"),
+        ("play PushPose --episodes 0", "at least one"),
+        ("play PushDoor --agent adaptive", "16"),
+    ],
+)
+def test_what_makes_no_sense_is_refused(
+    line: str, words: str, tmp_path: Path, monkeypatch: pytest.MonkeyPatch, capsys: pytest.CaptureFixture[str]
+) -> None:
+    monkeypatch.chdir(tmp_path)
+    assert main(line.split()) == 2
+    assert words in capsys.readouterr().err
+    assert list(tmp_path.iterdir()) == []
