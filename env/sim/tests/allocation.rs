@@ -3,8 +3,8 @@
 #![allow(clippy::unwrap_used)]
 
 use allocation_counter::measure;
-use trundle_sim::task::{Autoreset, Goal, Mode, Rows, Secret};
-use trundle_sim::{Batch, Options, Outcome, Pushing, Reset};
+use trundle_sim::task::{Goal, Mode, Secret};
+use trundle_sim::{Options, Pushing, Reset};
 
 fn options(task: Goal, action: Mode) -> Options {
     Options { task, action, hidden: Secret::Wheels, horizon: 0, ..Options::default() }
@@ -48,29 +48,20 @@ fn at_a_wall_only_the_engine_itself_allocates() {
 #[test]
 fn an_environment_is_small() {
     for (task, most) in [(Goal::Pose, 16), (Goal::Door, 64)] {
-        let options = options(task, Mode::Wrench);
-        let (count, entries) = (64, options.entries());
-        let mut batch = None;
         let mut touched = 0;
+        let mut kept = vec![];
         let taken = measure(|| {
-            let mut made = Batch::new(options, count, Autoreset::Disabled).unwrap();
-            let told: Vec<_> = (0..count as u64).map(|k| Some((Some(k), Reset::default()))).collect();
-            let (mut seen, mut finals) = (vec![0.0; count * entries], vec![0.0; count * entries]);
-            let mut outcomes = vec![Outcome::default(); count];
-            for env in 0..count {
-                let env = made.env(env).unwrap();
-                env.reset(Some(7), &told[0].as_ref().unwrap().1).unwrap();
+            for _ in 0..16 {
+                let mut env = Pushing::new(options(task, Mode::Wrench)).unwrap();
+                env.reset(Some(7), &Reset::default()).unwrap();
                 for _ in 0..100 {
                     touched += u32::from(env.step([0.3, 0.0, 0.0]).unwrap().is_some_and(|o| o.touched));
                 }
+                kept.push(env);
             }
-            let rows = Rows { observations: &mut seen, finals: &mut finals, outcomes: &mut outcomes };
-            drop(rows);
-            batch = Some(made);
         });
-        let each = taken.bytes_current / count as i64 / 1024;
-        println!("{task:?}: {each} KiB each, {touched} steps in contact");
+        let each = taken.bytes_current / 16 / 1024;
         assert!(each < most, "{task:?}: {each} KiB");
-        drop(batch);
+        assert!(task == Goal::Pose || touched > 16 * 30, "an engine each: {touched}");
     }
 }
