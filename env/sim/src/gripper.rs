@@ -58,6 +58,8 @@ pub enum Drive {
     Force,
     /// The gripper's velocity, world axes, `[m/s, m/s, rad/s]`; the coupling makes it a wrench.
     Velocity,
+    /// The velocity of a tip that does not hold the object but pushes its rim, world axes, `[m/s, m/s, –]`.
+    Tip,
 }
 
 /// A gripper that has grasped the object.
@@ -89,7 +91,7 @@ impl Gripper {
     pub fn pose(&self, object: [f64; 3]) -> [f64; 3] {
         match self.drive {
             Drive::Force => compose(object, self.grasp),
-            Drive::Velocity => self.pose,
+            _ => self.pose,
         }
     }
 
@@ -98,7 +100,7 @@ impl Gripper {
     pub fn push(&mut self, command: [f64; 3], state: &State<f64>, rigid: &Rigid<f64>, dt: f64) -> [f64; 3] {
         match self.drive {
             Drive::Force => transport(command, self.grasp),
-            Drive::Velocity => {
+            _ => {
                 let mut wrench = self.couple(command, state, rigid, dt);
                 for (pose, velocity) in self.pose.iter_mut().zip(command) {
                     *pose += velocity * dt;

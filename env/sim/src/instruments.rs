@@ -42,6 +42,8 @@ pub struct Row {
     pub poses: Option<[f64; 6]>,
     /// Reading, gripper axes.
     pub reading: Option<[f64; 3]>,
+    /// What the other three axes of the sensor read: `force_z`, `torque_x`, `torque_y`.
+    pub rest: Option<[f64; 3]>,
 }
 
 /// Sensor and tracker at work.
@@ -67,13 +69,15 @@ impl Instruments {
         let due = |count: u32, rate: f64| scene.t * rate >= f64::from(count) - EARLY;
         // Whole nanoseconds: a step count times the step is not a number that one would write down.
         let t = (scene.t * 1e9).round() / 1e9;
-        let mut row = Row { t, poses: None, reading: None };
+        let mut row = Row { t, poses: None, reading: None, rest: None };
         let reads = due(self.readings, self.sensor.rate);
         let delay = scene.plant.delay().unwrap_or(0.0);
         if reads {
             self.readings += 1;
             let noise = self.blur([0.0; 3], self.sensor.noise());
             self.line.ask(self.rows.len(), scene.t - delay, noise);
+            let Sensor { force_noise, torque_noise, gripper, .. } = self.sensor;
+            row.rest = gripper.map(|g| self.blur(g.reading(), [force_noise, torque_noise, torque_noise]));
         }
         if due(self.poses, self.tracker.rate) {
             self.poses += 1;
@@ -119,8 +123,8 @@ impl Instruments {
     }
 }
 
-/// The columns of a planar recording, poses first.
-pub const COLUMNS: [&str; 9] = [
+/// The columns of a recording, poses first; the last three only of a sensor that has six axes.
+pub const COLUMNS: [&str; 12] = [
     "object_x",
     "object_y",
     "object_theta",
@@ -130,16 +134,21 @@ pub const COLUMNS: [&str; 9] = [
     "force_x",
     "force_y",
     "torque_z",
+    "force_z",
+    "torque_x",
+    "torque_y",
 ];
 
 /// The rows as an episode of a recording.
 pub fn episode(name: String, rows: &[Row]) -> Episode {
     let cell = |row: &Row, k: usize| match k {
         0..6 => row.poses.map(|p| p[k]),
-        _ => row.reading.map(|r| r[k - 6]),
+        6..9 => row.reading.map(|r| r[k - 6]),
+        _ => row.rest.filter(|_| row.reading.is_some()).map(|r| r[k - 9]),
     };
+    let axes = if rows.iter().any(|row| row.rest.is_some()) { 12 } else { 9 };
     let column = |k: usize| rows.iter().map(|row| cell(row, k).unwrap_or(f64::NAN)).collect();
-    let columns = COLUMNS.iter().enumerate().map(|(k, name)| ((*name).to_owned(), column(k)));
+    let columns = COLUMNS.iter().take(axes).enumerate().map(|(k, name)| ((*name).to_owned(), column(k)));
     let t = rows.iter().map(|row| row.t).collect();
     Episode { name, t, columns: columns.collect(), notes: BTreeMap::new() }
 }

@@ -5,8 +5,9 @@ use serde::{Deserialize, Serialize};
 use trundle_model::{Axes, Clock, INNER, Model, State};
 
 use crate::gripper::relative;
+use crate::hand::Hand;
 use crate::instruments::{Row, Scene};
-use crate::{Coupling, Drive, Gripper, Instruments, Mover, Profile, Sensor, SimError, Tracker};
+use crate::{Coupling, Drive, Instruments, Mover, Profile, Sensor, SimError, Tracker};
 
 /// What is done to the object in one episode.
 #[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
@@ -15,7 +16,8 @@ pub struct Push {
     /// Pose at which the object stands at rest, world frame, m and rad.
     #[serde(default)]
     pub start: [f64; 3],
-    /// Where the gripper holds it: pose of the gripper in the object frame, m and rad.
+    /// Where the gripper holds it: pose of the gripper in the object frame, m and rad; of a tip, on the rim and
+    /// heading into the object.
     pub grasp: [f64; 3],
     /// What the knots mean.
     pub drive: Drive,
@@ -69,7 +71,8 @@ impl Setting<'_> {
         let mut world = Mover::new(self.model.clone().on_object(), self.obstacles.to_vec())?;
         world.prepare(self.step);
         world.put(State::at_rest(push.start).with_inner(inner));
-        let mut gripper = Gripper::new(push.grasp, push.start, push.drive, self.coupling);
+        let body = &self.model.body;
+        let mut hand = Hand::new(push, body, self.coupling)?;
         let mut instruments = Instruments::new(self.sensor, self.tracker, noise);
         let steps = |seconds: f64| (seconds / self.step).round() as u32;
         let contact = steps(self.sensor.precontact);
@@ -77,7 +80,7 @@ impl Setting<'_> {
         for tick in 0..=contact + steps(profile.end()) {
             let state = *world.state();
             let since_contact = (f64::from(tick) - f64::from(contact)) * self.step;
-            let held_at = gripper.pose(state.pose);
+            let held_at = hand.pose(state.pose);
             let [x, y, _] = relative(state.pose, held_at);
             let t = f64::from(tick) * self.step;
             let clock = Clock {
@@ -90,12 +93,12 @@ impl Setting<'_> {
             };
             let wrench = if clock.in_contact() {
                 let command = profile.at(since_contact + self.step / 2.0);
-                gripper.push(command, &state, &world.rigid(clock), self.step)
+                hand.push(command, f64::INFINITY, body, &world.rigid(clock), &state, self.step)
             } else {
                 [0.0; 3]
             };
             world.step(wrench, clock, self.step)?;
-            let next = gripper.pose(world.state().pose);
+            let next = hand.pose(world.state().pose);
             let going = [0, 1].map(|k| (next[k] - held_at[k]) / self.step);
             instruments.observe(&Scene {
                 t,

@@ -25,11 +25,46 @@ pub struct Sensor {
     pub offset: [f64; 3],
     /// Time without contact at the start of an episode, from which the offset can be taken, s.
     pub precontact: f64,
+    /// What hangs between sensor and object; then all six axes are recorded.
+    pub gripper: Option<Hanging>,
+}
+
+/// A level gripper that hangs on the sensor: what the axes read that a planar world does not know.
+#[derive(Clone, Copy, Debug, PartialEq, Serialize, Deserialize)]
+#[serde(deny_unknown_fields)]
+pub struct Hanging {
+    /// kg.
+    pub mass: f64,
+    /// Its mass centre, sensor frame, m.
+    #[serde(default)]
+    pub com: [f64; 3],
+    /// What `force_z`, `torque_x` and `torque_y` read without load, `[N, N·m, N·m]`.
+    #[serde(default)]
+    pub offset: [f64; 3],
+}
+
+/// m/s².
+const GRAVITY: f64 = 9.80665;
+
+impl Hanging {
+    /// What `force_z`, `torque_x` and `torque_y` read, without noise.
+    pub fn reading(&self) -> [f64; 3] {
+        let weight = self.mass * GRAVITY;
+        let [x, y, _] = self.com;
+        [self.offset[0] - weight, self.offset[1] - weight * y, self.offset[2] + weight * x]
+    }
 }
 
 impl Default for Sensor {
     fn default() -> Self {
-        Self { rate: 125.0, force_noise: 0.4, torque_noise: 0.05, offset: [0.0; 3], precontact: 0.4 }
+        Self {
+            rate: 125.0,
+            force_noise: 0.4,
+            torque_noise: 0.05,
+            offset: [0.0; 3],
+            precontact: 0.4,
+            gripper: None,
+        }
     }
 }
 
@@ -43,6 +78,12 @@ impl Sensor {
         check_noise("sensor.force_noise", self.force_noise)?;
         check_noise("sensor.torque_noise", self.torque_noise)?;
         check_noise("sensor.precontact", self.precontact)?;
+        if let Some(Hanging { mass, com, offset }) = &self.gripper {
+            check_noise("sensor.gripper.mass", *mass)?;
+            if let Some(value) = com.iter().chain(offset).find(|v| !v.is_finite()) {
+                return Err(SimError::value("sensor.gripper", value, "must be finite (m; N, N·m, N·m)"));
+            }
+        }
         match self.offset.iter().find(|v| !v.is_finite()) {
             Some(value) => Err(SimError::value("sensor.offset", value, "must be finite (N, N, N·m)")),
             None => Ok(()),

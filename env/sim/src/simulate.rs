@@ -11,7 +11,7 @@ use trundle_record::{
 
 use crate::instruments::episode;
 use crate::push::Setting;
-use crate::{Push, Scenario, Sensor, SimError, Tracker};
+use crate::{Drive, Push, Scenario, Sensor, SimError, Tracker};
 
 /// The recording of a scenario. The same seed gives the same recording.
 ///
@@ -27,8 +27,10 @@ pub fn simulate(scenario: &Scenario, model: &Model, seed: u64) -> Result<Recordi
         sensor: scenario.sensor,
         tracker: scenario.tracker,
     };
+    let pushes = pushes(scenario, model, seed);
+    let contact = contact(&pushes)?;
     let mut episodes = vec![];
-    for (index, push) in pushes(scenario, model, seed).iter().enumerate() {
+    for (index, push) in pushes.iter().enumerate() {
         let inner = beginning(model, &mut stream(seed, Purpose::Inner, index));
         let rows = setting.run_from(index, push, inner, stream(seed, Purpose::Noise, index))?;
         episodes.push(episode(format!("episode_{index:02}"), &rows));
@@ -37,6 +39,7 @@ pub fn simulate(scenario: &Scenario, model: &Model, seed: u64) -> Result<Recordi
     let held_out = names.skip(episodes.len() - scenario.held_out).collect();
     let sensor = quiet(&scenario.sensor, model)?;
     let mut metadata = metadata(&scenario.name, &model.body, scenario.weighed, &sensor, &scenario.tracker);
+    metadata.wrench.contact = contact;
     metadata.scene.obstacles = obstacles.into_iter().map(|polygon| Obstacle { polygon }).collect();
     metadata.split = Split { held_out };
     Ok(Recording::new(metadata, episodes)?)
@@ -51,6 +54,18 @@ fn quiet(sensor: &Sensor, model: &Model) -> Result<Sensor, SimError> {
         return Err(SimError::value("latency.delay", -ahead, remedy));
     }
     Ok(Sensor { precontact, ..*sensor })
+}
+
+/// A recording says once how the object is touched.
+fn contact(pushes: &[Push]) -> Result<Contact, SimError> {
+    let tips = pushes.iter().filter(|push| push.drive == Drive::Tip).count();
+    match tips {
+        0 => Ok(Contact::Grasp),
+        _ if tips == pushes.len() => Ok(Contact::Point),
+        _ => {
+            Err(SimError::value("push.drive", "tip", "must be that of all pushes of a recording or of none"))
+        }
+    }
 }
 
 /// Time that a tare needs, s.
@@ -112,8 +127,8 @@ pub fn metadata(name: &str, body: &Body, weighed: bool, sensor: &Sensor, tracker
             precontact: Some(Precontact::Everywhere([0.0, sensor.precontact])),
             contact: Contact::Grasp,
             source: Source::Measured,
-            gripper_mass: None,
-            gripper_com: None,
+            gripper_mass: sensor.gripper.map(|gripper| gripper.mass),
+            gripper_com: sensor.gripper.map(|gripper| gripper.com),
         },
         noise: noise(sensor, tracker),
         scene: Default::default(),

@@ -5,8 +5,8 @@
 use std::path::{Path, PathBuf};
 
 use trundle_model::{Clock, Effect, Kind, State, transport};
-use trundle_record::{Gripper, Precontact, Recording};
-use trundle_sim::{Scenario, simulate};
+use trundle_record::{Contact, Gripper, Precontact, Recording};
+use trundle_sim::{Drive, Hanging, Push, Scenario, simulate};
 
 fn demo() -> PathBuf {
     Path::new(env!("CARGO_MANIFEST_DIR")).join("../../configs/experiments/demo.toml")
@@ -39,6 +39,72 @@ fn nothing_hidden_is_written_down() {
     }
     for word in ["mu_", "180", "320", "locked", "22.0"] {
         assert!(!text.contains(word), "{word} in {text}");
+    }
+}
+
+#[test]
+fn a_sensor_with_a_gripper_on_it_reads_six_axes_and_is_tared_as_any() {
+    let bare = recording(silence, 0);
+    let hung = recording(
+        |s| {
+            silence(s);
+            s.sensor.gripper = Some(Hanging { mass: 1.2, com: [0.01, -0.02, 0.06], offset: [3.0, 0.1, 0.2] });
+        },
+        0,
+    );
+    let weight = 1.2 * 9.80665;
+    let wrench = hung.episodes[0].wrench().unwrap();
+    for value in &wrench.value {
+        let [_, _, fz, tx, ty, _] = *value;
+        for (read, expected) in [(fz, 3.0 - weight), (tx, 0.1 + 0.02 * weight), (ty, 0.2 + 0.01 * weight)] {
+            assert!((read - expected).abs() < 1e-12, "{value:?}");
+        }
+    }
+    assert_eq!(hung.metadata.wrench.gripper_mass, Some(1.2));
+    let planar = |r: &Recording| -> Vec<[f64; 2]> {
+        r.episodes[0].wrench().unwrap().value.iter().map(|w| [w[0], w[5]]).collect()
+    };
+    assert!(planar(&hung) == planar(&bare), "the weight of a level gripper is in the other three axes");
+    assert!(!bare.episodes[0].columns.contains_key("force_z"));
+}
+
+#[test]
+fn a_tip_pushes_and_the_recording_says_so() {
+    let tip = |y: f64, angle: f64| Push {
+        start: [0.0; 3],
+        grasp: [-0.6, y, angle],
+        drive: Drive::Tip,
+        knots: vec![
+            [0.0, 0.1, 0.0, 0.0],
+            [1.5, 0.1, 0.0, 0.0],
+            [1.5001, -0.1, 0.0, 0.0],
+            [3.0, -0.1, 0.0, 0.0],
+        ],
+    };
+    let pushed = |pushes: Vec<Push>| {
+        let (mut scenario, model) = Scenario::read(&demo()).unwrap();
+        silence(&mut scenario);
+        (scenario.random, scenario.held_out, scenario.pushes) = (None, 0, pushes);
+        simulate(&scenario, &model, 0)
+    };
+    let recording = pushed(vec![tip(0.1, 0.0)]).unwrap();
+    assert_eq!(recording.metadata.wrench.contact, Contact::Point);
+    let (object, wrench) = (recording.episodes[0].object().unwrap(), recording.episodes[0].wrench().unwrap());
+    assert!(object.value.last().unwrap()[0] > 0.02, "it was pushed ahead");
+    let offset = recording.episodes[0].wrench().unwrap().value[0];
+    let ahead: Vec<f64> = wrench.value.iter().map(|w| w[0] - offset[0]).collect();
+    assert!(ahead.iter().all(|f| *f > -1e-9), "and never pulled");
+    assert!(
+        ahead[ahead.len() - 5..].iter().all(|f| f.abs() < 1e-9),
+        "which it would be when the tip goes back"
+    );
+    let mixed = Push { drive: Drive::Velocity, ..tip(0.1, 0.0) };
+    for (pushes, word) in [
+        (vec![tip(0.1, 0.0), mixed], "push.drive"),
+        (vec![tip(0.1, 3.0)], "push.grasp"),
+        (vec![Push { grasp: [0.0; 3], ..tip(0.0, 0.0) }], "push.grasp"),
+    ] {
+        assert!(pushed(pushes).unwrap_err().to_string().contains(word));
     }
 }
 

@@ -7,6 +7,7 @@ use super::options::Mode;
 use super::rules::*;
 use super::things::Thing;
 use crate::gripper::{compose, relative};
+use crate::hand::Hand;
 use crate::tip::{RADIUS, Tip};
 use crate::{Coupling, Drive, Gripper};
 
@@ -15,20 +16,11 @@ use crate::{Coupling, Drive, Gripper};
 pub struct Arm {
     /// Where it holds or touches the object: pose of the gripper in the object frame, m and rad.
     pub grasp: [f64; 3],
-    hand: Hand,
+    /// None: it holds the object, and gives a wrench.
+    hand: Option<Hand>,
     /// Command before, and now; a wrench is kept as it acts, object axes about the object origin.
     from: [f64; 3],
     to: [f64; 3],
-}
-
-#[derive(Clone, Debug, Serialize, Deserialize)]
-enum Hand {
-    /// Holds, and gives a wrench.
-    Force,
-    /// Holds, and moves.
-    Velocity(Gripper),
-    /// Pushes; `heading` is the way it moves, world, rad.
-    Tip { tip: Tip, heading: f64 },
 }
 
 impl Arm {
@@ -36,15 +28,12 @@ impl Arm {
     pub fn new(mode: Mode, [x, y]: [f64; 2], object: [f64; 3]) -> Self {
         let grasp = [x, y, 0.0];
         let hand = match mode {
-            Mode::Wrench => Hand::Force,
+            Mode::Wrench => None,
             Mode::Velocity => {
                 let gripper = Gripper::new(grasp, object, Drive::Velocity, Coupling::default());
-                Hand::Velocity(gripper.at_most(FULL_WRENCH))
+                Some(Hand::Holds(gripper.at_most(FULL_WRENCH)))
             }
-            Mode::Push => {
-                let [x, y, _] = compose(object, grasp);
-                Hand::Tip { tip: Tip { at: [x, y], withdrawn: true }, heading: object[2] }
-            }
+            Mode::Push => Some(Hand::withdrawn(grasp, object)),
         };
         Self { grasp, hand, from: [0.0; 3], to: [0.0; 3] }
     }
@@ -52,10 +41,10 @@ impl Arm {
     /// Take a new command, of which each entry is in the unit of [`Mode::full`].
     pub fn command(&mut self, target: [f64; 3], thing: &Thing, object: [f64; 3]) {
         (self.from, self.to) = (self.to, target);
-        if matches!(self.hand, Hand::Force) {
+        if self.hand.is_none() {
             self.to = transport(target, self.grasp);
         }
-        if let Hand::Tip { tip, heading } = &mut self.hand {
+        if let Some(Hand::Pushes { tip, heading }) = &mut self.hand {
             let [place, lean, _] = target;
             let rim = thing.rim(place);
             let (_, normal) = thing.body.outside(beyond(rim, thing.body.com));
@@ -75,49 +64,39 @@ impl Arm {
         rigid: &Rigid<f64>,
         state: &State<f64>,
     ) -> [f64; 3] {
-        let command = self.at(t + dt / 2.0, whole);
-        match &mut self.hand {
-            Hand::Force => command,
-            Hand::Velocity(gripper) => gripper.push(command, state, rigid, dt),
-            Hand::Tip { tip, heading } => {
-                tip.withdrawn = t >= MOVING * whole;
-                let speed = FULL_PUSH[2] + self.to[2];
-                let velocity = [speed * heading.cos(), speed * heading.sin()];
-                tip.push(velocity, FULL_WRENCH[0], body, rigid, state, dt)
-            }
+        let mut command = self.at(t + dt / 2.0, whole);
+        let Some(hand) = &mut self.hand else { return command };
+        if let Hand::Pushes { tip, heading } = hand {
+            tip.withdrawn = t >= MOVING * whole;
+            let speed = FULL_PUSH[2] + self.to[2];
+            command = [speed * heading.cos(), speed * heading.sin(), 0.0];
         }
+        hand.push(command, FULL_WRENCH[0], body, rigid, state, dt)
     }
 
     /// The wrench at a time since the command, object axes about the object origin, where it is what is commanded.
     pub fn instant(&self, t: f64, whole: f64) -> Option<[f64; 3]> {
-        matches!(self.hand, Hand::Force).then(|| self.at(t, whole))
+        self.hand.is_none().then(|| self.at(t, whole))
     }
 
     /// Pose of the gripper in the world.
     pub fn pose(&self, object: [f64; 3]) -> [f64; 3] {
-        match &self.hand {
-            Hand::Force => compose(object, self.grasp),
-            Hand::Velocity(gripper) => gripper.pose(object),
-            Hand::Tip { tip: Tip { at: [x, y], .. }, heading } => [*x, *y, *heading],
-        }
+        self.hand.as_ref().map_or_else(|| compose(object, self.grasp), |hand| hand.pose(object))
     }
 
     /// Pose of the gripper in the object frame.
     pub fn frame(&self, object: [f64; 3]) -> [f64; 3] {
-        match &self.hand {
-            Hand::Force => self.grasp,
-            _ => relative(object, self.pose(object)),
-        }
+        self.hand.as_ref().map_or(self.grasp, |hand| relative(object, hand.pose(object)))
     }
 
     /// Whether it holds the object, or can only push it.
     pub fn holds(&self) -> bool {
-        !matches!(self.hand, Hand::Tip { .. })
+        !matches!(self.hand, Some(Hand::Pushes { .. }))
     }
 
     /// A wrench rises fast and is held; a velocity changes all the time, or the arm would have to jerk the object.
     fn at(&self, t: f64, whole: f64) -> [f64; 3] {
-        let rise = if matches!(self.hand, Hand::Force) { RISE } else { whole };
+        let rise = if self.hand.is_none() { RISE } else { whole };
         let share = (t / rise).min(1.0);
         [0, 1, 2].map(|k| self.from[k] + share * (self.to[k] - self.from[k]))
     }
