@@ -1,10 +1,12 @@
 //! The planner in Python.
 
+use std::sync::Arc;
+
 use numpy::{PyArray1, PyArray2, PyArrayMethods};
 use pyo3::prelude::*;
 use pyo3::types::PyDict;
-use trundle_control::{ControlError, Planner, Settings, Task};
-use trundle_model::State;
+use trundle_control::{ControlError, Planner, Room, Settings, Task};
+use trundle_model::{Body, Fixture, Plant, State};
 
 use crate::error::{refused, run};
 use crate::model::PyModel;
@@ -38,7 +40,8 @@ pub(crate) fn register(module: &Bound<'_, PyModule>) -> PyResult<()> {
 /// cost : dict
 ///     Weights: `heading` (m for each rad, 0.3), `effort` (m for a full action along an axis), `speed_limit`
 ///     (m/s), `spin_limit` (rad/s), `excess` (m for exceeding a limit by all of it), `arrival` (s for which the
-///     error at the end is charged) and `momentum` (m for each m/s there).
+///     error at the end is charged), `momentum` (m for each m/s there), `margin` (room that should be left to
+///     obstacles, m) and `collision` (m for touching one).
 ///
 /// Raises
 /// ------
@@ -47,6 +50,16 @@ pub(crate) fn register(module: &Bound<'_, PyModule>) -> PyResult<()> {
 #[pyclass(name = "Planner", module = "trundle")]
 struct PyPlanner {
     planner: Planner,
+    /// The room of the last call, and what it was made of.
+    room: Option<(Surroundings, Arc<Room>)>,
+}
+
+/// What a room is made of.
+#[derive(PartialEq)]
+struct Surroundings {
+    obstacles: Vec<Vec<[f64; 2]>>,
+    goal: [f64; 3],
+    fixtures: Vec<Fixture>,
 }
 
 #[pymethods]
@@ -65,21 +78,23 @@ impl PyPlanner {
         let settings: Settings = toml_dict::from_dict(&all, "planner")?
             .try_into()
             .map_err(|error: toml::de::Error| refused(format!("planner: {}", error.message())))?;
-        Ok(Self { planner: Planner::new(settings, seed).map_err(refused)? })
+        Ok(Self { planner: Planner::new(settings, seed).map_err(refused)?, room: None })
     }
 
     /// Improve the plan for where the object is now.
     ///
     /// Parameters
     /// ----------
-    /// model : Model
-    ///     With all values given.
+    /// model : Model or sequence of Model
+    ///     With all values given; of several, a plan costs what it does on average.
     /// pose, twist : sequence of 3 floats
     ///     Motion of the object frame, world axes, [m, m, rad] and [m/s, m/s, rad/s].
     /// goal : sequence of 3 floats
     ///     Pose at which it should be, [m, m, rad].
     /// grasp : sequence of 2 floats
     ///     Where it is held, object frame, m.
+    /// obstacles : sequence of polygons
+    ///     Fixed and simple, corners in order, world, m.
     ///
     /// Returns
     /// -------
@@ -89,23 +104,58 @@ impl PyPlanner {
     /// Raises
     /// ------
     /// TrundleError
-    ///     If a number is not finite, or a value of the model is free.
+    ///     If a number is not finite, or a value of a model is free.
+    #[pyo3(signature = (model, pose, twist, goal, grasp, obstacles = vec![]))]
+    #[expect(clippy::too_many_arguments, reason = "what a task is made of")]
     fn plan<'py>(
         &mut self,
         py: Python<'py>,
-        model: &PyModel,
+        model: Models<'py>,
         pose: [f64; 3],
         twist: [f64; 3],
         goal: [f64; 3],
         grasp: [f64; 2],
+        obstacles: Vec<Vec<[f64; 2]>>,
     ) -> PyResult<Bound<'py, PyArray2<f64>>> {
-        let plant = model.model.resolved().map_err(refused)?;
-        let task = Task { state: State::moving(pose, twist), goal, grasp };
+        let (plants, task) = (model.plants()?, Task { state: State::moving(pose, twist), goal, grasp });
+        let room = self.furnish(&model.body()?, obstacles, &task)?;
+        let planner = &mut self.planner;
         let actions: Vec<f64> = run(py, || {
-            let plan = self.planner.plan(&plant, &task)?;
+            let plan = planner.plan(&plants, &task, &room)?;
             Ok::<_, ControlError>(plan.iter().flatten().copied().collect())
         })?;
         PyArray1::from_vec(py, actions).reshape([self.planner.settings().horizon, 3])
+    }
+
+    /// What the best plan found from each grasp costs, in metre-seconds: where to hold the object.
+    ///
+    /// Parameters
+    /// ----------
+    /// model, pose, twist, goal, obstacles
+    ///     As for `plan`.
+    /// grasps : sequence of pairs of float
+    ///     Object frame, m.
+    ///
+    /// Returns
+    /// -------
+    /// ndarray, shape (len(grasps),)
+    ///     Infinite where no plan keeps the motion finite.
+    #[pyo3(signature = (model, pose, twist, goal, grasps, obstacles = vec![]))]
+    #[expect(clippy::too_many_arguments, reason = "what a task is made of")]
+    fn compare<'py>(
+        &mut self,
+        py: Python<'py>,
+        model: Models<'py>,
+        pose: [f64; 3],
+        twist: [f64; 3],
+        goal: [f64; 3],
+        grasps: Vec<[f64; 2]>,
+        obstacles: Vec<Vec<[f64; 2]>>,
+    ) -> PyResult<Bound<'py, PyArray1<f64>>> {
+        let task = Task { state: State::moving(pose, twist), goal, grasp: [0.0; 2] };
+        let (plants, room) = (model.plants()?, self.furnish(&model.body()?, obstacles, &task)?);
+        let costs = run(py, || self.planner.compare(&plants, &task, &room, &grasps))?;
+        Ok(PyArray1::from_vec(py, costs))
     }
 
     /// Move the plan on by so many seconds; its last action is held beyond its end.
@@ -122,5 +172,45 @@ impl PyPlanner {
     #[getter]
     fn hold(&self) -> f64 {
         self.planner.settings().hold
+    }
+}
+
+impl PyPlanner {
+    /// The room of a task; the ways in it are found anew only where goal, obstacles or object are others.
+    fn furnish(&mut self, body: &Body, obstacles: Vec<Vec<[f64; 2]>>, task: &Task) -> PyResult<Arc<Room>> {
+        let made_of = Surroundings { obstacles, goal: task.goal, fixtures: body.fixtures.clone() };
+        if let Some((_, room)) = self.room.as_ref().filter(|(known, _)| *known == made_of) {
+            return Ok(room.clone());
+        }
+        let (ends, turning) = ([task.goal, task.state.pose], self.planner.settings().cost.heading);
+        let room = Arc::new(Room::new(body, &made_of.obstacles, ends, turning).map_err(refused)?);
+        self.room = Some((made_of, room.clone()));
+        Ok(room)
+    }
+}
+
+/// One model or several.
+#[derive(FromPyObject)]
+enum Models<'py> {
+    One(PyRef<'py, PyModel>),
+    Several(Vec<PyRef<'py, PyModel>>),
+}
+
+impl Models<'_> {
+    fn all(&self) -> Vec<&PyModel> {
+        match self {
+            Self::One(model) => vec![model],
+            Self::Several(models) => models.iter().map(|model| &**model).collect(),
+        }
+    }
+
+    fn plants(&self) -> PyResult<Vec<Plant<f64>>> {
+        self.all().into_iter().map(|model| model.model.resolved().map_err(refused)).collect()
+    }
+
+    /// Of the first; all are of one object.
+    fn body(&self) -> PyResult<Body> {
+        let first = self.all().into_iter().next().map(|model| model.model.body.clone());
+        first.ok_or_else(|| refused("models: give one at least"))
     }
 }

@@ -5,6 +5,7 @@ use pyo3::exceptions::PyIndexError;
 use pyo3::intern;
 use pyo3::prelude::*;
 use pyo3::types::{PyBytes, PyDict};
+use trundle_model::Rigid;
 use trundle_sim::task::{Autoreset, Goal, Rows, Thing, household, rules};
 use trundle_sim::{Batch, Options, Outcome, Pushing, Reset, SimError, episode};
 
@@ -119,6 +120,11 @@ impl PyPushing {
     }
 
     #[getter]
+    fn seeded(&self) -> bool {
+        self.task.seeded()
+    }
+
+    #[getter]
     fn objects(&self) -> u64 {
         self.task.objects()
     }
@@ -152,11 +158,16 @@ impl PyPushing {
     }
 
     fn snapshot(&self) -> PySnapshot {
-        PySnapshot { options: self.options.clone(), task: self.task.clone() }
+        PySnapshot { options: self.options.clone(), task: self.task.fork() }
     }
 
     fn restore(&mut self, snapshot: &PySnapshot) -> PyResult<()> {
         same(&self.options, &snapshot.options)?;
+        if self.task.recording() {
+            return Err(refused(
+                "an episode that is recorded cannot go elsewhere: restore without trundle.Record",
+            ));
+        }
         self.task = snapshot.task.clone();
         Ok(())
     }
@@ -283,6 +294,12 @@ impl PyBatch {
         PyArray2::from_vec2(py, &rows).map_err(refused)
     }
 
+    /// Which have been given a seed.
+    #[getter]
+    fn seeded(&self) -> Vec<bool> {
+        self.batch.envs().iter().map(Pushing::seeded).collect()
+    }
+
     /// Whether the episode of one is over.
     fn ended(&self, index: usize) -> PyResult<bool> {
         self.batch.envs().get(index).map(|task| !task.ready()).ok_or_else(|| missing(index))
@@ -290,7 +307,7 @@ impl PyBatch {
 
     fn snapshot(&self, index: usize) -> PyResult<PySnapshot> {
         let task = self.batch.envs().get(index).ok_or_else(|| missing(index))?;
-        Ok(PySnapshot { options: self.options.clone(), task: task.clone() })
+        Ok(PySnapshot { options: self.options.clone(), task: task.fork() })
     }
 
     fn restore(&mut self, index: usize, snapshot: &PySnapshot) -> PyResult<()> {
@@ -376,6 +393,9 @@ fn check(numbers: &[f64]) -> PyResult<()> {
     if numbers.iter().all(|v| v.abs() <= 1.0) {
         return Ok(());
     }
+    if !numbers.iter().all(|v| v.is_finite()) {
+        return Err(refused(format!("action {numbers:?}: each entry must be a finite number in [-1, 1]")));
+    }
     Err(refused(format!(
         "action {numbers:?}: each entry must lie in [-1, 1]; gymnasium.wrappers.ClipAction cuts it"
     )))
@@ -411,10 +431,10 @@ fn cells(outcome: &Outcome) -> [f64; 9] {
 const HIDDEN: usize = 10;
 
 fn hidden_values(task: &Pushing) -> [f64; HIDDEN] {
-    let (Some(thing), Some(hidden)) = (task.thing(), task.hidden()) else { return [f64::NAN; HIDDEN] };
-    let [x, y] = thing.body.com;
+    let (Some(rigid), Some(hidden)) = (task.rigid(), task.hidden()) else { return [f64::NAN; HIDDEN] };
+    let Rigid { mass, com: [x, y], inertia } = rigid;
     let [xx, xy, yy, tx, ty, tt] = hidden.drag();
-    [thing.body.mass, x, y, thing.body.gyration, xx, xy, yy, tx, ty, tt]
+    [mass, x, y, (inertia / mass).sqrt(), xx, xy, yy, tx, ty, tt]
 }
 
 /// What there is to see, for drawing; None before the first reset.

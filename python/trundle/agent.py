@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from collections.abc import Sequence
+from collections.abc import Callable, Sequence
 from typing import Any, Protocol, TypeAlias, runtime_checkable
 
 import gymnasium as gym
@@ -18,7 +18,7 @@ __all__ = ["AdaptiveAgent", "Belief", "Pushable"]
 Array: TypeAlias = NDArray[np.float64]
 
 OBSERVATION = 16
-"""Entries of an observation, as `trundle.envs.LockedWheel` describes them."""
+"""Entries that every observation begins with, as `trundle.envs.Push` describes them."""
 
 
 @runtime_checkable
@@ -151,8 +151,17 @@ class AdaptiveAgent:
             )
         if starts < 1:
             raise TrundleError(f"starts = {starts}: at least one start is needed")
+        mode = getattr(source, "mode", "wrench")
+        if mode != "wrench":
+            raise TrundleError(
+                f"action = {mode!r}: the agent plans wrenches; make the environment with 'wrench'"
+            )
         self._scale = np.asarray(source.ACTION_SCALE, dtype=np.float64)
         self._space = space
+        self._entries = gym.spaces.flatdim(env.observation_space)
+        if self._entries < OBSERVATION:
+            raise TrundleError(f"an observation of {self._entries} numbers is not that of a pushing task")
+        self._obstacles: Callable[[Array], Any] = getattr(source, "seen_obstacles", lambda _: ())
         self._metadata = described(source.recording_metadata("episode"))
         self._first = rolling(self._metadata["object"], mass) if model is None else model
         self._adapt = adapt
@@ -179,7 +188,7 @@ class AdaptiveAgent:
 
         Parameters
         ----------
-        observation : ndarray, shape (16,) or (n, 16)
+        observation : ndarray, shape (entries,) or (n, entries)
             Of one environment, or of n.
         state : tuple of Belief, optional
             As returned by the call before; the agent remembers it if it is left out.
@@ -197,8 +206,8 @@ class AdaptiveAgent:
         """
         rows = np.asarray(observation, dtype=np.float64)
         many = np.atleast_2d(rows)
-        if rows.ndim not in (1, 2) or many.shape[1] != OBSERVATION:
-            wanted = f"({OBSERVATION},) or (n, {OBSERVATION})"
+        if rows.ndim not in (1, 2) or many.shape[1] != self._entries:
+            wanted = f"({self._entries},) or (n, {self._entries})"
             raise TrundleError(f"an observation has shape {wanted}, not {rows.shape}")
         known: Sequence[Belief | None] = self._beliefs if state is None else state
         if len(known) != len(many):
@@ -233,7 +242,12 @@ class AdaptiveAgent:
             now = belief.seen[-1]
             angle, aim = np.arctan2(now[3], now[2]), np.arctan2(now[10], now[9])
             plan = belief.planner.plan(
-                belief.model, (now[0], now[1], angle), now[4:7], (now[7], now[8], aim), now[14:16]
+                belief.model,
+                (now[0], now[1], angle),
+                now[4:7],
+                (now[7], now[8], aim),
+                now[14:16],
+                self._obstacles(now),
             )
             belief.planner.advance(self._hold * self._period)
             belief.plan = [plan[0] / self._scale] * self._hold

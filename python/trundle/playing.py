@@ -39,6 +39,8 @@ class Film:
     def __init__(self, path: Path) -> None:
         if path.suffix.lower() != ".gif":
             raise TrundleError(f"{path}: an animation is a .gif")
+        if not path.parent.is_dir():
+            raise TrundleError(f"{path.parent}: there is no such folder to write {path.name} to")
         self.path, self._frames, self._period = path, [], 0.05
 
     _frames: list[NDArray[np.uint8]]
@@ -87,6 +89,7 @@ def play(
     if episodes < 1:
         raise TrundleError(f"--episodes {episodes}: at least one")
     act = _player(env, agent, seed)
+    unwrapped: Any = env.unwrapped
     for number in range(episodes):
         observation, _ = env.reset(seed=seed if number == 0 else None)
         gained, steps, over = 0.0, 0, False
@@ -99,7 +102,7 @@ def play(
             gained, steps, over = gained + float(reward), steps + 1, terminated or truncated
         if film:
             film.shoot(env)
-        yield _line(info, gained, steps / env.metadata["render_fps"])
+        yield _line(info, gained, steps * unwrapped.control)
 
 
 def _player(env: gym.Env[Any, Any], agent: str, seed: int) -> Any:

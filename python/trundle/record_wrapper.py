@@ -108,6 +108,7 @@ class Record(gym.Wrapper[ObsType, ActType, ObsType, ActType], RecordConstructorA
         self._held_out = held_out
         self._keep_object = keep_object
         self._object = self._source.object_count
+        self._described: dict[str, Any] = {}
         self._begun = False
         self._stepped = False
         self._rows: list[Columns] = []
@@ -126,6 +127,8 @@ class Record(gym.Wrapper[ObsType, ActType, ObsType, ActType], RecordConstructorA
         if self._source.object_count != self._object:
             self._write()
             self._object = self._source.object_count
+        # Now, because by the time of writing there may be another object.
+        self._described = self._source.recording_metadata(self._name)
         self._begun = True
         self._rows = [self._source.take_rows()]
         return observation, info
@@ -158,7 +161,7 @@ class Record(gym.Wrapper[ObsType, ActType, ObsType, ActType], RecordConstructorA
         episodes = {f"episode_{k:02}": columns for k, columns in enumerate(self._episodes)}
         number = len(self.folders) + 1
         suffix = "" if number == 1 else f"_{number}"
-        metadata = self._source.recording_metadata(f"{self._name}{suffix}")
+        metadata = {**self._described, "name": f"{self._name}{suffix}"}
         if self._held_out > 0:
             metadata["split"] = {"held_out": list(episodes)[-self._held_out :]}
         folder = self._folder.with_name(f"{self._folder.name}{suffix}")

@@ -43,7 +43,8 @@ def test_an_agent_that_learns_plays_better_than_chance(capsys: pytest.CaptureFix
         ("play PushPose --set object=piano", "kitchen_table"),
         ("play PushPose --gif film.mp4", ".gif"),
         ("play PushPose --episodes 0", "at least one"),
-        ("play PushDoor --agent adaptive", "16"),
+        ("play PushPose --agent adaptive --set action=push", "wrench"),
+        ("play PushPose --gif missing/film.gif", "missing"),
     ],
 )
 def test_what_makes_no_sense_is_refused(

@@ -57,7 +57,9 @@ def test_the_id_is_known_without_an_import() -> None:
 @pytest.mark.parametrize("name", FLAT)
 def test_a_seed_gives_the_same_episodes(name: str) -> None:
     def episodes(seed: int) -> list[Any]:
-        env: Env = gymnasium.make(f"trundle/{name}-v0", object="random", hidden="catalogue")
+        # The locked wheel's task says itself what is hidden.
+        hidden: dict[str, Any] = {} if name == "LockedWheel" else {"hidden": "catalogue"}
+        env: Env = gymnasium.make(f"trundle/{name}-v0", object="random", **hidden)
         first = env.reset(seed=seed)[0].tolist(), rollout(env, actions(50))
         return [first, env.reset()[0].tolist(), rollout(env, actions(50))]
 
@@ -131,6 +133,35 @@ def test_effects_of_ones_own_are_hidden_too() -> None:
     observation = rollout(env, np.zeros((20, 3), dtype=np.float32))[-1][0]
     assert observation[0] > 0.05 and abs(observation[1]) < 1e-3, "it rolls down the slope by itself"
     assert env.hidden_model()["effect"][0]["kind"] == "floor_slope"
+
+
+def test_a_gripper_that_weighs_something_is_felt() -> None:
+    heavy = {"kind": "gripper_inertia", "mass": 5.0}
+    given = np.tile(np.array([0.8, 0.0, 0.0], dtype=np.float32), (2, 1))
+    felt = []
+    for effects in ([], [heavy]):
+        env = Push(action="velocity", hidden="none", noise=0.0, effects=effects)
+        env.reset(seed=0, options={"start": (0.0, 0.0, 0.0), "goal": (2.0, 2.0, 0.0)})
+        felt.append(rollout(env, given)[0][0][11])
+    # 0.24 m/s are reached in 50 ms: 4.8 m/s² on 5 kg.
+    assert felt[1] - felt[0] == pytest.approx(24.0, rel=0.05)
+
+
+def test_a_late_reading_of_a_push_is_its_mean_too() -> None:
+    def told(*effects: dict[str, Any]) -> float:
+        env = Push(action="push", hidden="none", noise=0.0, effects=effects)
+        env.reset(seed=0, options={"start": (0.0, 0.0, 0.0), "goal": (2.0, 2.0, 0.0)})
+        return float(env.step(np.array([1.0, 0.0, 0.5], dtype=np.float32))[0][11])
+
+    assert told({"kind": "latency", "delay": 0.05}) == pytest.approx(told(), rel=0.2) and told() > 1.0
+
+
+def test_an_action_too_short_to_be_reached_is_reached_at_its_end() -> None:
+    env = Push(substeps=5, hidden="none", noise=0.0)
+    env.reset(seed=0, options={"start": (0.0, 0.0, 0.0), "goal": (2.0, 2.0, 0.0)})
+    speeds = [s[0][4] for s in rollout(env, np.array([[0.2, 0, 0], [0, 0, 0]] * 2, dtype=np.float32))]
+    # Each 10 ms with a mean of 10 N on 22 kg.
+    np.testing.assert_allclose(np.diff(speeds, prepend=0.0), 0.1 / 22.0, rtol=1e-6)
 
 
 def test_the_time_limit_truncates() -> None:
@@ -258,6 +289,10 @@ def test_the_order_of_calls_is_kept() -> None:
         ({"effects": [{"kind": "ghost"}]}, "ghost"),
         ({"substeps": 0}, "substeps"),
         ({"drop_out": 1.0}, "drop_out"),
+        ({"horizon": -1}, "horizon"),
+        ({"substeps": 2.5}, "substeps"),
+        ({"effects": "ghost"}, "effects"),
+        ({"object": 3}, "object"),
     ],
 )
 def test_arguments_that_make_no_sense_are_refused(arguments: dict[str, Any], words: str) -> None:
@@ -277,6 +312,20 @@ def test_the_picture_shows_the_object_where_it_is(name: str) -> None:
     window = picture[row - 12 : row + 12, column - 12 : column + 12].reshape(-1, 3)
     red, _, blue = np.median(window, axis=0)
     assert red > blue + 20, "furniture is brown"
+
+
+def test_a_window_shows_each_step(monkeypatch: pytest.MonkeyPatch) -> None:
+    monkeypatch.setenv("SDL_VIDEODRIVER", "dummy")
+    pytest.importorskip("pygame", reason="a window needs pygame")
+    env = gymnasium.make("trundle/PushDoor-v0", render_mode="human")
+    shown: list[int] = []
+    monkeypatch.setattr(
+        trundle.envs.window.Window, "show", lambda self, pixels, fps: shown.append(pixels.size)
+    )
+    env.reset(seed=0)
+    rollout(env, actions(3))
+    env.close()
+    assert len(shown) == 4
 
 
 def test_a_video_is_recorded(tmp_path: Any) -> None:

@@ -48,6 +48,23 @@ def test_it_is_the_flat_environment_parted_and_goes_on_at_the_goal() -> None:
     assert info["is_success"] and reward == 0.0 and not terminated
 
 
+def test_who_loses_the_object_is_cut_off_not_rewarded() -> None:
+    env = PushPoseGoal(hidden="none")
+    env.reset(seed=0)
+    for _ in range(60):
+        _, _, terminated, truncated, info = env.step(np.array([1.0, 0.0, 0.0], dtype=np.float32))
+        assert not terminated
+        if truncated:
+            break
+    assert truncated and info["lost"]
+
+
+def test_an_oracle_knows_what_effects_do_to_the_mass() -> None:
+    shifted = {"kind": "com_offset", "com_x": 0.2, "com_y": 0.1}
+    seen, _ = Oracle(PushPose(effects=[shifted])).reset(seed=0)
+    np.testing.assert_allclose(seen[17:19], [0.2, 0.1])
+
+
 def test_another_reward_is_refused() -> None:
     with pytest.raises(trundle.TrundleError, match="reward_type"):
         PushPoseGoal(reward_type="shaped")
@@ -60,7 +77,6 @@ def test_an_oracle_knows_the_wheel() -> None:
     mass, _, _, _, xx, _, yy, *_ = seen[16:]
     assert seen in env.observation_space and seen.shape == (26,)
     assert mass == 22.0 and xx + yy == pytest.approx(wheel["mu_x"] + wheel["mu_y"])
-    # Its drag brakes as the table is braked: the speed that a steady force keeps up.
     assert env.step(np.zeros(3, dtype=np.float32))[0].shape == (26,)
     with pytest.raises(trundle.TrundleError, match="hides nothing"):
         Oracle(gymnasium.make("Pendulum-v1"))

@@ -130,10 +130,11 @@ def test_a_copy_of_a_batch_goes_on_alike() -> None:
     envs.reset(seed=0)
     given = actions(12, 3)
     envs.step(given[0])
-    for other in (copy.deepcopy(envs), pickle.loads(pickle.dumps(envs))):
-        pair = pickle.loads(pickle.dumps(envs))
-        for action in given[1:]:
-            np.testing.assert_array_equal(other.step(action)[0], pair.step(action)[0])
+    others = [copy.deepcopy(envs), pickle.loads(pickle.dumps(envs))]
+    for action in given[1:]:
+        seen = envs.step(action)[0]
+        for other in others:
+            np.testing.assert_array_equal(other.step(action)[0], seen)
 
 
 def fork_steps(envs: PushVec) -> None:
@@ -199,6 +200,10 @@ def test_what_makes_no_sense_is_refused() -> None:
             envs.step(wrong)
     with pytest.raises(trundle.TrundleError, match="3 seeds for 2"):
         envs.reset(seed=[1, 2, 3])
+    with pytest.raises(trundle.TrundleError, match=r"environment 1.*grasp"):
+        envs.reset(
+            options={"grasp": (9.0, 0.0), "reset_mask": np.array([False, True])},
+        )
     with pytest.raises(trundle.TrundleError, match="not negative"):
         envs.reset(seed=[1, -1])
     with pytest.raises(trundle.TrundleError, match="reset_mask"):

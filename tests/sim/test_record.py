@@ -123,3 +123,41 @@ def test_only_what_has_a_sensor_can_be_recorded(tmp_path: Path) -> None:
         trundle.Record(other, tmp_path / "r")
     with pytest.raises(trundle.TrundleError, match="parquet"):
         trundle.Record(gymnasium.make(ID), tmp_path / "r", table="xls")  # type: ignore[arg-type]
+
+
+def test_every_recording_shows_its_own_object_and_walls(tmp_path: Path) -> None:
+    env = trundle.Record(gymnasium.make("trundle/PushDoor-v0", object="household"), tmp_path / "door")
+    shown = []
+    for seed in (1, 2):
+        env.reset(seed=seed)
+        push(env, 5, seed)
+        seen: Any = env.unwrapped
+        shown.append(seen.recording_metadata("x"))
+    env.close()
+    written = [trundle.read(folder).metadata for folder in env.folders]
+    for key in ("object", "scene"):
+        assert [metadata[key] for metadata in written] == [metadata[key] for metadata in shown]
+        assert written[0][key] != written[1][key]
+
+
+def test_a_clock_that_runs_ahead_loses_no_readings(tmp_path: Path) -> None:
+    early = [{"kind": "latency", "delay": -0.1}]
+    counts = []
+    for name, effects in (("on_time", []), ("early", early)):
+        made = gymnasium.make("trundle/PushPose-v0", effects=effects)
+        env = trundle.Record(made, tmp_path / name)
+        env.reset(seed=0)
+        for _ in range(20):
+            env.step(np.array([0.1, 0.0, 0.0], dtype=np.float32))
+        env.close()
+        counts.append(len(trundle.read(tmp_path / name).frame("episode_00")["force_x"].dropna()))
+    assert counts[1] >= counts[0] - 0.11 * 260, counts
+
+
+def test_what_is_recorded_cannot_be_put_elsewhere(tmp_path: Path) -> None:
+    env = trundle.Record(gymnasium.make(ID), tmp_path / "pushes")
+    env.reset(seed=0)
+    task: Any = env.unwrapped
+    with pytest.raises(trundle.TrundleError, match="recorded"):
+        task.restore(task.snapshot())
+    env.close()

@@ -1,9 +1,10 @@
 //! What a plan is judged by.
 //!
 //! ```text
-//! ∫ |p − p*| + w_θ |θ − θ*| + w_u Σ (u/u_max)² + w_v (excess speed)² dt  +  T (final error + w_s speed)
+//! ∫ |p − p*| + w_θ |θ − θ*| + w_u Σ (u/u_max)² + w_v (excess speed)² + w_c (lack of room)² dt  +  T (final error + w_s speed)
 //! ```
-//! The first two terms are minus the reward of the environment; the excess is over speeds at which
+//! The lack of room is what a margin lacks, as a share of it; among obstacles, by how much the way to the goal is
+//! longer than it looks, turns with it, is added to the distance. The first two terms are minus the reward of the environment; the excess is over speeds at which
 //! the object would be lost; the last term stands for what happens after the plan.
 
 use std::f64::consts::TAU;
@@ -11,7 +12,7 @@ use std::f64::consts::TAU;
 use serde::Deserialize;
 use trundle_model::State;
 
-use crate::ControlError;
+use crate::{ControlError, Room};
 
 /// Weights of the cost of a plan, in metre-seconds.
 #[derive(Clone, Debug, PartialEq, Deserialize)]
@@ -31,6 +32,10 @@ pub struct Cost {
     pub arrival: f64,
     /// How far a speed at the end of the plan is taken to carry, s: metres of error for each m/s.
     pub momentum: f64,
+    /// Room that should be left to obstacles, m.
+    pub margin: f64,
+    /// What touching an obstacle costs, m; nearer than the margin it rises with the square, and goes on rising inside.
+    pub collision: f64,
 }
 
 impl Default for Cost {
@@ -43,6 +48,8 @@ impl Default for Cost {
             excess: 10.0,
             arrival: 0.5,
             momentum: 0.3,
+            margin: 0.06,
+            collision: 10.0,
         }
     }
 }
@@ -87,14 +94,19 @@ impl Cost {
             ("cost.excess", self.excess),
             ("cost.arrival", self.arrival),
             ("cost.momentum", self.momentum),
+            ("cost.collision", self.collision),
         ] {
             if !(weight.is_finite() && weight >= 0.0) {
                 return Err(ControlError::value(key, weight, "must be finite and not negative"));
             }
         }
-        for (key, limit) in [("cost.speed_limit", self.speed_limit), ("cost.spin_limit", self.spin_limit)] {
+        for (key, limit) in [
+            ("cost.speed_limit", self.speed_limit),
+            ("cost.spin_limit", self.spin_limit),
+            ("cost.margin", self.margin),
+        ] {
             if !(limit.is_finite() && limit > 0.0) {
-                return Err(ControlError::value(key, limit, "must be positive and finite (m/s, rad/s)"));
+                return Err(ControlError::value(key, limit, "must be positive and finite (m/s, rad/s, m)"));
             }
         }
         Ok(())
@@ -102,26 +114,39 @@ impl Cost {
 
     /// Cost of one second in a state under an action; `share` is the action over its bounds.
     #[inline]
-    pub(crate) fn running(&self, state: &State<f64>, goal: &[f64; 3], share: [f64; 3]) -> f64 {
+    pub(crate) fn running(&self, state: &State<f64>, goal: &[f64; 3], room: &Room, share: [f64; 3]) -> f64 {
         let effort: f64 = share.iter().map(|u| u * u).sum();
         let [vx, vy, spin] = state.twist;
         let over = |value: f64, limit: f64| (value / limit - 1.0).max(0.0).powi(2);
         let excess = over(length(vx, vy), self.speed_limit) + over(spin.abs(), self.spin_limit);
-        self.error(state, goal) + self.effort * effort + self.excess * excess
+        let error = self.error(state, goal, room);
+        error + self.effort * effort + self.excess * excess + self.crowding(state, room)
+    }
+
+    /// Cost of a second too near to an obstacle.
+    #[inline]
+    fn crowding(&self, state: &State<f64>, room: &Room) -> f64 {
+        if room.is_open() {
+            return 0.0;
+        }
+        let lack = (1.0 - room.clearance(state.pose, self.margin) / self.margin).max(0.0);
+        self.collision * lack * lack
     }
 
     /// Cost of being left in a state.
     #[inline]
-    pub(crate) fn terminal(&self, state: &State<f64>, goal: &[f64; 3]) -> f64 {
+    pub(crate) fn terminal(&self, state: &State<f64>, goal: &[f64; 3], room: &Room) -> f64 {
         let [vx, vy, spin] = state.twist;
         let carried = length(vx, vy) + self.heading * spin.abs();
-        self.arrival * (self.error(state, goal) + self.momentum * carried)
+        self.arrival * (self.error(state, goal, room) + self.momentum * carried)
     }
 
     #[inline]
-    fn error(&self, state: &State<f64>, goal: &[f64; 3]) -> f64 {
+    fn error(&self, state: &State<f64>, goal: &[f64; 3], room: &Room) -> f64 {
         let [x, y, theta] = state.pose;
-        length(x - goal[0], y - goal[1]) + self.heading * wrapped(theta - goal[2]).abs()
+        length(x - goal[0], y - goal[1])
+            + self.heading * wrapped(theta - goal[2]).abs()
+            + room.detour(state.pose)
     }
 }
 
@@ -147,15 +172,15 @@ mod tests {
     fn at_the_goal_and_still_nothing_is_due() {
         let there = State::at_rest(GOAL);
         let cost = Cost::default();
-        assert_eq!(cost.running(&there, &GOAL, [0.0; 3]), 0.0);
-        assert_eq!(cost.terminal(&there, &GOAL), 0.0);
+        assert_eq!(cost.running(&there, &GOAL, &Room::open(), [0.0; 3]), 0.0);
+        assert_eq!(cost.terminal(&there, &GOAL, &Room::open()), 0.0);
     }
 
     #[test]
     fn headings_are_compared_the_short_way_round() {
         let there = State::at_rest([1.0, 0.0, -3.0]);
         let expected = 0.3 * (TAU - 6.0);
-        assert!((Cost::default().running(&there, &GOAL, [0.0; 3]) - expected).abs() < 1e-12);
+        assert!((Cost::default().running(&there, &GOAL, &Room::open(), [0.0; 3]) - expected).abs() < 1e-12);
     }
 
     #[test]
@@ -163,9 +188,11 @@ mod tests {
         let cost = Cost::default();
         let fast = State::moving(GOAL, [0.0, 2.0 * cost.speed_limit, 0.0]);
         let slow = State::moving(GOAL, [0.0, cost.speed_limit, 0.0]);
-        assert!((cost.running(&fast, &GOAL, [0.0; 3]) - cost.excess).abs() < 1e-12);
-        assert_eq!(cost.running(&slow, &GOAL, [0.0; 3]), 0.0);
-        assert!((cost.running(&slow, &GOAL, [1.0, 0.0, -1.0]) - 2.0 * cost.effort).abs() < 1e-12);
-        assert!(cost.terminal(&slow, &GOAL) > 0.0);
+        assert!((cost.running(&fast, &GOAL, &Room::open(), [0.0; 3]) - cost.excess).abs() < 1e-12);
+        assert_eq!(cost.running(&slow, &GOAL, &Room::open(), [0.0; 3]), 0.0);
+        assert!(
+            (cost.running(&slow, &GOAL, &Room::open(), [1.0, 0.0, -1.0]) - 2.0 * cost.effort).abs() < 1e-12
+        );
+        assert!(cost.terminal(&slow, &GOAL, &Room::open()) > 0.0);
     }
 }

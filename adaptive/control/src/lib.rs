@@ -5,11 +5,16 @@
 
 mod cost;
 mod error;
+mod field;
+mod grasp;
 mod planner;
+mod polygon;
+mod room;
 mod sampling;
 mod settings;
 
 pub use cost::{Cost, Task};
 pub use error::ControlError;
 pub use planner::Planner;
+pub use room::Room;
 pub use settings::Settings;

@@ -4,13 +4,13 @@
 //! Plans are drawn around the last one, rolled out on the model, and averaged with weights
 //! `exp(−cost/λ)`. Beyond the publication: λ follows the spread of the costs, so that one setting serves
 //! far from the goal and near it; deviations are correlated in time; each call iterates with shrinking
-//! spread.
+//! spread; each plan is rolled out on several models, draws of a posterior, and costs what it does on average.
 
 use rayon::prelude::*;
-use trundle_model::{Clock, Plant, State, transport};
+use trundle_model::{Clock, Glide, Plant, State, transport};
 
 use crate::sampling::{average, draw};
-use crate::{ControlError, Settings, Task};
+use crate::{ControlError, Room, Settings, Task};
 
 /// Longest step of a rollout, s.
 const LONGEST_STEP: f64 = 0.05;
@@ -54,16 +54,25 @@ impl Planner {
         &self.settings
     }
 
-    /// Improve the plan for a task. Returns the actions, each to be held for [`Settings::hold`]: wrenches
-    /// at the grasp, object axes, `[N, N, N·m]`.
+    /// Improve the plan for a task in a room, on one model or several that are as probable. Returns the actions, each
+    /// to be held for [`Settings::hold`]: wrenches at the grasp, object axes, `[N, N, N·m]`.
     ///
     /// # Errors
-    /// When a number of the task is not finite, or no sampled plan keeps the motion finite.
-    pub fn plan(&mut self, plant: &Plant<f64>, task: &Task) -> Result<&[[f64; 3]], ControlError> {
+    /// When there is no model, a number of the task is not finite, or no sampled plan keeps the motion finite.
+    pub fn plan(
+        &mut self,
+        plants: &[Plant<f64>],
+        task: &Task,
+        room: &Room,
+    ) -> Result<&[[f64; 3]], ControlError> {
         task.check()?;
+        if plants.is_empty() {
+            return Err(ControlError::value("models", 0, "give one at least"));
+        }
+        let motions = motions(&self.settings, plants);
         let mut scale = 1.0;
         for _ in 0..self.settings.iterations {
-            self.sample(plant, task, scale);
+            self.sample(&motions, task, room, scale);
             if !self.costs.iter().any(|cost| cost.is_finite()) {
                 return Err(ControlError::Diverged { samples: self.settings.samples });
             }
@@ -99,8 +108,18 @@ impl Planner {
         self.round = 0;
     }
 
+    /// What the plan costs.
+    pub fn cost(&self, plants: &[Plant<f64>], task: &Task, room: &Room) -> f64 {
+        rollouts(&self.settings, &motions(&self.settings, plants), task, room, &self.mean)
+    }
+
+    /// Seed of the draws.
+    pub(crate) fn seed(&self) -> u64 {
+        self.seed
+    }
+
     /// Draw plans and roll them out; the first is the mean itself.
-    fn sample(&mut self, plant: &Plant<f64>, task: &Task, scale: f64) {
+    fn sample(&mut self, motions: &[Motion<'_>], task: &Task, room: &Room, scale: f64) {
         let Self { settings, seed, round, mean, plans, costs } = self;
         plans.par_chunks_exact_mut(settings.horizon).zip(costs).enumerate().for_each(
             |(number, (plan, cost))| {
@@ -108,16 +127,47 @@ impl Planner {
                     0 => plan.copy_from_slice(mean),
                     _ => draw(settings, scale, mean, *seed, (*round, number as u32), plan),
                 }
-                *cost = rollout(settings, plant, task, plan);
+                *cost = rollouts(settings, motions, task, room, plan);
             },
         );
     }
 }
 
-/// What a plan costs; infinite where the motion is not finite.
-fn rollout(settings: &Settings, plant: &Plant<f64>, task: &Task, plan: &[[f64; 3]]) -> f64 {
-    let steps = (settings.hold / LONGEST_STEP).ceil();
-    let dt = settings.hold / steps;
+/// A model and the length of its steps, with the step solved beforehand where that can be.
+struct Motion<'a> {
+    plant: &'a Plant<f64>,
+    glide: Option<Glide>,
+}
+
+impl Motion<'_> {
+    #[inline]
+    fn step(&self, state: &mut State<f64>, applied: &[f64; 3], clock: Clock, dt: f64) {
+        match &self.glide {
+            Some(glide) => glide.move_on(state, applied),
+            None => self.plant.move_on(state, applied, clock, dt),
+        }
+    }
+}
+
+/// How many steps an action takes, and their length, s.
+fn steps(settings: &Settings) -> (usize, f64) {
+    let count = (settings.hold / LONGEST_STEP).ceil();
+    (count as usize, settings.hold / count)
+}
+
+fn motions<'a>(settings: &Settings, plants: &'a [Plant<f64>]) -> Vec<Motion<'a>> {
+    let (_, dt) = steps(settings);
+    plants.iter().map(|plant| Motion { plant, glide: plant.glide(dt) }).collect()
+}
+
+/// What a plan costs on average; infinite where the motion is not finite.
+fn rollouts(settings: &Settings, motions: &[Motion<'_>], task: &Task, room: &Room, plan: &[[f64; 3]]) -> f64 {
+    let sum: f64 = motions.iter().map(|motion| rollout(settings, motion, task, room, plan)).sum();
+    sum / motions.len() as f64
+}
+
+fn rollout(settings: &Settings, motion: &Motion<'_>, task: &Task, room: &Room, plan: &[[f64; 3]]) -> f64 {
+    let (steps, dt) = steps(settings);
     let [x, y] = task.grasp;
     let reach = settings.reach();
     let mut state: State<f64> = task.state;
@@ -126,13 +176,13 @@ fn rollout(settings: &Settings, plant: &Plant<f64>, task: &Task, plan: &[[f64; 3
     for action in plan {
         let applied = transport(*action, [x, y, 0.0]);
         let share = [0, 1, 2].map(|k| action[k] / reach[k]);
-        for _ in 0..steps as usize {
-            state = plant.step(&state, applied, clock, dt);
+        for _ in 0..steps {
+            motion.step(&mut state, &applied, clock, dt);
             clock.since_contact += dt;
-            sum += dt * settings.cost.running(&state, &task.goal, share);
+            sum += dt * settings.cost.running(&state, &task.goal, room, share);
         }
     }
-    let total = sum + settings.cost.terminal(&state, &task.goal);
+    let total = sum + settings.cost.terminal(&state, &task.goal, room);
     if total.is_finite() { total } else { f64::INFINITY }
 }
 
@@ -165,7 +215,7 @@ mod tests {
         let mut planner = Planner::new(settings(), 0).unwrap();
         let mut task = task();
         for _ in 0..(seconds / 0.05) as usize {
-            let action = planner.plan(&plant, &task).unwrap()[0];
+            let action = planner.plan(std::slice::from_ref(&plant), &task, &Room::open()).unwrap()[0];
             let applied = transport(action, [task.grasp[0], task.grasp[1], 0.0]);
             task.state = plant.step(&task.state, applied, Clock::since_contact(0.0), 0.05);
             planner.advance(0.05).unwrap();
@@ -182,12 +232,74 @@ mod tests {
         assert!(twist[0].hypot(twist[1]) < 0.05, "{twist:?}");
     }
 
+    /// Push a table to a goal behind a wall for `seconds`: where it ends, and the least room that it had.
+    fn around(seconds: f64, room: &Room) -> (State<f64>, f64) {
+        let plants = [table(150.0)];
+        let mut planner = Planner::new(settings(), 0).unwrap();
+        let mut task = Task { goal: [2.2, 0.0, 0.0], ..task() };
+        let mut least = f64::INFINITY;
+        for _ in 0..(seconds / 0.1) as usize {
+            let action = planner.plan(&plants, &task, room).unwrap()[0];
+            let applied = transport(action, [task.grasp[0], task.grasp[1], 0.0]);
+            for _ in 0..2 {
+                task.state = plants[0].step(&task.state, applied, Clock::since_contact(0.0), 0.05);
+                least = least.min(room.clearance(task.state.pose, 1.0));
+            }
+            planner.advance(0.1).unwrap();
+        }
+        (task.state, least)
+    }
+
+    fn box_in_the_way() -> Vec<Vec<[f64; 2]>> {
+        vec![vec![[1.0, -0.3], [1.2, -0.3], [1.2, 0.2], [1.0, 0.2]]]
+    }
+
+    fn body() -> Body {
+        Body::from_footprint(&[[-0.6, -0.4], [0.6, -0.4], [0.6, 0.4], [-0.6, 0.4]], 22.0).unwrap()
+    }
+
+    #[test]
+    fn plans_lead_around_what_is_in_the_way() {
+        let room = Room::new(&body(), &box_in_the_way(), [[2.2, 0.0, 0.0], [0.0; 3]], 0.3).unwrap();
+        let (state, least) = around(9.0, &room);
+        assert!((state.pose[0] - 2.2).hypot(state.pose[1]) < 0.05, "{state:?}");
+        assert!(least > 0.0, "it touched: {least}");
+    }
+
+    #[test]
+    fn several_models_are_weighed_together() {
+        let (light, heavy) = (table(20.0), table(300.0));
+        let (task, room) = (task(), Room::open());
+        let mut planner = Planner::new(settings(), 0).unwrap();
+        let cost = |plants: &[Plant<f64>], planner: &Planner| planner.cost(plants, &task, &room);
+        planner.plan(&[light.clone(), heavy.clone()], &task, &room).unwrap();
+        let both = cost(&[light.clone(), heavy.clone()], &planner);
+        let each = [&light, &heavy].map(|plant| cost(std::slice::from_ref(plant), &planner));
+        assert!((both - (each[0] + each[1]) / 2.0).abs() < 1e-12);
+        let mut sure = Planner::new(settings(), 0).unwrap();
+        sure.plan(std::slice::from_ref(&light), &task, &room).unwrap();
+        assert!(cost(&[light, heavy], &sure) > both, "a plan for one model is worse on both");
+    }
+
+    #[test]
+    fn a_better_grasp_costs_less() {
+        // A turn about the locked wheel: who holds beside it can hardly turn the table.
+        let mut weak = settings();
+        (weak.lower, weak.upper) = ([-60.0, -60.0, -0.5], [60.0, 60.0, 0.5]);
+        let planner = Planner::new(weak, 0).unwrap();
+        let task = Task { goal: [0.424, -0.278, 0.9], ..task() };
+        let grasps = [[0.5, 0.3], [-0.6, -0.3]];
+        let costs = planner.compare(&[table(300.0)], &task, &Room::open(), &grasps).unwrap();
+        assert!(costs[1] < 0.8 * costs[0], "{costs:?}");
+        assert_eq!(costs, planner.compare(&[table(300.0)], &task, &Room::open(), &grasps).unwrap());
+    }
+
     #[test]
     fn plans_do_not_depend_on_the_number_of_threads() {
         let plans = [1, 4].map(|threads| {
             let pool = rayon::ThreadPoolBuilder::new().num_threads(threads).build().unwrap();
             let mut planner = Planner::new(settings(), 7).unwrap();
-            pool.install(|| planner.plan(&table(100.0), &task()).unwrap().to_vec())
+            pool.install(|| planner.plan(&[table(100.0)], &task(), &Room::open()).unwrap().to_vec())
         });
         assert_eq!(plans[0], plans[1]);
     }
@@ -196,12 +308,14 @@ mod tests {
     fn a_warm_start_costs_less_than_a_cold_one() {
         let (plant, task) = (table(100.0), task());
         let mut planner = Planner::new(settings(), 0).unwrap();
-        let first = planner.plan(&plant, &task).unwrap().to_vec();
-        let second = planner.plan(&plant, &task).unwrap().to_vec();
-        let cost = |plan: &[[f64; 3]]| rollout(&settings(), &plant, &task, plan);
+        let first = planner.plan(std::slice::from_ref(&plant), &task, &Room::open()).unwrap().to_vec();
+        let second = planner.plan(std::slice::from_ref(&plant), &task, &Room::open()).unwrap().to_vec();
+        let plants = [plant.clone()];
+        let moving = motions(&settings(), &plants);
+        let cost = |plan: &[[f64; 3]]| rollouts(&settings(), &moving, &task, &Room::open(), plan);
         assert!(cost(&second) < cost(&first), "{} {}", cost(&second), cost(&first));
         planner.restart();
-        assert_eq!(planner.plan(&plant, &task).unwrap(), first);
+        assert_eq!(planner.plan(std::slice::from_ref(&plant), &task, &Room::open()).unwrap(), first);
     }
 
     #[test]
@@ -228,13 +342,22 @@ mod tests {
         assert!(refused(Settings { cost, ..settings() }).starts_with("cost.heading = -1.0"));
         let lost = Task { goal: [f64::NAN, 0.0, 0.0], ..task() };
         let mut planner = Planner::new(settings(), 0).unwrap();
-        assert!(planner.plan(&table(1.0), &lost).unwrap_err().to_string().starts_with("goal = [NaN"));
+        assert!(
+            planner
+                .plan(&[table(1.0)], &lost, &Room::open())
+                .unwrap_err()
+                .to_string()
+                .starts_with("goal = [NaN")
+        );
     }
 
     #[test]
     fn a_motion_that_runs_away_is_an_error() {
         let far = Task { state: State::moving([0.0; 3], [1e308; 3]), ..task() };
         let mut planner = Planner::new(settings(), 0).unwrap();
-        assert_eq!(planner.plan(&table(1.0), &far), Err(ControlError::Diverged { samples: 256 }));
+        assert_eq!(
+            planner.plan(&[table(1.0)], &far, &Room::open()),
+            Err(ControlError::Diverged { samples: 256 })
+        );
     }
 }

@@ -39,6 +39,9 @@ pub enum SimError {
     /// What should be a saved state.
     #[error("this is no saved state of such a task: {0}")]
     State(String),
+    /// Something that one environment of a batch refuses.
+    #[error("environment {0}: {1}")]
+    Environment(usize, Box<SimError>),
     /// Threads that the system does not give.
     #[error("no threads to step on: {0}")]
     Threads(String),

@@ -95,11 +95,17 @@ impl Instruments {
         }
     }
 
-    /// The rows since the last time. What a clock that runs ahead would tell of later is not in them.
+    /// The rows since the last time, up to the first whose reading a clock that runs ahead has yet to tell.
     pub fn take(&mut self) -> Vec<Row> {
+        let known = self.line.first().unwrap_or(self.rows.len());
+        self.line.shift(known);
+        whole(self.rows.drain(..known))
+    }
+
+    /// All rows since the last time; what is yet to be told is not in them.
+    pub fn finish(&mut self) -> Vec<Row> {
         self.line.forget();
-        let rows = std::mem::take(&mut self.rows);
-        rows.into_iter().filter(|row| row.reading.is_some() || row.poses.is_some()).collect()
+        whole(self.rows.drain(..))
     }
 
     /// Without noise.
@@ -121,6 +127,11 @@ impl Instruments {
     fn blur(&mut self, value: [f64; 3], sd: [f64; 3]) -> [f64; 3] {
         [0, 1, 2].map(|k| value[k] + sd[k] * self.noise.sample::<f64, _>(StandardNormal))
     }
+}
+
+/// Those that hold anything.
+fn whole(rows: impl Iterator<Item = Row>) -> Vec<Row> {
+    rows.filter(|row| row.reading.is_some() || row.poses.is_some()).collect()
 }
 
 /// The columns of a recording, poses first; the last three only of a sensor that has six axes.

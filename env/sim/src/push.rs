@@ -112,6 +112,6 @@ impl Setting<'_> {
             });
             (before, coming) = (wrench, going);
         }
-        Ok(instruments.take())
+        Ok(instruments.finish())
     }
 }

@@ -47,11 +47,12 @@ pub struct Hanging {
 const GRAVITY: f64 = 9.80665;
 
 impl Hanging {
-    /// What `force_z`, `torque_x` and `torque_y` read, without noise.
+    /// What `force_z`, `torque_x` and `torque_y` read, without noise: the arm holds the gripper up, and what the arm
+    /// does is read as if it were done to the object.
     pub fn reading(&self) -> [f64; 3] {
         let weight = self.mass * GRAVITY;
         let [x, y, _] = self.com;
-        [self.offset[0] - weight, self.offset[1] - weight * y, self.offset[2] + weight * x]
+        [self.offset[0] + weight, self.offset[1] + weight * y, self.offset[2] - weight * x]
     }
 }
 
@@ -154,6 +155,16 @@ impl Line {
             self.past.pop_front();
         }
         answers
+    }
+
+    /// The first row that awaits a reading.
+    pub fn first(&self) -> Option<usize> {
+        self.waiting.front().map(|waiting| waiting.row)
+    }
+
+    /// So many rows are gone.
+    pub fn shift(&mut self, rows: usize) {
+        self.waiting.iter_mut().for_each(|waiting| waiting.row -= rows);
     }
 
     /// Await nothing any more.

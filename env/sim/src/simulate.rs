@@ -81,7 +81,7 @@ fn pushes(scenario: &Scenario, model: &Model, seed: u64) -> Vec<Push> {
 }
 
 /// Where the laws' own states begin: nobody knows how a caster stands, so that is drawn; a load hangs still.
-fn beginning(model: &Model, random: &mut ChaCha8Rng) -> [f64; INNER] {
+pub(crate) fn beginning(model: &Model, random: &mut ChaCha8Rng) -> [f64; INNER] {
     let mut start = [0.0; INNER];
     for (value, inner) in start.iter_mut().zip(model.inner()) {
         let any = random.random_range(0..inner.starts.len().max(1));

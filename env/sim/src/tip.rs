@@ -15,6 +15,8 @@ pub struct Tip {
 pub const RADIUS: f64 = 0.02;
 /// Of the arm against the object, N/m; as the gripper's.
 const STIFFNESS: f64 = 1e4;
+/// What the arm can press with at most, N: beyond that the tip would be driven in by more than its radius.
+pub const STRONGEST: f64 = 150.0;
 /// N·s/m.
 const DAMPING: f64 = 400.0;
 /// What slips along the rim slower than friction allows is braked with this, N·s/m.
@@ -47,6 +49,7 @@ impl Tip {
         };
         let [ux, uy, _] = to_body([velocity[0], velocity[1], 0.0], state.pose[2]);
         let [press, rub] = contact.force([ux, uy], rigid, state, dt);
+        let most = most.min(STRONGEST);
         let press = press.min(most);
         let rub = rub.clamp(-FRICTION * press, FRICTION * press);
         self.advance(velocity, dt);
@@ -209,6 +212,24 @@ mod tests {
             y.abs()
         };
         assert!(along(0.35) < 2e-3 && along(1.05) > 5e-3, "{} {}", along(0.35), along(1.05));
+    }
+
+    #[test]
+    fn it_is_not_driven_through_what_it_cannot_move() {
+        let (body, mut plant) = table();
+        plant = Model::nominal(body.clone(), Some(22.0), [true; 3])
+            .filled(&[22.0, 0.0, 0.0, 0.0, 1e5, 1e5])
+            .and_then(|model| model.resolved())
+            .unwrap_or(plant);
+        let mut state = State::at_rest([0.0; 3]);
+        let mut tip = Tip::before([-0.6, 0.0], [-1.0, 0.0], state.pose);
+        for tick in 0..1000 {
+            let clock = Clock::since_contact(f64::from(tick) * DT);
+            let wrench = tip.push([0.3, 0.0], f64::INFINITY, &body, &plant.rigid(clock), &state, DT);
+            assert!(tick < 100 || (wrench[0] - STRONGEST).abs() < 1e-9, "{wrench:?}");
+            plant.move_on(&mut state, &wrench, clock, DT);
+        }
+        assert!(tip.at[0] < state.pose[0] - 0.6, "{tip:?}");
     }
 
     #[test]

@@ -56,7 +56,7 @@ fn a_sensor_with_a_gripper_on_it_reads_six_axes_and_is_tared_as_any() {
     let wrench = hung.episodes[0].wrench().unwrap();
     for value in &wrench.value {
         let [_, _, fz, tx, ty, _] = *value;
-        for (read, expected) in [(fz, 3.0 - weight), (tx, 0.1 + 0.02 * weight), (ty, 0.2 + 0.01 * weight)] {
+        for (read, expected) in [(fz, 3.0 + weight), (tx, 0.1 - 0.02 * weight), (ty, 0.2 - 0.01 * weight)] {
             assert!((read - expected).abs() < 1e-12, "{value:?}");
         }
     }

@@ -75,8 +75,9 @@ class PushGoal(Push):
     The observation is a dictionary: "observation" (the flat one without the goal), "achieved_goal" and
     "desired_goal" (x, y, cosine and sine of the heading, as the tracker sees them).
     `compute_reward(achieved, desired, info)` gives the reward of any pair, one or many at a time, and `step`
-    the same. Reaching the goal does not end an episode; losing the object does. What is rewarded is the pose
-    that was seen; `info["is_success"]` is of the true one, and asks that the object be slower than 0.1 m/s.
+    the same. Reaching the goal does not end an episode; losing the object truncates it, because a reward of
+    goals alone cannot punish it. What is rewarded is the pose that was seen; `info["is_success"]` is of the
+    true one, and asks that the object be slower than 0.1 m/s.
 
     Parameters
     ----------
@@ -104,7 +105,7 @@ class PushGoal(Push):
         """Act on the object until the next action is due."""
         flat, _, terminated, truncated, info = super().step(action)
         reward = self._goals.reward(flat[ACHIEVED], flat[DESIRED])
-        return self._goals.parted(flat), float(reward), terminated, truncated, info
+        return self._goals.parted(flat), float(reward), False, terminated or truncated, info
 
     def compute_reward(self, achieved_goal: Array, desired_goal: Array, info: Any) -> Any:
         """Return the reward of goals of shape (4,) or (n, 4): a number, or shape (n,)."""
@@ -112,12 +113,12 @@ class PushGoal(Push):
         return float(reward) if reward.ndim == 0 else reward
 
     def compute_terminated(self, achieved_goal: Array, desired_goal: Array, info: dict[str, Any]) -> bool:
-        """Return whether the object was lost."""
-        return bool(info.get("lost", False))
+        """Return False: no goal ends an episode."""
+        return False
 
     def compute_truncated(self, achieved_goal: Array, desired_goal: Array, info: dict[str, Any]) -> bool:
-        """Return False: the clock alone truncates."""
-        return False
+        """Return whether the object was lost; the clock truncates too, but is no matter of goals."""
+        return bool(info.get("lost", False))
 
 
 class PushPoseGoal(PushGoal, PushPose):
@@ -127,7 +128,10 @@ class PushPoseGoal(PushGoal, PushPose):
 
 
 class PushPathGoal(PushGoal, PushPath):
-    """`PushPath` with a goal that a replay buffer can change; it moves ahead on the path. See `PushGoal`."""
+    """`PushPath` with a goal that a replay buffer can change; see `PushGoal`.
+
+    The goal lies 0.3 m ahead on the path until its end, so that the sparse reward is there at the end alone.
+    """
 
     FIXED: ClassVar[dict[str, Any]] = {**PushPath.FIXED, "ends": False}
 

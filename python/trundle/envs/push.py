@@ -155,13 +155,14 @@ class Push(gym.Env[Observation, Action]):
             substeps=substeps,
         )
         self._native = Pushing(self._options)
+        self.mode = action
+        """What an action means."""
         self.ACTION_SCALE = np.array(self._native.full)
         """What a full action stands for."""
         self.metadata = {**self.metadata, "render_fps": max(1, round(1 / self._native.control))}
         self.action_space = gym.spaces.Box(-1.0, 1.0, (3,), np.float32)
         bounds = np.array(self._native.bounds)
         self.observation_space = gym.spaces.Box(-bounds, bounds, dtype=np.float64)
-        self._seeded = False
         self._trail: list[tuple[float, float]] = []
         self._window: Window | None = None
 
@@ -170,11 +171,10 @@ class Push(gym.Env[Observation, Action]):
     ) -> tuple[Observation, dict[str, Any]]:
         """Begin an episode; see the class for the options."""
         super().reset(seed=seed)
-        if seed is None and not self._seeded:
+        if seed is None and not self._native.seeded:
             seed = int(self.np_random.integers(2**63))
         told = {} if options is None else options
         observation = self._native.reset(None if seed is None else seed % 2**64, **reset_options(told))
-        self._seeded = True
         self._trail.clear()
         self._draw()
         return observation, {}
@@ -203,10 +203,9 @@ class Push(gym.Env[Observation, Action]):
         Raises
         ------
         TrundleError
-            If the options differ.
+            If the options differ, or this episode is being recorded.
         """
         self._native.restore(snapshot)
-        self._seeded = True
         self._trail.clear()
 
     def render(self) -> NDArray[np.uint8] | None:
@@ -239,6 +238,16 @@ class Push(gym.Env[Observation, Action]):
     def hidden_values(self) -> NDArray[np.float64]:
         """Return what `trundle.Oracle` adds to an observation, shape (10,); NaN before the first reset."""
         return self._native.hidden_values()
+
+    @staticmethod
+    def seen_obstacles(observation: Observation) -> list[list[tuple[float, float]]]:
+        """Return the obstacles that an observation tells of, as polygons, corners in order, world, m."""
+        return []
+
+    @property
+    def control(self) -> float:
+        """Time between two actions, s."""
+        return self._native.control
 
     def start_recording(self) -> None:
         """Keep, from the next reset on, what sensor and tracker see; for `trundle.Record`."""
@@ -287,7 +296,14 @@ def options_toml(
     **others: Any,
 ) -> str:
     """Return options as the native half reads them; one that is None is left out, what is fixed wins."""
-    names = [object] if isinstance(object, (str, PathLike)) else list(object)
+    for key, value in fixed.items():
+        if others.get(key, value) not in (None, value):
+            raise TrundleError(f"{key} = {others[key]!r}: this task has {value!r}; choose another task")
+    names = [object] if isinstance(object, (str, PathLike)) else object
+    if not isinstance(names, Sequence) or not all(isinstance(name, (str, PathLike)) for name in names):
+        raise TrundleError(f"object = {object!r}: give the name of an object or a sequence of names")
+    if isinstance(effects, str) or not all(isinstance(effect, Mapping) for effect in effects):
+        raise TrundleError(f"effects = {effects!r}: give tables as in model.toml, such as {{'kind': …}}")
     options = {
         "action": action,
         "object": [fspath(name) for name in names],
@@ -313,8 +329,14 @@ def reset_options(told: Mapping[str, Any]) -> dict[str, Any]:
         "start": _numbers("start", told.get("start"), 3),
         "goal": _numbers("goal", told.get("goal"), 3),
         "grasp": _numbers("grasp", told.get("grasp"), 2),
-        "same_object": bool(told.get("same_object", False)),
+        "same_object": _truth("same_object", told.get("same_object", False)),
     }
+
+
+def _truth(key: str, value: Any) -> bool:
+    if not isinstance(value, (bool, np.bool_)):
+        raise TrundleError(f"reset option {key!r} = {value!r}: give True or False")
+    return bool(value)
 
 
 def _numbers(key: str, value: Any, count: int) -> list[float] | None:

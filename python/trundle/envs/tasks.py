@@ -4,7 +4,7 @@ from __future__ import annotations
 
 from typing import Any, ClassVar
 
-from trundle.envs.push import Push
+from trundle.envs.push import Observation, Push
 
 __all__ = ["LockedWheel", "PushAround", "PushDoor", "PushPath", "PushPose"]
 
@@ -86,6 +86,12 @@ class PushAround(Push):
 
     FIXED: ClassVar[dict[str, Any]] = {"task": "around"}
 
+    @staticmethod
+    def seen_obstacles(observation: Observation) -> list[list[tuple[float, float]]]:
+        """Return the box."""
+        x, y, cos, sin, a, b = observation[-6:]
+        return [_oblong((x, y), (cos, sin), (-a, a), (-b, b))]
+
 
 class PushDoor(Push):
     """Push an object through a doorway.
@@ -105,3 +111,23 @@ class PushDoor(Push):
     """
 
     FIXED: ClassVar[dict[str, Any]] = {"task": "door"}
+
+    @staticmethod
+    def seen_obstacles(observation: Observation) -> list[list[tuple[float, float]]]:
+        """Return the wall on both sides of the opening."""
+        x, y, cos, sin, width = observation[-5:]
+        sides = ((width / 2, WALL_LENGTH), (-WALL_LENGTH, -width / 2))
+        return [_oblong((x, y), (cos, sin), (-0.05, 0.05), side) for side in sides]
+
+
+WALL_LENGTH = 5.0
+"""From the middle of the opening to beyond the arena, m."""
+
+Pair = tuple[float, float]
+
+
+def _oblong(middle: Pair, way: Pair, along: Pair, across: Pair) -> list[Pair]:
+    """Return a rectangle in a frame whose x is `way`."""
+    (x, y), (cos, sin) = middle, way
+    corners = [(along[0], across[0]), (along[1], across[0]), (along[1], across[1]), (along[0], across[1])]
+    return [(float(x + cos * a - sin * b), float(y + sin * a + cos * b)) for a, b in corners]

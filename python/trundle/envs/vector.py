@@ -41,7 +41,7 @@ class PushVec(VectorEnv[Any, Any, Any]):
         holds the last observations, of shape (num_envs, n), and `infos["final_info"]` the last infos, where
         `infos["_final_obs"]` is True.
     copy : bool
-        False: the arrays that `step` and `reset` return are the buffers that the next call overwrites.
+        False: the observations that `step` and `reset` return are the buffer that the next call overwrites.
     render_mode : {"rgb_array"}, optional
         `render` then returns a tuple of pictures.
     max_episode_steps : int, optional
@@ -69,6 +69,8 @@ class PushVec(VectorEnv[Any, Any, Any]):
         **options: Any,
     ) -> None:
         if max_episode_steps is not None:
+            if "horizon" in options:
+                raise TrundleError("max_episode_steps and horizon are one: give either")
             options["horizon"] = max_episode_steps
         if num_envs < 1:
             raise TrundleError(f"num_envs = {num_envs}: at least one environment is needed")
@@ -94,7 +96,6 @@ class PushVec(VectorEnv[Any, Any, Any]):
         self._seen, self._finals = np.zeros((num_envs, entries)), np.zeros((num_envs, entries))
         self._table = np.zeros((num_envs, len(COLUMNS)))
         self._ended: Flags = np.zeros(num_envs, dtype=np.bool_)
-        self._seeded: Flags = np.zeros(num_envs, dtype=np.bool_)
 
     def reset(
         self,
@@ -109,7 +110,6 @@ class PushVec(VectorEnv[Any, Any, Any]):
         chosen = [(one,) if wanted else None for one, wanted in zip(seeds, mask, strict=True)]
         self._native.reset(chosen, self._seen, **reset_options(told))
         self._ended[mask] = False
-        self._seeded[mask] = True
         return self._observed(self._seen), {}
 
     def step(self, actions: Any) -> tuple[Any, Array, Flags, Flags, dict[str, Any]]:
@@ -123,7 +123,7 @@ class PushVec(VectorEnv[Any, Any, Any]):
         except TrundleError as error:
             raise ActionError(str(error)) from None
         table = self._table
-        terminated, truncated = table[:, 1] != 0, table[:, 2] != 0
+        terminated, truncated = self._ends(table[:, 1] != 0, table[:, 2] != 0)
         ended = terminated | truncated
         begun = self._ended if self.autoreset_mode is AutoresetMode.NEXT_STEP else np.zeros_like(ended)
         self._ended = ended
@@ -138,7 +138,6 @@ class PushVec(VectorEnv[Any, Any, Any]):
         """Put one environment into a state; what `step` has returned of it is past."""
         self._native.restore(index, snapshot)
         self._ended[index] = self._native.ended(index)
-        self._seeded[index] = True
 
     def hidden_values(self) -> Array:
         """Return what `trundle.Oracle` adds to observations, shape (num_envs, 10)."""
@@ -162,7 +161,7 @@ class PushVec(VectorEnv[Any, Any, Any]):
         drawn = self.np_random.integers(2**63, size=self.num_envs)
         given = [
             one if one is not None or known else draw
-            for one, known, draw in zip(seeds, self._seeded, drawn, strict=True)
+            for one, known, draw in zip(seeds, self._native.seeded, drawn, strict=True)
         ]
         if any(one is not None and one < 0 for one in given):
             raise TrundleError(f"seed = {seed}: a seed is not negative")
@@ -178,6 +177,9 @@ class PushVec(VectorEnv[Any, Any, Any]):
 
     def _observed(self, seen: Array) -> Any:
         return seen.copy() if self._copy else seen
+
+    def _ends(self, terminated: Flags, truncated: Flags) -> tuple[Flags, Flags]:
+        return terminated, truncated
 
     def _rewards(self, ended: Flags, begun: Flags) -> Array:
         return self._table[:, 0].copy()
@@ -224,6 +226,9 @@ class PushGoalVec(PushVec):
 
     def _observed(self, seen: Array) -> Any:
         return self._goals.parted(seen)
+
+    def _ends(self, terminated: Flags, truncated: Flags) -> tuple[Flags, Flags]:
+        return np.zeros_like(terminated), terminated | truncated
 
     def _rewards(self, ended: Flags, begun: Flags) -> Array:
         last = self._seen

@@ -96,7 +96,7 @@ impl Arm {
 
     /// A wrench rises fast and is held; a velocity changes all the time, or the arm would have to jerk the object.
     fn at(&self, t: f64, whole: f64) -> [f64; 3] {
-        let rise = if self.hand.is_none() { RISE } else { whole };
+        let rise = if self.hand.is_none() { RISE.min(whole) } else { whole };
         let share = (t / rise).min(1.0);
         [0, 1, 2].map(|k| self.from[k] + share * (self.to[k] - self.from[k]))
     }

@@ -83,16 +83,20 @@ impl Batch {
             env.observe(row);
             Ok(())
         };
-        if self.envs.len() <= SHARE {
-            let all = self.envs.iter_mut().zip(told).zip(observations.chunks_mut(entries));
-            return all.into_iter().try_for_each(|((env, told), row)| begin(env, told, row));
-        }
         let envs = &mut self.envs;
-        let results: Vec<_> = pool()?.install(|| {
-            let all = (envs.par_iter_mut(), told, observations.par_chunks_mut(entries)).into_par_iter();
-            all.with_min_len(SHARE).map(|(env, told, row)| begin(env, told, row)).collect()
-        });
-        results.into_iter().collect()
+        let results: Vec<_> = if envs.len() <= SHARE {
+            let all = envs.iter_mut().zip(told).zip(observations.chunks_mut(entries));
+            all.map(|((env, told), row)| begin(env, told, row)).collect()
+        } else {
+            on_threads(|| {
+                let all = (envs.par_iter_mut(), told, observations.par_chunks_mut(entries)).into_par_iter();
+                all.with_min_len(SHARE).map(|(env, told, row)| begin(env, told, row)).collect()
+            })?
+        };
+        let named = |(index, result): (usize, Result<(), SimError>)| {
+            result.map_err(|error| SimError::Environment(index, Box::new(error)))
+        };
+        results.into_iter().enumerate().try_for_each(named)
     }
 
     /// Whether every environment has an episode under way, or will have without being asked.
@@ -116,7 +120,7 @@ impl Batch {
                 one(autoreset, env, action, row, last, outcome)
             });
         }
-        pool()?.install(|| {
+        on_threads(|| {
             let rows = (observations.par_chunks_mut(entries), finals.par_chunks_mut(entries), outcomes);
             let (observations, finals, outcomes) = rows;
             let all =
@@ -124,7 +128,7 @@ impl Batch {
             all.into_par_iter().with_min_len(SHARE).try_for_each(|(env, action, row, last, outcome)| {
                 one(autoreset, env, action, row, last, outcome)
             })
-        })
+        })?
     }
 }
 
@@ -150,6 +154,14 @@ fn one(
         env.observe(row);
     }
     Ok(())
+}
+
+/// Run on the threads that the caller is one of, else on this process's.
+fn on_threads<T: Send>(work: impl FnOnce() -> T + Send) -> Result<T, SimError> {
+    match rayon::current_thread_index() {
+        Some(_) => Ok(work()),
+        None => Ok(pool()?.install(work)),
+    }
 }
 
 /// The threads of this process. A fork has none of its parent's: it gets its own.

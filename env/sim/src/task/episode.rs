@@ -8,7 +8,7 @@ use rand::SeedableRng;
 use rand_chacha::ChaCha8Rng;
 use rand_distr::StandardNormal;
 use serde::{Deserialize, Serialize};
-use trundle_model::{Clock, Plant, State};
+use trundle_model::{Clock, Plant, Rigid, State, to_body};
 
 use super::arm::Arm;
 use super::hidden::Hidden;
@@ -76,6 +76,8 @@ pub struct Episode {
     recorder: Option<Instruments>,
     /// Mean wrench of the last step, object axes; for the recorder alone.
     before: [f64; 3],
+    /// Velocity of the gripper in the last step, world axes, m/s.
+    going: [f64; 2],
 }
 
 /// What of an episode changes.
@@ -92,6 +94,8 @@ pub struct Saved {
     tracked: [f64; 3],
     ended: bool,
     noise: ChaCha8Rng,
+    before: [f64; 3],
+    going: [f64; 2],
 }
 
 impl Episode {
@@ -143,8 +147,9 @@ impl Episode {
             tracker,
             recorder,
             before: [0.0; 3],
+            going: [0.0; 2],
         };
-        episode.felt = episode.read([0.0; 3]);
+        episode.felt = episode.read([0.0; 3], &episode.held(), [0.0; 2], episode.clock(0.0));
         episode.wait_for_contact();
         Ok(episode)
     }
@@ -163,6 +168,8 @@ impl Episode {
             tracked: self.tracked,
             ended: self.ended,
             noise: self.noise.clone(),
+            before: self.before,
+            going: self.going,
         }
     }
 
@@ -171,7 +178,9 @@ impl Episode {
     /// # Errors
     /// As [`Episode::new`].
     pub fn load(&mut self, saved: Saved) -> Result<(), SimError> {
-        let Saved { motion, arm, done, tick, steps, felt, past, tare, tracked, ended, noise } = saved;
+        let Saved { motion, arm, done, tick, steps, felt, past, tare, tracked, ended, noise, before, going } =
+            saved;
+        (self.before, self.going) = (before, going);
         self.mover.load(motion)?;
         if let Some(progress) = &mut self.progress {
             progress.done = done;
@@ -181,8 +190,14 @@ impl Episode {
         Ok(())
     }
 
+    /// Whether it is over.
     pub fn ended(&self) -> bool {
         self.ended
+    }
+
+    /// Record no more.
+    pub fn forget(&mut self) {
+        self.recorder = None;
     }
 
     pub fn recorder(&mut self) -> Option<&mut Instruments> {
@@ -216,14 +231,20 @@ impl Episode {
             let (since_contact, t) = (f64::from(self.tick) * dt, f64::from(k) * dt);
             let clock = self.clock(since_contact);
             let rigid = self.mover.rigid(clock);
+            let at = self.held();
             let wrench = self.arm.push([t, whole, dt], &self.thing.body, &rigid, self.mover.state());
             let instant = self.arm.instant(t, whole);
-            self.look(instant.unwrap_or([0, 1, 2].map(|k| (self.before[k] + wrench[k]) / 2.0)), clock);
-            self.before = wrench;
-            if self.instrumented.is_some() || self.options.action == Mode::Push || k + 1 == ticks {
-                self.felt = self.read(wrench);
-            }
             self.mover.step(wrench, clock, dt)?;
+            let reads = self.instrumented.is_some() || self.options.action == Mode::Push || k + 1 == ticks;
+            if reads || self.recorder.is_some() {
+                // A tip that is put elsewhere between two pushes has not been accelerated.
+                let jumps = k == 0 && !self.arm.holds();
+                let accel = self.accelerated(&at, jumps);
+                let shown = instant.unwrap_or([0, 1, 2].map(|k| (self.before[k] + wrench[k]) / 2.0));
+                self.look(shown, &at, accel, clock);
+                self.felt = self.read(wrench, &at, accel, clock);
+            }
+            self.before = wrench;
             touched |= self.mover.touching();
             self.tick += 1;
             if t < MOVING * whole {
@@ -255,8 +276,7 @@ impl Episode {
         }
         let [x, y, theta] = self.tracked;
         let [vx, vy, spin] = blur(twist, TWIST_NOISE.map(|sd| sd * scale), &mut self.noise);
-        let felt = self.past.front().copied().unwrap_or(self.felt);
-        let [fx, fy, torque] = blur(felt, self.sensor.noise(), &mut self.noise);
+        let [fx, fy, torque] = blur(self.felt, self.sensor.noise(), &mut self.noise);
         let [bx, by, bz] = self.tare;
         let ([gx, gy, gtheta], [px, py, _]) = (self.target(), self.arm.grasp);
         let ((sin, cos), (gsin, gcos)) = (theta.sin_cos(), gtheta.sin_cos());
@@ -329,7 +349,8 @@ impl Episode {
                 return;
             }
             let clock = self.clock(f64::from(tick) * dt - self.sensor.precontact);
-            self.look([0.0; 3], clock);
+            let at = self.held();
+            self.look([0.0; 3], &at, [0.0; 2], clock);
         }
     }
 
@@ -339,42 +360,62 @@ impl Episode {
         Clock { t: since_contact + dt / 2.0, dt, grasp: [x, y], ..Clock::since_contact(since_contact) }
     }
 
-    /// What the wrist feels of a wrench on the object, with what its effects make of it; and remember it for as long
-    /// as readings are late.
-    fn read(&mut self, wrench: [f64; 3]) -> [f64; 3] {
-        let frame = self.arm.frame(self.mover.state().pose);
-        let Some(plant) = &self.instrumented else { return at_frame(wrench, frame) };
-        let clock = self.clock(f64::from(self.tick) * self.options.step);
-        let read = Sensor { offset: [0.0; 3], ..self.sensor }.reading(
-            &Felt { wrench, frame, accel: [0.0; 2] },
-            plant,
-            clock,
-        );
+    /// Where object and gripper are.
+    fn held(&self) -> Held {
+        let object = self.mover.state().pose;
+        Held { object, gripper: self.arm.pose(object), frame: self.arm.frame(object) }
+    }
+
+    /// Acceleration of the gripper since it was `at` a place, world axes, m/s².
+    fn accelerated(&mut self, at: &Held, jumps: bool) -> [f64; 2] {
+        let dt = self.options.step;
+        let next = self.arm.pose(self.mover.state().pose);
+        let going = [0, 1].map(|k| (next[k] - at.gripper[k]) / dt);
+        let coming = if jumps { going } else { self.going };
+        self.going = going;
+        [0, 1].map(|k| (going[k] - coming[k]) / dt)
+    }
+
+    /// What the wrist tells of a wrench on the object: with what its effects make of it, and late where one says so.
+    fn read(&mut self, wrench: [f64; 3], at: &Held, accel: [f64; 2], clock: Clock) -> [f64; 3] {
+        let Some(plant) = &self.instrumented else { return at_frame(wrench, at.frame) };
+        let [ax, ay, _] = to_body([accel[0], accel[1], 0.0], at.gripper[2]);
+        let felt = Felt { wrench, frame: at.frame, accel: [ax, ay] };
+        let read = Sensor { offset: [0.0; 3], ..self.sensor }.reading(&felt, plant, clock);
         let late = plant.delay().map_or(0.0, |delay| delay.max(0.0) / self.options.step).round() as usize;
-        if late > 0 {
-            self.past.push_back(read);
-        }
+        self.past.push_back(read);
         while self.past.len() > late + 1 {
             self.past.pop_front();
         }
-        read
+        self.past.front().copied().unwrap_or(read)
     }
 
-    fn look(&mut self, wrench: [f64; 3], clock: Clock) {
+    fn look(&mut self, wrench: [f64; 3], at: &Held, accel: [f64; 2], clock: Clock) {
         let Some(recorder) = &mut self.recorder else { return };
-        let object = self.mover.state().pose;
         let plant = self.instrumented.as_deref().unwrap_or(self.mover.plant());
         recorder.observe(&Scene {
             t: self.sensor.precontact + clock.since_contact,
-            object,
-            gripper: self.arm.pose(object),
+            object: at.object,
+            gripper: at.gripper,
             wrench,
-            // A gripper's own inertia is felt in scenarios alone.
-            accel: [0.0; 2],
+            accel,
             plant,
             clock,
         });
     }
+
+    /// What moves as one now.
+    pub fn rigid(&self) -> Rigid<f64> {
+        self.mover.rigid(self.clock(f64::from(self.tick) * self.options.step))
+    }
+}
+
+/// Where object and gripper are at one time.
+struct Held {
+    object: [f64; 3],
+    gripper: [f64; 3],
+    /// Pose of the gripper in the object frame.
+    frame: [f64; 3],
 }
 
 /// The wrist sensor of all tasks.

@@ -11,6 +11,7 @@ use trundle_model::{Action, Body, Effect, INNER, Kind, Model, Prior};
 use super::options::Secret;
 use super::things::Thing;
 use crate::SimError;
+use crate::simulate::beginning;
 
 /// Least and greatest friction of a locked wheel in its two directions, N·s/m.
 const LOCKED: (f64, f64) = (60.0, 300.0);
@@ -155,15 +156,6 @@ fn drawn(slot: &trundle_model::Slot, random: &mut ChaCha8Rng) -> f64 {
         Prior::Uniform | Prior::OnBody(_) => random.random_range(slot.lower..=slot.upper),
     };
     value.clamp(slot.lower, slot.upper)
-}
-
-/// Where the laws' own states begin: nobody knows how a caster stands; a load hangs still.
-fn beginning(model: &Model, random: &mut ChaCha8Rng) -> [f64; INNER] {
-    let mut start = [0.0; INNER];
-    for (value, inner) in start.iter_mut().zip(model.inner()) {
-        *value = inner.starts.choose(random).copied().unwrap_or(0.0);
-    }
-    start
 }
 
 fn foot(thing: &Thing, random: &mut ChaCha8Rng) -> [f64; 2] {

@@ -14,7 +14,7 @@ use std::sync::Arc;
 use rand::{RngExt, SeedableRng};
 use rand_chacha::ChaCha8Rng;
 use serde::{Deserialize, Serialize};
-use trundle_model::{Effect, Model};
+use trundle_model::{Effect, Model, Rigid};
 use trundle_record::{Contact, Metadata, Obstacle};
 
 use crate::{Instruments, Row, SimError, simulate};
@@ -36,6 +36,8 @@ pub struct Pushing {
     recording: bool,
     /// Draws the seeds of episodes.
     seeds: ChaCha8Rng,
+    /// Whether anybody has given a seed yet.
+    seeded: bool,
     objects: u64,
     object: Option<Object>,
     episode: Option<(Began, Episode)>,
@@ -60,6 +62,7 @@ struct Began {
 #[derive(Serialize, Deserialize)]
 struct Saved {
     seeds: ChaCha8Rng,
+    seeded: bool,
     objects: u64,
     object: Option<u64>,
     episode: Option<(Began, episode::Saved)>,
@@ -80,6 +83,7 @@ impl Pushing {
             more: Arc::new(more),
             recording: false,
             seeds: ChaCha8Rng::seed_from_u64(0),
+            seeded: false,
             objects: 0,
             object: None,
             episode: None,
@@ -96,10 +100,11 @@ impl Pushing {
     /// # Errors
     /// When start or goal are impossible, or the grasp lies beside the object.
     pub fn reset(&mut self, seed: Option<u64>, told: &Reset) -> Result<(), SimError> {
+        let seeded = self.seeded || seed.is_some();
         let mut seeds = seed.map_or_else(|| self.seeds.clone(), ChaCha8Rng::seed_from_u64);
         let seed = seeds.random();
         let (object, episode) = self.begin(seed, told)?;
-        self.seeds = seeds;
+        (self.seeds, self.seeded) = (seeds, seeded);
         self.objects += u64::from(self.object.as_ref().is_none_or(|o| o.seed != object.seed));
         self.object = Some(object);
         self.episode = Some((Began { seed, told: told.clone() }, episode));
@@ -126,6 +131,32 @@ impl Pushing {
         let thing = self.things.draw(&mut random)?;
         let hidden = Hidden::draw(&thing, self.options.hidden, &self.more, &mut random)?;
         Ok(Object { seed, thing, hidden: Arc::new(hidden) })
+    }
+
+    /// Whether a seed has been given, so that a reset without one goes on from there.
+    pub fn seeded(&self) -> bool {
+        self.seeded
+    }
+
+    /// Whether what the instruments see is kept.
+    pub fn recording(&self) -> bool {
+        self.recording
+    }
+
+    /// The same, but for the recording: what a planner branches on.
+    #[must_use]
+    pub fn fork(&self) -> Self {
+        let mut fork = self.clone();
+        fork.recording = false;
+        if let Some((_, episode)) = &mut fork.episode {
+            episode.forget();
+        }
+        fork
+    }
+
+    /// What moves as one now, instruments apart.
+    pub fn rigid(&self) -> Option<Rigid<f64>> {
+        self.episode.as_ref().map(|(_, episode)| episode.rigid())
     }
 
     /// Whether an episode is under way.
@@ -219,6 +250,7 @@ impl Pushing {
     pub fn save(&self) -> Result<Vec<u8>, SimError> {
         let saved = Saved {
             seeds: self.seeds.clone(),
+            seeded: self.seeded,
             objects: self.objects,
             object: self.object.as_ref().map(|object| object.seed),
             episode: self.episode.as_ref().map(|(began, episode)| (began.clone(), episode.save())),
@@ -232,7 +264,7 @@ impl Pushing {
     /// When it is no saved state.
     pub fn load(&mut self, bytes: &[u8]) -> Result<(), SimError> {
         let saved: Saved = postcard::from_bytes(bytes).map_err(|e| SimError::State(e.to_string()))?;
-        let Saved { seeds, objects, object, episode } = saved;
+        let Saved { seeds, seeded, objects, object, episode } = saved;
         self.object = object.map(|seed| self.draw(seed)).transpose()?;
         self.recording = false;
         self.episode = match episode {
@@ -244,7 +276,7 @@ impl Pushing {
                 Some((began, episode))
             }
         };
-        (self.seeds, self.objects) = (seeds, objects);
+        (self.seeds, self.seeded, self.objects) = (seeds, seeded, objects);
         Ok(())
     }
 }

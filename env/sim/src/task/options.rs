@@ -119,7 +119,14 @@ impl Options {
     /// # Errors
     /// When a key is unknown or a value makes no sense; the message names it.
     pub fn from_toml(text: &str) -> Result<Self, SimError> {
-        let options: Self = toml::from_str(text).map_err(|e| SimError::Options(e.message().to_owned()))?;
+        let options: Self = toml::from_str(text).map_err(|e| {
+            // The line, because the message alone does not name the key.
+            let line = e.span().and_then(|span| text.get(..span.start)).map_or("", |before| {
+                let start = before.rfind('\n').map_or(0, |at| at + 1);
+                text.get(start..).and_then(|rest| rest.lines().next()).unwrap_or("")
+            });
+            SimError::Options(format!("{line}: {}", e.message()))
+        })?;
         options.check()?;
         Ok(options)
     }

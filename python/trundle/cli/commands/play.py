@@ -43,8 +43,9 @@ def add_arguments(parser: argparse.ArgumentParser) -> None:
     parser.add_argument(
         "--out", metavar="FOLDER", type=Path, help="keep what the instruments saw as a recording"
     )
-    parser.add_argument("--gif", metavar="FILE", type=Path, help="draw an animation of all episodes")
-    parser.add_argument("--human", action="store_true", help="show a window (extra: trundle[human])")
+    shown = parser.add_mutually_exclusive_group()
+    shown.add_argument("--gif", metavar="FILE", type=Path, help="draw an animation of all episodes")
+    shown.add_argument("--human", action="store_true", help="show a window (extra: trundle[human])")
     add_seed(parser)
 
 

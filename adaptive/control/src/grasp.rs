@@ -1,0 +1,36 @@
+//! Where to hold the object: what the best plan from each place costs.
+
+use trundle_model::Plant;
+
+use crate::{ControlError, Planner, Room, Task};
+
+/// Iterations with which the plans from different grasps are compared.
+const ITERATIONS: usize = 4;
+
+impl Planner {
+    /// What the best plan found from each grasp costs, from rest or motion as in `task`, whose own grasp does not
+    /// count; infinite where none keeps the motion finite. Every grasp is given the same draws.
+    ///
+    /// # Errors
+    /// As [`Planner::plan`], but for plans that run away.
+    pub fn compare(
+        &self,
+        plants: &[Plant<f64>],
+        task: &Task,
+        room: &Room,
+        grasps: &[[f64; 2]],
+    ) -> Result<Vec<f64>, ControlError> {
+        let settings = crate::Settings { iterations: ITERATIONS, ..self.settings().clone() };
+        let mut costs = Vec::with_capacity(grasps.len());
+        for &grasp in grasps {
+            let mut planner = Self::new(settings.clone(), self.seed())?;
+            let task = Task { grasp, ..*task };
+            match planner.plan(plants, &task, room) {
+                Ok(_) => costs.push(planner.cost(plants, &task, room)),
+                Err(ControlError::Diverged { .. }) => costs.push(f64::INFINITY),
+                Err(error) => return Err(error),
+            }
+        }
+        Ok(costs)
+    }
+}
