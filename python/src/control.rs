@@ -35,7 +35,7 @@ pub(crate) fn register(module: &Bound<'_, PyModule>) -> PyResult<()> {
 ///     Plans rolled out in each iteration, 256, and iterations of each call, 6 by default.
 /// spread, smoothness, temperature : float
 ///     Of the samples: standard deviation of the first iteration as a share of half the range of the bounds
-///     (0.4), correlation of successive actions (0.8), and how far costs above the least count, as a share of
+///     (0.6), correlation of successive actions (0.9), and how far costs above the least count, as a share of
 ///     their standard deviation (0.02).
 /// cost : dict
 ///     Weights: `heading` (m for each rad, 0.3), `effort` (m for a full action along an axis), `speed_limit`

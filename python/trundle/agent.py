@@ -231,7 +231,8 @@ class AdaptiveAgent:
         episode = belief.columns(self._period, self._rise)
         recording = Recording(self._metadata, {"episode_00": episode})
         try:
-            belief.model = fit(recording, starts=self._starts, seed=self._seed).model
+            # It keeps off obstacles: what moves the object is the push alone.
+            belief.model = fit(recording, starts=self._starts, seed=self._seed, obstacles=False).model
         except TrundleError:
             # Too little has been moved yet to tell anything.
             return

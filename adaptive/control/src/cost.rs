@@ -34,7 +34,7 @@ pub struct Cost {
     pub momentum: f64,
     /// Room that should be left to obstacles, m.
     pub margin: f64,
-    /// What touching an obstacle costs, m; nearer than the margin it rises with the square, and goes on rising inside.
+    /// What touching an obstacle costs, m; nearer than the margin it rises with the square, and a margin deep in it is four times that.
     pub collision: f64,
 }
 
@@ -53,6 +53,9 @@ impl Default for Cost {
         }
     }
 }
+
+/// Deeper in an obstacle than the margin it costs no more: the way out is what counts.
+const MOST_LACK: f64 = 2.0;
 
 /// Where the object is, and where it is to go.
 #[derive(Clone, Copy, Debug, PartialEq)]
@@ -129,7 +132,7 @@ impl Cost {
         if room.is_open() {
             return 0.0;
         }
-        let lack = (1.0 - room.clearance(state.pose, self.margin) / self.margin).max(0.0);
+        let lack = (1.0 - room.clearance(state.pose, self.margin) / self.margin).clamp(0.0, MOST_LACK);
         self.collision * lack * lack
     }
 

@@ -31,15 +31,21 @@ pub(crate) fn draw(
     }
 }
 
-/// The average of `plans`, each of `mean.len()` actions, by the weights `exp(−(cost − least)/λ)`, with λ the
-/// given share of the costs' standard deviation. A plan of infinite cost has no weight.
+/// Share of the plans that are cheap.
+const CHEAP: f64 = 0.2;
+/// Standard deviations between the least of some hundred normal costs and the dearest of the cheap ones.
+const BETWEEN: f64 = 2.0;
+
+/// The average of `plans`, each of `mean.len()` actions, by the weights `exp(−(cost − least)/λ)`, with λ the given
+/// share of the costs' standard deviation, as the cheap ones show it: plans that run into something cost so much more
+/// that all others would look alike. A plan of infinite cost has no weight.
 pub(crate) fn average(plans: &[[f64; 3]], costs: &[f64], temperature: f64, mean: &mut [[f64; 3]]) {
-    let finite = || costs.iter().copied().filter(|cost| cost.is_finite());
-    let count = finite().count() as f64;
-    let center = finite().sum::<f64>() / count;
-    let variance = finite().map(|cost| (cost - center).powi(2)).sum::<f64>() / count;
-    let least = finite().fold(f64::INFINITY, f64::min);
-    let lambda = (temperature * variance.sqrt()).max(f64::MIN_POSITIVE);
+    let mut ordered: Vec<f64> = costs.iter().copied().filter(|cost| cost.is_finite()).collect();
+    ordered.sort_unstable_by(f64::total_cmp);
+    let dearest = ((ordered.len() as f64 * CHEAP).ceil() as usize).min(ordered.len().saturating_sub(1));
+    let least = ordered.first().copied().unwrap_or(0.0);
+    let spread = ordered.get(dearest).map_or(0.0, |cost| (cost - least) / BETWEEN);
+    let lambda = (temperature * spread).max(f64::MIN_POSITIVE);
     let horizon = mean.len();
     mean.fill([0.0; 3]);
     let mut total = 0.0;

@@ -52,10 +52,10 @@ fn iterations() -> usize {
     6
 }
 fn spread() -> f64 {
-    0.4
+    0.6
 }
 fn smoothness() -> f64 {
-    0.8
+    0.9
 }
 fn temperature() -> f64 {
     0.02
