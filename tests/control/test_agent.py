@@ -139,3 +139,34 @@ def test_the_example_and_the_benchmark_run() -> None:
     assert "\nreached after" in example
     table = printed("benches/adaptive_agent.py", "--episodes", "2")
     assert [line[:6] for line in table.splitlines()[2:]] == ["no ada", "adapta", "oracle"]
+
+
+@pytest.mark.parametrize("task", ["PushAround", "PushDoor"])
+def test_it_learns_on_the_way_around_obstacles_and_through_doors(task: str) -> None:
+    env = gymnasium.make(f"trundle/{task}-v0", hidden="locked")
+    agent = trundle.AdaptiveAgent(env)
+    for seed in (0, 5):
+        observation, _ = env.reset(seed=seed)
+        over, touched, first = False, False, True
+        info: dict[str, Any] = {}
+        while not over:
+            action, _ = agent.predict(observation, episode_start=first)
+            observation, _, terminated, truncated, info = env.step(action)
+            over, first = terminated or truncated, False
+            touched |= info["touched"]
+        assert info["is_success"] and not touched, (task, seed, info)
+
+
+def test_what_is_seen_of_obstacles_is_where_they_are() -> None:
+    for task in ("PushAround", "PushDoor"):
+        env = gymnasium.make(f"trundle/{task}-v0")
+        observation, _ = env.reset(seed=3)
+        source: Any = env.unwrapped
+        seen = source.seen_obstacles(observation)
+        true = source.recording_metadata("x")["scene"]["obstacle"]
+        assert len(seen) == len(true)
+        for polygon, wall in zip(seen, true, strict=True):
+            near = np.array(wall["polygon"])[:, None] - np.array(polygon)
+            # The ends beyond the arena may be elsewhere.
+            corners = np.abs(wall["polygon"]).max(axis=1) < 2.5
+            assert np.hypot(*np.moveaxis(near, -1, 0)).min(axis=1)[corners].max() < 1e-9

@@ -52,6 +52,16 @@ const HALVINGS: u32 = 4;
 /// What a change of the drag within half a step may do to the velocity over a step before it is halved, m/s.
 const STEADY: f64 = 7e-4;
 
+/// The same for a plan, m/s.
+const ROUGHLY: f64 = 0.02;
+
+/// How a step is divided: so often at most, and while more than this changes.
+#[derive(Clone, Copy)]
+struct Parts {
+    halvings: u32,
+    within: f64,
+}
+
 /// A model with its parameters in place, ready to be stepped.
 #[derive(Clone, Debug)]
 pub struct Plant<T> {
@@ -214,15 +224,26 @@ impl<T: Real> Plant<T> {
 
     /// As [`Plant::step`], in place: with derivatives a state is too large to be copied about.
     pub fn move_on(&self, state: &mut State<T>, applied: &[T; 3], clock: Clock, dt: f64) {
+        self.move_by_parts(state, applied, clock, dt, STEADY);
+    }
+
+    /// The same in fewer parts, less exact where dry friction stops a body: for plans, of which only the beginning is
+    /// carried out.
+    pub fn move_roughly(&self, state: &mut State<T>, applied: &[T; 3], clock: Clock, dt: f64) {
+        self.move_by_parts(state, applied, clock, dt, ROUGHLY);
+    }
+
+    fn move_by_parts(&self, state: &mut State<T>, applied: &[T; 3], clock: Clock, dt: f64, within: f64) {
+        let parts = Parts { halvings: HALVINGS, within };
         let [x, y, torque] = self.steady.push;
         let push = [applied[0] + x, applied[1] + y, applied[2] + torque];
         let steady = Action { push, drag: self.steady.drag };
         let object = self.object(clock);
         if self.loads || self.mount.is_some() {
             let inert = Loaded::new(self.moved(object, clock), self.dof);
-            self.halved(&inert, &object, state, &steady, clock, dt, HALVINGS);
+            self.halved(&inert, &object, state, &steady, clock, dt, parts);
         } else {
-            self.halved(&self.resistance, &object, state, &steady, clock, dt, HALVINGS);
+            self.halved(&self.resistance, &object, state, &steady, clock, dt, parts);
         }
     }
 
@@ -235,7 +256,7 @@ impl<T: Real> Plant<T> {
         steady: &Action<T>,
         clock: Clock,
         dt: f64,
-        halvings: u32,
+        parts: Parts,
     ) {
         let start = Heading::of(state.pose[2]);
         let mut first = *steady;
@@ -267,15 +288,16 @@ impl<T: Real> Plant<T> {
             Some((action, speed))
         };
         let (pose, twist, change) = self.leap(inert, start, state, [&first, steady], middle, dt);
-        if halvings == 0 || change < STEADY {
+        if parts.halvings == 0 || change < parts.within {
             (state.pose, state.twist) = (pose, twist);
             if let Some(ended) = ended {
                 state.inner = ended;
             }
             return;
         }
+        let parts = Parts { halvings: parts.halvings - 1, ..parts };
         for _ in 0..2 {
-            self.halved(inert, rigid, state, steady, clock, dt / 2.0, halvings - 1);
+            self.halved(inert, rigid, state, steady, clock, dt / 2.0, parts);
         }
     }
 
