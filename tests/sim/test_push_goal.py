@@ -65,6 +65,16 @@ def test_an_oracle_knows_what_effects_do_to_the_mass() -> None:
     np.testing.assert_allclose(seen[17:19], [0.2, 0.1])
 
 
+def test_an_oracle_shows_the_wheel() -> None:
+    plain, told = (PushPose(render_mode="rgb_array", hidden="wheels") for _ in range(2))
+    oracle = Oracle(told)
+    plain.reset(seed=3)
+    oracle.reset(seed=3)
+    one, other = np.asarray(plain.render()), np.asarray(oracle.render())
+    changed = np.any(one != other, axis=-1)
+    assert 50 < changed.sum() < 0.1 * changed.size
+
+
 def test_another_reward_is_refused() -> None:
     with pytest.raises(trundle.TrundleError, match="reward_type"):
         PushPoseGoal(reward_type="shaped")

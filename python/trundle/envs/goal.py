@@ -68,6 +68,11 @@ class GoalSpace:
             return np.where((distance >= self.reach) | (turn >= self.facing), -1.0, 0.0)
         return np.asarray(-(distance + 0.3 * turn))
 
+    def asked(self, achieved: Any, desired: Any) -> Any:
+        """Return the reward of goals of shape (4,), a number, or (n, 4), shape (n,)."""
+        reward = self.reward(np.asarray(achieved), np.asarray(desired))
+        return float(reward) if reward.ndim == 0 else reward
+
 
 class PushGoal(Push):
     """What all goal-conditioned environments have in common; make one of its subclasses.
@@ -109,8 +114,7 @@ class PushGoal(Push):
 
     def compute_reward(self, achieved_goal: Array, desired_goal: Array, info: Any) -> Any:
         """Return the reward of goals of shape (4,) or (n, 4): a number, or shape (n,)."""
-        reward = self._goals.reward(np.asarray(achieved_goal), np.asarray(desired_goal))
-        return float(reward) if reward.ndim == 0 else reward
+        return self._goals.asked(achieved_goal, desired_goal)
 
     def compute_terminated(self, achieved_goal: Array, desired_goal: Array, info: dict[str, Any]) -> bool:
         """Return False: no goal ends an episode."""

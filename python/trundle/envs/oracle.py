@@ -40,6 +40,8 @@ class Oracle(gym.ObservationWrapper[Array, Any, Array], RecordConstructorArgs):
     no more of them can be known from motion. Other effects, a caster's among them, are not numbers of this
     kind; `info["hidden"]` of `reset` holds all that is hidden as tables of a `model.toml`.
 
+    Pictures show the wheels, with their friction along and across (N s/m).
+
     Parameters
     ----------
     env : gymnasium.Env
@@ -58,6 +60,7 @@ class Oracle(gym.ObservationWrapper[Array, Any, Array], RecordConstructorArgs):
         RecordConstructorArgs.__init__(self)
         gym.ObservationWrapper.__init__(self, env)
         self._push = _pushing(env.unwrapped, Push)
+        self._push.reveals = True
         self.observation_space = _longer(env.observation_space)  # type: ignore[assignment]
 
     def reset(

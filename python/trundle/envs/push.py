@@ -163,6 +163,8 @@ class Push(gym.Env[Observation, Action]):
         self.action_space = gym.spaces.Box(-1.0, 1.0, (3,), np.float32)
         bounds = np.array(self._native.bounds)
         self.observation_space = gym.spaces.Box(-bounds, bounds, dtype=np.float64)
+        self.reveals = False
+        """Whether pictures show the hidden wheels; `trundle.Oracle` sets it."""
         self._trail: list[tuple[float, float]] = []
         self._window: Window | None = None
 
@@ -280,7 +282,8 @@ class Push(gym.Env[Observation, Action]):
         self._window.show(pixels, self.metadata["render_fps"])
 
     def _picture(self) -> NDArray[np.uint8]:
-        return draw(needed(self._native.view()), self._trail)
+        hidden = self._native.hidden() if self.reveals else None
+        return draw(needed(self._native.view()), self._trail, hidden)
 
     def __getstate__(self) -> dict[str, Any]:
         return {**self.__dict__, "_window": None}

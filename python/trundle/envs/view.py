@@ -11,13 +11,15 @@ from numpy.typing import NDArray
 
 from trundle._native import Pushing
 from trundle.envs.drawing import picture
-from trundle.envs.scene import Disc, Shape, View
+from trundle.envs.scene import Disc, Hidden, Point, Shape, View
 
 __all__ = ["draw", "needed"]
 
 
-def draw(seen: dict[str, Any], trail: Sequence[tuple[float, float]] = ()) -> NDArray[np.uint8]:
-    """Draw what a native task lets be seen."""
+def draw(
+    seen: dict[str, Any], trail: Sequence[Point] = (), hidden: dict[str, Any] | None = None
+) -> NDArray[np.uint8]:
+    """Draw what a native task lets be seen, and the wheels of a hidden model if it is given."""
     fixtures = tuple(
         Disc(tuple(part[0]), part[1]) if isinstance(part, tuple) else tuple(map(tuple, part))
         for part in seen["fixtures"]
@@ -34,8 +36,15 @@ def draw(seen: dict[str, Any], trail: Sequence[tuple[float, float]] = ()) -> NDA
             wrench=tuple(seen["wrench"]),
             trail=tuple(trail),
             arena=Pushing.ARENA,
+            revealed=_wheels(hidden or {}),
         )
     )
+
+
+def _wheels(hidden: dict[str, Any]) -> tuple[Hidden, ...]:
+    """Return the viscous wheels of a model, with their friction along and across."""
+    wheels = [effect for effect in hidden.get("effect", ()) if effect["kind"] == "viscous_wheel"]
+    return tuple((w["x"], w["y"], w["angle"], f"{w['mu_x']:.0f}, {w['mu_y']:.0f}") for w in wheels)
 
 
 def needed(value: dict[str, Any] | None) -> dict[str, Any]:
