@@ -1,6 +1,7 @@
 //! The PyO3 border: conversion only, one file a topic.
 use pyo3::prelude::*;
 
+mod actions;
 mod baseline;
 mod columns;
 mod control;
@@ -19,6 +20,7 @@ mod paper;
 mod posterior;
 mod push;
 mod record;
+mod seen;
 mod sim;
 mod simulator;
 mod toml_dict;

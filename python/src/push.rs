@@ -1,15 +1,16 @@
 //! The pushing tasks in Python: one at a time, and in batches.
 
-use numpy::{PyArray1, PyArray2, PyArrayMethods, PyReadonlyArray1, PyReadonlyArray2, PyReadwriteArray2};
+use numpy::{PyArray1, PyArray2, PyReadwriteArray2};
 use pyo3::exceptions::PyIndexError;
 use pyo3::intern;
 use pyo3::prelude::*;
 use pyo3::types::{PyBytes, PyDict};
-use trundle_model::Rigid;
-use trundle_sim::task::{Autoreset, Goal, Rows, Thing, household, rules};
+use trundle_sim::task::{Autoreset, Rows, household, rules};
 use trundle_sim::{Batch, Options, Outcome, Pushing, Reset, SimError, episode};
 
+use crate::actions::{many_numbers, numbers};
 use crate::error::{refused, run};
+use crate::seen::{hidden_values, view};
 use crate::{columns, toml_dict};
 
 pub(crate) fn register(module: &Bound<'_, PyModule>) -> PyResult<()> {
@@ -344,63 +345,6 @@ fn slice<'a>(array: &'a mut PyReadwriteArray2<'_, f64>) -> PyResult<&'a mut [f64
     array.as_slice_mut().map_err(refused)
 }
 
-/// Three numbers in [-1, 1].
-fn numbers(action: &Bound<'_, PyAny>) -> PyResult<[f64; 3]> {
-    let read = if let Ok(array) = action.extract::<PyReadonlyArray1<'_, f32>>() {
-        three(array.as_array().iter().map(|v| f64::from(*v)))
-    } else if let Ok(array) = action.extract::<PyReadonlyArray1<'_, f64>>() {
-        three(array.as_array().iter().copied())
-    } else {
-        three(float64(action)?.as_array().iter().copied())
-    };
-    let Some(numbers) = read else {
-        let shape = action.py().import("numpy")?.getattr("shape")?.call1((action,))?;
-        return Err(refused(format!("an action has shape (3,), not {shape}: three numbers in [-1, 1]")));
-    };
-    check(&numbers)?;
-    Ok(numbers)
-}
-
-fn three(mut entries: impl ExactSizeIterator<Item = f64>) -> Option<[f64; 3]> {
-    (entries.len() == 3).then(|| [(); 3].map(|()| entries.next().unwrap_or(f64::NAN)))
-}
-
-fn float64<'py>(action: &Bound<'py, PyAny>) -> PyResult<PyReadonlyArray1<'py, f64>> {
-    let py = action.py();
-    let array = py.import("numpy")?.getattr("asarray")?.call1((action, "float64"));
-    let array = array.map_err(|e| refused(format!("an action is three numbers in [-1, 1]: {e}")))?;
-    // Another number of dimensions makes a row that is too short, which the caller refuses.
-    Ok(array.extract().unwrap_or_else(|_| PyArray1::zeros(py, 0, false).readonly()))
-}
-
-fn many_numbers(actions: &Bound<'_, PyAny>, count: usize) -> PyResult<Vec<f64>> {
-    let py = actions.py();
-    let array = py.import("numpy")?.getattr("ascontiguousarray")?.call1((actions, "float64"));
-    let array = array.map_err(|e| refused(format!("actions are numbers in [-1, 1]: {e}")))?;
-    let rows = array.extract::<PyReadonlyArray2<'_, f64>>().ok();
-    let Some(rows) = rows.filter(|rows| rows.as_array().dim() == (count, 3)) else {
-        let shape = array.getattr("shape")?;
-        return Err(refused(format!("actions have shape ({count}, 3), not {shape}")));
-    };
-    let numbers = rows.as_slice().map_err(refused)?.to_vec();
-    for (index, row) in numbers.chunks(3).enumerate() {
-        check(row).map_err(|error| refused(format!("environment {index}: {}", error.value(py))))?;
-    }
-    Ok(numbers)
-}
-
-fn check(numbers: &[f64]) -> PyResult<()> {
-    if numbers.iter().all(|v| v.abs() <= 1.0) {
-        return Ok(());
-    }
-    if !numbers.iter().all(|v| v.is_finite()) {
-        return Err(refused(format!("action {numbers:?}: each entry must be a finite number in [-1, 1]")));
-    }
-    Err(refused(format!(
-        "action {numbers:?}: each entry must lie in [-1, 1]; gymnasium.wrappers.ClipAction cuts it"
-    )))
-}
-
 fn info<'py>(py: Python<'py>, outcome: &Outcome) -> PyResult<Bound<'py, PyDict>> {
     let dict = PyDict::new(py);
     dict.set_item(intern!(py, "is_success"), outcome.success)?;
@@ -425,49 +369,4 @@ fn cells(outcome: &Outcome) -> [f64; 9] {
         outcome.heading_error,
         outcome.progress,
     ]
-}
-
-/// Mass, mass centre, radius of gyration, and the drag of all viscous wheels together about the object's origin.
-const HIDDEN: usize = 10;
-
-fn hidden_values(task: &Pushing) -> [f64; HIDDEN] {
-    let (Some(rigid), Some(hidden)) = (task.rigid(), task.hidden()) else { return [f64::NAN; HIDDEN] };
-    let Rigid { mass, com: [x, y], inertia } = rigid;
-    let [xx, xy, yy, tx, ty, tt] = hidden.drag();
-    [mass, x, y, (inertia / mass).sqrt(), xx, xy, yy, tx, ty, tt]
-}
-
-/// What there is to see, for drawing; None before the first reset.
-fn view<'py>(py: Python<'py>, task: &Pushing) -> PyResult<Option<Bound<'py, PyDict>>> {
-    let (Some(([object, goal, gripper, wrench], holds)), Some(room), Some(thing)) =
-        (task.view(), task.room(), task.thing())
-    else {
-        return Ok(None);
-    };
-    let dict = PyDict::new(py);
-    dict.set_item("object", object)?;
-    dict.set_item("goal", if task.options().task == Goal::Path { room.goal } else { goal })?;
-    dict.set_item("gripper", gripper)?;
-    dict.set_item("wrench", wrench)?;
-    dict.set_item("holds", holds)?;
-    dict.set_item("obstacles", room.obstacles.clone())?;
-    dict.set_item("path", room.path.iter().map(|[x, y, _]| [*x, *y]).collect::<Vec<_>>())?;
-    dict.set_item("fixtures", fixtures(thing))?;
-    dict.set_item("wheels", thing.feet.clone())?;
-    Ok(Some(dict))
-}
-
-/// Corners of a polygon, or centre and radius of a disc.
-#[derive(IntoPyObject)]
-enum Part {
-    Polygon(Vec<[f64; 2]>),
-    Disc(([f64; 2], f64)),
-}
-
-fn fixtures(thing: &Thing) -> Vec<Part> {
-    let part = |fixture: &trundle_model::Fixture| match fixture {
-        trundle_model::Fixture::Polygon { vertices, .. } => Part::Polygon(vertices.clone()),
-        trundle_model::Fixture::Disc { center, radius, .. } => Part::Disc((*center, *radius)),
-    };
-    thing.body.fixtures.iter().map(part).collect()
 }

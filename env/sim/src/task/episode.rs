@@ -4,9 +4,7 @@ use std::collections::VecDeque;
 use std::sync::Arc;
 
 use rand::RngExt;
-use rand::SeedableRng;
 use rand_chacha::ChaCha8Rng;
-use rand_distr::StandardNormal;
 use serde::{Deserialize, Serialize};
 use trundle_model::{Clock, Plant, Rigid, State, to_body};
 
@@ -15,6 +13,7 @@ use super::hidden::Hidden;
 use super::options::{Goal, Mode, Options};
 use super::room::{AHEAD, Progress, Room};
 use super::rules::*;
+use super::senses::{blur, sensor, stream, tracker};
 use super::things::Thing;
 use crate::gripper::wrap;
 use crate::instruments::Scene;
@@ -416,31 +415,4 @@ struct Held {
     gripper: [f64; 3],
     /// Pose of the gripper in the object frame.
     frame: [f64; 3],
-}
-
-/// The wrist sensor of all tasks.
-pub fn sensor(options: &Options) -> Sensor {
-    let plain = Sensor::default();
-    Sensor {
-        rate: SENSOR_RATE,
-        force_noise: plain.force_noise * options.noise,
-        torque_noise: plain.torque_noise * options.noise,
-        ..plain
-    }
-}
-
-/// The tracker of all tasks.
-pub fn tracker(options: &Options) -> Tracker {
-    let plain = Tracker::default();
-    Tracker { noise: plain.noise.map(|sd| sd * options.noise), drop_out: options.drop_out, ..plain }
-}
-
-pub fn stream(seed: u64, number: u64) -> ChaCha8Rng {
-    let mut random = ChaCha8Rng::seed_from_u64(seed);
-    random.set_stream(number);
-    random
-}
-
-fn blur(value: [f64; 3], sd: [f64; 3], random: &mut ChaCha8Rng) -> [f64; 3] {
-    [0, 1, 2].map(|k| value[k] + sd[k] * random.sample::<f64, _>(StandardNormal).clamp(-CUT, CUT))
 }

@@ -7,6 +7,7 @@ mod hidden;
 mod options;
 mod room;
 pub mod rules;
+mod senses;
 mod things;
 
 use std::sync::Arc;
@@ -116,8 +117,7 @@ impl Pushing {
             Some(object) => object.clone(),
             None => self.draw(seed)?,
         };
-        let (fixed, random) =
-            (&mut episode::stream(object.seed, OBSTACLES), &mut episode::stream(seed, ROOMS));
+        let (fixed, random) = (&mut senses::stream(object.seed, OBSTACLES), &mut senses::stream(seed, ROOMS));
         let room = Room::draw(self.options.task, &object.thing, told, [fixed, random])?;
         let grasp = told.grasp.unwrap_or_else(|| object.thing.rear());
         on_object(&object.thing, grasp)?;
@@ -202,7 +202,7 @@ impl Pushing {
     pub fn metadata(&self, name: &str) -> Result<Metadata, SimError> {
         let remedy = "the object is drawn by reset(): call it first";
         let thing = self.thing().ok_or_else(|| SimError::value("recording", name, remedy))?;
-        let (sensor, tracker) = (episode::sensor(&self.options), episode::tracker(&self.options));
+        let (sensor, tracker) = (senses::sensor(&self.options), senses::tracker(&self.options));
         let mut metadata = simulate::metadata(name, &thing.body, false, &sensor, &tracker);
         if self.options.action == Mode::Push {
             metadata.wrench.contact = Contact::Point;

@@ -18,7 +18,7 @@ if TYPE_CHECKING:
     import gymnasium
 
 HELP = "Play episodes of an environment: print how they end, animate them, keep them as a recording."
-EXAMPLE = "trundle play PushDoor --episodes 3 --set object=household --gif door.gif --out recordings/door"
+EXAMPLE = "trundle play PushDoor --set action=velocity --episodes 3 --gif door.gif --out recordings/door"
 
 
 def add_arguments(parser: argparse.ArgumentParser) -> None:

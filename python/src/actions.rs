@@ -1,0 +1,63 @@
+//! Actions from Python: numbers in [-1, 1], three for each environment.
+
+use numpy::{PyArray1, PyArrayMethods, PyReadonlyArray1, PyReadonlyArray2};
+use pyo3::prelude::*;
+
+use crate::error::refused;
+
+/// Three numbers in [-1, 1].
+pub(crate) fn numbers(action: &Bound<'_, PyAny>) -> PyResult<[f64; 3]> {
+    let read = if let Ok(array) = action.extract::<PyReadonlyArray1<'_, f32>>() {
+        three(array.as_array().iter().map(|v| f64::from(*v)))
+    } else if let Ok(array) = action.extract::<PyReadonlyArray1<'_, f64>>() {
+        three(array.as_array().iter().copied())
+    } else {
+        three(float64(action)?.as_array().iter().copied())
+    };
+    let Some(numbers) = read else {
+        let shape = action.py().import("numpy")?.getattr("shape")?.call1((action,))?;
+        return Err(refused(format!("an action has shape (3,), not {shape}: three numbers in [-1, 1]")));
+    };
+    check(&numbers)?;
+    Ok(numbers)
+}
+
+fn three(mut entries: impl ExactSizeIterator<Item = f64>) -> Option<[f64; 3]> {
+    (entries.len() == 3).then(|| [(); 3].map(|()| entries.next().unwrap_or(f64::NAN)))
+}
+
+fn float64<'py>(action: &Bound<'py, PyAny>) -> PyResult<PyReadonlyArray1<'py, f64>> {
+    let py = action.py();
+    let array = py.import("numpy")?.getattr("asarray")?.call1((action, "float64"));
+    let array = array.map_err(|e| refused(format!("an action is three numbers in [-1, 1]: {e}")))?;
+    // Another number of dimensions makes a row that is too short, which the caller refuses.
+    Ok(array.extract().unwrap_or_else(|_| PyArray1::zeros(py, 0, false).readonly()))
+}
+
+pub(crate) fn many_numbers(actions: &Bound<'_, PyAny>, count: usize) -> PyResult<Vec<f64>> {
+    let py = actions.py();
+    let array = py.import("numpy")?.getattr("ascontiguousarray")?.call1((actions, "float64"));
+    let array = array.map_err(|e| refused(format!("actions are numbers in [-1, 1]: {e}")))?;
+    let rows = array.extract::<PyReadonlyArray2<'_, f64>>().ok();
+    let Some(rows) = rows.filter(|rows| rows.as_array().dim() == (count, 3)) else {
+        let shape = array.getattr("shape")?;
+        return Err(refused(format!("actions have shape ({count}, 3), not {shape}")));
+    };
+    let numbers = rows.as_slice().map_err(refused)?.to_vec();
+    for (index, row) in numbers.chunks(3).enumerate() {
+        check(row).map_err(|error| refused(format!("environment {index}: {}", error.value(py))))?;
+    }
+    Ok(numbers)
+}
+
+fn check(numbers: &[f64]) -> PyResult<()> {
+    if numbers.iter().all(|v| v.abs() <= 1.0) {
+        return Ok(());
+    }
+    if !numbers.iter().all(|v| v.is_finite()) {
+        return Err(refused(format!("action {numbers:?}: each entry must be a finite number in [-1, 1]")));
+    }
+    Err(refused(format!(
+        "action {numbers:?}: each entry must lie in [-1, 1]; gymnasium.wrappers.ClipAction cuts it"
+    )))
+}
