@@ -173,6 +173,8 @@ mod tests {
         let around = 2.0 * 1.0f64.hypot(1.5) - 3.0;
         let excess = field.excess([-1.5, 0.0, 0.0]);
         assert!((around - 0.1..around + 0.5).contains(&excess), "{excess} {around}");
+        let (left, right) = (field.excess([-1.5, 0.0, 0.3]), field.excess([-1.5, 0.0, -0.3]));
+        assert!((left - right).abs() < 1e-3 && left > 0.3, "either way round alike: {left} {right}");
         // Turned round, at the goal: out of the strip, turn, and back in.
         let turned = field.excess([1.5, 0.0, 3.1]);
         assert!((1.6..2.6).contains(&turned), "{turned}");

@@ -309,3 +309,27 @@ impl Progress {
         ends.map(|(pair, lengths)| (lengths[0], pair[0], pair[1], lengths[1] - lengths[0]))
     }
 }
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn progress_is_the_nearest_place_ahead_and_never_goes_back() {
+        let corner = vec![[1.0, 2.0, 0.0], [1.5, 2.0, 0.5], [1.5, 3.0, 1.0]];
+        let mut progress = Progress::new(corner);
+        assert!((progress.length() - 1.5).abs() < 1e-12);
+        assert!(
+            (progress.follow([1.3, 2.1, 0.0]) - 0.1).abs() < 1e-12 && (progress.done - 0.3).abs() < 1e-12
+        );
+        assert!((progress.at(progress.done)[2] - 0.3).abs() < 1e-12);
+        // Around the corner, but not farther than the window.
+        assert!(
+            (progress.follow([1.6, 2.1, 0.0]) - 0.1).abs() < 1e-12 && (progress.done - 0.6).abs() < 1e-12
+        );
+        progress.follow([1.0, 2.0, 0.0]);
+        assert!((progress.done - 0.6).abs() < 1e-12, "it does not go back");
+        progress.follow([1.5, 3.0, 0.0]);
+        assert!((progress.done - 1.0).abs() < 1e-12, "nor ahead of the window");
+    }
+}
