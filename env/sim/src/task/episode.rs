@@ -230,12 +230,13 @@ impl Episode {
             let (since_contact, t) = (f64::from(self.tick) * dt, f64::from(k) * dt);
             let clock = self.clock(since_contact);
             let rigid = self.mover.rigid(clock);
-            let at = self.held();
+            let reads = self.instrumented.is_some() || self.options.action == Mode::Push || k + 1 == ticks;
+            // Where they are before the push: most steps nobody looks.
+            let at = (reads || self.recorder.is_some()).then(|| self.held());
             let wrench = self.arm.push([t, whole, dt], &self.thing.body, &rigid, self.mover.state());
             let instant = self.arm.instant(t, whole);
             self.mover.step(wrench, clock, dt)?;
-            let reads = self.instrumented.is_some() || self.options.action == Mode::Push || k + 1 == ticks;
-            if reads || self.recorder.is_some() {
+            if let Some(at) = at {
                 // A tip that is put elsewhere between two pushes has not been accelerated.
                 let jumps = k == 0 && !self.arm.holds();
                 let accel = self.accelerated(&at, jumps);
