@@ -5,10 +5,12 @@ use std::path::PathBuf;
 use numpy::{IntoPyArray, PyArray1, PyArray2, PyArrayMethods};
 use pyo3::prelude::*;
 use pyo3::types::PyDict;
+use trundle_control::Dynamics;
 use trundle_infer::{
     Features, Linear, Local, Predictor, Pushes, SigmaReading, StateVector, Transition, hold, noisy, r2_of,
     transitions, transitions_of,
 };
+use trundle_model::{Clock, State};
 use trundle_record::prepare;
 use trundle_sim::Object;
 
@@ -59,7 +61,7 @@ fn table<const N: usize>(
 
 /// A regression that has learnt.
 #[pyclass(frozen, name = "_Regression", module = "trundle._native")]
-struct Regression(Kind);
+pub(crate) struct Regression(Kind);
 
 enum Kind {
     Linear(Linear),
@@ -87,11 +89,7 @@ impl Regression {
         wrench: Wrenches,
         dt: Vec<f64>,
     ) -> PyResult<Table<'py>> {
-        let predictor: &(dyn Predictor + Sync) = match &self.0 {
-            Kind::Linear(linear) => linear,
-            Kind::Local(local) => local,
-        };
-        predicted(py, predictor, &before, &wrench, &dt)
+        predicted(py, self.predictor(), &before, &wrench, &dt)
     }
 
     /// The kernel's width for each feature, in its unit; `None` for a linear regression.
@@ -101,6 +99,24 @@ impl Regression {
             Kind::Linear(_) => None,
             Kind::Local(local) => Some(local.widths()),
         }
+    }
+}
+
+impl Regression {
+    fn predictor(&self) -> &(dyn Predictor + Sync) {
+        match &self.0 {
+            Kind::Linear(linear) => linear,
+            Kind::Local(local) => local,
+        }
+    }
+}
+
+/// What was learnt in the place of laws, for the planner.
+impl Dynamics for Regression {
+    fn step(&self, state: &mut State<f64>, applied: &[f64; 3], _: Clock, dt: f64) {
+        let ([x, y, theta], [vx, vy, spin]) = (state.pose, state.twist);
+        let [x, y, theta, vx, vy, spin] = self.predictor().predict(&[x, y, theta, vx, vy, spin], applied, dt);
+        (state.pose, state.twist) = ([x, y, theta], [vx, vy, spin]);
     }
 }
 

@@ -5,9 +5,10 @@ use std::sync::Arc;
 use numpy::{PyArray1, PyArray2, PyArrayMethods};
 use pyo3::prelude::*;
 use pyo3::types::PyDict;
-use trundle_control::{ControlError, Planner, Room, Settings, Task};
+use trundle_control::{Planner, Room, Settings, Task};
 use trundle_model::{Body, Fixture, Plant, State};
 
+use crate::baseline::Regression;
 use crate::error::{refused, run};
 use crate::model::PyModel;
 use crate::toml_dict;
@@ -95,6 +96,10 @@ impl PyPlanner {
     ///     Where it is held, object frame, m.
     /// obstacles : sequence of polygons
     ///     Fixed and simple, corners in order, world, m.
+    /// inner : sequence of float
+    ///     The laws' own states, as `Laws.starts`; where they start by default.
+    /// learnt : regression, optional
+    ///     Moves the object in the place of the model's laws; then the model says the outline alone.
     ///
     /// Returns
     /// -------
@@ -105,7 +110,7 @@ impl PyPlanner {
     /// ------
     /// TrundleError
     ///     If a number is not finite, or a value of a model is free.
-    #[pyo3(signature = (model, pose, twist, goal, grasp, obstacles = vec![]))]
+    #[pyo3(signature = (model, pose, twist, goal, grasp, obstacles = vec![], *, inner = vec![], learnt = None))]
     #[expect(clippy::too_many_arguments, reason = "what a task is made of")]
     fn plan<'py>(
         &mut self,
@@ -116,15 +121,57 @@ impl PyPlanner {
         goal: [f64; 3],
         grasp: [f64; 2],
         obstacles: Vec<Vec<[f64; 2]>>,
+        inner: Vec<f64>,
+        learnt: Option<PyRef<'py, Regression>>,
     ) -> PyResult<Bound<'py, PyArray2<f64>>> {
-        let (plants, task) = (model.plants()?, Task { state: State::moving(pose, twist), goal, grasp });
+        let task = Task { state: model.state(pose, twist, &inner)?, goal, grasp };
         let room = self.furnish(&model.body()?, obstacles, &task)?;
         let planner = &mut self.planner;
-        let actions: Vec<f64> = run(py, || {
-            let plan = planner.plan(&plants, &task, &room)?;
-            Ok::<_, ControlError>(plan.iter().flatten().copied().collect())
-        })?;
+        let flat = |plan: &[[f64; 3]]| plan.iter().flatten().copied().collect::<Vec<f64>>();
+        let actions = if let Some(learnt) = learnt {
+            let learnt: &Regression = &learnt;
+            run(py, || planner.plan(&[learnt], &task, &room).map(flat))?
+        } else {
+            let plants = model.plants()?;
+            run(py, || planner.plan(&plants, &task, &room).map(flat))?
+        };
         PyArray1::from_vec(py, actions).reshape([self.planner.settings().horizon, 3])
+    }
+
+    /// What it would be worth to know which of several models is true, in metre-seconds.
+    ///
+    /// Parameters
+    /// ----------
+    /// models : sequence of Model
+    ///     Equally probable.
+    /// pose, twist, goal, grasp, obstacles, inner
+    ///     As for `plan`.
+    ///
+    /// Returns
+    /// -------
+    /// float
+    ///     What the best plan for all of them costs on average more than each one's own.
+    #[pyo3(signature = (models, pose, twist, goal, grasp, obstacles = vec![], *, inner = vec![]))]
+    #[expect(clippy::too_many_arguments, reason = "what a task is made of")]
+    fn regret<'py>(
+        &mut self,
+        py: Python<'py>,
+        models: Models<'py>,
+        pose: [f64; 3],
+        twist: [f64; 3],
+        goal: [f64; 3],
+        grasp: [f64; 2],
+        obstacles: Vec<Vec<[f64; 2]>>,
+        inner: Vec<f64>,
+    ) -> PyResult<f64> {
+        let task = Task { state: models.state(pose, twist, &inner)?, goal, grasp };
+        let (plants, room) = (models.plants()?, self.furnish(&models.body()?, obstacles, &task)?);
+        run(py, || self.planner.regret(&plants, &task, &room))
+    }
+
+    /// Credit plans, from now on, with so many seconds for each metre by which the models' ends differ.
+    fn be_curious(&mut self, curiosity: f64) -> PyResult<()> {
+        self.planner.be_curious(curiosity).map_err(refused)
     }
 
     /// What the best plan found from each grasp costs, in metre-seconds: where to hold the object.
@@ -132,7 +179,7 @@ impl PyPlanner {
     /// Parameters
     /// ----------
     /// model, pose, twist, goal, obstacles
-    ///     As for `plan`.
+    ///     As for `plan`, with `inner`.
     /// grasps : sequence of pairs of float
     ///     Object frame, m.
     ///
@@ -140,7 +187,7 @@ impl PyPlanner {
     /// -------
     /// ndarray, shape (len(grasps),)
     ///     Infinite where no plan keeps the motion finite.
-    #[pyo3(signature = (model, pose, twist, goal, grasps, obstacles = vec![]))]
+    #[pyo3(signature = (model, pose, twist, goal, grasps, obstacles = vec![], *, inner = vec![]))]
     #[expect(clippy::too_many_arguments, reason = "what a task is made of")]
     fn compare<'py>(
         &mut self,
@@ -151,8 +198,9 @@ impl PyPlanner {
         goal: [f64; 3],
         grasps: Vec<[f64; 2]>,
         obstacles: Vec<Vec<[f64; 2]>>,
+        inner: Vec<f64>,
     ) -> PyResult<Bound<'py, PyArray1<f64>>> {
-        let task = Task { state: State::moving(pose, twist), goal, grasp: [0.0; 2] };
+        let task = Task { state: model.state(pose, twist, &inner)?, goal, grasp: [0.0; 2] };
         let (plants, room) = (model.plants()?, self.furnish(&model.body()?, obstacles, &task)?);
         let costs = run(py, || self.planner.compare(&plants, &task, &room, &grasps))?;
         Ok(PyArray1::from_vec(py, costs))
@@ -189,6 +237,8 @@ impl PyPlanner {
     }
 }
 
+const NONE: &str = "models: give one at least";
+
 /// One model or several.
 #[derive(FromPyObject)]
 enum Models<'py> {
@@ -208,9 +258,16 @@ impl Models<'_> {
         self.all().into_iter().map(|model| model.model.resolved().map_err(refused)).collect()
     }
 
+    /// Where the object is; the first model says where its laws' own states start, all are of the same laws.
+    fn state(&self, pose: [f64; 3], twist: [f64; 3], inner: &[f64]) -> PyResult<State<f64>> {
+        let Some(first) = self.all().into_iter().next() else { return Err(refused(NONE)) };
+        let starts = crate::laws::starts(&first.model);
+        Ok(State::moving(pose, twist).with_inner(crate::laws::own(&starts, inner)?))
+    }
+
     /// Of the first; all are of one object.
     fn body(&self) -> PyResult<Body> {
         let first = self.all().into_iter().next().map(|model| model.model.body.clone());
-        first.ok_or_else(|| refused("models: give one at least"))
+        first.ok_or_else(|| refused(NONE))
     }
 }

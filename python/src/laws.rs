@@ -55,7 +55,7 @@ impl PyLaws {
         let physics = model.model.filled(&values).map_err(refused)?.on_object();
         let plant = physics.resolved().map_err(refused)?;
         let home = plant.rigid(clock(0.0, 0.0, 0.0, f64::INFINITY));
-        let starts = physics.inner().iter().map(|own| own.starts.first().copied().unwrap_or(0.0)).collect();
+        let starts = starts(&physics);
         Ok(Self { plant, home, starts })
     }
 
@@ -179,8 +179,13 @@ impl PyLaws {
 /// Push, damping, and the laws' own states after a step.
 type Stepped = ([f64; 3], [f64; 6], Vec<f64>);
 
+/// Where the laws' own states start.
+pub(crate) fn starts(model: &Model) -> Vec<f64> {
+    model.inner().iter().map(|own| own.starts.first().copied().unwrap_or(0.0)).collect()
+}
+
 /// The laws' own states: those that are given, else where they start.
-fn own(starts: &[f64], given: &[f64]) -> PyResult<[f64; INNER]> {
+pub(crate) fn own(starts: &[f64], given: &[f64]) -> PyResult<[f64; INNER]> {
     if !given.is_empty() && given.len() != starts.len() {
         let (got, expected) = (given.len(), starts.len());
         return Err(refused(format!("inner has {got} values: the laws have {expected} states of their own")));
@@ -195,7 +200,7 @@ fn multiplied([xx, xy, yy, tx, ty, tt]: [f64; 6], [vx, vy, spin]: [f64; 3]) -> [
 }
 
 /// A value for each slot: the caller's, else the model's.
-fn values(model: &Model, given: &BTreeMap<String, f64>) -> PyResult<Vec<f64>> {
+pub(crate) fn values(model: &Model, given: &BTreeMap<String, f64>) -> PyResult<Vec<f64>> {
     let slots = model.slots();
     if let Some(name) = given.keys().find(|name| slots.iter().all(|s| s.name != **name)) {
         let known: Vec<&str> = slots.iter().map(|s| s.name.as_str()).collect();
@@ -214,7 +219,7 @@ fn values(model: &Model, given: &BTreeMap<String, f64>) -> PyResult<Vec<f64>> {
         .collect()
 }
 
-fn draws(model: &PyModel) -> PyResult<Option<Draws>> {
+pub(crate) fn draws(model: &PyModel) -> PyResult<Option<Draws>> {
     model.posterior.as_ref().map(|posterior| Draws::new(&model.model, posterior)).transpose().map_err(refused)
 }
 

@@ -1,11 +1,14 @@
 //! Models and the catalogue of effects.
 
+use std::collections::BTreeMap;
 use std::fs;
 use std::path::{Path, PathBuf};
 
 use numpy::{PyArray1, PyArray2, PyArrayMethods};
 use pyo3::prelude::*;
 use pyo3::types::PyDict;
+use rand::SeedableRng;
+use rand_chacha::ChaCha8Rng;
 use trundle_model::{
     Acting, Clock, INNER, Inner, Model, Param, Plant, Posterior, Prior, Slot, Spec, State, catalogue,
 };
@@ -70,6 +73,46 @@ impl PyModel {
     #[getter]
     fn parameters<'py>(&self, py: Python<'py>) -> PyResult<Vec<Bound<'py, PyDict>>> {
         self.model.slots().iter().map(|slot| slot_dict(py, slot)).collect()
+    }
+
+    /// The same model with what its posterior holds set free, to be fitted again.
+    ///
+    /// Returns
+    /// -------
+    /// Model
+    ///     Without a posterior; the same laws. A model without a posterior comes back as it is.
+    fn freed(&self) -> Self {
+        let names = self.posterior.as_ref().map_or(&[][..], |posterior| &posterior.names);
+        Self { model: self.model.freed(names), posterior: None }
+    }
+
+    /// A model drawn from the posterior, with all values given.
+    ///
+    /// Parameters
+    /// ----------
+    /// seed : int
+    ///     The same seed gives the same model.
+    ///
+    /// Returns
+    /// -------
+    /// Model
+    ///     The parameters vary together, as their covariance says, within their bounds; what the posterior leaves
+    ///     out keeps its value.
+    ///
+    /// Raises
+    /// ------
+    /// TrundleError
+    ///     If a value is free.
+    fn drawn(&self, seed: u64) -> PyResult<Self> {
+        let mut values = crate::laws::values(&self.model, &BTreeMap::new())?;
+        if let Some(draws) = crate::laws::draws(self)? {
+            for (name, value) in draws.draw(&mut ChaCha8Rng::seed_from_u64(seed)) {
+                let slots = self.model.slots();
+                let places = slots.iter().zip(&mut values).filter(|(slot, _)| slot.name == name);
+                places.for_each(|(_, place)| *place = value);
+            }
+        }
+        Ok(Self { model: self.model.filled(&values).map_err(refused)?, posterior: None })
     }
 
     /// The motion under a wrench on the object.

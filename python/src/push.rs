@@ -80,6 +80,12 @@ impl PyPushing {
         self.task.options().action.full()
     }
 
+    /// Whether the object may be any of several: then an observation tells how large it is.
+    #[getter]
+    fn varied(&self) -> bool {
+        self.task.options().varied()
+    }
+
     /// Largest magnitude of each entry of an observation.
     #[getter]
     fn bounds(&self) -> Vec<f64> {

@@ -3,22 +3,41 @@
 from __future__ import annotations
 
 from collections.abc import Callable, Sequence
+from dataclasses import replace
 from typing import Any, Protocol, TypeAlias, runtime_checkable
 
 import gymnasium as gym
 import numpy as np
-import tomli_w
 from numpy.typing import NDArray
 
-from trundle._native import Model, Planner, Recording, TrundleError
-from trundle.diagnosis import fit
+from trundle._native import Model, Planner, TrundleError
+from trundle.belief import Belief, Update, described, modelled, rolling
+from trundle.learners import learner as learner_of
 
-__all__ = ["AdaptiveAgent", "Belief", "Pushable"]
+__all__ = ["AdaptiveAgent", "Belief", "Pushable", "Update"]
 
 Array: TypeAlias = NDArray[np.float64]
 
 OBSERVATION = 16
 """Entries that every observation begins with, as `trundle.envs.Push` describes them."""
+WRENCH = 3
+"""Entries of an action that are a wrench."""
+MODES = ("wrench", "regrasp")
+"""Meanings of actions that the agent knows."""
+LOCKED = 150.0
+"""Drag of a wheel that is suspected to be locked, N s/m."""
+DRAWS = 4
+"""Models drawn from the posterior, beside the most probable one."""
+MATTERS = 0.02
+"""What knowing which model is true must be worth for plans to be made on several, m s."""
+CURIOSITY = 1.0
+"""What a probing plan is credited for each metre by which the models' ends differ, s."""
+ARRIVED = 1e-3
+"""How near the gripper is to where it was sent when it has arrived, m."""
+REGRASP = 1.0
+"""Time in which the gripper goes elsewhere, s."""
+BETTER = 0.85
+"""What a plan from elsewhere may cost, as a share of the best one from here, for going there."""
 
 
 @runtime_checkable
@@ -31,62 +50,13 @@ class Pushable(Protocol):
         """Return what a recording says of the object and the instruments."""
 
 
-class Belief:
-    """What the agent has seen of one episode, and what it makes of it.
-
-    Attributes
-    ----------
-    model : Model
-        The model that plans are made on.
-    fits : int
-        How often it has been fitted.
-    """
-
-    def __init__(self, model: Model, planner: Planner, first: Array) -> None:
-        self.model = model
-        self.fits = 0
-        self.planner = planner
-        self.plan: list[Array] = []
-        self.seen: list[Array] = [first]
-
-    @property
-    def goal(self) -> Array:
-        """The goal's entries of an observation."""
-        return self.seen[-1][7:11]
-
-    def columns(self, period: float, rise: float) -> dict[str, Array]:
-        """Return the episode's table: what was observed, one reading more where the wrench stops rising."""
-        seen = np.array(self.seen)
-        theta = np.arctan2(seen[:, 3], seen[:, 2])
-        cos, sin = seen[:, 2], seen[:, 3]
-        grasp_x, grasp_y = seen[:, 14], seen[:, 15]
-        table = {
-            "t": period * np.arange(len(seen)),
-            "object_x": seen[:, 0],
-            "object_y": seen[:, 1],
-            "object_theta": theta,
-            "gripper_x": seen[:, 0] + cos * grasp_x - sin * grasp_y,
-            "gripper_y": seen[:, 1] + sin * grasp_x + cos * grasp_y,
-            "gripper_theta": theta,
-            "force_x": seen[:, 11],
-            "force_y": seen[:, 12],
-            "torque_z": seen[:, 13],
-        }
-        # An action is held once the arm has reached it: what is read at its end was there all the time.
-        held = {key: np.full(len(seen) - 1, np.nan) for key in table}
-        for key in ("force_x", "force_y", "torque_z"):
-            held[key] = table[key][1:]
-        held["t"] = table["t"][:-1] + rise
-        order = np.argsort(np.concatenate([table["t"], held["t"]]))
-        return {key: np.concatenate([table[key], held[key]])[order] for key in table}
-
-
 class AdaptiveAgent:
-    """Push, fit, replan: an agent for `trundle/LockedWheel-v0` and environments with its spaces.
+    """Push, fit, replan: an agent for `trundle.envs.Push`'s tasks and environments with their spaces.
 
     It begins with a belief about the object (by default that it is uniform and rolls freely), plans pushes
     on it by MPPI, fits the paper's model to the episode so far after each push, and goes on planning on
-    what was found. All that it uses is in the observations.
+    what was found. Where it matters which of the models that the posterior allows is true, plans are made for
+    several of them together. All that it uses is in the observations.
 
     An agent has the `predict` of stable-baselines3's algorithms, so that
     `stable_baselines3.common.evaluation.evaluate_policy` runs it, on vectorised environments too.
@@ -94,13 +64,23 @@ class AdaptiveAgent:
     Parameters
     ----------
     env : gymnasium.Env
-        Asked once for the action space and scale, and for what is known of the object.
+        Asked for the action space and scale, and for what is known of the object. Its action is "wrench", or
+        "regrasp": then the agent also chooses where to hold.
     model : Model, optional
         Belief at the start of an episode, with all values given.
     mass : float
         Mass of the default belief, kg, where the environment does not tell it.
     adapt : bool
         False: keep to the first belief.
+    learner : {"filter", "shooting", "linear", "local"}
+        How it learns: the paper's model under the default likelihood, or under eq. 8 of the paper; linear or
+        locally weighted regression in the place of a model.
+    diagnose : bool
+        Where the model predicts worse than noise explains, ask the diagnoser which law is missing, and go on
+        with the laws that it names.
+    probe : bool
+        Begin with several suspicions (the object rolls freely, or a wheel near any one corner is locked), and
+        where it would be worth while to know which model is true, prefer pushes that tell (dual control).
     push : float
         Time from one fit to the next, s.
     starts : int
@@ -135,6 +115,9 @@ class AdaptiveAgent:
         model: Model | None = None,
         mass: float = 22.0,
         adapt: bool = True,
+        learner: str = "filter",
+        diagnose: bool = False,
+        probe: bool = False,
         push: float = 0.5,
         starts: int = 2,
         period: float = 0.05,
@@ -152,20 +135,26 @@ class AdaptiveAgent:
         if starts < 1:
             raise TrundleError(f"starts = {starts}: at least one start is needed")
         mode = getattr(source, "mode", "wrench")
-        if mode != "wrench":
+        if mode not in MODES:
             raise TrundleError(
-                f"action = {mode!r}: the agent plans wrenches; make the environment with 'wrench'"
+                f"action = {mode!r}: the agent plans wrenches; make the environment with one of {MODES}"
             )
-        self._scale = np.asarray(source.ACTION_SCALE, dtype=np.float64)
+        if not adapt and (diagnose or probe):
+            raise TrundleError(
+                "adapt = False: an agent that keeps to its belief neither diagnoses nor probes"
+            )
+        self._scale = np.asarray(source.ACTION_SCALE, dtype=np.float64)[:WRENCH]
         self._space = space
         self._entries = gym.spaces.flatdim(env.observation_space)
         if self._entries < OBSERVATION:
             raise TrundleError(f"an observation of {self._entries} numbers is not that of a pushing task")
+        self._source = source
         self._obstacles: Callable[[Array], Any] = getattr(source, "seen_obstacles", lambda _: ())
-        self._metadata = described(source.recording_metadata("episode"))
-        self._first = rolling(self._metadata["object"], mass) if model is None else model
-        self._adapt = adapt
-        self._starts = starts
+        self._varied = bool(getattr(source, "varied", False))
+        self._regrasps = mode == "regrasp"
+        self._model, self._mass = model, mass
+        self._adapt, self._probe = adapt, probe
+        self._learner = learner_of(learner, diagnose=diagnose, starts=starts, seed=seed)
         self._period, self._rise, self._seed = period, rise, seed
         self._settings = planner
         self._hold = max(1, round(self._planner().hold / period))
@@ -199,8 +188,8 @@ class AdaptiveAgent:
 
         Returns
         -------
-        actions : ndarray, shape (3,) or (n, 3)
-            In the action space.
+        actions : ndarray, shape (width,) or (n, width)
+            In the action space: of width 3, or 6 where the agent may regrasp.
         state : tuple of Belief
             One for each environment; it is brought up to date by the next call, not copied.
         """
@@ -216,57 +205,136 @@ class AdaptiveAgent:
         pairs = zip(known, many, starts, strict=True)
         self._beliefs = tuple(self._followed(belief, row, bool(start)) for belief, row, start in pairs)
         actions = np.array([self._act(belief) for belief in self._beliefs], dtype=np.float32)
-        return actions.reshape((*rows.shape[:-1], 3)), self._beliefs
+        return actions.reshape((*rows.shape[:-1], -1)), self._beliefs
 
     def _followed(self, belief: Belief | None, row: Array, start: bool) -> Belief:
         """Return the belief after one more observation."""
         if belief is None or start or not np.array_equal(belief.goal, row[7:11]):
-            return Belief(self._first, self._planner(), row)
+            return self._begun(row)
         belief.seen.append(row)
         if self._adapt and (len(belief.seen) - 1) % self._push == 0:
-            self._learn(belief)
+            update = self._learner.learn(belief, self._period, self._rise)
+            if update is not None:
+                belief.updates.append(self._weighed(belief, update))
         return belief
 
-    def _learn(self, belief: Belief) -> None:
-        episode = belief.columns(self._period, self._rise)
-        recording = Recording(self._metadata, {"episode_00": episode})
-        try:
-            # It keeps off obstacles: what moves the object is the push alone.
-            belief.model = fit(recording, starts=self._starts, seed=self._seed, obstacles=False).model
-        except TrundleError:
-            # Too little has been moved yet to tell anything.
-            return
-        belief.fits += 1
+    def _begun(self, row: Array) -> Belief:
+        metadata = described(self._source.recording_metadata("episode"))
+        if self._varied:
+            # Of several objects an observation tells how large this one is, and no more.
+            a, b = row[OBSERVATION : OBSERVATION + 2]
+            thing = {"footprint": [[-a, -b], [a, -b], [a, b], [-a, b]]}
+            metadata = {**metadata, "object": thing}
+        model = rolling(metadata["object"], self._mass) if self._model is None else self._model
+        belief = Belief(model, self._planner(), metadata, row)
+        if self._probe:
+            belief.models = (model, *suspicions(metadata["object"], self._mass))
+            belief.planner.be_curious(CURIOSITY)
+        return belief
+
+    def _weighed(self, belief: Belief, update: Update) -> Update:
+        """Plan on several models where it matters which is true; hold elsewhere where that is better."""
+        belief.plan = []
+        if belief.learnt is not None:
+            return update
+        belief.models = (update.model,)
+        inner = belief.inner(self._period)
+        last = belief.updates[-1].worth if belief.updates and not update.named else np.inf
+        # What is known is not forgotten: once the truth is worth little, it stays so.
+        worth = self._worth(belief, inner) if last > MATTERS else last
+        belief.planner.be_curious(CURIOSITY if self._probe and worth > MATTERS else 0.0)
+        place = self._better_place(belief, inner) if self._regrasps and belief.bound_for is None else None
+        return replace(update, worth=worth, regrasp=place)
+
+    def _worth(self, belief: Belief, inner: list[float]) -> float:
+        """Return what knowing the true model is worth; where that matters, plan on several from now on."""
+        draws = tuple(belief.model.drawn(self._seed + number) for number in range(DRAWS))
+        models = (belief.model, *draws)
+        task = (*belief.situation, belief.now[14:16], self._obstacles(belief.now))
+        worth = belief.planner.regret(models, *task, inner=inner)
+        if worth > MATTERS:
+            belief.models = models
+        return worth
+
+    def _better_place(self, belief: Belief, inner: list[float]) -> tuple[float, float] | None:
+        """Send the gripper where the best plan costs clearly less, the time to go there included."""
+        pose, twist, goal = belief.situation
+        places = [belief.now[14:16], *holds(belief.metadata["object"])]
+        costs = belief.planner.compare(
+            belief.models, pose, twist, goal, places, self._obstacles(belief.now), inner=inner
+        )
+        best = int(np.argmin(costs))
+        away = np.hypot(goal[0] - pose[0], goal[1] - pose[1])
+        if best == 0 or costs[best] + REGRASP * away > BETTER * costs[0]:
+            return None
+        belief.bound_for = np.asarray(places[best])
+        belief.planner.restart()
+        return float(places[best][0]), float(places[best][1])
 
     def _act(self, belief: Belief) -> Array:
+        if belief.bound_for is not None:
+            if np.abs(belief.now[14:16] - belief.bound_for).max() > ARRIVED:
+                return self._going(belief, belief.bound_for)
+            belief.bound_for = None
         if not belief.plan:
-            now = belief.seen[-1]
-            angle, aim = np.arctan2(now[3], now[2]), np.arctan2(now[10], now[9])
+            pose, twist, goal = belief.situation
             plan = belief.planner.plan(
-                belief.model,
-                (now[0], now[1], angle),
-                now[4:7],
-                (now[7], now[8], aim),
-                now[14:16],
-                self._obstacles(now),
+                belief.models,
+                pose,
+                twist,
+                goal,
+                belief.now[14:16],
+                self._obstacles(belief.now),
+                inner=belief.inner(self._period),
+                learnt=belief.learnt,
             )
             belief.planner.advance(self._hold * self._period)
             belief.plan = [plan[0] / self._scale] * self._hold
-        return np.clip(belief.plan.pop(), self._space.low, self._space.high)
+        action = np.zeros(self._space.shape)
+        action[:WRENCH] = belief.plan.pop()
+        if self._regrasps:
+            action[-1] = -1.0
+        return np.clip(action, self._space.low, self._space.high)
+
+    def _going(self, belief: Belief, place: Array) -> Array:
+        """Return the action that sends the gripper elsewhere; it is ignored while it goes."""
+        middle, half = box(belief.metadata["object"])
+        action = np.zeros(self._space.shape)
+        action[3:5] = np.clip((place - middle) / half, -1.0, 1.0)
+        action[5] = 1.0
+        return action
 
     def _planner(self) -> Planner:
-        low, high = self._space.low * self._scale, self._space.high * self._scale
+        low, high = self._space.low[:WRENCH] * self._scale, self._space.high[:WRENCH] * self._scale
         return Planner(low, high, seed=self._seed, **self._settings)
 
 
-def described(metadata: dict[str, Any]) -> dict[str, Any]:
-    """Return the metadata of a recording of observations: readings are tared already."""
-    wrench = {"frame": "sensor", "sign": "on_object", "raw": False, "contact": "grasp"}
-    return {**metadata, "wrench": wrench}
+def outline(thing: dict[str, Any]) -> Array:
+    """Return points that bound a described object, shape (n, 2), object frame, m."""
+    points = list(thing.get("footprint", ()))
+    for fixture in thing.get("fixture", ()):
+        x, y, radius = fixture.get("disc", (0.0, 0.0, 0.0))
+        points += fixture.get("polygon", [(x - radius, y - radius), (x + radius, y + radius)])
+    return np.asarray(points, dtype=np.float64)
 
 
-def rolling(thing: dict[str, Any], mass: float) -> Model:
-    """Return the model of a described object that is uniform and rolls freely."""
-    body = {key: thing[key] for key in ("footprint", "fixture", "support") if thing.get(key)}
-    body["mass"] = thing.get("mass", mass)
-    return Model.from_toml(tomli_w.dumps({"format": "trundle-model/1", "body": body}))
+def box(thing: dict[str, Any]) -> tuple[Array, Array]:
+    """Return middle and half sides of the box about a described object, object frame, m."""
+    points = outline(thing)
+    low, high = points.min(axis=0), points.max(axis=0)
+    return (low + high) / 2, (high - low) / 2
+
+
+def holds(thing: dict[str, Any]) -> Array:
+    """Return where an object may be held: near corners and middles of the sides of the box about it."""
+    middle, half = box(thing)
+    ways = [(x, y) for x in (-1, 0, 1) for y in (-1, 0, 1) if (x, y) != (0, 0)]
+    return np.asarray(middle + 0.9 * half * np.array(ways))
+
+
+def suspicions(thing: dict[str, Any], mass: float) -> list[Model]:
+    """Return models of a described object with a locked wheel near one of its corners each."""
+    middle, half = box(thing)
+    wheel = {"kind": "viscous_wheel", "angle": 0.0, "mu_x": LOCKED, "mu_y": LOCKED}
+    places = [middle + 0.85 * half * np.array(way) for way in ((-1, -1), (-1, 1), (1, -1), (1, 1))]
+    return [modelled(thing, mass, [{**wheel, "x": float(x), "y": float(y)}]) for x, y in places]

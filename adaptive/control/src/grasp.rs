@@ -1,8 +1,6 @@
 //! Where to hold the object: what the best plan from each place costs.
 
-use trundle_model::Plant;
-
-use crate::{ControlError, Planner, Room, Task};
+use crate::{ControlError, Dynamics, Planner, Room, Task};
 
 /// Iterations with which the plans from different grasps are compared.
 const ITERATIONS: usize = 4;
@@ -13,9 +11,9 @@ impl Planner {
     ///
     /// # Errors
     /// As [`Planner::plan`], but for plans that run away.
-    pub fn compare(
+    pub fn compare<D: Dynamics>(
         &self,
-        plants: &[Plant<f64>],
+        models: &[D],
         task: &Task,
         room: &Room,
         grasps: &[[f64; 2]],
@@ -25,8 +23,8 @@ impl Planner {
         for &grasp in grasps {
             let mut planner = Self::new(settings.clone(), self.seed())?;
             let task = Task { grasp, ..*task };
-            match planner.plan(plants, &task, room) {
-                Ok(_) => costs.push(planner.cost(plants, &task, room)),
+            match planner.plan(models, &task, room) {
+                Ok(_) => costs.push(planner.cost(models, &task, room)),
                 Err(ControlError::Diverged { .. }) => costs.push(f64::INFINITY),
                 Err(error) => return Err(error),
             }

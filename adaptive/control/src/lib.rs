@@ -4,6 +4,7 @@
 //! predictive path integral control over [`trundle_model::Plant`]. It never sees a simulated world.
 
 mod cost;
+mod dynamics;
 mod error;
 mod field;
 mod grasp;
@@ -12,8 +13,10 @@ mod polygon;
 mod room;
 mod sampling;
 mod settings;
+mod worth;
 
 pub use cost::{Cost, Task};
+pub use dynamics::Dynamics;
 pub use error::ControlError;
 pub use planner::Planner;
 pub use room::Room;

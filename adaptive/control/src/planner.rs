@@ -4,13 +4,14 @@
 //! Plans are drawn around the last one, rolled out on the model, and averaged with weights
 //! `exp(−cost/λ)`. Beyond the publication: λ follows the spread of the costs, so that one setting serves
 //! far from the goal and near it; deviations are correlated in time; each call iterates with shrinking
-//! spread; each plan is rolled out on several models, draws of a posterior, and costs what it does on average.
+//! spread; each plan is rolled out on several models, draws of a posterior, and costs what it does on average, less
+//! what it would tell about which of them is true.
 
 use rayon::prelude::*;
-use trundle_model::{Clock, Glide, Plant, State, transport};
+use trundle_model::{Clock, Glide, State, transport};
 
 use crate::sampling::{average, draw};
-use crate::{ControlError, Room, Settings, Task};
+use crate::{ControlError, Dynamics, Room, Settings, Task};
 
 /// Longest step of a rollout, s.
 const LONGEST_STEP: f64 = 0.05;
@@ -59,17 +60,17 @@ impl Planner {
     ///
     /// # Errors
     /// When there is no model, a number of the task is not finite, or no sampled plan keeps the motion finite.
-    pub fn plan(
+    pub fn plan<D: Dynamics>(
         &mut self,
-        plants: &[Plant<f64>],
+        models: &[D],
         task: &Task,
         room: &Room,
     ) -> Result<&[[f64; 3]], ControlError> {
         task.check()?;
-        if plants.is_empty() {
+        if models.is_empty() {
             return Err(ControlError::value("models", 0, "give one at least"));
         }
-        let motions = motions(&self.settings, plants);
+        let motions = motions(&self.settings, models);
         let mut scale = 1.0;
         for _ in 0..self.settings.iterations {
             self.sample(&motions, task, room, scale);
@@ -109,8 +110,24 @@ impl Planner {
     }
 
     /// What the plan costs.
-    pub fn cost(&self, plants: &[Plant<f64>], task: &Task, room: &Room) -> f64 {
-        rollouts(&self.settings, &motions(&self.settings, plants), task, room, &self.mean)
+    pub fn cost<D: Dynamics>(&self, models: &[D], task: &Task, room: &Room) -> f64 {
+        rollouts(&self.settings, &motions(&self.settings, models), task, room, &self.mean)
+    }
+
+    /// Plan by other settings of the same horizon and number of samples from now on.
+    pub(crate) fn set(&mut self, settings: Settings) {
+        self.settings = settings;
+    }
+
+    /// How eager the plans are to tell the models apart from now on: see [`Settings::curiosity`].
+    ///
+    /// # Errors
+    /// When it is negative or not finite.
+    pub fn be_curious(&mut self, curiosity: f64) -> Result<(), ControlError> {
+        let settings = Settings { curiosity, ..self.settings.clone() };
+        settings.check()?;
+        self.set(settings);
+        Ok(())
     }
 
     /// Seed of the draws.
@@ -119,7 +136,7 @@ impl Planner {
     }
 
     /// Draw plans and roll them out; the first is the mean itself.
-    fn sample(&mut self, motions: &[Motion<'_>], task: &Task, room: &Room, scale: f64) {
+    fn sample<D: Dynamics>(&mut self, motions: &[Motion<'_, D>], task: &Task, room: &Room, scale: f64) {
         let Self { settings, seed, round, mean, plans, costs } = self;
         plans.par_chunks_exact_mut(settings.horizon).zip(costs).enumerate().for_each(
             |(number, (plan, cost))| {
@@ -133,18 +150,18 @@ impl Planner {
     }
 }
 
-/// A model and the length of its steps, with the step solved beforehand where that can be.
-struct Motion<'a> {
-    plant: &'a Plant<f64>,
+/// A model, with its step solved beforehand where that can be.
+struct Motion<'a, D> {
+    model: &'a D,
     glide: Option<Glide>,
 }
 
-impl Motion<'_> {
+impl<D: Dynamics> Motion<'_, D> {
     #[inline]
     fn step(&self, state: &mut State<f64>, applied: &[f64; 3], clock: Clock, dt: f64) {
         match &self.glide {
             Some(glide) => glide.move_on(state, applied),
-            None => self.plant.move_roughly(state, applied, clock, dt),
+            None => self.model.step(state, applied, clock, dt),
         }
     }
 }
@@ -155,18 +172,66 @@ fn steps(settings: &Settings) -> (usize, f64) {
     (count as usize, settings.hold / count)
 }
 
-fn motions<'a>(settings: &Settings, plants: &'a [Plant<f64>]) -> Vec<Motion<'a>> {
+fn motions<'a, D: Dynamics>(settings: &Settings, models: &'a [D]) -> Vec<Motion<'a, D>> {
     let (_, dt) = steps(settings);
-    plants.iter().map(|plant| Motion { plant, glide: plant.glide(dt) }).collect()
+    models.iter().map(|model| Motion { model, glide: model.glide(dt) }).collect()
 }
 
-/// What a plan costs on average; infinite where the motion is not finite.
-fn rollouts(settings: &Settings, motions: &[Motion<'_>], task: &Task, room: &Room, plan: &[[f64; 3]]) -> f64 {
-    let sum: f64 = motions.iter().map(|motion| rollout(settings, motion, task, room, plan)).sum();
-    sum / motions.len() as f64
+/// What a plan costs on average, less what it tells; infinite where a motion is not finite.
+fn rollouts<D: Dynamics>(
+    settings: &Settings,
+    motions: &[Motion<'_, D>],
+    task: &Task,
+    room: &Room,
+    plan: &[[f64; 3]],
+) -> f64 {
+    let (mut sum, mut ends) = (0.0, Ends::default());
+    for motion in motions {
+        let (cost, end) = rollout(settings, motion, task, room, plan);
+        sum += cost;
+        ends.add(end);
+    }
+    let cost = sum / motions.len() as f64;
+    if settings.curiosity == 0.0 {
+        return cost;
+    }
+    cost - settings.curiosity * ends.spread(settings.cost.heading).min(MOST_TOLD)
 }
 
-fn rollout(settings: &Settings, motion: &Motion<'_>, task: &Task, room: &Room, plan: &[[f64; 3]]) -> f64 {
+/// Ends farther apart than this, m, are told apart anyway.
+const MOST_TOLD: f64 = 0.3;
+
+/// Where several models end, summed up.
+#[derive(Default)]
+struct Ends {
+    count: f64,
+    sum: [f64; 3],
+    squares: [f64; 3],
+}
+
+impl Ends {
+    fn add(&mut self, end: [f64; 3]) {
+        self.count += 1.0;
+        self.sum = [0, 1, 2].map(|k| self.sum[k] + end[k]);
+        self.squares = [0, 1, 2].map(|k| self.squares[k] + end[k] * end[k]);
+    }
+
+    /// Standard deviation, m, with radians at `heading` metres each.
+    fn spread(&self, heading: f64) -> f64 {
+        let variance = |k: usize| (self.squares[k] - self.sum[k] * self.sum[k] / self.count) / self.count;
+        let [x, y, theta] = [0, 1, 2].map(|k| variance(k).max(0.0));
+        (x + y + heading * heading * theta).sqrt()
+    }
+}
+
+/// What a plan costs on one model, and the pose at its end.
+fn rollout<D: Dynamics>(
+    settings: &Settings,
+    motion: &Motion<'_, D>,
+    task: &Task,
+    room: &Room,
+    plan: &[[f64; 3]],
+) -> (f64, [f64; 3]) {
     let (steps, dt) = steps(settings);
     let [x, y] = task.grasp;
     let reach = settings.reach();
@@ -183,13 +248,13 @@ fn rollout(settings: &Settings, motion: &Motion<'_>, task: &Task, room: &Room, p
         }
     }
     let total = sum + settings.cost.terminal(&state, &task.goal, room);
-    if total.is_finite() { total } else { f64::INFINITY }
+    (if total.is_finite() { total } else { f64::INFINITY }, state.pose)
 }
 
 #[cfg(test)]
 mod tests {
     use super::*;
-    use trundle_model::{Body, Effect, Kind, Model};
+    use trundle_model::{Body, Effect, Kind, Model, Plant};
 
     fn table(mu: f64) -> Plant<f64> {
         let corners = [[-0.6, -0.4], [0.6, -0.4], [0.6, 0.4], [-0.6, 0.4]];

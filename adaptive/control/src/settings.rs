@@ -34,6 +34,10 @@ pub struct Settings {
     /// Temperature, as a share of the standard deviation of the costs: lower trusts the best samples more.
     #[serde(default = "temperature")]
     pub temperature: f64,
+    /// What a plan is credited, in seconds, for each metre by which the models' ends differ (up to 0.3 m): a push
+    /// that tells them apart.
+    #[serde(default)]
+    pub curiosity: f64,
     /// What a plan is judged by.
     #[serde(default)]
     pub cost: Cost,
@@ -74,6 +78,7 @@ impl Settings {
             spread: spread(),
             smoothness: smoothness(),
             temperature: temperature(),
+            curiosity: 0.0,
             cost: Cost::default(),
         }
     }
@@ -102,6 +107,9 @@ impl Settings {
             if !(value.is_finite() && value > 0.0) {
                 return Err(ControlError::value(key, value, "must be positive and finite"));
             }
+        }
+        if !(self.curiosity.is_finite() && self.curiosity >= 0.0) {
+            return Err(ControlError::value("curiosity", self.curiosity, "must be finite and not negative (s)"));
         }
         if !(0.0..1.0).contains(&self.smoothness) {
             let remedy = "must lie in [0, 1); 0: every action is drawn anew";

@@ -227,6 +227,22 @@ impl Model {
         self.plant(&self.slots().into_iter().map(value).collect::<Result<Vec<_>, _>>()?)
     }
 
+    /// The same model with some parameters free, by the names of [`Model::slots`]; others' names are of no effect.
+    #[must_use]
+    pub fn freed(&self, names: &[String]) -> Self {
+        let mut freed = self.clone();
+        let free: Vec<bool> = self.slots().iter().map(|slot| names.contains(&slot.name)).collect();
+        if free.first() == Some(&true) {
+            freed.mass = None;
+        }
+        for (value, free) in freed.effects.iter_mut().flat_map(|e| &mut e.values).zip(free.iter().skip(1)) {
+            if *free {
+                *value = None;
+            }
+        }
+        freed
+    }
+
     /// The same model with all values given, one for each of [`Model::slots`].
     ///
     /// # Errors

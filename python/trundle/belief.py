@@ -1,0 +1,184 @@
+"""What an adaptive agent has seen of an episode, and what it makes of it."""
+
+from __future__ import annotations
+
+from dataclasses import dataclass
+from typing import Any, TypeAlias
+
+import numpy as np
+import tomli_w
+from numpy.typing import NDArray
+
+from trundle._native import Laws, Model, Planner, Recording, _Regression
+
+__all__ = ["Belief", "Update", "described", "rolling"]
+
+Array: TypeAlias = NDArray[np.float64]
+
+
+@dataclass(frozen=True)
+class Update:
+    """What was learnt at one time.
+
+    Attributes
+    ----------
+    time : float
+        Since the episode began, s.
+    model : Model
+        The most probable one, fitted to all that had been seen.
+    estimate : list of dict
+        ``name``, ``mean``, ``sd`` (None where the data do not hold it) and ``unit`` of its parameters.
+    named : tuple of str
+        Effects that the diagnoser named now; empty where it was not asked, or had nothing to name.
+    worth : float
+        What knowing the truth would be worth, m s: see `Planner.regret`; 0 where that was not asked.
+    regrasp : tuple of float, optional
+        Where the agent takes hold from now on, object frame, m.
+    """
+
+    time: float
+    model: Model
+    estimate: list[dict[str, Any]]
+    named: tuple[str, ...] = ()
+    worth: float = 0.0
+    regrasp: tuple[float, float] | None = None
+
+
+class Belief:
+    """What the agent has seen of one episode, and what it makes of it.
+
+    Attributes
+    ----------
+    model : Model
+        The most probable one.
+    models : tuple of Model
+        What plans are made on: that, or several as probable where the difference matters.
+    updates : list of Update
+        One for each fit.
+    consulted : float
+        When the diagnoser last answered, s since the episode began; 0: never.
+    template : Model or None
+        The laws that are fitted, values free; None: the paper's.
+    learnt : regression, optional
+        What plans are made on in the place of laws.
+    """
+
+    def __init__(self, model: Model, planner: Planner, metadata: dict[str, Any], first: Array) -> None:
+        self.models: tuple[Model, ...] = (model,)
+        self.planner = planner
+        self.metadata = metadata
+        self.updates: list[Update] = []
+        self.template: Model | None = None
+        self.learnt: _Regression | None = None
+        self.consulted = 0.0
+        self.plan: list[Array] = []
+        self.seen: list[Array] = [first]
+        self.bound_for: Array | None = None
+
+    @property
+    def model(self) -> Model:
+        """The most probable model."""
+        return self.models[0]
+
+    @property
+    def fits(self) -> int:
+        """How often it has been fitted."""
+        return len(self.updates)
+
+    @property
+    def now(self) -> Array:
+        """The last observation."""
+        return self.seen[-1]
+
+    @property
+    def goal(self) -> Array:
+        """The goal's entries of an observation."""
+        return self.now[7:11]
+
+    @property
+    def situation(self) -> tuple[tuple[float, float, float], Array, tuple[float, float, float]]:
+        """Pose and twist of the object, and goal, as the planner takes them."""
+        now = self.now
+        angle, aim = np.arctan2(now[3], now[2]), np.arctan2(now[10], now[9])
+        return (now[0], now[1], float(angle)), now[4:7], (now[7], now[8], float(aim))
+
+    def inner(self, period: float) -> list[float]:
+        """Return where the laws' own states are by now (the angle of a caster, …), from the motion seen."""
+        laws = Laws(self.model)
+        own = laws.starts
+        if not own:
+            return own
+        for row, felt in zip(self.seen, self.seen[1:], strict=False):
+            angle = float(np.arctan2(row[3], row[2]))
+            wrench = about_origin(felt[11:14], row[14:16])
+            *_, own = laws.step((row[0], row[1], angle), row[4:7], wrench, period, inner=own)
+        return own
+
+    def recording(self, period: float, rise: float) -> Recording:
+        """Return all that was seen, as a recording of one episode."""
+        return Recording(self.metadata, {"episode_00": self.columns(period, rise)})
+
+    def columns(self, period: float, rise: float) -> dict[str, Array]:
+        """Return the episode's table: what was observed, one reading more where the wrench stops rising."""
+        seen = np.array(self.seen)
+        theta = np.arctan2(seen[:, 3], seen[:, 2])
+        cos, sin = seen[:, 2], seen[:, 3]
+        grasp_x, grasp_y = seen[:, 14], seen[:, 15]
+        table = {
+            "t": period * np.arange(len(seen)),
+            "object_x": seen[:, 0],
+            "object_y": seen[:, 1],
+            "object_theta": theta,
+            "gripper_x": seen[:, 0] + cos * grasp_x - sin * grasp_y,
+            "gripper_y": seen[:, 1] + sin * grasp_x + cos * grasp_y,
+            "gripper_theta": theta,
+            "force_x": seen[:, 11],
+            "force_y": seen[:, 12],
+            "torque_z": seen[:, 13],
+        }
+        # An action is held once the arm has reached it: what is read at its end was there all the time.
+        held = {key: np.full(len(seen) - 1, np.nan) for key in table}
+        for key in ("force_x", "force_y", "torque_z"):
+            held[key] = table[key][1:]
+        held["t"] = table["t"][:-1] + rise
+        order = np.argsort(np.concatenate([table["t"], held["t"]]))
+        return {key: np.concatenate([table[key], held[key]])[order] for key in table}
+
+    def transitions(self, period: float, rise: float) -> tuple[Array, Array, Array, Array]:
+        """Return states before, mean wrenches about the object's origin, durations, and states after.
+
+        Shapes (n, 6), (n, 3), (n,), (n, 6); units and frames as in `trundle.baselines`.
+        """
+        seen = np.array(self.seen)
+        theta = np.unwrap(np.arctan2(seen[:, 3], seen[:, 2]))
+        states = np.column_stack([seen[:, 0:2], theta, seen[:, 4:7]])
+        share = rise / period / 2
+        felt = share * seen[:-1, 11:14] + (1 - share) * seen[1:, 11:14]
+        wrench = about_origin(felt.T, seen[:-1, 14:16].T).T
+        return states[:-1], np.ascontiguousarray(wrench), np.full(len(felt), period), states[1:]
+
+
+def about_origin(felt: Array, grasp: Array) -> Array:
+    """Return a wrench at the grasp as one about the object's origin; components along the first axis."""
+    return np.stack([felt[0], felt[1], felt[2] + grasp[0] * felt[1] - grasp[1] * felt[0]])
+
+
+def described(metadata: dict[str, Any]) -> dict[str, Any]:
+    """Return the metadata of a recording of observations.
+
+    Readings are tared already, and obstacles are left out: the agent keeps off them.
+    """
+    wrench = {"frame": "sensor", "sign": "on_object", "raw": False, "contact": "grasp"}
+    return {**{key: value for key, value in metadata.items() if key != "scene"}, "wrench": wrench}
+
+
+def rolling(thing: dict[str, Any], mass: float) -> Model:
+    """Return the model of a described object that is uniform and rolls freely."""
+    return modelled(thing, mass, [])
+
+
+def modelled(thing: dict[str, Any], mass: float, effects: list[dict[str, Any]]) -> Model:
+    """Return the model of a described object, uniform, with effects."""
+    body = {key: thing[key] for key in ("footprint", "fixture", "support") if thing.get(key)}
+    body["mass"] = thing.get("mass", mass)
+    return Model.from_toml(tomli_w.dumps({"format": "trundle-model/1", "body": body, "effect": effects}))

@@ -1,0 +1,150 @@
+"""How an adaptive agent learns: physical laws fitted to what it has seen, or regressions in their place."""
+
+from __future__ import annotations
+
+import json
+from typing import Any, Literal, Protocol, TypeAlias
+
+import numpy as np
+
+from trundle import _native
+from trundle._native import Model, Recording, TrundleError, _Regression
+from trundle.belief import Belief, Update
+from trundle.diagnosis import Fit, Likelihood, fit, written
+
+__all__ = ["KINDS", "Kind", "Learner", "learner"]
+
+Kind: TypeAlias = Literal["filter", "shooting", "linear", "local"]
+KINDS: tuple[Kind, ...] = ("filter", "shooting", "linear", "local")
+
+DOUBT = 12.0
+"""Nats by which a pose is predicted worse than noise alone explains, from which on something is missing."""
+ENOUGH = 3.0
+"""Seconds of pushing that a diagnosis needs at least."""
+PATIENCE = 2.0
+"""Times as much as at the last diagnosis must have been seen for the next one."""
+
+
+class Learner(Protocol):
+    """Brings a belief up to date."""
+
+    def learn(self, belief: Belief, period: float, rise: float) -> Update | None:
+        """Return what was learnt, or None where too little has been seen to tell anything."""
+
+
+def learner(kind: str, *, diagnose: bool, starts: int, seed: int) -> Learner:
+    """Return the learner of a kind.
+
+    Raises
+    ------
+    TrundleError
+        If there is no such kind, or a regression is to be diagnosed.
+    """
+    if kind not in KINDS:
+        raise TrundleError(f"learner = {kind!r}: choose {', '.join(KINDS)}")
+    if kind in ("filter", "shooting"):
+        return Physics("steps" if kind == "shooting" else None, diagnose=diagnose, starts=starts, seed=seed)
+    if diagnose:
+        raise TrundleError(f"learner = {kind!r}, diagnose = True: a regression has no laws to add to")
+    return Regressor(local=kind == "local")
+
+
+class Physics:
+    """Fits a model's laws; asks the diagnoser which law is missing where they do not explain what is seen."""
+
+    def __init__(self, likelihood: Likelihood | None, *, diagnose: bool, starts: int, seed: int) -> None:
+        self._likelihood = likelihood
+        self._diagnose = diagnose
+        self._starts = starts
+        self._seed = seed
+
+    def learn(self, belief: Belief, period: float, rise: float) -> Update | None:
+        """Fit, and where the prediction is off beyond the noise, diagnose."""
+        recording = belief.recording(period, rise)
+        time = period * (len(belief.seen) - 1)
+        try:
+            found = self._fitted(belief, recording)
+        except TrundleError:
+            # Too little has been moved yet to tell anything.
+            return None
+        model, estimate = found.model, found.summary["parameters"]
+        named: tuple[str, ...] = ()
+        due = time >= max(ENOUGH, PATIENCE * belief.consulted)
+        if self._diagnose and due and doubtful(found):
+            richer = self._diagnosed(belief, recording, time)
+            if richer is not None:
+                model, named = richer
+                belief.template = model.freed()
+                estimate = told(model)
+        belief.models = (model,)
+        return Update(time, model, estimate, named)
+
+    def _fitted(self, belief: Belief, recording: Recording) -> Fit:
+        """Fit the paper's model from random starts, a richer one from where it was."""
+        if belief.template is None:
+            return fit(recording, likelihood=self._likelihood, starts=self._starts, seed=self._seed)
+        free = {one["name"] for one in belief.template.parameters if one["value"] is None}
+        start = {one["name"]: one["value"] for one in belief.model.parameters if one["name"] in free}
+        return fit(recording, belief.template, likelihood=self._likelihood, start=start, starts=0)
+
+    def _diagnosed(
+        self, belief: Belief, recording: Recording, time: float
+    ) -> tuple[Model, tuple[str, ...]] | None:
+        """Return the model with what was missing, and its name; None where nothing could be named."""
+        try:
+            outcome = _native._diagnose(recording, written(None), seed=self._seed, without=[], progress=None)
+        except TrundleError:
+            # There is not enough motion yet.
+            return None
+        belief.consulted = time
+        answer = json.loads(outcome.answer)
+        if answer["verdict"] != "explained":
+            return None
+        return Model.from_toml(outcome.model), tuple(one["effect"] for one in answer["missing"])
+
+
+def doubtful(found: Fit) -> bool:
+    """Tell whether a fitted model predicts poses one second ahead worse than their noise explains."""
+    density = found.summary["training"]["log_predictive_density"]
+    if density is None:
+        return False
+    noise = np.asarray(found.summary["noise"]["pose"])
+    ideal = float(-np.log(noise).sum() - 1.5 * np.log(2 * np.pi * np.e))
+    return bool(density < ideal - DOUBT)
+
+
+def told(model: Model) -> list[dict[str, Any]]:
+    """Return the estimate that a model carries, as a fit tells it."""
+    ranges = {name: (unit, mean, high - low) for name, unit, mean, (low, high) in _native._ranges(model)}
+    return [
+        {"name": name, "mean": mean, "sd": width / (2 * 1.959964), "unit": unit}
+        for name, (unit, mean, width) in ranges.items()
+    ]
+
+
+class Regressor:
+    """Learns next states from states and wrenches by regression, as in section V-B of the paper.
+
+    Features are those of `trundle.baselines` that do not depend on where the object stands: stronger than the
+    paper's.
+    """
+
+    LEAST = 8
+    """Transitions without which there is nothing to learn."""
+    MOST = 60
+    """Transitions that a locally weighted regression keeps, the latest: a prediction weighs all of them."""
+
+    def __init__(self, *, local: bool) -> None:
+        self._local = local
+
+    def learn(self, belief: Belief, period: float, rise: float) -> Update | None:
+        """Fit to all transitions seen, or the latest."""
+        data = belief.transitions(period, rise)
+        if len(data[0]) < self.LEAST:
+            return None
+        if self._local:
+            before, wrench, dt, after = (column[-self.MOST :] for column in data)
+            belief.learnt = _Regression.local((before, wrench, dt, after), "body")
+        else:
+            belief.learnt = _Regression.linear(data, "body")
+        return Update(period * (len(belief.seen) - 1), belief.model, [])

@@ -1,0 +1,263 @@
+"""What a history tells, as arrays: the motion, what was believed after each push, and the truth."""
+
+from __future__ import annotations
+
+import math
+from collections.abc import Mapping, Sequence
+from dataclasses import dataclass
+from functools import cache
+from typing import Any
+
+import numpy as np
+
+import trundle
+from trundle.picture import outlines
+from trundle.report import words
+from trundle.report.given import Array, finite
+
+__all__ = ["Episode", "Held", "Other", "Update", "Wheel", "named", "parse", "stages", "update", "wheels"]
+
+WHEEL = "viscous_wheel"
+
+
+@dataclass(frozen=True)
+class Wheel:
+    """A wheel that resists: place m, the direction of least drag rad, least and most drag N s/m."""
+
+    at: Array
+    angle: float
+    least: float
+    most: float
+    swapped: bool
+    """Whether the least drag is `mu_y` of the law, across what it calls the wheel's direction."""
+
+    @classmethod
+    def of(cls, effect: Mapping[str, Any]) -> Wheel:
+        """Return the wheel of an effect; turned by a quarter, with its drags swapped, it is the same."""
+        along, across, angle = (float(effect[name]) for name in ("mu_x", "mu_y", "angle"))
+        swapped = across < along
+        angle = angle + math.pi / 2 if swapped else angle
+        least, most = min(along, across), max(along, across)
+        return cls(np.array([effect["x"], effect["y"]], dtype=float), angle, least, most, swapped)
+
+
+@dataclass(frozen=True)
+class Other:
+    """Another effect: its name in words, and where on the object it acts, (2,) m, if at a place of it."""
+
+    name: str
+    at: Array | None
+
+    @classmethod
+    def of(cls, effect: Mapping[str, Any]) -> Other:
+        """Return an effect of a model's tables."""
+        name, placed = catalogue()[effect["kind"]]
+        at = np.array([effect["x"], effect["y"]], dtype=float) if placed else None
+        return cls("a wheel" if effect["kind"] == WHEEL else words.effect(name), at)
+
+
+@dataclass(frozen=True)
+class Held:
+    """A number that is believed, with its standard deviation; None where the data do not hold it."""
+
+    name: str
+    mean: float | None
+    sd: float | None
+    unit: str
+
+
+@dataclass(frozen=True)
+class Update:
+    """What was believed from `time` s on.
+
+    `spread` is the covariance (2, 2) m² of the wheel's place, infinite where nothing is known of an axis;
+    None where the agent's model tells no uncertainty.
+    """
+
+    time: float
+    wheel: Wheel | None
+    spread: Array | None
+    held: tuple[Held, ...]
+    others: tuple[Other, ...]
+    named: tuple[str, ...]
+    regrasp: Array | None
+
+    def value(self, name: str) -> Held | None:
+        """Return a number by its name, those of the wheel's drag by size: `least`, `most`, `angle`."""
+        law = self._law(name)
+        found = next((each for each in self.held if each.name == law), None)
+        if found is None or name == law or found.mean is None or self.wheel is None:
+            return found
+        return Held(name, float(getattr(self.wheel, name)), found.sd, found.unit)
+
+    def _law(self, name: str) -> str:
+        """Return the law's own name of a number that the page names by size."""
+        if self.wheel is None or name not in ("least", "most", "angle"):
+            return name
+        own = {"least": "mu_x", "most": "mu_y", "angle": "angle"}
+        if self.wheel.swapped:
+            own = {"least": "mu_y", "most": "mu_x", "angle": "angle"}
+        return f"{WHEEL}.{own[name]}"
+
+
+@dataclass(frozen=True)
+class Episode:
+    """One episode: times (n,) s, the first 0; poses and goals (n, 3), wrenches (n, 3), grasps (n, 2).
+
+    Wrench, distance (n,) m, heading error (n,) rad are those at the end of each action; the first are NaN.
+    """
+
+    seed: int
+    t: Array
+    pose: Array
+    goal: Array
+    wrench: Array
+    grasp: Array
+    distance: Array
+    heading_error: Array
+    updates: tuple[Update, ...]
+    outline: tuple[Array, ...]
+    support: Array
+    obstacles: tuple[Array, ...]
+    truth: Mapping[str, Any]
+    outcome: Mapping[str, Any]
+
+    @property
+    def wheel(self) -> Wheel | None:
+        """The true wheel that drags most, None where there is none."""
+        return max(wheels(self.truth), key=lambda wheel: wheel.least + wheel.most, default=None)
+
+    @property
+    def hidden(self) -> tuple[Other, ...]:
+        """What is hidden beside wheels that resist."""
+        return tuple(Other.of(each) for each in self.truth.get("effect", ()) if each["kind"] != WHEEL)
+
+    @property
+    def last(self) -> Update | None:
+        """The last belief, None where nothing was learnt."""
+        return self.updates[-1] if self.updates else None
+
+    def true_value(self, held: str) -> float | None:
+        """Return the true value of a number by the name that `Update.value` takes; None if there is none."""
+        if held in ("least", "most", "angle"):
+            return None if self.wheel is None else float(getattr(self.wheel, held))
+        kind, _, name = held.rpartition(".")
+        if kind == "body":
+            return finite(self.truth["body"].get(name))
+        if kind == WHEEL and name in ("x", "y") and self.wheel is not None:
+            return float(self.wheel.at["xy".index(name)])
+        same = [effect for effect in self.truth.get("effect", ()) if effect["kind"] == kind]
+        return finite(same[0].get(name)) if len(same) == 1 else None
+
+    def off(self, update: Update) -> float | None:
+        """Return how far the wheel was believed to be from the true one, m."""
+        if update.wheel is None or self.wheel is None:
+            return None
+        return float(np.hypot(*(update.wheel.at - self.wheel.at)))
+
+
+def parse(history: Mapping[str, Any]) -> Episode:
+    """Return a history as arrays."""
+    steps: Sequence[Mapping[str, Any]] = history["steps"]
+    rows = [history["first"], *steps]
+
+    def column(name: str) -> Array:
+        return np.array([[math.nan if v is None else v for v in row[name]] for row in rows], dtype=float)
+
+    def after(name: str) -> Array:
+        return np.array([math.nan, *(row[name] for row in steps)], dtype=float)
+
+    thing = history["object"]
+    obstacles = history["scene"].get("obstacle", ())
+    return Episode(
+        seed=history["seed"],
+        t=np.array([0.0, *(row["t"] for row in steps)]),
+        pose=column("pose"),
+        goal=column("goal"),
+        wrench=column("wrench"),
+        grasp=column("grasp"),
+        distance=after("distance"),
+        heading_error=after("heading_error"),
+        updates=tuple(update(each) for each in history["updates"]),
+        outline=tuple(outlines(thing)),
+        support=np.array(thing.get("support") or np.empty((0, 2)), dtype=float).reshape(-1, 2),
+        obstacles=tuple(np.array(each["polygon"], dtype=float) for each in obstacles),
+        truth=history["truth"],
+        outcome=history["outcome"],
+    )
+
+
+def wheels(model: Mapping[str, Any]) -> list[Wheel]:
+    """Return the wheels of a model's tables that resist."""
+    return [Wheel.of(effect) for effect in model.get("effect", ()) if effect["kind"] == WHEEL]
+
+
+@cache
+def catalogue() -> dict[str, tuple[str, bool]]:
+    """Return for each kind of effect what it is called, and whether its x and y are a place on the object."""
+    return {
+        law["kind"]: (
+            law["effect"],
+            any(
+                each["name"] == "x" and each["prior"]["distribution"] == "on_body"
+                for each in law["parameters"]
+            ),
+        )
+        for law in trundle.effects()
+    }
+
+
+def others(model: Mapping[str, Any]) -> tuple[Other, ...]:
+    """Return the effects of a model's tables beside its first wheel."""
+    effects: list[Mapping[str, Any]] = list(model.get("effect", ()))
+    first = next((effect for effect in effects if effect["kind"] == WHEEL), None)
+    return tuple(Other.of(effect) for effect in effects if effect is not first)
+
+
+def update(row: Mapping[str, Any]) -> Update:
+    """Return one row of a history's `updates`."""
+    model = row["model"] or {}
+    wheel = next(iter(wheels(model)), None)
+    return Update(
+        time=float(row["time"]),
+        wheel=wheel,
+        spread=None if wheel is None else spread(model.get("posterior")),
+        held=tuple(
+            Held(entry["name"], finite(entry.get("mean")), finite(entry.get("sd")), entry.get("unit") or "")
+            for entry in row["estimate"]
+        ),
+        others=others(model),
+        named=tuple(row["named"]),
+        regrasp=None if row["regrasp"] is None else np.array(row["regrasp"], dtype=float),
+    )
+
+
+def spread(posterior: Mapping[str, Any] | None) -> Array | None:
+    """Return the covariance (2, 2) m² of the wheel's place; what the posterior does not hold is infinite."""
+    if not posterior:
+        return None
+    names: list[str] = posterior["names"]
+    found = np.diag([math.inf, math.inf])
+    axes = {
+        axis: names.index(f"{WHEEL}.{name}") for axis, name in enumerate("xy") if f"{WHEEL}.{name}" in names
+    }
+    for axis, row in axes.items():
+        for other, column in axes.items():
+            found[axis, other] = posterior["covariance"][row][column]
+    return found
+
+
+def named(episode: Episode) -> list[tuple[float, str]]:
+    """Return what the diagnoser added to the model, and when, s."""
+    return [(each.time, name) for each in episode.updates for name in each.named]
+
+
+def stages(episode: Episode, most: int) -> list[Update]:
+    """Return the updates that show how the belief came about: the first, the last, and where laws were added.
+
+    At most `most`, or as many as laws were added.
+    """
+    found = episode.updates
+    kept = {0, len(found) - 1, *(k for k, each in enumerate(found) if each.named)} if found else set()
+    kept |= set(range(max(0, most - len(kept - set(range(most))))))
+    return [each for k, each in enumerate(found) if k in kept]
