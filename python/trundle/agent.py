@@ -26,6 +26,8 @@ MODES = ("wrench", "regrasp")
 """Meanings of actions that the agent knows."""
 LOCKED = 150.0
 """Drag of a wheel that is suspected to be locked, N s/m."""
+LIGHTER = 4.0
+"""By how much an object that may be any may be lighter than is thought."""
 DRAWS = 4
 """Models drawn from the posterior, beside the most probable one."""
 MATTERS = 0.02
@@ -83,6 +85,8 @@ class AdaptiveAgent:
         where it would be worth while to know which model is true, prefer pushes that tell (dual control).
     push : float
         Time from one fit to the next, s.
+    pushes : int, optional
+        Fits after which it learns no more; None: it goes on learning.
     starts : int
         Random starts of each fit.
     period : float
@@ -119,6 +123,7 @@ class AdaptiveAgent:
         diagnose: bool = False,
         probe: bool = False,
         push: float = 0.5,
+        pushes: int | None = None,
         starts: int = 2,
         period: float = 0.05,
         rise: float = 0.02,
@@ -134,6 +139,8 @@ class AdaptiveAgent:
             )
         if starts < 1:
             raise TrundleError(f"starts = {starts}: at least one start is needed")
+        if pushes is not None and pushes < 1:
+            raise TrundleError(f"pushes = {pushes}: give 1 or more, or adapt = False")
         mode = getattr(source, "mode", "wrench")
         if mode not in MODES:
             raise TrundleError(
@@ -159,6 +166,7 @@ class AdaptiveAgent:
         self._settings = planner
         self._hold = max(1, round(self._planner().hold / period))
         self._push = max(1, round(push / period))
+        self._pushes = np.inf if pushes is None else pushes
         self._beliefs: tuple[Belief, ...] = ()
 
     @property
@@ -212,7 +220,8 @@ class AdaptiveAgent:
         if belief is None or start or not np.array_equal(belief.goal, row[7:11]):
             return self._begun(row)
         belief.seen.append(row)
-        if self._adapt and (len(belief.seen) - 1) % self._push == 0:
+        due = (len(belief.seen) - 1) % self._push == 0 and belief.fits < self._pushes
+        if self._adapt and due:
             update = self._learner.learn(belief, self._period, self._rise)
             if update is not None:
                 belief.updates.append(self._weighed(belief, update))
@@ -227,8 +236,11 @@ class AdaptiveAgent:
             metadata = {**metadata, "object": thing}
         model = rolling(metadata["object"], self._mass) if self._model is None else self._model
         belief = Belief(model, self._planner(), metadata, row)
+        if self._varied and self._model is None:
+            # Gently at first: it may weigh a quarter of what is thought.
+            belief.models = (model, rolling(metadata["object"], self._mass / LIGHTER))
         if self._probe:
-            belief.models = (model, *suspicions(metadata["object"], self._mass))
+            belief.models += suspicions(metadata["object"], self._mass)
             belief.planner.be_curious(CURIOSITY)
         return belief
 
@@ -332,9 +344,9 @@ def holds(thing: dict[str, Any]) -> Array:
     return np.asarray(middle + 0.9 * half * np.array(ways))
 
 
-def suspicions(thing: dict[str, Any], mass: float) -> list[Model]:
+def suspicions(thing: dict[str, Any], mass: float) -> tuple[Model, ...]:
     """Return models of a described object with a locked wheel near one of its corners each."""
     middle, half = box(thing)
     wheel = {"kind": "viscous_wheel", "angle": 0.0, "mu_x": LOCKED, "mu_y": LOCKED}
     places = [middle + 0.85 * half * np.array(way) for way in ((-1, -1), (-1, 1), (1, -1), (1, 1))]
-    return [modelled(thing, mass, [{**wheel, "x": float(x), "y": float(y)}]) for x, y in places]
+    return tuple(modelled(thing, mass, [{**wheel, "x": float(x), "y": float(y)}]) for x, y in places)

@@ -21,6 +21,8 @@ DOUBT = 12.0
 """Nats by which a pose is predicted worse than noise alone explains, from which on something is missing."""
 ENOUGH = 3.0
 """Seconds of pushing that a diagnosis needs at least."""
+TOO_FAST = ["swinging_load"]
+"""Effects that are not tried: the planner's steps of 50 ms do not follow a load that swings at some hertz."""
 PATIENCE = 2.0
 """Times as much as at the last diagnosis must have been seen for the next one."""
 
@@ -92,7 +94,9 @@ class Physics:
     ) -> tuple[Model, tuple[str, ...]] | None:
         """Return the model with what was missing, and its name; None where nothing could be named."""
         try:
-            outcome = _native._diagnose(recording, written(None), seed=self._seed, without=[], progress=None)
+            outcome = _native._diagnose(
+                recording, written(None), seed=self._seed, without=TOO_FAST, progress=None
+            )
         except TrundleError:
             # There is not enough motion yet.
             return None

@@ -1,0 +1,65 @@
+"""`trundle compare`: agents on the same hidden worlds."""
+
+from __future__ import annotations
+
+import argparse
+import tempfile
+from pathlib import Path
+
+from trundle.cli.options import add_quiet
+
+HELP = "Let agents play the same hidden worlds, and write down who does how well."
+EXAMPLE = "trundle compare configs/experiments/compare_small.toml --jobs 2 --out comparison"
+
+
+def add_arguments(parser: argparse.ArgumentParser) -> None:
+    """Declare the comparison's file, its size, and where things lie."""
+    parser.add_argument("config", metavar="CONFIG", type=Path, help="which agents play which worlds")
+    parser.add_argument(
+        "--worlds", metavar="N", type=number, help="only the first N of each group (default: as in CONFIG)"
+    )
+    parser.add_argument("--jobs", metavar="N", type=number, default=1, help="processes (default 1)")
+    parser.add_argument(
+        "--work",
+        metavar="DIR",
+        type=Path,
+        help="episodes as they end; an interrupted comparison goes on from them (default: in the system's "
+        "temporary directory)",
+    )
+    parser.add_argument(
+        "--out",
+        metavar="DIR",
+        type=Path,
+        default=Path("docs"),
+        help="folder of the document, its results and images/ (default docs)",
+    )
+    parser.add_argument("--fresh", action="store_true", help="forget the episodes that were played")
+    parser.add_argument(
+        "--redraw", action="store_true", help="no episode: the document from the results that are there"
+    )
+    add_quiet(parser)
+
+
+def run(args: argparse.Namespace) -> int:
+    """Compare, and print the document."""
+    from trundle.comparison.run import compare
+
+    text = compare(
+        args.config,
+        args.work or Path(tempfile.gettempdir()) / "trundle-compare",
+        args.out,
+        count=args.worlds,
+        jobs=args.jobs,
+        fresh=args.fresh,
+        redraw=args.redraw,
+        quiet=args.quiet,
+    )
+    print(text)
+    return 0
+
+
+def number(text: str) -> int:
+    """Return a number from 1 on."""
+    if not text.isdigit() or int(text) < 1:
+        raise argparse.ArgumentTypeError(f"give a whole number from 1 on, not {text!r}")
+    return int(text)

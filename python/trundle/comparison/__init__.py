@@ -1,0 +1,1 @@
+"""Agents on the same hidden worlds: played, kept, counted, and written down."""

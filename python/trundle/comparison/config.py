@@ -1,0 +1,240 @@
+"""A comparison's file: which worlds, which agents, and who plays where."""
+
+from __future__ import annotations
+
+import re
+from collections.abc import Mapping
+from dataclasses import dataclass, field, fields
+from pathlib import Path
+from typing import Any, TypeVar
+
+from trundle.paper.config import parse
+from trundle.recording import TrundleError
+
+__all__ = ["Agent", "Settings", "Worlds", "read"]
+
+FORMAT = "trundle-compare/1"
+KINDS = ("oracle", "adaptive", "policy")
+FIGURES = ("success", "quick success", "regret")
+TYPES: dict[str, tuple[type | tuple[type, ...], str]] = {
+    "str": (str, "text"),
+    "int": (int, "a whole number"),
+    "float": ((int, float), "a number"),
+    "list": (list, "a list"),
+    "dict": (dict, "a table"),
+}
+INNER = {"list[str]": str, "list[dict[str, Any]]": dict, "list[list[str]]": list}
+"""What is in a list."""
+T = TypeVar("T")
+
+
+@dataclass(frozen=True)
+class Worlds:
+    """A group of worlds: an environment and a range of its seeds.
+
+    Attributes
+    ----------
+    title : str
+        What they are, for the document.
+    env : str
+        Its id.
+    first, count : int
+        The seeds are `first` to `first + count - 1`.
+    agents : list of str
+        Who plays here.
+    options : dict
+        Arguments of the environment.
+    effect : list of dict
+        Effects beside that, drawn for each world; see `trundle.comparison.world.drawn`.
+    """
+
+    title: str
+    env: str
+    first: int
+    count: int
+    agents: list[str]
+    options: dict[str, Any] = field(default_factory=dict)
+    effect: list[dict[str, Any]] = field(default_factory=list)
+
+    @property
+    def identity(self) -> dict[str, Any]:
+        """What an episode depends on, beside its seed."""
+        return {"env": self.env, "options": self.options, "effect": self.effect}
+
+    @property
+    def seeds(self) -> range:
+        """The seeds."""
+        return range(self.first, self.first + self.count)
+
+
+@dataclass(frozen=True)
+class Agent:
+    """Who plays.
+
+    Attributes
+    ----------
+    title : str
+        For the document.
+    kind : {"oracle", "adaptive", "policy"}
+        `trundle.AdaptiveAgent` that knows the truth and keeps to it; that begins from its own belief; or what
+        stable-baselines3 has learnt.
+    settings : dict
+        Arguments of `trundle.AdaptiveAgent`.
+    files : list of str
+        Of a policy: one for each run of its training. Each plays all worlds.
+    options : dict
+        Arguments of the environment that this agent needs otherwise than the others, such as `action`.
+    curve : str
+        Of a policy: which learning curves are its own, by their `config`.
+    """
+
+    title: str
+    kind: str
+    settings: dict[str, Any] = field(default_factory=dict)
+    files: list[str] = field(default_factory=list)
+    options: dict[str, Any] = field(default_factory=dict)
+    curve: str = ""
+
+    @property
+    def identity(self) -> dict[str, Any]:
+        """What an episode depends on, beside the policy's file."""
+        return {"kind": self.kind, "settings": self.settings, "options": self.options}
+
+    @property
+    def learns(self) -> bool:
+        """Whether it learns while it plays."""
+        return self.kind == "adaptive" and bool(self.settings.get("adapt", True))
+
+    @property
+    def runs(self) -> range:
+        """Numbers of what plays under this name: one for each file of a policy."""
+        return range(len(self.files) or 1)
+
+
+@dataclass(frozen=True)
+class Settings:
+    """All of it.
+
+    Attributes
+    ----------
+    name : str
+        Of the document and of the folder of its results.
+    title : str
+        Heading of the document.
+    worlds, agents : dict
+        By name, in order.
+    main : str
+        The agent that the document is about.
+    push : float
+        Time that counts as one push, s.
+    pairs : list of [str, str]
+        Agents that differ in one thing: what it is worth is told, the one that has it first.
+    targets : list of dict
+        What is to be reached: `worlds`, `agent`, `figure` ("success", "quick success" or "regret"), and
+        `least` or `most`.
+    """
+
+    name: str
+    title: str
+    worlds: dict[str, Worlds]
+    agents: dict[str, Agent]
+    main: str
+    push: float = 0.5
+    pairs: list[list[str]] = field(default_factory=list)
+    targets: list[dict[str, Any]] = field(default_factory=list)
+
+
+def read(path: Path) -> Settings:
+    """Read a comparison's file.
+
+    Raises
+    ------
+    TrundleError
+        If a key is missing, unknown or of another type, or a name leads nowhere.
+    """
+    found = parse(path)
+    if found.pop("format", None) != FORMAT:
+        raise TrundleError(f'{path}: must begin with format = "{FORMAT}"')
+    for part, kind in (("worlds", Worlds), ("agents", Agent)):
+        tables = found.get(part)
+        if not isinstance(tables, dict) or not tables:
+            raise TrundleError(f"{path}: give at least one table [{part}.NAME]")
+        found[part] = {name: typed(path, f"[{part}.{name}]", kind, table) for name, table in tables.items()}
+    settings = typed(path, "the top", Settings, found)
+    consistent(path, settings)
+    return settings
+
+
+def typed(path: Path, where: str, kind: type[T], table: Any) -> T:
+    """Return a table as a dataclass whose fields are its keys."""
+    if not isinstance(table, Mapping):
+        raise TrundleError(f"{path}: {where} is no table")
+    known = {one.name: str(one.type) for one in fields(kind)}  # type: ignore[arg-type]
+    for name, value in table.items():
+        if name not in known:
+            raise TrundleError(f"{path}: unknown key '{name}' in {where}; known are {', '.join(known)}")
+        wanted, words = TYPES[known[name].split("[")[0]]
+        inner = INNER.get(known[name], object)
+        fits = isinstance(value, wanted) and not isinstance(value, bool)
+        if not fits or (wanted is list and not all(isinstance(one, inner) for one in value)):
+            raise TrundleError(f"{path}: {name} = {value!r} in {where}: give {words}")
+    try:
+        return kind(**table)
+    except TypeError as error:
+        missing = ", ".join(re.findall(r"'(\w+)'", str(error)))
+        raise TrundleError(f"{path}: {where} lacks {missing}") from error
+
+
+def consistent(path: Path, settings: Settings) -> None:
+    """Refuse what no comparison can be made of."""
+    if not settings.push > 0 or not re.fullmatch(r"[\w-]+", settings.name):
+        raise TrundleError(
+            f"{path}: push = {settings.push}, name = {settings.name!r}: give a time and a word"
+        )
+    known_agents(path, settings, "main", [settings.main])
+    for name, agent in settings.agents.items():
+        check_agent(f"{path}: [agents.{name}]", agent)
+    for name, worlds in settings.worlds.items():
+        known_agents(path, settings, f"[worlds.{name}] agents", worlds.agents)
+        if worlds.count < 1 or worlds.first < 0:
+            raise TrundleError(f"{path}: [worlds.{name}]: give first >= 0 and count >= 1")
+        if worlds.options.get("horizon", 1) == 0:
+            raise TrundleError(f"{path}: [worlds.{name}] horizon = 0: an episode must end")
+    for pair in settings.pairs:
+        known_agents(path, settings, "pairs", pair)
+        if len(pair) != 2:
+            raise TrundleError(f"{path}: pairs: {pair}: give two agents")
+    for target in settings.targets:
+        check_target(path, settings, target)
+
+
+def known_agents(path: Path, settings: Settings, where: str, names: list[str]) -> None:
+    """Refuse names that are no agent's."""
+    for name in names:
+        if name not in list(settings.agents):
+            known = ", ".join(settings.agents)
+            raise TrundleError(f"{path}: {where}: there is no agent {name!r}; there are {known}")
+
+
+def check_agent(where: str, agent: Agent) -> None:
+    """Refuse what is not meant for an agent of its kind."""
+    if agent.kind not in KINDS:
+        raise TrundleError(f"{where} kind = {agent.kind!r}: choose {', '.join(KINDS)}")
+    if (agent.kind == "policy") != bool(agent.files):
+        raise TrundleError(f"{where} files: a policy has some, no other agent has")
+    if agent.kind == "policy" and agent.settings:
+        raise TrundleError(f"{where} settings: they are of trundle.AdaptiveAgent, not of a policy")
+
+
+def check_target(path: Path, settings: Settings, target: dict[str, Any]) -> None:
+    """Refuse a target that is not of these worlds and agents, or says no number."""
+    told = {key: value for key, value in target.items() if key not in ("least", "most")}
+    if set(told) != {"worlds", "agent", "figure"} or len(target) != 4:
+        raise TrundleError(f"{path}: targets: {target}: give worlds, agent, figure, and least or most")
+    known_agents(path, settings, "targets", [target["agent"]])
+    if target["worlds"] not in list(settings.worlds) or target["figure"] not in FIGURES:
+        known = f"worlds {', '.join(settings.worlds)}; figures {', '.join(FIGURES)}"
+        raise TrundleError(f"{path}: targets: {target}: there are {known}")
+    bound = target.get("least", target.get("most"))
+    if not isinstance(bound, (int, float)) or isinstance(bound, bool):
+        raise TrundleError(f"{path}: targets: {target}: give a number")

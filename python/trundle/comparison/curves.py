@@ -1,0 +1,88 @@
+"""Learning curves of policies, as `trundle train` keeps them."""
+
+from __future__ import annotations
+
+import json
+import math
+from dataclasses import dataclass
+from pathlib import Path
+from typing import Any
+
+import numpy as np
+from numpy.typing import NDArray
+
+from trundle.recording import TrundleError
+
+__all__ = ["Curve", "read_curves"]
+
+POINT = ("step", "success", "distance")
+"""What is read of an evaluation."""
+
+
+@dataclass(frozen=True)
+class Curve:
+    """One run of a training, and its evaluations.
+
+    Attributes
+    ----------
+    config : str
+        What was trained: the name of its file, without `.toml`.
+    seed : int
+    simulated : float
+        Time that its steps simulated, s.
+    cpu : float
+        CPU time of all of it, s; NaN if it was not kept.
+    parameters : int
+        Of the policy.
+    flattened : bool
+        Whether the last fifth of the evaluations is no better than the fifth before.
+    steps : ndarray
+        Steps of the environment, at each evaluation.
+    success : ndarray
+        Share of the evaluation's worlds.
+    distance : ndarray
+        Mean distance left, m.
+    """
+
+    config: str
+    seed: int
+    simulated: float
+    cpu: float
+    parameters: int
+    flattened: bool
+    steps: NDArray[np.float64]
+    success: NDArray[np.float64]
+    distance: NDArray[np.float64]
+
+
+def read_curves(folder: Path) -> dict[str, list[Curve]]:
+    """Return all curves of a folder by their config, in the order of their seeds."""
+    found: dict[str, list[Curve]] = {}
+    for path in sorted(folder.glob("*.json")):
+        curve = read_curve(path)
+        found.setdefault(curve.config, []).append(curve)
+    return {name: sorted(curves, key=lambda one: one.seed) for name, curves in found.items()}
+
+
+def read_curve(path: Path) -> Curve:
+    """Read one curve, and what its training cost, which lies in `timing/` beside its folder."""
+    timing = path.parent.parent / "timing" / path.name
+    try:
+        told: dict[str, Any] = json.loads(path.read_text(encoding="utf-8"))
+        cost = json.loads(timing.read_text(encoding="utf-8"))["cpu_seconds"] if timing.exists() else math.nan
+        columns = {name: np.array([point[name] for point in told["curve"]], dtype=float) for name in POINT}
+        return Curve(
+            config=str(told["config"]),
+            seed=int(told["seed"]),
+            simulated=float(told["simulated_seconds"]),
+            cpu=float(cost),
+            parameters=int(told["parameters"]),
+            flattened=bool(told["flattened"]),
+            steps=columns["step"],
+            success=columns["success"],
+            distance=columns["distance"],
+        )
+    except (ValueError, KeyError, TypeError) as error:
+        raise TrundleError(
+            f"{path}: this is no learning curve ({error}); `trundle train` writes them"
+        ) from error

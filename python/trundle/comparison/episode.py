@@ -1,0 +1,126 @@
+"""One episode: an agent in a world, from its beginning to its end, in a row."""
+
+from __future__ import annotations
+
+import time
+from collections.abc import Sequence
+from itertools import pairwise
+from typing import Any, Protocol
+
+import numpy as np
+import tomli_w
+
+import trundle
+from trundle.comparison.config import Agent, Worlds
+from trundle.comparison.world import Env, begin, rim, time_limit
+from trundle.paper.results import Row, rounded
+from trundle.recording import TrundleError
+
+__all__ = ["attempt", "play", "player"]
+
+
+class Player(Protocol):
+    """What stable-baselines3's algorithms can do."""
+
+    def predict(
+        self, observation: Any, state: Any = None, episode_start: Any = None, deterministic: bool = True
+    ) -> tuple[Any, Any]:
+        """Choose an action."""
+
+
+def player(agent: Agent, run: int, env: Env) -> Player:
+    """Return an agent for a world at its beginning.
+
+    Parameters
+    ----------
+    agent : Agent
+    run : int
+        Which of a policy's files.
+    env : gymnasium.Env
+        The oracle looks at what is hidden in it.
+    """
+    if agent.kind == "policy":
+        from trundle.learning import policy
+
+        loaded: Player = policy.load(agent.files[run])
+        return loaded
+    settings = dict(agent.settings)
+    if agent.kind == "oracle":
+        source: Any = env.unwrapped
+        settings |= {
+            "model": trundle.Model.from_toml(tomli_w.dumps(source.hidden_model())),
+            "adapt": False,
+        }
+    try:
+        return trundle.AdaptiveAgent(env, **settings)
+    except TypeError as error:
+        raise TrundleError(f"settings = {agent.settings}: {error}") from error
+
+
+def play(worlds: Worlds, agent: Agent, run: int, seed: int) -> tuple[Row, Row]:
+    """Play one episode.
+
+    Returns
+    -------
+    row : dict
+        How it went: `success`, `lost`, `touches` (how often an obstacle was run into), `seconds` (its
+        length), `limit` (s, at which it would have been given up), `return`, `distance` (m) and `heading`
+        (rad, without a sign) that are left, `radius` of the object (m, from its origin to its farthest
+        corner), and what an adaptive agent did: `fits`, `regrasps`, `named` effects, in order. The same
+        arguments, the same row.
+    timing : dict
+        `decisions`, and the CPU seconds of all and of the longest: `total`, `longest`.
+    """
+    env, observation = begin(worlds, seed, agent.options)
+    playing = player(agent, run, env)
+    state, over, start = None, False, True
+    gained, costs, touched = 0.0, [], []
+    info: dict[str, Any] = {}
+    while not over:
+        began = time.process_time()
+        action, state = playing.predict(observation, state, episode_start=start)
+        costs.append(time.process_time() - began)
+        observation, reward, terminated, truncated, info = env.step(action)
+        gained, over, start = gained + float(reward), terminated or truncated, False
+        touched.append(info["touched"])
+    source: Any = env.unwrapped
+    row = {
+        "success": bool(info["is_success"]),
+        "lost": bool(info["lost"]),
+        "touches": begun(touched),
+        "seconds": source.control * len(costs),
+        "limit": time_limit(worlds, agent.options, source.control),
+        "return": gained,
+        "distance": float(info["distance"]),
+        "heading": abs(float(info["heading_error"])),
+        "radius": float(np.hypot(*rim(source.hidden_model()["body"]).T).max()),
+        **learnt(playing),
+    }
+    env.close()
+    return rounded(row), {"decisions": len(costs), "total": sum(costs), "longest": max(costs)}
+
+
+def begun(stretches: Sequence[bool]) -> int:
+    """Return how often something begins that goes on for a while."""
+    return sum(now and not before for before, now in pairwise([False, *stretches]))
+
+
+def learnt(playing: Any) -> Row:
+    """Return what an adaptive agent did about its belief; nothing of another."""
+    beliefs = getattr(playing, "beliefs", ())
+    if not beliefs:
+        return {"fits": 0, "regrasps": 0, "named": []}
+    updates = beliefs[0].updates
+    return {
+        "fits": beliefs[0].fits,
+        "regrasps": sum(update.regrasp is not None for update in updates),
+        "named": list(dict.fromkeys(name for update in updates for name in update.named)),
+    }
+
+
+def attempt(worlds: Worlds, agent: Agent, run: int, seed: int) -> tuple[Row, Row] | str:
+    """Play one episode, or say why it cannot be played."""
+    try:
+        return play(worlds, agent, run, seed)
+    except TrundleError as error:
+        return str(error)

@@ -1,0 +1,143 @@
+"""How `trundle.AdaptiveAgent` learns: by laws, by regression, with the diagnoser, and by pushes that tell."""
+
+from __future__ import annotations
+
+from typing import Any
+
+import gymnasium
+import numpy as np
+import pytest
+import tomli_w
+
+import trundle
+from trundle._native import Laws
+from trundle.agent import Belief
+from trundle.belief import about_origin
+
+FRICTION = {"kind": "coulomb_friction", "x": 0.2, "y": 0.1, "force": 55.0}
+AROUND = "trundle/PushAround-v0"
+
+
+def played(steps: int, env_id: str = AROUND, seed: int = 3000, **told: Any) -> tuple[Belief, dict[str, Any]]:
+    """Return what an agent believes after so many steps at the most, and how the last one went."""
+    options = told.pop("options", {"hidden": "locked"})
+    env = gymnasium.make(env_id, **options)
+    observation, info = env.reset(seed=seed)
+    agent = trundle.AdaptiveAgent(env, **told)
+    for step in range(steps):
+        action, _ = agent.predict(observation, episode_start=step == 0)
+        observation, _, terminated, truncated, info = env.step(action)
+        if terminated or truncated:
+            break
+    return agent.beliefs[0], info
+
+
+def test_the_diagnoser_names_what_the_model_lacks_and_the_belief_grows_by_it() -> None:
+    belief, info = played(200, diagnose=True, options={"hidden": "locked", "effects": [FRICTION]})
+    assert info["is_success"]
+    named = [update for update in belief.updates if update.named]
+    assert [update.named for update in named] == [("coulomb_friction",)]
+    assert named[0].time < 5.0
+    found = {one["name"]: one["mean"] for one in belief.updates[-1].estimate}
+    assert found["coulomb_friction.force"] == pytest.approx(55.0, rel=0.05)
+    assert found["body.mass"] == pytest.approx(22.0, rel=0.05)
+
+
+def test_where_nothing_is_missing_the_diagnoser_is_not_asked() -> None:
+    belief, info = played(200, diagnose=True)
+    assert info["is_success"]
+    assert belief.consulted == 0.0
+    assert not any(update.named for update in belief.updates)
+
+
+@pytest.mark.parametrize("learner", ["shooting", "linear"])
+def test_other_learners_get_there_too(learner: str) -> None:
+    belief, info = played(300, "trundle/LockedWheel-v0", learner=learner, seed=1)
+    assert info["is_success"]
+    assert belief.fits > 0
+    assert (belief.learnt is not None) == (learner == "linear")
+
+
+def test_a_locally_weighted_regression_is_planned_on() -> None:
+    belief, _ = played(24, "trundle/LockedWheel-v0", learner="local", samples=32, iterations=2)
+    assert belief.learnt is not None
+    assert belief.learnt.widths is not None
+
+
+def test_it_plans_on_several_models_only_while_it_matters_which_is_true() -> None:
+    belief, _ = played(60)
+    worths = [update.worth for update in belief.updates]
+    assert worths[0] > 0.02 > worths[-1]
+    assert belief.models == (belief.model,)
+    early, _ = played(11)
+    assert len(early.models) == 5
+
+
+def test_a_probing_agent_begins_with_suspicions_and_ends_as_sure() -> None:
+    belief, _ = played(1, probe=True)
+    assert len(belief.models) == 5
+    belief, info = played(300, probe=True)
+    assert info["is_success"]
+    assert len(belief.models) == 1
+
+
+def test_learning_can_end_after_some_pushes() -> None:
+    belief, info = played(300, pushes=2)
+    assert info["is_success"]
+    assert [update.time for update in belief.updates] == [0.5, 1.0]
+
+
+def test_of_several_objects_the_observation_tells_the_size() -> None:
+    belief, info = played(300, options={"hidden": "locked", "object": ["chair", "bookcase"]}, seed=5)
+    assert info["is_success"]
+    corner = np.max(belief.metadata["object"]["footprint"], axis=0)
+    assert corner == pytest.approx(belief.now[16:18])
+
+
+def test_an_oracle_follows_a_caster() -> None:
+    caster = {"kind": "caster_swivel", "x": 0.5, "y": -0.3, "trail": 0.05, "mu_side": 150.0}
+    env = gymnasium.make(AROUND, hidden="none", effects=[caster])
+    observation, _ = env.reset(seed=2)
+    source: Any = env.unwrapped
+    model = trundle.Model.from_toml(tomli_w.dumps(source.hidden_model()))
+    agent = trundle.AdaptiveAgent(env, model=model, adapt=False)
+    for step in range(40):
+        action, (belief,) = agent.predict(observation, episode_start=step == 0)
+        observation = env.step(action)[0]
+    (angle,) = belief.inner(0.05)
+    assert Laws(model).starts != [angle]
+    # The wheel trails behind the way its pivot goes, seen from the object.
+    before, now = belief.seen[-6], belief.seen[-1]
+    turn = np.arctan2(now[3], now[2])
+    pivot = [row[0:2] + turned(np.array([0.5, -0.3]), np.arctan2(row[3], row[2])) for row in (before, now)]
+    way = np.arctan2(*(pivot[1] - pivot[0])[::-1]) - turn
+    assert abs(np.angle(np.exp(1j * (angle - way)))) < 0.5 or (
+        abs(np.angle(np.exp(1j * (angle - way + np.pi)))) < 0.5
+    )
+
+
+def turned(point: Any, angle: float) -> Any:
+    cos, sin = np.cos(angle), np.sin(angle)
+    return np.array([cos * point[0] - sin * point[1], sin * point[0] + cos * point[1]])
+
+
+def test_a_wrench_is_carried_to_the_origin() -> None:
+    # 10 N along y, half a metre in front of the origin.
+    assert about_origin(np.array([0.0, 10.0, 1.0]), np.array([0.5, 0.2])).tolist() == [0.0, 10.0, 6.0]
+    assert about_origin(np.array([10.0, 0.0, 0.0]), np.array([0.5, 0.2])).tolist() == [10.0, 0.0, -2.0]
+
+
+@pytest.mark.parametrize(
+    ("told", "reason"),
+    [
+        ({"learner": "neural"}, "learner = 'neural': choose filter, shooting, linear, local"),
+        ({"learner": "linear", "diagnose": True}, "a regression has no laws"),
+        ({"adapt": False, "probe": True}, "neither diagnoses nor probes"),
+        ({"curiosity": -1.0}, "curiosity"),
+        ({"pushes": 0}, "pushes = 0"),
+    ],
+)
+def test_what_makes_no_sense_is_refused(told: dict[str, Any], reason: str) -> None:
+    env = gymnasium.make("trundle/LockedWheel-v0")
+    with pytest.raises(trundle.TrundleError, match=reason):
+        trundle.AdaptiveAgent(env, **told)
