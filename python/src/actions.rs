@@ -1,50 +1,52 @@
-//! Actions from Python: numbers in [-1, 1], three for each environment.
+//! Actions from Python: numbers in [-1, 1], as many for each environment as its kind of action has.
 
 use numpy::{PyArray1, PyArrayMethods, PyReadonlyArray1, PyReadonlyArray2};
 use pyo3::prelude::*;
 
+use trundle_sim::task::rules::WIDEST;
+
 use crate::error::refused;
 
-/// Three numbers in [-1, 1].
-pub(crate) fn numbers(action: &Bound<'_, PyAny>) -> PyResult<[f64; 3]> {
+/// So many numbers in [-1, 1]; what is beyond them is 0.
+pub(crate) fn numbers(action: &Bound<'_, PyAny>, width: usize) -> PyResult<[f64; WIDEST]> {
     let read = if let Ok(array) = action.extract::<PyReadonlyArray1<'_, f32>>() {
-        three(array.as_array().iter().map(|v| f64::from(*v)))
+        padded(width, array.as_array().iter().map(|v| f64::from(*v)))
     } else if let Ok(array) = action.extract::<PyReadonlyArray1<'_, f64>>() {
-        three(array.as_array().iter().copied())
+        padded(width, array.as_array().iter().copied())
     } else {
-        three(float64(action)?.as_array().iter().copied())
+        padded(width, float64(action)?.as_array().iter().copied())
     };
     let Some(numbers) = read else {
         let shape = action.py().import("numpy")?.getattr("shape")?.call1((action,))?;
-        return Err(refused(format!("an action has shape (3,), not {shape}: three numbers in [-1, 1]")));
+        return Err(refused(format!("an action has shape ({width},), not {shape}: numbers in [-1, 1]")));
     };
-    check(&numbers)?;
+    check(numbers.get(..width).unwrap_or(&numbers))?;
     Ok(numbers)
 }
 
-fn three(mut entries: impl ExactSizeIterator<Item = f64>) -> Option<[f64; 3]> {
-    (entries.len() == 3).then(|| [(); 3].map(|()| entries.next().unwrap_or(f64::NAN)))
+fn padded(width: usize, mut entries: impl ExactSizeIterator<Item = f64>) -> Option<[f64; WIDEST]> {
+    (entries.len() == width).then(|| [(); WIDEST].map(|()| entries.next().unwrap_or(0.0)))
 }
 
 fn float64<'py>(action: &Bound<'py, PyAny>) -> PyResult<PyReadonlyArray1<'py, f64>> {
     let py = action.py();
     let array = py.import("numpy")?.getattr("asarray")?.call1((action, "float64"));
-    let array = array.map_err(|e| refused(format!("an action is three numbers in [-1, 1]: {e}")))?;
+    let array = array.map_err(|e| refused(format!("an action is numbers in [-1, 1]: {e}")))?;
     // Another number of dimensions makes a row that is too short, which the caller refuses.
     Ok(array.extract().unwrap_or_else(|_| PyArray1::zeros(py, 0, false).readonly()))
 }
 
-pub(crate) fn many_numbers(actions: &Bound<'_, PyAny>, count: usize) -> PyResult<Vec<f64>> {
+pub(crate) fn many_numbers(actions: &Bound<'_, PyAny>, count: usize, width: usize) -> PyResult<Vec<f64>> {
     let py = actions.py();
     let array = py.import("numpy")?.getattr("ascontiguousarray")?.call1((actions, "float64"));
     let array = array.map_err(|e| refused(format!("actions are numbers in [-1, 1]: {e}")))?;
     let rows = array.extract::<PyReadonlyArray2<'_, f64>>().ok();
-    let Some(rows) = rows.filter(|rows| rows.as_array().dim() == (count, 3)) else {
+    let Some(rows) = rows.filter(|rows| rows.as_array().dim() == (count, width)) else {
         let shape = array.getattr("shape")?;
-        return Err(refused(format!("actions have shape ({count}, 3), not {shape}")));
+        return Err(refused(format!("actions have shape ({count}, {width}), not {shape}")));
     };
     let numbers = rows.as_slice().map_err(refused)?.to_vec();
-    for (index, row) in numbers.chunks(3).enumerate() {
+    for (index, row) in numbers.chunks(width).enumerate() {
         check(row).map_err(|error| refused(format!("environment {index}: {}", error.value(py))))?;
     }
     Ok(numbers)

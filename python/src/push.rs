@@ -76,8 +76,8 @@ impl PyPushing {
 
     /// What a full action stands for.
     #[getter]
-    fn full(&self) -> [f64; 3] {
-        self.task.options().action.full()
+    fn full(&self) -> Vec<f64> {
+        self.task.options().action.full().to_vec()
     }
 
     /// Whether the object may be any of several: then an observation tells how large it is.
@@ -115,8 +115,8 @@ impl PyPushing {
 
     /// What `gymnasium.Env.step` returns; None without an episode under way.
     fn step<'py>(&mut self, py: Python<'py>, action: &Bound<'py, PyAny>) -> PyResult<Option<Stepped<'py>>> {
-        let action = numbers(action)?;
-        let Some(outcome) = run(py, || self.task.step(action))? else { return Ok(None) };
+        let action = numbers(action, self.task.options().action.width())?;
+        let Some(outcome) = run(py, || self.task.step(&action))? else { return Ok(None) };
         let Outcome { reward, terminated, truncated, .. } = outcome;
         Ok(Some((self.observe(py), reward, terminated, truncated, info(py, &outcome)?)))
     }
@@ -282,7 +282,7 @@ impl PyBatch {
         mut finals: PyReadwriteArray2<'_, f64>,
         mut table: PyReadwriteArray2<'_, f64>,
     ) -> PyResult<()> {
-        let actions = many_numbers(actions, self.outcomes.len())?;
+        let actions = many_numbers(actions, self.outcomes.len(), self.batch.width())?;
         let (observations, finals) = (slice(&mut observations)?, slice(&mut finals)?);
         let (batch, outcomes) = (&mut self.batch, &mut self.outcomes);
         run(py, || batch.step(&actions, Rows { observations, finals, outcomes }))?;

@@ -87,6 +87,17 @@ def test_learning_can_end_after_some_pushes() -> None:
     assert [update.time for update in belief.updates] == [0.5, 1.0]
 
 
+def test_it_takes_hold_elsewhere_where_the_grasp_cannot_do_it() -> None:
+    bed = {"hidden": "locked", "object": "bed"}
+    kept, _ = played(300, "trundle/PushPose-v0", seed=3, options=bed)
+    belief, info = played(300, "trundle/PushPose-v0", seed=3, options={**bed, "action": "regrasp"})
+    assert info["is_success"]
+    places = [update.regrasp for update in belief.updates if update.regrasp]
+    assert places
+    assert belief.now[14:16] == pytest.approx(places[-1])
+    assert len(belief.seen) < 0.6 * len(kept.seen)
+
+
 def test_of_several_objects_the_observation_tells_the_size() -> None:
     belief, info = played(300, options={"hidden": "locked", "object": ["chair", "bookcase"]}, seed=5)
     assert info["is_success"]

@@ -21,13 +21,13 @@ from trundle.envs import LockedWheel, Push, PushAround
 LOCKED = "trundle/LockedWheel-v0"
 FLAT = ("PushPose", "PushPath", "PushAround", "PushDoor", "LockedWheel")
 GOALS = ("PushPoseGoal", "PushPathGoal", "PushAroundGoal", "PushDoorGoal")
-MODES = ("wrench", "velocity", "push")
+MODES = ("wrench", "velocity", "push", "regrasp")
 INFO = {"is_success", "lost", "touched", "distance", "heading_error", "progress"}
 Env = gymnasium.Env[NDArray[np.float64], NDArray[np.float32]]
 
 
-def actions(count: int, seed: int = 0) -> NDArray[np.float32]:
-    return np.random.default_rng(seed).uniform(-0.6, 0.6, (count, 3)).astype(np.float32)
+def actions(count: int, seed: int = 0, width: int = 3) -> NDArray[np.float32]:
+    return np.random.default_rng(seed).uniform(-0.6, 0.6, (count, width)).astype(np.float32)
 
 
 def rollout(env: Env, given: NDArray[np.float32]) -> list[tuple[list[float], float, bool]]:
@@ -71,10 +71,12 @@ def test_a_seed_gives_the_same_episodes(name: str) -> None:
 @pytest.mark.parametrize("duplicate", [copy.deepcopy, lambda env: pickle.loads(pickle.dumps(env))])
 def test_a_copy_goes_on_alike(duplicate: Callable[[Env], Env], mode: str) -> None:
     env: Env = gymnasium.make("trundle/PushDoor-v0", action=mode)
+    width = 6 if mode == "regrasp" else 3
     env.reset(seed=1)
-    rollout(env, actions(10))
+    rollout(env, actions(10, width=width))
     other = duplicate(env)
-    assert rollout(other, actions(15, seed=1)) == rollout(env, actions(15, seed=1))
+    later = actions(15, seed=1, width=width)
+    assert rollout(other, later) == rollout(env, later)
     assert other.reset()[0].tolist() == env.reset()[0].tolist()
 
 
@@ -105,7 +107,7 @@ def test_observations_stay_in_their_space_and_nothing_hidden_is_told(name: str, 
     for seed in range(5):
         observation, info = env.reset(seed=seed)
         assert info == {} and observation in env.observation_space
-        for action in np.sign(actions(20, seed)):
+        for action in np.sign(actions(20, seed, 6 if mode == "regrasp" else 3)):
             observation, _, terminated, _, info = env.step(action)
             assert observation in env.observation_space and set(info) == INFO
             if terminated:

@@ -109,7 +109,11 @@ impl Settings {
             }
         }
         if !(self.curiosity.is_finite() && self.curiosity >= 0.0) {
-            return Err(ControlError::value("curiosity", self.curiosity, "must be finite and not negative (s)"));
+            return Err(ControlError::value(
+                "curiosity",
+                self.curiosity,
+                "must be finite and not negative (s)",
+            ));
         }
         if !(0.0..1.0).contains(&self.smoothness) {
             let remedy = "must lie in [0, 1); 0: every action is drawn anew";

@@ -39,6 +39,7 @@ fn task(c: &mut Criterion) {
         ("pose, velocity", Goal::Pose, Mode::Velocity),
         ("door, wrench", Goal::Door, Mode::Wrench),
         ("pose, push of 1 s", Goal::Pose, Mode::Push),
+        ("pose, regrasp", Goal::Pose, Mode::Regrasp),
     ] {
         let options = Options { task, action, hidden: Secret::Locked, ..Options::default() };
         let mut row = vec![0.0; options.entries()];
@@ -48,7 +49,7 @@ fn task(c: &mut Criterion) {
                 if !task.ready() {
                     let _ = task.reset(Some(0), &Reset::default());
                 }
-                let outcome = task.step([0.2, -0.1, 0.05]);
+                let outcome = task.step(&[0.2, -0.1, 0.05, 0.0, 0.0, -1.0]);
                 task.observe(&mut row);
                 outcome
             });

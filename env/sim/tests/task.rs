@@ -9,11 +9,14 @@ use trundle_sim::task::{Autoreset, Goal, Mode, Rows, Secret, household};
 use trundle_sim::{Batch, Options, Outcome, Pushing, Reset, episode};
 
 const TASKS: [Goal; 4] = [Goal::Pose, Goal::Path, Goal::Around, Goal::Door];
-const MODES: [Mode; 3] = [Mode::Wrench, Mode::Velocity, Mode::Push];
+const MODES: [Mode; 4] = [Mode::Wrench, Mode::Velocity, Mode::Push, Mode::Regrasp];
 
-fn action(k: u32) -> [f64; 3] {
+/// Of any kind: of the entries as many count as it has.
+fn action(k: u32) -> [f64; 6] {
     let t = f64::from(k) * 0.05;
-    [0.6 * (2.0 * t).sin(), 0.3 * (3.0 * t).cos(), 0.25 * t.sin()]
+    // Elsewhere in the fifth step, so that copies after twelve are made on the way.
+    let elsewhere = if k == 4 { 1.0 } else { -1.0 };
+    [0.6 * (2.0 * t).sin(), 0.3 * (3.0 * t).cos(), 0.25 * t.sin(), (7.0 * t).cos(), 0.8, elsewhere]
 }
 
 fn told(task: &mut Pushing) -> Vec<f64> {
@@ -25,7 +28,7 @@ fn told(task: &mut Pushing) -> Vec<f64> {
 fn observations(task: &mut Pushing, steps: u32) -> Vec<Vec<f64>> {
     let mut seen = vec![told(task)];
     for k in 0..steps {
-        if task.step(action(k)).unwrap().is_none() {
+        if task.step(&action(k)).unwrap().is_none() {
             break;
         }
         seen.push(told(task));
@@ -106,7 +109,7 @@ fn a_copy_in_contact_goes_on_to_the_last_bit() {
     let options = Options { task: Goal::Door, hidden: Secret::Locked, horizon: 0, ..Options::default() };
     let mut task = Pushing::new(options.clone()).unwrap();
     task.reset(Some(3), &Reset::default()).unwrap();
-    let push = |task: &mut Pushing| task.step([0.3, 0.0, 0.0]).unwrap();
+    let push = |task: &mut Pushing| task.step(&[0.3, 0.0, 0.0]).unwrap();
     let touched = (0..300).find(|_| push(&mut task).is_some_and(|outcome| outcome.touched));
     assert!(touched.is_some(), "it never came to the wall");
     let mut copy = task.clone();
@@ -159,7 +162,7 @@ fn whatever_is_hidden_observations_stay_within_their_bounds() {
                 // One corner of the action space for a while, then another.
                 let corner = seed + k / 20;
                 let sign = |bit: u64| if corner >> bit & 1 == 0 { 1.0 } else { -1.0 };
-                if task.step([sign(0), sign(1), sign(2)]).unwrap().is_none() {
+                if task.step(&[sign(0), sign(1), sign(2), sign(1), sign(2), sign(0)]).unwrap().is_none() {
                     break;
                 }
             }
@@ -172,14 +175,14 @@ fn an_episode_ends_at_the_goal_when_lost_and_when_the_time_is_up() {
     let mut task = Pushing::new(Options { horizon: 20, ..Options::default() }).unwrap();
     let there = Reset { start: Some([0.5; 3]), goal: Some([0.5; 3]), ..Reset::default() };
     task.reset(Some(0), &there).unwrap();
-    let outcome = task.step([0.0; 3]).unwrap().unwrap();
+    let outcome = task.step(&[0.0; 3]).unwrap().unwrap();
     assert!(outcome.success && outcome.terminated && outcome.reward > -0.01);
-    assert!(task.step([0.0; 3]).unwrap().is_none());
+    assert!(task.step(&[0.0; 3]).unwrap().is_none());
     task.reset(Some(0), &Reset { start: Some([2.0, 0.0, 0.0]), ..Reset::default() }).unwrap();
-    let last = std::iter::from_fn(|| task.step([1.0, 0.0, 0.0]).unwrap()).last().unwrap();
+    let last = std::iter::from_fn(|| task.step(&[1.0, 0.0, 0.0]).unwrap()).last().unwrap();
     assert!(last.lost && last.terminated && !last.success && last.reward < -99.0);
     task.reset(Some(0), &Reset { goal: Some([2.0, 2.0, 0.0]), ..Reset::default() }).unwrap();
-    let all: Vec<Outcome> = std::iter::from_fn(|| task.step([0.0; 3]).unwrap()).collect();
+    let all: Vec<Outcome> = std::iter::from_fn(|| task.step(&[0.0; 3]).unwrap()).collect();
     assert!(all.len() == 20 && all[19].truncated && !all[18].truncated && !all[19].terminated);
 }
 
@@ -202,7 +205,7 @@ fn a_path_is_followed_by_one_that_is_carried_along_it() {
         let ahead = seen[10].atan2(seen[9]) - seen[3].atan2(seen[2]);
         let turn = (ahead + 3.0 * PI).rem_euclid(TAU) - PI;
         let clip = |v: f64| v.clamp(-1.0, 1.0);
-        let Some(outcome) = task.step([clip(3.0 * dx), clip(3.0 * dy), clip(2.0 * turn)]).unwrap() else {
+        let Some(outcome) = task.step(&[clip(3.0 * dx), clip(3.0 * dy), clip(2.0 * turn)]).unwrap() else {
             break;
         };
         gained += outcome.reward;
@@ -283,9 +286,14 @@ fn what_cannot_be_is_named() {
     assert!(task.load(&bytes[..20]).unwrap_err().to_string().contains("no saved state"));
 }
 
-fn batch(count: usize, autoreset: Autoreset, threads: usize) -> (Vec<f64>, Vec<f64>, Vec<Outcome>) {
-    let options = Options { horizon: 7, ..any(Goal::Around, Mode::Wrench) };
-    let entries = options.entries();
+fn batch(
+    count: usize,
+    autoreset: Autoreset,
+    threads: usize,
+    mode: Mode,
+) -> (Vec<f64>, Vec<f64>, Vec<Outcome>) {
+    let options = Options { horizon: 7, ..any(Goal::Around, mode) };
+    let (entries, width) = (options.entries(), mode.width());
     let pool = rayon::ThreadPoolBuilder::new().num_threads(threads).build().unwrap();
     let mut batch = Batch::new(options, count, autoreset).unwrap();
     let (mut seen, mut finals) = (vec![0.0; count * entries], vec![0.0; count * entries]);
@@ -294,7 +302,7 @@ fn batch(count: usize, autoreset: Autoreset, threads: usize) -> (Vec<f64>, Vec<f
     pool.install(|| {
         batch.reset(&told, &mut seen).unwrap();
         for k in 0..20 {
-            let actions: Vec<f64> = (0..count).flat_map(|_| action(k)).collect();
+            let actions: Vec<f64> = (0..count).flat_map(|_| action(k).into_iter().take(width)).collect();
             let rows = Rows { observations: &mut seen, finals: &mut finals, outcomes: &mut outcomes };
             batch.step(&actions, rows).unwrap();
         }
@@ -304,10 +312,13 @@ fn batch(count: usize, autoreset: Autoreset, threads: usize) -> (Vec<f64>, Vec<f
 
 #[test]
 fn a_batch_is_the_same_whatever_its_size_and_threads() {
-    for mode in [Autoreset::NextStep, Autoreset::SameStep] {
-        let (seen, finals, outcomes) = batch(40, mode, 1);
-        assert_eq!(batch(40, mode, 4), (seen.clone(), finals.clone(), outcomes.clone()));
-        let (few, last, results) = batch(3, mode, 2);
+    let resets = [Autoreset::NextStep, Autoreset::SameStep];
+    for (reset, mode) in
+        resets.into_iter().flat_map(|reset| [Mode::Wrench, Mode::Regrasp].map(|mode| (reset, mode)))
+    {
+        let (seen, finals, outcomes) = batch(40, reset, 1, mode);
+        assert_eq!(batch(40, reset, 4, mode), (seen.clone(), finals.clone(), outcomes.clone()));
+        let (few, last, results) = batch(3, reset, 2, mode);
         assert_eq!(
             (&few[..], &last[..], &results[..]),
             (&seen[..few.len()], &finals[..last.len()], &outcomes[..3])
@@ -328,7 +339,7 @@ fn a_million_random_steps_are_numbers() {
                 state = state.wrapping_mul(6364136223846793005).wrapping_add(1442695040888963407);
                 (state >> 11) as f64 / (1u64 << 52) as f64 - 1.0
             };
-            while let Some(outcome) = task.step([any(), any(), any()]).unwrap() {
+            while let Some(outcome) = task.step(&[(); 6].map(|()| any())).unwrap() {
                 steps += 1;
                 assert!(outcome.reward.is_finite() && outcome.distance.is_finite());
                 assert!(told(&mut task).iter().all(|v| v.is_finite()));

@@ -37,15 +37,20 @@ class Push(gym.Env[Observation, Action]):
     """What all pushing environments have in common; make one of its subclasses.
 
     ## Action Space
-    `Box(-1, 1, (3,), float32)`. What an action means is the argument `action`; `ACTION_SCALE` holds what
-    a full one stands for. An action that is not in the space is an error, an `InvalidAction`; the wrapper
-    `gymnasium.wrappers.ClipAction` cuts it.
+    `Box(-1, 1, (3,), float32)`, for "regrasp" `Box(-1, 1, (6,), float32)`. What an action means is the
+    argument `action`; `ACTION_SCALE` holds what a full one stands for. An action that is not in the space
+    is an error, an `InvalidAction`; the wrapper `gymnasium.wrappers.ClipAction` cuts it.
 
     | `action`   | 0                         | 1                         | 2                      | lasts |
     |------------|---------------------------|---------------------------|------------------------|-------|
     | "wrench"   | force, object x: 100 N    | force, object y: 100 N    | torque: 40 N m         | 50 ms |
     | "velocity" | gripper, world x: 0.3 m/s | gripper, world y: 0.3 m/s | spin: 0.6 rad/s        | 50 ms |
     | "push"     | where: pi rad             | lean: pi/3 rad            | speed: 0.15 + 0.15 m/s | 1 s   |
+    | "regrasp"  | as "wrench"               | as "wrench"               | as "wrench"            | 50 ms |
+
+    | `action`   | 3                         | 4                         | 5                            |
+    |------------|---------------------------|---------------------------|------------------------------|
+    | "regrasp"  | next x: half the length   | next y: half the width    | above 0: let go and go there |
 
     - A wrench acts where the gripper holds the object; it is reached within 20 ms and kept.
     - A velocity is reached evenly over the 50 ms. The gripper holds the object through a compliant coupling
@@ -53,6 +58,11 @@ class Push(gym.Env[Observation, Action]):
     - A push touches the rim of the object with a round tip of 2 cm: `where` is the direction from the mass
       centre, object frame; the tip moves along the inward normal, turned left by `lean`. It presses with at
       most 100 N, rubs (friction 0.5) and may slip. After 0.8 s it is withdrawn.
+    - Regrasping, the gripper lets go at once and takes 1 s, in whole actions, straight to the next place: the
+      point at these shares of half the object's sides from the middle of its bounding box, or the nearest of
+      the object's points if that lies beside it. Meanwhile no wrench acts, the object moves on by itself, and
+      actions are ignored, a wish to go elsewhere too; each lasts 50 ms as ever. Observations say where the
+      gripper is; once it is there, the next action's wrench rises from zero.
 
     ## Observation Space
     `Box(float64)`, world frame unless it says otherwise. An instrument at the end of its scale reads the
@@ -68,7 +78,7 @@ class Push(gym.Env[Observation, Action]):
     | 9-10  | cosine and sine of the goal heading                     | 1     | -     | -          |
     | 11-12 | wrist sensor: force on the object, gripper axes, tared  | 120   | N     | 0.4 N      |
     | 13    | wrist sensor: torque about the gripper, tared           | 43    | N m   | 0.05 N m   |
-    | 14-15 | where the gripper holds or touches, object frame        | 1.5   | m     | -          |
+    | 14-15 | where the gripper is, holds or touches, object frame    | 1.5   | m     | -          |
 
     Two more follow where `object` may be any of several: half the object's length and width (m). Then
     comes what a task adds, all within 3 (m, or cosine and sine). Gripper axes are the object's; for a push,
@@ -94,7 +104,7 @@ class Push(gym.Env[Observation, Action]):
     after a reset.
 
     ## Arguments
-    - `action` ("wrench"): "wrench", "velocity" or "push"
+    - `action` ("wrench"): "wrench", "velocity", "push" or "regrasp"
     - `object` ("office_table"): one of `trundle.envs.HOUSEHOLD`, an object's file, "random" (made up anew),
       "household" (any of the ten), or a sequence of these, of which one is drawn
     - `hidden` ("wheels"): what is hidden, drawn with each object
@@ -162,7 +172,7 @@ class Push(gym.Env[Observation, Action]):
         self.ACTION_SCALE = np.array(self._native.full)
         """What a full action stands for."""
         self.metadata = {**self.metadata, "render_fps": max(1, round(1 / self._native.control))}
-        self.action_space = gym.spaces.Box(-1.0, 1.0, (3,), np.float32)
+        self.action_space = gym.spaces.Box(-1.0, 1.0, self.ACTION_SCALE.shape, np.float32)
         bounds = np.array(self._native.bounds)
         self.observation_space = gym.spaces.Box(-bounds, bounds, dtype=np.float64)
         self.reveals = False

@@ -11,6 +11,9 @@ use super::{Finding, Severity};
 /// Spread of a firm grasp in the object frame that noise and streams out of step explain: standard deviations, and
 /// share of the object's size.
 const SLIP: (f64, f64) = (8.0, 0.03);
+/// A reading of so many standard deviations is felt; what feels nothing for so long, s, may hold elsewhere afterwards.
+const FELT: f64 = 6.0;
+const APART: f64 = 0.5;
 /// How far outside of the footprint a gripper reaches the object, in its sizes.
 const REACH: f64 = 1.0;
 
@@ -24,6 +27,22 @@ fn held_at(look: &Look) -> Vec<[f64; 3]> {
     look.prepared.wrench.iter().filter(|w| w.t >= look.prepared.contact).map(|w| w.frame).collect()
 }
 
+/// The same of each time that it holds and is felt: one that has let go is free to move.
+fn held_each(subject: &Subject, look: &Look) -> Vec<Vec<[f64; 3]>> {
+    let noise = &subject.dataset.noise;
+    let felt =
+        |[x, y, torque]: [f64; 3]| x.hypot(y) > FELT * noise.force || torque.abs() > FELT * noise.torque;
+    let (mut holds, mut last) = (vec![], f64::NEG_INFINITY);
+    for w in look.prepared.wrench.iter().filter(|w| w.t >= look.prepared.contact && felt(w.reading)) {
+        if w.t - last > APART {
+            holds.push(vec![]);
+        }
+        last = w.t;
+        holds.last_mut().into_iter().for_each(|hold| hold.push(w.frame));
+    }
+    holds
+}
+
 /// A gripper that is said to grasp but wanders on the object.
 pub(crate) fn slip(subject: &Subject) -> Vec<Finding> {
     if !at_gripper(subject) || subject.meta.wrench.contact != Contact::Grasp {
@@ -33,12 +52,12 @@ pub(crate) fn slip(subject: &Subject) -> Vec<Finding> {
 }
 
 fn slips(subject: &Subject, look: &Look) -> Option<Finding> {
-    let frames = held_at(look);
-    let spread = |k: usize| {
+    let spread = |frames: &[[f64; 3]], k: usize| {
         let values = || frames.iter().map(|f| f[k]);
         Some(quantile(values(), 0.95)? - quantile(values(), 0.05)?)
     };
-    let wander = spread(0)?.hypot(spread(1)?);
+    let wanders = |frames: &Vec<[f64; 3]>| Some(spread(frames, 0)?.hypot(spread(frames, 1)?));
+    let wander = held_each(subject, look).iter().filter_map(wanders).reduce(f64::max)?;
     let sd = subject.dataset.noise.pose;
     let arm = sd[2] * subject.size; // the heading's noise moves the grasp too
     let explained = (SLIP.0 * (sd[0].max(sd[1]) + arm)).max(SLIP.1 * subject.size);

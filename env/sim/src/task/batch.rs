@@ -5,6 +5,8 @@ use std::sync::{Arc, Mutex, PoisonError};
 use rayon::prelude::*;
 use rayon::{ThreadPool, ThreadPoolBuilder};
 
+#[cfg(doc)]
+use super::Mode;
 use super::{Options, Outcome, Pushing, Reset};
 use crate::SimError;
 
@@ -33,6 +35,7 @@ pub struct Rows<'a> {
 pub struct Batch {
     envs: Vec<Pushing>,
     entries: usize,
+    width: usize,
     autoreset: Autoreset,
 }
 
@@ -45,8 +48,8 @@ impl Batch {
     /// # Errors
     /// When an option makes no sense.
     pub fn new(options: Options, count: usize, autoreset: Autoreset) -> Result<Self, SimError> {
-        let entries = options.entries();
-        Ok(Self { envs: vec![Pushing::new(options)?; count], entries, autoreset })
+        let (entries, width) = (options.entries(), options.action.width());
+        Ok(Self { envs: vec![Pushing::new(options)?; count], entries, width, autoreset })
     }
 
     /// The environments.
@@ -99,23 +102,28 @@ impl Batch {
         results.into_iter().enumerate().try_for_each(named)
     }
 
+    /// Entries of each environment's action.
+    pub fn width(&self) -> usize {
+        self.width
+    }
+
     /// Whether every environment has an episode under way, or will have without being asked.
     pub fn ready(&self) -> bool {
         let waits = |env: &Pushing| self.autoreset == Autoreset::NextStep && env.room().is_some();
         self.envs.iter().all(|env| env.ready() || waits(env))
     }
 
-    /// Step all; `actions` has three numbers in [−1, 1] for each.
+    /// Step all; `actions` has [`Mode::width`] numbers in [−1, 1] for each.
     ///
     /// # Errors
     /// When a new episode cannot begin.
     pub fn step(&mut self, actions: &[f64], rows: Rows<'_>) -> Result<(), SimError> {
-        let (entries, autoreset) = (self.entries, self.autoreset);
+        let Self { entries, width, autoreset, .. } = *self;
         let Rows { observations, finals, outcomes } = rows;
         let envs = &mut self.envs;
         if envs.len() <= SHARE {
             let rows = observations.chunks_mut(entries).zip(finals.chunks_mut(entries)).zip(outcomes);
-            let all = envs.iter_mut().zip(actions.chunks(3)).zip(rows);
+            let all = envs.iter_mut().zip(actions.chunks(width)).zip(rows);
             return all.into_iter().try_for_each(|((env, action), ((row, last), outcome))| {
                 one(autoreset, env, action, row, last, outcome)
             });
@@ -123,8 +131,13 @@ impl Batch {
         on_threads(|| {
             let rows = (observations.par_chunks_mut(entries), finals.par_chunks_mut(entries), outcomes);
             let (observations, finals, outcomes) = rows;
-            let all =
-                (envs.par_iter_mut(), actions.par_chunks(3), observations, finals, outcomes.par_iter_mut());
+            let all = (
+                envs.par_iter_mut(),
+                actions.par_chunks(width),
+                observations,
+                finals,
+                outcomes.par_iter_mut(),
+            );
             all.into_par_iter().with_min_len(SHARE).try_for_each(|(env, action, row, last, outcome)| {
                 one(autoreset, env, action, row, last, outcome)
             })
@@ -142,7 +155,6 @@ fn one(
     outcome: &mut Outcome,
 ) -> Result<(), SimError> {
     *outcome = Outcome::default();
-    let action = [0, 1, 2].map(|k| action.get(k).copied().unwrap_or(0.0));
     match env.step(action)? {
         Some(result) => *outcome = result,
         None => env.reset(None, &Reset::default())?,

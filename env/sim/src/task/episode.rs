@@ -57,8 +57,17 @@ pub struct Episode {
     mover: Mover,
     /// The plant with what only instruments see, where there is any.
     instrumented: Option<Arc<Plant<f64>>>,
-    arm: Arm,
     progress: Option<Progress>,
+    sensor: Sensor,
+    tracker: Tracker,
+    recorder: Option<Instruments>,
+    now: Now,
+}
+
+/// What changes from step to step, but for the object and its progress along a path.
+#[derive(Clone, Serialize, Deserialize)]
+struct Now {
+    arm: Arm,
     tick: u32,
     steps: u32,
     /// What the wrist feels, gripper axes, without noise.
@@ -70,9 +79,6 @@ pub struct Episode {
     tracked: [f64; 3],
     ended: bool,
     noise: ChaCha8Rng,
-    sensor: Sensor,
-    tracker: Tracker,
-    recorder: Option<Instruments>,
     /// Mean wrench of the last step, object axes; for the recorder alone.
     before: [f64; 3],
     /// Velocity of the gripper in the last step, world axes, m/s.
@@ -83,18 +89,8 @@ pub struct Episode {
 #[derive(Serialize, Deserialize)]
 pub struct Saved {
     motion: Motion,
-    arm: Arm,
     done: f64,
-    tick: u32,
-    steps: u32,
-    felt: [f64; 3],
-    past: VecDeque<[f64; 3]>,
-    tare: [f64; 3],
-    tracked: [f64; 3],
-    ended: bool,
-    noise: ChaCha8Rng,
-    before: [f64; 3],
-    going: [f64; 2],
+    now: Now,
 }
 
 impl Episode {
@@ -126,50 +122,40 @@ impl Episode {
         let samples = (sensor.rate * sensor.precontact).sqrt();
         let tare = blur([0.0; 3], sensor.noise().map(|sd| sd / samples), &mut noise);
         let progress = (options.task == Goal::Path).then(|| Progress::new(room.path.clone()));
-        let mut episode = Self {
-            arm: Arm::new(options.action, grasp, room.start),
+        let now = Now {
+            arm: Arm::new(&options, grasp, room.start),
+            tick: 0,
+            steps: 0,
+            felt: [0.0; 3],
+            past: VecDeque::new(),
+            tare,
             tracked: room.start,
+            ended: false,
+            noise,
+            before: [0.0; 3],
+            going: [0.0; 2],
+        };
+        let mut episode = Self {
             options,
             thing,
             room: Arc::new(room),
             mover,
             instrumented: instrumented.then(|| Arc::new(whole)),
             progress,
-            tick: 0,
-            steps: 0,
-            felt: [0.0; 3],
-            past: VecDeque::new(),
-            tare,
-            ended: false,
-            noise,
             sensor,
             tracker,
             recorder,
-            before: [0.0; 3],
-            going: [0.0; 2],
+            now,
         };
-        episode.felt = episode.read([0.0; 3], &episode.held(), [0.0; 2], episode.clock(0.0));
+        episode.now.felt = episode.read([0.0; 3], &episode.held(), [0.0; 2], episode.clock(0.0));
         episode.wait_for_contact();
         Ok(episode)
     }
 
     /// All that changes.
     pub fn save(&self) -> Saved {
-        Saved {
-            motion: self.mover.save(),
-            arm: self.arm.clone(),
-            done: self.progress.as_ref().map_or(0.0, |p| p.done),
-            tick: self.tick,
-            steps: self.steps,
-            felt: self.felt,
-            past: self.past.clone(),
-            tare: self.tare,
-            tracked: self.tracked,
-            ended: self.ended,
-            noise: self.noise.clone(),
-            before: self.before,
-            going: self.going,
-        }
+        let done = self.progress.as_ref().map_or(0.0, |p| p.done);
+        Saved { motion: self.mover.save(), done, now: self.now.clone() }
     }
 
     /// Put everything as it was saved.
@@ -177,21 +163,17 @@ impl Episode {
     /// # Errors
     /// As [`Episode::new`].
     pub fn load(&mut self, saved: Saved) -> Result<(), SimError> {
-        let Saved { motion, arm, done, tick, steps, felt, past, tare, tracked, ended, noise, before, going } =
-            saved;
-        (self.before, self.going) = (before, going);
-        self.mover.load(motion)?;
+        self.mover.load(saved.motion)?;
         if let Some(progress) = &mut self.progress {
-            progress.done = done;
+            progress.done = saved.done;
         }
-        (self.arm, self.tick, self.steps, self.felt, self.past) = (arm, tick, steps, felt, past);
-        (self.tare, self.tracked, self.ended, self.noise) = (tare, tracked, ended, noise);
+        self.now = saved.now;
         Ok(())
     }
 
     /// Whether it is over.
     pub fn ended(&self) -> bool {
-        self.ended
+        self.now.ended
     }
 
     /// Record no more.
@@ -208,60 +190,61 @@ impl Episode {
     }
 
     pub fn arm(&self) -> &Arm {
-        &self.arm
+        &self.now.arm
     }
 
     /// True poses of object, goal and gripper in the world, and the wrench at the gripper.
     pub fn view(&self) -> [[f64; 3]; 4] {
         let object = self.mover.state().pose;
-        [object, self.target(), self.arm.pose(object), self.felt]
+        [object, self.target(), self.now.arm.pose(object), self.now.felt]
     }
 
     /// Act on the object until the next action is due.
     ///
     /// # Errors
     /// Never, as far as is known: see [`Mover::step`].
-    pub fn step(&mut self, target: [f64; 3]) -> Result<Outcome, SimError> {
+    pub fn step(&mut self, target: [f64; WIDEST]) -> Result<Outcome, SimError> {
         let (dt, ticks) = (self.options.step, self.options.ticks());
         let whole = f64::from(ticks) * dt;
-        self.arm.command(target, &self.thing, self.mover.state().pose);
+        let jumps = self.now.arm.command(target, &self.thing, self.mover.state().pose);
+        let holds = self.now.arm.holds();
         let (mut touched, mut sum, mut pressed) = (false, [0.0; 3], 0u32);
         for k in 0..ticks {
-            let (since_contact, t) = (f64::from(self.tick) * dt, f64::from(k) * dt);
+            let (since_contact, t) = (f64::from(self.now.tick) * dt, f64::from(k) * dt);
             let clock = self.clock(since_contact);
             let rigid = self.mover.rigid(clock);
             let reads = self.instrumented.is_some() || self.options.action == Mode::Push || k + 1 == ticks;
             // Where they are before the push: most steps nobody looks.
             let at = (reads || self.recorder.is_some()).then(|| self.held());
-            let wrench = self.arm.push([t, whole, dt], &self.thing.body, &rigid, self.mover.state());
-            let instant = self.arm.instant(t, whole);
+            let wrench = self.now.arm.push([t, whole, dt], &self.thing.body, &rigid, self.mover.state());
+            let instant = self.now.arm.instant(t, whole);
             self.mover.step(wrench, clock, dt)?;
             if let Some(at) = at {
-                // A tip that is put elsewhere between two pushes has not been accelerated.
-                let jumps = k == 0 && !self.arm.holds();
-                let accel = self.accelerated(&at, jumps);
-                let shown = instant.unwrap_or([0, 1, 2].map(|k| (self.before[k] + wrench[k]) / 2.0));
+                let accel = self.accelerated(&at, jumps && k == 0);
+                let shown = instant.unwrap_or([0, 1, 2].map(|k| (self.now.before[k] + wrench[k]) / 2.0));
                 self.look(shown, &at, accel, clock);
-                self.felt = self.read(wrench, &at, accel, clock);
+                self.now.felt = self.read(wrench, &at, accel, clock);
             }
-            self.before = wrench;
+            self.now.before = wrench;
             touched |= self.mover.touching();
-            self.tick += 1;
+            self.now.tick += 1;
             if t < MOVING * whole {
                 pressed += 1;
-                sum = [0, 1, 2].map(|k| sum[k] + self.felt[k]);
+                sum = [0, 1, 2].map(|k| sum[k] + self.now.felt[k]);
             }
         }
         match self.options.action {
             // Once risen, the wrench is what was asked for, to the last bit.
-            Mode::Wrench if self.instrumented.is_none() => self.felt = target,
+            Mode::Wrench | Mode::Regrasp if holds && self.instrumented.is_none() => {
+                self.now.felt = [0, 1, 2].map(|k| target[k]);
+            }
             // After a push nothing touches: what is told is the mean of the push.
-            Mode::Push => self.felt = sum.map(|s| s / f64::from(pressed.max(1))),
+            Mode::Push => self.now.felt = sum.map(|s| s / f64::from(pressed.max(1))),
             _ => {}
         }
-        self.steps += 1;
+        self.now.steps += 1;
         let outcome = self.judge(touched);
-        self.ended = outcome.terminated || outcome.truncated;
+        self.now.ended = outcome.terminated || outcome.truncated;
         Ok(outcome)
     }
 
@@ -270,15 +253,15 @@ impl Episode {
         let State { pose, twist, .. } = *self.mover.state();
         let seen = self.instrumented.as_ref().map_or(pose, |plant| self.tracker.sees(pose, plant));
         let scale = self.options.noise;
-        let pose = blur(seen, self.tracker.noise, &mut self.noise);
-        if self.options.drop_out == 0.0 || self.noise.random::<f64>() >= self.options.drop_out {
-            self.tracked = pose;
+        let pose = blur(seen, self.tracker.noise, &mut self.now.noise);
+        if self.options.drop_out == 0.0 || self.now.noise.random::<f64>() >= self.options.drop_out {
+            self.now.tracked = pose;
         }
-        let [x, y, theta] = self.tracked;
-        let [vx, vy, spin] = blur(twist, TWIST_NOISE.map(|sd| sd * scale), &mut self.noise);
-        let [fx, fy, torque] = blur(self.felt, self.sensor.noise(), &mut self.noise);
-        let [bx, by, bz] = self.tare;
-        let ([gx, gy, gtheta], [px, py, _]) = (self.target(), self.arm.grasp);
+        let [x, y, theta] = self.now.tracked;
+        let [vx, vy, spin] = blur(twist, TWIST_NOISE.map(|sd| sd * scale), &mut self.now.noise);
+        let [fx, fy, torque] = blur(self.now.felt, self.sensor.noise(), &mut self.now.noise);
+        let [bx, by, bz] = self.now.tare;
+        let ([gx, gy, gtheta], [px, py, _]) = (self.target(), self.now.arm.grasp);
         let ((sin, cos), (gsin, gcos)) = (theta.sin_cos(), gtheta.sin_cos());
         let common =
             [x, y, cos, sin, vx, vy, spin, gx, gy, gcos, gsin, fx - bx, fy - by, torque - bz, px, py];
@@ -335,7 +318,7 @@ impl Episode {
         let lost = !inside;
         let success = !lost && to_goal < reach && facing.abs() < close && speed < STANDSTILL;
         let terminated = lost || (success && ends);
-        let truncated = horizon > 0 && self.steps >= horizon && !terminated;
+        let truncated = horizon > 0 && self.now.steps >= horizon && !terminated;
         let cost = distance + HEADING_COST * heading_error.abs() + if touched { TOUCH_COST } else { 0.0 };
         let reward = gained - self.options.control() * cost - if lost { LOSS } else { 0.0 };
         Outcome { reward, terminated, truncated, success, lost, touched, distance, heading_error, progress }
@@ -356,23 +339,23 @@ impl Episode {
 
     fn clock(&self, since_contact: f64) -> Clock {
         let dt = self.options.step;
-        let [x, y, _] = self.arm.grasp;
+        let [x, y, _] = self.now.arm.grasp;
         Clock { t: since_contact + dt / 2.0, dt, grasp: [x, y], ..Clock::since_contact(since_contact) }
     }
 
     /// Where object and gripper are.
     fn held(&self) -> Held {
         let object = self.mover.state().pose;
-        Held { object, gripper: self.arm.pose(object), frame: self.arm.frame(object) }
+        Held { object, gripper: self.now.arm.pose(object), frame: self.now.arm.frame(object) }
     }
 
     /// Acceleration of the gripper since it was `at` a place, world axes, m/s².
     fn accelerated(&mut self, at: &Held, jumps: bool) -> [f64; 2] {
         let dt = self.options.step;
-        let next = self.arm.pose(self.mover.state().pose);
+        let next = self.now.arm.pose(self.mover.state().pose);
         let going = [0, 1].map(|k| (next[k] - at.gripper[k]) / dt);
-        let coming = if jumps { going } else { self.going };
-        self.going = going;
+        let coming = if jumps { going } else { self.now.going };
+        self.now.going = going;
         [0, 1].map(|k| (going[k] - coming[k]) / dt)
     }
 
@@ -383,11 +366,11 @@ impl Episode {
         let felt = Felt { wrench, frame: at.frame, accel: [ax, ay] };
         let read = Sensor { offset: [0.0; 3], ..self.sensor }.reading(&felt, plant, clock);
         let late = plant.delay().map_or(0.0, |delay| delay.max(0.0) / self.options.step).round() as usize;
-        self.past.push_back(read);
-        while self.past.len() > late + 1 {
-            self.past.pop_front();
+        self.now.past.push_back(read);
+        while self.now.past.len() > late + 1 {
+            self.now.past.pop_front();
         }
-        self.past.front().copied().unwrap_or(read)
+        self.now.past.front().copied().unwrap_or(read)
     }
 
     fn look(&mut self, wrench: [f64; 3], at: &Held, accel: [f64; 2], clock: Clock) {
@@ -406,7 +389,7 @@ impl Episode {
 
     /// What moves as one now.
     pub fn rigid(&self) -> Rigid<f64> {
-        self.mover.rigid(self.clock(f64::from(self.tick) * self.options.step))
+        self.mover.rigid(self.clock(f64::from(self.now.tick) * self.options.step))
     }
 }
 

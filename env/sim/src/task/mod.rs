@@ -20,6 +20,7 @@ use trundle_record::{Contact, Metadata, Obstacle};
 
 use crate::{Instruments, Row, SimError, simulate};
 use episode::Episode;
+use rules::WIDEST;
 
 pub use batch::{Autoreset, Batch, Rows};
 pub use episode::Outcome;
@@ -164,16 +165,21 @@ impl Pushing {
         self.episode.as_ref().is_some_and(|(_, episode)| !episode.ended())
     }
 
-    /// Act until the next action is due; each entry of `action` lies in [−1, 1]. `None` without an episode under way.
+    /// Act until the next action is due; each entry of `action` lies in [−1, 1], and there are [`Mode::width`] of them.
+    /// `None` without an episode under way.
     ///
     /// # Errors
     /// Never, as far as is known.
-    pub fn step(&mut self, action: [f64; 3]) -> Result<Option<Outcome>, SimError> {
+    pub fn step(&mut self, action: &[f64]) -> Result<Option<Outcome>, SimError> {
         let full = self.options.action.full();
         let Some((_, episode)) = self.episode.as_mut().filter(|(_, episode)| !episode.ended()) else {
             return Ok(None);
         };
-        episode.step([0, 1, 2].map(|k| action[k] * full[k])).map(Some)
+        let mut target = [0.0; WIDEST];
+        for (entry, (share, full)) in target.iter_mut().zip(action.iter().zip(full)) {
+            *entry = share * full;
+        }
+        episode.step(target).map(Some)
     }
 
     /// Tell what the agent sees, [`Options::entries`] numbers; nothing before the first reset. Noise is drawn anew.

@@ -31,16 +31,24 @@ pub enum Mode {
     Velocity,
     /// A push: where the tip touches, which way it leans, how fast.
     Push,
+    /// As `Wrench`; then where to hold next, as shares of half the object's sides, and whether to let go and go there.
+    Regrasp,
 }
 
 impl Mode {
     /// What a full action stands for.
-    pub fn full(self) -> [f64; 3] {
+    pub fn full(self) -> &'static [f64] {
         match self {
-            Self::Wrench => FULL_WRENCH,
-            Self::Velocity => FULL_VELOCITY,
-            Self::Push => FULL_PUSH,
+            Self::Wrench => &FULL_WRENCH,
+            Self::Velocity => &FULL_VELOCITY,
+            Self::Push => &FULL_PUSH,
+            Self::Regrasp => &FULL_REGRASP,
         }
+    }
+
+    /// Entries of an action.
+    pub fn width(self) -> usize {
+        self.full().len()
     }
 }
 
@@ -142,6 +150,12 @@ impl Options {
     /// Time from one action to the next, s.
     pub fn control(&self) -> f64 {
         f64::from(self.ticks()) * self.step
+    }
+
+    /// Simulation steps that the gripper takes from one place on the object to another: whole actions.
+    pub fn travel(&self) -> u32 {
+        let actions = (REGRASP / self.control()).round().max(1.0);
+        actions as u32 * self.ticks()
     }
 
     /// Whether episodes are of different objects.

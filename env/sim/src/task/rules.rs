@@ -10,6 +10,8 @@ pub const PUSH: f64 = 1.0;
 pub const MOVING: f64 = 0.8;
 /// Time in which the arm brings the wrench from one action to the next, s.
 pub const RISE: f64 = 0.02;
+/// Time that the gripper takes from one place on the object to another, s.
+pub const REGRASP: f64 = 1.0;
 
 /// Wrist readings per second: every bend of the wrench falls on one, so that straight lines between
 /// readings are the wrench that acted.
@@ -17,6 +19,9 @@ pub const SENSOR_RATE: f64 = 200.0;
 
 /// Wrench of a full action, gripper axes (those of the object), `[N, N, N·m]`; also what the arm can do at most.
 pub const FULL_WRENCH: [f64; 3] = [100.0, 100.0, 40.0];
+/// The same where it can take hold elsewhere, and how far from the middle of the bounds: half a side, along x and along y.
+/// The last entry only asks.
+pub const FULL_REGRASP: [f64; WIDEST] = [FULL_WRENCH[0], FULL_WRENCH[1], FULL_WRENCH[2], 1.0, 1.0, 1.0];
 /// Velocity of a full action, world axes, `[m/s, m/s, rad/s]`.
 pub const FULL_VELOCITY: [f64; 3] = [0.3, 0.3, 0.6];
 /// A full push: which way from the mass centre the tip touches, rad; how the push leans from the inward normal, rad;
@@ -53,5 +58,7 @@ pub const COMMON: usize = 16;
 /// Their largest magnitude: beyond it an instrument is at the end of its scale.
 pub const BOUNDS: [f64; COMMON] =
     [3.0, 3.0, 1.0, 1.0, 4.0, 4.0, 7.0, 3.0, 3.0, 1.0, 1.0, 120.0, 120.0, 43.0, 1.5, 1.5];
+/// No action has more entries.
+pub const WIDEST: usize = 6;
 /// Largest magnitude of what an observation says of sizes and places, m.
 pub const ROOM: f64 = 3.0;

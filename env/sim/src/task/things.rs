@@ -69,6 +69,15 @@ impl Thing {
         self.rim(std::f64::consts::PI)
     }
 
+    /// The point at these shares of half its sides from the middle of its bounds, or the nearest of its points, object
+    /// frame, m.
+    pub fn place(&self, shares: [f64; 2]) -> [f64; 2] {
+        let [low, high] = self.body.bounds();
+        let place = [0, 1].map(|k| (low[k] + high[k]) / 2.0 + shares[k] * (high[k] - low[k]) / 2.0);
+        let (beside, way) = self.body.outside(place);
+        [0, 1].map(|k| place[k] - beside * way[k])
+    }
+
     /// The outermost point of the rim at this angle about the mass centre, object frame, m.
     pub fn rim(&self, angle: f64) -> [f64; 2] {
         let (sin, cos) = angle.sin_cos();
