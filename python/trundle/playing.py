@@ -13,9 +13,12 @@ from numpy.typing import NDArray
 
 from trundle._native import TrundleError
 from trundle.agent import AdaptiveAgent
+from trundle.learning.policy import Policy, load
 
-__all__ = ["Film", "play"]
+__all__ = ["Film", "chosen", "play"]
 
+OWN = ("random", "adaptive")
+"""Agents that need no file."""
 HELD = 0.5
 """Time for which a random action is kept, s: a force that changes faster moves nothing."""
 LARGEST = 0.4
@@ -68,8 +71,23 @@ class Film:
             part.unlink(missing_ok=True)
 
 
+def chosen(agent: str) -> str | Policy:
+    """Return who plays: the name of one of trundle's own, or a trained policy from its file.
+
+    Raises
+    ------
+    TrundleError
+        If it is neither.
+    """
+    if agent in OWN:
+        return agent
+    if not agent.endswith(".npz"):
+        raise TrundleError(f"--agent {agent}: choose {', '.join(OWN)} or a policy's file.npz")
+    return load(agent)
+
+
 def play(
-    env: gym.Env[Any, Any], agent: str, episodes: int, seed: int, film: Film | None = None
+    env: gym.Env[Any, Any], agent: str | Policy, episodes: int, seed: int, film: Film | None = None
 ) -> Iterator[str]:
     """Play episodes and yield how each ended, in a line.
 
@@ -77,8 +95,8 @@ def play(
     ----------
     env : gymnasium.Env
         A flat pushing environment.
-    agent : {"random", "adaptive"}
-        Who plays.
+    agent : {"random", "adaptive"} or Policy
+        Who plays; `chosen` returns it.
     episodes : int
         How many; the first begins from `seed`, the others go on from there.
     seed : int
@@ -105,20 +123,36 @@ def play(
         yield _line(info, gained, steps * unwrapped.control)
 
 
-def _player(env: gym.Env[Any, Any], agent: str, seed: int) -> Any:
+def _player(env: gym.Env[Any, Any], agent: str | Policy, seed: int) -> Any:
+    if isinstance(agent, Policy):
+        return Trained(agent)
     if agent == "adaptive":
         adaptive = AdaptiveAgent(env, seed=seed)
         return lambda seen, step: adaptive.predict(seen, episode_start=step == 0)[0]
     random = np.random.default_rng(seed)
     held = max(1, round(HELD * env.metadata["render_fps"]))
     kept: list[NDArray[np.float32]] = []
+    shape = env.action_space.shape
 
     def act(_: Any, step: int) -> NDArray[np.float32]:
         if step % held == 0:
-            kept[:] = [random.uniform(-LARGEST, LARGEST, 3).astype(np.float32)]
+            kept[:] = [random.uniform(-LARGEST, LARGEST, shape).astype(np.float32)]
         return kept[0]
 
     return act
+
+
+class Trained:
+    """A policy with what it has seen of the episode."""
+
+    def __init__(self, policy: Policy) -> None:
+        self._policy = policy
+        self._state: Any = None
+
+    def __call__(self, seen: Any, step: int) -> NDArray[np.float32]:
+        """Return the next action."""
+        action, self._state = self._policy.predict(seen, self._state, episode_start=step == 0)
+        return action
 
 
 def _line(info: dict[str, Any], gained: float, seconds: float) -> str:

@@ -37,8 +37,8 @@ def one_thread() -> Iterator[None]:
     torch.set_num_threads(before)
 
 
-def random_actions(count: int, steps: int) -> NDArray[np.float32]:
-    return np.random.default_rng(0).uniform(-1, 1, (steps, count, 3)).astype(np.float32)
+def random_actions(count: int, steps: int, width: int = 3) -> NDArray[np.float32]:
+    return np.random.default_rng(0).uniform(-1, 1, (steps, count, width)).astype(np.float32)
 
 
 def same(one: Any, other: Any) -> bool:
@@ -50,7 +50,7 @@ def same(one: Any, other: Any) -> bool:
 
 
 @pytest.mark.parametrize("env_id", [POSE, GOAL, "trundle/PushPath-v0", "trundle/PushDoorGoal-v0"])
-@pytest.mark.parametrize("action", ["wrench", "push"])
+@pytest.mark.parametrize("action", ["wrench", "push", "regrasp"])
 def test_it_tells_what_make_vec_env_tells(env_id: str, action: str) -> None:
     options = {"action": action, "horizon": 40}
     batch = SB3VecEnv.make(env_id, 3, **options)
@@ -61,7 +61,7 @@ def test_it_tells_what_make_vec_env_tells(env_id: str, action: str) -> None:
     assert same(batch.reset(), singles.reset())
     assert batch.reset_infos == singles.reset_infos
     ends = 0
-    for actions in random_actions(3, 100):
+    for actions in random_actions(3, 100, 6 if action == "regrasp" else 3):
         observations, rewards, dones, infos = batch.step(actions)
         expected = singles.step(actions)
         for own, other in zip((observations, rewards, dones), expected, strict=False):

@@ -30,7 +30,7 @@ def one_thread() -> Iterator[None]:
     torch.set_num_threads(before)
 
 
-@pytest.mark.parametrize("action", ["wrench", "velocity", "push"])
+@pytest.mark.parametrize("action", ["wrench", "velocity", "push", "regrasp"])
 @pytest.mark.parametrize("env_id", REGISTERED)
 def test_all_pass_the_check_without_a_warning(env_id: str, action: str) -> None:
     with warnings.catch_warnings():

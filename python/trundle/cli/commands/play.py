@@ -17,6 +17,8 @@ from trundle.cli.options import add_seed
 if TYPE_CHECKING:
     import gymnasium
 
+    from trundle.learning.policy import Policy
+
 HELP = "Play episodes of an environment: print how they end, animate them, keep them as a recording."
 EXAMPLE = "trundle play PushDoor --set action=velocity --episodes 3 --gif door.gif --out recordings/door"
 
@@ -29,9 +31,10 @@ def add_arguments(parser: argparse.ArgumentParser) -> None:
     parser.add_argument("--episodes", type=int, default=1, help="how many (default: 1)")
     parser.add_argument(
         "--agent",
-        choices=("random", "adaptive"),
+        metavar="AGENT",
         default="random",
-        help="random: a new action each half second; adaptive: trundle.AdaptiveAgent (LockedWheel, PushPose)",
+        help="random: a new action each half second (default); adaptive: trundle.AdaptiveAgent; or a FILE "
+        "(.npz) that `trundle train` wrote, which brings the arguments of its environment",
     )
     parser.add_argument(
         "--set",
@@ -51,12 +54,13 @@ def add_arguments(parser: argparse.ArgumentParser) -> None:
 
 def run(args: argparse.Namespace) -> int:
     """Play, and say how each episode ended."""
-    from trundle.playing import Film, play
+    from trundle.playing import Film, chosen, play
 
-    env = _made(args)
+    agent = chosen(args.agent)
+    env = _made(args, agent)
     film = Film(args.gif) if args.gif else None
     try:
-        for number, ended in enumerate(play(env, args.agent, args.episodes, args.seed, film)):
+        for number, ended in enumerate(play(env, agent, args.episodes, args.seed, film)):
             print(f"episode {number}: {ended}")
     finally:
         env.close()
@@ -68,7 +72,7 @@ def run(args: argparse.Namespace) -> int:
     return 0
 
 
-def _made(args: argparse.Namespace) -> gymnasium.Env[Any, Any]:
+def _made(args: argparse.Namespace, agent: str | Policy) -> gymnasium.Env[Any, Any]:
     import gymnasium
 
     import trundle
@@ -77,8 +81,11 @@ def _made(args: argparse.Namespace) -> gymnasium.Env[Any, Any]:
     if args.task not in known:
         raise trundle.TrundleError(f"TASK = {args.task}: choose {', '.join(known)}")
     mode = "human" if args.human else "rgb_array" if args.gif else None
+    name, trained = f"trundle/{args.task}-v0", {} if isinstance(agent, str) else agent.about.env_kwargs
+    if not isinstance(agent, str) and agent.about.env != name:
+        raise trundle.TrundleError(f"--agent {args.agent}: this policy was trained in {agent.about.env}")
     try:
-        env = gymnasium.make(f"trundle/{args.task}-v0", render_mode=mode, **_arguments(args.set))
+        env = gymnasium.make(name, render_mode=mode, **{**trained, **_arguments(args.set)})
     except TypeError as error:
         raise trundle.TrundleError(f"--set {' '.join(args.set)}: {error}") from None
     return env if args.out is None else trundle.Record(env, args.out)

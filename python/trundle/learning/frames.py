@@ -1,0 +1,73 @@
+"""Observations as they look from the object: turned into its frame, the goal also closely."""
+
+from __future__ import annotations
+
+import numpy as np
+from numpy.typing import NDArray
+
+__all__ = ["FRAMES", "TASKS", "from_object", "seen", "width"]
+
+Array = NDArray[np.float64]
+
+FRAMES = ("world", "object")
+"""Frames in which a policy can be shown what is observed."""
+GOAL, TOWARDS = 7, 9
+"""Where an observation holds the goal's position and its heading, each two entries."""
+CLOSE = 0.1
+"""Offset (m or rad) at which the goal seen closely is half of what it can be."""
+CLOSELY = 3
+"""How many entries that adds."""
+TASKS: dict[str, tuple[tuple[int, ...], tuple[int, ...]]] = {
+    "trundle/PushPose-v0": ((), ()),
+    "trundle/LockedWheel-v0": ((), ()),
+    "trundle/PushPath-v0": ((-4, -2), ()),
+    "trundle/PushAround-v0": ((-6,), (-4,)),
+    "trundle/PushDoor-v0": ((-5,), (-3,)),
+}
+"""Where the task's own positions and directions begin, counted from the end of an observation."""
+
+
+def seen(observations: Array, task: str, frame: str) -> NDArray[np.float32]:
+    """Return observations of shape (n, entries) in a frame, float32 as networks take them."""
+    told = from_object(observations, task) if frame == "object" else observations
+    return np.asarray(told, dtype=np.float32)
+
+
+def width(entries: int, frame: str) -> int:
+    """Return how many entries an observation has in a frame."""
+    return entries + CLOSELY if frame == "object" else entries
+
+
+def from_object(observations: Array, task: str) -> Array:
+    """Return observations as they look from the object; nothing is lost.
+
+    Where the object's position stood is the world's origin, seen from the object; its heading stays, for
+    the two tell where the arena ends. The velocity, the goal and the task's own places are turned. At the end
+    the goal's place and heading stand once more, each divided by its size and 0.1 (m, rad): a network that
+    sees metres alone is slow to learn centimetres.
+
+    Parameters
+    ----------
+    observations : ndarray, shape (n, entries)
+        World frame, as the environment tells them.
+    task : str
+        The environment's id.
+    """
+    told = observations.copy()
+    place, cos, sin = observations[:, 0:2], observations[:, 2], observations[:, 3]
+    points, directions = TASKS[task]
+
+    def turned(vectors: Array) -> Array:
+        x, y = vectors[:, 0], vectors[:, 1]
+        return np.stack([cos * x + sin * y, cos * y - sin * x], axis=1)
+
+    told[:, 0:2] = turned(-place)
+    told[:, 4:6] = turned(observations[:, 4:6])
+    for k in (GOAL, *(observations.shape[1] + point for point in points)):
+        told[:, k : k + 2] = turned(observations[:, k : k + 2] - place)
+    for k in (TOWARDS, *(observations.shape[1] + way for way in directions)):
+        told[:, k : k + 2] = turned(observations[:, k : k + 2])
+    goal = told[:, GOAL : GOAL + 2]
+    turn = np.arctan2(told[:, TOWARDS + 1], told[:, TOWARDS])[:, None]
+    near = goal / (np.hypot(goal[:, :1], goal[:, 1:]) + CLOSE)
+    return np.concatenate([told, near, turn / (np.abs(turn) + CLOSE)], axis=1)

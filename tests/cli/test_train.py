@@ -1,0 +1,193 @@
+"""`trundle train`: a file that makes no sense is refused before anything is trained. Needs no torch."""
+
+import importlib.util
+from pathlib import Path
+from typing import Any
+
+import gymnasium as gym
+import numpy as np
+import pytest
+
+import trundle
+from trundle.cli import main
+from trundle.learning import policy
+from trundle.learning.config import read
+from trundle.learning.frames import from_object
+from trundle.learning.policy import About, Policy
+
+CONFIGS = sorted((Path(__file__).resolve().parents[2] / "configs" / "rl").glob("*.toml"))
+GOOD = """
+format = "trundle-train/1"
+algorithm = "PPO"
+env = "trundle/PushAround-v0"
+n_timesteps = 1000
+seeds = [1, 2]
+learning_rate = "lin_0.001"
+gamma = 1
+"""
+
+
+@pytest.mark.parametrize("file", CONFIGS, ids=lambda file: file.stem)
+def test_configurations_are_fair(file: Path) -> None:
+    settings = read(file)
+    least = {"PPO": 2_000_000, "SAC": 300_000}[settings.algorithm]
+    assert settings.n_timesteps >= least and len(settings.seeds) >= 3
+    # Comparisons have the seeds below 200000, trainings begin with those from a million on.
+    assert 200_000 <= settings.evaluation.first < 1_000_000 - settings.evaluation.episodes
+
+
+def test_policies_of_one_comparison_see_the_same_and_may_do_the_same() -> None:
+    around = [read(file) for file in CONFIGS if "pose" not in file.stem and "velocity" not in file.stem]
+    assert len(around) >= 3
+    assert len({(one.env, str(one.env_kwargs), one.frame, one.aids) for one in around}) == 1
+
+
+@pytest.mark.parametrize(
+    ("old", "new", "words"),
+    [
+        ("gamma = 1", "gama = 1", "unknown key 'gama'; known are"),
+        ("gamma = 1", "tau = 0.1", "unknown key 'tau'"),
+        ("gamma = 1", "hyperparameters = {gamma = 1}", "unknown key 'hyperparameters'"),
+        ("gamma = 1", 'gamma = "high"', "gamma = 'high': give a number"),
+        ("gamma = 1", "n_envs = 0", "n_envs = 0: give a whole number from 1 on"),
+        ("gamma = 1", "n_steps = true", "n_steps = True: give a whole number"),
+        ("gamma = 1", 'frame = "gripper"', "choose world, object"),
+        ("gamma = 1", 'policy_kwargs = {net_arch = ["wide"]}', "net_arch = ['wide']"),
+        ("gamma = 1", "policy_kwargs = {width = 3}", "unknown key '[policy_kwargs] width'"),
+        ("gamma = 1", "aids = {bonus = 3}", "unknown key '[aids] bonus'; known are success_bonus"),
+        ("gamma = 1", "evaluation = {episodes = 2.5}", "[evaluation] episodes = 2.5: give a whole number"),
+        ("gamma = 1", 'policy = "CnnPolicy"', "policy = 'CnnPolicy': choose MlpPolicy"),
+        ("n_timesteps = 1000", "", "'n_timesteps' is missing"),
+        ('"lin_0.001"', '"cos_0.001"', "learning_rate = 'cos_0.001'"),
+        ('"PPO"', '"TD3"', "algorithm = 'TD3': choose PPO, SAC"),
+        ("PushAround-v0", "PushSofa-v0", "choose trundle/PushPose-v0"),
+        ("[1, 2]", "[0]", "seeds = [0]"),
+        ("trundle-train/1", "trundle-train/9", 'must begin with format = "trundle-train/1"'),
+    ],
+)
+def test_what_makes_no_sense_is_named(
+    old: str, new: str, words: str, tmp_path: Path, capsys: pytest.CaptureFixture[str]
+) -> None:
+    file = tmp_path / "bad.toml"
+    file.write_text(GOOD.replace(old, new))
+    assert main(["train", str(file), "--out", str(tmp_path / "out")]) == 2
+    complaint = capsys.readouterr().err
+    assert str(file) in complaint and words in complaint
+    assert list(tmp_path.iterdir()) == [file]
+
+
+def test_without_the_extra_it_says_what_to_install(
+    tmp_path: Path, capsys: pytest.CaptureFixture[str], monkeypatch: pytest.MonkeyPatch
+) -> None:
+    file = tmp_path / "good.toml"
+    file.write_text(GOOD)
+    monkeypatch.setattr(importlib.util, "find_spec", lambda name: None)
+    assert main(["train", str(file), "--out", str(tmp_path / "out")]) == 2
+    assert "pip install 'trundle[rl]'" in capsys.readouterr().err
+    assert list(tmp_path.iterdir()) == [file]
+
+
+def test_a_seed_that_was_not_fixed_before_is_refused(
+    tmp_path: Path, capsys: pytest.CaptureFixture[str]
+) -> None:
+    file = tmp_path / "good.toml"
+    file.write_text(GOOD)
+    assert main(["train", str(file), "--out", str(tmp_path / "out"), "--seed", "3"]) == 2
+    assert "--seed 3: the file's seeds are 1, 2" in capsys.readouterr().err
+
+
+def test_nothing_changes_for_a_policy_when_the_world_is_turned() -> None:
+    """Seen from the object, a world that is turned and moved as a whole differs in its own pose alone."""
+    env = gym.make("trundle/PushAround-v0", object="random")
+    seen = np.array([env.reset(seed=seed)[0] for seed in range(6)])
+    turn, shift = 0.7, np.array([0.3, -0.2])
+    rotation = np.array([[np.cos(turn), -np.sin(turn)], [np.sin(turn), np.cos(turn)]])
+    moved = seen.copy()
+    for k in (0, 7, 18):
+        moved[:, k : k + 2] = seen[:, k : k + 2] @ rotation.T + shift
+    for k in (2, 4, 9, 20):
+        moved[:, k : k + 2] = seen[:, k : k + 2] @ rotation.T
+    one, other = (from_object(rows, "trundle/PushAround-v0") for rows in (seen, moved))
+    assert np.allclose(one[:, 4:], other[:, 4:])
+    assert not np.allclose(one[:, 0:2], other[:, 0:2])
+    # The goal where it is looked for: ahead by as much as it is away along the heading; and closely.
+    way = seen[:, 7:9] - seen[:, 0:2]
+    ahead = np.sum(way * seen[:, 2:4], axis=1)
+    assert np.allclose(one[:, 7], ahead)
+    assert np.allclose(one[:, -3], ahead / (np.linalg.norm(way, axis=1) + 0.1))
+
+
+def invented(**changed: Any) -> Policy:
+    """Return a policy with a stack of two observations of the pose task that nobody has trained."""
+    random = np.random.default_rng(0)
+    about: dict[str, Any] = {
+        "config": "invented", "digest": "0", "algorithm": "PPO", "seed": 1, "steps": 0,
+        "env": "trundle/PushPose-v0", "env_kwargs": {"horizon": 10}, "entries": 16, "frame": "world",
+        "frame_stack": 2, "activation": "tanh", "squashed": False, "clip_obs": 10.0,
+    }  # fmt: skip
+    layers = [
+        (random.normal(size=(rows, columns)).astype(np.float32), np.zeros(rows, dtype=np.float32))
+        for rows, columns in ((5, 32), (3, 5))
+    ]
+    return Policy(About(**{**about, **changed}), np.zeros(32), np.ones(32), layers)
+
+
+def test_a_policy_survives_its_file(tmp_path: Path) -> None:
+    seen = np.random.default_rng(1).normal(size=(4, 16))
+    invented().save(tmp_path / "one.npz")
+    read_again = policy.load(tmp_path / "one.npz")
+    read_again.save(tmp_path / "two.npz")
+    assert (tmp_path / "one.npz").read_bytes() == (tmp_path / "two.npz").read_bytes()
+    assert read_again.about == invented().about
+    assert np.array_equal(read_again.predict(seen)[0], invented().predict(seen)[0])
+    assert sorted(file.name for file in tmp_path.iterdir()) == ["one.npz", "two.npz"]
+
+
+def test_a_policy_remembers_until_an_episode_begins() -> None:
+    player, random = invented(), np.random.default_rng(2)
+    first, second = random.normal(size=(2, 3, 16))
+    anew, state = player.predict(first)
+    assert anew.shape == (3, 3) and state.shape == (3, 2, 16)
+    with_past, _ = player.predict(second, state)
+    alone, _ = player.predict(second)
+    some, _ = player.predict(second, state, episode_start=np.array([True, False, True]))
+    assert not np.allclose(with_past, alone)
+    assert np.array_equal(some[[0, 2]], alone[[0, 2]]) and np.array_equal(some[1], with_past[1])
+    # One environment is the row of several.
+    one, state = player.predict(second[1])
+    assert one.shape == (3,) and np.allclose(one, alone[1])
+
+
+def test_actions_are_within_bounds_either_way() -> None:
+    seen = 100 * np.random.default_rng(3).normal(size=(50, 16))
+    cut, squashed = (invented(squashed=way).predict(seen)[0] for way in (False, True))
+    assert np.abs(cut).max() == 1 and np.allclose(squashed[np.abs(cut) < 1], np.tanh(cut[np.abs(cut) < 1]))
+
+
+def test_observations_of_other_environments_are_refused() -> None:
+    with pytest.raises(trundle.TrundleError, match=r"shape \(22,\).*trundle/PushPose-v0.*16 entries"):
+        invented().predict(np.zeros(22))
+
+
+def test_a_file_that_is_no_policy_is_named(tmp_path: Path) -> None:
+    file = tmp_path / "policy.npz"
+    for content in (b"", b"no policy", b"PK\x03\x04 damaged"):
+        file.write_bytes(content)
+        with pytest.raises(trundle.TrundleError, match="this is no policy"):
+            policy.load(file)
+    np.savez(file, about="{}")
+    with pytest.raises(trundle.TrundleError, match="this is no policy"):
+        policy.load(file)
+
+
+def test_a_policy_is_watched(tmp_path: Path, capsys: pytest.CaptureFixture[str]) -> None:
+    file = str(tmp_path / "policy.npz")
+    invented().save(Path(file))
+    assert main(["play", "PushPose", "--agent", file, "--episodes", "2"]) == 0
+    assert capsys.readouterr().out.count(" after 0.5 s") == 2
+    assert main(["play", "PushPose", "--agent", file, "--set", "horizon=20"]) == 0
+    assert " after 1.0 s" in capsys.readouterr().out
+    assert main(["play", "PushAround", "--agent", file]) == 2
+    assert "was trained in trundle/PushPose-v0" in capsys.readouterr().err
+    assert main(["play", "PushAround", "--agent", "clever"]) == 2
+    assert "choose random, adaptive or a policy's file.npz" in capsys.readouterr().err

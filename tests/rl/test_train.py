@@ -1,0 +1,231 @@
+"""Training with stable-baselines3: killed and gone on with, it ends the same. Needs the extra [rl]."""
+
+import re
+import subprocess
+import sys
+import time
+from collections.abc import Iterator
+from pathlib import Path
+from typing import Any
+
+import gymnasium as gym
+import numpy as np
+import pytest
+import torch
+
+from trundle.cli import main
+from trundle.learning import policy, train
+from trundle.learning.config import Settings, read
+from trundle.learning.evaluate import evaluate
+from trundle.learning.networks import algorithm, exported
+from trundle.learning.train import Training, flattened
+from trundle.learning.worlds import Worlds, make
+
+ROOT = Path(__file__).resolve().parents[2]
+TASK = "trundle/PushAround-v0"
+SHARED = f"""
+format = "trundle-train/1"
+env = "{TASK}"
+env_kwargs = {{hidden = "locked", object = ["office_table", "random"], horizon = 30}}
+seeds = [1, 2]
+n_envs = 4
+frame = "object"
+checkpoint_every = 400
+policy_kwargs = {{net_arch = [8]}}
+aids = {{success_bonus = 10.0, loss_cost = 20.0, miss_cost = 2.0, turn_cost = 0.5}}
+evaluation = {{every = 150, episodes = 3, first = 500000}}
+"""
+PPO = """
+algorithm = "PPO"
+n_timesteps = 1024
+frame_stack = 3
+n_steps = 16
+batch_size = 64
+n_epochs = 2
+learning_rate = "lin_0.01"
+"""
+SAC = """
+algorithm = "SAC"
+n_timesteps = 1200
+learning_starts = 500
+buffer_size = 800
+batch_size = 16
+train_freq = 4
+gradient_steps = 2
+"""
+BOTH = pytest.mark.parametrize("own", [PPO, SAC], ids=["PPO", "SAC"])
+
+
+class KilledError(Exception):
+    """Stands for a kill."""
+
+
+@pytest.fixture(autouse=True, scope="module")
+def one_thread() -> Iterator[None]:
+    before = torch.get_num_threads()
+    torch.set_num_threads(1)
+    yield
+    torch.set_num_threads(before)
+
+
+def written(folder: Path, own: str) -> Path:
+    path = folder / "tiny.toml"
+    path.write_text(own + SHARED)
+    return path
+
+
+def results(folder: Path) -> dict[str, bytes]:
+    return {
+        file.name: file.read_bytes() for kind in ("policies", "curves") for file in (folder / kind).iterdir()
+    }
+
+
+@BOTH
+def test_interrupted_between_checkpoints_it_ends_with_the_same_bytes(
+    own: str, tmp_path: Path, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    settings = read(written(tmp_path, own))
+    Training(settings, 1, tmp_path / "whole").run()
+    looks = 0
+
+    def look(*told: Any) -> dict[str, float]:
+        nonlocal looks
+        looks += 1
+        if looks in (5, 9):
+            raise KilledError
+        return evaluate(*told)
+
+    monkeypatch.setattr(train, "evaluate", look)
+    for _ in range(2):
+        training = Training(settings, 1, tmp_path / "parts")
+        with pytest.raises(KilledError):
+            training.run()
+        assert training.checkpoint_file.exists()
+    Training(settings, 1, tmp_path / "parts").run()
+    assert looks > 10
+    assert results(tmp_path / "whole") == results(tmp_path / "parts")
+    assert not training.checkpoint_file.exists()
+
+
+def test_killed_from_outside_it_goes_on(tmp_path: Path) -> None:
+    file = written(tmp_path, PPO)
+    line = [sys.executable, "-m", "trundle", "train", str(file), "--seed", "2", "--quiet", "--out"]
+    checkpoint = tmp_path / "killed" / "work" / "tiny-2" / "checkpoint.pt"
+    killed = subprocess.Popen([*line, str(tmp_path / "killed")], cwd=ROOT)
+    while killed.poll() is None and not checkpoint.exists():
+        time.sleep(0.005)
+    killed.kill()
+    killed.wait()
+    subprocess.run([*line, str(tmp_path / "killed")], cwd=ROOT, check=True)
+    Training(read(file), 2, tmp_path / "whole").run()
+    assert results(tmp_path / "whole") == results(tmp_path / "killed")
+
+
+def test_what_is_done_is_not_done_again(tmp_path: Path, capsys: pytest.CaptureFixture[str]) -> None:
+    file = written(tmp_path, PPO)
+    line = ["train", str(file), "--out", str(tmp_path / "out"), "--seed", "1"]
+    assert main(line) == 0
+    first, began = capsys.readouterr().out, time.monotonic()
+    assert re.search(r"tiny-1\.npz: success \d+%, \d\.\d\d m off after 1,024 steps, 51 s of pushing", first)
+    assert main(line) == 0
+    assert capsys.readouterr().out == first and time.monotonic() - began < 2.0
+    file.write_text(file.read_text().replace("n_epochs = 2", "n_epochs = 3"))
+    assert main(line) == 2
+    assert "other settings" in capsys.readouterr().err
+
+
+def test_tensorboard_has_something_to_show(tmp_path: Path) -> None:
+    pytest.importorskip("tensorboard", reason="TensorBoard is not installed")
+    Training(read(written(tmp_path, PPO)), 1, tmp_path / "out").run()
+    assert list((tmp_path / "out" / "work" / "tiny-1").glob("events.out.tfevents.*"))
+
+
+def learnt(tmp_path: Path, own: str) -> tuple[Settings, Any, Worlds]:
+    settings = read(written(tmp_path, own))
+    worlds = make(settings)
+    learner = algorithm(settings, 1, worlds)
+    learner.learn(512)
+    return settings, learner, worlds
+
+
+@BOTH
+def test_a_policy_acts_as_the_network_that_it_is_from(own: str, tmp_path: Path) -> None:
+    settings, learner, worlds = learnt(tmp_path, own)
+    exported(settings, 1, learner, worlds).save(tmp_path / "policy.npz")
+    acting = policy.load(tmp_path / "policy.npz")
+    # The network is shown what went through every layer of the training, the policy what the world tells.
+    assert worlds.normalize is not None
+    worlds.normalize.training = False
+    worlds.batch.seed(7)
+    shown = worlds.top.reset()
+    plain: Any = gym.make_vec(TASK, 4, "vector_entry_point", autoreset_mode="Disabled", **settings.env_kwargs)
+    bare, state, begun = plain.reset(seed=7)[0], None, np.ones(4, dtype=bool)
+    for _ in range(65):
+        expected = learner.predict(shown, deterministic=True)[0]
+        actions, state = acting.predict(bare, state, begun)
+        assert np.allclose(actions, expected, atol=1e-5)
+        shown, _, begun, _ = worlds.top.step(expected)
+        bare, *_ = plain.step(expected)
+        if begun.any():
+            bare = plain.reset(options={"reset_mask": begun.copy()})[0]
+
+
+def test_rewards_to_learn_from_leave_the_return_alone(tmp_path: Path) -> None:
+    settings = read(written(tmp_path, PPO))
+    worlds = make(settings)
+    worlds.batch.set_options([{"start": [-1.5, 0.0, 0.0], "goal": [-1.5, 0.0, 0.0]}] + [{}] * 3)
+    worlds.top.reset()
+    _, _, dones, infos = worlds.top.step(np.zeros((4, 3)))
+    assert worlds.normalize is not None
+    learnt_from = worlds.normalize.get_original_reward()
+    assert dones.tolist() == [True, False, False, False]
+    assert learnt_from[0] == pytest.approx(10.0, abs=0.1)
+    assert infos[0]["episode"]["r"] == pytest.approx(0.0, abs=0.1)
+    turn = abs(infos[1]["heading_error"])
+    error = infos[1]["distance"] + 0.3 * turn
+    # 50 ms at some distance and angle; 2 a second for not being near, 0.5 for each radian.
+    assert learnt_from[1] == pytest.approx(
+        -0.05 * (error + 2.0 * np.tanh(error / 0.2) + 0.5 * turn), rel=1e-4
+    )
+
+
+def test_an_evaluation_is_of_one_episode_in_each_world(tmp_path: Path) -> None:
+    settings, learner, worlds = learnt(tmp_path, PPO)
+    acting = exported(settings, 1, learner, worlds)
+    found = evaluate(acting, TASK, settings.env_kwargs, 40, 5)
+    env, returns = gym.make(TASK, **settings.env_kwargs), []
+    for seed in range(40, 45):
+        (observation, _), state, over = env.reset(seed=seed), None, False
+        returns.append(0.0)
+        while not over:
+            action, state = acting.predict(observation, state)
+            observation, reward, terminated, truncated, _ = env.step(action)
+            returns[-1] += float(reward)
+            over = terminated or truncated
+    assert found["return"] == pytest.approx(np.mean(returns), rel=1e-3)
+
+
+def test_a_policy_is_played(tmp_path: Path, capsys: pytest.CaptureFixture[str]) -> None:
+    settings, learner, worlds = learnt(tmp_path, PPO)
+    file = tmp_path / "policy.npz"
+    exported(settings, 1, learner, worlds).save(file)
+    assert main(["play", "PushAround", "--agent", str(file), "--episodes", "2"]) == 0
+    assert "episode 1: time up after 1.5 s" in capsys.readouterr().out
+    assert main(["play", "PushPose", "--agent", str(file)]) == 2
+    assert TASK in capsys.readouterr().err
+
+
+def test_a_curve_that_rises_has_not_flattened() -> None:
+    def curve(*success: float) -> list[dict[str, float]]:
+        return [{"success": share, "distance": 0.1} for share in success]
+
+    assert not flattened(curve(0.1, 0.2, 0.3, 0.4, 0.5, 0.6, 0.7, 0.8, 0.9, 1.0))
+    assert flattened(curve(0.1, 0.2, 0.3, 0.4, 0.5, 0.9, 0.9, 0.9, 0.9, 0.9))
+    assert not flattened(curve(0.5))
+    assert not flattened([{"success": 0.0, "distance": 1.0 / k} for k in range(1, 11)])
+
+
+def test_the_example_trains(tmp_path: Path) -> None:
+    script = [sys.executable, "examples/train_ppo.py", "--steps", "20000", "--episodes", "10"]
+    printed = subprocess.run(script, cwd=ROOT, capture_output=True, text=True, check=True).stdout
+    assert re.search(r"before: \d+ of 10 .*\n(.*\n)*after .*: \d+ of 10", printed)
