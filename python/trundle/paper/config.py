@@ -38,7 +38,7 @@ def read(path: Path, known: Mapping[str, type | tuple[type, ...]]) -> dict[str, 
     TrundleError
         If a key is missing, unknown, or of another type.
     """
-    found = parse(path)
+    found = parse(path, "; say with --configs where")
     if found.pop("format", None) != FORMAT:
         raise TrundleError(f'{path}: must begin with format = "{FORMAT}"')
     quick = found.pop("quick", {})
@@ -60,15 +60,14 @@ def chosen(found: Mapping[str, Any], options: Options) -> dict[str, Any]:
     return kept if options.seeds is None else {**kept, "seeds": options.seeds}
 
 
-def parse(path: Path) -> dict[str, Any]:
-    """Read any TOML file."""
+def parse(path: Path, remedy: str = "") -> dict[str, Any]:
+    """Read any TOML file; where there is none, an error ends with the remedy."""
     try:
         with path.open("rb") as file:
             return tomllib.load(file)
     except FileNotFoundError as error:
         raise TrundleError(
-            f"{path}: there is no such file; run this in trundle's repository, or say with --configs where "
-            "its configs/ lies"
+            f"{path}: there is no such file; those of trundle lie in its repository, under configs/{remedy}"
         ) from error
     except tomllib.TOMLDecodeError as error:
         raise TrundleError(f"{path}: {error}") from error
