@@ -34,8 +34,8 @@ MATTERS = 0.02
 """What knowing which model is true must be worth for plans to be made on several, m s."""
 CURIOSITY = 1.0
 """What a probing plan is credited for each metre by which the models' ends differ, s."""
-ARRIVED = 1e-3
-"""How near the gripper is to where it was sent when it has arrived, m."""
+AT_REST = 0.15
+"""Speed (m/s, rad/s) below which the object may be let go: a faster one would run on by itself."""
 REGRASP = 1.0
 """Time in which the gripper goes elsewhere, s."""
 BETTER = 0.85
@@ -255,7 +255,9 @@ class AdaptiveAgent:
         # What is known is not forgotten: once the truth is worth little, it stays so.
         worth = self._worth(belief, inner) if last > MATTERS else last
         belief.planner.be_curious(CURIOSITY if self._probe and worth > MATTERS else 0.0)
-        place = self._better_place(belief, inner) if self._regrasps and belief.bound_for is None else None
+        slow = np.hypot(*belief.now[4:6]) < AT_REST and abs(belief.now[6]) < AT_REST
+        free = self._regrasps and slow and belief.bound_for is None
+        place = self._better_place(belief, inner) if free else None
         return replace(update, worth=worth, regrasp=place)
 
     def _worth(self, belief: Belief, inner: list[float]) -> float:
@@ -285,9 +287,11 @@ class AdaptiveAgent:
 
     def _act(self, belief: Belief) -> Array:
         if belief.bound_for is not None:
-            if np.abs(belief.now[14:16] - belief.bound_for).max() > ARRIVED:
+            # It has arrived when it moves no longer; where the object has no such place, beside it.
+            if not belief.let_go or np.any(belief.seen[-2][14:16] != belief.now[14:16]):
+                belief.let_go = True
                 return self._going(belief, belief.bound_for)
-            belief.bound_for = None
+            belief.bound_for, belief.let_go = None, False
         if not belief.plan:
             pose, twist, goal = belief.situation
             plan = belief.planner.plan(

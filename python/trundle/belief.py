@@ -57,6 +57,10 @@ class Belief:
         One for each fit.
     consulted : float
         When the diagnoser last answered, s since the episode began; 0: never.
+    bound_for : ndarray or None
+        Where the gripper is sent, object frame, m; None while it holds.
+    let_go : bool
+        Whether it has been told so.
     template : Model or None
         The laws that are fitted, values free; None: the paper's.
     learnt : regression, optional
@@ -74,6 +78,7 @@ class Belief:
         self.plan: list[Array] = []
         self.seen: list[Array] = [first]
         self.bound_for: Array | None = None
+        self.let_go = False
 
     @property
     def model(self) -> Model:
