@@ -10,7 +10,7 @@ import numpy as np
 from trundle.paper import style
 from trundle.paper.results import Row
 from trundle.proof.score import column, gain_share, is_right, said
-from trundle.proof.statistics import calibration, share
+from trundle.proof.statistics import Share, calibration, share
 
 __all__ = ["confusion", "gains", "limits", "reliability"]
 
@@ -81,17 +81,26 @@ def gains(path: Path, rows: Sequence[Row]) -> None:
 
 
 def limits(path: Path, rows: Sequence[Row]) -> None:
-    """Draw how often each effect is named against what it matters: the oracle's factor at that size."""
-    figure, (axes,) = style.sheet(1, 1, (6.0, 3.6))
-    for name in dict.fromkeys(row["truth"]["names"][0] for row in rows):
-        mine = [row for row in rows if row["truth"]["names"] == [name]]
-        sizes = sorted({row["truth"]["size"] for row in mine})
-        rates = [
-            share(is_right(row["answer"], row["truth"]) for row in mine if row["truth"]["size"] == size).value
-            for size in sizes
-        ]
-        axes.plot(sizes, rates, marker=".", linewidth=1.0, label=name)
-    axes.axhline(0.95, color=style.GREY, linewidth=0.8)
-    axes.set(xscale="log", xlabel="size, as a share of the one drawn", ylabel="named", ylim=(-0.02, 1.02))
-    axes.legend(fontsize=6, frameon=False, ncols=2)
+    """Draw how often each effect is named at each share of the size that was drawn."""
+    names = sorted({row["truth"]["names"][0] for row in rows})
+    sizes = sorted({row["truth"]["size"] for row in rows}, reverse=True)
+    cells = [[named(rows, name, size) for size in sizes] for name in names]
+    figure, (axes,) = style.sheet(1, 1, (2.2 + 0.6 * len(sizes), 1.2 + 0.24 * len(names)))
+    axes.grid(visible=False)
+    shares = [[cell.value for cell in line] for line in cells]
+    axes.imshow(shares, cmap="Blues", vmin=0.0, vmax=1.2, aspect="auto")
+    axes.set_xticks(range(len(sizes)), [f"{size:g}" for size in sizes])
+    axes.set_yticks(range(len(names)), names)
+    for i, line in enumerate(cells):
+        for j, cell in enumerate(line):
+            color = "white" if cell.total and cell.value > 0.6 else "black"
+            told = f"{cell.hits}/{cell.total}" if cell.total else "–"
+            axes.text(j, i, told, ha="center", va="center", fontsize=7, color=color)
+    axes.set(xlabel="size, as a share of the one drawn")
     style.save(figure, path)
+
+
+def named(rows: Sequence[Row], name: str, size: float) -> Share:
+    """Return how often an effect is named at a size."""
+    mine = [row for row in rows if row["truth"]["names"] == [name] and row["truth"]["size"] == size]
+    return share(is_right(row["answer"], row["truth"]) for row in mine)
