@@ -28,10 +28,11 @@ def test_the_oracle_knows_what_is_hidden_and_no_other_agent_does() -> None:
     wheel = {"kind": "viscous_wheel", "x": -0.5, "y": 0.3, "angle": 0.0, "mu_x": 800.0, "mu_y": 800.0}
     worlds = Worlds("W", "trundle/PushPose-v0", 0, 1, [], {"hidden": "none"}, [wheel])
     ends = {}
-    for kind, settings in (("oracle", {}), ("adaptive", {"adapt": False})):
-        row, timing = play(worlds, Agent(kind, kind, settings), 0, 3)
+    agents = [Agent("Knows", "oracle"), Agent("Keeps to its belief", "adaptive", {"adapt": False})]
+    for agent in agents:
+        row, timing = play(worlds, agent, 0, 3)
         assert timing["decisions"] == round(row["seconds"] / 0.05)
         assert 0 < timing["longest"] <= timing["total"]
-        ends[kind] = row
+        ends[agent.kind] = row
     assert ends["oracle"]["success"]
     assert ends["oracle"]["return"] > 0.6 * ends["adaptive"]["return"]

@@ -7,7 +7,7 @@ from typing import Any
 import pytest
 
 from trundle.comparison import tables
-from trundle.comparison.config import Agent, Settings, Worlds
+from trundle.comparison.config import Agent, Settings, Target, Worlds
 from trundle.comparison.document import headlines
 from trundle.comparison.scores import fewer_fits, regret, regrets, solved_after, success
 
@@ -30,11 +30,11 @@ SETTINGS = Settings(
     worlds={"w": Worlds("Worlds", "e", 0, 3, ["oracle", "mine"], {}, [{"kind": "tether"}])},
     agents={"oracle": Agent("Oracle", "oracle"), "mine": Agent("Mine", "adaptive", {"diagnose": True})},
     main="mine",
-    pairs=[["mine", "oracle"]],
+    pairs=[("mine", "oracle")],
     targets=[
-        {"worlds": "w", "agent": "mine", "figure": "success", "least": 0.6},
-        {"worlds": "w", "agent": "mine", "figure": "quick success", "least": 0.6},
-        {"worlds": "w", "agent": "mine", "figure": "regret", "most": 5.0},
+        Target("w", "mine", "success", least=0.6),
+        Target("w", "mine", "quick success", least=0.6),
+        Target("w", "mine", "regret", most=5.0),
     ],
 )
 RESULTS = {"w": {"oracle": ORACLE, "mine": MINE}}

@@ -3,29 +3,16 @@
 from __future__ import annotations
 
 import re
-from collections.abc import Mapping
-from dataclasses import dataclass, field, fields
+from dataclasses import dataclass, field
 from pathlib import Path
-from typing import Any, TypeVar
+from typing import Any, Literal
 
-from trundle.paper.config import parse
 from trundle.recording import TrundleError
+from trundle.settings import checked, headed
 
-__all__ = ["Agent", "Settings", "Worlds", "read"]
+__all__ = ["Agent", "Settings", "Target", "Worlds", "read"]
 
 FORMAT = "trundle-compare/1"
-KINDS = ("oracle", "adaptive", "policy")
-FIGURES = ("success", "quick success", "regret")
-TYPES: dict[str, tuple[type | tuple[type, ...], str]] = {
-    "str": (str, "text"),
-    "int": (int, "a whole number"),
-    "float": ((int, float), "a number"),
-    "list": (list, "a list"),
-    "dict": (dict, "a table"),
-}
-INNER = {"list[str]": str, "list[dict[str, Any]]": dict, "list[list[str]]": list}
-"""What is in a list."""
-T = TypeVar("T")
 
 
 @dataclass(frozen=True)
@@ -89,7 +76,7 @@ class Agent:
     """
 
     title: str
-    kind: str
+    kind: Literal["oracle", "adaptive", "policy"]
     settings: dict[str, Any] = field(default_factory=dict)
     files: list[str] = field(default_factory=list)
     options: dict[str, Any] = field(default_factory=dict)
@@ -112,6 +99,17 @@ class Agent:
 
 
 @dataclass(frozen=True)
+class Target:
+    """What is to be reached: a figure of an agent in a group of worlds, at `least` or at `most`."""
+
+    worlds: str
+    agent: str
+    figure: Literal["success", "quick success", "regret"]
+    least: float | None = None
+    most: float | None = None
+
+
+@dataclass(frozen=True)
 class Settings:
     """All of it.
 
@@ -127,11 +125,9 @@ class Settings:
         The agent that the document is about.
     push : float
         Time that counts as one push, s.
-    pairs : list of [str, str]
+    pairs : list of (str, str)
         Agents that differ in one thing: what it is worth is told, the one that has it first.
-    targets : list of dict
-        What is to be reached: `worlds`, `agent`, `figure` ("success", "quick success" or "regret"), and
-        `least` or `most`.
+    targets : list of Target
     """
 
     name: str
@@ -140,8 +136,8 @@ class Settings:
     agents: dict[str, Agent]
     main: str
     push: float = 0.5
-    pairs: list[list[str]] = field(default_factory=list)
-    targets: list[dict[str, Any]] = field(default_factory=list)
+    pairs: list[tuple[str, str]] = field(default_factory=list)
+    targets: list[Target] = field(default_factory=list)
 
 
 def read(path: Path) -> Settings:
@@ -152,37 +148,9 @@ def read(path: Path) -> Settings:
     TrundleError
         If a key is missing, unknown or of another type, or a name leads nowhere.
     """
-    found = parse(path)
-    if found.pop("format", None) != FORMAT:
-        raise TrundleError(f'{path}: must begin with format = "{FORMAT}"')
-    for part, kind in (("worlds", Worlds), ("agents", Agent)):
-        tables = found.get(part)
-        if not isinstance(tables, dict) or not tables:
-            raise TrundleError(f"{path}: give at least one table [{part}.NAME]")
-        found[part] = {name: typed(path, f"[{part}.{name}]", kind, table) for name, table in tables.items()}
-    settings = typed(path, "the top", Settings, found)
+    settings = checked(path, Settings, headed(path, FORMAT))
     consistent(path, settings)
     return settings
-
-
-def typed(path: Path, where: str, kind: type[T], table: Any) -> T:
-    """Return a table as a dataclass whose fields are its keys."""
-    if not isinstance(table, Mapping):
-        raise TrundleError(f"{path}: {where} is no table")
-    known = {one.name: str(one.type) for one in fields(kind)}  # type: ignore[arg-type]
-    for name, value in table.items():
-        if name not in known:
-            raise TrundleError(f"{path}: unknown key '{name}' in {where}; known are {', '.join(known)}")
-        wanted, words = TYPES[known[name].split("[")[0]]
-        inner = INNER.get(known[name], object)
-        fits = isinstance(value, wanted) and not isinstance(value, bool)
-        if not fits or (wanted is list and not all(isinstance(one, inner) for one in value)):
-            raise TrundleError(f"{path}: {name} = {value!r} in {where}: give {words}")
-    try:
-        return kind(**table)
-    except TypeError as error:
-        missing = ", ".join(re.findall(r"'(\w+)'", str(error)))
-        raise TrundleError(f"{path}: {where} lacks {missing}") from error
 
 
 def consistent(path: Path, settings: Settings) -> None:
@@ -191,6 +159,8 @@ def consistent(path: Path, settings: Settings) -> None:
         raise TrundleError(
             f"{path}: push = {settings.push}, name = {settings.name!r}: give a time and a word"
         )
+    if not settings.worlds:
+        raise TrundleError(f"{path}: give at least one table [worlds.NAME]")
     known_agents(path, settings, "main", [settings.main])
     for name, agent in settings.agents.items():
         check_agent(f"{path}: [agents.{name}]", agent)
@@ -201,9 +171,7 @@ def consistent(path: Path, settings: Settings) -> None:
         if worlds.options.get("horizon", 1) == 0:
             raise TrundleError(f"{path}: [worlds.{name}] horizon = 0: an episode must end")
     for pair in settings.pairs:
-        known_agents(path, settings, "pairs", pair)
-        if len(pair) != 2:
-            raise TrundleError(f"{path}: pairs: {pair}: give two agents")
+        known_agents(path, settings, "pairs", list(pair))
     for target in settings.targets:
         check_target(path, settings, target)
 
@@ -218,23 +186,17 @@ def known_agents(path: Path, settings: Settings, where: str, names: list[str]) -
 
 def check_agent(where: str, agent: Agent) -> None:
     """Refuse what is not meant for an agent of its kind."""
-    if agent.kind not in KINDS:
-        raise TrundleError(f"{where} kind = {agent.kind!r}: choose {', '.join(KINDS)}")
     if (agent.kind == "policy") != bool(agent.files):
         raise TrundleError(f"{where} files: a policy has some, no other agent has")
     if agent.kind == "policy" and agent.settings:
         raise TrundleError(f"{where} settings: they are of trundle.AdaptiveAgent, not of a policy")
 
 
-def check_target(path: Path, settings: Settings, target: dict[str, Any]) -> None:
-    """Refuse a target that is not of these worlds and agents, or says no number."""
-    told = {key: value for key, value in target.items() if key not in ("least", "most")}
-    if set(told) != {"worlds", "agent", "figure"} or len(target) != 4:
-        raise TrundleError(f"{path}: targets: {target}: give worlds, agent, figure, and least or most")
-    known_agents(path, settings, "targets", [target["agent"]])
-    if target["worlds"] not in list(settings.worlds) or target["figure"] not in FIGURES:
-        known = f"worlds {', '.join(settings.worlds)}; figures {', '.join(FIGURES)}"
-        raise TrundleError(f"{path}: targets: {target}: there are {known}")
-    bound = target.get("least", target.get("most"))
-    if not isinstance(bound, (int, float)) or isinstance(bound, bool):
-        raise TrundleError(f"{path}: targets: {target}: give a number")
+def check_target(path: Path, settings: Settings, target: Target) -> None:
+    """Refuse a target that is not of these worlds and agents, or says no number or two."""
+    known_agents(path, settings, "targets", [target.agent])
+    if target.worlds not in settings.worlds:
+        known = ", ".join(settings.worlds)
+        raise TrundleError(f"{path}: targets: there are no worlds {target.worlds!r}; there are {known}")
+    if (target.least is None) == (target.most is None):
+        raise TrundleError(f"{path}: targets: {target}: give least or most")

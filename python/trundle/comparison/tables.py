@@ -6,7 +6,7 @@ from collections.abc import Callable, Mapping, Sequence
 
 import numpy as np
 
-from trundle.comparison.config import Settings
+from trundle.comparison.config import Settings, Target
 from trundle.comparison.curves import Curve
 from trundle.comparison.results import Results
 from trundle.comparison.scores import FEW, cost, fewer_fits, regret, regrets, scores, solved_after, success
@@ -77,24 +77,24 @@ def targets(settings: Settings, results: Results) -> str:
     """Return what was to be reached, and whether it was."""
     lines = []
     for target in settings.targets:
-        group = results[target["worlds"]]
-        rows, oracle = group.get(target["agent"], []), of_oracle(settings, group)
-        if not rows or (target["figure"] == "regret" and not oracle):
+        group = results[target.worlds]
+        rows, oracle = group.get(target.agent, []), of_oracle(settings, group)
+        if not rows or (target.figure == "regret" and not oracle):
             continue
         figures = {"success": success, "quick success": fewer_fits}
-        found = figures[target["figure"]](rows) if target["figure"] in figures else regret(rows, oracle)
-        who = [f"`{target['worlds']}`", settings.agents[target["agent"]].title]
-        lines.append([*who, target["figure"], *judged(target, found)])
+        found = figures[target.figure](rows) if target.figure in figures else regret(rows, oracle)
+        who = [f"`{target.worlds}`", settings.agents[target.agent].title]
+        lines.append([*who, target.figure, *judged(target, found)])
     return table(["worlds", "agent", "figure", "target", "found", ""], lines) if lines else ""
 
 
-def judged(target: Mapping[str, float], found: Estimate) -> list[str]:
+def judged(target: Target, found: Estimate) -> list[str]:
     """Return a target, what was found, and whether that meets it."""
-    if "least" in target:
-        least = target["least"]
+    if target.least is not None:
+        least = target.least
         said, meets, surely = f"≥ {100 * least:g} %", found.value >= least, found.low >= least
     else:
-        most = target["most"]
+        most = target.most or 0.0  # one of the two is given
         said, meets, surely = f"≤ {100 * most:g} %", found.value <= most, found.high <= most
     return [said, percent(found), "met" if surely else "met, interval not" if meets else "**not met**"]
 

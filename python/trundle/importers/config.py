@@ -1,154 +1,22 @@
-"""Map files: TOML read into dataclasses, where every unknown key and wrong type is an error."""
+"""Map files: what they hold is read into dataclasses by `trundle.settings`."""
 
 from __future__ import annotations
 
-import dataclasses
-import difflib
-import sys
-import types
-import typing
-from collections.abc import Mapping
 from pathlib import Path
-from typing import Any, TypeVar, Union, get_args, get_origin
+from typing import Any
 
-if sys.version_info >= (3, 11):
-    import tomllib
-else:
-    import tomli as tomllib
+from trundle.recording import TrundleError
+from trundle.settings import SettingsError, parse, typed
 
 __all__ = ["MapError", "load", "typed"]
 
-T = TypeVar("T")
-
-
-class MapError(ValueError):
-    """A map file says something that is not understood; the message names the key and the remedy."""
+MapError = SettingsError
+"""A map file says something that is not understood; the message names the key and the remedy."""
 
 
 def load(path: Path) -> dict[str, Any]:
     """Parse a TOML file, saying which file and line are wrong where it is none."""
     try:
-        with path.open("rb") as file:
-            return tomllib.load(file)
-    except (tomllib.TOMLDecodeError, UnicodeDecodeError) as error:
-        raise MapError(f"{path}: not a TOML file: {error}") from error
-
-
-def typed(kind: type[T], table: Mapping[str, Any], where: str = "") -> T:
-    """Build the dataclass `kind` from a parsed table.
-
-    Parameters
-    ----------
-    kind : type
-        A dataclass; fields may be numbers, strings, booleans, `Literal`, lists, tuples, dictionaries by
-        string, optional values, and dataclasses. `dict[str, Any]` takes a table as it is.
-    table : mapping
-        The parsed TOML.
-    where : str
-        The table's place, for messages: "topic.object".
-
-    Returns
-    -------
-    kind
-        The settings, defaults filled in.
-    """
-    hints = typing.get_type_hints(kind)
-    fields = {field.name: field for field in dataclasses.fields(typing.cast("Any", kind))}
-    for key in table:
-        if key not in fields:
-            raise MapError(f"unknown key `{_join(where, key)}`{_nearest(key, fields)}")
-    missing = [name for name, field in fields.items() if name not in table and _required(field)]
-    if missing:
-        raise MapError(f"`{_join(where, missing[0])}` is missing{_expected(hints[missing[0]])}")
-    return kind(**{key: _value(hints[key], value, _join(where, key)) for key, value in table.items()})
-
-
-def _value(hint: Any, value: Any, where: str) -> Any:
-    if hint is Any:
-        return value
-    origin = get_origin(hint)
-    if origin in (Union, types.UnionType):
-        return _union(hint, value, where)
-    if dataclasses.is_dataclass(hint) and isinstance(hint, type):
-        return typed(hint, _of(dict, value, hint, where), where)
-    if origin is typing.Literal:
-        if value not in get_args(hint):
-            raise MapError(f"`{where}` = {value!r}{_expected(hint)}")
-        return value
-    if origin is dict:
-        key_kind, of = get_args(hint)
-        table = _of(dict, value, hint, where)
-        return {
-            _value(key_kind, key, where): _value(of, each, _join(where, key)) for key, each in table.items()
-        }
-    if origin is list:
-        of = get_args(hint)[0]
-        return [_value(of, each, f"{where}[{i}]") for i, each in enumerate(_of(list, value, hint, where))]
-    if origin is tuple:
-        return _tuple(get_args(hint), value, hint, where)
-    if hint is float and isinstance(value, int) and not isinstance(value, bool):
-        return float(value)
-    return _of(hint, value, hint, where)
-
-
-def _union(hint: Any, value: Any, where: str) -> Any:
-    choices = [choice for choice in get_args(hint) if choice is not type(None)]
-    if len(choices) == 1:
-        return _value(choices[0], value, where)
-    for choice in choices:
-        try:
-            return _value(choice, value, where)
-        except MapError as error:
-            # A table meant for one dataclass deserves that dataclass's own message.
-            if isinstance(value, dict) and dataclasses.is_dataclass(choice):
-                raise error
-    raise MapError(f"`{where}` = {value!r}{_expected(hint)}")
-
-
-def _tuple(kinds: tuple[Any, ...], value: Any, hint: Any, where: str) -> tuple[Any, ...]:
-    values = _of(list, value, hint, where)
-    if len(values) != len(kinds):
-        raise MapError(f"`{where}` = {value!r} has {len(values)} entries; it needs {len(kinds)}")
-    return tuple(
-        _value(kind, each, f"{where}[{i}]") for i, (kind, each) in enumerate(zip(kinds, values, strict=True))
-    )
-
-
-def _of(kind: type[Any], value: Any, hint: Any, where: str) -> Any:
-    if not isinstance(value, kind) or (isinstance(value, bool) and kind is not bool):
-        raise MapError(f"`{where}` = {value!r}{_expected(hint)}")
-    return value
-
-
-def _required(field: dataclasses.Field[Any]) -> bool:
-    return field.default is dataclasses.MISSING and field.default_factory is dataclasses.MISSING
-
-
-def _expected(hint: Any) -> str:
-    if get_origin(hint) is typing.Literal:
-        return f"; it is one of {', '.join(repr(choice) for choice in get_args(hint))}"
-    if get_origin(hint) in (Union, types.UnionType):
-        names = [_word(choice) for choice in get_args(hint) if choice is not type(None)]
-        return f"; it is {' or '.join(names)}"
-    return f"; it is {_word(hint)}"
-
-
-def _word(hint: Any) -> str:
-    words = {float: "a number", int: "a whole number", str: "a string", bool: "true or false"}
-    if hint in words:
-        return words[hint]
-    origin = get_origin(hint) or hint
-    if origin is dict or dataclasses.is_dataclass(origin):
-        return "a table"
-    return {list: "a list", tuple: f"a list of {len(get_args(hint))}"}.get(origin, str(hint))
-
-
-def _nearest(key: str, known: Mapping[str, Any]) -> str:
-    near = difflib.get_close_matches(key, known, n=1)
-    return (
-        f"; did you mean `{near[0]}`?" if near else f"; known are {', '.join(f'`{name}`' for name in known)}"
-    )
-
-
-def _join(where: str, key: str) -> str:
-    return f"{where}.{key}" if where else key
+        return parse(path)
+    except TrundleError as error:
+        raise MapError(str(error)) from error

@@ -5,60 +5,20 @@ from __future__ import annotations
 import hashlib
 import json
 import re
-from collections.abc import Mapping
-from dataclasses import MISSING, Field, asdict, dataclass, field, fields
+from dataclasses import asdict, dataclass, field, fields
 from pathlib import Path
-from types import MappingProxyType
-from typing import Any, TypeVar, get_origin, get_type_hints
+from typing import Any, Literal
 
 from trundle._native import TrundleError
-from trundle.learning.frames import FRAMES, TASKS
-from trundle.paper.config import parse
+from trundle.learning.frames import TASKS
+from trundle.settings import checked, headed
 
 __all__ = ["Aids", "Evaluation", "Settings", "read"]
 
 FORMAT = "trundle-train/1"
-SHARED = {"policy": (str,), "learning_rate": (float, str), "batch_size": (int,), "gamma": (float,)}
-HYPERPARAMETERS: dict[str, dict[str, tuple[type, ...]]] = {
-    "PPO": {
-        **SHARED,
-        "n_steps": (int,),
-        "n_epochs": (int,),
-        "gae_lambda": (float,),
-        "ent_coef": (float,),
-        "vf_coef": (float,),
-        "clip_range": (float, str),
-        "max_grad_norm": (float,),
-        "target_kl": (float,),
-    },
-    "SAC": {
-        **SHARED,
-        "buffer_size": (int,),
-        "learning_starts": (int,),
-        "train_freq": (int,),
-        "gradient_steps": (int,),
-        "tau": (float,),
-        "ent_coef": (float, str),
-        "target_entropy": (float, str),
-        "target_update_interval": (int,),
-    },
-}
-"""What an algorithm of stable-baselines3 can be told, by its own names, and of which type."""
 SCHEDULED = ("learning_rate", "clip_range")
 """Where "lin_0.001" falls evenly to zero over the training, as in RL Zoo."""
-NETWORK = {"net_arch": list, "activation_fn": str, "log_std_init": float}
-ACTIVATIONS = ("tanh", "relu")
-POLICY = "MlpPolicy"
 LINEAR = r"lin_(\d+\.?\d*(?:e-?\d+)?)"
-WORDS = {
-    int: "a whole number",
-    float: "a number",
-    str: "text",
-    bool: "true or false",
-    list: "a list",
-    dict: "a table",
-}
-T = TypeVar("T")
 
 
 @dataclass(frozen=True)
@@ -99,6 +59,70 @@ class Evaluation:
     every: int = 50_000
     episodes: int = 100
     first: int = 500_000
+
+
+@dataclass(frozen=True)
+class Network:
+    """What stable-baselines3's networks can be told, by its own names; what is left out it chooses."""
+
+    net_arch: list[int] | None = None
+    activation_fn: Literal["tanh", "relu"] | None = None
+    log_std_init: float | None = None
+
+
+@dataclass(frozen=True, kw_only=True)
+class File:
+    """What a file holds, whatever the algorithm; `Settings` says what it means."""
+
+    env: str
+    n_timesteps: int
+    seeds: list[int]
+    env_kwargs: dict[str, Any] = field(default_factory=dict)
+    n_envs: int = 1
+    normalize: bool = True
+    frame_stack: int = 1
+    frame: Literal["world", "object"] = "world"
+    checkpoint_every: int = 100_000
+    policy_kwargs: Network = Network()
+    aids: Aids = Aids()
+    evaluation: Evaluation = Evaluation()
+    policy: Literal["MlpPolicy"] = "MlpPolicy"
+    learning_rate: float | str | None = None
+    batch_size: int | None = None
+    gamma: float | None = None
+
+
+@dataclass(frozen=True, kw_only=True)
+class PPO(File):
+    """With what stable-baselines3's PPO can be told."""
+
+    algorithm: Literal["PPO"]
+    n_steps: int | None = None
+    n_epochs: int | None = None
+    gae_lambda: float | None = None
+    ent_coef: float | None = None
+    vf_coef: float | None = None
+    clip_range: float | str | None = None
+    max_grad_norm: float | None = None
+    target_kl: float | None = None
+
+
+@dataclass(frozen=True, kw_only=True)
+class SAC(File):
+    """With what its SAC can be told."""
+
+    algorithm: Literal["SAC"]
+    buffer_size: int | None = None
+    learning_starts: int | None = None
+    train_freq: int | None = None
+    gradient_steps: int | None = None
+    tau: float | None = None
+    ent_coef: float | str | None = None
+    target_entropy: float | str | None = None
+    target_update_interval: int | None = None
+
+
+FILES: dict[str, type[File]] = {"PPO": PPO, "SAC": SAC}
 
 
 @dataclass(frozen=True)
@@ -168,73 +192,25 @@ def read(path: Path) -> Settings:
     TrundleError
         If a key is missing, unknown or of another type, or a value makes no sense.
     """
-    found = parse(path)
-    if found.pop("format", None) != FORMAT:
-        raise TrundleError(f'{path}: must begin with format = "{FORMAT}"')
+    found = headed(path, FORMAT)
     algorithm = found.get("algorithm")
-    if algorithm not in HYPERPARAMETERS:
-        raise TrundleError(f"{path}: algorithm = {algorithm!r}: choose {', '.join(HYPERPARAMETERS)}")
-    known = HYPERPARAMETERS[algorithm]
-    told = {key: found.pop(key) for key in known if key in found}
-    for key, value in told.items():
-        check(path, key, value, known[key])
-    for name, kind in (("aids", Aids), ("evaluation", Evaluation)):
-        found[name] = table(path, f"[{name}] ", kind, found.get(name, {}))
-    network(path, found.get("policy_kwargs", {}))
-    own = {"name": path.stem, "hyperparameters": {"policy": POLICY, **told}}
-    settings = table(path, "", Settings, found, own, ("format", *known))
+    if algorithm not in FILES:
+        raise TrundleError(f"{path}: algorithm = {algorithm!r}: choose {', '.join(FILES)}")
+    file = checked(path, FILES[algorithm], found)
+    told = {one.name: getattr(file, one.name) for one in fields(file)}
+    own = {one.name for one in fields(Settings)}
+    settings = Settings(
+        **{
+            **{key: value for key, value in told.items() if key in own},
+            "name": path.stem,
+            "hyperparameters": {
+                key: value for key, value in told.items() if key not in own and value is not None
+            },
+            "policy_kwargs": {k: v for k, v in asdict(file.policy_kwargs).items() if v is not None},
+        }
+    )
     sensible(path, settings)
     return settings
-
-
-def table(
-    path: Path,
-    where: str,
-    kind: type[T],
-    found: Any,
-    own: Mapping[str, Any] = MappingProxyType({}),
-    read_before: tuple[str, ...] = (),
-) -> T:
-    """Return a table as a dataclass whose fields are its keys, but for those of `own`."""
-    if not isinstance(found, Mapping):
-        raise TrundleError(f"{path}: {where.strip()} is no table")
-    hints = {key: hint for key, hint in get_type_hints(kind).items() if key not in own}
-    for key, value in found.items():
-        if key not in hints:
-            known = ", ".join([*hints, *read_before])
-            raise TrundleError(f"{path}: unknown key '{where}{key}'; known are {known}")
-        wanted = get_origin(hints[key]) or hints[key]
-        if wanted in WORDS:
-            check(path, f"{where}{key}", value, (wanted,))
-    given = {**own, **found}
-    missing = [one.name for one in fields(kind) if one.name not in given and required(one)]  # type: ignore[arg-type]
-    if missing:
-        raise TrundleError(f"{path}: the key '{where}{missing[0]}' is missing")
-    return kind(**given)
-
-
-def check(path: Path, key: str, value: Any, wanted: tuple[type, ...]) -> None:
-    """Refuse a value of another type; a whole number is a number too, a truth value is none."""
-    fits = isinstance(value, wanted) or (float in wanted and isinstance(value, int))
-    if not fits or (isinstance(value, bool) and bool not in wanted):
-        names = " or ".join(WORDS[kind] for kind in wanted)
-        raise TrundleError(f"{path}: {key} = {value!r}: give {names}")
-
-
-def network(path: Path, found: Any) -> None:
-    """Refuse what no network can be made of."""
-    if not isinstance(found, Mapping):
-        raise TrundleError(f"{path}: policy_kwargs is no table")
-    for key, value in found.items():
-        if key not in NETWORK:
-            raise TrundleError(f"{path}: unknown key '[policy_kwargs] {key}'; known are {', '.join(NETWORK)}")
-        check(path, f"[policy_kwargs] {key}", value, (NETWORK[key],))
-    layers = found.get("net_arch", [1])
-    if not all(type(width) is int and width > 0 for width in layers):
-        raise TrundleError(f"{path}: net_arch = {layers!r}: give the widths of the layers, [64, 64]")
-    activation = found.get("activation_fn", "tanh")
-    if activation not in ACTIVATIONS:
-        raise TrundleError(f"{path}: activation_fn = {activation!r}: choose {', '.join(ACTIVATIONS)}")
 
 
 def sensible(path: Path, settings: Settings) -> None:
@@ -252,21 +228,15 @@ def sensible(path: Path, settings: Settings) -> None:
             raise TrundleError(f"{path}: {key} = {value}: give a whole number from 1 on")
     if settings.env not in TASKS:
         raise TrundleError(f"{path}: env = {settings.env!r}: choose {', '.join(TASKS)}")
-    if settings.frame not in FRAMES:
-        raise TrundleError(f"{path}: frame = {settings.frame!r}: choose {', '.join(FRAMES)}")
     seeds = settings.seeds
-    if not seeds or not all(type(seed) is int and 0 < seed < 1000 for seed in seeds):
+    if not seeds or not all(0 < seed < 1000 for seed in seeds):
         raise TrundleError(f"{path}: seeds = {seeds!r}: give whole numbers from 1 to 999")
-    if settings.hyperparameters["policy"] != POLICY:
-        raise TrundleError(f"{path}: policy = {settings.hyperparameters['policy']!r}: choose {POLICY}")
+    layers = settings.policy_kwargs.get("net_arch", [1])
+    if not all(width > 0 for width in layers):
+        raise TrundleError(f"{path}: net_arch = {layers!r}: give the widths of the layers, [64, 64]")
     for key in SCHEDULED:
         rate = settings.hyperparameters.get(key)
         if isinstance(rate, str) and not re.fullmatch(LINEAR, rate):
             raise TrundleError(
                 f'{path}: {key} = {rate!r}: give a number, or "lin_0.001" to let it fall to zero'
             )
-
-
-def required(one: Field[Any]) -> bool:
-    """Tell whether a field has no default."""
-    return one.default is MISSING and one.default_factory is MISSING

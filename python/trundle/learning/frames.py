@@ -5,12 +5,10 @@ from __future__ import annotations
 import numpy as np
 from numpy.typing import NDArray
 
-__all__ = ["FRAMES", "TASKS", "from_object", "seen", "width"]
+__all__ = ["TASKS", "from_object", "seen", "width"]
 
 Array = NDArray[np.float64]
 
-FRAMES = ("world", "object")
-"""Frames in which a policy can be shown what is observed."""
 GOAL, TOWARDS = 7, 9
 """Where an observation holds the goal's position and its heading, each two entries."""
 CLOSE = 0.1

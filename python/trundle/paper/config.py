@@ -2,7 +2,6 @@
 
 from __future__ import annotations
 
-import sys
 from collections.abc import Mapping
 from pathlib import Path
 from typing import Any
@@ -11,13 +10,9 @@ import tomli_w
 
 from trundle.paper.experiment import Options
 from trundle.recording import TrundleError
+from trundle.settings import headed
 
-if sys.version_info >= (3, 11):
-    import tomllib
-else:
-    import tomli as tomllib
-
-__all__ = ["chosen", "model_text", "parse", "read"]
+__all__ = ["chosen", "model_text", "read"]
 
 FORMAT = "trundle-paper/1"
 
@@ -38,9 +33,7 @@ def read(path: Path, known: Mapping[str, type | tuple[type, ...]]) -> dict[str, 
     TrundleError
         If a key is missing, unknown, or of another type.
     """
-    found = parse(path, "; say with --configs where")
-    if found.pop("format", None) != FORMAT:
-        raise TrundleError(f'{path}: must begin with format = "{FORMAT}"')
+    found = headed(path, FORMAT, "; say with --configs where")
     quick = found.pop("quick", {})
     for name in [*found, *quick]:
         if name not in known:
@@ -58,19 +51,6 @@ def chosen(found: Mapping[str, Any], options: Options) -> dict[str, Any]:
     replaced = found["quick"] if options.quick else {}
     kept = {name: replaced.get(name, value) for name, value in found.items() if name != "quick"}
     return kept if options.seeds is None else {**kept, "seeds": options.seeds}
-
-
-def parse(path: Path, remedy: str = "") -> dict[str, Any]:
-    """Read any TOML file; where there is none, an error ends with the remedy."""
-    try:
-        with path.open("rb") as file:
-            return tomllib.load(file)
-    except FileNotFoundError as error:
-        raise TrundleError(
-            f"{path}: there is no such file; those of trundle lie in its repository, under configs/{remedy}"
-        ) from error
-    except tomllib.TOMLDecodeError as error:
-        raise TrundleError(f"{path}: {error}") from error
 
 
 def model_text(body: Mapping[str, Any], effects: list[dict[str, Any]]) -> str:

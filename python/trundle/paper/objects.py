@@ -6,8 +6,9 @@ from collections.abc import Sequence
 from pathlib import Path
 from typing import Any
 
-from trundle.paper.config import model_text, parse
+from trundle.paper.config import model_text
 from trundle.recording import TrundleError
+from trundle.settings import parse
 
 __all__ = ["described", "form", "title", "truth"]
 

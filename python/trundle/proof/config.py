@@ -6,9 +6,9 @@ from dataclasses import asdict, dataclass
 from pathlib import Path
 from typing import Any
 
-from trundle.paper.config import parse
 from trundle.proof.families import CATALOGUE, FOREIGN
 from trundle.recording import TrundleError
+from trundle.settings import headed
 
 __all__ = ["Settings", "read"]
 
@@ -82,9 +82,7 @@ def read(path: Path, which: str) -> Settings:
     TrundleError
         If a key or a family is unknown or missing.
     """
-    found = parse(path)
-    if found.pop("format", None) != FORMAT:
-        raise TrundleError(f'{path}: must begin with format = "{FORMAT}"')
+    found = headed(path, FORMAT)
     ranges = found.pop("ranges", {})
     if which not in ranges:
         raise TrundleError(f"{path}: [ranges] has no '{which}'; it has {', '.join(ranges) or 'nothing'}")

@@ -2,39 +2,24 @@
 
 from __future__ import annotations
 
-import sys
-from collections.abc import Mapping
-from dataclasses import dataclass, field
+from dataclasses import dataclass, field, fields
 from pathlib import Path
-from typing import Any
+from typing import Any, Literal
 
 import gymnasium as gym
 
 import trundle
 from trundle.recording import TrundleError
-
-if sys.version_info >= (3, 11):
-    import tomllib
-else:
-    import tomli as tomllib
+from trundle.settings import checked, headed
 
 __all__ = ["Settings", "read"]
 
 FORMAT = "trundle-run/1"
-TABLES = ("none", "csv", "parquet")
-KINDS: dict[str, tuple[Any, str]] = {
-    "environment": (str, "a text"),
-    "seed": (int, "a whole number"),
-    "episodes": (int, "a whole number"),
-    "recording": (str, "a text"),
-    "arguments": (dict, "a table"),
-    "agent": (dict, "a table"),
-}
 
 
 @dataclass(frozen=True)
-class Settings:
-    """What a run depends on.
+class File:
+    """What a run's file says.
 
     Attributes
     ----------
@@ -45,30 +30,31 @@ class Settings:
     episodes : int
         How many; each draws everything anew, and the agent begins it knowing nothing.
     recording : str
-        Table of the recordings, "csv" or "parquet"; "none" keeps none.
+        Table of the recordings; "none" keeps none.
     arguments : dict
         Of the environment.
     agent : dict
         Of `trundle.AdaptiveAgent`; `model` is the path of a file, seen from the configuration's folder.
-    text : str
-        The file.
-    folder : Path
-        Where it lies.
     """
 
     environment: str
     seed: int = 0
     episodes: int = 1
-    recording: str = "csv"
+    recording: Literal["csv", "parquet", "none"] = "csv"
     arguments: dict[str, Any] = field(default_factory=dict)
     agent: dict[str, Any] = field(default_factory=dict)
+
+
+@dataclass(frozen=True)
+class Settings(File):
+    """What a run depends on: its file's keys, its text, and the folder where it lies."""
+
     text: str = ""
     folder: Path = Path()
 
     def begin(self, number: int) -> tuple[gym.Env[Any, Any], trundle.AdaptiveAgent]:
         """Return the environment and the agent of an episode; `play` begins it with `seed + number`."""
         env = self._environment()
-        env.reset(seed=self.seed + number)  # before that, an agent could not ask which object there is
         model = None if self.model is None else trundle.Model.read(self.model)
         chosen = {name: value for name, value in self.agent.items() if name != "model"}
         try:
@@ -89,7 +75,7 @@ class Settings:
 
     def plain(self) -> dict[str, Any]:
         """Return everything that the result depends on, as plain values."""
-        kept = {name: getattr(self, name) for name in KINDS}
+        kept = {one.name: getattr(self, one.name) for one in fields(File)}
         model = None if self.model is None else trundle.Model.read(self.model).to_toml()
         return {**kept, "model": model, "version": trundle.__version__}
 
@@ -102,42 +88,21 @@ def read(path: Path) -> Settings:
     TrundleError
         If a key is unknown, missing or of another type, or the environment or the agent refuses its own.
     """
-    text = path.read_text(encoding="utf-8")
-    try:
-        found = tomllib.loads(text)
-    except tomllib.TOMLDecodeError as error:
-        raise TrundleError(f"{path}: {error}") from None
-    if found.pop("format", None) != FORMAT:
-        raise TrundleError(f'{path}: must begin with format = "{FORMAT}"')
-    for name in found:
-        check(path, name, found)
-    if "environment" not in found:
-        raise TrundleError(f"{path}: the key 'environment' is missing; give one of {', '.join(tasks())}")
-    settings = Settings(**found, text=text, folder=path.parent)
+    file = checked(path, File, headed(path, FORMAT))
+    if file.environment not in tasks():
+        raise TrundleError(f"{path}: environment = {file.environment!r}: choose {', '.join(tasks())}")
+    if file.seed < 0:
+        raise TrundleError(f"{path}: seed = {file.seed}: a seed is a whole number from 0 on")
+    if file.episodes < 1:
+        raise TrundleError(f"{path}: episodes = {file.episodes}: at least one")
+    if file.arguments.get("horizon") == 0:
+        raise TrundleError(f"{path}: [arguments] horizon = 0: an episode must end; give a number of steps")
+    settings = Settings(**vars(file), text=path.read_text(encoding="utf-8"), folder=path.parent)
     try:
         settings.begin(0)
     except TrundleError as error:
         raise TrundleError(f"{path}: {error}") from None
     return settings
-
-
-def check(path: Path, name: str, found: Mapping[str, Any]) -> None:
-    """Refuse a key that is unknown, and a value that cannot be meant."""
-    if name not in KINDS:
-        raise TrundleError(f"{path}: unknown key '{name}'; known are format, {', '.join(KINDS)}")
-    value, (kind, words) = found[name], KINDS[name]
-    if type(value) is not kind:
-        raise TrundleError(f"{path}: {name} = {value!r} is not {words}")
-    if name == "environment" and value not in tasks():
-        raise TrundleError(f"{path}: environment = {value!r}: choose {', '.join(tasks())}")
-    if name == "recording" and value not in TABLES:
-        raise TrundleError(f"{path}: recording = {value!r}: choose {', '.join(TABLES)}")
-    if name == "seed" and value < 0:
-        raise TrundleError(f"{path}: seed = {value}: a seed is a whole number from 0 on")
-    if name == "episodes" and value < 1:
-        raise TrundleError(f"{path}: episodes = {value}: at least one")
-    if name == "arguments" and value.get("horizon") == 0:
-        raise TrundleError(f"{path}: [arguments] horizon = 0: an episode must end; give a number of steps")
 
 
 def tasks() -> list[str]:

@@ -63,7 +63,7 @@ def played(settings: config.Settings, folder: Folder, number: int, quiet: bool) 
     if settings.recording != "none":
         recording = folder.episode(number) / "recording"
         name = f"{settings.environment.split('/')[-1]}_{settings.seed + number}"
-        env = trundle.Record(env, recording, name=name, table=settings.recording)  # type: ignore[arg-type]
+        env = trundle.Record(env, recording, name=name, table=settings.recording)
         recording.parent.mkdir(exist_ok=True)
     with Progress(f"episode {number}", quiet=quiet) as progress:
         history = play(env, agent, settings.seed + number, Watch(progress, quiet))
