@@ -190,7 +190,7 @@ class AdaptiveAgent:
         state : tuple of Belief, optional
             As returned by the call before; the agent remembers it if it is left out.
         episode_start : bool or ndarray of bool, shape (n,), optional
-            Where it is True the belief starts anew, as it does where the goal has changed.
+            Where it is True the belief starts anew; left out, it does so where the goal has changed.
         deterministic : bool
             Of no effect: the agent does not explore at random.
 
@@ -209,15 +209,18 @@ class AdaptiveAgent:
         known: Sequence[Belief | None] = self._beliefs if state is None else state
         if len(known) != len(many):
             known = [None] * len(many)
-        starts = np.broadcast_to(np.asarray(False if episode_start is None else episode_start), len(many))
+        if episode_start is None:
+            starts = [belief is None or changed(belief, row) for belief, row in zip(known, many, strict=True)]
+        else:
+            starts = np.broadcast_to(np.asarray(episode_start), len(many)).tolist()
         pairs = zip(known, many, starts, strict=True)
-        self._beliefs = tuple(self._followed(belief, row, bool(start)) for belief, row, start in pairs)
+        self._beliefs = tuple(self._followed(belief, row, start) for belief, row, start in pairs)
         actions = np.array([self._act(belief) for belief in self._beliefs], dtype=np.float32)
         return actions.reshape((*rows.shape[:-1], -1)), self._beliefs
 
     def _followed(self, belief: Belief | None, row: Array, start: bool) -> Belief:
         """Return the belief after one more observation."""
-        if belief is None or start or not np.array_equal(belief.goal, row[7:11]):
+        if belief is None or start:
             return self._begun(row)
         belief.seen.append(row)
         due = (len(belief.seen) - 1) % self._push == 0 and belief.fits < self._pushes
@@ -323,6 +326,11 @@ class AdaptiveAgent:
     def _planner(self) -> Planner:
         low, high = self._space.low[:WRENCH] * self._scale, self._space.high[:WRENCH] * self._scale
         return Planner(low, high, seed=self._seed, **self._settings)
+
+
+def changed(belief: Belief, row: Array) -> bool:
+    """Return whether an observation is of another goal."""
+    return not np.array_equal(belief.goal, row[7:11])
 
 
 def outline(thing: dict[str, Any]) -> Array:

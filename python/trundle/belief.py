@@ -15,6 +15,9 @@ __all__ = ["Belief", "Update", "described", "rolling"]
 
 Array: TypeAlias = NDArray[np.float64]
 
+AT_ONCE = 1e-4
+"""Time in which a wrench is gone when the gripper lets go, s."""
+
 
 @dataclass(frozen=True)
 class Update:
@@ -142,10 +145,11 @@ class Belief:
             "torque_z": seen[:, 13],
         }
         # An action is held once the arm has reached it: what is read at its end was there all the time.
+        # When the gripper lets go, the wrench is gone at once.
         held = {key: np.full(len(seen) - 1, np.nan) for key in table}
         for key in ("force_x", "force_y", "torque_z"):
             held[key] = table[key][1:]
-        held["t"] = table["t"][:-1] + rise
+        held["t"] = table["t"][:-1] + np.where(moved(seen), AT_ONCE, rise)
         order = np.argsort(np.concatenate([table["t"], held["t"]]))
         return {key: np.concatenate([table[key], held[key]])[order] for key in table}
 
@@ -157,10 +161,16 @@ class Belief:
         seen = np.array(self.seen)
         theta = np.unwrap(np.arctan2(seen[:, 3], seen[:, 2]))
         states = np.column_stack([seen[:, 0:2], theta, seen[:, 4:7]])
-        share = rise / period / 2
+        share = np.where(moved(seen), 0.0, rise / period / 2)[:, None]
         felt = share * seen[:-1, 11:14] + (1 - share) * seen[1:, 11:14]
         wrench = about_origin(felt.T, seen[:-1, 14:16].T).T
         return states[:-1], np.ascontiguousarray(wrench), np.full(len(felt), period), states[1:]
+
+
+def moved(seen: Array) -> NDArray[np.bool_]:
+    """Return for each step between observations whether the gripper had let go and went elsewhere."""
+    goes: NDArray[np.bool_] = np.any(seen[1:, 14:16] != seen[:-1, 14:16], axis=1)
+    return goes
 
 
 def about_origin(felt: Array, grasp: Array) -> Array:

@@ -110,7 +110,10 @@ def test_a_new_episode_starts_over(
         other, _ = gymnasium.make("trundle/LockedWheel-v0").reset(seed=9)
         agent.predict(other)
         assert agent.beliefs[0].fits == 0
-    again = [agent.predict(row, episode_start=told and k == 0)[0].tolist() for k, row in enumerate(pushed[0])]
+    again = [
+        agent.predict(row, episode_start=k == 0 if told else None)[0].tolist()
+        for k, row in enumerate(pushed[0])
+    ]
     assert again == first
 
 

@@ -98,6 +98,40 @@ def test_it_takes_hold_elsewhere_where_the_grasp_cannot_do_it() -> None:
     assert len(belief.seen) < 0.6 * len(kept.seen)
 
 
+def test_a_gripper_that_lets_go_pushes_no_longer() -> None:
+    # On an object that rolls freely every impulse is a change of velocity.
+    env = gymnasium.make("trundle/PushPose-v0", hidden="none", action="regrasp", noise=0.0)
+    observation, _ = env.reset(seed=1)
+    source: Any = env.unwrapped
+    truth = trundle.Model.from_toml(tomli_w.dumps(source.hidden_model()))
+    belief = trundle.AdaptiveAgent(env, model=truth)._begun(observation)
+    push, leave = np.array([0.3, 0.1, 0, 0, 0, -1.0]), np.array([0, 0, 0, 0.5, 0.5, 1.0])
+    for action in [push] * 4 + [leave] * 25 + [push] * 2:
+        belief.seen.append(env.step(action.astype(np.float32))[0].astype(float))
+    assert np.any(belief.now[14:16] != belief.seen[0][14:16])
+    before, wrench, dt, after = belief.transitions(0.05, 0.02)
+    mass = source.hidden_model()["body"]["mass"]
+
+    def gained(impulse: Any) -> Any:
+        middle = np.array([turned(one, angle) for one, angle in zip(impulse, before[:, 2], strict=True)])
+        return middle / mass
+
+    speeds = after[:, 3:5] - before[:, 3:5]
+    assert gained(wrench[:, :2] * dt[:, None]) == pytest.approx(speeds, abs=2e-3)
+    columns = belief.columns(0.05, 0.02)
+    force = np.stack([columns["force_x"], columns["force_y"]], axis=1)
+    within = np.digitize(columns["t"][:-1] + 1e-9, 0.05 * np.arange(len(belief.seen))) - 1
+    parts = (force[1:] + force[:-1]) / 2 * np.diff(columns["t"])[:, None]
+    summed = np.array([parts[within == step].sum(axis=0) for step in range(len(dt))])
+    assert gained(summed) == pytest.approx(speeds, abs=2e-3)
+
+
+def test_along_a_path_the_goal_moves_and_it_goes_on_learning() -> None:
+    belief, _ = played(60, "trundle/PushPath-v0")
+    assert belief.fits == 5
+    assert belief.model != belief.updates[0].model
+
+
 def test_of_several_objects_the_observation_tells_the_size() -> None:
     belief, info = played(300, options={"hidden": "locked", "object": ["chair", "bookcase"]}, seed=5)
     assert info["is_success"]
