@@ -26,8 +26,8 @@ MODES = ("wrench", "regrasp")
 """Meanings of actions that the agent knows."""
 LOCKED = 150.0
 """Drag of a wheel that is suspected to be locked, N s/m."""
-LIGHTER = 4.0
-"""By how much an object that may be any may be lighter than is thought."""
+GENTLY = 0.5
+"""Share of a plan that is done to an object that may be any, before anything has been learnt of it."""
 DRAWS = 4
 """Models drawn from the posterior, beside the most probable one."""
 MATTERS = 0.02
@@ -58,7 +58,7 @@ class AdaptiveAgent:
     It begins with a belief about the object (by default that it is uniform and rolls freely), plans pushes
     on it by MPPI, fits the paper's model to the episode so far after each push, and goes on planning on
     what was found. Where it matters which of the models that the posterior allows is true, plans are made for
-    several of them together. All that it uses is in the observations.
+    several of them together, and it fits before each plan. All that it uses is in the observations.
 
     An agent has the `predict` of stable-baselines3's algorithms, so that
     `stable_baselines3.common.evaluation.evaluate_policy` runs it, on vectorised environments too.
@@ -84,9 +84,9 @@ class AdaptiveAgent:
         Begin with several suspicions (the object rolls freely, or a wheel near any one corner is locked), and
         where it would be worth while to know which model is true, prefer pushes that tell (dual control).
     push : float
-        Time from one fit to the next, s.
+        Time from one fit to the next, s, where little hangs on it.
     pushes : int, optional
-        Fits after which it learns no more; None: it goes on learning.
+        After so many times that long it learns no more; None: it goes on learning.
     starts : int
         Random starts of each fit.
     period : float
@@ -166,7 +166,7 @@ class AdaptiveAgent:
         self._settings = planner
         self._hold = max(1, round(self._planner().hold / period))
         self._push = max(1, round(push / period))
-        self._pushes = np.inf if pushes is None else pushes
+        self._last_fit = np.inf if pushes is None else pushes * self._push
         self._beliefs: tuple[Belief, ...] = ()
 
     @property
@@ -223,12 +223,17 @@ class AdaptiveAgent:
         if belief is None or start:
             return self._begun(row)
         belief.seen.append(row)
-        due = (len(belief.seen) - 1) % self._push == 0 and belief.fits < self._pushes
-        if self._adapt and due:
+        if self._adapt and self._due(belief):
             update = self._learner.learn(belief, self._period, self._rise)
             if update is not None:
                 belief.updates.append(self._weighed(belief, update))
         return belief
+
+    def _due(self, belief: Belief) -> bool:
+        """Tell whether to fit now: after each push, before each plan while it matters which model is true."""
+        steps = len(belief.seen) - 1
+        unsure = not belief.updates or belief.updates[-1].worth > MATTERS
+        return steps % (self._hold if unsure else self._push) == 0 and steps <= self._last_fit
 
     def _begun(self, row: Array) -> Belief:
         metadata = described(self._source.recording_metadata("episode"))
@@ -239,9 +244,6 @@ class AdaptiveAgent:
             metadata = {**metadata, "object": thing}
         model = rolling(metadata["object"], self._mass) if self._model is None else self._model
         belief = Belief(model, self._planner(), metadata, row)
-        if self._varied and self._model is None:
-            # Gently at first: it may weigh a quarter of what is thought.
-            belief.models = (model, rolling(metadata["object"], self._mass / LIGHTER))
         if self._probe:
             belief.models += suspicions(metadata["object"], self._mass)
             belief.planner.be_curious(CURIOSITY)
@@ -308,7 +310,9 @@ class AdaptiveAgent:
                 learnt=belief.learnt,
             )
             belief.planner.advance(self._hold * self._period)
-            belief.plan = [plan[0] / self._scale] * self._hold
+            unknown = self._adapt and self._varied and self._model is None and not belief.updates
+            share = GENTLY if unknown else 1.0
+            belief.plan = [share * plan[0] / self._scale] * self._hold
         action = np.zeros(self._space.shape)
         action[:WRENCH] = belief.plan.pop()
         if self._regrasps:

@@ -17,10 +17,13 @@ def test_a_touch_that_lasts_is_one(touched: list[bool], count: int) -> None:
 
 def test_what_was_learnt_is_told_once_and_in_order() -> None:
     named = [("tether",), (), ("com_offset", "tether")]
-    updates = [SimpleNamespace(named=names, regrasp=(0.1, 0.2) if names else None) for names in named]
+    updates = [
+        SimpleNamespace(time=0.5 + k, named=names, regrasp=(0.1, 0.2) if names else None)
+        for k, names in enumerate(named)
+    ]
     agent = SimpleNamespace(beliefs=(SimpleNamespace(updates=updates, fits=3),))
-    assert learnt(agent) == {"fits": 3, "regrasps": 2, "named": ["tether", "com_offset"]}
-    assert learnt(SimpleNamespace()) == {"fits": 0, "regrasps": 0, "named": []}
+    assert learnt(agent) == {"fits": 3, "learning": 2.5, "regrasps": 2, "named": ["tether", "com_offset"]}
+    assert learnt(SimpleNamespace()) == {"fits": 0, "learning": 0.0, "regrasps": 0, "named": []}
 
 
 def test_the_oracle_knows_what_is_hidden_and_no_other_agent_does() -> None:

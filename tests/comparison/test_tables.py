@@ -9,11 +9,12 @@ import pytest
 from trundle.comparison import tables
 from trundle.comparison.config import Agent, Settings, Target, Worlds
 from trundle.comparison.document import headlines
-from trundle.comparison.scores import fewer_fits, regret, regrets, solved_after, success
+from trundle.comparison.scores import quick, regret, regrets, solved_after, success
 
 
 def row(seed: int, reward: float, **more: Any) -> dict[str, Any]:
     usual = {"run": 0, "success": True, "lost": False, "touches": 0, "seconds": 4.0, "limit": 15.0, "fits": 1}
+    usual |= {"learning": 0.5}
     ends = {"distance": 0.03, "heading": 0.05, "radius": 0.6, "regrasps": 0, "named": []}
     return {"seed": seed, "return": reward, **usual, **ends, **more}
 
@@ -21,7 +22,7 @@ def row(seed: int, reward: float, **more: Any) -> dict[str, Any]:
 ORACLE = [row(0, -1.0), row(1, -2.0), row(2, -1.0)]
 MINE = [
     row(0, -1.1),
-    row(1, -2.2, fits=5),
+    row(1, -2.2, fits=5, learning=2.5),
     row(2, -4.0, success=False, seconds=3.0, lost=True, named=["tether"]),
 ]
 SETTINGS = Settings(
@@ -50,7 +51,7 @@ def test_regret_of_sums_counts_everything_and_of_worlds_the_middle() -> None:
 
 def test_rates() -> None:
     assert success(MINE).value == pytest.approx(2 / 3)
-    assert fewer_fits(MINE).value == pytest.approx(1 / 3)
+    assert quick(MINE, 0.5).value == pytest.approx(1 / 3)
 
 
 def test_targets_are_judged_with_their_intervals() -> None:
@@ -71,7 +72,7 @@ def test_the_first_sentence_tells_success_and_regret() -> None:
 
 
 def test_an_agent_that_learns_nothing_has_no_success_after_few_fits() -> None:
-    fixed = [{**one, "fits": 0} for one in MINE]
+    fixed = [{**one, "fits": 0, "learning": 0.0} for one in MINE]
     settings = {"oracle": SETTINGS.agents["oracle"], "mine": Agent("Fixed", "adaptive", {"adapt": False})}
     told = tables.outcomes(Settings("n", "T", SETTINGS.worlds, settings, "mine"), {"mine": fixed})
     assert told.splitlines()[2].split(" | ")[2] == "–"

@@ -69,7 +69,7 @@ def test_it_plans_on_several_models_only_while_it_matters_which_is_true() -> Non
     worths = [update.worth for update in belief.updates]
     assert worths[0] > 0.02 > worths[-1]
     assert belief.models == (belief.model,)
-    early, _ = played(11)
+    early, _ = played(5)
     assert len(early.models) == 5
 
 
@@ -84,7 +84,7 @@ def test_a_probing_agent_begins_with_suspicions_and_ends_as_sure() -> None:
 def test_learning_can_end_after_some_pushes() -> None:
     belief, info = played(300, pushes=2)
     assert info["is_success"]
-    assert [update.time for update in belief.updates] == [0.5, 1.0]
+    assert belief.updates[-1].time == 1.0
 
 
 def test_it_takes_hold_elsewhere_where_the_grasp_cannot_do_it() -> None:
@@ -128,7 +128,7 @@ def test_a_gripper_that_lets_go_pushes_no_longer() -> None:
 
 def test_along_a_path_the_goal_moves_and_it_goes_on_learning() -> None:
     belief, _ = played(60, "trundle/PushPath-v0")
-    assert belief.fits == 5
+    assert belief.updates[-1].time == 2.5
     assert belief.model != belief.updates[0].model
 
 
@@ -137,6 +137,15 @@ def test_of_several_objects_the_observation_tells_the_size() -> None:
     assert info["is_success"]
     corner = np.max(belief.metadata["object"]["footprint"], axis=0)
     assert corner == pytest.approx(belief.now[16:18])
+
+
+def test_what_may_be_any_object_is_pushed_gently_before_anything_is_known_of_it() -> None:
+    env = gymnasium.make(AROUND, hidden="locked", object=["chair", "bookcase"])
+    observation, _ = env.reset(seed=5)
+    unknown = trundle.AdaptiveAgent(env)
+    gentle, (belief,) = unknown.predict(observation, episode_start=True)
+    full, _ = trundle.AdaptiveAgent(env, model=belief.model).predict(observation, episode_start=True)
+    assert gentle == pytest.approx(full / 2)
 
 
 def test_an_oracle_follows_a_caster() -> None:

@@ -1,11 +1,13 @@
 //! What a plan is judged by.
 //!
 //! ```text
-//! ∫ |p − p*| + w_θ |θ − θ*| + w_u Σ (u/u_max)² + w_v (excess speed)² + w_c (lack of room)² dt  +  T (final error + w_s speed)
+//! ∫ |p − p*| + w_θ |θ − θ*| + w_u Σ (u/u_max)² + w_v (excess speed)² + w_c (lack of room)² dt
+//!     +  T (final error + w_s speed)  +  w_θ (θ − θ*)² / 2ω
 //! ```
 //! The lack of room is what a margin lacks, as a share of it; among obstacles, by how much the way to the goal is
 //! longer than it looks, turns with it, is added to the distance. The first two terms are minus the reward of the environment; the excess is over speeds at which
-//! the object would be lost; the last term stands for what happens after the plan.
+//! the object would be lost; the last two terms stand for what happens after the plan. An object with a locked wheel turns
+//! slowly on the spot: a turn that is left is charged for as long as it takes at the pace ω.
 
 use std::f64::consts::TAU;
 
@@ -30,6 +32,8 @@ pub struct Cost {
     pub excess: f64,
     /// For how long the pose error at the end of the plan is charged, s.
     pub arrival: f64,
+    /// How fast a heading error that is left at the end of the plan is taken to be undone, rad/s.
+    pub pace: f64,
     /// How far a speed at the end of the plan is taken to carry, s: metres of error for each m/s.
     pub momentum: f64,
     /// Room that should be left to obstacles, m.
@@ -47,6 +51,7 @@ impl Default for Cost {
             spin_limit: 2.5,
             excess: 10.0,
             arrival: 0.5,
+            pace: 1.0,
             momentum: 0.3,
             margin: 0.06,
             collision: 10.0,
@@ -107,6 +112,7 @@ impl Cost {
             ("cost.speed_limit", self.speed_limit),
             ("cost.spin_limit", self.spin_limit),
             ("cost.margin", self.margin),
+            ("cost.pace", self.pace),
         ] {
             if !(limit.is_finite() && limit > 0.0) {
                 return Err(ControlError::value(key, limit, "must be positive and finite (m/s, rad/s, m)"));
@@ -141,7 +147,9 @@ impl Cost {
     pub(crate) fn terminal(&self, state: &State<f64>, goal: &[f64; 3], room: &Room) -> f64 {
         let [vx, vy, spin] = state.twist;
         let carried = length(vx, vy) + self.heading * spin.abs();
-        self.arrival * (self.error(state, goal, room) + self.momentum * carried)
+        let turn = wrapped(state.pose[2] - goal[2]);
+        let undone = self.heading * turn * turn / (2.0 * self.pace);
+        self.arrival * (self.error(state, goal, room) + self.momentum * carried) + undone
     }
 
     #[inline]
@@ -184,6 +192,17 @@ mod tests {
         let there = State::at_rest([1.0, 0.0, -3.0]);
         let expected = 0.3 * (TAU - 6.0);
         assert!((Cost::default().running(&there, &GOAL, &Room::open(), [0.0; 3]) - expected).abs() < 1e-12);
+    }
+
+    #[test]
+    fn a_turn_that_is_left_costs_what_it_takes_to_undo() {
+        let left = |turn: f64| State::at_rest([GOAL[0], GOAL[1], GOAL[2] - turn]);
+        let cost = Cost { arrival: 0.0, pace: 0.5, ..Cost::default() };
+        // From 2 rad at 0.5 rad/s: 4 s, of 1 rad on average.
+        assert!((cost.terminal(&left(2.0), &GOAL, &Room::open()) - 0.3 * 4.0).abs() < 1e-12);
+        assert!((cost.terminal(&left(TAU - 1.0), &GOAL, &Room::open()) - 0.3).abs() < 1e-12);
+        let error = Cost { pace: 0.0, ..Cost::default() }.check().unwrap_err();
+        assert!(error.to_string().contains("cost.pace"), "{error}");
     }
 
     #[test]

@@ -367,7 +367,7 @@ mod tests {
             plant.move_on(&mut exact, &applied, clock, 0.05);
         }
         let off = (rough.pose[0] - exact.pose[0]).hypot(rough.pose[1] - exact.pose[1]);
-        assert!(off < 0.03 && (exact.pose[0] - 0.5).hypot(exact.pose[1] - 0.1) < 0.1, "{off} {exact:?}");
+        assert!(off < 0.04 && (exact.pose[0] - 0.5).hypot(exact.pose[1] - 0.1) < 0.1, "{off} {exact:?}");
     }
 
     #[test]

@@ -66,8 +66,8 @@ def play(worlds: Worlds, agent: Agent, run: int, seed: int) -> tuple[Row, Row]:
         How it went: `success`, `lost`, `touches` (how often an obstacle was run into), `seconds` (its
         length), `limit` (s, at which it would have been given up), `return`, `distance` (m) and `heading`
         (rad, without a sign) that are left, `radius` of the object (m, from its origin to its farthest
-        corner), and what an adaptive agent did: `fits`, `regrasps`, `named` effects, in order. The same
-        arguments, the same row.
+        corner), and what an adaptive agent did: `fits`, `learning` (s, until the last of them), `regrasps`,
+        `named` effects, in order. The same arguments, the same row.
     timing : dict
         `decisions`, and the CPU seconds of all and of the longest: `total`, `longest`.
     """
@@ -109,10 +109,11 @@ def learnt(playing: Any) -> Row:
     """Return what an adaptive agent did about its belief; nothing of another."""
     beliefs = getattr(playing, "beliefs", ())
     if not beliefs:
-        return {"fits": 0, "regrasps": 0, "named": []}
+        return {"fits": 0, "learning": 0.0, "regrasps": 0, "named": []}
     updates = beliefs[0].updates
     return {
         "fits": beliefs[0].fits,
+        "learning": updates[-1].time if updates else 0.0,
         "regrasps": sum(update.regrasp is not None for update in updates),
         "named": list(dict.fromkeys(name for update in updates for name in update.named)),
     }

@@ -9,7 +9,7 @@ import numpy as np
 from trundle.comparison.statistics import Estimate, Scores, excess, iqm, rate
 from trundle.paper.results import Row
 
-__all__ = ["FEW", "cost", "fewer_fits", "regret", "regrets", "scores", "solved_after", "success"]
+__all__ = ["FEW", "cost", "quick", "regret", "regrets", "scores", "solved_after", "success"]
 
 FEW = 2
 """Pushes of learning that a success may take to count as quick."""
@@ -32,9 +32,9 @@ def success(rows: Sequence[Row]) -> Estimate:
     return rate(scores(rows, lambda row: row["success"]))
 
 
-def fewer_fits(rows: Sequence[Row]) -> Estimate:
-    """Return how often it succeeds after few pushes of learning."""
-    return rate(scores(rows, lambda row: row["success"] and row["fits"] <= FEW))
+def quick(rows: Sequence[Row], push: float) -> Estimate:
+    """Return how often it succeeds after learning for few pushes, of `push` s each."""
+    return rate(scores(rows, lambda row: row["success"] and row["learning"] <= FEW * push))
 
 
 def solved_after(row: Row) -> float:

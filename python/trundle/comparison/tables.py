@@ -9,7 +9,7 @@ import numpy as np
 from trundle.comparison.config import Settings, Target
 from trundle.comparison.curves import Curve
 from trundle.comparison.results import Results
-from trundle.comparison.scores import FEW, cost, fewer_fits, regret, regrets, scores, solved_after, success
+from trundle.comparison.scores import FEW, cost, quick, regret, regrets, scores, solved_after, success
 from trundle.comparison.statistics import Estimate, difference, improvement, iqm, rate
 from trundle.paper.document import table
 from trundle.paper.results import Row
@@ -30,19 +30,19 @@ def percent(found: Estimate, form: str = ".1f") -> str:
 def outcomes(settings: Settings, group: Mapping[str, Rows]) -> str:
     """Return how the episodes of a group of worlds ended."""
     lines = [
-        [settings.agents[name].title, *outcome(rows, settings.agents[name].learns)]
+        [settings.agents[name].title, *outcome(rows, settings.push if settings.agents[name].learns else None)]
         for name, rows in group.items()
         if rows
     ]
-    head = ["agent", "success", f"with at most {FEW} fits", "lost", "ran into something"]
+    head = ["agent", "success", f"learning for {FEW} pushes", "lost", "ran into something"]
     return table([*head, "distance left / radius", "heading left, °"], lines)
 
 
-def outcome(rows: Rows, learns: bool) -> list[str]:
-    """Return how an agent's episodes ended."""
+def outcome(rows: Rows, push: float | None) -> list[str]:
+    """Return how an agent's episodes ended; `push`, s, is that of one that learns."""
     return [
         percent(success(rows)),
-        percent(fewer_fits(rows)) if learns else NONE,
+        NONE if push is None else percent(quick(rows, push)),
         percent(rate(scores(rows, lambda row: row["lost"]))),
         percent(rate(scores(rows, lambda row: row["touches"] > 0))),
         iqm(scores(rows, lambda row: row["distance"] / row["radius"])).text(".3f"),
@@ -81,8 +81,13 @@ def targets(settings: Settings, results: Results) -> str:
         rows, oracle = group.get(target.agent, []), of_oracle(settings, group)
         if not rows or (target.figure == "regret" and not oracle):
             continue
-        figures = {"success": success, "quick success": fewer_fits}
-        found = figures[target.figure](rows) if target.figure in figures else regret(rows, oracle)
+        match target.figure:
+            case "success":
+                found = success(rows)
+            case "quick success":
+                found = quick(rows, settings.push)
+            case "regret":
+                found = regret(rows, oracle)
         who = [f"`{target.worlds}`", settings.agents[target.agent].title]
         lines.append([*who, target.figure, *judged(target, found)])
     return table(["worlds", "agent", "figure", "target", "found", ""], lines) if lines else ""
