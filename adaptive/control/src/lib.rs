@@ -10,6 +10,7 @@ mod field;
 mod grasp;
 mod planner;
 mod polygon;
+mod rollout;
 mod room;
 mod sampling;
 mod settings;

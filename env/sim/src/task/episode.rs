@@ -11,6 +11,7 @@ use trundle_model::{Clock, Plant, Rigid, State, to_body};
 use super::arm::Arm;
 use super::hidden::Hidden;
 use super::options::{Goal, Mode, Options};
+use super::outcome::Outcome;
 use super::room::{AHEAD, Progress, Room};
 use super::rules::*;
 use super::senses::{blur, sensor, stream, tracker};
@@ -24,29 +25,6 @@ use crate::{Instruments, Mover, Sensor, SimError, Tracker};
 /// Streams of random numbers from an episode's seed; the first draws the world.
 const RECORDED: u64 = 1;
 const OBSERVED: u64 = 2;
-
-/// What a step has led to.
-#[derive(Clone, Copy, Debug, Default, PartialEq)]
-pub struct Outcome {
-    /// Minus the time integral of the pose error, less penalties.
-    pub reward: f64,
-    /// The goal was reached, or the object was lost.
-    pub terminated: bool,
-    /// The time is up.
-    pub truncated: bool,
-    /// The goal was reached.
-    pub success: bool,
-    /// The object left the arena, or went too fast.
-    pub lost: bool,
-    /// The object touched an obstacle.
-    pub touched: bool,
-    /// Distance to the goal, or from the path, m.
-    pub distance: f64,
-    /// Heading less goal heading, rad, in (−π, π].
-    pub heading_error: f64,
-    /// Share of the path that lies behind it; 0 without a path.
-    pub progress: f64,
-}
 
 /// The episode under way.
 #[derive(Clone)]

@@ -5,6 +5,7 @@ mod batch;
 mod episode;
 mod hidden;
 mod options;
+mod outcome;
 mod room;
 pub mod rules;
 mod senses;
@@ -23,9 +24,9 @@ use episode::Episode;
 use rules::WIDEST;
 
 pub use batch::{Autoreset, Batch, Rows};
-pub use episode::Outcome;
 pub use hidden::Hidden;
 pub use options::{Goal, Mode, Options, Secret};
+pub use outcome::Outcome;
 pub use room::{Reset, Room};
 pub use things::{Thing, Things, household};
 

@@ -1,0 +1,33 @@
+//! How an object moves at one instant.
+
+use crate::Real;
+use crate::law::INNER;
+
+/// Motion state of the object frame's origin: pose `[m, m, rad]` and twist `[m/s, m/s, rad/s]`, world axes.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub struct State<T> {
+    /// Pose of the object frame in the world.
+    pub pose: [T; 3],
+    /// Velocity of its origin, and spin.
+    pub twist: [T; 3],
+    /// States of the laws' own, in the model's order, then zeros.
+    pub inner: [T; INNER],
+}
+
+impl<T: Real> State<T> {
+    /// At rest at a pose.
+    pub fn at_rest(pose: [f64; 3]) -> Self {
+        Self::moving(pose.map(T::lift), [T::zero(); 3])
+    }
+
+    /// In motion, the laws' own states at zero.
+    pub fn moving(pose: [T; 3], twist: [T; 3]) -> Self {
+        Self { pose, twist, inner: [T::zero(); INNER] }
+    }
+
+    /// The same with the laws' own states given.
+    #[must_use]
+    pub fn with_inner(self, inner: [f64; INNER]) -> Self {
+        Self { inner: inner.map(T::lift), ..self }
+    }
+}
