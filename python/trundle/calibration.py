@@ -13,6 +13,7 @@ import numpy as np
 
 from trundle import _native
 from trundle._native import TrundleError
+from trundle.whole import write_text
 
 __all__ = ["Calibration", "calibrate"]
 
@@ -123,10 +124,4 @@ def kept(out: PathLike | None, head: str) -> dict[int, str]:
 
 def save(path: Path, lines: list[str]) -> None:
     """Write the file so that it is whole at any time."""
-    path.parent.mkdir(parents=True, exist_ok=True)
-    partial = path.with_name(f".{path.name}.partial-{os.getpid()}")
-    try:
-        partial.write_text("\n".join(lines) + "\n", encoding="utf-8")
-        partial.replace(path)
-    finally:
-        partial.unlink(missing_ok=True)
+    write_text(path, "\n".join(lines) + "\n")

@@ -15,6 +15,7 @@ from numpy.typing import NDArray
 from trundle import _native
 from trundle._native import Model, Recording, TrundleError
 from trundle.diagnosis import PathLike, Progress, source, written
+from trundle.whole import write_text
 
 if sys.version_info >= (3, 11):
     import tomllib
@@ -157,7 +158,7 @@ class Design:
             texts["scenario.toml"], texts["object.toml"] = self.scenario()
         folder.mkdir(parents=True, exist_ok=True)
         for name, text in texts.items():
-            (folder / name).write_text(text, encoding="utf-8")
+            write_text(folder / name, text)
         return folder
 
 

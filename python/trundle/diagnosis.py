@@ -4,10 +4,7 @@ from __future__ import annotations
 
 import json
 import os
-import shutil
-import tempfile
-from collections.abc import Callable, Iterator, Mapping, Sequence
-from contextlib import contextmanager
+from collections.abc import Callable, Mapping, Sequence
 from dataclasses import dataclass
 from pathlib import Path
 from typing import Any, Literal, TypeAlias
@@ -17,6 +14,7 @@ from trundle._native import Model, Recording, TrundleError
 from trundle.foreign import Parameters, Step, described
 from trundle.report import inputs, render
 from trundle.usable import refuse_unusable
+from trundle.whole import whole_file, whole_folder
 
 __all__ = ["Diagnosis", "Fit", "diagnose", "fit", "predict"]
 
@@ -91,7 +89,7 @@ class Diagnosis:
         TrundleError
             If the folder holds anything but an earlier diagnosis.
         """
-        with appearing(Path(folder)) as partial:
+        with whole_folder(Path(folder), ANSWER, "a diagnosis") as partial:
             (partial / ANSWER).write_text(self._outcome.answer + "\n", encoding="utf-8")
             (partial / "report.html").write_text(self.report, encoding="utf-8")
             (partial / "model.toml").write_text(self._outcome.model, encoding="utf-8")
@@ -215,12 +213,8 @@ def predict(recording: Recording | PathLike, model: Model | PathLike, out: PathL
         If a value of the model is free.
     """
     target = Path(out)
-    partial = target.with_name(f".{target.name}.partial-{os.getpid()}")
-    try:
-        _native._predict(source(recording), written(model) or "", partial)
-        partial.replace(target)
-    finally:
-        partial.unlink(missing_ok=True)
+    with whole_file(target) as part:
+        _native._predict(source(recording), written(model) or "", part)
     return target
 
 
@@ -340,19 +334,3 @@ def written(model: Model | PathLike | None) -> str | None:
     if model is None:
         return None
     return (model if isinstance(model, Model) else Model.read(model)).to_toml()
-
-
-@contextmanager
-def appearing(folder: Path) -> Iterator[Path]:
-    """Give a folder to write into that takes its place at the end, or is gone if anything fails."""
-    if folder.exists() and not (folder / ANSWER).exists() and (not folder.is_dir() or any(folder.iterdir())):
-        raise TrundleError(f"{folder}: holds something else than a diagnosis; give another folder with --out")
-    folder.parent.mkdir(parents=True, exist_ok=True)
-    partial = Path(tempfile.mkdtemp(prefix=f".{folder.name}-", dir=folder.parent))
-    try:
-        partial.chmod(0o755)
-        yield partial
-        shutil.rmtree(folder, ignore_errors=True)
-        partial.rename(folder)
-    finally:
-        shutil.rmtree(partial, ignore_errors=True)

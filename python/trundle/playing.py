@@ -2,7 +2,6 @@
 
 from __future__ import annotations
 
-import os
 from collections.abc import Iterator
 from pathlib import Path
 from typing import Any
@@ -14,6 +13,7 @@ from numpy.typing import NDArray
 from trundle._native import TrundleError
 from trundle.agent import AdaptiveAgent
 from trundle.learning.policy import Policy, load
+from trundle.whole import whole_file
 
 __all__ = ["Film", "chosen", "play"]
 
@@ -63,12 +63,8 @@ class Film:
         from PIL import Image
 
         first, *rest = [Image.fromarray(frame).quantize(32) for frame in self._frames]
-        part = self.path.with_name(f".{self.path.name}.part")
-        try:
+        with whole_file(self.path) as part:
             first.save(part, "GIF", save_all=True, append_images=rest, duration=1000 * self._period, loop=0)
-            os.replace(part, self.path)
-        finally:
-            part.unlink(missing_ok=True)
 
 
 def chosen(agent: str) -> str | Policy:

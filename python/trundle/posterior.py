@@ -17,6 +17,7 @@ from numpy.typing import NDArray
 from trundle import _native
 from trundle._native import Model, Recording, TrundleError
 from trundle.diagnosis import source, written
+from trundle.whole import whole_file
 
 if TYPE_CHECKING:
     import xarray as xr
@@ -143,13 +144,8 @@ class Posterior:
         import xarray as xr
 
         target = Path(path)
-        partial = target.with_name(f".{target.name}.partial-{os.getpid()}")
-        target.parent.mkdir(parents=True, exist_ok=True)
-        try:
-            xr.DataTree.from_dict(self.groups()).to_netcdf(partial, engine="h5netcdf")
-            partial.replace(target)
-        finally:
-            partial.unlink(missing_ok=True)
+        with whole_file(target) as part:
+            xr.DataTree.from_dict(self.groups()).to_netcdf(part, engine="h5netcdf")
         return target
 
 

@@ -13,8 +13,8 @@ from trundle.comparison.curves import Curve, read_curves
 from trundle.comparison.results import Results, costs_of, read_results
 from trundle.comparison.scores import regret, success
 from trundle.paper.results import Row
-from trundle.proof.sealed import write_text
 from trundle.recording import TrundleError
+from trundle.whole import write_text
 
 __all__ = ["write_document"]
 

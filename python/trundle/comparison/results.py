@@ -10,8 +10,8 @@ from typing import Any
 import trundle
 from trundle.comparison.config import Settings
 from trundle.paper.results import Row, load
-from trundle.proof.sealed import write_text
 from trundle.recording import TrundleError
+from trundle.whole import write_text
 
 __all__ = ["Results", "Trial", "costs_of", "read_results", "write_costs", "write_results"]
 

@@ -4,15 +4,14 @@ from __future__ import annotations
 
 import json
 import os
-import shutil
-import tempfile
 from collections.abc import Sequence
 from pathlib import Path
 from typing import TypeAlias
 
-from trundle._native import Model, TrundleError, effects
+from trundle._native import Model, effects
 from trundle.export.mjcf import described, mjcf
 from trundle.export.randomise import ranges
+from trundle.whole import whole_folder
 
 __all__ = ["to_mujoco"]
 
@@ -49,24 +48,15 @@ def to_mujoco(
     """
     read = model if isinstance(model, Model) else Model.read(model)
     folder = Path(folder)
-    if folder.exists() and not (folder / MARK).exists() and (not folder.is_dir() or any(folder.iterdir())):
-        raise TrundleError(f"{folder}: holds something else than an export; give another folder with --out")
     written = {
         MARK: mjcf(read, footprint),
         "model.toml": read.to_toml(),
         "ranges.json": json.dumps(summary(read), indent=2, ensure_ascii=False) + "\n",
         CALLBACK: Path(__file__).with_name("callback.py").read_text(encoding="utf-8"),
     }
-    folder.parent.mkdir(parents=True, exist_ok=True)
-    partial = Path(tempfile.mkdtemp(prefix=f".{folder.name}-", dir=folder.parent))
-    try:
-        partial.chmod(0o755)
+    with whole_folder(folder, MARK, "an export") as partial:
         for name, text in written.items():
             (partial / name).write_text(text, encoding="utf-8")
-        shutil.rmtree(folder, ignore_errors=True)
-        partial.rename(folder)
-    finally:
-        shutil.rmtree(partial, ignore_errors=True)
     return folder
 
 

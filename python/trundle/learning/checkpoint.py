@@ -14,6 +14,7 @@ from stable_baselines3 import SAC
 from trundle._native import TrundleError
 from trundle.learning.networks import Algorithm
 from trundle.learning.worlds import Worlds, pick
+from trundle.whole import whole_file
 
 __all__ = ["read", "restore", "state", "write"]
 
@@ -75,16 +76,10 @@ def remembered(memory: Any) -> tuple[int, bool, dict[str, Any]]:
 
 def write(path: Path, kept: dict[str, Any]) -> None:
     """Write a checkpoint; the one before is there until this one is whole."""
-    path.parent.mkdir(parents=True, exist_ok=True)
-    part = path.with_name(f".{path.name}.partial")
-    try:
-        with part.open("wb") as file:
-            torch.save(kept, file)
-            file.flush()
-            os.fsync(file.fileno())
-        part.replace(path)
-    finally:
-        part.unlink(missing_ok=True)
+    with whole_file(path) as part, part.open("wb") as file:
+        torch.save(kept, file)
+        file.flush()
+        os.fsync(file.fileno())
 
 
 def read(path: Path) -> dict[str, Any] | None:

@@ -13,6 +13,7 @@ from numpy.typing import NDArray
 
 from trundle._native import TrundleError
 from trundle.learning.frames import seen, width
+from trundle.whole import whole_file
 
 __all__ = ["About", "Policy", "load"]
 
@@ -158,15 +159,8 @@ class Policy:
         for k, (weight, bias) in enumerate(self._layers):
             arrays |= {f"weight_{k}": weight, f"bias_{k}": bias}
         arrays[ABOUT] = np.array(json.dumps({"format": FORMAT, **asdict(self.about)}))
-        path = Path(path)
-        path.parent.mkdir(parents=True, exist_ok=True)
-        part = path.with_name(f".{path.name}.partial-{os.getpid()}")
-        try:
-            with part.open("wb") as file:
-                np.savez_compressed(file, **arrays)
-            part.replace(path)
-        finally:
-            part.unlink(missing_ok=True)
+        with whole_file(Path(path)) as part, part.open("wb") as file:
+            np.savez_compressed(file, **arrays)
 
 
 def load(path: str | os.PathLike[str]) -> Policy:

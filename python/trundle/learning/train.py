@@ -20,6 +20,7 @@ from trundle.learning.evaluate import evaluate
 from trundle.learning.networks import Algorithm, algorithm, exported
 from trundle.learning.worlds import Worlds, make, period
 from trundle.paper.results import rounded
+from trundle.whole import write_text
 
 __all__ = ["Training"]
 
@@ -123,8 +124,8 @@ class Training:
             "flattened": flattened(self.curve),
             "curve": self.curve,
         }
-        write(self._timing_file, {"cpu_seconds": round(seconds, 1)})
-        write(self._curve_file, told)
+        write_text(self._timing_file, lines({"cpu_seconds": round(seconds, 1)}))
+        write_text(self._curve_file, lines(told))
         self.checkpoint_file.unlink(missing_ok=True)
         return told
 
@@ -217,9 +218,6 @@ def writers(folder: Path) -> list[KVWriter]:
     return [TensorBoardOutputFormat(str(folder))]
 
 
-def write(path: Path, told: Row) -> None:
-    """Write JSON; whole or not at all."""
-    path.parent.mkdir(parents=True, exist_ok=True)
-    part = path.with_name(f".{path.name}.partial")
-    part.write_text(json.dumps(told, indent=1) + "\n", encoding="utf-8")
-    part.replace(path)
+def lines(told: Row) -> str:
+    """Return JSON for a person to read."""
+    return json.dumps(told, indent=1) + "\n"

@@ -2,11 +2,11 @@
 
 from __future__ import annotations
 
-import os
 from collections.abc import Sequence
 from pathlib import Path
 
 from trundle.recording import TrundleError
+from trundle.whole import write_text
 
 __all__ = ["replace", "table"]
 
@@ -42,7 +42,7 @@ def replace(path: Path, name: str, text: str, order: Sequence[str]) -> None:
             f"{path}: the line {begin!r} is not followed by {end!r}; restore it, or remove both"
         )
     after = rest.split(end, 1)[1]
-    write(path, f"{before}{begin}\n\n{text.strip()}\n\n{end}{after}")
+    write_text(path, f"{before}{begin}\n\n{text.strip()}\n\n{end}{after}")
 
 
 def markers(name: str) -> tuple[str, str]:
@@ -58,17 +58,6 @@ def with_markers(whole: str, name: str, order: Sequence[str]) -> str:
         if marker in whole:
             return whole.replace(marker, f"{empty}\n{marker}", 1)
     return f"{whole.rstrip()}\n\n{empty}"
-
-
-def write(path: Path, text: str) -> None:
-    """Write a text file; it appears whole or not at all."""
-    path.parent.mkdir(parents=True, exist_ok=True)
-    partial = path.with_name(f".{path.name}.partial-{os.getpid()}")
-    try:
-        partial.write_text(text, encoding="utf-8")
-        partial.replace(path)
-    finally:
-        partial.unlink(missing_ok=True)
 
 
 def table(head: Sequence[str], rows: Sequence[Sequence[str]]) -> str:

@@ -4,11 +4,11 @@ from __future__ import annotations
 
 import json
 import math
-import os
 from pathlib import Path
 from typing import Any
 
 from trundle.recording import TrundleError
+from trundle.whole import write_text
 
 __all__ = ["Results", "Row"]
 
@@ -58,14 +58,8 @@ class Results:
 
     def write(self) -> None:
         """Write all of it; whole or not at all."""
-        self.path.parent.mkdir(parents=True, exist_ok=True)
-        partial = self.path.with_name(f".{self.path.name}.partial-{os.getpid()}")
         lines = [{"settings": self.settings}, *self._rows.values()]
-        try:
-            partial.write_text("".join(json.dumps(line) + "\n" for line in lines), encoding="utf-8")
-            partial.replace(self.path)
-        finally:
-            partial.unlink(missing_ok=True)
+        write_text(self.path, "".join(json.dumps(line) + "\n" for line in lines))
 
 
 def comparable(settings: dict[str, Any]) -> dict[str, Any]:

@@ -17,7 +17,8 @@ from trundle.proof.case import Planned, draw, plan, plan_limits
 from trundle.proof.config import Settings
 from trundle.proof.further import asked_for, kinds, lengthened, same_object
 from trundle.proof.pool import in_parallel
-from trundle.proof.sealed import digest, open_sealed, seal, write_text
+from trundle.proof.sealed import digest, open_sealed, seal
+from trundle.whole import write_text
 
 __all__ = ["Proof", "conduct"]
 

@@ -10,7 +10,8 @@ from typing import Any
 
 from trundle.paper.results import Results, Row, load
 from trundle.proof import figures, tables, tables_after
-from trundle.proof.sealed import open_sealed, write_text
+from trundle.proof.sealed import open_sealed
+from trundle.whole import write_text
 
 __all__ = ["rows_of", "write_document"]
 

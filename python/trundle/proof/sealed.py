@@ -4,13 +4,13 @@ from __future__ import annotations
 
 import hashlib
 import json
-import os
 from pathlib import Path
 from typing import Any
 
 from trundle.recording import TrundleError
+from trundle.whole import write_text
 
-__all__ = ["digest", "open_sealed", "seal", "write_text"]
+__all__ = ["digest", "open_sealed", "seal"]
 
 FORMAT = "trundle-proof-answers/1"
 
@@ -44,14 +44,3 @@ def open_sealed(path: Path, expected: str) -> dict[str, dict[str, Any]]:
         )
     cases: dict[str, dict[str, Any]] = json.loads(path.read_text(encoding="utf-8"))["cases"]
     return cases
-
-
-def write_text(path: Path, text: str) -> None:
-    """Write a file; it appears whole or not at all."""
-    path.parent.mkdir(parents=True, exist_ok=True)
-    partial = path.with_name(f".{path.name}.partial-{os.getpid()}")
-    try:
-        partial.write_text(text, encoding="utf-8")
-        partial.replace(path)
-    finally:
-        partial.unlink(missing_ok=True)

@@ -7,17 +7,16 @@ tells after any interruption what it holds.
 from __future__ import annotations
 
 import json
-import os
 import shutil
 from pathlib import Path
 from typing import Any
 
 from trundle.recording import TrundleError
+from trundle.whole import PART, write_text
 
 __all__ = ["Folder"]
 
 History = dict[str, Any]
-PART = ".part"
 
 
 class Folder:
@@ -50,7 +49,9 @@ class Folder:
         elif any(not entry.name.endswith(PART) for entry in path.iterdir()):
             raise TrundleError(f"{path}: is not empty and holds no run; give another --out")
         else:
-            write(self._marker, text)
+            write_text(self._marker, text)
+        for left in path.glob(f".page.html.*{PART}"):
+            left.unlink()
 
     def episode(self, number: int) -> Path:
         """Return the folder of an episode."""
@@ -68,16 +69,9 @@ class Folder:
     def keep(self, number: int, history: History) -> None:
         """Keep what happened in an episode: from now on it is finished."""
         self.episode(number).mkdir(exist_ok=True)
-        write(self.episode(number) / "history.json", json.dumps(history) + "\n")
+        write_text(self.episode(number) / "history.json", json.dumps(history) + "\n")
 
     def show(self, page: str) -> Path:
         """Write the page."""
-        write(self.path / "page.html", page)
+        write_text(self.path / "page.html", page)
         return self.path / "page.html"
-
-
-def write(path: Path, text: str) -> None:
-    """Write a file; it appears whole or not at all, and what a kill leaves is overwritten the next time."""
-    part = path.with_name(f".{path.name}{PART}")
-    part.write_text(text, encoding="utf-8")
-    os.replace(part, path)
