@@ -61,6 +61,9 @@ impl PyPushing {
     /// Half the side of the arena, m.
     #[classattr]
     const ARENA: f64 = rules::ARENA;
+    /// Time that the gripper takes from one place on the object to another, s.
+    #[classattr]
+    const REGRASP: f64 = rules::REGRASP;
     /// Names of the household objects.
     #[classattr]
     #[pyo3(name = "HOUSEHOLD")]
@@ -90,6 +93,12 @@ impl PyPushing {
     #[getter]
     fn bounds(&self) -> Vec<f64> {
         self.task.options().bounds()
+    }
+
+    /// Steps after which an episode is truncated; 0: never.
+    #[getter]
+    fn horizon(&self) -> u32 {
+        self.task.options().horizon
     }
 
     /// Time between two actions, s.

@@ -252,6 +252,7 @@ class Snapshot:
 @final
 class Pushing:
     ARENA: float
+    REGRASP: float
     HOUSEHOLD: list[str]
     def __new__(cls, options: str) -> Pushing: ...
     @property
@@ -260,6 +261,8 @@ class Pushing:
     def varied(self) -> bool: ...
     @property
     def bounds(self) -> list[float]: ...
+    @property
+    def horizon(self) -> int: ...
     @property
     def control(self) -> float: ...
     def reset(

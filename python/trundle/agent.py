@@ -10,9 +10,10 @@ import gymnasium as gym
 import numpy as np
 from numpy.typing import NDArray
 
-from trundle._native import Model, Planner, TrundleError
+from trundle._native import Model, Planner, Pushing, TrundleError
 from trundle.belief import Belief, Update, described, modelled, rolling
 from trundle.learners import learner as learner_of
+from trundle.picture import outlines
 
 __all__ = ["AdaptiveAgent", "Belief", "Pushable", "Update"]
 
@@ -36,8 +37,6 @@ CURIOSITY = 1.0
 """What a probing plan is credited for each metre by which the models' ends differ, s."""
 AT_REST = 0.15
 """Speed (m/s, rad/s) below which the object may be let go: a faster one would run on by itself."""
-REGRASP = 1.0
-"""Time in which the gripper goes elsewhere, s."""
 BETTER = 0.85
 """What a plan from elsewhere may cost, as a share of the best one from here, for going there."""
 
@@ -284,7 +283,7 @@ class AdaptiveAgent:
         )
         best = int(np.argmin(costs))
         away = np.hypot(goal[0] - pose[0], goal[1] - pose[1])
-        if best == 0 or costs[best] + REGRASP * away > BETTER * costs[0]:
+        if best == 0 or costs[best] + Pushing.REGRASP * away > BETTER * costs[0]:
             return None
         belief.bound_for = np.asarray(places[best])
         belief.planner.restart()
@@ -337,18 +336,9 @@ def changed(belief: Belief, row: Array) -> bool:
     return not np.array_equal(belief.goal, row[7:11])
 
 
-def outline(thing: dict[str, Any]) -> Array:
-    """Return points that bound a described object, shape (n, 2), object frame, m."""
-    points = list(thing.get("footprint", ()))
-    for fixture in thing.get("fixture", ()):
-        x, y, radius = fixture.get("disc", (0.0, 0.0, 0.0))
-        points += fixture.get("polygon", [(x - radius, y - radius), (x + radius, y + radius)])
-    return np.asarray(points, dtype=np.float64)
-
-
 def box(thing: dict[str, Any]) -> tuple[Array, Array]:
     """Return middle and half sides of the box about a described object, object frame, m."""
-    points = outline(thing)
+    points = np.concatenate(outlines(thing))
     low, high = points.min(axis=0), points.max(axis=0)
     return (low + high) / 2, (high - low) / 2
 

@@ -5,7 +5,8 @@ from types import SimpleNamespace
 import pytest
 
 from trundle.comparison.config import Agent, Worlds
-from trundle.comparison.episode import begun, learnt, play
+from trundle.comparison.episode import learnt, play
+from trundle.running.episode import begun
 
 
 @pytest.mark.parametrize(

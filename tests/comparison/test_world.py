@@ -8,7 +8,7 @@ import pytest
 
 import trundle
 from trundle.comparison.config import Worlds
-from trundle.comparison.world import begin, drawn, time_limit
+from trundle.comparison.world import begin, drawn
 
 FRICTION = {"kind": "coulomb_friction", "at": "foot", "force": [10.0, 30.0]}
 BODY = {
@@ -118,4 +118,4 @@ def test_the_time_limit_is_the_environments() -> None:
             over, steps = terminated or truncated, steps + 1
         assert not info["lost"]
         assert steps * source.control == pytest.approx(limit)
-        assert time_limit(worlds, options, source.control) == pytest.approx(limit)
+        assert source.horizon * source.control == pytest.approx(limit)

@@ -55,6 +55,18 @@ def add_quiet(parser: argparse.ArgumentParser) -> None:
     parser.add_argument("--quiet", action="store_true", help="print no progress")
 
 
+def add_jobs(parser: argparse.ArgumentParser) -> None:
+    """Add `--jobs N`: `args.jobs`, 1 by default."""
+    parser.add_argument("--jobs", metavar="N", type=count, default=1, help="processes (default 1)")
+
+
+def count(text: str) -> int:
+    """Return a number from 1 on."""
+    if not text.isdigit() or int(text) < 1:
+        raise argparse.ArgumentTypeError(f"give a whole number from 1 on, not {text!r}")
+    return int(text)
+
+
 def _seed(text: str) -> int:
     try:
         seed = int(text)

@@ -3,8 +3,6 @@
 from __future__ import annotations
 
 import time
-from collections.abc import Sequence
-from itertools import pairwise
 from typing import Any, Protocol
 
 import numpy as np
@@ -12,9 +10,10 @@ import tomli_w
 
 import trundle
 from trundle.comparison.config import Agent, Worlds
-from trundle.comparison.world import Env, begin, rim, time_limit
+from trundle.comparison.world import Env, begin, rim
 from trundle.paper.results import Row, rounded
 from trundle.recording import TrundleError
+from trundle.running.episode import begun
 
 __all__ = ["attempt", "play", "player"]
 
@@ -89,7 +88,7 @@ def play(worlds: Worlds, agent: Agent, run: int, seed: int) -> tuple[Row, Row]:
         "lost": bool(info["lost"]),
         "touches": begun(touched),
         "seconds": source.control * len(costs),
-        "limit": time_limit(worlds, agent.options, source.control),
+        "limit": source.horizon * source.control,
         "return": gained,
         "distance": float(info["distance"]),
         "heading": abs(float(info["heading_error"])),
@@ -98,11 +97,6 @@ def play(worlds: Worlds, agent: Agent, run: int, seed: int) -> tuple[Row, Row]:
     }
     env.close()
     return rounded(row), {"decisions": len(costs), "total": sum(costs), "longest": max(costs)}
-
-
-def begun(stretches: Sequence[bool]) -> int:
-    """Return how often something begins that goes on for a while."""
-    return sum(now and not before for before, now in pairwise([False, *stretches]))
 
 
 def learnt(playing: Any) -> Row:

@@ -14,13 +14,11 @@ from trundle.comparison.config import Worlds
 from trundle.picture import outlines
 from trundle.recording import TrundleError
 
-__all__ = ["begin", "drawn", "rim", "time_limit"]
+__all__ = ["begin", "drawn", "rim"]
 
 Env = gym.Env[Any, Any]
 PLACES = {"com_offset": ("com_x", "com_y")}
 """What a place is called, where it is not x and y."""
-STEPS = {"push": 30}
-"""Horizon by kind of action."""
 
 
 def begin(worlds: Worlds, seed: int, options: Mapping[str, Any]) -> tuple[Env, NDArray[np.float64]]:
@@ -63,13 +61,6 @@ def made(name: str, options: Mapping[str, Any], seed: int) -> tuple[Env, NDArray
         raise TrundleError(f"{name}: choose a flat pushing environment, such as trundle/PushAround-v0")
     observation, _ = env.reset(seed=seed)
     return env, observation
-
-
-def time_limit(worlds: Worlds, options: Mapping[str, Any], control: float) -> float:
-    """Return the time after which an episode is given up, s."""
-    chosen = {**worlds.options, **options}
-    steps: int = chosen.get("horizon", STEPS.get(chosen.get("action", "wrench"), 300))
-    return steps * control
 
 
 def drawn(effects: Sequence[Mapping[str, Any]], body: Mapping[str, Any], seed: int) -> list[dict[str, Any]]:

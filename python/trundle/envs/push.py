@@ -169,6 +169,8 @@ class Push(gym.Env[Observation, Action]):
         """What an action means."""
         self.varied = self._native.varied
         """Whether the object may be any of several; then an observation tells how large it is."""
+        self.horizon = self._native.horizon
+        """Steps after which an episode is truncated; 0: never."""
         self.ACTION_SCALE = np.array(self._native.full)
         """What a full action stands for."""
         self.metadata = {**self.metadata, "render_fps": max(1, round(1 / self._native.control))}

@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 import sys
-from collections.abc import Callable
+from collections.abc import Callable, Iterable
 from itertools import pairwise
 from typing import Any
 
@@ -18,7 +18,7 @@ if sys.version_info >= (3, 11):
 else:
     import tomli as tomllib
 
-__all__ = ["play"]
+__all__ = ["begun", "play"]
 
 FORMAT = "trundle-run-history/1"
 
@@ -70,7 +70,11 @@ def play(
         steps.append({"t": at, **seen(observation), **told, "action": list(action * source.ACTION_SCALE)})
         watch({**steps[-1], "update": fresh[-1] if fresh else None})
     outcome = {name: info[name] for name in ("distance", "heading_error", "lost", "is_success")}
-    ended = {"seconds": len(steps) * source.control, "return": gained, "touched": touches(steps)}
+    ended = {
+        "seconds": len(steps) * source.control,
+        "return": gained,
+        "touched": begun(step["touched"] for step in steps),
+    }
     kept: Row = plain(
         {
             "format": FORMAT,
@@ -112,10 +116,9 @@ def update_of(update: Any, time: float) -> Row:
     }
 
 
-def touches(steps: list[Row]) -> int:
-    """Return how many separate times an obstacle was touched."""
-    touched = [False, *(bool(step["touched"]) for step in steps)]
-    return sum(now and not before for before, now in pairwise(touched))
+def begun(stretches: Iterable[bool]) -> int:
+    """Return how often something begins that goes on for a while."""
+    return sum(now and not before for before, now in pairwise([False, *stretches]))
 
 
 def plain(value: Any) -> Any:

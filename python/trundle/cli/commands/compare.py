@@ -6,7 +6,7 @@ import argparse
 import tempfile
 from pathlib import Path
 
-from trundle.cli.options import add_quiet
+from trundle.cli.options import add_jobs, add_quiet, count
 
 HELP = "Let agents play the same hidden worlds, and write down who does how well."
 EXAMPLE = "trundle compare configs/experiments/compare_small.toml --jobs 2 --out comparison"
@@ -16,9 +16,9 @@ def add_arguments(parser: argparse.ArgumentParser) -> None:
     """Declare the comparison's file, its size, and where things lie."""
     parser.add_argument("config", metavar="CONFIG", type=Path, help="which agents play which worlds")
     parser.add_argument(
-        "--worlds", metavar="N", type=number, help="only the first N of each group (default: as in CONFIG)"
+        "--worlds", metavar="N", type=count, help="only the first N of each group (default: as in CONFIG)"
     )
-    parser.add_argument("--jobs", metavar="N", type=number, default=1, help="processes (default 1)")
+    add_jobs(parser)
     parser.add_argument(
         "--work",
         metavar="DIR",
@@ -56,10 +56,3 @@ def run(args: argparse.Namespace) -> int:
     )
     print(text)
     return 0
-
-
-def number(text: str) -> int:
-    """Return a number from 1 on."""
-    if not text.isdigit() or int(text) < 1:
-        raise argparse.ArgumentTypeError(f"give a whole number from 1 on, not {text!r}")
-    return int(text)

@@ -7,7 +7,7 @@ import importlib.util
 import tempfile
 from pathlib import Path
 
-from trundle.cli.options import add_quiet
+from trundle.cli.options import add_jobs, add_quiet
 
 HELP = "Hide effects in recordings made with MuJoCo, diagnose them, and score the answers."
 EXAMPLE = "trundle prove --config configs/experiments/proof_small.toml --jobs 2 --out proof"
@@ -25,7 +25,7 @@ def add_arguments(parser: argparse.ArgumentParser) -> None:
     parser.add_argument(
         "--range", metavar="NAME", default="report", help="range of seeds of the file (default report)"
     )
-    parser.add_argument("--jobs", metavar="N", type=jobs, default=1, help="processes (default 1)")
+    add_jobs(parser)
     parser.add_argument(
         "--work",
         metavar="DIR",
@@ -78,10 +78,3 @@ def run(args: argparse.Namespace) -> int:
     )
     print(text)
     return 0
-
-
-def jobs(text: str) -> int:
-    """Return a number of processes."""
-    if not text.isdigit() or int(text) < 1:
-        raise argparse.ArgumentTypeError(f"a number of processes is a whole number from 1 on, not {text!r}")
-    return int(text)
