@@ -9,6 +9,7 @@ from pathlib import Path
 import pytest
 
 from trundle.cli import main
+from trundle.proof.conduct import diagnose_one
 
 TINY = """
 format = "trundle-proof/1"
@@ -98,3 +99,10 @@ def test_without_mujoco_it_says_what_to_install(
     monkeypatch.setattr("importlib.util.find_spec", lambda name: None)
     assert command(tmp_path) == 2
     assert "trundle[mujoco]" in capsys.readouterr().err
+
+
+def test_a_refusal_names_the_case_and_not_where_the_proof_lies(tmp_path: Path) -> None:
+    answer, _ = diagnose_one(tmp_path / "case_0003", None)
+    assert answer["verdict"] == "refused"
+    assert "case_0003" in answer["reason"]
+    assert str(tmp_path) not in answer["reason"]

@@ -196,7 +196,9 @@ def diagnose_one(recording: Path, without: str | None) -> tuple[dict[str, Any], 
         answer = trundle.diagnose(recording, **more).answer
     except trundle.TrundleError as error:
         nothing: dict[str, Any] = {key: [] for key in ("missing", "tied", "alternatives", "experiments")}
-        refused = {"verdict": "refused", "reason": str(error), **nothing}
+        # Where the proof's folder lies is nobody's concern, and another run's lies elsewhere.
+        reason = str(error).replace(f"{recording.parent}/", "")
+        refused = {"verdict": "refused", "reason": reason, **nothing}
         return refused, time.perf_counter() - began
     return kept(answer), time.perf_counter() - began
 
