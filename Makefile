@@ -43,7 +43,7 @@ test: build ## build and run all tests, Rust then Python (20 minutes from nothin
 	$(call say,"1/2 Rust tests: compiling them takes the most")
 	cargo test --release --locked --workspace
 	$(call say,"2/2 Python tests")
-	$(BIN)/python -m pytest --ignore tests/rl -m "not slow"
+	$(BIN)/python -m pytest --ignore tests/rl -m "not slow" --numprocesses auto --dist loadfile
 
 test-slow: build ## the tests that take a minute or more each
 	cargo test --release --locked --workspace -- --ignored

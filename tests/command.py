@@ -4,6 +4,7 @@ import os
 import signal
 import subprocess
 import sys
+import time
 from collections.abc import Sequence
 from pathlib import Path
 
@@ -20,6 +21,19 @@ def trundle(folder: Path, *arguments: str | Path, **environment: str) -> "subpro
         text=True,
         timeout=300,
     )
+
+
+def at_work(process: "subprocess.Popen[str]", seconds: float) -> None:
+    """Wait until a process has computed for some seconds, however busy the machine is."""
+    stat = Path(f"/proc/{process.pid}/stat")
+    if not stat.exists():
+        time.sleep(seconds)
+        return
+    while process.poll() is None:
+        spent = stat.read_text().rpartition(")")[2].split()
+        if (int(spent[11]) + int(spent[12])) / os.sysconf("SC_CLK_TCK") > seconds:
+            return
+        time.sleep(0.02)
 
 
 def interruptible(line: Sequence[str | Path], folder: Path | None = None) -> "subprocess.Popen[str]":

@@ -1,4 +1,4 @@
-"""The page of a run: the sentence first, then what was believed push after push, and how to get it again."""
+"""The page of a run: the sentence first, then what was believed fit after fit, and how to get it again."""
 
 from __future__ import annotations
 
@@ -86,7 +86,7 @@ def overview(names: Sequence[str], episodes: Sequence[Episode]) -> Html:
         ]
         for name, episode in zip(names, episodes, strict=True)
     ]
-    head = ("", "goal", "after", "pushes", "off the goal", "wheel off")
+    head = ("", "goal", "after", "fits", "off the goal", "wheel off")
     return section("overview", "The episodes", table(head, rows, "overview"))
 
 

@@ -42,7 +42,7 @@ def answer(identity: str, episode: Episode, kicker: Child, links: Child, title: 
 def parts(identity: str, episode: Episode) -> list[Part]:
     """Return the sections of an episode."""
     found = (
-        ("wheel", "The wheel, push after push", learning(identity, episode)),
+        ("wheel", "The wheel, fit after fit", learning(identity, episode)),
         ("numbers", "Believed and true", estimates(identity, episode)),
         ("push", "The push", [tag("div", time.push(identity, episode), class_="panels")]),
     )
@@ -62,17 +62,17 @@ def learning(identity: str, episode: Episode) -> list[Child]:
     if not tiles and not episode.updates:
         return []
     left_out = len(episode.updates) - len(shown)
-    some = " Drawn are the first pushes, the last, and where a law was added." if tiles and left_out else ""
+    some = " Drawn are the first fits, the last, and where a law was added." if tiles and left_out else ""
     glass = " What has become too small to be seen is magnified ten times." if tiles else ""
     text = (
-        "The object from above, in its own frame, after each push: cross and ellipse (95 %) where the wheel "
+        "The object from above, in its own frame, after each fit: cross and ellipse (95 %) where the wheel "
         f"is believed, box where it is.{wheel.legend(episode)}{glass}{some}"
     )
     return [
         tag("p", text) if tiles else None,
         tag("div", tiles, class_="tiles") if tiles else None,
         tag("div", figures, class_="panels") if figures else None,
-        fold(f"All {len(episode.updates)} pushes in numbers", updates(episode)),
+        fold(f"All {len(episode.updates)} fits in numbers", updates(episode)),
     ]
 
 

@@ -63,11 +63,11 @@ def found(episode: Episode) -> str:
 
 
 def pace(episode: Episode) -> str | None:
-    """Return from which push on the wheel was known."""
+    """Return from which fit on the wheel was known."""
     offs = [episode.off(update) for update in episode.updates]
     known = [off is not None and off <= NEAR for off in offs]
     count = len(known)
-    total = f"{count}{GAP}push{'es' if count != 1 else ''}"
+    total = f"{count}{GAP}fit{'s' if count != 1 else ''}"
     if not count or episode.wheel is None:
         return f"It learnt from {total}." if count else None
     since = max((index + 1 for index, near in enumerate(known) if not near), default=0)
@@ -76,7 +76,7 @@ def pace(episode: Episode) -> str | None:
         return None if last is None else f"After {total} the belief was still {shown('m', last)} off."
     when = seconds(episode.updates[since].time)
     within = f"within {suited('m', NEAR).text(NEAR, 1)} of the truth"
-    return f"From push {since + 1} of {count} on, {when} after the start, the belief was {within}."
+    return f"From fit {since + 1} of {count} on, {when} after the start, the belief was {within}."
 
 
 def hidden(episode: Episode) -> str | None:

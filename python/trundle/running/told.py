@@ -1,4 +1,4 @@
-"""What a history tells, as arrays: the motion, what was believed after each push, and the truth."""
+"""What a history tells, as arrays: the motion, what was believed after each fit, and the truth."""
 
 from __future__ import annotations
 

@@ -1,4 +1,4 @@
-"""The object from above with what was believed of the wheel after a push, in the object's frame."""
+"""The object from above with what was believed of the wheel after a fit, in the object's frame."""
 
 from __future__ import annotations
 
@@ -24,7 +24,7 @@ SMALL = 14.0
 
 
 def draw(identity: str, episode: Episode, update: Update) -> Html:
-    """Return what was believed after one push."""
+    """Return what was believed after one fit."""
     plan = Plan.around([*episode.outline, episode.support])
     view = View(plan, np.zeros(2), 1.0)
     size = {"width": WIDTH, "height": plan.height}
