@@ -2,7 +2,6 @@
 
 import subprocess
 import sys
-from collections.abc import Iterator
 from typing import Any
 
 import gymnasium as gym
@@ -26,15 +25,6 @@ POSE = "trundle/PushPose-v0"
 GOAL = "trundle/PushPoseGoal-v0"
 TINY = {"net_arch": [16]}
 CENTRE = {"start": [0.0, 0.0, 0.0]}
-
-
-@pytest.fixture(autouse=True, scope="module")
-def one_thread() -> Iterator[None]:
-    """Learn on one thread: on a busy machine of few cores more are much slower."""
-    before = torch.get_num_threads()
-    torch.set_num_threads(1)
-    yield
-    torch.set_num_threads(before)
 
 
 def random_actions(count: int, steps: int, width: int = 3) -> NDArray[np.float32]:

@@ -3,7 +3,6 @@
 import subprocess
 import sys
 import warnings
-from collections.abc import Iterator
 
 import gymnasium as gym
 import numpy as np
@@ -19,15 +18,6 @@ import trundle
 
 ENVIRONMENT = "trundle:trundle/LockedWheel-v0"
 REGISTERED = [env_id for env_id, spec in gym.registry.items() if spec.namespace == trundle.__name__]
-
-
-@pytest.fixture(autouse=True, scope="module")
-def one_thread() -> Iterator[None]:
-    """Learn on one thread: on a busy machine of few cores more are much slower."""
-    before = torch.get_num_threads()
-    torch.set_num_threads(1)
-    yield
-    torch.set_num_threads(before)
 
 
 @pytest.mark.parametrize("action", ["wrench", "velocity", "push", "regrasp"])

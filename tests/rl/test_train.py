@@ -4,14 +4,12 @@ import re
 import subprocess
 import sys
 import time
-from collections.abc import Iterator
 from pathlib import Path
 from typing import Any
 
 import gymnasium as gym
 import numpy as np
 import pytest
-import torch
 
 from trundle.cli import main
 from trundle.learning import policy, train
@@ -58,14 +56,6 @@ BOTH = pytest.mark.parametrize("own", [PPO, SAC], ids=["PPO", "SAC"])
 
 class KilledError(Exception):
     """Stands for a kill."""
-
-
-@pytest.fixture(autouse=True, scope="module")
-def one_thread() -> Iterator[None]:
-    before = torch.get_num_threads()
-    torch.set_num_threads(1)
-    yield
-    torch.set_num_threads(before)
 
 
 def written(folder: Path, own: str) -> Path:
