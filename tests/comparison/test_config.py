@@ -38,6 +38,8 @@ def test_a_file_is_read_in_its_order(tmp_path: Path) -> None:
         ("horizon = 12 }\nfirst = 70", "horizon = 0 }\nfirst = 70", "an episode must end"),
         ('worlds = "table",', "", "`targets[0].worlds` is missing"),
         ('figure = "regret"', 'figure = "regert"', "it is one of 'success', 'quick success', 'regret'"),
+        (", most = 9.0", "", "give least or most"),
+        ("most = 9.0", "most = 9.0, least = 1.0", "give least or most"),
         ("most = 9.0", 'most = "9"', "`targets[0].most` = '9'; it is a number"),
     ],
 )
