@@ -72,6 +72,14 @@ def test_a_place_lies_between_two_ellipses_in_any_direction() -> None:
     assert {(x > 0, y > 0) for x, y in places} == {(True, True), (True, False), (False, True), (False, False)}
 
 
+def test_a_place_is_on_an_object_whose_origin_is_not_in_its_middle() -> None:
+    body = {"footprint": [[-0.2, -0.4], [0.8, -0.4], [0.8, 0.1], [-0.2, 0.1]]}
+    effects = [{"kind": "com_offset", "at": [0.5, 0.8]}]
+    places = np.array([list(drawn(effects, body, seed)[0].values())[1:] for seed in range(300)])
+    reached = np.array([places.min(axis=0), places.max(axis=0)])
+    np.testing.assert_allclose(reached, [[-0.16, -0.32], [0.64, 0.08]], rtol=0.05)
+
+
 @pytest.mark.parametrize(
     ("effect", "words"),
     [

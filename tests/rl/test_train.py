@@ -50,6 +50,7 @@ buffer_size = 800
 batch_size = 16
 train_freq = 4
 gradient_steps = 2
+n_steps = 3
 """
 BOTH = pytest.mark.parametrize("own", [PPO, SAC], ids=["PPO", "SAC"])
 

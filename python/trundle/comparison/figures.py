@@ -41,20 +41,16 @@ def colours(settings: Settings) -> dict[str, str]:
 
 def successes(path: Path, settings: Settings, results: Results) -> None:
     """Draw how often each agent succeeds in each group of worlds, with intervals."""
-    playing = {agent for group in results.values() for agent, rows in group.items() if rows}
-    down = {agent: -k for k, agent in enumerate(agent for agent in settings.agents if agent in playing)}
-    figure, axes = panels(len(results), 0.8 + 0.2 * len(down))
+    playing = {name: [agent for agent, rows in group.items() if rows] for name, group in results.items()}
+    figure, axes = panels(len(results), 0.8 + 0.2 * max(map(len, playing.values())))
     chosen = colours(settings)
-    for k, (one, (name, group)) in enumerate(zip(axes, results.items(), strict=True)):
-        for agent, rows in group.items():
-            if rows:
-                found = success(rows)
-                ends = [found.low, found.high]
-                one.plot(ends, [down[agent], down[agent]], color=chosen[agent], linewidth=1.6)
-                one.plot(found.value, down[agent], "o", color=chosen[agent], markersize=4.5)
-        titles = [settings.agents[agent].title if k % ACROSS == 0 else "" for agent in down]
-        one.set_yticks(list(down.values()), titles)
-        one.set(xlim=(-0.03, 1.03), ylim=(0.6 - len(down), 0.6), xlabel="success")
+    for one, (name, agents) in zip(axes, playing.items(), strict=True):
+        for down, agent in enumerate(agents):
+            found = success(results[name][agent])
+            one.plot([found.low, found.high], [down, down], color=chosen[agent], linewidth=1.6)
+            one.plot(found.value, down, "o", color=chosen[agent], markersize=4.5)
+        one.set_yticks(range(len(agents)), [settings.agents[agent].title for agent in agents])
+        one.set(xlim=(-0.03, 1.03), ylim=(len(agents) - 0.4, -0.6), xlabel="success")
         one.set_title(wrapped(settings.worlds[name].title), fontsize=9)
     style.save(figure, path)
 

@@ -71,7 +71,7 @@ def drawn(effects: Sequence[Mapping[str, Any]], body: Mapping[str, Any], seed: i
     effects : sequence of mapping
         Tables of a `model.toml` in which a value is a number, a range `[low, high]`, or `{any = [...]}`. `at`
         stands for a place on the object: "foot" is one of its supports; `[low, high]` is the share of the way
-        from its origin to the bounding ellipse of its footprint, in any direction.
+        from its origin to an ellipse that reaches as far as its footprint along each axis, in any direction.
     body : mapping
         The object, as in a `model.toml`.
     seed : int
@@ -112,9 +112,12 @@ def place(told: Any, body: Mapping[str, Any], random: np.random.Generator) -> tu
         return float(x), float(y)
     if not isinstance(told, list) or not is_range(told):
         raise TrundleError(f'at = {told!r}: give "foot" or a range [low, high] of shares')
-    half = np.abs(rim(body)).max(axis=0)
+    low, high = rim(body).min(axis=0), rim(body).max(axis=0)
     share, angle = random.uniform(*told), random.uniform(-np.pi, np.pi)
-    return float(share * half[0] * np.cos(angle)), float(share * half[1] * np.sin(angle))
+    way = np.array([np.cos(angle), np.sin(angle)])
+    # The origin need not lie in the middle: each quarter has an ellipse of its own.
+    x, y = share * np.where(way > 0.0, high, -low) * way
+    return float(x), float(y)
 
 
 def rim(body: Mapping[str, Any]) -> NDArray[np.float64]:

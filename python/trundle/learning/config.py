@@ -120,6 +120,7 @@ class SAC(File):
     ent_coef: float | str | None = None
     target_entropy: float | str | None = None
     target_update_interval: int | None = None
+    n_steps: int | None = None
 
 
 FILES: dict[str, type[File]] = {"PPO": PPO, "SAC": SAC}
