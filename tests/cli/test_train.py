@@ -1,6 +1,7 @@
 """`trundle train`: a file that makes no sense is refused before anything is trained. Needs no torch."""
 
 import importlib.util
+from dataclasses import replace
 from pathlib import Path
 from typing import Any
 
@@ -39,7 +40,9 @@ def test_configurations_are_fair(file: Path) -> None:
 def test_policies_of_one_comparison_see_the_same_and_may_do_the_same() -> None:
     around = [read(file) for file in CONFIGS if "pose" not in file.stem and "velocity" not in file.stem]
     assert len(around) >= 3
-    assert len({(one.env, str(one.env_kwargs), one.frame, one.aids) for one in around}) == 1
+    assert len({(one.env, str(one.env_kwargs), one.frame) for one in around}) == 1
+    # What losing the object costs while they learn is the only aid that is each algorithm's own.
+    assert len({replace(one.aids, loss_cost=0.0) for one in around}) == 1
 
 
 @pytest.mark.parametrize(
