@@ -41,8 +41,9 @@ pub(crate) fn register(module: &Bound<'_, PyModule>) -> PyResult<()> {
 /// cost : dict
 ///     Weights: `heading` (m for each rad, 0.3), `effort` (m for a full action along an axis), `speed_limit`
 ///     (m/s), `spin_limit` (rad/s), `excess` (m for exceeding a limit by all of it), `arrival` (s for which the
-///     error at the end is charged), `momentum` (m for each m/s there), `margin` (room that should be left to
-///     obstacles, m) and `collision` (m for touching one).
+///     error at the end is charged), `pace` (rad/s at which a turn that is left is undone), `anchor` (s for which it is
+///     charged that what dry friction holds is off), `momentum` (m for each m/s there), `margin` (room that should
+///     be left to obstacles, m) and `collision` (m for touching one).
 ///
 /// Raises
 /// ------

@@ -37,6 +37,10 @@ CURIOSITY = 1.0
 """What a probing plan is credited for each metre by which the models' ends differ, s."""
 AT_REST = 0.15
 """Speed (m/s, rad/s) below which the object may be let go: a faster one would run on by itself."""
+LOST = np.array([2.0, 2.0, 4.0])
+"""Speed along an axis (m/s) and spin (rad/s) of an object that is lost, as `trundle.envs.Push` has it."""
+AHEAD = 2
+"""Actions for which an object may go on to speed up as it does without being lost."""
 BETTER = 0.85
 """What a plan from elsewhere may cost, as a share of the best one from here, for going there."""
 
@@ -255,7 +259,7 @@ class AdaptiveAgent:
             return update
         belief.models = (update.model,)
         inner = belief.inner(self._period)
-        last = belief.updates[-1].worth if belief.updates and not update.named else np.inf
+        last = belief.updates[-1].worth if belief.updates and not update.named + update.supposed else np.inf
         # What is known is not forgotten: once the truth is worth little, it stays so.
         worth = self._worth(belief, inner) if last > MATTERS else last
         belief.planner.be_curious(CURIOSITY if self._probe and worth > MATTERS else 0.0)
@@ -296,6 +300,18 @@ class AdaptiveAgent:
                 belief.let_go = True
                 return self._going(belief, belief.bound_for)
             belief.bound_for, belief.let_go = None, False
+        action = np.zeros(self._space.shape)
+        if self._regrasps:
+            action[-1] = -1.0
+        if runs_away(belief.seen):
+            belief.plan = []
+            action[:WRENCH] = braking(belief.now)
+        else:
+            action[:WRENCH] = self._planned(belief)
+        return np.clip(action, self._space.low, self._space.high)
+
+    def _planned(self, belief: Belief) -> Array:
+        """Return the next action of the plan, made anew where the last one is carried out."""
         if not belief.plan:
             pose, twist, goal = belief.situation
             plan = belief.planner.plan(
@@ -312,11 +328,7 @@ class AdaptiveAgent:
             unknown = self._adapt and self._varied and self._model is None and not belief.updates
             share = GENTLY if unknown else 1.0
             belief.plan = [share * plan[0] / self._scale] * self._hold
-        action = np.zeros(self._space.shape)
-        action[:WRENCH] = belief.plan.pop()
-        if self._regrasps:
-            action[-1] = -1.0
-        return np.clip(action, self._space.low, self._space.high)
+        return belief.plan.pop()
 
     def _going(self, belief: Belief, place: Array) -> Array:
         """Return the action that sends the gripper elsewhere; it is ignored while it goes."""
@@ -334,6 +346,21 @@ class AdaptiveAgent:
 def changed(belief: Belief, row: Array) -> bool:
     """Return whether an observation is of another goal."""
     return not np.array_equal(belief.goal, row[7:11])
+
+
+def runs_away(seen: Sequence[Array]) -> bool:
+    """Tell whether an object is lost soon if it goes on to speed up as it does; no model is asked."""
+    now, before = seen[-1][4:7], seen[-2 if len(seen) > 1 else -1][4:7]
+    vx, vy, spin = now + AHEAD * (now - before)
+    return bool(np.hypot(vx, vy) > LOST[0] or abs(spin) > LOST[2])
+
+
+def braking(row: Array) -> Array:
+    """Return the action that resists the motion of the grasp: it takes energy out of any object."""
+    (vx, vy, spin), (cos, sin), (x, y) = row[4:7], row[2:4], row[14:16]
+    forward, sideways = cos * vx + sin * vy, cos * vy - sin * vx
+    action: Array = -np.array([forward - spin * y, sideways + spin * x, spin]) / LOST
+    return action
 
 
 def box(thing: dict[str, Any]) -> tuple[Array, Array]:

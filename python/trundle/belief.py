@@ -33,6 +33,9 @@ class Update:
         ``name``, ``mean``, ``sd`` (None where the data do not hold it) and ``unit`` of its parameters.
     named : tuple of str
         Effects that the diagnoser named now; empty where it was not asked, or had nothing to name.
+    supposed : tuple of str
+        Effects that are believed from now on though the diagnoser does not vouch for them: the best of what
+        it tried does not explain everything, but predicts better.
     worth : float
         What knowing the truth would be worth, m s: see `Planner.regret`; 0 where that was not asked.
     regrasp : tuple of float, optional
@@ -43,6 +46,7 @@ class Update:
     model: Model
     estimate: list[dict[str, Any]]
     named: tuple[str, ...] = ()
+    supposed: tuple[str, ...] = ()
     worth: float = 0.0
     regrasp: tuple[float, float] | None = None
 

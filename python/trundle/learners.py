@@ -6,6 +6,7 @@ import json
 from typing import Any, Literal, Protocol, TypeAlias
 
 import numpy as np
+import tomli_w
 
 from trundle import _native
 from trundle._native import Model, Recording, TrundleError, _Regression
@@ -25,6 +26,10 @@ TOO_FAST = ["swinging_load"]
 """Effects that are not tried: the planner's steps of 50 ms do not follow a load that swings at some hertz."""
 PATIENCE = 2.0
 """Times as much as at the last diagnosis must have been seen for the next one."""
+
+
+Richer: TypeAlias = tuple[Model, tuple[str, ...], tuple[str, ...]]
+"""A model with more laws, those that the diagnoser named, and those that are only supposed."""
 
 
 class Learner(Protocol):
@@ -71,15 +76,16 @@ class Physics:
             return None
         model, estimate = found.model, found.summary["parameters"]
         named: tuple[str, ...] = ()
+        supposed: tuple[str, ...] = ()
         due = time >= max(ENOUGH, PATIENCE * belief.consulted)
         if self._diagnose and due and doubtful(found):
-            richer = self._diagnosed(belief, recording, time)
+            richer = self._diagnosed(belief, recording, time, found)
             if richer is not None:
-                model, named = richer
+                model, named, supposed = richer
                 belief.template = model.freed()
                 estimate = told(model)
         belief.models = (model,)
-        return Update(time, model, estimate, named)
+        return Update(time, model, estimate, named, supposed)
 
     def _fitted(self, belief: Belief, recording: Recording) -> Fit:
         """Fit the paper's model from random starts, a richer one from where it was."""
@@ -87,12 +93,16 @@ class Physics:
             return fit(recording, likelihood=self._likelihood, starts=self._starts, seed=self._seed)
         free = {one["name"] for one in belief.template.parameters if one["value"] is None}
         start = {one["name"]: one["value"] for one in belief.model.parameters if one["name"] in free}
-        return fit(recording, belief.template, likelihood=self._likelihood, start=start, starts=0)
+        try:
+            return fit(recording, belief.template, likelihood=self._likelihood, start=start, starts=0)
+        except TrundleError:
+            # What has been seen since rules out where it was.
+            return fit(
+                recording, belief.template, likelihood=self._likelihood, starts=self._starts, seed=self._seed
+            )
 
-    def _diagnosed(
-        self, belief: Belief, recording: Recording, time: float
-    ) -> tuple[Model, tuple[str, ...]] | None:
-        """Return the model with what was missing, and its name; None where nothing could be named."""
+    def _diagnosed(self, belief: Belief, recording: Recording, time: float, found: Fit) -> Richer | None:
+        """Return the model with what was missing: named, or supposed; None where nothing predicts better."""
         try:
             outcome = _native._diagnose(
                 recording, written(None), seed=self._seed, without=TOO_FAST, progress=None
@@ -102,19 +112,41 @@ class Physics:
             return None
         belief.consulted = time
         answer = json.loads(outcome.answer)
-        if answer["verdict"] != "explained":
+        if answer["verdict"] == "explained":
+            return Model.from_toml(outcome.model), tuple(one["effect"] for one in answer["missing"]), ()
+        return self._supposed(recording, answer["alternatives"], found)
+
+    def _supposed(
+        self, recording: Recording, alternatives: list[dict[str, Any]], found: Fit
+    ) -> Richer | None:
+        """Return the best of what was tried, where it predicts better: to push, it need not explain all."""
+        if not alternatives:
             return None
-        return Model.from_toml(outcome.model), tuple(one["effect"] for one in answer["missing"])
+        effects = tuple(alternatives[0]["effect"].split(" + "))
+        laws = [{"kind": kind} for kind in ("viscous_wheel", *effects)]
+        try:
+            template = Model.from_toml(tomli_w.dumps({"format": "trundle-model/1", "effect": laws}))
+            better = fit(
+                recording, template, likelihood=self._likelihood, starts=self._starts, seed=self._seed
+            )
+        except TrundleError:
+            return None
+        return (better.model, (), effects) if shortfall(better) < shortfall(found) - DOUBT else None
 
 
 def doubtful(found: Fit) -> bool:
     """Tell whether a fitted model predicts poses one second ahead worse than their noise explains."""
+    return shortfall(found) > DOUBT
+
+
+def shortfall(found: Fit) -> float:
+    """Return by how much a fitted model predicts poses one second ahead worse than noise explains, nats."""
     density = found.summary["training"]["log_predictive_density"]
     if density is None:
-        return False
+        return 0.0
     noise = np.asarray(found.summary["noise"]["pose"])
     ideal = float(-np.log(noise).sum() - 1.5 * np.log(2 * np.pi * np.e))
-    return bool(density < ideal - DOUBT)
+    return ideal - float(density)
 
 
 def told(model: Model) -> list[dict[str, Any]]:

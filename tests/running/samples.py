@@ -15,7 +15,13 @@ BODY = {
 }
 WHEEL = {"kind": "viscous_wheel", "x": 0.5, "y": -0.3, "angle": 0.4, "mu_x": 80.0, "mu_y": 120.0}
 FRICTION = {"kind": "coulomb_friction", "x": -0.4, "y": 0.25, "force": 20.0}
-LAWLESS: dict[str, Any] = {"estimate": [], "named": [], "regrasp": None, "model": {"body": BODY}}
+LAWLESS: dict[str, Any] = {
+    "estimate": [],
+    "named": [],
+    "supposed": [],
+    "regrasp": None,
+    "model": {"body": BODY},
+}
 """What a regression believes."""
 BOX = [[0.9, -0.2], [1.1, -0.2], [1.1, 0.2], [0.9, 0.2]]
 
@@ -98,6 +104,7 @@ def update(number: int, friction: bool, named: bool) -> dict[str, Any]:
         "time": 0.5 * number,
         "estimate": estimate,
         "named": ["coulomb_friction"] if named else [],
+        "supposed": [],
         "regrasp": [0.0, 0.4] if named else None,
         "model": {
             "body": {**BODY, "mass": 22.0},

@@ -59,6 +59,17 @@ def test_the_page_says_how_it_ended_and_from_when_on_the_wheel_was_known() -> No
     assert "not touched" in told
 
 
+def test_what_is_only_supposed_is_told_as_that() -> None:
+    kept = history(pushes=10)
+    kept["updates"][7]["supposed"] = ["com_offset", "caster_swivel"]
+    found = parse(kept)
+    told = " ".join(sentences.lead(found)).replace("\N{NO-BREAK SPACE}", " ")
+    assert "was supposed after 4.0 s: the diagnosis does not vouch for it" in told
+    assert "was named" not in told
+    assert "supposed: " in sentences.believed(found.updates[7])
+    assert [update.time for update in stages(found, 4)] == [0.5, 1.0, 4.0, 5.0]
+
+
 def test_a_wheel_that_is_far_off_is_not_called_found() -> None:
     kept = history()
     kept["truth"]["effect"][0] = {**kept["truth"]["effect"][0], "x": -0.5}

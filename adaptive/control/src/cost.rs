@@ -2,18 +2,21 @@
 //!
 //! ```text
 //! ∫ |p − p*| + w_θ |θ − θ*| + w_u Σ (u/u_max)² + w_v (excess speed)² + w_c (lack of room)² dt
-//!     +  T (final error + w_s speed)  +  w_θ (θ − θ*)² / 2ω
+//!     +  T (final error + w_s speed)  +  w_θ (θ − θ*)² / 2ω  +  T_a |a − a*| grip/u_max
 //! ```
 //! The lack of room is what a margin lacks, as a share of it; among obstacles, by how much the way to the goal is
 //! longer than it looks, turns with it, is added to the distance. The first two terms are minus the reward of the environment; the excess is over speeds at which
-//! the object would be lost; the last two terms stand for what happens after the plan. An object with a locked wheel turns
-//! slowly on the spot: a turn that is left is charged for as long as it takes at the pace ω.
+//! the object would be lost; the last three terms stand for what happens after the plan. An object with a locked wheel turns
+//! slowly on the spot: a turn that is left is charged for as long as it takes at the pace ω. What dry friction holds, a, is
+//! not moved by small corrections, and often cannot be turned about the object's middle at all: it has to come to its place
+//! first, and the object is then turned about it.
 
 use std::f64::consts::TAU;
 
 use serde::Deserialize;
 use trundle_model::State;
 
+use crate::dynamics::Anchor;
 use crate::{ControlError, Room};
 
 /// Weights of the cost of a plan, in metre-seconds.
@@ -34,6 +37,9 @@ pub struct Cost {
     pub arrival: f64,
     /// How fast a heading error that is left at the end of the plan is taken to be undone, rad/s.
     pub pace: f64,
+    /// For how long it is charged that what dry friction holds is not where it should be at the end of the plan, s, where
+    /// it takes all the force to move it.
+    pub anchor: f64,
     /// How far a speed at the end of the plan is taken to carry, s: metres of error for each m/s.
     pub momentum: f64,
     /// Room that should be left to obstacles, m.
@@ -52,6 +58,7 @@ impl Default for Cost {
             excess: 10.0,
             arrival: 0.5,
             pace: 1.0,
+            anchor: 8.0,
             momentum: 0.3,
             margin: 0.06,
             collision: 10.0,
@@ -101,6 +108,7 @@ impl Cost {
             ("cost.effort", self.effort),
             ("cost.excess", self.excess),
             ("cost.arrival", self.arrival),
+            ("cost.anchor", self.anchor),
             ("cost.momentum", self.momentum),
             ("cost.collision", self.collision),
         ] {
@@ -150,6 +158,22 @@ impl Cost {
         let turn = wrapped(state.pose[2] - goal[2]);
         let undone = self.heading * turn * turn / (2.0 * self.pace);
         self.arrival * (self.error(state, goal, room) + self.momentum * carried) + undone
+    }
+
+    /// Cost of leaving what dry friction holds where it should not be; `force` is all that there is to move it.
+    #[inline]
+    pub(crate) fn held(&self, state: &State<f64>, goal: &[f64; 3], anchor: &Anchor, force: f64) -> f64 {
+        if anchor.grip == 0.0 {
+            return 0.0;
+        }
+        let [x, y] = anchor.at;
+        let place = |[px, py, theta]: [f64; 3]| {
+            let (sin, cos) = theta.sin_cos();
+            [px + cos * x - sin * y, py + sin * x + cos * y]
+        };
+        let (is, should) = (place(state.pose), place(*goal));
+        let off = length(is[0] - should[0], is[1] - should[1]);
+        self.anchor * off * (anchor.grip / force).min(1.0)
     }
 
     #[inline]

@@ -1,6 +1,22 @@
 //! What moves the object in a rollout.
 
+use std::f64::consts::SQRT_2;
+
 use trundle_model::{Clock, Glide, Plant, State};
+
+/// Speed along each axis at which resistances are compared, m/s.
+const SLOW: f64 = 0.15;
+/// Less than this is no grip, N.
+const LEAST_GRIP: f64 = 1.0;
+
+/// The place of an object that dry friction holds: a foot that rubs. Object frame.
+#[derive(Clone, Copy, Debug, Default, PartialEq)]
+pub struct Anchor {
+    /// m.
+    pub at: [f64; 2],
+    /// Force that it takes to move it at all, N.
+    pub grip: f64,
+}
 
 /// Something that says where a wrench brings the object: a model's laws, or what was learnt without any.
 pub trait Dynamics: Sync {
@@ -8,7 +24,12 @@ pub trait Dynamics: Sync {
     /// and turns with the object.
     fn step(&self, state: &mut State<f64>, applied: &[f64; 3], clock: Clock, dt: f64);
 
-    /// The same for steps of one length, solved beforehand; `None` where that cannot be.
+    /// Where dry friction holds the object.
+    fn anchor(&self) -> Anchor {
+        Anchor::default()
+    }
+
+    /// [`Dynamics::step`] for steps of one length, solved beforehand; `None` where that cannot be.
     fn glide(&self, _dt: f64) -> Option<Glide> {
         None
     }
@@ -18,6 +39,23 @@ impl Dynamics for Plant<f64> {
     #[inline]
     fn step(&self, state: &mut State<f64>, applied: &[f64; 3], clock: Clock, dt: f64) {
         self.move_roughly(state, applied, clock, dt);
+    }
+
+    fn anchor(&self) -> Anchor {
+        let drag = |speed: f64| {
+            let slowly = State { twist: [speed, speed, 0.0], ..State::at_rest([0.0; 3]) };
+            self.action(&slowly, Clock::since_contact(0.0)).drag
+        };
+        let [xx, xy, yy, tx, ty, _] = drag(SLOW);
+        let force = |[xx, _, yy, ..]: [f64; 6], speed: f64| (xx + yy) / 2.0 * speed * SQRT_2;
+        // What is left of the force at no speed, along the line through two.
+        let grip = 2.0 * force(drag(SLOW), SLOW) - force(drag(2.0 * SLOW), 2.0 * SLOW);
+        let det = xx * yy - xy * xy;
+        if grip < LEAST_GRIP || det <= 0.0 {
+            return Anchor::default();
+        }
+        // A damper A at r resists a turn about the origin with the force A (−r_y, r_x).
+        Anchor { at: [(xx * ty - xy * tx) / det, (xy * ty - yy * tx) / det], grip }
     }
 
     fn glide(&self, dt: f64) -> Option<Glide> {
@@ -31,7 +69,53 @@ impl<D: Dynamics + ?Sized> Dynamics for &D {
         (**self).step(state, applied, clock, dt);
     }
 
+    fn anchor(&self) -> Anchor {
+        (**self).anchor()
+    }
+
     fn glide(&self, dt: f64) -> Option<Glide> {
         (**self).glide(dt)
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use trundle_model::{Body, Effect, Kind, Model};
+
+    fn table(effects: Vec<Effect>) -> Plant<f64> {
+        let corners = [[-0.6, -0.4], [0.6, -0.4], [0.6, 0.4], [-0.6, 0.4]];
+        let mut model = Model::nominal(Body::from_footprint(&corners, 22.0).unwrap(), Some(22.0), [true; 3]);
+        model.effects = effects;
+        model.resolved().unwrap()
+    }
+
+    fn wheel() -> Effect {
+        Effect { kind: Kind::ViscousWheel, values: [-0.5, 0.3, 0.4, 200.0, 60.0].map(Some).to_vec() }
+    }
+
+    fn foot(force: f64) -> Effect {
+        let values = [("x", 0.5), ("y", -0.3), ("force", force)];
+        values.iter().fold(Effect::free(Kind::CoulombFriction), |e, (k, v)| e.with(k, Some(*v)))
+    }
+
+    #[test]
+    fn the_foot_that_rubs_is_the_anchor() {
+        let Anchor { at: [x, y], grip } = table(vec![foot(40.0)]).anchor();
+        assert!((x - 0.5).abs() < 1e-9 && (y + 0.3).abs() < 1e-9, "{x} {y}");
+        assert!((grip - 40.0).abs() < 0.5, "{grip}");
+    }
+
+    #[test]
+    fn what_only_slows_holds_nothing() {
+        assert_eq!(table(vec![]).anchor(), Anchor::default());
+        assert_eq!(table(vec![wheel()]).anchor(), Anchor::default());
+    }
+
+    #[test]
+    fn a_wheel_beside_draws_the_anchor_towards_it() {
+        let Anchor { at: [x, y], grip } = table(vec![wheel(), foot(40.0)]).anchor();
+        assert!((-0.5..0.5).contains(&x) && (-0.3..0.3).contains(&y), "{x} {y}");
+        assert!((grip - 40.0).abs() < 4.0, "{grip}");
     }
 }

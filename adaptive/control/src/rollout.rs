@@ -2,6 +2,7 @@
 
 use trundle_model::{Clock, Glide, State, transport};
 
+use crate::dynamics::Anchor;
 use crate::{Dynamics, Room, Settings, Task};
 
 /// Longest step of a rollout, s.
@@ -11,6 +12,7 @@ const LONGEST_STEP: f64 = 0.05;
 pub(crate) struct Motion<'a, D> {
     model: &'a D,
     glide: Option<Glide>,
+    anchor: Anchor,
 }
 
 impl<D: Dynamics> Motion<'_, D> {
@@ -32,7 +34,7 @@ fn steps(settings: &Settings) -> (usize, f64) {
 /// Models as plans are rolled out on them.
 pub(crate) fn motions<'a, D: Dynamics>(settings: &Settings, models: &'a [D]) -> Vec<Motion<'a, D>> {
     let (_, dt) = steps(settings);
-    models.iter().map(|model| Motion { model, glide: model.glide(dt) }).collect()
+    models.iter().map(|model| Motion { model, glide: model.glide(dt), anchor: model.anchor() }).collect()
 }
 
 /// What a plan costs on average, less what it tells; infinite where a motion is not finite.
@@ -105,6 +107,8 @@ fn rollout<D: Dynamics>(
             sum += dt * settings.cost.running(&state, &task.goal, room, share);
         }
     }
-    let total = sum + settings.cost.terminal(&state, &task.goal, room);
+    let force = reach[0].min(reach[1]);
+    let held = settings.cost.held(&state, &task.goal, &motion.anchor, force);
+    let total = sum + settings.cost.terminal(&state, &task.goal, room) + held;
     (if total.is_finite() { total } else { f64::INFINITY }, state.pose)
 }

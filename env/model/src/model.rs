@@ -228,6 +228,8 @@ impl Model {
     }
 
     /// The same model with some parameters free, by the names of [`Model::slots`]; others' names are of no effect.
+    ///
+    /// Refinements keep their values: a `model.toml` cannot say that one is free, and would fall back to the simple law.
     #[must_use]
     pub fn freed(&self, names: &[String]) -> Self {
         let mut freed = self.clone();
@@ -235,8 +237,11 @@ impl Model {
         if free.first() == Some(&true) {
             freed.mass = None;
         }
-        for (value, free) in freed.effects.iter_mut().flat_map(|e| &mut e.values).zip(free.iter().skip(1)) {
-            if *free {
+        let essential = |effect: &Effect| effect.kind.spec().params.iter().map(|p| p.refinement.is_none());
+        let essential: Vec<bool> = self.effects.iter().flat_map(essential).collect();
+        let values = freed.effects.iter_mut().flat_map(|e| &mut e.values);
+        for ((value, essential), free) in values.zip(essential).zip(free.iter().skip(1)) {
+            if *free && essential {
                 *value = None;
             }
         }
@@ -276,6 +281,23 @@ mod tests {
         let wheel = ["x", "y", "angle", "mu_x", "mu_y"].map(|p| format!("viscous_wheel.{p}"));
         assert_eq!(names[0], "body.mass");
         assert_eq!(names[1..], wheel);
+    }
+
+    #[test]
+    fn what_a_file_cannot_call_free_keeps_its_value() {
+        let [force, creep] = [("force", 40.0), ("creep", 0.2)];
+        let values = [("x", 0.1), ("y", 0.2), force, creep];
+        let rubbing =
+            values.iter().fold(Effect::free(Kind::CoulombFriction), |e, (k, v)| e.with(k, Some(*v)));
+        let mut model = Model::nominal(table().body, Some(22.0), [true; 3]);
+        model.effects = vec![rubbing];
+        let names = ["body.mass", "coulomb_friction.force", "coulomb_friction.creep"].map(str::to_owned);
+        let freed = model.freed(&names);
+        let value = |name: &str| freed.slots().into_iter().find(|slot| slot.name == name).unwrap().value;
+        assert_eq!((value("body.mass"), value("coulomb_friction.force")), (None, None));
+        assert_eq!((value("coulomb_friction.x"), value("coulomb_friction.creep")), (Some(0.1), Some(0.2)));
+        let (again, _) = Model::from_toml(&freed.to_toml(None).unwrap()).unwrap();
+        assert_eq!(again.effects, freed.effects);
     }
 
     #[test]

@@ -111,6 +111,7 @@ def update_of(update: Any, time: float) -> Row:
         "time": time,
         "estimate": [dict(entry) for entry in update.estimate],
         "named": list(update.named),
+        "supposed": list(update.supposed),
         "regrasp": None if update.regrasp is None else list(update.regrasp),
         "model": None if update.model is None else tomllib.loads(update.model.to_toml()),
     }

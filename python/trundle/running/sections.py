@@ -159,5 +159,6 @@ def lines(values: Sequence[Held | None]) -> list[Child]:
 def changes(update: Update) -> str:
     """Return what the diagnoser added, and where the agent took hold."""
     found = [words.effects(update.named)] if update.named else []
+    found += [f"supposed: {words.effects(update.supposed)}"] if update.supposed else []
     found += [f"then held at {place(update.regrasp)}"] if update.regrasp is not None else []
     return ", ".join(found).replace(GAP, " ")

@@ -9,7 +9,7 @@ import numpy as np
 from trundle.report import words
 from trundle.report.given import Array
 from trundle.report.quantity import fixed, listed, measured, shown, suited
-from trundle.running.told import Episode, Update, named
+from trundle.running.told import Episode, Update, named, supposed
 
 __all__ = ["believed", "headline", "lead", "line", "summary"]
 
@@ -86,10 +86,15 @@ def hidden(episode: Episode) -> str | None:
 
 
 def additions(episode: Episode) -> list[str]:
-    """Return what was named, and when."""
-    return [
+    """Return what was named or supposed, and when."""
+    found = [
         f"{words.capitalised(words.effect(name))} was named after {seconds(time)} and added to the model."
         for time, name in named(episode)
+    ]
+    return found + [
+        f"{words.capitalised(words.effects(effects))} was supposed after {seconds(time)}: the diagnosis does "
+        "not vouch for it, but with it the model predicts better."
+        for time, effects in supposed(episode)
     ]
 
 
@@ -134,6 +139,7 @@ def believed(update: Update) -> str:
     mass = update.value("body.mass")
     parts += [f"mass {measured(mass.mean, mass.sd, 'kg')}"] if mass is not None and mass.mean else []
     parts += [f"named: {words.effects(update.named)}"] if update.named else []
+    parts += [f"supposed: {words.effects(update.supposed)}"] if update.supposed else []
     parts += [f"goes to hold it at {place(update.regrasp)}"] if update.regrasp is not None else []
     return " · ".join(parts)
 

@@ -15,7 +15,19 @@ from trundle.picture import outlines
 from trundle.report import words
 from trundle.report.given import Array, finite
 
-__all__ = ["Episode", "Held", "Other", "Update", "Wheel", "named", "parse", "stages", "update", "wheels"]
+__all__ = [
+    "Episode",
+    "Held",
+    "Other",
+    "Update",
+    "Wheel",
+    "named",
+    "parse",
+    "stages",
+    "supposed",
+    "update",
+    "wheels",
+]
 
 WHEEL = "viscous_wheel"
 
@@ -80,6 +92,7 @@ class Update:
     held: tuple[Held, ...]
     others: tuple[Other, ...]
     named: tuple[str, ...]
+    supposed: tuple[str, ...]
     regrasp: Array | None
 
     def value(self, name: str) -> Held | None:
@@ -228,6 +241,7 @@ def update(row: Mapping[str, Any]) -> Update:
         ),
         others=others(model),
         named=tuple(row["named"]),
+        supposed=tuple(row["supposed"]),
         regrasp=None if row["regrasp"] is None else np.array(row["regrasp"], dtype=float),
     )
 
@@ -248,8 +262,13 @@ def spread(posterior: Mapping[str, Any] | None) -> Array | None:
 
 
 def named(episode: Episode) -> list[tuple[float, str]]:
-    """Return what the diagnoser added to the model, and when, s."""
+    """Return what the diagnoser named and added to the model, and when, s."""
     return [(each.time, name) for each in episode.updates for name in each.named]
+
+
+def supposed(episode: Episode) -> list[tuple[float, tuple[str, ...]]]:
+    """Return what was added to the model though the diagnoser does not vouch for it, and when, s."""
+    return [(each.time, each.supposed) for each in episode.updates if each.supposed]
 
 
 def stages(episode: Episode, most: int) -> list[Update]:
@@ -258,6 +277,7 @@ def stages(episode: Episode, most: int) -> list[Update]:
     At most `most`, or as many as laws were added.
     """
     found = episode.updates
-    kept = {0, len(found) - 1, *(k for k, each in enumerate(found) if each.named)} if found else set()
+    richer = (k for k, each in enumerate(found) if each.named or each.supposed)
+    kept = {0, len(found) - 1, *richer} if found else set()
     kept |= set(range(max(0, most - len(kept - set(range(most))))))
     return [each for k, each in enumerate(found) if k in kept]

@@ -1,0 +1,77 @@
+"""`trundle.AdaptiveAgent` keeps hold of an object whose motion no model has foreseen."""
+
+from __future__ import annotations
+
+from pathlib import Path
+
+import numpy as np
+import pytest
+
+import trundle.agent
+from trundle.agent import LOST, braking, runs_away
+from trundle.comparison.config import read
+from trundle.comparison.episode import player
+from trundle.comparison.world import begin
+
+COMPARE = Path(__file__).resolve().parents[2] / "configs/experiments/compare.toml"
+
+
+def row(twist: list[float], heading: float = 0.0, grasp: tuple[float, float] = (-0.6, 0.0)) -> np.ndarray:
+    """Return an observation of which only motion, heading and grasp are told."""
+    seen = np.zeros(18)
+    seen[2:4], seen[4:7], seen[14:16] = (np.cos(heading), np.sin(heading)), twist, grasp
+    return seen
+
+
+@pytest.mark.parametrize(
+    ("before", "now", "expected"),
+    [
+        ([0.0, 0.0, 3.0], [0.0, 0.0, 3.0], False),
+        ([0.0, 0.0, 2.0], [0.0, 0.0, 2.6], False),
+        ([0.0, 0.0, 2.0], [0.0, 0.0, 3.1], True),
+        ([0.0, 0.0, -2.0], [0.0, 0.0, -3.1], True),
+        ([1.1, 0.0, 0.0], [1.2, 0.8, 0.0], True),
+        ([1.9, 0.0, 0.0], [1.2, 0.0, 0.0], False),
+    ],
+)
+def test_an_object_runs_away_if_two_more_such_steps_would_lose_it(
+    before: list[float], now: list[float], expected: bool
+) -> None:
+    assert runs_away([row(before), row(now)]) is expected
+
+
+def test_at_the_beginning_of_an_episode_nothing_is_known_to_speed_up() -> None:
+    assert not runs_away([row([1.9, 0.0, 3.9])])
+
+
+def test_braking_takes_energy_out_of_any_object() -> None:
+    random = np.random.default_rng(0)
+    for _ in range(200):
+        twist, heading, grasp = random.normal(size=3), random.uniform(-3, 3), random.normal(size=2)
+        push = braking(row(list(twist), heading, tuple(grasp)))
+        cos, sin = np.cos(heading), np.sin(heading)
+        arm = np.array([cos * grasp[0] - sin * grasp[1], sin * grasp[0] + cos * grasp[1]])
+        force = np.array([cos * push[0] - sin * push[1], sin * push[0] + cos * push[1]])
+        speed = twist[:2] + twist[2] * np.array([-arm[1], arm[0]])
+        # The axes are weighted as the limits are, so power is negative on each.
+        assert force @ speed < 0 and push[2] * twist[2] < 0
+    assert braking(row([0.0, 0.0, LOST[2]], grasp=(0.0, 0.0)))[2] == -1.0
+
+
+def lost_within(seconds: float) -> bool:
+    """Tell whether an adaptive agent loses a light object with a load at one corner."""
+    settings = read(COMPARE)
+    env, observation = begin(settings.worlds["load"], 3081, {})
+    agent = player(settings.agents["adaptive"], 0, env)
+    for step in range(round(seconds / 0.05)):
+        action, _ = agent.predict(observation, episode_start=step == 0)
+        observation, _, _, _, info = env.step(action)
+        if info["lost"]:
+            return True
+    return False
+
+
+def test_what_would_be_lost_is_kept(monkeypatch: pytest.MonkeyPatch) -> None:
+    assert not lost_within(2.0)
+    monkeypatch.setattr(trundle.agent, "runs_away", lambda seen: False)
+    assert lost_within(2.0)
