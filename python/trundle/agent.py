@@ -82,7 +82,8 @@ class AdaptiveAgent:
         locally weighted regression in the place of a model.
     diagnose : bool
         Where the model predicts worse than noise explains, ask the diagnoser which law is missing, and go on
-        with the laws that it names.
+        with the laws that it names; where it vouches for none, with the best that it tried, if that predicts
+        better.
     probe : bool
         Begin with several suspicions (the object rolls freely, or a wheel near any one corner is locked), and
         where it would be worth while to know which model is true, prefer pushes that tell (dual control).
