@@ -27,8 +27,6 @@ MODES = ("wrench", "regrasp")
 """Meanings of actions that the agent knows."""
 LOCKED = 150.0
 """Drag of a wheel that is suspected to be locked, N s/m."""
-GENTLY = 0.5
-"""Share of a plan that is done to an object that may be any, before anything has been learnt of it."""
 DRAWS = 4
 """Models drawn from the posterior, beside the most probable one."""
 MATTERS = 0.02
@@ -61,7 +59,7 @@ class AdaptiveAgent:
     It begins with a belief about the object (by default that it is uniform and rolls freely), plans pushes
     on it by MPPI, fits the paper's model to the episode so far after each push, and goes on planning on
     what was found. Where it matters which of the models that the posterior allows is true, plans are made for
-    several of them together, and it fits before each plan. All that it uses is in the observations.
+    several of them together, and it fits before each action. All that it uses is in the observations.
 
     An agent has the `predict` of stable-baselines3's algorithms, so that
     `stable_baselines3.common.evaluation.evaluate_policy` runs it, on vectorised environments too.
@@ -234,10 +232,9 @@ class AdaptiveAgent:
         return belief
 
     def _due(self, belief: Belief) -> bool:
-        """Tell whether to fit now: after each push, before each plan while it matters which model is true."""
+        """Tell whether to fit now: after each push, or before each action while unsure."""
         steps = len(belief.seen) - 1
-        unsure = not belief.updates or belief.updates[-1].worth > MATTERS
-        return steps % (self._hold if unsure else self._push) == 0 and steps <= self._last_fit
+        return steps % (1 if unsure(belief) else self._push) == 0 and steps <= self._last_fit
 
     def _begun(self, row: Array) -> Belief:
         metadata = described(self._source.recording_metadata("episode"))
@@ -312,7 +309,7 @@ class AdaptiveAgent:
         return np.clip(action, self._space.low, self._space.high)
 
     def _planned(self, belief: Belief) -> Array:
-        """Return the next action of the plan, made anew where the last one is carried out."""
+        """Return the next action of the plan, made anew when it is carried out; while unsure, each time."""
         if not belief.plan:
             pose, twist, goal = belief.situation
             plan = belief.planner.plan(
@@ -325,10 +322,9 @@ class AdaptiveAgent:
                 inner=belief.inner(self._period),
                 learnt=belief.learnt,
             )
-            belief.planner.advance(self._hold * self._period)
-            unknown = self._adapt and self._varied and self._model is None and not belief.updates
-            share = GENTLY if unknown else 1.0
-            belief.plan = [share * plan[0] / self._scale] * self._hold
+            held = 1 if self._adapt and unsure(belief) else self._hold
+            belief.planner.advance(held * self._period)
+            belief.plan = [plan[0] / self._scale] * held
         return belief.plan.pop()
 
     def _going(self, belief: Belief, place: Array) -> Array:
@@ -347,6 +343,11 @@ class AdaptiveAgent:
 def changed(belief: Belief, row: Array) -> bool:
     """Return whether an observation is of another goal."""
     return not np.array_equal(belief.goal, row[7:11])
+
+
+def unsure(belief: Belief) -> bool:
+    """Return whether it matters which model is true."""
+    return not belief.updates or belief.updates[-1].worth > MATTERS
 
 
 def runs_away(seen: Sequence[Array]) -> bool:

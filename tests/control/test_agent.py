@@ -69,13 +69,13 @@ def test_after_a_second_it_knows_how_the_table_moves(
     assert np.linalg.norm(believed - true) < 0.1 * np.linalg.norm(true)
 
 
-def test_it_learns_before_each_plan_while_it_matters_which_model_is_true(
+def test_it_learns_before_each_action_while_it_matters_which_model_is_true(
     pushed: tuple[Observations, trundle.Model, trundle.agent.Belief],
 ) -> None:
     unsure = True
     for before, update in itertools.pairwise(pushed[2].updates):
         unsure = before.worth > 0.02
-        assert update.time - before.time == pytest.approx(0.1 if unsure else 0.5 - before.time % 0.5)
+        assert update.time - before.time == pytest.approx(0.05 if unsure else 0.5 - before.time % 0.5)
     assert not unsure
 
 

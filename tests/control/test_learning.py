@@ -139,15 +139,6 @@ def test_of_several_objects_the_observation_tells_the_size() -> None:
     assert corner == pytest.approx(belief.now[16:18])
 
 
-def test_what_may_be_any_object_is_pushed_gently_before_anything_is_known_of_it() -> None:
-    env = gymnasium.make(AROUND, hidden="locked", object=["chair", "bookcase"])
-    observation, _ = env.reset(seed=5)
-    unknown = trundle.AdaptiveAgent(env)
-    gentle, (belief,) = unknown.predict(observation, episode_start=True)
-    full, _ = trundle.AdaptiveAgent(env, model=belief.model).predict(observation, episode_start=True)
-    assert gentle == pytest.approx(full / 2)
-
-
 def test_an_oracle_follows_a_caster() -> None:
     caster = {"kind": "caster_swivel", "x": 0.5, "y": -0.3, "trail": 0.05, "mu_side": 150.0}
     env = gymnasium.make(AROUND, hidden="none", effects=[caster])
