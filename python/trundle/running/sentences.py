@@ -160,5 +160,6 @@ def place(at: Array, sd: Array | None = None) -> str:
 
 
 def seconds(time: float) -> str:
-    """Return a time."""
-    return f"{fixed(time, 1)}{GAP}s"
+    """Return a time; an action takes 0.05 s."""
+    tenths = abs(round(time, 1) - time) < 1e-6
+    return f"{fixed(time, 1 if tenths else 2)}{GAP}s"
