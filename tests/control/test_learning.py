@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+from pathlib import Path
 from typing import Any
 
 import gymnasium
@@ -13,9 +14,13 @@ import trundle
 from trundle._native import Laws
 from trundle.agent import Belief
 from trundle.belief import about_origin
+from trundle.comparison.config import read
+from trundle.comparison.world import begin
+from trundle.learners import Physics
 
 FRICTION = {"kind": "coulomb_friction", "x": 0.2, "y": 0.1, "force": 55.0}
 AROUND = "trundle/PushAround-v0"
+COMPARE = Path(__file__).resolve().parents[2] / "configs/experiments/compare.toml"
 
 
 def played(steps: int, env_id: str = AROUND, seed: int = 3000, **told: Any) -> tuple[Belief, dict[str, Any]]:
@@ -48,6 +53,34 @@ def test_where_nothing_is_missing_the_diagnoser_is_not_asked() -> None:
     assert info["is_success"]
     assert belief.consulted == 0.0
     assert not any(update.named for update in belief.updates)
+
+
+def test_what_the_diagnoser_cannot_vouch_for_is_supposed_where_it_predicts_better() -> None:
+    # A made-up object, of which the agent knows no more than length and width: friction does not explain all.
+    settings = read(COMPARE)
+    env, observation = begin(settings.worlds["friction"], 3032, {})
+    agent = trundle.AdaptiveAgent(env, diagnose=True)
+    for step in range(84):
+        action, _ = agent.predict(observation, episode_start=step == 0)
+        observation = env.step(action)[0]
+    (belief,) = agent.beliefs
+    assert not any(update.named for update in belief.updates)
+    (update,) = (update for update in belief.updates if update.supposed)
+    assert "coulomb_friction" in update.supposed
+    # It is fitted further: the values move.
+    assert belief.updates[-1].time > update.time
+    kinds = [{one["name"] for one in each.model.parameters} for each in (update, belief.updates[-1])]
+    assert kinds[0] == kinds[1] and belief.updates[-1].model != update.model
+
+
+def test_nothing_is_supposed_that_predicts_no_better() -> None:
+    belief, _ = played(60)
+    recording = belief.recording(0.05, 0.02)
+    physics = Physics(None, diagnose=True, starts=1, seed=0)
+    found = physics._fitted(belief, recording)
+    for effect in ("coulomb_friction", "no_such_effect"):
+        assert physics._supposed(recording, [{"effect": effect}], found) is None
+    assert physics._supposed(recording, [], found) is None
 
 
 @pytest.mark.parametrize("learner", ["shooting", "linear"])
