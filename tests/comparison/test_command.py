@@ -59,7 +59,7 @@ def test_each_agent_plays_each_world_once_in_order(whole: Path) -> None:
         assert 0.3 < row["radius"] < 1.0
     assert {row["fits"] for row in rows if row["agent"] != "adaptive"} == {0}
     assert min(row["fits"] for row in rows if row["agent"] == "adaptive") >= 1
-    assert {row["learning"] for row in rows if row["agent"] == "adaptive"} <= {0.5, 0.6}
+    assert {row["learning"] for row in rows if row["agent"] == "adaptive"} <= {0.5, 0.55}
 
 
 def test_the_document_tells_it(whole: Path, capsys: pytest.CaptureFixture[str]) -> None:
