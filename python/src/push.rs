@@ -64,6 +64,12 @@ impl PyPushing {
     /// Time that the gripper takes from one place on the object to another, s.
     #[classattr]
     const REGRASP: f64 = rules::REGRASP;
+    /// Speed of the object's origin at which it is out of control, m/s.
+    #[classattr]
+    const TOP_SPEED: f64 = rules::TOP_SPEED;
+    /// Spin at which it is out of control, rad/s.
+    #[classattr]
+    const TOP_SPIN: f64 = rules::TOP_SPIN;
     /// Names of the household objects.
     #[classattr]
     #[pyo3(name = "HOUSEHOLD")]

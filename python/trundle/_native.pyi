@@ -253,6 +253,8 @@ class Snapshot:
 class Pushing:
     ARENA: float
     REGRASP: float
+    TOP_SPEED: float
+    TOP_SPIN: float
     HOUSEHOLD: list[str]
     def __new__(cls, options: str) -> Pushing: ...
     @property

@@ -35,8 +35,8 @@ CURIOSITY = 1.0
 """What a probing plan is credited for each metre by which the models' ends differ, s."""
 AT_REST = 0.15
 """Speed (m/s, rad/s) below which the object may be let go: a faster one would run on by itself."""
-LOST = np.array([2.0, 2.0, 4.0])
-"""Speed along an axis (m/s) and spin (rad/s) of an object that is lost, as `trundle.envs.Push` has it."""
+LOST = np.array([Pushing.TOP_SPEED, Pushing.TOP_SPEED, Pushing.TOP_SPIN])
+"""Speed along an axis (m/s) and spin (rad/s) of an object that is lost."""
 AHEAD = 2
 """Actions for which an object may go on to speed up as it does without being lost."""
 BETTER = 0.85
@@ -59,7 +59,8 @@ class AdaptiveAgent:
     It begins with a belief about the object (by default that it is uniform and rolls freely), plans pushes
     on it by MPPI, fits the paper's model to the episode so far after each push, and goes on planning on
     what was found. Where it matters which of the models that the posterior allows is true, plans are made for
-    several of them together, and it fits before each action. All that it uses is in the observations.
+    several of them together, and it fits before each action. An object that is about to be lost it brakes,
+    whatever the model says. All that it uses is in the observations.
 
     An agent has the `predict` of stable-baselines3's algorithms, so that
     `stable_baselines3.common.evaluation.evaluate_policy` runs it, on vectorised environments too.

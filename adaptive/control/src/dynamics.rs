@@ -46,10 +46,10 @@ impl Dynamics for Plant<f64> {
             let slowly = State { twist: [speed, speed, 0.0], ..State::at_rest([0.0; 3]) };
             self.action(&slowly, Clock::since_contact(0.0)).drag
         };
-        let [xx, xy, yy, tx, ty, _] = drag(SLOW);
         let force = |[xx, _, yy, ..]: [f64; 6], speed: f64| (xx + yy) / 2.0 * speed * SQRT_2;
+        let slow @ [xx, xy, yy, tx, ty, _] = drag(SLOW);
         // What is left of the force at no speed, along the line through two.
-        let grip = 2.0 * force(drag(SLOW), SLOW) - force(drag(2.0 * SLOW), 2.0 * SLOW);
+        let grip = 2.0 * force(slow, SLOW) - force(drag(2.0 * SLOW), 2.0 * SLOW);
         let det = xx * yy - xy * xy;
         if grip < LEAST_GRIP || det <= 0.0 {
             return Anchor::default();
