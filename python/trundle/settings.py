@@ -7,7 +7,7 @@ import difflib
 import sys
 import types
 import typing
-from collections.abc import Mapping
+from collections.abc import Callable, Mapping
 from pathlib import Path
 from typing import Any, TypeVar, Union, get_args, get_origin
 
@@ -18,7 +18,7 @@ if sys.version_info >= (3, 11):
 else:
     import tomli as tomllib
 
-__all__ = ["SettingsError", "checked", "headed", "parse", "typed"]
+__all__ = ["SettingsError", "checked", "headed", "matching", "parse", "typed"]
 
 T = TypeVar("T")
 
@@ -52,6 +52,21 @@ def checked(path: Path, kind: type[T], table: Mapping[str, Any]) -> T:
     """Build a dataclass as `typed` does; an error names the file too, and is a `TrundleError`."""
     try:
         return typed(kind, table)
+    except SettingsError as error:
+        raise TrundleError(f"{path}: {error}") from error
+
+
+def matching(
+    path: Path, function: Callable[..., Any], table: Mapping[str, Any], where: str, **instead: type
+) -> None:
+    """Refuse values of another type than the function's arguments have, or than is said `instead`.
+
+    Keys that are not among its named arguments are left to the function.
+    """
+    hints = {**typing.get_type_hints(function), **instead}
+    try:
+        for key, value in table.items():
+            _value(hints.get(key, Any), value, _join(where, key))
     except SettingsError as error:
         raise TrundleError(f"{path}: {error}") from error
 

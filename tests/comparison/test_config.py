@@ -34,6 +34,7 @@ def test_a_file_is_read_in_its_order(tmp_path: Path) -> None:
         ('kind = "oracle"', 'kind = "orcale"', "`agents.oracle.kind` = 'orcale'; it is one of"),
         ('kind = "oracle"', 'kind = "oracle"\nfiles = ["a.npz"]', "[agents.oracle] files"),
         ('kind = "oracle"', 'kind = "policy"\nfiles = ["a.npz"]', "[agents.oracle] settings"),
+        ("samples = 8", 'adapt = "no"', "`agents.oracle.settings.adapt` = 'no'; it is true or false"),
         ('[["adaptive", "fixed"]]', '[["adaptive"]]', "it needs 2"),
         ("horizon = 12 }\nfirst = 70", "horizon = 0 }\nfirst = 70", "an episode must end"),
         ('worlds = "table",', "", "`targets[0].worlds` is missing"),

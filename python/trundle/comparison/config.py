@@ -7,8 +7,9 @@ from dataclasses import dataclass, field
 from pathlib import Path
 from typing import Any, Literal
 
+from trundle.agent import AdaptiveAgent
 from trundle.recording import TrundleError
-from trundle.settings import checked, headed
+from trundle.settings import checked, headed, matching
 
 __all__ = ["Agent", "Settings", "Target", "Worlds", "read"]
 
@@ -164,6 +165,7 @@ def consistent(path: Path, settings: Settings) -> None:
     known_agents(path, settings, "main", [settings.main])
     for name, agent in settings.agents.items():
         check_agent(f"{path}: [agents.{name}]", agent)
+        matching(path, AdaptiveAgent.__init__, agent.settings, f"agents.{name}.settings")
     for name, worlds in settings.worlds.items():
         known_agents(path, settings, f"[worlds.{name}] agents", worlds.agents)
         if worlds.count < 1 or worlds.first < 0:
