@@ -20,8 +20,9 @@ observation, info = env.reset(seed=seed)
 distance = float(((observation[0:2] - observation[7:9]) ** 2).sum() ** 0.5)
 print(f"{distance:.2f} m to go; the agent believes that the table rolls freely")
 
-# One turn of the loop: the agent plans on its belief, pushes for 50 ms, and looks. Every half second it fits
-# the paper's model, a rigid body with one viscous wheel, to all that it has seen.
+# One turn of the loop: the agent pushes for 50 ms and looks. As long as it matters which model is true, it
+# fits the paper's, a rigid body with one viscous wheel, to all that it has seen, and plans anew each time;
+# after that it plans each 0.1 s and fits each 0.5 s.
 fits, steps, done = 0, 0, False
 while not done:
     action, (belief,) = agent.predict(observation, episode_start=steps == 0)

@@ -38,8 +38,10 @@ pub(crate) fn register(module: &Bound<'_, PyModule>) -> PyResult<()> {
 ///     Of the samples: standard deviation of the first iteration as a share of half the range of the bounds
 ///     (0.6), correlation of successive actions (0.9), and how far costs above the least count, as a share of
 ///     their standard deviation (0.02).
+/// curiosity : float
+///     Seconds that a plan is credited for each metre by which the models' ends differ (0).
 /// cost : dict
-///     Weights: `heading` (m for each rad, 0.3), `effort` (m for a full action along an axis), `speed_limit`
+///     Weights: `heading` (m for each rad, 0.3), `effort` (m for half the range of an action along an axis), `speed_limit`
 ///     (m/s), `spin_limit` (rad/s), `excess` (m for exceeding a limit by all of it), `arrival` (s for which the
 ///     error at the end is charged), `pace` (rad/s at which a turn that is left is undone), `anchor` (s for which it is
 ///     charged that what dry friction holds is off), `momentum` (m for each m/s there), `margin` (room that should
@@ -215,6 +217,7 @@ impl PyPlanner {
     /// Forget the plan, and start the draws again.
     fn restart(&mut self) {
         self.planner.restart();
+        self.room = None;
     }
 
     /// Time for which each action is held, s.

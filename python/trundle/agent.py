@@ -25,6 +25,10 @@ WRENCH = 3
 """Entries of an action that are a wrench."""
 MODES = ("wrench", "regrasp")
 """Meanings of actions that the agent knows."""
+PERIOD = 0.05
+"""Time between two actions of an environment that does not tell it, s."""
+MOST_STARTS = 1000
+"""Random starts of a fit beyond which nobody waits for it."""
 LOCKED = 150.0
 """Drag of a wheel that is suspected to be locked, N s/m."""
 DRAWS = 4
@@ -92,8 +96,8 @@ class AdaptiveAgent:
         After so many times that long it learns no more; None: it goes on learning.
     starts : int
         Random starts of each fit.
-    period : float
-        Time between two actions, s.
+    period : float, optional
+        Time between two actions, s; None: what the environment says (`control`), or 0.05.
     rise : float
         Time in which the arm reaches an action, s.
     seed : int
@@ -128,40 +132,32 @@ class AdaptiveAgent:
         push: float = 0.5,
         pushes: int | None = None,
         starts: int = 2,
-        period: float = 0.05,
+        period: float | None = None,
         rise: float = 0.02,
         seed: int = 0,
         **planner: Any,
     ) -> None:
-        space, source = env.action_space, env.unwrapped
-        if not isinstance(space, gym.spaces.Box) or not isinstance(source, Pushable):
-            raise TrundleError(f"{source} has no object to push: give trundle/LockedWheel-v0 or its like")
+        space, entries, source = suited(env)
+        period = float(getattr(source, "control", PERIOD)) if period is None else period
         if not 0 < rise < period <= push:
             raise TrundleError(
                 f"rise = {rise}, period = {period}, push = {push}: give rise < period <= push (s)"
             )
-        if starts < 1:
-            raise TrundleError(f"starts = {starts}: at least one start is needed")
+        if not 1 <= starts <= MOST_STARTS:
+            raise TrundleError(f"starts = {starts}: give 1 to {MOST_STARTS}")
+        if not 0 <= seed < 2**32:
+            raise TrundleError(f"seed = {seed}: give a whole number from 0 to 2**32 - 1")
         if pushes is not None and pushes < 1:
             raise TrundleError(f"pushes = {pushes}: give 1 or more, or adapt = False")
-        mode = getattr(source, "mode", "wrench")
-        if mode not in MODES:
-            raise TrundleError(
-                f"action = {mode!r}: the agent plans wrenches; make the environment with one of {MODES}"
-            )
         if not adapt and (diagnose or probe):
             raise TrundleError(
                 "adapt = False: an agent that keeps to its belief neither diagnoses nor probes"
             )
         self._scale = np.asarray(source.ACTION_SCALE, dtype=np.float64)[:WRENCH]
-        self._space = space
-        self._entries = gym.spaces.flatdim(env.observation_space)
-        if self._entries < OBSERVATION:
-            raise TrundleError(f"an observation of {self._entries} numbers is not that of a pushing task")
-        self._source = source
+        self._space, self._entries, self._source = space, entries, source
         self._obstacles: Callable[[Array], Any] = getattr(source, "seen_obstacles", lambda _: ())
         self._varied = bool(getattr(source, "varied", False))
-        self._regrasps = mode == "regrasp"
+        self._regrasps = getattr(source, "mode", "wrench") == "regrasp"
         self._model, self._mass = model, mass
         self._adapt, self._probe = adapt, probe
         self._learner = learner_of(learner, diagnose=diagnose, starts=starts, seed=seed)
@@ -193,7 +189,8 @@ class AdaptiveAgent:
         state : tuple of Belief, optional
             As returned by the call before; the agent remembers it if it is left out.
         episode_start : bool or ndarray of bool, shape (n,), optional
-            Where it is True the belief starts anew; left out, it does so where the goal has changed.
+            Where it is True the belief starts anew; left out, it does so where the goal has changed: give it
+            where the goal moves, as on trundle/PushPath-v0.
         deterministic : bool
             Of no effect: the agent does not explore at random.
 
@@ -339,6 +336,26 @@ class AdaptiveAgent:
     def _planner(self) -> Planner:
         low, high = self._space.low[:WRENCH] * self._scale, self._space.high[:WRENCH] * self._scale
         return Planner(low, high, seed=self._seed, **self._settings)
+
+
+def suited(env: gym.Env[Any, Any]) -> tuple[gym.spaces.Box, int, Pushable]:
+    """Return action space, entries of an observation and what there is to push; refuse other environments."""
+    space, seen, source = env.action_space, env.observation_space, env.unwrapped
+    if not isinstance(space, gym.spaces.Box) or not isinstance(source, Pushable):
+        raise TrundleError(f"{source} has no object to push: give trundle/LockedWheel-v0 or its like")
+    if not isinstance(seen, gym.spaces.Box):
+        raise TrundleError(
+            f"observations are {type(seen).__name__}, not arrays: trundle/PushPose-v0 gives some"
+        )
+    entries = gym.spaces.flatdim(seen)
+    if entries < OBSERVATION:
+        raise TrundleError(f"an observation of {entries} numbers is not that of a pushing task")
+    mode = getattr(source, "mode", "wrench")
+    if mode not in MODES:
+        raise TrundleError(
+            f"action = {mode!r}: the agent plans wrenches; make the environment with one of {MODES}"
+        )
+    return space, entries, source
 
 
 def changed(belief: Belief, row: Array) -> bool:

@@ -3,6 +3,8 @@
 from __future__ import annotations
 
 import json
+from collections.abc import Iterable
+from itertools import product
 from typing import Any, Literal, Protocol, TypeAlias
 
 import numpy as np
@@ -123,15 +125,24 @@ class Physics:
         if not alternatives:
             return None
         effects = tuple(alternatives[0]["effect"].split(" + "))
-        laws = [{"kind": kind} for kind in ("viscous_wheel", *effects)]
+        choices = product(*(laws_of(effect) for effect in effects))
+        fits = [better for kinds in choices if (better := self._with(kinds, recording)) is not None]
+        best = min(fits, key=shortfall, default=found)
+        return (best.model, (), effects) if shortfall(best) < shortfall(found) - DOUBT else None
+
+    def _with(self, kinds: Iterable[str], recording: Recording) -> Fit | None:
+        """Fit the paper's model with more laws; None where that cannot be done."""
+        laws = [{"kind": kind} for kind in ("viscous_wheel", *kinds)]
+        template = Model.from_toml(tomli_w.dumps({"format": "trundle-model/1", "effect": laws}))
         try:
-            template = Model.from_toml(tomli_w.dumps({"format": "trundle-model/1", "effect": laws}))
-            better = fit(
-                recording, template, likelihood=self._likelihood, starts=self._starts, seed=self._seed
-            )
+            return fit(recording, template, likelihood=self._likelihood, starts=self._starts, seed=self._seed)
         except TrundleError:
             return None
-        return (better.model, (), effects) if shortfall(better) < shortfall(found) - DOUBT else None
+
+
+def laws_of(effect: str) -> list[str]:
+    """Return the laws that go by an effect's name in a diagnosis: dry friction is of a point or of a face."""
+    return [law["kind"] for law in _native.effects() if law["effect"] == effect]
 
 
 def doubtful(found: Fit) -> bool:

@@ -69,13 +69,15 @@ class Online:
         Raises
         ------
         TrundleError
-            If the push cannot be used; the estimate is as before.
+            If the push cannot be used; the estimate is as before, and what `extend` was given is forgotten.
         """
-        if isinstance(push, Recording):
-            self._native.update(push)
-        else:
-            self._native.update(self._recording(self._joined() if push is None else push))
-        self._chunks = []
+        try:
+            if isinstance(push, Recording):
+                self._native.update(push)
+            else:
+                self._native.update(self._recording(self._joined() if push is None else push))
+        finally:
+            self._chunks, self.waiting = [], None
 
     def extend(self, samples: Mapping[str, ArrayLike]) -> None:
         """Take in the next samples of the push under way: the estimate is that of the push so far.
@@ -87,8 +89,20 @@ class Online:
         ----------
         samples : mapping of columns
             The same columns in each chunk.
+
+        Raises
+        ------
+        TrundleError
+            If it has other columns than the chunk before, or they differ in length: it is not kept.
         """
-        self._chunks.append({name: np.asarray(column, dtype=float) for name, column in samples.items()})
+        chunk = {name: np.asarray(column, dtype=float) for name, column in samples.items()}
+        names = (self._chunks or [chunk])[0].keys()
+        if chunk.keys() != names:
+            raise TrundleError(f"extend: every chunk must have the columns {', '.join(names)}")
+        if len({column.shape for column in chunk.values()}) > 1:
+            lengths = ", ".join(f"{name} {column.shape}" for name, column in chunk.items())
+            raise TrundleError(f"extend: columns differ in length: {lengths}")
+        self._chunks.append(chunk)
         try:
             recording = self._recording(self._joined())
             self._native.peek(recording)
@@ -128,8 +142,6 @@ class Online:
         if not self._chunks:
             raise TrundleError("no push: give its columns, or its samples to extend() first")
         names = self._chunks[0].keys()
-        if any(chunk.keys() != names for chunk in self._chunks):
-            raise TrundleError(f"extend: every chunk must have the columns {', '.join(names)}")
         return {name: np.concatenate([chunk[name] for chunk in self._chunks]) for name in names}
 
     def _recording(self, columns: Mapping[str, ArrayLike]) -> Recording:

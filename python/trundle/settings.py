@@ -4,6 +4,7 @@ from __future__ import annotations
 
 import dataclasses
 import difflib
+import inspect
 import sys
 import types
 import typing
@@ -61,12 +62,15 @@ def matching(
 ) -> None:
     """Refuse values of another type than the function's arguments have, or than is said `instead`.
 
-    Keys that are not among its named arguments are left to the function.
+    Keys that are not among its keyword-only arguments are left to the function.
     """
     hints = {**typing.get_type_hints(function), **instead}
+    arguments = inspect.signature(function).parameters.values()
+    named = {one.name for one in arguments if one.kind is one.KEYWORD_ONLY}
     try:
         for key, value in table.items():
-            _value(hints.get(key, Any), value, _join(where, key))
+            if key in named:
+                _value(hints[key], value, _join(where, key))
     except SettingsError as error:
         raise TrundleError(f"{path}: {error}") from error
 

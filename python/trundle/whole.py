@@ -2,19 +2,29 @@
 
 from __future__ import annotations
 
+import json
 import os
 import shutil
 import tempfile
 from collections.abc import Iterator
 from contextlib import contextmanager
 from pathlib import Path
+from typing import Any
 
 from trundle._native import TrundleError
 
-__all__ = ["PART", "whole_file", "whole_folder", "write_text"]
+__all__ = ["PART", "kept_json", "whole_file", "whole_folder", "write_text"]
 
 PART = ".part"
 """How the name of what is under way ends; a kill may leave it."""
+
+
+def kept_json(path: Path) -> Any:
+    """Return what an earlier call has kept in a file."""
+    try:
+        return json.loads(path.read_text(encoding="utf-8"))
+    except ValueError as error:
+        raise TrundleError(f"{path}: is damaged ({error}): remove it to have it made again") from error
 
 
 @contextmanager

@@ -6,6 +6,7 @@ import json
 import signal
 import time
 from pathlib import Path
+from types import SimpleNamespace
 from typing import Any
 
 import numpy as np
@@ -139,6 +140,7 @@ class Still:
 
     def __init__(self, file: str) -> None:
         self.push = 1.0 if "b" in Path(file).stem else 0.0
+        self.about = SimpleNamespace(env_kwargs={"action": "velocity"} if "v" in Path(file).stem else {})
 
     def predict(
         self,
@@ -153,7 +155,7 @@ class Still:
 
 
 def test_each_run_of_a_policy_plays_and_is_known_by_its_bytes(
-    whole: Path, tmp_path: Path, monkeypatch: pytest.MonkeyPatch
+    whole: Path, tmp_path: Path, monkeypatch: pytest.MonkeyPatch, capsys: pytest.CaptureFixture[str]
 ) -> None:
     monkeypatch.setattr("trundle.learning.policy.load", Still)
     monkeypatch.chdir(tmp_path)
@@ -182,6 +184,9 @@ def test_each_run_of_a_policy_plays_and_is_known_by_its_bytes(
     assert compare(tmp_path, text=text) == 0
     assert len(journal.read_bytes().splitlines()) == before + 3
 
+    (tmp_path / "v.npz").write_text("v")
+    assert compare(tmp_path, text=text.replace("b.npz", "v.npz")) == 2
+    assert 'v.npz was trained with action = "velocity"' in capsys.readouterr().err
     (tmp_path / "b.npz").unlink()
     assert compare(tmp_path, text=text) == 2
 

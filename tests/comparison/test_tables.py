@@ -28,7 +28,7 @@ MINE = [
 SETTINGS = Settings(
     name="n",
     title="T",
-    worlds={"w": Worlds("Worlds", "e", 0, 3, ["oracle", "mine"], {}, [{"kind": "tether"}])},
+    worlds={"w": Worlds("Worlds", "e", 0, 3, ["oracle", "mine"], {"hidden": "locked"}, [{"kind": "tether"}])},
     agents={"oracle": Agent("Oracle", "oracle"), "mine": Agent("Mine", "adaptive", {"diagnose": True})},
     main="mine",
     pairs=[("mine", "oracle")],
@@ -63,6 +63,20 @@ def test_what_was_named_is_held_against_what_was_hidden() -> None:
     line = tables.diagnoses(SETTINGS, RESULTS).splitlines()[2]
     assert line.startswith("| `w` | Mine | 33.3 %")
     assert line.split(" | ")[3].startswith("0.0 %")
+
+
+def test_what_is_hidden_goes_by_the_names_of_diagnoses() -> None:
+    def hidden(options: dict[str, Any], *kinds: str) -> set[str] | None:
+        worlds = Worlds("", "e", 0, 3, [], options, [{"kind": kind} for kind in kinds])
+        return tables.concealed(worlds)
+
+    assert hidden({"hidden": "none"}, "viscous_wheel", "support_friction", "spin_drag") == {
+        "coulomb_friction",
+        "second_wheel",
+    }
+    assert hidden({"hidden": "locked", "effects": [{"kind": "tether"}]}) == {"tether"}
+    assert hidden({}, "tether") is None
+    assert tables.named(MINE, None) == ["–", "–"]
 
 
 def test_the_first_sentence_tells_success_and_regret() -> None:

@@ -131,6 +131,8 @@ def test_a_new_episode_starts_over(
 def test_what_it_cannot_use_is_refused(env: gymnasium.Env[Any, Any]) -> None:
     with pytest.raises(trundle.TrundleError, match="has no object to push"):
         trundle.AdaptiveAgent(gymnasium.make("CartPole-v1"))
+    with pytest.raises(trundle.TrundleError, match="observations are Dict"):
+        trundle.AdaptiveAgent(gymnasium.make("trundle/PushPoseGoal-v0"))
     with pytest.raises(trundle.TrundleError, match=r"push = 0\.01: give rise < period <= push"):
         trundle.AdaptiveAgent(env, push=0.01)
     with pytest.raises(trundle.TrundleError, match="unknown field `sample`"):
@@ -141,6 +143,18 @@ def test_what_it_cannot_use_is_refused(env: gymnasium.Env[Any, Any]) -> None:
         trundle.AdaptiveAgent(env).predict(np.full(16, np.nan))
     with pytest.raises(trundle.TrundleError, match="starts = 0"):
         trundle.AdaptiveAgent(env, starts=0)
+
+
+@pytest.mark.parametrize("substeps", [25, 50])
+def test_the_time_between_actions_is_the_environment_s_own(substeps: int) -> None:
+    env = gymnasium.make("trundle/LockedWheel-v0", substeps=substeps)
+    agent = trundle.AdaptiveAgent(env)
+    observation, _ = env.reset(seed=0)
+    for step in range(round(50 * 25 / substeps)):
+        action, (belief,) = agent.predict(observation, episode_start=step == 0)
+        observation, *_ = env.step(action)
+    (mass,) = (one["value"] for one in belief.model.parameters if one["name"] == "body.mass")
+    assert mass == pytest.approx(22.0, abs=0.5)
 
 
 def test_the_example_and_the_benchmark_run() -> None:

@@ -78,9 +78,26 @@ def test_nothing_is_supposed_that_predicts_no_better() -> None:
     recording = belief.recording(0.05, 0.02)
     physics = Physics(None, diagnose=True, starts=1, seed=0)
     found = physics._fitted(belief, recording)
-    for effect in ("coulomb_friction", "no_such_effect"):
-        assert physics._supposed(recording, [{"effect": effect}], found) is None
+    assert physics._supposed(recording, [{"effect": "coulomb_friction"}], found) is None
     assert physics._supposed(recording, [], found) is None
+
+
+@pytest.mark.parametrize(
+    ("law", "effect"),
+    [
+        ({"kind": "spin_drag", "spin": 15.0}, "second_wheel"),
+        ({"kind": "support_friction", "force": 40.0, "spread": 1.0}, "coulomb_friction"),
+    ],
+)
+def test_an_effect_is_supposed_by_the_law_that_explains_it(law: dict[str, Any], effect: str) -> None:
+    belief, _ = played(64, options={"hidden": "locked", "effects": [law]})
+    recording = belief.recording(0.05, 0.02)
+    physics = Physics(None, diagnose=True, starts=2, seed=0)
+    richer = physics._supposed(recording, [{"effect": effect}], physics._fitted(belief, recording))
+    assert richer is not None
+    model, named, supposed = richer
+    assert (named, supposed) == ((), (effect,))
+    assert law["kind"] in {one["name"].split(".")[0] for one in model.parameters}
 
 
 @pytest.mark.parametrize("learner", ["shooting", "linear"])

@@ -126,3 +126,27 @@ def test_a_model_with_free_values_is_refused() -> None:
 def test_a_negative_time_is_refused() -> None:
     with pytest.raises(trundle.TrundleError, match=r"seconds = -1.0"):
         trundle.Planner(LOWER, UPPER).advance(-1.0)
+
+
+BOX = [[[1.0, -0.3], [1.2, -0.3], [1.2, 0.2], [1.0, 0.2]]]
+
+
+def test_a_planner_that_starts_again_knows_nothing_of_the_room_before() -> None:
+    used, new = (trundle.Planner(LOWER, UPPER, seed=0, samples=32) for _ in range(2))
+    near, far = ({**AT_REST, "goal": [2.2, 0.0, 0.0], "pose": [x, 0.0, 0.0]} for x in (0.0, -2.5))
+    used.plan(MODEL, **near, obstacles=BOX)
+    used.restart()
+    assert np.array_equal(used.plan(MODEL, **far, obstacles=BOX), new.plan(MODEL, **far, obstacles=BOX))
+
+
+@pytest.mark.parametrize("away", [50.0, 1e12, 1e300])
+def test_no_way_around_obstacles_is_looked_for_to_a_goal_that_is_far_away(away: float) -> None:
+    planner = trundle.Planner(LOWER, UPPER, seed=0, samples=4)
+    with pytest.raises(trundle.TrundleError, match="is too far away to find a way around obstacles"):
+        planner.plan(MODEL, **{**AT_REST, "goal": [away, 0.0, 0.0]}, obstacles=BOX)
+
+
+@pytest.mark.parametrize("wrong", [{"horizon": 10**18}, {"samples": 2**60}, {"hold": 1e9}])
+def test_what_would_not_fit_into_memory_or_time_is_refused(wrong: dict[str, Any]) -> None:
+    with pytest.raises(trundle.TrundleError, match=next(iter(wrong))):
+        trundle.Planner(LOWER, UPPER, **wrong)

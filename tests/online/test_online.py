@@ -72,6 +72,25 @@ def test_chunks_of_samples_end_where_the_push_does(recording: trundle.Recording)
         assert abs(numbers(chunked.estimate())[name][0] - mean) < 0.5 * sd, name
 
 
+def test_a_push_that_was_refused_does_not_stay_in_the_way(recording: trundle.Recording) -> None:
+    online = trundle.Online(recording.metadata)
+    columns = next(iter(recording.episodes.values()))
+    few = {key: column[:8] for key, column in columns.items()}
+    online.extend(few)
+    assert online.waiting is not None
+    with pytest.raises(trundle.TrundleError):
+        online.update()
+    assert online.waiting is None
+    online.extend(few)
+    with pytest.raises(trundle.TrundleError, match="every chunk must have the columns"):
+        online.extend({key: column for key, column in few.items() if key != "torque_z"})
+    with pytest.raises(trundle.TrundleError, match="differ in length"):
+        online.extend({**few, "t": few["t"][:3]})
+    online.extend({key: column[8:] for key, column in columns.items()})
+    online.update()
+    assert online.pushes == 1
+
+
 def test_what_cannot_be_used_is_refused_and_changes_nothing(recording: trundle.Recording) -> None:
     online = trundle.Online(recording.metadata)
     with pytest.raises(trundle.TrundleError, match="no push"):

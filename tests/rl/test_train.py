@@ -1,6 +1,7 @@
 """Training with stable-baselines3: killed and gone on with, it ends the same. Needs the extra [rl]."""
 
 import re
+import signal
 import subprocess
 import sys
 import time
@@ -106,7 +107,7 @@ def test_killed_from_outside_it_goes_on(tmp_path: Path) -> None:
     while killed.poll() is None and not checkpoint.exists():
         time.sleep(0.005)
     killed.kill()
-    killed.wait()
+    assert killed.wait() == -signal.SIGKILL
     subprocess.run([*line, str(tmp_path / "killed")], cwd=ROOT, check=True)
     Training(read(file), 2, tmp_path / "whole").run()
     assert results(tmp_path / "whole") == results(tmp_path / "killed")

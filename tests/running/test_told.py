@@ -67,7 +67,7 @@ def test_what_is_only_supposed_is_told_as_that() -> None:
     assert "was supposed after 4.0 s: the diagnosis does not vouch for it" in told
     assert "was named" not in told
     assert "supposed: " in sentences.believed(found.updates[7])
-    assert [update.time for update in stages(found, 4)] == [0.5, 1.0, 4.0, 5.0]
+    assert [update.time for update in stages(found, 4)] == [0.5, 1.5, 4.0, 5.0]
 
 
 def test_a_wheel_that_is_far_off_is_not_called_found() -> None:
@@ -90,13 +90,13 @@ def test_no_belief_and_no_success_are_said() -> None:
     assert stages(found, 6) == []
 
 
-def test_the_first_stages_and_the_last_are_shown() -> None:
+def test_the_first_stage_and_the_last_are_shown_and_some_between() -> None:
     found = episode(pushes=10)
-    assert [update.time for update in stages(found, 4)] == [0.5, 1.0, 1.5, 5.0]
+    assert [update.time for update in stages(found, 3)] == [0.5, 1.5, 5.0]
     assert [update.time for update in stages(found, 20)] == [0.5 * number for number in range(1, 11)]
 
 
 def test_the_stage_at_which_a_law_was_added_is_shown() -> None:
     kept = history(pushes=10)
     kept["updates"][7]["named"] = ["coulomb_friction"]
-    assert [update.time for update in stages(parse(kept), 4)] == [0.5, 1.0, 4.0, 5.0]
+    assert [update.time for update in stages(parse(kept), 4)] == [0.5, 1.5, 4.0, 5.0]

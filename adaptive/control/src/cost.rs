@@ -25,7 +25,7 @@ use crate::{ControlError, Room};
 pub struct Cost {
     /// What a radian of heading error costs, m.
     pub heading: f64,
-    /// What a full action costs along each axis, m.
+    /// What an action of half the range between its bounds costs along each axis, m.
     pub effort: f64,
     /// Speed from which on the object gets out of hand, m/s.
     pub speed_limit: f64,
@@ -129,7 +129,7 @@ impl Cost {
         Ok(())
     }
 
-    /// Cost of one second in a state under an action; `share` is the action over its bounds.
+    /// Cost of one second in a state under an action; `share` is the action over half the range between its bounds.
     #[inline]
     pub(crate) fn running(&self, state: &State<f64>, goal: &[f64; 3], room: &Room, share: [f64; 3]) -> f64 {
         let effort: f64 = share.iter().map(|u| u * u).sum();

@@ -352,6 +352,9 @@ mod tests {
         );
         assert!(refused(Settings { lower: [200.0; 3], ..settings() }).contains("below its upper bound"));
         assert!(refused(Settings { hold: f64::NAN, ..settings() }).starts_with("hold = NaN"));
+        assert!(refused(Settings { hold: 1e9, ..settings() }).starts_with("hold = 1000000000.0"));
+        assert!(refused(Settings { horizon: usize::MAX, ..settings() }).starts_with("horizon, samples = ("));
+        assert!(refused(Settings { samples: 2_000_000, ..settings() }).contains("20 million"));
         assert!(refused(Settings { smoothness: 1.0, ..settings() }).starts_with("smoothness"));
         let cost = crate::Cost { heading: -1.0, ..Default::default() };
         assert!(refused(Settings { cost, ..settings() }).starts_with("cost.heading = -1.0"));

@@ -14,6 +14,8 @@ const ROUND: usize = 16;
 const CLEAR: f64 = 0.03;
 /// Ways may lead so far beyond start and goal, m.
 const BEYOND: f64 = 1.3;
+/// Sides beyond which no ways are looked for, m: the grid would not fit into memory.
+const WIDEST: f64 = 40.0;
 
 /// An object's outline among fixed obstacles, and the ways to a goal.
 #[derive(Clone, Debug, Default)]
@@ -33,7 +35,7 @@ impl Room {
     /// `turning` is what a radian on the way costs, m.
     ///
     /// # Errors
-    /// When a number is not finite, or an obstacle has fewer than three corners.
+    /// When a number is not finite, an obstacle has fewer than three corners, or the goal is tens of metres away.
     pub fn new(
         body: &Body,
         obstacles: &[Vec<[f64; 2]>],
@@ -54,6 +56,10 @@ impl Room {
         let mut room = Self { outline, obstacles, field: None };
         let low = [0, 1].map(|k| goal[k].min(from[k]) - BEYOND);
         let high = [0, 1].map(|k| goal[k].max(from[k]) + BEYOND);
+        if ![0, 1].iter().all(|&k| high[k] - low[k] <= WIDEST) {
+            let remedy = "is too far away to find a way around obstacles: give one within 35 m of the object";
+            return Err(ControlError::value("goal", goal, remedy));
+        }
         let free = |pose| room.clearance(pose, CLEAR) >= CLEAR;
         room.field = Some(Field::new(goal, [low, high], turning, free));
         Ok(room)

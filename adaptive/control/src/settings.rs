@@ -4,6 +4,11 @@ use serde::Deserialize;
 
 use crate::{ControlError, Cost};
 
+/// Actions of all plans of an iteration that fit into memory.
+const MOST_ACTIONS: usize = 20_000_000;
+/// Longest time for which an action may be held, s.
+const LONGEST_HOLD: f64 = 60.0;
+
 /// Settings of a [`crate::Planner`]. All have defaults but the bounds.
 #[derive(Clone, Debug, PartialEq, Deserialize)]
 #[serde(deny_unknown_fields)]
@@ -101,6 +106,13 @@ impl Settings {
             if count == 0 {
                 return Err(ControlError::value(key, count, "must be at least 1"));
             }
+        }
+        if self.horizon.checked_mul(self.samples).is_none_or(|actions| actions > MOST_ACTIONS) {
+            let remedy = "their product must not exceed 20 million actions";
+            return Err(ControlError::value("horizon, samples", (self.horizon, self.samples), remedy));
+        }
+        if self.hold > LONGEST_HOLD {
+            return Err(ControlError::value("hold", self.hold, "must not exceed 60 s"));
         }
         for (key, value) in [("hold", self.hold), ("spread", self.spread), ("temperature", self.temperature)]
         {

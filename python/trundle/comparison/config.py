@@ -165,6 +165,8 @@ def consistent(path: Path, settings: Settings) -> None:
     known_agents(path, settings, "main", [settings.main])
     for name, agent in settings.agents.items():
         check_agent(f"{path}: [agents.{name}]", agent)
+        if agent.options.get("horizon", 1) == 0:
+            raise TrundleError(f"{path}: [agents.{name}] horizon = 0: an episode must end")
         matching(path, AdaptiveAgent.__init__, agent.settings, f"agents.{name}.settings")
     for name, worlds in settings.worlds.items():
         known_agents(path, settings, f"[worlds.{name}] agents", worlds.agents)

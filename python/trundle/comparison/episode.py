@@ -41,11 +41,17 @@ def player(agent: Agent, run: int, env: Env) -> Player:
     if agent.kind == "policy":
         from trundle.learning import policy
 
-        loaded: Player = policy.load(agent.files[run])
+        loaded = policy.load(agent.files[run])
+        source: Any = env.unwrapped
+        trained = loaded.about.env_kwargs.get("action", "wrench")
+        if trained != source.mode:
+            raise TrundleError(
+                f'{agent.files[run]} was trained with action = "{trained}", not "{source.mode}": see options'
+            )
         return loaded
     settings = dict(agent.settings)
     if agent.kind == "oracle":
-        source: Any = env.unwrapped
+        source = env.unwrapped
         settings |= {
             "model": trundle.Model.from_toml(tomli_w.dumps(source.hidden_model())),
             "adapt": False,

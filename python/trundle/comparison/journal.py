@@ -8,8 +8,10 @@ from collections.abc import Mapping
 from pathlib import Path
 from typing import Any
 
+from trundle import __version__
 from trundle.comparison.config import Agent, Worlds
 from trundle.paper.results import Row
+from trundle.recording import TrundleError
 
 __all__ = ["Journal", "key"]
 
@@ -17,7 +19,8 @@ __all__ = ["Journal", "key"]
 def key(worlds: Worlds, agent: Agent, run: int, seed: int, digests: Mapping[str, str]) -> str:
     """Return what an episode's outcome depends on, as a key.
 
-    Neither names nor numbers of worlds are in it: an episode is kept while others are added.
+    Neither names nor numbers of worlds are in it: an episode is kept while others are added. The version of
+    trundle is, but not its code: whoever changes that forgets what has been played (`--fresh`).
 
     Parameters
     ----------
@@ -25,7 +28,7 @@ def key(worlds: Worlds, agent: Agent, run: int, seed: int, digests: Mapping[str,
         SHA-256 of each policy's file.
     """
     file = digests[agent.files[run]] if agent.files else ""
-    told = json.dumps([worlds.identity, agent.identity, file, seed], sort_keys=True)
+    told = json.dumps([__version__, worlds.identity, agent.identity, file, seed], sort_keys=True)
     return hashlib.sha256(told.encode()).hexdigest()[:32]
 
 
@@ -65,6 +68,11 @@ class Journal:
         if len(whole) < len(text):
             with self.path.open("r+b") as file:
                 file.truncate(len(whole))
-        for line in whole.splitlines():
-            found: dict[str, Any] = json.loads(line)
-            self._rows[found["key"]] = found["row"], found["timing"]
+        for number, line in enumerate(whole.splitlines(), start=1):
+            try:
+                found: dict[str, Any] = json.loads(line)
+                self._rows[found["key"]] = found["row"], found["timing"]
+            except (ValueError, KeyError, TypeError) as error:
+                raise TrundleError(
+                    f"{self.path}: line {number} holds no episode ({error!r}): another --work, or --fresh"
+                ) from error

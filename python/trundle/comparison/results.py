@@ -47,6 +47,8 @@ def read_results(path: Path, settings: Settings) -> Results:
     if not path.exists():
         raise TrundleError(f"{path}: there are no results to draw; leave out --redraw")
     found, lines = load(path)
+    if not all(isinstance(found.get(part), dict) for part in ("worlds", "agents")):
+        raise TrundleError(f"{path}: these are no results of a comparison; leave out --redraw")
     wanted = defined(settings)
     for part in ("worlds", "agents"):
         for name, one in wanted[part].items():
@@ -89,6 +91,7 @@ def write_costs(path: Path, timings: Sequence[tuple[Trial, Row]]) -> None:
         one["longest"].append(timing["longest"])
     told = {
         name: {
+            "episodes": len(one["longest"]),
             "decisions": one["decisions"],
             "mean_ms": round(1e3 * one["total"] / one["decisions"], 3),
             "longest_ms": round(1e3 * sorted(one["longest"])[len(one["longest"]) // 2], 3),

@@ -119,10 +119,11 @@ def rehearse(config: Path, settings: Settings) -> None:
     for name, worlds in settings.worlds.items():
         for agent in worlds.agents:
             try:
-                env, observation = begin(worlds, worlds.first, settings.agents[agent].options)
-                playing = player(settings.agents[agent], 0, env)
-                action, _ = playing.predict(observation, episode_start=True)
-                env.step(action)
+                for run in settings.agents[agent].runs:
+                    env, observation = begin(worlds, worlds.first, settings.agents[agent].options)
+                    playing = player(settings.agents[agent], run, env)
+                    action, _ = playing.predict(observation, episode_start=True)
+                    env.step(action)
             except TrundleError as error:
                 raise TrundleError(f"{config}: {agent} in [worlds.{name}]: {error}") from error
 

@@ -6,7 +6,8 @@ from collections.abc import Callable, Mapping, Sequence
 
 import numpy as np
 
-from trundle.comparison.config import Settings, Target
+import trundle
+from trundle.comparison.config import Settings, Target, Worlds
 from trundle.comparison.curves import Curve
 from trundle.comparison.results import Results
 from trundle.comparison.scores import FEW, cost, quick, regret, regrets, scores, solved_after, success
@@ -77,7 +78,7 @@ def targets(settings: Settings, results: Results) -> str:
     """Return what was to be reached, and whether it was."""
     lines = []
     for target in settings.targets:
-        group = results[target.worlds]
+        group = results.get(target.worlds, {})
         rows, oracle = group.get(target.agent, []), of_oracle(settings, group)
         if not rows or (target.figure == "regret" and not oracle):
             continue
@@ -131,7 +132,7 @@ def diagnoses(settings: Settings, results: Results) -> str:
     """Return what agents that diagnose have named."""
     lines = []
     for name, group in results.items():
-        hidden = {effect.get("kind") for effect in settings.worlds[name].effect} - {OWN}
+        hidden = concealed(settings.worlds[name])
         for agent, rows in group.items():
             if rows and settings.agents[agent].settings.get("diagnose"):
                 lines.append([f"`{name}`", settings.agents[agent].title, *named(rows, hidden)])
@@ -139,8 +140,19 @@ def diagnoses(settings: Settings, results: Results) -> str:
     return table(head, lines) if lines else ""
 
 
-def named(rows: Rows, hidden: set[str | None]) -> list[str]:
+def concealed(worlds: Worlds) -> set[str] | None:
+    """Return what is hidden beside a wheel, by the names of diagnoses; None where worlds differ in it."""
+    if worlds.options.get("hidden") not in ("none", "locked"):
+        return None
+    names = {law["kind"]: law["effect"] for law in trundle.effects()}
+    laws = [*worlds.options.get("effects", []), *worlds.effect]
+    return {names[law["kind"]] for law in laws if law.get("kind") in names} - {OWN}
+
+
+def named(rows: Rows, hidden: set[str] | None) -> list[str]:
     """Return how often what is hidden was named, and how often something else was."""
+    if hidden is None:
+        return [NONE, NONE]
     right = rate(scores(rows, lambda row: bool(hidden & set(row["named"]))))
     wrong = rate(scores(rows, lambda row: bool(set(row["named"]) - hidden)))
     return [percent(right) if hidden else NONE, percent(wrong)]
@@ -178,12 +190,14 @@ def prices(settings: Settings, costs: Mapping[str, Mapping[str, float]]) -> str:
     for name, agent in settings.agents.items():
         mine = [costs[key] for key in (f"{worlds}/{name}" for worlds in settings.worlds) if key in costs]
         if mine:
-            count = sum(one["decisions"] for one in mine)
+            episodes, count = (sum(one[what] for one in mine) for what in ("episodes", "decisions"))
             mean = sum(one["mean_ms"] * one["decisions"] for one in mine) / count
             longest = max(one["longest_ms"] for one in mine)
-            lines.append([agent.title, f"{count:,.0f}", f"{mean:,.1f}", f"{longest:,.0f}"])
+            lines.append(
+                [agent.title, f"{episodes:,.0f}", f"{count:,.0f}", f"{mean:,.1f}", f"{longest:,.0f}"]
+            )
     return (
-        table(["agent", "decisions", "mean, ms", "longest of an episode, ms"], lines)
+        table(["agent", "episodes timed", "decisions", "mean, ms", "longest of an episode, ms"], lines)
         if lines
         else "Not kept."
     )

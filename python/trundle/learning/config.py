@@ -16,6 +16,12 @@ from trundle.settings import checked, headed
 __all__ = ["Aids", "Evaluation", "Settings", "read"]
 
 FORMAT = "trundle-train/1"
+APART = 1_000_000
+"""Between the seeds of two trainings, so that no two of them begin in the same worlds."""
+COUNTS = ("batch_size", "n_steps", "n_epochs", "buffer_size", "train_freq", "target_update_interval")
+SHARES = ("gamma", "gae_lambda", "tau")
+AUTO = r"auto(_\d+\.?\d*)?"
+"""Entropy coefficients and targets that stable-baselines3 finds by itself, perhaps from a first value on."""
 SCHEDULED = ("learning_rate", "clip_range")
 """Where "lin_0.001" falls evenly to zero over the training, as in RL Zoo."""
 LINEAR = r"lin_(\d+\.?\d*(?:e-?\d+)?)"
@@ -229,12 +235,29 @@ def sensible(path: Path, settings: Settings) -> None:
             raise TrundleError(f"{path}: {key} = {value}: give a whole number from 1 on")
     if settings.env not in TASKS:
         raise TrundleError(f"{path}: env = {settings.env!r}: choose {', '.join(TASKS)}")
+    if settings.env_kwargs.get("horizon", 1) == 0:
+        raise TrundleError(f"{path}: [env_kwargs] horizon = 0: an episode must end")
+    first, last = settings.evaluation.first, APART - settings.evaluation.episodes
+    if not 0 <= first <= last:
+        raise TrundleError(
+            f"{path}: [evaluation] first = {first}: give 0 to {last}; those from {APART} on are trained on"
+        )
     seeds = settings.seeds
     if not seeds or not all(0 < seed < 1000 for seed in seeds):
         raise TrundleError(f"{path}: seeds = {seeds!r}: give whole numbers from 1 to 999")
     layers = settings.policy_kwargs.get("net_arch", [1])
     if not all(width > 0 for width in layers):
         raise TrundleError(f"{path}: net_arch = {layers!r}: give the widths of the layers, [64, 64]")
+    told = settings.hyperparameters
+    for key in COUNTS:
+        if told.get(key, 1) < 1:
+            raise TrundleError(f"{path}: {key} = {told[key]}: give a whole number from 1 on")
+    for key in SHARES:
+        if not 0 <= told.get(key, 0) <= 1:
+            raise TrundleError(f"{path}: {key} = {told[key]}: give a number from 0 to 1")
+    for key in ("ent_coef", "target_entropy"):
+        if isinstance(told.get(key), str) and not re.fullmatch(AUTO, told[key]):
+            raise TrundleError(f'{path}: {key} = {told[key]!r}: give a number, or "auto"')
     for key in SCHEDULED:
         rate = settings.hyperparameters.get(key)
         if isinstance(rate, str) and not re.fullmatch(LINEAR, rate):

@@ -8,7 +8,7 @@ import numpy as np
 import torch
 from stable_baselines3 import PPO, SAC
 
-from trundle.learning.config import Settings
+from trundle.learning.config import APART, Settings
 from trundle.learning.policy import About, Policy
 from trundle.learning.worlds import Worlds
 
@@ -17,8 +17,6 @@ __all__ = ["Algorithm", "algorithm", "exported"]
 Algorithm: TypeAlias = PPO | SAC
 ALGORITHMS = {"PPO": PPO, "SAC": SAC}
 ACTIVATIONS = {"tanh": torch.nn.Tanh, "relu": torch.nn.ReLU}
-APART = 1_000_000
-"""Between the seeds of two trainings, so that no two of them begin in the same worlds."""
 
 
 def algorithm(settings: Settings, seed: int, worlds: Worlds) -> Algorithm:

@@ -20,7 +20,7 @@ from trundle.learning.evaluate import evaluate
 from trundle.learning.networks import Algorithm, algorithm, exported
 from trundle.learning.worlds import Worlds, make, period
 from trundle.paper.results import rounded
-from trundle.whole import write_text
+from trundle.whole import kept_json, write_text
 
 __all__ = ["Training"]
 
@@ -95,12 +95,12 @@ class Training:
     def _done(self) -> Row | None:
         if not (self.policy_file.exists() and self._curve_file.exists()):
             return None
-        found: Row = json.loads(self._curve_file.read_text(encoding="utf-8"))
+        found: Row = kept_json(self._curve_file)
         return found
 
     def _own(self, found: Row) -> Row:
         """Return what is in the folder, if it is of these settings."""
-        if found["digest"] != self.settings.digest:
+        if found.get("digest") != self.settings.digest:
             raise TrundleError(
                 f"{self._work} is of other settings: choose another --out, or remove {self.name}"
             )

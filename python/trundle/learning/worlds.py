@@ -132,11 +132,12 @@ def make(settings: Settings) -> Worlds:
         If the environment does not take its arguments.
     """
     try:
+        step = period(settings)
         batch = SB3VecEnv.make(settings.env, settings.n_envs, **settings.env_kwargs)
     except TypeError as error:
         raise TrundleError(f"env_kwargs = {settings.env_kwargs}: {error}") from None
     monitor = VecMonitor(Seen(batch, settings.env, settings.frame))
-    top: VecEnv = Aided(monitor, settings.aids, period(settings))
+    top: VecEnv = Aided(monitor, settings.aids, step)
     stack = normalize = None
     if settings.frame_stack > 1:
         top = stack = VecFrameStack(top, settings.frame_stack)

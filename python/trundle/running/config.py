@@ -100,7 +100,9 @@ def read(path: Path) -> Settings:
     matching(path, trundle.AdaptiveAgent.__init__, file.agent, "agent", model=str)
     settings = Settings(**vars(file), text=path.read_text(encoding="utf-8"), folder=path.parent)
     try:
-        settings.begin(0)
+        # What is wrong with a setting is told before anything is written.
+        env, agent = settings.begin(0)
+        agent.predict(env.reset(seed=file.seed)[0], episode_start=True)
     except TrundleError as error:
         raise TrundleError(f"{path}: {error}") from None
     return settings

@@ -12,7 +12,7 @@ from pathlib import Path
 from typing import Any
 
 from trundle.recording import TrundleError
-from trundle.whole import PART, write_text
+from trundle.whole import PART, kept_json, write_text
 
 __all__ = ["Folder"]
 
@@ -63,7 +63,7 @@ class Folder:
         if not file.exists():
             shutil.rmtree(self.episode(number), ignore_errors=True)
             return None
-        found: History = json.loads(file.read_text(encoding="utf-8"))
+        found: History = kept_json(file)
         return found
 
     def keep(self, number: int, history: History) -> None:

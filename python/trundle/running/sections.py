@@ -62,10 +62,14 @@ def learning(identity: str, episode: Episode) -> list[Child]:
     if not tiles and not episode.updates:
         return []
     left_out = len(episode.updates) - len(shown)
-    some = " Drawn are the first fits, the last, and where a law was added." if tiles and left_out else ""
+    some = (
+        " Drawn are the first fit, the last, those that added a law, and some between."
+        if tiles and left_out
+        else ""
+    )
     glass = " What has become too small to be seen is magnified ten times." if tiles else ""
     text = (
-        "The object from above, in its own frame, after each fit: cross and ellipse (95 %) where the wheel "
+        "The object from above, in its own frame, after a fit: cross and ellipse (95 %) where the wheel "
         f"is believed, box where it is.{wheel.legend(episode)}{glass}{some}"
     )
     return [

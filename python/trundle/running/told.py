@@ -272,12 +272,16 @@ def supposed(episode: Episode) -> list[tuple[float, tuple[str, ...]]]:
 
 
 def stages(episode: Episode, most: int) -> list[Update]:
-    """Return the updates that show how the belief came about: the first, the last, and where laws were added.
+    """Return the updates that show how the belief came about.
 
-    At most `most`, or as many as laws were added.
+    The first, the last, where laws were added, and others up to `most`: these as far as possible from those
+    before and after them in the logarithm of time, since most is learnt early.
     """
     found = episode.updates
-    richer = (k for k, each in enumerate(found) if each.named or each.supposed)
-    kept = {0, len(found) - 1, *richer} if found else set()
-    kept |= set(range(max(0, most - len(kept - set(range(most))))))
-    return [each for k, each in enumerate(found) if k in kept]
+    ends = {0, len(found) - 1} if found else set()
+    kept = ends | {k for k, each in enumerate(found) if each.named or each.supposed}
+    moment = np.log([each.time for each in found])
+    while len(kept) < min(most, len(found)):
+        gaps = np.abs(moment[:, None] - moment[sorted(kept)])
+        kept.add(int(gaps.min(axis=1).argmax()))
+    return [found[k] for k in sorted(kept)]
