@@ -61,6 +61,14 @@ impl OnlineEstimate {
         })
     }
 
+    /// Forget the push under way.
+    fn abandon(&mut self) {
+        match &mut self.inner {
+            Some(online) if online.pushes() > 0 => online.abandon(),
+            inner => *inner = None,
+        }
+    }
+
     /// The free parameters, as JSON.
     fn estimate(&self) -> String {
         let estimates = self.inner.as_ref().map(Online::estimate).unwrap_or_default();

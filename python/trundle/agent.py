@@ -141,12 +141,13 @@ class AdaptiveAgent:
         period = float(getattr(source, "control", PERIOD)) if period is None else period
         if not 0 < rise < period <= push:
             raise TrundleError(
-                f"rise = {rise}, period = {period}, push = {push}: give rise < period <= push (s)"
+                f"rise = {rise}, period = {period}, push = {push}: give rise < period <= push (s); "
+                "the period is the environment's own unless it is given"
             )
         if not 1 <= starts <= MOST_STARTS:
             raise TrundleError(f"starts = {starts}: give 1 to {MOST_STARTS}")
-        if not 0 <= seed < 2**32:
-            raise TrundleError(f"seed = {seed}: give a whole number from 0 to 2**32 - 1")
+        if not 0 <= seed < 2**63:
+            raise TrundleError(f"seed = {seed}: give a whole number from 0 to 2**63 - 1")
         if pushes is not None and pushes < 1:
             raise TrundleError(f"pushes = {pushes}: give 1 or more, or adapt = False")
         if not adapt and (diagnose or probe):

@@ -69,15 +69,25 @@ class Online:
         Raises
         ------
         TrundleError
-            If the push cannot be used; the estimate is as before, and what `extend` was given is forgotten.
+            If the push cannot be used; the estimate is as before it. What `extend` was given is forgotten, if
+            that is the push.
         """
-        try:
-            if isinstance(push, Recording):
-                self._native.update(push)
-            else:
-                self._native.update(self._recording(self._joined() if push is None else push))
-        finally:
-            self._chunks, self.waiting = [], None
+        if isinstance(push, Recording):
+            self._native.update(push)
+        elif push is not None:
+            self._native.update(self._recording(push))
+        else:
+            try:
+                self._native.update(self._recording(self._joined()))
+            except TrundleError:
+                self._native.abandon()
+                self._begin()
+                raise
+        self._begin()
+
+    def _begin(self) -> None:
+        """Begin a new push."""
+        self._chunks, self.waiting = [], None
 
     def extend(self, samples: Mapping[str, ArrayLike]) -> None:
         """Take in the next samples of the push under way: the estimate is that of the push so far.
@@ -93,15 +103,18 @@ class Online:
         Raises
         ------
         TrundleError
-            If it has other columns than the chunk before, or they differ in length: it is not kept.
+            If its columns are not those of the first chunk, or no lists of one length: it is not kept.
         """
         chunk = {name: np.asarray(column, dtype=float) for name, column in samples.items()}
         names = (self._chunks or [chunk])[0].keys()
         if chunk.keys() != names:
-            raise TrundleError(f"extend: every chunk must have the columns {', '.join(names)}")
-        if len({column.shape for column in chunk.values()}) > 1:
-            lengths = ", ".join(f"{name} {column.shape}" for name, column in chunk.items())
-            raise TrundleError(f"extend: columns differ in length: {lengths}")
+            raise TrundleError(f"extend: the columns of the first chunk are {', '.join(names)}; give these")
+        shapes = {column.shape for column in chunk.values()}
+        if len(shapes) != 1 or len(shapes.pop()) != 1:
+            told = ", ".join(f"{name} {column.shape}" for name, column in chunk.items())
+            raise TrundleError(
+                f"extend: columns must be lists of one length, not of shapes {told or 'of none'}"
+            )
         self._chunks.append(chunk)
         try:
             recording = self._recording(self._joined())

@@ -61,6 +61,8 @@ def test_policies_of_one_comparison_see_the_same_and_may_do_the_same() -> None:
         ("gamma = 1", "evaluation = {episodes = 2.5}", "`evaluation.episodes` = 2.5; it is a whole number"),
         ("gamma = 1", 'policy = "CnnPolicy"', "`policy` = 'CnnPolicy'; it is one of 'MlpPolicy'"),
         ("gamma = 1", "gamma = 5.0", "gamma = 5.0: give a number from 0 to 1"),
+        ('"PPO"', '"SAC"\nent_coef = "atuo"', "ent_coef = 'atuo': give a number"),
+        ('"PPO"', '"SAC"\ntarget_entropy = "auto_1"', "target_entropy = 'auto_1': give a number"),
         ("gamma = 1", "batch_size = 0", "batch_size = 0: give a whole number from 1 on"),
         ("gamma = 1", "env_kwargs = {horizon = 0}", "horizon = 0: an episode must end"),
         ("gamma = 1", "evaluation = {first = 999_950}", "first = 999950: give 0 to 999900"),

@@ -37,6 +37,7 @@ def test_a_file_is_read_in_its_order(tmp_path: Path) -> None:
         ("samples = 8", 'adapt = "no"', "`agents.oracle.settings.adapt` = 'no'; it is true or false"),
         ('[["adaptive", "fixed"]]', '[["adaptive"]]', "it needs 2"),
         ("horizon = 12 }\nfirst = 70", "horizon = 0 }\nfirst = 70", "an episode must end"),
+        ("samples = 8", 'model = "a.toml"', "no model can be given"),
         ("samples = 8 }", "samples = 8 }\noptions = { horizon = 0 }", "[agents.oracle] horizon = 0"),
         ('worlds = "table",', "", "`targets[0].worlds` is missing"),
         ('figure = "regret"', 'figure = "regert"', "it is one of 'success', 'quick success', 'regret'"),

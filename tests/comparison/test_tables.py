@@ -76,6 +76,9 @@ def test_what_is_hidden_goes_by_the_names_of_diagnoses() -> None:
     }
     assert hidden({"hidden": "locked", "effects": [{"kind": "tether"}]}) == {"tether"}
     assert hidden({}, "tether") is None
+    assert hidden({"hidden": "locked"}, "viscous_wheel") == {"second_wheel"}
+    paper = Worlds("", "trundle/LockedWheel-v0", 0, 3, [], {}, [{"kind": "tether"}])
+    assert tables.concealed(paper) == {"tether"}
     assert tables.named(MINE, None) == ["–", "–"]
 
 

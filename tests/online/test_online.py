@@ -82,13 +82,40 @@ def test_a_push_that_was_refused_does_not_stay_in_the_way(recording: trundle.Rec
         online.update()
     assert online.waiting is None
     online.extend(few)
-    with pytest.raises(trundle.TrundleError, match="every chunk must have the columns"):
+    with pytest.raises(trundle.TrundleError, match="the columns of the first chunk are"):
         online.extend({key: column for key, column in few.items() if key != "torque_z"})
-    with pytest.raises(trundle.TrundleError, match="differ in length"):
+    with pytest.raises(trundle.TrundleError, match="lists of one length"):
         online.extend({**few, "t": few["t"][:3]})
+    with pytest.raises(trundle.TrundleError, match="lists of one length"):
+        online.extend({key: column[0] for key, column in few.items()})
+    with pytest.raises(trundle.TrundleError):
+        online.update({"t": [0.0]})
     online.extend({key: column[8:] for key, column in columns.items()})
     online.update()
     assert online.pushes == 1
+
+
+@pytest.mark.parametrize("before", [0, 1])
+def test_a_push_that_ends_in_nonsense_leaves_the_estimate_as_it_was(
+    recording: trundle.Recording, before: int
+) -> None:
+    online = trundle.Online(recording.metadata)
+    first, columns = list(recording.episodes.values())[:2]
+    for push in [first][:before]:
+        online.update(push)
+    known, model = online.estimate(), online.model and online.model.to_toml()
+    half = {
+        key: column[: len(column) // 2] * (3.0 if "force" in key else 1.0) for key, column in columns.items()
+    }
+    online.extend(half)
+    assert online.waiting is None and online.estimate() != known
+    online.extend({**half, "t": half["t"] - 1.0})
+    with pytest.raises(trundle.TrundleError):
+        online.update()
+    assert online.estimate() == known and online.pushes == before
+    assert (online.model and online.model.to_toml()) == model
+    online.update(columns)
+    assert online.pushes == before + 1
 
 
 def test_what_cannot_be_used_is_refused_and_changes_nothing(recording: trundle.Recording) -> None:

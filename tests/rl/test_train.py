@@ -100,7 +100,7 @@ def test_interrupted_between_checkpoints_it_ends_with_the_same_bytes(
 
 
 def test_killed_from_outside_it_goes_on(tmp_path: Path) -> None:
-    file = written(tmp_path, PPO)
+    file = written(tmp_path, PPO.replace("1024", "4096"))
     line = [sys.executable, "-m", "trundle", "train", str(file), "--seed", "2", "--quiet", "--out"]
     checkpoint = tmp_path / "killed" / "work" / "tiny-2" / "checkpoint.pt"
     killed = subprocess.Popen([*line, str(tmp_path / "killed")], cwd=ROOT)
@@ -108,6 +108,7 @@ def test_killed_from_outside_it_goes_on(tmp_path: Path) -> None:
         time.sleep(0.005)
     killed.kill()
     assert killed.wait() == -signal.SIGKILL
+    assert checkpoint.exists(), "it had ended"
     subprocess.run([*line, str(tmp_path / "killed")], cwd=ROOT, check=True)
     Training(read(file), 2, tmp_path / "whole").run()
     assert results(tmp_path / "whole") == results(tmp_path / "killed")

@@ -194,6 +194,8 @@ def check_agent(where: str, agent: Agent) -> None:
         raise TrundleError(f"{where} files: a policy has some, no other agent has")
     if agent.kind == "policy" and agent.settings:
         raise TrundleError(f"{where} settings: they are of trundle.AdaptiveAgent, not of a policy")
+    if "model" in agent.settings:
+        raise TrundleError(f'{where} settings: no model can be given; kind = "oracle" knows the hidden one')
 
 
 def check_target(path: Path, settings: Settings, target: Target) -> None:

@@ -21,6 +21,8 @@ Rows = Sequence[Row]
 NONE = "–"
 OWN = "viscous_wheel"
 """The law that the agent's model has from the start: it is not named."""
+SECOND = "second_wheel"
+"""What diagnoses call another one."""
 
 
 def percent(found: Estimate, form: str = ".1f") -> str:
@@ -142,11 +144,15 @@ def diagnoses(settings: Settings, results: Results) -> str:
 
 def concealed(worlds: Worlds) -> set[str] | None:
     """Return what is hidden beside a wheel, by the names of diagnoses; None where worlds differ in it."""
-    if worlds.options.get("hidden") not in ("none", "locked"):
+    fixed = {f"trundle/{task.__name__}-v0": task.FIXED.get("hidden") for task in trundle.envs.FLAT}
+    drawn = worlds.options.get("hidden", fixed.get(worlds.env))
+    if drawn not in ("none", "locked"):
         return None
     names = {law["kind"]: law["effect"] for law in trundle.effects()}
     laws = [*worlds.options.get("effects", []), *worlds.effect]
-    return {names[law["kind"]] for law in laws if law.get("kind") in names} - {OWN}
+    told = [names[law["kind"]] for law in laws if law.get("kind") in names]
+    wheels = told.count(OWN) + (drawn == "locked")
+    return {*told, *([SECOND] if wheels > 1 else [])} - {OWN}
 
 
 def named(rows: Rows, hidden: set[str] | None) -> list[str]:
@@ -190,11 +196,18 @@ def prices(settings: Settings, costs: Mapping[str, Mapping[str, float]]) -> str:
     for name, agent in settings.agents.items():
         mine = [costs[key] for key in (f"{worlds}/{name}" for worlds in settings.worlds) if key in costs]
         if mine:
-            episodes, count = (sum(one[what] for one in mine) for what in ("episodes", "decisions"))
+            count = sum(one["decisions"] for one in mine)
+            episodes = sum(one.get("episodes", np.nan) for one in mine)
             mean = sum(one["mean_ms"] * one["decisions"] for one in mine) / count
             longest = max(one["longest_ms"] for one in mine)
             lines.append(
-                [agent.title, f"{episodes:,.0f}", f"{count:,.0f}", f"{mean:,.1f}", f"{longest:,.0f}"]
+                [
+                    agent.title,
+                    NONE if np.isnan(episodes) else f"{episodes:,.0f}",
+                    f"{count:,.0f}",
+                    f"{mean:,.1f}",
+                    f"{longest:,.0f}",
+                ]
             )
     return (
         table(["agent", "episodes timed", "decisions", "mean, ms", "longest of an episode, ms"], lines)

@@ -20,8 +20,6 @@ APART = 1_000_000
 """Between the seeds of two trainings, so that no two of them begin in the same worlds."""
 COUNTS = ("batch_size", "n_steps", "n_epochs", "buffer_size", "train_freq", "target_update_interval")
 SHARES = ("gamma", "gae_lambda", "tau")
-AUTO = r"auto(_\d+\.?\d*)?"
-"""Entropy coefficients and targets that stable-baselines3 finds by itself, perhaps from a first value on."""
 SCHEDULED = ("learning_rate", "clip_range")
 """Where "lin_0.001" falls evenly to zero over the training, as in RL Zoo."""
 LINEAR = r"lin_(\d+\.?\d*(?:e-?\d+)?)"
@@ -255,12 +253,25 @@ def sensible(path: Path, settings: Settings) -> None:
     for key in SHARES:
         if not 0 <= told.get(key, 0) <= 1:
             raise TrundleError(f"{path}: {key} = {told[key]}: give a number from 0 to 1")
-    for key in ("ent_coef", "target_entropy"):
-        if isinstance(told.get(key), str) and not re.fullmatch(AUTO, told[key]):
-            raise TrundleError(f'{path}: {key} = {told[key]!r}: give a number, or "auto"')
+    entropy = told.get("ent_coef", "auto")
+    if isinstance(entropy, str) and entropy != "auto" and not positive(entropy.removeprefix("auto_")):
+        raise TrundleError(
+            f'{path}: ent_coef = {entropy!r}: give a number, "auto", or "auto_0.1" to begin with 0.1'
+        )
+    target = told.get("target_entropy", "auto")
+    if isinstance(target, str) and target != "auto":
+        raise TrundleError(f'{path}: target_entropy = {target!r}: give a number, or "auto"')
     for key in SCHEDULED:
         rate = settings.hyperparameters.get(key)
         if isinstance(rate, str) and not re.fullmatch(LINEAR, rate):
             raise TrundleError(
                 f'{path}: {key} = {rate!r}: give a number, or "lin_0.001" to let it fall to zero'
             )
+
+
+def positive(text: str) -> bool:
+    """Tell whether a text is a number above zero."""
+    try:
+        return float(text) > 0.0
+    except ValueError:
+        return False

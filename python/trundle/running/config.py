@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from dataclasses import dataclass, field, fields
+from dataclasses import dataclass, field, fields, replace
 from pathlib import Path
 from typing import Any, Literal
 
@@ -100,12 +100,20 @@ def read(path: Path) -> Settings:
     matching(path, trundle.AdaptiveAgent.__init__, file.agent, "agent", model=str)
     settings = Settings(**vars(file), text=path.read_text(encoding="utf-8"), folder=path.parent)
     try:
-        # What is wrong with a setting is told before anything is written.
-        env, agent = settings.begin(0)
-        agent.predict(env.reset(seed=file.seed)[0], episode_start=True)
+        rehearse(settings)
     except TrundleError as error:
         raise TrundleError(f"{path}: {error}") from None
     return settings
+
+
+def rehearse(settings: Settings) -> None:
+    """Let the agent decide once, unseen: what is wrong with a setting is told before anything is written."""
+    arguments = {**settings.arguments, "render_mode": None}
+    env, agent = replace(settings, arguments=arguments).begin(0)
+    try:
+        agent.predict(env.reset(seed=settings.seed)[0], episode_start=True)
+    finally:
+        env.close()
 
 
 def tasks() -> list[str]:

@@ -105,6 +105,11 @@ impl Online {
         Ok(())
     }
 
+    /// Forget what [`Online::peek`] was told of the push that is under way.
+    pub fn abandon(&mut self) {
+        self.current = None;
+    }
+
     /// The modes to follow, and by how many steps: those known, or on the first push those that a search finds.
     fn begun(
         &self,
