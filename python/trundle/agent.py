@@ -64,7 +64,7 @@ class AdaptiveAgent:
     on it by MPPI, fits the paper's model to the episode so far after each push, and goes on planning on
     what was found. Where it matters which of the models that the posterior allows is true, plans are made for
     several of them together, and it fits before each action. An object that is about to be lost it brakes,
-    whatever the model says. All that it uses is in the observations.
+    whatever the model says. All that it uses is in the observations, unless it is to see the outline.
 
     An agent has the `predict` of stable-baselines3's algorithms, so that
     `stable_baselines3.common.evaluation.evaluate_policy` runs it, on vectorised environments too.
@@ -90,6 +90,9 @@ class AdaptiveAgent:
     probe : bool
         Begin with several suspicions (the object rolls freely, or a wheel near any one corner is locked), and
         where it would be worth while to know which model is true, prefer pushes that tell (dual control).
+    outline : bool
+        Where objects vary, begin with an object's true outline, as a camera would see it, instead of the box
+        that observations tell. Of one environment at a time.
     push : float
         Time from one fit to the next, s, where little hangs on it.
     pushes : int, optional
@@ -129,6 +132,7 @@ class AdaptiveAgent:
         learner: str = "filter",
         diagnose: bool = False,
         probe: bool = False,
+        outline: bool = False,
         push: float = 0.5,
         pushes: int | None = None,
         starts: int = 2,
@@ -157,6 +161,7 @@ class AdaptiveAgent:
         self._scale = np.asarray(source.ACTION_SCALE, dtype=np.float64)[:WRENCH]
         self._space, self._entries, self._source = space, entries, source
         self._obstacles: Callable[[Array], Any] = getattr(source, "seen_obstacles", lambda _: ())
+        self._sees = outline
         self._varied = bool(getattr(source, "varied", False))
         self._regrasps = getattr(source, "mode", "wrench") == "regrasp"
         self._model, self._mass = model, mass
@@ -207,6 +212,8 @@ class AdaptiveAgent:
         if rows.ndim not in (1, 2) or many.shape[1] != self._entries:
             wanted = f"({self._entries},) or (n, {self._entries})"
             raise TrundleError(f"an observation has shape {wanted}, not {rows.shape}")
+        if self._sees and len(many) > 1:
+            raise TrundleError("outline = True: the agent sees the object of one environment, not of several")
         known: Sequence[Belief | None] = self._beliefs if state is None else state
         if len(known) != len(many):
             known = [None] * len(many)
@@ -237,7 +244,11 @@ class AdaptiveAgent:
 
     def _begun(self, row: Array) -> Belief:
         metadata = described(self._source.recording_metadata("episode"))
-        if self._varied:
+        if self._varied and self._sees:
+            # An outline alone: not where the object stands on the floor.
+            thing = {key: value for key, value in metadata["object"].items() if key != "support"}
+            metadata = {**metadata, "object": thing}
+        elif self._varied:
             # Of several objects an observation tells how large this one is, and no more.
             a, b = row[OBSERVATION : OBSERVATION + 2]
             thing = {"footprint": [[-a, -b], [a, -b], [a, b], [-a, b]]}

@@ -157,6 +157,22 @@ def test_the_time_between_actions_is_the_environment_s_own(substeps: int) -> Non
     assert mass == pytest.approx(22.0, abs=0.5) and belief.fits > 0
 
 
+def test_the_outline_is_seen_only_if_it_is_to_be() -> None:
+    env = gymnasium.make("trundle/PushAround-v0", object="random", hidden="locked")
+    observation, _ = env.reset(seed=3001)
+    source: Any = env.unwrapped
+    true = source.recording_metadata("")["object"]
+    for outline in (False, True):
+        agent = trundle.AdaptiveAgent(env, outline=outline)
+        agent.predict(observation, episode_start=True)
+        thing = agent.beliefs[0].metadata["object"]
+        assert "support" in true and "support" not in thing
+        assert thing.get("fixture") == (true["fixture"] if outline else None)
+        assert ("footprint" in thing) != outline
+    with pytest.raises(trundle.TrundleError, match="of one environment"):
+        agent.predict(np.stack([observation, observation]))
+
+
 def test_the_example_and_the_benchmark_run() -> None:
     def printed(*command: str) -> str:
         script = [sys.executable, *command]
