@@ -12,6 +12,7 @@ from numpy.typing import NDArray
 
 from trundle._native import Model, Planner, Pushing, TrundleError
 from trundle.belief import Belief, Update, described, modelled, rolling
+from trundle.braking import braking, runs_away
 from trundle.learners import learner as learner_of
 from trundle.picture import outlines
 
@@ -39,10 +40,6 @@ CURIOSITY = 1.0
 """What a probing plan is credited for each metre by which the models' ends differ, s."""
 AT_REST = 0.15
 """Speed (m/s, rad/s) below which the object may be let go: a faster one would run on by itself."""
-LOST = np.array([Pushing.TOP_SPEED, Pushing.TOP_SPEED, Pushing.TOP_SPIN])
-"""Speed along an axis (m/s) and spin (rad/s) of an object that is lost."""
-AHEAD = 2
-"""Actions for which an object may go on to speed up as it does without being lost."""
 BETTER = 0.85
 """What a plan from elsewhere may cost, as a share of the best one from here, for going there."""
 
@@ -378,21 +375,6 @@ def changed(belief: Belief, row: Array) -> bool:
 def unsure(belief: Belief) -> bool:
     """Return whether it matters which model is true."""
     return not belief.updates or belief.updates[-1].worth > MATTERS
-
-
-def runs_away(seen: Sequence[Array]) -> bool:
-    """Tell whether an object is lost soon if it goes on to speed up as it does; no model is asked."""
-    now, before = seen[-1][4:7], seen[-2 if len(seen) > 1 else -1][4:7]
-    vx, vy, spin = now + AHEAD * (now - before)
-    return bool(np.hypot(vx, vy) > LOST[0] or abs(spin) > LOST[2])
-
-
-def braking(row: Array) -> Array:
-    """Return the action that resists the motion of the grasp: it takes energy out of any object."""
-    (vx, vy, spin), (cos, sin), (x, y) = row[4:7], row[2:4], row[14:16]
-    forward, sideways = cos * vx + sin * vy, cos * vy - sin * vx
-    action: Array = -np.array([forward - spin * y, sideways + spin * x, spin]) / LOST
-    return action
 
 
 def box(thing: dict[str, Any]) -> tuple[Array, Array]:

@@ -19,7 +19,7 @@ if sys.version_info >= (3, 11):
 else:
     import tomli as tomllib
 
-__all__ = ["SettingsError", "checked", "headed", "matching", "parse", "typed"]
+__all__ = ["SettingsError", "checked", "ending", "headed", "matching", "parse", "typed"]
 
 T = TypeVar("T")
 
@@ -73,6 +73,12 @@ def matching(
                 _value(hints[key], value, _join(where, key))
     except SettingsError as error:
         raise TrundleError(f"{path}: {error}") from error
+
+
+def ending(path: Path, arguments: Mapping[str, Any], where: str) -> None:
+    """Refuse an environment's arguments by which an episode never ends."""
+    if arguments.get("horizon", 1) == 0:
+        raise TrundleError(f"{path}: [{where}] horizon = 0: an episode must end; give a number of steps")
 
 
 def typed(kind: type[T], table: Mapping[str, Any], where: str = "") -> T:

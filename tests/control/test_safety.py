@@ -8,7 +8,7 @@ import numpy as np
 import pytest
 
 import trundle.agent
-from trundle.agent import LOST, braking, runs_away
+from trundle.braking import LOST, braking, runs_away
 from trundle.comparison.config import read
 from trundle.comparison.episode import player
 from trundle.comparison.world import begin

@@ -9,7 +9,7 @@ from typing import Any, Literal
 
 from trundle.agent import AdaptiveAgent
 from trundle.recording import TrundleError
-from trundle.settings import checked, headed, matching
+from trundle.settings import checked, ending, headed, matching
 
 __all__ = ["Agent", "Settings", "Target", "Worlds", "read"]
 
@@ -165,15 +165,13 @@ def consistent(path: Path, settings: Settings) -> None:
     known_agents(path, settings, "main", [settings.main])
     for name, agent in settings.agents.items():
         check_agent(f"{path}: [agents.{name}]", agent)
-        if agent.options.get("horizon", 1) == 0:
-            raise TrundleError(f"{path}: [agents.{name}] horizon = 0: an episode must end")
+        ending(path, agent.options, f"agents.{name}")
         matching(path, AdaptiveAgent.__init__, agent.settings, f"agents.{name}.settings")
     for name, worlds in settings.worlds.items():
         known_agents(path, settings, f"[worlds.{name}] agents", worlds.agents)
         if worlds.count < 1 or worlds.first < 0:
             raise TrundleError(f"{path}: [worlds.{name}]: give first >= 0 and count >= 1")
-        if worlds.options.get("horizon", 1) == 0:
-            raise TrundleError(f"{path}: [worlds.{name}] horizon = 0: an episode must end")
+        ending(path, worlds.options, f"worlds.{name}")
     for pair in settings.pairs:
         known_agents(path, settings, "pairs", list(pair))
     for target in settings.targets:

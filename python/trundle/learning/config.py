@@ -11,7 +11,7 @@ from typing import Any, Literal
 
 from trundle._native import TrundleError
 from trundle.learning.frames import TASKS
-from trundle.settings import checked, headed
+from trundle.settings import checked, ending, headed
 
 __all__ = ["Aids", "Evaluation", "Settings", "read"]
 
@@ -233,8 +233,7 @@ def sensible(path: Path, settings: Settings) -> None:
             raise TrundleError(f"{path}: {key} = {value}: give a whole number from 1 on")
     if settings.env not in TASKS:
         raise TrundleError(f"{path}: env = {settings.env!r}: choose {', '.join(TASKS)}")
-    if settings.env_kwargs.get("horizon", 1) == 0:
-        raise TrundleError(f"{path}: [env_kwargs] horizon = 0: an episode must end")
+    ending(path, settings.env_kwargs, "env_kwargs")
     first, last = settings.evaluation.first, APART - settings.evaluation.episodes
     if not 0 <= first <= last:
         raise TrundleError(

@@ -10,7 +10,7 @@ import gymnasium as gym
 
 import trundle
 from trundle.recording import TrundleError
-from trundle.settings import checked, headed, matching
+from trundle.settings import checked, ending, headed, matching
 
 __all__ = ["Settings", "read"]
 
@@ -95,8 +95,7 @@ def read(path: Path) -> Settings:
         raise TrundleError(f"{path}: seed = {file.seed}: a seed is a whole number from 0 on")
     if file.episodes < 1:
         raise TrundleError(f"{path}: episodes = {file.episodes}: at least one")
-    if file.arguments.get("horizon") == 0:
-        raise TrundleError(f"{path}: [arguments] horizon = 0: an episode must end; give a number of steps")
+    ending(path, file.arguments, "arguments")
     matching(path, trundle.AdaptiveAgent.__init__, file.agent, "agent", model=str)
     settings = Settings(**vars(file), text=path.read_text(encoding="utf-8"), folder=path.parent)
     try:

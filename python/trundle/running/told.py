@@ -281,7 +281,7 @@ def stages(episode: Episode, most: int) -> list[Update]:
     ends = {0, len(found) - 1} if found else set()
     kept = ends | {k for k, each in enumerate(found) if each.named or each.supposed}
     moment = np.log([each.time for each in found])
-    while len(kept) < min(most, len(found)):
+    for _ in range(min(most, len(found)) - len(kept)):
         gaps = np.abs(moment[:, None] - moment[sorted(kept)])
         kept.add(int(gaps.min(axis=1).argmax()))
     return [found[k] for k in sorted(kept)]
