@@ -186,7 +186,7 @@ def test_each_run_of_a_policy_plays_and_is_known_by_its_bytes(
 
     (tmp_path / "v.npz").write_text("v")
     assert compare(tmp_path, text=text.replace("b.npz", "v.npz")) == 2
-    assert 'v.npz was trained with action = "velocity"' in capsys.readouterr().err
+    assert 'still in [worlds.table]: v.npz was trained with action = "velocity"' in capsys.readouterr().err
     (tmp_path / "b.npz").unlink()
     assert compare(tmp_path, text=text) == 2
 

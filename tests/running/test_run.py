@@ -13,6 +13,7 @@ import pytest
 import trundle
 from tests.command import interruptible
 from trundle.cli import main
+from trundle.running.folder import Folder
 
 CONFIG = """format = "trundle-run/1"
 environment = "trundle/PushAround-v0"
@@ -159,3 +160,11 @@ def test_a_folder_that_holds_something_else_is_left_alone(
     assert run(written(tmp_path), out, "--quiet") == 2
     assert "holds no run" in capsys.readouterr().err
     assert contents(out) == {"episode_00/thesis.tex": b"dear"}
+
+
+def test_a_damaged_history_is_named(tmp_path: Path) -> None:
+    folder = Folder(tmp_path / "run", {})
+    folder.episode(0).mkdir()
+    (folder.episode(0) / "history.json").write_text("{", encoding="utf-8")
+    with pytest.raises(trundle.TrundleError, match=r"history\.json: is damaged"):
+        folder.history(0)
