@@ -3,7 +3,7 @@
 use numpy::{IntoPyArray, PyArrayMethods};
 use pyo3::prelude::*;
 use pyo3::types::PyDict;
-use trundle_record::{Dataset, Motion, Prepared, TareMethod};
+use trundle_record::{Dataset, Motion, PrepareOptions, Prepared, TareMethod, WrenchPose};
 
 use crate::error::{refused, run};
 use crate::record::recording_of;
@@ -62,6 +62,9 @@ fn check<'py>(recording: &Bound<'py, PyAny>) -> PyResult<Bound<'py, PyAny>> {
 /// tare : {"separated", "equation_12"}
 ///     How a raw reading is tared: offset and weight apart, or by the paper's equation 12, which turns the whole
 ///     first reading with the gripper and is right where the offset is zero.
+/// wrench_pose : {"own_time", "latest"}
+///     The pose that brings each wrench to the object: the smoothed one at the wrench's own time, or the latest
+///     recorded one (equation 13 of the paper).
 ///
 /// Returns
 /// -------
@@ -75,15 +78,21 @@ fn check<'py>(recording: &Bound<'py, PyAny>) -> PyResult<Bound<'py, PyAny>> {
 /// TrundleError
 ///     If a raw reading cannot be tared, or a stream is missing.
 #[pyfunction]
-#[pyo3(signature = (recording, tare = "separated"))]
-fn prepare<'py>(recording: &Bound<'py, PyAny>, tare: &str) -> PyResult<Bound<'py, PyDict>> {
-    let method = match tare {
+#[pyo3(signature = (recording, tare = "separated", wrench_pose = "own_time"))]
+fn prepare<'py>(
+    recording: &Bound<'py, PyAny>,
+    tare: &str,
+    wrench_pose: &str,
+) -> PyResult<Bound<'py, PyDict>> {
+    let tare = match tare {
         "separated" => TareMethod::Separated,
         "equation_12" => TareMethod::Equation12,
         _ => return Err(refused(format!("tare = {tare:?}: choose \"separated\" or \"equation_12\""))),
     };
+    let options =
+        PrepareOptions { tare, wrench_pose: wrench_pose_of(wrench_pose)?, ..PrepareOptions::default() };
     let (py, recording) = (recording.py(), recording_of(recording)?);
-    let dataset = run(py, || trundle_record::prepare_with(&recording, method))?;
+    let dataset = run(py, || trundle_record::prepare_with(&recording, options))?;
     by_episode(py, &dataset, |episode, held_out| {
         let dict = PyDict::new(py);
         dict.set_item("held_out", held_out)?;
@@ -97,6 +106,15 @@ fn prepare<'py>(recording: &Bound<'py, PyAny>, tare: &str) -> PyResult<Bound<'py
         dict.set_item("pose", table(py, &episode.pose, |p| p.pose)?)?;
         Ok(dict)
     })
+}
+
+/// The rule of this name.
+pub(crate) fn wrench_pose_of(name: &str) -> PyResult<WrenchPose> {
+    match name {
+        "own_time" => Ok(WrenchPose::OwnTime),
+        "latest" => Ok(WrenchPose::Latest),
+        _ => Err(refused(format!("wrench_pose = {name:?}: choose \"own_time\" or \"latest\""))),
+    }
 }
 
 /// Estimate twist and acceleration from the object's poses.

@@ -38,7 +38,12 @@ fn episode(name: &str, seed: u64) -> Prepared {
         let t = k as f64 * 1e-3;
         let force = 60.0 * (1.3 * t).sin() + 30.0 * (4.1 * t + seed as f64).sin();
         if k % 5 == 0 {
-            wrench.push(WrenchSample { t, reading: [force + 3.0 + normal(1.0), 0.0, 0.0], frame: [0.0; 3] });
+            wrench.push(WrenchSample {
+                t,
+                reading: [force + 3.0 + normal(1.0), 0.0, 0.0],
+                frame: [0.0; 3],
+                ..Default::default()
+            });
             pose.push(PoseSample { t, pose: [state.pose[0] + normal(1e-4), 0.0, 0.0] });
         }
         state = plant.step(&state, [force, 0.0, 0.0], Clock::since_contact(t), 1e-3);
@@ -53,7 +58,7 @@ fn episode(name: &str, seed: u64) -> Prepared {
         tare_sd: [0.0; 3],
         at_rest: true,
         counts,
-        memo: Default::default(),
+        ..Default::default()
     }
 }
 
@@ -66,6 +71,7 @@ fn bias_and_slope_are_tied_on_a_rail() {
         noise: NOISE,
         point_contact: false,
         commanded: true,
+        wrench_pose: Default::default(),
         mass_given: None,
         training: vec![episode("a", 1)],
         held_out: vec![episode("b", 2)],

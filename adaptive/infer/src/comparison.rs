@@ -1,10 +1,9 @@
 //! The comparison that suits a recording: by its motion, or, where inertia plays no part, by the wrench.
 
 use crate::likelihood::{Likelihood, Linearised, Look};
-use crate::quasi::is_quasi_static;
 use crate::{Channels, InferError, MotionLikelihood, WrenchLikelihood};
 use trundle_model::Model;
-use trundle_record::{Dataset, Prepared};
+use trundle_record::{Dataset, InertialShare, Prepared};
 
 /// One of the two comparisons.
 #[derive(Clone)]
@@ -93,9 +92,14 @@ impl Comparison {
     }
 }
 
-/// Whether inertia plays no part in a recording's training episodes.
+/// Share of the force's sum of squares up to which inertia plays no part: a wrench that leaves it out is then wrong by
+/// less than a tenth of the force (root mean square), as much as the friction of a floor varies from place to place.
+pub const MAX_QUASI_STATIC_SHARE: f64 = 0.01;
+
+/// Whether inertia plays no part in a recording's training episodes: its share of the force, with two standard
+/// deviations, is below [`MAX_QUASI_STATIC_SHARE`]; or no motion is known at all.
 pub fn quasi_static(data: &Dataset) -> bool {
-    data.dof[2] && is_quasi_static(&data.training, &data.noise)
+    InertialShare::of(data).is_none_or(|share| share.mean + 2.0 * share.sd < MAX_QUASI_STATIC_SHARE)
 }
 
 impl Likelihood for Comparison {

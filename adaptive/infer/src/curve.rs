@@ -1,18 +1,40 @@
-//! An episode's readings as a curve: linear between samples, held beyond the first and the last.
+//! An episode's readings as a curve: linear between samples, or held until the next one where they are commands; held
+//! beyond the first and the last.
 
 use trundle_model::{Clock, Real};
-use trundle_record::Prepared;
+use trundle_record::{Noise, Prepared, wrapped};
 
 /// Before and after a moment, what the reading's trend is taken from, s: noise needs some samples.
 const TREND: f64 = 0.05;
+
+/// Standard deviations by which three readings in a row leave a straight line, from which on the force is seen to
+/// change within a sample.
+const JERKY: f64 = 4.0;
 
 #[derive(Clone, Copy, Debug)]
 struct Knot {
     t: f64,
     reading: [f64; 3],
     frame: [f64; 3],
+    blur: [f64; 3],
     /// Integral of the reading from the first sample on.
     sum: [f64; 3],
+    /// Variance of that integral by what happens between samples.
+    missed: [f64; 3],
+}
+
+/// What was read over an interval.
+#[derive(Clone, Copy, Debug)]
+pub(crate) struct Mean {
+    /// Mean reading, reading axes.
+    pub reading: [f64; 3],
+    /// Pose of the reading frame in the object frame in the middle.
+    pub frame: [f64; 3],
+    /// Spacing of the samples, s.
+    pub spacing: f64,
+    /// Variance of the mean reading in addition to the sensor's noise: by the frame's uncertainty and by what happens
+    /// between samples.
+    pub spread: [f64; 3],
 }
 
 /// The wrench samples of an episode, and where its clock stands.
@@ -21,20 +43,39 @@ pub(crate) struct Curve {
     knots: Vec<Knot>,
     contact: f64,
     episode: f64,
+    held: bool,
 }
 
 impl Curve {
-    /// Of an episode with at least one wrench sample.
+    /// Of an episode with at least one wrench sample, for a simulation that asks for no uncertainty.
     pub fn new(episode: &Prepared) -> Self {
+        Self::between(episode, &vec![[0.0; 3]; episode.wrench.len()])
+    }
+
+    /// The same with what the sensor may have missed between its samples.
+    pub fn with_noise(episode: &Prepared, noise: &Noise) -> Self {
+        Self::between(episode, &volatility(episode, [noise.force, noise.force, noise.torque]))
+    }
+
+    fn between(episode: &Prepared, volatility: &[[f64; 3]]) -> Self {
+        let held = episode.held;
         let mut knots: Vec<Knot> = Vec::with_capacity(episode.wrench.len());
-        for sample in &episode.wrench {
-            let sum = knots.last().map_or([0.0; 3], |last| {
-                let half = (sample.t - last.t) / 2.0;
-                [0, 1, 2].map(|k| last.sum[k] + half * (last.reading[k] + sample.reading[k]))
-            });
-            knots.push(Knot { t: sample.t, reading: sample.reading, frame: sample.frame, sum });
+        for (index, sample) in episode.wrench.iter().enumerate() {
+            let (mut sum, mut missed) = ([0.0; 3], [0.0; 3]);
+            if let Some(last) = knots.last() {
+                let h = sample.t - last.t;
+                let mean = |k: usize| {
+                    if held { last.reading[k] } else { 0.5 * (last.reading[k] + sample.reading[k]) }
+                };
+                sum = [0, 1, 2].map(|k| last.sum[k] + h * mean(k));
+                // The integral of a Brownian bridge whose increments have variance v over h has variance v h² / 12.
+                let bridge = |k: usize| volatility[index - 1][k].max(volatility[index][k]) * h * h / 12.0;
+                missed = [0, 1, 2].map(|k| last.missed[k] + bridge(k));
+            }
+            let (reading, frame, blur) = (sample.reading, sample.frame, sample.blur);
+            knots.push(Knot { t: sample.t, reading, frame, blur, sum, missed });
         }
-        Self { knots, contact: episode.contact, episode: episode.ordinal as f64 }
+        Self { knots, contact: episode.contact, episode: episode.ordinal as f64, held }
     }
 
     /// The clock of the episode at a time of its table; a step's duration is left at zero.
@@ -46,33 +87,68 @@ impl Curve {
     /// The reading at a time, and its integral up to it, before which lie `after` samples.
     fn at(&self, t: f64, after: usize) -> ([f64; 3], [f64; 3]) {
         let held = |k: &Knot| (k.reading, [0, 1, 2].map(|i| k.sum[i] + (t - k.t) * k.reading[i]));
-        let (Some(a), Some(b)) =
-            (after.checked_sub(1).and_then(|k| self.knots.get(k)), self.knots.get(after))
-        else {
+        let (Some(a), Some(b)) = self.around(after) else {
             let end = if after == 0 { self.knots.first() } else { self.knots.last() };
             return end.map_or_else(Default::default, held);
         };
+        if self.held {
+            return held(a);
+        }
         let (past, share) = (t - a.t, (t - a.t) / (b.t - a.t));
         let reading = [0, 1, 2].map(|k| a.reading[k] + share * (b.reading[k] - a.reading[k]));
         (reading, [0, 1, 2].map(|k| a.sum[k] + past / 2.0 * (a.reading[k] + reading[k])))
+    }
+
+    fn around(&self, after: usize) -> (Option<&Knot>, Option<&Knot>) {
+        (after.checked_sub(1).and_then(|k| self.knots.get(k)), self.knots.get(after))
     }
 
     fn before(&self, t: f64) -> usize {
         self.knots.partition_point(|k| k.t <= t)
     }
 
-    /// Mean reading over an interval, the frame in its middle, and the spacing of samples, s.
-    pub fn mean(&self, from: f64, to: f64) -> ([f64; 3], [f64; 3], f64) {
+    /// Variance of the integral up to a time by what happens between samples.
+    fn missed(&self, t: f64, after: usize) -> [f64; 3] {
+        match self.around(after) {
+            (Some(a), Some(b)) => {
+                let share = (t - a.t) / (b.t - a.t);
+                [0, 1, 2].map(|k| a.missed[k] + share * (b.missed[k] - a.missed[k]))
+            }
+            (Some(end), None) => end.missed,
+            (None, _) => [0.0; 3],
+        }
+    }
+
+    /// Pose of the reading frame in the object frame at a time, and what its uncertainty adds (see
+    /// [`trundle_record::WrenchSample::blur`]).
+    pub fn frame(&self, t: f64) -> ([f64; 3], [f64; 3]) {
+        match self.around(self.before(t)) {
+            (Some(a), Some(b)) => {
+                let share = (t - a.t) / (b.t - a.t);
+                let [dx, dy, turn] = [0, 1, 2].map(|k| b.frame[k] - a.frame[k]);
+                let [x, y, angle] = a.frame;
+                let frame = [x + share * dx, y + share * dy, angle + share * wrapped(turn)];
+                (frame, [0, 1, 2].map(|k| a.blur[k] + share * (b.blur[k] - a.blur[k])))
+            }
+            (Some(end), None) | (None, Some(end)) => (end.frame, end.blur),
+            (None, None) => ([0.0; 3], [0.0; 3]),
+        }
+    }
+
+    /// What was read over an interval.
+    pub fn mean(&self, from: f64, to: f64) -> Mean {
         let (first, end) = (self.before(from), self.before(to));
         let ((_, a), (_, b)) = (self.at(from, first), self.at(to, end));
-        let middle = self.before((from + to) / 2.0).saturating_sub(1);
         let (low, high) = (first.saturating_sub(1), end.min(self.knots.len().saturating_sub(1)));
         let spacing = match (self.knots.get(low), self.knots.get(high)) {
             (Some(a), Some(b)) if high > low => (b.t - a.t) / (high - low) as f64,
             _ => to - from,
         };
-        let frame = self.knots.get(middle).map_or([0.0; 3], |k| k.frame);
-        ([0, 1, 2].map(|k| (b[k] - a[k]) / (to - from)), frame, spacing)
+        let (frame, blur) = self.frame((from + to) / 2.0);
+        let (start, stop) = (self.missed(from, first), self.missed(to, end));
+        let dt = to - from;
+        let spread = [0, 1, 2].map(|k| blur[k] / dt + (stop[k] - start[k]).max(0.0) / (dt * dt));
+        Mean { reading: [0, 1, 2].map(|k| (b[k] - a[k]) / dt), frame, spacing, spread }
     }
 
     /// The same where the object is held in a frame, and the reading changes as it does there.
@@ -82,7 +158,7 @@ impl Curve {
 
     /// How fast the reading changes about a time, 1/s.
     fn trend(&self, t: f64) -> [f64; 3] {
-        let (before, after) = (self.mean(t - TREND, t).0, self.mean(t, t + TREND).0);
+        let (before, after) = (self.mean(t - TREND, t).reading, self.mean(t, t + TREND).reading);
         [0, 1, 2].map(|k| (after[k] - before[k]) / TREND)
     }
 
@@ -95,35 +171,83 @@ impl Curve {
     }
 }
 
+/// Variance of the change of the force over a sample, at each sample: of a random walk, half of the squared second
+/// difference; zero where that is within the sensor's noise, whose second difference has six times its variance. A blow
+/// shorter than a sample is seen there, and so is a step; a ramp is not.
+fn volatility(episode: &Prepared, sd: [f64; 3]) -> Vec<[f64; 3]> {
+    let mut found = vec![[0.0; 3]; episode.wrench.len()];
+    if episode.held {
+        return found; // a command is known at all times
+    }
+    for (k, three) in episode.wrench.windows(3).enumerate() {
+        let share = (three[1].t - three[0].t) / (three[2].t - three[0].t);
+        found[k + 1] = [0, 1, 2].map(|i| {
+            let [a, b, c] = [0, 1, 2].map(|j: usize| three[j].reading[i]);
+            let bend = 2.0 * (b - a - share * (c - a));
+            let noise = 6.0 * sd[i] * sd[i];
+            if bend * bend > JERKY * JERKY * noise { 0.5 * (bend * bend - noise) } else { 0.0 }
+        });
+    }
+    found
+}
+
 #[cfg(test)]
 mod tests {
     use super::*;
     use trundle_model::Dual;
-    use trundle_record::{Counts, WrenchSample};
+    use trundle_record::WrenchSample;
+
+    const NOISE: Noise = Noise { pose: [1e-3; 3], force: 0.01, torque: 0.01, time: 0.0, stated: true };
+
+    fn episode(readings: impl Iterator<Item = f64>) -> Prepared {
+        let sample = |(k, force): (usize, f64)| {
+            let frame = [0.0, 0.0, 3.0 + 0.1 * k as f64];
+            let frame = [frame[0], frame[1], wrapped(frame[2])];
+            WrenchSample { t: k as f64 * 0.1, reading: [force, 0.0, 0.0], frame, ..Default::default() }
+        };
+        Prepared {
+            name: "push".to_owned(),
+            wrench: readings.enumerate().map(sample).collect(),
+            ..Default::default()
+        }
+    }
 
     fn ramp() -> Curve {
-        let sample =
-            |k: usize| WrenchSample { t: k as f64 * 0.1, reading: [k as f64, 0.0, 0.0], frame: [0.0; 3] };
-        Curve::new(&Prepared {
-            name: "push".to_owned(),
-            ordinal: 0,
-            wrench: (0..6).map(sample).collect(),
-            pose: vec![],
-            contact: 0.0,
-            tare_sd: [0.0; 3],
-            at_rest: true,
-            counts: Counts::default(),
-            memo: Default::default(),
-        })
+        Curve::with_noise(&episode((0..6).map(f64::from)), &NOISE)
     }
 
     #[test]
     fn the_mean_of_a_ramp_is_its_middle() {
         for (from, to) in [(0.0, 0.5), (0.03, 0.07), (0.15, 0.45), (0.2, 0.3)] {
-            let (mean, _, spacing) = ramp().mean(from, to);
-            assert!((mean[0] - 5.0 * (from + to)).abs() < 1e-12, "{from} {to} {mean:?}");
+            let Mean { reading, spacing, spread, .. } = ramp().mean(from, to);
+            assert!((reading[0] - 5.0 * (from + to)).abs() < 1e-12, "{from} {to} {reading:?}");
             assert!((spacing - 0.1).abs() < 1e-12);
+            assert_eq!(spread, [0.0; 3], "a ramp is known between its samples");
         }
+    }
+
+    #[test]
+    fn a_command_holds_until_the_next() {
+        let held = Curve::new(&Prepared { held: true, ..episode((0..6).map(f64::from)) });
+        assert!((held.mean(0.22, 0.28).reading[0] - 2.0).abs() < 1e-12);
+        assert!((held.mean(0.15, 0.25).reading[0] - 1.5).abs() < 1e-12);
+        let late = held.late(0.12, 0.16, Dual::<1>::variable(0.1, 0));
+        assert!((late[0].re - 2.0).abs() < 1e-12);
+    }
+
+    #[test]
+    fn the_frame_turns_between_samples_across_half_a_turn() {
+        let (frame, _) = ramp().frame(0.15);
+        assert!((wrapped(frame[2] - 3.15)).abs() < 1e-12, "{frame:?}");
+    }
+
+    #[test]
+    fn a_blow_within_a_sample_is_uncertain() {
+        let blow = Curve::with_noise(&episode([0.0, 0.0, 0.0, 8.0, 0.0, 0.0, 0.0].into_iter()), &NOISE);
+        // The blow may have had any share of the two samples around its reading.
+        let spread = blow.mean(0.2, 0.4).spread[0].sqrt();
+        assert!((2.0..6.0).contains(&spread), "{spread} N of a mean of 4 N");
+        assert_eq!(blow.mean(0.0, 0.1).spread, [0.0; 3]);
     }
 
     #[test]
@@ -133,8 +257,8 @@ mod tests {
 
     #[test]
     fn readings_are_held_beyond_their_ends() {
-        assert!((ramp().mean(-0.2, -0.1).0[0]).abs() < 1e-12);
-        assert!((ramp().mean(0.6, 0.7).0[0] - 5.0).abs() < 1e-12);
+        assert!((ramp().mean(-0.2, -0.1).reading[0]).abs() < 1e-12);
+        assert!((ramp().mean(0.6, 0.7).reading[0] - 5.0).abs() < 1e-12);
     }
 
     #[test]

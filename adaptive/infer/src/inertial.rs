@@ -300,7 +300,7 @@ fn sample(index: usize, episode: &Prepared, curve: &Arc<Curve>, motion: &Motion)
     let first = episode.wrench.partition_point(|w| w.t < motion.t - 0.5 * SPACING);
     let end = episode.wrench.partition_point(|w| w.t <= motion.t + 0.5 * SPACING);
     let near = episode.wrench.get(first..end).filter(|near| !near.is_empty())?;
-    let frame = near[near.len() / 2].frame;
+    let frame = curve.frame(motion.t).0;
     let mean = |k: usize| near.iter().map(|w| w.reading[k]).sum::<f64>() / near.len() as f64;
     let turn = |order: usize| {
         let (sin, cos) = motion.pose[2].sin_cos();

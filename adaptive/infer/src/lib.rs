@@ -42,7 +42,7 @@ pub use baseline::{
     Transition, hold, noisy, r2, r2_of, transitions, transitions_of,
 };
 pub use beginning::unjudged;
-pub use comparison::{Comparison, quasi_static};
+pub use comparison::{Comparison, MAX_QUASI_STATIC_SHARE, quasi_static};
 pub use coordinates::{Coordinates, Strain};
 pub use error::InferError;
 pub use filter::{Innovation, Residual, Response};
@@ -56,7 +56,7 @@ pub use motion::{MotionLikelihood, Seen};
 pub use noise::Channels;
 pub use online::{Online, OnlineOptions};
 pub use profile::{Profile, Shape, profile};
-pub use quasi::{WrenchLikelihood, WrenchSample, is_quasi_static};
+pub use quasi::{WrenchLikelihood, WrenchSample};
 pub use rollout::{Window, open_loop, windows};
 pub use score::{Score, score, score_beside};
 pub use shooting::{Cut, Loss, Scatter, Shooting, guided_fit};

@@ -64,25 +64,6 @@ pub struct WrenchLikelihood {
     scatter: [f64; 3],
 }
 
-/// Acceleration below which a motion is quasi-static, m/s²: a tenth of a friction with μ = 0.05.
-const SLOW: f64 = 0.05;
-
-/// Whether inertia plays no part in these episodes.
-pub fn is_quasi_static(episodes: &[Prepared], noise: &Noise) -> bool {
-    let (mut square, mut count) = (0.0, 0.0);
-    for episode in episodes {
-        if episode.pose.len() < 5 {
-            return true;
-        }
-        for m in episode.motion(noise).iter().filter(|m| m.t >= episode.contact) {
-            let seen = m.accel[0].powi(2) + m.accel[1].powi(2);
-            square += seen - m.cov[0][2][2] - m.cov[1][2][2];
-            count += 1.0;
-        }
-    }
-    count == 0.0 || square / count < SLOW * SLOW
-}
-
 impl WrenchLikelihood {
     /// From the episodes to be fitted; each continuous log gives a sample per second of motion,
     /// each push with end poses alone gives one.

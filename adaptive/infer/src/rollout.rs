@@ -9,7 +9,7 @@ use std::sync::Arc;
 use trundle_model::{INNER, Model, Plant, State};
 use trundle_record::{Motion, Noise, Prepared};
 
-/// Poses at the times of the recorded poses, simulated from the first one, at rest, under the
+/// Poses at the times of the recorded poses, simulated from the first one, at rest or with its velocity, under the
 /// recorded wrench, which is held in the simulated object's frame. Shape: one pose a sample,
 /// world, m, m, rad. Where a law's own state may start in several ways, the first second after contact tells.
 pub fn open_loop(plant: &Plant<f64>, episode: &Prepared) -> Vec<[f64; 3]> {
@@ -24,7 +24,7 @@ pub(crate) fn simulated(
     until: f64,
 ) -> Vec<[f64; 3]> {
     let Some(first) = episode.pose.first() else { return vec![] };
-    let mut state = State::at_rest(first.pose).with_inner(inner);
+    let mut state = State::moving(first.pose, episode.first_twist).with_inner(inner);
     let mut poses = vec![first.pose];
     if episode.wrench.is_empty() {
         return vec![first.pose; episode.pose.len()];
@@ -71,7 +71,7 @@ pub fn windows(
         let windows = filter.ahead(&track, &times, WINDOW).unwrap_or_default();
         return Ok(windows.into_iter().map(|samples| samples.map(|samples| Window { samples })).collect());
     }
-    let curve = Arc::new(Curve::new(episode));
+    let curve = Arc::new(Curve::with_noise(episode, noise));
     let found = starts(episode, noise).into_iter().map(|(index, motion)| {
         let end = motion.t + WINDOW;
         let count = episode.pose[index..].partition_point(|p| p.t <= end + 1e-9);

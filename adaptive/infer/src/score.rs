@@ -146,20 +146,21 @@ impl Own {
     }
 }
 
-/// What was read of the moment when a pose was seen, `delay` seconds later: the mean of the readings nearest in time.
+/// What was read of the moment when a pose was seen, `delay` seconds later: the mean of the readings around it.
 fn seen(motion: &Motion, (episode, curve): (&Prepared, &Curve), delay: f64) -> Option<WrenchSample> {
     const NEAR: f64 = 0.02;
-    let first = episode.wrench.partition_point(|w| w.t < motion.t + delay - NEAR);
-    let end = episode.wrench.partition_point(|w| w.t <= motion.t + delay + NEAR);
-    let near = &episode.wrench[first..end];
-    let frame = near.get(near.len() / 2)?.frame;
-    let n = near.len() as f64;
+    let at = motion.t + delay;
+    let (first, last) = (episode.wrench.first()?.t, episode.wrench.last()?.t);
+    if at < first - NEAR || at > last + NEAR {
+        return None;
+    }
+    let frame = curve.frame(motion.t).0;
     Some(WrenchSample {
         episode: 0,
         t: motion.t,
         pose: motion.pose,
         twist: motion.twist,
-        reading: [0, 1, 2].map(|k| near.iter().map(|w| w.reading[k]).sum::<f64>() / n),
+        reading: curve.mean(at - NEAR, at + NEAR).reading,
         frame,
         clock: curve.held(motion.t, frame),
     })

@@ -119,7 +119,7 @@ mod tests {
         let wrench = |k: usize| {
             let t = k as f64 * 0.01;
             let reading = [20.0 * (3.0 * t).sin(), 9.0 * (5.0 * t).cos(), (4.0 * t).sin()];
-            WrenchSample { t, reading, frame: [-0.6, 0.1, 0.2] }
+            WrenchSample { t, reading, frame: [-0.6, 0.1, 0.2], ..Default::default() }
         };
         let pose =
             |k: usize| PoseSample { t: 0.02 * k as f64, pose: [0.01 * k as f64, 0.0, 0.02 * k as f64] };
@@ -132,7 +132,7 @@ mod tests {
             tare_sd: [0.04; 3],
             at_rest: true,
             counts: Counts::default(),
-            memo: Default::default(),
+            ..Default::default()
         };
         Track::new(&episode, &NOISE).unwrap()
     }

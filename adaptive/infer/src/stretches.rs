@@ -98,15 +98,17 @@ fn pieces(run: &[Motion]) -> Vec<&[Motion]> {
 
 fn sample(index: usize, (episode, curve): (&Prepared, &Curve), piece: &[Motion]) -> Option<WrenchSample> {
     let (start, end) = (piece.first()?.t, piece.last()?.t);
-    let readings = between(episode, start, end);
+    if between(episode, start, end).is_empty() || end <= start {
+        return None;
+    }
     let t = (start + end) / 2.0;
-    let frame = readings.get(readings.len() / 2)?.frame;
+    let (frame, reading) = (curve.frame(t).0, curve.mean(start, end).reading);
     Some(WrenchSample {
         episode: index,
         t,
         pose: mean(piece.iter().map(|m| m.pose)),
         twist: mean(piece.iter().map(|m| m.twist)),
-        reading: mean(readings.iter().map(|w| w.reading)),
+        reading,
         frame,
         clock: curve.held(t, frame),
     })
@@ -187,7 +189,7 @@ mod tests {
         let wrench = (0..2400).map(|k| {
             let t = f64::from(k) * 0.01;
             let force = if going(t) { 0.7 } else { 0.0 };
-            WrenchReading { t, reading: [force, 0.0, 0.0], frame: [-0.05, 0.0, 0.0] }
+            WrenchReading { t, reading: [force, 0.0, 0.0], frame: [-0.05, 0.0, 0.0], ..Default::default() }
         });
         Prepared {
             ordinal: 0,
@@ -198,7 +200,7 @@ mod tests {
             tare_sd: [0.0; 3],
             at_rest: false,
             counts: Counts::default(),
-            memo: Default::default(),
+            ..Default::default()
         }
     }
 

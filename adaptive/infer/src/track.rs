@@ -1,7 +1,7 @@
 //! An episode cut into the steps of a simulation.
 
 use crate::InferError;
-use crate::curve::Curve;
+use crate::curve::{Curve, Mean};
 use std::sync::Arc;
 use trundle_model::{Clock, Real};
 use trundle_record::{Motion, Noise, PoseSample, Prepared};
@@ -29,6 +29,9 @@ pub struct Step {
     pub clock: Clock,
     /// Variance of the mean reading over that of one sample: sample spacing over `dt`.
     pub thinning: f64,
+    /// Variance of the mean reading by other than the sensor's noise, reading axes: the frame's uncertainty, and what
+    /// happens between samples.
+    pub spread: [f64; 3],
     /// Pose seen at the end.
     pub pose: Option<[f64; 3]>,
 }
@@ -95,7 +98,7 @@ impl Track {
             return Err(lacks("fewer than five poses are left from contact on"));
         }
         let (pose, twist) = start(episode, noise, first);
-        let curve = Arc::new(Curve::new(episode));
+        let curve = Arc::new(Curve::with_noise(episode, noise));
         let mut steps = Vec::new();
         let mut from = poses[first].t;
         for pose in &poses[first + 1..] {
@@ -204,10 +207,10 @@ pub(crate) fn cut(from: f64, to: &PoseSample, curve: &Curve, longest: f64, steps
     let dt = (to.t - from) / pieces;
     for k in 0..pieces as usize {
         let begin = from + k as f64 * dt;
-        let (reading, frame, spacing) = curve.mean(begin, begin + dt);
+        let Mean { reading, frame, spacing, spread } = curve.mean(begin, begin + dt);
         let pose = (k + 1 == pieces as usize).then_some(to.pose);
         let clock = Clock { dt, ..curve.held(begin + dt / 2.0, frame) };
-        steps.push(Step { dt, reading, frame, clock, thinning: spacing / dt, pose });
+        steps.push(Step { dt, reading, frame, clock, thinning: spacing / dt, spread, pose });
     }
 }
 

@@ -90,6 +90,7 @@ fn push(plant: &Plant<f64>, instruments: &Instruments, ordinal: usize, seed: u64
                 t: (k as f64 + 0.5) * DT,
                 reading: [0, 1, 2].map(|i| clean[i] + normal(noise[i])),
                 frame,
+                ..Default::default()
             }
         })
         .collect();
@@ -106,7 +107,7 @@ fn push(plant: &Plant<f64>, instruments: &Instruments, ordinal: usize, seed: u64
         tare_sd: [0.04, 0.04, 0.005],
         at_rest: true,
         counts: Counts::default(),
-        memo: Default::default(),
+        ..Default::default()
     }
 }
 

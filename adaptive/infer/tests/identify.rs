@@ -42,7 +42,12 @@ fn motion(truth: &Model, from: State<f64>, force: impl Fn(f64) -> [f64; 3], seed
         if k % 8 == 0 {
             let sd = [NOISE.force, NOISE.force, NOISE.torque];
             let f = force(t);
-            wrench.push(WrenchSample { t, reading: [0, 1, 2].map(|i| f[i] + normal(sd[i])), frame });
+            wrench.push(WrenchSample {
+                t,
+                reading: [0, 1, 2].map(|i| f[i] + normal(sd[i])),
+                frame,
+                ..Default::default()
+            });
         }
         if k % 16 == 0 {
             pose.push(PoseSample { t, pose: [0, 1, 2].map(|i| state.pose[i] + normal(NOISE.pose[i])) });
@@ -59,7 +64,7 @@ fn motion(truth: &Model, from: State<f64>, force: impl Fn(f64) -> [f64; 3], seed
         tare_sd: [0.04, 0.04, 0.005],
         at_rest: from.twist == [0.0; 3],
         counts: Counts::default(),
-        memo: Default::default(),
+        ..Default::default()
     }
 }
 

@@ -44,6 +44,7 @@ fn push_at(ordinal: usize, plant: &Plant<f64>, own: &[f64], quiet: f64) -> Prepa
                 t,
                 reading: [0, 1, 2].map(|i| clean[i] + normal(sd[i])),
                 frame: grasp,
+                ..Default::default()
             });
         }
         if k % 32 == 0 {
@@ -61,7 +62,7 @@ fn push_at(ordinal: usize, plant: &Plant<f64>, own: &[f64], quiet: f64) -> Prepa
         tare_sd: [0.04, 0.04, 0.005],
         at_rest: true,
         counts: Counts::default(),
-        memo: Default::default(),
+        ..Default::default()
     }
 }
 

@@ -2,7 +2,7 @@
 
 use crate::body::Fixture;
 use crate::model::{Effect, Model};
-use crate::{Body, Kind, ModelError, Unnamed};
+use crate::{Body, Kind, ModelError, Param, Unnamed};
 use serde::{Deserialize, Serialize};
 use std::collections::BTreeMap;
 use std::sync::Arc;
@@ -211,13 +211,24 @@ fn read_effect(index: usize, table: &Table) -> Result<Effect, ModelError> {
         let number = value.as_float().or_else(|| value.as_integer().map(|n| n as f64));
         let value =
             number.ok_or_else(|| ModelError::Format(format!("{full}: must be a number ({})", param.unit)))?;
-        let (lower, upper) = (param.lower, param.upper);
+        let [lower, upper] = legal(param);
         if !(lower..=upper).contains(&value) {
             return Err(ModelError::OutOfBounds { name: full, value, lower, upper, unit: param.unit });
         }
         effect.values[k] = Some(value);
     }
     Ok(effect)
+}
+
+/// Factor by which a value with a dimension may exceed the bounds within which it is sought: those are for furniture in
+/// metres, kilograms and seconds, and a file may hold something else.
+const OTHER_UNITS: f64 = (1u64 << 40) as f64;
+
+/// Smallest and largest value that a file may give.
+fn legal(param: &Param) -> [f64; 2] {
+    let room = if matches!(param.unit, "1" | "rad") { 1.0 } else { OTHER_UNITS };
+    let lower = if param.lower < 0.0 { param.lower * room } else { param.lower / room };
+    [lower, param.upper * room]
 }
 
 fn write_effect(effect: &Effect) -> Table {

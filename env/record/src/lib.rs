@@ -5,11 +5,13 @@ mod document;
 mod episode;
 mod error;
 mod fault;
+mod inertia;
 mod info;
 mod metadata;
 mod motion;
 mod prepare;
 mod recording;
+mod scaled;
 mod table;
 mod validate;
 mod write;
@@ -18,6 +20,7 @@ pub use check::{Finding, Severity, check};
 pub use episode::{Episode, Gripper, Stream, WrenchStream};
 pub use error::{Error, File, Place};
 pub use fault::Fault;
+pub use inertia::InertialShare;
 pub use info::{EpisodeInfo, Info, StreamInfo, inspect};
 pub use metadata::{
     Contact, Dof, FORMAT, FixtureMeta, Frame, Metadata, NoiseMeta, ObjectMeta, Obstacle, Precontact,
@@ -25,8 +28,8 @@ pub use metadata::{
 };
 pub use motion::{FEWEST_POSES, Memo, Motion, filter, filter_from, smooth, smooth_from};
 pub use prepare::{
-    Counts, Dataset, Noise, PoseSample, Prepared, TareMethod, Wrench6, WrenchSample, force_moment_transform,
-    planar_transform, prepare, prepare_with, relative_pose, wrapped,
+    Counts, Dataset, Noise, Options as PrepareOptions, PoseSample, Prepared, TareMethod, Wrench6, WrenchPose,
+    WrenchSample, force_moment_transform, planar_transform, prepare, prepare_with, relative_pose, wrapped,
 };
 pub use recording::Recording;
 pub use table::{Column, Table, write_parquet};

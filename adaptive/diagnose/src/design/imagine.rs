@@ -27,7 +27,7 @@ pub(super) fn imagine(
         tare_sd: instruments.tare,
         at_rest: true,
         counts: Counts::default(),
-        memo: Default::default(),
+        ..Default::default()
     };
     let poses = open_loop(plant, &episode);
     for (sample, pose) in episode.pose.iter_mut().zip(poses) {
@@ -38,7 +38,7 @@ pub(super) fn imagine(
 
 fn readings(push: &Push, rate: f64) -> Vec<WrenchSample> {
     let (knots, frame) = (push.knots(), push.gripper());
-    let sample = |t: f64| WrenchSample { t, reading: at(&knots, t - REST), frame };
+    let sample = |t: f64| WrenchSample { t, reading: at(&knots, t - REST), frame, ..Default::default() };
     times(push.duration, rate).map(sample).collect()
 }
 

@@ -76,6 +76,7 @@ fn alike() -> Dataset {
         noise: NOISE,
         point_contact: false,
         commanded: false,
+        wrench_pose: Default::default(),
         mass_given: None,
         training,
         held_out: vec![],

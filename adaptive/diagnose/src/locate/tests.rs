@@ -43,6 +43,7 @@ fn push(
                 t,
                 reading: [0, 1, 2].map(|i| f[i] + tare[i] + normal(sd[i])),
                 frame,
+                ..Default::default()
             });
             if plant(t) != now {
                 now = plant(t);
@@ -66,7 +67,7 @@ fn push(
         tare_sd: [0.04, 0.04, 0.005],
         at_rest: true,
         counts: Counts::default(),
-        memo: Default::default(),
+        ..Default::default()
     }
 }
 
@@ -78,6 +79,7 @@ fn dataset(training: Vec<Prepared>) -> Dataset {
         noise: NOISE,
         point_contact: false,
         commanded: false,
+        wrench_pose: Default::default(),
         mass_given: None,
         training,
         held_out: vec![],

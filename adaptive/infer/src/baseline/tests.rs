@@ -183,6 +183,7 @@ fn a_recording_is_cut_into_its_transitions() {
                 t,
                 reading: [0.0, -load(t), 0.0],
                 frame: [0.0, 0.0, 0.5 * std::f64::consts::PI],
+                ..Default::default()
             })
             .collect(),
         pose: poses.map(|t| PoseSample { t, pose: [0.0, position(t), 0.5 * std::f64::consts::PI] }).collect(),
@@ -190,7 +191,7 @@ fn a_recording_is_cut_into_its_transitions() {
         tare_sd: [0.0; 3],
         at_rest: true,
         counts: Counts::default(),
-        memo: Default::default(),
+        ..Default::default()
     };
     let noise = Noise { pose: [1e-5; 3], force: 0.1, torque: 0.1, time: 0.0, stated: true };
     let cut = transitions_of(&episode, &noise, 0.5);

@@ -287,7 +287,10 @@ impl<const N: usize, const D: usize> Filter<N, D> {
                 column[row] = slope;
             }
         }
-        let noise = self.reading_noise.map(|variance| variance * step.thinning);
+        let noise = [0, 1, 2].map(|k| match self.dof[k] {
+            true => self.reading_noise[k] * step.thinning + step.spread[k],
+            false => 0.0,
+        });
         if D < N {
             turned(&mut transition, &before, &belief.mean);
             belief.covariance = moved::<N, true>(&transition, &belief.covariance, noise);

@@ -10,7 +10,7 @@ fn episode() -> Prepared {
     let wrench = |k: usize| {
         let t = k as f64 * 0.01;
         let reading = [20.0 * (3.0 * t).sin(), 9.0 * (5.0 * t).cos(), (4.0 * t).sin()];
-        WrenchSample { t, reading, frame: [-0.6, 0.1, 0.2] }
+        WrenchSample { t, reading, frame: [-0.6, 0.1, 0.2], ..Default::default() }
     };
     let pose = |k: usize| {
         let t = 0.02 * k as f64;
@@ -25,7 +25,7 @@ fn episode() -> Prepared {
         tare_sd: [0.04; 3],
         at_rest: false,
         counts: Counts::default(),
-        memo: Default::default(),
+        ..Default::default()
     }
 }
 

@@ -20,7 +20,7 @@ fn episode(name: &str, rate: f64) -> Prepared {
     let wrench = |k: usize| {
         let t = k as f64 * 0.01;
         let reading = [20.0 * (3.0 * t).sin(), 9.0 * (5.0 * t).cos(), (4.0 * t).sin()];
-        WrenchSample { t, reading, frame: [-0.6, 0.1, 0.2] }
+        WrenchSample { t, reading, frame: [-0.6, 0.1, 0.2], ..Default::default() }
     };
     let pose = |k: usize| {
         let t = k as f64 / rate;
@@ -35,7 +35,7 @@ fn episode(name: &str, rate: f64) -> Prepared {
         tare_sd: [0.04; 3],
         at_rest: false,
         counts: Counts::default(),
-        memo: Default::default(),
+        ..Default::default()
     }
 }
 

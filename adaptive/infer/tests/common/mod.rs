@@ -66,6 +66,7 @@ impl World {
             noise: NOISE,
             point_contact: false,
             commanded: false,
+            wrench_pose: Default::default(),
             mass_given: None,
             training,
             held_out,
@@ -96,7 +97,7 @@ impl World {
             if k % 12 == 0 {
                 let (f, sd) = (force(t), [NOISE.force, NOISE.force, NOISE.torque]);
                 let reading = [0, 1, 2].map(|i| f[i] + bias[i] + tare[i] + normal(sd[i]));
-                wrench.push(WrenchSample { t, reading, frame });
+                wrench.push(WrenchSample { t, reading, frame, ..Default::default() });
             }
             if k % 50 == 0 {
                 pose.push(PoseSample { t, pose: [0, 1, 2].map(|i| state.pose[i] + normal(NOISE.pose[i])) });
@@ -123,7 +124,7 @@ impl World {
             tare_sd: TARE,
             at_rest: true,
             counts: Counts::default(),
-            memo: Default::default(),
+            ..Default::default()
         }
     }
 }

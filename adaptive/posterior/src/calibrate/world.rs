@@ -59,7 +59,7 @@ impl Calibration {
             if k % WRENCH_EVERY == 0 {
                 let (f, sd) = (force.at(t), [noise.force, noise.force, noise.torque]);
                 let reading = [0, 1, 2].map(|i| f[i] + tare[i] + normal(sd[i], rng));
-                wrench.push(WrenchSample { t, reading, frame });
+                wrench.push(WrenchSample { t, reading, frame, ..Default::default() });
             }
             if k % POSE_EVERY == 0 {
                 let seen = [0, 1, 2].map(|i| state.pose[i] + normal(noise.pose[i], rng));
@@ -77,7 +77,7 @@ impl Calibration {
             tare_sd: self.tare,
             at_rest: true,
             counts: Counts::default(),
-            memo: Default::default(),
+            ..Default::default()
         }
     }
 }

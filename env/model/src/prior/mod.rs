@@ -28,6 +28,19 @@ pub struct Belief {
     pub upper: f64,
 }
 
+impl Belief {
+    /// The same of a value in units that are `1 / size` as large.
+    #[must_use]
+    pub fn resized(&self, size: f64) -> Self {
+        let prior = match self.prior {
+            Prior::Normal { mean, sd } => Prior::Normal { mean: mean * size, sd: sd * size },
+            Prior::LogNormal { median, sd } => Prior::LogNormal { median: median * size, sd },
+            other => other,
+        };
+        Self { prior, lower: self.lower * size, upper: self.upper * size }
+    }
+}
+
 /// A file of priors, read but not yet held against a model.
 #[derive(Clone, Debug, PartialEq)]
 pub struct PriorFile {

@@ -8,18 +8,18 @@ use crate::metadata::{Contact, Dof, Metadata, Source};
 use crate::motion::Memo;
 use crate::recording::Recording;
 
+use super::REST_MARGIN;
 use super::reading::{Reader, Readings, View};
-use super::tare::TareMethod;
 use super::track::{PoseNoise, gaps};
-use super::{Counts, Dataset, Noise, Prepared, WrenchSample, contact, mass, noise};
+use super::{Counts, Dataset, Noise, Options, Prepared, WrenchSample, contact, mass, noise};
 
-pub(crate) fn dataset(recording: &Recording, method: TareMethod) -> Result<Dataset, Error> {
+pub(crate) fn dataset(recording: &Recording, options: Options) -> Result<Dataset, Error> {
     let meta = &recording.metadata;
     let noise = noise::of(recording);
     let pose_noise = PoseNoise { sd: noise.pose, seen: noise::seen_pose(recording) };
-    let views: Vec<View> =
-        recording.episodes.iter().map(|e| View::new(e, &pose_noise)).collect::<Result<_, _>>()?;
-    let reader = Reader::new(meta, method, &views)?;
+    let view = |e| View::new(e, &pose_noise, &noise, options.wrench_pose);
+    let views: Vec<View> = recording.episodes.iter().map(view).collect::<Result<_, _>>()?;
+    let reader = Reader::new(meta, options, &views)?;
     let prepared: Vec<Prepared> = views
         .into_iter()
         .enumerate()
@@ -35,6 +35,7 @@ pub(crate) fn dataset(recording: &Recording, method: TareMethod) -> Result<Datas
         noise,
         point_contact: meta.wrench.contact == Contact::Point,
         commanded: meta.wrench.source == Source::Commanded,
+        wrench_pose: options.wrench_pose,
         mass_given: meta.object.mass,
         training,
         held_out,
@@ -51,17 +52,24 @@ fn episode(
 ) -> Result<Prepared, Error> {
     let Readings { wrench, tare_sd } = reader.read(&view, noise)?;
     let counts = counts(&view, &wrench);
-    Ok(Prepared {
+    let contact = contact_begins(&wrench, noise, &tare_sd, meta.at_rest);
+    let mut prepared = Prepared {
         name: view.name.to_owned(),
         ordinal,
-        contact: contact_begins(&wrench, noise, &tare_sd, meta.at_rest),
+        contact,
         wrench,
+        held: meta.wrench.source == Source::Commanded,
+        at_rest: meta.at_rest && contact::rests(&view.object.samples, noise.pose, contact - REST_MARGIN),
         pose: view.object.samples,
         tare_sd,
-        at_rest: meta.at_rest,
         counts,
+        first_twist: [0.0; 3],
         memo: Memo::default(),
-    })
+    };
+    if let (false, Some(first)) = (prepared.at_rest, prepared.motion(noise).first()) {
+        prepared.first_twist = first.twist;
+    }
+    Ok(prepared)
 }
 
 fn contact_begins(wrench: &[WrenchSample], noise: &Noise, tare_sd: &[f64; 3], at_rest: bool) -> f64 {

@@ -1,19 +1,26 @@
-//! When contact begins: the start of the first sustained load above the noise.
+//! When contact begins: the first reading above its noise, or the start of a sustained load too weak for one reading to
+//! show; and whether the object rests until then.
 
+use super::PoseSample;
 use super::sampling::{median, median_step, quantile};
 
-/// Length of the window over which a load must last, s.
+/// Length of the window over which a weak load must last, s.
 const SUSTAINED: f64 = 0.1;
 /// Fewest samples of it.
 const FEWEST: usize = 4;
 /// Variance of a median over that of a mean: the price of not taking one spike for a load.
 const MEDIAN_COST: f64 = 1.6;
-/// χ² (3 degrees of freedom) of a window's median that noise does not reach, one in 10⁸, with room for a tare error.
+/// χ² (3 degrees of freedom) that noise does not reach, one in 10¹², with room for a tare error.
 const GATE: f64 = 60.0;
+/// χ² (3 degrees of freedom) above which the readings just before already belong to the load: three standard deviations.
+const RISING: f64 = 14.0;
 /// Share of the episode's peak load below which a load may be a drift of the tare.
 const SHARE: f64 = 0.02;
+/// Standard deviations of drift, over the poses before contact, from which on an object is not at rest.
+const MOVING: f64 = 6.0;
 
-/// Time at which contact begins, s: the first reading if it already bears load, and `None` if nothing ever does.
+/// Time at which contact begins, s: the first reading if it already bears load, and `None` if nothing ever does. A blow
+/// of a single reading counts: no recorded impulse lies before contact.
 ///
 /// `readings`: planar wrenches after the tare; `sd`: their noise for force and torque; `tare_sd`: of the tare.
 pub(crate) fn begins(t: &[f64], readings: &[[f64; 3]], sd: [f64; 2], tare_sd: &[f64; 3]) -> Option<f64> {
@@ -24,19 +31,43 @@ pub(crate) fn begins(t: &[f64], readings: &[[f64; 3]], sd: [f64; 2], tare_sd: &[
     let peak = peaks(readings);
     let noise = [sd[0], sd[0], sd[1]];
     let floor = [0, 1, 2].map(|k| SHARE * peak[k / 2]);
-    let scale = [0, 1, 2].map(|k| {
-        let of_median = MEDIAN_COST * noise[k] * noise[k] / width as f64 + tare_sd[k] * tare_sd[k];
-        of_median.max(floor[k] * floor[k] / GATE)
-    });
-    let bears = |at: usize| {
-        let load = |k: usize| median(readings[at..at + width].iter().map(|r| r[k])).unwrap_or(0.0);
-        (0..3).map(|k| ratio(load(k).powi(2), scale[k])).sum::<f64>() > GATE
+    let scale = |share: f64| {
+        let variance = |k: usize| noise[k] * noise[k] * share + tare_sd[k] * tare_sd[k];
+        [0, 1, 2].map(|k| variance(k).max(floor[k] * floor[k] / GATE))
     };
-    let first = (0..=t.len() - width).find(|&at| bears(at))?;
+    let load = |reading: &[f64; 3], scale: &[f64; 3]| -> f64 {
+        (0..3).map(|k| ratio(reading[k].powi(2), scale[k])).sum()
+    };
+    let (single, of_median) = (scale(1.0), scale(MEDIAN_COST / width as f64));
+    let blow = readings.iter().position(|r| load(r, &single) > GATE).map(|at| {
+        let before = readings[..at].iter().rev().take_while(|r| load(r, &single) > RISING).count();
+        at - before
+    });
+    let sustained = |at: &usize| {
+        let median_of = |k: usize| median(readings[*at..*at + width].iter().map(|r| r[k])).unwrap_or(0.0);
+        load(&[0, 1, 2].map(median_of), &of_median) > GATE
+    };
+    let last = blow.unwrap_or(t.len()).min(t.len() - width);
     // The window may begin before the load: its first sample that leaves the noise is the start.
     let leaves = |r: &[f64; 3]| (0..3).any(|k| r[k].abs() > (4.0 * noise[k]).max(floor[k]) && r[k] != 0.0);
-    let within = readings[first..first + width].iter().position(leaves);
-    Some(t[first + within.unwrap_or(0)])
+    let weak = (0..=last)
+        .find(sustained)
+        .map(|first| first + readings[first..first + width].iter().position(leaves).unwrap_or(0));
+    blow.into_iter().chain(weak).min().map(|at| t[at])
+}
+
+/// Whether the poses up to a time, s, show an object at rest: their regression on time has no slope beyond its noise.
+/// True where there are too few to tell.
+pub(crate) fn rests(poses: &[PoseSample], sd: [f64; 3], until: f64) -> bool {
+    let before = &poses[..poses.partition_point(|p| p.t <= until)];
+    let n = before.len() as f64;
+    if before.len() < FEWEST {
+        return true;
+    }
+    let middle = before.iter().map(|p| p.t).sum::<f64>() / n;
+    let spread: f64 = before.iter().map(|p| (p.t - middle).powi(2)).sum();
+    let slope = |k: usize| before.iter().map(|p| (p.t - middle) * p.pose[k]).sum::<f64>() / spread;
+    (0..3).all(|k| slope(k).abs() <= MOVING * sd[k] / spread.sqrt())
 }
 
 fn ratio(square: f64, variance: f64) -> f64 {
@@ -90,11 +121,31 @@ mod tests {
     }
 
     #[test]
-    fn a_knock_is_no_sustained_load() {
+    fn a_blow_of_one_reading_is_contact() {
         let (t, mut readings) = pushed_from(1.7);
         readings[40] = [90.0, 0.0, 3.0];
         let begin = begins(&t, &readings, SD, &[0.04, 0.04, 0.005]).unwrap();
-        assert!((begin - 1.7).abs() < 0.02, "{begin}");
+        assert_eq!(begin, t[40]);
+    }
+
+    #[test]
+    fn a_weak_load_is_found_once_it_lasts() {
+        let (t, mut readings) = pushed_from(99.0);
+        readings.iter_mut().zip(&t).filter(|(_, t)| **t >= 1.7).for_each(|(r, _)| r[0] += 1.6);
+        let begin = begins(&t, &readings, SD, &[0.0; 3]).unwrap();
+        assert!((begin - 1.7).abs() < 0.12, "{begin}");
+    }
+
+    #[test]
+    fn an_object_in_motion_is_not_at_rest() {
+        let poses = |speed: f64| -> Vec<PoseSample> {
+            let pose = |k: usize| [speed * k as f64 / 60.0 + 5e-4 * noise(k), 5e-4 * noise(k + 300), 0.0];
+            (0..60).map(|k| PoseSample { t: k as f64 / 60.0, pose: pose(k) }).collect()
+        };
+        let sd = [5e-4, 5e-4, 2e-3];
+        assert!(rests(&poses(0.0), sd, 0.9));
+        assert!(!rests(&poses(0.02), sd, 0.9));
+        assert!(rests(&poses(0.02), sd, 0.01), "too few poses to tell");
     }
 
     #[test]

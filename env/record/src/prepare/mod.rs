@@ -9,6 +9,7 @@ mod reading;
 mod sampling;
 mod tare;
 mod track;
+mod trajectory;
 mod transform;
 
 use serde::Serialize;
@@ -26,16 +27,18 @@ pub(crate) use track::gaps;
 pub use transform::{Wrench6, force_moment_transform, planar_transform, relative_pose, wrapped};
 
 /// One wrench sample of an episode.
-#[derive(Debug, Clone, PartialEq)]
+#[derive(Debug, Clone, Default, PartialEq)]
 pub struct WrenchSample {
     /// Time, s, on the sensor's clock.
     pub t: f64,
-    /// Force x, y in N and torque about the vertical in N m on the object: tared, in reading axes, about the
-    /// reading's reference point.
+    /// Force x, y in N and torque about the vertical in N m on the object: tared, in the sensor's axes about the sensor's
+    /// origin; without gripper poses, in the axes and about the point that the recording names.
     pub reading: [f64; 3],
-    /// x, y in m and angle in rad of the reading's frame in the object frame, from the latest poses not later
-    /// than `t`. Its origin is the reference point.
+    /// x, y in m and angle in rad of the reading's frame in the object frame at `t`.
     pub frame: [f64; 3],
+    /// What the uncertainty of that frame adds to the reading: variance times the time over which the error stays the
+    /// same, N² s, N² s, N² m² s.
+    pub blur: [f64; 3],
 }
 
 impl WrenchSample {
@@ -76,7 +79,7 @@ pub struct Counts {
 }
 
 /// One episode, prepared.
-#[derive(Debug, Clone, PartialEq)]
+#[derive(Debug, Clone, Default, PartialEq)]
 pub struct Prepared {
     /// The episode's name.
     pub name: String,
@@ -86,13 +89,17 @@ pub struct Prepared {
     pub wrench: Vec<WrenchSample>,
     /// In order of time, outliers and held values left out, theta continuous.
     pub pose: Vec<PoseSample>,
-    /// When contact begins, s: the start of the first sustained load after the tare, the first reading if it
-    /// already bears load, the last if none does (the first, where the object is not at rest before contact).
+    /// When contact begins, s: the first reading that exceeds its noise, the last if none does (the first, where the
+    /// object is not at rest before contact).
     pub contact: f64,
+    /// Whether a reading holds until the next one, as a drive's command does; otherwise readings are interpolated.
+    pub held: bool,
     /// Standard deviation of the tare's error, reading axes; 0 where the reading is not raw.
     pub tare_sd: [f64; 3],
-    /// Whether the object is at rest until contact.
+    /// Whether the object is at rest until contact: as the recording states, and as its poses show.
     pub at_rest: bool,
+    /// Twist at the first pose, world axes, m/s, m/s, rad/s: zero where the object is at rest.
+    pub first_twist: [f64; 3],
     /// What was masked.
     pub counts: Counts,
     /// What [`Prepared::motion`] and [`Prepared::motion_so_far`] found last.
@@ -100,7 +107,7 @@ pub struct Prepared {
 }
 
 /// The wrench's clock may run late by this, s: so much before its contact the object surely rests.
-const REST_MARGIN: f64 = 0.2;
+pub(crate) const REST_MARGIN: f64 = 0.2;
 
 impl Prepared {
     /// Until when the object surely rests, s; `None` if it may move from the start.
@@ -139,6 +146,8 @@ pub struct Dataset {
     pub point_contact: bool,
     /// Whether the wrench is a drive's command.
     pub commanded: bool,
+    /// The pose that brings each wrench to the object.
+    pub wrench_pose: WrenchPose,
     /// The weighed mass, kg; `None` where it is to be fitted.
     pub mass_given: Option<f64>,
     /// Episodes to fit.
@@ -156,21 +165,49 @@ impl Dataset {
     }
 }
 
+/// The pose that brings a wrench from the sensor to the object.
+#[derive(Debug, Clone, Copy, Default, PartialEq, Eq, Serialize)]
+#[serde(rename_all = "snake_case")]
+pub enum WrenchPose {
+    /// The smoothed pose at the wrench's own time.
+    #[default]
+    OwnTime,
+    /// The latest recorded pose (equation 13 of the paper).
+    Latest,
+}
+
+/// How a recording is prepared.
+#[derive(Debug, Clone, Copy, PartialEq)]
+pub struct Options {
+    /// How raw readings are tared.
+    pub tare: TareMethod,
+    /// The pose that brings each wrench to the object.
+    pub wrench_pose: WrenchPose,
+    /// Acceleration of gravity, in the recording's units of length and time; it weighs a tilting gripper.
+    pub gravity: f64,
+}
+
+impl Default for Options {
+    fn default() -> Self {
+        Self { tare: TareMethod::default(), wrench_pose: WrenchPose::default(), gravity: tare::GRAVITY }
+    }
+}
+
 /// Prepares every episode of `recording`, each tared as the format states it.
 ///
 /// # Errors
 /// If a raw reading has no sample before contact to tare it, if a tilting gripper's weight is not known and
 /// cannot be found, if poses that a reading needs are missing, or if the shape has no area.
 pub fn prepare(recording: &Recording) -> Result<Dataset, Error> {
-    prepare_with(recording, TareMethod::default())
+    prepare_with(recording, Options::default())
 }
 
-/// As [`prepare`], with the tare chosen by name.
+/// As [`prepare`], with the methods chosen.
 ///
 /// # Errors
 /// As [`prepare`].
-pub fn prepare_with(recording: &Recording, tare: TareMethod) -> Result<Dataset, Error> {
-    assemble::dataset(recording, tare)
+pub fn prepare_with(recording: &Recording, options: Options) -> Result<Dataset, Error> {
+    assemble::dataset(recording, options)
 }
 
 #[cfg(test)]

@@ -1,4 +1,7 @@
 //! From sensor readings to planar wrenches with the pose of their frame in the object frame.
+//!
+//! Where the gripper's pose is recorded, every reading is brought into the sensor's own axes about the sensor's origin,
+//! whichever axes it is published in: what an instrument does to a reading, it does there.
 
 use nalgebra::Vector3;
 
@@ -9,8 +12,9 @@ use crate::metadata::{Frame, Metadata, Reference, Sign};
 
 use super::tare::{FreeReading, Tare, TareMethod, Weight, sd_of_mean, weigh};
 use super::track::{self, PoseNoise, Track};
-use super::transform::{GripperPose, Wrench6, relative_pose};
-use super::{Noise, PoseSample, WrenchSample};
+use super::trajectory::{PoseAt, Trajectory, continuous, share};
+use super::transform::{GripperPose, Wrench6, planar_transform, relative_pose};
+use super::{Noise, Options, PoseSample, WrenchPose, WrenchSample};
 
 /// The streams of one episode, masked.
 pub(crate) struct View<'a> {
@@ -18,6 +22,9 @@ pub(crate) struct View<'a> {
     pub object: Track<PoseSample>,
     pub gripper: Track<GripperPose>,
     pub wrench: WrenchStream,
+    object_path: Trajectory,
+    gripper_path: Trajectory,
+    gripper_times: Vec<f64>,
 }
 
 /// Planar wrenches of one episode.
@@ -27,29 +34,42 @@ pub(crate) struct Readings {
 }
 
 impl<'a> View<'a> {
-    pub fn new(episode: &'a Episode, noise: &PoseNoise) -> Result<Self, Error> {
+    pub fn new(
+        episode: &'a Episode,
+        pose_noise: &PoseNoise,
+        noise: &Noise,
+        rule: WrenchPose,
+    ) -> Result<Self, Error> {
         let name = episode.name.as_str();
-        let object = track::object(episode, noise);
-        let gripper = track::gripper(episode, noise);
+        let object = track::object(episode, pose_noise);
+        let gripper = track::gripper(episode, pose_noise);
         if object.samples.is_empty() {
             return Err(no_stream(name, "object pose", "record the object's pose at least once"));
         }
         let Some(wrench) = episode.wrench() else {
             return Err(no_stream(name, "wrench", "record the force, or leave the episode out"));
         };
-        Ok(Self { name, object, gripper, wrench })
+        let own_time = rule == WrenchPose::OwnTime;
+        let planar = gripper.samples.iter().map(|p| PoseSample { t: p.t, pose: p.planar() });
+        let object_path = Trajectory::new(&object.samples, noise, own_time);
+        let gripper_path = Trajectory::new(&continuous(planar), noise, own_time);
+        let gripper_times = gripper.samples.iter().map(|p| p.t).collect();
+        Ok(Self { name, object, gripper, wrench, object_path, gripper_path, gripper_times })
     }
 
-    /// The latest object pose not later than `t`, or the first.
-    fn object_at(&self, t: f64) -> [f64; 3] {
-        let at = self.object.samples.partition_point(|p| p.t <= t).saturating_sub(1);
-        self.object.samples[at].pose
+    fn object_at(&self, t: f64) -> PoseAt {
+        let nowhere = PoseAt { pose: [0.0; 3], variance: [0.0; 3], correlation: 0.0 };
+        self.object_path.at(t).unwrap_or(nowhere)
     }
 
-    /// The latest gripper pose not later than `t`, or the first; `None` without a gripper stream.
-    fn gripper_at(&self, t: f64) -> Option<&GripperPose> {
-        let at = self.gripper.samples.partition_point(|p| p.t <= t).saturating_sub(1);
-        self.gripper.samples.get(at)
+    /// The gripper's attitude and position at `t`; `None` without a gripper stream.
+    fn gripper_at(&self, t: f64) -> Option<GripperPose> {
+        let (k, share) = share(&self.gripper_times, t)?;
+        let samples = &self.gripper.samples;
+        match (&self.gripper_path, samples.get(k + 1)) {
+            (Trajectory::Smoothed(_), Some(next)) => Some(samples[k].towards(next, share)),
+            _ => samples.get(k).cloned(),
+        }
     }
 }
 
@@ -65,11 +85,20 @@ pub(crate) struct Reader<'a> {
     weight: Option<Weight>,
 }
 
+/// The pose of a reading's frame in the object frame, and how well it is known.
+struct FrameAt {
+    pose: [f64; 3],
+    /// Variance of the position along either axis, m², and of the angle, rad².
+    spread: [f64; 2],
+    correlation: f64,
+}
+
 /// Tilt against the attitude before contact up to which a gripper counts as level, rad: two degrees.
 const LEVEL: f64 = 0.035;
 
 impl<'a> Reader<'a> {
-    pub fn new(meta: &'a Metadata, method: TareMethod, views: &[View]) -> Result<Self, Error> {
+    pub fn new(meta: &'a Metadata, options: Options, views: &[View]) -> Result<Self, Error> {
+        let method = options.tare;
         let mut reader = Self { meta, method, weight: None };
         if !meta.wrench.raw || method == TareMethod::Equation12 {
             return Ok(reader);
@@ -77,7 +106,10 @@ impl<'a> Reader<'a> {
         let free: Vec<Vec<FreeReading>> =
             views.iter().map(|view| reader.free(view)).collect::<Result<_, _>>()?;
         reader.weight = match (meta.wrench.gripper_mass, meta.wrench.gripper_com) {
-            (Some(mass), com) => Some(Weight { mass, moment: Vector3::from(com.unwrap_or_default()) * mass }),
+            (Some(mass), com) => {
+                let force = mass * options.gravity;
+                Some(Weight { force, moment: Vector3::from(com.unwrap_or_default()) * force })
+            }
             (None, _) => weigh(&free),
         };
         match views.iter().zip(&free).find(|(view, free)| tilts(view, free)) {
@@ -96,8 +128,7 @@ impl<'a> Reader<'a> {
             (None, [0.0; 3])
         };
         let sample = |(&t, value): (&f64, &Wrench6)| {
-            let reading = self.planar(view, t, &self.signed(value), tare.as_ref());
-            WrenchSample { t, reading, frame: self.frame(view, t) }
+            self.sample(view, t, self.planar(view, t, &self.signed(value), tare.as_ref()))
         };
         Ok(Readings { wrench: view.wrench.t.iter().zip(&view.wrench.value).map(sample).collect(), tare_sd })
     }
@@ -138,9 +169,9 @@ impl<'a> Reader<'a> {
         }
     }
 
-    /// Where the gripper is at `t`; level at the world's origin where nobody says.
+    /// Where the gripper is at `t`; level at the world's origin without a gripper stream.
     fn pose(&self, view: &View, t: f64) -> GripperPose {
-        let known = view.gripper_at(t).cloned();
+        let known = view.gripper_at(t);
         known.map_or_else(|| GripperPose::level(t, [0.0; 3]), |pose| GripperPose { t, ..pose })
     }
 
@@ -156,21 +187,50 @@ impl<'a> Reader<'a> {
         [wrench[0], wrench[1], wrench[5]]
     }
 
-    /// Pose of the reading's frame in the object frame at `t`.
-    fn frame(&self, view: &View, t: f64) -> [f64; 3] {
-        let object = view.object_at(t);
-        let gripper = view.gripper_at(t).map(|pose| relative_pose(&object, &pose.planar()));
-        let [x, y, turned] = gripper.unwrap_or([0.0; 3]);
-        let angle = match self.meta.wrench.frame {
-            Frame::Sensor => turned,
-            Frame::Object => 0.0,
-            Frame::World => -object[2],
+    /// The sample of a planar reading in published axes: brought to the sensor's frame where that is known.
+    fn sample(&self, view: &View, t: f64, published: [f64; 3]) -> WrenchSample {
+        let (object, gripper) = (view.object_at(t), view.gripper_path.at(t));
+        let own = gripper.map(|gripper| relative(&object, &gripper));
+        let from = self.frame(&object, own.as_ref(), view.wrench.present);
+        let frame = own.as_ref().map_or(from.pose, |own| own.pose);
+        let reading = if frame == from.pose { published } else { moved(&published, &from.pose, &frame) };
+        let force = published[0].hypot(published[1]);
+        let [place, angle] = from.spread;
+        // An angle's error turns the force, a position's changes its moment (equation 13).
+        let turned = force * force * angle;
+        let blur = [turned, turned, force * force * place].map(|variance| variance * from.correlation);
+        WrenchSample { t, reading, frame, blur }
+    }
+
+    /// Pose in the object frame of the frame that the reading is published in.
+    fn frame(&self, object: &PoseAt, gripper: Option<&FrameAt>, present: [bool; 6]) -> FrameAt {
+        let [x, y, turned] = gripper.map_or([0.0; 3], |at| at.pose);
+        let [place, mutual] = gripper.map_or([0.0; 2], |at| at.spread);
+        let (angle, of_angle) = match self.meta.wrench.frame {
+            Frame::Sensor => (turned, mutual),
+            Frame::Object => (0.0, 0.0),
+            Frame::World => (-object.pose[2], object.variance[2]),
         };
-        match self.meta.wrench.reference_for(view.wrench.present) {
-            Reference::Sensor => [x, y, angle],
-            Reference::Object => [0.0, 0.0, angle],
+        let correlation = gripper.map_or(object.correlation, |at| at.correlation.max(object.correlation));
+        match self.meta.wrench.reference_for(present) {
+            Reference::Sensor => FrameAt { pose: [x, y, angle], spread: [place, of_angle], correlation },
+            Reference::Object => FrameAt { pose: [0.0, 0.0, angle], spread: [0.0, of_angle], correlation },
         }
     }
+}
+
+/// The gripper's frame in the object frame.
+fn relative(object: &PoseAt, gripper: &PoseAt) -> FrameAt {
+    let pose = relative_pose(&object.pose, &gripper.pose);
+    let [a, b] = [&object.variance, &gripper.variance];
+    let lever = pose[0] * pose[0] + pose[1] * pose[1];
+    let place = 0.5 * (a[0] + a[1] + b[0] + b[1] + lever * a[2]);
+    FrameAt { pose, spread: [place, a[2] + b[2]], correlation: object.correlation.max(gripper.correlation) }
+}
+
+/// The wrench that reads `reading` in the frame at `from`, as it reads in the frame at `to`.
+fn moved(reading: &[f64; 3], from: &[f64; 3], to: &[f64; 3]) -> [f64; 3] {
+    planar_transform(&relative_pose(to, from), reading)
 }
 
 /// Whether the gripper leaves the attitude in which it was tared.

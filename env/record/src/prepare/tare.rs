@@ -21,17 +21,17 @@ pub enum TareMethod {
 /// What the gripper weighs, in the sensor frame.
 #[derive(Debug, Clone, PartialEq)]
 pub(crate) struct Weight {
-    /// Mass, kg.
-    pub mass: f64,
-    /// Mass times mass centre, kg m.
+    /// Mass times gravity, N.
+    pub force: f64,
+    /// The same times the mass centre, N m.
     pub moment: Vector3<f64>,
 }
 
 impl Weight {
     /// The wrench of the weight in the axes of a sensor at `pose`.
     pub fn wrench(&self, pose: &GripperPose) -> Wrench6 {
-        let gravity = pose.down() * GRAVITY;
-        join(&(gravity * self.mass), &self.moment.cross(&gravity))
+        let down = pose.down();
+        join(&(down * self.force), &self.moment.cross(&down))
     }
 }
 
@@ -137,21 +137,21 @@ fn regress(groups: &[Vec<FreeReading>]) -> Option<Weight> {
             group.iter().map(|r| r.pose.down()).sum::<Vector3<f64>>() / group.len() as f64;
         for reading in group {
             let (f, torque) = split(&minus(&reading.wrench, &center));
-            let g = (reading.pose.down() - down) * GRAVITY;
-            force -= f.dot(&g);
-            spread += g.norm_squared();
+            let change = reading.pose.down() - down;
+            force -= f.dot(&change);
+            spread += change.norm_squared();
             n += 1.0;
-            let cross = g.cross_matrix(); // torque = -(m c) × g = g × (m c)
+            let cross = change.cross_matrix(); // torque = -(m g c) × down = down × (m g c)
             normal += cross.transpose() * cross;
             right += cross.transpose() * torque;
         }
     }
-    if n < 2.0 || (spread / n).sqrt() < LEAST_TILT * GRAVITY {
+    if n < 2.0 || (spread / n).sqrt() < LEAST_TILT {
         return None;
     }
     // Attitudes about one axis leave the moment along gravity's change open; the least moment stands for it.
     let inverse = normal.pseudo_inverse(1e-6 * normal.norm()).ok()?;
-    Some(Weight { mass: force / spread, moment: inverse * right })
+    Some(Weight { force: force / spread, moment: inverse * right })
 }
 
 #[cfg(test)]

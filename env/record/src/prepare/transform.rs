@@ -61,6 +61,16 @@ impl GripperPose {
         Self { t, position: [x, y], attitude }
     }
 
+    /// The pose at a share of the way to another: a straight line, and spherical interpolation of the attitude.
+    pub fn towards(&self, next: &Self, share: f64) -> Self {
+        let along = |a: f64, b: f64| a + share * (b - a);
+        Self {
+            t: along(self.t, next.t),
+            position: [0, 1].map(|k| along(self.position[k], next.position[k])),
+            attitude: self.attitude.try_slerp(&next.attitude, share, 1e-9).unwrap_or(self.attitude),
+        }
+    }
+
     /// The turn about the vertical: what is left of the attitude without its tilt (swing–twist decomposition).
     pub fn heading(&self) -> f64 {
         wrapped(2.0 * self.attitude.k.atan2(self.attitude.w))

@@ -4,7 +4,7 @@ use std::io::Write;
 use std::sync::Arc;
 
 use parquet::basic::{Compression, LogicalType, Repetition, Type as Physical};
-use parquet::data_type::{ByteArray, ByteArrayType, DoubleType};
+use parquet::data_type::{BoolType, ByteArray, ByteArrayType, DoubleType};
 use parquet::errors::ParquetError;
 use parquet::file::properties::WriterProperties;
 use parquet::file::writer::{SerializedFileWriter, SerializedRowGroupWriter};
@@ -19,6 +19,8 @@ pub enum Column<'a> {
     Numbers(&'a [f64]),
     /// Strings.
     Texts(&'a [String]),
+    /// True or false.
+    Flags(&'a [bool]),
 }
 
 /// Writes `episode`, column after column in the format's order.
@@ -46,6 +48,7 @@ pub(super) fn write_columns(
         match column {
             Column::Numbers(cells) => write_numbers(&mut group, cells)?,
             Column::Texts(cells) => write_texts(&mut group, cells)?,
+            Column::Flags(cells) => write_flags(&mut group, cells)?,
         }
     }
     group.close()?;
@@ -63,6 +66,7 @@ fn field(name: &str, column: &Column<'_>) -> Result<Type, ParquetError> {
     let (physical, logical) = match column {
         Column::Texts(_) => (Physical::BYTE_ARRAY, Some(LogicalType::String)),
         Column::Numbers(_) => (Physical::DOUBLE, None),
+        Column::Flags(_) => (Physical::BOOLEAN, None),
     };
     let builder = Type::primitive_type_builder(name, physical).with_logical_type(logical);
     builder.with_repetition(Repetition::OPTIONAL).build()
@@ -76,6 +80,17 @@ fn write_numbers<W: Write + Send>(
     let values: Vec<f64> = cells.iter().copied().filter(|cell| !cell.is_nan()).collect();
     if let Some(mut column) = group.next_column()? {
         column.typed::<DoubleType>().write_batch(&values, Some(&levels), None)?;
+        column.close()?;
+    }
+    Ok(())
+}
+
+fn write_flags<W: Write + Send>(
+    group: &mut SerializedRowGroupWriter<'_, W>,
+    cells: &[bool],
+) -> Result<(), ParquetError> {
+    if let Some(mut column) = group.next_column()? {
+        column.typed::<BoolType>().write_batch(cells, Some(&vec![1; cells.len()]), None)?;
         column.close()?;
     }
     Ok(())

@@ -16,7 +16,7 @@ fn attitude(roll: f64, pitch: f64, yaw: f64) -> GripperPose {
 }
 
 fn gripper() -> Weight {
-    Weight { mass: 1.2, moment: Vector3::new(0.01, -0.02, 0.06) * 1.2 }
+    Weight { force: 1.2 * GRAVITY, moment: Vector3::new(0.01, -0.02, 0.06) * 1.2 * GRAVITY }
 }
 
 /// What a sensor with an offset reads with sign "on_object" while the gripper pushes with `push`.
@@ -56,8 +56,8 @@ fn several_attitudes_weigh_the_gripper() {
     let together = weigh(std::slice::from_ref(&readings)).unwrap();
     let apart: Vec<Vec<FreeReading>> = readings.into_iter().map(|r| vec![r]).collect();
     for weight in [together, weigh(&apart).unwrap()] {
-        assert!((weight.mass - 1.2).abs() < 1e-9);
-        assert!((weight.moment - gripper().moment).norm() < 1e-6);
+        assert!((weight.force - 1.2 * GRAVITY).abs() < 1e-9);
+        assert!((weight.moment - gripper().moment).norm() < 1e-5);
     }
 }
 
