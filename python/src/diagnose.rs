@@ -4,10 +4,13 @@ use std::path::PathBuf;
 
 use pyo3::exceptions::PyRuntimeError;
 use pyo3::prelude::*;
-use trundle_diagnose::{Options, Outcome, Predictions, diagnose};
+use trundle_diagnose::{Options, Outcome, Predictions, diagnose_recording};
+use trundle_model::Model;
+use trundle_record::{PrepareOptions, prepare_with};
 
-use crate::error::run;
-use crate::infer::inputs;
+use crate::error::{refused, run};
+use crate::inspect::wrench_pose_of;
+use crate::record::recording_of;
 use crate::watch::watched;
 
 pub(crate) fn register(module: &Bound<'_, PyModule>) -> PyResult<()> {
@@ -52,16 +55,22 @@ impl PyOutcome {
 
 /// Diagnose a recording; see `trundle.diagnose`.
 #[pyfunction]
-#[pyo3(signature = (recording, model=None, *, seed=0, without=vec![], progress=None))]
+#[pyo3(signature = (recording, model=None, *, seed=0, without=vec![], wrench_pose="own_time", progress=None))]
 fn _diagnose(
     recording: &Bound<'_, PyAny>,
     model: Option<&str>,
     seed: u64,
     without: Vec<String>,
+    wrench_pose: &str,
     progress: Option<Py<PyAny>>,
 ) -> PyResult<PyOutcome> {
-    let (data, model) = inputs(recording, model)?;
+    let py = recording.py();
+    let prepare = PrepareOptions { wrench_pose: wrench_pose_of(wrench_pose)?, ..PrepareOptions::default() };
+    let source = recording_of(recording)?;
+    let data = run(py, || prepare_with(&source, prepare))?;
+    let model = model.map(Model::from_toml).transpose().map_err(refused)?.map(|(model, _)| model);
     let options = Options { seed, model, without };
-    let outcome = watched(recording.py(), progress, |watch| diagnose(&data, &options, watch))?;
+    let outcome =
+        watched(py, progress, |watch| diagnose_recording(&source, &data, prepare, &options, watch))?;
     PyOutcome::of(outcome)
 }

@@ -28,7 +28,9 @@ def read(path: str | PathLike[str]) -> Recording: ...
 def inspect(recording: Recording | str | PathLike[str]) -> dict[str, Any]: ...
 def check(recording: Recording | str | PathLike[str]) -> list[dict[str, Any]]: ...
 def prepare(
-    recording: Recording | str | PathLike[str], tare: Literal["separated", "equation_12"] = "separated"
+    recording: Recording | str | PathLike[str],
+    tare: Literal["separated", "equation_12"] = "separated",
+    wrench_pose: Literal["own_time", "latest"] = "own_time",
 ) -> dict[str, dict[str, Any]]: ...
 def smooth(
     recording: Recording | str | PathLike[str], causal: bool = False
@@ -227,6 +229,7 @@ def _diagnose(
     *,
     seed: int = 0,
     without: list[str] = [],
+    wrench_pose: str = "own_time",
     progress: Callable[[str, float], object] | None = None,
 ) -> _Outcome: ...
 def _design(

@@ -226,6 +226,8 @@ def diagnose(
     parameters: Parameters | None = None,
     seed: int = 0,
     without: Sequence[str] = (),
+    wrench_pose: Literal["own_time", "latest"] = "own_time",
+    check: bool = True,
     progress: Progress | None = None,
     command: str | None = None,
 ) -> Diagnosis:
@@ -250,6 +252,12 @@ def diagnose(
         The same input and seed give the same bytes.
     without : sequence of str, optional
         Names of effects that are not to be tried, as in ``trundle effects``.
+    wrench_pose : {"own_time", "latest"}
+        The pose that brings each wrench to the object: the smoothed one at the wrench's own time, or the latest recorded
+        one (equation 13 of the paper).
+    check : bool
+        Refuse a recording whose units, sign, axes or clocks are surely wrong (see `trundle.check`). False for
+        objects so large, small, fast or slow that their numbers look like other units.
     progress : callable, optional
         Called with what is done and how much of it, 0 to 1.
     command : str, optional
@@ -267,7 +275,7 @@ def diagnose(
         exception or returns anything but six finite numbers: the message names the episode, the time, the
         state and the values, and the exception is the cause.
     """
-    doubts = refuse_unusable(recording)
+    doubts = refuse_unusable(recording) if check else []
     if step is not None:
         if model is not None or without:
             raise TrundleError("step: it is the simulation under test; leave out `model` and `without`")
@@ -280,7 +288,12 @@ def diagnose(
     if parameters is not None:
         raise TrundleError("parameters: they are those of `step`; a model says its own")
     outcome = _native._diagnose(
-        source(recording), written(model), seed=seed, without=known(without), progress=progress
+        source(recording),
+        written(model),
+        seed=seed,
+        without=known(without),
+        wrench_pose=wrench_pose,
+        progress=progress,
     )
     named = recording.name if isinstance(recording, Recording) else os.fspath(recording)
     command = command or f"trundle diagnose {named} --seed {seed}"
@@ -303,7 +316,7 @@ def finished(
         "version": _native.__version__,
         "input": inputs(recording=recording, model=model),
         "command": command,
-        "doubts": list(doubts),
+        "doubts": [*doubts, *answer.get("warnings", [])],
     }
     return Diagnosis(answer, Model.from_toml(outcome.model), render(answer, series), series, outcome)
 

@@ -4,6 +4,7 @@ use crate::design::{Certificate, Experiment};
 use serde::Serialize;
 use std::collections::BTreeMap;
 use trundle_infer::Score;
+use trundle_record::WrenchPose;
 
 /// The whole answer.
 #[derive(Clone, Debug, Serialize)]
@@ -18,8 +19,16 @@ pub struct Answer {
     pub missing: Vec<Missing>,
     /// Sets of effects that the data cannot tell apart.
     pub tied: Vec<Vec<String>>,
+    /// Classes of whole sets of effects that the data cannot tell apart.
+    pub tied_sets: Vec<Vec<Vec<String>>>,
+    /// Detectable effects whose correction would not improve prediction by a material share; no part of the verdict.
+    pub immaterial: Vec<Missing>,
     /// Where the simulation as given goes wrong.
     pub mismatch: Mismatch,
+    /// What remains after the named effects, also where nothing is named.
+    pub residual: Remaining,
+    /// Doubts that a careful reader must know of.
+    pub warnings: Vec<String>,
     /// What explains the data almost as well.
     pub alternatives: Vec<Alternative>,
     /// How alike the models of tied effects are on what was recorded.
@@ -28,8 +37,40 @@ pub struct Answer {
     pub experiments: Vec<Experiment>,
     /// Parameters of the simulation under test.
     pub nominal: Nominal,
+    /// The pose that brought each wrench to the object.
+    pub wrench_pose: WrenchPose,
     /// Figures before and after.
     pub fit: Figures,
+}
+
+/// What remains: the wrench that the model after still misses.
+#[derive(Clone, Debug, Default, Serialize)]
+pub struct Remaining {
+    /// Root mean square of the missing force over the training episodes, N.
+    pub force_rms: Option<f64>,
+    /// The same of the moment about the object's origin, N·m.
+    pub torque_rms: Option<f64>,
+    /// Share of the misfit before.
+    pub share: Option<f64>,
+    /// Stretches of time in which it stands out.
+    pub windows: Vec<Window>,
+    /// In which motions.
+    pub regime: Option<String>,
+    /// Significant periodicity in position or time.
+    pub periods: Vec<Period>,
+}
+
+/// A period of what remains.
+#[derive(Clone, Debug, Serialize)]
+pub struct Period {
+    /// `position` or `time`.
+    pub of: &'static str,
+    /// m or s.
+    pub period: f64,
+    /// Unit of the period.
+    pub unit: &'static str,
+    /// Amplitude of the force, N.
+    pub amplitude: f64,
 }
 
 /// What became of the search.

@@ -9,6 +9,7 @@ mod adequacy;
 mod answer;
 mod candidates;
 mod confirm;
+mod cross_validation;
 pub mod design;
 mod enough;
 pub mod foreign;
@@ -25,8 +26,10 @@ mod screen;
 mod search;
 mod series;
 mod touch;
+mod units;
 mod unnamed;
 mod verdict;
+mod warnings;
 mod words;
 
 #[cfg(test)]
@@ -36,5 +39,5 @@ mod common;
 pub use answer::Answer;
 pub use nominal::for_recording;
 pub use predictions::{Predictions, predict};
-pub use run::{Options, Outcome, diagnose};
+pub use run::{Options, Outcome, diagnose, diagnose_recording};
 pub use series::Series;

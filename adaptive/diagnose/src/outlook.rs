@@ -1,11 +1,11 @@
-//! Whether a model that is about to be named predicts: one second ahead, on the training episodes.
+//! How a model predicts one second ahead on the training episodes, by the noise of the instruments.
 //!
 //! What is compared elsewhere is which model is better. The best of bad ones can still win, and by a wide
 //! margin, with a mass eight times too large. So a name must also stand for a model whose predictions are
 //! good: of the size of error that it claims itself, or at least small beside the motion.
 
 use nalgebra::Vector3;
-use trundle_infer::{Fit, InferError, Window, windows};
+use trundle_infer::{Channels, Fit, InferError, Window, windows};
 use trundle_record::{Dataset, Prepared};
 
 /// Errors this many times larger than a model claims refute it. In a right model the mean square over a recording's
@@ -17,16 +17,27 @@ const REFUTED: f64 = 3.0;
 /// explanation: it is wrong about a third of the way.
 const POOR: f64 = 0.1;
 
+/// Errors below this many times the instruments' variance, or below this share of the motion's mean square (a tenth of the
+/// motion), are immaterial: no correction of the model would improve its predictions to speak of. Chosen on the tuning
+/// range of the wide benchmark: of its clean recordings 1 in 50 exceeds both.
+const MATERIAL_VARIANCES: f64 = 2.0;
+const MATERIAL_SHARE: f64 = 0.01;
+
 /// Prediction errors at the ends of one-second windows.
 #[derive(Clone, Copy, Debug, Default)]
 pub(crate) struct Outlook {
-    /// Mean square in units of the claimed covariance, per direction.
+    /// Mean square in units of the covariance that the instruments' noise explains, per direction.
     pub standardised: f64,
     /// Mean square as a share of that of the motion over the window, a turn counted at the radius of gyration.
     pub share: f64,
 }
 
 impl Outlook {
+    /// Whether the errors are large enough that a better model would predict better.
+    pub fn is_material(&self) -> bool {
+        self.standardised > MATERIAL_VARIANCES && self.share > MATERIAL_SHARE
+    }
+
     /// Whether a model must not be named.
     pub fn is_poor(&self) -> bool {
         self.standardised > REFUTED * REFUTED && self.share > POOR
@@ -35,11 +46,12 @@ impl Outlook {
 
 /// How a fit predicts its own training episodes.
 pub(crate) fn outlook(data: &Dataset, fit: &Fit) -> Result<Outlook, InferError> {
+    let channels = Channels::of(&data.noise);
     let rho = if data.dof[2] { fit.model.body.gyration } else { 0.0 };
     let size = |[x, y, theta]: [f64; 3]| x * x + y * y + (rho * theta).powi(2);
     let (mut chi, mut left, mut moved, mut count) = (0.0, 0.0, 0.0, 0.0);
     for episode in &data.training {
-        for window in windows(&fit.model, &fit.values, &fit.channels, episode, &data.noise)? {
+        for window in windows(&fit.model, &fit.values, &channels, episode, &data.noise)? {
             let Some((error, whitened, motion)) = window.as_ref().and_then(|w| end(w, episode)) else {
                 continue;
             };

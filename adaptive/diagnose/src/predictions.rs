@@ -1,7 +1,7 @@
 //! Tables of simulated poses beside the recorded ones, from which anyone can recompute the figures.
 
 use std::path::Path;
-use trundle_infer::{InferError, open_loop};
+use trundle_infer::{InferError, open_loop, unjudged};
 use trundle_model::{Model, Plant};
 use trundle_record::{Column, Error, Prepared, write_parquet};
 
@@ -10,16 +10,24 @@ use trundle_record::{Column, Error, Prepared, write_parquet};
 pub struct Predictions {
     episode: Vec<String>,
     t: Vec<f64>,
+    /// Whether a row is in any figure: not while a law's own state is still being estimated.
+    scored: Vec<bool>,
     /// Name of each group, and its poses: m, m, rad, world; NaN where there is no simulation.
     groups: Vec<(&'static str, Vec<[f64; 3]>)>,
 }
 
 impl Predictions {
-    /// Recorded poses, and those of each named plant in open loop; `None` leaves its columns empty.
+    /// Recorded poses, and those of each named plant in open loop; `None` leaves its columns empty. Rows within `settling`
+    /// seconds from contact on are not scored.
     pub fn new<'a>(
         episodes: impl Iterator<Item = &'a Prepared> + Clone,
         simulations: &[(&'static str, Option<&Plant<f64>>)],
+        settling: f64,
     ) -> Self {
+        let scored = |e: &'a Prepared| {
+            let settles = move |t: f64| t >= e.contact && t < e.contact + settling;
+            e.pose.iter().map(move |p| !settles(p.t))
+        };
         let seen = episodes.clone().flat_map(|e| e.pose.iter().map(|p| p.pose)).collect();
         let mut groups = vec![("observed", seen)];
         for (name, plant) in simulations {
@@ -34,6 +42,7 @@ impl Predictions {
                 .clone()
                 .flat_map(|e| std::iter::repeat_n(e.name.clone(), e.pose.len()))
                 .collect(),
+            scored: episodes.clone().flat_map(scored).collect(),
             t: episodes.flat_map(|e| e.pose.iter().map(|p| p.t)).collect(),
             groups,
         }
@@ -44,12 +53,12 @@ impl Predictions {
         episodes: impl Iterator<Item = &'a Prepared> + Clone,
         groups: Vec<(&'static str, Vec<[f64; 3]>)>,
     ) -> Self {
-        let mut all = Self::new(episodes, &[]);
+        let mut all = Self::new(episodes, &[], 0.0);
         all.groups.extend(groups);
         all
     }
 
-    /// Write as Parquet: `episode`, `t` in s, and `NAME_x`, `NAME_y`, `NAME_theta` of each group.
+    /// Write as Parquet: `episode`, `t` in s, `scored`, and `NAME_x`, `NAME_y`, `NAME_theta` of each group.
     ///
     /// # Errors
     /// When the file cannot be written.
@@ -63,6 +72,7 @@ impl Predictions {
             .flat_map(|(_, poses)| [0, 1, 2].map(|k| poses.iter().map(|p| p[k]).collect()))
             .collect();
         let mut columns = vec![("episode", Column::Texts(&self.episode)), ("t", Column::Numbers(&self.t))];
+        columns.push(("scored", Column::Flags(&self.scored)));
         columns.extend(titles.iter().map(String::as_str).zip(cells.iter().map(|c| Column::Numbers(c))));
         write_parquet(path, &columns)
     }
@@ -76,5 +86,5 @@ pub fn predict<'a>(
     episodes: impl Iterator<Item = &'a Prepared> + Clone,
     model: &Model,
 ) -> Result<Predictions, InferError> {
-    Ok(Predictions::new(episodes, &[("predicted", Some(&model.resolved()?))]))
+    Ok(Predictions::new(episodes, &[("predicted", Some(&model.resolved()?))], unjudged(model)))
 }

@@ -1,84 +1,134 @@
 //! Which of the models that were tried is named, and what to say of it.
 
-use crate::adequacy::{Remainder, remainder};
+use crate::adequacy::Remainder;
 use crate::answer::Verdict;
 use crate::confirm::holds_up;
+use crate::cross_validation::{LeftOut, left_out};
 use crate::naming::without;
-use crate::outlook::outlook;
 use crate::search::{Found, Tried};
-use trundle_infer::{Comparison, InferError};
+use std::collections::BTreeMap;
+use trundle_infer::{Comparison, InferError, Watch, unjudged};
+use trundle_model::{Model, Param, Prior};
 use trundle_record::Dataset;
 
 /// Chance that an effect must have, block by block, to be named.
 const SURE: f64 = 0.95;
+/// Factor by which the misfit of left-out training episodes must rise without an effect for the effect to be material.
+const MATERIAL_RISE: f64 = 1.25;
+/// Models whose effects are checked on left-out episodes, at most.
+const MAX_CHECKED: usize = 8;
 /// Share of what was missing that named effects may leave and still explain it.
 const LEFT_OVER: f64 = 0.25;
 /// Share of the misfit that named effects may leave, and misfit per sample that they may leave anyway, nats. A right law
 /// leaves thousandths: what leaves a hundredth is a law that is like the missing one.
 const LIKENESS: f64 = 0.01;
 const UNSEEN: f64 = 2.0;
-/// Gain of each of several effects over what they all leave, at least.
-const OUTWEIGHS: f64 = 2.0;
-/// Mean square of the errors one second ahead without one of several effects, over that with all, at least.
-const MATTERS: f64 = 1.5;
 
 /// The model that is named, if any.
-pub(crate) struct Choice<'a> {
-    pub best: &'a Tried,
+pub(crate) struct Choice {
+    /// Index of the model in what was tried.
+    pub best: usize,
     /// Of each of its effects, that it helps block by block.
     pub chances: Vec<f64>,
     /// How many models of more weight have an effect that did not earn its place.
     pub rejected: usize,
+    /// Effects that are detectable and whose correction would not improve prediction by a material share: the model's index,
+    /// the effect's in it, and its chance.
+    pub immaterial: Vec<(usize, usize, f64)>,
 }
 
-/// The model with the most weight each of whose effects holds up block by block; without one, the one with the most
-/// weight and no chances.
-pub(crate) fn choose<'a>(
-    data: &Dataset,
-    comparison: &Comparison,
-    found: &'a Found,
-) -> Result<Choice<'a>, InferError> {
-    for (rejected, candidate) in found.tried.iter().enumerate() {
-        let mut chances = Vec::new();
-        for k in 0..candidate.added.len() {
-            match without(found, candidate, k) {
-                Some(simpler) => chances.push(holds_up(comparison, &candidate.fit, &simpler.fit)?),
-                None => chances.push(0.0),
+/// What a choice is made from.
+pub(crate) struct Judge<'a> {
+    pub data: &'a Dataset,
+    pub comparison: &'a Comparison,
+    pub nominal: &'a Model,
+    pub found: &'a Found,
+    /// Index of the simulation under test in what was tried.
+    pub base: usize,
+    pub watch: &'a dyn Watch,
+}
+
+impl Judge<'_> {
+    /// The model with the most weight each of whose effects holds up block by block, is defined by the data and improves
+    /// the prediction of left-out training episodes by a material share; without one, the simulation under test.
+    pub fn choose(&self) -> Result<Choice, InferError> {
+        let mut left_out = BTreeMap::new();
+        let mut immaterial: Vec<(usize, usize, f64)> = vec![];
+        let tried = &self.found.tried;
+        for (index, candidate) in tried.iter().enumerate() {
+            let chances = self.chances(candidate)?;
+            let sure = chances.iter().all(|c| *c >= SURE);
+            let defined = (0..candidate.added.len()).all(|k| is_defined(candidate, k));
+            if !sure || !defined || left_out.len() >= MAX_CHECKED {
+                continue;
+            }
+            let idle = self.idle(candidate, &mut left_out)?;
+            if idle.is_empty() {
+                return Ok(Choice { best: index, chances, rejected: index, immaterial });
+            }
+            for k in idle {
+                let effect = candidate.names()[k];
+                if immaterial.iter().all(|&(i, j, _)| tried[i].names()[j] != effect) {
+                    immaterial.push((index, k, chances[k]));
+                }
             }
         }
-        if chances.iter().all(|c| *c >= SURE) && outweighs(data, comparison, found, candidate)? {
-            return Ok(Choice { best: candidate, chances, rejected });
-        }
+        Ok(Choice { best: self.base, chances: vec![], rejected: 0, immaterial })
     }
-    Ok(Choice { best: &found.tried[0], chances: vec![], rejected: 0 })
+
+    /// Of each effect of a model, the chance that it helps block by block.
+    fn chances(&self, candidate: &Tried) -> Result<Vec<f64>, InferError> {
+        let one = |k: usize| match without(self.found, candidate, k) {
+            Some(simpler) => holds_up(self.comparison, &candidate.fit, &simpler.fit),
+            None => Ok(0.0),
+        };
+        (0..candidate.added.len()).map(one).collect()
+    }
+
+    /// Effects of a model whose correction is immaterial: without them left-out episodes are predicted almost as well.
+    fn idle(
+        &self,
+        candidate: &Tried,
+        known: &mut BTreeMap<*const Tried, LeftOut>,
+    ) -> Result<Vec<usize>, InferError> {
+        let settling = unjudged(&candidate.fit.model);
+        let mut misfit = |tried: &Tried| -> Result<LeftOut, InferError> {
+            let key = std::ptr::from_ref(tried);
+            if let Some(misfit) = known.get(&key).filter(|_| settling == 0.0) {
+                return Ok(misfit.clone());
+            }
+            let found = left_out(self.data, self.comparison, self.nominal, tried, settling, self.watch)?;
+            known.insert(key, found.clone());
+            Ok(found)
+        };
+        let with = misfit(candidate)?;
+        let mut idle = vec![];
+        for k in 0..candidate.added.len() {
+            let rise = match without(self.found, candidate, k) {
+                Some(simpler) => with.rise(&misfit(simpler)?),
+                None => 1.0,
+            };
+            if rise < MATERIAL_RISE {
+                idle.push(k);
+            }
+        }
+        Ok(idle)
+    }
 }
 
-/// Whether each of several effects gains more than what they all leave unexplained, and is missed one second ahead. No
-/// law is exact: after a large effect is explained, a small one can soak up what its law got a little wrong, and that is
-/// no second effect.
-fn outweighs(
-    data: &Dataset,
-    comparison: &Comparison,
-    found: &Found,
-    candidate: &Tried,
-) -> Result<bool, InferError> {
-    if candidate.added.len() < 2 {
-        return Ok(true);
-    }
-    let Some(left) = remainder(comparison, &candidate.fit)? else { return Ok(true) };
-    let gain =
-        |k: usize| without(found, candidate, k).map_or(0.0, |simpler| simpler.fit.cost - candidate.fit.cost);
-    if !(0..candidate.added.len()).all(|k| gain(k) > OUTWEIGHS * left.gain) {
-        return Ok(false);
-    }
-    let with = outlook(data, &candidate.fit)?.share;
-    for k in 0..candidate.added.len() {
-        let Some(simpler) = without(found, candidate, k) else { return Ok(false) };
-        if outlook(data, &simpler.fit)?.share < MATTERS * with {
-            return Ok(false);
-        }
-    }
-    Ok(true)
+/// Whether the data hold what makes an effect the effect that it is: every essential parameter but for places and
+/// directions, and of amplitudes along several axes at least one. A load whose frequency is unknown is an offset mass.
+fn is_defined(candidate: &Tried, k: usize) -> bool {
+    let names = candidate.fit.model.effect_names();
+    let name = &names[names.len() - candidate.added.len() + k];
+    let spec = candidate.added[k].kind.spec();
+    let identified = |p: &Param| candidate.fit.estimate(&format!("{name}.{}", p.name)).map(|e| e.identified);
+    let essential =
+        |p: &&Param| p.refinement.is_none() && !p.choice && !p.of_face && !matches!(p.unit, "m" | "rad");
+    let signed = |p: &&Param| matches!(p.prior, Prior::Normal { .. });
+    let of = |wanted: bool| spec.params.iter().filter(essential).filter(move |p| signed(p) == wanted);
+    let axes: Vec<bool> = of(true).filter_map(identified).collect();
+    of(false).filter_map(identified).all(|known| known) && (axes.is_empty() || axes.contains(&true))
 }
 
 /// Chance that a law which leaves so much is the missing one, rather than one that is like it: even where it leaves as
@@ -88,14 +138,16 @@ pub(crate) fn likeness(left: Option<Remainder>, observations: usize) -> f64 {
     left.map_or(1.0, |left| 1.0 / (1.0 + (left.misfit() / most).powi(2)))
 }
 
-/// The verdict, given what the simulation under test leaves, and what it leaves with the effects that were `named`, if any.
+/// The verdict, given what the simulation under test leaves, what it leaves with the effects that were `named`, if any, and
+/// whether the errors of the model that is chosen are `material`.
 pub(crate) fn judge(
     observations: usize,
     before: Option<Remainder>,
     named: bool,
     left: Option<Remainder>,
+    material: bool,
 ) -> Verdict {
-    let matters = |r: Option<Remainder>| r.is_some_and(|r| r.matters(observations));
+    let matters = |r: Option<Remainder>| material && r.is_some_and(|r| r.matters(observations));
     match (before, left) {
         _ if !named && matters(before) => Verdict::Unexplained,
         _ if !named => Verdict::Consistent,
@@ -103,7 +155,8 @@ pub(crate) fn judge(
             Verdict::Unexplained
         }
         (Some(before), Some(after))
-            if after.misfit() > (UNSEEN * observations as f64).max(LIKENESS * before.misfit()) =>
+            if material
+                && after.misfit() > (UNSEEN * observations as f64).max(LIKENESS * before.misfit()) =>
         {
             Verdict::Unexplained
         }
@@ -127,20 +180,28 @@ mod tests {
 
     #[test]
     fn what_is_named_must_leave_little() {
-        let judged = |left| judge(SAMPLES, leaving(5e5, 5e5), true, left);
+        let judged = |left| judge(SAMPLES, leaving(5e5, 5e5), true, left, true);
         assert_eq!(judged(leaving(200.0, 400.0)), Verdict::Explained);
         assert_eq!(judged(leaving(3e4, 3e4)), Verdict::Unexplained, "a law like the missing one");
         assert_eq!(judged(leaving(0.0, 1.5e5)), Verdict::Unexplained, "blows, where no walk helps");
         // A hundredth of what was missing may be left, were it much.
-        assert_eq!(judge(SAMPLES, leaving(4e6, 4e6), true, leaving(2e4, 2e4)), Verdict::Explained);
+        assert_eq!(judge(SAMPLES, leaving(4e6, 4e6), true, leaving(2e4, 2e4), true), Verdict::Explained);
         // Of little, most must go.
-        assert_eq!(judge(SAMPLES, leaving(100.0, 100.0), true, leaving(40.0, 40.0)), Verdict::Unexplained);
+        assert_eq!(
+            judge(SAMPLES, leaving(100.0, 100.0), true, leaving(40.0, 40.0), true),
+            Verdict::Unexplained
+        );
     }
 
     #[test]
     fn without_a_name_it_is_what_is_missing_that_counts() {
-        assert_eq!(judge(SAMPLES, leaving(3.0, 300.0), false, None), Verdict::Consistent);
-        assert_eq!(judge(SAMPLES, leaving(300.0, 300.0), false, None), Verdict::Unexplained);
+        assert_eq!(judge(SAMPLES, leaving(3.0, 300.0), false, None, true), Verdict::Consistent);
+        assert_eq!(judge(SAMPLES, leaving(300.0, 300.0), false, None, true), Verdict::Unexplained);
+        assert_eq!(
+            judge(SAMPLES, leaving(300.0, 300.0), false, None, false),
+            Verdict::Consistent,
+            "immaterial"
+        );
     }
 
     #[test]

@@ -6,7 +6,9 @@ use super::path::Path;
 use super::rollout::Rollout;
 use super::simulator::Foreign;
 use super::told::{alternatives, choose, judge, line_of_action, ties, windows};
-use crate::answer::{Answer, Channels, Figures, Mismatch, Missing, Nominal, Pair, Parameter, Verdict};
+use crate::answer::{
+    Answer, Channels, Figures, Mismatch, Missing, Nominal, Pair, Parameter, Remaining, Verdict,
+};
 use crate::place::Named;
 use crate::predictions::Predictions;
 use crate::run::Outcome;
@@ -125,7 +127,12 @@ impl Case<'_> {
             verdict,
             missing,
             tied: ties(tried, best),
+            tied_sets: vec![],
+            immaterial: vec![],
             mismatch,
+            residual: Remaining::default(),
+            warnings: vec![],
+            wrench_pose: self.data.wrench_pose,
             alternatives: alternatives(tried, &probabilities, best),
             certificates: vec![],
             experiments: vec![],

@@ -1,7 +1,7 @@
-//! Trying effects: alone, and while the data ask for more, in pairs.
+//! Trying effects: alone, and while the data ask for more, several together.
 //!
 //! Every candidate is screened by its score; those that promise most are fitted in full, from where the screen's
-//! step leads. A second effect is screened on top of each of the best single ones; two that mask each other are found by
+//! step leads. One more effect is screened on top of each of the best models; effects that mask each other are found by
 //! exchanging each for others ([`again`]).
 
 mod again;
@@ -15,7 +15,7 @@ use std::collections::BTreeSet;
 use trundle_infer::{
     Comparison, Coordinates, Fit, FitOptions, InferError, MotionLikelihood, Watch, carried, fit, on_all_cores,
 };
-use trundle_model::{Effect, Kind, Model};
+use trundle_model::{Effect, INNER, Kind, Model};
 use trundle_record::Prepared;
 
 /// A model that was tried: the simulation under test with some effects added.
@@ -55,8 +55,10 @@ const ALWAYS: usize = 3;
 /// Kinds fitted in full on top of the simulation under test, and on top of a richer model.
 const SINGLES: usize = 9;
 const MORE: usize = 3;
-/// Single effects on top of which a second is sought.
+/// Models of one size on top of which one more effect is sought.
 const FIRSTS: usize = 2;
+/// Effects that are added at most: each must earn its place, so that only the time of a search is bounded here.
+const MAX_EFFECTS: usize = 6;
 /// Starts of a kind.
 const STARTS: usize = 2;
 /// Gain per sample that a remainder must promise for another effect to be sought beside one, nats.
@@ -114,15 +116,18 @@ impl Searcher<'_> {
         Ok(Found { tried, before, located })
     }
 
-    /// Models with one effect and, while the data ask for it, with two; best first.
+    /// Models with one effect and, while the data ask for it, with one more; best first.
     fn over(&self, base: Tried) -> Result<Vec<Tried>, InferError> {
         let mut tried = vec![base.clone()];
         let offered = self.offered(&base);
         self.try_all("single effects", self.jobs(&base, &offered, SINGLES)?, &mut tried)?;
         self.shapes_again(&mut tried)?;
         self.refine(&mut tried)?;
-        if tried[0].added.len() == 1 && self.asks_for_more(&tried[0])? {
-            self.one_more(&mut tried)?;
+        for size in 1..MAX_EFFECTS {
+            if tried[0].added.len() != size || !self.asks_for_more(&tried[0])? {
+                break;
+            }
+            self.one_more(size, &mut tried)?;
             self.shapes_again(&mut tried)?;
             self.exchange(&mut tried)?;
             self.shapes_again(&mut tried)?;
@@ -135,9 +140,10 @@ impl Searcher<'_> {
     /// Kinds of effects that may be added to a model.
     fn offered(&self, to: &Tried) -> Vec<Kind> {
         let present: BTreeSet<_> = to.added.iter().map(name).collect();
+        let spare = INNER.saturating_sub(to.fit.model.inner().len());
         let allowed = |kind: &Kind| {
-            let effect = kind.spec().effect;
-            !present.contains(effect) && self.without.iter().all(|w| w != effect)
+            let (effect, states) = (kind.spec().effect, kind.spec().inner.len());
+            states <= spare && !present.contains(effect) && self.without.iter().all(|w| w != effect)
         };
         candidates(self.nominal, self.comparison.is_quasi_static()).into_iter().filter(allowed).collect()
     }
@@ -231,16 +237,17 @@ impl Searcher<'_> {
         Ok(Tried { fit: fit(self.comparison, &model, &job.warm, &options, watch)?, added: job.added })
     }
 
-    /// One more effect on top of the best single ones.
-    fn one_more(&self, tried: &mut Vec<Tried>) -> Result<(), InferError> {
-        let firsts: Vec<Tried> = tried.iter().filter(|t| t.added.len() == 1).take(FIRSTS).cloned().collect();
+    /// One more effect on top of the best models with `size` of them.
+    fn one_more(&self, size: usize, tried: &mut Vec<Tried>) -> Result<(), InferError> {
+        let firsts: Vec<Tried> =
+            tried.iter().filter(|t| t.added.len() == size).take(FIRSTS).cloned().collect();
         let mut jobs = Vec::new();
         for first in &firsts {
             jobs.extend(self.jobs(first, &self.offered(first), MORE)?);
         }
         let mut seen = BTreeSet::new();
         jobs.retain(|job| seen.insert(job.added.iter().map(|e| e.kind).collect::<BTreeSet<_>>()));
-        self.try_all("pairs", jobs, tried)
+        self.try_all("several effects", jobs, tried)
     }
 
     /// Whether an explained recording leaves more than laws that are a little wrong in shape do.

@@ -29,6 +29,18 @@ def add_arguments(parser: argparse.ArgumentParser) -> None:
         metavar="EFFECT",
         help="an effect that is not to be tried; may be given several times",
     )
+    parser.add_argument(
+        "--wrench-pose",
+        choices=("own_time", "latest"),
+        default="own_time",
+        help="the pose that brings each wrench to the object: at the wrench's own time (default), or the latest recorded "
+        "one, as in equation 13 of the paper",
+    )
+    parser.add_argument(
+        "--no-check",
+        action="store_true",
+        help="do not refuse a recording whose units, sign, axes or clocks look wrong (see `trundle check`)",
+    )
     add_seed(parser)
     add_quiet(parser)
 
@@ -44,6 +56,8 @@ def run(args: argparse.Namespace) -> int:
                 args.model,
                 seed=args.seed,
                 without=args.without,
+                wrench_pose=args.wrench_pose,
+                check=not args.no_check,
                 progress=lambda what, done: progress.show(f"{what} {done:.0%}"),
                 command=command(path, args),
             )
@@ -70,6 +84,10 @@ def command(recording: Path, args: argparse.Namespace) -> str:
         words += ["--model", str(args.model)]
     for effect in args.without:
         words += ["--without", effect]
+    if args.wrench_pose != "own_time":
+        words += ["--wrench-pose", args.wrench_pose]
+    if args.no_check:
+        words.append("--no-check")
     return shlex.join([*words, "--seed", str(args.seed)])
 
 
@@ -78,6 +96,10 @@ def lines(answer: dict[str, Any], folder: Path) -> list[str]:
     found = [f"{answer['recording']}: {answer['verdict']}"]
     for effect in answer["missing"]:
         found.append(f"  {effect['effect']} (probability {effect['probability']:.2f}): {effect['statement']}")
+    found += [
+        f"  detectable but immaterial, not corrected: {effect['effect']}"
+        for effect in answer.get("immaterial", [])
+    ]
     found += [f"  cannot be told apart: {', '.join(names)}" for names in answer["tied"]]
     pair = answer["fit"]["held_out"]
     figures = [figure(pair, key, text) for key, text in FIGURES.items()] if pair else []

@@ -1,0 +1,156 @@
+//! How well a model predicts training episodes that it was not fitted to.
+//!
+//! Each training episode (or group of them, at most [`MAX_FOLDS`]) is left out once, the model is refitted to the others
+//! from where its fit to all of them ended, and predicts what was left out. Samples of one episode depend on one another;
+//! episodes do not.
+
+use crate::search::Tried;
+use rayon::prelude::*;
+use trundle_infer::{
+    Comparison, Fit, FitOptions, InferError, Score, Watch, fit, on_all_cores, quasi_static, score_beside,
+    unjudged,
+};
+use trundle_model::{Effect, Model};
+use trundle_record::{Dataset, Prepared};
+
+/// Groups that training episodes are left out in, at most.
+const MAX_FOLDS: usize = 8;
+/// Steps of a refit: it starts a fraction of a standard deviation from its optimum.
+const REFIT_STEPS: usize = 6;
+
+/// Mean squared errors of left-out episodes, turns counted at the radius of gyration.
+#[derive(Clone, Debug, PartialEq)]
+pub(crate) struct LeftOut {
+    /// By kind of prediction: whole episodes in open loop and windows of one second, m²; or the wrench, N².
+    errors: Vec<f64>,
+}
+
+impl LeftOut {
+    /// By what factor the misfit rises when another model predicts instead: the geometric mean over the kinds of
+    /// prediction. One where nothing can be compared.
+    pub fn rise(&self, other: &Self) -> f64 {
+        let logs: Vec<f64> = self
+            .errors
+            .iter()
+            .zip(&other.errors)
+            .map(|(own, other)| (other / own).ln())
+            .filter(|log| log.is_finite())
+            .collect();
+        if logs.is_empty() { 1.0 } else { (logs.iter().sum::<f64>() / logs.len() as f64).exp() }
+    }
+}
+
+/// The misfit of a model on the training episodes, each predicted by a fit to the others; in sample where there is only
+/// one. `settling`: time after contact that is not judged, s.
+///
+/// # Errors
+/// When the user interrupts.
+pub(crate) fn left_out(
+    data: &Dataset,
+    comparison: &Comparison,
+    nominal: &Model,
+    tried: &Tried,
+    settling: f64,
+    watch: &dyn Watch,
+) -> Result<LeftOut, InferError> {
+    let comparison = comparison.with_channels(tried.fit.channels);
+    let free = free(nominal, tried);
+    let count = data.training.len();
+    let folds = count.min(MAX_FOLDS);
+    let quasi = quasi_static(data);
+    let scored = |fit: &Fit, episode: &Prepared| {
+        let episode = std::slice::from_ref(episode);
+        let settling = settling.max(unjudged(&fit.model));
+        let score =
+            score_beside(&fit.model, &fit.values, &fit.channels, episode, &data.noise, quasi, settling)?;
+        Ok(errors(&score, if data.dof[2] { nominal.body.gyration } else { 0.0 }, quasi))
+    };
+    let one = |fold: usize, watch: &dyn Watch| -> Result<Vec<Vec<f64>>, InferError> {
+        let inside = |k: usize| k % folds == fold;
+        let fitted = if folds > 1 {
+            let options =
+                FitOptions { starts: 0, from_afar: false, near: Some(REFIT_STEPS), ..FitOptions::default() };
+            let others = comparison.only(|k| !inside(k));
+            fit(&others, &free, std::slice::from_ref(&tried.fit.values), &options, watch)?
+        } else {
+            tried.fit.clone()
+        };
+        let own = data.training.iter().enumerate().filter(|(k, _)| inside(*k));
+        own.map(|(_, episode)| scored(&fitted, episode)).collect()
+    };
+    let all = on_all_cores(watch, |watch| {
+        (0..folds).into_par_iter().map(|fold| one(fold, watch)).collect::<Result<Vec<_>, InferError>>()
+    })?;
+    let episodes: Vec<Vec<f64>> = all.into_iter().flatten().collect();
+    let kinds = episodes.iter().map(Vec::len).min().unwrap_or(0);
+    let mean = |kind: usize| episodes.iter().map(|e| e[kind]).sum::<f64>() / count as f64;
+    Ok(LeftOut { errors: (0..kinds).map(mean).collect() })
+}
+
+/// The model to refit: an event's moment stays, since an episode that is left out cannot tell it.
+fn free(nominal: &Model, tried: &Tried) -> Model {
+    let mut model = nominal.clone();
+    let first = nominal.effects.len();
+    for (added, fitted) in tried.added.iter().zip(&tried.fit.model.effects[first..]) {
+        model.effects.push(held_in_time(added, fitted));
+    }
+    model
+}
+
+fn held_in_time(added: &Effect, fitted: &Effect) -> Effect {
+    let mut effect = added.clone();
+    let params = added.kind.spec().params.iter();
+    for ((param, value), fitted) in params.zip(&mut effect.values).zip(&fitted.values) {
+        if param.name == "time" {
+            *value = *fitted;
+        }
+    }
+    effect
+}
+
+fn errors(score: &Score, gyration: f64, quasi: bool) -> Vec<f64> {
+    let square = |along: Option<f64>, turn: Option<f64>, arm: f64| {
+        along.map(|along| along * along + turn.map_or(0.0, |turn| (arm * turn).powi(2)))
+    };
+    if quasi {
+        let arm = if gyration > 0.0 { gyration.recip() } else { 0.0 };
+        return square(score.force_rmse, score.torque_rmse, arm).into_iter().collect();
+    }
+    [
+        square(score.position_rmse, score.heading_rmse, gyration),
+        square(score.window_position_rmse, score.window_heading_rmse, gyration),
+    ]
+    .into_iter()
+    .flatten()
+    .collect()
+}
+
+#[cfg(test)]
+#[allow(clippy::unwrap_used)]
+mod tests {
+    use super::*;
+    use crate::common::{World, effect, locked};
+    use trundle_infer::Quiet;
+    use trundle_model::Kind;
+
+    /// How much the misfit of left-out episodes rises without an effect, for a recording of a world.
+    fn rise_without(truth: Model, kind: Kind) -> f64 {
+        let data = World::of(truth).recording(4);
+        let comparison = Comparison::of(&data).unwrap();
+        let nominal = Model::nominal(data.body.clone(), None, [true; 3]);
+        let tried = |added: Vec<Effect>| {
+            let model =
+                Model { effects: [nominal.effects.clone(), added.clone()].concat(), ..nominal.clone() };
+            Tried { fit: fit(&comparison, &model, &[], &FitOptions::default(), &Quiet).unwrap(), added }
+        };
+        let of = |added| left_out(&data, &comparison, &nominal, &tried(added), 0.0, &Quiet).unwrap();
+        of(vec![Effect::free(kind)]).rise(&of(vec![]))
+    }
+
+    #[test]
+    fn a_true_effect_is_missed_and_a_false_one_is_not() {
+        let slope = effect(Kind::FloorSlope, &[("accel_x", 0.05), ("accel_y", -0.02)]);
+        assert!(rise_without(locked().with(slope), Kind::FloorSlope) > 3.0);
+        assert!(rise_without(locked(), Kind::FloorSlope) < 1.1);
+    }
+}

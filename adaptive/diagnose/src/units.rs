@@ -1,0 +1,186 @@
+//! A recording's own units: what is sought and decided is sought and decided in them.
+//!
+//! Priors and thresholds are those of a piece of furniture that is pushed about. A recording whose lengths, forces or
+//! times are of another size is brought near it by whole powers of [`BASE`], which is exact in binary arithmetic and
+//! narrower than the priors; so a recording in other units, or of another size, is judged like the same thing in metres.
+
+use trundle_infer::{Channels, Estimate, Fit, InferError, Strain};
+use trundle_model::{Body, Effect, Fixture, Model, Scales};
+use trundle_record::{Dataset, Prepared};
+
+use crate::adequacy::Remainder;
+use crate::search::Tried;
+
+/// A recording that is larger or smaller than this many times is rescaled by it: a power of two, so that rescaling loses
+/// no bit, and within the factor e^{±1.5} that a prior's standard deviation is, either way.
+const BASE: f64 = 32.0;
+/// Radius of gyration, force and duration of moving a radius of gyration of the project's office table
+/// (`configs/experiments/demo.toml`), rounded.
+const TABLE: Scales = Scales { length: 0.4, force: 15.0, time: 2.0 };
+
+/// The units that suit a recording, from its training episodes; SI where it shows no motion or no force.
+pub(crate) fn of(data: &Dataset) -> Scales {
+    let gyration = data.body.gyration;
+    let length = if data.dof[2] && gyration > 0.0 { gyration } else { travel(data) };
+    let squares =
+        |w: &Prepared| w.wrench.iter().map(|s| s.reading[0].powi(2) + s.reading[1].powi(2)).collect();
+    let force = mean(data.training.iter().flat_map(|e| -> Vec<f64> { squares(e) })).sqrt();
+    let time = length / speed(data, if data.dof[2] { gyration } else { 0.0 });
+    let near = |size: f64, table: f64| {
+        let power = ((size / table).ln() / BASE.ln()).round();
+        if power.is_finite() { BASE.powi(power as i32) } else { 1.0 }
+    };
+    Scales {
+        length: near(length, TABLE.length),
+        force: near(force, TABLE.force),
+        time: near(time, TABLE.time),
+    }
+}
+
+fn mean(values: impl Iterator<Item = f64>) -> f64 {
+    let (sum, count) = values.fold((0.0, 0.0), |(sum, count), v| (sum + v, count + 1.0));
+    sum / count
+}
+
+/// Root mean square distance from the middle of an episode, m.
+fn travel(data: &Dataset) -> f64 {
+    let one = |episode: &Prepared| {
+        let middle = mean(episode.pose.iter().map(|p| p.pose[0]));
+        episode.pose.iter().map(|p| (p.pose[0] - middle).powi(2)).collect::<Vec<f64>>()
+    };
+    mean(data.training.iter().flat_map(one)).sqrt()
+}
+
+/// Mean speed of an episode's path, turns counted at the radius of gyration, m/s. The path is cut into tenths, so that
+/// the tracker's noise adds nothing to it.
+fn speed(data: &Dataset, gyration: f64) -> f64 {
+    let one = |episode: &Prepared| {
+        let size = episode.pose.len().div_ceil(10).max(1);
+        let marks: Vec<_> = episode.pose.iter().step_by(size).chain(episode.pose.last()).collect();
+        let step = |a: [f64; 3], b: [f64; 3]| {
+            ((a[0] - b[0]).powi(2) + (a[1] - b[1]).powi(2) + (gyration * (a[2] - b[2])).powi(2)).sqrt()
+        };
+        let length: f64 = marks.windows(2).map(|pair| step(pair[0].pose, pair[1].pose)).sum();
+        let time = marks.last().zip(marks.first()).map_or(0.0, |(last, first)| last.t - first.t);
+        (length, time)
+    };
+    let all: Vec<(f64, f64)> = data.training.iter().map(one).collect();
+    all.iter().map(|(length, _)| length).sum::<f64>() / all.iter().map(|(_, time)| time).sum::<f64>()
+}
+
+/// A model given in SI units, in others.
+pub(crate) fn reduced(model: &Model, scales: &Scales) -> Result<Model, InferError> {
+    let mut scaled = model.clone();
+    scaled.mass = model.mass.map(|mass| mass / scales.mass());
+    scaled.body = body(&model.body, scales)?;
+    for effect in &mut scaled.effects {
+        *effect = resized(effect, scales, f64::recip);
+    }
+    for (name, belief) in &mut scaled.priors {
+        let unit = model.slots().into_iter().find(|slot| slot.name == *name).map(|slot| slot.unit);
+        let size = unit.and_then(|unit| scales.of(unit)).unwrap_or(1.0);
+        *belief = belief.resized(size.recip());
+    }
+    Ok(scaled)
+}
+
+fn body(body: &Body, scales: &Scales) -> Result<Body, InferError> {
+    let mut scaled = body.clone();
+    let length = scales.length;
+    let point = |p: &mut [f64; 2]| *p = p.map(|v| v / length);
+    for fixture in &mut scaled.fixtures {
+        match fixture {
+            Fixture::Polygon { vertices, .. } => vertices.iter_mut().for_each(point),
+            Fixture::Disc { center, radius, .. } => {
+                point(center);
+                *radius /= length;
+            }
+        }
+    }
+    point(&mut scaled.com);
+    scaled.support.iter_mut().for_each(|s| point(&mut s.point));
+    scaled.feet.iter_mut().flatten().for_each(point);
+    scaled.gyration /= length;
+    scaled.mass /= scales.mass();
+    Ok(scaled)
+}
+
+/// An effect's values times a power of the size of their units.
+fn resized(effect: &Effect, scales: &Scales, factor: impl Fn(f64) -> f64) -> Effect {
+    let mut resized = effect.clone();
+    for (param, value) in effect.kind.spec().params.iter().zip(&mut resized.values) {
+        let size = scales.of(param.unit).unwrap_or(1.0);
+        *value = value.map(|value| value * factor(size));
+    }
+    resized
+}
+
+/// A model that was tried in a recording's own units, in SI units. `nominal` is the simulation under test in SI units,
+/// and `offset` what the units add to a cost.
+pub(crate) fn restored(
+    tried: &Tried,
+    nominal: &Model,
+    scales: &Scales,
+    offset: f64,
+) -> Result<Tried, InferError> {
+    let added: Vec<Effect> = tried.added.iter().map(|effect| resized(effect, scales, |size| size)).collect();
+    Ok(Tried { fit: fit(&tried.fit, nominal, &added, scales, offset)?, added })
+}
+
+/// The same of a fit of the simulation under test with some effects.
+pub(crate) fn fit(
+    fit: &Fit,
+    nominal: &Model,
+    added: &[Effect],
+    scales: &Scales,
+    offset: f64,
+) -> Result<Fit, InferError> {
+    let mut model = nominal.clone();
+    model.effects.extend(added.iter().cloned());
+    let size = |unit: &str| scales.of(unit).unwrap_or(1.0);
+    let sizes: Vec<f64> = fit.estimates.iter().map(|e| size(e.unit)).collect();
+    let values: Vec<f64> =
+        fit.model.slots().iter().zip(&fit.values).map(|(slot, value)| value * size(slot.unit)).collect();
+    let estimates = fit.estimates.iter().zip(&sizes);
+    let free = model.slots();
+    Ok(Fit {
+        model: model.filled(&values)?,
+        estimates: estimates
+            .map(|(e, size)| Estimate { mean: e.mean * size, sd: e.sd * size, ..e.clone() })
+            .collect(),
+        strained: fit.strained.iter().map(|s| strain(s, size(s.unit))).collect(),
+        slots: fit
+            .slots
+            .iter()
+            .map(|slot| free.iter().find(|own| own.name == slot.name).unwrap_or(slot).clone())
+            .collect(),
+        covariance: nalgebra::DMatrix::from_fn(sizes.len(), sizes.len(), |i, j| {
+            fit.covariance[(i, j)] * sizes[i] * sizes[j]
+        }),
+        values,
+        cost: fit.cost + offset,
+        log_evidence: fit.log_evidence - offset,
+        channels: channels(&fit.channels, scales),
+        ..fit.clone()
+    })
+}
+
+fn strain(strain: &Strain, size: f64) -> Strain {
+    Strain { value: strain.value * size, range: strain.range.map(|v| v * size), ..strain.clone() }
+}
+
+fn channels(channels: &Channels, scales: &Scales) -> Channels {
+    let pose = [scales.length, scales.length, 1.0];
+    let wrench = [scales.force, scales.force, scales.torque()];
+    let root = scales.time.sqrt();
+    Channels {
+        pose: [0, 1, 2].map(|k| channels.pose[k] * pose[k]),
+        reading: [0, 1, 2].map(|k| channels.reading[k] * wrench[k]),
+        wander: [0, 1, 2].map(|k| channels.wander[k] * wrench[k] / root),
+    }
+}
+
+/// What a model leaves, in SI units.
+pub(crate) fn remainder(left: Remainder, scales: &Scales) -> Remainder {
+    Remainder { channels: channels(&left.channels, scales), ..left }
+}
