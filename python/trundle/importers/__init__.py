@@ -20,6 +20,7 @@ IMPORTERS = {
     "emps": "emps",
     "mat": "mat",
     "mcap": "rosbag",
+    "pneumatic-seal": "pneumatic_seal",
     "rosbag2": "rosbag",
 }
 """Layout to module of this package."""

@@ -1,0 +1,254 @@
+"""Piston-seal friction: a 3D-printed pneumatic cylinder driven against constant pressure, about 100 Hz.
+
+E. Zillen, "3D-printed pneumatic actuator" (thesis, Delft University of Technology), GitHub
+`EvaZillen/3D-printed-pneumatic-actuator`, `results_pneumatic-actuator/data/friction/`.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Mapping
+from dataclasses import dataclass
+from itertools import pairwise
+from pathlib import Path
+from typing import Any
+
+import numpy as np
+
+from trundle.importers.cmu_frames import numbers
+from trundle.importers.config import MapError, typed
+from trundle.importers.layout import Columns, Floats, Imported, Say, SourceError
+
+__all__ = ["NEEDS_MAP", "SealMap", "force_on_piston", "read"]
+
+NEEDS_MAP = False
+
+MILLIMETRE = 1e-3
+MILLISECOND = 1e-3
+BAR = 1e5
+COLUMNS = 7
+TIME, POSITION, PRESSURE, LOAD_CELL = 0, 4, 5, 6
+BORES = {"O-ring": 25.0e-3, "X-ring257": 25.7e-3}
+"""Bore of the cylinder by seal, m: the part of a file's name before the first `_`."""
+TURN = 5e-3
+"""m; a reversal counts once the piston is so far from it. The stroke is 39 mm, the laser's noise 0.1 mm."""
+LONGEST_GAP = 0.5
+"""s; gaps of the logger last up to 0.3 s and stay. One log also has a gap of 2.7 s, half a stroke."""
+
+
+@dataclass(frozen=True)
+class SealMap:
+    """Settings of the import; all are optional.
+
+    Attributes
+    ----------
+    name : str
+        Name of the recording; the name of the file or folder by default.
+    held_out : int
+        Number of stroke pairs at the end of each file that are only predicted.
+    files : list of str
+        Names of the files that a folder's recording holds, without `.csv`: one seal at several pressures.
+    bore : float
+        Bore of the cylinder in m, for seals other than `O-ring` and `X-ring257`.
+    """
+
+    name: str | None = None
+    held_out: int = 2
+    files: list[str] | None = None
+    bore: float | None = None
+
+
+def read(source: Path, settings: Mapping[str, Any], say: Say) -> Imported:
+    """Read one log, or several logs of one seal from a folder, as a rail recording.
+
+    An episode is a pair of strokes, forth and back, from one inner reversal to the next. A pair is the
+    shortest piece that separates friction, which changes sign with the motion, from a constant force.
+    """
+    options = typed(SealMap, settings)
+    if options.held_out < 1:
+        raise MapError(f"`held_out` = {options.held_out}: hold out at least 1 pair of strokes of each file")
+    files = _files(source, options.files)
+    bore = _bore(files, options.bore)
+    episodes: dict[str, Columns] = {}
+    held_out: list[str] = []
+    remarks: list[str] = []
+    for path in files:
+        say(path.name)
+        pairs, said = _pairs(path, bore)
+        if len(pairs) <= options.held_out:
+            raise SourceError(
+                path,
+                f"{len(pairs)} pairs of strokes, of which {options.held_out} are held out: none is left",
+            )
+        prefix = "episode" if len(files) == 1 else path.stem
+        names = [f"{prefix}_{k:02}" for k in range(len(pairs))]
+        episodes |= dict(zip(names, pairs, strict=True))
+        held_out += names[-options.held_out :]
+        remarks += said
+    return Imported(_metadata(source, files, options, bore, held_out), episodes, remarks)
+
+
+def force_on_piston(load_cell: Floats, pressure: Floats, bore: float) -> Floats:
+    """Return the known force on the piston along its position, N.
+
+    The load cell reads the push of the drive as positive, towards greater position, and the air pushes back:
+
+        F = F_load - p π d² / 4
+
+    In slow motion F is the force that overcomes friction, so F has the sign of the velocity. The signs are
+    those of the data: F_load grows with the pressure, and F is positive on average in every stroke towards
+    greater position and negative in every stroke back.
+
+    Parameters
+    ----------
+    load_cell : (n,) array
+        N.
+    pressure : (n,) array
+        Gauge pressure, Pa.
+    bore : float
+        m.
+    """
+    return load_cell - pressure * (np.pi * bore**2 / 4.0)
+
+
+def _files(source: Path, chosen: list[str] | None) -> list[Path]:
+    """Return the logs to read, in the order of the pressures that the caller gave."""
+    if not source.is_dir():
+        if chosen is not None:
+            raise MapError("`files` chooses among the logs of a folder; the source is one file")
+        return [source]
+    if not chosen:
+        logs = ", ".join(sorted(path.stem for path in source.glob("*.csv"))) or "none"
+        raise SourceError(
+            source,
+            "a folder: give one of its files, or a map with `files`, the logs of one seal that make one "
+            f"recording; there are {logs}",
+        )
+    if len(set(chosen)) < len(chosen):
+        raise MapError(f"`files` = {chosen}: name each log once")
+    return [source / f"{name}.csv" for name in chosen]
+
+
+def _bore(files: list[Path], given: float | None) -> float:
+    """Return the bore of the one seal that all files are of, m."""
+    seals = sorted({path.stem.split("_")[0] for path in files})
+    if len(seals) > 1:
+        raise MapError(
+            f"`files` are of the seals {', '.join(seals)}: a recording is of one object, so of one seal"
+        )
+    if given is not None:
+        if not 0.0 < given < 1.0:
+            raise MapError(f"`bore` = {given}: give the bore of the cylinder in m, 0.025 for example")
+        return given
+    if seals[0] not in BORES:
+        raise MapError(
+            f"{files[0].name}: seal `{seals[0]}` is none of {', '.join(BORES)}; give its `bore` in m in a map"
+        )
+    return BORES[seals[0]]
+
+
+def _pairs(path: Path, bore: float) -> tuple[list[Columns], list[str]]:
+    """Return one table for each pair of strokes of a log, and remarks."""
+    t, x, pressure, force = _samples(path, bore)
+    edges = _inner_reversals(x)
+    pairs: list[Columns] = []
+    remarks: list[str] = []
+    for begin, end in pairwise(edges):
+        rows = _longest_run(t, begin, end)
+        if len(rows) < end - begin:
+            remarks.append(
+                f"{path.name}: {end - begin - len(rows)} rows of pair {len(pairs) + 1} left out, beyond a "
+                f"gap of more than {LONGEST_GAP} s"
+            )
+        pairs.append(
+            {
+                "t": np.round(t[rows] - t[rows[0]], 3),
+                "object_x": x[rows],
+                "force_x": force[rows],
+                "note_pressure": pressure[rows],
+            }
+        )
+    if edges[-1] < len(t) and pairs:
+        remarks.append(
+            f"{path.name}: {len(t) - edges[-1]} rows left out after the last complete pair of strokes"
+        )
+    if not pairs:
+        raise SourceError(
+            path, f"no pair of strokes: the position moves by less than {TURN * 1e3:g} mm to and fro"
+        )
+    return pairs, remarks
+
+
+def _samples(path: Path, bore: float) -> tuple[Floats, Floats, Floats, Floats]:
+    """Return time (s), position (m), pressure (Pa) and force on the piston (N) of a log."""
+    if not path.is_file():
+        raise SourceError(path, "no such file")
+    lines = path.read_text(encoding="ascii", errors="replace").splitlines()
+    table = numbers(path, lines, range(1, len(lines) + 1), COLUMNS)
+    t = table[:, TIME] * MILLISECOND
+    late = np.flatnonzero(np.diff(t) <= 0.0)
+    if len(late):
+        row = int(late[0]) + 2
+        raise SourceError(
+            path, f"row {row}: time {table[row - 1, TIME]:g} ms does not come after the row before it"
+        )
+    pressure = table[:, PRESSURE] * BAR
+    return t, table[:, POSITION] * MILLIMETRE, pressure, force_on_piston(table[:, LOAD_CELL], pressure, bore)
+
+
+def _inner_reversals(x: Floats) -> list[int]:
+    """Return the first rows of the pairs of strokes, and the row after the last pair.
+
+    Pairs meet at the reversals at the inner end, where the position is smallest. A log starts and ends there.
+    """
+    edges = [0]
+    extreme, forth = 0, True
+    for k in range(1, len(x)):
+        away = x[k] - x[extreme] if forth else x[extreme] - x[k]
+        if away >= 0.0:
+            extreme = k
+        elif -away > TURN:
+            if not forth:
+                edges.append(extreme)
+            extreme, forth = k, not forth
+    complete = not forth and x[-1] - x[edges[-1]] < TURN
+    return [*edges, len(x)] if complete else edges
+
+
+def _longest_run(t: Floats, begin: int, end: int) -> np.ndarray:
+    """Return those rows from `begin` to before `end` that are most without a gap over `LONGEST_GAP`."""
+    gaps = begin + 1 + np.flatnonzero(np.diff(t[begin:end]) > LONGEST_GAP)
+    runs = np.split(np.arange(begin, end), gaps - begin)
+    return max(runs, key=len)
+
+
+def _metadata(
+    source: Path, files: list[Path], options: SealMap, bore: float, held_out: list[str]
+) -> dict[str, Any]:
+    """Return `recording.toml`."""
+    return {
+        "format": "trundle-recording/1",
+        "name": options.name or f"piston seal, {source.stem}",
+        # All pairs but the first begin in the middle of the motion.
+        "at_rest": False,
+        "object": {"dof": ["x"]},
+        "wrench": {
+            "frame": "object",
+            "reference": "object",
+            "sign": "on_object",
+            "raw": False,
+            "contact": "grasp",
+            "source": "measured",
+        },
+        "split": {"held_out": held_out},
+        "notes": {
+            "origin": "github.com/EvaZillen/3D-printed-pneumatic-actuator, "
+            "results_pneumatic-actuator/data/friction; thesis, Delft University of Technology",
+            "licence": "CC0 1.0",
+            "force": "load cell less pressure times bore area: what overcomes the seal's friction",
+            "bore_m": bore,
+            "note_pressure": "gauge pressure, Pa",
+            "motion": "imposed and slow: inertia plays no part, so that open-loop positions mean nothing",
+            "episodes": "pairs of strokes, forth and back",
+            "files": [path.name for path in files],
+        },
+    }
