@@ -4,12 +4,13 @@ use std::collections::BTreeMap;
 use std::path::PathBuf;
 
 use pyo3::prelude::*;
-use trundle_infer::{Fit, FitOptions, Optimiser, score};
+use trundle_infer::{Estimate, Fit, FitOptions, Optimiser, score};
 use trundle_model::{Model, ModelError, Posterior, PriorFile, Slot};
 use trundle_record::{Dataset, prepare};
 
 use crate::error::{refused, run};
 use crate::identify::identifiability;
+use crate::lack_of_fit::Tested;
 use crate::likelihood::{Arguments, Choice, of_one_object};
 use crate::record::recording_of;
 use crate::watch::watched;
@@ -68,20 +69,24 @@ fn _fit(
     let given = start.map(|start| stated(&model, &start)).transpose()?;
     let quasi_static = choice.quasi_static(&recordings);
     let fitted = watched(py, progress, |watch| {
-        let mut found = choice.fit(&recordings, &engines, &model, given.as_slice(), &options, watch)?;
-        let nothing_holds = exclude(&mut found);
+        let found = choice.fit(&recordings, &engines, &model, given.as_slice(), &options, watch)?;
+        let testable = choice.name == "filter" && options.per_episode.is_empty();
+        let mut tested =
+            if testable { Tested::new(&recordings, &model, found)? } else { Tested::untested(found) };
+        let nothing_holds = exclude(&mut tested.fit);
+        let found = &tested.fit;
         let judge = |episodes| {
             score(&found.model, &found.values, &found.channels, episodes, &data.noise, quasi_static)
         };
         let scores = (judge(&data.training)?, judge(&data.held_out)?);
-        let mut summary = summary(&data, &found, quasi_static, &scores);
+        let mut summary = summary(&data, &tested, quasi_static, &scores);
         summary["excluded_by_prior"] = found.strained.iter().map(ToString::to_string).collect();
         if !nothing_holds {
-            summary["identifiability"] = identifiability(&found);
+            summary["identifiability"] = identifiability(found);
         }
         summary["likelihood"] = choice.name.as_str().into();
         summary["loss"] = choice.loss().into();
-        Ok((summary, found.model.to_toml(of_model(&found).as_ref())?))
+        Ok((summary, found.model.to_toml(of_model(found).as_ref())?))
     });
     choice.raised()?;
     fitted.map(|(summary, text)| (summary.to_string(), text))
@@ -157,26 +162,29 @@ fn exclude(fit: &mut Fit) -> bool {
 
 fn summary(
     data: &Dataset,
-    fit: &Fit,
+    tested: &Tested,
     quasi_static: bool,
     scores: &(trundle_infer::Score, trundle_infer::Score),
 ) -> serde_json::Value {
-    let parameters: Vec<_> = fit
-        .estimates
-        .iter()
-        .map(|e| {
-            let kept = |value: f64| e.identified.then_some(value);
-            serde_json::json!({
-                "name": e.name, "mean": kept(e.mean), "sd": kept(e.sd), "unit": e.unit, "identifiable": e.identified,
-            })
+    let fit = &tested.fit;
+    let parameter = |(k, e): (usize, &Estimate)| {
+        let kept = |value: f64| e.identified.then_some(value);
+        let [low, high] = fit.interval(k, tested.basis).map(kept);
+        serde_json::json!({
+            "name": e.name, "mean": kept(e.mean), "sd": kept(e.sd), "low": low, "high": high, "unit": e.unit,
+            "identifiable": e.identified,
         })
-        .collect();
+    };
+    let parameters: Vec<_> = fit.estimates.iter().enumerate().map(parameter).collect();
+    let (lack_of_fit, intervals) = tested.summary();
     serde_json::json!({
         "recording": data.name,
         "parameters": parameters,
         "log_evidence": fit.log_evidence,
         "converged": fit.converged,
         "quasi_static": quasi_static,
+        "lack_of_fit": lack_of_fit,
+        "intervals": intervals,
         "noise": {
             "pose": fit.channels.pose, "force": fit.channels.reading[0], "torque": fit.channels.reading[2],
             "stated": data.noise.stated,

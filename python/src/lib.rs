@@ -12,6 +12,7 @@ mod foreign;
 mod identify;
 mod infer;
 mod inspect;
+mod lack_of_fit;
 mod laws;
 mod likelihood;
 mod model;

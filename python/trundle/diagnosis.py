@@ -32,8 +32,11 @@ class Fit:
     model : Model
         The model with every value filled in, and its posterior.
     summary : dict
-        ``parameters`` (a list of name, mean, sd, unit, identifiable; what the data do not hold has no
-        number), ``log_evidence``, ``converged``, ``quasi_static``, ``noise``,
+        ``parameters`` (a list of name, mean, sd, low, high, unit, identifiable; low and high are the ends of
+        the 90 % interval; a parameter that is not identifiable has no number), ``log_evidence``,
+        ``converged``, ``quasi_static``, ``noise``, ``lack_of_fit`` (found, gain_nats, residual_force_rms,
+        residual_torque_rms; None where it is not tested), ``intervals`` (basis "curvature" or "sandwich",
+        and the number of episodes of the latter),
         ``identifiability`` (directions and combinations that the data hold, and how many starts agree; left
         out where a caller's prior excludes the data), and the figures of ``training`` and ``held_out``
         episodes (SI units; None where a figure makes no sense).
@@ -41,6 +44,22 @@ class Fit:
 
     model: Model
     summary: dict[str, Any]
+
+    @property
+    def explains_data(self) -> bool | None:
+        """Whether the lack-of-fit test passes; None where there is no test.
+
+        The test is for the default likelihood of motion, with parameters shared by all episodes. Where the
+        model does not explain the data, `trundle.diagnose` looks for the missing effect.
+        """
+        lack = self.summary["lack_of_fit"]
+        return None if lack is None else not lack["found"]
+
+    @property
+    def residual_force_rms(self) -> float | None:
+        """Root mean square of the force that the model does not explain, N; None where there is no test."""
+        lack = self.summary["lack_of_fit"]
+        return None if lack is None else float(lack["residual_force_rms"])
 
 
 @dataclass(frozen=True)

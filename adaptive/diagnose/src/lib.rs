@@ -13,6 +13,7 @@ mod cross_validation;
 pub mod design;
 mod enough;
 pub mod foreign;
+mod lack_of_fit;
 mod locate;
 mod naming;
 mod nominal;
@@ -37,6 +38,7 @@ mod words;
 mod common;
 
 pub use answer::Answer;
+pub use lack_of_fit::{LackOfFit, lack_of_fit};
 pub use nominal::for_recording;
 pub use predictions::{Predictions, predict};
 pub use run::{Options, Outcome, diagnose, diagnose_recording};

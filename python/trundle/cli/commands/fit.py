@@ -111,27 +111,76 @@ def profiled(args: argparse.Namespace) -> int:
     return 0
 
 
+UNITS = {
+    "position_rmse": "m",
+    "heading_rmse": "rad",
+    "final_position_error": "m",
+    "final_heading_error": "rad",
+    "r2": "(dimensionless)",
+    "window_position_rmse": "m",
+    "window_heading_rmse": "rad",
+    "force_rmse": "N",
+    "torque_rmse": "N·m",
+    "log_predictive_density": "nats per pose sample",
+}
+"""Units of the figures of `training` and `held_out`."""
+
+
 def table(summary: dict[str, Any]) -> str:
     """Return the estimates and figures for a terminal."""
     from trundle.identifiability import spoken
 
-    rows = [f"{summary['recording']}"]
+    rows = [f"{summary['recording']}: {headline(summary['lack_of_fit'])}"]
+    rows += [f"  {line}" for line in model_error(summary)]
     if not summary["converged"]:
         rows.append("  NOT CONVERGED: try more --starts")
     if summary["quasi_static"]:
         rows.append("  quasi-static: judged by the wrench; the mass is not in these data")
     rows += [f"  {sentence}" for sentence in summary["excluded_by_prior"]]
-    for parameter in summary["parameters"]:
-        value = "not identifiable from these data"
-        if parameter["identifiable"]:
-            value = f"{parameter['mean']:12.5g} ± {parameter['sd']:.2g} {parameter['unit']}"
-        rows.append(f"  {parameter['name']:32}{value}")
+    rows += [f"  {parameter['name']:32}{estimate(parameter)}" for parameter in summary["parameters"]]
     if "identifiability" in summary:
         rows += [f"  {line}" for line in spoken(summary["identifiability"])]
     for part in ("training", "held_out"):
         rows += [
-            f"  {part} {key}: {value:.5g}"
+            f"  {part} {key}: {value:.5g} {UNITS[key]}"
             for key, value in (summary[part] or {}).items()
             if value is not None
         ]
     return "\n".join(rows)
+
+
+def headline(lack: dict[str, Any] | None) -> str:
+    """Return whether the model explains the data."""
+    if lack is None:
+        return "lack of fit not tested (it is for the default likelihood of motion)"
+    if lack["found"]:
+        return "the model does not explain these data: run `trundle diagnose`"
+    return "the model explains these data (no lack of fit found)"
+
+
+def model_error(summary: dict[str, Any]) -> list[str]:
+    """Return the lines on the size of the lack of fit and on what the intervals include."""
+    lack, intervals = summary["lack_of_fit"], summary["intervals"]
+    if lack is None or not lack["found"]:
+        return []
+    rows = [
+        f"residual force {lack['residual_force_rms']:.3g} N rms, "
+        f"torque {lack['residual_torque_rms']:.3g} N·m rms"
+    ]
+    if intervals["basis"] == "sandwich":
+        rows.append(
+            f"standard deviations and 90 % intervals include model error: its spread over "
+            f"{intervals['episodes']} episodes"
+        )
+    else:
+        rows.append("intervals DO NOT include model error: that takes three training episodes or more")
+    return rows
+
+
+def estimate(parameter: dict[str, Any]) -> str:
+    """Return one parameter's estimate with its unit, standard deviation and 90 % interval."""
+    if not parameter["identifiable"]:
+        return "not identifiable from these data"
+    unit, low, high = parameter["unit"], parameter["low"], parameter["high"]
+    value = f"{parameter['mean']:12.5g} ± {parameter['sd']:.2g} {unit}"
+    return f"{value:36}  90 %: {low:.5g} to {high:.5g} {unit}"
