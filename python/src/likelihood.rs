@@ -6,6 +6,7 @@ use trundle_infer::{
     Watch, fit as search, guided_fit, quasi_static,
 };
 use trundle_model::{Model, Stepper};
+use trundle_posterior::{Search, search_modes};
 use trundle_record::Dataset;
 use trundle_sim::Obstructed;
 
@@ -166,6 +167,11 @@ impl Choice {
             if let Ok(guide) = self.over(recordings, engines, "windows") {
                 return guided_fit(&*guide, &*likelihood, model, options, watch);
             }
+        }
+        if self.name == "filter" {
+            // The same search as that of `trundle.sample`.
+            let found = search_modes(&*likelihood, model, start, options, Search::Best, watch)?;
+            return Ok(found.best);
         }
         search(&*likelihood, model, start, options, watch)
     }

@@ -3,6 +3,7 @@
 use numpy::{PyArray1, PyArray3, PyArray4, PyArrayMethods};
 use pyo3::prelude::*;
 use pyo3::types::PyDict;
+use trundle_diagnose::{LackOfFit, lack_of_fit as lack_of};
 use trundle_infer::{Comparison, FitOptions, InferError};
 use trundle_model::PriorFile;
 use trundle_posterior::{
@@ -13,6 +14,7 @@ use trundle_record::Dataset;
 
 use crate::error::{refused, run};
 use crate::infer::inputs;
+use crate::lack_of_fit::lack_summary;
 use crate::watch::watched;
 
 pub(crate) fn register(module: &Bound<'_, PyModule>) -> PyResult<()> {
@@ -28,6 +30,8 @@ struct PyPosterior {
     inner: Posterior,
     data: Dataset,
     quasi_static: bool,
+    /// The lack-of-fit test at the mode; `None` where there is none.
+    lack: Option<LackOfFit>,
 }
 
 /// What Ctrl-C ends stays an interrupt; every other refusal becomes a `TrundleError` outside of the watch.
@@ -48,7 +52,7 @@ fn method_of(name: &str) -> PyResult<Method> {
 
 /// Sample the posterior of a model's free values; see `trundle.sample`.
 #[pyfunction]
-#[pyo3(signature = (recording, model=None, *, prior=None, method="nuts", chains=4, draws=250, warmup=150,
+#[pyo3(signature = (recording, model=None, *, prior=None, method="laplace", chains=4, draws=250, warmup=150,
     starts=6, seed=0, progress=None))]
 #[allow(clippy::too_many_arguments)]
 fn _sample(
@@ -72,13 +76,18 @@ fn _sample(
         fit.per_episode = prior.per_episode();
     }
     let options = SampleOptions { method: method_of(method)?, chains, draws, warmup, fit };
-    let (inner, quasi_static) = watched(recording.py(), progress, |watch| {
+    let (inner, quasi_static, lack) = watched(recording.py(), progress, |watch| {
         let comparison = Comparison::of(&data)?;
-        let found = split(sample(&comparison, &model, &options, watch))?;
-        Ok(found.map(|found| (found, comparison.is_quasi_static())))
+        let found = match split(sample(&comparison, &model, &options, watch))? {
+            Ok(found) => found,
+            Err(error) => return Ok(Err(error)),
+        };
+        let shared = options.fit.per_episode.is_empty();
+        let lack = if shared { lack_of(&data, &comparison, &found.fit)? } else { None };
+        Ok(Ok((found, comparison.is_quasi_static(), lack)))
     })?
     .map_err(refused)?;
-    Ok(PyPosterior { inner, data, quasi_static })
+    Ok(PyPosterior { inner, data, quasi_static, lack })
 }
 
 impl PyPosterior {
@@ -112,6 +121,7 @@ impl PyPosterior {
             "modes": p.modes,
             "excluded_by_prior": p.strained,
             "quasi_static": self.quasi_static,
+            "lack_of_fit": lack_summary(self.lack),
             "step_sizes": p.chains.iter().map(|c| c.step_size).collect::<Vec<_>>(),
             "acceptance": p.chains.iter().map(|c| c.acceptance).collect::<Vec<_>>(),
             "warmup_evaluations": p.chains.iter().map(|c| c.warmup_evaluations).sum::<u64>(),

@@ -366,7 +366,7 @@ def _sample(
     model: str | None = None,
     *,
     prior: tuple[str, str] | None = None,
-    method: str = "nuts",
+    method: str = "laplace",
     chains: int = 4,
     draws: int = 250,
     warmup: int = 150,

@@ -44,7 +44,8 @@ class Posterior:
     summary : dict
         ``recording``, ``method``, ``parameters`` (name, unit, identifiable; mean, sd, the ends of the central
         90 % interval, r_hat, ess_bulk, ess_tail of what the data hold), ``modes`` (values and share of the
-        evidence of each mode that chains began in), ``noise``, ``converged``, ``verdict``, ``divergences``.
+        evidence of each mode that chains began in), ``noise``, ``lack_of_fit`` (as in the summary of
+        `trundle.fit`), ``converged``, ``verdict``, ``divergences``.
     draws : dict of str to ndarray, shape (chain, draw)
         Each free parameter, SI units. A wheel turned by a quarter with its coefficients exchanged is the same
         wheel: "along" is the direction of least friction, and angles lie within half a period of the mode's.
@@ -153,7 +154,7 @@ def sample(
     recording: Recording | PathLike,
     model: Model | PathLike | None = None,
     *,
-    method: Method = "nuts",
+    method: Method = "laplace",
     chains: int = 4,
     draws: int = 250,
     warmup: int = 150,
@@ -169,9 +170,10 @@ def sample(
     recording : Recording or path
     model : Model or path, optional
         Values that it leaves out are sampled; the paper's model (eq. 3) if not given.
-    method : {"nuts", "laplace", "metropolis"}
-        The No-U-Turn sampler; independent draws of the normal approximation at the mode, which are only as
-        good as it is; or random-walk Metropolis, the predecessor of the paper's method.
+    method : {"laplace", "nuts", "metropolis"}
+        Independent draws of the normal approximation at the mode (default, seconds); the No-U-Turn sampler
+        (minutes to hours: its time grows with the number and length of the episodes); or random-walk
+        Metropolis, the predecessor of the paper's method.
     chains, draws, warmup : int
         Chains, draws kept of each, and draws before them in which the sampler learns its steps. The density
         is seen in units of its own spread at the mode, so that NUTS needs few of either.

@@ -12,9 +12,9 @@ use trundle_infer::Watch;
 #[serde(rename_all = "lowercase")]
 pub enum Method {
     /// The No-U-Turn sampler (Hoffman & Gelman 2014, as nuts-rs has it).
-    #[default]
     Nuts,
     /// Independent draws of the normal approximation at the mode.
+    #[default]
     Laplace,
     /// Random-walk Metropolis whose proposal is learnt in warm-up (Haario 2001).
     Metropolis,

@@ -19,7 +19,7 @@ pub use calibrate::{Calibration, Line, RANKS, Replicate, lines, replicates};
 pub use chain::{Chain, Length, Method};
 pub use draws::{Draws, Range};
 pub use error::PosteriorError;
-pub use modes::{Mode, ModeSummary};
+pub use modes::{Found, Mode, ModeSummary, Search, search_modes};
 pub use predictive::{Predicted, predictive};
 pub use sample::{Posterior, SampleOptions, sample};
 pub use whitened::Whitened;

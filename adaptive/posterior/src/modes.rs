@@ -34,21 +34,43 @@ pub struct ModeSummary {
     pub weight: f64,
 }
 
-/// The fit with the most evidence, and the modes worth sampling, best first.
-pub(crate) struct Found {
+/// What a search for modes found.
+pub struct Found {
+    /// The fit that every estimate and every chain starts from.
     pub best: Fit,
+    /// The modes worth sampling, that of the best fit first.
     pub modes: Vec<Mode>,
 }
 
-/// Search from `options.starts` starts together, and from as many one by one.
-pub(crate) fn search(
+/// How far a search for modes goes.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub enum Search {
+    /// As far as the best fit needs: starts are searched one by one only if they did not all agree.
+    Best,
+    /// Every start is also searched alone, for further modes of about the same evidence.
+    EveryMode,
+}
+
+/// Search from `warm` starts (values of all slots) and `options.starts` random ones together, then from as many one by
+/// one.
+///
+/// A joint search follows only the most promising starts to the end. Where starts disagree, which is so when the model
+/// does not explain the data, another start may end lower by much. Both extents take the same starts in that case and
+/// return the same best fit.
+///
+/// # Errors
+/// As [`trundle_infer::fit`].
+pub fn search_modes(
     likelihood: &dyn Likelihood,
     model: &Model,
+    warm: &[Vec<f64>],
     options: &FitOptions,
+    extent: Search,
     watch: &dyn Watch,
 ) -> Result<Found, InferError> {
-    let best = fit(likelihood, model, &[], options, watch)?;
+    let joint = fit(likelihood, model, warm, options, watch)?;
     let target = Target::new(likelihood, model, &options.per_episode)?;
+    let unanimous = joint.agreement.0 == joint.agreement.1;
     let alone = |k: u64| {
         let seed = options.seed.wrapping_add(1 + k);
         match fit(likelihood, model, &[], &FitOptions { starts: 1, seed, ..options.clone() }, watch) {
@@ -57,13 +79,35 @@ pub(crate) fn search(
             Err(error) => Err(error),
         }
     };
+    // A caller that asks for one start, or for its own, gets that and no more.
+    let more = extent == Search::EveryMode || (options.starts > 1 && !unanimous);
     // One after the other: each search uses all cores by itself.
-    let seeds = 0..options.starts as u64;
-    let others = seeds.map(alone).collect::<Result<Vec<_>, InferError>>()?;
-    let mut fits: Vec<Fit> = std::iter::once(best).chain(others.into_iter().flatten()).collect();
-    fits.sort_by(|a, b| b.log_evidence.total_cmp(&a.log_evidence));
+    let seeds = 0..if more { options.starts as u64 } else { 0 };
+    let others: Vec<Fit> = seeds.map(alone).collect::<Result<Vec<_>, _>>()?.into_iter().flatten().collect();
+    let mut fits = ranked(joint, others);
     let modes = distinct(&target, fits.iter().map(|f| mode(&target, f)));
     Ok(Found { best: fits.swap_remove(0), modes })
+}
+
+/// Differences of log evidence below this are those of searches that end at the same place, nats.
+const TIE: f64 = 1.0;
+
+/// Fits in order of evidence; the joint one first unless another one beats it. The first says how many starts agree.
+fn ranked(joint: Fit, others: Vec<Fit>) -> Vec<Fit> {
+    let alone = others.len();
+    let mut fits = others;
+    fits.sort_by(|a, b| b.log_evidence.total_cmp(&a.log_evidence));
+    let together = joint.agreement;
+    let beaten = fits.first().is_some_and(|other| other.log_evidence > joint.log_evidence + TIE);
+    let place =
+        if beaten { fits.partition_point(|other| other.log_evidence > joint.log_evidence) } else { 0 };
+    let evidence = joint.log_evidence;
+    fits.insert(place, joint);
+    let lead = fits[0].log_evidence.max(evidence);
+    let same = |other: &Fit| (other.log_evidence - lead).abs() <= TIE;
+    let agreeing = fits.iter().enumerate().filter(|(k, other)| *k != place && same(other)).count();
+    fits[0].agreement = (agreeing + if beaten { 0 } else { together.0 }, together.1 + alone);
+    fits
 }
 
 fn mode(target: &Target<'_>, fit: &Fit) -> Mode {

@@ -2,7 +2,7 @@
 
 use crate::canonical::Canonical;
 use crate::chain::{Chain, Length, Method, chain};
-use crate::modes::{self, Mode, ModeSummary};
+use crate::modes::{self, Mode, ModeSummary, Search, search_modes};
 use crate::{PosteriorError, Whitened};
 use rayon::prelude::*;
 use std::sync::atomic::{AtomicUsize, Ordering};
@@ -26,7 +26,7 @@ pub struct SampleOptions {
 
 impl Default for SampleOptions {
     fn default() -> Self {
-        Self { method: Method::Nuts, chains: 4, draws: 250, warmup: 150, fit: FitOptions::default() }
+        Self { method: Method::default(), chains: 4, draws: 250, warmup: 150, fit: FitOptions::default() }
     }
 }
 
@@ -91,7 +91,7 @@ pub fn sample(
     if Target::new(likelihood, model, &options.fit.per_episode)?.dimension() == 0 {
         return Err(PosteriorError::NothingFree);
     }
-    let found = modes::search(likelihood, model, &options.fit, watch)?;
+    let found = search_modes(likelihood, model, &[], &options.fit, Search::EveryMode, watch)?;
     let slots = model.slots().len();
     let tuned = likelihood.tuned(model, &padded(&found.best, slots, likelihood))?;
     let likelihood = tuned.as_deref().unwrap_or(likelihood);

@@ -12,7 +12,7 @@ from trundle.cli.progress import Progress
 HELP = "Sample the posterior of a model's parameters given a recording, and say whether to believe it."
 EXAMPLE = "trundle sample recording/ --out posterior.nc"
 
-METHODS = ("nuts", "laplace", "metropolis")
+METHODS = ("laplace", "nuts", "metropolis")
 
 
 def add_arguments(parser: argparse.ArgumentParser) -> None:
@@ -20,11 +20,17 @@ def add_arguments(parser: argparse.ArgumentParser) -> None:
     add_recording(parser)
     add_model(parser)
     add_prior(parser)
-    parser.add_argument("--method", choices=METHODS, default="nuts", help="the sampler (default nuts)")
+    parser.add_argument(
+        "--method",
+        choices=METHODS,
+        default="laplace",
+        help="laplace: normal approximation at the mode (default, seconds); nuts: No-U-Turn sampler "
+        "(minutes to hours); metropolis: random walk",
+    )
     counts = {
         "chains": (4, "chains"),
         "draws": (250, "draws kept of each chain"),
-        "warmup": (150, "draws before them, in which the sampler learns its steps"),
+        "warmup": (150, "draws before them, in which nuts and metropolis learn their steps"),
         "starts": (6, "searches for modes"),
     }
     for name, (default, text) in counts.items():
@@ -63,7 +69,16 @@ def run(args: argparse.Namespace) -> int:
 
 def table(summary: dict[str, Any]) -> str:
     """Return the posterior for a terminal."""
-    rows = [f"{summary['recording']}, {summary['method']}", f"  {summary['verdict']}"]
+    from trundle.cli.commands.fit import headline
+
+    first = f"{summary['recording']}, {summary['method']}"
+    if (summary["lack_of_fit"] or {}).get("found"):
+        first += f": {headline(summary['lack_of_fit'])}"
+    rows = [first, f"  {summary['verdict']}"]
+    if (summary["lack_of_fit"] or {}).get("found"):
+        rows.append(
+            "  these draws take the model to be right; the intervals of `trundle fit` include model error"
+        )
     rows += [f"  {sentence}" for sentence in summary["excluded_by_prior"]]
     if len(summary["modes"]) > 1:
         shares = ", ".join(f"{mode['weight']:.1%}" for mode in summary["modes"])
