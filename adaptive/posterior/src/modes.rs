@@ -45,7 +45,7 @@ pub struct Found {
 /// How far a search for modes goes.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub enum Search {
-    /// As far as the best fit needs: starts are searched one by one only if they did not all agree.
+    /// As far as the best fit needs: starts are searched one by one only if no two agree on the best end.
     Best,
     /// Every start is also searched alone, for further modes of about the same evidence.
     EveryMode,
@@ -54,9 +54,9 @@ pub enum Search {
 /// Search from `warm` starts (values of all slots) and `options.starts` random ones together, then from as many one by
 /// one.
 ///
-/// A joint search follows only the most promising starts to the end. Where starts disagree, which is so when the model
-/// does not explain the data, another start may end lower by much. Both extents take the same starts in that case and
-/// return the same best fit.
+/// A joint search follows only the most promising starts to the end. Where no two agree on the best end, as when the
+/// model does not explain the data, another start may end much lower. Both extents take the same starts in that case
+/// and return the same best fit.
 ///
 /// # Errors
 /// As [`trundle_infer::fit`].
@@ -70,7 +70,7 @@ pub fn search_modes(
 ) -> Result<Found, InferError> {
     let joint = fit(likelihood, model, warm, options, watch)?;
     let target = Target::new(likelihood, model, &options.per_episode)?;
-    let unanimous = joint.agreement.0 == joint.agreement.1;
+    let agreed = joint.agreement.0 > 1;
     let alone = |k: u64| {
         let seed = options.seed.wrapping_add(1 + k);
         match fit(likelihood, model, &[], &FitOptions { starts: 1, seed, ..options.clone() }, watch) {
@@ -80,7 +80,7 @@ pub fn search_modes(
         }
     };
     // A caller that asks for one start, or for its own, gets that and no more.
-    let more = extent == Search::EveryMode || (options.starts > 1 && !unanimous);
+    let more = extent == Search::EveryMode || (options.starts > 1 && !agreed);
     // One after the other: each search uses all cores by itself.
     let seeds = 0..if more { options.starts as u64 } else { 0 };
     let others: Vec<Fit> = seeds.map(alone).collect::<Result<Vec<_>, _>>()?.into_iter().flatten().collect();
