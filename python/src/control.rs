@@ -128,7 +128,7 @@ impl PyPlanner {
         learnt: Option<PyRef<'py, Regression>>,
     ) -> PyResult<Bound<'py, PyArray2<f64>>> {
         let task = Task { state: model.state(pose, twist, &inner)?, goal, grasp };
-        let room = self.furnish(&model.body()?, obstacles, &task)?;
+        let room = self.furnish(py, &model.body()?, obstacles, &task)?;
         let planner = &mut self.planner;
         let flat = |plan: &[[f64; 3]]| plan.iter().flatten().copied().collect::<Vec<f64>>();
         let actions = if let Some(learnt) = learnt {
@@ -168,7 +168,7 @@ impl PyPlanner {
         inner: Vec<f64>,
     ) -> PyResult<f64> {
         let task = Task { state: models.state(pose, twist, &inner)?, goal, grasp };
-        let (plants, room) = (models.plants()?, self.furnish(&models.body()?, obstacles, &task)?);
+        let (plants, room) = (models.plants()?, self.furnish(py, &models.body()?, obstacles, &task)?);
         run(py, || self.planner.regret(&plants, &task, &room))
     }
 
@@ -204,7 +204,7 @@ impl PyPlanner {
         inner: Vec<f64>,
     ) -> PyResult<Bound<'py, PyArray1<f64>>> {
         let task = Task { state: model.state(pose, twist, &inner)?, goal, grasp: [0.0; 2] };
-        let (plants, room) = (model.plants()?, self.furnish(&model.body()?, obstacles, &task)?);
+        let (plants, room) = (model.plants()?, self.furnish(py, &model.body()?, obstacles, &task)?);
         let costs = run(py, || self.planner.compare(&plants, &task, &room, &grasps))?;
         Ok(PyArray1::from_vec(py, costs))
     }
@@ -229,13 +229,19 @@ impl PyPlanner {
 
 impl PyPlanner {
     /// The room of a task; the ways in it are found anew only where goal, obstacles or object are others.
-    fn furnish(&mut self, body: &Body, obstacles: Vec<Vec<[f64; 2]>>, task: &Task) -> PyResult<Arc<Room>> {
+    fn furnish(
+        &mut self,
+        py: Python<'_>,
+        body: &Body,
+        obstacles: Vec<Vec<[f64; 2]>>,
+        task: &Task,
+    ) -> PyResult<Arc<Room>> {
         let made_of = Surroundings { obstacles, goal: task.goal, fixtures: body.fixtures.clone() };
         if let Some((_, room)) = self.room.as_ref().filter(|(known, _)| *known == made_of) {
             return Ok(room.clone());
         }
         let (ends, turning) = ([task.goal, task.state.pose], self.planner.settings().cost.heading);
-        let room = Arc::new(Room::new(body, &made_of.obstacles, ends, turning).map_err(refused)?);
+        let room = Arc::new(run(py, || Room::new(body, &made_of.obstacles, ends, turning))?);
         self.room = Some((made_of, room.clone()));
         Ok(room)
     }

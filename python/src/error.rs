@@ -6,6 +6,7 @@ use std::panic::{AssertUnwindSafe, catch_unwind};
 use pyo3::create_exception;
 use pyo3::exceptions::{PyRuntimeError, PyValueError};
 use pyo3::prelude::*;
+use trundle_sim::thread_pool;
 
 create_exception!(
     trundle,
@@ -23,9 +24,21 @@ pub(crate) fn refused(error: impl Display) -> PyErr {
     TrundleError::new_err(error.to_string())
 }
 
-/// Runs `work` with the interpreter released. Its error becomes `TrundleError`; a panic, which would be a fault
-/// of ours, becomes `RuntimeError`.
+/// Runs `work` on the thread pool of this process with the interpreter released. Its error becomes `TrundleError`; a
+/// panic, which would be a fault of ours, becomes `RuntimeError`.
+///
+/// Everything that may use threads passes through here: a forked child has none of the threads of rayon's global
+/// pool, and would wait for them for ever.
 pub(crate) fn run<T: Send, E: Display + Send>(
+    py: Python<'_>,
+    work: impl FnOnce() -> Result<T, E> + Send,
+) -> PyResult<T> {
+    let pool = thread_pool().map_err(refused)?;
+    run_here(py, move || pool.install(work))
+}
+
+/// The same on the calling thread, for work of microseconds that uses no threads but those of `thread_pool`.
+pub(crate) fn run_here<T: Send, E: Display + Send>(
     py: Python<'_>,
     work: impl FnOnce() -> Result<T, E> + Send,
 ) -> PyResult<T> {

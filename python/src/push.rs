@@ -9,7 +9,7 @@ use trundle_sim::task::{Autoreset, Rows, household, rules};
 use trundle_sim::{Batch, Options, Outcome, Pushing, Reset, SimError, episode};
 
 use crate::actions::{many_numbers, numbers};
-use crate::error::{refused, run};
+use crate::error::{refused, run_here};
 use crate::seen::{hidden_values, view};
 use crate::{columns, toml_dict};
 
@@ -33,7 +33,7 @@ struct PySnapshot {
 impl PySnapshot {
     #[new]
     fn new(py: Python<'_>, options: &str, state: &[u8]) -> PyResult<Self> {
-        let task = run(py, || {
+        let task = run_here(py, || {
             let mut task = Pushing::new(Options::from_toml(options)?)?;
             task.load(state)?;
             Ok::<_, SimError>(task)
@@ -124,14 +124,14 @@ impl PyPushing {
         same_object: bool,
     ) -> PyResult<Observation<'py>> {
         let told = Reset { start, goal, grasp, same_object };
-        run(py, || self.task.reset(seed, &told))?;
+        run_here(py, || self.task.reset(seed, &told))?;
         Ok(self.observe(py))
     }
 
     /// What `gymnasium.Env.step` returns; None without an episode under way.
     fn step<'py>(&mut self, py: Python<'py>, action: &Bound<'py, PyAny>) -> PyResult<Option<Stepped<'py>>> {
         let action = numbers(action, self.task.options().action.width())?;
-        let Some(outcome) = run(py, || self.task.step(&action))? else { return Ok(None) };
+        let Some(outcome) = run_here(py, || self.task.step(&action))? else { return Ok(None) };
         let Outcome { reward, terminated, truncated, .. } = outcome;
         Ok(Some((self.observe(py), reward, terminated, truncated, info(py, &outcome)?)))
     }
@@ -203,7 +203,7 @@ impl PyPushing {
     }
 
     fn __setstate__(&mut self, py: Python<'_>, state: &[u8]) -> PyResult<()> {
-        run(py, || self.task.load(state))
+        run_here(py, || self.task.load(state))
     }
 }
 
@@ -259,7 +259,7 @@ impl PyBatch {
                 )));
             }
         };
-        let batch = run(py, || Batch::new(Options::from_toml(options)?, count, mode))?;
+        let batch = run_here(py, || Batch::new(Options::from_toml(options)?, count, mode))?;
         let (options, autoreset) = (options.to_owned(), autoreset.to_owned());
         Ok(Self { options, autoreset, batch, outcomes: vec![Outcome::default(); count] })
     }
@@ -280,7 +280,7 @@ impl PyBatch {
         let told = Reset { start, goal, grasp, same_object };
         let told: Vec<_> = seeds.into_iter().map(|seed| seed.map(|(seed,)| (seed, told.clone()))).collect();
         let rows = slice(&mut observations)?;
-        run(py, || self.batch.reset(&told, rows))
+        run_here(py, || self.batch.reset(&told, rows))
     }
 
     #[getter]
@@ -300,7 +300,7 @@ impl PyBatch {
         let actions = many_numbers(actions, self.outcomes.len(), self.batch.width())?;
         let (observations, finals) = (slice(&mut observations)?, slice(&mut finals)?);
         let (batch, outcomes) = (&mut self.batch, &mut self.outcomes);
-        run(py, || batch.step(&actions, Rows { observations, finals, outcomes }))?;
+        run_here(py, || batch.step(&actions, Rows { observations, finals, outcomes }))?;
         for (row, outcome) in slice(&mut table)?.chunks_mut(COLUMNS.len()).zip(&self.outcomes) {
             row.copy_from_slice(&cells(outcome));
         }
@@ -347,7 +347,7 @@ impl PyBatch {
     }
 
     fn __setstate__(&mut self, py: Python<'_>, states: Vec<Vec<u8>>) -> PyResult<()> {
-        run(py, || self.batch.load(&states))
+        run_here(py, || self.batch.load(&states))
     }
 }
 

@@ -1,12 +1,16 @@
 //! Progress to a Python callable, and Ctrl-C from it.
 
 use std::sync::Mutex;
+use std::sync::atomic::{AtomicBool, Ordering};
+use std::sync::mpsc::{RecvTimeoutError, Sender, channel};
 use std::time::{Duration, Instant};
 
 use pyo3::prelude::*;
+use rayon::{ThreadPool, current_thread_index};
 use trundle_infer::{InferError, Watch};
+use trundle_sim::thread_pool;
 
-use crate::error::{refused, run};
+use crate::error::{refused, run_here};
 
 /// How often Python is asked whether to go on.
 const PATIENCE: Duration = Duration::from_millis(50);
@@ -48,16 +52,37 @@ impl Watch for Watcher {
     }
 }
 
-/// Runs interruptible `work` with the interpreter released; an exception of the callback or Ctrl-C ends it and
-/// is raised again.
+/// How often the calling thread looks after work that others do.
+const LOOK: Duration = Duration::from_millis(20);
+
+/// Carries progress to the calling thread, and its wish to stop to the work.
+struct Relay<'a> {
+    news: Sender<(String, f64)>,
+    stop: &'a AtomicBool,
+}
+
+impl Watch for Relay<'_> {
+    fn progress(&self, what: &str, done: f64) {
+        // The calling thread hears all until the work has ended.
+        let _ = self.news.send((what.to_owned(), done));
+    }
+
+    fn cancelled(&self) -> bool {
+        self.stop.load(Ordering::Relaxed)
+    }
+}
+
+/// Runs interruptible `work` on the thread pool of this process with the interpreter released; an exception of the
+/// callback or Ctrl-C ends it and is raised again.
 pub(crate) fn watched<T: Send>(
     py: Python<'_>,
     callback: Option<Py<PyAny>>,
     work: impl FnOnce(&dyn Watch) -> Result<T, InferError> + Send,
 ) -> PyResult<T> {
+    let pool = thread_pool().map_err(refused)?;
     let watcher = Watcher { callback, asked: Mutex::new(Instant::now()), raised: Mutex::new(None) };
     let shared = &watcher;
-    let result = run(py, move || match work(shared) {
+    let result = run_here(py, move || match on_pool(&pool, shared, work) {
         Err(InferError::Interrupted) => Ok(None),
         other => other.map(Some),
     })?;
@@ -66,4 +91,34 @@ pub(crate) fn watched<T: Send>(
         (_, Some(raised)) => Err(raised),
         (None, None) => Err(refused(InferError::Interrupted)),
     }
+}
+
+/// Lets `work` run on the pool, while the calling thread, the only one in which Python handles signals, asks `watch`.
+fn on_pool<T: Send>(
+    pool: &ThreadPool,
+    watch: &Watcher,
+    work: impl FnOnce(&dyn Watch) -> Result<T, InferError> + Send,
+) -> Result<T, InferError> {
+    // A callback of other work: this thread is one of a pool, which may have no other.
+    if current_thread_index().is_some() {
+        return work(watch);
+    }
+    let (stop, mut result) = (AtomicBool::new(false), Err(InferError::Interrupted));
+    let (news, heard) = channel();
+    let (relay, place) = (Relay { news, stop: &stop }, &mut result);
+    pool.in_place_scope(|scope| {
+        scope.spawn(move |_| *place = work(&relay));
+        loop {
+            match heard.recv_timeout(LOOK) {
+                Ok((what, done)) => watch.progress(&what, done),
+                Err(RecvTimeoutError::Timeout) => {}
+                // The work, and with it the relay, has ended.
+                Err(RecvTimeoutError::Disconnected) => break,
+            }
+            if watch.cancelled() {
+                stop.store(true, Ordering::Relaxed);
+            }
+        }
+    });
+    result
 }

@@ -32,21 +32,28 @@ impl Kept {
         estimate: impl FnOnce() -> Vec<Motion>,
     ) -> Vec<Motion> {
         let key = key(pose, noise, rest_until);
-        let Ok(mut known) = self.0.lock() else { return estimate() };
-        match &*known {
-            Some((same, motion)) if *same == key => motion.to_vec(),
-            _ => {
-                let motion = estimate();
-                *known = Some((key, Arc::new(motion.clone())));
-                motion
-            }
+        if let Some((same, motion)) = self.known()
+            && same == key
+        {
+            return motion.to_vec();
         }
+        // Not while the lock is held: estimating uses all cores, and a thread that waits for others may be given work
+        // that asks for the same motion; a fork would take the lock along.
+        let motion = estimate();
+        if let Ok(mut known) = self.0.lock() {
+            *known = Some((key, Arc::new(motion.clone())));
+        }
+        motion
+    }
+
+    fn known(&self) -> Known {
+        self.0.lock().map_or(None, |known| known.clone())
     }
 }
 
 impl Clone for Kept {
     fn clone(&self) -> Self {
-        Self(Mutex::new(self.0.lock().map_or(None, |known| known.clone())))
+        Self(Mutex::new(self.known()))
     }
 }
 
@@ -84,5 +91,19 @@ mod tests {
         pose[4].pose[0] += 0.01;
         let anew = memo.smoothed.recall(&pose, &noise, None, || found(&pose));
         assert_ne!(first, anew);
+    }
+
+    #[test]
+    fn an_estimate_may_ask_for_the_motion_that_it_estimates() {
+        let noise = Noise { pose: [1e-3; 3], force: 0.4, torque: 0.05, time: 0.0, stated: true };
+        let pose = [PoseSample { t: 0.0, pose: [0.0; 3] }];
+        let (done, ended) = std::sync::mpsc::channel();
+        std::thread::spawn(move || {
+            let memo = Memo::default();
+            // As a thread does that is given other work while it waits.
+            let inner = || memo.smoothed.recall(&pose, &noise, None, Vec::new);
+            done.send(memo.smoothed.recall(&pose, &noise, None, inner))
+        });
+        assert_eq!(ended.recv_timeout(std::time::Duration::from_secs(10)), Ok(vec![]));
     }
 }

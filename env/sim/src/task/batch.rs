@@ -1,14 +1,11 @@
 //! Many environments side by side, stepped by all cores.
 
-use std::sync::{Arc, Mutex, PoisonError};
-
 use rayon::prelude::*;
-use rayon::{ThreadPool, ThreadPoolBuilder};
 
 #[cfg(doc)]
 use super::Mode;
 use super::{Options, Outcome, Pushing, Reset};
-use crate::SimError;
+use crate::{SimError, thread_pool};
 
 /// What happens after an episode's end, as in Gymnasium.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
@@ -172,21 +169,6 @@ fn one(
 fn on_threads<T: Send>(work: impl FnOnce() -> T + Send) -> Result<T, SimError> {
     match rayon::current_thread_index() {
         Some(_) => Ok(work()),
-        None => Ok(pool()?.install(work)),
+        None => Ok(thread_pool()?.install(work)),
     }
-}
-
-/// The threads of this process. A fork has none of its parent's: it gets its own.
-fn pool() -> Result<Arc<ThreadPool>, SimError> {
-    static POOL: Mutex<Option<(u32, Arc<ThreadPool>)>> = Mutex::new(None);
-    let mut kept = POOL.lock().unwrap_or_else(PoisonError::into_inner);
-    let own = std::process::id();
-    if let Some((_, pool)) = kept.as_ref().filter(|(process, _)| *process == own) {
-        return Ok(pool.clone());
-    }
-    let pool = ThreadPoolBuilder::new().build().map_err(|e| SimError::Threads(e.to_string()))?;
-    let pool = Arc::new(pool);
-    // The parent's threads are not there to be told to end.
-    std::mem::forget(kept.replace((own, pool.clone())));
-    Ok(pool)
 }
