@@ -1,10 +1,22 @@
 """What is written appears whole or not at all."""
 
+import os
+import random
+import resource
+import signal
+import sys
+import time
+import traceback
+from collections.abc import Callable
 from pathlib import Path
+from typing import Any
 
+import numpy as np
 import pytest
 
-from trundle import TrundleError
+import trundle
+from trundle import TrundleError, whole
+from trundle.picture import draw
 from trundle.whole import whole_file, whole_folder, write_text
 
 
@@ -40,3 +52,145 @@ def test_a_folder_of_something_else_is_left_alone(tmp_path: Path) -> None:
     ):
         pass
     assert [p.name for p in tmp_path.iterdir()] == ["precious"]
+
+
+def forked(task: Callable[[], None], patience: float = 60.0) -> int:
+    """Return the exit status of a task in a child, negative where a signal or our patience ended it."""
+    child = os.fork()
+    if child == 0:
+        status = 1
+        try:
+            task()
+            status = 0
+        except BaseException:
+            traceback.print_exc()
+        finally:
+            os._exit(status)
+    end = time.monotonic() + patience
+    while time.monotonic() < end:
+        ended, status = os.waitpid(child, os.WNOHANG)
+        if ended:
+            return os.waitstatus_to_exitcode(status)
+        time.sleep(0.001)
+    os.kill(child, signal.SIGKILL)
+    return os.waitstatus_to_exitcode(os.waitpid(child, 0)[1])
+
+
+def thing(folder: Path, text: str) -> None:
+    with whole_folder(folder, "mark", "a thing") as partial:
+        (partial / "mark").write_text(text)
+        (partial / text).mkdir()
+        (partial / text / "deep").touch()
+
+
+TOUCHING = ("open", "os.", "shutil.", "replace")
+"""Beginnings of the names of what touches the disk."""
+
+
+def killed_before(step: int) -> None:
+    """Kill this process when it is about to touch the disk for the so-many-th time."""
+    left = step
+
+    def count(event: str, _: Any = None) -> None:
+        nonlocal left
+        if event.startswith(TOUCHING) and event != "os.kill":
+            left -= 1
+            if left < 0:
+                os.kill(os.getpid(), signal.SIGKILL)
+
+    how = vars(whole)["_replace_folder"]
+
+    def replaced(*paths: Any) -> None:
+        count("replace")
+        how(*paths)
+        count("replaced")
+
+    vars(whole)["_replace_folder"] = replaced
+    sys.addaudithook(count)
+
+
+def test_a_folder_survives_a_kill_at_every_step(tmp_path: Path) -> None:
+    folder, seen = tmp_path / "out", []
+    for step in range(1000):
+        thing(folder, "one")
+
+        def replace(step: int = step) -> None:
+            killed_before(step)
+            thing(folder, "two")
+
+        status = forked(replace)
+        text = (folder / "mark").read_text()
+        assert sorted(p.name for p in folder.iterdir()) == ["mark", text]
+        assert [p.name for p in (folder / text).iterdir()] == ["deep"]
+        seen.append(text)
+        if status == 0:
+            break
+        assert status == -signal.SIGKILL
+    assert seen == sorted(seen), "once the new one is there it stays"
+    assert seen.count("one") > 5
+    assert seen.count("two") > 3
+
+
+def test_a_folder_moved_aside_by_a_killed_process_comes_back(tmp_path: Path) -> None:
+    """Where the file system cannot exchange folders."""
+    folder = tmp_path / "out"
+    thing(folder, "one")
+    folder.rename(tmp_path / ".out.replaced")
+    with pytest.raises(ZeroDivisionError), whole_folder(folder, "mark", "a thing"):
+        raise ZeroDivisionError
+    assert (folder / "mark").read_text() == "one"
+    assert list(tmp_path.iterdir()) == [folder]
+
+
+def recording(samples: int) -> trundle.Recording:
+    t = np.arange(samples) / 10
+    metadata = {
+        "format": "trundle-recording/1",
+        "name": str(samples),
+        "object": {"dof": ["x"]},
+        "wrench": {
+            "frame": "object",
+            "reference": "object",
+            "sign": "on_object",
+            "raw": False,
+            "contact": "grasp",
+            "source": "commanded",
+        },
+    }
+    return trundle.Recording(metadata, {"a": {"t": t, "object_x": 0.1 * t**2, "force_x": np.cos(t)}})
+
+
+def test_a_recording_survives_a_kill_at_any_instant(tmp_path: Path) -> None:
+    folder, choose = tmp_path / "run", random.Random(0)
+    two = [recording(50), recording(60)]
+    two[0].write(folder)
+
+    def endless() -> None:
+        while True:
+            for one in two:
+                one.write(folder)
+
+    for _ in range(40):
+        assert forked(endless, choose.uniform(0.005, 0.03)) == -signal.SIGKILL
+        assert trundle.read(folder) in two
+
+
+def test_a_full_disk_is_told_with_the_path_and_leaves_nothing(tmp_path: Path) -> None:
+    """As far as a process can tell: here it is the largest size of a file that it may write."""
+    picture, folder = tmp_path / "p.png", tmp_path / "out"
+    run = recording(50)
+
+    def full() -> None:
+        resource.setrlimit(resource.RLIMIT_FSIZE, (1000, 1000))
+        with pytest.raises(OSError, match=r"p\.png") as refused:
+            draw(run, picture)
+        assert refused.value.filename == str(picture)
+        with pytest.raises(OSError, match="out"), whole_folder(folder, "mark", "a thing") as partial:
+            (partial / "big").write_bytes(bytes(10_000))
+        with pytest.raises(OSError, match=r"a\.txt"):
+            write_text(tmp_path / "a.txt", "x" * 10_000)
+        with pytest.raises(TrundleError, match=r"a\.csv"):
+            run.write(folder)
+
+    assert forked(full) == 0
+    assert list(tmp_path.iterdir()) == []

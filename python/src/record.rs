@@ -13,6 +13,8 @@ use crate::{columns, toml_dict};
 
 pub(crate) fn register(module: &Bound<'_, PyModule>) -> PyResult<()> {
     module.add_class::<PyRecording>()?;
+    module.add_function(wrap_pyfunction!(_replace_folder, module)?)?;
+    module.add_function(wrap_pyfunction!(_recover_folder, module)?)?;
     module.add_function(wrap_pyfunction!(read, module)?)
 }
 
@@ -75,6 +77,18 @@ pub(crate) fn recording_of(argument: &Bound<'_, PyAny>) -> PyResult<Arc<Recordin
 #[pyfunction]
 fn read(py: Python<'_>, path: PathBuf) -> PyResult<PyRecording> {
     run(py, || Recording::read(&path)).map(PyRecording::wrap)
+}
+
+/// Put a folder in the place of another, in one step; the earlier one is then where the new one was.
+#[pyfunction]
+fn _replace_folder(new: PathBuf, path: PathBuf) -> PyResult<()> {
+    Ok(trundle_record::replace_folder(&new, &path)?)
+}
+
+/// Bring back the folder that a killed process was about to replace.
+#[pyfunction]
+fn _recover_folder(path: PathBuf) -> PyResult<()> {
+    Ok(trundle_record::recover_folder(&path)?)
 }
 
 #[pymethods]

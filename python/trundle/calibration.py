@@ -13,7 +13,7 @@ import numpy as np
 
 from trundle import _native
 from trundle._native import TrundleError
-from trundle.whole import write_text
+from trundle.whole import whole_file, write_text
 
 __all__ = ["Calibration", "calibrate"]
 
@@ -57,8 +57,10 @@ class Calibration:
             axes.set_title(f"{line['name']}\n{covered}, p = {line['uniform_p']:.2g}", fontsize=8)
             axes.tick_params(labelsize=7)
         figure.supxlabel(f"rank of the truth among the draws, {self.table['method']}, {n} rounds", fontsize=8)
-        figure.savefig(os.fspath(path), dpi=150)
-        return Path(path)
+        target = Path(path)
+        with whole_file(target) as part:
+            figure.savefig(part, format=target.suffix[1:] or None, dpi=150)
+        return target
 
 
 def calibrate(

@@ -11,6 +11,7 @@ from numpy.typing import NDArray
 
 from trundle.inspection import prepare
 from trundle.recording import Recording, TrundleError
+from trundle.whole import whole_file
 
 if TYPE_CHECKING:
     from matplotlib.axes import Axes
@@ -42,9 +43,12 @@ def draw(recording: Recording, path: Path) -> None:
     TrundleError
         If the file is of no known kind, or the recording cannot be prepared.
     """
-    if path.suffix.lower() not in KINDS:
+    kind = path.suffix.lower()
+    if kind not in KINDS:
         raise TrundleError(f"{path}: a picture is a {', '.join(KINDS)} file")
-    figure(recording).savefig(path, metadata={"Date": None} if path.suffix.lower() == ".svg" else None)
+    drawn = figure(recording)
+    with whole_file(path) as part:
+        drawn.savefig(part, format=kind[1:], metadata={"Date": None} if kind == ".svg" else None)
 
 
 def figure(recording: Recording) -> Figure:

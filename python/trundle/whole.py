@@ -1,4 +1,9 @@
-"""Files and folders that appear whole or not at all."""
+"""Files and folders that appear whole or not at all.
+
+A process that is killed at any instant, or a full disk, leaves at the path what was there before or all
+that is new; beside it there may be a hidden file or folder, which is of no use. A power cut is not covered:
+nothing waits for the disk.
+"""
 
 from __future__ import annotations
 
@@ -11,9 +16,9 @@ from contextlib import contextmanager
 from pathlib import Path
 from typing import Any
 
-from trundle._native import TrundleError
+from trundle._native import TrundleError, _recover_folder, _replace_folder
 
-__all__ = ["PART", "kept_json", "whole_file", "whole_folder", "write_text"]
+__all__ = ["PART", "kept_json", "naming", "whole_file", "whole_folder", "write_text"]
 
 PART = ".part"
 """How the name of what is under way ends; a kill may leave it."""
@@ -32,16 +37,20 @@ def whole_file(path: Path) -> Iterator[Path]:
     """Give a path to write to; what is there in the end takes the file's place, or goes if anything fails."""
     path.parent.mkdir(parents=True, exist_ok=True)
     part = path.with_name(f".{path.name}.{os.getpid()}{PART}")
-    try:
-        yield part
-        part.replace(path)
-    finally:
-        part.unlink(missing_ok=True)
+    with naming(part, path):
+        try:
+            yield part
+            part.replace(path)
+        finally:
+            part.unlink(missing_ok=True)
 
 
 @contextmanager
 def whole_folder(folder: Path, mark: str, what: str) -> Iterator[Path]:
     """Give a folder to write into that in the end takes an earlier one's place, or goes if anything fails.
+
+    The two are exchanged in one step. On a file system that cannot do that (NFS, for one), a process that is
+    killed between two renames leaves the earlier folder as `.NAME.replaced`; the next call brings it back.
 
     Parameters
     ----------
@@ -56,17 +65,32 @@ def whole_folder(folder: Path, mark: str, what: str) -> Iterator[Path]:
     TrundleError
         If the folder holds something else.
     """
+    folder = Path(os.path.realpath(folder))
+    _recover_folder(folder)
     if folder.exists() and not (folder / mark).exists() and (not folder.is_dir() or any(folder.iterdir())):
         raise TrundleError(f"{folder}: holds something else than {what}; give another folder with --out")
     folder.parent.mkdir(parents=True, exist_ok=True)
     partial = Path(tempfile.mkdtemp(prefix=f".{folder.name}-", dir=folder.parent))
+    with naming(partial, folder):
+        try:
+            partial.chmod(0o755)
+            yield partial
+            _replace_folder(partial, folder)
+        finally:
+            shutil.rmtree(partial, ignore_errors=True)
+
+
+@contextmanager
+def naming(part: Path, path: Path) -> Iterator[None]:
+    """Name in an operating system's error the path that is written, not the hidden one or none."""
     try:
-        partial.chmod(0o755)
-        yield partial
-        shutil.rmtree(folder, ignore_errors=True)
-        partial.rename(folder)
-    finally:
-        shutil.rmtree(partial, ignore_errors=True)
+        yield
+    except OSError as error:
+        found = error.filename
+        if error.errno is None or (found is not None and not str(found).startswith(str(part))):
+            raise
+        name = path if found is None else Path(f"{path}{str(found)[len(str(part)) :]}")
+        raise OSError(error.errno, error.strerror, str(name)) from error
 
 
 def write_text(path: Path, text: str) -> None:

@@ -11,6 +11,7 @@ mod metadata;
 mod motion;
 mod prepare;
 mod recording;
+mod replace;
 mod scaled;
 mod table;
 mod validate;
@@ -32,4 +33,5 @@ pub use prepare::{
     WrenchSample, force_moment_transform, planar_transform, prepare, prepare_with, relative_pose, wrapped,
 };
 pub use recording::Recording;
+pub use replace::{recover_folder, replace_folder};
 pub use table::{Column, Table, write_parquet};

@@ -9,6 +9,7 @@ use tempfile::TempDir;
 use crate::error::{Error, Place};
 use crate::fault::Fault;
 use crate::recording::{METADATA_FILE, Recording};
+use crate::replace::{recover_folder, replace_folder};
 use crate::table::Table;
 
 impl Recording {
@@ -22,6 +23,7 @@ impl Recording {
         self.validate()?;
         let text = self.metadata.to_toml()?;
         let io = |source| Fault::Io { action: "written", source }.at(Place::path(path));
+        recover_folder(path).map_err(io)?;
         let occupied = occupied(path).map_err(io)?;
         if let Some(problem) = occupied {
             return Err(Fault::Occupied { problem }.at(Place::path(path)));
@@ -33,7 +35,7 @@ impl Recording {
         for episode in &self.episodes {
             table.write(&folder.join(format!("{}.{}", episode.name, table.extension())), episode)?;
         }
-        replace(path, &folder, beside).map_err(io)
+        replace_folder(&folder, path).map_err(io)
     }
 }
 
@@ -67,19 +69,4 @@ fn beside(path: &Path) -> io::Result<TempDir> {
     };
     fs::create_dir_all(&parent)?;
     tempfile::Builder::new().prefix(".trundle-").tempdir_in(parent)
-}
-
-/// Puts `new` in the place of `path`, and what was there into `beside`; on failure all is as before.
-fn replace(path: &Path, new: &Path, beside: TempDir) -> io::Result<()> {
-    let old = beside.path().join("old");
-    let existed = path.exists();
-    if existed {
-        fs::rename(path, &old)?;
-    }
-    fs::rename(new, path).inspect_err(|_| {
-        if existed && fs::rename(&old, path).is_err() {
-            // The earlier recording must not go with the temporary folder.
-            let _ = beside.keep();
-        }
-    })
 }

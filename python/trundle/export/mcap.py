@@ -49,6 +49,7 @@ from trundle.importers.exported import (
 from trundle.importers.layout import Say, SourceError
 from trundle.importers.rosbag import opened
 from trundle.importers.rotations import from_heading
+from trundle.whole import naming
 
 __all__ = ["write_mcap"]
 
@@ -93,7 +94,10 @@ def write_mcap(recording: Recording | PathLike, path: PathLike, say: Say = lambd
     _check_free(path)
     placed = _placed(whole)
     path.parent.mkdir(parents=True, exist_ok=True)
-    with tempfile.TemporaryDirectory(prefix=f".{path.name}-", dir=path.parent) as partial:
+    with (
+        tempfile.TemporaryDirectory(prefix=f".{path.name}-", dir=path.parent) as partial,
+        naming(Path(partial), path),
+    ):
         folder = Path(partial) / path.stem
         # Humble reads no later version; all later ones read this.
         with Writer(folder, version=8, storage_plugin=StoragePlugin.MCAP) as writer:

@@ -6,6 +6,8 @@ from collections.abc import Sequence
 from pathlib import Path
 from typing import TYPE_CHECKING
 
+from trundle.whole import whole_file
+
 if TYPE_CHECKING:
     from matplotlib.axes import Axes
     from matplotlib.figure import Figure
@@ -61,4 +63,5 @@ def plain(axes: Axes) -> None:
 
 def save(figure: Figure, path: Path) -> None:
     """Save a figure; the same figure gives the same bytes."""
-    figure.savefig(path, dpi=DPI, metadata={"Software": None})
+    with whole_file(path) as part:
+        figure.savefig(part, format=path.suffix[1:], dpi=DPI, metadata={"Software": None})
