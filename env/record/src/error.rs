@@ -87,18 +87,30 @@ impl fmt::Display for Place {
     fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
         match &self.file {
             File::Metadata => write!(f, "recording.toml")?,
-            File::Episode(name) => write!(f, "episode {name}")?,
-            File::Path(path) => write!(f, "{}", path.display())?,
+            File::Episode(name) => write!(f, "episode {}", Shown(name))?,
+            File::Path(path) => write!(f, "{}", Shown(&path.to_string_lossy()))?,
         }
         if let Some(row) = self.row {
             write!(f, ", row {row}")?;
         }
         if let Some(column) = &self.column {
-            write!(f, ", column {column}")?;
+            write!(f, ", column {}", Shown(column))?;
         }
         if let Some(key) = &self.key {
-            write!(f, ", {key}")?;
+            write!(f, ", {}", Shown(key))?;
         }
         Ok(())
+    }
+}
+
+/// A text from outside, with control characters escaped.
+pub(crate) struct Shown<'a>(pub &'a str);
+
+impl fmt::Display for Shown<'_> {
+    fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
+        self.0.chars().try_for_each(|c| match c.is_control() {
+            true => write!(f, "{}", c.escape_default()),
+            false => write!(f, "{c}"),
+        })
     }
 }

@@ -1,7 +1,7 @@
 //! Every way in which a recording is refused, with its value and the remedy.
 
 use crate::episode::known_columns;
-use crate::error::{Error, Place};
+use crate::error::{Error, Place, Shown};
 
 /// What is wrong, with the value that is, and the remedy.
 #[derive(Debug, thiserror::Error)]
@@ -23,7 +23,7 @@ pub enum Fault {
         problem: &'static str,
     },
     /// Two tables for one episode.
-    #[error("there is {other} as well; keep one table per episode")]
+    #[error("there is {} as well; keep one table per episode", Shown(other))]
     TwoTables {
         /// File name of the other.
         other: String,
@@ -103,7 +103,8 @@ pub enum Fault {
     },
     /// A column that the format does not know.
     #[error(
-        "unknown column; rename it note_{name} to keep it uninterpreted, or use a column of the format ({known})"
+        "unknown column; rename it note_{} to keep it uninterpreted, or use a column of the format ({known})",
+        Shown(name)
     )]
     UnknownColumn {
         /// The column.
@@ -216,6 +217,18 @@ pub enum Fault {
     Parquet {
         /// The decoder's reason.
         message: String,
+    },
+    /// A table that unpacks to more than it may.
+    #[error(
+        "unpacked it takes more than {limit} MiB, the limit for this recording ({base} MiB and {factor} times the size of its tables); store it without compression or as CSV"
+    )]
+    TooLarge {
+        /// What the recording may take, MiB.
+        limit: u64,
+        /// What any recording may take, MiB.
+        base: u64,
+        /// How many times the size of its tables.
+        factor: u64,
     },
     /// A Parquet column of a type that holds no numbers.
     #[error("the column holds {found}; store it as float64 (times in seconds)")]

@@ -9,7 +9,9 @@ use crate::episode::Episode;
 use crate::error::{Error, File, Place};
 use crate::fault::Fault;
 use crate::metadata::Metadata;
-use crate::table::Table;
+use crate::replace::recover_folder;
+use crate::table::{Budget, Table};
+use crate::validate::check_name;
 
 /// What `recording.toml` is called.
 pub(crate) const METADATA_FILE: &str = "recording.toml";
@@ -41,6 +43,8 @@ impl Recording {
     /// # Errors
     /// If a file cannot be read, or as [`Recording::validate`].
     pub fn read(path: &Path) -> Result<Self, Error> {
+        recover_folder(path)
+            .map_err(|source| Fault::Io { action: "recovered", source }.at(Place::path(path)))?;
         let document = path.join(METADATA_FILE);
         let text = metadata_text(path, &document)?;
         let tables = tables(path)?;
@@ -56,10 +60,12 @@ impl Recording {
 
 fn read_all(text: &str, tables: &BTreeMap<String, PathBuf>) -> Result<Recording, Error> {
     let metadata = Metadata::from_toml(text)?;
+    let size = |path: &PathBuf| fs::metadata(path).map_or(0, |found| found.len());
+    let mut budget = Budget::of(tables.values().map(size).sum());
     let mut episodes = Vec::with_capacity(tables.len());
     for (name, path) in tables {
         if let Some(table) = Table::of(path) {
-            episodes.push(table.read(path, name)?);
+            episodes.push(table.read(path, name, &mut budget)?);
         }
     }
     Recording::new(metadata, episodes)
@@ -95,6 +101,7 @@ fn tables(folder: &Path) -> Result<BTreeMap<String, PathBuf>, Error> {
         if name.starts_with('.') {
             continue;
         }
+        check_name(&name).map_err(|fault| fault.at(Place::path(folder)))?;
         if let Some(first) = tables.insert(name, path.clone()) {
             let other = path.file_name().map(|name| name.to_string_lossy().into_owned()).unwrap_or_default();
             return Err(Fault::TwoTables { other }.at(Place::path(&first)));

@@ -6,7 +6,7 @@ mod sample;
 
 use std::fs;
 
-use trundle_record::{Recording, Table};
+use trundle_record::{Column, Recording, Table, write_parquet};
 
 #[test]
 fn cut_off_anywhere() {
@@ -39,4 +39,28 @@ fn one_byte_changed_anywhere() {
         }
     }
     assert!(refused > whole.len() / 4, "{refused} of {} changes were refused", whole.len());
+}
+
+/// A million rows of one value take a few kilobytes in the file, and 80 MB in memory.
+#[test]
+fn a_small_file_must_not_take_much_memory() {
+    let home = tempfile::tempdir().unwrap();
+    let run = home.path().join("run");
+    sample::recording().write(&run, Table::Parquet).unwrap();
+    let file = run.join("episode_00.parquet");
+    let cells = vec![0.0; 1_000_000];
+    let names = ["t", "object_x", "object_y", "object_theta", "gripper_x", "gripper_y", "gripper_theta"];
+    let names = names.into_iter().chain(["force_x", "force_y", "torque_z"]);
+    let columns: Vec<_> = names.map(|name| (name, Column::Numbers(&cells))).collect();
+    write_parquet(&file, &columns).unwrap();
+    let size = fs::metadata(&file).unwrap().len();
+    assert!(size < 100_000, "{size}");
+    let error = Recording::read(&run).unwrap_err().to_string();
+    assert!(error.contains("episode_00.parquet, column ") && error.contains("MiB"), "{error}");
+    // Half as many are within the limit; what is wrong with them is another matter.
+    let columns: Vec<_> =
+        columns.iter().map(|(name, _)| (*name, Column::Numbers(&cells[..500_000]))).collect();
+    write_parquet(&file, &columns).unwrap();
+    let error = Recording::read(&run).unwrap_err().to_string();
+    assert!(error.contains("time 0 s does not come after 0 s"), "{error}");
 }

@@ -1,10 +1,13 @@
 //! Episode tables on disk.
 
+mod budget;
 mod csv;
+mod parquet_pages;
 mod parquet_read;
 mod parquet_types;
 mod parquet_write;
 
+use std::collections::HashSet;
 use std::fs::File;
 use std::io::BufWriter;
 use std::path::Path;
@@ -12,6 +15,7 @@ use std::path::Path;
 use crate::episode::{Episode, NOTE_PREFIX, known_columns};
 use crate::error::{Error, Place};
 use crate::fault::Fault;
+pub(crate) use budget::Budget;
 pub use parquet_write::Column;
 
 /// The two kinds of table.
@@ -41,10 +45,12 @@ impl Table {
         Self::ALL.into_iter().find(|table| ending.eq_ignore_ascii_case(table.extension()))
     }
 
-    pub(crate) fn read(self, path: &Path, name: &str) -> Result<Episode, Error> {
+    /// Reads the table at `path`; what it takes in memory is taken from `budget`.
+    pub(crate) fn read(self, path: &Path, name: &str, budget: &mut Budget) -> Result<Episode, Error> {
         match self {
+            // A cell has a byte and a comma at least: it cannot take more than a few times its size.
             Self::Csv => csv::read(path, name),
-            Self::Parquet => parquet_read::read(path, name),
+            Self::Parquet => parquet_read::read(path, name, budget),
         }
     }
 
@@ -80,8 +86,9 @@ enum Kind {
 /// # Errors
 /// The first title that is unknown or that was there before.
 fn kinds(titles: &[String]) -> Result<Vec<Kind>, (String, Fault)> {
-    let kind = |(i, title): (usize, &String)| {
-        if titles[..i].contains(title) {
+    let mut seen = HashSet::with_capacity(titles.len());
+    let kind = |title: &String| {
+        if !seen.insert(title.clone()) {
             Err((title.clone(), Fault::DuplicateColumn))
         } else if title.starts_with(NOTE_PREFIX) {
             Ok(Kind::Note)
@@ -91,5 +98,5 @@ fn kinds(titles: &[String]) -> Result<Vec<Kind>, (String, Fault)> {
             Err((title.clone(), Fault::unknown_column(title)))
         }
     };
-    titles.iter().enumerate().map(kind).collect()
+    titles.iter().map(kind).collect()
 }

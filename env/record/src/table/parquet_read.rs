@@ -8,8 +8,9 @@ use parquet::column::reader::{ColumnReader, ColumnReaderImpl};
 use parquet::data_type::{ByteArray, DataType};
 use parquet::file::reader::{FileReader, SerializedFileReader};
 
+use super::parquet_pages;
 use super::parquet_types::{Content, content};
-use super::{Kind, kinds};
+use super::{Budget, Kind, kinds};
 use crate::episode::Episode;
 use crate::error::{Error, Place};
 use crate::fault::Fault;
@@ -21,11 +22,11 @@ const BATCH: usize = 8192;
 type Located = (Option<String>, Fault);
 
 /// Reads the table at `path` as the episode `name`; nulls become empty cells.
-pub(super) fn read(path: &Path, name: &str) -> Result<Episode, Error> {
+pub(super) fn read(path: &Path, name: &str, budget: &mut Budget) -> Result<Episode, Error> {
     let file =
         File::open(path).map_err(|source| Fault::Io { action: "read", source }.at(Place::path(path)))?;
     // The decoder is not proof against every damaged file, and no panic may leave this crate.
-    catch_unwind(AssertUnwindSafe(|| decode(file, name)))
+    catch_unwind(AssertUnwindSafe(|| decode(file, name, budget)))
         .unwrap_or_else(|_| Err((None, damaged("its parts contradict each other"))))
         .map_err(|(column, fault)| {
             let place = Place::path(path);
@@ -40,7 +41,8 @@ fn damaged(reason: impl ToString) -> Fault {
     Fault::Parquet { message: reason.to_string() }
 }
 
-fn decode(file: File, name: &str) -> Result<Episode, Located> {
+fn decode(file: File, name: &str, budget: &mut Budget) -> Result<Episode, Located> {
+    let again = file.try_clone().map_err(|error| (None, damaged(error)))?;
     let reader = SerializedFileReader::new(file).map_err(|error| (None, damaged(error)))?;
     let schema = reader.metadata().file_metadata().schema_descr();
     let mut episode = Episode { name: name.to_owned(), ..Episode::default() };
@@ -48,27 +50,37 @@ fn decode(file: File, name: &str) -> Result<Episode, Located> {
     let titles: Vec<String> = schema.columns().iter().map(|column| column.path().string()).collect();
     let kinds = kinds(&titles).map_err(|(title, fault)| (Some(title), fault))?;
     for (index, (title, kind)) in titles.into_iter().zip(kinds).enumerate() {
-        insert(&mut episode, &title, kind, &reader, index).map_err(|fault| (Some(title), fault))?;
+        let column = Column { reader: &reader, file: &again, index };
+        insert(&mut episode, &title, kind, &column, budget).map_err(|fault| (Some(title), fault))?;
     }
     Ok(episode)
+}
+
+/// One column of an open file.
+struct Column<'a> {
+    reader: &'a SerializedFileReader<File>,
+    /// The same file, to be looked at before it is decoded.
+    file: &'a File,
+    index: usize,
 }
 
 fn insert(
     episode: &mut Episode,
     title: &str,
     kind: Kind,
-    reader: &SerializedFileReader<File>,
-    index: usize,
+    column: &Column<'_>,
+    budget: &mut Budget,
 ) -> Result<(), Fault> {
-    let schema = reader.metadata().file_metadata().schema_descr();
-    let content = content(&schema.column(index), kind == Kind::Note)?;
+    let schema = column.reader.metadata().file_metadata().schema_descr();
+    let content = content(&schema.column(column.index), kind == Kind::Note)?;
     match kind {
         Kind::Note => {
-            let texts = column_of(reader, index, String::new(), |chunk| text(chunk, content))?;
+            let texts =
+                column_of(column, budget, String::new(), |chunk, budget| text(chunk, content, budget))?;
             episode.notes.insert(title.to_owned(), texts);
         }
         Kind::Number => {
-            let numbers = column_of(reader, index, f64::NAN, |chunk| number(chunk, content))?;
+            let numbers = column_of(column, budget, f64::NAN, |chunk, _| number(chunk, content))?;
             episode.insert(title.to_owned(), numbers);
         }
     }
@@ -77,17 +89,21 @@ fn insert(
 
 /// All cells of one column: row group by row group, `empty` where a cell is null.
 fn column_of<C: Clone>(
-    reader: &SerializedFileReader<File>,
-    column: usize,
+    column: &Column<'_>,
+    budget: &mut Budget,
     empty: C,
-    decode: impl Fn(ColumnReader) -> Result<Chunk<C>, Fault>,
+    decode: impl Fn(Rows, &mut Budget) -> Result<Chunk<C>, Fault>,
 ) -> Result<Vec<C>, Fault> {
     let mut cells = Vec::new();
-    for group in 0..reader.num_row_groups() {
-        let group = reader.get_row_group(group).map_err(damaged)?;
-        let Chunk { filled, values } = decode(group.get_column_reader(column).map_err(damaged)?)?;
+    for group in 0..column.reader.num_row_groups() {
+        let group = column.reader.get_row_group(group).map_err(damaged)?;
         let rows = group.metadata().num_rows();
-        if usize::try_from(rows) != Ok(filled.len()) {
+        let rows = usize::try_from(rows).map_err(|_| damaged(format!("a row group of {rows} rows")))?;
+        budget.take(rows as u64, size_of::<C>())?;
+        parquet_pages::check(column.file, group.metadata().column(column.index), budget)?;
+        let reader = group.get_column_reader(column.index).map_err(damaged)?;
+        let Chunk { filled, values } = decode(Rows { reader, rows }, budget)?;
+        if rows != filled.len() {
             return Err(damaged(format!("{} cells in a row group of {rows}", filled.len())));
         }
         let mut values = values.into_iter();
@@ -100,32 +116,43 @@ fn column_of<C: Clone>(
     Ok(cells)
 }
 
+/// A column chunk to be decoded, and the rows of its group.
+struct Rows {
+    reader: ColumnReader,
+    rows: usize,
+}
+
 /// A column chunk: which cells are filled, and with what.
 struct Chunk<C> {
     filled: Vec<bool>,
     values: Vec<C>,
 }
 
-fn number(reader: ColumnReader, content: Content) -> Result<Chunk<f64>, Fault> {
+fn number(Rows { reader, rows }: Rows, content: Content) -> Result<Chunk<f64>, Fault> {
     match reader {
-        ColumnReader::DoubleColumnReader(reader) => chunk(reader, |&value| Ok(value)),
-        ColumnReader::FloatColumnReader(reader) => chunk(reader, |&value| Ok(f64::from(value))),
-        ColumnReader::Int32ColumnReader(reader) => chunk(reader, |&value| Ok(content.int32(value))),
-        ColumnReader::Int64ColumnReader(reader) => chunk(reader, |&value| Ok(content.int64(value))),
+        ColumnReader::DoubleColumnReader(reader) => chunk(reader, rows, |&value| Ok(value)),
+        ColumnReader::FloatColumnReader(reader) => chunk(reader, rows, |&value| Ok(f64::from(value))),
+        ColumnReader::Int32ColumnReader(reader) => chunk(reader, rows, |&value| Ok(content.int32(value))),
+        ColumnReader::Int64ColumnReader(reader) => chunk(reader, rows, |&value| Ok(content.int64(value))),
         _ => Err(Fault::ColumnType { found: "no numbers".to_owned() }),
     }
 }
 
-fn text(reader: ColumnReader, content: Content) -> Result<Chunk<String>, Fault> {
+fn text(Rows { reader, rows }: Rows, content: Content, budget: &mut Budget) -> Result<Chunk<String>, Fault> {
     match reader {
-        ColumnReader::BoolColumnReader(reader) => chunk(reader, |value| Ok(value.to_string())),
-        ColumnReader::ByteArrayColumnReader(reader) => chunk(reader, utf8),
-        ColumnReader::DoubleColumnReader(reader) => chunk(reader, |value| Ok(value.to_string())),
-        ColumnReader::FloatColumnReader(reader) => chunk(reader, |value| Ok(value.to_string())),
+        ColumnReader::BoolColumnReader(reader) => chunk(reader, rows, |value| Ok(value.to_string())),
+        ColumnReader::ByteArrayColumnReader(reader) => chunk(reader, rows, |value| {
+            budget.take(value.len() as u64, 1)?;
+            utf8(value)
+        }),
+        ColumnReader::DoubleColumnReader(reader) => chunk(reader, rows, |value| Ok(value.to_string())),
+        ColumnReader::FloatColumnReader(reader) => chunk(reader, rows, |value| Ok(value.to_string())),
         ColumnReader::Int32ColumnReader(reader) => {
-            chunk(reader, |&value| Ok(content.int32(value).to_string()))
+            chunk(reader, rows, |&value| Ok(content.int32(value).to_string()))
         }
-        ColumnReader::Int64ColumnReader(reader) => chunk(reader, |&value| Ok(content.int64_text(value))),
+        ColumnReader::Int64ColumnReader(reader) => {
+            chunk(reader, rows, |&value| Ok(content.int64_text(value)))
+        }
         _ => Err(Fault::ColumnType { found: "binary values".to_owned() }),
     }
 }
@@ -136,17 +163,21 @@ fn utf8(value: &ByteArray) -> Result<String, Fault> {
 
 fn chunk<T: DataType, C>(
     mut reader: ColumnReaderImpl<T>,
-    cell: impl Fn(&T::T) -> Result<C, Fault>,
+    rows: usize,
+    mut cell: impl FnMut(&T::T) -> Result<C, Fault>,
 ) -> Result<Chunk<C>, Fault> {
     let mut chunk = Chunk { filled: Vec::new(), values: Vec::new() };
     let (mut levels, mut batch) = (Vec::new(), Vec::new());
     loop {
         levels.clear();
         batch.clear();
-        let (rows, values, _) =
+        let (read, values, _) =
             reader.read_records(BATCH, Some(&mut levels), None, &mut batch).map_err(damaged)?;
-        if rows == 0 {
+        if read == 0 {
             return Ok(chunk);
+        }
+        if chunk.filled.len() + read > rows {
+            return Err(damaged(format!("more than {rows} cells in a row group of {rows}")));
         }
         // A column that cannot be null has no levels.
         match levels.is_empty() {

@@ -3,6 +3,7 @@
 use std::collections::BTreeSet;
 
 use super::polygon;
+use super::split::is_printable;
 use crate::error::{Error, Place};
 use crate::fault::Fault;
 use crate::metadata::{Dof, FORMAT, FixtureMeta, Frame, Metadata, NoiseMeta, ObjectMeta, Scene, WrenchMeta};
@@ -11,6 +12,15 @@ pub(super) fn check(metadata: &Metadata) -> Result<(), Error> {
     if metadata.format != FORMAT {
         let remedy = "this reader knows \"trundle-recording/1\"";
         return refuse("format", format!("{:?}", metadata.format), "is another format", remedy);
+    }
+    if !metadata.name.chars().all(is_printable) {
+        let remedy = "write a name of one line, of letters, digits, spaces and punctuation";
+        return refuse(
+            "name",
+            format!("{:?}", metadata.name),
+            "holds characters that cannot be shown",
+            remedy,
+        );
     }
     check_shape(&metadata.object, metadata.on_rail())?;
     check_object(&metadata.object)?;

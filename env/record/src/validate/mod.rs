@@ -6,6 +6,8 @@ mod polygon;
 mod split;
 mod table;
 
+pub(crate) use split::check_name;
+
 use crate::error::Error;
 use crate::recording::Recording;
 

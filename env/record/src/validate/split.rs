@@ -11,7 +11,7 @@ use crate::recording::Recording;
 pub(super) fn check(recording: &Recording) -> Result<(), Error> {
     let episodes = &recording.episodes;
     for (i, episode) in episodes.iter().enumerate() {
-        check_name(&episode.name)?;
+        check_name(&episode.name).map_err(|fault| fault.at(Place::episode(&episode.name)))?;
         if episodes[..i].iter().any(|earlier| earlier.name == episode.name) {
             return Err(Fault::EpisodeTwice.at(Place::episode(&episode.name)));
         }
@@ -25,15 +25,22 @@ pub(super) fn check(recording: &Recording) -> Result<(), Error> {
     something_to_fit(recording)
 }
 
-/// A name must be usable as a file's.
-fn check_name(name: &str) -> Result<(), Error> {
+/// Whether a character is neither a control character, nor one that changes the direction of text, nor invisible.
+pub(super) fn is_printable(c: char) -> bool {
+    !c.is_control()
+        && !matches!(c, '\u{200B}'..='\u{200F}' | '\u{2028}'..='\u{202E}' | '\u{2060}'..='\u{206F}' | '\u{FEFF}')
+}
+
+/// A name must be usable as a file's, and on a terminal and a page: one with an escape sequence or a line break could
+/// pass for something else there.
+pub(crate) fn check_name(name: &str) -> Result<(), Fault> {
     let mut parts = Path::new(name).components();
     let single =
         matches!((parts.next(), parts.next()), (Some(Component::Normal(part)), None) if part == name);
-    if single && !name.starts_with('.') && !name.contains(['\\', '\0']) {
+    if single && !name.starts_with('.') && !name.contains('\\') && name.chars().all(is_printable) {
         return Ok(());
     }
-    Err(Fault::EpisodeName { name: name.to_owned() }.at(Place::episode(name)))
+    Err(Fault::EpisodeName { name: name.to_owned() })
 }
 
 fn known(recording: &Recording, name: &str, key: &str) -> Result<(), Error> {
