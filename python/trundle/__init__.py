@@ -1,5 +1,6 @@
 """Push what you have never seen: physics-based models of wheeled furniture, learnt, diagnosed and used."""
 
+from trundle import _startup as _startup  # isort: skip  (before all that takes time)
 from trundle import baselines, envs, objects
 from trundle._native import Planner, __version__
 from trundle.agent import AdaptiveAgent

@@ -27,6 +27,8 @@ def raising(error: BaseException) -> Callable[[], int]:
             "trundle: x/y: No such file or directory\n",
         ),
         (OSError(28, "No space left on device"), 1, "No space left"),
+        (OSError(28, "No space left on device", "p.png"), 1, "trundle: p.png: No space left on device\n"),
+        (ValueError("a\x1b[31mb\u202e: no"), 2, "trundle: a\\x1b[31mb\\u202e: no\n"),
         (RuntimeError("wrong"), 1, "trundle: RuntimeError: wrong (TRUNDLE_DEBUG=1 shows where)\n"),
         (KeyboardInterrupt(), 130, "trundle: interrupted\n"),
     ],

@@ -6,8 +6,11 @@ import os
 import sys
 import traceback
 from collections.abc import Callable
+from unicodedata import category
 
-__all__ = ["BROKEN_PIPE", "FAILED", "INTERRUPTED", "USAGE", "guarded"]
+from trundle._startup import finished
+
+__all__ = ["BROKEN_PIPE", "FAILED", "INTERRUPTED", "USAGE", "guarded", "printable"]
 
 FAILED = 1
 USAGE = 2
@@ -16,6 +19,8 @@ INTERRUPTED = 130
 BROKEN_PIPE = 141
 """What a shell reports for a program that SIGPIPE ended."""
 
+UNSEEN = ("Cc", "Cf", "Cs", "Zl", "Zp")
+"""Unicode's categories of control characters, of invisible ones, and of line breaks."""
 UNUSABLE_PATH = (FileNotFoundError, FileExistsError, NotADirectoryError, IsADirectoryError, PermissionError)
 
 
@@ -34,6 +39,7 @@ def guarded(work: Callable[[], int]) -> int:
         went away, 1 for anything else. The reason stands on standard error in one sentence.
     """
     try:
+        finished()
         status = work()
         sys.stdout.flush()  # here, where a reader that went away can still be handled
         return status
@@ -45,6 +51,9 @@ def guarded(work: Callable[[], int]) -> int:
         return BROKEN_PIPE
     except UNUSABLE_PATH as error:
         return _say(f"{error.filename}: {error.strerror}" if error.filename else str(error), USAGE)
+    except OSError as error:
+        # A full disk, a limit: not a matter of what was asked.
+        return _say(f"{error.filename}: {error.strerror}" if error.filename else str(error), FAILED)
     except ValueError as error:
         return _say(str(error), USAGE)
     except Exception as error:
@@ -55,8 +64,13 @@ def guarded(work: Callable[[], int]) -> int:
 def _say(sentence: str, status: int) -> int:
     if _debugging():
         traceback.print_exc()
-    print(f"trundle: {sentence}", file=sys.stderr)
+    print(f"trundle: {printable(sentence)}", file=sys.stderr)
     return status
+
+
+def printable(text: str) -> str:
+    """Return a text with all that steers a terminal escaped: names and contents of files may hold it."""
+    return "".join(c if c in "\n\t" or category(c) not in UNSEEN else ascii(c)[1:-1] for c in text)
 
 
 def _debugging() -> bool:
