@@ -2,16 +2,24 @@
 
 from __future__ import annotations
 
-import importlib
+import importlib.util
+import subprocess
+import sys
+import tempfile
 from pathlib import Path
-from typing import Any
 
 import numpy as np
-import scipy.io
 
+from trundle.importers import matlab
 from trundle.importers.layout import Floats, SourceError
+from trundle.importers.matlab import DamagedError, HDF5Error, Other, Struct, Value
 
 __all__ = ["MatFile"]
+
+CHILD = Path(__file__).with_name("hdf5_child.py")
+REMEDY = "save it again in MATLAB with `save(file, '-v7')`"
+HDF5_SECONDS = 120
+"""Time that reading a file of version 7.3 may take; what a disk reads in it is far beyond a recording."""
 
 
 class MatFile:
@@ -20,7 +28,7 @@ class MatFile:
     Parameters
     ----------
     path : Path
-        Version 4 to 7 by SciPy; 7.3 (an HDF5 file) if `h5py` is installed.
+        Version 4 to 7; 7.3 (an HDF5 file) if `h5py` is installed.
     """
 
     def __init__(self, path: Path) -> None:
@@ -51,15 +59,14 @@ class MatFile:
 
     def _numbers(self, name: str) -> Floats:
         value = self._variable(name)
-        try:
-            return np.asarray(value, dtype=np.float64)
-        except (TypeError, ValueError) as error:
+        if isinstance(value, (Struct, Other)):
             raise SourceError(
                 self.path,
                 f"variable `{name}` is no array of numbers; export its field as a variable of its own",
-            ) from error
+            )
+        return value
 
-    def _variable(self, name: str) -> Any:
+    def _variable(self, name: str) -> Value:
         if name in self._variables:
             return self._variables[name]
         variable, *fields = name.split(".")
@@ -67,49 +74,56 @@ class MatFile:
             raise SourceError(self.path, f"no variable `{variable}`; the file holds {self._listing()}")
         value = self._variables[variable]
         for field in fields:
-            known = getattr(getattr(value, "dtype", None), "names", None) or ()
+            known = value.fields if isinstance(value, Struct) else {}
             if field not in known:
                 raise SourceError(
                     self.path, f"`{name}`: no field {field!r}; there are {', '.join(known) or 'none'}"
                 )
-            value = value[field].flat[0]
+            value = known[field]
         return value
 
     def _listing(self) -> str:
-        return ", ".join(f"`{name}` {np.shape(value)}" for name, value in sorted(self._variables.items()))
+        return ", ".join(f"`{name}` {value.shape}" for name, value in sorted(self._variables.items()))
 
 
-def _load(path: Path) -> dict[str, Any]:
+def _load(path: Path) -> dict[str, Value]:
     if not path.is_file():
         raise SourceError(path, "no such file")
     try:
-        variables = scipy.io.loadmat(str(path))
-    except NotImplementedError:
+        return matlab.read(path.read_bytes())
+    except HDF5Error:
         return _load_hdf5(path)
-    except (ValueError, OSError, TypeError, scipy.io.matlab.MatReadError) as error:
-        raise SourceError(path, f"not a MATLAB file that can be read ({error})") from error
-    return {name: value for name, value in variables.items() if not name.startswith("__")}
+    except DamagedError as error:
+        raise _unreadable(path, str(error)) from error
 
 
-def _load_hdf5(path: Path) -> dict[str, Any]:
-    try:
-        h5py: Any = importlib.import_module("h5py")
-    except ImportError as error:
+def _unreadable(path: Path, reason: str) -> SourceError:
+    return SourceError(path, f"not a MATLAB file that can be read ({reason}); {REMEDY}")
+
+
+def _load_hdf5(path: Path) -> dict[str, Value]:
+    """Read a file of version 7.3 in another process: the HDF5 library may end with a damaged file."""
+    if importlib.util.find_spec("h5py") is None:
         raise SourceError(
             path,
             "a version 7.3 MATLAB file; install h5py (`pip install h5py`), or save it in MATLAB with "
             "`save(file, '-v7')`",
-        ) from error
-    variables: dict[str, Any] = {}
+        )
+    limit = matlab.BASE + matlab.PER_BYTE * path.stat().st_size
+    with tempfile.TemporaryDirectory() as place:
+        target = Path(place) / "variables.npz"
+        command = [sys.executable, "-I", str(CHILD), str(path), str(target), str(limit)]
+        try:
+            done = subprocess.run(command, capture_output=True, text=True, timeout=HDF5_SECONDS, check=False)
+        except subprocess.TimeoutExpired as error:
+            raise _unreadable(path, f"no end after {HDF5_SECONDS} s") from error
+        if done.returncode == 3:
+            raise _unreadable(path, done.stdout.strip())
+        if done.returncode != 0 or not target.exists():
+            raise _unreadable(path, "it ends the HDF5 library")
+        with np.load(target, allow_pickle=False) as found:
+            return {name[2:]: _value(found[name]) for name in found.files}
 
-    def keep(name: str, item: Any) -> None:
-        # A struct is a group, and MATLAB's own tables of references begin with a hash.
-        if isinstance(item, h5py.Dataset) and not name.startswith("#"):
-            variables[name.replace("/", ".")] = np.asarray(item).T
 
-    try:
-        with h5py.File(path, "r") as file:
-            file.visititems(keep)
-    except OSError as error:
-        raise SourceError(path, f"not a MATLAB file that can be read ({error})") from error
-    return variables
+def _value(array: Floats) -> Value:
+    return array if array.dtype == np.float64 else Other(array.shape, "text")

@@ -1,0 +1,256 @@
+"""Numeric variables of MATLAB files, versions 4 to 7.2, read without trusting a byte of them.
+
+The formats are in MathWorks' "MAT-File Format" (R2019b). Cells, text, sparse arrays and objects are known
+by name and shape only. Every length is checked against what is left before it is used, and what is unpacked
+has a limit.
+"""
+
+from __future__ import annotations
+
+import math
+import zlib
+from dataclasses import dataclass
+from typing import TypeAlias
+
+import numpy as np
+
+from trundle.importers.layout import Floats
+
+__all__ = ["DamagedError", "HDF5Error", "Other", "Struct", "Value", "read"]
+
+BASE = 64 << 20
+"""Memory that a file's variables may take whatever its size, bytes; as for tables of recordings."""
+PER_BYTE = 64
+"""And this many times its size."""
+MAX_DEPTH = 16
+"""Structures in structures."""
+MAX_DIMENSIONS = 32
+"""NumPy's own limit in version 1."""
+
+HEADER = 128
+MATRIX, COMPRESSED = 14, 15
+NUMBERS = {
+    1: "i1",
+    2: "u1",
+    3: "i2",
+    4: "u2",
+    5: "i4",
+    6: "u4",
+    7: "f4",
+    9: "f8",
+    12: "i8",
+    13: "u8",
+}
+"""Types of stored numbers."""
+STRUCT, NUMERIC = 2, range(6, 16)
+"""Classes of arrays."""
+CLASSES = {1: "cell", 3: "object", 4: "text", 5: "sparse", 16: "function", 17: "object"}
+COMPLEX = 0x800
+OLD_NUMBERS = ["f8", "f4", "i4", "i2", "u2", "u1"]
+"""Types of stored numbers in version 4."""
+
+
+class DamagedError(ValueError):
+    """The bytes contradict each other; the message says how."""
+
+
+class HDF5Error(ValueError):
+    """The file is of version 7.3: another format."""
+
+
+@dataclass
+class Struct:
+    """A structure, of which the first element counts."""
+
+    shape: tuple[int, ...]
+    fields: dict[str, Value]
+
+
+@dataclass
+class Other:
+    """An array that holds no real numbers."""
+
+    shape: tuple[int, ...]
+    kind: str
+
+
+Value: TypeAlias = Floats | Struct | Other
+
+
+def read(content: bytes) -> dict[str, Value]:
+    """Return the variables of a file's content by name.
+
+    Raises
+    ------
+    DamagedError
+        If it is not such a file, or unpacks to more than `BASE` and `PER_BYTE` times its size.
+    HDF5Error
+        If it is of version 7.3.
+    """
+    budget = Budget(BASE + PER_BYTE * len(content))
+    if len(content) >= 4 and 0 in content[:4]:
+        return _read_old(Bytes(memoryview(content), "<", budget))
+    if len(content) < HEADER or content[126:128] not in (b"IM", b"MI"):
+        raise DamagedError("it does not begin as one")
+    order = "<" if content[126:128] == b"IM" else ">"
+    major = content[125] if order == "<" else content[124]
+    if major == 2:
+        raise HDF5Error("version 7.3")
+    if major != 1:
+        raise DamagedError(f"its version is {major}")
+    found: dict[str, Value] = {}
+    rest = Bytes(memoryview(content)[HEADER:], order, budget)
+    while rest.left:
+        variable = _variable(rest)
+        if variable is not None:
+            found[variable[0]] = variable[1]
+    return found
+
+
+class Budget:
+    """Memory that may yet be taken, bytes."""
+
+    def __init__(self, limit: int) -> None:
+        self.limit = self.left = limit
+
+    def take(self, size: int) -> None:
+        """Take some of it."""
+        if size > self.left:
+            raise DamagedError(
+                f"unpacked it takes more than {self.limit >> 20} MiB, {PER_BYTE} times its size and "
+                f"{BASE >> 20} MiB; save it uncompressed, `save(file, '-v6')`"
+            )
+        self.left -= size
+
+
+class Bytes:
+    """What is left of a text, from the front."""
+
+    def __init__(self, data: memoryview, order: str, budget: Budget) -> None:
+        self.data, self.order, self.budget = data, order, budget
+
+    @property
+    def left(self) -> int:
+        """How many bytes are left."""
+        return len(self.data)
+
+    def take(self, size: int) -> Bytes:
+        """Return the next `size` bytes."""
+        if not 0 <= size <= len(self.data):
+            raise DamagedError(f"it ends where {size} more bytes should be")
+        taken, self.data = self.data[:size], self.data[size:]
+        return Bytes(taken, self.order, self.budget)
+
+    def numbers(self, kind: str, count: int) -> Floats:
+        """Return the next `count` numbers of a type, such as `f8`."""
+        size = np.dtype(kind).itemsize
+        if not 0 <= count <= len(self.data) // size:
+            raise DamagedError(f"it ends where {count} numbers should be")
+        self.budget.take(8 * count)
+        raw = np.frombuffer(self.take(size * count).data, dtype=self.order + kind)
+        with np.errstate(invalid="ignore"):  # a signalling NaN
+            return raw.astype(np.float64)
+
+    def whole(self, count: int) -> list[int]:
+        """Return the next `count` whole numbers of 4 bytes."""
+        size = self.take(4 * count).data
+        return [int(value) for value in np.frombuffer(size, dtype=self.order + "i4")]
+
+    def element(self) -> tuple[int, Bytes]:
+        """Return the next element: its type and its content."""
+        tag = int(np.frombuffer(self.take(4).data, dtype=self.order + "u4")[0])
+        if tag >> 16:
+            content = self.take(4)
+            return tag & 0xFFFF, content.take(tag >> 16)
+        size = int(np.frombuffer(self.take(4).data, dtype=self.order + "u4")[0])
+        content = self.take(size)
+        if tag != COMPRESSED:
+            self.take(min(-size % 8, self.left))
+        return tag, content
+
+
+def _variable(rest: Bytes) -> tuple[str, Value] | None:
+    """Return the next variable: name and value. Elements of other kinds are passed over."""
+    kind, content = rest.element()
+    if kind == COMPRESSED:
+        kind, content = _unpacked(content).element()
+    return _matrix(content, 0) if kind == MATRIX else None
+
+
+def _unpacked(content: Bytes) -> Bytes:
+    unpack = zlib.decompressobj()
+    try:
+        data = unpack.decompress(content.data, content.budget.left + 1)
+    except zlib.error as error:
+        raise DamagedError(f"a variable cannot be unpacked: {error}") from error
+    content.budget.take(len(data))
+    return Bytes(memoryview(data), content.order, content.budget)
+
+
+def _matrix(content: Bytes, depth: int) -> tuple[str, Value]:
+    """Return name and value of an array."""
+    if depth > MAX_DEPTH:
+        raise DamagedError(f"more than {MAX_DEPTH} structures lie in each other")
+    if not content.left:
+        return "", np.zeros((0, 0))
+    flags = content.element()[1].whole(1)[0]
+    number = flags & 0xFF
+    if number == 17:
+        return _text(content.element()[1]), Other((1, 1), CLASSES[number])
+    _, sizes = content.element()
+    shape = tuple(sizes.whole(sizes.left // 4))
+    name = _text(content.element()[1])
+    if not 2 <= len(shape) <= MAX_DIMENSIONS or min(shape) < 0:
+        raise DamagedError(f"variable {name!r} has the shape {shape}")
+    if number == STRUCT:
+        return name, _struct(content, shape, depth)
+    if number not in NUMERIC or flags & COMPLEX:
+        return name, Other(shape, CLASSES.get(number, "complex" if number in NUMERIC else "unknown"))
+    kind, numbers = content.element()
+    if kind not in NUMBERS:
+        raise DamagedError(f"variable {name!r} holds numbers of the type {kind}")
+    return name, numbers.numbers(NUMBERS[kind], math.prod(shape)).reshape(shape, order="F")
+
+
+def _struct(content: Bytes, shape: tuple[int, ...], depth: int) -> Struct:
+    length = content.element()[1].whole(1)[0]
+    _, names = content.element()
+    if length < 1:
+        raise DamagedError(f"a structure has names of {length} bytes")
+    known = [_text(names.take(length)) for _ in range(names.left // length)]
+    fields: dict[str, Value] = {}
+    for name in known if math.prod(shape) else []:
+        kind, field = content.element()
+        if kind != MATRIX:
+            raise DamagedError(f"field {name!r} of a structure is no array")
+        fields[name] = _matrix(field, depth + 1)[1]
+    return Struct(shape, fields)
+
+
+def _text(content: Bytes) -> str:
+    return bytes(content.data).split(b"\0")[0].decode("ascii", errors="replace")
+
+
+def _read_old(rest: Bytes) -> dict[str, Value]:
+    """Return the variables of a file of version 4: headers of five whole numbers, each with its matrix."""
+    found: dict[str, Value] = {}
+    while rest.left:
+        head = rest.take(20)
+        rest.order = "<" if 0 <= int.from_bytes(head.data[:4], "little") < 5000 else ">"
+        head.order = rest.order
+        form, rows, columns, imaginary, length = head.whole(5)
+        machine, zero, precision, kind = (form // 10**k % 10 for k in (3, 2, 1, 0))
+        known = (
+            0 <= form < 5000 and machine in (0, 1) and not zero and precision < len(OLD_NUMBERS) and kind < 3
+        )
+        if not known or min(rows, columns, length) < 0:
+            raise DamagedError("it does not begin as one, or a variable does not")
+        name = _text(rest.take(length))
+        size = np.dtype(OLD_NUMBERS[precision]).itemsize * rows * columns
+        if kind or imaginary:
+            rest.take(size * (2 if imaginary else 1))
+            found[name] = Other((rows, columns), ("complex", "text", "sparse")[kind])
+        else:
+            numbers = rest.numbers(OLD_NUMBERS[precision], rows * columns)
+            found[name] = numbers.reshape((rows, columns), order="F")
+    return found
