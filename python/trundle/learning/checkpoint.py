@@ -12,6 +12,7 @@ import torch
 from stable_baselines3 import SAC
 
 from trundle._native import TrundleError
+from trundle.learning import plain
 from trundle.learning.networks import Algorithm
 from trundle.learning.worlds import Worlds, pick
 from trundle.whole import whole_file
@@ -77,7 +78,7 @@ def remembered(memory: Any) -> tuple[int, bool, dict[str, Any]]:
 def write(path: Path, kept: dict[str, Any]) -> None:
     """Write a checkpoint; the one before is there until this one is whole."""
     with whole_file(path) as part, part.open("wb") as file:
-        torch.save(kept, file)
+        plain.save(file, kept)
         file.flush()
         os.fsync(file.fileno())
 
@@ -93,7 +94,7 @@ def read(path: Path) -> dict[str, Any] | None:
     if not path.exists():
         return None
     try:
-        kept: dict[str, Any] = torch.load(path, map_location="cpu", weights_only=False)
+        kept: dict[str, Any] = plain.load(path)
         return kept
     except Exception as error:  # a damaged file fails in many ways
         raise TrundleError(f"{path}: this is no checkpoint ({error}); remove it to begin anew") from error

@@ -55,7 +55,7 @@ class Training:
         self._curve_file = folder / "curves" / f"{self.name}.json"
         self._timing_file = folder / "timing" / f"{self.name}.json"
         self._work = folder / "work" / self.name
-        self.checkpoint_file = self._work / "checkpoint.pt"
+        self.checkpoint_file = self._work / "checkpoint.npz"
         self.curve: list[Row] = []
         self.seconds = 0.0
 
