@@ -131,6 +131,11 @@ def _value(hint: Any, value: Any, where: str) -> Any:
     if origin is list:
         of = get_args(hint)[0]
         return [_value(of, each, f"{where}[{i}]") for i, each in enumerate(_of(list, value, hint, where))]
+    if origin is tuple and get_args(hint)[1:] == (...,):
+        of = get_args(hint)[0]
+        return tuple(
+            _value(of, each, f"{where}[{i}]") for i, each in enumerate(_of(list, value, hint, where))
+        )
     if origin is tuple:
         return _tuple(get_args(hint), value, hint, where)
     if hint is float and isinstance(value, int) and not isinstance(value, bool):
@@ -187,6 +192,8 @@ def _word(hint: Any) -> str:
     origin = get_origin(hint) or hint
     if origin is dict or dataclasses.is_dataclass(origin):
         return "a table"
+    if get_args(hint)[1:] == (...,):
+        return "a list"
     return {list: "a list", tuple: f"a list of {len(get_args(hint))}"}.get(origin, str(hint))
 
 

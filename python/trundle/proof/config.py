@@ -2,19 +2,32 @@
 
 from __future__ import annotations
 
-from dataclasses import asdict, dataclass
+from dataclasses import asdict, dataclass, replace
 from pathlib import Path
 from typing import Any
 
 from trundle.proof.families import CATALOGUE, FOREIGN
 from trundle.recording import TrundleError
-from trundle.settings import headed
+from trundle.settings import checked, headed
 
 __all__ = ["Settings", "read"]
 
 FORMAT = "trundle-proof/1"
 LATER = {"alike": False, "size": 1.0}
 """Keys that the first proofs did not have, and what these did."""
+
+
+@dataclass(frozen=True)
+class Ranges:
+    """Ranges of seeds.
+
+    Attributes
+    ----------
+    ranges : dict of str to int
+        First seed by name.
+    """
+
+    ranges: dict[str, int]
 
 
 @dataclass(frozen=True)
@@ -80,27 +93,27 @@ def read(path: Path, which: str) -> Settings:
     Raises
     ------
     TrundleError
-        If a key or a family is unknown or missing.
+        If a key or a family is unknown or missing, or a value is of another type.
     """
     found = headed(path, FORMAT)
-    ranges = found.pop("ranges", {})
+    ranges = checked(path, Ranges, {"ranges": found.pop("ranges", {})}).ranges
     if which not in ranges:
         raise TrundleError(f"{path}: [ranges] has no '{which}'; it has {', '.join(ranges) or 'nothing'}")
-    chosen: dict[str, Any] = {
-        "effects": families(path, found.pop("effects", ["all"]), CATALOGUE),
-        "foreign": families(path, found.pop("foreign", ["all"]), FOREIGN),
-        "sizes": tuple(found.pop("sizes", Settings.sizes)),
-    }
-    try:
-        return Settings(range=which, first=int(ranges[which]), **chosen, **found)
-    except TypeError as error:
-        known = ", ".join(Settings.__dataclass_fields__)
-        raise TrundleError(f"{path}: {error}; the keys are format, ranges, {known}") from error
+    for key in ("range", "first"):
+        if key in found:
+            raise TrundleError(f"{path}: unknown key `{key}`: the table [ranges] says it")
+    told = {"effects": ["all"], "foreign": ["all"], **found, "range": which, "first": ranges[which]}
+    settings = checked(path, Settings, told)
+    return replace(
+        settings,
+        effects=families(path, settings.effects, CATALOGUE),
+        foreign=families(path, settings.foreign, FOREIGN),
+    )
 
 
-def families(path: Path, names: list[str], known: dict[str, Any]) -> tuple[str, ...]:
+def families(path: Path, names: tuple[str, ...], known: dict[str, Any]) -> tuple[str, ...]:
     """Return names of families, all known ones for "all"."""
     for name in names:
         if name != "all" and name not in known:
             raise TrundleError(f"{path}: there is no family '{name}'; there are {', '.join(known)}")
-    return tuple(known) if names == ["all"] else tuple(names)
+    return tuple(known) if names == ("all",) else names
