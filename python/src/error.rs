@@ -6,7 +6,8 @@ use std::panic::{AssertUnwindSafe, catch_unwind};
 use pyo3::create_exception;
 use pyo3::exceptions::{PyRuntimeError, PyValueError};
 use pyo3::prelude::*;
-use trundle_sim::thread_pool;
+use trundle_model::ModelError;
+use trundle_sim::{SimError, thread_pool};
 
 create_exception!(
     trundle,
@@ -15,13 +16,29 @@ create_exception!(
     "A recording, model or argument that cannot be used; the message says where, why, and what to do."
 );
 
+create_exception!(
+    trundle,
+    NotFiniteError,
+    TrundleError,
+    "A motion that leaves the range of numbers; the message names the parameter to look at first."
+);
+
 pub(crate) fn register(module: &Bound<'_, PyModule>) -> PyResult<()> {
+    module.add("NotFiniteError", module.py().get_type::<NotFiniteError>())?;
     module.add("TrundleError", module.py().get_type::<TrundleError>())
 }
 
 /// A typed Rust error as `trundle.TrundleError`.
 pub(crate) fn refused(error: impl Display) -> PyErr {
     TrundleError::new_err(error.to_string())
+}
+
+/// The same; a motion that is not finite becomes `NotFiniteError`.
+pub(crate) fn simulated(error: SimError) -> PyErr {
+    match &error {
+        SimError::Model(ModelError::NotFinite(_)) => NotFiniteError::new_err(error.to_string()),
+        _ => refused(error),
+    }
 }
 
 /// Runs `work` on the thread pool of this process with the interpreter released. Its error becomes `TrundleError`; a

@@ -10,10 +10,11 @@ use pyo3::types::PyDict;
 use rand::SeedableRng;
 use rand_chacha::ChaCha8Rng;
 use trundle_model::{
-    Acting, Clock, INNER, Inner, Model, Param, Plant, Posterior, Prior, Slot, Spec, State, catalogue,
+    Acting, Clock, INNER, Inner, Model, NotFinite, Param, Plant, Posterior, Prior, Slot, Spec, State,
+    catalogue,
 };
 
-use crate::error::{TrundleError, refused, run};
+use crate::error::{NotFiniteError, TrundleError, refused, run_here};
 
 /// A row for each sample.
 type Table<'py> = Bound<'py, PyArray2<f64>>;
@@ -143,7 +144,8 @@ impl PyModel {
     /// Raises
     /// ------
     /// TrundleError
-    ///     If a parameter of the model is free, or a shape or number is wrong.
+    ///     If a parameter of the model is free, a shape or number is wrong, or the motion is not finite; the message
+    ///     then names the parameter to look at first.
     #[pyo3(signature = (pose0, twist0, t, wrench, *, contact=None, inner=None))]
     #[allow(clippy::too_many_arguments)]
     fn rollout<'py>(
@@ -164,7 +166,10 @@ impl PyModel {
             return Err(refused("pose0, twist0 and contact must be finite"));
         }
         let start = State::moving(pose0, twist0).with_inner(inner);
-        let motion = run(py, || Ok::<_, String>(roll(&plant, start, &t, &wrench, contact)))?;
+        let motion = run_here(py, || Ok::<_, String>(roll(&plant, start, &t, &wrench, contact)))?;
+        if let Some(k) = motion.iter().position(|state| !state.is_finite()) {
+            return Err(NotFiniteError::new_err(NotFinite::of(&self.model, t[k] - t[0]).to_string()));
+        }
         let rows = |of: fn(&State<f64>) -> [f64; 3]| {
             let flat = motion.iter().flat_map(of).collect();
             PyArray1::from_vec(py, flat).reshape([motion.len(), 3])

@@ -9,7 +9,7 @@ use trundle_sim::task::{Autoreset, Rows, household, rules};
 use trundle_sim::{Batch, Options, Outcome, Pushing, Reset, SimError, episode};
 
 use crate::actions::{many_numbers, numbers};
-use crate::error::{refused, run_here};
+use crate::error::{refused, run_here, simulated};
 use crate::seen::{hidden_values, view};
 use crate::{columns, toml_dict};
 
@@ -131,7 +131,8 @@ impl PyPushing {
     /// What `gymnasium.Env.step` returns; None without an episode under way.
     fn step<'py>(&mut self, py: Python<'py>, action: &Bound<'py, PyAny>) -> PyResult<Option<Stepped<'py>>> {
         let action = numbers(action, self.task.options().action.width())?;
-        let Some(outcome) = run_here(py, || self.task.step(&action))? else { return Ok(None) };
+        let stepped = run_here(py, || Ok::<_, SimError>(self.task.step(&action)))?;
+        let Some(outcome) = stepped.map_err(simulated)? else { return Ok(None) };
         let Outcome { reward, terminated, truncated, .. } = outcome;
         Ok(Some((self.observe(py), reward, terminated, truncated, info(py, &outcome)?)))
     }
@@ -300,7 +301,8 @@ impl PyBatch {
         let actions = many_numbers(actions, self.outcomes.len(), self.batch.width())?;
         let (observations, finals) = (slice(&mut observations)?, slice(&mut finals)?);
         let (batch, outcomes) = (&mut self.batch, &mut self.outcomes);
-        run_here(py, || batch.step(&actions, Rows { observations, finals, outcomes }))?;
+        let rows = Rows { observations, finals, outcomes };
+        run_here(py, || Ok::<_, SimError>(batch.step(&actions, rows)))?.map_err(simulated)?;
         for (row, outcome) in slice(&mut table)?.chunks_mut(COLUMNS.len()).zip(&self.outcomes) {
             row.copy_from_slice(&cells(outcome));
         }

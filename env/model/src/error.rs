@@ -1,6 +1,41 @@
 //! What can be wrong with a model.
 
+use std::fmt;
+
 use thiserror::Error;
+
+use crate::model::{Model, Slot};
+
+/// A motion that leaves the range of numbers, and the parameter to look at first.
+#[derive(Clone, Debug, PartialEq)]
+pub struct NotFinite {
+    /// When, s after its beginning.
+    pub at: f64,
+    /// Name, value and unit of the parameter; none where no value is far off.
+    pub parameter: Option<(String, f64, &'static str)>,
+}
+
+impl NotFinite {
+    /// The motion of this model is not finite from a time on, s after its beginning.
+    pub fn of(model: &Model, at: f64) -> Self {
+        let named = |slot: Slot| Some((slot.name, slot.value?, slot.unit));
+        Self { at, parameter: model.most_extreme().and_then(named) }
+    }
+}
+
+impl fmt::Display for NotFinite {
+    fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
+        write!(f, "the motion is not finite after {:.3} s", self.at)?;
+        match &self.parameter {
+            Some((name, value, unit)) => {
+                write!(f, ": {name} = {value} {unit} is far from what is usual: choose a smaller effect")
+            }
+            None => {
+                f.write_str(": no parameter is far from what is usual; lower the applied wrench or velocity")
+            }
+        }
+    }
+}
 
 /// Why a model cannot be built or read.
 #[derive(Debug, Error, PartialEq)]
@@ -49,6 +84,9 @@ pub enum ModelError {
         /// Unit of all three.
         unit: &'static str,
     },
+    /// A motion that is not finite.
+    #[error("{0}")]
+    NotFinite(NotFinite),
     /// Two lists that must have the same length do not.
     #[error("{what}: {got} values where {expected} are needed")]
     Length {

@@ -39,7 +39,7 @@ pub use catalogue::{Kind, Law, catalogue};
 pub use dual::Dual;
 pub use effects::floor_patch::patch_outline;
 pub use effects::obstacle_contact::obstacle_surface;
-pub use error::ModelError;
+pub use error::{ModelError, NotFinite};
 pub use file::Posterior;
 pub use frames::{to_body, to_world, transport};
 pub use glide::Glide;

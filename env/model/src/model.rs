@@ -66,6 +66,9 @@ pub struct Slot {
     pub effect: Option<usize>,
 }
 
+/// Natural logarithm of a factor beyond which a value is far off: ten prior standard deviations, or ten times the median.
+const FAR_OFF: f64 = std::f64::consts::LN_10;
+
 impl Model {
     /// The simulation under test of the paper (eq. 3): a rigid body with one anisotropic viscous
     /// wheel, all six parameters free.
@@ -128,6 +131,19 @@ impl Model {
             }
         }
         slots
+    }
+
+    /// The given value that lies farthest from what the catalogue expects, by its logarithm: where a motion is not
+    /// finite, it is the first to look at. `None` where no value is far off.
+    pub fn most_extreme(&self) -> Option<Slot> {
+        let distance = |slot: &Slot| match (slot.prior, slot.value?) {
+            (Prior::Normal { mean, sd }, value) => Some(((value - mean).abs() / sd).ln()),
+            (Prior::LogNormal { median, .. }, value) => Some((value / median).ln().abs()),
+            _ => None,
+        };
+        let slots = self.slots().into_iter().filter_map(|slot| Some((distance(&slot)?, slot)));
+        let (farthest, slot) = slots.max_by(|a, b| a.0.total_cmp(&b.0))?;
+        (farthest > FAR_OFF).then_some(slot)
     }
 
     /// Give the parameter `index` of [`Model::slots`] a value.
@@ -322,6 +338,16 @@ mod tests {
     fn effects_of_one_kind_are_numbered() {
         let model = table().with(Effect::free(Kind::ViscousWheel));
         assert_eq!(model.effect_names(), ["viscous_wheel", "viscous_wheel_2"]);
+    }
+
+    #[test]
+    fn the_value_that_is_farthest_off_is_found() {
+        let usual = table().filled(&[22.0, 0.1, 0.1, 0.3, 60.0, 60.0]).unwrap();
+        assert_eq!(usual.most_extreme(), None);
+        let pushing = Effect::free(Kind::DirectionalFriction);
+        let pushing = pushing.with("angle", Some(0.0)).with("difference", Some(-1e5));
+        let extreme = usual.with(pushing).most_extreme().unwrap();
+        assert_eq!((extreme.name.as_str(), extreme.value), ("directional_friction.difference", Some(-1e5)));
     }
 
     #[test]

@@ -25,6 +25,11 @@ impl<T: Real> State<T> {
         Self { pose, twist, inner: [T::zero(); INNER] }
     }
 
+    /// Whether all values are finite.
+    pub fn is_finite(&self) -> bool {
+        self.pose.iter().chain(&self.twist).chain(&self.inner).all(|value| value.re().is_finite())
+    }
+
     /// The same with the laws' own states given.
     #[must_use]
     pub fn with_inner(self, inner: [f64; INNER]) -> Self {

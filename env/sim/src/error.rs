@@ -39,6 +39,38 @@ pub enum SimError {
     /// What should be a saved state.
     #[error("this is no saved state of such a task: {0}")]
     State(String),
+    /// More environments than there is memory for.
+    #[error(
+        "num_envs = {count}: an environment takes up to {each} KiB and {free} MiB are free, so that {most} is the most"
+    )]
+    TooMany {
+        /// As given.
+        count: usize,
+        /// Memory of an environment, KiB.
+        each: u64,
+        /// Memory that is free, MiB.
+        free: u64,
+        /// So many fit.
+        most: usize,
+    },
+    /// A scenario that would not come to an end.
+    #[error(
+        "the pushes take {} s in all, which is {} {what}, and {most:.0} is the most: shorten the pushes (the time of `push.knots`, `random.duration`), take fewer, or {remedy}",
+        short(*seconds),
+        short(*got)
+    )]
+    TooLong {
+        /// Time of all pushes with what is recorded before them, s.
+        seconds: f64,
+        /// "steps" or "samples".
+        what: &'static str,
+        /// So many.
+        got: f64,
+        /// So many there may be.
+        most: f64,
+        /// What else helps.
+        remedy: &'static str,
+    },
     /// Something that one environment of a batch refuses.
     #[error("environment {0}: {1}")]
     Environment(usize, Box<SimError>),
@@ -57,6 +89,11 @@ pub enum SimError {
     /// The recording would not be valid.
     #[error(transparent)]
     Record(#[from] trundle_record::Error),
+}
+
+/// A number of any size in a few digits.
+fn short(value: f64) -> String {
+    if value < 1e9 { format!("{value:.0}") } else { format!("{value:.1e}") }
 }
 
 impl SimError {

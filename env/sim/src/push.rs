@@ -2,7 +2,7 @@
 
 use rand_chacha::ChaCha8Rng;
 use serde::{Deserialize, Serialize};
-use trundle_model::{Axes, Clock, INNER, Model, State};
+use trundle_model::{Axes, Clock, INNER, Model, ModelError, NotFinite, State};
 
 use crate::gripper::relative;
 use crate::hand::Hand;
@@ -46,7 +46,7 @@ impl Setting<'_> {
     /// the start of the pre-contact interval to the last knot.
     ///
     /// # Errors
-    /// When the model is not complete or the knots make no profile.
+    /// When the model is not complete, the knots make no profile, or the motion is not finite.
     pub fn run(&self, episode: usize, push: &Push, noise: ChaCha8Rng) -> Result<Vec<Row>, SimError> {
         self.run_from(episode, push, [0.0; INNER], noise)
     }
@@ -98,6 +98,9 @@ impl Setting<'_> {
                 [0.0; 3]
             };
             world.step(wrench, clock, self.step)?;
+            if !(world.state().is_finite() && wrench.iter().all(|value| value.is_finite())) {
+                return Err(ModelError::NotFinite(NotFinite::of(self.model, t)).into());
+            }
             let next = hand.pose(world.state().pose);
             let going = [0, 1].map(|k| (next[k] - held_at[k]) / self.step);
             instruments.observe(&Scene {

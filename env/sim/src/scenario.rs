@@ -14,6 +14,11 @@ const SCENARIO: &str = "trundle-scenario/1";
 /// Longest step, s: the gripper's coupling and the sensor's clock need one that is short.
 const LONGEST_STEP: f64 = 0.01;
 
+/// Most steps of all pushes together. A step takes about a microsecond: so many take a few minutes.
+const MAX_STEPS: f64 = 1e8;
+/// Most samples of all instruments together. One takes up to 250 bytes until it is written: so many take 1 GB.
+const MAX_SAMPLES: f64 = 4e6;
+
 /// A scenario: an object with hidden effects, and the pushes that are recorded of it.
 #[derive(Clone, Debug, Deserialize)]
 #[serde(deny_unknown_fields)]
@@ -111,9 +116,29 @@ impl Scenario {
         if self.episodes() == 0 {
             return Err(SimError::value("push", 0, "give [[push]] tables, or [random] with a count"));
         }
+        self.check_length()?;
         if self.held_out >= self.episodes() {
             let remedy = "must leave an episode to fit";
             return Err(SimError::value("held_out", self.held_out, remedy));
+        }
+        Ok(())
+    }
+}
+
+impl Scenario {
+    /// Refuse what would take hours or more memory than there is.
+    fn check_length(&self) -> Result<(), SimError> {
+        let ends = self.pushes.iter().filter_map(|push| push.knots.last()).map(|knot| knot[0]);
+        let drawn = self.random.as_ref().map_or(0.0, |random| random.count as f64 * random.duration);
+        let seconds = ends.sum::<f64>() + drawn + self.episodes() as f64 * self.sensor.precontact;
+        let rate = self.sensor.rate + self.tracker.rate;
+        for (what, got, most, remedy) in [
+            ("steps", seconds / self.step, MAX_STEPS, "lengthen `step`"),
+            ("samples", seconds * rate, MAX_SAMPLES, "lower `sensor.rate` and `tracker.rate`"),
+        ] {
+            if got > most {
+                return Err(SimError::TooLong { seconds, what, got, most, remedy });
+            }
         }
         Ok(())
     }

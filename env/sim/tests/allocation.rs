@@ -40,6 +40,33 @@ fn a_step_allocates_nothing() {
     }
 }
 
+/// What `task::Batch` takes an environment to need, bytes.
+const ENVIRONMENT_BYTES: u64 = 64 << 10;
+
+#[test]
+fn an_environment_needs_no_more_memory_than_a_batch_takes_it_to() {
+    let mut most = 0;
+    for task in [Goal::Pose, Goal::Path, Goal::Around, Goal::Door] {
+        for mode in [Mode::Wrench, Mode::Push] {
+            let object = vec!["random".to_owned()];
+            let options = Options { object, hidden: Secret::Catalogue, ..options(task, mode) };
+            for seed in 0..10 {
+                let mut env = None;
+                let taken = measure(|| {
+                    let mut task = Pushing::new(options.clone()).unwrap();
+                    task.reset(Some(seed), &Reset::default()).unwrap();
+                    for _ in 0..40 {
+                        task.step(&[0.3, 0.0, 0.0]).unwrap();
+                    }
+                    env = Some(task);
+                });
+                most = most.max(u64::try_from(taken.bytes_current).unwrap());
+            }
+        }
+    }
+    assert!((ENVIRONMENT_BYTES / 16..ENVIRONMENT_BYTES).contains(&most), "{most}");
+}
+
 #[test]
 fn at_a_wall_only_the_engine_itself_allocates() {
     // Twice in each simulation step: its solver's barrier, and its list of what was changed; and now and then a tree.

@@ -12,7 +12,7 @@ import tomli_w
 from gymnasium.error import InvalidAction, ResetNeeded
 from numpy.typing import NDArray
 
-from trundle._native import Pushing, Snapshot, TrundleError
+from trundle._native import NotFiniteError, Pushing, Snapshot, TrundleError
 from trundle.envs.view import draw, needed
 from trundle.envs.window import Window
 
@@ -199,6 +199,8 @@ class Push(gym.Env[Observation, Action]):
         """Act on the object until the next action is due; see the class."""
         try:
             stepped = self._native.step(action)
+        except NotFiniteError:
+            raise
         except TrundleError as error:
             raise ActionError(str(error)) from None
         if stepped is None:

@@ -11,7 +11,7 @@ from gymnasium.vector import AutoresetMode, VectorEnv
 from gymnasium.vector.utils import batch_space
 from numpy.typing import NDArray
 
-from trundle._native import Batch, Snapshot, TrundleError
+from trundle._native import Batch, NotFiniteError, Snapshot, TrundleError
 from trundle.envs import goal, tasks
 from trundle.envs.goal import GoalSpace
 from trundle.envs.push import FACING, REACH, ActionError, Push, reset_options
@@ -23,6 +23,8 @@ Array = NDArray[np.float64]
 Flags = NDArray[np.bool_]
 
 COLUMNS: list[str] = Batch.COLUMNS
+MOST = 2**62
+"""More than any memory holds, and yet a number that the native half can take."""
 TRUTHS = ("is_success", "lost", "touched")
 
 
@@ -52,7 +54,7 @@ class PushVec(VectorEnv[Any, Any, Any]):
     Raises
     ------
     TrundleError
-        If an option makes no sense.
+        If an option makes no sense, or so many do not fit into the memory that is free.
     """
 
     ENV: ClassVar[type[Push]] = Push
@@ -80,6 +82,8 @@ class PushVec(VectorEnv[Any, Any, Any]):
         single = self.ENV(**options)
         self.num_envs, self.render_mode = num_envs, render_mode
         self.autoreset_mode = AutoresetMode(autoreset_mode)
+        # First, because it refuses more than there is memory for.
+        self._native = Batch(single._options, min(num_envs, MOST), self.autoreset_mode.value)
         self.metadata = {
             **single.metadata,
             "render_modes": ["rgb_array"],
@@ -91,7 +95,6 @@ class PushVec(VectorEnv[Any, Any, Any]):
         self.action_space = batch_space(self.single_action_space, num_envs)
         self.observation_space = batch_space(self.single_observation_space, num_envs)
         self._copy = copy
-        self._native = Batch(single._options, num_envs, self.autoreset_mode.value)
         entries = len(single._native.bounds)
         self._seen, self._finals = np.zeros((num_envs, entries)), np.zeros((num_envs, entries))
         self._table = np.zeros((num_envs, len(COLUMNS)))
@@ -120,6 +123,8 @@ class PushVec(VectorEnv[Any, Any, Any]):
             )
         try:
             self._native.step(actions, self._seen, self._finals, self._table)
+        except NotFiniteError:
+            raise
         except TrundleError as error:
             raise ActionError(str(error)) from None
         table = self._table

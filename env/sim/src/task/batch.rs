@@ -4,7 +4,7 @@ use rayon::prelude::*;
 
 #[cfg(doc)]
 use super::Mode;
-use super::{Options, Outcome, Pushing, Reset};
+use super::{Options, Outcome, Pushing, Reset, memory};
 use crate::{SimError, thread_pool};
 
 /// What happens after an episode's end, as in Gymnasium.
@@ -36,6 +36,10 @@ pub struct Batch {
     autoreset: Autoreset,
 }
 
+/// Memory that an environment may take, bytes: where the engine has the object among obstacles it takes most, and then
+/// no more than this (`tests/allocation.rs` measures it).
+const ENVIRONMENT_BYTES: u64 = 64 << 10;
+
 /// So many environments at least are one thread's, steps being short.
 const SHARE: usize = 8;
 
@@ -43,8 +47,13 @@ impl Batch {
     /// So many environments.
     ///
     /// # Errors
-    /// When an option makes no sense.
+    /// When an option makes no sense, or so many do not fit into memory.
     pub fn new(options: Options, count: usize, autoreset: Autoreset) -> Result<Self, SimError> {
+        let free = memory::available();
+        let most = (free / ENVIRONMENT_BYTES) as usize;
+        if count > most {
+            return Err(SimError::TooMany { count, each: ENVIRONMENT_BYTES >> 10, free: free >> 20, most });
+        }
         let (entries, width) = (options.entries(), options.action.width());
         Ok(Self { envs: vec![Pushing::new(options)?; count], entries, width, autoreset })
     }

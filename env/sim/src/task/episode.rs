@@ -154,6 +154,16 @@ impl Episode {
         self.now.ended
     }
 
+    /// Whether the object's motion and what the wrist feels are finite.
+    pub fn is_finite(&self) -> bool {
+        self.mover.state().is_finite() && self.now.felt.iter().all(|value| value.is_finite())
+    }
+
+    /// Time since its beginning, s.
+    pub fn seconds(&self) -> f64 {
+        f64::from(self.now.tick) * self.options.step
+    }
+
     /// Record no more.
     pub fn forget(&mut self) {
         self.recorder = None;

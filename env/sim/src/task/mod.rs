@@ -4,10 +4,12 @@ mod arm;
 mod batch;
 mod episode;
 mod hidden;
+mod memory;
 mod options;
 mod outcome;
 mod room;
 pub mod rules;
+mod sealed;
 mod senses;
 mod things;
 
@@ -16,7 +18,7 @@ use std::sync::Arc;
 use rand::{RngExt, SeedableRng};
 use rand_chacha::ChaCha8Rng;
 use serde::{Deserialize, Serialize};
-use trundle_model::{Effect, Model, Rigid};
+use trundle_model::{Effect, Model, ModelError, NotFinite, Rigid};
 use trundle_record::{Contact, Metadata, Obstacle};
 
 use crate::{Instruments, Row, SimError, simulate};
@@ -170,7 +172,7 @@ impl Pushing {
     /// `None` without an episode under way.
     ///
     /// # Errors
-    /// Never, as far as is known.
+    /// When the motion is not finite; the message names the parameter to look at first. The episode is then over.
     pub fn step(&mut self, action: &[f64]) -> Result<Option<Outcome>, SimError> {
         let full = self.options.action.full();
         let Some((_, episode)) = self.episode.as_mut().filter(|(_, episode)| !episode.ended()) else {
@@ -180,7 +182,13 @@ impl Pushing {
         for (entry, (share, full)) in target.iter_mut().zip(action.iter().zip(full)) {
             *entry = share * full;
         }
-        episode.step(target).map(Some)
+        let outcome = episode.step(target)?;
+        if episode.is_finite() && outcome.reward.is_finite() {
+            return Ok(Some(outcome));
+        }
+        let (at, model) = (episode.seconds(), self.model());
+        let error = model.map(|model| ModelError::NotFinite(NotFinite::of(&model, at)));
+        error.map_or(Ok(Some(outcome)), |error| Err(error.into()))
     }
 
     /// Tell what the agent sees, [`Options::entries`] numbers; nothing before the first reset. Noise is drawn anew.
@@ -262,15 +270,17 @@ impl Pushing {
             object: self.object.as_ref().map(|object| object.seed),
             episode: self.episode.as_ref().map(|(began, episode)| (began.clone(), episode.save())),
         };
-        postcard::to_stdvec(&saved).map_err(|e| SimError::State(e.to_string()))
+        let bytes = postcard::to_stdvec(&saved).map_err(|e| SimError::State(e.to_string()))?;
+        Ok(sealed::seal(&bytes))
     }
 
     /// Go on from what another of the same options has saved; exact to the last bit.
     ///
     /// # Errors
-    /// When it is no saved state.
+    /// When it is no saved state, or a damaged one.
     pub fn load(&mut self, bytes: &[u8]) -> Result<(), SimError> {
-        let saved: Saved = postcard::from_bytes(bytes).map_err(|e| SimError::State(e.to_string()))?;
+        let saved: Saved =
+            postcard::from_bytes(sealed::open(bytes)?).map_err(|e| SimError::State(e.to_string()))?;
         let Saved { seeds, seeded, objects, object, episode } = saved;
         self.object = object.map(|seed| self.draw(seed)).transpose()?;
         self.recording = false;
