@@ -1,0 +1,153 @@
+"""The file of a wide benchmark: how many cases of what, from which seeds, and what makes a case count."""
+
+from __future__ import annotations
+
+from dataclasses import asdict, dataclass
+from pathlib import Path
+from typing import Any
+
+from trundle.experiments.wide.families import CATALOGUE, OUTSIDE
+from trundle.recording import TrundleError
+from trundle.settings import checked, headed
+
+__all__ = ["FORMAT", "Counts", "Settings", "read"]
+
+FORMAT = "trundle-wide/1"
+
+
+@dataclass(frozen=True)
+class Counts:
+    """How many cases of each kind: without an effect, with one to four, and out of the catalogue."""
+
+    clean: int = 0
+    singles: int = 0
+    pairs: int = 0
+    triples: int = 0
+    fours: int = 0
+    outsides: int = 0
+
+    def groups(self) -> dict[tuple[int, bool], int]:
+        """Return the counts by number of families, and whether they are out of the catalogue."""
+        several = {(2, False): self.pairs, (3, False): self.triples, (4, False): self.fours}
+        return {(0, False): self.clean, (1, False): self.singles, (1, True): self.outsides, **several}
+
+
+@dataclass(frozen=True)
+class Range:
+    """A range of seeds, or a subset of one: the first cases of each kind."""
+
+    first: int | None = None
+    of: str | None = None
+    clean: int = 0
+    singles: int = 0
+    pairs: int = 0
+    triples: int = 0
+    fours: int = 0
+    outsides: int = 0
+
+    def counts(self) -> Counts:
+        """Return the counts alone."""
+        return Counts(self.clean, self.singles, self.pairs, self.triples, self.fours, self.outsides)
+
+
+@dataclass(frozen=True)
+class Document:
+    """A file as it is written; see `Settings`."""
+
+    ranges: dict[str, Range]
+    effects: list[str]
+    outside: list[str]
+    matters: float = 3.0
+    each_matters: float = 2.0
+    attempts: int = 40
+    limit: float = 900.0
+
+
+@dataclass(frozen=True)
+class Settings:
+    """What the recordings and diagnoses of a range depend on.
+
+    Attributes
+    ----------
+    range : str
+        Name of the range.
+    parent : str
+        Name of the range of which it is a subset, or its own.
+    first : int
+        First seed.
+    counts : Counts
+        Of the whole range.
+    subset : Counts, optional
+        Of the subset, if it is one.
+    effects, outside : tuple of str
+        Families that are hidden.
+    matters : float
+        By which factor the true law must improve the refitted nominal model's held-out misfit.
+    each_matters : float
+        The same for each of several effects, with the others in the model.
+    attempts : int
+        Draws after which a case is given up.
+    limit : float
+        Of one diagnosis, s of wall time.
+    """
+
+    range: str
+    parent: str
+    first: int
+    counts: Counts
+    subset: Counts | None
+    effects: tuple[str, ...]
+    outside: tuple[str, ...]
+    matters: float
+    each_matters: float
+    attempts: int
+    limit: float
+
+    def plain(self) -> dict[str, Any]:
+        """Return it as plain values."""
+        return {name: list(v) if isinstance(v, tuple) else v for name, v in asdict(self).items()}
+
+
+def read(path: Path, which: str) -> Settings:
+    """Read a file for one of its ranges.
+
+    Raises
+    ------
+    TrundleError
+        If a key, a family or the range is unknown.
+    """
+    found = checked(path, Document, headed(path, FORMAT))
+    chosen = ranged(path, found, which)
+    parent = ranged(path, found, chosen.of) if chosen.of else chosen
+    if parent.first is None:
+        raise TrundleError(f"{path}: [ranges.{chosen.of or which}] needs `first`, the first seed")
+    return Settings(
+        range=which,
+        parent=chosen.of or which,
+        first=parent.first,
+        counts=parent.counts(),
+        subset=chosen.counts() if chosen.of else None,
+        effects=families(path, found.effects, CATALOGUE),
+        outside=families(path, found.outside, OUTSIDE),
+        matters=found.matters,
+        each_matters=found.each_matters,
+        attempts=found.attempts,
+        limit=found.limit,
+    )
+
+
+def ranged(path: Path, found: Document, which: str) -> Range:
+    """Return a range of a file."""
+    if which not in found.ranges:
+        raise TrundleError(
+            f"{path}: [ranges] has no '{which}'; it has {', '.join(found.ranges) or 'nothing'}"
+        )
+    return found.ranges[which]
+
+
+def families(path: Path, names: Any, known: dict[str, Any]) -> tuple[str, ...]:
+    """Return names of families, all known ones for "all"."""
+    for name in names:
+        if name != "all" and name not in known:
+            raise TrundleError(f"{path}: there is no family '{name}'; there are {', '.join(known)}")
+    return tuple(known) if list(names) == ["all"] else tuple(names)

@@ -1,0 +1,203 @@
+"""A case as ordinary differential equations: Newton and Euler in the plane, Runge-Kutta of fourth order.
+
+Nothing here comes from trundle's laws or from MuJoCo. Dry friction is a bristle (Dahl), contact a spring with
+losses (Hunt and Crossley) and smoothed Coulomb friction, a caster's tyre follows with a relaxation time.
+"""
+
+from __future__ import annotations
+
+import math
+from collections.abc import Callable, Sequence
+from typing import Any
+
+import numpy as np
+from numpy.typing import NDArray
+
+from trundle.experiments.wide.motion import course, grasp_course, middle
+from trundle.experiments.wide.ode_terms import Kinematics, Term, Trait, terms_of, wheel_term
+from trundle.experiments.wide.outline_distance import OutlineDistance
+from trundle.experiments.wide.scene import WideScene
+from trundle.experiments.wide.strokes import Finger
+from trundle.proof.family import Hidden
+from trundle.proof.push import CONTACT
+from trundle.proof.seen import Seen
+
+__all__ = ["STEP", "simulate"]
+
+Floats = NDArray[np.float64]
+Driver = Callable[[float, Kinematics], tuple[float, float, float]]
+
+STEP = 1e-3
+"""s."""
+TIP_LOSS = 2.0
+"""Of Hunt and Crossley's contact, s/m: force k d (1 + loss · approach speed), without a jump."""
+RUNGE_KUTTA = np.array([1.0, 2.0, 2.0, 1.0]) / 6.0
+SLIP = 3e-3
+"""Speed over which the friction of the finger's tip sets in, m/s."""
+
+
+def simulate(scene: WideScene, hidden: Sequence[Hidden], episode: int) -> Seen:
+    """Return what perfect instruments would read in an episode."""
+    plant = Plant(scene, hidden, episode)
+    return plant.pushed() if scene.strokes else plant.grasped()
+
+
+class Plant:
+    """An object with everything that acts on it, in one episode."""
+
+    def __init__(self, scene: WideScene, hidden: Sequence[Hidden], episode: int) -> None:
+        self.scene, self.episode = scene, episode
+        shape: Any = scene.shape
+        self.trait = Trait(
+            scene.mass, scene.mass * shape.spin, float(shape.centroid[0]), float(shape.centroid[1])
+        )
+        self.terms: list[Term] = [wheel_term(scene.wheel, self.trait)]
+        for one in hidden:
+            self.terms += terms_of(one, scene, episode, self.trait)
+        self.n = round((scene.seconds[episode] - CONTACT) / STEP)
+        self.t: Floats = CONTACT + STEP * np.arange(self.n + 1, dtype=np.float64)
+
+    def initial(self) -> list[float]:
+        """Return the state at contact: pose and twist of the object's origin, then the terms' own states."""
+        start = self.scene.pushes[self.episode].start
+        state = [*map(float, start), 0.0, 0.0, 0.0]
+        return state + [value for term in self.terms for value in term.initial(start)]
+
+    def rate(self, t: float, state: list[float], driver: Driver) -> list[float]:
+        """Return the derivative of the state."""
+        x, y, theta, vx, vy, omega = state[:6]
+        c, s = math.cos(theta), math.sin(theta)
+        at = Kinematics(x, y, c, s, vx, vy, omega, theta)
+        fx, fy, torque = driver(t, at)
+        inner: list[float] = []
+        first = 6
+        for term in self.terms:
+            last = first + term.states
+            gx, gy, more, rates = term.act(t, at, state[first:last])
+            fx, fy, torque, first = fx + gx, fy + gy, torque + more, last
+            inner += rates
+        trait = self.trait
+        factor = trait.factor(t)
+        mass, inertia = factor * trait.mass, factor * trait.inertia
+        rx, ry = c * trait.x - s * trait.y, s * trait.x + c * trait.y
+        alpha = (torque - (rx * fy - ry * fx)) / inertia
+        ax = fx / mass + alpha * ry + omega * omega * rx
+        ay = fy / mass - alpha * rx + omega * omega * ry
+        return [vx, vy, omega, ax, ay, alpha, *inner]
+
+    def step(self, t: float, state: list[float], driver: Driver) -> list[float]:
+        """Return the state one step later."""
+        h = STEP
+        a = self.rate(t, state, driver)
+        b = self.rate(t + h / 2, [u + h / 2 * v for u, v in zip(state, a, strict=True)], driver)
+        c = self.rate(t + h / 2, [u + h / 2 * v for u, v in zip(state, b, strict=True)], driver)
+        d = self.rate(t + h, [u + h * v for u, v in zip(state, c, strict=True)], driver)
+        return [u + h / 6 * (p + 2 * q + 2 * r + w) for u, p, q, r, w in zip(state, a, b, c, d, strict=True)]
+
+    def grasped(self) -> Seen:
+        """Simulate a grasp: its force is in proportion to the velocity that is missing."""
+        scene = self.scene
+        push: Any = scene.pushes[self.episode]
+        halves: Floats = CONTACT + STEP / 2 * np.arange(2 * self.n + 3, dtype=np.float64)
+        wanted = push.wanted(halves).tolist()
+        servo = Servo(scene, self.episode, wanted)
+        poses, wrenches, state = np.empty((self.n + 1, 3)), np.empty((self.n + 1, 3)), self.initial()
+        for k, t in enumerate(self.t.tolist()):
+            poses[k] = state[:3]
+            wrenches[k] = servo.exerted(t, kinematics(state))
+            state = self.step(t, state, servo.driver)
+        return grasp_course(scene, self.episode, self.t, poses, wrenches)
+
+    def pushed(self) -> Seen:
+        """Simulate free pushing."""
+        scene = self.scene
+        finger = Finger(scene.strokes[self.episode], scene.shape, STEP)
+        tip = Tip(scene, self.episode)
+        n = self.n + 1
+        poses, tips, wrenches, state = np.empty((n, 3)), np.empty((n, 3)), np.zeros((n, 3)), self.initial()
+        angle = scene.pushes[self.episode].grasp.angle
+        for k, t in enumerate(self.t.tolist()):
+            tip.began, tip.course = t, finger.at(t, state[:3])
+            _, _, x, y = tip.touch(t, kinematics(state))
+            poses[k], tips[k] = state[:3], (x, y, angle)
+            tip.forces = []
+            state = self.step(t, state, tip.driver)
+            wrenches[k, :2] = tip.mean()
+        return course(scene, self.episode, self.t, poses, tips, middle(wrenches))
+
+
+def kinematics(state: Sequence[float]) -> Kinematics:
+    """Return pose and twist of a state."""
+    x, y, theta, vx, vy, omega = state[:6]
+    return Kinematics(x, y, math.cos(theta), math.sin(theta), vx, vy, omega, theta)
+
+
+class Servo:
+    """A grasp that exerts a force in proportion to the velocity that is missing, up to a limit."""
+
+    def __init__(self, scene: WideScene, episode: int, wanted: list[list[float]]) -> None:
+        self.grasp, self.wanted = scene.pushes[episode].grasp, wanted
+        self.gain, self.limit = scene.gain, scene.limit
+
+    def exerted(self, t: float, at: Kinematics) -> tuple[float, float, float]:
+        """Return the wrench in the axes and about the origin of the grasp."""
+        u, v, w = self.wanted[round((t - CONTACT) / STEP * 2)]
+        g = self.grasp
+        ax, ay = at.c * g.x - at.s * g.y, at.s * g.x + at.c * g.y
+        vx, vy = at.vx - at.omega * ay, at.vy + at.omega * ax
+        c, s = math.cos(at.theta + g.angle), math.sin(at.theta + g.angle)
+        (force, torque), (most, turn) = self.gain, self.limit
+        along = most * math.tanh(force * (u - c * vx - s * vy) / most)
+        across = most * math.tanh(force * (v + s * vx - c * vy) / most)
+        return along, across, turn * math.tanh(torque * (w - at.omega) / turn)
+
+    def driver(self, t: float, at: Kinematics) -> tuple[float, float, float]:
+        """Return the wrench in world axes about the object's origin."""
+        along, across, moment = self.exerted(t, at)
+        g = self.grasp
+        c, s = math.cos(at.theta + g.angle), math.sin(at.theta + g.angle)
+        fx, fy = c * along - s * across, s * along + c * across
+        ax, ay = at.c * g.x - at.s * g.y, at.s * g.x + at.c * g.y
+        return fx, fy, moment + ax * fy - ay * fx
+
+
+class Tip:
+    """The tip of a finger on a compliant arm: it touches without a moment about itself."""
+
+    def __init__(self, scene: WideScene, episode: int) -> None:
+        strokes = scene.strokes[episode]
+        self.outline = OutlineDistance(scene.shape)
+        self.stiffness, self.friction = strokes.stiffness, strokes.friction
+        self.forces: list[tuple[float, float]] = []
+        self.began, self.course = 0.0, (0.0, 0.0, 0.0, 0.0, True)
+
+    def touch(self, t: float, at: Kinematics) -> tuple[float, float, float, float]:
+        """Return the force on the object, world axes, and where the tip is: pushed back to the surface."""
+        x, y, vx, vy, down = self.course
+        x, y = x + (t - self.began) * vx, y + (t - self.began) * vy
+        if not down:
+            return 0.0, 0.0, x, y
+        dx, dy = x - at.x, y - at.y
+        depth, nx, ny = self.outline.depth(at.c * dx + at.s * dy, at.c * dy - at.s * dx)
+        if depth <= 0.0:
+            return 0.0, 0.0, x, y
+        nx, ny = at.c * nx - at.s * ny, at.s * nx + at.c * ny  # outward, world axes
+        x, y = x + depth * nx, y + depth * ny
+        ux = vx - at.vx + at.omega * (y - at.y)
+        uy = vy - at.vy - at.omega * (x - at.x)
+        normal = self.stiffness * depth * (1.0 - TIP_LOSS * (ux * nx + uy * ny))
+        if normal <= 0.0:
+            return 0.0, 0.0, x, y
+        slip = uy * nx - ux * ny
+        side = self.friction * normal * slip / math.hypot(slip, SLIP)
+        return -normal * nx - side * ny, -normal * ny + side * nx, x, y
+
+    def driver(self, t: float, at: Kinematics) -> tuple[float, float, float]:
+        """Return the wrench in world axes about the object's origin."""
+        fx, fy, x, y = self.touch(t, at)
+        self.forces.append((fx, fy))
+        return fx, fy, (x - at.x) * fy - (y - at.y) * fx
+
+    def mean(self) -> Floats:
+        """Return the mean force over the last step, by the weights of its stages: no impulse is lost."""
+        return np.asarray(RUNGE_KUTTA @ np.array(self.forces))

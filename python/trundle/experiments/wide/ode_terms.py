@@ -1,0 +1,350 @@
+"""What acts on the object in the ODE engine: wheels, friction, casters, floor, loads, cables, obstacles."""
+
+from __future__ import annotations
+
+import math
+from collections.abc import Callable, Sequence
+from dataclasses import dataclass, field
+from typing import Any, NamedTuple
+
+import numpy as np
+
+from trundle.experiments.wide.outline_distance import OutlineDistance
+from trundle.experiments.wide.scene import WideScene
+from trundle.proof.family import Hidden, Values
+from trundle.proof.scene import Wheel
+
+__all__ = ["Kinematics", "Term", "Trait", "terms_of", "wheel_term"]
+
+BRISTLE = 5e-4
+"""Displacement over which dry friction builds up, m; shorter ones need shorter steps."""
+BRISTLE_DAMPING = 2e-4
+"""Damping of the bristles over their stiffness, s."""
+RELAXATION = 5e-3
+"""Of a caster's tyre, s."""
+GRIP = 20.0
+"""How much more a caster's tyre resists side slip than scrubbing does at the pivot, as in MuJoCo's family."""
+LOSS = 0.03
+"""Damping ratio of a swinging load, as in MuJoCo's family."""
+HARD = 3e4
+"""Stiffness of an obstacle, N/m."""
+
+
+class Kinematics(NamedTuple):
+    """Pose and twist of the object's origin, world axes."""
+
+    x: float
+    y: float
+    c: float
+    s: float
+    vx: float
+    vy: float
+    omega: float
+    theta: float
+
+
+@dataclass
+class Trait:
+    """Mass, inertia about the mass centre, mass centre in the object's frame, and what changes with time."""
+
+    mass: float
+    inertia: float
+    x: float
+    y: float
+    factors: list[Callable[[float], float]] = field(default_factory=list)
+    wheel_factors: list[Callable[[float], tuple[float, float]]] = field(default_factory=list)
+
+    def factor(self, t: float) -> float:
+        """Return by how much mass and inertia are larger at a time."""
+        found = 1.0
+        for one in self.factors:
+            found *= one(t)
+        return found
+
+
+Wrench = tuple[float, float, float]
+
+
+class Term:
+    """A force and moment about the object's origin, world axes, with inner states if it has any."""
+
+    states = 0
+
+    def __init__(self, force: Callable[[float, Kinematics], Wrench] | None = None) -> None:
+        self.force = force
+
+    def initial(self, start: Sequence[float]) -> list[float]:
+        """Return the inner states at contact."""
+        return []
+
+    def act(self, t: float, at: Kinematics, z: list[float]) -> tuple[float, float, float, list[float]]:
+        """Return force, moment, and the derivative of the inner states."""
+        assert self.force is not None
+        return *self.force(t, at), []
+
+
+def at_point(at: Kinematics, x: float, y: float) -> tuple[float, float, float, float]:
+    """Return lever and velocity of a point of the object, world axes."""
+    rx, ry = at.c * x - at.s * y, at.s * x + at.c * y
+    return rx, ry, at.vx - at.omega * ry, at.vy + at.omega * rx
+
+
+def wheel_term(wheel: Wheel, trait: Trait | None = None) -> Term:
+    """Return a viscous wheel; the one that events change if the object's trait is given."""
+
+    def force(t: float, at: Kinematics) -> Wrench:
+        rx, ry, vx, vy = at_point(at, wheel.x, wheel.y)
+        mu_x, mu_y = wheel.mu_x, wheel.mu_y
+        for change in trait.wheel_factors if trait is not None else ():
+            more_x, more_y = change(t)
+            mu_x, mu_y = mu_x * more_x, mu_y * more_y
+        c, s = math.cos(at.theta + wheel.angle), math.sin(at.theta + wheel.angle)
+        along, across = -mu_x * (c * vx + s * vy), -mu_y * (c * vy - s * vx)
+        fx, fy = c * along - s * across, s * along + c * across
+        return fx, fy, rx * fy - ry * fx
+
+    return Term(force)
+
+
+class Dry(Term):
+    """Dry friction at a point, as a bristle in the plane (Dahl 1968)."""
+
+    states = 2
+
+    def __init__(self, x: float, y: float, load: float) -> None:
+        super().__init__()
+        self.x, self.y, self.load = x, y, load
+
+    def initial(self, start: Sequence[float]) -> list[float]:
+        """Begin unbent."""
+        return [0.0, 0.0]
+
+    def act(self, t: float, at: Kinematics, z: list[float]) -> tuple[float, float, float, list[float]]:
+        """Bend with the motion, up to the bristle's length."""
+        rx, ry, vx, vy = at_point(at, self.x, self.y)
+        slip = math.hypot(vx, vy) / BRISTLE
+        zx, zy = vx - slip * z[0], vy - slip * z[1]
+        stiffness = self.load / BRISTLE
+        damping = BRISTLE_DAMPING * stiffness
+        fx, fy = -stiffness * z[0] - damping * zx, -stiffness * z[1] - damping * zy
+        return fx, fy, rx * fy - ry * fx, [zx, zy]
+
+
+class Caster(Term):
+    """A trailing tyre that swivels: its side force turns the arm against scrubbing, a little late."""
+
+    states = 2
+
+    def __init__(self, point: Sequence[float], trail: float, side: float, first: float) -> None:
+        super().__init__()
+        (self.x, self.y), self.trail, self.side, self.first = point, trail, side, first
+
+    def initial(self, start: Sequence[float]) -> list[float]:
+        """Begin at rest in the direction that was drawn."""
+        return [start[2] + self.first, 0.0]
+
+    def act(self, t: float, at: Kinematics, z: list[float]) -> tuple[float, float, float, list[float]]:
+        """Return the side force; the tyre slips by what the arm does not follow."""
+        rx, ry, vx, vy = at_point(at, self.x, self.y)
+        c, s = math.cos(z[0]), math.sin(z[0])
+        aside = c * vy - s * vx
+        settled = aside / (self.trail * (1.0 + 1.0 / GRIP))
+        # Side force from the balance of the massless arm: scrubbing torque over the trail.
+        force = -self.side * self.trail * z[1]
+        fx, fy = -s * force, c * force
+        return fx, fy, rx * fy - ry * fx, [z[1], (settled - z[1]) / RELAXATION]
+
+
+class Swing(Term):
+    """A load on two springs, a particle of its own."""
+
+    states = 4
+
+    def __init__(self, point: Sequence[float], mass: float, frequency: float) -> None:
+        super().__init__()
+        (self.x, self.y), self.mass, self.turn = point, mass, 2 * math.pi * frequency
+
+    def initial(self, start: Sequence[float]) -> list[float]:
+        """Begin at rest in its place."""
+        c, s = math.cos(start[2]), math.sin(start[2])
+        return [start[0] + c * self.x - s * self.y, start[1] + s * self.x + c * self.y, 0.0, 0.0]
+
+    def act(self, t: float, at: Kinematics, z: list[float]) -> tuple[float, float, float, list[float]]:
+        """Pull the load back to its place, with the reaction where the load is."""
+        rx, ry, _, _ = at_point(at, self.x, self.y)
+        lx, ly = z[0] - at.x, z[1] - at.y
+        ux, uy = z[2] - at.vx + at.omega * ly, z[3] - at.vy - at.omega * lx
+        k, d = self.mass * self.turn**2, 2 * LOSS * self.mass * self.turn
+        fx, fy = k * (lx - rx) + d * ux, k * (ly - ry) + d * uy
+        return fx, fy, lx * fy - ly * fx, [z[2], z[3], -fx / self.mass, -fy / self.mass]
+
+
+class Memory(Term):
+    """A spring to the room that yields and remembers (Bouc and Wen)."""
+
+    states = 2
+
+    def __init__(self, stiffness: float, yields: float) -> None:
+        super().__init__()
+        self.stiffness, self.yields = stiffness, yields
+
+    def initial(self, start: Sequence[float]) -> list[float]:
+        """Begin unbent."""
+        return [0.0, 0.0]
+
+    def act(self, t: float, at: Kinematics, z: list[float]) -> tuple[float, float, float, list[float]]:
+        """Follow the displacement, and yield."""
+        rates = []
+        for bent, speed in ((z[0] / self.yields, at.vx), (z[1] / self.yields, at.vy)):
+            rates.append(speed - 0.5 * (abs(speed) * bent * abs(bent) + speed * bent * bent))
+        return -self.stiffness * z[0], -self.stiffness * z[1], 0.0, rates
+
+
+def tether(values: Values) -> Term:
+    """Return a cable that is slack below its length."""
+    (x, y), (ax, ay) = values["point"], values["anchor"]
+
+    def force(t: float, at: Kinematics) -> Wrench:
+        rx, ry, _, _ = at_point(at, x, y)
+        dx, dy = ax - at.x - rx, ay - at.y - ry
+        length = math.hypot(dx, dy)
+        pull = values["stiffness"] * max(length - values["rest_length"], 0.0) / max(length, 1e-9)
+        fx, fy = pull * dx, pull * dy
+        return fx, fy, rx * fy - ry * fx
+
+    return Term(force)
+
+
+def obstacle(values: Values, scene: WideScene) -> Term:
+    """Return a round post that pushes back like a spring with a dashpot."""
+    outline = OutlineDistance(scene.shape)
+    (px, py), radius, mu = values["place"], values["radius"], values["friction"]
+    damping = 0.8 * math.sqrt(HARD * scene.mass)
+
+    def force(t: float, at: Kinematics) -> Wrench:
+        dx, dy = px - at.x, py - at.y
+        inside, nx, ny = outline.depth(at.c * dx + at.s * dy, at.c * dy - at.s * dx)
+        depth = inside + radius
+        if depth <= 0.0 or values["there"] == 0.0:
+            return 0.0, 0.0, 0.0
+        nx, ny = at.c * nx - at.s * ny, at.s * nx + at.c * ny
+        rx, ry = dx + inside * nx, dy + inside * ny
+        vx, vy = at.vx - at.omega * ry, at.vy + at.omega * rx
+        normal = max(HARD * depth + damping * (vx * nx + vy * ny), 0.0)
+        slip = vy * nx - vx * ny
+        side = mu * normal * slip / math.hypot(slip, 3e-3)
+        fx, fy = -normal * nx + side * ny, -normal * ny - side * nx
+        return fx, fy, rx * fy - ry * fx
+
+    return Term(force)
+
+
+def patch(values: Values, scene: WideScene) -> Term:
+    """Return a carpet that drags at every foot on it, or corner."""
+    feet = [(float(x), float(y)) for x, y in scene.standing]
+    c, s = math.cos(values["angle"]), math.sin(values["angle"])
+
+    def force(t: float, at: Kinematics) -> Wrench:
+        fx = fy = torque = 0.0
+        for x, y in feet:
+            rx, ry, vx, vy = at_point(at, x, y)
+            dx, dy = at.x + rx - values["x"], at.y + ry - values["y"]
+            if abs(c * dx + s * dy) < values["half_length"] and abs(c * dy - s * dx) < values["half_width"]:
+                gx, gy = -values["mu"] * vx, -values["mu"] * vy
+                fx, fy, torque = fx + gx, fy + gy, torque + rx * gy - ry * gx
+        return fx, fy, torque
+
+    return Term(force)
+
+
+def terms_of(one: Hidden, scene: WideScene, episode: int, trait: Trait) -> list[Term]:
+    """Return what a hidden family adds, or let it change the object's trait."""
+    name, values = one.family.name, one.values
+    own: Any = getattr(one.family, "terms", None)
+    if own is not None:
+        return list(own(scene, episode, values, trait))
+    make = MAKERS.get(name)
+    return [] if make is None else make(values, scene, episode, trait)
+
+
+def coulomb(values: Values, scene: WideScene, episode: int, trait: Trait) -> list[Term]:
+    """Return dry friction at a point, or at all feet."""
+    points = scene.shape.feet.tolist() if values["point"] is None else [values["point"]]
+    return [Dry(float(x), float(y), values["force"] / len(points)) for x, y in points]
+
+
+def slope(values: Values, scene: WideScene, episode: int, trait: Trait) -> list[Term]:
+    """Return gravity's part along the floor, at the mass centre."""
+
+    def force(t: float, at: Kinematics) -> Wrench:
+        mass = trait.mass * trait.factor(t)
+        rx, ry, _, _ = at_point(at, trait.x, trait.y)
+        fx, fy = mass * values["accel_x"], mass * values["accel_y"]
+        return fx, fy, rx * fy - ry * fx
+
+    return [Term(force)]
+
+
+def grain(values: Values, scene: WideScene, episode: int, trait: Trait) -> list[Term]:
+    """Return a drag on the origin along one direction of the room."""
+    c, s = math.cos(values["angle"]), math.sin(values["angle"])
+
+    def force(t: float, at: Kinematics) -> Wrench:
+        drag = -values["mu"] * (c * at.vx + s * at.vy)
+        return drag * c, drag * s, 0.0
+
+    return [Term(force)]
+
+
+def com_offset(values: Values, scene: WideScene, episode: int, trait: Trait) -> list[Term]:
+    """Move the mass centre."""
+    trait.x, trait.y = trait.x + values["x"], trait.y + values["y"]
+    return []
+
+
+def since(values: Values, episode: int) -> Callable[[float], bool]:
+    """Return whether an event has happened at a time of an episode."""
+    if episode != values["episode"]:
+        return lambda t: episode > values["episode"]
+    return lambda t: t >= values["time"]
+
+
+def mass_change(values: Values, scene: WideScene, episode: int, trait: Trait) -> list[Term]:
+    """Scale mass and inertia from the event on."""
+    happened, factor = since(values, episode), 1.0 + values["mass"] / scene.mass
+    trait.factors.append(lambda t: factor if happened(t) else 1.0)
+    return []
+
+
+def wheel_event(values: Values, scene: WideScene, episode: int, trait: Trait) -> list[Term]:
+    """Scale the wheel's friction from the event on."""
+    happened = since(values, episode)
+    factors = (float(np.exp(values["log_x"])), float(np.exp(values["log_y"])))
+    trait.wheel_factors.append(lambda t: factors if happened(t) else (1.0, 1.0))
+    return []
+
+
+def swinging(values: Values, scene: WideScene, episode: int, trait: Trait) -> list[Term]:
+    """Take the load's mass from the object."""
+    left = 1.0 - values["mass"] / scene.mass
+    trait.mass, trait.inertia = left * trait.mass, left * trait.inertia
+    return [Swing(values["point"], values["mass"], values["frequency"])]
+
+
+Maker = Callable[[Values, WideScene, int, Trait], list[Term]]
+MAKERS: dict[str, Maker] = {
+    "coulomb_friction": coulomb,
+    "caster_swivel": lambda v, s, k, m: [Caster(v["point"], v["trail"], v["mu_side"], v["first"][k])],
+    "second_wheel": lambda v, s, k, m: [wheel_term(Wheel(**v))],
+    "com_offset": com_offset,
+    "floor_slope": slope,
+    "floor_patch": lambda v, s, k, m: [patch(v, s)],
+    "floor_grain": grain,
+    "wheel_event": wheel_event,
+    "mass_change": mass_change,
+    "obstacle_contact": lambda v, s, k, m: [obstacle(v, s)],
+    "tether": lambda v, s, k, m: [tether(v)],
+    "swinging_load": swinging,
+    "hysteretic_spring": lambda v, s, k, m: [Memory(v["stiffness"], v["yields"])],
+}
+"""By the family's name; families of sensing add nothing to the motion."""

@@ -1,0 +1,80 @@
+"""Which cases there are: what each hides, by which engine, and in which order."""
+
+from __future__ import annotations
+
+from collections.abc import Sequence
+from dataclasses import dataclass
+from itertools import combinations
+
+import numpy as np
+
+from trundle.experiments.wide.config import Settings
+from trundle.experiments.wide.families import INSEPARABLE, by_name
+from trundle.experiments.wide.scene import ENGINES
+
+__all__ = ["Planned", "plan"]
+
+
+@dataclass(frozen=True)
+class Planned:
+    """What will be drawn: a name that tells nothing, the hidden families, an engine and a seed."""
+
+    case: str
+    names: tuple[str, ...]
+    engine: str
+    seed: int
+
+
+def plan(settings: Settings) -> list[Planned]:
+    """Return all cases in an order that tells nothing of what they are.
+
+    Of a subset of a range, the first cases of each kind.
+    """
+    left = settings.subset.groups() if settings.subset is not None else None
+    chosen = []
+    for one in whole(settings):
+        group = (len(one.names), any(name in settings.outside for name in one.names))
+        if left is not None:
+            if not left[group]:
+                continue
+            left[group] -= 1
+        chosen.append(one)
+    return chosen
+
+
+def whole(settings: Settings) -> list[Planned]:
+    """Return all cases of a range."""
+    rng, counts = np.random.default_rng([settings.first, 15]), settings.counts
+    kinds: list[tuple[str, ...]] = [()] * counts.clean
+    kinds += cycled(rng, settings.effects, counts.singles)
+    kinds += cycled(rng, settings.outside, counts.outsides)
+    for size, count in ((2, counts.pairs), (3, counts.triples), (4, counts.fours)):
+        kinds += [draw_set(rng, settings.effects, size) for _ in range(count)]
+    engines = [ENGINES[k % len(ENGINES)] for k in range(len(kinds))]
+    order = rng.permutation(len(kinds))
+    found = []
+    for k, i in enumerate(order):
+        engine = "mujoco" if any(only_mujoco(name) for name in kinds[i]) else engines[i]
+        found.append(Planned(f"case_{k:04}", kinds[i], engine, settings.first + k))
+    return found
+
+
+def only_mujoco(name: str) -> bool:
+    """Tell whether only one engine has a family."""
+    return bool(getattr(by_name(name), "engines", ENGINES) == ("mujoco",))
+
+
+def cycled(rng: np.random.Generator, names: Sequence[str], count: int) -> list[tuple[str, ...]]:
+    """Return each name about equally often, in random order within a round."""
+    found: list[tuple[str, ...]] = []
+    while len(found) < count:
+        found += [(names[i],) for i in rng.permutation(len(names))]
+    return found[:count]
+
+
+def draw_set(rng: np.random.Generator, names: Sequence[str], size: int) -> tuple[str, ...]:
+    """Return a set of effects that can be told apart."""
+    while True:
+        chosen = tuple(names[i] for i in sorted(rng.choice(len(names), size, replace=False)))
+        if not any(frozenset(pair) in INSEPARABLE for pair in combinations(chosen, 2)):
+            return chosen

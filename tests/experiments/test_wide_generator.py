@@ -1,0 +1,189 @@
+"""The generator of the wide benchmark: two engines that agree, and conventions that change nothing."""
+
+from __future__ import annotations
+
+from dataclasses import replace
+from pathlib import Path
+from typing import Any
+
+import numpy as np
+import pytest
+from numpy.typing import NDArray
+
+pytest.importorskip("mujoco")
+
+import tomli_w
+
+import trundle
+from trundle.experiments.wide.config import read
+from trundle.experiments.wide.families import CATALOGUE, OUTSIDE, allowed, by_name, draw_hidden
+from trundle.experiments.wide.instrument import FRAMES
+from trundle.experiments.wide.measure import recorded, simulated
+from trundle.experiments.wide.ode_engine import STEP, Plant
+from trundle.experiments.wide.oracle import merged
+from trundle.experiments.wide.plan import plan
+from trundle.experiments.wide.scene import WideScene, draw_wide_scene
+from trundle.experiments.wide.shapes import draw_outline
+from trundle.proof.family import Hidden, Site
+from trundle.proof.push import CONTACT
+from trundle.proof.scene import Wheel
+from trundle.proof.seen import Seen
+
+Floats = NDArray[np.float64]
+CONFIG = Path(__file__).parents[2] / "configs/experiments/wide.toml"
+
+
+def scene_with(contact: str, engine: str = "ode", seed: int = 100) -> WideScene:
+    """Return a short scene of a contact with fine instruments."""
+    while True:
+        scene = draw_wide_scene(seed, 0, engine)
+        instrument: Any = scene.instrument
+        if instrument.contact == contact:
+            break
+        seed += 1
+    fine = replace(
+        instrument, tracker=250.0, dropout=0.0, sensor=1000.0, jitter=0.0, filtered=False, raw=False
+    )
+    few = 3
+    return replace(
+        scene,
+        instrument=fine,
+        pushes=scene.pushes[:few],
+        seconds=(3.0,) * few,
+        strokes=scene.strokes[:few],
+        clock=scene.clock[:few],
+        rest=scene.rest[:few],
+        held_out=1,
+        pose_noise=1e-5,
+        heading_noise=1e-5,
+        force_noise=1e-3,
+        torque_noise=1e-4,
+    )
+
+
+@pytest.mark.parametrize("contact", ["grasp", "compliant"])
+def test_the_engines_agree_on_a_grasp(contact: str) -> None:
+    scene = scene_with(contact)
+    for ode, mujoco in zip(simulated(scene, []), simulated(replace(scene, engine="mujoco"), []), strict=True):
+        assert np.abs(ode.pose - mujoco.pose).max() < 1e-3
+        assert np.abs(ode.gripper - mujoco.gripper).max() < 5e-3
+        assert np.abs(ode.wrench - mujoco.wrench).max() < 0.02 * np.abs(ode.wrench).max()
+
+
+@pytest.mark.parametrize("engine", ["ode", "mujoco"])
+@pytest.mark.parametrize("contact", ["grasp", "compliant", "point"])
+def test_the_true_motion_follows_from_the_true_reading(engine: str, contact: str) -> None:
+    scene = scene_with(contact, engine)
+    for k, seen in enumerate(simulated(scene, [])):
+        error = np.abs(replayed(scene, k, seen) - at_steps(seen)).max(axis=0)
+        assert error[0] < 1e-3 and error[1] < 1e-3 and error[2] < 3e-3
+
+
+def at_steps(seen: Seen) -> Floats:
+    """Return the poses at the solver's steps."""
+    t = np.arange(CONTACT, float(seen.t[-1]), STEP)
+    return np.column_stack([np.interp(t, seen.t, seen.pose[:, k]) for k in range(3)])
+
+
+def replayed(scene: WideScene, episode: int, seen: Seen) -> Floats:
+    """Return the poses that the wrench that was read gives an object with nothing but its wheel."""
+    angle = seen.gripper[:, 2]
+    fx = np.cos(angle) * seen.wrench[:, 0] - np.sin(angle) * seen.wrench[:, 1]
+    fy = np.sin(angle) * seen.wrench[:, 0] + np.cos(angle) * seen.wrench[:, 1]
+    rx, ry = (seen.gripper - seen.pose)[:, :2].T
+    torque = seen.wrench[:, 2] + rx * fy - ry * fx
+    c, s = np.cos(seen.pose[:, 2]), np.sin(seen.pose[:, 2])
+    along, across = c * fx + s * fy, c * fy - s * fx
+
+    def driver(t: float, at: Any) -> tuple[float, float, float]:
+        a, b, m = (float(np.interp(t, seen.t, values)) for values in (along, across, torque))
+        return at.c * a - at.s * b, at.s * a + at.c * b, m
+
+    plant = Plant(scene, [], episode)
+    state, poses = plant.initial(), []
+    for t in np.arange(CONTACT, float(seen.t[-1]), STEP).tolist():
+        poses.append(state[:3])
+        state = plant.step(t, state, driver)
+    return np.array(poses)
+
+
+@pytest.mark.parametrize(("frame", "reference"), FRAMES)
+@pytest.mark.parametrize("sign", ["on_object", "on_sensor"])
+def test_every_convention_tells_trundle_the_same(
+    frame: str, reference: str, sign: str, tmp_path: Path
+) -> None:
+    scene = scene_with("compliant")
+    instrument: Any = scene.instrument
+    scene = replace(scene, instrument=replace(instrument, frame=frame, reference=reference, sign=sign))
+    made = recorded(scene, [], simulated(scene, []), "case")
+    body = {**scene.shape.described(with_feet=False), "mass": scene.mass}
+    wheel = {"kind": "viscous_wheel", **{name: float(value) for name, value in vars(scene.wheel).items()}}
+    model = trundle.Model.from_toml(
+        tomli_w.dumps({"format": "trundle-model/1", "body": body, "effect": [wheel]})
+    )
+    table = pytest.importorskip("pyarrow.parquet").read_table(
+        trundle.predict(made, model, tmp_path / "p.parquet")
+    )
+    x = {name: np.array(table[name]) for name in table.column_names if name != "episode"}
+    off = np.hypot(x["observed_x"] - x["predicted_x"], x["observed_y"] - x["predicted_y"])
+    assert np.sqrt(np.mean(off**2)) < 2e-3
+
+
+def test_one_wheel_stands_for_two_but_for_spin() -> None:
+    one, two = Wheel(0.1, 0.2, 0.3, 10.0, 100.0), Wheel(-0.2, 0.1, 1.3, 8.0, 150.0)
+    left = one.damping() + two.damping() - merged(one, [two]).damping()
+    assert np.abs(left[:2]).max() < 1e-9
+    assert left[2, 2] > 0.0
+
+
+@pytest.mark.parametrize("name", sorted(CATALOGUE | OUTSIDE))
+def test_every_family_acts_in_every_engine_that_has_it(name: str) -> None:
+    for engine in ("ode", "mujoco"):
+        scene = scene_with("grasp", engine, seed=300)
+        if not allowed(name, scene):
+            continue
+        bare = simulated(scene, [])
+        hidden = next((h for k in range(20) if (h := placed(name, scene, bare, k))), None)
+        assert hidden is not None
+        seen = simulated(scene, hidden)
+        moved = max(float(np.abs(a.pose - b.pose).max()) for a, b in zip(seen, bare, strict=True))
+        read = [(distorted(scene, hidden, k, one), one) for k, one in enumerate(seen)]
+        wrench = max(float(np.abs(a.wrench - b.wrench).max()) for a, b in read)
+        pose = max(float(np.abs(a.pose - b.pose).max()) for a, b in read)
+        assert moved > 1e-4 or wrench > 0.05 or pose > 1e-3
+
+
+def placed(name: str, scene: WideScene, bare: list[Seen], attempt: int) -> list[Hidden] | None:
+    """Return a family with values, if the scene has a place for it."""
+    return draw_hidden([name], 1, attempt, scene, [one.pose[1000:] for one in bare])
+
+
+def distorted(scene: WideScene, hidden: list[Hidden], episode: int, seen: Seen) -> Seen:
+    """Return what the instruments make of a motion."""
+    for one in hidden:
+        seen = one.family.distort(seen, Site(None, None, scene, episode), one.values)
+    return seen
+
+
+def test_outlines_have_their_area_and_inertia() -> None:
+    for seed in range(40):
+        outline = draw_outline(np.random.default_rng(seed))
+        if outline.disc is None:
+            assert sum(area(part) for part in outline.parts) == pytest.approx(outline.area, rel=1e-3)
+        assert outline.spin > 0.0
+
+
+def area(ring: Floats) -> float:
+    """Return the area of a counter-clockwise polygon."""
+    x, y = ring.T
+    return float(np.sum(x * np.roll(y, -1) - y * np.roll(x, -1)) / 2)
+
+
+def test_the_smoke_set_is_part_of_the_tuning_range_and_ranges_do_not_overlap() -> None:
+    smoke, tune, report = (plan(read(CONFIG, name)) for name in ("smoke", "tune", "report"))
+    assert len(smoke) == 60
+    assert len(tune) <= 200
+    assert set(smoke) <= set(tune)
+    assert sum(not one.names for one in report) >= 600
+    assert not {one.seed for one in tune} & {one.seed for one in report}
+    assert all(by_name(name) for one in report for name in one.names)
