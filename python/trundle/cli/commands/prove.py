@@ -1,4 +1,4 @@
-"""`trundle prove`: whether hidden effects are found, on recordings that another simulator made."""
+"""`trundle prove`: whether hidden effects are found, on recordings that other simulators made."""
 
 from __future__ import annotations
 
@@ -9,7 +9,7 @@ from pathlib import Path
 
 from trundle.cli.options import add_jobs, add_quiet
 
-HELP = "Hide effects in recordings made with MuJoCo, diagnose them, and score the answers."
+HELP = "Hide effects in recordings made with other simulators, diagnose them, and score the answers."
 EXAMPLE = "trundle prove --config configs/experiments/proof_small.toml --jobs 2 --out proof"
 
 
@@ -60,9 +60,11 @@ def run(args: argparse.Namespace) -> int:
         raise ValueError("`trundle prove` makes its recordings with MuJoCo: pip install 'trundle[mujoco]'")
     if args.limits and args.after_design:
         raise ValueError("--after-design is of the main proof: leave out --limits")
+    work = args.work or Path(tempfile.gettempdir()) / "trundle-prove"
+    if is_wide(args.config):
+        return run_wide(args, work)
     from trundle.proof.run import prove
 
-    work = args.work or Path(tempfile.gettempdir()) / "trundle-prove"
     text = prove(
         args.config,
         args.range,
@@ -72,6 +74,37 @@ def run(args: argparse.Namespace) -> int:
         limits=args.limits,
         leave_out=args.leave_one_out,
         after_design=args.after_design,
+        fresh=args.fresh,
+        redraw=args.redraw,
+        quiet=args.quiet,
+    )
+    print(text)
+    return 0
+
+
+def is_wide(config: Path) -> bool:
+    """Tell whether a file is that of a wide benchmark, by its `format`."""
+    from trundle.experiments.wide.config import FORMAT
+    from trundle.settings import parse
+
+    return bool(parse(config).get("format") == FORMAT)
+
+
+def run_wide(args: argparse.Namespace, work: Path) -> int:
+    """Run a wide benchmark and write its page."""
+    for option in ("limits", "leave_one_out", "after_design"):
+        if getattr(args, option):
+            raise ValueError(
+                f"--{option.replace('_', '-')} is of the first benchmark; {args.config} is a wide one"
+            )
+    from trundle.experiments.wide.run import prove_wide
+
+    text = prove_wide(
+        args.config,
+        args.range,
+        work,
+        args.out,
+        jobs=args.jobs,
         fresh=args.fresh,
         redraw=args.redraw,
         quiet=args.quiet,

@@ -1,0 +1,131 @@
+"""A wide benchmark from its settings to its results: draw, seal, diagnose."""
+
+from __future__ import annotations
+
+from collections.abc import Callable, Sequence
+from dataclasses import dataclass
+from pathlib import Path
+from typing import Any
+
+import trundle
+from trundle.experiments.runner import Runner, Unit, code_version
+from trundle.experiments.wide.case import draw_case
+from trundle.experiments.wide.config import Settings
+from trundle.experiments.wide.diagnose import diagnose_case
+from trundle.experiments.wide.plan import Planned, plan
+from trundle.proof.sealed import open_sealed, seal
+
+__all__ = ["Benchmark", "conduct"]
+
+PACKAGE = Path(trundle.__file__).parent
+GENERATOR = tuple(
+    PACKAGE / "experiments" / "wide" / f"{name}.py"
+    for name in (
+        "case",
+        "families",
+        "instrument",
+        "measure",
+        "motion",
+        "mujoco_engine",
+        "ode_engine",
+        "ode_terms",
+        "oracle",
+        "outline_distance",
+        "outside",
+        "scene",
+        "shapes",
+        "strokes",
+    )
+)
+"""What recordings depend on, with the old benchmark's families."""
+
+
+@dataclass(frozen=True)
+class Benchmark:
+    """Where a benchmark is done.
+
+    Attributes
+    ----------
+    settings : Settings
+    work : Path
+        Folder of recordings and of finished units.
+    jobs : int
+    quiet : bool
+    """
+
+    settings: Settings
+    work: Path
+    jobs: int = 1
+    quiet: bool = False
+
+    def recording(self, case: str) -> Path:
+        """Folder of a case: its path tells nothing."""
+        return self.work / self.settings.parent / "recordings" / case
+
+    def runner(self, version: str) -> Runner:
+        """Return the runner of units that depend on a version of the code."""
+        return Runner(self.work / "units", version, self.jobs, self.quiet)
+
+
+def conduct(
+    benchmark: Benchmark, sealed: Path, tell: Callable[[str], object]
+) -> tuple[str, list[dict[str, Any]]]:
+    """Do what has not been done; return the SHA-256 of the sealed answers, and a row for every case.
+
+    The answers are opened after the last diagnosis. A row holds the case, its answer, what that cost, and the
+    truth.
+    """
+    truths = drawn(benchmark, plan(benchmark.settings))
+    sha = seal(sealed, benchmark.settings.plain(), {one["case"]: compact(one) for one in truths})
+    there = [one["case"] for one in truths if one["digest"] is not None]
+    tell(f"{len(there)} of {len(truths)} cases drawn; answers sealed, SHA-256 {sha}")
+    units = [diagnosis(benchmark, one) for one in truths if one["digest"] is not None]
+    answers = benchmark.runner(code_of_diagnosis()).run("diagnosing", units)
+    known = open_sealed(sealed, sha)
+    return sha, [
+        {"case": case, "answer": answer, "truth": known[case]}
+        for case, answer in zip(there, answers, strict=True)
+    ]
+
+
+def compact(truth: dict[str, Any]) -> dict[str, Any]:
+    """Return a truth without what only its seed needs to give again."""
+    hidden = [{name: v for name, v in one.items() if name != "values"} for one in truth.get("truth", [])]
+    kept = {name: value for name, value in truth.items() if name not in ("visited", "truth")}
+    return {**kept, "truth": hidden}
+
+
+def drawn(benchmark: Benchmark, planned: Sequence[Planned]) -> list[dict[str, Any]]:
+    """Draw the cases that are missing, and return all truths."""
+    units = [drawing(benchmark, one) for one in planned]
+    version = code_version(*GENERATOR, PACKAGE / "proof")
+    return benchmark.runner(version).run("drawing", units)
+
+
+def drawing(benchmark: Benchmark, planned: Planned) -> Unit:
+    """Return the unit that draws a case."""
+    settings, folder = benchmark.settings, benchmark.recording(planned.case)
+    arguments = {
+        "case": planned.case,
+        "names": list(planned.names),
+        "engine": planned.engine,
+        "seed": planned.seed,
+        "matters": settings.matters,
+        "each_matters": settings.each_matters,
+        "attempts": settings.attempts,
+    }
+    return Unit(planned.case, draw_case, arguments, {"folder": folder}, folder)
+
+
+def diagnosis(benchmark: Benchmark, truth: dict[str, Any]) -> Unit:
+    """Return the unit that diagnoses a case; of the truth it gets the recording's digest alone."""
+    arguments = {"digest": truth["digest"], "limit": benchmark.settings.limit}
+    return Unit(truth["case"], diagnose_case, arguments, {"folder": benchmark.recording(truth["case"])})
+
+
+def code_of_diagnosis() -> str:
+    """Return the version of the code that diagnoses: the native half, and what leads to it."""
+    native = sorted(PACKAGE.glob("_native*.so")) + sorted(PACKAGE.glob("_native*.pyd"))
+    return code_version(
+        *native, PACKAGE / "diagnosis.py", PACKAGE / "usable.py", Path(__file__).with_name("diagnose.py")
+    )

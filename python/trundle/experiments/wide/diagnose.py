@@ -1,0 +1,103 @@
+"""One diagnosis in a process of its own, which is given the recording's folder and nothing else."""
+
+from __future__ import annotations
+
+import json
+import os
+import signal
+import subprocess
+import sys
+import tempfile
+import threading
+import time
+from pathlib import Path
+from typing import Any
+
+__all__ = ["diagnose_case"]
+
+
+def diagnose_case(digest: str, limit: float, folder: Path) -> dict[str, Any]:
+    """Diagnose a folder; return what is kept of the answer, and what it cost.
+
+    Parameters
+    ----------
+    digest : str
+        Of the recording: part of the unit's key.
+    limit : float
+        Wall time after which the process is ended, s; the verdict is then "timeout".
+    """
+    with tempfile.TemporaryFile() as out, tempfile.TemporaryFile() as errors:
+        began = time.perf_counter()
+        command = [sys.executable, "-m", "trundle.experiments.wide.diagnose", str(folder)]
+        process = subprocess.Popen(command, stdin=subprocess.PIPE, stdout=out, stderr=errors)
+        timer = threading.Timer(limit, process.kill)
+        timer.start()
+        try:
+            _, status, usage = os.wait4(process.pid, 0)
+        finally:
+            timer.cancel()
+            process.kill()
+        seconds = time.perf_counter() - began
+        process.returncode = os.waitstatus_to_exitcode(status)
+        for file in (out, errors):
+            file.seek(0)
+        answer = answered(process.returncode, out.read(), errors.read(), seconds >= limit)
+    cost = {"seconds": seconds, "cpu": usage.ru_utime + usage.ru_stime, "memory": usage.ru_maxrss / 1024}
+    return {**answer, "cost": cost}
+
+
+def answered(status: int, out: bytes, errors: bytes, late: bool) -> dict[str, Any]:
+    """Return the answer of a process that has ended."""
+    if status == 0:
+        found: dict[str, Any] = json.loads(out)
+        return found
+    verdict = "timeout" if late else "crashed"
+    lines = errors.decode(errors="replace").strip().splitlines()
+    return {"verdict": verdict, "reason": "" if late else f"exit {status}: {lines[-1] if lines else ''}"}
+
+
+def main(folder: str) -> None:
+    """Diagnose a folder and print what is kept of the answer."""
+    from trundle import TrundleError, diagnose
+
+    # The process ends with the one that started it: the other end of standard input closes.
+    threading.Thread(target=end_with_parent, daemon=True).start()
+    try:
+        answer = diagnose(folder).answer
+    except TrundleError as error:
+        reason = str(error).replace(f"{Path(folder).parent}/", "")
+        json.dump({"verdict": "refused", "reason": reason}, sys.stdout)
+        return
+    json.dump(kept(answer), sys.stdout)
+
+
+def end_with_parent() -> None:
+    """Wait for the end of standard input, then end the process."""
+    os.read(0, 1)  # not through sys.stdin, whose lock a finalising interpreter would find taken
+    os.kill(os.getpid(), signal.SIGKILL)
+
+
+def kept(answer: dict[str, Any]) -> dict[str, Any]:
+    """Return what scoring needs of `diagnosis.json`."""
+    names = ("effect", "probability", "parameters", "where", "explains")
+    figures = ("window_position_rmse", "window_heading_rmse", "position_rmse", "heading_rmse")
+    held_out = answer["fit"]["held_out"] or {}
+    return {
+        "verdict": answer["verdict"],
+        "missing": [{name: one.get(name) for name in names} for one in answer["missing"]],
+        "tied": answer.get("tied", []),
+        "tied_sets": answer.get("tied_sets", []),
+        "immaterial": [one["effect"] for one in answer.get("immaterial", [])],
+        "alternatives": [
+            {k: one.get(k) for k in ("effect", "probability")} for one in answer["alternatives"]
+        ],
+        "warnings": answer.get("warnings", []),
+        "nominal": {when: answer["nominal"].get(when) for when in ("before", "after")},
+        "held_out": {
+            when: {name: found.get(name) for name in figures} for when, found in held_out.items() if found
+        },
+    }
+
+
+if __name__ == "__main__":
+    main(sys.argv[1])
