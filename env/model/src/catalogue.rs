@@ -2,7 +2,7 @@
 
 use crate::Real;
 use crate::effects;
-use crate::law::{Act, Action, Clock, Rigid, Site, Situation, Spec};
+use crate::law::{Act, Action, Clock, Lags, Rigid, Site, Situation, Spec};
 
 macro_rules! catalogue {
     ($($module:ident :: $Law:ident),* $(,)?) => {
@@ -54,10 +54,16 @@ macro_rules! catalogue {
                 match self { $(Law::$Law(law) => law.load(clock, clock.grasp, rigid)),* }
             }
 
-            /// By how much the reading is late, s.
+            /// By how much the reading of what happens at a moment is late, s.
             #[inline]
-            pub(crate) fn delay(&self) -> Option<T> {
-                match self { $(Law::$Law(law) => law.delay()),* }
+            pub(crate) fn delay(&self, clock: Clock) -> Option<T> {
+                match self { $(Law::$Law(law) => law.delay(clock)),* }
+            }
+
+            /// First-order lags between wrench and reading.
+            #[inline]
+            pub(crate) fn lags(&self) -> Option<Lags<T>> {
+                match self { $(Law::$Law(law) => law.lags()),* }
             }
 
             /// Pose of the tracked frame in the object frame, where it says that they differ.
@@ -81,6 +87,11 @@ macro_rules! catalogue {
             /// Whether it does the same everywhere and in every heading.
             pub(crate) fn same_everywhere(&self) -> bool {
                 match self { $(Law::$Law(_) => <effects::$module::$Law<T> as Act<T>>::SAME_EVERYWHERE),* }
+            }
+
+            /// Whether its correction depends on how fast the reading changes.
+            pub(crate) fn follows_trend(&self) -> bool {
+                match self { $(Law::$Law(_) => <effects::$module::$Law<T> as Act<T>>::FOLLOWS_TREND),* }
             }
 
             /// Its entry in the catalogue.
@@ -128,4 +139,14 @@ catalogue! {
     caster_swivel::CasterSwivel,
     swinging_load::SwingingLoad,
     doorsill::Doorsill,
+    axis_friction::AxisFriction,
+    body_axis_friction::BodyAxisFriction,
+    thinning_drag::ThinningDrag,
+    cross_talk::CrossTalk,
+    saturation::Saturation,
+    dead_band::DeadBand,
+    sensor_play::SensorPlay,
+    clock_drift::ClockDrift,
+    sensor_lag::SensorLag,
+    drive_lag::DriveLag,
 }

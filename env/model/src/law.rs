@@ -178,6 +178,22 @@ impl<T: Real> Rigid<T> {
     }
 }
 
+/// Time constants of first-order lags between a wrench and its reading, s; zero where there is none.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub struct Lags<T> {
+    /// The reading follows the wrench: `τ ṙ + r = w`.
+    pub sensor: T,
+    /// The wrench follows what is recorded, which was commanded: `τ ẇ + w = r`.
+    pub drive: T,
+}
+
+impl<T: Real> Lags<T> {
+    /// Two of them together. Lags in series are taken as one whose time constant is their sum.
+    pub(crate) fn and(self, other: Self) -> Self {
+        Self { sensor: self.sensor + other.sensor, drive: self.drive + other.drive }
+    }
+}
+
 /// What a law is built from beside its values.
 #[derive(Clone, Copy, Debug)]
 pub(crate) struct Site<'a, T> {
@@ -295,6 +311,9 @@ pub(crate) trait Act<T: Real>: Sized {
     /// [`Situation::position`] nor at [`Situation::heading`]. Then a filter need not differentiate by the pose.
     const SAME_EVERYWHERE: bool = false;
 
+    /// Whether [`Act::correct`] looks at [`Clock::trend`], which whoever simulates a reading must work out.
+    const FOLLOWS_TREND: bool = false;
+
     /// From the values of [`Spec::params`], in that order.
     fn new(values: &[T], site: &Site<'_, T>) -> Self;
 
@@ -319,9 +338,15 @@ pub(crate) trait Act<T: Real>: Sized {
     #[inline]
     fn load(&self, _clock: Clock, _grasp: [f64; 2], _rigid: &mut Rigid<T>) {}
 
-    /// By how much the reading is late, s.
+    /// By how much the reading of what happens at a moment is late, s.
     #[inline]
-    fn delay(&self) -> Option<T> {
+    fn delay(&self, _clock: Clock) -> Option<T> {
+        None
+    }
+
+    /// First-order lags between wrench and reading.
+    #[inline]
+    fn lags(&self) -> Option<Lags<T>> {
         None
     }
 

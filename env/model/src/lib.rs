@@ -43,7 +43,7 @@ pub use error::{ModelError, NotFinite};
 pub use file::Posterior;
 pub use frames::{to_body, to_world, transport};
 pub use glide::Glide;
-pub use law::{Acting, Action, Clock, INNER, Inner, OWN, Param, Prior, Rigid, Situation, Spec};
+pub use law::{Acting, Action, Clock, INNER, Inner, Lags, OWN, Param, Prior, Rigid, Situation, Spec};
 pub use model::{Effect, Model, Slot};
 pub use plant::Plant;
 pub use prior::{Belief, PriorFile};

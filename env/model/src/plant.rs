@@ -11,7 +11,7 @@
 
 use crate::heading::Heading;
 use crate::implicit::{Inert, Inertia};
-use crate::law::{Acting, Action, Clock, INNER, Rigid, Situation};
+use crate::law::{Acting, Action, Clock, INNER, Lags, Rigid, Situation};
 use crate::loaded::Loaded;
 use crate::mount::Mount;
 use crate::{Body, Glide, Law, ModelError, Real, State, Unnamed};
@@ -51,7 +51,9 @@ pub struct Plant<T> {
     loads: bool,
     /// Number of the laws' own states.
     inner: usize,
-    delay: Option<T>,
+    /// Whether a law says that readings are late.
+    late: bool,
+    lags: Option<Lags<T>>,
     /// The tracked frame, where it is not the object's.
     mount: Option<Mount<T>>,
     /// What the laws do together that no state changes.
@@ -86,7 +88,8 @@ impl<T: Real> Plant<T> {
         if inner > INNER {
             return Err(ModelError::Inner { got: inner, most: INNER });
         }
-        let delay = laws.iter().filter_map(Law::delay).reduce(|a, b| a + b);
+        let late = laws.iter().any(|law| law.delay(Clock::since_contact(0.0)).is_some());
+        let lags = laws.iter().filter_map(Law::lags).reduce(Lags::and);
         let mount = laws.iter().find_map(Law::mount).map(Mount::at);
         let mut steady = Action::none();
         laws.iter().filter_map(Law::steady).for_each(|action| steady.add(action));
@@ -105,7 +108,8 @@ impl<T: Real> Plant<T> {
             dof,
             loads,
             inner,
-            delay,
+            late,
+            lags,
             mount,
             steady,
             varies,
@@ -145,9 +149,24 @@ impl<T: Real> Plant<T> {
         self.laws.iter().find_map(Law::mount)
     }
 
-    /// By how much readings are late, s; `None` where no law says so.
-    pub fn delay(&self) -> Option<T> {
-        self.delay
+    /// By how much the reading of what happens at a moment is late, s; `None` where no law says so.
+    #[inline]
+    pub fn delay(&self, clock: Clock) -> Option<T> {
+        if !self.late {
+            return None;
+        }
+        self.laws.iter().filter_map(|law| law.delay(clock)).reduce(|a, b| a + b)
+    }
+
+    /// First-order lags between wrench and reading; `None` where no law says so.
+    #[inline]
+    pub fn lags(&self) -> Option<Lags<T>> {
+        self.lags
+    }
+
+    /// Whether a reading depends on those before it, by more than a delay.
+    pub fn remembers(&self) -> bool {
+        self.lags.is_some() || self.laws.iter().any(Law::follows_trend)
     }
 
     /// Whether the motion from a place and heading is that from any other, moved and turned.

@@ -8,8 +8,8 @@ use proptest::test_runner::{Config, RngAlgorithm, TestRng, TestRunner};
 use std::cell::RefCell;
 use std::collections::{BTreeMap, BTreeSet};
 use trundle_model::{
-    Acting, Action, Body, Clock, Dual, Effect, INNER, Kind, Model, Param, Plant, Prior, Real, Rigid, State,
-    catalogue, to_body,
+    Acting, Action, Body, Clock, Dual, Effect, INNER, Kind, Lags, Model, Param, Plant, Prior, Real, Rigid,
+    State, catalogue, to_body,
 };
 
 /// Pose, twist, and the law's own states.
@@ -50,12 +50,9 @@ fn cases() -> impl Strategy<Value = Case> {
     let grasp = [-0.6..0.8f64, -0.5..0.4];
     (draws, state, applied, 0.0..5.0f64, grasp).prop_map(|(draws, state, applied, since_contact, grasp)| {
         let t = since_contact + 0.4;
-        Case {
-            draws,
-            state,
-            applied,
-            clock: Clock { since_contact, t, dt: DT, episode: 0.0, grasp, trend: [0.0; 3] },
-        }
+        // As fast as a reading changes, so that no law that looks at it is silent.
+        let trend = applied.map(|a| 5.0 * a);
+        Case { draws, state, applied, clock: Clock { since_contact, t, dt: DT, episode: 0.0, grasp, trend } }
     })
 }
 
@@ -134,9 +131,14 @@ fn places(kind: Kind) -> Option<[&'static str; 2]> {
     }
 }
 
-/// Whether a law acts at some places only: on a stretch of floor, while taut.
+/// Whether a law acts at some places or readings only: on a stretch of floor, while taut, at the end of a range.
 fn is_local(kind: Kind) -> bool {
-    kind == Kind::Doorsill || places(kind).is_some()
+    matches!(kind, Kind::Doorsill | Kind::Saturation) || places(kind).is_some()
+}
+
+/// Whether a law bends within a creep of zero speed along one direction alone, which a small turn crosses.
+fn bends(kind: Kind) -> bool {
+    matches!(kind, Kind::AxisFriction | Kind::BodyAxisFriction)
 }
 
 /// The same with the neutral values in place, refinements left out.
@@ -165,17 +167,19 @@ fn flat<T: Real>(state: &State<T>) -> [T; STATE] {
     std::array::from_fn(|k| all[k])
 }
 
-/// The state after a step under the reading, corrected first, and how late the reading is.
-fn outcome<T: Real>(plant: &Plant<T>, flat_state: &[T], case: &Case) -> [T; STATE + 1] {
+/// The state after a step under the reading, corrected first, how late the reading is, and the lags.
+fn outcome<T: Real>(plant: &Plant<T>, flat_state: &[T], case: &Case) -> [T; STATE + 3] {
     let applied = plant.correct(case.applied.map(T::lift), case.clock);
     let after = flat(&plant.step(&state(flat_state), applied, case.clock, DT));
-    let delay = plant.delay().unwrap_or_else(T::zero);
-    std::array::from_fn(|k| after.get(k).copied().unwrap_or(delay))
+    let delay = plant.delay(case.clock).unwrap_or_else(T::zero);
+    let lags = plant.lags().unwrap_or(Lags { sensor: T::zero(), drive: T::zero() });
+    let timing = [delay, lags.sensor, lags.drive];
+    std::array::from_fn(|k| after.get(k).copied().unwrap_or_else(|| timing[k - STATE]))
 }
 
-/// What of an outcome a recording shows: poses, twists and delay, not the laws' own states.
-fn shown(outcome: [f64; STATE + 1]) -> [f64; 7] {
-    std::array::from_fn(|k| if k < 6 { outcome[k] } else { outcome[STATE] })
+/// What of an outcome a recording shows: poses, twists, delay and lags, not the laws' own states.
+fn shown(outcome: [f64; STATE + 3]) -> [f64; 9] {
+    std::array::from_fn(|k| if k < 6 { outcome[k] } else { outcome[STATE + k - 6] })
 }
 
 fn action(kind: Kind, case: &Case) -> Action<f64> {
@@ -292,8 +296,11 @@ fn gradients_of_a_step_agree_with_finite_differences() {
         let own = |k: usize| kind.spec().params.get(k.wrapping_sub(first));
         for k in (0..point.len()).filter(|&k| own(k).is_none_or(|p| !p.choice)) {
             // What begins within a millimetre bends sharply, and where it is stiff rounding grows.
-            let (step, least, rounding) =
-                if is_local(kind) { (2e-6, 0.5, 2e-12) } else { (1e-5, 0.01, 1e-14) };
+            let (step, least, rounding) = match kind {
+                _ if is_local(kind) => (2e-6, 0.5, 2e-12),
+                _ if bends(kind) => (2e-6, 0.01, 1e-14),
+                _ => (1e-5, 0.01, 1e-14),
+            };
             let event = own(k).is_some_and(|p| p.name == "time");
             let h = if event { 1e-3 * DT } else { step * point[k].abs().max(least) };
             let at = |shift: f64| {
@@ -302,7 +309,7 @@ fn gradients_of_a_step_agree_with_finite_differences() {
                 outcome(&model(kind).plant(&moved[STATE..]).unwrap(), &moved[..STATE], case)
             };
             let (plus, minus) = (at(h), at(-h));
-            for row in 0..STATE + 1 {
+            for row in 0..STATE + 3 {
                 let difference = (plus[row] - minus[row]) / (2.0 * h);
                 let slope = exact[row].eps[k];
                 // Rounding of the values, and the curvature of the law.
@@ -343,7 +350,10 @@ fn a_law_acts_on_the_object_or_on_the_instruments() {
     for_every_kind(|kind, case| {
         let (plant, bare) = (model(kind).plant(&values(kind, case)).unwrap(), bare(kind).resolved().unwrap());
         let corrects = plant.correct(case.applied, case.clock) != case.applied;
-        let reads_otherwise = corrects || plant.delay().is_some() || plant.mount().is_some();
+        let reads_otherwise = corrects
+            || plant.delay(case.clock).is_some()
+            || plant.lags().is_some()
+            || plant.mount().is_some();
         let (Action { push, drag }, without) =
             (action(kind, case), bare.action(&state(&case.state), case.clock));
         let pushes = (push, drag) != (without.push, without.drag);
@@ -355,7 +365,9 @@ fn a_law_acts_on_the_object_or_on_the_instruments() {
             Acting::Object => {
                 prop_assert!((pushes || weighs || is_local(kind)) && !reads_otherwise && !loads)
             }
-            Acting::Instrument => prop_assert!(!pushes && !weighs && (reads_otherwise || loads)),
+            Acting::Instrument => {
+                prop_assert!(!pushes && !weighs && (reads_otherwise || loads || is_local(kind)));
+            }
         }
         Ok(())
     });

@@ -6,7 +6,7 @@
 
 use super::signed;
 use crate::Real;
-use crate::law::{Act, Acting, Site, Spec, take};
+use crate::law::{Act, Acting, Clock, Site, Spec, take};
 
 pub(crate) static SPEC: Spec = Spec {
     kind: "latency",
@@ -36,7 +36,7 @@ impl<T: Real> Act<T> for Latency<T> {
     }
 
     #[inline]
-    fn delay(&self) -> Option<T> {
+    fn delay(&self, _clock: Clock) -> Option<T> {
         Some(self.delay)
     }
 }

@@ -1,11 +1,18 @@
 //! The laws, one file each.
 
+mod axes;
+pub(crate) mod axis_friction;
+pub(crate) mod body_axis_friction;
 pub(crate) mod caster_swivel;
+pub(crate) mod clock_drift;
 pub(crate) mod cogging;
 pub(crate) mod com_offset;
 pub(crate) mod coulomb_friction;
+pub(crate) mod cross_talk;
+pub(crate) mod dead_band;
 pub(crate) mod directional_friction;
 pub(crate) mod doorsill;
+pub(crate) mod drive_lag;
 mod dry;
 mod event;
 pub(crate) mod floor_grain;
@@ -19,11 +26,15 @@ pub(crate) mod mass_change;
 pub(crate) mod obstacle_contact;
 mod place;
 pub(crate) mod quadratic_drag;
+pub(crate) mod saturation;
+pub(crate) mod sensor_lag;
+pub(crate) mod sensor_play;
 pub(crate) mod spin_drag;
 pub(crate) mod support_drag;
 pub(crate) mod support_friction;
 pub(crate) mod swinging_load;
 pub(crate) mod tether;
+pub(crate) mod thinning_drag;
 pub(crate) mod tracker_offset;
 pub(crate) mod viscous_wheel;
 pub(crate) mod wheel_event;

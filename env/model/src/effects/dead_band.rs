@@ -1,0 +1,59 @@
+//! A sensor that does not read small loads, and larger ones too low: a threshold in its electronics, a slack mount.
+//!
+//! ```text
+//! reading = sgn(truth) max(|truth| − b, 0),   each axis
+//! truth  ≈ reading + b reading/√(reading² + (b/5)²)
+//! ```
+//! Within the band the reading is nothing but noise and says nothing of the truth, whose mean there is taken as zero. The
+//! sign is rounded off over a fifth of the band, so that noise does not throw it from one side to the other.
+
+use super::positive;
+use crate::Real;
+use crate::law::{Act, Acting, Clock, Site, Spec, take};
+
+pub(crate) static SPEC: Spec = Spec {
+    kind: "dead_band",
+    effect: "dead_band",
+    summary: "the sensor does not read small loads, and larger ones too low",
+    source: "Tao, Kokotović 1996, dead zone and its inverse",
+    acting: Acting::Instrument,
+    dissipative: false,
+    loads: false,
+    inner: &[],
+    params: &[
+        positive("force", "N", 1e4, (3.0, 1.0), "half width of the band of either force axis"),
+        positive("torque", "N·m", 1e4, (0.3, 1.0), "half width of the band of torque_z").planar(),
+    ],
+    neutral: &[("force", 0.0), ("torque", 0.0)],
+    sentence: "The force sensor has a dead band: forces below {force} and torques below {torque} are not read, and larger \
+               ones by as much too low.",
+    probe: "pull on the sensor with a spring balance, slowly more and more: the load at which it begins to read is the band",
+};
+
+/// Over which share of the band the sign is rounded off.
+const ROUND: f64 = 0.2;
+
+/// Keeps the sign of no load finite where there is no band, N or N·m.
+const TINY: f64 = 1e-9;
+
+/// The law in place.
+#[derive(Clone, Debug)]
+pub struct DeadBand<T> {
+    band: [T; 3],
+}
+
+impl<T: Real> Act<T> for DeadBand<T> {
+    fn new(values: &[T], _site: &Site<'_, T>) -> Self {
+        let [force, torque] = take(values);
+        Self { band: [force, force, torque] }
+    }
+
+    #[inline]
+    fn correct(&self, reading: [T; 3], _clock: Clock) -> [T; 3] {
+        [0, 1, 2].map(|k| {
+            let (read, band) = (reading[k], self.band[k]);
+            let size = (read.squared() + (band * ROUND).squared() + TINY * TINY).sqrt();
+            read + band * (read / size)
+        })
+    }
+}

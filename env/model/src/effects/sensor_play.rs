@@ -1,0 +1,60 @@
+//! A reading that follows the load with play: backlash between gripper and object, friction within the sensor. On each
+//! reversal it stays where it is until the load has moved on by the width.
+//!
+//! ```text
+//! |truth − reading| ≤ w/2, and = w/2 where the reading moves
+//! truth ≈ reading + (w/2) r/√(r² + (w/T)²),   r: trend of the reading, T = 0.5 s
+//! ```
+//! A reading that stands still says nothing of the load within the play; its mean there is taken as the reading.
+
+use super::positive;
+use crate::Real;
+use crate::law::{Act, Acting, Clock, Site, Spec, take};
+
+pub(crate) static SPEC: Spec = Spec {
+    kind: "sensor_play",
+    effect: "sensor_play",
+    summary: "the reading follows the wrench with play (backlash, hysteresis)",
+    source: "the play operator and its inverse: Krasnosel'skiĭ, Pokrovskiĭ 1989; Tao, Kokotović 1996",
+    acting: Acting::Instrument,
+    dissipative: false,
+    loads: false,
+    inner: &[],
+    params: &[
+        positive("force", "N", 1e4, (4.0, 1.0), "width of the play of either force axis"),
+        positive("torque", "N·m", 1e4, (0.4, 1.0), "width of the play of torque_z").planar(),
+    ],
+    neutral: &[("force", 0.0), ("torque", 0.0)],
+    sentence: "The reading follows the wrench with a play of {force} and {torque} (width).",
+    probe: "load the sensor slowly up and down again with known weights: the two curves lie apart by the play",
+};
+
+/// Time in which a reading that crosses the whole play counts as moving, s.
+const CROSSING: f64 = 0.5;
+
+/// Keeps the direction of a reading that stands still finite where there is no play, N/s.
+const TINY: f64 = 1e-9;
+
+/// The law in place.
+#[derive(Clone, Debug)]
+pub struct SensorPlay<T> {
+    width: [T; 3],
+}
+
+impl<T: Real> Act<T> for SensorPlay<T> {
+    const FOLLOWS_TREND: bool = true;
+
+    fn new(values: &[T], _site: &Site<'_, T>) -> Self {
+        let [force, torque] = take(values);
+        Self { width: [force, force, torque] }
+    }
+
+    #[inline]
+    fn correct(&self, reading: [T; 3], clock: Clock) -> [T; 3] {
+        [0, 1, 2].map(|k| {
+            let (width, trend) = (self.width[k], clock.trend[k]);
+            let size = ((width / CROSSING).squared() + (trend * trend + TINY * TINY)).sqrt();
+            reading[k] + width * (size.recip() * (trend / 2.0))
+        })
+    }
+}

@@ -1,0 +1,80 @@
+//! Drag that thins with speed: a thick grease, a gel, a deep felt under the whole body.
+//!
+//! ```text
+//! F = −Σ_i s_i f (|v_i|/u)ⁿ v_i/|v_i|,   0 < n < 1,   u = 0.1 m/s,   |v|² → |v|² + ε²
+//! ```
+//! `v_i` is the velocity of a support point and `s_i` its share of the weight. At `n = 0` it is dry friction, at
+//! `n = 1` viscous.
+
+use super::{positive, spread, spread_out};
+use crate::Real;
+use crate::law::{Act, Acting, Action, Param, Prior, Site, Situation, Spec, take};
+
+/// The exponent of the speed, kept off dry (0) and viscous (1) friction, which are laws of their own.
+const fn exponent() -> Param {
+    let exponent = positive("exponent", "1", 0.95, (0.5, 0.5), "flow index: 0 dry, 1 viscous");
+    Param { prior: Prior::Uniform, lower: 0.05, ..exponent }
+}
+
+pub(crate) static SPEC: Spec = Spec {
+    kind: "thinning_drag",
+    effect: "thinning_drag",
+    summary: "drag under the whole body that grows with less than the speed (shear thinning)",
+    source: "Ostwald and de Waele's power law; Bird, Armstrong, Hassager 1987, ch. 4",
+    acting: Acting::Object,
+    dissipative: true,
+    loads: false,
+    inner: &[],
+    params: &[
+        positive("force", "N", 1e5, (10.0, 1.5), "drag of the whole body at 0.1 m/s"),
+        exponent(),
+        spread(),
+    ],
+    neutral: &[("force", 0.0)],
+    sentence: "Drag under the whole body thins with speed: {force} at 0.1 m/s, growing with the speed to the power of \
+               {exponent}.",
+    probe: "push the same way at constant speed, three times, each four times as fast: dry friction stays, viscous \
+            friction grows fourfold, this in between",
+};
+
+/// Speed at which the force is stated, m/s.
+const REFERENCE: f64 = 0.1;
+
+/// Speed below which it is viscous, m/s: there is no corner at rest.
+const ROUND: f64 = 1e-3;
+
+/// The law in place.
+#[derive(Clone, Debug)]
+pub struct ThinningDrag<T> {
+    /// Points, object frame, m, and their shares of the weight.
+    support: Vec<([T; 2], f64)>,
+    force: T,
+    exponent: T,
+}
+
+/// A positive number to a power.
+#[inline]
+fn power<T: Real>(base: T, exponent: T) -> T {
+    let (b, e) = (base.re(), exponent.re());
+    let value = b.powf(e);
+    T::chained(value, [(base, e * value / b), (exponent, value * b.ln())])
+}
+
+impl<T: Real> Act<T> for ThinningDrag<T> {
+    const SAME_EVERYWHERE: bool = true;
+
+    fn new(values: &[T], site: &Site<'_, T>) -> Self {
+        let [force, exponent, spread] = take(values);
+        Self { support: spread_out(site.body, spread), force, exponent }
+    }
+
+    #[inline]
+    fn act(&self, at: &Situation<'_, T>, sum: &mut Action<T>) {
+        let half = (self.exponent - 1.0) / 2.0;
+        for &(point, share) in &self.support {
+            let [vx, vy] = at.velocity(point);
+            let square = (vx.squared() + vy.squared() + ROUND * ROUND) / (REFERENCE * REFERENCE);
+            sum.brake_at(point, self.force * power(square, half) * (share / REFERENCE));
+        }
+    }
+}
