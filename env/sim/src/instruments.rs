@@ -9,7 +9,7 @@ use trundle_model::{Clock, Plant, to_body};
 use trundle_record::Episode;
 
 use crate::gripper::{relative, wrap};
-use crate::sensor::{Felt, Line};
+use crate::sensor::{Felt, Line, Memory, lateness};
 use crate::{Sensor, Tracker};
 
 /// Samples are due on the step's grid; this forgives the rounding of a rate that is not.
@@ -55,13 +55,15 @@ pub struct Instruments {
     readings: u32,
     poses: u32,
     line: Line,
+    memory: Memory,
     rows: Vec<Row>,
 }
 
 impl Instruments {
     /// Instruments whose noise comes from `noise`.
     pub fn new(sensor: Sensor, tracker: Tracker, noise: ChaCha8Rng) -> Self {
-        Self { sensor, tracker, noise, readings: 0, poses: 0, line: Line::default(), rows: vec![] }
+        let (line, memory) = (Line::default(), Memory::default());
+        Self { sensor, tracker, noise, readings: 0, poses: 0, line, memory, rows: vec![] }
     }
 
     /// Take the samples that are due.
@@ -71,7 +73,7 @@ impl Instruments {
         let t = (scene.t * 1e9).round() / 1e9;
         let mut row = Row { t, poses: None, reading: None, rest: None };
         let reads = due(self.readings, self.sensor.rate);
-        let delay = scene.plant.delay().unwrap_or(0.0);
+        let delay = lateness(scene.plant, scene.clock);
         if reads {
             self.readings += 1;
             let noise = self.blur([0.0; 3], self.sensor.noise());
@@ -86,8 +88,9 @@ impl Instruments {
         if reads || row.poses.is_some() {
             self.rows.push(row);
         }
-        if reads || delay != 0.0 {
-            for (row, reading) in self.line.tell(scene.t, self.read(scene), delay) {
+        if reads || delay != 0.0 || scene.plant.remembers() {
+            let read = self.read(scene);
+            for (row, reading) in self.line.tell(scene.t, read, delay) {
                 if let Some(row) = self.rows.get_mut(row) {
                     row.reading = Some(reading);
                 }
@@ -109,11 +112,11 @@ impl Instruments {
     }
 
     /// Without noise.
-    fn read(&self, scene: &Scene) -> [f64; 3] {
+    fn read(&mut self, scene: &Scene) -> [f64; 3] {
         let frame = relative(scene.object, scene.gripper);
         let [ax, ay, _] = to_body([scene.accel[0], scene.accel[1], 0.0], scene.gripper[2]);
         let felt = Felt { wrench: scene.wrench, frame, accel: [ax, ay] };
-        self.sensor.reading(&felt, scene.plant, scene.clock)
+        self.memory.read(&self.sensor, &felt, scene.plant, scene.clock)
     }
 
     fn track(&mut self, scene: &Scene) -> Option<[f64; 6]> {

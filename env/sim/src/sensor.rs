@@ -4,7 +4,7 @@ use std::collections::VecDeque;
 
 use nalgebra::{Matrix3, Vector3};
 use serde::{Deserialize, Serialize};
-use trundle_model::{Clock, Plant};
+use trundle_model::{Clock, Lags, Plant};
 
 use crate::SimError;
 
@@ -193,16 +193,91 @@ pub(crate) fn at_frame([fx, fy, torque]: [f64; 3], [x, y, angle]: [f64; 3]) -> [
     trundle_model::to_body([fx, fy, torque - (x * fy - y * fx)], angle)
 }
 
+/// What a sensor remembers of the past.
+#[derive(Clone, Copy, Debug, Default)]
+pub(crate) struct Memory {
+    load: Follower,
+    reading: Follower,
+}
+
+/// A load that is followed: with lags of first order, and by how fast it changes.
+#[derive(Clone, Copy, Debug, Default)]
+struct Follower {
+    /// Time, load and lagged load, `[N, N, N·m]`.
+    last: Option<(f64, [f64; 3], [f64; 3])>,
+}
+
+impl Memory {
+    /// What a sensor reads at a moment, without noise, with what it remembers.
+    pub fn read(&mut self, sensor: &Sensor, felt: &Felt, plant: &Plant<f64>, clock: Clock) -> [f64; 3] {
+        // Only what plays looks at the trend, and only at its direction: that of the load is that of the reading.
+        let (_, trend) = self.load.follow(clock.t, at_frame(felt.wrench, felt.frame), None);
+        let read = sensor.reading(felt, plant, Clock { trend, ..clock });
+        self.reading.follow(clock.t, read, plant.lags()).0
+    }
+}
+
+impl Follower {
+    /// What is recorded at a time of a load, where it or its reading lags; 1/s, how fast the load changes.
+    pub fn follow(&mut self, t: f64, load: [f64; 3], lags: Option<Lags<f64>>) -> ([f64; 3], [f64; 3]) {
+        let Lags { sensor, drive } = lags.unwrap_or(Lags { sensor: 0.0, drive: 0.0 });
+        let (before, was, lagged) = self.last.unwrap_or((t, load, load));
+        let dt = t - before;
+        let trend = if dt > EARLY { [0, 1, 2].map(|k| (load[k] - was[k]) / dt) } else { [0.0; 3] };
+        let kept = if sensor > 0.0 { (-dt / sensor).exp() } else { 0.0 };
+        // The load between two times is their mean.
+        let follow = |k: usize| {
+            let driven = if sensor > 0.0 { (load[k] + was[k]) / 2.0 } else { load[k] };
+            driven + (lagged[k] - driven) * kept
+        };
+        let lagged = [0, 1, 2].map(follow);
+        self.last = Some((t, load, lagged));
+        ([0, 1, 2].map(|k| lagged[k] + drive * trend[k]), trend)
+    }
+}
+
+/// The time by which a reading that is taken now is late, s: what it shows happened then.
+pub(crate) fn lateness(plant: &Plant<f64>, clock: Clock) -> f64 {
+    let at = |late: f64| Clock { since_contact: clock.since_contact - late, t: clock.t - late, ..clock };
+    // A clock that drifts is as late as it was then; each round is more exact by the drift.
+    (0..DRIFTS).fold(0.0, |late, _| plant.delay(at(late)).unwrap_or(0.0))
+}
+
+/// Rounds of that: a drift of 0.3 leaves 3e-5 of itself.
+const DRIFTS: usize = 8;
+
+/// Steps of Newton's method at most, and halvings of one.
+const STEPS: usize = 30;
+const HALVINGS: usize = 20;
+/// Relative error of a load that is met.
+const MET: f64 = 1e-10;
+/// Relative step of a derivative.
+const NUDGE: f64 = 1e-6;
+
 /// Turn the truth into a reading: the inverse of the instrument effects, which the model knows as
-/// the way from the reading to the truth, affine in the reading.
+/// the way from the reading to the truth. Most are affine in the reading; the rest is met by Newton's method.
 fn distort(truth: [f64; 3], plant: &Plant<f64>, clock: Clock) -> [f64; 3] {
-    let correct = |reading: [f64; 3]| Vector3::from(plant.correct(reading, clock));
-    let zero = correct([0.0; 3]);
-    let gain = Matrix3::from_columns(
-        &[[1.0, 0.0, 0.0], [0.0, 1.0, 0.0], [0.0, 0.0, 1.0]].map(|e| correct(e) - zero),
-    );
+    let correct = |reading: Vector3<f64>| Vector3::from(plant.correct(reading.into(), clock));
+    let truth = Vector3::from(truth);
+    let slopes = |at: Vector3<f64>, by: f64| {
+        let zero = correct(at);
+        Matrix3::from_columns(&[0, 1, 2].map(|k| (correct(at + Vector3::ith(k, by)) - zero) / by))
+    };
+    let gain = slopes(Vector3::zeros(), 1.0);
     // A gain that maps some load to nothing has no inverse: such a sensor reads its offset alone.
-    gain.lu().solve(&(Vector3::from(truth) - zero)).map_or([0.0; 3], Into::into)
+    let Some(mut reading) = gain.lu().solve(&(truth - correct(Vector3::zeros()))) else { return [0.0; 3] };
+    let scale = 1.0 + truth.norm();
+    for _ in 0..STEPS {
+        let off = correct(reading) - truth;
+        if off.norm() <= MET * scale {
+            break;
+        }
+        let Some(step) = slopes(reading, NUDGE * scale).lu().solve(&off) else { break };
+        let better = |share: &f64| (correct(reading - step * *share) - truth).norm() < off.norm();
+        let Some(share) = (0..HALVINGS).map(|k| 0.5f64.powi(k as i32)).find(better) else { break };
+        reading -= step * share;
+    }
+    reading.into()
 }
 
 pub(crate) fn check_rate(key: &str, value: f64) -> Result<(), SimError> {
@@ -256,6 +331,39 @@ mod tests {
         let back = trundle_model::transport(plant.correct(reading, CONTACT), frame);
         for (back, truth) in back.into_iter().zip(truth) {
             assert!((back - truth).abs() < 1e-12, "{back} {truth}");
+        }
+    }
+
+    #[test]
+    fn what_bends_a_reading_is_inverted_too() {
+        let bent = [
+            (Kind::DeadBand, vec![3.0, 0.4]),
+            (Kind::Saturation, vec![8.0, 5.0, 1.0, 0.7]),
+            (Kind::CrossTalk, vec![0.2, 0.5, -0.1, 0.3, 0.05, -0.1]),
+            (Kind::SensorPlay, vec![4.0, 0.5]),
+        ];
+        let clock = Clock { trend: [20.0, -3.0, 0.0], ..CONTACT };
+        for (kind, values) in bent {
+            let plant = plant(vec![Effect { kind, values: values.into_iter().map(Some).collect() }]);
+            for truth in [[0.3, -0.1, 0.02], [9.0, -4.0, 0.5], [-14.0, 9.0, -2.0]] {
+                let read = distort(truth, &plant, clock);
+                let back = plant.correct(read, clock);
+                assert!((0..3).all(|k| (back[k] - truth[k]).abs() < 1e-7), "{kind:?}: {back:?} {truth:?}");
+            }
+        }
+    }
+
+    #[test]
+    fn a_lag_closes_two_thirds_of_a_step_in_its_time_constant() {
+        let (mut memory, lags) = (Follower::default(), Lags { sensor: 0.05, drive: 0.0 });
+        memory.follow(0.0, [0.0; 3], Some(lags));
+        let mut read = [0.0; 3];
+        for k in 1..=500 {
+            read = memory.follow(f64::from(k) * 1e-4, [1.0, -2.0, 0.5], Some(lags)).0;
+        }
+        let closed = 1.0 - (-1.0f64).exp();
+        for (read, load) in read.into_iter().zip([1.0, -2.0, 0.5]) {
+            assert!((read / load - closed).abs() < 1e-3, "{read} of {load}");
         }
     }
 }

@@ -3,7 +3,7 @@
 use rand::{RngExt, SeedableRng};
 use rand_chacha::ChaCha8Rng;
 use rand_distr::StandardNormal;
-use trundle_model::{Body, Fixture, INNER, Model};
+use trundle_model::{Body, Clock, Fixture, INNER, Model};
 use trundle_record::{
     Contact, Dof, FORMAT, FixtureMeta, Frame, Metadata, NoiseMeta, ObjectMeta, Obstacle, Precontact,
     Recording, Sign, Source, Split, WrenchMeta,
@@ -47,7 +47,7 @@ pub fn simulate(scenario: &Scenario, model: &Model, seed: u64) -> Result<Recordi
 
 /// The sensor, unloaded for as long as its own clock says.
 fn quiet(sensor: &Sensor, model: &Model) -> Result<Sensor, SimError> {
-    let ahead = model.resolved()?.delay().map_or(0.0, |delay| (-delay).max(0.0));
+    let ahead = model.resolved()?.delay(Clock::since_contact(0.0)).map_or(0.0, |delay| (-delay).max(0.0));
     let precontact = sensor.precontact - ahead;
     if ahead > 0.0 && precontact < SHORTEST_TARE {
         let remedy = "the reading runs ahead of the contact's beginning: lengthen `sensor.precontact`";

@@ -58,7 +58,7 @@ pub(crate) fn corrected(
     reading: [f64; 3],
     clock: Clock,
 ) -> [f64; 3] {
-    let Some(delay) = plant.delay() else { return plant.correct(reading, clock) };
+    let Some(delay) = plant.delay(clock) else { return plant.correct(reading, clock) };
     let (now, late) = (recorded.mean(t, t + dt).0, recorded.mean(t + delay, t + delay + dt).0);
     plant.correct([0, 1, 2].map(|k| reading[k] + late[k] - now[k]), clock)
 }

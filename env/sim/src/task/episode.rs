@@ -19,7 +19,7 @@ use super::things::Thing;
 use crate::gripper::wrap;
 use crate::instruments::Scene;
 use crate::mover::Motion;
-use crate::sensor::{Felt, at_frame};
+use crate::sensor::{Felt, at_frame, lateness};
 use crate::{Instruments, Mover, Sensor, SimError, Tracker};
 
 /// Streams of random numbers from an episode's seed; the first draws the world.
@@ -87,6 +87,10 @@ impl Episode {
     ) -> Result<Self, SimError> {
         let model = hidden.model(&thing.body);
         let whole = model.resolved()?;
+        if whole.remembers() {
+            let remedy = "an environment's state holds no memory of readings: leave sensor_lag, drive_lag and sensor_play out";
+            return Err(SimError::value("effects", "an instrument with a memory", remedy));
+        }
         let instrumented = model.effects.len() != model.clone().on_object().effects.len();
         let mut mover = Mover::new(model.on_object(), room.obstacles.clone())?;
         mover.prepare(options.step);
@@ -352,8 +356,9 @@ impl Episode {
         let Some(plant) = &self.instrumented else { return at_frame(wrench, at.frame) };
         let [ax, ay, _] = to_body([accel[0], accel[1], 0.0], at.gripper[2]);
         let felt = Felt { wrench, frame: at.frame, accel: [ax, ay] };
-        let read = Sensor { offset: [0.0; 3], ..self.sensor }.reading(&felt, plant, clock);
-        let late = plant.delay().map_or(0.0, |delay| delay.max(0.0) / self.options.step).round() as usize;
+        let sensor = Sensor { offset: [0.0; 3], ..self.sensor };
+        let read = sensor.reading(&felt, plant, clock);
+        let late = (lateness(plant, clock).max(0.0) / self.options.step).round() as usize;
         self.now.past.push_back(read);
         while self.now.past.len() > late + 1 {
             self.now.past.pop_front();
