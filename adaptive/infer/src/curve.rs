@@ -11,6 +11,39 @@ const TREND: f64 = 0.05;
 /// change within a sample.
 const JERKY: f64 = 4.0;
 
+/// What a first-order lag remembers, in time constants: the rest is a part in 10⁵.
+const MEMORY: f64 = 12.0;
+
+/// What follows the reading with a first-order lag.
+#[derive(Clone, Copy, Debug, Default)]
+pub(crate) struct Lagged {
+    /// Its value, reading axes.
+    pub value: [f64; 3],
+    /// Its derivative by the time constant, 1/s.
+    pub by_lag: [f64; 3],
+    /// How fast it changes, 1/s.
+    pub rate: [f64; 3],
+}
+
+impl Lagged {
+    /// Move on by `dt` seconds, over which the reading goes from one value to another on a straight line.
+    fn follow(&mut self, from: [f64; 3], to: [f64; 3], dt: f64, lag: f64) {
+        if lag <= 0.0 {
+            (self.value, self.by_lag) = (to, [0, 1, 2].map(|k| -(to[k] - from[k]) / dt));
+            return;
+        }
+        // y = r − lag ṙ + (y₀ − r₀ + lag ṙ) e^(−dt/lag)
+        let left = (-dt / lag).exp();
+        let by_lag = left * dt / (lag * lag);
+        for k in 0..3 {
+            let slope = (to[k] - from[k]) / dt;
+            let off = self.value[k] - from[k] + lag * slope;
+            self.value[k] = to[k] - lag * slope + off * left;
+            self.by_lag[k] = -slope + (self.by_lag[k] + slope) * left + off * by_lag;
+        }
+    }
+}
+
 #[derive(Clone, Copy, Debug)]
 struct Knot {
     t: f64,
@@ -160,6 +193,38 @@ impl Curve {
     fn trend(&self, t: f64) -> [f64; 3] {
         let (before, after) = (self.mean(t - TREND, t).reading, self.mean(t, t + TREND).reading);
         [0, 1, 2].map(|k| (after[k] - before[k]) / TREND)
+    }
+
+    /// The reading at a time, and how fast it changes there, 1/s.
+    pub fn value(&self, t: f64) -> ([f64; 3], [f64; 3]) {
+        let after = self.before(t);
+        let rate = match self.around(after) {
+            (Some(a), Some(b)) if !self.held => {
+                [0, 1, 2].map(|k| (b.reading[k] - a.reading[k]) / (b.t - a.t))
+            }
+            _ => [0.0; 3],
+        };
+        (self.at(t, after).0, rate)
+    }
+
+    /// What follows the reading with a first-order lag, `lag ẏ + y = r`.
+    pub fn lagged(&self, t: f64, lag: f64) -> Lagged {
+        let end = self.before(t);
+        let first = self.before(t - MEMORY * lag).saturating_sub(1);
+        let Some(oldest) = self.knots.get(first) else { return Lagged::default() };
+        let mut at = oldest.t.min(t);
+        let mut read = self.at(at, self.before(at)).0;
+        let mut y = Lagged { value: read, ..Lagged::default() };
+        for k in first + 1..=end {
+            let knot = self.knots.get(k).filter(|_| k < end);
+            let (to, next) = knot.map_or_else(|| (t, self.at(t, end).0), |knot| (knot.t, knot.reading));
+            if to > at {
+                y.follow(read, if self.held { read } else { next }, to - at, lag);
+            }
+            (at, read) = (to, next);
+        }
+        y.rate = [0, 1, 2].map(|k| if lag > 0.0 { (read[k] - y.value[k]) / lag } else { 0.0 });
+        y
     }
 
     /// Mean reading over an interval where what happened is read `delay` seconds later.

@@ -10,6 +10,7 @@
 use crate::curve::Curve;
 use crate::likelihood::{Likelihood, Linearised};
 use crate::stretches::moves;
+use crate::timing::Timing;
 use crate::{Channels, InferError, Loss};
 use nalgebra::{Matrix3, Vector3};
 use rayon::prelude::*;
@@ -112,9 +113,9 @@ impl InertialLikelihood {
         let action = plant.action(&state, s.clock);
         let spin = s.state.twist[2];
         let laws = action.wrench(to_body(state.twist, state.pose[2]));
-        let reading = match plant.delay() {
+        let reading = match Timing::of(plant, s.clock) {
             None => s.reading.map(T::lift),
-            Some(delay) => s.curve.late(s.clock.t - 0.5 * SPACING, s.clock.t + 0.5 * SPACING, delay),
+            Some(timing) => timing.mean(&s.curve, s.clock.t - 0.5 * SPACING, s.clock.t + 0.5 * SPACING),
         };
         let read = transport(plant.correct(reading, s.clock), s.frame);
         let rigid = plant.rigid(s.clock);

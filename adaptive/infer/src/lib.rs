@@ -34,6 +34,7 @@ mod shooting;
 mod stretches;
 mod tally;
 mod target;
+mod timing;
 mod track;
 mod truncated;
 mod watch;

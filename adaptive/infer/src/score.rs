@@ -6,6 +6,7 @@ use crate::quasi::WrenchSample;
 use crate::rollout::{Window, open_loop, windows};
 use crate::stretches::wrench_samples;
 use crate::tally::Tally;
+use crate::timing::Timing;
 use crate::track::LONGEST;
 use crate::{Channels, InferError};
 use rayon::prelude::*;
@@ -106,7 +107,7 @@ fn add_dynamics(
     let curve = Curve::new(episode);
     let mut own = Own { inner: beginning::beginning(plant, episode), last: None };
     for motion in episode.motion(noise).iter().filter(|m| m.t >= episode.contact) {
-        let Some(sample) = seen(motion, (episode, &curve), plant.delay().unwrap_or(0.0)) else { continue };
+        let Some(sample) = seen(motion, (episode, &curve), plant) else { continue };
         let inner = own.until(plant, &sample);
         if motion.t < episode.contact + unjudged {
             continue;
@@ -146,10 +147,11 @@ impl Own {
     }
 }
 
-/// What was read of the moment when a pose was seen, `delay` seconds later: the mean of the readings around it.
-fn seen(motion: &Motion, (episode, curve): (&Prepared, &Curve), delay: f64) -> Option<WrenchSample> {
+/// What was read of the moment when a pose was seen: the mean of the readings around it.
+fn seen(motion: &Motion, (episode, curve): (&Prepared, &Curve), plant: &Plant<f64>) -> Option<WrenchSample> {
     const NEAR: f64 = 0.02;
-    let at = motion.t + delay;
+    let timing = Timing::of(plant, curve.clock(motion.t));
+    let at = motion.t + timing.map_or(0.0, |timing| timing.delay());
     let (first, last) = (episode.wrench.first()?.t, episode.wrench.last()?.t);
     if at < first - NEAR || at > last + NEAR {
         return None;
@@ -160,7 +162,10 @@ fn seen(motion: &Motion, (episode, curve): (&Prepared, &Curve), delay: f64) -> O
         t: motion.t,
         pose: motion.pose,
         twist: motion.twist,
-        reading: curve.mean(at - NEAR, at + NEAR).reading,
+        reading: match timing {
+            Some(timing) => timing.mean(curve, motion.t - NEAR, motion.t + NEAR),
+            None => curve.mean(at - NEAR, at + NEAR).reading,
+        },
         frame,
         clock: curve.held(motion.t, frame),
     })

@@ -2,6 +2,7 @@
 
 use crate::InferError;
 use crate::curve::{Curve, Mean};
+use crate::timing::Timing;
 use std::sync::Arc;
 use trundle_model::{Clock, Real};
 use trundle_record::{Motion, Noise, PoseSample, Prepared};
@@ -37,12 +38,12 @@ pub struct Step {
 }
 
 impl Step {
-    /// The mean reading, for one that is late where `delay` says so.
+    /// The mean reading, for one that is not in time where `timing` says so.
     #[inline]
-    pub(crate) fn reading<T: Real>(&self, curve: &Curve, delay: Option<T>) -> [T; 3] {
-        match delay {
+    pub(crate) fn reading<T: Real>(&self, curve: &Curve, timing: Option<&Timing<T>>) -> [T; 3] {
+        match timing {
             None => self.reading.map(T::lift),
-            Some(delay) => curve.late(self.clock.t - self.dt / 2.0, self.clock.t + self.dt / 2.0, delay),
+            Some(timing) => timing.mean(curve, self.clock.t - self.dt / 2.0, self.clock.t + self.dt / 2.0),
         }
     }
 }

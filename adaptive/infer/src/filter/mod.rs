@@ -10,6 +10,7 @@ mod smooth;
 
 use crate::covariance::{Belief, MOTION, Matrix, PLAIN, POSE, Vector, corrected, moved};
 use crate::curve::Curve;
+use crate::timing::Timing;
 use crate::{Channels, InferError, Track, track::Step};
 
 use trundle_model::{Clock, Dual, INNER, Inner, Model, Plant, Real, State, transport};
@@ -337,15 +338,15 @@ pub(crate) fn push<T: Real>(
     step: &Step,
     curve: &Curve,
 ) {
-    let delay = plant.delay();
-    let [x, y, torque] = match delay {
+    let timing = Timing::of(plant, step.clock);
+    let [x, y, torque] = match &timing {
         None => step.reading.map(T::lift),
-        delay => step.reading(curve, delay),
+        timing => step.reading(curve, timing.as_ref()),
     };
     let less = |read: T, error: T| T::chained(read.re() - error.re(), [(read, 1.0), (error, -1.0)]);
     let reading = [less(x, error[0]), less(y, error[1]), less(torque, error[2])];
     // A late reading tells of contact late.
-    let since_contact = step.clock.since_contact + delay.map_or(0.0, Real::re);
+    let since_contact = step.clock.since_contact + timing.map_or(0.0, |timing| timing.delay());
     let clock = Clock { since_contact, ..step.clock };
     let applied = transport(plant.correct(reading, clock), step.frame);
     plant.move_on(state, &applied, clock, step.dt);
