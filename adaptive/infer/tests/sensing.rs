@@ -80,7 +80,7 @@ fn push(plant: &Plant<f64>, fault: &Fault, ordinal: usize, seed: u64) -> Prepare
     let noise = [NOISE.force, NOISE.force, NOISE.torque];
     let wrench = (0..STEPS).step_by(8).map(|k| {
         let reading = [0, 1, 2].map(|i| felt[k][i] + normal(noise[i]));
-        WrenchSample { t: (k as f64 + 0.5) * DT, reading, frame }
+        WrenchSample { t: (k as f64 + 0.5) * DT, reading, frame, ..Default::default() }
     });
     let wrench = wrench.collect();
     let seen = |k: usize| PoseSample {
@@ -96,7 +96,7 @@ fn push(plant: &Plant<f64>, fault: &Fault, ordinal: usize, seed: u64) -> Prepare
         tare_sd: [0.04, 0.04, 0.005],
         at_rest: true,
         counts: Counts::default(),
-        memo: Default::default(),
+        ..Default::default()
     }
 }
 

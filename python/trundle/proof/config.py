@@ -6,7 +6,7 @@ from dataclasses import asdict, dataclass, replace
 from pathlib import Path
 from typing import Any
 
-from trundle.proof.families import CATALOGUE, FOREIGN
+from trundle.proof.families import CATALOGUE, FAMILIES, FOREIGN
 from trundle.recording import TrundleError
 from trundle.settings import checked, headed
 
@@ -107,13 +107,18 @@ def read(path: Path, which: str) -> Settings:
     return replace(
         settings,
         effects=families(path, settings.effects, CATALOGUE),
-        foreign=families(path, settings.foreign, FOREIGN),
+        foreign=families(path, settings.foreign, FOREIGN, FAMILIES),
     )
 
 
-def families(path: Path, names: tuple[str, ...], known: dict[str, Any]) -> tuple[str, ...]:
-    """Return names of families, all known ones for "all"."""
+def families(
+    path: Path, names: tuple[str, ...], known: dict[str, Any], more: dict[str, Any] | None = None
+) -> tuple[str, ...]:
+    """Return names of families, all known ones for "all"; `more` may be named too.
+
+    A family that was outside the catalogue when a proof was written may be in it today.
+    """
     for name in names:
-        if name != "all" and name not in known:
+        if name != "all" and name not in (more or known):
             raise TrundleError(f"{path}: there is no family '{name}'; there are {', '.join(known)}")
     return tuple(known) if names == ("all",) else names

@@ -3,11 +3,13 @@
 from __future__ import annotations
 
 from trundle.proof.families.casters import CasterSwivel
+from trundle.proof.families.distortion import DISTORTIONS
 from trundle.proof.families.floor import FloorGrain, FloorPatch, FloorSlope
 from trundle.proof.families.foreign_motion import MOTIONS
 from trundle.proof.families.foreign_sensing import SENSINGS
 from trundle.proof.families.friction import CoulombFriction
 from trundle.proof.families.inertia import ComOffset, MassChange, SwingingLoad
+from trundle.proof.families.joints import AxisFriction, ThinningDrag
 from trundle.proof.families.sensing import ForceBias, ForceScale, GripperInertia, Latency, TrackerOffset
 from trundle.proof.families.surroundings import ObstacleContact, Tether
 from trundle.proof.families.wheels import SecondWheel, WheelEvent
@@ -33,6 +35,9 @@ KNOWN: tuple[Family, ...] = (
     Latency(),
     GripperInertia(),
     TrackerOffset(),
+    AxisFriction(),
+    ThinningDrag(),
+    *DISTORTIONS,
 )
 CATALOGUE: dict[str, Family] = {family.name: family for family in KNOWN}
 """By the catalogue's name, in the order of docs/diagnosis.md."""

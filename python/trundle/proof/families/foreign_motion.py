@@ -27,28 +27,6 @@ class Foreign(Family):
         return {"parameters": {}, "where": None}
 
 
-class ThinningDrag(Foreign):
-    """A thick felt under the object: a drag that grows with the root of the speed."""
-
-    name = "thinning_drag"
-    scales = ("drag",)
-
-    def draw(self, rng: np.random.Generator, scene: Scene, paths: Sequence[Floats]) -> Values:
-        """Return the force at 1 m/s."""
-        return {"drag": float(np.exp(rng.uniform(np.log(10.0), np.log(80.0))))}
-
-    def hook(self, model: Any, site: Site, values: Values) -> Hook | None:
-        """Return a force on the object's origin, and a torque as on a ring of 0.4 m."""
-        ring = 0.4
-
-        def brake(data: mujoco.MjData) -> None:
-            vx, vy, spin = data.qvel[0].item(), data.qvel[1].item(), ring * data.qvel[2].item()
-            drag = values["drag"] / (vx * vx + vy * vy + spin * spin + 1e-4) ** 0.25
-            data.qfrc_applied[:3] += (-drag * vx, -drag * vy, -drag * ring * spin)
-
-        return brake
-
-
 class Magnet(Foreign):
     """A point of the floor that attracts the object's origin, the more the nearer."""
 
@@ -201,12 +179,125 @@ class StickyGround(Foreign):
         return brake
 
 
+class MagneticLine(Foreign):
+    """A magnet along a line of the floor that pulls the object's origin across it."""
+
+    name = "magnetic_line"
+    scales = ("strength",)
+
+    def draw(self, rng: np.random.Generator, scene: Scene, paths: Sequence[Floats]) -> Values:
+        """Return a line across the paths."""
+        turn = float(rng.uniform(-np.pi, np.pi))
+        normal = np.array([np.cos(turn), np.sin(turn)])
+        middle = np.mean([path[:, :2].mean(axis=0) for path in paths], axis=0)
+        strength = float(np.exp(rng.uniform(np.log(15.0), np.log(60.0))))
+        offset = float(middle @ normal + rng.uniform(-0.2, 0.2))
+        return {"strength": strength, "direction": turn, "offset": offset}
+
+    def hook(self, model: Any, site: Site, values: Values) -> Hook | None:
+        """Return a force of −strength · s/(1 + s²)², with s the distance over 0.15 m."""
+        c, s = np.cos(values["direction"]), np.sin(values["direction"])
+
+        def pull(data: mujoco.MjData) -> None:
+            off = (c * data.qpos[0] + s * data.qpos[1] - values["offset"]) / 0.15
+            pulled = values["strength"] * off / (1.0 + off * off) ** 2
+            data.qfrc_applied[0] -= pulled * c
+            data.qfrc_applied[1] -= pulled * s
+
+        return pull
+
+
+class RateAndState(Foreign):
+    """Dry friction at the object's origin that heals at rest and weakens as it slides (Dieterich)."""
+
+    name = "rate_and_state"
+    scales = ("force",)
+
+    def draw(self, rng: np.random.Generator, scene: Scene, paths: Sequence[Floats]) -> Values:
+        """Return the friction of a fresh contact, the slip that renews it, and by how much it heals."""
+        return {
+            "force": float(np.exp(rng.uniform(np.log(6.0), np.log(25.0)))),
+            "slip": float(rng.uniform(0.02, 0.1)),
+            "evolution": float(rng.uniform(0.1, 0.25)),
+        }
+
+    def hook(self, model: Any, site: Site, values: Values) -> Hook | None:
+        """Return the force; each episode begins after ten seconds at rest."""
+        age, step = [10.0], model.opt.timestep
+
+        def rub(data: mujoco.MjData) -> None:
+            speed = float(np.hypot(data.qvel[0], data.qvel[1]))
+            age[0] = max(age[0] + step * (1.0 - speed * age[0] / values["slip"]), 0.0)
+            healed = values["evolution"] * np.log(1.0 + 0.1 * age[0] / values["slip"])
+            drag = values["force"] * (1.0 + healed) / np.hypot(speed, 1e-3)
+            data.qfrc_applied[0] -= drag * data.qvel[0]
+            data.qfrc_applied[1] -= drag * data.qvel[1]
+
+        return rub
+
+
+class FadingFriction(Foreign):
+    """Dry friction at the object's origin that is polished away as it slides, anew in each episode."""
+
+    name = "fading_friction"
+    scales = ("force",)
+
+    def draw(self, rng: np.random.Generator, scene: Scene, paths: Sequence[Floats]) -> Values:
+        """Return the friction at first, and over which distance it falls to a third."""
+        force = float(np.exp(rng.uniform(np.log(10.0), np.log(40.0))))
+        return {"force": force, "distance": float(rng.uniform(0.1, 0.4))}
+
+    def hook(self, model: Any, site: Site, values: Values) -> Hook | None:
+        """Return the force; its memory begins anew in each episode."""
+        slid, step = [0.0], model.opt.timestep
+
+        def rub(data: mujoco.MjData) -> None:
+            speed = float(np.hypot(data.qvel[0], data.qvel[1]))
+            slid[0] += step * speed
+            drag = values["force"] * np.exp(-slid[0] / values["distance"]) / np.hypot(speed, 1e-3)
+            data.qfrc_applied[0] -= drag * data.qvel[0]
+            data.qfrc_applied[1] -= drag * data.qvel[1]
+
+        return rub
+
+
+class Sail(Foreign):
+    """A draught along one direction of the room that catches the object broadside and turns it."""
+
+    name = "sail"
+    scales = ("force",)
+
+    def draw(self, rng: np.random.Generator, scene: Scene, paths: Sequence[Floats]) -> Values:
+        """Return the force broadside on, the direction, and how far behind the origin it attacks."""
+        return {
+            "force": float(np.exp(rng.uniform(np.log(5.0), np.log(20.0)))),
+            "direction": float(rng.uniform(-np.pi, np.pi)),
+            "lever": float(rng.uniform(0.05, 0.2)),
+        }
+
+    def hook(self, model: Any, site: Site, values: Values) -> Hook | None:
+        """Return a force with the square of the sine between heading and draught, and its torque."""
+        c, s = np.cos(values["direction"]), np.sin(values["direction"])
+
+        def blow(data: mujoco.MjData) -> None:
+            across = np.sin(values["direction"] - data.qpos[2])
+            force = values["force"] * across * across
+            data.qfrc_applied[0] += force * c
+            data.qfrc_applied[1] += force * s
+            data.qfrc_applied[2] -= force * values["lever"] * across
+
+        return blow
+
+
 MOTIONS: tuple[Family, ...] = (
-    ThinningDrag(),
     Magnet(),
     WarmingWheel(),
     Shaking(),
     Rattling(),
     Hysteresis(),
     StickyGround(),
+    MagneticLine(),
+    RateAndState(),
+    FadingFriction(),
+    Sail(),
 )

@@ -9,105 +9,16 @@ from numpy.typing import NDArray
 
 from trundle.proof.families.foreign_motion import Foreign
 from trundle.proof.family import Family, Site, Values
-from trundle.proof.push import CONTACT
 from trundle.proof.scene import Scene
-from trundle.proof.seen import Seen, sampled
+from trundle.proof.seen import Seen
 
 Floats = NDArray[np.float64]
 
 
-class CrossTalk(Foreign):
-    """Each axis of the sensor reads some of the others."""
-
-    name = "cross_talk"
-    scales = ("leak",)
-
-    def draw(self, rng: np.random.Generator, scene: Scene, paths: Sequence[Floats]) -> Values:
-        """Return how much of each axis every other reads; N·m by N, N by N·m."""
-        leak = rng.normal(size=(3, 3)) * [[0.0, 0.15, 0.6], [0.15, 0.0, 0.6], [0.1, 0.1, 0.0]]
-        return {"leak": leak.tolist()}
-
-    def sized(self, values: Values, size: float) -> Values:
-        """Return it `size` times as strong."""
-        return {"leak": (size * np.array(values["leak"])).tolist()}
-
-    def distort(self, seen: Seen, site: Site, values: Values) -> Seen:
-        """Mix the axes."""
-        return seen.changed(wrench=seen.wrench @ (np.eye(3) + np.array(values["leak"])).T)
-
-
-class DeadBand(Foreign):
-    """Small forces are not read at all, larger ones too low."""
-
-    name = "dead_band"
-    scales = ("force",)
-
-    def draw(self, rng: np.random.Generator, scene: Scene, paths: Sequence[Floats]) -> Values:
-        """Return its width."""
-        return {"force": float(np.exp(rng.uniform(np.log(2.0), np.log(12.0))))}
-
-    def distort(self, seen: Seen, site: Site, values: Values) -> Seen:
-        """Shrink forces towards zero, and the torque by a tenth of it per newton."""
-        band = values["force"] * np.array([1.0, 1.0, 0.1])
-        return seen.changed(wrench=np.sign(seen.wrench) * np.maximum(np.abs(seen.wrench) - band, 0.0))
-
-
-class Saturation(Foreign):
-    """The sensor reads no more than so much."""
-
-    name = "saturation"
-    scales = ("cut",)
-
-    def draw(self, rng: np.random.Generator, scene: Scene, paths: Sequence[Floats]) -> Values:
-        """Return by which share of its range the reading is cut."""
-        return {"cut": float(rng.uniform(0.3, 0.7))}
-
-    def distort(self, seen: Seen, site: Site, values: Values) -> Seen:
-        """Cut the reading of each axis."""
-        most = (1.0 - values["cut"]) * np.max(np.abs(seen.wrench), axis=0)
-        return seen.changed(wrench=np.clip(seen.wrench, -most, most))
-
-
-class ClockDrift(Foreign):
-    """The sensor's clock runs at another pace; it is right at contact."""
-
-    name = "clock_drift"
-    scales = ("pace",)
-
-    def draw(self, rng: np.random.Generator, scene: Scene, paths: Sequence[Floats]) -> Values:
-        """Return by how much, either way."""
-        return {"pace": float(rng.uniform(0.02, 0.08) * rng.choice([-1.0, 1.0]))}
-
-    def distort(self, seen: Seen, site: Site, values: Values) -> Seen:
-        """Read what was true before or will be."""
-        when = seen.t - values["pace"] * np.maximum(seen.t - CONTACT, 0.0)
-        return seen.changed(wrench=sampled(seen.t, seen.wrench, when))
-
-
-class SensorPlay(Foreign):
-    """The reading follows with play: it stays where it is until the force has moved on by so much."""
-
-    name = "sensor_play"
-    scales = ("width",)
-
-    def draw(self, rng: np.random.Generator, scene: Scene, paths: Sequence[Floats]) -> Values:
-        """Return the width, N; a tenth of it in N·m for the torque."""
-        return {"width": float(np.exp(rng.uniform(np.log(3.0), np.log(15.0))))}
-
-    def distort(self, seen: Seen, site: Site, values: Values) -> Seen:
-        """Follow each axis with play."""
-        half = values["width"] / 2 * np.array([1.0, 1.0, 0.1])
-        followed, last = np.empty_like(seen.wrench), np.zeros(3)
-        for k, true in enumerate(seen.wrench):
-            last = np.minimum(np.maximum(last, true - half), true + half)
-            followed[k] = last
-        return seen.changed(wrench=followed)
-
-
-class SensorLag(Foreign):
+class ResonantSensor(Foreign):
     """The sensor's filter is slow: a reading of second order that resonates."""
 
-    name = "sensor_lag"
+    name = "resonant_sensor"
     scales = ("seconds",)
 
     def draw(self, rng: np.random.Generator, scene: Scene, paths: Sequence[Floats]) -> Values:
@@ -154,11 +65,6 @@ def stretched(pose: Floats, matrix: Floats) -> Floats:
 
 
 SENSINGS: tuple[Family, ...] = (
-    CrossTalk(),
-    DeadBand(),
-    Saturation(),
-    ClockDrift(),
-    SensorPlay(),
-    SensorLag(),
+    ResonantSensor(),
     Lens(),
 )
