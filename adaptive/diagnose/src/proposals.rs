@@ -70,6 +70,9 @@ pub(crate) fn proposals(
     if kind == Kind::ObstacleContact {
         return hints.touched.iter().flat_map(|touch| things(touch, &model.body)).collect();
     }
+    if kind == Kind::Saturation {
+        return vec![saturated(&model.body, episodes)];
+    }
     let shape = shape(model, kind);
     if shape.iter().any(|p| p.name == "time") {
         let at = |(episode, t)| {
@@ -104,6 +107,26 @@ fn patch(region: &[[f64; 2]], body: &Body) -> Option<Effect> {
     let patch =
         neutral(Kind::FloorPatch, body).with("x", Some(x)).with("y", Some(y)).with("angle", Some(angle));
     Some(patch.with("half_length", Some(length)).with("half_width", Some(width)))
+}
+
+/// Share of the readings of an axis that its limit is proposed above: noise is, too.
+const BELOW: f64 = 0.99;
+
+/// A range that ends at the largest readings: above them a limit changes nothing, far below them all is wrong.
+fn saturated(body: &Body, episodes: &[Prepared]) -> Effect {
+    let limit = |k: usize| {
+        let mut sizes: Vec<f64> =
+            episodes.iter().flat_map(|e| &e.wrench).map(|w| w.reading[k].abs()).collect();
+        sizes.sort_by(f64::total_cmp);
+        sizes.get((BELOW * sizes.len() as f64) as usize).copied().unwrap_or(0.0)
+    };
+    let names = [("limit_x", 0), ("limit_y", 1), ("limit_torque", 2)];
+    let least = |name: &str| {
+        let param = Kind::Saturation.spec().params.iter().find(|p| p.name == name);
+        param.map_or(0.0, |p| p.lower)
+    };
+    let neutral = neutral(Kind::Saturation, body);
+    names.into_iter().fold(neutral, |e, (name, k)| e.with(name, Some(limit(k).max(least(name)))))
 }
 
 fn span(values: impl Iterator<Item = f64>) -> [f64; 2] {

@@ -111,6 +111,7 @@ fn decide(
     let searcher = Searcher {
         comparison: &comparison,
         nominal: &nominal,
+        commanded: data.commanded,
         episodes: &data.training,
         without: &options.without,
         regions: &[],

@@ -142,7 +142,7 @@ impl Hunt<'_> {
             None => vec![Effect::free(kind)],
         };
         let wheel = (!self.bare.on_rail()).then_some(Kind::ViscousWheel);
-        candidates(self.bare, false).into_iter().chain(wheel).flat_map(one).filter(usable).collect()
+        candidates(self.bare, false, false).into_iter().chain(wheel).flat_map(one).filter(usable).collect()
     }
 
     fn fit(&self, along: &Arc<Along>, added: Vec<Effect>) -> Result<Trial, InferError> {
@@ -212,9 +212,10 @@ pub(crate) fn called(effect: &Effect) -> &'static str {
 }
 
 /// Laws with states of their own are not tried: along the seen motion they would need a start in every episode. Nor is
-/// an event of a wheel that only the simulator knows.
+/// an event of a wheel that only the simulator knows, nor what looks at readings before and after the moment.
 fn usable(effect: &Effect) -> bool {
-    effect.kind.spec().inner.is_empty() && effect.kind != Kind::WheelEvent
+    let remembers = matches!(effect.kind, Kind::SensorLag | Kind::SensorPlay);
+    effect.kind.spec().inner.is_empty() && effect.kind != Kind::WheelEvent && !remembers
 }
 
 /// Whether an effect's place or moment has to be sought: from the middle of its prior the way may be barred.

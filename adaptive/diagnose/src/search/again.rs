@@ -3,7 +3,7 @@
 //! A first search looks beside parameters that have bent to what is missing. Once most of it is explained, shapes are
 //! sought again, other effects are tried in place of each, each is dropped once, and finer forms are tried.
 
-use super::{ANOTHER, Job, MORE, Searcher, Tried, finer, job};
+use super::{ANOTHER, Job, MORE, Searcher, Tried, finer, job, kinds};
 use crate::adequacy::remainder;
 use crate::proposals::has_shape;
 use std::collections::BTreeSet;
@@ -20,23 +20,23 @@ impl Searcher<'_> {
     /// Seek the shapes of the best model's effects again, each from what the fit says of all else: they were sought
     /// beside parameters that had bent to what was missing, and a fit finds no way across an edge.
     pub(super) fn shapes_again(&self, tried: &mut Vec<Tried>) -> Result<(), InferError> {
-        let best = kinds(&tried[0]);
+        let best = kinds(&tried[0].added);
         self.shapes_of(&best, tried)?;
         // A rival that comes as close as the best one leaves may only stand at the wrong place.
         let left = remainder(self.comparison, &tried[0].fit)?.map_or(0.0, |left| left.misfit());
         let near = |t: &&Tried| {
-            t.added.len() == best.len() && kinds(t) != best && t.fit.cost < tried[0].fit.cost + left
+            t.added.len() == best.len() && kinds(&t.added) != best && t.fit.cost < tried[0].fit.cost + left
         };
-        match tried.iter().find(near).map(kinds) {
+        match tried.iter().find(near).map(|t| kinds(&t.added)) {
             Some(rival) => self.shapes_of(&rival, tried),
             None => Ok(()),
         }
     }
 
     /// The same of the best model of some kinds.
-    fn shapes_of(&self, of: &BTreeSet<Kind>, tried: &mut Vec<Tried>) -> Result<(), InferError> {
+    fn shapes_of(&self, of: &[Kind], tried: &mut Vec<Tried>) -> Result<(), InferError> {
         let Comparison::Motion(motion) = self.comparison else { return Ok(()) };
-        let of_kinds = |t: &&Tried| kinds(t) == *of;
+        let of_kinds = |t: &&Tried| kinds(&t.added) == of;
         for _ in 0..AGAIN {
             let Some(best) = tried.iter().find(of_kinds).cloned() else { return Ok(()) };
             let left = remainder(self.comparison, &best.fit)?.map_or(0.0, |left| left.misfit());
@@ -131,11 +131,11 @@ impl Searcher<'_> {
     fn finer_jobs(&self, tried: &[Tried], size: usize, like: Option<&Tried>) -> Vec<Job> {
         let mut seen = BTreeSet::new();
         if let Some(like) = like {
-            seen.insert(kinds(like));
+            seen.insert(kinds(&like.added));
         }
         let mut jobs = Vec::new();
         let coarse = |t: &&Tried| t.added.len() == size && t.added.iter().any(|e| finer(e).is_some());
-        for best in tried.iter().filter(coarse).filter(|t| seen.insert(kinds(t))).take(REFINED) {
+        for best in tried.iter().filter(coarse).filter(|t| seen.insert(kinds(&t.added))).take(REFINED) {
             for (k, effect) in best.added.iter().enumerate() {
                 let Some(finer) = finer(effect) else { continue };
                 if like.is_some_and(|like| !like.added.contains(&finer)) {
@@ -164,9 +164,4 @@ impl Searcher<'_> {
         }
         values
     }
-}
-
-/// Kinds of the effects that a model adds.
-fn kinds(of: &Tried) -> BTreeSet<Kind> {
-    of.added.iter().map(|e| e.kind).collect()
 }

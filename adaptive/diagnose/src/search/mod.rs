@@ -7,7 +7,7 @@
 mod again;
 
 use crate::adequacy::{Remainder, remainder};
-use crate::candidates::{candidates, name};
+use crate::candidates::{candidates, name, repeats};
 use crate::locate::{Located, located};
 use crate::screen::{Screen, Start};
 use rayon::prelude::*;
@@ -77,6 +77,8 @@ const EXTRA_STARTS: usize = 3;
 pub(crate) struct Searcher<'a> {
     pub comparison: &'a Comparison,
     pub nominal: &'a Model,
+    /// Whether the recorded wrench was commanded, not measured.
+    pub commanded: bool,
     pub episodes: &'a [Prepared],
     /// Effects that are not offered, by their names in a diagnosis.
     pub without: &'a [String],
@@ -139,13 +141,14 @@ impl Searcher<'_> {
 
     /// Kinds of effects that may be added to a model.
     fn offered(&self, to: &Tried) -> Vec<Kind> {
-        let present: BTreeSet<_> = to.added.iter().map(name).collect();
         let spare = INNER.saturating_sub(to.fit.model.inner().len());
         let allowed = |kind: &Kind| {
             let (effect, states) = (kind.spec().effect, kind.spec().inner.len());
-            states <= spare && !present.contains(effect) && self.without.iter().all(|w| w != effect)
+            let beside = |e: &Effect| name(e) != effect || repeats(*kind) && e.kind == *kind;
+            states <= spare && to.added.iter().all(beside) && self.without.iter().all(|w| w != effect)
         };
-        candidates(self.nominal, self.comparison.is_quasi_static()).into_iter().filter(allowed).collect()
+        let all = candidates(self.nominal, self.comparison.is_quasi_static(), self.commanded);
+        all.into_iter().filter(allowed).collect()
     }
 
     /// The fits that promise most on top of a model, at most `most` kinds.
@@ -246,7 +249,7 @@ impl Searcher<'_> {
             jobs.extend(self.jobs(first, &self.offered(first), MORE)?);
         }
         let mut seen = BTreeSet::new();
-        jobs.retain(|job| seen.insert(job.added.iter().map(|e| e.kind).collect::<BTreeSet<_>>()));
+        jobs.retain(|job| seen.insert(kinds(&job.added)));
         self.try_all("several effects", jobs, tried)
     }
 
@@ -293,8 +296,17 @@ fn freed(effect: &Effect) -> Effect {
     free
 }
 
+/// Whether two models have the same effects, each as often.
 fn same(a: &[Effect], b: &[Effect]) -> bool {
-    a.len() == b.len() && a.iter().all(|effect| b.contains(effect))
+    let count = |of: &[Effect], effect: &Effect| of.iter().filter(|e| *e == effect).count();
+    a.len() == b.len() && a.iter().all(|effect| count(a, effect) == count(b, effect))
+}
+
+/// Kinds of some effects, in the catalogue's order, each as often as it is there.
+fn kinds(effects: &[Effect]) -> Vec<Kind> {
+    let mut kinds: Vec<Kind> = effects.iter().map(|e| e.kind).collect();
+    kinds.sort_unstable();
+    kinds
 }
 
 /// The effect with its refinements free, if it has any that are not.
@@ -312,4 +324,19 @@ pub(crate) fn probabilities(tried: &[Tried], rejected: usize) -> Vec<f64> {
     let weights: Vec<f64> = tried.iter().enumerate().map(weight).collect();
     let total: f64 = weights.iter().sum();
     weights.iter().map(|w| w / total).collect()
+}
+
+#[cfg(test)]
+mod tests {
+    use super::{kinds, same};
+    use trundle_model::{Effect, Kind};
+
+    #[test]
+    fn two_points_of_friction_are_not_one() {
+        let [rubs, slope] = [Kind::CoulombFriction, Kind::FloorSlope].map(Effect::free);
+        let (twice, mixed) = ([rubs.clone(), rubs.clone()], [slope, rubs]);
+        assert!(!same(&twice, &mixed) && !same(&mixed, &twice) && same(&twice, &twice));
+        assert!(same(&mixed, &[mixed[1].clone(), mixed[0].clone()]));
+        assert_eq!(kinds(&twice), [Kind::CoulombFriction; 2]);
+    }
 }
