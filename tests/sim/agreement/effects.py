@@ -47,6 +47,16 @@ VALUES: Mapping[str, Mapping[str, float]] = {
     "force_bias": {"force_x": 3.0, "force_y": -2.0, "torque_z": 0.8, "drift_x": 0.5, "drift_y": -0.3},
     "force_scale": {"gain_x": 1.1, "gain_y": 0.8, "gain_torque": 1.3},
     "latency": {"delay": 0.03},
+    "axis_friction": {"force_x": 12.0, "force_y": 6.0},
+    "body_axis_friction": {"force_x": 12.0, "force_y": 6.0},
+    "cross_talk": {
+        "x_from_y": 0.2,
+        "x_from_torque": 0.5,
+        "y_from_x": -0.1,
+        "y_from_torque": 0.3,
+        "torque_from_x": 0.05,
+        "torque_from_y": -0.1,
+    },
     "tracker_offset": {"offset_x": 0.1, "offset_y": -0.05, "offset_theta": 0.3},
 }
 """In the place of usual ones, where those would not be met on the way or be too simple."""
