@@ -5,6 +5,9 @@
 //! exchanging each for others ([`again`]).
 
 mod again;
+#[cfg(test)]
+#[allow(clippy::unwrap_used)]
+mod nested;
 
 use crate::adequacy::{Remainder, remainder};
 use crate::candidates::{candidates, name, repeats};

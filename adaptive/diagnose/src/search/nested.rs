@@ -1,0 +1,63 @@
+//! A richer model never fits worse than the simpler one that it contains: its fit starts from that one's optimum too.
+
+use super::{Searcher, TO_THE_END, Tried};
+use crate::common::{World, effect, locked, table};
+use trundle_infer::{Comparison, FitOptions, Quiet, fit};
+use trundle_model::{Kind, Model};
+
+/// Nats that an added law may cost in the likelihood for each of its free parameters: an amplitude that cannot be
+/// negative has its logarithm searched and starts at a fiftieth of its median, which is an e-fold times `ln 50`, where
+/// the law still does a little, and every parameter is drawn towards its prior's middle.
+const A_PARAMETER: f64 = 1.0;
+
+/// What a kind costs beyond the model without it, nats, and its free parameters; `None` where the search tries none.
+fn worse(searcher: &Searcher<'_>, base: &Tried, kind: Kind) -> Option<(f64, usize)> {
+    let jobs = searcher.jobs(base, &[kind], 1).unwrap();
+    let tried = searcher.fitted("one", jobs, TO_THE_END).unwrap();
+    let one = tried.into_iter().next()?;
+    let own = one.fit.estimates.len().saturating_sub(base.fit.estimates.len());
+    Some((one.fit.cost - base.fit.cost, own))
+}
+
+/// Every law of the catalogue, added to the fit of a small recording.
+fn check(truth: Model, seed: u64) {
+    let data = World::of(truth).recording(seed);
+    let comparison = Comparison::of(&data).unwrap();
+    let nominal = Model::nominal(table(), None, [true; 3]);
+    let searcher = Searcher {
+        comparison: &comparison,
+        nominal: &nominal,
+        commanded: false,
+        episodes: &data.training,
+        without: &[],
+        regions: &[],
+        seed,
+        watch: &Quiet,
+    };
+    let options = FitOptions { seed, ..FitOptions::default() };
+    let base = Tried { added: vec![], fit: fit(&comparison, &nominal, &[], &options, &Quiet).unwrap() };
+    let tuned = comparison.with_channels(base.fit.channels);
+    let searcher = Searcher { comparison: &tuned, ..searcher };
+    let mut failed = vec![];
+    for kind in searcher.offered(&base) {
+        if let Some((cost, own)) = worse(&searcher, &base, kind) {
+            println!("{seed} {:24} {cost:+10.2} nats, {own} parameters", kind.spec().kind);
+            if cost > A_PARAMETER * own as f64 {
+                failed.push((kind, cost));
+            }
+        }
+    }
+    assert!(failed.is_empty(), "{failed:?}");
+}
+
+#[test]
+fn nothing_missing() {
+    check(locked(), 11);
+}
+
+#[test]
+fn something_missing() {
+    check(locked().with(effect(Kind::FloorSlope, &[("accel_x", 0.05), ("accel_y", -0.02)])), 12);
+    let rubs = effect(Kind::CoulombFriction, &[("x", 0.45), ("y", 0.31), ("force", 8.0)]);
+    check(locked().with(rubs), 13);
+}
