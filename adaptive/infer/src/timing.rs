@@ -161,7 +161,7 @@ mod tests {
     #[test]
     fn without_a_lag_nothing_changes() {
         let read = curve(|k| command(k as f64 * 1e-3));
-        let (mean, plain) = (given([0.0; 3]).mean(&read, 0.3, 0.308)[0].re, read.mean(0.3, 0.308).0[0]);
+        let (mean, plain) = (given([0.0; 3]).mean(&read, 0.3, 0.308)[0].re, read.mean(0.3, 0.308).reading[0]);
         assert!((mean - plain).abs() < 1e-12, "{mean} is not {plain}");
     }
 }
