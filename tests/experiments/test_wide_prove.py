@@ -4,6 +4,7 @@ from __future__ import annotations
 
 import hashlib
 import json
+import signal
 from pathlib import Path
 from typing import Any
 
@@ -15,7 +16,7 @@ import trundle
 from trundle.cli import main
 from trundle.experiments.wide import conduct
 from trundle.experiments.wide.case import digest as digest_of
-from trundle.experiments.wide.diagnose import diagnose_case
+from trundle.experiments.wide.diagnose import answered, diagnose_case
 
 TINY = """
 format = "trundle-wide/1"
@@ -118,5 +119,10 @@ def test_a_diagnosis_that_cannot_be_made_is_an_answer(tmp_path: Path) -> None:
     assert answer["cost"]["seconds"] > 0.0
 
 
-def test_a_diagnosis_that_takes_too_long_is_ended(tmp_path: Path) -> None:
-    assert diagnose_case("", 0.01, tmp_path / "case_0003")["verdict"] == "timeout"
+def test_what_ends_without_an_answer_is_a_timeout_or_a_crash() -> None:
+    assert answered(-signal.SIGXCPU, b"", b"")["verdict"] == "timeout"
+    assert answered(-signal.SIGSEGV, b"", b"first\nlast\n") == {
+        "verdict": "crashed",
+        "reason": "exit -11: last",
+    }
+    assert answered(0, b'{"verdict": "consistent"}', b"") == {"verdict": "consistent"}

@@ -88,7 +88,7 @@ class Settings:
     attempts : int
         Draws after which a case is given up.
     limit : float
-        Of one diagnosis, s of wall time.
+        Of one diagnosis, s of processor time.
     """
 
     range: str

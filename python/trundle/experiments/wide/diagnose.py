@@ -3,7 +3,9 @@
 from __future__ import annotations
 
 import json
+import math
 import os
+import resource
 import signal
 import subprocess
 import sys
@@ -24,40 +26,46 @@ def diagnose_case(digest: str, limit: float, folder: Path) -> dict[str, Any]:
     digest : str
         Of the recording: part of the unit's key.
     limit : float
-        Wall time after which the process is ended, s; the verdict is then "timeout".
+        Processor time after which the process is ended, s, so that a busy machine gives the same answers; the
+        verdict is then "timeout".
     """
     with tempfile.TemporaryFile() as out, tempfile.TemporaryFile() as errors:
         began = time.perf_counter()
-        command = [sys.executable, "-m", "trundle.experiments.wide.diagnose", str(folder)]
+        command = [
+            sys.executable,
+            "-m",
+            "trundle.experiments.wide.diagnose",
+            str(folder),
+            str(math.ceil(limit)),
+        ]
         process = subprocess.Popen(command, stdin=subprocess.PIPE, stdout=out, stderr=errors)
-        timer = threading.Timer(limit, process.kill)
-        timer.start()
         try:
             _, status, usage = os.wait4(process.pid, 0)
+            process.returncode = os.waitstatus_to_exitcode(status)
         finally:
-            timer.cancel()
             process.kill()
         seconds = time.perf_counter() - began
-        process.returncode = os.waitstatus_to_exitcode(status)
         for file in (out, errors):
             file.seek(0)
-        answer = answered(process.returncode, out.read(), errors.read(), seconds >= limit)
+        answer = answered(process.returncode, out.read(), errors.read())
     cost = {"seconds": seconds, "cpu": usage.ru_utime + usage.ru_stime, "memory": usage.ru_maxrss / 1024}
     return {**answer, "cost": cost}
 
 
-def answered(status: int, out: bytes, errors: bytes, late: bool) -> dict[str, Any]:
+def answered(status: int, out: bytes, errors: bytes) -> dict[str, Any]:
     """Return the answer of a process that has ended."""
     if status == 0:
         found: dict[str, Any] = json.loads(out)
         return found
-    verdict = "timeout" if late else "crashed"
+    if status == -signal.SIGXCPU:
+        return {"verdict": "timeout", "reason": ""}
     lines = errors.decode(errors="replace").strip().splitlines()
-    return {"verdict": verdict, "reason": "" if late else f"exit {status}: {lines[-1] if lines else ''}"}
+    return {"verdict": "crashed", "reason": f"exit {status}: {lines[-1] if lines else ''}"}
 
 
-def main(folder: str) -> None:
+def main(folder: str, limit: str) -> None:
     """Diagnose a folder and print what is kept of the answer."""
+    resource.setrlimit(resource.RLIMIT_CPU, (int(limit), int(limit) + 5))
     from trundle import TrundleError, diagnose
 
     # The process ends with the one that started it: the other end of standard input closes.
@@ -100,4 +108,4 @@ def kept(answer: dict[str, Any]) -> dict[str, Any]:
 
 
 if __name__ == "__main__":
-    main(sys.argv[1])
+    main(*sys.argv[1:])
