@@ -1,10 +1,13 @@
 //! Whether the gripper is where it must be to push the object as stated.
 
+use nalgebra::{DMatrix, DVector};
 use trundle_model::Fixture;
 
 use crate::metadata::{Contact, Frame, Reference};
-use crate::prepare::{median, quantile};
+use crate::prepare::{WrenchSample, median, quantile};
 
+use super::gripper::frozen_in;
+use super::group::grouped;
 use super::subject::{Look, Subject};
 use super::{Finding, Severity};
 
@@ -14,6 +17,8 @@ const SLIP: (f64, f64) = (8.0, 0.03);
 /// A reading of so many standard deviations is felt; what feels nothing for so long, s, may hold elsewhere afterwards.
 const FELT: f64 = 6.0;
 const APART: f64 = 0.5;
+/// Delays with which a compliant grasp gives way, in shares of the time held.
+const DELAYS: [f64; 2] = [0.0, 0.02];
 /// How far outside of the footprint a gripper reaches the object, in its sizes.
 const REACH: f64 = 1.0;
 
@@ -27,8 +32,8 @@ fn held_at(look: &Look) -> Vec<[f64; 3]> {
     look.prepared.wrench.iter().filter(|w| w.t >= look.prepared.contact).map(|w| w.frame).collect()
 }
 
-/// The same of each time that it holds and is felt: one that has let go is free to move.
-fn held_each(subject: &Subject, look: &Look) -> Vec<Vec<[f64; 3]>> {
+/// The same of each time that it holds and is felt, with the reading: one that has let go is free to move.
+fn held_each(subject: &Subject, look: &Look) -> Vec<Vec<WrenchSample>> {
     let noise = &subject.dataset.noise;
     let felt =
         |[x, y, torque]: [f64; 3]| x.hypot(y) > FELT * noise.force || torque.abs() > FELT * noise.torque;
@@ -38,7 +43,7 @@ fn held_each(subject: &Subject, look: &Look) -> Vec<Vec<[f64; 3]>> {
             holds.push(vec![]);
         }
         last = w.t;
-        holds.last_mut().into_iter().for_each(|hold| hold.push(w.frame));
+        holds.last_mut().into_iter().for_each(|hold| hold.push(w.clone()));
     }
     holds
 }
@@ -48,16 +53,12 @@ pub(crate) fn slip(subject: &Subject) -> Vec<Finding> {
     if !at_gripper(subject) || subject.meta.wrench.contact != Contact::Grasp {
         return vec![];
     }
-    subject.episodes.iter().filter_map(|look| slips(subject, look)).collect()
+    let slipping = subject.episodes.iter().filter(|look| frozen_in(subject, look).is_none());
+    grouped(slipping.filter_map(|look| slips(subject, look)).collect())
 }
 
-fn slips(subject: &Subject, look: &Look) -> Option<Finding> {
-    let spread = |frames: &[[f64; 3]], k: usize| {
-        let values = || frames.iter().map(|f| f[k]);
-        Some(quantile(values(), 0.95)? - quantile(values(), 0.05)?)
-    };
-    let wanders = |frames: &Vec<[f64; 3]>| Some(spread(frames, 0)?.hypot(spread(frames, 1)?));
-    let wander = held_each(subject, look).iter().filter_map(wanders).reduce(f64::max)?;
+fn slips(subject: &Subject, look: &Look) -> Option<(f64, Finding)> {
+    let wander = held_each(subject, look).iter().filter_map(|held| wanders(held)).reduce(f64::max)?;
     let sd = subject.dataset.noise.pose;
     let arm = sd[2] * subject.size; // the heading's noise moves the grasp too
     let explained = (SLIP.0 * (sd[0].max(sd[1]) + arm)).max(SLIP.1 * subject.size);
@@ -66,8 +67,44 @@ fn slips(subject: &Subject, look: &Look) -> Option<Finding> {
             format!("the gripper is said to grasp, but wanders by {:.0} mm on the object", 1e3 * wander);
         let remedy = "set wrench.contact = \"point\" if it only pushes; otherwise it slips, or a pose or its angle \
                       is wrong";
-        Finding::new("grasp", Severity::Warning, sentence, remedy).of(look.name())
+        (wander, Finding::new("grasp", Severity::Warning, sentence, remedy).of(look.name()))
     })
+}
+
+/// How far the gripper wanders on the object beyond what the load explains, m: a compliant grasp gives way to the
+/// load, at once or with a delay, and comes back; a slip does not.
+fn wanders(held: &[WrenchSample]) -> Option<f64> {
+    let span = held.last()?.t - held.first()?.t;
+    let mut columns: Vec<Vec<f64>> = vec![vec![1.0; held.len()]];
+    for share in DELAYS {
+        (0..3).for_each(|axis| columns.push(delayed(held, axis, share * span)));
+    }
+    let design = DMatrix::from_fn(held.len(), columns.len(), |i, j| columns[j][i]);
+    let scale: Vec<f64> = design.column_iter().map(|c| c.norm().max(f64::MIN_POSITIVE)).collect();
+    let design = DMatrix::from_fn(held.len(), columns.len(), |i, j| design[(i, j)] / scale[j]);
+    let ridge = DMatrix::identity(columns.len(), columns.len()) * 1e-9;
+    let solver = (design.transpose() * &design + ridge).cholesky()?;
+    let spread = |k: usize| {
+        let place = DVector::from_iterator(held.len(), held.iter().map(|w| w.frame[k]));
+        let rest = &place - &design * solver.solve(&(design.transpose() * &place));
+        Some(quantile(rest.iter().copied(), 0.95)? - quantile(rest.iter().copied(), 0.05)?)
+    };
+    Some(spread(0)?.hypot(spread(1)?))
+}
+
+/// One axis of the reading through a first-order lag, s.
+fn delayed(held: &[WrenchSample], axis: usize, lag: f64) -> Vec<f64> {
+    let mut state = held.first().map_or(0.0, |w| w.reading[axis]);
+    let mut last = held.first().map_or(0.0, |w| w.t);
+    held.iter()
+        .map(|w| {
+            let step = w.t - last;
+            last = w.t;
+            let share = if lag > 0.0 { 1.0 - (-step / lag).exp() } else { 1.0 };
+            state += share * (w.reading[axis] - state);
+            state
+        })
+        .collect()
 }
 
 /// How far the object goes between two poses: streams out of step are apart by that, m.

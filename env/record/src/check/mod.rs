@@ -3,11 +3,20 @@
 //! A check is one function from the prepared recording to findings. Each asks for what holds for every passive
 //! object on a floor, whatever its wheels and friction; what only a model could tell is left to the diagnosis.
 
+mod axes;
 mod clocks;
 mod direction;
+mod dynamics;
+mod episodes;
 mod excitation;
+mod explain;
+mod gains;
+mod gaps;
 mod grasp;
+mod gripper;
+mod group;
 mod instruments;
+mod lags;
 mod subject;
 mod tare;
 mod units;
@@ -59,16 +68,22 @@ impl Finding {
 
 type Check = fn(&Subject) -> Vec<Finding>;
 
-const CHECKS: [Check; 14] = [
-    units::lengths,
+const CHECKS: [Check; 20] = [
+    units::scales,
     units::angles,
     units::torques,
     units::noise,
-    direction::sign_and_axes,
+    gripper::degrees,
+    gripper::frozen,
+    axes::axes,
+    instruments::unsigned,
     clocks::lag,
     clocks::overlap,
+    gaps::gaps,
     tare::steady,
     tare::alike,
+    tare::missing,
+    episodes::alike,
     instruments::clipping,
     instruments::masked,
     grasp::slip,

@@ -1,10 +1,12 @@
 //! What the checks look at: the prepared recording, its motion, and the load at each time of the motion.
 
-use crate::episode::Episode;
+use crate::episode::{Episode, Gripper};
 use crate::metadata::Metadata;
 use crate::motion::Motion;
 use crate::prepare::{Dataset, Noise, Prepared, WrenchSample, latest, seen_noise};
 use crate::recording::Recording;
+
+use super::explain::{Explained, explain};
 
 /// A recording with everything that several checks need.
 pub(crate) struct Subject<'a> {
@@ -15,6 +17,8 @@ pub(crate) struct Subject<'a> {
     pub size: f64,
     /// Noise as the data show it, whatever is stated.
     pub seen_noise: Noise,
+    /// What the motion explains of the wrench; `None` where there is too little motion.
+    pub explained: Option<Explained>,
 }
 
 /// One episode.
@@ -43,13 +47,21 @@ impl<'a> Subject<'a> {
             Some(Look { episode, prepared, motion: prepared.motion(&dataset.noise) })
         };
         let [low, high] = dataset.body.bounds();
-        Self {
+        let mut subject = Self {
             meta: &recording.metadata,
             dataset,
             episodes: recording.episodes.iter().filter_map(look).collect(),
             size: (high[0] - low[0]).hypot(high[1] - low[1]),
             seen_noise: seen_noise(recording),
-        }
+            explained: None,
+        };
+        subject.explained = explain(&subject);
+        subject
+    }
+
+    /// Whether every episode has a gripper.
+    pub fn has_gripper(&self) -> bool {
+        self.episodes.iter().all(|look| look.episode.gripper().is_some())
     }
 
     /// Largest force in the recording, N.
@@ -62,6 +74,22 @@ impl<'a> Subject<'a> {
 impl Look<'_> {
     pub fn name(&self) -> &str {
         &self.prepared.name
+    }
+
+    /// When the object first surely moves, s; `None` if it never does.
+    pub fn moves_from(&self) -> Option<f64> {
+        Some(self.motion.iter().find(|m| moves(m))?.t)
+    }
+
+    /// Angle of the sensor on the object at the first pose, rad; 0 without a gripper.
+    pub fn sensor_angle(&self) -> f64 {
+        let heading = match self.episode.gripper() {
+            Some(Gripper::Level(s)) => s.value.first().map(|v| v[2]),
+            Some(Gripper::Tilting(s)) => s.value.first().map(|v| 2.0 * v[6].atan2(v[3])),
+            None => None,
+        };
+        let object = self.prepared.pose.first().map_or(0.0, |p| p.pose[2]);
+        heading.map_or(0.0, |heading| heading - object)
     }
 
     /// Times in contact at which the object surely moves; one for the whole push where only its ends are known.

@@ -1,15 +1,13 @@
 //! Whether everything is in SI units and radians.
 
 use crate::episode::Gripper;
+use crate::metadata::Reference;
 use crate::prepare::{latest, median, quantile, relative_pose};
 
+use super::gains::{self, INCH};
 use super::subject::{Look, Subject};
 use super::{Finding, Severity};
 
-/// Nothing that is pushed on a floor is larger than this, m.
-const LARGEST: f64 = 20.0;
-/// Nor faster, m/s.
-const FASTEST: f64 = 20.0;
 /// An object that turns further than this, rad, is rather given in degrees.
 const TURNS: f64 = 13.0;
 /// How much tighter the grasp must be in degrees than in radians.
@@ -27,28 +25,109 @@ const ENOUGH: usize = 50;
 /// Noise that a jerky motion seen at a low rate may feign, m or rad.
 const LEAST_NOISE: f64 = 5e-4;
 
-/// Millimetres instead of metres.
-pub(crate) fn lengths(subject: &Subject) -> Vec<Finding> {
-    let speed = subject
-        .episodes
-        .iter()
-        .flat_map(|look| &look.motion)
-        .map(|m| m.twist[0].hypot(m.twist[1]))
-        .fold(0.0, f64::max);
-    let wrong = if subject.size > LARGEST {
-        format!("the object measures {:.1} m", subject.size)
-    } else if speed > FASTEST {
-        format!("the object reaches {speed:.0} m/s")
-    } else {
+/// Unit of length, then gains of torque and force: a wrong one of the first shows in the others.
+pub(crate) fn scales(subject: &Subject) -> Vec<Finding> {
+    let lengths = lengths(subject);
+    if lengths.is_empty() { gains::gains(subject) } else { lengths }
+}
+
+/// Another unit of length than metres: that in which size, speed, mass of the area and reach are most plausible.
+fn lengths(subject: &Subject) -> Vec<Finding> {
+    let seen = Seen::new(subject);
+    let stated = seen.score(1.0, 1.0);
+    let units = UNITS.iter().flat_map(|unit| [(unit, unit.0), (unit, 1.0)]);
+    let scored = units.map(|(unit, outline)| (seen.score(unit.0, outline), unit, outline));
+    let Some((score, unit, outline)) = scored.max_by(|a, b| a.0.total_cmp(&b.0)) else { return vec![] };
+    if score < stated + PLAUSIBLE {
         return vec![];
-    };
-    let sentence = format!("{wrong}: lengths seem to be in millimetres");
-    vec![Finding::new(
-        "units",
-        Severity::Error,
-        sentence,
-        "divide lengths and positions by 1000: the format is in metres",
-    )]
+    }
+    let what = if outline == 1.0 { "positions" } else { "lengths and positions" };
+    let sentence = format!("{}: {what} seem to be in {}", seen.words(), unit.1);
+    let remedy = format!("{} {what}: the format is in metres", unit.2);
+    vec![Finding::new("units", Severity::Error, sentence, &remedy)]
+}
+
+/// Metres in a unit of length, its name, and what to do.
+const UNITS: [(f64, &str, &str); 3] = [
+    (0.001, "millimetres", "divide by 1000 all"),
+    (0.01, "centimetres", "divide by 100 all"),
+    (INCH, "inches", "multiply by 0.0254 all"),
+];
+/// Logarithm of the odds by which another unit must be more plausible than metres.
+const PLAUSIBLE: f64 = 8.0;
+/// What is pushed: median and spread (of the logarithm) of its size m, speed m/s, mass over area kg/m², and of the
+/// gripper's distance over half its size.
+const SIZE: (f64, f64) = (0.6, 0.9);
+const SPEED: (f64, f64) = (0.3, 1.2);
+const MASS: (f64, f64) = (25.0, 1.3);
+const REACH: (f64, f64) = (0.8, 0.8);
+/// Spread of the logarithm of a gain that the wrench shows, and the most that any one thing may tell.
+const GAIN: f64 = 0.2;
+const MOST: f64 = 50.0;
+
+/// What a recording shows of its unit of length.
+struct Seen {
+    size: f64,
+    speed: f64,
+    reach: f64,
+    /// Mass that the motion shows, kg, and the weighed one.
+    mass: Option<f64>,
+    weighed: Option<f64>,
+    area: f64,
+    /// Gain that torques lack beside forces and arms.
+    gain: Option<f64>,
+}
+
+impl Seen {
+    fn new(subject: &Subject) -> Self {
+        let moving = subject.episodes.iter().flat_map(|look| &look.motion);
+        let speed = quantile(moving.map(|m| m.twist[0].hypot(m.twist[1])), 0.95).unwrap_or(0.0);
+        let away = |look: &Look| {
+            let held = look.prepared.wrench.iter().filter(|w| w.t >= look.prepared.contact);
+            median(held.map(|w| w.frame[0].hypot(w.frame[1])))
+        };
+        let sensor = subject.meta.wrench.reference() == Reference::Sensor && !subject.meta.on_rail();
+        let place = median(subject.episodes.iter().filter_map(away)).filter(|_| sensor).unwrap_or(0.0);
+        let [low, high] = subject.dataset.body.bounds();
+        let explained = subject.explained.as_ref();
+        Self {
+            size: subject.size,
+            speed,
+            reach: if subject.size > 0.0 { place / (subject.size / 2.0) } else { 0.0 },
+            mass: explained.and_then(gains::mass).map(|(mass, _)| mass),
+            weighed: subject.meta.object.mass,
+            area: (high[0] - low[0]) * (high[1] - low[1]),
+            gain: explained.and_then(gains::torque_gain),
+        }
+    }
+
+    /// Logarithm of the plausibility if a recorded unit of position is `unit` metres, and one of the outline `outline`.
+    fn score(&self, unit: f64, outline: f64) -> f64 {
+        let cost = |value: f64, (median, spread): (f64, f64)| {
+            let off = (value / median).ln() / spread;
+            if value > 0.0 && value.is_finite() { -(0.5 * off * off).min(MOST) } else { 0.0 }
+        };
+        // The mass that acceleration shows is as many times too small as positions are too large.
+        let mass = self.mass.map_or(0.0, |mass| mass / unit);
+        let area = self.area * outline * outline;
+        let weighed = self.weighed.map_or(0.0, |weighed| {
+            let at = |force: f64| cost(mass / weighed * force, (1.0, GAIN));
+            // Another unit of force is as likely as one of length.
+            if unit == 1.0 { gains::FORCES.map(at).into_iter().fold(at(1.0), f64::max) } else { at(1.0) }
+        });
+        let gain = self.gain.map_or(0.0, |gain| gain * unit);
+        cost(self.size * outline, SIZE)
+            + cost(self.speed * unit, SPEED)
+            + cost(if area > 0.0 { mass / area } else { 0.0 }, MASS)
+            + cost(self.reach * unit / outline, REACH)
+            + weighed
+            + cost(gain, (1.0, GAIN))
+    }
+
+    fn words(&self) -> String {
+        let mass = self.mass.map_or(String::new(), |mass| format!(", behaves as if it weighed {mass:.3} kg"));
+        format!("in metres the object measures {:.1} m, moves at {:.2} m/s{mass}", self.size, self.speed)
+    }
 }
 
 /// Degrees instead of radians: seen by the gripper's place on the object where it is known, otherwise by turns.
@@ -101,6 +180,9 @@ fn width<I: Iterator<Item = f64>>(values: impl Fn() -> I) -> f64 {
 
 /// Newton millimetres instead of newton metres.
 pub(crate) fn torques(subject: &Subject) -> Vec<Finding> {
+    if subject.explained.is_some() {
+        return vec![]; // `gains` tells more
+    }
     let loads = subject.episodes.iter().flat_map(|look| {
         look.prepared.wrench.iter().filter(|w| w.t >= look.prepared.contact).map(|w| w.reading)
     });

@@ -1,0 +1,127 @@
+//! What each unit parameter of a passive body adds to the reading.
+
+use crate::metadata::{Frame, Metadata, Reference};
+use crate::motion::Motion;
+
+/// Point masses and points of dry friction: a grid of three by three over the object's bounding box, whose positive
+/// combinations hold every mass distribution and support within it.
+pub(crate) const MASSES: usize = 9;
+/// Elements of the symmetric damping matrix, in the order of [`PAIRS`].
+pub(crate) const DAMPING: usize = 6;
+/// The sensor's offset (3) and a horizontal force fixed in the world (2): a slope, or a reading that leans.
+pub(crate) const CONSTANTS: usize = 5;
+/// All columns.
+pub(crate) const COLUMNS: usize = 2 * MASSES + DAMPING + CONSTANTS;
+/// Rows and columns of the damping matrix's elements.
+pub(crate) const PAIRS: [(usize, usize); DAMPING] = [(0, 0), (1, 1), (2, 2), (0, 1), (0, 2), (1, 2)];
+/// Dry friction has its direction from a speed above so many standard deviations.
+const DIRECTED: f64 = 3.0;
+
+/// One row of each output: force x, force y, torque over [`Scale::arm`].
+pub(crate) type Row = [[f64; COLUMNS]; 3];
+
+/// What the columns of the recording are taken to mean.
+#[derive(Debug, Clone, Copy, PartialEq, Eq)]
+pub(crate) struct Convention {
+    pub frame: Frame,
+    pub reference: Reference,
+    /// Whether angles are taken to count clockwise.
+    pub clockwise: bool,
+}
+
+impl Convention {
+    /// As the recording states it.
+    pub fn stated(meta: &Metadata) -> Self {
+        Self { frame: meta.wrench.frame, reference: meta.wrench.reference(), clockwise: false }
+    }
+}
+
+/// Bounding box of the object, and the length by which torques are compared with forces.
+#[derive(Debug, Clone, Copy)]
+pub(crate) struct Scale {
+    pub middle: [f64; 2],
+    pub half: [f64; 2],
+    pub arm: f64,
+}
+
+impl Scale {
+    /// From the corners of the bounding box; a quarter of its diagonal is about the radius of gyration.
+    pub fn new([low, high]: [[f64; 2]; 2]) -> Self {
+        let half = [0, 1].map(|k| (high[k] - low[k]) / 2.0);
+        let size = 2.0 * half[0].hypot(half[1]);
+        let arm = if size > 0.0 { size / 4.0 } else { 1.0 };
+        Self { middle: [0, 1].map(|k| (low[k] + high[k]) / 2.0), half, arm }
+    }
+}
+
+/// The row of one time: `gripper` is its pose in the world.
+pub(crate) fn row(motion: &Motion, gripper: &[f64; 3], scale: &Scale, convention: Convention) -> Row {
+    let sense = if convention.clockwise { -1.0 } else { 1.0 };
+    let theta = sense * motion.pose[2];
+    let (sin, cos) = theta.sin_cos();
+    let body = |v: [f64; 2]| [cos * v[0] + sin * v[1], cos * v[1] - sin * v[0]];
+    let [ax, ay] = body([motion.accel[0], motion.accel[1]]);
+    let [vx, vy] = body([motion.twist[0], motion.twist[1]]);
+    let (rate, spin) = (sense * motion.twist[2], sense * motion.accel[2]);
+    let place = body([gripper[0] - motion.pose[0], gripper[1] - motion.pose[1]]);
+    let origin = if convention.reference == Reference::Sensor { place } else { [0.0; 2] };
+    let angle = match convention.frame {
+        Frame::Sensor => sense * gripper[2] - theta,
+        Frame::Object => 0.0,
+        Frame::World => -theta,
+    };
+    let mut out = Filler { row: [[0.0; COLUMNS]; 3], origin, turn: angle.sin_cos(), arm: scale.arm };
+    let sd = [0, 1, 2].map(|k| motion.cov[k][1][1].sqrt());
+    let noise = DIRECTED * sd[0].hypot(sd[1]).hypot(2.0 * scale.arm * sd[2]);
+    for (at, point) in grid(scale).into_iter().enumerate() {
+        let [x, y] = point;
+        let accel = [ax - spin * y - rate * rate * x, ay + spin * x - rate * rate * y];
+        out.force(at, point, accel);
+        let velocity = [vx - rate * y, vy + rate * x];
+        let speed = velocity[0].hypot(velocity[1]).hypot(noise);
+        out.force(MASSES + at, point, velocity.map(|v| if speed > 0.0 { v / speed } else { 0.0 }));
+    }
+    let twist = [vx, vy, scale.arm * rate];
+    for (at, (i, j)) in PAIRS.into_iter().enumerate() {
+        let mut wrench = [0.0; 3];
+        wrench[i] = twist[j];
+        wrench[j] = twist[i];
+        out.wrench(2 * MASSES + at, [wrench[0], wrench[1], scale.arm * wrench[2]]);
+    }
+    let first = COLUMNS - CONSTANTS;
+    (0..3).for_each(|axis| out.row[axis][first + axis] = 1.0);
+    out.force(first + 3, scale.middle, [cos, -sin]);
+    out.force(first + 4, scale.middle, [sin, cos]);
+    out.row
+}
+
+fn grid(scale: &Scale) -> [[f64; 2]; MASSES] {
+    let at = |k: usize| k as f64 - 1.0;
+    std::array::from_fn(|n| {
+        [scale.middle[0] + at(n / 3) * scale.half[0], scale.middle[1] + at(n % 3) * scale.half[1]]
+    })
+}
+
+/// Brings wrenches in object axes to the reading's axes and point.
+struct Filler {
+    row: Row,
+    origin: [f64; 2],
+    turn: (f64, f64),
+    arm: f64,
+}
+
+impl Filler {
+    /// A force in object axes at a point of the object.
+    fn force(&mut self, column: usize, [x, y]: [f64; 2], [fx, fy]: [f64; 2]) {
+        self.wrench(column, [fx, fy, x * fy - y * fx]);
+    }
+
+    /// A wrench in object axes about the object's origin.
+    fn wrench(&mut self, column: usize, [fx, fy, torque]: [f64; 3]) {
+        let (sin, cos) = self.turn;
+        let [x, y] = self.origin;
+        self.row[0][column] = cos * fx + sin * fy;
+        self.row[1][column] = cos * fy - sin * fx;
+        self.row[2][column] = (torque - x * fy + y * fx) / self.arm;
+    }
+}
