@@ -1,0 +1,83 @@
+"""`trundle.check` on recordings by varied instruments: silent where they are clean, right where not."""
+
+from __future__ import annotations
+
+from functools import cache
+from typing import Any
+
+import pytest
+
+import trundle
+from tests.record_prepare.corruptions import CORRUPTIONS, Corruption
+from tests.record_prepare.varied import Drawn, draw, recording
+
+SHORT: dict[str, Any] = {
+    "episodes": 5,
+    "seconds": 5.0,
+    "rates": (100.0, 100.0),
+    "contact": "grasp",
+    "slow": False,
+    "raw": False,
+    "mass_given": True,
+    "sign": "on_object",
+}
+"""Recordings that are quick to draw, by instruments that are neither poor nor excellent."""
+SHORT_SEED = 3
+FIRST = 40_000
+"""First seed of the recordings that the slow tests draw."""
+CLEAN = 60
+EACH = 10
+HITS = 0.8
+"""Share of the corrupted recordings in which each corruption is found, at least."""
+
+
+@cache
+def short(frame: str, contact: str = "grasp") -> Drawn:
+    return draw(SHORT_SEED, **{**SHORT, "frame": frame, "contact": contact})
+
+
+@cache
+def full(seed: int, chosen: tuple[tuple[str, Any], ...]) -> Drawn:
+    return draw(seed, **dict(chosen))
+
+
+def warned(findings: list[dict[str, Any]]) -> list[dict[str, Any]]:
+    return [finding for finding in findings if finding["severity"] != "note"]
+
+
+def check(corruption: Corruption, drawn: Drawn) -> list[dict[str, Any]]:
+    return trundle.check(trundle.Recording(*corruption.apply(drawn)))
+
+
+def key(corruption: Corruption) -> tuple[tuple[str, Any], ...]:
+    return tuple(sorted(corruption.chosen.items()))
+
+
+@pytest.mark.parametrize("corruption", CORRUPTIONS.values(), ids=CORRUPTIONS.keys())
+def test_each_corruption_is_found_with_its_remedy(corruption: Corruption) -> None:
+    clean = short(corruption.chosen.get("frame", "sensor"))
+    findings = check(corruption, clean)
+    assert corruption.found(findings), findings
+    kinds = [(finding["kind"], finding["sentence"]) for finding in warned(findings)]
+    assert len(kinds) <= 4, "findings are grouped, not repeated by episode"
+
+
+@pytest.mark.parametrize("contact", ["grasp", "compliant", "point"])
+@pytest.mark.parametrize("frame", ["sensor", "object", "world"])
+def test_a_clean_recording_is_not_complained_of(contact: str, frame: str) -> None:
+    assert warned(trundle.check(recording(short(frame, contact)))) == []
+
+
+@pytest.mark.slow
+@pytest.mark.parametrize("corruption", CORRUPTIONS.values(), ids=CORRUPTIONS.keys())
+def test_each_corruption_is_found_in_most_recordings(corruption: Corruption) -> None:
+    drawn = [full(FIRST + 100 + k, key(corruption)) for k in range(EACH)]
+    found = [corruption.found(check(corruption, one)) for one in drawn]
+    assert sum(found) >= HITS * EACH, found
+
+
+@pytest.mark.slow
+def test_clean_recordings_with_varied_instruments_are_not_complained_of() -> None:
+    findings = {seed: warned(trundle.check(recording(draw(seed)))) for seed in range(FIRST, FIRST + CLEAN)}
+    false = {seed: found for seed, found in findings.items() if found}
+    assert len(false) <= 0.02 * CLEAN, false
