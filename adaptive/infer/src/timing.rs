@@ -40,20 +40,20 @@ impl<T: Real> Timing<T> {
         let ends = [from, to].map(|t| t + late.re());
         if !is_nothing(self.lags.sensor) {
             let [start, stop] = ends.map(|t| curve.value(t));
-            for k in 0..3 {
+            for (k, mean) in mean.iter_mut().enumerate() {
                 let (rise, bend) = (stop.0[k] - start.0[k], stop.1[k] - start.1[k]);
                 let rise = T::chained(rise, [(late, bend)]);
-                mean[k] += self.lags.sensor * rise / length;
+                *mean += self.lags.sensor * rise / length;
             }
         }
         if !is_nothing(self.lags.drive) {
             let drive = self.lags.drive;
             let [start, stop] = ends.map(|t| curve.lagged(t, drive.re()));
-            for k in 0..3 {
+            for (k, mean) in mean.iter_mut().enumerate() {
                 let rise = stop.value[k] - start.value[k];
                 let by_lag = stop.by_lag[k] - start.by_lag[k];
                 let bend = stop.rate[k] - start.rate[k];
-                mean[k] += -(drive * T::chained(rise, [(drive, by_lag), (late, bend)])) / length;
+                *mean += -(drive * T::chained(rise, [(drive, by_lag), (late, bend)])) / length;
             }
         }
         mean

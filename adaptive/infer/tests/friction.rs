@@ -62,7 +62,7 @@ fn dry_friction_at_two_points() {
     let [one, other] = [[0.5, 0.3, 6.0], [0.4, -0.35, 9.0]]
         .map(|[x, y, force]| effect(Kind::CoulombFriction, &[("x", x), ("y", y), ("force", force)]));
     let free = || Effect::free(Kind::CoulombFriction);
-    let start = vec![
+    let start = [
         vec![22.0, -0.4, -0.2, 0.1, 20.0, 150.0],
         vec![0.4, 0.2, 5.0, 0.0, 0.01, 1e-4],
         vec![0.2, -0.2, 5.0, 0.0, 0.01, 1e-4],

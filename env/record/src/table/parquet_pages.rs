@@ -79,8 +79,11 @@ struct Compact<'a>(&'a [u8]);
 impl Compact<'_> {
     /// Reads a structure, which is the field `outer` of another; integers go to `found` with `outer` and their field.
     fn structure(&mut self, depth: usize, outer: i64, found: &mut dyn FnMut(i64, i64, i64)) -> Option<()> {
+        if depth >= MAX_DEPTH {
+            return None;
+        }
         let mut field = 0;
-        while depth < MAX_DEPTH {
+        loop {
             let head = self.byte()?;
             if head == 0 {
                 return Some(());
@@ -97,7 +100,6 @@ impl Compact<'_> {
                 kind => self.skip(depth, kind)?,
             }
         }
-        None
     }
 
     fn skip(&mut self, depth: usize, kind: u8) -> Option<()> {
