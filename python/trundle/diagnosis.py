@@ -272,8 +272,8 @@ def diagnose(
     without : sequence of str, optional
         Names of effects that are not to be tried, as in ``trundle effects``.
     wrench_pose : {"own_time", "latest"}
-        The pose that brings each wrench to the object: the smoothed one at the wrench's own time, or the latest recorded
-        one (equation 13 of the paper).
+        The pose that brings each wrench to the object: the smoothed one at the wrench's own time, or the
+        latest recorded one (equation 13 of the paper).
     check : bool
         Refuse a recording whose units, sign, axes or clocks are surely wrong (see `trundle.check`). False for
         objects so large, small, fast or slow that their numbers look like other units.

@@ -115,7 +115,11 @@ def test_numbers_are_given_in_the_units_of_the_recording(recording: trundle.Reco
     def values(diagnosis: trundle.Diagnosis) -> tuple[float, float, float]:
         answer = diagnosis.answer
         slope = answer["missing"][0]["parameters"]["accel_x"]["mean"]
-        return slope, answer["nominal"]["after"]["mass"]["mean"], answer["fit"]["held_out"]["after"]["position_rmse"]
+        return (
+            slope,
+            answer["nominal"]["after"]["mass"]["mean"],
+            answer["fit"]["held_out"]["after"]["position_rmse"],
+        )
 
     si = values(trundle.diagnose(recording, check=False))
     large = values(trundle.diagnose(rescaled(recording, 1024.0, 1.0, 1.0), check=False))

@@ -29,8 +29,9 @@ pub use metadata::{
 };
 pub use motion::{FEWEST_POSES, Memo, Motion, filter, filter_from, smooth, smooth_from};
 pub use prepare::{
-    Counts, Dataset, Noise, Options as PrepareOptions, PoseSample, Prepared, TareMethod, Wrench6, WrenchPose,
-    WrenchSample, force_moment_transform, planar_transform, prepare, prepare_with, relative_pose, wrapped,
+    Counts, Dataset, Noise, Options as PrepareOptions, PoseSample, Prepared, ReadingAxes, TareMethod,
+    Wrench6, WrenchPose, WrenchSample, force_moment_transform, planar_transform, prepare, prepare_with,
+    relative_pose, wrapped,
 };
 pub use recording::Recording;
 pub use replace::{recover_folder, replace_folder};

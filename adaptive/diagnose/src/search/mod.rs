@@ -60,6 +60,9 @@ const SINGLES: usize = 9;
 const MORE: usize = 3;
 /// Models of one size on top of which one more effect is sought.
 const FIRSTS: usize = 2;
+/// Share of the misfit that an effect may leave for a further one to be sought: an effect that does not halve what is left
+/// only soaks up what no law of the catalogue explains.
+const HALVED: f64 = 0.5;
 /// Effects that are added at most: each must earn its place, so that only the time of a search is bounded here.
 const MAX_EFFECTS: usize = 6;
 /// Starts of a kind.
@@ -128,10 +131,13 @@ impl Searcher<'_> {
         self.try_all("single effects", self.jobs(&base, &offered, SINGLES)?, &mut tried)?;
         self.shapes_again(&mut tried)?;
         self.refine(&mut tried)?;
+        let mut before = f64::INFINITY;
         for size in 1..MAX_EFFECTS {
-            if tried[0].added.len() != size || !self.asks_for_more(&tried[0])? {
+            let left = remainder(self.comparison, &tried[0].fit)?.map_or(0.0, |left| left.misfit());
+            if tried[0].added.len() != size || left > HALVED * before || !self.asks_for_more(&tried[0])? {
                 break;
             }
+            before = left;
             self.one_more(size, &mut tried)?;
             self.shapes_again(&mut tried)?;
             self.exchange(&mut tried)?;

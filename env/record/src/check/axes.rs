@@ -175,7 +175,10 @@ fn framed(explained: &Explained, frame: Frame, reference: Reference, negative: b
     let words = format!("the reading seems to be in {frame} axes about the origin of the {reference} frame");
     let sign = if negative { ", and the other wrench.sign" } else { "" };
     let remedy = format!("set wrench.frame = \"{frame}\" and wrench.reference = \"{reference}\"{sign}");
-    finding("axes", explained, &words, &remedy)
+    // Surely wrong only where no passive body explains the reading as stated.
+    let sure = explained.stated.fit.share > EXPLAINS;
+    let severity = if sure { Severity::Error } else { Severity::Warning };
+    Finding::new("axes", severity, format!("{words}: {}", evidence(explained)), &remedy)
 }
 
 fn clockwise(explained: &Explained, mirrored: bool) -> Finding {

@@ -25,7 +25,7 @@ use serde::Serialize;
 
 use crate::error::Error;
 use crate::fault::Fault;
-use crate::prepare::prepare;
+use crate::prepare::{Options, ReadingAxes, prepare_with};
 use crate::recording::Recording;
 use subject::Subject;
 
@@ -93,7 +93,8 @@ const CHECKS: [Check; 20] = [
 
 /// All findings about `recording`, the gravest first.
 pub fn check(recording: &Recording) -> Vec<Finding> {
-    let dataset = match prepare(recording) {
+    let options = Options { axes: ReadingAxes::Published, ..Options::default() };
+    let dataset = match prepare_with(recording, options) {
         Ok(dataset) => dataset,
         Err(error) => return vec![unusable(error)],
     };

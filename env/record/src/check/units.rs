@@ -1,7 +1,7 @@
 //! Whether everything is in SI units and radians.
 
 use crate::episode::Gripper;
-use crate::metadata::Reference;
+use crate::metadata::{Contact, Reference};
 use crate::prepare::{latest, median, quantile, relative_pose};
 
 use super::gains::{self, INCH};
@@ -132,7 +132,8 @@ impl Seen {
 
 /// Degrees instead of radians: seen by the gripper's place on the object where it is known, otherwise by turns.
 pub(crate) fn angles(subject: &Subject) -> Vec<Finding> {
-    let reason = |look: &Look| match tightness(look) {
+    let grasps = subject.meta.wrench.contact == Contact::Grasp;
+    let reason = |look: &Look| match tightness(look).filter(|_| grasps) {
         Some(ratio) if ratio > TIGHTER => Some("only so does the gripper stay where it holds the object"),
         None if turns(look) > TURNS => Some("the object would turn round and round"),
         _ => None,

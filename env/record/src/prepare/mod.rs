@@ -176,6 +176,16 @@ pub enum WrenchPose {
     Latest,
 }
 
+/// The axes that prepared readings are given in.
+#[derive(Debug, Clone, Copy, Default, PartialEq, Eq)]
+pub enum ReadingAxes {
+    /// The sensor's own, where gripper poses are recorded: what instruments do, they do there.
+    #[default]
+    Sensor,
+    /// As the recording publishes them: what may be published wrongly is looked for there.
+    Published,
+}
+
 /// How a recording is prepared.
 #[derive(Debug, Clone, Copy, PartialEq)]
 pub struct Options {
@@ -183,13 +193,20 @@ pub struct Options {
     pub tare: TareMethod,
     /// The pose that brings each wrench to the object.
     pub wrench_pose: WrenchPose,
+    /// The axes that readings are given in.
+    pub axes: ReadingAxes,
     /// Acceleration of gravity, in the recording's units of length and time; it weighs a tilting gripper.
     pub gravity: f64,
 }
 
 impl Default for Options {
     fn default() -> Self {
-        Self { tare: TareMethod::default(), wrench_pose: WrenchPose::default(), gravity: tare::GRAVITY }
+        Self {
+            tare: TareMethod::default(),
+            wrench_pose: WrenchPose::default(),
+            axes: ReadingAxes::default(),
+            gravity: tare::GRAVITY,
+        }
     }
 }
 

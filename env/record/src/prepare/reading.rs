@@ -14,7 +14,7 @@ use super::tare::{FreeReading, Tare, TareMethod, Weight, sd_of_mean, weigh};
 use super::track::{self, PoseNoise, Track};
 use super::trajectory::{PoseAt, Trajectory, continuous, share};
 use super::transform::{GripperPose, Wrench6, planar_transform, relative_pose};
-use super::{Noise, Options, PoseSample, WrenchPose, WrenchSample};
+use super::{Noise, Options, PoseSample, ReadingAxes, WrenchPose, WrenchSample};
 
 /// The streams of one episode, masked.
 pub(crate) struct View<'a> {
@@ -82,6 +82,7 @@ fn no_stream(episode: &str, what: &str, remedy: &str) -> Error {
 pub(crate) struct Reader<'a> {
     meta: &'a Metadata,
     method: TareMethod,
+    axes: ReadingAxes,
     weight: Option<Weight>,
 }
 
@@ -99,7 +100,7 @@ const LEVEL: f64 = 0.035;
 impl<'a> Reader<'a> {
     pub fn new(meta: &'a Metadata, options: Options, views: &[View]) -> Result<Self, Error> {
         let method = options.tare;
-        let mut reader = Self { meta, method, weight: None };
+        let mut reader = Self { meta, method, axes: options.axes, weight: None };
         if !meta.wrench.raw || method == TareMethod::Equation12 {
             return Ok(reader);
         }
@@ -192,7 +193,8 @@ impl<'a> Reader<'a> {
         let (object, gripper) = (view.object_at(t), view.gripper_path.at(t));
         let own = gripper.map(|gripper| relative(&object, &gripper));
         let from = self.frame(&object, own.as_ref(), view.wrench.present);
-        let frame = own.as_ref().map_or(from.pose, |own| own.pose);
+        let in_sensor = own.as_ref().filter(|_| self.axes == ReadingAxes::Sensor);
+        let frame = in_sensor.map_or(from.pose, |own| own.pose);
         let reading = if frame == from.pose { published } else { moved(&published, &from.pose, &frame) };
         let force = published[0].hypot(published[1]);
         let [place, angle] = from.spread;

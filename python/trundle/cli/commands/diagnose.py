@@ -33,8 +33,8 @@ def add_arguments(parser: argparse.ArgumentParser) -> None:
         "--wrench-pose",
         choices=("own_time", "latest"),
         default="own_time",
-        help="the pose that brings each wrench to the object: at the wrench's own time (default), or the latest recorded "
-        "one, as in equation 13 of the paper",
+        help="the pose that brings each wrench to the object: at the wrench's own time (default), or the "
+        "latest recorded one, as in equation 13 of the paper",
     )
     parser.add_argument(
         "--no-check",
