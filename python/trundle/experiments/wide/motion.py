@@ -28,8 +28,8 @@ def grasp_course(scene: WideScene, episode: int, t: Floats, pose: Floats, wrench
     fx, fy = c * wrench[:, 0] - s * wrench[:, 1], s * wrench[:, 0] + c * wrench[:, 1]
     shift = along * np.column_stack([fx, fy])
     gripper = np.column_stack([grasp[:, :2] + shift, grasp[:, 2] + turn * wrench[:, 2]])
-    moment = wrench[:, 2] - (shift[:, 0] * fy - shift[:, 1] * fx)
-    return course(scene, episode, t, pose, gripper, np.column_stack([fx, fy, moment]))
+    # The gripper is shifted along the force, so the moment about its origin is that about the grasp.
+    return course(scene, episode, t, pose, gripper, np.column_stack([fx, fy, wrench[:, 2]]))
 
 
 def course(scene: WideScene, episode: int, t: Floats, pose: Floats, gripper: Floats, wrench: Floats) -> Seen:
