@@ -37,7 +37,26 @@ GENERATOR = tuple(
         "strokes",
     )
 )
-"""What recordings depend on, with the old benchmark's families."""
+"""What recordings depend on, in this package."""
+SHARED = (
+    PACKAGE / "proof" / "families",
+    *(
+        PACKAGE / "proof" / f"{name}.py"
+        for name in (
+            "family",
+            "instruments",
+            "oracle",
+            "places",
+            "push",
+            "scene",
+            "score",
+            "seen",
+            "shapes",
+            "world",
+        )
+    ),
+)
+"""The same, of the old benchmark."""
 
 
 @dataclass(frozen=True)
@@ -98,8 +117,7 @@ def compact(truth: dict[str, Any]) -> dict[str, Any]:
 def drawn(benchmark: Benchmark, planned: Sequence[Planned]) -> list[dict[str, Any]]:
     """Draw the cases that are missing, and return all truths."""
     units = [drawing(benchmark, one) for one in planned]
-    version = code_version(*GENERATOR, PACKAGE / "proof")
-    return benchmark.runner(version).run("drawing", units)
+    return benchmark.runner(code_version(*GENERATOR, *SHARED)).run("drawing", units)
 
 
 def drawing(benchmark: Benchmark, planned: Planned) -> Unit:
