@@ -20,7 +20,7 @@ WORDS = {
     "degrees": "seems to be in degrees",
     "newton millimetres": "seem to be in N mm",
     "wrong sign": "the force seems to act in the wrong direction",
-    "exchanged axes": "the force's axes seem",
+    "exchanged axes": "force_x and force_y seem exchanged",
     "sensor turned by a quarter": "the force's axes seem turned",
     "another epoch": "never overlap",
     "never moves": "the object hardly moves",

@@ -12,6 +12,7 @@ pub(crate) fn candidates(nominal: &Model, quasi_static: bool, commanded: bool) -
         // On a rail a point or an axis is as good as the whole body, and nothing turns.
         Kind::CoulombFriction | Kind::SpinDrag | Kind::AxisFriction | Kind::BodyAxisFriction => !rail,
         Kind::DriveLag => commanded && !quasi_static,
+        _ if UNMEASURED.contains(kind) => false,
         _ if commanded && SENSING.contains(kind) => false,
         _ => (!quasi_static || SLOW.contains(kind)) && !(rail && is_planar(**kind)),
     };
@@ -25,8 +26,18 @@ pub(crate) fn repeats(kind: Kind) -> bool {
 }
 
 /// Faults that only a sensor has, not a command.
-const SENSING: [Kind; 5] =
-    [Kind::SensorLag, Kind::SensorPlay, Kind::CrossTalk, Kind::Saturation, Kind::DeadBand];
+const SENSING: [Kind; 1] = [Kind::SensorLag];
+
+/// Laws that a model may hold and a fit may estimate, but that a diagnosis does not offer: how often they would be named
+/// falsely has not been measured.
+const UNMEASURED: [Kind; 6] = [
+    Kind::ThinningDrag,
+    Kind::SensorPlay,
+    Kind::CrossTalk,
+    Kind::Saturation,
+    Kind::DeadBand,
+    Kind::ClockDrift,
+];
 
 /// What slow pushes, judged by the wrench alone, are asked for. They hold nothing of inertia, time or an effect's own
 /// states; and a gain of the sensor or a pattern of the floor takes the place of a pressure that is not known.

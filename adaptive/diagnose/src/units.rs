@@ -1,8 +1,7 @@
 //! A recording's own units: what is sought and decided is sought and decided in them.
 //!
 //! Priors and thresholds are those of a piece of furniture that is pushed about. A recording whose lengths, forces or
-//! times are of another size is brought near it by whole powers of [`BASE`], which is exact in binary arithmetic and
-//! narrower than the priors; so a recording in other units, or of another size, is judged like the same thing in metres.
+//! times are of another size is brought near it by whole powers of [`BASE`], which is exact in binary arithmetic; so a recording in other units, or of another size, is judged like the same thing in metres.
 
 use trundle_infer::{Channels, Estimate, Fit, InferError, Strain};
 use trundle_model::{Body, Effect, Fixture, Model, Scales};
@@ -11,9 +10,10 @@ use trundle_record::{Dataset, Prepared};
 use crate::adequacy::Remainder;
 use crate::search::Tried;
 
-/// A recording that is larger or smaller than this many times is rescaled by it: a power of two, so that rescaling loses
-/// no bit, and within the factor e^{±1.5} that a prior's standard deviation is, either way.
-const BASE: f64 = 32.0;
+/// A recording is rescaled by whole powers of this, so that it ends within a factor of 32 of a table: a power of two, so that
+/// rescaling loses no bit. Steps of an instrument's time (drop-outs, smoothing at the ends of a motion) are in seconds, so a
+/// finer base would shift them for ordinary recordings.
+const BASE: f64 = 1024.0;
 /// Radius of gyration, force and duration of moving a radius of gyration of the project's office table
 /// (`configs/experiments/demo.toml`), rounded.
 const TABLE: Scales = Scales { length: 0.4, force: 15.0, time: 2.0 };

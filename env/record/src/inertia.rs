@@ -16,11 +16,14 @@ pub struct InertialShare {
 
 /// Standard deviations of a speed at which its direction counts by two thirds.
 const SURE: f64 = 3.0;
+/// Halves of episodes from which a standard deviation is taken, at least.
+const FEWEST_PARTS: usize = 4;
 /// Most rows of one episode: more hold no more, since accelerations are smoothed over many samples.
 const MOST: usize = 500;
 
 impl InertialShare {
-    /// Of the training episodes from contact on; `None` where no motion is known under a force.
+    /// Of the training episodes from contact on; `None` where no motion is known under a force, or in fewer than two
+    /// episodes, among which it cannot be seen to vary.
     pub fn of(data: &Dataset) -> Option<Self> {
         let axes: &[usize] = if data.dof[1] { &[0, 1] } else { &[0] };
         let turns = data.dof[2];
@@ -30,6 +33,9 @@ impl InertialShare {
             .flat_map(|episode| rows(data, episode))
             .map(|rows| Normal::of(&rows, axes, turns))
             .collect();
+        if parts.len() < FEWEST_PARTS {
+            return None;
+        }
         let whole = Normal::sum(&parts, usize::MAX)?;
         let mean = whole.share()?;
         let left_out: Vec<f64> = (0..parts.len()).filter_map(|k| Normal::sum(&parts, k)?.share()).collect();

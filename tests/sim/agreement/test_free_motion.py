@@ -52,6 +52,9 @@ ROUGH = {
     # Where dry friction lets go and takes hold depends on the step: 30 and 83 µm, a fine one leaves 6 and 10.
     "coulomb_friction": (1e-4, 5e-5),
     "support_friction": (2e-4, 2e-4),
+    # Dry friction along each of two axes: 55 and 58 µm, 123 and 44 µrad at a step of 1 ms.
+    "axis_friction": (1e-4, 2e-4),
+    "body_axis_friction": (1e-4, 1e-4),
     # A contact with a millimetre of give and dry friction along the rim: 3 µm and 6 µrad.
     "obstacle_contact": (1e-5, 2e-5),
 }
@@ -75,6 +78,8 @@ COARSE = {
     # where each of four dry feet lets go at its own time.
     "coulomb_friction": (1e-4, 5e-5),
     "support_friction": (1e-3, 1e-3),
+    "axis_friction": (2e-4, 1e-4),
+    "body_axis_friction": (2e-4, 1e-4),
     "cogging": (4e-5, 6e-5),
     "obstacle_contact": (3e-5, 1e-4),
     "caster_swivel": (5e-6, 4e-5),

@@ -17,6 +17,8 @@ ROUGH = {
     # Measured 11, 57, 2.5 and 0.2 µm, 5, 56, 6 and 1 µrad.
     "coulomb_friction": (5e-5, 3e-5),
     "support_friction": (2e-4, 2e-4),
+    "axis_friction": (5e-5, 3e-5),
+    "body_axis_friction": (2e-4, 2e-4),
     "obstacle_contact": (1e-5, 2e-5),
     "caster_swivel": (5e-7, 3e-6),
 }

@@ -71,32 +71,23 @@ fn slips(subject: &Subject, look: &Look) -> Option<(f64, Finding)> {
     })
 }
 
-/// How far the gripper wanders on the object beyond what the load explains, m. A compliant grasp gives way to the load, at
-/// once or with a delay, and comes back: what one half of the time shows of it holds in the other half. A slip does not.
+/// How far the gripper wanders on the object beyond what the load explains, m: a compliant grasp gives way to the
+/// load, at once or with a delay, and comes back; a slip does not.
 fn wanders(held: &[WrenchSample]) -> Option<f64> {
     let span = held.last()?.t - held.first()?.t;
     let mut columns: Vec<Vec<f64>> = vec![vec![1.0; held.len()]];
     for share in DELAYS {
         (0..3).for_each(|axis| columns.push(delayed(held, axis, share * span)));
     }
-    let scale: Vec<f64> =
-        columns.iter().map(|c| c.iter().map(|v| v * v).sum::<f64>().sqrt().max(f64::MIN_POSITIVE)).collect();
-    let design = DMatrix::from_fn(held.len(), columns.len(), |i, j| columns[j][i] / scale[j]);
-    let half = held.len() / 2;
+    let design = DMatrix::from_fn(held.len(), columns.len(), |i, j| columns[j][i]);
+    let scale: Vec<f64> = design.column_iter().map(|c| c.norm().max(f64::MIN_POSITIVE)).collect();
+    let design = DMatrix::from_fn(held.len(), columns.len(), |i, j| design[(i, j)] / scale[j]);
+    let ridge = DMatrix::identity(columns.len(), columns.len()) * 1e-9;
+    let solver = (design.transpose() * &design + ridge).cholesky()?;
     let spread = |k: usize| {
         let place = DVector::from_iterator(held.len(), held.iter().map(|w| w.frame[k]));
-        let of = |from: usize, to: usize| -> Option<DVector<f64>> {
-            let (rows, seen) = (design.rows(from, to - from), place.rows(from, to - from));
-            let ridge = DMatrix::identity(columns.len(), columns.len()) * 1e-9;
-            let solver = (rows.transpose() * rows + ridge).cholesky()?;
-            Some(&place - &design * solver.solve(&(rows.transpose() * seen)))
-        };
-        let (first, second) = (of(0, half)?, of(half, held.len())?);
-        let unseen = || second.iter().take(half).chain(first.iter().skip(half)).copied();
-        let between =
-            |values: &dyn Fn() -> Vec<f64>| Some(quantile(values(), 0.95)? - quantile(values(), 0.05)?);
-        let whole = between(&|| place.iter().copied().collect())?;
-        Some(between(&|| unseen().collect())?.min(whole))
+        let rest = &place - &design * solver.solve(&(design.transpose() * &place));
+        Some(quantile(rest.iter().copied(), 0.95)? - quantile(rest.iter().copied(), 0.05)?)
     };
     Some(spread(0)?.hypot(spread(1)?))
 }

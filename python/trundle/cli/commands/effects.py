@@ -72,5 +72,7 @@ def prior(belief: dict[str, Any]) -> str:
             return f"log-normal, median {belief['median']:g}, sd {belief['sd']:g} e-folds"
         case "on_body":
             return f"uniform over the body along {belief['axis']}"
+        case "uniform":
+            return "uniform between its bounds"
         case _:
             return f"uniform, period {belief['period']:.5g}"
