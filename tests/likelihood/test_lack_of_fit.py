@@ -92,7 +92,7 @@ def test_fit_and_sample_find_the_same_optimum(
     drawn = trundle.sample(recordings[name])
     assert drawn.summary["method"] == "laplace"
     fitted = [parameter["mean"] for parameter in fits[name].summary["parameters"]]
-    # Where the model is far from the data, as in the demo, the search stops a little apart in one flat optimum.
+    # Where the model is far from the data, the search stops a little apart in one flat optimum.
     apart = 0.02 if name == "demo" else 1e-9
     np.testing.assert_allclose(drawn.summary["modes"][0]["values"], fitted, rtol=apart)
     assert drawn.summary["lack_of_fit"]["found"] == (name != "clean")

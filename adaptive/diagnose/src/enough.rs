@@ -3,19 +3,19 @@
 //! From a second or so of pushing, a wheel, a mass and an effect more can be bent to one another: what comes out is
 //! likely, and no finding. Better no answer.
 
-use trundle_infer::{InferError, quasi_static};
+use trundle_infer::InferError;
 use trundle_record::{Dataset, Prepared};
 
 /// Least time of pushing in all training episodes together, s.
 const LEAST: f64 = 3.0;
 
-/// Refuse recordings of too little pushing. Slow pushes, of which each gives one comparison, are counted there.
+/// Refuse recordings of too little pushing.
 ///
 /// # Errors
 /// When the training episodes hold too little time between contact and their last poses.
 pub(crate) fn enough(data: &Dataset) -> Result<(), InferError> {
     let pushed: f64 = data.training.iter().map(pushed).sum();
-    if pushed >= LEAST || quasi_static(data) {
+    if pushed >= LEAST {
         return Ok(());
     }
     Err(InferError::NoData {
