@@ -50,7 +50,7 @@ impl Screen<'_> {
     /// Starts of every kind of `kinds` on top of a fit, the best of each kind first, sorted by what the best of the kind
     /// promises.
     pub fn of(&self, fit: &Fit, kinds: &[Kind], watch: &dyn Watch) -> Result<Vec<Vec<Start>>, InferError> {
-        let motion = self.motion.with_channels(fit.channels);
+        let motion = self.motion.thinned().with_channels(fit.channels);
         let Some(seen) = motion.seen(&fit.model, &fit.values)? else { return Ok(vec![]) };
         let ground = Ground::new(&seen, fit)?;
         let touched = if kinds.contains(&Kind::ObstacleContact) { touched(&motion, fit)? } else { vec![] };
@@ -168,7 +168,7 @@ fn best(mut starts: Vec<Start>) -> Vec<Start> {
 }
 
 /// Ever nearer shapes around the best few, and of how many kinds beyond those that are wanted.
-const NEARER: [(f64, usize); 4] = [(0.4, 5), (0.25, 3), (0.12, 1), (0.06, 1)];
+const NEARER: [(f64, usize); 2] = [(0.4, 5), (0.2, 1)];
 const PARENTS: usize = 4;
 
 /// What the fit leaves, and an orthonormal basis of what its own parameters can do.

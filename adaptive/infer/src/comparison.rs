@@ -41,6 +41,15 @@ impl Comparison {
         }
     }
 
+    /// A cheaper likelihood of the same, for telling what is worth a closer look.
+    #[must_use]
+    pub fn thinned(&self) -> Self {
+        match self {
+            Self::Motion(l) => Self::Motion(l.thinned()),
+            Self::Wrench(l) => Self::Wrench(l.clone()),
+        }
+    }
+
     /// The same with some of its episodes.
     #[must_use]
     pub fn only(&self, keep: impl Fn(usize) -> bool) -> Self {

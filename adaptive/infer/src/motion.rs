@@ -5,6 +5,7 @@ use crate::likelihood::{Likelihood, Linearised, Look};
 use crate::{Channels, InferError, Track, sensitivity};
 use nalgebra::{DMatrix, DVector};
 use rayon::prelude::*;
+use std::sync::Arc;
 use trundle_model::Model;
 use trundle_record::{Noise, Prepared};
 
@@ -12,8 +13,10 @@ use trundle_record::{Noise, Prepared};
 /// and whose sum with the laws the model must explain.
 #[derive(Clone)]
 pub struct MotionLikelihood {
-    tracks: Vec<Track>,
-    coarse: Option<Box<MotionLikelihood>>,
+    tracks: Arc<[Track]>,
+    /// The same in longer steps.
+    thin: Arc<[Track]>,
+    coarse: Option<Arc<MotionLikelihood>>,
     channels: Channels,
     /// Factor on the noise of poses, beside that of `channels`.
     blur: f64,
@@ -31,9 +34,9 @@ const BLUR: f64 = 300.0;
 const FROM_AFAR: f64 = 8.0;
 
 /// Up to three episodes, evenly among all.
-fn spread(episodes: &[Prepared]) -> impl Iterator<Item = &Prepared> {
-    let every = episodes.len().div_ceil(3).max(1);
-    episodes.iter().step_by(every)
+fn spread(tracks: &[Track]) -> impl Iterator<Item = &Track> {
+    let every = tracks.len().div_ceil(3).max(1);
+    tracks.iter().step_by(every)
 }
 
 impl MotionLikelihood {
@@ -42,33 +45,42 @@ impl MotionLikelihood {
     /// # Errors
     /// When an episode is too short.
     pub fn new(episodes: &[Prepared], noise: &Noise) -> Result<Self, InferError> {
-        let tracks = episodes.iter().map(|e| Track::new(e, noise)).collect::<Result<_, _>>()?;
-        let coarse: Vec<_> =
-            spread(episodes).map(|e| Track::coarse(e, noise)).collect::<Result<_, InferError>>()?;
-        let of = |tracks, blur, coarse: Option<Self>| Self {
-            tracks,
-            coarse: coarse.map(Box::new),
+        let fine = episodes.iter().map(|e| Track::new(e, noise)).collect::<Result<Vec<_>, _>>()?;
+        let thin = episodes.iter().map(|e| Track::coarse(e, noise)).collect::<Result<Vec<_>, _>>()?;
+        let of = |tracks: Vec<Track>, blur, coarse: Option<Self>| Self {
+            tracks: tracks.into(),
+            thin: [].into(),
+            coarse: coarse.map(Arc::new),
             channels: Channels::of(noise).scaled(blur, 1.0),
             blur,
             stated: noise.stated,
         };
-        let blurred = of(coarse.iter().map(|t| t.until(t.start + FROM_AFAR)).collect(), BLUR, None);
-        Ok(of(tracks, 1.0, Some(of(coarse, 1.0, Some(blurred)))))
+        let blurred = of(spread(&thin).map(|t| t.until(t.start + FROM_AFAR)).collect(), BLUR, None);
+        let coarse = of(spread(&thin).cloned().collect(), 1.0, Some(blurred));
+        Ok(Self { thin: thin.into(), ..of(fine, 1.0, Some(coarse)) })
+    }
+
+    /// The same in steps three times as long, where there is such: for telling what is worth a closer look.
+    #[must_use]
+    pub fn thinned(&self) -> Self {
+        let tracks = if self.thin.is_empty() { &self.tracks } else { &self.thin };
+        Self { tracks: tracks.clone(), ..self.clone() }
     }
 
     /// The same with other noise.
     #[must_use]
     pub fn with_channels(&self, channels: Channels) -> Self {
-        let coarse = self.coarse.as_ref().map(|c| Box::new(c.with_channels(channels)));
+        let coarse = self.coarse.as_ref().map(|c| Arc::new(c.with_channels(channels)));
         Self { channels: channels.scaled(self.blur, 1.0), coarse, ..self.clone() }
     }
 
     /// The same with some of its episodes.
     #[must_use]
     pub fn only(&self, keep: impl Fn(usize) -> bool) -> Self {
-        let tracks =
-            self.tracks.iter().enumerate().filter(|(k, _)| keep(*k)).map(|(_, t)| t.clone()).collect();
-        Self { tracks, ..self.clone() }
+        let kept = |tracks: &[Track]| {
+            tracks.iter().enumerate().filter(|(k, _)| keep(*k)).map(|(_, t)| t.clone()).collect()
+        };
+        Self { tracks: kept(&self.tracks), thin: kept(&self.thin), ..self.clone() }
     }
 
     /// The episodes.
@@ -115,7 +127,7 @@ impl MotionLikelihood {
 
     /// Of each track and its index, on all cores; a lone one is not worth waking them.
     fn each<T: Send>(&self, of: impl Fn(usize, &Track) -> T + Sync + Send) -> Vec<T> {
-        match &self.tracks[..] {
+        match &*self.tracks {
             [alone] => vec![of(0, alone)],
             tracks => tracks.par_iter().enumerate().map(|(k, track)| of(k, track)).collect(),
         }

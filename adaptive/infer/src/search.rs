@@ -209,7 +209,8 @@ pub(crate) fn follow(
     ranked.retain(|(cost, _)| cost.is_finite());
     ranked.sort_by(|a, b| a.0.total_cmp(&b.0));
     let clamp = |k, z| target.clamp(k, z);
-    let glance = |(_, point)| levenberg::minimise(target, point, clamp, GLANCE, watch);
+    let stop = Stop { iterations: GLANCE.iterations.min(steps), ..GLANCE };
+    let glance = |(_, point)| levenberg::minimise(target, point, clamp, stop, watch);
     let looked = ranked.into_iter().take(2).map(glance).collect::<Result<Vec<_>, _>>()?;
     let Some(best) = looked.into_iter().min_by(|a, b| a.at.cost.total_cmp(&b.at.cost)) else {
         return Err(InferError::NoStart { recording: "the recording".to_owned(), starts: count });
@@ -217,6 +218,6 @@ pub(crate) fn follow(
     if best.converged && best.falling < ARRIVED {
         return Ok(best);
     }
-    let rest = Stop { iterations: steps.saturating_sub(GLANCE.iterations), decrease: ARRIVED };
+    let rest = Stop { iterations: steps.saturating_sub(stop.iterations), decrease: ARRIVED };
     levenberg::from(target, best.point, best.at, clamp, rest, watch)
 }

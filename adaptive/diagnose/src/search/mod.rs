@@ -69,8 +69,9 @@ const MAX_EFFECTS: usize = 6;
 const STARTS: usize = 2;
 /// Gain per sample that a remainder must promise for another effect to be sought beside one, nats.
 const ANOTHER: f64 = 0.15;
-/// Steps of a search that only ranks models, and of one that ends.
+/// Steps of a search that only ranks models, first on thinned tracks and then on all, and of one that ends.
 const GLANCE: usize = 8;
+const SECOND_GLANCE: usize = 2;
 const TO_THE_END: usize = 60;
 /// How far behind the best a model may be after a glance and still be followed: nats, and as a share of what the best
 /// gained; and how many more steps like its last one it is given.
@@ -209,12 +210,20 @@ impl Searcher<'_> {
         if self.comparison.is_quasi_static() || jobs.len() < 2 {
             return self.make_all(what, jobs, tried);
         }
-        let looked = self.fitted(what, jobs.clone(), GLANCE)?;
+        let on = |t: Tried, from: f64| Job { warm: vec![t.fit.values], added: t.added, from };
+        let thinned = self.comparison.thinned();
+        let cheaper = Searcher { comparison: &thinned, ..*self };
+        let near = cheaper.fitted(what, jobs.clone(), GLANCE)?;
+        let near = near.into_iter().zip(&jobs).map(|(t, job)| on(t, job.from)).collect();
+        let looked = self.fitted(what, near, SECOND_GLANCE)?;
         let best = looked.iter().map(|t| t.fit.cost).fold(f64::INFINITY, f64::min);
         let gained = jobs.iter().map(|job| job.from - best).fold(0.0, f64::max);
         let hopeful = |t: &Tried| t.fit.cost - STILL * t.fit.falling < best + NEAR.max(BEHIND * gained);
         let (ahead, behind): (Vec<Tried>, Vec<Tried>) = looked.into_iter().partition(hopeful);
-        let on = |t: Tried| Job { warm: vec![t.fit.values], added: t.added, from: t.fit.cost };
+        let on = |t: Tried| {
+            let from = t.fit.cost;
+            on(t, from)
+        };
         let ended = self.fitted(what, ahead.into_iter().map(on).collect(), TO_THE_END)?;
         keep(tried, ended.into_iter().chain(behind));
         Ok(())
