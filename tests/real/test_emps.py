@@ -52,7 +52,6 @@ def test_each_law_improves_what_was_never_fitted(fits: dict[str, dict[str, Any]]
     assert open_loop[1] < 0.11 * open_loop[0]
 
 
-@pytest.mark.xfail(reason="issue 18: EMPS is diagnosed with more laws", strict=False)
 def test_bias_and_slope_are_one_on_a_rail(fits: dict[str, dict[str, Any]]) -> None:
     bias, slope = values(fits["rail_dry_bias"]), values(fits["rail_dry_slope"])
     assert slope["accel_x"] * slope["mass"] == pytest.approx(-bias["force_x"], rel=2e-3)

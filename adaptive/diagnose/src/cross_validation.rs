@@ -18,26 +18,35 @@ const MAX_FOLDS: usize = 8;
 /// Steps of a refit: it starts a fraction of a standard deviation from its optimum.
 const REFIT_STEPS: usize = 6;
 
-/// Mean squared errors of left-out episodes, turns counted at the radius of gyration.
+/// Squared errors of left-out episodes, turns counted at the radius of gyration.
 #[derive(Clone, Debug, PartialEq)]
 pub(crate) struct LeftOut {
-    /// By kind of prediction: whole episodes in open loop and windows of one second, m²; or the wrench, N².
-    errors: Vec<f64>,
+    /// Of each episode, by kind of prediction: the whole episode in open loop and windows of one second, m²; or the
+    /// wrench, N².
+    episodes: Vec<Vec<f64>>,
 }
 
 impl LeftOut {
-    /// By what factor the misfit rises when another model predicts instead: the geometric mean over the kinds of
-    /// prediction. One where nothing can be compared.
+    /// By what factor the misfit rises when another model predicts instead: of the mean over episodes, or of an episode
+    /// as a geometric mean, whichever is more. What happens in one episode counts by the first; the second counts where
+    /// one left-out episode is predicted badly by both, because it alone tells a parameter that they share. A geometric
+    /// mean over the kinds of prediction; one where nothing can be compared.
     pub fn rise(&self, other: &Self) -> f64 {
-        let logs: Vec<f64> = self
-            .errors
-            .iter()
-            .zip(&other.errors)
-            .map(|(own, other)| (other / own).ln())
-            .filter(|log| log.is_finite())
-            .collect();
-        if logs.is_empty() { 1.0 } else { (logs.iter().sum::<f64>() / logs.len() as f64).exp() }
+        let kinds = self.episodes.iter().chain(&other.episodes).map(Vec::len).min().unwrap_or(0);
+        let sum = |of: &Self, kind: usize| of.episodes.iter().map(|e| e[kind]).sum::<f64>();
+        let whole = (0..kinds).map(|kind| (sum(other, kind) / sum(self, kind)).ln());
+        let pairs = || self.episodes.iter().zip(&other.episodes);
+        let each =
+            (0..kinds).flat_map(|kind| pairs().map(move |(own, other)| (other[kind] / own[kind]).ln()));
+        mean(whole).max(mean(each)).exp()
     }
+}
+
+/// Mean of the finite numbers; zero where there are none.
+fn mean(values: impl Iterator<Item = f64>) -> f64 {
+    let (sum, count) =
+        values.filter(|v| v.is_finite()).fold((0.0, 0.0), |(sum, count), v| (sum + v, count + 1.0));
+    if count > 0.0 { sum / count } else { 0.0 }
 }
 
 /// The misfit of a model on the training episodes, each predicted by a fit to the others; in sample where there is only
@@ -81,10 +90,14 @@ pub(crate) fn left_out(
     let all = on_all_cores(watch, |watch| {
         (0..folds).into_par_iter().map(|fold| one(fold, watch)).collect::<Result<Vec<_>, InferError>>()
     })?;
-    let episodes: Vec<Vec<f64>> = all.into_iter().flatten().collect();
-    let kinds = episodes.iter().map(Vec::len).min().unwrap_or(0);
-    let mean = |kind: usize| episodes.iter().map(|e| e[kind]).sum::<f64>() / count as f64;
-    Ok(LeftOut { errors: (0..kinds).map(mean).collect() })
+    // In the order of the episodes, each fold's with it.
+    let mut episodes = vec![vec![]; count];
+    for (fold, found) in all.into_iter().enumerate() {
+        for (k, errors) in found.into_iter().enumerate() {
+            episodes[fold + k * folds] = errors;
+        }
+    }
+    Ok(LeftOut { episodes })
 }
 
 /// The model to refit: an event's moment stays, since an episode that is left out cannot tell it.
@@ -129,6 +142,16 @@ fn errors(score: &Score, gyration: f64, quasi: bool) -> Vec<f64> {
 #[allow(clippy::unwrap_used)]
 mod tests {
     use super::*;
+
+    #[test]
+    fn an_episode_that_both_predict_badly_hides_nothing() {
+        let of = |errors: [f64; 4]| LeftOut { episodes: errors.iter().map(|&e| vec![e]).collect() };
+        let (with, without) = (of([1e-4, 1e-4, 1e-4, 5.0]), of([4e-4, 4e-4, 4e-4, 5.0]));
+        assert!(with.rise(&without) > 2.0 && without.rise(&with) < 1.0 + 1e-3);
+        let event = of([1e-4, 1e-4, 1e-4, 1e-4]);
+        assert!(event.rise(&of([1e-4, 1e-4, 1e-4, 5e-4])) == 2.0);
+        assert!(event.rise(&event) == 1.0);
+    }
     use crate::common::{World, effect, locked};
     use trundle_infer::Quiet;
     use trundle_model::Kind;

@@ -54,18 +54,23 @@ impl Judge<'_> {
     pub fn choose(&self) -> Result<Choice, InferError> {
         let mut left_out = BTreeMap::new();
         let mut immaterial: Vec<(usize, usize, f64)> = vec![];
+        // What the best model with an immaterial effect names: a worse one with other effects is not the explanation.
+        let mut part_of: Option<Vec<&str>> = None;
         let tried = &self.found.tried;
         for (index, candidate) in tried.iter().enumerate() {
             let chances = self.chances(candidate)?;
             let sure = chances.iter().all(|c| *c >= SURE);
             let defined = (0..candidate.added.len()).all(|k| is_defined(candidate, k));
-            if !sure || !defined || left_out.len() >= MAX_CHECKED {
+            let within =
+                part_of.as_ref().is_none_or(|whole| candidate.names().iter().all(|n| whole.contains(n)));
+            if !sure || !defined || !within || left_out.len() >= MAX_CHECKED {
                 continue;
             }
             let idle = self.idle(candidate, &mut left_out)?;
             if idle.is_empty() {
                 return Ok(Choice { best: index, chances, rejected: index, immaterial });
             }
+            part_of.get_or_insert_with(|| candidate.names());
             for k in idle {
                 let effect = candidate.names()[k];
                 if immaterial.iter().all(|&(i, j, _)| tried[i].names()[j] != effect) {

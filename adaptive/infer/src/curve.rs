@@ -77,6 +77,21 @@ pub(crate) struct Curve {
     contact: f64,
     episode: f64,
     held: bool,
+    longest: f64,
+}
+
+/// Longest step of a simulation under densely sampled readings, s: two a pose at 60 Hz; the integrator is of second order
+/// and halves its steps where dry friction stops a body.
+const LONGEST: f64 = 0.008;
+/// The same as a share of the interval between readings that are further apart: what a slow process takes hours over is
+/// then cut as often as a fast one.
+const SHARE: f64 = 0.125;
+
+/// Longest step under the readings of an episode, s.
+fn longest_step(episode: &Prepared) -> f64 {
+    let mut intervals: Vec<f64> = episode.wrench.windows(2).map(|pair| pair[1].t - pair[0].t).collect();
+    intervals.sort_by(f64::total_cmp);
+    intervals.get(intervals.len() / 2).map_or(LONGEST, |median| LONGEST.max(SHARE * median))
 }
 
 impl Curve {
@@ -108,7 +123,13 @@ impl Curve {
             let (reading, frame, blur) = (sample.reading, sample.frame, sample.blur);
             knots.push(Knot { t: sample.t, reading, frame, blur, sum, missed });
         }
-        Self { knots, contact: episode.contact, episode: episode.ordinal as f64, held }
+        let longest = longest_step(episode);
+        Self { knots, contact: episode.contact, episode: episode.ordinal as f64, held, longest }
+    }
+
+    /// Longest step of a simulation under these readings, s.
+    pub fn longest(&self) -> f64 {
+        self.longest
     }
 
     /// The clock of the episode at a time of its table; a step's duration is left at zero.

@@ -3,7 +3,7 @@
 use crate::beginning::beginning;
 use crate::curve::Curve;
 use crate::filter::{Innovation, filter, push};
-use crate::track::{LONGEST, Step, cut};
+use crate::track::{Step, cut};
 use crate::{Channels, InferError, Track};
 use std::sync::Arc;
 use trundle_model::{INNER, Model, Plant, State};
@@ -33,7 +33,7 @@ pub(crate) fn simulated(
     let mut steps: Vec<Step> = Vec::new();
     for pair in episode.pose.windows(2).take_while(|pair| pair[1].t <= until) {
         steps.clear();
-        cut(pair[0].t, &pair[1], &curve, LONGEST, &mut steps);
+        cut(pair[0].t, &pair[1], &curve, curve.longest(), &mut steps);
         for step in &steps {
             push(plant, &mut state, &[0.0; 3], step, &curve);
         }

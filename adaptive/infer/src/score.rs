@@ -7,7 +7,6 @@ use crate::rollout::{Window, open_loop, windows};
 use crate::stretches::wrench_samples;
 use crate::tally::Tally;
 use crate::timing::Timing;
-use crate::track::LONGEST;
 use crate::{Channels, InferError};
 use rayon::prelude::*;
 use serde::Serialize;
@@ -105,7 +104,7 @@ fn add_dynamics(
     unjudged: f64,
 ) {
     let curve = Curve::new(episode);
-    let mut own = Own { inner: beginning::beginning(plant, episode), last: None };
+    let mut own = Own { inner: beginning::beginning(plant, episode), last: None, longest: curve.longest() };
     for motion in episode.motion(noise).iter().filter(|m| m.t >= episode.contact) {
         let Some(sample) = seen(motion, (episode, &curve), plant) else { continue };
         let inner = own.until(plant, &sample);
@@ -124,6 +123,8 @@ fn add_dynamics(
 struct Own {
     inner: [f64; INNER],
     last: Option<WrenchSample>,
+    /// Longest step, s.
+    longest: f64,
 }
 
 impl Own {
@@ -131,7 +132,7 @@ impl Own {
     fn until(&mut self, plant: &Plant<f64>, sample: &WrenchSample) -> [f64; INNER] {
         if let Some(last) = self.last.as_ref().filter(|_| plant.inner() > 0) {
             let applied = last.recorded(plant);
-            let count = ((sample.t - last.t) / LONGEST).ceil().max(1.0);
+            let count = ((sample.t - last.t) / self.longest).ceil().max(1.0);
             let dt = (sample.t - last.t) / count;
             let mut state = State::moving(last.pose, last.twist).with_inner(self.inner);
             for k in 0..count as usize {

@@ -7,12 +7,11 @@ use std::sync::Arc;
 use trundle_model::{Clock, Real};
 use trundle_record::{Motion, Noise, PoseSample, Prepared};
 
-/// Longest step of a fit, s: two a pose at 60 Hz; the integrator is of second order and halves its
-/// steps where dry friction stops a body.
-pub(crate) const LONGEST: f64 = 0.008;
+/// Poses nearer to one another than this share of the longest step are left out of a fit: they add little but time.
+const CLOSEST: f64 = 0.5;
 
-/// Poses nearer to one another than this are left out of a fit, s: they add little but time.
-const CLOSEST: f64 = 0.004;
+/// By how much longer the steps of a coarse track are.
+const COARSE: f64 = 3.0;
 
 /// How still an object at rest is, m/s and rad/s.
 const STILL: f64 = 1e-4;
@@ -73,18 +72,19 @@ impl Track {
     /// # Errors
     /// When fewer than five poses or two wrench samples are left.
     pub fn new(episode: &Prepared, noise: &Noise) -> Result<Self, InferError> {
-        Self::with_steps(episode, noise, LONGEST, CLOSEST)
+        Self::with_steps(episode, noise, 1.0)
     }
 
-    /// The same in steps three times as long, for finding out where to search.
+    /// The same in longer steps, for finding out where to search.
     ///
     /// # Errors
     /// As [`Track::new`].
     pub fn coarse(episode: &Prepared, noise: &Noise) -> Result<Self, InferError> {
-        Self::with_steps(episode, noise, 3.0 * LONGEST, 3.0 * CLOSEST)
+        Self::with_steps(episode, noise, COARSE)
     }
 
-    fn with_steps(episode: &Prepared, noise: &Noise, longest: f64, closest: f64) -> Result<Self, InferError> {
+    /// In steps so many times as long as those of a fit.
+    fn with_steps(episode: &Prepared, noise: &Noise, times: f64) -> Result<Self, InferError> {
         let lacks = |reason: &str| InferError::NoData {
             recording: episode.name.clone(),
             reason: reason.to_owned(),
@@ -100,6 +100,8 @@ impl Track {
         }
         let (pose, twist) = start(episode, noise, first);
         let curve = Arc::new(Curve::with_noise(episode, noise));
+        let longest = times * curve.longest();
+        let closest = CLOSEST * longest;
         let mut steps = Vec::new();
         let mut from = poses[first].t;
         for pose in &poses[first + 1..] {
@@ -122,7 +124,7 @@ impl Track {
     ) -> Self {
         let mut steps = Vec::new();
         for pair in episode.pose[first..end.max(first + 1)].windows(2) {
-            cut(pair[0].t, &pair[1], curve, LONGEST, &mut steps);
+            cut(pair[0].t, &pair[1], curve, curve.longest(), &mut steps);
         }
         Self {
             name: episode.name.clone(),

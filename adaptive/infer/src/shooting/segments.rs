@@ -1,7 +1,7 @@
 //! Recordings cut into the stretches that are simulated from a known state.
 
 use crate::curve::Curve;
-use crate::track::{LONGEST, cut};
+use crate::track::cut;
 use crate::{InferError, StateVector, Transition};
 use trundle_model::{Clock, State};
 use trundle_record::{FEWEST_POSES, Motion, Noise, PoseSample, Prepared};
@@ -134,7 +134,7 @@ impl Cutter<'_> {
 
     fn drive(&self, from: &PoseSample, to: &PoseSample, inputs: &mut Vec<Input>) {
         let mut steps = vec![];
-        cut(from.t, to, &self.curve, LONGEST, &mut steps);
+        cut(from.t, to, &self.curve, self.curve.longest(), &mut steps);
         inputs.extend(steps.into_iter().map(|s| Input {
             reading: s.reading,
             frame: s.frame,

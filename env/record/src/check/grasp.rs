@@ -53,12 +53,19 @@ pub(crate) fn slip(subject: &Subject) -> Vec<Finding> {
     if !at_gripper(subject) || subject.meta.wrench.contact != Contact::Grasp {
         return vec![];
     }
-    let slipping = subject.episodes.iter().filter(|look| frozen_in(subject, look).is_none());
-    grouped(slipping.filter_map(|look| slips(subject, look)).collect())
+    let firm = |look: &&Look| frozen_in(subject, look).is_none();
+    let looks: Vec<_> =
+        subject.episodes.iter().filter(firm).map(|look| (look, held_each(subject, look))).collect();
+    let all: Vec<&[WrenchSample]> =
+        looks.iter().flat_map(|(_, holds)| holds.iter().map(Vec::as_slice)).collect();
+    let Some(wanders) = wanders(&all) else { return vec![] };
+    let mut wanders = wanders.into_iter();
+    let furthest = |holds: &Vec<_>| wanders.by_ref().take(holds.len()).fold(0.0, f64::max);
+    let furthest: Vec<f64> = looks.iter().map(|(_, holds)| holds).map(furthest).collect();
+    grouped(looks.iter().zip(furthest).filter_map(|((look, _), far)| slips(subject, look, far)).collect())
 }
 
-fn slips(subject: &Subject, look: &Look) -> Option<(f64, Finding)> {
-    let wander = held_each(subject, look).iter().filter_map(|held| wanders(held)).reduce(f64::max)?;
+fn slips(subject: &Subject, look: &Look, wander: f64) -> Option<(f64, Finding)> {
     let sd = subject.dataset.noise.pose;
     let arm = sd[2] * subject.size; // the heading's noise moves the grasp too
     let explained = (SLIP.0 * (sd[0].max(sd[1]) + arm)).max(SLIP.1 * subject.size);
@@ -71,25 +78,50 @@ fn slips(subject: &Subject, look: &Look) -> Option<(f64, Finding)> {
     })
 }
 
-/// How far the gripper wanders on the object beyond what the load explains, m: a compliant grasp gives way to the
-/// load, at once or with a delay, and comes back; a slip does not.
-fn wanders(held: &[WrenchSample]) -> Option<f64> {
-    let span = held.last()?.t - held.first()?.t;
-    let mut columns: Vec<Vec<f64>> = vec![vec![1.0; held.len()]];
-    for share in DELAYS {
-        (0..3).for_each(|axis| columns.push(delayed(held, axis, share * span)));
+/// How far the gripper wanders on the object in each hold beyond what the load explains, m: a compliant grasp gives way
+/// to the load, at once or with a delay, comes back, and is as compliant each time; a slip is not. Where it holds
+/// is not known: each hold is compared with its own mean.
+fn wanders(holds: &[&[WrenchSample]]) -> Option<Vec<f64>> {
+    let mut rows: Vec<Vec<f64>> = vec![];
+    let mut places: [Vec<f64>; 2] = [vec![], vec![]];
+    for held in holds {
+        let span = held.last()?.t - held.first()?.t;
+        let load = DELAYS.iter().flat_map(|share| (0..3).map(move |axis| (axis, share * span)));
+        let columns: Vec<Vec<f64>> =
+            load.map(|(axis, lag)| centred(delayed(held, axis, lag))).collect::<Option<_>>()?;
+        rows.extend((0..held.len()).map(|i| columns.iter().map(|c| c[i]).collect::<Vec<f64>>()));
+        for (axis, place) in places.iter_mut().enumerate() {
+            place.extend(centred(held.iter().map(|w| w.frame[axis]).collect())?);
+        }
     }
-    let design = DMatrix::from_fn(held.len(), columns.len(), |i, j| columns[j][i]);
+    let columns = rows.first()?.len();
+    let design = DMatrix::from_fn(rows.len(), columns, |i, j| rows[i][j]);
     let scale: Vec<f64> = design.column_iter().map(|c| c.norm().max(f64::MIN_POSITIVE)).collect();
-    let design = DMatrix::from_fn(held.len(), columns.len(), |i, j| design[(i, j)] / scale[j]);
-    let ridge = DMatrix::identity(columns.len(), columns.len()) * 1e-9;
+    let design = DMatrix::from_fn(rows.len(), columns, |i, j| design[(i, j)] / scale[j]);
+    let ridge = DMatrix::identity(columns, columns) * 1e-9;
     let solver = (design.transpose() * &design + ridge).cholesky()?;
-    let spread = |k: usize| {
-        let place = DVector::from_iterator(held.len(), held.iter().map(|w| w.frame[k]));
-        let rest = &place - &design * solver.solve(&(design.transpose() * &place));
-        Some(quantile(rest.iter().copied(), 0.95)? - quantile(rest.iter().copied(), 0.05)?)
+    let left = places.map(|place| {
+        let place = DVector::from_vec(place);
+        &place - &design * solver.solve(&(design.transpose() * &place))
+    });
+    let mut first = 0;
+    let spread = |held: &&[WrenchSample]| {
+        let rest = |k: usize| left[k].rows(first, held.len()).iter().copied().collect::<Vec<f64>>();
+        let (x, y) = (rest(0), rest(1));
+        first += held.len();
+        let wide = |rest: &[f64]| {
+            Some(quantile(rest.iter().copied(), 0.95)? - quantile(rest.iter().copied(), 0.05)?)
+        };
+        Some(wide(&x)?.hypot(wide(&y)?))
     };
-    Some(spread(0)?.hypot(spread(1)?))
+    holds.iter().map(spread).collect()
+}
+
+/// Numbers less their mean; `None` where there are none.
+fn centred(mut values: Vec<f64>) -> Option<Vec<f64>> {
+    let mean = (!values.is_empty()).then(|| values.iter().sum::<f64>() / values.len() as f64)?;
+    values.iter_mut().for_each(|value| *value -= mean);
+    Some(values)
 }
 
 /// One axis of the reading through a first-order lag, s.
