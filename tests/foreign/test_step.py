@@ -65,6 +65,7 @@ def test_what_mujoco_hides_from_mujoco_is_named(
     assert "coulomb_friction" in capsys.readouterr().out
 
 
+@pytest.mark.slow
 def test_where_nothing_is_hidden_nothing_is_named(clean: trundle.Recording) -> None:
     found = trundle.diagnose(clean, step=example.Table().step, parameters=example.PARAMETERS)
     assert (found.verdict, found.missing) == ("consistent", [])

@@ -4,6 +4,7 @@
 //! size is zero and nothing is gained; the gain in log likelihood is the test, its best size the
 //! scale on which the missing wrench moves. The walk is non-parametric: it names nothing.
 
+use crate::thresholds::matters;
 use trundle_infer::{Channels, Comparison, Fit, InferError, Innovation, Likelihood, MotionLikelihood};
 use trundle_model::Model;
 
@@ -17,14 +18,6 @@ pub(crate) struct Remainder {
     /// Half of the χ² of the innovations beyond its expectation: what is left where no walk helps, like blows.
     pub excess: f64,
 }
-
-/// Gains below this are chance: twice the gain is distributed like χ² with one degree of freedom,
-/// halved at zero, so 10 nats are a false alarm in 10⁵ on exact data. The rest is a margin for
-/// integrators that differ from ours.
-const CHANCE: f64 = 10.0;
-
-/// Gain per sample below which a remainder is too small to matter, nats.
-const NEGLIGIBLE: f64 = 0.005;
 
 /// Sizes of the walk that are tried, N/√s.
 const SIZES: [f64; 12] = [1e-3, 3e-3, 1e-2, 3e-2, 0.1, 0.3, 1.0, 3.0, 10.0, 30.0, 100.0, 300.0];
@@ -62,7 +55,7 @@ impl Remainder {
 
     /// Whether something is missing.
     pub fn matters(&self, observations: usize) -> bool {
-        self.gain > CHANCE.max(NEGLIGIBLE * observations as f64)
+        matters(self.gain, observations)
     }
 }
 

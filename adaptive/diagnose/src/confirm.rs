@@ -1,19 +1,17 @@
 //! Whether an effect holds up block by block, so that no single stretch carries it.
 //!
 //! Samples depend on one another, blocks of episodes much less: the paired differences of two
-//! models' log predictive densities over blocks have an honest standard error. A block counts at most [`MOST`]: some
+//! models' log predictive densities over blocks have an honest standard error. A block counts at most [`CHANCE`] nats: some
 //! effects, like a post that is hit, act for a second in a minute, and what they gain there by thousands would
 //! otherwise be the standard error too.
 
+use crate::thresholds::CHANCE;
 use statrs::distribution::{ContinuousCDF, StudentsT};
 use trundle_infer::{Comparison, Fit, InferError, Likelihood};
 
 /// Blocks into which an episode is cut, of motion and of slow pushes.
 const BLOCKS: usize = 20;
 const SLOW_BLOCKS: usize = 5;
-
-/// What a block may count, nats.
-const MOST: f64 = 10.0;
 
 /// Probability, from the paired block differences, that `fuller` predicts better than `simpler`.
 pub(crate) fn holds_up(comparison: &Comparison, fuller: &Fit, simpler: &Fit) -> Result<f64, InferError> {
@@ -27,7 +25,7 @@ pub(crate) fn holds_up(comparison: &Comparison, fuller: &Fit, simpler: &Fit) -> 
 
 /// Probability, from what each block gained, nats, that the mean gain is positive, `bought` of all of it by chance.
 fn chance(gains: &[f64], bought: f64) -> f64 {
-    let gains: Vec<f64> = gains.iter().map(|gain| gain.clamp(-MOST, MOST)).collect();
+    let gains: Vec<f64> = gains.iter().map(|gain| gain.clamp(-CHANCE, CHANCE)).collect();
     let n = gains.len() as f64;
     if gains.len() < 3 {
         return 0.5;

@@ -26,6 +26,7 @@ mod run;
 mod screen;
 mod search;
 mod series;
+mod thresholds;
 mod touch;
 mod units;
 mod unnamed;

@@ -4,25 +4,10 @@
 //! margin, with a mass eight times too large. So a name must also stand for a model whose predictions are
 //! good: of the size of error that it claims itself, or at least small beside the motion.
 
+use crate::thresholds::{MATERIAL_SHARE, MATERIAL_VARIANCES, POOR, REFUTED};
 use nalgebra::Vector3;
 use trundle_infer::{Channels, Fit, InferError, Window, windows};
 use trundle_record::{Dataset, Prepared};
-
-/// Errors this many times larger than a model claims refute it. In a right model the mean square over a recording's
-/// some dozens of windows is within a third of what it claims; the rest is a margin for laws that
-/// are right in name and a little wrong in shape, whose intervals would then be too narrow by this factor.
-const REFUTED: f64 = 3.0;
-
-/// A refuted model that leaves more than this share of the motion within a second, as a mean square, is no
-/// explanation: it is wrong about a third of the way.
-const POOR: f64 = 0.1;
-
-/// Errors below this many times the instruments' variance, or below this share of the motion's mean square (a tenth of the
-/// motion) unless they refute the model, are immaterial: no correction of the model would improve its predictions to speak
-/// of. Chosen on the tuning range of the wide benchmark: of its 48 clean recordings 3 are material by this, those that
-/// exceed both numbers.
-const MATERIAL_VARIANCES: f64 = 2.0;
-const MATERIAL_SHARE: f64 = 0.01;
 
 /// Prediction errors at the ends of one-second windows.
 #[derive(Clone, Copy, Debug, Default)]

@@ -4,12 +4,11 @@ use crate::answer::Alternative;
 use crate::candidates::name;
 use crate::design::{Bench, Certificate, Experiment, Limits, Rival, certificate, experiment};
 use crate::search::{Found, Tried};
+use crate::thresholds::TIE;
 use trundle_infer::{Comparison, InferError, Watch};
 use trundle_model::Effect;
 use trundle_record::Dataset;
 
-/// Difference of log likelihood below which two explanations are the same.
-const TIE: f64 = 2.0;
 /// Difference of log weight below which the data do not decide: one to twenty.
 const OPEN: f64 = 3.0;
 /// At most this many alternatives are told.

@@ -11,6 +11,7 @@ use crate::predictions::Predictions;
 use crate::rivals::doubts;
 use crate::search::{Found, Searcher, Tried, probabilities};
 use crate::series::{self, Series};
+use crate::thresholds::given_margin;
 use crate::units;
 use crate::unnamed::{depends_on, unnamed};
 use crate::verdict::{Choice, Judge, judge, likeness};
@@ -42,9 +43,6 @@ pub struct Outcome {
     /// What the report draws.
     pub series: Series,
 }
-
-/// Log likelihood that given values may cost, beyond half a nat a parameter, and still be right.
-const GIVEN_MARGIN: f64 = 8.0;
 
 /// Diagnose a prepared recording, whose lengths, forces and times are those of furniture.
 ///
@@ -137,11 +135,10 @@ fn decide(
         (best, chances, left) = (base, vec![], found.before);
     }
     let given = given.as_ref().map(|g| as_given(&comparison, g, watch)).transpose()?;
-    if let (Verdict::Consistent, Some(given)) = (verdict, &given) {
-        let margin = GIVEN_MARGIN + 0.5 * fit(base).estimates.len() as f64;
-        if given.cost - fit(base).cost > margin {
-            verdict = Verdict::Reparameterised;
-        }
+    if let (Verdict::Consistent, Some(given)) = (verdict, &given)
+        && given.cost - fit(base).cost > given_margin(fit(base).estimates.len())
+    {
+        verdict = Verdict::Reparameterised;
     }
     Ok(Decision { base, best, chances, rejected, immaterial, left, given, verdict, found })
 }

@@ -6,24 +6,14 @@ use crate::confirm::holds_up;
 use crate::cross_validation::{LeftOut, left_out};
 use crate::naming::without;
 use crate::search::{Found, Tried};
+use crate::thresholds::{LEFT_OVER, LIKENESS, MATERIAL_RISE, SURE, UNSEEN};
 use std::collections::BTreeMap;
 use trundle_infer::{Comparison, InferError, Watch, unjudged};
 use trundle_model::{Model, Param, Prior};
 use trundle_record::Dataset;
 
-/// Chance that an effect must have, block by block, to be named.
-const SURE: f64 = 0.95;
-/// Factor by which the misfit of left-out training episodes must rise without an effect for the effect to be material.
-const MATERIAL_RISE: f64 = 1.25;
 /// Models whose effects are checked on left-out episodes, at most.
 const MAX_CHECKED: usize = 8;
-/// Share of what was missing that named effects may leave and still explain it.
-const LEFT_OVER: f64 = 0.25;
-/// Share of the misfit that named effects may leave, and misfit per sample that they may leave anyway, nats. A right law
-/// leaves thousandths: what leaves a hundredth is a law that is like the missing one.
-const LIKENESS: f64 = 0.01;
-const UNSEEN: f64 = 2.0;
-
 /// The model that is named, if any.
 pub(crate) struct Choice {
     /// Index of the model in what was tried.

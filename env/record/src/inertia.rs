@@ -16,21 +16,24 @@ pub struct InertialShare {
 
 /// Standard deviations of a speed at which its direction counts by two thirds.
 const SURE: f64 = 3.0;
-/// Halves of episodes from which a standard deviation is taken, at least.
+/// Parts of episodes from which a standard deviation is taken, at least: halves, or smaller ones of few long episodes.
 const FEWEST_PARTS: usize = 4;
+/// Rows of a part that is smaller than half an episode, at least: a single push is not cut further.
+const FEWEST_ROWS: usize = 100;
 /// Most rows of one episode: more hold no more, since accelerations are smoothed over many samples.
 const MOST: usize = 500;
 
 impl InertialShare {
-    /// Of the training episodes from contact on; `None` where no motion is known under a force, or in fewer than two
-    /// episodes, among which it cannot be seen to vary.
+    /// Of the training episodes from contact on; `None` where no motion is known under a force, or in a single push, in
+    /// which it cannot be seen to vary.
     pub fn of(data: &Dataset) -> Option<Self> {
         let axes: &[usize] = if data.dof[1] { &[0, 1] } else { &[0] };
         let turns = data.dof[2];
+        let pieces = FEWEST_PARTS.div_ceil(data.training.len().max(1)).max(2);
         let parts: Vec<Normal> = data
             .training
             .iter()
-            .flat_map(|episode| rows(data, episode))
+            .flat_map(|episode| rows(data, episode, pieces))
             .map(|rows| Normal::of(&rows, axes, turns))
             .collect();
         if parts.len() < FEWEST_PARTS {
@@ -50,8 +53,8 @@ impl InertialShare {
 /// A moment of an episode: what may explain the force, object axes, and the force.
 type Row = (Motion, [f64; 2]);
 
-/// Rows of either half of an episode.
-fn rows(data: &Dataset, episode: &Prepared) -> Vec<Vec<Row>> {
+/// Rows of the parts of an episode: of so many if it is long, of its halves if not.
+fn rows(data: &Dataset, episode: &Prepared, pieces: usize) -> Vec<Vec<Row>> {
     let motion = episode.motion(&data.noise);
     let moving: Vec<&Motion> = motion.iter().filter(|m| m.t >= episode.contact).collect();
     let thin = moving.len().div_ceil(MOST).max(1);
@@ -60,8 +63,8 @@ fn rows(data: &Dataset, episode: &Prepared) -> Vec<Vec<Row>> {
         .step_by(thin)
         .filter_map(|m| Some((m.clone(), force(&episode.wrench, m.t)?)))
         .collect();
-    let half = all.len().div_ceil(2).max(1);
-    all.chunks(half).map(<[Row]>::to_vec).collect()
+    let pieces = if all.len() >= pieces * FEWEST_ROWS { pieces } else { 2 };
+    all.chunks(all.len().div_ceil(pieces).max(1)).map(<[Row]>::to_vec).collect()
 }
 
 /// The force on the object at a time, object axes; `None` outside the readings.
@@ -190,6 +193,16 @@ mod tests {
         assert!((fast.mean - 0.0487).abs() < 0.01 && fast.sd < 0.01, "{fast:?}");
         let slow = InertialShare::of(&swung(4.0, 0.4)).unwrap();
         assert!(slow.mean + 2.0 * slow.sd < 0.01, "{slow:?}");
+    }
+
+    #[test]
+    fn one_long_log_is_enough_and_one_push_is_not() {
+        let mut log = swung(4.0, 0.4);
+        log.training.truncate(1);
+        let share = InertialShare::of(&log).unwrap();
+        assert!(share.mean + 2.0 * share.sd < 0.01, "{share:?}");
+        log.training[0].pose.truncate(300);
+        assert!(InertialShare::of(&log).is_none());
     }
 
     #[test]

@@ -1,5 +1,6 @@
 //! The certificate of a tie: two models, the same trajectories within noise.
 
+use crate::thresholds::TIE;
 use serde::Serialize;
 use trundle_infer::{
     Comparison, Fit, InferError, Innovation, Likelihood, MotionLikelihood, WrenchLikelihood,
@@ -33,8 +34,6 @@ pub struct Certificate {
     pub statement: String,
 }
 
-/// Difference of log likelihood below which two explanations are the same, nats.
-const TIE: f64 = 2.0;
 /// Difference below which two trajectories are the same, standard deviations.
 const WITHIN: f64 = 1.0;
 

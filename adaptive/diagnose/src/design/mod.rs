@@ -24,6 +24,7 @@ pub use rival::Rival;
 #[allow(clippy::unwrap_used)]
 mod tests;
 
+use crate::thresholds::SURE;
 use choose::{LEAST, Ledger, Search, Trial};
 use sentence::{rounded, spoken};
 use serde::Serialize;
@@ -66,8 +67,6 @@ pub struct Experiment {
     pub sentence: String,
 }
 
-/// Probability of a model above which its name is taken for sure, and the chance that is asked for.
-const SURE: f64 = 0.95;
 /// Nobody repeats an experiment more often.
 const MOST_REPEATS: u32 = 50;
 

@@ -13,6 +13,7 @@ use crate::place::Named;
 use crate::predictions::Predictions;
 use crate::run::Outcome;
 use crate::series::{self, Series};
+use crate::thresholds::given_margin;
 use crate::words::statement;
 use std::collections::BTreeMap;
 use std::sync::Arc;
@@ -23,8 +24,6 @@ use trundle_record::{Dataset, Prepared};
 /// Share of the motion that a simulation with the right laws leaves in open loop at most, where some of the wrench is
 /// still missing.
 const ASTRAY: f64 = 0.03;
-/// Log likelihood that given values may cost, beyond half a nat a parameter, and still be right.
-const GIVEN_MARGIN: f64 = 8.0;
 /// Diagnose a recording that a foreign simulator is to reproduce.
 ///
 /// # Errors
@@ -164,7 +163,7 @@ impl Case<'_> {
             return Ok(false);
         }
         let given = base.along.exactly(self.foreign, &self.foreign.start, self.watch)?;
-        Ok(given - base.fit.cost > GIVEN_MARGIN + 0.5 * base.fit.estimates.len() as f64)
+        Ok(given - base.fit.cost > given_margin(base.fit.estimates.len()))
     }
 
     fn residuals(&self, trial: &Trial, remainder: Remainder) -> Result<Vec<Vec<Residual>>, InferError> {

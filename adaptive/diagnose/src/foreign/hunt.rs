@@ -4,6 +4,7 @@ use super::likelihood::Along;
 use super::path::Path;
 use super::simulator::Foreign;
 use crate::candidates::{candidates, name};
+use crate::thresholds::matters;
 use statrs::distribution::{ContinuousCDF, StudentsT};
 use std::sync::Arc;
 use trundle_infer::{Channels, Coordinates, Fit, FitOptions, InferError, Likelihood, Watch, carried, fit};
@@ -250,16 +251,13 @@ pub(crate) struct Remainder {
     pub channels: Channels,
 }
 
-/// As for our own simulation ([`crate::adequacy`]): gains below this are chance, or too small to matter.
-const CHANCE: f64 = 10.0;
-const NEGLIGIBLE: f64 = 0.005;
 /// Sizes of the walk that are tried, N/√s.
 const SIZES: [f64; 10] = [1e-2, 3e-2, 0.1, 0.3, 1.0, 3.0, 10.0, 30.0, 100.0, 300.0];
 
 impl Remainder {
     /// Whether something is missing.
     pub fn matters(&self, observations: usize) -> bool {
-        self.gain > CHANCE.max(NEGLIGIBLE * observations as f64)
+        matters(self.gain, observations)
     }
 }
 

@@ -3,17 +3,12 @@
 use super::hunt::{Remainder, Trial, called, holds_up, without};
 use super::likelihood::Along;
 use crate::answer::{Alternative, Verdict, Window};
+use crate::thresholds::{LEFT_OVER, SURE, TIE};
 use nalgebra::{Matrix2, Vector2, Vector3};
 use statrs::distribution::{ChiSquared, ContinuousCDF};
 use trundle_infer::Residual;
 use trundle_model::{Effect, Model};
 
-/// Chance that an effect must have, block by block, to be named.
-const SURE: f64 = 0.95;
-/// Share of what was missing that named effects may leave and still explain it.
-const LEFT_OVER: f64 = 0.25;
-/// Difference of log likelihood below which two explanations are the same.
-const TIE: f64 = 2.0;
 /// At most this many alternatives are told.
 const ALTERNATIVES: usize = 5;
 /// p of a sample that belongs to a window.

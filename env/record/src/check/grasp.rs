@@ -86,9 +86,10 @@ fn wanders(holds: &[&[WrenchSample]]) -> Option<Vec<f64>> {
     let mut places: [Vec<f64>; 2] = [vec![], vec![]];
     for held in holds {
         let span = held.last()?.t - held.first()?.t;
-        let load = DELAYS.iter().flat_map(|share| (0..3).map(move |axis| (axis, share * span)));
+        let loads: Vec<(f64, [f64; 3])> = held.iter().map(|w| (w.t, load(w))).collect();
+        let columns = DELAYS.iter().flat_map(|share| (0..3).map(move |axis| (axis, share * span)));
         let columns: Vec<Vec<f64>> =
-            load.map(|(axis, lag)| centred(delayed(held, axis, lag))).collect::<Option<_>>()?;
+            columns.map(|(axis, lag)| centred(delayed(&loads, axis, lag))).collect::<Option<_>>()?;
         rows.extend((0..held.len()).map(|i| columns.iter().map(|c| c[i]).collect::<Vec<f64>>()));
         for (axis, place) in places.iter_mut().enumerate() {
             place.extend(centred(held.iter().map(|w| w.frame[axis]).collect())?);
@@ -124,19 +125,23 @@ fn centred(mut values: Vec<f64>) -> Option<Vec<f64>> {
     Some(values)
 }
 
-/// One axis of the reading through a first-order lag, s.
-fn delayed(held: &[WrenchSample], axis: usize, lag: f64) -> Vec<f64> {
-    let mut state = held.first().map_or(0.0, |w| w.reading[axis]);
-    let mut last = held.first().map_or(0.0, |w| w.t);
-    held.iter()
-        .map(|w| {
-            let step = w.t - last;
-            last = w.t;
-            let share = if lag > 0.0 { 1.0 - (-step / lag).exp() } else { 1.0 };
-            state += share * (w.reading[axis] - state);
-            state
-        })
-        .collect()
+/// What loads a grasp: the force in object axes, in which its place is given too, and the torque about it.
+fn load(w: &WrenchSample) -> [f64; 3] {
+    let ([x, y, torque], (sin, cos)) = (w.reading, w.frame[2].sin_cos());
+    [cos * x - sin * y, sin * x + cos * y, torque]
+}
+
+/// One axis of a load through a first-order lag, s.
+fn delayed(loads: &[(f64, [f64; 3])], axis: usize, lag: f64) -> Vec<f64> {
+    let (mut last, mut state) = loads.first().map_or((0.0, 0.0), |(t, load)| (*t, load[axis]));
+    let one = |(t, load): &(f64, [f64; 3])| {
+        let step = t - last;
+        last = *t;
+        let share = if lag > 0.0 { 1.0 - (-step / lag).exp() } else { 1.0 };
+        state += share * (load[axis] - state);
+        state
+    };
+    loads.iter().map(one).collect()
 }
 
 /// How far the object goes between two poses: streams out of step are apart by that, m.

@@ -1,0 +1,54 @@
+//! Every number that a decision of a diagnosis hangs on. Numerical tolerances and what only saves time stay with the code
+//! that uses them; `benches/thresholds.py` counts both.
+
+/// Gain in log likelihood below which something is chance, nats: twice the gain is distributed like χ² with one degree of
+/// freedom, halved at zero, so 10 nats are a false alarm in 10⁵ on exact data. The rest is a margin for integrators that
+/// differ from ours. It is also what given values may cost beyond half a nat a parameter, and what one block may count.
+pub(crate) const CHANCE: f64 = 10.0;
+
+/// Gain per sample below which a remainder is too small to matter, nats: a tenth of the noise's standard deviation in every
+/// sample gains as much.
+pub(crate) const NEGLIGIBLE: f64 = 0.005;
+
+/// Difference of log likelihood below which two explanations are the same, nats: two standard deviations of one parameter.
+pub(crate) const TIE: f64 = 2.0;
+
+/// Chance that an effect must have, block by block, to be named, and that a push is asked to give.
+pub(crate) const SURE: f64 = 0.95;
+
+/// Factor by which the squared errors of left-out training episodes must rise without an effect for the effect to be
+/// material: an eighth of the error. Chosen on the tuning range of the wide benchmark.
+pub(crate) const MATERIAL_RISE: f64 = 1.25;
+
+/// Errors this many times larger than a model claims refute it. In a right model the mean square over a recording's
+/// some dozens of windows is within a third of what it claims; the rest is a margin for laws that
+/// are right in name and a little wrong in shape, whose intervals would then be too narrow by this factor.
+pub(crate) const REFUTED: f64 = 3.0;
+
+/// A refuted model that leaves more than this share of the motion within a second, as a mean square, is no
+/// explanation: it is wrong about a third of the way.
+pub(crate) const POOR: f64 = 0.1;
+
+/// Errors below this many times the instruments' variance, or below [`MATERIAL_SHARE`] of the motion's mean square (a tenth
+/// of the motion) unless they refute the model, are immaterial: no correction of the model would improve its predictions
+/// to speak of. Chosen on the tuning range of the wide benchmark: of its 48 clean recordings 3 are material by this.
+pub(crate) const MATERIAL_VARIANCES: f64 = 2.0;
+pub(crate) const MATERIAL_SHARE: f64 = 0.01;
+
+/// Share of what was missing that named effects may leave and still explain it: half of the error.
+pub(crate) const LEFT_OVER: f64 = 0.25;
+
+/// Share of the misfit that named effects may leave, and misfit per sample that they may leave anyway, nats. A right law
+/// leaves thousandths: what leaves a hundredth is a law that is like the missing one.
+pub(crate) const LIKENESS: f64 = 0.01;
+pub(crate) const UNSEEN: f64 = 2.0;
+
+/// Whether a gain in log likelihood, nats, is more than chance and large enough to matter.
+pub(crate) fn matters(gain: f64, observations: usize) -> bool {
+    gain > CHANCE.max(NEGLIGIBLE * observations as f64)
+}
+
+/// Log likelihood that the given values of so many parameters may cost and still be right, nats.
+pub(crate) fn given_margin(parameters: usize) -> f64 {
+    CHANCE + 0.5 * parameters as f64
+}
