@@ -187,7 +187,7 @@ def test_the_example_and_the_benchmark_run() -> None:
     assert [line[:6] for line in table.splitlines()[2:]] == ["no ada", "adapta", "oracle"]
 
 
-@pytest.mark.parametrize("task", ["PushAround", "PushDoor"])
+@pytest.mark.parametrize("task", ["PushAround", pytest.param("PushDoor", marks=pytest.mark.slow)])
 def test_it_learns_on_the_way_around_obstacles_and_through_doors(task: str) -> None:
     env = gymnasium.make(f"trundle/{task}-v0", hidden="locked")
     agent = trundle.AdaptiveAgent(env)

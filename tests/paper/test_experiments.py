@@ -66,6 +66,7 @@ def test_open_loop_a_right_model_arrives_and_a_wrong_one_does_not() -> None:
     assert wrong["planned"] < 0.05 * radius  # it is the model that is wrong, not the plan
 
 
+@pytest.mark.slow
 def test_wheel_is_found_once_dry_friction_may_be_in_the_model() -> None:
     trial = {"friction": "support_friction", "seed": 0}
     settings, row = performed("wheel", trial, episodes=3)
