@@ -1,4 +1,4 @@
-"""Count the numbers that a diagnosis hangs on: decision thresholds, and tolerances kept with their code."""
+"""Count the thresholds of verdict and names, and the other constants of a diagnosis, kept with their code."""
 
 from __future__ import annotations
 
@@ -13,11 +13,11 @@ def main() -> None:
     """Print both counts, and the thresholds."""
     thresholds = CONSTANT.findall((SOURCE / "thresholds.rs").read_text())
     others = [path for path in sorted(SOURCE.rglob("*.rs")) if path.name != "thresholds.rs"]
-    tolerances = sum(len(CONSTANT.findall(path.read_text())) for path in others)
-    print(f"decision thresholds    {len(thresholds)}")
+    constants = sum(len(CONSTANT.findall(path.read_text())) for path in others)
+    print(f"verdict and names   {len(thresholds)}")
     for name, value in thresholds:
         print(f"  {name:20} {value}")
-    print(f"numerical tolerances   {tolerances}")
+    print(f"other constants     {constants}")
 
 
 if __name__ == "__main__":

@@ -1,8 +1,8 @@
 //! Whether an effect holds up block by block, so that no single stretch carries it.
 //!
 //! Samples depend on one another, blocks of episodes much less: the paired differences of two
-//! models' log predictive densities over blocks have an honest standard error. A block counts at most [`CHANCE`] nats: some
-//! effects, like a post that is hit, act for a second in a minute, and what they gain there by thousands would
+//! models' log predictive densities over blocks have an honest standard error. A block counts at most [`CHANCE`] nats:
+//! some effects, like a post that is hit, act for a second in a minute, and what they gain there by thousands would
 //! otherwise be the standard error too.
 
 use crate::thresholds::CHANCE;

@@ -142,6 +142,9 @@ fn errors(score: &Score, gyration: f64, quasi: bool) -> Vec<f64> {
 #[allow(clippy::unwrap_used)]
 mod tests {
     use super::*;
+    use crate::common::{World, effect, locked};
+    use trundle_infer::Quiet;
+    use trundle_model::Kind;
 
     #[test]
     fn an_episode_that_both_predict_badly_hides_nothing() {
@@ -152,9 +155,6 @@ mod tests {
         assert!(event.rise(&of([1e-4, 1e-4, 1e-4, 5e-4])) == 2.0);
         assert!(event.rise(&event) == 1.0);
     }
-    use crate::common::{World, effect, locked};
-    use trundle_infer::Quiet;
-    use trundle_model::Kind;
 
     /// How much the misfit of left-out episodes rises without an effect, for a recording of a world.
     fn rise_without(truth: Model, kind: Kind) -> f64 {

@@ -1,4 +1,5 @@
-//! Every number that a decision of a diagnosis hangs on. Numerical tolerances and what only saves time stay with the code
+//! The numbers that the verdict of a diagnosis and its names hang on. What places, windows, rivals, warnings, designs and an
+//! unnamed force are decided by, the prior of the search, what only saves time, and numerical tolerances stay with the code
 //! that uses them; `benches/thresholds.py` counts both.
 
 /// Gain in log likelihood below which something is chance, nats: twice the gain is distributed like χ² with one degree of
@@ -31,7 +32,7 @@ pub(crate) const POOR: f64 = 0.1;
 
 /// Errors below this many times the instruments' variance, or below [`MATERIAL_SHARE`] of the motion's mean square (a tenth
 /// of the motion) unless they refute the model, are immaterial: no correction of the model would improve its predictions
-/// to speak of. Chosen on the tuning range of the wide benchmark: of its 48 clean recordings 3 are material by this.
+/// to speak of. Chosen on the tuning range of the wide benchmark: of 38 clean recordings 3 are material by this.
 pub(crate) const MATERIAL_VARIANCES: f64 = 2.0;
 pub(crate) const MATERIAL_SHARE: f64 = 0.01;
 

@@ -1,7 +1,8 @@
 //! A recording's own units: what is sought and decided is sought and decided in them.
 //!
 //! Priors and thresholds are those of a piece of furniture that is pushed about. A recording whose lengths, forces or
-//! times are of another size is brought near it by whole powers of [`BASE`], which is exact in binary arithmetic; so a recording in other units, or of another size, is judged like the same thing in metres.
+//! times are of another size is brought near it by whole powers of [`BASE`], which is exact in binary arithmetic; so a recording in
+//! other units, or of another size, is judged like the same thing in metres.
 
 use trundle_infer::{Channels, Estimate, Fit, InferError, Strain};
 use trundle_model::{Body, Effect, Fixture, Model, Scales};

@@ -14,6 +14,7 @@ use trundle_record::Dataset;
 
 /// Models whose effects are checked on left-out episodes, at most.
 const MAX_CHECKED: usize = 8;
+
 /// The model that is named, if any.
 pub(crate) struct Choice {
     /// Index of the model in what was tried.

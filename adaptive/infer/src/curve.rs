@@ -298,6 +298,16 @@ mod tests {
         }
     }
 
+    #[test]
+    fn what_is_read_seldom_is_cut_into_longer_steps() {
+        let read_every = |interval: f64| {
+            let at = |k: usize| WrenchSample { t: interval * k as f64, ..Default::default() };
+            longest_step(&Prepared { wrench: (0..9).map(at).collect(), ..Default::default() })
+        };
+        assert_eq!(read_every(0.01), LONGEST);
+        assert!((read_every(10.24) - 1.28).abs() < 1e-12);
+    }
+
     fn ramp() -> Curve {
         Curve::with_noise(&episode((0..6).map(f64::from)), &NOISE)
     }
