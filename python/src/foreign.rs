@@ -3,6 +3,7 @@
 use pyo3::exceptions::PyException;
 use pyo3::prelude::*;
 use pyo3::types::PyDict;
+use std::sync::{Mutex, PoisonError};
 use trundle_diagnose::foreign::{Foreign, Simulator as Simulates, diagnose};
 use trundle_infer::StateVector;
 use trundle_model::{Prior, Slot, catalogue};
@@ -64,6 +65,8 @@ fn unit(text: &str) -> &'static str {
 struct Called {
     simulator: Simulator,
     names: Vec<String>,
+    /// Held during a call: the callable may keep an engine, and lets others run while that works.
+    one_at_a_time: Mutex<()>,
 }
 
 impl Simulates for Called {
@@ -74,6 +77,7 @@ impl Simulates for Called {
         dt: f64,
         values: &[f64],
     ) -> Result<StateVector, String> {
+        let _alone = self.one_at_a_time.lock().unwrap_or_else(PoisonError::into_inner);
         Python::attach(|py| {
             let named = PyDict::new(py);
             for (name, value) in self.names.iter().zip(values) {
@@ -100,6 +104,7 @@ fn _diagnose_foreign(
     let called = Called {
         simulator: Simulator::new(step),
         names: parameters.iter().map(|p| p.name.clone()).collect(),
+        one_at_a_time: Mutex::new(()),
     };
     let foreign = Foreign {
         simulator: &called,

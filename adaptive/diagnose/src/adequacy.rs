@@ -6,7 +6,6 @@
 
 use crate::thresholds::matters;
 use trundle_infer::{Channels, Comparison, Fit, InferError, Innovation, Likelihood, MotionLikelihood};
-use trundle_model::Model;
 
 /// What a wandering wrench would gain.
 #[derive(Clone, Copy, Debug)]
@@ -32,12 +31,23 @@ pub(crate) fn remainder(comparison: &Comparison, fit: &Fit) -> Result<Option<Rem
 
 /// The same of motion, with the fit's channels.
 pub(crate) fn left_by(motion: &MotionLikelihood, fit: &Fit) -> Result<Remainder, InferError> {
-    let still = motion.cost(&fit.model, &fit.values)?;
-    let channels = wandering(motion, &fit.model, SIZES[0]);
-    let mut best = Remainder { gain: 0.0, channels, excess: excess(motion, fit)? };
+    let cost = |channels: Channels| motion.with_channels(channels).cost(&fit.model, &fit.values);
+    best_walk(motion.channels(), fit.model.body.gyration, excess(motion, fit)?, cost)
+}
+
+/// The best size of a walk, a moment wandering like the force at the radius of gyration; `cost` under noise with a walk.
+pub(crate) fn best_walk(
+    channels: Channels,
+    gyration: f64,
+    excess: f64,
+    cost: impl Fn(Channels) -> Result<f64, InferError>,
+) -> Result<Remainder, InferError> {
+    let wandering = |size: f64| Channels { wander: [size, size, size * gyration], ..channels };
+    let still = cost(channels)?;
+    let mut best = Remainder { gain: 0.0, channels: wandering(SIZES[0]), excess };
     for size in SIZES {
-        let channels = wandering(motion, &fit.model, size);
-        let gain = still - motion.with_channels(channels).cost(&fit.model, &fit.values)?;
+        let channels = wandering(size);
+        let gain = still - cost(channels)?;
         if gain > best.gain {
             best = Remainder { gain, channels, ..best };
         } else if gain < best.gain - 50.0 {
@@ -67,10 +77,4 @@ fn excess(motion: &MotionLikelihood, fit: &Fit) -> Result<f64, InferError> {
         0.5 * ((i.whitener * i.error).norm_squared() - directions as f64)
     };
     Ok(all.iter().flatten().map(beyond).sum::<f64>().max(0.0))
-}
-
-/// A moment wanders like the force at the radius of gyration.
-fn wandering(motion: &MotionLikelihood, model: &Model, size: f64) -> Channels {
-    use trundle_infer::Likelihood as _;
-    Channels { wander: [size, size, size * model.body.gyration], ..motion.channels() }
 }

@@ -12,7 +12,6 @@ pub(crate) fn candidates(nominal: &Model, quasi_static: bool, commanded: bool) -
         // On a rail a point or an axis is as good as the whole body, and nothing turns.
         Kind::CoulombFriction | Kind::SpinDrag | Kind::AxisFriction | Kind::BodyAxisFriction => !rail,
         Kind::DriveLag => commanded && !quasi_static,
-        _ if UNMEASURED.contains(kind) => false,
         _ if commanded && SENSING.contains(kind) => false,
         _ => (!quasi_static || SLOW.contains(kind)) && !(rail && is_planar(**kind)),
     };
@@ -25,19 +24,15 @@ pub(crate) fn repeats(kind: Kind) -> bool {
     kind == Kind::CoulombFriction
 }
 
-/// Faults that only a sensor has, not a command.
-const SENSING: [Kind; 1] = [Kind::SensorLag];
+/// The simpler law that a kind becomes at an end of its range: drag that thins with speed is dry friction where its exponent
+/// is nought.
+pub(crate) fn limit(kind: Kind) -> Option<Kind> {
+    (kind == Kind::ThinningDrag).then_some(Kind::SupportFriction)
+}
 
-/// Laws that a model may hold and a fit may estimate, but that a diagnosis does not offer: how often they would be named
-/// falsely has not been measured.
-const UNMEASURED: [Kind; 6] = [
-    Kind::ThinningDrag,
-    Kind::SensorPlay,
-    Kind::CrossTalk,
-    Kind::Saturation,
-    Kind::DeadBand,
-    Kind::ClockDrift,
-];
+/// Faults that only a sensor has, not a command.
+const SENSING: [Kind; 5] =
+    [Kind::SensorLag, Kind::SensorPlay, Kind::CrossTalk, Kind::Saturation, Kind::DeadBand];
 
 /// What slow pushes, judged by the wrench alone, are asked for. They hold nothing of inertia, time or an effect's own
 /// states; and a gain of the sensor or a pattern of the floor takes the place of a pressure that is not known.
@@ -59,9 +54,10 @@ fn is_planar(kind: Kind) -> bool {
     !spec.neutral.iter().any(|(name, _)| on_rail(name))
 }
 
-/// Name of an effect in a diagnosis.
+/// Name of an effect in a diagnosis. A wheel beside those of a simulator that may have some is one more.
 pub(crate) fn name(effect: &Effect) -> &'static str {
-    effect.kind.spec().effect
+    let kind = if effect.kind == Kind::ViscousWheel { Kind::SpinDrag } else { effect.kind };
+    kind.spec().effect
 }
 
 #[cfg(test)]

@@ -5,22 +5,23 @@
 //! some effects, like a post that is hit, act for a second in a minute, and what they gain there by thousands would
 //! otherwise be the standard error too.
 
+use crate::engine::{Engine, Tried};
 use crate::thresholds::CHANCE;
 use statrs::distribution::{ContinuousCDF, StudentsT};
 use trundle_infer::{Comparison, Fit, InferError, Likelihood};
 
 /// Blocks into which an episode is cut, of motion and of slow pushes.
-const BLOCKS: usize = 20;
+pub(crate) const BLOCKS: usize = 20;
 const SLOW_BLOCKS: usize = 5;
 
 /// Probability, from the paired block differences, that `fuller` predicts better than `simpler`.
-pub(crate) fn holds_up(comparison: &Comparison, fuller: &Fit, simpler: &Fit) -> Result<f64, InferError> {
-    let with = blocks(comparison, fuller)?;
-    let without = blocks(comparison, simpler)?;
+pub(crate) fn holds_up(engine: &dyn Engine, fuller: &Tried, simpler: &Tried) -> Result<f64, InferError> {
+    let with = engine.blocks(fuller)?;
+    let without = engine.blocks(simpler)?;
     let differences: Vec<f64> = without.iter().zip(&with).map(|(a, b)| a - b).collect();
     // Each extra parameter buys half a nat by chance.
-    let bought = 0.5 * (fuller.estimates.len().saturating_sub(simpler.estimates.len())) as f64;
-    Ok(chance(&differences, bought))
+    let (more, fewer) = (fuller.fit.estimates.len(), simpler.fit.estimates.len());
+    Ok(chance(&differences, 0.5 * more.saturating_sub(fewer) as f64))
 }
 
 /// Probability, from what each block gained, nats, that the mean gain is positive, `bought` of all of it by chance.
@@ -40,7 +41,7 @@ fn chance(gains: &[f64], bought: f64) -> f64 {
 const SMALLEST: usize = 5;
 
 /// Costs of successive blocks.
-fn blocks(comparison: &Comparison, fit: &Fit) -> Result<Vec<f64>, InferError> {
+pub(crate) fn blocks(comparison: &Comparison, fit: &Fit) -> Result<Vec<f64>, InferError> {
     match comparison.with_channels(fit.channels) {
         Comparison::Motion(motion) => {
             let Some(all) = motion.innovations(&fit.model, &fit.values)? else { return Ok(vec![]) };

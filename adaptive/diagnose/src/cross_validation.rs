@@ -4,19 +4,14 @@
 //! from where its fit to all of them ended, and predicts what was left out. Samples of one episode depend on one another;
 //! episodes do not.
 
-use crate::search::Tried;
+use crate::engine::{Engine, Tried};
 use rayon::prelude::*;
-use trundle_infer::{
-    Comparison, Fit, FitOptions, InferError, Score, Watch, fit, on_all_cores, quasi_static, score_beside,
-    unjudged,
-};
+use trundle_infer::{InferError, Score, Watch, on_all_cores};
 use trundle_model::{Effect, Model};
-use trundle_record::{Dataset, Prepared};
+use trundle_record::Prepared;
 
 /// Groups that training episodes are left out in, at most.
 const MAX_FOLDS: usize = 8;
-/// Steps of a refit: it starts a fraction of a standard deviation from its optimum.
-const REFIT_STEPS: usize = 6;
 
 /// Squared errors of left-out episodes, turns counted at the radius of gyration.
 #[derive(Clone, Debug, PartialEq)]
@@ -50,40 +45,29 @@ fn mean(values: impl Iterator<Item = f64>) -> f64 {
 }
 
 /// The misfit of a model on the training episodes, each predicted by a fit to the others; in sample where there is only
-/// one. `settling`: time after contact that is not judged, s.
+/// one. What is not judged of the model `beside` is not judged of it.
 ///
 /// # Errors
 /// When the user interrupts.
 pub(crate) fn left_out(
-    data: &Dataset,
-    comparison: &Comparison,
-    nominal: &Model,
+    engine: &dyn Engine,
     tried: &Tried,
-    settling: f64,
+    beside: &Tried,
     watch: &dyn Watch,
 ) -> Result<LeftOut, InferError> {
-    let comparison = comparison.with_channels(tried.fit.channels);
+    let (data, nominal) = (engine.data(), engine.nominal());
     let free = free(nominal, tried);
     let count = data.training.len();
     let folds = count.min(MAX_FOLDS);
-    let quasi = quasi_static(data);
-    let scored = |fit: &Fit, episode: &Prepared| {
-        let episode = std::slice::from_ref(episode);
-        let settling = settling.max(unjudged(&fit.model));
-        let score =
-            score_beside(&fit.model, &fit.values, &fit.channels, episode, &data.noise, quasi, settling)?;
-        Ok(errors(&score, if data.dof[2] { nominal.body.gyration } else { 0.0 }, quasi))
+    let gyration = if data.dof[2] { nominal.body.gyration } else { 0.0 };
+    let scored = |model: &Tried, episode: &Prepared| {
+        let score = engine.score(model, beside, std::slice::from_ref(episode))?;
+        Ok(errors(&score, gyration, engine.is_quasi_static()))
     };
     let one = |fold: usize, watch: &dyn Watch| -> Result<Vec<Vec<f64>>, InferError> {
         let inside = |k: usize| k % folds == fold;
-        let fitted = if folds > 1 {
-            let options =
-                FitOptions { starts: 0, from_afar: false, near: Some(REFIT_STEPS), ..FitOptions::default() };
-            let others = comparison.only(|k| !inside(k));
-            fit(&others, &free, std::slice::from_ref(&tried.fit.values), &options, watch)?
-        } else {
-            tried.fit.clone()
-        };
+        let fitted =
+            if folds > 1 { engine.refitted(tried, &free, &|k| !inside(k), watch)? } else { tried.clone() };
         let own = data.training.iter().enumerate().filter(|(k, _)| inside(*k));
         own.map(|(_, episode)| scored(&fitted, episode)).collect()
     };
@@ -143,7 +127,8 @@ fn errors(score: &Score, gyration: f64, quasi: bool) -> Vec<f64> {
 mod tests {
     use super::*;
     use crate::common::{World, effect, locked};
-    use trundle_infer::Quiet;
+    use crate::engine::Own;
+    use trundle_infer::{Comparison, FitOptions, Quiet, fit};
     use trundle_model::Kind;
 
     #[test]
@@ -160,13 +145,18 @@ mod tests {
     fn rise_without(truth: Model, kind: Kind) -> f64 {
         let data = World::of(truth).recording(4);
         let comparison = Comparison::of(&data).unwrap();
-        let nominal = Model::nominal(data.body.clone(), None, [true; 3]);
+        let engine = Own::new(&data, None).unwrap();
+        let nominal = engine.nominal();
         let tried = |added: Vec<Effect>| {
             let model =
                 Model { effects: [nominal.effects.clone(), added.clone()].concat(), ..nominal.clone() };
-            Tried { fit: fit(&comparison, &model, &[], &FitOptions::default(), &Quiet).unwrap(), added }
+            let fit = fit(&comparison, &model, &[], &FitOptions::default(), &Quiet).unwrap();
+            Tried { fit, added, basis: None }
         };
-        let of = |added| left_out(&data, &comparison, &nominal, &tried(added), 0.0, &Quiet).unwrap();
+        let of = |added| {
+            let tried = tried(added);
+            left_out(&engine, &tried, &tried, &Quiet).unwrap()
+        };
         of(vec![Effect::free(kind)]).rise(&of(vec![]))
     }
 

@@ -1,31 +1,26 @@
 //! An effect that was found, with its numbers and its share.
 
 use crate::answer::Missing;
+use crate::candidates;
+use crate::engine::{Engine, Tried};
 use crate::place::Named;
-use crate::search::{Found, Tried};
+use crate::search::Found;
 use crate::words::statement;
-use trundle_infer::{Fit, InferError, Score, quasi_static, score_beside, unjudged};
-use trundle_record::{Dataset, Prepared};
-
-/// The figures of a fit on some episodes, beside those of another: what is not judged of one is not of the other.
-pub(crate) fn judged(
-    data: &Dataset,
-    fit: &Fit,
-    beside: &Fit,
-    episodes: &[Prepared],
-) -> Result<Score, InferError> {
-    let (noise, quasi_static) = (&data.noise, quasi_static(data));
-    let settling = unjudged(&beside.model);
-    score_beside(&fit.model, &fit.values, &fit.channels, episodes, noise, quasi_static, settling)
-}
+use trundle_infer::{InferError, Score};
+use trundle_model::Kind;
 
 /// The tried model that lacks just one of the effects.
 pub(crate) fn without<'a>(found: &'a Found, full: &Tried, dropped: usize) -> Option<&'a Tried> {
-    let mut kinds: Vec<_> = full.added.iter().map(|e| e.kind).collect();
+    let mut kinds: Vec<Kind> = full.added.iter().map(|e| e.kind).collect();
     kinds.remove(dropped);
+    of_kinds(&found.tried, kinds)
+}
+
+/// The best tried model with effects of some kinds.
+pub(crate) fn of_kinds(tried: &[Tried], mut kinds: Vec<Kind>) -> Option<&Tried> {
     kinds.sort();
-    found.tried.iter().find(|t| {
-        let mut own: Vec<_> = t.added.iter().map(|e| e.kind).collect();
+    tried.iter().find(|t| {
+        let mut own: Vec<Kind> = t.added.iter().map(|e| e.kind).collect();
         own.sort();
         own == kinds
     })
@@ -40,7 +35,7 @@ fn misfit(score: &Score, gyration: f64) -> Option<f64> {
 
 /// The effect number `k` of a model, for the answer.
 pub(crate) fn named(
-    data: &Dataset,
+    engine: &dyn Engine,
     found: &Found,
     best: &Tried,
     k: usize,
@@ -49,17 +44,18 @@ pub(crate) fn named(
     let effect = &best.added[k];
     let names = best.fit.model.effect_names();
     let name = &names[names.len() - best.added.len() + k];
+    let data = engine.data();
     let episodes = if data.held_out.is_empty() { &data.training } else { &data.held_out };
     let gyration = best.fit.model.body.gyration;
-    let with = misfit(&judged(data, &best.fit, &best.fit, episodes)?, gyration);
+    let with = misfit(&engine.score(best, best, episodes)?, gyration);
     let dropped = match without(found, best, k) {
-        Some(simpler) => misfit(&judged(data, &simpler.fit, &best.fit, episodes)?, gyration),
+        Some(simpler) => misfit(&engine.score(simpler, best, episodes)?, gyration),
         None => None,
     };
     let explains = with.zip(dropped).filter(|(_, d)| *d > 0.0).map(|(w, d)| 1.0 - w / d);
     let effect_named = Named { fit: &best.fit, kind: effect.kind, name };
     Ok(Missing {
-        effect: effect.kind.spec().effect.to_owned(),
+        effect: candidates::name(effect).to_owned(),
         probability,
         statement: statement(effect, name, &best.fit),
         parameters: effect_named.parameters(),

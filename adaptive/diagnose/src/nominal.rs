@@ -46,8 +46,7 @@ pub(crate) fn as_given(comparison: &Comparison, given: &Model, watch: &dyn Watch
 }
 
 /// The values of the simulation under test as they were given.
-pub(crate) fn given_values(given: &Option<Fit>) -> BTreeMap<String, f64> {
-    let Some(fit) = given else { return BTreeMap::new() };
+pub(crate) fn given_values(fit: &Fit) -> BTreeMap<String, f64> {
     let free = |name: &str| fit.estimate(name).is_some();
     let slots = fit.model.slots();
     slots.into_iter().filter(|s| !free(&s.name)).filter_map(|s| Some((short(&s.name), s.value?))).collect()

@@ -5,7 +5,6 @@
 //! good: of the size of error that it claims itself, or at least small beside the motion.
 
 use crate::thresholds::{MATERIAL_SHARE, MATERIAL_VARIANCES, POOR, REFUTED};
-use nalgebra::Vector3;
 use trundle_infer::{Channels, Fit, InferError, Window, windows};
 use trundle_record::{Dataset, Prepared};
 
@@ -21,7 +20,12 @@ pub(crate) struct Outlook {
 impl Outlook {
     /// Whether the errors are large enough that a better model would predict better.
     pub fn is_material(&self) -> bool {
-        self.is_refuted() || self.standardised > MATERIAL_VARIANCES && self.share > MATERIAL_SHARE
+        self.is_refuted() || self.is_beyond_noise() && self.share > MATERIAL_SHARE
+    }
+
+    /// Whether the errors are larger than the instruments explain.
+    pub fn is_beyond_noise(&self) -> bool {
+        self.standardised > MATERIAL_VARIANCES
     }
 
     fn is_refuted(&self) -> bool {
@@ -34,36 +38,53 @@ impl Outlook {
     }
 }
 
-/// How a fit predicts its own training episodes.
-pub(crate) fn outlook(data: &Dataset, fit: &Fit) -> Result<Outlook, InferError> {
-    let channels = Channels::of(&data.noise);
-    let rho = if data.dof[2] { fit.model.body.gyration } else { 0.0 };
-    let size = |[x, y, theta]: [f64; 3]| x * x + y * y + (rho * theta).powi(2);
-    let (mut chi, mut left, mut moved, mut count) = (0.0, 0.0, 0.0, 0.0);
-    for episode in &data.training {
-        for window in windows(&fit.model, &fit.values, &channels, episode, &data.noise)? {
-            let Some((error, whitened, motion)) = window.as_ref().and_then(|w| end(w, episode)) else {
-                continue;
-            };
-            chi += whitened.norm_squared();
-            left += size(error.into());
+/// The end of a one-second window.
+pub(crate) struct End {
+    /// Seen less predicted pose.
+    pub error: [f64; 3],
+    /// The same whitened.
+    pub whitened: [f64; 3],
+    /// The motion seen over the window.
+    pub motion: [f64; 3],
+}
+
+impl Outlook {
+    /// Over some windows, turns counted at the radius of gyration `rho`.
+    pub fn over(ends: impl Iterator<Item = End>, dof: [bool; 3], rho: f64) -> Self {
+        let rho = if dof[2] { rho } else { 0.0 };
+        let size = |[x, y, theta]: [f64; 3]| x * x + y * y + (rho * theta).powi(2);
+        let (mut chi, mut left, mut moved, mut count) = (0.0, 0.0, 0.0, 0.0);
+        for End { error, whitened, motion } in ends {
+            chi += whitened.iter().map(|e| e * e).sum::<f64>();
+            left += size(error);
             moved += size(motion);
             count += 1.0;
         }
+        let directions = dof.iter().filter(|moves| **moves).count() as f64;
+        if count == 0.0 || moved == 0.0 {
+            return Self::default();
+        }
+        Self { standardised: chi / (count * directions), share: left / moved }
     }
-    let directions = data.dof.iter().filter(|moves| **moves).count() as f64;
-    if count == 0.0 || moved == 0.0 {
-        return Ok(Outlook::default());
-    }
-    Ok(Outlook { standardised: chi / (count * directions), share: left / moved })
 }
 
-/// Error at the end of a window, the same whitened, and the motion seen over the window.
-fn end(window: &Window, episode: &Prepared) -> Option<(Vector3<f64>, Vector3<f64>, [f64; 3])> {
+/// How a fit predicts its own training episodes.
+pub(crate) fn outlook(data: &Dataset, fit: &Fit) -> Result<Outlook, InferError> {
+    let channels = Channels::of(&data.noise);
+    let mut ends = vec![];
+    for episode in &data.training {
+        let all = windows(&fit.model, &fit.values, &channels, episode, &data.noise)?;
+        ends.extend(all.iter().flatten().filter_map(|window| end(window, episode)));
+    }
+    Ok(Outlook::over(ends.into_iter(), data.dof, fit.model.body.gyration))
+}
+
+fn end(window: &Window, episode: &Prepared) -> Option<End> {
     let (first, last) = (window.samples.first()?, window.samples.last()?);
     let seen = |t: f64| episode.pose.get(episode.pose.partition_point(|p| p.t < t - 1e-9)).map(|p| p.pose);
     let (from, to) = (seen(first.t)?, seen(last.t)?);
-    Some((last.error, last.whitener * last.error, [0, 1, 2].map(|k| to[k] - from[k])))
+    let motion = [0, 1, 2].map(|k| to[k] - from[k]);
+    Some(End { error: last.error.into(), whitened: (last.whitener * last.error).into(), motion })
 }
 
 #[cfg(test)]

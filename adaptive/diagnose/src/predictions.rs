@@ -48,12 +48,14 @@ impl Predictions {
         }
     }
 
-    /// Recorded poses, and named groups of poses simulated elsewhere, one for each recorded one.
+    /// Recorded poses, and named groups of poses simulated elsewhere, one for each recorded one. Rows within `settling`
+    /// seconds from contact on are not scored.
     pub(crate) fn simulated<'a>(
         episodes: impl Iterator<Item = &'a Prepared> + Clone,
         groups: Vec<(&'static str, Vec<[f64; 3]>)>,
+        settling: f64,
     ) -> Self {
-        let mut all = Self::new(episodes, &[], 0.0);
+        let mut all = Self::new(episodes, &[], settling);
         all.groups.extend(groups);
         all
     }

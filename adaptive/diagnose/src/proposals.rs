@@ -4,6 +4,7 @@
 //! vanishes; its other parameters are its shape. Amplitudes follow from the data by one linear step; shapes are
 //! proposed here, spread over what was visited.
 
+use crate::periods::Line;
 use crate::touch::Touch;
 use rand::{RngExt, SeedableRng};
 use rand_chacha::ChaCha8Rng;
@@ -15,9 +16,11 @@ use trundle_record::Prepared;
 #[derive(Clone, Debug, Default)]
 pub(crate) struct Hints<'a> {
     /// Places that may have been touched.
-    pub touched: Vec<Touch>,
+    pub touched: &'a [Touch],
     /// Parts of the floor that drag: convex polygons, world, m.
     pub regions: &'a [Vec<[f64; 2]>],
+    /// Periods in position of the missing force.
+    pub lines: &'a [Line],
 }
 
 /// Shapes drawn for an effect with up to two shape parameters, and with more.
@@ -86,8 +89,21 @@ pub(crate) fn proposals(
     let mut rng = ChaCha8Rng::seed_from_u64(seed ^ 0x5eed);
     let draws = 0..DRAWS[usize::from(shape.len() > 2)];
     let drawn = draws.map(|_| drawn(model, kind, &shape, episodes, &mut rng));
-    let known = if kind == Kind::FloorPatch { hints.regions } else { &[] };
-    known.iter().filter_map(|region| patch(region, &model.body)).chain(drawn).collect()
+    let regions = if kind == Kind::FloorPatch { hints.regions } else { &[] };
+    let lines = if kind == Kind::Cogging { hints.lines } else { &[] };
+    let known = regions.iter().filter_map(|region| patch(region, &model.body));
+    known.chain(lines.iter().flat_map(|line| ripples(line, &model.body))).chain(drawn).collect()
+}
+
+/// Phases at which a force of known period is proposed.
+const PHASES: usize = 8;
+
+/// Forces of a period that the missing force has.
+fn ripples(line: &Line, body: &Body) -> Vec<Effect> {
+    let ripple = neutral(Kind::Cogging, body);
+    let ripple = ripple.with("period", Some(line.period)).with("angle", Some(line.angle));
+    let phase = |k: usize| std::f64::consts::TAU * k as f64 / PHASES as f64;
+    (0..PHASES).map(|k| ripple.clone().with("phase", Some(phase(k)))).collect()
 }
 
 /// A patch as large as a region of the floor, which lies along one of the region's edges.
@@ -248,7 +264,7 @@ mod tests {
         let turned = |[u, v]: [f64; 2]| [1.0 + cos * u - sin * v, -2.0 + sin * u + cos * v];
         let region = [[-0.5, -0.2], [0.5, -0.2], [0.5, 0.1], [0.4, 0.2], [-0.5, 0.2]].map(turned).to_vec();
         let model = Model::nominal(table(), None, [true; 3]);
-        let hints = Hints { touched: vec![], regions: std::slice::from_ref(&region) };
+        let hints = Hints { regions: std::slice::from_ref(&region), ..Hints::default() };
         let found = proposals(&model, Kind::FloorPatch, &World::of(locked()).pushes(2, 1), &hints, 0);
         let outline = patch_outline(&values(&found[0]));
         for corner in region.iter().filter(|c| **c != region[2] && **c != region[3]) {

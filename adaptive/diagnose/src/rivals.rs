@@ -2,12 +2,12 @@
 
 use crate::answer::Alternative;
 use crate::candidates::name;
-use crate::design::{Bench, Certificate, Experiment, Limits, Rival, certificate, experiment};
-use crate::search::{Found, Tried};
+use crate::design::{Certificate, Experiment};
+use crate::engine::{Engine, Tried};
+use crate::search::Found;
 use crate::thresholds::TIE;
-use trundle_infer::{Comparison, InferError, Watch};
+use trundle_infer::{InferError, Watch};
 use trundle_model::Effect;
-use trundle_record::Dataset;
 
 /// Difference of log weight below which the data do not decide: one to twenty.
 const OPEN: f64 = 3.0;
@@ -23,6 +23,8 @@ const POSSIBLE: f64 = 1e-3;
 pub(crate) struct Doubts {
     /// Sets of effects that could stand in one another's place.
     pub tied: Vec<Vec<String>>,
+    /// The set of effects that is named and others, in which more than one effect differs, that the data do not tell from it.
+    pub tied_sets: Vec<Vec<Vec<String>>>,
     /// How alike the models of each pair in them are.
     pub certificates: Vec<Certificate>,
     /// The best models of other effects than what is named.
@@ -36,30 +38,29 @@ pub(crate) struct Doubts {
 /// # Errors
 /// When the user interrupts.
 pub(crate) fn doubts(
-    (data, comparison): (&Dataset, &Comparison),
+    engine: &dyn Engine,
     (found, probabilities): (&Found, &[f64]),
     best: &Tried,
     designing: bool,
     watch: &dyn Watch,
 ) -> Result<Doubts, InferError> {
-    let pairs = pairs(comparison, found, best)?;
+    let pairs = pairs(engine, found, best)?;
     let mut doubts = Doubts {
         tied: ties(&pairs, best),
+        tied_sets: tied_sets(found, best),
         certificates: pairs.iter().map(|pair| pair.certificate.clone()).collect(),
         ..Doubts::default()
     };
-    let bench = Bench::after(data, &best.fit.channels, Limits::seen(data)).hurried();
     let mut attempts = 0;
     for (tried, probability) in others(found, probabilities, best) {
         let effect = tried.names().join(" + ");
         let possible = probability > POSSIBLE || pairs.iter().any(|pair| alike(pair.other, tried));
         let mut text = probe(found, tried, best);
-        if designing && possible && attempts < DESIGNED && !comparison.is_quasi_static() {
+        if designing && possible && attempts < DESIGNED {
             attempts += 1;
-            let rivals =
-                [Rival::fitted(&own_name(best, tried), &best.fit), Rival::fitted(&effect, &tried.fit)];
-            let planned = experiment(&bench, &rivals[0], &rivals[1], 1, watch)?;
-            if planned.tells() {
+            let names = [&*own_name(best, tried), &*effect];
+            let planned = engine.experiment(names, [best, tried], &best.fit.channels, watch)?;
+            if let Some(planned) = planned.filter(Experiment::tells) {
                 text.clone_from(&planned.sentence);
                 doubts.experiments.push(planned);
             }
@@ -80,11 +81,7 @@ struct Pair<'a> {
 /// Pairs of an effect of the best model and another in its place that the data do not tell: of all forms of either
 /// model, finer or not, two that fit alike with as many parameters, or that make the same motion within noise; or the
 /// best forms of both, where neither is twenty times as probable as the other.
-fn pairs<'a>(
-    comparison: &Comparison,
-    found: &'a Found,
-    best: &'a Tried,
-) -> Result<Vec<Pair<'a>>, InferError> {
+fn pairs<'a>(engine: &dyn Engine, found: &'a Found, best: &'a Tried) -> Result<Vec<Pair<'a>>, InferError> {
     let mut pairs: Vec<Pair> = Vec::new();
     for own in found.tried.iter().filter(|t| alike(t, best)) {
         for other in found.tried.iter().filter(|t| t.added.len() == own.added.len()) {
@@ -94,7 +91,7 @@ fn pairs<'a>(
             if !(like || open) || pairs.iter().any(|p| p.is_of(mine, rival)) {
                 continue;
             }
-            let certificate = certificate(comparison, [name(mine), name(rival)], [&own.fit, &other.fit])?;
+            let certificate = engine.certificate([name(mine), name(rival)], [own, other])?;
             if open || certificate.same || other.fit.estimates.len() == own.fit.estimates.len() {
                 pairs.push(Pair { mine, rival, other, certificate });
             }
@@ -131,6 +128,23 @@ fn ties(pairs: &[Pair<'_>], best: &Tried) -> Vec<Vec<String>> {
         set
     };
     best.added.iter().map(set).filter(|set| set.len() > 1).collect()
+}
+
+/// The best model's set of effects with others that are neither twenty times as probable nor twenty times less, where more
+/// than one effect differs; empty where there is none.
+fn tied_sets(found: &Found, best: &Tried) -> Vec<Vec<Vec<String>>> {
+    let own = sorted(best);
+    let mut class = vec![own.clone()];
+    for other in found.tried.iter().filter(|t| !t.added.is_empty() && !best.added.is_empty()) {
+        let names = sorted(other);
+        let open = is_open(best.log_weight(), other.log_weight());
+        let differ = !lacking(best, other).is_empty() && !lacking(other, best).is_empty();
+        if open && differ && swapped(best, other).is_none() && !class.contains(&names) {
+            class.push(names);
+        }
+    }
+    let named = |set: &Vec<&str>| set.iter().map(|&name| name.to_owned()).collect();
+    if class.len() > 1 { vec![class.iter().map(named).collect()] } else { vec![] }
 }
 
 /// Whether two models have effects of the same kinds.

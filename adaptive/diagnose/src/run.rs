@@ -1,22 +1,23 @@
 //! The whole of a diagnosis, in order.
 
-use crate::adequacy::{Remainder, remainder};
+use crate::adequacy::Remainder;
 use crate::answer::{Answer, Figures, Mismatch, Nominal, Pair, Place, Remaining, Verdict};
+use crate::engine::{Engine, Own, Tried};
 use crate::enough::enough;
-use crate::locate::{located, mismatch};
-use crate::naming::{effect_probability, judged, named};
-use crate::nominal::{as_given, given_values, parameters, under_test};
-use crate::outlook::outlook;
+use crate::locate::Located;
+use crate::naming::{effect_probability, named};
+use crate::outlook::Outlook;
+use crate::periods;
 use crate::predictions::Predictions;
 use crate::rivals::doubts;
-use crate::search::{Found, Searcher, Tried, probabilities};
+use crate::search::{Found, Searcher, probabilities};
 use crate::series::{self, Series};
 use crate::thresholds::given_margin;
 use crate::units;
-use crate::unnamed::{depends_on, unnamed};
+use crate::unnamed::depends_on;
 use crate::verdict::{Choice, Judge, judge, likeness};
 use crate::warnings::warnings;
-use trundle_infer::{Comparison, Fit, InferError, Likelihood, Watch, unjudged};
+use trundle_infer::{InferError, Watch, unjudged};
 use trundle_model::{Model, Scales};
 use trundle_record::{Dataset, PrepareOptions, Prepared, Recording, prepare_with};
 
@@ -49,8 +50,21 @@ pub struct Outcome {
 /// # Errors
 /// When there is not enough data, or the user interrupts.
 pub fn diagnose(data: &Dataset, options: &Options, watch: &dyn Watch) -> Result<Outcome, InferError> {
-    let decided = decide(data, options, options.model.as_ref(), watch)?;
-    explain(data, options, decided, watch)
+    enough(data)?;
+    diagnose_with(&Own::new(data, options.model.as_ref())?, options, watch)
+}
+
+/// Diagnose a recording that anything simulates.
+///
+/// # Errors
+/// As [`diagnose`], and where the simulation fails.
+pub(crate) fn diagnose_with(
+    engine: &dyn Engine,
+    options: &Options,
+    watch: &dyn Watch,
+) -> Result<Outcome, InferError> {
+    let decided = decide(engine, options, watch)?;
+    explain(engine, decided, watch)
 }
 
 /// Diagnose a recording of any size: it is sought and decided in the recording's own units ([`units`]), and explained in SI
@@ -78,8 +92,10 @@ pub fn diagnose_recording(
             remedy: "check the recording with `trundle check`".to_owned(),
         })?;
     let model = options.model.as_ref().map(|model| units::reduced(model, &scales)).transpose()?;
-    let decided = decide(&reduced, options, model.as_ref(), watch)?;
-    explain(data, options, decided.restored(data, options, &scales)?, watch)
+    enough(&reduced)?;
+    let decided = decide(&Own::new(&reduced, model.as_ref())?, options, watch)?;
+    let engine = Own::new(data, options.model.as_ref())?;
+    explain(&engine, decided.restored(&engine, &scales)?, watch)
 }
 
 /// What was decided, before it is explained. Models are indices into what was tried.
@@ -92,51 +108,40 @@ struct Decision {
     immaterial: Vec<(usize, usize, f64)>,
     /// What the best model leaves.
     left: Option<Remainder>,
-    given: Option<Fit>,
+    given: Option<Tried>,
     verdict: Verdict,
 }
 
 /// Fit, search and decide.
-fn decide(
-    data: &Dataset,
-    options: &Options,
-    model: Option<&Model>,
-    watch: &dyn Watch,
-) -> Result<Decision, InferError> {
-    let (nominal, given) = under_test(data, model);
-    enough(data)?;
-    let comparison = Comparison::of(data)?;
-    let searcher = Searcher {
-        comparison: &comparison,
-        nominal: &nominal,
-        commanded: data.commanded,
-        episodes: &data.training,
-        without: &options.without,
-        regions: &[],
-        seed: options.seed,
-        watch,
-    };
+fn decide(engine: &dyn Engine, options: &Options, watch: &dyn Watch) -> Result<Decision, InferError> {
+    let searcher = Searcher { engine, without: &options.without, regions: &[], seed: options.seed, watch };
     let found = searcher.run()?;
     watch.progress("left-out episodes", 0.0);
     let base = found.tried.iter().position(|t| t.added.is_empty()).unwrap_or(0);
-    let judge_of = Judge { data, comparison: &comparison, nominal: &nominal, found: &found, base, watch };
-    let Choice { mut best, mut chances, rejected, immaterial } = judge_of.choose()?;
-    let fit = |k: usize| &found.tried[k].fit;
-    let mut left = remainder(&comparison, fit(best))?;
-    let ahead = outlook(data, fit(best))?;
-    let slow = comparison.is_quasi_static();
-    let named = best != base;
-    let mut verdict =
-        judge(comparison.observations(), found.before, named, left, slow || ahead.is_material());
-    if verdict == Verdict::Explained && !slow && ahead.is_poor() {
+    let slow = engine.is_quasi_static();
+    let ahead = |index: usize| if slow { Ok(None) } else { engine.outlook(&found.tried[index]).map(Some) };
+    let is_material = |outlook: Option<Outlook>| outlook.is_none_or(|ahead| ahead.is_material());
+    let choice = Judge { engine, found: &found, base, watch }.choose()?;
+    // Where the simulation under test errs hardly more than the instruments, nothing that matters is missing.
+    let Choice { mut best, mut chances, rejected, immaterial } =
+        if choice.best == base || ahead(base)?.is_none_or(|errors| errors.is_beyond_noise()) {
+            choice
+        } else {
+            choice.dismissed(base)
+        };
+    let mut left = engine.remainder(&found.tried[best])?;
+    let errors = ahead(best)?;
+    let mut verdict = judge(engine.observations(), found.before, best != base, left, is_material(errors));
+    if verdict == Verdict::Explained && errors.is_some_and(|errors| errors.is_poor()) {
         verdict = Verdict::Unexplained;
     }
     if verdict == Verdict::Unexplained {
         (best, chances, left) = (base, vec![], found.before);
     }
-    let given = given.as_ref().map(|g| as_given(&comparison, g, watch)).transpose()?;
+    let given = engine.given(watch)?;
+    let fitted = &found.tried[base].fit;
     if let (Verdict::Consistent, Some(given)) = (verdict, &given)
-        && given.cost - fit(base).cost > given_margin(fit(base).estimates.len())
+        && given.fit.cost - fitted.cost > given_margin(fitted.estimates.len())
     {
         verdict = Verdict::Reparameterised;
     }
@@ -145,18 +150,17 @@ fn decide(
 
 impl Decision {
     /// The same in SI units, for the recording as it was prepared in them.
-    fn restored(self, data: &Dataset, options: &Options, scales: &Scales) -> Result<Self, InferError> {
-        let (nominal, given) = under_test(data, options.model.as_ref());
-        let comparison = Comparison::of(data)?;
-        let base = units::restored(&self.found.tried[self.base], &nominal, scales, 0.0)?.fit;
-        let offset = comparison.with_channels(base.channels).cost(&base.model, &base.values)? - base.cost;
-        let restored = |tried: &Tried| units::restored(tried, &nominal, scales, offset);
+    fn restored(self, engine: &Own<'_>, scales: &Scales) -> Result<Self, InferError> {
+        let nominal = engine.nominal();
+        let base = &self.found.tried[self.base];
+        let offset = engine.cost(&units::restored(base, nominal, scales, 0.0)?)? - base.fit.cost;
+        let restored = |tried: &Tried| units::restored(tried, nominal, scales, offset);
         let tried = self.found.tried.iter().map(restored).collect::<Result<Vec<_>, _>>()?;
         let before = self.found.before.map(|left| units::remainder(left, scales));
-        let located = located(&comparison, &tried[self.base].fit, before, &data.training)?;
-        let given = match (&self.given, &given) {
-            (Some(fit), Some(model)) => Some(units::fit(fit, model, &[], scales, offset)?),
-            _ => None,
+        let located = engine.located(&tried[self.base], before)?;
+        let given = match &self.given {
+            Some(given) => engine.restored(given, scales, offset)?,
+            None => None,
         };
         let left = self.left.map(|left| units::remainder(left, scales));
         Ok(Self { found: Found { tried, before, located }, left, given, ..self })
@@ -164,45 +168,40 @@ impl Decision {
 }
 
 /// Put what was decided into numbers and words.
-fn explain(
-    data: &Dataset,
-    options: &Options,
-    decided: Decision,
-    watch: &dyn Watch,
-) -> Result<Outcome, InferError> {
+fn explain(engine: &dyn Engine, decided: Decision, watch: &dyn Watch) -> Result<Outcome, InferError> {
     watch.progress("figures", 0.0);
-    let Decision { found, base, best, chances, rejected, immaterial, left, given: given_fit, verdict } =
-        decided;
-    let (nominal, _) = under_test(data, options.model.as_ref());
-    let comparison = Comparison::of(data)?;
+    let Decision { found, base, best, chances, rejected, immaterial, left, given, verdict } = decided;
+    let (data, nominal) = (engine.data(), engine.nominal());
     let (base, best) = (&found.tried[base], &found.tried[best]);
     let (all, probabilities) = (probabilities(&found.tried, 0), probabilities(&found.tried, rejected));
-    let before = match (&given_fit, verdict) {
+    let before = match (&given, verdict) {
         (Some(given), Verdict::Reparameterised) => given,
-        _ => &base.fit,
+        _ => base,
     };
     let mut filled = None;
     if verdict == Verdict::Unexplained {
         watch.progress("an unnamed force", 0.0);
-        filled = unnamed((data, &nominal), &comparison, &base.fit, found.before, watch)?;
+        filled = engine.unnamed(base, found.before, watch)?;
     }
-    let after = filled.as_ref().unwrap_or(&best.fit);
+    let after = filled.as_ref().unwrap_or(best);
 
-    let missing_before = missing(data, &comparison, before, found.before)?;
-    let missing_after = missing(data, &comparison, after, left)?;
-    let again = (verdict == Verdict::Reparameterised)
-        .then(|| located(&comparison, before, found.before, &data.training))
-        .transpose()?;
-    let mut mismatch = mismatch(&comparison, before, again.as_ref().unwrap_or(&found.located))?;
+    let missing_before = engine.missing(before, found.before)?;
+    let missing_after = engine.missing(after, left)?;
+    let again =
+        (verdict == Verdict::Reparameterised).then(|| engine.located(before, found.before)).transpose()?;
+    let mut mismatch = again.as_ref().unwrap_or(&found.located).mismatch(engine.channels(before)?);
     if verdict == Verdict::Consistent {
         mismatch = Mismatch { channels: mismatch.channels, ..Mismatch::default() };
     }
-    let figures = figures(data, before, after)?;
-    let like = likeness(left, comparison.observations());
+    let shown = verdict != Verdict::Consistent;
+    let remains = if shown { engine.located(after, left)? } else { Located::default() };
+    let courses = missing_after.training.clone().unwrap_or_default();
+    let figures = figures(engine, before, after)?;
+    let like = likeness(left, engine.observations());
     let mut missing = Vec::new();
     for (k, chance) in chances.iter().enumerate() {
         let chance = chance.min(effect_probability(&found.tried, &probabilities, best.names()[k])) * like;
-        missing.push(named(data, &found, best, k, chance)?);
+        missing.push(named(engine, &found, best, k, chance)?);
     }
     let immaterial = immaterial
         .iter()
@@ -210,7 +209,7 @@ fn explain(
         .filter(|(tried, k, _)| !best.names().contains(&tried.names()[*k]))
         .map(|(tried, k, chance)| {
             named(
-                data,
+                engine,
                 &found,
                 tried,
                 k,
@@ -229,32 +228,37 @@ fn explain(
 
     // Where nothing known explains it, a push between things known would tell nothing.
     let designing = matches!(verdict, Verdict::Consistent | Verdict::Explained);
-    let doubts = doubts((data, &comparison), (&found, &probabilities), best, designing, watch)?;
+    let doubts = doubts(engine, (&found, &probabilities), best, designing, watch)?;
     let answer = Answer {
         format: "trundle-diagnosis/1",
         recording: data.name.clone(),
         verdict,
         missing,
         tied: doubts.tied,
-        tied_sets: vec![],
+        tied_sets: doubts.tied_sets,
         immaterial,
         mismatch,
-        residual: remaining(&comparison, after, [found.before, left], &missing_after)?,
-        warnings: warnings(data, before, after, verdict == Verdict::Explained)?,
+        residual: Remaining {
+            windows: remains.windows,
+            regime: remains.regime,
+            periods: if shown { periods::told(&courses, data.dof == [true, false, false]) } else { vec![] },
+            ..remaining(engine, after, [found.before, left], &missing_after)?
+        },
+        warnings: warnings(engine, before, after, verdict == Verdict::Explained)?,
         wrench_pose: data.wrench_pose,
         alternatives: doubts.alternatives,
         certificates: doubts.certificates,
         experiments: doubts.experiments,
         nominal: Nominal {
-            given: given_values(&given_fit),
-            before: parameters(before, &nominal),
-            after: parameters(after, &nominal),
+            given: engine.given_values(given.as_ref()),
+            before: engine.parameters(before),
+            after: engine.parameters(after),
         },
         fit: figures,
     };
-    let quasi = comparison.is_quasi_static();
+    let quasi = engine.is_quasi_static();
     let series = Series {
-        footprint: series::outline(&nominal),
+        footprint: series::outline(nominal),
         support: nominal.body.feet.clone().unwrap_or_default(),
         dof: ["x", "y", "theta"]
             .into_iter()
@@ -263,116 +267,80 @@ fn explain(
             .map(|(n, _)| n)
             .collect(),
         quasi_static: quasi,
-        unnamed: filled.as_ref().map_or(vec![], depends_on),
+        unnamed: filled.as_ref().map_or(vec![], |filled| depends_on(&filled.fit)),
         noise: series::Noise {
-            pose: if quasi { data.noise.pose } else { after.channels.pose },
-            force: after.channels.reading[0],
-            torque: after.channels.reading[2],
+            pose: if quasi { data.noise.pose } else { after.fit.channels.pose },
+            force: after.fit.channels.reading[0],
+            torque: after.fit.channels.reading[2],
             stated: data.noise.stated,
         },
-        episodes: series::episodes(data, &comparison, [before, after], [&missing_before, &missing_after])?,
-        candidates: tried(&comparison, &found, &probabilities),
+        episodes: series::episodes(engine, [before, after], [&missing_before, &missing_after])?,
+        candidates: tried(engine.observations(), &found, &probabilities),
     };
     Ok(Outcome {
-        model: written(after, quasi)?,
-        predictions: predictions(data, before, after, quasi)?,
+        model: engine.file(after)?,
+        predictions: predictions(engine, before, after)?,
         answer,
         series,
     })
 }
 
-/// What a fit still misses: of the motion the smoothed missing wrench, of wrenches the needed less the recorded.
+/// What a model still misses: of the motion the smoothed missing wrench, of wrenches the needed less the recorded.
 fn remaining(
-    comparison: &Comparison,
-    fit: &Fit,
+    engine: &dyn Engine,
+    tried: &Tried,
     [before, after]: [Option<Remainder>; 2],
     missing: &series::Missing,
 ) -> Result<Remaining, InferError> {
-    let wrenches: Vec<[f64; 3]> = match comparison {
-        Comparison::Motion(_) => {
-            missing.training.iter().flatten().flatten().map(|residual| residual.wrench).collect()
-        }
-        Comparison::Wrench(slow) => {
-            let plant = fit.model.plant(&fit.values)?;
-            slow.samples().iter().map(|sample| sample.residual(&plant)).collect()
-        }
-    };
+    let along = || missing.training.iter().flatten().flatten().map(|residual| residual.wrench).collect();
+    let wrenches: Vec<[f64; 3]> = engine.residual_wrenches(tried)?.unwrap_or_else(along);
     let mean = |of: &dyn Fn(&[f64; 3]) -> f64| {
         let sum: f64 = wrenches.iter().map(of).sum();
         (!wrenches.is_empty()).then(|| (sum / wrenches.len() as f64).sqrt())
     };
-    let planar = fit.model.dof[1];
+    let dof = engine.data().dof;
     let share = before.zip(after).filter(|(before, _)| before.misfit() > 0.0);
     Ok(Remaining {
-        force_rms: mean(&|w| w[0] * w[0] + if planar { w[1] * w[1] } else { 0.0 }),
-        torque_rms: mean(&|w| w[2] * w[2]).filter(|_| fit.model.dof[2]),
+        force_rms: mean(&|w| w[0] * w[0] + if dof[1] { w[1] * w[1] } else { 0.0 }),
+        torque_rms: mean(&|w| w[2] * w[2]).filter(|_| dof[2]),
         share: share.map(|(before, after)| (after.misfit() / before.misfit()).min(1.0)),
         ..Remaining::default()
     })
 }
 
-fn missing(
-    data: &Dataset,
-    comparison: &Comparison,
-    fit: &Fit,
-    remainder: Option<Remainder>,
-) -> Result<series::Missing, InferError> {
-    let (Some(remainder), Comparison::Motion(motion)) = (remainder, comparison) else {
-        return Ok(series::Missing { training: None, held_out: None });
-    };
-    let over = |motion: &trundle_infer::MotionLikelihood| {
-        motion.with_channels(remainder.channels).residuals(&fit.model, &fit.values)
-    };
-    let held_out = match Comparison::over(data, &data.held_out) {
-        Ok(Comparison::Motion(held_out)) => over(&held_out)?,
-        _ => None,
-    };
-    Ok(series::Missing { training: over(motion)?, held_out })
-}
-
-fn figures(data: &Dataset, before: &Fit, after: &Fit) -> Result<Figures, InferError> {
+fn figures(engine: &dyn Engine, before: &Tried, after: &Tried) -> Result<Figures, InferError> {
     let pair = |episodes: &[Prepared]| {
         Ok::<_, InferError>(Pair {
-            before: judged(data, before, after, episodes)?,
-            after: judged(data, after, before, episodes)?,
+            before: engine.score(before, after, episodes)?,
+            after: engine.score(after, before, episodes)?,
         })
     };
+    let data = engine.data();
     let held_out = if data.held_out.is_empty() { None } else { Some(pair(&data.held_out)?) };
     Ok(Figures { held_out, training: pair(&data.training)? })
 }
 
-fn tried(comparison: &Comparison, found: &Found, probabilities: &[f64]) -> Vec<series::Candidate> {
-    let count = comparison.observations() as f64;
+fn tried(observations: usize, found: &Found, probabilities: &[f64]) -> Vec<series::Candidate> {
     let one = |(t, &probability): (&Tried, &f64)| series::Candidate {
         effects: t.names().into_iter().map(str::to_owned).collect(),
         log_evidence: t.fit.log_evidence,
-        log_score: Some(-t.fit.cost / count),
+        log_score: Some(-t.fit.cost / observations as f64),
         probability,
     };
     found.tried.iter().zip(probabilities).map(one).collect()
 }
 
-/// `model.toml`; a mass that slow pushes do not hold is left free.
-fn written(fit: &Fit, quasi_static: bool) -> Result<String, InferError> {
-    let mut model = fit.model.clone();
-    if quasi_static && fit.estimate("body.mass").is_some() {
-        model.mass = None;
-    }
-    Ok(model.to_toml(fit.posterior().as_ref())?)
-}
-
-fn predictions(
-    data: &Dataset,
-    before: &Fit,
-    after: &Fit,
-    quasi_static: bool,
-) -> Result<Predictions, InferError> {
-    let settling = unjudged(&before.model).max(unjudged(&after.model));
-    let (before, after) = (before.model.plant(&before.values)?, after.model.plant(&after.values)?);
-    let shown = |plant| (!quasi_static).then_some(plant);
-    Ok(Predictions::new(
-        data.held_out.iter(),
-        &[("before", shown(&before)), ("after", shown(&after))],
-        settling,
-    ))
+fn predictions(engine: &dyn Engine, before: &Tried, after: &Tried) -> Result<Predictions, InferError> {
+    let settling = unjudged(&before.fit.model).max(unjudged(&after.fit.model));
+    let held_out = &engine.data().held_out;
+    let poses = |tried: &Tried| -> Result<Vec<[f64; 3]>, InferError> {
+        let mut all = vec![];
+        for episode in held_out {
+            let simulated = engine.open_loop(tried, episode)?;
+            all.extend(simulated.unwrap_or_else(|| vec![[f64::NAN; 3]; episode.pose.len()]));
+        }
+        Ok(all)
+    };
+    let groups = vec![("before", poses(before)?), ("after", poses(after)?)];
+    Ok(Predictions::simulated(held_out.iter(), groups, settling))
 }

@@ -5,15 +5,43 @@
 //! `C` no change of the fitted parameters does: Rao's score test. It costs no fit. Its step is where the fit of the
 //! candidate starts from.
 
-use crate::adequacy::left_by;
 use crate::proposals::{Hints, is_amplitude, nearby, proposals};
 use crate::search::HOPELESS;
-use crate::touch::{Touch, touches};
 use nalgebra::{DMatrix, DVector};
 use rayon::prelude::*;
-use trundle_infer::{Fit, InferError, MotionLikelihood, Seen, Watch};
+use trundle_infer::{Fit, InferError, Seen, Watch};
 use trundle_model::{Effect, INNER, Kind, Model, Slot};
 use trundle_record::Prepared;
+
+/// A fitted model's whitened innovations, and what other values or effects would change in them.
+pub(crate) trait View: Sync {
+    /// All whitened innovations, one after the other.
+    fn residual(&self) -> DVector<f64>;
+
+    /// Their derivatives by everything that the fit estimated, and the slot of each where it is the model's own.
+    fn own(&self, fit: &Fit) -> Result<(DMatrix<f64>, Vec<Option<usize>>), InferError>;
+
+    /// Their derivatives by some slots of a model that does the same at `values` as the one that was fitted.
+    fn slopes(&self, model: &Model, values: &[f64], free: &[usize]) -> Result<DMatrix<f64>, InferError>;
+}
+
+impl View for Seen<'_> {
+    fn residual(&self) -> DVector<f64> {
+        self.residual()
+    }
+
+    fn own(&self, fit: &Fit) -> Result<(DMatrix<f64>, Vec<Option<usize>>), InferError> {
+        let slots = fit.model.slots();
+        let free: Vec<usize> =
+            fit.estimates.iter().filter_map(|e| slots.iter().position(|s| s.name == e.name)).collect();
+        let slopes = self.slopes(&fit.model, &fit.values, &free)?;
+        Ok((stacked(&slopes), free.into_iter().map(Some).collect()))
+    }
+
+    fn slopes(&self, model: &Model, values: &[f64], free: &[usize]) -> Result<DMatrix<f64>, InferError> {
+        Ok(stacked(&self.slopes(model, values, free)?))
+    }
+}
 
 /// A candidate with the values to start its fit from.
 #[derive(Clone, Debug)]
@@ -32,11 +60,9 @@ const TOGETHER: usize = 8;
 /// Ridge on a candidate's information, relative: amplitudes that the data do not hold stay put.
 const RIDGE: f64 = 1e-6;
 
-/// What the cheap test is made with.
+/// What is wanted of the cheap test.
 #[derive(Clone, Copy)]
-pub(crate) struct Screen<'a> {
-    pub motion: &'a MotionLikelihood,
-    pub episodes: &'a [Prepared],
+pub(crate) struct Wanted<'a> {
     /// Parts of the floor that seem to drag.
     pub regions: &'a [Vec<[f64; 2]>],
     /// Starts that are kept of a kind.
@@ -46,15 +72,21 @@ pub(crate) struct Screen<'a> {
     pub seed: u64,
 }
 
+/// What the cheap test is made with.
+#[derive(Clone, Copy)]
+pub(crate) struct Screen<'a> {
+    pub view: &'a dyn View,
+    pub episodes: &'a [Prepared],
+    pub hints: &'a Hints<'a>,
+    pub wanted: &'a Wanted<'a>,
+}
+
 impl Screen<'_> {
     /// Starts of every kind of `kinds` on top of a fit, the best of each kind first, sorted by what the best of the kind
     /// promises.
     pub fn of(&self, fit: &Fit, kinds: &[Kind], watch: &dyn Watch) -> Result<Vec<Vec<Start>>, InferError> {
-        let motion = self.motion.thinned().with_channels(fit.channels);
-        let Some(seen) = motion.seen(&fit.model, &fit.values)? else { return Ok(vec![]) };
-        let ground = Ground::new(&seen, fit)?;
-        let touched = if kinds.contains(&Kind::ObstacleContact) { touched(&motion, fit)? } else { vec![] };
-        let hints = Hints { touched, regions: self.regions };
+        let Wanted { starts: kept, most, seed, .. } = *self.wanted;
+        let ground = Ground::new(self.view, fit)?;
         let spare = INNER.saturating_sub(fit.model.inner().len());
         let promised = |shapes: &[Effect]| {
             let Some(first) = shapes.first() else { return Ok(vec![]) };
@@ -66,13 +98,13 @@ impl Screen<'_> {
                 if watch.cancelled() {
                     return Err(InferError::Interrupted);
                 }
-                ground.starts(&seen, fit, group)
+                ground.starts(self.view, fit, group)
             });
             let all = all.collect::<Result<Vec<_>, InferError>>()?;
             Ok::<_, InferError>(best(all.into_iter().flatten().collect()))
         };
         let proposed = |kind: &Kind| {
-            let shapes = proposals(&fit.model, *kind, self.episodes, &hints, self.seed);
+            let shapes = proposals(&fit.model, *kind, self.episodes, self.hints, seed);
             Ok((promised(&shapes)?, shapes.len()))
         };
         let mut found: Vec<(Vec<Start>, usize)> =
@@ -84,21 +116,21 @@ impl Screen<'_> {
                     return Ok(());
                 }
                 let parents: Vec<Effect> = starts.iter().take(PARENTS).map(|s| s.effect.clone()).collect();
-                starts.extend(promised(&nearby(&fit.model, &parents, share, self.seed))?);
+                starts.extend(promised(&nearby(&fit.model, &parents, share, seed))?);
                 *starts = best(std::mem::take(starts));
                 Ok(())
             };
-            found.par_iter_mut().take(self.most + behind).map(near).collect::<Result<(), InferError>>()?;
+            found.par_iter_mut().take(most + behind).map(near).collect::<Result<(), InferError>>()?;
         }
         let mut found: Vec<Vec<Start>> = found.into_iter().map(|(starts, _)| starts).collect();
         found.retain(|starts| !starts.is_empty());
         found.sort_by(|a, b| gain(b).total_cmp(&gain(a)));
         for starts in found.iter_mut().take(POLISHED).filter(|starts| has_edges(starts[0].effect.kind)) {
             polish(starts, |round, parents, share| {
-                promised(&nearby(&fit.model, parents, share, self.seed.wrapping_add(round)))
+                promised(&nearby(&fit.model, parents, share, seed.wrapping_add(round)))
             })?;
         }
-        found.iter_mut().for_each(|starts| starts.truncate(self.starts));
+        found.iter_mut().for_each(|starts| starts.truncate(kept));
         found.sort_by(|a, b| gain(b).total_cmp(&gain(a)));
         Ok(found)
     }
@@ -153,13 +185,6 @@ fn polish(
 /// Growth of a gain that is worth another look as far around.
 const LITTLE: f64 = 1e-3;
 
-/// Where something may have been touched, by what a fit leaves.
-fn touched(motion: &MotionLikelihood, fit: &Fit) -> Result<Vec<Touch>, InferError> {
-    let wandering = motion.with_channels(left_by(motion, fit)?.channels);
-    let courses = wandering.residuals(&fit.model, &fit.values)?;
-    Ok(courses.map_or_else(Vec::new, |courses| touches(&courses, &fit.model.body)))
-}
-
 /// Those that gain, the best first.
 fn best(mut starts: Vec<Start>) -> Vec<Start> {
     starts.retain(|s| s.gain > 0.0);
@@ -176,17 +201,15 @@ struct Ground {
     residual: DVector<f64>,
     own: DMatrix<f64>,
     basis: DMatrix<f64>,
-    free: Vec<usize>,
+    /// The slot of each of those parameters.
+    free: Vec<Option<usize>>,
 }
 
 impl Ground {
-    fn new(seen: &Seen<'_>, fit: &Fit) -> Result<Self, InferError> {
-        let slots = fit.model.slots();
-        let free: Vec<usize> =
-            fit.estimates.iter().filter_map(|e| slots.iter().position(|s| s.name == e.name)).collect();
-        let own = stacked(&seen.slopes(&fit.model, &fit.values, &free)?);
+    fn new(view: &dyn View, fit: &Fit) -> Result<Self, InferError> {
+        let (own, free) = view.own(fit)?;
         let basis = own.clone().qr().q();
-        Ok(Self { residual: seen.residual(), own, basis, free })
+        Ok(Self { residual: view.residual(), own, basis, free })
     }
 
     /// What of some columns the fit's own parameters cannot do.
@@ -194,7 +217,7 @@ impl Ground {
         columns - &self.basis * self.basis.tr_mul(columns)
     }
 
-    fn starts(&self, seen: &Seen<'_>, fit: &Fit, group: &[Effect]) -> Result<Vec<Start>, InferError> {
+    fn starts(&self, view: &dyn View, fit: &Fit, group: &[Effect]) -> Result<Vec<Start>, InferError> {
         let mut model = fit.model.clone();
         model.effects.extend(group.iter().cloned());
         let slots = model.slots();
@@ -214,7 +237,7 @@ impl Ground {
             values.extend(effect.values.iter().map(|v| v.unwrap_or(0.0)));
         }
         let wanted: Vec<usize> = amplitudes.iter().flatten().copied().collect();
-        let slopes = stacked(&seen.slopes(&model, &values, &wanted)?);
+        let slopes = view.slopes(&model, &values, &wanted)?;
         let mut column = 0;
         let mut starts = Vec::with_capacity(group.len());
         for (effect, amplitudes) in group.iter().zip(&amplitudes) {
@@ -223,7 +246,8 @@ impl Ground {
             let Some((step, gain)) = self.step(&columns) else { continue };
             let mut own_values = fit.values.clone();
             if let Some(shift) = self.own_shift(&columns, &step) {
-                for (k, &slot) in self.free.iter().enumerate() {
+                for (k, slot) in self.free.iter().enumerate() {
+                    let Some(slot) = *slot else { continue };
                     own_values[slot] = within(&slots[slot], fit.values[slot] + shift[k]);
                 }
             }
@@ -301,23 +325,21 @@ fn within(slot: &Slot, value: f64) -> f64 {
 #[cfg(test)]
 #[allow(clippy::unwrap_used)]
 mod tests {
-    use super::Screen;
+    use super::Wanted;
     use crate::common::{World, effect, locked};
-    use trundle_infer::{Comparison, FitOptions, Quiet, fit};
+    use crate::engine::{Engine, Own};
+    use trundle_infer::Quiet;
     use trundle_model::{Effect, Kind, Model};
 
     /// What the score test promises of each kind, the best first.
     fn promised(truth: Model) -> Vec<(Kind, f64)> {
         let data = World::of(truth).recording(2);
-        let comparison = Comparison::of(&data).unwrap();
-        let nominal = Model::nominal(data.body.clone(), None, [true; 3]);
-        let base = fit(&comparison, &nominal, &[], &FitOptions::default(), &Quiet).unwrap();
-        let Comparison::Motion(motion) = &comparison else { panic!("no motion") };
+        let engine = Own::new(&data, None).unwrap();
+        let base = engine.base(0, &Quiet).unwrap();
         let kinds =
             [Kind::FloorSlope, Kind::ForceBias, Kind::CoulombFriction, Kind::Latency, Kind::MassChange];
-        let episodes = &data.training;
-        let screen = Screen { motion, episodes, regions: &[], starts: 1, most: kinds.len(), seed: 0 };
-        let found = screen.of(&base, &kinds, &Quiet).unwrap();
+        let wanted = Wanted { regions: &[], starts: 1, most: kinds.len(), seed: 0 };
+        let found = engine.starts(&base, &kinds, &wanted, &Quiet).unwrap().unwrap();
         found.iter().map(|starts| (starts[0].effect.kind, starts[0].gain)).collect()
     }
 

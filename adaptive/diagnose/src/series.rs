@@ -1,10 +1,11 @@
 //! The curves behind an answer, for the report.
 
 use serde::Serialize;
-use trundle_infer::{Comparison, Fit, InferError, open_loop};
+use trundle_infer::{Fit, InferError};
 use trundle_model::{Fixture, Model};
 use trundle_record::{Dataset, Prepared};
 
+use crate::engine::{Engine, Tried};
 use crate::locate::Residuals;
 
 /// Everything that the report draws.
@@ -127,58 +128,37 @@ pub(crate) fn outline(model: &Model) -> Vec<Vec<[f64; 2]>> {
 
 /// Curves of every episode.
 pub(crate) fn episodes(
-    data: &Dataset,
-    comparison: &Comparison,
-    [before, after]: [&Fit; 2],
+    engine: &dyn Engine,
+    [before, after]: [&Tried; 2],
     [missing_before, missing_after]: [&Missing; 2],
 ) -> Result<Vec<Episode>, InferError> {
     let part = |episodes: &[Prepared], held_out: bool, b: &Option<Residuals>, a: &Option<Residuals>| {
-        episodes
-            .iter()
-            .enumerate()
-            .map(|(k, episode)| {
-                let residual = residual(b.as_ref().and_then(|r| r.get(k)), a.as_ref().and_then(|r| r.get(k)));
-                curves(data, comparison, episode, held_out, [before, after], residual)
+        let one = |(k, episode): (usize, &Prepared)| -> Result<Episode, InferError> {
+            Ok(Episode {
+                name: episode.name.clone(),
+                held_out,
+                contact: episode.contact,
+                t: episode.pose.iter().map(|p| p.t).collect(),
+                observed: episode.pose.iter().map(|p| p.pose).collect(),
+                before: engine.open_loop(before, episode)?,
+                after: engine.open_loop(after, episode)?,
+                residual: residual(b.as_ref().and_then(|r| r.get(k)), a.as_ref().and_then(|r| r.get(k))),
+                wrench: engine.wrenches(episode, [before, after])?,
             })
-            .collect::<Result<Vec<_>, InferError>>()
+        };
+        episodes.iter().enumerate().map(one).collect::<Result<Vec<_>, InferError>>()
     };
+    let data = engine.data();
     let mut all = part(&data.held_out, true, &missing_before.held_out, &missing_after.held_out)?;
     all.extend(part(&data.training, false, &missing_before.training, &missing_after.training)?);
     Ok(all)
 }
 
-fn curves(
+/// The wrenches that two models need in an episode.
+pub(crate) fn wrenches(
     data: &Dataset,
-    comparison: &Comparison,
     episode: &Prepared,
-    held_out: bool,
     [before, after]: [&Fit; 2],
-    residual: Residual,
-) -> Result<Episode, InferError> {
-    let quasi_static = comparison.is_quasi_static();
-    let simulate = |fit: &Fit| -> Result<Option<Vec<[f64; 3]>>, InferError> {
-        let plant = fit.model.plant(&fit.values)?;
-        Ok((!quasi_static).then(|| open_loop(&plant, episode)))
-    };
-    let wrench = if quasi_static { wrenches(data, episode, before, after)? } else { None };
-    Ok(Episode {
-        name: episode.name.clone(),
-        held_out,
-        contact: episode.contact,
-        t: episode.pose.iter().map(|p| p.t).collect(),
-        observed: episode.pose.iter().map(|p| p.pose).collect(),
-        before: simulate(before)?,
-        after: simulate(after)?,
-        residual,
-        wrench,
-    })
-}
-
-fn wrenches(
-    data: &Dataset,
-    episode: &Prepared,
-    before: &Fit,
-    after: &Fit,
 ) -> Result<Option<Wrench>, InferError> {
     let samples = trundle_infer::wrench_samples(episode, &data.noise);
     let (plant_before, plant_after) =

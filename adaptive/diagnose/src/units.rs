@@ -9,7 +9,7 @@ use trundle_model::{Body, Effect, Fixture, Model, Scales};
 use trundle_record::{Dataset, Prepared};
 
 use crate::adequacy::Remainder;
-use crate::search::Tried;
+use crate::engine::Tried;
 
 /// A recording is rescaled by whole powers of this, so that it ends within a factor of 32 of a table: a power of two, so that
 /// rescaling loses no bit. Steps of an instrument's time (drop-outs, smoothing at the ends of a motion) are in seconds, so a
@@ -125,7 +125,7 @@ pub(crate) fn restored(
     offset: f64,
 ) -> Result<Tried, InferError> {
     let added: Vec<Effect> = tried.added.iter().map(|effect| resized(effect, scales, |size| size)).collect();
-    Ok(Tried { fit: fit(&tried.fit, nominal, &added, scales, offset)?, added })
+    Ok(Tried { fit: fit(&tried.fit, nominal, &added, scales, offset)?, added, basis: None })
 }
 
 /// The same of a fit of the simulation under test with some effects.

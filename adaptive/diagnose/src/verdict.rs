@@ -2,15 +2,16 @@
 
 use crate::adequacy::Remainder;
 use crate::answer::Verdict;
+use crate::candidates::{limit, name};
 use crate::confirm::holds_up;
 use crate::cross_validation::{LeftOut, left_out};
-use crate::naming::without;
-use crate::search::{Found, Tried};
+use crate::engine::{Engine, Tried};
+use crate::naming::{of_kinds, without};
+use crate::search::Found;
 use crate::thresholds::{LEFT_OVER, LIKENESS, MATERIAL_RISE, SURE, UNSEEN};
 use std::collections::BTreeMap;
-use trundle_infer::{Comparison, InferError, Watch, unjudged};
-use trundle_model::{Model, Param, Prior};
-use trundle_record::Dataset;
+use trundle_infer::{InferError, Watch, unjudged};
+use trundle_model::{Effect, Kind, Param, Prior};
 
 /// Models whose effects are checked on left-out episodes, at most.
 const MAX_CHECKED: usize = 8;
@@ -28,11 +29,18 @@ pub(crate) struct Choice {
     pub immaterial: Vec<(usize, usize, f64)>,
 }
 
+impl Choice {
+    /// The simulation under test after all; what would have been named is detectable but immaterial.
+    pub fn dismissed(mut self, base: usize) -> Self {
+        let named = self.chances.iter().enumerate().map(|(k, &chance)| (self.best, k, chance));
+        self.immaterial.extend(named);
+        Self { best: base, chances: vec![], rejected: 0, immaterial: self.immaterial }
+    }
+}
+
 /// What a choice is made from.
 pub(crate) struct Judge<'a> {
-    pub data: &'a Dataset,
-    pub comparison: &'a Comparison,
-    pub nominal: &'a Model,
+    pub engine: &'a dyn Engine,
     pub found: &'a Found,
     /// Index of the simulation under test in what was tried.
     pub base: usize,
@@ -58,10 +66,20 @@ impl Judge<'_> {
                 continue;
             }
             let idle = self.idle(candidate, &mut left_out)?;
+            if idle.is_empty() && self.has_simpler(candidate, &mut left_out)? {
+                continue;
+            }
             if idle.is_empty() {
                 return Ok(Choice { best: index, chances, rejected: index, immaterial });
             }
-            part_of.get_or_insert_with(|| candidate.names());
+            part_of.get_or_insert_with(|| {
+                let simpler = candidate
+                    .added
+                    .iter()
+                    .filter_map(|e| limit(e.kind))
+                    .map(|kind| name(&Effect::free(kind)));
+                candidate.names().into_iter().chain(simpler).collect()
+            });
             for k in idle {
                 let effect = candidate.names()[k];
                 if immaterial.iter().all(|&(i, j, _)| tried[i].names()[j] != effect) {
@@ -75,10 +93,47 @@ impl Judge<'_> {
     /// Of each effect of a model, the chance that it helps block by block.
     fn chances(&self, candidate: &Tried) -> Result<Vec<f64>, InferError> {
         let one = |k: usize| match without(self.found, candidate, k) {
-            Some(simpler) => holds_up(self.comparison, &candidate.fit, &simpler.fit),
+            Some(simpler) => holds_up(self.engine, candidate, simpler),
             None => Ok(0.0),
         };
         (0..candidate.added.len()).map(one).collect()
+    }
+
+    /// The errors of a model on left-out episodes, beside those of another.
+    fn misfit(
+        &self,
+        tried: &Tried,
+        beside: &Tried,
+        known: &mut BTreeMap<*const Tried, LeftOut>,
+    ) -> Result<LeftOut, InferError> {
+        let key = std::ptr::from_ref(tried);
+        let all_judged = unjudged(&beside.fit.model) == 0.0;
+        if let Some(misfit) = known.get(&key).filter(|_| all_judged) {
+            return Ok(misfit.clone());
+        }
+        let found = left_out(self.engine, tried, beside, self.watch)?;
+        known.insert(key, found.clone());
+        Ok(found)
+    }
+
+    /// Whether a model with a simpler law in place of one of its effects predicts left-out episodes almost as well: then the
+    /// simpler law is the one to name.
+    fn has_simpler(
+        &self,
+        candidate: &Tried,
+        known: &mut BTreeMap<*const Tried, LeftOut>,
+    ) -> Result<bool, InferError> {
+        for (k, effect) in candidate.added.iter().enumerate() {
+            let Some(simpler) = limit(effect.kind) else { continue };
+            let mut kinds: Vec<Kind> = candidate.added.iter().map(|e| e.kind).collect();
+            kinds[k] = simpler;
+            let Some(other) = of_kinds(&self.found.tried, kinds) else { continue };
+            let with = self.misfit(candidate, candidate, known)?;
+            if with.rise(&self.misfit(other, candidate, known)?) < MATERIAL_RISE {
+                return Ok(true);
+            }
+        }
+        Ok(false)
     }
 
     /// Effects of a model whose correction is immaterial: without them left-out episodes are predicted almost as well.
@@ -87,16 +142,7 @@ impl Judge<'_> {
         candidate: &Tried,
         known: &mut BTreeMap<*const Tried, LeftOut>,
     ) -> Result<Vec<usize>, InferError> {
-        let settling = unjudged(&candidate.fit.model);
-        let mut misfit = |tried: &Tried| -> Result<LeftOut, InferError> {
-            let key = std::ptr::from_ref(tried);
-            if let Some(misfit) = known.get(&key).filter(|_| settling == 0.0) {
-                return Ok(misfit.clone());
-            }
-            let found = left_out(self.data, self.comparison, self.nominal, tried, settling, self.watch)?;
-            known.insert(key, found.clone());
-            Ok(found)
-        };
+        let mut misfit = |tried: &Tried| self.misfit(tried, candidate, known);
         let with = misfit(candidate)?;
         let mut idle = vec![];
         for k in 0..candidate.added.len() {

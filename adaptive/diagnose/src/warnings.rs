@@ -1,9 +1,9 @@
 //! Doubts that a careful reader must know of. Held-out episodes are looked at here for the last time, and change no
 //! verdict.
 
-use crate::naming::judged;
-use trundle_infer::{Fit, InferError, Score};
-use trundle_record::{Dataset, Prepared};
+use crate::engine::{Engine, Tried};
+use trundle_infer::{InferError, Score};
+use trundle_record::Prepared;
 
 /// A held-out episode whose error one second ahead is larger than that of every fitted one by this factor behaves unlike
 /// them: with six fitted episodes of one distribution, the largest is exceeded threefold in less than one case of a
@@ -14,15 +14,16 @@ const WORSE: f64 = 1.05;
 /// Episodes below which a judgement by episodes is weak.
 const FEW_EPISODES: usize = 6;
 
-/// Everything to doubt in a diagnosis that compares the fits `before` and `after`.
+/// Everything to doubt in a diagnosis that compares the models `before` and `after`.
 pub(crate) fn warnings(
-    data: &Dataset,
-    before: &Fit,
-    after: &Fit,
+    engine: &dyn Engine,
+    before: &Tried,
+    after: &Tried,
     named: bool,
 ) -> Result<Vec<String>, InferError> {
+    let data = engine.data();
     let mut found: Vec<String> =
-        after.strained.iter().map(|strain| format!("implausible value: {strain}")).collect();
+        after.fit.strained.iter().map(|strain| format!("implausible value: {strain}")).collect();
     if data.held_out.is_empty() {
         found.push(
             "no episode is held out: nothing shows how the model predicts what it was not fitted to; name some under \
@@ -36,8 +37,8 @@ pub(crate) fn warnings(
             data.training.len()
         ));
     }
-    let error = |fit: &Fit, episode: &Prepared| -> Result<Option<f64>, InferError> {
-        let score = judged(data, fit, fit, std::slice::from_ref(episode))?;
+    let error = |tried: &Tried, episode: &Prepared| -> Result<Option<f64>, InferError> {
+        let score = engine.score(tried, tried, std::slice::from_ref(episode))?;
         Ok(score.window_position_rmse.or(score.force_rmse))
     };
     let mut largest = 0.0_f64;
@@ -57,7 +58,7 @@ pub(crate) fn warnings(
     }
     if named && !data.held_out.is_empty() {
         let [old, new] =
-            [judged(data, before, after, &data.held_out)?, judged(data, after, before, &data.held_out)?];
+            [engine.score(before, after, &data.held_out)?, engine.score(after, before, &data.held_out)?];
         found.extend(worse(&old, &new));
     }
     Ok(found)
@@ -83,23 +84,22 @@ fn worse(before: &Score, after: &Score) -> Option<String> {
 mod tests {
     use super::*;
     use crate::common::{World, effect, locked};
-    use trundle_infer::{Comparison, FitOptions, Quiet, fit};
-    use trundle_model::{Kind, Model};
+    use crate::engine::Own;
+    use trundle_infer::Quiet;
+    use trundle_model::Kind;
 
     #[test]
     fn another_object_in_a_held_out_episode_is_named() {
         let mut data = World::of(locked()).recording(1);
-        let nominal = Model::nominal(data.body.clone(), None, [true; 3]);
-        let fitted = |data: &Dataset| {
-            let comparison = Comparison::of(data).unwrap();
-            fit(&comparison, &nominal, &[], &FitOptions::default(), &Quiet).unwrap()
-        };
-        let own = fitted(&data);
-        let told = warnings(&data, &own, &own, false).unwrap();
+        let base = |engine: &Own<'_>| engine.base(0, &Quiet).unwrap();
+        let engine = Own::new(&data, None).unwrap();
+        let own = base(&engine);
+        let told = warnings(&engine, &own, &own, false).unwrap();
         assert!(told.is_empty(), "{told:?}");
         let rubbing = effect(Kind::CoulombFriction, &[("x", 0.45), ("y", 0.31), ("force", 20.0)]);
         data.held_out = World::of(locked().with(rubbing)).recording(1).held_out;
-        let told = warnings(&data, &own, &own, false).unwrap();
+        let engine = Own::new(&data, None).unwrap();
+        let told = warnings(&engine, &own, &own, false).unwrap();
         assert!(told[0].contains(&data.held_out[0].name) && told[0].contains("unlike"), "{told:?}");
     }
 

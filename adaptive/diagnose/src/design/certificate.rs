@@ -51,16 +51,7 @@ pub fn certificate(
         Comparison::Motion(motion) => of_motion(motion, fits)?,
         Comparison::Wrench(wrench) => of_wrench(wrench, fits)?,
     };
-    let difference = fits[1].cost - fits[0].cost;
-    let same = difference.abs() < TIE && found.sigmas < WITHIN;
-    let statement = stated(names, &found, difference, same);
-    Ok(Certificate {
-        models: names.map(str::to_owned),
-        log_likelihood_difference: difference,
-        same,
-        statement,
-        ..found
-    })
+    Ok(concluded(found, names, fits[1].cost - fits[0].cost))
 }
 
 /// Nothing differs yet.
@@ -110,6 +101,49 @@ fn of_motion(motion: &MotionLikelihood, fits: [&Fit; 2]) -> Result<Certificate, 
         }
     }
     Ok(found)
+}
+
+/// An episode as two models simulate it: its name, and at some times both poses and the standard deviation of one that
+/// the instruments' noise explains.
+pub(crate) struct Simulated {
+    pub episode: String,
+    pub samples: Vec<(f64, [[f64; 3]; 2], [f64; 3])>,
+}
+
+/// The certificate of two models by their simulations; `costs` are their −log likelihoods.
+pub(crate) fn of_simulations(
+    names: [&str; 2],
+    costs: [f64; 2],
+    simulated: &[Simulated],
+    dof: [bool; 3],
+) -> Certificate {
+    let mut found = Certificate { position: Some(0.0), heading: Some(0.0), ..blank() };
+    for one in simulated {
+        for (t, [a, b], sd) in &one.samples {
+            let apart = [0, 1, 2].map(|k| a[k] - b[k]);
+            found.position = larger(found.position, apart[0].hypot(apart[1]));
+            found.heading = larger(found.heading, apart[2].abs());
+            let moving = (0..3).filter(|&k| dof[k] && sd[k] > 0.0);
+            let sigmas = moving.map(|k| apart[k].abs() / sd[k]).fold(0.0, f64::max);
+            if sigmas > found.sigmas {
+                (found.sigmas, found.t) = (sigmas, *t);
+                found.episode.clone_from(&one.episode);
+            }
+        }
+    }
+    concluded(found, names, costs[1] - costs[0])
+}
+
+fn concluded(found: Certificate, names: [&str; 2], difference: f64) -> Certificate {
+    let same = difference.abs() < TIE && found.sigmas < WITHIN;
+    let statement = stated(names, &found, difference, same);
+    Certificate {
+        models: names.map(str::to_owned),
+        log_likelihood_difference: difference,
+        same,
+        statement,
+        ..found
+    }
 }
 
 fn larger(most: Option<f64>, value: f64) -> Option<f64> {

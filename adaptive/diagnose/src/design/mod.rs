@@ -16,6 +16,7 @@ mod separation;
 
 pub use bench::{Bench, Instruments, Limits};
 pub use certificate::{Certificate, certificate};
+pub(crate) use certificate::{Simulated, of_simulations};
 pub use files::{Designed, Object, between};
 pub use push::{Profile, Push};
 pub use rival::Rival;

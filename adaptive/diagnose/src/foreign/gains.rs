@@ -10,6 +10,7 @@ use nalgebra::{Matrix3, Matrix6, SMatrix, SVector, Vector3, Vector6};
 use std::f64::consts::TAU;
 use trundle_infer::{Channels, Residual};
 use trundle_model::transport;
+use trundle_record::Motion;
 
 const N: usize = 12;
 type Wide = SMatrix<f64, N, N>;
@@ -30,8 +31,27 @@ pub(crate) struct Gains {
     start: Long,
     /// Σ ½ ln 2πs.
     pub normaliser: f64,
-    /// Covariances after and before each update, where asked for.
-    history: Option<Vec<(Wide, Wide)>>,
+    /// What smoothing and prediction need, where asked for.
+    history: Option<Vec<Stage>>,
+}
+
+/// Covariances of one interval.
+#[derive(Clone, Debug)]
+struct Stage {
+    /// After the update by the pose at its end, and before.
+    after: Wide,
+    before: Wide,
+    /// What the interval adds.
+    process: Wide,
+}
+
+/// A prediction of the pose at the end of some intervals by the poses before them.
+pub(crate) struct Ahead {
+    /// Intervals after which it begins and ends.
+    pub from: usize,
+    pub to: usize,
+    /// Covariance of its error.
+    pub covariance: Matrix3<f64>,
 }
 
 impl Gains {
@@ -67,7 +87,8 @@ impl Gains {
             transition.fixed_view_mut::<6, 6>(0, 0).copy_from(&map.a);
             transition.fixed_view_mut::<6, 3>(0, 6).copy_from(&reading);
             transition.fixed_view_mut::<6, 3>(0, 9).copy_from(&map.b);
-            covariance = transition * covariance * transition.transpose();
+            let carried_on = transition * covariance * transition.transpose();
+            covariance = carried_on;
             let variance =
                 Matrix3::from_diagonal(&Vector3::from(channels.reading.map(|s| s * s * interval.thinning)));
             let noise: Matrix6<f64> = reading * variance * reading.transpose();
@@ -91,7 +112,7 @@ impl Gains {
             gains.transition.push(transition);
             gains.update.push(update);
             if let Some(history) = &mut gains.history {
-                history.push((covariance, before));
+                history.push(Stage { after: covariance, before, process: before - carried_on });
             }
         }
         gains
@@ -103,6 +124,12 @@ impl Gains {
         let mut found = Vec::with_capacity(3 * self.update.len());
         self.follow(inputs, path, |_, _, innovations| found.extend(innovations));
         found
+    }
+
+    /// Variances of the innovations of each interval; infinite in directions that do not move.
+    pub fn variances(&self) -> impl Iterator<Item = [f64; 3]> {
+        let one = |update: &Option<(Long, f64)>| update.map_or(f64::INFINITY, |(_, scale)| scale.powi(-2));
+        self.update.iter().map(move |updates| [0, 1, 2].map(|c| one(&updates[c])))
     }
 
     /// Walk the mean; `each` sees it before and after every update, with the whitened innovations.
@@ -138,13 +165,13 @@ impl Gains {
         let mut smoothed: Option<(Long, Wide)> = None;
         let mut found = Vec::with_capacity(history.len());
         for k in (0..history.len()).rev() {
-            let (mut mean, mut covariance) = (means[k].1, history[k].0);
+            let (mut mean, mut covariance) = (means[k].1, history[k].after);
             if let Some((later, wide)) = &smoothed
-                && let Some(inverse) = history[k + 1].1.try_inverse()
+                && let Some(inverse) = history[k + 1].before.try_inverse()
             {
                 let gain = covariance * self.transition[k + 1].transpose() * inverse;
                 mean += gain * (later - means[k + 1].0);
-                covariance += gain * (wide - history[k + 1].1) * gain.transpose();
+                covariance += gain * (wide - history[k + 1].before) * gain.transpose();
             }
             found.push(residual(path, k, &mean, &covariance));
             smoothed = Some((mean, covariance));
@@ -152,6 +179,49 @@ impl Gains {
         found.reverse();
         found
     }
+}
+
+impl Gains {
+    /// Simulations over successive spans of `seconds`, each from what the poses up to its beginning tell of the motion,
+    /// with the error of the tare; none where nothing was kept.
+    pub fn ahead(&self, path: &Path, known: &[Motion], channels: &Channels, seconds: f64) -> Vec<Ahead> {
+        let Some(history) = &self.history else { return vec![] };
+        let (mut found, mut from) = (vec![], 0);
+        while from < history.len() {
+            let end = path.intervals[from].t + path.intervals[from].span + seconds;
+            let to = path.intervals.partition_point(|i| i.t + i.span <= end + 1e-9).saturating_sub(1);
+            if to <= from || path.intervals[to].t + path.intervals[to].span < end - 0.1 * seconds {
+                break;
+            }
+            let begin = end - seconds;
+            let Some(motion) = known.get(known.partition_point(|m| m.t <= begin + 1e-9).saturating_sub(1))
+            else {
+                break;
+            };
+            let mut covariance = beginning(motion, path);
+            for (transition, stage) in self.transition.iter().zip(history).take(to + 1).skip(from + 1) {
+                covariance = transition * covariance * transition.transpose() + stage.process;
+            }
+            let noise = Matrix3::from_diagonal(&Vector3::from(channels.pose.map(|s| s * s)));
+            found.push(Ahead { from, to, covariance: covariance.fixed_view::<3, 3>(0, 0) + noise });
+            from = to;
+        }
+        found
+    }
+}
+
+/// Covariance where a simulation begins.
+fn beginning(motion: &Motion, path: &Path) -> Wide {
+    let mut covariance = Wide::zeros();
+    for k in 0..3 {
+        for (i, row) in [k, 3 + k].into_iter().enumerate() {
+            for (j, column) in [k, 3 + k].into_iter().enumerate() {
+                covariance[(row, column)] = motion.cov[k][i][j];
+            }
+        }
+        covariance[(6 + k, 6 + k)] = path.tare[k].max(TINY);
+    }
+    covariance
 }
 
 fn residual(path: &Path, k: usize, mean: &Long, covariance: &Wide) -> Residual {

@@ -3,7 +3,7 @@
 //! Along the smoothed motion the simulator is replaced by what it is to first order ([`Map`]); so a law costs no call of it.
 //! A law's wrench is that at the smoothed motion ([`added`]).
 
-use super::gains::Gains;
+use super::gains::{Ahead, Gains};
 use super::law::{added, doubted};
 use super::linear::{Map, gaps, linearise};
 use super::path::{Interval, Path};
@@ -12,6 +12,7 @@ use nalgebra::{DMatrix, DVector, Matrix3, Vector3, Vector6};
 use rayon::prelude::*;
 use trundle_infer::{Channels, Fit, InferError, Likelihood, Linearised, Watch};
 use trundle_model::{Model, Plant, Slot};
+use trundle_record::Motion;
 
 /// A recording's paths with everything that the laws and parameters are compared by.
 #[derive(Clone)]
@@ -231,19 +232,38 @@ impl Along {
         channels: Channels,
     ) -> Vec<Vec<trundle_infer::Residual>> {
         let one = |e: usize| {
-            let gains = self.gains_of(e, &channels, true);
-            let added = self.added(plant, e);
-            let inputs = |k: usize| {
-                let map = &self.maps[e][k];
-                let mut sum: Vector6<f64> = map.gap + map.b * Vector3::from(added[k]);
-                for (j, &slot) in self.free.iter().enumerate() {
-                    sum += map.slopes[j] * self.change(slot, own);
-                }
-                sum
-            };
-            gains.residuals(inputs, &self.paths[e])
+            let inputs = self.inputs(plant, own, e);
+            self.gains_of(e, &channels, true).residuals(|k| inputs[k], &self.paths[e])
         };
         (0..self.paths.len()).into_par_iter().map(one).collect()
+    }
+
+    /// Simulations over successive spans of an episode: how uncertain they are.
+    pub fn ahead(&self, e: usize, known: &[Motion], seconds: f64) -> Vec<Ahead> {
+        self.gains_of(e, &self.channels, true).ahead(&self.paths[e], known, &self.channels, seconds)
+    }
+
+    /// Standard deviations of the poses that are predicted at the end of each interval, with its time.
+    pub fn spreads(&self) -> Vec<Vec<(f64, [f64; 3])>> {
+        let own = self.channels.pose.map(|s| s * s);
+        let one = |(path, gains): (&Path, &Gains)| {
+            let sd = |v: [f64; 3]| [0, 1, 2].map(|k| (v[k] - own[k]).max(0.0).sqrt());
+            path.intervals.iter().zip(gains.variances()).map(|(i, v)| (i.t + i.span, sd(v))).collect()
+        };
+        self.paths.iter().zip(&self.gains).map(one).collect()
+    }
+
+    /// What each interval of an episode adds to the deviation from the seen motion.
+    fn inputs(&self, plant: &Plant<f64>, own: &[f64], e: usize) -> Vec<Vector6<f64>> {
+        let added = self.added(plant, e);
+        let one = |(map, added): (&Map, &[f64; 3])| {
+            let mut sum: Vector6<f64> = map.gap + map.b * Vector3::from(*added);
+            for (j, &slot) in self.free.iter().enumerate() {
+                sum += map.slopes[j] * self.change(slot, own);
+            }
+            sum
+        };
+        self.maps[e].iter().zip(&added).map(one).collect()
     }
 
     /// Mass that the wrench moves, kg: the median over all intervals.
@@ -261,6 +281,27 @@ impl Along {
             return Err(trundle_model::ModelError::Length { what: "parameters", got, expected }.into());
         }
         Ok(values.split_at(own))
+    }
+
+    /// Derivatives of the innovations by the slots `free`: the model's, then the simulator's.
+    pub fn jacobian(
+        &self,
+        model: &Model,
+        values: &[f64],
+        free: &[usize],
+    ) -> Result<DMatrix<f64>, InferError> {
+        let (laws, own) = self.parted(model, values)?;
+        let rows = self.base.len();
+        let column = |&k: &usize| -> Result<Vec<f64>, InferError> {
+            let Some(parameter) = k.checked_sub(laws.len()) else { return self.slope(model, values, k) };
+            let place = self.free.iter().position(|&f| f == parameter);
+            let Some(j) = place else { return Ok(vec![0.0; rows]) };
+            let (at, value) = (self.values[parameter], own[parameter]);
+            let slope = if self.is_positive(parameter) { at / value.max(f64::MIN_POSITIVE) } else { 1.0 };
+            Ok(self.columns[j].iter().map(|c| slope * c).collect())
+        };
+        let columns = free.par_iter().map(column).collect::<Result<Vec<_>, InferError>>()?;
+        Ok(DMatrix::from_fn(rows, free.len(), |i, j| columns[j][i]))
     }
 
     fn slope(&self, model: &Model, values: &[f64], k: usize) -> Result<Vec<f64>, InferError> {
@@ -314,16 +355,7 @@ impl Likelihood for Along {
         let (laws, own) = self.parted(model, values)?;
         let cost = self.cost(model, values)?;
         let innovations = DVector::from_vec(self.innovations(&model.plant(laws)?, own));
-        let column = |&k: &usize| -> Result<Vec<f64>, InferError> {
-            let Some(parameter) = k.checked_sub(laws.len()) else { return self.slope(model, values, k) };
-            let place = self.free.iter().position(|&f| f == parameter);
-            let Some(j) = place else { return Ok(vec![0.0; innovations.len()]) };
-            let (at, value) = (self.values[parameter], own[parameter]);
-            let slope = if self.is_positive(parameter) { at / value.max(f64::MIN_POSITIVE) } else { 1.0 };
-            Ok(self.columns[j].iter().map(|c| slope * c).collect())
-        };
-        let columns = free.par_iter().map(column).collect::<Result<Vec<_>, InferError>>()?;
-        let jacobian = DMatrix::from_fn(innovations.len(), free.len(), |i, j| columns[j][i]);
+        let jacobian = self.jacobian(model, values, free)?;
         Ok(Linearised {
             cost,
             gradient: jacobian.tr_mul(&innovations),

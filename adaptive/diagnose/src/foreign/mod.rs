@@ -1,14 +1,14 @@
-//! Diagnosis of anyone's simulator: where it and a recording differ, and which law was left out of it.
+//! Anyone's simulator as the simulation under test.
 //!
 //! The simulator is a function ([`Simulator`]); its calls are dear, it gives no derivatives, and nothing is known of what
 //! is in it. So it is called along the motion that was seen, where it is replaced by what it is to first order in the
 //! state, the wrench and its parameters ([`linear`]). A Kalman filter over that ([`gains`]) judges what is left as for our own
 //! simulation: by the force sensor's noise, the tare's error and the tracker's noise. Laws are added to the
-//! wrench ([`law`]); trying one costs no call. Figures are made by the simulator itself ([`rollout`]).
+//! wrench ([`law`]); trying one costs no call. Figures are made by the simulator itself ([`rollout`]). Search, decision
+//! and answer are those of any diagnosis ([`crate::engine`]).
 
-mod answer;
+mod engine;
 mod gains;
-mod hunt;
 mod law;
 mod likelihood;
 mod linear;
@@ -16,10 +16,29 @@ mod nominal;
 mod path;
 mod rollout;
 mod simulator;
-mod told;
+mod view;
+mod windows;
 
-pub use answer::diagnose;
+use crate::run::{Options, Outcome, diagnose_with};
+use trundle_infer::{InferError, Watch};
+use trundle_record::Dataset;
+
+pub(crate) use engine::Basis;
 pub use simulator::{Foreign, Simulator};
+
+/// Diagnose a recording that a foreign simulator is to reproduce.
+///
+/// # Errors
+/// When there is not enough data, the simulator fails, or the user interrupts.
+pub fn diagnose(
+    data: &Dataset,
+    foreign: &Foreign<'_>,
+    seed: u64,
+    watch: &dyn Watch,
+) -> Result<Outcome, InferError> {
+    let engine = engine::BlackBox::new(data, foreign, seed, watch)?;
+    diagnose_with(&engine, &Options { seed, ..Options::default() }, watch)
+}
 
 #[cfg(test)]
 mod tests;

@@ -6,7 +6,7 @@ use super::simulator::{Foreign, go_on};
 use nalgebra::Vector6;
 use trundle_infer::{InferError, Score, StateVector, Tally, Watch};
 use trundle_model::{Clock, Plant, State, transport};
-use trundle_record::{Noise, Prepared};
+use trundle_record::{Motion, Noise, Prepared};
 
 /// Longest step, s: as in a fit.
 const LONGEST: f64 = 0.008;
@@ -87,6 +87,23 @@ impl Rollout<'_> {
     pub fn open_loop(&self, episode: &Prepared) -> Result<Vec<[f64; 3]>, InferError> {
         let Some(first) = episode.pose.first() else { return Ok(vec![]) };
         self.poses(episode, 0, episode.pose.len(), State::at_rest(first.pose))
+    }
+
+    /// Seen less predicted pose at the end of a span of time, `known` being the motion by the poses up to each.
+    pub fn ahead(
+        &self,
+        episode: &Prepared,
+        known: &[Motion],
+        [begin, end]: [f64; 2],
+    ) -> Result<Option<[f64; 3]>, InferError> {
+        let until = |t: f64| episode.pose.partition_point(|p| p.t <= t + 1e-9);
+        let index = until(begin).saturating_sub(1);
+        let Some(from) = known.get(index) else { return Ok(None) };
+        let count = until(end) - index;
+        let poses = self.poses(episode, index, count, State::moving(from.pose, from.twist))?;
+        let seen = episode.pose.get(index + poses.len() - 1);
+        let last = seen.zip(poses.last());
+        Ok(last.map(|(seen, simulated)| [0, 1, 2].map(|k| seen.pose[k] - simulated[k])))
     }
 
     /// Figures over episodes; those that ask for more than simulated poses are left out.

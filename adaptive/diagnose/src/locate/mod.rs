@@ -18,16 +18,17 @@ mod time;
 mod tests;
 
 use crate::adequacy::Remainder;
-use crate::answer::{Mismatch, Point, Window};
+use crate::answer::{Channels as Shares, Mismatch, Window};
 use knots::Knots;
 use screen::Screen;
 use trundle_infer::{Channels, Comparison, Fit, FitOptions, InferError, MotionLikelihood, Quiet, Residual};
-use trundle_model::Model;
+use trundle_model::{Body, Model};
 use trundle_record::Prepared;
 
 pub(crate) use change::Change;
 #[cfg(test)]
 use change::Kind as Changed;
+pub(crate) use channels::channels;
 
 /// The missing wrench along each episode, object axes.
 pub(crate) type Residuals = Vec<Vec<Residual>>;
@@ -160,6 +161,14 @@ impl Located {
         })
     }
 
+    /// What the missing wrench alone tells, smoothed along the episodes, with the windows in which it is not zero.
+    pub fn of_courses(courses: &[Vec<Residual>], windows: Vec<Window>, body: &Body) -> Self {
+        let courses = if windows.is_empty() { &[] } else { courses };
+        let (body_points, body_point) = body::action(courses, body);
+        let (world_points, world_point) = floor::world_points(courses, body);
+        Self { windows, body_points, body_point, world_points, world_point, ..Self::default() }
+    }
+
     /// The body point, if the data hold one: of the lines of action, or else the foot whose dry friction explains most.
     fn point(&self) -> Option<[f64; 2]> {
         let rubs = |r: &&Ranked| 2.0 * r.strength > RUBS * self.total && r.inside;
@@ -173,15 +182,6 @@ impl Located {
         let place = best.chi_square > 0.5 * self.total && best.chi_square > rival && best.share < 0.6;
         place.then(|| best.polygon.clone())
     }
-}
-
-/// The body point through which all residual wrenches pass, if there is one.
-#[allow(dead_code)] // for simulators whose filter is not ours
-pub(crate) fn line_of_action(residuals: &Residuals, model: &Model) -> Option<Point> {
-    if model.dof != [true; 3] {
-        return None;
-    }
-    body::action(residuals, &model.body).1.map(|p| Point { mean: p.at, sd: p.sd })
 }
 
 /// A fit again, from where it ended, with the missing wrench free to wander: parameters that do not bend to what the
@@ -227,20 +227,15 @@ pub(crate) fn located(
     }
 }
 
-/// What a fitted model misses, for the answer.
-///
-/// # Errors
-/// When the fit's values do not suit its model.
-pub(crate) fn mismatch(
-    comparison: &Comparison,
-    fit: &Fit,
-    located: &Located,
-) -> Result<Mismatch, InferError> {
-    Ok(Mismatch {
-        channels: channels::channels(comparison, fit)?,
-        body_point: located.point(),
-        world_region: located.region(),
-        windows: located.windows.clone(),
-        regime: located.regime.clone(),
-    })
+impl Located {
+    /// What a model misses, for the answer.
+    pub fn mismatch(&self, channels: Shares) -> Mismatch {
+        Mismatch {
+            channels,
+            body_point: self.point(),
+            world_region: self.region(),
+            windows: self.windows.clone(),
+            regime: self.regime.clone(),
+        }
+    }
 }

@@ -3,16 +3,20 @@
 //! A first search looks beside parameters that have bent to what is missing. Once most of it is explained, shapes are
 //! sought again, other effects are tried in place of each, each is dropped once, and finer forms are tried.
 
-use super::{ANOTHER, Job, MORE, Searcher, Tried, finer, job, kinds};
-use crate::adequacy::remainder;
+use super::{ANOTHER, MORE, Searcher, finer, job, kinds};
+use crate::candidates::limit;
+use crate::engine::{Job, Tried};
+use crate::naming::of_kinds;
 use crate::proposals::has_shape;
 use std::collections::BTreeSet;
-use trundle_infer::{Comparison, Coordinates, InferError, carried, on_all_cores};
+use trundle_infer::{Coordinates, InferError, carried};
 use trundle_model::{Kind, Model, patch_outline};
 
 /// How often shapes are sought again, while that takes this share of what was left.
 const AGAIN: usize = 3;
 const SETTLED: f64 = 0.1;
+/// Effects of a model of which every part is fitted; of more, those that lack one or two.
+const WHOLLY: usize = 4;
 /// Models of the best one's size whose finer forms are tried: dry friction has two forms, at a point and under a body.
 const REFINED: usize = 2;
 
@@ -23,7 +27,7 @@ impl Searcher<'_> {
         let best = kinds(&tried[0].added);
         self.shapes_of(&best, tried)?;
         // A rival that comes as close as the best one leaves may only stand at the wrong place.
-        let left = remainder(self.comparison, &tried[0].fit)?.map_or(0.0, |left| left.misfit());
+        let left = self.engine.remainder(&tried[0])?.map_or(0.0, |left| left.misfit());
         let near = |t: &&Tried| {
             t.added.len() == best.len() && kinds(&t.added) != best && t.fit.cost < tried[0].fit.cost + left
         };
@@ -35,25 +39,25 @@ impl Searcher<'_> {
 
     /// The same of the best model of some kinds.
     fn shapes_of(&self, of: &[Kind], tried: &mut Vec<Tried>) -> Result<(), InferError> {
-        let Comparison::Motion(motion) = self.comparison else { return Ok(()) };
         let of_kinds = |t: &&Tried| kinds(&t.added) == of;
         for _ in 0..AGAIN {
             let Some(best) = tried.iter().find(of_kinds).cloned() else { return Ok(()) };
-            let left = remainder(self.comparison, &best.fit)?.map_or(0.0, |left| left.misfit());
-            if left < ANOTHER * self.comparison.observations() as f64 {
+            let left = self.engine.remainder(&best)?.map_or(0.0, |left| left.misfit());
+            if left < ANOTHER * self.engine.observations() as f64 {
                 return Ok(());
             }
             let mut jobs = Vec::new();
             for k in 0..best.added.len() {
                 let kind = best.added[k].kind;
-                if !has_shape(self.nominal, kind) {
+                if !has_shape(self.engine.nominal(), kind) {
                     continue;
                 }
                 let (rest, effect) = self.apart(&best, k);
                 let outline = (kind == Kind::FloorPatch).then(|| patch_outline(&effect));
                 let regions: Vec<_> = outline.into_iter().chain(self.regions.iter().cloned()).collect();
-                let screen = self.screen(motion, &regions, 1);
-                let found = on_all_cores(self.watch, |watch| screen.of(&rest.fit, &[kind], watch))?;
+                let wanted = self.wanted(&regions, 1);
+                let found = self.engine.starts(&rest, &[kind], &wanted, self.watch)?;
+                let Some(found) = found else { return Ok(()) };
                 jobs.extend(found.iter().map(|starts| job(&rest, starts)));
             }
             self.make_all("places again", jobs, tried)?;
@@ -83,7 +87,7 @@ impl Searcher<'_> {
     fn apart(&self, from: &Tried, k: usize) -> (Tried, Vec<f64>) {
         let mut rest = from.clone();
         rest.added.remove(k);
-        let effect = rest.fit.model.effects.remove(self.nominal.effects.len() + k);
+        let effect = rest.fit.model.effects.remove(self.engine.nominal().effects.len() + k);
         let slots = rest.fit.model.slots();
         rest.fit.values = slots.iter().map(|s| s.value.unwrap_or(0.0)).collect();
         rest.fit.estimates.retain(|e| slots.iter().any(|s| s.name == e.name));
@@ -102,22 +106,57 @@ impl Searcher<'_> {
             added.remove(k);
             let model = self.model(&added);
             let warm = carried(&best.fit, &model, &vec![0.0; model.slots().len()]);
-            Job { added, warm: vec![warm], from: best.fit.cost }
+            Job { added, warm: vec![warm], from: best.fit.cost, basis: best.basis.clone() }
         };
         self.make_all("without each", (0..best.added.len()).map(without).collect(), tried)?;
         // Dropped one by one: what is left over may have been a single effect all along.
         if tried[0].added.len() < best.added.len() { self.subsets(tried) } else { Ok(()) }
     }
 
+    /// The simpler law in place of each of the best model's effects that has one: whether the richer one is needed is for
+    /// left-out episodes to say.
+    pub(super) fn simpler(&self, tried: &mut Vec<Tried>) -> Result<(), InferError> {
+        let best = tried[0].clone();
+        let mut jobs = vec![];
+        for (k, effect) in best.added.iter().enumerate() {
+            let (rest, _) = self.apart(&best, k);
+            let offered = self.offered(&rest);
+            let simpler: Vec<Kind> = limit(effect.kind).into_iter().filter(|s| offered.contains(s)).collect();
+            jobs.extend(self.jobs(&rest, &simpler, 1)?);
+        }
+        self.make_all("simpler laws", jobs, tried)
+    }
+
+    /// Every part of the best model, so that what each of its effects is worth can be told beside any of the others.
+    pub(super) fn parts(&self, tried: &mut Vec<Tried>) -> Result<(), InferError> {
+        let best = tried[0].clone();
+        let all = (1..(1usize << best.added.len()) - 1).filter(|part| {
+            let dropped = best.added.len() - part.count_ones() as usize;
+            best.added.len() <= WHOLLY || dropped <= 2
+        });
+        let mut jobs = vec![];
+        for part in all {
+            let held = |k: usize| part >> k & 1 == 1;
+            let added: Vec<_> =
+                best.added.iter().enumerate().filter(|(k, _)| held(*k)).map(|(_, e)| e.clone()).collect();
+            if of_kinds(tried, added.iter().map(|e| e.kind).collect()).is_none() {
+                let model = self.model(&added);
+                let warm = vec![carried(&best.fit, &model, &vec![0.0; model.slots().len()])];
+                jobs.push(Job { added, warm, from: best.fit.cost, basis: best.basis.clone() });
+            }
+        }
+        self.make_all("parts of the best", jobs, tried)
+    }
+
     /// Where the best model leaves something, try the finer forms of its effects: stiction, a drift. Not for slow
     /// pushes: nothing says there that more is needed, and one speed does not tell stiction from sliding.
     pub(super) fn refine(&self, tried: &mut Vec<Tried>) -> Result<(), InferError> {
         let size = tried[0].added.len();
-        if size == 0 || self.comparison.is_quasi_static() {
+        if size == 0 || self.engine.is_quasi_static() {
             return Ok(());
         }
-        let observations = self.comparison.observations();
-        if remainder(self.comparison, &tried[0].fit)?.is_some_and(|left| !left.matters(observations)) {
+        let observations = self.engine.observations();
+        if self.engine.remainder(&tried[0])?.is_some_and(|left| !left.matters(observations)) {
             return Ok(());
         }
         // Rivals are refined too, and then once more from where the best one's refinements ended: which of two models is
@@ -147,7 +186,8 @@ impl Searcher<'_> {
                 let coordinates = Coordinates::new(&model);
                 let median = coordinates.values(&vec![0.0; coordinates.free().len()]).0;
                 let fill = like.map_or_else(|| median.clone(), |like| carried(&like.fit, &model, &median));
-                jobs.push(Job { warm: vec![self.refined(best, &model, &fill)], added, from: best.fit.cost });
+                let warm = vec![self.refined(best, &model, &fill)];
+                jobs.push(Job { warm, added, from: best.fit.cost, basis: best.basis.clone() });
             }
         }
         jobs

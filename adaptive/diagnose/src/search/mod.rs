@@ -9,24 +9,16 @@ mod again;
 #[allow(clippy::unwrap_used)]
 mod nested;
 
-use crate::adequacy::{Remainder, remainder};
-use crate::candidates::{candidates, name, repeats};
-use crate::locate::{Located, located};
-use crate::screen::{Screen, Start};
+use crate::adequacy::Remainder;
+use crate::candidates::{limit, name, repeats};
+use crate::engine::{Effort, Engine, Job, Tried};
+use crate::locate::Located;
+use crate::naming::of_kinds;
+use crate::screen::{Start, Wanted};
 use rayon::prelude::*;
 use std::collections::BTreeSet;
-use trundle_infer::{
-    Comparison, Coordinates, Fit, FitOptions, InferError, MotionLikelihood, Watch, carried, fit, on_all_cores,
-};
+use trundle_infer::{Coordinates, InferError, Watch, carried, on_all_cores};
 use trundle_model::{Effect, INNER, Kind, Model};
-use trundle_record::Prepared;
-
-/// A model that was tried: the simulation under test with some effects added.
-#[derive(Clone)]
-pub(crate) struct Tried {
-    pub added: Vec<Effect>,
-    pub fit: Fit,
-}
 
 impl Tried {
     /// Log evidence plus log prior: an effect is missing in one simulation of twenty, and may be any.
@@ -69,10 +61,11 @@ const MAX_EFFECTS: usize = 6;
 const STARTS: usize = 2;
 /// Gain per sample that a remainder must promise for another effect to be sought beside one, nats.
 const ANOTHER: f64 = 0.15;
-/// Steps of a search that only ranks models, first on thinned tracks and then on all, and of one that ends.
+/// Steps of a search that only ranks models, first with the thinned engine and then with the whole one.
 const GLANCE: usize = 8;
 const SECOND_GLANCE: usize = 2;
-const TO_THE_END: usize = 60;
+/// Shares of the screen's linear step from which a fit starts.
+const STEPS: [f64; 2] = [1.0, 0.25];
 /// How far behind the best a model may be after a glance and still be followed: nats, and as a share of what the best
 /// gained; and how many more steps like its last one it is given.
 const NEAR: f64 = 30.0;
@@ -81,12 +74,9 @@ const STILL: f64 = 10.0;
 /// Random starts of a candidate that cannot be screened, beside the carried-over one.
 const EXTRA_STARTS: usize = 3;
 
+#[derive(Clone, Copy)]
 pub(crate) struct Searcher<'a> {
-    pub comparison: &'a Comparison,
-    pub nominal: &'a Model,
-    /// Whether the recorded wrench was commanded, not measured.
-    pub commanded: bool,
-    pub episodes: &'a [Prepared],
+    pub engine: &'a dyn Engine,
     /// Effects that are not offered, by their names in a diagnosis.
     pub without: &'a [String],
     /// Parts of the floor that seem to drag: convex polygons, world, m; known once the simulation under test is fitted.
@@ -95,33 +85,16 @@ pub(crate) struct Searcher<'a> {
     pub watch: &'a dyn Watch,
 }
 
-/// A fit that is to be made: effects to add, and values of all slots to start from.
-#[derive(Clone)]
-struct Job {
-    added: Vec<Effect>,
-    warm: Vec<Vec<f64>>,
-    /// Cost of the simpler model that it goes out from.
-    from: f64,
-}
-
 impl Searcher<'_> {
     /// Try everything worth trying.
     pub fn run(&self) -> Result<Found, InferError> {
         self.watch.progress("the simulation under test", 0.0);
-        let options = FitOptions { seed: self.seed, from_afar: true, ..FitOptions::default() };
-        let base =
-            Tried { added: vec![], fit: fit(self.comparison, self.nominal, &[], &options, self.watch)? };
-        // Where the noise is not stated, the next searches start from what suits the simulation under test.
-        let comparison = self.comparison.with_channels(base.fit.channels);
-        let tuned = Searcher { comparison: &comparison, ..*self };
-        tuned.beyond(base)
-    }
-
-    fn beyond(&self, base: Tried) -> Result<Found, InferError> {
-        let before = remainder(self.comparison, &base.fit)?;
-        let located = located(self.comparison, &base.fit, before, self.episodes)?;
+        let base = self.engine.base(self.seed, self.watch)?;
+        let before = self.engine.remainder(&base)?;
+        let located = self.engine.located(&base, before)?;
         let regions: Vec<_> = located.regions.iter().map(|r| r.polygon.clone()).collect();
-        let tried = Searcher { regions: &regions, ..*self }.over(base)?;
+        let upon = self.engine.upon(&base, before, self.watch)?;
+        let tried = Searcher { engine: &*upon, regions: &regions, ..*self }.over(base)?;
         Ok(Found { tried, before, located })
     }
 
@@ -131,10 +104,11 @@ impl Searcher<'_> {
         let offered = self.offered(&base);
         self.try_all("single effects", self.jobs(&base, &offered, SINGLES)?, &mut tried)?;
         self.shapes_again(&mut tried)?;
+        self.simpler(&mut tried)?;
         self.refine(&mut tried)?;
         let mut before = f64::INFINITY;
         for size in 1..MAX_EFFECTS {
-            let left = remainder(self.comparison, &tried[0].fit)?.map_or(0.0, |left| left.misfit());
+            let left = self.engine.remainder(&tried[0])?.map_or(0.0, |left| left.misfit());
             if tried[0].added.len() != size || left > HALVED * before || !self.asks_for_more(&tried[0])? {
                 break;
             }
@@ -143,9 +117,11 @@ impl Searcher<'_> {
             self.shapes_again(&mut tried)?;
             self.exchange(&mut tried)?;
             self.shapes_again(&mut tried)?;
+            self.simpler(&mut tried)?;
             self.subsets(&mut tried)?;
             self.refine(&mut tried)?;
         }
+        self.parts(&mut tried)?;
         Ok(tried)
     }
 
@@ -157,29 +133,22 @@ impl Searcher<'_> {
             let beside = |e: &Effect| name(e) != effect || repeats(*kind) && e.kind == *kind;
             states <= spare && to.added.iter().all(beside) && self.without.iter().all(|w| w != effect)
         };
-        let all = candidates(self.nominal, self.comparison.is_quasi_static(), self.commanded);
-        all.into_iter().filter(allowed).collect()
+        self.engine.candidates().into_iter().filter(allowed).collect()
     }
 
     /// The fits that promise most on top of a model, at most `most` kinds.
     fn jobs(&self, from: &Tried, offered: &[Kind], most: usize) -> Result<Vec<Job>, InferError> {
-        let Comparison::Motion(motion) = self.comparison else {
+        let Some(found) = self.engine.starts(from, offered, &self.wanted(self.regions, most), self.watch)?
+        else {
             return Ok(offered.iter().map(|&kind| self.unscreened(from, kind)).collect());
         };
-        let screen = self.screen(motion, self.regions, most);
-        let found = on_all_cores(self.watch, |watch| screen.of(&from.fit, offered, watch))?;
         let hopeful = |(rank, starts): &(usize, &Vec<Start>)| *rank < ALWAYS || starts[0].gain > HOPELESS;
         let kept = found.iter().take(most).enumerate().filter(hopeful);
         Ok(kept.map(|(_, starts)| job(from, starts)).collect())
     }
 
-    fn screen<'a>(
-        &'a self,
-        motion: &'a MotionLikelihood,
-        regions: &'a [Vec<[f64; 2]>],
-        most: usize,
-    ) -> Screen<'a> {
-        Screen { motion, episodes: self.episodes, regions, starts: STARTS, most, seed: self.seed }
+    fn wanted<'a>(&self, regions: &'a [Vec<[f64; 2]>], most: usize) -> Wanted<'a> {
+        Wanted { regions, starts: STARTS, most, seed: self.seed }
     }
 
     /// A fit from the simpler model's values, the new effect's drawn from its prior a few times.
@@ -194,11 +163,11 @@ impl Searcher<'_> {
         let draws = (0..EXTRA_STARTS).map(|_| coordinates.values(&coordinates.draw(&mut rng)).0);
         let fills: Vec<_> = std::iter::once(median).chain(draws).collect();
         let warm = fills.iter().map(|fill| carried(&from.fit, &model, fill)).collect();
-        Job { added, warm, from: from.fit.cost }
+        Job { added, warm, from: from.fit.cost, basis: from.basis.clone() }
     }
 
     fn model(&self, added: &[Effect]) -> Model {
-        let mut model = self.nominal.clone();
+        let mut model = self.engine.nominal().clone();
         model.effects.extend(added.iter().cloned());
         model
     }
@@ -207,15 +176,13 @@ impl Searcher<'_> {
     fn try_all(&self, what: &'static str, jobs: Vec<Job>, tried: &mut Vec<Tried>) -> Result<(), InferError> {
         let new = |job: &Job| tried.iter().all(|t| !same(&t.added, &job.added));
         let jobs: Vec<Job> = jobs.into_iter().filter(new).collect();
-        if self.comparison.is_quasi_static() || jobs.len() < 2 {
-            return self.make_all(what, jobs, tried);
-        }
-        let on = |t: Tried, from: f64| Job { warm: vec![t.fit.values], added: t.added, from };
-        let thinned = self.comparison.thinned();
-        let cheaper = Searcher { comparison: &thinned, ..*self };
-        let near = cheaper.fitted(what, jobs.clone(), GLANCE)?;
+        let thinned = self.engine.thinned().filter(|_| jobs.len() > 1);
+        let Some(thinned) = thinned else { return self.make_all(what, jobs, tried) };
+        let on = |t: Tried, from: f64| Job { warm: vec![t.fit.values], added: t.added, from, basis: t.basis };
+        let cheaper = Searcher { engine: &*thinned, ..*self };
+        let near = cheaper.fitted(what, jobs.clone(), Effort::Glance(GLANCE))?;
         let near = near.into_iter().zip(&jobs).map(|(t, job)| on(t, job.from)).collect();
-        let looked = self.fitted(what, near, SECOND_GLANCE)?;
+        let looked = self.fitted(what, near, Effort::Glance(SECOND_GLANCE))?;
         let best = looked.iter().map(|t| t.fit.cost).fold(f64::INFINITY, f64::min);
         let gained = jobs.iter().map(|job| job.from - best).fold(0.0, f64::max);
         let hopeful = |t: &Tried| t.fit.cost - STILL * t.fit.falling < best + NEAR.max(BEHIND * gained);
@@ -224,24 +191,24 @@ impl Searcher<'_> {
             let from = t.fit.cost;
             on(t, from)
         };
-        let ended = self.fitted(what, ahead.into_iter().map(on).collect(), TO_THE_END)?;
+        let ended = self.fitted(what, ahead.into_iter().map(on).collect(), Effort::Full)?;
         keep(tried, ended.into_iter().chain(behind));
         Ok(())
     }
 
     /// Fit some models to the end, whether such were tried or not.
     fn make_all(&self, what: &'static str, jobs: Vec<Job>, tried: &mut Vec<Tried>) -> Result<(), InferError> {
-        keep(tried, self.fitted(what, jobs, TO_THE_END)?);
+        keep(tried, self.fitted(what, jobs, Effort::Full)?);
         Ok(())
     }
 
     /// Some fits, on all cores.
-    fn fitted(&self, what: &'static str, jobs: Vec<Job>, steps: usize) -> Result<Vec<Tried>, InferError> {
+    fn fitted(&self, what: &'static str, jobs: Vec<Job>, effort: Effort) -> Result<Vec<Tried>, InferError> {
         self.watch.progress(what, 0.0);
         let (count, done) = (jobs.len(), std::sync::atomic::AtomicUsize::new(0));
         on_all_cores(self.watch, |watch| {
             let one = |job: Job| {
-                let found = self.fit(job, steps, watch);
+                let found = self.engine.fit(job, effort, self.seed, watch);
                 let done = done.fetch_add(1, std::sync::atomic::Ordering::Relaxed) + 1;
                 watch.progress(what, done as f64 / count as f64);
                 found
@@ -250,18 +217,19 @@ impl Searcher<'_> {
         })
     }
 
-    fn fit(&self, job: Job, steps: usize, watch: &dyn Watch) -> Result<Tried, InferError> {
-        let model = self.model(&job.added);
-        let near = (!self.comparison.is_quasi_static()).then_some(steps);
-        let options =
-            FitOptions { starts: 0, seed: self.seed, from_afar: false, near, ..FitOptions::default() };
-        Ok(Tried { fit: fit(self.comparison, &model, &job.warm, &options, watch)?, added: job.added })
-    }
-
     /// One more effect on top of the best models with `size` of them.
     fn one_more(&self, size: usize, tried: &mut Vec<Tried>) -> Result<(), InferError> {
-        let firsts: Vec<Tried> =
+        let mut firsts: Vec<Tried> =
             tried.iter().filter(|t| t.added.len() == size).take(FIRSTS).cloned().collect();
+        let simpler =
+            |t: &Tried| of_kinds(tried, t.added.iter().map(|e| limit(e.kind).unwrap_or(e.kind)).collect());
+        let with_simpler: Vec<Tried> = firsts
+            .iter()
+            .filter(|t| t.added.iter().any(|e| limit(e.kind).is_some()))
+            .filter_map(simpler)
+            .cloned()
+            .collect();
+        firsts.extend(with_simpler);
         let mut jobs = Vec::new();
         for first in &firsts {
             jobs.extend(self.jobs(first, &self.offered(first), MORE)?);
@@ -271,23 +239,45 @@ impl Searcher<'_> {
         self.try_all("several effects", jobs, tried)
     }
 
-    /// Whether an explained recording leaves more than laws that are a little wrong in shape do.
+    /// Whether an explained recording leaves more than laws that are a little wrong in shape do, or predicts so badly that
+    /// nothing could be named: where the noise is not stated, what is missing passes for noise.
     fn asks_for_more(&self, best: &Tried) -> Result<bool, InferError> {
-        let observations = self.comparison.observations() as f64;
-        let left = remainder(self.comparison, &best.fit)?;
-        Ok(left.is_none_or(|left| left.gain > ANOTHER * observations))
+        let observations = self.engine.observations() as f64;
+        let Some(left) = self.engine.remainder(best)? else { return Ok(true) };
+        Ok(left.gain > ANOTHER * observations || self.engine.outlook(best)?.is_material())
     }
 }
 
-/// The fit of a kind of effect on top of a model, from where its screen leads.
+/// The fit of a kind of effect on top of a model, from where its screen leads: from the linear step, and from shorter ones,
+/// because far from the optimum the linear step goes too far.
 fn job(from: &Tried, starts: &[Start]) -> Job {
     let mut added = from.added.clone();
     added.extend(starts.first().map(|s| freed(&s.effect)));
     let with = |own: &[f64], effect: &Effect| -> Vec<f64> {
         own.iter().copied().chain(effect.values.iter().map(|v| v.unwrap_or(0.0))).collect()
     };
-    let warm = starts.iter().flat_map(|s| [with(&s.base, &s.effect), with(&from.fit.values, &s.effect)]);
-    Job { added, warm: warm.collect(), from: from.fit.cost }
+    let mut warm = vec![];
+    for start in starts {
+        for share in STEPS {
+            let effect = shortened(&start.effect, share);
+            warm.push(with(&start.base, &effect));
+            warm.push(with(&from.fit.values, &effect));
+        }
+    }
+    Job { added, warm, from: from.fit.cost, basis: from.basis.clone() }
+}
+
+/// An effect with its amplitudes that share of the way from where they do nothing.
+fn shortened(effect: &Effect, share: f64) -> Effect {
+    let spec = effect.kind.spec();
+    let mut shorter = effect.clone();
+    for (param, value) in spec.params.iter().zip(&mut shorter.values) {
+        let neutral = spec.neutral.iter().find(|(name, value)| *name == param.name && value.is_finite());
+        if let (Some((_, neutral)), Some(value)) = (neutral, value) {
+            *value = neutral + share * (*value - neutral);
+        }
+    }
+    shorter
 }
 
 /// Put models among those that were tried, sorted by weight; of one model, the best fit.

@@ -1,8 +1,9 @@
 //! A richer model never fits worse than the simpler one that it contains: its fit starts from that one's optimum too.
 
-use super::{Searcher, TO_THE_END, Tried};
-use crate::common::{World, effect, locked, table};
-use trundle_infer::{Comparison, FitOptions, Quiet, fit};
+use super::Searcher;
+use crate::common::{World, effect, locked};
+use crate::engine::{Effort, Engine, Own, Tried};
+use trundle_infer::Quiet;
 use trundle_model::{Kind, Model};
 
 /// Nats that an added law may cost in the likelihood for each of its free parameters. The posterior density never falls,
@@ -13,7 +14,7 @@ const A_PARAMETER: f64 = 3.4;
 /// What a kind costs beyond the model without it, nats, and its free parameters; `None` where the search tries none.
 fn worse(searcher: &Searcher<'_>, base: &Tried, kind: Kind) -> Option<(f64, usize)> {
     let jobs = searcher.jobs(base, &[kind], 1).unwrap();
-    let tried = searcher.fitted("one", jobs, TO_THE_END).unwrap();
+    let tried = searcher.fitted("one", jobs, Effort::Full).unwrap();
     let one = tried.into_iter().next()?;
     let own = one.fit.estimates.len().saturating_sub(base.fit.estimates.len());
     Some((one.fit.cost - base.fit.cost, own))
@@ -22,22 +23,10 @@ fn worse(searcher: &Searcher<'_>, base: &Tried, kind: Kind) -> Option<(f64, usiz
 /// Every law of the catalogue, added to the fit of a small recording.
 fn check(truth: Model, seed: u64) {
     let data = World::of(truth).recording(seed);
-    let comparison = Comparison::of(&data).unwrap();
-    let nominal = Model::nominal(table(), None, [true; 3]);
-    let searcher = Searcher {
-        comparison: &comparison,
-        nominal: &nominal,
-        commanded: false,
-        episodes: &data.training,
-        without: &[],
-        regions: &[],
-        seed,
-        watch: &Quiet,
-    };
-    let options = FitOptions { seed, ..FitOptions::default() };
-    let base = Tried { added: vec![], fit: fit(&comparison, &nominal, &[], &options, &Quiet).unwrap() };
-    let tuned = comparison.with_channels(base.fit.channels);
-    let searcher = Searcher { comparison: &tuned, ..searcher };
+    let engine = Own::new(&data, None).unwrap();
+    let base = engine.base(seed, &Quiet).unwrap();
+    let upon = engine.upon(&base, None, &Quiet).unwrap();
+    let searcher = Searcher { engine: &*upon, without: &[], regions: &[], seed, watch: &Quiet };
     let mut failed = vec![];
     for kind in searcher.offered(&base) {
         if let Some((cost, own)) = worse(&searcher, &base, kind) {

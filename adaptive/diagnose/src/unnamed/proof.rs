@@ -2,9 +2,8 @@
 
 use super::Bench;
 use super::regression::Regression;
-use crate::naming::judged;
 use rayon::prelude::*;
-use trundle_infer::{Fit, InferError};
+use trundle_infer::{Fit, InferError, score};
 use trundle_record::{Dataset, Prepared};
 
 /// Share of the mean square error one second ahead that it may leave, at most.
@@ -78,7 +77,8 @@ impl<'b, 'a> Proof<'b, 'a> {
 }
 
 fn errors(data: &Dataset, fit: &Fit, episode: &Prepared) -> Result<Errors, InferError> {
-    let score = judged(data, fit, fit, std::slice::from_ref(episode))?;
+    let episodes = std::slice::from_ref(episode);
+    let score = score(&fit.model, &fit.values, &fit.channels, episodes, &data.noise, false)?;
     let rho = fit.model.body.gyration;
     let square = |position: Option<f64>, heading: Option<f64>| {
         position.map_or(f64::INFINITY, |p| p.powi(2) + (rho * heading.unwrap_or(0.0)).powi(2))

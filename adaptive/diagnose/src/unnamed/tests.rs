@@ -3,8 +3,7 @@
 use super::unnamed;
 use crate::adequacy::remainder;
 use crate::common::{self, World, locked};
-use crate::naming::judged;
-use trundle_infer::{Comparison, Fit, FitOptions, Quiet, fit};
+use trundle_infer::{Comparison, Fit, FitOptions, Quiet, fit, score};
 use trundle_model::{Input, Model, State, to_body};
 use trundle_record::Dataset;
 
@@ -24,7 +23,8 @@ fn fitted(foreign: fn(&State<f64>) -> [f64; 3], seed: u64) -> (Dataset, Fit, Opt
 
 /// One second ahead on the held-out episodes, m.
 fn ahead(data: &Dataset, fit: &Fit) -> f64 {
-    judged(data, fit, fit, &data.held_out).unwrap().window_position_rmse.unwrap()
+    let Fit { model, values, channels, .. } = fit;
+    score(model, values, channels, &data.held_out, &data.noise, false).unwrap().window_position_rmse.unwrap()
 }
 
 /// A force across the motion, as on a charge in a magnetic field.

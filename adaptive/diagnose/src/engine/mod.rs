@@ -1,0 +1,165 @@
+//! What a diagnosis asks of a simulation, whether it is trundle's own plant ([`Own`]) or anyone's function
+//! ([`crate::foreign`]). Search, decision and answer know nothing else of what simulates.
+
+mod own;
+
+use crate::adequacy::Remainder;
+use crate::answer::{Channels, Parameter};
+use crate::design::{Certificate, Experiment};
+use crate::foreign::Basis;
+use crate::locate::Located;
+use crate::outlook::Outlook;
+use crate::screen::{Start, Wanted};
+use crate::series::{Missing, Wrench};
+use std::collections::BTreeMap;
+use trundle_infer::{Fit, InferError, Score, Watch};
+use trundle_model::{Effect, Kind, Model};
+use trundle_record::{Dataset, Prepared};
+
+pub(crate) use own::{Own, needs_courses};
+
+/// A model that was tried: the simulation under test with some effects added.
+#[derive(Clone)]
+pub(crate) struct Tried {
+    pub added: Vec<Effect>,
+    pub fit: Fit,
+    /// What a black box was replaced by for this fit; `None` for trundle's own plant.
+    pub basis: Option<Basis>,
+}
+
+/// A fit that is to be made: effects to add, and values of all slots to start from.
+#[derive(Clone)]
+pub(crate) struct Job {
+    pub added: Vec<Effect>,
+    pub warm: Vec<Vec<f64>>,
+    /// Cost of the simpler model that it goes out from.
+    pub from: f64,
+    /// Of the model that it goes out from.
+    pub basis: Option<Basis>,
+}
+
+/// How far a fit is followed.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub(crate) enum Effort {
+    /// At most so many steps: enough to rank models.
+    Glance(usize),
+    /// To its optimum.
+    Full,
+}
+
+/// A simulation, and how it is compared with a recording's training episodes.
+pub(crate) trait Engine: Sync {
+    /// The recording.
+    fn data(&self) -> &Dataset;
+
+    /// The simulation under test as a model, to which effects are added.
+    fn nominal(&self) -> &Model;
+
+    /// Whether the wrench is compared, because inertia plays no part.
+    fn is_quasi_static(&self) -> bool;
+
+    /// Number of samples compared.
+    fn observations(&self) -> usize;
+
+    /// Kinds of effects that the simulation under test may lack.
+    fn candidates(&self) -> Vec<Kind>;
+
+    /// The simulation under test, refitted.
+    fn base(&self, seed: u64, watch: &dyn Watch) -> Result<Tried, InferError>;
+
+    /// The same engine for effects on top of the refitted simulation.
+    fn upon<'a>(
+        &'a self,
+        base: &Tried,
+        before: Option<Remainder>,
+        watch: &dyn Watch,
+    ) -> Result<Box<dyn Engine + 'a>, InferError>;
+
+    /// A cheaper engine for a first glance; `None` where there is none.
+    fn thinned<'a>(&'a self) -> Option<Box<dyn Engine + 'a>>;
+
+    /// Starts of every kind that promises something on top of a model, the best first; `None` where kinds cannot be
+    /// screened.
+    fn starts(
+        &self,
+        from: &Tried,
+        kinds: &[Kind],
+        wanted: &Wanted<'_>,
+        watch: &dyn Watch,
+    ) -> Result<Option<Vec<Vec<Start>>>, InferError>;
+
+    /// Fit a model with effects.
+    fn fit(&self, job: Job, effort: Effort, seed: u64, watch: &dyn Watch) -> Result<Tried, InferError>;
+
+    /// The model refitted, in a few steps, to the training episodes that are to be kept; `model` has its moments of
+    /// events held.
+    fn refitted(
+        &self,
+        tried: &Tried,
+        model: &Model,
+        keep: &dyn Fn(usize) -> bool,
+        watch: &dyn Watch,
+    ) -> Result<Tried, InferError>;
+
+    /// The values with which the simulation is used, if such were given.
+    fn given(&self, watch: &dyn Watch) -> Result<Option<Tried>, InferError>;
+
+    /// Those values by name; with what every simulation of this kind has fixed.
+    fn given_values(&self, given: Option<&Tried>) -> BTreeMap<String, f64>;
+
+    /// What a wandering wrench would gain on top of a model; `None` where only wrenches are compared.
+    fn remainder(&self, tried: &Tried) -> Result<Option<Remainder>, InferError>;
+
+    /// −log density of successive blocks of the training episodes.
+    fn blocks(&self, tried: &Tried) -> Result<Vec<f64>, InferError>;
+
+    /// Where a model leaves something.
+    fn located(&self, tried: &Tried, left: Option<Remainder>) -> Result<Located, InferError>;
+
+    /// Shares of the standardised misfit.
+    fn channels(&self, tried: &Tried) -> Result<Channels, InferError>;
+
+    /// Prediction errors one second ahead.
+    fn outlook(&self, tried: &Tried) -> Result<Outlook, InferError>;
+
+    /// Figures on some episodes. What is not judged of the model `beside` is not judged of this one.
+    fn score(&self, tried: &Tried, beside: &Tried, episodes: &[Prepared]) -> Result<Score, InferError>;
+
+    /// Simulated poses of an episode, one for each recorded one; `None` where inertia plays no part.
+    fn open_loop(&self, tried: &Tried, episode: &Prepared) -> Result<Option<Vec<[f64; 3]>>, InferError>;
+
+    /// The missing wrench along every episode.
+    fn missing(&self, tried: &Tried, left: Option<Remainder>) -> Result<Missing, InferError>;
+
+    /// The wrenches that two models need in an episode, where wrenches are compared.
+    fn wrenches(&self, episode: &Prepared, models: [&Tried; 2]) -> Result<Option<Wrench>, InferError>;
+
+    /// Residual wrenches of the training episodes, where wrenches are compared.
+    fn residual_wrenches(&self, tried: &Tried) -> Result<Option<Vec<[f64; 3]>>, InferError>;
+
+    /// How alike two models are on what was recorded.
+    fn certificate(&self, names: [&str; 2], models: [&Tried; 2]) -> Result<Certificate, InferError>;
+
+    /// A push that would tell two models apart; `None` where none can be designed.
+    fn experiment(
+        &self,
+        names: [&str; 2],
+        models: [&Tried; 2],
+        noise: &trundle_infer::Channels,
+        watch: &dyn Watch,
+    ) -> Result<Option<Experiment>, InferError>;
+
+    /// The simulation under test with a wrench that no law names; `None` where none predicts.
+    fn unnamed(
+        &self,
+        base: &Tried,
+        left: Option<Remainder>,
+        watch: &dyn Watch,
+    ) -> Result<Option<Tried>, InferError>;
+
+    /// Parameters of the simulation under test within a fit.
+    fn parameters(&self, tried: &Tried) -> BTreeMap<String, Parameter>;
+
+    /// `model.toml`.
+    fn file(&self, tried: &Tried) -> Result<String, InferError>;
+}

@@ -1,0 +1,58 @@
+//! A linearised simulator as the screen of candidates looks at it.
+
+use super::likelihood::Along;
+use crate::proposals::has_shape;
+use crate::screen::{Start, View};
+use nalgebra::{DMatrix, DVector};
+use trundle_infer::{Coordinates, Fit, InferError};
+use trundle_model::{Effect, Kind, Model};
+
+/// Further starts of a kind that has a place.
+const ELSEWHERE: usize = 3;
+
+/// What a fitted model leaves along the linearised simulator.
+pub(super) struct Linear {
+    pub along: Along,
+    pub own: Vec<f64>,
+    pub residual: DVector<f64>,
+}
+
+impl View for Linear {
+    fn residual(&self) -> DVector<f64> {
+        self.residual.clone()
+    }
+
+    fn own(&self, fit: &Fit) -> Result<(DMatrix<f64>, Vec<Option<usize>>), InferError> {
+        let slots = fit.model.slots();
+        let place = |name: &str| slots.iter().position(|s| s.name == name);
+        let parameter = |name: &str| self.along.parameters.iter().position(|p| p.name == name);
+        let all = fit.estimates.iter().map(|e| (place(&e.name), parameter(&e.name)));
+        let column = |(law, own): (Option<usize>, Option<usize>)| law.or(own.map(|k| slots.len() + k));
+        let free: Vec<usize> = all.clone().filter_map(column).collect();
+        let values: Vec<f64> = fit.values.iter().chain(&self.own).copied().collect();
+        Ok((self.along.jacobian(&fit.model, &values, &free)?, all.map(|(law, _)| law).collect()))
+    }
+
+    fn slopes(&self, model: &Model, values: &[f64], free: &[usize]) -> Result<DMatrix<f64>, InferError> {
+        let values: Vec<f64> = values.iter().chain(&self.own).copied().collect();
+        self.along.jacobian(model, &values, free)
+    }
+}
+
+/// Starts at places drawn from the prior: what a linear step promises far from the optimum ranks places badly.
+pub(super) fn elsewhere(bare: &Model, kind: Kind, base: &[f64], seed: u64) -> Vec<Start> {
+    use rand::SeedableRng;
+    if !has_shape(bare, kind) {
+        return vec![];
+    }
+    let mut model = bare.clone();
+    model.effects.push(Effect::free(kind));
+    let coordinates = Coordinates::new(&model);
+    let mut rng = rand_chacha::ChaCha8Rng::seed_from_u64(seed);
+    let mut drawn = || {
+        let values = coordinates.values(&coordinates.draw(&mut rng)).0;
+        let own = values[1..].iter().map(|&v| Some(v)).collect();
+        Start { effect: Effect { kind, values: own }, base: base.to_vec(), gain: 0.0 }
+    };
+    (0..ELSEWHERE).map(|_| drawn()).collect()
+}
