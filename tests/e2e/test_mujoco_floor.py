@@ -27,9 +27,11 @@ def test_friction_that_gives_way_is_named_with_the_speed_at_which_it_does() -> N
 
 
 @pytest.mark.slow
-def test_a_name_is_refused_where_the_best_of_bad_models_predicts_nothing() -> None:
-    """Friction of each joint by itself holds x, y and the turn apart, as no floor does."""
+def test_friction_of_each_joint_is_dry_friction_along_axes() -> None:
+    """MuJoCo's friction loss of each joint holds x, y and the turn apart, as no floor does."""
     found = trundle.diagnose(recording("joints", feet=True, episodes=4))
-    assert found.verdict == "unexplained"
-    assert found.missing == []
-    assert found.answer["mismatch"]["windows"]
+    assert (found.verdict, found.missing) == ("explained", ["axis_friction"])
+    parameters = found.answer["missing"][0]["parameters"]
+    for force in ("force_x", "force_y"):
+        assert parameters[force]["mean"] == pytest.approx(FRICTION, rel=0.02)
+    assert parameters["angle"]["mean"] == pytest.approx(0.0, abs=0.01)
