@@ -11,7 +11,7 @@ use statrs::distribution::{ContinuousCDF, StudentsT};
 use trundle_infer::{Comparison, Fit, InferError, Likelihood};
 
 /// Blocks into which an episode is cut, of motion and of slow pushes.
-pub(crate) const BLOCKS: usize = 20;
+const BLOCKS: usize = 20;
 const SLOW_BLOCKS: usize = 5;
 
 /// Probability, from the paired block differences, that `fuller` predicts better than `simpler`.
@@ -40,16 +40,21 @@ fn chance(gains: &[f64], bought: f64) -> f64 {
 /// Fewest wrench samples of a block: neighbours within a second or so depend on one another.
 const SMALLEST: usize = 5;
 
+/// Costs of the samples of one episode, summed over successive blocks.
+pub(crate) fn in_blocks(costs: &[f64]) -> Vec<f64> {
+    let size = costs.len().div_ceil(BLOCKS).max(1);
+    costs.chunks(size).map(|block| block.iter().sum()).collect()
+}
+
 /// Costs of successive blocks.
 pub(crate) fn blocks(comparison: &Comparison, fit: &Fit) -> Result<Vec<f64>, InferError> {
     match comparison.with_channels(fit.channels) {
         Comparison::Motion(motion) => {
             let Some(all) = motion.innovations(&fit.model, &fit.values)? else { return Ok(vec![]) };
-            let cut = |episode: &Vec<trundle_infer::Innovation>| {
-                let size = episode.len().div_ceil(BLOCKS).max(1);
-                episode.chunks(size).map(|c| c.iter().map(|i| i.cost).sum()).collect::<Vec<f64>>()
+            let costs = |episode: &Vec<trundle_infer::Innovation>| -> Vec<f64> {
+                episode.iter().map(|innovation| innovation.cost).collect()
             };
-            Ok(all.iter().flat_map(cut).collect())
+            Ok(all.iter().flat_map(|episode| in_blocks(&costs(episode))).collect())
         }
         Comparison::Wrench(wrench) => {
             let mut episodes: Vec<usize> = wrench.samples().iter().map(|s| s.episode).collect();

@@ -30,7 +30,7 @@ const DIRECTIONS: usize = 6;
 /// much does as one over their number.
 const PARTS: usize = 4;
 const IN_PHASE: f64 = 0.5;
-/// Lines that are told of each spectrum, at most.
+/// Lines that are reported of each spectrum, at most.
 const MOST: usize = 3;
 
 /// A line of a spectrum.
@@ -81,8 +81,8 @@ fn bandwidth(courses: &[Vec<Residual>]) -> f64 {
     if count == 0.0 || squares == 0.0 { 0.0 } else { (slopes / squares).sqrt() / TAU }
 }
 
-/// For the answer.
-pub(crate) fn told(courses: &[Vec<Residual>], rail: bool) -> Vec<Period> {
+/// Lines of both kinds, as the answer lists them.
+pub(crate) fn for_answer(courses: &[Vec<Residual>], rail: bool) -> Vec<Period> {
     let of = |of: &'static str, unit: &'static str| {
         move |line: Line| Period { of, period: line.period, unit, amplitude: line.amplitude }
     };

@@ -241,7 +241,11 @@ fn explain(engine: &dyn Engine, decided: Decision, watch: &dyn Watch) -> Result<
         residual: Remaining {
             windows: remains.windows,
             regime: remains.regime,
-            periods: if shown { periods::told(&courses, data.dof == [true, false, false]) } else { vec![] },
+            periods: if shown {
+                periods::for_answer(&courses, data.dof == [true, false, false])
+            } else {
+                vec![]
+            },
             ..remaining(engine, after, [found.before, left], &missing_after)?
         },
         warnings: warnings(engine, before, after, verdict == Verdict::Explained)?,

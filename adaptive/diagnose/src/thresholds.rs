@@ -32,7 +32,8 @@ pub(crate) const POOR: f64 = 0.1;
 
 /// Errors below this many times the instruments' variance, or below [`MATERIAL_SHARE`] of the motion's mean square (a tenth
 /// of the motion) unless they refute the model, are immaterial: no correction of the model would improve its predictions
-/// to speak of. Chosen on the tuning range of the wide benchmark: of 38 clean recordings 3 are material by this.
+/// to speak of. Chosen on the tuning range of the wide benchmark: of 38 clean recordings 3 are material by this. Where the
+/// simulation under test errs less than the first, no effect is named.
 pub(crate) const MATERIAL_VARIANCES: f64 = 2.0;
 pub(crate) const MATERIAL_SHARE: f64 = 0.01;
 

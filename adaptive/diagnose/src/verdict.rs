@@ -208,7 +208,7 @@ pub(crate) fn judge(
 
 #[cfg(test)]
 mod tests {
-    use super::{judge, likeness};
+    use super::{Choice, judge, likeness};
     use crate::adequacy::Remainder;
     use crate::answer::Verdict;
     use trundle_infer::Channels;
@@ -218,6 +218,15 @@ mod tests {
     fn leaving(gain: f64, excess: f64) -> Option<Remainder> {
         let channels = Channels { pose: [1e-3; 3], reading: [0.4; 3], wander: [0.0; 3] };
         Some(Remainder { gain, channels, excess })
+    }
+
+    #[test]
+    fn what_is_dismissed_is_listed_as_immaterial() {
+        let choice =
+            Choice { best: 3, chances: vec![0.99, 0.97], rejected: 3, immaterial: vec![(1, 0, 0.96)] };
+        let dismissed = choice.dismissed(5);
+        assert_eq!((dismissed.best, dismissed.rejected, dismissed.chances.len()), (5, 0, 0));
+        assert_eq!(dismissed.immaterial, [(1, 0, 0.96), (3, 0, 0.99), (3, 1, 0.97)]);
     }
 
     #[test]

@@ -73,7 +73,7 @@ fn blank() -> Certificate {
 
 /// Factor on the tracker's noise under which poses correct nothing: what the filter predicts then is the simulation in
 /// open loop, with what the instruments' noise makes of it.
-const BLIND: f64 = 1e4;
+pub(crate) const BLIND: f64 = 1e4;
 
 fn of_motion(motion: &MotionLikelihood, fits: [&Fit; 2]) -> Result<Certificate, InferError> {
     // Both under the same noise, so that only the laws differ.

@@ -15,8 +15,8 @@ mod sentence;
 mod separation;
 
 pub use bench::{Bench, Instruments, Limits};
+pub(crate) use certificate::{BLIND, Simulated, of_simulations};
 pub use certificate::{Certificate, certificate};
-pub(crate) use certificate::{Simulated, of_simulations};
 pub use files::{Designed, Object, between};
 pub use push::{Profile, Push};
 pub use rival::Rival;

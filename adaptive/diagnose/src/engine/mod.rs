@@ -38,6 +38,10 @@ pub(crate) struct Job {
     pub basis: Option<Basis>,
 }
 
+/// Steps of a search that ends, and of a refit: it starts a fraction of a standard deviation from its optimum.
+pub(crate) const TO_THE_END: usize = 60;
+pub(crate) const REFIT_STEPS: usize = 6;
+
 /// How far a fit is followed.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub(crate) enum Effort {
@@ -45,6 +49,16 @@ pub(crate) enum Effort {
     Glance(usize),
     /// To its optimum.
     Full,
+}
+
+impl Effort {
+    /// Steps at most.
+    pub fn steps(self) -> usize {
+        match self {
+            Self::Glance(steps) => steps,
+            Self::Full => TO_THE_END,
+        }
+    }
 }
 
 /// A simulation, and how it is compared with a recording's training episodes.

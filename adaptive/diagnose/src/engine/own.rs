@@ -1,6 +1,6 @@
 //! Trundle's own plant as the simulation under test.
 
-use super::{Effort, Engine, Job, Tried};
+use super::{Effort, Engine, Job, REFIT_STEPS, Tried};
 use crate::adequacy::{Remainder, left_by, remainder};
 use crate::answer::{Channels, Parameter};
 use crate::candidates::candidates;
@@ -23,10 +23,6 @@ use trundle_infer::{
 };
 use trundle_model::{Kind, Model, Scales};
 use trundle_record::{Dataset, Prepared};
-
-/// Steps of a search that ends, and of a refit: it starts a fraction of a standard deviation from its optimum.
-const TO_THE_END: usize = 60;
-const REFIT_STEPS: usize = 6;
 
 /// A model of trundle's, compared by its motion or by the wrench that it needs.
 #[derive(Clone)]
@@ -140,11 +136,7 @@ impl Engine for Own<'_> {
     fn fit(&self, job: Job, effort: Effort, seed: u64, watch: &dyn Watch) -> Result<Tried, InferError> {
         let mut model = self.nominal.clone();
         model.effects.extend(job.added.iter().cloned());
-        let steps = match effort {
-            Effort::Glance(steps) => steps,
-            Effort::Full => TO_THE_END,
-        };
-        let near = self.simulated().then_some(steps);
+        let near = self.simulated().then_some(effort.steps());
         let options = FitOptions { starts: 0, seed, from_afar: false, near, ..FitOptions::default() };
         let fit = fit(&self.comparison, &model, &job.warm, &options, watch)?;
         Ok(Tried { fit, added: job.added, basis: None })

@@ -11,9 +11,9 @@ use super::windows::windows;
 use crate::adequacy::{Remainder, best_walk};
 use crate::answer::{Channels, Parameter};
 use crate::candidates::candidates;
-use crate::confirm::BLOCKS;
-use crate::design::{Certificate, Experiment, Simulated, of_simulations};
-use crate::engine::{Effort, Engine, Job, Tried, needs_courses};
+use crate::confirm::in_blocks;
+use crate::design::{BLIND, Certificate, Experiment, Simulated, of_simulations};
+use crate::engine::{Effort, Engine, Job, REFIT_STEPS, Tried, needs_courses};
 use crate::enough::enough;
 use crate::locate::Located;
 use crate::outlook::{End, Outlook};
@@ -27,7 +27,7 @@ use rayon::prelude::*;
 use std::collections::BTreeMap;
 use std::sync::Arc;
 use trundle_infer::{
-    Channels as Noise, Estimate, Fit, FitOptions, InferError, Likelihood, Residual, Score, Watch, fit,
+    Channels as Noise, Estimate, Fit, FitOptions, InferError, Likelihood, Quiet, Residual, Score, Watch, fit,
     on_all_cores, quasi_static,
 };
 use trundle_model::{Acting, Kind, Model, Posterior, Slot};
@@ -39,13 +39,10 @@ pub(crate) struct Basis {
     along: Arc<Along>,
     /// Values of the simulator's parameters in the fit.
     own: Vec<f64>,
-    /// Whether those may have bent to what is missing, so that effects are not to be tried about them.
-    bent: bool,
+    /// Whether those are biased by what is missing, so that effects are not tried around them.
+    biased: bool,
 }
 
-/// Steps of a search that ends, and of a refit.
-const TO_THE_END: usize = 60;
-const REFIT_STEPS: usize = 6;
 /// Fits of a law on the object, each trusting it as far as the one before says.
 const ROUNDS: usize = 2;
 /// Starts that a search gives for each place of an effect: two steps, with and without what they shift.
@@ -56,8 +53,6 @@ const TURNS: usize = 4;
 const STILL: f64 = 0.03;
 /// Length of a prediction, s.
 const WINDOW: f64 = 1.0;
-/// Factor on the tracker's noise under which poses correct nothing.
-const BLIND: f64 = 1e4;
 
 /// A simulator that nothing is known of, with a recording.
 #[derive(Clone)]
@@ -70,6 +65,8 @@ pub(crate) struct BlackBox<'a> {
     /// The body that laws know, without laws.
     bare: Model,
     seed: u64,
+    /// Asked in every step of a simulation on the calling thread whether to go on.
+    watch: &'a dyn Watch,
 }
 
 impl<'a> BlackBox<'a> {
@@ -81,7 +78,7 @@ impl<'a> BlackBox<'a> {
         data: &'a Dataset,
         foreign: &'a Foreign<'a>,
         seed: u64,
-        watch: &dyn Watch,
+        watch: &'a dyn Watch,
     ) -> Result<Self, InferError> {
         enough(data)?;
         if quasi_static(data) {
@@ -99,7 +96,7 @@ impl<'a> BlackBox<'a> {
         let noise = Noise::of(&data.noise);
         let along = settle(foreign, &paths, &foreign.start, noise, &body, seed, watch)?;
         let bare = self::body(data, along.felt_mass());
-        Ok(Self { data, foreign, paths: paths.into(), along: Arc::new(along), bare, seed })
+        Ok(Self { data, foreign, paths: paths.into(), along: Arc::new(along), bare, seed, watch })
     }
 
     /// The linearised simulator of a model.
@@ -120,13 +117,10 @@ impl<'a> BlackBox<'a> {
         self.along(tried).own(&tried.fit)
     }
 
-    fn rollout<'s>(
-        &'s self,
-        tried: &Tried,
-        values: &'s [f64],
-        watch: &'s dyn Watch,
-    ) -> Result<Rollout<'s>, InferError> {
+    fn rollout<'s>(&'s self, tried: &Tried, values: &'s [f64]) -> Result<Rollout<'s>, InferError> {
         let plant = tried.fit.model.plant(&tried.fit.values)?;
+        // A watch is asked on the calling thread only; work on other threads asks between its parts.
+        let watch = if rayon::current_thread_index().is_some() { &Quiet } else { self.watch };
         Ok(Rollout { foreign: self.foreign, values, plant, watch })
     }
 
@@ -206,11 +200,11 @@ impl Engine for BlackBox<'_> {
             std::iter::once(self.bare.body.mass).chain(self.along.values.iter().copied()).collect();
         let fit = fit(&*self.along, &self.bare, &[start], &options, watch)?;
         let own = self.along.own(&fit);
-        Ok(Tried { added: vec![], fit, basis: Some(Basis { along: self.along.clone(), own, bent: true }) })
+        Ok(Tried { added: vec![], fit, basis: Some(Basis { along: self.along.clone(), own, biased: true }) })
     }
 
-    /// Where something is missing, the simulator's parameters have bent to make up for it; laws are tried about where
-    /// they are when the missing wrench may be anything.
+    /// Where something is missing, the simulator's refitted parameters are biased by it. Laws are tried around parameters that
+    /// are fitted together with a random-walk wrench.
     fn upon<'b>(
         &'b self,
         _: &Tried,
@@ -221,8 +215,8 @@ impl Engine for BlackBox<'_> {
             return Ok(Box::new(self.clone()));
         };
         let (from, bare) = (&self.along.values, &self.bare);
-        let unbent = settle(self.foreign, &self.paths, from, before.channels, bare, self.seed, watch)?;
-        let along = Arc::new(unbent.with_channels(self.along.channels).sketched());
+        let robust = settle(self.foreign, &self.paths, from, before.channels, bare, self.seed, watch)?;
+        let along = Arc::new(robust.with_channels(self.along.channels).sketched());
         Ok(Box::new(Self { bare: body(self.data, along.felt_mass()), along, ..self.clone() }))
     }
 
@@ -238,8 +232,8 @@ impl Engine for BlackBox<'_> {
         watch: &dyn Watch,
     ) -> Result<Option<Vec<Vec<Start>>>, InferError> {
         on_all_cores(watch, |watch| {
-            let bent = from.basis.as_ref().is_none_or(|basis| basis.bent);
-            let (along, own) = if bent {
+            let biased = from.basis.as_ref().is_none_or(|basis| basis.biased);
+            let (along, own) = if biased {
                 ((*self.along).clone(), self.along.values.clone())
             } else {
                 (self.doubting(from)?, self.own(from))
@@ -266,13 +260,10 @@ impl Engine for BlackBox<'_> {
     fn fit(&self, job: Job, effort: Effort, seed: u64, watch: &dyn Watch) -> Result<Tried, InferError> {
         let mut model = self.bare.clone();
         model.effects.extend(job.added.iter().cloned());
-        let near = Some(match effort {
-            Effort::Glance(steps) => steps,
-            Effort::Full => TO_THE_END,
-        });
+        let near = Some(effort.steps());
         let options = FitOptions { starts: 0, seed, from_afar: false, near, ..FitOptions::default() };
         let (mut along, own) = match job.basis {
-            Some(Basis { along, own, bent: false }) => (along, own),
+            Some(Basis { along, own, biased: false }) => (along, own),
             _ => (self.along.clone(), self.along.values.clone()),
         };
         let start = |laws: &Vec<f64>| laws.iter().chain(&own).copied().collect();
@@ -298,7 +289,7 @@ impl Engine for BlackBox<'_> {
             found = fitted(&along, &model, &[at], &options, watch)?;
         }
         let own = along.own(&found);
-        Ok(Tried { added: job.added, fit: found, basis: Some(Basis { along, own, bent: false }) })
+        Ok(Tried { added: job.added, fit: found, basis: Some(Basis { along, own, biased: false }) })
     }
 
     fn refitted(
@@ -326,7 +317,7 @@ impl Engine for BlackBox<'_> {
         let along = Along::new(&fixed, start, &self.paths, channels, self.bare.dof, watch)?;
         let at: Vec<f64> = std::iter::once(self.bare.body.mass).chain(start.iter().copied()).collect();
         let fit = fit(&along, &self.bare, &[at], &FitOptions { starts: 0, ..FitOptions::default() }, watch)?;
-        let basis = Basis { along: Arc::new(along), own: start.clone(), bent: false };
+        let basis = Basis { along: Arc::new(along), own: start.clone(), biased: false };
         Ok(Some(Tried { added: vec![], fit, basis: Some(basis) }))
     }
 
@@ -350,11 +341,7 @@ impl Engine for BlackBox<'_> {
     fn blocks(&self, tried: &Tried) -> Result<Vec<f64>, InferError> {
         let plant = tried.fit.model.plant(&tried.fit.values)?;
         let costs = self.doubting(tried)?.costs(&plant, &self.own(tried));
-        let cut = |episode: &Vec<f64>| {
-            let size = episode.len().div_ceil(BLOCKS).max(1);
-            episode.chunks(size).map(|c| c.iter().sum()).collect::<Vec<f64>>()
-        };
-        Ok(costs.iter().flat_map(cut).collect())
+        Ok(costs.iter().flat_map(|episode| in_blocks(episode)).collect())
     }
 
     fn located(&self, tried: &Tried, left: Option<Remainder>) -> Result<Located, InferError> {
@@ -379,7 +366,7 @@ impl Engine for BlackBox<'_> {
     /// The simulator predicts; how uncertain that is, by the instruments' noise, its linearisation tells.
     fn outlook(&self, tried: &Tried) -> Result<Outlook, InferError> {
         let (along, dof, values) = (self.along(tried), self.data.dof, self.own(tried));
-        let rollout = self.rollout(tried, &values, &trundle_infer::Quiet)?;
+        let rollout = self.rollout(tried, &values)?;
         let moves = |v: [f64; 3]| [0, 1, 2].map(|k| if dof[k] { v[k] } else { 0.0 });
         let mut ends = vec![];
         for (k, (path, episode)) in along.paths.iter().zip(&self.data.training).enumerate() {
@@ -400,13 +387,13 @@ impl Engine for BlackBox<'_> {
 
     fn score(&self, tried: &Tried, _: &Tried, episodes: &[Prepared]) -> Result<Score, InferError> {
         let values = self.own(tried);
-        let rollout = self.rollout(tried, &values, &trundle_infer::Quiet)?;
+        let rollout = self.rollout(tried, &values)?;
         rollout.score(episodes, &self.data.noise, self.data.dof, self.bare.body.gyration)
     }
 
     fn open_loop(&self, tried: &Tried, episode: &Prepared) -> Result<Option<Vec<[f64; 3]>>, InferError> {
         let values = self.own(tried);
-        self.rollout(tried, &values, &trundle_infer::Quiet)?.open_loop(episode).map(Some)
+        self.rollout(tried, &values)?.open_loop(episode).map(Some)
     }
 
     fn missing(&self, tried: &Tried, left: Option<Remainder>) -> Result<Missing, InferError> {

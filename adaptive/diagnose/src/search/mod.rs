@@ -336,8 +336,18 @@ pub(crate) fn probabilities(tried: &[Tried], rejected: usize) -> Vec<f64> {
 
 #[cfg(test)]
 mod tests {
-    use super::{kinds, same};
+    use super::{kinds, same, shortened};
     use trundle_model::{Effect, Kind};
+
+    #[test]
+    fn a_shorter_step_keeps_the_shape_and_starts_from_neutral() {
+        let rubs = Effect::free(Kind::CoulombFriction).with("x", Some(0.4)).with("force", Some(8.0));
+        let shorter = shortened(&rubs, 0.25);
+        assert_eq!(shorter, rubs.clone().with("force", Some(2.0)));
+        let gain = Effect::free(Kind::ForceScale).with("gain_y", Some(1.4));
+        let value = shortened(&gain, 0.25).values.into_iter().flatten().fold(0.0, f64::max);
+        assert!((value - 1.1).abs() < 1e-12, "{value}");
+    }
 
     #[test]
     fn two_points_of_friction_are_not_one() {
