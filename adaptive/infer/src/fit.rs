@@ -21,6 +21,8 @@ pub struct FitOptions {
     pub from_afar: bool,
     /// Where given starts lie near their optima: how many steps the best of them is followed at most.
     pub near: Option<usize>,
+    /// How often noise that the recording does not state is estimated at most, each time with a search under it.
+    pub noise_rounds: usize,
     /// Names of parameters that each episode has its own of.
     pub per_episode: BTreeSet<String>,
 }
@@ -43,6 +45,7 @@ impl Default for FitOptions {
             optimiser: Optimiser::default(),
             from_afar: true,
             near: None,
+            noise_rounds: 2,
             per_episode: BTreeSet::new(),
         }
     }
@@ -149,22 +152,35 @@ pub fn fit(
             (settled(&target, points, options, watch)?, agreement)
         }
     };
-    let settled = |target: &Target<'_>, point: Vec<f64>| match options.near {
-        Some(steps) => followed(target, vec![point], steps, watch),
-        None => settled(target, vec![point], options, watch),
+    under_tuned(likelihood, &target, (best, agreement), options, options.noise_rounds, watch)
+}
+
+/// Decrease of the cost, nats, below which estimating the noise once more is not worth it.
+const NOISE_SETTLED: f64 = 0.1;
+
+/// Where the noise is not stated it is estimated, and the fit repeated under it, in at most so many rounds.
+fn under_tuned(
+    likelihood: &dyn Likelihood,
+    target: &Target<'_>,
+    (best, agreement): (Optimum, Agreement),
+    options: &FitOptions,
+    rounds: usize,
+    watch: &dyn Watch,
+) -> Result<Fit, InferError> {
+    let model = target.model();
+    let tuned = match rounds {
+        0 => None,
+        _ => likelihood.tuned(model, &target.shared_values(&best.point).0)?,
     };
-    // Where the noise is not stated it is estimated, and the fit repeated under it.
-    let Some(tuned) = likelihood.tuned(model, &target.shared_values(&best.point).0)? else {
-        return finish(&target, likelihood.channels(), best, agreement);
+    let Some(tuned) = tuned else { return finish(target, likelihood.channels(), best, agreement) };
+    let again = target.over(&*tuned, &options.per_episode)?;
+    let before = best.at.cost;
+    let best = match options.near {
+        Some(steps) => followed(&again, vec![best.point], steps, watch)?,
+        None => settled(&again, vec![best.point], options, watch)?,
     };
-    let under_tuned = target.over(&*tuned, &options.per_episode)?;
-    let best = settled(&under_tuned, best.point)?;
-    let Some(tuned) = tuned.tuned(model, &target.shared_values(&best.point).0)? else {
-        return finish(&under_tuned, tuned.channels(), best, agreement);
-    };
-    let under_tuned = target.over(&*tuned, &options.per_episode)?;
-    let best = settled(&under_tuned, best.point)?;
-    finish(&under_tuned, tuned.channels(), best, agreement)
+    let rounds = if before - best.at.cost < NOISE_SETTLED { 0 } else { rounds - 1 };
+    under_tuned(&*tuned, &again, (best, agreement), options, rounds, watch)
 }
 
 /// Where the better of some near starts leads, by its usual name.

@@ -6,6 +6,7 @@
 
 mod baseline;
 mod beginning;
+mod brent;
 mod comparison;
 mod coordinates;
 mod covariance;

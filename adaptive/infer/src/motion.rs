@@ -1,5 +1,6 @@
 //! The likelihood of the motion under the recorded wrench (eq. 5, 6), by prediction errors.
 
+use crate::brent::best_factor;
 use crate::filter::{Filtering, Innovation, Passage, Residual, Response, filter};
 use crate::likelihood::{Likelihood, Linearised, Look};
 use crate::{Channels, InferError, Track, sensitivity};
@@ -245,32 +246,9 @@ impl MotionLikelihood {
     /// When `values` has the wrong length.
     pub fn with_tuned_noise(&self, model: &Model, values: &[f64]) -> Result<Self, InferError> {
         let tried = |pose, reading| self.with_channels(self.channels.scaled(pose, reading));
-        let reading = minimise(|f| tried(1.0, f).cost(model, values), READING_RANGE)?;
-        let pose = minimise(|f| tried(f, reading).cost(model, values), POSE_RANGE)?;
+        let reading = best_factor(&|f| tried(1.0, f).cost(model, values), READING_RANGE)?;
+        let pose = best_factor(&|f| tried(f, reading).cost(model, values), POSE_RANGE)?;
         Ok(tried(pose, reading))
     }
 }
 
-/// The factor in a range that minimises a cost: golden section in its logarithm.
-pub(crate) fn minimise(
-    cost: impl Fn(f64) -> Result<f64, InferError>,
-    (low, high): (f64, f64),
-) -> Result<f64, InferError> {
-    const GOLDEN: f64 = 0.618_033_988_749_894_8;
-    const STEPS: usize = 10;
-    let (mut a, mut b) = (low.ln(), high.ln());
-    let (mut c, mut d) = (b - GOLDEN * (b - a), a + GOLDEN * (b - a));
-    let (mut at_c, mut at_d) = (cost(c.exp())?, cost(d.exp())?);
-    for _ in 0..STEPS {
-        if at_c < at_d {
-            (b, d, at_d) = (d, c, at_c);
-            c = b - GOLDEN * (b - a);
-            at_c = cost(c.exp())?;
-        } else {
-            (a, c, at_c) = (c, d, at_d);
-            d = a + GOLDEN * (b - a);
-            at_d = cost(d.exp())?;
-        }
-    }
-    Ok(((a + b) / 2.0).exp())
-}

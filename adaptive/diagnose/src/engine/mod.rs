@@ -32,10 +32,20 @@ pub(crate) struct Tried {
 pub(crate) struct Job {
     pub added: Vec<Effect>,
     pub warm: Vec<Vec<f64>>,
-    /// Cost of the simpler model that it goes out from.
+    /// Cost of the model that it goes out from.
     pub from: f64,
-    /// Of the model that it goes out from.
+    /// The noise that suits that model.
+    pub channels: trundle_infer::Channels,
+    /// Of that model.
     pub basis: Option<Basis>,
+}
+
+impl Job {
+    /// A fit that goes out from a model.
+    pub fn from(model: &Tried, added: Vec<Effect>, warm: Vec<Vec<f64>>) -> Self {
+        let (fit, basis) = (&model.fit, model.basis.clone());
+        Self { added, warm, from: fit.cost, channels: fit.channels, basis }
+    }
 }
 
 /// Steps of a search that ends, and of a refit: it starts a fraction of a standard deviation from its optimum.
@@ -45,8 +55,10 @@ pub(crate) const REFIT_STEPS: usize = 6;
 /// How far a fit is followed.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub(crate) enum Effort {
-    /// At most so many steps: enough to rank models.
-    Glance(usize),
+    /// A few steps under the noise of the simpler model: enough to see what leads nowhere.
+    Glance,
+    /// A step or two more, and the noise estimated: enough to rank models.
+    Look,
     /// To its optimum.
     Full,
 }
@@ -55,8 +67,18 @@ impl Effort {
     /// Steps at most.
     pub fn steps(self) -> usize {
         match self {
-            Self::Glance(steps) => steps,
+            Self::Glance => 8,
+            Self::Look => 2,
             Self::Full => TO_THE_END,
+        }
+    }
+
+    /// How often noise that is not stated is estimated at most.
+    pub fn noise_rounds(self) -> usize {
+        match self {
+            Self::Glance => 0,
+            Self::Look => 1,
+            Self::Full => 2,
         }
     }
 }

@@ -137,8 +137,11 @@ impl Engine for Own<'_> {
         let mut model = self.nominal.clone();
         model.effects.extend(job.added.iter().cloned());
         let near = self.simulated().then_some(effort.steps());
-        let options = FitOptions { starts: 0, seed, from_afar: false, near, ..FitOptions::default() };
-        let fit = fit(&self.comparison, &model, &job.warm, &options, watch)?;
+        let noise_rounds = effort.noise_rounds();
+        let options =
+            FitOptions { starts: 0, seed, from_afar: false, near, noise_rounds, ..FitOptions::default() };
+        let from = self.comparison.with_channels(job.channels);
+        let fit = fit(&from, &model, &job.warm, &options, watch)?;
         Ok(Tried { fit, added: job.added, basis: None })
     }
 
@@ -149,8 +152,9 @@ impl Engine for Own<'_> {
         keep: &dyn Fn(usize) -> bool,
         watch: &dyn Watch,
     ) -> Result<Tried, InferError> {
+        let near = Some(REFIT_STEPS);
         let options =
-            FitOptions { starts: 0, from_afar: false, near: Some(REFIT_STEPS), ..FitOptions::default() };
+            FitOptions { starts: 0, from_afar: false, near, noise_rounds: 0, ..FitOptions::default() };
         let some = self.under(tried).only(keep);
         let warm = std::slice::from_ref(&tried.fit.values);
         Ok(Tried { fit: fit(&some, model, warm, &options, watch)?, ..tried.clone() })

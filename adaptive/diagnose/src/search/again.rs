@@ -106,7 +106,7 @@ impl Searcher<'_> {
             added.remove(k);
             let model = self.model(&added);
             let warm = carried(&best.fit, &model, &vec![0.0; model.slots().len()]);
-            Job { added, warm: vec![warm], from: best.fit.cost, basis: best.basis.clone() }
+            Job::from(&best, added, vec![warm])
         };
         self.make_all("without each", (0..best.added.len()).map(without).collect(), tried)?;
         // Dropped one by one: what is left over may have been a single effect all along.
@@ -139,10 +139,11 @@ impl Searcher<'_> {
             let held = |k: usize| part >> k & 1 == 1;
             let added: Vec<_> =
                 best.added.iter().enumerate().filter(|(k, _)| held(*k)).map(|(_, e)| e.clone()).collect();
-            if of_kinds(tried, added.iter().map(|e| e.kind).collect()).is_none() {
+            let known = of_kinds(tried, added.iter().map(|e| e.kind).collect());
+            if known.is_none_or(|known| !known.fit.converged) {
                 let model = self.model(&added);
                 let warm = vec![carried(&best.fit, &model, &vec![0.0; model.slots().len()])];
-                jobs.push(Job { added, warm, from: best.fit.cost, basis: best.basis.clone() });
+                jobs.push(Job::from(&best, added, warm));
             }
         }
         self.make_all("parts of the best", jobs, tried)
@@ -187,7 +188,7 @@ impl Searcher<'_> {
                 let median = coordinates.values(&vec![0.0; coordinates.free().len()]).0;
                 let fill = like.map_or_else(|| median.clone(), |like| carried(&like.fit, &model, &median));
                 let warm = vec![self.refined(best, &model, &fill)];
-                jobs.push(Job { warm, added, from: best.fit.cost, basis: best.basis.clone() });
+                jobs.push(Job::from(best, added, warm));
             }
         }
         jobs

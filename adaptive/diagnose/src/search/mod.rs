@@ -61,9 +61,6 @@ const MAX_EFFECTS: usize = 6;
 const STARTS: usize = 2;
 /// Gain per sample that a remainder must promise for another effect to be sought beside one, nats.
 const ANOTHER: f64 = 0.15;
-/// Steps of a search that only ranks models, first with the thinned engine and then with the whole one.
-const GLANCE: usize = 8;
-const SECOND_GLANCE: usize = 2;
 /// Shares of the screen's linear step from which a fit starts.
 const STEPS: [f64; 2] = [1.0, 0.25];
 /// How far behind the best a model may be after a glance and still be followed: nats, and as a share of what the best
@@ -163,7 +160,7 @@ impl Searcher<'_> {
         let draws = (0..EXTRA_STARTS).map(|_| coordinates.values(&coordinates.draw(&mut rng)).0);
         let fills: Vec<_> = std::iter::once(median).chain(draws).collect();
         let warm = fills.iter().map(|fill| carried(&from.fit, &model, fill)).collect();
-        Job { added, warm, from: from.fit.cost, basis: from.basis.clone() }
+        Job::from(from, added, warm)
     }
 
     fn model(&self, added: &[Effect]) -> Model {
@@ -178,20 +175,17 @@ impl Searcher<'_> {
         let jobs: Vec<Job> = jobs.into_iter().filter(new).collect();
         let thinned = self.engine.thinned().filter(|_| jobs.len() > 1);
         let Some(thinned) = thinned else { return self.make_all(what, jobs, tried) };
-        let on = |t: Tried, from: f64| Job { warm: vec![t.fit.values], added: t.added, from, basis: t.basis };
+        let on = |t: &Tried, from: f64| Job { from, ..Job::from(t, t.added.clone(), vec![t.fit.values.clone()]) };
         let cheaper = Searcher { engine: &*thinned, ..*self };
-        let near = cheaper.fitted(what, jobs.clone(), Effort::Glance(GLANCE))?;
-        let near = near.into_iter().zip(&jobs).map(|(t, job)| on(t, job.from)).collect();
-        let looked = self.fitted(what, near, Effort::Glance(SECOND_GLANCE))?;
+        let near = cheaper.fitted(what, jobs.clone(), Effort::Glance)?;
+        let near = near.into_iter().zip(&jobs).map(|(t, job)| on(&t, job.from)).collect();
+        let looked = self.fitted(what, near, Effort::Look)?;
         let best = looked.iter().map(|t| t.fit.cost).fold(f64::INFINITY, f64::min);
         let gained = jobs.iter().map(|job| job.from - best).fold(0.0, f64::max);
         let hopeful = |t: &Tried| t.fit.cost - STILL * t.fit.falling < best + NEAR.max(BEHIND * gained);
         let (ahead, behind): (Vec<Tried>, Vec<Tried>) = looked.into_iter().partition(hopeful);
-        let on = |t: Tried| {
-            let from = t.fit.cost;
-            on(t, from)
-        };
-        let ended = self.fitted(what, ahead.into_iter().map(on).collect(), Effort::Full)?;
+        let on = |t: &Tried| on(t, t.fit.cost);
+        let ended = self.fitted(what, ahead.iter().map(on).collect(), Effort::Full)?;
         keep(tried, ended.into_iter().chain(behind));
         Ok(())
     }
@@ -264,7 +258,7 @@ fn job(from: &Tried, starts: &[Start]) -> Job {
             warm.push(with(&from.fit.values, &effect));
         }
     }
-    Job { added, warm, from: from.fit.cost, basis: from.basis.clone() }
+    Job::from(from, added, warm)
 }
 
 /// An effect with its amplitudes that share of the way from where they do nothing.
