@@ -215,9 +215,9 @@ pub(crate) fn follow(
     let Some(best) = looked.into_iter().min_by(|a, b| a.at.cost.total_cmp(&b.at.cost)) else {
         return Err(InferError::NoStart { recording: "the recording".to_owned(), starts: count });
     };
-    if best.converged && best.falling < ARRIVED {
+    let rest = Stop { iterations: steps.saturating_sub(stop.iterations), decrease: ARRIVED };
+    if rest.iterations == 0 || best.converged && best.falling < ARRIVED {
         return Ok(best);
     }
-    let rest = Stop { iterations: steps.saturating_sub(stop.iterations), decrease: ARRIVED };
     levenberg::from(target, best.point, best.at, clamp, rest, watch)
 }

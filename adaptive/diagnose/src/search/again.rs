@@ -60,7 +60,7 @@ impl Searcher<'_> {
                 let Some(found) = found else { return Ok(()) };
                 jobs.extend(found.iter().map(|starts| job(&rest, starts)));
             }
-            self.make_all("places again", jobs, tried)?;
+            self.try_these("places again", jobs, tried, |_| best.fit.cost)?;
             let now = tried.iter().find(of_kinds).map_or(best.fit.cost, |t| t.fit.cost);
             if now > best.fit.cost - left * SETTLED {
                 return Ok(());

@@ -64,7 +64,7 @@ const ANOTHER: f64 = 0.15;
 /// Shares of the screen's linear step from which a fit starts.
 const STEPS: [f64; 2] = [1.0, 0.25];
 /// How far behind the best a model may be after a glance and still be followed: nats, and as a share of what the best
-/// gained; and how many more steps like its last one it is given.
+/// gained on the models that these go out from; and how many more steps like its last one it is given.
 const NEAR: f64 = 30.0;
 const BEHIND: f64 = 0.1;
 const STILL: f64 = 10.0;
@@ -173,18 +173,30 @@ impl Searcher<'_> {
     fn try_all(&self, what: &'static str, jobs: Vec<Job>, tried: &mut Vec<Tried>) -> Result<(), InferError> {
         let new = |job: &Job| tried.iter().all(|t| !same(&t.added, &job.added));
         let jobs: Vec<Job> = jobs.into_iter().filter(new).collect();
-        let thinned = self.engine.thinned().filter(|_| jobs.len() > 1);
-        let Some(thinned) = thinned else { return self.make_all(what, jobs, tried) };
-        let on = |t: &Tried, from: f64| Job { from, ..Job::from(t, t.added.clone(), vec![t.fit.values.clone()]) };
+        let (known, from) = (lowest(tried.iter().map(|t| t.fit.cost)), lowest(jobs.iter().map(|j| j.from)));
+        self.try_these(what, jobs, tried, |looked| {
+            let best = lowest(looked.iter().map(|t| t.fit.cost)).min(known);
+            best + NEAR.max(BEHIND * (from - best))
+        })
+    }
+
+    /// Try some models, whether such were tried or not: all of them a few steps far, to the end those that may yet cost
+    /// less than the `bound` on what the first steps led to.
+    fn try_these(
+        &self,
+        what: &'static str,
+        jobs: Vec<Job>,
+        tried: &mut Vec<Tried>,
+        bound: impl Fn(&[Tried]) -> f64,
+    ) -> Result<(), InferError> {
+        let Some(thinned) = self.engine.thinned() else { return self.make_all(what, jobs, tried) };
+        let on = |t: &Tried| Job::from(t, t.added.clone(), vec![t.fit.values.clone()]);
         let cheaper = Searcher { engine: &*thinned, ..*self };
-        let near = cheaper.fitted(what, jobs.clone(), Effort::Glance)?;
-        let near = near.into_iter().zip(&jobs).map(|(t, job)| on(&t, job.from)).collect();
-        let looked = self.fitted(what, near, Effort::Look)?;
-        let best = looked.iter().map(|t| t.fit.cost).fold(f64::INFINITY, f64::min);
-        let gained = jobs.iter().map(|job| job.from - best).fold(0.0, f64::max);
-        let hopeful = |t: &Tried| t.fit.cost - STILL * t.fit.falling < best + NEAR.max(BEHIND * gained);
+        let near = cheaper.fitted(what, jobs, Effort::Glance)?;
+        let looked = self.fitted(what, near.iter().map(on).collect(), Effort::Look)?;
+        let bound = bound(&looked);
+        let hopeful = |t: &Tried| t.fit.cost - STILL * t.fit.falling < bound;
         let (ahead, behind): (Vec<Tried>, Vec<Tried>) = looked.into_iter().partition(hopeful);
-        let on = |t: &Tried| on(t, t.fit.cost);
         let ended = self.fitted(what, ahead.iter().map(on).collect(), Effort::Full)?;
         keep(tried, ended.into_iter().chain(behind));
         Ok(())
@@ -259,6 +271,11 @@ fn job(from: &Tried, starts: &[Start]) -> Job {
         }
     }
     Job::from(from, added, warm)
+}
+
+/// The lowest of some costs.
+fn lowest(costs: impl Iterator<Item = f64>) -> f64 {
+    costs.fold(f64::INFINITY, f64::min)
 }
 
 /// An effect with its amplitudes that share of the way from where they do nothing.
