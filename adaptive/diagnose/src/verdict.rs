@@ -14,7 +14,7 @@ use trundle_infer::{InferError, Watch, unjudged};
 use trundle_model::{Effect, Kind, Param, Prior};
 
 /// Models whose effects are checked on left-out episodes, at most.
-const MAX_CHECKED: usize = 8;
+const MAX_CHECKED: usize = 24;
 
 /// The model that is named, if any.
 pub(crate) struct Choice {

@@ -3,7 +3,7 @@
 //! A first search looks beside parameters that have bent to what is missing. Once most of it is explained, shapes are
 //! sought again, other effects are tried in place of each, each is dropped once, and finer forms are tried.
 
-use super::{ANOTHER, MORE, Searcher, finer, job, kinds};
+use super::{MORE, Searcher, finer, job, kinds};
 use crate::candidates::limit;
 use crate::engine::{Job, Tried};
 use crate::naming::of_kinds;
@@ -42,8 +42,8 @@ impl Searcher<'_> {
         let of_kinds = |t: &&Tried| kinds(&t.added) == of;
         for _ in 0..AGAIN {
             let Some(best) = tried.iter().find(of_kinds).cloned() else { return Ok(()) };
-            let left = self.engine.remainder(&best)?.map_or(0.0, |left| left.misfit());
-            if left < ANOTHER * self.engine.observations() as f64 {
+            let Some(left) = self.engine.remainder(&best)?.map(|left| left.misfit()) else { return Ok(()) };
+            if !self.asks_for_more(&best)? {
                 return Ok(());
             }
             let mut jobs = Vec::new();
@@ -108,7 +108,13 @@ impl Searcher<'_> {
             let warm = carried(&best.fit, &model, &vec![0.0; model.slots().len()]);
             Job::from(&best, added, vec![warm])
         };
-        self.make_all("without each", (0..best.added.len()).map(without).collect(), tried)?;
+        let jobs: Vec<Job> = (0..best.added.len()).map(without).collect();
+        let parts: Vec<_> = jobs.iter().map(|job| kinds(&job.added)).collect();
+        self.make_all("without each", jobs, tried)?;
+        // What was dropped may have stood for the wrong place of another.
+        for part in parts {
+            self.shapes_of(&part, tried)?;
+        }
         // Dropped one by one: what is left over may have been a single effect all along.
         if tried[0].added.len() < best.added.len() { self.subsets(tried) } else { Ok(()) }
     }
