@@ -7,7 +7,7 @@
 use crate::engine::{Engine, Tried};
 use rayon::prelude::*;
 use trundle_infer::{InferError, Score, Watch, on_all_cores};
-use trundle_model::{Effect, Model};
+use trundle_model::Model;
 use trundle_record::Prepared;
 
 /// Groups that training episodes are left out in, at most.
@@ -56,7 +56,6 @@ pub(crate) fn left_out(
     watch: &dyn Watch,
 ) -> Result<LeftOut, InferError> {
     let (data, nominal) = (engine.data(), engine.nominal());
-    let free = free(nominal, tried);
     let count = data.training.len();
     let folds = count.min(MAX_FOLDS);
     let gyration = if data.dof[2] { nominal.body.gyration } else { 0.0 };
@@ -67,7 +66,7 @@ pub(crate) fn left_out(
     let one = |fold: usize, watch: &dyn Watch| -> Result<Vec<Vec<f64>>, InferError> {
         let inside = |k: usize| k % folds == fold;
         let fitted =
-            if folds > 1 { engine.refitted(tried, &free, &|k| !inside(k), watch)? } else { tried.clone() };
+            if folds > 1 { refitted(engine, tried, &|k| !inside(k), watch)? } else { tried.clone() };
         let own = data.training.iter().enumerate().filter(|(k, _)| inside(*k));
         own.map(|(_, episode)| scored(&fitted, episode)).collect()
     };
@@ -84,25 +83,40 @@ pub(crate) fn left_out(
     Ok(LeftOut { episodes })
 }
 
-/// The model to refit: an event's moment stays, since an episode that is left out cannot tell it.
-fn free(nominal: &Model, tried: &Tried) -> Model {
-    let mut model = nominal.clone();
-    let first = nominal.effects.len();
-    for (added, fitted) in tried.added.iter().zip(&tried.fit.model.effects[first..]) {
-        model.effects.push(held_in_time(added, fitted));
-    }
-    model
+/// A model refitted to some episodes. What these alone do not hold stays as all episodes have it: the moment of an event,
+/// or the place of a thing that is hit in one episode, is nothing that other episodes could predict.
+fn refitted(
+    engine: &dyn Engine,
+    tried: &Tried,
+    keep: &dyn Fn(usize) -> bool,
+    watch: &dyn Watch,
+) -> Result<Tried, InferError> {
+    let mut model = engine.nominal().clone();
+    model.effects.extend(tried.added.iter().cloned());
+    let found = engine.refitted(tried, &model, keep, watch)?;
+    let is_lost =
+        |name: &str| tried.fit.estimate(name).is_some_and(|all| all.identified) && !held(&found, name);
+    let Some(model) = holding(model, &tried.fit.model, is_lost) else { return Ok(found) };
+    engine.refitted(tried, &model, keep, watch)
 }
 
-fn held_in_time(added: &Effect, fitted: &Effect) -> Effect {
-    let mut effect = added.clone();
-    let params = added.kind.spec().params.iter();
-    for ((param, value), fitted) in params.zip(&mut effect.values).zip(&fitted.values) {
-        if param.name == "time" {
-            *value = *fitted;
+fn held(tried: &Tried, name: &str) -> bool {
+    tried.fit.estimate(name).is_none_or(|estimate| estimate.identified)
+}
+
+/// A model with those parameters of its effects held at their fitted values that are `lost`; `None` where none is.
+fn holding(mut model: Model, fitted: &Model, is_lost: impl Fn(&str) -> bool) -> Option<Model> {
+    let mut any = false;
+    let names = model.effect_names();
+    for ((effect, name), fitted) in model.effects.iter_mut().zip(names).zip(&fitted.effects) {
+        let params = effect.kind.spec().params.iter();
+        for ((param, value), fitted) in params.zip(&mut effect.values).zip(&fitted.values) {
+            if is_lost(&format!("{name}.{}", param.name)) {
+                (*value, any) = (*fitted, true);
+            }
         }
     }
-    effect
+    any.then_some(model)
 }
 
 fn errors(score: &Score, gyration: f64, quasi: bool) -> Vec<f64> {
@@ -129,7 +143,7 @@ mod tests {
     use crate::common::{World, effect, locked};
     use crate::engine::Own;
     use trundle_infer::{Comparison, FitOptions, Quiet, fit};
-    use trundle_model::Kind;
+    use trundle_model::{Effect, Kind};
 
     #[test]
     fn an_episode_that_both_predict_badly_hides_nothing() {
@@ -142,7 +156,7 @@ mod tests {
     }
 
     /// How much the misfit of left-out episodes rises without an effect, for a recording of a world.
-    fn rise_without(truth: Model, kind: Kind) -> f64 {
+    fn rise_without(truth: Model, effect: Effect) -> f64 {
         let data = World::of(truth).recording(4);
         let comparison = Comparison::of(&data).unwrap();
         let engine = Own::new(&data, None).unwrap();
@@ -157,13 +171,32 @@ mod tests {
             let tried = tried(added);
             left_out(&engine, &tried, &tried, &Quiet).unwrap()
         };
-        of(vec![Effect::free(kind)]).rise(&of(vec![]))
+        of(vec![effect]).rise(&of(vec![]))
     }
 
     #[test]
     fn a_true_effect_is_missed_and_a_false_one_is_not() {
         let slope = effect(Kind::FloorSlope, &[("accel_x", 0.05), ("accel_y", -0.02)]);
-        assert!(rise_without(locked().with(slope), Kind::FloorSlope) > 3.0);
-        assert!(rise_without(locked(), Kind::FloorSlope) < 1.1);
+        let free = || Effect::free(Kind::FloorSlope);
+        assert!(rise_without(locked().with(slope), free()) > 3.0);
+        assert!(rise_without(locked(), free()) < 1.1);
+    }
+
+    #[test]
+    fn what_happens_in_one_episode_is_not_held_against_it() {
+        // The last episode alone tells of the load: without it neither its moment nor its mass is known.
+        let load = effect(Kind::MassChange, &[("episode", 3.0), ("time", 2.0), ("mass", 8.0)]);
+        let sought = Effect::free(Kind::MassChange).with("episode", Some(3.0));
+        assert!(rise_without(locked().with(load), sought) > 8.0);
+    }
+
+    #[test]
+    fn what_other_episodes_do_not_hold_stays() {
+        let free = Model { effects: vec![Effect::free(Kind::MassChange)], ..locked() };
+        let fitted = effect(Kind::MassChange, &[("episode", 3.0), ("time", 2.0), ("mass", 8.0)]);
+        let fitted = Model { effects: vec![fitted], ..locked() };
+        let held = holding(free.clone(), &fitted, |name| name == "mass_change.mass").unwrap();
+        assert_eq!(held.effects[0], Effect::free(Kind::MassChange).with("mass", Some(8.0)));
+        assert!(holding(free, &fitted, |name| name == "body.mass").is_none());
     }
 }

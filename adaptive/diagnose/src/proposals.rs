@@ -29,6 +29,10 @@ const DRAWS: [usize; 2] = [16, 48];
 /// Depths to which a fixed thing may have gone into the body by the time it pushed most, m: it gives way by millimetres.
 const DEPTHS: [f64; 3] = [0.001, 0.003, 0.01];
 
+/// Radii that are proposed for it, m: of a table leg, a post, a bin. A fit finds no way from one to another, because the
+/// centre would have to move with the radius.
+const RADII: [f64; 3] = [0.02, 0.05, 0.15];
+
 /// Time between the moments that are proposed for an event, s.
 const EVERY: f64 = 0.4;
 
@@ -149,15 +153,14 @@ fn span(values: impl Iterator<Item = f64>) -> [f64; 2] {
     values.fold([f64::INFINITY, f64::NEG_INFINITY], |[low, high], v| [low.min(v), high.max(v)])
 }
 
-/// Things that a body may have touched, which went so deep into it.
+/// Things of several sizes that a body may have touched, which went so deep into it.
 fn things(touch: &Touch, body: &Body) -> Vec<Effect> {
     let thing = neutral(Kind::ObstacleContact, body);
-    let params = Kind::ObstacleContact.spec().params.iter();
-    let radius =
-        params.zip(&thing.values).find_map(|(p, value)| value.filter(|_| p.name == "radius")).unwrap_or(0.0);
-    let at = |depth: f64| [0, 1].map(|k| touch.at[k] + (radius - depth) * touch.normal[k]);
-    let placed = |[x, y]: [f64; 2]| thing.clone().with("x", Some(x)).with("y", Some(y));
-    DEPTHS.map(|depth| placed(at(depth))).to_vec()
+    let of = |radius: f64, depth: f64| {
+        let [x, y] = [0, 1].map(|k| touch.at[k] + (radius - depth) * touch.normal[k]);
+        thing.clone().with("x", Some(x)).with("y", Some(y)).with("radius", Some(radius))
+    };
+    RADII.iter().flat_map(|&radius| DEPTHS.map(|depth| of(radius, depth))).collect()
 }
 
 /// Moments at which something may have happened: from each training episode's first pose on.

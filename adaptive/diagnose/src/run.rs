@@ -17,7 +17,8 @@ use crate::units;
 use crate::unnamed::depends_on;
 use crate::verdict::{Choice, Judge, judge, likeness};
 use crate::warnings::warnings;
-use trundle_infer::{InferError, Watch, unjudged};
+use std::collections::BTreeSet;
+use trundle_infer::{Fit, InferError, Watch, unjudged};
 use trundle_model::{Model, Scales};
 use trundle_record::{Dataset, PrepareOptions, Prepared, Recording, prepare_with};
 
@@ -115,7 +116,7 @@ struct Decision {
 /// Fit, search and decide.
 fn decide(engine: &dyn Engine, options: &Options, watch: &dyn Watch) -> Result<Decision, InferError> {
     let searcher = Searcher { engine, without: &options.without, regions: &[], seed: options.seed, watch };
-    let found = searcher.run()?;
+    let mut found = searcher.run()?;
     watch.progress("left-out episodes", 0.0);
     let base = found.tried.iter().position(|t| t.added.is_empty()).unwrap_or(0);
     let slow = engine.is_quasi_static();
@@ -144,6 +145,11 @@ fn decide(engine: &dyn Engine, options: &Options, watch: &dyn Watch) -> Result<D
         && given.fit.cost - fitted.cost > given_margin(fitted.estimates.len())
     {
         verdict = Verdict::Reparameterised;
+    }
+    for index in BTreeSet::from([base, best]) {
+        let richer: Vec<&Fit> = immaterial.iter().map(|(other, ..)| &found.tried[*other].fit).collect();
+        let widened = engine.widened(&found.tried[index])?;
+        found.tried[index] = Tried { fit: widened.fit.allowing(&richer), ..widened };
     }
     Ok(Decision { base, best, chances, rejected, immaterial, left, given, verdict, found })
 }

@@ -18,6 +18,10 @@
 //! δₑ is what leaving out the episode e would change, to first order. Intervals use Student's t with m − 1 degrees of
 //! freedom. The covariance says how much an estimate varies from one set of episodes to another. An error that is the same
 //! in all episodes is not in it.
+//!
+//! A parameter that the other episodes do not hold without one of them, like the moment of an event, has no spread between
+//! episodes. Its standard deviation is that of the curvature times the factor by which those of the others grow, as a root
+//! mean square.
 
 use crate::{Coordinates, Estimate, Fit, InferError, Likelihood};
 use nalgebra::{Cholesky, DMatrix, DVector, Dyn};
@@ -74,6 +78,7 @@ impl Fit {
         };
         let (values, slopes) = coordinates.values(&self.point);
         let mut shifts = Vec::with_capacity(parts.len());
+        let mut alone = vec![false; slopes.len()];
         for (_, part) in &parts {
             let at = part.linearise(model, &values, coordinates.free())?;
             let gradient = DVector::from_fn(slopes.len(), |k, _| at.gradient[k] * slopes[k]);
@@ -82,12 +87,48 @@ impl Fit {
             });
             let Some(others) = Cholesky::<f64, Dyn>::new(&posterior - own) else { return Ok(None) };
             shifts.push(others.solve(&gradient));
+            let without = others.inverse();
+            for (k, alone) in alone.iter_mut().enumerate() {
+                *alone |= !coordinates.identified(k, without[(k, k)].max(0.0).sqrt());
+            }
         }
-        let spread = no_narrower(jackknife(&shifts), &self.spread);
+        let spread = no_narrower(shared(jackknife(&shifts), &self.spread, &alone), &self.spread);
         if !spread.iter().all(|v| v.is_finite()) {
             return Ok(None);
         }
         Ok(Some((self.with_spread(spread, &slopes), Basis::Sandwich(parts.len()))))
+    }
+
+    /// The same with its standard deviations such that 1.645 of them make the 90 % intervals of a `basis`, as if estimates
+    /// were normal.
+    #[must_use]
+    pub fn as_normal(&self, basis: Basis) -> Self {
+        let factor = basis.quantile() / Basis::Curvature.quantile();
+        let estimates = self.estimates.iter().map(|e| Estimate { sd: e.sd * factor, ..e.clone() });
+        Self {
+            estimates: estimates.collect(),
+            spread: &self.spread * factor.powi(2),
+            covariance: &self.covariance * factor.powi(2),
+            ..self.clone()
+        }
+    }
+
+    /// The same with its standard deviations raised, root of sum of squares, by how far each parameter is in the fits of
+    /// `other` models that the data do not exclude.
+    #[must_use]
+    pub fn allowing(&self, others: &[&Self]) -> Self {
+        let mut wider = self.clone();
+        for (k, estimate) in wider.estimates.iter_mut().enumerate() {
+            let away = |other: &&Self| other.estimate(&estimate.name).map_or(0.0, |e| e.mean - estimate.mean);
+            let most = others.iter().map(|other| away(other).abs()).fold(0.0, f64::max);
+            let factor = (1.0 + (most / estimate.sd.max(f64::MIN_POSITIVE)).powi(2)).sqrt();
+            estimate.sd *= factor;
+            for matrix in [&mut wider.covariance, &mut wider.spread] {
+                matrix.row_mut(k).scale_mut(factor);
+                matrix.column_mut(k).scale_mut(factor);
+            }
+        }
+        wider
     }
 
     /// The 90 % interval of the free parameter `k`, within its bounds.
@@ -114,6 +155,19 @@ fn jackknife(shifts: &[DVector<f64>]) -> DMatrix<f64> {
     let mean = shifts.iter().fold(DVector::zeros(n), |sum, shift| sum + shift) / m;
     let away = shifts.iter().map(|shift| shift - &mean);
     away.fold(DMatrix::zeros(n, n), |sum, d| sum + &d * d.transpose()) * ((m - 1.0) / m)
+}
+
+/// A covariance in which parameters that one episode tells `alone` have the curvature's times what the others' grow by.
+fn shared(mut covariance: DMatrix<f64>, curvature: &DMatrix<f64>, alone: &[bool]) -> DMatrix<f64> {
+    let growth = |k: usize| (covariance[(k, k)] / curvature[(k, k)].max(f64::MIN_POSITIVE)).max(1.0);
+    let others: Vec<f64> = (0..alone.len()).filter(|&k| !alone[k]).map(growth).collect();
+    let factor = if others.is_empty() { 1.0 } else { others.iter().sum::<f64>() / others.len() as f64 };
+    for k in (0..alone.len()).filter(|&k| alone[k]) {
+        covariance.row_mut(k).fill(0.0);
+        covariance.column_mut(k).fill(0.0);
+        covariance[(k, k)] = curvature[(k, k)] * factor;
+    }
+    covariance
 }
 
 /// A covariance with its standard deviations raised to those of `least`, its correlations kept.
@@ -145,6 +199,20 @@ mod tests {
         let found = no_narrower(narrow, &dmatrix![1.0, 0.0; 0.0, 1.0]);
         assert!((found[(0, 0)] - 4.0).abs() < 1e-12 && (found[(1, 1)] - 1.0).abs() < 1e-12);
         assert!((found[(0, 1)] / 2.0 - 1.0).abs() < 1e-12);
+    }
+
+    #[test]
+    fn what_one_episode_tells_alone_grows_like_the_others() {
+        let spread = dmatrix![9.0, 1.0, 5.0; 1.0, 4.0, 5.0; 5.0, 5.0, 80.0];
+        let curvature = dmatrix![1.0, 0.2, 0.0; 0.2, 4.0, 0.0; 0.0, 0.0, 2.0];
+        let found = shared(spread, &curvature, &[false, false, true]);
+        assert_eq!(found, dmatrix![9.0, 1.0, 0.0; 1.0, 4.0, 0.0; 0.0, 0.0, 10.0]);
+    }
+
+    #[test]
+    fn as_normal_widens_to_students_interval() {
+        let factor = Basis::Sandwich(6).quantile() / Basis::Curvature.quantile();
+        assert!((factor - 2.015_05 / 1.644_85).abs() < 1e-4);
     }
 
     #[test]

@@ -55,9 +55,9 @@ pub(crate) const REFIT_STEPS: usize = 6;
 /// How far a fit is followed.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub(crate) enum Effort {
-    /// A few steps under the noise of the simpler model: enough to see what leads nowhere.
+    /// A few steps: enough to see what leads nowhere.
     Glance,
-    /// A step or two more, and the noise estimated: enough to rank models.
+    /// A step or two more: enough to rank models.
     Look,
     /// To its optimum.
     Full,
@@ -73,13 +73,10 @@ impl Effort {
         }
     }
 
-    /// How often noise that is not stated is estimated at most.
+    /// How often noise that is not stated is estimated at most. What is missing passes for noise: a law that acts for a
+    /// moment shows its worth only once the noise is estimated anew.
     pub fn noise_rounds(self) -> usize {
-        match self {
-            Self::Glance => 0,
-            Self::Look => 1,
-            Self::Full => 2,
-        }
+        if self == Self::Full { 2 } else { 1 }
     }
 }
 
@@ -192,6 +189,10 @@ pub(crate) trait Engine: Sync {
         left: Option<Remainder>,
         watch: &dyn Watch,
     ) -> Result<Option<Tried>, InferError>;
+
+    /// The same model with standard deviations that include model error, from the spread between episodes where there are
+    /// enough of them.
+    fn widened(&self, tried: &Tried) -> Result<Tried, InferError>;
 
     /// Parameters of the simulation under test within a fit.
     fn parameters(&self, tried: &Tried) -> BTreeMap<String, Parameter>;

@@ -259,6 +259,16 @@ impl Engine for Own<'_> {
         Ok(found.map(|fit| Tried { added: vec![], fit, basis: None }))
     }
 
+    fn widened(&self, tried: &Tried) -> Result<Tried, InferError> {
+        let mut model = self.nominal.clone();
+        model.effects.extend(tried.added.iter().cloned());
+        let found = tried.fit.sandwiched(&model, &[&self.under(tried)])?;
+        Ok(found.map_or_else(
+            || tried.clone(),
+            |(fit, basis)| Tried { fit: fit.as_normal(basis), ..tried.clone() },
+        ))
+    }
+
     fn parameters(&self, tried: &Tried) -> BTreeMap<String, Parameter> {
         parameters(&tried.fit, &self.nominal)
     }

@@ -445,6 +445,11 @@ impl Engine for BlackBox<'_> {
     }
 
     /// The simulator's own.
+    /// The simulator's own parameters are estimated beside the laws', where no sandwich is known.
+    fn widened(&self, tried: &Tried) -> Result<Tried, InferError> {
+        Ok(tried.clone())
+    }
+
     fn parameters(&self, tried: &Tried) -> BTreeMap<String, Parameter> {
         let own = |e: &&Estimate| self.foreign.parameters.iter().any(|p| p.name == e.name);
         let one = |e: &Estimate| {

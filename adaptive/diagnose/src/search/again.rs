@@ -173,15 +173,24 @@ impl Searcher<'_> {
         self.make_all("finer forms", self.finer_jobs(tried, size, Some(&best)), tried)
     }
 
-    /// Fits of finer forms of the best models of a size, each of other kinds, from where `like` ended or from medians.
+    /// Fits of finer forms of the best models of a size, each of other kinds, and of the best one less an effect, which may
+    /// only make up for a form that is too coarse; from where `like` ended or from medians.
     fn finer_jobs(&self, tried: &[Tried], size: usize, like: Option<&Tried>) -> Vec<Job> {
         let mut seen = BTreeSet::new();
         if let Some(like) = like {
             seen.insert(kinds(&like.added));
         }
         let mut jobs = Vec::new();
-        let coarse = |t: &&Tried| t.added.len() == size && t.added.iter().any(|e| finer(e).is_some());
-        for best in tried.iter().filter(coarse).filter(|t| seen.insert(kinds(&t.added))).take(REFINED) {
+        let coarse = |t: &&Tried| t.added.iter().any(|e| finer(e).is_some());
+        let of_size = tried.iter().filter(|t| t.added.len() == size).filter(coarse);
+        let rivals: Vec<_> = of_size.filter(|t| seen.insert(kinds(&t.added))).take(REFINED).collect();
+        let best = &tried[0];
+        let less = (0..best.added.len()).filter_map(|k| {
+            let kept = best.added.iter().enumerate().filter(|(i, _)| *i != k).map(|(_, e)| e.kind);
+            of_kinds(tried, kept.collect()).filter(coarse)
+        });
+        let less: Vec<_> = less.filter(|t| seen.insert(kinds(&t.added))).collect();
+        for best in rivals.into_iter().chain(less) {
             for (k, effect) in best.added.iter().enumerate() {
                 let Some(finer) = finer(effect) else { continue };
                 if like.is_some_and(|like| !like.added.contains(&finer)) {

@@ -52,8 +52,8 @@ const SINGLES: usize = 9;
 const MORE: usize = 3;
 /// Models of one size on top of which one more effect is sought.
 const FIRSTS: usize = 2;
-/// Share of the misfit that an effect may leave for a further one to be sought: an effect that does not halve what is left
-/// only soaks up what no law of the catalogue explains.
+/// Share of what is left that one more effect must gain for a further one to be sought: an effect that gains less than half
+/// of what any wrench would gain only soaks up what no law of the catalogue explains.
 const HALVED: f64 = 0.5;
 /// Effects that are added at most: each must earn its place, so that only the time of a search is bounded here.
 const MAX_EFFECTS: usize = 6;
@@ -103,14 +103,16 @@ impl Searcher<'_> {
         self.shapes_again(&mut tried)?;
         self.simpler(&mut tried)?;
         self.refine(&mut tried)?;
-        let mut before = f64::INFINITY;
-        for size in 1..MAX_EFFECTS {
-            let left = self.engine.remainder(&tried[0])?.map_or(0.0, |left| left.misfit());
-            if tried[0].added.len() != size || left > HALVED * before || !self.asks_for_more(&tried[0])? {
+        let mut least_gain = 0.0;
+        let mut cost = base.fit.cost;
+        for _ in 1..MAX_EFFECTS {
+            let gained = cost - tried[0].fit.cost;
+            if tried[0].added.is_empty() || gained < least_gain || !self.asks_for_more(&tried[0])? {
                 break;
             }
-            before = left;
-            self.one_more(size, &mut tried)?;
+            cost = tried[0].fit.cost;
+            least_gain = HALVED * self.engine.remainder(&tried[0])?.map_or(0.0, |left| left.misfit());
+            self.one_more(tried[0].added.len(), &mut tried)?;
             self.shapes_again(&mut tried)?;
             self.exchange(&mut tried)?;
             self.shapes_again(&mut tried)?;
