@@ -15,7 +15,14 @@ use crate::watch::watched;
 
 pub(crate) fn register(module: &Bound<'_, PyModule>) -> PyResult<()> {
     module.add_class::<PyOutcome>()?;
+    module.add_function(wrap_pyfunction!(_platt, module)?)?;
     module.add_function(wrap_pyfunction!(_diagnose, module)?)
+}
+
+/// Offset, slope and largest logit from which probabilities are made.
+#[pyfunction]
+fn _platt() -> [f64; 3] {
+    trundle_diagnose::platt()
 }
 
 /// What a diagnosis leaves: texts, and a table to be written.

@@ -8,6 +8,7 @@ use crate::locate::Located;
 use crate::naming::{effect_probability, named};
 use crate::outlook::Outlook;
 use crate::periods;
+use crate::platt::calibrated;
 use crate::predictions::Predictions;
 use crate::rivals::doubts;
 use crate::search::{Found, Searcher, probabilities};
@@ -207,7 +208,7 @@ fn explain(engine: &dyn Engine, decided: Decision, watch: &dyn Watch) -> Result<
     let mut missing = Vec::new();
     for (k, chance) in chances.iter().enumerate() {
         let chance = chance.min(effect_probability(&found.tried, &probabilities, best.names()[k])) * like;
-        missing.push(named(engine, &found, best, k, chance)?);
+        missing.push(named(engine, &found, best, k, calibrated(chance))?);
     }
     let immaterial = immaterial
         .iter()
@@ -219,7 +220,7 @@ fn explain(engine: &dyn Engine, decided: Decision, watch: &dyn Watch) -> Result<
                 &found,
                 tried,
                 k,
-                chance.min(effect_probability(&found.tried, &all, tried.names()[k])),
+                calibrated(chance.min(effect_probability(&found.tried, &all, tried.names()[k]))),
             )
         })
         .collect::<Result<Vec<_>, InferError>>()?;

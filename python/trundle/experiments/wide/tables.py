@@ -9,6 +9,7 @@ from typing import Any
 
 import numpy as np
 
+from trundle.experiments.wide import reliability
 from trundle.experiments.wide.score import (
     GROUPS,
     Row,
@@ -193,7 +194,20 @@ def probabilities(rows: Sequence[Row]) -> str:
     base = sum(held for _, held in found) / len(found)
     scores = [scored([(p, held) for p, held in found]), scored([(base, held) for _, held in found])]
     text = "Brier score {0[0]:.4f} (base rate {1[0]:.4f}), log score {0[1]:.4f} (base rate {1[1]:.4f})."
-    return table(["mean probability", "right"], lines) + "\n\n" + text.format(*scores)
+    return table(["mean probability", "right"], lines) + "\n\n" + text.format(*scores) + "\n\n" + platt(rows)
+
+
+def platt(rows: Sequence[Row]) -> str:
+    """Return what these answers would make of a diagnosis' odds."""
+    used = reliability.in_use()
+    found = reliability.fitted(rows, used)
+    if found is None:
+        return "No effect was named."
+    text = (
+        "Platt's method, each kind of recording at its prevalence, gives offset {0.offset:.3f} and slope {0.slope:.3f}; "
+        "in use are {1.offset:.3f} and {1.slope:.3f}. Odds of 1000 to 1 then mean {2:.3f}, in use {3:.3f}."
+    )
+    return text.format(found, used, found.probability(used.most), used.probability(used.most))
 
 
 def scored(found: Sequence[tuple[float, bool]]) -> tuple[float, float]:

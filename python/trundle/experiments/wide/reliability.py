@@ -1,0 +1,93 @@
+"""How a diagnosis' odds become probabilities: Platt's method on the answers of a tuning range.
+
+The odds of the models that a diagnosis tried say how much better one explains the recording than another. How often a name
+is right is another question: the catalogue may lack the true law. Platt (1999) fits
+
+    P(right) = 1 / (1 + exp(−(offset + slope · logit(odds))))
+
+by maximum likelihood, with targets (n₊ + 1)/(n₊ + 2) and 1/(n₋ + 2) in place of one and nought, so that no finite number of
+right names makes certainty.
+"""
+
+from __future__ import annotations
+
+import math
+from collections import Counter
+from collections.abc import Sequence
+from dataclasses import dataclass
+from typing import Any
+
+import numpy as np
+from scipy.optimize import minimize
+
+from trundle import _native
+from trundle.experiments.wide.score import GROUPS, Row, group, named
+
+__all__ = ["PREVALENCE", "Platt", "fitted", "in_use"]
+
+PREVALENCE = dict(zip(GROUPS, (0.25, 0.1, 0.05, 0.02, 0.5, 0.08), strict=True))
+"""Share of recordings of each kind at which probabilities are calibrated: half of them lack nothing."""
+
+
+@dataclass(frozen=True)
+class Platt:
+    """From odds to probabilities.
+
+    Attributes
+    ----------
+    offset, slope : float
+        Of the logit.
+    most : float
+        Logit beyond which odds say no more.
+    """
+
+    offset: float
+    slope: float
+    most: float
+
+    def probability(self, logit: float) -> float:
+        """Return the probability of a name."""
+        bounded = max(-self.most, min(logit, self.most))
+        return 1.0 / (1.0 + math.exp(-(self.offset + self.slope * bounded)))
+
+    def logit(self, probability: float) -> float:
+        """Return the logit of the odds behind a probability, within ±`most`."""
+        bounded = min(max(probability, 1e-12), 1.0 - 1e-12)
+        logit = (math.log(bounded / (1.0 - bounded)) - self.offset) / self.slope
+        return max(-self.most, min(logit, self.most))
+
+
+def in_use() -> Platt:
+    """Return what diagnoses use."""
+    return Platt(*_native._platt())
+
+
+def fitted(rows: Sequence[Row], used: Platt) -> Platt | None:
+    """Fit answers of recordings whose truth is known, each kind at its prevalence; `None` where no effect was named.
+
+    Parameters
+    ----------
+    rows : sequence of dict
+        With `answer` and `truth`.
+    used : Platt
+        What the answers' probabilities were made with.
+    """
+    counts = Counter(group(row["truth"]) for row in rows)
+    found = []
+    for row in rows:
+        kind = group(row["truth"])
+        weight = PREVALENCE[kind] / counts[kind] * len(rows)
+        found += [(used.logit(p), right, weight) for p, right in named(row["answer"], row["truth"])]
+    if not found:
+        return None
+    logits, right, weights = (np.array(column, dtype=float) for column in zip(*found, strict=True))
+    good, bad = float(weights @ right), float(weights @ (1.0 - right))
+    target = np.where(right > 0.0, (good + 1.0) / (good + 2.0), 1.0 / (bad + 2.0))
+
+    def cost(parameters: Any) -> float:
+        eta = parameters[0] + parameters[1] * logits
+        return float(weights @ (np.logaddexp(0.0, eta) - target * eta))
+
+    # A slope of nought or below would turn the order of the odds around.
+    best = minimize(cost, [0.0, 1.0], method="L-BFGS-B", bounds=[(None, None), (0.05, None)])
+    return Platt(float(best.x[0]), float(best.x[1]), used.most)
