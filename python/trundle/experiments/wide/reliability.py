@@ -1,12 +1,12 @@
 """How a diagnosis' odds become probabilities: Platt's method on the answers of a tuning range.
 
-The odds of the models that a diagnosis tried say how much better one explains the recording than another. How often a name
-is right is another question: the catalogue may lack the true law. Platt (1999) fits
+The odds of the models that a diagnosis tried say how much better one explains the recording than another.
+How often a name is right is another question: the catalogue may lack the true law. Platt (1999) fits
 
     P(right) = 1 / (1 + exp(−(offset + slope · logit(odds))))
 
-by maximum likelihood, with targets (n₊ + 1)/(n₊ + 2) and 1/(n₋ + 2) in place of one and nought, so that no finite number of
-right names makes certainty.
+by maximum likelihood, with targets (n₊ + 1)/(n₊ + 2) and 1/(n₋ + 2) in place of one and nought, so that no
+finite number of right names makes certainty.
 """
 
 from __future__ import annotations
@@ -63,7 +63,7 @@ def in_use() -> Platt:
 
 
 def fitted(rows: Sequence[Row], used: Platt) -> Platt | None:
-    """Fit answers of recordings whose truth is known, each kind at its prevalence; `None` where no effect was named.
+    """Fit answers whose truth is known, each kind of recording at its prevalence; `None` without a name.
 
     Parameters
     ----------
