@@ -6,57 +6,19 @@ use trundle_model::{Effect, Kind, Model};
 /// told, not what a sensor read.
 pub(crate) fn candidates(nominal: &Model, quasi_static: bool, commanded: bool) -> Vec<Kind> {
     let rail = nominal.on_rail();
-    let offered = |kind: &&Kind| match kind {
-        // Building blocks: one wheel and a damping of the spin stand for any viscous friction.
-        Kind::ViscousWheel | Kind::SupportDrag => false,
-        // On a rail a point or an axis is as good as the whole body, and nothing turns.
-        Kind::CoulombFriction | Kind::SpinDrag | Kind::AxisFriction | Kind::BodyAxisFriction => !rail,
-        Kind::DriveLag => commanded && !quasi_static,
-        _ if commanded && SENSING.contains(kind) => false,
-        _ => (!quasi_static || SLOW.contains(kind)) && !(rail && is_planar(**kind)),
+    let suits = |kind: &&Kind| {
+        !kind.is_building_block()
+            && (!rail || kind.is_on_rail())
+            && (!quasi_static || kind.is_slow())
+            && (commanded && !kind.is_of_sensor() || !commanded && !kind.is_of_drive())
     };
     let absent = |kind: &&Kind| nominal.effects.iter().all(|e| e.kind != **kind);
-    Kind::ALL.iter().filter(offered).filter(absent).copied().collect()
-}
-
-/// Whether a second effect of this kind may be missing: a body may rub at several points.
-pub(crate) fn repeats(kind: Kind) -> bool {
-    kind == Kind::CoulombFriction
-}
-
-/// The simpler law that a kind becomes at an end of its range: drag that thins with speed is dry friction where its exponent
-/// is nought.
-pub(crate) fn limit(kind: Kind) -> Option<Kind> {
-    (kind == Kind::ThinningDrag).then_some(Kind::SupportFriction)
-}
-
-/// Faults that only a sensor has, not a command.
-const SENSING: [Kind; 5] =
-    [Kind::SensorLag, Kind::SensorPlay, Kind::CrossTalk, Kind::Saturation, Kind::DeadBand];
-
-/// What slow pushes, judged by the wrench alone, are asked for. They hold nothing of inertia, time or an effect's own
-/// states; and a gain of the sensor or a pattern of the floor takes the place of a pressure that is not known.
-const SLOW: [Kind; 8] = [
-    Kind::CoulombFriction,
-    Kind::SupportFriction,
-    Kind::SpinDrag,
-    Kind::DirectionalFriction,
-    Kind::AxisFriction,
-    Kind::BodyAxisFriction,
-    Kind::ForceBias,
-    Kind::FloorSlope,
-];
-
-/// Whether an effect means nothing on a rail: none of its amplitudes does.
-fn is_planar(kind: Kind) -> bool {
-    let spec = kind.spec();
-    let on_rail = |name: &str| spec.params.iter().any(|p| p.name == name && p.on_rail);
-    !spec.neutral.iter().any(|(name, _)| on_rail(name))
+    Kind::ALL.iter().filter(suits).filter(absent).copied().collect()
 }
 
 /// Name of an effect in a diagnosis. A wheel beside those of a simulator that may have some is one more.
 pub(crate) fn name(effect: &Effect) -> &'static str {
-    let kind = if effect.kind == Kind::ViscousWheel { Kind::SpinDrag } else { effect.kind };
+    let kind = if effect.kind.is_damping() { Kind::SpinDrag } else { effect.kind };
     kind.spec().effect
 }
 

@@ -65,8 +65,7 @@ pub(crate) fn left_out(
     };
     let one = |fold: usize, watch: &dyn Watch| -> Result<Vec<Vec<f64>>, InferError> {
         let inside = |k: usize| k % folds == fold;
-        let fitted =
-            if folds > 1 { refitted(engine, tried, &|k| !inside(k), watch)? } else { tried.clone() };
+        let fitted = if folds > 1 { refitted(engine, tried, &|k| !inside(k), watch)? } else { tried.clone() };
         let own = data.training.iter().enumerate().filter(|(k, _)| inside(*k));
         own.map(|(_, episode)| scored(&fitted, episode)).collect()
     };

@@ -3,7 +3,7 @@
 use crate::answer::{Moment, Place, Point, Quantity, Value};
 use std::collections::BTreeMap;
 use trundle_infer::Fit;
-use trundle_model::{Kind, Model, Plant, obstacle_surface, patch_outline};
+use trundle_model::{Kind, Model, Plant, Proposal, Role, obstacle_surface};
 use trundle_record::Dataset;
 
 /// An effect of a fitted model.
@@ -14,10 +14,6 @@ pub(crate) struct Named<'a> {
     pub name: &'a str,
 }
 
-/// Pairs of parameters that are a place, and what it is called.
-const PLACES: [(&str, &str, &str); 3] =
-    [("x", "y", "body_point"), ("com_x", "com_y", "body_point"), ("anchor_x", "anchor_y", "world_point")];
-
 impl Named<'_> {
     /// A parameter that the data hold: mean and standard deviation.
     fn held(&self, param: &str) -> Option<(f64, f64)> {
@@ -25,9 +21,16 @@ impl Named<'_> {
         estimate.identified.then_some((estimate.mean, estimate.sd))
     }
 
-    fn point(&self, x: &str, y: &str) -> Option<Point> {
-        let ((x, sx), (y, sy)) = (self.held(x)?, self.held(y)?);
+    /// A place, from the two parameters that are its coordinates.
+    fn point(&self, coordinate: fn(usize) -> Role) -> Option<Point> {
+        let named = |axis| self.named(coordinate(axis)).and_then(|name| self.held(name));
+        let ((x, sx), (y, sy)) = (named(0)?, named(1)?);
         Some(Point { mean: [x, y], sd: [sx, sy] })
+    }
+
+    /// The parameter of a role.
+    fn named(&self, role: Role) -> Option<&'static str> {
+        self.kind.spec().params.iter().find(|p| p.role == role).map(|p| p.name)
     }
 
     /// Its values in the catalogue's order.
@@ -39,30 +42,24 @@ impl Named<'_> {
     /// Where it acts, if the data hold that.
     pub fn place(&self, data: &Dataset) -> Option<BTreeMap<&'static str, Place>> {
         let mut places = BTreeMap::new();
-        match self.kind {
-            Kind::FloorPatch => {
-                self.point("x", "y")?;
-                places.insert("world_region", Place::Region(patch_outline(&self.values()?)));
-            }
-            Kind::ObstacleContact => {
-                places.insert("world_point", Place::Point(self.surface(data)?));
-            }
-            _ => {
-                for (x, y, name) in PLACES {
-                    if let Some(point) = self.point(x, y) {
-                        places.insert(name, Place::Point(point));
-                    }
-                }
-                places.extend(self.event(data).map(|event| ("event", event)));
-            }
+        let in_room = self.point(Role::WorldPoint);
+        if let Some(region) = self.kind.region(&self.values()?) {
+            in_room?;
+            places.insert("world_region", Place::Region(region));
+        } else if self.kind.proposal() == Proposal::Touched {
+            places.insert("world_point", Place::Point(self.surface(data, in_room?)?));
+        } else {
+            places.extend(in_room.map(|point| ("world_point", Place::Point(point))));
+            places.extend(self.point(Role::BodyPoint).map(|point| ("body_point", Place::Point(point))));
+            places.extend(self.event(data).map(|event| ("event", event)));
         }
         (!places.is_empty()).then_some(places)
     }
 
     /// The point of an obstacle's surface that came nearest to the body.
-    fn surface(&self, data: &Dataset) -> Option<Point> {
-        let centre = self.point("x", "y")?;
-        let radius = self.held("radius").map_or_else(|| self.values().map(|v| v[2]), |(r, _)| Some(r))?;
+    fn surface(&self, data: &Dataset, centre: Point) -> Option<Point> {
+        let index = self.kind.spec().params.iter().position(|p| p.role == Role::Region)?;
+        let radius = *self.values()?.get(index)?;
         let body = &self.fit.model.body;
         let poses = data.training.iter().flat_map(|e| &e.pose);
         let gap = |pose: [f64; 3]| {
@@ -75,9 +72,8 @@ impl Named<'_> {
     }
 
     fn event(&self, data: &Dataset) -> Option<Place> {
-        let (mean, sd) = self.held("time")?;
-        let names = self.kind.spec().params;
-        let index = names.iter().position(|p| p.name == "episode")?;
+        let (mean, sd) = self.held(self.named(Role::Time)?)?;
+        let index = self.kind.spec().params.iter().position(|p| p.role.is_choice())?;
         let ordinal = self.values()?.get(index).copied()?;
         let episode = data.episodes().find(|e| e.ordinal as f64 == ordinal)?;
         Some(Place::Event { episode: episode.name.clone(), time: Moment { mean, sd } })
@@ -85,17 +81,21 @@ impl Named<'_> {
 
     /// Its parameters that the data hold, but for those that say where or when.
     pub fn parameters(&self) -> BTreeMap<String, Value> {
-        if self.kind == Kind::SpinDrag {
+        if self.kind.is_damping() && !self.kind.is_building_block() {
             let damping = damping(&self.fit.model).map(|mean| Value::Matrix { mean, sd: None, unit: "SI" });
             return damping.into_iter().map(|d| ("damping".to_owned(), d)).collect();
         }
         let prefix = format!("{}.", self.name);
+        let spec = self.kind.spec();
         let own = self.fit.estimates.iter().filter(|e| e.identified && e.name.starts_with(&prefix));
         own.filter_map(|e| {
             let short = e.name.strip_prefix(&prefix)?;
-            let placed = matches!(short, "x" | "y" | "anchor_x" | "anchor_y" | "time");
+            let role = spec.params.iter().find(|p| p.name == short)?.role;
+            let told = matches!(role, Role::BodyPoint(_) | Role::WorldPoint(_) | Role::Time);
+            // A mass centre is a place, and how large the effect is.
+            let strength = spec.neutral.iter().any(|(name, _)| *name == short);
             let value = Value::Number(Quantity { mean: e.mean, sd: e.sd, unit: e.unit });
-            (!placed).then(|| (short.to_owned(), value))
+            (!told || strength).then(|| (short.to_owned(), value))
         })
         .collect()
     }
@@ -104,7 +104,7 @@ impl Named<'_> {
 /// The damping matrix of all viscous wheels together, about the object origin.
 fn damping(model: &Model) -> Option<[[f64; 3]; 3]> {
     let mut wheels = model.clone();
-    wheels.effects.retain(|e| matches!(e.kind, Kind::ViscousWheel | Kind::SpinDrag));
+    wheels.effects.retain(|e| e.kind.is_damping());
     let plant: Plant<f64> = wheels.resolved().ok()?;
     let state = trundle_model::State::at_rest([0.0; 3]);
     let action = plant.action(&state, trundle_model::Clock::since_contact(1.0));

@@ -9,7 +9,7 @@ use crate::touch::Touch;
 use rand::{RngExt, SeedableRng};
 use rand_chacha::ChaCha8Rng;
 use trundle_infer::Coordinates;
-use trundle_model::{Body, Effect, Kind, Model, Param, Prior, State, to_world};
+use trundle_model::{Body, Effect, Kind, Model, Param, Prior, Proposal, State, to_world};
 use trundle_record::Prepared;
 
 /// Where what is missing seems to act.
@@ -74,44 +74,46 @@ pub(crate) fn proposals(
     hints: &Hints<'_>,
     seed: u64,
 ) -> Vec<Effect> {
-    if kind == Kind::ObstacleContact {
-        return hints.touched.iter().flat_map(|touch| things(touch, &model.body)).collect();
-    }
-    if kind == Kind::Saturation {
-        return vec![saturated(&model.body, episodes)];
+    let (body, source) = (&model.body, kind.proposal());
+    let neutral = neutral(kind, body);
+    let known: Vec<Effect> = match source {
+        Proposal::Touched => hints.touched.iter().flat_map(|touch| things(&neutral, touch)).collect(),
+        Proposal::Readings => vec![limited(neutral.clone(), episodes)],
+        Proposal::Moment => moments(episodes).map(|moment| happening(&neutral, moment)).collect(),
+        Proposal::Region => hints.regions.iter().filter_map(|region| patch(&neutral, region)).collect(),
+        Proposal::Period => hints.lines.iter().flat_map(|line| ripples(&neutral, line)).collect(),
+        Proposal::Drawn => vec![],
+    };
+    if matches!(source, Proposal::Touched | Proposal::Readings | Proposal::Moment) {
+        return known;
     }
     let shape = shape(model, kind);
-    if shape.iter().any(|p| p.name == "time") {
-        let at = |(episode, t)| {
-            neutral(kind, &model.body).with("episode", Some(episode as f64)).with("time", Some(t))
-        };
-        return moments(episodes).map(at).collect();
-    }
     if shape.is_empty() {
-        return vec![neutral(kind, &model.body)];
+        return vec![neutral];
     }
     let mut rng = ChaCha8Rng::seed_from_u64(seed ^ 0x5eed);
     let draws = 0..DRAWS[usize::from(shape.len() > 2)];
     let drawn = draws.map(|_| drawn(model, kind, &shape, episodes, &mut rng));
-    let regions = if kind == Kind::FloorPatch { hints.regions } else { &[] };
-    let lines = if kind == Kind::Cogging { hints.lines } else { &[] };
-    let known = regions.iter().filter_map(|region| patch(region, &model.body));
-    known.chain(lines.iter().flat_map(|line| ripples(line, &model.body))).chain(drawn).collect()
+    known.into_iter().chain(drawn).collect()
 }
 
 /// Phases at which a force of known period is proposed.
 const PHASES: usize = 8;
 
+/// An event at a moment of an episode.
+fn happening(neutral: &Effect, (episode, t): (usize, f64)) -> Effect {
+    neutral.clone().with("episode", Some(episode as f64)).with("time", Some(t))
+}
+
 /// Forces of a period that the missing force has.
-fn ripples(line: &Line, body: &Body) -> Vec<Effect> {
-    let ripple = neutral(Kind::Cogging, body);
-    let ripple = ripple.with("period", Some(line.period)).with("angle", Some(line.angle));
+fn ripples(neutral: &Effect, line: &Line) -> Vec<Effect> {
+    let ripple = neutral.clone().with("period", Some(line.period)).with("angle", Some(line.angle));
     let phase = |k: usize| std::f64::consts::TAU * k as f64 / PHASES as f64;
     (0..PHASES).map(|k| ripple.clone().with("phase", Some(phase(k)))).collect()
 }
 
 /// A patch as large as a region of the floor, which lies along one of the region's edges.
-fn patch(region: &[[f64; 2]], body: &Body) -> Option<Effect> {
+fn patch(neutral: &Effect, region: &[[f64; 2]]) -> Option<Effect> {
     let edges = region.iter().zip(region.iter().cycle().skip(1));
     let around = edges.map(|(a, b)| {
         let angle = (b[1] - a[1]).atan2(b[0] - a[0]);
@@ -124,8 +126,7 @@ fn patch(region: &[[f64; 2]], body: &Body) -> Option<Effect> {
     });
     let ([x, y], [length, width], angle) =
         around.min_by(|a, b| (a.1[0] * a.1[1]).total_cmp(&(b.1[0] * b.1[1])))?;
-    let patch =
-        neutral(Kind::FloorPatch, body).with("x", Some(x)).with("y", Some(y)).with("angle", Some(angle));
+    let patch = neutral.clone().with("x", Some(x)).with("y", Some(y)).with("angle", Some(angle));
     Some(patch.with("half_length", Some(length)).with("half_width", Some(width)))
 }
 
@@ -133,7 +134,7 @@ fn patch(region: &[[f64; 2]], body: &Body) -> Option<Effect> {
 const BELOW: f64 = 0.99;
 
 /// A range that ends at the largest readings: above them a limit changes nothing, far below them all is wrong.
-fn saturated(body: &Body, episodes: &[Prepared]) -> Effect {
+fn limited(neutral: Effect, episodes: &[Prepared]) -> Effect {
     let limit = |k: usize| {
         let mut sizes: Vec<f64> =
             episodes.iter().flat_map(|e| &e.wrench).map(|w| w.reading[k].abs()).collect();
@@ -142,11 +143,11 @@ fn saturated(body: &Body, episodes: &[Prepared]) -> Effect {
     };
     let names = [("limit_x", 0), ("limit_y", 1), ("limit_torque", 2)];
     let least = |name: &str| {
-        let param = Kind::Saturation.spec().params.iter().find(|p| p.name == name);
+        let param = neutral.kind.spec().params.iter().find(|p| p.name == name);
         param.map_or(0.0, |p| p.lower)
     };
-    let neutral = neutral(Kind::Saturation, body);
-    names.into_iter().fold(neutral, |e, (name, k)| e.with(name, Some(limit(k).max(least(name)))))
+    let limits = names.map(|(name, k)| (name, limit(k).max(least(name))));
+    limits.into_iter().fold(neutral, |e, (name, limit)| e.with(name, Some(limit)))
 }
 
 fn span(values: impl Iterator<Item = f64>) -> [f64; 2] {
@@ -154,11 +155,10 @@ fn span(values: impl Iterator<Item = f64>) -> [f64; 2] {
 }
 
 /// Things of several sizes that a body may have touched, which went so deep into it.
-fn things(touch: &Touch, body: &Body) -> Vec<Effect> {
-    let thing = neutral(Kind::ObstacleContact, body);
+fn things(neutral: &Effect, touch: &Touch) -> Vec<Effect> {
     let of = |radius: f64, depth: f64| {
         let [x, y] = [0, 1].map(|k| touch.at[k] + (radius - depth) * touch.normal[k]);
-        thing.clone().with("x", Some(x)).with("y", Some(y)).with("radius", Some(radius))
+        neutral.clone().with("x", Some(x)).with("y", Some(y)).with("radius", Some(radius))
     };
     RADII.iter().flat_map(|&radius| DEPTHS.map(|depth| of(radius, depth))).collect()
 }
@@ -254,7 +254,7 @@ fn somewhere(body: &Body, episodes: &[Prepared], rng: &mut ChaCha8Rng) -> [f64; 
 mod tests {
     use super::{Hints, moments, nearby, proposals};
     use crate::common::{World, locked, table};
-    use trundle_model::{Kind, Model, patch_outline};
+    use trundle_model::{Kind, Model};
 
     fn values(effect: &trundle_model::Effect) -> Vec<f64> {
         effect.values.iter().map(|v| v.unwrap()).collect()
@@ -269,7 +269,7 @@ mod tests {
         let model = Model::nominal(table(), None, [true; 3]);
         let hints = Hints { regions: std::slice::from_ref(&region), ..Hints::default() };
         let found = proposals(&model, Kind::FloorPatch, &World::of(locked()).pushes(2, 1), &hints, 0);
-        let outline = patch_outline(&values(&found[0]));
+        let outline = Kind::FloorPatch.region(&values(&found[0])).unwrap();
         for corner in region.iter().filter(|c| **c != region[2] && **c != region[3]) {
             let near = outline.iter().map(|p| (p[0] - corner[0]).hypot(p[1] - corner[1]));
             assert!(near.fold(f64::INFINITY, f64::min) < 1e-9, "{corner:?} of {outline:?}");

@@ -10,7 +10,7 @@ use crate::search::HOPELESS;
 use nalgebra::{DMatrix, DVector};
 use rayon::prelude::*;
 use trundle_infer::{Fit, InferError, Seen, Watch};
-use trundle_model::{Effect, INNER, Kind, Model, Slot};
+use trundle_model::{Effect, INNER, Kind, Model, Proposal, Slot};
 use trundle_record::Prepared;
 
 /// A fitted model's whitened innovations, and what other values or effects would change in them.
@@ -143,10 +143,9 @@ fn gain(starts: &[Start]) -> f64 {
 
 /// Whether shapes are sought between those that were proposed: events and contacts are proposed densely.
 fn has_neighbours(starts: &[Start]) -> bool {
-    starts.first().is_some_and(|start| {
-        let kind = start.effect.kind;
-        kind != Kind::ObstacleContact && kind.spec().params.iter().all(|p| p.name != "time")
-    })
+    starts
+        .first()
+        .is_some_and(|start| !matches!(start.effect.kind.proposal(), Proposal::Touched | Proposal::Moment))
 }
 
 /// Kinds that promise most whose shapes are sought on.
@@ -157,7 +156,7 @@ const FINEST: f64 = 0.01;
 
 /// Whether an effect has edges, across which a fit finds no way.
 fn has_edges(kind: Kind) -> bool {
-    kind == Kind::FloorPatch
+    kind.proposal() == Proposal::Region
 }
 
 /// Better shapes around the best few, nearer where none is found.

@@ -2,7 +2,7 @@
 
 use crate::adequacy::Remainder;
 use crate::answer::Verdict;
-use crate::candidates::{limit, name};
+use crate::candidates::name;
 use crate::confirm::holds_up;
 use crate::cross_validation::{LeftOut, left_out};
 use crate::engine::{Engine, Tried};
@@ -76,7 +76,7 @@ impl Judge<'_> {
                 let simpler = candidate
                     .added
                     .iter()
-                    .filter_map(|e| limit(e.kind))
+                    .filter_map(|e| e.kind.simpler())
                     .map(|kind| name(&Effect::free(kind)));
                 candidate.names().into_iter().chain(simpler).collect()
             });
@@ -124,7 +124,7 @@ impl Judge<'_> {
         known: &mut BTreeMap<*const Tried, LeftOut>,
     ) -> Result<bool, InferError> {
         for (k, effect) in candidate.added.iter().enumerate() {
-            let Some(simpler) = limit(effect.kind) else { continue };
+            let Some(simpler) = effect.kind.simpler() else { continue };
             let mut kinds: Vec<Kind> = candidate.added.iter().map(|e| e.kind).collect();
             kinds[k] = simpler;
             let Some(other) = of_kinds(&self.found.tried, kinds) else { continue };
@@ -166,7 +166,7 @@ fn is_defined(candidate: &Tried, k: usize) -> bool {
     let spec = candidate.added[k].kind.spec();
     let identified = |p: &Param| candidate.fit.estimate(&format!("{name}.{}", p.name)).map(|e| e.identified);
     let essential =
-        |p: &&Param| p.refinement.is_none() && !p.choice && !p.of_face && !matches!(p.unit, "m" | "rad");
+        |p: &&Param| p.refinement.is_none() && !p.role.is_choice() && !p.of_face && !p.role.is_place();
     let signed = |p: &&Param| matches!(p.prior, Prior::Normal { .. });
     let of = |wanted: bool| spec.params.iter().filter(essential).filter(move |p| signed(p) == wanted);
     let axes: Vec<bool> = of(true).filter_map(identified).collect();

@@ -251,4 +251,3 @@ impl MotionLikelihood {
         Ok(tried(pose, reading))
     }
 }
-

@@ -50,10 +50,45 @@ pub struct Param {
     pub on_rail: bool,
     /// Whether it scales the unknown pressure under a flat face: one where the feet are known.
     pub of_face: bool,
-    /// Whether it is a choice, such as an event's episode: always given, never searched.
-    pub choice: bool,
+    /// What it is to its law.
+    pub role: Role,
     /// What it is.
     pub help: &'static str,
+}
+
+/// What a parameter is to its law.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub enum Role {
+    /// How strong the effect is: a force, a mass, a gain, a delay.
+    Amplitude,
+    /// How it acts: an exponent, a damping ratio, a speed at which something gives way.
+    Form,
+    /// Coordinate of a point of the body, object frame; its axis.
+    BodyPoint(usize),
+    /// Coordinate of a point of the room; its axis.
+    WorldPoint(usize),
+    /// How large or how far away a part of the room is.
+    Region,
+    /// A moment.
+    Time,
+    /// A direction.
+    Angle,
+    /// Length after which something repeats.
+    Period,
+    /// A choice, such as an event's episode: always given, never searched.
+    Choice,
+}
+
+impl Role {
+    /// Whether it is never searched.
+    pub fn is_choice(self) -> bool {
+        self == Self::Choice
+    }
+
+    /// Whether it says where or in which direction an effect acts.
+    pub fn is_place(self) -> bool {
+        matches!(self, Self::BodyPoint(_) | Self::WorldPoint(_) | Self::Region | Self::Angle)
+    }
 }
 
 /// A state of an effect's own, such as a caster's angle.

@@ -164,7 +164,7 @@ impl Model {
             };
             let effect = &mut self.effects[effect];
             for (param, value) in effect.kind.spec().params.iter().zip(&mut effect.values) {
-                let finer = param.refinement.is_some() && !param.choice;
+                let finer = param.refinement.is_some() && !param.role.is_choice();
                 if param.name == key && finer && *value == param.refinement {
                     *value = None;
                 }

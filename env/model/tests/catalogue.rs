@@ -86,7 +86,7 @@ fn wheel() -> Effect {
 /// An event lies before the step, or well within it, so that its time has a slope.
 fn draw(param: &Param, body: &Body, clock: Clock, u: f64) -> f64 {
     let symmetric = 2.0 * u - 1.0;
-    if param.choice {
+    if param.role.is_choice() {
         return clock.episode;
     }
     if param.name == "time" {
@@ -294,7 +294,7 @@ fn gradients_of_a_step_agree_with_finite_differences() {
         let exact = outcome(&model(kind).plant(&seeded[STATE..]).unwrap(), &seeded[..STATE], case);
         let first = point.len() - kind.spec().params.len();
         let own = |k: usize| kind.spec().params.get(k.wrapping_sub(first));
-        for k in (0..point.len()).filter(|&k| own(k).is_none_or(|p| !p.choice)) {
+        for k in (0..point.len()).filter(|&k| own(k).is_none_or(|p| !p.role.is_choice())) {
             // What begins within a millimetre bends sharply, and where it is stiff rounding grows.
             let (step, least, rounding) = match kind {
                 _ if is_local(kind) => (2e-6, 0.5, 2e-12),

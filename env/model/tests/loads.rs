@@ -252,7 +252,8 @@ fn quadratic_drag_slows_down_hyperbolically() {
 #[test]
 fn every_effect_survives_a_file() {
     for &kind in Kind::ALL {
-        let value = |p: &trundle_model::Param| if p.choice { 3.0 } else { 0.2f64.clamp(p.lower, p.upper) };
+        let value =
+            |p: &trundle_model::Param| if p.role.is_choice() { 3.0 } else { 0.2f64.clamp(p.lower, p.upper) };
         let given = kind.spec().params.iter().fold(Effect::free(kind), |e, p| e.with(p.name, Some(value(p))));
         let model = table(22.0).with(given);
         let (again, _) = Model::from_toml(&model.to_toml(None).unwrap()).unwrap();

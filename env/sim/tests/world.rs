@@ -37,7 +37,7 @@ fn wheel(mu_x: f64, mu_y: f64) -> Effect {
 /// An effect with every parameter at a plain value within its bounds.
 fn plain(kind: Kind) -> Effect {
     kind.spec().params.iter().fold(Effect::free(kind), |effect, param| {
-        let value = if param.choice { 0.0 } else { 0.3f64.clamp(param.lower, param.upper) };
+        let value = if param.role.is_choice() { 0.0 } else { 0.3f64.clamp(param.lower, param.upper) };
         effect.with(param.name, Some(value))
     })
 }

@@ -96,7 +96,7 @@ fn refinements(model: &Model) -> Vec<bool> {
     let of_effects = model.effects.iter().flat_map(|effect| {
         let params = effect.kind.spec().params;
         params.iter().zip(&effect.values).map(|(p, value)| {
-            let simple = p.choice || (p.refinement.is_some() && *value == p.refinement);
+            let simple = p.role.is_choice() || (p.refinement.is_some() && *value == p.refinement);
             simple || (model.on_rail() && !p.on_rail) || (model.body.feet.is_some() && p.of_face)
         })
     });

@@ -21,7 +21,7 @@ use trundle_infer::{
     Comparison, FitOptions, InferError, MotionLikelihood, Residual, Score, Watch, fit, on_all_cores,
     open_loop, score_beside, unjudged,
 };
-use trundle_model::{Kind, Model, Scales};
+use trundle_model::{Kind, Model, Proposal, Scales};
 use trundle_record::{Dataset, Prepared};
 
 /// A model of trundle's, compared by its motion or by the wrench that it needs.
@@ -283,9 +283,9 @@ impl Engine for Own<'_> {
     }
 }
 
-/// Whether kinds are proposed by what is missing: things that may have been hit, periods.
+/// Whether kinds are proposed by the course of what is missing.
 pub(crate) fn needs_courses(kinds: &[Kind]) -> bool {
-    kinds.contains(&Kind::ObstacleContact) || kinds.contains(&Kind::Cogging)
+    kinds.iter().any(|kind| matches!(kind.proposal(), Proposal::Touched | Proposal::Period))
 }
 
 /// The missing wrench along the episodes.

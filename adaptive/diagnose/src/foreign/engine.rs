@@ -147,8 +147,7 @@ fn on_object(model: &Model) -> bool {
 /// Laws with states of their own are not tried: along the seen motion they would need a start in every episode. Nor is
 /// an event of a wheel that only the simulator knows, nor what looks at readings before and after the moment.
 fn usable(kind: &Kind) -> bool {
-    let remembers = matches!(kind, Kind::SensorLag | Kind::SensorPlay);
-    kind.spec().inner.is_empty() && *kind != Kind::WheelEvent && !remembers
+    kind.spec().inner.is_empty() && !kind.changes_wheels() && !kind.remembers()
 }
 
 /// Fit laws together with the simulator's parameters where it is linearised.

@@ -4,13 +4,12 @@
 //! sought again, other effects are tried in place of each, each is dropped once, and finer forms are tried.
 
 use super::{MORE, Searcher, finer, job, kinds};
-use crate::candidates::limit;
 use crate::engine::{Job, Tried};
 use crate::naming::of_kinds;
 use crate::proposals::has_shape;
 use std::collections::BTreeSet;
 use trundle_infer::{Coordinates, InferError, carried};
-use trundle_model::{Kind, Model, patch_outline};
+use trundle_model::{Kind, Model};
 
 /// How often shapes are sought again, while that takes this share of what was left.
 const AGAIN: usize = 3;
@@ -53,7 +52,7 @@ impl Searcher<'_> {
                     continue;
                 }
                 let (rest, effect) = self.apart(&best, k);
-                let outline = (kind == Kind::FloorPatch).then(|| patch_outline(&effect));
+                let outline = kind.region(&effect);
                 let regions: Vec<_> = outline.into_iter().chain(self.regions.iter().cloned()).collect();
                 let wanted = self.wanted(&regions, 1);
                 let found = self.engine.starts(&rest, &[kind], &wanted, self.watch)?;
@@ -127,7 +126,8 @@ impl Searcher<'_> {
         for (k, effect) in best.added.iter().enumerate() {
             let (rest, _) = self.apart(&best, k);
             let offered = self.offered(&rest);
-            let simpler: Vec<Kind> = limit(effect.kind).into_iter().filter(|s| offered.contains(s)).collect();
+            let simpler: Vec<Kind> =
+                effect.kind.simpler().into_iter().filter(|s| offered.contains(s)).collect();
             jobs.extend(self.jobs(&rest, &simpler, 1)?);
         }
         self.make_all("simpler laws", jobs, tried)

@@ -10,7 +10,7 @@ mod again;
 mod nested;
 
 use crate::adequacy::Remainder;
-use crate::candidates::{limit, name, repeats};
+use crate::candidates::name;
 use crate::engine::{Effort, Engine, Job, Tried};
 use crate::locate::Located;
 use crate::naming::of_kinds;
@@ -18,7 +18,7 @@ use crate::screen::{Start, Wanted};
 use rayon::prelude::*;
 use std::collections::BTreeSet;
 use trundle_infer::{Coordinates, InferError, Watch, carried, on_all_cores};
-use trundle_model::{Effect, INNER, Kind, Model};
+use trundle_model::{Effect, INNER, Kind, Model, Role};
 
 impl Tried {
     /// Log evidence plus log prior: an effect is missing in one simulation of twenty, and may be any.
@@ -129,7 +129,7 @@ impl Searcher<'_> {
         let spare = INNER.saturating_sub(to.fit.model.inner().len());
         let allowed = |kind: &Kind| {
             let (effect, states) = (kind.spec().effect, kind.spec().inner.len());
-            let beside = |e: &Effect| name(e) != effect || repeats(*kind) && e.kind == *kind;
+            let beside = |e: &Effect| name(e) != effect || kind.repeats() && e.kind == *kind;
             states <= spare && to.added.iter().all(beside) && self.without.iter().all(|w| w != effect)
         };
         self.engine.candidates().into_iter().filter(allowed).collect()
@@ -210,7 +210,8 @@ impl Searcher<'_> {
         Ok(())
     }
 
-    /// Some fits, on all cores.
+    /// Some fits, on all cores. A model that cannot be evaluated where it would start, as under noise that suits a fuller
+    /// model, is left out.
     fn fitted(&self, what: &'static str, jobs: Vec<Job>, effort: Effort) -> Result<Vec<Tried>, InferError> {
         self.watch.progress(what, 0.0);
         let (count, done) = (jobs.len(), std::sync::atomic::AtomicUsize::new(0));
@@ -221,7 +222,8 @@ impl Searcher<'_> {
                 watch.progress(what, done as f64 / count as f64);
                 found
             };
-            jobs.into_par_iter().map(one).collect()
+            let all: Vec<_> = jobs.into_par_iter().map(one).collect();
+            all.into_iter().filter(|found| !matches!(found, Err(InferError::NoStart { .. }))).collect()
         })
     }
 
@@ -230,10 +232,10 @@ impl Searcher<'_> {
         let mut firsts: Vec<Tried> =
             tried.iter().filter(|t| t.added.len() == size).take(FIRSTS).cloned().collect();
         let simpler =
-            |t: &Tried| of_kinds(tried, t.added.iter().map(|e| limit(e.kind).unwrap_or(e.kind)).collect());
+            |t: &Tried| of_kinds(tried, t.added.iter().map(|e| e.kind.simpler().unwrap_or(e.kind)).collect());
         let with_simpler: Vec<Tried> = firsts
             .iter()
-            .filter(|t| t.added.iter().any(|e| limit(e.kind).is_some()))
+            .filter(|t| t.added.iter().any(|e| e.kind.simpler().is_some()))
             .filter_map(simpler)
             .cloned()
             .collect();
@@ -306,12 +308,14 @@ fn keep(tried: &mut Vec<Tried>, more: impl IntoIterator<Item = Tried>) {
     *tried = kept;
 }
 
-/// An effect with every essential parameter free, its choices kept.
+/// An effect with every essential parameter free, and sizes, which are proposed with the place; its choices kept.
 fn freed(effect: &Effect) -> Effect {
     let mut free = Effect::free(effect.kind);
     for ((param, value), free) in effect.kind.spec().params.iter().zip(&effect.values).zip(&mut free.values) {
-        if param.choice {
-            *free = *value;
+        match param.role {
+            Role::Choice => *free = *value,
+            Role::Region => *free = None,
+            _ => {}
         }
     }
     free
@@ -333,7 +337,7 @@ fn kinds(effects: &[Effect]) -> Vec<Kind> {
 /// The effect with its refinements free, if it has any that are not.
 fn finer(effect: &Effect) -> Option<Effect> {
     let free: Vec<_> =
-        effect.kind.spec().params.iter().filter(|p| p.refinement.is_some() && !p.choice).collect();
+        effect.kind.spec().params.iter().filter(|p| p.refinement.is_some() && !p.role.is_choice()).collect();
     let finer = free.iter().fold(effect.clone(), |e, param| e.with(param.name, None));
     (finer != *effect).then_some(finer)
 }

@@ -9,7 +9,7 @@
 
 use super::{on_body, positive};
 use crate::Real;
-use crate::law::{Act, Acting, Action, Inner, Site, Situation, Spec, take};
+use crate::law::{Act, Acting, Action, Inner, Role, Site, Situation, Spec, take};
 use std::f64::consts::FRAC_PI_4;
 
 pub(crate) static SPEC: Spec = Spec {
@@ -25,6 +25,7 @@ pub(crate) static SPEC: Spec = Spec {
         on_body("x", 0, "the pivot, object frame"),
         on_body("y", 1, "the pivot, object frame"),
         positive("trail", "m", 1.0, (0.04, 0.7), "how far the wheel trails behind the pivot")
+            .role(Role::Form)
             .above(5e-3)
             .planar(),
         positive("mu_side", "N·s/m", 1e6, (50.0, 1.5), "viscous friction across the caster's direction"),

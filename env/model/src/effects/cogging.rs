@@ -9,7 +9,7 @@
 
 use super::{angle, positive};
 use crate::Real;
-use crate::law::{Act, Acting, Action, Param, Site, Situation, Spec, take};
+use crate::law::{Act, Acting, Action, Param, Role, Site, Situation, Spec, take};
 use std::f64::consts::{PI, TAU};
 
 pub(crate) static SPEC: Spec = Spec {
@@ -23,7 +23,10 @@ pub(crate) static SPEC: Spec = Spec {
     inner: &[],
     params: &[
         positive("amplitude", "N", 1e5, (5.0, 1.5), "of the force"),
-        Param { lower: 1e-3, ..positive("period", "m", 10.0, (0.06, 1.0), "of the place") },
+        Param {
+            lower: 1e-3,
+            ..positive("period", "m", 10.0, (0.06, 1.0), "of the place").role(Role::Period)
+        },
         angle("phase", TAU, "at the world's origin"),
         angle("angle", PI, "direction in which it is periodic and acts, world").planar(),
     ],

@@ -10,7 +10,7 @@
 use super::place::corners;
 use super::{angle, positive, signed};
 use crate::Real;
-use crate::law::{Act, Acting, Action, Site, Situation, Spec, take};
+use crate::law::{Act, Acting, Action, Role, Site, Situation, Spec, take};
 use std::f64::consts::TAU;
 
 pub(crate) static SPEC: Spec = Spec {
@@ -24,9 +24,11 @@ pub(crate) static SPEC: Spec = Spec {
     inner: &[],
     params: &[
         angle("angle", TAU, "direction of the line's normal, world"),
-        signed("offset", "m", 100.0, 2.0, "distance of the line from the world's origin along the normal"),
+        signed("offset", "m", 100.0, 2.0, "distance of the line from the world's origin along the normal")
+            .role(Role::Region),
         positive("height", "m", 0.2, (0.004, 0.7), "height of the ridge"),
         positive("width", "m", 0.5, (0.02, 0.5), "standard deviation of its profile")
+            .role(Role::Region)
             .above(2e-3)
             .refinement(0.02),
     ],

@@ -2,7 +2,7 @@
 
 use super::positive;
 use crate::Real;
-use crate::law::Param;
+use crate::law::{Param, Role};
 
 /// Speed below which dry friction turns into creep unless it is said, m/s. At full stick a load of half the
 /// friction force creeps at about half of this: 0.25 mm in 5 s.
@@ -17,14 +17,14 @@ pub(crate) const fn static_force() -> Param {
 /// Stribeck's speed, m/s.
 pub(crate) const fn stribeck_velocity() -> Param {
     let help = "speed over which the breakaway friction fades";
-    positive("stribeck_velocity", "m/s", 10.0, (0.01, 1.0), help).refinement(0.01)
+    positive("stribeck_velocity", "m/s", 10.0, (0.01, 1.0), help).role(Role::Form).refinement(0.01)
 }
 
 /// The speed of creep, m/s: rubber and felt creep under load, and so do the contacts of most simulators, which
 /// give way at 0.1 to 10 mm/s.
 pub(crate) const fn creep() -> Param {
     let help = "speed below which it gives way in proportion, rather than hold";
-    let creep = positive("creep", "m/s", 1.0, (1e-3, 1.5), help).refinement(CREEP);
+    let creep = positive("creep", "m/s", 1.0, (1e-3, 1.5), help).role(Role::Form).refinement(CREEP);
     Param { lower: 1e-6, ..creep }
 }
 

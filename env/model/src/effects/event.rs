@@ -2,7 +2,7 @@
 
 use super::{choice, signed};
 use crate::Real;
-use crate::law::{Clock, Param, Prior};
+use crate::law::{Clock, Param, Prior, Role};
 
 /// Ordinal of the episode in which it happens.
 pub(crate) const fn episode() -> Param {
@@ -12,7 +12,7 @@ pub(crate) const fn episode() -> Param {
 /// When in that episode it happens, s of the recording's own time.
 pub(crate) const fn time() -> Param {
     let time = signed("time", "s", 1e5, 3.0, "when it happens, the table's t");
-    Param { lower: 0.0, prior: Prior::Normal { mean: 3.0, sd: 3.0 }, ..time }
+    Param { lower: 0.0, prior: Prior::Normal { mean: 3.0, sd: 3.0 }, role: Role::Time, ..time }
 }
 
 /// The moment.

@@ -9,7 +9,7 @@
 use super::place::{corners, in_world};
 use super::{angle, positive};
 use crate::Real;
-use crate::law::{Act, Acting, Action, Site, Situation, Spec, take};
+use crate::law::{Act, Acting, Action, Role, Site, Situation, Spec, take};
 use std::f64::consts::PI;
 
 pub(crate) static SPEC: Spec = Spec {
@@ -24,8 +24,8 @@ pub(crate) static SPEC: Spec = Spec {
     params: &[
         in_world("x", 0, "centre of the region, world"),
         in_world("y", 1, "centre of the region, world").planar(),
-        positive("half_length", "m", 50.0, (0.4, 0.8), "half of its length"),
-        positive("half_width", "m", 50.0, (0.4, 0.8), "half of its width").planar(),
+        positive("half_length", "m", 50.0, (0.4, 0.8), "half of its length").role(Role::Region),
+        positive("half_width", "m", 50.0, (0.4, 0.8), "half of its width").role(Role::Region).planar(),
         angle("angle", PI, "direction of its length, world").planar(),
         positive("mu", "N·s/m", 1e6, (50.0, 1.5), "viscous friction of each support point inside"),
     ],

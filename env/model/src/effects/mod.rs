@@ -39,7 +39,7 @@ pub(crate) mod tracker_offset;
 pub(crate) mod viscous_wheel;
 pub(crate) mod wheel_event;
 
-use crate::law::{Param, Prior};
+use crate::law::{Param, Prior, Role};
 use crate::{Body, Real, Support};
 use std::f64::consts::PI;
 
@@ -55,7 +55,7 @@ const fn on_body(name: &'static str, axis: usize, help: &'static str) -> Param {
         refinement: None,
         on_rail: false,
         of_face: false,
-        choice: false,
+        role: Role::BodyPoint(axis),
         help,
     }
 }
@@ -72,7 +72,7 @@ const fn angle(name: &'static str, period: f64, help: &'static str) -> Param {
         refinement: None,
         on_rail: false,
         of_face: false,
-        choice: false,
+        role: Role::Angle,
         help,
     }
 }
@@ -95,7 +95,7 @@ const fn positive(
         refinement: None,
         on_rail: true,
         of_face: false,
-        choice: false,
+        role: Role::Amplitude,
         help,
     }
 }
@@ -112,7 +112,7 @@ const fn signed(name: &'static str, unit: &'static str, limit: f64, sd: f64, hel
         refinement: None,
         on_rail: true,
         of_face: false,
-        choice: false,
+        role: Role::Amplitude,
         help,
     }
 }
@@ -123,7 +123,7 @@ const fn signed(name: &'static str, unit: &'static str, limit: f64, sd: f64, hel
 /// out as an even one, a face that bears on a boss of half its size half as far.
 const fn spread() -> Param {
     let help = "how far out the pressure under a flat face lies, over that of an even one; 1 on known feet";
-    let spread = Param { of_face: true, ..positive("spread", "1", 5.0, (1.0, 0.4), help) };
+    let spread = Param { of_face: true, ..positive("spread", "1", 5.0, (1.0, 0.4), help).role(Role::Form) };
     spread.planar()
 }
 
@@ -136,10 +136,16 @@ fn spread_out<T: Real>(body: &Body, spread: T) -> Vec<([T; 2], f64)> {
 
 /// The episode of an event, by its place in the recording: a choice that is made, not searched.
 const fn choice(name: &'static str, help: &'static str) -> Param {
-    Param { lower: 0.0, choice: true, ..signed(name, "1", 1e6, 1.0, help) }.refinement(0.0)
+    Param { lower: 0.0, role: Role::Choice, ..signed(name, "1", 1e6, 1.0, help) }.refinement(0.0)
 }
 
 impl Param {
+    /// What it is to its law, where that is not how strong it is.
+    const fn role(mut self, role: Role) -> Self {
+        self.role = role;
+        self
+    }
+
     /// Left at `value` unless asked for: the law then is the simple one.
     const fn refinement(mut self, value: f64) -> Self {
         self.refinement = Some(value);

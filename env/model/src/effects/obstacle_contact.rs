@@ -9,7 +9,7 @@
 
 use super::place::{in_world, softplus};
 use super::positive;
-use crate::law::{Act, Acting, Action, Site, Situation, Spec, take};
+use crate::law::{Act, Acting, Action, Role, Site, Situation, Spec, take};
 use crate::rim::{Piece, Rim};
 use crate::{Body, Real};
 
@@ -25,9 +25,13 @@ pub(crate) static SPEC: Spec = Spec {
     params: &[
         in_world("x", 0, "centre of the thing, world"),
         in_world("y", 1, "centre of the thing, world"),
-        positive("radius", "m", 5.0, (0.05, 0.7), "radius of the thing").above(5e-3),
+        positive("radius", "m", 5.0, (0.05, 0.7), "radius of the thing")
+            .role(Role::Region)
+            .above(5e-3)
+            .refinement(0.05),
         positive("stiffness", "N/m", 1e6, (3e4, 1.0), "force per depth").refinement(3e4),
         positive("friction", "1", 2.0, (0.3, 0.7), "dry friction along the rim, over the normal force")
+            .role(Role::Form)
             .refinement(0.0),
     ],
     neutral: &[("stiffness", 0.0)],

@@ -1,7 +1,7 @@
 //! What laws of the floor and of the room share: where a point of the body is in the world, and which points stand on
 //! the floor.
 
-use crate::law::{Param, Prior, Situation};
+use crate::law::{Param, Prior, Role, Situation};
 use crate::{Body, Fixture, Real};
 
 /// Coordinate of a place in the room along `axis` (0: x, 1: y).
@@ -9,7 +9,8 @@ use crate::{Body, Fixture, Real};
 /// The prior is a room around the world's origin; who knows the room gives another.
 pub(super) const fn in_world(name: &'static str, axis: usize, help: &'static str) -> Param {
     let room = super::signed(name, "m", 100.0, 2.0, help);
-    Param { prior: Prior::Normal { mean: 0.0, sd: 2.0 }, on_rail: axis == 0, ..room }
+    let role = Role::WorldPoint(axis);
+    Param { prior: Prior::Normal { mean: 0.0, sd: 2.0 }, on_rail: axis == 0, role, ..room }
 }
 
 impl<T: Real> Situation<'_, T> {

@@ -10,7 +10,7 @@
 
 use super::{on_body, positive};
 use crate::Real;
-use crate::law::{Act, Acting, Action, Clock, Inner, Rigid, Site, Situation, Spec, take};
+use crate::law::{Act, Acting, Action, Clock, Inner, Rigid, Role, Site, Situation, Spec, take};
 use std::f64::consts::TAU;
 
 pub(crate) static SPEC: Spec = Spec {
@@ -31,8 +31,11 @@ pub(crate) static SPEC: Spec = Spec {
         on_body("x", 0, "where its spring is fixed, object frame"),
         on_body("y", 1, "where its spring is fixed, object frame"),
         positive("mass", "kg", 1e3, (3.0, 0.8), "mass of the load, part of the whole"),
-        positive("frequency", "Hz", 20.0, (1.5, 0.6), "its own frequency while the body is held").above(0.05),
+        positive("frequency", "Hz", 20.0, (1.5, 0.6), "its own frequency while the body is held")
+            .role(Role::Form)
+            .above(0.05),
         positive("damping_ratio", "1", 2.0, (0.03, 1.0), "damping over critical damping")
+            .role(Role::Form)
             .above(1e-3)
             .refinement(0.02),
     ],

@@ -9,7 +9,7 @@
 use super::place::{in_world, softplus};
 use super::{on_body, positive};
 use crate::Real;
-use crate::law::{Act, Acting, Action, Site, Situation, Spec, take};
+use crate::law::{Act, Acting, Action, Role, Site, Situation, Spec, take};
 
 pub(crate) static SPEC: Spec = Spec {
     kind: "tether",
@@ -26,8 +26,10 @@ pub(crate) static SPEC: Spec = Spec {
         in_world("anchor_x", 0, "where it is tied to the room, world"),
         in_world("anchor_y", 1, "where it is tied to the room, world").planar(),
         positive("stiffness", "N/m", 1e5, (100.0, 1.0), "force per stretch"),
-        positive("rest_length", "m", 100.0, (0.6, 0.8), "length below which it is slack"),
-        positive("damping", "N·s/m", 1e4, (1.0, 1.5), "its own damping while it is taut").refinement(0.0),
+        positive("rest_length", "m", 100.0, (0.6, 0.8), "length below which it is slack").role(Role::Region),
+        positive("damping", "N·s/m", 1e4, (1.0, 1.5), "its own damping while it is taut")
+            .role(Role::Form)
+            .refinement(0.0),
     ],
     neutral: &[("stiffness", 0.0)],
     sentence: "A cable or spring of {stiffness} ties the body at ({x}, {y}) to ({anchor_x}, {anchor_y}); it is slack below {rest_length}.",

@@ -8,11 +8,12 @@
 
 use super::{positive, spread, spread_out};
 use crate::Real;
-use crate::law::{Act, Acting, Action, Param, Prior, Site, Situation, Spec, take};
+use crate::law::{Act, Acting, Action, Param, Prior, Role, Site, Situation, Spec, take};
 
 /// The exponent of the speed, kept off dry (0) and viscous (1) friction, which are laws of their own.
 const fn exponent() -> Param {
-    let exponent = positive("exponent", "1", 0.95, (0.5, 0.5), "flow index: 0 dry, 1 viscous");
+    let exponent =
+        positive("exponent", "1", 0.95, (0.5, 0.5), "flow index: 0 dry, 1 viscous").role(Role::Form);
     Param { prior: Prior::Uniform, lower: 0.05, ..exponent }
 }
 
