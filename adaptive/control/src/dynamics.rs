@@ -2,7 +2,7 @@
 
 use std::f64::consts::SQRT_2;
 
-use trundle_model::{Clock, Glide, Plant, State};
+use trundle_model::{Clock, Glide, Plant, Precision, State};
 
 /// Speed along each axis at which resistances are compared, m/s.
 const SLOW: f64 = 0.15;
@@ -38,7 +38,7 @@ pub trait Dynamics: Sync {
 impl Dynamics for Plant<f64> {
     #[inline]
     fn step(&self, state: &mut State<f64>, applied: &[f64; 3], clock: Clock, dt: f64) {
-        self.move_roughly(state, applied, clock, dt);
+        self.move_as(Precision::Rough, state, applied, clock, dt);
     }
 
     fn anchor(&self) -> Anchor {

@@ -152,7 +152,7 @@ impl Planner {
 mod tests {
     use super::*;
     use crate::Cost;
-    use trundle_model::{Body, Clock, Effect, Kind, Model, Plant, State, transport};
+    use trundle_model::{Body, Clock, Effect, Kind, Model, Plant, Precision, State, transport};
 
     fn table(mu: f64) -> Plant<f64> {
         let corners = [[-0.6, -0.4], [0.6, -0.4], [0.6, 0.4], [-0.6, 0.4]];
@@ -289,7 +289,7 @@ mod tests {
         for (k, action) in plan.iter().flat_map(|action| [action; 2]).enumerate() {
             let applied = transport(*action, [task.grasp[0], task.grasp[1], 0.0]);
             let clock = Clock::since_contact(0.05 * k as f64);
-            plant.move_roughly(&mut rough, &applied, clock, 0.05);
+            plant.move_as(Precision::Rough, &mut rough, &applied, clock, 0.05);
             plant.move_on(&mut exact, &applied, clock, 0.05);
         }
         let off = (rough.pose[0] - exact.pose[0]).hypot(rough.pose[1] - exact.pose[1]);

@@ -36,8 +36,8 @@ struct Load {
     push: Vector,
 }
 
-/// Velocity of the mass centre after a step, object axes, and the size of the step's `C`.
-pub(crate) type Solved<T> = ([T; 3], f64);
+/// Velocity of the mass centre after a step, object axes, and the step's `C`.
+pub(crate) type Solved<T> = ([T; 3], Symmetric);
 
 /// What a step is solved with: it knows the mass centre and the inertia. Velocities are in object axes.
 pub(crate) trait Inert<T> {
@@ -51,6 +51,8 @@ pub(crate) trait Inert<T> {
     fn solve_half(&self, v: [T; 3], action: &Action<T>, h: f64) -> Solved<T>;
     /// The (0,2) Padé step over `h`: `(I + C + C²/2) u' = u + q + Cq/2`.
     fn solve(&self, v: [T; 3], action: &Action<T>, h: f64) -> Solved<T>;
+    /// What `C` takes of a velocity of the mass centre over a step, `|C G v|`, m/s.
+    fn slowed(&self, v: &[T; 3], drag: Symmetric) -> f64;
 }
 
 impl<T: Real> Inertia<T> {
@@ -137,7 +139,7 @@ impl<T: Real> Inert<T> for Inertia<T> {
             if self.flat { self.pushed(&action.push, h) } else { self.slopes(action, load, h, 1.0, end) };
         let right =
             [T::slopes([(vx, a), (x, 1.0)]), T::slopes([(vy, b), (y, 1.0)]), T::slopes([(vz, c), (z, 1.0)])];
-        (self.velocity(end, factors.solve_slopes(right)), load.drag.trace())
+        (self.velocity(end, factors.solve_slopes(right)), load.drag)
     }
 
     /// The (0,2) Padé step over `h`: `(I + C + C²/2) u' = u + q + Cq/2`. On a blocked direction the
@@ -165,7 +167,12 @@ impl<T: Real> Inert<T> for Inertia<T> {
             let (vx, vy, vz) = (bent(vx, a, x), bent(vy, b, y), bent(vz, c, z));
             [weighed(vx, p, gain), weighed(vy, q, gain), weighed(vz, r, gain)]
         };
-        (self.velocity(end, factors.solve_slopes(right)), load.drag.trace())
+        (self.velocity(end, factors.solve_slopes(right)), load.drag)
+    }
+
+    #[inline(always)]
+    fn slowed(&self, v: &[T; 3], drag: Symmetric) -> f64 {
+        drag.multiply(scaled(values(v), self.root)).map(|u| u * u).iter().sum::<f64>().sqrt()
     }
 
     /// The velocity of the mass centre, from that of the object origin, object axes.

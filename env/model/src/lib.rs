@@ -46,7 +46,7 @@ pub use glide::Glide;
 pub use kinds::Proposal;
 pub use law::{Acting, Action, Clock, INNER, Inner, Lags, OWN, Param, Prior, Rigid, Role, Situation, Spec};
 pub use model::{Effect, Model, Slot};
-pub use plant::Plant;
+pub use plant::{Plant, Precision};
 pub use prior::{Belief, PriorFile};
 pub use real::Real;
 pub use scales::Scales;

@@ -23,14 +23,42 @@ const HALVINGS: u32 = 4;
 /// What a change of the drag within half a step may do to the velocity over a step before it is halved, m/s.
 const STEADY: f64 = 7e-4;
 
+/// The same for a fit, taken with the velocity that the change acts on, m/s.
+const CLOSELY: f64 = 2e-4;
+
 /// The same for a plan, m/s.
 const ROUGHLY: f64 = 0.02;
 
-/// How a step is divided: so often at most, and while more than this changes.
+/// How exactly a step is followed where the drag changes within it, as dry friction does when a body stops.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub enum Precision {
+    /// As a simulation must: the change counts with the whole speed, so that a direction which sticks while another
+    /// slides is followed in the finest parts.
+    Exact,
+    /// As a fit to noisy poses needs it: the change counts with the velocity that it acts on.
+    Fit,
+    /// As a plan needs it, of which only the beginning is carried out.
+    Rough,
+}
+
+impl Precision {
+    /// Whether a step is exact enough, by what a change of its `C` does to the velocity, m/s: taken with the whole
+    /// speed, and with the velocity itself.
+    #[inline]
+    fn is_met(self, by_speed: f64, by_velocity: impl FnOnce() -> f64) -> bool {
+        match self {
+            Self::Exact => by_speed < STEADY,
+            Self::Fit => by_speed < CLOSELY || by_velocity() < CLOSELY,
+            Self::Rough => by_speed < ROUGHLY,
+        }
+    }
+}
+
+/// How a step is divided: so often at most, and how exactly.
 #[derive(Clone, Copy)]
 struct Parts {
     halvings: u32,
-    within: f64,
+    precision: Precision,
 }
 
 /// A model with its parameters in place, ready to be stepped.
@@ -214,17 +242,19 @@ impl<T: Real> Plant<T> {
 
     /// As [`Plant::step`], in place: with derivatives a state is too large to be copied about.
     pub fn move_on(&self, state: &mut State<T>, applied: &[T; 3], clock: Clock, dt: f64) {
-        self.move_by_parts(state, applied, clock, dt, STEADY);
+        self.move_as(Precision::Exact, state, applied, clock, dt);
     }
 
-    /// The same in fewer parts, less exact where dry friction stops a body: for plans, of which only the beginning is
-    /// carried out.
-    pub fn move_roughly(&self, state: &mut State<T>, applied: &[T; 3], clock: Clock, dt: f64) {
-        self.move_by_parts(state, applied, clock, dt, ROUGHLY);
-    }
-
-    fn move_by_parts(&self, state: &mut State<T>, applied: &[T; 3], clock: Clock, dt: f64, within: f64) {
-        let parts = Parts { halvings: HALVINGS, within };
+    /// The same with other precision.
+    pub fn move_as(
+        &self,
+        precision: Precision,
+        state: &mut State<T>,
+        applied: &[T; 3],
+        clock: Clock,
+        dt: f64,
+    ) {
+        let parts = Parts { halvings: HALVINGS, precision };
         let [x, y, torque] = self.steady.push;
         let push = [applied[0] + x, applied[1] + y, applied[2] + torque];
         let steady = Action { push, drag: self.steady.drag };
@@ -277,8 +307,9 @@ impl<T: Real> Plant<T> {
             let speed = twist.iter().map(|v| v.re() * v.re()).sum::<f64>().sqrt();
             Some((action, speed))
         };
-        let (pose, twist, change) = self.leap(inert, start, state, [&first, steady], middle, dt);
-        if parts.halvings == 0 || change < parts.within {
+        let (pose, twist, close) =
+            self.leap(inert, start, state, [&first, steady], middle, dt, parts.precision);
+        if parts.halvings == 0 || close {
             (state.pose, state.twist) = (pose, twist);
             if let Some(ended) = ended {
                 state.inner = ended;
@@ -291,10 +322,11 @@ impl<T: Real> Plant<T> {
         }
     }
 
-    /// One undivided step: pose and twist after it, and what the change of the drag in its first half does to the
-    /// velocity, m/s. `first` acts at the start, and what `middle` says in the middle, with the speed there, given
-    /// the velocity of the mass centre in axes of the start, and the heading; `steady` where it says nothing.
+    /// One undivided step: pose and twist after it, and whether it is exact enough, by how the drag changes in its first
+    /// half. `first` acts at the start, and what `middle` says in the middle, with the speed there, given the velocity of
+    /// the mass centre in axes of the start, and the heading; `steady` where it says nothing.
     #[inline(always)]
+    #[allow(clippy::too_many_arguments)]
     fn leap<I: Inert<T>>(
         &self,
         inert: &I,
@@ -303,18 +335,23 @@ impl<T: Real> Plant<T> {
         [first, steady]: [&Action<T>; 2],
         middle: impl FnOnce(&[T; 3], Heading<T>) -> Option<(Action<T>, f64)>,
         dt: f64,
-    ) -> ([T; 3], [T; 3], f64) {
+        precision: Precision,
+    ) -> ([T; 3], [T; 3], bool) {
         let half = dt / 2.0;
         let theta = state.pose[2];
         let from = inert.place(start);
         let before = carried(state.twist, from);
-        let near = inert.at_center(start.to_body(state.twist));
-        let (near, drag) = inert.solve_half(near, first, half);
+        let begun = inert.at_center(start.to_body(state.twist));
+        let (near, drag) = inert.solve_half(begun, first, half);
         let heading = start.turned(theta + (before[2] + near[2]) * (half / 2.0));
         let acting = middle(&near, heading);
         let action = acting.as_ref().map_or(steady, |(action, _)| action);
         let (after, whole) = inert.solve(heading.to_body(before), action, dt);
-        let change = acting.as_ref().map_or(0.0, |(_, speed)| (whole - 2.0 * drag).abs() * speed);
+        let close = acting.as_ref().is_none_or(|(_, speed)| {
+            let change = whole.plus(drag.times(-2.0));
+            let by_velocity = || inert.slowed(&begun, change).max(inert.slowed(&near, change));
+            precision.is_met(change.trace().abs() * speed, by_velocity)
+        });
         let after = heading.to_world(after);
         let end = theta + (before[2] + after[2]) * half;
         let to = inert.place(heading.turned(end));
@@ -324,7 +361,7 @@ impl<T: Real> Plant<T> {
             let value = start.re() + (from[k].re() - to[k].re()) + (before[k].re() + after[k].re()) * half;
             T::chained(value, parts)
         };
-        ([along(0), along(1), end], carried(after, [-to[0], -to[1]]), change)
+        ([along(0), along(1), end], carried(after, [-to[0], -to[1]]), close)
     }
 
     /// What the laws see: the object's own frame.

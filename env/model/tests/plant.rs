@@ -2,7 +2,7 @@
 
 #![allow(clippy::unwrap_used)]
 
-use trundle_model::{Body, Clock, Effect, Kind, Model, Plant, Prior, State};
+use trundle_model::{Body, Clock, Effect, Kind, Model, Plant, Precision, Prior, State};
 
 const DT: f64 = 2e-3;
 
@@ -202,6 +202,28 @@ fn dry_friction_never_turns_a_body_back() {
             assert!(state.twist[0] >= -1e-12, "{state:?} at dt = {dt}");
         }
     }
+}
+
+#[test]
+fn a_foot_that_sticks_and_slides_is_followed_by_a_fit_to_a_millimetre() {
+    let foot = effect(Kind::CoulombFriction, &[("x", 0.4), ("y", 0.3), ("force", 12.0)]);
+    let plant =
+        table([0.1, -0.05]).with(wheel([-0.5, -0.3], 0.2, [15.0, 90.0])).with(foot).resolved().unwrap();
+    let end = |precision: Precision| {
+        let mut state = State::at_rest([0.0; 3]);
+        for k in 0..300 {
+            let t = 0.01 * k as f64;
+            let wrench = [40.0 * (2.1 * t).sin(), 25.0 * (1.3 * t).cos(), 12.0 * (3.0 * t).sin()];
+            plant.move_as(precision, &mut state, &wrench, Clock::since_contact(t), 0.01);
+        }
+        state.pose
+    };
+    let (exact, fit) = (end(Precision::Exact), end(Precision::Fit));
+    assert!(exact[0].hypot(exact[1]) > 0.1, "{exact:?}");
+    for (k, tolerance) in [1e-3, 1e-3, 2e-3].into_iter().enumerate() {
+        assert_close(fit[k], exact[k], tolerance);
+    }
+    assert_ne!(fit, exact);
 }
 
 #[test]

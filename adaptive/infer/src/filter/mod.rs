@@ -12,8 +12,9 @@ use crate::covariance::{Belief, MOTION, Matrix, PLAIN, POSE, Vector, corrected, 
 use crate::curve::Curve;
 use crate::timing::Timing;
 use crate::{Channels, InferError, Track, track::Step};
+use std::f64::consts::TAU;
 
-use trundle_model::{Clock, Dual, INNER, Inner, Model, Plant, Real, State, transport};
+use trundle_model::{Clock, Dual, INNER, Inner, Model, Plant, Precision, Real, State, transport};
 
 pub use response::Response;
 pub use sighting::Innovation;
@@ -25,6 +26,9 @@ use smooth::{Stage, backward};
 pub(crate) const STATES: usize = PLAIN + INNER;
 /// States but for the pose.
 const MOVING: usize = PLAIN - POSE;
+
+/// Starting states that the filter compares, of those that a simulation finds likeliest.
+const LIKELIEST: usize = 2;
 
 /// Beginning of an episode by which the laws' own starting states are chosen, s.
 const BEGINNING: f64 = 1.0;
@@ -82,6 +86,8 @@ pub(crate) fn filter(
 /// is the same everywhere.
 struct Filter<const N: usize, const D: usize> {
     plant: Plant<Dual<D>>,
+    /// The same without derivatives, where starting states are to be chosen.
+    plain: Option<Plant<f64>>,
     dof: [bool; 3],
     inner: Vec<Inner>,
     /// Variances of a pose sample, zero where a direction is blocked.
@@ -167,8 +173,10 @@ impl<const N: usize, const D: usize> Filter<N, D> {
         let lifted: Vec<_> = values.iter().map(|&v| Real::lift(v)).collect();
         let dof = model.dof;
         let variances = |sd: [f64; 3]| [0, 1, 2].map(|k| if dof[k] { sd[k] * sd[k] } else { 0.0 });
+        let chooses = inner.iter().any(|own| own.starts.len() > 1);
         Ok(Self {
             plant: model.plant(&lifted)?,
+            plain: chooses.then(|| model.plant(values)).transpose()?,
             dof,
             inner,
             pose_noise: variances(channels.pose),
@@ -221,7 +229,8 @@ impl<const N: usize, const D: usize> Filter<N, D> {
         Some(predictions)
     }
 
-    /// The laws' own starting states that the episode's beginning fits best, of all that they offer.
+    /// The laws' own starting states that the episode's beginning fits best, of all that they offer: a simulation that
+    /// corrects nothing tells the likeliest, the filter which of them it is.
     fn inner_start(&self, track: &Track) -> Option<[f64; INNER]> {
         let mut offers = vec![[0.0; INNER]];
         for (k, inner) in self.inner.iter().enumerate() {
@@ -232,19 +241,39 @@ impl<const N: usize, const D: usize> Filter<N, D> {
             };
             offers = offers.iter().flat_map(|o| inner.starts.iter().map(move |&s| with(o, s))).collect();
         }
-        if offers.len() < 2 {
-            return offers.first().copied();
-        }
+        let Some(plain) = &self.plain else { return offers.first().copied() };
         let contact = track.steps.first().map_or(0.0, |s| s.clock.t - s.clock.since_contact);
         let until = contact.max(track.start) + BEGINNING;
+        let mut likeliest: Vec<_> =
+            offers.into_iter().map(|offer| (self.missed_by(plain, track, &offer, until), offer)).collect();
+        likeliest.sort_by(|a, b| a.0.total_cmp(&b.0));
         let cost = |offer: &[f64; INNER]| {
             let mut cost = 0.0;
             let walked = self.walk(track, offer, until, |seen| cost += seen.cost);
             walked.map_or(f64::INFINITY, |()| cost)
         };
-        let costs: Vec<f64> = offers.iter().map(cost).collect();
-        let best = (0..offers.len()).min_by(|&a, &b| costs[a].total_cmp(&costs[b]))?;
-        Some(offers[best])
+        let looked = likeliest.into_iter().take(LIKELIEST).map(|(_, offer)| (cost(&offer), offer));
+        looked.min_by(|a, b| a.0.total_cmp(&b.0)).map(|(_, offer)| offer)
+    }
+
+    /// Sum of squared errors of the poses up to a time, in units of their noise, of a simulation from the track's start.
+    fn missed_by(&self, plain: &Plant<f64>, track: &Track, inner: &[f64; INNER], until: f64) -> f64 {
+        let mut state = State { pose: track.pose.0, twist: track.twist.0, inner: *inner };
+        let (mut t, mut sum) = (track.start, 0.0);
+        for step in &track.steps {
+            push(plain, &mut state, &[0.0; 3], step, &track.curve);
+            t += step.dt;
+            if t > until {
+                break;
+            }
+            let Some(seen) = step.pose else { continue };
+            for k in (0..3).filter(|&k| self.pose_noise[k] > 0.0) {
+                let error = seen[k] - state.pose[k];
+                let error = if k == 2 { error - TAU * (error / TAU).round() } else { error };
+                sum += error * error / self.pose_noise[k];
+            }
+        }
+        if sum.is_finite() { sum } else { f64::INFINITY }
     }
 
     fn begin(&self, track: &Track, inner: &[f64; INNER]) -> Belief<N> {
@@ -349,5 +378,5 @@ pub(crate) fn push<T: Real>(
     let since_contact = step.clock.since_contact + timing.map_or(0.0, |timing| timing.delay());
     let clock = Clock { since_contact, ..step.clock };
     let applied = transport(plant.correct(reading, clock), step.frame);
-    plant.move_on(state, &applied, clock, step.dt);
+    plant.move_as(Precision::Fit, state, &applied, clock, step.dt);
 }

@@ -57,8 +57,9 @@ pub struct ThinningDrag<T> {
 #[inline]
 fn power<T: Real>(base: T, exponent: T) -> T {
     let (b, e) = (base.re(), exponent.re());
-    let value = b.powf(e);
-    T::chained(value, [(base, e * value / b), (exponent, value * b.ln())])
+    let log = b.ln();
+    let value = (e * log).exp();
+    T::chained(value, [(base, e * value / b), (exponent, value * log)])
 }
 
 impl<T: Real> Act<T> for ThinningDrag<T> {
