@@ -10,7 +10,7 @@ use crate::search::HOPELESS;
 use nalgebra::{DMatrix, DVector};
 use rayon::prelude::*;
 use trundle_infer::{Fit, InferError, Seen, Watch};
-use trundle_model::{Effect, INNER, Kind, Model, Proposal, Slot};
+use trundle_model::{Effect, INNER, Kind, Model, Param, Proposal, Slot};
 use trundle_record::Prepared;
 
 /// A fitted model's whitened innovations, and what other values or effects would change in them.
@@ -218,6 +218,9 @@ impl Ground {
 
     fn starts(&self, view: &dyn View, fit: &Fit, group: &[Effect]) -> Result<Vec<Start>, InferError> {
         let mut model = fit.model.clone();
+        if fit.estimate("body.mass").is_some() {
+            model.mass = None;
+        }
         model.effects.extend(group.iter().cloned());
         let slots = model.slots();
         let own = fit.values.len();
@@ -228,7 +231,7 @@ impl Ground {
             let spec = effect.kind.spec();
             let free = |(k, slot): (usize, &Slot)| {
                 let param = &spec.params[k];
-                let free = is_amplitude(effect.kind, param) && moves(slot, &fit.model, param.on_rail);
+                let free = is_amplitude(effect.kind, param) && moves(slot, &model, effect.kind, param);
                 free.then_some(start + k)
             };
             let of_effect = &slots[start..start + effect.values.len()];
@@ -308,8 +311,8 @@ fn stacked(parts: &[DMatrix<f64>]) -> DMatrix<f64> {
 }
 
 /// Whether an amplitude is free in a model.
-fn moves(slot: &Slot, model: &Model, on_rail: bool) -> bool {
-    slot.lower < slot.upper && (on_rail || !model.on_rail())
+fn moves(slot: &Slot, model: &Model, kind: Kind, param: &Param) -> bool {
+    slot.lower < slot.upper && model.fixed(kind, param).is_none()
 }
 
 /// A value within its bounds, and where it must be positive, not at nothing.

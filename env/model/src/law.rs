@@ -50,6 +50,8 @@ pub struct Param {
     pub on_rail: bool,
     /// Whether it scales the unknown pressure under a flat face: one where the feet are known.
     pub of_face: bool,
+    /// Whether only a mass that is given lets it be told: one where the mass is free.
+    pub of_mass: bool,
     /// What it is to its law.
     pub role: Role,
     /// What it is.

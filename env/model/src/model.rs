@@ -180,18 +180,22 @@ impl Model {
             }
             _ => (param.lower, param.upper),
         };
-        let value =
-            if self.on_rail() && !param.on_rail { value.or(Some(self.idle(param, index))) } else { value };
-        let value = if self.body.feet.is_some() && param.of_face { value.or(Some(1.0)) } else { value };
+        let kind = self.effects.get(index).map(|effect| effect.kind);
+        let value = value.or_else(|| self.fixed(kind?, param));
         let name = format!("{effect}.{}", param.name);
         Slot { name, unit: param.unit, lower, upper, prior: param.prior, value, effect: Some(index) }
     }
 
-    /// What a parameter that means nothing on a rail is there: where its effect vanishes, or the legal value nearest to zero.
-    fn idle(&self, param: &Param, effect: usize) -> f64 {
-        let neutral = self.effects.get(effect).map_or(&[][..], |e| e.kind.spec().neutral);
-        let own = neutral.iter().find(|(name, value)| *name == param.name && value.is_finite());
-        own.map_or(0.0, |(_, value)| *value).clamp(param.lower, param.upper)
+    /// The value of a parameter that means nothing for this object, or that no data could tell; `None` if it does. On a rail
+    /// that is where its effect vanishes, or the legal value nearest to zero.
+    pub fn fixed(&self, kind: Kind, param: &Param) -> Option<f64> {
+        if self.on_rail() && !param.on_rail {
+            let neutral = kind.spec().neutral;
+            let own = neutral.iter().find(|(name, value)| *name == param.name && value.is_finite());
+            return Some(own.map_or(0.0, |(_, value)| *value).clamp(param.lower, param.upper));
+        }
+        let is_one = param.of_face && self.body.feet.is_some() || param.of_mass && self.mass.is_none();
+        is_one.then_some(1.0)
     }
 
     /// The plant at `values`, one for each of [`Model::slots`].

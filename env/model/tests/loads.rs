@@ -168,8 +168,11 @@ fn a_gain_divides_the_reading() {
 
 #[test]
 fn where_the_mass_is_free_the_first_gain_is_one() {
-    let values = Effect::free(Kind::ForceScale).values;
-    assert_eq!(values, [Some(1.0), None, None]);
+    let weighed = table(22.0).with(Effect::free(Kind::ForceScale));
+    let gains = |model: &Model| -> Vec<Option<f64>> { model.slots()[1..].iter().map(|s| s.value).collect() };
+    assert_eq!(gains(&weighed), [None, None, None]);
+    let unknown = Model { mass: None, ..weighed };
+    assert_eq!(gains(&unknown), [Some(1.0), None, None]);
 }
 
 /// The pose `inner`, given in the frame `outer`, where `outer` is given.

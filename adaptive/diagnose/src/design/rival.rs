@@ -97,7 +97,7 @@ fn refinements(model: &Model) -> Vec<bool> {
         let params = effect.kind.spec().params;
         params.iter().zip(&effect.values).map(|(p, value)| {
             let simple = p.role.is_choice() || (p.refinement.is_some() && *value == p.refinement);
-            simple || (model.on_rail() && !p.on_rail) || (model.body.feet.is_some() && p.of_face)
+            simple || model.fixed(effect.kind, p).is_some()
         })
     });
     std::iter::once(false).chain(of_effects).collect()

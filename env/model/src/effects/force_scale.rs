@@ -4,7 +4,7 @@
 //! reading = diag(gain_x, gain_y, gain_torque) truth,   sensor axes
 //! ```
 //! Twice the mass and twice the friction under twice the force move alike. Where the mass is free only the ratios
-//! are held, so `gain_x` is a refinement, left at 1 and set free where the mass was given.
+//! are held, and `gain_x` is 1.
 
 use super::positive;
 use crate::Real;
@@ -25,7 +25,7 @@ pub(crate) static SPEC: Spec = Spec {
     loads: false,
     inner: &[],
     params: &[
-        gain("gain_x", "of force_x; 1 where the mass is free").refinement(1.0),
+        Param { of_mass: true, ..gain("gain_x", "of force_x; 1 where the mass is free") },
         gain("gain_y", "of force_y").planar(),
         gain("gain_torque", "of torque_z").planar(),
     ],

@@ -55,6 +55,7 @@ const fn on_body(name: &'static str, axis: usize, help: &'static str) -> Param {
         refinement: None,
         on_rail: false,
         of_face: false,
+        of_mass: false,
         role: Role::BodyPoint(axis),
         help,
     }
@@ -72,6 +73,7 @@ const fn angle(name: &'static str, period: f64, help: &'static str) -> Param {
         refinement: None,
         on_rail: false,
         of_face: false,
+        of_mass: false,
         role: Role::Angle,
         help,
     }
@@ -95,6 +97,7 @@ const fn positive(
         refinement: None,
         on_rail: true,
         of_face: false,
+        of_mass: false,
         role: Role::Amplitude,
         help,
     }
@@ -112,6 +115,7 @@ const fn signed(name: &'static str, unit: &'static str, limit: f64, sd: f64, hel
         refinement: None,
         on_rail: true,
         of_face: false,
+        of_mass: false,
         role: Role::Amplitude,
         help,
     }
