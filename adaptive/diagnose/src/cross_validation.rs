@@ -164,7 +164,7 @@ mod tests {
             let model =
                 Model { effects: [nominal.effects.clone(), added.clone()].concat(), ..nominal.clone() };
             let fit = fit(&comparison, &model, &[], &FitOptions::default(), &Quiet).unwrap();
-            Tried { fit, added, basis: None }
+            Tried::new(added, fit, None)
         };
         let of = |added| {
             let tried = tried(added);

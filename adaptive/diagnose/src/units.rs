@@ -125,7 +125,8 @@ pub(crate) fn restored(
     offset: f64,
 ) -> Result<Tried, InferError> {
     let added: Vec<Effect> = tried.added.iter().map(|effect| resized(effect, scales, |size| size)).collect();
-    Ok(Tried { fit: fit(&tried.fit, nominal, &added, scales, offset)?, added, basis: None })
+    let fit = fit(&tried.fit, nominal, &added, scales, offset)?;
+    Ok(Tried::new(added, fit, None))
 }
 
 /// The same of a fit of the simulation under test with some effects.

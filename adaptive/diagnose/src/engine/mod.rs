@@ -25,6 +25,15 @@ pub(crate) struct Tried {
     pub fit: Fit,
     /// What a black box was replaced by for this fit; `None` for trundle's own plant.
     pub basis: Option<Basis>,
+    /// Whether its effects' places were sought again, all else as it is here, and no better ones found.
+    pub settled: bool,
+}
+
+impl Tried {
+    /// A model that was just fitted.
+    pub fn new(added: Vec<Effect>, fit: Fit, basis: Option<Basis>) -> Self {
+        Self { added, fit, basis, settled: false }
+    }
 }
 
 /// A fit that is to be made: effects to add, and values of all slots to start from.

@@ -96,7 +96,7 @@ impl Engine for Own<'_> {
     fn base(&self, seed: u64, watch: &dyn Watch) -> Result<Tried, InferError> {
         let options = FitOptions { seed, from_afar: true, ..FitOptions::default() };
         let fit = fit(&self.comparison, &self.nominal, &[], &options, watch)?;
-        Ok(Tried { added: vec![], fit, basis: None })
+        Ok(Tried::new(vec![], fit, None))
     }
 
     /// Where the noise is not stated, the next searches start from what suits the simulation under test.
@@ -142,7 +142,7 @@ impl Engine for Own<'_> {
             FitOptions { starts: 0, seed, from_afar: false, near, noise_rounds, ..FitOptions::default() };
         let from = self.comparison.with_channels(job.channels);
         let fit = fit(&from, &model, &job.warm, &options, watch)?;
-        Ok(Tried { fit, added: job.added, basis: None })
+        Ok(Tried::new(job.added, fit, None))
     }
 
     fn refitted(
@@ -163,7 +163,7 @@ impl Engine for Own<'_> {
     fn given(&self, watch: &dyn Watch) -> Result<Option<Tried>, InferError> {
         let fitted = |given: &Model| {
             let fit = as_given(&self.comparison, given, watch)?;
-            Ok(Tried { added: vec![], fit, basis: None })
+            Ok(Tried::new(vec![], fit, None))
         };
         self.given.as_ref().map(fitted).transpose()
     }
@@ -256,7 +256,7 @@ impl Engine for Own<'_> {
         watch: &dyn Watch,
     ) -> Result<Option<Tried>, InferError> {
         let found = unnamed((self.data, &self.nominal), &self.comparison, &base.fit, left, watch)?;
-        Ok(found.map(|fit| Tried { added: vec![], fit, basis: None }))
+        Ok(found.map(|fit| Tried::new(vec![], fit, None)))
     }
 
     fn widened(&self, tried: &Tried) -> Result<Tried, InferError> {

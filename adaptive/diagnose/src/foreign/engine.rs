@@ -199,7 +199,8 @@ impl Engine for BlackBox<'_> {
             std::iter::once(self.bare.body.mass).chain(self.along.values.iter().copied()).collect();
         let fit = fit(&*self.along, &self.bare, &[start], &options, watch)?;
         let own = self.along.own(&fit);
-        Ok(Tried { added: vec![], fit, basis: Some(Basis { along: self.along.clone(), own, biased: true }) })
+        let basis = Basis { along: self.along.clone(), own, biased: true };
+        Ok(Tried::new(vec![], fit, Some(basis)))
     }
 
     /// Where something is missing, the simulator's refitted parameters are biased by it. Laws are tried around parameters that
@@ -288,7 +289,7 @@ impl Engine for BlackBox<'_> {
             found = fitted(&along, &model, &[at], &options, watch)?;
         }
         let own = along.own(&found);
-        Ok(Tried { added: job.added, fit: found, basis: Some(Basis { along, own, biased: false }) })
+        Ok(Tried::new(job.added, found, Some(Basis { along, own, biased: false })))
     }
 
     fn refitted(
@@ -317,7 +318,7 @@ impl Engine for BlackBox<'_> {
         let at: Vec<f64> = std::iter::once(self.bare.body.mass).chain(start.iter().copied()).collect();
         let fit = fit(&along, &self.bare, &[at], &FitOptions { starts: 0, ..FitOptions::default() }, watch)?;
         let basis = Basis { along: Arc::new(along), own: start.clone(), biased: false };
-        Ok(Some(Tried { added: vec![], fit, basis: Some(basis) }))
+        Ok(Some(Tried::new(vec![], fit, Some(basis))))
     }
 
     fn given_values(&self, given: Option<&Tried>) -> BTreeMap<String, f64> {

@@ -7,11 +7,12 @@ use super::{MORE, Searcher, finer, job, kinds};
 use crate::engine::{Job, Tried};
 use crate::naming::of_kinds;
 use crate::proposals::has_shape;
+use crate::thresholds::CHANCE;
 use std::collections::BTreeSet;
 use trundle_infer::{Coordinates, InferError, carried};
 use trundle_model::{Kind, Model};
 
-/// How often shapes are sought again, while that takes this share of what was left.
+/// How often shapes are sought again, while that takes this share of what was left, and more than chance would.
 const AGAIN: usize = 3;
 const SETTLED: f64 = 0.1;
 /// Effects of a model of which every part is fitted; of more, those that lack one or two.
@@ -38,34 +39,43 @@ impl Searcher<'_> {
 
     /// The same of the best model of some kinds.
     fn shapes_of(&self, of: &[Kind], tried: &mut Vec<Tried>) -> Result<(), InferError> {
-        let of_kinds = |t: &&Tried| kinds(&t.added) == of;
         for _ in 0..AGAIN {
-            let Some(best) = tried.iter().find(of_kinds).cloned() else { return Ok(()) };
+            let Some(index) = tried.iter().position(|t| kinds(&t.added) == of) else { return Ok(()) };
+            let best = tried[index].clone();
             let Some(left) = self.engine.remainder(&best)?.map(|left| left.misfit()) else { return Ok(()) };
-            if !self.asks_for_more(&best)? {
+            if best.settled || !self.leaves_much(&best)? {
                 return Ok(());
             }
-            let mut jobs = Vec::new();
-            for k in 0..best.added.len() {
-                let kind = best.added[k].kind;
-                if !has_shape(self.engine.nominal(), kind) {
-                    continue;
-                }
-                let (rest, effect) = self.apart(&best, k);
-                let outline = kind.region(&effect);
-                let regions: Vec<_> = outline.into_iter().chain(self.regions.iter().cloned()).collect();
-                let wanted = self.wanted(&regions, 1);
-                let found = self.engine.starts(&rest, &[kind], &wanted, self.watch)?;
-                let Some(found) = found else { return Ok(()) };
-                jobs.extend(found.iter().map(|starts| job(&rest, starts)));
-            }
-            self.try_these("places again", jobs, tried, |_| best.fit.cost)?;
-            let now = tried.iter().find(of_kinds).map_or(best.fit.cost, |t| t.fit.cost);
-            if now > best.fit.cost - left * SETTLED {
-                return Ok(());
+            let Some(jobs) = self.shape_jobs(&best)? else { return Ok(()) };
+            let enough = best.fit.cost - (left * SETTLED).max(CHANCE);
+            self.try_these("places again", jobs, tried, |_| enough)?;
+            match tried.iter_mut().find(|t| kinds(&t.added) == of) {
+                Some(now) if now.fit.cost > enough => now.settled = true,
+                _ => {}
             }
         }
         Ok(())
+    }
+
+    /// Fits from the best shapes of each of a model's effects, all else as it was fitted; `None` where shapes cannot be
+    /// screened.
+    fn shape_jobs(&self, best: &Tried) -> Result<Option<Vec<Job>>, InferError> {
+        let mut jobs = Vec::new();
+        for k in 0..best.added.len() {
+            let kind = best.added[k].kind;
+            if !has_shape(self.engine.nominal(), kind) {
+                continue;
+            }
+            let (rest, effect) = self.apart(best, k);
+            let outline = kind.region(&effect);
+            let regions: Vec<_> = outline.into_iter().chain(self.regions.iter().cloned()).collect();
+            let wanted = self.wanted(&regions, 1);
+            let Some(found) = self.engine.starts(&rest, &[kind], &wanted, self.watch)? else {
+                return Ok(None);
+            };
+            jobs.extend(found.iter().map(|starts| job(&rest, starts)));
+        }
+        Ok(Some(jobs))
     }
 
     /// Other effects in place of each of the best model's: one that was found beside the wrong other may be wrong itself.

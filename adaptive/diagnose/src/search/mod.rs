@@ -15,6 +15,7 @@ use crate::engine::{Effort, Engine, Job, Tried};
 use crate::locate::Located;
 use crate::naming::of_kinds;
 use crate::screen::{Start, Wanted};
+use crate::thresholds::MATERIAL_RISE;
 use rayon::prelude::*;
 use std::collections::BTreeSet;
 use trundle_infer::{Coordinates, InferError, Watch, carried, on_all_cores};
@@ -103,22 +104,20 @@ impl Searcher<'_> {
         self.shapes_again(&mut tried)?;
         self.simpler(&mut tried)?;
         self.refine(&mut tried)?;
-        let mut least_gain = 0.0;
-        let mut cost = base.fit.cost;
+        let mut before = base;
         for _ in 1..MAX_EFFECTS {
-            let gained = cost - tried[0].fit.cost;
-            if tried[0].added.is_empty() || gained < least_gain || !self.asks_for_more(&tried[0])? {
+            let best = tried[0].clone();
+            if best.added.is_empty() || !self.asks_for_more(&before, &best)? {
                 break;
             }
-            cost = tried[0].fit.cost;
-            least_gain = HALVED * self.engine.remainder(&tried[0])?.map_or(0.0, |left| left.misfit());
-            self.one_more(tried[0].added.len(), &mut tried)?;
+            self.one_more(best.added.len(), &mut tried)?;
             self.shapes_again(&mut tried)?;
             self.exchange(&mut tried)?;
             self.shapes_again(&mut tried)?;
             self.simpler(&mut tried)?;
             self.subsets(&mut tried)?;
             self.refine(&mut tried)?;
+            before = best;
         }
         self.parts(&mut tried)?;
         Ok(tried)
@@ -249,12 +248,29 @@ impl Searcher<'_> {
         self.try_all("several effects", jobs, tried)
     }
 
-    /// Whether an explained recording leaves more than laws that are a little wrong in shape do, or predicts so badly that
-    /// nothing could be named: where the noise is not stated, what is missing passes for noise.
-    fn asks_for_more(&self, best: &Tried) -> Result<bool, InferError> {
+    /// Whether a model leaves more than laws that are a little wrong in shape do, or predicts so badly that nothing could be
+    /// named: where the noise is not stated, what is missing passes for noise.
+    fn leaves_much(&self, tried: &Tried) -> Result<bool, InferError> {
         let observations = self.engine.observations() as f64;
-        let Some(left) = self.engine.remainder(best)? else { return Ok(true) };
-        Ok(left.gain > ANOTHER * observations || self.engine.outlook(best)?.is_material())
+        let Some(left) = self.engine.remainder(tried)? else { return Ok(true) };
+        Ok(left.gain > ANOTHER * observations || self.engine.outlook(tried)?.is_material())
+    }
+
+    /// Whether one more effect is worth seeking, after the best model `before` was replaced by a larger one: that must leave
+    /// much, and its last effect must have gained half of what a wandering wrench would have, or, where such a wrench gains
+    /// little, have improved the predictions by a material share.
+    fn asks_for_more(&self, before: &Tried, best: &Tried) -> Result<bool, InferError> {
+        let much = self.leaves_much(best)?;
+        if !much || before.added.is_empty() {
+            return Ok(much);
+        }
+        let [was, left] = [before, best].map(|tried| self.engine.remainder(tried));
+        let (Some(was), Some(left)) = (was?, left?) else { return Ok(true) };
+        if left.gain > ANOTHER * self.engine.observations() as f64 {
+            return Ok(before.fit.cost - best.fit.cost >= HALVED * was.misfit());
+        }
+        let [was, ahead] = [before, best].map(|tried| self.engine.outlook(tried));
+        Ok(ahead?.share * MATERIAL_RISE < was?.share)
     }
 }
 
