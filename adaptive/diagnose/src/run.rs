@@ -16,7 +16,7 @@ use crate::series::{self, Series};
 use crate::thresholds::given_margin;
 use crate::units;
 use crate::unnamed::depends_on;
-use crate::verdict::{Choice, Judge, judge, likeness};
+use crate::verdict::{Choice, Judge, Named, judge, likeness};
 use crate::warnings::warnings;
 use std::collections::BTreeSet;
 use trundle_infer::{Fit, InferError, Watch, unjudged};
@@ -133,7 +133,9 @@ fn decide(engine: &dyn Engine, options: &Options, watch: &dyn Watch) -> Result<D
         };
     let mut left = engine.remainder(&found.tried[best])?;
     let errors = ahead(best)?;
-    let mut verdict = judge(engine.observations(), found.before, best != base, left, is_material(errors));
+    let gained = found.tried[base].fit.cost - found.tried[best].fit.cost;
+    let named = (best != base).then_some(Named { gained, left });
+    let mut verdict = judge(engine.observations(), found.before, named, is_material(errors));
     if verdict == Verdict::Explained && errors.is_some_and(|errors| errors.is_poor()) {
         verdict = Verdict::Unexplained;
     }

@@ -9,9 +9,11 @@ use crate::engine::{Engine, Tried};
 use crate::naming::{of_kinds, without};
 use crate::search::Found;
 use crate::thresholds::{LEFT_OVER, LIKENESS, MATERIAL_RISE, SURE, UNSEEN};
+use nalgebra::DVector;
+use statrs::distribution::{ChiSquared, ContinuousCDF};
 use std::collections::BTreeMap;
 use trundle_infer::{InferError, Watch, unjudged};
-use trundle_model::{Effect, Kind, Param, Prior};
+use trundle_model::{Effect, Kind, Model, Param, Prior};
 
 /// Models whose effects are checked on left-out episodes, at most.
 const MAX_CHECKED: usize = 24;
@@ -65,6 +67,9 @@ impl Judge<'_> {
             if !sure || !defined || !within || left_out.len() >= MAX_CHECKED {
                 continue;
             }
+            if !self.stands_out(candidate)? {
+                continue;
+            }
             let idle = self.idle(candidate, &mut left_out)?;
             if idle.is_empty() && self.has_simpler(candidate, &mut left_out)? {
                 continue;
@@ -97,6 +102,12 @@ impl Judge<'_> {
             None => Ok(0.0),
         };
         (0..candidate.added.len()).map(one).collect()
+    }
+
+    /// Whether every effect of a model differs from none by more than the episodes differ from each other.
+    fn stands_out(&self, candidate: &Tried) -> Result<bool, InferError> {
+        let wide = self.engine.widened(candidate)?;
+        Ok((0..candidate.added.len()).all(|k| differs(&wide, k, self.engine.nominal())))
     }
 
     /// The errors of a model on left-out episodes, beside those of another.
@@ -173,6 +184,34 @@ fn is_defined(candidate: &Tried, k: usize) -> bool {
     of(false).filter_map(identified).all(|known| known) && (axes.is_empty() || axes.contains(&true))
 }
 
+/// Whether the amplitudes of an effect together differ from those that do nothing, by a Wald test with their covariance.
+/// Under the spread between episodes this is what a law that soaks up another's error does not: it helps each episode
+/// in its own way.
+fn differs(wide: &Tried, k: usize, nominal: &Model) -> bool {
+    let names = wide.fit.model.effect_names();
+    let name = &names[nominal.effects.len() + k];
+    let spec = wide.added[k].kind.spec();
+    let amplitude = |&(key, neutral): &(&str, f64)| {
+        let param = spec.params.iter().find(|p| p.name == key)?;
+        let neutral = match param.prior {
+            Prior::OnBody(axis) if neutral.is_nan() => nominal.body.com[axis],
+            _ => neutral,
+        };
+        let index = wide.fit.estimates.iter().position(|e| e.name == format!("{name}.{key}"))?;
+        let estimate = &wide.fit.estimates[index];
+        (estimate.identified && neutral.is_finite()).then_some((index, estimate.mean - neutral))
+    };
+    let (indices, away): (Vec<usize>, Vec<f64>) = spec.neutral.iter().filter_map(amplitude).unzip();
+    if indices.is_empty() {
+        return true;
+    }
+    let covariance = wide.fit.covariance.select_rows(&indices).select_columns(&indices);
+    let away = DVector::from_vec(away);
+    let Some(factor) = covariance.cholesky() else { return true };
+    let distance = away.dot(&factor.solve(&away));
+    ChiSquared::new(indices.len() as f64).is_ok_and(|chance| chance.cdf(distance) >= SURE)
+}
+
 /// Chance that a law which leaves so much is the missing one, rather than one that is like it: even where it leaves as
 /// much as is still named.
 pub(crate) fn likeness(left: Option<Remainder>, observations: usize) -> f64 {
@@ -180,38 +219,47 @@ pub(crate) fn likeness(left: Option<Remainder>, observations: usize) -> f64 {
     left.map_or(1.0, |left| 1.0 / (1.0 + (left.misfit() / most).powi(2)))
 }
 
-/// The verdict, given what the simulation under test leaves, what it leaves with the effects that were `named`, if any, and
-/// whether the errors of the model that is chosen are `material`.
+/// What a named model gained on the simulation under test, nats, and what it leaves.
+#[derive(Clone, Copy)]
+pub(crate) struct Named {
+    pub gained: f64,
+    pub left: Option<Remainder>,
+}
+
+/// The verdict, given what the simulation under test leaves, what is named, if anything, and whether the errors of the
+/// model that is chosen are `material`.
+///
+/// What was missing is what the named model gained and what a wandering wrench would gain on top of it. Where the noise is
+/// not stated it passes for noise in the simulation under test, on top of which such a wrench gains little.
 pub(crate) fn judge(
     observations: usize,
     before: Option<Remainder>,
-    named: bool,
-    left: Option<Remainder>,
+    named: Option<Named>,
     material: bool,
 ) -> Verdict {
     let matters = |r: Option<Remainder>| material && r.is_some_and(|r| r.matters(observations));
-    match (before, left) {
-        _ if !named && matters(before) => Verdict::Unexplained,
-        _ if !named => Verdict::Consistent,
-        (Some(before), Some(after)) if matters(left) && after.gain > LEFT_OVER * before.gain => {
-            Verdict::Unexplained
-        }
-        (Some(before), Some(after))
-            if material
-                && after.misfit() > (UNSEEN * observations as f64).max(LIKENESS * before.misfit()) =>
-        {
-            Verdict::Unexplained
-        }
-        _ => Verdict::Explained,
-    }
+    let Some(Named { gained, left }) = named else {
+        return if matters(before) { Verdict::Unexplained } else { Verdict::Consistent };
+    };
+    let (Some(before), Some(after)) = (before, left) else { return Verdict::Explained };
+    let missing = before.gain.max(gained + after.gain);
+    let misfit = before.misfit().max(gained + after.misfit());
+    let much = matters(left) && after.gain > LEFT_OVER * missing;
+    let unlike = material && after.misfit() > (UNSEEN * observations as f64).max(LIKENESS * misfit);
+    if much || unlike { Verdict::Unexplained } else { Verdict::Explained }
 }
 
 #[cfg(test)]
+#[allow(clippy::unwrap_used)]
 mod tests {
-    use super::{Choice, judge, likeness};
+    use super::{Choice, Named, differs, judge, likeness};
     use crate::adequacy::Remainder;
-    use crate::answer::Verdict;
-    use trundle_infer::Channels;
+    use crate::answer::{Value, Verdict};
+    use crate::common::{World, effect, locked};
+    use crate::engine::{Engine, Own, Tried};
+    use crate::{Options, diagnose};
+    use trundle_infer::{Channels, Comparison, FitOptions, Quiet, fit};
+    use trundle_model::{Effect, Kind, Model};
 
     const SAMPLES: usize = 2000;
 
@@ -231,28 +279,27 @@ mod tests {
 
     #[test]
     fn what_is_named_must_leave_little() {
-        let judged = |left| judge(SAMPLES, leaving(5e5, 5e5), true, left, true);
+        let named = |gained, left| Some(Named { gained, left });
+        let judged = |left| judge(SAMPLES, leaving(5e5, 5e5), named(4e5, left), true);
         assert_eq!(judged(leaving(200.0, 400.0)), Verdict::Explained);
         assert_eq!(judged(leaving(3e4, 3e4)), Verdict::Unexplained, "a law like the missing one");
         assert_eq!(judged(leaving(0.0, 1.5e5)), Verdict::Unexplained, "blows, where no walk helps");
         // A hundredth of what was missing may be left, were it much.
-        assert_eq!(judge(SAMPLES, leaving(4e6, 4e6), true, leaving(2e4, 2e4), true), Verdict::Explained);
+        let of_much = judge(SAMPLES, leaving(4e6, 4e6), named(3e6, leaving(2e4, 2e4)), true);
+        assert_eq!(of_much, Verdict::Explained);
         // Of little, most must go.
-        assert_eq!(
-            judge(SAMPLES, leaving(100.0, 100.0), true, leaving(40.0, 40.0), true),
-            Verdict::Unexplained
-        );
+        let of_little =
+            |gained| judge(SAMPLES, leaving(100.0, 100.0), named(gained, leaving(40.0, 40.0)), true);
+        assert_eq!(of_little(60.0), Verdict::Unexplained);
+        assert_eq!(of_little(1000.0), Verdict::Explained, "what was missing had passed for noise");
     }
 
     #[test]
     fn without_a_name_it_is_what_is_missing_that_counts() {
-        assert_eq!(judge(SAMPLES, leaving(3.0, 300.0), false, None, true), Verdict::Consistent);
-        assert_eq!(judge(SAMPLES, leaving(300.0, 300.0), false, None, true), Verdict::Unexplained);
-        assert_eq!(
-            judge(SAMPLES, leaving(300.0, 300.0), false, None, false),
-            Verdict::Consistent,
-            "immaterial"
-        );
+        assert_eq!(judge(SAMPLES, leaving(3.0, 300.0), None, true), Verdict::Consistent);
+        assert_eq!(judge(SAMPLES, leaving(300.0, 300.0), None, true), Verdict::Unexplained);
+        let immaterial = judge(SAMPLES, leaving(300.0, 300.0), None, false);
+        assert_eq!(immaterial, Verdict::Consistent);
     }
 
     #[test]
@@ -260,5 +307,39 @@ mod tests {
         assert!(likeness(leaving(0.0, 100.0), SAMPLES) > 0.99);
         assert!((likeness(leaving(4000.0, 0.0), SAMPLES) - 0.5).abs() < 1e-12);
         assert_eq!(likeness(None, SAMPLES), 1.0);
+    }
+
+    /// Whether a slope that is fitted to pushes of a world differs from none.
+    fn slope_differs(truth: Model) -> bool {
+        let data = World::of(truth).recording(4);
+        let comparison = Comparison::of(&data).unwrap();
+        let engine = Own::new(&data, None).unwrap();
+        let added = vec![Effect::free(Kind::FloorSlope)];
+        let nominal = engine.nominal();
+        let model = Model { effects: [nominal.effects.clone(), added.clone()].concat(), ..nominal.clone() };
+        let fitted = fit(&comparison, &model, &[], &FitOptions::default(), &Quiet).unwrap();
+        differs(&engine.widened(&Tried::new(added, fitted, None)).unwrap(), 0, nominal)
+    }
+
+    #[test]
+    fn a_true_effect_differs_from_none_and_a_false_one_does_not() {
+        assert!(slope_differs(
+            locked().with(effect(Kind::FloorSlope, &[("accel_x", 0.05), ("accel_y", -0.02)]))
+        ));
+        assert!(!slope_differs(locked()));
+    }
+
+    #[test]
+    fn where_the_object_was_weighed_a_common_gain_is_no_load() {
+        let mut data = World::of(locked()).recording(3);
+        data.mass_given = Some(22.0);
+        for sample in data.training.iter_mut().chain(&mut data.held_out).flat_map(|e| &mut e.wrench) {
+            sample.reading = [0, 1, 2].map(|k| sample.reading[k] * [0.7, 1.5, 1.3][k]);
+        }
+        let found = diagnose(&data, &Options::default(), &Quiet).unwrap().answer;
+        let names: Vec<_> = found.missing.iter().map(|m| m.effect.as_str()).collect();
+        assert_eq!(names, ["force_scale"], "{:?}", found.verdict);
+        let Value::Number(gain) = &found.missing[0].parameters["gain_x"] else { panic!("no number") };
+        assert!((gain.mean - 0.7).abs() < 0.02, "{gain:?}");
     }
 }
