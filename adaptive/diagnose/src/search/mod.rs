@@ -258,7 +258,7 @@ impl Searcher<'_> {
 
     /// Whether one more effect is worth seeking, after the best model `before` was replaced by a larger one: that must leave
     /// much, and its last effect must have gained half of what a wandering wrench would have, or, where such a wrench gains
-    /// little, have improved the predictions by a material share.
+    /// no more than chance, have improved the predictions by a material share.
     fn asks_for_more(&self, before: &Tried, best: &Tried) -> Result<bool, InferError> {
         let much = self.leaves_much(best)?;
         if !much || before.added.is_empty() {
@@ -266,7 +266,7 @@ impl Searcher<'_> {
         }
         let [was, left] = [before, best].map(|tried| self.engine.remainder(tried));
         let (Some(was), Some(left)) = (was?, left?) else { return Ok(true) };
-        if left.gain > ANOTHER * self.engine.observations() as f64 {
+        if left.matters(self.engine.observations()) {
             return Ok(before.fit.cost - best.fit.cost >= HALVED * was.misfit());
         }
         let [was, ahead] = [before, best].map(|tried| self.engine.outlook(tried));
