@@ -185,8 +185,8 @@ fn is_defined(candidate: &Tried, k: usize) -> bool {
 }
 
 /// Whether the amplitudes of an effect together differ from those that do nothing, by a Wald test with their covariance.
-/// Under the spread between episodes this is what a law that soaks up another's error does not: it helps each episode
-/// in its own way.
+/// An effect that compensates for the error of another law differs from one episode to the next, so that its covariance
+/// over episodes (see [`Engine::widened`]) includes zero effect.
 fn differs(wide: &Tried, k: usize, nominal: &Model) -> bool {
     let names = wide.fit.model.effect_names();
     let name = &names[nominal.effects.len() + k];
@@ -230,7 +230,7 @@ pub(crate) struct Named {
 /// model that is chosen are `material`.
 ///
 /// What was missing is what the named model gained and what a wandering wrench would gain on top of it. Where the noise is
-/// not stated it passes for noise in the simulation under test, on top of which such a wrench gains little.
+/// not stated, the fit of the simulation under test takes unmodelled effects for noise, and such a wrench gains little there.
 pub(crate) fn judge(
     observations: usize,
     before: Option<Remainder>,

@@ -50,7 +50,7 @@ pub struct Param {
     pub on_rail: bool,
     /// Whether it scales the unknown pressure under a flat face: one where the feet are known.
     pub of_face: bool,
-    /// Whether only a mass that is given lets it be told: one where the mass is free.
+    /// Whether it is identifiable only where the mass is given: one where the mass is free.
     pub of_mass: bool,
     /// What it is to its law.
     pub role: Role,

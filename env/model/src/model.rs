@@ -186,8 +186,8 @@ impl Model {
         Slot { name, unit: param.unit, lower, upper, prior: param.prior, value, effect: Some(index) }
     }
 
-    /// The value of a parameter that means nothing for this object, or that no data could tell; `None` if it does. On a rail
-    /// that is where its effect vanishes, or the legal value nearest to zero.
+    /// Returns the value of a parameter that has no meaning for this object or is not identifiable; `None` for all others.
+    /// On a rail that is where its effect vanishes, or the legal value nearest to zero.
     pub fn fixed(&self, kind: Kind, param: &Param) -> Option<f64> {
         if self.on_rail() && !param.on_rail {
             let neutral = kind.spec().neutral;

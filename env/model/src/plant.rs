@@ -23,7 +23,8 @@ const HALVINGS: u32 = 4;
 /// What a change of the drag within half a step may do to the velocity over a step before it is halved, m/s.
 const STEADY: f64 = 7e-4;
 
-/// The same for a fit, taken with the velocity that the change acts on, m/s.
+/// The same for a fit, taken with the velocity that the change acts on, m/s. In steps of 10 ms a foot that sticks and slides
+/// is then 0.14 mm off after 3 s (`tests/plant.rs`); at 7e-4 m/s it is 1.4 mm off.
 const CLOSELY: f64 = 2e-4;
 
 /// The same for a plan, m/s.

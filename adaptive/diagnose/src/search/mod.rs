@@ -249,7 +249,7 @@ impl Searcher<'_> {
     }
 
     /// Whether a model leaves more than laws that are a little wrong in shape do, or predicts so badly that nothing could be
-    /// named: where the noise is not stated, what is missing passes for noise.
+    /// named: where the noise is not stated, unmodelled effects are taken for noise.
     fn leaves_much(&self, tried: &Tried) -> Result<bool, InferError> {
         let observations = self.engine.observations() as f64;
         let Some(left) = self.engine.remainder(tried)? else { return Ok(true) };

@@ -13,7 +13,6 @@ use crate::curve::Curve;
 use crate::timing::Timing;
 use crate::{Channels, InferError, Track, track::Step};
 use std::f64::consts::TAU;
-
 use trundle_model::{Clock, Dual, INNER, Inner, Model, Plant, Precision, Real, State, transport};
 
 pub use response::Response;
