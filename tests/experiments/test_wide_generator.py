@@ -156,8 +156,7 @@ def placed(name: str, engine: str, seed: int) -> tuple[WideScene, list[Seen], li
     """Return a scene that has a place for a family, its motion without, and the family with values."""
     scene = scene_with("grasp", engine, seed, 5.0 if name == "obstacle_contact" else 2.0)
     bare = simulated(scene, [])
-    paths = [one.pose[1000:] for one in bare]
-    found = (draw_hidden([name], 1, attempt, scene, paths) for attempt in range(10))
+    found = (draw_hidden([name], 1, attempt, scene, bare) for attempt in range(10))
     hidden = next((one for one in found if one is not None), None)
     return None if hidden is None else (scene, bare, hidden)
 

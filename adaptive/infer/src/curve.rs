@@ -78,6 +78,8 @@ pub(crate) struct Curve {
     episode: f64,
     held: bool,
     longest: f64,
+    /// Noise of one reading, standard deviations; zero where nobody asks for it.
+    sd: [f64; 3],
 }
 
 /// Longest step of a simulation under densely sampled readings, s: two a pose at 60 Hz; the integrator is of second order
@@ -102,7 +104,8 @@ impl Curve {
 
     /// The same with what the sensor may have missed between its samples.
     pub fn with_noise(episode: &Prepared, noise: &Noise) -> Self {
-        Self::between(episode, &volatility(episode, [noise.force, noise.force, noise.torque]))
+        let sd = [noise.force, noise.force, noise.torque];
+        Self { sd, ..Self::between(episode, &volatility(episode, sd)) }
     }
 
     fn between(episode: &Prepared, volatility: &[[f64; 3]]) -> Self {
@@ -124,7 +127,7 @@ impl Curve {
             knots.push(Knot { t: sample.t, reading, frame, blur, sum, missed });
         }
         let longest = longest_step(episode);
-        Self { knots, contact: episode.contact, episode: episode.ordinal as f64, held, longest }
+        Self { knots, contact: episode.contact, episode: episode.ordinal as f64, held, longest, sd: [0.0; 3] }
     }
 
     /// Longest step of a simulation under these readings, s.
@@ -208,6 +211,14 @@ impl Curve {
     /// The same where the object is held in a frame, and the reading changes as it does there.
     pub fn held(&self, t: f64, frame: [f64; 3]) -> Clock {
         Clock { grasp: [frame[0], frame[1]], trend: self.trend(t), ..self.clock(t) }
+    }
+
+    /// The same in a step, with the noise of what is read over it from samples that lie `spacing` apart.
+    pub fn over(&self, t: f64, dt: f64, frame: [f64; 3], spacing: f64) -> Clock {
+        let of_mean = (spacing / dt).sqrt();
+        let of_trend = (2.0 * (spacing / TREND).min(1.0)).sqrt() / TREND;
+        let noise = [of_mean, of_trend].map(|factor| self.sd.map(|sd| factor * sd));
+        Clock { dt, noise, ..self.held(t, frame) }
     }
 
     /// How fast the reading changes about a time, 1/s.

@@ -1,4 +1,4 @@
-//! Places on the body: a wheel stands under the footprint, not merely within its extent.
+//! Places on the body: a wheel stands under the footprint, not merely within its extent; a mass centre lies within its hull.
 //!
 //! The coordinates of a place are searched one by one, uniform over the footprint's extent. Where
 //! the footprint is not that rectangle, the prior density of the place is multiplied by
@@ -8,7 +8,7 @@
 //! not known much better than `s` either.
 
 use crate::truncated::quantile;
-use trundle_model::{Body, Fixture, Model, Prior};
+use trundle_model::{Body, Fixture, Kind, Model, Prior};
 
 /// Scale on which the density vanishes outside of the footprint, as part of its longer extent.
 const SKIRT: f64 = 0.005;
@@ -53,8 +53,8 @@ impl Footing {
     pub(crate) fn all(model: &Model, value: &dyn Fn(usize, f64) -> f64) -> Vec<Self> {
         let [low, high] = model.body.bounds();
         let skirt = SKIRT * (high[0] - low[0]).max(high[1] - low[1]);
-        let one = |slots| {
-            let body = model.body.clone();
+        let one = |(kind, slots): (Kind, [usize; 2])| {
+            let body = if kind.is_mass_centre() { model.body.with_hull() } else { model.body.clone() };
             let footing = Self { slots, body, skirt, log_share: 0.0 };
             let share = footing.share(value);
             // All inside; or given outside of it, where the footprint says nothing.
@@ -94,8 +94,8 @@ fn fills_extent(body: &Body) -> bool {
     }
 }
 
-/// Slots of the coordinates of every place of which one is free.
-fn places(model: &Model) -> Vec<[usize; 2]> {
+/// Slots of the coordinates of every place of which one is free, and the kind that acts there.
+fn places(model: &Model) -> Vec<(Kind, [usize; 2])> {
     let slots = model.slots();
     let (mut found, mut first) = (vec![], 1);
     for effect in &model.effects {
@@ -104,7 +104,7 @@ fn places(model: &Model) -> Vec<[usize; 2]> {
         if let (Some(x), Some(y)) = (axis(0), axis(1)) {
             let free = |k: usize| slots.get(k).is_some_and(|slot| slot.value.is_none());
             if free(x) || free(y) {
-                found.push([x, y]);
+                found.push((effect.kind, [x, y]));
             }
         }
         first += effect.values.len();

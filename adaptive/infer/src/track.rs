@@ -212,7 +212,7 @@ pub(crate) fn cut(from: f64, to: &PoseSample, curve: &Curve, longest: f64, steps
         let begin = from + k as f64 * dt;
         let Mean { reading, frame, spacing, spread } = curve.mean(begin, begin + dt);
         let pose = (k + 1 == pieces as usize).then_some(to.pose);
-        let clock = Clock { dt, ..curve.held(begin + dt / 2.0, frame) };
+        let clock = curve.over(begin + dt / 2.0, dt, frame, spacing);
         steps.push(Step { dt, reading, frame, clock, thinning: spacing / dt, spread, pose });
     }
 }

@@ -56,6 +56,11 @@ impl Kind {
         matches!(self, Self::ViscousWheel | Self::SpinDrag)
     }
 
+    /// Whether its place is a mass centre, which lies within the convex hull of the body and not always within its shape.
+    pub fn is_mass_centre(self) -> bool {
+        self == Self::ComOffset
+    }
+
     /// Whether it is a fault that only a sensor has, not a command.
     pub fn is_of_sensor(self) -> bool {
         use Kind::{CrossTalk, DeadBand, Saturation, SensorLag, SensorPlay};

@@ -162,12 +162,15 @@ pub struct Clock {
     pub grasp: [f64; 2],
     /// How fast the reading changes, reading axes, N/s, N/s, N·m/s; zero where nobody has read it.
     pub trend: [f64; 3],
+    /// Standard deviations by noise of the mean reading over the step, and of the trend; zero where they are not known.
+    pub noise: [[f64; 3]; 2],
 }
 
 impl Clock {
     /// A moment of a lone episode whose times count from contact.
     pub const fn since_contact(since_contact: f64) -> Self {
-        Self { since_contact, t: since_contact, dt: 0.0, episode: 0.0, grasp: [0.0; 2], trend: [0.0; 3] }
+        let (grasp, trend, noise) = ([0.0; 2], [0.0; 3], [[0.0; 3]; 2]);
+        Self { since_contact, t: since_contact, dt: 0.0, episode: 0.0, grasp, trend, noise }
     }
 
     /// Whether the gripper has touched the object yet.

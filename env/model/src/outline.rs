@@ -1,6 +1,7 @@
 //! How far a point lies outside of a body's shape.
 
 use crate::{Body, Fixture};
+use std::f64::consts::TAU;
 
 impl Body {
     /// Distance from a point, object frame, m, to the shape, and its slopes by the point's
@@ -9,9 +10,51 @@ impl Body {
         let near = self.fixtures.iter().map(|f| f.outside(point));
         near.min_by(|a, b| a.0.total_cmp(&b.0)).unwrap_or((0.0, [0.0; 2]))
     }
+
+    /// The same body with the convex hull of its shape in place of it: where any load on it has its mass centre.
+    #[must_use]
+    pub fn with_hull(&self) -> Self {
+        let mut points: Vec<[f64; 2]> = self.fixtures.iter().flat_map(Fixture::rim).collect();
+        points.sort_by(|a, b| a[0].total_cmp(&b[0]).then(a[1].total_cmp(&b[1])));
+        let mut vertices = chain(points.iter().copied());
+        vertices.extend(chain(points.iter().rev().copied()));
+        let hull = Fixture::Polygon { vertices, density: 1.0 };
+        Self { fixtures: if points.is_empty() { vec![] } else { vec![hull] }, ..self.clone() }
+    }
+}
+
+/// Corners that stand for a disc in a hull.
+const CORNERS: usize = 64;
+
+/// Half of a convex hull, without its last corner, of points in the order of a coordinate (Andrew 1979).
+fn chain(points: impl Iterator<Item = [f64; 2]>) -> Vec<[f64; 2]> {
+    let mut kept: Vec<[f64; 2]> = vec![];
+    for point in points {
+        while let [.., a, b] = kept[..] {
+            let turn = (b[0] - a[0]) * (point[1] - a[1]) - (b[1] - a[1]) * (point[0] - a[0]);
+            if turn > 0.0 {
+                break;
+            }
+            kept.pop();
+        }
+        kept.push(point);
+    }
+    kept.pop();
+    kept
 }
 
 impl Fixture {
+    /// Points of its edge whose hull is its own.
+    fn rim(&self) -> Vec<[f64; 2]> {
+        match self {
+            Self::Polygon { vertices, .. } => vertices.clone(),
+            Self::Disc { center: [x, y], radius, .. } => {
+                let at = |k: usize| (TAU * k as f64 / CORNERS as f64).sin_cos();
+                (0..CORNERS).map(at).map(|(sin, cos)| [x + radius * cos, y + radius * sin]).collect()
+            }
+        }
+    }
+
     fn outside(&self, point: [f64; 2]) -> (f64, [f64; 2]) {
         match self {
             Self::Disc { center, radius, .. } => {
@@ -89,5 +132,16 @@ mod tests {
             assert!((found.0 - distance).abs() < 1e-12, "{point:?}: {found:?}");
             assert!(found.1.iter().zip(slopes).all(|(a, b)| (a - b).abs() < 1e-12), "{point:?}: {found:?}");
         }
+    }
+
+    #[test]
+    fn the_hull_of_an_l_holds_its_notch() {
+        let l = vec![[0.0, 0.0], [2.0, 0.0], [2.0, 1.0], [1.0, 1.0], [1.0, 2.0], [0.0, 2.0]];
+        let disc = Fixture::Disc { center: [0.0, 0.0], radius: 1.0, density: 1.0 };
+        let l = Fixture::Polygon { vertices: l, density: 1.0 };
+        let hull = Body::from_fixtures(vec![l, disc], 1.0).unwrap().with_hull();
+        assert_eq!(hull.outside([1.4, 1.4]).0, 0.0);
+        assert!((hull.outside([2.0, 2.0]).0 - 0.5f64.sqrt()).abs() < 1e-12);
+        assert!((hull.outside([-2.0, 0.0]).0 - 1.0).abs() < 2e-3, "a disc is nearly round");
     }
 }

@@ -52,7 +52,8 @@ fn cases() -> impl Strategy<Value = Case> {
         let t = since_contact + 0.4;
         // As fast as a reading changes, so that no law that looks at it is silent.
         let trend = applied.map(|a| 5.0 * a);
-        Case { draws, state, applied, clock: Clock { since_contact, t, dt: DT, episode: 0.0, grasp, trend } }
+        let clock = Clock { t, dt: DT, grasp, trend, ..Clock::since_contact(since_contact) };
+        Case { draws, state, applied, clock }
     })
 }
 

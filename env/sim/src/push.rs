@@ -84,12 +84,11 @@ impl Setting<'_> {
             let [x, y, _] = relative(state.pose, held_at);
             let t = f64::from(tick) * self.step;
             let clock = Clock {
-                since_contact,
                 t: t + self.step / 2.0,
                 dt: self.step,
                 episode: episode as f64,
                 grasp: [x, y],
-                trend: [0.0; 3],
+                ..Clock::since_contact(since_contact)
             };
             let wrench = if clock.in_contact() {
                 let command = profile.at(since_contact + self.step / 2.0);

@@ -70,12 +70,11 @@ fn miss(model: &Model, rows: &[Row]) -> f64 {
         let (sin, cos) = theta.sin_cos();
         let frame = [cos * (gx - x) + sin * (gy - y), cos * (gy - y) - sin * (gx - x), gtheta - theta];
         let clock = Clock {
-            since_contact: t - PRECONTACT,
             t: t + STEP / 2.0,
             dt: STEP,
             episode: 1.0,
             grasp: [frame[0], frame[1]],
-            trend: [0.0; 3],
+            ..Clock::since_contact(t - PRECONTACT)
         };
         let late = (plant.delay(clock).unwrap_or(0.0) / STEP).round() as isize;
         let (Some(a), Some(b)) = (reading(k, late), reading(k + 1, late)) else { continue };

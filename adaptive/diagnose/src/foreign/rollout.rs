@@ -60,12 +60,11 @@ impl Rollout<'_> {
         let middle = t + dt / 2.0;
         let grasp = [frame[0], frame[1]];
         let clock = Clock {
-            since_contact: middle - episode.contact,
             t: middle,
             dt,
             episode: episode.ordinal as f64,
             grasp,
-            trend: [0.0; 3],
+            ..Clock::since_contact(middle - episode.contact)
         };
         let plant = &self.plant;
         let applied = transport(corrected(plant, recorded, t, dt, reading, clock), frame);

@@ -2,12 +2,12 @@
 //!
 //! ```text
 //! reading = sgn(truth) max(|truth| − b, 0),   each axis
-//! truth  ≈ reading + b reading/√(reading² + (b/5)²)
+//! truth  ≈ reading + b sgn(reading)
 //! ```
-//! Within the band the reading is nothing but noise and says nothing of the truth, whose mean there is taken as zero. The
-//! sign is rounded off over a fifth of the band, so that noise does not throw it from one side to the other.
+//! Within the band the reading is nothing but noise and says nothing of the truth, whose mean there is taken as zero. The sign is told as far as the reading stands out of its noise; where that is not
+//! known, as in a simulation, it is rounded off over a fifth of the band.
 
-use super::positive;
+use super::{positive, sign};
 use crate::Real;
 use crate::law::{Act, Acting, Clock, Site, Spec, take};
 
@@ -33,9 +33,6 @@ pub(crate) static SPEC: Spec = Spec {
 /// Over which share of the band the sign is rounded off.
 const ROUND: f64 = 0.2;
 
-/// Keeps the sign of no load finite where there is no band, N or N·m.
-const TINY: f64 = 1e-9;
-
 /// The law in place.
 #[derive(Clone, Debug)]
 pub struct DeadBand<T> {
@@ -49,11 +46,13 @@ impl<T: Real> Act<T> for DeadBand<T> {
     }
 
     #[inline]
-    fn correct(&self, reading: [T; 3], _clock: Clock) -> [T; 3] {
-        [0, 1, 2].map(|k| {
-            let (read, band) = (reading[k], self.band[k]);
-            let size = (read.squared() + (band * ROUND).squared() + TINY * TINY).sqrt();
-            read + band * (read / size)
-        })
+    fn correct(&self, reading: [T; 3], clock: Clock) -> [T; 3] {
+        [0, 1, 2].map(|k| reading[k] + self.band[k] * self.sign(k, reading[k], clock))
+    }
+}
+
+impl<T: Real> DeadBand<T> {
+    fn sign(&self, k: usize, reading: T, clock: Clock) -> T {
+        sign(reading, clock.noise[0][k], self.band[k] * ROUND)
     }
 }

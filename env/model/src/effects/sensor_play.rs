@@ -3,11 +3,12 @@
 //!
 //! ```text
 //! |truth − reading| ≤ w/2, and = w/2 where the reading moves
-//! truth ≈ reading + (w/2) r/√(r² + (w/T)²),   r: trend of the reading, T = 0.5 s
+//! truth ≈ reading + (w/2) sgn(r),   r: trend of the reading
 //! ```
-//! A reading that stands still says nothing of the load within the play; its mean there is taken as the reading.
+//! A reading that stands still says nothing of the load within the play; its mean there is taken as the reading. The sign is
+//! told as far as the trend stands out of its noise; where that is not known, as in a simulation, it is rounded off.
 
-use super::positive;
+use super::{positive, sign};
 use crate::Real;
 use crate::law::{Act, Acting, Clock, Site, Spec, take};
 
@@ -32,9 +33,6 @@ pub(crate) static SPEC: Spec = Spec {
 /// Time in which a reading that crosses the whole play counts as moving, s.
 const CROSSING: f64 = 0.5;
 
-/// Keeps the direction of a reading that stands still finite where there is no play, N/s.
-const TINY: f64 = 1e-9;
-
 /// The law in place.
 #[derive(Clone, Debug)]
 pub struct SensorPlay<T> {
@@ -51,10 +49,12 @@ impl<T: Real> Act<T> for SensorPlay<T> {
 
     #[inline]
     fn correct(&self, reading: [T; 3], clock: Clock) -> [T; 3] {
-        [0, 1, 2].map(|k| {
-            let (width, trend) = (self.width[k], clock.trend[k]);
-            let size = ((width / CROSSING).squared() + (trend * trend + TINY * TINY)).sqrt();
-            reading[k] + width * (size.recip() * (trend / 2.0))
-        })
+        [0, 1, 2].map(|k| reading[k] + self.width[k] * (self.sign(k, clock) / 2.0))
+    }
+}
+
+impl<T: Real> SensorPlay<T> {
+    fn sign(&self, k: usize, clock: Clock) -> T {
+        sign(T::lift(clock.trend[k]), clock.noise[1][k], self.width[k] / CROSSING)
     }
 }

@@ -38,7 +38,7 @@ def draw_case(
     for attempt in range(attempts):
         scene = draw_wide_scene(seed, attempt, engine)
         bare = simulated(scene, [])
-        hidden = draw_hidden(names, seed, attempt, scene, bare_paths(bare))
+        hidden = draw_hidden(names, seed, attempt, scene, bare)
         if hidden is None or not moves(bare):
             tried.append(outcome(scene, "no place" if hidden is None else "hardly moves"))
             continue
@@ -55,11 +55,6 @@ def draw_case(
                 "digest": digest(folder),
             }
     return {"case": case, "names": names, "engine": engine, "seed": seed, "attempts": tried, "digest": None}
-
-
-def bare_paths(bare: Sequence[Seen]) -> list[Any]:
-    """Return the poses of each episode from contact on."""
-    return [seen.pose[1000:] for seen in bare]
 
 
 def moves(bare: Sequence[Seen]) -> bool:

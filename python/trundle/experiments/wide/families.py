@@ -13,7 +13,9 @@ from trundle.experiments.wide.motion import first_touch
 from trundle.experiments.wide.outside import OUTSIDE, PUSHES_AT_REST
 from trundle.experiments.wide.scene import WideScene
 from trundle.proof.families import CATALOGUE as BASE
+from trundle.proof.families.distortion import Saturation
 from trundle.proof.families.inertia import ComOffset, MassChange
+from trundle.proof.families.joints import AxisFriction, ThinningDrag
 from trundle.proof.families.sensing import ForceBias, GripperInertia, TrackerOffset
 from trundle.proof.families.surroundings import Tether
 from trundle.proof.families.wheels import SecondWheel, WheelEvent
@@ -31,6 +33,12 @@ REFERENCE_GYRATION = 0.45
 """Radius of gyration of the old benchmark's furniture, m; its effects are scaled from it."""
 REFERENCE_MASS = 22.0
 """Its mass, kg."""
+LIMITS = ("limit_x", "limit_y", "limit_torque")
+"""Of a sensor's range: forces, N, and torque, N·m."""
+CUT = (0.15, 0.45)
+"""Share of the largest load that is cut: of more than that the best law leaves most of the misfit."""
+LEAST_LIMIT = 1e-3
+"""Limit that a fit begins with where an axis reads nothing: a finger bears no torque."""
 NEEDS_GRASP = frozenset({"floor_slope", "gripper_inertia"})
 """Effects that are not hidden under a free finger: the object rolls away, or the gripper moves alone."""
 INSEPARABLE = (TWINS, frozenset({"second_wheel", "wheel_event"}))
@@ -144,6 +152,51 @@ class WideTether(Tether):
         return values
 
 
+class WideSaturation(Saturation):
+    """A sensor with one range for all episodes; its reading is cut there."""
+
+    reads = True
+
+    def draw(self, rng: np.random.Generator, scene: Any, paths: Sequence[Floats]) -> Values:
+        """Return the limits: a share of the largest load of each axis, in most episodes."""
+        largest = np.median([np.max(np.abs(wrench), axis=0) for wrench in paths], axis=0)
+        cut = rng.uniform(*CUT)
+        return dict(zip(LIMITS, map(float, (1.0 - cut) * largest), strict=True))
+
+    def distort(self, seen: Seen, site: Site, values: Values) -> Seen:
+        """Cut the reading of each axis."""
+        most = np.array([values[name] for name in LIMITS])
+        return seen.changed(wrench=np.clip(seen.wrench, -most, most))
+
+    def truth(self, scene: Any, values: Values) -> Values:
+        """Return the limits."""
+        return {"parameters": dict(values), "where": None}
+
+    def laws(self, scene: Any, values: Values) -> list[Values]:
+        """Return the limits, and about the excess of a ramp that is cut half-way."""
+        limits = {name: max(values[name], LEAST_LIMIT) for name in LIMITS}
+        return [{"kind": self.name, **limits, "excess": 0.4}]
+
+
+class WideAxisFriction(AxisFriction):
+    """Dry friction of slides in proportion to the object's mass, of their hinge to its size as well."""
+
+    def draw(self, rng: np.random.Generator, scene: Any, paths: Sequence[Floats]) -> Values:
+        """Return the forces and the torque."""
+        load, size = scene.mass / REFERENCE_MASS, math.sqrt(scene.shape.spin) / REFERENCE_GYRATION
+        values = scale(rng, super().draw(rng, scene, paths), self.scales, load)
+        return scale(rng, values, ("torque",), size)
+
+
+class WideThinningDrag(ThinningDrag):
+    """Drag in proportion to the object's mass, on a ring in proportion to its size."""
+
+    def draw(self, rng: np.random.Generator, scene: Any, paths: Sequence[Floats]) -> Values:
+        """Return the drag and its ring."""
+        values = scale(rng, super().draw(rng, scene, paths), ("drag",), scene.mass / REFERENCE_MASS)
+        return scale(rng, values, ("ring",), math.sqrt(scene.shape.spin) / REFERENCE_GYRATION)
+
+
 def clocked(distort: Any, seen: Seen, site: Site, values: Values) -> Seen:
     """Distort with the clock set so that the first touch is at `CONTACT`."""
     late = first_touch(seen) - CONTACT
@@ -162,13 +215,12 @@ REPLACED: dict[str, Family] = {
         WideGripperInertia(),
         WideForceBias(),
         WideTether(),
+        WideSaturation(),
+        WideAxisFriction(),
+        WideThinningDrag(),
     )
 }
-NOT_BUILT = {"axis_friction", "thinning_drag"}
-"""Families of the older benchmark that no engine here builds yet."""
-CATALOGUE: dict[str, Family] = {
-    name: REPLACED.get(name, family) for name, family in BASE.items() if name not in NOT_BUILT
-}
+CATALOGUE: dict[str, Family] = {name: REPLACED.get(name, family) for name, family in BASE.items()}
 """Effects of the catalogue by name."""
 
 
@@ -187,14 +239,20 @@ def allowed(name: str, scene: WideScene) -> bool:
 
 
 def draw_hidden(
-    names: Sequence[str], seed: int, attempt: int, scene: WideScene, paths: Sequence[Floats]
+    names: Sequence[str], seed: int, attempt: int, scene: WideScene, bare: Sequence[Seen]
 ) -> list[Hidden] | None:
-    """Return families with their values; None where this scene has no place for them."""
+    """Return families with their values; None where this scene has no place for them.
+
+    They are placed on what is seen without them: most on the poses from contact on, a sensor's range on the
+    readings.
+    """
     if not all(allowed(name, scene) for name in names):
         return None
+    paths, readings = [seen.pose[1000:] for seen in bare], [seen.wrench for seen in bare]
     hidden = []
     for k, name in enumerate(names):
-        values = by_name(name).draw(np.random.default_rng([seed, attempt, 13, k]), scene, paths)
+        seen = readings if getattr(by_name(name), "reads", False) else paths
+        values = by_name(name).draw(np.random.default_rng([seed, attempt, 13, k]), scene, seen)
         if not values:
             return None
         hidden.append(Hidden(by_name(name), values))

@@ -130,6 +130,31 @@ class Dry(Term):
         return fx, fy, rx * fy - ry * fx, [zx, zy]
 
 
+class Slides(Term):
+    """Dry friction of two slides and a hinge that carry the object, each a bristle of its own (Dahl 1968)."""
+
+    states = 3
+
+    def __init__(self, forces: Sequence[float], torque: float, arm: float) -> None:
+        super().__init__()
+        self.loads = (*forces, torque)
+        self.lengths = (BRISTLE, BRISTLE, BRISTLE / arm)
+
+    def initial(self, start: Sequence[float]) -> list[float]:
+        """Begin unbent."""
+        return [0.0, 0.0, 0.0]
+
+    def act(self, t: float, at: Kinematics, z: list[float]) -> tuple[float, float, float, list[float]]:
+        """Bend each with its own speed, up to its length."""
+        forces, rates = [], []
+        for load, length, bent, speed in zip(self.loads, self.lengths, z, at[4:7], strict=True):
+            rate = speed - abs(speed) / length * bent
+            forces.append(-load / length * (bent + BRISTLE_DAMPING * rate))
+            rates.append(rate)
+        fx, fy, torque = forces
+        return fx, fy, torque, rates
+
+
 class Caster(Term):
     """A trailing tyre that swivels: its side force turns the arm against scrubbing, a little late."""
 
@@ -296,6 +321,24 @@ def grain(values: Values, scene: WideScene, episode: int, trait: Trait) -> list[
     return [Term(force)]
 
 
+def slides(values: Values, scene: WideScene, episode: int, trait: Trait) -> list[Term]:
+    """Return dry friction along the room's axes and of the spin."""
+    arm = math.sqrt(trait.inertia / trait.mass)
+    return [Slides((values["force_x"], values["force_y"]), values["torque"], arm)]
+
+
+def thinning(values: Values, scene: WideScene, episode: int, trait: Trait) -> list[Term]:
+    """Return a drag with the root of the speed of the object's origin and of a ring about it."""
+    ring = values["ring"]
+
+    def force(t: float, at: Kinematics) -> Wrench:
+        spin = ring * at.omega
+        drag = values["drag"] / (at.vx * at.vx + at.vy * at.vy + spin * spin + 1e-4) ** 0.25
+        return -drag * at.vx, -drag * at.vy, -drag * ring * spin
+
+    return [Term(force)]
+
+
 def com_offset(values: Values, scene: WideScene, episode: int, trait: Trait) -> list[Term]:
     """Move the mass centre."""
     trait.x, trait.y = trait.x + values["x"], trait.y + values["y"]
@@ -336,6 +379,8 @@ MAKERS: dict[str, Maker] = {
     "coulomb_friction": coulomb,
     "caster_swivel": lambda v, s, k, m: [Caster(v["point"], v["trail"], v["mu_side"], v["first"][k])],
     "second_wheel": lambda v, s, k, m: [wheel_term(Wheel(**v))],
+    "axis_friction": slides,
+    "thinning_drag": thinning,
     "com_offset": com_offset,
     "floor_slope": slope,
     "floor_patch": lambda v, s, k, m: [patch(v, s)],

@@ -14,6 +14,8 @@ from trundle.proof.scene import Scene
 
 Floats = NDArray[np.float64]
 
+RING = 0.4
+"""Radius of the ring on which thinning drag acts under the office desk, m."""
 REFERENCE = 0.1
 """Speed at which the catalogue states the force of a drag that thins, m/s."""
 
@@ -53,12 +55,12 @@ class ThinningDrag(Family):
     scales = ("drag",)
 
     def draw(self, rng: np.random.Generator, scene: Scene, paths: Sequence[Floats]) -> Values:
-        """Return the force at 1 m/s."""
-        return {"drag": float(np.exp(rng.uniform(np.log(10.0), np.log(80.0))))}
+        """Return the force at 1 m/s, and the radius of the ring that drags."""
+        return {"drag": float(np.exp(rng.uniform(np.log(10.0), np.log(80.0)))), "ring": RING}
 
     def hook(self, model: Any, site: Site, values: Values) -> Hook | None:
-        """Return a force on the object's origin, and a torque as on a ring of 0.4 m."""
-        ring = 0.4
+        """Return a force on the object's origin, and a torque as on a ring."""
+        ring = values["ring"]
 
         def brake(data: mujoco.MjData) -> None:
             vx, vy, spin = data.qvel[0].item(), data.qvel[1].item(), ring * data.qvel[2].item()
@@ -72,6 +74,6 @@ class ThinningDrag(Family):
         return {"parameters": {"force": values["drag"] * REFERENCE**0.5, "exponent": 0.5}, "where": None}
 
     def laws(self, scene: Scene, values: Values) -> list[Values]:
-        """Return drag under the whole body: on a ring of 0.4 m only about what is hidden."""
+        """Return drag under the whole body: on a ring only about what is hidden."""
         law = {"kind": self.name, "force": values["drag"] * REFERENCE**0.5, "exponent": 0.5}
-        return [{**law, "spread": 0.4 / scene.shape.gyration}]
+        return [{**law, "spread": values["ring"] / scene.shape.gyration}]
