@@ -18,7 +18,7 @@ use crate::screen::{Start, Wanted};
 use crate::thresholds::MATERIAL_RISE;
 use rayon::prelude::*;
 use std::collections::BTreeSet;
-use trundle_infer::{Coordinates, InferError, Watch, carried, on_all_cores};
+use trundle_infer::{Channels, Coordinates, InferError, Watch, carried, on_all_cores};
 use trundle_model::{Effect, INNER, Kind, Model, Role};
 
 impl Tried {
@@ -248,11 +248,13 @@ impl Searcher<'_> {
         self.try_all("several effects", jobs, tried)
     }
 
-    /// Whether a model leaves more than laws that are a little wrong in shape do, or predicts so badly that nothing could be
-    /// named: where the noise is not stated, unmodelled effects are taken for noise.
+    /// Whether a model leaves more than laws that are a little wrong in shape do, by the noise that the instruments show, or
+    /// predicts so badly that nothing could be named. Noise that is fitted holds unmodelled effects.
     fn leaves_much(&self, tried: &Tried) -> Result<bool, InferError> {
         let observations = self.engine.observations() as f64;
-        let Some(left) = self.engine.remainder(tried)? else { return Ok(true) };
+        let mut read = tried.clone();
+        read.fit.channels = Channels::of(&self.engine.data().noise);
+        let Some(left) = self.engine.remainder(&read)? else { return Ok(true) };
         Ok(left.gain > ANOTHER * observations || self.engine.outlook(tried)?.is_material())
     }
 
