@@ -334,6 +334,19 @@ mod tests {
     }
 
     #[test]
+    fn a_step_knows_the_noise_of_what_is_read_over_it() {
+        let curve = ramp(); // a reading each 0.1 s, noise 0.01
+        let clock = curve.over(0.25, 0.4, [0.0; 3], 0.1);
+        assert!((clock.noise[0][0] - 0.005).abs() < 1e-12, "the mean of four readings: {clock:?}");
+        // The trend is the difference of two means over 50 ms each, a sample at most.
+        assert!((clock.noise[1][0] - 0.01 * 2f64.sqrt() / TREND).abs() < 1e-12, "{clock:?}");
+        assert_eq!(
+            Curve::new(&episode((0..6).map(f64::from))).over(0.25, 0.4, [0.0; 3], 0.1).noise,
+            [[0.0; 3]; 2]
+        );
+    }
+
+    #[test]
     fn a_command_holds_until_the_next() {
         let held = Curve::new(&Prepared { held: true, ..episode((0..6).map(f64::from)) });
         assert!((held.mean(0.22, 0.28).reading[0] - 2.0).abs() < 1e-12);

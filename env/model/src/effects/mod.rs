@@ -184,3 +184,19 @@ impl Param {
         self
     }
 }
+
+#[cfg(test)]
+mod tests {
+    use super::sign;
+
+    #[test]
+    fn a_sign_is_told_as_far_as_a_value_stands_out_of_its_noise() {
+        let of = |value: f64| sign(value, 0.1, 5.0);
+        assert!(of(0.1).abs() < 0.06 && of(0.5) > 0.97 && of(-3.0) < -0.9999, "whatever the rounding is");
+        assert_eq!(of(0.2), 0.5, "half at two standard deviations");
+        assert_eq!(of(0.0), 0.0);
+        let rounded = |value: f64| sign(value, 0.0, 5.0);
+        assert!((rounded(5.0) - 0.5f64.sqrt()).abs() < 1e-12, "noise is not known");
+        assert_eq!(sign(0.0, 0.0, 0.0), 0.0);
+    }
+}
