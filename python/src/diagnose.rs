@@ -16,6 +16,7 @@ use crate::watch::watched;
 pub(crate) fn register(module: &Bound<'_, PyModule>) -> PyResult<()> {
     module.add_class::<PyOutcome>()?;
     module.add_function(wrap_pyfunction!(_platt, module)?)?;
+    module.add_function(wrap_pyfunction!(_sources, module)?)?;
     module.add_function(wrap_pyfunction!(_diagnose, module)?)
 }
 
@@ -23,6 +24,12 @@ pub(crate) fn register(module: &Bound<'_, PyModule>) -> PyResult<()> {
 #[pyfunction]
 fn _platt() -> [f64; 3] {
     trundle_diagnose::platt()
+}
+
+/// Version of the sources that a diagnosis depends on: 16 hexadecimal digits, see `build.rs`.
+#[pyfunction]
+fn _sources() -> &'static str {
+    env!("TRUNDLE_SOURCES")
 }
 
 /// What a diagnosis leaves: texts, and a table to be written.

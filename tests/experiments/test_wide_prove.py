@@ -88,9 +88,39 @@ def test_drawn_sealed_diagnosed_and_continued(
     assert command(tmp_path, "--redraw") == 2
 
 
+def test_a_range_is_done_in_shares_that_another_machine_continues(
+    tmp_path: Path, capsys: pytest.CaptureFixture[str], monkeypatch: pytest.MonkeyPatch
+) -> None:
+    monkeypatch.setattr(conduct, "diagnose_case", made_up)
+    text = TINY.replace("clean = 2", "clean = 3\nshares = 2")
+    assert command(tmp_path, "--shares", "1", text=text) == 0
+    assert "1 of 2 shares: 2 recordings" in capsys.readouterr().out
+    kept = tmp_path / "out/wide"
+    first = (kept / "tiny_tune_00.jsonl").read_bytes()
+    assert [json.loads(line)["case"] for line in first.splitlines()[1:]] == ["case_0000", "case_0002"]
+
+    # The second machine has what was kept, but neither recordings nor finished units.
+    (tmp_path / "work").rename(tmp_path / "lost")
+    assert command(tmp_path, text=text) == 0
+    assert "2 of 2 shares: 3 recordings" in capsys.readouterr().out
+    assert (tmp_path / "work/wide/asked").read_text().split() == ["case_0001"]
+    assert (kept / "tiny_tune_00.jsonl").read_bytes() == first
+
+    # Another version of the code does it again, share by share.
+    newer = {"generator": "1", "diagnosis": "2-3"}
+    monkeypatch.setattr("trundle.experiments.wide.run.code_versions", lambda: newer)
+    assert command(tmp_path, "--shares", "1", text=text) == 0
+    page = capsys.readouterr().out
+    assert "`2`" in page
+    assert "3 recordings" in page
+    assert json.loads((kept / "tiny_tune_00.jsonl").read_text().splitlines()[0])["code"] == newer
+    assert json.loads((kept / "tiny_tune_01.jsonl").read_text().splitlines()[0])["code"] != newer
+
+
 @pytest.mark.parametrize(
     ("text", "words"),
     [
+        (TINY.replace("clean = 2", "shares = 0"), "shares = 0 must be at least 1"),
         (TINY.replace('"all"]\noutside', '"ghost"]\noutside'), "no family 'ghost'"),
         (TINY.replace("ranges.tune", "ranges.other"), "[ranges] has no 'tune'"),
         (TINY.replace("clean = 2", "celan = 2"), "celan"),
@@ -110,6 +140,8 @@ def test_options_of_the_first_benchmark_are_refused(
 ) -> None:
     assert command(tmp_path, "--limits") == 2
     assert "--limits" in capsys.readouterr().err
+    assert command(tmp_path, "--shares", "0") == 2
+    assert "--shares 0" in capsys.readouterr().err
 
 
 def test_a_diagnosis_that_cannot_be_made_is_an_answer(tmp_path: Path) -> None:

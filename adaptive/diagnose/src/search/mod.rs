@@ -57,7 +57,7 @@ const FIRSTS: usize = 2;
 /// of what any wrench would gain only soaks up what no law of the catalogue explains.
 const HALVED: f64 = 0.5;
 /// Effects that are added at most: each must earn its place, so that only the time of a search is bounded here.
-const MAX_EFFECTS: usize = 6;
+const MAX_EFFECTS: usize = 4;
 /// Starts of a kind.
 const STARTS: usize = 2;
 /// Gain per sample that a remainder must promise for another effect to be sought beside one, nats.

@@ -45,6 +45,12 @@ def add_arguments(parser: argparse.ArgumentParser) -> None:
         action="store_true",
         help="where an answer says which push would tell, make it, and a random one; diagnose again",
     )
+    parser.add_argument(
+        "--shares",
+        metavar="N",
+        type=int,
+        help="of a wide benchmark: do at most N shares that have no results yet (default: all)",
+    )
     parser.add_argument("--fresh", action="store_true", help="forget drawn cases and results")
     parser.add_argument(
         "--redraw",
@@ -63,6 +69,8 @@ def run(args: argparse.Namespace) -> int:
     work = args.work or Path(tempfile.gettempdir()) / "trundle-prove"
     if is_wide(args.config):
         return run_wide(args, work)
+    if args.shares is not None:
+        raise ValueError(f"--shares is of a wide benchmark; {args.config} is not one")
     from trundle.proof.run import prove
 
     text = prove(
@@ -97,6 +105,8 @@ def run_wide(args: argparse.Namespace, work: Path) -> int:
             raise ValueError(
                 f"--{option.replace('_', '-')} is of the first benchmark; {args.config} is a wide one"
             )
+    if args.shares is not None and args.shares < 1:
+        raise ValueError(f"--shares {args.shares} must be at least 1")
     from trundle.experiments.wide.run import prove_wide
 
     text = prove_wide(
@@ -105,6 +115,7 @@ def run_wide(args: argparse.Namespace, work: Path) -> int:
         work,
         args.out,
         jobs=args.jobs,
+        shares=args.shares,
         fresh=args.fresh,
         redraw=args.redraw,
         quiet=args.quiet,

@@ -8,6 +8,7 @@ from pathlib import Path
 from typing import Any
 
 import trundle
+from trundle import _native
 from trundle.experiments.runner import Runner, Unit, code_version
 from trundle.experiments.wide.case import draw_case
 from trundle.experiments.wide.config import Settings
@@ -15,7 +16,7 @@ from trundle.experiments.wide.diagnose import diagnose_case
 from trundle.experiments.wide.plan import Planned, plan
 from trundle.proof.sealed import open_sealed, seal
 
-__all__ = ["Benchmark", "conduct"]
+__all__ = ["Benchmark", "code_versions", "conduct"]
 
 PACKAGE = Path(trundle.__file__).parent
 GENERATOR = tuple(
@@ -99,7 +100,7 @@ def conduct(
     there = [one["case"] for one in truths if one["digest"] is not None]
     tell(f"{len(there)} of {len(truths)} cases drawn; answers sealed, SHA-256 {sha}")
     units = [diagnosis(benchmark, one) for one in truths if one["digest"] is not None]
-    answers = benchmark.runner(code_of_diagnosis()).run("diagnosing", units)
+    answers = benchmark.runner(code_versions()["diagnosis"]).run("diagnosing", units)
     known = open_sealed(sealed, sha)
     return sha, [
         {"case": case, "answer": answer, "truth": known[case]}
@@ -117,7 +118,7 @@ def compact(truth: dict[str, Any]) -> dict[str, Any]:
 def drawn(benchmark: Benchmark, planned: Sequence[Planned]) -> list[dict[str, Any]]:
     """Draw the cases that are missing, and return all truths."""
     units = [drawing(benchmark, one) for one in planned]
-    return benchmark.runner(code_version(*GENERATOR, *SHARED)).run("drawing", units)
+    return benchmark.runner(code_versions()["generator"]).run("drawing", units)
 
 
 def drawing(benchmark: Benchmark, planned: Planned) -> Unit:
@@ -141,9 +142,10 @@ def diagnosis(benchmark: Benchmark, truth: dict[str, Any]) -> Unit:
     return Unit(truth["case"], diagnose_case, arguments, {"folder": benchmark.recording(truth["case"])})
 
 
-def code_of_diagnosis() -> str:
-    """Return the version of the code that diagnoses: the native half, and what leads to it."""
-    native = sorted(PACKAGE.glob("_native*.so")) + sorted(PACKAGE.glob("_native*.pyd"))
-    return code_version(
-        *native, PACKAGE / "diagnosis.py", PACKAGE / "usable.py", Path(__file__).with_name("diagnose.py")
-    )
+def code_versions() -> dict[str, str]:
+    """Return the versions of the code that draws and of the code that diagnoses, the native half included."""
+    led = (PACKAGE / "diagnosis.py", PACKAGE / "usable.py", Path(__file__).with_name("diagnose.py"))
+    return {
+        "generator": code_version(*GENERATOR, *SHARED),
+        "diagnosis": f"{_native._sources()}-{code_version(*led)[:16]}",
+    }

@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from dataclasses import asdict, dataclass
+from dataclasses import asdict, dataclass, replace
 from pathlib import Path
 from typing import Any
 
@@ -34,7 +34,7 @@ class Counts:
 
 @dataclass(frozen=True)
 class Range:
-    """A range of seeds, or a subset of one: the first cases of each kind."""
+    """A range of seeds, in so many shares of cases; or a subset of one: the first cases of each kind."""
 
     first: int | None = None
     of: str | None = None
@@ -44,6 +44,7 @@ class Range:
     triples: int = 0
     fours: int = 0
     outsides: int = 0
+    shares: int = 1
 
     def counts(self) -> Counts:
         """Return the counts alone."""
@@ -79,6 +80,10 @@ class Settings:
         Of the whole range.
     subset : Counts, optional
         Of the subset, if it is one.
+    shares : int
+        In how many shares the range is done, each of which is drawn, sealed and diagnosed by itself.
+    share : int, optional
+        The share that is meant; without it, the whole range.
     effects, outside : tuple of str
         Families that are hidden.
     matters : float
@@ -96,12 +101,18 @@ class Settings:
     first: int
     counts: Counts
     subset: Counts | None
+    shares: int
+    share: int | None
     effects: tuple[str, ...]
     outside: tuple[str, ...]
     matters: float
     each_matters: float
     attempts: int
     limit: float
+
+    def parts(self) -> list[Settings]:
+        """Return the settings of every share."""
+        return [self] if self.shares == 1 else [replace(self, share=k) for k in range(self.shares)]
 
     def plain(self) -> dict[str, Any]:
         """Return it as plain values."""
@@ -119,6 +130,8 @@ def read(path: Path, which: str) -> Settings:
     found = checked(path, Document, headed(path, FORMAT))
     chosen = ranged(path, found, which)
     parent = ranged(path, found, chosen.of) if chosen.of else chosen
+    if chosen.shares < 1:
+        raise TrundleError(f"{path}: [ranges.{which}] shares = {chosen.shares} must be at least 1")
     if parent.first is None:
         raise TrundleError(f"{path}: [ranges.{chosen.of or which}] needs `first`, the first seed")
     return Settings(
@@ -127,6 +140,8 @@ def read(path: Path, which: str) -> Settings:
         first=parent.first,
         counts=parent.counts(),
         subset=chosen.counts() if chosen.of else None,
+        shares=chosen.shares,
+        share=None,
         effects=families(path, found.effects, CATALOGUE),
         outside=families(path, found.outside, OUTSIDE),
         matters=found.matters,

@@ -28,7 +28,7 @@ class Planned:
 def plan(settings: Settings) -> list[Planned]:
     """Return all cases in an order that tells nothing of what they are.
 
-    Of a subset of a range, the first cases of each kind.
+    Of a subset of a range, the first cases of each kind; of one of n shares, every n-th case.
     """
     left = settings.subset.groups() if settings.subset is not None else None
     chosen = []
@@ -39,7 +39,7 @@ def plan(settings: Settings) -> list[Planned]:
                 continue
             left[group] -= 1
         chosen.append(one)
-    return chosen
+    return chosen if settings.share is None else chosen[settings.share :: settings.shares]
 
 
 def whole(settings: Settings) -> list[Planned]:

@@ -5,13 +5,14 @@ from __future__ import annotations
 import shutil
 import sys
 from collections.abc import Sequence
+from dataclasses import dataclass
 from pathlib import Path
 from typing import Any
 
 from trundle.experiments.runner import collect, write_lines
 from trundle.experiments.wide import tables
-from trundle.experiments.wide.conduct import Benchmark, conduct
-from trundle.experiments.wide.config import read
+from trundle.experiments.wide.conduct import Benchmark, code_versions, conduct
+from trundle.experiments.wide.config import Settings, read
 from trundle.experiments.wide.score import GROUPS, Row, group
 from trundle.proof.sealed import open_sealed
 from trundle.recording import TrundleError
@@ -27,6 +28,7 @@ def prove_wide(
     out: Path,
     *,
     jobs: int = 1,
+    shares: int | None = None,
     fresh: bool = False,
     redraw: bool = False,
     quiet: bool = False,
@@ -45,6 +47,9 @@ def prove_wide(
         Folder of the page and of `wide/` (results, sealed answers, costs).
     jobs : int
         Processes.
+    shares : int, optional
+        Of the range that are done at most: those that come first among those that `out` does not hold, or
+        holds from another version of the code. By default all of them.
     fresh, redraw : bool
         Begin anew; or only write the page.
     quiet : bool
@@ -53,28 +58,79 @@ def prove_wide(
     Returns
     -------
     str
-        The page.
+        The page, of the shares that have results.
     """
     settings = read(config, which)
     name = config.stem if which == "report" else f"{config.stem}_{which}"
-    kept = out / "wide"
-    results, sealed = kept / f"{name}.jsonl", kept / f"{name}.answers.json"
+    places = [Place(one, out / "wide", name) for one in settings.parts()]
     if not redraw:
         if fresh:
             shutil.rmtree(work / "wide", ignore_errors=True)
-        benchmark = Benchmark(settings, work / "wide", jobs, quiet)
-        sha, rows = conduct(benchmark, sealed, tell)
-        head = {"settings": settings.plain(), "sha256": sha}
-        answers = [{key: v for key, v in row["answer"].items() if key != "cost"} for row in rows]
-        found = zip(rows, answers, strict=True)
-        write_lines(results, [head, *({"case": row["case"], "answer": answer} for row, answer in found)])
-        spent = ({"case": row["case"], **row["answer"]["cost"]} for row in rows)
-        write_lines(kept / f"{name}.cost.jsonl", spent)
-    if not results.exists():
-        raise TrundleError(f"{results}: there are no results to draw; leave out --redraw")
-    text = page(kept, name)
+        for place in [place for place in places if fresh or not place.done()][:shares]:
+            place.fill(Benchmark(place.settings, work / "wide", jobs, quiet))
+    there = [place for place in places if place.results.exists()]
+    if not there:
+        raise TrundleError(f"{places[0].results}: there are no results to draw; leave out --redraw")
+    text = page(settings, there)
     write_text(out / f"{name}.md", text)
     return text
+
+
+@dataclass(frozen=True)
+class Place:
+    """A range, or a share of one, and where its results are."""
+
+    settings: Settings
+    folder: Path
+    range_name: str
+
+    @property
+    def name(self) -> str:
+        """Return the beginning of its files' names."""
+        share = self.settings.share
+        return self.range_name if share is None else f"{self.range_name}_{share:02}"
+
+    @property
+    def results(self) -> Path:
+        """Return the file of the answers."""
+        return self.folder / f"{self.name}.jsonl"
+
+    @property
+    def sealed(self) -> Path:
+        """Return the file of the truths."""
+        return self.folder / f"{self.name}.answers.json"
+
+    @property
+    def costs(self) -> Path:
+        """Return the file of what the diagnoses cost."""
+        return self.folder / f"{self.name}.cost.jsonl"
+
+    def head(self) -> dict[str, Any]:
+        """Return what the results depend on."""
+        return {"settings": self.settings.plain(), "code": code_versions()}
+
+    def done(self) -> bool:
+        """Tell whether a share has results of these settings and this code; a whole range is never done."""
+        if self.settings.share is None or not self.results.exists():
+            return False
+        head = collect(self.results)[0]
+        return bool(self.head().items() <= head.items())
+
+    def fill(self, benchmark: Benchmark) -> None:
+        """Draw, seal and diagnose, and keep the results."""
+        sha, rows = conduct(benchmark, self.sealed, tell)
+        answers = [{key: v for key, v in row["answer"].items() if key != "cost"} for row in rows]
+        found = [{"case": row["case"], "answer": answer} for row, answer in zip(rows, answers, strict=True)]
+        write_lines(self.costs, ({"case": row["case"], **row["answer"]["cost"]} for row in rows))
+        write_lines(self.results, [{**self.head(), "sha256": sha}, *found])
+
+    def rows(self) -> tuple[dict[str, Any], list[Row], list[Row]]:
+        """Return the head, a row for every diagnosed case, and all truths."""
+        head, *found = collect(self.results)
+        truths: dict[str, Any] = open_sealed(self.sealed, head["sha256"])
+        spent = {one["case"]: one for one in collect(self.costs)}
+        rows = [{**one, "truth": truths[one["case"]], "cost": spent[one["case"]]} for one in found]
+        return head, rows, list(truths.values())
 
 
 def tell(text: str) -> None:
@@ -82,12 +138,11 @@ def tell(text: str) -> None:
     print(text, file=sys.stderr, flush=True)
 
 
-def page(kept: Path, name: str) -> str:
+def page(settings: Settings, places: Sequence[Place]) -> str:
     """Return the page from the results that are kept."""
-    head, *found = collect(kept / f"{name}.jsonl")
-    truths: dict[str, Any] = open_sealed(kept / f"{name}.answers.json", head["sha256"])
-    spent = {one["case"]: one for one in collect(kept / f"{name}.cost.jsonl")}
-    rows = [{**one, "truth": truths[one["case"]], "cost": spent[one["case"]]} for one in found]
+    parts = [place.rows() for place in places]
+    rows = [row for _, found, _ in parts for row in found]
+    truths = [truth for *_, found in parts for truth in found]
     sections = [
         ("What was to be reached", tables.accuracy(rows)),
         ("By instrument", tables.instruments(rows)),
@@ -96,18 +151,27 @@ def page(kept: Path, name: str) -> str:
         ("Intervals of 90 %", tables.intervals(rows)),
         ("Probabilities", tables.probabilities(rows)),
         ("What a diagnosis costs", tables.costs(rows)),
-        ("Draws that did not count", tables.rejections(list(truths.values()))),
+        ("Draws that did not count", tables.rejections(truths)),
     ]
     body = [f"## {title}\n\n{text}" for title, text in sections]
-    return "\n\n".join([intro(head, rows, list(truths.values())), *body]) + "\n"
+    return "\n\n".join([intro(settings, [head for head, *_ in parts], rows, truths), *body]) + "\n"
 
 
-def intro(head: dict[str, Any], rows: Sequence[Row], truths: Sequence[Row]) -> str:
-    """Return what the benchmark is, and how many recordings it has."""
+def intro(
+    settings: Settings, heads: Sequence[dict[str, Any]], rows: Sequence[Row], truths: Sequence[Row]
+) -> str:
+    """Return what the benchmark is, how many recordings it has, and which code was judged."""
     counts = ", ".join(f"{sum(group(row['truth']) == name for row in rows)} {name}" for name in GROUPS)
     given_up = sum(truth["digest"] is None for truth in truths)
+    versions = sorted({head["code"]["diagnosis"].split("-")[0] for head in heads})
     return INTRO.format(
-        name=head["settings"]["range"], total=len(rows), counts=counts, given_up=given_up, sha=head["sha256"]
+        name=settings.range,
+        done=f", {len(heads)} of {settings.shares} shares" if settings.shares > 1 else "",
+        total=len(rows),
+        counts=counts,
+        given_up=given_up,
+        versions=", ".join(f"`{one}`" for one in versions),
+        sha=", ".join(f"`{head['sha256']}`" for head in heads),
     )
 
 
@@ -126,6 +190,6 @@ nominal model at least threefold, and each of several effects at least twofold. 
 effects, or a certified tie of at most three sets that contains it; "consistent" on clean recordings;
 "unexplained" out of the catalogue. In brackets: Wilson's intervals of 95 %.
 
-Range `{name}`: {total} recordings ({counts}); {given_up} cases were given up. A diagnosis sees the folder
-of the recording alone. The answers are sealed in one file whose SHA-256 was printed before the first
-diagnosis: `{sha}`."""
+Range `{name}`{done}: {total} recordings ({counts}); {given_up} cases were given up. Version of the
+diagnosing sources: {versions}. A diagnosis sees the folder of the recording alone. The answers are sealed in
+a file whose SHA-256 was printed before the first diagnosis: {sha}."""
