@@ -4,7 +4,7 @@
 //! margin, with a mass eight times too large. So a name must also stand for a model whose predictions are
 //! good: of the size of error that it claims itself, or at least small beside the motion.
 
-use crate::thresholds::{MATERIAL_SHARE, MATERIAL_VARIANCES, POOR, REFUTED};
+use crate::thresholds::{MATERIAL_VARIANCES, NEGLIGIBLE_SHARE, POOR, REFUTED};
 use trundle_infer::{Channels, Fit, InferError, Window, windows};
 use trundle_record::{Dataset, Prepared};
 
@@ -20,7 +20,7 @@ pub(crate) struct Outlook {
 impl Outlook {
     /// Whether the errors are large enough that a better model would predict better.
     pub fn is_material(&self) -> bool {
-        self.is_refuted() || self.is_beyond_noise() && self.share > MATERIAL_SHARE
+        self.is_refuted() || self.is_beyond_noise() && self.share > NEGLIGIBLE_SHARE
     }
 
     /// Whether the errors are larger than the instruments explain.

@@ -7,9 +7,11 @@
 /// differ from ours. It is also what given values may cost beyond half a nat a parameter, and what one block may count.
 pub(crate) const CHANCE: f64 = 10.0;
 
-/// Gain per sample below which a remainder is too small to matter, nats: a tenth of the noise's standard deviation in every
-/// sample gains as much.
-pub(crate) const NEGLIGIBLE: f64 = 0.005;
+/// Mean square below which something does not matter, as a share of that of what it is compared with: a tenth of its size.
+/// A remainder is compared with the noise, where it gains half of this share per sample, nats; errors with the motion; and
+/// what named effects leave with what was missing: a right law leaves thousandths, and what leaves more than a hundredth
+/// is a law that is like the missing one.
+pub(crate) const NEGLIGIBLE_SHARE: f64 = 0.01;
 
 /// Difference of log likelihood below which two explanations are the same, nats: two standard deviations of one parameter.
 pub(crate) const TIE: f64 = 2.0;
@@ -30,24 +32,21 @@ pub(crate) const REFUTED: f64 = 3.0;
 /// explanation: it is wrong about a third of the way.
 pub(crate) const POOR: f64 = 0.1;
 
-/// Errors below this many times the instruments' variance, or below [`MATERIAL_SHARE`] of the motion's mean square (a tenth
-/// of the motion) unless they refute the model, are immaterial: no correction of the model would improve its predictions
+/// Errors below this many times the instruments' variance, or below a tenth of the motion unless they refute the model, are
+/// immaterial: no correction of the model would improve its predictions
 /// to speak of. Chosen on the tuning range of the wide benchmark: of 38 clean recordings 3 are material by this. Where the
 /// simulation under test errs less than the first, no effect is named.
 pub(crate) const MATERIAL_VARIANCES: f64 = 2.0;
-pub(crate) const MATERIAL_SHARE: f64 = 0.01;
 
 /// Share of what was missing that named effects may leave and still explain it: half of the error.
 pub(crate) const LEFT_OVER: f64 = 0.25;
 
-/// Share of the misfit that named effects may leave, and misfit per sample that they may leave anyway, nats. A right law
-/// leaves thousandths: what leaves a hundredth is a law that is like the missing one.
-pub(crate) const LIKENESS: f64 = 0.01;
+/// Misfit per sample that named effects may leave however little was missing, nats.
 pub(crate) const UNSEEN: f64 = 2.0;
 
 /// Whether a gain in log likelihood, nats, is more than chance and large enough to matter.
 pub(crate) fn matters(gain: f64, observations: usize) -> bool {
-    gain > CHANCE.max(NEGLIGIBLE * observations as f64)
+    gain > CHANCE.max(0.5 * NEGLIGIBLE_SHARE * observations as f64)
 }
 
 /// Log likelihood that the given values of so many parameters may cost and still be right, nats.

@@ -8,7 +8,7 @@ use crate::cross_validation::{LeftOut, left_out};
 use crate::engine::{Engine, Tried};
 use crate::naming::{of_kinds, without};
 use crate::search::Found;
-use crate::thresholds::{LEFT_OVER, LIKENESS, MATERIAL_RISE, SURE, UNSEEN};
+use crate::thresholds::{LEFT_OVER, MATERIAL_RISE, NEGLIGIBLE_SHARE, SURE, UNSEEN};
 use nalgebra::DVector;
 use statrs::distribution::{ChiSquared, ContinuousCDF};
 use std::collections::BTreeMap;
@@ -245,7 +245,7 @@ pub(crate) fn judge(
     let missing = before.gain.max(gained + after.gain);
     let misfit = before.misfit().max(gained + after.misfit());
     let much = matters(left) && after.gain > LEFT_OVER * missing;
-    let unlike = material && after.misfit() > (UNSEEN * observations as f64).max(LIKENESS * misfit);
+    let unlike = material && after.misfit() > (UNSEEN * observations as f64).max(NEGLIGIBLE_SHARE * misfit);
     if much || unlike { Verdict::Unexplained } else { Verdict::Explained }
 }
 

@@ -148,11 +148,28 @@ pub fn fit(
         None => {
             let (points, agreement) = scout(&rungs(&target, likelihood, options)?, warm, options, watch)?;
             let named = |z: Vec<f64>| canonical(&target, &z).unwrap_or(z);
-            let points = points.into_iter().take(POLISHED).map(named).collect();
+            let mut points: Vec<_> = points.into_iter().take(POLISHED).map(named).collect();
+            points.extend(lower(&target, warm, &points)?);
             (settled(&target, points, options, watch)?, agreement)
         }
     };
     under_tuned(likelihood, &target, (best, agreement), options, options.noise_rounds, watch)
+}
+
+/// The lowest of some starts, if it lies below all the points to which cheaper densities led: these may lead uphill, as
+/// away from the moment of an event.
+fn lower(
+    target: &Target<'_>,
+    starts: &[Vec<f64>],
+    points: &[Vec<f64>],
+) -> Result<Option<Vec<f64>>, InferError> {
+    let ranked = |points: &mut dyn Iterator<Item = Vec<f64>>| -> Result<Vec<(f64, Vec<f64>)>, InferError> {
+        points.map(|point| Ok((target.cost(&point)?, point))).collect()
+    };
+    let least = |a: &(f64, Vec<f64>), b: &(f64, Vec<f64>)| a.0.total_cmp(&b.0);
+    let best = ranked(&mut starts.iter().map(|values| target.point(values)))?.into_iter().min_by(least);
+    let found = ranked(&mut points.iter().cloned())?.into_iter().min_by(least);
+    Ok(best.filter(|best| found.is_none_or(|found| best.0 < found.0)).map(|(_, point)| point))
 }
 
 /// Decrease of the cost, nats, below which estimating the noise once more is not worth it.

@@ -53,9 +53,6 @@ const SINGLES: usize = 9;
 const MORE: usize = 3;
 /// Models of one size on top of which one more effect is sought.
 const FIRSTS: usize = 2;
-/// Share of what is left that one more effect must gain for a further one to be sought: an effect that gains less than half
-/// of what any wrench would gain only soaks up what no law of the catalogue explains.
-const HALVED: f64 = 0.5;
 /// Effects that are added at most: each must earn its place, so that only the time of a search is bounded here.
 const MAX_EFFECTS: usize = 4;
 /// Starts of a kind.
@@ -193,8 +190,16 @@ impl Searcher<'_> {
         let Some(thinned) = self.engine.thinned() else { return self.make_all(what, jobs, tried) };
         let on = |t: &Tried| Job::from(t, t.added.clone(), vec![t.fit.values.clone()]);
         let cheaper = Searcher { engine: &*thinned, ..*self };
+        let starts: Vec<_> = jobs.iter().map(|job| (job.added.clone(), job.warm.clone())).collect();
         let near = cheaper.fitted(what, jobs, Effort::Glance)?;
-        let looked = self.fitted(what, near.iter().map(on).collect(), Effort::Look)?;
+        // The thinned recording may have led uphill.
+        let also = |t: &Tried| {
+            let begun = starts.iter().find(|(added, _)| *added == t.added);
+            let mut job = on(t);
+            job.warm.extend(begun.iter().flat_map(|(_, warm)| warm.iter().cloned()));
+            job
+        };
+        let looked = self.fitted(what, near.iter().map(also).collect(), Effort::Look)?;
         let bound = bound(&looked);
         let hopeful = |t: &Tried| t.fit.cost - STILL * t.fit.falling < bound;
         let (ahead, behind): (Vec<Tried>, Vec<Tried>) = looked.into_iter().partition(hopeful);
@@ -259,8 +264,8 @@ impl Searcher<'_> {
     }
 
     /// Whether one more effect is worth seeking, after the best model `before` was replaced by a larger one: that must leave
-    /// much, and its last effect must have gained half of what a wandering wrench would have, or, where such a wrench gains
-    /// no more than chance, have improved the predictions by a material share.
+    /// much, and its last effect must have gained its [`fair_share`] of what a wandering wrench would have, or, where such a
+    /// wrench gains no more than chance, have improved the predictions by a material share.
     fn asks_for_more(&self, before: &Tried, best: &Tried) -> Result<bool, InferError> {
         let much = self.leaves_much(best)?;
         if !much || before.added.is_empty() {
@@ -269,11 +274,18 @@ impl Searcher<'_> {
         let [was, left] = [before, best].map(|tried| self.engine.remainder(tried));
         let (Some(was), Some(left)) = (was?, left?) else { return Ok(true) };
         if left.matters(self.engine.observations()) {
-            return Ok(before.fit.cost - best.fit.cost >= HALVED * was.misfit());
+            return Ok(before.fit.cost - best.fit.cost >= fair_share(before.added.len()) * was.misfit());
         }
         let [was, ahead] = [before, best].map(|tried| self.engine.outlook(tried));
         Ok(ahead?.share * MATERIAL_RISE < was?.share)
     }
+}
+
+/// Share of what a model with so many effects leaves that one more must gain for a further one to be sought. If effects that
+/// may still be added explain all of it, the largest explains at least its equal share: one that gains less only soaks up
+/// what no law of the catalogue explains.
+fn fair_share(effects: usize) -> f64 {
+    1.0 / MAX_EFFECTS.saturating_sub(effects).max(1) as f64
 }
 
 /// The fit of a kind of effect on top of a model, from where its screen leads: from the linear step, and from shorter ones,
