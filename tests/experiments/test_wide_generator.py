@@ -25,6 +25,7 @@ from trundle.experiments.wide.plan import plan
 from trundle.experiments.wide.scene import WideScene, draw_wide_scene
 from trundle.experiments.wide.shapes import draw_outline
 from trundle.proof.family import Hidden, Site
+from trundle.proof.oracle import form
 from trundle.proof.push import CONTACT
 from trundle.proof.scene import Wheel
 from trundle.proof.seen import Seen
@@ -105,6 +106,30 @@ def replayed(scene: WideScene, episode: int, seen: Seen) -> Floats:
         poses.append(state[:3])
         state = plant.step(t, state, driver)
     return np.array(poses)
+
+
+def test_a_finger_keeps_touching_under_load() -> None:
+    scene = draw_wide_scene(72123, 0, "mujoco")
+    assert scene.instrument.contact == "point"  # type: ignore[attr-defined]
+    wrench = np.concatenate([one.wrench for one in simulated(scene, [])])
+    force = np.hypot(wrench[:, 0], wrench[:, 1])
+    before, now, after = force[:-2], force[1:-1], force[2:]
+    loaded = (before > 1.0) & (after > 1.0)
+    assert loaded.sum() > 1000
+    assert not np.any(loaded & (now < 0.7 * np.minimum(before, after)))
+
+
+def test_an_oracle_stays_at_the_moment_of_an_event() -> None:
+    # The thinned recording, over which a fit begins, prefers a moment 1.4 s earlier.
+    scene = draw_wide_scene(72011, 23, "mujoco")
+    load = {"episode": 1, "time": 5.4226, "mass": -6.9746}
+    hidden = [Hidden(by_name("mass_change"), load)]
+    made = recorded(scene, hidden, simulated(scene, hidden), "load")
+    model, start = form(scene, [{"kind": "mass_change", **load}])
+    found = {p["name"]: p for p in trundle.fit(made, model, start=start, starts=0).summary["parameters"]}
+    for name in ("time", "mass"):
+        estimate = found[f"mass_change.{name}"]
+        assert abs(estimate["mean"] - load[name]) < 4 * estimate["sd"]
 
 
 @pytest.mark.parametrize(("frame", "reference"), FRAMES)

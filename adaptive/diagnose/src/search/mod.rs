@@ -383,7 +383,7 @@ pub(crate) fn probabilities(tried: &[Tried], rejected: usize) -> Vec<f64> {
 
 #[cfg(test)]
 mod tests {
-    use super::{kinds, same, shortened};
+    use super::{MAX_EFFECTS, fair_share, kinds, same, shortened};
     use trundle_model::{Effect, Kind};
 
     #[test]
@@ -394,6 +394,17 @@ mod tests {
         let gain = Effect::free(Kind::ForceScale).with("gain_y", Some(1.4));
         let value = shortened(&gain, 0.25).values.into_iter().flatten().fold(0.0, f64::max);
         assert!((value - 1.1).abs() < 1e-12, "{value}");
+    }
+
+    #[test]
+    fn an_equal_share_of_what_is_left_is_asked_of_each_effect() {
+        let shares: Vec<f64> = (0..MAX_EFFECTS).map(fair_share).collect();
+        let mut left = 1.0;
+        for share in shares {
+            assert!((left * share - 1.0 / MAX_EFFECTS as f64).abs() < 1e-12);
+            left *= 1.0 - share;
+        }
+        assert!(left.abs() < 1e-12);
     }
 
     #[test]
