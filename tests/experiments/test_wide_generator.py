@@ -110,7 +110,7 @@ def replayed(scene: WideScene, episode: int, seen: Seen) -> Floats:
 
 def test_a_finger_keeps_touching_under_load() -> None:
     scene = draw_wide_scene(72123, 0, "mujoco")
-    assert scene.instrument.contact == "point"  # type: ignore[attr-defined]
+    assert scene.instrument is not None and scene.instrument.contact == "point"
     wrench = np.concatenate([one.wrench for one in simulated(scene, [])])
     force = np.hypot(wrench[:, 0], wrench[:, 1])
     before, now, after = force[:-2], force[1:-1], force[2:]
