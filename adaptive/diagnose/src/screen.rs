@@ -5,12 +5,13 @@
 //! `C` no change of the fitted parameters does: Rao's score test. It costs no fit. Its step is where the fit of the
 //! candidate starts from.
 
-use crate::proposals::{Hints, is_amplitude, nearby, proposals};
+use crate::ground::Ground;
+use crate::proposals::{Hints, nearby, proposals};
 use crate::search::HOPELESS;
 use nalgebra::{DMatrix, DVector};
 use rayon::prelude::*;
 use trundle_infer::{Fit, InferError, Seen, Watch};
-use trundle_model::{Effect, INNER, Kind, Model, Param, Proposal, Slot};
+use trundle_model::{Effect, INNER, Kind, Model, Proposal};
 use trundle_record::Prepared;
 
 /// A fitted model's whitened innovations, and what other values or effects would change in them.
@@ -52,13 +53,12 @@ pub(crate) struct Start {
     pub base: Vec<f64>,
     /// Gain in log likelihood that a linear step promises.
     pub gain: f64,
+    /// The effect before that step.
+    pub neutral: Effect,
 }
 
 /// Candidates whose slopes are taken together, where they have no states of their own.
 const TOGETHER: usize = 8;
-
-/// Ridge on a candidate's information, relative: amplitudes that the data do not hold stay put.
-const RIDGE: f64 = 1e-6;
 
 /// What is wanted of the cheap test.
 #[derive(Clone, Copy)]
@@ -195,109 +195,6 @@ fn best(mut starts: Vec<Start>) -> Vec<Start> {
 const NEARER: [(f64, usize); 2] = [(0.4, 5), (0.2, 1)];
 const PARENTS: usize = 4;
 
-/// What the fit leaves, and an orthonormal basis of what its own parameters can do.
-struct Ground {
-    residual: DVector<f64>,
-    own: DMatrix<f64>,
-    basis: DMatrix<f64>,
-    /// The slot of each of those parameters.
-    free: Vec<Option<usize>>,
-}
-
-impl Ground {
-    fn new(view: &dyn View, fit: &Fit) -> Result<Self, InferError> {
-        let (own, free) = view.own(fit)?;
-        let basis = own.clone().qr().q();
-        Ok(Self { residual: view.residual(), own, basis, free })
-    }
-
-    /// What of some columns the fit's own parameters cannot do.
-    fn beyond(&self, columns: &DMatrix<f64>) -> DMatrix<f64> {
-        columns - &self.basis * self.basis.tr_mul(columns)
-    }
-
-    fn starts(&self, view: &dyn View, fit: &Fit, group: &[Effect]) -> Result<Vec<Start>, InferError> {
-        let mut model = fit.model.clone();
-        if fit.estimate("body.mass").is_some() {
-            model.mass = None;
-        }
-        model.effects.extend(group.iter().cloned());
-        let slots = model.slots();
-        let own = fit.values.len();
-        let mut values = fit.values.clone();
-        let mut amplitudes: Vec<Vec<usize>> = Vec::with_capacity(group.len());
-        for effect in group {
-            let start = values.len();
-            let spec = effect.kind.spec();
-            let free = |(k, slot): (usize, &Slot)| {
-                let param = &spec.params[k];
-                let free = is_amplitude(effect.kind, param) && moves(slot, &model, effect.kind, param);
-                free.then_some(start + k)
-            };
-            let of_effect = &slots[start..start + effect.values.len()];
-            amplitudes.push(of_effect.iter().enumerate().filter_map(free).collect());
-            values.extend(effect.values.iter().map(|v| v.unwrap_or(0.0)));
-        }
-        let wanted: Vec<usize> = amplitudes.iter().flatten().copied().collect();
-        let slopes = view.slopes(&model, &values, &wanted)?;
-        let mut column = 0;
-        let mut starts = Vec::with_capacity(group.len());
-        for (effect, amplitudes) in group.iter().zip(&amplitudes) {
-            let columns = slopes.columns(column, amplitudes.len()).into_owned();
-            column += amplitudes.len();
-            let Some((step, gain)) = self.step(&columns) else { continue };
-            let mut own_values = fit.values.clone();
-            if let Some(shift) = self.own_shift(&columns, &step) {
-                for (k, slot) in self.free.iter().enumerate() {
-                    let Some(slot) = *slot else { continue };
-                    own_values[slot] = within(&slots[slot], fit.values[slot] + shift[k]);
-                }
-            }
-            let mut moved = effect.clone();
-            let first = own + self.offset(group, effect);
-            let mut legal = true;
-            for (&slot, step) in amplitudes.iter().zip(step.iter()) {
-                let value = values[slot] + step;
-                legal &= value >= slots[slot].lower || amplitudes.len() > 1;
-                moved.values[slot - first] = Some(within(&slots[slot], value));
-            }
-            if legal {
-                starts.push(Start { effect: moved, base: own_values, gain });
-            }
-        }
-        Ok(starts)
-    }
-
-    /// Number of values before an effect of a group.
-    fn offset(&self, group: &[Effect], effect: &Effect) -> usize {
-        group.iter().take_while(|e| !std::ptr::eq(*e, effect)).map(|e| e.values.len()).sum()
-    }
-
-    /// The best small step of some amplitudes, and its gain.
-    fn step(&self, columns: &DMatrix<f64>) -> Option<(DVector<f64>, f64)> {
-        let beyond = self.beyond(columns);
-        let score = -beyond.tr_mul(&self.residual);
-        let mut information = beyond.tr_mul(&beyond);
-        for k in 0..information.nrows() {
-            let whole = columns.column(k).norm_squared();
-            information[(k, k)] += RIDGE * whole + 1e-12;
-        }
-        let step = information.cholesky()?.solve(&score);
-        let gain = 0.5 * step.dot(&score);
-        (gain.is_finite() && step.iter().all(|s| s.is_finite())).then_some((step, gain))
-    }
-
-    /// How the fit's own parameters give way to a step of the candidate.
-    fn own_shift(&self, columns: &DMatrix<f64>, step: &DVector<f64>) -> Option<DVector<f64>> {
-        let target = -(columns * step);
-        let mut information = self.own.tr_mul(&self.own);
-        for k in 0..information.nrows() {
-            information[(k, k)] *= 1.0 + 1e-9;
-        }
-        Some(information.cholesky()?.solve(&self.own.tr_mul(&target)))
-    }
-}
-
 /// Matrices below one another.
 fn stacked(parts: &[DMatrix<f64>]) -> DMatrix<f64> {
     let columns = parts.first().map_or(0, DMatrix::ncols);
@@ -308,20 +205,6 @@ fn stacked(parts: &[DMatrix<f64>]) -> DMatrix<f64> {
         row += part.nrows();
     }
     all
-}
-
-/// Whether an amplitude is free in a model.
-fn moves(slot: &Slot, model: &Model, kind: Kind, param: &Param) -> bool {
-    slot.lower < slot.upper && model.fixed(kind, param).is_none()
-}
-
-/// A value within its bounds, and where it must be positive, not at nothing.
-fn within(slot: &Slot, value: f64) -> f64 {
-    let lower = match slot.prior {
-        trundle_model::Prior::LogNormal { median, .. } => slot.lower.max(0.02 * median),
-        _ => slot.lower,
-    };
-    value.clamp(lower, slot.upper)
 }
 
 #[cfg(test)]

@@ -170,7 +170,7 @@ impl Judge<'_> {
 }
 
 /// Whether the data hold what makes an effect the effect that it is: every essential parameter but for places and
-/// directions, and of amplitudes along several axes at least one. A load whose frequency is unknown is an offset mass.
+/// directions, and at least one of those any of which defines it. A load whose frequency is unknown is an offset mass.
 fn is_defined(candidate: &Tried, k: usize) -> bool {
     let names = candidate.fit.model.effect_names();
     let name = &names[names.len() - candidate.added.len() + k];
@@ -178,10 +178,9 @@ fn is_defined(candidate: &Tried, k: usize) -> bool {
     let identified = |p: &Param| candidate.fit.estimate(&format!("{name}.{}", p.name)).map(|e| e.identified);
     let essential =
         |p: &&Param| p.refinement.is_none() && !p.role.is_choice() && !p.of_face && !p.role.is_place();
-    let signed = |p: &&Param| matches!(p.prior, Prior::Normal { .. });
-    let of = |wanted: bool| spec.params.iter().filter(essential).filter(move |p| signed(p) == wanted);
-    let axes: Vec<bool> = of(true).filter_map(identified).collect();
-    of(false).filter_map(identified).all(|known| known) && (axes.is_empty() || axes.contains(&true))
+    let of = |any: bool| spec.params.iter().filter(essential).filter(move |p| p.any_of == any);
+    let any: Vec<bool> = of(true).filter_map(identified).collect();
+    of(false).filter_map(identified).all(|known| known) && (any.is_empty() || any.contains(&true))
 }
 
 /// Whether the amplitudes of an effect together differ from those that do nothing, by a Wald test with their covariance.
@@ -252,7 +251,7 @@ pub(crate) fn judge(
 #[cfg(test)]
 #[allow(clippy::unwrap_used)]
 mod tests {
-    use super::{Choice, Named, differs, judge, likeness};
+    use super::{Choice, Named, differs, is_defined, judge, likeness};
     use crate::adequacy::Remainder;
     use crate::answer::{Value, Verdict};
     use crate::common::{World, effect, locked};
@@ -341,5 +340,33 @@ mod tests {
         assert_eq!(names, ["force_scale"], "{:?}", found.verdict);
         let Value::Number(gain) = &found.missing[0].parameters["gain_x"] else { panic!("no number") };
         assert!((gain.mean - 0.7).abs() < 0.02, "{gain:?}");
+    }
+
+    /// A recording's fit with one effect, of whose parameters the data hold `known` and no other.
+    fn holding(kind: Kind, known: &[&str]) -> Tried {
+        let data = World::of(locked()).recording(4);
+        let added = vec![Effect::free(kind)];
+        let nominal = Own::new(&data, None).unwrap().nominal().clone();
+        let model = Model { effects: [nominal.effects.clone(), added.clone()].concat(), ..nominal };
+        let options = FitOptions { starts: 1, ..FitOptions::default() };
+        let mut fitted = fit(&Comparison::of(&data).unwrap(), &model, &[], &options, &Quiet).unwrap();
+        for estimate in &mut fitted.estimates {
+            estimate.identified = known.iter().any(|key| estimate.name.ends_with(&format!(".{key}")));
+        }
+        Tried::new(added, fitted, None)
+    }
+
+    #[test]
+    fn of_several_limits_one_that_was_reached_defines_a_saturation() {
+        assert!(is_defined(&holding(Kind::Saturation, &["limit_torque"]), 0));
+        assert!(!is_defined(&holding(Kind::Saturation, &[]), 0));
+    }
+
+    #[test]
+    fn a_swinging_load_without_its_frequency_is_not_defined() {
+        let all: Vec<&str> = Kind::SwingingLoad.spec().params.iter().map(|p| p.name).collect();
+        assert!(is_defined(&holding(Kind::SwingingLoad, &all), 0));
+        let rest: Vec<&str> = all.into_iter().filter(|key| *key != "frequency").collect();
+        assert!(!is_defined(&holding(Kind::SwingingLoad, &rest), 0));
     }
 }

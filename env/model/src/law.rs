@@ -52,6 +52,8 @@ pub struct Param {
     pub of_face: bool,
     /// Whether it is identifiable only where the mass is given: one where the mass is free.
     pub of_mass: bool,
+    /// Whether it is one of several, such as forces along axes, any of which defines the effect where the data hold it.
+    pub any_of: bool,
     /// What it is to its law.
     pub role: Role,
     /// What it is.

@@ -11,6 +11,7 @@ use crate::locate::Located;
 use crate::outlook::Outlook;
 use crate::screen::{Start, Wanted};
 use crate::series::{Missing, Wrench};
+use crate::subset::Set;
 use std::collections::BTreeMap;
 use trundle_infer::{Fit, InferError, Score, Watch};
 use trundle_model::{Effect, Kind, Model};
@@ -129,6 +130,19 @@ pub(crate) trait Engine: Sync {
         wanted: &Wanted<'_>,
         watch: &dyn Watch,
     ) -> Result<Option<Vec<Vec<Start>>>, InferError>;
+
+    /// Sets of two kinds up to `most` that together promise most on top of a model; none where sets cannot be screened.
+    fn sets(
+        &self,
+        from: &Tried,
+        kinds: &[Kind],
+        wanted: &Wanted<'_>,
+        most: usize,
+        watch: &dyn Watch,
+    ) -> Result<Vec<Set>, InferError> {
+        let _ = (from, kinds, wanted, most, watch);
+        Ok(vec![])
+    }
 
     /// Fit a model with effects.
     fn fit(&self, job: Job, effort: Effort, seed: u64, watch: &dyn Watch) -> Result<Tried, InferError>;

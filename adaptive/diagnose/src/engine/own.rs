@@ -13,6 +13,7 @@ use crate::periods::in_position;
 use crate::proposals::Hints;
 use crate::screen::{Screen, Start, Wanted};
 use crate::series::{Missing, Wrench, wrenches};
+use crate::subset::{Set, best_sets};
 use crate::touch::touches;
 use crate::units;
 use crate::unnamed::unnamed;
@@ -131,6 +132,24 @@ impl Engine for Own<'_> {
             let screen = Screen { view: &seen, episodes: &self.data.training, hints: &hints, wanted };
             screen.of(&from.fit, kinds, watch).map(Some)
         })
+    }
+
+    fn sets(
+        &self,
+        from: &Tried,
+        kinds: &[Kind],
+        wanted: &Wanted<'_>,
+        most: usize,
+        watch: &dyn Watch,
+    ) -> Result<Vec<Set>, InferError> {
+        let (Comparison::Motion(motion), Some(starts)) =
+            (&self.comparison, self.starts(from, kinds, wanted, watch)?)
+        else {
+            return Ok(vec![]);
+        };
+        let motion = motion.thinned().with_channels(from.fit.channels);
+        let Some(seen) = motion.seen(&from.fit.model, &from.fit.values)? else { return Ok(vec![]) };
+        on_all_cores(watch, |_| best_sets(&seen, &from.fit, &starts, most))
     }
 
     fn fit(&self, job: Job, effort: Effort, seed: u64, watch: &dyn Watch) -> Result<Tried, InferError> {

@@ -52,7 +52,8 @@ pub(super) fn elsewhere(bare: &Model, kind: Kind, base: &[f64], seed: u64) -> Ve
     let mut drawn = || {
         let values = coordinates.values(&coordinates.draw(&mut rng)).0;
         let own = values[1..].iter().map(|&v| Some(v)).collect();
-        Start { effect: Effect { kind, values: own }, base: base.to_vec(), gain: 0.0 }
+        let effect = Effect { kind, values: own };
+        Start { neutral: effect.clone(), effect, base: base.to_vec(), gain: 0.0 }
     };
     (0..ELSEWHERE).map(|_| drawn()).collect()
 }

@@ -1,13 +1,14 @@
 //! Trying effects: alone, and while the data ask for more, several together.
 //!
 //! Every candidate is screened by its score; those that promise most are fitted in full, from where the screen's
-//! step leads. One more effect is screened on top of each of the best models; effects that mask each other are found by
-//! exchanging each for others ([`again`]).
+//! step leads. Where more is missing, sets of effects are screened together ([`sets`]), and one more effect on top of each of
+//! the best models; effects that mask each other are found by exchanging each for others ([`again`]).
 
 mod again;
 #[cfg(test)]
 #[allow(clippy::unwrap_used)]
 mod nested;
+mod sets;
 
 use crate::adequacy::Remainder;
 use crate::candidates::name;
@@ -18,7 +19,7 @@ use crate::screen::{Start, Wanted};
 use crate::thresholds::MATERIAL_RISE;
 use rayon::prelude::*;
 use std::collections::BTreeSet;
-use trundle_infer::{Channels, Coordinates, InferError, Watch, carried, on_all_cores};
+use trundle_infer::{Coordinates, InferError, Watch, carried, on_all_cores};
 use trundle_model::{Effect, INNER, Kind, Model, Role};
 
 impl Tried {
@@ -104,10 +105,16 @@ impl Searcher<'_> {
         let mut before = base;
         for _ in 1..MAX_EFFECTS {
             let best = tried[0].clone();
-            if best.added.is_empty() || !self.asks_for_more(&before, &best)? {
+            let size = best.added.len();
+            if size == 0 || size >= MAX_EFFECTS || !self.asks_for_more(&before, &best)? {
                 break;
             }
-            self.one_more(best.added.len(), &mut tried)?;
+            if before.added.is_empty() {
+                self.sets(&before, &mut tried)?;
+            }
+            if tried[0].added.len() <= size {
+                self.one_more(size, &mut tried)?;
+            }
             self.shapes_again(&mut tried)?;
             self.exchange(&mut tried)?;
             self.shapes_again(&mut tried)?;
@@ -257,9 +264,7 @@ impl Searcher<'_> {
     /// predicts so badly that nothing could be named. Noise that is fitted holds unmodelled effects.
     fn leaves_much(&self, tried: &Tried) -> Result<bool, InferError> {
         let observations = self.engine.observations() as f64;
-        let mut read = tried.clone();
-        read.fit.channels = Channels::of(&self.engine.data().noise);
-        let Some(left) = self.engine.remainder(&read)? else { return Ok(true) };
+        let Some(left) = self.engine.remainder(&self.as_read(tried))? else { return Ok(true) };
         Ok(left.gain > ANOTHER * observations || self.engine.outlook(tried)?.is_material())
     }
 

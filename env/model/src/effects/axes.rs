@@ -12,17 +12,17 @@ pub(super) const fn direction(help: &'static str) -> Param {
 
 /// Sliding friction along the first axis, N.
 pub(super) const fn force_x() -> Param {
-    positive("force_x", "N", 1e5, (10.0, 1.5), "sliding friction along the first axis")
+    positive("force_x", "N", 1e5, (10.0, 1.5), "sliding friction along the first axis").any_of()
 }
 
 /// Sliding friction along the second axis, N.
 pub(super) const fn force_y() -> Param {
-    positive("force_y", "N", 1e5, (10.0, 1.5), "sliding friction along the second axis").planar()
+    positive("force_y", "N", 1e5, (10.0, 1.5), "sliding friction along the second axis").any_of().planar()
 }
 
 /// Friction torque of turning, N·m.
 pub(super) const fn torque() -> Param {
-    positive("torque", "N·m", 1e5, (2.0, 1.5), "friction torque about the vertical").planar()
+    positive("torque", "N·m", 1e5, (2.0, 1.5), "friction torque about the vertical").any_of().planar()
 }
 
 /// Friction of each axis, rounded off at rest.

@@ -21,8 +21,8 @@ pub(crate) static SPEC: Spec = Spec {
     loads: false,
     inner: &[],
     params: &[
-        positive("force", "N", 1e4, (3.0, 1.0), "half width of the band of either force axis"),
-        positive("torque", "N·m", 1e4, (0.3, 1.0), "half width of the band of torque_z").planar(),
+        positive("force", "N", 1e4, (3.0, 1.0), "half width of the band of either force axis").any_of(),
+        positive("torque", "N·m", 1e4, (0.3, 1.0), "half width of the band of torque_z").any_of().planar(),
     ],
     neutral: &[("force", 0.0), ("torque", 0.0)],
     sentence: "The force sensor has a dead band: forces below {force} and torques below {torque} are not read, and larger \

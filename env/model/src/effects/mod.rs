@@ -56,6 +56,7 @@ const fn on_body(name: &'static str, axis: usize, help: &'static str) -> Param {
         on_rail: false,
         of_face: false,
         of_mass: false,
+        any_of: false,
         role: Role::BodyPoint(axis),
         help,
     }
@@ -74,6 +75,7 @@ const fn angle(name: &'static str, period: f64, help: &'static str) -> Param {
         on_rail: false,
         of_face: false,
         of_mass: false,
+        any_of: false,
         role: Role::Angle,
         help,
     }
@@ -98,6 +100,7 @@ const fn positive(
         on_rail: true,
         of_face: false,
         of_mass: false,
+        any_of: false,
         role: Role::Amplitude,
         help,
     }
@@ -116,6 +119,7 @@ const fn signed(name: &'static str, unit: &'static str, limit: f64, sd: f64, hel
         on_rail: true,
         of_face: false,
         of_mass: false,
+        any_of: true,
         role: Role::Amplitude,
         help,
     }
@@ -175,6 +179,12 @@ impl Param {
     /// Its smallest legal value.
     const fn above(mut self, lower: f64) -> Self {
         self.lower = lower;
+        self
+    }
+
+    /// One of several, of which the data need hold only one.
+    const fn any_of(mut self) -> Self {
+        self.any_of = true;
         self
     }
 

@@ -5,7 +5,8 @@
 //! truth  ≈ reading (1 + e s(|reading|/limit)),   s(q) = q³²/(1 + q³²)
 //! ```
 //! What was cut off is not in the recording. The law gives it its mean, `e` of the limit, wherever the reading stands at
-//! the limit; how the truth varied there stays unknown, so that some of the misfit remains.
+//! the limit; how the truth varied there stays unknown, so that some of the misfit remains. Noise rounds the limit off: the
+//! data may hold the correction there but not what of it is excess and what is limit.
 
 use super::positive;
 use crate::Real;
@@ -13,7 +14,7 @@ use crate::law::{Act, Acting, Clock, Param, Site, Spec, take};
 
 /// The largest load of an axis that is read.
 const fn limit(name: &'static str, unit: &'static str, median: f64, help: &'static str) -> Param {
-    positive(name, unit, 1e5, (median, 1.0), help).above(1e-6)
+    positive(name, unit, 1e5, (median, 1.0), help).above(1e-6).any_of()
 }
 
 pub(crate) static SPEC: Spec = Spec {
@@ -35,7 +36,8 @@ pub(crate) static SPEC: Spec = Spec {
             10.0,
             (0.4, 0.8),
             "mean of truth over limit less one, while the limit is read",
-        ),
+        )
+        .any_of(),
     ],
     neutral: &[("excess", 0.0)],
     sentence: "The force sensor saturates at {limit_x} (force_x), {limit_y} (force_y) and {limit_torque} (torque_z); while \

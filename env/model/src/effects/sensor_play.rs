@@ -22,8 +22,8 @@ pub(crate) static SPEC: Spec = Spec {
     loads: false,
     inner: &[],
     params: &[
-        positive("force", "N", 1e4, (4.0, 1.0), "width of the play of either force axis"),
-        positive("torque", "N·m", 1e4, (0.4, 1.0), "width of the play of torque_z").planar(),
+        positive("force", "N", 1e4, (4.0, 1.0), "width of the play of either force axis").any_of(),
+        positive("torque", "N·m", 1e4, (0.4, 1.0), "width of the play of torque_z").any_of().planar(),
     ],
     neutral: &[("force", 0.0), ("torque", 0.0)],
     sentence: "The reading follows the wrench with a play of {force} and {torque} (width).",

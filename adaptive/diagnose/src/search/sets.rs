@@ -1,0 +1,81 @@
+//! Several effects at once, sought beside a wrench that wanders.
+//!
+//! A fit that lacks several effects bends to all of them, and the first that is added to it bends to the rest: the best single
+//! effect need be none of the true ones. Beside a random-walk wrench of estimated size, which takes up whatever is missing,
+//! the parameters stay near the truth and the effects of small steps add up, so that sets of effects can be compared.
+
+use super::{MAX_EFFECTS, SINGLES, Searcher, freed};
+use crate::engine::{Effort, Job, Tried};
+use crate::subset::Set;
+use trundle_infer::{Channels, InferError};
+
+impl Searcher<'_> {
+    /// Try the sets of effects that promise most beside a wandering wrench on top of the simulation under test.
+    pub(super) fn sets(&self, base: &Tried, tried: &mut Vec<Tried>) -> Result<(), InferError> {
+        let Some(robust) = self.beside_a_wandering_wrench(base)? else { return Ok(()) };
+        let wanted = self.wanted(self.regions, SINGLES);
+        let sets = self.engine.sets(&robust, &self.offered(base), &wanted, MAX_EFFECTS, self.watch)?;
+        let job = |set: &Set| {
+            let with = |own: &[f64]| -> Vec<f64> {
+                let of_effects = set.effects.iter().flat_map(|e| e.values.iter().map(|v| v.unwrap_or(0.0)));
+                own.iter().copied().chain(of_effects).collect()
+            };
+            let warm = vec![with(&set.base), with(&robust.fit.values)];
+            Job::from(base, set.effects.iter().map(freed).collect(), warm)
+        };
+        self.try_all("several effects", sets.iter().map(job).collect(), tried)
+    }
+
+    /// A model fitted again with a wandering wrench, whose size is estimated under the noise that the instruments show: noise
+    /// that was fitted holds what is missing.
+    fn beside_a_wandering_wrench(&self, tried: &Tried) -> Result<Option<Tried>, InferError> {
+        let Some(left) = self.engine.remainder(&self.as_read(tried))? else { return Ok(None) };
+        let from = Job::from(tried, tried.added.clone(), vec![tried.fit.values.clone()]);
+        let job = Job { channels: left.channels, ..from };
+        Ok(self.fitted("beside a wandering wrench", vec![job], Effort::Full)?.pop())
+    }
+
+    /// A model under the noise that the instruments show.
+    pub(super) fn as_read(&self, tried: &Tried) -> Tried {
+        let mut read = tried.clone();
+        read.fit.channels = Channels::of(&self.engine.data().noise);
+        read
+    }
+}
+
+#[cfg(test)]
+#[allow(clippy::unwrap_used)]
+mod tests {
+    use crate::common::{World, effect, locked};
+    use crate::engine::{Engine, Own};
+    use crate::search::{MAX_EFFECTS, Searcher, kinds};
+    use trundle_infer::Quiet;
+    use trundle_model::{Kind, Model};
+
+    /// The sets that are kept beside a wandering wrench, each sorted by name.
+    fn kept(truth: Model) -> Vec<Vec<Kind>> {
+        let data = World::of(truth).recording(3);
+        let engine = Own::new(&data, None).unwrap();
+        let base = engine.base(0, &Quiet).unwrap();
+        let searcher = Searcher { engine: &engine, without: &[], regions: &[], seed: 0, watch: &Quiet };
+        let Some(robust) = searcher.beside_a_wandering_wrench(&base).unwrap() else { return vec![] };
+        let wanted = searcher.wanted(&[], 5);
+        let sets = engine.sets(&robust, &searcher.offered(&base), &wanted, MAX_EFFECTS, &Quiet).unwrap();
+        sets.iter().map(|set| kinds(&set.effects)).collect()
+    }
+
+    #[test]
+    fn two_hidden_effects_are_screened_together() {
+        let hidden = [
+            effect(Kind::MassChange, &[("episode", 1.0), ("time", 2.0), ("mass", 8.0)]),
+            effect(Kind::FloorSlope, &[("accel_x", 0.05), ("accel_y", -0.02)]),
+        ];
+        let found = kept(hidden.iter().cloned().fold(locked(), Model::with));
+        assert!(found.contains(&kinds(&hidden)), "{found:?}");
+    }
+
+    #[test]
+    fn no_set_is_kept_where_nothing_is_missing() {
+        assert_eq!(kept(locked()), Vec::<Vec<Kind>>::new());
+    }
+}
