@@ -123,14 +123,8 @@ fn decide(engine: &dyn Engine, options: &Options, watch: &dyn Watch) -> Result<D
     let slow = engine.is_quasi_static();
     let ahead = |index: usize| if slow { Ok(None) } else { engine.outlook(&found.tried[index]).map(Some) };
     let is_material = |outlook: Option<Outlook>| outlook.is_none_or(|ahead| ahead.is_material());
-    let choice = Judge { engine, found: &found, base, watch }.choose()?;
-    // Where the simulation under test errs hardly more than the instruments, nothing that matters is missing.
     let Choice { mut best, mut chances, rejected, immaterial } =
-        if choice.best == base || ahead(base)?.is_none_or(|errors| errors.is_beyond_noise()) {
-            choice
-        } else {
-            choice.dismissed(base)
-        };
+        Judge { engine, found: &found, base, watch }.choose()?;
     let mut left = engine.remainder(&found.tried[best])?;
     let errors = ahead(best)?;
     let gained = found.tried[base].fit.cost - found.tried[best].fit.cost;

@@ -31,15 +31,6 @@ pub(crate) struct Choice {
     pub immaterial: Vec<(usize, usize, f64)>,
 }
 
-impl Choice {
-    /// The simulation under test after all; what would have been named is detectable but immaterial.
-    pub fn dismissed(mut self, base: usize) -> Self {
-        let named = self.chances.iter().enumerate().map(|(k, &chance)| (self.best, k, chance));
-        self.immaterial.extend(named);
-        Self { best: base, chances: vec![], rejected: 0, immaterial: self.immaterial }
-    }
-}
-
 /// What a choice is made from.
 pub(crate) struct Judge<'a> {
     pub engine: &'a dyn Engine,
@@ -147,7 +138,18 @@ impl Judge<'_> {
         Ok(false)
     }
 
-    /// Effects of a model whose correction is immaterial: without them left-out episodes are predicted almost as well.
+    /// Whether a model errs by more than the instruments do, and the simulation under test as well. Slow pushes are judged by
+    /// the wrench alone.
+    fn errs(&self, tried: &Tried) -> Result<bool, InferError> {
+        if self.engine.is_quasi_static() {
+            return Ok(true);
+        }
+        let beyond = |of: &Tried| self.engine.outlook(of).map(|ahead| ahead.is_beyond_noise());
+        Ok(beyond(tried)? && beyond(&self.found.tried[self.base])?)
+    }
+
+    /// Effects of a model whose correction is immaterial: without them left-out episodes are predicted almost as well, or
+    /// predictions err hardly more than the instruments.
     fn idle(
         &self,
         candidate: &Tried,
@@ -157,11 +159,11 @@ impl Judge<'_> {
         let with = misfit(candidate)?;
         let mut idle = vec![];
         for k in 0..candidate.added.len() {
-            let rise = match without(self.found, candidate, k) {
-                Some(simpler) => with.rise(&misfit(simpler)?),
-                None => 1.0,
+            let needed = match without(self.found, candidate, k) {
+                Some(simpler) => with.rise(&misfit(simpler)?) >= MATERIAL_RISE && self.errs(simpler)?,
+                None => false,
             };
-            if rise < MATERIAL_RISE {
+            if !needed {
                 idle.push(k);
             }
         }
@@ -251,7 +253,7 @@ pub(crate) fn judge(
 #[cfg(test)]
 #[allow(clippy::unwrap_used)]
 mod tests {
-    use super::{Choice, Named, differs, is_defined, judge, likeness};
+    use super::{Named, differs, is_defined, judge, likeness};
     use crate::adequacy::Remainder;
     use crate::answer::{Value, Verdict};
     use crate::common::{World, effect, locked};
@@ -265,15 +267,6 @@ mod tests {
     fn leaving(gain: f64, excess: f64) -> Option<Remainder> {
         let channels = Channels { pose: [1e-3; 3], reading: [0.4; 3], wander: [0.0; 3] };
         Some(Remainder { gain, channels, excess })
-    }
-
-    #[test]
-    fn what_is_dismissed_is_listed_as_immaterial() {
-        let choice =
-            Choice { best: 3, chances: vec![0.99, 0.97], rejected: 3, immaterial: vec![(1, 0, 0.96)] };
-        let dismissed = choice.dismissed(5);
-        assert_eq!((dismissed.best, dismissed.rejected, dismissed.chances.len()), (5, 0, 0));
-        assert_eq!(dismissed.immaterial, [(1, 0, 0.96), (3, 0, 0.99), (3, 1, 0.97)]);
     }
 
     #[test]
@@ -360,6 +353,12 @@ mod tests {
     fn of_several_limits_one_that_was_reached_defines_a_saturation() {
         assert!(is_defined(&holding(Kind::Saturation, &["limit_torque"]), 0));
         assert!(!is_defined(&holding(Kind::Saturation, &[]), 0));
+    }
+
+    #[test]
+    fn a_gain_of_one_axis_is_wrong_where_no_torque_is_recorded() {
+        assert!(is_defined(&holding(Kind::ForceScale, &["gain_y"]), 0));
+        assert!(!is_defined(&holding(Kind::ForceScale, &[]), 0));
     }
 
     #[test]

@@ -12,7 +12,7 @@ use crate::law::{Act, Acting, Clock, Param, Site, Spec, take};
 
 /// A gain, a priori within a third either way.
 const fn gain(name: &'static str, help: &'static str) -> Param {
-    Param { lower: 0.01, ..positive(name, "1", 100.0, (1.0, 0.3), help) }
+    Param { lower: 0.01, ..positive(name, "1", 100.0, (1.0, 0.3), help).any_of() }
 }
 
 pub(crate) static SPEC: Spec = Spec {

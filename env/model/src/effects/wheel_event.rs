@@ -13,7 +13,7 @@ use crate::law::{Act, Acting, Action, Param, Site, Situation, Spec, take};
 
 /// A factor, a priori between a fiftieth and fifty.
 const fn factor(name: &'static str, help: &'static str) -> Param {
-    positive(name, "1", 1e6, (1.0, 2.0), help)
+    positive(name, "1", 1e6, (1.0, 2.0), help).any_of()
 }
 
 pub(crate) static SPEC: Spec = Spec {

@@ -27,7 +27,7 @@ pub(crate) fn axes(subject: &Subject) -> Vec<Finding> {
     if explained.best.fit.share > EXPLAINS {
         return direction::sign_and_axes(subject);
     }
-    let wrong = explained.stated.fit.share > WRONG.0 && explained.gain() > WRONG.1;
+    let wrong = is_wrong(explained);
     let finding = match explained.best.mistake {
         Mistake::Turned { angle, mirrored: false, reversed: false } if wrapped(angle).abs() < PI / 4.0 => {
             turned_a_little(explained, wrapped(angle))
@@ -42,6 +42,11 @@ pub(crate) fn axes(subject: &Subject) -> Vec<Finding> {
         _ => None,
     };
     finding.into_iter().collect()
+}
+
+/// Whether so much is unexplained as stated, and so little once a mistake is undone, that it must have been made.
+pub(crate) fn is_wrong(explained: &Explained) -> bool {
+    explained.stated.fit.share > WRONG.0 && explained.gain() > WRONG.1
 }
 
 /// What is unexplained before and after, in words.

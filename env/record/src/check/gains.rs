@@ -1,14 +1,14 @@
 //! Units and gains of force, torque and length that the motion shows.
 
-use super::axes::{EXPLAINS, evidence};
+use super::axes::{EXPLAINS, evidence, is_wrong};
 use super::clocks::inertial_share;
 use super::dynamics::fit;
 use super::explain::{Explained, Mistake};
 use super::subject::Subject;
 use super::{Finding, Severity};
 
-/// Factor by which undoing a gain of the torque must help, and the least such gain.
-const TORQUE: (f64, f64) = (2.0, 2.0);
+/// The least gain of the torque that is a mistake of units.
+const TORQUE: f64 = 2.0;
 /// A factor within this share of a unit's is that unit's.
 const NEAR: f64 = 0.2;
 /// Standard deviations, and logarithm, by which the mass must differ from the weighed one, and the share of the force
@@ -76,7 +76,7 @@ const MASSES: [(f64, &str, &str); 5] = [
 /// Gain by which torques are to be multiplied, where it is believed.
 pub(crate) fn torque_gain(explained: &Explained) -> Option<f64> {
     let Mistake::Gain { gain } = explained.best.mistake else { return None };
-    let material = gain.ln().abs() > TORQUE.1.ln() && explained.gain() > TORQUE.0;
+    let material = gain.ln().abs() > TORQUE.ln() && is_wrong(explained);
     (material && explained.best.fit.share < EXPLAINS && gain > 1e-4).then_some(gain)
 }
 

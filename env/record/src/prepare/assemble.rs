@@ -11,7 +11,7 @@ use crate::recording::Recording;
 use super::REST_MARGIN;
 use super::reading::{Reader, Readings, View};
 use super::track::{PoseNoise, gaps};
-use super::{Counts, Dataset, Noise, Options, Prepared, WrenchSample, contact, mass, noise};
+use super::{Counts, Dataset, Noise, Options, PoseSample, Prepared, WrenchSample, contact, mass, noise};
 
 pub(crate) fn dataset(recording: &Recording, options: Options) -> Result<Dataset, Error> {
     let meta = &recording.metadata;
@@ -59,7 +59,7 @@ fn episode(
         contact,
         wrench,
         held: meta.wrench.source == Source::Commanded,
-        at_rest: meta.at_rest && contact::rests(&view.object.samples, noise.pose, contact - REST_MARGIN),
+        at_rest: meta.at_rest && rests_at_first(&view.object.samples, noise, contact),
         pose: view.object.samples,
         tare_sd,
         counts,
@@ -70,6 +70,12 @@ fn episode(
         prepared.first_twist = first.twist;
     }
     Ok(prepared)
+}
+
+/// Whether the object is at rest at its first pose: that precedes contact, and nothing moves until then.
+fn rests_at_first(poses: &[PoseSample], noise: &Noise, contact: f64) -> bool {
+    poses.first().is_some_and(|first| first.t <= contact)
+        && contact::rests(poses, noise.pose, contact - REST_MARGIN)
 }
 
 fn contact_begins(wrench: &[WrenchSample], noise: &Noise, tare_sd: &[f64; 3], at_rest: bool) -> f64 {

@@ -277,6 +277,24 @@ fn a_tare_without_samples_is_refused() {
 }
 
 #[test]
+fn an_object_whose_first_pose_comes_after_contact_is_not_at_rest() {
+    let prepared = |lost: f64| {
+        let mut episode = level_episode(push);
+        for (name, column) in &mut episode.columns {
+            if name.starts_with("object_") {
+                column.iter_mut().take((lost / 0.01) as usize).for_each(|value| *value = f64::NAN);
+            }
+        }
+        let dataset = prepare(&recording(RAW, episode)).unwrap();
+        dataset.training.into_iter().chain(dataset.held_out).next().unwrap()
+    };
+    assert!(prepared(0.5).at_rest);
+    let late = prepared(1.8);
+    assert!(!late.at_rest);
+    assert!((late.first_twist[2] - 0.2).abs() < 0.05, "{:?}", late.first_twist);
+}
+
+#[test]
 fn no_force_no_motion_and_one_sample_are_no_panic() {
     let mut one = level_episode(push);
     one.t.truncate(1);
