@@ -138,16 +138,6 @@ impl Judge<'_> {
         Ok(false)
     }
 
-    /// Whether a model errs by more than the instruments do, and the simulation under test as well. Slow pushes are judged by
-    /// the wrench alone.
-    fn errs(&self, tried: &Tried) -> Result<bool, InferError> {
-        if self.engine.is_quasi_static() {
-            return Ok(true);
-        }
-        let beyond = |of: &Tried| self.engine.outlook(of).map(|ahead| ahead.is_beyond_noise());
-        Ok(beyond(tried)? && beyond(&self.found.tried[self.base])?)
-    }
-
     /// Effects of a model whose correction is immaterial: without them left-out episodes are predicted almost as well, or
     /// predictions err hardly more than the instruments.
     fn idle(
@@ -158,9 +148,12 @@ impl Judge<'_> {
         let mut misfit = |tried: &Tried| self.misfit(tried, candidate, known);
         let with = misfit(candidate)?;
         let mut idle = vec![];
+        if !self.engine.errs(&self.found.tried[self.base])? {
+            return Ok((0..candidate.added.len()).collect());
+        }
         for k in 0..candidate.added.len() {
             let needed = match without(self.found, candidate, k) {
-                Some(simpler) => with.rise(&misfit(simpler)?) >= MATERIAL_RISE && self.errs(simpler)?,
+                Some(simpler) => with.rise(&misfit(simpler)?) >= MATERIAL_RISE && self.engine.errs(simpler)?,
                 None => false,
             };
             if !needed {

@@ -178,6 +178,12 @@ pub(crate) trait Engine: Sync {
     /// Prediction errors one second ahead.
     fn outlook(&self, tried: &Tried) -> Result<Outlook, InferError>;
 
+    /// Whether a model errs by more than the instruments explain, so that a further effect could improve its predictions.
+    /// Slow pushes are judged by the wrench alone.
+    fn errs(&self, tried: &Tried) -> Result<bool, InferError> {
+        Ok(self.is_quasi_static() || self.outlook(tried)?.is_beyond_noise())
+    }
+
     /// Figures on some episodes. What is not judged of the model `beside` is not judged of this one.
     fn score(&self, tried: &Tried, beside: &Tried, episodes: &[Prepared]) -> Result<Score, InferError>;
 

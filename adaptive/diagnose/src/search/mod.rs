@@ -269,10 +269,10 @@ impl Searcher<'_> {
     }
 
     /// Whether one more effect is worth seeking, after the best model `before` was replaced by a larger one: that must leave
-    /// much, and its last effect must have gained its [`fair_share`] of what a wandering wrench would have, or, where such a
+    /// much and err by more than the instruments, or any further effect would be immaterial; and its last effect must have gained its [`fair_share`] of what a wandering wrench would have, or, where such a
     /// wrench gains no more than chance, have improved the predictions by a material share.
     fn asks_for_more(&self, before: &Tried, best: &Tried) -> Result<bool, InferError> {
-        let much = self.leaves_much(best)?;
+        let much = self.leaves_much(best)? && self.engine.errs(best)?;
         if !much || before.added.is_empty() {
             return Ok(much);
         }
