@@ -153,7 +153,9 @@ impl Judge<'_> {
         }
         for k in 0..candidate.added.len() {
             let needed = match without(self.found, candidate, k) {
-                Some(simpler) => with.rise(&misfit(simpler)?) >= MATERIAL_RISE && self.engine.errs(simpler)?,
+                Some(simpler) => {
+                    with.rise(&misfit(simpler)?) >= MATERIAL_RISE && self.engine.errs(simpler)?
+                }
                 None => false,
             };
             if !needed {
