@@ -1,101 +1,172 @@
-//! Whether an effect holds up block by block, so that no single stretch carries it.
+//! Whether an effect improves the predictive density by more than chance, from the densities of single samples.
 //!
-//! Samples depend on one another, blocks of episodes much less: the paired differences of two
-//! models' log predictive densities over blocks have an honest standard error. A block counts at most [`CHANCE`] nats:
-//! some effects, like a post that is hit, act for a second in a minute, and what they gain there by thousands would
-//! otherwise be the standard error too.
+//! The density of each sample is compared between a model with the effect and one without it. Samples whose residuals are
+//! correlated are no independent evidence: they are summed over blocks of at least five correlation times of the
+//! residuals of the fitted model with the effect (Sokal 1997), and the error of the mean gain of a block is found by resampling
+//! blocks (the bootstrap; Künsch 1989). No gain is taken to be normal. A block counts at most [`CHANCE`] nats: some effects,
+//! like a post that is hit, act for a second in a minute, and what they gain there by thousands would otherwise be the
+//! standard error too.
 
-use crate::engine::{Engine, Tried};
 use crate::thresholds::CHANCE;
-use statrs::distribution::{ContinuousCDF, StudentsT};
-use trundle_infer::{Comparison, Fit, InferError, Likelihood};
+use nalgebra::Vector3;
+use rand::{RngExt, SeedableRng};
+use rand_chacha::ChaCha8Rng;
+use trundle_infer::{Comparison, Fit, InferError, Innovation};
 
-/// Blocks into which an episode is cut, of motion and of slow pushes.
-const BLOCKS: usize = 20;
-const SLOW_BLOCKS: usize = 5;
+/// Correlation times in a block, at least.
+const TIMES: f64 = 5.0;
+/// Fewest blocks from which anything is concluded.
+const FEWEST_BLOCKS: usize = 5;
+/// Times that blocks are drawn anew: a probability near 0.95 is then known to half a per cent.
+const RESAMPLES: usize = 2000;
 
-/// Probability, from the paired block differences, that `fuller` predicts better than `simpler`.
-pub(crate) fn holds_up(engine: &dyn Engine, fuller: &Tried, simpler: &Tried) -> Result<f64, InferError> {
-    let with = engine.blocks(fuller)?;
-    let without = engine.blocks(simpler)?;
-    let differences: Vec<f64> = without.iter().zip(&with).map(|(a, b)| a - b).collect();
-    // Each extra parameter buys half a nat by chance.
-    let (more, fewer) = (fuller.fit.estimates.len(), simpler.fit.estimates.len());
-    Ok(chance(&differences, 0.5 * more.saturating_sub(fewer) as f64))
+/// A sample as a model predicts it.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub(crate) struct Predicted {
+    /// −log density.
+    pub cost: f64,
+    /// Whitened residual.
+    pub residual: [f64; 3],
 }
 
-/// Probability, from what each block gained, nats, that the mean gain is positive, `bought` of all of it by chance.
-fn chance(gains: &[f64], bought: f64) -> f64 {
-    let gains: Vec<f64> = gains.iter().map(|gain| gain.clamp(-CHANCE, CHANCE)).collect();
-    let n = gains.len() as f64;
-    if gains.len() < 3 {
+/// The samples of some episodes, each episode's in order.
+pub(crate) type Samples = Vec<Vec<Predicted>>;
+
+/// Probability that `fuller` predicts better than `simpler` on average, from the same samples under both, whose residuals
+/// have a correlation `time`, samples; one half where there are too few blocks to tell.
+pub(crate) fn holds_up(time: f64, fuller: &[Vec<Predicted>], simpler: &[Vec<Predicted>]) -> f64 {
+    let size = (TIMES * time).ceil() as usize;
+    let blocks = |(with, without): (&Vec<Predicted>, &Vec<Predicted>)| -> Vec<f64> {
+        let gains: Vec<f64> = with.iter().zip(without).map(|(w, o)| o.cost - w.cost).collect();
+        // The last block takes what remains.
+        let count = (gains.len() / size).max(1);
+        (0..count)
+            .map(|k| {
+                let end = if k + 1 == count { gains.len() } else { (k + 1) * size };
+                gains[k * size..end].iter().sum::<f64>().clamp(-CHANCE, CHANCE)
+            })
+            .collect()
+    };
+    let gains: Vec<f64> =
+        fuller.iter().zip(simpler).filter(|(w, _)| !w.is_empty()).flat_map(blocks).collect();
+    chance(&gains)
+}
+
+/// Probability that the mean of what blocks gain is positive, by drawing blocks anew.
+fn chance(gains: &[f64]) -> f64 {
+    let n = gains.len();
+    if n < FEWEST_BLOCKS || gains.iter().any(|gain| !gain.is_finite()) {
         return 0.5;
     }
-    let mean = (gains.iter().sum::<f64>() - bought) / n;
-    let variance = gains.iter().map(|gain| (gain - mean).powi(2)).sum::<f64>() / (n - 1.0);
-    let t = mean / (variance / n).sqrt().max(1e-12);
-    StudentsT::new(0.0, 1.0, n - 1.0).map_or(0.5, |d| d.cdf(t))
+    let mut rng = ChaCha8Rng::seed_from_u64(0);
+    let drawn = |_| (0..n).map(|_| gains[rng.random_range(0..n)]).sum::<f64>() > 0.0;
+    let positive = (0..RESAMPLES).map(drawn).filter(|positive| *positive).count();
+    positive as f64 / RESAMPLES as f64
 }
 
-/// Fewest wrench samples of a block: neighbours within a second or so depend on one another.
-const SMALLEST: usize = 5;
-
-/// Costs of the samples of one episode, summed over successive blocks.
-pub(crate) fn in_blocks(costs: &[f64]) -> Vec<f64> {
-    let size = costs.len().div_ceil(BLOCKS).max(1);
-    costs.chunks(size).map(|block| block.iter().sum()).collect()
+/// Integrated autocorrelation time of the residuals, samples: one and twice the sum of the autocorrelations up to the first
+/// that is not positive, pooled over directions and episodes.
+pub(crate) fn correlation_time(samples: &[Vec<Predicted>]) -> f64 {
+    let longest = samples.iter().map(Vec::len).max().unwrap_or(0);
+    let product = |lag: usize| -> f64 {
+        let pairs = samples.iter().flat_map(|episode| episode.iter().zip(episode.iter().skip(lag)));
+        pairs.map(|(a, b)| Vector3::from(a.residual).dot(&Vector3::from(b.residual))).sum()
+    };
+    let variance = product(0);
+    if variance.is_nan() || variance <= 0.0 {
+        return 1.0;
+    }
+    let positive = (1..longest).map(|lag| product(lag) / variance).take_while(|r| *r > 0.0);
+    1.0 + 2.0 * positive.sum::<f64>()
 }
 
-/// Costs of successive blocks.
-pub(crate) fn blocks(comparison: &Comparison, fit: &Fit) -> Result<Vec<f64>, InferError> {
+/// The samples of a comparison under a fit.
+pub(crate) fn predicted(comparison: &Comparison, fit: &Fit) -> Result<Samples, InferError> {
     match comparison.with_channels(fit.channels) {
         Comparison::Motion(motion) => {
-            let Some(all) = motion.innovations(&fit.model, &fit.values)? else { return Ok(vec![]) };
-            let costs = |episode: &Vec<trundle_infer::Innovation>| -> Vec<f64> {
-                episode.iter().map(|innovation| innovation.cost).collect()
-            };
-            Ok(all.iter().flat_map(|episode| in_blocks(&costs(episode))).collect())
+            let one = |i: &Innovation| Predicted { cost: i.cost, residual: (i.whitener * i.error).into() };
+            let all = motion.innovations(&fit.model, &fit.values)?.unwrap_or_default();
+            Ok(all.iter().map(|episode| episode.iter().map(one).collect()).collect())
         }
         Comparison::Wrench(wrench) => {
-            let mut episodes: Vec<usize> = wrench.samples().iter().map(|s| s.episode).collect();
-            episodes.dedup();
-            let mut costs = Vec::new();
-            for episode in episodes {
-                let own = wrench.only(|k| k == episode);
-                let size = own.samples().len().div_ceil(SLOW_BLOCKS).max(SMALLEST);
-                for block in own.samples().chunks(size) {
-                    costs.push(own.over(block).cost(&fit.model, &fit.values)?);
+            let constant = wrench.log_normaliser();
+            let whitened = wrench.whitened(&fit.model, &fit.values)?;
+            let mut episodes: Samples = vec![];
+            let mut last = None;
+            for (sample, residual) in wrench.samples().iter().zip(whitened) {
+                if last != Some(sample.episode) {
+                    episodes.push(vec![]);
+                    last = Some(sample.episode);
                 }
+                let cost = constant + 0.5 * residual.iter().map(|e| e * e).sum::<f64>();
+                episodes.last_mut().into_iter().for_each(|own| own.push(Predicted { cost, residual }));
             }
-            Ok(costs)
+            Ok(episodes)
         }
     }
 }
 
 #[cfg(test)]
 mod tests {
-    use super::chance;
+    use super::*;
 
-    /// Blocks of which the first `count` gain.
+    /// Samples with a gain each, of residuals that are correlated over `memory` samples.
+    fn samples(gains: &[f64], memory: f64) -> [Samples; 2] {
+        let keep = (-1.0 / memory).exp();
+        let mut state = 0.0;
+        let mut rng = ChaCha8Rng::seed_from_u64(1);
+        let mut residual = || {
+            state = keep * state + rng.random_range(-1.0..1.0);
+            [state, 0.0, 0.0]
+        };
+        let with: Vec<_> = gains.iter().map(|_| Predicted { cost: 0.0, residual: residual() }).collect();
+        let without = with.iter().zip(gains).map(|(one, gain)| Predicted { cost: *gain, ..*one }).collect();
+        [vec![with], vec![without]]
+    }
+
+    fn chance_of(gains: &[f64], memory: f64) -> f64 {
+        let [with, without] = samples(gains, memory);
+        holds_up(correlation_time(&with), &with, &without)
+    }
+
+    /// Gains of which the first `count` are large.
     fn gaining(count: usize, gain: f64) -> Vec<f64> {
-        (0..120).map(|k| if k < count { gain } else { 0.1 * (k as f64).sin() }).collect()
+        (0..600).map(|k| if k < count { gain } else { 0.02 * (k as f64).sin() }).collect()
     }
 
     #[test]
-    fn one_stretch_carries_nothing() {
-        assert!(chance(&gaining(1, 1e4), 1.0) < 0.95);
+    fn one_block_carries_nothing() {
+        assert!(chance_of(&gaining(4, 1e4), 0.1) < 0.95);
     }
 
     #[test]
     fn a_second_of_contact_is_enough() {
-        assert!(chance(&gaining(4, 1e3), 1.0) > 0.95);
+        assert!(chance_of(&gaining(60, 1e3), 0.1) > 0.95);
+    }
+
+    #[test]
+    fn where_residuals_are_correlated_there_is_less_evidence() {
+        assert!(chance_of(&gaining(60, 1e3), 60.0) < 0.95);
     }
 
     #[test]
     fn gains_everywhere_are_sure_and_what_is_lost_elsewhere_counts() {
-        let small: Vec<f64> = (0..120).map(|k| 0.3 + (k as f64).sin()).collect();
-        assert!(chance(&small, 2.0) > 0.99);
-        let torn: Vec<f64> = (0..120).map(|k| if k % 2 == 0 { 1e3 } else { -20.0 }).collect();
-        assert!(chance(&torn, 0.0) < 0.6);
+        let small: Vec<f64> = (0..600).map(|k| 0.3 + (k as f64).sin()).collect();
+        assert!(chance_of(&small, 0.1) > 0.99);
+        let torn: Vec<f64> = (0..600).map(|k| if k % 200 < 100 { 1e3 } else { -20.0 }).collect();
+        assert!(chance_of(&torn, 0.1) < 0.8);
+    }
+
+    #[test]
+    fn a_correlation_time_is_that_of_the_process() {
+        let [first_order, _] = samples(&vec![0.0; 100_000], 10.0);
+        let keep = (-0.1_f64).exp();
+        let expected = (1.0 + keep) / (1.0 - keep);
+        assert!((correlation_time(&first_order) / expected - 1.0).abs() < 0.1);
+    }
+
+    #[test]
+    fn few_blocks_tell_nothing() {
+        assert!((chance(&[1.0; 4]) - 0.5).abs() < 1e-12);
     }
 }

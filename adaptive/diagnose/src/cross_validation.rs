@@ -4,6 +4,7 @@
 //! from where its fit to all of them ended, and predicts what was left out. Samples of one episode depend on one another;
 //! episodes do not.
 
+use crate::confirm::Samples;
 use crate::engine::{Engine, Tried};
 use rayon::prelude::*;
 use trundle_infer::{InferError, Score, Watch, on_all_cores};
@@ -13,12 +14,14 @@ use trundle_record::Prepared;
 /// Groups that training episodes are left out in, at most.
 const MAX_FOLDS: usize = 8;
 
-/// Squared errors of left-out episodes, turns counted at the radius of gyration.
+/// How left-out episodes are predicted.
 #[derive(Clone, Debug, PartialEq)]
 pub(crate) struct LeftOut {
-    /// Of each episode, by kind of prediction: the whole episode in open loop and windows of one second, m²; or the
-    /// wrench, N².
+    /// Squared errors of each episode, by kind of prediction, turns counted at the radius of gyration: the whole episode in
+    /// open loop and windows of one second, m²; or the wrench, N².
     episodes: Vec<Vec<f64>>,
+    /// Each sample.
+    pub samples: Samples,
 }
 
 impl LeftOut {
@@ -44,8 +47,8 @@ fn mean(values: impl Iterator<Item = f64>) -> f64 {
     if count > 0.0 { sum / count } else { 0.0 }
 }
 
-/// The misfit of a model on the training episodes, each predicted by a fit to the others; in sample where there is only
-/// one. What is not judged of the model `beside` is not judged of it.
+/// How a model predicts the training episodes, each by a fit to the others; in sample where there is only one. What is not
+/// judged of the model `beside` is not judged of it.
 ///
 /// # Errors
 /// When the user interrupts.
@@ -63,23 +66,32 @@ pub(crate) fn left_out(
         let score = engine.score(model, beside, std::slice::from_ref(episode))?;
         Ok(errors(&score, gyration, engine.is_quasi_static()))
     };
-    let one = |fold: usize, watch: &dyn Watch| -> Result<Vec<Vec<f64>>, InferError> {
+    let one = |fold: usize, watch: &dyn Watch| -> Result<(Vec<Vec<f64>>, Samples), InferError> {
         let inside = |k: usize| k % folds == fold;
         let fitted = if folds > 1 { refitted(engine, tried, &|k| !inside(k), watch)? } else { tried.clone() };
         let own = data.training.iter().enumerate().filter(|(k, _)| inside(*k));
-        own.map(|(_, episode)| scored(&fitted, episode)).collect()
+        let errors = own.map(|(_, episode)| scored(&fitted, episode)).collect::<Result<_, InferError>>()?;
+        Ok((errors, engine.predicted(&fitted, &inside)?))
     };
     let all = on_all_cores(watch, |watch| {
         (0..folds).into_par_iter().map(|fold| one(fold, watch)).collect::<Result<Vec<_>, InferError>>()
     })?;
-    // In the order of the episodes, each fold's with it.
-    let mut episodes = vec![vec![]; count];
-    for (fold, found) in all.into_iter().enumerate() {
-        for (k, errors) in found.into_iter().enumerate() {
-            episodes[fold + k * folds] = errors;
+    let (errors, samples) = all.into_iter().unzip();
+    Ok(LeftOut { episodes: in_order(errors, count), samples: in_order(samples, count) })
+}
+
+/// What belongs to each of `count` episodes, in their order, from what belongs to those of each fold.
+fn in_order<T>(folds: Vec<Vec<Vec<T>>>, count: usize) -> Vec<Vec<T>> {
+    let number = folds.len();
+    let mut episodes: Vec<Vec<T>> = (0..count).map(|_| vec![]).collect();
+    for (fold, found) in folds.into_iter().enumerate() {
+        for (k, own) in found.into_iter().enumerate() {
+            if let Some(place) = episodes.get_mut(fold + k * number) {
+                *place = own;
+            }
         }
     }
-    Ok(LeftOut { episodes })
+    episodes
 }
 
 /// A model refitted to some episodes. What these alone do not hold stays as all episodes have it: the moment of an event,
@@ -146,7 +158,10 @@ mod tests {
 
     #[test]
     fn an_episode_that_both_predict_badly_hides_nothing() {
-        let of = |errors: [f64; 4]| LeftOut { episodes: errors.iter().map(|&e| vec![e]).collect() };
+        let of = |errors: [f64; 4]| LeftOut {
+            episodes: errors.iter().map(|&e| vec![e]).collect(),
+            samples: vec![],
+        };
         let (with, without) = (of([1e-4, 1e-4, 1e-4, 5.0]), of([4e-4, 4e-4, 4e-4, 5.0]));
         assert!(with.rise(&without) > 2.0 && without.rise(&with) < 1.0 + 1e-3);
         let event = of([1e-4, 1e-4, 1e-4, 1e-4]);

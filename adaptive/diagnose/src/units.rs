@@ -126,7 +126,7 @@ pub(crate) fn restored(
 ) -> Result<Tried, InferError> {
     let added: Vec<Effect> = tried.added.iter().map(|effect| resized(effect, scales, |size| size)).collect();
     let fit = fit(&tried.fit, nominal, &added, scales, offset)?;
-    Ok(Tried::new(added, fit, None))
+    Ok(Tried { added, fit, ..tried.clone() })
 }
 
 /// The same of a fit of the simulation under test with some effects.

@@ -3,17 +3,15 @@
 use crate::adequacy::Remainder;
 use crate::answer::Verdict;
 use crate::candidates::name;
-use crate::confirm::holds_up;
+use crate::confirm::{correlation_time, holds_up};
 use crate::cross_validation::{LeftOut, left_out};
 use crate::engine::{Engine, Tried};
 use crate::naming::{of_kinds, without};
 use crate::search::Found;
 use crate::thresholds::{LEFT_OVER, MATERIAL_RISE, NEGLIGIBLE_SHARE, SURE, UNSEEN};
-use nalgebra::DVector;
-use statrs::distribution::{ChiSquared, ContinuousCDF};
 use std::collections::BTreeMap;
 use trundle_infer::{InferError, Watch, unjudged};
-use trundle_model::{Effect, Kind, Model, Param, Prior};
+use trundle_model::{Effect, Kind, Param};
 
 /// Models whose effects are checked on left-out episodes, at most.
 const MAX_CHECKED: usize = 24;
@@ -22,7 +20,7 @@ const MAX_CHECKED: usize = 24;
 pub(crate) struct Choice {
     /// Index of the model in what was tried.
     pub best: usize,
-    /// Of each of its effects, that it helps block by block.
+    /// Of each of its effects, the chance that left-out episodes are predicted better with it.
     pub chances: Vec<f64>,
     /// How many models of more weight have an effect that did not earn its place.
     pub rejected: usize,
@@ -41,8 +39,9 @@ pub(crate) struct Judge<'a> {
 }
 
 impl Judge<'_> {
-    /// The model with the most weight each of whose effects holds up block by block, is defined by the data and improves
-    /// the prediction of left-out training episodes by a material share; without one, the simulation under test.
+    /// The model with the most weight each of whose effects is defined by the data, improves the predictive density of
+    /// left-out training episodes by more than chance, and their prediction by a material share; without one, the
+    /// simulation under test.
     pub fn choose(&self) -> Result<Choice, InferError> {
         let mut left_out = BTreeMap::new();
         let mut immaterial: Vec<(usize, usize, f64)> = vec![];
@@ -50,15 +49,14 @@ impl Judge<'_> {
         let mut part_of: Option<Vec<&str>> = None;
         let tried = &self.found.tried;
         for (index, candidate) in tried.iter().enumerate() {
-            let chances = self.chances(candidate)?;
-            let sure = chances.iter().all(|c| *c >= SURE);
             let defined = (0..candidate.added.len()).all(|k| is_defined(candidate, k));
             let within =
                 part_of.as_ref().is_none_or(|whole| candidate.names().iter().all(|n| whole.contains(n)));
-            if !sure || !defined || !within || left_out.len() >= MAX_CHECKED {
+            if !defined || !within || left_out.len() >= MAX_CHECKED || !self.fits_better(candidate)? {
                 continue;
             }
-            if !self.stands_out(candidate)? {
+            let chances = self.chances(candidate, &mut left_out)?;
+            if chances.iter().any(|chance| *chance < SURE) {
                 continue;
             }
             let idle = self.idle(candidate, &mut left_out)?;
@@ -86,22 +84,36 @@ impl Judge<'_> {
         Ok(Choice { best: self.base, chances: vec![], rejected: 0, immaterial })
     }
 
-    /// Of each effect of a model, the chance that it helps block by block.
-    fn chances(&self, candidate: &Tried) -> Result<Vec<f64>, InferError> {
+    /// Whether every effect of a model improves the density of the episodes that it is fitted to by more than chance. What
+    /// does not, need not be asked of left-out episodes, which takes refits.
+    fn fits_better(&self, candidate: &Tried) -> Result<bool, InferError> {
+        let with = self.engine.predicted(candidate, &|_| true)?;
+        let time = correlation_time(&with);
+        for k in 0..candidate.added.len() {
+            let Some(simpler) = without(self.found, candidate, k) else { return Ok(false) };
+            if holds_up(time, &with, &self.engine.predicted(simpler, &|_| true)?) < SURE {
+                return Ok(false);
+            }
+        }
+        Ok(true)
+    }
+
+    /// Of each effect of a model, the chance that left-out episodes are predicted better with it.
+    fn chances(
+        &self,
+        candidate: &Tried,
+        known: &mut BTreeMap<*const Tried, LeftOut>,
+    ) -> Result<Vec<f64>, InferError> {
+        let time = correlation_time(&self.engine.predicted(candidate, &|_| true)?);
+        let with = self.misfit(candidate, candidate, known)?.samples;
         let one = |k: usize| match without(self.found, candidate, k) {
-            Some(simpler) => holds_up(self.engine, candidate, simpler),
+            Some(simpler) => Ok(holds_up(time, &with, &self.misfit(simpler, candidate, known)?.samples)),
             None => Ok(0.0),
         };
         (0..candidate.added.len()).map(one).collect()
     }
 
-    /// Whether every effect of a model differs from none by more than the episodes differ from each other.
-    fn stands_out(&self, candidate: &Tried) -> Result<bool, InferError> {
-        let wide = self.engine.widened(candidate)?;
-        Ok((0..candidate.added.len()).all(|k| differs(&wide, k, self.engine.nominal())))
-    }
-
-    /// The errors of a model on left-out episodes, beside those of another.
+    /// How a model predicts left-out episodes, compared with another.
     fn misfit(
         &self,
         tried: &Tried,
@@ -180,34 +192,6 @@ fn is_defined(candidate: &Tried, k: usize) -> bool {
     of(false).filter_map(identified).all(|known| known) && (any.is_empty() || any.contains(&true))
 }
 
-/// Whether the amplitudes of an effect together differ from those that do nothing, by a Wald test with their covariance.
-/// An effect that compensates for the error of another law differs from one episode to the next, so that its covariance
-/// over episodes (see [`Engine::widened`]) includes zero effect.
-fn differs(wide: &Tried, k: usize, nominal: &Model) -> bool {
-    let names = wide.fit.model.effect_names();
-    let name = &names[nominal.effects.len() + k];
-    let spec = wide.added[k].kind.spec();
-    let amplitude = |&(key, neutral): &(&str, f64)| {
-        let param = spec.params.iter().find(|p| p.name == key)?;
-        let neutral = match param.prior {
-            Prior::OnBody(axis) if neutral.is_nan() => nominal.body.com[axis],
-            _ => neutral,
-        };
-        let index = wide.fit.estimates.iter().position(|e| e.name == format!("{name}.{key}"))?;
-        let estimate = &wide.fit.estimates[index];
-        (estimate.identified && neutral.is_finite()).then_some((index, estimate.mean - neutral))
-    };
-    let (indices, away): (Vec<usize>, Vec<f64>) = spec.neutral.iter().filter_map(amplitude).unzip();
-    if indices.is_empty() {
-        return true;
-    }
-    let covariance = wide.fit.covariance.select_rows(&indices).select_columns(&indices);
-    let away = DVector::from_vec(away);
-    let Some(factor) = covariance.cholesky() else { return true };
-    let distance = away.dot(&factor.solve(&away));
-    ChiSquared::new(indices.len() as f64).is_ok_and(|chance| chance.cdf(distance) >= SURE)
-}
-
 /// Chance that a law which leaves so much is the missing one, rather than one that is like it: even where it leaves as
 /// much as is still named.
 pub(crate) fn likeness(left: Option<Remainder>, observations: usize) -> f64 {
@@ -248,7 +232,7 @@ pub(crate) fn judge(
 #[cfg(test)]
 #[allow(clippy::unwrap_used)]
 mod tests {
-    use super::{Named, differs, is_defined, judge, likeness};
+    use super::{Named, correlation_time, holds_up, is_defined, judge, left_out, likeness};
     use crate::adequacy::Remainder;
     use crate::answer::{Value, Verdict};
     use crate::common::{World, effect, locked};
@@ -296,24 +280,28 @@ mod tests {
         assert_eq!(likeness(None, SAMPLES), 1.0);
     }
 
-    /// Whether a slope that is fitted to pushes of a world differs from none.
-    fn slope_differs(truth: Model) -> bool {
+    /// The chance that a slope which is fitted to pushes of a world predicts left-out pushes better.
+    fn chance_of_slope(truth: Model) -> f64 {
         let data = World::of(truth).recording(4);
         let comparison = Comparison::of(&data).unwrap();
         let engine = Own::new(&data, None).unwrap();
-        let added = vec![Effect::free(Kind::FloorSlope)];
-        let nominal = engine.nominal();
-        let model = Model { effects: [nominal.effects.clone(), added.clone()].concat(), ..nominal.clone() };
-        let fitted = fit(&comparison, &model, &[], &FitOptions::default(), &Quiet).unwrap();
-        differs(&engine.widened(&Tried::new(added, fitted, None)).unwrap(), 0, nominal)
+        let predicted = |added: Vec<Effect>| {
+            let nominal = engine.nominal();
+            let model =
+                Model { effects: [nominal.effects.clone(), added.clone()].concat(), ..nominal.clone() };
+            let fitted = fit(&comparison, &model, &[], &FitOptions::default(), &Quiet).unwrap();
+            let tried = Tried::new(added, fitted, None);
+            left_out(&engine, &tried, &tried, &Quiet).unwrap().samples
+        };
+        let with = predicted(vec![Effect::free(Kind::FloorSlope)]);
+        holds_up(correlation_time(&with), &with, &predicted(vec![]))
     }
 
     #[test]
-    fn a_true_effect_differs_from_none_and_a_false_one_does_not() {
-        assert!(slope_differs(
-            locked().with(effect(Kind::FloorSlope, &[("accel_x", 0.05), ("accel_y", -0.02)]))
-        ));
-        assert!(!slope_differs(locked()));
+    fn a_true_effect_predicts_left_out_episodes_and_a_false_one_does_not() {
+        let slope = effect(Kind::FloorSlope, &[("accel_x", 0.05), ("accel_y", -0.02)]);
+        assert!(chance_of_slope(locked().with(slope)) > 0.99);
+        assert!(chance_of_slope(locked()) < 0.9);
     }
 
     #[test]

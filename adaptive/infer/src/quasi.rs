@@ -110,6 +110,24 @@ impl WrenchLikelihood {
         Self { scatter, ..self.clone() }
     }
 
+    /// Needed less recorded wrench of each sample over its scatter; zero along blocked directions.
+    ///
+    /// # Errors
+    /// When `values` has the wrong length.
+    pub fn whitened(&self, model: &Model, values: &[f64]) -> Result<Vec<[f64; 3]>, InferError> {
+        let plant = model.plant(values)?;
+        let one = |sample: &WrenchSample| {
+            let residual = sample.residual(&plant);
+            [0, 1, 2].map(|k| if self.dof[k] { residual[k] / self.scatter[k] } else { 0.0 })
+        };
+        Ok(self.samples.iter().map(one).collect())
+    }
+
+    /// −log density of a sample whose residual is zero.
+    pub fn log_normaliser(&self) -> f64 {
+        (0..3).filter(|&k| self.dof[k]).map(|k| self.scatter[k].ln() + 0.5 * TAU.ln()).sum()
+    }
+
     /// The same with the scatter of needed less recorded found at these values.
     ///
     /// # Errors
@@ -135,14 +153,8 @@ fn pooled([x, y, torque]: [f64; 3]) -> [f64; 3] {
 
 impl Likelihood for WrenchLikelihood {
     fn cost(&self, model: &Model, values: &[f64]) -> Result<f64, InferError> {
-        let plant = model.plant(values)?;
-        let constant: f64 =
-            (0..3).filter(|&k| self.dof[k]).map(|k| self.scatter[k].ln() + 0.5 * TAU.ln()).sum();
-        let square = |s: &WrenchSample| {
-            let residual = s.residual(&plant);
-            (0..3).filter(|&k| self.dof[k]).map(|k| (residual[k] / self.scatter[k]).powi(2)).sum::<f64>()
-        };
-        Ok(self.samples.iter().map(|s| 0.5 * square(s) + constant).sum())
+        let (whitened, constant) = (self.whitened(model, values)?, self.log_normaliser());
+        Ok(whitened.iter().map(|w| 0.5 * w.iter().map(|e| e * e).sum::<f64>() + constant).sum())
     }
 
     fn linearise(&self, model: &Model, values: &[f64], free: &[usize]) -> Result<Linearised, InferError> {

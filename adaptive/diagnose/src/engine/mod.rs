@@ -5,6 +5,7 @@ mod own;
 
 use crate::adequacy::Remainder;
 use crate::answer::{Channels, Parameter};
+use crate::confirm::Samples;
 use crate::design::{Certificate, Experiment};
 use crate::foreign::Basis;
 use crate::locate::Located;
@@ -26,14 +27,16 @@ pub(crate) struct Tried {
     pub fit: Fit,
     /// What a black box was replaced by for this fit; `None` for trundle's own plant.
     pub basis: Option<Basis>,
+    /// Log prior probability of its effects, less that of none.
+    pub log_prior: f64,
     /// Whether its effects' places were sought again, all else as it is here, and no better ones found.
     pub settled: bool,
 }
 
 impl Tried {
-    /// A model that was just fitted.
+    /// A model that was just fitted; the search knows the prior of effects.
     pub fn new(added: Vec<Effect>, fit: Fit, basis: Option<Basis>) -> Self {
-        Self { added, fit, basis, settled: false }
+        Self { added, fit, basis, log_prior: 0.0, settled: false }
     }
 }
 
@@ -166,8 +169,8 @@ pub(crate) trait Engine: Sync {
     /// What a wandering wrench would gain on top of a model; `None` where only wrenches are compared.
     fn remainder(&self, tried: &Tried) -> Result<Option<Remainder>, InferError>;
 
-    /// −log density of successive blocks of the training episodes.
-    fn blocks(&self, tried: &Tried) -> Result<Vec<f64>, InferError>;
+    /// How a model predicts each sample of the training episodes that are to be kept.
+    fn predicted(&self, tried: &Tried, keep: &dyn Fn(usize) -> bool) -> Result<Samples, InferError>;
 
     /// Where a model leaves something.
     fn located(&self, tried: &Tried, left: Option<Remainder>) -> Result<Located, InferError>;

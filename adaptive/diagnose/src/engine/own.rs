@@ -4,7 +4,7 @@ use super::{Effort, Engine, Job, REFIT_STEPS, Tried};
 use crate::adequacy::{Remainder, left_by, remainder};
 use crate::answer::{Channels, Parameter};
 use crate::candidates::candidates;
-use crate::confirm;
+use crate::confirm::{Samples, predicted};
 use crate::design::{Bench, Certificate, Experiment, Limits, Rival, certificate, experiment};
 use crate::locate::{Located, channels, located};
 use crate::nominal::{as_given, given_values, parameters, under_test};
@@ -195,8 +195,8 @@ impl Engine for Own<'_> {
         remainder(&self.comparison, &tried.fit)
     }
 
-    fn blocks(&self, tried: &Tried) -> Result<Vec<f64>, InferError> {
-        confirm::blocks(&self.comparison, &tried.fit)
+    fn predicted(&self, tried: &Tried, keep: &dyn Fn(usize) -> bool) -> Result<Samples, InferError> {
+        predicted(&self.comparison.only(keep), &tried.fit)
     }
 
     fn located(&self, tried: &Tried, left: Option<Remainder>) -> Result<Located, InferError> {

@@ -11,7 +11,7 @@ use super::windows::windows;
 use crate::adequacy::{Remainder, best_walk};
 use crate::answer::{Channels, Parameter};
 use crate::candidates::candidates;
-use crate::confirm::in_blocks;
+use crate::confirm::Samples;
 use crate::design::{BLIND, Certificate, Experiment, Simulated, of_simulations};
 use crate::engine::{Effort, Engine, Job, REFIT_STEPS, Tried, needs_courses};
 use crate::enough::enough;
@@ -338,10 +338,9 @@ impl Engine for BlackBox<'_> {
         best_walk(along.channels, model.body.gyration, excess, cost).map(Some)
     }
 
-    fn blocks(&self, tried: &Tried) -> Result<Vec<f64>, InferError> {
+    fn predicted(&self, tried: &Tried, keep: &dyn Fn(usize) -> bool) -> Result<Samples, InferError> {
         let plant = tried.fit.model.plant(&tried.fit.values)?;
-        let costs = self.doubting(tried)?.costs(&plant, &self.own(tried));
-        Ok(costs.iter().flat_map(|episode| in_blocks(episode)).collect())
+        Ok(self.doubting(tried)?.only(keep).predicted(&plant, &self.own(tried)))
     }
 
     fn located(&self, tried: &Tried, left: Option<Remainder>) -> Result<Located, InferError> {

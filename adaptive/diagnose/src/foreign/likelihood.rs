@@ -8,6 +8,7 @@ use super::law::{added, doubted};
 use super::linear::{Map, gaps, linearise};
 use super::path::{Interval, Path};
 use super::simulator::Foreign;
+use crate::confirm::{Predicted, Samples};
 use nalgebra::{DMatrix, DVector, Matrix3, Vector3, Vector6};
 use rayon::prelude::*;
 use trundle_infer::{Channels, Fit, InferError, Likelihood, Linearised, Watch};
@@ -210,15 +211,19 @@ impl Along {
         })
     }
 
-    /// −log density of each interval; episodes one after another.
-    pub fn costs(&self, plant: &Plant<f64>, own: &[f64]) -> Vec<Vec<f64>> {
+    /// How each interval is predicted.
+    pub fn predicted(&self, plant: &Plant<f64>, own: &[f64]) -> Samples {
         let innovations = self.innovations(plant, own);
         let mut rest = innovations.as_slice();
         let mut all = Vec::with_capacity(self.paths.len());
         for (path, gains) in self.paths.iter().zip(&self.gains) {
             let (mine, others) = rest.split_at(3 * path.intervals.len());
             let share = gains.normaliser / path.intervals.len() as f64;
-            all.push(mine.chunks(3).map(|c| share + 0.5 * c.iter().map(|e| e * e).sum::<f64>()).collect());
+            let one = |e: &[f64; 3]| Predicted {
+                cost: share + 0.5 * e.iter().map(|e| e * e).sum::<f64>(),
+                residual: *e,
+            };
+            all.push(mine.as_chunks().0.iter().map(one).collect());
             rest = others;
         }
         all

@@ -23,10 +23,9 @@ use trundle_infer::{Coordinates, InferError, Watch, carried, on_all_cores};
 use trundle_model::{Effect, INNER, Kind, Model, Role};
 
 impl Tried {
-    /// Log evidence plus log prior: an effect is missing in one simulation of twenty, and may be any.
+    /// Log evidence plus log prior, up to a constant.
     pub fn log_weight(&self) -> f64 {
-        let one = MISSING / (1.0 - MISSING) / Kind::ALL.len() as f64;
-        self.fit.log_evidence + self.added.len() as f64 * one.ln()
+        self.fit.log_evidence + self.log_prior
     }
 
     /// Names of the added effects.
@@ -44,7 +43,7 @@ pub(crate) struct Found {
     pub located: Located,
 }
 
-/// Share of simulations that lack an effect.
+/// Share of simulations that lack an effect; of those that lack some, the share that lack one more.
 const MISSING: f64 = 0.05;
 /// Gain, nats, below which a kind is not fitted unless it is among the first `ALWAYS`: what a prior costs at least.
 pub(crate) const HOPELESS: f64 = 5.0;
@@ -133,9 +132,13 @@ impl Searcher<'_> {
         let allowed = |kind: &Kind| {
             let (effect, states) = (kind.spec().effect, kind.spec().inner.len());
             let beside = |e: &Effect| name(e) != effect || kind.repeats() && e.kind == *kind;
-            states <= spare && to.added.iter().all(beside) && self.without.iter().all(|w| w != effect)
+            states <= spare && to.added.iter().all(beside) && self.offers(*kind)
         };
         self.engine.candidates().into_iter().filter(allowed).collect()
+    }
+
+    fn offers(&self, kind: Kind) -> bool {
+        self.without.iter().all(|name| name != kind.spec().effect)
     }
 
     /// The fits that promise most on top of a model, at most `most` kinds.
@@ -225,10 +228,13 @@ impl Searcher<'_> {
     /// model, is left out.
     fn fitted(&self, what: &'static str, jobs: Vec<Job>, effort: Effort) -> Result<Vec<Tried>, InferError> {
         self.watch.progress(what, 0.0);
+        let offered = self.engine.candidates().iter().filter(|kind| self.offers(**kind)).count();
         let (count, done) = (jobs.len(), std::sync::atomic::AtomicUsize::new(0));
         on_all_cores(self.watch, |watch| {
             let one = |job: Job| {
+                let prior = log_prior(job.added.len(), offered);
                 let found = self.engine.fit(job, effort, self.seed, watch);
+                let found = found.map(|tried| Tried { log_prior: prior, ..tried });
                 let done = done.fetch_add(1, std::sync::atomic::Ordering::Relaxed) + 1;
                 watch.progress(what, done as f64 / count as f64);
                 found
@@ -312,6 +318,16 @@ fn job(from: &Tried, starts: &[Start]) -> Job {
     Job::from(from, added, warm)
 }
 
+/// Log prior probability of a set of effects, less that of none: geometric in their number, and uniform over the sets of
+/// that size of the effects that were offered.
+fn log_prior(effects: usize, offered: usize) -> f64 {
+    let one = |k: usize| {
+        let sets = offered.saturating_sub(k).max(1) as f64 / (k + 1) as f64;
+        MISSING.ln() - sets.ln()
+    };
+    (0..effects).map(one).sum()
+}
+
 /// The lowest of some costs.
 fn lowest(costs: impl Iterator<Item = f64>) -> f64 {
     costs.fold(f64::INFINITY, f64::min)
@@ -388,7 +404,7 @@ pub(crate) fn probabilities(tried: &[Tried], rejected: usize) -> Vec<f64> {
 
 #[cfg(test)]
 mod tests {
-    use super::{MAX_EFFECTS, fair_share, kinds, same, shortened};
+    use super::{MAX_EFFECTS, MISSING, fair_share, kinds, log_prior, same, shortened};
     use trundle_model::{Effect, Kind};
 
     #[test]
@@ -399,6 +415,15 @@ mod tests {
         let gain = Effect::free(Kind::ForceScale).with("gain_y", Some(1.4));
         let value = shortened(&gain, 0.25).values.into_iter().flatten().fold(0.0, f64::max);
         assert!((value - 1.1).abs() < 1e-12, "{value}");
+    }
+
+    #[test]
+    fn sets_of_one_size_share_the_prior_of_that_size() {
+        // Of 30 effects there are 435 pairs, together as probable as one effect times the share that lack one more.
+        let pair = 435.0 * log_prior(2, 30).exp();
+        assert!((pair - MISSING * MISSING).abs() < 1e-12, "{pair}");
+        assert!((30.0 * log_prior(1, 30).exp() - MISSING).abs() < 1e-12);
+        assert!(log_prior(0, 30).abs() < 1e-12);
     }
 
     #[test]
