@@ -26,6 +26,7 @@ mod noise;
 mod online;
 mod profile;
 mod quasi;
+mod rest;
 mod rollout;
 mod sandwich;
 mod score;

@@ -3,6 +3,7 @@
 use crate::brent::best_factor;
 use crate::filter::{Filtering, Innovation, Passage, Residual, Response, filter};
 use crate::likelihood::{Likelihood, Linearised, Look};
+use crate::rest::Rests;
 use crate::{Channels, InferError, Track, sensitivity};
 use nalgebra::{DMatrix, DVector};
 use rayon::prelude::*;
@@ -18,6 +19,7 @@ pub struct MotionLikelihood {
     /// The same in longer steps.
     thin: Arc<[Track]>,
     coarse: Option<Arc<MotionLikelihood>>,
+    rests: Rests,
     channels: Channels,
     /// Factor on the noise of poses, beside that of `channels`.
     blur: f64,
@@ -49,6 +51,7 @@ impl MotionLikelihood {
         let fine = episodes.iter().map(|e| Track::new(e, noise)).collect::<Result<Vec<_>, _>>()?;
         let thin = episodes.iter().map(|e| Track::coarse(e, noise)).collect::<Result<Vec<_>, _>>()?;
         let of = |tracks: Vec<Track>, blur, coarse: Option<Self>| Self {
+            rests: Rests::default(),
             tracks: tracks.into(),
             thin: [].into(),
             coarse: coarse.map(Arc::new),
@@ -58,7 +61,8 @@ impl MotionLikelihood {
         };
         let blurred = of(spread(&thin).map(|t| t.until(t.start + FROM_AFAR)).collect(), BLUR, None);
         let coarse = of(spread(&thin).cloned().collect(), 1.0, Some(blurred));
-        Ok(Self { thin: thin.into(), ..of(fine, 1.0, Some(coarse)) })
+        let rests = Rests::new(episodes, noise);
+        Ok(Self { thin: thin.into(), rests, ..of(fine, 1.0, Some(coarse)) })
     }
 
     /// The same in steps three times as long, where there is such: for telling what is worth a closer look.
@@ -81,7 +85,8 @@ impl MotionLikelihood {
         let kept = |tracks: &[Track]| {
             tracks.iter().enumerate().filter(|(k, _)| keep(*k)).map(|(_, t)| t.clone()).collect()
         };
-        Self { tracks: kept(&self.tracks), thin: kept(&self.thin), ..self.clone() }
+        let rests = self.rests.only(&keep);
+        Self { tracks: kept(&self.tracks), thin: kept(&self.thin), rests, ..self.clone() }
     }
 
     /// The episodes.
@@ -185,7 +190,8 @@ impl Likelihood for MotionLikelihood {
     fn cost(&self, model: &Model, values: &[f64]) -> Result<f64, InferError> {
         let filter = self.filter(model, values)?;
         let one = |_, track: &Track| filter.cost(track).unwrap_or(f64::INFINITY);
-        Ok(self.each(one).into_iter().sum())
+        let moving: f64 = self.each(one).into_iter().sum();
+        Ok(moving + self.rests.cost(&model.plant(values)?))
     }
 
     fn linearise(&self, model: &Model, values: &[f64], free: &[usize]) -> Result<Linearised, InferError> {
@@ -202,14 +208,16 @@ impl Likelihood for MotionLikelihood {
     ) -> Result<Look<'a>, InferError> {
         let filter = self.filter(model, values)?;
         let passages = self.each(|_, track| filter.run(track));
-        let cost = passages.iter().map(|p| p.as_ref().map_or(f64::INFINITY, Passage::cost)).sum();
+        let moving: f64 = passages.iter().map(|p| p.as_ref().map_or(f64::INFINITY, Passage::cost)).sum();
+        let cost = moving + self.rests.cost(&model.plant(values)?);
         let values = values.to_vec();
         Ok(Look::new(cost, move || {
             let part = |k: usize, track: &Track| match passages.get(k).and_then(Option::as_ref) {
                 Some(passage) => sensitivity::linearise(model, &values, free, track, passage),
                 None => Ok(Linearised { cost: f64::INFINITY, ..Linearised::sum(free.len(), []) }),
             };
-            let parts = self.each(part).into_iter().collect::<Result<Vec<_>, InferError>>()?;
+            let mut parts = self.each(part).into_iter().collect::<Result<Vec<_>, InferError>>()?;
+            parts.push(self.rests.linearise(model, &values, free)?);
             Ok(Linearised::sum(free.len(), parts))
         }))
     }

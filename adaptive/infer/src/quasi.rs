@@ -5,6 +5,7 @@
 //! that the laws need for the twist that was seen with the wrench that was recorded.
 
 use crate::likelihood::{Likelihood, Linearised};
+use crate::rest::Rests;
 use crate::stretches::samples;
 use crate::{Channels, InferError};
 use nalgebra::{DMatrix, DVector};
@@ -62,6 +63,7 @@ pub struct WrenchLikelihood {
     episodes: Vec<String>,
     dof: [bool; 3],
     scatter: [f64; 3],
+    rests: Rests,
 }
 
 impl WrenchLikelihood {
@@ -83,8 +85,9 @@ impl WrenchLikelihood {
             let square: f64 = samples.iter().map(|s| transport(s.reading, s.frame)[k].powi(2)).sum();
             (square / samples.len() as f64).sqrt().max(1e-9)
         });
+        let rests = Rests::new(episodes, noise);
         let episodes = episodes.iter().map(|e| e.name.clone()).collect();
-        Ok(Self { samples, episodes, dof, scatter: pooled(scatter) })
+        Ok(Self { samples, episodes, dof, scatter: pooled(scatter), rests })
     }
 
     /// The samples.
@@ -101,7 +104,9 @@ impl WrenchLikelihood {
     /// The same with some of its episodes.
     #[must_use]
     pub fn only(&self, keep: impl Fn(usize) -> bool) -> Self {
-        Self { samples: self.samples.iter().filter(|s| keep(s.episode)).cloned().collect(), ..self.clone() }
+        let rests = self.rests.only(&keep);
+        let samples = self.samples.iter().filter(|s| keep(s.episode)).cloned().collect();
+        Self { samples, rests, ..self.clone() }
     }
 
     /// The same with a given scatter of needed less recorded, N, N, N·m.
@@ -154,7 +159,9 @@ fn pooled([x, y, torque]: [f64; 3]) -> [f64; 3] {
 impl Likelihood for WrenchLikelihood {
     fn cost(&self, model: &Model, values: &[f64]) -> Result<f64, InferError> {
         let (whitened, constant) = (self.whitened(model, values)?, self.log_normaliser());
-        Ok(whitened.iter().map(|w| 0.5 * w.iter().map(|e| e * e).sum::<f64>() + constant).sum())
+        let moving: f64 =
+            whitened.iter().map(|w| 0.5 * w.iter().map(|e| e * e).sum::<f64>() + constant).sum();
+        Ok(moving + self.rests.cost(&model.plant(values)?))
     }
 
     fn linearise(&self, model: &Model, values: &[f64], free: &[usize]) -> Result<Linearised, InferError> {
@@ -178,10 +185,11 @@ impl Likelihood for WrenchLikelihood {
                 }
             }
         }
+        let rests = self.rests.linearise(model, values, free)?;
         Ok(Linearised {
             cost: self.cost(model, values)?,
-            gradient: jacobian.tr_mul(&whitened),
-            curvature: jacobian.tr_mul(&jacobian),
+            gradient: jacobian.tr_mul(&whitened) + rests.gradient,
+            curvature: jacobian.tr_mul(&jacobian) + rests.curvature,
         })
     }
 

@@ -10,10 +10,10 @@ use trundle_record::{Motion, Noise, Prepared};
 const LONGEST: f64 = 1.0;
 
 /// Shortest stretch that makes a sample, s.
-const SHORTEST: f64 = 0.3;
+pub(crate) const SHORTEST: f64 = 0.3;
 
 /// Left out at the ends of a stretch, s: the smoother rounds off where a motion begins and ends.
-const EDGE: f64 = 0.1;
+pub(crate) const EDGE: f64 = 0.1;
 
 /// Interval between poses that ends a stretch, s.
 const GAP: f64 = 0.1;
@@ -74,7 +74,8 @@ fn load(episode: &Prepared, t: f64) -> f64 {
     size(mean(near.iter().map(|w| w.reading)))
 }
 
-fn between(episode: &Prepared, start: f64, end: f64) -> &[trundle_record::WrenchSample] {
+/// The readings from one time to another, s.
+pub(crate) fn between(episode: &Prepared, start: f64, end: f64) -> &[trundle_record::WrenchSample] {
     let first = episode.wrench.partition_point(|w| w.t < start);
     let last = episode.wrench.partition_point(|w| w.t <= end);
     &episode.wrench[first..last]

@@ -1,0 +1,259 @@
+//! Readings while the object rests, as evidence about a sensor's offset.
+//!
+//! Where an object rests and the reading does not change, either nothing acts on the object and the true wrench is zero, or
+//! something holds it with a wrench that is not known. With even odds, the mean reading `r` that a model's instruments
+//! correct has the density
+//!
+//! ```text
+//! p(r) = ½ N(r; 0, S) + ½ N(r; 0, S + F²)        S: variance of the mean, F: scale of the recorded wrenches
+//! ```
+//!
+//! An offset of the sensor shifts all of them alike; a static load differs from one rest to the next. A rest counts once,
+//! however long it is: its readings share what holds the object.
+
+use crate::InferError;
+use crate::curve::Curve;
+use crate::likelihood::Linearised;
+use crate::stretches::{EDGE, SHORTEST, between, moves};
+use nalgebra::{DMatrix, DVector};
+use std::f64::consts::TAU;
+use std::sync::Arc;
+use trundle_model::{Clock, Dual, Model, Plant, Real};
+use trundle_record::{Motion, Noise, Prepared};
+
+/// Parts of a rest, whose scatter gives the variance of its mean whatever the readings' correlation.
+const PARTS: usize = 5;
+/// Free parameters that are differentiated together.
+const WIDTH: usize = 8;
+
+/// A time in which the object rests after contact.
+#[derive(Clone, Debug)]
+struct Rest {
+    episode: usize,
+    /// Mean reading, reading axes.
+    reading: [f64; 3],
+    /// Variance of that mean.
+    variance: [f64; 3],
+    clock: Clock,
+}
+
+/// All rests of some episodes.
+#[derive(Clone, Debug, Default)]
+pub(crate) struct Rests {
+    all: Arc<[Rest]>,
+    /// Scale of the recorded wrenches, N, N, N·m.
+    load: [f64; 3],
+}
+
+impl Rests {
+    /// The rests of some episodes.
+    pub fn new(episodes: &[Prepared], noise: &Noise) -> Self {
+        let of = |(k, episode)| rests(k, episode, noise);
+        let readings = || episodes.iter().flat_map(|e| &e.wrench).map(|w| w.reading);
+        let count = readings().count().max(1) as f64;
+        let load = [0, 1, 2].map(|k| (readings().map(|r| r[k] * r[k]).sum::<f64>() / count).sqrt());
+        Self { all: episodes.iter().enumerate().flat_map(of).collect(), load }
+    }
+
+    /// Those of some of the episodes.
+    pub fn only(&self, keep: impl Fn(usize) -> bool) -> Self {
+        Self { all: self.all.iter().filter(|rest| keep(rest.episode)).cloned().collect(), ..self.clone() }
+    }
+
+    /// −log density of all of them.
+    pub fn cost(&self, plant: &Plant<f64>) -> f64 {
+        self.all.iter().map(|rest| self.weighed(rest, &rest.corrected(plant)).0).sum()
+    }
+
+    /// The same with its derivatives by the slots `free`, the odds of each rest held for the curvature.
+    pub fn linearise(&self, model: &Model, values: &[f64], free: &[usize]) -> Result<Linearised, InferError> {
+        let mut parts = Linearised::sum(free.len(), []);
+        if self.all.is_empty() {
+            return Ok(parts);
+        }
+        let mut slopes = vec![DMatrix::zeros(3, free.len()); self.all.len()];
+        for (chunk, slots) in free.chunks(WIDTH).enumerate() {
+            let mut lifted: Vec<Dual<WIDTH>> = values.iter().map(|&v| Real::lift(v)).collect();
+            for (k, &slot) in slots.iter().enumerate() {
+                lifted[slot] = Dual::variable(values[slot], k);
+            }
+            let plant = model.plant(&lifted)?;
+            for (rest, slopes) in self.all.iter().zip(&mut slopes) {
+                for (k, corrected) in rest.corrected(&plant).iter().enumerate() {
+                    for (j, slope) in corrected.eps[..slots.len()].iter().enumerate() {
+                        slopes[(k, chunk * WIDTH + j)] = *slope;
+                    }
+                }
+            }
+        }
+        let plant = model.plant(values)?;
+        for (rest, slopes) in self.all.iter().zip(&slopes) {
+            let corrected = rest.corrected(&plant);
+            let (cost, precision) = self.weighed(rest, &corrected);
+            let pull = DVector::from_fn(3, |k, _| precision[k] * corrected[k]);
+            let weighted = DMatrix::from_fn(3, free.len(), |k, j| precision[k] * slopes[(k, j)]);
+            parts.cost += cost;
+            parts.gradient += slopes.tr_mul(&pull);
+            parts.curvature += slopes.tr_mul(&weighted);
+        }
+        Ok(parts)
+    }
+
+    /// −log density of a rest whose corrected reading is given, and the precision of each axis, averaged over whether
+    /// anything acts.
+    fn weighed(&self, rest: &Rest, corrected: &[f64; 3]) -> (f64, [f64; 3]) {
+        let loaded = [0, 1, 2].map(|k| rest.variance[k] + self.load[k] * self.load[k]);
+        let log_density = |variance: &[f64; 3]| -> f64 {
+            let axis = |k: usize| match variance[k] {
+                v if v > 0.0 => -0.5 * (corrected[k] * corrected[k] / v + (TAU * v).ln()),
+                _ => 0.0,
+            };
+            (0..3).map(axis).sum::<f64>() - 2.0_f64.ln()
+        };
+        let [free, held] = [log_density(&rest.variance), log_density(&loaded)];
+        let top = free.max(held);
+        let total = top + ((free - top).exp() + (held - top).exp()).ln();
+        let share = (free - total).exp();
+        let inverse = |v: f64| if v > 0.0 { v.recip() } else { 0.0 };
+        let precision =
+            [0, 1, 2].map(|k| share * inverse(rest.variance[k]) + (1.0 - share) * inverse(loaded[k]));
+        (-total, precision)
+    }
+}
+
+impl Rest {
+    fn corrected<T: Real>(&self, plant: &Plant<T>) -> [T; 3] {
+        plant.correct(self.reading.map(T::lift), self.clock)
+    }
+}
+
+/// The rests of one episode after contact.
+fn rests(index: usize, episode: &Prepared, noise: &Noise) -> Vec<Rest> {
+    let (motion, curve) = (episode.motion(noise), Curve::new(episode));
+    let still = |m: &Motion| m.t >= episode.contact && !moves(m);
+    motion
+        .chunk_by(|a, b| still(a) == still(b))
+        .filter(|run| still(&run[0]))
+        .filter_map(|run| {
+            let (start, end) = (run.first()?.t + EDGE, run.last()?.t - EDGE);
+            (end - start >= SHORTEST).then(|| rest(index, episode, (noise, &curve), [start, end]))?
+        })
+        .collect()
+}
+
+fn rest(
+    index: usize,
+    episode: &Prepared,
+    (noise, curve): (&Noise, &Curve),
+    [start, end]: [f64; 2],
+) -> Option<Rest> {
+    let readings = between(episode, start, end);
+    if readings.len() < 2 * PARTS {
+        return None;
+    }
+    let n = readings.len() as f64;
+    let reading = [0, 1, 2].map(|k| readings.iter().map(|w| w.reading[k]).sum::<f64>() / n);
+    let size = readings.len() / PARTS;
+    let part = |k: usize| -> Vec<f64> {
+        let mean =
+            |p: &[trundle_record::WrenchSample]| p.iter().map(|w| w.reading[k]).sum::<f64>() / p.len() as f64;
+        readings.chunks_exact(size).take(PARTS).map(mean).collect()
+    };
+    let sd = [noise.force, noise.force, noise.torque];
+    let variance = [0, 1, 2].map(|k| {
+        let square: f64 = part(k).iter().map(|mean| (mean - reading[k]).powi(2)).sum();
+        let of_mean = square / (PARTS * (PARTS - 1)) as f64;
+        of_mean.max(sd[k] * sd[k] / n) + episode.tare_sd[k].powi(2)
+    });
+    let t = (start + end) / 2.0;
+    Some(Rest { episode: index, reading, variance, clock: curve.held(t, curve.frame(t).0) })
+}
+
+#[cfg(test)]
+#[allow(clippy::unwrap_used)]
+mod tests {
+    use super::*;
+    use rand::SeedableRng;
+    use rand_chacha::ChaCha8Rng;
+    use rand_distr::{Distribution, StandardNormal};
+    use trundle_model::{Body, Effect, Kind};
+    use trundle_record::{PoseSample, WrenchSample};
+
+    const NOISE: Noise =
+        Noise { pose: [1e-4, 1e-4, 1e-3], force: 0.05, torque: 0.01, time: 0.0, stated: true };
+
+    /// Pushed with 5 N for a second, then at rest for two with a constant load.
+    fn pushed(ordinal: usize, load: f64) -> Prepared {
+        let mut rng = ChaCha8Rng::seed_from_u64(ordinal as u64);
+        let mut noise = || -> f64 { StandardNormal.sample(&mut rng) };
+        let pose = |k: usize| {
+            let t = k as f64 / 50.0;
+            PoseSample { t, pose: [0.1 * t.min(1.0) + 1e-4 * noise(), 1e-4 * noise(), 1e-3 * noise()] }
+        };
+        let poses = (0..150).map(pose).collect();
+        let reading = |k: usize| {
+            let t = k as f64 / 100.0;
+            let force = if t < 1.0 { 5.0 } else { load };
+            let reading = [force + 0.05 * noise(), 0.05 * noise(), 0.01 * noise()];
+            WrenchSample { t, reading, ..WrenchSample::default() }
+        };
+        Prepared {
+            name: format!("episode_{ordinal:02}"),
+            ordinal,
+            pose: poses,
+            wrench: (0..300).map(reading).collect(),
+            at_rest: true,
+            ..Prepared::default()
+        }
+    }
+
+    fn offset() -> Model {
+        let square = [[-0.2, -0.2], [0.2, -0.2], [0.2, 0.2], [-0.2, 0.2]];
+        let body = Body::from_footprint(&square, 5.0).unwrap();
+        Model::nominal(body, None, [true; 3]).with(Effect::free(Kind::ForceBias))
+    }
+
+    fn cost(rests: &Rests, force: f64) -> f64 {
+        let model = offset();
+        let mut values = vec![0.0; model.slots().len()];
+        let at = model.slots().iter().position(|s| s.name == "force_bias.force_x").unwrap();
+        values[0] = 5.0;
+        values[at] = force;
+        rests.cost(&model.plant(&values).unwrap())
+    }
+
+    #[test]
+    fn readings_of_nothing_exclude_an_offset() {
+        let rests = Rests::new(&[pushed(0, 0.0), pushed(1, 0.0)], &NOISE);
+        assert_eq!(rests.all.len(), 2);
+        assert!(cost(&rests, 0.17) > cost(&rests, 0.0) + 5.0);
+    }
+
+    #[test]
+    fn an_offset_shows_in_all_rests_and_a_static_load_in_one() {
+        let offset = Rests::new(&[0, 1, 2, 3].map(|k| pushed(k, 2.0)), &NOISE);
+        assert!(cost(&offset, 0.0) > cost(&offset, 2.0) + 5.0);
+        let loads = Rests::new(&[pushed(0, 2.0), pushed(1, 0.0), pushed(2, 0.0), pushed(3, -1.3)], &NOISE);
+        assert!(cost(&loads, 0.0) + 5.0 < cost(&loads, 2.0));
+    }
+
+    #[test]
+    fn slopes_are_those_of_the_cost() {
+        let rests = Rests::new(&[pushed(0, 0.3), pushed(1, 0.0)], &NOISE);
+        let model = offset();
+        let mut values = vec![0.1; model.slots().len()];
+        values[0] = 5.0;
+        let free: Vec<usize> = (0..values.len()).collect();
+        let found = rests.linearise(&model, &values, &free).unwrap();
+        let at = |values: &[f64]| rests.cost(&model.plant(values).unwrap());
+        assert!((found.cost - at(&values)).abs() < 1e-9);
+        for k in free {
+            let mut moved = values.clone();
+            moved[k] += 1e-6;
+            let up = at(&moved);
+            moved[k] -= 2e-6;
+            let slope = (up - at(&moved)) / 2e-6;
+            assert!((found.gradient[k] - slope).abs() < 1e-3 * (1.0 + slope.abs()), "{k}: {slope}");
+        }
+    }
+}
