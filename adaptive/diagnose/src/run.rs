@@ -196,9 +196,12 @@ fn explain(engine: &dyn Engine, decided: Decision, watch: &dyn Watch) -> Result<
     if verdict == Verdict::Consistent {
         mismatch = Mismatch { channels: mismatch.channels, ..Mismatch::default() };
     }
+    // What a wrench without a name predicts is not explained: there the simulation under test leaves what remains.
+    let (leaver, missing_named) =
+        if filled.is_some() { (before, &missing_before) } else { (after, &missing_after) };
     let shown = verdict != Verdict::Consistent;
-    let remains = if shown { engine.located(after, left)? } else { Located::default() };
-    let courses = missing_after.training.clone().unwrap_or_default();
+    let remains = if shown { engine.located(leaver, left)? } else { Located::default() };
+    let courses = missing_named.training.clone().unwrap_or_default();
     let figures = figures(engine, before, after)?;
     let like = likeness(left, engine.observations());
     let mut missing = Vec::new();
@@ -249,7 +252,7 @@ fn explain(engine: &dyn Engine, decided: Decision, watch: &dyn Watch) -> Result<
             } else {
                 vec![]
             },
-            ..remaining(engine, after, [found.before, left], &missing_after)?
+            ..remaining(engine, leaver, [found.before, left], missing_named)?
         },
         warnings: warnings(engine, before, after, verdict == Verdict::Explained)?,
         wrench_pose: data.wrench_pose,
