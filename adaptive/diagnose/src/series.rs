@@ -103,6 +103,8 @@ pub struct Candidate {
     pub log_score: Option<f64>,
     /// Among the models tried.
     pub probability: f64,
+    /// Why it is not named, if it was tested.
+    pub reason: Option<&'static str>,
 }
 
 /// Missing wrenches of the training and of the held-out episodes.

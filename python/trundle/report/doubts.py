@@ -26,9 +26,11 @@ def doubts(diagnosis: Mapping[str, Any], given: Mapping[str, Any], series: Serie
     others = [entry for entry in evidence.rivals if str(entry.get("effect")) not in tied]
     near = [entry for entry in others if (words.probability(entry) or 0.0) >= _NEAR]
     far = [entry for entry in others if entry not in near]
-    if not groups and not others:
+    sets = [entry for entry in diagnosis.get("tied_sets") or () if len(entry) > 1]
+    if not groups and not others and not sets:
         return None
     cards = [_tie(index, group, evidence) for index, group in enumerate(groups)]
+    cards += [_tied_sets(entry, evidence) for entry in sets]
     cards += [_rival(index, entry, evidence) for index, entry in enumerate(near, len(groups))]
     alone = "No other explanation that was tried comes near."
     return section(
@@ -79,6 +81,23 @@ def _tie(index: int, group: Sequence[str], evidence: _Evidence) -> Html:
         tag("p", "This recording cannot tell them apart: any of them would do."),
         [_certificate(entry) for entry in certificates],
         [_experiment(f"{index}-{rank}", each, evidence.series) for rank, each in enumerate(told)],
+        class_="doubt",
+    )
+
+
+def _tied_sets(sets: Sequence[Sequence[Any]], evidence: _Evidence) -> Html:
+    """Return a class of whole sets of effects, with the certificates and pushes that compare them."""
+    names = frozenset(" + ".join(sorted(map(str, group))) for group in sets)
+    single = frozenset(str(name) for group in sets for name in group)
+    known = [*evidence.within(evidence.certificates, names | single)]
+    return tag(
+        "article",
+        tag("h3", words.capitalised(words.sets(sets)), tag("span", "tied sets", class_="kind")),
+        tag("p", "This recording cannot tell these sets of effects apart: any of them would do."),
+        [_certificate(entry) for entry in known],
+        tag("p", tag("b", "To tell: "), "record pushes for the effects in which the sets differ; see below.")
+        if evidence.rivals
+        else None,
         class_="doubt",
     )
 

@@ -22,11 +22,20 @@ CHANNELS = (("force along x", "N"), ("force along y", "N"), ("torque", "N·m"))
 """Name and unit of each component of a wrench, object axes."""
 
 
-def chosen(series: Series, windows: Sequence[Mapping[str, Any]], most: int) -> list[Episode]:
+def chosen(
+    series: Series,
+    windows: Sequence[Mapping[str, Any]],
+    most: int,
+    sides: Sequence[str] = ("before", "after"),
+) -> list[Episode]:
     """Episodes with the strongest windows first, then held-out ones, at most so many."""
     strongest = {episode.name: _strongest(episode, windows) for episode in series.episodes}
     drawable = [
-        episode for episode in series.episodes if episode.residual is not None and len(episode.residual.t) > 1
+        episode
+        for episode in series.episodes
+        if (found := episode.residual) is not None
+        and len(found.t) > 1
+        and any(getattr(found, side) is not None for side in sides)
     ]
     return sorted(drawable, key=lambda episode: (-strongest[episode.name], not episode.held_out))[:most]
 
@@ -40,15 +49,16 @@ def windows_in(episode: Episode, windows: Sequence[Mapping[str, Any]]) -> list[t
 
 
 def draw(
-    index: int,
+    identity: str,
     episode: Episode,
     residual: Residual,
     series: Series,
     windows: Sequence[Mapping[str, Any]],
     named: Sequence[Place],
+    shown: Sequence[str] = ("before", "after"),
 ) -> Html:
-    """Return the panel of one episode; `index` makes its name in the page."""
-    rows = [lane for channel in series.channels for lane in _pair(channel, residual)]
+    """Return the panel of one episode with some sides; `identity` is unique in the page."""
+    rows = [lane for channel in series.channels for lane in _pair(channel, residual, shown)]
     inside = windows_in(episode, windows)
     span = (float(residual.t[0]), float(residual.t[-1]))
     graph, height = lanes.draw(rows, span, Marks(inside, events_in(episode, named)))
@@ -56,7 +66,7 @@ def draw(
     kind = "held out" if episode.held_out else "fitted"
     caption = [tag("b", episode.name), f" ({kind}). ", _shaded(inside)]
     return figure(
-        f"residual-{index}",
+        f"residual-{identity}",
         f"Missing wrench in {episode.name}",
         f"{text} {_shaded(inside)}",
         height,
@@ -70,14 +80,10 @@ def _strongest(episode: Episode, windows: Sequence[Mapping[str, Any]]) -> float:
     return max((strength for strength in strengths if strength is not None), default=0.0)
 
 
-def _pair(channel: int, residual: Residual) -> list[Lane]:
+def _pair(channel: int, residual: Residual, shown: Sequence[str]) -> list[Lane]:
     """Return the lanes of one channel, before and after over the same axis."""
     name, unit = CHANNELS[channel]
-    sides = [
-        (side, curve[:, channel])
-        for side in ("before", "after")
-        if (curve := getattr(residual, side)) is not None
-    ]
+    sides = [(side, curve[:, channel]) for side in shown if (curve := getattr(residual, side)) is not None]
     curves = {side: Curve(f"{side} whole", residual.t, values) for side, values in sides}
     noise = [] if residual.sd is None else [_band(residual, channel)]
     reach = max(
