@@ -85,7 +85,7 @@ def _reason(key: str, side: str, series: Series) -> str:
         and "theta" not in series.dof
     ):
         return "there is no heading on a rail"
-    if key == "force_bandwidth":
+    if key == "force_bandwidth" and series.quasi_static:
         return "no acceleration is needed where wrenches alone are compared"
     if series.quasi_static and key not in ("force_rmse", "torque_rmse"):
         return "slow pushes hold no mass: no motion can be simulated, so the wrench is compared"
@@ -126,7 +126,9 @@ def candidates(ranking: Sequence[Mapping[str, Any]]) -> list[list[Child]]:
 
 def ranked(rows: Sequence[Sequence[Child]]) -> Html:
     """Return a table of some of the rows that `candidates` made."""
-    return table(("added to the simulation", "log evidence", "log score", "not named because"), rows, "tried")
+    head = ("added to the simulation", "log evidence", "log score", "not named because")
+    columns = len(head) if any(row[-1] is not None for row in rows) else len(head) - 1
+    return table(head[:columns], [row[:columns] for row in rows], "tried")
 
 
 def _title(entry: Mapping[str, Any]) -> Child:
@@ -137,7 +139,7 @@ def _title(entry: Mapping[str, Any]) -> Child:
 def _candidate(entry: Mapping[str, Any], best: float) -> list[Child]:
     evidence, score = finite(entry.get("log_evidence")), finite(entry.get("log_score"))
     behind = ABSENT if evidence is None else "best" if evidence == best else significant(evidence - best)
-    reason = tag("span", str(entry.get("reason") or ABSENT), class_="prose")
+    reason = tag("span", str(entry["reason"]), class_="prose") if entry.get("reason") else None
     return [behind, ABSENT if score is None else significant(score, 4), reason]
 
 

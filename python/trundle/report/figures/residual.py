@@ -13,7 +13,6 @@ from trundle.report.figures.lanes import Curve, Lane, Marks
 from trundle.report.figures.motion import events_in
 from trundle.report.given import Episode, Residual, Series, finite
 from trundle.report.markup import Html, tag
-from trundle.report.quantity import interval, listed
 from trundle.report.where import Place
 
 __all__ = ["CHANNELS", "chosen", "draw", "windows_in"]
@@ -85,13 +84,15 @@ def _pair(channel: int, residual: Residual, shown: Sequence[str]) -> list[Lane]:
     name, unit = CHANNELS[channel]
     sides = [(side, curve[:, channel]) for side in shown if (curve := getattr(residual, side)) is not None]
     curves = {side: Curve(f"{side} whole", residual.t, values) for side, values in sides}
-    noise = [] if residual.sd is None else [_band(residual, channel)]
-    reach = max(
-        (abs(limit) for curve in (*curves.values(), *noise) for limit in lanes.bounds([curve])), default=1.0
-    )
+    noise = {side: _band(residual, side, channel) for side in curves}
+    drawn = (*curves.values(), *(band for bands in noise.values() for band in bands))
+    reach = max((abs(limit) for curve in drawn for limit in lanes.bounds([curve])), default=1.0)
     return [
         Lane(
-            _title(name, unit, side if len(curves) > 1 else ""), (*noise, curve), (-reach, reach), height=46.0
+            _title(name, unit, side if len(curves) > 1 else ""),
+            (*noise[side], curve),
+            (-reach, reach),
+            height=46.0,
         )
         for side, curve in curves.items()
     ]
@@ -101,14 +102,13 @@ def _title(name: str, unit: str, side: str) -> str:
     return f"{name}, {unit} · {side}" if side else f"{name}, {unit}"
 
 
-def _band(residual: Residual, channel: int) -> Curve:
-    sd = np.zeros((len(residual.t), 3)) if residual.sd is None else residual.sd
-    return Curve("band", residual.t, np.zeros(len(residual.t)), 2.0 * sd[:, channel])
+def _band(residual: Residual, side: str, channel: int) -> list[Curve]:
+    """Return two standard deviations of a side's own noise; that of before where after has none of its own."""
+    sd = residual.sd_after if side == "after" and residual.sd_after is not None else residual.sd
+    return [] if sd is None else [Curve("band", residual.t, np.zeros(len(sd)), 2.0 * sd[:, channel])]
 
 
 def _shaded(windows: Sequence[tuple[float, float]]) -> str:
     if not windows:
         return "No window stands out."
-    spans = [interval(start, end) for start, end in windows]
-    more = [f"{len(spans) - 4} more"] if len(spans) > 5 else []
-    return f"Shaded: {listed(spans[:4] + more if more else spans)}."
+    return "One window stands out." if len(windows) == 1 else f"{len(windows)} windows stand out."
