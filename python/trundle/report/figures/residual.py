@@ -103,7 +103,7 @@ def _title(name: str, unit: str, side: str) -> str:
 
 
 def _band(residual: Residual, side: str, channel: int) -> list[Curve]:
-    """Return two standard deviations of a side's own noise; that of before where after has none of its own."""
+    """Return two standard deviations of a side's noise; that of before where after has none."""
     sd = residual.sd_after if side == "after" and residual.sd_after is not None else residual.sd
     return [] if sd is None else [Curve("band", residual.t, np.zeros(len(sd)), 2.0 * sd[:, channel])]
 
