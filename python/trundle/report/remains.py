@@ -20,6 +20,10 @@ from trundle.report.words import percent
 __all__ = ["depends", "residual", "size"]
 
 _MOST = 9
+_TITLES = {
+    "explained": "What remains with the named effects",
+    "reparameterised": "What remains with the refitted values",
+}
 
 
 def residual(diagnosis: Mapping[str, Any], series: Series) -> Html | None:
@@ -35,7 +39,7 @@ def residual(diagnosis: Mapping[str, Any], series: Series) -> Html | None:
     listing = tables.windows(windows)
     return section(
         "residual",
-        "What remains with the named effects" if named else "What the simulation lacks in time",
+        _TITLES.get(str(diagnosis.get("verdict")), "What the simulation lacks in time"),
         tag(
             "p", "Force and torque that the seen motion needs and the simulation lacks, in the object's axes."
         ),
@@ -79,7 +83,9 @@ def _before(diagnosis: Mapping[str, Any], series: Series) -> Html | None:
     if not (panels or listing):
         return None
     return fold(
-        "Before: what the refitted simulation lacks without them",
+        "Before: what the simulation as given lacks"
+        if diagnosis.get("verdict") == "reparameterised"
+        else "Before: what the refitted simulation lacks without them",
         tag("p", shares(mismatch, series)),
         panels,
         listing,

@@ -139,7 +139,9 @@ def ranking(series: Mapping[str, Any]) -> Html | None:
 def figures_of_fit(diagnosis: Mapping[str, Any], series: Series) -> Html:
     """Return held-out figures in full, training figures behind a fold."""
     fit, single = diagnosis.get("fit") or {}, is_single(diagnosis, series.unnamed)
-    sides = "" if single else "; before: the simulation as given, refitted; after: with what is missing"
+    given = diagnosis.get("verdict") == "reparameterised"
+    meaning = "with the values given; after: refitted" if given else "refitted; after: with what is missing"
+    sides = "" if single else f"; before: the simulation {meaning}"
     above = quoted(diagnosis, series) if judged(diagnosis)[0] == "held-out" else None
     also = ", in addition to the figure below the headline" if above else ""
     return section(
@@ -159,5 +161,6 @@ def parameters(diagnosis: Mapping[str, Any]) -> Html | None:
         return None
     same = not given.get("after") or given.get("after") == given.get("before")
     how = "Refitted" if same else "Refitted without (before) and with (after) what was missing"
+    how = "As given and refitted (after)" if diagnosis.get("verdict") == "reparameterised" else how
     text = f"{how}; ± is one standard deviation."
     return section("nominal", "Parameters of the simulation", tag("p", text), found)
