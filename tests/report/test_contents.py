@@ -106,6 +106,8 @@ def test_an_unexplained_page_says_what_is_known_and_what_to_record(samples: dict
     tried = words(part(page, "ranking"))
     assert "the data do not hold a parameter that defines an effect" in tried
     assert "99" not in tried, "odds among wrong laws read as certainty"
+    diagnosis["alternatives"] = [{"effect": "tether", "probability": 0.0, "experiment": "let go"}]
+    assert "comes near" not in words(render(diagnosis, series))
 
 
 def test_before_and_after_that_are_the_same_are_told_once() -> None:

@@ -38,6 +38,8 @@ def doubts(diagnosis: Mapping[str, Any], given: Mapping[str, Any], series: Serie
     cards += [_tied_sets(entry, evidence) for entry in sets]
     cards += [_rival(index, entry, evidence) for index, entry in enumerate(near, len(groups))]
     alone = "No other explanation that was tried comes near."
+    if diagnosis.get("verdict") == "unexplained":
+        alone = "No explanation that was tried is good enough; these pushes test the nearest ones."
     return section(
         "doubts",
         "What it might be instead",
