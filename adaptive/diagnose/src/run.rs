@@ -18,7 +18,7 @@ use crate::units;
 use crate::unnamed::depends_on;
 use crate::verdict::{Choice, Judge, Named, judge, likeness};
 use crate::warnings::warnings;
-use std::collections::BTreeSet;
+use std::collections::{BTreeMap, BTreeSet};
 use trundle_infer::{Fit, InferError, Watch, unjudged};
 use trundle_model::{Model, Scales};
 use trundle_record::{Dataset, PrepareOptions, Prepared, Recording, prepare_with};
@@ -108,6 +108,8 @@ struct Decision {
     chances: Vec<f64>,
     rejected: usize,
     immaterial: Vec<(usize, usize, f64)>,
+    /// Why models that were tried are not named.
+    reasons: BTreeMap<usize, &'static str>,
     /// What the best model leaves.
     left: Option<Remainder>,
     given: Option<Tried>,
@@ -123,7 +125,7 @@ fn decide(engine: &dyn Engine, options: &Options, watch: &dyn Watch) -> Result<D
     let slow = engine.is_quasi_static();
     let ahead = |index: usize| if slow { Ok(None) } else { engine.outlook(&found.tried[index]).map(Some) };
     let is_material = |outlook: Option<Outlook>| outlook.is_none_or(|ahead| ahead.is_material());
-    let Choice { mut best, mut chances, rejected, immaterial } =
+    let Choice { mut best, mut chances, rejected, immaterial, mut reasons } =
         Judge { engine, found: &found, base, watch }.choose()?;
     let mut left = engine.remainder(&found.tried[best])?;
     let errors = ahead(best)?;
@@ -134,6 +136,7 @@ fn decide(engine: &dyn Engine, options: &Options, watch: &dyn Watch) -> Result<D
         verdict = Verdict::Unexplained;
     }
     if verdict == Verdict::Unexplained {
+        reasons.entry(best).or_insert("it leaves more than noise explains");
         (best, chances, left) = (base, vec![], found.before);
     }
     let given = engine.given(watch)?;
@@ -148,7 +151,7 @@ fn decide(engine: &dyn Engine, options: &Options, watch: &dyn Watch) -> Result<D
         let widened = engine.widened(&found.tried[index])?;
         found.tried[index] = Tried { fit: widened.fit.allowing(&richer), ..widened };
     }
-    Ok(Decision { base, best, chances, rejected, immaterial, left, given, verdict, found })
+    Ok(Decision { base, best, chances, rejected, immaterial, reasons, left, given, verdict, found })
 }
 
 impl Decision {
@@ -173,7 +176,8 @@ impl Decision {
 /// Put what was decided into numbers and words.
 fn explain(engine: &dyn Engine, decided: Decision, watch: &dyn Watch) -> Result<Outcome, InferError> {
     watch.progress("figures", 0.0);
-    let Decision { found, base, best, chances, rejected, immaterial, left, given, verdict } = decided;
+    let Decision { found, base, best, chances, rejected, immaterial, reasons, left, given, verdict } =
+        decided;
     let (data, nominal) = (engine.data(), engine.nominal());
     let (base, best) = (&found.tried[base], &found.tried[best]);
     let (all, probabilities) = (probabilities(&found.tried, 0), probabilities(&found.tried, rejected));
@@ -196,9 +200,12 @@ fn explain(engine: &dyn Engine, decided: Decision, watch: &dyn Watch) -> Result<
     if verdict == Verdict::Consistent {
         mismatch = Mismatch { channels: mismatch.channels, ..Mismatch::default() };
     }
+    // What a wrench without a name predicts is not explained: there the simulation under test leaves what remains.
+    let (leaver, missing_named) =
+        if filled.is_some() { (before, &missing_before) } else { (after, &missing_after) };
     let shown = verdict != Verdict::Consistent;
-    let remains = if shown { engine.located(after, left)? } else { Located::default() };
-    let courses = missing_after.training.clone().unwrap_or_default();
+    let remains = if shown { engine.located(leaver, left)? } else { Located::default() };
+    let courses = missing_named.training.clone().unwrap_or_default();
     let figures = figures(engine, before, after)?;
     let like = likeness(left, engine.observations());
     let mut missing = Vec::new();
@@ -249,7 +256,7 @@ fn explain(engine: &dyn Engine, decided: Decision, watch: &dyn Watch) -> Result<
             } else {
                 vec![]
             },
-            ..remaining(engine, after, [found.before, left], &missing_after)?
+            ..remaining(engine, leaver, [found.before, left], missing_named)?
         },
         warnings: warnings(engine, before, after, verdict == Verdict::Explained)?,
         wrench_pose: data.wrench_pose,
@@ -282,7 +289,7 @@ fn explain(engine: &dyn Engine, decided: Decision, watch: &dyn Watch) -> Result<
             stated: data.noise.stated,
         },
         episodes: series::episodes(engine, [before, after], [&missing_before, &missing_after])?,
-        candidates: tried(engine.observations(), &found, &probabilities),
+        candidates: tried(engine.observations(), &found, &probabilities, &reasons),
     };
     Ok(Outcome {
         model: engine.file(after)?,
@@ -327,14 +334,20 @@ fn figures(engine: &dyn Engine, before: &Tried, after: &Tried) -> Result<Figures
     Ok(Figures { held_out, training: pair(&data.training)? })
 }
 
-fn tried(observations: usize, found: &Found, probabilities: &[f64]) -> Vec<series::Candidate> {
-    let one = |(t, &probability): (&Tried, &f64)| series::Candidate {
+fn tried(
+    observations: usize,
+    found: &Found,
+    probabilities: &[f64],
+    reasons: &BTreeMap<usize, &'static str>,
+) -> Vec<series::Candidate> {
+    let one = |(index, (t, &probability)): (usize, (&Tried, &f64))| series::Candidate {
         effects: t.names().into_iter().map(str::to_owned).collect(),
         log_evidence: t.fit.log_evidence,
         log_score: Some(-t.fit.cost / observations as f64),
         probability,
+        reason: reasons.get(&index).copied(),
     };
-    found.tried.iter().zip(probabilities).map(one).collect()
+    found.tried.iter().zip(probabilities).enumerate().map(one).collect()
 }
 
 fn predictions(engine: &dyn Engine, before: &Tried, after: &Tried) -> Result<Predictions, InferError> {

@@ -77,6 +77,8 @@ pub struct Residual {
     pub after: Option<Vec<[f64; 3]>>,
     /// Standard deviation of `before`.
     pub sd: Option<Vec<[f64; 3]>>,
+    /// Standard deviation of `after`.
+    pub sd_after: Option<Vec<[f64; 3]>>,
 }
 
 /// Wrench recorded and needed, object axes, N, N, N·m.
@@ -103,6 +105,8 @@ pub struct Candidate {
     pub log_score: Option<f64>,
     /// Among the models tried.
     pub probability: f64,
+    /// Why it is not named, if it was tested.
+    pub reason: Option<&'static str>,
 }
 
 /// Missing wrenches of the training and of the held-out episodes.
@@ -176,10 +180,14 @@ fn residual(
     after: Option<&Vec<trundle_infer::Residual>>,
 ) -> Residual {
     let Some(before) = before else { return Residual::default() };
+    let deviations = |course: &Vec<trundle_infer::Residual>| {
+        course.iter().map(|r| [0, 1, 2].map(|k| r.covariance[(k, k)].max(0.0).sqrt())).collect()
+    };
     Residual {
         t: before.iter().map(|r| r.t).collect(),
         before: Some(before.iter().map(|r| r.wrench).collect()),
         after: after.map(|a| a.iter().map(|r| r.wrench).collect()),
-        sd: Some(before.iter().map(|r| [0, 1, 2].map(|k| r.covariance[(k, k)].max(0.0).sqrt())).collect()),
+        sd: Some(deviations(before)),
+        sd_after: after.map(deviations),
     }
 }

@@ -27,6 +27,8 @@ pub(crate) struct Choice {
     /// Effects that are detectable and whose correction would not improve prediction by a material share: the model's index,
     /// the effect's in it, and its chance.
     pub immaterial: Vec<(usize, usize, f64)>,
+    /// Why models that were tried are not named; models of less weight than the one that is named are not tested.
+    pub reasons: BTreeMap<usize, &'static str>,
 }
 
 /// What a choice is made from.
@@ -45,27 +47,39 @@ impl Judge<'_> {
     pub fn choose(&self) -> Result<Choice, InferError> {
         let mut left_out = BTreeMap::new();
         let mut immaterial: Vec<(usize, usize, f64)> = vec![];
+        let mut reasons = BTreeMap::new();
         // What the best model with an immaterial effect names: a worse one with other effects is not the explanation.
         let mut part_of: Option<Vec<&str>> = None;
         let tried = &self.found.tried;
         for (index, candidate) in tried.iter().enumerate() {
-            let defined = (0..candidate.added.len()).all(|k| is_defined(candidate, k));
             let within =
                 part_of.as_ref().is_none_or(|whole| candidate.names().iter().all(|n| whole.contains(n)));
-            if !defined || !within || left_out.len() >= MAX_CHECKED || !self.fits_better(candidate)? {
+            let doubt = if left_out.len() >= MAX_CHECKED {
+                Some("not tested: too many models before it")
+            } else {
+                self.doubtful(candidate, within)?
+            };
+            if let Some(reason) = doubt {
+                reasons.insert(index, reason);
                 continue;
             }
             let chances = self.chances(candidate, &mut left_out)?;
             if chances.iter().any(|chance| *chance < SURE) {
+                reasons.insert(index, "an effect does not improve the density of left-out episodes");
                 continue;
             }
             let idle = self.idle(candidate, &mut left_out)?;
             if idle.is_empty() && self.has_simpler(candidate, &mut left_out)? {
+                reasons.insert(index, "a simpler law predicts left-out episodes as well");
                 continue;
             }
             if idle.is_empty() {
-                return Ok(Choice { best: index, chances, rejected: index, immaterial });
+                return Ok(Choice { best: index, chances, rejected: index, immaterial, reasons });
             }
+            reasons.insert(
+                index,
+                "an effect does not improve the prediction of left-out episodes by a material share",
+            );
             part_of.get_or_insert_with(|| {
                 let simpler = candidate
                     .added
@@ -81,7 +95,20 @@ impl Judge<'_> {
                 }
             }
         }
-        Ok(Choice { best: self.base, chances: vec![], rejected: 0, immaterial })
+        Ok(Choice { best: self.base, chances: vec![], rejected: 0, immaterial, reasons })
+    }
+
+    /// Why a model is not worth a test on left-out episodes, if so.
+    fn doubtful(&self, candidate: &Tried, within: bool) -> Result<Option<&'static str>, InferError> {
+        Ok(if !(0..candidate.added.len()).all(|k| is_defined(candidate, k)) {
+            Some("the data do not hold a parameter that defines an effect")
+        } else if !within {
+            Some("a model that fits better contains an immaterial effect")
+        } else if !self.fits_better(candidate)? {
+            Some("an effect does not help consistently from block to block")
+        } else {
+            None
+        })
     }
 
     /// Whether every effect of a model improves the density of the episodes that it is fitted to by more than chance. What

@@ -67,13 +67,13 @@ pub(crate) fn warnings(
 /// Held-out figures that got worse, in one sentence.
 fn worse(before: &Score, after: &Score) -> Option<String> {
     let figures = [
-        ("position error in open loop", before.position_rmse, after.position_rmse),
-        ("position error one second ahead", before.window_position_rmse, after.window_position_rmse),
-        ("force error", before.force_rmse, after.force_rmse),
+        ("position error in open loop", "m", before.position_rmse, after.position_rmse),
+        ("position error one second ahead", "m", before.window_position_rmse, after.window_position_rmse),
+        ("force error", "N", before.force_rmse, after.force_rmse),
     ];
-    let rose = |(name, before, after): (&str, Option<f64>, Option<f64>)| {
+    let rose = |(name, unit, before, after): (&str, &str, Option<f64>, Option<f64>)| {
         let (before, after) = (before?, after?);
-        (after > WORSE * before).then(|| format!("{name} {before:.3e} -> {after:.3e}"))
+        (after > WORSE * before).then(|| format!("{name} {before:.4} {unit} before, {after:.4} {unit} after"))
     };
     let all: Vec<String> = figures.into_iter().filter_map(rose).collect();
     (!all.is_empty()).then(|| format!("held-out figures got worse: {}", all.join(", ")))

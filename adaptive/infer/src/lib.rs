@@ -4,6 +4,7 @@
 //! exact gradients from several seeded starts; [`Fit`] says what was found, how well it is known,
 //! and how much evidence the data hold for the model.
 
+mod bandwidth;
 mod baseline;
 mod beginning;
 mod brent;

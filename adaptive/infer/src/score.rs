@@ -1,5 +1,6 @@
 //! The figures of DIAGNOSIS.md, by which a model is judged on episodes.
 
+use crate::bandwidth::{force_bandwidth, spacing};
 use crate::beginning;
 use crate::curve::Curve;
 use crate::quasi::WrenchSample;
@@ -11,7 +12,7 @@ use crate::{Channels, InferError};
 use rayon::prelude::*;
 use serde::Serialize;
 use trundle_model::{Clock, INNER, Model, Plant, State, to_body};
-use trundle_record::{Motion, Noise, Prepared};
+use trundle_record::{Motion, Noise, Prepared, low_pass};
 
 /// How well a model predicts some episodes; `None` where a figure makes no sense.
 #[derive(Clone, Debug, Default, PartialEq, Serialize)]
@@ -30,10 +31,12 @@ pub struct Score {
     pub window_position_rmse: Option<f64>,
     /// One second ahead, rad.
     pub window_heading_rmse: Option<f64>,
-    /// Wrench needed for the seen motion less recorded, N.
+    /// Wrench needed for the seen motion less recorded, both below `force_bandwidth`, N.
     pub force_rmse: Option<f64>,
     /// The same, N·m, about the object origin.
     pub torque_rmse: Option<f64>,
+    /// Frequency up to which the poses tell acceleration, Hz; `None` where wrenches are compared that need none.
+    pub force_bandwidth: Option<f64>,
     /// Mean log density of a pose sample, one window ahead.
     pub log_predictive_density: Option<f64>,
 }
@@ -50,11 +53,11 @@ pub fn score(
     noise: &Noise,
     quasi_static: bool,
 ) -> Result<Score, InferError> {
-    score_beside(model, values, channels, episodes, noise, quasi_static, 0.0)
+    score_beside(model, values, channels, episodes, noise, quasi_static, None)
 }
 
-/// The same beside another model, of which `unjudged` seconds after contact are not judged ([`unjudged`]): what is not
-/// judged of one is not judged of the other.
+/// The same compared with another model, given with its values: time that is not judged of one is not judged of the other
+/// ([`beginning::unjudged`]), and wrenches of both are compared below the same frequency.
 ///
 /// # Errors
 /// When `values` has the wrong length.
@@ -65,10 +68,14 @@ pub fn score_beside(
     episodes: &[Prepared],
     noise: &Noise,
     quasi_static: bool,
-    unjudged: f64,
+    beside: Option<(&Model, &[f64])>,
 ) -> Result<Score, InferError> {
     let plant = model.plant(values)?;
-    let unjudged = unjudged.max(beginning::unjudged(model));
+    let other = beside.map(|(model, values)| model.plant(values)).transpose()?;
+    let unjudged =
+        beside.map_or(0.0, |(other, _)| beginning::unjudged(other)).max(beginning::unjudged(model));
+    let plants: Vec<&Plant<f64>> = std::iter::once(&plant).chain(&other).collect();
+    let bandwidth = if quasi_static { None } else { force_bandwidth(&plants, model.dof, episodes, noise) };
     let one = |episode: &Prepared| {
         let mut tally = Tally::default();
         if quasi_static {
@@ -78,12 +85,15 @@ pub fn score_beside(
             tally.open_loop(&open_loop(&plant, episode), episode, rho, unjudged);
             let ahead = windows(model, values, channels, episode, noise)?;
             add_windows(&mut tally, &ahead, episode.contact + unjudged);
-            add_dynamics(&mut tally, &plant, model.dof, episode, noise, unjudged);
+            for wrench in missed(&plant, episode, noise, unjudged).below(bandwidth) {
+                tally.wrench([0, 1, 2].map(|k| if model.dof[k] { wrench[k] } else { 0.0 }));
+            }
         }
         Ok(tally)
     };
     let all = episodes.par_iter().map(one).collect::<Result<Vec<_>, InferError>>()?;
-    Ok(all.iter().fold(Tally::default(), Tally::plus).figures(model.dof[2]))
+    let figures = all.iter().fold(Tally::default(), Tally::plus).figures(model.dof[2]);
+    Ok(Score { force_bandwidth: bandwidth.filter(|_| figures.force_rmse.is_some()), ..figures })
 }
 
 /// Add predictions of samples from a time on.
@@ -94,29 +104,48 @@ fn add_windows(tally: &mut Tally, windows: &[Option<Window>], from: f64) {
     }
 }
 
-/// Add the wrench that the seen motion needs, at every pose sample from contact on.
-fn add_dynamics(
-    tally: &mut Tally,
-    plant: &Plant<f64>,
-    dof: [bool; 3],
-    episode: &Prepared,
-    noise: &Noise,
-    unjudged: f64,
-) {
+/// Needed less recorded wrench along an episode, object axes.
+#[derive(Default)]
+struct Missed {
+    t: Vec<f64>,
+    wrench: Vec<[f64; 3]>,
+}
+
+impl Missed {
+    /// Both without what lies above a frequency, Hz. A filter of their difference is one of each. Within a quarter of a
+    /// period of the ends, poses tell acceleration from one side only; those samples are left out.
+    fn below(mut self, bandwidth: Option<f64>) -> Vec<[f64; 3]> {
+        let Some(bandwidth) = bandwidth else { return self.wrench };
+        for k in 0..3 {
+            let one: Vec<f64> = self.wrench.iter().map(|wrench| wrench[k]).collect();
+            for (wrench, value) in self.wrench.iter_mut().zip(low_pass(&self.t, &one, bandwidth)) {
+                wrench[k] = value;
+            }
+        }
+        let (Some(first), Some(last)) = (self.t.first(), self.t.last()) else { return vec![] };
+        let edge = 0.25 / bandwidth;
+        let inside = |t: f64| (first + edge..=last - edge).contains(&t);
+        self.t.iter().zip(self.wrench).filter(|(t, _)| inside(**t)).map(|(_, wrench)| wrench).collect()
+    }
+}
+
+/// The wrench that the seen motion needs less the recorded one, at every pose sample from `unjudged` seconds after contact on.
+fn missed(plant: &Plant<f64>, episode: &Prepared, noise: &Noise, unjudged: f64) -> Missed {
     let curve = Curve::new(episode);
+    let near = 0.5 * spacing(std::slice::from_ref(episode)).unwrap_or(0.0);
     let mut own = Own { inner: beginning::beginning(plant, episode), last: None, longest: curve.longest() };
+    let mut missed = Missed::default();
     for motion in episode.motion(noise).iter().filter(|m| m.t >= episode.contact) {
-        let Some(sample) = seen(motion, (episode, &curve), plant) else { continue };
+        let Some(sample) = seen(motion, (episode, &curve), plant, near) else { continue };
         let inner = own.until(plant, &sample);
         if motion.t < episode.contact + unjudged {
             continue;
         }
         let inertia = inertial(plant, &sample, motion.accel);
-        let [force_x, force_y, torque] = shortfall(plant, &sample, inner, motion, inertia);
-        let force_y = if dof[1] { force_y } else { 0.0 };
-        let torque = if dof[2] { torque } else { 0.0 };
-        tally.wrench([force_x, force_y, torque]);
+        missed.t.push(motion.t);
+        missed.wrench.push(shortfall(plant, &sample, inner, motion, inertia));
     }
+    missed
 }
 
 /// The laws' own states along the motion that was seen.
@@ -148,13 +177,17 @@ impl Own {
     }
 }
 
-/// What was read of the moment when a pose was seen: the mean of the readings around it.
-fn seen(motion: &Motion, (episode, curve): (&Prepared, &Curve), plant: &Plant<f64>) -> Option<WrenchSample> {
-    const NEAR: f64 = 0.02;
+/// What was read of the moment when a pose was seen: the mean of the readings up to `near` seconds from it.
+fn seen(
+    motion: &Motion,
+    (episode, curve): (&Prepared, &Curve),
+    plant: &Plant<f64>,
+    near: f64,
+) -> Option<WrenchSample> {
     let timing = Timing::of(plant, curve.clock(motion.t));
     let at = motion.t + timing.map_or(0.0, |timing| timing.delay());
     let (first, last) = (episode.wrench.first()?.t, episode.wrench.last()?.t);
-    if at < first - NEAR || at > last + NEAR {
+    if at < first - near || at > last + near {
         return None;
     }
     let frame = curve.frame(motion.t).0;
@@ -164,8 +197,8 @@ fn seen(motion: &Motion, (episode, curve): (&Prepared, &Curve), plant: &Plant<f6
         pose: motion.pose,
         twist: motion.twist,
         reading: match timing {
-            Some(timing) => timing.mean(curve, motion.t - NEAR, motion.t + NEAR),
-            None => curve.mean(at - NEAR, at + NEAR).reading,
+            Some(timing) => timing.mean(curve, motion.t - near, motion.t + near),
+            None => curve.mean(at - near, at + near).reading,
         },
         frame,
         clock: curve.held(motion.t, frame),

@@ -103,6 +103,7 @@ impl Tally {
             window_heading_rmse: heading(self.window.root(1)),
             force_rmse: self.wrench.root(0),
             torque_rmse: heading(self.wrench.root(1)),
+            force_bandwidth: None,
             log_predictive_density: self.density.value(0),
         }
     }

@@ -117,12 +117,14 @@ fn the_first_second_is_judged_of_neither() {
     }
     moved.memo = Default::default();
     let (model, channels) = (locked(), Channels::of(&NOISE));
-    let beside = |episode: &Prepared, from: f64| {
-        let episodes = std::slice::from_ref(episode);
-        score_beside(&model, &values(&model), &channels, episodes, &NOISE, false, from).unwrap()
+    let beside = |episode: &Prepared, other: &Model| {
+        let (episodes, other_values) = (std::slice::from_ref(episode), values(other));
+        let other = Some((other, &other_values[..]));
+        score_beside(&model, &values(&model), &channels, episodes, &NOISE, false, other).unwrap()
     };
-    assert_eq!(beside(&clean, 1.0).position_rmse, beside(&moved, 1.0).position_rmse);
-    assert_ne!(beside(&clean, 0.0).position_rmse, beside(&moved, 0.0).position_rmse);
+    let caster = on_a_caster();
+    assert_eq!(beside(&clean, &caster).position_rmse, beside(&moved, &caster).position_rmse);
+    assert_ne!(beside(&clean, &model).position_rmse, beside(&moved, &model).position_rmse);
 }
 
 #[test]

@@ -27,7 +27,7 @@ pub use metadata::{
     Contact, Dof, FORMAT, FixtureMeta, Frame, Metadata, NoiseMeta, ObjectMeta, Obstacle, Precontact,
     Reference, Scene, Sign, Source, Split, WrenchMeta,
 };
-pub use motion::{FEWEST_POSES, Memo, Motion, filter, filter_from, smooth, smooth_from};
+pub use motion::{FEWEST_POSES, Memo, Motion, filter, filter_from, low_pass, smooth, smooth_from};
 pub use prepare::{
     Counts, Dataset, Noise, Options as PrepareOptions, PoseSample, Prepared, ReadingAxes, TareMethod,
     Wrench6, WrenchPose, WrenchSample, force_moment_transform, planar_transform, prepare, prepare_with,

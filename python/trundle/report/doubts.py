@@ -21,16 +21,25 @@ _NEAR = 0.01
 def doubts(diagnosis: Mapping[str, Any], given: Mapping[str, Any], series: Series) -> Html | None:
     """Return what the data cannot tell apart, and what they nearly cannot; None where nothing was near."""
     evidence = _Evidence.of(diagnosis, given, series)
+    sets = [entry for entry in diagnosis.get("tied_sets") or () if len(entry) > 1]
     groups = [tuple(map(str, group)) for group in diagnosis.get("tied") or () if len(group) > 1]
     tied = {name for group in groups for name in group}
-    others = [entry for entry in evidence.rivals if str(entry.get("effect")) not in tied]
+    in_sets = {_combined(" + ".join(map(str, group))) for entry in sets for group in entry}
+    others = [
+        entry
+        for entry in evidence.rivals
+        if str(entry.get("effect")) not in tied and _combined(entry.get("effect")) not in in_sets
+    ]
     near = [entry for entry in others if (words.probability(entry) or 0.0) >= _NEAR]
     far = [entry for entry in others if entry not in near]
-    if not groups and not others:
+    if not groups and not others and not sets:
         return None
     cards = [_tie(index, group, evidence) for index, group in enumerate(groups)]
+    cards += [_tied_sets(entry, evidence) for entry in sets]
     cards += [_rival(index, entry, evidence) for index, entry in enumerate(near, len(groups))]
     alone = "No other explanation that was tried comes near."
+    if diagnosis.get("verdict") == "unexplained":
+        alone = "No explanation that was tried is good enough; these pushes test the nearest ones."
     return section(
         "doubts",
         "What it might be instead",
@@ -81,6 +90,27 @@ def _tie(index: int, group: Sequence[str], evidence: _Evidence) -> Html:
         [_experiment(f"{index}-{rank}", each, evidence.series) for rank, each in enumerate(told)],
         class_="doubt",
     )
+
+
+def _tied_sets(sets: Sequence[Sequence[Any]], evidence: _Evidence) -> Html:
+    """Return a class of whole sets of effects, with the certificates and pushes that compare them."""
+    names = frozenset(_combined(" + ".join(map(str, group))) for group in sets)
+    single = frozenset(str(name) for group in sets for name in group)
+    known = [*evidence.within(evidence.certificates, names | single)]
+    told = [each.get("experiment") for each in evidence.rivals if _combined(each.get("effect")) in names]
+    return tag(
+        "article",
+        tag("h3", words.capitalised(words.sets(sets)), tag("span", "tied sets", class_="kind")),
+        tag("p", "This recording cannot tell these sets of effects apart: any of them would do."),
+        [_certificate(entry) for entry in known],
+        [_experiment(f"sets-{rank}", text, evidence.series) for rank, text in enumerate(told or [None])],
+        class_="doubt",
+    )
+
+
+def _combined(effect: object) -> str:
+    """Return the name of a set of effects with its members in alphabetical order."""
+    return " + ".join(sorted(part.strip() for part in str(effect).split("+")))
 
 
 def _certificate(entry: Mapping[str, Any]) -> Html | None:

@@ -22,6 +22,7 @@ class Residual:
     before: Array | None
     after: Array | None
     sd: Array | None
+    sd_after: Array | None = None
 
 
 @dataclass(frozen=True)
@@ -123,7 +124,12 @@ def _episode(given: Mapping[str, Any], single: bool) -> Episode:
 def _residual(given: Mapping[str, Any] | None, single: bool) -> Residual | None:
     if not given:
         return None
-    return Residual(_vector(given.get("t")), *_sides(given, single), _curve(given.get("sd")))
+    return Residual(
+        _vector(given.get("t")),
+        *_sides(given, single),
+        _curve(given.get("sd")),
+        _curve(given.get("sd_after")),
+    )
 
 
 def _wrench(given: Mapping[str, Any] | None, single: bool) -> Wrench | None:

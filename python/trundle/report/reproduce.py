@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from collections.abc import Mapping
+from collections.abc import Mapping, Sequence
 from typing import Any
 
 from trundle.report.markup import Child, Html, tag
@@ -12,13 +12,14 @@ from trundle.report.section import section
 __all__ = ["reproduce"]
 
 
-def reproduce(series: Mapping[str, Any]) -> Html:
+def reproduce(series: Mapping[str, Any], wrench_pose: str) -> Html:
     """Return how to get this page again, what noise was assumed, and what lies beside it."""
     rows: list[tuple[str, Child]] = [
         ("version", f"trundle {series.get('version') or ABSENT}"),
         ("seed", _seed(series)),
         *_inputs(series),
         ("noise", _noise(series.get("noise") or {})),
+        *_POSES.get(wrench_pose, ()),
     ]
     return section(
         "reproduce",
@@ -30,6 +31,13 @@ def reproduce(series: Mapping[str, Any]) -> Html:
         tag("ul", [tag("li", tag("code", name), f" {text}") for name, text in _BESIDE]),
     )
 
+
+_POSES: Mapping[str, Sequence[tuple[str, Child]]] = {
+    "own_time": [("wrenches", "brought to the object with the pose at their own time")],
+    "latest": [
+        ("wrenches", "brought to the object with the latest recorded pose (equation 13 of the paper)")
+    ],
+}
 
 _BESIDE = (
     ("diagnosis.json", "holds the same for programs,"),

@@ -5,45 +5,36 @@ from __future__ import annotations
 from collections.abc import Mapping, Sequence
 from typing import Any
 
-from trundle.report import tables
+from trundle.report import tables, words
 from trundle.report.figures import floor, place
 from trundle.report.figures import motion as motions
-from trundle.report.figures import residual as residuals
 from trundle.report.figures import wrench as wrenches
-from trundle.report.given import Episode, Series, finite, held_out_first
+from trundle.report.gallery import gallery, of
+from trundle.report.given import Episode, Series, held_out_first
 from trundle.report.legend import legend, sides
 from trundle.report.markup import Html, tag
-from trundle.report.quantity import listed
 from trundle.report.section import fold, section
-from trundle.report.verdict import headline, lead
-from trundle.report.where import Place, places
+from trundle.report.verdict import headline, is_single, judged, lead, quoted
+from trundle.report.where import places
 
-__all__ = ["answer", "figures_of_fit", "motion", "nominal", "ranking", "residual", "slow_pushes"]
+__all__ = ["answer", "figures_of_fit", "motion", "parameters", "ranking", "slow_pushes"]
 
-_OPEN, _FOLDED = 3, 6
+_DRAWN = 9
 _RANKED = 6
 _LONG = 6
 
 
-def _panels(figures: Sequence[Html], name: str = "episodes") -> Html:
-    """Return the first few open, the others behind a fold."""
-    first, rest = figures[:_OPEN], figures[_OPEN:]
-    more = fold(f"{len(rest)} more {name}", tag("div", rest, class_="panels")) if rest else None
-    return tag("div", tag("div", first, class_="panels"), more, class_="gallery")
-
-
-def _of(shown: int, total: int) -> str:
-    return "" if shown == total else f" {shown} of {total} episodes are drawn."
-
-
-def answer(diagnosis: Mapping[str, Any], series: Series, recording: str, contents: Html) -> Html:
-    """Return the sentence, and the object and the floor with the places marked."""
+def answer(
+    diagnosis: Mapping[str, Any], series: Series, warnings: Sequence[str], recording: str, contents: Html
+) -> Html:
+    """Return the sentence, what to doubt in it, and the object and the floor with the places marked."""
     sentences = lead(diagnosis, series)
     text = tag(
         "div",
         tag("p", "Diagnosis of ", tag("b", recording), class_="kicker"),
         tag("h1", headline(diagnosis)),
         [tag("p", sentence, class_="lead") for sentence in sentences],
+        _warnings(warnings),
         contents,
         class_="words",
     )
@@ -51,6 +42,15 @@ def answer(diagnosis: Mapping[str, Any], series: Series, recording: str, content
     drawn = tag("div", maps, class_="maps") if maps else None
     kind = f"{diagnosis.get('verdict')}{' two' if len(maps) > 1 else ''}"
     return tag("header", text, drawn, class_=f"answer {kind}")
+
+
+def _warnings(warnings: Sequence[str]) -> Html | None:
+    """Return what a careful reader must know, where it cannot be missed."""
+    if not warnings:
+        return None
+    title = tag("b", "Warning" if len(warnings) == 1 else "Warnings")
+    items = [tag("li", words.capitalised(words.spoken(each))) for each in warnings]
+    return tag("div", title, tag("ul", items), class_="warnings", role="note")
 
 
 def _maps(diagnosis: Mapping[str, Any], series: Series) -> tuple[Html | None, Html | None]:
@@ -70,17 +70,14 @@ def motion(diagnosis: Mapping[str, Any], series: Series) -> Html | None:
     )
     if not drawable:
         return None
-    figures = [
-        motions.draw(index, episode, series, named)
-        for index, episode in enumerate(drawable[: _OPEN + _FOLDED])
-    ]
+    figures = [motions.draw(index, episode, series, named) for index, episode in enumerate(drawable[:_DRAWN])]
     text = "The recorded force alone drives the simulation, from rest. Held-out episodes were never fitted."
     return section(
         "motion",
         "Simulation against recording",
-        tag("p", text, _of(len(figures), len(drawable))),
+        tag("p", text, of(len(figures), len(drawable))),
         legend(*sides("simulated", drawable)),
-        _panels(figures),
+        gallery(figures),
     )
 
 
@@ -100,7 +97,7 @@ def slow_pushes(series: Series) -> Html | None:
     ]
     figures = [
         wrenches.in_time(index, episode, episode.wrench, series)
-        for index, episode in enumerate(long[: _OPEN + _FOLDED])
+        for index, episode in enumerate(long[:_DRAWN])
         if episode.wrench is not None
     ]
     text = (
@@ -111,56 +108,11 @@ def slow_pushes(series: Series) -> Html | None:
         "wrench",
         "Wrench of the model against the recorded one",
         tag("p", text),
-        _panels(agreement),
-        [legend(*sides("needed", [episode.wrench for episode in long])), _panels(figures)]
+        gallery(agreement),
+        [legend(*sides("needed", [episode.wrench for episode in long])), gallery(figures)]
         if figures
         else None,
     )
-
-
-def residual(diagnosis: Mapping[str, Any], series: Series) -> Html | None:
-    """Return the missing wrench in time, and when, where and in what it shows."""
-    mismatch = diagnosis.get("mismatch") or {}
-    windows = mismatch.get("windows") or ()
-    named: Sequence[Place] = places(diagnosis.get("missing") or ())
-    episodes = residuals.chosen(series, windows, _OPEN + _FOLDED)
-    figures = [
-        residuals.draw(index, episode, episode.residual, series, windows, named)
-        for index, episode in enumerate(episodes)
-        if episode.residual is not None
-    ]
-    listing = tables.windows(windows)
-    if not figures and listing is None:
-        return None
-    total = sum(episode.residual is not None for episode in series.episodes)
-    text = "Force and torque that the seen motion needs and the simulation lacks, in the object's axes."
-    return section(
-        "residual",
-        "What the simulation lacks in time",
-        tag("p", text, _of(len(figures), total), _shares(mismatch, series), _regime(mismatch)),
-        legend(*_residual_legend(windows)) if figures else None,
-        _panels(figures) if figures else None,
-        fold("The windows in numbers", listing) if listing else None,
-    )
-
-
-def _residual_legend(windows: Sequence[object]) -> list[tuple[str, str]]:
-    band = [("band", "what noise alone explains (two standard deviations)")]
-    return band + ([("window", "windows that noise cannot explain")] if windows else [])
-
-
-def _shares(mismatch: Mapping[str, Any], series: Series) -> str:
-    given = mismatch.get("channels") or {}
-    shares = [(name, value) for name in series.dof if (value := finite(given.get(name))) is not None]
-    words = {"theta": "heading"}
-    if len(shares) < 2:
-        return ""
-    parts = [f"{words.get(name, name)} {100.0 * share:.0f} %" for name, share in shares]
-    return f" Shares of the misfit: {listed(parts)}."
-
-
-def _regime(mismatch: Mapping[str, Any]) -> str:
-    return f" It acts {mismatch['regime']}." if mismatch.get("regime") else ""
 
 
 def ranking(series: Mapping[str, Any]) -> Html | None:
@@ -170,7 +122,7 @@ def ranking(series: Mapping[str, Any]) -> Html | None:
         return None
     text = (
         "Laws added to the simulation, refitted each time. Higher is better: the log evidence of all the "
-        "training data, relative to the best, and the log score of a sample in an episode left out."
+        "training data, relative to the best, and the log score of a training sample."
     )
     found = tables.candidates(entries)
     return section(
@@ -186,21 +138,29 @@ def ranking(series: Mapping[str, Any]) -> Html | None:
 
 def figures_of_fit(diagnosis: Mapping[str, Any], series: Series) -> Html:
     """Return held-out figures in full, training figures behind a fold."""
-    fit, single = diagnosis.get("fit") or {}, diagnosis.get("verdict") == "consistent"
-    sides = "" if single else "; before: the simulation as given, refitted; after: with what is missing"
+    fit, single = diagnosis.get("fit") or {}, is_single(diagnosis, series.unnamed)
+    given = diagnosis.get("verdict") == "reparameterised"
+    meaning = "with the values given; after: refitted" if given else "refitted; after: with what is missing"
+    sides = "" if single else f"; before: the simulation {meaning}"
+    above = quoted(diagnosis, series) if judged(diagnosis)[0] == "held-out" else None
+    also = ", in addition to the figure below the headline" if above else ""
     return section(
         "fit",
         "How far off",
-        tag("p", f"On held-out data{sides}."),
-        tables.fit(fit.get("held_out") or {}, series, single),
+        tag("p", f"On held-out data{also}{sides}."),
+        tables.fit(fit.get("held_out") or {}, series, single, above),
         fold("On the data that were fitted", tables.fit(fit.get("training") or {}, series, single)),
     )
 
 
-def nominal(diagnosis: Mapping[str, Any]) -> Html | None:
+def parameters(diagnosis: Mapping[str, Any]) -> Html | None:
     """Parameters of the simulation under test."""
-    found = tables.nominal(diagnosis.get("nominal") or {})
+    given = diagnosis.get("nominal") or {}
+    found = tables.nominal(given)
     if found is None:
         return None
-    text = "Refitted without (before) and with (after) what was missing; ± is one standard deviation."
+    same = not given.get("after") or given.get("after") == given.get("before")
+    how = "Refitted" if same else "Refitted without (before) and with (after) what was missing"
+    how = "As given and refitted (after)" if diagnosis.get("verdict") == "reparameterised" else how
+    text = f"{how}; ± is one standard deviation."
     return section("nominal", "Parameters of the simulation", tag("p", text), found)

@@ -12,7 +12,7 @@ from trundle.report.parameter import parameter
 from trundle.report.quantity import ABSENT, interval, readable, significant, suited
 from trundle.report.verdict import before_after
 
-__all__ = ["candidates", "fit", "gain", "nominal", "parameters", "ranked", "table", "windows"]
+__all__ = ["candidates", "fit", "nominal", "parameters", "ranked", "table", "windows"]
 
 _FIGURES = (
     ("position_rmse", "position, whole episodes (rms)", "m"),
@@ -24,17 +24,10 @@ _FIGURES = (
     ("r2", "R² of the motion", ""),
     ("force_rmse", "force needed less recorded (rms)", "N"),
     ("torque_rmse", "torque needed less recorded (rms)", "N·m"),
+    ("force_bandwidth", "both of these below", "Hz"),
     ("log_predictive_density", "log predictive density per sample", ""),
 )
 _SIDES = ("before", "after")
-_UNIT_OF_FORCE = "N"
-_GAINS = {
-    "position_rmse": "position",
-    "heading_rmse": "heading",
-    "window_position_rmse": "position, 1 s ahead",
-    "force_rmse": "force",
-    "torque_rmse": "torque",
-}
 
 
 def table(head: Sequence[Child], rows: Sequence[Sequence[Child]], style: str = "") -> Html:
@@ -44,12 +37,14 @@ def table(head: Sequence[Child], rows: Sequence[Sequence[Child]], style: str = "
     return tag("div", tag("table", top, tag("tbody", body), class_=style or None), class_="wide")
 
 
-def fit(scores: Mapping[str, Any], series: Series, single: bool = False) -> Html:
-    """Figures before and after, or in one column; a dash where there is none, with the reason below."""
+def fit(scores: Mapping[str, Any], series: Series, single: bool = False, without: str | None = None) -> Html:
+    """Figures but for `without`, before and after or in one column; a dash where there is none, and why."""
     sides = _SIDES[:1] if single else _SIDES
     rows: list[list[Child]] = []
     reasons: list[str] = []
     for key, name, unit in _FIGURES:
+        if key == without:
+            continue
         values = before_after(scores, key)[: len(sides)]
         scale = suited(unit, *values)
         marks = [
@@ -73,22 +68,6 @@ def fit(scores: Mapping[str, Any], series: Series, single: bool = False) -> Html
     )
 
 
-def gain(scores: Mapping[str, Any], quasi_static: bool) -> Html | None:
-    """Return the errors (rms) that matter most, before and after, with the factor by which they fall."""
-    rows: list[list[Child]] = []
-    for key, _, unit in _FIGURES:
-        before, after = before_after(scores, key)
-        if key not in _GAINS or before is None or after is None or (_UNIT_OF_FORCE in unit) != quasi_static:
-            continue
-        rows.append([_GAINS[key], suited(unit, before).text(before), suited(unit, after).text(after)])
-        rows[-1].append(_factor(before, after))
-    return table(("rms error", *_SIDES, "smaller"), rows) if rows else None
-
-
-def _factor(before: float, after: float) -> str:
-    return f"{significant(before / after, 2)}\N{MULTIPLICATION SIGN}" if before > after > 0.0 else ABSENT
-
-
 def _mark(reason: str, reasons: list[str]) -> Html:
     if reason not in reasons:
         reasons.append(reason)
@@ -106,6 +85,8 @@ def _reason(key: str, side: str, series: Series) -> str:
         and "theta" not in series.dof
     ):
         return "there is no heading on a rail"
+    if key == "force_bandwidth" and series.quasi_static:
+        return "no acceleration is needed where wrenches alone are compared"
     if series.quasi_static and key not in ("force_rmse", "torque_rmse"):
         return "slow pushes hold no mass: no motion can be simulated, so the wrench is compared"
     return "no richer model was adopted" if side == "after" else "this recording does not hold it"
@@ -114,12 +95,15 @@ def _reason(key: str, side: str, series: Series) -> str:
 def nominal(given: Mapping[str, Any]) -> Html | None:
     """Parameters of the simulation under test: as given, and refitted before and after."""
     columns = {side: given.get(side) or {} for side in ("given", *_SIDES)}
+    if columns["after"] == columns["before"]:
+        columns["after"] = {}
     shown = [side for side, values in columns.items() if values]
     names = list(dict.fromkeys(name for side in (*_SIDES, "given") for name in columns[side]))
     if not names:
         return None
     rows = [[tag("code", name), *(parameter(columns[side].get(name)) for side in shown)] for name in names]
-    return table(("", *shown), rows, "stacked")
+    heads = ("refitted" if side == "before" and not columns["after"] else side for side in shown)
+    return table(("", *heads), rows, "stacked")
 
 
 def parameters(given: Mapping[str, Any]) -> Html | None:
@@ -142,7 +126,9 @@ def candidates(ranking: Sequence[Mapping[str, Any]]) -> list[list[Child]]:
 
 def ranked(rows: Sequence[Sequence[Child]]) -> Html:
     """Return a table of some of the rows that `candidates` made."""
-    return table(("added to the simulation", "probability", "log evidence", "log score"), rows)
+    head = ("added to the simulation", "log evidence", "log score", "not named because")
+    columns = len(head) if any(row[-1] is not None for row in rows) else len(head) - 1
+    return table(head[:columns], [row[:columns] for row in rows], "tried")
 
 
 def _title(entry: Mapping[str, Any]) -> Child:
@@ -153,28 +139,8 @@ def _title(entry: Mapping[str, Any]) -> Child:
 def _candidate(entry: Mapping[str, Any], best: float) -> list[Child]:
     evidence, score = finite(entry.get("log_evidence")), finite(entry.get("log_score"))
     behind = ABSENT if evidence is None else "best" if evidence == best else significant(evidence - best)
-    return [
-        _bar(finite(entry.get("probability"))),
-        behind,
-        ABSENT if score is None else significant(score, 4),
-    ]
-
-
-def _bar(probability: float | None) -> Child:
-    if probability is None:
-        return ABSENT
-    text = (
-        "< 0.1 %"
-        if probability < 0.001
-        else "> 99.9 %"
-        if probability > 0.999
-        else f"{100 * probability:.1f} %"
-    )
-    share = min(max(probability, 0.0), 1.0)
-    return [
-        tag("span", tag("span", style=f"width:{100 * share:.1f}%"), class_="bar", aria_hidden="true"),
-        text,
-    ]
+    reason = tag("span", str(entry["reason"]), class_="prose") if entry.get("reason") else None
+    return [behind, ABSENT if score is None else significant(score, 4), reason]
 
 
 def windows(given: Sequence[Mapping[str, Any]]) -> Html | None:

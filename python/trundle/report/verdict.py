@@ -7,10 +7,9 @@ from typing import Any
 
 from trundle.report import words
 from trundle.report.given import Series, finite
-from trundle.report.quantity import fixed, interval, listed, measured, shown
-from trundle.report.where import extent, pair, region
+from trundle.report.quantity import listed, measured, shown
 
-__all__ = ["before_after", "headline", "improvement", "judged", "lead"]
+__all__ = ["before_after", "headline", "improvement", "is_single", "judged", "lead", "quoted"]
 
 _JUDGES = (
     ("position_rmse", "m", "the position error of the simulation"),
@@ -49,8 +48,9 @@ def lead(diagnosis: Mapping[str, Any], series: Series) -> list[str]:
     """Return the sentences below the headline, most important first."""
     sentences = _statements(diagnosis.get("missing") or ())
     ties = [_tie(group) for group in diagnosis.get("tied") or () if len(group) > 1]
+    ties += [_tied_sets(sets) for sets in diagnosis.get("tied_sets") or () if len(sets) > 1]
     changed = _changed(diagnosis) if diagnosis.get("verdict") == "reparameterised" else []
-    return [*sentences, improvement(diagnosis, series), *changed, *ties, *_symptoms(diagnosis)]
+    return [*sentences, improvement(diagnosis, series), *changed, *ties]
 
 
 def _statements(effects: Sequence[Mapping[str, Any]]) -> list[str]:
@@ -61,6 +61,22 @@ def _statements(effects: Sequence[Mapping[str, Any]]) -> list[str]:
         for number, effect in zip(numbers, effects, strict=True)
         if effect.get("statement")
     ]
+
+
+def is_single(diagnosis: Mapping[str, Any], unnamed: object) -> bool:
+    """Whether there is one simulation and not two: nothing was added to it, nor refitted."""
+    if diagnosis.get("verdict") == "unexplained" and not unnamed:
+        fit = diagnosis.get("fit") or {}
+        pairs = [side for side in (fit.get("held_out"), fit.get("training")) if side]
+        return all(not side.get("after") or side.get("after") == side.get("before") for side in pairs)
+    return diagnosis.get("verdict") == "consistent"
+
+
+def quoted(diagnosis: Mapping[str, Any], series: Series) -> str | None:
+    """Return the figure that the sentence below the headline gives."""
+    scores = judged(diagnosis)[1]
+    keys = (key for key, *_ in (_AHEAD if series.unnamed else _JUDGES))
+    return next((key for key in keys if before_after(scores, key) != (None, None)), None)
 
 
 def improvement(diagnosis: Mapping[str, Any], series: Series) -> str:
@@ -94,6 +110,8 @@ def judged(diagnosis: Mapping[str, Any]) -> tuple[str, Mapping[str, Any]]:
 
 
 def _cause(diagnosis: Mapping[str, Any], series: Series) -> str:
+    if is_single(diagnosis, series.unnamed):
+        return ""
     added = "this is" if len(diagnosis.get("missing") or ()) == 1 else "these are"
     known = " with the best that is known, and that is not enough"
     inputs = listed(list(series.unnamed))
@@ -121,6 +139,10 @@ def _tie(group: Sequence[Any]) -> str:
     return f"This recording cannot tell {words.effects(group)} apart: any of them would do."
 
 
+def _tied_sets(sets: Sequence[Sequence[Any]]) -> str:
+    return f"This recording cannot tell apart {words.sets(sets)}."
+
+
 def _changed(diagnosis: Mapping[str, Any]) -> list[str]:
     """Return the given value that lies farthest from the refitted one, in standard deviations."""
     nominal = diagnosis.get("nominal") or {}
@@ -137,29 +159,3 @@ def _changed(diagnosis: Mapping[str, Any]) -> list[str]:
     unit = str(now.get("unit") or "")
     fitted = measured(now.get("mean"), now.get("sd"), unit)
     return [f"Farthest off is {name}: given as {measured(was, None, unit)}, it is {fitted}."]
-
-
-def _symptoms(diagnosis: Mapping[str, Any]) -> list[str]:
-    """Where and when it goes wrong, where no name says so."""
-    mismatch = diagnosis.get("mismatch") or {}
-    if diagnosis.get("verdict") != "unexplained":
-        return []
-    sentences = [f"It acts {mismatch['regime']}."] if mismatch.get("regime") else []
-    spot, corners = pair(mismatch.get("body_point")), region(mismatch.get("world_region"))
-    if spot is not None:
-        place = ", ".join(fixed(value, 2) for value in spot)
-        sentences.append(f"It acts near ({place})\N{NO-BREAK SPACE}m on the object.")
-    if corners is not None:
-        sentences.append(f"It is tied to {extent(corners)} on the floor.")
-    return sentences + _strongest(mismatch.get("windows") or ())
-
-
-def _strongest(windows: Sequence[Mapping[str, Any]]) -> list[str]:
-    known = [
-        window for window in windows if None not in map(finite, (window.get("start"), window.get("end")))
-    ]
-    if not known:
-        return []
-    worst = max(known, key=lambda window: finite(window.get("strength")) or 0.0)
-    span = interval(worst["start"], worst["end"])
-    return [f"It is strongest in {worst.get('episode')} at {span}."]

@@ -9,7 +9,7 @@ from typing import Any
 from trundle.report.given import finite
 from trundle.report.quantity import listed, readable
 
-__all__ = ["MEASUREMENT", "capitalised", "effect", "effects", "percent", "probability", "spoken"]
+__all__ = ["MEASUREMENT", "capitalised", "effect", "effects", "percent", "probability", "sets", "spoken"]
 
 _SPOKEN = {
     "coulomb_friction": "dry friction",
@@ -30,9 +30,36 @@ _SPOKEN = {
     "latency": "a delay of the force sensor",
     "gripper_inertia": "the gripper's own mass in the reading",
     "tracker_offset": "an offset of the tracked frame",
+    "cogging": "a force that is periodic in the place",
+    "quadratic_drag": "drag that grows with the square of the speed",
+    "thinning_drag": "drag that grows less than the speed",
+    "doorsill": "a doorsill",
+    "axis_friction": "dry friction along axes of the room",
+    "body_axis_friction": "dry friction along axes of the object",
+    "cross_talk": "cross-talk of the force sensor",
+    "saturation": "saturation of the force sensor",
+    "dead_band": "a dead band of the force sensor",
+    "sensor_play": "play of the force sensor",
+    "sensor_lag": "a lag of the force sensor",
+    "clock_drift": "a drift of the clocks",
+    "drive_lag": "a lag of the drive",
 }
 
-MEASUREMENT = frozenset({"force_bias", "force_scale", "latency", "gripper_inertia", "tracker_offset"})
+MEASUREMENT = frozenset(
+    {
+        "force_bias",
+        "force_scale",
+        "latency",
+        "gripper_inertia",
+        "tracker_offset",
+        "cross_talk",
+        "saturation",
+        "dead_band",
+        "sensor_play",
+        "sensor_lag",
+        "clock_drift",
+    }
+)
 """Effects of how it was measured: the object and its floor are as simulated."""
 
 
@@ -45,6 +72,11 @@ def effect(name: object) -> str:
 def effects(names: Iterable[object], last: str = "and") -> str:
     """Return several effects in one phrase."""
     return listed([effect(name) for name in names], last)
+
+
+def sets(groups: Iterable[Iterable[object]]) -> str:
+    """Return whole sets of effects, any of which would do, in one phrase."""
+    return listed([effects(group, "with") for group in groups], "or")
 
 
 def capitalised(text: str) -> str:

@@ -20,7 +20,7 @@ use crate::unnamed::unnamed;
 use std::collections::BTreeMap;
 use trundle_infer::{
     Comparison, FitOptions, InferError, MotionLikelihood, Residual, Score, Watch, fit, on_all_cores,
-    open_loop, score_beside, unjudged,
+    open_loop, score_beside,
 };
 use trundle_model::{Kind, Model, Proposal, Scales};
 use trundle_record::{Dataset, Prepared};
@@ -212,9 +212,9 @@ impl Engine for Own<'_> {
     }
 
     fn score(&self, tried: &Tried, beside: &Tried, episodes: &[Prepared]) -> Result<Score, InferError> {
-        let (fit, settling) = (&tried.fit, unjudged(&beside.fit.model));
+        let (fit, other) = (&tried.fit, (&beside.fit.model, &beside.fit.values[..]));
         let (noise, quasi) = (&self.data.noise, self.is_quasi_static());
-        score_beside(&fit.model, &fit.values, &fit.channels, episodes, noise, quasi, settling)
+        score_beside(&fit.model, &fit.values, &fit.channels, episodes, noise, quasi, Some(other))
     }
 
     fn open_loop(&self, tried: &Tried, episode: &Prepared) -> Result<Option<Vec<[f64; 3]>>, InferError> {

@@ -6,6 +6,7 @@
 mod bank;
 mod intensity;
 mod kalman;
+mod low_pass;
 mod memo;
 mod spikes;
 mod symmetric;
@@ -13,6 +14,7 @@ mod symmetric;
 use crate::prepare::{Noise, PoseSample};
 use bank::Bank;
 use kalman::{Axis, Estimate};
+pub use low_pass::low_pass;
 pub use memo::Memo;
 use rayon::prelude::*;
 pub(crate) use spikes::spikes;

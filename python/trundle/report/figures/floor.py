@@ -102,13 +102,11 @@ def _words(named: Sequence[Place], hint: Array | None, longest: float) -> list[s
 
 
 def _caption(named: Sequence[Place], hint: Array | None, longest: float, rings: bool) -> list[Child]:
-    lines: list[Child] = [
-        [tag("b", f"{place.number} "), f"{place.name}. ", " ".join(_of_floor(place)), " "] for place in named
-    ]
+    lines: list[Child] = [[tag("b", f"{place.number} "), f"{place.name}. ", _way(place)] for place in named]
     rest = [f"{sentence} " for sentence in _words((), hint, longest)]
     ghost = "; rings: where it was at that moment" if rings else ""
     return [lines, rest, f"From above, world frame; lines: the recorded paths{ghost}."]
 
 
-def _of_floor(place: Place) -> list[str]:
-    return [sentence for sentence in place.sentences() if not sentence.startswith("On the object")]
+def _way(place: Place) -> str | None:
+    return None if place.direction is None else f"{place.direction.words}. "

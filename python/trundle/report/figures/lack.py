@@ -34,12 +34,13 @@ def arrows(plan: Plan, episodes: Sequence[Episode]) -> tuple[list[Html], float]:
 def _forces(plan: Plan, episode: Episode) -> tuple[Array, Array]:
     """Return where (n, 2) m and how (n, 2) N force is missing, world axes, here and there along the path."""
     lack, none = episode.residual, np.empty((0, 2))
-    if lack is None or lack.before is None or lack.sd is None:
+    missing = None if lack is None else lack.after if lack.before is None else lack.before
+    if lack is None or missing is None or lack.sd is None:
         return none, none
-    clear = (np.abs(lack.before[:, :2]) > _CLEAR * lack.sd[:, :2]).any(axis=1)
+    clear = (np.abs(missing[:, :2]) > _CLEAR * lack.sd[:, :2]).any(axis=1)
     poses = poses_at(lack.t[clear], episode)
     rows = _apart(plan.at(poses[:, :2]))
-    (x, y, theta), (fx, fy) = poses[rows].T, lack.before[clear][rows, :2].T
+    (x, y, theta), (fx, fy) = poses[rows].T, missing[clear][rows, :2].T
     turned = [np.cos(theta) * fx - np.sin(theta) * fy, np.sin(theta) * fx + np.cos(theta) * fy]
     return np.column_stack([x, y]), np.column_stack(turned)
 

@@ -7,7 +7,7 @@ from typing import Any
 
 import numpy as np
 
-from trundle.report.figures import marks
+from trundle.report.figures import marks, wheels
 from trundle.report.figures.canvas import figure, label
 from trundle.report.figures.plan import Plan
 from trundle.report.given import Array, Series
@@ -25,10 +25,18 @@ def draw(diagnosis: Mapping[str, Any], series: Series) -> Html | None:
     missing = places(diagnosis.get("missing") or ())
     named = [(place, place.body) for place in missing if place.body is not None]
     hint = hinted(diagnosis)
+    fitted = wheels.fitted(diagnosis.get("nominal") or {})
     corners = np.concatenate(series.footprint)
-    plan = Plan.around([corners, *series.feet, *_near([spot for _, spot in named], hint, corners)])
+    plan = Plan.around(
+        [
+            corners,
+            *series.feet,
+            *_near([*(spot.mean for _, spot in named), *(w.place for w in fitted)], hint, corners),
+        ]
+    )
     drawing = plan.framed(
         body(plan, series),
+        [wheels.draw(plan, wheel) for wheel in fitted],
         [marks.cross(plan, spot) for _, spot in named],
         marks.numbers(plan, [_numbered(plan, place, spot) for place, spot in named]),
         None if hint is None else marks.diamond(plan, hint),
@@ -43,7 +51,7 @@ def draw(diagnosis: Mapping[str, Any], series: Series) -> Html | None:
         f"Footprint in the object frame; {described}.",
         plan.total,
         drawing,
-        _caption(named, hint, bool(series.feet)),
+        _caption(named, hint, len(fitted), bool(series.feet)),
     )
 
 
@@ -67,10 +75,10 @@ def _numbered(plan: Plan, place: Place, spot: Spot) -> tuple[int, Array, float]:
     return place.number, spot.mean, float(marks.WITHIN_95 * spot.sd[0] * plan.scale)
 
 
-def _near(spots: Sequence[Spot], hint: Array | None, corners: Array) -> list[Array]:
+def _near(spots: Sequence[Array], hint: Array | None, corners: Array) -> list[Array]:
     """Return the places to show, unless so far off that the object would shrink to a dot."""
     reach = 2.0 * float(np.ptp(corners, axis=0).max())
-    found = [spot.mean for spot in spots] + ([] if hint is None else [hint])
+    found = [*spots] + ([] if hint is None else [hint])
     return [place[None] for place in found if np.abs(place - corners.mean(axis=0)).max() < reach]
 
 
@@ -95,18 +103,20 @@ def _at(place: Array) -> str:
     return f"({fixed(place[0], 2)}, {fixed(place[1], 2)})\N{NO-BREAK SPACE}m"
 
 
-def _caption(named: Sequence[tuple[Place, Spot]], hint: Array | None, feet: bool) -> list[Child]:
+def _caption(named: Sequence[tuple[Place, Spot]], hint: Array | None, fitted: int, feet: bool) -> list[Child]:
     lines: list[Child] = [
         [
             tag("b", f"{place.number} "),
-            f"{place.name}: {spot}",
+            place.name,
             ", with its 95\N{NO-BREAK SPACE}% ellipse" if spot.sd.all() else None,
             ". ",
         ]
         for place, spot in named
     ]
     if hint is not None:
-        lines.append(f"◇ the missing wrench acts near {_at(hint)}. ")
+        lines.append("◇ where the missing wrench acts. ")
     if not named and hint is None:
         lines.append("The diagnosis names no place on the object. ")
+    if fitted:
+        lines.append(f"▬ the fitted {'wheel' if fitted == 1 else 'wheels'}. ")
     return [lines, "From above, object frame", "; circles: where it stands on the floor." if feet else "."]

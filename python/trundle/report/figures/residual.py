@@ -13,7 +13,6 @@ from trundle.report.figures.lanes import Curve, Lane, Marks
 from trundle.report.figures.motion import events_in
 from trundle.report.given import Episode, Residual, Series, finite
 from trundle.report.markup import Html, tag
-from trundle.report.quantity import interval, listed
 from trundle.report.where import Place
 
 __all__ = ["CHANNELS", "chosen", "draw", "windows_in"]
@@ -22,11 +21,20 @@ CHANNELS = (("force along x", "N"), ("force along y", "N"), ("torque", "N·m"))
 """Name and unit of each component of a wrench, object axes."""
 
 
-def chosen(series: Series, windows: Sequence[Mapping[str, Any]], most: int) -> list[Episode]:
+def chosen(
+    series: Series,
+    windows: Sequence[Mapping[str, Any]],
+    most: int,
+    sides: Sequence[str] = ("before", "after"),
+) -> list[Episode]:
     """Episodes with the strongest windows first, then held-out ones, at most so many."""
     strongest = {episode.name: _strongest(episode, windows) for episode in series.episodes}
     drawable = [
-        episode for episode in series.episodes if episode.residual is not None and len(episode.residual.t) > 1
+        episode
+        for episode in series.episodes
+        if (found := episode.residual) is not None
+        and len(found.t) > 1
+        and any(getattr(found, side) is not None for side in sides)
     ]
     return sorted(drawable, key=lambda episode: (-strongest[episode.name], not episode.held_out))[:most]
 
@@ -40,15 +48,16 @@ def windows_in(episode: Episode, windows: Sequence[Mapping[str, Any]]) -> list[t
 
 
 def draw(
-    index: int,
+    identity: str,
     episode: Episode,
     residual: Residual,
     series: Series,
     windows: Sequence[Mapping[str, Any]],
     named: Sequence[Place],
+    shown: Sequence[str] = ("before", "after"),
 ) -> Html:
-    """Return the panel of one episode; `index` makes its name in the page."""
-    rows = [lane for channel in series.channels for lane in _pair(channel, residual)]
+    """Return the panel of one episode with some sides; `identity` is unique in the page."""
+    rows = [lane for channel in series.channels for lane in _pair(channel, residual, shown)]
     inside = windows_in(episode, windows)
     span = (float(residual.t[0]), float(residual.t[-1]))
     graph, height = lanes.draw(rows, span, Marks(inside, events_in(episode, named)))
@@ -56,7 +65,7 @@ def draw(
     kind = "held out" if episode.held_out else "fitted"
     caption = [tag("b", episode.name), f" ({kind}). ", _shaded(inside)]
     return figure(
-        f"residual-{index}",
+        f"residual-{identity}",
         f"Missing wrench in {episode.name}",
         f"{text} {_shaded(inside)}",
         height,
@@ -70,22 +79,20 @@ def _strongest(episode: Episode, windows: Sequence[Mapping[str, Any]]) -> float:
     return max((strength for strength in strengths if strength is not None), default=0.0)
 
 
-def _pair(channel: int, residual: Residual) -> list[Lane]:
+def _pair(channel: int, residual: Residual, shown: Sequence[str]) -> list[Lane]:
     """Return the lanes of one channel, before and after over the same axis."""
     name, unit = CHANNELS[channel]
-    sides = [
-        (side, curve[:, channel])
-        for side in ("before", "after")
-        if (curve := getattr(residual, side)) is not None
-    ]
+    sides = [(side, curve[:, channel]) for side in shown if (curve := getattr(residual, side)) is not None]
     curves = {side: Curve(f"{side} whole", residual.t, values) for side, values in sides}
-    noise = [] if residual.sd is None else [_band(residual, channel)]
-    reach = max(
-        (abs(limit) for curve in (*curves.values(), *noise) for limit in lanes.bounds([curve])), default=1.0
-    )
+    noise = {side: _band(residual, side, channel) for side in curves}
+    drawn = (*curves.values(), *(band for bands in noise.values() for band in bands))
+    reach = max((abs(limit) for curve in drawn for limit in lanes.bounds([curve])), default=1.0)
     return [
         Lane(
-            _title(name, unit, side if len(curves) > 1 else ""), (*noise, curve), (-reach, reach), height=46.0
+            _title(name, unit, side if len(curves) > 1 else ""),
+            (*noise[side], curve),
+            (-reach, reach),
+            height=46.0,
         )
         for side, curve in curves.items()
     ]
@@ -95,14 +102,13 @@ def _title(name: str, unit: str, side: str) -> str:
     return f"{name}, {unit} · {side}" if side else f"{name}, {unit}"
 
 
-def _band(residual: Residual, channel: int) -> Curve:
-    sd = np.zeros((len(residual.t), 3)) if residual.sd is None else residual.sd
-    return Curve("band", residual.t, np.zeros(len(residual.t)), 2.0 * sd[:, channel])
+def _band(residual: Residual, side: str, channel: int) -> list[Curve]:
+    """Return two standard deviations of a side's noise; that of before where after has none."""
+    sd = residual.sd_after if side == "after" and residual.sd_after is not None else residual.sd
+    return [] if sd is None else [Curve("band", residual.t, np.zeros(len(sd)), 2.0 * sd[:, channel])]
 
 
 def _shaded(windows: Sequence[tuple[float, float]]) -> str:
     if not windows:
         return "No window stands out."
-    spans = [interval(start, end) for start, end in windows]
-    more = [f"{len(spans) - 4} more"] if len(spans) > 5 else []
-    return f"Shaded: {listed(spans[:4] + more if more else spans)}."
+    return "One window stands out." if len(windows) == 1 else f"{len(windows)} windows stand out."

@@ -1,0 +1,66 @@
+//! Up to which frequency poses tell the force that accelerates an object, so that needed and recorded wrenches can be compared.
+//!
+//! White noise of variance σ² in poses T seconds apart has the spectrum σ² T, that of the acceleration ω⁴ σ² T. Below ω₀, by the
+//! filter 1/(1 + (ω/ω₀)⁶) of [`trundle_record::low_pass`], it adds up to the variance
+//!
+//! ```text
+//! (1/π) ∫ ω⁴ σ² T / (1 + (ω/ω₀)⁶)² dω = σ² T ω₀⁵ / 18
+//! ```
+//! The bandwidth is where mass times the root of that equals the noise of a wrench sample. Up to there the figure of the true
+//! model is that of the wrench sensor, whatever the tracker's rate; above it, it would measure the tracker. What the smoother of
+//! the poses itself takes away lies where the acceleration is smaller than its noise, hence below the same bound.
+
+use std::f64::consts::TAU;
+use trundle_model::{Clock, Plant};
+use trundle_record::{Noise, Prepared};
+
+/// Share of the recorded wrench (root mean square) that counts as its noise where that is smaller, as that of a command is: the
+/// accuracy of a good force-torque sensor.
+const WRENCH_ACCURACY: f64 = 0.01;
+
+/// The bandwidth over some episodes, Hz, of the axes that move; at most half the rate of the poses. `None` without motion.
+///
+/// Of several `plants` that are to be compared it is the lowest.
+pub(crate) fn force_bandwidth(
+    plants: &[&Plant<f64>],
+    dof: [bool; 3],
+    episodes: &[Prepared],
+    noise: &Noise,
+) -> Option<f64> {
+    let spacing = spacing(episodes)?;
+    let (force, torque) = wrench_noise(episodes, noise);
+    let one = |plant: &&Plant<f64>| {
+        let rigid = plant.rigid(Clock::since_contact(0.0));
+        let inertia = [rigid.mass, rigid.mass, rigid.inertia];
+        (0..3).filter(|&k| dof[k]).map(move |k| {
+            let unit = inertia[k] * noise.pose[k];
+            let tolerated = if k < 2 { force } else { torque };
+            (18.0 * tolerated * tolerated / (unit * unit * spacing)).powf(0.2) / TAU
+        })
+    };
+    let lowest = plants.iter().flat_map(one).fold(0.5 / spacing, f64::min);
+    (lowest.is_finite() && lowest > 0.0).then_some(lowest)
+}
+
+/// Mean interval between poses, s.
+pub(crate) fn spacing(episodes: &[Prepared]) -> Option<f64> {
+    let span = |episode: &Prepared| Some(episode.pose.last()?.t - episode.pose.first()?.t);
+    let time: f64 = episodes.iter().filter_map(span).sum();
+    let intervals: usize = episodes.iter().map(|episode| episode.pose.len().saturating_sub(1)).sum();
+    (time > 0.0 && intervals > 0).then(|| time / intervals as f64)
+}
+
+/// Noise of a wrench sample about the object's origin, N and N·m, at least [`WRENCH_ACCURACY`] of what was recorded.
+fn wrench_noise(episodes: &[Prepared], noise: &Noise) -> (f64, f64) {
+    let (mut force, mut torque, mut arm, mut count) = (0.0, 0.0, 0.0, 0.0);
+    for sample in episodes.iter().flat_map(|e| e.wrench.iter().filter(|w| w.t >= e.contact)) {
+        let [x, y, turn] = sample.on_object();
+        force += x * x + y * y;
+        torque += turn * turn;
+        arm += sample.frame[0].powi(2) + sample.frame[1].powi(2);
+        count += 1.0;
+    }
+    let rms = |sum: f64| (sum / f64::max(count, 1.0)).sqrt();
+    let of_torque = noise.torque.hypot(rms(arm) * noise.force);
+    (noise.force.max(WRENCH_ACCURACY * rms(force)), of_torque.max(WRENCH_ACCURACY * rms(torque)))
+}
