@@ -104,9 +104,9 @@ fn add_dynamics(
     unjudged: f64,
 ) {
     let curve = Curve::new(episode);
-    let mut own = Own { inner: beginning::beginning(plant, episode), last: None, longest: curve.longest() };
+    let mut own = Own::new(plant, episode, &curve);
     for motion in episode.motion(noise).iter().filter(|m| m.t >= episode.contact) {
-        let Some(sample) = seen(motion, (episode, &curve), plant) else { continue };
+        let Some(sample) = seen(motion, (episode, &curve), plant, NEAR) else { continue };
         let inner = own.until(plant, &sample);
         if motion.t < episode.contact + unjudged {
             continue;
@@ -120,7 +120,7 @@ fn add_dynamics(
 }
 
 /// The laws' own states along the motion that was seen.
-struct Own {
+pub(crate) struct Own {
     inner: [f64; INNER],
     last: Option<WrenchSample>,
     /// Longest step, s.
@@ -128,8 +128,13 @@ struct Own {
 }
 
 impl Own {
+    /// At the start of an episode.
+    pub fn new(plant: &Plant<f64>, episode: &Prepared, curve: &Curve) -> Self {
+        Self { inner: beginning::beginning(plant, episode), last: None, longest: curve.longest() }
+    }
+
     /// Move them on from the sample before.
-    fn until(&mut self, plant: &Plant<f64>, sample: &WrenchSample) -> [f64; INNER] {
+    pub fn until(&mut self, plant: &Plant<f64>, sample: &WrenchSample) -> [f64; INNER] {
         if let Some(last) = self.last.as_ref().filter(|_| plant.inner() > 0) {
             let applied = last.recorded(plant);
             let count = ((sample.t - last.t) / self.longest).ceil().max(1.0);
@@ -148,13 +153,20 @@ impl Own {
     }
 }
 
-/// What was read of the moment when a pose was seen: the mean of the readings around it.
-fn seen(motion: &Motion, (episode, curve): (&Prepared, &Curve), plant: &Plant<f64>) -> Option<WrenchSample> {
-    const NEAR: f64 = 0.02;
+/// Readings so near to a pose are averaged for a figure, s.
+const NEAR: f64 = 0.02;
+
+/// What was read of the moment when a pose was seen: the mean of the readings less than `near` seconds from it.
+pub(crate) fn seen(
+    motion: &Motion,
+    (episode, curve): (&Prepared, &Curve),
+    plant: &Plant<f64>,
+    near: f64,
+) -> Option<WrenchSample> {
     let timing = Timing::of(plant, curve.clock(motion.t));
     let at = motion.t + timing.map_or(0.0, |timing| timing.delay());
     let (first, last) = (episode.wrench.first()?.t, episode.wrench.last()?.t);
-    if at < first - NEAR || at > last + NEAR {
+    if at < first - near || at > last + near {
         return None;
     }
     let frame = curve.frame(motion.t).0;
@@ -164,8 +176,8 @@ fn seen(motion: &Motion, (episode, curve): (&Prepared, &Curve), plant: &Plant<f6
         pose: motion.pose,
         twist: motion.twist,
         reading: match timing {
-            Some(timing) => timing.mean(curve, motion.t - NEAR, motion.t + NEAR),
-            None => curve.mean(at - NEAR, at + NEAR).reading,
+            Some(timing) => timing.mean(curve, motion.t - near, motion.t + near),
+            None => curve.mean(at - near, at + near).reading,
         },
         frame,
         clock: curve.held(motion.t, frame),
@@ -173,7 +185,7 @@ fn seen(motion: &Motion, (episode, curve): (&Prepared, &Curve), plant: &Plant<f6
 }
 
 /// Mass times acceleration of the mass centre, as a wrench about the object origin, object axes.
-fn inertial(plant: &Plant<f64>, sample: &WrenchSample, accel: [f64; 3]) -> [f64; 3] {
+pub(crate) fn inertial(plant: &Plant<f64>, sample: &WrenchSample, accel: [f64; 3]) -> [f64; 3] {
     let rigid = plant.rigid(sample.clock);
     let [cx, cy] = rigid.com;
     let [ax, ay, spin_up] = to_body(accel, sample.pose[2]);
