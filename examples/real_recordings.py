@@ -1,16 +1,17 @@
-"""What trundle finds in two published data sets of real machines: the figures of docs/real-recordings.md.
+"""What trundle finds in three published data sets of real machines: the figures of docs/real-recordings.md.
 
     python examples/real_recordings.py DATA
 
-DATA holds `emps/` and `cmu-planar-push/` (docs/real-recordings.md says where they come from). Takes about
-two minutes.
+DATA holds `emps/`, `cmu-planar-push/` and `pneumatic-seal/` (docs/real-recordings.md has links).
 """
 
 from __future__ import annotations
 
 import argparse
 import copy
-from collections.abc import Sequence
+import time
+from collections.abc import Iterator, Sequence
+from dataclasses import dataclass
 from pathlib import Path
 from typing import Any
 
@@ -25,6 +26,10 @@ Floats = NDArray[np.float64]
 CONFIGS = Path(__file__).resolve().parents[1] / "configs"
 MODELS = CONFIGS / "models"
 LATER, EARLIER = ("exp3_3", "exp3_4", "exp4_1"), ("exp3_1", "exp3_2")
+SEALS = [f"{kind}_{bar}bar" for kind in ("O-ring", "X-ring257") for bar in (1, 3, 5, 7)]
+ALL_PRESSURES = ("seal_o_ring", "seal_x_ring")
+LOGS = {"exp3_1": 0.38, "exp3_2": 0.36, "exp3_3": 0.78, "exp3_4": 0.65, "exp4_1": 0.76}
+"""Median force in N where the object slides straight, as `straight` finds it."""
 
 
 def emps(data: Path) -> trundle.Recording:
@@ -42,6 +47,14 @@ def logs(data: Path, earlier: bool) -> trundle.Recording:
     """Return the recording of the later or of the earlier continuous logs."""
     told = CONFIGS / "import" / "cmu_earlier.toml" if earlier else None
     return imported(data / "cmu-planar-push" / "timeseries", "cmu-planar-push", told)
+
+
+def seal(data: Path, name: str) -> trundle.Recording:
+    """Return the recording of a seal: at one pressure (of `SEALS`), or at all (of `ALL_PRESSURES`)."""
+    folder = data / "pneumatic-seal"
+    if name in ALL_PRESSURES:
+        return imported(folder, "pneumatic-seal", CONFIGS / "import" / f"{name}.toml")
+    return imported(folder / f"{name}.csv", "pneumatic-seal")
 
 
 def imported(source: Path, layout: str, told: Path | None = None) -> trundle.Recording:
@@ -247,9 +260,113 @@ def tell_logs(data: Path) -> None:
             print(f"    default model: {found(split)}")
 
 
+FIGURES = {
+    "position_rmse": ("open loop", "mm", 1e3),
+    "window_position_rmse": ("1 s ahead", "mm", 1e3),
+    "heading_rmse": ("heading", "mrad", 1e3),
+    "force_rmse": ("force", "N", 1.0),
+    "torque_rmse": ("moment", "N·mm", 1e3),
+}
+"""Held-out figures of the table by their key in `diagnosis.json`: label, unit, units per SI unit."""
+
+
+@dataclass(frozen=True)
+class Case:
+    """A recording and what is known of it from elsewhere.
+
+    Attributes
+    ----------
+    name : str
+    known : str
+        From the publication, or from the force alone where there is none.
+    recording : Recording
+    model : Path, optional
+        Simulation under test; the paper's when not given.
+    """
+
+    name: str
+    known: str
+    recording: trundle.Recording
+    model: Path | None = None
+
+
+def cases(data: Path) -> Iterator[Case]:
+    """Yield every real recording below the folder `data`."""
+    yield Case(
+        "EMPS",
+        "dry 20.4 N and offset -3.2 N, or friction by direction",
+        emps(data),
+        MODELS / "rail_viscous.toml",
+    )
+    for name, recording in pushes(data).items():
+        yield Case(name, "dry 4.2 N (pull test)", recording)
+    for earlier in (False, True):
+        recording = logs(data, earlier)
+        for log in recording.episodes:
+            yield Case(f"{log} held out", f"dry, {LOGS[log]} N sliding straight", holding_out(recording, log))
+    for name in (*SEALS, *ALL_PRESSURES):
+        yield Case(name, "dry, grows with pressure; offset", seal(data, name))
+
+
+def answer_in_words(answer: dict[str, Any]) -> str:
+    """Return verdict, effects with probabilities, ties, and immaterial effects with what they explain."""
+    effects = ", ".join(f"{effect['effect']} {effect['probability']:.2f}" for effect in answer["missing"])
+    ties = "; ".join(" = ".join(tie) for tie in answer["tied"])
+    aside = ", ".join(f"{effect['effect']} {effect['explains'] or 0:.2f}" for effect in answer["immaterial"])
+    said = ": ".join(part for part in (answer["verdict"], effects) if part)
+    return said + (f" (tied: {ties})" if ties else "") + (f" (immaterial: {aside})" if aside else "")
+
+
+def held_out(answer: dict[str, Any]) -> tuple[list[str], list[str]]:
+    """Return the held-out figures before -> after, and the labels of those that get worse."""
+    figures, worse = [], []
+    both = answer["fit"]["held_out"]
+    for key, (label, unit, factor) in FIGURES.items():
+        before, after = both["before"][key], both["after"][key]
+        if before is None or after is None:
+            continue
+        figures.append(f"{label} {factor * before:.3g} -> {factor * after:.3g} {unit}")
+        if after > before:
+            worse.append(label)
+    return figures, worse
+
+
+def periods_in_words(answer: dict[str, Any]) -> str:
+    """Return the periods of what remains, in position, mm, with the force's amplitude, N."""
+    found = [period for period in answer["residual"]["periods"] if period["of"] == "position"]
+    return ", ".join(f"{1e3 * p['period']:.2f} mm ({p['amplitude']:.2f} N)" for p in found)
+
+
+def print_table(data: Path) -> None:
+    """Print a row for each recording, and below it the answers whose held-out figures get worse."""
+    rows, worse = [], []
+    for case in cases(data):
+        start = time.perf_counter()
+        answer = trundle.diagnose(case.recording, case.model).answer
+        seconds = time.perf_counter() - start
+        figures, got_worse = held_out(answer)
+        rows.append(
+            (
+                case.name,
+                case.known,
+                answer_in_words(answer),
+                "; ".join(figures),
+                periods_in_words(answer),
+                f"{seconds:.0f}",
+            )
+        )
+        print("| " + " | ".join(rows[-1]) + " |", flush=True)
+        if got_worse:
+            worse.append(f"{case.name}: {', '.join(got_worse)}")
+    print("held-out figures that get worse:", "; ".join(worse) or "none")
+
+
 if __name__ == "__main__":
     parser = argparse.ArgumentParser(description=__doc__)
-    parser.add_argument("data", type=Path, help="folder that holds emps/ and cmu-planar-push/")
+    parser.add_argument(
+        "data", type=Path, help="folder that holds emps/, cmu-planar-push/ and pneumatic-seal/"
+    )
     folder = parser.parse_args().data
+    print_table(folder)
     for tell in (tell_emps, tell_remainder, tell_pushes, tell_logs):
         tell(folder)

@@ -31,3 +31,10 @@ def later_logs(real_data: RealData) -> trundle.Recording:
 @pytest.fixture(scope="session")
 def earlier_logs(real_data: RealData) -> trundle.Recording:
     return real_recordings.logs(real_data("cmu-planar-push").parent, earlier=True)
+
+
+@pytest.fixture(scope="session")
+def seals(real_data: RealData) -> dict[str, trundle.Recording]:
+    data = real_data("pneumatic-seal").parent
+    names = (*real_recordings.SEALS, *real_recordings.ALL_PRESSURES)
+    return {name: real_recordings.seal(data, name) for name in names}

@@ -69,6 +69,13 @@ def test_the_diagnosis_names_them(axis: trundle.Recording) -> None:
     assert after["window_position_rmse"] < 2.1e-3
     assert after["heading_rmse"] is None
     assert found.answer["mismatch"]["regime"]
+    # The screw's ripple remains, and is the largest period.
+    largest = found.answer["residual"]["periods"][0]
+    assert largest["of"] == "position"
+    assert largest["period"] == pytest.approx(2.5e-3, rel=0.01)
+    assert 0.7 < largest["amplitude"] < 1.4
+    # The drive's delay is detected and does not improve predictions.
+    assert "latency" in {effect["effect"] for effect in found.answer["immaterial"]}
 
 
 def test_what_remains_is_a_ripple_of_the_screw_and_a_delay_of_the_drive(

@@ -1,11 +1,16 @@
 //! Periods of a missing force, in position and in time: a screw's ripple, cogging, a fan.
 //!
-//! The smoothed missing force is projected on sines of many wavelengths (Lomb 1976), in position with one phase for the
-//! whole recording, in time with a phase of each episode. Smoothed samples depend on one another, so that a peak is
+//! The missing force is projected on sines of many wavelengths (Lomb 1976), in position with one phase for the
+//! whole recording, in time with a phase of each episode. Its samples depend on one another, so that a peak is
 //! judged against the spectrum around it: of a background without lines, power is distributed exponentially about its
 //! local mean. A line in position must also have the same phase everywhere.
+//!
+//! Integrals over position weight each sample by its speed: what a body meets while it hardly moves, friction at a
+//! reversal for example, is at one position. A ripple that is passed fast oscillates faster than a smoother follows.
+//! Periods in position are therefore also sought in the missing force before smoothing.
 
 use crate::answer::Period;
+use std::collections::BTreeMap;
 use std::f64::consts::{LN_2, PI, TAU};
 use trundle_infer::Residual;
 use trundle_model::to_world;
@@ -14,12 +19,14 @@ use trundle_model::to_world;
 const FALSE_ALARM: f64 = 1e-3;
 /// Trial frequencies per resolution element.
 const OVERSAMPLED: f64 = 3.0;
-/// Samples times trial frequencies of a spectrum, at most: a twentieth of a second; and trial frequencies.
+/// Samples times trial frequencies of a spectrum, about: a twentieth of a second; and trial frequencies, at most.
 const WORK: usize = 6_000_000;
 const TRIALS: usize = 4000;
 /// Fewest periods that a line repeats, and fewest samples of a period.
 const REPEATS: f64 = 4.0;
 const SAMPLED: f64 = 4.0;
+/// A peak is the largest of so many trial frequencies on either side.
+const PEAK: usize = 3;
 /// Half width of the spectrum around a peak, trial frequencies.
 const AROUND: usize = 40;
 /// Frequencies of a motion's course in time beyond this many times its root mean square are not the motion's.
@@ -44,8 +51,19 @@ pub(crate) struct Line {
     pub angle: f64,
 }
 
-/// A coordinate and a force, world axes, at successive samples of one episode.
-type Samples = Vec<(f64, [f64; 2])>;
+/// A force at a coordinate.
+#[derive(Clone, Copy, Debug, Default)]
+struct Sample {
+    /// m or s.
+    at: f64,
+    /// World axes, N.
+    force: [f64; 2],
+    /// In sums over samples.
+    weight: f64,
+}
+
+/// Successive samples of one episode.
+type Samples = Vec<Sample>;
 
 /// Lines in position along the missing wrenches of some episodes; `rail`: only x moves.
 pub(crate) fn in_position(courses: &[Vec<Residual>], rail: bool) -> Vec<Line> {
@@ -54,7 +72,8 @@ pub(crate) fn in_position(courses: &[Vec<Residual>], rail: bool) -> Vec<Line> {
     for k in 0..directions {
         let angle = PI * k as f64 / DIRECTIONS as f64;
         let (sin, cos) = angle.sin_cos();
-        let episodes = sampled(courses, rail, |r| cos * r.pose[0] + sin * r.pose[1]);
+        let along = |of: [f64; 3]| cos * of[0] + sin * of[1];
+        let episodes = sampled(courses, rail, |r| (along(r.pose), along(r.twist).abs()));
         let whole = [episodes.concat()];
         let coherent = |frequency: f64| in_phase(&episodes, frequency);
         found.extend(lines(&whole, 0.0, coherent).into_iter().map(|line| Line { angle, ..line }));
@@ -62,10 +81,49 @@ pub(crate) fn in_position(courses: &[Vec<Residual>], rail: bool) -> Vec<Line> {
     strongest(found)
 }
 
-/// Lines in time, of frequencies beyond those of the motion: what depends on the motion repeats with it.
+/// Lines in time, of frequencies beyond those of the motion, and that its direction does not have: what depends on the
+/// motion repeats with it.
 pub(crate) fn in_time(courses: &[Vec<Residual>], rail: bool) -> Vec<Line> {
     let beyond = BEYOND * bandwidth(courses);
-    strongest(lines(&sampled(courses, rail, |r| r.t), beyond, |_| true))
+    let headings = headings(courses);
+    let of_its_own = |frequency: f64| !has_line(&headings, frequency);
+    strongest(lines(&sampled(courses, rail, |r| (r.t, 1.0)), beyond, of_its_own))
+}
+
+/// Directions of the velocity as samples of a force.
+fn headings(courses: &[Vec<Residual>]) -> Vec<Samples> {
+    let one = |r: &Residual| {
+        let speed = r.twist[0].hypot(r.twist[1]).max(f64::MIN_POSITIVE);
+        Sample { at: r.t, force: [r.twist[0] / speed, r.twist[1] / speed], weight: 1.0 }
+    };
+    courses.iter().map(|course| course.iter().map(one).collect()).collect()
+}
+
+/// Whether a spectrum has a line at a frequency, within a resolution element.
+fn has_line(groups: &[Samples], frequency: f64) -> bool {
+    let step = step(groups);
+    let first = (frequency / step - AROUND as f64).max(1.0).ceil() as usize;
+    let middle = (frequency / step).round() as usize;
+    let power: Vec<f64> = (first..=middle + AROUND).map(|k| power(groups, step * k as f64)).collect();
+    let at = middle.saturating_sub(first);
+    let own = near_peak(&power, at).iter().copied().fold(0.0, f64::max);
+    own > ratio(2 * PEAK + 1) * around(&power, at)
+}
+
+/// Distance of trial frequencies.
+fn step(groups: &[Samples]) -> f64 {
+    1.0 / (OVERSAMPLED * groups.iter().map(extent).fold(0.0, f64::max))
+}
+
+/// Power of all groups at a frequency.
+fn power(groups: &[Samples], frequency: f64) -> f64 {
+    groups.iter().map(|g| squared(projected(g, frequency))).sum()
+}
+
+/// How much larger than the median around it the largest of so many trial powers is by chance. Trials of an oversampled
+/// spectrum depend on one another: fewer are independent.
+fn ratio(trials: usize) -> f64 {
+    (trials as f64 / OVERSAMPLED / FALSE_ALARM).ln() / LN_2
 }
 
 /// Root mean square frequency of the motion's velocity, by its changes, Hz.
@@ -81,13 +139,14 @@ fn bandwidth(courses: &[Vec<Residual>]) -> f64 {
     if count == 0.0 || squares == 0.0 { 0.0 } else { (slopes / squares).sqrt() / TAU }
 }
 
-/// Lines of both kinds, as the answer lists them.
-pub(crate) fn for_answer(courses: &[Vec<Residual>], rail: bool) -> Vec<Period> {
+/// Lines of both kinds, as the answer lists them, along missing wrenches that are smoothed and that are not.
+pub(crate) fn for_answer([smoothed, raw]: [&[Vec<Residual>]; 2], rail: bool) -> Vec<Period> {
     let of = |of: &'static str, unit: &'static str| {
         move |line: Line| Period { of, period: line.period, unit, amplitude: line.amplitude }
     };
-    let mut all: Vec<Period> = in_position(courses, rail).into_iter().map(of("position", "m")).collect();
-    all.extend(in_time(courses, rail).into_iter().map(of("time", "s")));
+    let by_position = [in_position(smoothed, rail), in_position(raw, rail)].concat();
+    let mut all: Vec<Period> = strongest(by_position).into_iter().map(of("position", "m")).collect();
+    all.extend(in_time(smoothed, rail).into_iter().map(of("time", "s")));
     all
 }
 
@@ -103,61 +162,74 @@ fn strongest(mut lines: Vec<Line>) -> Vec<Line> {
     kept
 }
 
-fn sampled(courses: &[Vec<Residual>], rail: bool, at: impl Fn(&Residual) -> f64) -> Vec<Samples> {
-    let force = |r: &Residual| {
+/// Samples of each episode; `at`: coordinate and weight.
+fn sampled(courses: &[Vec<Residual>], rail: bool, at: impl Fn(&Residual) -> (f64, f64)) -> Vec<Samples> {
+    let one = |r: &Residual| {
         let [x, y, _] = to_world([r.wrench[0], r.wrench[1], 0.0], r.pose[2]);
-        if rail { [r.wrench[0], 0.0] } else { [x, y] }
+        let force = if rail { [r.wrench[0], 0.0] } else { [x, y] };
+        let (at, weight) = at(r);
+        Sample { at, force, weight }
     };
-    courses.iter().map(|course| course.iter().map(|r| (at(r), force(r))).collect()).collect()
+    courses.iter().map(|course| course.iter().map(one).collect()).collect()
 }
 
-/// Means of so many neighbours: single samples would fold what is faster than their spacing.
-fn thinned(groups: &[Samples], every: usize) -> Vec<Samples> {
-    let mean = |part: &[(f64, [f64; 2])]| {
-        let n = part.len() as f64;
-        let add = |(s, [x, y]): (f64, [f64; 2]), (t, f): &(f64, [f64; 2])| (s + t, [x + f[0], y + f[1]]);
-        let (at, force) = part.iter().fold((0.0, [0.0; 2]), add);
-        (at / n, force.map(|f| f / n))
+/// Means of the samples in intervals of so much: single samples would fold what is faster than their spacing.
+fn binned(samples: &Samples, width: f64) -> Samples {
+    let mut bins: BTreeMap<i64, Sample> = BTreeMap::new();
+    for s in samples {
+        let bin = bins.entry((s.at / width).floor() as i64).or_default();
+        bin.at += s.weight * s.at;
+        bin.force = [0, 1].map(|k| bin.force[k] + s.weight * s.force[k]);
+        bin.weight += s.weight;
+    }
+    let mean = |sum: Sample| Sample {
+        at: sum.at / sum.weight,
+        force: sum.force.map(|f| f / sum.weight),
+        weight: sum.weight,
     };
-    groups.iter().map(|group| group.chunks(every).map(mean).collect()).collect()
+    bins.into_values().filter(|sum| sum.weight > 0.0).map(mean).collect()
 }
 
 /// Lines of frequencies above `beyond` that stand out of their surroundings, each group of samples with a phase of its own.
 fn lines(groups: &[Samples], beyond: f64, agrees: impl Fn(f64) -> bool) -> Vec<Line> {
-    let extent = groups.iter().map(extent).fold(0.0, f64::max);
+    let longest = groups.iter().map(extent).fold(0.0, f64::max);
     let count: usize = groups.iter().map(Vec::len).sum();
     let spacing = groups.iter().map(spacing).fold(0.0, f64::max);
-    if count < 10 * AROUND || extent <= 0.0 || spacing <= 0.0 {
+    if count < 10 * AROUND || longest <= 0.0 || spacing <= 0.0 {
         return vec![];
     }
-    let (first, step) = ((REPEATS / extent).max(beyond), 1.0 / (OVERSAMPLED * extent));
-    let trials_of =
-        |every: f64| ((1.0 / (SAMPLED * spacing * every) - first) / step).clamp(0.0, TRIALS as f64);
-    let every = (count as f64 * trials_of(1.0) / WORK as f64).ceil().max(1.0);
-    let trials = trials_of(every) as usize;
+    let (first, step) = ((REPEATS / longest).max(beyond), step(groups));
+    let bins = |width: f64| groups.iter().map(|g| (extent(g) / width).min(g.len() as f64)).sum::<f64>();
+    let trials = |width: f64| ((1.0 / (SAMPLED * width) - first) / step).clamp(0.0, TRIALS as f64);
+    let excess = (bins(spacing) * trials(spacing) / WORK as f64).max(1.0);
+    let width = spacing * excess;
+    let trials = trials(width) as usize;
     if trials < 2 * AROUND {
         return vec![];
     }
-    let groups = &thinned(groups, every as usize);
+    let groups: Vec<Samples> = groups.iter().map(|g| binned(g, width)).collect();
     let frequency = |k: usize| first + step * k as f64;
-    let power: Vec<f64> =
-        (0..trials).map(|k| groups.iter().map(|g| squared(projected(g, frequency(k)))).sum()).collect();
-    // Trials of an oversampled spectrum depend on one another: fewer are independent.
-    let ratio = (trials as f64 / OVERSAMPLED / FALSE_ALARM).ln() / LN_2;
+    let power: Vec<f64> = (0..trials).map(|k| power(&groups, frequency(k))).collect();
+    let ratio = ratio(trials);
     let mut found: Vec<(f64, usize)> = vec![];
     for (k, &own) in power.iter().enumerate() {
-        let peak = power[k.saturating_sub(3)..(k + 4).min(trials)].iter().all(|p| *p <= own);
-        if peak && own > ratio * around(&power, k) && agrees(frequency(k)) {
+        let peak = near_peak(&power, k).iter().all(|p| *p <= own);
+        if peak && own > ratio * around(&power, k) {
             found.push((own, k));
         }
     }
     found.sort_by(|a, b| b.0.total_cmp(&a.0));
-    found.truncate(MOST);
     let line = |(own, k): (f64, usize)| {
         let amplitude = 2.0 * (own / groups.len() as f64).sqrt();
         Line { period: 1.0 / frequency(k), amplitude, angle: 0.0 }
     };
-    found.into_iter().map(line).collect()
+    found.into_iter().filter(|(_, k)| agrees(frequency(*k))).take(MOST).map(line).collect()
+}
+
+/// Power at the trial frequencies among which one is a peak.
+fn near_peak(power: &[f64], k: usize) -> &[f64] {
+    let end = (k + PEAK + 1).min(power.len());
+    &power[k.saturating_sub(PEAK).min(end)..end]
 }
 
 /// Median of the power around a peak, the peak itself left out.
@@ -171,16 +243,21 @@ fn around(power: &[f64], k: usize) -> f64 {
 }
 
 /// Mean of `force · exp(−i 2π f s)`, of both components: real and imaginary parts.
-fn projected(samples: &[(f64, [f64; 2])], frequency: f64) -> [f64; 4] {
+fn projected(samples: &[Sample], frequency: f64) -> [f64; 4] {
     let mut sum = [0.0; 4];
-    for (s, force) in samples {
-        let (sin, cos) = (TAU * frequency * s).sin_cos();
+    for Sample { at, force, weight } in samples {
+        let (sin, cos) = (TAU * frequency * at).sin_cos();
         for (k, f) in force.iter().enumerate() {
-            sum[2 * k] += f * cos;
-            sum[2 * k + 1] -= f * sin;
+            sum[2 * k] += weight * f * cos;
+            sum[2 * k + 1] -= weight * f * sin;
         }
     }
-    sum.map(|v| v / samples.len().max(1) as f64)
+    let all = weight(samples);
+    sum.map(|v| if all > 0.0 { v / all } else { 0.0 })
+}
+
+fn weight(samples: &[Sample]) -> f64 {
+    samples.iter().map(|s| s.weight).sum()
 }
 
 fn squared(parts: [f64; 4]) -> f64 {
@@ -192,7 +269,7 @@ fn in_phase(episodes: &[Samples], frequency: f64) -> bool {
     let parts = episodes.iter().flat_map(|e| e.chunks(e.len().div_ceil(PARTS).max(1)));
     let (mut sum, mut power, mut count) = ([0.0; 4], 0.0, 0.0);
     for part in parts {
-        let (n, own) = (part.len() as f64, projected(part, frequency));
+        let (n, own) = (weight(part), projected(part, frequency));
         sum = [0, 1, 2, 3].map(|k| sum[k] + n * own[k]);
         power += n * squared(own);
         count += n;
@@ -201,36 +278,43 @@ fn in_phase(episodes: &[Samples], frequency: f64) -> bool {
 }
 
 fn extent(samples: &Samples) -> f64 {
-    let all = samples.iter().map(|(s, _)| *s);
+    let all = samples.iter().map(|s| s.at);
     all.clone().fold(f64::NEG_INFINITY, f64::max) - all.fold(f64::INFINITY, f64::min)
 }
 
 /// Median distance of neighbours that are apart at all.
 fn spacing(samples: &Samples) -> f64 {
     let mut steps: Vec<f64> =
-        samples.windows(2).map(|w| (w[1].0 - w[0].0).abs()).filter(|d| *d > 0.0).collect();
+        samples.windows(2).map(|w| (w[1].at - w[0].at).abs()).filter(|d| *d > 0.0).collect();
     steps.sort_by(f64::total_cmp);
     steps.get(steps.len() / 2).copied().unwrap_or(0.0)
 }
 
 #[cfg(test)]
 mod tests {
-    use super::{in_position, in_time};
+    use super::{for_answer, in_position, in_time};
     use nalgebra::Matrix3;
     use rand::{RngExt, SeedableRng};
+    use std::f64::consts::TAU;
     use trundle_infer::Residual;
 
-    /// Episodes of a body that moves to and fro on a rail, with a wandering force and another one.
-    fn courses(force: impl Fn(f64, f64) -> f64) -> Vec<Vec<Residual>> {
+    /// Episodes of a body that moves to and fro on a rail, with a wandering force and one of position, speed and time.
+    fn courses(force: impl Fn(f64, f64, f64) -> f64) -> Vec<Vec<Residual>> {
+        courses_at(0.9, force)
+    }
+
+    /// The same for a motion of so many rad/s.
+    fn courses_at(rate: f64, force: impl Fn(f64, f64, f64) -> f64) -> Vec<Vec<Residual>> {
         let mut rng = rand_chacha::ChaCha8Rng::seed_from_u64(1);
         let mut episode = |k: usize| {
             let mut wander = 0.0;
             let mut one = |i: usize| {
                 let t = 0.01 * i as f64;
-                let x = 0.3 * (0.9 * t + k as f64).sin() + 0.05 * t;
+                let phase = rate * t + k as f64;
+                let (x, v) = (0.27 / rate * phase.sin() + 0.05 * t, 0.27 * phase.cos() + 0.05);
                 wander = 0.95 * wander + 0.1 * (rng.random::<f64>() - 0.5);
-                let wrench = [wander + force(x, t + 0.13 * k as f64), 0.0, 0.0];
-                let (pose, twist) = ([x, 0.0, 0.0], [0.0; 3]);
+                let wrench = [wander + force(x, v, t + 0.13 * k as f64), 0.0, 0.0];
+                let (pose, twist) = ([x, 0.0, 0.0], [v, 0.0, 0.0]);
                 Residual { t, pose, twist, wrench, covariance: Matrix3::identity() }
             };
             (0..800).map(&mut one).collect()
@@ -238,21 +322,69 @@ mod tests {
         (0..4).map(&mut episode).collect()
     }
 
+    /// 0.2 N with a period of 20 mm.
+    fn ripple(x: f64) -> f64 {
+        0.2 * (TAU * x / 0.02).sin()
+    }
+
     #[test]
     fn lines_are_found_where_they_are() {
-        let ripple = courses(|x, _| 0.2 * (std::f64::consts::TAU * x / 0.02).sin());
-        let found = in_position(&ripple, true);
+        let found = in_position(&courses(|x, _, _| ripple(x)), true);
         assert!(found.len() == 1 && (found[0].period - 0.02).abs() < 2e-4, "{found:?}");
         assert!((found[0].amplitude - 0.2).abs() < 0.05, "{found:?}");
-        let fan = courses(|_, t| 0.2 * (std::f64::consts::TAU * t / 0.11).sin());
+        let fan = courses(|_, _, t| 0.2 * (TAU * t / 0.11).sin());
         let found = in_time(&fan, true);
         assert!(!found.is_empty() && (found[0].period - 0.11).abs() < 2e-3, "{found:?}");
         assert!(in_position(&fan, true).is_empty());
     }
 
     #[test]
+    fn what_acts_at_reversals_hides_no_line() {
+        let stuck = |v: f64| if v.abs() < 0.03 { 5.0 } else { 0.0 };
+        let found = in_position(&courses(|x, v, _| ripple(x) + stuck(v)), true);
+        assert!(found.iter().any(|line| (line.period - 0.02).abs() < 2e-4), "{found:?}");
+    }
+
+    #[test]
+    fn what_repeats_with_the_motion_is_no_line_in_time() {
+        let stuck = |v: f64| if v.abs() < 0.05 { v.signum() } else { 0.0 };
+        assert!(in_time(&courses_at(7.1, |_, v, _| stuck(v)), true).is_empty());
+        let fan = courses_at(7.1, |_, v, t| stuck(v) + 0.4 * (TAU * t / 0.0537).sin());
+        let found = in_time(&fan, true);
+        assert!(found.len() == 1 && (found[0].period - 0.0537).abs() < 1e-3, "{found:?}");
+    }
+
+    #[test]
+    fn a_line_that_a_smoother_removed_is_found_before_it() {
+        let (smoothed, raw) = (courses(|_, _, _| 0.0), courses(|x, _, _| ripple(x)));
+        let of_position = |courses| {
+            let found = for_answer(courses, true);
+            found.into_iter().filter(|period| period.of == "position").collect::<Vec<_>>()
+        };
+        let found = of_position([&smoothed, &raw]);
+        assert!(found.len() == 1 && (found[0].period - 0.02).abs() < 2e-4, "{found:?}");
+        // One that both show is one.
+        assert_eq!(of_position([&raw, &raw]).len(), 1);
+        assert!(of_position([&smoothed, &[]]).is_empty());
+    }
+
+    /// What second differences of noisy poses are like.
+    #[test]
+    fn noise_that_grows_with_frequency_has_no_lines() {
+        let mut rng = rand_chacha::ChaCha8Rng::seed_from_u64(2);
+        let mut noisy = courses(|_, _, _| 0.0);
+        for course in &mut noisy {
+            let white: Vec<f64> = (0..course.len() + 2).map(|_| rng.random::<f64>() - 0.5).collect();
+            for (residual, w) in course.iter_mut().zip(white.windows(3)) {
+                residual.wrench[0] += 20.0 * (w[0] - 2.0 * w[1] + w[2]);
+            }
+        }
+        assert!(in_position(&noisy, true).is_empty() && in_time(&noisy, true).is_empty());
+    }
+
+    #[test]
     fn a_wandering_force_has_no_lines() {
-        let noise = courses(|_, _| 0.0);
+        let noise = courses(|_, _, _| 0.0);
         assert!(in_position(&noise, true).is_empty() && in_time(&noise, true).is_empty());
     }
 }

@@ -252,7 +252,7 @@ fn explain(engine: &dyn Engine, decided: Decision, watch: &dyn Watch) -> Result<
             windows: remains.windows,
             regime: remains.regime,
             periods: if shown {
-                periods::for_answer(&courses, data.dof == [true, false, false])
+                periods::for_answer([&courses, &engine.unsmoothed(after)?], data.dof == [true, false, false])
             } else {
                 vec![]
             },

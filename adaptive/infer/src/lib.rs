@@ -40,6 +40,7 @@ mod target;
 mod timing;
 mod track;
 mod truncated;
+mod unsmoothed;
 mod watch;
 
 pub use baseline::{
@@ -70,4 +71,5 @@ pub use stretches::wrench_samples;
 pub use tally::Tally;
 pub use target::{Density, Target};
 pub use track::Track;
+pub use unsmoothed::unsmoothed;
 pub use watch::{Quiet, Watch, on_all_cores};

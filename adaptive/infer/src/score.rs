@@ -133,7 +133,7 @@ impl Missed {
 fn missed(plant: &Plant<f64>, episode: &Prepared, noise: &Noise, unjudged: f64) -> Missed {
     let curve = Curve::new(episode);
     let near = 0.5 * spacing(std::slice::from_ref(episode)).unwrap_or(0.0);
-    let mut own = Own { inner: beginning::beginning(plant, episode), last: None, longest: curve.longest() };
+    let mut own = Own::new(plant, episode, &curve);
     let mut missed = Missed::default();
     for motion in episode.motion(noise).iter().filter(|m| m.t >= episode.contact) {
         let Some(sample) = seen(motion, (episode, &curve), plant, near) else { continue };
@@ -149,7 +149,7 @@ fn missed(plant: &Plant<f64>, episode: &Prepared, noise: &Noise, unjudged: f64) 
 }
 
 /// The laws' own states along the motion that was seen.
-struct Own {
+pub(crate) struct Own {
     inner: [f64; INNER],
     last: Option<WrenchSample>,
     /// Longest step, s.
@@ -157,8 +157,13 @@ struct Own {
 }
 
 impl Own {
+    /// At the start of an episode.
+    pub fn new(plant: &Plant<f64>, episode: &Prepared, curve: &Curve) -> Self {
+        Self { inner: beginning::beginning(plant, episode), last: None, longest: curve.longest() }
+    }
+
     /// Move them on from the sample before.
-    fn until(&mut self, plant: &Plant<f64>, sample: &WrenchSample) -> [f64; INNER] {
+    pub fn until(&mut self, plant: &Plant<f64>, sample: &WrenchSample) -> [f64; INNER] {
         if let Some(last) = self.last.as_ref().filter(|_| plant.inner() > 0) {
             let applied = last.recorded(plant);
             let count = ((sample.t - last.t) / self.longest).ceil().max(1.0);
@@ -178,7 +183,7 @@ impl Own {
 }
 
 /// What was read of the moment when a pose was seen: the mean of the readings up to `near` seconds from it.
-fn seen(
+pub(crate) fn seen(
     motion: &Motion,
     (episode, curve): (&Prepared, &Curve),
     plant: &Plant<f64>,
@@ -206,7 +211,7 @@ fn seen(
 }
 
 /// Mass times acceleration of the mass centre, as a wrench about the object origin, object axes.
-fn inertial(plant: &Plant<f64>, sample: &WrenchSample, accel: [f64; 3]) -> [f64; 3] {
+pub(crate) fn inertial(plant: &Plant<f64>, sample: &WrenchSample, accel: [f64; 3]) -> [f64; 3] {
     let rigid = plant.rigid(sample.clock);
     let [cx, cy] = rigid.com;
     let [ax, ay, spin_up] = to_body(accel, sample.pose[2]);

@@ -14,7 +14,7 @@ use crate::screen::{Start, Wanted};
 use crate::series::{Missing, Wrench};
 use crate::subset::Set;
 use std::collections::BTreeMap;
-use trundle_infer::{Fit, InferError, Score, Watch};
+use trundle_infer::{Fit, InferError, Residual, Score, Watch};
 use trundle_model::{Effect, Kind, Model};
 use trundle_record::{Dataset, Prepared};
 
@@ -195,6 +195,12 @@ pub(crate) trait Engine: Sync {
 
     /// The missing wrench along every episode.
     fn missing(&self, tried: &Tried, left: Option<Remainder>) -> Result<Missing, InferError>;
+
+    /// The missing wrench along every training episode, not smoothed; none where inertia plays no part.
+    fn unsmoothed(&self, tried: &Tried) -> Result<Vec<Vec<Residual>>, InferError> {
+        let _ = tried;
+        Ok(vec![])
+    }
 
     /// The wrenches that two models need in an episode, where wrenches are compared.
     fn wrenches(&self, episode: &Prepared, models: [&Tried; 2]) -> Result<Option<Wrench>, InferError>;

@@ -20,7 +20,7 @@ use crate::unnamed::unnamed;
 use std::collections::BTreeMap;
 use trundle_infer::{
     Comparison, FitOptions, InferError, MotionLikelihood, Residual, Score, Watch, fit, on_all_cores,
-    open_loop, score_beside,
+    open_loop, score_beside, unsmoothed,
 };
 use trundle_model::{Kind, Model, Proposal, Scales};
 use trundle_record::{Dataset, Prepared};
@@ -234,6 +234,15 @@ impl Engine for Own<'_> {
             _ => None,
         };
         Ok(Missing { training: over(motion)?, held_out })
+    }
+
+    fn unsmoothed(&self, tried: &Tried) -> Result<Vec<Vec<Residual>>, InferError> {
+        if !self.simulated() {
+            return Ok(vec![]);
+        }
+        let (model, values) = (&tried.fit.model, &tried.fit.values);
+        let of = |episode| unsmoothed(model, values, episode, &self.data.noise);
+        self.data.training.iter().map(of).collect()
     }
 
     fn wrenches(&self, episode: &Prepared, models: [&Tried; 2]) -> Result<Option<Wrench>, InferError> {

@@ -1,0 +1,59 @@
+"""The pneumatic seal: friction that a recording at one pressure determines less well than one at several."""
+
+from __future__ import annotations
+
+import numpy as np
+import pytest
+
+import trundle
+from examples.real_recordings import ALL_PRESSURES, SEALS
+
+CONSTANT = {"force_bias", "floor_slope", "directional_friction"}
+"""A constant force along the rail, and what equals one where each direction has one speed."""
+
+
+@pytest.fixture(scope="module")
+def diagnosed(seals: dict[str, trundle.Recording]) -> dict[str, trundle.Diagnosis]:
+    return {name: trundle.diagnose(recording) for name, recording in seals.items()}
+
+
+def force(found: trundle.Diagnosis, when: str) -> float:
+    return float(found.answer["fit"]["held_out"][when]["force_rmse"])
+
+
+@pytest.mark.parametrize("name", SEALS)
+def test_at_one_pressure_the_offset_is_named(diagnosed: dict[str, trundle.Diagnosis], name: str) -> None:
+    """Dry friction may be named as well, and nothing else."""
+    found = diagnosed[name]
+    assert found.verdict == "explained"
+    assert set(found.missing) & CONSTANT
+    assert set(found.missing) <= CONSTANT | {"coulomb_friction"}
+    for effect in found.answer["missing"]:
+        # Each of the three is as good as the others: none is certain.
+        assert effect["effect"] == "coulomb_friction" or effect["probability"] < 0.9
+    assert force(found, "after") < 0.4 * force(found, "before")
+
+
+@pytest.mark.parametrize("name", SEALS)
+def test_each_direction_has_one_speed(seals: dict[str, trundle.Recording], name: str) -> None:
+    """Why a viscous law with an offset explains as much as a dry one: two speeds, two forces."""
+    speeds: dict[bool, list[float]] = {False: [], True: []}
+    for table in seals[name].episodes.values():
+        t, x = table["t"], table["object_x"]
+        turn = int(np.argmax(x))
+        for forth, rows in ((True, slice(50, turn - 50)), (False, slice(turn + 50, -50))):
+            speeds[forth].append(abs(np.polyfit(t[rows], x[rows], 1)[0]))
+    for of_direction in speeds.values():
+        assert np.std(of_direction) < 0.05 * np.mean(of_direction)
+
+
+@pytest.mark.parametrize("name", ALL_PRESSURES)
+def test_at_several_pressures_dry_friction_is_named(
+    diagnosed: dict[str, trundle.Diagnosis], name: str
+) -> None:
+    found = diagnosed[name]
+    assert found.verdict == "explained"
+    probability = {effect["effect"]: effect["probability"] for effect in found.answer["missing"]}
+    assert probability["coulomb_friction"] > 0.95
+    assert set(probability) <= CONSTANT | {"coulomb_friction"}
+    assert force(found, "after") < force(found, "before")
