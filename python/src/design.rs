@@ -5,12 +5,17 @@ use std::collections::BTreeMap;
 use pyo3::exceptions::PyRuntimeError;
 use pyo3::prelude::*;
 use trundle_diagnose::design::{Designed, Limits, Object, between};
+use trundle_infer::Stage;
 use trundle_model::{Body, Model};
 use trundle_record::{Noise, prepare};
 
 use crate::error::{refused, run};
 use crate::record::recording_of;
 use crate::watch::watched;
+
+/// Both models are fitted, then the pushes chosen.
+const STAGES: [Stage; 2] =
+    [Stage { name: "fit", end: 0.6, rounds: 6.0 }, Stage { name: "designing pushes", end: 1.0, rounds: 1.0 }];
 
 pub(crate) fn register(module: &Bound<'_, PyModule>) -> PyResult<()> {
     module.add_function(wrap_pyfunction!(_design, module)?)
@@ -45,8 +50,9 @@ fn _design(
         Some(data) => Object::Recorded(data),
         None => Object::New(shape(body, &models[0].0)?, stated(noise)?),
     };
-    let Designed { experiment, models } =
-        watched(py, progress, |watch| between([&models[0], &models[1]], &object, limits, count, watch))?;
+    let Designed { experiment, models } = watched(py, progress, &STAGES, |watch| {
+        between([&models[0], &models[1]], &object, limits, count, watch)
+    })?;
     let answer =
         serde_json::to_string(&experiment).map_err(|error| PyRuntimeError::new_err(error.to_string()))?;
     let [first, second] = models.map(|model| model.to_toml(None).map_err(refused));

@@ -4,7 +4,7 @@ use std::path::PathBuf;
 
 use pyo3::exceptions::PyRuntimeError;
 use pyo3::prelude::*;
-use trundle_diagnose::{Options, Outcome, Predictions, diagnose_recording};
+use trundle_diagnose::{Options, Outcome, Predictions, STAGES, diagnose_recording};
 use trundle_model::Model;
 use trundle_record::{PrepareOptions, prepare_with};
 
@@ -85,6 +85,6 @@ fn _diagnose(
     let model = model.map(Model::from_toml).transpose().map_err(refused)?.map(|(model, _)| model);
     let options = Options { seed, model, without };
     let outcome =
-        watched(py, progress, |watch| diagnose_recording(&source, &data, prepare, &options, watch))?;
+        watched(py, progress, &STAGES, |watch| diagnose_recording(&source, &data, prepare, &options, watch))?;
     PyOutcome::of(outcome)
 }

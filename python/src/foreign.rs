@@ -4,6 +4,7 @@ use pyo3::exceptions::PyException;
 use pyo3::prelude::*;
 use pyo3::types::PyDict;
 use std::sync::{Mutex, PoisonError};
+use trundle_diagnose::STAGES;
 use trundle_diagnose::foreign::{Foreign, Simulator as Simulates, diagnose};
 use trundle_infer::StateVector;
 use trundle_model::{Prior, Slot, catalogue};
@@ -112,7 +113,7 @@ fn _diagnose_foreign(
         start: parameters.iter().map(|p| p.start).collect(),
         given,
     };
-    match watched(py, progress, |watch| diagnose(&data, &foreign, seed, watch)) {
+    match watched(py, progress, &STAGES, |watch| diagnose(&data, &foreign, seed, watch)) {
         Ok(outcome) => PyOutcome::of(outcome),
         Err(error) => Err(explained(py, error, called.simulator.raised())),
     }

@@ -3,7 +3,7 @@
 use pyo3::prelude::*;
 use serde_json::{Value, json};
 use trundle_infer::{
-    Combination, Comparison, Fit, FitOptions, Identifiability, InferError, Profile, Shape, Target,
+    Combination, Comparison, Fit, FitOptions, Identifiability, InferError, Profile, Shape, Stage, Target,
     fit as search, profile,
 };
 use trundle_model::PriorFile;
@@ -11,6 +11,10 @@ use trundle_model::PriorFile;
 use crate::error::refused;
 use crate::infer::inputs;
 use crate::watch::watched;
+
+/// The model is fitted, then the parameter is held at one value after the other.
+const STAGES: [Stage; 2] =
+    [Stage { name: "fit", end: 0.3, rounds: 3.0 }, Stage { name: "profile", end: 1.0, rounds: 1.0 }];
 
 pub(crate) fn register(module: &Bound<'_, PyModule>) -> PyResult<()> {
     module.add_function(wrap_pyfunction!(_profile, module)?)
@@ -71,7 +75,7 @@ fn _profile(
         model = prior.apply(&model).map_err(refused)?;
         options.per_episode = prior.per_episode();
     }
-    let found = watched(recording.py(), progress, |watch| {
+    let found = watched(recording.py(), progress, &STAGES, |watch| {
         let comparison = Comparison::of(&data)?;
         // Before the fit: a wrong name should not cost its time.
         let k = place(&Target::new(&comparison, &model, &options.per_episode)?, parameter)?;

@@ -4,7 +4,7 @@ use std::collections::BTreeMap;
 use std::path::PathBuf;
 
 use pyo3::prelude::*;
-use trundle_infer::{Estimate, Fit, FitOptions, Optimiser, score};
+use trundle_infer::{Estimate, Fit, FitOptions, Optimiser, Stage, score};
 use trundle_model::{Model, ModelError, Posterior, PriorFile, Slot};
 use trundle_record::{Dataset, prepare};
 
@@ -14,6 +14,9 @@ use crate::lack_of_fit::Tested;
 use crate::likelihood::{Arguments, Choice, of_one_object};
 use crate::record::recording_of;
 use crate::watch::watched;
+
+/// Starts are searched from in rounds, as many as it takes until some agree.
+const STAGES: [Stage; 1] = [Stage { name: "fit", end: 1.0, rounds: 3.0 }];
 
 pub(crate) fn register(module: &Bound<'_, PyModule>) -> PyResult<()> {
     module.add_function(wrap_pyfunction!(_fit, module)?)?;
@@ -68,7 +71,7 @@ fn _fit(
     let engines = choice.engines(&recordings, &model)?;
     let given = start.map(|start| stated(&model, &start)).transpose()?;
     let quasi_static = choice.quasi_static(&recordings);
-    let fitted = watched(py, progress, |watch| {
+    let fitted = watched(py, progress, &STAGES, |watch| {
         let found = choice.fit(&recordings, &engines, &model, given.as_slice(), &options, watch)?;
         let testable = choice.name == "filter" && options.per_episode.is_empty();
         let mut tested =

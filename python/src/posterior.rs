@@ -4,7 +4,7 @@ use numpy::{PyArray1, PyArray3, PyArray4, PyArrayMethods};
 use pyo3::prelude::*;
 use pyo3::types::PyDict;
 use trundle_diagnose::{LackOfFit, lack_of_fit as lack_of};
-use trundle_infer::{Comparison, FitOptions, InferError};
+use trundle_infer::{Comparison, FitOptions, InferError, Stage};
 use trundle_model::PriorFile;
 use trundle_posterior::{
     Calibration, Chain, Method, Posterior, PosteriorError, Replicate, SampleOptions, lines, predictive,
@@ -15,7 +15,12 @@ use trundle_record::Dataset;
 use crate::error::{refused, run};
 use crate::infer::inputs;
 use crate::lack_of_fit::lack_summary;
-use crate::watch::watched;
+use crate::watch::{once, watched};
+
+/// The modes are sought, then the draws made.
+const STAGES: [Stage; 2] =
+    [Stage { name: "fit", end: 0.3, rounds: 3.0 }, Stage { name: "sample", end: 1.0, rounds: 1.0 }];
+const CALIBRATE: [Stage; 1] = once("calibrate");
 
 pub(crate) fn register(module: &Bound<'_, PyModule>) -> PyResult<()> {
     module.add_class::<PyPosterior>()?;
@@ -76,7 +81,7 @@ fn _sample(
         fit.per_episode = prior.per_episode();
     }
     let options = SampleOptions { method: method_of(method)?, chains, draws, warmup, fit };
-    let (inner, quasi_static, lack) = watched(recording.py(), progress, |watch| {
+    let (inner, quasi_static, lack) = watched(recording.py(), progress, &STAGES, |watch| {
         let comparison = Comparison::of(&data)?;
         let found = match split(sample(&comparison, &model, &options, watch))? {
             Ok(found) => found,
@@ -189,7 +194,8 @@ fn _calibrate(
     progress: Option<Py<PyAny>>,
 ) -> PyResult<Vec<String>> {
     let calibration = read(text, method)?;
-    let found = watched(py, progress, |watch| split(replicates(&calibration, &rounds, seed, watch)))?;
+    let found =
+        watched(py, progress, &CALIBRATE, |watch| split(replicates(&calibration, &rounds, seed, watch)))?;
     let text = |round: &Replicate| serde_json::to_string(round).map_err(refused);
     found.map_err(refused)?.iter().map(text).collect()
 }

@@ -7,7 +7,7 @@ use std::time::{Duration, Instant};
 
 use pyo3::prelude::*;
 use rayon::{ThreadPool, current_thread_index};
-use trundle_infer::{InferError, Watch};
+use trundle_infer::{InferError, Progress, Stage, Watch};
 use trundle_sim::thread_pool;
 
 use crate::error::{refused, run_here};
@@ -18,6 +18,7 @@ const PATIENCE: Duration = Duration::from_millis(50);
 /// Watches on behalf of Python.
 struct Watcher {
     callback: Option<Py<PyAny>>,
+    course: Mutex<Progress>,
     asked: Mutex<Instant>,
     raised: Mutex<Option<PyErr>>,
 }
@@ -35,8 +36,11 @@ impl Watcher {
 
 impl Watch for Watcher {
     fn progress(&self, what: &str, done: f64) {
+        let Ok((stage, share)) = self.course.lock().map(|mut course| course.advance(what, done)) else {
+            return;
+        };
         if let Some(callback) = &self.callback {
-            self.keep(Python::attach(|py| callback.call1(py, (what, done)).map(|_| ())));
+            self.keep(Python::attach(|py| callback.call1(py, (stage, share)).map(|_| ())));
         }
     }
 
@@ -50,6 +54,11 @@ impl Watch for Watcher {
         });
         if due { self.keep(Python::attach(|py| py.check_signals())) } else { self.keep(Ok(())) }
     }
+}
+
+/// Stages of work that reports from 0 to 1 once.
+pub(crate) const fn once(name: &'static str) -> [Stage; 1] {
+    [Stage { name, end: 1.0, rounds: 1.0 }]
 }
 
 /// How often the calling thread looks after work that others do.
@@ -73,14 +82,21 @@ impl Watch for Relay<'_> {
 }
 
 /// Runs interruptible `work` on the thread pool of this process with the interpreter released; an exception of the
-/// callback or Ctrl-C ends it and is raised again.
+/// callback or Ctrl-C ends it and is raised again. The callback is called with the stage and the share of the whole,
+/// neither of which ever goes back.
 pub(crate) fn watched<T: Send>(
     py: Python<'_>,
     callback: Option<Py<PyAny>>,
+    stages: &'static [Stage],
     work: impl FnOnce(&dyn Watch) -> Result<T, InferError> + Send,
 ) -> PyResult<T> {
     let pool = thread_pool().map_err(refused)?;
-    let watcher = Watcher { callback, asked: Mutex::new(Instant::now()), raised: Mutex::new(None) };
+    let watcher = Watcher {
+        callback,
+        course: Mutex::new(Progress::new(stages)),
+        asked: Mutex::new(Instant::now()),
+        raised: Mutex::new(None),
+    };
     let shared = &watcher;
     let result = run_here(py, move || match on_pool(&pool, shared, work) {
         Err(InferError::Interrupted) => Ok(None),

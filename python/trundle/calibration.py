@@ -88,7 +88,7 @@ def calibrate(
         A JSON lines file that gets the rounds as they are done. If it is there, of the same file, method and
         seed, only missing rounds are run.
     progress : callable, optional
-        Called with what is done and how much of it, 0 to 1.
+        Called with the stage of the work and the share of the whole that is done, 0 to 1; neither goes back.
 
     Raises
     ------

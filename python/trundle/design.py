@@ -198,7 +198,7 @@ def design(
         Limits of a push: N, N·m, s; and of the object's motion: m/s, rad/s, m. What the recording shows if
         not given; without one 30, 8, 6; 0.6, 1, 1.2.
     progress : callable, optional
-        Called with what is done and how much of it, 0 to 1.
+        Called with the stage of the work and the share of the whole that is done, 0 to 1; neither goes back.
 
     Returns
     -------

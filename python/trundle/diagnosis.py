@@ -178,7 +178,7 @@ def fit(
     optimiser : {"lm", "lbfgs"}
         Levenberg–Marquardt, or L-BFGS as in the paper: the same optimum in more time.
     progress : callable, optional
-        Called with what is done and how much of it, 0 to 1.
+        Called with the stage of the work and the share of the whole that is done, 0 to 1; neither goes back.
 
     Returns
     -------
@@ -278,7 +278,7 @@ def diagnose(
         Refuse a recording whose units, sign, axes or clocks are surely wrong (see `trundle.check`). False for
         objects so large, small, fast or slow that their numbers look like other units.
     progress : callable, optional
-        Called with what is done and how much of it, 0 to 1.
+        Called with the stage of the work and the share of the whole that is done, 0 to 1; neither goes back.
     command : str, optional
         Shown in the report as the way to reproduce it.
 

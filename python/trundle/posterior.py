@@ -184,7 +184,7 @@ def sample(
     prior : path, optional
         A prior file, as for `trundle.fit`.
     progress : callable, optional
-        Called with what is done and how much of it, 0 to 1.
+        Called with the stage of the work and the share of the whole that is done, 0 to 1; neither goes back.
 
     Returns
     -------

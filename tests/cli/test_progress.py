@@ -1,6 +1,11 @@
 import io
+import re
+from itertools import pairwise
 
-from trundle.cli.progress import Progress
+import pytest
+
+from trundle.cli import progress as module
+from trundle.cli.progress import Progress, duration
 
 
 class Terminal(io.StringIO):
@@ -16,7 +21,7 @@ def test_a_terminal_sees_the_steps_and_is_left_clean() -> None:
     lines = terminal.getvalue().split("\r\033[K")
     assert lines[1:] == [
         "fitting 0/2 (0 s)",
-        "fitting 1/2 (0 s) · start 1",
+        "fitting 1/2 (0 s, about 0 s left) · start 1",
         "fitting 2/2 (0 s) · start 2",
         "",
     ]
@@ -34,3 +39,44 @@ def test_quiet_shows_nothing_on_a_terminal() -> None:
     with Progress("fitting", quiet=True, stream=terminal) as progress:
         progress.step()
     assert terminal.getvalue() == ""
+
+
+class Clock:
+    """A clock that goes on by ten seconds whenever it is asked."""
+
+    def __init__(self) -> None:
+        self.now = 0.0
+
+    def monotonic(self) -> float:
+        self.now += 10.0
+        return self.now
+
+
+def test_the_time_left_is_estimated_from_the_share(monkeypatch: pytest.MonkeyPatch) -> None:
+    monkeypatch.setattr(module, "time", Clock())
+    terminal = Terminal()
+    with Progress("diagnosing", stream=terminal) as progress:
+        progress.share("single effects", 0.001)
+        progress.share("single effects", 0.25)
+        progress.share("figures", 1.0)
+    lines = terminal.getvalue().split("\r\033[K")[2:]
+    assert lines == [
+        "diagnosing 0 % (20 s) · single effects",
+        "diagnosing 25 % (30 s, about 2 min left) · single effects",
+        "diagnosing 100 % (40 s) · figures",
+        "",
+    ]
+
+
+def test_what_is_shown_never_goes_back() -> None:
+    terminal = Terminal()
+    with Progress("fitting", stream=terminal) as progress:
+        for done in (0.1, 0.4, 0.2, 0.0, 0.5):
+            progress.share("fit", done)
+    shown = [int(share) for share in re.findall(r"(\d+) %", terminal.getvalue())]
+    assert shown == [10, 40, 40, 40, 50]
+    assert all(before <= after for before, after in pairwise(shown))
+
+
+def test_a_time_in_words() -> None:
+    assert [duration(s) for s in (3.2, 61.0, 7500.0)] == ["3 s", "1 min", "2 h 05 min"]

@@ -1,6 +1,7 @@
 """The main job: a table that hides dry friction, pushed, recorded, diagnosed, and the answer used."""
 
 import json
+from itertools import groupby
 from pathlib import Path
 from typing import Any
 
@@ -104,3 +105,16 @@ def test_the_recording_is_sound(demo: Demo, verb: str) -> None:
         assert [finding for finding in found if finding["severity"] == "error"] == []
     else:
         assert len(found["episodes"]) == 8
+
+
+def test_progress_never_goes_back(demo: Demo) -> None:
+    reports: list[tuple[str, float]] = []
+    package.diagnose(demo.recording, progress=lambda stage, share: reports.append((stage, share)))
+    stages, shares = [stage for stage, _ in reports], [share for _, share in reports]
+    assert len(reports) > 20
+    assert shares[0] == 0.0
+    assert shares == sorted(shares)
+    assert 0.9 < shares[-1] <= 1.0
+    began = [stages.index(stage) for stage in dict.fromkeys(stages)]
+    assert len(began) >= 4
+    assert [stage for stage, _ in groupby(stages)] == [stages[k] for k in began], "a stage came back"

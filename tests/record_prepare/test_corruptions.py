@@ -2,13 +2,14 @@
 
 from __future__ import annotations
 
+import re
 from functools import cache
 from typing import Any
 
 import pytest
 
 import trundle
-from tests.record_prepare.corruptions import CORRUPTIONS, Corruption
+from tests.record_prepare.corruptions import CORRUPTIONS, Corruption, late
 from tests.record_prepare.varied import Drawn, draw, recording
 
 SHORT: dict[str, Any] = {
@@ -29,6 +30,10 @@ CLEAN = 60
 EACH = 10
 HITS = 0.8
 """Share of the corrupted recordings in which each corruption is found, at least."""
+BLAMED = {61008: "a lag under a convention that hardly helps", 61038: "a law that explains no episode well"}
+"""Clean recordings that were once complained of, and from what."""
+INERTIAL = (61003, 61011)
+"""Recordings at 100 Hz in which acceleration explains much of the force: those show a short delay."""
 
 
 @cache
@@ -66,6 +71,21 @@ def test_each_corruption_is_found_with_its_remedy(corruption: Corruption) -> Non
 @pytest.mark.parametrize("frame", ["sensor", "object", "world"])
 def test_a_clean_recording_is_not_complained_of(contact: str, frame: str) -> None:
     assert warned(trundle.check(recording(short(frame, contact)))) == []
+
+
+@pytest.mark.parametrize("seed", BLAMED, ids=str)
+def test_a_clean_recording_is_no_longer_complained_of(seed: int) -> None:
+    assert warned(trundle.check(recording(draw(seed)))) == []
+
+
+@pytest.mark.parametrize("seed", INERTIAL)
+def test_a_delay_of_half_a_sample_is_estimated(seed: int) -> None:
+    drawn = draw(seed, slow=False, rates=(100.0, 100.0), contact="grasp")
+    assert warned(trundle.check(recording(drawn))) == []
+    [finding] = warned(check(Corruption(late(0.005), ("clocks",), (), {}), drawn))
+    estimate, direction = re.findall(r"run ([\d.]+) ± [\d.]+ ms (late|early)", finding["sentence"])[0]
+    assert direction == "late"
+    assert 3.0 < float(estimate) < 7.0
 
 
 @pytest.mark.slow

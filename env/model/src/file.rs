@@ -78,11 +78,14 @@ impl Model {
     /// # Errors
     /// Names the key that is unknown, missing or out of bounds.
     pub fn from_toml(text: &str) -> Result<(Self, Option<Posterior>), ModelError> {
-        let file: File = toml::from_str(text).map_err(|e| ModelError::Format(e.to_string()))?;
-        if file.format != FORMAT {
-            let format = &file.format;
-            return Err(ModelError::Format(format!("format = \"{format}\": this reader knows \"{FORMAT}\"")));
+        // First, because the keys of a file of another format would be called unknown.
+        if let Some(Value::String(found)) =
+            text.parse::<Table>().ok().and_then(|mut file| file.remove("format"))
+            && found != FORMAT
+        {
+            return Err(ModelError::Format(format!("format = \"{found}\": this reader knows \"{FORMAT}\"")));
         }
+        let file: File = toml::from_str(text).map_err(|e| ModelError::Format(e.to_string()))?;
         let mass = file.body.mass;
         let body = file.body.build()?;
         let effects =
@@ -311,6 +314,11 @@ covariance = [[0.04]]
     fn what_is_wrong_is_named() {
         for (from, to, words) in [
             ("trundle-model/1", "trundle-model/9", vec!["trundle-model/9", "trundle-model/1"]),
+            (
+                "trundle-model/1\"",
+                "trundle-object/1\"\nname = \"bed\"",
+                vec!["format = \"trundle-object/1\"", "knows \"trundle-model/1\""],
+            ),
             ("force = 14.2", "force = -1.0", vec!["coulomb_friction.force", "-1", "N"]),
             ("force = 14.2", "farce = 14.2", vec!["effect 2", "farce", "static_force"]),
             ("\"coulomb_friction\"", "\"magic\"", vec!["effect 2", "magic", "viscous_wheel"]),

@@ -33,7 +33,10 @@ impl Recording {
         fs::create_dir(&folder).map_err(io)?;
         fs::write(folder.join(METADATA_FILE), text).map_err(io)?;
         for episode in &self.episodes {
-            table.write(&folder.join(format!("{}.{}", episode.name, table.extension())), episode)?;
+            let name = format!("{}.{}", episode.name, table.extension());
+            let written = table.write(&folder.join(&name), episode);
+            // Not the hidden folder, which is gone when the error is read.
+            written.map_err(|error| error.on_disk(|_| Some(path.join(&name))))?;
         }
         replace_folder(&folder, path).map_err(io)
     }

@@ -69,7 +69,7 @@ impl Object {
     /// # Errors
     /// Names the file, the key and what is wrong with it.
     pub fn read(path: &Path) -> Result<Self, SimError> {
-        Self::checked(path, parse(path)?)
+        Self::checked(path, parse(path, OBJECT)?)
     }
 
     /// The object in the text of an object file, which is called `name` in messages.

@@ -81,7 +81,7 @@ impl Scenario {
     /// # Errors
     /// Names the file, the key and what is wrong.
     pub fn read(path: &Path) -> Result<(Self, Model), SimError> {
-        let scenario: Self = parse(path)?;
+        let scenario: Self = parse(path, SCENARIO)?;
         expect_format(path, &scenario.format, SCENARIO)?;
         scenario.check().map_err(|error| in_file(path, &error))?;
         let object_path = path.parent().unwrap_or(Path::new("")).join(&scenario.object);
@@ -163,9 +163,14 @@ pub(crate) fn effects(tables: &[Table]) -> Result<Vec<Effect>, SimError> {
     Ok(model.effects)
 }
 
-pub(crate) fn parse<T: DeserializeOwned>(path: &Path) -> Result<T, SimError> {
+/// Reads a file of the format `known`; the keys of one of another format would be called unknown.
+pub(crate) fn parse<T: DeserializeOwned>(path: &Path, known: &str) -> Result<T, SimError> {
     let text =
         std::fs::read_to_string(path).map_err(|source| SimError::Io { path: path.to_owned(), source })?;
+    if let Some(Value::String(found)) = text.parse::<Table>().ok().and_then(|mut file| file.remove("format"))
+    {
+        expect_format(path, &found, known)?;
+    }
     toml::from_str(&text)
         .map_err(|error| SimError::File { path: path.to_owned(), message: error.to_string() })
 }

@@ -6,7 +6,7 @@ use rand::SeedableRng;
 use rand_chacha::ChaCha8Rng;
 use rand_distr::{Distribution, StandardNormal};
 use serde::Deserialize;
-use trundle_infer::{InferError, StateVector, Watch, hold, r2};
+use trundle_infer::{InferError, Stage, StateVector, Watch, hold, r2};
 use trundle_model::{Clock, Model, Plant, Prior, to_body};
 use trundle_sim::{SimError, World};
 
@@ -14,7 +14,10 @@ use super::curves::{Noise, data};
 use super::learners::{Given, Trouble, physics};
 use crate::error::refused;
 use crate::toml_dict;
-use crate::watch::watched;
+use crate::watch::{once, watched};
+
+/// Many fits, each of which reports its own share.
+const STAGES: [Stage; 1] = once("fit");
 
 pub(crate) fn register(module: &Bound<'_, PyModule>) -> PyResult<()> {
     module.add_function(wrap_pyfunction!(_open_loop, module)?)
@@ -241,7 +244,7 @@ fn _open_loop<'py>(
     let course: Course = toml_dict::from_dict(course, "course")?
         .try_into()
         .map_err(|error: toml::de::Error| refused(format!("course: {}", error.message())))?;
-    let found: Vec<Outcome> = watched(py, progress, |watch| {
+    let found: Vec<Outcome> = watched(py, progress, &STAGES, |watch| {
         let noise = Noise::of(&noise.0, noise.1)?;
         let flaws: Vec<_> = sizes.iter().map(|&s| Flaw::Off(s)).collect();
         let learnt = counts.iter().map(|&n| Flaw::Learnt(n, noise));

@@ -4,12 +4,17 @@ use pyo3::prelude::*;
 use rand::SeedableRng;
 use rand_chacha::ChaCha8Rng;
 use rand_distr::{Distribution, StandardNormal};
-use trundle_infer::{Coasting, InferError, Pushes, SigmaReading, Transition, Watch, noisy, r2, transitions};
+use trundle_infer::{
+    Coasting, InferError, Pushes, SigmaReading, Stage, Transition, Watch, noisy, r2, transitions,
+};
 use trundle_model::Model;
 
 use super::learners::{Given, Learner, Trouble};
 use crate::error::refused;
-use crate::watch::watched;
+use crate::watch::{once, watched};
+
+/// Many fits, each of which reports its own share.
+const STAGES: [Stage; 1] = once("fit");
 
 pub(crate) fn register(module: &Bound<'_, PyModule>) -> PyResult<()> {
     module.add_function(wrap_pyfunction!(_learning_curves, module)?)
@@ -92,7 +97,7 @@ fn _learning_curves(
 ) -> PyResult<(Vec<Vec<f64>>, f64)> {
     let truth = Model::from_toml(truth).map_err(refused)?.0;
     let form = Model::from_toml(form).map_err(refused)?.0;
-    watched(py, progress, |watch| {
+    watched(py, progress, &STAGES, |watch| {
         let learners = learners.iter().map(|name| Learner::of(name)).collect::<Result<Vec<_>, _>>()?;
         let dt = Pushes::default().dt;
         let most = counts.iter().copied().max().unwrap_or(0);

@@ -1,14 +1,18 @@
-"""A line on standard error that says what takes the time; only where a person watches."""
+"""A line on standard error with the work under way and the time left; only where a person watches."""
 
 from __future__ import annotations
 
+import math
 import shutil
 import sys
 import time
 from types import TracebackType
 from typing import TextIO
 
-__all__ = ["Progress"]
+__all__ = ["Progress", "duration"]
+
+FIRST_ESTIMATE = 0.02
+"""Share of the work before which the time left is not estimated."""
 
 
 class Progress:
@@ -40,6 +44,7 @@ class Progress:
         self._stream = sys.stderr if stream is None else stream
         self._shown = not quiet and self._stream.isatty()
         self._done = 0
+        self._share = 0.0
         self._began = time.monotonic()
 
     def __enter__(self) -> Progress:
@@ -57,6 +62,11 @@ class Progress:
         self._done += 1
         self.show(detail)
 
+    def share(self, detail: str, done: float) -> None:
+        """Show that work has come to `done`, 0 to 1; what is shown never goes back."""
+        self._share = max(self._share, done)
+        self.show(detail)
+
     def show(self, detail: str) -> None:
         """Show `detail` without counting a step."""
         if self._shown:
@@ -64,7 +74,24 @@ class Progress:
             print(f"\r\033[K{self.line(detail)[:width]}", end="", file=self._stream, flush=True)
 
     def line(self, detail: str) -> str:
-        """Return the line as it would be shown: label, count, seconds, detail."""
-        count = f" {self._done}/{self._total}" if self._total is not None else ""
+        """Return the line as it would be shown: label, count or share, seconds, time left, detail."""
         elapsed = time.monotonic() - self._began
-        return f"{self._label}{count} ({elapsed:.0f} s){' · ' if detail else ''}{detail}"
+        share = self._done / self._total if self._total else self._share
+        done = ""
+        if self._total is not None:
+            done = f" {self._done}/{self._total}"
+        elif share > 0.0:
+            # Rounded down: work that is not finished is never at 100 %.
+            done = f" {math.floor(100 * share)} %"
+        left = ""
+        if FIRST_ESTIMATE <= share < 1.0:
+            left = f", about {duration(elapsed * (1.0 - share) / share)} left"
+        return f"{self._label}{done} ({elapsed:.0f} s{left}){' · ' if detail else ''}{detail}"
+
+
+def duration(seconds: float) -> str:
+    """Return a time in words, "2 h 05 min"."""
+    minutes = round(seconds / 60)
+    if minutes < 1:
+        return f"{seconds:.0f} s"
+    return f"{minutes} min" if minutes < 60 else f"{minutes // 60} h {minutes % 60:02} min"

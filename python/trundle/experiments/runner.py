@@ -19,6 +19,7 @@ from dataclasses import dataclass, field
 from pathlib import Path
 from typing import Any, TextIO
 
+from trundle.cli.progress import duration
 from trundle.paper.results import rounded
 from trundle.proof.pool import in_parallel
 from trundle.whole import kept_json, write_text
@@ -133,14 +134,6 @@ class Countdown:
         left = (now - self.began) / (self.done - self.first) * (self.total - self.done)
         text = f"{self.label}: {self.done} of {self.total} ({name}), about {duration(left)} left"
         print(text, file=self.stream, flush=True)
-
-
-def duration(seconds: float) -> str:
-    """Return a time in words, "2 h 05 min"."""
-    minutes = round(seconds / 60)
-    if minutes < 1:
-        return f"{seconds:.0f} s"
-    return f"{minutes} min" if minutes < 60 else f"{minutes // 60} h {minutes % 60:02} min"
 
 
 def code_version(*sources: Path) -> str:

@@ -6,14 +6,18 @@ import multiprocessing
 import os
 import signal
 import threading
-import time
 from collections.abc import Callable, Iterator, Sequence
 from concurrent.futures import ProcessPoolExecutor, as_completed
+from contextlib import contextmanager
+from multiprocessing.synchronize import Event
 from typing import Any, TypeVar
 
 __all__ = ["in_parallel"]
 
 T = TypeVar("T")
+
+LOOK = 1.0
+"""How often a process looks for its parent, s."""
 
 
 def in_parallel(
@@ -36,24 +40,43 @@ def in_parallel(
         return
     threads = max(1, (os.cpu_count() or 1) // jobs)
     context = multiprocessing.get_context("spawn")
-    pool = ProcessPoolExecutor(jobs, context, initializer=prepared, initargs=(os.getpid(), threads))
+    stop = context.Event()
+    pool = ProcessPoolExecutor(jobs, context, initializer=prepared, initargs=(os.getpid(), stop, threads))
     try:
-        futures = {pool.submit(work, *call): number for number, call in enumerate(calls)}
+        with interrupts_held():
+            futures = {pool.submit(work, *call): number for number, call in enumerate(calls)}
         for future in as_completed(futures):
             yield futures[future], future.result()
+    except BaseException:
+        # This process waits at its end for what the others are at.
+        stop.set()
+        raise
     finally:
         pool.shutdown(wait=False, cancel_futures=True)
 
 
-def prepared(parent: int, threads: int) -> None:
-    """Prepare a process: few threads, no answer to Ctrl-C, gone when its parent is."""
+@contextmanager
+def interrupts_held() -> Iterator[None]:
+    """Hold back Ctrl-C. Processes that start meanwhile never get it: each would print a traceback."""
+    if not hasattr(signal, "pthread_sigmask"):
+        yield
+        return
+    before = signal.pthread_sigmask(signal.SIG_BLOCK, {signal.SIGINT})
+    try:
+        yield
+    finally:
+        signal.pthread_sigmask(signal.SIG_SETMASK, before)
+
+
+def prepared(parent: int, stop: Event, threads: int) -> None:
+    """Prepare a process: few threads, no answer to Ctrl-C, gone when its parent is or wants it to stop."""
     os.environ["RAYON_NUM_THREADS"] = str(threads)
     signal.signal(signal.SIGINT, signal.SIG_IGN)
-    threading.Thread(target=watch, args=(parent,), daemon=True).start()
+    threading.Thread(target=watch, args=(parent, stop), daemon=True).start()
 
 
-def watch(parent: int) -> None:
-    """End this process when it has lost its parent."""
-    while os.getppid() == parent:
-        time.sleep(1.0)
+def watch(parent: int, stop: Event) -> None:
+    """End this process when it has lost its parent, or this wants it to stop."""
+    while os.getppid() == parent and not stop.wait(LOOK):
+        pass
     os._exit(1)

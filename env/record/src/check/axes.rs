@@ -1,23 +1,20 @@
 //! Axes, signs, frames and handedness: mistakes that, undone, let a passive body explain the wrench.
 
-use std::f64::consts::{FRAC_PI_2, PI};
+use std::f64::consts::FRAC_PI_2;
 
 use crate::metadata::{Contact, Frame, Reference, Sign};
 use crate::prepare::wrapped;
 
 use super::direction;
 use super::dynamics::fit;
-use super::explain::{Explained, Mistake, minimum};
+use super::explain::{Explained, Mistake, SLIGHT, minimum};
 use super::subject::Subject;
 use super::{Finding, Severity};
 
 /// Unexplained share below which a passive body explains the wrench.
 pub(crate) const EXPLAINS: f64 = 0.3;
-/// Unexplained share as stated from which on something is wrong, and by what factor undoing it must help. Over clean
-/// recordings of `tests/record_prepare/varied.py` the best other convention helps by up to 2.3.
-const WRONG: (f64, f64) = (0.1, 3.0);
-/// The same for an angle of the gripper: factor, angle in rad, and standard deviations.
-const TURNED: (f64, f64, f64) = (1.4, 0.09, 4.0);
+/// Least angle of the gripper, rad, and its least number of standard deviations.
+const TURNED: (f64, f64) = (0.09, 4.0);
 /// An angle so near to a multiple of a right angle is one, rad.
 const RIGHT: f64 = 0.14;
 
@@ -27,26 +24,18 @@ pub(crate) fn axes(subject: &Subject) -> Vec<Finding> {
     if explained.best.fit.share > EXPLAINS {
         return direction::sign_and_axes(subject);
     }
-    let wrong = is_wrong(explained);
     let finding = match explained.best.mistake {
-        Mistake::Turned { angle, mirrored: false, reversed: false } if wrapped(angle).abs() < PI / 4.0 => {
+        Mistake::Turned { angle, mirrored: false, reversed: false } if wrapped(angle).abs() < SLIGHT => {
             turned_a_little(explained, wrapped(angle))
         }
-        Mistake::Turned { angle, mirrored, reversed } if wrong => {
+        Mistake::Turned { angle, mirrored, reversed } => {
             turned(subject, explained, wrapped(angle), mirrored, reversed)
         }
-        Mistake::Frame { frame, reference, negative } if wrong => {
-            Some(framed(explained, frame, reference, negative))
-        }
-        Mistake::Clockwise { mirrored } if wrong => Some(clockwise(explained, mirrored)),
+        Mistake::Frame { frame, reference, negative } => Some(framed(explained, frame, reference, negative)),
+        Mistake::Clockwise { mirrored } => Some(clockwise(explained, mirrored)),
         _ => None,
     };
     finding.into_iter().collect()
-}
-
-/// Whether so much is unexplained as stated, and so little once a mistake is undone, that it must have been made.
-pub(crate) fn is_wrong(explained: &Explained) -> bool {
-    explained.stated.fit.share > WRONG.0 && explained.gain() > WRONG.1
 }
 
 /// What is unexplained before and after, in words.
@@ -64,7 +53,7 @@ fn finding(kind: &'static str, explained: &Explained, words: &str, remedy: &str)
 
 /// A gripper that is mounted, or recorded, at a wrong angle.
 fn turned_a_little(explained: &Explained, angle: f64) -> Option<Finding> {
-    if explained.gain() < TURNED.0 || angle.abs() < TURNED.1 {
+    if angle.abs() < TURNED.0 {
         return None;
     }
     let share = |moments: &_, angle: f64| {
@@ -73,7 +62,7 @@ fn turned_a_little(explained: &Explained, angle: f64) -> Option<Finding> {
     };
     let (angle, sd) =
         explained.jackknife(|moments| minimum(|a| share(moments, a), angle - 0.35, angle + 0.35));
-    (angle.abs() > TURNED.2 * sd).then(|| {
+    (angle.abs() > TURNED.1 * sd).then(|| {
         let words = format!(
             "the force's axes seem turned by {:.1} ± {:.1}°",
             -angle.to_degrees(),

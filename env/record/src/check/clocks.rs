@@ -7,17 +7,20 @@ use crate::prepare::{WrenchSample, median, median_step};
 
 use super::dynamics::WINDOWS;
 use super::group::grouped;
-use super::lags::Lag;
+use super::lags::{HELPS, Lag};
 use super::subject::{Look, Subject};
 use super::{Finding, Severity};
 
 /// Unexplained share up to which lags are believed.
 const EXPLAINS: f64 = 0.3;
-/// A constant lag is so many standard deviations long, and leaves less than this share of what is unexplained without
-/// it; or it is many more long and a good part of the slower stream's step. Over clean recordings of
+/// A constant lag is so many standard deviations long, and leaves less than [`HELPS`] of what is unexplained without it;
+/// or it is many more long and a good part of the slower stream's step. Over clean recordings of
 /// `tests/record_prepare/varied.py` dry friction feigns up to 22 ms at 5 standard deviations, which explains 8 %.
-const LATE: (f64, f64) = (10.0, 0.85);
+const LATE: f64 = 10.0;
 const SURELY: (f64, f64) = (12.0, 0.3);
+/// Where acceleration explains at least this share of the force, friction feigns no lag: so many standard deviations
+/// suffice there for one that is as long. Clean recordings of that kind show up to 4.2.
+const INERTIAL: (f64, f64) = (0.2, 6.5);
 /// A jump is at least so many steps of the lags tried long, explains so many times more of its episode, and has so
 /// many windows on either side; an episode that differs as a whole explains more.
 const JUMP: (f64, f64, usize) = (3.0, 3.0, 2);
@@ -55,8 +58,10 @@ pub(crate) fn lag(subject: &Subject) -> Vec<Finding> {
     }
     let (late_by, sd) = lag.constant;
     let deviations = late_by.abs() / sd.max(lag.step / 40.0);
-    let explains = deviations > LATE.0 && constant < LATE.1 * none;
-    if !explains && (deviations < SURELY.0 || late_by.abs() < SURELY.1 * slower_step(subject)) {
+    let explains = deviations > LATE && constant < HELPS * none;
+    let inertial = inertial_share(subject).is_some_and(|share| share > INERTIAL.0);
+    let least = if inertial { INERTIAL.1 } else { SURELY.0 };
+    if !explains && (deviations < least || late_by.abs() < SURELY.1 * slower_step(subject)) {
         return vec![];
     }
     vec![late(late_by, sd)]

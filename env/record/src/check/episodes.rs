@@ -1,14 +1,15 @@
 //! Whether all episodes are of one object.
 
-use super::axes::EXPLAINS;
 use super::dynamics::{Moments, WINDOWS, fit};
+use super::explain::WRONG;
 use super::subject::Subject;
 use super::{Finding, Severity};
 
 /// Fewer episodes than this show no usual one.
 const FEWEST: usize = 3;
 /// Unexplained share under the others' body from which on an episode is another's, and how many times more one common
-/// body leaves unexplained of all episodes, and of this, than one for it and one for the others.
+/// body leaves unexplained of all episodes, and of this, than one for it and one for the others. A law that does not
+/// explain the others either says nothing about this one.
 const OTHER: (f64, f64) = (0.2, 3.0);
 
 /// An episode that the body of the others does not explain, while one of its own does.
@@ -33,7 +34,7 @@ pub(crate) fn alike(subject: &Subject) -> Vec<Finding> {
     let Some((k, times, others, own)) = worst else { return vec![] };
     let share = others.share_of(&episodes[k], &change);
     let in_common = common.share_of(&episodes[k], &change);
-    if share < OTHER.0 || times < OTHER.1 || in_common < OTHER.1 * own.share || others.share > EXPLAINS {
+    if share < OTHER.0 || times < OTHER.1 || in_common < OTHER.1 * own.share || others.share > WRONG.0 {
         return vec![];
     }
     let sentence = format!(

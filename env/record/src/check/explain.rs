@@ -5,6 +5,7 @@ use crate::metadata::{Contact, Frame, Reference};
 use super::dynamics::{Blocks, Convention, Fit, Linear, Moments, Readings, WINDOWS, fit, identity};
 use super::lags::{self, Lag};
 use super::subject::Subject;
+use crate::prepare::wrapped;
 
 /// Fewer blocks than this explain nothing.
 const FEWEST: usize = 40;
@@ -15,6 +16,12 @@ const DECADES: i32 = 4;
 const PER_DECADE: i32 = 5;
 /// How much more another frame must help than an angle.
 const RARER: f64 = 1.25;
+/// Unexplained share as stated from which on something is wrong, and by what factor undoing it must help. Over clean
+/// recordings of `tests/record_prepare/varied.py` the best other convention helps by up to 2.3.
+pub(crate) const WRONG: (f64, f64) = (0.1, 3.0);
+/// The factor for a slight angle of the gripper, and the largest of these, rad.
+const TURNED: f64 = 1.4;
+pub(crate) const SLIGHT: f64 = std::f64::consts::FRAC_PI_4;
 /// Groups of rows that are left out in turn for a standard deviation (jackknife).
 const GROUPS: usize = 6;
 
@@ -73,7 +80,7 @@ pub(crate) struct Explanation {
 pub(crate) struct Explained {
     /// As the recording states it, at the lag that suits best.
     pub stated: Explanation,
-    /// The best with one mistake undone; as stated, if none helps.
+    /// The best with one mistake undone; as stated, if none helps so much that it must have been made.
     pub best: Explanation,
     /// Lags under the best.
     pub lag: Lag,
@@ -112,11 +119,25 @@ pub(crate) fn explain(subject: &Subject) -> Option<Explained> {
             best = found;
         }
     }
+    if !is_made(&stated, &best) {
+        best = stated.clone();
+    }
     let at = all.iter().position(|rows| rows.convention == best.mistake.convention(convention))?;
     let blocks = all.swap_remove(at).blocks;
     let lag = lags::lag(&blocks, &readings, &best.mistake.change());
     let moments = blocks.moments_at(&readings, &lag.by_window);
     Some(Explained { stated, best, lag, blocks, moments })
+}
+
+/// Whether so much is unexplained as stated, and so little once the mistake is undone, that it must have been made.
+fn is_made(stated: &Explanation, best: &Explanation) -> bool {
+    let gain = stated.fit.share / best.fit.share.max(f64::MIN_POSITIVE);
+    match best.mistake {
+        Mistake::Turned { angle, mirrored: false, reversed: false } if wrapped(angle).abs() < SLIGHT => {
+            gain > TURNED
+        }
+        _ => stated.fit.share > WRONG.0 && gain > WRONG.1,
+    }
 }
 
 /// Conventions that the recording may have instead of the stated one.
@@ -244,10 +265,5 @@ impl Explained {
         let mean = values.iter().sum::<f64>() / n;
         let square = values.iter().map(|v| (v - mean) * (v - mean)).sum::<f64>();
         (whole, ((n - 1.0) / n * square).sqrt())
-    }
-
-    /// The share that stays unexplained as stated, over that with the mistake undone.
-    pub fn gain(&self) -> f64 {
-        self.stated.fit.share / self.best.fit.share.max(f64::MIN_POSITIVE)
     }
 }

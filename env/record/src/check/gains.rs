@@ -1,6 +1,6 @@
 //! Units and gains of force, torque and length that the motion shows.
 
-use super::axes::{EXPLAINS, evidence, is_wrong};
+use super::axes::{EXPLAINS, evidence};
 use super::clocks::inertial_share;
 use super::dynamics::fit;
 use super::explain::{Explained, Mistake};
@@ -76,7 +76,7 @@ const MASSES: [(f64, &str, &str); 5] = [
 /// Gain by which torques are to be multiplied, where it is believed.
 pub(crate) fn torque_gain(explained: &Explained) -> Option<f64> {
     let Mistake::Gain { gain } = explained.best.mistake else { return None };
-    let material = gain.ln().abs() > TORQUE.ln() && is_wrong(explained);
+    let material = gain.ln().abs() > TORQUE.ln();
     (material && explained.best.fit.share < EXPLAINS && gain > 1e-4).then_some(gain)
 }
 

@@ -27,7 +27,7 @@ pub(crate) struct Lag {
     pub drift: f64,
     /// Of each episode: lag before and after the jump, and the first window after it (0 if there is no jump).
     pub jumps: Vec<Jump>,
-    /// What the other checks use: the constant lag, or that of the drift or jumps where these explain much more.
+    /// What the other checks use: the constant lag, or that of the drift or jumps, where these explain much more.
     pub by_window: Vec<f64>,
     /// Distance of the lags tried, s.
     pub step: f64,
@@ -45,6 +45,8 @@ pub(crate) struct Jump {
 
 /// Drift or jumps must leave less than this share of what a constant lag leaves to be used.
 const VARIES: f64 = 0.6;
+/// A constant lag must leave less than this share of what is unexplained without it.
+pub(crate) const HELPS: f64 = 0.85;
 
 /// Right sides and squares of each window at each lag, over one factorised law.
 struct Grid {
@@ -132,22 +134,26 @@ fn least(values: &[f64]) -> usize {
     (0..values.len()).min_by(|&a, &b| values[a].total_cmp(&values[b])).unwrap_or(0)
 }
 
-/// Where the parabola through the least value and its neighbours is least, in steps.
-fn vertex(values: &[f64]) -> f64 {
+/// The least point of the parabola through the least value and its neighbours: its place in steps, and its value.
+fn vertex(values: &[f64]) -> (f64, f64) {
     let k = least(values);
     if k == 0 || k + 1 == values.len() {
-        return k as f64;
+        return (k as f64, values[k]);
     }
     let (a, b, c) = (values[k - 1], values[k], values[k + 1]);
     let bend = a - 2.0 * b + c;
-    k as f64 + if bend > 0.0 { 0.5 * (a - c) / bend } else { 0.0 }
+    if bend <= 0.0 {
+        return (k as f64, b);
+    }
+    let shift = 0.5 * (a - c) / bend;
+    (k as f64 + shift, b - 0.5 * bend * shift * shift)
 }
 
 /// The common lag that suits best, s.
 pub(crate) fn constant(blocks: &Blocks, readings: &Readings, change: &Linear) -> f64 {
     let grid = Grid::new(blocks, readings, change);
     let Some(shares) = grid.shares(None) else { return 0.0 };
-    (vertex(&shares) - STEPS as f64) * grid.step()
+    (vertex(&shares).0 - STEPS as f64) * grid.step()
 }
 
 /// Constant lag, drift and jumps.
@@ -168,10 +174,11 @@ pub(crate) fn lag(blocks: &Blocks, readings: &Readings, change: &Linear) -> Lag 
     let (drift, drifting) = drift(&grid, &solver, at);
     let (jumps, jumping) = jumps(&grid, &solver, at);
     let share = |lag: &[usize]| solver.share(&grid.sides(|w| lag[w], None));
-    let share = [shares[STEPS], shares[at], share(&drifting), share(&jumping)];
-    let constant = (to_time(vertex(&shares)), sd(&grid));
-    let by_window = if share[2].min(share[3]) > VARIES * share[1] {
-        vec![constant.0; windows]
+    let (lag, lagging) = vertex(&shares);
+    let share = [shares[STEPS], lagging, share(&drifting), share(&jumping)];
+    let constant = (to_time(lag), sd(&grid));
+    let by_window = if share[2].min(share[3]) > VARIES * shares[at] {
+        vec![if lagging < HELPS * shares[STEPS] { lag } else { 0.0 }; windows]
     } else {
         let used = if share[2] < share[3] { drifting } else { jumping };
         used.iter().map(|&k| grid.lags[k]).collect()
@@ -186,7 +193,7 @@ fn sd(grid: &Grid) -> f64 {
         return grid.step();
     }
     let lags: Vec<f64> =
-        (0..episodes).filter_map(|e| Some(vertex(&grid.shares(Some(e))?) * grid.step())).collect();
+        (0..episodes).filter_map(|e| Some(vertex(&grid.shares(Some(e))?).0 * grid.step())).collect();
     let n = lags.len() as f64;
     let mean = lags.iter().sum::<f64>() / n;
     ((n - 1.0) / n * lags.iter().map(|l| (l - mean) * (l - mean)).sum::<f64>()).sqrt()

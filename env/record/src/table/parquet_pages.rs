@@ -23,7 +23,7 @@ const MAX_DEPTH: usize = 8;
 /// Also when a header is none, or a page ends behind the chunk.
 pub(super) fn check(file: &File, column: &ColumnChunkMetaData, budget: &Budget) -> Result<(), Fault> {
     let damaged = |message: &str| Fault::Parquet { message: message.to_owned() };
-    let (start, length) = column.byte_range();
+    let (start, length) = range(column).ok_or_else(|| damaged("a column has no place in the file"))?;
     if start.checked_add(length).is_none_or(|end| end > file.len()) {
         return Err(damaged("a column lies behind the file's end"));
     }
@@ -36,6 +36,12 @@ pub(super) fn check(file: &File, column: &ColumnChunkMetaData, budget: &Budget) 
         rest = after.get(page.packed..).ok_or_else(|| damaged("a page ends behind its column"))?;
     }
     Ok(())
+}
+
+/// First byte and length of a column chunk; `None` where the file says that one of them is negative.
+fn range(column: &ColumnChunkMetaData) -> Option<(u64, u64)> {
+    let start = column.dictionary_page_offset().unwrap_or_else(|| column.data_page_offset());
+    Some((u64::try_from(start).ok()?, u64::try_from(column.compressed_size()).ok()?))
 }
 
 /// Sizes of a page, bytes, and the number of entries if it is a dictionary.

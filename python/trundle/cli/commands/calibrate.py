@@ -41,7 +41,7 @@ def run(args: argparse.Namespace) -> int:
             method=args.method,
             seed=args.seed,
             out=args.out,
-            progress=lambda what, done: progress.show(f"{done:.0%}"),
+            progress=progress.share,
         )
     if args.figure is not None:
         found.figure(args.figure)

@@ -75,7 +75,7 @@ def run(args: argparse.Namespace) -> int:
             noise=NOISE if args.noise is None else tuple(args.noise),
             pushes=args.pushes,
             **{name: getattr(args, name) for name in LIMITS},
-            progress=lambda what, done: progress.show(f"{what} {done:.0%}"),
+            progress=progress.share,
         )
     print(found.to_json() if args.json else "\n".join(lines(found)))
     if args.out is not None:

@@ -58,7 +58,7 @@ def run(args: argparse.Namespace) -> int:
                 without=args.without,
                 wrench_pose=args.wrench_pose,
                 check=not args.no_check,
-                progress=lambda what, done: progress.show(f"{what} {done:.0%}"),
+                progress=progress.share,
                 command=command(path, args),
             )
         for doubt in diagnosis.series["doubts"]:

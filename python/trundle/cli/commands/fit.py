@@ -80,7 +80,7 @@ def run(args: argparse.Namespace) -> int:
             starts=args.starts,
             seed=args.seed,
             optimiser=args.optimiser,
-            progress=lambda what, done: progress.show(f"{what} {done:.0%}"),
+            progress=progress.share,
         )
     if args.out is not None:
         fitted.model.write(args.out)
@@ -104,7 +104,7 @@ def profiled(args: argparse.Namespace) -> int:
             prior=args.prior,
             starts=args.starts,
             seed=args.seed,
-            progress=lambda what, done: progress.show(f"{what} {done:.0%}"),
+            progress=progress.share,
         )
     fields = {**vars(seen), "values": seen.values.tolist(), "deviance": seen.deviance.tolist()}
     print(json.dumps(fields, indent=2, ensure_ascii=False) if args.json else seen.plot())

@@ -57,7 +57,7 @@ def run(args: argparse.Namespace) -> int:
             starts=args.starts,
             seed=args.seed,
             prior=args.prior,
-            progress=lambda what, done: progress.show(f"{what} {done:.0%}"),
+            progress=progress.share,
         )
         if args.out is not None:
             progress.show("predicting")
