@@ -10,7 +10,7 @@ use crate::proposals::has_shape;
 use crate::thresholds::CHANCE;
 use std::collections::BTreeSet;
 use trundle_infer::{Coordinates, InferError, carried};
-use trundle_model::{Kind, Model};
+use trundle_model::{Effect, Kind, Model};
 
 /// How often shapes are sought again, while that takes this share of what was left, and more than chance would.
 const AGAIN: usize = 3;
@@ -143,26 +143,32 @@ impl Searcher<'_> {
         self.make_all("simpler laws", jobs, tried)
     }
 
-    /// Every part of the best model, so that what each of its effects is worth can be told beside any of the others.
+    /// Every part of the best model, so that what each of its effects is worth can be told beside any of the others. A part
+    /// is fitted from where each model with one effect more ended: a search of its own may have stopped elsewhere, and what
+    /// is added to a model at a wrong place seems to be needed.
     pub(super) fn parts(&self, tried: &mut Vec<Tried>) -> Result<(), InferError> {
         let best = tried[0].clone();
-        let all = (1..(1usize << best.added.len()) - 1).filter(|part| {
-            let dropped = best.added.len() - part.count_ones() as usize;
-            best.added.len() <= WHOLLY || dropped <= 2
-        });
-        let mut jobs = vec![];
-        for part in all {
-            let held = |k: usize| part >> k & 1 == 1;
-            let added: Vec<_> =
-                best.added.iter().enumerate().filter(|(k, _)| held(*k)).map(|(_, e)| e.clone()).collect();
-            let known = of_kinds(tried, added.iter().map(|e| e.kind).collect());
-            if known.is_none_or(|known| !known.fit.converged) {
-                let model = self.model(&added);
-                let warm = vec![carried(&best.fit, &model, &vec![0.0; model.slots().len()])];
-                jobs.push(Job::from(&best, added, warm));
-            }
+        let count = best.added.len();
+        for size in (1..count).rev().take_while(|size| count <= WHOLLY || size + 2 >= count) {
+            let parts = (1..(1usize << count) - 1).filter(|part| part.count_ones() as usize == size);
+            let jobs: Vec<Job> = parts.map(|part| self.part(&best, part, tried)).collect();
+            self.make_all("parts of the best", jobs, tried)?;
         }
-        self.make_all("parts of the best", jobs, tried)
+        Ok(())
+    }
+
+    /// The fit of some effects of a model, those whose bits are set in `part`.
+    fn part(&self, whole: &Tried, part: usize, tried: &[Tried]) -> Job {
+        let effects = |bits: usize| -> Vec<Effect> {
+            let held = whole.added.iter().enumerate().filter(|(k, _)| bits >> k & 1 == 1);
+            held.map(|(_, effect)| effect.clone()).collect()
+        };
+        let model = self.model(&effects(part));
+        let fill = vec![0.0; model.slots().len()];
+        let larger = (0..whole.added.len()).map(|k| part | 1 << k).filter(|bits| *bits != part);
+        let ended = larger.filter_map(|bits| of_kinds(tried, effects(bits).iter().map(|e| e.kind).collect()));
+        let warm = ended.map(|larger| carried(&larger.fit, &model, &fill)).collect();
+        Job::from(whole, effects(part), warm)
     }
 
     /// Where the best model leaves something, try the finer forms of its effects: stiction, a drift. Not for slow
