@@ -143,8 +143,8 @@ pub(crate) fn slopes(view: &dyn View, fit: &Fit, group: &[Effect]) -> Result<Slo
     Ok(Slopes { model, values, columns })
 }
 
-/// An effect, the first of whose slots is given, after a step of its amplitudes; `None` where it has but one and that leaves
-/// its bounds.
+/// An effect, the first of whose slots is given, after a step of its amplitudes; `None` where all of them fall below their
+/// bounds.
 pub(crate) fn moved(
     effect: &Effect,
     first: usize,
@@ -154,11 +154,12 @@ pub(crate) fn moved(
     slots: &[Slot],
 ) -> Option<Effect> {
     let mut moved = effect.clone();
+    let below = |(&slot, step): (&usize, &f64)| values[slot] + step < slots[slot].lower;
+    if !amplitudes.is_empty() && amplitudes.iter().zip(step).all(below) {
+        return None;
+    }
     for (&slot, step) in amplitudes.iter().zip(step) {
         let value = values[slot] + step;
-        if value < slots[slot].lower && amplitudes.len() == 1 {
-            return None;
-        }
         moved.values[slot - first] = Some(within(&slots[slot], value));
     }
     Some(moved)

@@ -28,6 +28,7 @@ mod online;
 mod profile;
 mod progress;
 mod quasi;
+mod readings;
 mod rest;
 mod rollout;
 mod sandwich;
@@ -48,7 +49,7 @@ pub use baseline::{
     BaselineError, Coasting, Features, Linear, Local, Predictor, Pushes, SigmaReading, StateVector,
     Transition, hold, noisy, r2, r2_of, transitions, transitions_of,
 };
-pub use beginning::unjudged;
+pub use beginning::{SETTLING, unjudged};
 pub use comparison::{Comparison, MAX_QUASI_STATIC_SHARE, quasi_static};
 pub use coordinates::{Coordinates, Strain};
 pub use error::InferError;
@@ -65,6 +66,7 @@ pub use online::{Online, OnlineOptions};
 pub use profile::{Profile, Shape, profile};
 pub use progress::{Progress, Stage};
 pub use quasi::{WrenchLikelihood, WrenchSample};
+pub use readings::Readings;
 pub use rollout::{Window, open_loop, windows};
 pub use sandwich::Basis;
 pub use score::{Score, score, score_beside};
@@ -72,6 +74,6 @@ pub use shooting::{Cut, Loss, Scatter, Shooting, guided_fit};
 pub use stretches::wrench_samples;
 pub use tally::Tally;
 pub use target::{Density, Target};
-pub use track::Track;
+pub use track::{Step, Track};
 pub use unsmoothed::unsmoothed;
 pub use watch::{Quiet, Watch, on_all_cores};

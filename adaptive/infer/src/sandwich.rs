@@ -69,7 +69,8 @@ impl Fit {
         model: &Model,
         likelihoods: &[&dyn Likelihood],
     ) -> Result<Option<(Self, Basis)>, InferError> {
-        let coordinates = Coordinates::new(model);
+        let noise = likelihoods.iter().take(1).flat_map(|l| l.noise());
+        let coordinates = Coordinates::of(model.slots().into_iter().chain(noise).collect()).under(model);
         let parts: Vec<_> = likelihoods.iter().flat_map(|l| l.split()).collect();
         let fitting = coordinates.free().len() == self.point.len();
         let posterior = self.spread.clone().try_inverse();

@@ -204,6 +204,11 @@ impl<T: Real> Plant<T> {
             && self.unnamed.as_ref().is_none_or(|unnamed| unnamed.same_everywhere())
     }
 
+    /// Whether it has a wrench without a name.
+    pub fn is_unnamed(&self) -> bool {
+        self.unnamed.is_some()
+    }
+
     /// Number of the laws' own states.
     pub fn inner(&self) -> usize {
         self.inner
@@ -218,6 +223,18 @@ impl<T: Real> Plant<T> {
         let mut sum = self.steady;
         self.act(&at, &mut sum);
         sum
+    }
+
+    /// The laws' own states `dt` seconds later where the object moves as `state` says, whatever acts on it.
+    pub fn carried_on(&self, state: &State<T>, clock: Clock, dt: f64) -> [T; INNER] {
+        let mut inner = state.inner;
+        if self.inner > 0 {
+            let (heading, object) = (Heading::of(state.pose[2]), self.object(clock));
+            let twist = heading.to_body(state.twist);
+            let at = self.situation(state.pose, heading, twist, &object, clock, &state.inner);
+            self.advance(&at, dt, &mut inner);
+        }
+        inner
     }
 
     /// A sensor reading, reading axes about its reference point, as the wrench that truly acted.

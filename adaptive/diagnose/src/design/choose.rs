@@ -7,7 +7,7 @@ use super::push::Push;
 use super::rival::Rival;
 use super::separation::{Quadratic, refit};
 use rayon::prelude::*;
-use trundle_infer::{InferError, Watch};
+use trundle_infer::{InferError, Watch, open_loop};
 use trundle_model::Plant;
 use trundle_record::Prepared;
 
@@ -128,7 +128,8 @@ impl<'a> Search<'a> {
 
     fn tried(&self, push: &Push, before: &Ledger, ordinal: usize) -> Result<Option<Trial>, InferError> {
         let [first, second] = &self.plants;
-        let Some(push) = within_limits(&[first, second], push, self.bench) else { return Ok(None) };
+        let moves = [first, second].map(|plant| |episode: &Prepared| Ok(open_loop(plant, episode)));
+        let Some(push) = within_limits(&[&moves[0], &moves[1]], push, self.bench)? else { return Ok(None) };
         let errors = |truth: &Plant<f64>, other: &Rival| {
             let episode = imagine(truth, &push, &self.sorting, ordinal);
             Quadratic::of(other, other.point(), &[episode], &self.sorting.noise)

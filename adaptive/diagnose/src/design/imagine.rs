@@ -3,22 +3,18 @@
 use super::bench::{Bench, Instruments, extent};
 use super::choose::SORTING_RATE;
 use super::push::Push;
-use trundle_infer::open_loop;
+use trundle_infer::{InferError, open_loop};
 use trundle_model::Plant;
 use trundle_record::{Counts, PoseSample, Prepared, WrenchSample};
 
 /// Time in which the object rests before contact, s.
 const REST: f64 = 0.4;
 
-/// The push as an episode, `ordinal` of its recording. The command is what the sensor reads: a robot that controls
-/// force controls its reading. So both models see the same wrench, and all that differs is the motion.
-pub(super) fn imagine(
-    plant: &Plant<f64>,
-    push: &Push,
-    instruments: &Instruments,
-    ordinal: usize,
-) -> Prepared {
-    let mut episode = Prepared {
+/// The push as an episode, `ordinal` of its recording, before it is known how the object moves. The command is what the
+/// sensor reads: a robot that controls force controls its reading. So both models see the same wrench, and all that differs
+/// is the motion.
+pub(super) fn commanded(push: &Push, instruments: &Instruments, ordinal: usize) -> Prepared {
+    Prepared {
         ordinal,
         name: format!("push_{ordinal}"),
         wrench: readings(push, instruments.wrench_rate),
@@ -28,12 +24,27 @@ pub(super) fn imagine(
         at_rest: true,
         counts: Counts::default(),
         ..Default::default()
-    };
-    let poses = open_loop(plant, &episode);
-    for (sample, pose) in episode.pose.iter_mut().zip(poses) {
-        sample.pose = pose;
     }
-    episode
+}
+
+/// The same with the object moving.
+pub(super) fn moved(episode: Prepared, poses: &[[f64; 3]]) -> Prepared {
+    let pairs = episode.pose.iter().zip(poses);
+    let pose = pairs.map(|(still, &pose)| PoseSample { pose, ..*still }).collect();
+    // Nothing is known of the motion that a still object was asked for.
+    Prepared { pose, memo: Default::default(), ..episode }
+}
+
+/// The push as an episode of a plant.
+pub(super) fn imagine(
+    plant: &Plant<f64>,
+    push: &Push,
+    instruments: &Instruments,
+    ordinal: usize,
+) -> Prepared {
+    let episode = commanded(push, instruments, ordinal);
+    let poses = open_loop(plant, &episode);
+    moved(episode, &poses)
 }
 
 fn readings(push: &Push, rate: f64) -> Vec<WrenchSample> {
@@ -69,17 +80,33 @@ fn at(knots: &[[f64; 4]], t: f64) -> [f64; 3] {
 const ATTEMPTS: usize = 8;
 const WEAKER: f64 = 0.65;
 
-/// The push as strong as the limits on motion allow under all of some plants; `None` where no strength does.
-pub(super) fn within_limits(plants: &[&Plant<f64>], push: &Push, bench: &Bench) -> Option<Push> {
+/// Poses of an imagined episode.
+pub(crate) type Moves<'m> = dyn Fn(&Prepared) -> Result<Vec<[f64; 3]>, InferError> + 'm;
+
+/// The push as strong as the limits on motion allow under all of some models; `None` where no strength does.
+pub(super) fn within_limits(
+    models: &[&Moves<'_>],
+    push: &Push,
+    bench: &Bench,
+) -> Result<Option<Push>, InferError> {
     let instruments = bench.instruments.thinned(SORTING_RATE);
     let allowed = [bench.limits.distance, bench.limits.speed, bench.limits.spin];
-    let keeps = |push: &Push| {
-        plants.iter().all(|plant| {
-            let episode = imagine(plant, push, &instruments, bench.recorded);
-            let poses: Vec<[f64; 3]> = episode.pose.iter().map(|p| p.pose).collect();
-            extent(&poses, instruments.pose_rate).iter().zip(allowed).all(|(size, most)| *size <= most)
-        })
+    let keeps = |push: &Push| -> Result<bool, InferError> {
+        let episode = commanded(push, &instruments, bench.recorded);
+        for moves in models {
+            let sizes = extent(&moves(&episode)?, instruments.pose_rate);
+            if sizes.iter().zip(allowed).any(|(size, most)| *size > most || size.is_nan()) {
+                return Ok(false);
+            }
+        }
+        Ok(true)
     };
-    let weaker = std::iter::successors(Some(*push), |push| Some(push.scaled(WEAKER)));
-    weaker.take(ATTEMPTS).find(keeps)
+    let mut push = *push;
+    for _ in 0..ATTEMPTS {
+        if keeps(&push)? {
+            return Ok(Some(push));
+        }
+        push = push.scaled(WEAKER);
+    }
+    Ok(None)
 }

@@ -5,6 +5,7 @@
 
 mod bench;
 mod certificate;
+mod certified;
 mod choose;
 mod files;
 mod imagine;
@@ -17,9 +18,12 @@ mod separation;
 pub use bench::{Bench, Instruments, Limits};
 pub(crate) use certificate::{BLIND, Simulated, of_simulations};
 pub use certificate::{Certificate, certificate};
+pub(crate) use certified::certified;
 pub use files::{Designed, Object, between};
+pub(crate) use imagine::Moves;
 pub use push::{Profile, Push};
 pub use rival::Rival;
+pub(crate) use separation::unabsorbed;
 
 #[cfg(test)]
 #[allow(clippy::unwrap_used)]

@@ -119,7 +119,7 @@ fn believed(coordinates: &Coordinates, point: &[f64], posterior: Option<&Posteri
 }
 
 /// Inverse of a covariance; where it is none, that of its diagonal.
-fn inverse(covariance: DMatrix<f64>) -> DMatrix<f64> {
+pub(super) fn inverse(covariance: DMatrix<f64>) -> DMatrix<f64> {
     let diagonal = covariance.diagonal();
     let even = 0.5 * (&covariance + covariance.transpose());
     even.cholesky().map_or_else(

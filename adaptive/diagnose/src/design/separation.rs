@@ -11,9 +11,10 @@
 //! `r`: what the second model could absorb does not count. It adds up over pushes.
 
 use super::bench::Instruments;
-use super::rival::Rival;
+use super::rival::{Rival, inverse};
 use nalgebra::{DMatrix, DVector};
-use trundle_infer::{Channels, InferError, Likelihood, MotionLikelihood};
+use trundle_infer::{Channels, Coordinates, Fit, InferError, Likelihood, MotionLikelihood};
+use trundle_model::Model;
 use trundle_record::{Noise, Prepared};
 
 /// Half the squared errors of a model on some pushes, to second order in its parameters.
@@ -73,6 +74,27 @@ impl Quadratic {
     pub fn separation(&self, rival: &Rival) -> f64 {
         self.refitted(rival.precision()).0
     }
+}
+
+/// What a refit of a fitted model within what is known of it leaves of half its squared errors `misfit`, nats; `None` where
+/// the fit is not one of `model`, whose free parameters are those of the fit.
+pub(crate) fn unabsorbed(
+    likelihood: &dyn Likelihood,
+    model: &Model,
+    fit: &Fit,
+    misfit: f64,
+) -> Result<Option<f64>, InferError> {
+    let slots = model.slots().into_iter().chain(likelihood.noise());
+    let coordinates = Coordinates::of(slots.collect()).under(model);
+    let n = coordinates.free().len();
+    if n != fit.point.len() {
+        return Ok(None);
+    }
+    let (values, slopes) = coordinates.values(&fit.point);
+    let at = likelihood.linearise(model, &values, coordinates.free())?;
+    let gradient = DVector::from_fn(n, |k, _| at.gradient[k] * slopes[k]);
+    let curvature = DMatrix::from_fn(n, n, |i, j| at.curvature[(i, j)] * slopes[i] * slopes[j]);
+    Ok(Some(Quadratic { misfit, gradient, curvature }.refitted(&inverse(fit.spread.clone())).0))
 }
 
 /// Half the sum of the squared whitened errors.

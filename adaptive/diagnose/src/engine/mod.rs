@@ -10,15 +10,18 @@ use crate::design::{Certificate, Experiment};
 use crate::foreign::Basis;
 use crate::locate::Located;
 use crate::outlook::Outlook;
-use crate::screen::{Start, Wanted};
+use crate::periods::in_position;
+use crate::proposals::Hints;
+use crate::screen::{Screen, Start, View, Wanted};
 use crate::series::{Missing, Wrench};
-use crate::subset::Set;
+use crate::subset::{Set, best_sets};
+use crate::touch::touches;
 use std::collections::BTreeMap;
-use trundle_infer::{Fit, InferError, Residual, Score, Watch};
-use trundle_model::{Effect, Kind, Model};
+use trundle_infer::{Fit, InferError, Likelihood, Residual, Score, Watch, on_all_cores};
+use trundle_model::{Effect, Kind, Model, Proposal};
 use trundle_record::{Dataset, Prepared};
 
-pub(crate) use own::{Own, needs_courses};
+pub(crate) use own::Own;
 
 /// A model that was tried: the simulation under test with some effects added.
 #[derive(Clone)]
@@ -93,6 +96,14 @@ impl Effort {
     }
 }
 
+/// What looks at a fitted model, with the course of what is missing along the episodes.
+pub(crate) type Look<'l> = dyn FnMut(&dyn View, &[Vec<Residual>]) -> Result<(), InferError> + 'l;
+
+/// Whether kinds are proposed by the course of what is missing.
+pub(crate) fn needs_courses(kinds: &[Kind]) -> bool {
+    kinds.iter().any(|kind| matches!(kind.proposal(), Proposal::Touched | Proposal::Period))
+}
+
 /// A simulation, and how it is compared with a recording's training episodes.
 pub(crate) trait Engine: Sync {
     /// The recording.
@@ -124,6 +135,16 @@ pub(crate) trait Engine: Sync {
     /// A cheaper engine for a first glance; `None` where there is none.
     fn thinned<'a>(&'a self) -> Option<Box<dyn Engine + 'a>>;
 
+    /// Show a fitted model as the cheap test looks at it, and the course of what is missing where `kinds` are proposed by it.
+    /// Nothing is shown of a model that cannot be evaluated. `false` where kinds cannot be screened.
+    fn look(&self, from: &Tried, kinds: &[Kind], at: &mut Look<'_>) -> Result<bool, InferError>;
+
+    /// Further starts of a kind on top of a model, beside those that its screen promises.
+    fn elsewhere(&self, kind: Kind, from: &Tried, seed: u64) -> Vec<Start> {
+        let _ = (kind, from, seed);
+        vec![]
+    }
+
     /// Starts of every kind that promises something on top of a model, the best first; `None` where kinds cannot be
     /// screened.
     fn starts(
@@ -132,7 +153,23 @@ pub(crate) trait Engine: Sync {
         kinds: &[Kind],
         wanted: &Wanted<'_>,
         watch: &dyn Watch,
-    ) -> Result<Option<Vec<Vec<Start>>>, InferError>;
+    ) -> Result<Option<Vec<Vec<Start>>>, InferError> {
+        on_all_cores(watch, |watch| {
+            let mut found = vec![];
+            let screens = self.look(from, kinds, &mut |view, courses| {
+                let touched = touches(courses, &from.fit.model.body);
+                let lines = in_position(courses, self.nominal().on_rail());
+                let hints = Hints { touched: &touched, regions: wanted.regions, lines: &lines };
+                let screen = Screen { view, episodes: &self.data().training, hints: &hints, wanted };
+                found = screen.of(&from.fit, kinds, watch)?;
+                Ok(())
+            })?;
+            for starts in &mut found {
+                starts.extend(self.elsewhere(starts[0].effect.kind, from, wanted.seed));
+            }
+            Ok(screens.then_some(found))
+        })
+    }
 
     /// Sets of two kinds up to `most` that together promise most on top of a model; none where sets cannot be screened.
     fn sets(
@@ -143,8 +180,15 @@ pub(crate) trait Engine: Sync {
         most: usize,
         watch: &dyn Watch,
     ) -> Result<Vec<Set>, InferError> {
-        let _ = (from, kinds, wanted, most, watch);
-        Ok(vec![])
+        let Some(starts) = self.starts(from, kinds, wanted, watch)? else { return Ok(vec![]) };
+        on_all_cores(watch, |_| {
+            let mut found = vec![];
+            self.look(from, &[], &mut |view, _| {
+                found = best_sets(view, &from.fit, &starts, most)?;
+                Ok(())
+            })?;
+            Ok(found)
+        })
     }
 
     /// Fit a model with effects.
@@ -228,9 +272,26 @@ pub(crate) trait Engine: Sync {
         watch: &dyn Watch,
     ) -> Result<Option<Tried>, InferError>;
 
+    /// A model as it was fitted, with its parameters free.
+    fn free(&self, tried: &Tried) -> Model {
+        let mut model = self.nominal().clone();
+        model.mass = model.mass.and(tried.fit.model.mass);
+        model.effects.extend(tried.added.iter().cloned());
+        model
+    }
+
+    /// What a model was fitted with.
+    fn likelihood(&self, tried: &Tried) -> Result<Box<dyn Likelihood + '_>, InferError>;
+
     /// The same model with standard deviations that include model error, from the spread between episodes where there are
     /// enough of them.
-    fn widened(&self, tried: &Tried) -> Result<Tried, InferError>;
+    fn widened(&self, tried: &Tried) -> Result<Tried, InferError> {
+        let found = tried.fit.sandwiched(&self.free(tried), &[&*self.likelihood(tried)?])?;
+        Ok(found.map_or_else(
+            || tried.clone(),
+            |(fit, basis)| Tried { fit: fit.as_normal(basis), ..tried.clone() },
+        ))
+    }
 
     /// Parameters of the simulation under test within a fit.
     fn parameters(&self, tried: &Tried) -> BTreeMap<String, Parameter>;

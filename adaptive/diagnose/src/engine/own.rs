@@ -1,6 +1,6 @@
 //! Trundle's own plant as the simulation under test.
 
-use super::{Effort, Engine, Job, REFIT_STEPS, Tried};
+use super::{Effort, Engine, Job, Look, REFIT_STEPS, Tried, needs_courses};
 use crate::adequacy::{Remainder, left_by, remainder};
 use crate::answer::{Channels, Parameter};
 use crate::candidates::candidates;
@@ -9,20 +9,15 @@ use crate::design::{Bench, Certificate, Experiment, Limits, Rival, certificate, 
 use crate::locate::{Located, channels, located};
 use crate::nominal::{as_given, given_values, parameters, under_test};
 use crate::outlook::{Outlook, outlook};
-use crate::periods::in_position;
-use crate::proposals::Hints;
-use crate::screen::{Screen, Start, Wanted};
 use crate::series::{Missing, Wrench, wrenches};
-use crate::subset::{Set, best_sets};
-use crate::touch::touches;
 use crate::units;
 use crate::unnamed::unnamed;
 use std::collections::BTreeMap;
 use trundle_infer::{
-    Comparison, FitOptions, InferError, MotionLikelihood, Residual, Score, Watch, fit, on_all_cores,
-    open_loop, score_beside, unsmoothed,
+    Comparison, FitOptions, InferError, Likelihood, MotionLikelihood, Residual, Score, Watch, fit, open_loop,
+    score_beside, unsmoothed,
 };
-use trundle_model::{Kind, Model, Proposal, Scales};
+use trundle_model::{Kind, Model, Scales};
 use trundle_record::{Dataset, Prepared};
 
 /// A model of trundle's, compared by its motion or by the wrench that it needs.
@@ -55,7 +50,6 @@ impl<'a> Own<'a> {
 
     /// −log density of a fit in units in which its own cost is not known.
     pub fn cost(&self, tried: &Tried) -> Result<f64, InferError> {
-        use trundle_infer::Likelihood as _;
         self.under(tried).cost(&tried.fit.model, &tried.fit.values)
     }
 
@@ -114,42 +108,14 @@ impl Engine for Own<'_> {
         self.simulated().then(|| -> Box<dyn Engine + 'b> { Box::new(self.with(self.comparison.thinned())) })
     }
 
-    fn starts(
-        &self,
-        from: &Tried,
-        kinds: &[Kind],
-        wanted: &Wanted<'_>,
-        watch: &dyn Watch,
-    ) -> Result<Option<Vec<Vec<Start>>>, InferError> {
-        let Comparison::Motion(motion) = &self.comparison else { return Ok(None) };
-        on_all_cores(watch, |watch| {
-            let motion = motion.thinned().with_channels(from.fit.channels);
-            let Some(seen) = motion.seen(&from.fit.model, &from.fit.values)? else { return Ok(Some(vec![])) };
-            let courses = if needs_courses(kinds) { courses(&motion, from)? } else { vec![] };
-            let touched = touches(&courses, &from.fit.model.body);
-            let lines = in_position(&courses, self.nominal.on_rail());
-            let hints = Hints { touched: &touched, regions: wanted.regions, lines: &lines };
-            let screen = Screen { view: &seen, episodes: &self.data.training, hints: &hints, wanted };
-            screen.of(&from.fit, kinds, watch).map(Some)
-        })
-    }
-
-    fn sets(
-        &self,
-        from: &Tried,
-        kinds: &[Kind],
-        wanted: &Wanted<'_>,
-        most: usize,
-        watch: &dyn Watch,
-    ) -> Result<Vec<Set>, InferError> {
-        let (Comparison::Motion(motion), Some(starts)) =
-            (&self.comparison, self.starts(from, kinds, wanted, watch)?)
-        else {
-            return Ok(vec![]);
-        };
+    fn look(&self, from: &Tried, kinds: &[Kind], at: &mut Look<'_>) -> Result<bool, InferError> {
+        let Comparison::Motion(motion) = &self.comparison else { return Ok(false) };
         let motion = motion.thinned().with_channels(from.fit.channels);
-        let Some(seen) = motion.seen(&from.fit.model, &from.fit.values)? else { return Ok(vec![]) };
-        on_all_cores(watch, |_| best_sets(&seen, &from.fit, &starts, most))
+        if let Some(seen) = motion.seen(&from.fit.model, &from.fit.values)? {
+            let courses = if needs_courses(kinds) { courses(&motion, from)? } else { vec![] };
+            at(&seen, &courses)?;
+        }
+        Ok(true)
     }
 
     fn fit(&self, job: Job, effort: Effort, seed: u64, watch: &dyn Watch) -> Result<Tried, InferError> {
@@ -287,14 +253,8 @@ impl Engine for Own<'_> {
         Ok(found.map(|fit| Tried::new(vec![], fit, None)))
     }
 
-    fn widened(&self, tried: &Tried) -> Result<Tried, InferError> {
-        let mut model = self.nominal.clone();
-        model.effects.extend(tried.added.iter().cloned());
-        let found = tried.fit.sandwiched(&model, &[&self.under(tried)])?;
-        Ok(found.map_or_else(
-            || tried.clone(),
-            |(fit, basis)| Tried { fit: fit.as_normal(basis), ..tried.clone() },
-        ))
+    fn likelihood(&self, tried: &Tried) -> Result<Box<dyn Likelihood + '_>, InferError> {
+        Ok(Box::new(self.under(tried)))
     }
 
     fn parameters(&self, tried: &Tried) -> BTreeMap<String, Parameter> {
@@ -309,11 +269,6 @@ impl Engine for Own<'_> {
         }
         Ok(model.to_toml(tried.fit.posterior().as_ref())?)
     }
-}
-
-/// Whether kinds are proposed by the course of what is missing.
-pub(crate) fn needs_courses(kinds: &[Kind]) -> bool {
-    kinds.iter().any(|kind| matches!(kind.proposal(), Proposal::Touched | Proposal::Period))
 }
 
 /// The missing wrench along the episodes.

@@ -82,7 +82,7 @@ impl Gains {
         };
         gains.start.fixed_rows_mut::<6>(0).copy_from(&Vector6::from(path.start.0));
         for (index, (interval, map)) in path.intervals.iter().zip(maps).enumerate() {
-            let reading = map.b * carried(interval.pieces[0].frame);
+            let reading = map.b * carried(interval.steps[0].frame);
             let mut transition = Wide::identity();
             transition.fixed_view_mut::<6, 6>(0, 0).copy_from(&map.a);
             transition.fixed_view_mut::<6, 3>(0, 6).copy_from(&reading);
@@ -121,8 +121,18 @@ impl Gains {
     /// Whitened innovations, one for each interval and direction (zero where it does not move), when each interval
     /// adds `inputs` to the state: with the poses seen where `path` is given; without, what the inputs change.
     pub fn whiten(&self, inputs: impl Fn(usize) -> Vector6<f64>, path: Option<&Path>) -> Vec<f64> {
-        let mut found = Vec::with_capacity(3 * self.update.len());
-        self.follow(inputs, path, |_, _, innovations| found.extend(innovations));
+        self.whiten_first(usize::MAX, inputs, path)
+    }
+
+    /// The same of the first `count` intervals.
+    pub fn whiten_first(
+        &self,
+        count: usize,
+        inputs: impl Fn(usize) -> Vector6<f64>,
+        path: Option<&Path>,
+    ) -> Vec<f64> {
+        let mut found = Vec::with_capacity(3 * count.min(self.update.len()));
+        self.follow(count, inputs, path, |_, _, innovations| found.extend(innovations));
         found
     }
 
@@ -132,15 +142,16 @@ impl Gains {
         self.update.iter().map(move |updates| [0, 1, 2].map(|c| one(&updates[c])))
     }
 
-    /// Walk the mean; `each` sees it before and after every update, with the whitened innovations.
+    /// Walk the mean over the first `count` intervals; `each` sees it before and after every update, with the whitened innovations.
     fn follow(
         &self,
+        count: usize,
         inputs: impl Fn(usize) -> Vector6<f64>,
         path: Option<&Path>,
         mut each: impl FnMut(Long, Long, [f64; 3]),
     ) {
         let mut mean = if path.is_some() { self.start } else { Long::zeros() };
-        for (k, (transition, update)) in self.transition.iter().zip(&self.update).enumerate() {
+        for (k, (transition, update)) in self.transition.iter().zip(&self.update).enumerate().take(count) {
             mean = transition * mean;
             let mut moved = mean.fixed_rows_mut::<6>(0);
             moved += inputs(k);
@@ -161,7 +172,7 @@ impl Gains {
     pub fn residuals(&self, inputs: impl Fn(usize) -> Vector6<f64>, path: &Path) -> Vec<Residual> {
         let Some(history) = &self.history else { return vec![] };
         let mut means = Vec::with_capacity(history.len());
-        self.follow(inputs, Some(path), |before, after, _| means.push((before, after)));
+        self.follow(usize::MAX, inputs, Some(path), |before, after, _| means.push((before, after)));
         let mut smoothed: Option<(Long, Wide)> = None;
         let mut found = Vec::with_capacity(history.len());
         for k in (0..history.len()).rev() {

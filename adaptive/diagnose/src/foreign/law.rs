@@ -1,66 +1,67 @@
 //! What laws add to the wrench of a foreign simulator.
 
-use super::path::{Interval, Recorded};
+use super::own_states::Moment;
+use super::path::Interval;
 use nalgebra::{Matrix3, Vector3};
+use trundle_infer::Readings;
 use trundle_model::{Clock, Plant, Rigid, State, to_body, transport};
 
 /// Points by which a law is averaged over the twist, in standard deviations: the corners of a tetrahedron, which have
 /// mean and covariance of the normal distribution.
 const POINTS: [[f64; 3]; 4] = [[1.0, 1.0, 1.0], [1.0, -1.0, -1.0], [-1.0, 1.0, -1.0], [-1.0, -1.0, 1.0]];
 
+/// Whether a plant adds anything at all.
+pub(crate) fn acts(plant: &Plant<f64>) -> bool {
+    !plant.laws.is_empty() || plant.is_unnamed()
+}
+
 /// Mean wrench that laws add over an interval of the seen motion, object axes about the origin: on the object,
-/// through what they make heavier, and by what they correct of the readings.
+/// through what they make heavier, and by what they correct of the readings. `moments` are those of [`super::own_states`],
+/// `accel` is how the simulator alone accelerates, world axes.
 ///
 /// It is averaged over what the smoothed twist leaves open: near standstill the sign of a dry friction is not known
-/// better than the velocity's.
-pub(crate) fn added(plant: &Plant<f64>, interval: &Interval, recorded: &Recorded) -> [f64; 3] {
-    let (clock, pose, twist) = (interval.clock(), interval.middle.pose, interval.middle.twist);
-    let mut sum = [0.0; 3];
-    for point in POINTS {
-        let moved = [0, 1, 2].map(|k| twist[k] + point[k] * interval.doubt[k]);
-        let wrench = plant.action(&State::moving(pose, moved), clock).wrench(to_body(moved, pose[2]));
-        sum = [0, 1, 2].map(|k| sum[k] + wrench[k] / 4.0);
+/// better than the velocity's. What is heavier resists the acceleration that is predicted, not the one that was seen: that
+/// is also due to what is missing, and would be explained by itself.
+pub(crate) fn added(
+    plant: &Plant<f64>,
+    interval: &Interval,
+    readings: &Readings,
+    moments: &[Moment],
+    accel: [f64; 3],
+) -> [f64; 3] {
+    let spin = interval.middle.twist[2];
+    let mut sum: [f64; 3] = (on_object(plant, interval, moments).iter().sum::<Vector3<f64>>() / 4.0).into();
+    for step in &interval.steps {
+        let (acting, read) = (readings.acting(plant, step).0, transport(step.reading, step.frame));
+        sum = [0, 1, 2].map(|k| sum[k] + (acting[k] - read[k]) * step.dt / interval.span);
     }
-    let accel = to_body(interval.accel, pose[2]);
-    let (with, without) =
-        (needed(&plant.rigid(clock), accel, twist[2]), needed(&bare(plant), accel, twist[2]));
-    sum = [0, 1, 2].map(|k| sum[k] - (with[k] - without[k]));
-    let mut t = interval.t;
-    for piece in &interval.pieces {
-        let change = corrected(plant, recorded, t, piece.dt, piece.reading, piece.clock);
-        let change = transport([0, 1, 2].map(|k| change[k] - piece.reading[k]), piece.frame);
-        sum = [0, 1, 2].map(|k| sum[k] + change[k] * piece.dt / interval.span);
-        t += piece.dt;
-    }
-    sum
+    let (bare, heading) = (bare(plant), interval.middle.pose[2]);
+    let alone = needed(&bare, to_body(accel, heading), spin);
+    let together = [0, 1, 2].map(|k| alone[k] + sum[k]);
+    let with = needed(&bare, accelerated(&plant.rigid(interval.clock()), together, spin), spin);
+    [0, 1, 2].map(|k| with[k] - alone[k])
 }
 
 /// Covariance of [`added`] by what the smoothed twist leaves open, object axes: where a dry friction holds, the seen
 /// motion does not tell with which force.
-pub(crate) fn doubted(plant: &Plant<f64>, interval: &Interval) -> Matrix3<f64> {
-    let (clock, pose, twist) = (interval.clock(), interval.middle.pose, interval.middle.twist);
-    let wrench = |point: [f64; 3]| {
-        let moved = [0, 1, 2].map(|k| twist[k] + point[k] * interval.doubt[k]);
-        Vector3::from(plant.action(&State::moving(pose, moved), clock).wrench(to_body(moved, pose[2])))
-    };
-    let all = POINTS.map(wrench);
+pub(crate) fn doubted(plant: &Plant<f64>, interval: &Interval, moments: &[Moment]) -> Matrix3<f64> {
+    let all = on_object(plant, interval, moments);
     let mean = all.iter().sum::<Vector3<f64>>() / 4.0;
     all.iter().map(|w| (w - mean) * (w - mean).transpose()).sum::<Matrix3<f64>>() / 4.0
 }
 
-/// A mean reading over `[t, t + dt]` as the wrench that truly acted: what was late moved to its time, then what was
-/// wrong corrected.
-pub(crate) fn corrected(
-    plant: &Plant<f64>,
-    recorded: &Recorded,
-    t: f64,
-    dt: f64,
-    reading: [f64; 3],
-    clock: Clock,
-) -> [f64; 3] {
-    let Some(delay) = plant.delay(clock) else { return plant.correct(reading, clock) };
-    let (now, late) = (recorded.mean(t, t + dt).0, recorded.mean(t + delay, t + delay + dt).0);
-    plant.correct([0, 1, 2].map(|k| reading[k] + late[k] - now[k]), clock)
+/// Mean wrench of the laws on the object over an interval, for each of the [`POINTS`].
+fn on_object(plant: &Plant<f64>, interval: &Interval, moments: &[Moment]) -> [Vector3<f64>; 4] {
+    let middle = [Moment { state: interval.middle, share: 1.0 }];
+    let (clock, moments) = (interval.clock(), if moments.is_empty() { &middle[..] } else { moments });
+    POINTS.map(|point| {
+        let wrench = |Moment { state, share }: &Moment| {
+            let twist = [0, 1, 2].map(|k| state.twist[k] + point[k] * interval.doubt[k]);
+            let moved = State { twist, ..*state };
+            Vector3::from(plant.action(&moved, clock).wrench(to_body(twist, state.pose[2]))) * *share
+        };
+        moments.iter().map(wrench).sum()
+    })
 }
 
 /// Mean wrench of the laws over a step of a simulation in which `force` acts beside them, object axes about the origin.
@@ -98,4 +99,13 @@ fn needed(rigid: &Rigid<f64>, [ax, ay, alpha]: [f64; 3], spin: f64) -> [f64; 3] 
     let fx = rigid.mass * (ax - alpha * y - spin * spin * x);
     let fy = rigid.mass * (ay + alpha * x - spin * spin * y);
     [fx, fy, rigid.inertia * alpha + x * fy - y * fx]
+}
+
+/// The acceleration of the origin `[x, y, spin]` that a wrench about it gives, object axes; see [`needed`].
+fn accelerated(rigid: &Rigid<f64>, [fx, fy, torque]: [f64; 3], spin: f64) -> [f64; 3] {
+    let [x, y] = rigid.com;
+    let alpha = (torque - x * fy + y * fx) / rigid.inertia;
+    let ax = fx / rigid.mass + alpha * y + spin * spin * x;
+    let ay = fy / rigid.mass - alpha * x + spin * spin * y;
+    [ax, ay, alpha]
 }

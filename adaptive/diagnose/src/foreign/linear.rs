@@ -92,7 +92,7 @@ fn sides(slot: &Slot, value: f64) -> (f64, f64) {
 }
 
 /// What changes a parameter noticeably.
-fn scale(slot: &Slot, value: f64) -> f64 {
+pub(super) fn scale(slot: &Slot, value: f64) -> f64 {
     let size = match slot.prior {
         Prior::LogNormal { median, .. } => value.abs().max(1e-3 * median),
         Prior::Normal { sd, .. } => sd,

@@ -1,22 +1,11 @@
 //! An episode as intervals between poses, each with the motion that was seen: what a foreign simulator is held against.
 
-use trundle_infer::{InferError, StateVector, Track};
+use trundle_infer::{InferError, Readings, StateVector, Step, Track};
 use trundle_model::{Clock, State};
-use trundle_record::{Motion, Noise, Prepared, WrenchSample};
+use trundle_record::{Motion, Noise, Prepared};
 
 /// Poses nearer to one another than this are passed over, s: a call of somebody's simulator is dear.
 const CLOSEST: f64 = 0.0125;
-
-/// A step of the simulator.
-#[derive(Clone, Debug)]
-pub(crate) struct Piece {
-    /// Mean reading, reading axes.
-    pub reading: [f64; 3],
-    /// Pose of the reading's frame in the object frame.
-    pub frame: [f64; 3],
-    pub clock: Clock,
-    pub dt: f64,
-}
 
 /// From one pose to the next.
 #[derive(Clone, Debug)]
@@ -29,21 +18,20 @@ pub(crate) struct Interval {
     pub to: StateVector,
     /// The motion in the middle, from the smoothed one.
     pub middle: State<f64>,
-    /// Its acceleration, world axes.
-    pub accel: [f64; 3],
     /// Standard deviation of its twist.
     pub doubt: [f64; 3],
     /// Pose seen at the end.
     pub seen: [f64; 3],
     /// Variance of the mean reading over that of one sample.
     pub thinning: f64,
-    pub pieces: Vec<Piece>,
+    /// The steps in which a simulator goes through it.
+    pub steps: Vec<Step>,
 }
 
 impl Interval {
     /// When the laws are asked: the middle.
     pub fn clock(&self) -> Clock {
-        let first = self.pieces[0].clock;
+        let first = self.steps[0].clock;
         let t = self.t + self.span / 2.0;
         Clock { t, dt: self.span, since_contact: first.since_contact + t - first.t, ..first }
     }
@@ -58,7 +46,7 @@ pub(crate) struct Path {
     /// Variance of the tare error, reading axes.
     pub tare: [f64; 3],
     pub intervals: Vec<Interval>,
-    pub recorded: Recorded,
+    pub readings: Readings,
 }
 
 impl Path {
@@ -86,24 +74,24 @@ impl Path {
             twist.0[2] - first.twist[2],
         ];
         let variance = [pose.1[0], pose.1[1], pose.1[2], twist.1[0], twist.1[1], twist.1[2]];
-        let (mut intervals, mut pieces) = (vec![], vec![]);
+        let (mut intervals, mut steps) = (vec![], vec![]);
         let (mut t, mut begin, mut from) = (track.start, track.start, first);
         for step in &track.steps {
-            pieces.push(Piece { reading: step.reading, frame: step.frame, clock: step.clock, dt: step.dt });
+            steps.push(step.clone());
             t += step.dt;
             let (Some(seen), Some(to)) = (step.pose, at(t)) else { continue };
             let span = t - begin;
             if span < CLOSEST {
                 continue;
             }
-            let pieces = std::mem::take(&mut pieces);
+            let steps = std::mem::take(&mut steps);
             intervals.push(interval(
                 begin,
                 span,
                 [from, to],
                 seen,
                 (step.thinning * step.dt / span).min(1.0),
-                pieces,
+                steps,
             ));
             (begin, from) = (t, to);
         }
@@ -115,8 +103,13 @@ impl Path {
             start: (start, variance),
             tare: track.tare,
             intervals,
-            recorded: Recorded::new(episode),
+            readings: Readings::of(&track),
         })
+    }
+
+    /// Number of intervals that begin before a time since contact, s.
+    pub fn until(&self, since_contact: f64) -> usize {
+        self.intervals.partition_point(|i| i.steps[0].clock.since_contact < since_contact)
     }
 }
 
@@ -131,7 +124,7 @@ fn interval(
     [a, b]: [&Motion; 2],
     seen: [f64; 3],
     thinning: f64,
-    pieces: Vec<Piece>,
+    steps: Vec<Step>,
 ) -> Interval {
     let vector = |m: &Motion| [m.pose[0], m.pose[1], m.pose[2], m.twist[0], m.twist[1], m.twist[2]];
     let mean = |f: fn(&Motion, usize) -> f64| [0, 1, 2].map(|k| 0.5 * (f(a, k) + f(b, k)));
@@ -141,43 +134,9 @@ fn interval(
         from: vector(a),
         to: vector(b),
         middle: State::moving(mean(|m, k| m.pose[k]), mean(|m, k| m.twist[k])),
-        accel: mean(|m, k| m.accel[k]),
         doubt: mean(|m, k| m.cov[k][1][1].max(0.0)).map(f64::sqrt),
         seen,
         thinning,
-        pieces,
-    }
-}
-
-/// The readings of an episode, linear between samples.
-#[derive(Clone, Debug)]
-pub(crate) struct Recorded(Vec<WrenchSample>);
-
-impl Recorded {
-    pub fn new(episode: &Prepared) -> Self {
-        Self(episode.wrench.clone())
-    }
-
-    /// Mean reading over an interval, and the frame of the sample after its beginning.
-    pub fn mean(&self, from: f64, to: f64) -> ([f64; 3], [f64; 3]) {
-        // Sampled more finely than any recording's readings, to a part in 10⁴ of what they change by.
-        const POINTS: usize = 4;
-        let share = (to - from) / POINTS as f64;
-        let points = (0..POINTS).map(|k| self.at(from + (k as f64 + 0.5) * share));
-        let sum = points.fold([0.0; 3], |sum, p| [0, 1, 2].map(|k| sum[k] + p[k] / POINTS as f64));
-        let after = self.0.partition_point(|s| s.t < from).min(self.0.len().saturating_sub(1));
-        (sum, self.0.get(after).map_or([0.0; 3], |s| s.frame))
-    }
-
-    fn at(&self, t: f64) -> [f64; 3] {
-        let after = self.0.partition_point(|s| s.t <= t);
-        match (after.checked_sub(1).and_then(|k| self.0.get(k)), self.0.get(after)) {
-            (Some(a), Some(b)) => {
-                let share = (t - a.t) / (b.t - a.t);
-                [0, 1, 2].map(|k| a.reading[k] + share * (b.reading[k] - a.reading[k]))
-            }
-            (Some(only), None) | (None, Some(only)) => only.reading,
-            (None, None) => [0.0; 3],
-        }
+        steps,
     }
 }

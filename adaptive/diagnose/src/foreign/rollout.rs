@@ -1,15 +1,13 @@
 //! Simulations with a foreign simulator and laws, and the figures made of them.
 
-use super::law::{acted, corrected, over_step};
-use super::path::Recorded;
+use super::law::{acted, acts, over_step};
+use super::own_states::{beginning, followed, on_offer};
 use super::simulator::{Foreign, go_on};
 use nalgebra::Vector6;
-use trundle_infer::{InferError, Score, StateVector, Tally, Watch};
-use trundle_model::{Clock, Plant, State, transport};
-use trundle_record::{Motion, Noise, Prepared};
+use trundle_infer::{InferError, Readings, Score, StateVector, Step, Tally, Watch};
+use trundle_model::{INNER, Plant, State};
+use trundle_record::{Dataset, Motion, Prepared};
 
-/// Longest step, s: as in a fit.
-const LONGEST: f64 = 0.008;
 /// Length of a window of the figures, s.
 const WINDOW: f64 = 1.0;
 
@@ -20,27 +18,51 @@ pub(crate) struct Rollout<'a> {
     pub values: &'a [f64],
     /// The laws that are added, on the body that they know.
     pub plant: Plant<f64>,
+    pub data: &'a Dataset,
     pub watch: &'a dyn Watch,
 }
 
+/// An episode that is simulated, with what is known of it at each pose.
+pub(crate) struct Seen<'e> {
+    episode: &'e Prepared,
+    readings: Readings,
+    /// The motion by the poses up to each.
+    known: Vec<Motion>,
+    /// The laws' own states along that motion.
+    inner: Vec<[f64; INNER]>,
+}
+
 impl Rollout<'_> {
-    /// Poses at the times of the recorded ones from the pose number `first` on, starting in `state`.
+    /// An episode with where the laws' own states are along it.
+    pub fn seen<'e>(&self, episode: &'e Prepared) -> Result<Seen<'e>, InferError> {
+        let noise = &self.data.noise;
+        let laws = (&self.plant, self.values);
+        let start = beginning(self.foreign, laws, episode, (noise, self.data.dof), self.watch)?;
+        let known = episode.motion_so_far(noise);
+        let inner = followed(&self.plant, episode, &known, start);
+        Ok(Seen { episode, readings: Readings::new(episode), known, inner })
+    }
+
+    /// An episode of which no pose is known but the first, laws' own states beginning as they may.
+    pub fn unseen<'e>(&self, episode: &'e Prepared) -> Seen<'e> {
+        let inner = vec![on_offer(&self.plant)];
+        Seen { episode, readings: Readings::new(episode), known: vec![], inner }
+    }
+
+    /// Poses at the times of `count` recorded ones from the pose number `first` on, starting in `state`.
     fn poses(
         &self,
-        episode: &Prepared,
+        seen: &Seen<'_>,
         first: usize,
         count: usize,
         mut state: State<f64>,
     ) -> Result<Vec<[f64; 3]>, InferError> {
-        let recorded = Recorded::new(episode);
+        let all = &seen.episode.pose;
         let mut poses = vec![state.pose];
-        for pair in episode.pose[first..(first + count).min(episode.pose.len())].windows(2) {
+        for pair in all[first..(first + count).min(all.len())].windows(2) {
             go_on(self.watch)?;
-            let pieces = ((pair[1].t - pair[0].t) / LONGEST).ceil().max(1.0);
-            let dt = (pair[1].t - pair[0].t) / pieces;
-            for k in 0..pieces as usize {
-                let t = pair[0].t + k as f64 * dt;
-                self.step(episode, &recorded, t, dt, &mut state)?;
+            for step in seen.readings.steps(pair[0].t, &pair[1]) {
+                self.step(seen, &step, &mut state)?;
             }
             poses.push(state.pose);
         }
@@ -48,30 +70,14 @@ impl Rollout<'_> {
     }
 
     /// One step. The laws are asked under everything that acts without them, which a first call of the simulator tells.
-    fn step(
-        &self,
-        episode: &Prepared,
-        recorded: &Recorded,
-        t: f64,
-        dt: f64,
-        state: &mut State<f64>,
-    ) -> Result<(), InferError> {
-        let (reading, frame) = recorded.mean(t, t + dt);
-        let middle = t + dt / 2.0;
-        let grasp = [frame[0], frame[1]];
-        let clock = Clock {
-            t: middle,
-            dt,
-            episode: episode.ordinal as f64,
-            grasp,
-            ..Clock::since_contact(middle - episode.contact)
-        };
-        let plant = &self.plant;
-        let applied = transport(corrected(plant, recorded, t, dt, reading, clock), frame);
-        let before = vector(state);
-        let ask = |wrench: &[f64; 3]| self.foreign.step(&episode.name, t, &before, wrench, dt, self.values);
+    fn step(&self, seen: &Seen<'_>, step: &Step, state: &mut State<f64>) -> Result<(), InferError> {
+        let (plant, dt) = (&self.plant, step.dt);
+        let (applied, clock) = seen.readings.acting(plant, step);
+        let (before, t) = (vector(state), step.clock.t - dt / 2.0);
+        let ask =
+            |wrench: &[f64; 3]| self.foreign.step(&seen.episode.name, t, &before, wrench, dt, self.values);
         let mut after = ask(&applied)?;
-        if !plant.laws.is_empty() {
+        if acts(plant) {
             let added = over_step(plant, state, acted(plant, &before, &after, dt), clock, dt);
             if added != [0.0; 3] {
                 after = ask(&[0, 1, 2].map(|k| applied[k] + added[k]))?;
@@ -82,57 +88,55 @@ impl Rollout<'_> {
         Ok(())
     }
 
-    /// The whole episode from its first pose, at rest.
-    pub fn open_loop(&self, episode: &Prepared) -> Result<Vec<[f64; 3]>, InferError> {
-        let Some(first) = episode.pose.first() else { return Ok(vec![]) };
-        self.poses(episode, 0, episode.pose.len(), State::at_rest(first.pose))
+    /// The whole episode from its first pose.
+    pub fn open_loop(&self, seen: &Seen<'_>) -> Result<Vec<[f64; 3]>, InferError> {
+        let Some(first) = seen.episode.pose.first() else { return Ok(vec![]) };
+        let inner = seen.inner.first().copied().unwrap_or_default();
+        let start = State::moving(first.pose, seen.episode.first_twist).with_inner(inner);
+        self.poses(seen, 0, seen.episode.pose.len(), start)
     }
 
-    /// Seen less predicted pose at the end of a span of time, `known` being the motion by the poses up to each.
-    pub fn ahead(
-        &self,
-        episode: &Prepared,
-        known: &[Motion],
-        [begin, end]: [f64; 2],
-    ) -> Result<Option<[f64; 3]>, InferError> {
-        let until = |t: f64| episode.pose.partition_point(|p| p.t <= t + 1e-9);
+    /// Poses from one number on, from what the poses up to it tell of the motion; empty where they tell nothing.
+    fn from(&self, seen: &Seen<'_>, index: usize, count: usize) -> Result<Vec<[f64; 3]>, InferError> {
+        let Some(from) = seen.known.get(index) else { return Ok(vec![]) };
+        let inner = seen.inner.get(index).copied().unwrap_or_default();
+        self.poses(seen, index, count, State::moving(from.pose, from.twist).with_inner(inner))
+    }
+
+    /// Seen less predicted pose at the end of a span of time.
+    pub fn ahead(&self, seen: &Seen<'_>, [begin, end]: [f64; 2]) -> Result<Option<[f64; 3]>, InferError> {
+        let all = &seen.episode.pose;
+        let until = |t: f64| all.partition_point(|p| p.t <= t + 1e-9);
         let index = until(begin).saturating_sub(1);
-        let Some(from) = known.get(index) else { return Ok(None) };
-        let count = until(end) - index;
-        let poses = self.poses(episode, index, count, State::moving(from.pose, from.twist))?;
-        let seen = episode.pose.get(index + poses.len() - 1);
-        let last = seen.zip(poses.last());
+        let poses = self.from(seen, index, until(end).saturating_sub(index))?;
+        let reached = (index + poses.len()).checked_sub(1).and_then(|k| all.get(k));
+        let last = reached.zip(poses.last());
         Ok(last.map(|(seen, simulated)| [0, 1, 2].map(|k| seen.pose[k] - simulated[k])))
     }
 
-    /// Figures over episodes; those that ask for more than simulated poses are left out.
-    pub fn score(
-        &self,
-        episodes: &[Prepared],
-        noise: &Noise,
-        dof: [bool; 3],
-        gyration: f64,
-    ) -> Result<Score, InferError> {
+    /// Figures over episodes, of which `unjudged` seconds after contact do not count; those that ask for more than simulated
+    /// poses are left out.
+    pub fn score(&self, episodes: &[Prepared], unjudged: f64) -> Result<Score, InferError> {
         let mut tally = Tally::default();
+        let turns = self.data.dof[2];
         for episode in episodes {
-            let rho = if dof[2] { gyration } else { 0.0 };
-            tally.open_loop(&self.open_loop(episode)?, episode, rho, 0.0);
-            let known = episode.motion_so_far(noise);
+            let seen = self.seen(episode)?;
+            let rho = if turns { self.data.body.gyration } else { 0.0 };
+            tally.open_loop(&self.open_loop(&seen)?, episode, rho, unjudged);
             let mut begin = episode.contact.max(episode.pose.first().map_or(0.0, |p| p.t));
             let end = episode.pose.last().map_or(0.0, |p| p.t);
             while begin + WINDOW <= end + 1e-9 {
                 let index = episode.pose.partition_point(|p| p.t <= begin + 1e-9).saturating_sub(1);
                 let count = episode.pose[index..].partition_point(|p| p.t <= begin + WINDOW + 1e-9);
-                if let Some(from) = known.get(index) {
-                    let poses = self.poses(episode, index, count, State::moving(from.pose, from.twist))?;
-                    for (seen, simulated) in episode.pose[index..].iter().zip(&poses).skip(1) {
-                        tally.ahead([0, 1, 2].map(|k| seen.pose[k] - simulated[k]));
-                    }
+                let poses = self.from(&seen, index, count)?;
+                let pairs = episode.pose[index..].iter().zip(&poses).skip(1);
+                for (pose, simulated) in pairs.filter(|(p, _)| p.t > episode.contact + unjudged) {
+                    tally.ahead([0, 1, 2].map(|k| pose.pose[k] - simulated[k]));
                 }
                 begin += WINDOW;
             }
         }
-        Ok(tally.figures(dof[2]))
+        Ok(tally.figures(turns))
     }
 }
 

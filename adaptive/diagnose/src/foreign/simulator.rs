@@ -36,7 +36,7 @@ pub struct Foreign<'a> {
 }
 
 impl Foreign<'_> {
-    /// From a state through the pieces of an interval; `extra` is added to the wrench of each.
+    /// From a state through the steps of an interval; `extra` is added to the wrench of each.
     pub(crate) fn walk(
         &self,
         episode: &str,
@@ -46,11 +46,11 @@ impl Foreign<'_> {
         values: &[f64],
     ) -> Result<StateVector, InferError> {
         let (mut state, mut t) = (*from, interval.t);
-        for piece in &interval.pieces {
-            let applied = transport(piece.reading, piece.frame);
+        for step in &interval.steps {
+            let applied = transport(step.reading, step.frame);
             let wrench = [0, 1, 2].map(|k| applied[k] + extra[k]);
-            state = self.step(episode, t, &state, &wrench, piece.dt, values)?;
-            t += piece.dt;
+            state = self.step(episode, t, &state, &wrench, step.dt, values)?;
+            t += step.dt;
         }
         Ok(state)
     }

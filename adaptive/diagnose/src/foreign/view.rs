@@ -30,7 +30,15 @@ impl View for Linear {
         let column = |(law, own): (Option<usize>, Option<usize>)| law.or(own.map(|k| slots.len() + k));
         let free: Vec<usize> = all.clone().filter_map(column).collect();
         let values: Vec<f64> = fit.values.iter().chain(&self.own).copied().collect();
-        Ok((self.along.jacobian(&fit.model, &values, &free)?, all.map(|(law, _)| law).collect()))
+        let by_parameters = self.along.jacobian(&fit.model, &values, &free)?;
+        // The laws' own states give way as well.
+        let by_starts = self.along.by_starts(&fit.model.plant(&fit.values)?, &self.own);
+        if by_starts.is_empty() {
+            return Ok((by_parameters, all.map(|(law, _)| law).collect()));
+        }
+        let columns: Vec<_> = by_parameters.column_iter().chain(by_starts.column_iter()).collect();
+        let slots = all.map(|(law, _)| law).chain(by_starts.column_iter().map(|_| None)).collect();
+        Ok((DMatrix::from_columns(&columns), slots))
     }
 
     fn slopes(&self, model: &Model, values: &[f64], free: &[usize]) -> Result<DMatrix<f64>, InferError> {

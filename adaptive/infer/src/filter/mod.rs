@@ -366,6 +366,18 @@ pub(crate) fn push<T: Real>(
     step: &Step,
     curve: &Curve,
 ) {
+    let (applied, clock) = acting(plant, error, step, curve);
+    plant.move_as(Precision::Fit, state, &applied, clock, step.dt);
+}
+
+/// Mean wrench on the object over a step, object axes about its origin, when readings are off by `error` as well; and when
+/// it was read: a late reading tells of contact late.
+pub(crate) fn acting<T: Real>(
+    plant: &Plant<T>,
+    error: &[T; 3],
+    step: &Step,
+    curve: &Curve,
+) -> ([T; 3], Clock) {
     let timing = Timing::of(plant, step.clock);
     let [x, y, torque] = match &timing {
         None => step.reading.map(T::lift),
@@ -373,9 +385,7 @@ pub(crate) fn push<T: Real>(
     };
     let less = |read: T, error: T| T::chained(read.re() - error.re(), [(read, 1.0), (error, -1.0)]);
     let reading = [less(x, error[0]), less(y, error[1]), less(torque, error[2])];
-    // A late reading tells of contact late.
     let since_contact = step.clock.since_contact + timing.map_or(0.0, |timing| timing.delay());
     let clock = Clock { since_contact, ..step.clock };
-    let applied = transport(plant.correct(reading, clock), step.frame);
-    plant.move_as(Precision::Fit, state, &applied, clock, step.dt);
+    (transport(plant.correct(reading, clock), step.frame), clock)
 }

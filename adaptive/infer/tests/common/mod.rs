@@ -4,7 +4,7 @@
 use rand::{RngExt, SeedableRng};
 use rand_chacha::ChaCha8Rng;
 use rand_distr::StandardNormal;
-use trundle_model::{Body, Clock, Effect, Kind, Model, Plant, State, transport};
+use trundle_model::{Body, Clock, Effect, INNER, Kind, Model, Plant, State, transport};
 use trundle_record::{Counts, Dataset, Noise, PoseSample, Prepared, WrenchSample};
 
 pub const NOISE: Noise =
@@ -42,11 +42,13 @@ pub struct World {
     pub bias: [f64; 3],
     /// A wrench outside of the catalogue, object axes about the origin.
     pub foreign: fn(&State<f64>) -> [f64; 3],
+    /// Where the laws' own states begin.
+    pub inner: [f64; INNER],
 }
 
 impl World {
     pub fn of(truth: Model) -> Self {
-        Self { truth, bias: [0.0; 3], foreign: |_| [0.0; 3] }
+        Self { truth, bias: [0.0; 3], foreign: |_| [0.0; 3], inner: [0.0; INNER] }
     }
 
     /// Pushes of six seconds at random grasps, with noise and a tare from 100 samples.
@@ -87,7 +89,8 @@ impl World {
             let on = ((t - CONTACT) / 0.1).clamp(0.0, 1.0);
             [on * (along + 8.0), on * side, 0.05 * on * side]
         };
-        let mut state = State::at_rest([normal(1.0), normal(1.0), normal(1.5)]);
+        let start = State::at_rest([normal(1.0), normal(1.0), normal(1.5)]);
+        let mut state = start.with_inner(self.inner);
         let tare = TARE.map(&mut normal);
         let (mut wrench, mut pose) = (vec![], vec![]);
         let dt = 1.0 / 3000.0;
