@@ -3,9 +3,11 @@
 from __future__ import annotations
 
 import re
+from copy import deepcopy
 from functools import cache
 from typing import Any
 
+import numpy as np
 import pytest
 
 import trundle
@@ -86,6 +88,23 @@ def test_a_delay_of_half_a_sample_is_estimated(seed: int) -> None:
     estimate, direction = re.findall(r"run ([\d.]+) ± [\d.]+ ms (late|early)", finding["sentence"])[0]
     assert direction == "late"
     assert 3.0 < float(estimate) < 7.0
+
+
+def test_a_tracker_that_loses_poses_in_runs_is_not_complained_of() -> None:
+    """Runs of 0.15 s in the mean, at any time: the longest is no other than the rest."""
+    clean, rng = short("sensor"), np.random.default_rng(4)
+    tables = deepcopy(clean.tables)
+    for columns in tables.values():
+        poses = np.flatnonzero(~np.isnan(columns["object_x"]))
+        changes = np.cumsum(rng.geometric([1 / 45, 1 / 15] * 40, (80,)))
+        lost = poses[np.searchsorted(changes, np.arange(len(poses))) % 2 == 1]
+        for name in columns:
+            if name.startswith(("object", "gripper")):
+                columns[name][lost] = np.nan
+        some = ~(np.isnan(columns["object_x"]) & np.isnan(columns["force_x"]))
+        columns.update({name: values[some] for name, values in columns.items()})
+    findings = trundle.check(trundle.Recording(clean.metadata, tables))
+    assert [finding for finding in warned(findings) if finding["kind"] == "gaps"] == []
 
 
 @pytest.mark.slow
