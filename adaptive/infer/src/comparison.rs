@@ -140,6 +140,10 @@ impl Likelihood for Comparison {
         self.inner().tuned(model, values)
     }
 
+    fn rescaled(&self, model: &Model, values: &[f64]) -> Result<Option<Vec<f64>>, InferError> {
+        self.inner().rescaled(model, values)
+    }
+
     fn split(&self) -> Vec<(String, Box<dyn Likelihood + '_>)> {
         self.inner().split()
     }

@@ -103,6 +103,16 @@ pub trait Likelihood: Sync {
         vec![]
     }
 
+    /// Values from which a search had better start than from `values`: with all strengths of laws multiplied by one factor.
+    /// `None` where there are no such.
+    ///
+    /// # Errors
+    /// When `values` has the wrong length.
+    fn rescaled(&self, model: &Model, values: &[f64]) -> Result<Option<Vec<f64>>, InferError> {
+        let _ = (model, values);
+        Ok(None)
+    }
+
     /// The same comparison for each episode alone, with its name, in order.
     fn split(&self) -> Vec<(String, Box<dyn Likelihood + '_>)>;
 

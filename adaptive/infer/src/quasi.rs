@@ -10,7 +10,7 @@ use crate::stretches::samples;
 use crate::{Channels, InferError};
 use nalgebra::{DMatrix, DVector};
 use std::f64::consts::TAU;
-use trundle_model::{Clock, Dual, Model, Plant, Real, State, to_body, transport};
+use trundle_model::{Acting, Clock, Dual, Model, Plant, Real, Slot, State, to_body, transport};
 use trundle_record::{Noise, Prepared};
 
 /// Twist and wrench averaged over a short time.
@@ -193,6 +193,31 @@ impl Likelihood for WrenchLikelihood {
         })
     }
 
+    /// The wrench that laws need is linear in their strengths, but a search for logarithms of strengths that starts far
+    /// above their values steps down to where they hardly change anything.
+    fn rescaled(&self, model: &Model, values: &[f64]) -> Result<Option<Vec<f64>>, InferError> {
+        let slots = model.slots();
+        let is_strength = |slot: &Slot| {
+            let of_object = |k: usize| model.effects[k].kind.spec().acting == Acting::Object;
+            slot.value.is_none() && slot.unit.starts_with('N') && slot.effect.is_some_and(of_object)
+        };
+        let times = |factor: f64| -> Vec<f64> {
+            let one = |(slot, &value): (&Slot, &f64)| {
+                if is_strength(slot) { (factor * value).clamp(slot.lower, slot.upper) } else { value }
+            };
+            slots.iter().zip(values).map(one).collect()
+        };
+        let (once, twice) = (self.whitened(model, values)?, self.whitened(model, &times(2.0))?);
+        let (mut own, mut cross) = (0.0, 0.0);
+        for (a, b) in once.iter().flatten().zip(twice.iter().flatten()) {
+            let (slope, rest) = (b - a, 2.0 * a - b);
+            own += slope * slope;
+            cross -= slope * rest;
+        }
+        let factor = cross / own;
+        Ok((factor.is_finite() && factor > 0.0).then(|| times(factor)))
+    }
+
     fn channels(&self) -> Channels {
         Channels { pose: [0.0; 3], reading: self.scatter, wander: [0.0; 3] }
     }
@@ -207,5 +232,49 @@ impl Likelihood for WrenchLikelihood {
 
     fn tuned(&self, model: &Model, values: &[f64]) -> Result<Option<Box<dyn Likelihood + '_>>, InferError> {
         Ok(Some(Box::new(self.with_tuned_noise(model, values)?)))
+    }
+}
+
+#[cfg(test)]
+#[allow(clippy::unwrap_used)]
+mod tests {
+    use super::*;
+    use trundle_model::{Body, Effect, Kind};
+
+    #[test]
+    fn strengths_are_rescaled_to_those_that_suit_the_data() {
+        let body = Body::from_footprint(&[[-0.2, -0.2], [0.2, -0.2], [0.2, 0.2], [-0.2, 0.2]], 1.0).unwrap();
+        let model =
+            Model { effects: vec![Effect::free(Kind::SupportDrag)], ..Model::nominal(body, None, [true; 3]) };
+        let drag = model.slots().iter().position(|slot| slot.name == "support_drag.mu").unwrap();
+        let middle = crate::Coordinates::new(&model);
+        let mut values = middle.values(&vec![0.0; middle.free().len()]).0;
+        values[drag] = 30.0;
+        let plant = model.plant(&values).unwrap();
+        let sample = |k: usize| {
+            let twist = [0.01 * (k as f64).cos(), 0.01 * (k as f64).sin(), 0.02];
+            let still = WrenchSample {
+                episode: 0,
+                t: k as f64,
+                pose: [0.0; 3],
+                twist,
+                reading: [0.0; 3],
+                frame: [0.0; 3],
+                clock: Clock::since_contact(1.0),
+            };
+            WrenchSample { reading: still.needed(&plant), ..still }
+        };
+        let likelihood = WrenchLikelihood {
+            samples: (0..8).map(sample).collect(),
+            episodes: vec!["log".to_owned()],
+            dof: [true; 3],
+            scatter: [1.0; 3],
+            rests: Rests::default(),
+        };
+        for start in [3e-3, 30.0, 4e4] {
+            values[drag] = start;
+            let found = likelihood.rescaled(&model, &values).unwrap().unwrap();
+            assert!((found[drag] / 30.0 - 1.0).abs() < 1e-9, "{}", found[drag]);
+        }
     }
 }

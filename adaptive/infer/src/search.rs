@@ -61,9 +61,9 @@ pub(crate) fn scout(
 ) -> Result<(Vec<Vec<f64>>, Agreement), InferError> {
     let Some(target) = ladder.last() else { return Ok((vec![], (0, 0))) };
     let mut rng = ChaCha8Rng::seed_from_u64(options.seed);
-    let given = warm.iter().map(|values| target.point(values));
-    let drawn = (0..options.starts).map(|_| target.draw(&mut rng));
-    let starts: Vec<_> = given.chain(drawn).collect();
+    let given = warm.iter().map(|values| Ok(target.point(values)));
+    let drawn = (0..options.starts).map(|_| target.rescaled(target.draw(&mut rng)));
+    let starts = given.chain(drawn).collect::<Result<Vec<_>, InferError>>()?;
     let count = starts.len();
     let mut found = ends(ladder, starts, options.optimiser, watch)?;
     if found.is_empty() {

@@ -171,6 +171,17 @@ impl<'a> Target<'a> {
         self.places.iter().map(|p| shared[p.parameter]).collect()
     }
 
+    /// Where a search had better start than at `z`: with strengths of laws that suit the data.
+    ///
+    /// # Errors
+    /// When the likelihood cannot be evaluated.
+    pub(crate) fn rescaled(&self, z: Vec<f64>) -> Result<Vec<f64>, InferError> {
+        let Some(Part::Whole(likelihood)) = self.parts.first() else { return Ok(z) };
+        let (mut values, _) = self.shared_values(&z);
+        values.truncate(self.model.slots().len());
+        Ok(likelihood.rescaled(self.model, &values)?.map_or(z, |values| self.point(&values)))
+    }
+
     /// Keep a search from leaving the range where numbers mean something.
     pub fn clamp(&self, k: usize, z: f64) -> f64 {
         within_reach(z, self.coordinates.slot(self.parameter(k)))
