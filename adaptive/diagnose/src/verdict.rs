@@ -3,7 +3,7 @@
 use crate::adequacy::Remainder;
 use crate::answer::Verdict;
 use crate::candidates::name;
-use crate::confirm::{correlation_time, holds_up};
+use crate::confirm::{Samples, correlation_time, holds_up};
 use crate::cross_validation::{LeftOut, left_out};
 use crate::engine::{Engine, Tried};
 use crate::naming::{of_kinds, without};
@@ -115,7 +115,7 @@ impl Judge<'_> {
     /// does not, need not be asked of left-out episodes, which takes refits.
     fn fits_better(&self, candidate: &Tried) -> Result<bool, InferError> {
         let with = self.engine.predicted(candidate, &|_| true)?;
-        let time = correlation_time(&with);
+        let time = self.correlation_time(&with);
         for k in 0..candidate.added.len() {
             let Some(simpler) = without(self.found, candidate, k) else { return Ok(false) };
             if holds_up(time, &with, &self.engine.predicted(simpler, &|_| true)?) < SURE {
@@ -125,13 +125,19 @@ impl Judge<'_> {
         Ok(true)
     }
 
+    /// Correlation time of a fitted model's residuals, samples. Those of slow pushes are means over a second, so long that
+    /// what a floor does from place to place is independent.
+    fn correlation_time(&self, samples: &Samples) -> f64 {
+        if self.engine.is_quasi_static() { 1.0 } else { correlation_time(samples) }
+    }
+
     /// Of each effect of a model, the chance that left-out episodes are predicted better with it.
     fn chances(
         &self,
         candidate: &Tried,
         known: &mut BTreeMap<*const Tried, LeftOut>,
     ) -> Result<Vec<f64>, InferError> {
-        let time = correlation_time(&self.engine.predicted(candidate, &|_| true)?);
+        let time = self.correlation_time(&self.engine.predicted(candidate, &|_| true)?);
         let with = self.misfit(candidate, candidate, known)?.samples;
         let one = |k: usize| match without(self.found, candidate, k) {
             Some(simpler) => Ok(holds_up(time, &with, &self.misfit(simpler, candidate, known)?.samples)),
