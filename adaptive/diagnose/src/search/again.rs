@@ -178,8 +178,10 @@ impl Searcher<'_> {
         if size == 0 || self.engine.is_quasi_static() {
             return Ok(());
         }
+        // Noise that is fitted holds what a coarse form leaves.
         let observations = self.engine.observations();
-        if self.engine.remainder(&tried[0])?.is_some_and(|left| !left.matters(observations)) {
+        let left = self.engine.remainder(&self.as_read(&tried[0]))?;
+        if left.is_some_and(|left| !left.matters(observations)) {
             return Ok(());
         }
         // Rivals are refined too, and then once more from where the best one's refinements ended: which of two models is
