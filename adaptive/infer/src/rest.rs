@@ -5,8 +5,11 @@
 //! correct has the density
 //!
 //! ```text
-//! p(r) = ½ N(r; 0, S) + ½ N(r; 0, S + F²)        S: variance of the mean, F: scale of the recorded wrenches
+//! p(r) = ½ L N(r; 0, S) + ½ N(r; 0, S + F²)      S: variance of the mean, F: scale of the recorded wrenches
 //! ```
+//!
+//! `L` is the likelihood ratio of readings that vary by the sensor's noise alone to readings that vary as much as these do:
+//! a load that changes while the object rests is no reading of nothing.
 //!
 //! An offset of the sensor shifts all of them alike; a static load differs from one rest to the next. A rest counts once,
 //! however long it is: its readings share what holds the object.
@@ -21,7 +24,7 @@ use std::sync::Arc;
 use trundle_model::{Clock, Dual, Model, Plant, Real};
 use trundle_record::{Motion, Noise, Prepared};
 
-/// Parts of a rest, whose scatter gives the variance of its mean whatever the readings' correlation.
+/// Parts of a rest whose means are compared with each other.
 const PARTS: usize = 5;
 /// Free parameters that are differentiated together.
 const WIDTH: usize = 8;
@@ -32,8 +35,10 @@ struct Rest {
     episode: usize,
     /// Mean reading, reading axes.
     reading: [f64; 3],
-    /// Variance of that mean.
+    /// Variance of that mean by the sensor's noise.
     variance: [f64; 3],
+    /// Log likelihood ratio of the noise alone to a load that changes.
+    steady: f64,
     clock: Clock,
 }
 
@@ -110,7 +115,7 @@ impl Rests {
             };
             (0..3).map(axis).sum::<f64>() - 2.0_f64.ln()
         };
-        let [free, held] = [log_density(&rest.variance), log_density(&loaded)];
+        let (free, held) = (log_density(&rest.variance) + rest.steady, log_density(&loaded));
         let top = free.max(held);
         let total = top + ((free - top).exp() + (held - top).exp()).ln();
         let share = (free - total).exp();
@@ -160,13 +165,16 @@ fn rest(
         readings.chunks_exact(size).take(PARTS).map(mean).collect()
     };
     let sd = [noise.force, noise.force, noise.torque];
-    let variance = [0, 1, 2].map(|k| {
-        let square: f64 = part(k).iter().map(|mean| (mean - reading[k]).powi(2)).sum();
-        let of_mean = square / (PARTS * (PARTS - 1)) as f64;
-        of_mean.max(sd[k] * sd[k] / n) + episode.tare_sd[k].powi(2)
-    });
+    let variance = [0, 1, 2].map(|k| sd[k] * sd[k] / n + episode.tare_sd[k].powi(2));
+    let steadiness = |k: usize| {
+        let own: f64 = part(k).iter().map(|mean| (mean - reading[k]).powi(2)).sum();
+        let ratio = own / (sd[k] * sd[k] / size as f64) / PARTS as f64;
+        // The variance of the parts' means that is likeliest, and no less than the noise's.
+        if ratio > 1.0 { -0.5 * PARTS as f64 * (ratio - 1.0 - ratio.ln()) } else { 0.0 }
+    };
+    let steady = (0..3).map(steadiness).sum();
     let t = (start + end) / 2.0;
-    Some(Rest { episode: index, reading, variance, clock: curve.held(t, curve.frame(t).0) })
+    Some(Rest { episode: index, reading, variance, steady, clock: curve.held(t, curve.frame(t).0) })
 }
 
 #[cfg(test)]
@@ -235,6 +243,14 @@ mod tests {
         assert!(cost(&offset, 0.0) > cost(&offset, 2.0) + 5.0);
         let loads = Rests::new(&[pushed(0, 2.0), pushed(1, 0.0), pushed(2, 0.0), pushed(3, -1.3)], &NOISE);
         assert!(cost(&loads, 0.0) + 5.0 < cost(&loads, 2.0));
+    }
+
+    #[test]
+    fn a_load_that_changes_says_nothing_of_an_offset() {
+        let mut episode = pushed(0, 0.0);
+        episode.wrench.iter_mut().for_each(|w| w.reading[0] += 0.5 * (4.0 * w.t).sin());
+        let rests = Rests::new(&[episode], &NOISE);
+        assert!((cost(&rests, 0.0) - cost(&rests, 0.17)).abs() < 0.1);
     }
 
     #[test]
