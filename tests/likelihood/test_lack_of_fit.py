@@ -103,7 +103,7 @@ def test_every_figure_has_a_unit(recordings: dict[str, Path], tmp_path: Path) ->
     assert ran.returncode == 0, ran.stderr
     lines = ran.stdout.splitlines()
     assert lines[0].endswith("the model explains these data (no lack of fit found)")
-    units = r"(kg|m|rad|N·s/m|N|N·m|\(dimensionless\)|nats per pose sample)"
+    units = r"(kg|m|rad|N·s/m|N|N·m|Hz|\(dimensionless\)|nats per pose sample)"
     figures = [
         line for line in lines if line.strip().startswith(("training", "held_out", "body.", "viscous"))
     ]

@@ -119,6 +119,7 @@ UNITS = {
     "r2": "(dimensionless)",
     "window_position_rmse": "m",
     "window_heading_rmse": "rad",
+    "force_bandwidth": "Hz",
     "force_rmse": "N",
     "torque_rmse": "N·m",
     "log_predictive_density": "nats per pose sample",
