@@ -8,7 +8,9 @@ mod again;
 #[cfg(test)]
 #[allow(clippy::unwrap_used)]
 mod nested;
+mod prior;
 mod sets;
+mod start;
 
 use crate::adequacy::Remainder;
 use crate::candidates::name;
@@ -17,10 +19,13 @@ use crate::locate::Located;
 use crate::naming::of_kinds;
 use crate::screen::{Start, Wanted};
 use crate::thresholds::MATERIAL_RISE;
+use prior::log_prior;
+pub(crate) use prior::probabilities;
 use rayon::prelude::*;
+use start::{freed, job};
 use std::collections::BTreeSet;
 use trundle_infer::{Coordinates, InferError, Watch, carried, on_all_cores};
-use trundle_model::{Effect, INNER, Kind, Model, Role};
+use trundle_model::{Effect, INNER, Kind, Model};
 
 impl Tried {
     /// Log evidence plus log prior, up to a constant.
@@ -43,8 +48,6 @@ pub(crate) struct Found {
     pub located: Located,
 }
 
-/// Share of simulations that lack an effect; of those that lack some, the share that lack one more.
-const MISSING: f64 = 0.05;
 /// Gain, nats, below which a kind is not fitted unless it is among the first `ALWAYS`: what a prior costs at least.
 pub(crate) const HOPELESS: f64 = 5.0;
 const ALWAYS: usize = 3;
@@ -59,8 +62,6 @@ const MAX_EFFECTS: usize = 4;
 const STARTS: usize = 2;
 /// Gain per sample that a remainder must promise for another effect to be sought beside one, nats.
 const ANOTHER: f64 = 0.15;
-/// Shares of the screen's linear step from which a fit starts.
-const STEPS: [f64; 2] = [1.0, 0.25];
 /// How far behind the best a model may be after a glance and still be followed: nats, and as a share of what the best
 /// gained on the models that these go out from; and how many more steps like its last one it is given.
 const NEAR: f64 = 30.0;
@@ -274,9 +275,10 @@ impl Searcher<'_> {
         Ok(left.gain > ANOTHER * observations || self.engine.outlook(tried)?.is_material())
     }
 
-    /// Whether one more effect is worth seeking, after the best model `before` was replaced by a larger one: that must leave
-    /// much and err by more than the instruments, or any further effect would be immaterial; and its last effect must have gained its [`fair_share`] of what a wandering wrench would have, or, where such a
-    /// wrench gains no more than chance, have improved the predictions by a material share.
+    /// Whether one more effect is worth seeking, after the best model `before` was replaced by a larger one. That must leave
+    /// much and err by more than the instruments, or any further effect would be immaterial. Its last effect must have gained
+    /// its [`fair_share`] of what a random-walk wrench would have, or, where such a wrench gains no more than chance, have
+    /// improved the predictions by a material share.
     fn asks_for_more(&self, before: &Tried, best: &Tried) -> Result<bool, InferError> {
         let much = self.leaves_much(best)? && self.engine.errs(best)?;
         if !much || before.added.is_empty() {
@@ -299,51 +301,9 @@ fn fair_share(effects: usize) -> f64 {
     1.0 / MAX_EFFECTS.saturating_sub(effects).max(1) as f64
 }
 
-/// The fit of a kind of effect on top of a model, from where its screen leads: from the linear step, and from shorter ones,
-/// because far from the optimum the linear step goes too far.
-fn job(from: &Tried, starts: &[Start]) -> Job {
-    let mut added = from.added.clone();
-    added.extend(starts.first().map(|s| freed(&s.effect)));
-    let with = |own: &[f64], effect: &Effect| -> Vec<f64> {
-        own.iter().copied().chain(effect.values.iter().map(|v| v.unwrap_or(0.0))).collect()
-    };
-    let mut warm = vec![];
-    for start in starts {
-        for share in STEPS {
-            let effect = shortened(&start.effect, share);
-            warm.push(with(&start.base, &effect));
-            warm.push(with(&from.fit.values, &effect));
-        }
-    }
-    Job::from(from, added, warm)
-}
-
-/// Log prior probability of a set of effects, less that of none: geometric in their number, and uniform over the sets of
-/// that size of the effects that were offered.
-fn log_prior(effects: usize, offered: usize) -> f64 {
-    let one = |k: usize| {
-        let sets = offered.saturating_sub(k).max(1) as f64 / (k + 1) as f64;
-        MISSING.ln() - sets.ln()
-    };
-    (0..effects).map(one).sum()
-}
-
 /// The lowest of some costs.
 fn lowest(costs: impl Iterator<Item = f64>) -> f64 {
     costs.fold(f64::INFINITY, f64::min)
-}
-
-/// An effect with its amplitudes that share of the way from where they do nothing.
-fn shortened(effect: &Effect, share: f64) -> Effect {
-    let spec = effect.kind.spec();
-    let mut shorter = effect.clone();
-    for (param, value) in spec.params.iter().zip(&mut shorter.values) {
-        let neutral = spec.neutral.iter().find(|(name, value)| *name == param.name && value.is_finite());
-        if let (Some((_, neutral)), Some(value)) = (neutral, value) {
-            *value = neutral + share * (*value - neutral);
-        }
-    }
-    shorter
 }
 
 /// Put models among those that were tried, sorted by weight; of one model, the best fit.
@@ -357,19 +317,6 @@ fn keep(tried: &mut Vec<Tried>, more: impl IntoIterator<Item = Tried>) {
         }
     }
     *tried = kept;
-}
-
-/// An effect with every essential parameter free, and sizes, which are proposed with the place; its choices kept.
-fn freed(effect: &Effect) -> Effect {
-    let mut free = Effect::free(effect.kind);
-    for ((param, value), free) in effect.kind.spec().params.iter().zip(&effect.values).zip(&mut free.values) {
-        match param.role {
-            Role::Choice => *free = *value,
-            Role::Region => *free = None,
-            _ => {}
-        }
-    }
-    free
 }
 
 /// Whether two models have the same effects, each as often.
@@ -393,38 +340,10 @@ fn finer(effect: &Effect) -> Option<Effect> {
     (finer != *effect).then_some(finer)
 }
 
-/// Probability of each model among those tried, the first `rejected` of which are out of the question.
-pub(crate) fn probabilities(tried: &[Tried], rejected: usize) -> Vec<f64> {
-    let best = tried.iter().skip(rejected).map(Tried::log_weight).fold(f64::NEG_INFINITY, f64::max);
-    let weight = |(k, t): (usize, &Tried)| if k < rejected { 0.0 } else { (t.log_weight() - best).exp() };
-    let weights: Vec<f64> = tried.iter().enumerate().map(weight).collect();
-    let total: f64 = weights.iter().sum();
-    weights.iter().map(|w| w / total).collect()
-}
-
 #[cfg(test)]
 mod tests {
-    use super::{MAX_EFFECTS, MISSING, fair_share, kinds, log_prior, same, shortened};
+    use super::{MAX_EFFECTS, fair_share, kinds, same};
     use trundle_model::{Effect, Kind};
-
-    #[test]
-    fn a_shorter_step_keeps_the_shape_and_starts_from_neutral() {
-        let rubs = Effect::free(Kind::CoulombFriction).with("x", Some(0.4)).with("force", Some(8.0));
-        let shorter = shortened(&rubs, 0.25);
-        assert_eq!(shorter, rubs.clone().with("force", Some(2.0)));
-        let gain = Effect::free(Kind::ForceScale).with("gain_y", Some(1.4));
-        let value = shortened(&gain, 0.25).values.into_iter().flatten().fold(0.0, f64::max);
-        assert!((value - 1.1).abs() < 1e-12, "{value}");
-    }
-
-    #[test]
-    fn sets_of_one_size_share_the_prior_of_that_size() {
-        // Of 30 effects there are 435 pairs, together as probable as one effect times the share that lack one more.
-        let pair = 435.0 * log_prior(2, 30).exp();
-        assert!((pair - MISSING * MISSING).abs() < 1e-12, "{pair}");
-        assert!((30.0 * log_prior(1, 30).exp() - MISSING).abs() < 1e-12);
-        assert!(log_prior(0, 30).abs() < 1e-12);
-    }
 
     #[test]
     fn an_equal_share_of_what_is_left_is_asked_of_each_effect() {

@@ -1,0 +1,39 @@
+//! The prior over sets of effects, and the posterior over the models that were tried.
+
+use crate::engine::Tried;
+
+/// Share of simulations that lack an effect; of those that lack some, the share that lack one more.
+const MISSING: f64 = 0.05;
+
+/// Log prior probability of a set of effects, less that of none: geometric in their number, and uniform over the sets of
+/// that size of the effects that were offered.
+pub(super) fn log_prior(effects: usize, offered: usize) -> f64 {
+    let one = |k: usize| {
+        let sets = offered.saturating_sub(k).max(1) as f64 / (k + 1) as f64;
+        MISSING.ln() - sets.ln()
+    };
+    (0..effects).map(one).sum()
+}
+
+/// Probability of each model among those tried, the first `rejected` of which are out of the question.
+pub(crate) fn probabilities(tried: &[Tried], rejected: usize) -> Vec<f64> {
+    let best = tried.iter().skip(rejected).map(Tried::log_weight).fold(f64::NEG_INFINITY, f64::max);
+    let weight = |(k, t): (usize, &Tried)| if k < rejected { 0.0 } else { (t.log_weight() - best).exp() };
+    let weights: Vec<f64> = tried.iter().enumerate().map(weight).collect();
+    let total: f64 = weights.iter().sum();
+    weights.iter().map(|w| w / total).collect()
+}
+
+#[cfg(test)]
+mod tests {
+    use super::{MISSING, log_prior};
+
+    #[test]
+    fn sets_of_one_size_share_the_prior_of_that_size() {
+        // Of 30 effects there are 435 pairs, together as probable as one effect times the share that lack one more.
+        let pair = 435.0 * log_prior(2, 30).exp();
+        assert!((pair - MISSING * MISSING).abs() < 1e-12, "{pair}");
+        assert!((30.0 * log_prior(1, 30).exp() - MISSING).abs() < 1e-12);
+        assert!(log_prior(0, 30).abs() < 1e-12);
+    }
+}
