@@ -16,7 +16,7 @@ from trundle.report.where import Place, places
 __all__ = ["missing"]
 
 _FACTS = (
-    ("probability", "probability that this name is right (calibrated)"),
+    ("probability", "probability that this name is right"),
     ("explains", "of the misfit on held-out data is this effect's"),
 )
 
