@@ -48,7 +48,7 @@ fn mean(values: impl Iterator<Item = f64>) -> f64 {
 }
 
 /// How a model predicts the training episodes, each by a fit to the others; in sample where there is only one. What is not
-/// judged of the model `beside` is not judged of it.
+/// judged of the model `beside` is excluded for both.
 ///
 /// # Errors
 /// When the user interrupts.

@@ -1,4 +1,5 @@
-//! Up to which frequency poses tell the force that accelerates an object, so that needed and recorded wrenches can be compared.
+//! The frequency up to which poses determine the force that accelerates an object: needed and recorded wrenches are
+//! compared below it.
 //!
 //! White noise of variance σ² in poses T seconds apart has the spectrum σ² T, that of the acceleration ω⁴ σ² T. Below ω₀, by the
 //! filter 1/(1 + (ω/ω₀)⁶) of [`trundle_record::low_pass`], it adds up to the variance
@@ -7,7 +8,7 @@
 //! (1/π) ∫ ω⁴ σ² T / (1 + (ω/ω₀)⁶)² dω = σ² T ω₀⁵ / 18
 //! ```
 //! The bandwidth is where mass times the root of that equals the noise of a wrench sample. Up to there the figure of the true
-//! model is that of the wrench sensor, whatever the tracker's rate; above it, it would measure the tracker. What the smoother of
+//! model is that of the wrench sensor, at any rate of the tracker; above it, the tracker's noise dominates. What the smoother of
 //! the poses itself takes away lies where the acceleration is smaller than its noise, hence below the same bound.
 
 use std::f64::consts::TAU;

@@ -191,7 +191,7 @@ impl Likelihood for MotionLikelihood {
         let filter = self.filter(model, values)?;
         let one = |_, track: &Track| filter.cost(track).unwrap_or(f64::INFINITY);
         let moving: f64 = self.each(one).into_iter().sum();
-        Ok(moving + self.rests.cost(&model.plant(values)?))
+        Ok(moving + self.rests.cost(model, values)?)
     }
 
     fn linearise(&self, model: &Model, values: &[f64], free: &[usize]) -> Result<Linearised, InferError> {
@@ -209,7 +209,7 @@ impl Likelihood for MotionLikelihood {
         let filter = self.filter(model, values)?;
         let passages = self.each(|_, track| filter.run(track));
         let moving: f64 = passages.iter().map(|p| p.as_ref().map_or(f64::INFINITY, Passage::cost)).sum();
-        let cost = moving + self.rests.cost(&model.plant(values)?);
+        let cost = moving + self.rests.cost(model, values)?;
         let values = values.to_vec();
         Ok(Look::new(cost, move || {
             let part = |k: usize, track: &Track| match passages.get(k).and_then(Option::as_ref) {

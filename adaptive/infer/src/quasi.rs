@@ -161,7 +161,7 @@ impl Likelihood for WrenchLikelihood {
         let (whitened, constant) = (self.whitened(model, values)?, self.log_normaliser());
         let moving: f64 =
             whitened.iter().map(|w| 0.5 * w.iter().map(|e| e * e).sum::<f64>() + constant).sum();
-        Ok(moving + self.rests.cost(&model.plant(values)?))
+        Ok(moving + self.rests.cost(model, values)?)
     }
 
     fn linearise(&self, model: &Model, values: &[f64], free: &[usize]) -> Result<Linearised, InferError> {

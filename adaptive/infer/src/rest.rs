@@ -66,8 +66,15 @@ impl Rests {
     }
 
     /// −log density of all of them.
-    pub fn cost(&self, plant: &Plant<f64>) -> f64 {
-        self.all.iter().map(|rest| self.weighed(rest, &rest.corrected(plant)).0).sum()
+    ///
+    /// # Errors
+    /// When `values` has the wrong length.
+    pub fn cost(&self, model: &Model, values: &[f64]) -> Result<f64, InferError> {
+        if self.all.is_empty() {
+            return Ok(0.0);
+        }
+        let plant = model.plant(values)?;
+        Ok(self.all.iter().map(|rest| self.weighed(rest, &rest.corrected(&plant)).0).sum())
     }
 
     /// The same with its derivatives by the slots `free`, the odds of each rest held for the curvature.
@@ -227,7 +234,7 @@ mod tests {
         let at = model.slots().iter().position(|s| s.name == "force_bias.force_x").unwrap();
         values[0] = 5.0;
         values[at] = force;
-        rests.cost(&model.plant(&values).unwrap())
+        rests.cost(&model, &values).unwrap()
     }
 
     #[test]
@@ -262,7 +269,7 @@ mod tests {
         values[0] = 5.0;
         let free: Vec<usize> = (0..values.len()).collect();
         let found = rests.linearise(&model, &values, &free).unwrap();
-        let at = |values: &[f64]| rests.cost(&model.plant(values).unwrap());
+        let at = |values: &[f64]| rests.cost(&model, values).unwrap();
         assert!((found.cost - at(&values)).abs() < 1e-9);
         for k in free {
             let mut moved = values.clone();

@@ -96,10 +96,10 @@ impl Effort {
     }
 }
 
-/// What looks at a fitted model, with the course of what is missing along the episodes.
+/// A function that inspects a fitted model and the missing wrench along the episodes.
 pub(crate) type Look<'l> = dyn FnMut(&dyn View, &[Vec<Residual>]) -> Result<(), InferError> + 'l;
 
-/// Whether kinds are proposed by the course of what is missing.
+/// Whether kinds are proposed from the missing wrench along the episodes.
 pub(crate) fn needs_courses(kinds: &[Kind]) -> bool {
     kinds.iter().any(|kind| matches!(kind.proposal(), Proposal::Touched | Proposal::Period))
 }
@@ -135,11 +135,11 @@ pub(crate) trait Engine: Sync {
     /// A cheaper engine for a first glance; `None` where there is none.
     fn thinned<'a>(&'a self) -> Option<Box<dyn Engine + 'a>>;
 
-    /// Show a fitted model as the cheap test looks at it, and the course of what is missing where `kinds` are proposed by it.
-    /// Nothing is shown of a model that cannot be evaluated. `false` where kinds cannot be screened.
+    /// Pass a fitted model to `at` as the score test sees it, with the missing wrench where `kinds` are proposed from it.
+    /// `at` is not called for a model that cannot be evaluated. `false` where kinds cannot be screened.
     fn look(&self, from: &Tried, kinds: &[Kind], at: &mut Look<'_>) -> Result<bool, InferError>;
 
-    /// Further starts of a kind on top of a model, beside those that its screen promises.
+    /// Further starts of a kind on top of a model, in addition to those of the score test.
     fn elsewhere(&self, kind: Kind, from: &Tried, seed: u64) -> Vec<Start> {
         let _ = (kind, from, seed);
         vec![]

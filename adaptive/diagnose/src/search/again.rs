@@ -143,7 +143,7 @@ impl Searcher<'_> {
         self.make_all("simpler laws", jobs, tried)
     }
 
-    /// Every part of the best model, so that what each of its effects is worth can be told beside any of the others. A part
+    /// Fit every part of the best model, so that each effect can be judged together with any of the others. A part
     /// is fitted from where each model with one effect more ended: a search of its own may have stopped elsewhere, and what
     /// is added to a model at a wrong place seems to be needed.
     pub(super) fn parts(&self, tried: &mut Vec<Tried>) -> Result<(), InferError> {
