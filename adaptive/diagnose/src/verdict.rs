@@ -31,6 +31,41 @@ pub(crate) struct Choice {
     pub reasons: BTreeMap<usize, &'static str>,
 }
 
+const ELSEWHERE: &str = "a model that fits better contains an immaterial effect";
+
+/// The best model with an immaterial effect. While what is left of it without that may still hold, a worse model with other
+/// effects is not the explanation.
+struct Whole<'a> {
+    index: usize,
+    candidate: &'a Tried,
+    /// Which of its effects are immaterial.
+    idle: Vec<usize>,
+}
+
+impl Whole<'_> {
+    /// Whether another model has no other effects, but for simpler laws.
+    fn holds(&self, other: &Tried) -> bool {
+        let simpler = self
+            .candidate
+            .added
+            .iter()
+            .filter_map(|e| e.kind.simpler())
+            .map(|kind| name(&Effect::free(kind)));
+        let names: Vec<&str> = self.candidate.names().into_iter().chain(simpler).collect();
+        other.names().iter().all(|name| names.contains(name))
+    }
+
+    /// Whether another model is what is left without the immaterial effects.
+    fn is_left(&self, other: &Tried) -> bool {
+        let names = self.candidate.names().into_iter().enumerate();
+        let mut left: Vec<_> = names.filter(|(k, _)| !self.idle.contains(k)).map(|(_, name)| name).collect();
+        let mut own = other.names();
+        left.sort_unstable();
+        own.sort_unstable();
+        left == own
+    }
+}
+
 /// What a choice is made from.
 pub(crate) struct Judge<'a> {
     pub engine: &'a dyn Engine,
@@ -48,24 +83,35 @@ impl Judge<'_> {
         let mut left_out = BTreeMap::new();
         let mut immaterial: Vec<(usize, usize, f64)> = vec![];
         let mut reasons = BTreeMap::new();
-        // What the best model with an immaterial effect names: a worse one with other effects is not the explanation.
-        let mut part_of: Option<Vec<&str>> = None;
+        let mut whole: Option<Whole<'_>> = None;
         let tried = &self.found.tried;
-        for (index, candidate) in tried.iter().enumerate() {
-            let within =
-                part_of.as_ref().is_none_or(|whole| candidate.names().iter().all(|n| whole.contains(n)));
+        let mut next = 0;
+        while let Some(candidate) = tried.get(next) {
+            let index = next;
+            next += 1;
+            if reasons.get(&index).is_some_and(|reason| *reason != ELSEWHERE) {
+                continue;
+            }
+            if !whole.as_ref().is_none_or(|whole| whole.holds(candidate)) {
+                reasons.insert(index, ELSEWHERE);
+                continue;
+            }
             let doubt = if left_out.len() >= MAX_CHECKED {
                 Some("not tested: too many models before it")
             } else {
-                self.doubtful(candidate, within)?
+                self.doubtful(candidate)?
             };
-            if let Some(reason) = doubt {
-                reasons.insert(index, reason);
-                continue;
-            }
-            let chances = self.chances(candidate, &mut left_out)?;
-            if chances.iter().any(|chance| *chance < SURE) {
-                reasons.insert(index, "an effect does not improve the density of left-out episodes");
+            let chances = if doubt.is_some() { vec![] } else { self.chances(candidate, &mut left_out)? };
+            let by_chance = chances.iter().any(|chance| *chance < SURE);
+            if doubt.is_some() || by_chance {
+                reasons.insert(
+                    index,
+                    doubt.unwrap_or("an effect does not improve the density of left-out episodes"),
+                );
+                // What is left of the best explanation does not hold either: other effects may be the explanation.
+                if let Some(void) = whole.take_if(|whole| whole.is_left(candidate)) {
+                    next = void.index + 1;
+                }
                 continue;
             }
             let idle = self.idle(candidate, &mut left_out)?;
@@ -80,30 +126,21 @@ impl Judge<'_> {
                 index,
                 "an effect does not improve the prediction of left-out episodes by a material share",
             );
-            part_of.get_or_insert_with(|| {
-                let simpler = candidate
-                    .added
-                    .iter()
-                    .filter_map(|e| e.kind.simpler())
-                    .map(|kind| name(&Effect::free(kind)));
-                candidate.names().into_iter().chain(simpler).collect()
-            });
-            for k in idle {
+            for &k in &idle {
                 let effect = candidate.names()[k];
                 if immaterial.iter().all(|&(i, j, _)| tried[i].names()[j] != effect) {
                     immaterial.push((index, k, chances[k]));
                 }
             }
+            whole.get_or_insert(Whole { index, candidate, idle });
         }
         Ok(Choice { best: self.base, chances: vec![], rejected: 0, immaterial, reasons })
     }
 
     /// Why a model is not worth a test on left-out episodes, if so.
-    fn doubtful(&self, candidate: &Tried, within: bool) -> Result<Option<&'static str>, InferError> {
+    fn doubtful(&self, candidate: &Tried) -> Result<Option<&'static str>, InferError> {
         Ok(if !(0..candidate.added.len()).all(|k| is_defined(candidate, k)) {
             Some("the data do not hold a parameter that defines an effect")
-        } else if !within {
-            Some("a model that fits better contains an immaterial effect")
         } else if !self.fits_better(candidate)? {
             Some("an effect does not help consistently from block to block")
         } else {

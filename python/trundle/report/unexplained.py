@@ -35,6 +35,11 @@ _NEXT = (
         "Push along and across that direction at one speed, then with the object turned by a quarter.",
     ),
     (
+        "moves with the object",
+        "Turn the object by a quarter and repeat the same pushes, at two speeds: what rubs on the object turns along, and "
+        "dry friction does not grow with the speed.",
+    ),
+    (
         "to the end",
         "Repeat the push of that episode, and look at the object and its wheels before and after it.",
     ),

@@ -1,7 +1,7 @@
 //! In which motions a simulation goes wrong, in words.
 //!
 //! First by families of missing wrenches that are one thing said simply: another damping from a moment on, a drag on
-//! one part of the floor or along one direction of it, a force constant in the world or in the sensor. The one that
+//! one part of the floor, along one direction of it or on the object, a force constant in the world or in the sensor. The one that
 //! explains most of what is missing is told if it explains most of it. Otherwise by where the missing wrench is
 //! large: just after contact, in slow or in fast motion.
 
@@ -38,11 +38,10 @@ pub(crate) fn regime(
     names: &[String],
     contacts: &[f64],
 ) -> Option<String> {
-    let mut families: Vec<Family> =
-        [constant_in_world(&seen.screen), constant_in_sensor(&seen.screen), along_grain(&seen.screen)]
-            .into_iter()
-            .flatten()
-            .collect();
+    let mut families: Vec<Family> = [constant_in_world, constant_in_sensor, along_grain, fixed_to_object]
+        .into_iter()
+        .filter_map(|family| family(&seen.screen))
+        .collect();
     families.extend(changes.first().map(|change| from_then_on(change, seen.total, names)));
     families.extend(regions.first().filter(|r| r.share < PLACE).map(|region| Family {
         chi_square: region.chi_square,
@@ -112,6 +111,28 @@ fn along_grain(screen: &Screen) -> Option<Family> {
     let degrees = angle.rem_euclid(PI).to_degrees();
     let words = format!("when moving along world {degrees:.0}°");
     Some(Family { chi_square: test.chi_square, dof: test.dof + 1, words })
+}
+
+/// A drag at some point of the object, or at several: one symmetric matrix in object axes. Dry friction is told by it too, as
+/// far as it grows with the speed.
+fn fixed_to_object(screen: &Screen) -> Option<Family> {
+    let moving: Vec<usize> = (0..3).filter(|&k| screen.dof[k]).collect();
+    let drag = |i: usize, j: usize| {
+        screen.column(&screen.profile(|_, s| {
+            let twist = to_body(s.twist, s.pose[2]);
+            let mut wrench = [0.0; 3];
+            wrench[i] -= twist[j];
+            if i != j {
+                wrench[j] -= twist[i];
+            }
+            wrench
+        }))
+    };
+    let pairs = moving.iter().flat_map(|&i| moving.iter().filter(move |&&j| j >= i).map(move |&j| (i, j)));
+    let columns: Vec<_> = pairs.map(|(i, j)| drag(i, j)).collect();
+    let test = screen.test(&columns.iter().collect::<Vec<_>>());
+    let words = "in all motions, as a drag that moves with the object".to_owned();
+    Some(Family { chi_square: test.chi_square, dof: test.dof, words })
 }
 
 /// Where in the motion the missing wrench is large.

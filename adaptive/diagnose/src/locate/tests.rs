@@ -249,6 +249,7 @@ fn a_foot_that_rubs_leads_the_search() {
     let [x, y] = found.point().unwrap();
     assert!((x - 0.45).hypot(y - 0.31) < 0.06);
     assert!(found.region().is_none());
+    assert_eq!(found.regime.as_deref(), Some("in all motions, as a drag that moves with the object"));
 }
 
 #[test]
