@@ -23,6 +23,9 @@ use trundle_infer::{Fit, InferError, Watch, unjudged};
 use trundle_model::{Model, Scales};
 use trundle_record::{Dataset, PrepareOptions, Prepared, Recording, prepare_with};
 
+/// Probability from which on an immaterial effect is mentioned: more likely than not.
+const LIKELY: f64 = 0.5;
+
 /// How a diagnosis is made.
 #[derive(Clone, Debug, Default)]
 pub struct Options {
@@ -226,6 +229,7 @@ fn explain(engine: &dyn Engine, decided: Decision, watch: &dyn Watch) -> Result<
                 calibrated(chance.min(effect_probability(&found.tried, &all, tried.names()[k]))),
             )
         })
+        .filter(|effect| effect.as_ref().map_or(true, |effect| effect.probability >= LIKELY))
         .collect::<Result<Vec<_>, InferError>>()?;
     missing.sort_by(|a, b| b.explains.unwrap_or(0.0).total_cmp(&a.explains.unwrap_or(0.0)));
     let place = |key: &str| missing.iter().find_map(|m| m.place.as_ref()?.get(key).cloned());

@@ -14,6 +14,9 @@ const ANGLES: usize = 18;
 /// Grid of gains of torque against force: powers of ten, and steps within one.
 const DECADES: i32 = 4;
 const PER_DECADE: i32 = 5;
+/// The largest gain that is a mistake, or its inverse: a factor of 1000 between units, and a quarter. A share that falls up to the end
+/// of the grid only says that one of force and torque is explained better than the other.
+const LARGEST: f64 = 1250.0;
 /// How much more another frame must help than an angle.
 const RARER: f64 = 1.25;
 /// Unexplained share as stated from which on something is wrong, and by what factor undoing it must help. Over clean
@@ -136,6 +139,7 @@ fn is_made(stated: &Explanation, best: &Explanation) -> bool {
         Mistake::Turned { angle, mirrored: false, reversed: false } if wrapped(angle).abs() < SLIGHT => {
             gain > TURNED
         }
+        Mistake::Gain { gain } if gain.ln().abs() > LARGEST.ln() => false,
         _ => stated.fit.share > WRONG.0 && gain > WRONG.1,
     }
 }

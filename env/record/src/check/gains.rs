@@ -77,7 +77,7 @@ const MASSES: [(f64, &str, &str); 5] = [
 pub(crate) fn torque_gain(explained: &Explained) -> Option<f64> {
     let Mistake::Gain { gain } = explained.best.mistake else { return None };
     let material = gain.ln().abs() > TORQUE.ln();
-    (material && explained.best.fit.share < EXPLAINS && gain > 1e-4).then_some(gain)
+    (material && explained.best.fit.share < EXPLAINS).then_some(gain)
 }
 
 /// Mass that the motion shows, kg, and its standard deviation, where it is known well.
@@ -112,18 +112,18 @@ fn near(value: f64, unit: f64) -> bool {
 }
 
 fn torque(explained: &Explained, times: f64) -> Finding {
-    let known = TORQUES.iter().find(|(factor, ..)| near(times, *factor));
     let sentence = |words: &str| {
         format!("{words}: beside the forces torques are {times:.3} times too large; {}", evidence(explained))
     };
-    let (words, remedy) = known.map_or(
-        (
-            "torques and forces differ in their gain",
+    match TORQUES.iter().find(|(factor, ..)| near(times, *factor)) {
+        Some((_, words, remedy)) => Finding::new("units", Severity::Error, sentence(words), remedy),
+        None => Finding::new(
+            "units",
+            Severity::Warning,
+            sentence("torques and forces differ in their gain"),
             "check the units and calibration of torques, forces and lengths",
         ),
-        |(_, words, remedy)| (*words, *remedy),
-    );
-    Finding::new("units", Severity::Error, sentence(words), remedy)
+    }
 }
 
 fn weight(weighed: f64, mass: f64, sd: f64) -> Finding {

@@ -83,21 +83,16 @@ pub(super) fn check_precontact(recording: &Recording) -> Result<(), Error> {
     Ok(())
 }
 
-/// Why the mean over `[start, end]` is no tare for this episode, if it is none. The bounds may lie up to two
-/// readings outside the table, since streams are out of step.
+/// Why the mean over `[start, end]` is no tare for this episode, if it is none. The bounds may lie outside the table: streams
+/// are out of step, and begin late.
 fn outside([start, end]: [f64; 2], episode: &Episode) -> Option<String> {
-    let name = &episode.name;
     let readings = episode.wrench().map_or(Vec::new(), |wrench| wrench.t);
     let (first, last) = (*episode.t.first()?, *episode.t.last()?);
-    let slack = 2.0 * (last - first) / readings.len() as f64;
-    if start < first - slack || end > last + slack {
-        return Some(format!(
-            "[{start}, {end}] is not within episode {name}, which lasts from {first} to {last} s"
-        ));
-    }
     match readings.iter().filter(|&&t| start <= t && t <= end).count() {
         count @ 0..2 => Some(format!(
-            "[{start}, {end}] holds {count} wrench readings of episode {name}, and a mean needs two"
+            "[{start}, {end}] holds {count} wrench readings of episode {}, which lasts from {first} to {last} s, and a mean \
+             needs two",
+            episode.name
         )),
         _ => None,
     }
