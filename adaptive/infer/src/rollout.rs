@@ -65,10 +65,11 @@ pub fn windows(
 ) -> Result<Vec<Option<Window>>, InferError> {
     let filter = filter(model, values, channels)?;
     if !model.inner().is_empty() {
-        // The laws' own states are nowhere in a motion; a filter carries them.
+        // The laws' own states are nowhere in a motion; a filter carries them. All else begins as without them, or models
+        // with states would be judged by better beginnings than others.
         let track = Track::new(episode, noise)?;
-        let times: Vec<f64> = starts(episode, noise).iter().map(|(_, motion)| motion.t).collect();
-        let windows = filter.ahead(&track, &times, WINDOW).unwrap_or_default();
+        let known: Vec<Motion> = starts(episode, noise).into_iter().map(|(_, motion)| motion).collect();
+        let windows = filter.ahead(&track, &known, WINDOW).unwrap_or_default();
         return Ok(windows.into_iter().map(|samples| samples.map(|samples| Window { samples })).collect());
     }
     let curve = Arc::new(Curve::with_noise(episode, noise));

@@ -40,9 +40,13 @@ impl Kind {
     }
 
     /// The simpler law that it becomes at an end of its range: drag that thins with speed is dry friction where its exponent
-    /// is nought.
+    /// is nought; a load on stiff springs only moves the mass centre.
     pub fn simpler(self) -> Option<Self> {
-        (self == Self::ThinningDrag).then_some(Self::SupportFriction)
+        match self {
+            Self::ThinningDrag => Some(Self::SupportFriction),
+            Self::SwingingLoad => Some(Self::ComOffset),
+            _ => None,
+        }
     }
 
     /// Whether it is one of several building blocks of an effect: one wheel and a damping of the spin stand for any viscous

@@ -143,15 +143,26 @@ impl Searcher<'_> {
         self.make_all("simpler laws", jobs, tried)
     }
 
-    /// Fit every part of the best model, so that each effect can be judged together with any of the others. A part
+    /// Fit every part of the best model, so that each effect can be judged together with any of the others; and of the same
+    /// with a simpler law in place of one of its effects, which may turn out to be the one to name. A part
     /// is fitted from where each model with one effect more ended: a search of its own may have stopped elsewhere, and what
     /// is added to a model at a wrong place seems to be needed.
     pub(super) fn parts(&self, tried: &mut Vec<Tried>) -> Result<(), InferError> {
         let best = tried[0].clone();
+        let with_simpler = best.added.iter().enumerate().filter_map(|(k, effect)| {
+            let mut kinds: Vec<Kind> = best.added.iter().map(|e| e.kind).collect();
+            kinds[k] = effect.kind.simpler()?;
+            of_kinds(tried, kinds).cloned()
+        });
+        let wholes: Vec<Tried> = std::iter::once(best.clone()).chain(with_simpler).collect();
         let count = best.added.len();
         for size in (1..count).rev().take_while(|size| count <= WHOLLY || size + 2 >= count) {
-            let parts = (1..(1usize << count) - 1).filter(|part| part.count_ones() as usize == size);
-            let jobs: Vec<Job> = parts.map(|part| self.part(&best, part, tried)).collect();
+            let of = |whole| {
+                let parts = (1..(1usize << count) - 1).filter(|part| part.count_ones() as usize == size);
+                parts.map(|part| self.part(whole, part, tried)).collect::<Vec<Job>>()
+            };
+            let mut seen = BTreeSet::new();
+            let jobs = wholes.iter().flat_map(of).filter(|job| seen.insert(kinds(&job.added))).collect();
             self.make_all("parts of the best", jobs, tried)?;
         }
         Ok(())

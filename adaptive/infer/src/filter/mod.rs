@@ -14,6 +14,7 @@ use crate::timing::Timing;
 use crate::{Channels, InferError, Track, track::Step};
 use std::f64::consts::TAU;
 use trundle_model::{Clock, Dual, INNER, Inner, Model, Plant, Precision, Real, State, transport};
+use trundle_record::Motion;
 
 pub use response::Response;
 pub use sighting::Innovation;
@@ -57,9 +58,9 @@ pub(crate) trait Filtering: Sync {
     fn smooth(&self, track: &Track) -> Option<Vec<Residual>>;
     /// The density of every pose sample as predicted from the track's start alone.
     fn predict_only(&self, track: &Track) -> Option<Vec<Innovation>>;
-    /// The density of the pose samples of windows of `length` seconds, each predicted from what the filter knew at its
-    /// start; `None` in place of a window that is not finite.
-    fn ahead(&self, track: &Track, starts: &[f64], length: f64) -> Option<Vec<Option<Vec<Innovation>>>>;
+    /// The density of the pose samples of windows of `length` seconds, each predicted from a motion that is given, which no
+    /// model has told, and the laws' own states as the filter knew them there; `None` in place of a window that is not finite.
+    fn ahead(&self, track: &Track, starts: &[Motion], length: f64) -> Option<Vec<Option<Vec<Innovation>>>>;
     /// The episode as a linear system about this plant.
     fn response(&self, track: &Track) -> Option<Response>;
 }
@@ -134,18 +135,19 @@ impl<const N: usize, const D: usize> Filtering for Filter<N, D> {
         self.onwards(&track.steps, &track.curve, belief, track.start)
     }
 
-    fn ahead(&self, track: &Track, starts: &[f64], length: f64) -> Option<Vec<Option<Vec<Innovation>>>> {
+    fn ahead(&self, track: &Track, starts: &[Motion], length: f64) -> Option<Vec<Option<Vec<Innovation>>>> {
         let mut belief = self.begin(track, &self.inner_start(track)?);
         let (mut t, mut starts, mut found) = (track.start, starts.iter().peekable(), vec![]);
         for (index, step) in track.steps.iter().enumerate() {
-            while starts.next_if(|start| **start <= t + 1e-9).is_some() {
+            while let Some(start) = starts.next_if(|start| start.t <= t + 1e-9) {
                 let mut end = t;
                 let within = track.steps[index..].iter().take_while(|step| {
                     end += step.dt;
                     end <= t + length + 1e-9
                 });
                 let count = within.count();
-                found.push(self.onwards(&track.steps[index..index + count], &track.curve, belief.clone(), t));
+                let belief = self.begun_again(track, start, &belief);
+                found.push(self.onwards(&track.steps[index..index + count], &track.curve, belief, t));
             }
             self.predict(&mut belief, step, &track.curve);
             t += step.dt;
@@ -276,13 +278,36 @@ impl<const N: usize, const D: usize> Filter<N, D> {
     }
 
     fn begin(&self, track: &Track, inner: &[f64; INNER]) -> Belief<N> {
-        let ((pose, pose_var), (twist, twist_var)) = (track.pose, track.twist);
+        self.at(track.pose, track.twist, track.tare, inner)
+    }
+
+    /// The belief at a motion, with the laws' own states of another belief.
+    fn begun_again(&self, track: &Track, motion: &Motion, known: &Belief<N>) -> Belief<N> {
+        let variance = |of: usize| [0, 1, 2].map(|k| motion.cov[k][of][of]);
+        let mut inner = [0.0; INNER];
+        (0..self.inner.len()).for_each(|k| inner[k] = known.mean[PLAIN + k]);
+        let mut belief = self.at((motion.pose, variance(0)), (motion.twist, variance(1)), track.tare, &inner);
+        for i in PLAIN..PLAIN + self.inner.len() {
+            (PLAIN..PLAIN + self.inner.len())
+                .for_each(|j| belief.covariance[(i, j)] = known.covariance[(i, j)]);
+        }
+        belief
+    }
+
+    /// The belief at a pose and a twist, given with their variances.
+    fn at(
+        &self,
+        (pose, pose_var): ([f64; 3], [f64; 3]),
+        (twist, twist_var): ([f64; 3], [f64; 3]),
+        tare: [f64; 3],
+        inner: &[f64; INNER],
+    ) -> Belief<N> {
         let mut mean = Vector::zeros();
         let mut covariance = Matrix::zeros();
         for k in (0..3).filter(|&k| self.dof[k]) {
             (mean[k], mean[k + 3]) = (pose[k], twist[k]);
             (covariance[(k, k)], covariance[(k + 3, k + 3)]) = (pose_var[k], twist_var[k]);
-            covariance[(k + 6, k + 6)] = track.tare[k];
+            covariance[(k + 6, k + 6)] = tare[k];
         }
         for (k, own) in self.inner.iter().enumerate() {
             mean[PLAIN + k] = inner[k];

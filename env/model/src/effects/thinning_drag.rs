@@ -4,9 +4,9 @@
 //! F = −Σ_i s_i f (|v_i|/u)ⁿ v_i/|v_i|,   0 < n < 1,   u = 0.1 m/s,   |v|² → |v|² + ε²
 //! ```
 //! `v_i` is the velocity of a support point and `s_i` its share of the weight. At `n = 0` it is dry friction, at
-//! `n = 1` viscous.
+//! `n = 1` viscous. What drags need not lie where the weight rests: the points are spread and, as a refinement, shifted.
 
-use super::{positive, spread, spread_out};
+use super::{positive, signed, spread, spread_out};
 use crate::Real;
 use crate::law::{Act, Acting, Action, Param, Prior, Role, Site, Situation, Spec, take};
 
@@ -29,7 +29,11 @@ pub(crate) static SPEC: Spec = Spec {
     params: &[
         positive("force", "N", 1e5, (10.0, 1.5), "drag of the whole body at 0.1 m/s"),
         exponent(),
-        spread(),
+        Param { of_face: false, help: "how far out it acts, over the support", ..spread() },
+        signed("shift_x", "m", 2.0, 0.1, "where it acts, from the centre of the support").refinement(0.0),
+        signed("shift_y", "m", 2.0, 0.1, "where it acts, from the centre of the support")
+            .refinement(0.0)
+            .planar(),
     ],
     neutral: &[("force", 0.0)],
     sentence: "Drag under the whole body thins with speed: {force} at 0.1 m/s, growing with the speed to the power of \
@@ -66,8 +70,10 @@ impl<T: Real> Act<T> for ThinningDrag<T> {
     const SAME_EVERYWHERE: bool = true;
 
     fn new(values: &[T], site: &Site<'_, T>) -> Self {
-        let [force, exponent, spread] = take(values);
-        Self { support: spread_out(site.body, spread), force, exponent }
+        let [force, exponent, spread, x, y] = take(values);
+        let shifted = |(point, share): ([T; 2], f64)| ([point[0] + x, point[1] + y], share);
+        let support = spread_out(site.body, spread).into_iter().map(shifted).collect();
+        Self { support, force, exponent }
     }
 
     #[inline]
