@@ -101,7 +101,7 @@ struct Rows {
 
 /// The best explanation; `None` where there is too little motion for any.
 pub(crate) fn explain(subject: &Subject) -> Option<Explained> {
-    let convention = Convention::stated(subject.meta);
+    let convention = Convention::stated(subject);
     let blocks = Blocks::new(subject, convention);
     if blocks.len() < FEWEST {
         return None;

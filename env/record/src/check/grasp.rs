@@ -24,7 +24,7 @@ const REACH: f64 = 1.0;
 
 /// Whether the reading's origin is the gripper, so that the frames show where it is.
 fn at_gripper(subject: &Subject) -> bool {
-    subject.meta.wrench.reference() == Reference::Sensor && !subject.meta.on_rail() && subject.size > 0.0
+    subject.reference() == Reference::Sensor && !subject.meta.on_rail() && subject.size > 0.0
 }
 
 /// Where the gripper is in the object frame from contact on: x, y, angle.

@@ -1,7 +1,7 @@
 //! What the checks look at: the prepared recording, its motion, and the load at each time of the motion.
 
 use crate::episode::{Episode, Gripper};
-use crate::metadata::Metadata;
+use crate::metadata::{Metadata, Reference};
 use crate::motion::Motion;
 use crate::prepare::{Dataset, Noise, Prepared, WrenchSample, latest, seen_noise};
 use crate::recording::Recording;
@@ -62,6 +62,14 @@ impl<'a> Subject<'a> {
     /// Whether every episode has a gripper.
     pub fn has_gripper(&self) -> bool {
         self.episodes.iter().all(|look| look.episode.gripper().is_some())
+    }
+
+    /// The point that the torque is about, in the first episode that has a wrench.
+    pub fn reference(&self) -> Reference {
+        let present =
+            self.episodes.iter().find_map(|look| look.episode.wrench()).map(|wrench| wrench.present);
+        let wrench = &self.meta.wrench;
+        present.map_or_else(|| wrench.reference(), |present| wrench.reference_for(present))
     }
 
     /// Largest force in the recording, N.

@@ -86,7 +86,7 @@ impl Seen {
             let held = look.prepared.wrench.iter().filter(|w| w.t >= look.prepared.contact);
             median(held.map(|w| w.frame[0].hypot(w.frame[1])))
         };
-        let sensor = subject.meta.wrench.reference() == Reference::Sensor && !subject.meta.on_rail();
+        let sensor = subject.reference() == Reference::Sensor && !subject.meta.on_rail();
         let place = median(subject.episodes.iter().filter_map(away)).filter(|_| sensor).unwrap_or(0.0);
         let [low, high] = subject.dataset.body.bounds();
         let explained = subject.explained.as_ref();

@@ -1,6 +1,7 @@
 //! What each unit parameter of a passive body adds to the reading.
 
-use crate::metadata::{Frame, Metadata, Reference};
+use super::super::subject::Subject;
+use crate::metadata::{Frame, Reference};
 use crate::motion::Motion;
 
 /// Point masses and points of dry friction: a grid of three by three over the object's bounding box, whose positive
@@ -31,8 +32,8 @@ pub(crate) struct Convention {
 
 impl Convention {
     /// As the recording states it.
-    pub fn stated(meta: &Metadata) -> Self {
-        Self { frame: meta.wrench.frame, reference: meta.wrench.reference(), clockwise: false }
+    pub fn stated(subject: &Subject) -> Self {
+        Self { frame: subject.meta.wrench.frame, reference: subject.reference(), clockwise: false }
     }
 }
 
