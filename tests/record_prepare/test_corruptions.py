@@ -90,6 +90,26 @@ def test_a_delay_of_half_a_sample_is_estimated(seed: int) -> None:
     assert 3.0 < float(estimate) < 7.0
 
 
+@pytest.mark.parametrize("seed", [1, 2, 3])
+def test_a_finger_that_reads_no_torque_bears_none_about_its_tip(seed: int) -> None:
+    """Whatever `reference` says: nothing was read about the object's origin."""
+    drawn = draw(seed, **{**SHORT, "frame": "world", "contact": "point"})
+    tables = {name: {k: v for k, v in one.items() if k != "torque_z"} for name, one in drawn.tables.items()}
+    wrench = drawn.metadata["wrench"] | {"reference": "object"}
+    assert warned(trundle.check(trundle.Recording(drawn.metadata | {"wrench": wrench}, tables))) == []
+
+
+def test_an_interval_without_contact_may_begin_before_the_table() -> None:
+    drawn = draw(SHORT_SEED, **{**SHORT, "frame": "sensor", "raw": True})
+    start, end = drawn.metadata["wrench"]["precontact"]
+    begun = {name: {k: v[10:] for k, v in one.items()} for name, one in drawn.tables.items()}
+    assert min(one["t"][0] for one in begun.values()) > start
+    trundle.Recording(drawn.metadata, begun)
+    wrench = drawn.metadata["wrench"] | {"precontact": [-2.0, -1.0]}
+    with pytest.raises(trundle.TrundleError, match="holds 0 wrench readings of episode .*, which lasts from"):
+        trundle.Recording(drawn.metadata | {"wrench": wrench}, begun)
+
+
 def test_a_tracker_that_loses_poses_in_runs_is_not_complained_of() -> None:
     """Runs of 0.15 s in the mean, at any time: the longest is no other than the rest."""
     clean, rng = short("sensor"), np.random.default_rng(4)
