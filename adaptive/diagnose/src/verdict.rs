@@ -302,7 +302,7 @@ pub(crate) fn judge(
 #[cfg(test)]
 #[allow(clippy::unwrap_used)]
 mod tests {
-    use super::{Named, correlation_time, holds_up, is_defined, judge, left_out, likeness};
+    use super::{Named, Whole, correlation_time, holds_up, is_defined, judge, left_out, likeness};
     use crate::adequacy::Remainder;
     use crate::answer::{Value, Verdict};
     use crate::common::{World, effect, locked};
@@ -341,6 +341,23 @@ mod tests {
         assert_eq!(judge(SAMPLES, leaving(300.0, 300.0), None, true), Verdict::Unexplained);
         let immaterial = judge(SAMPLES, leaving(300.0, 300.0), None, false);
         assert_eq!(immaterial, Verdict::Consistent);
+    }
+
+    #[test]
+    fn other_effects_are_the_explanation_only_once_the_rest_of_the_best_fails() {
+        let data = World::of(locked()).recording(1);
+        let engine = Own::new(&data, None).unwrap();
+        let comparison = Comparison::of(&data).unwrap();
+        let fitted = fit(&comparison, engine.nominal(), &[], &FitOptions::default(), &Quiet).unwrap();
+        let of = |kinds: &[Kind]| {
+            Tried::new(kinds.iter().map(|&kind| Effect::free(kind)).collect(), fitted.clone(), None)
+        };
+        let candidate = of(&[Kind::AxisFriction, Kind::SwingingLoad, Kind::FloorPatch]);
+        let whole = Whole { index: 0, candidate: &candidate, idle: vec![1] };
+        assert!(whole.holds(&of(&[Kind::FloorPatch])) && whole.holds(&of(&[Kind::ComOffset])));
+        assert!(!whole.holds(&of(&[Kind::AxisFriction, Kind::SpinDrag])));
+        assert!(whole.is_left(&of(&[Kind::FloorPatch, Kind::AxisFriction])));
+        assert!(!whole.is_left(&of(&[Kind::AxisFriction])) && !whole.is_left(&candidate));
     }
 
     #[test]
