@@ -38,6 +38,7 @@ mod units;
 mod unnamed;
 mod verdict;
 mod warnings;
+mod whole;
 mod words;
 
 #[cfg(test)]

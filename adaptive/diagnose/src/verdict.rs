@@ -2,16 +2,16 @@
 
 use crate::adequacy::Remainder;
 use crate::answer::Verdict;
-use crate::candidates::name;
 use crate::confirm::{Samples, correlation_time, holds_up};
 use crate::cross_validation::{LeftOut, left_out};
 use crate::engine::{Engine, Tried};
 use crate::naming::{of_kinds, without};
 use crate::search::Found;
 use crate::thresholds::{LEFT_OVER, MATERIAL_RISE, NEGLIGIBLE_SHARE, SURE, UNSEEN};
+use crate::whole::{ELSEWHERE, Whole};
 use std::collections::BTreeMap;
 use trundle_infer::{InferError, Watch, unjudged};
-use trundle_model::{Effect, Kind, Param};
+use trundle_model::{Kind, Param};
 
 /// Models whose effects are checked on left-out episodes, at most.
 const MAX_CHECKED: usize = 24;
@@ -29,41 +29,6 @@ pub(crate) struct Choice {
     pub immaterial: Vec<(usize, usize, f64)>,
     /// Why models that were tried are not named; models of less weight than the one that is named are not tested.
     pub reasons: BTreeMap<usize, &'static str>,
-}
-
-const ELSEWHERE: &str = "a model that fits better contains an immaterial effect";
-
-/// The best model with an immaterial effect. While what is left of it without that may still hold, a worse model with other
-/// effects is not the explanation.
-struct Whole<'a> {
-    index: usize,
-    candidate: &'a Tried,
-    /// Which of its effects are immaterial.
-    idle: Vec<usize>,
-}
-
-impl Whole<'_> {
-    /// Whether another model has no other effects, but for simpler laws.
-    fn holds(&self, other: &Tried) -> bool {
-        let simpler = self
-            .candidate
-            .added
-            .iter()
-            .filter_map(|e| e.kind.simpler())
-            .map(|kind| name(&Effect::free(kind)));
-        let names: Vec<&str> = self.candidate.names().into_iter().chain(simpler).collect();
-        other.names().iter().all(|name| names.contains(name))
-    }
-
-    /// Whether another model is what is left without the immaterial effects.
-    fn is_left(&self, other: &Tried) -> bool {
-        let names = self.candidate.names().into_iter().enumerate();
-        let mut left: Vec<_> = names.filter(|(k, _)| !self.idle.contains(k)).map(|(_, name)| name).collect();
-        let mut own = other.names();
-        left.sort_unstable();
-        own.sort_unstable();
-        left == own
-    }
 }
 
 /// What a choice is made from.
@@ -302,7 +267,7 @@ pub(crate) fn judge(
 #[cfg(test)]
 #[allow(clippy::unwrap_used)]
 mod tests {
-    use super::{Named, Whole, correlation_time, holds_up, is_defined, judge, left_out, likeness};
+    use super::{Named, correlation_time, holds_up, is_defined, judge, left_out, likeness};
     use crate::adequacy::Remainder;
     use crate::answer::{Value, Verdict};
     use crate::common::{World, effect, locked};
@@ -341,23 +306,6 @@ mod tests {
         assert_eq!(judge(SAMPLES, leaving(300.0, 300.0), None, true), Verdict::Unexplained);
         let immaterial = judge(SAMPLES, leaving(300.0, 300.0), None, false);
         assert_eq!(immaterial, Verdict::Consistent);
-    }
-
-    #[test]
-    fn other_effects_are_the_explanation_only_once_the_rest_of_the_best_fails() {
-        let data = World::of(locked()).recording(1);
-        let engine = Own::new(&data, None).unwrap();
-        let comparison = Comparison::of(&data).unwrap();
-        let fitted = fit(&comparison, engine.nominal(), &[], &FitOptions::default(), &Quiet).unwrap();
-        let of = |kinds: &[Kind]| {
-            Tried::new(kinds.iter().map(|&kind| Effect::free(kind)).collect(), fitted.clone(), None)
-        };
-        let candidate = of(&[Kind::AxisFriction, Kind::SwingingLoad, Kind::FloorPatch]);
-        let whole = Whole { index: 0, candidate: &candidate, idle: vec![1] };
-        assert!(whole.holds(&of(&[Kind::FloorPatch])) && whole.holds(&of(&[Kind::ComOffset])));
-        assert!(!whole.holds(&of(&[Kind::AxisFriction, Kind::SpinDrag])));
-        assert!(whole.is_left(&of(&[Kind::FloorPatch, Kind::AxisFriction])));
-        assert!(!whole.is_left(&of(&[Kind::AxisFriction])) && !whole.is_left(&candidate));
     }
 
     #[test]

@@ -4,6 +4,7 @@
 //! The state is pose, twist and the error of the wrench reading. That error starts as the
 //! tare's and may wander: its smoothed course is the wrench that the model misses.
 
+mod begin;
 mod response;
 mod sighting;
 mod smooth;
@@ -275,45 +276,6 @@ impl<const N: usize, const D: usize> Filter<N, D> {
             }
         }
         if sum.is_finite() { sum } else { f64::INFINITY }
-    }
-
-    fn begin(&self, track: &Track, inner: &[f64; INNER]) -> Belief<N> {
-        self.at(track.pose, track.twist, track.tare, inner)
-    }
-
-    /// The belief at a motion, with the laws' own states of another belief.
-    fn begun_again(&self, track: &Track, motion: &Motion, known: &Belief<N>) -> Belief<N> {
-        let variance = |of: usize| [0, 1, 2].map(|k| motion.cov[k][of][of]);
-        let mut inner = [0.0; INNER];
-        (0..self.inner.len()).for_each(|k| inner[k] = known.mean[PLAIN + k]);
-        let mut belief = self.at((motion.pose, variance(0)), (motion.twist, variance(1)), track.tare, &inner);
-        for i in PLAIN..PLAIN + self.inner.len() {
-            (PLAIN..PLAIN + self.inner.len())
-                .for_each(|j| belief.covariance[(i, j)] = known.covariance[(i, j)]);
-        }
-        belief
-    }
-
-    /// The belief at a pose and a twist, given with their variances.
-    fn at(
-        &self,
-        (pose, pose_var): ([f64; 3], [f64; 3]),
-        (twist, twist_var): ([f64; 3], [f64; 3]),
-        tare: [f64; 3],
-        inner: &[f64; INNER],
-    ) -> Belief<N> {
-        let mut mean = Vector::zeros();
-        let mut covariance = Matrix::zeros();
-        for k in (0..3).filter(|&k| self.dof[k]) {
-            (mean[k], mean[k + 3]) = (pose[k], twist[k]);
-            (covariance[(k, k)], covariance[(k + 3, k + 3)]) = (pose_var[k], twist_var[k]);
-            covariance[(k + 6, k + 6)] = tare[k];
-        }
-        for (k, own) in self.inner.iter().enumerate() {
-            mean[PLAIN + k] = inner[k];
-            covariance[(PLAIN + k, PLAIN + k)] = own.sd * own.sd;
-        }
-        Belief { mean, covariance }
     }
 
     /// Move a belief on by a step, with the derivatives of the state after it by the state before it.

@@ -1,0 +1,69 @@
+//! What is left of the best explanation, where it has an immaterial effect.
+
+use crate::candidates::name;
+use crate::engine::Tried;
+use trundle_model::Effect;
+
+/// Why a model is not tested.
+pub(crate) const ELSEWHERE: &str = "a model that fits better contains an immaterial effect";
+
+/// The best model with an immaterial effect. While what is left of it without that may still hold, a worse model with other
+/// effects is not the explanation.
+pub(crate) struct Whole<'a> {
+    /// Index in what was tried.
+    pub index: usize,
+    pub candidate: &'a Tried,
+    /// Which of its effects are immaterial.
+    pub idle: Vec<usize>,
+}
+
+impl Whole<'_> {
+    /// Whether another model has no other effects, but for simpler laws.
+    pub fn holds(&self, other: &Tried) -> bool {
+        let simpler = self
+            .candidate
+            .added
+            .iter()
+            .filter_map(|e| e.kind.simpler())
+            .map(|kind| name(&Effect::free(kind)));
+        let names: Vec<&str> = self.candidate.names().into_iter().chain(simpler).collect();
+        other.names().iter().all(|name| names.contains(name))
+    }
+
+    /// Whether another model is what is left without the immaterial effects.
+    pub fn is_left(&self, other: &Tried) -> bool {
+        let names = self.candidate.names().into_iter().enumerate();
+        let mut left: Vec<_> = names.filter(|(k, _)| !self.idle.contains(k)).map(|(_, name)| name).collect();
+        let mut own = other.names();
+        left.sort_unstable();
+        own.sort_unstable();
+        left == own
+    }
+}
+
+#[cfg(test)]
+#[allow(clippy::unwrap_used)]
+mod tests {
+    use super::Whole;
+    use crate::common::{World, locked};
+    use crate::engine::{Engine, Own, Tried};
+    use trundle_infer::{Comparison, FitOptions, Quiet, fit};
+    use trundle_model::{Effect, Kind};
+
+    #[test]
+    fn other_effects_are_the_explanation_only_once_the_rest_of_the_best_fails() {
+        let data = World::of(locked()).recording(1);
+        let engine = Own::new(&data, None).unwrap();
+        let comparison = Comparison::of(&data).unwrap();
+        let fitted = fit(&comparison, engine.nominal(), &[], &FitOptions::default(), &Quiet).unwrap();
+        let of = |kinds: &[Kind]| {
+            Tried::new(kinds.iter().map(|&kind| Effect::free(kind)).collect(), fitted.clone(), None)
+        };
+        let candidate = of(&[Kind::AxisFriction, Kind::SwingingLoad, Kind::FloorPatch]);
+        let whole = Whole { index: 0, candidate: &candidate, idle: vec![1] };
+        assert!(whole.holds(&of(&[Kind::FloorPatch])) && whole.holds(&of(&[Kind::ComOffset])));
+        assert!(!whole.holds(&of(&[Kind::AxisFriction, Kind::SpinDrag])));
+        assert!(whole.is_left(&of(&[Kind::FloorPatch, Kind::AxisFriction])));
+        assert!(!whole.is_left(&of(&[Kind::AxisFriction])) && !whole.is_left(&candidate));
+    }
+}
