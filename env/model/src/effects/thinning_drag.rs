@@ -17,6 +17,11 @@ const fn exponent() -> Param {
     Param { prior: Prior::Uniform, lower: 0.05, ..exponent }
 }
 
+/// Where it acts, as a refinement.
+const fn shift(name: &'static str) -> Param {
+    signed(name, "m", 2.0, 0.1, "where it acts, from the centre of the support").refinement(0.0).planar()
+}
+
 pub(crate) static SPEC: Spec = Spec {
     kind: "thinning_drag",
     effect: "thinning_drag",
@@ -30,10 +35,8 @@ pub(crate) static SPEC: Spec = Spec {
         positive("force", "N", 1e5, (10.0, 1.5), "drag of the whole body at 0.1 m/s"),
         exponent(),
         Param { of_face: false, help: "how far out it acts, over the support", ..spread() },
-        signed("shift_x", "m", 2.0, 0.1, "where it acts, from the centre of the support").refinement(0.0),
-        signed("shift_y", "m", 2.0, 0.1, "where it acts, from the centre of the support")
-            .refinement(0.0)
-            .planar(),
+        shift("shift_x"),
+        shift("shift_y"),
     ],
     neutral: &[("force", 0.0)],
     sentence: "Drag under the whole body thins with speed: {force} at 0.1 m/s, growing with the speed to the power of \
