@@ -101,12 +101,12 @@ def test_a_finger_that_reads_no_torque_bears_none_about_its_tip(seed: int) -> No
 
 def test_an_interval_without_contact_may_begin_before_the_table() -> None:
     drawn = draw(SHORT_SEED, **{**SHORT, "frame": "sensor", "raw": True})
-    start, end = drawn.metadata["wrench"]["precontact"]
+    start, _ = drawn.metadata["wrench"]["precontact"]
     begun = {name: {k: v[10:] for k, v in one.items()} for name, one in drawn.tables.items()}
     assert min(one["t"][0] for one in begun.values()) > start
     trundle.Recording(drawn.metadata, begun)
     wrench = drawn.metadata["wrench"] | {"precontact": [-2.0, -1.0]}
-    with pytest.raises(trundle.TrundleError, match="holds 0 wrench readings of episode .*, which lasts from"):
+    with pytest.raises(trundle.TrundleError, match=r"holds 0 wrench readings of .*, which lasts from"):
         trundle.Recording(drawn.metadata | {"wrench": wrench}, begun)
 
 

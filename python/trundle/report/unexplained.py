@@ -36,8 +36,8 @@ _NEXT = (
     ),
     (
         "moves with the object",
-        "Turn the object by a quarter and repeat the same pushes, at two speeds: what rubs on the object turns along, and "
-        "dry friction does not grow with the speed.",
+        "Turn the object by a quarter and repeat the same pushes, at two speeds: what rubs on the object "
+        "turns along, and dry friction does not grow with the speed.",
     ),
     (
         "to the end",
