@@ -90,7 +90,7 @@ def test_a_delay_of_half_a_sample_is_estimated(seed: int) -> None:
     assert 3.0 < float(estimate) < 7.0
 
 
-@pytest.mark.parametrize("seed", [1, 2, 3])
+@pytest.mark.parametrize("seed", [3, 18])
 def test_a_finger_that_reads_no_torque_bears_none_about_its_tip(seed: int) -> None:
     """Whatever `reference` says: nothing was read about the object's origin."""
     drawn = draw(seed, **{**SHORT, "frame": "world", "contact": "point"})

@@ -73,7 +73,7 @@ impl Judge<'_> {
                     index,
                     doubt.unwrap_or("an effect does not improve the density of left-out episodes"),
                 );
-                // What is left of the best explanation does not hold either: other effects may be the explanation.
+                // The other effects of the best model do not hold by themselves: other models may be the explanation.
                 if let Some(void) = whole.take_if(|whole| whole.is_left(candidate)) {
                     next = void.index + 1;
                 }

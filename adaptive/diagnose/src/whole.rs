@@ -1,4 +1,4 @@
-//! What is left of the best explanation, where it has an immaterial effect.
+//! Which other models may be named where the best one has an immaterial effect.
 
 use crate::candidates::name;
 use crate::engine::Tried;
@@ -7,7 +7,7 @@ use trundle_model::Effect;
 /// Why a model is not tested.
 pub(crate) const ELSEWHERE: &str = "a model that fits better contains an immaterial effect";
 
-/// The best model with an immaterial effect. While what is left of it without that may still hold, a worse model with other
+/// The best model with an immaterial effect. While its other effects may hold by themselves, a worse model with other
 /// effects is not the explanation.
 pub(crate) struct Whole<'a> {
     /// Index in what was tried.
@@ -30,7 +30,7 @@ impl Whole<'_> {
         other.names().iter().all(|name| names.contains(name))
     }
 
-    /// Whether another model is what is left without the immaterial effects.
+    /// Whether another model has the same effects without the immaterial ones.
     pub fn is_left(&self, other: &Tried) -> bool {
         let names = self.candidate.names().into_iter().enumerate();
         let mut left: Vec<_> = names.filter(|(k, _)| !self.idle.contains(k)).map(|(_, name)| name).collect();

@@ -113,8 +113,8 @@ fn along_grain(screen: &Screen) -> Option<Family> {
     Some(Family { chi_square: test.chi_square, dof: test.dof + 1, words })
 }
 
-/// A drag at some point of the object, or at several: one symmetric matrix in object axes. Dry friction is told by it too, as
-/// far as it grows with the speed.
+/// A drag at some point of the object, or at several: one symmetric matrix in object axes. It explains dry friction
+/// in part.
 fn fixed_to_object(screen: &Screen) -> Option<Family> {
     let moving: Vec<usize> = (0..3).filter(|&k| screen.dof[k]).collect();
     let drag = |i: usize, j: usize| {

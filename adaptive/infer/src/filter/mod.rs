@@ -59,8 +59,8 @@ pub(crate) trait Filtering: Sync {
     fn smooth(&self, track: &Track) -> Option<Vec<Residual>>;
     /// The density of every pose sample as predicted from the track's start alone.
     fn predict_only(&self, track: &Track) -> Option<Vec<Innovation>>;
-    /// The density of the pose samples of windows of `length` seconds, each predicted from a motion that is given, which no
-    /// model has told, and the laws' own states as the filter knew them there; `None` in place of a window that is not finite.
+    /// The density of the pose samples of windows of `length` seconds, each predicted from a given motion, which does
+    /// not depend on the model, and from the filter's estimate of the laws' own states there; `None` in place of a window that is not finite.
     fn ahead(&self, track: &Track, starts: &[Motion], length: f64) -> Option<Vec<Option<Vec<Innovation>>>>;
     /// The episode as a linear system about this plant.
     fn response(&self, track: &Track) -> Option<Response>;

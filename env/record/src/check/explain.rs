@@ -271,3 +271,21 @@ impl Explained {
         (whole, ((n - 1.0) / n * square).sqrt())
     }
 }
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use nalgebra::DVector;
+
+    #[test]
+    fn a_gain_beyond_all_units_is_no_mistake() {
+        let explanation = |mistake: Mistake, share: f64| {
+            let fit = Fit { share, coefficients: DVector::zeros(0), terms: vec![] };
+            Explanation { mistake, lag: 0.0, fit }
+        };
+        let stated = explanation(Mistake::None, 0.33);
+        let made = |gain: f64| is_made(&stated, &explanation(Mistake::Gain { gain }, 0.01));
+        assert!(made(1000.0) && made(0.001));
+        assert!(!made(9000.0) && !made(1e-4));
+    }
+}
