@@ -4,6 +4,7 @@
 //! (H + λ diag(H)) δ = −g;   λ falls when the cost does, rises when not      (Marquardt 1963)
 //! ```
 
+use crate::likelihood::Look;
 use crate::search::Optimum;
 use crate::{Density, InferError, Linearised, Watch};
 use nalgebra::DVector;
@@ -15,6 +16,8 @@ pub(crate) struct Stop {
     pub iterations: usize,
     /// When an accepted step lowers the cost by less.
     pub decrease: f64,
+    /// Whether the error of an approximate gradient is measured where it does not lead downhill.
+    pub closely: bool,
 }
 
 /// Minimise −log density from `start`.
@@ -30,6 +33,9 @@ pub(crate) fn minimise(
 }
 
 /// The same where the start is linearised already.
+///
+/// An approximate gradient is used as it is while it leads downhill. Where it does not, its error is measured and corrected,
+/// for the following steps as well until these do not lead downhill either.
 pub(crate) fn from(
     density: &dyn Density,
     start: Vec<f64>,
@@ -38,33 +44,23 @@ pub(crate) fn from(
     stop: Stop,
     watch: &dyn Watch,
 ) -> Result<Optimum, InferError> {
-    const ATTEMPTS: usize = 8;
+    let search = Search { density, clamp: &clamp, stop, watch };
     let (mut point, mut at) = (start, start_at);
     let (mut damping, mut falling) = (1e-3, f64::INFINITY);
+    let mut correction = DVector::zeros(point.len());
     for _ in 0..stop.iterations {
-        let mut accepted = None;
-        for attempt in 0..ATTEMPTS {
-            if watch.cancelled() {
-                return Err(InferError::Interrupted);
+        let (begun, approximate) = (damping, at.gradient.clone());
+        at.gradient += &correction;
+        let trusted = if stop.closely { TRUSTED_ATTEMPTS } else { ATTEMPTS };
+        let mut outcome = search.descend(&point, &at, &mut damping, trusted)?;
+        if stop.closely && matches!(outcome, Outcome::NoDescent) {
+            if let Some(error) = density.gradient_error(&point, &reaches(&at))? {
+                at.gradient = &approximate + &error;
+                (correction, damping) = (error, begun);
             }
-            if let Some(step) = damped_step(&at, damping) {
-                // Where even the parabola promises nothing there is nothing to look for.
-                if attempt == 0 && promised(&at, &step) < NOTHING * stop.decrease {
-                    return Ok(Optimum { point, at, converged: true, falling: 0.0 });
-                }
-                let trial: Vec<f64> =
-                    point.iter().zip(step.iter()).enumerate().map(|(k, (p, s))| clamp(k, p + s)).collect();
-                // The first attempt mostly succeeds, and then its derivatives are needed as well.
-                let look = density.look(&trial, attempt == 0)?;
-                if look.cost < at.cost {
-                    accepted = Some((trial, at.cost - look.cost, look));
-                    damping = (damping / 8.0).max(1e-9);
-                    break;
-                }
-            }
-            damping *= 6.0;
+            outcome = search.descend(&point, &at, &mut damping, ATTEMPTS)?;
         }
-        let Some((trial, decrease, look)) = accepted else {
+        let Outcome::Lower { trial, decrease, look } = outcome else {
             return Ok(Optimum { point, at, converged: true, falling: 0.0 });
         };
         (point, falling) = (trial, decrease);
@@ -74,6 +70,69 @@ pub(crate) fn from(
         }
     }
     Ok(Optimum { point, at, converged: false, falling })
+}
+
+/// Steps tried from a point at most, and by an approximate gradient before its error is measured.
+const ATTEMPTS: usize = 8;
+const TRUSTED_ATTEMPTS: usize = 2;
+
+/// Factors on the damping after a step that did not lower the cost, and after one that did.
+const DAMPING_RISE: f64 = 6.0;
+const DAMPING_FALL: f64 = 8.0;
+
+/// What a search minimises, and when it stops.
+struct Search<'a, C> {
+    density: &'a dyn Density,
+    clamp: &'a C,
+    stop: Stop,
+    watch: &'a dyn Watch,
+}
+
+/// Where the steps from a point lead.
+enum Outcome<'a> {
+    /// To a lower cost.
+    Lower { trial: Vec<f64>, decrease: f64, look: Look<'a> },
+    /// To none.
+    NoDescent,
+    /// The parabola promises no decrease that counts.
+    AtOptimum,
+}
+
+impl<'a, C: Fn(usize, f64) -> f64> Search<'a, C> {
+    /// Try steps with more and more damping until one lowers the cost.
+    fn descend(
+        &self,
+        point: &[f64],
+        at: &Linearised,
+        damping: &mut f64,
+        attempts: usize,
+    ) -> Result<Outcome<'a>, InferError> {
+        for attempt in 0..attempts {
+            if self.watch.cancelled() {
+                return Err(InferError::Interrupted);
+            }
+            if let Some(step) = damped_step(at, *damping) {
+                if attempt == 0 && promised(at, &step) < NOTHING * self.stop.decrease {
+                    return Ok(Outcome::AtOptimum);
+                }
+                let moved = point.iter().zip(step.iter()).enumerate();
+                let trial: Vec<f64> = moved.map(|(k, (p, s))| (self.clamp)(k, p + s)).collect();
+                // The first attempt mostly succeeds, and then its derivatives are needed as well.
+                let look = self.density.look(&trial, attempt == 0)?;
+                if look.cost < at.cost {
+                    *damping = (*damping / DAMPING_FALL).max(1e-9);
+                    return Ok(Outcome::Lower { trial, decrease: at.cost - look.cost, look });
+                }
+            }
+            *damping *= DAMPING_RISE;
+        }
+        Ok(Outcome::NoDescent)
+    }
+}
+
+/// Steps of the differences by which a gradient is measured: a hundredth of a standard deviation by the curvature.
+fn reaches(at: &Linearised) -> Vec<f64> {
+    at.curvature.diagonal().iter().map(|curvature| 0.01 / curvature.max(1.0).sqrt()).collect()
 }
 
 /// Share of the decrease that counts below which a step is not tried.
@@ -124,9 +183,41 @@ pub(crate) mod tests {
 
     #[test]
     fn finds_the_end_of_rosenbrocks_valley() {
-        let stop = Stop { iterations: 100, decrease: 1e-16 };
+        let stop = Stop { iterations: 100, decrease: 1e-16, closely: false };
         let found = minimise(&Rosenbrock, vec![-1.2, 1.0], |_, x| x, stop, &Quiet).unwrap();
         assert!((found.point[0] - 1.0).abs() < 1e-6 && (found.point[1] - 1.0).abs() < 1e-6);
         assert!(found.converged);
+    }
+
+    /// A parabola about (3, −2) whose gradient is given as if it lay about the origin.
+    struct Misled;
+
+    impl Density for Misled {
+        fn dimension(&self) -> usize {
+            2
+        }
+
+        fn cost(&self, p: &[f64]) -> Result<f64, InferError> {
+            Ok(0.5 * ((p[0] - 3.0).powi(2) + 4.0 * (p[1] + 2.0).powi(2)))
+        }
+
+        fn linearise(&self, p: &[f64]) -> Result<Linearised, InferError> {
+            let curvature = DMatrix::from_diagonal(&dvector![1.0, 4.0]);
+            Ok(Linearised { cost: self.cost(p)?, gradient: dvector![p[0], 4.0 * p[1]], curvature })
+        }
+
+        fn gradient_error(&self, _: &[f64], _: &[f64]) -> Result<Option<DVector<f64>>, InferError> {
+            Ok(Some(dvector![-3.0, 8.0]))
+        }
+    }
+
+    #[test]
+    fn the_error_of_a_gradient_is_corrected_where_it_misleads() {
+        let end = |closely| {
+            let stop = Stop { iterations: 60, decrease: 1e-9, closely };
+            minimise(&Misled, vec![3.5, -2.5], |_, x| x, stop, &Quiet).unwrap().point
+        };
+        assert!(end(true).iter().zip([3.0, -2.0]).all(|(found, least)| (found - least).abs() < 1e-3));
+        assert!((end(false)[1] + 2.0).abs() > 0.1);
     }
 }

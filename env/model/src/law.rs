@@ -349,8 +349,8 @@ impl<T: Real> Action<T> {
 
 /// A law with its parameters in place. Implement what the effect does; the rest does nothing.
 pub(crate) trait Act<T: Real>: Sized {
-    /// Whether it does the same everywhere and in every heading: [`Act::act`] looks neither at
-    /// [`Situation::position`] nor at [`Situation::heading`]. Then a filter need not differentiate by the pose.
+    /// Whether it does the same everywhere and in every heading: neither [`Act::act`] nor [`Act::advance`] looks at
+    /// [`Situation::position`] or [`Situation::heading`]. Then a filter need not differentiate by the pose.
     const SAME_EVERYWHERE: bool = false;
 
     /// Whether [`Act::correct`] looks at [`Clock::trend`], which whoever simulates a reading must work out.

@@ -387,3 +387,44 @@ fn what_moves_weighs_something() {
         Ok(())
     });
 }
+
+/// A state seen from a room that is turned by `angle` and moved by `shift`.
+fn elsewhere(flat: &[f64; STATE], angle: f64, shift: [f64; 2]) -> [f64; STATE] {
+    let (sin, cos) = angle.sin_cos();
+    let turned = |x: f64, y: f64| [cos * x - sin * y, sin * x + cos * y];
+    let ([x, y], [vx, vy]) = (turned(flat[0], flat[1]), turned(flat[3], flat[4]));
+    let mut moved = *flat;
+    moved[..5].copy_from_slice(&[x + shift[0], y + shift[1], flat[2] + angle, vx, vy]);
+    moved
+}
+
+#[test]
+fn those_and_only_those_that_claim_it_do_the_same_everywhere() {
+    let differing = RefCell::new(BTreeSet::new());
+    for_every_kind(|kind, case| {
+        let plant = model(kind).plant(&values(kind, case)).unwrap();
+        let after = |state: &[f64; STATE]| -> [f64; STATE] {
+            let outcome = outcome(&plant, state, case);
+            std::array::from_fn(|k| outcome[k])
+        };
+        let there = after(&elsewhere(&case.state, 0.7, [0.3, -0.2]));
+        let expected = elsewhere(&after(&case.state), 0.7, [0.3, -0.2]);
+        let same = there.iter().zip(expected).all(|(a, b)| (a - b).abs() <= 1e-11 * (1.0 + b.abs()));
+        prop_assert!(same || !plant.same_everywhere(), "{there:?} is not {expected:?}");
+        if !same {
+            differing.borrow_mut().insert(kind);
+        }
+        Ok(())
+    });
+    for &kind in Kind::ALL {
+        let claims = model(kind).plant(&draws_of(kind)).unwrap().same_everywhere();
+        assert_eq!(claims, !differing.borrow().contains(&kind), "{}", kind.spec().kind);
+    }
+}
+
+/// Values of a kind's model for which nothing is random.
+fn draws_of(kind: Kind) -> Vec<f64> {
+    let clock = Clock::since_contact(0.0);
+    let case = Case { draws: vec![0.5; DRAWS], state: [0.0; STATE], applied: [0.0; 3], clock };
+    values(kind, &case)
+}

@@ -72,15 +72,15 @@ pub(crate) fn filter(
     values: &[f64],
     channels: &Channels,
 ) -> Result<Box<dyn Filtering>, InferError> {
-    let inner = model.inner();
-    if !inner.is_empty() {
-        return Ok(Box::new(Filter::<STATES, STATES>::new(model, values, channels, inner)?));
-    }
-    let filter = Filter::<PLAIN, MOVING>::new(model, values, channels, inner)?;
-    if filter.plant.same_everywhere() {
-        return Ok(Box::new(filter));
-    }
-    Ok(Box::new(Filter::<PLAIN, PLAIN>::new(model, values, channels, filter.inner)?))
+    let (plain, inner) = (model.plant(values)?, model.inner());
+    // As few states and derivatives as the model has: both the laws and the covariance cost in proportion.
+    Ok(match (inner.len(), plain.same_everywhere()) {
+        (0, true) => Box::new(Filter::<PLAIN, MOVING>::new(model, values, channels, plain)?),
+        (0, false) => Box::new(Filter::<PLAIN, PLAIN>::new(model, values, channels, plain)?),
+        (1, true) => Box::new(Filter::<{ PLAIN + 1 }, { MOVING + 1 }>::new(model, values, channels, plain)?),
+        (1, false) => Box::new(Filter::<{ PLAIN + 1 }, { PLAIN + 1 }>::new(model, values, channels, plain)?),
+        _ => Box::new(Filter::<STATES, STATES>::new(model, values, channels, plain)?),
+    })
 }
 
 /// Filters with `N` states, and derivatives by the last `D` of them: by all, or by all but the pose, where the motion
@@ -170,15 +170,16 @@ impl<const N: usize, const D: usize> Filter<N, D> {
         model: &Model,
         values: &[f64],
         channels: &Channels,
-        inner: Vec<Inner>,
+        plain: Plant<f64>,
     ) -> Result<Self, InferError> {
+        let inner = model.inner();
         let lifted: Vec<_> = values.iter().map(|&v| Real::lift(v)).collect();
         let dof = model.dof;
         let variances = |sd: [f64; 3]| [0, 1, 2].map(|k| if dof[k] { sd[k] * sd[k] } else { 0.0 });
         let chooses = inner.iter().any(|own| own.starts.len() > 1);
         Ok(Self {
             plant: model.plant(&lifted)?,
-            plain: chooses.then(|| model.plant(values)).transpose()?,
+            plain: chooses.then_some(plain),
             dof,
             inner,
             pose_noise: variances(channels.pose),
@@ -331,14 +332,16 @@ impl<const N: usize, const D: usize> Filter<N, D> {
 
 /// The derivatives of a step by the pose, where the motion is the same everywhere. Moving the start moves the end.
 /// Turning the start, its velocity with it, turns what follows: with `J` a quarter turn,
-/// `∂f/∂θ + ∂f/∂v J v = J (f − p)`.
+/// `∂f/∂θ + ∂f/∂v J v = J (f − p)`. The laws' own states do not turn with it.
 fn turned<const N: usize>(transition: &mut Matrix<N>, before: &Vector<N>, after: &Vector<N>) {
     const HEADING: usize = 2;
     let (dx, dy) = (after[0] - before[0], after[1] - before[1]);
     let turn = [-dy, dx, 1.0, -after[4], after[3]];
     let columns = &mut transition.data.0;
     let (along_x, along_y) = (columns[3], columns[4]);
-    for (row, slope) in columns[HEADING].iter_mut().enumerate().take(MOTION) {
+    for (row, slope) in
+        columns[HEADING].iter_mut().enumerate().filter(|(row, _)| !(MOTION..PLAIN).contains(row))
+    {
         let with = turn.get(row).copied().unwrap_or(0.0);
         *slope = with + along_x[row] * before[4] - along_y[row] * before[3];
     }
@@ -376,3 +379,7 @@ pub(crate) fn acting<T: Real>(
     let clock = Clock { since_contact, ..step.clock };
     (transport(plant.correct(reading, clock), step.frame), clock)
 }
+
+#[cfg(test)]
+#[allow(clippy::unwrap_used)]
+mod tests;

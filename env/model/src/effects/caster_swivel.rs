@@ -60,6 +60,8 @@ pub struct CasterSwivel<T> {
 }
 
 impl<T: Real> Act<T> for CasterSwivel<T> {
+    const SAME_EVERYWHERE: bool = true;
+
     fn new(values: &[T], _site: &Site<'_, T>) -> Self {
         let [x, y, trail, side] = take(values);
         Self { pivot: [x, y], trail, side }

@@ -37,6 +37,8 @@ pub struct ClockDrift<T> {
 }
 
 impl<T: Real> Act<T> for ClockDrift<T> {
+    const SAME_EVERYWHERE: bool = true;
+
     fn new(values: &[T], _site: &Site<'_, T>) -> Self {
         let [drift] = take(values);
         Self { drift }

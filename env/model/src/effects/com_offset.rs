@@ -34,6 +34,8 @@ pub struct ComOffset<T> {
 }
 
 impl<T: Real> Act<T> for ComOffset<T> {
+    const SAME_EVERYWHERE: bool = true;
+
     fn new(values: &[T], _site: &Site<'_, T>) -> Self {
         Self { com: take(values) }
     }

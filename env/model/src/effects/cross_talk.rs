@@ -66,6 +66,8 @@ pub struct CrossTalk<T> {
 }
 
 impl<T: Real> Act<T> for CrossTalk<T> {
+    const SAME_EVERYWHERE: bool = true;
+
     fn new(values: &[T], _site: &Site<'_, T>) -> Self {
         let [xy, xt, yx, yt, tx, ty] = take(values);
         let one = T::lift(1.0);

@@ -40,6 +40,8 @@ pub struct DeadBand<T> {
 }
 
 impl<T: Real> Act<T> for DeadBand<T> {
+    const SAME_EVERYWHERE: bool = true;
+
     fn new(values: &[T], _site: &Site<'_, T>) -> Self {
         let [force, torque] = take(values);
         Self { band: [force, force, torque] }

@@ -31,6 +31,8 @@ pub struct DriveLag<T> {
 }
 
 impl<T: Real> Act<T> for DriveLag<T> {
+    const SAME_EVERYWHERE: bool = true;
+
     fn new(values: &[T], _site: &Site<'_, T>) -> Self {
         let [time_constant] = take(values);
         Self { time_constant }

@@ -44,6 +44,8 @@ pub struct ForceScale<T> {
 }
 
 impl<T: Real> Act<T> for ForceScale<T> {
+    const SAME_EVERYWHERE: bool = true;
+
     fn new(values: &[T], _site: &Site<'_, T>) -> Self {
         Self { share: take(values).map(T::recip) }
     }

@@ -32,6 +32,8 @@ pub struct GripperInertia<T> {
 }
 
 impl<T: Real> Act<T> for GripperInertia<T> {
+    const SAME_EVERYWHERE: bool = true;
+
     fn new(values: &[T], _site: &Site<'_, T>) -> Self {
         let [mass] = take(values);
         Self { mass }

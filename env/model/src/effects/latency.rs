@@ -30,6 +30,8 @@ pub struct Latency<T> {
 }
 
 impl<T: Real> Act<T> for Latency<T> {
+    const SAME_EVERYWHERE: bool = true;
+
     fn new(values: &[T], _site: &Site<'_, T>) -> Self {
         let [delay] = take(values);
         Self { delay }

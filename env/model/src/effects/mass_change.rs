@@ -35,6 +35,8 @@ pub struct MassChange<T> {
 }
 
 impl<T: Real> Act<T> for MassChange<T> {
+    const SAME_EVERYWHERE: bool = true;
+
     fn new(values: &[T], _site: &Site<'_, T>) -> Self {
         let [episode, time, mass] = take(values);
         Self { event: Event::new(episode, time), mass }

@@ -35,6 +35,8 @@ pub struct QuadraticDrag<T> {
 }
 
 impl<T: Real> Act<T> for QuadraticDrag<T> {
+    const SAME_EVERYWHERE: bool = true;
+
     fn new(values: &[T], site: &Site<'_, T>) -> Self {
         let [drag] = take(values);
         Self { center: site.body.com.map(T::lift), drag }

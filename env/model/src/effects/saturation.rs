@@ -57,6 +57,8 @@ pub struct Saturation<T> {
 }
 
 impl<T: Real> Act<T> for Saturation<T> {
+    const SAME_EVERYWHERE: bool = true;
+
     fn new(values: &[T], _site: &Site<'_, T>) -> Self {
         let [x, y, torque, excess] = take(values);
         Self { over: [x, y, torque].map(T::recip), excess }

@@ -32,6 +32,8 @@ pub struct SensorLag<T> {
 }
 
 impl<T: Real> Act<T> for SensorLag<T> {
+    const SAME_EVERYWHERE: bool = true;
+
     fn new(values: &[T], _site: &Site<'_, T>) -> Self {
         let [time_constant] = take(values);
         Self { time_constant }

@@ -40,6 +40,7 @@ pub struct SensorPlay<T> {
 }
 
 impl<T: Real> Act<T> for SensorPlay<T> {
+    const SAME_EVERYWHERE: bool = true;
     const FOLLOWS_TREND: bool = true;
 
     fn new(values: &[T], _site: &Site<'_, T>) -> Self {

@@ -40,6 +40,8 @@ pub struct TrackerOffset<T> {
 }
 
 impl<T: Real> Act<T> for TrackerOffset<T> {
+    const SAME_EVERYWHERE: bool = true;
+
     fn new(values: &[T], _site: &Site<'_, T>) -> Self {
         Self { offset: take(values) }
     }

@@ -45,6 +45,8 @@ pub struct WheelEvent<T> {
 }
 
 impl<T: Real> Act<T> for WheelEvent<T> {
+    const SAME_EVERYWHERE: bool = true;
+
     fn new(values: &[T], site: &Site<'_, T>) -> Self {
         let [episode, time, along, across] = take(values);
         let changed = |[x, y, angle, mu_x, mu_y]: [T; 5]| {

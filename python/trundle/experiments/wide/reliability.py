@@ -6,7 +6,9 @@ How often a name is right is another question: the catalogue may lack the true l
     P(right) = 1 / (1 + exp(−(offset + slope · logit(odds))))
 
 by maximum likelihood, with targets (n₊ + 1)/(n₊ + 2) and 1/(n₋ + 2) in place of one and nought, so that no
-finite number of right names makes certainty.
+finite number of right names makes certainty. Each parameter needs ten wrong names (Peduzzi et al. 1996).
+With fewer than twenty, offset and slope stay at zero and one, and only the bound on the odds is fitted: the
+rule of succession, (n₊ + 1)/(n₋ + 1), on the names with a probability above 0.9.
 """
 
 from __future__ import annotations
@@ -18,15 +20,20 @@ from dataclasses import dataclass
 from typing import Any
 
 import numpy as np
+from numpy.typing import NDArray
 from scipy.optimize import minimize
 
 from trundle import _native
-from trundle.experiments.wide.score import GROUPS, Row, group, named
+from trundle.experiments.wide.score import CERTAIN, GROUPS, Row, group, named
 
 __all__ = ["PREVALENCE", "Platt", "fitted", "in_use"]
 
+Floats = NDArray[np.float64]
+
 PREVALENCE = dict(zip(GROUPS, (0.25, 0.1, 0.05, 0.02, 0.5, 0.08), strict=True))
-"""Share of recordings of each kind at which probabilities are calibrated: half of them lack nothing."""
+"""Share of recordings of each kind at which probabilities are calibrated: half of them are clean."""
+EVENTS_PER_PARAMETER = 10
+"""Wrong names for each fitted parameter, at least (Peduzzi et al. 1996)."""
 
 
 @dataclass(frozen=True)
@@ -38,7 +45,7 @@ class Platt:
     offset, slope : float
         Of the logit.
     most : float
-        Logit beyond which odds say no more.
+        Bound on the logit of the odds.
     """
 
     offset: float
@@ -81,6 +88,8 @@ def fitted(rows: Sequence[Row], used: Platt) -> Platt | None:
     if not found:
         return None
     logits, right, weights = (np.array(column, dtype=float) for column in zip(*found, strict=True))
+    if (right == 0.0).sum() < 2 * EVENTS_PER_PARAMETER:
+        return Platt(0.0, 1.0, bound(logits > math.log(CERTAIN / (1.0 - CERTAIN)), right, weights))
     good, bad = float(weights @ right), float(weights @ (1.0 - right))
     target = np.where(right > 0.0, (good + 1.0) / (good + 2.0), 1.0 / (bad + 2.0))
 
@@ -91,3 +100,9 @@ def fitted(rows: Sequence[Row], used: Platt) -> Platt | None:
     # A slope of nought or below would turn the order of the odds around.
     best = minimize(cost, [0.0, 1.0], method="L-BFGS-B", bounds=[(None, None), (0.05, None)])
     return Platt(float(best.x[0]), float(best.x[1]), used.most)
+
+
+def bound(certain: NDArray[np.bool_], right: Floats, weights: Floats) -> float:
+    """Return the logit of the share of certain names that are right (rule of succession), at least zero."""
+    good, bad = (float(weights @ (certain * held)) for held in (right, 1.0 - right))
+    return max(math.log((good + 1.0) / (bad + 1.0)), 0.0)

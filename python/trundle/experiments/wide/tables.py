@@ -204,11 +204,11 @@ def platt(rows: Sequence[Row]) -> str:
     if found is None:
         return "No effect was named."
     text = (
-        "Platt's method, each kind of recording at its prevalence, gives offset {0.offset:.3f} and slope "
-        "{0.slope:.3f}; in use are {1.offset:.3f} and {1.slope:.3f}. Odds of 1000 to 1 then mean {2:.3f}, in "
-        "use {3:.3f}."
+        "Platt's method, each kind of recording at its prevalence, gives offset {0.offset:.3f}, slope "
+        "{0.slope:.3f} and bound {0.most:.2f}; in use are {1.offset:.3f}, {1.slope:.3f} and {1.most:.2f}. "
+        "The highest probability is then {2:.3f}, in use {3:.3f}."
     )
-    return text.format(found, used, found.probability(used.most), used.probability(used.most))
+    return text.format(found, used, found.probability(found.most), used.probability(used.most))
 
 
 def scored(found: Sequence[tuple[float, bool]]) -> tuple[float, float]:
