@@ -23,6 +23,8 @@ pub struct FitOptions {
     pub near: Option<usize>,
     /// How often noise that the recording does not state is estimated at most, each time with a search under it.
     pub noise_rounds: usize,
+    /// Whether a search from afar measures the error of the gradient where that does not lead downhill.
+    pub closely: bool,
     /// Names of parameters that each episode has its own of.
     pub per_episode: BTreeSet<String>,
 }
@@ -46,6 +48,7 @@ impl Default for FitOptions {
             from_afar: true,
             near: None,
             noise_rounds: 2,
+            closely: false,
             per_episode: BTreeSet::new(),
         }
     }
@@ -221,9 +224,9 @@ fn settled(
     options: &FitOptions,
     watch: &dyn Watch,
 ) -> Result<Optimum, InferError> {
-    let best = polish(target, points, options.optimiser, watch)?;
+    let best = polish(target, points, options, watch)?;
     match canonical(target, &best.point) {
-        Some(turned) => polish(target, vec![turned], options.optimiser, watch),
+        Some(turned) => polish(target, vec![turned], options, watch),
         None => Ok(best),
     }
 }

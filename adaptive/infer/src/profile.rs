@@ -17,7 +17,7 @@ use trundle_model::Prior;
 /// Quantile of χ² with one degree of freedom at 90 %.
 pub const NINETY: f64 = 2.705_543_454;
 
-const STOP: Stop = Stop { iterations: 25, decrease: 1e-3, closely: true };
+const STOP: Stop = Stop { iterations: 25, decrease: 1e-3, closely: false };
 
 /// Prior standard deviations beyond which a profile is not followed.
 const REACH: f64 = 4.0;

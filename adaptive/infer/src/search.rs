@@ -19,7 +19,7 @@ pub(crate) struct Optimum {
 }
 
 const SCOUT: Stop = Stop { iterations: 14, decrease: 0.05, closely: false };
-const POLISH: Stop = Stop { iterations: 60, decrease: 1e-5, closely: true };
+const POLISH: Stop = Stop { iterations: 60, decrease: 1e-5, closely: false };
 /// For telling which of two starts near an optimum leads lower.
 const GLANCE: Stop = Stop { iterations: 4, decrease: 0.05, closely: false };
 /// Decrease at which a search that started near its optimum has arrived: a hundredth of a standard deviation or two.
@@ -182,13 +182,14 @@ fn elsewhere(target: &Target<'_>, z: &[f64]) -> Vec<Vec<f64>> {
 pub(crate) fn polish(
     target: &Target<'_>,
     points: Vec<Vec<f64>>,
-    optimiser: Optimiser,
+    options: &FitOptions,
     watch: &dyn Watch,
 ) -> Result<Optimum, InferError> {
+    let stop = Stop { closely: options.closely, ..POLISH };
     let mut best: Option<Optimum> = None;
     let starts = points.len();
     for point in points {
-        let optimum = descend(target, point, POLISH, optimiser, watch)?;
+        let optimum = descend(target, point, stop, options.optimiser, watch)?;
         if best.as_ref().is_none_or(|b| optimum.at.cost < b.at.cost) {
             best = Some(optimum);
         }
