@@ -1,12 +1,12 @@
-//! From the odds of the models that were tried to the probability that a name is right (Platt 1999).
+//! Calibration of probabilities (Platt 1999): from the odds of the fitted models to the probability that a name is right.
 //!
-//! The odds compare laws of the catalogue, which may lack the true one. `trundle prove --config
-//! configs/experiments/wide.toml --range tune` prints the numbers that its answers give; those here are from its range `smoke`.
+//! The odds compare laws of the catalogue only, and the true one may not be among them. `trundle prove --config
+//! configs/experiments/wide.toml --range tune` prints the constants that fit its answers. These are from its range `smoke`.
 
-/// Offset and slope of the logit of the odds: too few names have been wrong to fit them.
+/// Offset and slope of the logit of the odds. Too few names were wrong to fit them.
 const OFFSET: f64 = 0.0;
 const SLOPE: f64 = 1.0;
-/// Bound on the logit of the odds: no name is given a probability above 0.970, the rule of succession on names that were all right.
+/// Bound on the logit, so that no probability exceeds 0.970: the rule of succession applied to names that were all right.
 const MAX_LOGIT: f64 = 3.48;
 
 /// Offset, slope and bound, for the command that fits them.

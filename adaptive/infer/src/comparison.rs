@@ -2,7 +2,6 @@
 
 use crate::likelihood::{Likelihood, Linearised, Look};
 use crate::{Channels, InferError, MotionLikelihood, WrenchLikelihood};
-use nalgebra::DVector;
 use trundle_model::Model;
 use trundle_record::{Dataset, FEWEST_POSES, InertialShare, Prepared};
 
@@ -131,16 +130,6 @@ impl Likelihood for Comparison {
         likely: bool,
     ) -> Result<Look<'a>, InferError> {
         self.inner().look(model, values, free, likely)
-    }
-
-    fn gradient_error(
-        &self,
-        model: &Model,
-        values: &[f64],
-        free: &[usize],
-        reaches: &[f64],
-    ) -> Result<Option<DVector<f64>>, InferError> {
-        self.inner().gradient_error(model, values, free, reaches)
     }
 
     fn channels(&self) -> Channels {

@@ -23,8 +23,9 @@ pub struct FitOptions {
     pub near: Option<usize>,
     /// How often noise that the recording does not state is estimated at most, each time with a search under it.
     pub noise_rounds: usize,
-    /// Whether a search from afar measures the error of the gradient where that does not lead downhill.
-    pub closely: bool,
+    /// Whether the last search measures the gradient by differences where the given one leads no further down.
+    /// It has no effect with [`FitOptions::near`].
+    pub measure_gradient: bool,
     /// Names of parameters that each episode has its own of.
     pub per_episode: BTreeSet<String>,
 }
@@ -48,7 +49,7 @@ impl Default for FitOptions {
             from_afar: true,
             near: None,
             noise_rounds: 2,
-            closely: false,
+            measure_gradient: false,
             per_episode: BTreeSet::new(),
         }
     }

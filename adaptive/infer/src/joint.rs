@@ -2,7 +2,6 @@
 
 use crate::likelihood::{Likelihood, Linearised, Look};
 use crate::{Channels, InferError};
-use nalgebra::DVector;
 use trundle_model::{Model, Slot};
 
 /// The sum of likelihoods: each recording keeps its own noise, frames and rates.
@@ -51,17 +50,6 @@ impl Likelihood for Joint<'_> {
             let parts = looks.into_iter().map(Look::linearise);
             Ok(Linearised::sum(free.len(), parts.collect::<Result<Vec<_>, _>>()?))
         }))
-    }
-
-    fn gradient_error(
-        &self,
-        model: &Model,
-        values: &[f64],
-        free: &[usize],
-        reaches: &[f64],
-    ) -> Result<Option<DVector<f64>>, InferError> {
-        let parts = self.parts.iter().map(|part| part.gradient_error(model, values, free, reaches));
-        Ok(parts.collect::<Result<Vec<_>, _>>()?.into_iter().flatten().reduce(|a, b| a + b))
     }
 
     /// The first recording's.
@@ -116,16 +104,6 @@ impl Likelihood for Borrowed<'_> {
         likely: bool,
     ) -> Result<Look<'a>, InferError> {
         self.0.look(model, values, free, likely)
-    }
-
-    fn gradient_error(
-        &self,
-        model: &Model,
-        values: &[f64],
-        free: &[usize],
-        reaches: &[f64],
-    ) -> Result<Option<DVector<f64>>, InferError> {
-        self.0.gradient_error(model, values, free, reaches)
     }
 
     fn channels(&self) -> Channels {

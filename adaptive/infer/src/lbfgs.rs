@@ -132,7 +132,7 @@ mod tests {
     use crate::levenberg::tests::Rosenbrock;
     use crate::{Linearised, Quiet};
 
-    const STOP: Stop = Stop { iterations: 100, decrease: 1e-16, closely: false };
+    const STOP: Stop = Stop { iterations: 100, decrease: 1e-16, measure_gradient: false };
 
     #[test]
     fn finds_the_end_of_rosenbrocks_valley() {

@@ -88,22 +88,6 @@ pub trait Likelihood: Sync {
         Ok(Look::new(cost, move || self.linearise(model, &values, free)))
     }
 
-    /// The error of the gradient of [`Likelihood::linearise`], exact less given, measured by differences over `reaches`, one for
-    /// each slot of `free`; `None` where that gradient is exact.
-    ///
-    /// # Errors
-    /// When `values` has the wrong length.
-    fn gradient_error(
-        &self,
-        model: &Model,
-        values: &[f64],
-        free: &[usize],
-        reaches: &[f64],
-    ) -> Result<Option<DVector<f64>>, InferError> {
-        let _ = (model, values, free, reaches);
-        Ok(None)
-    }
-
     /// The noise that it assumes.
     fn channels(&self) -> Channels;
 

@@ -222,30 +222,6 @@ impl Likelihood for MotionLikelihood {
         }))
     }
 
-    /// The gradient leaves out how the filter's gains and covariances depend on the parameters. Under a model with a missing
-    /// effect that part can be as large as the rest. It is measured in longer steps, which costs a third.
-    fn gradient_error(
-        &self,
-        model: &Model,
-        values: &[f64],
-        free: &[usize],
-        reaches: &[f64],
-    ) -> Result<Option<DVector<f64>>, InferError> {
-        let thin = self.thinned();
-        let at = thin.linearise(model, values, free)?;
-        let mut error = DVector::zeros(free.len());
-        for (k, (&slot, &h)) in free.iter().zip(reaches).enumerate() {
-            let mut beside = values.to_vec();
-            beside[slot] += h;
-            let rise = thin.cost(model, &beside)? - at.cost;
-            let slope = rise / h - 0.5 * at.curvature[(k, k)] * h;
-            if slope.is_finite() {
-                error[k] = slope - at.gradient[k];
-            }
-        }
-        Ok(Some(error))
-    }
-
     fn channels(&self) -> Channels {
         self.channels
     }

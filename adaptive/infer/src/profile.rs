@@ -9,7 +9,6 @@
 
 use crate::levenberg::{self, Stop};
 use crate::{Density, Fit, InferError, Linearised, Target, Watch};
-use nalgebra::DVector;
 use rand::SeedableRng;
 use rand_chacha::ChaCha8Rng;
 use trundle_model::Prior;
@@ -17,7 +16,7 @@ use trundle_model::Prior;
 /// Quantile of χ² with one degree of freedom at 90 %.
 pub const NINETY: f64 = 2.705_543_454;
 
-const STOP: Stop = Stop { iterations: 25, decrease: 1e-3, closely: false };
+const STOP: Stop = Stop { iterations: 25, decrease: 1e-3, measure_gradient: false };
 
 /// Prior standard deviations beyond which a profile is not followed.
 const REACH: f64 = 4.0;
@@ -232,14 +231,6 @@ impl Density for Slice<'_> {
             gradient: at.gradient.remove_row(self.k),
             curvature: at.curvature.remove_row(self.k).remove_column(self.k),
         })
-    }
-
-    fn gradient_error(&self, others: &[f64], reaches: &[f64]) -> Result<Option<DVector<f64>>, InferError> {
-        let reach = reaches.iter().copied().fold(f64::INFINITY, f64::min);
-        let mut all = reaches.to_vec();
-        all.insert(self.k, reach);
-        let whole = self.target.gradient_error(&self.whole(others), &all)?;
-        Ok(whole.map(|whole| whole.remove_row(self.k)))
     }
 }
 

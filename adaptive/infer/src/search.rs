@@ -18,10 +18,10 @@ pub(crate) struct Optimum {
     pub falling: f64,
 }
 
-const SCOUT: Stop = Stop { iterations: 14, decrease: 0.05, closely: false };
-const POLISH: Stop = Stop { iterations: 60, decrease: 1e-5, closely: false };
+const SCOUT: Stop = Stop { iterations: 14, decrease: 0.05, measure_gradient: false };
+const POLISH: Stop = Stop { iterations: 60, decrease: 1e-5, measure_gradient: false };
 /// For telling which of two starts near an optimum leads lower.
-const GLANCE: Stop = Stop { iterations: 4, decrease: 0.05, closely: false };
+const GLANCE: Stop = Stop { iterations: 4, decrease: 0.05, measure_gradient: false };
 /// Decrease at which a search that started near its optimum has arrived: a hundredth of a standard deviation or two.
 const ARRIVED: f64 = 1e-3;
 
@@ -185,7 +185,7 @@ pub(crate) fn polish(
     options: &FitOptions,
     watch: &dyn Watch,
 ) -> Result<Optimum, InferError> {
-    let stop = Stop { closely: options.closely, ..POLISH };
+    let stop = Stop { measure_gradient: options.measure_gradient, ..POLISH };
     let mut best: Option<Optimum> = None;
     let starts = points.len();
     for point in points {
@@ -216,7 +216,11 @@ pub(crate) fn follow(
     let Some(best) = looked.into_iter().min_by(|a, b| a.at.cost.total_cmp(&b.at.cost)) else {
         return Err(InferError::NoStart { recording: "the recording".to_owned(), starts: count });
     };
-    let rest = Stop { iterations: steps.saturating_sub(stop.iterations), decrease: ARRIVED, closely: false };
+    let rest = Stop {
+        iterations: steps.saturating_sub(stop.iterations),
+        decrease: ARRIVED,
+        measure_gradient: false,
+    };
     if rest.iterations == 0 || best.converged && best.falling < ARRIVED {
         return Ok(best);
     }

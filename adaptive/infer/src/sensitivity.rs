@@ -105,7 +105,7 @@ fn nudge<const W: usize>(state: &mut State<Dual<W>>, error: &mut [Dual<W>; 3], i
 }
 
 #[cfg(test)]
-mod tests {
+pub(crate) mod tests {
     use super::*;
     use crate::Coordinates;
     use crate::filter::STATES;
@@ -113,9 +113,11 @@ mod tests {
     use trundle_model::{Body, Effect, Kind};
     use trundle_record::{Counts, Noise, PoseSample, Prepared, WrenchSample};
 
-    const NOISE: Noise = Noise { pose: [1e-3; 3], force: 0.4, torque: 0.05, time: 0.0, stated: true };
+    pub(crate) const NOISE: Noise =
+        Noise { pose: [1e-3; 3], force: 0.4, torque: 0.05, time: 0.0, stated: true };
 
-    fn track() -> Track {
+    /// One second of a push of a table that turns.
+    pub(crate) fn track() -> Track {
         let wrench = |k: usize| {
             let t = k as f64 * 0.01;
             let reading = [20.0 * (3.0 * t).sin(), 9.0 * (5.0 * t).cos(), (4.0 * t).sin()];
@@ -159,7 +161,7 @@ mod tests {
         errors
     }
 
-    fn nominal() -> Model {
+    pub(crate) fn nominal() -> Model {
         let body = Body::from_footprint(&[[-0.6, -0.4], [0.6, -0.4], [0.6, 0.4], [-0.6, 0.4]], 22.0);
         Model::nominal(body.unwrap(), None, [true; 3])
     }

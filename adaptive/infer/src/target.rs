@@ -3,7 +3,6 @@
 
 use crate::coordinates::within_reach;
 use crate::{Coordinates, InferError, Likelihood, Linearised, Look};
-use nalgebra::DVector;
 use std::collections::BTreeSet;
 use trundle_model::{Model, Slot};
 
@@ -23,16 +22,6 @@ pub trait Density: Sync {
     /// # Errors
     /// As [`Density::cost`].
     fn linearise(&self, z: &[f64]) -> Result<Linearised, InferError>;
-
-    /// The error of the gradient of [`Density::linearise`], exact less given, measured by differences over `reaches`, one for
-    /// each coordinate; `None` where that gradient is exact.
-    ///
-    /// # Errors
-    /// As [`Density::cost`].
-    fn gradient_error(&self, z: &[f64], reaches: &[f64]) -> Result<Option<DVector<f64>>, InferError> {
-        let _ = (z, reaches);
-        Ok(None)
-    }
 
     /// The cost, with its derivatives to be asked for afterwards; `likely`: they will be.
     ///
@@ -265,22 +254,6 @@ impl Density for Target<'_> {
 
     fn linearise(&self, z: &[f64]) -> Result<Linearised, InferError> {
         self.look(z, true)?.linearise()
-    }
-
-    fn gradient_error(&self, z: &[f64], reaches: &[f64]) -> Result<Option<DVector<f64>>, InferError> {
-        let mut sum: Option<DVector<f64>> = None;
-        for (k, part) in self.parts.iter().enumerate() {
-            let ((values, slopes), free) = (self.values(z, k), self.coordinates.free());
-            let seen: Vec<(usize, usize)> =
-                self.seen(k).enumerate().filter_map(|(at, p)| p.map(|p| (at, p))).collect();
-            let mut own = vec![0.0; free.len()];
-            seen.iter().for_each(|&(at, p)| own[p] = reaches[at] * slopes[p]);
-            if let Some(error) = part.likelihood().gradient_error(self.model, &values, free, &own)? {
-                let sum = sum.get_or_insert_with(|| DVector::zeros(z.len()));
-                seen.iter().for_each(|&(at, p)| sum[at] += error[p] * slopes[p]);
-            }
-        }
-        Ok(sum)
     }
 
     fn look<'a>(&'a self, z: &[f64], likely: bool) -> Result<Look<'a>, InferError> {

@@ -89,7 +89,7 @@ impl Engine for Own<'_> {
     }
 
     fn base(&self, seed: u64, watch: &dyn Watch) -> Result<Tried, InferError> {
-        let options = FitOptions { seed, from_afar: true, closely: true, ..FitOptions::default() };
+        let options = FitOptions { seed, measure_gradient: true, ..FitOptions::default() };
         let fit = fit(&self.comparison, &self.nominal, &[], &options, watch)?;
         Ok(Tried::new(vec![], fit, None))
     }
