@@ -7,10 +7,10 @@ import argparse
 
 import torch
 
-from trundle.learning.config import Aids, Settings
-from trundle.learning.evaluate import evaluate
-from trundle.learning.networks import algorithm, exported
-from trundle.learning.worlds import make
+from trundle.experiments.training.config import Aids, Settings
+from trundle.experiments.training.evaluate import evaluate
+from trundle.experiments.training.networks import algorithm, exported
+from trundle.experiments.training.worlds import make
 
 parser = argparse.ArgumentParser()
 parser.add_argument("--steps", type=int, default=600_000, help="of all environments together")

@@ -11,12 +11,24 @@ const SOURCES: [&str; 5] = [
     "../adaptive/diagnose/src",
 ];
 
+/// What other results depend on as well.
+const OTHERS: [&str; 4] = ["../env/sim/src", "../adaptive/control/src", "../adaptive/posterior/src", "src"];
+
 /// Begins what no result depends on: tests, at the end of a file.
 const TESTS: &str = "mod tests {";
 
 fn main() -> std::io::Result<()> {
     let mut hash = Fnv(0xcbf2_9ce4_8422_2325);
-    for source in SOURCES {
+    add(&mut hash, &SOURCES)?;
+    println!("cargo::rustc-env=TRUNDLE_DIAGNOSIS_SOURCES={:016x}", hash.0);
+    add(&mut hash, &OTHERS)?;
+    println!("cargo::rustc-env=TRUNDLE_ALL_SOURCES={:016x}", hash.0);
+    Ok(())
+}
+
+/// Add the code below some folders.
+fn add(hash: &mut Fnv, sources: &[&str]) -> std::io::Result<()> {
+    for source in sources {
         println!("cargo::rerun-if-changed={source}");
         for file in files(Path::new(source))? {
             hash.add(&file.to_string_lossy());
@@ -27,7 +39,6 @@ fn main() -> std::io::Result<()> {
                 .for_each(|line| hash.add(line));
         }
     }
-    println!("cargo::rustc-env=TRUNDLE_SOURCES={:016x}", hash.0);
     Ok(())
 }
 

@@ -26,10 +26,10 @@ fn _platt() -> [f64; 3] {
     trundle_diagnose::platt()
 }
 
-/// Version of the sources that a diagnosis depends on: 16 hexadecimal digits, see `build.rs`.
+/// Version of the Rust sources, "all" or those that a "diagnosis" depends on: 16 hexadecimal digits, see `build.rs`.
 #[pyfunction]
-fn _sources() -> &'static str {
-    env!("TRUNDLE_SOURCES")
+fn _sources(which: &str) -> &'static str {
+    if which == "diagnosis" { env!("TRUNDLE_DIAGNOSIS_SOURCES") } else { env!("TRUNDLE_ALL_SOURCES") }
 }
 
 /// What a diagnosis leaves: texts, and a table to be written.

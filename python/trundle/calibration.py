@@ -13,6 +13,7 @@ import numpy as np
 
 from trundle import _native
 from trundle._native import TrundleError
+from trundle.experiments.backends import Backend, Local
 from trundle.whole import whole_file, write_text
 
 __all__ = ["Calibration", "calibrate"]
@@ -70,6 +71,7 @@ def calibrate(
     method: str | None = None,
     seed: int = 0,
     out: PathLike | None = None,
+    backend: Backend | None = None,
     progress: Callable[[str, float], object] | None = None,
 ) -> Calibration:
     """Draw parameters of the prior, simulate, infer, rank the truth among the draws (Talts et al. 2018).
@@ -87,6 +89,8 @@ def calibrate(
     out : path, optional
         A JSON lines file that gets the rounds as they are done. If it is there, of the same file, method and
         seed, only missing rounds are run.
+    backend : trundle.experiments.backends.Backend, optional
+        Where rounds run; by default in this process, on all its cores.
     progress : callable, optional
         Called with the stage of the work and the share of the whole that is done, 0 to 1; neither goes back.
 
@@ -101,17 +105,22 @@ def calibrate(
     head = json.dumps({"config": text, "method": method, "seed": seed})
     rounds = kept(out, head)
     missing = [k for k in range(replicates) if k not in rounds]
-    for first in range(0, len(missing), BATCH):
-        if progress is not None:
-            progress("calibrate", (replicates - len(missing) + first) / replicates)
-        batch = missing[first : first + BATCH]
-        found = _native._calibrate(text, batch, method=method, seed=seed, progress=None)
-        rounds |= dict(zip(batch, found, strict=True))
+    batches = [missing[first : first + BATCH] for first in range(0, len(missing), BATCH)]
+    calls = [(text, batch, method, seed) for batch in batches]
+    for number, found in (backend or Local()).map(simulated, calls):
+        rounds |= dict(zip(batches[number], found, strict=True))
         if out is not None:
             save(Path(out), [head, *(rounds[k] for k in sorted(rounds))])
+        if progress is not None:
+            progress("calibrate", len(rounds) / max(replicates, len(rounds)))
     lines = [rounds[k] for k in range(replicates)]
     table = json.loads(_native._calibration_table(text, lines, method=method))
     return Calibration(table, [json.loads(line) for line in lines])
+
+
+def simulated(text: str, batch: list[int], method: str | None, seed: int) -> list[str]:
+    """Run some rounds; return a line of JSON for each."""
+    return _native._calibrate(text, batch, method=method, seed=seed, progress=None)
 
 
 def kept(out: PathLike | None, head: str) -> dict[int, str]:

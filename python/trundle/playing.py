@@ -12,7 +12,7 @@ from numpy.typing import NDArray
 
 from trundle._native import TrundleError
 from trundle.agent import AdaptiveAgent
-from trundle.learning.policy import Policy, load
+from trundle.experiments.training.policy import Policy, load
 from trundle.whole import whole_file
 
 __all__ = ["Film", "chosen", "play"]

@@ -9,9 +9,9 @@ import pytest
 from tests.browser import scripts
 from tests.browser.chromium import Browser
 from tests.browser.test_report import DESK, PHONE, requests
-from tests.running.samples import SAMPLES, episode
-from trundle.running.config import Settings
-from trundle.running.page import render
+from tests.experiments.runs.samples import SAMPLES, episode
+from trundle.experiments.runs.config import Settings
+from trundle.experiments.runs.page import render
 
 TOLD = "document.querySelector('.player output').textContent"
 PLACED = "document.querySelector('.player .moving').getAttribute('transform')"

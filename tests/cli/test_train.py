@@ -11,10 +11,10 @@ import pytest
 
 import trundle
 from trundle.cli import main
-from trundle.learning import policy
-from trundle.learning.config import read
-from trundle.learning.frames import from_object
-from trundle.learning.policy import About, Policy
+from trundle.experiments.training import policy
+from trundle.experiments.training.config import read
+from trundle.experiments.training.frames import from_object
+from trundle.experiments.training.policy import About, Policy
 
 CONFIGS = sorted((Path(__file__).resolve().parents[2] / "configs" / "rl").glob("*.toml"))
 GOOD = """

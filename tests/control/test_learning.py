@@ -17,8 +17,8 @@ from trundle import _native
 from trundle._native import Laws
 from trundle.agent import Belief
 from trundle.belief import about_origin
-from trundle.comparison.config import read
-from trundle.comparison.world import begin
+from trundle.experiments.comparison.config import read
+from trundle.experiments.comparison.world import begin
 from trundle.learners import Physics
 
 FRICTION = {"kind": "coulomb_friction", "x": 0.2, "y": 0.1, "force": 55.0}

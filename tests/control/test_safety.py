@@ -9,9 +9,9 @@ import pytest
 
 import trundle.agent
 from trundle.braking import LOST, braking, runs_away
-from trundle.comparison.config import read
-from trundle.comparison.episode import player
-from trundle.comparison.world import begin
+from trundle.experiments.comparison.config import read
+from trundle.experiments.comparison.episode import player
+from trundle.experiments.comparison.world import begin
 
 COMPARE = Path(__file__).resolve().parents[2] / "configs/experiments/compare.toml"
 

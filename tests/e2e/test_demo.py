@@ -118,3 +118,13 @@ def test_progress_never_goes_back(demo: Demo) -> None:
     began = [stages.index(stage) for stage in dict.fromkeys(stages)]
     assert len(began) >= 4
     assert [stage for stage, _ in groupby(stages)] == [stages[k] for k in began], "a stage came back"
+
+
+def test_two_processes_diagnose_what_one_does_and_report_what_is_refused(demo: Demo, tmp_path: Path) -> None:
+    line = ["diagnose", demo.recording, "nowhere", "--out", "both", "--jobs", "2"]
+    ran = trundle(tmp_path, *line)
+    assert ran.returncode == 2
+    assert ran.stderr.startswith("trundle: nowhere: ")
+    assert ran.stdout.startswith("office table: explained\n")
+    both = [folder / "diagnosis.json" for folder in (demo.diagnosis, tmp_path / "both/recording")]
+    assert both[0].read_bytes() == both[1].read_bytes()

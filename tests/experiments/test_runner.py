@@ -13,7 +13,10 @@ from typing import Any
 
 import pytest
 
-from trundle.experiments.runner import Runner, Unit, code_version, collect, write_lines
+from trundle import TrundleError
+from trundle.experiments.backends import Local
+from trundle.experiments.runner import Runner, Unit
+from trundle.experiments.versions import code_version, of_module
 
 
 def square(number: int, log: Path) -> dict[str, Any]:
@@ -59,11 +62,28 @@ def test_what_failed_is_done_again_and_what_was_done_is_kept(tmp_path: Path) -> 
     assert log.read_text().split() == ["1", "-1", "2"]
 
 
+def test_a_unit_that_is_refused_is_reported_and_the_others_are_kept(tmp_path: Path) -> None:
+    stream = io.StringIO()
+    runner = Runner(tmp_path / "store", "v1", stream=stream)
+    many = [Unit(f"unit {k}", refuses_one, {"number": k}) for k in range(3)]
+    with pytest.raises(TrundleError, match="squares: 1 of 3 failed; first unit 1: one is refused"):
+        runner.run("squares", many)
+    assert "unit 1: one is refused\n" in stream.getvalue()
+    assert [runner.is_done(unit) for unit in many] == [True, False, True]
+
+
+def refuses_one(number: int) -> int:
+    """Refuse a number."""
+    if number == 1:
+        raise TrundleError("one is refused")
+    return number
+
+
 def test_two_processes_give_the_bytes_of_one(tmp_path: Path) -> None:
     stores = []
     for jobs, numbers in ((1, (1, 2, 3, 4)), (2, (4, 3, 2, 1))):
         store = tmp_path / f"store{jobs}"
-        Runner(store, "v1", jobs, quiet=True).run("squares", units(tmp_path / "log", *numbers))
+        Runner(store, "v1", Local(jobs), quiet=True).run("squares", units(tmp_path / "log", *numbers))
         stores.append({path.name: path.read_bytes() for path in store.iterdir()})
     assert stores[0] == stores[1]
     assert len(stores[0]) == 4
@@ -138,7 +158,6 @@ def test_the_version_of_code_ignores_comments_and_counts_the_rest(tmp_path: Path
     assert code_version(tmp_path) != before
 
 
-def test_lines_are_written_and_read(tmp_path: Path) -> None:
-    write_lines(tmp_path / "lines.jsonl", [{"b": 1, "a": [1.5]}, {}])
-    assert (tmp_path / "lines.jsonl").read_text() == '{"a": [1.5], "b": 1}\n{}\n'
-    assert collect(tmp_path / "lines.jsonl") == [{"a": [1.5], "b": 1}, {}]
+def test_the_version_of_a_module_includes_what_it_imports() -> None:
+    assert of_module("wide/case") == of_module("wide/case") != of_module("blind/case")
+    assert of_module("wide/tables") != of_module("wide/score")

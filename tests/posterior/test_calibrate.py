@@ -49,7 +49,7 @@ def test_a_calibration_goes_on_where_it_was_stopped(config: Path, tmp_path: Path
     done: list[float] = []
     whole = calibrate(config, replicates=6, out=out, progress=lambda _, share: done.append(share))
     assert out.read_text(encoding="utf-8").splitlines()[:4] == first
-    assert done == [0.5]
+    assert done == [1.0]
     assert whole.rounds == calibrate(config, replicates=6).rounds
 
 

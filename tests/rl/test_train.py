@@ -13,12 +13,12 @@ import numpy as np
 import pytest
 
 from trundle.cli import main
-from trundle.learning import policy, train
-from trundle.learning.config import Settings, read
-from trundle.learning.evaluate import evaluate
-from trundle.learning.networks import algorithm, exported
-from trundle.learning.train import Training, flattened
-from trundle.learning.worlds import Worlds, make
+from trundle.experiments.training import policy, train
+from trundle.experiments.training.config import Settings, read
+from trundle.experiments.training.evaluate import evaluate
+from trundle.experiments.training.networks import algorithm, exported
+from trundle.experiments.training.train import Training, flattened
+from trundle.experiments.training.worlds import Worlds, make
 
 ROOT = Path(__file__).resolve().parents[2]
 TASK = "trundle/PushAround-v0"

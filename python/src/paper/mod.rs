@@ -1,4 +1,4 @@
-//! The inner loops of `trundle.paper`: learning curves of transitions, and pushes planned once and carried out blind.
+//! The inner loops of `trundle.experiments.paper`: learning curves of transitions, and pushes planned once and carried out blind.
 
 mod course;
 mod curves;

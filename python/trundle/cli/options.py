@@ -4,8 +4,21 @@ from __future__ import annotations
 
 import argparse
 from pathlib import Path
+from typing import TYPE_CHECKING
 
-__all__ = ["add_model", "add_out", "add_prior", "add_quiet", "add_recording", "add_seed"]
+if TYPE_CHECKING:
+    from trundle.experiments.backends import Backend
+
+__all__ = [
+    "add_backend",
+    "add_model",
+    "add_out",
+    "add_prior",
+    "add_quiet",
+    "add_recording",
+    "add_seed",
+    "backend_of",
+]
 
 
 def add_recording(parser: argparse.ArgumentParser, *, several: bool = False) -> None:
@@ -55,9 +68,32 @@ def add_quiet(parser: argparse.ArgumentParser) -> None:
     parser.add_argument("--quiet", action="store_true", help="print no progress")
 
 
-def add_jobs(parser: argparse.ArgumentParser) -> None:
-    """Add `--jobs N`: `args.jobs`, 1 by default."""
-    parser.add_argument("--jobs", metavar="N", type=count, default=1, help="processes (default 1)")
+def add_backend(parser: argparse.ArgumentParser) -> None:
+    """Add `--backend`, `--jobs` and `--address`: see `backend_of`."""
+    parser.add_argument(
+        "--backend",
+        choices=("local", "joblib", "ray"),
+        default="local",
+        help="where work runs: processes of this machine (default), joblib, or a Ray cluster",
+    )
+    parser.add_argument(
+        "--jobs",
+        metavar="N",
+        type=count,
+        help="processes (default 1; with Ray, all processors of the cluster)",
+    )
+    parser.add_argument(
+        "--address",
+        metavar="ADDRESS",
+        help='of a running Ray cluster, "auto" or "ray://host:10001" (default: one is started here)',
+    )
+
+
+def backend_of(args: argparse.Namespace) -> Backend:
+    """Return the backend that the arguments of `add_backend` choose."""
+    from trundle.experiments.backends import backend
+
+    return backend(args.backend, args.jobs, args.address)
 
 
 def count(text: str) -> int:

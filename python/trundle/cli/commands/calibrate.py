@@ -7,7 +7,7 @@ import json
 from pathlib import Path
 from typing import Any
 
-from trundle.cli.options import add_out, add_quiet, add_seed
+from trundle.cli.options import add_backend, add_out, add_quiet, add_seed, backend_of
 from trundle.cli.progress import Progress
 
 HELP = "Draw parameters, simulate, infer, and count how often the intervals cover the truth."
@@ -26,6 +26,7 @@ def add_arguments(parser: argparse.ArgumentParser) -> None:
     add_out(parser, "JSON lines of the rounds; an interrupted run goes on from it")
     parser.add_argument("--figure", metavar="FILE", type=Path, help="PNG or SVG of the ranks to draw")
     parser.add_argument("--json", action="store_true", help="print the result for programs")
+    add_backend(parser)
     add_seed(parser)
     add_quiet(parser)
 
@@ -41,6 +42,7 @@ def run(args: argparse.Namespace) -> int:
             method=args.method,
             seed=args.seed,
             out=args.out,
+            backend=backend_of(args),
             progress=progress.share,
         )
     if args.figure is not None:

@@ -6,7 +6,7 @@ import argparse
 import tempfile
 from pathlib import Path
 
-from trundle.cli.options import add_jobs, add_quiet, count
+from trundle.cli.options import add_backend, add_quiet, backend_of, count
 
 HELP = "Let agents play the same hidden worlds, and write down who does how well."
 EXAMPLE = "trundle compare configs/experiments/compare_small.toml --jobs 2 --out comparison"
@@ -18,7 +18,7 @@ def add_arguments(parser: argparse.ArgumentParser) -> None:
     parser.add_argument(
         "--worlds", metavar="N", type=count, help="only the first N of each group (default: as in CONFIG)"
     )
-    add_jobs(parser)
+    add_backend(parser)
     parser.add_argument(
         "--work",
         metavar="DIR",
@@ -42,14 +42,14 @@ def add_arguments(parser: argparse.ArgumentParser) -> None:
 
 def run(args: argparse.Namespace) -> int:
     """Compare, and print the document."""
-    from trundle.comparison.run import compare
+    from trundle.experiments.comparison.run import compare
 
     text = compare(
         args.config,
         args.work or Path(tempfile.gettempdir()) / "trundle-compare",
         args.out,
         count=args.worlds,
-        jobs=args.jobs,
+        backend=backend_of(args),
         fresh=args.fresh,
         redraw=args.redraw,
         quiet=args.quiet,

@@ -6,9 +6,17 @@ import argparse
 import shlex
 import sys
 from pathlib import Path
-from typing import Any
+from typing import Any, Literal
 
-from trundle.cli.options import add_model, add_out, add_quiet, add_recording, add_seed
+from trundle.cli.options import (
+    add_backend,
+    add_model,
+    add_out,
+    add_quiet,
+    add_recording,
+    add_seed,
+    backend_of,
+)
 from trundle.cli.progress import Progress
 
 HELP = "Locate where a simulation and a recording differ, and name what was left out."
@@ -41,32 +49,63 @@ def add_arguments(parser: argparse.ArgumentParser) -> None:
         action="store_true",
         help="do not refuse a recording whose units, sign, axes or clocks look wrong (see `trundle check`)",
     )
+    add_backend(parser)
     add_seed(parser)
     add_quiet(parser)
 
 
 def run(args: argparse.Namespace) -> int:
     """Diagnose each recording and write its folder."""
+    from trundle.experiments.backends import Local, in_order
+
+    where = backend_of(args)
+    quiet = args.quiet or where != Local(1)  # one line of progress for several diagnoses says nothing
+    shared = (args.model, args.seed, args.without, args.wrench_pose, not args.no_check, quiet)
+    calls = [(path, target(path, args), command(path, args), *shared) for path in args.recording]
+    refused = []
+    for answer in in_order(where, diagnosed, calls):
+        if isinstance(answer, str):
+            refused.append(answer)
+            continue
+        doubts, text = answer
+        for doubt in doubts:
+            print(f"trundle: doubtful: {doubt}", file=sys.stderr)
+        print(text, flush=True)
+    if refused:
+        raise ValueError("\n".join(refused))
+    return 0
+
+
+def diagnosed(
+    recording: Path,
+    folder: Path,
+    line: str,
+    model: Path | None,
+    seed: int,
+    without: list[str],
+    wrench_pose: Literal["own_time", "latest"],
+    check: bool,
+    quiet: bool,
+) -> tuple[list[str], str] | str:
+    """Diagnose one recording and write its folder; return its doubts and the answer, or why it is refused."""
     import trundle
 
-    for path in args.recording:
-        with Progress(f"diagnosing {path}", quiet=args.quiet) as progress:
+    try:
+        with Progress(f"diagnosing {recording}", quiet=quiet) as progress:
             diagnosis = trundle.diagnose(
-                path,
-                args.model,
-                seed=args.seed,
-                without=args.without,
-                wrench_pose=args.wrench_pose,
-                check=not args.no_check,
+                recording,
+                model,
+                seed=seed,
+                without=without,
+                wrench_pose=wrench_pose,
+                check=check,
                 progress=progress.share,
-                command=command(path, args),
+                command=line,
             )
-        for doubt in diagnosis.series["doubts"]:
-            print(f"trundle: doubtful: {doubt}", file=sys.stderr)
-        folder = diagnosis.write(target(path, args))
-        print("\n".join(lines(diagnosis.answer, folder)))
-        sys.stdout.flush()
-    return 0
+        written = diagnosis.write(folder)
+    except trundle.TrundleError as error:
+        return str(error)
+    return diagnosis.series["doubts"], "\n".join(lines(diagnosis.answer, written))
 
 
 def target(recording: Path, args: argparse.Namespace) -> Path:

@@ -3,16 +3,16 @@
 from __future__ import annotations
 
 import argparse
+import tempfile
 from pathlib import Path
 
-from trundle.cli.options import add_quiet
-from trundle.cli.progress import Progress
+from trundle.cli.options import add_backend, add_quiet, backend_of
 
 HELP = "Run an experiment of the paper and write its table and figures into docs/paper.md."
 EXAMPLE = "trundle paper fig6 --quick"
 
 CHOICES = ("all", "fig5", "fig6", "fig8", "open-loop", "wheel")
-"""Not taken from `trundle.paper`, which is slow to import; a test holds the two together."""
+"""Not taken from `trundle.experiments.paper`, which is slow to import; a test holds the two together."""
 
 
 def add_arguments(parser: argparse.ArgumentParser) -> None:
@@ -37,7 +37,15 @@ def add_arguments(parser: argparse.ArgumentParser) -> None:
         default=Path("configs"),
         help="folder of experiments/ and objects/",
     )
-    parser.add_argument("--fresh", action="store_true", help="do not go on from the results that are there")
+    add_backend(parser)
+    parser.add_argument(
+        "--work",
+        metavar="DIR",
+        type=Path,
+        help="trials as they end; an interrupted experiment continues from them (default: in the system's "
+        "temporary directory)",
+    )
+    parser.add_argument("--fresh", action="store_true", help="forget the trials that were run")
     parser.add_argument(
         "--redraw",
         action="store_true",
@@ -48,13 +56,22 @@ def add_arguments(parser: argparse.ArgumentParser) -> None:
 
 def run(args: argparse.Namespace) -> int:
     """Run what was asked for, one after the other."""
-    from trundle.paper.experiment import Options
-    from trundle.paper.run import run_one
+    from trundle.experiments.paper.experiment import Options
+    from trundle.experiments.paper.run import run_one
 
     out = args.out or Path("paper-quick" if args.quick else "docs")
     options = Options(args.configs, args.seeds, args.quick)
+    work = args.work or Path(tempfile.gettempdir()) / "trundle-paper"
     for name in CHOICES[1:] if args.experiment == "all" else [args.experiment]:
-        with Progress(f"paper {name}", quiet=args.quiet) as progress:
-            text = run_one(name, options, out, progress.show, fresh=args.fresh, redraw=args.redraw)
+        text = run_one(
+            name,
+            options,
+            work,
+            out,
+            backend=backend_of(args),
+            fresh=args.fresh,
+            redraw=args.redraw,
+            quiet=args.quiet,
+        )
         print(text)
     return 0

@@ -17,7 +17,7 @@ from trundle.cli.options import add_seed
 if TYPE_CHECKING:
     import gymnasium
 
-    from trundle.learning.policy import Policy
+    from trundle.experiments.training.policy import Policy
 
 HELP = "Play episodes of an environment: print how they end, animate them, keep them as a recording."
 EXAMPLE = "trundle play PushDoor --set action=velocity --episodes 3 --gif door.gif --out recordings/door"

@@ -7,7 +7,7 @@ import importlib.util
 import tempfile
 from pathlib import Path
 
-from trundle.cli.options import add_jobs, add_quiet
+from trundle.cli.options import add_backend, add_quiet, backend_of
 
 HELP = "Hide effects in recordings made with other simulators, diagnose them, and score the answers."
 EXAMPLE = "trundle prove --config configs/experiments/proof_small.toml --jobs 2 --out proof"
@@ -25,7 +25,7 @@ def add_arguments(parser: argparse.ArgumentParser) -> None:
     parser.add_argument(
         "--range", metavar="NAME", default="report", help="range of seeds of the file (default report)"
     )
-    add_jobs(parser)
+    add_backend(parser)
     parser.add_argument(
         "--work",
         metavar="DIR",
@@ -71,14 +71,14 @@ def run(args: argparse.Namespace) -> int:
         return run_wide(args, work)
     if args.shares is not None:
         raise ValueError(f"--shares is of a wide benchmark; {args.config} is not one")
-    from trundle.proof.run import prove
+    from trundle.experiments.blind.run import prove
 
     text = prove(
         args.config,
         args.range,
         work,
         args.out,
-        jobs=args.jobs,
+        backend=backend_of(args),
         limits=args.limits,
         leave_out=args.leave_one_out,
         after_design=args.after_design,
@@ -114,7 +114,7 @@ def run_wide(args: argparse.Namespace, work: Path) -> int:
         args.range,
         work,
         args.out,
-        jobs=args.jobs,
+        backend=backend_of(args),
         shares=args.shares,
         fresh=args.fresh,
         redraw=args.redraw,

@@ -28,7 +28,7 @@ def add_arguments(parser: argparse.ArgumentParser) -> None:
 
 def run(args: argparse.Namespace) -> int:
     """Play what has not been played yet, and say how it ended."""
-    from trundle.running import conduct
+    from trundle.experiments.runs import conduct
 
     page = conduct(args.config, args.out, quiet=args.quiet, tell=print)
     print(f"{page}: open it in a browser")

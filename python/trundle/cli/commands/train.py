@@ -6,8 +6,7 @@ import argparse
 import importlib.util
 from pathlib import Path
 
-from trundle.cli.options import add_quiet
-from trundle.cli.progress import Progress
+from trundle.cli.options import add_backend, add_quiet, backend_of
 
 HELP = "Train an agent of stable-baselines3 (extra: trundle[rl]); goes on where it was interrupted."
 EXAMPLE = "trundle train configs/rl/ppo.toml --out trained --seed 1"
@@ -30,28 +29,25 @@ def add_arguments(parser: argparse.ArgumentParser) -> None:
         action="append",
         help="train this seed alone; may be repeated (default: those of the file)",
     )
+    add_backend(parser)
     add_quiet(parser)
 
 
 def run(args: argparse.Namespace) -> int:
-    """Train one seed after the other, and say what each came to."""
-    from trundle.learning.config import read
+    """Train the seeds, and print the result of each."""
+    from trundle.experiments.backends import Local, in_order
+    from trundle.experiments.training.config import read
 
     settings = read(args.config)
     chosen = seeds(args.seed, settings.seeds)
     if importlib.util.find_spec("stable_baselines3") is None:
         raise ValueError("`trundle train` needs stable-baselines3: pip install 'trundle[rl]'")
-    from trundle.learning.train import Training
+    from trundle.experiments.training.train import train_one
 
-    for seed in chosen:
-        training = Training(settings, seed, args.out)
-        with Progress("training", quiet=args.quiet) as progress:
-            told = training.run(progress.show)
-        last, rises = told["curve"][-1], "" if told["flattened"] else "; the curve still rises"
-        print(
-            f"{training.policy_file}: success {last['success']:.0%}, {last['distance']:.2f} m off after "
-            f"{told['steps']:,} steps, {told['simulated_seconds']:,.0f} s of pushing{rises}"
-        )
+    where = backend_of(args)
+    quiet = args.quiet or where != Local(1)  # one line of progress for several trainings says nothing
+    for line in in_order(where, train_one, [(args.config, seed, args.out, quiet) for seed in chosen]):
+        print(line, flush=True)
     return 0
 
 

@@ -2,22 +2,22 @@
 
 from __future__ import annotations
 
-import hashlib
 from collections.abc import Sequence
 from pathlib import Path
 from typing import Any
 
 import numpy as np
 
+from trundle.experiments.blind.family import Hidden
+from trundle.experiments.blind.places import visited
+from trundle.experiments.blind.sealed import folder_digest
+from trundle.experiments.blind.seen import Seen
 from trundle.experiments.wide.families import draw_hidden
 from trundle.experiments.wide.measure import recorded, simulated
 from trundle.experiments.wide.oracle import reason_to_reject, weigh
 from trundle.experiments.wide.scene import WideScene, draw_wide_scene
-from trundle.proof.family import Hidden
-from trundle.proof.places import visited
-from trundle.proof.seen import Seen
 
-__all__ = ["digest", "draw_case"]
+__all__ = ["draw_case"]
 
 LEAST_WAY = 0.05
 """Of the object in the median episode of a case that counts, m."""
@@ -52,7 +52,7 @@ def draw_case(
             return {
                 **truth_of(case, names, scene, hidden, seen, oracle),
                 "attempts": tried,
-                "digest": digest(folder),
+                "digest": folder_digest(folder),
             }
     return {"case": case, "names": names, "engine": engine, "seed": seed, "attempts": tried, "digest": None}
 
@@ -126,12 +126,3 @@ def published(scene: WideScene, truth: dict[str, Any]) -> dict[str, Any]:
     episode = int(where["event"]["episode"].removeprefix("episode_"))
     event = {**where["event"], "time": where["event"]["time"] + scene.clock[episode]}
     return {**truth, "where": {**where, "event": event}}
-
-
-def digest(folder: Path) -> str:
-    """Return the SHA-256 of a recording's files."""
-    found = hashlib.sha256()
-    for path in sorted(folder.iterdir()):
-        found.update(f"{path.name}\0".encode())
-        found.update(hashlib.sha256(path.read_bytes()).digest())
-    return found.hexdigest()

@@ -7,57 +7,16 @@ from dataclasses import dataclass
 from pathlib import Path
 from typing import Any
 
-import trundle
-from trundle import _native
-from trundle.experiments.runner import Runner, Unit, code_version
+from trundle.experiments import versions
+from trundle.experiments.backends import Backend
+from trundle.experiments.blind.sealed import open_sealed, seal
+from trundle.experiments.runner import Runner, Unit
 from trundle.experiments.wide.case import draw_case
 from trundle.experiments.wide.config import Settings
 from trundle.experiments.wide.diagnose import diagnose_case
 from trundle.experiments.wide.plan import Planned, plan
-from trundle.proof.sealed import open_sealed, seal
 
 __all__ = ["Benchmark", "code_versions", "conduct"]
-
-PACKAGE = Path(trundle.__file__).parent
-GENERATOR = tuple(
-    PACKAGE / "experiments" / "wide" / f"{name}.py"
-    for name in (
-        "case",
-        "families",
-        "instrument",
-        "measure",
-        "motion",
-        "mujoco_engine",
-        "ode_engine",
-        "ode_terms",
-        "oracle",
-        "outline_distance",
-        "outside",
-        "scene",
-        "shapes",
-        "strokes",
-    )
-)
-"""What recordings depend on, in this package."""
-SHARED = (
-    PACKAGE / "proof" / "families",
-    *(
-        PACKAGE / "proof" / f"{name}.py"
-        for name in (
-            "family",
-            "instruments",
-            "oracle",
-            "places",
-            "push",
-            "scene",
-            "score",
-            "seen",
-            "shapes",
-            "world",
-        )
-    ),
-)
-"""The same, of the old benchmark."""
 
 
 @dataclass(frozen=True)
@@ -69,13 +28,13 @@ class Benchmark:
     settings : Settings
     work : Path
         Folder of recordings and of finished units.
-    jobs : int
+    backend : Backend
     quiet : bool
     """
 
     settings: Settings
     work: Path
-    jobs: int = 1
+    backend: Backend
     quiet: bool = False
 
     def recording(self, case: str) -> Path:
@@ -84,7 +43,7 @@ class Benchmark:
 
     def runner(self, version: str) -> Runner:
         """Return the runner of units that depend on a version of the code."""
-        return Runner(self.work / "units", version, self.jobs, self.quiet)
+        return Runner(self.work / "units", version, self.backend, self.quiet)
 
 
 def conduct(
@@ -144,8 +103,4 @@ def diagnosis(benchmark: Benchmark, truth: dict[str, Any]) -> Unit:
 
 def code_versions() -> dict[str, str]:
     """Return the versions of the code that draws and of the code that diagnoses, the native half included."""
-    led = (PACKAGE / "diagnosis.py", PACKAGE / "usable.py", Path(__file__).with_name("diagnose.py"))
-    return {
-        "generator": code_version(*GENERATOR, *SHARED),
-        "diagnosis": f"{_native._sources()}-{code_version(*led)[:16]}",
-    }
+    return {"generator": versions.of_module("wide/case"), "diagnosis": versions.of_diagnosis()}

@@ -9,21 +9,21 @@ from typing import Any
 import numpy as np
 from numpy.typing import NDArray
 
+from trundle.experiments.blind.families import CATALOGUE as BASE
+from trundle.experiments.blind.families.distortion import Saturation
+from trundle.experiments.blind.families.inertia import ComOffset, MassChange
+from trundle.experiments.blind.families.joints import AxisFriction, ThinningDrag
+from trundle.experiments.blind.families.sensing import ForceBias, GripperInertia, TrackerOffset
+from trundle.experiments.blind.families.surroundings import Tether
+from trundle.experiments.blind.families.wheels import SecondWheel, WheelEvent
+from trundle.experiments.blind.family import Family, Hidden, Site, Values
+from trundle.experiments.blind.places import in_room
+from trundle.experiments.blind.push import CONTACT
+from trundle.experiments.blind.score import TWINS
+from trundle.experiments.blind.seen import Seen
 from trundle.experiments.wide.motion import first_touch
 from trundle.experiments.wide.outside import OUTSIDE, PUSHES_AT_REST
 from trundle.experiments.wide.scene import WideScene
-from trundle.proof.families import CATALOGUE as BASE
-from trundle.proof.families.distortion import Saturation
-from trundle.proof.families.inertia import ComOffset, MassChange
-from trundle.proof.families.joints import AxisFriction, ThinningDrag
-from trundle.proof.families.sensing import ForceBias, GripperInertia, TrackerOffset
-from trundle.proof.families.surroundings import Tether
-from trundle.proof.families.wheels import SecondWheel, WheelEvent
-from trundle.proof.family import Family, Hidden, Site, Values
-from trundle.proof.places import in_room
-from trundle.proof.push import CONTACT
-from trundle.proof.score import TWINS
-from trundle.proof.seen import Seen
 
 __all__ = ["CATALOGUE", "INSEPARABLE", "OUTSIDE", "allowed", "by_name", "clocked", "draw_hidden"]
 

@@ -9,13 +9,13 @@ import numpy as np
 from numpy.typing import NDArray
 
 import trundle
+from trundle.experiments.blind.family import Hidden, Site
+from trundle.experiments.blind.instruments import joined
+from trundle.experiments.blind.push import CONTACT
+from trundle.experiments.blind.seen import Seen, sampled
 from trundle.experiments.wide import mujoco_engine, ode_engine
 from trundle.experiments.wide.motion import GRID
 from trundle.experiments.wide.scene import WideScene
-from trundle.proof.family import Hidden, Site
-from trundle.proof.instruments import joined
-from trundle.proof.push import CONTACT
-from trundle.proof.seen import Seen, sampled
 
 __all__ = ["recorded", "simulated"]
 

@@ -5,9 +5,9 @@ from __future__ import annotations
 import numpy as np
 from numpy.typing import NDArray
 
+from trundle.experiments.blind.push import CONTACT
+from trundle.experiments.blind.seen import Seen, held, sampled
 from trundle.experiments.wide.scene import WideScene
-from trundle.proof.push import CONTACT
-from trundle.proof.seen import Seen, held, sampled
 
 __all__ = ["GRID", "course", "first_touch", "grasp_course", "middle"]
 

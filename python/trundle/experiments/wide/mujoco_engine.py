@@ -9,13 +9,13 @@ import mujoco
 import numpy as np
 from numpy.typing import NDArray
 
+from trundle.experiments.blind.family import Hidden, Hook, Site
+from trundle.experiments.blind.push import CONTACT
+from trundle.experiments.blind.seen import Seen
+from trundle.experiments.blind.world import HEIGHT, add_wheel, at_site, exerted, quaternion
 from trundle.experiments.wide.motion import course, grasp_course, middle
 from trundle.experiments.wide.scene import WideScene
 from trundle.experiments.wide.strokes import Finger
-from trundle.proof.family import Hidden, Hook, Site
-from trundle.proof.push import CONTACT
-from trundle.proof.seen import Seen
-from trundle.proof.world import HEIGHT, add_wheel, at_site, exerted, quaternion
 
 __all__ = ["STEP", "simulate"]
 

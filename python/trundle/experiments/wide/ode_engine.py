@@ -13,14 +13,14 @@ from typing import Any
 import numpy as np
 from numpy.typing import NDArray
 
+from trundle.experiments.blind.family import Hidden
+from trundle.experiments.blind.push import CONTACT
+from trundle.experiments.blind.seen import Seen
 from trundle.experiments.wide.motion import course, grasp_course, middle
 from trundle.experiments.wide.ode_terms import Kinematics, Term, Trait, terms_of, wheel_term
 from trundle.experiments.wide.outline_distance import OutlineDistance
 from trundle.experiments.wide.scene import WideScene
 from trundle.experiments.wide.strokes import Finger
-from trundle.proof.family import Hidden
-from trundle.proof.push import CONTACT
-from trundle.proof.seen import Seen
 
 __all__ = ["STEP", "simulate"]
 

@@ -9,10 +9,10 @@ from typing import Any, NamedTuple
 
 import numpy as np
 
+from trundle.experiments.blind.family import Hidden, Values
+from trundle.experiments.blind.scene import Wheel
 from trundle.experiments.wide.outline_distance import OutlineDistance
 from trundle.experiments.wide.scene import WideScene
-from trundle.proof.family import Hidden, Values
-from trundle.proof.scene import Wheel
 
 __all__ = ["Kinematics", "Term", "Trait", "terms_of", "wheel_term"]
 

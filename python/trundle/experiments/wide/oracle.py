@@ -15,12 +15,12 @@ import numpy as np
 from numpy.typing import NDArray
 
 import trundle
+from trundle.experiments.blind.family import Hidden, Values
+from trundle.experiments.blind.oracle import fitted, known_laws, nominal
+from trundle.experiments.blind.scene import Wheel
+from trundle.experiments.blind.seen import Seen
 from trundle.experiments.wide.measure import recorded
 from trundle.experiments.wide.scene import WideScene
-from trundle.proof.family import Hidden, Values
-from trundle.proof.oracle import fitted, known_laws, nominal
-from trundle.proof.scene import Wheel
-from trundle.proof.seen import Seen
 
 __all__ = ["reason_to_reject", "weigh"]
 

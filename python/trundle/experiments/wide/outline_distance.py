@@ -6,7 +6,7 @@ import math
 
 import numpy as np
 
-from trundle.proof.shapes import Shape
+from trundle.experiments.blind.shapes import Shape
 
 __all__ = ["OutlineDistance"]
 

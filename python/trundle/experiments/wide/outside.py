@@ -10,9 +10,7 @@ import mujoco
 import numpy as np
 from numpy.typing import NDArray
 
-from trundle.experiments.wide.ode_terms import Kinematics, Term, Trait, Wrench
-from trundle.experiments.wide.scene import WideScene
-from trundle.proof.families.foreign_motion import (
+from trundle.experiments.blind.families.foreign_motion import (
     Foreign,
     Hysteresis,
     Magnet,
@@ -21,9 +19,11 @@ from trundle.proof.families.foreign_motion import (
     StickyGround,
     WarmingWheel,
 )
-from trundle.proof.family import Family, Hook, Site, Values
-from trundle.proof.push import CONTACT
-from trundle.proof.scene import Scene
+from trundle.experiments.blind.family import Family, Hook, Site, Values
+from trundle.experiments.blind.push import CONTACT
+from trundle.experiments.blind.scene import Scene
+from trundle.experiments.wide.ode_terms import Kinematics, Term, Trait, Wrench
+from trundle.experiments.wide.scene import WideScene
 
 __all__ = ["OUTSIDE", "PUSHES_AT_REST"]
 

@@ -9,12 +9,13 @@ from dataclasses import dataclass
 from pathlib import Path
 from typing import Any
 
-from trundle.experiments.runner import collect, write_lines
+from trundle.experiments.backends import Backend
+from trundle.experiments.blind.sealed import open_sealed
+from trundle.experiments.results import read_lines, write_lines
 from trundle.experiments.wide import tables
 from trundle.experiments.wide.conduct import Benchmark, code_versions, conduct
 from trundle.experiments.wide.config import Settings, read
 from trundle.experiments.wide.score import GROUPS, Row, group
-from trundle.proof.sealed import open_sealed
 from trundle.recording import TrundleError
 from trundle.whole import write_text
 
@@ -27,7 +28,7 @@ def prove_wide(
     work: Path,
     out: Path,
     *,
-    jobs: int = 1,
+    backend: Backend,
     shares: int | None = None,
     fresh: bool = False,
     redraw: bool = False,
@@ -45,8 +46,8 @@ def prove_wide(
         Folder of recordings and of finished units; an interrupted run continues from it.
     out : Path
         Folder of the page and of `wide/` (results, sealed answers, costs).
-    jobs : int
-        Processes.
+    backend : Backend
+        Where units run.
     shares : int, optional
         Of the range that are done at most: those that come first among those that `out` does not hold, or
         holds from another version of the code. By default all of them.
@@ -67,7 +68,7 @@ def prove_wide(
         if fresh:
             shutil.rmtree(work / "wide", ignore_errors=True)
         for place in [place for place in places if fresh or not place.done()][:shares]:
-            place.fill(Benchmark(place.settings, work / "wide", jobs, quiet))
+            place.fill(Benchmark(place.settings, work / "wide", backend, quiet))
     there = [place for place in places if place.results.exists()]
     if not there:
         raise TrundleError(f"{places[0].results}: there are no results to draw; leave out --redraw")
@@ -113,7 +114,7 @@ class Place:
         """Tell whether a share has results of these settings and this code; a whole range is never done."""
         if self.settings.share is None or not self.results.exists():
             return False
-        head = collect(self.results)[0]
+        head = read_lines(self.results)[0]
         return bool(self.head().items() <= head.items())
 
     def fill(self, benchmark: Benchmark) -> None:
@@ -126,9 +127,9 @@ class Place:
 
     def rows(self) -> tuple[dict[str, Any], list[Row], list[Row]]:
         """Return the head, a row for every diagnosed case, and all truths."""
-        head, *found = collect(self.results)
+        head, *found = read_lines(self.results)
         truths: dict[str, Any] = open_sealed(self.sealed, head["sha256"])
-        spent = {one["case"]: one for one in collect(self.costs)}
+        spent = {one["case"]: one for one in read_lines(self.costs)}
         rows = [{**one, "truth": truths[one["case"]], "cost": spent[one["case"]]} for one in found]
         return head, rows, list(truths.values())
 

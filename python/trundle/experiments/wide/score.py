@@ -7,7 +7,7 @@ from collections.abc import Iterator
 from itertools import chain, product
 from typing import Any
 
-from trundle.proof.oracle import misfit
+from trundle.experiments.blind.oracle import misfit
 
 __all__ = [
     "GROUPS",

@@ -7,7 +7,7 @@ from dataclasses import dataclass
 import numpy as np
 from numpy.typing import NDArray
 
-from trundle.proof.shapes import Shape
+from trundle.experiments.blind.shapes import Shape
 
 __all__ = ["Outline", "draw_outline"]
 

@@ -9,8 +9,8 @@ from dataclasses import dataclass
 import numpy as np
 from numpy.typing import NDArray
 
-from trundle.proof.push import CONTACT
-from trundle.proof.shapes import Shape
+from trundle.experiments.blind.push import CONTACT
+from trundle.experiments.blind.shapes import Shape
 
 __all__ = ["Finger", "Stroke", "Strokes", "draw_strokes"]
 

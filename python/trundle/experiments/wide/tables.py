@@ -4,11 +4,13 @@ from __future__ import annotations
 
 import math
 from collections import Counter
-from collections.abc import Callable, Iterable, Sequence
+from collections.abc import Callable, Sequence
 from typing import Any
 
 import numpy as np
 
+from trundle.experiments.markdown import table
+from trundle.experiments.statistics import Share, calibration, share
 from trundle.experiments.wide import reliability
 from trundle.experiments.wide.score import (
     GROUPS,
@@ -21,7 +23,6 @@ from trundle.experiments.wide.score import (
     named,
     wrong_name,
 )
-from trundle.proof.statistics import Share, calibration, share
 
 __all__ = [
     "accuracy",
@@ -48,12 +49,6 @@ CLASSES: dict[str, Callable[[Row], str]] = {
     "axes of the reading": lambda i: str(i["frame"]),
     "contact": lambda i: str(i["contact"]),
 }
-
-
-def table(head: Sequence[str], rows: Iterable[Sequence[str]]) -> str:
-    """Return a table in Markdown."""
-    lines = ["| " + " | ".join(head) + " |", "|" + " --- |" * len(head)]
-    return "\n".join(lines + ["| " + " | ".join(row) + " |" for row in rows])
 
 
 def right(rows: Sequence[Row]) -> Share:

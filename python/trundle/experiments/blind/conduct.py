@@ -1,0 +1,215 @@
+"""The first blind benchmark from its settings to its results: draw, seal, diagnose."""
+
+from __future__ import annotations
+
+import math
+import time
+from collections.abc import Callable, Sequence
+from dataclasses import asdict, dataclass
+from pathlib import Path
+from typing import Any
+
+import trundle
+from trundle.experiments import versions
+from trundle.experiments.backends import Backend
+from trundle.experiments.blind.case import Planned, draw, plan, plan_limits
+from trundle.experiments.blind.config import Settings
+from trundle.experiments.blind.further import asked_for, kinds, lengthened, same_object
+from trundle.experiments.blind.sealed import digest, folder_digest, open_sealed, seal
+from trundle.experiments.results import Row, read_trials, write_trials
+from trundle.experiments.runner import Runner, Unit
+
+__all__ = ["Proof", "conduct"]
+
+Show = Callable[[str], object]
+
+
+@dataclass(frozen=True)
+class Proof:
+    """Where a benchmark is done.
+
+    Attributes
+    ----------
+    name : str
+        Of its files.
+    settings : Settings
+    work : Path
+        Folder of recordings and of finished units.
+    results : Path
+        Folder of the results that are kept.
+    backend : Backend
+    quiet : bool
+    """
+
+    name: str
+    settings: Settings
+    work: Path
+    results: Path
+    backend: Backend
+    quiet: bool = False
+
+    @property
+    def sealed(self) -> Path:
+        """The sealed answers; kept with the results."""
+        return self.results / f"{self.name}.answers.json"
+
+    def file_of(self, part: str) -> Path:
+        """File of results: "" of the first diagnoses, "_without" and "_after" of the second."""
+        return self.results / f"{self.name}{part}.jsonl"
+
+    def recording(self, case: str) -> Path:
+        """Folder of a case: its path tells nothing."""
+        return self.work / "recordings" / case
+
+    def run(self, label: str, version: str, units: Sequence[Unit]) -> list[Any]:
+        """Run units that depend on a version of the code."""
+        return Runner(self.work / "units", version, self.backend, self.quiet).run(label, units)
+
+
+def conduct(
+    proof: Proof, *, limits: bool, leave_out: bool, after_design: bool = False, tell: Show
+) -> dict[str, Row]:
+    """Do what has not been done yet; return the answers, opened after the last first diagnosis."""
+    drawn = draw_all(proof, plan_limits(proof.settings) if limits else plan(proof.settings))
+    sha = seal(proof.sealed, proof.settings.plain(), {case: one["truth"] for case, one in drawn.items()})
+    tell(f"{len(drawn)} cases drawn; answers sealed, SHA-256 {sha}")
+    digests = {case: one["digest"] for case, one in drawn.items() if one["digest"] is not None}
+    diagnosed(proof, sha, "", [(case, digests[case], {}) for case in digests])
+    known = open_sealed(proof.sealed, sha)
+    if leave_out:
+        alone = {case: known[case]["names"][0] for case in digests if len(known[case]["names"]) == 1}
+        trials = [
+            (case, digests[case], {"without": name})
+            for case, name in alone.items()
+            if name in proof.settings.effects
+        ]
+        diagnosed(proof, sha, "_without", trials)
+    if after_design:
+        pushed_again(proof, sha, digests, known, tell)
+    return known
+
+
+def draw_all(proof: Proof, planned: Sequence[Planned]) -> dict[str, Row]:
+    """Draw the cases that are missing; return the truth and the digest of each."""
+    units = [
+        Unit(
+            one.case,
+            draw_one,
+            {"planned": asdict(one), "settings": proof.settings.plain()},
+            {"folder": proof.recording(one.case)},
+            proof.recording(one.case),
+        )
+        for one in planned
+    ]
+    found = proof.run("drawing cases", versions.of_module("blind/case"), units)
+    return {one.case: drawn for one, drawn in zip(planned, found, strict=True)}
+
+
+def draw_one(planned: Row, settings: Row, folder: Path) -> Row:
+    """Draw a case and write its recording; the digest is None where it was given up."""
+    drawn = draw(Planned(**{**planned, "names": tuple(planned["names"])}), Settings.from_plain(settings))
+    if drawn.recording is None:
+        return {"truth": drawn.answer, "digest": None}
+    drawn.recording.write(folder, table="parquet")
+    return {"truth": drawn.answer, "digest": folder_digest(folder)}
+
+
+def diagnosed(proof: Proof, sha: str, part: str, trials: Sequence[tuple[str, str, Row]]) -> None:
+    """Diagnose recordings, given by case, digest and what else names the trial; write the results."""
+    units = [
+        Unit(case, diagnose_one, {"digest": digest, **more}, {"recording": proof.recording(case)})
+        for case, digest, more in trials
+    ]
+    found = proof.run("diagnosing", versions.of_diagnosis(), units)
+    names = [{"case": case, **more} for case, _, more in trials]
+    write_part(proof, sha, part, names, found)
+
+
+def pushed_again(proof: Proof, sha: str, digests: dict[str, str], known: dict[str, Row], tell: Show) -> None:
+    """Push once more where an answer asks for it, and diagnose again.
+
+    What is asked for comes from the answer alone; only what makes the push knows what is hidden.
+    """
+    asked = {one["case"]: asked_for(one) for one in read_trials(proof.file_of(""))[1]}
+    asked = {case: experiment for case, experiment in asked.items() if experiment is not None}
+    tell(f"{len(asked)} answers ask for a push")
+    names = [{"case": case, "push": kind} for case in asked for kind in kinds(proof.settings)]
+    units = [
+        Unit(
+            f"{name['case']}, {name['push']}",
+            push_and_diagnose,
+            {
+                "settings": proof.settings.plain(),
+                "kind": name["push"],
+                "truth": known[name["case"]],
+                "experiment": asked[name["case"]],
+                "digest": digests[name["case"]],
+            },
+            {"recording": proof.recording(name["case"]), "longer": proof.work / "longer"},
+        )
+        for name in names
+    ]
+    version = f"{versions.of_module('blind/conduct')}-{versions.of_diagnosis()}"
+    write_part(proof, sha, "_after", names, proof.run("pushing and diagnosing", version, units))
+
+
+def write_part(proof: Proof, sha: str, part: str, names: Sequence[Row], found: Sequence[Row]) -> None:
+    """Write the results of a part, unless the sealed answers have changed meanwhile."""
+    if digest(proof.sealed) != sha:
+        raise trundle.TrundleError(f"{proof.sealed}: changed while the diagnoses were made")
+    trials = [(name, one["answer"], one["cost"]) for name, one in zip(names, found, strict=True)]
+    write_trials(proof.file_of(part), {**proof.settings.plain(), "sha256": sha}, trials)
+
+
+def push_and_diagnose(
+    settings: Row, kind: str, truth: Row, experiment: Row, digest: str, recording: Path, longer: Path
+) -> Row:
+    """Push the hidden object of a case once more, and diagnose its longer recording."""
+    asked = Settings.from_plain(settings)
+    made, effort = lengthened(trundle.read(recording), *same_object(truth, asked), kind, experiment)
+    folder = longer / f"{recording.name}_{kinds(asked).index(kind)}"
+    made.write(folder, table="parquet")
+    found = diagnose_one(digest, folder)
+    return {"answer": {**found["answer"], "effort": effort}, "cost": found["cost"]}
+
+
+def diagnose_one(digest: str, recording: Path, without: str | None = None) -> Row:
+    """Diagnose a folder through the public interface; return what is kept of the answer, and seconds."""
+    began = time.perf_counter()
+    try:
+        answer = kept(trundle.diagnose(recording, without=[] if without is None else [without]).answer)
+    except trundle.TrundleError as error:
+        nothing: Row = {key: [] for key in ("missing", "tied", "alternatives", "experiments")}
+        # The place of the benchmark's folder is no part of the answer.
+        answer = {"verdict": "refused", "reason": str(error).replace(f"{recording.parent}/", ""), **nothing}
+    return {"answer": answer, "cost": time.perf_counter() - began}
+
+
+def kept(answer: dict[str, Any]) -> dict[str, Any]:
+    """Return what scoring needs of `diagnosis.json`."""
+    names = ("effect", "probability", "parameters", "where", "explains")
+    held_out = answer["fit"]["held_out"] or {}
+    windows = answer["mismatch"]["windows"]
+    return {
+        "verdict": answer["verdict"],
+        "missing": [{name: one.get(name) for name in names} for one in answer["missing"]],
+        "tied": answer["tied"],
+        "alternatives": [{k: one[k] for k in ("effect", "probability")} for one in answer["alternatives"]],
+        "experiments": [kept_experiment(one) for one in answer["experiments"]],
+        "mismatch": {
+            "body_point": answer["mismatch"]["body_point"],
+            "world_region": answer["mismatch"]["world_region"],
+            "strength": max((window["strength"] for window in windows), default=0.0),
+        },
+        "held_out": {
+            when: {k: v for k, v in figures.items() if v is None or math.isfinite(v)}
+            for when, figures in held_out.items()
+        },
+    }
+
+
+def kept_experiment(experiment: dict[str, Any]) -> dict[str, Any]:
+    """Return what carrying it out needs of an experiment, and what it promises."""
+    names = ("grasp", "direction", "start", "profile", "knots")
+    pushes = [{name: push[name] for name in names} for push in experiment["pushes"]]
+    return {**{name: experiment[name] for name in ("models", "separation", "sure")}, "pushes": pushes}

@@ -1,0 +1,52 @@
+"""Everything that can be hidden in a recording: the effects of the catalogue, and families outside it."""
+
+from __future__ import annotations
+
+from trundle.experiments.blind.families.casters import CasterSwivel
+from trundle.experiments.blind.families.distortion import DISTORTIONS
+from trundle.experiments.blind.families.floor import FloorGrain, FloorPatch, FloorSlope
+from trundle.experiments.blind.families.foreign_motion import MOTIONS
+from trundle.experiments.blind.families.foreign_sensing import SENSINGS
+from trundle.experiments.blind.families.friction import CoulombFriction
+from trundle.experiments.blind.families.inertia import ComOffset, MassChange, SwingingLoad
+from trundle.experiments.blind.families.joints import AxisFriction, ThinningDrag
+from trundle.experiments.blind.families.sensing import (
+    ForceBias,
+    ForceScale,
+    GripperInertia,
+    Latency,
+    TrackerOffset,
+)
+from trundle.experiments.blind.families.surroundings import ObstacleContact, Tether
+from trundle.experiments.blind.families.wheels import SecondWheel, WheelEvent
+from trundle.experiments.blind.family import Family
+
+__all__ = ["CATALOGUE", "FAMILIES", "FOREIGN"]
+
+KNOWN: tuple[Family, ...] = (
+    CoulombFriction(),
+    CasterSwivel(),
+    SecondWheel(),
+    ComOffset(),
+    FloorSlope(),
+    FloorPatch(),
+    FloorGrain(),
+    WheelEvent(),
+    MassChange(),
+    ObstacleContact(),
+    Tether(),
+    SwingingLoad(),
+    ForceBias(),
+    ForceScale(),
+    Latency(),
+    GripperInertia(),
+    TrackerOffset(),
+    AxisFriction(),
+    ThinningDrag(),
+    *DISTORTIONS,
+)
+CATALOGUE: dict[str, Family] = {family.name: family for family in KNOWN}
+"""By the catalogue's name, in the order of docs/diagnosis.md."""
+FOREIGN: dict[str, Family] = {family.name: family for family in (*MOTIONS, *SENSINGS)}
+"""What no effect of the catalogue is; the right answer is "unexplained"."""
+FAMILIES: dict[str, Family] = {**CATALOGUE, **FOREIGN}

@@ -1,0 +1,303 @@
+"""Physics of the object or the floor that the catalogue does not have."""
+
+from __future__ import annotations
+
+from collections.abc import Sequence
+from typing import Any
+
+import mujoco
+import numpy as np
+from numpy.typing import NDArray
+
+from trundle.experiments.blind.family import Family, Hook, Site, Values
+from trundle.experiments.blind.push import CONTACT
+from trundle.experiments.blind.scene import Scene
+from trundle.experiments.blind.world import set_wheel
+
+Floats = NDArray[np.float64]
+
+
+class Foreign(Family):
+    """A family outside the catalogue: its truth names nothing."""
+
+    foreign = True
+
+    def truth(self, scene: Scene, values: Values) -> Values:
+        """Return nothing that an answer could be compared with."""
+        return {"parameters": {}, "where": None}
+
+
+class Magnet(Foreign):
+    """A point of the floor that attracts the object's origin, the more the nearer."""
+
+    name = "magnet"
+    scales = ("strength",)
+
+    def draw(self, rng: np.random.Generator, scene: Scene, paths: Sequence[Floats]) -> Values:
+        """Return a place near the paths."""
+        place = np.mean([path[:, :2].mean(axis=0) for path in paths], axis=0) + rng.uniform(-0.3, 0.3, 2)
+        return {"strength": float(np.exp(rng.uniform(np.log(8.0), np.log(40.0)))), "place": place.tolist()}
+
+    def hook(self, model: Any, site: Site, values: Values) -> Hook | None:
+        """Return a force of strength · d/(d² + r²) · r, at most half the strength."""
+        (x, y), reach = values["place"], 0.25
+
+        def pull(data: mujoco.MjData) -> None:
+            dx, dy = x - data.qpos[0], y - data.qpos[1]
+            pulled = values["strength"] * reach / (dx * dx + dy * dy + reach * reach)
+            data.qfrc_applied[0] += pulled * dx
+            data.qfrc_applied[1] += pulled * dy
+
+        return pull
+
+
+class WarmingWheel(Foreign):
+    """A wheel whose grease is stiff at first and thins as it rolls."""
+
+    name = "warming_wheel"
+    scales = ("excess",)
+
+    def draw(self, rng: np.random.Generator, scene: Scene, paths: Sequence[Floats]) -> Values:
+        """Return by how much it is stiffer, and how long it takes to warm."""
+        return {"excess": float(rng.uniform(2.0, 10.0)), "seconds": float(rng.uniform(1.0, 3.0))}
+
+    def hook(self, model: Any, site: Site, values: Values) -> Hook | None:
+        """Let the friction fall to that of the warm wheel in each episode."""
+        wheel = site.scene.wheel
+
+        def warm(data: mujoco.MjData) -> None:
+            factor = 1.0 + values["excess"] * np.exp(-(data.time - CONTACT) / values["seconds"])
+            set_wheel(model, "wheel", wheel.mu_x * factor, wheel.mu_y * factor)
+
+        return warm
+
+
+class Shaking(Foreign):
+    """A machine nearby shakes the object to and fro along one direction of the room."""
+
+    name = "shaking"
+    scales = ("force",)
+
+    def draw(self, rng: np.random.Generator, scene: Scene, paths: Sequence[Floats]) -> Values:
+        """Return force, frequency and direction."""
+        return {
+            "force": float(np.exp(rng.uniform(np.log(4.0), np.log(25.0)))),
+            "frequency": float(rng.uniform(0.5, 2.0)),
+            "direction": float(rng.uniform(-np.pi, np.pi)),
+            "phase": float(rng.uniform(-np.pi, np.pi)),
+        }
+
+    def hook(self, model: Any, site: Site, values: Values) -> Hook | None:
+        """Return a sine of the time since contact."""
+        c, s = np.cos(values["direction"]), np.sin(values["direction"])
+
+        def shake(data: mujoco.MjData) -> None:
+            turn = 2 * np.pi * values["frequency"] * (data.time - CONTACT) + values["phase"]
+            force = values["force"] * np.sin(turn)
+            data.qfrc_applied[0] += force * c
+            data.qfrc_applied[1] += force * s
+
+        return shake
+
+
+class Rattling(Foreign):
+    """A drawer without a spring that slides freely and knocks against its ends: MuJoCo's joint limits."""
+
+    name = "rattling_load"
+    scales = ("mass",)
+
+    def draw(self, rng: np.random.Generator, scene: Scene, paths: Sequence[Floats]) -> Values:
+        """Return a share of the mass, a direction, and how far it slides."""
+        return {
+            "mass": float(rng.uniform(0.25, 0.6) * scene.mass),
+            "direction": float(rng.uniform(-np.pi, np.pi)),
+            "range": float(rng.uniform(0.05, 0.2)),
+        }
+
+    def furnish(self, site: Site, values: Values) -> None:
+        """Take the mass from the object and let it slide."""
+        mass = max(values["mass"], 1e-4)
+        for geom in site.table.geoms:
+            geom.mass *= 1.0 - mass / site.scene.mass
+        drawer = site.table.add_body(name="drawer", pos=[*site.scene.shape.centroid, 0.2])
+        joint = drawer.add_joint(name="drawer", type=mujoco.mjtJoint.mjJNT_SLIDE)
+        joint.axis = [np.cos(values["direction"]), np.sin(values["direction"]), 0.0]
+        joint.limited, joint.range = True, [-values["range"], values["range"]]
+        sphere = mujoco.mjtGeom.mjGEOM_SPHERE
+        drawer.add_geom(type=sphere, size=[0.02, 0, 0], mass=mass, contype=0, conaffinity=0)
+
+
+class Hysteresis(Foreign):
+    """A bundle of cables that gives way and remembers: Bouc and Wen's spring to the room."""
+
+    name = "hysteretic_spring"
+    scales = ("stiffness",)
+
+    def draw(self, rng: np.random.Generator, scene: Scene, paths: Sequence[Floats]) -> Values:
+        """Return its stiffness and the displacement at which it yields."""
+        return {
+            "stiffness": float(np.exp(rng.uniform(np.log(40.0), np.log(250.0)))),
+            "yields": float(rng.uniform(0.08, 0.25)),
+        }
+
+    def hook(self, model: Any, site: Site, values: Values) -> Hook | None:
+        """Return the force on the object's origin; its memory begins anew in each episode."""
+        memory, step, limit = [0.0, 0.0], model.opt.timestep, values["yields"]
+
+        def pull(data: mujoco.MjData) -> None:
+            for axis in (0, 1):
+                speed, bent = data.qvel[axis].item(), memory[axis] / limit
+                memory[axis] += step * (speed - 0.5 * bent * (abs(speed) + speed * np.sign(bent)) * abs(bent))
+                data.qfrc_applied[axis] -= values["stiffness"] * memory[axis]
+
+        return pull
+
+
+class StickyGround(Foreign):
+    """A floor that drags the more the farther one goes in one direction, without an edge."""
+
+    name = "sticky_ground"
+    scales = ("slope",)
+
+    def draw(self, rng: np.random.Generator, scene: Scene, paths: Sequence[Floats]) -> Values:
+        """Return friction per metre, and the direction in which it grows."""
+        turn = float(rng.uniform(-np.pi, np.pi))
+        ways = np.concatenate([path[::100, :2] for path in paths]) @ [np.cos(turn), np.sin(turn)]
+        slope = float(np.exp(rng.uniform(np.log(40.0), np.log(300.0))))
+        return {"slope": slope, "direction": turn, "from": float(ways.min())}
+
+    def hook(self, model: Any, site: Site, values: Values) -> Hook | None:
+        """Return a drag on the object's origin."""
+        c, s = np.cos(values["direction"]), np.sin(values["direction"])
+
+        def brake(data: mujoco.MjData) -> None:
+            way = c * data.qpos[0] + s * data.qpos[1] - values["from"]
+            drag = min(values["slope"] * max(way, 0.0), 1500.0)
+            data.qfrc_applied[0] -= drag * data.qvel[0]
+            data.qfrc_applied[1] -= drag * data.qvel[1]
+
+        return brake
+
+
+class MagneticLine(Foreign):
+    """A magnet along a line of the floor that pulls the object's origin across it."""
+
+    name = "magnetic_line"
+    scales = ("strength",)
+
+    def draw(self, rng: np.random.Generator, scene: Scene, paths: Sequence[Floats]) -> Values:
+        """Return a line across the paths."""
+        turn = float(rng.uniform(-np.pi, np.pi))
+        normal = np.array([np.cos(turn), np.sin(turn)])
+        middle = np.mean([path[:, :2].mean(axis=0) for path in paths], axis=0)
+        strength = float(np.exp(rng.uniform(np.log(15.0), np.log(60.0))))
+        offset = float(middle @ normal + rng.uniform(-0.2, 0.2))
+        return {"strength": strength, "direction": turn, "offset": offset}
+
+    def hook(self, model: Any, site: Site, values: Values) -> Hook | None:
+        """Return a force of −strength · s/(1 + s²)², with s the distance over 0.15 m."""
+        c, s = np.cos(values["direction"]), np.sin(values["direction"])
+
+        def pull(data: mujoco.MjData) -> None:
+            off = (c * data.qpos[0] + s * data.qpos[1] - values["offset"]) / 0.15
+            pulled = values["strength"] * off / (1.0 + off * off) ** 2
+            data.qfrc_applied[0] -= pulled * c
+            data.qfrc_applied[1] -= pulled * s
+
+        return pull
+
+
+class RateAndState(Foreign):
+    """Dry friction at the object's origin that heals at rest and weakens as it slides (Dieterich)."""
+
+    name = "rate_and_state"
+    scales = ("force",)
+
+    def draw(self, rng: np.random.Generator, scene: Scene, paths: Sequence[Floats]) -> Values:
+        """Return the friction of a fresh contact, the slip that renews it, and by how much it heals."""
+        return {
+            "force": float(np.exp(rng.uniform(np.log(6.0), np.log(25.0)))),
+            "slip": float(rng.uniform(0.02, 0.1)),
+            "evolution": float(rng.uniform(0.1, 0.25)),
+        }
+
+    def hook(self, model: Any, site: Site, values: Values) -> Hook | None:
+        """Return the force; each episode begins after ten seconds at rest."""
+        age, step = [10.0], model.opt.timestep
+
+        def rub(data: mujoco.MjData) -> None:
+            speed = float(np.hypot(data.qvel[0], data.qvel[1]))
+            age[0] = max(age[0] + step * (1.0 - speed * age[0] / values["slip"]), 0.0)
+            healed = values["evolution"] * np.log(1.0 + 0.1 * age[0] / values["slip"])
+            drag = values["force"] * (1.0 + healed) / np.hypot(speed, 1e-3)
+            data.qfrc_applied[0] -= drag * data.qvel[0]
+            data.qfrc_applied[1] -= drag * data.qvel[1]
+
+        return rub
+
+
+class FadingFriction(Foreign):
+    """Dry friction at the object's origin that is polished away as it slides, anew in each episode."""
+
+    name = "fading_friction"
+    scales = ("force",)
+
+    def draw(self, rng: np.random.Generator, scene: Scene, paths: Sequence[Floats]) -> Values:
+        """Return the friction at first, and over which distance it falls to a third."""
+        force = float(np.exp(rng.uniform(np.log(10.0), np.log(40.0))))
+        return {"force": force, "distance": float(rng.uniform(0.1, 0.4))}
+
+    def hook(self, model: Any, site: Site, values: Values) -> Hook | None:
+        """Return the force; its memory begins anew in each episode."""
+        slid, step = [0.0], model.opt.timestep
+
+        def rub(data: mujoco.MjData) -> None:
+            speed = float(np.hypot(data.qvel[0], data.qvel[1]))
+            slid[0] += step * speed
+            drag = values["force"] * np.exp(-slid[0] / values["distance"]) / np.hypot(speed, 1e-3)
+            data.qfrc_applied[0] -= drag * data.qvel[0]
+            data.qfrc_applied[1] -= drag * data.qvel[1]
+
+        return rub
+
+
+class Sail(Foreign):
+    """A draught along one direction of the room that catches the object broadside and turns it."""
+
+    name = "sail"
+    scales = ("force",)
+
+    def draw(self, rng: np.random.Generator, scene: Scene, paths: Sequence[Floats]) -> Values:
+        """Return the force broadside on, the direction, and how far behind the origin it attacks."""
+        return {
+            "force": float(np.exp(rng.uniform(np.log(5.0), np.log(20.0)))),
+            "direction": float(rng.uniform(-np.pi, np.pi)),
+            "lever": float(rng.uniform(0.05, 0.2)),
+        }
+
+    def hook(self, model: Any, site: Site, values: Values) -> Hook | None:
+        """Return a force with the square of the sine between heading and draught, and its torque."""
+        c, s = np.cos(values["direction"]), np.sin(values["direction"])
+
+        def blow(data: mujoco.MjData) -> None:
+            across = np.sin(values["direction"] - data.qpos[2])
+            force = values["force"] * across * across
+            data.qfrc_applied[0] += force * c
+            data.qfrc_applied[1] += force * s
+            data.qfrc_applied[2] -= force * values["lever"] * across
+
+        return blow
+
+
+MOTIONS: tuple[Family, ...] = (
+    Magnet(),
+    WarmingWheel(),
+    Shaking(),
+    Rattling(),
+    Hysteresis(),
+    StickyGround(),
+    MagneticLine(),
+    RateAndState(),
+    FadingFriction(),
+    Sail(),
+)

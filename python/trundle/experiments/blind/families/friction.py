@@ -1,0 +1,73 @@
+"""Dry friction: feet that real contacts carry, pressed on the floor by a constant force."""
+
+from __future__ import annotations
+
+from collections.abc import Sequence
+
+import mujoco
+import numpy as np
+from numpy.typing import NDArray
+
+from trundle.experiments.blind.family import Family, Site, Values
+from trundle.experiments.blind.scene import Scene, draw_point
+
+Floats = NDArray[np.float64]
+
+PRESSED = 100.0
+"""Load of all feet together, N; the friction coefficient is what is left."""
+RADIUS = 0.02
+"""Of a foot, m."""
+FEET = {"contype": 2, "conaffinity": 2, "condim": 3}
+"""Feet and floor touch each other and nothing else."""
+
+
+class CoulombFriction(Family):
+    """Dry friction at a point, or shared by all feet: MuJoCo's contact, with an elliptic cone."""
+
+    name = "coulomb_friction"
+    scales = ("force",)
+
+    def draw(self, rng: np.random.Generator, scene: Scene, paths: Sequence[Floats]) -> Values:
+        """Return a force, and a point or none: under the whole body, one case in three."""
+        force = float(np.exp(rng.uniform(np.log(3.0), np.log(30.0))))
+        whole = bool(rng.random() < 1 / 3)
+        return {"force": force, "point": None if whole else list(draw_point(rng, scene.shape))}
+
+    def furnish(self, site: Site, values: Values) -> None:
+        """Add the floor and the feet."""
+        points = site.scene.shape.feet.tolist() if values["point"] is None else [values["point"]]
+        friction = [values["force"] / PRESSED, 0.0, 0.0]
+        plane = mujoco.mjtGeom.mjGEOM_PLANE
+        site.spec.worldbody.add_geom(type=plane, size=[50.0, 50.0, 1.0], friction=friction, **FEET)
+        for k, (x, y) in enumerate(points):
+            add_foot(site, f"foot {k}", (x, y), PRESSED / len(points), friction)
+
+    def truth(self, scene: Scene, values: Values) -> Values:
+        """Return force and point."""
+        where = None if values["point"] is None else {"body_point": values["point"]}
+        return {"parameters": {"force": values["force"]}, "where": where}
+
+    def laws(self, scene: Scene, values: Values) -> list[Values]:
+        """Return friction at the point, or under the supports."""
+        if values["point"] is None:
+            return [{"kind": "support_friction", "force": values["force"], "spread": 1.0}]
+        x, y = values["point"]
+        return [{"kind": "coulomb_friction", "x": x, "y": y, "force": values["force"]}]
+
+
+def add_foot(site: Site, name: str, point: tuple[float, float], load: float, friction: list[float]) -> None:
+    """Add a light foot that slides up and down and is pressed on the floor."""
+    foot = site.table.add_body(name=name, pos=[*point, RADIUS])
+    joint = mujoco.mjtJoint.mjJNT_SLIDE
+    foot.add_joint(name=f"{name} lift", type=joint, axis=[0, 0, 1], damping=1.0)
+    sphere = mujoco.mjtGeom.mjGEOM_SPHERE
+    foot.add_geom(type=sphere, size=[RADIUS, 0.0, 0.0], mass=0.01, friction=friction, **FEET)
+    site.spec.add_actuator(
+        name=f"{name} load",
+        trntype=mujoco.mjtTrn.mjTRN_JOINT,
+        target=f"{name} lift",
+        biastype=mujoco.mjtBias.mjBIAS_AFFINE,
+        biasprm=[-load] + [0.0] * 9,
+        gaintype=mujoco.mjtGain.mjGAIN_FIXED,
+        gainprm=[0.0] * 10,
+    )

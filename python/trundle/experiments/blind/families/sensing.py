@@ -1,0 +1,155 @@
+"""Instruments that the catalogue knows: an offset, a gain, a late clock, a heavy gripper, a wrong frame."""
+
+from __future__ import annotations
+
+from collections.abc import Sequence
+
+import mujoco
+import numpy as np
+from numpy.typing import NDArray
+
+from trundle.experiments.blind.family import Family, Site, Values
+from trundle.experiments.blind.push import CONTACT, Grasp
+from trundle.experiments.blind.scene import Scene
+from trundle.experiments.blind.seen import Seen, held, sampled
+
+Floats = NDArray[np.float64]
+
+
+class ForceBias(Family):
+    """An offset of the reading that begins with contact, and may drift."""
+
+    name = "force_bias"
+    scales = ("force_x", "force_y", "torque_z", "drift_x", "drift_y")
+
+    def draw(self, rng: np.random.Generator, scene: Scene, paths: Sequence[Floats]) -> Values:
+        """Return an offset of 1 to 8 N, with a drift one case in two."""
+        size = np.exp(rng.uniform(np.log(1.0), np.log(8.0)))
+        turn, drifts = rng.uniform(-np.pi, np.pi), rng.random() < 0.5
+        drift = rng.normal(size=2) * 0.15 * size * drifts
+        return {
+            "force_x": float(size * np.cos(turn)),
+            "force_y": float(size * np.sin(turn)),
+            "torque_z": float(rng.normal() * 0.1 * size),
+            "drift_x": float(drift[0]),
+            "drift_y": float(drift[1]),
+        }
+
+    def distort(self, seen: Seen, site: Site, values: Values) -> Seen:
+        """Add it to the reading."""
+        since = np.maximum(seen.t - CONTACT, 0.0)
+        offset = np.array([values["force_x"], values["force_y"], values["torque_z"]])
+        drift = np.array([values["drift_x"], values["drift_y"], 0.0])
+        added = (seen.t >= CONTACT)[:, None] * (offset + since[:, None] * drift)
+        return seen.changed(wrench=seen.wrench + added)
+
+    def truth(self, scene: Scene, values: Values) -> Values:
+        """Return offset and drift."""
+        return {"parameters": dict(values), "where": None}
+
+    def laws(self, scene: Scene, values: Values) -> list[Values]:
+        """Return the offset, and the drift where there is one."""
+        law = {"kind": self.name, **values}
+        drifts = values["drift_x"] != 0.0 or values["drift_y"] != 0.0
+        return [law if drifts else {k: v for k, v in law.items() if not k.startswith("drift")}]
+
+
+class Latency(Family):
+    """The wrench's clock runs late."""
+
+    name = "latency"
+    scales = ("delay",)
+
+    def draw(self, rng: np.random.Generator, scene: Scene, paths: Sequence[Floats]) -> Values:
+        """Return a delay of 20 to 150 ms."""
+        return {"delay": float(np.exp(rng.uniform(np.log(0.02), np.log(0.15))))}
+
+    def distort(self, seen: Seen, site: Site, values: Values) -> Seen:
+        """Read what was true earlier."""
+        return seen.changed(wrench=sampled(seen.t, seen.wrench, seen.t - values["delay"]))
+
+    def truth(self, scene: Scene, values: Values) -> Values:
+        """Return the delay."""
+        return {"parameters": dict(values), "where": None}
+
+    def laws(self, scene: Scene, values: Values) -> list[Values]:
+        """Return the delay."""
+        return [{"kind": self.name, **values}]
+
+
+class ForceScale(Family):
+    """The sensor reads too much or too little, by axis."""
+
+    name = "force_scale"
+    scales = ("log_x", "log_y", "log_torque")
+
+    def draw(self, rng: np.random.Generator, scene: Scene, paths: Sequence[Floats]) -> Values:
+        """Return gains between 0.6 and 1.6; alike on all axes they could not be told from another mass."""
+        return {name: float(rng.uniform(np.log(0.6), np.log(1.6))) for name in self.scales}
+
+    def distort(self, seen: Seen, site: Site, values: Values) -> Seen:
+        """Scale the reading."""
+        return seen.changed(wrench=seen.wrench * np.exp([values[name] for name in self.scales]))
+
+    def truth(self, scene: Scene, values: Values) -> Values:
+        """Return the gains, where the mass was told: else only their ratios are in the data."""
+        gains = {name.replace("log", "gain"): float(np.exp(values[name])) for name in self.scales}
+        return {"parameters": gains if scene.mass_told else {}, "where": None}
+
+    def laws(self, scene: Scene, values: Values) -> list[Values]:
+        """Return the gains; where the mass was not told, those over that of x."""
+        common = 0.0 if scene.mass_told else values["log_x"]
+        gains = {name.replace("log", "gain"): float(np.exp(values[name] - common)) for name in self.scales}
+        return [{"kind": self.name, **gains}]
+
+
+class GripperInertia(Family):
+    """What the sensor carries has a mass: a body at the grasp, beyond the sensor."""
+
+    name = "gripper_inertia"
+    scales = ("mass",)
+
+    def draw(self, rng: np.random.Generator, scene: Scene, paths: Sequence[Floats]) -> Values:
+        """Return a mass of 1.5 to 12 kg."""
+        return {"mass": float(np.exp(rng.uniform(np.log(1.5), np.log(12.0))))}
+
+    def furnish(self, site: Site, values: Values) -> None:
+        """Fix the mass to the object at the grasp: what the sensor bears moves both."""
+        grasp = site.scene.pushes[site.episode].grasp
+        sphere = mujoco.mjtGeom.mjGEOM_SPHERE
+        tool = site.table.add_body(name="tool", pos=[grasp.x, grasp.y, 0.2])
+        tool.add_geom(type=sphere, size=[0.02, 0, 0], mass=values["mass"], contype=0, conaffinity=0)
+
+    def truth(self, scene: Scene, values: Values) -> Values:
+        """Return the mass."""
+        return {"parameters": dict(values), "where": None}
+
+    def laws(self, scene: Scene, values: Values) -> list[Values]:
+        """Return the mass."""
+        return [{"kind": self.name, **values}]
+
+
+class TrackerOffset(Family):
+    """What the tracker follows is not where the footprint says."""
+
+    name = "tracker_offset"
+    scales = ("offset_x", "offset_y", "offset_theta")
+
+    def draw(self, rng: np.random.Generator, scene: Scene, paths: Sequence[Floats]) -> Values:
+        """Return an offset of 5 cm to 25 cm, turned a little."""
+        size, turn = rng.uniform(0.05, 0.25), rng.uniform(-np.pi, np.pi)
+        x, y, theta = size * np.cos(turn), size * np.sin(turn), rng.normal() * 0.05
+        return {"offset_x": float(x), "offset_y": float(y), "offset_theta": float(theta)}
+
+    def distort(self, seen: Seen, site: Site, values: Values) -> Seen:
+        """Follow another frame of the object."""
+        frame = Grasp(values["offset_x"], values["offset_y"], values["offset_theta"])
+        return seen.changed(pose=held(seen.pose, frame))
+
+    def truth(self, scene: Scene, values: Values) -> Values:
+        """Return the tracked frame in the footprint's."""
+        return {"parameters": dict(values), "where": None}
+
+    def laws(self, scene: Scene, values: Values) -> list[Values]:
+        """Return the offset."""
+        return [{"kind": self.name, **values}]

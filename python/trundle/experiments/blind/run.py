@@ -1,0 +1,76 @@
+"""`trundle prove`: a proof from its file to its document."""
+
+from __future__ import annotations
+
+import shutil
+import sys
+from pathlib import Path
+
+from trundle.experiments.backends import Backend
+from trundle.experiments.blind.conduct import Proof, conduct
+from trundle.experiments.blind.config import read
+from trundle.experiments.blind.document import write_document
+from trundle.recording import TrundleError
+
+__all__ = ["prove"]
+
+
+def prove(
+    config: Path,
+    which: str,
+    work: Path,
+    out: Path,
+    *,
+    backend: Backend,
+    limits: bool = False,
+    leave_out: bool = False,
+    after_design: bool = False,
+    fresh: bool = False,
+    redraw: bool = False,
+    quiet: bool = False,
+) -> str:
+    """Do what has not been done of a proof, and write its document.
+
+    Parameters
+    ----------
+    config : Path
+        The proof's file.
+    which : str
+        A range of seeds of the file.
+    work : Path
+        Folder of recordings.
+    out : Path
+        Folder of the document, of `proof/` (results) and of `images/`.
+    backend : Backend
+        Where cases are drawn and diagnosed.
+    limits, leave_out, after_design : bool
+        Detection limits instead of the main proof; a second diagnosis without the true effect; one more push
+        where the first diagnosis asks for it.
+    fresh, redraw : bool
+        Begin anew; or only write the document.
+    quiet : bool
+        Show no progress.
+
+    Returns
+    -------
+    str
+        What was written.
+    """
+    settings = read(config, which)
+    name = config.stem if which == "report" else f"{config.stem}_{which}"
+    if not redraw:
+        part = f"{name}_limits" if limits else name
+        proof = Proof(part, settings, work / part, out / "proof", backend, quiet)
+        if fresh:
+            shutil.rmtree(proof.work, ignore_errors=True)
+            for later in ("_without", "_after"):
+                proof.file_of(later).unlink(missing_ok=True)
+        conduct(proof, limits=limits, leave_out=leave_out, after_design=after_design, tell=tell)
+    if not (out / "proof" / f"{name}.jsonl").exists() and redraw:
+        raise TrundleError(f"{out / 'proof' / name}.jsonl: there are no results to draw; leave out --redraw")
+    return write_document(out, name)
+
+
+def tell(text: str) -> None:
+    """Say something at once, beside the answer."""
+    print(text, file=sys.stderr, flush=True)

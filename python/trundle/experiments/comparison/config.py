@@ -1,0 +1,206 @@
+"""A comparison's file: which worlds, which agents, and who plays where."""
+
+from __future__ import annotations
+
+import re
+from dataclasses import dataclass, field
+from pathlib import Path
+from typing import Any, Literal
+
+from trundle.agent import AdaptiveAgent
+from trundle.recording import TrundleError
+from trundle.settings import checked, ending, headed, matching
+
+__all__ = ["Agent", "Settings", "Target", "Worlds", "read"]
+
+FORMAT = "trundle-compare/1"
+
+
+@dataclass(frozen=True)
+class Worlds:
+    """A group of worlds: an environment and a range of its seeds.
+
+    Attributes
+    ----------
+    title : str
+        What they are, for the document.
+    env : str
+        Its id.
+    first, count : int
+        The seeds are `first` to `first + count - 1`.
+    agents : list of str
+        Who plays here.
+    options : dict
+        Arguments of the environment.
+    effect : list of dict
+        Effects beside that, drawn for each world; see `trundle.experiments.comparison.world.drawn`.
+    """
+
+    title: str
+    env: str
+    first: int
+    count: int
+    agents: list[str]
+    options: dict[str, Any] = field(default_factory=dict)
+    effect: list[dict[str, Any]] = field(default_factory=list)
+
+    @property
+    def identity(self) -> dict[str, Any]:
+        """What an episode depends on, beside its seed."""
+        return {"env": self.env, "options": self.options, "effect": self.effect}
+
+    @property
+    def seeds(self) -> range:
+        """The seeds."""
+        return range(self.first, self.first + self.count)
+
+
+@dataclass(frozen=True)
+class Agent:
+    """Who plays.
+
+    Attributes
+    ----------
+    title : str
+        For the document.
+    kind : {"oracle", "adaptive", "policy"}
+        `trundle.AdaptiveAgent` that knows the truth and keeps to it; that begins from its own belief; or what
+        stable-baselines3 has learnt.
+    settings : dict
+        Arguments of `trundle.AdaptiveAgent`.
+    files : list of str
+        Of a policy: one for each run of its training. Each plays all worlds.
+    options : dict
+        Arguments of the environment that this agent needs otherwise than the others, such as `action`.
+    curve : str
+        Of a policy: which learning curves are its own, by their `config`.
+    """
+
+    title: str
+    kind: Literal["oracle", "adaptive", "policy"]
+    settings: dict[str, Any] = field(default_factory=dict)
+    files: list[str] = field(default_factory=list)
+    options: dict[str, Any] = field(default_factory=dict)
+    curve: str = ""
+
+    @property
+    def identity(self) -> dict[str, Any]:
+        """What an episode depends on, beside the policy's file."""
+        return {"kind": self.kind, "settings": self.settings, "options": self.options}
+
+    @property
+    def learns(self) -> bool:
+        """Whether it learns while it plays."""
+        return self.kind == "adaptive" and bool(self.settings.get("adapt", True))
+
+    @property
+    def runs(self) -> range:
+        """Numbers of what plays under this name: one for each file of a policy."""
+        return range(len(self.files) or 1)
+
+
+@dataclass(frozen=True)
+class Target:
+    """What is to be reached: a figure of an agent in a group of worlds, at `least` or at `most`."""
+
+    worlds: str
+    agent: str
+    figure: Literal["success", "quick success", "regret"]
+    least: float | None = None
+    most: float | None = None
+
+
+@dataclass(frozen=True)
+class Settings:
+    """All of it.
+
+    Attributes
+    ----------
+    name : str
+        Of the document and of the folder of its results.
+    title : str
+        Heading of the document.
+    worlds, agents : dict
+        By name, in order.
+    main : str
+        The agent that the document is about.
+    push : float
+        Time that counts as one push, s.
+    pairs : list of (str, str)
+        Agents that differ in one thing: what it is worth is told, the one that has it first.
+    targets : list of Target
+    """
+
+    name: str
+    title: str
+    worlds: dict[str, Worlds]
+    agents: dict[str, Agent]
+    main: str
+    push: float = 0.5
+    pairs: list[tuple[str, str]] = field(default_factory=list)
+    targets: list[Target] = field(default_factory=list)
+
+
+def read(path: Path) -> Settings:
+    """Read a comparison's file.
+
+    Raises
+    ------
+    TrundleError
+        If a key is missing, unknown or of another type, or a name leads nowhere.
+    """
+    settings = checked(path, Settings, headed(path, FORMAT))
+    consistent(path, settings)
+    return settings
+
+
+def consistent(path: Path, settings: Settings) -> None:
+    """Refuse what no comparison can be made of."""
+    if not settings.push > 0 or not re.fullmatch(r"[\w-]+", settings.name):
+        raise TrundleError(
+            f"{path}: push = {settings.push}, name = {settings.name!r}: give a time and a word"
+        )
+    if not settings.worlds:
+        raise TrundleError(f"{path}: give at least one table [worlds.NAME]")
+    known_agents(path, settings, "main", [settings.main])
+    for name, agent in settings.agents.items():
+        check_agent(f"{path}: [agents.{name}]", agent)
+        ending(path, agent.options, f"agents.{name}")
+        matching(path, AdaptiveAgent.__init__, agent.settings, f"agents.{name}.settings")
+    for name, worlds in settings.worlds.items():
+        known_agents(path, settings, f"[worlds.{name}] agents", worlds.agents)
+        if worlds.count < 1 or worlds.first < 0:
+            raise TrundleError(f"{path}: [worlds.{name}]: give first >= 0 and count >= 1")
+        ending(path, worlds.options, f"worlds.{name}")
+    for pair in settings.pairs:
+        known_agents(path, settings, "pairs", list(pair))
+    for target in settings.targets:
+        check_target(path, settings, target)
+
+
+def known_agents(path: Path, settings: Settings, where: str, names: list[str]) -> None:
+    """Refuse names that are no agent's."""
+    for name in names:
+        if name not in list(settings.agents):
+            known = ", ".join(settings.agents)
+            raise TrundleError(f"{path}: {where}: there is no agent {name!r}; there are {known}")
+
+
+def check_agent(where: str, agent: Agent) -> None:
+    """Refuse what is not meant for an agent of its kind."""
+    if (agent.kind == "policy") != bool(agent.files):
+        raise TrundleError(f"{where} files: a policy has some, no other agent has")
+    if agent.kind == "policy" and agent.settings:
+        raise TrundleError(f"{where} settings: they are of trundle.AdaptiveAgent, not of a policy")
+    if "model" in agent.settings:
+        raise TrundleError(f'{where} settings: no model can be given; kind = "oracle" knows the hidden one')
+
+
+def check_target(path: Path, settings: Settings, target: Target) -> None:
+    """Refuse a target that is not of these worlds and agents, or says no number or two."""
+    known_agents(path, settings, "targets", [target.agent])
+    if target.worlds not in settings.worlds:
+        known = ", ".join(settings.worlds)
+        raise TrundleError(f"{path}: targets: there are no worlds {target.worlds!r}; there are {known}")
+    if (target.least is None) == (target.most is None):
+        raise TrundleError(f"{path}: targets: {target}: give least or most")

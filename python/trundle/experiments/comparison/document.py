@@ -1,0 +1,131 @@
+"""The document of a comparison, written from the results that are kept."""
+
+from __future__ import annotations
+
+import re
+from collections.abc import Mapping, Sequence
+from pathlib import Path
+
+from trundle.experiments.comparison import figures, tables
+from trundle.experiments.comparison.config import Settings
+from trundle.experiments.comparison.curves import Curve, read_curves
+from trundle.experiments.comparison.results import Results, costs_of, read_results
+from trundle.experiments.comparison.scores import regret, success
+from trundle.experiments.markdown import prose
+from trundle.experiments.results import Row
+from trundle.recording import TrundleError
+from trundle.whole import write_text
+
+__all__ = ["write_document"]
+
+Learnt = Mapping[str, Sequence[Curve]]
+"""Learning curves by what was trained."""
+Costs = Mapping[str, Mapping[str, float]]
+"""What decisions cost, by `worlds/agent`."""
+
+
+def write_document(out: Path, settings: Settings, config: Path) -> str:
+    """Write `NAME.md` and its figures from `NAME/`; return what is in it.
+
+    Parameters
+    ----------
+    out : Path
+        Folder of the document, of `NAME/` and of `images/`.
+    settings : Settings
+        Its `name` is the document's.
+    config : Path
+        Named where it says how to reproduce it.
+    """
+    folder = out / settings.name
+    found = read_results(folder / "results.jsonl", settings)
+    results = {name: group for name, group in found.items() if any(group.values())}
+    if not results:
+        raise TrundleError(f"{folder / 'results.jsonl'}: holds none of these worlds; leave out --redraw")
+    learnt = read_curves(folder / "curves")
+    draw(out / "images", settings, results, learnt)
+    text = whole(settings, results, learnt, costs_of(folder / "costs.json"), config)
+    write_text(out / f"{settings.name}.md", text)
+    return text
+
+
+def draw(images: Path, settings: Settings, results: Results, learnt: Learnt) -> None:
+    """Draw the figures."""
+    images.mkdir(parents=True, exist_ok=True)
+    figures.successes(images / f"{settings.name}_successes.png", settings, results)
+    figures.profiles(images / f"{settings.name}_profiles.png", settings, results)
+    if tables.learning(settings, results, learnt):
+        figures.curves(images / f"{settings.name}_curves.png", settings, learnt)
+
+
+def whole(settings: Settings, results: Results, learnt: Learnt, costs: Costs, config: Path) -> str:
+    """Return the text of the document; a part that has nothing to tell is left out."""
+    main = settings.agents[settings.main].title
+    training = part("training", tables.learning(settings, results, learnt), name=settings.name)
+    parts = {
+        "targets": part("targets", tables.targets(settings, results)),
+        "worth": part("worth", tables.worth(settings, results)),
+        "diagnoses": part("diagnoses", tables.diagnoses(settings, results)),
+        "policies": part("policies", tables.wins(settings, results), main=main, training=training),
+    }
+    groups = "\n\n".join(section(settings, name, group) for name, group in results.items())
+    told = {"title": settings.title, "name": settings.name, "config": config.as_posix()}
+    told |= {"headlines": headlines(settings, results), "groups": groups}
+    text = part("main", tables.prices(settings, costs), **told, **parts)
+    return re.sub(r"\n{3,}", "\n\n", text) + "\n"
+
+
+def part(section: str, table: str, /, **values: str) -> str:
+    """Return the sentences around a table, nothing without one."""
+    return prose("comparison", section, table=table, **values) if table else ""
+
+
+def headlines(settings: Settings, results: Results) -> str:
+    """Return for each group of worlds, in a sentence, how the main agent fared among the others."""
+    return "\n".join(headline(settings, name, group) for name, group in results.items())
+
+
+def headline(settings: Settings, name: str, group: Mapping[str, list[Row]]) -> str:
+    """Return how the main agent fared in a group of worlds."""
+    rates = {agent: success(rows) for agent, rows in group.items() if rows}
+    mine = rates.pop(settings.main, None)
+    title = f"- **{settings.worlds[name].title}** (`{name}`, {worlds_in(group)} worlds): "
+    others = ", ".join(
+        f"{settings.agents[agent].title} {100 * rate.value:.1f} %" for agent, rate in rates.items()
+    )
+    if mine is None:
+        return f"{title}{others}."
+    text = f"{title}{settings.agents[settings.main].title} succeeds in {tables.percent(mine)}"
+    oracle = tables.of_oracle(settings, group)
+    if oracle:
+        lost = tables.percent(regret(group[settings.main], oracle), ".0f")
+        text += f" and loses {lost} of return to the oracle"
+    return f"{text}; {others}." if others else f"{text}."
+
+
+def section(settings: Settings, name: str, group: Mapping[str, list[Row]]) -> str:
+    """Return the part about a group of worlds."""
+    worlds = settings.worlds[name]
+    seeds = sorted({row["seed"] for rows in group.values() for row in rows})
+    options = ", ".join(f"`{key} = {value!r}`" for key, value in worlds.options.items())
+    effects = "; ".join(effect_words(effect) for effect in worlds.effect)
+    told = f"`{worlds.env}`{' with ' if options else ''}{options}, seeds {seeds[0]} to {seeds[-1]}."
+    if effects:
+        told += f" Hidden beside that: {effects}."
+    parts = [
+        f"### {worlds.title}: `{name}`",
+        told,
+        tables.outcomes(settings, group),
+        tables.regretted(settings, group),
+    ]
+    return "\n\n".join(parts)
+
+
+def effect_words(effect: Mapping[str, object]) -> str:
+    """Return an effect as its table in the file has it."""
+    values = ", ".join(f"{key} {value}" for key, value in effect.items() if key != "kind")
+    return f"`{effect.get('kind')}` ({values})"
+
+
+def worlds_in(group: Mapping[str, list[Row]]) -> int:
+    """Return how many worlds a group has."""
+    return len({row["seed"] for rows in group.values() for row in rows})

@@ -1,0 +1,141 @@
+"""One episode: an agent in a world, from its beginning to its end, in a row."""
+
+from __future__ import annotations
+
+import time
+from pathlib import Path
+from typing import Any, Protocol
+
+import numpy as np
+import tomli_w
+
+import trundle
+from trundle.experiments.comparison.config import Agent, Worlds
+from trundle.experiments.comparison.world import Env, begin, rim
+from trundle.experiments.results import Row
+from trundle.experiments.runs.episode import begun
+from trundle.recording import TrundleError
+
+__all__ = ["play", "player", "playing"]
+
+
+class Player(Protocol):
+    """What stable-baselines3's algorithms can do."""
+
+    def predict(
+        self, observation: Any, state: Any = None, episode_start: Any = None, deterministic: bool = True
+    ) -> tuple[Any, Any]:
+        """Choose an action."""
+
+
+def player(agent: Agent, run: int, env: Env) -> Player:
+    """Return an agent for a world at its beginning.
+
+    Parameters
+    ----------
+    agent : Agent
+    run : int
+        Which of a policy's files.
+    env : gymnasium.Env
+        The oracle looks at what is hidden in it.
+    """
+    if agent.kind == "policy":
+        from trundle.experiments.training import policy
+
+        loaded = policy.load(agent.files[run])
+        source: Any = env.unwrapped
+        trained = loaded.about.env_kwargs.get("action", "wrench")
+        if trained != source.mode:
+            raise TrundleError(
+                f'{agent.files[run]} was trained with action = "{trained}", not "{source.mode}": see options'
+            )
+        return loaded
+    settings = dict(agent.settings)
+    if agent.kind == "oracle":
+        source = env.unwrapped
+        settings |= {
+            "model": trundle.Model.from_toml(tomli_w.dumps(source.hidden_model())),
+            "adapt": False,
+        }
+    try:
+        return trundle.AdaptiveAgent(env, **settings)
+    except TypeError as error:
+        raise TrundleError(f"settings = {agent.settings}: {error}") from error
+
+
+def play(worlds: Worlds, agent: Agent, run: int, seed: int) -> tuple[Row, Row]:
+    """Play one episode.
+
+    Returns
+    -------
+    row : dict
+        How it went: `success`, `lost`, `touches` (how often an obstacle was run into), `seconds` (its
+        length), `limit` (s, at which it would have been given up), `return`, `distance` (m) and `heading`
+        (rad, without a sign) that are left, `radius` of the object (m, from its origin to its farthest
+        corner), and what an adaptive agent did: `fits`, `learning` (s, until the last of them), `regrasps`,
+        `named` effects, in order. The same arguments, the same row.
+    timing : dict
+        `decisions`, and the CPU seconds of all and of the longest: `total`, `longest`.
+    """
+    env, observation = begin(worlds, seed, agent.options)
+    chosen = player(agent, run, env)
+    state, over, start = None, False, True
+    gained, costs, touched = 0.0, [], []
+    info: dict[str, Any] = {}
+    while not over:
+        began = time.process_time()
+        action, state = chosen.predict(observation, state, episode_start=start)
+        costs.append(time.process_time() - began)
+        observation, reward, terminated, truncated, info = env.step(action)
+        gained, over, start = gained + float(reward), terminated or truncated, False
+        touched.append(info["touched"])
+    source: Any = env.unwrapped
+    row = {
+        "success": bool(info["is_success"]),
+        "lost": bool(info["lost"]),
+        "touches": begun(touched),
+        "seconds": source.control * len(costs),
+        "limit": source.horizon * source.control,
+        "return": gained,
+        "distance": float(info["distance"]),
+        "heading": abs(float(info["heading_error"])),
+        "radius": float(np.hypot(*rim(source.hidden_model()["body"]).T).max()),
+        **learnt(chosen),
+    }
+    env.close()
+    return row, {"decisions": len(costs), "total": sum(costs), "longest": max(costs)}
+
+
+def learnt(playing: Any) -> Row:
+    """Return what an adaptive agent did about its belief; nothing of another."""
+    beliefs = getattr(playing, "beliefs", ())
+    if not beliefs:
+        return {"fits": 0, "learning": 0.0, "regrasps": 0, "named": []}
+    updates = beliefs[0].updates
+    return {
+        "fits": beliefs[0].fits,
+        "learning": updates[-1].time if updates else 0.0,
+        "regrasps": sum(update.regrasp is not None for update in updates),
+        "named": list(dict.fromkeys(name for update in updates for name in update.named)),
+    }
+
+
+def playing(
+    worlds: dict[str, Any], agent: dict[str, Any], seed: int, digest: str | None, file: Path | None = None
+) -> Row:
+    """Play one episode as a unit of work.
+
+    Parameters
+    ----------
+    worlds, agent : dict
+        `Worlds.identity` and `Agent.identity`.
+    seed : int
+    digest : str, optional
+        SHA-256 of a policy's file: part of the unit's key.
+    file : Path, optional
+        The policy's file.
+    """
+    files = [] if file is None else [str(file)]
+    group = Worlds(title="", first=seed, count=1, agents=[], **worlds)
+    row, timing = play(group, Agent(title="", files=files, **agent), 0, seed)
+    return {"row": row, "cost": timing}

@@ -1,0 +1,237 @@
+"""Tables of the document."""
+
+from __future__ import annotations
+
+from collections.abc import Callable, Mapping, Sequence
+
+import numpy as np
+
+import trundle
+from trundle.experiments.comparison.config import Settings, Target, Worlds
+from trundle.experiments.comparison.curves import Curve
+from trundle.experiments.comparison.results import Results
+from trundle.experiments.comparison.scores import (
+    FEW,
+    cost,
+    quick,
+    regret,
+    regrets,
+    scores,
+    solved_after,
+    success,
+)
+from trundle.experiments.markdown import table
+from trundle.experiments.results import Row
+from trundle.experiments.statistics import Estimate, difference, improvement, iqm, rate
+
+__all__ = ["diagnoses", "learning", "outcomes", "percent", "prices", "regretted", "targets", "wins", "worth"]
+
+Rows = Sequence[Row]
+NONE = "–"
+OWN = "viscous_wheel"
+"""The law that the agent's model has from the start: it is not named."""
+SECOND = "second_wheel"
+"""What diagnoses call another one."""
+
+
+def percent(found: Estimate, form: str = ".1f") -> str:
+    """Return a share and its interval in percent."""
+    return found.text(form, 100.0, " %")
+
+
+def outcomes(settings: Settings, group: Mapping[str, Rows]) -> str:
+    """Return how the episodes of a group of worlds ended."""
+    lines = [
+        [settings.agents[name].title, *outcome(rows, settings.push if settings.agents[name].learns else None)]
+        for name, rows in group.items()
+        if rows
+    ]
+    head = ["agent", "success", f"learning for {FEW} pushes", "lost", "ran into something"]
+    return table([*head, "distance left / radius", "heading left, °"], lines)
+
+
+def outcome(rows: Rows, push: float | None) -> list[str]:
+    """Return how an agent's episodes ended; `push`, s, is that of one that learns."""
+    return [
+        percent(success(rows)),
+        NONE if push is None else percent(quick(rows, push)),
+        percent(rate(scores(rows, lambda row: row["lost"]))),
+        percent(rate(scores(rows, lambda row: row["touches"] > 0))),
+        iqm(scores(rows, lambda row: row["distance"] / row["radius"])).text(".3f"),
+        iqm(scores(rows, lambda row: row["heading"])).text(".1f", 57.29578),
+    ]
+
+
+def regretted(settings: Settings, group: Mapping[str, Rows]) -> str:
+    """Return what an agent took for it in a group of worlds, beside the oracle."""
+    oracle = of_oracle(settings, group)
+    lines = []
+    for name, rows in group.items():
+        if rows:
+            both: list[Callable[..., Estimate]] = [regrets, regret]
+            beside = [percent(one(rows, oracle, cost), ".0f") if oracle else NONE for one in both]
+            beside.append(percent(regret(rows, oracle, solved_after), ".0f") if oracle else NONE)
+            time = iqm(scores(rows, solved_after))
+            pushes = f"{time.value / settings.push:.0f}"
+            learns = settings.agents[name].learns
+            fits = iqm(scores(rows, lambda row: row["fits"])).text(".1f") if learns else NONE
+            lines.append([settings.agents[name].title, time.text(".1f"), pushes, fits, *beside])
+    head = ["agent", "time to success, s", f"pushes of {settings.push:g} s", "fits"]
+    return table([*head, "regret, IQM", "regret, sums", "regret of time"], lines)
+
+
+def of_oracle(settings: Settings, group: Mapping[str, Rows]) -> Rows:
+    """Return the rows of the first oracle; none if there is none."""
+    return next((rows for name, rows in group.items() if settings.agents[name].kind == "oracle"), [])
+
+
+def targets(settings: Settings, results: Results) -> str:
+    """Return what was to be reached, and whether it was."""
+    lines = []
+    for target in settings.targets:
+        group = results.get(target.worlds, {})
+        rows, oracle = group.get(target.agent, []), of_oracle(settings, group)
+        if not rows or (target.figure == "regret" and not oracle):
+            continue
+        match target.figure:
+            case "success":
+                found = success(rows)
+            case "quick success":
+                found = quick(rows, settings.push)
+            case "regret":
+                found = regret(rows, oracle)
+        who = [f"`{target.worlds}`", settings.agents[target.agent].title]
+        lines.append([*who, target.figure, *judged(target, found)])
+    return table(["worlds", "agent", "figure", "target", "found", ""], lines) if lines else ""
+
+
+def judged(target: Target, found: Estimate) -> list[str]:
+    """Return a target, what was found, and whether that meets it."""
+    if target.least is not None:
+        least = target.least
+        said, meets, surely = f"≥ {100 * least:g} %", found.value >= least, found.low >= least
+    else:
+        most = target.most or 0.0  # one of the two is given
+        said, meets, surely = f"≤ {100 * most:g} %", found.value <= most, found.high <= most
+    return [said, percent(found), "met" if surely else "met, interval not" if meets else "**not met**"]
+
+
+def worth(settings: Settings, results: Results) -> str:
+    """Return what it changes to have what one agent of a pair has and the other has not."""
+    lines = []
+    for first, second in settings.pairs:
+        for name, group in results.items():
+            a, b = group.get(first), group.get(second)
+            if a and b:
+                who = f"{settings.agents[first].title} over {settings.agents[second].title}"
+                lines.append([who, f"`{name}`", *gained(a, b)])
+    head = ["pair", "worlds", "success, percentage points", "cost, sums", "better return", "time, sums"]
+    return table(head, lines) if lines else ""
+
+
+def gained(a: Rows, b: Rows) -> list[str]:
+    """Return by how much one agent does better than another."""
+    return [
+        difference(*(scores(rows, lambda row: row["success"]) for rows in (a, b))).text("+.1f", 100.0),
+        percent(regret(a, b, cost), "+.0f"),
+        percent(improvement(*(scores(rows, lambda row: row["return"]) for rows in (a, b))), ".0f"),
+        percent(regret(a, b, solved_after), "+.0f"),
+    ]
+
+
+def diagnoses(settings: Settings, results: Results) -> str:
+    """Return what agents that diagnose have named."""
+    lines = []
+    for name, group in results.items():
+        hidden = concealed(settings.worlds[name])
+        for agent, rows in group.items():
+            if rows and settings.agents[agent].settings.get("diagnose"):
+                lines.append([f"`{name}`", settings.agents[agent].title, *named(rows, hidden)])
+    head = ["worlds", "agent", "named what was hidden", "named something else"]
+    return table(head, lines) if lines else ""
+
+
+def concealed(worlds: Worlds) -> set[str] | None:
+    """Return what is hidden beside a wheel, by the names of diagnoses; None where worlds differ in it."""
+    fixed = {f"trundle/{task.__name__}-v0": task.FIXED.get("hidden") for task in trundle.envs.FLAT}
+    drawn = worlds.options.get("hidden", fixed.get(worlds.env))
+    if drawn not in ("none", "locked"):
+        return None
+    names = {law["kind"]: law["effect"] for law in trundle.effects()}
+    laws = [*worlds.options.get("effects", []), *worlds.effect]
+    told = [names[law["kind"]] for law in laws if law.get("kind") in names]
+    wheels = told.count(OWN) + (drawn == "locked")
+    return {*told, *([SECOND] if wheels > 1 else [])} - {OWN}
+
+
+def named(rows: Rows, hidden: set[str] | None) -> list[str]:
+    """Return how often what is hidden was named, and how often something else was."""
+    if hidden is None:
+        return [NONE, NONE]
+    right = rate(scores(rows, lambda row: bool(hidden & set(row["named"]))))
+    wrong = rate(scores(rows, lambda row: bool(set(row["named"]) - hidden)))
+    return [percent(right) if hidden else NONE, percent(wrong)]
+
+
+def learning(settings: Settings, results: Results, curves: Mapping[str, Sequence[Curve]]) -> str:
+    """Return what each policy was trained with, and how its training ended."""
+    playing = {agent for group in results.values() for agent, rows in group.items() if rows}
+    lines = []
+    for name, agent in settings.agents.items():
+        mine = curves.get(agent.curve, [])
+        if name in playing and mine:
+            lines.append([agent.title, str(len(mine)), *trained(mine)])
+    head = ["policy", "runs", "parameters", "steps of each", "simulated", "CPU time", "success at the end, %"]
+    return table([*head, "flattened"], lines) if lines else ""
+
+
+def trained(runs: Sequence[Curve]) -> list[str]:
+    """Return what the runs of a training took, each and in all, and how they ended."""
+    first = runs[0]
+    simulated, cpu = (np.array([getattr(one, name) for one in runs]) for name in ("simulated", "cpu"))
+    return [
+        f"{first.parameters:,}",
+        f"{first.steps[-1]:,.0f}",
+        f"{simulated.mean() / 3600:.1f} h",
+        f"{cpu.mean() / 60:.0f} min" if np.isfinite(cpu).all() else NONE,
+        ", ".join(f"{100 * one.success[-1]:.0f}" for one in runs),
+        ", ".join("yes" if one.flattened else "**no**" for one in runs),
+    ]
+
+
+def prices(settings: Settings, costs: Mapping[str, Mapping[str, float]]) -> str:
+    """Return what a decision costs."""
+    lines = []
+    for name, agent in settings.agents.items():
+        mine = [costs[key] for key in (f"{worlds}/{name}" for worlds in settings.worlds) if key in costs]
+        if mine:
+            count = sum(one["decisions"] for one in mine)
+            episodes = sum(one.get("episodes", np.nan) for one in mine)
+            mean = sum(one["mean_ms"] * one["decisions"] for one in mine) / count
+            longest = max(one["longest_ms"] for one in mine)
+            lines.append(
+                [
+                    agent.title,
+                    NONE if np.isnan(episodes) else f"{episodes:,.0f}",
+                    f"{count:,.0f}",
+                    f"{mean:,.1f}",
+                    f"{longest:,.0f}",
+                ]
+            )
+    return (
+        table(["agent", "episodes timed", "decisions", "mean, ms", "longest of an episode, ms"], lines)
+        if lines
+        else "Not kept."
+    )
+
+
+def wins(settings: Settings, results: Results) -> str:
+    """Return how policies that were learnt fare beside the main agent, world by world."""
+    lines = []
+    for name, group in results.items():
+        main = group.get(settings.main)
+        for agent, rows in group.items():
+            if main and rows and settings.agents[agent].kind == "policy":
+                lines.append([f"`{name}`", settings.agents[agent].title, *gained(rows, main)])
+    head = ["worlds", "policy", "success, percentage points", "cost, sums", "better return", "time, sums"]
+    return table(head, lines) if lines else ""

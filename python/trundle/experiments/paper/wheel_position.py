@@ -1,0 +1,265 @@
+"""What the paper left open: where the wheel comes out when dry friction is in the data."""
+
+from __future__ import annotations
+
+import math
+from collections.abc import Sequence
+from pathlib import Path
+from typing import Any
+
+import numpy as np
+
+import trundle
+from trundle.experiments.markdown import prose, table
+from trundle.experiments.paper import config, objects, style
+from trundle.experiments.paper.experiment import Options, Section
+from trundle.experiments.paper.scenario import record
+from trundle.experiments.results import Row
+from trundle.experiments.statistics import median
+from trundle.model import Model
+
+FILE = "wheel_position"
+TITLE = "Where the wheel is: the question that the paper left open"
+
+KNOWN: dict[str, type | tuple[type, ...]] = {
+    "seeds": int,
+    "objects": list,
+    "frictions": list,
+    "wheel": list,
+    "dry": list,
+    "episodes": int,
+    "held_out": int,
+    "duration": float,
+    "speed": float,
+    "spin": float,
+    "starts": int,
+    "limit": float,
+    "sensor": dict,
+    "tracker": dict,
+}
+FORMS = {
+    "wheel": ["viscous_wheel"],
+    "support_friction": ["viscous_wheel", "support_friction"],
+    "coulomb_friction": ["viscous_wheel", "coulomb_friction"],
+}
+"""The models that are fitted: the paper's, and it with dry friction in either form."""
+PLACES = {"support_friction": "under the whole body", "coulomb_friction": "at one point"}
+
+
+def settings(options: Options) -> dict[str, Any]:
+    """Return the file's settings and the bodies of its objects."""
+    found = config.chosen(config.read(options.file(FILE), KNOWN), options)
+    folder = options.objects
+    bodies = {name: objects.described(folder, name)["body"] for name in found["objects"]}
+    return {**found, "bodies": bodies, "file": FILE, "quick": options.quick}
+
+
+def trials(settings: dict[str, Any]) -> Sequence[Row]:
+    """Return each seed under each friction."""
+    return [
+        {"friction": friction, "seed": seed}
+        for seed in range(settings["seeds"])
+        for friction in settings["frictions"]
+    ]
+
+
+def perform(settings: dict[str, Any], trial: Row) -> Row:
+    """Hide a wheel and dry friction, record pushes, and fit every form."""
+    seed = trial["seed"]
+    name = settings["objects"][seed % len(settings["objects"])]
+    body = settings["bodies"][name]
+    hidden = draw(settings, body, trial)
+    recording = record(scenario(settings, hidden), body, seed)
+    found: Row = {"object": name, "hidden": hidden, "fits": {}}
+    for form, kinds in FORMS.items():
+        found["fits"][form] = fitted(recording, body, kinds, hidden[0], settings, seed)
+    return found
+
+
+def draw(settings: dict[str, Any], body: dict[str, Any], trial: Row) -> list[dict[str, Any]]:
+    """Return a hidden wheel and hidden dry friction, as tables of a scenario."""
+    rng = np.random.default_rng([trial["seed"], settings["frictions"].index(trial["friction"])])
+    wheel = {"kind": "viscous_wheel", **point(rng, body), "angle": float(rng.uniform(0, math.pi))}
+    wheel |= {name: even_log(rng, settings["wheel"]) for name in ("mu_x", "mu_y")}
+    dry: dict[str, Any] = {"kind": trial["friction"], "force": even_log(rng, settings["dry"])}
+    if trial["friction"] == "coulomb_friction":
+        dry |= point(rng, body)
+    elif "support" not in body:
+        dry["spread"] = 1.0  # even pressure under a flat face; the model does not know
+    return [wheel, dry]
+
+
+def point(rng: np.random.Generator, body: dict[str, Any]) -> dict[str, float]:
+    """Return a place within the middle nine tenths of the body's extent, m."""
+    corners = np.array([corner for polygon in outlines(body) for corner in polygon])
+    low, high = corners.min(axis=0), corners.max(axis=0)
+    x, y = (low + high) / 2 + 0.9 * (rng.uniform(size=2) - 0.5) * (high - low)
+    return {"x": float(x), "y": float(y)}
+
+
+def outlines(body: dict[str, Any]) -> list[list[list[float]]]:
+    """Return the corners of a body's pieces; of a disc, of the square around it."""
+    if "footprint" in body:
+        return [body["footprint"]]
+    pieces = []
+    for fixture in body["fixture"]:
+        if "polygon" in fixture:
+            pieces.append(fixture["polygon"])
+        else:
+            x, y, r = fixture["disc"]
+            pieces.append([[x - r, y - r], [x + r, y - r], [x + r, y + r], [x - r, y + r]])
+    return pieces
+
+
+def even_log(rng: np.random.Generator, limits: Sequence[float]) -> float:
+    """Return a draw that is even in the logarithm between two limits."""
+    low, high = limits
+    return float(math.exp(rng.uniform(math.log(low), math.log(high))))
+
+
+def scenario(settings: dict[str, Any], hidden: list[dict[str, Any]]) -> dict[str, Any]:
+    """Return the scenario of a trial."""
+    return {
+        "name": "a hidden wheel",
+        "held_out": settings["held_out"],
+        "effect": hidden,
+        "sensor": settings["sensor"],
+        "tracker": settings["tracker"],
+        "random": {
+            "count": settings["episodes"],
+            "duration": settings["duration"],
+            "speed": settings["speed"],
+            "spin": settings["spin"],
+        },
+    }
+
+
+def fitted(
+    recording: trundle.Recording,
+    body: dict[str, Any],
+    kinds: list[str],
+    wheel: dict[str, Any],
+    settings: dict[str, Any],
+    seed: int,
+) -> Row:
+    """Fit one form and compare its wheel with the hidden one."""
+    unweighed = {key: value for key, value in body.items() if key != "mass"}
+    model = Model.from_toml(config.model_text(unweighed, [{"kind": kind} for kind in kinds]))
+    fit = trundle.fit(recording, model, starts=settings["starts"], seed=seed)
+    by_name = {p["name"]: p for p in fit.summary["parameters"]}
+    place = [by_name[f"viscous_wheel.{axis}"] for axis in "xy"]
+    held = all(p["identifiable"] for p in place)
+    error = math.hypot(place[0]["mean"] - wheel["x"], place[1]["mean"] - wheel["y"]) if held else None
+    return {
+        "error": error,
+        "evidence": fit.summary["log_evidence"],
+        "converged": fit.summary["converged"],
+        "mass": by_name["body.mass"]["mean"],
+        "one_second": fit.summary["held_out"]["window_position_rmse"],
+        "final": fit.summary["held_out"]["final_position_error"],
+    }
+
+
+def chosen(row: Row) -> str:
+    """Return the form with dry friction that the data prefer; nobody says which it is."""
+    return max((f for f in FORMS if f != "wheel"), key=lambda f: float(row["fits"][f]["evidence"]))
+
+
+def errors(rows: Sequence[Row], form: str) -> list[float]:
+    """Return the wheel's errors of a form, m; infinite where the data do not hold the place."""
+    picked = [row["fits"][chosen(row) if form == "chosen" else form]["error"] for row in rows]
+    return [math.inf if error is None else float(error) for error in picked]
+
+
+def section(settings: dict[str, Any], rows: Sequence[Row]) -> Section:
+    """Return the section."""
+    limit = settings["limit"]
+    lines = []
+    for friction in settings["frictions"]:
+        those = [row for row in rows if row["friction"] == friction]
+        for form, name in (("wheel", "a wheel alone"), ("chosen", "a wheel and dry friction")):
+            found = errors(those, form)
+            lines.append([PLACES[friction], name, *figures(found, limit), prediction(those, form)])
+    head = [
+        "dry friction in the data",
+        "model",
+        "wheel off by, cm",
+        "largest, cm",
+        f"within {100 * limit:g} cm",
+    ]
+    right = sum(chosen(row) == row["friction"] for row in rows)
+    text = prose(
+        "paper",
+        FILE,
+        objects=", ".join(map(objects.title, settings["objects"])),
+        least_mu=settings["wheel"][0],
+        most_mu=settings["wheel"][1],
+        least_dry=settings["dry"][0],
+        most_dry=settings["dry"][1],
+        fitted=settings["episodes"] - settings["held_out"],
+        duration=settings["duration"],
+        held_out=settings["held_out"],
+        force=settings["sensor"]["force_noise"],
+        right=right,
+        trials=len(rows),
+        table=table([*head, "1 s ahead, held out, mm"], lines),
+        verdict=verdict(rows, settings),
+        limit_cm=100 * settings["limit"],
+    )
+    return Section(text, {"paper_wheel_position.png": lambda path: draw_errors(path, rows, settings)})
+
+
+def figures(found: Sequence[float], limit: float) -> list[str]:
+    """Return median with interval, largest, and how many lie within the limit."""
+    within = sum(error <= limit for error in found)
+    none = "not identifiable"
+    worst = max(found)
+    largest = f"{100 * worst:.2g}" if math.isfinite(worst) else none
+    return [median([100 * e for e in found]).text(".2g", none), largest, f"{within} of {len(found)}"]
+
+
+def prediction(rows: Sequence[Row], form: str) -> str:
+    """Return the held-out error one second ahead, mm."""
+    picked = [row["fits"][chosen(row) if form == "chosen" else form]["one_second"] for row in rows]
+    return median([1000 * float(value) for value in picked]).text(".2g")
+
+
+def verdict(rows: Sequence[Row], settings: dict[str, Any]) -> str:
+    """Say what the numbers say of the limit."""
+    limit = settings["limit"]
+    far = [(row, e) for row, e in zip(rows, errors(rows, "chosen"), strict=True) if e > limit]
+    if not far:
+        return (
+            f"With dry friction in the model every wheel is within {100 * limit:g} cm; without it "
+            f"{sum(e > limit for e in errors(rows, 'wheel'))} of {len(rows)} are not."
+        )
+    told = "; ".join(
+        f"seed {row['seed']}, {row['object']}, {PLACES[row['friction']]}: "
+        + ("not identifiable" if math.isinf(e) else f"{100 * e:.2g} cm")
+        + ("" if chosen(row) == row["friction"] else ", the wrong form chosen")
+        for row, e in far
+    )
+    return f"Not within {100 * limit:g} cm with dry friction in the model: {told}."
+
+
+def draw_errors(path: Path, rows: Sequence[Row], settings: dict[str, Any]) -> None:
+    """Draw every wheel's error, without and with dry friction in the model."""
+    from matplotlib.ticker import MaxNLocator
+
+    figure, axes = style.sheet(1, len(settings["frictions"]), (7.2, 3.0))
+    for one, friction in zip(axes, settings["frictions"], strict=True):
+        those = [row for row in rows if row["friction"] == friction]
+        before, after = (errors(those, form) for form in ("wheel", "chosen"))
+        for k, pair in enumerate(zip(before, after, strict=True)):
+            shown = [100 * e if math.isfinite(e) else np.nan for e in pair]
+            one.plot([k, k], shown, color="#c9ced4", linewidth=1, zorder=1)
+            one.plot(k, shown[0], marker="s", color=style.COLOURS["lr"], linestyle="none")
+            one.plot(k, shown[1], marker="o", color=style.COLOURS["pbr"], linestyle="none")
+        one.plot([], [], marker="s", color=style.COLOURS["lr"], linestyle="none", label="a wheel alone")
+        one.plot([], [], marker="o", color=style.COLOURS["pbr"], linestyle="none", label="and dry friction")
+        one.axhline(100 * settings["limit"], color=style.GREY, linewidth=0.8, linestyle="--")
+        one.set(yscale="log", ylim=(1e-3, 60), xlabel="seed", ylabel="wheel off by (cm)")
+        one.set_title(f"dry friction {PLACES[friction]}", fontsize=9)
+        one.xaxis.set_major_locator(MaxNLocator(integer=True))
+    axes[0].legend(fontsize=8, frameon=False, loc="lower left")
+    style.save(figure, path)

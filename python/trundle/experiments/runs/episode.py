@@ -1,0 +1,131 @@
+"""One episode in closed loop: what was seen, done and believed, kept as plain values."""
+
+from __future__ import annotations
+
+import sys
+from collections.abc import Callable, Iterable
+from itertools import pairwise
+from typing import Any
+
+import gymnasium as gym
+import numpy as np
+
+import trundle
+from trundle.experiments.results import rounded
+
+if sys.version_info >= (3, 11):
+    import tomllib
+else:
+    import tomli as tomllib
+
+__all__ = ["begun", "play"]
+
+FORMAT = "trundle-run-history/1"
+
+Row = dict[str, Any]
+
+
+def play(
+    env: gym.Env[Any, Any], agent: trundle.AdaptiveAgent, seed: int, watch: Callable[[Row], None]
+) -> Row:
+    """Play one episode.
+
+    Parameters
+    ----------
+    env : gymnasium.Env
+        A pushing task of `trundle`, wrapped or not.
+    agent : AdaptiveAgent
+    seed : int
+        Of the episode.
+    watch : callable
+        Told of each step: a row of the history, with the belief's `update` where there is a new one.
+
+    Returns
+    -------
+    dict
+        `object` and `scene` as recordings describe them; `goal` (x, y m, heading rad; world frame), `control`
+        (s between actions); `steps`, a row for each action; `updates`, what was believed after each fit;
+        `truth`, the tables of the hidden model; `outcome`. Poses and wrenches are what the instruments saw,
+        distances are true.
+    """
+    source: Any = env.unwrapped
+    observation, _ = env.reset(seed=seed)
+    steps: list[Row] = []
+    updates: list[Row] = []
+    gained, over, info = 0.0, False, {"distance": None}
+    belief, known = None, 0
+    described = source.recording_metadata("episode")
+    first = seen(observation)
+    while not over:
+        action, (now,) = agent.predict(observation, episode_start=not steps)
+        known = known if now is belief else 0
+        belief = now
+        fresh = [update_of(each, len(steps) * source.control) for each in now.updates[known:]]
+        known += len(fresh)
+        updates += fresh
+        observation, reward, terminated, truncated, info = env.step(action)
+        gained, over = gained + float(reward), terminated or truncated
+        told = {name: info[name] for name in ("distance", "heading_error", "touched")}
+        at = (len(steps) + 1) * source.control
+        steps.append({"t": at, **seen(observation), **told, "action": list(action * source.ACTION_SCALE)})
+        watch({**steps[-1], "update": fresh[-1] if fresh else None})
+    outcome = {name: info[name] for name in ("distance", "heading_error", "lost", "is_success")}
+    ended = {
+        "seconds": len(steps) * source.control,
+        "return": gained,
+        "touched": begun(step["touched"] for step in steps),
+    }
+    kept: Row = plain(
+        {
+            "format": FORMAT,
+            "version": trundle.__version__,
+            "seed": seed,
+            "object": described["object"],
+            "scene": described.get("scene", {}),
+            "control": source.control,
+            "first": first,
+            "steps": steps,
+            "updates": updates,
+            "truth": source.hidden_model(),
+            "outcome": {**outcome, **ended},
+        }
+    )
+    return kept
+
+
+def seen(observation: Any) -> Row:
+    """Return pose, goal, wrench and grasp of an observation (see `trundle.envs.Push`); m, rad, N, N m."""
+    x, y, cos, sin = observation[:4]
+    goal_x, goal_y, goal_cos, goal_sin = observation[7:11]
+    return {
+        "pose": [x, y, np.arctan2(sin, cos)],
+        "goal": [goal_x, goal_y, np.arctan2(goal_sin, goal_cos)],
+        "wrench": list(observation[11:14]),
+        "grasp": list(observation[14:16]),
+    }
+
+
+def update_of(update: Any, time: float) -> Row:
+    """Return what was believed from a time on, s; the model as the tables of its file."""
+    return {
+        "time": time,
+        "estimate": [dict(entry) for entry in update.estimate],
+        "named": list(update.named),
+        "supposed": list(update.supposed),
+        "regrasp": None if update.regrasp is None else list(update.regrasp),
+        "model": None if update.model is None else tomllib.loads(update.model.to_toml()),
+    }
+
+
+def begun(stretches: Iterable[bool]) -> int:
+    """Return how often something begins that goes on for a while."""
+    return sum(now and not before for before, now in pairwise([False, *stretches]))
+
+
+def plain(value: Any) -> Any:
+    """Return values as JSON has them, NumPy's as Python's, with six significant digits."""
+    if isinstance(value, dict):
+        return {name: plain(inner) for name, inner in value.items()}
+    if isinstance(value, (list, tuple)):
+        return [plain(inner) for inner in value]
+    return rounded(value.item() if isinstance(value, np.generic) else value)

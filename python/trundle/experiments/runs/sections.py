@@ -1,0 +1,168 @@
+"""The parts of the page that tell of one episode."""
+
+from __future__ import annotations
+
+import math
+from collections.abc import Sequence
+
+import numpy as np
+
+from trundle.experiments.runs.figures import closing, scene, time, wheel
+from trundle.experiments.runs.sentences import GAP, headline, lead, place
+from trundle.experiments.runs.told import Episode, Held, Update, stages
+from trundle.report import words
+from trundle.report.given import finite
+from trundle.report.markup import Child, Html, tag
+from trundle.report.parameter import parameter
+from trundle.report.quantity import ABSENT, fixed, measured
+from trundle.report.section import fold, section
+from trundle.report.tables import table
+
+__all__ = ["Part", "answer", "parts"]
+
+Part = tuple[str, str, Html]
+"""Identity in the page, name in its contents, and the section."""
+
+STAGES = 6
+
+
+def answer(identity: str, episode: Episode, kicker: Child, links: Child, title: str = "h1") -> Html:
+    """Return the sentence, and the scene that can be played."""
+    text = tag(
+        "div",
+        tag("p", kicker, class_="kicker"),
+        tag(title, headline(episode), id=identity),
+        [tag("p", sentence, class_="lead") for sentence in lead(episode)],
+        links,
+    )
+    style = "answer consistent" if episode.outcome["is_success"] else "answer"
+    return tag("header", text, scene.draw(identity, episode), class_=style)
+
+
+def parts(identity: str, episode: Episode) -> list[Part]:
+    """Return the sections of an episode."""
+    found = (
+        ("wheel", "The wheel, fit after fit", learning(identity, episode)),
+        ("numbers", "Believed and true", estimates(identity, episode)),
+        ("push", "The push", [tag("div", time.push(identity, episode), class_="panels")]),
+    )
+    return [
+        (f"{identity}-{key}", name, section(f"{identity}-{key}", name, *children))
+        for key, name, children in found
+        if children
+    ]
+
+
+def learning(identity: str, episode: Episode) -> list[Child]:
+    """Return how the belief of the wheel came about."""
+    shown = stages(episode, STAGES) if any(update.wheel is not None for update in episode.updates) else []
+    tiles = [wheel.draw(f"{identity}-tile{number}", episode, each) for number, each in enumerate(shown)]
+    drawn = (closing.draw(identity, episode), time.wheel(identity, episode), time.beliefs(identity, episode))
+    figures = [each for each in drawn if each]
+    if not tiles and not episode.updates:
+        return []
+    left_out = len(episode.updates) - len(shown)
+    some = (
+        " Drawn are the first fit, the last, those that added a law, and some between."
+        if tiles and left_out
+        else ""
+    )
+    glass = " What has become too small to be seen is magnified ten times." if tiles else ""
+    text = (
+        "The object from above, in its own frame, after a fit: cross and ellipse (95 %) where the wheel "
+        f"is believed, box where it is.{wheel.legend(episode)}{glass}{some}"
+    )
+    return [
+        tag("p", text) if tiles else None,
+        tag("div", tiles, class_="tiles") if tiles else None,
+        tag("div", figures, class_="panels") if figures else None,
+        fold(f"All {len(episode.updates)} fits in numbers", updates(episode)),
+    ]
+
+
+def estimates(identity: str, episode: Episode) -> list[Child]:
+    """Return the numbers that were believed: at the end, and over time."""
+    added = time.others(identity, episode)
+    rows = final(episode)
+    if not rows:
+        return []
+    text = "What was believed at the end, with one standard deviation; a dash where the push does not tell."
+    listed = tag("div", tag("p", text), table(("", "believed", "true", "off, in sd"), rows, "stacked"))
+    return [tag("div", listed, added, class_="beside")]
+
+
+def final(episode: Episode) -> list[list[Child]]:
+    """Return a row for each number of the last belief."""
+    last = episode.last
+    if last is None:
+        return []
+    sized = [name for name in ("least", "most", "angle") if last.value(name) is not None and last.wheel]
+    own = [each.name for each in last.held if not each.name.startswith("viscous_wheel.")]
+    at = [each.name for each in last.held if each.name in ("viscous_wheel.x", "viscous_wheel.y")]
+    names = [*(name for name in own if name.startswith("body.")), *at, *sized]
+    names += [name for name in own if name not in names]
+    return [row(episode, name, held) for name in names if (held := last.value(name)) is not None]
+
+
+NAMED = {"least": "least drag", "most": "most drag", "angle": "direction of least drag"}
+PLACES = {"viscous_wheel.x": "wheel, x", "viscous_wheel.y": "wheel, y"}
+
+
+def row(episode: Episode, name: str, held: Held) -> list[Child]:
+    """Return what is believed of a number, what is true, and how many deviations lie between."""
+    true = episode.true_value(name)
+    title = NAMED.get(name) or PLACES.get(name) or time.title(name)
+    if held.mean is None:
+        return [title, ABSENT, plain(true, held.unit), ABSENT]
+    gap = None if true is None else held.mean - true
+    if name == "angle" and gap is not None:
+        # The directions of least drag, forth and back, are one.
+        gap = math.remainder(gap, math.pi)
+        true = held.mean - gap
+    apart = ABSENT if gap is None or not held.sd else fixed(abs(gap) / held.sd, 1)
+    return [
+        title,
+        parameter({"mean": held.mean, "sd": held.sd, "unit": held.unit}),
+        plain(true, held.unit),
+        apart,
+    ]
+
+
+def plain(value: float | None, unit: str) -> str:
+    """Return a true value."""
+    return ABSENT if finite(value) is None else measured(value, None, unit)
+
+
+def updates(episode: Episode) -> Html:
+    """Return a row for each update."""
+    head = ("after, s", "to go, m", "wheel at, m", "drag, N·s/m", "mass, kg")
+    return table(head, [entry(episode, each) for each in episode.updates], "stacked")
+
+
+def entry(episode: Episode, update: Update) -> list[Child]:
+    """Return the row of an update; what changed beside the numbers stands below its time."""
+    index = int(np.searchsorted(episode.t, update.time - 1e-9))
+    changed = changes(update)
+    return [
+        [fixed(update.time, 2), tag("span", changed, class_="unit") if changed else None],
+        fixed(float(episode.distance[index]), 2),
+        lines([update.value(f"viscous_wheel.{axis}") for axis in "xy"]),
+        lines([update.value(name) for name in ("least", "most")]),
+        lines([update.value("body.mass")]),
+    ]
+
+
+def lines(values: Sequence[Held | None]) -> list[Child]:
+    """Return numbers below each other."""
+    return [
+        tag("div", ABSENT if each is None else parameter({"mean": each.mean, "sd": each.sd}))
+        for each in values
+    ]
+
+
+def changes(update: Update) -> str:
+    """Return what the diagnoser added, and where the agent took hold."""
+    found = [words.effects(update.named)] if update.named else []
+    found += [f"supposed: {words.effects(update.supposed)}"] if update.supposed else []
+    found += [f"then held at {place(update.regrasp)}"] if update.regrasp is not None else []
+    return ", ".join(found).replace(GAP, " ")

@@ -1,0 +1,250 @@
+"""Shares, medians and interquartile means with intervals of 95 %.
+
+Shares have Wilson's score interval (1927). Medians over seeds and interquartile means have percentile
+bootstrap intervals. The latter follow rliable: Agarwal, Schwarzer, Castro, Courville and Bellemare, "Deep
+Reinforcement Learning at the Edge of the Statistical Precipice", NeurIPS 2021. Its scores are an array of
+worlds by runs: the runs are those of a policy's training, one of any other agent. A bootstrap sample draws
+worlds, and runs, with replacement. All agents get the same worlds, so that comparisons are paired.
+`scipy.stats.bootstrap` is not used: its resampling is by one axis, and it does not take infinite values.
+"""
+
+from __future__ import annotations
+
+import math
+from collections.abc import Callable, Iterable, Sequence
+from dataclasses import dataclass
+from itertools import pairwise
+
+import numpy as np
+from numpy.typing import ArrayLike, NDArray
+from scipy.stats import binomtest
+
+__all__ = [
+    "Estimate",
+    "Interval",
+    "Share",
+    "calibration",
+    "difference",
+    "excess",
+    "first_reached",
+    "improvement",
+    "iqm",
+    "median",
+    "median_difference",
+    "rate",
+    "share",
+    "stays",
+]
+
+BOOTSTRAP_SAMPLES = 2000
+LEVEL = 0.95
+
+Scores = NDArray[np.float64]
+
+
+@dataclass(frozen=True)
+class Share:
+    """So many of so many, with Wilson's interval of 95 %."""
+
+    hits: int
+    total: int
+
+    @property
+    def value(self) -> float:
+        """The share; NaN of nothing."""
+        return self.hits / self.total if self.total else math.nan
+
+    @property
+    def interval(self) -> tuple[float, float]:
+        """Wilson's score interval (1927); all of it if there is nothing."""
+        if not self.total:
+            return 0.0, 1.0
+        low, high = binomtest(self.hits, self.total).proportion_ci(LEVEL, method="wilson")
+        return float(low), float(high)
+
+    def text(self) -> str:
+        """Return `96.0 % [80 to 99], 24 of 25`."""
+        if not self.total:
+            return "no case"
+        low, high = (100 * end for end in self.interval)
+        return f"{100 * self.value:.1f} % [{low:.1f} to {high:.1f}], {self.hits} of {self.total}"
+
+
+def share(outcomes: Iterable[bool]) -> Share:
+    """Count outcomes."""
+    found = list(outcomes)
+    return Share(sum(found), len(found))
+
+
+def calibration(
+    answers: Sequence[tuple[float, bool]], edges: Sequence[float] = (0.0, 0.5, 0.7, 0.8, 0.9, 0.95, 0.99, 1.0)
+) -> list[tuple[float, Share]]:
+    """Return for each bin of probability that is not empty the mean that was said, and the share right."""
+    rows = []
+    for low, high in pairwise(edges):
+        last = high == edges[-1]
+        inside = [(p, right) for p, right in answers if low <= p < high or (last and p == high)]
+        if inside:
+            rows.append((sum(p for p, _ in inside) / len(inside), share(right for _, right in inside)))
+    return rows
+
+
+@dataclass(frozen=True)
+class Interval:
+    """A median over seeds and its interval; infinite where a run of 50 was not enough."""
+
+    middle: float
+    low: float
+    high: float
+
+    def text(self, form: str = ".3g", unreached: str = "not reached") -> str:
+        """Return `middle [low, high]`."""
+        one = [format(v, form) if math.isfinite(v) else unreached for v in (self.middle, self.low, self.high)]
+        if one[0] == unreached and one[1] == unreached:
+            return unreached
+        return f"{one[0]} [{one[1]}, {one[2]}]" if one[1] != one[2] else one[0]
+
+
+def median(values: ArrayLike) -> Interval:
+    """Return the median over seeds with its percentile bootstrap interval of 95 %.
+
+    Infinite values stand for runs that did not get there: they are larger than any number, which is all
+    that a median needs to know of them.
+    """
+    found = np.sort(np.asarray(values, dtype=float))
+    return interval(middle_of(found), middles(found[resampled_seeds(found.size)]))
+
+
+def median_difference(a: ArrayLike, b: ArrayLike) -> Interval:
+    """Return the interval of the median over seeds of `a - b`, paired by seed.
+
+    Where neither got there the difference is zero: both are censored at the same count.
+    """
+    x, y = np.asarray(a, dtype=float), np.asarray(b, dtype=float)
+    both = np.isinf(x) & np.isinf(y)
+    with np.errstate(invalid="ignore"):
+        return median(np.where(both, 0.0, x - y))
+
+
+def first_reached(counts: Sequence[int], scores: Sequence[float | None], threshold: float) -> float:
+    """Return the least count at which a score reaches the threshold; infinite if none does."""
+    reached = [n for n, score in zip(counts, scores, strict=True) if score is not None and score >= threshold]
+    return float(min(reached, default=math.inf))
+
+
+def stays(counts: Sequence[int], scores: Sequence[float | None], threshold: float) -> float:
+    """Return the least count from which on every score reaches the threshold; infinite if there is none."""
+    kept = math.inf
+    for n, score in sorted(zip(counts, scores, strict=True), reverse=True):
+        if score is None or score < threshold:
+            break
+        kept = float(n)
+    return kept
+
+
+def interval(middle: float, draws: NDArray[np.float64]) -> Interval:
+    """Return the interval of bootstrap draws around a middle."""
+    tail = (1 - LEVEL) / 2
+    low, high = (float(np.quantile(draws, q, method="closest_observation")) for q in (tail, 1 - tail))
+    return Interval(middle, low, high)
+
+
+def resampled_seeds(n: int) -> NDArray[np.int64]:
+    """Return indices of bootstrap samples (BOOTSTRAP_SAMPLES, n), the same for the same n."""
+    return np.sort(np.random.default_rng(0).integers(0, n, size=(BOOTSTRAP_SAMPLES, n)), axis=1)
+
+
+def middles(rows: NDArray[np.float64]) -> NDArray[np.float64]:
+    """Return the median of each row of sorted values."""
+    n = rows.shape[1]
+    low, high = rows[:, (n - 1) // 2], rows[:, n // 2]
+    return np.where(low == high, high, (low + high) / 2)
+
+
+def middle_of(values: NDArray[np.float64]) -> float:
+    """Return the median of sorted values, also of infinite ones."""
+    return float(middles(values[None, :])[0])
+
+
+@dataclass(frozen=True)
+class Estimate:
+    """A figure and its interval of 95 %."""
+
+    value: float
+    low: float
+    high: float
+
+    def text(self, form: str = ".2f", scale: float = 1.0, unit: str = "") -> str:
+        """Return `value unit [low, high]`."""
+        value, low, high = (f"{scale * one:{form}}" for one in (self.value, self.low, self.high))
+        return f"{value}{unit} [{low}, {high}]"
+
+
+def iqm(scores: Scores) -> Estimate:
+    """Return the interquartile mean."""
+    return estimated(middle_half, scores)
+
+
+def rate(outcomes: Scores) -> Estimate:
+    """Return how often something is so.
+
+    Wilson's interval, as if the runs in one world were one trial; where the bootstrap over runs reaches
+    further, its end.
+    """
+    worlds, runs = outcomes.shape
+    drawn = estimated(mean, outcomes)
+    low, high = Share(round(drawn.value * worlds), worlds).interval
+    if runs == 1:
+        return Estimate(drawn.value, low, high)
+    return Estimate(drawn.value, min(low, drawn.low), max(high, drawn.high))
+
+
+def difference(a: Scores, b: Scores) -> Estimate:
+    """Return by how much the mean of one agent's scores is greater than another's."""
+    return estimated(lambda x, y: mean(x) - mean(y), a, b)
+
+
+def improvement(a: Scores, b: Scores) -> Estimate:
+    """Return the probability that one agent's score is greater than another's in the same world.
+
+    Ties count half.
+    """
+    gaps = a[:, :, None] - b[:, None, :]
+    return estimated(mean, ((1 + np.sign(gaps)) / 2).reshape(len(a), -1))
+
+
+def excess(a: Scores, b: Scores) -> Estimate:
+    """Return by which share the sum of one agent's scores is greater than another's."""
+    return estimated(lambda x, y: (mean(x) - mean(y)) / np.abs(mean(y)), a, b)
+
+
+def estimated(figure: Callable[..., Scores], *scores: Scores) -> Estimate:
+    """Return a figure of scores, whose last axis it takes away, and the interval of its bootstrap draws."""
+    value = figure(*(one.reshape(1, -1) for one in scores))[0]
+    drawn = figure(*(resampled(one).reshape(BOOTSTRAP_SAMPLES, -1) for one in scores))
+    low, high = np.quantile(drawn, [(1 - LEVEL) / 2, (1 + LEVEL) / 2])
+    return Estimate(float(value), float(low), float(high))
+
+
+def resampled(scores: Scores) -> Scores:
+    """Return bootstrap samples, shape (draws, worlds, runs): the same worlds for as many of them."""
+    worlds, runs = scores.shape
+    random = np.random.default_rng(0)
+    rows = random.integers(0, worlds, size=(BOOTSTRAP_SAMPLES, worlds))
+    columns = random.integers(0, runs, size=(BOOTSTRAP_SAMPLES, runs))
+    drawn: Scores = scores[rows[:, :, None], columns[:, None, :]]
+    return drawn
+
+
+def middle_half(values: Scores) -> Scores:
+    """Return the mean of the middle half of the last axis."""
+    count = values.shape[-1]
+    cut = count // 4
+    kept: Scores = np.sort(values, axis=-1)[..., cut : count - cut].mean(axis=-1)
+    return kept
+
+
+def mean(values: Scores) -> Scores:
+    """Return the mean of the last axis."""
+    found: Scores = values.mean(axis=-1)
+    return found

@@ -1,0 +1,100 @@
+"""All that a training goes on from, so that one that was killed ends as one that was not."""
+
+from __future__ import annotations
+
+import os
+import random
+from pathlib import Path
+from typing import Any
+
+import numpy as np
+import torch
+from stable_baselines3 import SAC
+
+from trundle._native import TrundleError
+from trundle.experiments.training import plain
+from trundle.experiments.training.networks import Algorithm
+from trundle.experiments.training.worlds import Worlds, pick
+from trundle.whole import whole_file
+
+__all__ = ["read", "restore", "state", "write"]
+
+COUNTERS = (
+    "num_timesteps",
+    "_n_updates",
+    "_episode_num",
+    "_current_progress_remaining",
+    "_last_obs",
+    "_last_original_obs",
+    "_last_episode_starts",
+    "ep_info_buffer",
+    "ep_success_buffer",
+)
+MEMORY = ("observations", "next_observations", "actions", "rewards", "dones", "timeouts")
+"""Arrays of a replay buffer; the first axis is filled from the beginning."""
+
+
+def state(learner: Algorithm, worlds: Worlds) -> dict[str, Any]:
+    """Return the state between two rollouts: networks, optimisers, memory, worlds, random numbers."""
+    kept = {
+        "networks": learner.get_parameters(),
+        "counters": pick(learner, COUNTERS),
+        "worlds": worlds.state(),
+        "random": (random.getstate(), np.random.get_state(), torch.get_rng_state()),
+        "sampling": learner.action_space.np_random.bit_generator.state,
+    }
+    if isinstance(learner, SAC):
+        kept["memory"] = remembered(learner.replay_buffer)
+        if learner.ent_coef_optimizer is not None:
+            kept["log_ent_coef"] = learner.log_ent_coef.detach()
+    return kept
+
+
+def restore(learner: Algorithm, worlds: Worlds, kept: dict[str, Any]) -> None:
+    """Put a new algorithm and its worlds into a state."""
+    learner.set_parameters(kept["networks"], device="cpu")
+    vars(learner).update(kept["counters"])
+    worlds.restore(kept["worlds"])
+    if isinstance(learner, SAC):
+        memory = learner.replay_buffer
+        memory.pos, memory.full, arrays = kept["memory"]
+        for name, filled in arrays.items():
+            getattr(memory, name)[: len(filled)] = filled
+        if learner.ent_coef_optimizer is not None:
+            learner.log_ent_coef.data.copy_(kept["log_ent_coef"])
+    learner.action_space.np_random.bit_generator.state = kept["sampling"]
+    python, numpy, torch_state = kept["random"]
+    random.setstate(python)
+    np.random.set_state(numpy)
+    torch.set_rng_state(torch_state)
+
+
+def remembered(memory: Any) -> tuple[int, bool, dict[str, Any]]:
+    """Return what a replay buffer holds."""
+    filled = memory.buffer_size if memory.full else memory.pos
+    return memory.pos, memory.full, {name: getattr(memory, name)[:filled] for name in MEMORY}
+
+
+def write(path: Path, kept: dict[str, Any]) -> None:
+    """Write a checkpoint; the one before is there until this one is whole."""
+    with whole_file(path) as part, part.open("wb") as file:
+        plain.save(file, kept)
+        file.flush()
+        os.fsync(file.fileno())
+
+
+def read(path: Path) -> dict[str, Any] | None:
+    """Return a checkpoint, or None if there is none.
+
+    Raises
+    ------
+    TrundleError
+        If the file is something else.
+    """
+    if not path.exists():
+        return None
+    try:
+        kept: dict[str, Any] = plain.load(path)
+        return kept
+    except Exception as error:  # a damaged file fails in many ways
+        raise TrundleError(f"{path}: this is no checkpoint ({error}); remove it to begin anew") from error

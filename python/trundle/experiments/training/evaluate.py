@@ -1,0 +1,56 @@
+"""How good a policy is, on worlds that are always the same."""
+
+from __future__ import annotations
+
+from collections.abc import Mapping
+from typing import Any
+
+import gymnasium as gym
+import numpy as np
+
+from trundle.experiments.training.policy import Policy
+
+__all__ = ["evaluate"]
+
+
+def evaluate(
+    policy: Policy, env: str, env_kwargs: Mapping[str, Any], first: int, episodes: int
+) -> dict[str, float]:
+    """Play one episode in each of some worlds, side by side.
+
+    Parameters
+    ----------
+    policy : Policy
+    env : str
+        The environment's id.
+    env_kwargs : mapping
+        Its arguments.
+    first, episodes : int
+        The seeds are `first` to `first + episodes - 1`.
+
+    Returns
+    -------
+    dict
+        Means over the worlds: `success` and `lost` (shares), `distance` (m) and `heading` (rad) that are left
+        at the end, `return` (of the environment's own reward), `length` (steps).
+    """
+    worlds: Any = gym.make_vec(env, episodes, "vector_entry_point", **env_kwargs)
+    observations, _ = worlds.reset(seed=first)
+    under_way = np.ones(episodes, dtype=bool)
+    gained, lengths = np.zeros(episodes), np.zeros(episodes)
+    ends = {key: np.zeros(episodes) for key in ("is_success", "lost", "distance", "heading_error")}
+    state = None
+    while under_way.any():
+        actions, state = policy.predict(observations, state)
+        observations, rewards, terminated, truncated, infos = worlds.step(actions)
+        gained[under_way] += rewards[under_way]
+        lengths[under_way] += 1
+        # An environment that has ended begins anew; what it does then is not counted.
+        ended = under_way & (terminated | truncated)
+        for key, column in ends.items():
+            column[ended] = np.abs(infos[key][ended])
+        under_way &= ~ended
+    worlds.close()
+    names = ("success", "lost", "distance", "heading")
+    means = {name: float(column.mean()) for name, column in zip(names, ends.values(), strict=True)}
+    return {**means, "return": float(gained.mean()), "length": float(lengths.mean())}

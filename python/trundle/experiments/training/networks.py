@@ -1,0 +1,76 @@
+"""Algorithms of stable-baselines3 from settings, and their policies without it; needs `trundle[rl]`."""
+
+from __future__ import annotations
+
+from typing import Any, TypeAlias
+
+import numpy as np
+import torch
+from stable_baselines3 import PPO, SAC
+
+from trundle.experiments.training.config import APART, Settings
+from trundle.experiments.training.policy import About, Policy
+from trundle.experiments.training.worlds import Worlds
+
+__all__ = ["Algorithm", "algorithm", "exported"]
+
+Algorithm: TypeAlias = PPO | SAC
+ALGORITHMS = {"PPO": PPO, "SAC": SAC}
+ACTIVATIONS = {"tanh": torch.nn.Tanh, "relu": torch.nn.ReLU}
+
+
+def algorithm(settings: Settings, seed: int, worlds: Worlds) -> Algorithm:
+    """Return an algorithm that has learnt nothing yet."""
+    told = dict(settings.hyperparameters)
+    for key in ("learning_rate", "clip_range"):
+        if isinstance(told.get(key), str) and told[key].startswith("lin_"):
+            told[key] = falling(float(told[key].removeprefix("lin_")))
+    network = dict(settings.policy_kwargs)
+    if "activation_fn" in network:
+        network["activation_fn"] = ACTIVATIONS[network["activation_fn"]]
+    chosen = ALGORITHMS[settings.algorithm]
+    return chosen(env=worlds.top, seed=seed * APART, device="cpu", policy_kwargs=network, **told)
+
+
+def falling(most: float) -> Any:
+    """Return a schedule from `most` to zero, over the training."""
+    return lambda remaining: most * remaining
+
+
+def exported(settings: Settings, seed: int, learner: Algorithm, worlds: Worlds) -> Policy:
+    """Return what has been learnt so far as a policy that needs NumPy alone."""
+    policy = learner.policy
+    squashed = isinstance(learner, SAC)
+    modules = [*policy.actor.latent_pi, policy.actor.mu] if squashed else on_policy(policy)
+    layers = [
+        (module.weight.detach().numpy().copy(), module.bias.detach().numpy().copy())
+        for module in modules
+        if isinstance(module, torch.nn.Linear)
+    ]
+    inputs = layers[0][0].shape[1]
+    mean, deviation, clip = np.zeros(inputs), np.ones(inputs), np.inf
+    if worlds.normalize is not None:
+        scales = worlds.normalize.obs_rms
+        mean, deviation = scales.mean.copy(), np.sqrt(scales.var + worlds.normalize.epsilon)
+        clip = worlds.normalize.clip_obs
+    about = About(
+        config=settings.name,
+        digest=settings.digest,
+        algorithm=settings.algorithm,
+        seed=seed,
+        steps=int(learner.num_timesteps),
+        env=settings.env,
+        env_kwargs=settings.env_kwargs,
+        entries=worlds.batch.observation_space.shape[0],
+        frame=settings.frame,
+        frame_stack=settings.frame_stack,
+        activation=settings.policy_kwargs.get("activation_fn", "relu" if squashed else "tanh"),
+        squashed=squashed,
+        clip_obs=float(clip),
+    )
+    return Policy(about, mean, deviation, layers)
+
+
+def on_policy(policy: Any) -> list[Any]:
+    """Return the modules from features to the mean action of an actor and critic."""
+    return [*policy.mlp_extractor.policy_net, policy.action_net]

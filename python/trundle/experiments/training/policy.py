@@ -1,0 +1,193 @@
+"""Trained policies: small files that NumPy alone can read and run."""
+
+from __future__ import annotations
+
+import json
+import os
+from dataclasses import asdict, dataclass
+from pathlib import Path
+from typing import Any
+
+import numpy as np
+from numpy.typing import NDArray
+
+from trundle._native import TrundleError
+from trundle.experiments.training.frames import seen, width
+from trundle.whole import whole_file
+
+__all__ = ["About", "Policy", "load"]
+
+FORMAT = "trundle-policy/1"
+ABOUT = "about"
+Array = NDArray[np.float64]
+Past = NDArray[np.float32]
+Layer = tuple[NDArray[np.float32], NDArray[np.float32]]
+
+
+@dataclass(frozen=True)
+class About:
+    """What a policy is, and what it is for.
+
+    Attributes
+    ----------
+    config, digest : str
+        Which training's file it is from, and its settings' digest.
+    algorithm : str
+    seed, steps : int
+        Of the training.
+    env : str
+        The environment's id.
+    env_kwargs : dict
+        Its arguments.
+    entries : int
+        Of an observation, as the environment tells it.
+    frame : str
+        In which frame the network is shown observations.
+    frame_stack : int
+        How many of the last.
+    activation : {"tanh", "relu"}
+    squashed : bool
+        Whether actions are the hyperbolic tangent of the last layer; else they are cut.
+    clip_obs : float
+        At how many standard deviations an input is cut.
+    """
+
+    config: str
+    digest: str
+    algorithm: str
+    seed: int
+    steps: int
+    env: str
+    env_kwargs: dict[str, Any]
+    entries: int
+    frame: str
+    frame_stack: int
+    activation: str
+    squashed: bool
+    clip_obs: float
+
+
+class Policy:
+    """A network that maps the last observations to an action, by its mean.
+
+    It has the `predict` of stable-baselines3's algorithms, for observations as the plain environment tells
+    them: frame, past and scaling are its own affair.
+
+    Parameters
+    ----------
+    about : About
+    mean, deviation : ndarray, shape (frame_stack * width,)
+        By which inputs are scaled, oldest observation first. `frames.width` returns the number of entries of
+        each.
+    layers : list of (weight, bias)
+        Shapes (outputs, inputs) and (outputs,).
+    """
+
+    def __init__(self, about: About, mean: Array, deviation: Array, layers: list[Layer]) -> None:
+        self.about = about
+        self._mean, self._deviation, self._layers = mean, deviation, layers
+
+    @property
+    def parameters(self) -> int:
+        """How many weights and biases there are."""
+        return sum(weight.size + bias.size for weight, bias in self._layers)
+
+    def predict(
+        self,
+        observation: Any,
+        state: Past | None = None,
+        episode_start: Any = None,
+        deterministic: bool = True,
+    ) -> tuple[NDArray[np.float32], Past]:
+        """Choose the next action of each environment.
+
+        Parameters
+        ----------
+        observation : ndarray, shape (entries,) or (n, entries)
+            Of one environment, or of n.
+        state : ndarray, shape (n, frame_stack, width), optional
+            As returned by the call before; None: episodes begin.
+        episode_start : bool or ndarray of bool, shape (n,), optional
+            Where it is True the past is forgotten.
+        deterministic : bool
+            Of no effect: a policy acts by its mean.
+
+        Returns
+        -------
+        actions : ndarray, shape (3,) or (n, 3)
+            In the action space.
+        state : ndarray, shape (n, frame_stack, width)
+            The last observations, as the network is shown them, zeros before an episode's beginning.
+
+        Raises
+        ------
+        TrundleError
+            If observations are not of the environment that it was trained in.
+        """
+        rows = np.asarray(observation, dtype=np.float64)
+        many, entries = np.atleast_2d(rows), self.about.entries
+        if rows.ndim not in (1, 2) or many.shape[1] != entries:
+            raise TrundleError(
+                f"an observation of shape {rows.shape} is not of this policy's environment: "
+                f"{self.about.env} with {self.about.env_kwargs} tells {entries} entries"
+            )
+        past = self._past(state, episode_start, len(many))
+        past = np.concatenate([past[:, 1:], seen(many, self.about.env, self.about.frame)[:, None]], axis=1)
+        actions = self._network(past.reshape(len(many), -1))
+        return actions.reshape((*rows.shape[:-1], actions.shape[1])), past
+
+    def _past(self, state: Past | None, episode_start: Any, count: int) -> Past:
+        shape = (count, self.about.frame_stack, width(self.about.entries, self.about.frame))
+        if state is None or state.shape != shape:
+            return np.zeros(shape, dtype=np.float32)
+        begun = np.broadcast_to(np.asarray(False if episode_start is None else episode_start), count)
+        return np.where(begun[:, None, None], np.float32(0), state)
+
+    def _network(self, inputs: Past) -> NDArray[np.float32]:
+        limit = self.about.clip_obs
+        values = np.clip((inputs - self._mean) / self._deviation, -limit, limit).astype(np.float32)
+        *hidden, last = self._layers
+        for weight, bias in hidden:
+            values = values @ weight.T + bias
+            values = np.tanh(values) if self.about.activation == "tanh" else np.maximum(values, 0)
+        values = values @ last[0].T + last[1]
+        return np.tanh(values) if self.about.squashed else np.clip(values, -1, 1)
+
+    def save(self, path: str | os.PathLike[str]) -> None:
+        """Write it; whole or not at all, the same policy as the same bytes."""
+        arrays: dict[str, Any] = {"mean": self._mean, "deviation": self._deviation}
+        for k, (weight, bias) in enumerate(self._layers):
+            arrays |= {f"weight_{k}": weight, f"bias_{k}": bias}
+        arrays[ABOUT] = np.array(json.dumps({"format": FORMAT, **asdict(self.about)}))
+        with whole_file(Path(path)) as part, part.open("wb") as file:
+            np.savez_compressed(file, **arrays)
+
+
+def load(path: str | os.PathLike[str]) -> Policy:
+    """Read a trained policy.
+
+    Parameters
+    ----------
+    path : path-like
+        A `.npz` that `trundle train` wrote.
+
+    Raises
+    ------
+    TrundleError
+        If it is something else.
+    FileNotFoundError
+        If there is no such file.
+    """
+    try:
+        with np.load(path, allow_pickle=False) as file:
+            arrays = dict(file)
+        about = json.loads(str(arrays.pop(ABOUT)))
+        if about.pop("format") != FORMAT:
+            raise ValueError("another format")
+        count = sum(key.startswith("weight_") for key in arrays)
+        layers = [(arrays[f"weight_{k}"], arrays[f"bias_{k}"]) for k in range(count)]
+        return Policy(About(**about), arrays["mean"], arrays["deviation"], layers)
+    except OSError:
+        raise
+    except Exception as error:  # a damaged file fails in many ways
+        raise TrundleError(f"{path}: this is no policy that `trundle train` wrote ({error})") from error

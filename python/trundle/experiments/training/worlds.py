@@ -1,0 +1,147 @@
+"""The environments of a training, as stable-baselines3 steps them; to import this needs `trundle[rl]`."""
+
+from __future__ import annotations
+
+from typing import Any, NamedTuple
+
+import gymnasium as gym
+import numpy as np
+from numpy.typing import NDArray
+from stable_baselines3.common.vec_env import (
+    VecEnv,
+    VecEnvWrapper,
+    VecFrameStack,
+    VecMonitor,
+    VecNormalize,
+)
+
+from trundle._native import TrundleError
+from trundle.envs.sb3 import SB3VecEnv
+from trundle.experiments.training.config import Aids, Settings
+from trundle.experiments.training.frames import seen, width
+
+__all__ = ["Worlds", "make"]
+
+LOSS, TURN = 100.0, 0.3
+"""What the environments charge for a lost object, and for a radian of heading error (m)."""
+NEAR = 0.2
+"""Error below which an object is near its goal, m."""
+
+
+class Seen(VecEnvWrapper):  # type: ignore[misc]
+    """Observations in a frame, float32."""
+
+    def __init__(self, venv: VecEnv, task: str, frame: str) -> None:
+        shape = (width(venv.observation_space.shape[0], frame),)
+        super().__init__(venv, observation_space=gym.spaces.Box(-np.inf, np.inf, shape, np.float32))
+        self._task, self._frame = task, frame
+
+    def reset(self) -> NDArray[np.float32]:
+        """Begin episodes."""
+        return self._seen(self.venv.reset())
+
+    def step_wait(self) -> tuple[Any, Any, Any, list[dict[str, Any]]]:
+        """Act, and turn what is observed."""
+        observations, rewards, dones, infos = self.venv.step_wait()
+        for index in np.flatnonzero(dones):
+            last = infos[index]["terminal_observation"]
+            infos[index]["terminal_observation"] = self._seen(last[None])[0]
+        return self._seen(observations), rewards, dones, infos
+
+    def _seen(self, observations: Any) -> NDArray[np.float32]:
+        return seen(observations, self._task, self._frame)
+
+
+class Aided(VecEnvWrapper):  # type: ignore[misc]
+    """Rewards to learn from; a monitor within keeps those of the environment."""
+
+    def __init__(self, venv: VecEnv, aids: Aids, period: float) -> None:
+        super().__init__(venv)
+        self._aids, self._period = aids, period
+
+    def reset(self) -> Any:
+        """Begin episodes."""
+        return self.venv.reset()
+
+    def step_wait(self) -> tuple[Any, Any, Any, list[dict[str, Any]]]:
+        """Act, and add the aids."""
+        observations, rewards, dones, infos = self.venv.step_wait()
+        turns = np.array([abs(info["heading_error"]) for info in infos])
+        errors = np.array([info["distance"] for info in infos]) + TURN * turns
+        cost = self._aids.miss_cost * np.tanh(errors / NEAR) + self._aids.turn_cost * turns
+        rewards = (rewards - self._period * cost).astype(np.float32)
+        for index in np.flatnonzero(dones):
+            rewards[index] += self._aids.success_bonus * infos[index]["is_success"]
+            rewards[index] += (LOSS - self._aids.loss_cost) * infos[index]["lost"]
+        return observations, rewards, dones, infos
+
+
+class Worlds(NamedTuple):
+    """The layers whose state a checkpoint holds; `top` is what learns steps."""
+
+    batch: SB3VecEnv
+    monitor: VecMonitor
+    stack: VecFrameStack | None
+    normalize: VecNormalize | None
+    top: VecEnv
+
+    def state(self) -> dict[str, Any]:
+        """Return all that goes on from one step to the next."""
+        kept = {
+            "episodes": self.batch.env_method("snapshot"),
+            "monitor": pick(self.monitor, MONITORED),
+        }
+        if self.stack is not None:
+            kept["stack"] = self.stack.stacked_obs.stacked_obs
+        if self.normalize is not None:
+            kept["normalize"] = pick(self.normalize, SCALES)
+        return kept
+
+    def restore(self, state: dict[str, Any]) -> None:
+        """Go on from a state of environments with the same settings."""
+        for index, episode in enumerate(state["episodes"]):
+            self.batch.env_method("restore", episode, indices=index)
+        vars(self.monitor).update(state["monitor"])
+        if self.stack is not None:
+            self.stack.stacked_obs.stacked_obs = state["stack"]
+        if self.normalize is not None:
+            vars(self.normalize).update(state["normalize"])
+
+
+MONITORED = ("episode_returns", "episode_lengths", "episode_count")
+SCALES = ("obs_rms", "ret_rms", "returns", "old_obs", "old_reward")
+
+
+def pick(owner: Any, names: tuple[str, ...]) -> dict[str, Any]:
+    """Return attributes of an object, by name; those that it has."""
+    return {name: getattr(owner, name) for name in names if hasattr(owner, name)}
+
+
+def period(settings: Settings) -> float:
+    """Return the time between two actions, s."""
+    single: Any = gym.make(settings.env, **settings.env_kwargs).unwrapped
+    return float(single.control)
+
+
+def make(settings: Settings) -> Worlds:
+    """Make the environments of a training.
+
+    Raises
+    ------
+    TrundleError
+        If the environment does not take its arguments.
+    """
+    try:
+        step = period(settings)
+        batch = SB3VecEnv.make(settings.env, settings.n_envs, **settings.env_kwargs)
+    except TypeError as error:
+        raise TrundleError(f"env_kwargs = {settings.env_kwargs}: {error}") from None
+    monitor = VecMonitor(Seen(batch, settings.env, settings.frame))
+    top: VecEnv = Aided(monitor, settings.aids, step)
+    stack = normalize = None
+    if settings.frame_stack > 1:
+        top = stack = VecFrameStack(top, settings.frame_stack)
+    if settings.normalize:
+        gamma = settings.hyperparameters.get("gamma", 0.99)
+        top = normalize = VecNormalize(top, gamma=gamma)
+    return Worlds(batch, monitor, stack, normalize, top)

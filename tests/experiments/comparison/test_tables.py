@@ -1,0 +1,95 @@
+"""Tables, from rows whose figures can be worked out by hand."""
+
+from __future__ import annotations
+
+from typing import Any
+
+import pytest
+
+from trundle.experiments.comparison import tables
+from trundle.experiments.comparison.config import Agent, Settings, Target, Worlds
+from trundle.experiments.comparison.document import headlines
+from trundle.experiments.comparison.scores import quick, regret, regrets, solved_after, success
+
+
+def row(seed: int, reward: float, **more: Any) -> dict[str, Any]:
+    usual = {"run": 0, "success": True, "lost": False, "touches": 0, "seconds": 4.0, "limit": 15.0, "fits": 1}
+    usual |= {"learning": 0.5}
+    ends = {"distance": 0.03, "heading": 0.05, "radius": 0.6, "regrasps": 0, "named": []}
+    return {"seed": seed, "return": reward, **usual, **ends, **more}
+
+
+ORACLE = [row(0, -1.0), row(1, -2.0), row(2, -1.0)]
+MINE = [
+    row(0, -1.1),
+    row(1, -2.2, fits=5, learning=2.5),
+    row(2, -4.0, success=False, seconds=3.0, lost=True, named=["tether"]),
+]
+SETTINGS = Settings(
+    name="n",
+    title="T",
+    worlds={"w": Worlds("Worlds", "e", 0, 3, ["oracle", "mine"], {"hidden": "locked"}, [{"kind": "tether"}])},
+    agents={"oracle": Agent("Oracle", "oracle"), "mine": Agent("Mine", "adaptive", {"diagnose": True})},
+    main="mine",
+    pairs=[("mine", "oracle")],
+    targets=[
+        Target("w", "mine", "success", least=0.6),
+        Target("w", "mine", "quick success", least=0.6),
+        Target("w", "mine", "regret", most=5.0),
+    ],
+)
+RESULTS = {"w": {"oracle": ORACLE, "mine": MINE}}
+
+
+def test_regret_of_sums_counts_everything_and_of_worlds_the_middle() -> None:
+    assert regret(MINE, ORACLE).value == pytest.approx((1.1 + 2.2 + 4.0) / 4.0 - 1)
+    assert regret(MINE, ORACLE, solved_after).value == pytest.approx((4.0 + 4.0 + 15.0) / 12.0 - 1)
+    worlds = [row(k, -2.0) for k in range(8)]
+    six_alike = [row(k, -2.2) for k in range(6)] + [row(6, -100.0), row(7, -2.0)]
+    assert regrets(six_alike, worlds).value == pytest.approx(0.1)
+
+
+def test_rates() -> None:
+    assert success(MINE).value == pytest.approx(2 / 3)
+    assert quick(MINE, 0.5).value == pytest.approx(1 / 3)
+
+
+def test_targets_are_judged_with_their_intervals() -> None:
+    lines = tables.targets(SETTINGS, RESULTS).splitlines()[2:]
+    assert [line.split(" | ")[-1] for line in lines] == ["met, interval not |", "**not met** |", "met |"]
+
+
+def test_what_was_named_is_held_against_what_was_hidden() -> None:
+    line = tables.diagnoses(SETTINGS, RESULTS).splitlines()[2]
+    assert line.startswith("| `w` | Mine | 33.3 %")
+    assert line.split(" | ")[3].startswith("0.0 %")
+
+
+def test_what_is_hidden_goes_by_the_names_of_diagnoses() -> None:
+    def hidden(options: dict[str, Any], *kinds: str) -> set[str] | None:
+        worlds = Worlds("", "e", 0, 3, [], options, [{"kind": kind} for kind in kinds])
+        return tables.concealed(worlds)
+
+    assert hidden({"hidden": "none"}, "viscous_wheel", "support_friction", "spin_drag") == {
+        "coulomb_friction",
+        "second_wheel",
+    }
+    assert hidden({"hidden": "locked", "effects": [{"kind": "tether"}]}) == {"tether"}
+    assert hidden({}, "tether") is None
+    assert hidden({"hidden": "locked"}, "viscous_wheel") == {"second_wheel"}
+    paper = Worlds("", "trundle/LockedWheel-v0", 0, 3, [], {}, [{"kind": "tether"}])
+    assert tables.concealed(paper) == {"tether"}
+    assert tables.named(MINE, None) == ["–", "–"]
+
+
+def test_the_first_sentence_tells_success_and_regret() -> None:
+    assert headlines(SETTINGS, RESULTS).startswith("- **Worlds** (`w`, 3 worlds): Mine succeeds in 66.7 % [")
+    assert "loses 83 % [" in headlines(SETTINGS, RESULTS)
+    assert headlines(SETTINGS, RESULTS).endswith("; Oracle 100.0 %.")
+
+
+def test_an_agent_that_learns_nothing_has_no_success_after_few_fits() -> None:
+    fixed = [{**one, "fits": 0, "learning": 0.0} for one in MINE]
+    settings = {"oracle": SETTINGS.agents["oracle"], "mine": Agent("Fixed", "adaptive", {"adapt": False})}
+    told = tables.outcomes(Settings("n", "T", SETTINGS.worlds, settings, "mine"), {"mine": fixed})
+    assert told.splitlines()[2].split(" | ")[2] == "–"

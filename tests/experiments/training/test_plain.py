@@ -1,0 +1,76 @@
+"""The state of a training, as data alone; tensors and whole trainings are in `tests/rl`."""
+
+from __future__ import annotations
+
+import pickle
+import random
+from collections import deque
+from pathlib import Path
+from typing import Any
+
+import gymnasium as gym
+import numpy as np
+import pytest
+
+from trundle.experiments.training import plain
+
+
+def kept(path: Path, state: Any) -> Any:
+    with path.open("wb") as file:
+        plain.save(file, state)
+    return plain.load(path)
+
+
+def test_a_state_comes_back_to_the_last_bit(tmp_path: Path) -> None:
+    state = {
+        "networks": {"optimizer": {"state": {0: {"step": np.float32(3)}}, "param_groups": [{"lr": 1e-4}]}},
+        "buffer": deque([{"r": np.float32(0.1), "l": 3, "t": 0.1 + 0.2}], maxlen=100),
+        "random": (random.getstate(), np.random.default_rng(0).bit_generator.state, np.random.get_state()),
+        "none": None,
+        "flags": np.array([True, False]),
+        "nothing": np.zeros((0, 3), np.float16),
+        "strange": [float("inf"), -0.0, 2**80, "ü\n", True, ()],
+    }
+    again = kept(tmp_path / "state.npz", state)
+    # Arrays are not compared by ==, but their pickles are equal.
+    assert pickle.dumps(again) == pickle.dumps(kept(tmp_path / "twice.npz", again))
+    np.testing.assert_equal(again, state)
+    assert type(again["buffer"]) is deque
+    assert again["buffer"].maxlen == 100
+    assert type(again["buffer"][0]["r"]) is np.float32
+    assert type(again["random"][0]) is tuple
+    assert again["networks"]["optimizer"]["state"].keys() == {0}
+    assert again["flags"].dtype == bool
+    assert again["nothing"].dtype == np.float16
+    random.setstate(again["random"][0])
+    np.random.set_state(again["random"][2])
+
+
+def test_an_episode_goes_on_from_a_snapshot_in_it(tmp_path: Path) -> None:
+    env: Any = gym.make("trundle:trundle/LockedWheel-v0").unwrapped
+    env.reset(seed=1)
+    env.step(np.array([0.5, 0.1, 0.0]))
+    again = kept(tmp_path / "state.npz", {"episodes": [env.snapshot()]})["episodes"][0]
+    ahead = env.step(np.array([0.2, 0.0, 0.3]))
+    env.restore(again)
+    np.testing.assert_array_equal(env.step(np.array([0.2, 0.0, 0.3]))[0], ahead[0])
+
+
+class Trap:
+    def __reduce__(self) -> Any:
+        return (Path.touch, (Path("trapped"),))
+
+
+def test_reading_runs_nothing(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
+    monkeypatch.chdir(tmp_path)
+    with pytest.raises(TypeError, match=r"cannot hold .*Trap"):
+        kept(tmp_path / "state.npz", {"a": Trap()})
+    (tmp_path / "pickle.npz").write_bytes(pickle.dumps(Trap()))
+    np.savez(tmp_path / "object.npz", tree=np.array([Trap()], dtype=object))
+    (tmp_path / "empty.npz").touch()
+    np.savez(tmp_path / "other.npz", a=np.zeros(3))
+    for name in ("pickle", "object", "empty", "other"):
+        with pytest.raises(ValueError) as refused:
+            plain.load(tmp_path / f"{name}.npz")
+        assert str(refused.value)
+    assert not (tmp_path / "trapped").exists()
