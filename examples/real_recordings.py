@@ -10,7 +10,7 @@ from __future__ import annotations
 import argparse
 import copy
 import time
-from collections.abc import Iterator, Sequence
+from collections.abc import Iterator, Mapping, Sequence
 from dataclasses import dataclass
 from pathlib import Path
 from typing import Any
@@ -308,7 +308,7 @@ def cases(data: Path) -> Iterator[Case]:
         yield Case(name, "dry, grows with pressure; offset", seal(data, name))
 
 
-def answer_in_words(answer: dict[str, Any]) -> str:
+def answer_in_words(answer: Mapping[str, Any]) -> str:
     """Return verdict, effects with probabilities, ties, and immaterial effects with what they explain."""
     effects = ", ".join(f"{effect['effect']} {effect['probability']:.2f}" for effect in answer["missing"])
     ties = "; ".join(" = ".join(tie) for tie in answer["tied"])
@@ -317,7 +317,7 @@ def answer_in_words(answer: dict[str, Any]) -> str:
     return said + (f" (tied: {ties})" if ties else "") + (f" (immaterial: {aside})" if aside else "")
 
 
-def held_out(answer: dict[str, Any]) -> tuple[list[str], list[str]]:
+def held_out(answer: Mapping[str, Any]) -> tuple[list[str], list[str]]:
     """Return the held-out figures before -> after, and the labels of those that get worse."""
     figures, worse = [], []
     both = answer["fit"]["held_out"]
@@ -331,7 +331,7 @@ def held_out(answer: dict[str, Any]) -> tuple[list[str], list[str]]:
     return figures, worse
 
 
-def periods_in_words(answer: dict[str, Any]) -> str:
+def periods_in_words(answer: Mapping[str, Any]) -> str:
     """Return the periods of what remains, in position, mm, with the force's amplitude, N."""
     found = [period for period in answer["residual"]["periods"] if period["of"] == "position"]
     return ", ".join(f"{1e3 * p['period']:.2f} mm ({p['amplitude']:.2f} N)" for p in found)

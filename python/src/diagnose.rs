@@ -1,15 +1,17 @@
 //! Diagnosis in Python.
 
+use std::fs;
 use std::path::PathBuf;
 
-use pyo3::exceptions::PyRuntimeError;
 use pyo3::prelude::*;
-use trundle_diagnose::{Options, Outcome, Predictions, STAGES, diagnose_recording};
+use trundle_diagnose::{Options, Outcome, STAGES, diagnose_recording};
 use trundle_model::Model;
 use trundle_record::{PrepareOptions, prepare_with};
 
 use crate::error::{refused, run};
 use crate::inspect::wrench_pose_of;
+use crate::model::PyModel;
+use crate::plain::plain;
 use crate::record::recording_of;
 use crate::watch::watched;
 
@@ -32,38 +34,42 @@ fn _sources(which: &str) -> &'static str {
     if which == "diagnosis" { env!("TRUNDLE_DIAGNOSIS_SOURCES") } else { env!("TRUNDLE_ALL_SOURCES") }
 }
 
-/// What a diagnosis leaves: texts, and a table to be written.
+/// The result of a diagnosis.
 #[pyclass(name = "_Outcome", module = "trundle", frozen)]
-pub(crate) struct PyOutcome {
-    /// `diagnosis.json`.
-    #[pyo3(get)]
-    answer: String,
-    /// Curves for the report, JSON.
-    #[pyo3(get)]
-    series: String,
-    /// `model.toml`.
-    #[pyo3(get)]
-    model: String,
-    predictions: Predictions,
-}
+pub(crate) struct PyOutcome(Outcome);
 
 impl PyOutcome {
     pub(crate) fn of(outcome: Outcome) -> PyResult<Self> {
-        let json = |error: serde_json::Error| PyRuntimeError::new_err(error.to_string());
-        Ok(Self {
-            answer: serde_json::to_string_pretty(&outcome.answer).map_err(json)?,
-            series: serde_json::to_string(&outcome.series).map_err(json)?,
-            model: outcome.model,
-            predictions: outcome.predictions,
-        })
+        Ok(Self(outcome))
     }
 }
 
 #[pymethods]
 impl PyOutcome {
-    /// Write `predictions.parquet`.
-    fn write_predictions(&self, py: Python<'_>, path: PathBuf) -> PyResult<()> {
-        run(py, || self.predictions.write(&path))
+    /// The content of `diagnosis.json`.
+    #[getter]
+    fn answer<'py>(&self, py: Python<'py>) -> PyResult<Bound<'py, PyAny>> {
+        plain(py, &self.0.answer)
+    }
+
+    /// Curves for the report.
+    #[getter]
+    fn series<'py>(&self, py: Python<'py>) -> PyResult<Bound<'py, PyAny>> {
+        plain(py, &self.0.series)
+    }
+
+    /// The model with the named effects.
+    #[getter]
+    fn model(&self) -> PyResult<PyModel> {
+        PyModel::from_toml(&self.0.model)
+    }
+
+    /// Write `diagnosis.json`, `model.toml` and `predictions.parquet` into a folder.
+    fn write(&self, py: Python<'_>, folder: PathBuf) -> PyResult<()> {
+        let answer = serde_json::to_string_pretty(&self.0.answer).map_err(refused)?;
+        fs::write(folder.join("diagnosis.json"), answer + "\n")?;
+        fs::write(folder.join("model.toml"), &self.0.model)?;
+        run(py, || self.0.predictions.write(&folder.join("predictions.parquet")))
     }
 }
 

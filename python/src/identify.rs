@@ -10,6 +10,7 @@ use trundle_model::PriorFile;
 
 use crate::error::refused;
 use crate::infer::inputs;
+use crate::plain::plain;
 use crate::watch::watched;
 
 /// The model is fitted, then the parameter is held at one value after the other.
@@ -66,7 +67,7 @@ fn _profile(
     starts: usize,
     seed: u64,
     progress: Option<Py<PyAny>>,
-) -> PyResult<String> {
+) -> PyResult<Py<PyAny>> {
     let prior = prior.map(|(name, text)| PriorFile::from_toml(&text, &name)).transpose().map_err(refused)?;
     let (data, model) = inputs(recording, model)?;
     let mut model = trundle_diagnose::for_recording(&data, model.as_ref());
@@ -85,7 +86,7 @@ fn _profile(
         let seen = profile(&target, &found, k, grid.as_deref(), watch)?;
         Ok(answer(&seen, &found, k))
     })?;
-    Ok(found.to_string())
+    Ok(plain(recording.py(), &found)?.unbind())
 }
 
 /// Which coordinate is named so.

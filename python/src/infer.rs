@@ -12,6 +12,8 @@ use crate::error::{refused, run};
 use crate::identify::identifiability;
 use crate::lack_of_fit::Tested;
 use crate::likelihood::{Arguments, Choice, of_one_object};
+use crate::model::PyModel;
+use crate::plain::plain;
 use crate::record::recording_of;
 use crate::watch::watched;
 
@@ -53,7 +55,7 @@ fn _fit(
     seed: u64,
     optimiser: &str,
     progress: Option<Py<PyAny>>,
-) -> PyResult<(String, String)> {
+) -> PyResult<(Py<PyAny>, PyModel)> {
     let prior = prior.map(|(name, text)| PriorFile::from_toml(&text, &name)).transpose().map_err(refused)?;
     let recordings = recordings.iter().map(|r| inputs(r, None).map(|(data, _)| data));
     let recordings = of_one_object(recordings.collect::<PyResult<_>>()?)?;
@@ -89,10 +91,11 @@ fn _fit(
         }
         summary["likelihood"] = choice.name.as_str().into();
         summary["loss"] = choice.loss().into();
-        Ok((summary, found.model.to_toml(of_model(found).as_ref())?))
+        Ok((summary, found.model.clone(), of_model(found)))
     });
     choice.raised()?;
-    fitted.map(|(summary, text)| (summary.to_string(), text))
+    let (summary, model, posterior) = fitted?;
+    Ok((plain(py, &summary)?.unbind(), PyModel { model, posterior }))
 }
 
 /// All episodes as of one recording, with the noise of the first.

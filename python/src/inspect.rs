@@ -6,6 +6,7 @@ use pyo3::types::PyDict;
 use trundle_record::{Dataset, Motion, PrepareOptions, Prepared, TareMethod, WrenchPose};
 
 use crate::error::{refused, run};
+use crate::plain::plain;
 use crate::record::recording_of;
 
 pub(crate) fn register(module: &Bound<'_, PyModule>) -> PyResult<()> {
@@ -31,7 +32,7 @@ pub(crate) fn register(module: &Bound<'_, PyModule>) -> PyResult<()> {
 fn inspect<'py>(recording: &Bound<'py, PyAny>) -> PyResult<Bound<'py, PyAny>> {
     let (py, recording) = (recording.py(), recording_of(recording)?);
     let info = run(py, || trundle_record::inspect(&recording))?;
-    plain(py, serde_json::to_string(&info))
+    plain(py, &info)
 }
 
 /// Look for what is wrong with a recording before any physics: what `trundle check` prints.
@@ -50,7 +51,7 @@ fn inspect<'py>(recording: &Bound<'py, PyAny>) -> PyResult<Bound<'py, PyAny>> {
 fn check<'py>(recording: &Bound<'py, PyAny>) -> PyResult<Bound<'py, PyAny>> {
     let (py, recording) = (recording.py(), recording_of(recording)?);
     let findings = run(py, || Ok::<_, trundle_record::Error>(trundle_record::check(&recording)))?;
-    plain(py, serde_json::to_string(&findings))
+    plain(py, &findings)
 }
 
 /// Tare, mask and transform a recording: what an estimator sees of it.
@@ -168,11 +169,6 @@ fn by_episode<'py>(
         }
     }
     Ok(dict)
-}
-
-/// A serialised value as plain dicts, lists, floats and strings.
-fn plain(py: Python<'_>, json: serde_json::Result<String>) -> PyResult<Bound<'_, PyAny>> {
-    py.import("json")?.call_method1("loads", (json.map_err(refused)?,))
 }
 
 fn column<'py, T>(py: Python<'py>, rows: &[T], value: impl Fn(&T) -> f64) -> Bound<'py, PyAny> {

@@ -18,6 +18,7 @@ mod likelihood;
 mod model;
 mod online;
 mod paper;
+mod plain;
 mod posterior;
 mod push;
 mod record;

@@ -38,7 +38,7 @@ pub(crate) struct PyModel {
 impl PyModel {
     /// Read the text of a `model.toml`.
     #[staticmethod]
-    fn from_toml(text: &str) -> PyResult<Self> {
+    pub(crate) fn from_toml(text: &str) -> PyResult<Self> {
         let (model, posterior) = Model::from_toml(text).map_err(refused)?;
         Ok(Self { model, posterior })
     }

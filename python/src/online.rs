@@ -8,6 +8,8 @@ use trundle_record::{Dataset, Prepared};
 
 use crate::error::{refused, run};
 use crate::infer::inputs;
+use crate::model::PyModel;
+use crate::plain::plain;
 
 pub(crate) fn register(module: &Bound<'_, PyModule>) -> PyResult<()> {
     module.add_class::<OnlineEstimate>()
@@ -69,20 +71,21 @@ impl OnlineEstimate {
         }
     }
 
-    /// The free parameters, as JSON.
-    fn estimate(&self) -> String {
+    /// The free parameters: a dict for each.
+    fn estimate<'py>(&self, py: Python<'py>) -> PyResult<Bound<'py, PyAny>> {
         let estimates = self.inner.as_ref().map(Online::estimate).unwrap_or_default();
         let rows = estimates.iter().map(|e| {
             let kept = |value: f64| e.identified.then_some(value);
             json!({"name": e.name, "mean": kept(e.mean), "sd": kept(e.sd), "unit": e.unit, "identifiable": e.identified})
         });
-        serde_json::Value::from(rows.collect::<Vec<_>>()).to_string()
+        plain(py, &rows.collect::<Vec<_>>())
     }
 
-    /// model.toml with every value filled in; `None` before the first push.
-    fn filled(&self) -> PyResult<Option<String>> {
-        let text = |online: &Online| online.model()?.to_toml(None).map_err(InferError::from);
-        self.inner.as_ref().map(text).transpose().map_err(refused)
+    /// The model with every value filled in; `None` before the first push.
+    fn model(&self) -> PyResult<Option<PyModel>> {
+        let filled =
+            |online: &Online| Ok(PyModel { model: online.model().map_err(refused)?, posterior: None });
+        self.inner.as_ref().map(filled).transpose()
     }
 
     #[getter]

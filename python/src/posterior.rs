@@ -15,6 +15,7 @@ use trundle_record::Dataset;
 use crate::error::{refused, run};
 use crate::infer::inputs;
 use crate::lack_of_fit::lack_summary;
+use crate::plain::{parsed, plain};
 use crate::watch::{once, watched};
 
 /// The modes are sought, then the draws made.
@@ -110,9 +111,9 @@ impl PyPosterior {
 
 #[pymethods]
 impl PyPosterior {
-    /// What there is to say of the run, JSON.
+    /// Settings, parameters, noise and costs of the run.
     #[getter]
-    fn summary(&self) -> String {
+    fn summary<'py>(&self, py: Python<'py>) -> PyResult<Bound<'py, PyAny>> {
         let p = &self.inner;
         let parameters = p.slots.iter().zip(&p.identified);
         let parameters: Vec<_> = parameters
@@ -120,7 +121,7 @@ impl PyPosterior {
                 serde_json::json!({"name": slot.name, "unit": slot.unit, "identifiable": identified})
             })
             .collect();
-        serde_json::json!({
+        let summary = serde_json::json!({
             "recording": self.data.name,
             "parameters": parameters,
             "modes": p.modes,
@@ -134,8 +135,8 @@ impl PyPosterior {
                 "pose": p.channels.pose, "force": p.channels.reading[0], "torque": p.channels.reading[2],
                 "stated": self.data.noise.stated,
             },
-        })
-        .to_string()
+        });
+        plain(py, &summary)
     }
 
     /// Draws, SI units: shape (chain, draw, parameter).
@@ -182,7 +183,7 @@ impl PyPosterior {
     }
 }
 
-/// Some rounds of a calibration, one JSON text each; see `trundle.calibrate`.
+/// Some rounds of a calibration, a dict for each; see `trundle.calibrate`.
 #[pyfunction]
 #[pyo3(signature = (text, rounds, *, method=None, seed=0, progress=None))]
 fn _calibrate(
@@ -192,12 +193,11 @@ fn _calibrate(
     method: Option<&str>,
     seed: u64,
     progress: Option<Py<PyAny>>,
-) -> PyResult<Vec<String>> {
+) -> PyResult<Py<PyAny>> {
     let calibration = read(text, method)?;
     let found =
         watched(py, progress, &CALIBRATE, |watch| split(replicates(&calibration, &rounds, seed, watch)))?;
-    let text = |round: &Replicate| serde_json::to_string(round).map_err(refused);
-    found.map_err(refused)?.iter().map(text).collect()
+    Ok(plain(py, &found.map_err(refused)?)?.unbind())
 }
 
 fn read(text: &str, method: Option<&str>) -> PyResult<Calibration> {
@@ -208,15 +208,20 @@ fn read(text: &str, method: Option<&str>) -> PyResult<Calibration> {
     })
 }
 
-/// What rounds say, JSON: `name`, `method`, and a line for each parameter.
+/// The coverage of a calibration's rounds: `name`, `method`, and a dict for each parameter.
 #[pyfunction]
 #[pyo3(signature = (text, rounds, *, method=None))]
-fn _calibration_table(text: &str, rounds: Vec<String>, method: Option<&str>) -> PyResult<String> {
+fn _calibration_table<'py>(
+    text: &str,
+    rounds: &Bound<'py, PyAny>,
+    method: Option<&str>,
+) -> PyResult<Bound<'py, PyAny>> {
     let calibration = read(text, method)?;
-    let rounds: Result<Vec<Replicate>, _> = rounds.iter().map(|r| serde_json::from_str(r)).collect();
-    let lines = lines(&calibration.parameters, &rounds.map_err(refused)?);
+    let found: Vec<Replicate> = parsed(rounds)?;
     let answer = serde_json::json!({
-        "name": calibration.name, "method": calibration.method().name(), "parameters": lines,
+        "name": calibration.name,
+        "method": calibration.method().name(),
+        "parameters": lines(&calibration.parameters, &found),
     });
-    Ok(answer.to_string())
+    plain(rounds.py(), &answer)
 }

@@ -8,6 +8,16 @@ import numpy as np
 import pandas as pd
 from numpy.typing import ArrayLike, NDArray
 
+from trundle._types import (
+    Answer,
+    CalibrationRound,
+    CalibrationTable,
+    Estimate,
+    FitSummary,
+    Profile,
+    SampleSummary,
+)
+
 class TrundleError(ValueError): ...
 class NotFiniteError(TrundleError): ...
 
@@ -82,7 +92,7 @@ class Laws:
         *,
         contact: float = 0.0,
         episode: float = ...,
-        inner: Sequence[float] = (),
+        inner: Sequence[float] = ...,
     ) -> list[float]: ...
     def step(
         self,
@@ -94,7 +104,7 @@ class Laws:
         *,
         contact: float = 0.0,
         episode: float = ...,
-        inner: Sequence[float] = (),
+        inner: Sequence[float] = ...,
     ) -> tuple[list[float], list[float], list[float]]: ...
 
 def _diagnose_foreign(
@@ -142,9 +152,9 @@ class Planner:
         twist: Sequence[float] | NDArray[np.float64],
         goal: Sequence[float],
         grasp: Sequence[float] | NDArray[np.float64],
-        obstacles: Sequence[Sequence[Sequence[float]]] = (),
+        obstacles: Sequence[Sequence[Sequence[float]]] = ...,
         *,
-        inner: Sequence[float] = (),
+        inner: Sequence[float] = ...,
         learnt: _Regression | None = None,
     ) -> NDArray[np.float64]: ...
     def regret(
@@ -154,9 +164,9 @@ class Planner:
         twist: Sequence[float] | NDArray[np.float64],
         goal: Sequence[float],
         grasp: Sequence[float] | NDArray[np.float64],
-        obstacles: Sequence[Sequence[Sequence[float]]] = (),
+        obstacles: Sequence[Sequence[Sequence[float]]] = ...,
         *,
-        inner: Sequence[float] = (),
+        inner: Sequence[float] = ...,
     ) -> float: ...
     def be_curious(self, curiosity: float) -> None: ...
     def compare(
@@ -166,9 +176,9 @@ class Planner:
         twist: Sequence[float] | NDArray[np.float64],
         goal: Sequence[float],
         grasps: Sequence[Sequence[float]] | NDArray[np.float64],
-        obstacles: Sequence[Sequence[Sequence[float]]] = (),
+        obstacles: Sequence[Sequence[Sequence[float]]] = ...,
         *,
-        inner: Sequence[float] = (),
+        inner: Sequence[float] = ...,
     ) -> NDArray[np.float64]: ...
     def advance(self, seconds: float) -> None: ...
     def restart(self) -> None: ...
@@ -178,26 +188,26 @@ class Planner:
 @final
 class _Outcome:
     @property
-    def answer(self) -> str: ...
+    def answer(self) -> Answer: ...
     @property
-    def series(self) -> str: ...
+    def series(self) -> dict[str, Any]: ...
     @property
-    def model(self) -> str: ...
-    def write_predictions(self, path: str | PathLike[str]) -> None: ...
+    def model(self) -> Model: ...
+    def write(self, folder: str | PathLike[str]) -> None: ...
 
 def _fit(
     recordings: Sequence[Recording | str],
     model: str | None = None,
     *,
     choice: Mapping[str, Any],
-    per_episode: Sequence[str] = (),
+    per_episode: Sequence[str] = ...,
     prior: tuple[str, str] | None = None,
     start: Mapping[str, float] | None = None,
     starts: int = 6,
     seed: int = 0,
     optimiser: str = "lm",
     progress: Callable[[str, float], object] | None = None,
-) -> tuple[str, str]: ...
+) -> tuple[FitSummary, Model]: ...
 def _profile(
     recording: Recording | str,
     parameter: str,
@@ -208,7 +218,7 @@ def _profile(
     starts: int = 6,
     seed: int = 0,
     progress: Callable[[str, float], object] | None = None,
-) -> str: ...
+) -> Profile: ...
 
 @final
 class _Online:
@@ -218,8 +228,8 @@ class _Online:
     def update(self, recording: Recording | str) -> None: ...
     def peek(self, recording: Recording | str) -> None: ...
     def abandon(self) -> None: ...
-    def estimate(self) -> str: ...
-    def filled(self) -> str | None: ...
+    def estimate(self) -> list[Estimate]: ...
+    def model(self) -> Model | None: ...
     @property
     def pushes(self) -> int: ...
     @property
@@ -233,7 +243,7 @@ def _diagnose(
     model: str | None = None,
     *,
     seed: int = 0,
-    without: list[str] = [],
+    without: list[str] = ...,
     wrench_pose: str = "own_time",
     progress: Callable[[str, float], object] | None = None,
 ) -> _Outcome: ...
@@ -360,7 +370,7 @@ def _open_loop(
 @final
 class _Posterior:
     @property
-    def summary(self) -> str: ...
+    def summary(self) -> SampleSummary: ...
     def draws(self) -> NDArray[np.float64]: ...
     def stats(self) -> dict[str, NDArray[Any]]: ...
     def predictive(
@@ -387,5 +397,7 @@ def _calibrate(
     method: str | None = None,
     seed: int = 0,
     progress: Callable[[str, float], object] | None = None,
-) -> list[str]: ...
-def _calibration_table(text: str, rounds: Sequence[str], *, method: str | None = None) -> str: ...
+) -> list[CalibrationRound]: ...
+def _calibration_table(
+    text: str, rounds: Sequence[CalibrationRound], *, method: str | None = None
+) -> CalibrationTable: ...

@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+from collections.abc import Mapping, Sequence
 from dataclasses import dataclass
 from typing import Any, TypeAlias
 
@@ -44,7 +45,7 @@ class Update:
 
     time: float
     model: Model
-    estimate: list[dict[str, Any]]
+    estimate: Sequence[Mapping[str, Any]]
     named: tuple[str, ...] = ()
     supposed: tuple[str, ...] = ()
     worth: float = 0.0

@@ -7,12 +7,13 @@ import os
 from collections.abc import Callable
 from dataclasses import dataclass
 from pathlib import Path
-from typing import Any, TypeAlias
+from typing import TypeAlias
 
 import numpy as np
 
 from trundle import _native
 from trundle._native import TrundleError
+from trundle._types import CalibrationRound, CalibrationTable
 from trundle.experiments.backends import Backend, Local
 from trundle.whole import whole_file, write_text
 
@@ -38,8 +39,8 @@ class Calibration:
         Truth, mean, standard deviation and rank of each round.
     """
 
-    table: dict[str, Any]
-    rounds: list[dict[str, Any]]
+    table: CalibrationTable
+    rounds: list[CalibrationRound]
 
     def figure(self, path: PathLike) -> Path:
         """Draw the ranks' histogram of each parameter, with the band of even ranks, as PNG or SVG."""
@@ -110,27 +111,27 @@ def calibrate(
     for number, found in (backend or Local()).map(simulated, calls):
         rounds |= dict(zip(batches[number], found, strict=True))
         if out is not None:
-            save(Path(out), [head, *(rounds[k] for k in sorted(rounds))])
+            save(Path(out), [head, *(json.dumps(rounds[k]) for k in sorted(rounds))])
         if progress is not None:
             progress("calibrate", len(rounds) / max(replicates, len(rounds)))
     lines = [rounds[k] for k in range(replicates)]
-    table = json.loads(_native._calibration_table(text, lines, method=method))
-    return Calibration(table, [json.loads(line) for line in lines])
+    return Calibration(_native._calibration_table(text, lines, method=method), lines)
 
 
-def simulated(text: str, batch: list[int], method: str | None, seed: int) -> list[str]:
-    """Run some rounds; return a line of JSON for each."""
+def simulated(text: str, batch: list[int], method: str | None, seed: int) -> list[CalibrationRound]:
+    """Run some rounds."""
     return _native._calibrate(text, batch, method=method, seed=seed, progress=None)
 
 
-def kept(out: PathLike | None, head: str) -> dict[int, str]:
+def kept(out: PathLike | None, head: str) -> dict[int, CalibrationRound]:
     """Return the rounds that a results file holds, by number."""
     if out is None or not Path(out).exists():
         return {}
     first, *lines = Path(out).read_text(encoding="utf-8").splitlines() or [""]
     if first != head:
         raise TrundleError(f"{out}: holds another calibration (file, method or seed); give another --out")
-    return {int(json.loads(line)["index"]): line for line in lines}
+    rounds = [json.loads(line) for line in lines]
+    return {int(one["index"]): one for one in rounds}
 
 
 def save(path: Path, lines: list[str]) -> None:

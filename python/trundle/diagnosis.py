@@ -2,7 +2,6 @@
 
 from __future__ import annotations
 
-import json
 import os
 from collections.abc import Callable, Mapping, Sequence
 from dataclasses import dataclass
@@ -11,6 +10,7 @@ from typing import Any, Literal, TypeAlias
 
 from trundle import _native
 from trundle._native import Model, Recording, TrundleError
+from trundle._types import Answer, FitSummary
 from trundle.foreign import Parameters, Step, described
 from trundle.report import inputs, render
 from trundle.usable import refuse_unusable
@@ -43,7 +43,7 @@ class Fit:
     """
 
     model: Model
-    summary: dict[str, Any]
+    summary: FitSummary
 
     @property
     def explains_data(self) -> bool | None:
@@ -79,7 +79,7 @@ class Diagnosis:
         needed (``wrench``: ``t``, ``recorded``, ``before``, ``after``) where those are compared; SI units.
     """
 
-    answer: dict[str, Any]
+    answer: Answer
     model: Model
     report: str
     series: dict[str, Any]
@@ -109,10 +109,8 @@ class Diagnosis:
             If the folder holds anything but an earlier diagnosis.
         """
         with whole_folder(Path(folder), ANSWER, "a diagnosis") as partial:
-            (partial / ANSWER).write_text(self._outcome.answer + "\n", encoding="utf-8")
+            self._outcome.write(partial)
             (partial / "report.html").write_text(self.report, encoding="utf-8")
-            (partial / "model.toml").write_text(self._outcome.model, encoding="utf-8")
-            self._outcome.write_predictions(partial / "predictions.parquet")
         return Path(folder)
 
 
@@ -193,7 +191,7 @@ def fit(
     if starts < (1 if start is None else 0):
         raise TrundleError(f"starts = {starts}: at least one start is needed")
     beliefs = None if prior is None else (str(prior), Path(prior).read_text(encoding="utf-8"))
-    summary, text = _native._fit(
+    summary, fitted = _native._fit(
         sources(recording),
         written(model),
         choice={
@@ -211,7 +209,7 @@ def fit(
         optimiser=optimiser,
         progress=progress,
     )
-    return Fit(Model.from_toml(text), json.loads(summary))
+    return Fit(fitted, summary)
 
 
 def predict(recording: Recording | PathLike, model: Model | PathLike, out: PathLike) -> Path:
@@ -328,7 +326,7 @@ def finished(
     doubts: Sequence[str],
 ) -> Diagnosis:
     """Return a diagnosis with its report."""
-    answer, series = json.loads(outcome.answer), json.loads(outcome.series)
+    answer, series = outcome.answer, outcome.series
     series |= {key: answer.get(key, []) for key in ("certificates", "experiments")}
     series |= {
         "seed": seed,
@@ -337,7 +335,7 @@ def finished(
         "command": command,
         "doubts": [*doubts, *answer.get("warnings", [])],
     }
-    return Diagnosis(answer, Model.from_toml(outcome.model), render(answer, series), series, outcome)
+    return Diagnosis(answer, outcome.model, render(answer, series), series, outcome)
 
 
 def known(names: Sequence[str]) -> list[str]:

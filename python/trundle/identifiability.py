@@ -2,7 +2,6 @@
 
 from __future__ import annotations
 
-import json
 from collections.abc import Sequence
 from dataclasses import dataclass
 from pathlib import Path
@@ -117,17 +116,15 @@ def profile(
     if grid is not None and not np.isfinite(np.asarray(grid, dtype=float)).all():
         raise TrundleError("grid: every value must be a finite number")
     beliefs = None if prior is None else (str(prior), Path(prior).read_text(encoding="utf-8"))
-    answer: dict[str, Any] = json.loads(
-        _native._profile(
-            source(recording),
-            parameter,
-            written(model),
-            prior=beliefs,
-            grid=None if grid is None else [float(value) for value in grid],
-            starts=starts,
-            seed=seed,
-            progress=progress,
-        )
+    answer = _native._profile(
+        source(recording),
+        parameter,
+        written(model),
+        prior=beliefs,
+        grid=None if grid is None else [float(value) for value in grid],
+        starts=starts,
+        seed=seed,
+        progress=progress,
     )
     low, high = answer["interval"]
     return Profile(

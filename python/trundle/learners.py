@@ -2,8 +2,7 @@
 
 from __future__ import annotations
 
-import json
-from collections.abc import Iterable
+from collections.abc import Iterable, Mapping, Sequence
 from itertools import product
 from typing import Any, Literal, Protocol, TypeAlias
 
@@ -76,7 +75,8 @@ class Physics:
         except TrundleError:
             # Too little has been moved yet to tell anything.
             return None
-        model, estimate = found.model, found.summary["parameters"]
+        model = found.model
+        estimate: Sequence[Mapping[str, Any]] = found.summary["parameters"]
         named: tuple[str, ...] = ()
         supposed: tuple[str, ...] = ()
         due = time >= max(ENOUGH, PATIENCE * belief.consulted)
@@ -113,13 +113,13 @@ class Physics:
             # There is not enough motion yet.
             return None
         belief.consulted = time
-        answer = json.loads(outcome.answer)
+        answer = outcome.answer
         if answer["verdict"] == "explained":
-            return Model.from_toml(outcome.model), tuple(one["effect"] for one in answer["missing"]), ()
+            return outcome.model, tuple(one["effect"] for one in answer["missing"]), ()
         return self._supposed(recording, answer["alternatives"], found)
 
     def _supposed(
-        self, recording: Recording, alternatives: list[dict[str, Any]], found: Fit
+        self, recording: Recording, alternatives: Sequence[Mapping[str, Any]], found: Fit
     ) -> Richer | None:
         """Return the best of what was tried, where it predicts better: to push, it need not explain all."""
         if not alternatives:

@@ -2,7 +2,6 @@
 
 from __future__ import annotations
 
-import json
 from collections.abc import Mapping
 from typing import Any
 
@@ -11,6 +10,7 @@ from numpy.typing import ArrayLike, NDArray
 
 from trundle import _native
 from trundle._native import Model, Recording, TrundleError
+from trundle._types import Estimate
 from trundle.diagnosis import PathLike, written
 
 __all__ = ["Online"]
@@ -127,19 +127,17 @@ class Online:
     waiting: str | None = None
     """Why the push under way is not in the estimate yet; None when it is."""
 
-    def estimate(self) -> list[dict[str, Any]]:
+    def estimate(self) -> list[Estimate]:
         """Return name, mean, sd, unit and identifiable of each free parameter, as a fit's summary does.
 
         What the pushes so far do not hold has no number; before the first push the list is empty.
         """
-        rows: list[dict[str, Any]] = json.loads(self._native.estimate())
-        return rows
+        return self._native.estimate()
 
     @property
     def model(self) -> Model | None:
         """The model with every value filled in; None before the first push."""
-        text = self._native.filled()
-        return None if text is None else Model.from_toml(text)
+        return self._native.model()
 
     @property
     def pushes(self) -> int:

@@ -2,7 +2,6 @@
 
 from __future__ import annotations
 
-import json
 import os
 import warnings
 from collections.abc import Callable
@@ -214,7 +213,7 @@ def sample(
         seed=seed,
         progress=progress,
     )
-    summary = json.loads(native.summary) | {"method": method, "seed": seed}
+    summary: dict[str, Any] = {**native.summary, "method": method, "seed": seed}
     array = native.draws()
     named = {p["name"]: array[:, :, k] for k, p in enumerate(summary["parameters"])}
     stats = native.stats()

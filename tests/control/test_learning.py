@@ -2,7 +2,6 @@
 
 from __future__ import annotations
 
-import json
 from pathlib import Path
 from types import SimpleNamespace
 from typing import Any
@@ -64,7 +63,7 @@ def test_what_the_diagnoser_cannot_vouch_for_is_supposed_where_it_predicts_bette
     # Friction under a made-up object, which the diagnoser is made to offer without vouching for it.
     def unsure(*args: Any, **options: Any) -> SimpleNamespace:
         outcome = diagnose(*args, **options)
-        answer = json.loads(outcome.answer)
+        answer: dict[str, Any] = {**outcome.answer}
         names = [one["effect"] for one in answer["missing"]]
         if names:
             answer |= {
@@ -72,7 +71,7 @@ def test_what_the_diagnoser_cannot_vouch_for_is_supposed_where_it_predicts_bette
                 "missing": [],
                 "alternatives": [{"effect": " + ".join(names)}],
             }
-        return SimpleNamespace(answer=json.dumps(answer), model=outcome.model)
+        return SimpleNamespace(answer=answer, model=outcome.model)
 
     diagnose = _native._diagnose
     monkeypatch.setattr(_native, "_diagnose", unsure)

@@ -1,5 +1,6 @@
 """Diagnose, make the push that the diagnosis asks for, diagnose again: the tie is gone."""
 
+from collections.abc import Mapping
 from pathlib import Path
 from typing import Any
 
@@ -19,7 +20,7 @@ def before(nominal: Path) -> trundle.Diagnosis:
     return trundle.diagnose(simulated(nominal.parent / "before", ALIKE), nominal)
 
 
-def asked(answer: dict[str, Any]) -> dict[str, Any]:
+def asked(answer: Mapping[str, Any]) -> dict[str, Any]:
     """Return the experiment between slope and offset."""
     pair = {"floor_slope", "force_bias"}
     experiments: list[dict[str, Any]] = answer["experiments"]

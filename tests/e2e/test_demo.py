@@ -121,8 +121,7 @@ def test_progress_never_goes_back(demo: Demo) -> None:
 
 
 def test_two_processes_diagnose_what_one_does_and_report_what_is_refused(demo: Demo, tmp_path: Path) -> None:
-    line = ["diagnose", demo.recording, "nowhere", "--out", "both", "--jobs", "2"]
-    ran = trundle(tmp_path, *line)
+    ran = trundle(tmp_path, "diagnose", demo.recording, "nowhere", "--out", "both", "--jobs", "2")
     assert ran.returncode == 2
     assert ran.stderr.startswith("trundle: nowhere: ")
     assert ran.stdout.startswith("office table: explained\n")

@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+from collections.abc import Mapping, Sequence
 from pathlib import Path
 from typing import Any
 
@@ -38,7 +39,7 @@ def recording(tmp_path_factory: pytest.TempPathFactory) -> trundle.Recording:
     return trundle.simulate(folder / "push.toml", seed=2)
 
 
-def numbers(rows: list[dict[str, Any]]) -> dict[str, tuple[float, float]]:
+def numbers(rows: Sequence[Mapping[str, Any]]) -> dict[str, tuple[float, float]]:
     return {row["name"]: (row["mean"], row["sd"]) for row in rows if row["identifiable"]}
 
 

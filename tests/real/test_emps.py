@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+from collections.abc import Mapping
 from typing import Any
 
 import numpy as np
@@ -12,7 +13,7 @@ from examples.real_recordings import MODELS, missing_force, ripple, spectrum
 
 
 @pytest.fixture(scope="module")
-def fits(axis: trundle.Recording) -> dict[str, dict[str, Any]]:
+def fits(axis: trundle.Recording) -> dict[str, Mapping[str, Any]]:
     names = ("rail_viscous", "rail_dry_bias", "rail_dry_slope", "rail_directional")
     return {name: trundle.fit(axis, MODELS / f"{name}.toml", starts=2).summary for name in names}
 

@@ -5,8 +5,8 @@ from __future__ import annotations
 import argparse
 import json
 from pathlib import Path
-from typing import Any
 
+from trundle._types import CalibrationTable
 from trundle.cli.options import add_backend, add_out, add_quiet, add_seed, backend_of
 from trundle.cli.progress import Progress
 
@@ -51,13 +51,13 @@ def run(args: argparse.Namespace) -> int:
     return 0
 
 
-def table(found: dict[str, Any]) -> str:
+def table(found: CalibrationTable) -> str:
     """Return the calibration for a terminal."""
     lines = found["parameters"]
     rows = [f"{found['name']}, {found['method']}, {lines[0]['rounds']} rounds"]
     rows.append(f"  {'':28}{'50 % covers':>22}{'90 % covers':>22}{'uniform, p':>12}")
     for line in lines:
-        covers = "".join(f"{share(line[key]):>22}" for key in ("cover_50", "cover_90"))
+        covers = "".join(f"{share(cover):>22}" for cover in (line["cover_50"], line["cover_90"]))
         rows.append(f"  {line['name']:28}{covers}{line['uniform_p']:12.3g}")
     low, high = WANTED
     off = [line["name"] for line in lines if not low <= line["cover_90"][0] <= high]

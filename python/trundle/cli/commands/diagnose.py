@@ -5,6 +5,7 @@ from __future__ import annotations
 import argparse
 import shlex
 import sys
+from collections.abc import Mapping
 from pathlib import Path
 from typing import Any, Literal
 
@@ -130,7 +131,7 @@ def command(recording: Path, args: argparse.Namespace) -> str:
     return shlex.join([*words, "--seed", str(args.seed)])
 
 
-def lines(answer: dict[str, Any], folder: Path) -> list[str]:
+def lines(answer: Mapping[str, Any], folder: Path) -> list[str]:
     """Return the answer for a terminal."""
     found = [f"{answer['recording']}: {answer['verdict']}"]
     for effect in answer["missing"]:

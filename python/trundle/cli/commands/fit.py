@@ -4,6 +4,7 @@ from __future__ import annotations
 
 import argparse
 import json
+from collections.abc import Mapping
 from typing import Any
 
 from trundle.cli.options import add_model, add_out, add_prior, add_quiet, add_recording, add_seed
@@ -127,7 +128,7 @@ UNITS = {
 """Units of the figures of `training` and `held_out`."""
 
 
-def table(summary: dict[str, Any]) -> str:
+def table(summary: Mapping[str, Any]) -> str:
     """Return the estimates and figures for a terminal."""
     from trundle.identifiability import spoken
 
@@ -159,7 +160,7 @@ def headline(lack: dict[str, Any] | None) -> str:
     return "the model explains these data (no lack of fit found)"
 
 
-def model_error(summary: dict[str, Any]) -> list[str]:
+def model_error(summary: Mapping[str, Any]) -> list[str]:
     """Return the lines on the size of the lack of fit and on what the intervals include."""
     lack, intervals = summary["lack_of_fit"], summary["intervals"]
     if lack is None or not lack["found"]:

@@ -4,7 +4,7 @@ from __future__ import annotations
 
 import math
 import time
-from collections.abc import Callable, Sequence
+from collections.abc import Callable, Mapping, Sequence
 from dataclasses import asdict, dataclass
 from pathlib import Path
 from typing import Any
@@ -185,7 +185,7 @@ def diagnose_one(digest: str, recording: Path, without: str | None = None) -> Ro
     return {"answer": answer, "cost": time.perf_counter() - began}
 
 
-def kept(answer: dict[str, Any]) -> dict[str, Any]:
+def kept(answer: Mapping[str, Any]) -> dict[str, Any]:
     """Return what scoring needs of `diagnosis.json`."""
     names = ("effect", "probability", "parameters", "where", "explains")
     held_out = answer["fit"]["held_out"] or {}

@@ -12,6 +12,7 @@ import sys
 import tempfile
 import threading
 import time
+from collections.abc import Mapping
 from pathlib import Path
 from typing import Any
 
@@ -85,7 +86,7 @@ def end_with_parent() -> None:
     os.kill(os.getpid(), signal.SIGKILL)
 
 
-def kept(answer: dict[str, Any]) -> dict[str, Any]:
+def kept(answer: Mapping[str, Any]) -> dict[str, Any]:
     """Return what scoring needs of `diagnosis.json`."""
     names = ("effect", "probability", "parameters", "where", "explains")
     figures = ("window_position_rmse", "window_heading_rmse", "position_rmse", "heading_rmse")
