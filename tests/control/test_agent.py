@@ -14,7 +14,7 @@ import pytest
 from numpy.typing import NDArray
 
 import trundle
-from benches.adaptive_agent import Episode, play, truth
+from tests.control.episodes import Episode, play, truth
 
 ROOT = Path(__file__).resolve().parents[2]
 SEEDS = range(8)
@@ -28,7 +28,7 @@ def env() -> gymnasium.Env[Any, Any]:
 
 @pytest.fixture(scope="module")
 def learnt() -> list[Episode]:
-    return [play("adaptation", seed) for seed in SEEDS]
+    return [play(seed, adapt=True) for seed in SEEDS]
 
 
 @pytest.fixture(scope="module")
@@ -50,7 +50,7 @@ def test_it_reaches_the_goal_whatever_wheel_is_locked(learnt: list[Episode]) -> 
 
 
 def test_learning_pays(learnt: list[Episode]) -> None:
-    stubborn = [play("no adaptation", seed) for seed in SEEDS]
+    stubborn = [play(seed, adapt=False) for seed in SEEDS]
     gains = np.array([a.reward - b.reward for a, b in zip(learnt, stubborn, strict=True)])
     # Over 20 seeds the mean gain is 1.5, its standard deviation 0.9.
     assert gains.mean() > 0.5
@@ -175,7 +175,7 @@ def test_the_outline_is_seen_only_if_it_is_to_be() -> None:
         agent.predict(np.stack([observation, observation]))
 
 
-def test_the_example_and_the_benchmark_run() -> None:
+def test_the_example_runs() -> None:
     def printed(*command: str) -> str:
         script = [sys.executable, *command]
         return subprocess.run(script, cwd=ROOT, capture_output=True, text=True, check=True).stdout
@@ -183,8 +183,6 @@ def test_the_example_and_the_benchmark_run() -> None:
     example = printed("examples/adaptive_agent.py")
     assert "N s/m" in example
     assert "\nreached after" in example
-    table = printed("benches/adaptive_agent.py", "--episodes", "2")
-    assert [line[:6] for line in table.splitlines()[2:]] == ["no ada", "adapta", "oracle"]
 
 
 @pytest.mark.parametrize("task", ["PushAround", pytest.param("PushDoor", marks=pytest.mark.slow)])
