@@ -20,7 +20,7 @@ def modules() -> dict[str, Path]:
 
 
 def imported_on_loading(tree: ast.AST) -> Iterator[str]:
-    """Yield the names that a file imports when it is loaded: not in functions, not for type checkers alone."""
+    """Yield the names that a file imports when it is loaded: outside functions, not for type checkers."""
     for node in ast.iter_child_nodes(tree):
         if isinstance(node, ast.FunctionDef | ast.AsyncFunctionDef | ast.Lambda):
             continue
