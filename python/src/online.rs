@@ -1,15 +1,18 @@
 //! The estimate that is kept up to date, in Python.
 
+use std::sync::Arc;
+
 use pyo3::prelude::*;
 use serde_json::json;
 use trundle_infer::{Comparison, InferError, MotionLikelihood, Online, OnlineOptions};
 use trundle_model::Model;
-use trundle_record::{Dataset, Prepared};
+use trundle_record::{Dataset, Metadata, Prepared, Recording, prepare};
 
+use crate::columns;
 use crate::error::{refused, run};
-use crate::infer::inputs;
 use crate::model::PyModel;
 use crate::plain::plain;
+use crate::record::{PyRecording, metadata_of, recording_of};
 
 pub(crate) fn register(module: &Bound<'_, PyModule>) -> PyResult<()> {
     module.add_class::<OnlineEstimate>()
@@ -18,46 +21,56 @@ pub(crate) fn register(module: &Bound<'_, PyModule>) -> PyResult<()> {
 /// Grows with every push; see `trundle.Online`.
 #[pyclass(name = "_Online", module = "trundle")]
 struct OnlineEstimate {
-    model: Option<String>,
+    metadata: Metadata,
+    model: Option<Model>,
     options: OnlineOptions,
     /// Made by the first push, which says what body it is.
     inner: Option<Online>,
-    /// A push was fast enough to be judged by its motion: from then on all are, and none is looked at for that.
+    /// Whether a push was fast enough to be compared by its motion. From then on all are.
     moves: bool,
 }
 
 #[pymethods]
 impl OnlineEstimate {
     #[new]
-    #[pyo3(signature = (model=None, *, starts=6, seed=0, kept=16))]
-    fn new(model: Option<String>, starts: usize, seed: u64, kept: usize) -> Self {
-        Self {
-            model,
+    #[pyo3(signature = (metadata, model=None, *, starts=6, seed=0, kept=16))]
+    fn new(
+        metadata: &Bound<'_, PyAny>,
+        model: Option<PyRef<'_, PyModel>>,
+        starts: usize,
+        seed: u64,
+        kept: usize,
+    ) -> PyResult<Self> {
+        Ok(Self {
+            metadata: metadata_of(metadata)?,
+            model: model.map(|model| model.model.clone()),
             options: OnlineOptions { starts, seed, kept, ..OnlineOptions::default() },
             inner: None,
             moves: false,
-        }
+        })
     }
 
-    /// Take in every episode of a recording, each a push.
-    fn update(&mut self, recording: &Bound<'_, PyAny>) -> PyResult<()> {
-        let (data, model) = inputs(recording, self.model.as_deref())?;
-        run(recording.py(), || {
+    /// Take in the columns of a whole push, or every episode of a recording, each a push.
+    fn update(&mut self, push: &Bound<'_, PyAny>) -> PyResult<()> {
+        let recording = self.recording(push)?;
+        run(push.py(), || {
+            let data = prepare(&recording)?;
             for push in data.episodes() {
                 let comparison = self.comparison(&data, push)?;
-                self.online(&data, model.as_ref()).update(Box::new(comparison))?;
+                self.online(&data).update(Box::new(comparison))?;
             }
             Ok::<_, InferError>(())
         })
     }
 
-    /// Take in what has been seen so far of a push under way: the only episode of a recording.
-    fn peek(&mut self, recording: &Bound<'_, PyAny>) -> PyResult<()> {
-        let (data, model) = inputs(recording, self.model.as_deref())?;
-        run(recording.py(), || {
+    /// Take in the columns of the push under way so far.
+    fn peek(&mut self, push: &Bound<'_, PyAny>) -> PyResult<()> {
+        let recording = self.recording(push)?;
+        run(push.py(), || {
+            let data = prepare(&recording)?;
             for push in data.episodes() {
                 let comparison = self.comparison(&data, push)?;
-                self.online(&data, model.as_ref()).peek(&comparison)?;
+                self.online(&data).peek(&comparison)?;
             }
             Ok::<_, InferError>(())
         })
@@ -100,9 +113,19 @@ impl OnlineEstimate {
 }
 
 impl OnlineEstimate {
-    fn online(&mut self, data: &Dataset, model: Option<&Model>) -> &mut Online {
-        let options = self.options.clone();
-        self.inner.get_or_insert_with(|| Online::new(trundle_diagnose::for_recording(data, model), options))
+    fn recording(&self, push: &Bound<'_, PyAny>) -> PyResult<Arc<Recording>> {
+        if push.is_instance_of::<PyRecording>() {
+            return recording_of(push);
+        }
+        let episode = columns::from_mapping("push", push)?;
+        Recording::new(self.metadata.clone(), vec![episode]).map(Arc::new).map_err(refused)
+    }
+
+    fn online(&mut self, data: &Dataset) -> &mut Online {
+        let (model, options) = (&self.model, &self.options);
+        self.inner.get_or_insert_with(|| {
+            Online::new(trundle_diagnose::for_recording(data, model.as_ref()), options.clone())
+        })
     }
 
     fn comparison(&mut self, data: &Dataset, push: &Prepared) -> Result<Comparison, InferError> {

@@ -59,6 +59,11 @@ pub(crate) fn recording_of(argument: &Bound<'_, PyAny>) -> PyResult<Arc<Recordin
     run(argument.py(), || Recording::read(&path)).map(Arc::new)
 }
 
+/// Metadata from a mapping.
+pub(crate) fn metadata_of(mapping: &Bound<'_, PyAny>) -> PyResult<Metadata> {
+    Metadata::from_table(toml_dict::from_dict(mapping, "metadata")?).map_err(refused)
+}
+
 /// Read a recording, and check everything about it.
 ///
 /// Parameters
@@ -95,7 +100,7 @@ fn _recover_folder(path: PathBuf) -> PyResult<()> {
 impl PyRecording {
     #[new]
     fn new(metadata: &Bound<'_, PyAny>, episodes: &Bound<'_, PyAny>) -> PyResult<Self> {
-        let metadata = Metadata::from_table(toml_dict::from_dict(metadata, "metadata")?).map_err(refused)?;
+        let metadata = metadata_of(metadata)?;
         let mut tables = Vec::new();
         for item in episodes.call_method0("items")?.try_iter()? {
             let (name, table): (String, Bound<'_, PyAny>) = item?.extract()?;

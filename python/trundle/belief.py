@@ -11,6 +11,7 @@ import tomli_w
 from numpy.typing import NDArray
 
 from trundle._native import Laws, Model, Planner, Recording, _Regression
+from trundle.online import Online
 
 __all__ = ["Belief", "Update", "described", "rolling"]
 
@@ -71,6 +72,8 @@ class Belief:
         Whether it has been told so.
     template : Model or None
         The laws that are fitted, values free; None: the paper's.
+    online : Online, optional
+        The estimate of these laws, kept up to date.
     learnt : regression, optional
         What plans are made on in the place of laws.
     """
@@ -81,6 +84,7 @@ class Belief:
         self.metadata = metadata
         self.updates: list[Update] = []
         self.template: Model | None = None
+        self.online: Online | None = None
         self.learnt: _Regression | None = None
         self.consulted = 0.0
         self.plan: list[Array] = []

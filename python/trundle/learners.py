@@ -13,6 +13,7 @@ from trundle import _native
 from trundle._native import Model, Recording, TrundleError, _Regression
 from trundle.belief import Belief, Update
 from trundle.diagnosis import Fit, Likelihood, fit, written
+from trundle.online import Online
 
 __all__ = ["KINDS", "Kind", "Learner", "learner"]
 
@@ -29,6 +30,8 @@ PATIENCE = 2.0
 """Times as much as at the last diagnosis must have been seen for the next one."""
 
 
+Rows: TypeAlias = Sequence[Mapping[str, Any]]
+"""A row for each parameter: name, mean, sd and unit."""
 Richer: TypeAlias = tuple[Model, tuple[str, ...], tuple[str, ...]]
 """A model with more laws, those that the diagnoser named, and those that are only supposed."""
 
@@ -68,26 +71,43 @@ class Physics:
 
     def learn(self, belief: Belief, period: float, rise: float) -> Update | None:
         """Fit, and where the prediction is off beyond the noise, diagnose."""
-        recording = belief.recording(period, rise)
         time = period * (len(belief.seen) - 1)
         try:
-            found = self._fitted(belief, recording)
+            model, estimate = self._estimated(belief, period, rise)
         except TrundleError:
             # Too little has been moved yet to tell anything.
             return None
-        model = found.model
-        estimate: Sequence[Mapping[str, Any]] = found.summary["parameters"]
         named: tuple[str, ...] = ()
         supposed: tuple[str, ...] = ()
-        due = time >= max(ENOUGH, PATIENCE * belief.consulted)
-        if self._diagnose and due and doubtful(found):
-            richer = self._diagnosed(belief, recording, time, found)
+        if self._diagnose and time >= max(ENOUGH, PATIENCE * belief.consulted):
+            richer = self._doubted(belief, belief.recording(period, rise), time)
             if richer is not None:
                 model, named, supposed = richer
-                belief.template = model.freed()
+                belief.template, belief.online = model.freed(), None
                 estimate = told(model)
         belief.models = (model,)
         return Update(time, model, estimate, named, supposed)
+
+    def _estimated(self, belief: Belief, period: float, rise: float) -> tuple[Model, Rows]:
+        """Return the model and its estimate: kept up to date, or fitted by the paper's likelihood."""
+        if self._likelihood is not None:
+            found = self._fitted(belief, belief.recording(period, rise))
+            return found.model, found.summary["parameters"]
+        if belief.online is None:
+            belief.online = Online(belief.metadata, belief.template, starts=self._starts, seed=self._seed)
+        belief.online.replace(belief.columns(period, rise))
+        model = belief.online.model
+        if model is None or belief.online.waiting is not None:
+            raise TrundleError(belief.online.waiting or "nothing has been seen")
+        return model, belief.online.estimate()
+
+    def _doubted(self, belief: Belief, recording: Recording, time: float) -> Richer | None:
+        """Diagnose where a fit predicts worse than the noise explains."""
+        try:
+            found = self._fitted(belief, recording)
+        except TrundleError:
+            return None
+        return self._diagnosed(belief, recording, time, found) if doubtful(found) else None
 
     def _fitted(self, belief: Belief, recording: Recording) -> Fit:
         """Fit the paper's model from random starts, a richer one from where it was."""

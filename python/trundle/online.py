@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import os
 from collections.abc import Mapping
 from typing import Any
 
@@ -11,7 +12,7 @@ from numpy.typing import ArrayLike, NDArray
 from trundle import _native
 from trundle._native import Model, Recording, TrundleError
 from trundle._types import Estimate
-from trundle.diagnosis import PathLike, written
+from trundle.diagnosis import PathLike
 
 __all__ = ["Online"]
 
@@ -53,8 +54,8 @@ class Online:
     ) -> None:
         if starts < 1 or kept < 1:
             raise TrundleError(f"starts = {starts}, kept = {kept}: both must be at least one")
-        self._metadata = dict(metadata)
-        self._native = _native._Online(written(model), starts=starts, seed=seed, kept=kept)
+        first = Model.read(model) if isinstance(model, str | os.PathLike) else model
+        self._native = _native._Online(metadata, first, starts=starts, seed=seed, kept=kept)
         self._chunks: list[dict[str, NDArray[np.float64]]] = []
 
     def update(self, push: Mapping[str, ArrayLike] | Recording | None = None) -> None:
@@ -72,13 +73,11 @@ class Online:
             If the push cannot be used; the estimate is as before it. What `extend` was given is forgotten, if
             that is the push.
         """
-        if isinstance(push, Recording):
+        if push is not None:
             self._native.update(push)
-        elif push is not None:
-            self._native.update(self._recording(push))
         else:
             try:
-                self._native.update(self._recording(self._joined()))
+                self._native.update(self._joined())
             except TrundleError:
                 self._native.abandon()
                 self._begin()
@@ -116,9 +115,18 @@ class Online:
                 f"extend: columns must be lists of one length, not of shapes {told or 'of none'}"
             )
         self._chunks.append(chunk)
+        self.replace(self._joined())
+
+    def replace(self, so_far: Mapping[str, ArrayLike]) -> None:
+        """Take in all samples of the push under way, in place of those given before.
+
+        Parameters
+        ----------
+        so_far : mapping of columns
+            From the beginning of the push.
+        """
         try:
-            recording = self._recording(self._joined())
-            self._native.peek(recording)
+            self._native.peek(so_far)
         except TrundleError as refusal:
             self.waiting = str(refusal)
         else:
@@ -154,6 +162,3 @@ class Online:
             raise TrundleError("no push: give its columns, or its samples to extend() first")
         names = self._chunks[0].keys()
         return {name: np.concatenate([chunk[name] for chunk in self._chunks]) for name in names}
-
-    def _recording(self, columns: Mapping[str, ArrayLike]) -> Recording:
-        return Recording(self._metadata, {"push": columns})

@@ -329,7 +329,7 @@ fn invert(precision: &DMatrix<f64>) -> (DMatrix<f64>, f64) {
 }
 
 /// An angle, which is its own coordinate, taken from the middle of its circle; anything else as it is.
-fn on_circle(prior: &Prior, value: f64) -> f64 {
+pub(crate) fn on_circle(prior: &Prior, value: f64) -> f64 {
     match prior {
         Prior::Angle(period) => value - period * (value / period - 0.5).ceil(),
         _ => value,

@@ -10,7 +10,7 @@
 mod hypothesis;
 mod quadratic;
 
-use crate::fit::{canonical, ladder};
+use crate::fit::{canonical, ladder, on_circle};
 use crate::search::scout;
 use crate::{Coordinates, Estimate, FitOptions, InferError, Likelihood, Quiet};
 use hypothesis::{Hypothesis, Setting};
@@ -54,6 +54,8 @@ pub struct Online {
     hypotheses: Vec<Hypothesis>,
     /// The modes with what has been seen of the push that is under way.
     current: Option<Vec<Hypothesis>>,
+    /// How often the push under way was looked at.
+    peeks: usize,
     pushes: usize,
 }
 
@@ -61,7 +63,16 @@ impl Online {
     /// Knowing the priors of `model`'s free parameters alone.
     pub fn new(model: Model, options: OnlineOptions) -> Self {
         let coordinates = Coordinates::new(&model);
-        Self { model, coordinates, options, kept: vec![], hypotheses: vec![], current: None, pushes: 0 }
+        Self {
+            model,
+            coordinates,
+            options,
+            kept: vec![],
+            hypotheses: vec![],
+            current: None,
+            peeks: 0,
+            pushes: 0,
+        }
     }
 
     /// Take a whole push in.
@@ -70,6 +81,7 @@ impl Online {
     /// When it can be evaluated nowhere near the prior, or does not fit the model.
     pub fn update(&mut self, push: Box<dyn Likelihood + Send>) -> Result<(), InferError> {
         let begun = self.current.take().unwrap_or_else(|| self.hypotheses.clone());
+        self.peeks = 0;
         let (mut modes, steps) = self.begun(&*push, begun)?;
         let setting = Setting { model: &self.model, coordinates: &self.coordinates };
         for mode in &mut modes {
@@ -95,6 +107,7 @@ impl Online {
     /// As [`Online::update`].
     pub fn peek(&mut self, so_far: &dyn Likelihood) -> Result<(), InferError> {
         let begun = self.current.take().unwrap_or_else(|| self.hypotheses.clone());
+        self.peeks += 1;
         let (mut modes, steps) = self.begun(so_far, begun)?;
         let setting = Setting { model: &self.model, coordinates: &self.coordinates };
         for mode in &mut modes {
@@ -107,7 +120,7 @@ impl Online {
 
     /// Forget what [`Online::peek`] was told of the push that is under way.
     pub fn abandon(&mut self) {
-        self.current = None;
+        (self.current, self.peeks) = (None, 0);
     }
 
     /// The modes to follow, and by how many steps: those known, or on the first push those that a search finds.
@@ -116,7 +129,9 @@ impl Online {
         push: &dyn Likelihood,
         known: Vec<Hypothesis>,
     ) -> Result<(Vec<Hypothesis>, usize), InferError> {
-        if !known.is_empty() {
+        // A push that has grown to twice its length may show a mode that the first samples did not.
+        let grown = self.pushes == 0 && self.peeks.is_power_of_two();
+        if !known.is_empty() && !grown {
             return Ok((known, self.options.steps));
         }
         let options =
@@ -127,7 +142,7 @@ impl Online {
         let named = |z: Vec<f64>| ladder.last().and_then(|target| canonical(target, &z)).unwrap_or(z);
         let points = points.into_iter().take(MODES).map(named);
         let modes = points.map(|z| Hypothesis::at(DVector::from_vec(z)));
-        Ok((modes.collect(), FIRST_STEPS))
+        Ok((known.into_iter().chain(modes).collect(), FIRST_STEPS))
     }
 
     /// Expand one earlier push anew at each mode, in rotation.
@@ -181,7 +196,11 @@ impl Online {
             .modes()
             .first()
             .map_or_else(|| vec![0.0; self.coordinates.free().len()], |m| m.z.as_slice().to_vec());
-        self.coordinates.values(&z).0
+        let mut values = self.coordinates.values(&z).0;
+        for (k, &slot) in self.coordinates.free().iter().enumerate() {
+            values[slot] = on_circle(&self.coordinates.slot(k).prior, values[slot]);
+        }
+        values
     }
 
     /// The model with every value filled in.
