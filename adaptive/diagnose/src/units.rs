@@ -146,7 +146,7 @@ pub(crate) fn fit(
     let estimates = fit.estimates.iter().zip(&sizes);
     let free = model.slots();
     Ok(Fit {
-        model: model.filled(&values)?,
+        model: model.with_values(&values)?,
         estimates: estimates
             .map(|(e, size)| Estimate { mean: e.mean * size, sd: e.sd * size, ..e.clone() })
             .collect(),

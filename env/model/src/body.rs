@@ -1,8 +1,8 @@
 //! The rigid body: fixtures, mass, inertia, and where it bears on the floor.
 
 use crate::ModelError;
-use crate::face::pressure;
 use crate::polygon::moments;
+use crate::pressure::uniform_pressure;
 
 /// One piece of a body, of uniform density.
 #[derive(Clone, Debug, PartialEq)]
@@ -42,7 +42,7 @@ impl Fixture {
     /// Smallest and largest coordinates, `[[x, y], [x, y]]`, m.
     fn bounds(&self) -> [[f64; 2]; 2] {
         match self {
-            Self::Polygon { vertices, .. } => vertices.iter().fold(NOWHERE, |[low, high], p| {
+            Self::Polygon { vertices, .. } => vertices.iter().fold(EMPTY_BOUNDS, |[low, high], p| {
                 [[low[0].min(p[0]), low[1].min(p[1])], [high[0].max(p[0]), high[1].max(p[1])]]
             }),
             Self::Disc { center: [x, y], radius: r, .. } => [[x - r, y - r], [x + r, y + r]],
@@ -50,7 +50,7 @@ impl Fixture {
     }
 }
 
-const NOWHERE: [[f64; 2]; 2] = [[f64::INFINITY; 2], [f64::NEG_INFINITY; 2]];
+const EMPTY_BOUNDS: [[f64; 2]; 2] = [[f64::INFINITY; 2], [f64::NEG_INFINITY; 2]];
 
 /// A place where the body bears on the floor.
 #[derive(Clone, Copy, Debug, PartialEq)]
@@ -104,7 +104,7 @@ impl Body {
         }
         let com = first.map(|m| m / weight);
         let gyration = (polar / weight - com[0] * com[0] - com[1] * com[1]).max(0.0).sqrt();
-        let support = pressure(&fixtures, bounds(&fixtures));
+        let support = uniform_pressure(&fixtures, bounds(&fixtures));
         Ok(Self { fixtures, mass, com, gyration, support, feet: None })
     }
 
@@ -121,9 +121,9 @@ impl Body {
     /// The same body standing on `feet` (object frame, m), which share its weight as statics
     /// demands: exactly for three, by least squares for more.
     #[must_use]
-    pub fn standing_on(mut self, feet: &[[f64; 2]]) -> Self {
+    pub fn with_feet(mut self, feet: &[[f64; 2]]) -> Self {
         if !feet.is_empty() {
-            self.support = shares(feet, self.com);
+            self.support = foot_loads(feet, self.com);
             self.feet = Some(feet.to_vec());
         }
         self
@@ -148,15 +148,14 @@ fn check_mass(mass: f64) -> Result<(), ModelError> {
 }
 
 fn bounds(fixtures: &[Fixture]) -> [[f64; 2]; 2] {
-    fixtures
-        .iter()
-        .map(Fixture::bounds)
-        .fold(NOWHERE, |[a, b], [c, d]| [[a[0].min(c[0]), a[1].min(c[1])], [b[0].max(d[0]), b[1].max(d[1])]])
+    fixtures.iter().map(Fixture::bounds).fold(EMPTY_BOUNDS, |[a, b], [c, d]| {
+        [[a[0].min(c[0]), a[1].min(c[1])], [b[0].max(d[0]), b[1].max(d[1])]]
+    })
 }
 
 /// Static weight shares: least squares around equal shares subject to Σs = 1, Σs·p = com;
 /// negative ones (a foot that would lift) are cut to zero.
-fn shares(feet: &[[f64; 2]], com: [f64; 2]) -> Vec<Support> {
+fn foot_loads(feet: &[[f64; 2]], com: [f64; 2]) -> Vec<Support> {
     let n = feet.len() as f64;
     let center = [0, 1].map(|k| feet.iter().map(|p| p[k]).sum::<f64>() / n);
     let (mut sxx, mut sxy, mut syy) = (0.0, 0.0, 0.0);
@@ -209,7 +208,7 @@ mod tests {
     fn three_feet_carry_what_statics_says() {
         let body = Body::from_footprint(&[[0.0, 0.0], [0.15, 0.0], [0.0, 0.15]], 1.5).unwrap();
         let feet = [[0.01, 0.01], [0.13, 0.01], [0.01, 0.13]];
-        let support = body.clone().standing_on(&feet).support;
+        let support = body.clone().with_feet(&feet).support;
         for k in 0..2 {
             let moment: f64 = support.iter().map(|s| s.share * s.point[k]).sum();
             assert!((moment - body.com[k]).abs() < 1e-12);

@@ -2,7 +2,7 @@
 
 use crate::Real;
 use crate::effects;
-use crate::law::{Act, Action, Clock, Lags, Rigid, Site, Situation, Spec};
+use crate::law::{Clock, EffectLaw, GeneralisedForce, Lags, LawContext, LawSetup, Rigid, Spec};
 
 macro_rules! catalogue {
     ($($module:ident :: $Law:ident),* $(,)?) => {
@@ -32,14 +32,14 @@ macro_rules! catalogue {
 
         impl<T: Real> Law<T> {
             /// A law from values in the order of its parameters.
-            pub(crate) fn new(kind: Kind, values: &[T], site: &Site<'_, T>) -> Self {
-                match kind { $(Kind::$Law => Law::$Law(Act::new(values, site))),* }
+            pub(crate) fn new(kind: Kind, values: &[T], site: &LawSetup<'_, T>) -> Self {
+                match kind { $(Kind::$Law => Law::$Law(EffectLaw::new(values, site))),* }
             }
 
             /// Add the wrench on the object.
             #[inline]
-            pub(crate) fn act(&self, at: &Situation<'_, T>, sum: &mut Action<T>) {
-                match self { $(Law::$Law(law) => law.act(at, sum)),* }
+            pub(crate) fn add_force(&self, at: &LawContext<'_, T>, sum: &mut GeneralisedForce<T>) {
+                match self { $(Law::$Law(law) => law.add_force(at, sum)),* }
             }
 
             /// Turn a reading into the truth.
@@ -50,8 +50,8 @@ macro_rules! catalogue {
 
             /// Change what is moved.
             #[inline]
-            pub(crate) fn load(&self, clock: Clock, rigid: &mut Rigid<T>) {
-                match self { $(Law::$Law(law) => law.load(clock, clock.grasp, rigid)),* }
+            pub(crate) fn change_mass(&self, clock: Clock, rigid: &mut Rigid<T>) {
+                match self { $(Law::$Law(law) => law.change_mass(clock, clock.grasp, rigid)),* }
             }
 
             /// By how much the reading of what happens at a moment is late, s.
@@ -74,24 +74,24 @@ macro_rules! catalogue {
 
             /// Move its own states on.
             #[inline]
-            pub(crate) fn advance(&self, at: &Situation<'_, T>, dt: f64, inner: &mut [T]) {
+            pub(crate) fn advance(&self, at: &LawContext<'_, T>, dt: f64, inner: &mut [T]) {
                 match self { $(Law::$Law(law) => law.advance(at, dt, inner)),* }
             }
 
             /// What it does, where no state changes that.
             #[inline]
-            pub(crate) fn steady(&self) -> Option<&Action<T>> {
-                match self { $(Law::$Law(law) => law.steady()),* }
+            pub(crate) fn constant_force(&self) -> Option<&GeneralisedForce<T>> {
+                match self { $(Law::$Law(law) => law.constant_force()),* }
             }
 
             /// Whether it does the same everywhere and in every heading.
-            pub(crate) fn same_everywhere(&self) -> bool {
-                match self { $(Law::$Law(_) => <effects::$module::$Law<T> as Act<T>>::SAME_EVERYWHERE),* }
+            pub(crate) fn is_pose_invariant(&self) -> bool {
+                match self { $(Law::$Law(_) => <effects::$module::$Law<T> as EffectLaw<T>>::IS_POSE_INVARIANT),* }
             }
 
             /// Whether its correction depends on how fast the reading changes.
-            pub(crate) fn follows_trend(&self) -> bool {
-                match self { $(Law::$Law(_) => <effects::$module::$Law<T> as Act<T>>::FOLLOWS_TREND),* }
+            pub(crate) fn uses_trend(&self) -> bool {
+                match self { $(Law::$Law(_) => <effects::$module::$Law<T> as EffectLaw<T>>::USES_TREND),* }
             }
 
             /// Its entry in the catalogue.

@@ -98,12 +98,12 @@ pub enum ModelError {
         expected: usize,
     },
     /// Too many laws with states of their own.
-    #[error("the effects have {got} inner states together, and {most} is the most: leave one out")]
-    Inner {
-        /// As many as the effects have.
+    #[error("the effects have {got} inner states together, and {max} is the most: leave one out")]
+    TooManyInnerStates {
+        /// Inner states of all effects.
         got: usize,
         /// As many as there may be.
-        most: usize,
+        max: usize,
     },
     /// A prior that cannot be used.
     #[error("{file}: {place}: {problem}")]

@@ -2,7 +2,7 @@
 
 use crate::body::Fixture;
 use crate::model::{Effect, Model};
-use crate::{Body, Kind, ModelError, Param, Unnamed};
+use crate::{Body, Discrepancy, Kind, ModelError, Param};
 use serde::{Deserialize, Serialize};
 use std::collections::BTreeMap;
 use std::sync::Arc;
@@ -11,7 +11,7 @@ use toml::{Table, Value};
 const FORMAT: &str = "trundle-model/1";
 
 /// Mass from which a free mass is searched when nothing else is known, kg.
-const MASS_GUESS: f64 = 20.0;
+const DEFAULT_MASS_KG: f64 = 20.0;
 
 /// What is believed of the free parameters after the data: a normal approximation.
 #[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
@@ -35,7 +35,7 @@ struct File {
     #[serde(default, skip_serializing_if = "Vec::is_empty")]
     effect: Vec<Table>,
     #[serde(default, skip_serializing_if = "Option::is_none")]
-    unnamed: Option<Unnamed>,
+    discrepancy: Option<Discrepancy>,
     #[serde(default, skip_serializing_if = "Option::is_none")]
     posterior: Option<Posterior>,
 }
@@ -93,11 +93,14 @@ impl Model {
         if let Some(posterior) = &file.posterior {
             posterior.check()?;
         }
-        if let Some(unnamed) = &file.unnamed {
-            unnamed.check()?;
+        if let Some(discrepancy) = &file.discrepancy {
+            discrepancy.check()?;
         }
-        let unnamed = file.unnamed.map(Arc::new);
-        Ok((Self { body, mass, dof: [true; 3], effects, priors: BTreeMap::new(), unnamed }, file.posterior))
+        let discrepancy = file.discrepancy.map(Arc::new);
+        Ok((
+            Self { body, mass, dof: [true; 3], effects, priors: BTreeMap::new(), discrepancy },
+            file.posterior,
+        ))
     }
 
     /// Write `model.toml`.
@@ -109,7 +112,7 @@ impl Model {
             format: FORMAT.to_owned(),
             body: BodyTable::of(&self.body, self.mass),
             effect: self.effects.iter().map(write_effect).collect(),
-            unnamed: self.unnamed.as_deref().cloned(),
+            discrepancy: self.discrepancy.as_deref().cloned(),
             posterior: posterior.cloned(),
         };
         toml::to_string(&file).map_err(|e| ModelError::Format(e.to_string()))
@@ -141,13 +144,13 @@ impl BodyTable {
             table.com = Some(body.com);
         }
         if uniform.is_some_and(|uniform| uniform.gyration != body.gyration) {
-            table.inertia = Some(mass.unwrap_or(MASS_GUESS) * body.gyration * body.gyration);
+            table.inertia = Some(mass.unwrap_or(DEFAULT_MASS_KG) * body.gyration * body.gyration);
         }
         table
     }
 
     fn build(self) -> Result<Body, ModelError> {
-        let mass = self.mass.unwrap_or(MASS_GUESS);
+        let mass = self.mass.unwrap_or(DEFAULT_MASS_KG);
         let fixtures: Vec<Fixture> = match (self.footprint, self.fixture) {
             (Some(_), fixtures) if !fixtures.is_empty() => {
                 return Err(ModelError::Format("body: give `footprint` or `fixture`, not both".to_owned()));
@@ -168,7 +171,7 @@ impl BodyTable {
             }
             body.gyration = (inertia / mass).sqrt();
         }
-        Ok(body.standing_on(&self.support.unwrap_or_default()))
+        Ok(body.with_feet(&self.support.unwrap_or_default()))
     }
 }
 
@@ -214,7 +217,7 @@ fn read_effect(index: usize, table: &Table) -> Result<Effect, ModelError> {
         let number = value.as_float().or_else(|| value.as_integer().map(|n| n as f64));
         let value =
             number.ok_or_else(|| ModelError::Format(format!("{full}: must be a number ({})", param.unit)))?;
-        let [lower, upper] = legal(param);
+        let [lower, upper] = file_bounds(param);
         if !(lower..=upper).contains(&value) {
             return Err(ModelError::OutOfBounds { name: full, value, lower, upper, unit: param.unit });
         }
@@ -225,13 +228,13 @@ fn read_effect(index: usize, table: &Table) -> Result<Effect, ModelError> {
 
 /// Factor by which a value with a dimension may exceed the bounds within which it is sought: those are for furniture in
 /// metres, kilograms and seconds, and a file may hold something else.
-const OTHER_UNITS: f64 = (1u64 << 40) as f64;
+const MAX_UNIT_FACTOR: f64 = (1u64 << 40) as f64;
 
 /// Smallest and largest value that a file may give.
-fn legal(param: &Param) -> [f64; 2] {
-    let room = if matches!(param.unit, "1" | "rad") { 1.0 } else { OTHER_UNITS };
-    let lower = if param.lower < 0.0 { param.lower * room } else { param.lower / room };
-    [lower, param.upper * room]
+fn file_bounds(param: &Param) -> [f64; 2] {
+    let factor = if matches!(param.unit, "1" | "rad") { 1.0 } else { MAX_UNIT_FACTOR };
+    let lower = if param.lower < 0.0 { param.lower * factor } else { param.lower / factor };
+    [lower, param.upper * factor]
 }
 
 fn write_effect(effect: &Effect) -> Table {
@@ -294,9 +297,9 @@ covariance = [[0.04]]
                  footprint = [[-1.0, -1.0], [1.0, -1.0], [1.0, 1.0], [-1.0, 1.0]]\n"
             );
             let (model, _) = Model::from_toml(&text).unwrap();
-            let (again, _) = Model::from_toml(&model.to_toml(None).unwrap()).unwrap();
-            assert_eq!(again.body.com, [0.25, -0.5]);
-            assert!((again.body.inertia() - 3.5).abs() < 1e-14);
+            let (reread, _) = Model::from_toml(&model.to_toml(None).unwrap()).unwrap();
+            assert_eq!(reread.body.com, [0.25, -0.5]);
+            assert!((reread.body.inertia() - 3.5).abs() < 1e-14);
         }
     }
 

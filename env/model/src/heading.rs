@@ -13,8 +13,8 @@ pub(crate) struct Heading<T> {
     cos: f64,
 }
 
-/// Up to this angle, rad, what the series of [`Heading::turned`] leave out is below a rounding error.
-const NEAR: f64 = 0.04;
+/// Up to this angle, rad, what the series of [`Heading::rotated_to`] leave out is below a rounding error.
+const MAX_SERIES_ANGLE_RAD: f64 = 0.04;
 
 impl<T: Real> Heading<T> {
     #[inline(always)]
@@ -29,9 +29,9 @@ impl<T: Real> Heading<T> {
 
     /// Another angle, quicker where it is near.
     #[inline(always)]
-    pub fn turned(self, angle: T) -> Self {
+    pub fn rotated_to(self, angle: T) -> Self {
         let by = angle.re() - self.angle.re();
-        if by.abs() > NEAR {
+        if by.abs() > MAX_SERIES_ANGLE_RAD {
             return Self::of(angle);
         }
         let x = by * by;
@@ -69,7 +69,7 @@ impl<T: Real> Heading<T> {
 
     /// A point that the body carries, from its origin, world axes, m.
     #[inline(always)]
-    pub fn place(self, [x, y]: [f64; 2]) -> [T; 2] {
+    pub fn rotate_point(self, [x, y]: [f64; 2]) -> [T; 2] {
         let Self { angle, sin, cos } = self;
         let (wx, wy) = (cos * x - sin * y, sin * x + cos * y);
         [T::chained(wx, [(angle, -wy)]), T::chained(wy, [(angle, wx)])]
@@ -83,7 +83,7 @@ mod tests {
     #[test]
     fn a_near_angle_is_that_angle() {
         for (from, by) in [(0.3, 0.04), (-2.0, -0.0399), (40.0, 1e-9), (1.0, 0.0), (1.0, 0.5)] {
-            let (near, whole) = (Heading::of(from).turned(from + by), Heading::of(from + by));
+            let (near, whole) = (Heading::of(from).rotated_to(from + by), Heading::of(from + by));
             assert!(
                 (near.sin - whole.sin).abs() < 4e-16 && (near.cos - whole.cos).abs() < 4e-16,
                 "{from} {by}"

@@ -8,40 +8,40 @@ use crate::law::Role;
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub enum Proposal {
     /// Drawn at random.
-    Drawn,
+    Random,
     /// Things that may have been touched.
-    Touched,
+    ContactCandidate,
     /// Parts of the floor that seem to drag; beside draws.
     Region,
     /// Periods of the missing force in position; beside draws.
     Period,
     /// The range of the readings.
-    Readings,
+    ReadingRange,
     /// Moments, one after the other.
-    Moment,
+    EventTime,
 }
 
 impl Kind {
     /// Where its places, moments and forms are proposed.
     pub fn proposal(self) -> Proposal {
         match self {
-            Self::ObstacleContact => Proposal::Touched,
+            Self::ObstacleContact => Proposal::ContactCandidate,
             Self::FloorPatch => Proposal::Region,
             Self::Cogging => Proposal::Period,
-            Self::Saturation => Proposal::Readings,
-            _ if self.spec().params.iter().any(|p| p.role == Role::Time) => Proposal::Moment,
-            _ => Proposal::Drawn,
+            Self::Saturation => Proposal::ReadingRange,
+            _ if self.spec().params.iter().any(|p| p.role == Role::Time) => Proposal::EventTime,
+            _ => Proposal::Random,
         }
     }
 
     /// Whether a second effect of this kind may be missing: a body may rub at several points.
-    pub fn repeats(self) -> bool {
+    pub fn may_repeat(self) -> bool {
         self == Self::CoulombFriction
     }
 
     /// The simpler law that it becomes at an end of its range: drag that thins with speed is dry friction where its exponent
     /// is nought; a load on stiff springs only moves the mass centre.
-    pub fn simpler(self) -> Option<Self> {
+    pub fn limiting_kind(self) -> Option<Self> {
         match self {
             Self::ThinningDrag => Some(Self::SupportFriction),
             Self::SwingingLoad => Some(Self::ComOffset),
@@ -66,18 +66,18 @@ impl Kind {
     }
 
     /// Whether it is a fault that only a sensor has, not a command.
-    pub fn is_of_sensor(self) -> bool {
+    pub fn is_sensor_fault(self) -> bool {
         use Kind::{CrossTalk, DeadBand, Saturation, SensorLag, SensorPlay};
         matches!(self, SensorLag | SensorPlay | CrossTalk | Saturation | DeadBand)
     }
 
     /// Whether it is a fault that only a drive has, which is told what to do.
-    pub fn is_of_drive(self) -> bool {
+    pub fn is_drive_fault(self) -> bool {
         self == Self::DriveLag
     }
 
     /// Whether the reading that it falsifies depends on those before.
-    pub fn remembers(self) -> bool {
+    pub fn has_memory(self) -> bool {
         matches!(self, Self::SensorLag | Self::SensorPlay)
     }
 
@@ -88,7 +88,7 @@ impl Kind {
 
     /// Whether slow pushes, judged by the wrench alone, can show it. They hold nothing of inertia, time or an effect's own
     /// states; and a gain of the sensor or a pattern of the floor takes the place of a pressure that is not known.
-    pub fn is_slow(self) -> bool {
+    pub fn is_quasi_static(self) -> bool {
         use Kind::{AxisFriction, BodyAxisFriction, CoulombFriction, DirectionalFriction};
         use Kind::{FloorSlope, ForceBias, SpinDrag, SupportFriction};
         matches!(
@@ -106,7 +106,7 @@ impl Kind {
 
     /// Whether it means something on a rail that no simpler effect does: there a point or an axis is as good as the whole
     /// body, and nothing turns.
-    pub fn is_on_rail(self) -> bool {
+    pub fn is_distinct_on_rail(self) -> bool {
         use Kind::{AxisFriction, BodyAxisFriction, CoulombFriction, SpinDrag};
         let spec = self.spec();
         let on_rail = |name: &str| spec.params.iter().any(|p| p.name == name && p.on_rail);

@@ -1,7 +1,7 @@
 //! A model: a body and its effects, some values given and some free.
 
-use crate::law::{Acting, Inner, Param, Prior, Site};
-use crate::{Belief, Body, Kind, Law, ModelError, Plant, Real, Unnamed};
+use crate::law::{EffectTarget, InnerState, LawSetup, Param, Prior};
+use crate::{Body, Discrepancy, Kind, Law, ModelError, Plant, Real, TruncatedPrior};
 use std::collections::BTreeMap;
 use std::sync::Arc;
 
@@ -42,9 +42,9 @@ pub struct Model {
     /// What acts on it.
     pub effects: Vec<Effect>,
     /// What is believed of free parameters, by name, where it is not what the catalogue says.
-    pub priors: BTreeMap<String, Belief>,
+    pub priors: BTreeMap<String, TruncatedPrior>,
     /// A wrench that no effect names; shared, because every plant has it.
-    pub unnamed: Option<Arc<Unnamed>>,
+    pub discrepancy: Option<Arc<Discrepancy>>,
 }
 
 /// One scalar parameter of a model.
@@ -58,7 +58,7 @@ pub struct Slot {
     pub lower: f64,
     /// Largest legal value.
     pub upper: f64,
-    /// Belief before the data.
+    /// TruncatedPrior before the data.
     pub prior: Prior,
     /// Its value, or free.
     pub value: Option<f64>,
@@ -67,14 +67,14 @@ pub struct Slot {
 }
 
 /// Natural logarithm of a factor beyond which a value is far off: ten prior standard deviations, or ten times the median.
-const FAR_OFF: f64 = std::f64::consts::LN_10;
+const MIN_EXTREME_LOG_RATIO: f64 = std::f64::consts::LN_10;
 
 impl Model {
     /// The simulation under test of the paper (eq. 3): a rigid body with one anisotropic viscous
     /// wheel, all six parameters free.
     pub fn nominal(body: Body, mass: Option<f64>, dof: [bool; 3]) -> Self {
         let effects = vec![Effect::free(Kind::ViscousWheel)];
-        Self { body, mass, dof, effects, priors: BTreeMap::new(), unnamed: None }
+        Self { body, mass, dof, effects, priors: BTreeMap::new(), discrepancy: None }
     }
 
     /// Whether the object is on a rail along x.
@@ -91,9 +91,9 @@ impl Model {
 
     /// What happens to the object itself: the model without what only the instruments see.
     #[must_use]
-    pub fn on_object(mut self) -> Self {
-        self.effects.retain(|effect| effect.kind.spec().acting == Acting::Object);
-        self.unnamed = self.unnamed.filter(|unnamed| !unnamed.reads());
+    pub fn without_instruments(mut self) -> Self {
+        self.effects.retain(|effect| effect.kind.spec().target == EffectTarget::Object);
+        self.discrepancy = self.discrepancy.filter(|discrepancy| !discrepancy.corrects_reading());
         self
     }
 
@@ -126,7 +126,7 @@ impl Model {
             }
         }
         for slot in &mut slots {
-            if let Some(&Belief { prior, lower, upper }) = self.priors.get(&slot.name) {
+            if let Some(&TruncatedPrior { prior, lower, upper }) = self.priors.get(&slot.name) {
                 (slot.prior, slot.lower, slot.upper) = (prior, lower, upper);
             }
         }
@@ -143,11 +143,11 @@ impl Model {
         };
         let slots = self.slots().into_iter().filter_map(|slot| Some((distance(&slot)?, slot)));
         let (farthest, slot) = slots.max_by(|a, b| a.0.total_cmp(&b.0))?;
-        (farthest > FAR_OFF).then_some(slot)
+        (farthest > MIN_EXTREME_LOG_RATIO).then_some(slot)
     }
 
     /// Give the parameter `index` of [`Model::slots`] a value.
-    pub(crate) fn give(&mut self, index: usize, value: f64) {
+    pub(crate) fn set_value(&mut self, index: usize, value: f64) {
         if index == 0 {
             self.mass = Some(value);
             self.body.mass = value;
@@ -181,20 +181,21 @@ impl Model {
             _ => (param.lower, param.upper),
         };
         let kind = self.effects.get(index).map(|effect| effect.kind);
-        let value = value.or_else(|| self.fixed(kind?, param));
+        let value = value.or_else(|| self.fixed_value(kind?, param));
         let name = format!("{effect}.{}", param.name);
         Slot { name, unit: param.unit, lower, upper, prior: param.prior, value, effect: Some(index) }
     }
 
     /// Returns the value of a parameter that has no meaning for this object or is not identifiable; `None` for all others.
     /// On a rail that is where its effect vanishes, or the legal value nearest to zero.
-    pub fn fixed(&self, kind: Kind, param: &Param) -> Option<f64> {
+    pub fn fixed_value(&self, kind: Kind, param: &Param) -> Option<f64> {
         if self.on_rail() && !param.on_rail {
             let neutral = kind.spec().neutral;
             let own = neutral.iter().find(|(name, value)| *name == param.name && value.is_finite());
             return Some(own.map_or(0.0, |(_, value)| *value).clamp(param.lower, param.upper));
         }
-        let is_one = param.of_face && self.body.feet.is_some() || param.of_mass && self.mass.is_none();
+        let is_one = param.scales_face_pressure && self.body.feet.is_some()
+            || param.needs_known_mass && self.mass.is_none();
         is_one.then_some(1.0)
     }
 
@@ -209,14 +210,14 @@ impl Model {
         }
         let (mass, mut rest) = (values[0], &values[1..]);
         let wheel = self.first_wheel(values);
-        let site = Site { body: &self.body, wheel };
+        let site = LawSetup { body: &self.body, wheel };
         let mut laws = Vec::with_capacity(self.effects.len());
         for effect in &self.effects {
             let (own, others) = rest.split_at(effect.values.len());
             laws.push(Law::new(effect.kind, own, &site));
             rest = others;
         }
-        Plant::new(mass, &self.body, self.dof, laws, self.unnamed.clone())
+        Plant::new(mass, &self.body, self.dof, laws, self.discrepancy.clone())
     }
 
     /// Values of the first viscous wheel, among those of all slots.
@@ -227,8 +228,8 @@ impl Model {
     }
 
     /// The laws' own states, in the order of [`crate::State::inner`].
-    pub fn inner(&self) -> Vec<Inner> {
-        self.effects.iter().flat_map(|e| e.kind.spec().inner).copied().collect()
+    pub fn inner(&self) -> Vec<InnerState> {
+        self.effects.iter().flat_map(|e| e.kind.spec().inner_states).copied().collect()
     }
 
     /// The plant of a model whose values are all given.
@@ -251,37 +252,37 @@ impl Model {
     ///
     /// Refinements keep their values: a `model.toml` cannot say that one is free, and would fall back to the simple law.
     #[must_use]
-    pub fn freed(&self, names: &[String]) -> Self {
-        let mut freed = self.clone();
+    pub fn with_free(&self, names: &[String]) -> Self {
+        let mut model = self.clone();
         let free: Vec<bool> = self.slots().iter().map(|slot| names.contains(&slot.name)).collect();
         if free.first() == Some(&true) {
-            freed.mass = None;
+            model.mass = None;
         }
         let essential = |effect: &Effect| effect.kind.spec().params.iter().map(|p| p.refinement.is_none());
         let essential: Vec<bool> = self.effects.iter().flat_map(essential).collect();
-        let values = freed.effects.iter_mut().flat_map(|e| &mut e.values);
+        let values = model.effects.iter_mut().flat_map(|e| &mut e.values);
         for ((value, essential), free) in values.zip(essential).zip(free.iter().skip(1)) {
             if *free && essential {
                 *value = None;
             }
         }
-        freed
+        model
     }
 
     /// The same model with all values given, one for each of [`Model::slots`].
     ///
     /// # Errors
     /// When the number of values is not that of the slots.
-    pub fn filled(&self, values: &[f64]) -> Result<Self, ModelError> {
+    pub fn with_values(&self, values: &[f64]) -> Result<Self, ModelError> {
         self.plant(values)?;
-        let mut filled = self.clone();
-        filled.mass = Some(values[0]);
-        filled.body.mass = values[0];
+        let mut model = self.clone();
+        model.mass = Some(values[0]);
+        model.body.mass = values[0];
         let mut rest = values[1..].iter();
-        for value in filled.effects.iter_mut().flat_map(|e| &mut e.values) {
+        for value in model.effects.iter_mut().flat_map(|e| &mut e.values) {
             *value = rest.next().copied();
         }
-        Ok(filled)
+        Ok(model)
     }
 }
 
@@ -312,7 +313,7 @@ mod tests {
         let mut model = Model::nominal(table().body, Some(22.0), [true; 3]);
         model.effects = vec![rubbing];
         let names = ["body.mass", "coulomb_friction.force", "coulomb_friction.creep"].map(str::to_owned);
-        let freed = model.freed(&names);
+        let freed = model.with_free(&names);
         let value = |name: &str| freed.slots().into_iter().find(|slot| slot.name == name).unwrap().value;
         assert_eq!((value("body.mass"), value("coulomb_friction.force")), (None, None));
         assert_eq!((value("coulomb_friction.x"), value("coulomb_friction.creep")), (Some(0.1), Some(0.2)));
@@ -334,7 +335,7 @@ mod tests {
             slots.into_iter().find(|s| s.name == "support_friction.spread").unwrap().value
         };
         let mut standing = table();
-        standing.body = standing.body.standing_on(&[[-0.5, -0.3], [0.5, -0.3], [0.0, 0.3]]);
+        standing.body = standing.body.with_feet(&[[-0.5, -0.3], [0.5, -0.3], [0.0, 0.3]]);
         assert_eq!((spread(table()), spread(standing)), (None, Some(1.0)));
     }
 
@@ -346,7 +347,7 @@ mod tests {
 
     #[test]
     fn the_value_that_is_farthest_off_is_found() {
-        let usual = table().filled(&[22.0, 0.1, 0.1, 0.3, 60.0, 60.0]).unwrap();
+        let usual = table().with_values(&[22.0, 0.1, 0.1, 0.3, 60.0, 60.0]).unwrap();
         assert_eq!(usual.most_extreme(), None);
         let pushing = Effect::free(Kind::DirectionalFriction);
         let pushing = pushing.with("angle", Some(0.0)).with("difference", Some(-1e5));

@@ -1,7 +1,7 @@
 //! How an object moves at one instant.
 
 use crate::Real;
-use crate::law::INNER;
+use crate::law::MAX_INNER_STATES;
 
 /// Motion state of the object frame's origin: pose `[m, m, rad]` and twist `[m/s, m/s, rad/s]`, world axes.
 #[derive(Clone, Copy, Debug, PartialEq)]
@@ -11,7 +11,7 @@ pub struct State<T> {
     /// Velocity of its origin, and spin.
     pub twist: [T; 3],
     /// States of the laws' own, in the model's order, then zeros.
-    pub inner: [T; INNER],
+    pub inner: [T; MAX_INNER_STATES],
 }
 
 impl<T: Real> State<T> {
@@ -22,7 +22,7 @@ impl<T: Real> State<T> {
 
     /// In motion, the laws' own states at zero.
     pub fn moving(pose: [T; 3], twist: [T; 3]) -> Self {
-        Self { pose, twist, inner: [T::zero(); INNER] }
+        Self { pose, twist, inner: [T::zero(); MAX_INNER_STATES] }
     }
 
     /// Whether all values are finite.
@@ -32,7 +32,7 @@ impl<T: Real> State<T> {
 
     /// The same with the laws' own states given.
     #[must_use]
-    pub fn with_inner(self, inner: [f64; INNER]) -> Self {
+    pub fn with_inner(self, inner: [f64; MAX_INNER_STATES]) -> Self {
         Self { inner: inner.map(T::lift), ..self }
     }
 }

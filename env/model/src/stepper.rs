@@ -5,7 +5,7 @@ use thiserror::Error;
 
 /// One step's input.
 #[derive(Clone, Copy, Debug, PartialEq)]
-pub struct Drive {
+pub struct StepInput {
     /// Mean wrench on the object over the step, object axes about the object origin, `[N, N, N·m]`.
     pub applied: [f64; 3],
     /// When.
@@ -16,7 +16,7 @@ pub struct Drive {
 
 /// A model at values.
 #[derive(Clone, Copy, Debug)]
-pub struct Setting<'a> {
+pub struct ModelInstance<'a> {
     /// The model.
     pub model: &'a Model,
     /// One for each of [`Model::slots`].
@@ -46,24 +46,24 @@ pub trait Stepper: Sync {
     /// When it cannot be simulated at all.
     fn rollout(
         &self,
-        at: &Setting<'_>,
+        at: &ModelInstance<'_>,
         start: &State<f64>,
-        inputs: &[Drive],
+        inputs: &[StepInput],
     ) -> Result<Vec<State<f64>>, StepError>;
 }
 
 /// The laws alone: nothing touches.
 #[derive(Clone, Copy, Debug, Default)]
-pub struct Free;
+pub struct FreeMotion;
 
-impl Stepper for Free {
+impl Stepper for FreeMotion {
     fn rollout(
         &self,
-        at: &Setting<'_>,
+        at: &ModelInstance<'_>,
         start: &State<f64>,
-        inputs: &[Drive],
+        inputs: &[StepInput],
     ) -> Result<Vec<State<f64>>, StepError> {
-        let next = |state: &mut State<f64>, drive: &Drive| {
+        let next = |state: &mut State<f64>, drive: &StepInput| {
             *state = at.plant.step(state, drive.applied, drive.clock, drive.dt);
             Some(*state)
         };

@@ -107,7 +107,7 @@ pub(crate) fn sum<const N: usize>(mut a: [f64; N], b: [f64; N]) -> [f64; N] {
 
 /// Difference by elements.
 #[inline(always)]
-pub(crate) fn less<const N: usize>(mut a: [f64; N], b: [f64; N]) -> [f64; N] {
+pub(crate) fn difference<const N: usize>(mut a: [f64; N], b: [f64; N]) -> [f64; N] {
     for (a, b) in a.iter_mut().zip(b) {
         *a -= b;
     }
@@ -116,7 +116,7 @@ pub(crate) fn less<const N: usize>(mut a: [f64; N], b: [f64; N]) -> [f64; N] {
 
 /// Product by elements.
 #[inline(always)]
-pub(crate) fn scaled<const N: usize>(mut a: [f64; N], by: [f64; N]) -> [f64; N] {
+pub(crate) fn product<const N: usize>(mut a: [f64; N], by: [f64; N]) -> [f64; N] {
     for (a, by) in a.iter_mut().zip(by) {
         *a *= by;
     }

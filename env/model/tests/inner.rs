@@ -2,7 +2,7 @@
 
 #![allow(clippy::unwrap_used)]
 
-use trundle_model::{Body, Clock, Effect, INNER, Kind, Model, Plant, State};
+use trundle_model::{Body, Clock, Effect, Kind, MAX_INNER_STATES, Model, Plant, State};
 
 fn effect(kind: Kind, values: &[(&str, f64)]) -> Effect {
     values.iter().fold(Effect::free(kind), |effect, (name, value)| effect.with(name, Some(*value)))
@@ -12,7 +12,7 @@ fn effect(kind: Kind, values: &[(&str, f64)]) -> Effect {
 fn table(effects: Vec<Effect>) -> Model {
     let mut body = Body::from_footprint(&[[-0.6, -0.4], [0.6, -0.4], [0.6, 0.4], [-0.6, 0.4]], 20.0).unwrap();
     body.com = [0.1, -0.05];
-    Model { mass: Some(20.0), body, dof: [true; 3], effects, priors: Default::default(), unnamed: None }
+    Model { mass: Some(20.0), body, dof: [true; 3], effects, priors: Default::default(), discrepancy: None }
 }
 
 fn load(frequency: f64, damping: f64) -> Effect {
@@ -26,7 +26,7 @@ fn caster(trail: f64, side: f64) -> Effect {
 }
 
 fn moving(twist: [f64; 3], inner: &[f64]) -> State<f64> {
-    let mut own = [0.0; INNER];
+    let mut own = [0.0; MAX_INNER_STATES];
     own[..inner.len()].copy_from_slice(inner);
     State::moving([0.1, 0.2, 0.3], twist).with_inner(own)
 }

@@ -15,7 +15,7 @@ fn table(mass: f64) -> Model {
         dof: [true; 3],
         effects: vec![],
         priors: Default::default(),
-        unnamed: None,
+        discrepancy: None,
     }
 }
 
@@ -185,7 +185,7 @@ fn compose(outer: [f64; 3], inner: [f64; 3]) -> [f64; 3] {
 fn an_offset_tracker_sees_the_same_object_from_another_frame() {
     const OFFSET: [f64; 3] = [0.06, -0.03, 0.2];
     let standing = |mut model: Model| {
-        model.body = model.body.standing_on(&[[-0.4, -0.3], [0.6, -0.3], [0.1, 0.2]]);
+        model.body = model.body.with_feet(&[[-0.4, -0.3], [0.6, -0.3], [0.1, 0.2]]);
         let dry = effect(Kind::SupportFriction, &[("force", 9.0)]);
         model
             .with(wheel(15.0, 180.0))

@@ -16,7 +16,7 @@ fn table(com: [f64; 2]) -> Model {
         dof: [true; 3],
         effects: vec![],
         priors: Default::default(),
-        unnamed: None,
+        discrepancy: None,
     }
 }
 
@@ -214,7 +214,7 @@ fn a_foot_that_sticks_and_slides_is_followed_by_a_fit_to_a_millimetre() {
         for k in 0..300 {
             let t = 0.01 * k as f64;
             let wrench = [40.0 * (2.1 * t).sin(), 25.0 * (1.3 * t).cos(), 12.0 * (3.0 * t).sin()];
-            plant.move_as(precision, &mut state, &wrench, Clock::since_contact(t), 0.01);
+            plant.step_with_precision(precision, &mut state, &wrench, Clock::since_contact(t), 0.01);
         }
         state.pose
     };
@@ -273,10 +273,16 @@ fn a_step_is_halved_where_dry_friction_turns_a_body_back() {
     let footprint = [[-0.6, -0.4], [0.6, -0.4], [0.6, 0.4], [-0.6, 0.4]];
     let body = Body::from_footprint(&footprint, 22.0).unwrap();
     let effects = vec![with(Kind::ViscousWheel, &wheel), with(Kind::CoulombFriction, &foot)];
-    let plant =
-        Model { body, mass: Some(22.0), dof: [true; 3], effects, priors: Default::default(), unnamed: None }
-            .resolved()
-            .unwrap();
+    let plant = Model {
+        body,
+        mass: Some(22.0),
+        dof: [true; 3],
+        effects,
+        priors: Default::default(),
+        discrepancy: None,
+    }
+    .resolved()
+    .unwrap();
     let end = |dt: f64| {
         let mut state = State::at_rest([0.0; 3]);
         for k in 0..(6.0 / dt).round() as usize {
@@ -314,7 +320,7 @@ fn laws_that_say_so_are_the_same_everywhere() {
     for &kind in Kind::ALL {
         let model = table([0.05, -0.03]).with(Effect::free(kind));
         let plant = model.plant(&some_values(&model)).unwrap();
-        if !plant.same_everywhere() {
+        if !plant.is_pose_invariant() {
             continue;
         }
         count += 1;

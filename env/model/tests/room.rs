@@ -17,7 +17,14 @@ fn rectangle([x, y]: [f64; 2], [w, h]: [f64; 2]) -> Fixture {
 }
 
 fn model(body: Body, effects: Vec<Effect>) -> Model {
-    Model { mass: Some(body.mass), body, dof: [true; 3], effects, priors: Default::default(), unnamed: None }
+    Model {
+        mass: Some(body.mass),
+        body,
+        dof: [true; 3],
+        effects,
+        priors: Default::default(),
+        discrepancy: None,
+    }
 }
 
 fn table(mass: f64) -> Body {
@@ -127,7 +134,7 @@ fn friction_at_the_post_holds_back_what_slides_along_it() {
 #[test]
 fn a_doorsill_gives_back_what_the_climb_took() {
     let feet = [[-0.5, -0.3], [0.5, -0.3], [0.5, 0.3], [-0.5, 0.3]];
-    let body = table(20.0).standing_on(&feet);
+    let body = table(20.0).with_feet(&feet);
     let sill = effect(Kind::Doorsill, &[("angle", 0.0), ("offset", 0.7), ("height", 0.005)]);
     let plant = model(body, vec![sill]).resolved().unwrap();
     let fast = roll(&plant, moving([0.4, 0.0, 0.0]), [0.0; 3], 2e-3, 4.0);
@@ -172,7 +179,7 @@ fn a_patch_drags_the_corners_that_are_on_it() {
     let plant = model(table(20.0), vec![effect(Kind::FloorPatch, &values)]).resolved().unwrap();
     let drag = |x: f64| {
         let state = State::moving([x, 0.0, 0.0], [1.0, 0.0, 0.0]);
-        -plant.action(&state, clock(0.0, 2e-3)).wrench([1.0, 0.0, 0.0])[0]
+        -plant.generalised_force(&state, clock(0.0, 2e-3)).wrench([1.0, 0.0, 0.0])[0]
     };
     for (x, expected) in [(0.0, 0.0), (1.4, 20.0), (2.0, 0.0), (2.6, 20.0), (4.0, 0.0)] {
         assert!((drag(x) - expected).abs() < 1e-6, "at {x}: {} N", drag(x));
@@ -187,7 +194,8 @@ fn a_grain_stays_in_the_room_when_the_object_turns() {
         let state = State::moving([0.3, 0.1, heading], [0.2, 0.5, 0.0]);
         let along = 0.2 * 0.5f64.cos() + 0.5 * 0.5f64.sin();
         let body = trundle_model::to_body(state.twist, heading);
-        let force = trundle_model::to_world(plant.action(&state, clock(0.0, 2e-3)).wrench(body), heading);
+        let force =
+            trundle_model::to_world(plant.generalised_force(&state, clock(0.0, 2e-3)).wrench(body), heading);
         assert!((force[0] + 12.0 * along * 0.5f64.cos()).abs() < 1e-12);
         assert!((force[1] + 12.0 * along * 0.5f64.sin()).abs() < 1e-12 && force[2].abs() < 1e-12);
     }

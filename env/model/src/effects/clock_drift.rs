@@ -6,17 +6,17 @@
 
 use super::signed;
 use crate::Real;
-use crate::law::{Act, Acting, Clock, Site, Spec, take};
+use crate::law::{Clock, EffectLaw, EffectTarget, LawSetup, Spec, take};
 
 pub(crate) static SPEC: Spec = Spec {
     kind: "clock_drift",
     effect: "clock_drift",
     summary: "the wrench's clock runs at another rate than that of the poses",
     source: "clock skew: Mills 1991; Moon, Skelly, Towsley 1999",
-    acting: Acting::Instrument,
-    dissipative: false,
-    loads: false,
-    inner: &[],
+    target: EffectTarget::Instrument,
+    is_dissipative: false,
+    changes_mass: false,
+    inner_states: &[],
     params: &[signed(
         "drift",
         "1",
@@ -27,7 +27,7 @@ pub(crate) static SPEC: Spec = Spec {
     neutral: &[("drift", 0.0)],
     sentence: "The clock of the force reading runs at another rate than that of the poses: {drift} s/s fast (slow where \
                negative), counted from contact.",
-    probe: "record a long push that ends as abruptly as it begins: a delay shifts both ends alike, a drift only the last",
+    suggested_push: "record a long push that ends as abruptly as it begins: a delay shifts both ends alike, a drift only the last",
 };
 
 /// The law in place.
@@ -36,10 +36,10 @@ pub struct ClockDrift<T> {
     drift: T,
 }
 
-impl<T: Real> Act<T> for ClockDrift<T> {
-    const SAME_EVERYWHERE: bool = true;
+impl<T: Real> EffectLaw<T> for ClockDrift<T> {
+    const IS_POSE_INVARIANT: bool = true;
 
-    fn new(values: &[T], _site: &Site<'_, T>) -> Self {
+    fn new(values: &[T], _site: &LawSetup<'_, T>) -> Self {
         let [drift] = take(values);
         Self { drift }
     }

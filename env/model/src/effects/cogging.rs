@@ -9,7 +9,7 @@
 
 use super::{angle, positive};
 use crate::Real;
-use crate::law::{Act, Acting, Action, Param, Role, Site, Situation, Spec, take};
+use crate::law::{EffectLaw, EffectTarget, GeneralisedForce, LawContext, LawSetup, Param, Role, Spec, take};
 use std::f64::consts::{PI, TAU};
 
 pub(crate) static SPEC: Spec = Spec {
@@ -17,10 +17,10 @@ pub(crate) static SPEC: Spec = Spec {
     effect: "cogging",
     summary: "a force that is periodic in the place, along a rail or a direction of the floor",
     source: "the first harmonic of a linear motor's cogging force (Gieras, Piech, Tomczuk 2012, section 3.4)",
-    acting: Acting::Object,
-    dissipative: false,
-    loads: false,
-    inner: &[],
+    target: EffectTarget::Object,
+    is_dissipative: false,
+    changes_mass: false,
+    inner_states: &[],
     params: &[
         positive("amplitude", "N", 1e5, (5.0, 1.5), "of the force"),
         Param {
@@ -32,7 +32,7 @@ pub(crate) static SPEC: Spec = Spec {
     ],
     neutral: &[("amplitude", 0.0)],
     sentence: "A force of up to {amplitude} comes and goes with the place, every {period}.",
-    probe: "push slowly and steadily over the same place forth and back: this force keeps its sign where friction \
+    suggested_push: "push slowly and steadily over the same place forth and back: this force keeps its sign where friction \
             turns round",
 };
 
@@ -46,19 +46,19 @@ pub struct Cogging<T> {
     direction: [T; 2],
 }
 
-impl<T: Real> Act<T> for Cogging<T> {
-    fn new(values: &[T], _site: &Site<'_, T>) -> Self {
+impl<T: Real> EffectLaw<T> for Cogging<T> {
+    fn new(values: &[T], _site: &LawSetup<'_, T>) -> Self {
         let [amplitude, period, phase, angle] = take(values);
         let (sin, cos) = angle.sin_cos();
         Self { amplitude, wave: period.recip() * TAU, phase, direction: [cos, sin] }
     }
 
     #[inline]
-    fn act(&self, at: &Situation<'_, T>, sum: &mut Action<T>) {
+    fn add_force(&self, at: &LawContext<'_, T>, sum: &mut GeneralisedForce<T>) {
         let ([nx, ny], [x, y]) = (self.direction, at.position);
         let (force, _) = ((nx * x + ny * y) * self.wave + self.phase).sin_cos();
         let (fx, fy) = (self.amplitude * force * nx, self.amplitude * force * ny);
         let (sin, cos) = at.heading;
-        sum.push_at([T::zero(); 2], [cos * fx + sin * fy, cos * fy - sin * fx]);
+        sum.add_force_at([T::zero(); 2], [cos * fx + sin * fy, cos * fy - sin * fx]);
     }
 }

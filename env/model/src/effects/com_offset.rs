@@ -6,24 +6,24 @@
 
 use super::on_body;
 use crate::Real;
-use crate::law::{Act, Acting, Clock, OWN, Rigid, Site, Spec, take};
+use crate::law::{BODY_VALUE, Clock, EffectLaw, EffectTarget, LawSetup, Rigid, Spec, take};
 
 pub(crate) static SPEC: Spec = Spec {
     kind: "com_offset",
     effect: "com_offset",
     summary: "the mass centre is elsewhere; inertia about it as for the uniform body",
     source: "Newton-Euler equations about the mass centre (Featherstone 2008, section 2.15)",
-    acting: Acting::Object,
-    dissipative: false,
-    loads: true,
-    inner: &[],
+    target: EffectTarget::Object,
+    is_dissipative: false,
+    changes_mass: true,
+    inner_states: &[],
     params: &[
         on_body("com_x", 0, "the mass centre, object frame; neutral at the body's own"),
         on_body("com_y", 1, "the mass centre, object frame; neutral at the body's own"),
     ],
-    neutral: &[("com_x", OWN), ("com_y", OWN)],
+    neutral: &[("com_x", BODY_VALUE), ("com_y", BODY_VALUE)],
     sentence: "The mass centre is at ({com_x}, {com_y}) of the object, not where a uniform body has it.",
-    probe: "push fast and stop fast across the line from the grasp to the middle, from two sides: a mass centre \
+    suggested_push: "push fast and stop fast across the line from the grasp to the middle, from two sides: a mass centre \
             elsewhere turns the object when it speeds up and turns it back when it slows down",
 };
 
@@ -33,15 +33,15 @@ pub struct ComOffset<T> {
     com: [T; 2],
 }
 
-impl<T: Real> Act<T> for ComOffset<T> {
-    const SAME_EVERYWHERE: bool = true;
+impl<T: Real> EffectLaw<T> for ComOffset<T> {
+    const IS_POSE_INVARIANT: bool = true;
 
-    fn new(values: &[T], _site: &Site<'_, T>) -> Self {
+    fn new(values: &[T], _site: &LawSetup<'_, T>) -> Self {
         Self { com: take(values) }
     }
 
     #[inline]
-    fn load(&self, _clock: Clock, _grasp: [f64; 2], rigid: &mut Rigid<T>) {
+    fn change_mass(&self, _clock: Clock, _grasp: [f64; 2], rigid: &mut Rigid<T>) {
         rigid.com = self.com;
     }
 }

@@ -9,7 +9,7 @@
 
 use super::signed;
 use crate::Real;
-use crate::law::{Act, Acting, Clock, Param, Site, Spec, take};
+use crate::law::{Clock, EffectLaw, EffectTarget, LawSetup, Param, Spec, take};
 
 /// What one force axis reads of the other.
 const fn of_force(name: &'static str, help: &'static str) -> Param {
@@ -31,10 +31,10 @@ pub(crate) static SPEC: Spec = Spec {
     effect: "cross_talk",
     summary: "each axis of the force-torque sensor reads some of the others",
     source: "calibration matrix of a multi-axis sensor: Bicchi 1992, off-diagonal terms",
-    acting: Acting::Instrument,
-    dissipative: false,
-    loads: false,
-    inner: &[],
+    target: EffectTarget::Instrument,
+    is_dissipative: false,
+    changes_mass: false,
+    inner_states: &[],
     params: &[
         of_force("x_from_y", "of force_y in the reading of force_x"),
         of_torque("x_from_torque", "of torque_z in the reading of force_x"),
@@ -54,7 +54,7 @@ pub(crate) static SPEC: Spec = Spec {
     sentence: "The force sensor's axes are mixed: force_x reads {x_from_y} of force_y and {x_from_torque} of torque_z, \
                force_y {y_from_x} of force_x and {y_from_torque} of torque_z, torque_z {torque_from_x} of force_x and \
                {torque_from_y} of force_y.",
-    probe: "push along one axis of the sensor at a time, through the object's mass centre: the other axes should read \
+    suggested_push: "push along one axis of the sensor at a time, through the object's mass centre: the other axes should read \
             nothing",
 };
 
@@ -65,10 +65,10 @@ pub struct CrossTalk<T> {
     inverse: [[T; 3]; 3],
 }
 
-impl<T: Real> Act<T> for CrossTalk<T> {
-    const SAME_EVERYWHERE: bool = true;
+impl<T: Real> EffectLaw<T> for CrossTalk<T> {
+    const IS_POSE_INVARIANT: bool = true;
 
-    fn new(values: &[T], _site: &Site<'_, T>) -> Self {
+    fn new(values: &[T], _site: &LawSetup<'_, T>) -> Self {
         let [xy, xt, yx, yt, tx, ty] = take(values);
         let one = T::lift(1.0);
         let adjugate = [

@@ -9,29 +9,31 @@
 
 use super::{positive, sign};
 use crate::Real;
-use crate::law::{Act, Acting, Clock, Site, Spec, take};
+use crate::law::{Clock, EffectLaw, EffectTarget, LawSetup, Spec, take};
 
 pub(crate) static SPEC: Spec = Spec {
     kind: "dead_band",
     effect: "dead_band",
     summary: "the sensor does not read small loads, and larger ones too low",
     source: "Tao, Kokotović 1996, dead zone and its inverse",
-    acting: Acting::Instrument,
-    dissipative: false,
-    loads: false,
-    inner: &[],
+    target: EffectTarget::Instrument,
+    is_dissipative: false,
+    changes_mass: false,
+    inner_states: &[],
     params: &[
-        positive("force", "N", 1e4, (3.0, 1.0), "half width of the band of either force axis").any_of(),
-        positive("torque", "N·m", 1e4, (0.3, 1.0), "half width of the band of torque_z").any_of().planar(),
+        positive("force", "N", 1e4, (3.0, 1.0), "half width of the band of either force axis").alternative(),
+        positive("torque", "N·m", 1e4, (0.3, 1.0), "half width of the band of torque_z")
+            .alternative()
+            .planar(),
     ],
     neutral: &[("force", 0.0), ("torque", 0.0)],
     sentence: "The force sensor has a dead band: forces below {force} and torques below {torque} are not read, and larger \
                ones by as much too low.",
-    probe: "pull on the sensor with a spring balance, slowly more and more: the load at which it begins to read is the band",
+    suggested_push: "pull on the sensor with a spring balance, slowly more and more: the load at which it begins to read is the band",
 };
 
 /// Over which share of the band the sign is rounded off.
-const ROUND: f64 = 0.2;
+const SMOOTHING_FRACTION: f64 = 0.2;
 
 /// The law in place.
 #[derive(Clone, Debug)]
@@ -39,10 +41,10 @@ pub struct DeadBand<T> {
     band: [T; 3],
 }
 
-impl<T: Real> Act<T> for DeadBand<T> {
-    const SAME_EVERYWHERE: bool = true;
+impl<T: Real> EffectLaw<T> for DeadBand<T> {
+    const IS_POSE_INVARIANT: bool = true;
 
-    fn new(values: &[T], _site: &Site<'_, T>) -> Self {
+    fn new(values: &[T], _site: &LawSetup<'_, T>) -> Self {
         let [force, torque] = take(values);
         Self { band: [force, force, torque] }
     }
@@ -55,6 +57,6 @@ impl<T: Real> Act<T> for DeadBand<T> {
 
 impl<T: Real> DeadBand<T> {
     fn sign(&self, k: usize, reading: T, clock: Clock) -> T {
-        sign(reading, clock.noise[0][k], self.band[k] * ROUND)
+        sign(reading, clock.noise[0][k], self.band[k] * SMOOTHING_FRACTION)
     }
 }

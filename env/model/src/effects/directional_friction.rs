@@ -9,7 +9,7 @@
 
 use super::{angle, signed};
 use crate::Real;
-use crate::law::{Act, Acting, Action, Site, Situation, Spec, take};
+use crate::law::{EffectLaw, EffectTarget, GeneralisedForce, LawContext, LawSetup, Spec, take};
 use std::f64::consts::TAU;
 
 pub(crate) static SPEC: Spec = Spec {
@@ -17,10 +17,10 @@ pub(crate) static SPEC: Spec = Spec {
     effect: "directional_friction",
     summary: "viscous friction that differs between forth and back along a body direction",
     source: "Janot, Gautier, Brunot 2019 (EMPS), direction-dependent model",
-    acting: Acting::Object,
-    dissipative: false,
-    loads: false,
-    inner: &[],
+    target: EffectTarget::Object,
+    is_dissipative: false,
+    changes_mass: false,
+    inner_states: &[],
     params: &[
         angle("angle", TAU, "the direction, object frame"),
         signed(
@@ -33,11 +33,11 @@ pub(crate) static SPEC: Spec = Spec {
     ],
     neutral: &[("difference", 0.0)],
     sentence: "Friction depends on direction: viscous friction forth and back differ from their mean by {difference}, up forth and down back.",
-    probe: "push the same way forth and back at the same speed",
+    suggested_push: "push the same way forth and back at the same speed",
 };
 
 /// Speed over which the absolute value is rounded off, m/s.
-const ROUND: f64 = 1e-3;
+const SMOOTHING_SPEED_M_PER_S: f64 = 1e-3;
 
 /// The law in place.
 #[derive(Clone, Debug)]
@@ -46,20 +46,22 @@ pub struct DirectionalFriction<T> {
     difference: T,
 }
 
-impl<T: Real> Act<T> for DirectionalFriction<T> {
-    const SAME_EVERYWHERE: bool = true;
+impl<T: Real> EffectLaw<T> for DirectionalFriction<T> {
+    const IS_POSE_INVARIANT: bool = true;
 
-    fn new(values: &[T], _site: &Site<'_, T>) -> Self {
+    fn new(values: &[T], _site: &LawSetup<'_, T>) -> Self {
         let [angle, difference] = take(values);
         let (sin, cos) = angle.sin_cos();
         Self { normal: [cos, sin], difference }
     }
 
     #[inline]
-    fn act(&self, at: &Situation<'_, T>, sum: &mut Action<T>) {
+    fn add_force(&self, at: &LawContext<'_, T>, sum: &mut GeneralisedForce<T>) {
         let [nx, ny] = self.normal;
         let along = at.twist[0] * nx + at.twist[1] * ny;
-        let size = self.difference * ((along.squared() + ROUND * ROUND).sqrt() - ROUND);
-        sum.push_at([T::zero(); 2], [-(size * nx), -(size * ny)]);
+        let size = self.difference
+            * ((along.squared() + SMOOTHING_SPEED_M_PER_S * SMOOTHING_SPEED_M_PER_S).sqrt()
+                - SMOOTHING_SPEED_M_PER_S);
+        sum.add_force_at([T::zero(); 2], [-(size * nx), -(size * ny)]);
     }
 }

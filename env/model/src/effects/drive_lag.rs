@@ -7,21 +7,21 @@
 
 use super::positive;
 use crate::Real;
-use crate::law::{Act, Acting, Lags, Site, Spec, take};
+use crate::law::{EffectLaw, EffectTarget, Lags, LawSetup, Spec, take};
 
 pub(crate) static SPEC: Spec = Spec {
     kind: "drive_lag",
     effect: "drive_lag",
     summary: "a commanded force takes effect with a first-order lag",
     source: "first-order actuator model: Spong, Hutchinson, Vidyasagar 2006, ch. 6",
-    acting: Acting::Instrument,
-    dissipative: false,
-    loads: false,
-    inner: &[],
+    target: EffectTarget::Instrument,
+    is_dissipative: false,
+    changes_mass: false,
+    inner_states: &[],
     params: &[positive("time_constant", "s", 1.0, (0.03, 1.0), "of the lag of the drive")],
     neutral: &[("time_constant", 0.0)],
     sentence: "The commanded force takes effect with a lag of first order, time constant {time_constant}.",
-    probe: "command steps: a lag rounds them off, a delay only shifts them",
+    suggested_push: "command steps: a lag rounds them off, a delay only shifts them",
 };
 
 /// The law in place.
@@ -30,10 +30,10 @@ pub struct DriveLag<T> {
     time_constant: T,
 }
 
-impl<T: Real> Act<T> for DriveLag<T> {
-    const SAME_EVERYWHERE: bool = true;
+impl<T: Real> EffectLaw<T> for DriveLag<T> {
+    const IS_POSE_INVARIANT: bool = true;
 
-    fn new(values: &[T], _site: &Site<'_, T>) -> Self {
+    fn new(values: &[T], _site: &LawSetup<'_, T>) -> Self {
         let [time_constant] = take(values);
         Self { time_constant }
     }

@@ -29,7 +29,7 @@ impl<T: Real> Event<T> {
 
     /// Share of the step that lies after it.
     #[inline]
-    pub fn share(&self, clock: Clock) -> T {
-        clock.after(self.episode, self.time)
+    pub fn fraction_after(&self, clock: Clock) -> T {
+        clock.fraction_after(self.episode, self.time)
     }
 }

@@ -7,7 +7,7 @@
 
 use super::{angle, positive};
 use crate::Real;
-use crate::law::{Act, Acting, Action, Site, Situation, Spec, take};
+use crate::law::{EffectLaw, EffectTarget, GeneralisedForce, LawContext, LawSetup, Spec, take};
 use std::f64::consts::PI;
 
 pub(crate) static SPEC: Spec = Spec {
@@ -15,17 +15,17 @@ pub(crate) static SPEC: Spec = Spec {
     effect: "floor_grain",
     summary: "the floor resists along one direction of the world",
     source: "orthotropic friction of textured floors (Mróz and Stupkiewicz 1994), its viscous form",
-    acting: Acting::Object,
-    dissipative: true,
-    loads: false,
-    inner: &[],
+    target: EffectTarget::Object,
+    is_dissipative: true,
+    changes_mass: false,
+    inner_states: &[],
     params: &[
         positive("mu", "N·s/m", 1e6, (30.0, 1.5), "viscous friction along the direction"),
         angle("angle", PI, "the direction, world").planar(),
     ],
     neutral: &[("mu", 0.0)],
     sentence: "The floor resists with {mu} along the direction {angle} of the room.",
-    probe: "repeat one push with the object turned by a quarter: a grain stays in the room, a wheel turns along",
+    suggested_push: "repeat one push with the object turned by a quarter: a grain stays in the room, a wheel turns along",
 };
 
 /// The law in place.
@@ -36,16 +36,16 @@ pub struct FloorGrain<T> {
     grain: [T; 2],
 }
 
-impl<T: Real> Act<T> for FloorGrain<T> {
-    fn new(values: &[T], _site: &Site<'_, T>) -> Self {
+impl<T: Real> EffectLaw<T> for FloorGrain<T> {
+    fn new(values: &[T], _site: &LawSetup<'_, T>) -> Self {
         let [mu, angle] = take(values);
         let (sin, cos) = angle.sin_cos();
         Self { mu, grain: [cos, sin] }
     }
 
     #[inline]
-    fn act(&self, at: &Situation<'_, T>, sum: &mut Action<T>) {
+    fn add_force(&self, at: &LawContext<'_, T>, sum: &mut GeneralisedForce<T>) {
         let [x, y] = at.object_axes(self.grain);
-        sum.drag_at([T::zero(); 2], [self.mu * x * x, self.mu * x * y, self.mu * y * y]);
+        sum.add_damping_at([T::zero(); 2], [self.mu * x * x, self.mu * x * y, self.mu * y * y]);
     }
 }

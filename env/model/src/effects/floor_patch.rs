@@ -6,10 +6,10 @@
 //! `ξ`, `η` are the point's coordinates in the rectangle's axes. The edges are soft, so that the rectangle's
 //! place and size have gradients.
 
-use super::place::{corners, in_world};
+use super::geometry::{in_world, support_points};
 use super::{angle, positive};
 use crate::Real;
-use crate::law::{Act, Acting, Action, Role, Site, Situation, Spec, take};
+use crate::law::{EffectLaw, EffectTarget, GeneralisedForce, LawContext, LawSetup, Role, Spec, take};
 use std::f64::consts::PI;
 
 pub(crate) static SPEC: Spec = Spec {
@@ -17,10 +17,10 @@ pub(crate) static SPEC: Spec = Spec {
     effect: "floor_patch",
     summary: "a region of the floor that drags at each support point inside it",
     source: "viscous friction behind a gate in space; edges logistic, 10 to 90 % over 2.2 cm",
-    acting: Acting::Object,
-    dissipative: true,
-    loads: false,
-    inner: &[],
+    target: EffectTarget::Object,
+    is_dissipative: true,
+    changes_mass: false,
+    inner_states: &[],
     params: &[
         in_world("x", 0, "centre of the region, world"),
         in_world("y", 1, "centre of the region, world").planar(),
@@ -31,14 +31,14 @@ pub(crate) static SPEC: Spec = Spec {
     ],
     neutral: &[("mu", 0.0)],
     sentence: "A patch of the floor around ({x}, {y}) drags with {mu} at each support point that is on it.",
-    probe: "come back to the place with another heading: what belongs to the floor stays there, a load moves along",
+    suggested_push: "come back to the place with another heading: what belongs to the floor stays there, a load moves along",
 };
 
 /// Length over which an edge is smooth, m: 10 to 90 % within 4.4 of it.
-const EDGE: f64 = 0.005;
+const EDGE_WIDTH_M: f64 = 0.005;
 
 /// So far from an edge nothing is left of its softness, m: 2e-9.
-const FAR: f64 = 0.1;
+const EDGE_REACH_M: f64 = 0.1;
 
 /// The law in place.
 #[derive(Clone, Debug)]
@@ -51,23 +51,23 @@ pub struct FloorPatch<T> {
     mu: T,
 }
 
-impl<T: Real> Act<T> for FloorPatch<T> {
-    fn new(values: &[T], site: &Site<'_, T>) -> Self {
+impl<T: Real> EffectLaw<T> for FloorPatch<T> {
+    fn new(values: &[T], site: &LawSetup<'_, T>) -> Self {
         let [x, y, length, width, angle, mu] = take(values);
         let (sin, cos) = angle.sin_cos();
-        Self { feet: corners(site.body), center: [x, y], half: [length, width], along: [cos, sin], mu }
+        Self { feet: support_points(site.body), center: [x, y], half: [length, width], along: [cos, sin], mu }
     }
 
     #[inline]
-    fn act(&self, at: &Situation<'_, T>, sum: &mut Action<T>) {
+    fn add_force(&self, at: &LawContext<'_, T>, sum: &mut GeneralisedForce<T>) {
         for foot in &self.feet {
             // Most of the time a foot is far from every edge, where nothing needs a derivative.
-            let mu = match self.depth(at.in_world_re(*foot)) {
-                depth if depth < -FAR => continue,
-                depth if depth > FAR => self.mu,
-                _ => self.mu * self.covers(at.in_world(foot.map(T::lift))),
+            let mu = match self.depth(at.in_world_value(*foot)) {
+                depth if depth < -EDGE_REACH_M => continue,
+                depth if depth > EDGE_REACH_M => self.mu,
+                _ => self.mu * self.coverage(at.in_world(foot.map(T::lift))),
             };
-            sum.brake_at(foot.map(T::lift), mu);
+            sum.add_isotropic_damping_at(foot.map(T::lift), mu);
         }
     }
 }
@@ -82,7 +82,7 @@ impl<T: Real> FloorPatch<T> {
     }
 
     /// How much a point of the world, m, lies inside: from 0 to 1.
-    fn covers(&self, [x, y]: [T; 2]) -> T {
+    fn coverage(&self, [x, y]: [T; 2]) -> T {
         let (dx, dy) = (x - self.center[0], y - self.center[1]);
         let [ax, ay] = self.along;
         let [length, width] = self.half;
@@ -90,18 +90,18 @@ impl<T: Real> FloorPatch<T> {
     }
 }
 
-/// 1 where `|at| < half`, 0 beyond, smooth over [`EDGE`].
+/// 1 where `|at| < half`, 0 beyond, smooth over [`EDGE_WIDTH_M`].
 fn within<T: Real>(at: T, half: T) -> T {
-    if at.re().abs() - half.re() > FAR {
+    if at.re().abs() - half.re() > EDGE_REACH_M {
         return T::zero();
     }
-    step(half - at) + step(half + at) - T::lift(1.0)
+    logistic(half - at) + logistic(half + at) - T::lift(1.0)
 }
 
 /// The logistic step.
-fn step<T: Real>(at: T) -> T {
-    let value = 1.0 / (1.0 + (-at.re() / EDGE).exp());
-    T::chained(value, [(at, value * (1.0 - value) / EDGE)])
+fn logistic<T: Real>(at: T) -> T {
+    let value = 1.0 / (1.0 + (-at.re() / EDGE_WIDTH_M).exp());
+    T::chained(value, [(at, value * (1.0 - value) / EDGE_WIDTH_M)])
 }
 
 /// Corners of a `floor_patch` in the world, m, from the values of its parameters in the catalogue's order.
@@ -131,16 +131,16 @@ mod tests {
         for corner in corners {
             // From the centre past the corner: a hand's breadth inside everything, outside nothing.
             let at = |share: f64| [0, 1].map(|k| patch.center[k] + share * (corner[k] - patch.center[k]));
-            assert!((patch.covers(at(0.8)) - 1.0).abs() < 1e-3, "{}", patch.covers(at(0.8)));
-            assert!((patch.covers(corner) - 0.25).abs() < 1e-6);
-            assert!(patch.covers(at(1.2)) < 1e-3);
+            assert!((patch.coverage(at(0.8)) - 1.0).abs() < 1e-3, "{}", patch.coverage(at(0.8)));
+            assert!((patch.coverage(corner) - 0.25).abs() < 1e-6);
+            assert!(patch.coverage(at(1.2)) < 1e-3);
         }
     }
 
     #[test]
     fn far_away_nothing_overflows() {
         for far in [1e3, -1e3] {
-            assert_eq!(patch(0.0).covers([far, far]), 0.0);
+            assert_eq!(patch(0.0).coverage([far, far]), 0.0);
         }
     }
 
@@ -149,13 +149,13 @@ mod tests {
         let patch = FloorPatch { half: [0.7, 0.4], ..patch(0.5) };
         for k in 0..10_000 {
             let place = [f64::from(k % 100), f64::from(k / 100)].map(|n| 0.04 * n);
-            let (covers, depth) = (patch.covers(place), patch.depth(place));
-            if depth > FAR {
-                assert!((covers - 1.0).abs() < 1e-8, "{place:?} {covers}");
-            } else if depth < -FAR {
-                assert!(covers < 1e-8, "{place:?} {covers}");
+            let (coverage, depth) = (patch.coverage(place), patch.depth(place));
+            if depth > EDGE_REACH_M {
+                assert!((coverage - 1.0).abs() < 1e-8, "{place:?} {coverage}");
+            } else if depth < -EDGE_REACH_M {
+                assert!(coverage < 1e-8, "{place:?} {coverage}");
             }
         }
-        assert!(patch.depth([1.0, 2.0]) > FAR && patch.depth([0.0, 0.0]) < -FAR);
+        assert!(patch.depth([1.0, 2.0]) > EDGE_REACH_M && patch.depth([0.0, 0.0]) < -EDGE_REACH_M);
     }
 }

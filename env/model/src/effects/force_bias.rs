@@ -6,17 +6,17 @@
 
 use super::signed;
 use crate::Real;
-use crate::law::{Act, Acting, Clock, Site, Spec, take};
+use crate::law::{Clock, EffectLaw, EffectTarget, LawSetup, Spec, take};
 
 pub(crate) static SPEC: Spec = Spec {
     kind: "force_bias",
     effect: "force_bias",
     summary: "an offset of the force-torque reading that remains after the tare, or drifts",
     source: "reading less truth, sensor frame",
-    acting: Acting::Instrument,
-    dissipative: false,
-    loads: false,
-    inner: &[],
+    target: EffectTarget::Instrument,
+    is_dissipative: false,
+    changes_mass: false,
+    inner_states: &[],
     params: &[
         signed("force_x", "N", 1e4, 2.0, "offset at contact"),
         signed("force_y", "N", 1e4, 2.0, "offset at contact").planar(),
@@ -26,7 +26,7 @@ pub(crate) static SPEC: Spec = Spec {
     ],
     neutral: &[("force_x", 0.0), ("force_y", 0.0), ("torque_z", 0.0)],
     sentence: "The force sensor reads ({force_x}, {force_y}) and {torque_z} too much.",
-    probe: "turn the object by a quarter and repeat the push: an offset of the sensor turns with the gripper, a slope stays in the room",
+    suggested_push: "turn the object by a quarter and repeat the push: an offset of the sensor turns with the gripper, a slope stays in the room",
 };
 
 /// The law in place.
@@ -36,10 +36,10 @@ pub struct ForceBias<T> {
     drift: [T; 2],
 }
 
-impl<T: Real> Act<T> for ForceBias<T> {
-    const SAME_EVERYWHERE: bool = true;
+impl<T: Real> EffectLaw<T> for ForceBias<T> {
+    const IS_POSE_INVARIANT: bool = true;
 
-    fn new(values: &[T], _site: &Site<'_, T>) -> Self {
+    fn new(values: &[T], _site: &LawSetup<'_, T>) -> Self {
         let [fx, fy, tz, dx, dy] = take(values);
         Self { offset: [fx, fy, tz], drift: [dx, dy] }
     }

@@ -8,11 +8,11 @@
 
 use super::positive;
 use crate::Real;
-use crate::law::{Act, Acting, Clock, Param, Site, Spec, take};
+use crate::law::{Clock, EffectLaw, EffectTarget, LawSetup, Param, Spec, take};
 
 /// A gain, a priori within a third either way.
 const fn gain(name: &'static str, help: &'static str) -> Param {
-    Param { lower: 0.01, ..positive(name, "1", 100.0, (1.0, 0.3), help).any_of() }
+    Param { lower: 0.01, ..positive(name, "1", 100.0, (1.0, 0.3), help).alternative() }
 }
 
 pub(crate) static SPEC: Spec = Spec {
@@ -20,19 +20,19 @@ pub(crate) static SPEC: Spec = Spec {
     effect: "force_scale",
     summary: "the wrong gain of the force-torque reading; only ratios are held unless the mass is given",
     source: "reading over truth, sensor axes",
-    acting: Acting::Instrument,
-    dissipative: false,
-    loads: false,
-    inner: &[],
+    target: EffectTarget::Instrument,
+    is_dissipative: false,
+    changes_mass: false,
+    inner_states: &[],
     params: &[
-        Param { of_mass: true, ..gain("gain_x", "of force_x; 1 where the mass is free") },
+        Param { needs_known_mass: true, ..gain("gain_x", "of force_x; 1 where the mass is free") },
         gain("gain_y", "of force_y").planar(),
         gain("gain_torque", "of torque_z").planar(),
     ],
     neutral: &[("gain_x", 1.0), ("gain_y", 1.0), ("gain_torque", 1.0)],
     sentence: "The force sensor has the wrong gain: it reads {gain_x} (force_x), {gain_y} (force_y) and {gain_torque} \
                (torque_z) of the truth.",
-    probe: "turn the gripper by a quarter on the object and repeat the push: the gain turns with the sensor, mass and \
+    suggested_push: "turn the gripper by a quarter on the object and repeat the push: the gain turns with the sensor, mass and \
             friction do not; weigh the object to tell a gain common to all axes from its mass",
 };
 
@@ -43,10 +43,10 @@ pub struct ForceScale<T> {
     share: [T; 3],
 }
 
-impl<T: Real> Act<T> for ForceScale<T> {
-    const SAME_EVERYWHERE: bool = true;
+impl<T: Real> EffectLaw<T> for ForceScale<T> {
+    const IS_POSE_INVARIANT: bool = true;
 
-    fn new(values: &[T], _site: &Site<'_, T>) -> Self {
+    fn new(values: &[T], _site: &LawSetup<'_, T>) -> Self {
         Self { share: take(values).map(T::recip) }
     }
 

@@ -6,21 +6,21 @@
 
 use super::signed;
 use crate::Real;
-use crate::law::{Act, Acting, Clock, Site, Spec, take};
+use crate::law::{Clock, EffectLaw, EffectTarget, LawSetup, Spec, take};
 
 pub(crate) static SPEC: Spec = Spec {
     kind: "latency",
     effect: "latency",
     summary: "the wrench's clock runs late",
     source: "reading at t is the truth at t less the delay",
-    acting: Acting::Instrument,
-    dissipative: false,
-    loads: false,
-    inner: &[],
+    target: EffectTarget::Instrument,
+    is_dissipative: false,
+    changes_mass: false,
+    inner_states: &[],
     params: &[signed("delay", "s", 0.3, 0.1, "reading late: positive")],
     neutral: &[("delay", 0.0)],
     sentence: "The force reading comes late by {delay} (early where negative).",
-    probe: "push to and fro at two frequencies: a delay grows with the frequency as no friction does",
+    suggested_push: "push to and fro at two frequencies: a delay grows with the frequency as no friction does",
 };
 
 /// The law in place.
@@ -29,10 +29,10 @@ pub struct Latency<T> {
     delay: T,
 }
 
-impl<T: Real> Act<T> for Latency<T> {
-    const SAME_EVERYWHERE: bool = true;
+impl<T: Real> EffectLaw<T> for Latency<T> {
+    const IS_POSE_INVARIANT: bool = true;
 
-    fn new(values: &[T], _site: &Site<'_, T>) -> Self {
+    fn new(values: &[T], _site: &LawSetup<'_, T>) -> Self {
         let [delay] = take(values);
         Self { delay }
     }

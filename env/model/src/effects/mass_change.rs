@@ -6,26 +6,26 @@
 use super::event::{Event, episode, time};
 use super::signed;
 use crate::Real;
-use crate::law::{Act, Acting, Clock, Rigid, Site, Spec, take};
+use crate::law::{Clock, EffectLaw, EffectTarget, LawSetup, Rigid, Spec, take};
 
 pub(crate) static SPEC: Spec = Spec {
     kind: "mass_change",
     effect: "mass_change",
     summary: "at one moment load is put on or taken off, for good; velocity is kept, inertia scales with mass",
     source: "Newton's second law with a mass that jumps while the velocity stays",
-    acting: Acting::Object,
-    dissipative: false,
-    loads: true,
-    inner: &[],
+    target: EffectTarget::Object,
+    is_dissipative: false,
+    changes_mass: true,
+    inner_states: &[],
     params: &[episode(), time(), signed("mass", "kg", 1e4, 5.0, "put on; taken off where it is negative")],
     neutral: &[("mass", 0.0)],
     sentence: "At {time} of the episode, {mass} of load is put on (taken off where negative), for good.",
-    probe: "push fast and stop fast, the same way before and after: a load shows where the object speeds up and \
+    suggested_push: "push fast and stop fast, the same way before and after: a load shows where the object speeds up and \
             not at constant speed",
 };
 
 /// Share of the mass that is left at least: a search may try to take off more than there is.
-const LEAST: f64 = 0.02;
+const MIN_MASS_FRACTION: f64 = 0.02;
 
 /// The law in place.
 #[derive(Clone, Debug)]
@@ -34,17 +34,18 @@ pub struct MassChange<T> {
     mass: T,
 }
 
-impl<T: Real> Act<T> for MassChange<T> {
-    const SAME_EVERYWHERE: bool = true;
+impl<T: Real> EffectLaw<T> for MassChange<T> {
+    const IS_POSE_INVARIANT: bool = true;
 
-    fn new(values: &[T], _site: &Site<'_, T>) -> Self {
+    fn new(values: &[T], _site: &LawSetup<'_, T>) -> Self {
         let [episode, time, mass] = take(values);
         Self { event: Event::new(episode, time), mass }
     }
 
     #[inline]
-    fn load(&self, clock: Clock, _grasp: [f64; 2], rigid: &mut Rigid<T>) {
-        let left = (self.event.share(clock) * self.mass / rigid.mass + 1.0).max(T::lift(LEAST));
+    fn change_mass(&self, clock: Clock, _grasp: [f64; 2], rigid: &mut Rigid<T>) {
+        let left =
+            (self.event.fraction_after(clock) * self.mass / rigid.mass + 1.0).max(T::lift(MIN_MASS_FRACTION));
         rigid.mass = rigid.mass * left;
         rigid.inertia = rigid.inertia * left;
     }

@@ -1,7 +1,7 @@
 //! The laws, one file each.
 
-mod axes;
 pub(crate) mod axis_friction;
+mod axis_pair;
 pub(crate) mod body_axis_friction;
 pub(crate) mod caster_swivel;
 pub(crate) mod clock_drift;
@@ -13,18 +13,18 @@ pub(crate) mod dead_band;
 pub(crate) mod directional_friction;
 pub(crate) mod doorsill;
 pub(crate) mod drive_lag;
-mod dry;
+mod dry_friction;
 mod event;
 pub(crate) mod floor_grain;
 pub(crate) mod floor_patch;
 pub(crate) mod floor_slope;
 pub(crate) mod force_bias;
 pub(crate) mod force_scale;
+mod geometry;
 pub(crate) mod gripper_inertia;
 pub(crate) mod latency;
 pub(crate) mod mass_change;
 pub(crate) mod obstacle_contact;
-mod place;
 pub(crate) mod quadratic_drag;
 pub(crate) mod saturation;
 pub(crate) mod sensor_lag;
@@ -54,9 +54,9 @@ const fn on_body(name: &'static str, axis: usize, help: &'static str) -> Param {
         prior,
         refinement: None,
         on_rail: false,
-        of_face: false,
-        of_mass: false,
-        any_of: false,
+        scales_face_pressure: false,
+        needs_known_mass: false,
+        is_alternative: false,
         role: Role::BodyPoint(axis),
         help,
     }
@@ -73,9 +73,9 @@ const fn angle(name: &'static str, period: f64, help: &'static str) -> Param {
         prior,
         refinement: None,
         on_rail: false,
-        of_face: false,
-        of_mass: false,
-        any_of: false,
+        scales_face_pressure: false,
+        needs_known_mass: false,
+        is_alternative: false,
         role: Role::Angle,
         help,
     }
@@ -98,9 +98,9 @@ const fn positive(
         prior,
         refinement: None,
         on_rail: true,
-        of_face: false,
-        of_mass: false,
-        any_of: false,
+        scales_face_pressure: false,
+        needs_known_mass: false,
+        is_alternative: false,
         role: Role::Amplitude,
         help,
     }
@@ -117,28 +117,28 @@ const fn signed(name: &'static str, unit: &'static str, limit: f64, sd: f64, hel
         prior,
         refinement: None,
         on_rail: true,
-        of_face: false,
-        of_mass: false,
-        any_of: true,
+        scales_face_pressure: false,
+        needs_known_mass: false,
+        is_alternative: true,
         role: Role::Amplitude,
         help,
     }
 }
 
 /// Standard deviations of noise at which a sign is told half: at one it is told by 6 %, at five by 98 %.
-const TOLD: f64 = 2.0;
+const HALF_SIGN_SD: f64 = 2.0;
 
 /// Keeps the sign of nothing finite.
-const TINY: f64 = 1e-9;
+const MIN_ROUNDING: f64 = 1e-9;
 
 /// The sign of a value that is read with noise, from −1 to 1 as far as it is told. Where the noise is not known it is rounded
 /// off over `rounding`.
 fn sign<T: Real>(value: T, noise: f64, rounding: T) -> T {
     if noise > 0.0 {
-        let fourth = (value / (TOLD * noise)).squared().squared();
+        let fourth = (value / (HALF_SIGN_SD * noise)).squared().squared();
         return (fourth / (fourth + 1.0)) * value.re().signum();
     }
-    value / (value.squared() + (rounding.squared() + TINY * TINY)).sqrt()
+    value / (value.squared() + (rounding.squared() + MIN_ROUNDING * MIN_ROUNDING)).sqrt()
 }
 
 /// How far out a face presses, as a multiple of where an even pressure would.
@@ -147,7 +147,10 @@ fn sign<T: Real>(value: T, noise: f64, rounding: T) -> T {
 /// out as an even one, a face that bears on a boss of half its size half as far.
 const fn spread() -> Param {
     let help = "how far out the pressure under a flat face lies, over that of an even one; 1 on known feet";
-    let spread = Param { of_face: true, ..positive("spread", "1", 5.0, (1.0, 0.4), help).role(Role::Form) };
+    let spread = Param {
+        scales_face_pressure: true,
+        ..positive("spread", "1", 5.0, (1.0, 0.4), help).role(Role::Shape)
+    };
     spread.planar()
 }
 
@@ -177,14 +180,14 @@ impl Param {
     }
 
     /// Its smallest legal value.
-    const fn above(mut self, lower: f64) -> Self {
+    const fn at_least(mut self, lower: f64) -> Self {
         self.lower = lower;
         self
     }
 
     /// One of several, of which the data need hold only one.
-    const fn any_of(mut self) -> Self {
-        self.any_of = true;
+    const fn alternative(mut self) -> Self {
+        self.is_alternative = true;
         self
     }
 

@@ -7,10 +7,10 @@
 //! The thing is round, because where only one side of it was touched no more is in the data. It gives way by a
 //! millimetre or two under a hand's push, and impacts are nearly plastic, as furniture's are.
 
-use super::place::{in_world, softplus};
+use super::geometry::{in_world, softplus};
 use super::positive;
-use crate::law::{Act, Acting, Action, Role, Site, Situation, Spec, take};
-use crate::rim::{Piece, Rim};
+use crate::boundary::{Boundary, Piece};
+use crate::law::{EffectLaw, EffectTarget, GeneralisedForce, LawContext, LawSetup, Role, Spec, take};
 use crate::{Body, Real};
 
 pub(crate) static SPEC: Spec = Spec {
@@ -18,82 +18,89 @@ pub(crate) static SPEC: Spec = Spec {
     effect: "obstacle_contact",
     summary: "it hits something fixed that nobody drew",
     source: "the compliant normal force of Hunt and Crossley 1975, with a damping that does not depend on depth",
-    acting: Acting::Object,
-    dissipative: false,
-    loads: false,
-    inner: &[],
+    target: EffectTarget::Object,
+    is_dissipative: false,
+    changes_mass: false,
+    inner_states: &[],
     params: &[
         in_world("x", 0, "centre of the thing, world"),
         in_world("y", 1, "centre of the thing, world"),
         positive("radius", "m", 5.0, (0.05, 0.7), "radius of the thing")
             .role(Role::Region)
-            .above(5e-3)
+            .at_least(5e-3)
             .refinement(0.05),
         positive("stiffness", "N/m", 1e6, (3e4, 1.0), "force per depth").refinement(3e4),
         positive("friction", "1", 2.0, (0.3, 0.7), "dry friction along the rim, over the normal force")
-            .role(Role::Form)
+            .role(Role::Shape)
             .refinement(0.0),
     ],
     neutral: &[("stiffness", 0.0)],
     sentence: "It hits something fixed near ({x}, {y}).",
-    probe: "push against the place slowly from two sides: an obstacle holds at a line, friction does not",
+    suggested_push: "push against the place slowly from two sides: an obstacle holds at a line, friction does not",
 };
 
 /// Depth over which contact begins, m.
-const ROUND: f64 = 1e-3;
+const SMOOTHING_DEPTH_M: f64 = 1e-3;
 
 /// Beyond so many of them there is no contact.
-const FAR: f64 = 40.0;
+const MAX_GAP_SMOOTHING_DEPTHS: f64 = 40.0;
 
 /// Damping over critical damping for the whole mass.
-const DAMPING: f64 = 0.7;
+const DAMPING_RATIO: f64 = 0.7;
 
 /// Speed below which friction turns into creep, m/s.
-const CREEP: f64 = 1e-3;
+const CREEP_M_PER_S: f64 = 1e-3;
 
 /// The law in place.
 #[derive(Clone, Debug)]
 pub struct ObstacleContact<T> {
-    rim: Rim,
+    boundary: Boundary,
     center: [T; 2],
     radius: T,
     stiffness: T,
     friction: T,
 }
 
-impl<T: Real> Act<T> for ObstacleContact<T> {
-    fn new(values: &[T], site: &Site<'_, T>) -> Self {
+impl<T: Real> EffectLaw<T> for ObstacleContact<T> {
+    fn new(values: &[T], site: &LawSetup<'_, T>) -> Self {
         let [x, y, radius, stiffness, friction] = take(values);
-        Self { rim: Rim::new(site.body), center: [x, y], radius, stiffness, friction }
+        Self { boundary: Boundary::new(site.body), center: [x, y], radius, stiffness, friction }
     }
 
     #[inline]
-    fn act(&self, at: &Situation<'_, T>, sum: &mut Action<T>) {
+    fn add_force(&self, at: &LawContext<'_, T>, sum: &mut GeneralisedForce<T>) {
         if !at.clock.in_contact() {
             return;
         }
         let center = at.in_object(self.center);
-        let within = self.radius.re() + FAR * ROUND;
-        self.rim.near(center.map(T::re), within, |piece| self.touch(piece, center, at, sum));
+        let within = self.radius.re() + MAX_GAP_SMOOTHING_DEPTHS * SMOOTHING_DEPTH_M;
+        self.boundary
+            .pieces_near(center.map(T::re), within, |piece| self.add_contact_force(piece, center, at, sum));
     }
 }
 
 impl<T: Real> ObstacleContact<T> {
     /// Add what one piece of the rim feels, with the thing at `center`, object frame, m.
-    fn touch(&self, piece: Piece, center: [T; 2], at: &Situation<'_, T>, sum: &mut Action<T>) {
-        let (distance, [nx, ny]) = measure(piece, center);
-        let (depth, share) = softplus(self.radius - distance, ROUND);
+    fn add_contact_force(
+        &self,
+        piece: Piece,
+        center: [T; 2],
+        at: &LawContext<'_, T>,
+        sum: &mut GeneralisedForce<T>,
+    ) {
+        let (distance, [nx, ny]) = distance_and_normal(piece, center);
+        let (depth, share) = softplus(self.radius - distance, SMOOTHING_DEPTH_M);
         let force = self.stiffness * depth;
-        sum.push_at(center, [-(nx * force), -(ny * force)]);
-        let c = (self.stiffness * at.mass).sqrt() * share * (2.0 * DAMPING);
-        sum.drag_at(center, [c * nx * nx, c * nx * ny, c * ny * ny]);
+        sum.add_force_at(center, [-(nx * force), -(ny * force)]);
+        let c = (self.stiffness * at.mass).sqrt() * share * (2.0 * DAMPING_RATIO);
+        sum.add_damping_at(center, [c * nx * nx, c * nx * ny, c * ny * ny]);
         if self.friction.re() > 0.0 {
             // At the rim; the normal force acts along the line through the centre, so its point does not matter.
             let foot = [center[0] - nx * distance, center[1] - ny * distance];
-            let [vx, vy] = at.velocity(foot);
+            let [vx, vy] = at.point_velocity(foot);
             let slip = vy * nx - vx * ny;
-            let c = self.friction * force / (slip.squared() + CREEP * CREEP).sqrt();
-            sum.drag_at(foot, [c * ny * ny, -(c * nx * ny), c * nx * nx]);
+            let c = self.friction * force / (slip.squared() + CREEP_M_PER_S * CREEP_M_PER_S).sqrt();
+            sum.add_damping_at(foot, [c * ny * ny, -(c * nx * ny), c * nx * nx]);
         }
     }
 }
@@ -107,7 +114,7 @@ pub fn obstacle_surface(body: &Body, center: [f64; 2], radius: f64, pose: [f64; 
 }
 
 /// Distance of a point from a piece of the rim, and the direction away from it.
-fn measure<T: Real>(piece: Piece, [x, y]: [T; 2]) -> (T, [T; 2]) {
+fn distance_and_normal<T: Real>(piece: Piece, [x, y]: [T; 2]) -> (T, [T; 2]) {
     match piece {
         Piece::Flat { point, normal } => {
             let distance = (x - point[0]) * normal[0] + (y - point[1]) * normal[1];

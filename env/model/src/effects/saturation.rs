@@ -10,11 +10,11 @@
 
 use super::positive;
 use crate::Real;
-use crate::law::{Act, Acting, Clock, Param, Site, Spec, take};
+use crate::law::{Clock, EffectLaw, EffectTarget, LawSetup, Param, Spec, take};
 
 /// The largest load of an axis that is read.
 const fn limit(name: &'static str, unit: &'static str, median: f64, help: &'static str) -> Param {
-    positive(name, unit, 1e5, (median, 1.0), help).above(1e-6).any_of()
+    positive(name, unit, 1e5, (median, 1.0), help).at_least(1e-6).alternative()
 }
 
 pub(crate) static SPEC: Spec = Spec {
@@ -22,10 +22,10 @@ pub(crate) static SPEC: Spec = Spec {
     effect: "saturation",
     summary: "the sensor reads no more than its range",
     source: "the mean of a censored variable: Tobin 1958",
-    acting: Acting::Instrument,
-    dissipative: false,
-    loads: false,
-    inner: &[],
+    target: EffectTarget::Instrument,
+    is_dissipative: false,
+    changes_mass: false,
+    inner_states: &[],
     params: &[
         limit("limit_x", "N", 30.0, "largest force_x that is read"),
         limit("limit_y", "N", 30.0, "largest force_y that is read").planar(),
@@ -37,16 +37,16 @@ pub(crate) static SPEC: Spec = Spec {
             (0.4, 0.8),
             "mean of truth over limit less one, while the limit is read",
         )
-        .any_of(),
+        .alternative(),
     ],
     neutral: &[("excess", 0.0)],
     sentence: "The force sensor saturates at {limit_x} (force_x), {limit_y} (force_y) and {limit_torque} (torque_z); while \
                it does, the truth is larger by {excess} of the limit on average.",
-    probe: "repeat the push with half the force: what is wrong only at large forces is gone",
+    suggested_push: "repeat the push with half the force: what is wrong only at large forces is gone",
 };
 
 /// Where the share of the excess is one to the last digit: `2³² ≈ 4·10⁹`.
-const FULL: f64 = 4.0;
+const FULL_EXCESS_RATIO_SQUARED: f64 = 4.0;
 
 /// The law in place.
 #[derive(Clone, Debug)]
@@ -56,10 +56,10 @@ pub struct Saturation<T> {
     excess: T,
 }
 
-impl<T: Real> Act<T> for Saturation<T> {
-    const SAME_EVERYWHERE: bool = true;
+impl<T: Real> EffectLaw<T> for Saturation<T> {
+    const IS_POSE_INVARIANT: bool = true;
 
-    fn new(values: &[T], _site: &Site<'_, T>) -> Self {
+    fn new(values: &[T], _site: &LawSetup<'_, T>) -> Self {
         let [x, y, torque, excess] = take(values);
         Self { over: [x, y, torque].map(T::recip), excess }
     }
@@ -68,7 +68,7 @@ impl<T: Real> Act<T> for Saturation<T> {
     fn correct(&self, reading: [T; 3], _clock: Clock) -> [T; 3] {
         [0, 1, 2].map(|k| {
             let square = (reading[k] * self.over[k]).squared();
-            if square.re() > FULL {
+            if square.re() > FULL_EXCESS_RATIO_SQUARED {
                 return reading[k] * (self.excess + 1.0);
             }
             let high = square.squared().squared().squared().squared();

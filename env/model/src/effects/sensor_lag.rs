@@ -8,21 +8,21 @@
 
 use super::positive;
 use crate::Real;
-use crate::law::{Act, Acting, Lags, Site, Spec, take};
+use crate::law::{EffectLaw, EffectTarget, Lags, LawSetup, Spec, take};
 
 pub(crate) static SPEC: Spec = Spec {
     kind: "sensor_lag",
     effect: "sensor_lag",
     summary: "the reading follows the wrench with a first-order lag",
     source: "first-order low-pass filter: Oppenheim, Willsky 1997, ch. 6",
-    acting: Acting::Instrument,
-    dissipative: false,
-    loads: false,
-    inner: &[],
+    target: EffectTarget::Instrument,
+    is_dissipative: false,
+    changes_mass: false,
+    inner_states: &[],
     params: &[positive("time_constant", "s", 1.0, (0.05, 1.0), "of the lag of the reading")],
     neutral: &[("time_constant", 0.0)],
     sentence: "The force reading follows the wrench with a lag of first order, time constant {time_constant}.",
-    probe: "push with short jerks and with slow swings: a lag flattens the jerks, a delay only shifts them",
+    suggested_push: "push with short jerks and with slow swings: a lag flattens the jerks, a delay only shifts them",
 };
 
 /// The law in place.
@@ -31,10 +31,10 @@ pub struct SensorLag<T> {
     time_constant: T,
 }
 
-impl<T: Real> Act<T> for SensorLag<T> {
-    const SAME_EVERYWHERE: bool = true;
+impl<T: Real> EffectLaw<T> for SensorLag<T> {
+    const IS_POSE_INVARIANT: bool = true;
 
-    fn new(values: &[T], _site: &Site<'_, T>) -> Self {
+    fn new(values: &[T], _site: &LawSetup<'_, T>) -> Self {
         let [time_constant] = take(values);
         Self { time_constant }
     }

@@ -6,20 +6,20 @@
 //! `s` is the positive part, rounded off within a millimetre: below its rest length the cable is slack. It pulls from
 //! contact on; until then whatever held the object holds it still.
 
-use super::place::{in_world, softplus};
+use super::geometry::{in_world, softplus};
 use super::{on_body, positive};
 use crate::Real;
-use crate::law::{Act, Acting, Action, Role, Site, Situation, Spec, take};
+use crate::law::{EffectLaw, EffectTarget, GeneralisedForce, LawContext, LawSetup, Role, Spec, take};
 
 pub(crate) static SPEC: Spec = Spec {
     kind: "tether",
     effect: "tether",
     summary: "a cable or spring to a fixed point, slack below its rest length",
     source: "Hooke; a unilateral spring, as MuJoCo's tendon with a dead band",
-    acting: Acting::Object,
-    dissipative: false,
-    loads: false,
-    inner: &[],
+    target: EffectTarget::Object,
+    is_dissipative: false,
+    changes_mass: false,
+    inner_states: &[],
     params: &[
         on_body("x", 0, "where it is tied to the body, object frame"),
         on_body("y", 1, "where it is tied to the body, object frame"),
@@ -28,16 +28,16 @@ pub(crate) static SPEC: Spec = Spec {
         positive("stiffness", "N/m", 1e5, (100.0, 1.0), "force per stretch"),
         positive("rest_length", "m", 100.0, (0.6, 0.8), "length below which it is slack").role(Role::Region),
         positive("damping", "N·s/m", 1e4, (1.0, 1.5), "its own damping while it is taut")
-            .role(Role::Form)
+            .role(Role::Shape)
             .refinement(0.0),
     ],
     neutral: &[("stiffness", 0.0)],
     sentence: "A cable or spring of {stiffness} ties the body at ({x}, {y}) to ({anchor_x}, {anchor_y}); it is slack below {rest_length}.",
-    probe: "pull away from the anchor in two directions, and let go: a spring pulls back, friction does not",
+    suggested_push: "pull away from the anchor in two directions, and let go: a spring pulls back, friction does not",
 };
 
 /// Length over which it becomes taut, m.
-const ROUND: f64 = 1e-3;
+const SMOOTHING_LENGTH_M: f64 = 1e-3;
 
 /// The law in place.
 #[derive(Clone, Debug)]
@@ -49,14 +49,14 @@ pub struct Tether<T> {
     damping: T,
 }
 
-impl<T: Real> Act<T> for Tether<T> {
-    fn new(values: &[T], _site: &Site<'_, T>) -> Self {
+impl<T: Real> EffectLaw<T> for Tether<T> {
+    fn new(values: &[T], _site: &LawSetup<'_, T>) -> Self {
         let [x, y, ax, ay, stiffness, rest, damping] = take(values);
         Self { point: [x, y], anchor: [ax, ay], stiffness, rest, damping }
     }
 
     #[inline]
-    fn act(&self, at: &Situation<'_, T>, sum: &mut Action<T>) {
+    fn add_force(&self, at: &LawContext<'_, T>, sum: &mut GeneralisedForce<T>) {
         if !at.clock.in_contact() {
             return;
         }
@@ -65,10 +65,10 @@ impl<T: Real> Act<T> for Tether<T> {
         // A hundredth of a millimetre keeps the direction's slopes finite where the two points meet.
         let length = (dx.squared() + dy.squared() + 1e-10).sqrt();
         let (nx, ny) = (dx / length, dy / length);
-        let (stretch, taut) = softplus(length - self.rest, ROUND);
+        let (stretch, taut) = softplus(length - self.rest, SMOOTHING_LENGTH_M);
         let pull = self.stiffness * stretch;
-        sum.push_at(self.point, [nx * pull, ny * pull]);
+        sum.add_force_at(self.point, [nx * pull, ny * pull]);
         let c = self.damping * taut;
-        sum.drag_at(self.point, [c * nx * nx, c * nx * ny, c * ny * ny]);
+        sum.add_damping_at(self.point, [c * nx * nx, c * nx * ny, c * ny * ny]);
     }
 }

@@ -8,12 +8,14 @@
 
 use super::{positive, signed, spread, spread_out};
 use crate::Real;
-use crate::law::{Act, Acting, Action, Param, Prior, Role, Site, Situation, Spec, take};
+use crate::law::{
+    EffectLaw, EffectTarget, GeneralisedForce, LawContext, LawSetup, Param, Prior, Role, Spec, take,
+};
 
 /// The exponent of the speed, kept off dry (0) and viscous (1) friction, which are laws of their own.
 const fn exponent() -> Param {
     let exponent =
-        positive("exponent", "1", 0.95, (0.5, 0.5), "flow index: 0 dry, 1 viscous").role(Role::Form);
+        positive("exponent", "1", 0.95, (0.5, 0.5), "flow index: 0 dry, 1 viscous").role(Role::Shape);
     Param { prior: Prior::Uniform, lower: 0.05, ..exponent }
 }
 
@@ -27,29 +29,29 @@ pub(crate) static SPEC: Spec = Spec {
     effect: "thinning_drag",
     summary: "drag under the whole body that grows with less than the speed (shear thinning)",
     source: "Ostwald and de Waele's power law; Bird, Armstrong, Hassager 1987, ch. 4",
-    acting: Acting::Object,
-    dissipative: true,
-    loads: false,
-    inner: &[],
+    target: EffectTarget::Object,
+    is_dissipative: true,
+    changes_mass: false,
+    inner_states: &[],
     params: &[
         positive("force", "N", 1e5, (10.0, 1.5), "drag of the whole body at 0.1 m/s"),
         exponent(),
-        Param { of_face: false, help: "how far out it acts, over the support", ..spread() },
+        Param { scales_face_pressure: false, help: "how far out it acts, over the support", ..spread() },
         shift("shift_x"),
         shift("shift_y"),
     ],
     neutral: &[("force", 0.0)],
     sentence: "Drag under the whole body thins with speed: {force} at 0.1 m/s, growing with the speed to the power of \
                {exponent}.",
-    probe: "push the same way at constant speed, three times, each four times as fast: dry friction stays, viscous \
+    suggested_push: "push the same way at constant speed, three times, each four times as fast: dry friction stays, viscous \
             friction grows fourfold, this in between",
 };
 
 /// Speed at which the force is stated, m/s.
-const REFERENCE: f64 = 0.1;
+const REFERENCE_SPEED_M_PER_S: f64 = 0.1;
 
 /// Speed below which it is viscous, m/s: there is no corner at rest.
-const ROUND: f64 = 1e-3;
+const SMOOTHING_SPEED_M_PER_S: f64 = 1e-3;
 
 /// The law in place.
 #[derive(Clone, Debug)]
@@ -69,10 +71,10 @@ fn power<T: Real>(base: T, exponent: T) -> T {
     T::chained(value, [(base, e * value / b), (exponent, value * log)])
 }
 
-impl<T: Real> Act<T> for ThinningDrag<T> {
-    const SAME_EVERYWHERE: bool = true;
+impl<T: Real> EffectLaw<T> for ThinningDrag<T> {
+    const IS_POSE_INVARIANT: bool = true;
 
-    fn new(values: &[T], site: &Site<'_, T>) -> Self {
+    fn new(values: &[T], site: &LawSetup<'_, T>) -> Self {
         let [force, exponent, spread, x, y] = take(values);
         let shifted = |(point, share): ([T; 2], f64)| ([point[0] + x, point[1] + y], share);
         let support = spread_out(site.body, spread).into_iter().map(shifted).collect();
@@ -80,12 +82,16 @@ impl<T: Real> Act<T> for ThinningDrag<T> {
     }
 
     #[inline]
-    fn act(&self, at: &Situation<'_, T>, sum: &mut Action<T>) {
+    fn add_force(&self, at: &LawContext<'_, T>, sum: &mut GeneralisedForce<T>) {
         let half = (self.exponent - 1.0) / 2.0;
         for &(point, share) in &self.support {
-            let [vx, vy] = at.velocity(point);
-            let square = (vx.squared() + vy.squared() + ROUND * ROUND) / (REFERENCE * REFERENCE);
-            sum.brake_at(point, self.force * power(square, half) * (share / REFERENCE));
+            let [vx, vy] = at.point_velocity(point);
+            let square = (vx.squared() + vy.squared() + SMOOTHING_SPEED_M_PER_S * SMOOTHING_SPEED_M_PER_S)
+                / (REFERENCE_SPEED_M_PER_S * REFERENCE_SPEED_M_PER_S);
+            sum.add_isotropic_damping_at(
+                point,
+                self.force * power(square, half) * (share / REFERENCE_SPEED_M_PER_S),
+            );
         }
     }
 }

@@ -11,17 +11,17 @@
 
 use super::signed;
 use crate::Real;
-use crate::law::{Act, Acting, Site, Spec, take};
+use crate::law::{EffectLaw, EffectTarget, LawSetup, Spec, take};
 
 pub(crate) static SPEC: Spec = Spec {
     kind: "tracker_offset",
     effect: "tracker_offset",
     summary: "the tracked frame is not where the footprint says",
     source: "recorded pose = object pose ∘ offset, a constant frame on the body",
-    acting: Acting::Instrument,
-    dissipative: false,
-    loads: false,
-    inner: &[],
+    target: EffectTarget::Instrument,
+    is_dissipative: false,
+    changes_mass: false,
+    inner_states: &[],
     params: &[
         signed("offset_x", "m", 10.0, 0.05, "origin of the tracked frame, object frame").planar(),
         signed("offset_y", "m", 10.0, 0.05, "origin of the tracked frame, object frame").planar(),
@@ -30,7 +30,7 @@ pub(crate) static SPEC: Spec = Spec {
     neutral: &[("offset_x", 0.0), ("offset_y", 0.0), ("offset_theta", 0.0)],
     sentence: "The tracked frame lies at ({offset_x}, {offset_y}), turned by {offset_theta}, where the footprint says it \
                is the object's own.",
-    probe: "turn the object on the spot about a point that is marked on it, and look where the tracker says it turns",
+    suggested_push: "turn the object on the spot about a point that is marked on it, and look where the tracker says it turns",
 };
 
 /// The law in place.
@@ -39,10 +39,10 @@ pub struct TrackerOffset<T> {
     offset: [T; 3],
 }
 
-impl<T: Real> Act<T> for TrackerOffset<T> {
-    const SAME_EVERYWHERE: bool = true;
+impl<T: Real> EffectLaw<T> for TrackerOffset<T> {
+    const IS_POSE_INVARIANT: bool = true;
 
-    fn new(values: &[T], _site: &Site<'_, T>) -> Self {
+    fn new(values: &[T], _site: &LawSetup<'_, T>) -> Self {
         Self { offset: take(values) }
     }
 

@@ -11,15 +11,15 @@
 //! ```
 
 mod apply;
-mod near;
 mod read;
+mod spelling;
 
 use crate::law::Prior;
 use std::collections::BTreeSet;
 
 /// A prior that replaces the catalogue's: a distribution cut off at the ends of its support.
 #[derive(Clone, Copy, Debug, PartialEq)]
-pub struct Belief {
+pub struct TruncatedPrior {
     /// The distribution.
     pub prior: Prior,
     /// Smallest value that it allows.
@@ -28,10 +28,10 @@ pub struct Belief {
     pub upper: f64,
 }
 
-impl Belief {
+impl TruncatedPrior {
     /// The same of a value in units that are `1 / size` as large.
     #[must_use]
-    pub fn resized(&self, size: f64) -> Self {
+    pub fn rescaled(&self, size: f64) -> Self {
         let prior = match self.prior {
             Prior::Normal { mean, sd } => Prior::Normal { mean: mean * size, sd: sd * size },
             Prior::LogNormal { median, sd } => Prior::LogNormal { median: median * size, sd },

@@ -1,6 +1,6 @@
 //! The text of a prior file.
 
-use super::near::hint;
+use super::spelling::hint;
 use super::{Distribution, Entry, PriorFile};
 use crate::ModelError;
 use toml::{Table, Value};
@@ -55,7 +55,7 @@ fn entry(slot: &str, value: &Value) -> Result<Entry, String> {
     };
     let distribution = match table.get("distribution") {
         None if per_episode => {
-            only(table, &[])?;
+            check_keys(table, &[])?;
             None
         }
         None => return Err(format!("has no `distribution`: {}", hint("", &DISTRIBUTIONS))),
@@ -69,9 +69,10 @@ fn entry(slot: &str, value: &Value) -> Result<Entry, String> {
 }
 
 fn distribution(name: &str, table: &Table) -> Result<Distribution, String> {
-    let [must, may] = fields(name)?;
-    only(table, &[must, may].concat())?;
-    let number = |key: &str| optional(table, key)?.ok_or_else(|| format!("has no `{key}`: {name} needs it"));
+    let [must, may] = distribution_keys(name)?;
+    check_keys(table, &[must, may].concat())?;
+    let number =
+        |key: &str| optional_number(table, key)?.ok_or_else(|| format!("has no `{key}`: {name} needs it"));
     Ok(match name {
         "normal" | "log_normal" => {
             let sd = number("sd")?;
@@ -80,7 +81,7 @@ fn distribution(name: &str, table: &Table) -> Result<Distribution, String> {
                     "sd = {sd}: must be positive; fix a value with distribution = \"fixed\""
                 ));
             }
-            let (low, high) = (optional(table, "low")?, optional(table, "high")?);
+            let (low, high) = (optional_number(table, "low")?, optional_number(table, "high")?);
             match name {
                 "normal" => Distribution::Normal { mean: number("mean")?, sd, low, high },
                 _ => Distribution::LogNormal { median: number("median")?, sd, low, high },
@@ -94,7 +95,7 @@ fn distribution(name: &str, table: &Table) -> Result<Distribution, String> {
 }
 
 /// The keys that a distribution must have, and those that it may have.
-fn fields(name: &str) -> Result<[&'static [&'static str]; 2], String> {
+fn distribution_keys(name: &str) -> Result<[&'static [&'static str]; 2], String> {
     Ok(match name {
         "normal" => [&["mean", "sd"], &["low", "high"]],
         "log_normal" => [&["median", "sd"], &["low", "high"]],
@@ -105,7 +106,7 @@ fn fields(name: &str) -> Result<[&'static [&'static str]; 2], String> {
     })
 }
 
-fn only(table: &Table, known: &[&str]) -> Result<(), String> {
+fn check_keys(table: &Table, known: &[&str]) -> Result<(), String> {
     let known = [&["distribution", "scope"], known].concat();
     match table.keys().find(|key| !known.contains(&key.as_str())) {
         Some(key) => Err(format!("unknown key `{key}`: {}", hint(key, &known))),
@@ -113,7 +114,7 @@ fn only(table: &Table, known: &[&str]) -> Result<(), String> {
     }
 }
 
-fn optional(table: &Table, key: &str) -> Result<Option<f64>, String> {
+fn optional_number(table: &Table, key: &str) -> Result<Option<f64>, String> {
     let Some(value) = table.get(key) else { return Ok(None) };
     let number = value.as_float().or_else(|| value.as_integer().map(|n| n as f64));
     match number.filter(|n| n.is_finite()) {

@@ -3,11 +3,12 @@
 use proptest::prelude::*;
 use proptest::test_runner::{Config, RngAlgorithm, TestRng, TestRunner};
 use trundle_model::{
-    Action, Body, Clock, Effect, INNER, Kind, Lags, Model, Param, Plant, Prior, Real, State,
+    Body, Clock, Effect, GeneralisedForce, Kind, Lags, MAX_INNER_STATES, Model, Param, Plant, Prior, Real,
+    State,
 };
 
 /// Pose, twist, and the law's own states.
-pub const STATE: usize = 6 + INNER;
+pub const STATE: usize = 6 + MAX_INNER_STATES;
 /// Derivative columns: the state, the mass and up to ten parameters.
 pub const COLUMNS: usize = STATE + 11;
 pub const DT: f64 = 2e-3;
@@ -71,7 +72,7 @@ pub fn model(kind: Kind) -> Model {
 pub fn bare(kind: Kind) -> Model {
     let body = Body::from_footprint(&[[-0.5, -0.4], [0.7, -0.4], [0.7, 0.3], [-0.5, 0.3]], 22.0).unwrap();
     let effects = if kind == Kind::WheelEvent { vec![wheel()] } else { vec![] };
-    Model { body, mass: Some(22.0), dof: [true; 3], effects, priors: Default::default(), unnamed: None }
+    Model { body, mass: Some(22.0), dof: [true; 3], effects, priors: Default::default(), discrepancy: None }
 }
 
 pub fn wheel() -> Effect {
@@ -177,6 +178,6 @@ pub fn shown(outcome: [f64; STATE + 3]) -> [f64; 9] {
     std::array::from_fn(|k| if k < 6 { outcome[k] } else { outcome[STATE + k - 6] })
 }
 
-pub fn action(kind: Kind, case: &Case) -> Action<f64> {
-    model(kind).plant(&values(kind, case)).unwrap().action(&state(&case.state), case.clock)
+pub fn force(kind: Kind, case: &Case) -> GeneralisedForce<f64> {
+    model(kind).plant(&values(kind, case)).unwrap().generalised_force(&state(&case.state), case.clock)
 }

@@ -9,7 +9,9 @@ use nalgebra::{Matrix3, SymmetricEigen};
 use proptest::prelude::*;
 use std::cell::RefCell;
 use std::collections::{BTreeMap, BTreeSet};
-use trundle_model::{Acting, Action, Clock, Dual, Kind, Param, Prior, Rigid, catalogue, to_body};
+use trundle_model::{
+    Clock, Dual, EffectTarget, GeneralisedForce, Kind, Param, Prior, Rigid, catalogue, to_body,
+};
 
 #[test]
 fn every_entry_is_complete() {
@@ -153,8 +155,8 @@ fn gradients_of_a_step_agree_with_finite_differences() {
 fn what_claims_to_dissipate_never_drives() {
     for_every_kind(|kind, case| {
         let twist = to_body([case.state[3], case.state[4], case.state[5]], case.state[2]);
-        let power: f64 = action(kind, case).wrench(twist).iter().zip(twist).map(|(f, v)| f * v).sum();
-        prop_assert!(!kind.spec().dissipative || power <= 1e-12, "power {power} W");
+        let power: f64 = force(kind, case).wrench(twist).iter().zip(twist).map(|(f, v)| f * v).sum();
+        prop_assert!(!kind.spec().is_dissipative || power <= 1e-12, "power {power} W");
         Ok(())
     });
 }
@@ -162,7 +164,7 @@ fn what_claims_to_dissipate_never_drives() {
 #[test]
 fn drag_is_positive_semidefinite() {
     for_every_kind(|kind, case| {
-        let [xx, xy, yy, tx, ty, tt] = action(kind, case).drag;
+        let [xx, xy, yy, tx, ty, tt] = force(kind, case).damping;
         let drag = Matrix3::new(xx, xy, tx, xy, yy, ty, tx, ty, tt);
         let least = SymmetricEigen::new(drag).eigenvalues.min();
         prop_assert!(least >= -1e-12 * drag.trace().max(1.0), "eigenvalue {least}");
@@ -179,18 +181,18 @@ fn a_law_acts_on_the_object_or_on_the_instruments() {
             || plant.delay(case.clock).is_some()
             || plant.lags().is_some()
             || plant.mount().is_some();
-        let (Action { push, drag }, without) =
-            (action(kind, case), bare.action(&state(&case.state), case.clock));
-        let pushes = (push, drag) != (without.push, without.drag);
+        let (GeneralisedForce { force, damping }, without) =
+            (force(kind, case), bare.generalised_force(&state(&case.state), case.clock));
+        let pushes = (force, damping) != (without.force, without.damping);
         let [own, whole, plain] =
             [plant.object(case.clock), plant.rigid(case.clock), bare.rigid(case.clock)].map(parts);
         let (weighs, loads) = (own != plain, whole != own && plant.mount().is_none());
-        prop_assert!(kind.spec().loads == (weighs || loads), "{own:?} {whole:?} {plain:?}");
-        match kind.spec().acting {
-            Acting::Object => {
+        prop_assert!(kind.spec().changes_mass == (weighs || loads), "{own:?} {whole:?} {plain:?}");
+        match kind.spec().target {
+            EffectTarget::Object => {
                 prop_assert!((pushes || weighs || is_local(kind)) && !reads_otherwise && !loads)
             }
-            Acting::Instrument => {
+            EffectTarget::Instrument => {
                 prop_assert!(!pushes && !weighs && (reads_otherwise || loads || is_local(kind)));
             }
         }
@@ -234,14 +236,14 @@ fn those_and_only_those_that_claim_it_do_the_same_everywhere() {
         let there = after(&elsewhere(&case.state, 0.7, [0.3, -0.2]));
         let expected = elsewhere(&after(&case.state), 0.7, [0.3, -0.2]);
         let same = there.iter().zip(expected).all(|(a, b)| (a - b).abs() <= 1e-11 * (1.0 + b.abs()));
-        prop_assert!(same || !plant.same_everywhere(), "{there:?} is not {expected:?}");
+        prop_assert!(same || !plant.is_pose_invariant(), "{there:?} is not {expected:?}");
         if !same {
             differing.borrow_mut().insert(kind);
         }
         Ok(())
     });
     for &kind in Kind::ALL {
-        let claims = model(kind).plant(&draws_of(kind)).unwrap().same_everywhere();
+        let claims = model(kind).plant(&draws_of(kind)).unwrap().is_pose_invariant();
         assert_eq!(claims, !differing.borrow().contains(&kind), "{}", kind.spec().kind);
     }
 }

@@ -1,42 +1,42 @@
-//! Free motion where all drag is viscous and constant: the step's linear system, solved once for all steps.
+//! Free motion where all damping is viscous and constant: the step's linear system, solved once for all steps.
 
 use crate::heading::Heading;
-use crate::implicit::Inert;
-use crate::plant::carried;
-use crate::{Action, State};
+use crate::implicit::MassMatrix;
+use crate::plant::twist_at;
+use crate::{GeneralisedForce, State};
 
-/// What [`crate::Plant::move_on`] does in a step of a given length, where no state changes what acts: velocities after half
-/// a step and after a whole one are linear in the velocity before and the push.
+/// What [`crate::Plant::step_in_place`] does in a step of a given length, where no state changes what acts: velocities after half
+/// a step and after a full one are linear in the velocity before and the force.
 #[derive(Clone, Copy, Debug)]
-pub struct Glide {
+pub struct LinearPropagator {
     dt: f64,
     center: [f64; 2],
     /// What acts beside the applied wrench.
-    push: [f64; 3],
-    half: Linear,
-    whole: Linear,
+    force: [f64; 3],
+    half: LinearMap,
+    full: LinearMap,
 }
 
-/// A velocity of the mass centre from the one before, and from the push; columns.
+/// A velocity of the mass centre from the one before, and from the force; columns.
 #[derive(Clone, Copy, Debug)]
-struct Linear {
+struct LinearMap {
     velocity: [[f64; 3]; 3],
-    push: [[f64; 3]; 3],
+    force: [[f64; 3]; 3],
 }
 
-impl Linear {
-    fn new(solve: impl Fn([f64; 3], &Action<f64>) -> [f64; 3], drag: [f64; 6]) -> Self {
+impl LinearMap {
+    fn new(solve: impl Fn([f64; 3], &GeneralisedForce<f64>) -> [f64; 3], damping: [f64; 6]) -> Self {
         let unit = |k: usize| [0, 1, 2].map(|j| f64::from(u8::from(j == k)));
-        let still = Action { push: [0.0; 3], drag };
+        let still = GeneralisedForce { force: [0.0; 3], damping };
         Self {
             velocity: [0, 1, 2].map(|k| solve(unit(k), &still)),
-            push: [0, 1, 2].map(|k| solve([0.0; 3], &Action { push: unit(k), drag })),
+            force: [0, 1, 2].map(|k| solve([0.0; 3], &GeneralisedForce { force: unit(k), damping })),
         }
     }
 
     #[inline(always)]
-    fn of(&self, v: [f64; 3], w: [f64; 3]) -> [f64; 3] {
-        let (a, b) = (&self.velocity, &self.push);
+    fn apply(&self, v: [f64; 3], w: [f64; 3]) -> [f64; 3] {
+        let (a, b) = (&self.velocity, &self.force);
         [0, 1, 2].map(|k| {
             (a[0][k] * v[0] + a[1][k] * v[1] + a[2][k] * v[2])
                 + (b[0][k] * w[0] + b[1][k] * w[1] + b[2][k] * w[2])
@@ -44,33 +44,39 @@ impl Linear {
     }
 }
 
-impl Glide {
-    pub(crate) fn new(inert: &impl Inert<f64>, center: [f64; 2], steady: &Action<f64>, dt: f64) -> Self {
-        let half = Linear::new(|v, action| inert.solve_half(v, action, dt / 2.0).0, steady.drag);
-        let whole = Linear::new(|v, action| inert.solve(v, action, dt).0, steady.drag);
-        Self { dt, center, push: steady.push, half, whole }
+impl LinearPropagator {
+    pub(crate) fn new(
+        mass_matrix: &impl MassMatrix<f64>,
+        center: [f64; 2],
+        constant: &GeneralisedForce<f64>,
+        dt: f64,
+    ) -> Self {
+        let half =
+            LinearMap::new(|v, action| mass_matrix.solve_euler(v, action, dt / 2.0).0, constant.damping);
+        let full = LinearMap::new(|v, action| mass_matrix.solve_pade(v, action, dt).0, constant.damping);
+        Self { dt, center, force: constant.force, half, full }
     }
 
     /// Move a state on by the step's length under `applied`, as [`crate::Plant::step`] takes it.
     #[inline]
-    pub fn move_on(&self, state: &mut State<f64>, applied: &[f64; 3]) {
+    pub fn step_in_place(&self, state: &mut State<f64>, applied: &[f64; 3]) {
         let half = self.dt / 2.0;
         let [x, y, theta] = state.pose;
-        let push = [0, 1, 2].map(|k| applied[k] + self.push[k]);
+        let force = [0, 1, 2].map(|k| applied[k] + self.force[k]);
         let start = Heading::of(theta);
-        let from = start.place(self.center);
-        let before = carried(state.twist, from);
-        let near = self.half.of(start.to_body(before), push);
-        let heading = start.turned(theta + (before[2] + near[2]) * (half / 2.0));
-        let after = heading.to_world(self.whole.of(heading.to_body(before), push));
+        let from = start.rotate_point(self.center);
+        let before = twist_at(state.twist, from);
+        let near = self.half.apply(start.to_body(before), force);
+        let heading = start.rotated_to(theta + (before[2] + near[2]) * (half / 2.0));
+        let after = heading.to_world(self.full.apply(heading.to_body(before), force));
         let end = theta + (before[2] + after[2]) * half;
-        let to = heading.turned(end).place(self.center);
+        let to = heading.rotated_to(end).rotate_point(self.center);
         state.pose = [
             x + (from[0] - to[0]) + (before[0] + after[0]) * half,
             y + (from[1] - to[1]) + (before[1] + after[1]) * half,
             end,
         ];
-        state.twist = carried(after, [-to[0], -to[1]]);
+        state.twist = twist_at(after, [-to[0], -to[1]]);
     }
 }
 
@@ -95,14 +101,14 @@ mod tests {
     fn it_moves_as_the_plant_does() {
         let stiff = wheel([-0.5, 0.3, 0.3, 180.0, 1e5]);
         let plant = table(vec![stiff, wheel([0.5, -0.3, 1.0, 8.0, 3.0])]).resolved().unwrap();
-        let glide = plant.glide(DT).unwrap();
+        let propagator = plant.linear_propagator(DT).unwrap();
         let mut state = State::moving([0.1, -0.2, 3.0], [0.4, 0.1, 2.0]);
         let mut other = state;
         for tick in 0..1000 {
             let t = f64::from(tick) * DT;
             let applied = [60.0 * (3.0 * t).sin(), 40.0 * (5.0 * t).cos(), 20.0 * (2.0 * t).sin()];
-            plant.move_on(&mut state, &applied, Clock::since_contact(t), DT);
-            glide.move_on(&mut other, &applied);
+            plant.step_in_place(&mut state, &applied, Clock::since_contact(t), DT);
+            propagator.step_in_place(&mut other, &applied);
         }
         let off = state.pose.iter().chain(&state.twist).zip(other.pose.iter().chain(&other.twist));
         let gap = off.map(|(a, b)| (a - b).abs()).fold(0.0, f64::max);
@@ -115,7 +121,7 @@ mod tests {
             let spec = kind.spec();
             let given = spec.params.iter().map(|p| Some(0.1f64.clamp(p.lower, p.upper))).collect();
             let plant = table(vec![Effect { kind, values: given }]).resolved().unwrap();
-            assert!(plant.glide(DT).is_none(), "{kind:?}");
+            assert!(plant.linear_propagator(DT).is_none(), "{kind:?}");
         }
     }
 }

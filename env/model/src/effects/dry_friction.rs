@@ -6,7 +6,7 @@ use crate::law::{Param, Role};
 
 /// Speed below which dry friction turns into creep unless it is said, m/s. At full stick a load of half the
 /// friction force creeps at about half of this: 0.25 mm in 5 s.
-const CREEP: f64 = 1e-4;
+const DEFAULT_CREEP_M_PER_S: f64 = 1e-4;
 
 /// Breakaway friction, N.
 pub(crate) const fn static_force() -> Param {
@@ -17,20 +17,21 @@ pub(crate) const fn static_force() -> Param {
 /// Stribeck's speed, m/s.
 pub(crate) const fn stribeck_velocity() -> Param {
     let help = "speed over which the breakaway friction fades";
-    positive("stribeck_velocity", "m/s", 10.0, (0.01, 1.0), help).role(Role::Form).refinement(0.01)
+    positive("stribeck_velocity", "m/s", 10.0, (0.01, 1.0), help).role(Role::Shape).refinement(0.01)
 }
 
 /// The speed of creep, m/s: rubber and felt creep under load, and so do the contacts of most simulators, which
 /// give way at 0.1 to 10 mm/s.
 pub(crate) const fn creep() -> Param {
     let help = "speed below which it gives way in proportion, rather than hold";
-    let creep = positive("creep", "m/s", 1.0, (1e-3, 1.5), help).role(Role::Form).refinement(CREEP);
+    let creep =
+        positive("creep", "m/s", 1.0, (1e-3, 1.5), help).role(Role::Shape).refinement(DEFAULT_CREEP_M_PER_S);
     Param { lower: 1e-6, ..creep }
 }
 
-/// Dry friction of one contact.
+/// DryFriction friction of one contact.
 #[derive(Clone, Debug)]
-pub(crate) struct Dry<T> {
+pub(crate) struct DryFriction<T> {
     /// Sliding friction, N.
     pub force: T,
     /// Friction at breakaway, N; below `force` it has no effect.
@@ -41,7 +42,7 @@ pub(crate) struct Dry<T> {
     pub creep: T,
 }
 
-impl<T: Real> Dry<T> {
+impl<T: Real> DryFriction<T> {
     /// The coefficient `c` of `F = −c·v` at a velocity, N·s/m: `f(|v|) / √(|v|² + ε²)` with
     /// Stribeck's `f = F_c + (F_s − F_c) exp(−|v|²/v_s²)` (Armstrong-Hélouvry et al. 1994, eq. 5).
     #[inline]

@@ -5,15 +5,15 @@ use crate::body::Fixture;
 use crate::polygon::moments;
 
 /// Cells along the longer side.
-const CELLS: usize = 6;
+const CELLS_ALONG_LONGER_SIDE: usize = 6;
 
 /// Corners of the polygon that stands for a disc.
-const CORNERS: usize = 32;
+const DISC_CORNERS: usize = 32;
 
 /// The weight of fixtures on a floor under them, cell by cell: shares add up to one, and their centre is the
 /// mass centre as statics demands. `bounds`: smallest and largest coordinates, m; nothing without area.
-pub(crate) fn pressure(fixtures: &[Fixture], [low, high]: [[f64; 2]; 2]) -> Vec<Support> {
-    let step = (high[0] - low[0]).max(high[1] - low[1]) / CELLS as f64;
+pub(crate) fn uniform_pressure(fixtures: &[Fixture], [low, high]: [[f64; 2]; 2]) -> Vec<Support> {
+    let step = (high[0] - low[0]).max(high[1] - low[1]) / CELLS_ALONG_LONGER_SIDE as f64;
     let count = [0, 1].map(|k| ((high[k] - low[k]) / step - 1e-9).ceil() as usize);
     let outlines: Vec<_> = fixtures.iter().map(outline).collect();
     let mut found = vec![];
@@ -33,13 +33,13 @@ fn outline(fixture: &Fixture) -> (Vec<[f64; 2]>, f64) {
     match fixture {
         Fixture::Polygon { vertices, density } => (vertices.clone(), *density),
         Fixture::Disc { center: [x, y], radius, density } => {
-            let turn = std::f64::consts::TAU / CORNERS as f64;
+            let turn = std::f64::consts::TAU / DISC_CORNERS as f64;
             let reach = radius * (turn / turn.sin()).sqrt();
             let corner = |k: usize| {
                 let (sin, cos) = (turn * k as f64).sin_cos();
                 [x + reach * cos, y + reach * sin]
             };
-            ((0..CORNERS).map(corner).collect(), *density)
+            ((0..DISC_CORNERS).map(corner).collect(), *density)
         }
     }
 }
@@ -48,7 +48,7 @@ fn outline(fixture: &Fixture) -> (Vec<[f64; 2]>, f64) {
 fn cell(outlines: &[(Vec<[f64; 2]>, f64)], corner: [f64; 2], step: f64) -> Option<Support> {
     let (mut weight, mut first) = (0.0, [0.0; 2]);
     for (vertices, density) in outlines {
-        let (area, [x, y], _) = moments(&within(vertices, corner, step));
+        let (area, [x, y], _) = moments(&clip_to_cell(vertices, corner, step));
         weight += density * area;
         first = [first[0] + density * x, first[1] + density * y];
     }
@@ -57,17 +57,17 @@ fn cell(outlines: &[(Vec<[f64; 2]>, f64)], corner: [f64; 2], step: f64) -> Optio
 }
 
 /// The part of a polygon within a square cell (Sutherland and Hodgman 1974).
-fn within(vertices: &[[f64; 2]], corner: [f64; 2], step: f64) -> Vec<[f64; 2]> {
+fn clip_to_cell(vertices: &[[f64; 2]], corner: [f64; 2], step: f64) -> Vec<[f64; 2]> {
     let mut part = vertices.to_vec();
     for (axis, low) in corner.into_iter().enumerate() {
-        part = cut(&part, |p| p[axis] - low);
-        part = cut(&part, |p| low + step - p[axis]);
+        part = clip_half_plane(&part, |p| p[axis] - low);
+        part = clip_half_plane(&part, |p| low + step - p[axis]);
     }
     part
 }
 
 /// The part of a polygon where an affine function is not negative.
-fn cut(vertices: &[[f64; 2]], inside: impl Fn([f64; 2]) -> f64) -> Vec<[f64; 2]> {
+fn clip_half_plane(vertices: &[[f64; 2]], inside: impl Fn([f64; 2]) -> f64) -> Vec<[f64; 2]> {
     let mut part = Vec::with_capacity(vertices.len() + 2);
     for (&a, &b) in vertices.iter().zip(vertices.iter().cycle().skip(1)) {
         let (from, to) = (inside(a), inside(b));

@@ -2,39 +2,39 @@
 //! that carry derivatives. [`crate::implicit`] does the same three times as fast for a body that stays what it is.
 
 use crate::heading::Heading;
-use crate::implicit::{Inert, Solved};
+use crate::implicit::{MassMatrix, Solved};
 use crate::symmetric::Symmetric;
-use crate::{Action, Real, Rigid};
+use crate::{GeneralisedForce, Real, Rigid};
 
 /// A rigid body, and the directions that a rail blocks.
 #[derive(Clone, Copy, Debug)]
-pub(crate) struct Loaded<T> {
+pub(crate) struct VariableMassMatrix<T> {
     rigid: Rigid<T>,
     /// Diagonal of `G = diag(1, 1, ρ)`, in `u = G v`; 0 where a rail blocks.
-    root: [T; 3],
+    g: [T; 3],
     /// One over it, and likewise 0.
-    scale: [T; 3],
+    g_inverse: [T; 3],
 }
 
-impl<T: Real> Loaded<T> {
+impl<T: Real> VariableMassMatrix<T> {
     pub fn new(rigid: Rigid<T>, dof: [bool; 3]) -> Self {
         let gyration = (rigid.inertia / rigid.mass).sqrt();
         let one = T::lift(1.0);
         let free = |along: [T; 3]| [0, 1, 2].map(|k| if dof[k] { along[k] } else { T::zero() });
-        Self { rigid, root: free([one, one, gyration]), scale: free([one, one, gyration.recip()]) }
+        Self { rigid, g: free([one, one, gyration]), g_inverse: free([one, one, gyration.recip()]) }
     }
 
-    /// Drag and push over a step, about the mass centre and scaled: `C` and `q`.
-    fn load(&self, action: &Action<T>, h: f64) -> ([T; 6], [T; 3]) {
+    /// Drag and wrench over a step, about the mass centre and scaled: `C` and `q`.
+    fn scale_force(&self, force: &GeneralisedForce<T>, h: f64) -> ([T; 6], [T; 3]) {
         let ([cx, cy], k) = (self.rigid.com, self.rigid.mass.recip() * h);
-        let [xx, xy, yy, tx, ty, tt] = action.drag;
+        let [xx, xy, yy, tx, ty, tt] = force.damping;
         let (sx, sy) = (tx + xx * cy - xy * cx, ty + xy * cy - yy * cx);
         let spin = tt + tx * cy - ty * cx + sx * cy - sy * cx;
-        let [fx, fy, torque] = action.push;
-        let push = [fx, fy, torque + fx * cy - fy * cx];
-        let [a, b, c] = self.scale;
-        let drag = [xx * a * a, xy * a * b, yy * b * b, sx * a * c, sy * b * c, spin * c * c];
-        (drag.map(|d| d * k), [push[0] * a * k, push[1] * b * k, push[2] * c * k])
+        let [fx, fy, torque] = force.force;
+        let wrench = [fx, fy, torque + fx * cy - fy * cx];
+        let [a, b, c] = self.g_inverse;
+        let damping = [xx * a * a, xy * a * b, yy * b * b, sx * a * c, sy * b * c, spin * c * c];
+        (damping.map(|d| d * k), [wrench[0] * a * k, wrench[1] * b * k, wrench[2] * c * k])
     }
 
     fn scaled(&self, v: [T; 3], by: [T; 3]) -> [T; 3] {
@@ -42,41 +42,41 @@ impl<T: Real> Loaded<T> {
     }
 }
 
-impl<T: Real> Inert<T> for Loaded<T> {
-    fn place(&self, heading: Heading<T>) -> [T; 2] {
+impl<T: Real> MassMatrix<T> for VariableMassMatrix<T> {
+    fn centre_offset(&self, heading: Heading<T>) -> [T; 2] {
         let [x, y] = self.rigid.com;
         let [x, y, _] = heading.to_world([x, y, T::zero()]);
         [x, y]
     }
 
-    fn at_center(&self, [vx, vy, spin]: [T; 3]) -> [T; 3] {
+    fn centre_twist(&self, [vx, vy, spin]: [T; 3]) -> [T; 3] {
         let [cx, cy] = self.rigid.com;
         [vx - spin * cy, vy + spin * cx, spin]
     }
 
-    fn at_origin(&self, [vx, vy, spin]: [T; 3]) -> [T; 3] {
+    fn origin_twist(&self, [vx, vy, spin]: [T; 3]) -> [T; 3] {
         let [cx, cy] = self.rigid.com;
         [vx + spin * cy, vy - spin * cx, spin]
     }
 
-    fn solve_half(&self, v: [T; 3], action: &Action<T>, h: f64) -> Solved<T> {
-        let (drag, push) = self.load(action, h);
-        let right = sum(self.scaled(v, self.root), push);
-        (self.scaled(solved(plus_identity(drag), right), self.scale), plain(&drag))
+    fn solve_euler(&self, v: [T; 3], force: &GeneralisedForce<T>, h: f64) -> Solved<T> {
+        let (damping, wrench) = self.scale_force(force, h);
+        let right = sum(self.scaled(v, self.g), wrench);
+        (self.scaled(solve_ldl(plus_identity(damping), right), self.g_inverse), values(&damping))
     }
 
-    fn solve(&self, v: [T; 3], action: &Action<T>, h: f64) -> Solved<T> {
-        let (drag, push) = self.load(action, h);
-        let square = squared(drag);
-        let system: [T; 6] = std::array::from_fn(|k| drag[k] + square[k] * 0.5);
-        let bent = multiply(drag, push).map(|p| p * 0.5);
-        let right = sum(self.scaled(v, self.root), sum(push, bent));
-        (self.scaled(solved(plus_identity(system), right), self.scale), plain(&drag))
+    fn solve_pade(&self, v: [T; 3], force: &GeneralisedForce<T>, h: f64) -> Solved<T> {
+        let (damping, wrench) = self.scale_force(force, h);
+        let square = squared(damping);
+        let system: [T; 6] = std::array::from_fn(|k| damping[k] + square[k] * 0.5);
+        let correction = multiply(damping, wrench).map(|p| p * 0.5);
+        let right = sum(self.scaled(v, self.g), sum(wrench, correction));
+        (self.scaled(solve_ldl(plus_identity(system), right), self.g_inverse), values(&damping))
     }
 
-    fn slowed(&self, v: &[T; 3], drag: Symmetric) -> f64 {
-        let along = [0, 1, 2].map(|k| v[k].re() * self.root[k].re());
-        drag.multiply(along).map(|u| u * u).iter().sum::<f64>().sqrt()
+    fn velocity_change(&self, v: &[T; 3], damping: Symmetric) -> f64 {
+        let along = [0, 1, 2].map(|k| v[k].re() * self.g[k].re());
+        damping.multiply(along).map(|u| u * u).iter().sum::<f64>().sqrt()
     }
 }
 
@@ -85,7 +85,7 @@ fn sum<T: Real>(a: [T; 3], b: [T; 3]) -> [T; 3] {
 }
 
 /// A matrix without its derivatives.
-fn plain<T: Real>(matrix: &[T; 6]) -> Symmetric {
+fn values<T: Real>(matrix: &[T; 6]) -> Symmetric {
     Symmetric(matrix.map(|entry| entry.re()))
 }
 
@@ -107,7 +107,7 @@ fn squared<T: Real>(m: [T; 6]) -> [T; 6] {
 }
 
 /// The solution of a symmetric positive definite system, by `L D Lᵀ`.
-fn solved<T: Real>([xx, xy, yy, tx, ty, tt]: [T; 6], [x, y, z]: [T; 3]) -> [T; 3] {
+fn solve_ldl<T: Real>([xx, xy, yy, tx, ty, tt]: [T; 6], [x, y, z]: [T; 3]) -> [T; 3] {
     let (d1, l21, l31) = (xx, xy / xx, tx / xx);
     let d2 = yy - l21 * xy;
     let l32 = (ty - l31 * xy) / d2;
@@ -123,20 +123,22 @@ fn solved<T: Real>([xx, xy, yy, tx, ty, tt]: [T; 6], [x, y, z]: [T; 3]) -> [T; 3
 mod tests {
     use super::*;
     use crate::Body;
-    use crate::implicit::Inertia;
+    use crate::implicit::ConstantMassMatrix;
 
     #[test]
     fn a_body_that_stays_what_it_is_moves_as_before() {
         let corners = [[-0.5, -0.3], [0.7, -0.3], [0.7, 0.5], [-0.5, 0.5]];
         let body = Body::from_footprint(&corners, 22.0).unwrap();
         let rigid = Rigid { mass: 22.0, com: body.com, inertia: body.inertia() };
-        let action = Action { push: [3.0, -8.0, 2.0], drag: [40.0, 9.0, 120.0, -6.0, 11.0, 30.0] };
+        let force =
+            GeneralisedForce { force: [3.0, -8.0, 2.0], damping: [40.0, 9.0, 120.0, -6.0, 11.0, 30.0] };
         for dof in [[true; 3], [true, false, false]] {
-            let (plain, loaded) = (Inertia::new(22.0, &body, dof, false), Loaded::new(rigid, dof));
+            let (constant, variable) =
+                (ConstantMassMatrix::new(22.0, &body, dof, false), VariableMassMatrix::new(rigid, dof));
             for v in [[0.3, -0.2, 0.8], [0.0, 0.5, -1.0]] {
                 for (a, b) in [
-                    (plain.solve(v, &action, 0.05), loaded.solve(v, &action, 0.05)),
-                    (plain.solve_half(v, &action, 0.05), loaded.solve_half(v, &action, 0.05)),
+                    (constant.solve_pade(v, &force, 0.05), variable.solve_pade(v, &force, 0.05)),
+                    (constant.solve_euler(v, &force, 0.05), variable.solve_euler(v, &force, 0.05)),
                 ] {
                     let gap = (0..3).map(|k| (a.0[k] - b.0[k]).abs()).fold(0.0, f64::max);
                     let apart = (0..6).map(|k| (a.1.0[k] - b.1.0[k]).abs()).fold(0.0, f64::max);

@@ -1,7 +1,7 @@
 //! What laws of the floor and of the room share: where a point of the body is in the world, and which points stand on
 //! the floor.
 
-use crate::law::{Param, Prior, Role, Situation};
+use crate::law::{LawContext, Param, Prior, Role};
 use crate::{Body, Fixture, Real};
 
 /// Coordinate of a place in the room along `axis` (0: x, 1: y).
@@ -13,7 +13,7 @@ pub(super) const fn in_world(name: &'static str, axis: usize, help: &'static str
     Param { prior: Prior::Normal { mean: 0.0, sd: 2.0 }, on_rail: axis == 0, role, ..room }
 }
 
-impl<T: Real> Situation<'_, T> {
+impl<T: Real> LawContext<'_, T> {
     /// Where a body point, object frame, m, is in the world.
     #[inline]
     pub(crate) fn in_world(&self, point: [T; 2]) -> [T; 2] {
@@ -23,7 +23,7 @@ impl<T: Real> Situation<'_, T> {
 
     /// The same without derivatives.
     #[inline]
-    pub(crate) fn in_world_re(&self, [x, y]: [f64; 2]) -> [f64; 2] {
+    pub(crate) fn in_world_value(&self, [x, y]: [f64; 2]) -> [f64; 2] {
         let (sin, cos) = (self.heading.0.re(), self.heading.1.re());
         [self.position[0].re() + cos * x - sin * y, self.position[1].re() + sin * x + cos * y]
     }
@@ -62,16 +62,16 @@ pub(super) fn softplus<T: Real>(x: T, width: f64) -> (T, T) {
 
 /// Points by which a body stands on the floor, object frame, m: its feet, or its corners where it names none. A disc
 /// has four of them; a body without a shape stands on its origin.
-pub(super) fn corners(body: &Body) -> Vec<[f64; 2]> {
+pub(super) fn support_points(body: &Body) -> Vec<[f64; 2]> {
     if let Some(feet) = &body.feet {
         return feet.clone();
     }
     let mut found: Vec<[f64; 2]> = vec![];
     for (index, fixture) in body.fixtures.iter().enumerate() {
         let others = || body.fixtures.iter().enumerate().filter(|(k, _)| *k != index);
-        for point in rim(fixture) {
-            let hidden = others().any(|(_, other)| other.depth(point) > SAME);
-            let known = found.iter().any(|[x, y]| (x - point[0]).hypot(y - point[1]) < SAME);
+        for point in outline_points(fixture) {
+            let hidden = others().any(|(_, other)| other.depth(point) > SAME_POINT_M);
+            let known = found.iter().any(|[x, y]| (x - point[0]).hypot(y - point[1]) < SAME_POINT_M);
             if !hidden && !known {
                 found.push(point);
             }
@@ -81,9 +81,9 @@ pub(super) fn corners(body: &Body) -> Vec<[f64; 2]> {
 }
 
 /// Points nearer than this are one, m.
-const SAME: f64 = 1e-6;
+const SAME_POINT_M: f64 = 1e-6;
 
-fn rim(fixture: &Fixture) -> Vec<[f64; 2]> {
+fn outline_points(fixture: &Fixture) -> Vec<[f64; 2]> {
     match fixture {
         Fixture::Polygon { vertices, .. } => vertices.clone(),
         Fixture::Disc { center: [x, y], radius: r, .. } => {
@@ -106,9 +106,9 @@ mod tests {
         let l = vec![rectangle([0.0, 0.0], [1.0, 2.0]), rectangle([0.5, 0.5], [1.5, 1.0])];
         let body = Body::from_fixtures(l, 1.0).unwrap();
         let expected = [[0.0, 0.0], [1.0, 0.0], [1.0, 2.0], [0.0, 2.0], [2.0, 0.5], [2.0, 1.5]];
-        assert_eq!(corners(&body), expected);
+        assert_eq!(support_points(&body), expected);
         let feet = [[0.1, 0.1], [0.9, 0.1]];
-        assert_eq!(corners(&body.standing_on(&feet)), feet);
+        assert_eq!(support_points(&body.with_feet(&feet)), feet);
     }
 
     #[test]

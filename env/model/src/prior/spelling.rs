@@ -1,21 +1,21 @@
 //! The name that somebody may have meant.
 
 /// The known name that takes the fewest edits, if they are few for its length.
-pub(super) fn nearest<'a>(name: &str, known: &[&'a str]) -> Option<&'a str> {
-    let (edits, best) = known.iter().map(|k| (distance(name, k), *k)).min()?;
+pub(super) fn closest_name<'a>(name: &str, known: &[&'a str]) -> Option<&'a str> {
+    let (edits, best) = known.iter().map(|k| (edit_distance(name, k), *k)).min()?;
     (edits <= 1 + name.chars().count() / 4).then_some(best)
 }
 
 /// "; did you mean `x`?", or the list of what is known.
 pub(super) fn hint(name: &str, known: &[&str]) -> String {
-    match nearest(name, known) {
+    match closest_name(name, known) {
         Some(near) => format!("did you mean `{near}`? Known are {}", known.join(", ")),
         None => format!("known are {}", known.join(", ")),
     }
 }
 
 /// Levenshtein's distance.
-fn distance(a: &str, b: &str) -> usize {
+fn edit_distance(a: &str, b: &str) -> usize {
     let b: Vec<char> = b.chars().collect();
     let mut row: Vec<usize> = (0..=b.len()).collect();
     for (i, from) in a.chars().enumerate() {
@@ -36,8 +36,11 @@ mod tests {
 
     #[test]
     fn distances_are_the_textbooks() {
-        assert_eq!((distance("kitten", "sitting"), distance("", "abc"), distance("mu_x", "mu_x")), (3, 3, 0));
-        assert_eq!(nearest("mas", &["mass", "angle"]), Some("mass"));
-        assert_eq!(nearest("inertia", &["mass", "angle"]), None);
+        assert_eq!(
+            (edit_distance("kitten", "sitting"), edit_distance("", "abc"), edit_distance("mu_x", "mu_x")),
+            (3, 3, 0)
+        );
+        assert_eq!(closest_name("mas", &["mass", "angle"]), Some("mass"));
+        assert_eq!(closest_name("inertia", &["mass", "angle"]), None);
     }
 }

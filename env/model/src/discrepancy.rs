@@ -7,12 +7,12 @@
 //! ```
 //! which vanishes far from where there were data (Rasmussen & Williams 2006, ch. 8: subset of regressors).
 
-use crate::law::{Action, Clock, Situation};
+use crate::law::{Clock, GeneralisedForce, LawContext};
 use crate::{ModelError, Real, to_body};
 use serde::{Deserialize, Serialize};
 
 /// Numbers that all inputs together have, at most.
-const MOST: usize = 8;
+const MAX_INPUT_NUMBERS: usize = 8;
 
 /// What an unnamed wrench depends on.
 #[derive(Clone, Copy, Debug, PartialEq, Eq, Serialize, Deserialize)]
@@ -45,7 +45,7 @@ impl Input {
     }
 
     /// For a sentence.
-    pub fn words(self) -> &'static str {
+    pub fn description(self) -> &'static str {
         match self {
             Self::Twist => "the motion of the object",
             Self::WorldTwist => "the motion in the room",
@@ -73,7 +73,7 @@ pub enum Axes {
 /// A wrench as a smooth function of some inputs, without a name.
 #[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
 #[serde(deny_unknown_fields)]
-pub struct Unnamed {
+pub struct Discrepancy {
     /// What it depends on: where it is added to the reading, on that, its trend and the time; otherwise not on those two.
     pub inputs: Vec<Input>,
     /// Axes of its weights.
@@ -86,7 +86,7 @@ pub struct Unnamed {
     pub weights: Vec<[f64; 3]>,
 }
 
-impl Unnamed {
+impl Discrepancy {
     /// Refuse what does not fit together.
     ///
     /// # Errors
@@ -95,12 +95,14 @@ impl Unnamed {
         let wrong = |what: String| Err(ModelError::Format(format!("unnamed.{what}")));
         let width = self.width();
         let reads = |input: &Input| matches!(input, Input::Reading | Input::Trend);
-        let moves = |input: &Input| !reads(input) && *input != Input::SinceContact;
-        if self.inputs.is_empty() || width > MOST {
-            return wrong(format!("inputs: they make {width} numbers; there must be 1 to {MOST}"));
+        let is_invariant = |input: &Input| !reads(input) && *input != Input::SinceContact;
+        if self.inputs.is_empty() || width > MAX_INPUT_NUMBERS {
+            return wrong(format!(
+                "inputs: they make {width} numbers; there must be 1 to {MAX_INPUT_NUMBERS}"
+            ));
         }
         let on_reading = self.axes == Axes::Reading;
-        if self.inputs.iter().any(|i| if on_reading { moves(i) } else { reads(i) }) {
+        if self.inputs.iter().any(|i| if on_reading { is_invariant(i) } else { reads(i) }) {
             let needed =
                 "`reading` and `trend` go with axes = \"reading\", and that with nothing else but the time";
             return wrong(format!("inputs: {needed}"));
@@ -132,21 +134,21 @@ impl Unnamed {
     }
 
     /// Whether it changes what is read, rather than acting on the object.
-    pub(crate) fn reads(&self) -> bool {
+    pub(crate) fn corrects_reading(&self) -> bool {
         self.axes == Axes::Reading
     }
 
     /// Whether it does the same everywhere and in every heading.
-    pub(crate) fn same_everywhere(&self) -> bool {
-        let moves = |input: &Input| {
+    pub(crate) fn is_pose_invariant(&self) -> bool {
+        let is_invariant = |input: &Input| {
             matches!(input, Input::Twist | Input::Reading | Input::Trend | Input::SinceContact)
         };
-        self.axes != Axes::World && self.inputs.iter().all(moves)
+        self.axes != Axes::World && self.inputs.iter().all(is_invariant)
     }
 
     /// Inputs at a place of their space, each in its unit.
-    fn gathered<T: Real>(&self, of: impl Fn(Input) -> [T; 3]) -> [T; MOST] {
-        let mut gathered = [T::zero(); MOST];
+    fn gather<T: Real>(&self, of: impl Fn(Input) -> [T; 3]) -> [T; MAX_INPUT_NUMBERS] {
+        let mut gathered = [T::zero(); MAX_INPUT_NUMBERS];
         let numbers = self.inputs.iter().flat_map(|&input| of(input).into_iter().take(input.width()));
         for (place, number) in gathered.iter_mut().zip(numbers) {
             *place = number;
@@ -155,14 +157,14 @@ impl Unnamed {
     }
 
     /// Add the wrench on the object, once in contact.
-    pub(crate) fn act<T: Real>(&self, at: &Situation<'_, T>, sum: &mut Action<T>) {
-        if self.reads() || !at.clock.in_contact() {
+    pub(crate) fn add_force<T: Real>(&self, at: &LawContext<'_, T>, sum: &mut GeneralisedForce<T>) {
+        if self.corrects_reading() || !at.clock.in_contact() {
             return;
         }
         let (sin, cos) = at.heading;
         let turned = |[x, y, z]: [T; 3]| [cos * x - sin * y, sin * x + cos * y, z];
         let zero = T::zero();
-        let z = self.gathered(|input| match input {
+        let z = self.gather(|input| match input {
             Input::Twist => at.twist,
             Input::WorldTwist => turned(at.twist),
             Input::Position => [at.position[0], at.position[1], zero],
@@ -175,17 +177,17 @@ impl Unnamed {
             Axes::World => (cos * x + sin * y, cos * y - sin * x),
             Axes::Object | Axes::Reading => (x, y),
         };
-        for (sum, part) in sum.push.iter_mut().zip([fx, fy, torque]) {
+        for (sum, part) in sum.force.iter_mut().zip([fx, fy, torque]) {
             *sum += part;
         }
     }
 
     /// A reading with what is missing from it.
     pub(crate) fn correct<T: Real>(&self, reading: [T; 3], clock: Clock) -> [T; 3] {
-        if !self.reads() || !clock.in_contact() {
+        if !self.corrects_reading() || !clock.in_contact() {
             return reading;
         }
-        let z = self.gathered(|input| match input {
+        let z = self.gather(|input| match input {
             Input::SinceContact => [T::lift(clock.since_contact); 3],
             Input::Trend => clock.trend.map(T::lift),
             _ => reading,
@@ -195,10 +197,10 @@ impl Unnamed {
     }
 
     /// The sum over all centres. Slopes are summed as plain numbers and tied to the inputs' derivatives once.
-    fn wrench<T: Real>(&self, z: &[T; MOST]) -> [T; 3] {
+    fn wrench<T: Real>(&self, z: &[T; MAX_INPUT_NUMBERS]) -> [T; 3] {
         let place = z.map(Real::re);
         let mut value = [0.0; 3];
-        let mut slopes = [[0.0; MOST]; 3];
+        let mut slopes = [[0.0; MAX_INPUT_NUMBERS]; 3];
         for (centre, weight) in self.centres.iter().zip(&self.weights) {
             let (kernel, along) = self.kernel(centre, &place);
             for ((value, slopes), weight) in value.iter_mut().zip(&mut slopes).zip(weight) {
@@ -208,39 +210,41 @@ impl Unnamed {
                 }
             }
         }
-        [0, 1, 2].map(|k| T::chained(value[k], std::array::from_fn::<_, MOST, _>(|i| (z[i], slopes[k][i]))))
+        [0, 1, 2].map(|k| {
+            T::chained(value[k], std::array::from_fn::<_, MAX_INPUT_NUMBERS, _>(|i| (z[i], slopes[k][i])))
+        })
     }
 
     /// The kernel between a centre and a place, and the slopes of minus its logarithm.
-    fn kernel(&self, centre: &[f64], z: &[f64; MOST]) -> (f64, [f64; MOST]) {
-        let mut along = [0.0; MOST];
+    fn kernel(&self, centre: &[f64], z: &[f64; MAX_INPUT_NUMBERS]) -> (f64, [f64; MAX_INPUT_NUMBERS]) {
+        let mut along = [0.0; MAX_INPUT_NUMBERS];
         let mut square = 0.0;
         for (((along, z), centre), scale) in along.iter_mut().zip(z).zip(centre).zip(&self.scales) {
-            let apart = (z - centre) / scale;
-            square += apart * apart;
-            *along = apart / scale;
+            let distance = (z - centre) / scale;
+            square += distance * distance;
+            *along = distance / scale;
         }
         ((-0.5 * square).exp(), along)
     }
 
     /// The same with other weights: `n` × `[N, N, N·m]`, one after the other.
     #[must_use]
-    pub fn weighted(&self, weights: impl IntoIterator<Item = f64>) -> Self {
-        let mut weighted = self.clone();
-        weighted.weights.iter_mut().flatten().zip(weights).for_each(|(own, weight)| *own = weight);
-        weighted
+    pub fn with_weights(&self, weights: impl IntoIterator<Item = f64>) -> Self {
+        let mut copy = self.clone();
+        copy.weights.iter_mut().flatten().zip(weights).for_each(|(own, weight)| *own = weight);
+        copy
     }
 
     /// The kernels of all centres with a place of the input space, one number for each of the inputs' numbers.
     pub fn kernels(&self, inputs: &[f64]) -> Vec<f64> {
-        let mut z = [0.0; MOST];
+        let mut z = [0.0; MAX_INPUT_NUMBERS];
         z.iter_mut().zip(inputs).for_each(|(z, input)| *z = *input);
         self.centres.iter().map(|centre| self.kernel(centre, &z).0).collect()
     }
 
     /// The inputs in a motion under a reading: pose and twist in world axes, the reading in its own. In the order of
-    /// [`Unnamed::inputs`], each number in its unit.
-    pub fn seen(&self, pose: [f64; 3], twist: [f64; 3], reading: [f64; 3], clock: Clock) -> Vec<f64> {
+    /// [`Discrepancy::inputs`], each number in its unit.
+    pub fn inputs_at(&self, pose: [f64; 3], twist: [f64; 3], reading: [f64; 3], clock: Clock) -> Vec<f64> {
         let of = |input: &Input| {
             let numbers = match input {
                 Input::Twist => to_body(twist, pose[2]),
