@@ -1,4 +1,4 @@
-//! The rigid body: fixtures, mass, inertia, and where it bears on the floor.
+//! The rigid body: fixtures, mass, inertia and support points.
 
 use crate::ModelError;
 use crate::polygon::moments;
@@ -50,21 +50,22 @@ impl Fixture {
     }
 }
 
+/// Bounds of an empty set.
 const EMPTY_BOUNDS: [[f64; 2]; 2] = [[f64::INFINITY; 2], [f64::NEG_INFINITY; 2]];
 
-/// A place where the body bears on the floor.
+/// A support point of the body on the floor.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct Support {
-    /// Object frame, m.
+    /// Position, object frame, m.
     pub point: [f64; 2],
-    /// Share of the weight that rests here; all shares add up to one.
+    /// Share of the weight; all shares add up to one.
     pub share: f64,
 }
 
-/// Geometry and mass distribution of a rigid body; everything per unit of mass but `mass`.
+/// Geometry and mass distribution of a rigid body. All fields except `mass` are independent of the mass.
 #[derive(Clone, Debug, PartialEq)]
 pub struct Body {
-    /// Shape, object frame; empty for a point on a rail.
+    /// Shape, object frame; empty for a point mass on a rail.
     pub fixtures: Vec<Fixture>,
     /// Mass, kg.
     pub mass: f64,
@@ -72,9 +73,9 @@ pub struct Body {
     pub com: [f64; 2],
     /// Radius of gyration about the mass centre, m.
     pub gyration: f64,
-    /// Where it stands: on feet that the caller names, or on a flat face.
+    /// Support points: the given feet, or cells of a flat face.
     pub support: Vec<Support>,
-    /// The support points as given, for writing the body down again.
+    /// Feet as given, object frame, m; `None` for a flat face.
     pub feet: Option<Vec<[f64; 2]>>,
 }
 
@@ -118,8 +119,8 @@ impl Body {
         Ok(Self { fixtures: vec![], mass, com: [0.0; 2], gyration: 1.0, support, feet: None })
     }
 
-    /// The same body standing on `feet` (object frame, m), which share its weight as statics
-    /// demands: exactly for three, by least squares for more.
+    /// The same body on `feet` (object frame, m). Static equilibrium determines the load of three feet; for more feet it is
+    /// a least-squares solution.
     #[must_use]
     pub fn with_feet(mut self, feet: &[[f64; 2]]) -> Self {
         if !feet.is_empty() {
@@ -153,8 +154,8 @@ fn bounds(fixtures: &[Fixture]) -> [[f64; 2]; 2] {
     })
 }
 
-/// Static weight shares: least squares around equal shares subject to Σs = 1, Σs·p = com;
-/// negative ones (a foot that would lift) are cut to zero.
+/// Static loads of the feet: the least-squares deviation from equal shares subject to Σs = 1 and Σs·p = com.
+/// Negative shares (a foot that would lift) are set to zero.
 fn foot_loads(feet: &[[f64; 2]], com: [f64; 2]) -> Vec<Support> {
     let n = feet.len() as f64;
     let center = [0, 1].map(|k| feet.iter().map(|p| p[k]).sum::<f64>() / n);
@@ -167,7 +168,7 @@ fn foot_loads(feet: &[[f64; 2]], com: [f64; 2]) -> Vec<Support> {
     }
     let det = sxx * syy - sxy * sxy;
     let (dx, dy) = (com[0] - center[0], com[1] - center[1]);
-    // Feet in a line (or one foot) cannot balance a moment: they share equally.
+    // Feet in a line, or one foot, cannot balance a moment: they get equal shares.
     let (a, b) = if det > 1e-12 * (sxx + syy).powi(2) {
         ((syy * dx - sxy * dy) / det, (sxx * dy - sxy * dx) / det)
     } else {
@@ -194,7 +195,7 @@ mod tests {
     }
 
     #[test]
-    fn a_disc_beside_a_square_balances_by_area_and_density() {
+    fn a_disc_and_a_square_balance_by_area_and_density() {
         let square =
             Fixture::Polygon { vertices: vec![[0.0, 0.0], [1.0, 0.0], [1.0, 1.0], [0.0, 1.0]], density: 1.0 };
         let disc = Fixture::Disc { center: [3.0, 0.5], radius: 1.0, density: std::f64::consts::FRAC_1_PI };
@@ -205,7 +206,7 @@ mod tests {
     }
 
     #[test]
-    fn three_feet_carry_what_statics_says() {
+    fn three_feet_are_in_static_equilibrium() {
         let body = Body::from_footprint(&[[0.0, 0.0], [0.15, 0.0], [0.0, 0.15]], 1.5).unwrap();
         let feet = [[0.01, 0.01], [0.13, 0.01], [0.01, 0.13]];
         let support = body.clone().with_feet(&feet).support;
@@ -216,7 +217,7 @@ mod tests {
     }
 
     #[test]
-    fn impossible_bodies_are_refused() {
+    fn invalid_bodies_are_rejected() {
         assert!(matches!(Body::from_footprint(&TABLE, 0.0), Err(ModelError::Mass(_))));
         assert!(matches!(Body::from_footprint(&[[0.0, 0.0], [1.0, 0.0]], 1.0), Err(ModelError::NoArea)));
         assert!(matches!(Body::from_footprint(&TABLE, f64::NAN), Err(ModelError::Mass(_))));

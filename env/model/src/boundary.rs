@@ -1,8 +1,8 @@
-//! The outer boundary of a body's shape, piece by piece, as something round feels it from outside.
+//! Outer boundary of a body's shape: the edges, corners and discs that a round obstacle can touch.
 
 use crate::{Body, Fixture};
 
-/// A piece of the boundary that lies nearest to a point: flat, or round about a centre.
+/// A piece of the boundary: flat, or round about a centre.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub(crate) enum Piece {
     /// An edge: a point on it, and its outward normal.
@@ -12,7 +12,7 @@ pub(crate) enum Piece {
 }
 
 impl Piece {
-    /// Distance from a point to the piece, negative behind it, m.
+    /// Signed distance from a point to the piece, negative inside, m.
     pub fn distance(&self, [x, y]: [f64; 2]) -> f64 {
         match self {
             Self::Flat { point, normal } => (x - point[0]) * normal[0] + (y - point[1]) * normal[1],
@@ -21,13 +21,13 @@ impl Piece {
     }
 }
 
-/// Edges, outward corners and discs of a body made of fixtures.
+/// Outer boundary of a body: edges, convex corners and discs of its fixtures.
 #[derive(Clone, Debug)]
 pub(crate) struct Boundary {
     fixtures: Vec<Fixture>,
     edges: Vec<Edge>,
     corners: Vec<Corner>,
-    /// Middle of the bounds, and how far the shape reaches from there, m.
+    /// Centre of the bounding box and its half diagonal, m.
     middle: [f64; 2],
     reach: f64,
 }
@@ -41,14 +41,14 @@ struct Edge {
     length: f64,
 }
 
-/// An outward corner with the directions of the edges that meet there.
+/// A convex corner with the directions of its two edges.
 #[derive(Clone, Debug)]
 struct Corner {
     at: [f64; 2],
     along: [[f64; 2]; 2],
 }
 
-/// A point of the boundary is bare when so far out of it nothing is, m.
+/// A boundary point is exposed if no other fixture covers the point this far outside of it, m.
 const OFFSET_M: f64 = 1e-7;
 
 impl Boundary {
@@ -71,8 +71,10 @@ impl Boundary {
         boundary
     }
 
-    /// Pieces within `within` of a point outside: all that it touches, one in most places, two in a notch. Of a point
-    /// inside: the one through which it gets out first.
+    /// Visit the pieces near a point, object frame, m.
+    ///
+    /// For a point outside, these are all pieces closer than `within`: usually one, two in a notch. For a point inside, it
+    /// is the piece with the smallest depth.
     pub fn pieces_near(&self, point: [f64; 2], within: f64, mut visit: impl FnMut(Piece)) {
         let off = (point[0] - self.middle[0]).hypot(point[1] - self.middle[1]);
         if off - self.reach > within {
@@ -102,7 +104,7 @@ impl Boundary {
         self.facing(p).chain(self.discs(p)).filter(behind)
     }
 
-    /// Edges that the point is beside, where no other fixture covers them.
+    /// Exposed edges onto which the point projects.
     fn facing(&self, p: [f64; 2]) -> impl Iterator<Item = Piece> + '_ {
         self.edges.iter().filter_map(move |edge| {
             let along = dot(difference(p, edge.from), edge.along);
@@ -122,13 +124,13 @@ impl Boundary {
         })
     }
 
-    /// Whether a point lies deeper than `depth` in another fixture than `of`.
+    /// Whether a point lies deeper than `depth` inside a fixture other than `of`.
     fn covered(&self, point: [f64; 2], of: usize, depth: f64) -> bool {
         self.fixtures.iter().enumerate().any(|(k, other)| k != of && other.depth(point) > depth)
     }
 }
 
-/// A polygon's edges, counter-clockwise whatever the order of its corners.
+/// Edges of a polygon in counter-clockwise order.
 fn edges(of: usize, vertices: &[[f64; 2]]) -> Vec<Edge> {
     let mut corners = vertices.to_vec();
     let twice: f64 = corners.iter().zip(corners.iter().cycle().skip(1)).map(|(&a, &b)| cross(a, b)).sum();
@@ -172,7 +174,7 @@ mod tests {
     }
 
     #[test]
-    fn an_l_of_two_rectangles_is_felt_as_its_outline() {
+    fn two_rectangles_in_an_l_have_one_common_boundary() {
         let l = vec![rectangle([0.0, 0.0], [2.0, 1.0]), rectangle([0.0, 1.0], [1.0, 1.0])];
         let boundary = Boundary::new(&Body::from_fixtures(l, 1.0).unwrap());
         for (point, expected) in [
@@ -181,10 +183,10 @@ mod tests {
             (vec![-0.2, 1.0], vec![0.2]),
             // In the notch: both sides.
             (vec![1.1, 1.2], vec![0.2, 0.1]),
-            // At an outward corner, and beyond reach.
+            // At a convex corner, and out of range.
             (vec![2.03, -0.04], vec![0.05]),
             (vec![2.5, 1.5], vec![]),
-            // Within, near a side; the seam inside is none.
+            // Inside, near a side; the seam between the rectangles is not a boundary.
             (vec![0.1, 1.02], vec![-0.1]),
             (vec![0.1, 0.98], vec![-0.1]),
         ] {

@@ -1,35 +1,35 @@
-//! The linear system of a step: velocities after a time under a push and a drag.
+//! The linear system of an implicit step: the velocity after a time `h` under a force and damping.
 //!
-//! With `ρ` the radius of gyration and `G = diag(1, 1, ρ)`, in `u = G v` the inertia is `m` alike in
-//! every direction, and the drag `m⁻¹ G⁻¹ D G⁻¹` symmetric. Per step of `h`, `C` is that times `h`, and
-//! `q = h m⁻¹ G⁻¹ w` the velocity that the push `w` would give.
+//! Let `ρ` be the radius of gyration, `G = diag(1, 1, ρ)` and `u = G v`. In these coordinates the mass matrix is `m I`.
+//! The scaled damping of a step is the symmetric matrix `C = h m⁻¹ G⁻¹ D G⁻¹`, and the scaled force `q = h m⁻¹ G⁻¹ w` is
+//! the change of velocity that the wrench `w` causes without damping.
 //!
-//! Values are plain numbers. The derivatives of `P(C) u' = r(u, q, C)` are those of an implicit function,
-//! `P du' = dr − dP u'`: matrices are never differentiated, only their products with known vectors.
+//! Values are computed in `f64`. The derivatives of `P(C) u' = r(u, q, C)` follow from the implicit function theorem,
+//! `P du' = dr − dP u'`. Only products of matrix derivatives with known vectors are needed.
 
 use crate::heading::Heading;
 use crate::symmetric::{Symmetric, Vector, difference, product, sum};
 use crate::{Body, GeneralisedForce, Real};
 
-/// What resists a change of velocity: mass, mass centre, gyration, and a rail.
+/// Mass matrix of a body whose mass centre and radius of gyration are constant. A rail blocks some directions.
 #[derive(Clone, Debug)]
 pub(crate) struct ConstantMassMatrix<T> {
     mass: T,
-    /// One over it, 1/kg.
+    /// Inverse mass, 1/kg.
     inverse_mass: f64,
     /// Mass centre, object frame, m.
     center: [f64; 2],
-    /// Diagonal of `G`; 0 where a rail blocks.
+    /// Diagonal of `G`; 0 in blocked directions.
     g: Vector,
-    /// One over it, and likewise 0.
+    /// Diagonal of `G⁻¹`; 0 in blocked directions.
     g_inverse: Vector,
-    /// Products of `scale`, by which a drag matrix `[xx, xy, yy, xθ, yθ, θθ]` is scaled.
+    /// Products of entries of `G⁻¹` that scale a damping matrix `[xx, xy, yy, xθ, yθ, θθ]`.
     g_products: [f64; 6],
-    /// Whether neither mass nor drag carry derivatives: then only the push does.
+    /// Whether neither mass nor damping carries derivatives, so that only the force does.
     is_constant: bool,
 }
 
-/// Drag and push over a step, about the mass centre: `C` and `q`.
+/// Scaled damping `C` and scaled force `q` of a step, about the mass centre.
 #[derive(Clone, Copy)]
 struct ScaledForce {
     damping: Symmetric,
@@ -39,19 +39,19 @@ struct ScaledForce {
 /// Velocity of the mass centre after a step, object axes, and the step's `C`.
 pub(crate) type Solved<T> = ([T; 3], Symmetric);
 
-/// What a step is solved with: it knows the mass centre and the inertia. Velocities are in object axes.
+/// Mass matrix and mass centre with which a step is solved. Velocities are in object axes.
 pub(crate) trait MassMatrix<T> {
-    /// The mass centre, from the object origin, world axes, m.
+    /// Offset of the mass centre from the object origin, world axes, m.
     fn centre_offset(&self, heading: Heading<T>) -> [T; 2];
-    /// The velocity of the mass centre, from that of the object origin.
+    /// Twist at the mass centre, given the twist at the object origin.
     fn centre_twist(&self, twist: [T; 3]) -> [T; 3];
-    /// The velocity of the object origin, from that of the mass centre.
+    /// Twist at the object origin, given the twist at the mass centre.
     fn origin_twist(&self, twist: [T; 3]) -> [T; 3];
     /// Implicit Euler over `h`: `(I + C) u' = u + q`.
     fn solve_euler(&self, v: [T; 3], force: &GeneralisedForce<T>, h: f64) -> Solved<T>;
     /// The (0,2) Padé step over `h`: `(I + C + C²/2) u' = u + q + Cq/2`.
     fn solve_pade(&self, v: [T; 3], force: &GeneralisedForce<T>, h: f64) -> Solved<T>;
-    /// What `C` takes of a velocity of the mass centre over a step, `|C G v|`, m/s.
+    /// Change of a velocity `v` of the mass centre by the scaled damping `C`, `|C G v|`, m/s.
     fn velocity_change(&self, v: &[T; 3], damping: Symmetric) -> f64;
 }
 
@@ -73,7 +73,7 @@ impl<T: Real> ConstantMassMatrix<T> {
         }
     }
 
-    /// An force about the object origin, moved to the mass centre.
+    /// Scale a generalised force about the object origin and move it to the mass centre.
     #[inline(always)]
     fn scale_force(&self, force: &GeneralisedForce<T>, h: f64) -> ScaledForce {
         let ([cx, cy], k) = (self.center, h * self.inverse_mass);
@@ -90,7 +90,7 @@ impl<T: Real> ConstantMassMatrix<T> {
         }
     }
 
-    /// The derivatives of `q` where only the push has any.
+    /// Derivatives of `q` if only the force has derivatives.
     #[inline(always)]
     fn force_slopes(&self, [px, py, torque]: &[T; 3], h: f64) -> [T; 3] {
         let ([cx, cy], k) = (self.center, h * self.inverse_mass);
@@ -99,7 +99,7 @@ impl<T: Real> ConstantMassMatrix<T> {
         [T::slopes([(*px, a)]), T::slopes([(*py, b)]), torque]
     }
 
-    /// The derivatives of `share·q − C u` at a fixed `u`.
+    /// Derivatives of `share·q − C u` at fixed `u`.
     #[inline(always)]
     fn slopes(
         &self,
@@ -128,7 +128,7 @@ impl<T: Real> ConstantMassMatrix<T> {
         ]
     }
 
-    /// A velocity from `u` and its derivatives.
+    /// Velocity `v = G⁻¹ u` with its derivatives.
     #[inline(always)]
     fn velocity(&self, u: Vector, slopes: [T; 3]) -> [T; 3] {
         let ([ux, uy, uz], [x, y, z], [a, b, c]) = (u, slopes, self.g_inverse);
@@ -142,7 +142,6 @@ impl<T: Real> MassMatrix<T> for ConstantMassMatrix<T> {
         heading.rotate_point(self.center)
     }
 
-    /// Implicit Euler over `h`: `(I + C) u' = u + q`.
     #[inline(always)]
     fn solve_euler(&self, v: [T; 3], force: &GeneralisedForce<T>, h: f64) -> Solved<T> {
         let scaled_force = self.scale_force(force, h);
@@ -160,11 +159,9 @@ impl<T: Real> MassMatrix<T> for ConstantMassMatrix<T> {
         (self.velocity(end, factors.solve_slopes(right)), scaled_force.damping)
     }
 
-    /// The (0,2) Padé step over `h`: `(I + C + C²/2) u' = u + q + Cq/2`. On a blocked direction the
-    /// velocity is zero and stays so.
+    /// In blocked directions the velocity stays zero.
     ///
-    /// With `e = dq − dC u'` and `y = (q − C u')/2`, its derivatives are those of
-    /// `P du' = du + (I + C/2) e + dC y`.
+    /// With `e = dq − dC u'` and `y = (q − C u')/2`, the derivatives solve `P du' = du + (I + C/2) e + dC y`.
     #[inline(always)]
     fn solve_pade(&self, v: [T; 3], force: &GeneralisedForce<T>, h: f64) -> Solved<T> {
         let scaled_force = self.scale_force(force, h);
@@ -194,20 +191,18 @@ impl<T: Real> MassMatrix<T> for ConstantMassMatrix<T> {
         damping.multiply(product(values(v), self.g)).map(|u| u * u).iter().sum::<f64>().sqrt()
     }
 
-    /// The velocity of the mass centre, from that of the object origin, object axes.
     #[inline(always)]
     fn centre_twist(&self, [vx, vy, spin]: [T; 3]) -> [T; 3] {
         shift_twist([vx, vy, spin], self.center)
     }
 
-    /// The velocity of the object origin, from that of the mass centre, object axes.
     #[inline(always)]
     fn origin_twist(&self, twist: [T; 3]) -> [T; 3] {
         shift_twist(twist, self.center.map(|c| -c))
     }
 }
 
-/// The velocity of a point `[x, y]` from where it is known.
+/// Twist at a point offset by `[x, y]` from the point where `twist` is given.
 #[inline(always)]
 fn shift_twist<T: Real>([vx, vy, spin]: [T; 3], [x, y]: [f64; 2]) -> [T; 3] {
     let turn = spin.re();
@@ -215,7 +210,7 @@ fn shift_twist<T: Real>([vx, vy, spin]: [T; 3], [x, y]: [f64; 2]) -> [T; 3] {
     [vx, T::chained(vy.re() + turn * x, [(vy, 1.0), (spin, x)]), spin]
 }
 
-/// The derivatives of a number, and of three by a row of weights.
+/// Derivatives of a scaled number plus a weighted sum of three.
 #[inline(always)]
 fn row_slopes<T: Real>(one: (T, f64), [a, b, c]: Vector, [x, y, z]: [T; 3]) -> T {
     T::slopes([one, (x, a), (y, b), (z, c)])

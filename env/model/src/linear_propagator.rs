@@ -1,23 +1,25 @@
-//! Free motion where all damping is viscous and constant: the step's linear system, solved once for all steps.
+//! Free motion under constant viscous damping: the linear system of a step is solved once and applied to every step.
 
 use crate::heading::Heading;
 use crate::implicit::MassMatrix;
 use crate::plant::twist_at;
 use crate::{GeneralisedForce, State};
 
-/// What [`crate::Plant::step_in_place`] does in a step of a given length, where no state changes what acts: velocities after half
-/// a step and after a full one are linear in the velocity before and the force.
+/// Precomputed step of a fixed length for a plant whose forces do not depend on the state.
+///
+/// It gives the result of [`crate::Plant::step_in_place`]: velocities after half a step and a full step are linear in the
+/// initial velocity and the force.
 #[derive(Clone, Copy, Debug)]
 pub struct LinearPropagator {
     dt: f64,
     center: [f64; 2],
-    /// What acts beside the applied wrench.
+    /// Constant force in addition to the applied wrench, object axes.
     force: [f64; 3],
     half: LinearMap,
     full: LinearMap,
 }
 
-/// A velocity of the mass centre from the one before, and from the force; columns.
+/// Linear map from the velocity of the mass centre and the force to the velocity after a time; columns.
 #[derive(Clone, Copy, Debug)]
 struct LinearMap {
     velocity: [[f64; 3]; 3],
@@ -27,9 +29,9 @@ struct LinearMap {
 impl LinearMap {
     fn new(solve: impl Fn([f64; 3], &GeneralisedForce<f64>) -> [f64; 3], damping: [f64; 6]) -> Self {
         let unit = |k: usize| [0, 1, 2].map(|j| f64::from(u8::from(j == k)));
-        let still = GeneralisedForce { force: [0.0; 3], damping };
+        let no_force = GeneralisedForce { force: [0.0; 3], damping };
         Self {
-            velocity: [0, 1, 2].map(|k| solve(unit(k), &still)),
+            velocity: [0, 1, 2].map(|k| solve(unit(k), &no_force)),
             force: [0, 1, 2].map(|k| solve([0.0; 3], &GeneralisedForce { force: unit(k), damping })),
         }
     }
@@ -57,7 +59,7 @@ impl LinearPropagator {
         Self { dt, center, force: constant.force, half, full }
     }
 
-    /// Move a state on by the step's length under `applied`, as [`crate::Plant::step`] takes it.
+    /// Advance a state by one step under `applied`, as [`crate::Plant::step`] does.
     #[inline]
     pub fn step_in_place(&self, state: &mut State<f64>, applied: &[f64; 3]) {
         let half = self.dt / 2.0;
@@ -98,7 +100,7 @@ mod tests {
     }
 
     #[test]
-    fn it_moves_as_the_plant_does() {
+    fn the_propagator_agrees_with_the_plant() {
         let stiff = wheel([-0.5, 0.3, 0.3, 180.0, 1e5]);
         let plant = table(vec![stiff, wheel([0.5, -0.3, 1.0, 8.0, 3.0])]).resolved().unwrap();
         let propagator = plant.linear_propagator(DT).unwrap();
@@ -116,7 +118,7 @@ mod tests {
     }
 
     #[test]
-    fn what_changes_with_the_state_has_none() {
+    fn state_dependent_plants_have_no_propagator() {
         for kind in [Kind::CoulombFriction, Kind::CasterSwivel, Kind::MassChange, Kind::TrackerOffset] {
             let spec = kind.spec();
             let given = spec.params.iter().map(|p| Some(0.1f64.clamp(p.lower, p.upper))).collect();

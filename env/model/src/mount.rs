@@ -1,7 +1,7 @@
-//! A tracked frame that is fastened to the object elsewhere than at the object frame.
+//! Transformations between the object frame and a tracked frame that is mounted elsewhere on the object.
 //!
-//! States, readings and what is moved are the tracked frame's; the laws are the object's. With `(o, θ)` the tracked
-//! frame's pose in the object frame and `q = −Rᵀo` the object's origin in the tracked frame,
+//! States, readings and mass properties refer to the tracked frame, laws to the object frame. With `(o, θ)` the pose of
+//! the tracked frame in the object frame and `q = −Rᵀo` the object origin in the tracked frame,
 //!
 //! ```text
 //! v_object = R (v + ω × q),    F = Rᵀ F_object,   τ = τ_object + q × F
@@ -10,45 +10,45 @@
 use crate::heading::Heading;
 use crate::{GeneralisedForce, Real};
 
-/// Pose of the tracked frame in the object frame.
+/// Mounting pose of the tracked frame in the object frame.
 #[derive(Clone, Copy, Debug)]
 pub(crate) struct Mount<T> {
     angle: T,
     sin: T,
     cos: T,
-    /// The object's origin in the tracked frame, m.
+    /// Object origin in the tracked frame, m.
     origin: [T; 2],
 }
 
 impl<T: Real> Mount<T> {
-    /// At `[x, y, angle]` in the object frame.
+    /// Mount at `[x, y, angle]` in the object frame, m, m, rad.
     pub fn at([x, y, angle]: [T; 3]) -> Self {
         let (sin, cos) = angle.sin_cos();
         let origin = [-(cos * x + sin * y), sin * x - cos * y];
         Self { angle, sin, cos, origin }
     }
 
-    /// A point of the object frame in the tracked frame, m.
+    /// Transform a point from the object frame to the tracked frame, m.
     pub fn transform_point(&self, point: [T; 2]) -> [T; 2] {
         let [x, y] = self.to_tracked_axes(point);
         [x + self.origin[0], y + self.origin[1]]
     }
 
-    /// The object's pose, from the tracked one.
+    /// Pose of the object, given the tracked pose.
     pub fn pose(&self, [x, y, heading]: [T; 3]) -> [T; 3] {
         let [qx, qy] = self.origin;
         let [dx, dy, _] = Heading::of(heading).to_world([qx, qy, T::zero()]);
         [x + dx, y + dy, heading - self.angle]
     }
 
-    /// The object's twist in object axes, from the tracked frame's in tracked axes.
+    /// Twist of the object in object axes, given the twist of the tracked frame in tracked axes.
     pub fn twist(&self, [vx, vy, spin]: [T; 3]) -> [T; 3] {
         let [qx, qy] = self.origin;
         let (vx, vy) = (vx - spin * qy, vy + spin * qx);
         [self.cos * vx - self.sin * vy, self.sin * vx + self.cos * vy, spin]
     }
 
-    /// An force about the object's origin in object axes, about the tracked frame's in tracked axes.
+    /// Transform a generalised force from the object frame to the tracked frame, each about its own origin.
     pub fn transform(
         &self,
         GeneralisedForce { force: [fx, fy, torque], damping: [xx, xy, yy, tx, ty, tt] }: &GeneralisedForce<T>,
@@ -65,7 +65,7 @@ impl<T: Real> Mount<T> {
             *xx * ss + *yy * cc - *xy * sc * 2.0,
         ];
         moved.add_damping_at(self.origin, turned);
-        // What couples turning with moving: a force per spin at the object's origin, and with it a torque.
+        // Coupling of rotation and translation: a force per spin at the object origin and its torque.
         let ([ax, ay], [qx, qy]) = (self.to_tracked_axes([*tx, *ty]), self.origin);
         moved.damping[3] += ax;
         moved.damping[4] += ay;
@@ -73,7 +73,7 @@ impl<T: Real> Mount<T> {
         moved
     }
 
-    /// A vector of the object's axes in tracked axes.
+    /// Rotate a vector from object axes to tracked axes.
     fn to_tracked_axes(&self, [x, y]: [T; 2]) -> [T; 2] {
         [self.cos * x + self.sin * y, self.cos * y - self.sin * x]
     }

@@ -1,18 +1,20 @@
-//! The linear system of a step where the inertia itself depends on parameters or on time: plain arithmetic in numbers
-//! that carry derivatives. [`crate::implicit`] does the same three times as fast for a body that stays what it is.
+//! The linear system of an implicit step if the mass properties depend on parameters or time.
+//!
+//! It uses plain arithmetic in numbers with derivatives. [`crate::implicit`] is three times as fast but requires constant
+//! mass properties.
 
 use crate::heading::Heading;
 use crate::implicit::{MassMatrix, Solved};
 use crate::symmetric::Symmetric;
 use crate::{GeneralisedForce, Real, Rigid};
 
-/// A rigid body, and the directions that a rail blocks.
+/// Mass matrix of a body with variable mass properties. A rail blocks some directions.
 #[derive(Clone, Copy, Debug)]
 pub(crate) struct VariableMassMatrix<T> {
     rigid: Rigid<T>,
-    /// Diagonal of `G = diag(1, 1, ρ)`, in `u = G v`; 0 where a rail blocks.
+    /// Diagonal of `G = diag(1, 1, ρ)`, with `u = G v`; 0 in blocked directions.
     g: [T; 3],
-    /// One over it, and likewise 0.
+    /// Diagonal of `G⁻¹`; 0 in blocked directions.
     g_inverse: [T; 3],
 }
 
@@ -24,7 +26,7 @@ impl<T: Real> VariableMassMatrix<T> {
         Self { rigid, g: free([one, one, gyration]), g_inverse: free([one, one, gyration.recip()]) }
     }
 
-    /// Drag and wrench over a step, about the mass centre and scaled: `C` and `q`.
+    /// Scaled damping `C` and scaled force `q` of a step, about the mass centre.
     fn scale_force(&self, force: &GeneralisedForce<T>, h: f64) -> ([T; 6], [T; 3]) {
         let ([cx, cy], k) = (self.rigid.com, self.rigid.mass.recip() * h);
         let [xx, xy, yy, tx, ty, tt] = force.damping;
@@ -84,7 +86,7 @@ fn sum<T: Real>(a: [T; 3], b: [T; 3]) -> [T; 3] {
     [a[0] + b[0], a[1] + b[1], a[2] + b[2]]
 }
 
-/// A matrix without its derivatives.
+/// Values of a matrix without derivatives.
 fn values<T: Real>(matrix: &[T; 6]) -> Symmetric {
     Symmetric(matrix.map(|entry| entry.re()))
 }
@@ -98,7 +100,7 @@ fn multiply<T: Real>([xx, xy, yy, tx, ty, tt]: [T; 6], [x, y, z]: [T; 3]) -> [T;
     [xx * x + xy * y + tx * z, xy * x + yy * y + ty * z, tx * x + ty * y + tt * z]
 }
 
-/// Its square.
+/// Square of a symmetric matrix.
 fn squared<T: Real>(m: [T; 6]) -> [T; 6] {
     let [xx, xy, yy, tx, ty, tt] = m;
     let ([a, b, d], [_, c, e], [_, _, f]) =
@@ -106,7 +108,7 @@ fn squared<T: Real>(m: [T; 6]) -> [T; 6] {
     [a, b, c, d, e, f]
 }
 
-/// The solution of a symmetric positive definite system, by `L D Lᵀ`.
+/// Solution of a symmetric positive definite system by `LDLᵀ` factorisation.
 fn solve_ldl<T: Real>([xx, xy, yy, tx, ty, tt]: [T; 6], [x, y, z]: [T; 3]) -> [T; 3] {
     let (d1, l21, l31) = (xx, xy / xx, tx / xx);
     let d2 = yy - l21 * xy;
@@ -126,7 +128,7 @@ mod tests {
     use crate::implicit::ConstantMassMatrix;
 
     #[test]
-    fn a_body_that_stays_what_it_is_moves_as_before() {
+    fn constant_and_variable_mass_matrices_agree() {
         let corners = [[-0.5, -0.3], [0.7, -0.3], [0.7, 0.5], [-0.5, 0.5]];
         let body = Body::from_footprint(&corners, 22.0).unwrap();
         let rigid = Rigid { mass: 22.0, com: body.com, inertia: body.inertia() };
