@@ -106,8 +106,7 @@ impl Discrepancy {
         }
         let on_reading = self.axes == Axes::Reading;
         if self.inputs.iter().any(|i| if on_reading { is_motion(i) } else { reads(i) }) {
-            let needed =
-                "`reading` and `trend` require axes = \"reading\", which allows only these and `since_contact`";
+            let needed = "`reading` and `trend` require axes = \"reading\", which allows only these and `since_contact`";
             return wrong(format!("inputs: {needed}"));
         }
         for (what, got, expected) in [

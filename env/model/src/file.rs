@@ -1,4 +1,4 @@
-//! `model.toml` (`trundle-model/1`).
+//! Reader and writer of `model.toml` (format `trundle-model/1`).
 
 use crate::body::Fixture;
 use crate::model::{Effect, Model};
@@ -10,10 +10,10 @@ use toml::{Table, Value};
 
 const FORMAT: &str = "trundle-model/1";
 
-/// Mass from which a free mass is searched when nothing else is known, kg.
+/// Initial guess of a free mass without other information, kg.
 const DEFAULT_MASS_KG: f64 = 20.0;
 
-/// What is believed of the free parameters after the data: a normal approximation.
+/// Normal approximation of the posterior of the free parameters.
 #[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
 #[serde(deny_unknown_fields)]
 pub struct Posterior {
@@ -29,7 +29,7 @@ pub struct Posterior {
 #[serde(deny_unknown_fields)]
 struct File {
     format: String,
-    /// Left out, the object's own from the recording that the model is held against.
+    /// If omitted, the body of the recording applies.
     #[serde(default)]
     body: BodyTable,
     #[serde(default, skip_serializing_if = "Vec::is_empty")]
@@ -73,17 +73,17 @@ fn one() -> f64 {
 }
 
 impl Model {
-    /// Read `model.toml`; a value that is left out is free.
+    /// Read `model.toml`. A parameter without a value is free.
     ///
     /// # Errors
     /// Names the key that is unknown, missing or out of bounds.
     pub fn from_toml(text: &str) -> Result<(Self, Option<Posterior>), ModelError> {
-        // First, because the keys of a file of another format would be called unknown.
+        // Check the format first: the keys of another format would be reported as unknown.
         if let Some(Value::String(found)) =
             text.parse::<Table>().ok().and_then(|mut file| file.remove("format"))
             && found != FORMAT
         {
-            return Err(ModelError::Format(format!("format = \"{found}\": this reader knows \"{FORMAT}\"")));
+            return Err(ModelError::Format(format!("format = \"{found}\": must be \"{FORMAT}\"")));
         }
         let file: File = toml::from_str(text).map_err(|e| ModelError::Format(e.to_string()))?;
         let mass = file.body.mass;
@@ -103,10 +103,10 @@ impl Model {
         ))
     }
 
-    /// Write `model.toml`.
+    /// Text of `model.toml`.
     ///
     /// # Errors
-    /// When a number cannot be written.
+    /// When the model cannot be serialised.
     pub fn to_toml(&self, posterior: Option<&Posterior>) -> Result<String, ModelError> {
         let file = File {
             format: FORMAT.to_owned(),
@@ -226,11 +226,11 @@ fn read_effect(index: usize, table: &Table) -> Result<Effect, ModelError> {
     Ok(effect)
 }
 
-/// Factor by which a value with a dimension may exceed the bounds within which it is sought: those are for furniture in
-/// metres, kilograms and seconds, and a file may hold something else.
+/// Largest factor by which a dimensional value in a file may exceed the bounds of the catalogue. Those bounds are for
+/// furniture in SI units; a file may describe other objects or units.
 const MAX_UNIT_FACTOR: f64 = (1u64 << 40) as f64;
 
-/// Smallest and largest value that a file may give.
+/// Bounds of a parameter value in a file.
 fn file_bounds(param: &Param) -> [f64; 2] {
     let factor = if matches!(param.unit, "1" | "rad") { 1.0 } else { MAX_UNIT_FACTOR };
     let lower = if param.lower < 0.0 { param.lower * factor } else { param.lower / factor };
@@ -281,7 +281,7 @@ covariance = [[0.04]]
 "#;
 
     #[test]
-    fn the_documented_file_survives_a_round_trip() {
+    fn the_documented_file_round_trips() {
         let (model, posterior) = Model::from_toml(TABLE).unwrap();
         assert_eq!(model.effects[0].values[4], Some(180.0));
         assert!(model.resolved().is_ok());
@@ -290,7 +290,7 @@ covariance = [[0.04]]
     }
 
     #[test]
-    fn a_mass_centre_and_an_inertia_survive_a_round_trip() {
+    fn mass_centre_and_inertia_round_trip() {
         for mass in ["", "mass = 8.0"] {
             let text = format!(
                 "format = \"{FORMAT}\"\n[body]\n{mass}\ncom = [0.25, -0.5]\ninertia = 3.5\n\
@@ -304,7 +304,7 @@ covariance = [[0.04]]
     }
 
     #[test]
-    fn a_value_left_out_is_free() {
+    fn an_omitted_value_is_free() {
         for body in ["", "[body]\n"] {
             let text = format!("format = \"trundle-model/1\"\n{body}[[effect]]\nkind = \"viscous_wheel\"\n");
             let (model, _) = Model::from_toml(&text).unwrap();
@@ -314,13 +314,13 @@ covariance = [[0.04]]
     }
 
     #[test]
-    fn what_is_wrong_is_named() {
+    fn errors_name_key_and_value() {
         for (from, to, words) in [
             ("trundle-model/1", "trundle-model/9", vec!["trundle-model/9", "trundle-model/1"]),
             (
                 "trundle-model/1\"",
                 "trundle-object/1\"\nname = \"bed\"",
-                vec!["format = \"trundle-object/1\"", "knows \"trundle-model/1\""],
+                vec!["format = \"trundle-object/1\"", "must be \"trundle-model/1\""],
             ),
             ("force = 14.2", "force = -1.0", vec!["coulomb_friction.force", "-1", "N"]),
             ("force = 14.2", "farce = 14.2", vec!["effect 2", "farce", "static_force"]),
@@ -331,7 +331,7 @@ covariance = [[0.04]]
         ] {
             let message = Model::from_toml(&TABLE.replace(from, to)).unwrap_err().to_string();
             for word in words {
-                assert!(message.contains(word), "{message} should say {word}");
+                assert!(message.contains(word), "{message} should contain {word}");
             }
         }
     }

@@ -76,11 +76,6 @@ impl Kind {
         self == Self::DriveLag
     }
 
-    /// Whether the reading depends on earlier readings.
-    pub fn has_memory(self) -> bool {
-        matches!(self, Self::SensorLag | Self::SensorPlay)
-    }
-
     /// Whether it modifies an existing wheel of the model.
     pub fn changes_wheels(self) -> bool {
         self == Self::WheelEvent

@@ -1,23 +1,20 @@
-//! A prior file held against a model.
+//! Application of a prior file to a model.
 
 use super::spelling::hint;
 use super::{Distribution, Entry, PriorFile, TruncatedPrior};
 use crate::law::Prior;
 use crate::{Model, ModelError, Slot};
 
-/// A distribution whose centre lies further than this many standard deviations from its support
-/// has none of its probability there.
+/// Largest distance, in standard deviations, between the centre of a distribution and its support. Beyond it the support
+/// has practically no probability.
 const MAX_CENTRE_DISTANCE_SD: f64 = 6.0;
 
 impl PriorFile {
-    /// The model with these priors: values that are fixed are given, the others are believed so.
-    ///
-    /// A refinement (a parameter that is left at its simple value when a model leaves it out) for
-    /// which there is a prior becomes free.
+    /// Copy of the model with these priors; a `fixed` distribution sets the value. A refinement with a prior becomes free.
     ///
     /// # Errors
-    /// Names the file, the parameter, the value and the remedy where the model has no such
-    /// parameter, gives it a value, or a prior reaches beyond the legal values.
+    /// When the model has no such parameter or already fixes it, or when a prior exceeds the bounds. The message names the
+    /// file, the parameter, the value and the remedy.
     pub fn apply(&self, model: &Model) -> Result<Model, ModelError> {
         let mut model = model.clone();
         for entry in &self.entries {
@@ -38,7 +35,7 @@ impl PriorFile {
             return Err(format!("the model has no such parameter: {}", hint(&entry.slot, &known)));
         };
         if let Some(value) = slot.value {
-            let remedy = "remove the prior, or leave the value out of the model or recording";
+            let remedy = "remove the prior, or remove the value from the model or recording";
             return Err(format!("is given as {value} {}: {remedy}", slot.unit));
         }
         match entry.distribution {
@@ -55,7 +52,7 @@ impl PriorFile {
     }
 }
 
-/// The distribution with its ends, checked against what is legal for the slot.
+/// Truncated prior of a distribution, checked against the bounds of the slot.
 fn truncated(slot: &Slot, distribution: Distribution) -> Result<TruncatedPrior, String> {
     let cut = |prior, low: Option<f64>, high: Option<f64>| {
         let (lower, upper) = (low.unwrap_or(slot.lower), high.unwrap_or(slot.upper));
@@ -94,7 +91,7 @@ fn truncated(slot: &Slot, distribution: Distribution) -> Result<TruncatedPrior, 
             let truncated = cut(Prior::Uniform, Some(low), Some(high))?;
             match slot.prior {
                 Prior::Angle(period) if high - low > period * (1.0 + 1e-9) => Err(format!(
-                    "low = {low}, high = {high}: more than the period {period:.5} rad; for all of it \
+                    "low = {low}, high = {high}: exceeds the period {period:.5} rad; for the full circle \
                      write distribution = \"angle\""
                 )),
                 _ => Ok(truncated),
@@ -102,18 +99,18 @@ fn truncated(slot: &Slot, distribution: Distribution) -> Result<TruncatedPrior, 
         }
         Distribution::OnBody => match slot.prior {
             Prior::OnBody(_) => cut(slot.prior, None, None),
-            _ => Err(format!("is no place on the body ({}): on_body is for positions", slot.unit)),
+            _ => Err(format!("is not a position on the body ({}): on_body requires a position", slot.unit)),
         },
         Distribution::Angle => match slot.prior {
             Prior::Angle(_) => cut(slot.prior, None, None),
-            _ => Err(format!("is no angle ({}): angle is for directions", slot.unit)),
+            _ => Err(format!("is not an angle ({}): angle requires a direction", slot.unit)),
         },
         Distribution::Fixed { .. } => cut(slot.prior, None, None),
     }
 }
 
-/// Whether a distribution whose centre is so many standard deviations short of its support, and
-/// beyond it, has probability there.
+/// Check that a distribution has probability on its support. `away`: distances of its centre below and above the support,
+/// in standard deviations.
 fn check_centre(
     what: &str,
     centre: f64,
@@ -123,7 +120,7 @@ fn check_centre(
     let TruncatedPrior { lower, upper, .. } = truncated;
     match away.into_iter().find(|sds| *sds > MAX_CENTRE_DISTANCE_SD) {
         Some(sds) => Err(format!(
-            "{what} = {centre} lies {sds:.1} standard deviations outside of [{lower}, {upper}]: \
+            "{what} = {centre} lies {sds:.1} standard deviations outside [{lower}, {upper}]: \
              widen sd, or move the {what}"
         )),
         None => Ok(*truncated),
@@ -135,5 +132,5 @@ fn check_bounds(slot: &Slot, what: &str, value: f64) -> Result<(), String> {
     if (*lower..=*upper).contains(&value) {
         return Ok(());
     }
-    Err(format!("{what} = {value}: legal values are in [{lower}, {upper}] {unit}"))
+    Err(format!("{what} = {value}: must be in [{lower}, {upper}] {unit}"))
 }

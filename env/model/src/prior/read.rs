@@ -1,4 +1,4 @@
-//! The text of a prior file.
+//! Parser of prior files.
 
 use super::spelling::hint;
 use super::{Distribution, Entry, PriorFile};
@@ -10,10 +10,10 @@ const FORMAT: &str = "trundle-prior/1";
 const DISTRIBUTIONS: [&str; 6] = ["normal", "log_normal", "uniform", "on_body", "angle", "fixed"];
 
 impl PriorFile {
-    /// Read the text of a prior file; `source` is its name in messages.
+    /// Parse the text of a prior file; `source` is the file name for messages.
     ///
     /// # Errors
-    /// Names the file, the entry, and what is unknown, missing or not a number.
+    /// Names the file, the entry, and the value that is unknown, missing or not a number.
     pub fn from_toml(text: &str, source: &str) -> Result<Self, ModelError> {
         let bad =
             |place: &str, problem| ModelError::Prior { file: source.into(), place: place.into(), problem };
@@ -30,10 +30,10 @@ impl PriorFile {
                 }
                 Value::String(format) if name == "format" && format == FORMAT => {}
                 value if name == "format" => {
-                    return Err(bad(name, format!("{value}: this reader knows \"{FORMAT}\"")));
+                    return Err(bad(name, format!("{value}: must be \"{FORMAT}\"")));
                 }
                 _ => {
-                    let remedy = "priors stand in tables by effect, as `[body]` with `mass = { … }`";
+                    let remedy = "group priors in tables by effect, such as `[body]` with `mass = { … }`";
                     return Err(bad(name, format!("is not a table: {remedy}")));
                 }
             }
@@ -51,7 +51,7 @@ fn entry(slot: &str, value: &Value) -> Result<Entry, String> {
     let per_episode = match table.get("scope").map(|scope| (scope.as_str(), scope)) {
         None | Some((Some("all"), _)) => false,
         Some((Some("episode"), _)) => true,
-        Some((_, other)) => return Err(format!("scope = {other}: known are \"all\" and \"episode\"")),
+        Some((_, other)) => return Err(format!("scope = {other}: must be \"all\" or \"episode\"")),
     };
     let distribution = match table.get("distribution") {
         None if per_episode => {
@@ -63,7 +63,7 @@ fn entry(slot: &str, value: &Value) -> Result<Entry, String> {
         Some(other) => return Err(format!("distribution = {other}: {}", hint("", &DISTRIBUTIONS))),
     };
     if per_episode && matches!(distribution, Some(Distribution::Fixed { .. })) {
-        return Err("is fixed, and so the same in every episode: leave out `scope`".to_owned());
+        return Err("is fixed and therefore the same in every episode: remove `scope`".to_owned());
     }
     Ok(Entry { slot: slot.to_owned(), distribution, per_episode })
 }
@@ -94,7 +94,7 @@ fn distribution(name: &str, table: &Table) -> Result<Distribution, String> {
     })
 }
 
-/// The keys that a distribution must have, and those that it may have.
+/// Required and optional keys of a distribution.
 fn distribution_keys(name: &str) -> Result<[&'static [&'static str]; 2], String> {
     Ok(match name {
         "normal" => [&["mean", "sd"], &["low", "high"]],

@@ -1,20 +1,20 @@
-//! The name that somebody may have meant.
+//! Suggestions for misspelled names.
 
-/// The known name that takes the fewest edits, if they are few for its length.
+/// Known name with the smallest edit distance, if the distance is small relative to the length.
 pub(super) fn closest_name<'a>(name: &str, known: &[&'a str]) -> Option<&'a str> {
     let (edits, best) = known.iter().map(|k| (edit_distance(name, k), *k)).min()?;
     (edits <= 1 + name.chars().count() / 4).then_some(best)
 }
 
-/// "; did you mean `x`?", or the list of what is known.
+/// Suggestion of a similar name, followed by the known names.
 pub(super) fn hint(name: &str, known: &[&str]) -> String {
     match closest_name(name, known) {
-        Some(near) => format!("did you mean `{near}`? Known are {}", known.join(", ")),
-        None => format!("known are {}", known.join(", ")),
+        Some(near) => format!("did you mean `{near}`? Choose from {}", known.join(", ")),
+        None => format!("choose from {}", known.join(", ")),
     }
 }
 
-/// Levenshtein's distance.
+/// Levenshtein distance.
 fn edit_distance(a: &str, b: &str) -> usize {
     let b: Vec<char> = b.chars().collect();
     let mut row: Vec<usize> = (0..=b.len()).collect();
@@ -35,7 +35,7 @@ mod tests {
     use super::*;
 
     #[test]
-    fn distances_are_the_textbooks() {
+    fn edit_distances_match_textbook_examples() {
         assert_eq!(
             (edit_distance("kitten", "sitting"), edit_distance("", "abc"), edit_distance("mu_x", "mu_x")),
             (3, 3, 0)
