@@ -119,8 +119,8 @@ impl Body {
         Ok(Self { fixtures: vec![], mass, com: [0.0; 2], gyration: 1.0, support, feet: None })
     }
 
-    /// The same body on `feet` (object frame, m). Static equilibrium determines the load of three feet; for more feet it is
-    /// a least-squares solution.
+    /// The same body on `feet` (object frame, m). Static equilibrium determines the load of three feet; for more feet
+    /// it is a least-squares solution.
     #[must_use]
     pub fn with_feet(mut self, feet: &[[f64; 2]]) -> Self {
         if !feet.is_empty() {

@@ -73,8 +73,8 @@ impl Boundary {
 
     /// Visit the pieces near a point, object frame, m.
     ///
-    /// For a point outside, these are all pieces closer than `within`: usually one, two in a notch. For a point inside, it
-    /// is the piece with the smallest depth.
+    /// For a point outside, these are all pieces closer than `within`: usually one, two in a notch. For a point inside,
+    /// it is the piece with the smallest depth.
     pub fn pieces_near(&self, point: [f64; 2], within: f64, mut visit: impl FnMut(Piece)) {
         let off = (point[0] - self.middle[0]).hypot(point[1] - self.middle[1]);
         if off - self.reach > within {

@@ -76,8 +76,8 @@ pub enum Axes {
 #[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
 #[serde(deny_unknown_fields)]
 pub struct Discrepancy {
-    /// Inputs. A correction of the reading may depend on the reading, its trend and the time since contact; a wrench on the
-    /// object on all inputs other than reading and trend.
+    /// Inputs. A correction of the reading may depend on the reading, its trend and the time since contact; a wrench on
+    /// the object on all inputs other than reading and trend.
     pub inputs: Vec<Input>,
     /// Axes of the weights.
     pub axes: Axes,

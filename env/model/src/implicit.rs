@@ -1,8 +1,8 @@
 //! The linear system of an implicit step: the velocity after a time `h` under a force and damping.
 //!
 //! Let `ρ` be the radius of gyration, `G = diag(1, 1, ρ)` and `u = G v`. In these coordinates the mass matrix is `m I`.
-//! The scaled damping of a step is the symmetric matrix `C = h m⁻¹ G⁻¹ D G⁻¹`, and the scaled force `q = h m⁻¹ G⁻¹ w` is
-//! the change of velocity that the wrench `w` causes without damping.
+//! The scaled damping of a step is the symmetric matrix `C = h m⁻¹ G⁻¹ D G⁻¹`, and the scaled force `q = h m⁻¹ G⁻¹ w`
+//! is the change of velocity that the wrench `w` causes without damping.
 //!
 //! Values are computed in `f64`. The derivatives of `P(C) u' = r(u, q, C)` follow from the implicit function theorem,
 //! `P du' = dr − dP u'`. Only products of matrix derivatives with known vectors are needed.

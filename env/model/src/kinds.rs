@@ -60,7 +60,8 @@ impl Kind {
         matches!(self, Self::ViscousWheel | Self::SpinDrag)
     }
 
-    /// Whether its location is a mass centre. A mass centre lies in the convex hull of the body, not always in its shape.
+    /// Whether its location is a mass centre. A mass centre lies in the convex hull of the body, not always in its
+    /// shape.
     pub fn is_mass_centre(self) -> bool {
         self == Self::ComOffset
     }
@@ -100,8 +101,8 @@ impl Kind {
         )
     }
 
-    /// Whether it differs on a rail from every simpler effect. On a rail, friction at a point or along an axis equals friction
-    /// of the whole body, and there is no rotation.
+    /// Whether it differs on a rail from every simpler effect. On a rail, friction at a point or along an axis equals
+    /// friction of the whole body, and there is no rotation.
     pub fn is_distinct_on_rail(self) -> bool {
         use Kind::{AxisFriction, BodyAxisFriction, CoulombFriction, SpinDrag};
         let spec = self.spec();

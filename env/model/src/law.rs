@@ -52,7 +52,8 @@ pub struct Param {
     pub scales_face_pressure: bool,
     /// Whether it is identifiable only if the mass is given. It is fixed to one if the mass is free.
     pub needs_known_mass: bool,
-    /// Whether it belongs to a group, such as forces along axes, of which one identifiable member suffices for the effect.
+    /// Whether it belongs to a group, such as forces along axes, of which one identifiable member suffices for the
+    /// effect.
     pub is_alternative: bool,
     /// Role in the law.
     pub role: Role,
@@ -394,8 +395,8 @@ pub(crate) trait EffectLaw<T: Real>: Sized {
         None
     }
 
-    /// Advance the inner states by `dt` seconds. `at` describes the middle of the step, except that `at.inner` holds the
-    /// inner states at its start.
+    /// Advance the inner states by `dt` seconds. `at` describes the middle of the step, except that `at.inner` holds
+    /// the inner states at its start.
     #[inline]
     fn advance(&self, _at: &LawContext<'_, T>, _dt: f64, _inner: &mut [T]) {}
 }

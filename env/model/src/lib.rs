@@ -1,8 +1,8 @@
 //! The physics of a pushed body.
 //!
-//! A [`Model`] is a rigid body plus a list of effects. Each effect is a small law with named parameters. Laws are generic
-//! over [`Real`]: simulation, planning (`f64`) and estimation with exact gradients ([`Dual`]) use the same code.
-//! The crate is pure mathematics without a physics engine, input or output.
+//! A [`Model`] is a rigid body plus a list of effects. Each effect is a small law with named parameters. Laws are
+//! generic over [`Real`]: simulation, planning (`f64`) and estimation with exact gradients ([`Dual`]) use the same
+//! code. The crate is pure mathematics without a physics engine, input or output.
 //!
 //! Units are SI, angles radians; a *wrench* is `[f_x, f_y, τ]`, a *twist* `[v_x, v_y, ω]`.
 

@@ -7,8 +7,8 @@ use crate::{GeneralisedForce, State};
 
 /// Precomputed step of a fixed length for a plant whose forces do not depend on the state.
 ///
-/// It gives the result of [`crate::Plant::step_in_place`]: velocities after half a step and a full step are linear in the
-/// initial velocity and the force.
+/// It gives the result of [`crate::Plant::step_in_place`]: velocities after half a step and a full step are linear in
+/// the initial velocity and the force.
 #[derive(Clone, Copy, Debug)]
 pub struct LinearPropagator {
     dt: f64,

@@ -132,8 +132,8 @@ impl Model {
         slots
     }
 
-    /// The parameter whose value deviates most from its prior on a logarithmic scale: the likely cause of a motion that is not
-    /// finite. `None` if no value is extreme.
+    /// The parameter whose value deviates most from its prior on a logarithmic scale: the likely cause of a motion that
+    /// is not finite. `None` if no value is extreme.
     pub fn most_extreme(&self) -> Option<Slot> {
         let distance = |slot: &Slot| match (slot.prior, slot.value?) {
             (Prior::Normal { mean, sd }, value) => Some(((value - mean).abs() / sd).ln()),

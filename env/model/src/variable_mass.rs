@@ -1,7 +1,7 @@
 //! The linear system of an implicit step if the mass properties depend on parameters or time.
 //!
-//! It uses plain arithmetic in numbers with derivatives. [`crate::implicit`] is three times as fast but requires constant
-//! mass properties.
+//! It uses plain arithmetic in numbers with derivatives. [`crate::implicit`] is three times as fast but requires
+//! constant mass properties.
 
 use crate::heading::Heading;
 use crate::implicit::{MassMatrix, Solved};

@@ -1,10 +1,10 @@
-//! DryFriction friction along axes that are fixed in the world: guides, a gantry, the slides and the hinge of a simulator.
+//! Dry friction along axes fixed in the world: linear guides, a gantry, slide and hinge joints of a simulator.
 //!
 //! ```text
 //! F_k = −f_k (v·n_k)/√((v·n_k)² + ε²),   n_1 = (cos angle, sin angle) in the world, n_2 across it
 //! τ   = −T ω/√(ω² + ε²/ρ²),              v: velocity of the object origin, ρ: radius of gyration
 //! ```
-//! Unlike friction at a contact the axes do not share a force: each keeps its own while the other slides.
+//! Unlike friction at a contact, the axes are independent: each keeps its force while the other slides.
 
 use super::axis_pair::{AxisPair, direction, force_x, force_y, torque};
 use super::dry_friction::creep;
@@ -14,7 +14,7 @@ use crate::law::{EffectLaw, EffectTarget, GeneralisedForce, LawContext, LawSetup
 pub(crate) static SPEC: Spec = Spec {
     kind: "axis_friction",
     effect: "axis_friction",
-    summary: "dry friction along axes fixed in the world, each with its own force: guides, joints in series",
+    summary: "dry friction along two axes fixed in the world, each with its own force (guides, joints in series)",
     source: "Armstrong-Hélouvry, Dupont, Canudas de Wit 1994, Coulomb friction of each axis",
     target: EffectTarget::Object,
     is_dissipative: true,
@@ -22,13 +22,13 @@ pub(crate) static SPEC: Spec = Spec {
     inner_states: &[],
     params: &[direction("the first axis, world"), force_x(), force_y(), torque(), creep()],
     neutral: &[("force_x", 0.0), ("force_y", 0.0), ("torque", 0.0)],
-    sentence: "DryFriction friction acts along axes fixed in the world: {force_x} along {angle}, {force_y} across it and {torque} \
-               against turning.",
-    suggested_push: "push along each axis and diagonally: friction of two axes is larger diagonally than along either, friction \
-            of a contact is the same in every direction",
+    sentence: "Dry friction acts along axes fixed in the world: {force_x} along the direction {angle}, {force_y} \
+        across it and {torque} against rotation.",
+    suggested_push: "push along each axis and diagonally: friction of two axes is largest diagonally, whereas friction \
+        of a contact is equal in every direction",
 };
 
-/// The law in place.
+/// Law with its parameters.
 #[derive(Clone, Debug)]
 pub struct AxisFriction<T> {
     /// Direction of the first axis, world.

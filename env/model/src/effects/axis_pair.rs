@@ -1,11 +1,11 @@
-//! DryFriction friction along two perpendicular axes and about the vertical: what the laws of guides and joints share.
+//! Dry friction along two perpendicular axes and about the vertical, shared by the laws of guides and joints.
 
 use super::{angle, positive};
 use crate::Real;
 use crate::law::{GeneralisedForce, Param};
 use std::f64::consts::PI;
 
-/// Direction of the first axis.
+/// Direction of the first axis, rad.
 pub(super) const fn direction(help: &'static str) -> Param {
     angle("angle", PI, help)
 }
@@ -22,24 +22,24 @@ pub(super) const fn force_y() -> Param {
         .planar()
 }
 
-/// Friction torque of turning, N·m.
+/// Friction torque about the vertical, N·m.
 pub(super) const fn torque() -> Param {
     positive("torque", "N·m", 1e5, (2.0, 1.5), "friction torque about the vertical").alternative().planar()
 }
 
-/// Friction of each axis, rounded off at rest.
+/// Friction of each axis, smoothed at rest.
 #[derive(Clone, Debug)]
 pub(super) struct AxisPair<T> {
     force: [T; 2],
     torque: T,
-    /// Speed below which an axis creeps in proportion, m/s.
+    /// Speed below which friction is proportional to the speed, m/s.
     creep: T,
-    /// The same for turning, rad/s.
+    /// The same for rotation, rad/s.
     creep_spin: T,
 }
 
 impl<T: Real> AxisPair<T> {
-    /// The speed of creep counts at the radius of gyration, m, where the body turns.
+    /// Create the pair. For rotation, the creep speed applies at the radius of gyration, m.
     pub fn new(force: [T; 2], torque: T, creep: T, gyration: f64) -> Self {
         let creep_spin = if gyration > 0.0 { creep / gyration } else { creep };
         Self { force, torque, creep, creep_spin }

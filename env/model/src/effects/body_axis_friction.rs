@@ -1,4 +1,4 @@
-//! DryFriction friction along axes that are fixed in the body: a slide on the object, joints that turn with it.
+//! Dry friction along axes fixed in the body: a slide on the object, joints that rotate with it.
 //!
 //! ```text
 //! F_k = −f_k (v·n_k)/√((v·n_k)² + ε²),   n_1 = (cos angle, sin angle) in the body, n_2 across it
@@ -13,7 +13,7 @@ use crate::law::{EffectLaw, EffectTarget, GeneralisedForce, LawContext, LawSetup
 pub(crate) static SPEC: Spec = Spec {
     kind: "body_axis_friction",
     effect: "axis_friction",
-    summary: "dry friction along axes fixed in the body, each with its own force",
+    summary: "dry friction along two axes fixed in the body, each with its own force",
     source: "Armstrong-Hélouvry, Dupont, Canudas de Wit 1994, Coulomb friction of each axis",
     target: EffectTarget::Object,
     is_dissipative: true,
@@ -21,13 +21,13 @@ pub(crate) static SPEC: Spec = Spec {
     inner_states: &[],
     params: &[direction("the first axis, object frame"), force_x(), force_y(), torque(), creep()],
     neutral: &[("force_x", 0.0), ("force_y", 0.0), ("torque", 0.0)],
-    sentence: "DryFriction friction acts along axes fixed in the body: {force_x} along {angle}, {force_y} across it and {torque} \
-               against turning.",
-    suggested_push: "turn the object by an eighth and repeat a push along one axis: axes in the body turn with it, axes in the \
-            world do not",
+    sentence: "Dry friction acts along axes fixed in the body: {force_x} along the direction {angle}, {force_y} across \
+        it and {torque} against rotation.",
+    suggested_push: "rotate the object by 45° and repeat a push along one axis: axes of the body rotate with it, axes \
+        of the world do not",
 };
 
-/// The law in place.
+/// Law with its parameters.
 #[derive(Clone, Debug)]
 pub struct BodyAxisFriction<T> {
     /// Direction of the first axis, object frame.

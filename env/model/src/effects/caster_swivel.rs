@@ -1,11 +1,11 @@
-//! A caster: a wheel that trails behind a pivot and swivels into the direction of motion.
+//! A caster: a wheel that trails behind a pivot and aligns with the direction of motion.
 //!
 //! ```text
 //! F = −μ (v·n) n at the pivot,   φ̇ = (v·n)/trail in the world;   n = (−sin φ, cos φ)
 //! ```
-//! `v` is the pivot's velocity and `φ` the direction from the wheel to the pivot. The wheel does not slip sideways, so
-//! the pivot's sideways motion turns it; what resists that turning (the tyre scrubs on the floor) is the side force: with
-//! a torque `D φ̇` it is `μ = D/trail²`. Where the caster points at first nobody knows: it is an inner state, in the object frame.
+//! `v` is the velocity of the pivot and `φ` the direction from the wheel to the pivot. The wheel does not slip
+//! sideways, so lateral motion of the pivot rotates it. A scrubbing torque `D φ̇` resists this rotation and causes the
+//! side force, with `μ = D/trail²`. The initial direction is unknown: it is an inner state, in the object frame.
 
 use super::{on_body, positive};
 use crate::Real;
@@ -17,7 +17,7 @@ use std::f64::consts::FRAC_PI_4;
 pub(crate) static SPEC: Spec = Spec {
     kind: "caster_swivel",
     effect: "caster_swivel",
-    summary: "a caster that trails behind a pivot and swivels",
+    summary: "a caster: a wheel that trails behind a pivot and aligns with the motion",
     source: "the kinematics of a trailing wheel: Campion, Bastin, D'Andréa-Novel 1996, off-centred orientable wheel",
     target: EffectTarget::Object,
     is_dissipative: true,
@@ -26,18 +26,19 @@ pub(crate) static SPEC: Spec = Spec {
     params: &[
         on_body("x", 0, "the pivot, object frame"),
         on_body("y", 1, "the pivot, object frame"),
-        positive("trail", "m", 1.0, (0.04, 0.7), "how far the wheel trails behind the pivot")
+        positive("trail", "m", 1.0, (0.04, 0.7), "distance of the wheel behind the pivot")
             .role(Role::Shape)
             .at_least(5e-3)
             .planar(),
-        positive("mu_side", "N·s/m", 1e6, (50.0, 1.5), "viscous friction across the caster's direction"),
+        positive("mu_side", "N·s/m", 1e6, (50.0, 1.5), "viscous friction across the direction of the caster"),
     ],
     neutral: &[("mu_side", 0.0)],
-    sentence: "A caster at ({x}, {y}) trails {trail} behind its pivot and resists with {mu_side} until it has swivelled.",
-    suggested_push: "push to and fro: at each reversal a caster must swing around, a fixed wheel does not",
+    sentence: "A caster with its pivot at ({x}, {y}) and a trail of {trail} resists with {mu_side} until it is aligned \
+        with the motion.",
+    suggested_push: "push back and forth: a caster swivels at each reversal, a fixed wheel does not",
 };
 
-/// Directions around the circle, rad.
+/// Candidate initial directions, rad.
 static START_ANGLES_RAD: [f64; 8] = [
     0.0,
     FRAC_PI_4,
@@ -49,11 +50,11 @@ static START_ANGLES_RAD: [f64; 8] = [
     -FRAC_PI_4,
 ];
 
-/// It may swivel so far in one part of a step, as `|v| dt / trail`, and a step has at most so many substeps.
+/// Largest swivel per substep, `|v| dt / trail`, and largest number of substeps.
 const MAX_SWIVEL_PER_SUBSTEP: f64 = 1.0;
 const MAX_SUBSTEPS: f64 = 16.0;
 
-/// The law in place.
+/// Law with its parameters.
 #[derive(Clone, Debug)]
 pub struct CasterSwivel<T> {
     pivot: [T; 2],
@@ -77,7 +78,7 @@ impl<T: Real> EffectLaw<T> for CasterSwivel<T> {
         sum.add_damping_at(self.pivot, [self.side * xx, self.side * xy, self.side * yy]);
     }
 
-    /// Runge and Kutta's fourth order with the pivot's velocity held, object axes.
+    /// Fourth-order Runge–Kutta method at constant velocity of the pivot, object axes.
     fn advance(&self, at: &LawContext<'_, T>, dt: f64, inner: &mut [T]) {
         let Some(angle) = inner.first_mut() else { return };
         let [vx, vy] = at.point_velocity(self.pivot).map(|v| v / self.trail);

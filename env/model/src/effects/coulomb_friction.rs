@@ -1,4 +1,4 @@
-//! DryFriction friction at one point of the body: a dragging foot, a jammed caster.
+//! Dry friction at one point of the body: a dragging foot, a jammed caster.
 //!
 //! ```text
 //! F = −f(|v|) v / √(|v|² + ε²),   v: velocity of the point
@@ -12,26 +12,27 @@ use crate::law::{EffectLaw, EffectTarget, GeneralisedForce, LawContext, LawSetup
 pub(crate) static SPEC: Spec = Spec {
     kind: "coulomb_friction",
     effect: "coulomb_friction",
-    summary: "dry friction at a point: stiction, sliding, Stribeck",
+    summary: "dry friction at a point: stiction, sliding, Stribeck effect",
     source: "Armstrong-Hélouvry, Dupont, Canudas de Wit 1994",
     target: EffectTarget::Object,
     is_dissipative: true,
     changes_mass: false,
     inner_states: &[],
     params: &[
-        on_body("x", 0, "where it rubs, object frame"),
-        on_body("y", 1, "where it rubs, object frame"),
+        on_body("x", 0, "contact point, object frame"),
+        on_body("y", 1, "contact point, object frame"),
         positive("force", "N", 1e5, (10.0, 1.5), "sliding friction"),
         static_force(),
         stribeck_velocity(),
         creep(),
     ],
     neutral: &[("force", 0.0)],
-    sentence: "DryFriction friction of {force} acts at ({x}, {y}).",
-    suggested_push: "repeat one push slowly and fast: dry friction keeps its size, viscous friction grows with speed; turn the object both ways to find the point",
+    sentence: "Dry friction of {force} acts at ({x}, {y}).",
+    suggested_push: "repeat a push slowly and fast: dry friction is constant, viscous friction grows with speed; \
+        rotate the object both ways to locate the point",
 };
 
-/// The law in place.
+/// Law with its parameters.
 #[derive(Clone, Debug)]
 pub struct CoulombFriction<T> {
     point: [T; 2],

@@ -1,11 +1,11 @@
-//! Viscous friction that differs between forth and back along one direction of the body:
-//! a worn guide, brushed felt, a drive with asymmetric losses.
+//! Viscous friction that differs between forward and backward motion along one direction of the body: a worn guide,
+//! brushed felt, a drive with asymmetric losses.
 //!
 //! ```text
 //! F = −Δμ |v·n| n,   n = (cos angle, sin angle), at the object origin
 //! ```
-//! The odd part belongs to the wheel; this is the even part, so it can push as well as brake
-//! and needs a wheel with μ ≥ |Δμ| beside it to be a friction.
+//! The wheel represents the odd part of the friction and this law the even part. Alone, the law can add energy;
+//! together with a wheel of μ ≥ |Δμ| it is dissipative.
 
 use super::{angle, signed};
 use crate::Real;
@@ -15,7 +15,7 @@ use std::f64::consts::TAU;
 pub(crate) static SPEC: Spec = Spec {
     kind: "directional_friction",
     effect: "directional_friction",
-    summary: "viscous friction that differs between forth and back along a body direction",
+    summary: "viscous friction that differs between forward and backward motion along a body direction",
     source: "Janot, Gautier, Brunot 2019 (EMPS), direction-dependent model",
     target: EffectTarget::Object,
     is_dissipative: false,
@@ -28,18 +28,19 @@ pub(crate) static SPEC: Spec = Spec {
             "N·s/m",
             1e6,
             30.0,
-            "half of forth less back: μ is raised by this forth, lowered back",
+            "half the difference of forward and backward coefficients; μ is larger by this forward and smaller backward",
         ),
     ],
     neutral: &[("difference", 0.0)],
-    sentence: "Friction depends on direction: viscous friction forth and back differ from their mean by {difference}, up forth and down back.",
-    suggested_push: "push the same way forth and back at the same speed",
+    sentence: "Viscous friction depends on the direction of motion: it exceeds its mean by {difference} forward and \
+        falls below it by as much backward.",
+    suggested_push: "push forward and backward at the same speed",
 };
 
-/// Speed over which the absolute value is rounded off, m/s.
+/// Speed over which the absolute value is smoothed, m/s.
 const SMOOTHING_SPEED_M_PER_S: f64 = 1e-3;
 
-/// The law in place.
+/// Law with its parameters.
 #[derive(Clone, Debug)]
 pub struct DirectionalFriction<T> {
     normal: [T; 2],

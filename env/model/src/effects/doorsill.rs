@@ -1,11 +1,11 @@
-//! A low, straight ridge across the floor that each foot or wheel must climb: a doorsill, a cable cover, a joint
+//! A low, straight ridge across the floor that each support point must climb: a doorsill, a cable cover, a joint
 //! between two floors.
 //!
 //! ```text
 //! U = Σ_k w_k m g h B(s_k / b),   B(u) = exp(−u²/2),   s_k: distance of the support point k from the line
 //! ```
-//! so the force on each point is along the line's normal, `w_k m g h (s_k/b²) B`: against the motion on the way up, with
-//! it on the way down.
+//! The force on each point is `w_k m g h (s_k/b²) B` along the normal of the line. It opposes the motion uphill and
+//! assists it downhill.
 
 use super::geometry::support_points;
 use super::{angle, positive, signed};
@@ -16,34 +16,36 @@ use std::f64::consts::TAU;
 pub(crate) static SPEC: Spec = Spec {
     kind: "doorsill",
     effect: "doorsill",
-    summary: "a low straight ridge of the floor that each support point must climb",
-    source: "the potential energy of the climb, m g h; a wheel of radius r rounds the ridge to about √(2rh)",
+    summary: "a low straight ridge on the floor that each support point must climb",
+    source: "potential energy of the climb, m g h; a wheel of radius r smooths the ridge to a width of about √(2rh)",
     target: EffectTarget::Object,
     is_dissipative: false,
     changes_mass: false,
     inner_states: &[],
     params: &[
-        angle("angle", TAU, "direction of the line's normal, world"),
-        signed("offset", "m", 100.0, 2.0, "distance of the line from the world's origin along the normal")
+        angle("angle", TAU, "direction of the normal of the line, world"),
+        signed("offset", "m", 100.0, 2.0, "distance of the line from the world origin along the normal")
             .role(Role::Region),
         positive("height", "m", 0.2, (0.004, 0.7), "height of the ridge"),
-        positive("width", "m", 0.5, (0.02, 0.5), "standard deviation of its profile")
+        positive("width", "m", 0.5, (0.02, 0.5), "standard deviation of the profile of the ridge")
             .role(Role::Region)
             .at_least(2e-3)
             .refinement(0.02),
     ],
     neutral: &[("height", 0.0)],
-    sentence: "A ridge of {height} crosses the floor at {offset} from the world's origin along the direction {angle}: a doorsill or a cable.",
-    suggested_push: "cross the place to and fro slowly: a ridge pushes back on the way up and forward on the way down, a patch always brakes",
+    sentence: "A ridge of height {height}, such as a doorsill or a cable, crosses the floor at {offset} from the world \
+        origin along the direction {angle}.",
+    suggested_push: "cross the ridge slowly in both directions: a ridge resists uphill and assists downhill, a floor \
+        patch always resists",
 };
 
 /// Gravity, m/s².
 const GRAVITY_M_PER_S2: f64 = 9.81;
 
-/// Beyond so many widths there is nothing left of it.
+/// Distance from the line, in widths, beyond which the force is negligible.
 const MAX_DISTANCE_WIDTHS: f64 = 8.0;
 
-/// The law in place.
+/// Law with its parameters.
 #[derive(Clone, Debug)]
 pub struct Doorsill<T> {
     /// Support points, object frame, m, and their shares of the weight.
@@ -81,7 +83,7 @@ impl<T: Real> EffectLaw<T> for Doorsill<T> {
     }
 }
 
-/// The feet with their shares, or the corners in equal parts.
+/// Feet with their shares of the weight, or corners with equal shares.
 fn support_loads(body: &crate::Body) -> Vec<([f64; 2], f64)> {
     if body.feet.is_some() {
         return body.support.iter().map(|s| (s.point, s.share)).collect();

@@ -1,5 +1,5 @@
-//! A floor with a grain: boards, tiles with joints, brushed concrete. It resists along one direction of the
-//! world, whichever way the object is turned.
+//! A floor with a grain: boards, tiles with joints, brushed concrete. It resists along one direction of the world,
+//! regardless of the heading of the object.
 //!
 //! ```text
 //! F = −μ (v·g) g,   g = (cos angle, sin angle) in the world, at the object origin
@@ -13,7 +13,7 @@ use std::f64::consts::PI;
 pub(crate) static SPEC: Spec = Spec {
     kind: "floor_grain",
     effect: "floor_grain",
-    summary: "the floor resists along one direction of the world",
+    summary: "a floor with a grain: viscous friction along one direction of the world",
     source: "orthotropic friction of textured floors (Mróz and Stupkiewicz 1994), its viscous form",
     target: EffectTarget::Object,
     is_dissipative: true,
@@ -24,11 +24,12 @@ pub(crate) static SPEC: Spec = Spec {
         angle("angle", PI, "the direction, world").planar(),
     ],
     neutral: &[("mu", 0.0)],
-    sentence: "The floor resists with {mu} along the direction {angle} of the room.",
-    suggested_push: "repeat one push with the object turned by a quarter: a grain stays in the room, a wheel turns along",
+    sentence: "The floor resists with {mu} along the direction {angle} in the world.",
+    suggested_push: "rotate the object by 90° and repeat the push: a floor grain keeps its direction in the world, a \
+        wheel rotates with the object",
 };
 
-/// The law in place.
+/// Law with its parameters.
 #[derive(Clone, Debug)]
 pub struct FloorGrain<T> {
     mu: T,

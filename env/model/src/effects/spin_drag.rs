@@ -1,7 +1,7 @@
-//! More viscous wheels than one.
+//! Additional viscous wheels.
 //!
-//! Any number of viscous wheels is one symmetric positive semidefinite damping matrix, and any such matrix is
-//! that of one wheel and a pure damping of the spin: where each of several wheels stands is not in the motion.
+//! Any number of viscous wheels is equivalent to one symmetric positive semidefinite damping matrix. Any such matrix is
+//! that of one wheel and a pure spin damping. The positions of several wheels are therefore not identifiable.
 
 use super::positive;
 use crate::Real;
@@ -10,19 +10,20 @@ use crate::law::{EffectLaw, EffectTarget, GeneralisedForce, LawContext, LawSetup
 pub(crate) static SPEC: Spec = Spec {
     kind: "spin_drag",
     effect: "second_wheel",
-    summary: "what further viscous wheels add to the first: a turn on the spot is braked too",
-    source: "the damping matrix of viscous wheels is 3×3 and symmetric; one wheel has rank two",
+    summary: "additional viscous wheels, represented by a damping of the spin",
+    source: "the damping matrix of viscous wheels is symmetric 3×3; that of one wheel has rank two",
     target: EffectTarget::Object,
     is_dissipative: true,
     changes_mass: false,
     inner_states: &[],
     params: &[positive("spin", "N·m·s", 1e6, (5.0, 2.0), "damping of the spin").planar()],
     neutral: &[("spin", 0.0)],
-    sentence: "More than one wheel resists: beside the one wheel that stands for them all, turning is braked by {spin}. Where each wheel stands is not in these data.",
-    suggested_push: "turn the object on the spot about the wheel that was found: one wheel does not resist that, two do",
+    sentence: "More than one wheel resists: in addition to one equivalent wheel, the spin is damped by {spin}. The \
+        data do not identify the position of each wheel.",
+    suggested_push: "rotate the object about the equivalent wheel: one wheel does not resist this rotation, two do",
 };
 
-/// The law in place.
+/// Law with its parameters.
 #[derive(Clone, Debug)]
 pub struct SpinDrag<T> {
     spin: T,

@@ -1,4 +1,4 @@
-//! Viscous friction under the whole body: a felt, a film, a carpet; alike in every direction.
+//! Isotropic viscous friction under the whole body: felt, a lubricant film, a carpet.
 
 use super::{positive, spread, spread_out};
 use crate::Real;
@@ -7,8 +7,8 @@ use crate::law::{EffectLaw, EffectTarget, GeneralisedForce, LawSetup, Spec, take
 pub(crate) static SPEC: Spec = Spec {
     kind: "support_drag",
     effect: "support_drag",
-    summary: "viscous friction under the whole body, shared by its support points",
-    source: "the viscous limit of Goyal, Ruina, Papadopoulos 1991",
+    summary: "viscous friction under the whole body, distributed over its support points",
+    source: "viscous limit of Goyal, Ruina, Papadopoulos 1991",
     target: EffectTarget::Object,
     is_dissipative: true,
     changes_mass: false,
@@ -16,10 +16,10 @@ pub(crate) static SPEC: Spec = Spec {
     params: &[positive("mu", "N·s/m", 1e6, (30.0, 2.0), "viscous friction of the whole body"), spread()],
     neutral: &[("mu", 0.0)],
     sentence: "Viscous friction of {mu} acts under the whole body.",
-    suggested_push: "repeat one push slowly and fast, and once turning on the spot",
+    suggested_push: "repeat a push slowly and fast, and rotate the object on the spot once",
 };
 
-/// The law in place: its damping on the body, which no state changes.
+/// Law with its parameters: a constant damping matrix of the body.
 #[derive(Clone, Debug)]
 pub struct SupportDrag<T> {
     damping: GeneralisedForce<T>,

@@ -1,6 +1,6 @@
-//! DryFriction friction under the whole body: the sum over its support points, each loaded by its share
-//! of the weight (Zhou et al. 2016, eq. 2, for known points of support). Under a flat face nobody knows the
-//! pressure: its points are drawn together or apart by a factor that is estimated.
+//! Dry friction under the whole body: the sum over its support points, each loaded by its share of the weight (Zhou et
+//! al. 2016, eq. 2, for known support points). Under a flat face the pressure is unknown; its radial spread is a
+//! parameter.
 
 use super::dry_friction::{DryFriction, creep, static_force, stribeck_velocity};
 use super::{positive, spread, spread_out};
@@ -10,7 +10,7 @@ use crate::law::{EffectLaw, EffectTarget, GeneralisedForce, LawContext, LawSetup
 pub(crate) static SPEC: Spec = Spec {
     kind: "support_friction",
     effect: "coulomb_friction",
-    summary: "dry friction under the whole body, shared by its support points",
+    summary: "dry friction under the whole body, distributed over its support points",
     source: "Zhou, Paolini, Bagnell, Mason 2016; Goyal, Ruina, Papadopoulos 1991",
     target: EffectTarget::Object,
     is_dissipative: true,
@@ -24,11 +24,11 @@ pub(crate) static SPEC: Spec = Spec {
         creep(),
     ],
     neutral: &[("force", 0.0)],
-    sentence: "DryFriction friction of {force} acts under the whole body.",
-    suggested_push: "repeat one push slowly and fast: dry friction keeps its size, viscous friction grows with speed",
+    sentence: "Dry friction of {force} acts under the whole body.",
+    suggested_push: "repeat a push slowly and fast: dry friction is constant, viscous friction grows with speed",
 };
 
-/// The law in place.
+/// Law with its parameters.
 #[derive(Clone, Debug)]
 pub struct SupportFriction<T> {
     /// Points, object frame, m, and their shares of the weight.

@@ -3,7 +3,7 @@
 //! ```text
 //! F = −R(w_θ) diag(μ_x, μ_y) R(w_θ)ᵀ v(w)            (eq. 1–2)
 //! ```
-//! The paper's eq. 2 omits the sign and the rotation by `w_θ`; both are meant.
+//! Equation 2 of the paper omits the sign and the rotation by `w_θ`; both are intended.
 
 use super::{angle, on_body, positive};
 use crate::Real;
@@ -12,7 +12,7 @@ use crate::law::{EffectLaw, EffectTarget, GeneralisedForce, LawSetup, Spec, take
 pub(crate) static SPEC: Spec = Spec {
     kind: "viscous_wheel",
     effect: "viscous_wheel",
-    summary: "a wheel, track or slide: viscous friction along and across its rolling direction",
+    summary: "a wheel, track or slide with viscous friction along and across its rolling direction",
     source: "Scholz et al., eq. 1-2",
     target: EffectTarget::Object,
     is_dissipative: true,
@@ -23,14 +23,14 @@ pub(crate) static SPEC: Spec = Spec {
         on_body("y", 1, "wheel position, object frame"),
         angle("angle", std::f64::consts::PI, "rolling direction, object frame").planar(),
         positive("mu_x", "N·s/m", 1e6, (30.0, 2.0), "viscous friction along the rolling direction"),
-        positive("mu_y", "N·s/m", 1e6, (30.0, 2.0), "viscous friction across it").planar(),
+        positive("mu_y", "N·s/m", 1e6, (30.0, 2.0), "viscous friction across the rolling direction").planar(),
     ],
     neutral: &[("mu_x", 0.0), ("mu_y", 0.0)],
     sentence: "A viscous wheel at ({x}, {y}) resists with {mu_x} along and {mu_y} across its rolling direction.",
     suggested_push: "push along and across the wheel's rolling direction at two speeds",
 };
 
-/// The damping of a wheel `[x, y, angle, mu_x, mu_y]` on the body.
+/// Damping of the body by a wheel `[x, y, angle, mu_x, mu_y]`.
 pub(crate) fn wheel_damping<T: Real>([x, y, angle, mu_x, mu_y]: [T; 5]) -> GeneralisedForce<T> {
     let (sin, cos) = angle.sin_cos();
     let (along, across, mixed) = (cos.squared(), sin.squared(), sin * cos);
@@ -40,7 +40,7 @@ pub(crate) fn wheel_damping<T: Real>([x, y, angle, mu_x, mu_y]: [T; 5]) -> Gener
     damping
 }
 
-/// The law in place: its damping on the body, which no state changes.
+/// Law with its parameters: a constant damping matrix of the body.
 #[derive(Clone, Debug)]
 pub struct ViscousWheel<T> {
     damping: GeneralisedForce<T>,

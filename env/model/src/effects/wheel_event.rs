@@ -1,9 +1,9 @@
-//! A wheel whose friction changes at one moment, for good: it locks, comes free, or rolls onto another floor.
+//! A wheel whose friction changes at one time, permanently: it locks, comes free, or rolls onto another floor.
 //!
 //! ```text
-//! F = −R diag((a_x − 1) μ_x, (a_y − 1) μ_y) Rᵀ v(w)   beside the wheel's own, after the event
+//! F = −R diag((a_x − 1) μ_x, (a_y − 1) μ_y) Rᵀ v(w)   in addition to the wheel's own, after the event
 //! ```
-//! The wheel is the model's first [`super::viscous_wheel`]; together they resist with `a μ ≥ 0`.
+//! The wheel is the first [`super::viscous_wheel`] of the model. After the event the total friction is `a μ ≥ 0`.
 
 use super::event::{Event, episode, time};
 use super::positive;
@@ -11,7 +11,7 @@ use super::viscous_wheel::wheel_damping;
 use crate::Real;
 use crate::law::{EffectLaw, EffectTarget, GeneralisedForce, LawContext, LawSetup, Param, Spec, take};
 
-/// A factor, a priori between a fiftieth and fifty.
+/// A factor with a prior range of about 1/50 to 50.
 const fn factor(name: &'static str, help: &'static str) -> Param {
     positive(name, "1", 1e6, (1.0, 2.0), help).alternative()
 }
@@ -19,8 +19,8 @@ const fn factor(name: &'static str, help: &'static str) -> Param {
 pub(crate) static SPEC: Spec = Spec {
     kind: "wheel_event",
     effect: "wheel_event",
-    summary: "at one moment the wheel's friction changes, for good: it locks or comes free",
-    source: "Scholz et al., eq. 1-2, with friction that changes once",
+    summary: "the friction of the wheel changes at one time, permanently: it locks or comes free",
+    source: "Scholz et al., eq. 1-2, with a step change of friction",
     target: EffectTarget::Object,
     is_dissipative: true,
     changes_mass: false,
@@ -28,16 +28,18 @@ pub(crate) static SPEC: Spec = Spec {
     params: &[
         episode(),
         time(),
-        factor("factor_x", "friction along the rolling direction, after over before"),
-        factor("factor_y", "friction across it, after over before").planar(),
+        factor("factor_x", "ratio of friction along the rolling direction after and before the event"),
+        factor("factor_y", "ratio of friction across the rolling direction after and before the event")
+            .planar(),
     ],
     neutral: &[("factor_x", 1.0), ("factor_y", 1.0)],
-    sentence: "At {time} of the episode the wheel's friction changes for good: along its rolling direction to {factor_x}, \
-               across it to {factor_y} times what it was.",
-    suggested_push: "push at constant speed along and across the wheel's rolling direction, the same way before and after",
+    sentence: "At {time} in the episode the friction of the wheel changes permanently by the factors {factor_x} along \
+        and {factor_y} across its rolling direction.",
+    suggested_push: "push at constant speed along and across the rolling direction of the wheel, in the same way \
+        before and after",
 };
 
-/// The law in place: the damping that is added once it has happened.
+/// Law with its parameters: the damping that is added after the event.
 #[derive(Clone, Debug)]
 pub struct WheelEvent<T> {
     event: Event<T>,

@@ -23,8 +23,8 @@ const MAX_HALVINGS: u32 = 4;
 /// above this limit is halved.
 const MAX_EXACT_CHANGE_M_PER_S: f64 = 7e-4;
 
-/// The same limit for [`Precision::Fit`], m/s. With steps of 10 ms, a foot that sticks and slides has an error of 0.14 mm
-/// after 3 s (`tests/plant.rs`); a limit of 7e-4 m/s gives 1.4 mm.
+/// The same limit for [`Precision::Fit`], m/s. With steps of 10 ms, a foot that sticks and slides has an error of 0.14
+/// mm after 3 s (`tests/plant.rs`); a limit of 7e-4 m/s gives 1.4 mm.
 const MAX_FIT_CHANGE_M_PER_S: f64 = 2e-4;
 
 /// The same limit for [`Precision::Rough`], m/s.
@@ -33,8 +33,8 @@ const MAX_ROUGH_CHANGE_M_PER_S: f64 = 0.02;
 /// Accuracy of a step in which the damping changes, as dry friction does when a body stops.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub enum Precision {
-    /// For simulation: the error estimate uses the total speed. Steps in which one direction sticks while another slides
-    /// are then divided to the limit.
+    /// For simulation: the error estimate uses the total speed. Steps in which one direction sticks while another
+    /// slides are then divided to the limit.
     Exact,
     /// For fits to noisy poses: the error estimate uses the velocity that the change of damping acts on.
     Fit,
@@ -63,8 +63,8 @@ struct Subdivision {
 }
 
 impl<T: Real> Plant<T> {
-    /// The state after `dt` seconds under `applied`, the mean wrench on the object over the step in object axes about the
-    /// object origin. The wrench turns with the object.
+    /// The state after `dt` seconds under `applied`, the mean wrench on the object over the step in object axes about
+    /// the object origin. The wrench turns with the object.
     ///
     /// The step is halved repeatedly while the damping changes much within it, as dry friction does when a body stops
     /// or reverses.
@@ -160,8 +160,8 @@ impl<T: Real> Plant<T> {
         }
     }
 
-    /// One undivided step. Returns pose and twist after it, and whether it meets `precision`, judged by the change of the
-    /// damping in its first half.
+    /// One undivided step. Returns pose and twist after it, and whether it meets `precision`, judged by the change of
+    /// the damping in its first half.
     ///
     /// `first` is the generalised force at the start. `middle` returns the force and the speed at the middle, given the
     /// velocity of the mass centre in axes of the start and the heading; if it returns `None`, `constant` acts.

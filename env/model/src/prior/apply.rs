@@ -5,16 +5,17 @@ use super::{Distribution, Entry, PriorFile, TruncatedPrior};
 use crate::law::Prior;
 use crate::{Model, ModelError, Slot};
 
-/// Largest distance, in standard deviations, between the centre of a distribution and its support. Beyond it the support
-/// has practically no probability.
+/// Largest distance, in standard deviations, between the centre of a distribution and its support. Beyond it the
+/// support has practically no probability.
 const MAX_CENTRE_DISTANCE_SD: f64 = 6.0;
 
 impl PriorFile {
-    /// Copy of the model with these priors; a `fixed` distribution sets the value. A refinement with a prior becomes free.
+    /// Copy of the model with these priors; a `fixed` distribution sets the value. A refinement with a prior becomes
+    /// free.
     ///
     /// # Errors
-    /// When the model has no such parameter or already fixes it, or when a prior exceeds the bounds. The message names the
-    /// file, the parameter, the value and the remedy.
+    /// When the model has no such parameter or already fixes it, or when a prior exceeds the bounds. The message names
+    /// the file, the parameter, the value and the remedy.
     pub fn apply(&self, model: &Model) -> Result<Model, ModelError> {
         let mut model = model.clone();
         for entry in &self.entries {
@@ -109,8 +110,8 @@ fn truncated(slot: &Slot, distribution: Distribution) -> Result<TruncatedPrior, 
     }
 }
 
-/// Check that a distribution has probability on its support. `away`: distances of its centre below and above the support,
-/// in standard deviations.
+/// Check that a distribution has probability on its support. `away`: distances of its centre below and above the
+/// support, in standard deviations.
 fn check_centre(
     what: &str,
     centre: f64,
