@@ -112,7 +112,7 @@ impl InertialLikelihood {
         let state = State::moving(s.state.pose.map(T::lift), s.state.twist.map(T::lift));
         let force = plant.generalised_force(&state, s.clock);
         let spin = s.state.twist[2];
-        let laws = action.wrench(to_body(state.twist, state.pose[2]));
+        let laws = force.wrench(to_body(state.twist, state.pose[2]));
         let reading = match Timing::of(plant, s.clock) {
             None => s.reading.map(T::lift),
             Some(timing) => timing.mean(&s.curve, s.clock.t - 0.5 * SPACING, s.clock.t + 0.5 * SPACING),

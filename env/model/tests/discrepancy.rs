@@ -1,4 +1,4 @@
-//! A wrench without a name: its file, its slopes, and where it vanishes.
+//! Model discrepancy: its file, its derivatives, its axes and its range.
 
 #![allow(clippy::unwrap_used)]
 
@@ -62,7 +62,7 @@ fn model(discrepancy: &str) -> Model {
     Model::from_toml(&format!("{TABLE}{discrepancy}")).unwrap().0
 }
 
-/// Pose and twist a step after `at`: pose, twist, reading.
+/// Pose and twist after one step from `at`: pose, twist and reading.
 fn after<T: Real>(plant: &Plant<T>, at: &[T; 9]) -> [T; 6] {
     let state = State::moving([at[0], at[1], at[2]], [at[3], at[4], at[5]]);
     let applied = plant.correct([at[6], at[7], at[8]], CLOCK);
@@ -71,17 +71,17 @@ fn after<T: Real>(plant: &Plant<T>, at: &[T; 9]) -> [T; 6] {
 }
 
 #[test]
-fn its_file_survives_a_round_trip() {
+fn the_file_round_trips() {
     for discrepancy in [WHIRL, DRAG, PLAY, LAG] {
         let written = model(discrepancy).to_toml(None).unwrap();
         assert_eq!(Model::from_toml(&written).unwrap().0, model(discrepancy), "{written}");
     }
     let text = model("").to_toml(None).unwrap();
-    assert!(!text.contains("unnamed"), "a model without one has no word of it: {text}");
+    assert!(!text.contains("unnamed"), "a model without a discrepancy must not write the key: {text}");
 }
 
 #[test]
-fn what_is_wrong_is_named() {
+fn errors_name_key_and_value() {
     for (from, to, words) in [
         ("scales = [0.4, 0.4, ", "scales = [0.4, ", vec!["unnamed.scales", "3", "4"]),
         ("scales = [0.4, ", "scales = [-0.4, ", vec!["unnamed.scales", "-0.4", "positive"]),
@@ -96,13 +96,13 @@ fn what_is_wrong_is_named() {
         let text = format!("{TABLE}{}", DRAG.replace(from, to));
         let message = Model::from_toml(&text).unwrap_err().to_string();
         for word in words {
-            assert!(message.contains(word), "{message} should say {word}");
+            assert!(message.contains(word), "{message} should contain {word}");
         }
     }
 }
 
 #[test]
-fn its_slopes_are_those_of_finite_differences() {
+fn derivatives_agree_with_finite_differences() {
     let at = [0.2, -0.1, 0.5, 0.15, -0.1, 0.2, 6.0, -2.0, 0.4];
     for discrepancy in [WHIRL, DRAG, PLAY, LAG] {
         let model = model(discrepancy);
@@ -127,12 +127,12 @@ fn its_slopes_are_those_of_finite_differences() {
 }
 
 #[test]
-fn it_acts_on_the_object_in_its_axes() {
+fn the_wrench_acts_in_its_axes() {
     let (with, without) = (model(WHIRL).resolved().unwrap(), model("").resolved().unwrap());
     let state = State::moving([0.1, -0.2, 0.6_f64.atan2(0.8)], [0.1, 0.0, 0.3]);
     let wrench = |plant: &Plant<f64>| plant.generalised_force(&state, CLOCK).force;
     let missing = [0, 1, 2].map(|k| wrench(&with)[k] - wrench(&without)[k]);
-    // Right at the first centre; the second is far in heading and place.
+    // At the first centre; the second is far in heading and position.
     let far: f64 =
         [0.6 / 0.8, 0.6 / 0.9, 0.2, 1.4 / 1.1, 0.1 / 0.5, 0.2 / 0.6, 0.6 / 0.7].iter().map(|z| z * z).sum();
     let kernel = (-0.5 * far).exp();
@@ -145,12 +145,12 @@ fn it_acts_on_the_object_in_its_axes() {
     assert_eq!(
         early,
         without.generalised_force(&state, Clock::since_contact(-0.1)).force,
-        "nothing before contact"
+        "no wrench before contact"
     );
 }
 
 #[test]
-fn it_vanishes_far_from_where_it_was_seen() {
+fn the_wrench_vanishes_far_from_its_centres() {
     let (with, without) = (model(DRAG).resolved().unwrap(), model("").resolved().unwrap());
     let fast = State::moving([0.0; 3], [9.0, 0.0, 0.0]);
     let gap =

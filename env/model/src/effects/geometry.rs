@@ -5,9 +5,9 @@ use crate::{Body, Fixture, Real};
 
 /// Coordinate of a world point along `axis` (0: x, 1: y). The prior covers a room around the world origin.
 pub(super) const fn in_world(name: &'static str, axis: usize, help: &'static str) -> Param {
-    let room = super::signed(name, "m", 100.0, 2.0, help);
+    let param = super::signed(name, "m", 100.0, 2.0, help);
     let role = Role::WorldPoint(axis);
-    Param { prior: Prior::Normal { mean: 0.0, sd: 2.0 }, on_rail: axis == 0, role, ..room }
+    Param { prior: Prior::Normal { mean: 0.0, sd: 2.0 }, on_rail: axis == 0, role, ..param }
 }
 
 impl<T: Real> LawContext<'_, T> {
