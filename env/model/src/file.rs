@@ -34,7 +34,7 @@ struct File {
     body: BodyTable,
     #[serde(default, skip_serializing_if = "Vec::is_empty")]
     effect: Vec<Table>,
-    #[serde(default, skip_serializing_if = "Option::is_none")]
+    #[serde(rename = "unnamed", default, skip_serializing_if = "Option::is_none")]
     discrepancy: Option<Discrepancy>,
     #[serde(default, skip_serializing_if = "Option::is_none")]
     posterior: Option<Posterior>,
