@@ -6,7 +6,7 @@ use pyo3::prelude::*;
 use pyo3::types::PyDict;
 use rand::SeedableRng;
 use rand_chacha::ChaCha8Rng;
-use trundle_model::{Clock, INNER, Model, Plant, Rigid, State, to_body};
+use trundle_model::{Clock, MAX_INNER_STATES, Model, Plant, Rigid, State, to_body};
 use trundle_posterior::Draws;
 
 use crate::error::refused;
@@ -52,7 +52,7 @@ impl PyLaws {
     #[pyo3(signature = (model, parameters=None))]
     fn new(model: &PyModel, parameters: Option<BTreeMap<String, f64>>) -> PyResult<Self> {
         let values = values(&model.model, &parameters.unwrap_or_default())?;
-        let physics = model.model.filled(&values).map_err(refused)?.on_object();
+        let physics = model.model.with_values(&values).map_err(refused)?.without_instruments();
         let plant = physics.resolved().map_err(refused)?;
         let home = plant.rigid(clock(0.0, 0.0, 0.0, f64::INFINITY));
         let starts = starts(&physics);
@@ -113,7 +113,10 @@ impl PyLaws {
         inner: Vec<f64>,
     ) -> PyResult<[f64; 3]> {
         let state = State::moving(pose, twist).with_inner(own(&self.starts, &inner)?);
-        Ok(self.plant.action(&state, clock(t, 0.0, contact, episode)).wrench(to_body(twist, pose[2])))
+        Ok(self
+            .plant
+            .generalised_force(&state, clock(t, 0.0, contact, episode))
+            .wrench(to_body(twist, pose[2])))
     }
 
     /// What the laws do over one step of a simulator that takes damping implicitly.
@@ -158,7 +161,7 @@ impl PyLaws {
         let clock = clock(t + dt / 2.0, dt, contact, episode);
         let after = self.plant.step(&state, force, clock, dt);
         let inner = after.inner[..self.starts.len()].to_vec();
-        let drag = self.plant.action(&after, clock).drag;
+        let drag = self.plant.generalised_force(&after, clock).damping;
         let (before, after) = (to_body(twist, pose[2]), to_body(after.twist, pose[2]));
         let gained = self.momentum([0, 1, 2].map(|k| (after[k] - before[k]) / dt), before[2]);
         let braked = multiplied(drag, after);
@@ -185,7 +188,7 @@ pub(crate) fn starts(model: &Model) -> Vec<f64> {
 }
 
 /// The laws' own states: those that are given, else where they start.
-pub(crate) fn own(starts: &[f64], given: &[f64]) -> PyResult<[f64; INNER]> {
+pub(crate) fn own(starts: &[f64], given: &[f64]) -> PyResult<[f64; MAX_INNER_STATES]> {
     if !given.is_empty() && given.len() != starts.len() {
         let (got, expected) = (given.len(), starts.len());
         return Err(refused(format!("inner has {got} values: the laws have {expected} states of their own")));

@@ -10,8 +10,8 @@ use pyo3::types::PyDict;
 use rand::SeedableRng;
 use rand_chacha::ChaCha8Rng;
 use trundle_model::{
-    Acting, Clock, INNER, Inner, Model, NotFinite, Param, Plant, Posterior, Prior, Slot, Spec, State,
-    catalogue,
+    Clock, EffectTarget, InnerState, MAX_INNER_STATES, Model, NotFinite, Param, Plant, Posterior, Prior,
+    Slot, Spec, State, catalogue,
 };
 
 use crate::error::{NotFiniteError, TrundleError, refused, run_here};
@@ -84,7 +84,7 @@ impl PyModel {
     ///     Without a posterior; the same laws. A model without a posterior comes back as it is.
     fn freed(&self) -> Self {
         let names = self.posterior.as_ref().map_or(&[][..], |posterior| &posterior.names);
-        Self { model: self.model.freed(names), posterior: None }
+        Self { model: self.model.with_free(names), posterior: None }
     }
 
     /// A model drawn from the posterior, with all values given.
@@ -113,7 +113,7 @@ impl PyModel {
                 places.for_each(|(_, place)| *place = value);
             }
         }
-        Ok(Self { model: self.model.filled(&values).map_err(refused)?, posterior: None })
+        Ok(Self { model: self.model.with_values(&values).map_err(refused)?, posterior: None })
     }
 
     /// The motion under a wrench on the object.
@@ -204,7 +204,7 @@ fn at(path: &Path, error: impl std::fmt::Display) -> PyErr {
 }
 
 /// Where the laws' own states begin, checked.
-fn starts(model: &Model, given: Option<Vec<f64>>) -> PyResult<[f64; INNER]> {
+fn starts(model: &Model, given: Option<Vec<f64>>) -> PyResult<[f64; MAX_INNER_STATES]> {
     let own = model.inner();
     let first = || own.iter().map(|inner| inner.starts.first().copied().unwrap_or_default()).collect();
     let values = given.unwrap_or_else(first);
@@ -277,9 +277,9 @@ fn slot_dict<'py>(py: Python<'py>, slot: &Slot) -> PyResult<Bound<'py, PyDict>> 
 }
 
 fn spec_dict<'py>(py: Python<'py>, spec: &Spec) -> PyResult<Bound<'py, PyDict>> {
-    let acting = match spec.acting {
-        Acting::Object => "object",
-        Acting::Instrument => "instrument",
+    let acting = match spec.target {
+        EffectTarget::Object => "object",
+        EffectTarget::Instrument => "instrument",
     };
     let dict = PyDict::new(py);
     for (key, text) in [
@@ -292,15 +292,15 @@ fn spec_dict<'py>(py: Python<'py>, spec: &Spec) -> PyResult<Bound<'py, PyDict>> 
     ] {
         dict.set_item(key, text)?;
     }
-    dict.set_item("dissipative", spec.dissipative)?;
-    let states = spec.inner.iter().map(|inner| state_dict(py, inner));
+    dict.set_item("dissipative", spec.is_dissipative)?;
+    let states = spec.inner_states.iter().map(|inner| state_dict(py, inner));
     dict.set_item("states", states.collect::<PyResult<Vec<_>>>()?)?;
     let params = spec.params.iter().map(|param| param_dict(py, spec, param));
     dict.set_item("parameters", params.collect::<PyResult<Vec<_>>>()?)?;
     Ok(dict)
 }
 
-fn state_dict<'py>(py: Python<'py>, inner: &Inner) -> PyResult<Bound<'py, PyDict>> {
+fn state_dict<'py>(py: Python<'py>, inner: &InnerState) -> PyResult<Bound<'py, PyDict>> {
     let dict = PyDict::new(py);
     dict.set_item("name", inner.name)?;
     dict.set_item("unit", inner.unit)?;

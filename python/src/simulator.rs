@@ -5,7 +5,7 @@ use std::sync::Mutex;
 use numpy::{PyArray1, PyReadonlyArray1};
 use pyo3::prelude::*;
 use pyo3::types::PyDict;
-use trundle_model::{Drive, Setting, State, StepError, Stepper};
+use trundle_model::{ModelInstance, State, StepError, StepInput, Stepper};
 
 /// Steps with `callable(state, wrench, dt, values)`, one rollout at a time: a simulator with a state of its own need
 /// not be prepared for several at once.
@@ -59,9 +59,9 @@ impl Simulator {
 impl Stepper for Simulator {
     fn rollout(
         &self,
-        at: &Setting<'_>,
+        at: &ModelInstance<'_>,
         start: &State<f64>,
-        inputs: &[Drive],
+        inputs: &[StepInput],
     ) -> Result<Vec<State<f64>>, StepError> {
         // Taken before the interpreter: who waits for a turn must not hold it.
         let _turn = self.turn.lock();

@@ -2,7 +2,7 @@
 
 use std::f64::consts::SQRT_2;
 
-use trundle_model::{Clock, Glide, Plant, Precision, State};
+use trundle_model::{Clock, LinearPropagator, Plant, Precision, State};
 
 /// Speed along each axis at which resistances are compared, m/s.
 const SLOW: f64 = 0.15;
@@ -30,7 +30,7 @@ pub trait Dynamics: Sync {
     }
 
     /// [`Dynamics::step`] for steps of one length, solved beforehand; `None` where that cannot be.
-    fn glide(&self, _dt: f64) -> Option<Glide> {
+    fn linear_propagator(&self, _dt: f64) -> Option<LinearPropagator> {
         None
     }
 }
@@ -38,13 +38,13 @@ pub trait Dynamics: Sync {
 impl Dynamics for Plant<f64> {
     #[inline]
     fn step(&self, state: &mut State<f64>, applied: &[f64; 3], clock: Clock, dt: f64) {
-        self.move_as(Precision::Rough, state, applied, clock, dt);
+        self.step_with_precision(Precision::Rough, state, applied, clock, dt);
     }
 
     fn anchor(&self) -> Anchor {
         let drag = |speed: f64| {
             let slowly = State { twist: [speed, speed, 0.0], ..State::at_rest([0.0; 3]) };
-            self.action(&slowly, Clock::since_contact(0.0)).drag
+            self.generalised_force(&slowly, Clock::since_contact(0.0)).damping
         };
         let force = |[xx, _, yy, ..]: [f64; 6], speed: f64| (xx + yy) / 2.0 * speed * SQRT_2;
         let slow @ [xx, xy, yy, tx, ty, _] = drag(SLOW);
@@ -58,8 +58,8 @@ impl Dynamics for Plant<f64> {
         Anchor { at: [(xx * ty - xy * tx) / det, (xy * ty - yy * tx) / det], grip }
     }
 
-    fn glide(&self, dt: f64) -> Option<Glide> {
-        Plant::glide(self, dt)
+    fn linear_propagator(&self, dt: f64) -> Option<LinearPropagator> {
+        Plant::linear_propagator(self, dt)
     }
 }
 
@@ -73,8 +73,8 @@ impl<D: Dynamics + ?Sized> Dynamics for &D {
         (**self).anchor()
     }
 
-    fn glide(&self, dt: f64) -> Option<Glide> {
-        (**self).glide(dt)
+    fn linear_propagator(&self, dt: f64) -> Option<LinearPropagator> {
+        (**self).linear_propagator(dt)
     }
 }
 

@@ -159,9 +159,16 @@ mod tests {
         let wheel = [0.5, 0.3, 0.4, mu, mu].map(Some).to_vec();
         let effects = vec![Effect { kind: Kind::ViscousWheel, values: wheel }];
         let body = Body::from_footprint(&corners, 22.0).unwrap();
-        Model { body, mass: Some(22.0), dof: [true; 3], effects, priors: Default::default(), unnamed: None }
-            .resolved()
-            .unwrap()
+        Model {
+            body,
+            mass: Some(22.0),
+            dof: [true; 3],
+            effects,
+            priors: Default::default(),
+            discrepancy: None,
+        }
+        .resolved()
+        .unwrap()
     }
 
     fn settings() -> Settings {
@@ -289,8 +296,8 @@ mod tests {
         for (k, action) in plan.iter().flat_map(|action| [action; 2]).enumerate() {
             let applied = transport(*action, [task.grasp[0], task.grasp[1], 0.0]);
             let clock = Clock::since_contact(0.05 * k as f64);
-            plant.move_as(Precision::Rough, &mut rough, &applied, clock, 0.05);
-            plant.move_on(&mut exact, &applied, clock, 0.05);
+            plant.step_with_precision(Precision::Rough, &mut rough, &applied, clock, 0.05);
+            plant.step_in_place(&mut exact, &applied, clock, 0.05);
         }
         let off = (rough.pose[0] - exact.pose[0]).hypot(rough.pose[1] - exact.pose[1]);
         assert!(off < 0.04 && (exact.pose[0] - 0.5).hypot(exact.pose[1] - 0.1) < 0.1, "{off} {exact:?}");

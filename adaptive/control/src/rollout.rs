@@ -1,6 +1,6 @@
 //! What a plan comes to: rolled out on several models, it costs what it does on average, less what it tells.
 
-use trundle_model::{Clock, Glide, State, transport};
+use trundle_model::{Clock, LinearPropagator, State, transport};
 
 use crate::dynamics::Anchor;
 use crate::{Dynamics, Room, Settings, Task};
@@ -11,15 +11,15 @@ const LONGEST_STEP: f64 = 0.05;
 /// A model, with its step solved beforehand where that can be.
 pub(crate) struct Motion<'a, D> {
     model: &'a D,
-    glide: Option<Glide>,
+    propagator: Option<LinearPropagator>,
     anchor: Anchor,
 }
 
 impl<D: Dynamics> Motion<'_, D> {
     #[inline]
     fn step(&self, state: &mut State<f64>, applied: &[f64; 3], clock: Clock, dt: f64) {
-        match &self.glide {
-            Some(glide) => glide.move_on(state, applied),
+        match &self.propagator {
+            Some(propagator) => propagator.step_in_place(state, applied),
             None => self.model.step(state, applied, clock, dt),
         }
     }
@@ -34,7 +34,10 @@ fn steps(settings: &Settings) -> (usize, f64) {
 /// Models as plans are rolled out on them.
 pub(crate) fn motions<'a, D: Dynamics>(settings: &Settings, models: &'a [D]) -> Vec<Motion<'a, D>> {
     let (_, dt) = steps(settings);
-    models.iter().map(|model| Motion { model, glide: model.glide(dt), anchor: model.anchor() }).collect()
+    models
+        .iter()
+        .map(|model| Motion { model, propagator: model.linear_propagator(dt), anchor: model.anchor() })
+        .collect()
 }
 
 /// What a plan costs on average, less what it tells; infinite where a motion is not finite.

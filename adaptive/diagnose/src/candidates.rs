@@ -8,9 +8,9 @@ pub(crate) fn candidates(nominal: &Model, quasi_static: bool, commanded: bool) -
     let rail = nominal.on_rail();
     let suits = |kind: &&Kind| {
         !kind.is_building_block()
-            && (!rail || kind.is_on_rail())
-            && (!quasi_static || kind.is_slow())
-            && (commanded && !kind.is_of_sensor() || !commanded && !kind.is_of_drive())
+            && (!rail || kind.is_distinct_on_rail())
+            && (!quasi_static || kind.is_quasi_static())
+            && (commanded && !kind.is_sensor_fault() || !commanded && !kind.is_drive_fault())
     };
     let absent = |kind: &&Kind| nominal.effects.iter().all(|e| e.kind != **kind);
     Kind::ALL.iter().filter(suits).filter(absent).copied().collect()

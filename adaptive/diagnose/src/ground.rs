@@ -167,7 +167,7 @@ pub(crate) fn moved(
 
 /// Whether an amplitude is free in a model.
 fn moves(slot: &Slot, model: &Model, kind: Kind, param: &Param) -> bool {
-    slot.lower < slot.upper && model.fixed(kind, param).is_none()
+    slot.lower < slot.upper && model.fixed_value(kind, param).is_none()
 }
 
 /// A value within its bounds, and where it must be positive, not at nothing.

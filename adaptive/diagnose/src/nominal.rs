@@ -18,7 +18,7 @@ pub fn for_recording(data: &Dataset, model: Option<&Model>) -> Model {
         model.body = Body { mass, ..data.body.clone() };
     }
     if let (None, Some(feet)) = (&model.body.feet, &data.body.feet) {
-        model.body = model.body.standing_on(feet);
+        model.body = model.body.with_feet(feet);
     }
     model
 }

@@ -46,7 +46,7 @@ impl Named<'_> {
         if let Some(region) = self.kind.region(&self.values()?) {
             in_room?;
             places.insert("world_region", Place::Region(region));
-        } else if self.kind.proposal() == Proposal::Touched {
+        } else if self.kind.proposal() == Proposal::ContactCandidate {
             places.insert("world_point", Place::Point(self.surface(data, in_room?)?));
         } else {
             places.extend(in_room.map(|point| ("world_point", Place::Point(point))));
@@ -107,7 +107,7 @@ fn damping(model: &Model) -> Option<[[f64; 3]; 3]> {
     wheels.effects.retain(|e| e.kind.is_damping());
     let plant: Plant<f64> = wheels.resolved().ok()?;
     let state = trundle_model::State::at_rest([0.0; 3]);
-    let action = plant.action(&state, trundle_model::Clock::since_contact(1.0));
-    let [xx, xy, yy, xt, yt, tt] = action.drag;
+    let force = plant.generalised_force(&state, trundle_model::Clock::since_contact(1.0));
+    let [xx, xy, yy, xt, yt, tt] = force.damping;
     Some([[xx, xy, xt], [xy, yy, yt], [xt, yt, tt]])
 }

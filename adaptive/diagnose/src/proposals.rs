@@ -77,14 +77,16 @@ pub(crate) fn proposals(
     let (body, source) = (&model.body, kind.proposal());
     let neutral = neutral(kind, body);
     let known: Vec<Effect> = match source {
-        Proposal::Touched => hints.touched.iter().flat_map(|touch| things(&neutral, touch)).collect(),
-        Proposal::Readings => vec![limited(neutral.clone(), episodes)],
-        Proposal::Moment => moments(episodes).map(|moment| happening(&neutral, moment)).collect(),
+        Proposal::ContactCandidate => {
+            hints.touched.iter().flat_map(|touch| things(&neutral, touch)).collect()
+        }
+        Proposal::ReadingRange => vec![limited(neutral.clone(), episodes)],
+        Proposal::EventTime => moments(episodes).map(|moment| happening(&neutral, moment)).collect(),
         Proposal::Region => hints.regions.iter().filter_map(|region| patch(&neutral, region)).collect(),
         Proposal::Period => hints.lines.iter().flat_map(|line| ripples(&neutral, line)).collect(),
-        Proposal::Drawn => vec![],
+        Proposal::Random => vec![],
     };
-    if matches!(source, Proposal::Touched | Proposal::Readings | Proposal::Moment) {
+    if matches!(source, Proposal::ContactCandidate | Proposal::ReadingRange | Proposal::EventTime) {
         return known;
     }
     let shape = shape(model, kind);

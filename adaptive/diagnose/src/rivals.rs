@@ -205,7 +205,7 @@ fn probe(found: &Found, alternative: &Tried, best: &Tried) -> String {
         .map(|(_, rival)| name(rival))
         .collect();
     twins.dedup();
-    let probe = new.kind.spec().probe;
+    let probe = new.kind.spec().suggested_push;
     if twins.is_empty() {
         probe.to_owned()
     } else {

@@ -85,7 +85,7 @@ pub fn diagnose_recording(
     watch: &dyn Watch,
 ) -> Result<Outcome, InferError> {
     let scales = units::of(data);
-    let unscalable = options.model.as_ref().is_some_and(|model| model.unnamed.is_some());
+    let unscalable = options.model.as_ref().is_some_and(|model| model.discrepancy.is_some());
     if scales == Scales::SI || unscalable {
         return diagnose(data, options, watch);
     }

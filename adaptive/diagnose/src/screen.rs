@@ -11,7 +11,7 @@ use crate::search::HOPELESS;
 use nalgebra::{DMatrix, DVector};
 use rayon::prelude::*;
 use trundle_infer::{Fit, InferError, Seen, Watch};
-use trundle_model::{Effect, INNER, Kind, Model, Proposal};
+use trundle_model::{Effect, Kind, MAX_INNER_STATES, Model, Proposal};
 use trundle_record::Prepared;
 
 /// A fitted model's whitened innovations, and what other values or effects would change in them.
@@ -87,11 +87,11 @@ impl Screen<'_> {
     pub fn of(&self, fit: &Fit, kinds: &[Kind], watch: &dyn Watch) -> Result<Vec<Vec<Start>>, InferError> {
         let Wanted { starts: kept, most, seed, .. } = *self.wanted;
         let ground = Ground::new(self.view, fit)?;
-        let spare = INNER.saturating_sub(fit.model.inner().len());
+        let spare = MAX_INNER_STATES.saturating_sub(fit.model.inner().len());
         let promised = |shapes: &[Effect]| {
             let Some(first) = shapes.first() else { return Ok(vec![]) };
             // States of the laws' own are few.
-            let own = first.kind.spec().inner.len();
+            let own = first.kind.spec().inner_states.len();
             let together = spare.checked_div(own).unwrap_or(TOGETHER).max(1);
             let groups: Vec<&[Effect]> = shapes.chunks(together).collect();
             let all = groups.par_iter().map(|group| {
@@ -143,9 +143,9 @@ fn gain(starts: &[Start]) -> f64 {
 
 /// Whether shapes are sought between those that were proposed: events and contacts are proposed densely.
 fn has_neighbours(starts: &[Start]) -> bool {
-    starts
-        .first()
-        .is_some_and(|start| !matches!(start.effect.kind.proposal(), Proposal::Touched | Proposal::Moment))
+    starts.first().is_some_and(|start| {
+        !matches!(start.effect.kind.proposal(), Proposal::ContactCandidate | Proposal::EventTime)
+    })
 }
 
 /// Kinds that promise most whose shapes are sought on.

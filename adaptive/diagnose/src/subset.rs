@@ -11,7 +11,7 @@ use crate::search::HOPELESS;
 use nalgebra::{DMatrix, DVector};
 use rayon::prelude::*;
 use trundle_infer::{Fit, InferError};
-use trundle_model::{Effect, INNER, Slot};
+use trundle_model::{Effect, MAX_INNER_STATES, Slot};
 
 /// Effects to add together, with the values to start their fit from.
 #[derive(Clone, Debug)]
@@ -104,14 +104,14 @@ impl<'a> Linear<'a> {
             all.columns_mut(one.at.start, one.at.len()).copy_from(&one.columns);
         }
         let (score, information) = ground.normal_equations(&all);
-        let spare = INNER.saturating_sub(fit.model.inner().len());
+        let spare = MAX_INNER_STATES.saturating_sub(fit.model.inner().len());
         Ok(Self { fit, ground, candidates, score, information, spare })
     }
 
     /// Whether a set is a model: of each effect once, with few enough states.
     fn may_be(&self, set: &[usize]) -> bool {
         let effects = || set.iter().map(|&k| &self.candidates[k].effect);
-        let states: usize = effects().map(|e| e.kind.spec().inner.len()).sum();
+        let states: usize = effects().map(|e| e.kind.spec().inner_states.len()).sum();
         let last = effects().next_back().map(name);
         states <= self.spare && effects().rev().skip(1).all(|e| Some(name(e)) != last)
     }

@@ -80,7 +80,7 @@ pub(crate) fn reduced(model: &Model, scales: &Scales) -> Result<Model, InferErro
     for (name, belief) in &mut scaled.priors {
         let unit = model.slots().into_iter().find(|slot| slot.name == *name).map(|slot| slot.unit);
         let size = unit.and_then(|unit| scales.of(unit)).unwrap_or(1.0);
-        *belief = belief.resized(size.recip());
+        *belief = belief.rescaled(size.recip());
     }
     Ok(scaled)
 }
@@ -146,7 +146,7 @@ pub(crate) fn fit(
     let estimates = fit.estimates.iter().zip(&sizes);
     let free = model.slots();
     Ok(Fit {
-        model: model.filled(&values)?,
+        model: model.with_values(&values)?,
         estimates: estimates
             .map(|(e, size)| Estimate { mean: e.mean * size, sd: e.sd * size, ..e.clone() })
             .collect(),

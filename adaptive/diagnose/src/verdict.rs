@@ -173,7 +173,7 @@ impl Judge<'_> {
         known: &mut BTreeMap<*const Tried, LeftOut>,
     ) -> Result<bool, InferError> {
         for (k, effect) in candidate.added.iter().enumerate() {
-            let Some(simpler) = effect.kind.simpler() else { continue };
+            let Some(simpler) = effect.kind.limiting_kind() else { continue };
             let mut kinds: Vec<Kind> = candidate.added.iter().map(|e| e.kind).collect();
             kinds[k] = simpler;
             let Some(other) = of_kinds(&self.found.tried, kinds) else { continue };
@@ -220,9 +220,10 @@ fn is_defined(candidate: &Tried, k: usize) -> bool {
     let name = &names[names.len() - candidate.added.len() + k];
     let spec = candidate.added[k].kind.spec();
     let identified = |p: &Param| candidate.fit.estimate(&format!("{name}.{}", p.name)).map(|e| e.identified);
-    let essential =
-        |p: &&Param| p.refinement.is_none() && !p.role.is_choice() && !p.of_face && !p.role.is_place();
-    let of = |any: bool| spec.params.iter().filter(essential).filter(move |p| p.any_of == any);
+    let essential = |p: &&Param| {
+        p.refinement.is_none() && !p.role.is_choice() && !p.scales_face_pressure && !p.role.is_place()
+    };
+    let of = |any: bool| spec.params.iter().filter(essential).filter(move |p| p.is_alternative == any);
     let any: Vec<bool> = of(true).filter_map(identified).collect();
     of(false).filter_map(identified).all(|known| known) && (any.is_empty() || any.contains(&true))
 }

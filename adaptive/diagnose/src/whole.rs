@@ -24,7 +24,7 @@ impl Whole<'_> {
             .candidate
             .added
             .iter()
-            .filter_map(|e| e.kind.simpler())
+            .filter_map(|e| e.kind.limiting_kind())
             .map(|kind| name(&Effect::free(kind)));
         let names: Vec<&str> = self.candidate.names().into_iter().chain(simpler).collect();
         other.names().iter().all(|name| names.contains(name))

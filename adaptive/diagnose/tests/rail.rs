@@ -28,7 +28,7 @@ fn episode(name: &str, seed: u64) -> Prepared {
         dof: RAIL,
         effects,
         priors: Default::default(),
-        unnamed: None,
+        discrepancy: None,
     };
     let plant = model.resolved().unwrap();
     let mut rng = ChaCha8Rng::seed_from_u64(seed);

@@ -174,7 +174,7 @@ fn what_nothing_known_explains_may_still_be_predicted() {
     assert!(ahead("after") < 0.6 * ahead("before"), "{answer:#}");
     assert!(!outcome.series.unnamed.is_empty());
     let (model, _) = Model::from_toml(&outcome.model).unwrap();
-    assert!(model.unnamed.is_some() && model.resolved().is_ok(), "{}", outcome.model);
+    assert!(model.discrepancy.is_some() && model.resolved().is_ok(), "{}", outcome.model);
 }
 
 #[test]

@@ -2,7 +2,7 @@
 
 use crate::rollout::simulated;
 use crate::tally::wrap;
-use trundle_model::{INNER, Inner, Model, Plant};
+use trundle_model::{InnerState, MAX_INNER_STATES, Model, Plant};
 use trundle_record::Prepared;
 
 /// Time after contact by which they are found, and which is then not judged, s.
@@ -21,14 +21,14 @@ pub fn unjudged(model: &Model) -> f64 {
     if model.inner().iter().any(is_unknown) { SETTLING } else { 0.0 }
 }
 
-fn is_unknown(inner: &Inner) -> bool {
+fn is_unknown(inner: &InnerState) -> bool {
     inner.starts.len() > 1
 }
 
 /// The starting states by which the simulated motion is nearest to the recorded one in the first second after contact:
 /// the best of those on offer, then one state after the other, around every start and by golden sections about the best.
-pub(crate) fn beginning(plant: &Plant<f64>, episode: &Prepared) -> [f64; INNER] {
-    let own: Vec<Inner> = plant.laws.iter().flat_map(|law| law.spec().inner).copied().collect();
+pub(crate) fn beginning(plant: &Plant<f64>, episode: &Prepared) -> [f64; MAX_INNER_STATES] {
+    let own: Vec<InnerState> = plant.laws.iter().flat_map(|law| law.spec().inner_states).copied().collect();
     let offers = offers(&own);
     let first = offers.first().copied().unwrap_or_default();
     if offers.len() < 2 {
@@ -52,10 +52,10 @@ pub(crate) fn beginning(plant: &Plant<f64>, episode: &Prepared) -> [f64; INNER] 
 }
 
 /// Every combination of starts.
-fn offers(own: &[Inner]) -> Vec<[f64; INNER]> {
-    let mut offers = vec![[0.0; INNER]];
-    for (k, inner) in own.iter().enumerate().take(INNER) {
-        let with = |offer: &[f64; INNER], start: f64| {
+fn offers(own: &[InnerState]) -> Vec<[f64; MAX_INNER_STATES]> {
+    let mut offers = vec![[0.0; MAX_INNER_STATES]];
+    for (k, inner) in own.iter().enumerate().take(MAX_INNER_STATES) {
+        let with = |offer: &[f64; MAX_INNER_STATES], start: f64| {
             let mut offer = *offer;
             offer[k] = start;
             offer
@@ -66,7 +66,7 @@ fn offers(own: &[Inner]) -> Vec<[f64; INNER]> {
 }
 
 /// Squared distance from the recorded motion, up to the end of settling; a turn counts at the radius of gyration.
-fn misfit(plant: &Plant<f64>, episode: &Prepared, inner: [f64; INNER]) -> f64 {
+fn misfit(plant: &Plant<f64>, episode: &Prepared, inner: [f64; MAX_INNER_STATES]) -> f64 {
     let square = plant.inertia / plant.mass;
     let poses = simulated(plant, episode, inner, episode.contact + SETTLING);
     let one = |(seen, [x, y, heading]): (&[f64; 3], &[f64; 3])| {
@@ -107,7 +107,7 @@ mod tests {
 
     #[test]
     fn every_combination_is_on_offer() {
-        let inner = |starts| Inner { name: "a", unit: "1", sd: 1.0, starts };
+        let inner = |starts| InnerState { name: "a", unit: "1", sd: 1.0, starts };
         let found = offers(&[inner(&[1.0, 2.0]), inner(&[0.0]), inner(&[3.0, 4.0])]);
         assert_eq!(found.len(), 4);
         assert_eq!(found[1][..3], [1.0, 0.0, 4.0]);

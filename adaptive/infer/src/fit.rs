@@ -288,7 +288,7 @@ fn finish(
     };
     let values = target.shared_values(z).0[..target.model().slots().len()].to_vec();
     Ok(Fit {
-        model: target.model().filled(&values)?,
+        model: target.model().with_values(&values)?,
         estimates: (0..n).map(estimate).collect(),
         strained: (0..n).filter_map(strain).collect(),
         slots: (0..n).map(|k| target.slot(k)).collect(),

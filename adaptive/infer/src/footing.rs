@@ -54,7 +54,7 @@ impl Footing {
         let [low, high] = model.body.bounds();
         let skirt = SKIRT * (high[0] - low[0]).max(high[1] - low[1]);
         let one = |(kind, slots): (Kind, [usize; 2])| {
-            let body = if kind.is_mass_centre() { model.body.with_hull() } else { model.body.clone() };
+            let body = if kind.is_mass_centre() { model.body.with_convex_hull() } else { model.body.clone() };
             let footing = Self { slots, body, skirt, log_share: 0.0 };
             let share = footing.share(value);
             // All inside; or given outside of it, where the footprint says nothing.

@@ -110,9 +110,9 @@ impl InertialLikelihood {
     /// Residual and covariance of a sample; blocked directions neither count nor matter.
     fn compare<T: Real>(&self, s: &Sample, plant: &Plant<T>, scatter: [T; 2]) -> ([T; 3], [[T; 3]; 3]) {
         let state = State::moving(s.state.pose.map(T::lift), s.state.twist.map(T::lift));
-        let action = plant.action(&state, s.clock);
+        let force = plant.generalised_force(&state, s.clock);
         let spin = s.state.twist[2];
-        let laws = action.wrench(to_body(state.twist, state.pose[2]));
+        let laws = force.wrench(to_body(state.twist, state.pose[2]));
         let reading = match Timing::of(plant, s.clock) {
             None => s.reading.map(T::lift),
             Some(timing) => timing.mean(&s.curve, s.clock.t - 0.5 * SPACING, s.clock.t + 0.5 * SPACING),
@@ -126,7 +126,7 @@ impl InertialLikelihood {
             let inert = (0..3).fold(turning[i], |sum, j| sum + mass[i][j] * s.accel[j]);
             if self.dof[i] { inert - laws[i] - read[i] } else { T::zero() }
         });
-        let [xx, xy, yy, xt, yt, tt] = action.drag;
+        let [xx, xy, yy, xt, yt, tt] = force.damping;
         let drag = [[xx, xy, xt], [xy, yy, yt], [xt, yt, tt]];
         let mut covariance = sandwich(&mass, &s.covariance[0]);
         let twist = sandwich(&drag, &s.covariance[1]);

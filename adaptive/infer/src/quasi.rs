@@ -10,7 +10,7 @@ use crate::stretches::samples;
 use crate::{Channels, InferError};
 use nalgebra::{DMatrix, DVector};
 use std::f64::consts::TAU;
-use trundle_model::{Acting, Clock, Dual, Model, Plant, Real, Slot, State, to_body, transport};
+use trundle_model::{Clock, Dual, EffectTarget, Model, Plant, Real, Slot, State, to_body, transport};
 use trundle_record::{Noise, Prepared};
 
 /// Twist and wrench averaged over a short time.
@@ -46,7 +46,7 @@ impl WrenchSample {
     pub fn needed<T: Real>(&self, plant: &Plant<T>) -> [T; 3] {
         let state = self.state();
         let twist = to_body(state.twist, state.pose[2]);
-        plant.action(&state, self.clock).wrench(twist).map(|w| -w)
+        plant.generalised_force(&state, self.clock).wrench(twist).map(|w| -w)
     }
 
     /// Needed less recorded.
@@ -198,7 +198,7 @@ impl Likelihood for WrenchLikelihood {
     fn rescaled(&self, model: &Model, values: &[f64]) -> Result<Option<Vec<f64>>, InferError> {
         let slots = model.slots();
         let is_strength = |slot: &Slot| {
-            let of_object = |k: usize| model.effects[k].kind.spec().acting == Acting::Object;
+            let of_object = |k: usize| model.effects[k].kind.spec().target == EffectTarget::Object;
             slot.value.is_none() && slot.unit.starts_with('N') && slot.effect.is_some_and(of_object)
         };
         let times = |factor: f64| -> Vec<f64> {

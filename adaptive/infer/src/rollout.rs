@@ -6,7 +6,7 @@ use crate::filter::{Innovation, filter, push};
 use crate::track::{Step, cut};
 use crate::{Channels, InferError, Track};
 use std::sync::Arc;
-use trundle_model::{INNER, Model, Plant, State};
+use trundle_model::{MAX_INNER_STATES, Model, Plant, State};
 use trundle_record::{Motion, Noise, Prepared};
 
 /// Poses at the times of the recorded poses, simulated from the first one, at rest or with its velocity, under the
@@ -20,7 +20,7 @@ pub fn open_loop(plant: &Plant<f64>, episode: &Prepared) -> Vec<[f64; 3]> {
 pub(crate) fn simulated(
     plant: &Plant<f64>,
     episode: &Prepared,
-    inner: [f64; INNER],
+    inner: [f64; MAX_INNER_STATES],
     until: f64,
 ) -> Vec<[f64; 3]> {
     let Some(first) = episode.pose.first() else { return vec![] };

@@ -11,7 +11,7 @@ use crate::timing::Timing;
 use crate::{Channels, InferError};
 use rayon::prelude::*;
 use serde::Serialize;
-use trundle_model::{Clock, INNER, Model, Plant, State, to_body};
+use trundle_model::{Clock, MAX_INNER_STATES, Model, Plant, State, to_body};
 use trundle_record::{Motion, Noise, Prepared, low_pass};
 
 /// How well a model predicts some episodes; `None` where a figure makes no sense.
@@ -150,7 +150,7 @@ fn missed(plant: &Plant<f64>, episode: &Prepared, noise: &Noise, unjudged: f64) 
 
 /// The laws' own states along the motion that was seen.
 pub(crate) struct Own {
-    inner: [f64; INNER],
+    inner: [f64; MAX_INNER_STATES],
     last: Option<WrenchSample>,
     /// Longest step, s.
     longest: f64,
@@ -163,7 +163,7 @@ impl Own {
     }
 
     /// Move them on from the sample before.
-    pub fn until(&mut self, plant: &Plant<f64>, sample: &WrenchSample) -> [f64; INNER] {
+    pub fn until(&mut self, plant: &Plant<f64>, sample: &WrenchSample) -> [f64; MAX_INNER_STATES] {
         if let Some(last) = self.last.as_ref().filter(|_| plant.inner() > 0) {
             let applied = last.recorded(plant);
             let count = ((sample.t - last.t) / self.longest).ceil().max(1.0);
@@ -228,7 +228,7 @@ pub(crate) fn inertial(plant: &Plant<f64>, sample: &WrenchSample, accel: [f64; 3
 fn shortfall(
     plant: &Plant<f64>,
     sample: &WrenchSample,
-    inner: [f64; INNER],
+    inner: [f64; MAX_INNER_STATES],
     motion: &Motion,
     inertia: [f64; 3],
 ) -> [f64; 3] {
@@ -237,7 +237,7 @@ fn shortfall(
     let recorded = sample.recorded(plant);
     let missed = |twist: [f64; 3]| {
         let state = State::moving(sample.pose, twist).with_inner(inner);
-        let wrench = plant.action(&state, sample.clock).wrench(to_body(twist, sample.pose[2]));
+        let wrench = plant.generalised_force(&state, sample.clock).wrench(to_body(twist, sample.pose[2]));
         [0, 1, 2].map(|k| inertia[k] - wrench[k] - recorded[k])
     };
     if at_rest { nearest(motion.twist, reach, missed) } else { missed(motion.twist) }

@@ -43,7 +43,7 @@ fn missing(
     let sample = seen(motion, read, plant, 0.25 * (after.t - before.t))?;
     let inner = own.until(plant, &sample);
     let state = State::moving(sample.pose, sample.twist).with_inner(inner);
-    let laws = plant.action(&state, sample.clock).wrench(to_body(sample.twist, sample.pose[2]));
+    let laws = plant.generalised_force(&state, sample.clock).wrench(to_body(sample.twist, sample.pose[2]));
     let inertia = inertial(plant, &sample, acceleration(before, at, after));
     let recorded = sample.recorded(plant);
     let wrench = [0, 1, 2].map(|k| inertia[k] - laws[k] - recorded[k]);

@@ -32,7 +32,7 @@ fn push_at(ordinal: usize, plant: &Plant<f64>, own: &[f64], quiet: f64) -> Prepa
     let grasp = GRASPS[ordinal % 3];
     let mut rng = ChaCha8Rng::seed_from_u64(3 + ordinal as u64);
     let mut normal = |sd: f64| quiet * sd * rng.sample::<f64, _>(StandardNormal);
-    let mut inner = [0.0; trundle_model::INNER];
+    let mut inner = [0.0; trundle_model::MAX_INNER_STATES];
     inner[..own.len()].copy_from_slice(own);
     let mut state = State::at_rest([0.2, -0.1, 0.4]).with_inner(inner);
     let (mut wrench, mut pose) = (vec![], vec![]);

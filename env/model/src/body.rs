@@ -1,8 +1,8 @@
-//! The rigid body: fixtures, mass, inertia, and where it bears on the floor.
+//! The rigid body: fixtures, mass, inertia and support points.
 
 use crate::ModelError;
-use crate::face::pressure;
 use crate::polygon::moments;
+use crate::pressure::uniform_pressure;
 
 /// One piece of a body, of uniform density.
 #[derive(Clone, Debug, PartialEq)]
@@ -42,7 +42,7 @@ impl Fixture {
     /// Smallest and largest coordinates, `[[x, y], [x, y]]`, m.
     fn bounds(&self) -> [[f64; 2]; 2] {
         match self {
-            Self::Polygon { vertices, .. } => vertices.iter().fold(NOWHERE, |[low, high], p| {
+            Self::Polygon { vertices, .. } => vertices.iter().fold(EMPTY_BOUNDS, |[low, high], p| {
                 [[low[0].min(p[0]), low[1].min(p[1])], [high[0].max(p[0]), high[1].max(p[1])]]
             }),
             Self::Disc { center: [x, y], radius: r, .. } => [[x - r, y - r], [x + r, y + r]],
@@ -50,21 +50,22 @@ impl Fixture {
     }
 }
 
-const NOWHERE: [[f64; 2]; 2] = [[f64::INFINITY; 2], [f64::NEG_INFINITY; 2]];
+/// Bounds of an empty set.
+const EMPTY_BOUNDS: [[f64; 2]; 2] = [[f64::INFINITY; 2], [f64::NEG_INFINITY; 2]];
 
-/// A place where the body bears on the floor.
+/// A support point of the body on the floor.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct Support {
-    /// Object frame, m.
+    /// Position, object frame, m.
     pub point: [f64; 2],
-    /// Share of the weight that rests here; all shares add up to one.
+    /// Share of the weight; all shares add up to one.
     pub share: f64,
 }
 
-/// Geometry and mass distribution of a rigid body; everything per unit of mass but `mass`.
+/// Geometry and mass distribution of a rigid body. All fields except `mass` are independent of the mass.
 #[derive(Clone, Debug, PartialEq)]
 pub struct Body {
-    /// Shape, object frame; empty for a point on a rail.
+    /// Shape, object frame; empty for a point mass on a rail.
     pub fixtures: Vec<Fixture>,
     /// Mass, kg.
     pub mass: f64,
@@ -72,9 +73,9 @@ pub struct Body {
     pub com: [f64; 2],
     /// Radius of gyration about the mass centre, m.
     pub gyration: f64,
-    /// Where it stands: on feet that the caller names, or on a flat face.
+    /// Support points: the given feet, or cells of a flat face.
     pub support: Vec<Support>,
-    /// The support points as given, for writing the body down again.
+    /// Feet as given, object frame, m; `None` for a flat face.
     pub feet: Option<Vec<[f64; 2]>>,
 }
 
@@ -104,7 +105,7 @@ impl Body {
         }
         let com = first.map(|m| m / weight);
         let gyration = (polar / weight - com[0] * com[0] - com[1] * com[1]).max(0.0).sqrt();
-        let support = pressure(&fixtures, bounds(&fixtures));
+        let support = uniform_pressure(&fixtures, bounds(&fixtures));
         Ok(Self { fixtures, mass, com, gyration, support, feet: None })
     }
 
@@ -118,12 +119,12 @@ impl Body {
         Ok(Self { fixtures: vec![], mass, com: [0.0; 2], gyration: 1.0, support, feet: None })
     }
 
-    /// The same body standing on `feet` (object frame, m), which share its weight as statics
-    /// demands: exactly for three, by least squares for more.
+    /// The same body on `feet` (object frame, m). Static equilibrium determines the load of three feet; for more feet
+    /// it is a least-squares solution.
     #[must_use]
-    pub fn standing_on(mut self, feet: &[[f64; 2]]) -> Self {
+    pub fn with_feet(mut self, feet: &[[f64; 2]]) -> Self {
         if !feet.is_empty() {
-            self.support = shares(feet, self.com);
+            self.support = foot_loads(feet, self.com);
             self.feet = Some(feet.to_vec());
         }
         self
@@ -148,15 +149,14 @@ fn check_mass(mass: f64) -> Result<(), ModelError> {
 }
 
 fn bounds(fixtures: &[Fixture]) -> [[f64; 2]; 2] {
-    fixtures
-        .iter()
-        .map(Fixture::bounds)
-        .fold(NOWHERE, |[a, b], [c, d]| [[a[0].min(c[0]), a[1].min(c[1])], [b[0].max(d[0]), b[1].max(d[1])]])
+    fixtures.iter().map(Fixture::bounds).fold(EMPTY_BOUNDS, |[a, b], [c, d]| {
+        [[a[0].min(c[0]), a[1].min(c[1])], [b[0].max(d[0]), b[1].max(d[1])]]
+    })
 }
 
-/// Static weight shares: least squares around equal shares subject to Σs = 1, Σs·p = com;
-/// negative ones (a foot that would lift) are cut to zero.
-fn shares(feet: &[[f64; 2]], com: [f64; 2]) -> Vec<Support> {
+/// Static loads of the feet: the least-squares deviation from equal shares subject to Σs = 1 and Σs·p = com.
+/// Negative shares (a foot that would lift) are set to zero.
+fn foot_loads(feet: &[[f64; 2]], com: [f64; 2]) -> Vec<Support> {
     let n = feet.len() as f64;
     let center = [0, 1].map(|k| feet.iter().map(|p| p[k]).sum::<f64>() / n);
     let (mut sxx, mut sxy, mut syy) = (0.0, 0.0, 0.0);
@@ -168,7 +168,7 @@ fn shares(feet: &[[f64; 2]], com: [f64; 2]) -> Vec<Support> {
     }
     let det = sxx * syy - sxy * sxy;
     let (dx, dy) = (com[0] - center[0], com[1] - center[1]);
-    // Feet in a line (or one foot) cannot balance a moment: they share equally.
+    // Feet in a line, or one foot, cannot balance a moment: they get equal shares.
     let (a, b) = if det > 1e-12 * (sxx + syy).powi(2) {
         ((syy * dx - sxy * dy) / det, (sxx * dy - sxy * dx) / det)
     } else {
@@ -195,7 +195,7 @@ mod tests {
     }
 
     #[test]
-    fn a_disc_beside_a_square_balances_by_area_and_density() {
+    fn a_disc_and_a_square_balance_by_area_and_density() {
         let square =
             Fixture::Polygon { vertices: vec![[0.0, 0.0], [1.0, 0.0], [1.0, 1.0], [0.0, 1.0]], density: 1.0 };
         let disc = Fixture::Disc { center: [3.0, 0.5], radius: 1.0, density: std::f64::consts::FRAC_1_PI };
@@ -206,10 +206,10 @@ mod tests {
     }
 
     #[test]
-    fn three_feet_carry_what_statics_says() {
+    fn three_feet_are_in_static_equilibrium() {
         let body = Body::from_footprint(&[[0.0, 0.0], [0.15, 0.0], [0.0, 0.15]], 1.5).unwrap();
         let feet = [[0.01, 0.01], [0.13, 0.01], [0.01, 0.13]];
-        let support = body.clone().standing_on(&feet).support;
+        let support = body.clone().with_feet(&feet).support;
         for k in 0..2 {
             let moment: f64 = support.iter().map(|s| s.share * s.point[k]).sum();
             assert!((moment - body.com[k]).abs() < 1e-12);
@@ -217,7 +217,7 @@ mod tests {
     }
 
     #[test]
-    fn impossible_bodies_are_refused() {
+    fn invalid_bodies_are_rejected() {
         assert!(matches!(Body::from_footprint(&TABLE, 0.0), Err(ModelError::Mass(_))));
         assert!(matches!(Body::from_footprint(&[[0.0, 0.0], [1.0, 0.0]], 1.0), Err(ModelError::NoArea)));
         assert!(matches!(Body::from_footprint(&TABLE, f64::NAN), Err(ModelError::Mass(_))));

@@ -1,12 +1,12 @@
-//! Every effect there is. Adding one is its file, and one line at the end of this one.
+//! The catalogue of effects. A new effect needs a file in `effects/` and one line at the end of this file.
 
 use crate::Real;
 use crate::effects;
-use crate::law::{Act, Action, Clock, Lags, Rigid, Site, Situation, Spec};
+use crate::law::{Clock, EffectLaw, GeneralisedForce, Lags, LawContext, LawSetup, Rigid, Spec};
 
 macro_rules! catalogue {
     ($($module:ident :: $Law:ident),* $(,)?) => {
-        /// Which effect.
+        /// Kind of an effect.
         #[derive(Clone, Copy, Debug, PartialEq, Eq, Hash, PartialOrd, Ord)]
         pub enum Kind { $(
             #[doc = concat!("`", stringify!($module), "`")]
@@ -14,16 +14,16 @@ macro_rules! catalogue {
         ),* }
 
         impl Kind {
-            /// Every kind, in the catalogue's order.
+            /// All kinds, in the order of the catalogue.
             pub const ALL: &'static [Kind] = &[$(Kind::$Law),*];
 
-            /// Parameters, citation and sentence.
+            /// Entry in the catalogue.
             pub fn spec(self) -> &'static Spec {
                 match self { $(Kind::$Law => &effects::$module::SPEC),* }
             }
         }
 
-        /// A law with its parameters in place.
+        /// A law with parameter values.
         #[derive(Clone, Debug)]
         pub enum Law<T> { $(
             #[doc = concat!("`", stringify!($module), "`")]
@@ -31,30 +31,30 @@ macro_rules! catalogue {
         ),* }
 
         impl<T: Real> Law<T> {
-            /// A law from values in the order of its parameters.
-            pub(crate) fn new(kind: Kind, values: &[T], site: &Site<'_, T>) -> Self {
-                match kind { $(Kind::$Law => Law::$Law(Act::new(values, site))),* }
+            /// Create a law from values in the order of its parameters.
+            pub(crate) fn new(kind: Kind, values: &[T], site: &LawSetup<'_, T>) -> Self {
+                match kind { $(Kind::$Law => Law::$Law(EffectLaw::new(values, site))),* }
             }
 
-            /// Add the wrench on the object.
+            /// Add the generalised force on the object to `sum`.
             #[inline]
-            pub(crate) fn act(&self, at: &Situation<'_, T>, sum: &mut Action<T>) {
-                match self { $(Law::$Law(law) => law.act(at, sum)),* }
+            pub(crate) fn add_force(&self, at: &LawContext<'_, T>, sum: &mut GeneralisedForce<T>) {
+                match self { $(Law::$Law(law) => law.add_force(at, sum)),* }
             }
 
-            /// Turn a reading into the truth.
+            /// Correct a reading to the wrench that acted.
             #[inline]
             pub(crate) fn correct(&self, reading: [T; 3], clock: Clock) -> [T; 3] {
                 match self { $(Law::$Law(law) => law.correct(reading, clock)),* }
             }
 
-            /// Change what is moved.
+            /// Change the mass properties.
             #[inline]
-            pub(crate) fn load(&self, clock: Clock, rigid: &mut Rigid<T>) {
-                match self { $(Law::$Law(law) => law.load(clock, clock.grasp, rigid)),* }
+            pub(crate) fn change_mass(&self, clock: Clock, rigid: &mut Rigid<T>) {
+                match self { $(Law::$Law(law) => law.change_mass(clock, clock.grasp, rigid)),* }
             }
 
-            /// By how much the reading of what happens at a moment is late, s.
+            /// Delay of the reading, s.
             #[inline]
             pub(crate) fn delay(&self, clock: Clock) -> Option<T> {
                 match self { $(Law::$Law(law) => law.delay(clock)),* }
@@ -66,35 +66,35 @@ macro_rules! catalogue {
                 match self { $(Law::$Law(law) => law.lags()),* }
             }
 
-            /// Pose of the tracked frame in the object frame, where it says that they differ.
+            /// Pose of the tracked frame in the object frame, if the law moves it.
             #[inline]
             pub(crate) fn mount(&self) -> Option<[T; 3]> {
                 match self { $(Law::$Law(law) => law.mount()),* }
             }
 
-            /// Move its own states on.
+            /// Advance the inner states of the law.
             #[inline]
-            pub(crate) fn advance(&self, at: &Situation<'_, T>, dt: f64, inner: &mut [T]) {
+            pub(crate) fn advance(&self, at: &LawContext<'_, T>, dt: f64, inner: &mut [T]) {
                 match self { $(Law::$Law(law) => law.advance(at, dt, inner)),* }
             }
 
-            /// What it does, where no state changes that.
+            /// Generalised force that does not depend on any state, if the law is of that form.
             #[inline]
-            pub(crate) fn steady(&self) -> Option<&Action<T>> {
-                match self { $(Law::$Law(law) => law.steady()),* }
+            pub(crate) fn constant_force(&self) -> Option<&GeneralisedForce<T>> {
+                match self { $(Law::$Law(law) => law.constant_force()),* }
             }
 
-            /// Whether it does the same everywhere and in every heading.
-            pub(crate) fn same_everywhere(&self) -> bool {
-                match self { $(Law::$Law(_) => <effects::$module::$Law<T> as Act<T>>::SAME_EVERYWHERE),* }
+            /// Whether the law is independent of the pose.
+            pub(crate) fn is_pose_invariant(&self) -> bool {
+                match self { $(Law::$Law(_) => <effects::$module::$Law<T> as EffectLaw<T>>::IS_POSE_INVARIANT),* }
             }
 
-            /// Whether its correction depends on how fast the reading changes.
-            pub(crate) fn follows_trend(&self) -> bool {
-                match self { $(Law::$Law(_) => <effects::$module::$Law<T> as Act<T>>::FOLLOWS_TREND),* }
+            /// Whether its correction depends on the trend of the reading.
+            pub(crate) fn uses_trend(&self) -> bool {
+                match self { $(Law::$Law(_) => <effects::$module::$Law<T> as EffectLaw<T>>::USES_TREND),* }
             }
 
-            /// Its entry in the catalogue.
+            /// Entry in the catalogue.
             pub fn spec(&self) -> &'static Spec {
                 match self { $(Law::$Law(_) => &effects::$module::SPEC),* }
             }
@@ -102,13 +102,13 @@ macro_rules! catalogue {
     };
 }
 
-/// Every effect's entry, in the catalogue's order.
+/// Entries of all effects, in the order of the catalogue.
 pub fn catalogue() -> impl Iterator<Item = &'static Spec> {
     Kind::ALL.iter().map(|kind| kind.spec())
 }
 
 impl Kind {
-    /// The kind of this name.
+    /// Kind with this name.
     pub fn from_name(name: &str) -> Option<Self> {
         Self::ALL.iter().copied().find(|kind| kind.spec().kind == name)
     }

@@ -1,4 +1,4 @@
-//! What can be wrong with a model.
+//! Errors of models.
 
 use std::fmt;
 
@@ -6,17 +6,17 @@ use thiserror::Error;
 
 use crate::model::{Model, Slot};
 
-/// A motion that leaves the range of numbers, and the parameter to look at first.
+/// A motion that diverges, and the likely cause.
 #[derive(Clone, Debug, PartialEq)]
 pub struct NotFinite {
-    /// When, s after its beginning.
+    /// Time since the start of the motion, s.
     pub at: f64,
-    /// Name, value and unit of the parameter; none where no value is far off.
+    /// Name, value and unit of the most extreme parameter; `None` if no value is extreme.
     pub parameter: Option<(String, f64, &'static str)>,
 }
 
 impl NotFinite {
-    /// The motion of this model is not finite from a time on, s after its beginning.
+    /// Error for a motion of `model` that is not finite from a time `at` after its start, s.
     pub fn of(model: &Model, at: f64) -> Self {
         let named = |slot: Slot| Some((slot.name, slot.value?, slot.unit));
         Self { at, parameter: model.most_extreme().and_then(named) }
@@ -28,46 +28,44 @@ impl fmt::Display for NotFinite {
         write!(f, "the motion is not finite after {:.3} s", self.at)?;
         match &self.parameter {
             Some((name, value, unit)) => {
-                write!(f, ": {name} = {value} {unit} is far from what is usual: choose a smaller effect")
+                write!(f, ": {name} = {value} {unit} is extreme: choose a smaller effect")
             }
-            None => {
-                f.write_str(": no parameter is far from what is usual; lower the applied wrench or velocity")
-            }
+            None => f.write_str(": no parameter is extreme; reduce the applied wrench or the velocity"),
         }
     }
 }
 
-/// Why a model cannot be built or read.
+/// Errors when a model is built or read.
 #[derive(Debug, Error, PartialEq)]
 pub enum ModelError {
     /// The mass is not a positive number.
-    #[error("body.mass = {0}: a mass must be positive and finite (kg)")]
+    #[error("body.mass = {0}: must be positive and finite (kg)")]
     Mass(f64),
-    /// The shape encloses nothing.
+    /// The shape has no area.
     #[error(
-        "the footprint encloses no area: give at least three corners that are not in a line (m, object frame)"
+        "the footprint has no area: give at least three corners that are not collinear (m, object frame)"
     )]
     NoArea,
-    /// Not in the catalogue.
-    #[error("effect {index}: unknown kind `{kind}`; known are {known}")]
+    /// A kind that is not in the catalogue.
+    #[error("effect {index}: unknown kind `{kind}`; choose from {known}")]
     UnknownKind {
         /// Position in the file, from 1.
         index: usize,
         /// As written.
         kind: String,
-        /// All kinds.
+        /// Known kinds.
         known: String,
     },
-    /// Not a parameter of this effect.
-    #[error("effect {index} (`{kind}`): unknown key `{key}`; its parameters are {known}")]
+    /// A key that is not a parameter of the effect.
+    #[error("effect {index} (`{kind}`): unknown key `{key}`; choose from {known}")]
     UnknownParameter {
         /// Position in the file, from 1.
         index: usize,
-        /// The effect.
+        /// Kind of the effect.
         kind: &'static str,
         /// As written.
         key: String,
-        /// The parameters that it has.
+        /// Parameters of the effect.
         known: String,
     },
     /// A value outside its bounds.
@@ -77,9 +75,9 @@ pub enum ModelError {
         name: String,
         /// As given.
         value: f64,
-        /// Smallest legal value.
+        /// Lower bound.
         lower: f64,
-        /// Largest legal value.
+        /// Upper bound.
         upper: f64,
         /// Unit of all three.
         unit: &'static str,
@@ -87,35 +85,35 @@ pub enum ModelError {
     /// A motion that is not finite.
     #[error("{0}")]
     NotFinite(NotFinite),
-    /// Two lists that must have the same length do not.
-    #[error("{what}: {got} values where {expected} are needed")]
+    /// A list of the wrong length.
+    #[error("{what}: got {got} values, expected {expected}")]
     Length {
-        /// Which list.
+        /// Name of the list.
         what: &'static str,
         /// Its length.
         got: usize,
-        /// The length it must have.
+        /// Expected length.
         expected: usize,
     },
-    /// Too many laws with states of their own.
-    #[error("the effects have {got} inner states together, and {most} is the most: leave one out")]
-    Inner {
-        /// As many as the effects have.
+    /// Too many inner states.
+    #[error("the effects have {got} inner states in total, at most {max} are supported: remove an effect")]
+    TooManyInnerStates {
+        /// Inner states of all effects.
         got: usize,
-        /// As many as there may be.
-        most: usize,
+        /// Largest number of inner states.
+        max: usize,
     },
     /// A prior that cannot be used.
     #[error("{file}: {place}: {problem}")]
     Prior {
-        /// The prior file.
+        /// Name of the prior file.
         file: String,
         /// The parameter, as `table.key`.
         place: String,
-        /// What is wrong, with the value and the remedy.
+        /// Problem, with the value and the remedy.
         problem: String,
     },
-    /// The file is not a model.
+    /// A file that is not a valid model.
     #[error("{0}")]
     Format(String),
 }

@@ -1,8 +1,8 @@
-//! `model.toml` (`trundle-model/1`).
+//! Reader and writer of `model.toml` (format `trundle-model/1`).
 
 use crate::body::Fixture;
 use crate::model::{Effect, Model};
-use crate::{Body, Kind, ModelError, Param, Unnamed};
+use crate::{Body, Discrepancy, Kind, ModelError, Param};
 use serde::{Deserialize, Serialize};
 use std::collections::BTreeMap;
 use std::sync::Arc;
@@ -10,10 +10,10 @@ use toml::{Table, Value};
 
 const FORMAT: &str = "trundle-model/1";
 
-/// Mass from which a free mass is searched when nothing else is known, kg.
-const MASS_GUESS: f64 = 20.0;
+/// Initial guess of a free mass without other information, kg.
+const DEFAULT_MASS_KG: f64 = 20.0;
 
-/// What is believed of the free parameters after the data: a normal approximation.
+/// Normal approximation of the posterior of the free parameters.
 #[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
 #[serde(deny_unknown_fields)]
 pub struct Posterior {
@@ -29,13 +29,13 @@ pub struct Posterior {
 #[serde(deny_unknown_fields)]
 struct File {
     format: String,
-    /// Left out, the object's own from the recording that the model is held against.
+    /// If omitted, the body of the recording applies.
     #[serde(default)]
     body: BodyTable,
     #[serde(default, skip_serializing_if = "Vec::is_empty")]
     effect: Vec<Table>,
-    #[serde(default, skip_serializing_if = "Option::is_none")]
-    unnamed: Option<Unnamed>,
+    #[serde(rename = "unnamed", default, skip_serializing_if = "Option::is_none")]
+    discrepancy: Option<Discrepancy>,
     #[serde(default, skip_serializing_if = "Option::is_none")]
     posterior: Option<Posterior>,
 }
@@ -73,17 +73,17 @@ fn one() -> f64 {
 }
 
 impl Model {
-    /// Read `model.toml`; a value that is left out is free.
+    /// Read `model.toml`. A parameter without a value is free.
     ///
     /// # Errors
     /// Names the key that is unknown, missing or out of bounds.
     pub fn from_toml(text: &str) -> Result<(Self, Option<Posterior>), ModelError> {
-        // First, because the keys of a file of another format would be called unknown.
+        // Check the format first: the keys of another format would be reported as unknown.
         if let Some(Value::String(found)) =
             text.parse::<Table>().ok().and_then(|mut file| file.remove("format"))
             && found != FORMAT
         {
-            return Err(ModelError::Format(format!("format = \"{found}\": this reader knows \"{FORMAT}\"")));
+            return Err(ModelError::Format(format!("format = \"{found}\": must be \"{FORMAT}\"")));
         }
         let file: File = toml::from_str(text).map_err(|e| ModelError::Format(e.to_string()))?;
         let mass = file.body.mass;
@@ -93,23 +93,26 @@ impl Model {
         if let Some(posterior) = &file.posterior {
             posterior.check()?;
         }
-        if let Some(unnamed) = &file.unnamed {
-            unnamed.check()?;
+        if let Some(discrepancy) = &file.discrepancy {
+            discrepancy.check()?;
         }
-        let unnamed = file.unnamed.map(Arc::new);
-        Ok((Self { body, mass, dof: [true; 3], effects, priors: BTreeMap::new(), unnamed }, file.posterior))
+        let discrepancy = file.discrepancy.map(Arc::new);
+        Ok((
+            Self { body, mass, dof: [true; 3], effects, priors: BTreeMap::new(), discrepancy },
+            file.posterior,
+        ))
     }
 
-    /// Write `model.toml`.
+    /// Text of `model.toml`.
     ///
     /// # Errors
-    /// When a number cannot be written.
+    /// When the model cannot be serialised.
     pub fn to_toml(&self, posterior: Option<&Posterior>) -> Result<String, ModelError> {
         let file = File {
             format: FORMAT.to_owned(),
             body: BodyTable::of(&self.body, self.mass),
             effect: self.effects.iter().map(write_effect).collect(),
-            unnamed: self.unnamed.as_deref().cloned(),
+            discrepancy: self.discrepancy.as_deref().cloned(),
             posterior: posterior.cloned(),
         };
         toml::to_string(&file).map_err(|e| ModelError::Format(e.to_string()))
@@ -141,13 +144,13 @@ impl BodyTable {
             table.com = Some(body.com);
         }
         if uniform.is_some_and(|uniform| uniform.gyration != body.gyration) {
-            table.inertia = Some(mass.unwrap_or(MASS_GUESS) * body.gyration * body.gyration);
+            table.inertia = Some(mass.unwrap_or(DEFAULT_MASS_KG) * body.gyration * body.gyration);
         }
         table
     }
 
     fn build(self) -> Result<Body, ModelError> {
-        let mass = self.mass.unwrap_or(MASS_GUESS);
+        let mass = self.mass.unwrap_or(DEFAULT_MASS_KG);
         let fixtures: Vec<Fixture> = match (self.footprint, self.fixture) {
             (Some(_), fixtures) if !fixtures.is_empty() => {
                 return Err(ModelError::Format("body: give `footprint` or `fixture`, not both".to_owned()));
@@ -168,7 +171,7 @@ impl BodyTable {
             }
             body.gyration = (inertia / mass).sqrt();
         }
-        Ok(body.standing_on(&self.support.unwrap_or_default()))
+        Ok(body.with_feet(&self.support.unwrap_or_default()))
     }
 }
 
@@ -214,7 +217,7 @@ fn read_effect(index: usize, table: &Table) -> Result<Effect, ModelError> {
         let number = value.as_float().or_else(|| value.as_integer().map(|n| n as f64));
         let value =
             number.ok_or_else(|| ModelError::Format(format!("{full}: must be a number ({})", param.unit)))?;
-        let [lower, upper] = legal(param);
+        let [lower, upper] = file_bounds(param);
         if !(lower..=upper).contains(&value) {
             return Err(ModelError::OutOfBounds { name: full, value, lower, upper, unit: param.unit });
         }
@@ -223,15 +226,15 @@ fn read_effect(index: usize, table: &Table) -> Result<Effect, ModelError> {
     Ok(effect)
 }
 
-/// Factor by which a value with a dimension may exceed the bounds within which it is sought: those are for furniture in
-/// metres, kilograms and seconds, and a file may hold something else.
-const OTHER_UNITS: f64 = (1u64 << 40) as f64;
+/// Largest factor by which a dimensional value in a file may exceed the bounds of the catalogue. Those bounds are for
+/// furniture in SI units; a file may describe other objects or units.
+const MAX_UNIT_FACTOR: f64 = (1u64 << 40) as f64;
 
-/// Smallest and largest value that a file may give.
-fn legal(param: &Param) -> [f64; 2] {
-    let room = if matches!(param.unit, "1" | "rad") { 1.0 } else { OTHER_UNITS };
-    let lower = if param.lower < 0.0 { param.lower * room } else { param.lower / room };
-    [lower, param.upper * room]
+/// Bounds of a parameter value in a file.
+fn file_bounds(param: &Param) -> [f64; 2] {
+    let factor = if matches!(param.unit, "1" | "rad") { 1.0 } else { MAX_UNIT_FACTOR };
+    let lower = if param.lower < 0.0 { param.lower * factor } else { param.lower / factor };
+    [lower, param.upper * factor]
 }
 
 fn write_effect(effect: &Effect) -> Table {
@@ -278,7 +281,7 @@ covariance = [[0.04]]
 "#;
 
     #[test]
-    fn the_documented_file_survives_a_round_trip() {
+    fn the_documented_file_round_trips() {
         let (model, posterior) = Model::from_toml(TABLE).unwrap();
         assert_eq!(model.effects[0].values[4], Some(180.0));
         assert!(model.resolved().is_ok());
@@ -287,21 +290,21 @@ covariance = [[0.04]]
     }
 
     #[test]
-    fn a_mass_centre_and_an_inertia_survive_a_round_trip() {
+    fn mass_centre_and_inertia_round_trip() {
         for mass in ["", "mass = 8.0"] {
             let text = format!(
                 "format = \"{FORMAT}\"\n[body]\n{mass}\ncom = [0.25, -0.5]\ninertia = 3.5\n\
                  footprint = [[-1.0, -1.0], [1.0, -1.0], [1.0, 1.0], [-1.0, 1.0]]\n"
             );
             let (model, _) = Model::from_toml(&text).unwrap();
-            let (again, _) = Model::from_toml(&model.to_toml(None).unwrap()).unwrap();
-            assert_eq!(again.body.com, [0.25, -0.5]);
-            assert!((again.body.inertia() - 3.5).abs() < 1e-14);
+            let (reread, _) = Model::from_toml(&model.to_toml(None).unwrap()).unwrap();
+            assert_eq!(reread.body.com, [0.25, -0.5]);
+            assert!((reread.body.inertia() - 3.5).abs() < 1e-14);
         }
     }
 
     #[test]
-    fn a_value_left_out_is_free() {
+    fn an_omitted_value_is_free() {
         for body in ["", "[body]\n"] {
             let text = format!("format = \"trundle-model/1\"\n{body}[[effect]]\nkind = \"viscous_wheel\"\n");
             let (model, _) = Model::from_toml(&text).unwrap();
@@ -311,13 +314,13 @@ covariance = [[0.04]]
     }
 
     #[test]
-    fn what_is_wrong_is_named() {
+    fn errors_name_key_and_value() {
         for (from, to, words) in [
             ("trundle-model/1", "trundle-model/9", vec!["trundle-model/9", "trundle-model/1"]),
             (
                 "trundle-model/1\"",
                 "trundle-object/1\"\nname = \"bed\"",
-                vec!["format = \"trundle-object/1\"", "knows \"trundle-model/1\""],
+                vec!["format = \"trundle-object/1\"", "must be \"trundle-model/1\""],
             ),
             ("force = 14.2", "force = -1.0", vec!["coulomb_friction.force", "-1", "N"]),
             ("force = 14.2", "farce = 14.2", vec!["effect 2", "farce", "static_force"]),
@@ -328,7 +331,7 @@ covariance = [[0.04]]
         ] {
             let message = Model::from_toml(&TABLE.replace(from, to)).unwrap_err().to_string();
             for word in words {
-                assert!(message.contains(word), "{message} should say {word}");
+                assert!(message.contains(word), "{message} should contain {word}");
             }
         }
     }

@@ -1,20 +1,20 @@
-//! Vectors and wrenches in other frames.
+//! Transformations of vectors and wrenches between frames.
 
 use crate::Real;
 use crate::heading::Heading;
 
-/// A world-axes vector `[x, y, about z]` in the axes of a frame at `angle`.
+/// Rotate a vector `[x, y, about z]` from world axes to the axes of a frame at `angle`.
 pub fn to_body<T: Real>(v: [T; 3], angle: T) -> [T; 3] {
     Heading::of(angle).to_body(v)
 }
 
-/// A vector `[x, y, about z]` in the axes of a frame at `angle`, in world axes.
+/// Rotate a vector `[x, y, about z]` from the axes of a frame at `angle` to world axes.
 pub fn to_world<T: Real>(v: [T; 3], angle: T) -> [T; 3] {
     Heading::of(angle).to_world(v)
 }
 
-/// A wrench given in a frame at `frame = [x, y, angle]` of the object, in object axes about the
-/// object origin: the planar form of eq. 11.
+/// Transform a wrench from a frame at `frame = [x, y, angle]` on the object to object axes about the object origin
+/// (planar form of eq. 11).
 #[inline]
 pub fn transport<T: Real>(wrench: [T; 3], frame: [f64; 3]) -> [T; 3] {
     let (sin, cos) = frame[2].sin_cos();

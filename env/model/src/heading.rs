@@ -1,7 +1,7 @@
-//! An angle of the object, and what it turns.
+//! The heading of the object and rotations by it.
 //!
-//! A rotation's derivative is `d(Rv) = R dv + J R v dθ`: with sine and cosine as plain numbers it takes
-//! a third less arithmetic than with sine and cosine that carry derivatives themselves.
+//! The derivative of a rotation is `d(Rv) = R dv + J R v dθ`. With sine and cosine in `f64` it takes a third less
+//! arithmetic than with sine and cosine that carry derivatives.
 
 use crate::Real;
 
@@ -13,8 +13,8 @@ pub(crate) struct Heading<T> {
     cos: f64,
 }
 
-/// Up to this angle, rad, what the series of [`Heading::turned`] leave out is below a rounding error.
-const NEAR: f64 = 0.04;
+/// Largest angle, rad, for which the truncation error of the series in [`Heading::rotated_to`] is below rounding.
+const MAX_SERIES_ANGLE_RAD: f64 = 0.04;
 
 impl<T: Real> Heading<T> {
     #[inline(always)]
@@ -27,11 +27,11 @@ impl<T: Real> Heading<T> {
         self.angle
     }
 
-    /// Another angle, quicker where it is near.
+    /// Heading at another angle; faster than [`Heading::of`] if the angle is close.
     #[inline(always)]
-    pub fn turned(self, angle: T) -> Self {
+    pub fn rotated_to(self, angle: T) -> Self {
         let by = angle.re() - self.angle.re();
-        if by.abs() > NEAR {
+        if by.abs() > MAX_SERIES_ANGLE_RAD {
             return Self::of(angle);
         }
         let x = by * by;
@@ -47,7 +47,7 @@ impl<T: Real> Heading<T> {
         (T::chained(sin, [(angle, cos)]), T::chained(cos, [(angle, -sin)]))
     }
 
-    /// A vector `[x, y, about z]` of the body, in world axes.
+    /// Rotate a vector `[x, y, about z]` from object axes to world axes.
     #[inline(always)]
     pub fn to_world(self, [x, y, z]: [T; 3]) -> [T; 3] {
         let Self { angle, sin, cos } = self;
@@ -57,7 +57,7 @@ impl<T: Real> Heading<T> {
         [along_x, along_y, z]
     }
 
-    /// A vector `[x, y, about z]` in world axes, in those of the body.
+    /// Rotate a vector `[x, y, about z]` from world axes to object axes.
     #[inline(always)]
     pub fn to_body(self, [x, y, z]: [T; 3]) -> [T; 3] {
         let Self { angle, sin, cos } = self;
@@ -67,9 +67,9 @@ impl<T: Real> Heading<T> {
         [along_x, along_y, z]
     }
 
-    /// A point that the body carries, from its origin, world axes, m.
+    /// Offset of a body point from the object origin, world axes, m.
     #[inline(always)]
-    pub fn place(self, [x, y]: [f64; 2]) -> [T; 2] {
+    pub fn rotate_point(self, [x, y]: [f64; 2]) -> [T; 2] {
         let Self { angle, sin, cos } = self;
         let (wx, wy) = (cos * x - sin * y, sin * x + cos * y);
         [T::chained(wx, [(angle, -wy)]), T::chained(wy, [(angle, wx)])]
@@ -81,9 +81,9 @@ mod tests {
     use super::*;
 
     #[test]
-    fn a_near_angle_is_that_angle() {
+    fn series_agree_with_sine_and_cosine() {
         for (from, by) in [(0.3, 0.04), (-2.0, -0.0399), (40.0, 1e-9), (1.0, 0.0), (1.0, 0.5)] {
-            let (near, whole) = (Heading::of(from).turned(from + by), Heading::of(from + by));
+            let (near, whole) = (Heading::of(from).rotated_to(from + by), Heading::of(from + by));
             assert!(
                 (near.sin - whole.sin).abs() < 4e-16 && (near.cos - whole.cos).abs() < 4e-16,
                 "{from} {by}"

@@ -1,11 +1,11 @@
-//! What an effect is: its parameters, and what it does to the body or to the instruments.
+//! The interface of an effect: its entry in the catalogue, its parameters, and the law that implements it.
 
 use crate::{Body, Real};
 
-/// Inner states of all laws of a model together, at most: a caster's angle and a swinging load.
-pub const INNER: usize = 5;
+/// Largest number of inner states of all laws of a model together: a caster's angle and a swinging load.
+pub const MAX_INNER_STATES: usize = 5;
 
-/// How a parameter is distributed before any data is seen, and so how it is searched.
+/// Prior distribution of a parameter. It also determines how the parameter is searched.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub enum Prior {
     /// Normal, for parameters of either sign.
@@ -22,167 +22,168 @@ pub enum Prior {
         /// Standard deviation of the natural logarithm.
         sd: f64,
     },
-    /// Uniform between the smallest and the largest legal value.
+    /// Uniform between the lower and the upper bound.
     Uniform,
-    /// Uniform over the footprint, of which this is one coordinate (0: x, 1: y), m.
+    /// Uniform over the footprint; the index is the coordinate (0: x, 1: y), m.
     OnBody(usize),
-    /// Uniform on the circle, with this period, rad.
+    /// Uniform on the circle with this period, rad.
     Angle(f64),
 }
 
 /// One parameter of an effect.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct Param {
-    /// Its name, as in `model.toml`.
+    /// Name in `model.toml`.
     pub name: &'static str,
     /// SI unit.
     pub unit: &'static str,
-    /// Smallest legal value.
+    /// Lower bound.
     pub lower: f64,
-    /// Largest legal value.
+    /// Upper bound.
     pub upper: f64,
-    /// Belief before the data.
+    /// Prior distribution.
     pub prior: Prior,
-    /// Value taken by a refinement that is left out of a file: the law then is the simple one.
-    /// `None`: the parameter is essential, and free when it is left out.
+    /// Default of a refinement, at which the law takes its simpler form. A file may omit a refinement.
+    /// `None`: the parameter is essential, and free if a file omits it.
     pub refinement: Option<f64>,
-    /// Whether it means anything for an object on a rail.
+    /// Whether the parameter has a meaning for an object on a rail.
     pub on_rail: bool,
-    /// Whether it scales the unknown pressure under a flat face: one where the feet are known.
-    pub of_face: bool,
-    /// Whether it is identifiable only where the mass is given: one where the mass is free.
-    pub of_mass: bool,
-    /// Whether it is one of several, such as forces along axes, any of which defines the effect where the data hold it.
-    pub any_of: bool,
-    /// What it is to its law.
+    /// Whether it scales the unknown pressure under a flat face. It is fixed to one if the feet are known.
+    pub scales_face_pressure: bool,
+    /// Whether it is identifiable only if the mass is given. It is fixed to one if the mass is free.
+    pub needs_known_mass: bool,
+    /// Whether it belongs to a group, such as forces along axes, of which one identifiable member suffices for the
+    /// effect.
+    pub is_alternative: bool,
+    /// Role in the law.
     pub role: Role,
-    /// What it is.
+    /// Description for users.
     pub help: &'static str,
 }
 
-/// What a parameter is to its law.
+/// Role of a parameter in its law.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub enum Role {
-    /// How strong the effect is: a force, a mass, a gain, a delay.
+    /// Strength of the effect: a force, a mass, a gain, a delay.
     Amplitude,
-    /// How it acts: an exponent, a damping ratio, a speed at which something gives way.
-    Form,
+    /// Shape of the law: an exponent, a damping ratio, a transition speed.
+    Shape,
     /// Coordinate of a point of the body, object frame; its axis.
     BodyPoint(usize),
-    /// Coordinate of a point of the room; its axis.
+    /// Coordinate of a point in the world; its axis.
     WorldPoint(usize),
-    /// How large or how far away a part of the room is.
+    /// Size or distance of a region of the world.
     Region,
-    /// A moment.
+    /// Time of an event.
     Time,
     /// A direction.
     Angle,
-    /// Length after which something repeats.
+    /// Spatial period.
     Period,
-    /// A choice, such as an event's episode: always given, never searched.
+    /// A discrete choice, such as an event's episode: always given, never searched.
     Choice,
 }
 
 impl Role {
-    /// Whether it is never searched.
+    /// Whether the parameter is never searched.
     pub fn is_choice(self) -> bool {
         self == Self::Choice
     }
 
-    /// Whether it says where or in which direction an effect acts.
+    /// Whether the parameter is a location, an extent or a direction.
     pub fn is_place(self) -> bool {
         matches!(self, Self::BodyPoint(_) | Self::WorldPoint(_) | Self::Region | Self::Angle)
     }
 }
 
-/// A state of an effect's own, such as a caster's angle.
+/// An inner state of a law, such as a caster's angle.
 #[derive(Clone, Copy, Debug, PartialEq)]
-pub struct Inner {
-    /// Its name.
+pub struct InnerState {
+    /// Name.
     pub name: &'static str,
     /// SI unit.
     pub unit: &'static str,
-    /// Values from which an episode may start; the one that its beginning fits best is taken.
+    /// Candidate initial values of an episode. The estimator chooses the one that fits the start of the episode best.
     pub starts: &'static [f64],
-    /// Standard deviation around each of them.
+    /// Standard deviation around each candidate.
     pub sd: f64,
 }
 
-/// Where an effect acts.
+/// What an effect acts on.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
-pub enum Acting {
-    /// As a wrench on the object.
+pub enum EffectTarget {
+    /// The object: the effect is a wrench or a change of mass.
     Object,
-    /// On what the instruments read.
+    /// The instruments: the effect changes their readings.
     Instrument,
 }
 
-/// In place of a neutral value: what the body has itself, such as its mass centre.
-pub const OWN: f64 = f64::NAN;
+/// Placeholder for a neutral value that is a property of the body, such as its mass centre.
+pub const BODY_VALUE: f64 = f64::NAN;
 
 /// An effect's entry in the catalogue.
 #[derive(Clone, Copy, Debug)]
 pub struct Spec {
     /// Name in `model.toml`.
     pub kind: &'static str,
-    /// Name in a diagnosis, where several building blocks are one effect to a person.
+    /// Name in a diagnosis. Several kinds may share it if they are building blocks of one effect.
     pub effect: &'static str,
-    /// One line for `trundle effects`.
+    /// One-line description for `trundle effects`.
     pub summary: &'static str,
-    /// Where the law comes from.
+    /// Source in the literature.
     pub source: &'static str,
-    /// Where it acts.
-    pub acting: Acting,
-    /// Whether it can only take energy out of the motion.
-    pub dissipative: bool,
-    /// Whether it changes what is moved: the mass, its centre or the inertia.
-    pub loads: bool,
-    /// States of its own.
-    pub inner: &'static [Inner],
-    /// Its parameters, in the order of a law's values.
+    /// What the effect acts on.
+    pub target: EffectTarget,
+    /// Whether the effect can only remove energy from the motion.
+    pub is_dissipative: bool,
+    /// Whether the effect changes the mass, the mass centre or the inertia.
+    pub changes_mass: bool,
+    /// Inner states of the law.
+    pub inner_states: &'static [InnerState],
+    /// Parameters, in the order of a law's values.
     pub params: &'static [Param],
-    /// The parameter, and its value, at which the effect vanishes; [`OWN`] where that is the body's own.
+    /// Parameters and values at which the effect vanishes; [`BODY_VALUE`] stands for the body's own value.
     pub neutral: &'static [(&'static str, f64)],
-    /// What a diagnosis says of it; `{name}` stands for a parameter's value with its interval.
+    /// Sentence of a diagnosis; `{name}` is replaced by the parameter's value with its interval.
     pub sentence: &'static str,
-    /// The push that shows it best.
-    pub probe: &'static str,
+    /// Push that identifies the effect best.
+    pub suggested_push: &'static str,
 }
 
-/// When a law is asked, and how the object is held then.
+/// Time, grasp and reading trend of the step at which a law is evaluated.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct Clock {
     /// Time since contact began, s; negative before.
     pub since_contact: f64,
-    /// The table's time in the middle of the step, s.
+    /// Time in the recording at the middle of the step, s.
     pub t: f64,
     /// Duration of the step, s.
     pub dt: f64,
-    /// Which episode of the recording, from 0; held-out ones count.
+    /// Index of the episode in the recording, from 0; held-out episodes count.
     pub episode: f64,
-    /// Where it is held: the origin of the reading's frame in the object frame, m.
+    /// Grasp point: origin of the reading's frame in the object frame, m.
     pub grasp: [f64; 2],
-    /// How fast the reading changes, reading axes, N/s, N/s, N·m/s; zero where nobody has read it.
+    /// Time derivative of the reading, reading axes, N/s, N/s, N·m/s; zero if there is no reading.
     pub trend: [f64; 3],
-    /// Standard deviations by noise of the mean reading over the step, and of the trend; zero where they are not known.
+    /// Noise standard deviations of the mean reading over the step and of the trend; zero if unknown.
     pub noise: [[f64; 3]; 2],
 }
 
 impl Clock {
-    /// A moment of a lone episode whose times count from contact.
+    /// Clock of a single episode whose times count from contact.
     pub const fn since_contact(since_contact: f64) -> Self {
         let (grasp, trend, noise) = ([0.0; 2], [0.0; 3], [[0.0; 3]; 2]);
         Self { since_contact, t: since_contact, dt: 0.0, episode: 0.0, grasp, trend, noise }
     }
 
-    /// Whether the gripper has touched the object yet.
+    /// Whether contact has begun.
     pub fn in_contact(&self) -> bool {
         self.since_contact >= 0.0
     }
 
-    /// Share of the step that lies after an event at `time` of an episode, which lasts for good. It grows linearly
-    /// within the step, so that the time has a gradient.
-    pub fn after<T: Real>(&self, episode: f64, time: T) -> T {
+    /// Fraction of the step after a permanent event at `time` of `episode`. It is linear in the time within the step,
+    /// so that the time has a gradient.
+    pub fn fraction_after<T: Real>(&self, episode: f64, time: T) -> T {
         if self.episode != episode {
             return T::lift(f64::from(u8::from(self.episode > episode)));
         }
@@ -197,20 +198,20 @@ impl Clock {
     }
 }
 
-/// What moves as one: its mass, where its centre lies, and its inertia about that.
+/// Mass properties of a rigid body.
 #[derive(Clone, Copy, Debug)]
 pub struct Rigid<T> {
-    /// kg.
+    /// Mass, kg.
     pub mass: T,
     /// Mass centre, object frame, m.
     pub com: [T; 2],
-    /// About the mass centre, kg·m².
+    /// Inertia about the mass centre, kg·m².
     pub inertia: T,
 }
 
 impl<T: Real> Rigid<T> {
-    /// Fasten a point mass at a place of the object frame.
-    pub fn add_point(&mut self, mass: T, at: [T; 2]) {
+    /// Add a point mass at a point of the object frame, m.
+    pub fn add_point_mass(&mut self, mass: T, at: [T; 2]) {
         let [dx, dy] = [0, 1].map(|k| at[k] - self.com[k]);
         let total = self.mass + mass;
         let share = mass / total;
@@ -220,167 +221,163 @@ impl<T: Real> Rigid<T> {
     }
 }
 
-/// Time constants of first-order lags between a wrench and its reading, s; zero where there is none.
+/// Time constants of first-order lags between a wrench and its reading, s; zero without a lag.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct Lags<T> {
-    /// The reading follows the wrench: `τ ṙ + r = w`.
+    /// Lag of the reading behind the wrench: `τ ṙ + r = w`.
     pub sensor: T,
-    /// The wrench follows what is recorded, which was commanded: `τ ẇ + w = r`.
+    /// Lag of the wrench behind the recorded command: `τ ẇ + w = r`.
     pub drive: T,
 }
 
 impl<T: Real> Lags<T> {
-    /// Two of them together. Lags in series are taken as one whose time constant is their sum.
-    pub(crate) fn and(self, other: Self) -> Self {
+    /// Two lags in series, approximated by one lag whose time constant is their sum.
+    pub(crate) fn in_series(self, other: Self) -> Self {
         Self { sensor: self.sensor + other.sensor, drive: self.drive + other.drive }
     }
 }
 
-/// What a law is built from beside its values.
+/// Inputs of a law's constructor in addition to its parameter values.
 #[derive(Clone, Copy, Debug)]
-pub(crate) struct Site<'a, T> {
-    /// The body that it acts on.
+pub(crate) struct LawSetup<'a, T> {
+    /// Body that the law acts on.
     pub body: &'a Body,
     /// The model's first viscous wheel, `[x, y, angle, mu_x, mu_y]`.
     pub wheel: Option<[T; 5]>,
 }
 
-/// The state that an object law sees.
+/// State of the object at which a law is evaluated.
 #[derive(Clone, Copy, Debug)]
-pub struct Situation<'a, T> {
+pub struct LawContext<'a, T> {
     /// Position of the object frame in the world, m.
     pub position: [T; 2],
     /// Sine and cosine of the heading.
     pub heading: (T, T),
     /// Twist of the object frame's origin, object axes, `[m/s, m/s, rad/s]`.
     pub twist: [T; 3],
-    /// Mass that moves, kg.
+    /// Moving mass, kg.
     pub mass: T,
     /// Mass centre, object frame, m.
     pub com: [T; 2],
-    /// When.
+    /// Time and grasp.
     pub clock: Clock,
-    /// The law's own states, in the order of [`Spec::inner`].
+    /// Inner states of the law, in the order of [`Spec::inner_states`].
     pub inner: &'a [T],
 }
 
-impl<T: Real> Situation<'_, T> {
+impl<T: Real> LawContext<'_, T> {
     /// Velocity of a body point, object axes, m/s (the bracket of eq. 1).
     #[inline]
-    pub fn velocity(&self, [x, y]: [T; 2]) -> [T; 2] {
+    pub fn point_velocity(&self, [x, y]: [T; 2]) -> [T; 2] {
         let [vx, vy, spin] = self.twist;
         [vx - spin * y, vy + spin * x]
     }
 }
 
-/// A wrench on the object, split for the integrator: `push − drag · twist`, about the object
-/// origin in object axes. `drag` is symmetric, `[xx, xy, yy, xθ, yθ, θθ]`, positive semidefinite.
+/// A generalised force on the object, split for the implicit integrator: `force − damping · twist`.
+///
+/// Both parts are about the object origin in object axes. `damping` is symmetric, `[xx, xy, yy, xθ, yθ, θθ]`, and
+/// positive semidefinite.
 #[derive(Clone, Copy, Debug)]
-pub struct Action<T> {
-    /// The part that does not brake, `[N, N, N·m]`.
-    pub push: [T; 3],
-    /// The damping matrix's lower triangle.
-    pub drag: [T; 6],
+pub struct GeneralisedForce<T> {
+    /// Part that the integrator treats explicitly, `[N, N, N·m]`.
+    pub force: [T; 3],
+    /// Lower triangle of the damping matrix.
+    pub damping: [T; 6],
 }
 
-impl<T: Real> Action<T> {
-    /// No wrench.
+impl<T: Real> GeneralisedForce<T> {
+    /// Zero force and damping.
     #[inline]
-    pub fn none() -> Self {
-        Self { push: [T::zero(); 3], drag: [T::zero(); 6] }
+    pub fn zero() -> Self {
+        Self { force: [T::zero(); 3], damping: [T::zero(); 6] }
     }
 
-    /// Size of the drag: its trace.
+    /// Add a force at a body point, object axes, N.
     #[inline]
-    pub fn size(&self) -> f64 {
-        self.drag[0].re() + self.drag[2].re() + self.drag[5].re()
+    pub fn add_force_at(&mut self, [x, y]: [T; 2], [fx, fy]: [T; 2]) {
+        self.force[0] += fx;
+        self.force[1] += fy;
+        self.force[2] += x * fy - y * fx;
     }
 
-    /// Add a force at a body point, object axes.
+    /// Add viscous damping at a body point with the symmetric matrix `[[xx, xy], [xy, yy]]`, N·s/m.
     #[inline]
-    pub fn push_at(&mut self, [x, y]: [T; 2], [fx, fy]: [T; 2]) {
-        self.push[0] += fx;
-        self.push[1] += fy;
-        self.push[2] += x * fy - y * fx;
-    }
-
-    /// Add viscous drag at a body point with the symmetric matrix `[[xx, xy], [xy, yy]]`, N·s/m.
-    #[inline]
-    pub fn drag_at(&mut self, [x, y]: [T; 2], [xx, xy, yy]: [T; 3]) {
+    pub fn add_damping_at(&mut self, [x, y]: [T; 2], [xx, xy, yy]: [T; 3]) {
         let (tx, ty) = (xy * x - xx * y, yy * x - xy * y);
-        for (sum, term) in self.drag.iter_mut().zip([xx, xy, yy, tx, ty, ty * x - tx * y]) {
+        for (sum, term) in self.damping.iter_mut().zip([xx, xy, yy, tx, ty, ty * x - tx * y]) {
             *sum += term;
         }
     }
 
-    /// Add viscous drag alike in every direction at a body point, `c` in N·s/m.
+    /// Add isotropic viscous damping at a body point, `c` in N·s/m.
     #[inline]
-    pub fn brake_at(&mut self, [x, y]: [T; 2], c: T) {
+    pub fn add_isotropic_damping_at(&mut self, [x, y]: [T; 2], c: T) {
         let (cx, cy) = (c * x, c * y);
-        self.drag[0] += c;
-        self.drag[2] += c;
-        self.drag[3] -= cy;
-        self.drag[4] += cx;
-        self.drag[5] += cx * x + cy * y;
+        self.damping[0] += c;
+        self.damping[2] += c;
+        self.damping[3] -= cy;
+        self.damping[4] += cx;
+        self.damping[5] += cx * x + cy * y;
     }
 
-    /// Add the other's wrench.
+    /// Add another generalised force.
     #[inline]
     pub fn add(&mut self, other: &Self) {
-        for (sum, term) in self.push.iter_mut().zip(&other.push) {
+        for (sum, term) in self.force.iter_mut().zip(&other.force) {
             *sum += *term;
         }
-        for (sum, term) in self.drag.iter_mut().zip(&other.drag) {
+        for (sum, term) in self.damping.iter_mut().zip(&other.damping) {
             *sum += *term;
         }
     }
 
-    /// The wrench `push − drag · twist`.
+    /// The wrench `force − damping · twist`, `[N, N, N·m]`.
     #[inline]
     pub fn wrench(&self, [vx, vy, spin]: [T; 3]) -> [T; 3] {
-        let [xx, xy, yy, tx, ty, tt] = self.drag;
+        let [xx, xy, yy, tx, ty, tt] = self.damping;
         [
-            self.push[0] - (xx * vx + xy * vy + tx * spin),
-            self.push[1] - (xy * vx + yy * vy + ty * spin),
-            self.push[2] - (tx * vx + ty * vy + tt * spin),
+            self.force[0] - (xx * vx + xy * vy + tx * spin),
+            self.force[1] - (xy * vx + yy * vy + ty * spin),
+            self.force[2] - (tx * vx + ty * vy + tt * spin),
         ]
     }
 }
 
-/// A law with its parameters in place. Implement what the effect does; the rest does nothing.
-pub(crate) trait Act<T: Real>: Sized {
-    /// Whether it does the same everywhere and in every heading: neither [`Act::act`] nor [`Act::advance`] looks at
-    /// [`Situation::position`] or [`Situation::heading`]. Then a filter need not differentiate by the pose.
-    const SAME_EVERYWHERE: bool = false;
+/// A law with parameter values. A law implements the methods that its effect needs; the defaults have no effect.
+pub(crate) trait EffectLaw<T: Real>: Sized {
+    /// Whether the law is independent of the pose: neither [`EffectLaw::add_force`] nor [`EffectLaw::advance`] reads
+    /// [`LawContext::position`] or [`LawContext::heading`]. A filter then omits derivatives with respect to the pose.
+    const IS_POSE_INVARIANT: bool = false;
 
-    /// Whether [`Act::correct`] looks at [`Clock::trend`], which whoever simulates a reading must work out.
-    const FOLLOWS_TREND: bool = false;
+    /// Whether [`EffectLaw::correct`] reads [`Clock::trend`]. A simulation of readings must then compute the trend.
+    const USES_TREND: bool = false;
 
-    /// From the values of [`Spec::params`], in that order.
-    fn new(values: &[T], site: &Site<'_, T>) -> Self;
+    /// Create the law from the values of [`Spec::params`], in that order.
+    fn new(values: &[T], site: &LawSetup<'_, T>) -> Self;
 
-    /// What it does, where no state changes that; then [`Act::act`] is not asked.
+    /// Generalised force that does not depend on any state, if the law is of that form. The plant then does not call
+    /// [`EffectLaw::add_force`].
     #[inline]
-    fn steady(&self) -> Option<&Action<T>> {
+    fn constant_force(&self) -> Option<&GeneralisedForce<T>> {
         None
     }
 
-    /// Add the wrench on the object.
+    /// Add the generalised force on the object to `sum`.
     #[inline]
-    fn act(&self, _at: &Situation<'_, T>, _sum: &mut Action<T>) {}
+    fn add_force(&self, _at: &LawContext<'_, T>, _sum: &mut GeneralisedForce<T>) {}
 
-    /// Turn a reading `[N, N, N·m]`, in reading axes about the reading's reference point, into
-    /// the truth.
+    /// Correct a reading to the wrench that acted, `[N, N, N·m]`, reading axes about the reading's reference point.
     #[inline]
     fn correct(&self, reading: [T; 3], _clock: Clock) -> [T; 3] {
         reading
     }
 
-    /// Change what is moved, where [`Spec::loads`]. `grasp`: where it is held, object frame, m.
+    /// Change the mass properties, if [`Spec::changes_mass`]. `grasp`: grasp point, object frame, m.
     #[inline]
-    fn load(&self, _clock: Clock, _grasp: [f64; 2], _rigid: &mut Rigid<T>) {}
+    fn change_mass(&self, _clock: Clock, _grasp: [f64; 2], _rigid: &mut Rigid<T>) {}
 
-    /// By how much the reading of what happens at a moment is late, s.
+    /// Delay of the reading, s.
     #[inline]
     fn delay(&self, _clock: Clock) -> Option<T> {
         None
@@ -392,18 +389,19 @@ pub(crate) trait Act<T: Real>: Sized {
         None
     }
 
-    /// Pose of the tracked frame in the object frame, m, m, rad, where they differ.
+    /// Pose of the tracked frame in the object frame, m, m, rad, if they differ.
     #[inline]
     fn mount(&self) -> Option<[T; 3]> {
         None
     }
 
-    /// Move its own states on by `dt` seconds; `at` is the middle of the step, but for `at.inner`, its start.
+    /// Advance the inner states by `dt` seconds. `at` describes the middle of the step, except that `at.inner` holds
+    /// the inner states at its start.
     #[inline]
-    fn advance(&self, _at: &Situation<'_, T>, _dt: f64, _inner: &mut [T]) {}
+    fn advance(&self, _at: &LawContext<'_, T>, _dt: f64, _inner: &mut [T]) {}
 }
 
-/// The first `N` values of a law; the model has checked that there are that many.
+/// The first `N` values of a law. The model checks their number beforehand.
 pub(crate) fn take<T: Real, const N: usize>(values: &[T]) -> [T; N] {
     std::array::from_fn(|k| values.get(k).copied().unwrap_or_else(T::zero))
 }

@@ -1,55 +1,57 @@
-//! The physics of a pushed body, written once.
+//! The physics of a pushed body.
 //!
-//! A [`Model`] is a rigid body plus a list of effects, each a small law with named parameters.
-//! Laws are generic over [`Real`], so that the environment (`f64`), the estimator's exact
-//! gradients ([`Dual`]) and the planner share the very same lines. Pure mathematics: no engine,
-//! no input or output, no clock.
+//! A [`Model`] is a rigid body plus a list of effects. Each effect is a small law with named parameters. Laws are
+//! generic over [`Real`]: simulation, planning (`f64`) and estimation with exact gradients ([`Dual`]) use the same
+//! code. The crate is pure mathematics without a physics engine, input or output.
 //!
 //! Units are SI, angles radians; a *wrench* is `[f_x, f_y, τ]`, a *twist* `[v_x, v_y, ω]`.
 
 mod body;
+mod boundary;
 mod catalogue;
+mod discrepancy;
 mod dual;
 mod effects;
 mod error;
-mod face;
 mod file;
 mod frames;
-mod glide;
 mod heading;
 mod implicit;
 mod kinds;
 mod law;
-mod loaded;
+mod linear_propagator;
 mod model;
 mod mount;
 mod outline;
 mod plant;
 mod polygon;
+mod pressure;
 mod prior;
 mod real;
-mod rim;
 mod scales;
 mod state;
 mod stepper;
 mod symmetric;
-mod unnamed;
+mod variable_mass;
 
 pub use body::{Body, Fixture, Support};
 pub use catalogue::{Kind, Law, catalogue};
+pub use discrepancy::{Axes, Discrepancy, Input};
 pub use dual::Dual;
 pub use effects::obstacle_contact::obstacle_surface;
 pub use error::{ModelError, NotFinite};
 pub use file::Posterior;
 pub use frames::{to_body, to_world, transport};
-pub use glide::Glide;
 pub use kinds::Proposal;
-pub use law::{Acting, Action, Clock, INNER, Inner, Lags, OWN, Param, Prior, Rigid, Role, Situation, Spec};
+pub use law::{
+    BODY_VALUE, Clock, EffectTarget, GeneralisedForce, InnerState, Lags, LawContext, MAX_INNER_STATES, Param,
+    Prior, Rigid, Role, Spec,
+};
+pub use linear_propagator::LinearPropagator;
 pub use model::{Effect, Model, Slot};
 pub use plant::{Plant, Precision};
-pub use prior::{Belief, PriorFile};
+pub use prior::{PriorFile, TruncatedPrior};
 pub use real::Real;
 pub use scales::Scales;
 pub use state::State;
-pub use stepper::{Drive, Free, Setting, StepError, Stepper};
-pub use unnamed::{Axes, Input, Unnamed};
+pub use stepper::{FreeMotion, ModelInstance, StepError, StepInput, Stepper};

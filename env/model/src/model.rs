@@ -1,26 +1,26 @@
-//! A model: a body and its effects, some values given and some free.
+//! A model: a body and its effects, with fixed and free parameters.
 
-use crate::law::{Acting, Inner, Param, Prior, Site};
-use crate::{Belief, Body, Kind, Law, ModelError, Plant, Real, Unnamed};
+use crate::law::{EffectTarget, InnerState, LawSetup, Param, Prior};
+use crate::{Body, Discrepancy, Kind, Law, ModelError, Plant, Real, TruncatedPrior};
 use std::collections::BTreeMap;
 use std::sync::Arc;
 
-/// An effect of a model.
+/// An effect of a model, with its parameter values.
 #[derive(Clone, Debug, PartialEq)]
 pub struct Effect {
-    /// Which law.
+    /// Kind of the effect.
     pub kind: Kind,
-    /// Its values, in the order of [`crate::Spec::params`]; `None` is free.
+    /// Parameter values in the order of [`crate::Spec::params`]; `None` is free.
     pub values: Vec<Option<f64>>,
 }
 
 impl Effect {
-    /// An effect with every essential parameter free, and the refinements left out.
+    /// An effect whose essential parameters are free and whose refinements have their defaults.
     pub fn free(kind: Kind) -> Self {
         Self { kind, values: kind.spec().params.iter().map(|p| p.refinement).collect() }
     }
 
-    /// The same with one value given, or set free by `None`; an unknown name changes nothing.
+    /// Copy with one value set, or freed by `None`. An unknown name has no effect.
     #[must_use]
     pub fn with(mut self, name: &str, value: Option<f64>) -> Self {
         if let Some(k) = self.kind.spec().params.iter().position(|p| p.name == name) {
@@ -33,18 +33,18 @@ impl Effect {
 /// A rigid body plus a list of effects.
 #[derive(Clone, Debug, PartialEq)]
 pub struct Model {
-    /// The body. Its mass is the starting guess where [`Model::mass`] is free.
+    /// Body. Its mass is the initial guess if [`Model::mass`] is free.
     pub body: Body,
     /// Mass, kg; `None` is free.
     pub mass: Option<f64>,
-    /// Directions in which the object can move: x, y, θ.
+    /// Degrees of freedom: whether the object can move in x, y and θ.
     pub dof: [bool; 3],
-    /// What acts on it.
+    /// Effects.
     pub effects: Vec<Effect>,
-    /// What is believed of free parameters, by name, where it is not what the catalogue says.
-    pub priors: BTreeMap<String, Belief>,
-    /// A wrench that no effect names; shared, because every plant has it.
-    pub unnamed: Option<Arc<Unnamed>>,
+    /// Priors by parameter name that replace those of the catalogue.
+    pub priors: BTreeMap<String, TruncatedPrior>,
+    /// Model discrepancy, shared by all plants of the model.
+    pub discrepancy: Option<Arc<Discrepancy>>,
 }
 
 /// One scalar parameter of a model.
@@ -54,27 +54,26 @@ pub struct Slot {
     pub name: String,
     /// SI unit.
     pub unit: &'static str,
-    /// Smallest legal value.
+    /// Lower bound.
     pub lower: f64,
-    /// Largest legal value.
+    /// Upper bound.
     pub upper: f64,
-    /// Belief before the data.
+    /// Prior distribution.
     pub prior: Prior,
-    /// Its value, or free.
+    /// Value; `None` is free.
     pub value: Option<f64>,
-    /// Index into [`Model::effects`]; `None` for the body's own.
+    /// Index into [`Model::effects`]; `None` for a parameter of the body.
     pub effect: Option<usize>,
 }
 
-/// Natural logarithm of a factor beyond which a value is far off: ten prior standard deviations, or ten times the median.
-const FAR_OFF: f64 = std::f64::consts::LN_10;
+/// Smallest log ratio at which a value counts as extreme: ten prior standard deviations, or ten times the median.
+const MIN_EXTREME_LOG_RATIO: f64 = std::f64::consts::LN_10;
 
 impl Model {
-    /// The simulation under test of the paper (eq. 3): a rigid body with one anisotropic viscous
-    /// wheel, all six parameters free.
+    /// Nominal model of the paper (eq. 3): a rigid body with one anisotropic viscous wheel whose parameters are free.
     pub fn nominal(body: Body, mass: Option<f64>, dof: [bool; 3]) -> Self {
         let effects = vec![Effect::free(Kind::ViscousWheel)];
-        Self { body, mass, dof, effects, priors: BTreeMap::new(), unnamed: None }
+        Self { body, mass, dof, effects, priors: BTreeMap::new(), discrepancy: None }
     }
 
     /// Whether the object is on a rail along x.
@@ -89,15 +88,15 @@ impl Model {
         self
     }
 
-    /// What happens to the object itself: the model without what only the instruments see.
+    /// The same model without instrument effects.
     #[must_use]
-    pub fn on_object(mut self) -> Self {
-        self.effects.retain(|effect| effect.kind.spec().acting == Acting::Object);
-        self.unnamed = self.unnamed.filter(|unnamed| !unnamed.reads());
+    pub fn without_instruments(mut self) -> Self {
+        self.effects.retain(|effect| effect.kind.spec().target == EffectTarget::Object);
+        self.discrepancy = self.discrepancy.filter(|discrepancy| !discrepancy.corrects_reading());
         self
     }
 
-    /// Name of each effect within this model: its kind, numbered from the second of a kind on.
+    /// Name of each effect within the model: its kind, numbered from the second of a kind.
     pub fn effect_names(&self) -> Vec<String> {
         let mut seen: BTreeMap<Kind, usize> = BTreeMap::new();
         let name = |effect: &Effect| {
@@ -109,7 +108,7 @@ impl Model {
         self.effects.iter().map(name).collect()
     }
 
-    /// Every scalar parameter: the mass first, then each effect's in order.
+    /// All scalar parameters: the mass, then the parameters of each effect in order.
     pub fn slots(&self) -> Vec<Slot> {
         let mut slots = vec![Slot {
             name: "body.mass".to_owned(),
@@ -126,15 +125,15 @@ impl Model {
             }
         }
         for slot in &mut slots {
-            if let Some(&Belief { prior, lower, upper }) = self.priors.get(&slot.name) {
+            if let Some(&TruncatedPrior { prior, lower, upper }) = self.priors.get(&slot.name) {
                 (slot.prior, slot.lower, slot.upper) = (prior, lower, upper);
             }
         }
         slots
     }
 
-    /// The given value that lies farthest from what the catalogue expects, by its logarithm: where a motion is not
-    /// finite, it is the first to look at. `None` where no value is far off.
+    /// The parameter whose value deviates most from its prior on a logarithmic scale: the likely cause of a motion that
+    /// is not finite. `None` if no value is extreme.
     pub fn most_extreme(&self) -> Option<Slot> {
         let distance = |slot: &Slot| match (slot.prior, slot.value?) {
             (Prior::Normal { mean, sd }, value) => Some(((value - mean).abs() / sd).ln()),
@@ -143,11 +142,11 @@ impl Model {
         };
         let slots = self.slots().into_iter().filter_map(|slot| Some((distance(&slot)?, slot)));
         let (farthest, slot) = slots.max_by(|a, b| a.0.total_cmp(&b.0))?;
-        (farthest > FAR_OFF).then_some(slot)
+        (farthest > MIN_EXTREME_LOG_RATIO).then_some(slot)
     }
 
-    /// Give the parameter `index` of [`Model::slots`] a value.
-    pub(crate) fn give(&mut self, index: usize, value: f64) {
+    /// Set the value of parameter `index` of [`Model::slots`].
+    pub(crate) fn set_value(&mut self, index: usize, value: f64) {
         if index == 0 {
             self.mass = Some(value);
             self.body.mass = value;
@@ -156,7 +155,7 @@ impl Model {
         }
     }
 
-    /// Set a refinement free that stands at the value of the simple law.
+    /// Free a refinement that has its default value.
     pub(crate) fn free_refinement(&mut self, slot: &str) {
         for (effect, name) in self.effect_names().into_iter().enumerate() {
             let Some(key) = slot.strip_prefix(&name).and_then(|rest| rest.strip_prefix('.')) else {
@@ -181,27 +180,28 @@ impl Model {
             _ => (param.lower, param.upper),
         };
         let kind = self.effects.get(index).map(|effect| effect.kind);
-        let value = value.or_else(|| self.fixed(kind?, param));
+        let value = value.or_else(|| self.fixed_value(kind?, param));
         let name = format!("{effect}.{}", param.name);
         Slot { name, unit: param.unit, lower, upper, prior: param.prior, value, effect: Some(index) }
     }
 
-    /// Returns the value of a parameter that has no meaning for this object or is not identifiable; `None` for all others.
-    /// On a rail that is where its effect vanishes, or the legal value nearest to zero.
-    pub fn fixed(&self, kind: Kind, param: &Param) -> Option<f64> {
+    /// Value of a parameter that has no meaning for this object or is not identifiable; `None` for all others.
+    /// On a rail this is its neutral value, or the allowed value closest to zero.
+    pub fn fixed_value(&self, kind: Kind, param: &Param) -> Option<f64> {
         if self.on_rail() && !param.on_rail {
             let neutral = kind.spec().neutral;
             let own = neutral.iter().find(|(name, value)| *name == param.name && value.is_finite());
             return Some(own.map_or(0.0, |(_, value)| *value).clamp(param.lower, param.upper));
         }
-        let is_one = param.of_face && self.body.feet.is_some() || param.of_mass && self.mass.is_none();
-        is_one.then_some(1.0)
+        let is_fixed_to_one = param.scales_face_pressure && self.body.feet.is_some()
+            || param.needs_known_mass && self.mass.is_none();
+        is_fixed_to_one.then_some(1.0)
     }
 
-    /// The plant at `values`, one for each of [`Model::slots`].
+    /// Plant with `values`, one for each of [`Model::slots`].
     ///
     /// # Errors
-    /// When the number of values is not that of the slots.
+    /// When the number of values differs from the number of slots.
     pub fn plant<T: Real>(&self, values: &[T]) -> Result<Plant<T>, ModelError> {
         let expected = 1 + self.effects.iter().map(|e| e.values.len()).sum::<usize>();
         if values.len() != expected {
@@ -209,32 +209,32 @@ impl Model {
         }
         let (mass, mut rest) = (values[0], &values[1..]);
         let wheel = self.first_wheel(values);
-        let site = Site { body: &self.body, wheel };
+        let site = LawSetup { body: &self.body, wheel };
         let mut laws = Vec::with_capacity(self.effects.len());
         for effect in &self.effects {
             let (own, others) = rest.split_at(effect.values.len());
             laws.push(Law::new(effect.kind, own, &site));
             rest = others;
         }
-        Plant::new(mass, &self.body, self.dof, laws, self.unnamed.clone())
+        Plant::new(mass, &self.body, self.dof, laws, self.discrepancy.clone())
     }
 
-    /// Values of the first viscous wheel, among those of all slots.
+    /// Parameters of the first viscous wheel among the values of all slots.
     fn first_wheel<T: Real>(&self, values: &[T]) -> Option<[T; 5]> {
         let index = self.effects.iter().position(|e| e.kind == Kind::ViscousWheel)?;
         let start = 1 + self.effects[..index].iter().map(|e| e.values.len()).sum::<usize>();
         values.get(start..start + 5)?.try_into().ok()
     }
 
-    /// The laws' own states, in the order of [`crate::State::inner`].
-    pub fn inner(&self) -> Vec<Inner> {
-        self.effects.iter().flat_map(|e| e.kind.spec().inner).copied().collect()
+    /// Inner states of all laws, in the order of [`crate::State::inner`].
+    pub fn inner(&self) -> Vec<InnerState> {
+        self.effects.iter().flat_map(|e| e.kind.spec().inner_states).copied().collect()
     }
 
-    /// The plant of a model whose values are all given.
+    /// Plant of a model without free parameters.
     ///
     /// # Errors
-    /// When a value is free; the message names it.
+    /// When a parameter is free; the message names it.
     pub fn resolved(&self) -> Result<Plant<f64>, ModelError> {
         let value = |slot: Slot| {
             slot.value.ok_or_else(|| {
@@ -247,41 +247,41 @@ impl Model {
         self.plant(&self.slots().into_iter().map(value).collect::<Result<Vec<_>, _>>()?)
     }
 
-    /// The same model with some parameters free, by the names of [`Model::slots`]; others' names are of no effect.
+    /// The same model with the named parameters free (names of [`Model::slots`]). Unknown names have no effect.
     ///
-    /// Refinements keep their values: a `model.toml` cannot say that one is free, and would fall back to the simple law.
+    /// Refinements keep their values, because `model.toml` cannot represent a free refinement.
     #[must_use]
-    pub fn freed(&self, names: &[String]) -> Self {
-        let mut freed = self.clone();
+    pub fn with_free(&self, names: &[String]) -> Self {
+        let mut model = self.clone();
         let free: Vec<bool> = self.slots().iter().map(|slot| names.contains(&slot.name)).collect();
         if free.first() == Some(&true) {
-            freed.mass = None;
+            model.mass = None;
         }
         let essential = |effect: &Effect| effect.kind.spec().params.iter().map(|p| p.refinement.is_none());
         let essential: Vec<bool> = self.effects.iter().flat_map(essential).collect();
-        let values = freed.effects.iter_mut().flat_map(|e| &mut e.values);
+        let values = model.effects.iter_mut().flat_map(|e| &mut e.values);
         for ((value, essential), free) in values.zip(essential).zip(free.iter().skip(1)) {
             if *free && essential {
                 *value = None;
             }
         }
-        freed
+        model
     }
 
-    /// The same model with all values given, one for each of [`Model::slots`].
+    /// The same model with fixed `values`, one for each of [`Model::slots`].
     ///
     /// # Errors
-    /// When the number of values is not that of the slots.
-    pub fn filled(&self, values: &[f64]) -> Result<Self, ModelError> {
+    /// When the number of values differs from the number of slots.
+    pub fn with_values(&self, values: &[f64]) -> Result<Self, ModelError> {
         self.plant(values)?;
-        let mut filled = self.clone();
-        filled.mass = Some(values[0]);
-        filled.body.mass = values[0];
+        let mut model = self.clone();
+        model.mass = Some(values[0]);
+        model.body.mass = values[0];
         let mut rest = values[1..].iter();
-        for value in filled.effects.iter_mut().flat_map(|e| &mut e.values) {
+        for value in model.effects.iter_mut().flat_map(|e| &mut e.values) {
             *value = rest.next().copied();
         }
-        Ok(filled)
+        Ok(model)
     }
 }
 
@@ -304,7 +304,7 @@ mod tests {
     }
 
     #[test]
-    fn what_a_file_cannot_call_free_keeps_its_value() {
+    fn refinements_keep_their_values() {
         let [force, creep] = [("force", 40.0), ("creep", 0.2)];
         let values = [("x", 0.1), ("y", 0.2), force, creep];
         let rubbing =
@@ -312,7 +312,7 @@ mod tests {
         let mut model = Model::nominal(table().body, Some(22.0), [true; 3]);
         model.effects = vec![rubbing];
         let names = ["body.mass", "coulomb_friction.force", "coulomb_friction.creep"].map(str::to_owned);
-        let freed = model.freed(&names);
+        let freed = model.with_free(&names);
         let value = |name: &str| freed.slots().into_iter().find(|slot| slot.name == name).unwrap().value;
         assert_eq!((value("body.mass"), value("coulomb_friction.force")), (None, None));
         assert_eq!((value("coulomb_friction.x"), value("coulomb_friction.creep")), (Some(0.1), Some(0.2)));
@@ -321,20 +321,20 @@ mod tests {
     }
 
     #[test]
-    fn a_rail_leaves_mass_and_one_friction() {
+    fn on_a_rail_mass_and_one_friction_are_free() {
         let model = Model::nominal(Body::point(95.0).unwrap(), None, [true, false, false]);
         let free: Vec<_> = model.slots().into_iter().filter(|s| s.value.is_none()).map(|s| s.name).collect();
         assert_eq!(free, ["body.mass", "viscous_wheel.mu_x"]);
     }
 
     #[test]
-    fn pressure_is_free_under_a_face_and_known_under_feet() {
+    fn pressure_is_free_under_a_face_and_fixed_on_feet() {
         let spread = |model: Model| {
             let slots = model.with(Effect::free(Kind::SupportFriction)).slots();
             slots.into_iter().find(|s| s.name == "support_friction.spread").unwrap().value
         };
         let mut standing = table();
-        standing.body = standing.body.standing_on(&[[-0.5, -0.3], [0.5, -0.3], [0.0, 0.3]]);
+        standing.body = standing.body.with_feet(&[[-0.5, -0.3], [0.5, -0.3], [0.0, 0.3]]);
         assert_eq!((spread(table()), spread(standing)), (None, Some(1.0)));
     }
 
@@ -345,8 +345,8 @@ mod tests {
     }
 
     #[test]
-    fn the_value_that_is_farthest_off_is_found() {
-        let usual = table().filled(&[22.0, 0.1, 0.1, 0.3, 60.0, 60.0]).unwrap();
+    fn the_most_extreme_value_is_found() {
+        let usual = table().with_values(&[22.0, 0.1, 0.1, 0.3, 60.0, 60.0]).unwrap();
         assert_eq!(usual.most_extreme(), None);
         let pushing = Effect::free(Kind::DirectionalFriction);
         let pushing = pushing.with("angle", Some(0.0)).with("difference", Some(-1e5));

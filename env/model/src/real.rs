@@ -25,21 +25,21 @@ pub trait Real:
     fn lift(value: f64) -> Self;
     /// The value without derivatives.
     fn re(self) -> f64;
-    /// Whether all of its derivatives are zero.
+    /// Whether all derivatives are zero.
     fn is_constant(self) -> bool;
-    /// Square root; the derivative at zero is taken as zero.
+    /// Square root; its derivative at zero is defined as zero.
     fn sqrt(self) -> Self;
     /// Natural exponential.
     fn exp(self) -> Self;
     /// Sine and cosine.
     fn sin_cos(self) -> (Self, Self);
-    /// One over the number.
+    /// Reciprocal.
     fn recip(self) -> Self;
-    /// A function of several numbers by the chain rule: its value, worked out in `f64`, and each number
-    /// with the function's slope by it. `f64` drops the slopes, and the compiler what they are made of.
+    /// Function of several numbers by the chain rule: its value, computed in `f64`, and each argument with the partial
+    /// derivative by it. For `f64` the derivatives are unused and the compiler removes their computation.
     fn chained<const K: usize>(value: f64, parts: [(Self, f64); K]) -> Self;
 
-    /// The derivatives of such a function alone; its value is worked out elsewhere.
+    /// [`Real::chained`] with the value zero: only the derivatives.
     #[inline(always)]
     fn slopes<const K: usize>(parts: [(Self, f64); K]) -> Self {
         Self::chained(0.0, parts)
@@ -48,7 +48,7 @@ pub trait Real:
     fn zero() -> Self {
         Self::lift(0.0)
     }
-    /// The number times itself.
+    /// Square.
     fn squared(self) -> Self {
         self * self
     }

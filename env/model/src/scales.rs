@@ -1,13 +1,13 @@
-//! Units of a recording's own: so that priors and thresholds mean the same for a table and for a needle.
+//! Units adapted to a recording, so that priors and thresholds apply to objects of any size.
 
-/// Sizes of the units of length, force and time in SI units.
+/// Units of length, force and time, expressed in SI units.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct Scales {
-    /// m.
+    /// Unit of length, m.
     pub length: f64,
-    /// N.
+    /// Unit of force, N.
     pub force: f64,
-    /// s.
+    /// Unit of time, s.
     pub time: f64,
 }
 
@@ -15,22 +15,22 @@ impl Scales {
     /// SI units.
     pub const SI: Self = Self { length: 1.0, force: 1.0, time: 1.0 };
 
-    /// Size of the unit of mass, kg.
+    /// Unit of mass, kg.
     pub fn mass(&self) -> f64 {
         self.force * self.time * self.time / self.length
     }
 
-    /// Size of the unit of torque, N·m.
+    /// Unit of torque, N·m.
     pub fn torque(&self) -> f64 {
         self.force * self.length
     }
 
-    /// Size of the unit of acceleration, m/s².
+    /// Unit of acceleration, m/s².
     pub fn acceleration(&self) -> f64 {
         self.length / (self.time * self.time)
     }
 
-    /// Size of a derived unit that is written like `N·s²/m²`; `None` where a factor is not known.
+    /// Size of a derived unit such as `N·s²/m²` in SI units; `None` if a factor is unknown.
     ///
     /// # Examples
     /// ```

@@ -1,28 +1,28 @@
-//! How an object moves at one instant.
+//! Motion state of an object.
 
 use crate::Real;
-use crate::law::INNER;
+use crate::law::MAX_INNER_STATES;
 
 /// Motion state of the object frame's origin: pose `[m, m, rad]` and twist `[m/s, m/s, rad/s]`, world axes.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct State<T> {
     /// Pose of the object frame in the world.
     pub pose: [T; 3],
-    /// Velocity of its origin, and spin.
+    /// Velocity of the object origin, and spin.
     pub twist: [T; 3],
-    /// States of the laws' own, in the model's order, then zeros.
-    pub inner: [T; INNER],
+    /// Inner states of the laws, in the model's order, padded with zeros.
+    pub inner: [T; MAX_INNER_STATES],
 }
 
 impl<T: Real> State<T> {
-    /// At rest at a pose.
+    /// State at rest.
     pub fn at_rest(pose: [f64; 3]) -> Self {
         Self::moving(pose.map(T::lift), [T::zero(); 3])
     }
 
-    /// In motion, the laws' own states at zero.
+    /// State in motion, with inner states of zero.
     pub fn moving(pose: [T; 3], twist: [T; 3]) -> Self {
-        Self { pose, twist, inner: [T::zero(); INNER] }
+        Self { pose, twist, inner: [T::zero(); MAX_INNER_STATES] }
     }
 
     /// Whether all values are finite.
@@ -30,9 +30,9 @@ impl<T: Real> State<T> {
         self.pose.iter().chain(&self.twist).chain(&self.inner).all(|value| value.re().is_finite())
     }
 
-    /// The same with the laws' own states given.
+    /// Copy with the given inner states.
     #[must_use]
-    pub fn with_inner(self, inner: [f64; INNER]) -> Self {
+    pub fn with_inner(self, inner: [f64; MAX_INNER_STATES]) -> Self {
         Self { inner: inner.map(T::lift), ..self }
     }
 }

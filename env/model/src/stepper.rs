@@ -1,69 +1,69 @@
-//! Who simulates: the laws alone, or something that also knows what touches.
+//! The interface of simulators: free motion by the laws alone, or an engine with contacts.
 
 use crate::{Clock, Model, Plant, State};
 use thiserror::Error;
 
-/// One step's input.
+/// Input of one step.
 #[derive(Clone, Copy, Debug, PartialEq)]
-pub struct Drive {
+pub struct StepInput {
     /// Mean wrench on the object over the step, object axes about the object origin, `[N, N, N·m]`.
     pub applied: [f64; 3],
-    /// When.
+    /// Time and grasp.
     pub clock: Clock,
     /// Duration, s.
     pub dt: f64,
 }
 
-/// A model at values.
+/// A model with parameter values.
 #[derive(Clone, Copy, Debug)]
-pub struct Setting<'a> {
+pub struct ModelInstance<'a> {
     /// The model.
     pub model: &'a Model,
-    /// One for each of [`Model::slots`].
+    /// Values, one for each of [`Model::slots`].
     pub values: &'a [f64],
-    /// The model at these values.
+    /// Plant of the model with these values.
     pub plant: &'a Plant<f64>,
 }
 
-/// Why a rollout broke off.
+/// Error of a rollout.
 #[derive(Clone, Debug, Error, PartialEq, Eq)]
 #[error("step {step}: {reason}")]
 pub struct StepError {
-    /// Which of the inputs.
+    /// Index of the input.
     pub step: usize,
-    /// What was wrong, with the value.
+    /// Problem, with the value.
     pub reason: String,
 }
 
-/// Simulates an object from a state under given inputs: `g` of the paper's eq. 5, applied again and again.
+/// A simulator: it maps an initial state and inputs to a motion by repeated application of `g` of the paper's eq. 5.
 ///
-/// An implementation is asked from several threads and must answer the same to the same question. Numbers that are
-/// not finite mean that the model cannot be evaluated there; an error ends the whole fit.
+/// Implementations are called from several threads and must be deterministic. States that are not finite mean that the
+/// model cannot be evaluated at these values; an error ends the fit.
 pub trait Stepper: Sync {
-    /// The states after each of the inputs, in order.
+    /// States after each input, in order.
     ///
     /// # Errors
-    /// When it cannot be simulated at all.
+    /// When the simulation fails.
     fn rollout(
         &self,
-        at: &Setting<'_>,
+        at: &ModelInstance<'_>,
         start: &State<f64>,
-        inputs: &[Drive],
+        inputs: &[StepInput],
     ) -> Result<Vec<State<f64>>, StepError>;
 }
 
-/// The laws alone: nothing touches.
+/// Simulator of free motion: the laws alone, without contacts.
 #[derive(Clone, Copy, Debug, Default)]
-pub struct Free;
+pub struct FreeMotion;
 
-impl Stepper for Free {
+impl Stepper for FreeMotion {
     fn rollout(
         &self,
-        at: &Setting<'_>,
+        at: &ModelInstance<'_>,
         start: &State<f64>,
-        inputs: &[Drive],
+        inputs: &[StepInput],
     ) -> Result<Vec<State<f64>>, StepError> {
-        let next = |state: &mut State<f64>, drive: &Drive| {
+        let next = |state: &mut State<f64>, drive: &StepInput| {
             *state = at.plant.step(state, drive.applied, drive.clock, drive.dt);
             Some(*state)
         };

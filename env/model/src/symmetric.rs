@@ -1,4 +1,4 @@
-//! Symmetric 3 × 3 systems, solved in plain numbers; derivatives are carried through their factors.
+//! Symmetric 3 × 3 systems in `f64`, with derivatives propagated through their factors.
 
 use crate::Real;
 
@@ -55,7 +55,7 @@ impl Symmetric {
         ])
     }
 
-    /// `LDLᵀ` of a positive definite matrix.
+    /// `LDLᵀ` factorisation of a positive definite matrix.
     #[inline(always)]
     pub fn factors(self) -> Factors {
         let [xx, xy, yy, xz, yz, zz] = self.0;
@@ -69,7 +69,7 @@ impl Symmetric {
     }
 }
 
-/// Factors of a positive definite matrix: `1/D`, and `L` below its diagonal of ones, `[yx, zx, zy]`.
+/// `LDLᵀ` factors of a positive definite matrix: `D⁻¹`, and `L` below its unit diagonal, `[yx, zx, zy]`.
 pub(crate) struct Factors {
     inverse: Vector,
     lower: Vector,
@@ -85,7 +85,7 @@ impl Factors {
         [x * d0 - l1 * y - l2 * z, y, z]
     }
 
-    /// The derivatives that solve the system whose right side has these derivatives.
+    /// Derivatives of the solution, given the derivatives of the right-hand side.
     #[inline(always)]
     pub fn solve_slopes<T: Real>(&self, [x, y, z]: [T; 3]) -> [T; 3] {
         let ([d0, d1, d2], [l1, l2, l3]) = (self.inverse, self.lower);
@@ -96,7 +96,7 @@ impl Factors {
     }
 }
 
-/// Sum by elements.
+/// Elementwise sum.
 #[inline(always)]
 pub(crate) fn sum<const N: usize>(mut a: [f64; N], b: [f64; N]) -> [f64; N] {
     for (a, b) in a.iter_mut().zip(b) {
@@ -105,18 +105,18 @@ pub(crate) fn sum<const N: usize>(mut a: [f64; N], b: [f64; N]) -> [f64; N] {
     a
 }
 
-/// Difference by elements.
+/// Elementwise difference.
 #[inline(always)]
-pub(crate) fn less<const N: usize>(mut a: [f64; N], b: [f64; N]) -> [f64; N] {
+pub(crate) fn difference<const N: usize>(mut a: [f64; N], b: [f64; N]) -> [f64; N] {
     for (a, b) in a.iter_mut().zip(b) {
         *a -= b;
     }
     a
 }
 
-/// Product by elements.
+/// Elementwise product.
 #[inline(always)]
-pub(crate) fn scaled<const N: usize>(mut a: [f64; N], by: [f64; N]) -> [f64; N] {
+pub(crate) fn product<const N: usize>(mut a: [f64; N], by: [f64; N]) -> [f64; N] {
     for (a, by) in a.iter_mut().zip(by) {
         *a *= by;
     }

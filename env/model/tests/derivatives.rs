@@ -1,4 +1,4 @@
-//! The derivatives of a step against central differences: by state, wrench and every parameter.
+//! Derivatives of a step by state, wrench and every parameter, compared with central differences.
 
 #![allow(clippy::unwrap_used)]
 
@@ -7,14 +7,14 @@ use trundle_model::{Body, Clock, Dual, Effect, Kind, Model, Plant, Real, State, 
 const CLOCK: Clock = Clock::since_contact(1.0);
 /// Pose, twist and wrench.
 const STATE: [f64; 9] = [0.1, 0.2, 0.3, 0.4, -0.1, 0.2, 12.0, -3.0, 1.5];
-/// Room for all that a step depends on.
+/// Number of derivatives, at least the number of inputs of a step.
 const WIDTH: usize = 32;
 
 fn effect(kind: Kind, values: &[(&str, f64)]) -> Effect {
     values.iter().fold(Effect::free(kind), |effect, (name, value)| effect.with(name, Some(*value)))
 }
 
-/// A table whose mass centre is off its origin, on a wheel and a rubbing foot, on a slope.
+/// A table with an offset mass centre, a wheel and a foot with dry friction, on a slope.
 fn table(dof: [bool; 3]) -> Model {
     let mut body = Body::from_footprint(&[[-0.6, -0.4], [0.6, -0.4], [0.6, 0.4], [-0.6, 0.4]], 22.0).unwrap();
     body.com = [0.07, -0.11];
@@ -63,13 +63,13 @@ fn check(
 }
 
 #[test]
-fn of_a_step_by_everything_it_depends_on() {
+fn derivatives_of_a_step() {
     for (dof, dt) in [([true; 3], 2e-3), ([true; 3], 0.05), ([true, false, false], 2e-3)] {
         let model = table(dof);
         let mut point = STATE.to_vec();
         point.extend(model.slots().iter().map(|slot| slot.value.unwrap()));
         if !dof[2] {
-            // On a rail nothing has moved sideways or turned.
+            // On a rail there is no lateral motion and no rotation.
             for k in [1, 2, 4, 5] {
                 point[k] = 0.0;
             }
@@ -79,7 +79,7 @@ fn of_a_step_by_everything_it_depends_on() {
 }
 
 #[test]
-fn of_a_vector_that_is_turned() {
+fn derivatives_of_a_rotation() {
     fn turned<T: Real>(at: &[T]) -> Vec<T> {
         let vector = [at[0], at[1], at[2]];
         [to_world(vector, at[3]), to_body(vector, at[3])].concat()

@@ -1,18 +1,18 @@
-//! Laws with states of their own: what they conserve, where they turn, and how fast the step converges.
+//! Laws with inner states: conservation laws, frequencies, directions and the order of convergence.
 
 #![allow(clippy::unwrap_used)]
 
-use trundle_model::{Body, Clock, Effect, INNER, Kind, Model, Plant, State};
+use trundle_model::{Body, Clock, Effect, Kind, MAX_INNER_STATES, Model, Plant, State};
 
 fn effect(kind: Kind, values: &[(&str, f64)]) -> Effect {
     values.iter().fold(Effect::free(kind), |effect, (name, value)| effect.with(name, Some(*value)))
 }
 
-/// A table of 20 kg, its mass centre off its origin.
+/// A table of 20 kg with an offset mass centre.
 fn table(effects: Vec<Effect>) -> Model {
     let mut body = Body::from_footprint(&[[-0.6, -0.4], [0.6, -0.4], [0.6, 0.4], [-0.6, 0.4]], 20.0).unwrap();
     body.com = [0.1, -0.05];
-    Model { mass: Some(20.0), body, dof: [true; 3], effects, priors: Default::default(), unnamed: None }
+    Model { mass: Some(20.0), body, dof: [true; 3], effects, priors: Default::default(), discrepancy: None }
 }
 
 fn load(frequency: f64, damping: f64) -> Effect {
@@ -26,18 +26,18 @@ fn caster(trail: f64, side: f64) -> Effect {
 }
 
 fn moving(twist: [f64; 3], inner: &[f64]) -> State<f64> {
-    let mut own = [0.0; INNER];
+    let mut own = [0.0; MAX_INNER_STATES];
     own[..inner.len()].copy_from_slice(inner);
     State::moving([0.1, 0.2, 0.3], twist).with_inner(own)
 }
 
 type Push = fn(f64) -> [f64; 3];
 
-fn still(_: f64) -> [f64; 3] {
+fn no_push(_: f64) -> [f64; 3] {
     [0.0; 3]
 }
 
-fn to_and_fro(t: f64) -> [f64; 3] {
+fn back_and_forth(t: f64) -> [f64; 3] {
     [30.0 * (2.2 * t).sin(), 12.0 * (3.0 * t).sin(), 4.0 * (2.0 * t).cos()]
 }
 
@@ -59,8 +59,8 @@ fn at(state: &State<f64>, [px, py]: [f64; 2]) -> ([f64; 2], [f64; 2]) {
     ([state.pose[0] + rx, state.pose[1] + ry], [vx - spin * ry, vy + spin * rx])
 }
 
-/// Momentum of body and load, their moment of momentum about the world's origin, and their energy, J.
-fn kept(plant: &Plant<f64>, state: &State<f64>, frequency: f64) -> ([f64; 3], f64) {
+/// Linear and angular momentum of body and load about the world origin, and their energy, J.
+fn conserved(plant: &Plant<f64>, state: &State<f64>, frequency: f64) -> ([f64; 3], f64) {
     let rigid = plant.rigid(Clock::since_contact(1.0));
     let ([x, y], [vx, vy]) = at(state, rigid.com);
     let ([px, py], _) = at(state, [0.3, -0.2]);
@@ -74,16 +74,16 @@ fn kept(plant: &Plant<f64>, state: &State<f64>, frequency: f64) -> ([f64; 3], f6
 }
 
 #[test]
-fn a_load_and_its_body_keep_momentum_and_lose_energy_only() {
+fn a_load_and_its_body_conserve_momentum_and_never_gain_energy() {
     for (frequency, dt) in [(0.7, 8e-3), (1.4, 8e-3), (3.0, 4e-3)] {
-        // The least damping that there is, and the usual one.
+        // The smallest allowed damping and the default.
         for damping in [1e-3, 0.02] {
             let plant = table(vec![load(frequency, damping)]).resolved().unwrap();
             let start = moving([0.5, -0.2, 0.8], &[0.02, 0.01, 0.3, 0.2]);
-            let motion = roll(&plant, start, still, dt, 6.0);
-            let (first, mut energy) = kept(&plant, &motion[0], frequency);
+            let motion = roll(&plant, start, no_push, dt, 6.0);
+            let (first, mut energy) = conserved(&plant, &motion[0], frequency);
             for state in &motion {
-                let (momentum, left) = kept(&plant, state, frequency);
+                let (momentum, left) = conserved(&plant, state, frequency);
                 for k in 0..2 {
                     assert!((momentum[k] - first[k]).abs() < 5e-3 * first[0].abs(), "{momentum:?} {first:?}");
                 }
@@ -96,11 +96,11 @@ fn a_load_and_its_body_keep_momentum_and_lose_energy_only() {
 }
 
 #[test]
-fn a_load_swings_at_its_frequency_while_the_body_is_held() {
+fn a_load_oscillates_at_its_frequency_while_the_body_is_held() {
     let wheel = [("x", 0.3), ("y", -0.2), ("angle", 0.0), ("mu_x", 1e6), ("mu_y", 1e6)];
     let spin = effect(Kind::SpinDrag, &[("spin", 1e6)]);
     let held = table(vec![load(1.4, 0.02), effect(Kind::ViscousWheel, &wheel), spin]);
-    let motion = roll(&held.resolved().unwrap(), moving([0.0; 3], &[0.05]), still, 4e-3, 5.0);
+    let motion = roll(&held.resolved().unwrap(), moving([0.0; 3], &[0.05]), no_push, 4e-3, 5.0);
     let signs: Vec<bool> = motion.iter().map(|s| s.inner[0] > 0.0).collect();
     let crossings: Vec<usize> = (1..signs.len()).filter(|&k| signs[k] != signs[k - 1]).collect();
     let (first, last) = (crossings[0], crossings[crossings.len() - 1]);
@@ -113,7 +113,7 @@ fn a_load_swings_at_its_frequency_while_the_body_is_held() {
 }
 
 #[test]
-fn the_rigid_part_weighs_less_and_keeps_its_shape() {
+fn the_rigid_part_has_the_remaining_mass() {
     let model = table(vec![load(1.4, 0.02)]);
     let (whole, rigid) = (model.body.inertia(), model.resolved().unwrap().rigid(Clock::since_contact(0.0)));
     assert!((rigid.mass - 14.0).abs() < 1e-12 && (rigid.inertia - 0.7 * whole).abs() < 1e-12);
@@ -121,7 +121,7 @@ fn the_rigid_part_weighs_less_and_keeps_its_shape() {
 }
 
 #[test]
-fn halving_the_step_quarters_the_error_of_laws_with_states() {
+fn halving_the_step_quarters_the_error_with_inner_states() {
     let wheel = [("x", -0.4), ("y", -0.3), ("angle", 0.2), ("mu_x", 15.0), ("mu_y", 90.0)];
     let wheel = effect(Kind::ViscousWheel, &wheel);
     let both = vec![caster(0.05, 60.0), load(1.4, 0.02), wheel];
@@ -132,7 +132,7 @@ fn halving_the_step_quarters_the_error_of_laws_with_states() {
     ] {
         let plant = table(effects).resolved().unwrap();
         let start = moving([0.4, 0.2, 0.5], inner);
-        let last = |dt: f64| *roll(&plant, start, to_and_fro, dt, 1.0).last().unwrap();
+        let last = |dt: f64| *roll(&plant, start, back_and_forth, dt, 1.0).last().unwrap();
         let truth = last(5e-5);
         let error = |dt: f64| {
             let (a, b) = (last(dt), truth);
@@ -147,44 +147,44 @@ fn halving_the_step_quarters_the_error_of_laws_with_states() {
 }
 
 #[test]
-fn a_caster_trails_behind_and_then_rolls_freely() {
-    // Towed by a heavy hand in one direction: whatever it pointed at, it ends in line, and the side force is gone.
+fn a_caster_aligns_and_then_rolls_freely() {
+    // Towed in one direction, the caster aligns from any initial direction, and the side force vanishes.
     let spin = effect(Kind::SpinDrag, &[("spin", 1e6)]);
     let plant = table(vec![caster(0.06, 30.0), spin]).resolved().unwrap();
     for first in [-3.0, -1.5, 0.2, 2.0] {
-        let motion = roll(&plant, moving([0.8, 0.0, 0.0], &[first]), still, 4e-3, 2.5);
+        let motion = roll(&plant, moving([0.8, 0.0, 0.0], &[first]), no_push, 4e-3, 2.5);
         let last = motion[motion.len() - 1];
         let direction = last.twist[1].atan2(last.twist[0]) - last.pose[2];
         let off = (last.inner[0] - direction).sin().abs();
         assert!(off < 1e-2 && (last.inner[0] - direction).cos() > 0.0, "from {first}: off by {off}");
         let before = motion[motion.len() - 20];
-        assert!((before.twist[0] - last.twist[0]).abs() < 1e-3, "it still brakes");
+        assert!((before.twist[0] - last.twist[0]).abs() < 1e-3, "the side force remains");
     }
 }
 
 #[test]
-fn a_caster_keeps_its_direction_in_the_room_while_the_body_turns_over_it() {
-    // The pivot is held in place: nothing swivels the wheel, but the body turns above it.
+fn a_caster_keeps_its_direction_while_the_body_rotates_about_its_pivot() {
+    // The pivot is fixed: the wheel does not swivel while the body rotates above it.
     let hold = [("x", 0.5), ("y", 0.3), ("angle", 0.0), ("mu_x", 1e6), ("mu_y", 1e6)];
     let plant = table(vec![caster(0.06, 30.0), effect(Kind::ViscousWheel, &hold)]).resolved().unwrap();
     let (sin, cos) = 0.3f64.sin_cos();
     let (rx, ry) = (cos * 0.5 - sin * 0.3, sin * 0.5 + cos * 0.3);
-    let motion = roll(&plant, moving([0.9 * ry, -0.9 * rx, 0.9], &[1.0]), still, 2e-3, 1.0);
+    let motion = roll(&plant, moving([0.9 * ry, -0.9 * rx, 0.9], &[1.0]), no_push, 2e-3, 1.0);
     let last = motion[motion.len() - 1];
-    assert!(last.pose[2] > 1.0, "it turns");
+    assert!(last.pose[2] > 1.0, "the body rotates");
     assert!((last.inner[0] + last.pose[2] - 1.3).abs() < 5e-3, "{last:?}");
 }
 
 #[test]
-fn a_caster_is_stable_where_it_swivels_within_a_step() {
-    // Half a metre a second on a trail of 5 mm: it is in line within one step of 8 ms.
+fn a_caster_is_stable_if_it_swivels_within_a_step() {
+    // At 0.5 m/s and a trail of 5 mm it aligns within one step of 8 ms.
     let plant = table(vec![caster(5e-3, 200.0)]).resolved().unwrap();
-    let motion = roll(&plant, moving([0.5, 0.1, 0.3], &[2.5]), to_and_fro, 8e-3, 5.0);
+    let motion = roll(&plant, moving([0.5, 0.1, 0.3], &[2.5]), back_and_forth, 8e-3, 5.0);
     assert!(motion.iter().all(|s| s.twist.iter().chain(&s.inner).all(|v| v.abs() < 20.0)));
 }
 
 #[test]
-fn too_many_states_are_refused() {
+fn too_many_inner_states_are_rejected() {
     let error = table(vec![load(1.0, 0.02), load(2.0, 0.02)]).resolved().unwrap_err();
     assert!(error.to_string().contains('8'), "{error}");
 }

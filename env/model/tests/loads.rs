@@ -1,4 +1,4 @@
-//! Laws that change what moves, what is read, or what a wheel is, against motions that are known otherwise.
+//! Laws that change mass, readings or wheels, compared with equivalent models and conservation laws.
 
 #![allow(clippy::unwrap_used)]
 
@@ -6,7 +6,7 @@ use trundle_model::{Body, Clock, Effect, Kind, Model, Plant, State, to_body, to_
 
 const DT: f64 = 2e-3;
 
-/// A table whose mass centre is off its origin.
+/// A table with an offset mass centre.
 fn table(mass: f64) -> Model {
     let body = Body::from_footprint(&[[-0.5, -0.4], [0.7, -0.4], [0.7, 0.3], [-0.5, 0.3]], mass).unwrap();
     Model {
@@ -15,7 +15,7 @@ fn table(mass: f64) -> Model {
         dof: [true; 3],
         effects: vec![],
         priors: Default::default(),
-        unnamed: None,
+        discrepancy: None,
     }
 }
 
@@ -28,17 +28,17 @@ fn wheel(mu_x: f64, mu_y: f64) -> Effect {
     effect(Kind::ViscousWheel, &values)
 }
 
-/// A clock whose table time is that since contact.
+/// A clock whose time in the recording counts from contact.
 fn clock(t: f64, dt: f64) -> Clock {
     Clock { dt, ..Clock::since_contact(t) }
 }
 
-/// A push that turns and reverses, object axes.
+/// A push that rotates and reverses, object axes.
 fn wrench(t: f64) -> [f64; 3] {
     [40.0 * (3.0 * t).sin(), 25.0 * (5.0 * t).cos(), 9.0 * (4.0 * t).sin()]
 }
 
-/// The motion under [`wrench`], starting state included.
+/// Motion under [`wrench`], including the initial state.
 fn roll(
     plant: &Plant<f64>,
     start: State<f64>,
@@ -67,7 +67,7 @@ fn start() -> State<f64> {
 }
 
 #[test]
-fn an_offset_mass_centre_is_a_body_with_that_mass_centre() {
+fn an_offset_mass_centre_equals_a_body_with_that_mass_centre() {
     let offset = table(22.0)
         .with(wheel(15.0, 180.0))
         .with(effect(Kind::ComOffset, &[("com_x", 0.25), ("com_y", -0.1)]));
@@ -78,13 +78,13 @@ fn an_offset_mass_centre_is_a_body_with_that_mass_centre() {
 }
 
 #[test]
-fn load_that_is_put_on_leaves_the_velocity_and_scales_the_inertia() {
+fn an_added_load_keeps_the_velocity_and_scales_the_inertia() {
     let load = [("episode", 1.0), ("time", 0.5), ("mass", 7.0)];
     let plant = table(22.0).with(effect(Kind::MassChange, &load)).resolved().unwrap();
     let [light, heavy] = [22.0, 29.0].map(|mass| table(mass).resolved().unwrap());
     let motion = roll(&plant, start(), 500, |t| Clock { episode: 1.0, ..clock(t, DT) });
     assert_same(&motion[..=250], &roll(&light, start(), 250, |t| clock(t, DT)), 1e-11);
-    // From the event on it is the heavier body, in the very state in which the lighter one was.
+    // After the event the motion is that of the heavier body from the same state.
     let mut state = motion[250];
     for (k, after) in motion.iter().enumerate().skip(251) {
         let t = (k as f64 - 0.5) * DT;
@@ -96,21 +96,21 @@ fn load_that_is_put_on_leaves_the_velocity_and_scales_the_inertia() {
 }
 
 #[test]
-fn an_event_within_a_step_counts_for_the_part_after_it() {
+fn an_event_within_a_step_acts_in_proportion() {
     let load = [("time", 1.0005), ("mass", 8.0)];
     let plant = table(22.0).with(effect(Kind::MassChange, &load)).resolved().unwrap();
     assert!((plant.rigid(clock(1.0, DT)).mass - 24.0).abs() < 1e-9);
 }
 
 #[test]
-fn more_load_than_there_is_cannot_be_taken_off() {
+fn the_mass_stays_positive_when_too_much_is_removed() {
     let load = [("time", 0.0), ("mass", -30.0)];
     let rigid = table(22.0).with(effect(Kind::MassChange, &load)).resolved().unwrap().rigid(clock(1.0, DT));
     assert!(rigid.mass > 0.0 && rigid.inertia > 0.0, "{rigid:?}");
 }
 
 #[test]
-fn a_wheel_that_locks_is_another_wheel_afterwards() {
+fn a_wheel_event_equals_another_wheel_afterwards() {
     let event = [("episode", 0.0), ("time", 0.5), ("factor_x", 20.0), ("factor_y", 0.5)];
     let plant =
         table(22.0).with(wheel(15.0, 180.0)).with(effect(Kind::WheelEvent, &event)).resolved().unwrap();
@@ -134,7 +134,7 @@ fn velocity(state: &State<f64>, [x, y]: [f64; 2]) -> [f64; 2] {
 }
 
 #[test]
-fn a_reading_with_the_grippers_inertia_moves_the_object_as_the_truth_does() {
+fn gripper_inertia_recovers_the_motion_under_the_true_wrench() {
     const GRASP: [f64; 2] = [0.6, 0.25];
     const GRIPPER: f64 = 1.8;
     let truth = table(22.0).with(wheel(15.0, 60.0)).resolved().unwrap();
@@ -143,7 +143,7 @@ fn a_reading_with_the_grippers_inertia_moves_the_object_as_the_truth_does() {
     let motion = roll(&truth, start(), 500, |t| clock(t, DT));
     let mut state = start();
     for (k, pair) in motion.windows(2).enumerate() {
-        // reading = truth + m a at the grasp, the acceleration being the motion's own.
+        // reading = truth + m a at the grasp, with the acceleration of the motion.
         let (a, b) = (velocity(&pair[0], GRASP), velocity(&pair[1], GRASP));
         let heading = (pair[0].pose[2] + pair[1].pose[2]) / 2.0;
         let [fx, fy, _] =
@@ -152,11 +152,11 @@ fn a_reading_with_the_grippers_inertia_moves_the_object_as_the_truth_does() {
         let [x, y, torque] = wrench(t);
         let reading = [x + fx, y + fy, torque + GRASP[0] * fy - GRASP[1] * fx];
         state = read.step(&state, reading, Clock { grasp: GRASP, ..clock(t, DT) }, DT);
-        // The truth under the whole reading would be a centimetre away by now.
+        // Without the law the error reaches a centimetre.
         assert_same(&[state], &[pair[1]], 2e-5);
     }
     let before = Clock { grasp: GRASP, ..clock(-0.1, DT) };
-    assert_eq!(read.rigid(before).mass, 22.0, "nothing is held before contact");
+    assert_eq!(read.rigid(before).mass, 22.0, "no gripper mass before contact");
 }
 
 #[test]
@@ -167,7 +167,7 @@ fn a_gain_divides_the_reading() {
 }
 
 #[test]
-fn where_the_mass_is_free_the_first_gain_is_one() {
+fn the_first_gain_is_one_if_the_mass_is_free() {
     let weighed = table(22.0).with(Effect::free(Kind::ForceScale));
     let gains = |model: &Model| -> Vec<Option<f64>> { model.slots()[1..].iter().map(|s| s.value).collect() };
     assert_eq!(gains(&weighed), [None, None, None]);
@@ -175,17 +175,17 @@ fn where_the_mass_is_free_the_first_gain_is_one() {
     assert_eq!(gains(&unknown), [Some(1.0), None, None]);
 }
 
-/// The pose `inner`, given in the frame `outer`, where `outer` is given.
+/// Composition of poses: `inner` is given in the frame `outer`.
 fn compose(outer: [f64; 3], inner: [f64; 3]) -> [f64; 3] {
     let [x, y, _] = to_world([inner[0], inner[1], 0.0], outer[2]);
     [outer[0] + x, outer[1] + y, outer[2] + inner[2]]
 }
 
 #[test]
-fn an_offset_tracker_sees_the_same_object_from_another_frame() {
+fn a_tracker_offset_changes_only_the_tracked_frame() {
     const OFFSET: [f64; 3] = [0.06, -0.03, 0.2];
     let standing = |mut model: Model| {
-        model.body = model.body.standing_on(&[[-0.4, -0.3], [0.6, -0.3], [0.1, 0.2]]);
+        model.body = model.body.with_feet(&[[-0.4, -0.3], [0.6, -0.3], [0.1, 0.2]]);
         let dry = effect(Kind::SupportFriction, &[("force", 9.0)]);
         model
             .with(wheel(15.0, 180.0))
@@ -218,10 +218,10 @@ fn an_offset_tracker_sees_the_same_object_from_another_frame() {
 }
 
 #[test]
-fn cogging_gives_back_what_it_took() {
+fn cogging_conserves_energy() {
     let cogging = [("amplitude", 12.0), ("period", 0.08), ("phase", 0.4), ("angle", 0.6)];
     let plant = table(22.0).with(effect(Kind::Cogging, &cogging)).resolved().unwrap();
-    // Potential A p/2π cos(2π s/p + φ), and the origin's own kinetic energy where nothing turns.
+    // Potential A p/2π cos(2π s/p + φ) plus kinetic energy.
     let wave = std::f64::consts::TAU / 0.08;
     let height =
         |pose: [f64; 3]| 12.0 / wave * (wave * (0.6f64.cos() * pose[0] + 0.6f64.sin() * pose[1]) + 0.4).cos();
@@ -236,7 +236,7 @@ fn cogging_gives_back_what_it_took() {
         fastest = state.twist[0].hypot(state.twist[1]).max(fastest);
         assert!((energy(&state) - first).abs() < 1e-4, "{} J became {} J", first, energy(&state));
     }
-    assert!(fastest > 0.34, "it never ran down: {fastest} m/s");
+    assert!(fastest > 0.34, "no potential was converted: {fastest} m/s");
 }
 
 #[test]
@@ -253,7 +253,7 @@ fn quadratic_drag_slows_down_hyperbolically() {
 }
 
 #[test]
-fn every_effect_survives_a_file() {
+fn every_effect_round_trips_through_a_file() {
     for &kind in Kind::ALL {
         let value =
             |p: &trundle_model::Param| if p.role.is_choice() { 3.0 } else { 0.2f64.clamp(p.lower, p.upper) };
@@ -265,7 +265,7 @@ fn every_effect_survives_a_file() {
 }
 
 #[test]
-fn on_a_rail_every_effect_leaves_numbers() {
+fn on_a_rail_every_effect_is_finite() {
     for &kind in Kind::ALL {
         let mut model = table(22.0).with(wheel(15.0, 180.0)).with(Effect::free(kind));
         model.dof = [true, false, false];

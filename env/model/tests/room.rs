@@ -1,4 +1,4 @@
-//! Laws of the floor and of the room against motions that are known: what hits, pulls, climbs and drags.
+//! Laws of floor and obstacles compared with known motions: contact, tether, doorsill, patch and grain.
 
 #![allow(clippy::unwrap_used)]
 
@@ -17,7 +17,14 @@ fn rectangle([x, y]: [f64; 2], [w, h]: [f64; 2]) -> Fixture {
 }
 
 fn model(body: Body, effects: Vec<Effect>) -> Model {
-    Model { mass: Some(body.mass), body, dof: [true; 3], effects, priors: Default::default(), unnamed: None }
+    Model {
+        mass: Some(body.mass),
+        body,
+        dof: [true; 3],
+        effects,
+        priors: Default::default(),
+        discrepancy: None,
+    }
 }
 
 fn table(mass: f64) -> Body {
@@ -32,7 +39,7 @@ fn moving(twist: [f64; 3]) -> State<f64> {
     State::moving([0.0; 3], twist)
 }
 
-/// The motion under a constant wrench, object axes, starting state included.
+/// Motion under a constant wrench, object axes, including the initial state.
 fn roll(plant: &Plant<f64>, start: State<f64>, wrench: [f64; 3], dt: f64, duration: f64) -> Vec<State<f64>> {
     let mut motion = vec![start];
     for k in 0..(duration / dt).round() as usize {
@@ -47,7 +54,7 @@ fn kinetic(body: &Body, state: &State<f64>) -> f64 {
     (body.mass * (vx * vx + vy * vy) + body.inertia() * spin * spin) / 2.0
 }
 
-/// How far a point of the world lies within the body's shape, m; zero outside.
+/// Penetration depth of a round obstacle into the body's shape, m.
 fn depth(body: &Body, state: &State<f64>, [x, y]: [f64; 2], radius: f64) -> f64 {
     let (sin, cos) = state.pose[2].sin_cos();
     let (dx, dy) = (x - state.pose[0], y - state.pose[1]);
@@ -75,7 +82,7 @@ fn a_post_stops_light_and_heavy_tables_at_long_steps() {
 }
 
 #[test]
-fn a_push_rests_against_a_post() {
+fn a_push_against_a_post_comes_to_rest() {
     let plant = model(table(22.0), vec![post(0.75, 0.0)]).resolved().unwrap();
     let last = *roll(&plant, State::at_rest([0.0; 3]), [50.0, 0.0, 0.0], 4e-3, 4.0).last().unwrap();
     assert!(last.twist.iter().all(|v| v.abs() < 1e-4), "{last:?}");
@@ -84,7 +91,7 @@ fn a_push_rests_against_a_post() {
 }
 
 #[test]
-fn an_l_of_two_fixtures_is_caught_in_its_notch_like_one_of_one_piece() {
+fn an_l_of_two_fixtures_behaves_like_one_fixture() {
     let corner = [[0.0, 0.0], [1.0, 0.0], [1.0, 0.5], [0.5, 0.5], [0.5, 1.0], [0.0, 1.0]];
     let whole = Body::from_footprint(&corner, 20.0).unwrap();
     let parts = vec![rectangle([0.0, 0.0], [1.0, 0.5]), rectangle([0.0, 0.5], [0.5, 0.5])];
@@ -101,7 +108,7 @@ fn an_l_of_two_fixtures_is_caught_in_its_notch_like_one_of_one_piece() {
         assert!((one.pose[k] - other.pose[k]).abs() < 1e-6, "{one:?} {other:?}");
         assert!(one.twist[k].abs() < 1e-3, "still moving: {one:?}");
     }
-    // The post lies in the notch, a radius from both sides, but for what it gives way.
+    // The post lies in the notch, a radius from both sides except for its compliance.
     let (sin, cos) = one.pose[2].sin_cos();
     let (dx, dy) = (0.7 - one.pose[0], 0.72 - one.pose[1]);
     let place = [cos * dx + sin * dy, cos * dy - sin * dx];
@@ -109,7 +116,7 @@ fn an_l_of_two_fixtures_is_caught_in_its_notch_like_one_of_one_piece() {
 }
 
 #[test]
-fn friction_at_the_post_holds_back_what_slides_along_it() {
+fn friction_at_a_post_slows_sliding_along_it() {
     let slide = |friction: f64| {
         let post = post(0.1, 0.45).with("friction", Some(friction));
         let wheel = [("x", 0.0), ("y", 0.0), ("angle", 0.0), ("mu_x", 20.0), ("mu_y", 20.0)];
@@ -120,24 +127,24 @@ fn friction_at_the_post_holds_back_what_slides_along_it() {
     };
     let left = 1.0 - (-20.0 / 22.0f64).exp();
     assert!((slide(0.0) - left).abs() < 5e-3);
-    // 30 N press, of which 0.4 holds back: 8 of 20 N are left.
+    // A normal force of 30 N and a coefficient of 0.4 leave 8 of 20 N.
     assert!((slide(0.4) - 0.4 * left).abs() < 0.02, "{}", slide(0.4));
 }
 
 #[test]
-fn a_doorsill_gives_back_what_the_climb_took() {
+fn a_doorsill_conserves_energy() {
     let feet = [[-0.5, -0.3], [0.5, -0.3], [0.5, 0.3], [-0.5, 0.3]];
-    let body = table(20.0).standing_on(&feet);
+    let body = table(20.0).with_feet(&feet);
     let sill = effect(Kind::Doorsill, &[("angle", 0.0), ("offset", 0.7), ("height", 0.005)]);
     let plant = model(body, vec![sill]).resolved().unwrap();
     let fast = roll(&plant, moving([0.4, 0.0, 0.0]), [0.0; 3], 2e-3, 4.0);
-    assert!(fast[fast.len() - 1].pose[0] > 1.3, "the feet are over");
+    assert!(fast[fast.len() - 1].pose[0] > 1.3, "the feet are past the sill");
     assert!((fast[fast.len() - 1].twist[0] - 0.4).abs() < 1e-4);
-    // On top two feet of four stand 5 mm high: v² = v₀² − g h.
+    // At the top two of four feet are raised by 5 mm: v² = v₀² − g h.
     let top = fast.iter().map(|s| s.twist[0]).fold(f64::INFINITY, f64::min);
     assert!((top - (0.16f64 - 9.81 * 0.005).sqrt()).abs() < 1e-3, "{top}");
     let slow = roll(&plant, moving([0.2, 0.0, 0.0]), [0.0; 3], 2e-3, 4.0);
-    assert!((slow[slow.len() - 1].twist[0] + 0.2).abs() < 1e-4, "it rolls back");
+    assert!((slow[slow.len() - 1].twist[0] + 0.2).abs() < 1e-4, "the table rolls back");
 }
 
 #[test]
@@ -154,13 +161,13 @@ fn a_tether_is_slack_and_then_a_spring() {
     let motion = roll(&plant, moving([0.5, 0.0, 0.0]), [0.0; 3], 2e-3, 4.0);
     assert!((motion[400].twist[0] - 0.5).abs() < 1e-9, "slack until 0.5 m");
     let farthest = motion.iter().map(|s| s.pose[0]).fold(0.0, f64::max);
-    // ½ k e² = ½ m v², less what the rounded corner takes.
+    // ½ k e² = ½ m v², up to the smoothing of the corner.
     assert!((farthest - 0.5 - 0.5 * (20.0f64 / 80.0).sqrt()).abs() < 2e-3, "{farthest}");
-    assert!((motion[motion.len() - 1].twist[0] + 0.5).abs() < 1e-4, "it gives everything back");
+    assert!((motion[motion.len() - 1].twist[0] + 0.5).abs() < 1e-4, "the tether conserves energy");
 }
 
 #[test]
-fn a_patch_drags_the_corners_that_are_on_it() {
+fn a_patch_acts_on_the_corners_inside_it() {
     let values = [
         ("x", 2.0),
         ("y", 0.0),
@@ -172,7 +179,7 @@ fn a_patch_drags_the_corners_that_are_on_it() {
     let plant = model(table(20.0), vec![effect(Kind::FloorPatch, &values)]).resolved().unwrap();
     let drag = |x: f64| {
         let state = State::moving([x, 0.0, 0.0], [1.0, 0.0, 0.0]);
-        -plant.action(&state, clock(0.0, 2e-3)).wrench([1.0, 0.0, 0.0])[0]
+        -plant.generalised_force(&state, clock(0.0, 2e-3)).wrench([1.0, 0.0, 0.0])[0]
     };
     for (x, expected) in [(0.0, 0.0), (1.4, 20.0), (2.0, 0.0), (2.6, 20.0), (4.0, 0.0)] {
         assert!((drag(x) - expected).abs() < 1e-6, "at {x}: {} N", drag(x));
@@ -180,14 +187,15 @@ fn a_patch_drags_the_corners_that_are_on_it() {
 }
 
 #[test]
-fn a_grain_stays_in_the_room_when_the_object_turns() {
+fn a_grain_keeps_its_direction_in_the_world() {
     let grain = effect(Kind::FloorGrain, &[("mu", 12.0), ("angle", 0.5)]);
     let plant = model(table(20.0), vec![grain]).resolved().unwrap();
     for heading in [0.0, 1.0, -2.5] {
         let state = State::moving([0.3, 0.1, heading], [0.2, 0.5, 0.0]);
         let along = 0.2 * 0.5f64.cos() + 0.5 * 0.5f64.sin();
         let body = trundle_model::to_body(state.twist, heading);
-        let force = trundle_model::to_world(plant.action(&state, clock(0.0, 2e-3)).wrench(body), heading);
+        let force =
+            trundle_model::to_world(plant.generalised_force(&state, clock(0.0, 2e-3)).wrench(body), heading);
         assert!((force[0] + 12.0 * along * 0.5f64.cos()).abs() < 1e-12);
         assert!((force[1] + 12.0 * along * 0.5f64.sin()).abs() < 1e-12 && force[2].abs() < 1e-12);
     }

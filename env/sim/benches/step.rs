@@ -9,7 +9,14 @@ fn table() -> Result<Model, trundle_sim::SimError> {
     let body = Body::from_footprint(&[[-0.6, -0.4], [0.6, -0.4], [0.6, 0.4], [-0.6, 0.4]], 22.0)?;
     let values = [-0.5, 0.3, 0.3, 180.0, 320.0].map(Some).to_vec();
     let effects = vec![Effect { kind: Kind::ViscousWheel, values }];
-    Ok(Model { body, mass: Some(22.0), dof: [true; 3], effects, priors: Default::default(), unnamed: None })
+    Ok(Model {
+        body,
+        mass: Some(22.0),
+        dof: [true; 3],
+        effects,
+        priors: Default::default(),
+        discrepancy: None,
+    })
 }
 
 fn world(c: &mut Criterion) {

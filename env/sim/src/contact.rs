@@ -1,7 +1,7 @@
 //! Rollouts of an object that may touch known obstacles: the engine behind the laws' own stepper.
 
 use crate::{Mover, SimError};
-use trundle_model::{Body, Drive, Fixture, Model, Setting, State, StepError, Stepper};
+use trundle_model::{Body, Fixture, Model, ModelInstance, State, StepError, StepInput, Stepper};
 
 /// The engine takes over when the object could come this near to an obstacle in a step, m.
 pub(crate) const MARGIN: f64 = 0.02;
@@ -29,12 +29,12 @@ impl Obstructed {
 impl Stepper for Obstructed {
     fn rollout(
         &self,
-        at: &Setting<'_>,
+        at: &ModelInstance<'_>,
         start: &State<f64>,
-        inputs: &[Drive],
+        inputs: &[StepInput],
     ) -> Result<Vec<State<f64>>, StepError> {
         let failed = |step: usize| move |e: SimError| StepError { step, reason: e.to_string() };
-        let model = at.model.filled(at.values).map_err(|e| failed(0)(e.into()))?;
+        let model = at.model.with_values(at.values).map_err(|e| failed(0)(e.into()))?;
         let mut mover = Mover::new(model, self.obstacles.clone()).map_err(failed(0))?;
         mover.put(*start);
         let mut states = Vec::with_capacity(inputs.len());
@@ -106,22 +106,22 @@ mod tests {
     /// Wound up once.
     const TURN: f64 = std::f64::consts::TAU;
 
-    fn push(force: [f64; 3], seconds: f64) -> Vec<Drive> {
+    fn push(force: [f64; 3], seconds: f64) -> Vec<StepInput> {
         let count = (seconds / 0.008) as usize;
         let clock = |k: usize| Clock::since_contact(0.008 * k as f64);
-        (0..count).map(|k| Drive { applied: force, clock: clock(k), dt: 0.008 }).collect()
+        (0..count).map(|k| StepInput { applied: force, clock: clock(k), dt: 0.008 }).collect()
     }
 
     fn wall(x: f64) -> Vec<[f64; 2]> {
         vec![[x, -3.0], [x + 0.2, -3.0], [x + 0.2, 3.0], [x, 3.0]]
     }
 
-    fn last(obstacle: Vec<[f64; 2]>, inputs: &[Drive]) -> State<f64> {
+    fn last(obstacle: Vec<[f64; 2]>, inputs: &[StepInput]) -> State<f64> {
         let model = table();
         let stepper = Obstructed::new(&model, vec![obstacle]).unwrap();
         let values: Vec<f64> = model.slots().into_iter().map(|s| s.value.unwrap()).collect();
         let plant = model.plant(&values).unwrap();
-        let at = Setting { model: &model, values: &values, plant: &plant };
+        let at = ModelInstance { model: &model, values: &values, plant: &plant };
         let start = State::moving([0.0, 0.0, TURN], [0.1, 0.0, 0.2]);
         stepper.rollout(&at, &start, inputs).unwrap().pop().unwrap()
     }

@@ -88,7 +88,7 @@ impl Instruments {
         if reads || row.poses.is_some() {
             self.rows.push(row);
         }
-        if reads || delay != 0.0 || scene.plant.remembers() {
+        if reads || delay != 0.0 || scene.plant.has_memory() {
             let read = self.read(scene);
             for (row, reading) in self.line.tell(scene.t, read, delay) {
                 if let Some(row) = self.rows.get_mut(row) {

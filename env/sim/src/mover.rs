@@ -4,7 +4,7 @@
 
 use std::sync::Arc;
 
-use trundle_model::{Clock, Glide, INNER, Model, Plant, Rigid, State};
+use trundle_model::{Clock, LinearPropagator, MAX_INNER_STATES, Model, Plant, Rigid, State};
 
 use crate::contact::{MARGIN, nearest, reach};
 use crate::gripper::wrap;
@@ -23,7 +23,7 @@ pub struct Mover {
     model: Arc<Model>,
     plant: Arc<Plant<f64>>,
     /// The plant's step of the length last asked for, where it can be solved beforehand.
-    glide: Option<(f64, Glide)>,
+    propagator: Option<(f64, LinearPropagator)>,
     obstacles: Arc<Vec<Vec<[f64; 2]>>>,
     /// How far the outline reaches from the object's origin, m.
     radius: f64,
@@ -40,7 +40,7 @@ pub struct Mover {
 #[derive(Clone, serde::Serialize, serde::Deserialize)]
 pub(crate) struct Motion {
     state: [[f64; 3]; 2],
-    inner: [f64; INNER],
+    inner: [f64; MAX_INNER_STATES],
     clear: f64,
     engine: Option<Engine>,
     engaged: bool,
@@ -61,7 +61,7 @@ impl Mover {
         let mut mover = Self {
             model: Arc::new(model),
             plant,
-            glide: None,
+            propagator: None,
             obstacles: Arc::new(obstacles),
             radius,
             state: State::at_rest([0.0; 3]),
@@ -130,15 +130,15 @@ impl Mover {
     /// Let the laws alone have it for a step.
     #[inline]
     fn move_on(&mut self, applied: &[f64; 3], clock: Clock, dt: f64) {
-        match &self.glide {
-            Some((length, glide)) if *length == dt => glide.move_on(&mut self.state, applied),
-            _ => self.plant.move_on(&mut self.state, applied, clock, dt),
+        match &self.propagator {
+            Some((length, propagator)) if *length == dt => propagator.step_in_place(&mut self.state, applied),
+            _ => self.plant.step_in_place(&mut self.state, applied, clock, dt),
         }
     }
 
     /// Solve steps of this length beforehand, where that can be.
     pub fn prepare(&mut self, dt: f64) {
-        self.glide = self.plant.glide(dt).map(|glide| (dt, glide));
+        self.propagator = self.plant.linear_propagator(dt).map(|propagator| (dt, propagator));
     }
 
     /// Let the engine have it for a step.

@@ -2,7 +2,7 @@
 
 use rand_chacha::ChaCha8Rng;
 use serde::{Deserialize, Serialize};
-use trundle_model::{Axes, Clock, INNER, Model, ModelError, NotFinite, State};
+use trundle_model::{Axes, Clock, MAX_INNER_STATES, Model, ModelError, NotFinite, State};
 
 use crate::gripper::relative;
 use crate::hand::Hand;
@@ -48,7 +48,7 @@ impl Setting<'_> {
     /// # Errors
     /// When the model is not complete, the knots make no profile, or the motion is not finite.
     pub fn run(&self, episode: usize, push: &Push, noise: ChaCha8Rng) -> Result<Vec<Row>, SimError> {
-        self.run_from(episode, push, [0.0; INNER], noise)
+        self.run_from(episode, push, [0.0; MAX_INNER_STATES], noise)
     }
 
     /// The same where the laws' own states, such as a caster's angle, start from `inner`.
@@ -59,16 +59,16 @@ impl Setting<'_> {
         &self,
         episode: usize,
         push: &Push,
-        inner: [f64; INNER],
+        inner: [f64; MAX_INNER_STATES],
         noise: ChaCha8Rng,
     ) -> Result<Vec<Row>, SimError> {
         let profile = Profile::new("push.knots", push.knots.clone())?;
-        if self.model.unnamed.as_ref().is_some_and(|unnamed| unnamed.axes == Axes::Reading) {
+        if self.model.discrepancy.as_ref().is_some_and(|discrepancy| discrepancy.axes == Axes::Reading) {
             let remedy = "only a recording has readings to correct: leave `[unnamed]` out to simulate";
             return Err(SimError::value("unnamed.axes", "reading", remedy));
         }
         let instrumented = self.model.resolved()?;
-        let mut world = Mover::new(self.model.clone().on_object(), self.obstacles.to_vec())?;
+        let mut world = Mover::new(self.model.clone().without_instruments(), self.obstacles.to_vec())?;
         world.prepare(self.step);
         world.put(State::at_rest(push.start).with_inner(inner));
         let body = &self.model.body;

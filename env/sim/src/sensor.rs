@@ -303,9 +303,16 @@ mod tests {
 
     fn plant(effects: Vec<Effect>) -> Plant<f64> {
         let body = Body::from_footprint(&[[0.0, 0.0], [1.0, 0.0], [1.0, 1.0]], 5.0).unwrap();
-        Model { body, mass: Some(5.0), dof: [true; 3], effects, priors: Default::default(), unnamed: None }
-            .resolved()
-            .unwrap()
+        Model {
+            body,
+            mass: Some(5.0),
+            dof: [true; 3],
+            effects,
+            priors: Default::default(),
+            discrepancy: None,
+        }
+        .resolved()
+        .unwrap()
     }
 
     #[test]

@@ -3,7 +3,7 @@
 use rand::{RngExt, SeedableRng};
 use rand_chacha::ChaCha8Rng;
 use rand_distr::StandardNormal;
-use trundle_model::{Body, Clock, Fixture, INNER, Model};
+use trundle_model::{Body, Clock, Fixture, MAX_INNER_STATES, Model};
 use trundle_record::{
     Contact, Dof, FORMAT, FixtureMeta, Frame, Metadata, NoiseMeta, ObjectMeta, Obstacle, Precontact,
     Recording, Sign, Source, Split, WrenchMeta,
@@ -81,8 +81,8 @@ fn pushes(scenario: &Scenario, model: &Model, seed: u64) -> Vec<Push> {
 }
 
 /// Where the laws' own states begin: nobody knows how a caster stands, so that is drawn; a load hangs still.
-pub(crate) fn beginning(model: &Model, random: &mut ChaCha8Rng) -> [f64; INNER] {
-    let mut start = [0.0; INNER];
+pub(crate) fn beginning(model: &Model, random: &mut ChaCha8Rng) -> [f64; MAX_INNER_STATES] {
+    let mut start = [0.0; MAX_INNER_STATES];
     for (value, inner) in start.iter_mut().zip(model.inner()) {
         let any = random.random_range(0..inner.starts.len().max(1));
         let around: f64 = random.sample(StandardNormal);

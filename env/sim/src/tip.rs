@@ -166,7 +166,7 @@ mod tests {
         for tick in 0..1000 {
             let clock = Clock::since_contact(f64::from(tick) * DT);
             wrench = tip.push(velocity, most, &body, &plant.rigid(clock), &state, DT);
-            plant.move_on(&mut state, &wrench, clock, DT);
+            plant.step_in_place(&mut state, &wrench, clock, DT);
         }
         (state, tip, wrench)
     }
@@ -204,7 +204,7 @@ mod tests {
                 let clock = Clock::since_contact(f64::from(tick) * DT);
                 let wrench = tip.push(velocity, 1e3, &body, &plant.rigid(clock), &state, DT);
                 worst = worst.max(wrench[1].abs() - FRICTION * wrench[0]);
-                plant.move_on(&mut state, &wrench, clock, DT);
+                plant.step_in_place(&mut state, &wrench, clock, DT);
             }
             let [x, y, _] =
                 to_body([tip.at[0] - state.pose[0], tip.at[1] - state.pose[1], 0.0], state.pose[2]);
@@ -218,7 +218,7 @@ mod tests {
     fn it_is_not_driven_through_what_it_cannot_move() {
         let (body, mut plant) = table();
         plant = Model::nominal(body.clone(), Some(22.0), [true; 3])
-            .filled(&[22.0, 0.0, 0.0, 0.0, 1e5, 1e5])
+            .with_values(&[22.0, 0.0, 0.0, 0.0, 1e5, 1e5])
             .and_then(|model| model.resolved())
             .unwrap_or(plant);
         let mut state = State::at_rest([0.0; 3]);
@@ -227,7 +227,7 @@ mod tests {
             let clock = Clock::since_contact(f64::from(tick) * DT);
             let wrench = tip.push([0.3, 0.0], f64::INFINITY, &body, &plant.rigid(clock), &state, DT);
             assert!(tick < 100 || (wrench[0] - STRONGEST).abs() < 1e-9, "{wrench:?}");
-            plant.move_on(&mut state, &wrench, clock, DT);
+            plant.step_in_place(&mut state, &wrench, clock, DT);
         }
         assert!(tip.at[0] < state.pose[0] - 0.6, "{tip:?}");
     }

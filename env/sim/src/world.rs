@@ -9,7 +9,7 @@
 
 use rapier2d_f64::prelude::*;
 use serde::{Deserialize, Serialize};
-use trundle_model::{Clock, Glide, INNER, Model, Plant, Rigid, State};
+use trundle_model::{Clock, LinearPropagator, MAX_INNER_STATES, Model, Plant, Rigid, State};
 
 use crate::SimError;
 use crate::gripper::relative;
@@ -26,9 +26,9 @@ pub struct World {
     /// What the engine's body is made to weigh.
     rigid: Rigid<f64>,
     /// States of the laws' own.
-    inner: [f64; INNER],
+    inner: [f64; MAX_INNER_STATES],
     /// The laws' step where it can be solved beforehand.
-    glide: Option<Glide>,
+    propagator: Option<LinearPropagator>,
     /// Whether it touched an obstacle in the last step.
     touches: bool,
 }
@@ -38,7 +38,7 @@ pub struct World {
 pub(crate) struct Engine {
     world: PhysicsWorld,
     rigid: [f64; 4],
-    inner: [f64; INNER],
+    inner: [f64; MAX_INNER_STATES],
     touches: bool,
 }
 
@@ -56,7 +56,7 @@ impl Clone for World {
             plant: self.plant.clone(),
             rigid: self.rigid,
             inner: self.inner,
-            glide: self.glide,
+            propagator: self.propagator,
             touches: self.touches,
         }
     }
@@ -79,7 +79,7 @@ fn copy(engine: &PhysicsWorld) -> PhysicsWorld {
 /// All that moves, to the last bit: position, cosine and sine of the heading, and velocities of the
 /// mass centre; and the laws' own states.
 #[derive(Clone, Copy, Debug, PartialEq)]
-pub struct Snapshot(pub [f64; 7], pub [f64; INNER]);
+pub struct Snapshot(pub [f64; 7], pub [f64; MAX_INNER_STATES]);
 
 impl World {
     /// A world with the object at rest at the origin. `obstacles` are simple polygons, m, world frame;
@@ -104,8 +104,8 @@ impl World {
         }
         let PhysicsWorld { bodies, colliders, .. } = &mut engine;
         bodies[body].recompute_mass_properties_from_colliders(colliders);
-        let glide = plant.glide(dt);
-        Ok(Self { engine, body, plant, rigid, inner: [0.0; INNER], glide, touches: false })
+        let propagator = plant.linear_propagator(dt);
+        Ok(Self { engine, body, plant, rigid, inner: [0.0; MAX_INNER_STATES], propagator, touches: false })
     }
 
     /// The laws and the mass.
@@ -128,7 +128,7 @@ impl World {
         if dt == self.dt() {
             return;
         }
-        self.glide = self.plant.glide(dt);
+        self.propagator = self.plant.linear_propagator(dt);
         self.engine.integration_parameters.dt = dt;
     }
 
@@ -148,11 +148,11 @@ impl World {
     /// Put the object at rest at a pose `[m, m, rad]`, the laws' own states at zero.
     pub fn place(&mut self, [x, y, theta]: [f64; 3]) {
         let (sin, cos) = theta.sin_cos();
-        self.restore(&Snapshot([x, y, cos, sin, 0.0, 0.0, 0.0], [0.0; INNER]));
+        self.restore(&Snapshot([x, y, cos, sin, 0.0, 0.0, 0.0], [0.0; MAX_INNER_STATES]));
     }
 
     /// Start the laws' own states from these values.
-    pub fn start_inner(&mut self, inner: [f64; INNER]) {
+    pub fn start_inner(&mut self, inner: [f64; MAX_INNER_STATES]) {
         self.inner = inner;
     }
 
@@ -188,7 +188,7 @@ impl World {
         let Engine { world, rigid: [mass, x, y, inertia], inner, touches } = saved;
         (self.engine, self.inner, self.touches) = (world, inner, touches);
         self.rigid = Rigid { mass, com: [x, y], inertia };
-        self.glide = self.plant.glide(self.dt());
+        self.propagator = self.plant.linear_propagator(self.dt());
     }
 
     /// Go back to a snapshot; what follows is the same to the last bit as long as nothing touched.
@@ -206,9 +206,9 @@ impl World {
     pub fn step(&mut self, applied: [f64; 3], clock: Clock) {
         self.weigh(clock);
         let mut after = self.state();
-        match &self.glide {
-            Some(glide) => glide.move_on(&mut after, &applied),
-            None => self.plant.move_on(&mut after, &applied, clock, self.dt()),
+        match &self.propagator {
+            Some(propagator) => propagator.step_in_place(&mut after, &applied),
+            None => self.plant.step_in_place(&mut after, &applied, clock, self.dt()),
         }
         let impulse = self.impulse(&after);
         self.inner = after.inner;

@@ -14,7 +14,7 @@ fn table() -> Model {
     let body = Body::from_footprint(&[[-0.5, -0.4], [0.7, -0.4], [0.7, 0.3], [-0.5, 0.3]], 22.0).unwrap();
     let wheel = [("x", -0.4), ("y", -0.3), ("angle", 0.2), ("mu_x", 15.0), ("mu_y", 80.0)];
     let effects = vec![effect(Kind::ViscousWheel, &wheel)];
-    Model { body, mass: Some(22.0), dof: [true; 3], effects, priors: Default::default(), unnamed: None }
+    Model { body, mass: Some(22.0), dof: [true; 3], effects, priors: Default::default(), discrepancy: None }
 }
 
 fn effect(kind: Kind, values: &[(&str, f64)]) -> Effect {

@@ -16,7 +16,7 @@ fn square(mass: f64) -> World {
         dof: [true; 3],
         effects: vec![],
         priors: Default::default(),
-        unnamed: None,
+        discrepancy: None,
     };
     World::new(&model, &[], DT).unwrap()
 }

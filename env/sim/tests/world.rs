@@ -12,7 +12,7 @@ const CONTACT: Clock = Clock::since_contact(0.0);
 
 fn table(mass: f64) -> Model {
     let footprint = [[-0.6, -0.4], [0.6, -0.4], [0.6, 0.4], [-0.6, 0.4]];
-    let body = Body::from_footprint(&footprint, mass).unwrap().standing_on(&[
+    let body = Body::from_footprint(&footprint, mass).unwrap().with_feet(&[
         [-0.5, -0.3],
         [0.5, -0.3],
         [0.5, 0.3],
@@ -24,7 +24,7 @@ fn table(mass: f64) -> Model {
         dof: [true; 3],
         effects: vec![],
         priors: Default::default(),
-        unnamed: None,
+        discrepancy: None,
     }
 }
 
@@ -127,7 +127,7 @@ fn a_wheel_of_1e5_on_ten_kilograms_is_stable_at_two_milliseconds() {
 
 #[test]
 fn without_input_energy_never_grows() {
-    for &kind in Kind::ALL.iter().filter(|k| k.spec().dissipative) {
+    for &kind in Kind::ALL.iter().filter(|k| k.spec().is_dissipative) {
         let mut model = table(22.0);
         model.effects = vec![plain(kind), wheel(30.0, 300.0)];
         let mut world = World::new(&model, &[], DT).unwrap();
@@ -185,7 +185,7 @@ fn a_concave_shape_has_the_models_mass_and_inertia() {
         dof: [true; 3],
         effects: vec![],
         priors: Default::default(),
-        unnamed: None,
+        discrepancy: None,
     };
     assert!(gap(&model) < 1e-6, "{:e}", gap(&model));
 }

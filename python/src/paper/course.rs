@@ -317,7 +317,7 @@ fn off(truth: &Model, size: f64, seed: u64) -> Result<Model, Trouble> {
         }
     };
     let values: Vec<f64> = truth.slots().into_iter().map(value).collect();
-    Ok(truth.filled(&values)?)
+    Ok(truth.with_values(&values)?)
 }
 
 impl Outcome {

@@ -97,7 +97,7 @@ fn refinements(model: &Model) -> Vec<bool> {
         let params = effect.kind.spec().params;
         params.iter().zip(&effect.values).map(|(p, value)| {
             let simple = p.role.is_choice() || (p.refinement.is_some() && *value == p.refinement);
-            simple || model.fixed(effect.kind, p).is_some()
+            simple || model.fixed_value(effect.kind, p).is_some()
         })
     });
     std::iter::once(false).chain(of_effects).collect()

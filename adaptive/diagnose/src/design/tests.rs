@@ -15,7 +15,7 @@ const NOISE: Noise = Noise { pose: [5e-4, 5e-4, 1.75e-3], force: 0.4, torque: 0.
 fn table(effects: Vec<Effect>) -> Model {
     let corners = [[-0.6, -0.4], [0.6, -0.4], [0.6, 0.4], [-0.6, 0.4]];
     let body = Body::from_footprint(&corners, 22.0).unwrap();
-    Model { body, mass: None, dof: [true; 3], effects, priors: Default::default(), unnamed: None }
+    Model { body, mass: None, dof: [true; 3], effects, priors: Default::default(), discrepancy: None }
 }
 
 fn effect(kind: Kind, values: &[(&str, f64)]) -> Effect {

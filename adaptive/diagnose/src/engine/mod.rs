@@ -101,7 +101,7 @@ pub(crate) type Look<'l> = dyn FnMut(&dyn View, &[Vec<Residual>]) -> Result<(), 
 
 /// Whether kinds are proposed from the missing wrench along the episodes.
 pub(crate) fn needs_courses(kinds: &[Kind]) -> bool {
-    kinds.iter().any(|kind| matches!(kind.proposal(), Proposal::Touched | Proposal::Period))
+    kinds.iter().any(|kind| matches!(kind.proposal(), Proposal::ContactCandidate | Proposal::Period))
 }
 
 /// A simulation, and how it is compared with a recording's training episodes.

@@ -9,7 +9,7 @@ use crate::engine::Tried;
 use crate::enough::enough;
 use std::sync::Arc;
 use trundle_infer::{Channels as Noise, InferError, Quiet, Residual, Watch, quasi_static};
-use trundle_model::{Acting, Kind, Model, Plant};
+use trundle_model::{EffectTarget, Kind, Model, Plant};
 use trundle_record::Dataset;
 
 /// What the simulator was replaced by for a fit.
@@ -114,7 +114,7 @@ pub(super) fn body(data: &Dataset, felt: Option<f64>) -> Model {
 
 /// Whether a model has laws that act on the object.
 pub(super) fn on_object(model: &Model) -> bool {
-    model.effects.iter().any(|e| e.kind.spec().acting != Acting::Instrument)
+    model.effects.iter().any(|e| e.kind.spec().target != EffectTarget::Instrument)
 }
 
 /// An event of a wheel that only the simulator knows is not tried.

@@ -12,7 +12,7 @@ const POINTS: [[f64; 3]; 4] = [[1.0, 1.0, 1.0], [1.0, -1.0, -1.0], [-1.0, 1.0, -
 
 /// Whether a plant adds anything at all.
 pub(crate) fn acts(plant: &Plant<f64>) -> bool {
-    !plant.laws.is_empty() || plant.is_unnamed()
+    !plant.laws.is_empty() || plant.has_discrepancy()
 }
 
 /// Mean wrench that laws add over an interval of the seen motion, object axes about the origin: on the object,
@@ -58,7 +58,8 @@ fn on_object(plant: &Plant<f64>, interval: &Interval, moments: &[Moment]) -> [Ve
         let wrench = |Moment { state, share }: &Moment| {
             let twist = [0, 1, 2].map(|k| state.twist[k] + point[k] * interval.doubt[k]);
             let moved = State { twist, ..*state };
-            Vector3::from(plant.action(&moved, clock).wrench(to_body(twist, state.pose[2]))) * *share
+            Vector3::from(plant.generalised_force(&moved, clock).wrench(to_body(twist, state.pose[2])))
+                * *share
         };
         moments.iter().map(wrench).sum()
     })

@@ -13,7 +13,7 @@ use crate::confirm::{Predicted, Samples};
 use nalgebra::{Matrix3, Vector3, Vector6};
 use rayon::prelude::*;
 use trundle_infer::{Channels, Fit, InferError, Watch};
-use trundle_model::{INNER, Plant, Slot};
+use trundle_model::{MAX_INNER_STATES, Plant, Slot};
 use trundle_record::Motion;
 
 /// A recording's paths with everything that the laws and parameters are compared by.
@@ -163,7 +163,13 @@ impl Along {
     }
 
     /// Mean wrench that laws add to each of the first `count` intervals, object axes about the origin.
-    fn added(&self, plant: &Plant<f64>, e: usize, inner: &[f64; INNER], count: usize) -> Vec<[f64; 3]> {
+    fn added(
+        &self,
+        plant: &Plant<f64>,
+        e: usize,
+        inner: &[f64; MAX_INNER_STATES],
+        count: usize,
+    ) -> Vec<[f64; 3]> {
         let path = &self.paths[e];
         let moments = moments(plant, path, *inner, count);
         let at = |k: usize| moments.get(k).map_or(&[][..], Vec::as_slice);
@@ -229,7 +235,7 @@ impl Along {
         &self,
         plant: &Plant<f64>,
         e: usize,
-        inner: &[f64; INNER],
+        inner: &[f64; MAX_INNER_STATES],
         count: usize,
     ) -> Vec<f64> {
         let added = self.added(plant, e, inner, count);
@@ -286,7 +292,13 @@ impl Along {
     }
 
     /// What each interval of an episode adds to the deviation from the seen motion.
-    fn inputs(&self, plant: &Plant<f64>, own: &[f64], e: usize, inner: &[f64; INNER]) -> Vec<Vector6<f64>> {
+    fn inputs(
+        &self,
+        plant: &Plant<f64>,
+        own: &[f64],
+        e: usize,
+        inner: &[f64; MAX_INNER_STATES],
+    ) -> Vec<Vector6<f64>> {
         let added = self.added(plant, e, inner, usize::MAX);
         let one = |(map, added): (&Map, &[f64; 3])| {
             let mut sum: Vector6<f64> = map.gap + map.b * Vector3::from(*added);

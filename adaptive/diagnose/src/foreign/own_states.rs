@@ -9,7 +9,7 @@ use super::path::Path;
 use super::simulator::Foreign;
 use nalgebra::{DMatrix, DVector};
 use trundle_infer::{Channels, InferError, SETTLING, StateVector, Watch};
-use trundle_model::{Clock, INNER, Inner, Plant, State};
+use trundle_model::{Clock, InnerState, MAX_INNER_STATES, Plant, State};
 use trundle_record::{Motion, Noise, Prepared};
 
 /// Gauss–Newton steps to a start at most, and the gain below which it is reached, nats.
@@ -35,18 +35,18 @@ pub(crate) struct Moment {
 fn passed(
     plant: &Plant<f64>,
     [from, to]: [&StateVector; 2],
-    mut inner: [f64; INNER],
+    mut inner: [f64; MAX_INNER_STATES],
     parts: impl Iterator<Item = (Clock, f64)>,
     span: f64,
-) -> (Vec<Moment>, [f64; INNER]) {
+) -> (Vec<Moment>, [f64; MAX_INNER_STATES]) {
     let (mut t, mut moments) = (0.0, vec![]);
     for (clock, dt) in parts {
         let share = (t + dt / 2.0) / span;
         let at = |k: usize| from[k] + share * (to[k] - from[k]);
         let state = State::moving([at(0), at(1), at(2)], [at(3), at(4), at(5)]).with_inner(inner);
-        let middle = plant.carried_on(&state, clock, dt / 2.0);
+        let middle = plant.advanced_inner(&state, clock, dt / 2.0);
         moments.push(Moment { state: state.with_inner(middle), share: dt / span });
-        inner = plant.carried_on(&state, clock, dt);
+        inner = plant.advanced_inner(&state, clock, dt);
         t += dt;
     }
     (moments, inner)
@@ -56,7 +56,7 @@ fn passed(
 pub(super) fn moments(
     plant: &Plant<f64>,
     path: &Path,
-    mut inner: [f64; INNER],
+    mut inner: [f64; MAX_INNER_STATES],
     count: usize,
 ) -> Vec<Vec<Moment>> {
     if plant.inner() == 0 {
@@ -76,8 +76,8 @@ pub(super) fn followed(
     plant: &Plant<f64>,
     episode: &Prepared,
     known: &[Motion],
-    mut inner: [f64; INNER],
-) -> Vec<[f64; INNER]> {
+    mut inner: [f64; MAX_INNER_STATES],
+) -> Vec<[f64; MAX_INNER_STATES]> {
     let vector = |m: &Motion| [m.pose[0], m.pose[1], m.pose[2], m.twist[0], m.twist[1], m.twist[2]];
     let mut found = vec![inner];
     for pair in known.windows(2) {
@@ -99,13 +99,13 @@ pub(super) fn followed(
 }
 
 /// The states of a plant's laws, each with its index.
-fn states(plant: &Plant<f64>) -> Vec<Inner> {
-    plant.laws.iter().flat_map(|law| law.spec().inner).copied().collect()
+fn states(plant: &Plant<f64>) -> Vec<InnerState> {
+    plant.laws.iter().flat_map(|law| law.spec().inner_states).copied().collect()
 }
 
 /// Where the laws' own states begin where nothing is known.
-fn first_on_offer(states: &[Inner]) -> [f64; INNER] {
-    let mut inner = [0.0; INNER];
+fn first_on_offer(states: &[InnerState]) -> [f64; MAX_INNER_STATES] {
+    let mut inner = [0.0; MAX_INNER_STATES];
     for (value, state) in inner.iter_mut().zip(states) {
         *value = state.starts.first().copied().unwrap_or(0.0);
     }
@@ -113,14 +113,14 @@ fn first_on_offer(states: &[Inner]) -> [f64; INNER] {
 }
 
 /// Where a plant's laws' own states may begin.
-pub(super) fn on_offer(plant: &Plant<f64>) -> [f64; INNER] {
+pub(super) fn on_offer(plant: &Plant<f64>) -> [f64; MAX_INNER_STATES] {
     first_on_offer(&states(plant))
 }
 
 /// Where the laws' own states begin in an episode.
 #[derive(Clone, Debug, Default)]
 pub(super) struct Start {
-    pub inner: [f64; INNER],
+    pub inner: [f64; MAX_INNER_STATES],
     /// What a change of each state that is not known changes in the innovations.
     pub slopes: DMatrix<f64>,
     /// Precision of those states: by the innovations and their prior.
@@ -142,32 +142,32 @@ impl Start {
 
 /// How the start of an episode is found: the innovations of its first intervals by the start.
 struct Search<'a> {
-    states: Vec<Inner>,
+    states: Vec<InnerState>,
     /// Those that may start in several ways.
     open: Vec<usize>,
     /// Intervals by which starts are sorted.
     early: usize,
-    of: &'a dyn Fn(&[f64; INNER], usize) -> Vec<f64>,
+    of: &'a dyn Fn(&[f64; MAX_INNER_STATES], usize) -> Vec<f64>,
 }
 
 /// A start that is tried, near one on offer, with the innovations that it leaves.
 #[derive(Clone)]
 struct Trial {
-    offered: [f64; INNER],
-    inner: [f64; INNER],
+    offered: [f64; MAX_INNER_STATES],
+    inner: [f64; MAX_INNER_STATES],
     left: DVector<f64>,
     cost: f64,
 }
 
 impl Search<'_> {
-    fn trial(&self, offered: [f64; INNER], inner: [f64; INNER], count: usize) -> Trial {
+    fn trial(&self, offered: [f64; MAX_INNER_STATES], inner: [f64; MAX_INNER_STATES], count: usize) -> Trial {
         let left = DVector::from_vec((self.of)(&inner, count));
         let moved = self.away(&offered, &inner);
         let cost = 0.5 * (left.norm_squared() + moved.dot(&self.prior().component_mul(&moved)));
         Trial { offered, inner, left, cost: if cost.is_finite() { cost } else { f64::INFINITY } }
     }
 
-    fn away(&self, offered: &[f64; INNER], inner: &[f64; INNER]) -> DVector<f64> {
+    fn away(&self, offered: &[f64; MAX_INNER_STATES], inner: &[f64; MAX_INNER_STATES]) -> DVector<f64> {
         DVector::from_iterator(self.open.len(), self.open.iter().map(|&k| inner[k] - offered[k]))
     }
 
@@ -180,7 +180,7 @@ impl Search<'_> {
     fn ranked(&self) -> Vec<Trial> {
         let (mut best, mut known) = (vec![], first_on_offer(&self.states));
         for &k in &self.open {
-            let Inner { starts, sd, .. } = self.states[k];
+            let InnerState { starts, sd, .. } = self.states[k];
             let with = |value: f64| {
                 let mut inner = known;
                 inner[k] = value;
@@ -262,7 +262,7 @@ impl Along {
         for (e, path) in self.paths.iter().enumerate() {
             let (mine, others) = rest.split_at(3 * path.intervals.len());
             rest = others;
-            let of = |inner: &[f64; INNER], count: usize| {
+            let of = |inner: &[f64; MAX_INNER_STATES], count: usize| {
                 let laws = self.of_laws_in(plant, e, inner, count);
                 laws.iter().zip(mine).map(|(law, rest)| law + rest).collect()
             };
@@ -280,7 +280,7 @@ pub(super) fn beginning(
     episode: &Prepared,
     (noise, dof): (&Noise, [bool; 3]),
     watch: &dyn Watch,
-) -> Result<[f64; INNER], InferError> {
+) -> Result<[f64; MAX_INNER_STATES], InferError> {
     let states = states(plant);
     let first = first_on_offer(&states);
     if states.iter().all(|state| state.starts.len() < 2) {

@@ -5,7 +5,7 @@ use super::own_states::{beginning, followed, on_offer};
 use super::simulator::{Foreign, go_on};
 use nalgebra::Vector6;
 use trundle_infer::{InferError, Readings, Score, StateVector, Step, Tally, Watch};
-use trundle_model::{INNER, Plant, State};
+use trundle_model::{MAX_INNER_STATES, Plant, State};
 use trundle_record::{Dataset, Motion, Prepared};
 
 /// Length of a window of the figures, s.
@@ -29,7 +29,7 @@ pub(crate) struct Seen<'e> {
     /// The motion by the poses up to each.
     known: Vec<Motion>,
     /// The laws' own states along that motion.
-    inner: Vec<[f64; INNER]>,
+    inner: Vec<[f64; MAX_INNER_STATES]>,
 }
 
 impl Rollout<'_> {

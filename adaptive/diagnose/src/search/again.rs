@@ -137,7 +137,7 @@ impl Searcher<'_> {
             let (rest, _) = self.apart(&best, k);
             let offered = self.offered(&rest);
             let simpler: Vec<Kind> =
-                effect.kind.simpler().into_iter().filter(|s| offered.contains(s)).collect();
+                effect.kind.limiting_kind().into_iter().filter(|s| offered.contains(s)).collect();
             jobs.extend(self.jobs(&rest, &simpler, 1)?);
         }
         self.make_all("simpler laws", jobs, tried)
@@ -151,7 +151,7 @@ impl Searcher<'_> {
         let best = tried[0].clone();
         let with_simpler = best.added.iter().enumerate().filter_map(|(k, effect)| {
             let mut kinds: Vec<Kind> = best.added.iter().map(|e| e.kind).collect();
-            kinds[k] = effect.kind.simpler()?;
+            kinds[k] = effect.kind.limiting_kind()?;
             of_kinds(tried, kinds).cloned()
         });
         let wholes: Vec<Tried> = std::iter::once(best.clone()).chain(with_simpler).collect();

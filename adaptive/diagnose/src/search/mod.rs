@@ -25,7 +25,7 @@ use rayon::prelude::*;
 use start::{freed, job};
 use std::collections::BTreeSet;
 use trundle_infer::{Coordinates, InferError, Watch, carried, on_all_cores};
-use trundle_model::{Effect, INNER, Kind, Model};
+use trundle_model::{Effect, Kind, MAX_INNER_STATES, Model};
 
 impl Tried {
     /// Log evidence plus log prior, up to a constant.
@@ -129,10 +129,10 @@ impl Searcher<'_> {
 
     /// Kinds of effects that may be added to a model.
     fn offered(&self, to: &Tried) -> Vec<Kind> {
-        let spare = INNER.saturating_sub(to.fit.model.inner().len());
+        let spare = MAX_INNER_STATES.saturating_sub(to.fit.model.inner().len());
         let allowed = |kind: &Kind| {
-            let (effect, states) = (kind.spec().effect, kind.spec().inner.len());
-            let beside = |e: &Effect| name(e) != effect || kind.repeats() && e.kind == *kind;
+            let (effect, states) = (kind.spec().effect, kind.spec().inner_states.len());
+            let beside = |e: &Effect| name(e) != effect || kind.may_repeat() && e.kind == *kind;
             states <= spare && to.added.iter().all(beside) && self.offers(*kind)
         };
         self.engine.candidates().into_iter().filter(allowed).collect()
@@ -249,11 +249,12 @@ impl Searcher<'_> {
     fn one_more(&self, size: usize, tried: &mut Vec<Tried>) -> Result<(), InferError> {
         let mut firsts: Vec<Tried> =
             tried.iter().filter(|t| t.added.len() == size).take(FIRSTS).cloned().collect();
-        let simpler =
-            |t: &Tried| of_kinds(tried, t.added.iter().map(|e| e.kind.simpler().unwrap_or(e.kind)).collect());
+        let simpler = |t: &Tried| {
+            of_kinds(tried, t.added.iter().map(|e| e.kind.limiting_kind().unwrap_or(e.kind)).collect())
+        };
         let with_simpler: Vec<Tried> = firsts
             .iter()
-            .filter(|t| t.added.iter().any(|e| e.kind.simpler().is_some()))
+            .filter(|t| t.added.iter().any(|e| e.kind.limiting_kind().is_some()))
             .filter_map(simpler)
             .cloned()
             .collect();

@@ -1,7 +1,7 @@
 //! What an unnamed wrench may depend on, along the training episodes.
 
 use trundle_infer::{Fit, InferError, MotionLikelihood, Residual, Response, Track};
-use trundle_model::{Axes, Input, Unnamed, to_body, transport};
+use trundle_model::{Axes, Discrepancy, Input, to_body, transport};
 
 /// Centres, at most.
 const CENTRES: usize = 60;
@@ -49,9 +49,9 @@ impl Course {
 
     /// An unnamed wrench of no size, its centres spread over what was seen, its lengths `width` standard deviations of
     /// that in each of its numbers (and more the more numbers there are).
-    pub fn blank(&self, inputs: &[Input], axes: Axes, width: f64) -> Unnamed {
+    pub fn blank(&self, inputs: &[Input], axes: Axes, width: f64) -> Discrepancy {
         let mut blank =
-            Unnamed { inputs: inputs.to_vec(), axes, scales: vec![], centres: vec![], weights: vec![] };
+            Discrepancy { inputs: inputs.to_vec(), axes, scales: vec![], centres: vec![], weights: vec![] };
         let thinned =
             |e: &Episode| e.inputs(&blank).into_iter().step_by(THINNED).flatten().collect::<Vec<_>>();
         let seen: Vec<Vec<f64>> = self.episodes.iter().flat_map(thinned).collect();
@@ -65,10 +65,10 @@ impl Course {
 
 impl Episode {
     /// Inputs at each step; `None` before contact.
-    pub fn inputs(&self, of: &Unnamed) -> Vec<Option<Vec<f64>>> {
+    pub fn inputs(&self, of: &Discrepancy) -> Vec<Option<Vec<f64>>> {
         let at = |k: usize| {
             let (step, seen) = (&self.track.steps[k], &self.seen[k]);
-            step.clock.in_contact().then(|| of.seen(seen.pose, seen.twist, step.reading, step.clock))
+            step.clock.in_contact().then(|| of.inputs_at(seen.pose, seen.twist, step.reading, step.clock))
         };
         (0..self.track.steps.len().min(self.seen.len())).map(at).collect()
     }

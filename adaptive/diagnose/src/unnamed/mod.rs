@@ -19,7 +19,7 @@ use std::sync::Arc;
 use trundle_infer::{
     Channels, Comparison, Fit, FitOptions, InferError, MotionLikelihood, Watch, fit, on_all_cores,
 };
-use trundle_model::{Axes, Input, Model, Unnamed};
+use trundle_model::{Axes, Discrepancy, Input, Model};
 use trundle_record::Dataset;
 
 /// What a wrench may depend on, and the axes in which it is smooth then.
@@ -68,7 +68,7 @@ pub(crate) fn unnamed(
     watch: &dyn Watch,
 ) -> Result<Option<Fit>, InferError> {
     let (Comparison::Motion(motion), Some(left)) = (comparison, left) else { return Ok(None) };
-    if fit.model.unnamed.is_some() || data.training.len() < FEWEST {
+    if fit.model.discrepancy.is_some() || data.training.len() < FEWEST {
         return Ok(None);
     }
     let wander = left.channels.wander.map(|w| WANDERS * w);
@@ -109,7 +109,7 @@ impl Bench<'_> {
         let mut best = with(self.fit, unnamed);
         for _ in 0..rounds {
             let mut bare = self.refitted(&motion, &best)?;
-            bare.model.unnamed = None;
+            bare.model.discrepancy = None;
             let again = Course::new(&motion, &bare)?.and_then(|course| by.again(&course)?.unnamed(None));
             let Some(unnamed) = again else { break };
             best = with(&bare, unnamed);
@@ -119,7 +119,7 @@ impl Bench<'_> {
 
     /// The parameters fitted again beside the wrench that `from` has.
     fn refitted(&self, motion: &MotionLikelihood, from: &Fit) -> Result<Fit, InferError> {
-        let model = Model { unnamed: from.model.unnamed.clone(), ..self.nominal.clone() };
+        let model = Model { discrepancy: from.model.discrepancy.clone(), ..self.nominal.clone() };
         let options = FitOptions { starts: 0, from_afar: false, near: Some(STEPS), ..FitOptions::default() };
         fit(motion, &model, std::slice::from_ref(&from.values), &options, self.watch)
     }
@@ -142,7 +142,12 @@ fn simplest(course: &Course, proof: &Proof<'_, '_>) -> Result<Option<Regression>
 
 /// What a model's unnamed wrench depends on, for the report.
 pub(crate) fn depends_on(fit: &Fit) -> Vec<&'static str> {
-    fit.model.unnamed.iter().flat_map(|unnamed| &unnamed.inputs).map(|input| input.words()).collect()
+    fit.model
+        .discrepancy
+        .iter()
+        .flat_map(|unnamed| &unnamed.inputs)
+        .map(|input| input.description())
+        .collect()
 }
 
 /// The regression whose width foresees episodes left out best.
@@ -163,8 +168,8 @@ fn best_width(course: &Course, inputs: &[Input], axes: Axes) -> Option<Regressio
 }
 
 /// A fit whose model has an unnamed wrench as well.
-fn with(fit: &Fit, unnamed: Unnamed) -> Fit {
+fn with(fit: &Fit, unnamed: Discrepancy) -> Fit {
     let mut fit = fit.clone();
-    fit.model.unnamed = Some(Arc::new(unnamed));
+    fit.model.discrepancy = Some(Arc::new(unnamed));
     fit
 }

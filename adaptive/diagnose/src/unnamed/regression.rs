@@ -6,7 +6,7 @@
 
 use super::course::{Course, Episode};
 use nalgebra::{Cholesky, DMatrix, DVector};
-use trundle_model::Unnamed;
+use trundle_model::Discrepancy;
 
 /// Amplitudes of the process that are tried, in sizes of the missing wrench.
 const AMPLITUDES: [f64; 5] = [0.3, 1.0, 3.0, 10.0, 30.0];
@@ -25,7 +25,7 @@ struct Part {
 pub(super) struct Regression {
     /// χ² of episodes left out, over that without it.
     pub left: f64,
-    blank: Unnamed,
+    blank: Discrepancy,
     parts: Vec<Part>,
     /// Inverse of the weights' covariance before the data.
     prior: DMatrix<f64>,
@@ -33,7 +33,7 @@ pub(super) struct Regression {
 
 impl Regression {
     /// With the amplitude that foresees episodes left out best; `None` where no equations can be solved.
-    pub fn new(course: &Course, blank: Unnamed) -> Option<Self> {
+    pub fn new(course: &Course, blank: Discrepancy) -> Option<Self> {
         let parts = course.episodes.iter().map(|episode| Part::new(episode, &blank)).collect();
         let unit = prior(&blank, course.arm);
         let mut regression = Self { left: f64::INFINITY, blank, parts, prior: unit.clone() };
@@ -60,9 +60,9 @@ impl Regression {
     }
 
     /// The wrench as all episodes have it, or all but one.
-    pub fn unnamed(&self, without: Option<usize>) -> Option<Unnamed> {
+    pub fn unnamed(&self, without: Option<usize>) -> Option<Discrepancy> {
         let weights = self.weights(without)?;
-        Some(self.blank.weighted(weights.iter().copied()))
+        Some(self.blank.with_weights(weights.iter().copied()))
     }
 
     /// The same, its lengths, centres and amplitude kept, along a course that was seen anew.
@@ -91,7 +91,7 @@ impl Regression {
 }
 
 impl Part {
-    fn new(episode: &Episode, blank: &Unnamed) -> Self {
+    fn new(episode: &Episode, blank: &Discrepancy) -> Self {
         let kernels = |z: Option<Vec<f64>>| z.map_or(vec![0.0; blank.centres.len()], |z| blank.kernels(&z));
         let kernels: Vec<Vec<f64>> = episode.inputs(blank).into_iter().map(kernels).collect();
         let column = |j: usize, axis: usize| {
@@ -113,7 +113,7 @@ impl Part {
 }
 
 /// Inverse covariance of the weights of a process of one newton, and of as much moment as that makes at `arm`.
-fn prior(blank: &Unnamed, arm: f64) -> DMatrix<f64> {
+fn prior(blank: &Discrepancy, arm: f64) -> DMatrix<f64> {
     let kernels: Vec<Vec<f64>> = blank.centres.iter().map(|centre| blank.kernels(centre)).collect();
     let unit = [1.0, 1.0, arm];
     DMatrix::from_fn(3 * kernels.len(), 3 * kernels.len(), |i, j| {

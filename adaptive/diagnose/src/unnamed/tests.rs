@@ -37,7 +37,7 @@ fn across(state: &State<f64>) -> [f64; 3] {
 fn a_force_of_the_motion_is_learnt_and_lowers_the_held_out_error() {
     let (data, before, after) = fitted(across, 3);
     let after = after.unwrap();
-    let unnamed = after.model.unnamed.as_ref().unwrap();
+    let unnamed = after.model.discrepancy.as_ref().unwrap();
     assert!(unnamed.check().is_ok() && unnamed.inputs.contains(&Input::Twist), "{:?}", unnamed.inputs);
     let (without, with) = (ahead(&data, &before), ahead(&data, &after));
     assert!(with < 0.6 * without, "{without} {with}");
@@ -53,7 +53,7 @@ fn grooves(state: &State<f64>) -> [f64; 3] {
 fn where_nothing_is_to_be_learnt_nothing_is_added() {
     for foreign in [grooves, |_: &State<f64>| [0.0; 3]] {
         let (_, _, after) = fitted(foreign, 4);
-        let inputs = after.and_then(|fit| fit.model.unnamed).map(|unnamed| unnamed.inputs.clone());
+        let inputs = after.and_then(|fit| fit.model.discrepancy).map(|unnamed| unnamed.inputs.clone());
         assert_eq!(inputs, None);
     }
 }

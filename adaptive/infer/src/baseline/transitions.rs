@@ -193,10 +193,10 @@ impl Pushes {
 fn resistance(plant: &Plant<f64>, x: &StateVector, twist: [f64; 3]) -> [f64; 3] {
     let mut at = state(x);
     at.twist = to_world(twist, x[2]);
-    let action = plant.action(&at, CLOCK);
-    let ([xx, xy, yy, xt, yt, tt], [vx, vy, spin]) = (action.drag, twist);
+    let force = plant.generalised_force(&at, CLOCK);
+    let ([xx, xy, yy, xt, yt, tt], [vx, vy, spin]) = (force.damping, twist);
     let drag = [xx * vx + xy * vy + xt * spin, xy * vx + yy * vy + yt * spin, xt * vx + yt * vy + tt * spin];
-    [0, 1, 2].map(|k| action.push[k] - drag[k])
+    [0, 1, 2].map(|k| force.force[k] - drag[k])
 }
 
 /// Wrench about the origin that accelerates it so, object axes.

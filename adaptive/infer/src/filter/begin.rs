@@ -3,19 +3,19 @@
 use super::Filter;
 use crate::Track;
 use crate::covariance::{Belief, Matrix, PLAIN, Vector};
-use trundle_model::INNER;
+use trundle_model::MAX_INNER_STATES;
 use trundle_record::Motion;
 
 impl<const N: usize, const D: usize> Filter<N, D> {
     /// The belief at the beginning of an episode.
-    pub(super) fn begin(&self, track: &Track, inner: &[f64; INNER]) -> Belief<N> {
+    pub(super) fn begin(&self, track: &Track, inner: &[f64; MAX_INNER_STATES]) -> Belief<N> {
         self.at(track.pose, track.twist, track.tare, inner)
     }
 
     /// The belief at a motion, with the laws' own states of another belief.
     pub(super) fn begun_again(&self, track: &Track, motion: &Motion, known: &Belief<N>) -> Belief<N> {
         let variance = |of: usize| [0, 1, 2].map(|k| motion.cov[k][of][of]);
-        let mut inner = [0.0; INNER];
+        let mut inner = [0.0; MAX_INNER_STATES];
         (0..self.inner.len()).for_each(|k| inner[k] = known.mean[PLAIN + k]);
         let mut belief = self.at((motion.pose, variance(0)), (motion.twist, variance(1)), track.tare, &inner);
         for i in PLAIN..PLAIN + self.inner.len() {
@@ -31,7 +31,7 @@ impl<const N: usize, const D: usize> Filter<N, D> {
         (pose, pose_var): ([f64; 3], [f64; 3]),
         (twist, twist_var): ([f64; 3], [f64; 3]),
         tare: [f64; 3],
-        inner: &[f64; INNER],
+        inner: &[f64; MAX_INNER_STATES],
     ) -> Belief<N> {
         let mut mean = Vector::zeros();
         let mut covariance = Matrix::zeros();

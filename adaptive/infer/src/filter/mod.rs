@@ -14,7 +14,9 @@ use crate::curve::Curve;
 use crate::timing::Timing;
 use crate::{Channels, InferError, Track, track::Step};
 use std::f64::consts::TAU;
-use trundle_model::{Clock, Dual, INNER, Inner, Model, Plant, Precision, Real, State, transport};
+use trundle_model::{
+    Clock, Dual, InnerState, MAX_INNER_STATES, Model, Plant, Precision, Real, State, transport,
+};
 use trundle_record::Motion;
 
 pub use response::Response;
@@ -24,7 +26,7 @@ pub use smooth::Residual;
 use smooth::{Stage, backward};
 
 /// Pose, twist and wrench error, and the laws' own states.
-pub(crate) const STATES: usize = PLAIN + INNER;
+pub(crate) const STATES: usize = PLAIN + MAX_INNER_STATES;
 /// States but for the pose.
 const MOVING: usize = PLAIN - POSE;
 
@@ -39,7 +41,7 @@ pub(crate) struct Passage {
     /// Of every pose sample, in order.
     pub innovations: Vec<Innovation>,
     /// The laws' own states that it started from.
-    pub inner: [f64; INNER],
+    pub inner: [f64; MAX_INNER_STATES],
 }
 
 impl Passage {
@@ -74,7 +76,7 @@ pub(crate) fn filter(
 ) -> Result<Box<dyn Filtering>, InferError> {
     let (plain, inner) = (model.plant(values)?, model.inner());
     // As few states and derivatives as the model has: both the laws and the covariance cost in proportion.
-    Ok(match (inner.len(), plain.same_everywhere()) {
+    Ok(match (inner.len(), plain.is_pose_invariant()) {
         (0, true) => Box::new(Filter::<PLAIN, MOVING>::new(model, values, channels, plain)?),
         (0, false) => Box::new(Filter::<PLAIN, PLAIN>::new(model, values, channels, plain)?),
         (1, true) => Box::new(Filter::<{ PLAIN + 1 }, { MOVING + 1 }>::new(model, values, channels, plain)?),
@@ -90,7 +92,7 @@ struct Filter<const N: usize, const D: usize> {
     /// The same without derivatives, where starting states are to be chosen.
     plain: Option<Plant<f64>>,
     dof: [bool; 3],
-    inner: Vec<Inner>,
+    inner: Vec<InnerState>,
     /// Variances of a pose sample, zero where a direction is blocked.
     pose_noise: [f64; 3],
     /// Variances of a reading and of its error's walk, 1/s, likewise.
@@ -192,7 +194,7 @@ impl<const N: usize, const D: usize> Filter<N, D> {
     fn walk(
         &self,
         track: &Track,
-        inner: &[f64; INNER],
+        inner: &[f64; MAX_INNER_STATES],
         until: f64,
         mut show: impl FnMut(&Sighting<N>),
     ) -> Option<()> {
@@ -234,10 +236,10 @@ impl<const N: usize, const D: usize> Filter<N, D> {
 
     /// The laws' own starting states that the episode's beginning fits best, of all that they offer: a simulation that
     /// corrects nothing tells the likeliest, the filter which of them it is.
-    fn inner_start(&self, track: &Track) -> Option<[f64; INNER]> {
-        let mut offers = vec![[0.0; INNER]];
+    fn inner_start(&self, track: &Track) -> Option<[f64; MAX_INNER_STATES]> {
+        let mut offers = vec![[0.0; MAX_INNER_STATES]];
         for (k, inner) in self.inner.iter().enumerate() {
-            let with = |offer: &[f64; INNER], start: f64| {
+            let with = |offer: &[f64; MAX_INNER_STATES], start: f64| {
                 let mut offer = *offer;
                 offer[k] = start;
                 offer
@@ -250,7 +252,7 @@ impl<const N: usize, const D: usize> Filter<N, D> {
         let mut likeliest: Vec<_> =
             offers.into_iter().map(|offer| (self.missed_by(plain, track, &offer, until), offer)).collect();
         likeliest.sort_by(|a, b| a.0.total_cmp(&b.0));
-        let cost = |offer: &[f64; INNER]| {
+        let cost = |offer: &[f64; MAX_INNER_STATES]| {
             let mut cost = 0.0;
             let walked = self.walk(track, offer, until, |seen| cost += seen.cost);
             walked.map_or(f64::INFINITY, |()| cost)
@@ -260,7 +262,13 @@ impl<const N: usize, const D: usize> Filter<N, D> {
     }
 
     /// Sum of squared errors of the poses up to a time, in units of their noise, of a simulation from the track's start.
-    fn missed_by(&self, plain: &Plant<f64>, track: &Track, inner: &[f64; INNER], until: f64) -> f64 {
+    fn missed_by(
+        &self,
+        plain: &Plant<f64>,
+        track: &Track,
+        inner: &[f64; MAX_INNER_STATES],
+        until: f64,
+    ) -> f64 {
         let mut state = State { pose: track.pose.0, twist: track.twist.0, inner: *inner };
         let (mut t, mut sum) = (track.start, 0.0);
         for step in &track.steps {
@@ -288,7 +296,7 @@ impl<const N: usize, const D: usize> Filter<N, D> {
         let mut state = State {
             pose: [variable(0), variable(1), variable(2)],
             twist: [variable(3), variable(4), variable(5)],
-            inner: [Dual::zero(); INNER],
+            inner: [Dual::zero(); MAX_INNER_STATES],
         };
         for (k, own) in state.inner.iter_mut().take(N - PLAIN).enumerate() {
             *own = variable(PLAIN + k);
@@ -357,7 +365,7 @@ pub(crate) fn push<T: Real>(
     curve: &Curve,
 ) {
     let (applied, clock) = acting(plant, error, step, curve);
-    plant.move_as(Precision::Fit, state, &applied, clock, step.dt);
+    plant.step_with_precision(Precision::Fit, state, &applied, clock, step.dt);
 }
 
 /// Mean wrench on the object over a step, object axes about its origin, when readings are off by `error` as well; and when

@@ -208,7 +208,7 @@ impl Online {
     /// # Errors
     /// Never for values within their bounds.
     pub fn model(&self) -> Result<Model, InferError> {
-        Ok(self.model.filled(&self.values())?)
+        Ok(self.model.with_values(&self.values())?)
     }
 
     /// Covariance of the free parameters in their units, at the best mode.

@@ -4,7 +4,7 @@ use super::segments::Segment;
 use crate::{InferError, StateVector};
 use nalgebra::DMatrix;
 use trundle_model::{
-    Drive, Dual, Model, Plant, Prior, Real, Setting, Slot, State, StepError, Stepper, transport,
+    Dual, Model, ModelInstance, Plant, Prior, Real, Slot, State, StepError, StepInput, Stepper, transport,
 };
 
 /// Derivatives carried at once.
@@ -131,13 +131,13 @@ impl<'a> Stepped<'a> {
         plant: &Plant<f64>,
         segment: &Segment,
     ) -> Result<Vec<StateVector>, StepError> {
-        let drive = |input: &super::segments::Input| Drive {
+        let drive = |input: &super::segments::Input| StepInput {
             applied: transport(plant.correct(input.reading, input.clock), input.frame),
             clock: input.clock,
             dt: input.dt,
         };
-        let drives: Vec<Drive> = segment.inputs.iter().map(drive).collect();
-        let at = Setting { model: self.model, values, plant };
+        let drives: Vec<StepInput> = segment.inputs.iter().map(drive).collect();
+        let at = ModelInstance { model: self.model, values, plant };
         let states = self.stepper.rollout(&at, &segment.start, &drives)?;
         let lost = || StepError { step: states.len(), reason: "the rollout is too short".to_owned() };
         segment

@@ -2,7 +2,7 @@
 
 use super::*;
 use crate::{Pushes, noisy, transitions};
-use trundle_model::{Body, Effect, Free, Kind, Setting, State};
+use trundle_model::{Body, Effect, FreeMotion, Kind, ModelInstance, State};
 use trundle_record::{Counts, PoseSample, WrenchSample};
 
 const NOISE: Noise = Noise { pose: [1e-3; 3], force: 0.4, torque: 0.05, time: 0.0, stated: true };
@@ -44,7 +44,7 @@ fn all() -> Vec<Shooting<'static>> {
     let of = |cut| Shooting::new(&episodes, &NOISE, [true; 3], cut).unwrap();
     let mut model = model();
     model.effects.truncate(1);
-    let truth = model.filled(&[22.0, -0.5, -0.3, 0.2, 15.0, 180.0]).unwrap();
+    let truth = model.with_values(&[22.0, -0.5, -0.3, 0.2, 15.0, 180.0]).unwrap();
     let data = noisy(&transitions(&truth, 20, 1, &Pushes::default()).unwrap(), &[0.01; 6], 2);
     CUTS.into_iter().map(of).chain([Shooting::of_transitions(&data).unwrap()]).collect()
 }
@@ -95,7 +95,7 @@ fn a_simulator_without_slopes_gives_nearly_the_same_gradient() {
         let values = values(&likelihood);
         let free: Vec<usize> = (0..values.len()).collect();
         let exact = likelihood.linearise(&model(), &values, &free).unwrap();
-        let stepped = likelihood.clone().simulated_by(&Free);
+        let stepped = likelihood.clone().simulated_by(&FreeMotion);
         let differences = stepped.linearise(&model(), &values, &free).unwrap();
         assert_eq!(exact.cost, differences.cost);
         for k in 0..values.len() {
@@ -162,9 +162,9 @@ fn a_simulator_that_fails_is_an_error_with_place_and_time() {
     impl Stepper for Broken {
         fn rollout(
             &self,
-            _: &Setting<'_>,
+            _: &ModelInstance<'_>,
             _: &State<f64>,
-            inputs: &[trundle_model::Drive],
+            inputs: &[trundle_model::StepInput],
         ) -> Result<Vec<State<f64>>, StepError> {
             Err(StepError { step: inputs.len() / 2, reason: "returned [nan]".to_owned() })
         }

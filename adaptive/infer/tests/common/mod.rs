@@ -4,7 +4,7 @@
 use rand::{RngExt, SeedableRng};
 use rand_chacha::ChaCha8Rng;
 use rand_distr::StandardNormal;
-use trundle_model::{Body, Clock, Effect, INNER, Kind, Model, Plant, State, transport};
+use trundle_model::{Body, Clock, Effect, Kind, MAX_INNER_STATES, Model, Plant, State, transport};
 use trundle_record::{Counts, Dataset, Noise, PoseSample, Prepared, WrenchSample};
 
 pub const NOISE: Noise =
@@ -30,7 +30,7 @@ pub fn locked() -> Model {
         dof: [true; 3],
         effects: vec![effect(Kind::ViscousWheel, &wheel)],
         priors: Default::default(),
-        unnamed: None,
+        discrepancy: None,
     }
 }
 
@@ -43,12 +43,12 @@ pub struct World {
     /// A wrench outside of the catalogue, object axes about the origin.
     pub foreign: fn(&State<f64>) -> [f64; 3],
     /// Where the laws' own states begin.
-    pub inner: [f64; INNER],
+    pub inner: [f64; MAX_INNER_STATES],
 }
 
 impl World {
     pub fn of(truth: Model) -> Self {
-        Self { truth, bias: [0.0; 3], foreign: |_| [0.0; 3], inner: [0.0; INNER] }
+        Self { truth, bias: [0.0; 3], foreign: |_| [0.0; 3], inner: [0.0; MAX_INNER_STATES] }
     }
 
     /// Pushes of six seconds at random grasps, with noise and a tare from 100 samples.

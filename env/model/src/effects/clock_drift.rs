@@ -1,45 +1,45 @@
-//! A wrench whose clock runs at another rate than that of the poses: two computers without a common time.
+//! Clock drift between wrench and poses: the clocks of two computers run at different rates.
 //!
 //! ```text
-//! reading(t_c + (1 + d) s) = truth(t_c + s),   t_c: contact, where both clocks agree
+//! reading(t_c + (1 + d) s) = truth(t_c + s),   t_c: contact, at which both clocks agree
 //! ```
 
 use super::signed;
 use crate::Real;
-use crate::law::{Act, Acting, Clock, Site, Spec, take};
+use crate::law::{Clock, EffectLaw, EffectTarget, LawSetup, Spec, take};
 
 pub(crate) static SPEC: Spec = Spec {
     kind: "clock_drift",
     effect: "clock_drift",
-    summary: "the wrench's clock runs at another rate than that of the poses",
+    summary: "the clocks of wrench and poses run at different rates",
     source: "clock skew: Mills 1991; Moon, Skelly, Towsley 1999",
-    acting: Acting::Instrument,
-    dissipative: false,
-    loads: false,
-    inner: &[],
+    target: EffectTarget::Instrument,
+    is_dissipative: false,
+    changes_mass: false,
+    inner_states: &[],
     params: &[signed(
         "drift",
         "1",
         0.3,
         0.03,
-        "seconds of the wrench's clock for each of the poses', less one",
+        "seconds of the wrench clock per second of the pose clock, minus one",
     )],
     neutral: &[("drift", 0.0)],
-    sentence: "The clock of the force reading runs at another rate than that of the poses: {drift} s/s fast (slow where \
-               negative), counted from contact.",
-    probe: "record a long push that ends as abruptly as it begins: a delay shifts both ends alike, a drift only the last",
+    sentence: "The clock of the force reading drifts against the clock of the poses by {drift} s/s from contact on \
+        (positive: fast).",
+    suggested_push: "record a long push with an abrupt start and end: a delay shifts both, a drift only the end",
 };
 
-/// The law in place.
+/// Law with its parameters.
 #[derive(Clone, Debug)]
 pub struct ClockDrift<T> {
     drift: T,
 }
 
-impl<T: Real> Act<T> for ClockDrift<T> {
-    const SAME_EVERYWHERE: bool = true;
+impl<T: Real> EffectLaw<T> for ClockDrift<T> {
+    const IS_POSE_INVARIANT: bool = true;
 
-    fn new(values: &[T], _site: &Site<'_, T>) -> Self {
+    fn new(values: &[T], _site: &LawSetup<'_, T>) -> Self {
         let [drift] = take(values);
         Self { drift }
     }

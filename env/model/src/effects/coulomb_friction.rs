@@ -4,23 +4,23 @@
 //! F = −f(|v|) v / √(|v|² + ε²),   v: velocity of the point
 //! ```
 
-use super::dry::{Dry, creep, static_force, stribeck_velocity};
+use super::dry_friction::{DryFriction, creep, static_force, stribeck_velocity};
 use super::{on_body, positive};
 use crate::Real;
-use crate::law::{Act, Acting, Action, Site, Situation, Spec, take};
+use crate::law::{EffectLaw, EffectTarget, GeneralisedForce, LawContext, LawSetup, Spec, take};
 
 pub(crate) static SPEC: Spec = Spec {
     kind: "coulomb_friction",
     effect: "coulomb_friction",
-    summary: "dry friction at a point: stiction, sliding, Stribeck",
+    summary: "dry friction at a point: stiction, sliding, Stribeck effect",
     source: "Armstrong-Hélouvry, Dupont, Canudas de Wit 1994",
-    acting: Acting::Object,
-    dissipative: true,
-    loads: false,
-    inner: &[],
+    target: EffectTarget::Object,
+    is_dissipative: true,
+    changes_mass: false,
+    inner_states: &[],
     params: &[
-        on_body("x", 0, "where it rubs, object frame"),
-        on_body("y", 1, "where it rubs, object frame"),
+        on_body("x", 0, "contact point, object frame"),
+        on_body("y", 1, "contact point, object frame"),
         positive("force", "N", 1e5, (10.0, 1.5), "sliding friction"),
         static_force(),
         stribeck_velocity(),
@@ -28,27 +28,28 @@ pub(crate) static SPEC: Spec = Spec {
     ],
     neutral: &[("force", 0.0)],
     sentence: "Dry friction of {force} acts at ({x}, {y}).",
-    probe: "repeat one push slowly and fast: dry friction keeps its size, viscous friction grows with speed; turn the object both ways to find the point",
+    suggested_push: "repeat a push slowly and fast: dry friction is constant, viscous friction grows with speed; \
+        rotate the object both ways to locate the point",
 };
 
-/// The law in place.
+/// Law with its parameters.
 #[derive(Clone, Debug)]
 pub struct CoulombFriction<T> {
     point: [T; 2],
-    dry: Dry<T>,
+    dry: DryFriction<T>,
 }
 
-impl<T: Real> Act<T> for CoulombFriction<T> {
-    const SAME_EVERYWHERE: bool = true;
+impl<T: Real> EffectLaw<T> for CoulombFriction<T> {
+    const IS_POSE_INVARIANT: bool = true;
 
-    fn new(values: &[T], _site: &Site<'_, T>) -> Self {
+    fn new(values: &[T], _site: &LawSetup<'_, T>) -> Self {
         let [x, y, force, static_force, stribeck, creep] = take(values);
-        Self { point: [x, y], dry: Dry { force, static_force, stribeck, creep } }
+        Self { point: [x, y], dry: DryFriction { force, static_force, stribeck, creep } }
     }
 
     #[inline]
-    fn act(&self, at: &Situation<'_, T>, sum: &mut Action<T>) {
-        let c = self.dry.coefficient(at.velocity(self.point));
-        sum.brake_at(self.point, c);
+    fn add_force(&self, at: &LawContext<'_, T>, sum: &mut GeneralisedForce<T>) {
+        let c = self.dry.coefficient(at.point_velocity(self.point));
+        sum.add_isotropic_damping_at(self.point, c);
     }
 }

@@ -1,27 +1,27 @@
-//! A force-torque sensor whose axes read some of one another: a wrong calibration matrix, a sensor mounted at an angle
-//! or beside the point that it reports its torque about.
+//! Crosstalk between the axes of a force-torque sensor: a wrong calibration matrix, or a sensor that is mounted at an
+//! angle or away from its torque reference point.
 //!
 //! ```text
 //! reading = (I + L) truth,   L: zero diagonal,   sensor axes
 //! ```
-//! A sensor turned by a small angle `a` has `L_xy = −L_yx = a`; one whose torque is about a point `p` beside its
-//! reference has `L_tx = −p_y`, `L_ty = p_x`.
+//! A sensor rotated by a small angle `a` has `L_xy = −L_yx = a`. A sensor whose torque is about a point `p` instead of
+//! its reference point has `L_tx = −p_y`, `L_ty = p_x`.
 
 use super::signed;
 use crate::Real;
-use crate::law::{Act, Acting, Clock, Param, Site, Spec, take};
+use crate::law::{Clock, EffectLaw, EffectTarget, LawSetup, Param, Spec, take};
 
-/// What one force axis reads of the other.
+/// Crosstalk from one force axis to the other.
 const fn of_force(name: &'static str, help: &'static str) -> Param {
     signed(name, "1", 2.0, 0.15, help).planar()
 }
 
-/// What a force axis reads of the torque.
+/// Crosstalk from the torque to a force axis.
 const fn of_torque(name: &'static str, help: &'static str) -> Param {
     signed(name, "1/m", 20.0, 0.5, help).planar()
 }
 
-/// What the torque axis reads of a force.
+/// Crosstalk from a force axis to the torque.
 const fn torque_of(name: &'static str, help: &'static str) -> Param {
     signed(name, "m", 2.0, 0.1, help).planar()
 }
@@ -29,19 +29,19 @@ const fn torque_of(name: &'static str, help: &'static str) -> Param {
 pub(crate) static SPEC: Spec = Spec {
     kind: "cross_talk",
     effect: "cross_talk",
-    summary: "each axis of the force-torque sensor reads some of the others",
+    summary: "crosstalk between the axes of the force-torque sensor",
     source: "calibration matrix of a multi-axis sensor: Bicchi 1992, off-diagonal terms",
-    acting: Acting::Instrument,
-    dissipative: false,
-    loads: false,
-    inner: &[],
+    target: EffectTarget::Instrument,
+    is_dissipative: false,
+    changes_mass: false,
+    inner_states: &[],
     params: &[
-        of_force("x_from_y", "of force_y in the reading of force_x"),
-        of_torque("x_from_torque", "of torque_z in the reading of force_x"),
-        of_force("y_from_x", "of force_x in the reading of force_y"),
-        of_torque("y_from_torque", "of torque_z in the reading of force_y"),
-        torque_of("torque_from_x", "of force_x in the reading of torque_z"),
-        torque_of("torque_from_y", "of force_y in the reading of torque_z"),
+        of_force("x_from_y", "share of force_y in the reading of force_x"),
+        of_torque("x_from_torque", "share of torque_z in the reading of force_x"),
+        of_force("y_from_x", "share of force_x in the reading of force_y"),
+        of_torque("y_from_torque", "share of torque_z in the reading of force_y"),
+        torque_of("torque_from_x", "share of force_x in the reading of torque_z"),
+        torque_of("torque_from_y", "share of force_y in the reading of torque_z"),
     ],
     neutral: &[
         ("x_from_y", 0.0),
@@ -51,24 +51,24 @@ pub(crate) static SPEC: Spec = Spec {
         ("torque_from_x", 0.0),
         ("torque_from_y", 0.0),
     ],
-    sentence: "The force sensor's axes are mixed: force_x reads {x_from_y} of force_y and {x_from_torque} of torque_z, \
-               force_y {y_from_x} of force_x and {y_from_torque} of torque_z, torque_z {torque_from_x} of force_x and \
-               {torque_from_y} of force_y.",
-    probe: "push along one axis of the sensor at a time, through the object's mass centre: the other axes should read \
-            nothing",
+    sentence: "The axes of the force sensor have crosstalk: force_x contains {x_from_y} of force_y and {x_from_torque} \
+        of torque_z, force_y contains {y_from_x} of force_x and {y_from_torque} of torque_z, and torque_z contains \
+        {torque_from_x} of force_x and {torque_from_y} of force_y.",
+    suggested_push: "push along one axis of the sensor at a time, through the mass centre of the object: the other \
+        axes should read zero",
 };
 
-/// The law in place.
+/// Law with its parameters.
 #[derive(Clone, Debug)]
 pub struct CrossTalk<T> {
     /// The inverse of `I + L`.
     inverse: [[T; 3]; 3],
 }
 
-impl<T: Real> Act<T> for CrossTalk<T> {
-    const SAME_EVERYWHERE: bool = true;
+impl<T: Real> EffectLaw<T> for CrossTalk<T> {
+    const IS_POSE_INVARIANT: bool = true;
 
-    fn new(values: &[T], _site: &Site<'_, T>) -> Self {
+    fn new(values: &[T], _site: &LawSetup<'_, T>) -> Self {
         let [xy, xt, yx, yt, tx, ty] = take(values);
         let one = T::lift(1.0);
         let adjugate = [

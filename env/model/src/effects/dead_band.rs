@@ -1,48 +1,54 @@
-//! A sensor that does not read small loads, and larger ones too low: a threshold in its electronics, a slack mount.
+//! Dead band of a sensor, which reads small loads as zero and larger loads too low: an electronic threshold, a slack
+//! mount.
 //!
 //! ```text
 //! reading = sgn(truth) max(|truth| − b, 0),   each axis
 //! truth  ≈ reading + b sgn(reading)
 //! ```
-//! Within the band the reading is nothing but noise and says nothing of the truth, whose mean there is taken as zero. The sign is told as far as the reading stands out of its noise; where that is not
-//! known, as in a simulation, it is rounded off over a fifth of the band.
+//! Within the band the reading is pure noise, and the truth is taken as zero on average. The sign is weighted by the
+//! signal-to-noise ratio of the reading. If the noise is unknown, as in a simulation, the sign is smoothed over a fifth
+//! of the band.
 
 use super::{positive, sign};
 use crate::Real;
-use crate::law::{Act, Acting, Clock, Site, Spec, take};
+use crate::law::{Clock, EffectLaw, EffectTarget, LawSetup, Spec, take};
 
 pub(crate) static SPEC: Spec = Spec {
     kind: "dead_band",
     effect: "dead_band",
-    summary: "the sensor does not read small loads, and larger ones too low",
+    summary: "dead band of the sensor: small loads read zero, larger loads too low",
     source: "Tao, Kokotović 1996, dead zone and its inverse",
-    acting: Acting::Instrument,
-    dissipative: false,
-    loads: false,
-    inner: &[],
+    target: EffectTarget::Instrument,
+    is_dissipative: false,
+    changes_mass: false,
+    inner_states: &[],
     params: &[
-        positive("force", "N", 1e4, (3.0, 1.0), "half width of the band of either force axis").any_of(),
-        positive("torque", "N·m", 1e4, (0.3, 1.0), "half width of the band of torque_z").any_of().planar(),
+        positive("force", "N", 1e4, (3.0, 1.0), "half width of the dead band of both force axes")
+            .alternative(),
+        positive("torque", "N·m", 1e4, (0.3, 1.0), "half width of the dead band of torque_z")
+            .alternative()
+            .planar(),
     ],
     neutral: &[("force", 0.0), ("torque", 0.0)],
-    sentence: "The force sensor has a dead band: forces below {force} and torques below {torque} are not read, and larger \
-               ones by as much too low.",
-    probe: "pull on the sensor with a spring balance, slowly more and more: the load at which it begins to read is the band",
+    sentence: "The force sensor has a dead band: it reads forces below {force} and torques below {torque} as zero, and \
+        larger ones too low by that amount.",
+    suggested_push: "increase the load on the sensor slowly with a spring balance: the dead band ends at the load with \
+        the first reading",
 };
 
-/// Over which share of the band the sign is rounded off.
-const ROUND: f64 = 0.2;
+/// Fraction of the band over which the sign is smoothed.
+const SMOOTHING_FRACTION: f64 = 0.2;
 
-/// The law in place.
+/// Law with its parameters.
 #[derive(Clone, Debug)]
 pub struct DeadBand<T> {
     band: [T; 3],
 }
 
-impl<T: Real> Act<T> for DeadBand<T> {
-    const SAME_EVERYWHERE: bool = true;
+impl<T: Real> EffectLaw<T> for DeadBand<T> {
+    const IS_POSE_INVARIANT: bool = true;
 
-    fn new(values: &[T], _site: &Site<'_, T>) -> Self {
+    fn new(values: &[T], _site: &LawSetup<'_, T>) -> Self {
         let [force, torque] = take(values);
         Self { band: [force, force, torque] }
     }
@@ -55,6 +61,6 @@ impl<T: Real> Act<T> for DeadBand<T> {
 
 impl<T: Real> DeadBand<T> {
     fn sign(&self, k: usize, reading: T, clock: Clock) -> T {
-        sign(reading, clock.noise[0][k], self.band[k] * ROUND)
+        sign(reading, clock.noise[0][k], self.band[k] * SMOOTHING_FRACTION)
     }
 }

@@ -1,26 +1,26 @@
-//! Viscous friction that differs between forth and back along one direction of the body:
-//! a worn guide, brushed felt, a drive with asymmetric losses.
+//! Viscous friction that differs between forward and backward motion along one direction of the body: a worn guide,
+//! brushed felt, a drive with asymmetric losses.
 //!
 //! ```text
 //! F = −Δμ |v·n| n,   n = (cos angle, sin angle), at the object origin
 //! ```
-//! The odd part belongs to the wheel; this is the even part, so it can push as well as brake
-//! and needs a wheel with μ ≥ |Δμ| beside it to be a friction.
+//! The wheel represents the odd part of the friction and this law the even part. Alone, the law can add energy;
+//! together with a wheel of μ ≥ |Δμ| it is dissipative.
 
 use super::{angle, signed};
 use crate::Real;
-use crate::law::{Act, Acting, Action, Site, Situation, Spec, take};
+use crate::law::{EffectLaw, EffectTarget, GeneralisedForce, LawContext, LawSetup, Spec, take};
 use std::f64::consts::TAU;
 
 pub(crate) static SPEC: Spec = Spec {
     kind: "directional_friction",
     effect: "directional_friction",
-    summary: "viscous friction that differs between forth and back along a body direction",
+    summary: "viscous friction that differs between forward and backward motion along a body direction",
     source: "Janot, Gautier, Brunot 2019 (EMPS), direction-dependent model",
-    acting: Acting::Object,
-    dissipative: false,
-    loads: false,
-    inner: &[],
+    target: EffectTarget::Object,
+    is_dissipative: false,
+    changes_mass: false,
+    inner_states: &[],
     params: &[
         angle("angle", TAU, "the direction, object frame"),
         signed(
@@ -28,38 +28,41 @@ pub(crate) static SPEC: Spec = Spec {
             "N·s/m",
             1e6,
             30.0,
-            "half of forth less back: μ is raised by this forth, lowered back",
+            "half the difference of forward and backward coefficients; μ is larger by this forward and smaller backward",
         ),
     ],
     neutral: &[("difference", 0.0)],
-    sentence: "Friction depends on direction: viscous friction forth and back differ from their mean by {difference}, up forth and down back.",
-    probe: "push the same way forth and back at the same speed",
+    sentence: "Viscous friction depends on the direction of motion: it exceeds its mean by {difference} forward and \
+        falls below it by as much backward.",
+    suggested_push: "push forward and backward at the same speed",
 };
 
-/// Speed over which the absolute value is rounded off, m/s.
-const ROUND: f64 = 1e-3;
+/// Speed over which the absolute value is smoothed, m/s.
+const SMOOTHING_SPEED_M_PER_S: f64 = 1e-3;
 
-/// The law in place.
+/// Law with its parameters.
 #[derive(Clone, Debug)]
 pub struct DirectionalFriction<T> {
     normal: [T; 2],
     difference: T,
 }
 
-impl<T: Real> Act<T> for DirectionalFriction<T> {
-    const SAME_EVERYWHERE: bool = true;
+impl<T: Real> EffectLaw<T> for DirectionalFriction<T> {
+    const IS_POSE_INVARIANT: bool = true;
 
-    fn new(values: &[T], _site: &Site<'_, T>) -> Self {
+    fn new(values: &[T], _site: &LawSetup<'_, T>) -> Self {
         let [angle, difference] = take(values);
         let (sin, cos) = angle.sin_cos();
         Self { normal: [cos, sin], difference }
     }
 
     #[inline]
-    fn act(&self, at: &Situation<'_, T>, sum: &mut Action<T>) {
+    fn add_force(&self, at: &LawContext<'_, T>, sum: &mut GeneralisedForce<T>) {
         let [nx, ny] = self.normal;
         let along = at.twist[0] * nx + at.twist[1] * ny;
-        let size = self.difference * ((along.squared() + ROUND * ROUND).sqrt() - ROUND);
-        sum.push_at([T::zero(); 2], [-(size * nx), -(size * ny)]);
+        let size = self.difference
+            * ((along.squared() + SMOOTHING_SPEED_M_PER_S * SMOOTHING_SPEED_M_PER_S).sqrt()
+                - SMOOTHING_SPEED_M_PER_S);
+        sum.add_force_at([T::zero(); 2], [-(size * nx), -(size * ny)]);
     }
 }

@@ -1,49 +1,51 @@
-//! A low, straight ridge across the floor that each foot or wheel must climb: a doorsill, a cable cover, a joint
+//! A low, straight ridge across the floor that each support point must climb: a doorsill, a cable cover, a joint
 //! between two floors.
 //!
 //! ```text
 //! U = Σ_k w_k m g h B(s_k / b),   B(u) = exp(−u²/2),   s_k: distance of the support point k from the line
 //! ```
-//! so the force on each point is along the line's normal, `w_k m g h (s_k/b²) B`: against the motion on the way up, with
-//! it on the way down.
+//! The force on each point is `w_k m g h (s_k/b²) B` along the normal of the line. It opposes the motion uphill and
+//! assists it downhill.
 
-use super::place::corners;
+use super::geometry::support_points;
 use super::{angle, positive, signed};
 use crate::Real;
-use crate::law::{Act, Acting, Action, Role, Site, Situation, Spec, take};
+use crate::law::{EffectLaw, EffectTarget, GeneralisedForce, LawContext, LawSetup, Role, Spec, take};
 use std::f64::consts::TAU;
 
 pub(crate) static SPEC: Spec = Spec {
     kind: "doorsill",
     effect: "doorsill",
-    summary: "a low straight ridge of the floor that each support point must climb",
-    source: "the potential energy of the climb, m g h; a wheel of radius r rounds the ridge to about √(2rh)",
-    acting: Acting::Object,
-    dissipative: false,
-    loads: false,
-    inner: &[],
+    summary: "a low straight ridge on the floor that each support point must climb",
+    source: "potential energy of the climb, m g h; a wheel of radius r smooths the ridge to a width of about √(2rh)",
+    target: EffectTarget::Object,
+    is_dissipative: false,
+    changes_mass: false,
+    inner_states: &[],
     params: &[
-        angle("angle", TAU, "direction of the line's normal, world"),
-        signed("offset", "m", 100.0, 2.0, "distance of the line from the world's origin along the normal")
+        angle("angle", TAU, "direction of the normal of the line, world"),
+        signed("offset", "m", 100.0, 2.0, "distance of the line from the world origin along the normal")
             .role(Role::Region),
         positive("height", "m", 0.2, (0.004, 0.7), "height of the ridge"),
-        positive("width", "m", 0.5, (0.02, 0.5), "standard deviation of its profile")
+        positive("width", "m", 0.5, (0.02, 0.5), "standard deviation of the profile of the ridge")
             .role(Role::Region)
-            .above(2e-3)
+            .at_least(2e-3)
             .refinement(0.02),
     ],
     neutral: &[("height", 0.0)],
-    sentence: "A ridge of {height} crosses the floor at {offset} from the world's origin along the direction {angle}: a doorsill or a cable.",
-    probe: "cross the place to and fro slowly: a ridge pushes back on the way up and forward on the way down, a patch always brakes",
+    sentence: "A ridge of height {height}, such as a doorsill or a cable, crosses the floor at {offset} from the world \
+        origin along the direction {angle}.",
+    suggested_push: "cross the ridge slowly in both directions: a ridge resists uphill and assists downhill, a floor \
+        patch always resists",
 };
 
 /// Gravity, m/s².
-const GRAVITY: f64 = 9.81;
+const GRAVITY_M_PER_S2: f64 = 9.81;
 
-/// Beyond so many widths there is nothing left of it.
-const FAR: f64 = 8.0;
+/// Distance from the line, in widths, beyond which the force is negligible.
+const MAX_DISTANCE_WIDTHS: f64 = 8.0;
 
-/// The law in place.
+/// Law with its parameters.
 #[derive(Clone, Debug)]
 pub struct Doorsill<T> {
     /// Support points, object frame, m, and their shares of the weight.
@@ -54,15 +56,15 @@ pub struct Doorsill<T> {
     width: T,
 }
 
-impl<T: Real> Act<T> for Doorsill<T> {
-    fn new(values: &[T], site: &Site<'_, T>) -> Self {
+impl<T: Real> EffectLaw<T> for Doorsill<T> {
+    fn new(values: &[T], site: &LawSetup<'_, T>) -> Self {
         let [angle, offset, height, width] = take(values);
         let (sin, cos) = angle.sin_cos();
-        Self { feet: loaded(site.body), normal: [cos, sin], offset, height, width }
+        Self { feet: support_loads(site.body), normal: [cos, sin], offset, height, width }
     }
 
     #[inline]
-    fn act(&self, at: &Situation<'_, T>, sum: &mut Action<T>) {
+    fn add_force(&self, at: &LawContext<'_, T>, sum: &mut GeneralisedForce<T>) {
         if !at.clock.in_contact() {
             return;
         }
@@ -72,21 +74,21 @@ impl<T: Real> Act<T> for Doorsill<T> {
             let foot = foot.map(T::lift);
             let [x, y] = at.in_world(foot);
             let along = (x * nx + y * ny - self.offset) / self.width;
-            if along.re().abs() < FAR {
+            if along.re().abs() < MAX_DISTANCE_WIDTHS {
                 let bump = (-(along.squared() * 0.5)).exp() * along / self.width;
-                let size = at.mass * self.height * bump * (GRAVITY * share);
-                sum.push_at(foot, normal.map(|n| n * size));
+                let size = at.mass * self.height * bump * (GRAVITY_M_PER_S2 * share);
+                sum.add_force_at(foot, normal.map(|n| n * size));
             }
         }
     }
 }
 
-/// The feet with their shares, or the corners in equal parts.
-fn loaded(body: &crate::Body) -> Vec<([f64; 2], f64)> {
+/// Feet with their shares of the weight, or corners with equal shares.
+fn support_loads(body: &crate::Body) -> Vec<([f64; 2], f64)> {
     if body.feet.is_some() {
         return body.support.iter().map(|s| (s.point, s.share)).collect();
     }
-    let corners = corners(body);
+    let corners = support_points(body);
     let share = 1.0 / corners.len().max(1) as f64;
     corners.into_iter().map(|corner| (corner, share)).collect()
 }

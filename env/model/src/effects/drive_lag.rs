@@ -1,39 +1,39 @@
-//! A drive that follows its command with a first-order lag: the current loop, the valve, the belt.
+//! A drive that follows its command with a first-order lag: a current loop, a valve, a belt.
 //!
 //! ```text
-//! τ ẇ + w = c,   c: commanded force, as recorded, w: the force that acts
+//! τ ẇ + w = c,   c: recorded command, w: acting force
 //! ```
-//! It is asked for where the recorded wrench was commanded, not measured.
+//! It applies to recordings whose wrench was commanded instead of measured.
 
 use super::positive;
 use crate::Real;
-use crate::law::{Act, Acting, Lags, Site, Spec, take};
+use crate::law::{EffectLaw, EffectTarget, Lags, LawSetup, Spec, take};
 
 pub(crate) static SPEC: Spec = Spec {
     kind: "drive_lag",
     effect: "drive_lag",
-    summary: "a commanded force takes effect with a first-order lag",
+    summary: "the force follows its command with a first-order lag",
     source: "first-order actuator model: Spong, Hutchinson, Vidyasagar 2006, ch. 6",
-    acting: Acting::Instrument,
-    dissipative: false,
-    loads: false,
-    inner: &[],
-    params: &[positive("time_constant", "s", 1.0, (0.03, 1.0), "of the lag of the drive")],
+    target: EffectTarget::Instrument,
+    is_dissipative: false,
+    changes_mass: false,
+    inner_states: &[],
+    params: &[positive("time_constant", "s", 1.0, (0.03, 1.0), "time constant of the drive")],
     neutral: &[("time_constant", 0.0)],
-    sentence: "The commanded force takes effect with a lag of first order, time constant {time_constant}.",
-    probe: "command steps: a lag rounds them off, a delay only shifts them",
+    sentence: "The force follows its command with a first-order lag with time constant {time_constant}.",
+    suggested_push: "command steps: a lag smooths them, a delay only shifts them",
 };
 
-/// The law in place.
+/// Law with its parameters.
 #[derive(Clone, Debug)]
 pub struct DriveLag<T> {
     time_constant: T,
 }
 
-impl<T: Real> Act<T> for DriveLag<T> {
-    const SAME_EVERYWHERE: bool = true;
+impl<T: Real> EffectLaw<T> for DriveLag<T> {
+    const IS_POSE_INVARIANT: bool = true;
 
-    fn new(values: &[T], _site: &Site<'_, T>) -> Self {
+    fn new(values: &[T], _site: &LawSetup<'_, T>) -> Self {
         let [time_constant] = take(values);
         Self { time_constant }
     }

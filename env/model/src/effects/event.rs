@@ -1,21 +1,21 @@
-//! Something that happens at one moment, for good: the time that the laws of events share.
+//! A permanent change at one time, shared by the laws of events.
 
 use super::{choice, signed};
 use crate::Real;
 use crate::law::{Clock, Param, Prior, Role};
 
-/// Ordinal of the episode in which it happens.
+/// Index of the episode of the event.
 pub(crate) const fn episode() -> Param {
-    choice("episode", "ordinal of the episode in which it happens, from 0, held-out ones counted too")
+    choice("episode", "index of the episode of the event, from 0; held-out episodes count")
 }
 
-/// When in that episode it happens, s of the recording's own time.
+/// Time of the event in its episode, s, in the time of the recording.
 pub(crate) const fn time() -> Param {
-    let time = signed("time", "s", 1e5, 3.0, "when it happens, the table's t");
+    let time = signed("time", "s", 1e5, 3.0, "time of the event, in the time column of the recording");
     Param { lower: 0.0, prior: Prior::Normal { mean: 3.0, sd: 3.0 }, role: Role::Time, ..time }
 }
 
-/// The moment.
+/// Episode and time of an event.
 #[derive(Clone, Debug)]
 pub(crate) struct Event<T> {
     episode: f64,
@@ -27,9 +27,9 @@ impl<T: Real> Event<T> {
         Self { episode: episode.re(), time }
     }
 
-    /// Share of the step that lies after it.
+    /// Fraction of the step after the event.
     #[inline]
-    pub fn share(&self, clock: Clock) -> T {
-        clock.after(self.episode, self.time)
+    pub fn fraction_after(&self, clock: Clock) -> T {
+        clock.fraction_after(self.episode, self.time)
     }
 }

@@ -1,4 +1,4 @@
-//! A wrench whose clock runs late: buffers, filters, two computers that never agreed on the time.
+//! A delay of the wrench relative to the poses: buffers, filters, unsynchronised clocks.
 //!
 //! ```text
 //! reading(t) = truth(t − delay)
@@ -6,33 +6,34 @@
 
 use super::signed;
 use crate::Real;
-use crate::law::{Act, Acting, Clock, Site, Spec, take};
+use crate::law::{Clock, EffectLaw, EffectTarget, LawSetup, Spec, take};
 
 pub(crate) static SPEC: Spec = Spec {
     kind: "latency",
     effect: "latency",
-    summary: "the wrench's clock runs late",
-    source: "reading at t is the truth at t less the delay",
-    acting: Acting::Instrument,
-    dissipative: false,
-    loads: false,
-    inner: &[],
-    params: &[signed("delay", "s", 0.3, 0.1, "reading late: positive")],
+    summary: "delay of the force reading relative to the poses",
+    source: "reading(t) = truth(t − delay)",
+    target: EffectTarget::Instrument,
+    is_dissipative: false,
+    changes_mass: false,
+    inner_states: &[],
+    params: &[signed("delay", "s", 0.3, 0.1, "delay of the reading; negative if it is early")],
     neutral: &[("delay", 0.0)],
-    sentence: "The force reading comes late by {delay} (early where negative).",
-    probe: "push to and fro at two frequencies: a delay grows with the frequency as no friction does",
+    sentence: "The force reading is delayed by {delay} (negative: early).",
+    suggested_push: "push back and forth at two frequencies: the phase lag of a delay grows with the frequency, that \
+        of friction does not",
 };
 
-/// The law in place.
+/// Law with its parameters.
 #[derive(Clone, Debug)]
 pub struct Latency<T> {
     delay: T,
 }
 
-impl<T: Real> Act<T> for Latency<T> {
-    const SAME_EVERYWHERE: bool = true;
+impl<T: Real> EffectLaw<T> for Latency<T> {
+    const IS_POSE_INVARIANT: bool = true;
 
-    fn new(values: &[T], _site: &Site<'_, T>) -> Self {
+    fn new(values: &[T], _site: &LawSetup<'_, T>) -> Self {
         let [delay] = take(values);
         Self { delay }
     }

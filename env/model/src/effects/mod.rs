@@ -1,7 +1,7 @@
-//! The laws, one file each.
+//! The laws of the catalogue, one file each.
 
-mod axes;
 pub(crate) mod axis_friction;
+mod axis_pair;
 pub(crate) mod body_axis_friction;
 pub(crate) mod caster_swivel;
 pub(crate) mod clock_drift;
@@ -13,18 +13,18 @@ pub(crate) mod dead_band;
 pub(crate) mod directional_friction;
 pub(crate) mod doorsill;
 pub(crate) mod drive_lag;
-mod dry;
+mod dry_friction;
 mod event;
 pub(crate) mod floor_grain;
 pub(crate) mod floor_patch;
 pub(crate) mod floor_slope;
 pub(crate) mod force_bias;
 pub(crate) mod force_scale;
+mod geometry;
 pub(crate) mod gripper_inertia;
 pub(crate) mod latency;
 pub(crate) mod mass_change;
 pub(crate) mod obstacle_contact;
-mod place;
 pub(crate) mod quadratic_drag;
 pub(crate) mod saturation;
 pub(crate) mod sensor_lag;
@@ -54,9 +54,9 @@ const fn on_body(name: &'static str, axis: usize, help: &'static str) -> Param {
         prior,
         refinement: None,
         on_rail: false,
-        of_face: false,
-        of_mass: false,
-        any_of: false,
+        scales_face_pressure: false,
+        needs_known_mass: false,
+        is_alternative: false,
         role: Role::BodyPoint(axis),
         help,
     }
@@ -73,15 +73,15 @@ const fn angle(name: &'static str, period: f64, help: &'static str) -> Param {
         prior,
         refinement: None,
         on_rail: false,
-        of_face: false,
-        of_mass: false,
-        any_of: false,
+        scales_face_pressure: false,
+        needs_known_mass: false,
+        is_alternative: false,
         role: Role::Angle,
         help,
     }
 }
 
-/// A parameter that cannot be negative, log-normal a priori with a spread `sd` in e-folds.
+/// A non-negative parameter with a log-normal prior; `sd` is the standard deviation of its logarithm.
 const fn positive(
     name: &'static str,
     unit: &'static str,
@@ -98,15 +98,15 @@ const fn positive(
         prior,
         refinement: None,
         on_rail: true,
-        of_face: false,
-        of_mass: false,
-        any_of: false,
+        scales_face_pressure: false,
+        needs_known_mass: false,
+        is_alternative: false,
         role: Role::Amplitude,
         help,
     }
 }
 
-/// A parameter of either sign, normal a priori around zero.
+/// A parameter of either sign with a normal prior around zero.
 const fn signed(name: &'static str, unit: &'static str, limit: f64, sd: f64, help: &'static str) -> Param {
     let prior = Prior::Normal { mean: 0.0, sd };
     Param {
@@ -117,78 +117,82 @@ const fn signed(name: &'static str, unit: &'static str, limit: f64, sd: f64, hel
         prior,
         refinement: None,
         on_rail: true,
-        of_face: false,
-        of_mass: false,
-        any_of: true,
+        scales_face_pressure: false,
+        needs_known_mass: false,
+        is_alternative: true,
         role: Role::Amplitude,
         help,
     }
 }
 
-/// Standard deviations of noise at which a sign is told half: at one it is told by 6 %, at five by 98 %.
-const TOLD: f64 = 2.0;
+/// Signal-to-noise ratio at which a sign has the weight 0.5. At a ratio of one the weight is 6 %, at five 98 %.
+const HALF_SIGN_SD: f64 = 2.0;
 
-/// Keeps the sign of nothing finite.
-const TINY: f64 = 1e-9;
+/// Smallest smoothing width, which keeps the sign of zero finite.
+const MIN_ROUNDING: f64 = 1e-9;
 
-/// The sign of a value that is read with noise, from −1 to 1 as far as it is told. Where the noise is not known it is rounded
-/// off over `rounding`.
+/// Sign of a noisy value, between −1 and 1, weighted by its signal-to-noise ratio. If the noise is unknown (zero), the
+/// sign is smoothed over `rounding`.
 fn sign<T: Real>(value: T, noise: f64, rounding: T) -> T {
     if noise > 0.0 {
-        let fourth = (value / (TOLD * noise)).squared().squared();
+        let fourth = (value / (HALF_SIGN_SD * noise)).squared().squared();
         return (fourth / (fourth + 1.0)) * value.re().signum();
     }
-    value / (value.squared() + (rounding.squared() + TINY * TINY)).sqrt()
+    value / (value.squared() + (rounding.squared() + MIN_ROUNDING * MIN_ROUNDING)).sqrt()
 }
 
-/// How far out a face presses, as a multiple of where an even pressure would.
+/// Radial spread of the pressure under a face relative to uniform pressure.
 ///
-/// A priori a factor of 1.5 either way: a table on its four corners is 1.73, a disc on its rim 1.41 times as far
-/// out as an even one, a face that bears on a boss of half its size half as far.
+/// The prior allows a factor of about 1.5. A rectangle on its four corners has 1.73, a disc on its rim 1.41, and a face
+/// that rests on its inner half 0.5.
 const fn spread() -> Param {
-    let help = "how far out the pressure under a flat face lies, over that of an even one; 1 on known feet";
-    let spread = Param { of_face: true, ..positive("spread", "1", 5.0, (1.0, 0.4), help).role(Role::Form) };
+    let help =
+        "radial spread of the pressure under a flat face relative to uniform pressure; 1 on known feet";
+    let spread = Param {
+        scales_face_pressure: true,
+        ..positive("spread", "1", 5.0, (1.0, 0.4), help).role(Role::Shape)
+    };
     spread.planar()
 }
 
-/// Points of support with the distance from their centre scaled.
+/// Support points with their distance from the centre scaled by `spread`.
 fn spread_out<T: Real>(body: &Body, spread: T) -> Vec<([T; 2], f64)> {
     let center = [0, 1].map(|k| body.support.iter().map(|s| s.share * s.point[k]).sum::<f64>());
     let one = |s: &Support| ([0, 1].map(|k| spread * (s.point[k] - center[k]) + center[k]), s.share);
     body.support.iter().map(one).collect()
 }
 
-/// The episode of an event, by its place in the recording: a choice that is made, not searched.
+/// A discrete choice, which is given and not searched.
 const fn choice(name: &'static str, help: &'static str) -> Param {
     Param { lower: 0.0, role: Role::Choice, ..signed(name, "1", 1e6, 1.0, help) }.refinement(0.0)
 }
 
 impl Param {
-    /// What it is to its law, where that is not how strong it is.
+    /// Set the role.
     const fn role(mut self, role: Role) -> Self {
         self.role = role;
         self
     }
 
-    /// Left at `value` unless asked for: the law then is the simple one.
+    /// Make it a refinement with the default `value`.
     const fn refinement(mut self, value: f64) -> Self {
         self.refinement = Some(value);
         self
     }
 
-    /// Its smallest legal value.
-    const fn above(mut self, lower: f64) -> Self {
+    /// Set the lower bound.
+    const fn at_least(mut self, lower: f64) -> Self {
         self.lower = lower;
         self
     }
 
-    /// One of several, of which the data need hold only one.
-    const fn any_of(mut self) -> Self {
-        self.any_of = true;
+    /// Make it a member of a group of which one identifiable member suffices.
+    const fn alternative(mut self) -> Self {
+        self.is_alternative = true;
         self
     }
 
-    /// Of no meaning on a rail.
+    /// Exclude it for objects on a rail.
     const fn planar(mut self) -> Self {
         self.on_rail = false;
         self
@@ -200,13 +204,13 @@ mod tests {
     use super::sign;
 
     #[test]
-    fn a_sign_is_told_as_far_as_a_value_stands_out_of_its_noise() {
+    fn the_sign_is_weighted_by_the_signal_to_noise_ratio() {
         let of = |value: f64| sign(value, 0.1, 5.0);
-        assert!(of(0.1).abs() < 0.06 && of(0.5) > 0.97 && of(-3.0) < -0.9999, "whatever the rounding is");
+        assert!(of(0.1).abs() < 0.06 && of(0.5) > 0.97 && of(-3.0) < -0.9999, "independent of the rounding");
         assert_eq!(of(0.2), 0.5, "half at two standard deviations");
         assert_eq!(of(0.0), 0.0);
         let rounded = |value: f64| sign(value, 0.0, 5.0);
-        assert!((rounded(5.0) - 0.5f64.sqrt()).abs() < 1e-12, "noise is not known");
+        assert!((rounded(5.0) - 0.5f64.sqrt()).abs() < 1e-12, "unknown noise");
         assert_eq!(sign(0.0, 0.0, 0.0), 0.0);
     }
 }

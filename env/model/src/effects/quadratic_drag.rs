@@ -1,51 +1,51 @@
-//! Resistance that grows with the square of the speed: air, water, a churning lubricant.
+//! Drag that grows with the square of the speed: air, water, a churned lubricant.
 //!
 //! ```text
-//! F = −c √(|v|² + ε²) v,   at the middle of the body
+//! F = −c √(|v|² + ε²) v,   at the mass centre
 //! ```
 
 use super::positive;
 use crate::Real;
-use crate::law::{Act, Acting, Action, Site, Situation, Spec, take};
+use crate::law::{EffectLaw, EffectTarget, GeneralisedForce, LawContext, LawSetup, Spec, take};
 
 pub(crate) static SPEC: Spec = Spec {
     kind: "quadratic_drag",
     effect: "quadratic_drag",
-    summary: "resistance that grows with the square of the speed, in the middle of the body",
+    summary: "drag that grows with the square of the speed, at the mass centre",
     source: "Rayleigh's drag equation, F = ½ ρ A c_w v²",
-    acting: Acting::Object,
-    dissipative: true,
-    loads: false,
-    inner: &[],
-    params: &[positive("drag", "N·s²/m²", 1e6, (30.0, 1.5), "force over the square of the speed")],
+    target: EffectTarget::Object,
+    is_dissipative: true,
+    changes_mass: false,
+    inner_states: &[],
+    params: &[positive("drag", "N·s²/m²", 1e6, (30.0, 1.5), "drag force divided by the square of the speed")],
     neutral: &[("drag", 0.0)],
-    sentence: "Resistance grows with the square of the speed: {drag}.",
-    probe: "push the same way at constant speed, three times, each twice as fast: dry friction stays, viscous friction \
-            doubles, this becomes four times as large",
+    sentence: "Drag grows with the square of the speed, with the coefficient {drag}.",
+    suggested_push: "push at three constant speeds, each twice the last: dry friction is constant, viscous friction \
+        doubles, quadratic drag quadruples",
 };
 
-/// Speed below which it is viscous, m/s: there is no corner at rest.
-const ROUND: f64 = 1e-3;
+/// Speed below which the drag is viscous, m/s, so that it is smooth at rest.
+const SMOOTHING_SPEED_M_PER_S: f64 = 1e-3;
 
-/// The law in place.
+/// Law with its parameters.
 #[derive(Clone, Debug)]
 pub struct QuadraticDrag<T> {
     center: [T; 2],
     drag: T,
 }
 
-impl<T: Real> Act<T> for QuadraticDrag<T> {
-    const SAME_EVERYWHERE: bool = true;
+impl<T: Real> EffectLaw<T> for QuadraticDrag<T> {
+    const IS_POSE_INVARIANT: bool = true;
 
-    fn new(values: &[T], site: &Site<'_, T>) -> Self {
+    fn new(values: &[T], site: &LawSetup<'_, T>) -> Self {
         let [drag] = take(values);
         Self { center: site.body.com.map(T::lift), drag }
     }
 
     #[inline]
-    fn act(&self, at: &Situation<'_, T>, sum: &mut Action<T>) {
-        let [vx, vy] = at.velocity(self.center);
-        let speed = (vx.squared() + vy.squared() + ROUND * ROUND).sqrt();
-        sum.brake_at(self.center, self.drag * speed);
+    fn add_force(&self, at: &LawContext<'_, T>, sum: &mut GeneralisedForce<T>) {
+        let [vx, vy] = at.point_velocity(self.center);
+        let speed = (vx.squared() + vy.squared() + SMOOTHING_SPEED_M_PER_S * SMOOTHING_SPEED_M_PER_S).sqrt();
+        sum.add_isotropic_damping_at(self.center, self.drag * speed);
     }
 }

@@ -1,40 +1,40 @@
-//! A sensor whose reading follows the wrench with a first-order lag: a low-pass filter in its electronics.
+//! First-order lag of a sensor: a low-pass filter in its electronics.
 //!
 //! ```text
 //! τ ṙ + r = w,   r: reading, w: truth
 //! ```
-//! Over a step from `a` to `b` the mean truth is `mean(r) + τ (r(b) − r(a))/(b − a)`: no derivative of noisy samples is
-//! ever taken. From step to step the differences cancel, so that noise enters the impulse once, not summed up.
+//! Over a step from `a` to `b` the mean truth is `mean(r) + τ (r(b) − r(a))/(b − a)`, without a derivative of noisy
+//! samples. The differences of successive steps cancel, so that noise does not accumulate in the impulse.
 
 use super::positive;
 use crate::Real;
-use crate::law::{Act, Acting, Lags, Site, Spec, take};
+use crate::law::{EffectLaw, EffectTarget, Lags, LawSetup, Spec, take};
 
 pub(crate) static SPEC: Spec = Spec {
     kind: "sensor_lag",
     effect: "sensor_lag",
-    summary: "the reading follows the wrench with a first-order lag",
+    summary: "the force reading follows the wrench with a first-order lag",
     source: "first-order low-pass filter: Oppenheim, Willsky 1997, ch. 6",
-    acting: Acting::Instrument,
-    dissipative: false,
-    loads: false,
-    inner: &[],
-    params: &[positive("time_constant", "s", 1.0, (0.05, 1.0), "of the lag of the reading")],
+    target: EffectTarget::Instrument,
+    is_dissipative: false,
+    changes_mass: false,
+    inner_states: &[],
+    params: &[positive("time_constant", "s", 1.0, (0.05, 1.0), "time constant of the sensor")],
     neutral: &[("time_constant", 0.0)],
-    sentence: "The force reading follows the wrench with a lag of first order, time constant {time_constant}.",
-    probe: "push with short jerks and with slow swings: a lag flattens the jerks, a delay only shifts them",
+    sentence: "The force reading follows the wrench with a first-order lag with time constant {time_constant}.",
+    suggested_push: "push with short jerks and slow oscillations: a lag attenuates the jerks, a delay only shifts them",
 };
 
-/// The law in place.
+/// Law with its parameters.
 #[derive(Clone, Debug)]
 pub struct SensorLag<T> {
     time_constant: T,
 }
 
-impl<T: Real> Act<T> for SensorLag<T> {
-    const SAME_EVERYWHERE: bool = true;
+impl<T: Real> EffectLaw<T> for SensorLag<T> {
+    const IS_POSE_INVARIANT: bool = true;
 
-    fn new(values: &[T], _site: &Site<'_, T>) -> Self {
+    fn new(values: &[T], _site: &LawSetup<'_, T>) -> Self {
         let [time_constant] = take(values);
         Self { time_constant }
     }

@@ -1,49 +1,50 @@
-//! A reading that follows the load with play: backlash between gripper and object, friction within the sensor. On each
-//! reversal it stays where it is until the load has moved on by the width.
+//! A reading that follows the load with play: backlash between gripper and object, friction within the sensor. After a
+//! reversal the reading is constant until the load has changed by the width of the play.
 //!
 //! ```text
-//! |truth − reading| ≤ w/2, and = w/2 where the reading moves
+//! |truth − reading| ≤ w/2, and = w/2 while the reading changes
 //! truth ≈ reading + (w/2) sgn(r),   r: trend of the reading
 //! ```
-//! A reading that stands still says nothing of the load within the play; its mean there is taken as the reading. The sign is
-//! told as far as the trend stands out of its noise; where that is not known, as in a simulation, it is rounded off.
+//! A constant reading does not determine the load within the play; the reading is taken as its mean. The sign is
+//! weighted by the signal-to-noise ratio of the trend. If the noise is unknown, as in a simulation, the sign is
+//! smoothed.
 
 use super::{positive, sign};
 use crate::Real;
-use crate::law::{Act, Acting, Clock, Site, Spec, take};
+use crate::law::{Clock, EffectLaw, EffectTarget, LawSetup, Spec, take};
 
 pub(crate) static SPEC: Spec = Spec {
     kind: "sensor_play",
     effect: "sensor_play",
-    summary: "the reading follows the wrench with play (backlash, hysteresis)",
+    summary: "the force reading follows the wrench with play (backlash, hysteresis)",
     source: "the play operator and its inverse: Krasnosel'skiĭ, Pokrovskiĭ 1989; Tao, Kokotović 1996",
-    acting: Acting::Instrument,
-    dissipative: false,
-    loads: false,
-    inner: &[],
+    target: EffectTarget::Instrument,
+    is_dissipative: false,
+    changes_mass: false,
+    inner_states: &[],
     params: &[
-        positive("force", "N", 1e4, (4.0, 1.0), "width of the play of either force axis").any_of(),
-        positive("torque", "N·m", 1e4, (0.4, 1.0), "width of the play of torque_z").any_of().planar(),
+        positive("force", "N", 1e4, (4.0, 1.0), "width of the play of both force axes").alternative(),
+        positive("torque", "N·m", 1e4, (0.4, 1.0), "width of the play of torque_z").alternative().planar(),
     ],
     neutral: &[("force", 0.0), ("torque", 0.0)],
-    sentence: "The reading follows the wrench with a play of {force} and {torque} (width).",
-    probe: "load the sensor slowly up and down again with known weights: the two curves lie apart by the play",
+    sentence: "The force reading follows the wrench with play of width {force} (force) and {torque} (torque).",
+    suggested_push: "load and unload the sensor slowly with known weights: the two curves differ by the play",
 };
 
-/// Time in which a reading that crosses the whole play counts as moving, s.
-const CROSSING: f64 = 0.5;
+/// Time in which a reading must cross the play to count as changing, s.
+const CROSSING_TIME_S: f64 = 0.5;
 
-/// The law in place.
+/// Law with its parameters.
 #[derive(Clone, Debug)]
 pub struct SensorPlay<T> {
     width: [T; 3],
 }
 
-impl<T: Real> Act<T> for SensorPlay<T> {
-    const SAME_EVERYWHERE: bool = true;
-    const FOLLOWS_TREND: bool = true;
+impl<T: Real> EffectLaw<T> for SensorPlay<T> {
+    const IS_POSE_INVARIANT: bool = true;
+    const USES_TREND: bool = true;
 
-    fn new(values: &[T], _site: &Site<'_, T>) -> Self {
+    fn new(values: &[T], _site: &LawSetup<'_, T>) -> Self {
         let [force, torque] = take(values);
         Self { width: [force, force, torque] }
     }
@@ -56,6 +57,6 @@ impl<T: Real> Act<T> for SensorPlay<T> {
 
 impl<T: Real> SensorPlay<T> {
     fn sign(&self, k: usize, clock: Clock) -> T {
-        sign(T::lift(clock.trend[k]), clock.noise[1][k], self.width[k] / CROSSING)
+        sign(T::lift(clock.trend[k]), clock.noise[1][k], self.width[k] / CROSSING_TIME_S)
     }
 }

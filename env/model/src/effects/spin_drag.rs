@@ -1,43 +1,44 @@
-//! More viscous wheels than one.
+//! Additional viscous wheels.
 //!
-//! Any number of viscous wheels is one symmetric positive semidefinite damping matrix, and any such matrix is
-//! that of one wheel and a pure damping of the spin: where each of several wheels stands is not in the motion.
+//! Any number of viscous wheels is equivalent to one symmetric positive semidefinite damping matrix. Any such matrix is
+//! that of one wheel and a pure spin damping. The positions of several wheels are therefore not identifiable.
 
 use super::positive;
 use crate::Real;
-use crate::law::{Act, Acting, Action, Site, Situation, Spec, take};
+use crate::law::{EffectLaw, EffectTarget, GeneralisedForce, LawContext, LawSetup, Spec, take};
 
 pub(crate) static SPEC: Spec = Spec {
     kind: "spin_drag",
     effect: "second_wheel",
-    summary: "what further viscous wheels add to the first: a turn on the spot is braked too",
-    source: "the damping matrix of viscous wheels is 3×3 and symmetric; one wheel has rank two",
-    acting: Acting::Object,
-    dissipative: true,
-    loads: false,
-    inner: &[],
+    summary: "additional viscous wheels, represented by a damping of the spin",
+    source: "the damping matrix of viscous wheels is symmetric 3×3; that of one wheel has rank two",
+    target: EffectTarget::Object,
+    is_dissipative: true,
+    changes_mass: false,
+    inner_states: &[],
     params: &[positive("spin", "N·m·s", 1e6, (5.0, 2.0), "damping of the spin").planar()],
     neutral: &[("spin", 0.0)],
-    sentence: "More than one wheel resists: beside the one wheel that stands for them all, turning is braked by {spin}. Where each wheel stands is not in these data.",
-    probe: "turn the object on the spot about the wheel that was found: one wheel does not resist that, two do",
+    sentence: "More than one wheel resists: in addition to one equivalent wheel, the spin is damped by {spin}. The \
+        data do not identify the position of each wheel.",
+    suggested_push: "rotate the object about the equivalent wheel: one wheel does not resist this rotation, two do",
 };
 
-/// The law in place.
+/// Law with its parameters.
 #[derive(Clone, Debug)]
 pub struct SpinDrag<T> {
     spin: T,
 }
 
-impl<T: Real> Act<T> for SpinDrag<T> {
-    const SAME_EVERYWHERE: bool = true;
+impl<T: Real> EffectLaw<T> for SpinDrag<T> {
+    const IS_POSE_INVARIANT: bool = true;
 
-    fn new(values: &[T], _site: &Site<'_, T>) -> Self {
+    fn new(values: &[T], _site: &LawSetup<'_, T>) -> Self {
         let [spin] = take(values);
         Self { spin }
     }
 
     #[inline]
-    fn act(&self, _at: &Situation<'_, T>, sum: &mut Action<T>) {
-        sum.drag[5] += self.spin;
+    fn add_force(&self, _at: &LawContext<'_, T>, sum: &mut GeneralisedForce<T>) {
+        sum.damping[5] += self.spin;
     }
 }

@@ -1,44 +1,44 @@
-//! Viscous friction under the whole body: a felt, a film, a carpet; alike in every direction.
+//! Isotropic viscous friction under the whole body: felt, a lubricant film, a carpet.
 
 use super::{positive, spread, spread_out};
 use crate::Real;
-use crate::law::{Act, Acting, Action, Site, Spec, take};
+use crate::law::{EffectLaw, EffectTarget, GeneralisedForce, LawSetup, Spec, take};
 
 pub(crate) static SPEC: Spec = Spec {
     kind: "support_drag",
     effect: "support_drag",
-    summary: "viscous friction under the whole body, shared by its support points",
-    source: "the viscous limit of Goyal, Ruina, Papadopoulos 1991",
-    acting: Acting::Object,
-    dissipative: true,
-    loads: false,
-    inner: &[],
+    summary: "viscous friction under the whole body, distributed over its support points",
+    source: "viscous limit of Goyal, Ruina, Papadopoulos 1991",
+    target: EffectTarget::Object,
+    is_dissipative: true,
+    changes_mass: false,
+    inner_states: &[],
     params: &[positive("mu", "N·s/m", 1e6, (30.0, 2.0), "viscous friction of the whole body"), spread()],
     neutral: &[("mu", 0.0)],
     sentence: "Viscous friction of {mu} acts under the whole body.",
-    probe: "repeat one push slowly and fast, and once turning on the spot",
+    suggested_push: "repeat a push slowly and fast, and rotate the object on the spot once",
 };
 
-/// The law in place: its drag on the body, which no state changes.
+/// Law with its parameters: a constant damping matrix of the body.
 #[derive(Clone, Debug)]
 pub struct SupportDrag<T> {
-    drag: Action<T>,
+    damping: GeneralisedForce<T>,
 }
 
-impl<T: Real> Act<T> for SupportDrag<T> {
-    const SAME_EVERYWHERE: bool = true;
+impl<T: Real> EffectLaw<T> for SupportDrag<T> {
+    const IS_POSE_INVARIANT: bool = true;
 
-    fn new(values: &[T], site: &Site<'_, T>) -> Self {
+    fn new(values: &[T], site: &LawSetup<'_, T>) -> Self {
         let [mu, spread] = take(values);
-        let mut drag = Action::none();
+        let mut damping = GeneralisedForce::zero();
         for (point, share) in spread_out(site.body, spread) {
-            drag.brake_at(point, mu * share);
+            damping.add_isotropic_damping_at(point, mu * share);
         }
-        Self { drag }
+        Self { damping }
     }
 
     #[inline]
-    fn steady(&self) -> Option<&Action<T>> {
-        Some(&self.drag)
+    fn constant_force(&self) -> Option<&GeneralisedForce<T>> {
+        Some(&self.damping)
     }
 }

@@ -1,27 +1,25 @@
-//! A prior file held against a model.
+//! Application of a prior file to a model.
 
-use super::near::hint;
-use super::{Belief, Distribution, Entry, PriorFile};
+use super::spelling::hint;
+use super::{Distribution, Entry, PriorFile, TruncatedPrior};
 use crate::law::Prior;
 use crate::{Model, ModelError, Slot};
 
-/// A distribution whose centre lies further than this many standard deviations from its support
-/// has none of its probability there.
-const FARTHEST: f64 = 6.0;
+/// Largest distance, in standard deviations, between the centre of a distribution and its support. Beyond it the
+/// support has practically no probability.
+const MAX_CENTRE_DISTANCE_SD: f64 = 6.0;
 
 impl PriorFile {
-    /// The model with these priors: values that are fixed are given, the others are believed so.
-    ///
-    /// A refinement (a parameter that is left at its simple value when a model leaves it out) for
-    /// which there is a prior becomes free.
+    /// Copy of the model with these priors; a `fixed` distribution sets the value. A refinement with a prior becomes
+    /// free.
     ///
     /// # Errors
-    /// Names the file, the parameter, the value and the remedy where the model has no such
-    /// parameter, gives it a value, or a prior reaches beyond the legal values.
+    /// When the model has no such parameter or already fixes it, or when a prior exceeds the bounds. The message names
+    /// the file, the parameter, the value and the remedy.
     pub fn apply(&self, model: &Model) -> Result<Model, ModelError> {
         let mut model = model.clone();
         for entry in &self.entries {
-            self.enter(&mut model, entry).map_err(|problem| ModelError::Prior {
+            self.apply_entry(&mut model, entry).map_err(|problem| ModelError::Prior {
                 file: self.source.clone(),
                 place: entry.slot.clone(),
                 problem,
@@ -30,7 +28,7 @@ impl PriorFile {
         Ok(model)
     }
 
-    fn enter(&self, model: &mut Model, entry: &Entry) -> Result<(), String> {
+    fn apply_entry(&self, model: &mut Model, entry: &Entry) -> Result<(), String> {
         model.free_refinement(&entry.slot);
         let slots = model.slots();
         let Some((index, slot)) = slots.iter().enumerate().find(|(_, s)| s.name == entry.slot) else {
@@ -38,92 +36,102 @@ impl PriorFile {
             return Err(format!("the model has no such parameter: {}", hint(&entry.slot, &known)));
         };
         if let Some(value) = slot.value {
-            let remedy = "remove the prior, or leave the value out of the model or recording";
+            let remedy = "remove the prior, or remove the value from the model or recording";
             return Err(format!("is given as {value} {}: {remedy}", slot.unit));
         }
         match entry.distribution {
             None => {}
             Some(Distribution::Fixed { value }) => {
-                legal(slot, "value", value)?;
-                model.give(index, value);
+                check_bounds(slot, "value", value)?;
+                model.set_value(index, value);
             }
             Some(distribution) => {
-                model.priors.insert(entry.slot.clone(), belief(slot, distribution)?);
+                model.priors.insert(entry.slot.clone(), truncated(slot, distribution)?);
             }
         }
         Ok(())
     }
 }
 
-/// The distribution with its ends, checked against what is legal for the slot.
-fn belief(slot: &Slot, distribution: Distribution) -> Result<Belief, String> {
+/// Truncated prior of a distribution, checked against the bounds of the slot.
+fn truncated(slot: &Slot, distribution: Distribution) -> Result<TruncatedPrior, String> {
     let cut = |prior, low: Option<f64>, high: Option<f64>| {
         let (lower, upper) = (low.unwrap_or(slot.lower), high.unwrap_or(slot.upper));
-        legal(slot, "low", lower)?;
-        legal(slot, "high", upper)?;
+        check_bounds(slot, "low", lower)?;
+        check_bounds(slot, "high", upper)?;
         if lower >= upper {
             return Err(format!("low = {lower}, high = {upper}: low must be less than high"));
         }
-        Ok(Belief { prior, lower, upper })
+        Ok(TruncatedPrior { prior, lower, upper })
     };
     match distribution {
         Distribution::Normal { mean, sd, low, high } => {
-            legal(slot, "mean", mean)?;
-            let belief = cut(Prior::Normal { mean, sd }, low, high)?;
-            reachable("mean", mean, [(belief.lower - mean) / sd, (mean - belief.upper) / sd], &belief)
+            check_bounds(slot, "mean", mean)?;
+            let truncated = cut(Prior::Normal { mean, sd }, low, high)?;
+            check_centre(
+                "mean",
+                mean,
+                [(truncated.lower - mean) / sd, (mean - truncated.upper) / sd],
+                &truncated,
+            )
         }
         Distribution::LogNormal { median, sd, low, high } => {
             if median <= 0.0 {
                 return Err(format!("median = {median}: a log-normal median must be positive"));
             }
-            legal(slot, "median", median)?;
+            check_bounds(slot, "median", median)?;
             let low = low.or(Some(slot.lower.max(0.0)));
-            let belief = cut(Prior::LogNormal { median, sd }, low, high)?;
-            if belief.lower < 0.0 {
-                return Err(format!("low = {}: log-normal values are positive", belief.lower));
+            let truncated = cut(Prior::LogNormal { median, sd }, low, high)?;
+            if truncated.lower < 0.0 {
+                return Err(format!("low = {}: log-normal values are positive", truncated.lower));
             }
-            let away = [(belief.lower / median).ln() / sd, (median / belief.upper).ln() / sd];
-            reachable("median", median, away, &belief)
+            let away = [(truncated.lower / median).ln() / sd, (median / truncated.upper).ln() / sd];
+            check_centre("median", median, away, &truncated)
         }
         Distribution::Uniform { low, high } => {
-            let belief = cut(Prior::Uniform, Some(low), Some(high))?;
+            let truncated = cut(Prior::Uniform, Some(low), Some(high))?;
             match slot.prior {
                 Prior::Angle(period) if high - low > period * (1.0 + 1e-9) => Err(format!(
-                    "low = {low}, high = {high}: more than the period {period:.5} rad; for all of it \
+                    "low = {low}, high = {high}: exceeds the period {period:.5} rad; for the full circle \
                      write distribution = \"angle\""
                 )),
-                _ => Ok(belief),
+                _ => Ok(truncated),
             }
         }
         Distribution::OnBody => match slot.prior {
             Prior::OnBody(_) => cut(slot.prior, None, None),
-            _ => Err(format!("is no place on the body ({}): on_body is for positions", slot.unit)),
+            _ => Err(format!("is not a position on the body ({}): on_body requires a position", slot.unit)),
         },
         Distribution::Angle => match slot.prior {
             Prior::Angle(_) => cut(slot.prior, None, None),
-            _ => Err(format!("is no angle ({}): angle is for directions", slot.unit)),
+            _ => Err(format!("is not an angle ({}): angle requires a direction", slot.unit)),
         },
         Distribution::Fixed { .. } => cut(slot.prior, None, None),
     }
 }
 
-/// Whether a distribution whose centre is so many standard deviations short of its support, and
-/// beyond it, has probability there.
-fn reachable(what: &str, centre: f64, away: [f64; 2], belief: &Belief) -> Result<Belief, String> {
-    let Belief { lower, upper, .. } = belief;
-    match away.into_iter().find(|sds| *sds > FARTHEST) {
+/// Check that a distribution has probability on its support. `away`: distances of its centre below and above the
+/// support, in standard deviations.
+fn check_centre(
+    what: &str,
+    centre: f64,
+    away: [f64; 2],
+    truncated: &TruncatedPrior,
+) -> Result<TruncatedPrior, String> {
+    let TruncatedPrior { lower, upper, .. } = truncated;
+    match away.into_iter().find(|sds| *sds > MAX_CENTRE_DISTANCE_SD) {
         Some(sds) => Err(format!(
-            "{what} = {centre} lies {sds:.1} standard deviations outside of [{lower}, {upper}]: \
+            "{what} = {centre} lies {sds:.1} standard deviations outside [{lower}, {upper}]: \
              widen sd, or move the {what}"
         )),
-        None => Ok(*belief),
+        None => Ok(*truncated),
     }
 }
 
-fn legal(slot: &Slot, what: &str, value: f64) -> Result<(), String> {
+fn check_bounds(slot: &Slot, what: &str, value: f64) -> Result<(), String> {
     let Slot { lower, upper, unit, .. } = slot;
     if (*lower..=*upper).contains(&value) {
         return Ok(());
     }
-    Err(format!("{what} = {value}: legal values are in [{lower}, {upper}] {unit}"))
+    Err(format!("{what} = {value}: must be in [{lower}, {upper}] {unit}"))
 }

@@ -1,5 +1,4 @@
-//! What is believed of parameters before the data, other than what the catalogue says: a file of
-//! tables, one entry a parameter.
+//! Prior files: distributions that replace the priors of the catalogue, one entry per parameter.
 //!
 //! ```toml
 //! [body]
@@ -11,27 +10,27 @@
 //! ```
 
 mod apply;
-mod near;
 mod read;
+mod spelling;
 
 use crate::law::Prior;
 use std::collections::BTreeSet;
 
-/// A prior that replaces the catalogue's: a distribution cut off at the ends of its support.
+/// A prior that replaces the one of the catalogue: a distribution truncated to an interval.
 #[derive(Clone, Copy, Debug, PartialEq)]
-pub struct Belief {
+pub struct TruncatedPrior {
     /// The distribution.
     pub prior: Prior,
-    /// Smallest value that it allows.
+    /// Lower end of the support.
     pub lower: f64,
-    /// Largest value that it allows.
+    /// Upper end of the support.
     pub upper: f64,
 }
 
-impl Belief {
-    /// The same of a value in units that are `1 / size` as large.
+impl TruncatedPrior {
+    /// The same prior for a value in a unit that is `1 / size` as large.
     #[must_use]
-    pub fn resized(&self, size: f64) -> Self {
+    pub fn rescaled(&self, size: f64) -> Self {
         let prior = match self.prior {
             Prior::Normal { mean, sd } => Prior::Normal { mean: mean * size, sd: sd * size },
             Prior::LogNormal { median, sd } => Prior::LogNormal { median: median * size, sd },
@@ -41,25 +40,25 @@ impl Belief {
     }
 }
 
-/// A file of priors, read but not yet held against a model.
+/// A parsed prior file, not yet applied to a model.
 #[derive(Clone, Debug, PartialEq)]
 pub struct PriorFile {
-    /// Its name, for messages.
+    /// File name, for messages.
     source: String,
     entries: Vec<Entry>,
 }
 
-/// One parameter's entry.
+/// Entry of one parameter.
 #[derive(Clone, Debug, PartialEq)]
 struct Entry {
     /// Name as in [`crate::Slot::name`]: table and key.
     slot: String,
-    /// `None`: the distribution is the catalogue's.
+    /// `None`: the prior of the catalogue applies.
     distribution: Option<Distribution>,
     per_episode: bool,
 }
 
-/// A distribution as it is written; ends of the support that are left out are the legal ones.
+/// A distribution as written in the file. Omitted ends of the support are the bounds of the parameter.
 #[derive(Clone, Copy, Debug, PartialEq)]
 enum Distribution {
     Normal { mean: f64, sd: f64, low: Option<f64>, high: Option<f64> },
@@ -71,7 +70,7 @@ enum Distribution {
 }
 
 impl PriorFile {
-    /// Names of the parameters that each episode has its own of (`scope = "episode"`).
+    /// Names of the parameters with a separate value for each episode (`scope = "episode"`).
     pub fn per_episode(&self) -> BTreeSet<String> {
         self.entries.iter().filter(|e| e.per_episode).map(|e| e.slot.clone()).collect()
     }

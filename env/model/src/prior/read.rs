@@ -1,6 +1,6 @@
-//! The text of a prior file.
+//! Parser of prior files.
 
-use super::near::hint;
+use super::spelling::hint;
 use super::{Distribution, Entry, PriorFile};
 use crate::ModelError;
 use toml::{Table, Value};
@@ -10,10 +10,10 @@ const FORMAT: &str = "trundle-prior/1";
 const DISTRIBUTIONS: [&str; 6] = ["normal", "log_normal", "uniform", "on_body", "angle", "fixed"];
 
 impl PriorFile {
-    /// Read the text of a prior file; `source` is its name in messages.
+    /// Parse the text of a prior file; `source` is the file name for messages.
     ///
     /// # Errors
-    /// Names the file, the entry, and what is unknown, missing or not a number.
+    /// Names the file, the entry, and the value that is unknown, missing or not a number.
     pub fn from_toml(text: &str, source: &str) -> Result<Self, ModelError> {
         let bad =
             |place: &str, problem| ModelError::Prior { file: source.into(), place: place.into(), problem };
@@ -30,10 +30,10 @@ impl PriorFile {
                 }
                 Value::String(format) if name == "format" && format == FORMAT => {}
                 value if name == "format" => {
-                    return Err(bad(name, format!("{value}: this reader knows \"{FORMAT}\"")));
+                    return Err(bad(name, format!("{value}: must be \"{FORMAT}\"")));
                 }
                 _ => {
-                    let remedy = "priors stand in tables by effect, as `[body]` with `mass = { … }`";
+                    let remedy = "group priors in tables by effect, such as `[body]` with `mass = { … }`";
                     return Err(bad(name, format!("is not a table: {remedy}")));
                 }
             }
@@ -51,11 +51,11 @@ fn entry(slot: &str, value: &Value) -> Result<Entry, String> {
     let per_episode = match table.get("scope").map(|scope| (scope.as_str(), scope)) {
         None | Some((Some("all"), _)) => false,
         Some((Some("episode"), _)) => true,
-        Some((_, other)) => return Err(format!("scope = {other}: known are \"all\" and \"episode\"")),
+        Some((_, other)) => return Err(format!("scope = {other}: must be \"all\" or \"episode\"")),
     };
     let distribution = match table.get("distribution") {
         None if per_episode => {
-            only(table, &[])?;
+            check_keys(table, &[])?;
             None
         }
         None => return Err(format!("has no `distribution`: {}", hint("", &DISTRIBUTIONS))),
@@ -63,15 +63,16 @@ fn entry(slot: &str, value: &Value) -> Result<Entry, String> {
         Some(other) => return Err(format!("distribution = {other}: {}", hint("", &DISTRIBUTIONS))),
     };
     if per_episode && matches!(distribution, Some(Distribution::Fixed { .. })) {
-        return Err("is fixed, and so the same in every episode: leave out `scope`".to_owned());
+        return Err("is fixed and therefore the same in every episode: remove `scope`".to_owned());
     }
     Ok(Entry { slot: slot.to_owned(), distribution, per_episode })
 }
 
 fn distribution(name: &str, table: &Table) -> Result<Distribution, String> {
-    let [must, may] = fields(name)?;
-    only(table, &[must, may].concat())?;
-    let number = |key: &str| optional(table, key)?.ok_or_else(|| format!("has no `{key}`: {name} needs it"));
+    let [must, may] = distribution_keys(name)?;
+    check_keys(table, &[must, may].concat())?;
+    let number =
+        |key: &str| optional_number(table, key)?.ok_or_else(|| format!("has no `{key}`: {name} needs it"));
     Ok(match name {
         "normal" | "log_normal" => {
             let sd = number("sd")?;
@@ -80,7 +81,7 @@ fn distribution(name: &str, table: &Table) -> Result<Distribution, String> {
                     "sd = {sd}: must be positive; fix a value with distribution = \"fixed\""
                 ));
             }
-            let (low, high) = (optional(table, "low")?, optional(table, "high")?);
+            let (low, high) = (optional_number(table, "low")?, optional_number(table, "high")?);
             match name {
                 "normal" => Distribution::Normal { mean: number("mean")?, sd, low, high },
                 _ => Distribution::LogNormal { median: number("median")?, sd, low, high },
@@ -93,8 +94,8 @@ fn distribution(name: &str, table: &Table) -> Result<Distribution, String> {
     })
 }
 
-/// The keys that a distribution must have, and those that it may have.
-fn fields(name: &str) -> Result<[&'static [&'static str]; 2], String> {
+/// Required and optional keys of a distribution.
+fn distribution_keys(name: &str) -> Result<[&'static [&'static str]; 2], String> {
     Ok(match name {
         "normal" => [&["mean", "sd"], &["low", "high"]],
         "log_normal" => [&["median", "sd"], &["low", "high"]],
@@ -105,7 +106,7 @@ fn fields(name: &str) -> Result<[&'static [&'static str]; 2], String> {
     })
 }
 
-fn only(table: &Table, known: &[&str]) -> Result<(), String> {
+fn check_keys(table: &Table, known: &[&str]) -> Result<(), String> {
     let known = [&["distribution", "scope"], known].concat();
     match table.keys().find(|key| !known.contains(&key.as_str())) {
         Some(key) => Err(format!("unknown key `{key}`: {}", hint(key, &known))),
@@ -113,7 +114,7 @@ fn only(table: &Table, known: &[&str]) -> Result<(), String> {
     }
 }
 
-fn optional(table: &Table, key: &str) -> Result<Option<f64>, String> {
+fn optional_number(table: &Table, key: &str) -> Result<Option<f64>, String> {
     let Some(value) = table.get(key) else { return Ok(None) };
     let number = value.as_float().or_else(|| value.as_integer().map(|n| n as f64));
     match number.filter(|n| n.is_finite()) {

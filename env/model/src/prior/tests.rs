@@ -15,7 +15,7 @@ fn slot(model: &Model, name: &str) -> crate::Slot {
 }
 
 #[test]
-fn every_distribution_arrives_at_its_slot() {
+fn every_distribution_sets_the_prior_of_its_slot() {
     let text = r#"
 format = "trundle-prior/1"
 [body]
@@ -43,13 +43,13 @@ force = { scope = "episode" }
 }
 
 #[test]
-fn a_fixed_mass_is_the_bodys() {
+fn a_fixed_mass_sets_the_mass_of_the_body() {
     let model = applied("[body]\nmass = { distribution = \"fixed\", value = 30 }").unwrap();
     assert_eq!((model.mass, model.body.mass), (Some(30.0), 30.0));
 }
 
 #[test]
-fn a_prior_sets_a_refinement_free() {
+fn a_prior_frees_a_refinement() {
     let name = "coulomb_friction.static_force";
     assert!(slot(&model(), name).value.is_some());
     let text = "[coulomb_friction]\nstatic_force = { distribution = \"log_normal\", median = 2, sd = 1 }";
@@ -57,7 +57,7 @@ fn a_prior_sets_a_refinement_free() {
 }
 
 #[test]
-fn what_is_wrong_is_named_with_its_remedy() {
+fn errors_name_value_and_remedy() {
     for (text, words) in [
         ("[body]\nmas = { distribution = \"angle\" }", vec!["body.mas", "did you mean `body.mass`"]),
         ("[wheel]\nx = { distribution = \"on_body\" }", vec!["wheel.x", "no such", "coulomb_friction.force"]),
@@ -101,8 +101,8 @@ fn what_is_wrong_is_named_with_its_remedy() {
             "[body]\nmass = { distribution = \"fixed\", value = 3, scope = \"episode\" }",
             vec!["scope", "fixed"],
         ),
-        ("[body]\nmass = { distribution = \"on_body\" }", vec!["no place", "kg"]),
-        ("[body]\nmass = { distribution = \"angle\" }", vec!["no angle", "kg"]),
+        ("[body]\nmass = { distribution = \"on_body\" }", vec!["not a position", "kg"]),
+        ("[body]\nmass = { distribution = \"angle\" }", vec!["not an angle", "kg"]),
         ("[body]\nmass = { scope = \"push\" }", vec!["scope = \"push\"", "episode"]),
         ("[body]\nmass = {}", vec!["distribution", "log_normal"]),
         ("[body]\nmass = 20", vec!["body.mass", "is 20", "fixed"]),
@@ -121,13 +121,13 @@ fn what_is_wrong_is_named_with_its_remedy() {
         let message = applied(text).unwrap_err().to_string();
         assert!(message.starts_with("my.toml: "), "{message}");
         for word in words {
-            assert!(message.contains(word), "{message} should say {word}");
+            assert!(message.contains(word), "{message} should contain {word}");
         }
     }
 }
 
 #[test]
-fn a_value_that_is_given_takes_no_prior() {
+fn a_given_value_rejects_a_prior() {
     let given = Model { mass: Some(22.0), ..model() };
     let file = PriorFile::from_toml("[body]\nmass = { distribution = \"uniform\", low = 1, high = 2 }", "p");
     let message = file.unwrap().apply(&given).unwrap_err().to_string();

@@ -1,21 +1,22 @@
-//! Random steps of every kind of effect.
+//! Random test cases for every kind of effect.
 
 use proptest::prelude::*;
 use proptest::test_runner::{Config, RngAlgorithm, TestRng, TestRunner};
 use trundle_model::{
-    Action, Body, Clock, Effect, INNER, Kind, Lags, Model, Param, Plant, Prior, Real, State,
+    Body, Clock, Effect, GeneralisedForce, Kind, Lags, MAX_INNER_STATES, Model, Param, Plant, Prior, Real,
+    State,
 };
 
-/// Pose, twist, and the law's own states.
-pub const STATE: usize = 6 + INNER;
-/// Derivative columns: the state, the mass and up to ten parameters.
+/// Number of state variables: pose, twist and inner states.
+pub const STATE: usize = 6 + MAX_INNER_STATES;
+/// Number of derivatives: the state, the mass and up to ten parameters.
 pub const COLUMNS: usize = STATE + 11;
 pub const DT: f64 = 2e-3;
 pub const DRAWS: usize = 10;
-/// Random cases for each kind.
+/// Number of random cases per kind.
 pub const CASES: usize = 64;
 
-/// Everything random about one step; the draws become parameter values by their priors.
+/// Random inputs of one step. `draws` are uniform and are mapped to parameter values by their priors.
 #[derive(Clone, Debug)]
 pub struct Case {
     pub draws: Vec<f64>,
@@ -44,14 +45,14 @@ pub fn cases() -> impl Strategy<Value = Case> {
     let grasp = [-0.6..0.8f64, -0.5..0.4];
     (draws, state, applied, 0.0..5.0f64, grasp).prop_map(|(draws, state, applied, since_contact, grasp)| {
         let t = since_contact + 0.4;
-        // As fast as a reading changes, so that no law that looks at it is silent.
+        // A trend large enough that every law that uses it has an effect.
         let trend = applied.map(|a| 5.0 * a);
         let clock = Clock { t, dt: DT, grasp, trend, ..Clock::since_contact(since_contact) };
         Case { draws, state, applied, clock }
     })
 }
 
-/// Run `check` on the same random cases for every kind.
+/// Run `check` for every kind on the same random cases.
 pub fn for_every_kind(check: impl Fn(Kind, &Case) -> Result<(), TestCaseError>) {
     for &kind in Kind::ALL {
         let config = Config { cases: CASES as u32, failure_persistence: None, ..Config::default() };
@@ -61,24 +62,23 @@ pub fn for_every_kind(check: impl Fn(Kind, &Case) -> Result<(), TestCaseError>) 
     }
 }
 
-/// The same table with the effect.
+/// The table of [`bare`] with the effect.
 pub fn model(kind: Kind) -> Model {
     bare(kind).with(Effect::free(kind))
 }
 
-/// A table whose mass centre lies off the origin, so that no term vanishes by symmetry; on a wheel where the effect is
-/// something that happens to one.
+/// A table with an offset mass centre, so that no term vanishes by symmetry. It has a wheel if the effect modifies one.
 pub fn bare(kind: Kind) -> Model {
     let body = Body::from_footprint(&[[-0.5, -0.4], [0.7, -0.4], [0.7, 0.3], [-0.5, 0.3]], 22.0).unwrap();
     let effects = if kind == Kind::WheelEvent { vec![wheel()] } else { vec![] };
-    Model { body, mass: Some(22.0), dof: [true; 3], effects, priors: Default::default(), unnamed: None }
+    Model { body, mass: Some(22.0), dof: [true; 3], effects, priors: Default::default(), discrepancy: None }
 }
 
 pub fn wheel() -> Effect {
     Effect { kind: Kind::ViscousWheel, values: [-0.4, -0.3, 0.2, 15.0, 180.0].map(Some).to_vec() }
 }
 
-/// An event lies before the step, or well within it, so that its time has a slope.
+/// Parameter value for a uniform draw `u`. Events lie before the step or well within it, so that the time has a derivative.
 pub fn draw(param: &Param, body: &Body, clock: Clock, u: f64) -> f64 {
     let symmetric = 2.0 * u - 1.0;
     if param.role.is_choice() {
@@ -100,7 +100,7 @@ pub fn draw(param: &Param, body: &Body, clock: Clock, u: f64) -> f64 {
     value.clamp(param.lower, param.upper)
 }
 
-/// Mass and what is given beside the effect, then its parameters as drawn; places in the room within reach of the body.
+/// Values of all slots: given values, then drawn parameters of the effect. World points are drawn near the body.
 pub fn values(kind: Kind, case: &Case) -> Vec<f64> {
     let bare = bare(kind);
     let (body, given) = (&bare.body, bare.slots().into_iter().map(|slot| slot.value.unwrap()));
@@ -117,7 +117,7 @@ pub fn values(kind: Kind, case: &Case) -> Vec<f64> {
     given.chain(drawn).collect()
 }
 
-/// Coordinates of a place in the room, of laws that act near it only.
+/// Names of the world coordinates of laws that act only near a point.
 pub fn places(kind: Kind) -> Option<[&'static str; 2]> {
     match kind {
         Kind::FloorPatch | Kind::ObstacleContact => Some(["x", "y"]),
@@ -126,17 +126,17 @@ pub fn places(kind: Kind) -> Option<[&'static str; 2]> {
     }
 }
 
-/// Whether a law acts at some places or readings only: on a stretch of floor, while taut, at the end of a range.
+/// Whether a law acts only at some positions or readings.
 pub fn is_local(kind: Kind) -> bool {
     matches!(kind, Kind::Doorsill | Kind::Saturation) || places(kind).is_some()
 }
 
-/// Whether a law bends within a creep of zero speed along one direction alone, which a small turn crosses.
-pub fn bends(kind: Kind) -> bool {
+/// Whether a law is strongly curved near zero speed along one direction, so that differences need smaller steps.
+pub fn is_sharply_curved(kind: Kind) -> bool {
     matches!(kind, Kind::AxisFriction | Kind::BodyAxisFriction)
 }
 
-/// The same with the neutral values in place, refinements left out.
+/// [`values`] with neutral values and default refinements.
 pub fn neutral(kind: Kind, case: &Case) -> Vec<f64> {
     let spec = kind.spec();
     let (mut values, com) = (values(kind, case), bare(kind).body.com);
@@ -162,7 +162,7 @@ pub fn flat<T: Real>(state: &State<T>) -> [T; STATE] {
     std::array::from_fn(|k| all[k])
 }
 
-/// The state after a step under the reading, corrected first, how late the reading is, and the lags.
+/// State after a step under the corrected reading, the delay and the lags.
 pub fn outcome<T: Real>(plant: &Plant<T>, flat_state: &[T], case: &Case) -> [T; STATE + 3] {
     let applied = plant.correct(case.applied.map(T::lift), case.clock);
     let after = flat(&plant.step(&state(flat_state), applied, case.clock, DT));
@@ -172,11 +172,11 @@ pub fn outcome<T: Real>(plant: &Plant<T>, flat_state: &[T], case: &Case) -> [T; 
     std::array::from_fn(|k| after.get(k).copied().unwrap_or_else(|| timing[k - STATE]))
 }
 
-/// What of an outcome a recording shows: poses, twists, delay and lags, not the laws' own states.
+/// Observable part of an outcome: pose, twist, delay and lags, without inner states.
 pub fn shown(outcome: [f64; STATE + 3]) -> [f64; 9] {
     std::array::from_fn(|k| if k < 6 { outcome[k] } else { outcome[STATE + k - 6] })
 }
 
-pub fn action(kind: Kind, case: &Case) -> Action<f64> {
-    model(kind).plant(&values(kind, case)).unwrap().action(&state(&case.state), case.clock)
+pub fn force(kind: Kind, case: &Case) -> GeneralisedForce<f64> {
+    model(kind).plant(&values(kind, case)).unwrap().generalised_force(&state(&case.state), case.clock)
 }

@@ -1,4 +1,4 @@
-//! Walks the catalogue, so that a new effect is tested on arrival.
+//! Tests of every effect in the catalogue. New effects are covered automatically.
 
 #![allow(clippy::unwrap_used)]
 
@@ -9,7 +9,9 @@ use nalgebra::{Matrix3, SymmetricEigen};
 use proptest::prelude::*;
 use std::cell::RefCell;
 use std::collections::{BTreeMap, BTreeSet};
-use trundle_model::{Acting, Action, Clock, Dual, Kind, Param, Prior, Rigid, catalogue, to_body};
+use trundle_model::{
+    Clock, Dual, EffectTarget, GeneralisedForce, Kind, Param, Prior, Rigid, catalogue, to_body,
+};
 
 #[test]
 fn every_entry_is_complete() {
@@ -26,17 +28,17 @@ fn every_entry_is_complete() {
         ] {
             assert!(!text.trim().is_empty(), "{kind}: no {what}");
         }
-        assert!(spec.sentence.ends_with('.'), "{kind}: the sentence has no end");
+        assert!(spec.sentence.ends_with('.'), "{kind}: the sentence must end with a full stop");
         let names: BTreeSet<_> = spec.params.iter().map(|p| p.name).collect();
         assert_eq!(names.len(), spec.params.len(), "{kind}: two parameters share a name");
         assert!(spec.params.len() <= DRAWS, "{kind}: widen this test");
         for placeholder in placeholders(spec.sentence) {
-            assert!(names.contains(placeholder), "{kind}: `{{{placeholder}}}` is no parameter");
+            assert!(names.contains(placeholder), "{kind}: `{{{placeholder}}}` is not a parameter");
         }
     }
 }
 
-/// The names in braces.
+/// Names in braces.
 fn placeholders(sentence: &str) -> impl Iterator<Item = &str> {
     sentence.split('{').skip(1).filter_map(|rest| rest.split('}').next())
 }
@@ -68,10 +70,10 @@ fn every_parameter_has_a_unit_bounds_and_a_prior_inside_them() {
 #[test]
 fn every_neutral_value_belongs_to_a_parameter_and_is_legal() {
     for spec in catalogue() {
-        assert!(!spec.neutral.is_empty(), "{}: nothing makes it vanish", spec.kind);
+        assert!(!spec.neutral.is_empty(), "{}: no neutral values", spec.kind);
         for (name, value) in spec.neutral {
             let param = spec.params.iter().find(|p| p.name == *name);
-            // The body's own mass centre lies on the body.
+            // The mass centre of the body lies within the bounds.
             let legal = |p: &Param| {
                 (p.lower..=p.upper).contains(value) || matches!(p.prior, Prior::OnBody(_)) && value.is_nan()
             };
@@ -120,10 +122,10 @@ fn gradients_of_a_step_agree_with_finite_differences() {
         let first = point.len() - kind.spec().params.len();
         let own = |k: usize| kind.spec().params.get(k.wrapping_sub(first));
         for k in (0..point.len()).filter(|&k| own(k).is_none_or(|p| !p.role.is_choice())) {
-            // What begins within a millimetre bends sharply, and where it is stiff rounding grows.
+            // Laws with an onset within a millimetre are strongly curved, and stiff laws amplify rounding.
             let (step, least, rounding) = match kind {
                 _ if is_local(kind) => (2e-6, 0.5, 2e-12),
-                _ if bends(kind) => (2e-6, 0.01, 1e-14),
+                _ if is_sharply_curved(kind) => (2e-6, 0.01, 1e-14),
                 _ => (1e-5, 0.01, 1e-14),
             };
             let event = own(k).is_some_and(|p| p.name == "time");
@@ -137,7 +139,7 @@ fn gradients_of_a_step_agree_with_finite_differences() {
             for row in 0..STATE + 3 {
                 let difference = (plus[row] - minus[row]) / (2.0 * h);
                 let slope = exact[row].eps[k];
-                // Rounding of the values, and the curvature of the law.
+                // Rounding and the curvature of the law.
                 let tolerance = rounding / h + 1e-5 * (slope.abs() + 1e-4);
                 prop_assert!(
                     (slope - difference).abs() <= tolerance,
@@ -150,19 +152,19 @@ fn gradients_of_a_step_agree_with_finite_differences() {
 }
 
 #[test]
-fn what_claims_to_dissipate_never_drives() {
+fn dissipative_effects_never_add_energy() {
     for_every_kind(|kind, case| {
         let twist = to_body([case.state[3], case.state[4], case.state[5]], case.state[2]);
-        let power: f64 = action(kind, case).wrench(twist).iter().zip(twist).map(|(f, v)| f * v).sum();
-        prop_assert!(!kind.spec().dissipative || power <= 1e-12, "power {power} W");
+        let power: f64 = force(kind, case).wrench(twist).iter().zip(twist).map(|(f, v)| f * v).sum();
+        prop_assert!(!kind.spec().is_dissipative || power <= 1e-12, "power {power} W");
         Ok(())
     });
 }
 
 #[test]
-fn drag_is_positive_semidefinite() {
+fn damping_is_positive_semidefinite() {
     for_every_kind(|kind, case| {
-        let [xx, xy, yy, tx, ty, tt] = action(kind, case).drag;
+        let [xx, xy, yy, tx, ty, tt] = force(kind, case).damping;
         let drag = Matrix3::new(xx, xy, tx, xy, yy, ty, tx, ty, tt);
         let least = SymmetricEigen::new(drag).eigenvalues.min();
         prop_assert!(least >= -1e-12 * drag.trace().max(1.0), "eigenvalue {least}");
@@ -171,7 +173,7 @@ fn drag_is_positive_semidefinite() {
 }
 
 #[test]
-fn a_law_acts_on_the_object_or_on_the_instruments() {
+fn every_law_acts_on_its_target_only() {
     for_every_kind(|kind, case| {
         let (plant, bare) = (model(kind).plant(&values(kind, case)).unwrap(), bare(kind).resolved().unwrap());
         let corrects = plant.correct(case.applied, case.clock) != case.applied;
@@ -179,18 +181,18 @@ fn a_law_acts_on_the_object_or_on_the_instruments() {
             || plant.delay(case.clock).is_some()
             || plant.lags().is_some()
             || plant.mount().is_some();
-        let (Action { push, drag }, without) =
-            (action(kind, case), bare.action(&state(&case.state), case.clock));
-        let pushes = (push, drag) != (without.push, without.drag);
+        let (GeneralisedForce { force, damping }, without) =
+            (force(kind, case), bare.generalised_force(&state(&case.state), case.clock));
+        let pushes = (force, damping) != (without.force, without.damping);
         let [own, whole, plain] =
             [plant.object(case.clock), plant.rigid(case.clock), bare.rigid(case.clock)].map(parts);
         let (weighs, loads) = (own != plain, whole != own && plant.mount().is_none());
-        prop_assert!(kind.spec().loads == (weighs || loads), "{own:?} {whole:?} {plain:?}");
-        match kind.spec().acting {
-            Acting::Object => {
+        prop_assert!(kind.spec().changes_mass == (weighs || loads), "{own:?} {whole:?} {plain:?}");
+        match kind.spec().target {
+            EffectTarget::Object => {
                 prop_assert!((pushes || weighs || is_local(kind)) && !reads_otherwise && !loads)
             }
-            Acting::Instrument => {
+            EffectTarget::Instrument => {
                 prop_assert!(!pushes && !weighs && (reads_otherwise || loads || is_local(kind)));
             }
         }
@@ -204,7 +206,7 @@ fn parts(rigid: Rigid<f64>) -> [f64; 4] {
 }
 
 #[test]
-fn what_moves_weighs_something() {
+fn mass_and_inertia_are_positive() {
     for_every_kind(|kind, case| {
         let rigid = model(kind).plant(&values(kind, case)).unwrap().rigid(case.clock);
         prop_assert!(rigid.mass > 0.0 && rigid.inertia > 0.0, "{rigid:?}");
@@ -212,7 +214,7 @@ fn what_moves_weighs_something() {
     });
 }
 
-/// A state seen from a room that is turned by `angle` and moved by `shift`.
+/// A state rotated by `angle` and translated by `shift`.
 fn elsewhere(flat: &[f64; STATE], angle: f64, shift: [f64; 2]) -> [f64; STATE] {
     let (sin, cos) = angle.sin_cos();
     let turned = |x: f64, y: f64| [cos * x - sin * y, sin * x + cos * y];
@@ -223,7 +225,7 @@ fn elsewhere(flat: &[f64; STATE], angle: f64, shift: [f64; 2]) -> [f64; STATE] {
 }
 
 #[test]
-fn those_and_only_those_that_claim_it_do_the_same_everywhere() {
+fn exactly_the_pose_invariant_laws_are_independent_of_the_pose() {
     let differing = RefCell::new(BTreeSet::new());
     for_every_kind(|kind, case| {
         let plant = model(kind).plant(&values(kind, case)).unwrap();
@@ -234,19 +236,19 @@ fn those_and_only_those_that_claim_it_do_the_same_everywhere() {
         let there = after(&elsewhere(&case.state, 0.7, [0.3, -0.2]));
         let expected = elsewhere(&after(&case.state), 0.7, [0.3, -0.2]);
         let same = there.iter().zip(expected).all(|(a, b)| (a - b).abs() <= 1e-11 * (1.0 + b.abs()));
-        prop_assert!(same || !plant.same_everywhere(), "{there:?} is not {expected:?}");
+        prop_assert!(same || !plant.is_pose_invariant(), "{there:?} is not {expected:?}");
         if !same {
             differing.borrow_mut().insert(kind);
         }
         Ok(())
     });
     for &kind in Kind::ALL {
-        let claims = model(kind).plant(&draws_of(kind)).unwrap().same_everywhere();
+        let claims = model(kind).plant(&draws_of(kind)).unwrap().is_pose_invariant();
         assert_eq!(claims, !differing.borrow().contains(&kind), "{}", kind.spec().kind);
     }
 }
 
-/// Values of a kind's model for which nothing is random.
+/// Deterministic values of a model with this kind.
 fn draws_of(kind: Kind) -> Vec<f64> {
     let clock = Clock::since_contact(0.0);
     let case = Case { draws: vec![0.5; DRAWS], state: [0.0; STATE], applied: [0.0; 3], clock };

@@ -108,6 +108,6 @@ fn body(meta: &Metadata, mass: f64) -> Result<Body, Error> {
         reason,
         remedy: "give a footprint with an area and a positive mass".into(),
     };
-    body.map(|body| body.standing_on(&meta.object.support))
+    body.map(|body| body.with_feet(&meta.object.support))
         .map_err(|error| unusable(error.to_string()).at(Place::field("object")))
 }

@@ -87,12 +87,12 @@ impl Episode {
     ) -> Result<Self, SimError> {
         let model = hidden.model(&thing.body);
         let whole = model.resolved()?;
-        if whole.remembers() {
+        if whole.has_memory() {
             let remedy = "an environment's state holds no memory of readings: leave sensor_lag, drive_lag and sensor_play out";
             return Err(SimError::value("effects", "an instrument with a memory", remedy));
         }
-        let instrumented = model.effects.len() != model.clone().on_object().effects.len();
-        let mut mover = Mover::new(model.on_object(), room.obstacles.clone())?;
+        let instrumented = model.effects.len() != model.clone().without_instruments().effects.len();
+        let mut mover = Mover::new(model.without_instruments(), room.obstacles.clone())?;
         mover.prepare(options.step);
         mover.put(State::at_rest(room.start).with_inner(hidden.inner));
         let (sensor, tracker) = (sensor(&options), tracker(&options));

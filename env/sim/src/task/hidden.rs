@@ -6,7 +6,7 @@ use rand::RngExt;
 use rand::seq::IndexedRandom;
 use rand_chacha::ChaCha8Rng;
 use rand_distr::StandardNormal;
-use trundle_model::{Action, Body, Effect, INNER, Kind, Model, Prior};
+use trundle_model::{Body, Effect, GeneralisedForce, Kind, MAX_INNER_STATES, Model, Prior};
 
 use super::options::Secret;
 use super::things::Thing;
@@ -37,7 +37,7 @@ pub struct Hidden {
     /// All values given.
     pub effects: Vec<Effect>,
     /// Where the laws' own states start.
-    pub inner: [f64; INNER],
+    pub inner: [f64; MAX_INNER_STATES],
     /// `[N, N, N·m]`.
     pub offset: [f64; 3],
 }
@@ -62,7 +62,7 @@ impl Hidden {
             effects = with_any(thing, effects, random)?;
         }
         let offset = OFFSET.map(|most| random.random_range(-most..=most));
-        let mut hidden = Self { effects, inner: [0.0; INNER], offset };
+        let mut hidden = Self { effects, inner: [0.0; MAX_INNER_STATES], offset };
         hidden.inner = beginning(&hidden.model(&thing.body), random);
         Ok(hidden)
     }
@@ -75,23 +75,23 @@ impl Hidden {
     /// Drag of all viscous wheels together about the object's origin, `[xx, xy, yy, xθ, yθ, θθ]`: all that can be
     /// known of them from motion.
     pub fn drag(&self) -> [f64; 6] {
-        let mut sum = Action::none();
+        let mut sum = GeneralisedForce::zero();
         for effect in self.effects.iter().filter(|e| e.kind == Kind::ViscousWheel) {
             let [x, y, angle, mu_x, mu_y] = [0, 1, 2, 3, 4].map(|k| effect.values[k].unwrap_or(0.0));
             let (sin, cos) = angle.sin_cos();
             let mixed = (mu_x - mu_y) * sin * cos;
-            sum.drag_at(
+            sum.add_damping_at(
                 [x, y],
                 [mu_x * cos * cos + mu_y * sin * sin, mixed, mu_x * sin * sin + mu_y * cos * cos],
             );
         }
-        sum.drag
+        sum.damping
     }
 }
 
 fn model(body: &Body, effects: Vec<Effect>) -> Model {
     let (body, mass) = (body.clone(), Some(body.mass));
-    Model { body, mass, dof: [true; 3], effects, priors: Default::default(), unnamed: None }
+    Model { body, mass, dof: [true; 3], effects, priors: Default::default(), discrepancy: None }
 }
 
 fn locked(thing: &Thing, random: &mut ChaCha8Rng) -> Effect {
@@ -143,7 +143,7 @@ fn with_any(thing: &Thing, effects: Vec<Effect>, random: &mut ChaCha8Rng) -> Res
         let free = model.slots().into_iter().map(|slot| slot.value.unwrap_or_else(|| drawn(&slot, random)));
         let values: Vec<f64> = free.collect();
         // Some effects cannot be together, and the laws' own states are limited.
-        if let Ok(filled) = model.filled(&values) {
+        if let Ok(filled) = model.with_values(&values) {
             model = filled;
             return Ok(model.effects);
         }

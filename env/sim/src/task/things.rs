@@ -188,5 +188,5 @@ fn made_up(random: &mut ChaCha8Rng) -> Result<Thing, SimError> {
     let body = Body::from_fixtures(fixtures, mass)?;
     let feet = [[-x, -y], [x, -y], [x, y], [-x, y]];
     let feet = feet.map(|p| if body.outside(p).0 > 0.0 { inner } else { p });
-    Ok(Thing::new(body.standing_on(&feet), vec![]))
+    Ok(Thing::new(body.with_feet(&feet), vec![]))
 }

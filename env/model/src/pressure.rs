@@ -1,19 +1,21 @@
-//! How a flat face bears on the floor: a grid of cells, each pressing with its weight at its centroid.
+//! Pressure of a flat face on the floor: a grid of cells, each with its weight at its centroid.
 
 use crate::Support;
 use crate::body::Fixture;
 use crate::polygon::moments;
 
-/// Cells along the longer side.
-const CELLS: usize = 6;
+/// Number of cells along the longer side.
+const CELLS_ALONG_LONGER_SIDE: usize = 6;
 
-/// Corners of the polygon that stands for a disc.
-const CORNERS: usize = 32;
+/// Number of corners of the polygon that approximates a disc.
+const DISC_CORNERS: usize = 32;
 
-/// The weight of fixtures on a floor under them, cell by cell: shares add up to one, and their centre is the
-/// mass centre as statics demands. `bounds`: smallest and largest coordinates, m; nothing without area.
-pub(crate) fn pressure(fixtures: &[Fixture], [low, high]: [[f64; 2]; 2]) -> Vec<Support> {
-    let step = (high[0] - low[0]).max(high[1] - low[1]) / CELLS as f64;
+/// Supports of fixtures of uniform density on the floor, one per cell. The shares add up to one, and the centre of
+/// pressure is the mass centre.
+///
+/// `bounds`: smallest and largest coordinates, m. The result is empty for fixtures without area.
+pub(crate) fn uniform_pressure(fixtures: &[Fixture], [low, high]: [[f64; 2]; 2]) -> Vec<Support> {
+    let step = (high[0] - low[0]).max(high[1] - low[1]) / CELLS_ALONG_LONGER_SIDE as f64;
     let count = [0, 1].map(|k| ((high[k] - low[k]) / step - 1e-9).ceil() as usize);
     let outlines: Vec<_> = fixtures.iter().map(outline).collect();
     let mut found = vec![];
@@ -28,46 +30,46 @@ pub(crate) fn pressure(fixtures: &[Fixture], [low, high]: [[f64; 2]; 2]) -> Vec<
     found
 }
 
-/// A fixture's outline and density; a disc's has the disc's area.
+/// Outline and density of a fixture. The outline of a disc is a polygon of equal area.
 fn outline(fixture: &Fixture) -> (Vec<[f64; 2]>, f64) {
     match fixture {
         Fixture::Polygon { vertices, density } => (vertices.clone(), *density),
         Fixture::Disc { center: [x, y], radius, density } => {
-            let turn = std::f64::consts::TAU / CORNERS as f64;
+            let turn = std::f64::consts::TAU / DISC_CORNERS as f64;
             let reach = radius * (turn / turn.sin()).sqrt();
             let corner = |k: usize| {
                 let (sin, cos) = (turn * k as f64).sin_cos();
                 [x + reach * cos, y + reach * sin]
             };
-            ((0..CORNERS).map(corner).collect(), *density)
+            ((0..DISC_CORNERS).map(corner).collect(), *density)
         }
     }
 }
 
-/// Weight within a square cell, at its centroid.
+/// Support of the weight within a square cell, at its centroid.
 fn cell(outlines: &[(Vec<[f64; 2]>, f64)], corner: [f64; 2], step: f64) -> Option<Support> {
     let (mut weight, mut first) = (0.0, [0.0; 2]);
     for (vertices, density) in outlines {
-        let (area, [x, y], _) = moments(&within(vertices, corner, step));
+        let (area, [x, y], _) = moments(&clip_to_cell(vertices, corner, step));
         weight += density * area;
         first = [first[0] + density * x, first[1] + density * y];
     }
-    // A sliver adds nothing but work.
+    // Skip slivers.
     (weight > 1e-6 * step * step).then(|| Support { point: first.map(|m| m / weight), share: weight })
 }
 
-/// The part of a polygon within a square cell (Sutherland and Hodgman 1974).
-fn within(vertices: &[[f64; 2]], corner: [f64; 2], step: f64) -> Vec<[f64; 2]> {
+/// Intersection of a polygon and a square cell (Sutherland and Hodgman 1974).
+fn clip_to_cell(vertices: &[[f64; 2]], corner: [f64; 2], step: f64) -> Vec<[f64; 2]> {
     let mut part = vertices.to_vec();
     for (axis, low) in corner.into_iter().enumerate() {
-        part = cut(&part, |p| p[axis] - low);
-        part = cut(&part, |p| low + step - p[axis]);
+        part = clip_half_plane(&part, |p| p[axis] - low);
+        part = clip_half_plane(&part, |p| low + step - p[axis]);
     }
     part
 }
 
-/// The part of a polygon where an affine function is not negative.
-fn cut(vertices: &[[f64; 2]], inside: impl Fn([f64; 2]) -> f64) -> Vec<[f64; 2]> {
+/// Part of a polygon in the half plane where an affine function is not negative.
+fn clip_half_plane(vertices: &[[f64; 2]], inside: impl Fn([f64; 2]) -> f64) -> Vec<[f64; 2]> {
     let mut part = Vec::with_capacity(vertices.len() + 2);
     for (&a, &b) in vertices.iter().zip(vertices.iter().cycle().skip(1)) {
         let (from, to) = (inside(a), inside(b));
@@ -92,7 +94,7 @@ mod tests {
     }
 
     #[test]
-    fn a_face_presses_where_its_weight_is() {
+    fn the_centre_of_pressure_is_the_mass_centre() {
         let triangle = vec![[-0.04, -0.008], [0.042, -0.065], [0.017, 0.074]];
         let l = vec![[0.0, 0.0], [2.0, 0.0], [2.0, 1.0], [1.0, 1.0], [1.0, 2.0], [0.0, 2.0]];
         let disc = Fixture::Disc { center: [1.5, -0.3], radius: 0.7, density: 3.0 };
@@ -108,7 +110,7 @@ mod tests {
     }
 
     #[test]
-    fn a_face_resists_turning_as_its_radius_of_gyration_says() {
+    fn the_pressure_has_the_radius_of_gyration_of_the_face() {
         let body = Body::from_footprint(&[[-0.6, -0.4], [0.6, -0.4], [0.6, 0.4], [-0.6, 0.4]], 22.0).unwrap();
         assert_eq!(body.support.len(), 24);
         let square: f64 =

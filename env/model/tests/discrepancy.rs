@@ -1,4 +1,4 @@
-//! A wrench without a name: its file, its slopes, and where it vanishes.
+//! Model discrepancy: its file, its derivatives, its axes and its range.
 
 #![allow(clippy::unwrap_used)]
 
@@ -58,11 +58,11 @@ weights = [[2.0, 0.5, -0.1]]
 
 const CLOCK: Clock = Clock { trend: [30.0, -5.0, 1.0], ..Clock::since_contact(0.4) };
 
-fn model(unnamed: &str) -> Model {
-    Model::from_toml(&format!("{TABLE}{unnamed}")).unwrap().0
+fn model(discrepancy: &str) -> Model {
+    Model::from_toml(&format!("{TABLE}{discrepancy}")).unwrap().0
 }
 
-/// Pose and twist a step after `at`: pose, twist, reading.
+/// Pose and twist after one step from `at`: pose, twist and reading.
 fn after<T: Real>(plant: &Plant<T>, at: &[T; 9]) -> [T; 6] {
     let state = State::moving([at[0], at[1], at[2]], [at[3], at[4], at[5]]);
     let applied = plant.correct([at[6], at[7], at[8]], CLOCK);
@@ -71,17 +71,17 @@ fn after<T: Real>(plant: &Plant<T>, at: &[T; 9]) -> [T; 6] {
 }
 
 #[test]
-fn its_file_survives_a_round_trip() {
-    for unnamed in [WHIRL, DRAG, PLAY, LAG] {
-        let written = model(unnamed).to_toml(None).unwrap();
-        assert_eq!(Model::from_toml(&written).unwrap().0, model(unnamed), "{written}");
+fn the_file_round_trips() {
+    for discrepancy in [WHIRL, DRAG, PLAY, LAG] {
+        let written = model(discrepancy).to_toml(None).unwrap();
+        assert_eq!(Model::from_toml(&written).unwrap().0, model(discrepancy), "{written}");
     }
     let text = model("").to_toml(None).unwrap();
-    assert!(!text.contains("unnamed"), "a model without one has no word of it: {text}");
+    assert!(!text.contains("unnamed"), "a model without a discrepancy must not write the key: {text}");
 }
 
 #[test]
-fn what_is_wrong_is_named() {
+fn errors_name_key_and_value() {
     for (from, to, words) in [
         ("scales = [0.4, 0.4, ", "scales = [0.4, ", vec!["unnamed.scales", "3", "4"]),
         ("scales = [0.4, ", "scales = [-0.4, ", vec!["unnamed.scales", "-0.4", "positive"]),
@@ -96,16 +96,16 @@ fn what_is_wrong_is_named() {
         let text = format!("{TABLE}{}", DRAG.replace(from, to));
         let message = Model::from_toml(&text).unwrap_err().to_string();
         for word in words {
-            assert!(message.contains(word), "{message} should say {word}");
+            assert!(message.contains(word), "{message} should contain {word}");
         }
     }
 }
 
 #[test]
-fn its_slopes_are_those_of_finite_differences() {
+fn derivatives_agree_with_finite_differences() {
     let at = [0.2, -0.1, 0.5, 0.15, -0.1, 0.2, 6.0, -2.0, 0.4];
-    for unnamed in [WHIRL, DRAG, PLAY, LAG] {
-        let model = model(unnamed);
+    for discrepancy in [WHIRL, DRAG, PLAY, LAG] {
+        let model = model(discrepancy);
         let values: Vec<f64> = model.slots().iter().map(|s| s.value.unwrap()).collect();
         let lifted: Vec<Dual<9>> = values.iter().map(|&v| Real::lift(v)).collect();
         let duals = std::array::from_fn(|k| Dual::<9>::variable(at[k], k));
@@ -120,19 +120,19 @@ fn its_slopes_are_those_of_finite_differences() {
             for (row, exact) in exact.iter().enumerate() {
                 let numeric = (more[row] - less[row]) / 2e-5;
                 let error = (numeric - exact.eps[k]).abs();
-                assert!(error < 1e-7, "{unnamed} {row} by {k}: {numeric} {}", exact.eps[k]);
+                assert!(error < 1e-7, "{discrepancy} {row} by {k}: {numeric} {}", exact.eps[k]);
             }
         }
     }
 }
 
 #[test]
-fn it_acts_on_the_object_in_its_axes() {
+fn the_wrench_acts_in_its_axes() {
     let (with, without) = (model(WHIRL).resolved().unwrap(), model("").resolved().unwrap());
     let state = State::moving([0.1, -0.2, 0.6_f64.atan2(0.8)], [0.1, 0.0, 0.3]);
-    let wrench = |plant: &Plant<f64>| plant.action(&state, CLOCK).push;
+    let wrench = |plant: &Plant<f64>| plant.generalised_force(&state, CLOCK).force;
     let missing = [0, 1, 2].map(|k| wrench(&with)[k] - wrench(&without)[k]);
-    // Right at the first centre; the second is far in heading and place.
+    // At the first centre; the second is far in heading and position.
     let far: f64 =
         [0.6 / 0.8, 0.6 / 0.9, 0.2, 1.4 / 1.1, 0.1 / 0.5, 0.2 / 0.6, 0.6 / 0.7].iter().map(|z| z * z).sum();
     let kernel = (-0.5 * far).exp();
@@ -141,15 +141,20 @@ fn it_acts_on_the_object_in_its_axes() {
     for k in 0..3 {
         assert!((missing[k] - expected[k]).abs() < 1e-12, "{missing:?} {expected:?}");
     }
-    let early = with.action(&state, Clock::since_contact(-0.1)).push;
-    assert_eq!(early, without.action(&state, Clock::since_contact(-0.1)).push, "nothing before contact");
+    let early = with.generalised_force(&state, Clock::since_contact(-0.1)).force;
+    assert_eq!(
+        early,
+        without.generalised_force(&state, Clock::since_contact(-0.1)).force,
+        "no wrench before contact"
+    );
 }
 
 #[test]
-fn it_vanishes_far_from_where_it_was_seen() {
+fn the_wrench_vanishes_far_from_its_centres() {
     let (with, without) = (model(DRAG).resolved().unwrap(), model("").resolved().unwrap());
     let fast = State::moving([0.0; 3], [9.0, 0.0, 0.0]);
-    let gap = with.action(&fast, CLOCK).push[0] - without.action(&fast, CLOCK).push[0];
+    let gap =
+        with.generalised_force(&fast, CLOCK).force[0] - without.generalised_force(&fast, CLOCK).force[0];
     assert!(gap.abs() < 1e-12, "{gap}");
     let plant = model(PLAY).resolved().unwrap();
     let far = plant.correct([200.0, 0.0, 0.0], CLOCK);

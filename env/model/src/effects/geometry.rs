@@ -1,47 +1,44 @@
-//! What laws of the floor and of the room share: where a point of the body is in the world, and which points stand on
-//! the floor.
+//! Geometry shared by the laws of floor and obstacles: transformations between body and world, and support points.
 
-use crate::law::{Param, Prior, Role, Situation};
+use crate::law::{LawContext, Param, Prior, Role};
 use crate::{Body, Fixture, Real};
 
-/// Coordinate of a place in the room along `axis` (0: x, 1: y).
-///
-/// The prior is a room around the world's origin; who knows the room gives another.
+/// Coordinate of a world point along `axis` (0: x, 1: y). The prior covers a room around the world origin.
 pub(super) const fn in_world(name: &'static str, axis: usize, help: &'static str) -> Param {
-    let room = super::signed(name, "m", 100.0, 2.0, help);
+    let param = super::signed(name, "m", 100.0, 2.0, help);
     let role = Role::WorldPoint(axis);
-    Param { prior: Prior::Normal { mean: 0.0, sd: 2.0 }, on_rail: axis == 0, role, ..room }
+    Param { prior: Prior::Normal { mean: 0.0, sd: 2.0 }, on_rail: axis == 0, role, ..param }
 }
 
-impl<T: Real> Situation<'_, T> {
-    /// Where a body point, object frame, m, is in the world.
+impl<T: Real> LawContext<'_, T> {
+    /// Transform a point from the object frame to the world, m.
     #[inline]
     pub(crate) fn in_world(&self, point: [T; 2]) -> [T; 2] {
         let [x, y] = self.world_axes(point);
         [self.position[0] + x, self.position[1] + y]
     }
 
-    /// The same without derivatives.
+    /// [`LawContext::in_world`] without derivatives.
     #[inline]
-    pub(crate) fn in_world_re(&self, [x, y]: [f64; 2]) -> [f64; 2] {
+    pub(crate) fn in_world_value(&self, [x, y]: [f64; 2]) -> [f64; 2] {
         let (sin, cos) = (self.heading.0.re(), self.heading.1.re());
         [self.position[0].re() + cos * x - sin * y, self.position[1].re() + sin * x + cos * y]
     }
 
-    /// Where a point of the world, m, is in the object frame.
+    /// Transform a point from the world to the object frame, m.
     #[inline]
     pub(crate) fn in_object(&self, [x, y]: [T; 2]) -> [T; 2] {
         self.object_axes([x - self.position[0], y - self.position[1]])
     }
 
-    /// A vector in object axes, in world axes.
+    /// Rotate a vector from object axes to world axes.
     #[inline]
     pub(crate) fn world_axes(&self, [x, y]: [T; 2]) -> [T; 2] {
         let (sin, cos) = self.heading;
         [cos * x - sin * y, sin * x + cos * y]
     }
 
-    /// A vector in world axes, in object axes.
+    /// Rotate a vector from world axes to object axes.
     #[inline]
     pub(crate) fn object_axes(&self, [x, y]: [T; 2]) -> [T; 2] {
         let (sin, cos) = self.heading;
@@ -49,7 +46,7 @@ impl<T: Real> Situation<'_, T> {
     }
 }
 
-/// The positive part of a number, rounded off over `width`, and its slope: `w ln(1 + exp(x/w))`.
+/// Softplus function `w ln(1 + exp(x/w))`, a smooth positive part of width `w`, and its derivative.
 #[inline]
 pub(super) fn softplus<T: Real>(x: T, width: f64) -> (T, T) {
     let u = x.re() / width;
@@ -60,18 +57,18 @@ pub(super) fn softplus<T: Real>(x: T, width: f64) -> (T, T) {
     (T::chained(value * width, [(x, slope)]), T::chained(slope, [(x, bend)]))
 }
 
-/// Points by which a body stands on the floor, object frame, m: its feet, or its corners where it names none. A disc
-/// has four of them; a body without a shape stands on its origin.
-pub(super) fn corners(body: &Body) -> Vec<[f64; 2]> {
+/// Support points of a body on the floor, object frame, m: its feet, or its corners if it has none. A disc has four
+/// corners; a body without a shape is supported at its origin.
+pub(super) fn support_points(body: &Body) -> Vec<[f64; 2]> {
     if let Some(feet) = &body.feet {
         return feet.clone();
     }
     let mut found: Vec<[f64; 2]> = vec![];
     for (index, fixture) in body.fixtures.iter().enumerate() {
         let others = || body.fixtures.iter().enumerate().filter(|(k, _)| *k != index);
-        for point in rim(fixture) {
-            let hidden = others().any(|(_, other)| other.depth(point) > SAME);
-            let known = found.iter().any(|[x, y]| (x - point[0]).hypot(y - point[1]) < SAME);
+        for point in outline_points(fixture) {
+            let hidden = others().any(|(_, other)| other.depth(point) > SAME_POINT_M);
+            let known = found.iter().any(|[x, y]| (x - point[0]).hypot(y - point[1]) < SAME_POINT_M);
             if !hidden && !known {
                 found.push(point);
             }
@@ -80,10 +77,10 @@ pub(super) fn corners(body: &Body) -> Vec<[f64; 2]> {
     if found.is_empty() { vec![[0.0; 2]] } else { found }
 }
 
-/// Points nearer than this are one, m.
-const SAME: f64 = 1e-6;
+/// Distance below which two points are identical, m.
+const SAME_POINT_M: f64 = 1e-6;
 
-fn rim(fixture: &Fixture) -> Vec<[f64; 2]> {
+fn outline_points(fixture: &Fixture) -> Vec<[f64; 2]> {
     match fixture {
         Fixture::Polygon { vertices, .. } => vertices.clone(),
         Fixture::Disc { center: [x, y], radius: r, .. } => {
@@ -102,17 +99,17 @@ mod tests {
             vertices: vec![[x, y], [x + w, y], [x + w, y + h], [x, y + h]],
             density: 1.0,
         };
-        // The second reaches into the first, so that two of its corners are no corners of the L.
+        // The rectangles overlap, so that two corners of the second are not corners of the L.
         let l = vec![rectangle([0.0, 0.0], [1.0, 2.0]), rectangle([0.5, 0.5], [1.5, 1.0])];
         let body = Body::from_fixtures(l, 1.0).unwrap();
         let expected = [[0.0, 0.0], [1.0, 0.0], [1.0, 2.0], [0.0, 2.0], [2.0, 0.5], [2.0, 1.5]];
-        assert_eq!(corners(&body), expected);
+        assert_eq!(support_points(&body), expected);
         let feet = [[0.1, 0.1], [0.9, 0.1]];
-        assert_eq!(corners(&body.standing_on(&feet)), feet);
+        assert_eq!(support_points(&body.with_feet(&feet)), feet);
     }
 
     #[test]
-    fn the_positive_part_is_rounded_off_at_zero_only() {
+    fn softplus_is_smooth_at_zero_only() {
         for (x, value, slope) in [(-1.0, 0.0, 0.0), (0.0, 1e-3 * 2f64.ln(), 0.5), (1.0, 1.0, 1.0)] {
             let found = softplus(x, 1e-3);
             assert!((found.0 - value).abs() < 1e-15 && (found.1 - slope).abs() < 1e-15, "{x}: {found:?}");

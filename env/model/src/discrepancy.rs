@@ -1,41 +1,43 @@
-//! A wrench without a name: what a model lacks, as the mean of a Gaussian process of the state or of the reading.
+//! Model discrepancy (Kennedy & O'Hagan 2001): a wrench that represents the physics missing from a model.
 //!
-//! It lies inside the dynamics and predicts, but explains nothing. With inputs `z` in units of their scales `ℓ`,
+//! It is the mean of a Gaussian process of the state or of the reading. It acts inside the dynamics and improves
+//! predictions, but does not identify an effect. With inputs `z` and length scales `ℓ`,
 //!
 //! ```text
 //! wrench(z) = Σ_i weight_i · exp(−½ |(z − centre_i) / ℓ|²)
 //! ```
-//! which vanishes far from where there were data (Rasmussen & Williams 2006, ch. 8: subset of regressors).
+//! The wrench vanishes far from the training data (Rasmussen & Williams 2006, ch. 8: subset of regressors).
+//! `model.toml` stores it in the table `[unnamed]`.
 
-use crate::law::{Action, Clock, Situation};
+use crate::law::{Clock, GeneralisedForce, LawContext};
 use crate::{ModelError, Real, to_body};
 use serde::{Deserialize, Serialize};
 
-/// Numbers that all inputs together have, at most.
-const MOST: usize = 8;
+/// Largest number of components of all inputs together.
+const MAX_INPUT_COMPONENTS: usize = 8;
 
-/// What an unnamed wrench depends on.
+/// Input of a discrepancy.
 #[derive(Clone, Copy, Debug, PartialEq, Eq, Serialize, Deserialize)]
 #[serde(rename_all = "snake_case")]
 pub enum Input {
-    /// Velocity of the object frame's origin and spin, object axes, m/s, m/s, rad/s.
+    /// Twist of the object origin, object axes, m/s, m/s, rad/s.
     Twist,
-    /// The same in world axes.
+    /// Twist of the object origin, world axes, m/s, m/s, rad/s.
     WorldTwist,
-    /// Place of the object frame in the world, m, m.
+    /// Position of the object origin in the world, m, m.
     Position,
     /// Cosine and sine of the heading.
     Heading,
-    /// The wrench as read, reading axes about its reference point, N, N, N·m.
+    /// Measured wrench, reading axes about its reference point, N, N, N·m.
     Reading,
-    /// How fast that changes, N/s, N/s, N·m/s.
+    /// Time derivative of the reading, N/s, N/s, N·m/s.
     Trend,
     /// Time since contact, s.
     SinceContact,
 }
 
 impl Input {
-    /// How many numbers it is.
+    /// Number of components.
     pub fn width(self) -> usize {
         match self {
             Self::Twist | Self::WorldTwist | Self::Reading | Self::Trend => 3,
@@ -44,65 +46,67 @@ impl Input {
         }
     }
 
-    /// For a sentence.
-    pub fn words(self) -> &'static str {
+    /// Description for reports.
+    pub fn description(self) -> &'static str {
         match self {
             Self::Twist => "the motion of the object",
-            Self::WorldTwist => "the motion in the room",
-            Self::Position => "the place in the room",
+            Self::WorldTwist => "the motion in world axes",
+            Self::Position => "the position in the world",
             Self::Heading => "the heading",
-            Self::Reading => "the force that is read",
-            Self::Trend => "how fast that force changes",
+            Self::Reading => "the measured wrench",
+            Self::Trend => "the rate of change of the measured wrench",
             Self::SinceContact => "the time since contact",
         }
     }
 }
 
-/// Axes of an unnamed wrench.
+/// Axes of the wrench of a discrepancy.
 #[derive(Clone, Copy, Debug, PartialEq, Eq, Serialize, Deserialize)]
 #[serde(rename_all = "snake_case")]
 pub enum Axes {
-    /// On the object, object axes about the object origin.
+    /// Acts on the object; object axes about the object origin.
     Object,
-    /// On the object, world axes about the object origin.
+    /// Acts on the object; world axes about the object origin.
     World,
-    /// Added to what is read, reading axes about its reference point.
+    /// Corrects the reading; reading axes about its reference point.
     Reading,
 }
 
-/// A wrench as a smooth function of some inputs, without a name.
+/// A model discrepancy: a wrench that is a smooth function of its inputs.
 #[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
 #[serde(deny_unknown_fields)]
-pub struct Unnamed {
-    /// What it depends on: where it is added to the reading, on that, its trend and the time; otherwise not on those two.
+pub struct Discrepancy {
+    /// Inputs. A correction of the reading may depend on the reading, its trend and the time since contact; a wrench on
+    /// the object on all inputs other than reading and trend.
     pub inputs: Vec<Input>,
-    /// Axes of its weights.
+    /// Axes of the weights.
     pub axes: Axes,
-    /// Lengths `ℓ` over which it changes, one for each number of the inputs, in its unit.
+    /// Length scales `ℓ`, one per input component, in its unit.
     pub scales: Vec<f64>,
-    /// Places in the space of inputs: `n` rows, one number for each of the inputs' numbers.
+    /// Centres in the input space, `n` rows with one entry per input component.
     pub centres: Vec<Vec<f64>>,
-    /// What each centre adds where it lies, `n` × `[N, N, N·m]`.
+    /// Wrench that each centre adds at its location, `n` × `[N, N, N·m]`.
     pub weights: Vec<[f64; 3]>,
 }
 
-impl Unnamed {
-    /// Refuse what does not fit together.
+impl Discrepancy {
+    /// Check that inputs, axes and lengths are consistent.
     ///
     /// # Errors
-    /// Names the key that is wrong.
+    /// Names the key that is invalid.
     pub fn check(&self) -> Result<(), ModelError> {
         let wrong = |what: String| Err(ModelError::Format(format!("unnamed.{what}")));
         let width = self.width();
         let reads = |input: &Input| matches!(input, Input::Reading | Input::Trend);
-        let moves = |input: &Input| !reads(input) && *input != Input::SinceContact;
-        if self.inputs.is_empty() || width > MOST {
-            return wrong(format!("inputs: they make {width} numbers; there must be 1 to {MOST}"));
+        let is_motion = |input: &Input| !reads(input) && *input != Input::SinceContact;
+        if self.inputs.is_empty() || width > MAX_INPUT_COMPONENTS {
+            return wrong(format!(
+                "inputs: have {width} components in total; give 1 to {MAX_INPUT_COMPONENTS}"
+            ));
         }
         let on_reading = self.axes == Axes::Reading;
-        if self.inputs.iter().any(|i| if on_reading { moves(i) } else { reads(i) }) {
-            let needed =
-                "`reading` and `trend` go with axes = \"reading\", and that with nothing else but the time";
+        if self.inputs.iter().any(|i| if on_reading { is_motion(i) } else { reads(i) }) {
+            let needed = "`reading` and `trend` require axes = \"reading\", which allows only these and `since_contact`";
             return wrong(format!("inputs: {needed}"));
         }
         for (what, got, expected) in [
@@ -126,43 +130,43 @@ impl Unnamed {
         Ok(())
     }
 
-    /// How many numbers the inputs are.
+    /// Number of components of all inputs.
     pub fn width(&self) -> usize {
         self.inputs.iter().map(|input| input.width()).sum()
     }
 
-    /// Whether it changes what is read, rather than acting on the object.
-    pub(crate) fn reads(&self) -> bool {
+    /// Whether the discrepancy corrects the reading rather than acting on the object.
+    pub(crate) fn corrects_reading(&self) -> bool {
         self.axes == Axes::Reading
     }
 
-    /// Whether it does the same everywhere and in every heading.
-    pub(crate) fn same_everywhere(&self) -> bool {
-        let moves = |input: &Input| {
+    /// Whether the discrepancy is independent of the pose.
+    pub(crate) fn is_pose_invariant(&self) -> bool {
+        let is_invariant = |input: &Input| {
             matches!(input, Input::Twist | Input::Reading | Input::Trend | Input::SinceContact)
         };
-        self.axes != Axes::World && self.inputs.iter().all(moves)
+        self.axes != Axes::World && self.inputs.iter().all(is_invariant)
     }
 
-    /// Inputs at a place of their space, each in its unit.
-    fn gathered<T: Real>(&self, of: impl Fn(Input) -> [T; 3]) -> [T; MOST] {
-        let mut gathered = [T::zero(); MOST];
+    /// Vector of all input components, each in its unit.
+    fn gather<T: Real>(&self, of: impl Fn(Input) -> [T; 3]) -> [T; MAX_INPUT_COMPONENTS] {
+        let mut gathered = [T::zero(); MAX_INPUT_COMPONENTS];
         let numbers = self.inputs.iter().flat_map(|&input| of(input).into_iter().take(input.width()));
-        for (place, number) in gathered.iter_mut().zip(numbers) {
-            *place = number;
+        for (component, number) in gathered.iter_mut().zip(numbers) {
+            *component = number;
         }
         gathered
     }
 
-    /// Add the wrench on the object, once in contact.
-    pub(crate) fn act<T: Real>(&self, at: &Situation<'_, T>, sum: &mut Action<T>) {
-        if self.reads() || !at.clock.in_contact() {
+    /// Add the wrench on the object, after contact.
+    pub(crate) fn add_force<T: Real>(&self, at: &LawContext<'_, T>, sum: &mut GeneralisedForce<T>) {
+        if self.corrects_reading() || !at.clock.in_contact() {
             return;
         }
         let (sin, cos) = at.heading;
         let turned = |[x, y, z]: [T; 3]| [cos * x - sin * y, sin * x + cos * y, z];
         let zero = T::zero();
-        let z = self.gathered(|input| match input {
+        let z = self.gather(|input| match input {
             Input::Twist => at.twist,
             Input::WorldTwist => turned(at.twist),
             Input::Position => [at.position[0], at.position[1], zero],
@@ -175,17 +179,17 @@ impl Unnamed {
             Axes::World => (cos * x + sin * y, cos * y - sin * x),
             Axes::Object | Axes::Reading => (x, y),
         };
-        for (sum, part) in sum.push.iter_mut().zip([fx, fy, torque]) {
+        for (sum, part) in sum.force.iter_mut().zip([fx, fy, torque]) {
             *sum += part;
         }
     }
 
-    /// A reading with what is missing from it.
+    /// Corrected reading.
     pub(crate) fn correct<T: Real>(&self, reading: [T; 3], clock: Clock) -> [T; 3] {
-        if !self.reads() || !clock.in_contact() {
+        if !self.corrects_reading() || !clock.in_contact() {
             return reading;
         }
-        let z = self.gathered(|input| match input {
+        let z = self.gather(|input| match input {
             Input::SinceContact => [T::lift(clock.since_contact); 3],
             Input::Trend => clock.trend.map(T::lift),
             _ => reading,
@@ -194,13 +198,13 @@ impl Unnamed {
         [reading[0] + x, reading[1] + y, reading[2] + torque]
     }
 
-    /// The sum over all centres. Slopes are summed as plain numbers and tied to the inputs' derivatives once.
-    fn wrench<T: Real>(&self, z: &[T; MOST]) -> [T; 3] {
-        let place = z.map(Real::re);
+    /// Wrench at an input vector. Derivatives by the inputs are summed in `f64` and applied to the chain rule once.
+    fn wrench<T: Real>(&self, z: &[T; MAX_INPUT_COMPONENTS]) -> [T; 3] {
+        let point = z.map(Real::re);
         let mut value = [0.0; 3];
-        let mut slopes = [[0.0; MOST]; 3];
+        let mut slopes = [[0.0; MAX_INPUT_COMPONENTS]; 3];
         for (centre, weight) in self.centres.iter().zip(&self.weights) {
-            let (kernel, along) = self.kernel(centre, &place);
+            let (kernel, along) = self.kernel(centre, &point);
             for ((value, slopes), weight) in value.iter_mut().zip(&mut slopes).zip(weight) {
                 *value += weight * kernel;
                 for (slope, along) in slopes.iter_mut().zip(along) {
@@ -208,39 +212,41 @@ impl Unnamed {
                 }
             }
         }
-        [0, 1, 2].map(|k| T::chained(value[k], std::array::from_fn::<_, MOST, _>(|i| (z[i], slopes[k][i]))))
+        [0, 1, 2].map(|k| {
+            T::chained(value[k], std::array::from_fn::<_, MAX_INPUT_COMPONENTS, _>(|i| (z[i], slopes[k][i])))
+        })
     }
 
-    /// The kernel between a centre and a place, and the slopes of minus its logarithm.
-    fn kernel(&self, centre: &[f64], z: &[f64; MOST]) -> (f64, [f64; MOST]) {
-        let mut along = [0.0; MOST];
+    /// Kernel between a centre and an input vector, and the derivatives of its negative logarithm.
+    fn kernel(&self, centre: &[f64], z: &[f64; MAX_INPUT_COMPONENTS]) -> (f64, [f64; MAX_INPUT_COMPONENTS]) {
+        let mut along = [0.0; MAX_INPUT_COMPONENTS];
         let mut square = 0.0;
         for (((along, z), centre), scale) in along.iter_mut().zip(z).zip(centre).zip(&self.scales) {
-            let apart = (z - centre) / scale;
-            square += apart * apart;
-            *along = apart / scale;
+            let distance = (z - centre) / scale;
+            square += distance * distance;
+            *along = distance / scale;
         }
         ((-0.5 * square).exp(), along)
     }
 
-    /// The same with other weights: `n` × `[N, N, N·m]`, one after the other.
+    /// Copy with other weights: `n` × `[N, N, N·m]`, flattened.
     #[must_use]
-    pub fn weighted(&self, weights: impl IntoIterator<Item = f64>) -> Self {
-        let mut weighted = self.clone();
-        weighted.weights.iter_mut().flatten().zip(weights).for_each(|(own, weight)| *own = weight);
-        weighted
+    pub fn with_weights(&self, weights: impl IntoIterator<Item = f64>) -> Self {
+        let mut copy = self.clone();
+        copy.weights.iter_mut().flatten().zip(weights).for_each(|(own, weight)| *own = weight);
+        copy
     }
 
-    /// The kernels of all centres with a place of the input space, one number for each of the inputs' numbers.
+    /// Kernels of all centres at an input vector with one entry per input component.
     pub fn kernels(&self, inputs: &[f64]) -> Vec<f64> {
-        let mut z = [0.0; MOST];
+        let mut z = [0.0; MAX_INPUT_COMPONENTS];
         z.iter_mut().zip(inputs).for_each(|(z, input)| *z = *input);
         self.centres.iter().map(|centre| self.kernel(centre, &z).0).collect()
     }
 
-    /// The inputs in a motion under a reading: pose and twist in world axes, the reading in its own. In the order of
-    /// [`Unnamed::inputs`], each number in its unit.
-    pub fn seen(&self, pose: [f64; 3], twist: [f64; 3], reading: [f64; 3], clock: Clock) -> Vec<f64> {
+    /// Input vector for a pose and twist (world axes) and a reading (reading axes), in the order of
+    /// [`Discrepancy::inputs`].
+    pub fn inputs_at(&self, pose: [f64; 3], twist: [f64; 3], reading: [f64; 3], clock: Clock) -> Vec<f64> {
         let of = |input: &Input| {
             let numbers = match input {
                 Input::Twist => to_body(twist, pose[2]),
