@@ -10,9 +10,9 @@ import signal
 import sys
 from types import FrameType
 
-__all__ = ["finished"]
+__all__ = ["restore_interrupt"]
 
-MODULE = os.path.join("trundle", "__main__.py")
+MAIN_MODULE_PATH = os.path.join("trundle", "__main__.py")
 """What `python -m trundle` calls itself once it is imported."""
 
 
@@ -21,7 +21,7 @@ def _is_command() -> bool:
     name = sys.argv[0] if sys.argv else ""
     if name == "-m":
         return "trundle" in sys.orig_argv
-    return os.path.splitext(os.path.basename(name))[0] == "trundle" or name.endswith(MODULE)
+    return os.path.splitext(os.path.basename(name))[0] == "trundle" or name.endswith(MAIN_MODULE_PATH)
 
 
 def _is_worker() -> bool:
@@ -35,7 +35,7 @@ def _interrupted(number: int, frame: FrameType | None) -> None:
     os._exit(128 + number)
 
 
-def finished() -> None:
+def restore_interrupt() -> None:
     """Let Ctrl-C raise KeyboardInterrupt again: from now on that is handled."""
     if signal.getsignal(signal.SIGINT) is _interrupted:
         signal.signal(signal.SIGINT, signal.default_int_handler)

@@ -248,7 +248,7 @@ def r2(predicted: ArrayLike, after: ArrayLike) -> float:
     return _native._r2(states, truth)
 
 
-class _Learner(ABC):
+class _Predictor(ABC):
     """What predicts and is scored."""
 
     def predict(self, before: ArrayLike, wrench: ArrayLike, dt: ArrayLike) -> Floats:
@@ -278,7 +278,7 @@ class _Learner(ABC):
         return r2(self.predict(test.before, test.wrench, test.dt), test.after)
 
 
-class PhysicalModel(_Learner):
+class PhysicalModel(_Predictor):
     """A model in the place of a regression, such as one that `trundle.fit` found.
 
     Parameters
@@ -294,7 +294,7 @@ class PhysicalModel(_Learner):
         return _native._hold(self.model, before, wrench, dt)
 
 
-class _Regression(_Learner):
+class _Regression(_Predictor):
     def __init__(self, features: Features) -> None:
         self.features: Features = features
         self._learnt: _native._Regression | None = None

@@ -13,14 +13,14 @@ import numpy as np
 
 from trundle import _native
 from trundle._native import TrundleError
+from trundle.atomic import atomic_file, write_text
 from trundle.experiments.backends import Backend, Local
-from trundle.whole import whole_file, write_text
 
 __all__ = ["Calibration", "calibrate"]
 
 PathLike: TypeAlias = "str | os.PathLike[str]"
 
-BATCH = 4
+ROUNDS_PER_BATCH = 4
 """Rounds between two writings of the results."""
 
 
@@ -59,7 +59,7 @@ class Calibration:
             axes.tick_params(labelsize=7)
         figure.supxlabel(f"rank of the truth among the draws, {self.table['method']}, {n} rounds", fontsize=8)
         target = Path(path)
-        with whole_file(target) as part:
+        with atomic_file(target) as part:
             figure.savefig(part, format=target.suffix[1:] or None, dpi=150)
         return target
 
@@ -103,14 +103,16 @@ def calibrate(
         raise TrundleError(f"replicates = {replicates}: at least one round is needed")
     text = Path(config).read_text(encoding="utf-8")
     head = json.dumps({"config": text, "method": method, "seed": seed})
-    rounds = kept(out, head)
+    rounds = read_rounds(out, head)
     missing = [k for k in range(replicates) if k not in rounds]
-    batches = [missing[first : first + BATCH] for first in range(0, len(missing), BATCH)]
+    batches = [
+        missing[first : first + ROUNDS_PER_BATCH] for first in range(0, len(missing), ROUNDS_PER_BATCH)
+    ]
     calls = [(text, batch, method, seed) for batch in batches]
-    for number, found in (backend or Local()).map(simulated, calls):
+    for number, found in (backend or Local()).map(run_rounds, calls):
         rounds |= dict(zip(batches[number], found, strict=True))
         if out is not None:
-            save(Path(out), [head, *(rounds[k] for k in sorted(rounds))])
+            write_rounds(Path(out), [head, *(rounds[k] for k in sorted(rounds))])
         if progress is not None:
             progress("calibrate", len(rounds) / max(replicates, len(rounds)))
     lines = [rounds[k] for k in range(replicates)]
@@ -118,12 +120,12 @@ def calibrate(
     return Calibration(table, [json.loads(line) for line in lines])
 
 
-def simulated(text: str, batch: list[int], method: str | None, seed: int) -> list[str]:
+def run_rounds(text: str, batch: list[int], method: str | None, seed: int) -> list[str]:
     """Run some rounds; return a line of JSON for each."""
     return _native._calibrate(text, batch, method=method, seed=seed, progress=None)
 
 
-def kept(out: PathLike | None, head: str) -> dict[int, str]:
+def read_rounds(out: PathLike | None, head: str) -> dict[int, str]:
     """Return the rounds that a results file holds, by number."""
     if out is None or not Path(out).exists():
         return {}
@@ -133,6 +135,6 @@ def kept(out: PathLike | None, head: str) -> dict[int, str]:
     return {int(json.loads(line)["index"]): line for line in lines}
 
 
-def save(path: Path, lines: list[str]) -> None:
+def write_rounds(path: Path, lines: list[str]) -> None:
     """Write the file so that it is whole at any time."""
     write_text(path, "\n".join(lines) + "\n")

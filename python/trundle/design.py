@@ -14,8 +14,8 @@ from numpy.typing import NDArray
 
 from trundle import _native
 from trundle._native import Model, Recording, TrundleError
-from trundle.diagnosis import PathLike, Progress, source, written
-from trundle.whole import write_text
+from trundle.atomic import write_text
+from trundle.diagnosis import PathLike, Progress, model_text, native_recording
 
 if sys.version_info >= (3, 11):
     import tomllib
@@ -26,7 +26,7 @@ __all__ = ["Design", "DesignedPush", "design"]
 
 Profile = Literal["steady", "there_and_back", "shuttle", "pulses", "two_frequencies", "turn", "weave"]
 
-NOISE = (0.0005, 0.00175, 0.4, 0.05)
+DEFAULT_NOISE_SD = (0.0005, 0.00175, 0.4, 0.05)
 """Standard deviations where no recording says more: m, rad, N, N·m."""
 
 
@@ -132,7 +132,7 @@ class Design:
             If the model has no footprint (an object on a rail cannot be simulated), holds an unnamed wrench
             (a scenario cannot), or there is no push.
         """
-        model = tomllib.loads(written(self.fitted[0] if truth is None else truth) or "")
+        model = tomllib.loads(model_text(self.fitted[0] if truth is None else truth) or "")
         body = model.get("body", {})
         if not {"footprint", "fixture"} & body.keys():
             raise TrundleError("the model has no footprint: `trundle simulate` needs one")
@@ -154,7 +154,7 @@ class Design:
         """Write ``design.json``, and ``scenario.toml`` with ``object.toml`` where they can be simulated."""
         folder = Path(folder)
         texts = {"design.json": self.to_json() + "\n"}
-        if self.pushes and _simulable(self.fitted[0].to_toml()):
+        if self.pushes and _is_simulable(self.fitted[0].to_toml()):
             texts["scenario.toml"], texts["object.toml"] = self.scenario()
         folder.mkdir(parents=True, exist_ok=True)
         for name, text in texts.items():
@@ -168,7 +168,7 @@ def design(
     *,
     recording: Recording | PathLike | None = None,
     object: PathLike | None = None,
-    noise: tuple[float, float, float, float] = NOISE,
+    noise: tuple[float, float, float, float] = DEFAULT_NOISE_SD,
     pushes: int = 1,
     force: float | None = None,
     torque: float | None = None,
@@ -219,21 +219,21 @@ def design(
         "spin": spin,
         "distance": distance,
     }
-    texts = [written(model) or "" for model in (model_a, model_b)]
+    texts = [model_text(model) or "" for model in (model_a, model_b)]
     answer, *fitted = _native._design(
         *texts,
-        recording=None if recording is None else source(recording),
-        body=None if object is None else _body(Path(object)),
+        recording=None if recording is None else native_recording(recording),
+        body=None if object is None else _body_toml(Path(object)),
         noise=noise,
         limits={name: float(value) for name, value in limits.items() if value is not None},
         count=pushes,
         progress=progress,
     )
     first, second = map(Model.from_toml, fitted)
-    return _told(json.loads(answer), (first, second))
+    return _parse_design(json.loads(answer), (first, second))
 
 
-def _told(answer: dict[str, Any], fitted: tuple[Model, Model]) -> Design:
+def _parse_design(answer: dict[str, Any], fitted: tuple[Model, Model]) -> Design:
     def one(push: dict[str, Any]) -> DesignedPush:
         tuples = {"grasp": tuple(push["grasp"]), "start": tuple(push["start"])}
         return DesignedPush(**{**push, **tuples, "knots": np.asarray(push["knots"], dtype=float)})
@@ -251,7 +251,7 @@ def _told(answer: dict[str, Any], fitted: tuple[Model, Model]) -> Design:
     )
 
 
-def _body(path: Path) -> str:
+def _body_toml(path: Path) -> str:
     """Return a model file's text with nothing but the body of an object's or a model's file."""
     try:
         found = tomllib.loads(path.read_text(encoding="utf-8"))
@@ -264,7 +264,7 @@ def _body(path: Path) -> str:
     return tomli_w.dumps({"format": "trundle-model/1", "body": found["body"]})
 
 
-def _simulable(text: str) -> bool:
+def _is_simulable(text: str) -> bool:
     """Tell whether a scenario can hold a model: it has a shape, and no wrench without a name."""
     model = tomllib.loads(text)
     return "unnamed" not in model and bool({"footprint", "fixture"} & model.get("body", {}).keys())

@@ -11,10 +11,10 @@ from typing import Any, Literal, TypeAlias
 
 from trundle import _native
 from trundle._native import Model, Recording, TrundleError
-from trundle.foreign import Parameters, Step, described
+from trundle.atomic import atomic_file, atomic_folder
+from trundle.black_box import Parameters, Step, parse_parameters
+from trundle.input_checks import require_usable
 from trundle.report import inputs, render
-from trundle.usable import refuse_unusable
-from trundle.whole import whole_file, whole_folder
 
 __all__ = ["Diagnosis", "Fit", "diagnose", "fit", "predict"]
 
@@ -108,15 +108,15 @@ class Diagnosis:
         TrundleError
             If the folder holds anything but an earlier diagnosis.
         """
-        with whole_folder(Path(folder), ANSWER, "a diagnosis") as partial:
-            (partial / ANSWER).write_text(self._outcome.answer + "\n", encoding="utf-8")
+        with atomic_folder(Path(folder), ANSWER_FILE, "a diagnosis") as partial:
+            (partial / ANSWER_FILE).write_text(self._outcome.answer + "\n", encoding="utf-8")
             (partial / "report.html").write_text(self.report, encoding="utf-8")
             (partial / "model.toml").write_text(self._outcome.model, encoding="utf-8")
             self._outcome.write_predictions(partial / "predictions.parquet")
         return Path(folder)
 
 
-ANSWER = "diagnosis.json"
+ANSWER_FILE = "diagnosis.json"
 
 
 def fit(
@@ -194,8 +194,8 @@ def fit(
         raise TrundleError(f"starts = {starts}: at least one start is needed")
     beliefs = None if prior is None else (str(prior), Path(prior).read_text(encoding="utf-8"))
     summary, text = _native._fit(
-        sources(recording),
-        written(model),
+        native_recordings(recording),
+        model_text(model),
         choice={
             "likelihood": likelihood,
             "window": window,
@@ -232,8 +232,8 @@ def predict(recording: Recording | PathLike, model: Model | PathLike, out: PathL
         If a value of the model is free.
     """
     target = Path(out)
-    with whole_file(target) as part:
-        _native._predict(source(recording), written(model) or "", part)
+    with atomic_file(target) as part:
+        _native._predict(native_recording(recording), model_text(model) or "", part)
     return target
 
 
@@ -294,32 +294,32 @@ def diagnose(
         exception or returns anything but six finite numbers: the message names the episode, the time, the
         state and the values, and the exception is the cause.
     """
-    doubts = refuse_unusable(recording) if check else []
+    doubts = require_usable(recording) if check else []
     if step is not None:
         if model is not None or without:
             raise TrundleError("step: it is the simulation under test; leave out `model` and `without`")
-        described_parameters, given = described(parameters)
+        described_parameters, given = parse_parameters(parameters)
         outcome = _native._diagnose_foreign(
-            source(recording), step, described_parameters, given=given, seed=seed, progress=progress
+            native_recording(recording), step, described_parameters, given=given, seed=seed, progress=progress
         )
         command = command or f"trundle.diagnose(..., step=..., seed={seed})"
-        return finished(recording, outcome, seed, command, model, doubts)
+        return build_diagnosis(recording, outcome, seed, command, model, doubts)
     if parameters is not None:
         raise TrundleError("parameters: they are those of `step`; a model says its own")
     outcome = _native._diagnose(
-        source(recording),
-        written(model),
+        native_recording(recording),
+        model_text(model),
         seed=seed,
-        without=known(without),
+        without=check_effect_names(without),
         wrench_pose=wrench_pose,
         progress=progress,
     )
     named = recording.name if isinstance(recording, Recording) else os.fspath(recording)
     command = command or f"trundle diagnose {named} --seed {seed}"
-    return finished(recording, outcome, seed, command, model, doubts)
+    return build_diagnosis(recording, outcome, seed, command, model, doubts)
 
 
-def finished(
+def build_diagnosis(
     recording: Recording | PathLike,
     outcome: _native._Outcome,
     seed: int,
@@ -340,7 +340,7 @@ def finished(
     return Diagnosis(answer, Model.from_toml(outcome.model), render(answer, series), series, outcome)
 
 
-def known(names: Sequence[str]) -> list[str]:
+def check_effect_names(names: Sequence[str]) -> list[str]:
     """Return names of effects, each of which must be in the catalogue."""
     effects = sorted({effect["effect"] for effect in _native.effects()})
     for name in names:
@@ -349,19 +349,21 @@ def known(names: Sequence[str]) -> list[str]:
     return list(names)
 
 
-def sources(recordings: Recording | PathLike | Sequence[Recording | PathLike]) -> list[Recording | str]:
+def native_recordings(
+    recordings: Recording | PathLike | Sequence[Recording | PathLike],
+) -> list[Recording | str]:
     """Return what the native functions take for one or several recordings."""
     if isinstance(recordings, Recording | str | os.PathLike):
-        return [source(recordings)]
-    return [source(recording) for recording in recordings]
+        return [native_recording(recordings)]
+    return [native_recording(recording) for recording in recordings]
 
 
-def source(recording: Recording | PathLike) -> Recording | str:
+def native_recording(recording: Recording | PathLike) -> Recording | str:
     """Return what the native functions take for a recording."""
     return recording if isinstance(recording, Recording) else os.fspath(recording)
 
 
-def written(model: Model | PathLike | None) -> str | None:
+def model_text(model: Model | PathLike | None) -> str | None:
     """Return the text of a model, given as itself or as the path of its file."""
     if model is None:
         return None

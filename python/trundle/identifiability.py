@@ -13,11 +13,11 @@ from numpy.typing import NDArray
 
 from trundle import _native
 from trundle._native import Model, Recording, TrundleError
-from trundle.diagnosis import PathLike, Progress, source, written
+from trundle.diagnosis import PathLike, Progress, model_text, native_recording
 
-__all__ = ["NINETY", "Profile", "profile", "spoken"]
+__all__ = ["CHI2_1_QUANTILE_90", "Profile", "format_identifiability", "profile"]
 
-NINETY = 2.705543454
+CHI2_1_QUANTILE_90 = 2.705543454
 """Deviance below which 90 % lie (χ² with one degree of freedom)."""
 
 
@@ -70,8 +70,8 @@ class Profile:
     def plot(self, width: int = 60) -> str:
         """Return the profile as lines of text, one a value: the bar is the deviance, | the 90 % mark."""
         rows = [str(self)]
-        scale = width / (3 * NINETY)
-        mark = round(NINETY * scale)
+        scale = width / (3 * CHI2_1_QUANTILE_90)
+        mark = round(CHI2_1_QUANTILE_90 * scale)
         for value, deviance in zip(self.values, self.deviance, strict=True):
             bar = "#" * min(width, round(float(deviance) * scale))
             line = bar.ljust(width)
@@ -119,9 +119,9 @@ def profile(
     beliefs = None if prior is None else (str(prior), Path(prior).read_text(encoding="utf-8"))
     answer: dict[str, Any] = json.loads(
         _native._profile(
-            source(recording),
+            native_recording(recording),
             parameter,
-            written(model),
+            model_text(model),
             prior=beliefs,
             grid=None if grid is None else [float(value) for value in grid],
             starts=starts,
@@ -143,7 +143,7 @@ def profile(
     )
 
 
-def spoken(identifiability: dict[str, Any]) -> list[str]:
+def format_identifiability(identifiability: dict[str, Any]) -> list[str]:
     """Return the lines of "what these data hold" for a terminal."""
     held, total = identifiability["held"], identifiability["of"]
     agreement = identifiability["agreement"]
@@ -154,11 +154,11 @@ def spoken(identifiability: dict[str, Any]) -> list[str]:
     rows += [f"  known though its parts are not: {c['text']}" for c in identifiability["combinations"]]
     for direction in identifiability["directions"]:
         if not direction["held"]:
-            rows.append(f"  not held: {_along(direction['parts'])}")
+            rows.append(f"  not held: {_format_direction(direction['parts'])}")
     return rows
 
 
-def _along(parts: list[dict[str, Any]]) -> str:
+def _format_direction(parts: list[dict[str, Any]]) -> str:
     return " ".join(
         f"{part['weight']:+.2f}·{part['name']}" if len(parts) > 1 else part["name"] for part in parts
     )

@@ -11,7 +11,7 @@ from numpy.typing import ArrayLike, NDArray
 
 from trundle import _native
 from trundle._native import Model, Recording, TrundleError
-from trundle.diagnosis import PathLike, written
+from trundle.diagnosis import PathLike, model_text
 
 __all__ = ["Online"]
 
@@ -54,7 +54,7 @@ class Online:
         if starts < 1 or kept < 1:
             raise TrundleError(f"starts = {starts}, kept = {kept}: both must be at least one")
         self._metadata = dict(metadata)
-        self._native = _native._Online(written(model), starts=starts, seed=seed, kept=kept)
+        self._native = _native._Online(model_text(model), starts=starts, seed=seed, kept=kept)
         self._chunks: list[dict[str, NDArray[np.float64]]] = []
 
     def update(self, push: Mapping[str, ArrayLike] | Recording | None = None) -> None:

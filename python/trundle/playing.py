@@ -12,20 +12,20 @@ from numpy.typing import NDArray
 
 from trundle._native import TrundleError
 from trundle.agent import AdaptiveAgent
+from trundle.atomic import atomic_file
 from trundle.experiments.training.policy import Policy, load
-from trundle.whole import whole_file
 
-__all__ = ["Film", "chosen", "play"]
+__all__ = ["Animation", "play", "select_agent"]
 
-OWN = ("random", "adaptive")
+BUILT_IN_AGENTS = ("random", "adaptive")
 """Agents that need no file."""
-HELD = 0.5
+RANDOM_ACTION_DURATION_S = 0.5
 """Time for which a random action is kept, s: a force that changes faster moves nothing."""
-LARGEST = 0.4
+MAX_RANDOM_ACTION = 0.4
 """Largest entry of a random action: with more, light things fly."""
 
 
-class Film:
+class Animation:
     """Pictures that become an animation.
 
     Parameters
@@ -63,11 +63,11 @@ class Film:
         from PIL import Image
 
         first, *rest = [Image.fromarray(frame).quantize(32) for frame in self._frames]
-        with whole_file(self.path) as part:
+        with atomic_file(self.path) as part:
             first.save(part, "GIF", save_all=True, append_images=rest, duration=1000 * self._period, loop=0)
 
 
-def chosen(agent: str) -> str | Policy:
+def select_agent(agent: str) -> str | Policy:
     """Return who plays: the name of one of trundle's own, or a trained policy from its file.
 
     Raises
@@ -75,15 +75,15 @@ def chosen(agent: str) -> str | Policy:
     TrundleError
         If it is neither.
     """
-    if agent in OWN:
+    if agent in BUILT_IN_AGENTS:
         return agent
     if not agent.endswith(".npz"):
-        raise TrundleError(f"--agent {agent}: choose {', '.join(OWN)} or a policy's file.npz")
+        raise TrundleError(f"--agent {agent}: choose {', '.join(BUILT_IN_AGENTS)} or a policy's file.npz")
     return load(agent)
 
 
 def play(
-    env: gym.Env[Any, Any], agent: str | Policy, episodes: int, seed: int, film: Film | None = None
+    env: gym.Env[Any, Any], agent: str | Policy, episodes: int, seed: int, film: Animation | None = None
 ) -> Iterator[str]:
     """Play episodes and yield how each ended, in a line.
 
@@ -102,7 +102,7 @@ def play(
     """
     if episodes < 1:
         raise TrundleError(f"--episodes {episodes}: at least one")
-    act = _player(env, agent, seed)
+    act = _policy_function(env, agent, seed)
     unwrapped: Any = env.unwrapped
     for number in range(episodes):
         observation, _ = env.reset(seed=seed if number == 0 else None)
@@ -116,29 +116,29 @@ def play(
             gained, steps, over = gained + float(reward), steps + 1, terminated or truncated
         if film:
             film.shoot(env)
-        yield _line(info, gained, steps * unwrapped.control)
+        yield _summary(info, gained, steps * unwrapped.control)
 
 
-def _player(env: gym.Env[Any, Any], agent: str | Policy, seed: int) -> Any:
+def _policy_function(env: gym.Env[Any, Any], agent: str | Policy, seed: int) -> Any:
     if isinstance(agent, Policy):
-        return Trained(agent)
+        return TrainedAgent(agent)
     if agent == "adaptive":
         adaptive = AdaptiveAgent(env, seed=seed)
         return lambda seen, step: adaptive.predict(seen, episode_start=step == 0)[0]
     random = np.random.default_rng(seed)
-    held = max(1, round(HELD * env.metadata["render_fps"]))
+    held = max(1, round(RANDOM_ACTION_DURATION_S * env.metadata["render_fps"]))
     kept: list[NDArray[np.float32]] = []
     shape = env.action_space.shape
 
     def act(_: Any, step: int) -> NDArray[np.float32]:
         if step % held == 0:
-            kept[:] = [random.uniform(-LARGEST, LARGEST, shape).astype(np.float32)]
+            kept[:] = [random.uniform(-MAX_RANDOM_ACTION, MAX_RANDOM_ACTION, shape).astype(np.float32)]
         return kept[0]
 
     return act
 
 
-class Trained:
+class TrainedAgent:
     """A policy with what it has seen of the episode."""
 
     def __init__(self, policy: Policy) -> None:
@@ -151,6 +151,6 @@ class Trained:
         return action
 
 
-def _line(info: dict[str, Any], gained: float, seconds: float) -> str:
+def _summary(info: dict[str, Any], gained: float, seconds: float) -> str:
     end = "goal reached" if info["is_success"] else "object lost" if info["lost"] else "time up"
     return f"{end} after {seconds:.1f} s, {info['distance']:.2f} m off, return {gained:.2f}"

@@ -16,8 +16,8 @@ from numpy.typing import NDArray
 
 from trundle import _native
 from trundle._native import Model, Recording, TrundleError
-from trundle.diagnosis import source, written
-from trundle.whole import whole_file
+from trundle.atomic import atomic_file
+from trundle.diagnosis import model_text, native_recording
 
 if TYPE_CHECKING:
     import xarray as xr
@@ -29,9 +29,9 @@ Progress: TypeAlias = Callable[[str, float], object]
 Array: TypeAlias = NDArray[np.float64]
 Method: TypeAlias = Literal["nuts", "laplace", "metropolis"]
 
-AGREEMENT = 1.01
+MAX_R_HAT = 1.01
 """R-hat above which chains do not agree (Vehtari et al. 2021)."""
-ENOUGH = 400
+MIN_EFFECTIVE_DRAWS = 400
 """Effective draws below which R-hat and quantiles are not to be relied on (the same)."""
 
 
@@ -133,7 +133,7 @@ class Posterior:
 
     def to_inference_data(self) -> Any:
         """Return ``arviz.InferenceData``; with ArviZ 1, whose container it is, an ``xarray.DataTree``."""
-        az = arviz()
+        az = import_arviz()
         if hasattr(az, "InferenceData"):
             return az.InferenceData(**self.groups())
         import xarray as xr
@@ -145,7 +145,7 @@ class Posterior:
         import xarray as xr
 
         target = Path(path)
-        with whole_file(target) as part:
+        with atomic_file(target) as part:
             xr.DataTree.from_dict(self.groups()).to_netcdf(part, engine="h5netcdf")
         return target
 
@@ -203,8 +203,8 @@ def sample(
         raise TrundleError(f"starts = {starts}: at least one start is needed")
     beliefs = None if prior is None else (str(prior), Path(prior).read_text(encoding="utf-8"))
     native = _native._sample(
-        source(recording),
-        written(model),
+        native_recording(recording),
+        model_text(model),
         prior=beliefs,
         method=method,
         chains=chains,
@@ -218,16 +218,18 @@ def sample(
     array = native.draws()
     named = {p["name"]: array[:, :, k] for k, p in enumerate(summary["parameters"])}
     stats = native.stats()
-    return Posterior(judged(summary, named, stats), named, stats, seed, native)
+    return Posterior(add_diagnostics(summary, named, stats), named, stats, seed, native)
 
 
-def judged(
+def add_diagnostics(
     summary: dict[str, Any], draws: dict[str, Array], stats: dict[str, NDArray[Any]]
 ) -> dict[str, Any]:
     """Return the summary with each parameter's figures, and the verdict on the chains."""
     diverging = int(stats["diverging"].sum())
-    parameters = [figures(parameter, draws[parameter["name"]]) for parameter in summary["parameters"]]
-    faults = [fault for parameter in parameters for fault in faults_of(parameter)]
+    parameters = [
+        parameter_diagnostics(parameter, draws[parameter["name"]]) for parameter in summary["parameters"]
+    ]
+    faults = [fault for parameter in parameters for fault in chain_faults(parameter)]
     if next(iter(draws.values())).shape[0] < 2:
         faults.append("one chain cannot tell whether chains agree")
     if diverging:
@@ -240,14 +242,14 @@ def judged(
     elif faults:
         verdict = "NOT CONVERGED: " + "; ".join(faults)
     else:
-        verdict = f"converged: R-hat at most {AGREEMENT}, at least {ENOUGH} effective draws, no divergence"
+        verdict = f"converged: R-hat at most {MAX_R_HAT}, at least {MIN_EFFECTIVE_DRAWS} effective draws, no divergence"
     found = {"parameters": parameters, "converged": not faults, "verdict": verdict, "divergences": diverging}
     return summary | found
 
 
-def figures(parameter: dict[str, Any], draws: Array) -> dict[str, Any]:
+def parameter_diagnostics(parameter: dict[str, Any], draws: Array) -> dict[str, Any]:
     """Return a parameter with diagnostics of its chains, and numbers if the data hold it."""
-    az = arviz()
+    az = import_arviz()
     found = dict(parameter)
     found["r_hat"] = float(az.rhat(draws, method="rank")) if len(draws) > 1 else None
     found |= {f"ess_{kind}": float(az.ess(draws, method=kind)) for kind in ("bulk", "tail")}
@@ -257,18 +259,18 @@ def figures(parameter: dict[str, Any], draws: Array) -> dict[str, Any]:
     return found
 
 
-def faults_of(parameter: dict[str, Any]) -> list[str]:
+def chain_faults(parameter: dict[str, Any]) -> list[str]:
     """Return what is wrong with a parameter's chains, in words."""
     name, faults = parameter["name"], []
     r_hat, ess = parameter["r_hat"], min(parameter["ess_bulk"], parameter["ess_tail"])
-    if r_hat is not None and not r_hat <= AGREEMENT:
+    if r_hat is not None and not r_hat <= MAX_R_HAT:
         faults.append(f"{name} has R-hat {r_hat:.3f}")
-    if not ess >= ENOUGH:
+    if not ess >= MIN_EFFECTIVE_DRAWS:
         faults.append(f"{name} has {ess:.0f} effective draws")
     return faults
 
 
-def arviz() -> Any:
+def import_arviz() -> Any:
     """Return ArviZ, of any version, without its remarks on the next one."""
     with warnings.catch_warnings():
         warnings.simplefilter("ignore", FutureWarning)

@@ -19,7 +19,15 @@ if sys.version_info >= (3, 11):
 else:
     import tomli as tomllib
 
-__all__ = ["SettingsError", "checked", "ending", "headed", "matching", "parse", "typed"]
+__all__ = [
+    "SettingsError",
+    "build_settings",
+    "check_argument_types",
+    "check_horizon",
+    "parse",
+    "parse_format",
+    "typed",
+]
 
 T = TypeVar("T")
 
@@ -41,7 +49,7 @@ def parse(path: Path, remedy: str = "") -> dict[str, Any]:
         raise TrundleError(f"{path}: not a TOML file: {error}") from error
 
 
-def headed(path: Path, form: str, remedy: str = "") -> dict[str, Any]:
+def parse_format(path: Path, form: str, remedy: str = "") -> dict[str, Any]:
     """Read a TOML file that must begin with `format = "form"`; return what else is in it."""
     found = parse(path, remedy)
     if found.pop("format", None) != form:
@@ -49,7 +57,7 @@ def headed(path: Path, form: str, remedy: str = "") -> dict[str, Any]:
     return found
 
 
-def checked(path: Path, kind: type[T], table: Mapping[str, Any]) -> T:
+def build_settings(path: Path, kind: type[T], table: Mapping[str, Any]) -> T:
     """Build a dataclass as `typed` does; an error names the file too, and is a `TrundleError`."""
     try:
         return typed(kind, table)
@@ -57,7 +65,7 @@ def checked(path: Path, kind: type[T], table: Mapping[str, Any]) -> T:
         raise TrundleError(f"{path}: {error}") from error
 
 
-def matching(
+def check_argument_types(
     path: Path, function: Callable[..., Any], table: Mapping[str, Any], where: str, **instead: type
 ) -> None:
     """Refuse values of another type than the function's arguments have, or than is said `instead`.
@@ -75,7 +83,7 @@ def matching(
         raise TrundleError(f"{path}: {error}") from error
 
 
-def ending(path: Path, arguments: Mapping[str, Any], where: str) -> None:
+def check_horizon(path: Path, arguments: Mapping[str, Any], where: str) -> None:
     """Refuse an environment's arguments by which an episode never ends."""
     if arguments.get("horizon", 1) == 0:
         raise TrundleError(f"{path}: [{where}] horizon = 0: an episode must end; give a number of steps")
@@ -117,30 +125,32 @@ def _value(hint: Any, value: Any, where: str) -> Any:
     if origin in (Union, types.UnionType):
         return _union(hint, value, where)
     if dataclasses.is_dataclass(hint) and isinstance(hint, type):
-        return typed(hint, _of(dict, value, hint, where), where)
+        return typed(hint, _instance(dict, value, hint, where), where)
     if origin is typing.Literal:
         if value not in get_args(hint):
             raise SettingsError(f"`{where}` = {value!r}{_expected(hint)}")
         return value
     if origin is dict:
         key_kind, of = get_args(hint)
-        table = _of(dict, value, hint, where)
+        table = _instance(dict, value, hint, where)
         return {
             _value(key_kind, key, where): _value(of, each, _join(where, key)) for key, each in table.items()
         }
     if origin is list:
         of = get_args(hint)[0]
-        return [_value(of, each, f"{where}[{i}]") for i, each in enumerate(_of(list, value, hint, where))]
+        return [
+            _value(of, each, f"{where}[{i}]") for i, each in enumerate(_instance(list, value, hint, where))
+        ]
     if origin is tuple and get_args(hint)[1:] == (...,):
         of = get_args(hint)[0]
         return tuple(
-            _value(of, each, f"{where}[{i}]") for i, each in enumerate(_of(list, value, hint, where))
+            _value(of, each, f"{where}[{i}]") for i, each in enumerate(_instance(list, value, hint, where))
         )
     if origin is tuple:
         return _tuple(get_args(hint), value, hint, where)
     if hint is float and isinstance(value, int) and not isinstance(value, bool):
         return float(value)
-    return _of(hint, value, hint, where)
+    return _instance(hint, value, hint, where)
 
 
 def _union(hint: Any, value: Any, where: str) -> Any:
@@ -158,7 +168,7 @@ def _union(hint: Any, value: Any, where: str) -> Any:
 
 
 def _tuple(kinds: tuple[Any, ...], value: Any, hint: Any, where: str) -> tuple[Any, ...]:
-    values = _of(list, value, hint, where)
+    values = _instance(list, value, hint, where)
     if len(values) != len(kinds):
         raise SettingsError(f"`{where}` = {value!r} has {len(values)} entries; it needs {len(kinds)}")
     return tuple(
@@ -166,7 +176,7 @@ def _tuple(kinds: tuple[Any, ...], value: Any, hint: Any, where: str) -> tuple[A
     )
 
 
-def _of(kind: type[Any], value: Any, hint: Any, where: str) -> Any:
+def _instance(kind: type[Any], value: Any, hint: Any, where: str) -> Any:
     if not isinstance(value, kind) or (isinstance(value, bool) and kind is not bool):
         raise SettingsError(f"`{where}` = {value!r}{_expected(hint)}")
     return value

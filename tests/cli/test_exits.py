@@ -7,7 +7,7 @@ from pathlib import Path
 import pytest
 
 from tests.command import interruptible
-from trundle.cli.exits import guarded
+from trundle.cli.exits import run_guarded
 
 
 def raising(error: BaseException) -> Callable[[], int]:
@@ -36,12 +36,12 @@ def raising(error: BaseException) -> Callable[[], int]:
 def test_each_failure_has_its_status(
     error: BaseException, status: int, words: str, capsys: pytest.CaptureFixture[str]
 ) -> None:
-    assert guarded(raising(error)) == status
+    assert run_guarded(raising(error)) == status
     assert words in capsys.readouterr().err
 
 
 def test_a_status_is_passed_on() -> None:
-    assert guarded(lambda: 7) == 7
+    assert run_guarded(lambda: 7) == 7
 
 
 def test_ctrl_c_ends_a_long_verb_at_once() -> None:

@@ -4,7 +4,7 @@ from pathlib import Path
 import pytest
 
 from tests.command import trundle
-from trundle.cli import build_parser, main, unknown_verb
+from trundle.cli import build_parser, main, unknown_verb_message
 from trundle.cli.commands import discover
 
 
@@ -23,7 +23,7 @@ def test_help_lists_every_verb() -> None:
 
 @pytest.mark.parametrize("verb", sorted(discover()))
 def test_a_slip_of_the_finger_is_understood(verb: str) -> None:
-    complaint = unknown_verb([verb[:-1] + "q"], discover())
+    complaint = unknown_verb_message([verb[:-1] + "q"], discover())
     assert complaint is not None
     assert f"did you mean {verb!r}" in complaint
 

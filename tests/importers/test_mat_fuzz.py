@@ -121,14 +121,14 @@ def test_what_unpacks_to_too_much_is_refused_without_unpacking_it(
     whole = saved({"t": np.zeros((1, 1))})
     packed = zlib.compress(bytes(100_000_000))
     path.write_bytes(
-        whole[: matlab.HEADER] + (15).to_bytes(4, "little") + len(packed).to_bytes(4, "little") + packed
+        whole[: matlab.HEADER_BYTES] + (15).to_bytes(4, "little") + len(packed).to_bytes(4, "little") + packed
     )
     tracemalloc.start()
     with pytest.raises(SourceError, match=r"unpacked it takes more than \d+ MiB, .*save it uncompressed"):
         MatFile(path)
     peak = tracemalloc.get_traced_memory()[1]
     tracemalloc.stop()
-    assert peak < 3 * (matlab.BASE + matlab.PER_BYTE * len(packed))
+    assert peak < 3 * (matlab.BASE_MEMORY_BYTES + matlab.MEMORY_PER_FILE_BYTE * len(packed))
 
 
 def test_version_7_3_is_read_where_it_cannot_do_harm(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:

@@ -13,7 +13,7 @@ from typing import NoReturn
 
 from trundle import __version__
 from trundle.cli.commands import Command, discover
-from trundle.cli.exits import USAGE, guarded
+from trundle.cli.exits import USAGE, run_guarded
 
 __all__ = ["main"]
 
@@ -40,12 +40,12 @@ def main(argv: Sequence[str] | None = None) -> int:
         0 answered, 2 unusable input, 1 anything else, 130 interrupted.
     """
     arguments = list(sys.argv[1:] if argv is None else argv)
-    return guarded(lambda: _run(arguments))
+    return run_guarded(lambda: _run(arguments))
 
 
 def _run(arguments: list[str]) -> int:
     commands = discover()
-    complaint = unknown_verb(arguments, commands)
+    complaint = unknown_verb_message(arguments, commands)
     if complaint:
         print(complaint, file=sys.stderr)
         return USAGE
@@ -78,7 +78,7 @@ def build_parser(commands: Mapping[str, Command]) -> Parser:
     return parser
 
 
-def unknown_verb(arguments: Sequence[str], commands: Mapping[str, Command]) -> str | None:
+def unknown_verb_message(arguments: Sequence[str], commands: Mapping[str, Command]) -> str | None:
     """Return a complaint with the nearest verbs if the first argument is meant as a verb and is none."""
     if not arguments or arguments[0].startswith("-") or arguments[0] in commands:
         return None

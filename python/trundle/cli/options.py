@@ -17,7 +17,7 @@ __all__ = [
     "add_quiet",
     "add_recording",
     "add_seed",
-    "backend_of",
+    "select_backend",
 ]
 
 
@@ -59,7 +59,7 @@ def add_out(parser: argparse.ArgumentParser, help: str, *, required: bool = Fals
 def add_seed(parser: argparse.ArgumentParser) -> None:
     """Add `--seed N`: `args.seed`, 0 by default; the same input and seed give the same bytes."""
     parser.add_argument(
-        "--seed", metavar="N", type=_seed, default=0, help="seed of every random choice (default 0)"
+        "--seed", metavar="N", type=_parse_seed, default=0, help="seed of every random choice (default 0)"
     )
 
 
@@ -79,7 +79,7 @@ def add_backend(parser: argparse.ArgumentParser) -> None:
     parser.add_argument(
         "--jobs",
         metavar="N",
-        type=count,
+        type=positive_int,
         help="processes (default 1; with Ray, all processors of the cluster)",
     )
     parser.add_argument(
@@ -89,21 +89,21 @@ def add_backend(parser: argparse.ArgumentParser) -> None:
     )
 
 
-def backend_of(args: argparse.Namespace) -> Backend:
+def select_backend(args: argparse.Namespace) -> Backend:
     """Return the backend that the arguments of `add_backend` choose."""
     from trundle.experiments.backends import backend
 
     return backend(args.backend, args.jobs, args.address)
 
 
-def count(text: str) -> int:
+def positive_int(text: str) -> int:
     """Return a number from 1 on."""
     if not text.isdigit() or int(text) < 1:
         raise argparse.ArgumentTypeError(f"give a whole number from 1 on, not {text!r}")
     return int(text)
 
 
-def _seed(text: str) -> int:
+def _parse_seed(text: str) -> int:
     try:
         seed = int(text)
     except ValueError:

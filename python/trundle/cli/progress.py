@@ -9,9 +9,9 @@ import time
 from types import TracebackType
 from typing import TextIO
 
-__all__ = ["Progress", "duration"]
+__all__ = ["Progress", "format_duration"]
 
-FIRST_ESTIMATE = 0.02
+MIN_SHARE_FOR_ESTIMATE = 0.02
 """Share of the work before which the time left is not estimated."""
 
 
@@ -84,12 +84,12 @@ class Progress:
             # Rounded down: work that is not finished is never at 100 %.
             done = f" {math.floor(100 * share)} %"
         left = ""
-        if FIRST_ESTIMATE <= share < 1.0:
-            left = f", about {duration(elapsed * (1.0 - share) / share)} left"
+        if MIN_SHARE_FOR_ESTIMATE <= share < 1.0:
+            left = f", about {format_duration(elapsed * (1.0 - share) / share)} left"
         return f"{self._label}{done} ({elapsed:.0f} s{left}){' · ' if detail else ''}{detail}"
 
 
-def duration(seconds: float) -> str:
+def format_duration(seconds: float) -> str:
     """Return a time in words, "2 h 05 min"."""
     minutes = round(seconds / 60)
     if minutes < 1:

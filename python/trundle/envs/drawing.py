@@ -8,13 +8,13 @@ import numpy as np
 from numpy.typing import NDArray
 
 from trundle.envs.raster import Canvas, Colour, Frame, Points
-from trundle.envs.scene import Hidden, Point, Polygon, Pose, Shape, View
+from trundle.envs.scene import HiddenWheel, Point, Polygon, Pose, Shape, View
 
 __all__ = ["EXTENT", "picture"]
 
 EXTENT = 1.1
 """Half of what is shown across, in halves of the arena's side."""
-TILE = 0.5
+TILE_SIZE_M = 0.5
 
 # Told apart by colour-blind people too: the arrows are cased in white, green things are outlines.
 FLOOR, GROUT, BEYOND, EDGE = (247, 245, 240), (227, 223, 214), (222, 218, 209), (150, 144, 132)
@@ -24,11 +24,11 @@ OBJECT, RIM, TYRE = (204, 160, 108), (112, 78, 44), (46, 46, 52)
 GRIPPER, FORCE, CASING = (0, 96, 168), (208, 52, 28), (255, 255, 255)
 HIDDEN = (122, 30, 122)
 
-FULL_ARROW, FULL_TURN = 0.8, 1.5 * np.pi
+FULL_FORCE_ARROW_M, FULL_TORQUE_SWEEP_RAD = 0.8, 1.5 * np.pi
 """Length (m) and sweep (rad) that stand for the full force and torque."""
-FULL_LEVER = 0.4
+FULL_TORQUE_LEVER_M = 0.4
 """The full torque is that of the full force at this lever, m."""
-ARC, HEAD = 0.24, 0.13
+TORQUE_ARC_RADIUS_M, ARROW_HEAD_M = 0.24, 0.13
 """Radius of the arrow for the torque, and length of an arrow's head, m."""
 WORLD = Frame((0.0, 0.0, 0.0))
 
@@ -48,7 +48,7 @@ def picture(view: View, size: int = 480) -> NDArray[np.uint8]:
     ndarray of uint8, shape (size, size, 3)
         x to the right, y up, the world's origin in the middle, 1.1 arenas across; a fresh array.
     """
-    ground = _ground(size, view.arena, view.obstacles, view.shape, view.goal, view.path)
+    ground = _draw_scene(size, view.arena, view.obstacles, view.shape, view.goal, view.path)
     canvas = Canvas(ground.copy(), EXTENT * view.arena)
     if view.trail:
         canvas.line(np.array(view.trail), 0.02, TRAIL, 0.7)
@@ -88,7 +88,7 @@ def _draw_heading(canvas: Canvas, frame: Frame, reach: float, colour: Colour) ->
     canvas.line(frame([(0.0, 0.0)]), 0.08, colour)
 
 
-def _draw_hidden(canvas: Canvas, view: View, wheel: Hidden) -> None:
+def _draw_hidden(canvas: Canvas, view: View, wheel: HiddenWheel) -> None:
     """Draw a hidden wheel as it rolls, and its label on the side away from the object's middle."""
     x, y, angle, label = wheel
     place = Frame(view.object)([(x, y)])[0]
@@ -114,17 +114,17 @@ def _draw_gripper(canvas: Canvas, frame: Frame, holds: bool) -> None:
 
 def _draw_wrench(canvas: Canvas, frame: Frame, view: View) -> None:
     """Draw a straight arrow for the force, cut at two full ones, and a curved one behind the gripper."""
-    turn = FULL_TURN * view.wrench[2] / (FULL_LEVER * view.force_scale)
+    turn = FULL_TORQUE_SWEEP_RAD * view.wrench[2] / (FULL_TORQUE_LEVER_M * view.force_scale)
     turn = float(np.clip(turn, -1.8 * np.pi, 1.8 * np.pi))
     if abs(turn) > 0.1:
-        neck = np.sign(turn) * max(abs(turn) / 2 - HEAD / ARC, -abs(turn) / 2)
+        neck = np.sign(turn) * max(abs(turn) / 2 - ARROW_HEAD_M / TORQUE_ARC_RADIUS_M, -abs(turn) / 2)
         angles = np.pi + np.append(np.linspace(-turn / 2, neck, 40), turn / 2)
-        _draw_arrow(canvas, frame(ARC * np.column_stack([np.cos(angles), np.sin(angles)])))
+        _draw_arrow(canvas, frame(TORQUE_ARC_RADIUS_M * np.column_stack([np.cos(angles), np.sin(angles)])))
     force = np.array(view.wrench[:2]) / view.force_scale
     share = float(np.hypot(*force))
-    length = FULL_ARROW * min(share, 2.0)
+    length = FULL_FORCE_ARROW_M * min(share, 2.0)
     if length > 0.02:
-        along = np.array([0.0, max(length - HEAD, 0.0), length])
+        along = np.array([0.0, max(length - ARROW_HEAD_M, 0.0), length])
         _draw_arrow(canvas, frame(np.outer(along, force / share)))
 
 
@@ -140,7 +140,7 @@ def _draw_arrow(canvas: Canvas, points: Points) -> None:
 
 
 @lru_cache(maxsize=16)
-def _ground(
+def _draw_scene(
     size: int,
     arena: float,
     obstacles: tuple[Polygon, ...],
@@ -149,7 +149,7 @@ def _ground(
     path: tuple[Point, ...],
 ) -> NDArray[np.uint8]:
     """Draw the floor, what stands there and what is to be reached: alike in every frame of an episode."""
-    canvas = Canvas(_floor(size, arena).copy(), EXTENT * arena)
+    canvas = Canvas(_draw_floor(size, arena).copy(), EXTENT * arena)
     for obstacle in obstacles:
         region = canvas.region([obstacle], WORLD, margin=0.08)
         canvas.shade(region, 0.08, SHADOW, 0.25)
@@ -163,13 +163,13 @@ def _ground(
 
 
 @lru_cache(maxsize=4)
-def _floor(size: int, arena: float) -> NDArray[np.uint8]:
+def _draw_floor(size: int, arena: float) -> NDArray[np.uint8]:
     """Draw tiles and the arena's edge."""
     extent = EXTENT * arena
     canvas = Canvas(np.full((size, size, 3), BEYOND, dtype=np.uint8), extent)
     square = canvas.region([((-arena, -arena), (arena, -arena), (arena, arena), (-arena, arena))], WORLD)
     canvas.fill(square, FLOOR)
-    for k in TILE * np.arange(-(extent // TILE), extent // TILE + 1):
+    for k in TILE_SIZE_M * np.arange(-(extent // TILE_SIZE_M), extent // TILE_SIZE_M + 1):
         canvas.line(np.array([(k, -extent), (k, extent)]), 0.012, GROUT)
         canvas.line(np.array([(-extent, k), (extent, k)]), 0.012, GROUT)
     canvas.rim(square, 0.025, EDGE)

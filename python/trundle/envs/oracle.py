@@ -19,7 +19,7 @@ __all__ = ["Oracle", "VectorOracle"]
 
 Array = NDArray[np.float64]
 
-NAMES = (
+HIDDEN_VALUE_NAMES = (
     "mass (kg)",
     "mass centre x (m)",
     "mass centre y (m)",
@@ -53,15 +53,15 @@ class Oracle(gym.ObservationWrapper[Array, Any, Array], RecordConstructorArgs):
         For another environment.
     """
 
-    NAMES = NAMES
+    NAMES = HIDDEN_VALUE_NAMES
     """What the ten numbers are."""
 
     def __init__(self, env: gym.Env[Array, Any]) -> None:
         RecordConstructorArgs.__init__(self)
         gym.ObservationWrapper.__init__(self, env)
-        self._push = _pushing(env.unwrapped, Push)
+        self._push = _require_pushing(env.unwrapped, Push)
         self._push.reveals = True
-        self.observation_space = _longer(env.observation_space)  # type: ignore[assignment]
+        self.observation_space = _extend_space(env.observation_space)  # type: ignore[assignment]
 
     def reset(
         self, *, seed: int | None = None, options: dict[str, Any] | None = None
@@ -91,8 +91,8 @@ class VectorOracle(VectorObservationWrapper):
 
     def __init__(self, env: VectorEnv[Any, Any, Any]) -> None:
         super().__init__(env)
-        self._push = _pushing(env.unwrapped, PushVec)
-        self.single_observation_space = _longer(env.single_observation_space)
+        self._push = _require_pushing(env.unwrapped, PushVec)
+        self.single_observation_space = _extend_space(env.single_observation_space)
         self.observation_space = batch_space(self.single_observation_space, env.num_envs)
 
     def observations(self, observations: Any) -> Any:
@@ -100,16 +100,16 @@ class VectorOracle(VectorObservationWrapper):
         return np.concatenate([observations, self._push.hidden_values()], axis=1)
 
 
-def _pushing(env: Any, kind: Any) -> Any:
+def _require_pushing(env: Any, kind: Any) -> Any:
     if not isinstance(env, kind):
         raise TrundleError(f"{env} hides nothing that is known: give an environment of trundle")
     return env
 
 
-def _longer(space: gym.Space[Any]) -> gym.spaces.Box:
+def _extend_space(space: gym.Space[Any]) -> gym.spaces.Box:
     if not isinstance(space, gym.spaces.Box):
         raise TrundleError(f"an oracle needs a flat observation, not {space}: wrap FlattenObservation")
-    unknown = np.full(len(NAMES), np.inf)
+    unknown = np.full(len(HIDDEN_VALUE_NAMES), np.inf)
     return gym.spaces.Box(
         np.concatenate([space.low, -unknown]), np.concatenate([space.high, unknown]), dtype=np.float64
     )

@@ -13,7 +13,7 @@ from gymnasium.error import InvalidAction, ResetNeeded
 from numpy.typing import NDArray
 
 from trundle._native import NotFiniteError, Pushing, Snapshot, TrundleError
-from trundle.envs.view import draw, needed
+from trundle.envs.view import draw, require_episode
 from trundle.envs.window import Window
 
 __all__ = ["ActionError", "Push"]
@@ -251,7 +251,7 @@ class Push(gym.Env[Observation, Action]):
         gymnasium.error.ResetNeeded
             Before the first reset.
         """
-        return needed(self._native.hidden())
+        return require_episode(self._native.hidden())
 
     def hidden_values(self) -> NDArray[np.float64]:
         """Return what `trundle.Oracle` adds to an observation, shape (10,); NaN before the first reset."""
@@ -287,7 +287,7 @@ class Push(gym.Env[Observation, Action]):
     def _draw(self) -> None:
         if self.render_mode is None:
             return
-        x, y, _ = needed(self._native.view())["object"]
+        x, y, _ = require_episode(self._native.view())["object"]
         self._trail.append((x, y))
         if self.render_mode == "human":
             self._show(self._picture())
@@ -299,7 +299,7 @@ class Push(gym.Env[Observation, Action]):
 
     def _picture(self) -> NDArray[np.uint8]:
         hidden = self._native.hidden() if self.reveals else None
-        return draw(needed(self._native.view()), self._trail, hidden)
+        return draw(require_episode(self._native.view()), self._trail, hidden)
 
     def __getstate__(self) -> dict[str, Any]:
         return {**self.__dict__, "_window": None}
@@ -348,11 +348,11 @@ def reset_options(told: Mapping[str, Any]) -> dict[str, Any]:
         "start": _numbers("start", told.get("start"), 3),
         "goal": _numbers("goal", told.get("goal"), 3),
         "grasp": _numbers("grasp", told.get("grasp"), 2),
-        "same_object": _truth("same_object", told.get("same_object", False)),
+        "same_object": _boolean("same_object", told.get("same_object", False)),
     }
 
 
-def _truth(key: str, value: Any) -> bool:
+def _boolean(key: str, value: Any) -> bool:
     if not isinstance(value, (bool, np.bool_)):
         raise TrundleError(f"reset option {key!r} = {value!r}: give True or False")
     return bool(value)

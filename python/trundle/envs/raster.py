@@ -8,7 +8,7 @@ from dataclasses import dataclass
 import numpy as np
 from numpy.typing import NDArray
 
-from trundle.envs.outlines import Plane, Points, letters, polygon_distance, walk
+from trundle.envs.distance import Plane, Points, polygon_distance, sample_polyline, text_coverage
 from trundle.envs.scene import Disc, Point, Polygon, Pose
 
 __all__ = ["Canvas", "Colour", "Frame", "Points", "Region"]
@@ -16,7 +16,7 @@ __all__ = ["Canvas", "Colour", "Frame", "Points", "Region"]
 Colour = tuple[int, int, int]
 Where = tuple[slice, slice] | tuple[NDArray[np.intp], ...]
 
-THINNEST = 1.5
+MIN_LINE_WIDTH_PX = 1.5
 """A line is at least so wide, pixels: a small picture keeps its lines."""
 
 
@@ -80,7 +80,7 @@ class Canvas:
 
     def rim(self, region: Region, width: float, colour: Colour) -> None:
         """Draw the rim of a region, `width` in m, inside it."""
-        inner = -region.distance - max(width * self._scale, THINNEST)
+        inner = -region.distance - max(width * self._scale, MIN_LINE_WIDTH_PX)
         self._blend(region.window, np.clip(0.5 - np.maximum(region.distance, inner), 0.0, 1.0), colour)
 
     def shade(self, region: Region, width: float, colour: Colour, opacity: float) -> None:
@@ -92,9 +92,9 @@ class Canvas:
         self, points: Points, width: float, colour: Colour, opacity: float = 1.0, dash: float = 0.0
     ) -> None:
         """Draw a polyline with round ends, `width` and `dash` in m; one point is a disc."""
-        radius = max(width * self._scale, THINNEST) / 2
+        radius = max(width * self._scale, MIN_LINE_WIDTH_PX) / 2
         reach = int(radius + 1.5)
-        dots = walk(self._pixels(points), dash * self._scale)
+        dots = sample_polyline(self._pixels(points), dash * self._scale)
         dots = dots[np.all((dots > -reach) & (dots < self._size - 1 + reach), axis=1)]
         if len(dots) == 0:
             return
@@ -108,7 +108,7 @@ class Canvas:
 
     def text(self, at: Point, side: int, words: str, height: float, ink: Colour, paper: Colour) -> None:
         """Write upright words, `height` in m, on a plate to the right (side 1) or left (-1) of a point."""
-        cover = letters(words, height * self._scale)
+        cover = text_coverage(words, height * self._scale)
         left, middle = np.rint(self._pixels([at])[0]).astype(int).tolist()
         left -= cover.shape[1] if side < 0 else 0
         top = middle - len(cover) // 2

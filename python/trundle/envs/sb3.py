@@ -65,12 +65,12 @@ class SB3VecEnv(VecEnv):  # type: ignore[misc]
     def reset(self) -> Any:
         """Begin episodes, with the seeds and options that were told since the last time."""
         seeds = None if all(seed is None for seed in self._seeds) else self._seeds
-        for options, mask in _grouped(self._options):
+        for options, mask in _group_by_options(self._options):
             observations, infos = self._batch.reset(seed=seeds, options={**options, "reset_mask": mask})
             self._keep(infos, mask)
         self._reset_seeds()
         self._reset_options()
-        return _copied(observations)
+        return _copy(observations)
 
     def step_async(self, actions: Any) -> None:
         """Keep the actions for `step_wait`."""
@@ -84,10 +84,10 @@ class SB3VecEnv(VecEnv):  # type: ignore[misc]
             info["TimeLimit.truncated"] = late
         if ended.any():
             for index in np.flatnonzero(ended):
-                infos[index]["terminal_observation"] = _copied(observations, index)
+                infos[index]["terminal_observation"] = _copy(observations, index)
             observations, begun = self._batch.reset(options={"reset_mask": ended.copy()})
             self._keep(begun, ended)
-        return _copied(observations), rewards.astype(np.float32), ended, infos
+        return _copy(observations), rewards.astype(np.float32), ended, infos
 
     def close(self) -> None:
         """Release what the batch holds."""
@@ -134,7 +134,9 @@ class SB3VecEnv(VecEnv):  # type: ignore[misc]
             self.reset_infos[index] = rows[index]
 
 
-def _grouped(options: Sequence[dict[str, Any]]) -> Iterable[tuple[dict[str, Any], NDArray[np.bool_]]]:
+def _group_by_options(
+    options: Sequence[dict[str, Any]],
+) -> Iterable[tuple[dict[str, Any], NDArray[np.bool_]]]:
     """Yield options and of which environments they are; those set for all at once are one object."""
     keys = np.array([id(one) if one else 0 for one in options])
     for key in dict.fromkeys(keys.tolist()):
@@ -156,7 +158,7 @@ def _rows(infos: dict[str, Any], count: int) -> list[dict[str, Any]]:
     return rows
 
 
-def _copied(observations: Any, index: Any = ...) -> Any:
+def _copy(observations: Any, index: Any = ...) -> Any:
     """Return observations, or one of them, that no later step overwrites."""
     if isinstance(observations, dict):
         return {key: part[index].copy() for key, part in observations.items()}

@@ -4,12 +4,12 @@ from __future__ import annotations
 
 from dataclasses import dataclass
 
-__all__ = ["Disc", "Hidden", "Point", "Polygon", "Pose", "Shape", "View"]
+__all__ = ["Disc", "HiddenWheel", "Point", "Polygon", "Pose", "Shape", "View"]
 
 Point = tuple[float, float]
 Polygon = tuple[Point, ...]
 Pose = tuple[float, float, float]
-Hidden = tuple[float, float, float, str]
+HiddenWheel = tuple[float, float, float, str]
 """A hidden wheel: x, y and the angle it rolls along, object frame, and a label."""
 
 
@@ -96,4 +96,4 @@ class View:
     trail: tuple[Point, ...] = ()
     arena: float = 2.5
     force_scale: float = 100.0
-    revealed: tuple[Hidden, ...] = ()
+    revealed: tuple[HiddenWheel, ...] = ()

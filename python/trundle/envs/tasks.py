@@ -90,7 +90,7 @@ class PushAround(Push):
     def seen_obstacles(observation: Observation) -> list[list[tuple[float, float]]]:
         """Return the box."""
         x, y, cos, sin, a, b = observation[-6:]
-        return [_oblong((x, y), (cos, sin), (-a, a), (-b, b))]
+        return [_rectangle((x, y), (cos, sin), (-a, a), (-b, b))]
 
 
 class PushDoor(Push):
@@ -116,17 +116,17 @@ class PushDoor(Push):
     def seen_obstacles(observation: Observation) -> list[list[tuple[float, float]]]:
         """Return the wall on both sides of the opening."""
         x, y, cos, sin, width = observation[-5:]
-        sides = ((width / 2, WALL_LENGTH), (-WALL_LENGTH, -width / 2))
-        return [_oblong((x, y), (cos, sin), (-0.05, 0.05), side) for side in sides]
+        sides = ((width / 2, WALL_HALF_LENGTH_M), (-WALL_HALF_LENGTH_M, -width / 2))
+        return [_rectangle((x, y), (cos, sin), (-0.05, 0.05), side) for side in sides]
 
 
-WALL_LENGTH = 5.0
+WALL_HALF_LENGTH_M = 5.0
 """From the middle of the opening to beyond the arena, m."""
 
 Pair = tuple[float, float]
 
 
-def _oblong(middle: Pair, way: Pair, along: Pair, across: Pair) -> list[Pair]:
+def _rectangle(middle: Pair, way: Pair, along: Pair, across: Pair) -> list[Pair]:
     """Return a rectangle in a frame whose x is `way`."""
     (x, y), (cos, sin) = middle, way
     corners = [(along[0], across[0]), (along[1], across[0]), (along[1], across[1]), (along[0], across[1])]

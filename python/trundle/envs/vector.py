@@ -15,7 +15,7 @@ from trundle._native import Batch, NotFiniteError, Snapshot, TrundleError
 from trundle.envs import goal, tasks
 from trundle.envs.goal import GoalSpace
 from trundle.envs.push import FACING, REACH, ActionError, Push, reset_options
-from trundle.envs.view import draw, needed
+from trundle.envs.view import draw, require_episode
 
 __all__ = ["PushGoalVec", "PushVec"]
 
@@ -23,9 +23,9 @@ Array = NDArray[np.float64]
 Flags = NDArray[np.bool_]
 
 COLUMNS: list[str] = Batch.COLUMNS
-MOST = 2**62
+MAX_NUM_ENVS = 2**62
 """More than any memory holds, and yet a number that the native half can take."""
-TRUTHS = ("is_success", "lost", "touched")
+BOOLEAN_INFOS = ("is_success", "lost", "touched")
 
 
 class PushVec(VectorEnv[Any, Any, Any]):
@@ -83,7 +83,7 @@ class PushVec(VectorEnv[Any, Any, Any]):
         self.num_envs, self.render_mode = num_envs, render_mode
         self.autoreset_mode = AutoresetMode(autoreset_mode)
         # First, because it refuses more than there is memory for.
-        self._native = Batch(single._options, min(num_envs, MOST), self.autoreset_mode.value)
+        self._native = Batch(single._options, min(num_envs, MAX_NUM_ENVS), self.autoreset_mode.value)
         self.metadata = {
             **single.metadata,
             "render_modes": ["rgb_array"],
@@ -152,7 +152,7 @@ class PushVec(VectorEnv[Any, Any, Any]):
         """Return a picture of each environment, or None without `render_mode`."""
         if self.render_mode is None:
             return None
-        return tuple(draw(needed(self._native.view(index))) for index in range(self.num_envs))
+        return tuple(draw(require_episode(self._native.view(index))) for index in range(self.num_envs))
 
     def _seeds(self, seed: int | Sequence[int | None] | None) -> list[int | None]:
         """Return a seed for each, None where its own stream goes on."""
@@ -191,7 +191,7 @@ class PushVec(VectorEnv[Any, Any, Any]):
 
     def _infos(self, ended: Flags, begun: Flags) -> dict[str, Any]:
         columns = {
-            key: self._table[:, k] != 0 if key in TRUTHS else self._table[:, k]
+            key: self._table[:, k] != 0 if key in BOOLEAN_INFOS else self._table[:, k]
             for k, key in enumerate(COLUMNS)
             if k > 2
         }

@@ -11,9 +11,9 @@ from numpy.typing import NDArray
 
 from trundle._native import Pushing
 from trundle.envs.drawing import picture
-from trundle.envs.scene import Disc, Hidden, Point, Shape, View
+from trundle.envs.scene import Disc, HiddenWheel, Point, Shape, View
 
-__all__ = ["draw", "needed"]
+__all__ = ["draw", "require_episode"]
 
 
 def draw(
@@ -41,13 +41,13 @@ def draw(
     )
 
 
-def _wheels(hidden: dict[str, Any]) -> tuple[Hidden, ...]:
+def _wheels(hidden: dict[str, Any]) -> tuple[HiddenWheel, ...]:
     """Return the viscous wheels of a model, with their friction along and across."""
     wheels = [effect for effect in hidden.get("effect", ()) if effect["kind"] == "viscous_wheel"]
     return tuple((w["x"], w["y"], w["angle"], f"{w['mu_x']:.0f}, {w['mu_y']:.0f}") for w in wheels)
 
 
-def needed(value: dict[str, Any] | None) -> dict[str, Any]:
+def require_episode(value: dict[str, Any] | None) -> dict[str, Any]:
     """Return a value that there is from the first reset on."""
     if value is None:
         raise ResetNeeded("no episode has begun: call reset() first")

@@ -9,15 +9,15 @@ from pathlib import Path
 from typing import TypeAlias
 
 from trundle._native import Model, effects
-from trundle.export.mjcf import described, mjcf
+from trundle.atomic import atomic_folder
+from trundle.export.mjcf import mjcf, parse_model
 from trundle.export.randomise import ranges
-from trundle.whole import whole_folder
 
 __all__ = ["to_mujoco"]
 
 PathLike: TypeAlias = "str | os.PathLike[str]"
-CALLBACK = "effects.py"
-MARK = "object.xml"
+CALLBACK_FILE = "effects.py"
+SCENE_FILE = "object.xml"
 
 
 def to_mujoco(
@@ -49,12 +49,12 @@ def to_mujoco(
     read = model if isinstance(model, Model) else Model.read(model)
     folder = Path(folder)
     written = {
-        MARK: mjcf(read, footprint),
+        SCENE_FILE: mjcf(read, footprint),
         "model.toml": read.to_toml(),
         "ranges.json": json.dumps(summary(read), indent=2, ensure_ascii=False) + "\n",
-        CALLBACK: Path(__file__).with_name("callback.py").read_text(encoding="utf-8"),
+        CALLBACK_FILE: Path(__file__).with_name("callback.py").read_text(encoding="utf-8"),
     }
-    with whole_folder(folder, MARK, "an export") as partial:
+    with atomic_folder(folder, SCENE_FILE, "an export") as partial:
         for name, text in written.items():
             (partial / name).write_text(text, encoding="utf-8")
     return folder
@@ -63,7 +63,7 @@ def to_mujoco(
 def summary(model: Model) -> dict[str, object]:
     """Return what `ranges.json` holds."""
     acting = {effect["kind"]: effect["acting"] for effect in effects()}
-    text = described(model)
+    text = parse_model(model)
     instruments = [e["kind"] for e in text.get("effect", []) if acting[e["kind"]] == "instrument"]
     if text.get("unnamed", {}).get("axes") == "reading":
         instruments.append("unnamed")

@@ -33,9 +33,13 @@ from numpy.typing import NDArray
 from rosbags.rosbag2 import StoragePlugin, Writer
 
 from trundle._native import Recording, TrundleError, read
-from trundle.export.messages import NANO, Bag
+from trundle.atomic import report_target_path
+from trundle.export.messages import NS_PER_S, Bag
 from trundle.importers.config import MapError
-from trundle.importers.exported import (
+from trundle.importers.layout import ShowProgress, SourceError
+from trundle.importers.rosbag import open_bag
+from trundle.importers.rotations import from_heading
+from trundle.importers.trundle_mcap import (
     DESCRIPTION,
     FORMAT,
     NAME,
@@ -46,10 +50,6 @@ from trundle.importers.exported import (
     Episode,
     describe,
 )
-from trundle.importers.layout import Say, SourceError
-from trundle.importers.rosbag import opened
-from trundle.importers.rotations import from_heading
-from trundle.whole import naming
 
 __all__ = ["write_mcap"]
 
@@ -57,15 +57,15 @@ PathLike: TypeAlias = "str | os.PathLike[str]"
 Stamps = NDArray[np.int64]
 Table = dict[str, Any]
 
-BEGIN = NANO
+FIRST_STAMP_NS = NS_PER_S
 """ns; a stamp of 0 would read as "no time"."""
-GAP = NANO
-LAST = 2**31
+EPISODE_GAP_NS = NS_PER_S
+MAX_STAMP_S = 2**31
 """s; a ROS stamp has 32 bits for them."""
 FRAMES = {"sensor": "gripper", "object": "object", "world": "world"}
 
 
-def write_mcap(recording: Recording | PathLike, path: PathLike, say: Say = lambda _: None) -> Path:
+def write_mcap(recording: Recording | PathLike, path: PathLike, say: ShowProgress = lambda _: None) -> Path:
     """Write a recording as one MCAP file.
 
     `trundle import FILE.mcap` makes the same recording of it, bit for bit.
@@ -91,19 +91,19 @@ def write_mcap(recording: Recording | PathLike, path: PathLike, say: Say = lambd
     """
     whole = recording if isinstance(recording, Recording) else read(recording)
     path = Path(path)
-    _check_free(path)
-    placed = _placed(whole)
+    _check_target(path)
+    placed = _assign_stamps(whole)
     path.parent.mkdir(parents=True, exist_ok=True)
     with (
         tempfile.TemporaryDirectory(prefix=f".{path.name}-", dir=path.parent) as partial,
-        naming(Path(partial), path),
+        report_target_path(Path(partial), path),
     ):
         folder = Path(partial) / path.stem
         # Humble reads no later version; all later ones read this.
         with Writer(folder, version=8, storage_plugin=StoragePlugin.MCAP) as writer:
             bag = Bag(writer)
             described = Description(FORMAT, [episode for episode, _ in placed], whole.metadata)
-            bag.write(DESCRIPTION, STRING, BEGIN, tomli_w.dumps(asdict(described)), latched=True)
+            bag.write(DESCRIPTION, STRING, FIRST_STAMP_NS, tomli_w.dumps(asdict(described)), latched=True)
             frame = FRAMES[whole.metadata["wrench"]["frame"]]
             for episode, stamps in placed:
                 say(f"{path.name}: {episode.name}")
@@ -113,15 +113,15 @@ def write_mcap(recording: Recording | PathLike, path: PathLike, say: Say = lambd
     return path
 
 
-def _placed(recording: Recording) -> list[tuple[Episode, Stamps]]:
+def _assign_stamps(recording: Recording) -> list[tuple[Episode, Stamps]]:
     """Return the episodes one after another, and the stamps of their rows, ns."""
-    placed, begin = [], BEGIN
+    placed, begin = [], FIRST_STAMP_NS
     for name, table in recording.episodes.items():
         t = table["t"]
-        if t[-1] - t[0] >= LAST - begin / NANO:
-            trouble = f"lasts {t[-1] - t[0]:g} s, past the last ROS stamp at {LAST} s; `t` is in s"
+        if t[-1] - t[0] >= MAX_STAMP_S - begin / NS_PER_S:
+            trouble = f"lasts {t[-1] - t[0]:g} s, past the last ROS stamp at {MAX_STAMP_S} s; `t` is in s"
             raise TrundleError(f"episode {name}: {trouble}")
-        stamps = begin + np.rint((t - t[0]) * NANO).astype(np.int64)
+        stamps = begin + np.rint((t - t[0]) * NS_PER_S).astype(np.int64)
         same = np.flatnonzero(np.diff(stamps) == 0) + 1
         if len(same):
             trouble = (
@@ -129,7 +129,7 @@ def _placed(recording: Recording) -> list[tuple[Episode, Stamps]]:
             )
             raise TrundleError(f"episode {name}, row {same[0] + 1}, column t: {trouble}; merge the two rows")
         placed.append((Episode(name, begin, list(table)), stamps))
-        begin = int(stamps[-1]) + GAP
+        begin = int(stamps[-1]) + EPISODE_GAP_NS
     return placed
 
 
@@ -160,13 +160,13 @@ def _samples(table: Table, columns: Sequence[str]) -> tuple[NDArray[np.bool_], l
     return ~np.isnan(measured[0]), values.tolist()
 
 
-def _check_free(path: Path) -> None:
+def _check_target(path: Path) -> None:
     """Refuse a name that no reader knows, and one that holds another's file."""
     if path.suffix != ".mcap":
         raise TrundleError(f"{path}: give a name that ends in .mcap; readers know the format by it")
     ours = not path.exists()
     if path.is_file():
-        with suppress(SourceError, MapError), opened(path) as reader:
+        with suppress(SourceError, MapError), open_bag(path) as reader:
             ours = describe(reader) is not None
     if not ours:
         raise TrundleError(f"{path}: holds something else than an export; give another name")

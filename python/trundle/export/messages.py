@@ -8,11 +8,11 @@ from rosbags.interfaces import Qos, QosDurability, QosHistory, QosLiveliness, Qo
 from rosbags.rosbag2 import Writer
 from rosbags.typesys import Stores, get_typestore
 
-from trundle.importers.exported import NUMBER, STRING
+from trundle.importers.trundle_mcap import NUMBER, STRING
 
-__all__ = ["NANO", "Bag"]
+__all__ = ["NS_PER_S", "Bag"]
 
-NANO = 10**9
+NS_PER_S = 10**9
 FOREVER = QosTime(9223372036, 854775807)
 LATCHED = Qos(
     history=QosHistory.KEEP_LAST,
@@ -72,7 +72,9 @@ class Bag:
             return make[kind](content)
         if kind == NUMBER:
             return make[kind](*content)
-        header = make["std_msgs/msg/Header"](make["builtin_interfaces/msg/Time"](*divmod(stamp, NANO)), frame)
+        header = make["std_msgs/msg/Header"](
+            make["builtin_interfaces/msg/Time"](*divmod(stamp, NS_PER_S)), frame
+        )
         if kind == "geometry_msgs/msg/WrenchStamped":
             vector = make["geometry_msgs/msg/Vector3"]
             wrench = make["geometry_msgs/msg/Wrench"](vector(*content[:3]), vector(*content[3:]))

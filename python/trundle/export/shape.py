@@ -5,15 +5,15 @@ from __future__ import annotations
 from collections.abc import Sequence
 from typing import TypeAlias
 
-__all__ = ["Point", "area", "convex", "pieces"]
+__all__ = ["Point", "area", "convex_pieces", "is_convex"]
 
 Point: TypeAlias = "tuple[float, float]"
 
 
-def pieces(polygon: Sequence[Point]) -> list[list[Point]]:
+def convex_pieces(polygon: Sequence[Point]) -> list[list[Point]]:
     """Return a simple polygon as convex pieces: itself, or triangles (by ears: Meisters 1975)."""
     corners = list(polygon) if area(polygon) > 0 else list(reversed(polygon))
-    if convex(corners):
+    if is_convex(corners):
         return [corners]
     triangles = []
     while len(corners) > 3:
@@ -25,7 +25,7 @@ def pieces(polygon: Sequence[Point]) -> list[list[Point]]:
     return [*triangles, corners]
 
 
-def convex(corners: Sequence[Point]) -> bool:
+def is_convex(corners: Sequence[Point]) -> bool:
     """Tell whether a polygon, counter-clockwise, has no corner that points inwards."""
     return all(turn(corners[k - 2], corners[k - 1], corners[k]) >= 0 for k in range(len(corners)))
 

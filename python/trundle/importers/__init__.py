@@ -10,7 +10,7 @@ from pathlib import Path
 from typing import cast
 
 from trundle.importers.config import MapError, load
-from trundle.importers.layout import Imported, Importer, Say, SourceError
+from trundle.importers.layout import Imported, Importer, ShowProgress, SourceError
 
 __all__ = ["IMPORTERS", "Imported", "MapError", "SourceError", "importer", "read"]
 
@@ -33,7 +33,9 @@ def importer(layout: str) -> Importer:
     return cast("Importer", importlib.import_module(f"{__name__}.{IMPORTERS[layout]}"))
 
 
-def read(source: Path, layout: str, map_file: Path | None = None, say: Say = lambda _: None) -> Imported:
+def read(
+    source: Path, layout: str, map_file: Path | None = None, say: ShowProgress = lambda _: None
+) -> Imported:
     """Read a source.
 
     Parameters

@@ -14,7 +14,7 @@ from typing import Any
 
 from trundle.importers import cmu_logs, cmu_pushes
 from trundle.importers.config import MapError, typed
-from trundle.importers.layout import Imported, Say
+from trundle.importers.layout import Imported, ShowProgress
 
 __all__ = ["NEEDS_MAP", "CmuMap", "read"]
 
@@ -41,7 +41,7 @@ class CmuMap:
     logs: list[str] | None = None
 
 
-def read(source: Path, settings: Mapping[str, Any], say: Say) -> Imported:
+def read(source: Path, settings: Mapping[str, Any], say: ShowProgress) -> Imported:
     """Read one file of pushes, or the folder of continuous logs."""
     options = typed(CmuMap, settings)
     usual = 2 if source.is_dir() else 5

@@ -7,18 +7,18 @@ from pathlib import Path
 import numpy as np
 
 from trundle.importers.cmu_frames import MILLIMETRE, numbers, wrench_metadata
-from trundle.importers.layout import Columns, Floats, Imported, Say, SourceError
+from trundle.importers.layout import Columns, Floats, Imported, ShowProgress, SourceError
 from trundle.importers.rotations import heading, product
 from trundle.importers.streams import Stream, interval, join
-from trundle.importers.takes import tidy
+from trundle.importers.takes import clean_stream
 
 __all__ = ["read"]
 
-FAKE_POSE = np.array([668.54, -260.52])
+LOST_POSE_MM = np.array([668.54, -260.52])
 """mm; what the tracker wrote when it had lost the object."""
 BODY_Y_UP = np.array([0.5, -0.5, -0.5, -0.5])
 """The tracker's bodies have y up. The object frame's x and y are their z and x."""
-TOOL_FROM_SENSOR = np.array([1.0, -1.0, -1.0])
+TOOL_SIGNS = np.array([1.0, -1.0, -1.0])
 """The sensor hangs upside down, turned about the tool's x; its sign is that of the force on the object.
 
 With this turn the force lies along the touched sides' normals and within 10 degrees of the touched point's
@@ -32,18 +32,18 @@ FOOTPRINT_NOTE = (
     "the transform from the tracker's body to the triangle was not published: the footprint is inferred from "
     "where the tip touched, its third side and the mass centre follow from the shape: trust them to a few mm"
 )
-POINT_CONTACT_UNTIL = {"exp3_1": 35.0}
+POINT_CONTACT_END_S = {"exp3_1": 35.0}
 """s; later the tip is up to 2 cm past the end of the side: it is flat, and a corner rides on its face."""
-EARLIER = ("exp3_1", "exp3_2")
+EARLIER_SESSION = ("exp3_1", "exp3_2")
 """Logs pushed at 3 and 2 mm/s, where the others are at 5. Sliding straight took half the force that it takes
 in the others, with the same outline and at any speed within a log: the object bore another load, or stood on
 another floor. One recording is of one object, so that these two are one of their own."""
-QUIET_SPAN = 1.0
+MIN_QUIET_DURATION_S = 1.0
 """s, the shortest interval to tare on."""
 
 
 def read(
-    source: Path, name: str | None, held_out_every: int, say: Say, chosen: list[str] | None = None
+    source: Path, name: str | None, held_out_every: int, say: ShowProgress, chosen: list[str] | None = None
 ) -> Imported:
     """Read every `NAME_force.txt`, `NAME_pos.txt`, `NAME_robot.txt` of a folder as the episode NAME.
 
@@ -54,7 +54,7 @@ def read(
         raise SourceError(
             source, "no file NAME_force.txt; give the folder timeseries/, or one file of pushes/"
         )
-    later = [log for log in found if log not in EARLIER]
+    later = [log for log in found if log not in EARLIER_SESSION]
     logs = sorted(chosen) if chosen is not None else later or found
     remarks = [
         f"{log}: left out, another load or floor; a map with `logs` takes it"
@@ -90,24 +90,26 @@ def _episode(source: Path, log: str) -> tuple[Columns, list[float], list[str]]:
     pose_t, pose = _records(source / f"{log}_pos.txt", 7)
     tip_t, tip = _records(source / f"{log}_robot.txt", 7)
     start = min(force_t[0], pose_t[0], tip_t[0])
-    seen = np.hypot(*(pose[:, :2] - FAKE_POSE).T) > 0.01
+    seen = np.hypot(*(pose[:, :2] - LOST_POSE_MM).T) > 0.01
     remarks = [f"{np.sum(~seen)} poses of a lost tracker left out"] if not np.all(seen) else []
     planar = np.column_stack([pose[:, :2] * MILLIMETRE, heading(product(pose[:, 3:], BODY_Y_UP))])[seen]
     tool = np.column_stack([tip[:, :2] * MILLIMETRE, heading(tip[:, 3:])])
-    end = POINT_CONTACT_UNTIL.get(log, np.inf)
+    end = POINT_CONTACT_END_S.get(log, np.inf)
     if np.isfinite(end):
         remarks.append(f"cut at {end} s: a corner of the object rides on the tip's face from then on")
     streams = []
     for names, t, values in (
         (["object_x", "object_y", "object_theta"], pose_t[seen], planar),
         (["gripper_x", "gripper_y", "gripper_theta"], tip_t, tool),
-        (["force_x", "force_y", "force_z"], force_t, force * TOOL_FROM_SENSOR),
+        (["force_x", "force_y", "force_z"], force_t, force * TOOL_SIGNS),
     ):
         # Stamps are rounded to 10 ms: the difference of two is a whole number of them.
-        stream, said = tidy(Stream(names, np.round(t - start, 2), values), names[0].split("_")[0], False)
+        stream, said = clean_stream(
+            Stream(names, np.round(t - start, 2), values), names[0].split("_")[0], False
+        )
         streams.append(interval(stream, 0.0, end))
         remarks += said
-    return join(streams), quiet(streams[-1]), [f"{log}: {remark}" for remark in remarks]
+    return join(streams), longest_quiet_interval(streams[-1]), [f"{log}: {remark}" for remark in remarks]
 
 
 def _records(path: Path, width: int) -> tuple[Floats, Floats]:
@@ -123,13 +125,13 @@ def _records(path: Path, width: int) -> tuple[Floats, Floats]:
     return times, numbers(path, lines[1::2], range(2, len(lines) + 1, 2), width)
 
 
-def quiet(wrench: Stream) -> list[float]:
+def longest_quiet_interval(wrench: Stream) -> list[float]:
     """Return the longest interval without contact, s, as the longest in which the force hardly varies.
 
     A touching tip trembles with the friction under the object by tens of millinewtons, a free one by the
     sensor's few; the first samples are no safe choice, because two logs begin in contact.
     """
-    step = round(QUIET_SPAN / float(np.median(np.diff(wrench.t))))
+    step = round(MIN_QUIET_DURATION_S / float(np.median(np.diff(wrench.t))))
     windows = np.lib.stride_tricks.sliding_window_view(wrench.values[:, :2], step, axis=0)
     spread = np.max(windows.max(axis=-1) - windows.min(axis=-1), axis=-1)
     still = np.append(spread <= 3.0 * max(spread.min(), 1e-3), False)

@@ -12,31 +12,31 @@ from typing import Any
 import numpy as np
 
 from trundle.importers.cmu_frames import MILLIMETRE, numbers, wrench_metadata
-from trundle.importers.layout import Columns, Floats, Imported, Say, SourceError
+from trundle.importers.layout import Columns, Floats, Imported, ShowProgress, SourceError
 from trundle.importers.rotations import heading
-from trundle.importers.streams import Stream, join, unstale
+from trundle.importers.streams import Stream, drop_stale, join
 
-__all__ = ["FOOTPRINT", "MASS", "read", "support"]
+__all__ = ["FOOTPRINT", "MASS_KG", "read", "support"]
 
 FOOTPRINT = [[0.0, 0.0], [0.15, 0.0], [0.0, 0.15]]
 """The aluminium triangle, m: origin at the right-angled corner, axes along the legs."""
-MASS = 1.518
+MASS_KG = 1.518
 """kg, weighed by the authors."""
 TOOL_FROM_SENSOR = np.array([[1.0, 1.0], [1.0, -1.0]]) / np.sqrt(2.0)
 """The sensor hangs upside down, turned by 45 degrees in the tool; it reads the force on itself."""
-LAST_DIGIT = 1e-6
+RESOLUTION = 1e-6
 """m, rad and N; what the logs resolve."""
 TARE_SAMPLES = 5
 """The authors' own zero: so many samples are free of contact in every push."""
-TARE_LIMIT = 0.3
+MAX_TARE_DURATION_S = 0.3
 """s; most pushes are free of contact for so long."""
-TOUCH = 0.1
+MIN_CONTACT_FORCE_N = 0.1
 """N, off the first samples' mean: the pusher touches (the sensor's noise is 0.01 N)."""
 
 
-def read(source: Path, name: str | None, held_out_every: int, say: Say) -> Imported:
+def read(source: Path, name: str | None, held_out_every: int, say: ShowProgress) -> Imported:
     """Read one file of pushes; every `held_out_every`th is held out."""
-    shape: dict[str, object] = {"footprint": FOOTPRINT, "mass": MASS}
+    shape: dict[str, object] = {"footprint": FOOTPRINT, "mass": MASS_KG}
     feet = support(source)
     if feet:
         shape["support"] = feet
@@ -64,10 +64,10 @@ def read(source: Path, name: str | None, held_out_every: int, say: Say) -> Impor
     if len(pushes) > 1:
         metadata["noise"] = _noise(list(pushes.values()))
     stale = sum(push.stale for push in pushes.values())
-    early = sum(push.free < TARE_LIMIT for push in pushes.values())
+    early = sum(push.free < MAX_TARE_DURATION_S for push in pushes.values())
     remarks = [
         f"{stale} repeated tip positions left out",
-        f"{early} pushes touch within {TARE_LIMIT} s: shorter tare",
+        f"{early} pushes touch within {MAX_TARE_DURATION_S} s: shorter tare",
     ]
     return Imported(metadata, {episode: push.table for episode, push in pushes.items()}, remarks)
 
@@ -94,7 +94,7 @@ def _noise(pushes: Sequence[_Push]) -> dict[str, object]:
 
 
 def _rounded(sd: float) -> float:
-    return float(f"{max(sd, LAST_DIGIT):.2g}")
+    return float(f"{max(sd, RESOLUTION):.2g}")
 
 
 def support(source: Path) -> list[list[float]]:
@@ -148,18 +148,20 @@ def _push(log: _Log) -> _Push:
     start = min(force[0, 0], tip[0, 0])
     wrench = Stream(["force_x", "force_y"], force[:, 0] - start, force[:, 1:] @ TOOL_FROM_SENSOR.T)
     planar = np.column_stack([tip[:, 1:3] * MILLIMETRE, heading(tip[:, 4:])])
-    gripper, stale = unstale(Stream(["gripper_x", "gripper_y", "gripper_theta"], tip[:, 0] - start, planar))
+    gripper, stale = drop_stale(
+        Stream(["gripper_x", "gripper_y", "gripper_theta"], tip[:, 0] - start, planar)
+    )
     end = max(wrench.t[-1], gripper.t[-1])
     body = Stream(["object_x", "object_y", "object_theta"], np.array([0.0, end]), poses)
-    free = _free(wrench)
+    free = _contact_free_until(wrench)
     quiet = wrench.values[wrench.t <= free]
     noise = float(np.sqrt(np.mean(np.var(quiet, axis=0, ddof=1))))
     return _Push(join([body, gripper, wrench]), free, stale, poses, noise)
 
 
-def _free(wrench: Stream) -> float:
+def _contact_free_until(wrench: Stream) -> float:
     """Return until when, s, nothing touches: the tare's end, the authors' five samples at least."""
     zero = wrench.values[:TARE_SAMPLES].mean(axis=0)
-    touching = np.flatnonzero(np.hypot(*(wrench.values - zero).T) > TOUCH)
+    touching = np.flatnonzero(np.hypot(*(wrench.values - zero).T) > MIN_CONTACT_FORCE_N)
     last = touching[0] - 1 if len(touching) else len(wrench.t) - 1
-    return float(round(min(TARE_LIMIT, wrench.t[max(last, TARE_SAMPLES - 1)]), 3))
+    return float(round(min(MAX_TARE_DURATION_S, wrench.t[max(last, TARE_SAMPLES - 1)]), 3))

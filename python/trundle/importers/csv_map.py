@@ -11,7 +11,7 @@ import numpy as np
 import pandas as pd
 
 from trundle.importers.config import typed
-from trundle.importers.layout import Floats, Imported, Say, SourceError
+from trundle.importers.layout import Floats, Imported, ShowProgress, SourceError
 from trundle.importers.tables import TableMap, read_files
 
 __all__ = ["NEEDS_MAP", "CsvFile", "CsvMap", "read"]
@@ -75,7 +75,7 @@ class CsvFile:
         return numbers
 
 
-def read(source: Path, settings: Mapping[str, Any], say: Say) -> Imported:
+def read(source: Path, settings: Mapping[str, Any], say: ShowProgress) -> Imported:
     """Read one file, or every `*.csv` of a folder in the order of their names."""
     told = typed(CsvMap, settings)
     return read_files(source, ".csv", lambda path: CsvFile(path, told), told, say)

@@ -14,7 +14,7 @@ from typing import Any
 import numpy as np
 
 from trundle.importers.config import typed
-from trundle.importers.layout import Columns, Imported, Say, SourceError
+from trundle.importers.layout import Columns, Imported, ShowProgress, SourceError
 from trundle.importers.matfile import MatFile
 from trundle.importers.streams import Stream, join
 
@@ -22,7 +22,7 @@ __all__ = ["NEEDS_MAP", "EmpsMap", "read"]
 
 NEEDS_MAP = False
 
-FILES = {"episode_00": "DATA_EMPS.mat", "episode_01": "DATA_EMPS_PULSES.mat"}
+EPISODE_FILES = {"episode_00": "DATA_EMPS.mat", "episode_01": "DATA_EMPS_PULSES.mat"}
 
 
 @dataclass(frozen=True)
@@ -41,7 +41,7 @@ class EmpsMap:
     held_out: list[str] = field(default_factory=lambda: ["episode_01"])
 
 
-def read(source: Path, settings: Mapping[str, Any], say: Say) -> Imported:
+def read(source: Path, settings: Mapping[str, Any], say: ShowProgress) -> Imported:
     """Read the folder that holds both files.
 
     The force is the drive's: gain times voltage. The pulses of the validation file are inside that voltage
@@ -50,9 +50,11 @@ def read(source: Path, settings: Mapping[str, Any], say: Say) -> Imported:
     """
     options = typed(EmpsMap, settings)
     if not source.is_dir():
-        raise SourceError(source, f"not a folder; give the one that holds {' and '.join(FILES.values())}")
+        raise SourceError(
+            source, f"not a folder; give the one that holds {' and '.join(EPISODE_FILES.values())}"
+        )
     episodes: dict[str, Columns] = {}
-    for episode, file in FILES.items():
+    for episode, file in EPISODE_FILES.items():
         say(file)
         episodes[episode] = _episode(MatFile(source / file))
     metadata = {
@@ -73,7 +75,7 @@ def read(source: Path, settings: Mapping[str, Any], say: Say) -> Imported:
         "notes": {
             "origin": "EMPS benchmark, Janot, Gautier and Brunot 2019, nonlinearbenchmark.org",
             "force": "gtau * vir, the drive's command in N, any pulses included",
-            "files": dict(FILES),
+            "files": dict(EPISODE_FILES),
         },
     }
     return Imported(metadata, episodes, [])

@@ -10,12 +10,12 @@ from typing import Any, Protocol
 import numpy as np
 from numpy.typing import NDArray
 
-__all__ = ["Columns", "Floats", "Imported", "Importer", "Say", "SourceError"]
+__all__ = ["Columns", "Floats", "Imported", "Importer", "ShowProgress", "SourceError"]
 
 Floats = NDArray[np.float64]
 Columns = dict[str, Floats]
 """Columns of one episode's table, all of one length, NaN where a stream has no sample."""
-Say = Callable[[str], None]
+ShowProgress = Callable[[str], None]
 """Shows what is being read; may be called as often as convenient."""
 
 
@@ -51,5 +51,5 @@ class Importer(Protocol):
     NEEDS_MAP: bool
     """Whether the layout says nothing without a map."""
 
-    def read(self, source: Path, settings: Mapping[str, Any], say: Say) -> Imported:
+    def read(self, source: Path, settings: Mapping[str, Any], say: ShowProgress) -> Imported:
         """Read `source` as `settings`, the parsed map file, tell."""

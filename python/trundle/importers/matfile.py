@@ -16,9 +16,9 @@ from trundle.importers.matlab import DamagedError, HDF5Error, Other, Struct, Val
 
 __all__ = ["MatFile"]
 
-CHILD = Path(__file__).with_name("hdf5_child.py")
+HDF5_READER = Path(__file__).with_name("hdf5_child.py")
 REMEDY = "save it again in MATLAB with `save(file, '-v7')`"
-HDF5_SECONDS = 120
+HDF5_TIMEOUT_S = 120
 """Time that reading a file of version 7.3 may take; what a disk reads in it is far beyond a recording."""
 
 
@@ -109,14 +109,16 @@ def _load_hdf5(path: Path) -> dict[str, Value]:
             "a version 7.3 MATLAB file; install h5py (`pip install h5py`), or save it in MATLAB with "
             "`save(file, '-v7')`",
         )
-    limit = matlab.BASE + matlab.PER_BYTE * path.stat().st_size
+    limit = matlab.BASE_MEMORY_BYTES + matlab.MEMORY_PER_FILE_BYTE * path.stat().st_size
     with tempfile.TemporaryDirectory() as place:
         target = Path(place) / "variables.npz"
-        command = [sys.executable, "-I", str(CHILD), str(path), str(target), str(limit)]
+        command = [sys.executable, "-I", str(HDF5_READER), str(path), str(target), str(limit)]
         try:
-            done = subprocess.run(command, capture_output=True, text=True, timeout=HDF5_SECONDS, check=False)
+            done = subprocess.run(
+                command, capture_output=True, text=True, timeout=HDF5_TIMEOUT_S, check=False
+            )
         except subprocess.TimeoutExpired as error:
-            raise _unreadable(path, f"no end after {HDF5_SECONDS} s") from error
+            raise _unreadable(path, f"no end after {HDF5_TIMEOUT_S} s") from error
         if done.returncode == 3:
             raise _unreadable(path, done.stdout.strip())
         if done.returncode != 0 or not target.exists():

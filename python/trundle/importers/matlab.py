@@ -18,16 +18,16 @@ from trundle.importers.layout import Floats
 
 __all__ = ["DamagedError", "HDF5Error", "Other", "Struct", "Value", "read"]
 
-BASE = 64 << 20
+BASE_MEMORY_BYTES = 64 << 20
 """Memory that a file's variables may take whatever its size, bytes; as for tables of recordings."""
-PER_BYTE = 64
+MEMORY_PER_FILE_BYTE = 64
 """And this many times its size."""
 MAX_DEPTH = 16
 """Structures in structures."""
 MAX_DIMENSIONS = 32
 """NumPy's own limit in version 1."""
 
-HEADER = 128
+HEADER_BYTES = 128
 MATRIX, COMPRESSED = 14, 15
 NUMBERS = {
     1: "i1",
@@ -46,7 +46,7 @@ STRUCT, NUMERIC = 2, range(6, 16)
 """Classes of arrays."""
 CLASSES = {1: "cell", 3: "object", 4: "text", 5: "sparse", 16: "function", 17: "object"}
 COMPLEX = 0x800
-OLD_NUMBERS = ["f8", "f4", "i4", "i2", "u2", "u1"]
+VERSION_4_NUMBERS = ["f8", "f4", "i4", "i2", "u2", "u1"]
 """Types of stored numbers in version 4."""
 
 
@@ -87,10 +87,10 @@ def read(content: bytes) -> dict[str, Value]:
     HDF5Error
         If it is of version 7.3.
     """
-    budget = Budget(BASE + PER_BYTE * len(content))
+    budget = Budget(BASE_MEMORY_BYTES + MEMORY_PER_FILE_BYTE * len(content))
     if len(content) >= 4 and 0 in content[:4]:
-        return _read_old(Bytes(memoryview(content), "<", budget))
-    if len(content) < HEADER or content[126:128] not in (b"IM", b"MI"):
+        return _read_version_4(Bytes(memoryview(content), "<", budget))
+    if len(content) < HEADER_BYTES or content[126:128] not in (b"IM", b"MI"):
         raise DamagedError("it does not begin as one")
     order = "<" if content[126:128] == b"IM" else ">"
     major = content[125] if order == "<" else content[124]
@@ -99,7 +99,7 @@ def read(content: bytes) -> dict[str, Value]:
     if major != 1:
         raise DamagedError(f"its version is {major}")
     found: dict[str, Value] = {}
-    rest = Bytes(memoryview(content)[HEADER:], order, budget)
+    rest = Bytes(memoryview(content)[HEADER_BYTES:], order, budget)
     while rest.left:
         variable = _variable(rest)
         if variable is not None:
@@ -117,8 +117,8 @@ class Budget:
         """Take some of it."""
         if size > self.left:
             raise DamagedError(
-                f"unpacked it takes more than {self.limit >> 20} MiB, {PER_BYTE} times its size and "
-                f"{BASE >> 20} MiB; save it uncompressed, `save(file, '-v6')`"
+                f"unpacked it takes more than {self.limit >> 20} MiB, {MEMORY_PER_FILE_BYTE} times its size and "
+                f"{BASE_MEMORY_BYTES >> 20} MiB; save it uncompressed, `save(file, '-v6')`"
             )
         self.left -= size
 
@@ -173,11 +173,11 @@ def _variable(rest: Bytes) -> tuple[str, Value] | None:
     """Return the next variable: name and value. Elements of other kinds are passed over."""
     kind, content = rest.element()
     if kind == COMPRESSED:
-        kind, content = _unpacked(content).element()
+        kind, content = _decompress(content).element()
     return _matrix(content, 0) if kind == MATRIX else None
 
 
-def _unpacked(content: Bytes) -> Bytes:
+def _decompress(content: Bytes) -> Bytes:
     unpack = zlib.decompressobj()
     try:
         data = unpack.decompress(content.data, content.budget.left + 1)
@@ -231,7 +231,7 @@ def _text(content: Bytes) -> str:
     return bytes(content.data).split(b"\0")[0].decode("ascii", errors="replace")
 
 
-def _read_old(rest: Bytes) -> dict[str, Value]:
+def _read_version_4(rest: Bytes) -> dict[str, Value]:
     """Return the variables of a file of version 4: headers of five whole numbers, each with its matrix."""
     found: dict[str, Value] = {}
     while rest.left:
@@ -241,16 +241,20 @@ def _read_old(rest: Bytes) -> dict[str, Value]:
         form, rows, columns, imaginary, length = head.whole(5)
         machine, zero, precision, kind = (form // 10**k % 10 for k in (3, 2, 1, 0))
         known = (
-            0 <= form < 5000 and machine in (0, 1) and not zero and precision < len(OLD_NUMBERS) and kind < 3
+            0 <= form < 5000
+            and machine in (0, 1)
+            and not zero
+            and precision < len(VERSION_4_NUMBERS)
+            and kind < 3
         )
         if not known or min(rows, columns, length) < 0:
             raise DamagedError("it does not begin as one, or a variable does not")
         name = _text(rest.take(length))
-        size = np.dtype(OLD_NUMBERS[precision]).itemsize * rows * columns
+        size = np.dtype(VERSION_4_NUMBERS[precision]).itemsize * rows * columns
         if kind or imaginary:
             rest.take(size * (2 if imaginary else 1))
             found[name] = Other((rows, columns), ("complex", "text", "sparse")[kind])
         else:
-            numbers = rest.numbers(OLD_NUMBERS[precision], rows * columns)
+            numbers = rest.numbers(VERSION_4_NUMBERS[precision], rows * columns)
             found[name] = numbers.reshape((rows, columns), order="F")
     return found

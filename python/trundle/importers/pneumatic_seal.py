@@ -16,7 +16,7 @@ import numpy as np
 
 from trundle.importers.cmu_frames import numbers
 from trundle.importers.config import MapError, typed
-from trundle.importers.layout import Columns, Floats, Imported, Say, SourceError
+from trundle.importers.layout import Columns, Floats, Imported, ShowProgress, SourceError
 
 __all__ = ["NEEDS_MAP", "SealMap", "force_on_piston", "read"]
 
@@ -27,11 +27,11 @@ MILLISECOND = 1e-3
 BAR = 1e5
 COLUMNS = 7
 TIME, POSITION, PRESSURE, LOAD_CELL = 0, 4, 5, 6
-BORES = {"O-ring": 25.0e-3, "X-ring257": 25.7e-3}
+BORES_M = {"O-ring": 25.0e-3, "X-ring257": 25.7e-3}
 """Bore of the cylinder by seal, m: the part of a file's name before the first `_`."""
-TURN = 5e-3
+MIN_REVERSAL_M = 5e-3
 """m; a reversal counts once the piston is so far from it. The stroke is 39 mm, the laser's noise 0.1 mm."""
-LONGEST_GAP = 0.5
+MAX_GAP_S = 0.5
 """s; gaps of the logger last up to 0.3 s and stay. One log also has a gap of 2.7 s, half a stroke."""
 
 
@@ -57,7 +57,7 @@ class SealMap:
     bore: float | None = None
 
 
-def read(source: Path, settings: Mapping[str, Any], say: Say) -> Imported:
+def read(source: Path, settings: Mapping[str, Any], say: ShowProgress) -> Imported:
     """Read one log, or several logs of one seal from a folder, as a rail recording.
 
     An episode is a pair of strokes, forth and back, from one inner reversal to the next. A pair is the
@@ -139,11 +139,11 @@ def _bore(files: list[Path], given: float | None) -> float:
         if not 0.0 < given < 1.0:
             raise MapError(f"`bore` = {given}: give the bore of the cylinder in m, 0.025 for example")
         return given
-    if seals[0] not in BORES:
+    if seals[0] not in BORES_M:
         raise MapError(
-            f"{files[0].name}: seal `{seals[0]}` is none of {', '.join(BORES)}; give its `bore` in m in a map"
+            f"{files[0].name}: seal `{seals[0]}` is none of {', '.join(BORES_M)}; give its `bore` in m in a map"
         )
-    return BORES[seals[0]]
+    return BORES_M[seals[0]]
 
 
 def _pairs(path: Path, bore: float) -> tuple[list[Columns], list[str]]:
@@ -157,7 +157,7 @@ def _pairs(path: Path, bore: float) -> tuple[list[Columns], list[str]]:
         if len(rows) < end - begin:
             remarks.append(
                 f"{path.name}: {end - begin - len(rows)} rows of pair {len(pairs) + 1} left out, beyond a "
-                f"gap of more than {LONGEST_GAP} s"
+                f"gap of more than {MAX_GAP_S} s"
             )
         pairs.append(
             {
@@ -173,7 +173,8 @@ def _pairs(path: Path, bore: float) -> tuple[list[Columns], list[str]]:
         )
     if not pairs:
         raise SourceError(
-            path, f"no pair of strokes: the position moves by less than {TURN * 1e3:g} mm to and fro"
+            path,
+            f"no pair of strokes: the position moves by less than {MIN_REVERSAL_M * 1e3:g} mm to and fro",
         )
     return pairs, remarks
 
@@ -206,17 +207,17 @@ def _inner_reversals(x: Floats) -> list[int]:
         away = x[k] - x[extreme] if forth else x[extreme] - x[k]
         if away >= 0.0:
             extreme = k
-        elif -away > TURN:
+        elif -away > MIN_REVERSAL_M:
             if not forth:
                 edges.append(extreme)
             extreme, forth = k, not forth
-    complete = not forth and x[-1] - x[edges[-1]] < TURN
+    complete = not forth and x[-1] - x[edges[-1]] < MIN_REVERSAL_M
     return [*edges, len(x)] if complete else edges
 
 
 def _longest_run(t: Floats, begin: int, end: int) -> np.ndarray:
     """Return those rows from `begin` to before `end` that are most without a gap over `LONGEST_GAP`."""
-    gaps = begin + 1 + np.flatnonzero(np.diff(t[begin:end]) > LONGEST_GAP)
+    gaps = begin + 1 + np.flatnonzero(np.diff(t[begin:end]) > MAX_GAP_S)
     runs = np.split(np.arange(begin, end), gaps - begin)
     return max(runs, key=len)
 

@@ -14,11 +14,11 @@ from trundle.importers.layout import Floats, SourceError
 from trundle.importers.rotations import from_axes, from_rpy, heading, product, rotate, tilt
 from trundle.importers.streams import Stream
 
-__all__ = ["Axis", "Offset", "Poses", "World", "gripper", "object_"]
+__all__ = ["Axis", "Offset", "Poses", "World", "gripper_stream", "object_stream"]
 
 Axis = Literal["x", "y", "z", "-x", "-y", "-z"]
 
-UPRIGHT = np.radians(20.0)
+MAX_LEAN_RAD = np.radians(20.0)
 """An object frame that leans more than this has its axes mixed up."""
 
 
@@ -114,10 +114,10 @@ class Poses:
         return Poses(self.t, position, product(self.quaternion, rotation))
 
 
-def object_(poses: Poses) -> Stream:
+def object_stream(poses: Poses) -> Stream:
     """Return the object's planar stream; its frame must stand about upright."""
     lean = float(np.median(tilt(poses.quaternion)))
-    if lean > UPRIGHT:
+    if lean > MAX_LEAN_RAD:
         raise MapError(
             f"the object frame's z leans {np.degrees(lean):.0f} degrees from up; set `world.plane` if the "
             "tracker's world is not z-up, and `object.offset` so that the object's own z points up"
@@ -126,7 +126,7 @@ def object_(poses: Poses) -> Stream:
     return Stream(["object_x", "object_y", "object_theta"], poses.t, values)
 
 
-def gripper(poses: Poses, level_within: float) -> tuple[Stream, bool]:
+def gripper_stream(poses: Poses, level_within: float) -> tuple[Stream, bool]:
     """Return the sensor's stream and whether its frame was turned over.
 
     Parameters

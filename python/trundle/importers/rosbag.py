@@ -11,20 +11,28 @@ from typing import Any, Literal
 from rosbags.rosbag2 import Reader
 from rosbags.typesys import Stores, get_typestore
 
-from trundle.importers import exported
+from trundle.importers import trundle_mcap
 from trundle.importers.config import MapError, typed
-from trundle.importers.layout import Imported, Say, SourceError
+from trundle.importers.layout import Imported, ShowProgress, SourceError
 from trundle.importers.messages import READERS, Samples
 from trundle.importers.poses import Poses, World
-from trundle.importers.takes import BodyMap, EpisodeMap, HandMap, Take, assemble, placed, tidy
+from trundle.importers.takes import (
+    BodyMap,
+    EpisodeMap,
+    GripperMap,
+    Take,
+    assemble,
+    clean_stream,
+    to_recording_frames,
+)
 
-__all__ = ["NEEDS_MAP", "BagMap", "BodyTopic", "HandTopic", "TopicMap", "opened", "read"]
+__all__ = ["NEEDS_MAP", "BagMap", "BodyTopic", "GripperTopic", "TopicMap", "open_bag", "read"]
 
 NEEDS_MAP = False
 """Not for a bag that trundle wrote; `read` asks for one elsewhere."""
 
 ROLES = {"object": "pose", "gripper": "pose", "wrench": "wrench"}
-TELL_EVERY = 20_000
+MESSAGES_PER_PROGRESS = 20_000
 """Messages between two signs of life."""
 
 
@@ -43,7 +51,7 @@ class BodyTopic(BodyMap, TopicMap):
 
 
 @dataclass(frozen=True)
-class HandTopic(HandMap, BodyTopic):
+class GripperTopic(GripperMap, BodyTopic):
     """The same, of the hand that holds the sensor."""
 
 
@@ -63,7 +71,7 @@ class BagMap:
 
     wrench: TopicMap
     object: BodyTopic
-    gripper: HandTopic | None = None
+    gripper: GripperTopic | None = None
     stamp: Literal["header", "log"] = "header"
     name: str | None = None
     world: World = field(default_factory=World)
@@ -77,22 +85,22 @@ class BagMap:
         return {role: topic for role, topic in roles.items() if topic is not None}
 
 
-def read(source: Path, settings: Mapping[str, Any], say: Say) -> Imported:
+def read(source: Path, settings: Mapping[str, Any], say: ShowProgress) -> Imported:
     """Read a bag, or every bag of a folder in the order of their names."""
     bags = _bags(source)
     if not settings:
-        return _exported(source, bags, say)
+        return _read_exported(source, bags, say)
     told = typed(BagMap, settings)
-    takes = [_take(bag, told, say) for bag in bags]
+    takes = [_read_take(bag, told, say) for bag in bags]
     return assemble(takes, told.episode, told.recording, told.name or source.stem)
 
 
-def _exported(source: Path, bags: list[Path], say: Say) -> Imported:
+def _read_exported(source: Path, bags: list[Path], say: ShowProgress) -> Imported:
     """Read the one bag that needs no map: `trundle export --mcap` wrote it."""
     if len(bags) == 1:
-        with opened(bags[0]) as reader:
-            if told := exported.describe(reader):
-                return exported.read(reader, told, say)
+        with open_bag(bags[0]) as reader:
+            if told := trundle_mcap.describe(reader):
+                return trundle_mcap.read(reader, told, say)
     raise SourceError(
         source,
         "a bag needs --map: a TOML file that says what is what (docs/import.md); "
@@ -121,23 +129,25 @@ def _bags(source: Path) -> list[Path]:
     return inside
 
 
-def _take(bag: Path, told: BagMap, say: Say) -> Take:
+def _read_take(bag: Path, told: BagMap, say: ShowProgress) -> Take:
     topics = told.topics()
     samples = _collect(bag, told, say)
     streams, remarks = {}, []
     origin = min(min(each.nanoseconds) for each in samples.values() if each.nanoseconds)
     for role, each in samples.items():
         raw, lost = each.stream(role, origin)
-        streams[role], said = tidy(raw, topics[role].topic, told.keep_repeats)
+        streams[role], said = clean_stream(raw, topics[role].topic, told.keep_repeats)
         remarks += ([f"{topics[role].topic}: {lost} poses of a lost tracker left out"] if lost else []) + said
     bodies: dict[str, Poses] = {
         role: samples[role].poses(role, streams[role]) for role in ("object", "gripper") if role in streams
     }
-    moved, said = placed(bodies, told.object, told.gripper or HandMap(), told.world, streams["wrench"])
+    moved, said = to_recording_frames(
+        bodies, told.object, told.gripper or GripperMap(), told.world, streams["wrench"]
+    )
     return Take(bag, moved, remarks + said)
 
 
-def _collect(bag: Path, told: BagMap, say: Say) -> dict[str, Samples]:
+def _collect(bag: Path, told: BagMap, say: ShowProgress) -> dict[str, Samples]:
     """Read all messages of the mapped topics."""
     topics = told.topics()
     samples = {
@@ -145,12 +155,12 @@ def _collect(bag: Path, told: BagMap, say: Say) -> dict[str, Samples]:
     }
     wanted = {topic.topic for topic in topics.values()}
     store = get_typestore(Stores.LATEST)
-    with opened(bag) as reader:
+    with open_bag(bag) as reader:
         for role, topic in topics.items():
-            _check(bag, reader, role, topic)
+            _check_topic(bag, reader, role, topic)
         connections = [connection for connection in reader.connections if connection.topic in wanted]
         for count, (connection, stamp, data) in enumerate(reader.messages(connections=connections)):
-            if count % TELL_EVERY == 0:
+            if count % MESSAGES_PER_PROGRESS == 0:
                 say(f"{bag.name}: {count} messages")
             message = store.deserialize_cdr(data, connection.msgtype)
             for role, topic in topics.items():
@@ -162,7 +172,7 @@ def _collect(bag: Path, told: BagMap, say: Say) -> dict[str, Samples]:
 
 
 @contextmanager
-def opened(bag: Path) -> Iterator[Reader]:
+def open_bag(bag: Path) -> Iterator[Reader]:
     """Open a bag for reading, and say what can be done about one that is damaged."""
     try:
         with Reader(bag) as reader:
@@ -178,7 +188,7 @@ def opened(bag: Path) -> Iterator[Reader]:
         raise SourceError(bag, f"not a whole bag ({type(error).__name__}: {error}); {remedy}") from error
 
 
-def _check(bag: Path, reader: Reader, role: str, topic: TopicMap) -> None:
+def _check_topic(bag: Path, reader: Reader, role: str, topic: TopicMap) -> None:
     there = {connection.topic: connection.msgtype for connection in reader.connections}
     listing = ", ".join(f"{name} ({kind})" for name, kind in sorted(there.items())) or "none"
     if topic.topic not in there:

@@ -9,9 +9,9 @@ import numpy as np
 
 from trundle.importers.layout import Columns, Floats
 
-__all__ = ["REST", "Stream", "interval", "join", "unstale"]
+__all__ = ["MIN_REST_DURATION_S", "Stream", "drop_stale", "interval", "join"]
 
-REST = 0.1
+MIN_REST_DURATION_S = 0.1
 """s; a value repeated for less is a stale read of a slower device, for longer the thing stands still."""
 
 
@@ -43,7 +43,7 @@ class Stream:
         return self.where(first), len(self.t) - len(first)
 
 
-def unstale(stream: Stream, rest: float = REST) -> tuple[Stream, int]:
+def drop_stale(stream: Stream, rest: float = MIN_REST_DURATION_S) -> tuple[Stream, int]:
     """Leave out repeats of a held value, but not those of something that stands still.
 
     Parameters

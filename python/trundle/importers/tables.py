@@ -10,11 +10,19 @@ from typing import Any, Literal, Protocol
 import numpy as np
 
 from trundle.importers.config import MapError
-from trundle.importers.layout import Floats, Imported, Say, SourceError
+from trundle.importers.layout import Floats, Imported, ShowProgress, SourceError
 from trundle.importers.poses import Poses, World
 from trundle.importers.rotations import from_heading
 from trundle.importers.streams import Stream
-from trundle.importers.takes import BodyMap, EpisodeMap, HandMap, Take, assemble, placed, tidy
+from trundle.importers.takes import (
+    BodyMap,
+    EpisodeMap,
+    GripperMap,
+    Take,
+    assemble,
+    clean_stream,
+    to_recording_frames,
+)
 
 __all__ = ["Quantity", "TableMap", "Vectors", "read_files", "take"]
 
@@ -97,7 +105,7 @@ class TableMap:
     name: str | None = None
     world: World = field(default_factory=World)
     object: BodyMap = field(default_factory=BodyMap)
-    gripper: HandMap = field(default_factory=HandMap)
+    gripper: GripperMap = field(default_factory=GripperMap)
     keep_repeats: bool = False
     episode: list[EpisodeMap] = field(default_factory=list)
     recording: dict[str, Any] = field(default_factory=dict)
@@ -108,7 +116,7 @@ def read_files(
     suffix: str,
     opened: Callable[[Path], Vectors],
     told: TableMap,
-    say: Say,
+    say: ShowProgress,
 ) -> Imported:
     """Read one file, or every one of a folder that ends in `suffix`, in the order of their names."""
     files = sorted(source.glob(f"*{suffix}")) if source.is_dir() else [source]
@@ -133,7 +141,7 @@ def take(file: Vectors, told: TableMap) -> Take:
     for role in ROLES:
         names = [name for name in DIMENSIONS if name in told.columns and _role(name) == role]
         if names:
-            streams[role], said = tidy(_stream(file, told, role, names), role, told.keep_repeats)
+            streams[role], said = clean_stream(_stream(file, told, role, names), role, told.keep_repeats)
             remarks += said
     if not streams:
         raise MapError("`columns` maps nothing; name at least object_x and force_x")
@@ -144,7 +152,7 @@ def take(file: Vectors, told: TableMap) -> Take:
         role: _poses(file.path, streams[role]) for role in ("object", "gripper") if role in streams
     }
     wrench = streams.get("wrench")
-    moved, said = placed(bodies, told.object, told.gripper, told.world, wrench)
+    moved, said = to_recording_frames(bodies, told.object, told.gripper, told.world, wrench)
     return Take(file.path, rail + moved, remarks + said)
 
 

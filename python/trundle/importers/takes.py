@@ -11,10 +11,10 @@ import numpy as np
 
 from trundle.importers.config import MapError
 from trundle.importers.layout import Columns, Floats, Imported, SourceError
-from trundle.importers.poses import Offset, Poses, World, gripper, object_
-from trundle.importers.streams import Stream, interval, join, unstale
+from trundle.importers.poses import Offset, Poses, World, gripper_stream, object_stream
+from trundle.importers.streams import Stream, drop_stale, interval, join
 
-__all__ = ["BodyMap", "EpisodeMap", "HandMap", "Take", "assemble", "placed", "tidy"]
+__all__ = ["BodyMap", "EpisodeMap", "GripperMap", "Take", "assemble", "clean_stream", "to_recording_frames"]
 
 
 @dataclass(frozen=True)
@@ -51,7 +51,7 @@ class BodyMap:
 
 
 @dataclass(frozen=True)
-class HandMap(BodyMap):
+class GripperMap(BodyMap):
     """How a tracked hand becomes the gripper.
 
     Attributes
@@ -84,8 +84,8 @@ class Take:
     remarks: list[str]
 
 
-def placed(
-    bodies: Mapping[str, Poses], body: BodyMap, hand: HandMap, world: World, wrench: Stream | None
+def to_recording_frames(
+    bodies: Mapping[str, Poses], body: BodyMap, hand: GripperMap, world: World, wrench: Stream | None
 ) -> tuple[list[Stream], list[str]]:
     """Bring tracked poses to the frames of a recording.
 
@@ -109,34 +109,34 @@ def placed(
     """
     streams, remarks = [], []
     if "object" in bodies:
-        streams.append(object_(_carried(bodies["object"], body.offset, world, "object")))
+        streams.append(object_stream(_apply_offset(bodies["object"], body.offset, world, "object")))
     if "gripper" in bodies:
-        there = _carried(bodies["gripper"], hand.offset, world, "gripper")
-        stream, turned = gripper(there, float(np.radians(hand.level_within_deg)))
+        there = _apply_offset(bodies["gripper"], hand.offset, world, "gripper")
+        stream, turned = gripper_stream(there, float(np.radians(hand.level_within_deg)))
         streams.append(stream)
         if turned:
             remarks.append("the sensor hangs upside down: its frame and its wrench were turned about its x")
-            wrench = None if wrench is None else _turned_over(wrench)
+            wrench = None if wrench is None else _flip_wrench(wrench)
     return [*streams, *([] if wrench is None else [wrench])], remarks
 
 
-def _carried(poses: Poses, offset: Offset, world: World, role: str) -> Poses:
+def _apply_offset(poses: Poses, offset: Offset, world: World, role: str) -> Poses:
     return poses.turned(world.rotation()).carried(offset.translation, offset.rotation(f"{role}.offset"))
 
 
-def _turned_over(wrench: Stream) -> Stream:
+def _flip_wrench(wrench: Stream) -> Stream:
     signs = np.array([1.0 if name.endswith("_x") else -1.0 for name in wrench.names])
     return Stream(wrench.names, wrench.t, wrench.values * signs)
 
 
-def tidy(stream: Stream, label: str, keep_repeats: bool) -> tuple[Stream, list[str]]:
+def clean_stream(stream: Stream, label: str, keep_repeats: bool) -> tuple[Stream, list[str]]:
     """Order a stream by time; leave out shared time stamps, empty samples and stale reads, and say so."""
     whole = np.all(np.isfinite(stream.values), axis=1) & np.isfinite(stream.t)
     ordered, same = stream.where(whole).ordered()
     # A single quantised channel repeats itself without being stale.
     stale = 0
     if not keep_repeats and len(stream.names) > 1:
-        ordered, stale = unstale(ordered)
+        ordered, stale = drop_stale(ordered)
     counts = {
         "without a value": int(np.sum(~whole)),
         "with a time stamp that was there": same,
@@ -174,14 +174,14 @@ def assemble(
     for episode in wanted:
         if episode.name in tables:
             raise MapError(f"two episodes are called {episode.name!r}; names are unique")
-        tables[episode.name] = _cut(_take(takes, episode), episode)
+        tables[episode.name] = _cut_episode(_find_take(takes, episode), episode)
     metadata = {"format": "trundle-recording/1", "name": name, **recording}
     prefix = len(takes) > 1
     remarks = [f"{take.source.name}: {said}" if prefix else said for take in takes for said in take.remarks]
     return Imported(metadata, tables, remarks)
 
 
-def _take(takes: Sequence[Take], episode: EpisodeMap) -> Take:
+def _find_take(takes: Sequence[Take], episode: EpisodeMap) -> Take:
     fitting = [take for take in takes if episode.source in (None, take.source.name)]
     if len(fitting) == 1:
         return fitting[0]
@@ -189,12 +189,12 @@ def _take(takes: Sequence[Take], episode: EpisodeMap) -> Take:
     raise MapError(f"episode {episode.name!r} needs `source`, one of: {listing}; it has {episode.source!r}")
 
 
-def _cut(take: Take, episode: EpisodeMap) -> Columns:
+def _cut_episode(take: Take, episode: EpisodeMap) -> Columns:
     if episode.end <= episode.start:
         raise MapError(
             f"episode {episode.name!r} ends at {episode.end} s, before its start at {episode.start} s"
         )
-    first = min(_begin(stream.t) for stream in take.streams)
+    first = min(_first_time(stream.t) for stream in take.streams)
     pieces = []
     for stream in take.streams:
         moved = Stream(stream.names, stream.t - first - episode.start, stream.values)
@@ -210,5 +210,5 @@ def _cut(take: Take, episode: EpisodeMap) -> Columns:
     return join(pieces)
 
 
-def _begin(t: Floats) -> float:
+def _first_time(t: Floats) -> float:
     return float(t[0]) if len(t) else float("inf")

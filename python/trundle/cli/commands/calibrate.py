@@ -7,13 +7,13 @@ import json
 from pathlib import Path
 from typing import Any
 
-from trundle.cli.options import add_backend, add_out, add_quiet, add_seed, backend_of
+from trundle.cli.options import add_backend, add_out, add_quiet, add_seed, select_backend
 from trundle.cli.progress import Progress
 
 HELP = "Draw parameters, simulate, infer, and count how often the intervals cover the truth."
 EXAMPLE = "trundle calibrate configs/experiments/calibrate.toml --replicates 200 --out calibration.jsonl"
 
-WANTED = (0.85, 0.95)
+ACCEPTED_COVERAGE = (0.85, 0.95)
 
 
 def add_arguments(parser: argparse.ArgumentParser) -> None:
@@ -42,24 +42,24 @@ def run(args: argparse.Namespace) -> int:
             method=args.method,
             seed=args.seed,
             out=args.out,
-            backend=backend_of(args),
+            backend=select_backend(args),
             progress=progress.share,
         )
     if args.figure is not None:
         found.figure(args.figure)
-    print(json.dumps(found.table, indent=2, ensure_ascii=False) if args.json else table(found.table))
+    print(json.dumps(found.table, indent=2, ensure_ascii=False) if args.json else format_table(found.table))
     return 0
 
 
-def table(found: dict[str, Any]) -> str:
+def format_table(found: dict[str, Any]) -> str:
     """Return the calibration for a terminal."""
     lines = found["parameters"]
     rows = [f"{found['name']}, {found['method']}, {lines[0]['rounds']} rounds"]
     rows.append(f"  {'':28}{'50 % covers':>22}{'90 % covers':>22}{'uniform, p':>12}")
     for line in lines:
-        covers = "".join(f"{share(line[key]):>22}" for key in ("cover_50", "cover_90"))
+        covers = "".join(f"{format_share(line[key]):>22}" for key in ("cover_50", "cover_90"))
         rows.append(f"  {line['name']:28}{covers}{line['uniform_p']:12.3g}")
-    low, high = WANTED
+    low, high = ACCEPTED_COVERAGE
     off = [line["name"] for line in lines if not low <= line["cover_90"][0] <= high]
     verdict = (
         f"outside of {low:.0%} to {high:.0%}: {', '.join(off)}"
@@ -69,6 +69,6 @@ def table(found: dict[str, Any]) -> str:
     return "\n".join([*rows, f"  coverage of the 90 % intervals {verdict}"])
 
 
-def share(cover: list[float]) -> str:
+def format_share(cover: list[float]) -> str:
     """Return a share with its 95 % interval."""
     return f"{cover[0]:.1%} ({cover[1]:.0%} to {cover[2]:.0%})"

@@ -13,7 +13,7 @@ from trundle.cli.options import add_recording
 HELP = "Look for wrong units, signs, axes, clocks and tares in a recording, and for too little motion."
 EXAMPLE = "trundle check recording/"
 
-WIDTH = 100
+LINE_WIDTH = 100
 
 
 def add_arguments(parser: argparse.ArgumentParser) -> None:
@@ -28,25 +28,29 @@ def run(args: argparse.Namespace) -> int:
     import trundle
 
     findings = trundle.check(args.recording)
-    print(json.dumps(findings, indent=2, ensure_ascii=False) if args.json else "\n".join(lines(findings)))
+    print(
+        json.dumps(findings, indent=2, ensure_ascii=False)
+        if args.json
+        else "\n".join(format_findings(findings))
+    )
     failed = any(finding["severity"] == "error" for finding in findings)
     return USAGE if args.strict and failed else 0
 
 
-def lines(findings: list[dict[str, Any]]) -> list[str]:
+def format_findings(findings: list[dict[str, Any]]) -> list[str]:
     """Return the findings as text."""
     if not findings:
         return ["nothing found: units, sign, axes, clocks, tare and motion look right"]
-    return [line for finding in findings for line in entry(finding)]
+    return [line for finding in findings for line in format_finding(finding)]
 
 
-def entry(finding: dict[str, Any]) -> list[str]:
+def format_finding(finding: dict[str, Any]) -> list[str]:
     """Return one finding as a paragraph: what is seen, and what to do."""
     where = "" if finding["episode"] is None else f" {finding['episode']}:"
     seen = f"{finding['severity']} ({finding['kind']}):{where} {finding['sentence']}"
-    return [*wrapped(seen, ""), *wrapped(finding["remedy"], "    → ")]
+    return [*wrap(seen, ""), *wrap(finding["remedy"], "    → ")]
 
 
-def wrapped(text: str, lead: str) -> list[str]:
+def wrap(text: str, lead: str) -> list[str]:
     """Return `text` in lines, the first after `lead`."""
-    return textwrap.wrap(text, WIDTH, initial_indent=lead, subsequent_indent="    ")
+    return textwrap.wrap(text, LINE_WIDTH, initial_indent=lead, subsequent_indent="    ")

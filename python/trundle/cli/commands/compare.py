@@ -6,7 +6,7 @@ import argparse
 import tempfile
 from pathlib import Path
 
-from trundle.cli.options import add_backend, add_quiet, backend_of, count
+from trundle.cli.options import add_backend, add_quiet, positive_int, select_backend
 
 HELP = "Let agents play the same hidden worlds, and write down who does how well."
 EXAMPLE = "trundle compare configs/experiments/compare_small.toml --jobs 2 --out comparison"
@@ -16,7 +16,10 @@ def add_arguments(parser: argparse.ArgumentParser) -> None:
     """Declare the comparison's file, its size, and where things lie."""
     parser.add_argument("config", metavar="CONFIG", type=Path, help="which agents play which worlds")
     parser.add_argument(
-        "--worlds", metavar="N", type=count, help="only the first N of each group (default: as in CONFIG)"
+        "--worlds",
+        metavar="N",
+        type=positive_int,
+        help="only the first N of each group (default: as in CONFIG)",
     )
     add_backend(parser)
     parser.add_argument(
@@ -49,7 +52,7 @@ def run(args: argparse.Namespace) -> int:
         args.work or Path(tempfile.gettempdir()) / "trundle-compare",
         args.out,
         count=args.worlds,
-        backend=backend_of(args),
+        backend=select_backend(args),
         fresh=args.fresh,
         redraw=args.redraw,
         quiet=args.quiet,

@@ -63,7 +63,7 @@ def add_arguments(parser: argparse.ArgumentParser) -> None:
 
 def run(args: argparse.Namespace) -> int:
     """Design, print, and write the files."""
-    from trundle.design import NOISE, design
+    from trundle.design import DEFAULT_NOISE_SD, design
 
     recorded = args.object is not None and args.object.is_dir()
     with Progress(f"designing for {args.model_a} and {args.model_b}", quiet=args.quiet) as progress:
@@ -72,18 +72,18 @@ def run(args: argparse.Namespace) -> int:
             args.model_b,
             recording=args.object if recorded else None,
             object=None if recorded else args.object,
-            noise=NOISE if args.noise is None else tuple(args.noise),
+            noise=DEFAULT_NOISE_SD if args.noise is None else tuple(args.noise),
             pushes=args.pushes,
             **{name: getattr(args, name) for name in LIMITS},
             progress=progress.share,
         )
-    print(found.to_json() if args.json else "\n".join(lines(found)))
+    print(found.to_json() if args.json else "\n".join(format_design(found)))
     if args.out is not None:
         found.write(args.out)
     return 0
 
 
-def lines(found: Design) -> list[str]:
+def format_design(found: Design) -> list[str]:
     """Return the design for a terminal."""
     rows = [found.sentence]
     if abs(found.recorded) >= 0.5:

@@ -15,7 +15,7 @@ from trundle.cli.options import (
     add_quiet,
     add_recording,
     add_seed,
-    backend_of,
+    select_backend,
 )
 from trundle.cli.progress import Progress
 
@@ -58,12 +58,12 @@ def run(args: argparse.Namespace) -> int:
     """Diagnose each recording and write its folder."""
     from trundle.experiments.backends import Local, in_order
 
-    where = backend_of(args)
+    where = select_backend(args)
     quiet = args.quiet or where != Local(1)  # one line of progress for several diagnoses says nothing
     shared = (args.model, args.seed, args.without, args.wrench_pose, not args.no_check, quiet)
-    calls = [(path, target(path, args), command(path, args), *shared) for path in args.recording]
+    calls = [(path, output_folder(path, args), command_line(path, args), *shared) for path in args.recording]
     refused = []
-    for answer in in_order(where, diagnosed, calls):
+    for answer in in_order(where, diagnose_one, calls):
         if isinstance(answer, str):
             refused.append(answer)
             continue
@@ -76,7 +76,7 @@ def run(args: argparse.Namespace) -> int:
     return 0
 
 
-def diagnosed(
+def diagnose_one(
     recording: Path,
     folder: Path,
     line: str,
@@ -105,10 +105,10 @@ def diagnosed(
         written = diagnosis.write(folder)
     except trundle.TrundleError as error:
         return str(error)
-    return diagnosis.series["doubts"], "\n".join(lines(diagnosis.answer, written))
+    return diagnosis.series["doubts"], "\n".join(format_answer(diagnosis.answer, written))
 
 
-def target(recording: Path, args: argparse.Namespace) -> Path:
+def output_folder(recording: Path, args: argparse.Namespace) -> Path:
     """Return the folder to write for a recording."""
     name = recording.resolve().name
     if args.out is None:
@@ -116,7 +116,7 @@ def target(recording: Path, args: argparse.Namespace) -> Path:
     return Path(args.out) if len(args.recording) == 1 else Path(args.out) / name
 
 
-def command(recording: Path, args: argparse.Namespace) -> str:
+def command_line(recording: Path, args: argparse.Namespace) -> str:
     """Return the command that repeats this diagnosis."""
     words = ["trundle", "diagnose", str(recording)]
     if args.model is not None:
@@ -130,7 +130,7 @@ def command(recording: Path, args: argparse.Namespace) -> str:
     return shlex.join([*words, "--seed", str(args.seed)])
 
 
-def lines(answer: dict[str, Any], folder: Path) -> list[str]:
+def format_answer(answer: dict[str, Any], folder: Path) -> list[str]:
     """Return the answer for a terminal."""
     found = [f"{answer['recording']}: {answer['verdict']}"]
     for effect in answer["missing"]:
@@ -141,12 +141,12 @@ def lines(answer: dict[str, Any], folder: Path) -> list[str]:
     ]
     found += [f"  cannot be told apart: {', '.join(names)}" for names in answer["tied"]]
     pair = answer["fit"]["held_out"]
-    figures = [figure(pair, key, text) for key, text in FIGURES.items()] if pair else []
+    figures = [format_metric(pair, key, text) for key, text in METRICS.items()] if pair else []
     found += [f"  held out, {text}" for text in figures if text]
     return [*found, f"  report: {folder / 'report.html'}"]
 
 
-FIGURES = {
+METRICS = {
     "position_rmse": "position, open loop: {before:.4f} -> {after:.4f} m",
     "window_position_rmse": "position, one second ahead: {before:.5f} -> {after:.5f} m",
     "force_rmse": "force needed less recorded: {before:.3f} -> {after:.3f} N",
@@ -154,7 +154,7 @@ FIGURES = {
 }
 
 
-def figure(pair: dict[str, dict[str, float | None]], key: str, text: str) -> str:
+def format_metric(pair: dict[str, dict[str, float | None]], key: str, text: str) -> str:
     """Return a figure before and after in words; nothing where it makes no sense."""
     before, after = pair["before"][key], pair["after"][key]
     return "" if before is None or after is None else text.format(before=before, after=after)

@@ -28,7 +28,7 @@ def add_arguments(parser: argparse.ArgumentParser) -> None:
     parser.add_argument(
         "--footprint",
         metavar="CORNERS",
-        type=corners,
+        type=parse_corners,
         help="shape of an object whose model names none: '[[x, y], ...]', metres, object frame",
     )
     add_out(parser, "folder to write for MuJoCo (default SOURCE's name with _mujoco)")
@@ -53,7 +53,7 @@ def run(args: argparse.Namespace) -> int:
     return 0
 
 
-def corners(text: str) -> list[list[float]]:
+def parse_corners(text: str) -> list[list[float]]:
     """Return corners given as JSON."""
     try:
         points = [[float(x), float(y)] for x, y in json.loads(text)]

@@ -66,7 +66,7 @@ def run(args: argparse.Namespace) -> int:
     import trundle
 
     if args.profile is not None:
-        return profiled(args)
+        return run_profile(args)
     with Progress(f"fitting {', '.join(map(str, args.recording))}", quiet=args.quiet) as progress:
         fitted = trundle.fit(
             args.recording,
@@ -84,11 +84,13 @@ def run(args: argparse.Namespace) -> int:
         )
     if args.out is not None:
         fitted.model.write(args.out)
-    print(json.dumps(fitted.summary, indent=2, ensure_ascii=False) if args.json else table(fitted.summary))
+    print(
+        json.dumps(fitted.summary, indent=2, ensure_ascii=False) if args.json else format_fit(fitted.summary)
+    )
     return 0
 
 
-def profiled(args: argparse.Namespace) -> int:
+def run_profile(args: argparse.Namespace) -> int:
     """Print one parameter's profile."""
     import trundle
 
@@ -127,20 +129,20 @@ UNITS = {
 """Units of the figures of `training` and `held_out`."""
 
 
-def table(summary: dict[str, Any]) -> str:
+def format_fit(summary: dict[str, Any]) -> str:
     """Return the estimates and figures for a terminal."""
-    from trundle.identifiability import spoken
+    from trundle.identifiability import format_identifiability
 
-    rows = [f"{summary['recording']}: {headline(summary['lack_of_fit'])}"]
-    rows += [f"  {line}" for line in model_error(summary)]
+    rows = [f"{summary['recording']}: {lack_of_fit_line(summary['lack_of_fit'])}"]
+    rows += [f"  {line}" for line in model_error_lines(summary)]
     if not summary["converged"]:
         rows.append("  NOT CONVERGED: try more --starts")
     if summary["quasi_static"]:
         rows.append("  quasi-static: judged by the wrench; the mass is not in these data")
     rows += [f"  {sentence}" for sentence in summary["excluded_by_prior"]]
-    rows += [f"  {parameter['name']:32}{estimate(parameter)}" for parameter in summary["parameters"]]
+    rows += [f"  {parameter['name']:32}{format_estimate(parameter)}" for parameter in summary["parameters"]]
     if "identifiability" in summary:
-        rows += [f"  {line}" for line in spoken(summary["identifiability"])]
+        rows += [f"  {line}" for line in format_identifiability(summary["identifiability"])]
     for part in ("training", "held_out"):
         rows += [
             f"  {part} {key}: {value:.5g} {UNITS[key]}"
@@ -150,7 +152,7 @@ def table(summary: dict[str, Any]) -> str:
     return "\n".join(rows)
 
 
-def headline(lack: dict[str, Any] | None) -> str:
+def lack_of_fit_line(lack: dict[str, Any] | None) -> str:
     """Return whether the model explains the data."""
     if lack is None:
         return "lack of fit not tested (it is for the default likelihood of motion)"
@@ -159,7 +161,7 @@ def headline(lack: dict[str, Any] | None) -> str:
     return "the model explains these data (no lack of fit found)"
 
 
-def model_error(summary: dict[str, Any]) -> list[str]:
+def model_error_lines(summary: dict[str, Any]) -> list[str]:
     """Return the lines on the size of the lack of fit and on what the intervals include."""
     lack, intervals = summary["lack_of_fit"], summary["intervals"]
     if lack is None or not lack["found"]:
@@ -178,7 +180,7 @@ def model_error(summary: dict[str, Any]) -> list[str]:
     return rows
 
 
-def estimate(parameter: dict[str, Any]) -> str:
+def format_estimate(parameter: dict[str, Any]) -> str:
     """Return one parameter's estimate with its unit, standard deviation and 90 % interval."""
     if not parameter["identifiable"]:
         return "not identifiable from these data"

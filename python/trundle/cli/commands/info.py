@@ -33,11 +33,11 @@ def run(args: argparse.Namespace) -> int:
         from trundle.picture import draw
 
         draw(recording, args.picture)
-    print(json.dumps(info, indent=2, ensure_ascii=False) if args.json else "\n".join(summary(info)))
+    print(json.dumps(info, indent=2, ensure_ascii=False) if args.json else "\n".join(format_info(info)))
     return 0
 
 
-def summary(info: dict[str, Any]) -> list[str]:
+def format_info(info: dict[str, Any]) -> list[str]:
     """Return the figures as lines of text."""
     episodes = info["episodes"]
     held_out = sum(episode["held_out"] for episode in episodes)
@@ -47,13 +47,13 @@ def summary(info: dict[str, Any]) -> list[str]:
         info["name"],
         f"  {len(episodes)} episodes, {held_out} held out, {seconds:.1f} s in all",
         f"  mass: {info['mass']:.4g} kg ({source})",
-        f"  noise: {noise(info['noise'])}",
+        f"  noise: {format_noise(info['noise'])}",
         "",
-        *table([tuple(COLUMNS.split("|")), *(row(episode) for episode in episodes)]),
+        *align([tuple(COLUMNS.split("|")), *(episode_row(episode) for episode in episodes)]),
     ]
 
 
-def noise(sd: dict[str, Any]) -> str:
+def format_noise(sd: dict[str, Any]) -> str:
     """Return the noise in words."""
     x, y, theta = sd["pose"]
     source = "stated" if sd["stated"] else "estimated from the data"
@@ -61,7 +61,7 @@ def noise(sd: dict[str, Any]) -> str:
     return f"pose {1e3 * x:.3g}, {1e3 * y:.3g} mm, {theta:.3g} rad; wrench {wrench} ({source})"
 
 
-def row(episode: dict[str, Any]) -> tuple[str, ...]:
+def episode_row(episode: dict[str, Any]) -> tuple[str, ...]:
     """Return one episode's cells."""
     poses, wrench, counts = episode["object"], episode["wrench"], episode["counts"]
     begin, end = episode["span"]
@@ -71,11 +71,11 @@ def row(episode: dict[str, Any]) -> tuple[str, ...]:
         f"{end - begin:.2f}",
         f"{episode['contact']:.2f}",
         str(poses["samples"]),
-        rate(poses),
+        format_rate(poses),
         str(poses["gaps"]),
         str(counts["pose_outliers"] + counts["pose_held"]),
         str(wrench["samples"]),
-        rate(wrench),
+        format_rate(wrench),
         str(wrench["gaps"]),
         f"{episode['peak_force']:.2f}",
         f"{episode['travel'][0]:.3f}",
@@ -83,12 +83,12 @@ def row(episode: dict[str, Any]) -> tuple[str, ...]:
     )
 
 
-def rate(stream: dict[str, Any]) -> str:
+def format_rate(stream: dict[str, Any]) -> str:
     """Return samples per second."""
     return "-" if stream["rate"] is None else f"{stream['rate']:.4g}"
 
 
-def table(rows: Sequence[tuple[str, ...]]) -> list[str]:
+def align(rows: Sequence[tuple[str, ...]]) -> list[str]:
     """Return rows of cells as aligned lines: names to the left, figures to the right."""
     widths = [max(map(len, column)) for column in zip(*rows, strict=True)]
     align = [str.ljust] * 2 + [str.rjust] * (len(widths) - 2)

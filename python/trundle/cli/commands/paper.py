@@ -6,7 +6,7 @@ import argparse
 import tempfile
 from pathlib import Path
 
-from trundle.cli.options import add_backend, add_quiet, backend_of
+from trundle.cli.options import add_backend, add_quiet, select_backend
 
 HELP = "Run an experiment of the paper and write its table and figures into docs/paper.md."
 EXAMPLE = "trundle paper fig6 --quick"
@@ -68,7 +68,7 @@ def run(args: argparse.Namespace) -> int:
             options,
             work,
             out,
-            backend=backend_of(args),
+            backend=select_backend(args),
             fresh=args.fresh,
             redraw=args.redraw,
             quiet=args.quiet,

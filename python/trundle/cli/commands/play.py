@@ -54,11 +54,11 @@ def add_arguments(parser: argparse.ArgumentParser) -> None:
 
 def run(args: argparse.Namespace) -> int:
     """Play, and say how each episode ended."""
-    from trundle.playing import Film, chosen, play
+    from trundle.playing import Animation, play, select_agent
 
-    agent = chosen(args.agent)
-    env = _made(args, agent)
-    film = Film(args.gif) if args.gif else None
+    agent = select_agent(args.agent)
+    env = _make_environment(args, agent)
+    film = Animation(args.gif) if args.gif else None
     try:
         for number, ended in enumerate(play(env, agent, args.episodes, args.seed, film)):
             print(f"episode {number}: {ended}")
@@ -72,7 +72,7 @@ def run(args: argparse.Namespace) -> int:
     return 0
 
 
-def _made(args: argparse.Namespace, agent: str | Policy) -> gymnasium.Env[Any, Any]:
+def _make_environment(args: argparse.Namespace, agent: str | Policy) -> gymnasium.Env[Any, Any]:
     import gymnasium
 
     import trundle
@@ -85,13 +85,13 @@ def _made(args: argparse.Namespace, agent: str | Policy) -> gymnasium.Env[Any, A
     if not isinstance(agent, str) and agent.about.env != name:
         raise trundle.TrundleError(f"--agent {args.agent}: this policy was trained in {agent.about.env}")
     try:
-        env = gymnasium.make(name, render_mode=mode, **{**trained, **_arguments(args.set)})
+        env = gymnasium.make(name, render_mode=mode, **{**trained, **_parse_arguments(args.set)})
     except TypeError as error:
         raise trundle.TrundleError(f"--set {' '.join(args.set)}: {error}") from None
     return env if args.out is None else trundle.Record(env, args.out)
 
 
-def _arguments(pairs: list[str]) -> dict[str, Any]:
+def _parse_arguments(pairs: list[str]) -> dict[str, Any]:
     """Read NAME=VALUE, a value as in TOML, or a word."""
     import trundle
 

@@ -7,7 +7,7 @@ import importlib.util
 import tempfile
 from pathlib import Path
 
-from trundle.cli.options import add_backend, add_quiet, backend_of
+from trundle.cli.options import add_backend, add_quiet, select_backend
 
 HELP = "Hide effects in recordings made with other simulators, diagnose them, and score the answers."
 EXAMPLE = "trundle prove --config configs/experiments/proof_small.toml --jobs 2 --out proof"
@@ -78,7 +78,7 @@ def run(args: argparse.Namespace) -> int:
         args.range,
         work,
         args.out,
-        backend=backend_of(args),
+        backend=select_backend(args),
         limits=args.limits,
         leave_out=args.leave_one_out,
         after_design=args.after_design,
@@ -114,7 +114,7 @@ def run_wide(args: argparse.Namespace, work: Path) -> int:
         args.range,
         work,
         args.out,
-        backend=backend_of(args),
+        backend=select_backend(args),
         shares=args.shares,
         fresh=args.fresh,
         redraw=args.redraw,

@@ -63,17 +63,17 @@ def run(args: argparse.Namespace) -> int:
             progress.show("predicting")
             posterior.write(args.out)
     summary = posterior.summary
-    print(json.dumps(summary, indent=2, ensure_ascii=False) if args.json else table(summary))
+    print(json.dumps(summary, indent=2, ensure_ascii=False) if args.json else format_posterior(summary))
     return 0
 
 
-def table(summary: dict[str, Any]) -> str:
+def format_posterior(summary: dict[str, Any]) -> str:
     """Return the posterior for a terminal."""
-    from trundle.cli.commands.fit import headline
+    from trundle.cli.commands.fit import lack_of_fit_line
 
     first = f"{summary['recording']}, {summary['method']}"
     if (summary["lack_of_fit"] or {}).get("found"):
-        first += f": {headline(summary['lack_of_fit'])}"
+        first += f": {lack_of_fit_line(summary['lack_of_fit'])}"
     rows = [first, f"  {summary['verdict']}"]
     if (summary["lack_of_fit"] or {}).get("found"):
         rows.append(
@@ -87,10 +87,10 @@ def table(summary: dict[str, Any]) -> str:
         rows.append("  quasi-static: judged by the wrench; the mass is not in these data")
     heads = ("mean", "sd", "5 %", "95 %", "R-hat", "ESS bulk", "tail")
     rows.append(f"  {'':32}" + "".join(f"{head:>11}" for head in heads))
-    return "\n".join(rows + [line(parameter) for parameter in summary["parameters"]])
+    return "\n".join(rows + [format_parameter(parameter) for parameter in summary["parameters"]])
 
 
-def line(parameter: dict[str, Any]) -> str:
+def format_parameter(parameter: dict[str, Any]) -> str:
     """Return one parameter's line."""
     values = f"{'not identifiable from these data':>44}"
     if parameter["identifiable"]:

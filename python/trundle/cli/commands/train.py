@@ -6,7 +6,7 @@ import argparse
 import importlib.util
 from pathlib import Path
 
-from trundle.cli.options import add_backend, add_quiet, backend_of
+from trundle.cli.options import add_backend, add_quiet, select_backend
 
 HELP = "Train an agent of stable-baselines3 (extra: trundle[rl]); goes on where it was interrupted."
 EXAMPLE = "trundle train configs/rl/ppo.toml --out trained --seed 1"
@@ -39,19 +39,19 @@ def run(args: argparse.Namespace) -> int:
     from trundle.experiments.training.config import read
 
     settings = read(args.config)
-    chosen = seeds(args.seed, settings.seeds)
+    chosen = select_seeds(args.seed, settings.seeds)
     if importlib.util.find_spec("stable_baselines3") is None:
         raise ValueError("`trundle train` needs stable-baselines3: pip install 'trundle[rl]'")
     from trundle.experiments.training.train import train_one
 
-    where = backend_of(args)
+    where = select_backend(args)
     quiet = args.quiet or where != Local(1)  # one line of progress for several trainings says nothing
     for line in in_order(where, train_one, [(args.config, seed, args.out, quiet) for seed in chosen]):
         print(line, flush=True)
     return 0
 
 
-def seeds(asked: list[int] | None, known: list[int]) -> list[int]:
+def select_seeds(asked: list[int] | None, known: list[int]) -> list[int]:
     """Return the seeds to train; those asked for are among those of the file, fixed before any training."""
     for seed in asked or []:
         if seed not in known:

@@ -11,7 +11,7 @@ from numpy.typing import ArrayLike, NDArray
 
 from trundle._native import TrundleError
 
-__all__ = ["Parameter", "Parameters", "Step", "described"]
+__all__ = ["Parameter", "Parameters", "Step", "parse_parameters"]
 
 Vector: TypeAlias = NDArray[np.float64]
 Step: TypeAlias = Callable[[Vector, Vector, float, dict[str, float]], ArrayLike]
@@ -36,12 +36,12 @@ Parameters: TypeAlias = "Mapping[str, float | Sequence[float] | Parameter]"
 KEYS = ("start", "lower", "upper", "sd", "unit")
 
 
-def described(parameters: Parameters | None) -> tuple[list[dict[str, Any]], bool]:
+def parse_parameters(parameters: Parameters | None) -> tuple[list[dict[str, Any]], bool]:
     """Return each parameter with its bounds, and whether all are numbers that the simulation is used with."""
     if not isinstance(parameters, Mapping):
         raise TrundleError("step: name the parameters of your simulator, as parameters={'mass': 20.0, ...}")
     given = bool(parameters) and all(is_number(value) for value in parameters.values())
-    return [one(str(name), value) for name, value in parameters.items()], given
+    return [parse_parameter(str(name), value) for name, value in parameters.items()], given
 
 
 def is_number(value: object) -> bool:
@@ -49,14 +49,14 @@ def is_number(value: object) -> bool:
     return isinstance(value, int | float | np.integer | np.floating)
 
 
-def one(name: str, value: Any) -> dict[str, Any]:
+def parse_parameter(name: str, value: Any) -> dict[str, Any]:
     """Return a parameter as the native half reads it, checked."""
-    told = table(name, value)
-    start = number(name, "start", told.get("start"))
+    told = to_table(name, value)
+    start = parse_number(name, "start", told.get("start"))
     positive = start > 0.0 and "lower" not in told
-    lower = 0.0 if positive else number(name, "lower", told.get("lower", -math.inf))
-    upper = number(name, "upper", told.get("upper", math.inf))
-    sd = None if told.get("sd") is None else number(name, "sd", told["sd"])
+    lower = 0.0 if positive else parse_number(name, "lower", told.get("lower", -math.inf))
+    upper = parse_number(name, "upper", told.get("upper", math.inf))
+    sd = None if told.get("sd") is None else parse_number(name, "sd", told["sd"])
     if not lower <= start <= upper or lower >= upper:
         raise TrundleError(f"parameters: {name} = {start}: must lie in [{lower}, {upper}]")
     if sd is not None and not (sd > 0.0 and (lower < 0.0 or start > 0.0)):
@@ -80,7 +80,7 @@ def one(name: str, value: Any) -> dict[str, Any]:
     }
 
 
-def table(name: str, value: Any) -> dict[str, Any]:
+def to_table(name: str, value: Any) -> dict[str, Any]:
     """Return a description as a dict: from a number, (start, lower, upper), or a dict."""
     if is_number(value):
         return {"start": value}
@@ -95,7 +95,7 @@ def table(name: str, value: Any) -> dict[str, Any]:
     raise TrundleError(f"parameters: {name} = {value!r}: give a number, (start, lower, upper), or a dict")
 
 
-def number(name: str, key: str, value: Any) -> float:
+def parse_number(name: str, key: str, value: Any) -> float:
     """Return a number, or say which is none."""
     try:
         found = float(value)

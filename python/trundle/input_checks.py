@@ -8,12 +8,12 @@ from typing import Any, TypeAlias
 from trundle import _native
 from trundle._native import Recording, TrundleError
 
-__all__ = ["doubts", "refuse_unusable"]
+__all__ = ["require_usable", "warnings_of"]
 
 PathLike: TypeAlias = "str | os.PathLike[str]"
 
 
-def refuse_unusable(recording: Recording | PathLike) -> list[str]:
+def require_usable(recording: Recording | PathLike) -> list[str]:
     """Refuse a recording whose units, sign, axes, clocks or motion are surely wrong.
 
     A force of the wrong sign is answered well by a wheel that drives, degrees by a tracker that turns: no
@@ -34,19 +34,19 @@ def refuse_unusable(recording: Recording | PathLike) -> list[str]:
         With everything that is surely wrong, what to do about it, and where.
     """
     findings = _native.check(recording)
-    wrong = [said(finding) for finding in findings if finding["severity"] == "error"]
+    wrong = [describe(finding) for finding in findings if finding["severity"] == "error"]
     if wrong:
         name = recording.name if isinstance(recording, Recording) else os.fspath(recording)
         raise TrundleError(f"{name}: " + "; ".join(wrong))
-    return doubts(findings)
+    return warnings_of(findings)
 
 
-def doubts(findings: list[dict[str, Any]]) -> list[str]:
+def warnings_of(findings: list[dict[str, Any]]) -> list[str]:
     """Return the warnings among the findings of a check, in words."""
-    return [said(finding) for finding in findings if finding["severity"] == "warning"]
+    return [describe(finding) for finding in findings if finding["severity"] == "warning"]
 
 
-def said(finding: dict[str, Any]) -> str:
+def describe(finding: dict[str, Any]) -> str:
     """Return a finding in a line: where, what is seen, what to do."""
     where = "" if finding["episode"] is None else f"{finding['episode']}: "
     return f"{where}{finding['sentence']} ({finding['remedy']})"

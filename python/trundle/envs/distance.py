@@ -8,12 +8,12 @@ from functools import lru_cache
 import numpy as np
 from numpy.typing import NDArray
 
-__all__ = ["Plane", "Points", "letters", "polygon_distance", "walk"]
+__all__ = ["Plane", "Points", "polygon_distance", "sample_polyline", "text_coverage"]
 
 Points = NDArray[np.float64]
 Plane = NDArray[np.float32]
 
-STEP = 0.5
+DOT_SPACING_PX = 0.5
 """Between dots of a line, pixels: its edge then looks straight."""
 
 
@@ -42,19 +42,19 @@ def polygon_distance(x: Plane, y: Plane, rings: Sequence[Points]) -> Plane:
     return distance
 
 
-def walk(points: Points, dash: float = 0.0) -> Points:
+def sample_polyline(points: Points, dash: float = 0.0) -> Points:
     """Return dots along a polyline, with gaps of 0.8 dashes after each dash unless `dash` is 0."""
     if len(points) < 2:
         return points
     ends = np.concatenate([[0.0], np.cumsum(np.hypot(*np.diff(points, axis=0).T))])
-    along = np.linspace(0.0, ends[-1], int(ends[-1] / STEP) + 2)
+    along = np.linspace(0.0, ends[-1], int(ends[-1] / DOT_SPACING_PX) + 2)
     if dash > 0.0:
         along = along[along % (1.8 * dash) < dash]
     return np.column_stack([np.interp(along, ends, column) for column in points.T])
 
 
 @lru_cache(maxsize=64)
-def letters(words: str, height: float) -> Plane:
+def text_coverage(words: str, height: float) -> Plane:
     """Return how far words cover each pixel, with a margin; capitals are about 0.75 `height` high."""
     from matplotlib.textpath import TextPath  # slow to import, and seldom needed
 

@@ -18,7 +18,7 @@ from rosbags.rosbag2 import Reader
 from rosbags.typesys import Stores, get_typestore
 
 from trundle.importers.config import typed
-from trundle.importers.layout import Columns, Imported, Say, SourceError
+from trundle.importers.layout import Columns, Imported, ShowProgress, SourceError
 from trundle.importers.messages import POSE, READERS, WRENCH
 
 if sys.version_info >= (3, 11):
@@ -108,7 +108,7 @@ def describe(reader: Reader) -> Description | None:
     return None
 
 
-def read(reader: Reader, told: Description, say: Say) -> Imported:
+def read(reader: Reader, told: Description, say: ShowProgress) -> Imported:
     """Return the recording that an open bag holds, as it was before it was exported."""
     begins = [episode.begin for episode in told.episode]
     heard: list[dict[str, dict[int, Any]]] = [defaultdict(dict) for _ in begins]

@@ -18,13 +18,13 @@ from typing import Any
 
 from trundle._native import TrundleError, _recover_folder, _replace_folder
 
-__all__ = ["PART", "kept_json", "naming", "whole_file", "whole_folder", "write_text"]
+__all__ = ["PARTIAL_SUFFIX", "atomic_file", "atomic_folder", "read_json", "report_target_path", "write_text"]
 
-PART = ".part"
+PARTIAL_SUFFIX = ".part"
 """How the name of what is under way ends; a kill may leave it."""
 
 
-def kept_json(path: Path) -> Any:
+def read_json(path: Path) -> Any:
     """Return what an earlier call has kept in a file."""
     try:
         return json.loads(path.read_text(encoding="utf-8"))
@@ -33,11 +33,11 @@ def kept_json(path: Path) -> Any:
 
 
 @contextmanager
-def whole_file(path: Path) -> Iterator[Path]:
+def atomic_file(path: Path) -> Iterator[Path]:
     """Give a path to write to; what is there in the end takes the file's place, or goes if anything fails."""
     path.parent.mkdir(parents=True, exist_ok=True)
-    part = path.with_name(f".{path.name}.{os.getpid()}{PART}")
-    with naming(part, path):
+    part = path.with_name(f".{path.name}.{os.getpid()}{PARTIAL_SUFFIX}")
+    with report_target_path(part, path):
         try:
             yield part
             part.replace(path)
@@ -46,7 +46,7 @@ def whole_file(path: Path) -> Iterator[Path]:
 
 
 @contextmanager
-def whole_folder(folder: Path, mark: str, what: str) -> Iterator[Path]:
+def atomic_folder(folder: Path, mark: str, what: str) -> Iterator[Path]:
     """Give a folder to write into that in the end takes an earlier one's place, or goes if anything fails.
 
     The two are exchanged in one step. On a file system that cannot do that (NFS, for one), a process that is
@@ -71,7 +71,7 @@ def whole_folder(folder: Path, mark: str, what: str) -> Iterator[Path]:
         raise TrundleError(f"{folder}: holds something else than {what}; give another folder with --out")
     folder.parent.mkdir(parents=True, exist_ok=True)
     partial = Path(tempfile.mkdtemp(prefix=f".{folder.name}-", dir=folder.parent))
-    with naming(partial, folder):
+    with report_target_path(partial, folder):
         try:
             partial.chmod(0o755)
             yield partial
@@ -81,7 +81,7 @@ def whole_folder(folder: Path, mark: str, what: str) -> Iterator[Path]:
 
 
 @contextmanager
-def naming(part: Path, path: Path) -> Iterator[None]:
+def report_target_path(part: Path, path: Path) -> Iterator[None]:
     """Name in an operating system's error the path that is written, not the hidden one or none."""
     try:
         yield
@@ -95,5 +95,5 @@ def naming(part: Path, path: Path) -> Iterator[None]:
 
 def write_text(path: Path, text: str) -> None:
     """Write a text file."""
-    with whole_file(path) as part:
+    with atomic_file(path) as part:
         part.write_text(text, encoding="utf-8")
