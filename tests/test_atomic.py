@@ -47,7 +47,7 @@ def test_a_folder_is_replaced_only_by_a_whole_one(tmp_path: Path) -> None:
 def test_a_folder_of_something_else_is_left_alone(tmp_path: Path) -> None:
     (tmp_path / "precious").touch()
     with (
-        pytest.raises(TrundleError, match="holds something else than a thing"),
+        pytest.raises(TrundleError, match="is not empty and not a thing"),
         atomic_folder(tmp_path, "mark", "a thing"),
     ):
         pass

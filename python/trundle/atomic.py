@@ -1,8 +1,8 @@
-"""Files and folders that appear whole or not at all.
+"""Atomic writes of files and folders.
 
-A process that is killed at any instant, or a full disk, leaves at the path what was there before or all
-that is new; beside it there may be a hidden file or folder, which is of no use. A power cut is not covered:
-nothing waits for the disk.
+If the process is killed at any time, or the disk is full, the path holds either the old or the complete new
+content. A hidden temporary file or folder may remain next to it and can be deleted. Power failures are not
+covered: data is not flushed to disk (no fsync).
 """
 
 from __future__ import annotations
@@ -21,20 +21,26 @@ from trundle._native import TrundleError, _recover_folder, _replace_folder
 __all__ = ["PARTIAL_SUFFIX", "atomic_file", "atomic_folder", "read_json", "report_target_path", "write_text"]
 
 PARTIAL_SUFFIX = ".part"
-"""How the name of what is under way ends; a kill may leave it."""
+"""Suffix of temporary files, which a killed process leaves behind."""
 
 
 def read_json(path: Path) -> Any:
-    """Return what an earlier call has kept in a file."""
+    """Read a JSON file that an earlier run wrote.
+
+    Raises
+    ------
+    TrundleError
+        If the file is damaged.
+    """
     try:
         return json.loads(path.read_text(encoding="utf-8"))
     except ValueError as error:
-        raise TrundleError(f"{path}: is damaged ({error}): remove it to have it made again") from error
+        raise TrundleError(f"{path}: is damaged ({error}): delete it, and it is created again") from error
 
 
 @contextmanager
 def atomic_file(path: Path) -> Iterator[Path]:
-    """Give a path to write to; what is there in the end takes the file's place, or goes if anything fails."""
+    """Yield a temporary path that replaces `path` at the end, or is deleted if an exception occurs."""
     path.parent.mkdir(parents=True, exist_ok=True)
     part = path.with_name(f".{path.name}.{os.getpid()}{PARTIAL_SUFFIX}")
     with report_target_path(part, path):
@@ -46,29 +52,30 @@ def atomic_file(path: Path) -> Iterator[Path]:
 
 
 @contextmanager
-def atomic_folder(folder: Path, mark: str, what: str) -> Iterator[Path]:
-    """Give a folder to write into that in the end takes an earlier one's place, or goes if anything fails.
+def atomic_folder(folder: Path, marker: str, content: str) -> Iterator[Path]:
+    """Yield a temporary folder that replaces `folder` at the end, or is deleted if an exception occurs.
 
-    The two are exchanged in one step. On a file system that cannot do that (NFS, for one), a process that is
-    killed between two renames leaves the earlier folder as `.NAME.replaced`; the next call brings it back.
+    The folders are exchanged in one step. On file systems without such an operation (such as NFS), a process
+    that is killed between two renames leaves the old folder as `.NAME.replaced`; the next call restores it.
 
     Parameters
     ----------
     folder : Path
-    mark : str
-        File by which an earlier one is known.
-    what : str
-        What it is, for the error: "a diagnosis".
+        New, empty, or an earlier output.
+    marker : str
+        Name of a file that identifies an earlier output.
+    content : str
+        What the folder contains, for the error message: "a diagnosis".
 
     Raises
     ------
     TrundleError
-        If the folder holds something else.
+        If the folder contains anything else.
     """
     folder = Path(os.path.realpath(folder))
     _recover_folder(folder)
-    if folder.exists() and not (folder / mark).exists() and (not folder.is_dir() or any(folder.iterdir())):
-        raise TrundleError(f"{folder}: holds something else than {what}; give another folder with --out")
+    if folder.exists() and not (folder / marker).exists() and (not folder.is_dir() or any(folder.iterdir())):
+        raise TrundleError(f"{folder}: is not empty and not {content}; give another folder with --out")
     folder.parent.mkdir(parents=True, exist_ok=True)
     partial = Path(tempfile.mkdtemp(prefix=f".{folder.name}-", dir=folder.parent))
     with report_target_path(partial, folder):
@@ -82,7 +89,7 @@ def atomic_folder(folder: Path, mark: str, what: str) -> Iterator[Path]:
 
 @contextmanager
 def report_target_path(part: Path, path: Path) -> Iterator[None]:
-    """Name in an operating system's error the path that is written, not the hidden one or none."""
+    """Replace the temporary path in an operating system error by the path that is written."""
     try:
         yield
     except OSError as error:
@@ -94,6 +101,6 @@ def report_target_path(part: Path, path: Path) -> Iterator[None]:
 
 
 def write_text(path: Path, text: str) -> None:
-    """Write a text file."""
+    """Write a text file atomically."""
     with atomic_file(path) as part:
         part.write_text(text, encoding="utf-8")

@@ -1,4 +1,4 @@
-"""A caller's own simulator as the simulation under test: what is told of its parameters."""
+"""Black-box simulators: the parameters of a caller's own simulator under test."""
 
 from __future__ import annotations
 
@@ -18,17 +18,18 @@ Step: TypeAlias = Callable[[Vector, Vector, float, dict[str, float]], ArrayLike]
 
 
 class Parameter(TypedDict, total=False):
-    """What is known of a parameter; only `start` must be there."""
+    """Description of a parameter; only `start` is required."""
 
     start: float
-    """Where the fit begins."""
+    """Initial value of the fit."""
     lower: float
-    """Smallest value that makes sense; 0 if left out and `start` is positive."""
+    """Lower bound; by default 0 if `start` is positive, else none."""
     upper: float
-    """Largest value that makes sense."""
+    """Upper bound; by default none."""
     sd: float
-    """Standard deviation of what you believe, in the parameter's unit."""
+    """Prior standard deviation, in the unit of the parameter."""
     unit: str
+    """SI unit, for display."""
 
 
 Parameters: TypeAlias = "Mapping[str, float | Sequence[float] | Parameter]"
@@ -37,35 +38,35 @@ KEYS = ("start", "lower", "upper", "sd", "unit")
 
 
 def parse_parameters(parameters: Parameters | None) -> tuple[list[dict[str, Any]], bool]:
-    """Return each parameter with its bounds, and whether all are numbers that the simulation is used with."""
+    """Return the parameters for the native module, and whether all of them are given as plain numbers."""
     if not isinstance(parameters, Mapping):
-        raise TrundleError("step: name the parameters of your simulator, as parameters={'mass': 20.0, ...}")
+        raise TrundleError("step: give the parameters of your simulator, as parameters={'mass': 20.0, ...}")
     given = bool(parameters) and all(is_number(value) for value in parameters.values())
     return [parse_parameter(str(name), value) for name, value in parameters.items()], given
 
 
 def is_number(value: object) -> bool:
-    """Tell whether a value is one number."""
+    """Return whether a value is a number."""
     return isinstance(value, int | float | np.integer | np.floating)
 
 
 def parse_parameter(name: str, value: Any) -> dict[str, Any]:
-    """Return a parameter as the native half reads it, checked."""
-    told = to_table(name, value)
-    start = parse_number(name, "start", told.get("start"))
-    positive = start > 0.0 and "lower" not in told
-    lower = 0.0 if positive else parse_number(name, "lower", told.get("lower", -math.inf))
-    upper = parse_number(name, "upper", told.get("upper", math.inf))
-    sd = None if told.get("sd") is None else parse_number(name, "sd", told["sd"])
+    """Validate a parameter and return it as the native module expects it."""
+    given = to_table(name, value)
+    start = parse_number(name, "start", given.get("start"))
+    positive = start > 0.0 and "lower" not in given
+    lower = 0.0 if positive else parse_number(name, "lower", given.get("lower", -math.inf))
+    upper = parse_number(name, "upper", given.get("upper", math.inf))
+    sd = None if given.get("sd") is None else parse_number(name, "sd", given["sd"])
     if not lower <= start <= upper or lower >= upper:
         raise TrundleError(f"parameters: {name} = {start}: must lie in [{lower}, {upper}]")
     if sd is not None and not (sd > 0.0 and (lower < 0.0 or start > 0.0)):
         raise TrundleError(
-            f"parameters: {name}: sd = {sd} must be positive, and so the start of a positive one"
+            f"parameters: {name}: sd = {sd}: must be positive; with lower >= 0, start must be positive too"
         )
     if sd is None and not (math.isfinite(lower) and math.isfinite(upper)) and start <= 0.0:
         raise TrundleError(
-            f"parameters: {name} = {start}: tell how far it may be off, as (start, lower, upper) or "
+            f"parameters: {name} = {start}: give its uncertainty, as (start, lower, upper) or "
             "{'start': ..., 'sd': ...}"
         )
     if not math.isfinite(start):
@@ -76,19 +77,19 @@ def parse_parameter(name: str, value: Any) -> dict[str, Any]:
         "lower": lower,
         "upper": upper,
         "sd": sd,
-        "unit": told.get("unit", ""),
+        "unit": given.get("unit", ""),
     }
 
 
 def to_table(name: str, value: Any) -> dict[str, Any]:
-    """Return a description as a dict: from a number, (start, lower, upper), or a dict."""
+    """Convert a number, (start, lower, upper) or a mapping to a dictionary."""
     if is_number(value):
         return {"start": value}
     if isinstance(value, Mapping):
         unknown = [key for key in value if key not in KEYS]
         if unknown or "start" not in value:
-            wrong = f"there is no {unknown[0]!r}" if unknown else "`start` is missing"
-            raise TrundleError(f"parameters: {name}: {wrong}; known are {', '.join(KEYS)}")
+            error = f"unknown key {unknown[0]!r}" if unknown else "`start` is missing"
+            raise TrundleError(f"parameters: {name}: {error}; the keys are {', '.join(KEYS)}")
         return dict(value)
     if isinstance(value, Sequence | np.ndarray) and not isinstance(value, str) and len(value) == 3:
         return dict(zip(KEYS, value, strict=False))
@@ -96,11 +97,11 @@ def to_table(name: str, value: Any) -> dict[str, Any]:
 
 
 def parse_number(name: str, key: str, value: Any) -> float:
-    """Return a number, or say which is none."""
+    """Convert a value to float; the error names the parameter and the key."""
     try:
         found = float(value)
     except (TypeError, ValueError):
         found = math.nan
     if math.isnan(found):
-        raise TrundleError(f"parameters: {name}: {key} = {value!r} is no number")
+        raise TrundleError(f"parameters: {name}: {key} = {value!r}: must be a number")
     return found

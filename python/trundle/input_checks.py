@@ -1,4 +1,4 @@
-"""Whether a recording can be diagnosed: what `trundle check` calls an error would be told as an effect."""
+"""Checks of a recording before a diagnosis."""
 
 from __future__ import annotations
 
@@ -14,10 +14,9 @@ PathLike: TypeAlias = "str | os.PathLike[str]"
 
 
 def require_usable(recording: Recording | PathLike) -> list[str]:
-    """Refuse a recording whose units, sign, axes, clocks or motion are surely wrong.
+    """Refuse a recording whose units, sign, axes, clocks or motion are certainly wrong.
 
-    A force of the wrong sign is answered well by a wheel that drives, degrees by a tracker that turns: no
-    residual tells them from physics, so they are looked for before there is one.
+    A diagnosis cannot find such errors: an effect of the catalogue may fit a wrong sign or a wrong unit well.
 
     Parameters
     ----------
@@ -26,12 +25,12 @@ def require_usable(recording: Recording | PathLike) -> list[str]:
     Returns
     -------
     list of str
-        What is doubtful, in words, the gravest first.
+        Warnings, most severe first.
 
     Raises
     ------
     TrundleError
-        With everything that is surely wrong, what to do about it, and where.
+        If `trundle.check` finds an error; the message lists all errors with their remedies.
     """
     findings = _native.check(recording)
     wrong = [describe(finding) for finding in findings if finding["severity"] == "error"]
@@ -42,11 +41,11 @@ def require_usable(recording: Recording | PathLike) -> list[str]:
 
 
 def warnings_of(findings: list[dict[str, Any]]) -> list[str]:
-    """Return the warnings among the findings of a check, in words."""
+    """Return the warnings among the findings of `trundle.check` as sentences."""
     return [describe(finding) for finding in findings if finding["severity"] == "warning"]
 
 
 def describe(finding: dict[str, Any]) -> str:
-    """Return a finding in a line: where, what is seen, what to do."""
+    """Return a finding as one line: episode, observation, remedy."""
     where = "" if finding["episode"] is None else f"{finding['episode']}: "
     return f"{where}{finding['sentence']} ({finding['remedy']})"

@@ -29,7 +29,7 @@ def raising(error: BaseException) -> Callable[[], int]:
         (OSError(28, "No space left on device"), 1, "No space left"),
         (OSError(28, "No space left on device", "p.png"), 1, "trundle: p.png: No space left on device\n"),
         (ValueError("a\x1b[31mb\u202e: no"), 2, "trundle: a\\x1b[31mb\\u202e: no\n"),
-        (RuntimeError("wrong"), 1, "trundle: RuntimeError: wrong (TRUNDLE_DEBUG=1 shows where)\n"),
+        (RuntimeError("wrong"), 1, "trundle: RuntimeError: wrong (set TRUNDLE_DEBUG=1 for a traceback)\n"),
         (KeyboardInterrupt(), 130, "trundle: interrupted\n"),
     ],
 )

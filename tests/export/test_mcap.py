@@ -220,8 +220,8 @@ def test_times_that_stamps_cannot_hold_are_refused(t: Any, message: str, tmp_pat
         (["empty", "--mcap", "a.mcap"], "empty: there is no recording.toml"),
         (["run", "--mcap", "a.bag"], "a.bag: give a name that ends in .mcap"),
         (["run", "--mcap", "folder.mcap"], "folder.mcap: holds something else"),
-        (["run", "--mcap", "a.mcap", "--out", "b"], "--mcap a.mcap says where to write"),
-        (["run"], "run: a folder is no model; a recording is exported with --mcap FILE"),
+        (["run", "--mcap", "a.mcap", "--out", "b"], "--mcap a.mcap: --out and --footprint apply only to --mujoco"),
+        (["run"], "run: is a folder, not a model file; use --mcap FILE for a recording"),
     ],
 )
 def test_what_cannot_be_exported_is_refused(

@@ -48,7 +48,7 @@ def test_every_fit_says_what_the_data_hold(recording: Path) -> None:
     information = [direction["information"] for direction in held["directions"]]
     assert information == sorted(information, reverse=True)
     assert held["agreement"]["starts"] == 6
-    assert format_identifiability(held)[0].startswith("what these data hold: 6 of 6 directions")
+    assert format_identifiability(held)[0].startswith("identifiable directions: 6 of 6")
 
 
 def test_both_optimisers_agree(recording: Path) -> None:
@@ -85,6 +85,6 @@ def test_the_profile_of_what_is_not_free_is_refused(recording: Path) -> None:
 
 def test_the_command_line_prints_both(recording: Path, capsys: pytest.CaptureFixture[str]) -> None:
     assert main(["fit", str(recording), "--quiet", "--optimiser", "lbfgs"]) == 0
-    assert "what these data hold: 6 of 6 directions" in capsys.readouterr().out
+    assert "identifiable directions: 6 of 6" in capsys.readouterr().out
     assert main(["fit", str(recording), "--quiet", "--profile", "body.mass", "--json"]) == 0
     assert json.loads(capsys.readouterr().out)["shape"] == "two-sided"

@@ -1,4 +1,4 @@
-"""`trundle effects`: the catalogue of physical effects that a model can hold."""
+"""`trundle effects`: the catalogue of physical effects."""
 
 from __future__ import annotations
 
@@ -7,15 +7,15 @@ import json
 import textwrap
 from typing import Any
 
-HELP = "List every effect that a model can hold, with its parameters."
+HELP = "List the effects that a model can contain, with their parameters."
 EXAMPLE = "trundle effects --json"
 
 LINE_WIDTH = 100
 
 
 def add_arguments(parser: argparse.ArgumentParser) -> None:
-    """Declare `--json`."""
-    parser.add_argument("--json", action="store_true", help="print the catalogue for programs")
+    """Add `--json`."""
+    parser.add_argument("--json", action="store_true", help="print the catalogue as JSON")
 
 
 def run(args: argparse.Namespace) -> int:
@@ -31,11 +31,11 @@ def run(args: argparse.Namespace) -> int:
 
 
 def format_effect(effect: dict[str, Any]) -> str:
-    """Return one effect as a paragraph and a table of its parameters."""
+    """Format an effect as a paragraph and a table of its parameters."""
     named = "" if effect["effect"] == effect["kind"] else f" (diagnosed as {effect['effect']})"
     lines = [f"{effect['kind']}{named}", *wrap(effect["summary"]), *wrap(f"Source: {effect['source']}")]
     rows = [table_row(parameter) for parameter in effect["parameters"]]
-    table = [("parameter", "unit", "bounds", "neutral", "if left out", "prior"), *(row[:-1] for row in rows)]
+    table = [("parameter", "unit", "bounds", "neutral", "default", "prior"), *(row[:-1] for row in rows)]
     widths = [max(map(len, column)) for column in zip(*table, strict=True)]
     layout = ["  ".join(map(str.ljust, row, widths)).rstrip() for row in table]
     lines.append(f"    {layout[0]}")
@@ -45,12 +45,12 @@ def format_effect(effect: dict[str, Any]) -> str:
 
 
 def wrap(text: str, indent: int = 2) -> list[str]:
-    """Return `text` in indented lines."""
+    """Wrap `text` with an indent."""
     return textwrap.wrap(text, LINE_WIDTH, initial_indent=" " * indent, subsequent_indent=" " * indent)
 
 
 def table_row(parameter: dict[str, Any]) -> tuple[str, ...]:
-    """Return a parameter's row of the table, and what it is."""
+    """Return the cells of a parameter, and its description as the last entry."""
     default = parameter["default"]
     return (
         parameter["name"],
@@ -63,16 +63,16 @@ def table_row(parameter: dict[str, Any]) -> tuple[str, ...]:
     )
 
 
-def format_prior(belief: dict[str, Any]) -> str:
-    """Return a prior in words."""
-    match belief["distribution"]:
+def format_prior(prior: dict[str, Any]) -> str:
+    """Format a prior distribution."""
+    match prior["distribution"]:
         case "normal":
-            return f"normal, mean {belief['mean']:g}, sd {belief['sd']:g}"
+            return f"normal, mean {prior['mean']:g}, sd {prior['sd']:g}"
         case "log_normal":
-            return f"log-normal, median {belief['median']:g}, sd {belief['sd']:g} e-folds"
+            return f"log-normal, median {prior['median']:g}, sd {prior['sd']:g} e-folds"
         case "on_body":
-            return f"uniform over the body along {belief['axis']}"
+            return f"uniform over the body along {prior['axis']}"
         case "uniform":
             return "uniform between its bounds"
         case _:
-            return f"uniform, period {belief['period']:.5g}"
+            return f"uniform, period {prior['period']:.5g}"

@@ -38,7 +38,9 @@ def draw(identity: str, episode: Episode) -> Html:
         thing(plan, episode, end),
     )
     text = "The scene from above at the end of the episode; dashed outlines: where the object was before."
-    panel = figure(f"{identity}-scene", "The episode from above", text, plan.total_height, drawing, caption(episode))
+    panel = figure(
+        f"{identity}-scene", "The episode from above", text, plan.total_height, drawing, caption(episode)
+    )
     script = json.dumps(frames(plan, episode), separators=(",", ":")).replace("<", "\\u003c")
     return tag("div", panel, tag("script", Html(script), type="application/json"), class_="player")
 
