@@ -42,7 +42,7 @@ class Calibration:
     rounds: list[dict[str, Any]]
 
     def figure(self, path: PathLike) -> Path:
-        """Draw a histogram of the ranks of each parameter, with the 95 % band of uniform ranks, as PNG or SVG."""
+        """Draw histograms of the ranks, with the 95 % band of uniform ranks, to a PNG or SVG file."""
         from matplotlib.figure import Figure
 
         lines = self.table["parameters"]
@@ -76,8 +76,8 @@ def calibrate(
 ) -> Calibration:
     """Run a simulation-based calibration (Talts et al. 2018).
 
-    Each round draws parameters from the prior, simulates a recording, samples the posterior and ranks the true
-    values among the draws.
+    Each round draws parameters from the prior, simulates a recording, samples the posterior and ranks the
+    true values among the draws.
 
     Parameters
     ----------

@@ -129,7 +129,7 @@ class Design:
         Raises
         ------
         TrundleError
-            If the model has no footprint (as on a rail) or contains an unnamed wrench, or if there is no push.
+            If the model has no footprint (as on a rail), contains an unnamed wrench, or there is no push.
         """
         model = tomllib.loads(model_text(self.fitted[0] if truth is None else truth) or "")
         body = model.get("body", {})
@@ -179,9 +179,9 @@ def design(
     distance: float | None = None,
     progress: Progress | None = None,
 ) -> Design:
-    """Find the pushes that best discriminate two models, each refitted to the data of the push.
+    """Find the pushes that best discriminate two models.
 
-    docs/design.md describes the method.
+    Each model is compared with the best refit of the other one; docs/design.md describes the method.
 
     Parameters
     ----------

@@ -146,10 +146,10 @@ def fit(
 ) -> Fit:
     """Fit the free parameters of a model to the training episodes of one or several recordings of an object.
 
-    The result is the maximum a posteriori estimate (docs/estimation.md). The default likelihood is that of the
-    poses given the recorded wrench, by the prediction errors of a filter; the noise and the tare error of the
-    wrench drive the motion (eq. 5-6 of the paper). For quasi-static pushes it is the likelihood of the wrench
-    that the observed motion requires.
+    The result is the maximum a posteriori estimate (docs/estimation.md). The default likelihood is that of
+    the poses given the recorded wrench, by the prediction errors of a filter; the noise and the tare error
+    of the wrench drive the motion (eq. 5-6 of the paper). For quasi-static pushes it is the likelihood of
+    the wrench that the observed motion requires.
 
     Parameters
     ----------

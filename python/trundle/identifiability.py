@@ -117,13 +117,13 @@ def profile(
         raise TrundleError(f"starts = {starts}: at least one start is needed")
     if grid is not None and not np.isfinite(np.asarray(grid, dtype=float)).all():
         raise TrundleError("grid: every value must be a finite number")
-    beliefs = None if prior is None else (str(prior), Path(prior).read_text(encoding="utf-8"))
+    prior_file = None if prior is None else (str(prior), Path(prior).read_text(encoding="utf-8"))
     answer: dict[str, Any] = json.loads(
         _native._profile(
             native_recording(recording),
             parameter,
             model_text(model),
-            prior=beliefs,
+            prior=prior_file,
             grid=None if grid is None else [float(value) for value in grid],
             starts=starts,
             seed=seed,

@@ -1,4 +1,4 @@
-"""A picture of a recording: the object's way from above, its poses and the force over time."""
+"""A picture of a recording: top view of the paths, and poses and wrenches over time."""
 
 from __future__ import annotations
 
@@ -21,9 +21,9 @@ __all__ = ["draw", "figure"]
 
 SUFFIXES = (".png", ".svg", ".pdf")
 OUTLINES_PER_EPISODE = 6
-"""Footprints drawn along each episode's way."""
+"""Footprints drawn along the path of each episode."""
 MAX_EPISODE_ROWS = 8
-"""Episodes drawn over time; more would be too small to read."""
+"""Maximum number of episodes drawn over time."""
 
 Floats = NDArray[np.float64]
 
@@ -36,16 +36,16 @@ def draw(recording: Recording, path: Path) -> None:
     recording : Recording
         What to draw.
     path : Path
-        A .png, .svg or .pdf file.
+        Output file with the suffix .png, .svg or .pdf.
 
     Raises
     ------
     TrundleError
-        If the file is of no known kind, or the recording cannot be prepared.
+        If the suffix is another one, or the recording cannot be prepared.
     """
     kind = path.suffix.lower()
     if kind not in SUFFIXES:
-        raise TrundleError(f"{path}: a picture is a {', '.join(SUFFIXES)} file")
+        raise TrundleError(f"{path}: unknown suffix; use one of {', '.join(SUFFIXES)}")
     drawn = figure(recording)
     with atomic_file(path) as part:
         drawn.savefig(part, format=kind[1:], metadata={"Date": None} if kind == ".svg" else None)
@@ -62,7 +62,7 @@ def figure(recording: Recording) -> Figure:
     Returns
     -------
     matplotlib.figure.Figure
-        The way from above on top, then one row per episode: force and pose over time.
+        The top view, then one row per episode: wrench and pose over time.
     """
     from matplotlib.figure import Figure
 
@@ -79,12 +79,12 @@ def figure(recording: Recording) -> Figure:
 
 
 def title(name: str, shown: int, total: int) -> str:
-    """Return the picture's title, which says how many episodes have no row of their own."""
+    """Return the title of the picture, with the number of episodes that have a row."""
     return name if shown == total else f"{name}: the first {shown} of {total} episodes over time"
 
 
 def outlines(described: Mapping[str, Any]) -> list[Floats]:
-    """Return the object's shapes as closed outlines (n, 2), m, object frame; none on a rail."""
+    """Return the shapes of the object as closed outlines (n, 2), m, object frame; empty on a rail."""
     fixtures = described.get("fixture") or [{"polygon": described.get("footprint") or []}]
     return [closed_outline(fixture) for fixture in fixtures if fixture.get("polygon") or fixture.get("disc")]
 
@@ -99,7 +99,7 @@ def closed_outline(fixture: Mapping[str, Any]) -> Floats:
 
 
 def draw_top_view(axes: Axes, episodes: Mapping[str, Mapping[str, Any]], shape: Sequence[Floats]) -> None:
-    """Draw each episode's way of the object's origin, and its outline along it."""
+    """Draw the path of the object's origin in each episode, with outlines along it."""
     for index, episode in enumerate(episodes.values()):
         colour, poses = f"C{index % 10}", episode["pose"]
         axes.plot(poses[:, 0], poses[:, 1], color=colour, linestyle="--" if episode["held_out"] else "-")
@@ -119,7 +119,7 @@ def place_outline(outline: Floats, at: Floats) -> Floats:
 
 
 def draw_wrench(axes: Axes, name: str, episode: Mapping[str, Any]) -> None:
-    """Draw the wrench on the object over time, and when contact begins."""
+    """Draw the wrench on the object over time, and the begin of contact."""
     for column, label in enumerate(("force x (N)", "force y (N)", "torque (N m)")):
         axes.plot(episode["wrench_t"], episode["on_object"][:, column], linewidth=0.8, label=label)
     axes.axvline(episode["contact"], color="grey", linewidth=0.8, linestyle=":")
@@ -128,9 +128,11 @@ def draw_wrench(axes: Axes, name: str, episode: Mapping[str, Any]) -> None:
 
 
 def draw_pose(axes: Axes, episode: Mapping[str, Any]) -> None:
-    """Draw how far the object went from its first pose over time."""
-    way = episode["pose"] - episode["pose"][0]
+    """Draw the pose relative to the first one over time."""
+    displacement = episode["pose"] - episode["pose"][0]
     for column, label in enumerate(("x (m)", "y (m)", "heading (rad)")):
-        axes.plot(episode["pose_t"], way[:, column], linewidth=0.8, marker=".", markersize=1.5, label=label)
+        axes.plot(
+            episode["pose_t"], displacement[:, column], linewidth=0.8, marker=".", markersize=1.5, label=label
+        )
     axes.set(xlabel="t (s)", ylabel="from the start")
     axes.legend(loc="upper left", fontsize="x-small")

@@ -1,4 +1,4 @@
-"""Settings files: TOML read into dataclasses, where every unknown key and wrong type is an error."""
+"""Settings files: TOML parsed into dataclasses; unknown keys and wrong types are errors."""
 
 from __future__ import annotations
 
@@ -33,24 +33,24 @@ T = TypeVar("T")
 
 
 class SettingsError(ValueError):
-    """A file says something that is not understood; the message names the key and the remedy."""
+    """An invalid setting; the message names the key and the expected value."""
 
 
 def parse(path: Path, remedy: str = "") -> dict[str, Any]:
-    """Read any TOML file; where there is none, an error ends with the remedy."""
+    """Parse a TOML file; the error for an absent file ends with `remedy`."""
     try:
         with path.open("rb") as file:
             return tomllib.load(file)
     except FileNotFoundError as error:
         raise TrundleError(
-            f"{path}: there is no such file; those of trundle lie in its repository, under configs/{remedy}"
+            f"{path}: no such file; the files of trundle are in configs/ of its repository{remedy}"
         ) from error
     except (tomllib.TOMLDecodeError, UnicodeDecodeError) as error:
         raise TrundleError(f"{path}: not a TOML file: {error}") from error
 
 
 def parse_format(path: Path, form: str, remedy: str = "") -> dict[str, Any]:
-    """Read a TOML file that must begin with `format = "form"`; return what else is in it."""
+    """Parse a TOML file that must contain `format = "form"`; return the other keys."""
     found = parse(path, remedy)
     if found.pop("format", None) != form:
         raise TrundleError(f'{path}: must begin with format = "{form}"')
@@ -58,7 +58,7 @@ def parse_format(path: Path, form: str, remedy: str = "") -> dict[str, Any]:
 
 
 def build_settings(path: Path, kind: type[T], table: Mapping[str, Any]) -> T:
-    """Build a dataclass as `typed` does; an error names the file too, and is a `TrundleError`."""
+    """Build a dataclass as `typed` does; an error is a `TrundleError` that also names the file."""
     try:
         return typed(kind, table)
     except SettingsError as error:
@@ -68,9 +68,9 @@ def build_settings(path: Path, kind: type[T], table: Mapping[str, Any]) -> T:
 def check_argument_types(
     path: Path, function: Callable[..., Any], table: Mapping[str, Any], where: str, **instead: type
 ) -> None:
-    """Refuse values of another type than the function's arguments have, or than is said `instead`.
+    """Check that values have the types of a function's keyword-only arguments, or those in `instead`.
 
-    Keys that are not among its keyword-only arguments are left to the function.
+    Other keys are not checked: the function itself refuses them.
     """
     hints = {**typing.get_type_hints(function), **instead}
     arguments = inspect.signature(function).parameters.values()
@@ -84,7 +84,7 @@ def check_argument_types(
 
 
 def check_horizon(path: Path, arguments: Mapping[str, Any], where: str) -> None:
-    """Refuse an environment's arguments by which an episode never ends."""
+    """Refuse arguments of an environment for which an episode never ends."""
     if arguments.get("horizon", 1) == 0:
         raise TrundleError(f"{path}: [{where}] horizon = 0: an episode must end; give a number of steps")
 
@@ -95,17 +95,17 @@ def typed(kind: type[T], table: Mapping[str, Any], where: str = "") -> T:
     Parameters
     ----------
     kind : type
-        A dataclass; fields may be numbers, strings, booleans, `Literal`, lists, tuples, dictionaries by
-        string, optional values, and dataclasses. `dict[str, Any]` takes a table as it is.
+        A dataclass. Fields may be numbers, strings, booleans, `Literal`, lists, tuples, dictionaries with
+        string keys, optional values, and dataclasses. `dict[str, Any]` accepts any table.
     table : mapping
-        The parsed TOML.
+        The parsed TOML table.
     where : str
-        The table's place, for messages: "topic.object".
+        Key of the table, for messages: "topic.object".
 
     Returns
     -------
     kind
-        The settings, defaults filled in.
+        The settings, with defaults for absent keys.
     """
     hints = typing.get_type_hints(kind)
     fields = {field.name: field for field in dataclasses.fields(typing.cast("Any", kind))}
@@ -161,7 +161,7 @@ def _union(hint: Any, value: Any, where: str) -> Any:
         try:
             return _value(choice, value, where)
         except SettingsError as error:
-            # A table meant for one dataclass deserves that dataclass's own message.
+            # The message of the dataclass is more specific than that of the union.
             if isinstance(value, dict) and dataclasses.is_dataclass(choice):
                 raise error
     raise SettingsError(f"`{where}` = {value!r}{_expected(hint)}")

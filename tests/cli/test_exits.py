@@ -46,8 +46,8 @@ def test_a_status_is_passed_on() -> None:
 
 def test_ctrl_c_ends_a_long_verb_at_once() -> None:
     script = (
-        "import sys, time; from trundle.cli.exits import guarded\n"
-        "sys.exit(guarded(lambda: print('began', flush=True) or time.sleep(60)))"
+        "import sys, time; from trundle.cli.exits import run_guarded\n"
+        "sys.exit(run_guarded(lambda: print('began', flush=True) or time.sleep(60)))"
     )
     with interruptible([sys.executable, "-c", script]) as process:
         assert process.stdout is not None
@@ -60,8 +60,8 @@ def test_ctrl_c_ends_a_long_verb_at_once() -> None:
 
 def test_a_reader_that_goes_away_is_no_error(tmp_path: Path) -> None:
     script = (
-        "import sys; from trundle.cli.exits import guarded\n"
-        "sys.exit(guarded(lambda: print('line\\n' * 200_000) or 0))"
+        "import sys; from trundle.cli.exits import run_guarded\n"
+        "sys.exit(run_guarded(lambda: print('line\\n' * 200_000) or 0))"
     )
     complaints = tmp_path / "stderr"
     with (

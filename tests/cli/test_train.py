@@ -199,4 +199,4 @@ def test_a_policy_is_watched(tmp_path: Path, capsys: pytest.CaptureFixture[str])
     assert main(["play", "PushAround", "--agent", file]) == 2
     assert "was trained in trundle/PushPose-v0" in capsys.readouterr().err
     assert main(["play", "PushAround", "--agent", "clever"]) == 2
-    assert "choose random, adaptive or a policy's file.npz" in capsys.readouterr().err
+    assert "choose random, adaptive or the .npz file of a policy" in capsys.readouterr().err

@@ -54,7 +54,7 @@ def test_a_bag_becomes_a_recording(bag: Path, capsys: pytest.CaptureFixture[str]
 @pytest.mark.parametrize(
     ("old", "new", "message"),
     [
-        ('"/ft"', '"/wrist"', "run_3: no topic '/wrist' for wrench; its topics are"),
+        ('"/ft"', '"/wrist"', "run_3: no topic '/wrist' for wrench; the topics are"),
         ('"/ft"', '"/ft" oops', "map.toml: not a TOML file"),
         ("[object]", "[objekt]", "map.toml: unknown key `objekt`; did you mean `object`?"),
         ('"sensor"\n', '"senser"\n', "senser"),

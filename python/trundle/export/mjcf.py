@@ -1,4 +1,4 @@
-"""A model as MJCF: its body in the plane, and the actuators through which its laws act."""
+"""Conversion of a model to MJCF: the planar body, and the actuators through which its effects act."""
 
 from __future__ import annotations
 
@@ -18,7 +18,7 @@ else:
 __all__ = ["mjcf", "parse_model"]
 
 BODY_HEIGHT_M = 0.2
-"""Of the body, m: nothing but looks and contacts depend on it."""
+"""Height of the body, m. Only its appearance and contacts depend on it."""
 TIMESTEP_S = 0.002
 ACTUATOR_DIRECTIONS = {
     "push_x": (1, 0, 0),
@@ -31,22 +31,23 @@ ACTUATOR_DIRECTIONS = {
     "damping_xtheta": (1, 0, 1),
     "damping_ytheta": (0, 1, 1),
 }
-"""Direction (x, y, theta) at the object's origin along which an actuator pushes or brakes."""
+"""Direction (x, y, theta) at the object's origin along which an actuator pushes or damps."""
 
 
 def mjcf(model: Model, footprint: Sequence[Sequence[float]] | None = None) -> str:
-    """Return the MJCF of a model whose values are all given.
+    """Return the MJCF of a model.
 
     Parameters
     ----------
     model : Model
+        Must contain a value for every parameter.
     footprint : sequence of (x, y), optional
-        Corners, m, for a model that names none.
+        Corners, m, for a model without a footprint.
 
     Raises
     ------
     TrundleError
-        If neither the model nor the caller gives a footprint, or a value is free.
+        If neither the model nor the caller gives a footprint, or a parameter has no value.
     """
     text = parse_model(model)
     shapes = fixtures(text["body"], footprint)
@@ -54,7 +55,7 @@ def mjcf(model: Model, footprint: Sequence[Sequence[float]] | None = None) -> st
     root = ET.Element("mujoco", model="trundle")
     ET.SubElement(root, "option", timestep=f"{TIMESTEP_S}", integrator="implicitfast")
     if laws.starts:
-        # States of the laws' own, a caster's angle say: MuJoCo carries them with each state.
+        # States of effects, such as the angle of a caster. MuJoCo stores them with its state.
         ET.SubElement(root, "size", nuserdata=str(len(laws.starts)))
     ET.SubElement(root, "visual").append(ET.Element("global", offwidth="1280", offheight="960"))
     assets, world = ET.SubElement(root, "asset"), ET.SubElement(root, "worldbody")
@@ -72,20 +73,20 @@ def parse_model(model: Model) -> dict[str, Any]:
 
 
 def fixtures(body: Mapping[str, Any], footprint: Sequence[Sequence[float]] | None) -> list[dict[str, Any]]:
-    """Return polygons and discs: the model's, else the caller's."""
+    """Return the polygons and discs of the caller's footprint or else of the model."""
     if footprint is not None:
         return [{"polygon": footprint}]
     if "footprint" in body:
         return [{"polygon": body["footprint"]}]
     if not body.get("fixture"):
         raise TrundleError(
-            "the model names no footprint: give --footprint '[[x, y], ...]' (metres, object frame)"
+            "the model has no footprint: give --footprint '[[x, y], ...]' (metres, object frame)"
         )
     return list(body["fixture"])
 
 
 def add_scene(assets: ET.Element, world: ET.Element) -> None:
-    """Add light and a floor that is only seen."""
+    """Add a light and a floor without contacts."""
     ET.SubElement(
         assets,
         "texture",
@@ -108,10 +109,10 @@ def add_body(assets: ET.Element, world: ET.Element, laws: Laws, shapes: Sequence
     body = ET.SubElement(world, "body", name="object")
     for name, kind, axis in (("x", "slide", "1 0 0"), ("y", "slide", "0 1 0"), ("theta", "hinge", "0 0 1")):
         ET.SubElement(body, "joint", name=f"object_{name}", type=kind, axis=axis)
-    # Only the inertia about the vertical counts in the plane.
+    # In the plane only the inertia about the vertical matters.
     inertia = format_numbers([laws.inertia] * 3)
-    # Not in the origin also because MuJoCo takes a body for simple whose mass centre is there, and then drops
-    # what couples its directions from the slopes of forces.
+    # The mass centre must not be at the origin: MuJoCo would treat the body as simple and drop the couplings
+    # between directions from the derivatives of forces.
     ET.SubElement(
         body,
         "inertial",
@@ -157,7 +158,7 @@ def geoms(shape: Mapping[str, Any]) -> list[dict[str, str]]:
 
 
 def add_marks(body: ET.Element, effects: Sequence[Mapping[str, Any]]) -> None:
-    """Mark the places of effects that have one: sites that are only seen."""
+    """Mark the positions of effects by sites without physics."""
     for number, effect in enumerate(effects, 1):
         if {"x", "y"} <= effect.keys():
             name = f"object_{effect['kind']}_{number}"
@@ -166,9 +167,9 @@ def add_marks(body: ET.Element, effects: Sequence[Mapping[str, Any]]) -> None:
 
 
 def add_actuators(actuators: ET.Element) -> None:
-    """Add what the callback drives: pushes, whose control is a force, and dampers, whose control is a drag.
+    """Add the actuators of the callback: pushes, controlled by force, and dampers, controlled by damping.
 
-    A damper's gain is minus the velocity, so that MuJoCo's implicit integrators know the force's slope.
+    The gain of a damper is minus the velocity, so MuJoCo's implicit integrators have its force derivative.
     """
     for name, (x, y, theta) in ACTUATOR_DIRECTIONS.items():
         gain = {"gaintype": "fixed", "gainprm": "1"}
@@ -179,5 +180,5 @@ def add_actuators(actuators: ET.Element) -> None:
 
 
 def format_numbers(values: Sequence[float]) -> str:
-    """Return numbers as MJCF writes them, to the last digit."""
+    """Format numbers for MJCF with full precision."""
     return " ".join(f"{float(value)!r}" for value in values)

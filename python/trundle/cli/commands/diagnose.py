@@ -42,8 +42,8 @@ def add_arguments(parser: argparse.ArgumentParser) -> None:
         "--wrench-pose",
         choices=("own_time", "latest"),
         default="own_time",
-        help="pose that transforms each wrench to the object: the one at the time of the wrench (default), or "
-        "the latest recorded one (equation 13 of the paper)",
+        help="pose that transforms each wrench to the object: own_time: the one at the time of the wrench "
+        "(default); latest: the latest recorded one (equation 13 of the paper)",
     )
     parser.add_argument(
         "--no-check",

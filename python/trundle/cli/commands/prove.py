@@ -51,7 +51,7 @@ def add_arguments(parser: argparse.ArgumentParser) -> None:
     parser.add_argument(
         "--after-design",
         action="store_true",
-        help="if a diagnosis designs a discriminating push, simulate it and a random push, and diagnose again",
+        help="simulate the discriminating push that a diagnosis designs, and a random push; diagnose again",
     )
     parser.add_argument(
         "--shares",
