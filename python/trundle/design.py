@@ -152,7 +152,7 @@ class Design:
         return tomli_w.dumps(tables), tomli_w.dumps(named)
 
     def write(self, folder: PathLike) -> Path:
-        """Write ``design.json``, and ``scenario.toml`` with ``object.toml`` if the pushes can be simulated."""
+        """Write ``design.json``, and ``scenario.toml`` with ``object.toml`` if they can be simulated."""
         folder = Path(folder)
         texts = {"design.json": self.to_json() + "\n"}
         if self.pushes and _is_simulable(self.fitted[0].to_toml()):

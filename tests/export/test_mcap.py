@@ -218,9 +218,12 @@ def test_times_that_stamps_cannot_hold_are_refused(t: Any, message: str, tmp_pat
     ("arguments", "said"),
     [
         (["empty", "--mcap", "a.mcap"], "empty: there is no recording.toml"),
-        (["run", "--mcap", "a.bag"], "a.bag: give a name that ends in .mcap"),
+        (["run", "--mcap", "a.bag"], "a.bag: the name must end in .mcap"),
         (["run", "--mcap", "folder.mcap"], "folder.mcap: exists and is not an export"),
-        (["run", "--mcap", "a.mcap", "--out", "b"], "--mcap a.mcap: --out and --footprint apply only to --mujoco"),
+        (
+            ["run", "--mcap", "a.mcap", "--out", "b"],
+            "--mcap a.mcap: --out and --footprint apply only to --mujoco",
+        ),
         (["run"], "run: is a folder, not a model file; use --mcap FILE for a recording"),
     ],
 )

@@ -133,5 +133,5 @@ def test_a_parameter_that_makes_no_sense_is_refused(
 def test_a_model_and_a_simulator_are_not_tested_at_once(clean: trundle.Recording, tmp_path: Path) -> None:
     with pytest.raises(trundle.TrundleError, match="remove `model`"):
         trundle.diagnose(clean, tmp_path / "model.toml", step=example.Table().step, parameters=GOOD)
-    with pytest.raises(trundle.TrundleError, match="those of `step`"):
+    with pytest.raises(trundle.TrundleError, match="need `step`"):
         trundle.diagnose(clean, parameters=GOOD)

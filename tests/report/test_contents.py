@@ -1,4 +1,4 @@
-"""The page shows the content of diagnosis.json: warnings, immaterial effects, tied sets, residuals, wheels."""
+"""The page shows the content of diagnosis.json: warnings, immaterial effects, ties, residuals, wheels."""
 
 from __future__ import annotations
 

@@ -1,4 +1,4 @@
-"""From what a native task lets be seen to a picture."""
+"""Pictures of the state of a native environment."""
 
 from __future__ import annotations
 
@@ -19,7 +19,7 @@ __all__ = ["draw", "require_episode"]
 def draw(
     seen: dict[str, Any], trail: Sequence[Point] = (), hidden: dict[str, Any] | None = None
 ) -> NDArray[np.uint8]:
-    """Draw what a native task lets be seen, and the wheels of a hidden model if it is given."""
+    """Draw the visible state of a native environment, and the wheels of a hidden model if given."""
     fixtures = tuple(
         Disc(tuple(part[0]), part[1]) if isinstance(part, tuple) else tuple(map(tuple, part))
         for part in seen["fixtures"]
@@ -48,7 +48,7 @@ def _wheels(hidden: dict[str, Any]) -> tuple[HiddenWheel, ...]:
 
 
 def require_episode(value: dict[str, Any] | None) -> dict[str, Any]:
-    """Return a value that there is from the first reset on."""
+    """Return `value`, or raise `ResetNeeded` if it is None because no episode has begun."""
     if value is None:
         raise ResetNeeded("no episode has begun: call reset() first")
     return value

@@ -1,6 +1,6 @@
 """The effects of the `model.toml` next to this file, for MuJoCo.
 
-`object.xml` describes the body and the actuators through which the effects act. trundle evaluates the effects.
+`object.xml` describes the body and the actuators of the effects. trundle evaluates the effects.
 
     model, effects = load()                            # or Effects(your_model) if it includes object.xml
     data = mujoco.MjData(model)
@@ -141,7 +141,7 @@ def identify(model: mujoco.MjModel, kind: mujoco.mjtObj, name: str) -> int:
 
 
 def coordinates(model: mujoco.MjModel, body: int) -> tuple[bool, slice, list[int]]:
-    """Return whether the body has a free joint, its slice of `qpos`, and the indices of x, y, theta in `qvel`."""
+    """Return whether the body has a free joint, its slice of `qpos`, and its x, y, theta in `qvel`."""
     joints = range(model.body_jntadr[body], model.body_jntadr[body] + model.body_jntnum[body])
     kinds = [int(model.jnt_type[joint]) for joint in joints]
     at, dof = model.jnt_qposadr[joints[0]] if joints else 0, model.body_dofadr[body]

@@ -12,8 +12,8 @@
 | `/trundle/recording` | `std_msgs/msg/String` | TOML: `recording.toml`, each episode's columns; latched |
 
 `frame_id` of a pose is `world`; of the wrench `gripper`, `object` or `world`, as `[wrench] frame` says.
-Header stamp and log time are equal. A cell without a sample has no message. An axis that was not measured, and
-the height of a level frame, is 0. Episodes follow each other with a gap of one second.
+Header stamp and log time are equal. A cell without a sample has no message. An axis that was not measured,
+and the height of a level frame, is 0. Episodes follow each other with a gap of one second.
 """
 
 from __future__ import annotations
@@ -87,7 +87,7 @@ def write_mcap(recording: Recording | PathLike, path: PathLike, say: ShowProgres
     Raises
     ------
     TrundleError
-        If the recording cannot be read, two of its times are in the same nanosecond, or `path` is another file.
+        If the recording is invalid, two of its times are in the same nanosecond, or `path` is another file.
     """
     whole = recording if isinstance(recording, Recording) else read(recording)
     path = Path(path)
