@@ -108,7 +108,7 @@ def test_the_bore_is_the_seals(tmp_path: Path, imported: Import) -> None:
     [
         (
             {},
-            r"a folder: give one of its files, or a map with `files`.*the logs are O-ring_3bar, X-ring257_3bar",
+            r"a folder: give one of its files, or a map.*the logs are O-ring_3bar, X-ring257_3bar",
         ),
         (
             {"files": ["O-ring_3bar", "X-ring257_3bar"]},

@@ -90,12 +90,13 @@ def hidden(episode: Episode) -> str | None:
 def additions(episode: Episode) -> list[str]:
     """Return what was named or supposed, and when."""
     found = [
-        f"{wording.capitalise(wording.effect_name(name))} was named after {seconds(time)} and added to the model."
+        f"{wording.capitalise(wording.effect_name(name))} was named after {seconds(time)} "
+        "and added to the model."
         for time, name in named(episode)
     ]
     return found + [
-        f"{wording.capitalise(wording.effect_names(effects))} was supposed after {seconds(time)}: the diagnosis does "
-        "not vouch for it, but with it the model predicts better."
+        f"{wording.capitalise(wording.effect_names(effects))} was supposed after {seconds(time)}: "
+        "the diagnosis does not vouch for it, but with it the model predicts better."
         for time, effects in supposed(episode)
     ]
 
