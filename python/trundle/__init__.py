@@ -1,6 +1,9 @@
-"""Push what you have never seen: physics-based models of wheeled furniture, learnt, diagnosed and used."""
+"""Physics-based models of pushed furniture: estimation, diagnosis of missing effects, planning.
 
-from trundle import _startup as _startup  # isort: skip  (before all that takes time)
+The command line is `trundle`; `trundle.cli` describes it.
+"""
+
+from trundle import _startup as _startup  # isort: skip  (before slow imports, to handle Ctrl-C)
 from trundle import baselines, envs, objects
 from trundle._native import Planner, __version__
 from trundle.agent import AdaptiveAgent

@@ -1,6 +1,6 @@
-"""Ctrl-C while the `trundle` command is still importing: one sentence, as later, and no traceback.
+"""Handling of Ctrl-C while the `trundle` command imports its modules: a one-line message, no traceback.
 
-Imported before all else by `trundle`, and of no effect where that is a library.
+`trundle` imports this module first. It has no effect in programs that use `trundle` as a library.
 """
 
 from __future__ import annotations
@@ -10,18 +10,18 @@ import signal
 import sys
 from types import FrameType
 
-__all__ = ["finished"]
+__all__ = ["restore_interrupt"]
 
-MODULE = os.path.join("trundle", "__main__.py")
-"""What `python -m trundle` calls itself once it is imported."""
+MAIN_MODULE_PATH = os.path.join("trundle", "__main__.py")
+"""End of `sys.argv[0]` in `python -m trundle`, once the package is imported."""
 
 
 def _is_command() -> bool:
-    """Whether this process is the command, by its script or as `python -m trundle`, or a worker of one."""
+    """Return whether this process is the `trundle` script, `python -m trundle`, or a worker of either."""
     name = sys.argv[0] if sys.argv else ""
     if name == "-m":
         return "trundle" in sys.orig_argv
-    return os.path.splitext(os.path.basename(name))[0] == "trundle" or name.endswith(MODULE)
+    return os.path.splitext(os.path.basename(name))[0] == "trundle" or name.endswith(MAIN_MODULE_PATH)
 
 
 def _is_worker() -> bool:
@@ -30,17 +30,17 @@ def _is_worker() -> bool:
 
 
 def _interrupted(number: int, frame: FrameType | None) -> None:
-    # Nothing is under way yet; an exception would be reported from within whatever is being imported.
+    # No work has begun. An exception would surface inside whichever module is being imported.
     os.write(2, b"trundle: interrupted\n")
     os._exit(128 + number)
 
 
-def finished() -> None:
-    """Let Ctrl-C raise KeyboardInterrupt again: from now on that is handled."""
+def restore_interrupt() -> None:
+    """Restore KeyboardInterrupt on Ctrl-C, once the command line handles it."""
     if signal.getsignal(signal.SIGINT) is _interrupted:
         signal.signal(signal.SIGINT, signal.default_int_handler)
 
 
 if _is_command() and signal.getsignal(signal.SIGINT) is signal.default_int_handler:
-    # Who started a worker ends it.
+    # Workers ignore Ctrl-C: their parent process terminates them.
     signal.signal(signal.SIGINT, signal.SIG_IGN if _is_worker() else _interrupted)

@@ -1,6 +1,6 @@
-"""Section V-B of the paper: models learnt from transitions, and the one score they are compared by.
+"""Section V-B of the paper: models learned from transitions, and the score that compares them.
 
-A transition is a state, the wrench held from it on, and the state that followed. States are rows
+A transition is a state, the constant wrench applied from then on, and the next state. States are rows
 ``[x, y, theta, v_x, v_y, omega]`` of the object frame in the world, ``[m, m, rad, m/s, m/s, rad/s]``;
 wrenches are rows ``[f_x, f_y, torque]``, ``[N, N, N m]``, in object axes about the object's origin: they turn
 with the object.
@@ -70,11 +70,11 @@ class Transitions:
     before : ndarray, shape (n, 6)
         States.
     wrench : ndarray, shape (n, 3)
-        Wrenches held from then on.
+        Constant wrenches applied to these states.
     dt : ndarray, shape (n,)
-        For how long, s; one number stands for all.
+        Duration, s; a single number applies to all.
     after : ndarray, shape (n, 6)
-        The states that followed.
+        Next states.
     """
 
     before: Floats
@@ -96,7 +96,7 @@ class Transitions:
         return len(self.before)
 
     def __getitem__(self, rows: slice | Floats | NDArray[np.bool_] | NDArray[np.int64]) -> Transitions:
-        """Return some of them."""
+        """Return a subset of the transitions."""
         return Transitions(self.before[rows], self.wrench[rows], self.dt[rows], self.after[rows])
 
     @property
@@ -118,30 +118,30 @@ class Transitions:
         arena: float = 0.5,
         heading: float = 0.5,
     ) -> Transitions:
-        """Push a model, free of contact and of noise.
+        """Simulate pushes of a model without contacts and noise.
 
-        Each push aims at a random twist, as a velocity-controlled gripper does: its wrench would bring the
-        object there in `dt`, and keep it there against its friction. Training and test data come of this same
+        Each push has a random target twist, as with a velocity-controlled gripper: its wrench accelerates the
+        object to that twist within `dt` and compensates friction. Training and test data use the same
         procedure.
 
         Parameters
         ----------
         model : Model
-            With all values given.
+            Must contain a value for every parameter.
         n : int
-            How many transitions; more of them begin with the same.
+            Number of transitions. A smaller number gives a prefix of a larger one.
         seed : int
-            Of everything random.
+            Random seed.
         dt : float
-            How long each wrench is held, s.
+            Duration of each wrench, s.
         per_episode : int
-            Pushes from one random start at rest.
+            Number of pushes from each random start at rest.
         speed, spin : float
-            Standard deviation of the twist aimed at: along each axis in m/s, and in rad/s.
+            Standard deviation of the target twist: along each axis, m/s, and of the spin, rad/s.
         force : float
-            Largest force, N.
+            Maximum force, N.
         arena, heading : float
-            Episodes begin within so many m, and rad, of the origin.
+            Maximum distance along each axis, m, and heading, rad, of the start of episodes.
 
         Returns
         -------
@@ -150,7 +150,7 @@ class Transitions:
         Raises
         ------
         TrundleError
-            If a value of the model is free, or a setting makes no sense.
+            If a parameter of the model has no value, or a setting is invalid.
         """
         settings = {"dt": dt, "per_episode": per_episode, "speed": speed, "spin": spin}
         settings |= {"force": force, "arena": arena, "heading": heading}
@@ -160,22 +160,21 @@ class Transitions:
     def recorded(
         cls, recording: Recording | str | os.PathLike[str], *, dt: float = 0.2, held_out: bool = False
     ) -> Transitions:
-        """Cut a recording into transitions, so that regressions learn from what a fit learns from.
+        """Cut a recording into transitions, so that regressions use the data of a fit.
 
         Parameters
         ----------
         recording : Recording or path-like
             The recording, or its folder.
         dt : float
-            Length of an interval, s. Those in a gap of poses or of wrenches are left out.
+            Length of an interval, s. Intervals in a gap of poses or wrenches are omitted.
         held_out : bool
-            The held-out episodes instead of those to fit.
+            Whether to use the held-out episodes instead of the training episodes.
 
         Returns
         -------
         Transitions
-            States by the smoother over all poses of an episode; the wrench is the mean, tared, over the
-            interval.
+            States are smoothed over all poses of an episode. The wrench is the tared mean over the interval.
 
         Raises
         ------
@@ -185,14 +184,14 @@ class Transitions:
         return cls(*_native._cut(recording, dt, held_out))
 
     def with_noise(self, sd: ArrayLike, *, seed: int = 0) -> Transitions:
-        """Add normal noise to the states after; the states before and the wrenches stay exact.
+        """Add normal noise to the next states only.
 
         Parameters
         ----------
         sd : array_like, shape (6,) or ()
             Standard deviation of each channel, SI units, as from `noise_sd`.
         seed : int
-            Of the noise.
+            Random seed of the noise.
 
         Returns
         -------
@@ -203,17 +202,17 @@ class Transitions:
 
 
 def noise_sd(sigma: float, reading: Literal["si", "cm_deg", "of_motion"], data: Transitions) -> Floats:
-    """Return what a σ without units, as the paper's, may mean in each channel.
+    """Return the standard deviation in each channel for a σ without units, as in the paper.
 
     Parameters
     ----------
     sigma : float
-        The number.
+        The σ.
     reading : {"si", "cm_deg", "of_motion"}
         In m, rad, m/s and rad/s; in cm, degrees, cm/s and degrees/s; or as a multiple of the standard
         deviation of each channel's change over `data`.
     data : Transitions
-        Noise-free.
+        Transitions without noise.
 
     Returns
     -------
@@ -224,21 +223,21 @@ def noise_sd(sigma: float, reading: Literal["si", "cm_deg", "of_motion"], data: 
 
 
 def r2(predicted: ArrayLike, after: ArrayLike) -> float:
-    """Score predicted next states: the paper's r².
+    """Compute the r² of predicted next states, as in the paper.
 
-    For each of the six channels, one less the sum of squared errors over the sum of squared deviations from
-    the mean of `after`; then the mean over the channels that vary. That is the same as one pooled coefficient
-    after each channel is divided by its standard deviation over the test.
+    For each of the six channels it is one minus the ratio of the sum of squared errors to the sum of squared
+    deviations from the mean of `after`. The result is the mean over the channels that vary. It equals a
+    pooled coefficient of channels that are normalised by their standard deviations.
 
     Parameters
     ----------
     predicted, after : array_like, shape (n, 6)
-        What was predicted, and what followed.
+        Predicted and true next states.
 
     Returns
     -------
     float
-        1 for perfect; NaN if nothing varies, minus infinity where a prediction is not finite.
+        1 for a perfect prediction; NaN if no channel varies; minus infinity if a prediction is not finite.
     """
     states, truth = _rows("predicted", predicted, 6), _rows("after", after, 6)
     if len(states) != len(truth):
@@ -248,8 +247,8 @@ def r2(predicted: ArrayLike, after: ArrayLike) -> float:
     return _native._r2(states, truth)
 
 
-class _Learner(ABC):
-    """What predicts and is scored."""
+class _Predictor(ABC):
+    """Base class of models that predict next states."""
 
     def predict(self, before: ArrayLike, wrench: ArrayLike, dt: ArrayLike) -> Floats:
         """Predict next states.
@@ -259,9 +258,9 @@ class _Learner(ABC):
         before : array_like, shape (n, 6)
             States.
         wrench : array_like, shape (n, 3)
-            Wrenches held from then on.
+            Constant wrenches applied to these states.
         dt : array_like, shape (n,) or ()
-            For how long, s. A regression is right for the `dt` that it was taught.
+            Duration, s. A regression is valid only for the `dt` of its training data.
 
         Returns
         -------
@@ -271,20 +270,20 @@ class _Learner(ABC):
 
     @abstractmethod
     def _predict(self, before: Floats, wrench: Floats, dt: Floats) -> Floats:
-        """Predict from arrays that are checked."""
+        """Predict from validated arrays."""
 
     def score(self, test: Transitions) -> float:
-        """Return `r2` of the predictions of `test`."""
+        """Return the `r2` of the predictions on `test`."""
         return r2(self.predict(test.before, test.wrench, test.dt), test.after)
 
 
-class PhysicalModel(_Learner):
-    """A model in the place of a regression, such as one that `trundle.fit` found.
+class PhysicalModel(_Predictor):
+    """A physical model, such as the result of `trundle.fit`, with the interface of a regression.
 
     Parameters
     ----------
     model : Model
-        With all values given.
+        Must contain a value for every parameter.
     """
 
     def __init__(self, model: Model) -> None:
@@ -294,25 +293,25 @@ class PhysicalModel(_Learner):
         return _native._hold(self.model, before, wrench, dt)
 
 
-class _Regression(_Learner):
+class _Regression(_Predictor):
     def __init__(self, features: Features) -> None:
         self.features: Features = features
         self._learnt: _native._Regression | None = None
 
     def _predict(self, before: Floats, wrench: Floats, dt: Floats) -> Floats:
         if self._learnt is None:
-            raise TrundleError("nothing is learnt yet: call fit(transitions) first")
+            raise TrundleError("the regression is not fitted: call fit(transitions) first")
         return self._learnt.predict(before, wrench, dt)
 
 
 class LinearRegression(_Regression):
-    """The paper's LR: least squares of the next state on ``[x, u, 1]``.
+    """Linear regression (LR) of the paper: least squares of the next state on ``[x, u, 1]``.
 
     Parameters
     ----------
     features : {"world", "recorded", "body"}
-        State and wrench in world axes (the paper's); the wrench in object axes, as eq. 13 hands it on; or
-        twist, wrench and change in object axes, where it does not matter where the object stands: a stronger
+        "world": state and wrench in world axes, as in the paper; "recorded": wrench in object axes, as from
+        eq. 13; "body": twist, wrench and change in object axes, independent of the pose, which is a stronger
         baseline.
     """
 
@@ -320,23 +319,23 @@ class LinearRegression(_Regression):
         super().__init__(features)
 
     def fit(self, training: Transitions) -> LinearRegression:
-        """Learn from transitions of one `dt`, and return itself.
+        """Fit to transitions with one `dt`, and return itself.
 
-        Fewer of them than coefficients give the smallest coefficients that fit.
+        With fewer transitions than coefficients, the result is the minimum-norm solution.
 
         Raises
         ------
         TrundleError
-            If there are none, or a number is not finite.
+            If there are no transitions, or a number is not finite.
         """
         self._learnt = _native._Regression.linear(training._columns, self.features)
         return self
 
 
 class LocallyWeightedRegression(_Regression):
-    """The paper's LWR: a linear fit around each query, weighted by a Gaussian kernel.
+    """Locally weighted regression (LWR) of the paper: a linear fit around each query with a Gaussian kernel.
 
-    The kernel's widths and a ridge are chosen by leave-one-out error on the training data alone.
+    The kernel widths and a ridge are chosen by leave-one-out error on the training data.
 
     Parameters
     ----------
@@ -348,20 +347,20 @@ class LocallyWeightedRegression(_Regression):
         super().__init__(features)
 
     def fit(self, training: Transitions) -> LocallyWeightedRegression:
-        """Learn from transitions of one `dt`, and return itself.
+        """Fit to transitions with one `dt`, and return itself.
 
         Raises
         ------
         TrundleError
-            If there are none, or a number is not finite.
+            If there are no transitions, or a number is not finite.
         """
         self._learnt = _native._Regression.local(training._columns, self.features)
         return self
 
     @property
     def widths(self) -> Floats:
-        """Width of the kernel for each feature, in its unit; 1000 standard deviations where it is global."""
+        """Kernel width of each feature, in its unit; 1000 standard deviations if the fit is global in it."""
         widths = None if self._learnt is None else self._learnt.widths
         if widths is None:
-            raise TrundleError("nothing is learnt yet: call fit(transitions) first")
+            raise TrundleError("the regression is not fitted: call fit(transitions) first")
         return np.array(widths)

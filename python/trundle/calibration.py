@@ -1,4 +1,4 @@
-"""Simulation-based calibration: whether intervals cover as often as they say."""
+"""Simulation-based calibration of posterior intervals (Talts et al. 2018)."""
 
 from __future__ import annotations
 
@@ -14,36 +14,36 @@ import numpy as np
 from trundle import _native
 from trundle._native import TrundleError
 from trundle._types import CalibrationRound, CalibrationTable
+from trundle.atomic import atomic_file, write_text
 from trundle.experiments.backends import Backend, Local
-from trundle.whole import whole_file, write_text
 
 __all__ = ["Calibration", "calibrate"]
 
 PathLike: TypeAlias = "str | os.PathLike[str]"
 
-BATCH = 4
-"""Rounds between two writings of the results."""
+ROUNDS_PER_BATCH = 4
+"""Number of rounds per job; the results are written after each job."""
 
 
 @dataclass(frozen=True)
 class Calibration:
-    """What a calibration found.
+    """Result of a calibration.
 
     Attributes
     ----------
     table : dict
-        ``name``, ``method`` and, of each parameter, ``rounds``, ``cover_50`` and ``cover_90`` (share of
-        rounds whose central interval covers the truth, and the ends of its 95 % interval),
-        ``uniform_p`` (χ² test of uniform ranks), ``histogram`` (of the ranks, in tenths), ``mean_rank``.
+        ``name``, ``method`` and ``parameters``: for each parameter ``rounds``, ``cover_50`` and ``cover_90``
+        (share of rounds whose central interval covers the truth, with its 95 % interval), ``uniform_p``
+        (χ² test of uniform ranks), ``histogram`` (of the ranks, ten bins), ``mean_rank``.
     rounds : list of dict
-        Truth, mean, standard deviation and rank of each round.
+        Truth, mean, standard deviation and rank in each round.
     """
 
     table: CalibrationTable
     rounds: list[CalibrationRound]
 
     def figure(self, path: PathLike) -> Path:
-        """Draw the ranks' histogram of each parameter, with the band of even ranks, as PNG or SVG."""
+        """Draw histograms of the ranks, with the 95 % band of uniform ranks, to a PNG or SVG file."""
         from matplotlib.figure import Figure
 
         lines = self.table["parameters"]
@@ -60,7 +60,7 @@ class Calibration:
             axes.tick_params(labelsize=7)
         figure.supxlabel(f"rank of the truth among the draws, {self.table['method']}, {n} rounds", fontsize=8)
         target = Path(path)
-        with whole_file(target) as part:
+        with atomic_file(target) as part:
             figure.savefig(part, format=target.suffix[1:] or None, dpi=150)
         return target
 
@@ -75,65 +75,76 @@ def calibrate(
     backend: Backend | None = None,
     progress: Callable[[str, float], object] | None = None,
 ) -> Calibration:
-    """Draw parameters of the prior, simulate, infer, rank the truth among the draws (Talts et al. 2018).
+    """Run a simulation-based calibration (Talts et al. 2018).
+
+    Each round draws parameters from the prior, simulates a recording, samples the posterior and ranks the
+    true values among the draws.
 
     Parameters
     ----------
     config : path
-        A calibration file, as ``configs/experiments/calibrate.toml``.
+        Calibration settings, such as ``configs/experiments/calibrate.toml``.
     replicates : int
-        Rounds.
+        Number of rounds.
     method : {"nuts", "laplace", "metropolis"}, optional
-        In place of the file's.
+        Sampler; by default that of the settings.
     seed : int
-        Round k of a seed is the same whatever other rounds there are.
+        Random seed. Round k depends on the seed only, not on other rounds.
     out : path, optional
-        A JSON lines file that gets the rounds as they are done. If it is there, of the same file, method and
-        seed, only missing rounds are run.
+        JSON lines file to which finished rounds are written. An existing file with the same settings, method
+        and seed is continued.
     backend : trundle.experiments.backends.Backend, optional
-        Where rounds run; by default in this process, on all its cores.
+        Where rounds run; by default in this process, on all cores.
     progress : callable, optional
-        Called with the stage of the work and the share of the whole that is done, 0 to 1; neither goes back.
+        Called with the stage of the work and the finished share of all work, 0 to 1, which never decreases.
+
+    Returns
+    -------
+    Calibration
 
     Raises
     ------
     TrundleError
-        If the file cannot be used, or ``out`` holds another calibration.
+        If the settings are invalid, or ``out`` contains another calibration.
     """
     if replicates < 1:
         raise TrundleError(f"replicates = {replicates}: at least one round is needed")
     text = Path(config).read_text(encoding="utf-8")
     head = json.dumps({"config": text, "method": method, "seed": seed})
-    rounds = kept(out, head)
+    rounds = read_rounds(out, head)
     missing = [k for k in range(replicates) if k not in rounds]
-    batches = [missing[first : first + BATCH] for first in range(0, len(missing), BATCH)]
+    batches = [
+        missing[first : first + ROUNDS_PER_BATCH] for first in range(0, len(missing), ROUNDS_PER_BATCH)
+    ]
     calls = [(text, batch, method, seed) for batch in batches]
-    for number, found in (backend or Local()).map(simulated, calls):
+    for number, found in (backend or Local()).map(run_rounds, calls):
         rounds |= dict(zip(batches[number], found, strict=True))
         if out is not None:
-            save(Path(out), [head, *(json.dumps(rounds[k]) for k in sorted(rounds))])
+            write_rounds(Path(out), [head, *(json.dumps(rounds[k]) for k in sorted(rounds))])
         if progress is not None:
             progress("calibrate", len(rounds) / max(replicates, len(rounds)))
     lines = [rounds[k] for k in range(replicates)]
     return Calibration(_native._calibration_table(text, lines, method=method), lines)
 
 
-def simulated(text: str, batch: list[int], method: str | None, seed: int) -> list[CalibrationRound]:
-    """Run some rounds."""
+def run_rounds(text: str, batch: list[int], method: str | None, seed: int) -> list[CalibrationRound]:
+    """Run a batch of rounds."""
     return _native._calibrate(text, batch, method=method, seed=seed, progress=None)
 
 
-def kept(out: PathLike | None, head: str) -> dict[int, CalibrationRound]:
-    """Return the rounds that a results file holds, by number."""
+def read_rounds(out: PathLike | None, head: str) -> dict[int, CalibrationRound]:
+    """Read the rounds in a results file, by number; an absent file has none."""
     if out is None or not Path(out).exists():
         return {}
     first, *lines = Path(out).read_text(encoding="utf-8").splitlines() or [""]
     if first != head:
-        raise TrundleError(f"{out}: holds another calibration (file, method or seed); give another --out")
+        raise TrundleError(
+            f"{out}: contains another calibration (settings, method or seed); give another --out"
+        )
     rounds = [json.loads(line) for line in lines]
     return {int(one["index"]): one for one in rounds}
 
 
-def save(path: Path, lines: list[str]) -> None:
-    """Write the file so that it is whole at any time."""
+def write_rounds(path: Path, lines: list[str]) -> None:
+    """Write a results file atomically."""
     write_text(path, "\n".join(lines) + "\n")

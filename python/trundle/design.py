@@ -1,4 +1,4 @@
-"""The push that tells two models apart."""
+"""Discriminating experiments: the pushes for which two models predict the most different motion."""
 
 from __future__ import annotations
 
@@ -14,8 +14,8 @@ from numpy.typing import NDArray
 
 from trundle import _native
 from trundle._native import Model, Recording, TrundleError
-from trundle.diagnosis import PathLike, Progress, source, written
-from trundle.whole import write_text
+from trundle.atomic import write_text
+from trundle.diagnosis import PathLike, Progress, model_text, native_recording
 
 if sys.version_info >= (3, 11):
     import tomllib
@@ -26,8 +26,8 @@ __all__ = ["Design", "DesignedPush", "design"]
 
 Profile = Literal["steady", "there_and_back", "shuttle", "pulses", "two_frequencies", "turn", "weave"]
 
-NOISE = (0.0005, 0.00175, 0.4, 0.05)
-"""Standard deviations where no recording says more: m, rad, N, N·m."""
+DEFAULT_NOISE_SD = (0.0005, 0.00175, 0.4, 0.05)
+"""Default standard deviations of position, heading, force and torque without a recording: m, rad, N, N·m."""
 
 
 @dataclass(frozen=True)
@@ -37,24 +37,24 @@ class DesignedPush:
     Attributes
     ----------
     grasp : tuple of two floats
-        Where the gripper holds the object, object frame, m.
+        Grasp point, object frame, m.
     direction : float
-        Along which it pushes, object frame, rad.
+        Direction of the push, object frame, rad.
     start : tuple of three floats
-        Pose at which the object stands at rest first, world, m and rad.
+        Initial pose of the object at rest, world frame, m and rad.
     profile : str
-        Course of the wrench.
+        Shape of the wrench over time.
     force, torque, duration : float
-        Largest force, N, largest torque, N·m, and time in contact, s.
+        Maximum force, N, maximum torque, N·m, and time in contact, s.
     knots : array of shape (n, 4)
-        The command: rows ``[t, f_x, f_y, τ]``, s from contact on, N, N·m, gripper axes (x along
-        ``direction``), straight lines between.
+        The command: rows ``[t, f_x, f_y, τ]`` in s from contact, N and N·m, in gripper axes (x along
+        ``direction``), interpolated linearly.
     separation : float
-        Expected log-likelihood ratio by this push alone, nats, mean over which model is true.
+        Expected log-likelihood ratio of this push alone, nats, averaged over which model is true.
     cumulative : float
-        The same with all pushes of the design up to this one.
+        The same for this push and all previous ones of the design.
     sentence : str
-        What to do.
+        Instruction in words.
     """
 
     grasp: tuple[float, float]
@@ -70,7 +70,7 @@ class DesignedPush:
     sentence: str
 
     def table(self) -> dict[str, Any]:
-        """Return the push as a ``[[push]]`` of a scenario."""
+        """Return the push as a ``[[push]]`` table of a scenario."""
         return {
             "start": list(self.start),
             "grasp": [*self.grasp, self.direction],
@@ -81,27 +81,27 @@ class DesignedPush:
 
 @dataclass(frozen=True)
 class Design:
-    """The pushes that best tell two models apart.
+    """The pushes that best discriminate two models.
 
     Attributes
     ----------
     models : tuple of two str
-        What the models are called: the effects that one has and the other has not.
+        Names of the models: the effects that only this model has.
     pushes : tuple of DesignedPush
-        What to do; empty where no push within the limits tells anything.
+        The pushes; empty if no push within the limits discriminates the models.
     separation : tuple of two floats
         Expected log-likelihood ratio of all pushes against the best refit of the other model, nats: if the
-        first is true, and if the second is.
+        first model is true, and if the second is true.
     recorded : float
-        By how much the recording already prefers the first, nats (0 without one).
+        Log evidence of the recording for the first model over the second, nats (0 without a recording).
     sure : float
-        Chance that the true model has a probability above 0.95 afterwards.
+        Probability that the true model has a posterior probability above 0.95 after the pushes.
     repeats : int or None
-        How often the pushes must be made for that chance to be 0.95; None where 50 times do not suffice.
+        Number of repetitions for which ``sure`` reaches 0.95; None if 50 are not enough.
     sentence : str
-        All of it for a person.
+        Summary in words.
     fitted : tuple of two Model
-        The models at their values: fitted, if there is a recording.
+        The models with all values; fitted if there is a recording.
     """
 
     models: tuple[str, str]
@@ -115,7 +115,7 @@ class Design:
     _answer: dict[str, Any]
 
     def to_json(self) -> str:
-        """Return the whole for programs (``design.json``)."""
+        """Return the content of ``design.json``."""
         return json.dumps(self._answer, indent=2, ensure_ascii=False)
 
     def scenario(self, truth: Model | PathLike | None = None) -> tuple[str, str]:
@@ -124,22 +124,23 @@ class Design:
         Parameters
         ----------
         truth : Model or path, optional
-            What is hidden in it, all values given; the first of the two models, as fitted, if not given.
+            True model of the scenario, with all values; by default the first of the two models.
 
         Raises
         ------
         TrundleError
-            If the model has no footprint (an object on a rail cannot be simulated), holds an unnamed wrench
-            (a scenario cannot), or there is no push.
+            If the model has no footprint (as on a rail), contains an unnamed wrench, or there is no push.
         """
-        model = tomllib.loads(written(self.fitted[0] if truth is None else truth) or "")
+        model = tomllib.loads(model_text(self.fitted[0] if truth is None else truth) or "")
         body = model.get("body", {})
         if not {"footprint", "fixture"} & body.keys():
             raise TrundleError("the model has no footprint: `trundle simulate` needs one")
         if "unnamed" in model:
-            raise TrundleError("a scenario cannot hold an unnamed wrench: leave `[unnamed]` out")
+            raise TrundleError(
+                "a scenario cannot contain an unnamed wrench: remove `[unnamed]` from the model"
+            )
         if not self.pushes:
-            raise TrundleError("there is no push to simulate: none tells these models apart")
+            raise TrundleError("there is no push to simulate: no push discriminates these models")
         named = {"format": "trundle-object/1", "name": "object", "body": body}
         tables = {
             "format": "trundle-scenario/1",
@@ -151,10 +152,10 @@ class Design:
         return tomli_w.dumps(tables), tomli_w.dumps(named)
 
     def write(self, folder: PathLike) -> Path:
-        """Write ``design.json``, and ``scenario.toml`` with ``object.toml`` where they can be simulated."""
+        """Write ``design.json``, and ``scenario.toml`` with ``object.toml`` if they can be simulated."""
         folder = Path(folder)
         texts = {"design.json": self.to_json() + "\n"}
-        if self.pushes and _simulable(self.fitted[0].to_toml()):
+        if self.pushes and _is_simulable(self.fitted[0].to_toml()):
             texts["scenario.toml"], texts["object.toml"] = self.scenario()
         folder.mkdir(parents=True, exist_ok=True)
         for name, text in texts.items():
@@ -168,7 +169,7 @@ def design(
     *,
     recording: Recording | PathLike | None = None,
     object: PathLike | None = None,
-    noise: tuple[float, float, float, float] = NOISE,
+    noise: tuple[float, float, float, float] = DEFAULT_NOISE_SD,
     pushes: int = 1,
     force: float | None = None,
     torque: float | None = None,
@@ -178,27 +179,28 @@ def design(
     distance: float | None = None,
     progress: Progress | None = None,
 ) -> Design:
-    """Find the pushes that tell two models apart best, whatever either could absorb (docs/design.md).
+    """Find the pushes that best discriminate two models.
+
+    Each model is compared with the best refit of the other one; docs/design.md describes the method.
 
     Parameters
     ----------
     model_a, model_b : Model or path
-        With a recording both are fitted to it. Without one all values must be given; each model then goes as
-        far from them as its posterior says, or as the catalogue's priors do where it has none.
+        With a recording, both are fitted to it. Without one, all values must be given; their uncertainty is
+        the posterior in the model file, or else the priors of the catalogue.
     recording : Recording or path, optional
-        What was recorded of the object: its episodes count, and its instruments are used.
+        Recording of the object. It provides previous episodes, the noise and the instruments.
     object : path, optional
-        A file with a ``[body]``, an object or a model, for models that have no footprint.
+        An object or model file with a ``[body]``, for models that have no footprint.
     noise : tuple of four floats
-        Standard deviations of position (m), heading (rad), force (N) and torque (N·m), where no recording
-        says more.
+        Standard deviations of position (m), heading (rad), force (N) and torque (N·m) without a recording.
     pushes : int
-        How many, each the best on top of those before.
+        Number of pushes; each is the best in addition to the previous ones.
     force, torque, duration, speed, spin, distance : float, optional
-        Limits of a push: N, N·m, s; and of the object's motion: m/s, rad/s, m. What the recording shows if
-        not given; without one 30, 8, 6; 0.6, 1, 1.2.
+        Limits of a push (N, N·m, s) and of the motion of the object (m/s, rad/s, m). The defaults are those
+        of the recording; without one they are 30, 8, 6, 0.6, 1, 1.2.
     progress : callable, optional
-        Called with the stage of the work and the share of the whole that is done, 0 to 1; neither goes back.
+        Called with the stage of the work and the finished share of all work, 0 to 1, which never decreases.
 
     Returns
     -------
@@ -207,7 +209,7 @@ def design(
     Raises
     ------
     TrundleError
-        If a model lacks a value or a footprint, cannot be fitted, or a limit is not positive.
+        If a model has no footprint, lacks a value or cannot be fitted, or if a limit is not positive.
     """
     if pushes < 1:
         raise TrundleError(f"pushes = {pushes}: at least one is needed")
@@ -219,21 +221,21 @@ def design(
         "spin": spin,
         "distance": distance,
     }
-    texts = [written(model) or "" for model in (model_a, model_b)]
+    texts = [model_text(model) or "" for model in (model_a, model_b)]
     answer, *fitted = _native._design(
         *texts,
-        recording=None if recording is None else source(recording),
-        body=None if object is None else _body(Path(object)),
+        recording=None if recording is None else native_recording(recording),
+        body=None if object is None else _body_toml(Path(object)),
         noise=noise,
         limits={name: float(value) for name, value in limits.items() if value is not None},
         count=pushes,
         progress=progress,
     )
     first, second = map(Model.from_toml, fitted)
-    return _told(json.loads(answer), (first, second))
+    return _parse_design(json.loads(answer), (first, second))
 
 
-def _told(answer: dict[str, Any], fitted: tuple[Model, Model]) -> Design:
+def _parse_design(answer: dict[str, Any], fitted: tuple[Model, Model]) -> Design:
     def one(push: dict[str, Any]) -> DesignedPush:
         tuples = {"grasp": tuple(push["grasp"]), "start": tuple(push["start"])}
         return DesignedPush(**{**push, **tuples, "knots": np.asarray(push["knots"], dtype=float)})
@@ -251,20 +253,20 @@ def _told(answer: dict[str, Any], fitted: tuple[Model, Model]) -> Design:
     )
 
 
-def _body(path: Path) -> str:
-    """Return a model file's text with nothing but the body of an object's or a model's file."""
+def _body_toml(path: Path) -> str:
+    """Return the text of a model file that contains only the body of an object or model file."""
     try:
         found = tomllib.loads(path.read_text(encoding="utf-8"))
     except tomllib.TOMLDecodeError as error:
         raise TrundleError(f"{path}: {error}") from error
     if not isinstance(found.get("body"), dict):
         raise TrundleError(
-            f"{path}: has no [body]; give an object's file, a model's, or a recording's folder"
+            f"{path}: has no [body]; give an object file, a model file, or the folder of a recording"
         )
     return tomli_w.dumps({"format": "trundle-model/1", "body": found["body"]})
 
 
-def _simulable(text: str) -> bool:
-    """Tell whether a scenario can hold a model: it has a shape, and no wrench without a name."""
+def _is_simulable(text: str) -> bool:
+    """Return whether a scenario can contain a model: it has a footprint and no unnamed wrench."""
     model = tomllib.loads(text)
     return "unnamed" not in model and bool({"footprint", "fixture"} & model.get("body", {}).keys())

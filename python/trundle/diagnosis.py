@@ -1,4 +1,4 @@
-"""Fit, predict, diagnose: what a recording says about a model."""
+"""Estimation, prediction and diagnosis of models from recordings."""
 
 from __future__ import annotations
 
@@ -11,10 +11,10 @@ from typing import Any, Literal, TypeAlias
 from trundle import _native
 from trundle._native import Model, Recording, TrundleError
 from trundle._types import Answer, FitSummary
-from trundle.foreign import Parameters, Step, described
+from trundle.atomic import atomic_file, atomic_folder
+from trundle.black_box import Parameters, Step, parse_parameters
+from trundle.input_checks import require_usable
 from trundle.report import inputs, render
-from trundle.usable import refuse_unusable
-from trundle.whole import whole_file, whole_folder
 
 __all__ = ["Diagnosis", "Fit", "diagnose", "fit", "predict"]
 
@@ -30,16 +30,18 @@ class Fit:
     Attributes
     ----------
     model : Model
-        The model with every value filled in, and its posterior.
+        The model with all values, and its posterior.
     summary : dict
-        ``parameters`` (a list of name, mean, sd, low, high, unit, identifiable; low and high are the ends of
-        the 90 % interval; a parameter that is not identifiable has no number), ``log_evidence``,
-        ``converged``, ``quasi_static``, ``noise``, ``lack_of_fit`` (found, gain_nats, residual_force_rms,
-        residual_torque_rms; None where it is not tested), ``intervals`` (basis "curvature" or "sandwich",
-        and the number of episodes of the latter),
-        ``identifiability`` (directions and combinations that the data hold, and how many starts agree; left
-        out where a caller's prior excludes the data), and the figures of ``training`` and ``held_out``
-        episodes (SI units; None where a figure makes no sense).
+        Results in SI units:
+
+        - ``parameters``: a list of name, mean, sd, low, high, unit, identifiable. ``low`` and ``high`` are
+          the ends of the 90 % interval. A parameter that is not identifiable has no numbers.
+        - ``log_evidence``, ``converged``, ``quasi_static``, ``noise``.
+        - ``lack_of_fit``: found, gain_nats, residual_force_rms, residual_torque_rms; None if not tested.
+        - ``intervals``: basis ("curvature" or "sandwich"), and the number of episodes of the latter.
+        - ``identifiability``: identifiable directions and combinations, and the number of starts that agree.
+          Absent if a caller's prior excludes the data.
+        - ``training`` and ``held_out``: error metrics; None where a metric does not apply.
     """
 
     model: Model
@@ -47,24 +49,24 @@ class Fit:
 
     @property
     def explains_data(self) -> bool | None:
-        """Whether the lack-of-fit test passes; None where there is no test.
+        """Whether the lack-of-fit test passes; None if there is no test.
 
-        The test is for the default likelihood of motion, with parameters shared by all episodes. Where the
-        model does not explain the data, `trundle.diagnose` looks for the missing effect.
+        The test applies to the default likelihood of motion, with parameters shared by all episodes. If the
+        model does not explain the data, `trundle.diagnose` searches for the missing effect.
         """
         lack = self.summary["lack_of_fit"]
         return None if lack is None else not lack["found"]
 
     @property
     def residual_force_rms(self) -> float | None:
-        """Root mean square of the force that the model does not explain, N; None where there is no test."""
+        """Root mean square of the force that the model does not explain, N; None if there is no test."""
         lack = self.summary["lack_of_fit"]
         return None if lack is None else float(lack["residual_force_rms"])
 
 
 @dataclass(frozen=True)
 class Diagnosis:
-    """What a diagnosis found.
+    """Result of a diagnosis.
 
     Attributes
     ----------
@@ -75,8 +77,8 @@ class Diagnosis:
     report : str
         ``report.html``: one page without scripts or links.
     series : dict
-        The curves behind the report, by episode: poses observed and simulated, and wrenches recorded and
-        needed (``wrench``: ``t``, ``recorded``, ``before``, ``after``) where those are compared; SI units.
+        The curves in the report by episode, SI units: observed and simulated poses and, if wrenches are
+        compared, recorded and required ones (``wrench``: ``t``, ``recorded``, ``before``, ``after``).
     """
 
     answer: Answer
@@ -87,12 +89,12 @@ class Diagnosis:
 
     @property
     def verdict(self) -> str:
-        """Say "consistent", "reparameterised", "explained" or "unexplained"."""
+        """One of "consistent", "reparameterised", "explained" and "unexplained"."""
         return str(self.answer["verdict"])
 
     @property
     def missing(self) -> list[str]:
-        """Names of the effects that were left out, largest contribution first."""
+        """Names of the missing effects, largest contribution first."""
         return [str(effect["effect"]) for effect in self.answer["missing"]]
 
     def write(self, folder: PathLike) -> Path:
@@ -101,20 +103,26 @@ class Diagnosis:
         Parameters
         ----------
         folder : path
-            Made or replaced; it appears whole or not at all.
+            Created, or replaced atomically if it contains an earlier diagnosis.
+
+        Returns
+        -------
+        Path
+            The folder.
 
         Raises
         ------
         TrundleError
-            If the folder holds anything but an earlier diagnosis.
+            If the folder contains anything else.
         """
-        with whole_folder(Path(folder), ANSWER, "a diagnosis") as partial:
+        with atomic_folder(Path(folder), ANSWER_FILE, "a diagnosis") as partial:
             self._outcome.write(partial)
             (partial / "report.html").write_text(self.report, encoding="utf-8")
         return Path(folder)
 
 
-ANSWER = "diagnosis.json"
+ANSWER_FILE = "diagnosis.json"
+"""File that identifies a folder as a diagnosis."""
 
 
 def fit(
@@ -134,49 +142,50 @@ def fit(
     optimiser: Literal["lm", "lbfgs"] = "lm",
     progress: Progress | None = None,
 ) -> Fit:
-    """Fit a model's free values to the training episodes of one or several recordings of an object.
+    """Fit the free parameters of a model to the training episodes of one or several recordings of an object.
 
-    The maximum a posteriori estimate under one of several likelihoods (docs/estimation.md). By default that
-    of the poses given the recorded wrench, whose noise and tare error drive the motion (eq. 5-6 of the paper,
-    by prediction errors); for quasi-static pushes that of the wrench that the motion needs.
+    The result is the maximum a posteriori estimate (docs/estimation.md). The default likelihood is that of
+    the poses given the recorded wrench, by the prediction errors of a filter; the noise and the tare error
+    of the wrench drive the motion (eq. 5-6 of the paper). For quasi-static pushes it is the likelihood of
+    the wrench that the observed motion requires.
 
     Parameters
     ----------
     recording : Recording or path, or a sequence of them
-        Several must be of the same object; each keeps its own noise, frames and rates.
+        Several recordings must be of the same object. Each keeps its own noise, frames and rates.
     model : Model or path, optional
-        Values that it leaves out are free; the paper's model (eq. 3) if not given.
+        Parameters without a value are free. By default the paper's model (eq. 3).
     likelihood : {"filter", "steps", "final", "windows", "wrench"}, optional
-        What is compared: the default above; displacements step by step (eq. 8); the last pose of each episode
-        (eq. 9); poses over windows; the wrench that the motion needs, inertia included. Left out, it is
-        "filter", but "windows" where the object can touch a known obstacle or ``step`` is given.
+        "filter": prediction errors of poses; "steps": displacements between samples (eq. 8); "final": last
+        pose of each episode (eq. 9); "windows": poses over windows; "wrench": the wrench that the motion
+        requires, inertia included. The default is "filter", or "windows" if the object can touch a known
+        obstacle or ``step`` is given.
     window : float
         Length of a window, s.
     loss : {"gaussian", "student"}
         Distribution of residuals; Student's t has four degrees of freedom.
     per_episode : sequence of str
-        Names of parameters that each episode has its own of.
+        Names of parameters that have a separate value for each episode.
     obstacles : bool, optional
-        False: obstacles that the recording names are not taken into account.
+        False ignores the obstacles of the recording.
     step : callable, optional
-        Your own simulator, in the place of the laws: ``step(state, wrench, dt, values)`` returns the state
+        A black-box simulator in place of the effects: ``step(state, wrench, dt, values)`` returns the state
         after ``dt`` seconds. States are pose and twist ``[x, y, theta, vx, vy, omega]`` in the world; the
-        wrench ``[fx, fy, tau]`` is in the object's axes about its origin; ``values`` has every parameter by
-        name. Called for one rollout at a time, hundreds of thousands of times.
+        wrench ``[fx, fy, tau]`` is in object axes about the object's origin; ``values`` contains every
+        parameter by name. It is called for one rollout at a time, hundreds of thousands of times.
     prior : path, optional
-        A prior file: what is believed of free parameters where it is not what the catalogue says
-        (docs/estimation.md).
+        A file of priors, which replace those of the catalogue (docs/estimation.md).
     start : mapping of str to float, optional
-        A value for every free parameter, by the names of the summary: searched from there as well, and with
-        ``starts=0`` from there alone.
+        An initial value for every free parameter, by the names in the summary, in addition to the random
+        starts. With ``starts=0`` it is the only start.
     starts : int
-        Random starts.
+        Number of random starts.
     seed : int
-        The same input and seed give the same bytes.
+        Random seed. The same input and seed give the same bytes.
     optimiser : {"lm", "lbfgs"}
-        Levenberg–Marquardt, or L-BFGS as in the paper: the same optimum in more time.
+        Levenberg–Marquardt, or L-BFGS as in the paper, which is slower and finds the same optimum.
     progress : callable, optional
-        Called with the stage of the work and the share of the whole that is done, 0 to 1; neither goes back.
+        Called with the stage of the work and the finished share of all work, 0 to 1, which never decreases.
 
     Returns
     -------
@@ -186,14 +195,14 @@ def fit(
     ------
     TrundleError
         If there is not enough data, the model does not fit the object, the recordings contradict each other,
-        or a prior cannot be used. What ``step`` raises is raised as it is.
+        or a prior is invalid. Exceptions of ``step`` are passed on.
     """
     if starts < (1 if start is None else 0):
         raise TrundleError(f"starts = {starts}: at least one start is needed")
-    beliefs = None if prior is None else (str(prior), Path(prior).read_text(encoding="utf-8"))
+    prior_file = None if prior is None else (str(prior), Path(prior).read_text(encoding="utf-8"))
     summary, fitted = _native._fit(
-        sources(recording),
-        written(model),
+        native_recordings(recording),
+        model_text(model),
         choice={
             "likelihood": likelihood,
             "window": window,
@@ -202,7 +211,7 @@ def fit(
             "step": step,
         },
         per_episode=list(per_episode),
-        prior=beliefs,
+        prior=prior_file,
         start=start,
         starts=starts,
         seed=seed,
@@ -213,25 +222,31 @@ def fit(
 
 
 def predict(recording: Recording | PathLike, model: Model | PathLike, out: PathLike) -> Path:
-    """Simulate every episode in open loop and write the poses beside the recorded ones.
+    """Simulate every episode in open loop and write predicted and recorded poses.
 
     Parameters
     ----------
     recording : Recording or path
     model : Model or path
-        With all values given.
+        Must contain a value for every parameter.
     out : path
-        A Parquet file with ``episode``, ``t`` (s), ``observed_x``, ``observed_y`` (m), ``observed_theta``
-        (rad) and the same ``predicted_*``, one row for each pose sample; it appears whole or not at all.
+        Output Parquet file with ``episode``, ``t`` (s), ``observed_x``, ``observed_y`` (m),
+        ``observed_theta`` (rad) and the same ``predicted_*``, one row per pose sample. It is written
+        atomically.
+
+    Returns
+    -------
+    Path
+        The file.
 
     Raises
     ------
     TrundleError
-        If a value of the model is free.
+        If a parameter of the model has no value.
     """
     target = Path(out)
-    with whole_file(target) as part:
-        _native._predict(source(recording), written(model) or "", part)
+    with atomic_file(target) as part:
+        _native._predict(native_recording(recording), model_text(model) or "", part)
     return target
 
 
@@ -248,37 +263,37 @@ def diagnose(
     progress: Progress | None = None,
     command: str | None = None,
 ) -> Diagnosis:
-    """Find where a simulation and a recording differ, and say what physics was left out.
+    """Locate where a simulation differs from a recording, and name the missing effects.
 
     Parameters
     ----------
     recording : Recording or path
     model : Model or path, optional
-        The simulation under test: its laws, and its values if it gives any. The paper's if not given.
+        The simulation under test: its effects, and any values. By default the paper's model.
     step : callable, optional
-        Your own simulator in the place of a model: ``step(state, wrench, dt, values)`` returns the state
-        after ``dt`` seconds. States are pose and twist ``[x, y, theta, vx, vy, omega]`` of the object frame's
-        origin in the world; the wrench ``[fx, fy, tau]`` is in the object's axes about its origin, and what a
-        law that was left out would add is added to it; ``values`` has every parameter by name. It must answer
-        the same to the same question. docs/your-simulator.md tells more.
+        A black-box simulator in place of a model: ``step(state, wrench, dt, values)`` returns the state
+        after ``dt`` seconds. States are pose and twist ``[x, y, theta, vx, vy, omega]`` of the origin of the
+        object frame in the world. The wrench ``[fx, fy, tau]`` is in object axes about that origin and
+        includes the wrench of any effect under test. ``values`` contains every parameter by name. The
+        function must be deterministic. See docs/your-simulator.md.
     parameters : mapping, optional
-        Of that simulator, by name: a number (positive; hardly anything is believed of it), ``(start, lower,
-        upper)``, or a dict with ``start`` and any of ``lower``, ``upper``, ``sd`` and ``unit``. Where all are
-        numbers they are the values that the simulation is used with, and tested as well.
+        Parameters of that simulator by name: a positive number (with a wide prior), ``(start, lower,
+        upper)``, or a dict with ``start`` and any of ``lower``, ``upper``, ``sd`` and ``unit``. If all are
+        plain numbers, the diagnosis also tests these values.
     seed : int
-        The same input and seed give the same bytes.
+        Random seed. The same input and seed give the same bytes.
     without : sequence of str, optional
-        Names of effects that are not to be tried, as in ``trundle effects``.
+        Names of effects that are not tested, as in ``trundle effects``.
     wrench_pose : {"own_time", "latest"}
-        The pose that brings each wrench to the object: the smoothed one at the wrench's own time, or the
+        Pose that transforms each wrench to the object: the smoothed one at the time of the wrench, or the
         latest recorded one (equation 13 of the paper).
     check : bool
-        Refuse a recording whose units, sign, axes or clocks are surely wrong (see `trundle.check`). False for
-        objects so large, small, fast or slow that their numbers look like other units.
+        Refuse a recording whose units, sign, axes or clocks are certainly wrong (see `trundle.check`). Use
+        False for objects whose size or speed is so unusual that the check mistakes the units.
     progress : callable, optional
-        Called with the stage of the work and the share of the whole that is done, 0 to 1; neither goes back.
+        Called with the stage of the work and the finished share of all work, 0 to 1, which never decreases.
     command : str, optional
-        Shown in the report as the way to reproduce it.
+        Command that the report shows for reproduction.
 
     Returns
     -------
@@ -287,45 +302,45 @@ def diagnose(
     Raises
     ------
     TrundleError
-        If units, sign, axes or clocks of the recording are surely wrong (see `trundle.check`), if there is
-        not enough data, or the model does not fit the object; with ``step``, if that raises an
-        exception or returns anything but six finite numbers: the message names the episode, the time, the
-        state and the values, and the exception is the cause.
+        If units, sign, axes or clocks of the recording are certainly wrong (see `trundle.check`), there is
+        not enough data, or the model does not fit the object. With ``step``, if it raises an exception or
+        returns anything but six finite numbers: the message names the episode, the time, the state and the
+        values, and the exception is the cause.
     """
-    doubts = refuse_unusable(recording) if check else []
+    warnings = require_usable(recording) if check else []
     if step is not None:
         if model is not None or without:
-            raise TrundleError("step: it is the simulation under test; leave out `model` and `without`")
-        described_parameters, given = described(parameters)
+            raise TrundleError("step: is the simulation under test; remove `model` and `without`")
+        described_parameters, given = parse_parameters(parameters)
         outcome = _native._diagnose_foreign(
-            source(recording), step, described_parameters, given=given, seed=seed, progress=progress
+            native_recording(recording), step, described_parameters, given=given, seed=seed, progress=progress
         )
         command = command or f"trundle.diagnose(..., step=..., seed={seed})"
-        return finished(recording, outcome, seed, command, model, doubts)
+        return build_diagnosis(recording, outcome, seed, command, model, warnings)
     if parameters is not None:
-        raise TrundleError("parameters: they are those of `step`; a model says its own")
+        raise TrundleError("parameters: need `step`; the parameters of a model are in its file")
     outcome = _native._diagnose(
-        source(recording),
-        written(model),
+        native_recording(recording),
+        model_text(model),
         seed=seed,
-        without=known(without),
+        without=check_effect_names(without),
         wrench_pose=wrench_pose,
         progress=progress,
     )
     named = recording.name if isinstance(recording, Recording) else os.fspath(recording)
     command = command or f"trundle diagnose {named} --seed {seed}"
-    return finished(recording, outcome, seed, command, model, doubts)
+    return build_diagnosis(recording, outcome, seed, command, model, warnings)
 
 
-def finished(
+def build_diagnosis(
     recording: Recording | PathLike,
     outcome: _native._Outcome,
     seed: int,
     command: str,
     model: Model | PathLike | None,
-    doubts: Sequence[str],
+    warnings: Sequence[str],
 ) -> Diagnosis:
-    """Return a diagnosis with its report."""
+    """Build a diagnosis and its report from the result of the native module."""
     answer, series = outcome.answer, outcome.series
     series |= {key: answer.get(key, []) for key in ("certificates", "experiments")}
     series |= {
@@ -333,34 +348,38 @@ def finished(
         "version": _native.__version__,
         "input": inputs(recording=recording, model=model),
         "command": command,
-        "doubts": [*doubts, *answer.get("warnings", [])],
+        "doubts": [*warnings, *answer.get("warnings", [])],
     }
     return Diagnosis(answer, outcome.model, render(answer, series), series, outcome)
 
 
-def known(names: Sequence[str]) -> list[str]:
-    """Return names of effects, each of which must be in the catalogue."""
+def check_effect_names(names: Sequence[str]) -> list[str]:
+    """Return the names as a list; raise `TrundleError` for one that is not in the catalogue."""
     effects = sorted({effect["effect"] for effect in _native.effects()})
     for name in names:
         if name not in effects:
-            raise _native.TrundleError(f"without: unknown effect `{name}`; known are {', '.join(effects)}")
+            raise _native.TrundleError(
+                f"without: unknown effect `{name}`; the catalogue has {', '.join(effects)}"
+            )
     return list(names)
 
 
-def sources(recordings: Recording | PathLike | Sequence[Recording | PathLike]) -> list[Recording | str]:
-    """Return what the native functions take for one or several recordings."""
+def native_recordings(
+    recordings: Recording | PathLike | Sequence[Recording | PathLike],
+) -> list[Recording | str]:
+    """Return one or several recordings as the native functions expect them."""
     if isinstance(recordings, Recording | str | os.PathLike):
-        return [source(recordings)]
-    return [source(recording) for recording in recordings]
+        return [native_recording(recordings)]
+    return [native_recording(recording) for recording in recordings]
 
 
-def source(recording: Recording | PathLike) -> Recording | str:
-    """Return what the native functions take for a recording."""
+def native_recording(recording: Recording | PathLike) -> Recording | str:
+    """Return a recording as the native functions expect it: itself or the path of its folder."""
     return recording if isinstance(recording, Recording) else os.fspath(recording)
 
 
-def written(model: Model | PathLike | None) -> str | None:
-    """Return the text of a model, given as itself or as the path of its file."""
+def model_text(model: Model | PathLike | None) -> str | None:
+    """Return the TOML text of a model or model file; None for None."""
     if model is None:
         return None
     return (model if isinstance(model, Model) else Model.read(model)).to_toml()

@@ -1,4 +1,4 @@
-"""What the data hold: profiles of single parameters, and the words for a fit's identifiability."""
+"""Identifiability: profile likelihoods of single parameters, and the identifiable directions of a fit."""
 
 from __future__ import annotations
 
@@ -12,34 +12,35 @@ from numpy.typing import NDArray
 
 from trundle import _native
 from trundle._native import Model, Recording, TrundleError
-from trundle.diagnosis import PathLike, Progress, source, written
+from trundle.diagnosis import PathLike, Progress, model_text, native_recording
 
-__all__ = ["NINETY", "Profile", "profile", "spoken"]
+__all__ = ["CHI2_1_QUANTILE_90", "Profile", "format_identifiability", "profile"]
 
-NINETY = 2.705543454
-"""Deviance below which 90 % lie (χ² with one degree of freedom)."""
+CHI2_1_QUANTILE_90 = 2.705543454
+"""90 % quantile of the χ² distribution with one degree of freedom."""
 
 
 @dataclass(frozen=True)
 class Profile:
-    """How much worse the data are explained when one parameter is held elsewhere.
+    """Profile likelihood of one parameter.
 
     Attributes
     ----------
     name, unit : str
         The parameter and its SI unit.
     values : array of shape (n,)
-        Rising values of the parameter.
+        Increasing values of the parameter.
     deviance : array of shape (n,)
-        Twice the cost above the least, the others taking the values that suit best.
+        Twice the cost above its minimum; all other parameters are fitted at each value.
     interval : tuple of two floats or None
-        Ends of the 90 % interval; None where the deviance does not rise enough within the prior's reach.
+        Ends of the 90 % interval. An end is None if the deviance does not rise enough within four prior
+        standard deviations.
     shape : str
         "two-sided", "at least", "at most" or "flat".
     modes : tuple of floats
-        Local optima inside the interval; more than one is an ambiguity.
+        Local optima inside the interval. Several optima are an ambiguity.
     mean, sd : float or None
-        The fit's own estimate (Laplace), if the parameter is identified.
+        The Laplace estimate of the fit, if the parameter is identifiable.
     """
 
     name: str
@@ -53,24 +54,24 @@ class Profile:
     sd: float | None
 
     def __str__(self) -> str:
-        """Return the interval in a sentence."""
+        """Return a sentence on the interval."""
         low, high = (None if end is None else f"{end:.5g} {self.unit}".rstrip() for end in self.interval)
         text = {
             "two-sided": f"{self.name} lies between {low} and {high}",
-            "at least": f"{self.name} is at least {low}; no upper end is in these data",
-            "at most": f"{self.name} is at most {high}; no lower end is in these data",
-        }.get(self.shape, f"{self.name}: these data say nothing")
+            "at least": f"{self.name} is at least {low}; these data determine no upper bound",
+            "at most": f"{self.name} is at most {high}; these data determine no lower bound",
+        }.get(self.shape, f"{self.name} is not identifiable from these data")
         if self.shape != "flat":
             text += " (90 %)"
         if len(self.modes) > 1:
-            text += "; explained as well by " + ", ".join(f"{mode:.4g}" for mode in self.modes)
+            text += "; local optima at " + ", ".join(f"{mode:.4g}" for mode in self.modes)
         return text
 
     def plot(self, width: int = 60) -> str:
-        """Return the profile as lines of text, one a value: the bar is the deviance, | the 90 % mark."""
+        """Return a text plot with one line per value: the bar is the deviance, `|` the 90 % threshold."""
         rows = [str(self)]
-        scale = width / (3 * NINETY)
-        mark = round(NINETY * scale)
+        scale = width / (3 * CHI2_1_QUANTILE_90)
+        mark = round(CHI2_1_QUANTILE_90 * scale)
         for value, deviance in zip(self.values, self.deviance, strict=True):
             bar = "#" * min(width, round(float(deviance) * scale))
             line = bar.ljust(width)
@@ -90,17 +91,17 @@ def profile(
     seed: int = 0,
     progress: Progress | None = None,
 ) -> Profile:
-    """Fit, then hold one parameter at one value after the other and fit the others again.
+    """Compute the profile likelihood of one parameter: fix it at several values and refit the others.
 
     Parameters
     ----------
     recording : Recording or path
     parameter : str
-        A free parameter, as the summary of a fit names it: ``body.mass``.
+        A free parameter, named as in the summary of a fit: ``body.mass``.
     model, prior, starts, seed, progress
         As for :func:`trundle.fit`.
     grid : sequence of floats, optional
-        Values (SI units) to hold it at; from the estimate outwards to where it matters if not given.
+        Values, SI units. By default they extend from the estimate until the interval is covered.
 
     Returns
     -------
@@ -109,18 +110,18 @@ def profile(
     Raises
     ------
     TrundleError
-        If the parameter is not free, or the fit is refused.
+        If the parameter is not free, or the fit is not possible.
     """
     if starts < 1:
         raise TrundleError(f"starts = {starts}: at least one start is needed")
     if grid is not None and not np.isfinite(np.asarray(grid, dtype=float)).all():
         raise TrundleError("grid: every value must be a finite number")
-    beliefs = None if prior is None else (str(prior), Path(prior).read_text(encoding="utf-8"))
+    prior_file = None if prior is None else (str(prior), Path(prior).read_text(encoding="utf-8"))
     answer = _native._profile(
-        source(recording),
+        native_recording(recording),
         parameter,
-        written(model),
-        prior=beliefs,
+        model_text(model),
+        prior=prior_file,
         grid=None if grid is None else [float(value) for value in grid],
         starts=starts,
         seed=seed,
@@ -140,22 +141,22 @@ def profile(
     )
 
 
-def spoken(identifiability: dict[str, Any]) -> list[str]:
-    """Return the lines of "what these data hold" for a terminal."""
+def format_identifiability(identifiability: dict[str, Any]) -> list[str]:
+    """Format the identifiable directions and combinations of a fit as lines for the terminal."""
     held, total = identifiability["held"], identifiability["of"]
     agreement = identifiability["agreement"]
     rows = [
-        f"what these data hold: {held} of {total} directions "
-        f"({agreement['at_the_optimum']} of {agreement['starts']} starts came to this optimum)"
+        f"identifiable directions: {held} of {total} "
+        f"({agreement['at_the_optimum']} of {agreement['starts']} starts reached this optimum)"
     ]
-    rows += [f"  known though its parts are not: {c['text']}" for c in identifiability["combinations"]]
+    rows += [f"  identifiable combination: {c['text']}" for c in identifiability["combinations"]]
     for direction in identifiability["directions"]:
         if not direction["held"]:
-            rows.append(f"  not held: {_along(direction['parts'])}")
+            rows.append(f"  not identifiable: {_format_direction(direction['parts'])}")
     return rows
 
 
-def _along(parts: list[dict[str, Any]]) -> str:
+def _format_direction(parts: list[dict[str, Any]]) -> str:
     return " ".join(
         f"{part['weight']:+.2f}·{part['name']}" if len(parts) > 1 else part["name"] for part in parts
     )

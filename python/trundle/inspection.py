@@ -1,4 +1,4 @@
-"""Recordings looked into: figures, findings, tared and transformed wrenches, motion with its uncertainty."""
+"""Inspection of recordings: statistics, checks, tared and transformed wrenches, smoothed motion."""
 
 from trundle._native import check, inspect, prepare, smooth
 

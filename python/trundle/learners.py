@@ -12,7 +12,7 @@ import tomli_w
 from trundle import _native
 from trundle._native import Model, Recording, TrundleError, _Regression
 from trundle.belief import Belief, Update
-from trundle.diagnosis import Fit, Likelihood, fit, written
+from trundle.diagnosis import Fit, Likelihood, fit, model_text
 from trundle.online import Online
 
 __all__ = ["KINDS", "Kind", "Learner", "learner"]
@@ -127,7 +127,7 @@ class Physics:
         """Return the model with what was missing: named, or supposed; None where nothing predicts better."""
         try:
             outcome = _native._diagnose(
-                recording, written(None), seed=self._seed, without=TOO_FAST, progress=None
+                recording, model_text(None), seed=self._seed, without=TOO_FAST, progress=None
             )
         except TrundleError:
             # There is not enough motion yet.

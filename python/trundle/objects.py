@@ -1,4 +1,4 @@
-"""Object files: what is pushed, in each of its configurations, and where every value comes from.
+"""Object files: an object in each of its configurations, with the source of every value.
 
 Examples
 --------
@@ -25,16 +25,16 @@ class Object:
     Attributes
     ----------
     name : str
-        What it is called.
+        Name of the object.
     radius : float or None
-        Its size for a planner, m: a final error below it counts as success (section V-B of the paper).
+        Size for a planner, m: a final error below it counts as success (section V-B of the paper).
     bare : Model
-        The body alone, without any effect.
+        The body without any effect.
     models : dict of str to Model
-        By configuration, in the file's order; the first is the usual one.
+        Models by configuration, in the order of the file; the first is the default.
     sources : dict of str to str or None
-        Where each value comes from: ``radius``, ``body.mass``, ..., and ``configuration.NAME`` for all values
-        of its effects.
+        Source of each value: ``radius``, ``body.mass``, ..., and ``configuration.NAME`` for all values of
+        its effects.
     """
 
     name: str
@@ -50,7 +50,7 @@ def read(path: str | os.PathLike[str]) -> Object:
     Parameters
     ----------
     path : path-like
-        As those in ``configs/objects``.
+        An object file, such as those in ``configs/objects``.
 
     Returns
     -------
@@ -59,6 +59,6 @@ def read(path: str | os.PathLike[str]) -> Object:
     Raises
     ------
     TrundleError
-        If the file is not sound; the message names the file, the key and the value.
+        If the file is invalid; the message names the file, the key and the value.
     """
     return Object(**_object(path))

@@ -1,4 +1,4 @@
-"""A picture of a recording: the object's way from above, its poses and the force over time."""
+"""A picture of a recording: top view of the paths, and poses and wrenches over time."""
 
 from __future__ import annotations
 
@@ -9,9 +9,9 @@ from typing import TYPE_CHECKING, Any
 import numpy as np
 from numpy.typing import NDArray
 
+from trundle.atomic import atomic_file
 from trundle.inspection import prepare
 from trundle.recording import Recording, TrundleError
-from trundle.whole import whole_file
 
 if TYPE_CHECKING:
     from matplotlib.axes import Axes
@@ -19,11 +19,11 @@ if TYPE_CHECKING:
 
 __all__ = ["draw", "figure"]
 
-KINDS = (".png", ".svg", ".pdf")
-OUTLINES = 6
-"""Footprints drawn along each episode's way."""
-ROWS = 8
-"""Episodes drawn over time; more would be too small to read."""
+SUFFIXES = (".png", ".svg", ".pdf")
+OUTLINES_PER_EPISODE = 6
+"""Footprints drawn along the path of each episode."""
+MAX_EPISODE_ROWS = 8
+"""Maximum number of episodes drawn over time."""
 
 Floats = NDArray[np.float64]
 
@@ -36,18 +36,18 @@ def draw(recording: Recording, path: Path) -> None:
     recording : Recording
         What to draw.
     path : Path
-        A .png, .svg or .pdf file.
+        Output file with the suffix .png, .svg or .pdf.
 
     Raises
     ------
     TrundleError
-        If the file is of no known kind, or the recording cannot be prepared.
+        If the suffix is another one, or the recording cannot be prepared.
     """
     kind = path.suffix.lower()
-    if kind not in KINDS:
-        raise TrundleError(f"{path}: a picture is a {', '.join(KINDS)} file")
+    if kind not in SUFFIXES:
+        raise TrundleError(f"{path}: unknown suffix; use one of {', '.join(SUFFIXES)}")
     drawn = figure(recording)
-    with whole_file(path) as part:
+    with atomic_file(path) as part:
         drawn.savefig(part, format=kind[1:], metadata={"Date": None} if kind == ".svg" else None)
 
 
@@ -62,34 +62,34 @@ def figure(recording: Recording) -> Figure:
     Returns
     -------
     matplotlib.figure.Figure
-        The way from above on top, then one row per episode: force and pose over time.
+        The top view, then one row per episode: wrench and pose over time.
     """
     from matplotlib.figure import Figure
 
     episodes = prepare(recording)
-    shown = list(episodes)[:ROWS]
+    shown = list(episodes)[:MAX_EPISODE_ROWS]
     drawn = Figure(figsize=(11, 4.5 + 1.6 * len(shown)), layout="constrained")
     grid = drawn.add_gridspec(1 + len(shown), 2, height_ratios=[3.0, *(1.0 for _ in shown)])
-    from_above(drawn.add_subplot(grid[0, :]), episodes, outlines(recording.metadata["object"]))
+    draw_top_view(drawn.add_subplot(grid[0, :]), episodes, outlines(recording.metadata["object"]))
     drawn.suptitle(title(recording.name, len(shown), len(episodes)))
     for row, name in enumerate(shown, start=1):
-        force(drawn.add_subplot(grid[row, 0]), name, episodes[name])
-        pose(drawn.add_subplot(grid[row, 1]), episodes[name])
+        draw_wrench(drawn.add_subplot(grid[row, 0]), name, episodes[name])
+        draw_pose(drawn.add_subplot(grid[row, 1]), episodes[name])
     return drawn
 
 
 def title(name: str, shown: int, total: int) -> str:
-    """Return the picture's title, which says how many episodes have no row of their own."""
+    """Return the title of the picture, with the number of episodes that have a row."""
     return name if shown == total else f"{name}: the first {shown} of {total} episodes over time"
 
 
 def outlines(described: Mapping[str, Any]) -> list[Floats]:
-    """Return the object's shapes as closed outlines (n, 2), m, object frame; none on a rail."""
+    """Return the shapes of the object as closed outlines (n, 2), m, object frame; empty on a rail."""
     fixtures = described.get("fixture") or [{"polygon": described.get("footprint") or []}]
-    return [closed(fixture) for fixture in fixtures if fixture.get("polygon") or fixture.get("disc")]
+    return [closed_outline(fixture) for fixture in fixtures if fixture.get("polygon") or fixture.get("disc")]
 
 
-def closed(fixture: Mapping[str, Any]) -> Floats:
+def closed_outline(fixture: Mapping[str, Any]) -> Floats:
     """Return one polygon or disc as a closed outline (n, 2), m, object frame."""
     if fixture.get("polygon"):
         return np.asarray([*fixture["polygon"], fixture["polygon"][0]], dtype=float)
@@ -98,28 +98,28 @@ def closed(fixture: Mapping[str, Any]) -> Floats:
     return np.column_stack([x + radius * np.cos(angle), y + radius * np.sin(angle)])
 
 
-def from_above(axes: Axes, episodes: Mapping[str, Mapping[str, Any]], shape: Sequence[Floats]) -> None:
-    """Draw each episode's way of the object's origin, and its outline along it."""
+def draw_top_view(axes: Axes, episodes: Mapping[str, Mapping[str, Any]], shape: Sequence[Floats]) -> None:
+    """Draw the path of the object's origin in each episode, with outlines along it."""
     for index, episode in enumerate(episodes.values()):
         colour, poses = f"C{index % 10}", episode["pose"]
         axes.plot(poses[:, 0], poses[:, 1], color=colour, linestyle="--" if episode["held_out"] else "-")
-        for at in np.unique(np.linspace(0, len(poses) - 1, OUTLINES).astype(int)):
+        for at in np.unique(np.linspace(0, len(poses) - 1, OUTLINES_PER_EPISODE).astype(int)):
             for outline in shape:
-                placed = place(outline, poses[at])
+                placed = place_outline(outline, poses[at])
                 axes.plot(placed[:, 0], placed[:, 1], color=colour, linewidth=0.7, alpha=0.5)
     axes.set(xlabel="x (m)", ylabel="y (m)", title="from above (held out: dashed)")
     axes.set_aspect("equal", adjustable="datalim")
 
 
-def place(outline: Floats, at: Floats) -> Floats:
+def place_outline(outline: Floats, at: Floats) -> Floats:
     """Return an outline (n, 2) of the object frame in the world, for the object at `at` (x, y, theta)."""
     cos, sin = np.cos(at[2]), np.sin(at[2])
     placed: Floats = outline @ np.array([[cos, sin], [-sin, cos]]) + at[:2]
     return placed
 
 
-def force(axes: Axes, name: str, episode: Mapping[str, Any]) -> None:
-    """Draw the wrench on the object over time, and when contact begins."""
+def draw_wrench(axes: Axes, name: str, episode: Mapping[str, Any]) -> None:
+    """Draw the wrench on the object over time, and the begin of contact."""
     for column, label in enumerate(("force x (N)", "force y (N)", "torque (N m)")):
         axes.plot(episode["wrench_t"], episode["on_object"][:, column], linewidth=0.8, label=label)
     axes.axvline(episode["contact"], color="grey", linewidth=0.8, linestyle=":")
@@ -127,10 +127,12 @@ def force(axes: Axes, name: str, episode: Mapping[str, Any]) -> None:
     axes.legend(loc="upper right", fontsize="x-small")
 
 
-def pose(axes: Axes, episode: Mapping[str, Any]) -> None:
-    """Draw how far the object went from its first pose over time."""
-    way = episode["pose"] - episode["pose"][0]
+def draw_pose(axes: Axes, episode: Mapping[str, Any]) -> None:
+    """Draw the pose relative to the first one over time."""
+    displacement = episode["pose"] - episode["pose"][0]
     for column, label in enumerate(("x (m)", "y (m)", "heading (rad)")):
-        axes.plot(episode["pose_t"], way[:, column], linewidth=0.8, marker=".", markersize=1.5, label=label)
+        axes.plot(
+            episode["pose_t"], displacement[:, column], linewidth=0.8, marker=".", markersize=1.5, label=label
+        )
     axes.set(xlabel="t (s)", ylabel="from the start")
     axes.legend(loc="upper left", fontsize="x-small")

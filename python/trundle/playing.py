@@ -1,4 +1,4 @@
-"""Episodes of a pushing environment, one after another."""
+"""Rollouts of agents in a pushing environment, for `trundle play`."""
 
 from __future__ import annotations
 
@@ -12,145 +12,147 @@ from numpy.typing import NDArray
 
 from trundle._native import TrundleError
 from trundle.agent import AdaptiveAgent
+from trundle.atomic import atomic_file
 from trundle.experiments.training.policy import Policy, load
-from trundle.whole import whole_file
 
-__all__ = ["Film", "chosen", "play"]
+__all__ = ["Animation", "play", "select_agent"]
 
-OWN = ("random", "adaptive")
-"""Agents that need no file."""
-HELD = 0.5
-"""Time for which a random action is kept, s: a force that changes faster moves nothing."""
-LARGEST = 0.4
-"""Largest entry of a random action: with more, light things fly."""
+BUILT_IN_AGENTS = ("random", "adaptive")
+"""Agents that need no policy file."""
+RANDOM_ACTION_DURATION_S = 0.5
+"""Duration of a random action, s. A force that changes faster hardly moves an object."""
+MAX_RANDOM_ACTION = 0.4
+"""Maximum entry of a random action. Larger forces throw light objects out of the arena."""
 
 
-class Film:
-    """Pictures that become an animation.
+class Animation:
+    """A GIF animation of an environment.
 
     Parameters
     ----------
     path : Path
-        A `.gif`; it is written whole or not at all.
+        Output file with the suffix `.gif`, written atomically.
 
     Raises
     ------
     TrundleError
-        If it is to be another kind of file.
+        If the suffix is another one, or the folder does not exist.
     """
 
     def __init__(self, path: Path) -> None:
         if path.suffix.lower() != ".gif":
-            raise TrundleError(f"{path}: an animation is a .gif")
+            raise TrundleError(f"{path}: unknown suffix; use .gif for an animation")
         if not path.parent.is_dir():
-            raise TrundleError(f"{path.parent}: there is no such folder to write {path.name} to")
+            raise TrundleError(f"{path}: the folder {path.parent} does not exist")
         self.path, self._frames, self._period = path, [], 0.05
 
     _frames: list[NDArray[np.uint8]]
 
     @property
     def length(self) -> int:
-        """How many pictures there are."""
+        """Number of frames."""
         return len(self._frames)
 
-    def shoot(self, env: gym.Env[Any, Any]) -> None:
-        """Take a picture of the environment as it is now."""
+    def add_frame(self, env: gym.Env[Any, Any]) -> None:
+        """Render the environment and append the frame."""
         self._frames.append(np.asarray(env.render()))
         self._period = 1 / env.metadata["render_fps"]
 
     def write(self) -> None:
-        """Write the animation."""
+        """Write the file."""
         from PIL import Image
 
         first, *rest = [Image.fromarray(frame).quantize(32) for frame in self._frames]
-        with whole_file(self.path) as part:
+        with atomic_file(self.path) as part:
             first.save(part, "GIF", save_all=True, append_images=rest, duration=1000 * self._period, loop=0)
 
 
-def chosen(agent: str) -> str | Policy:
-    """Return who plays: the name of one of trundle's own, or a trained policy from its file.
+def select_agent(agent: str) -> str | Policy:
+    """Return the name of a built-in agent, or load a trained policy from its file.
 
     Raises
     ------
     TrundleError
-        If it is neither.
+        If `agent` is neither.
     """
-    if agent in OWN:
+    if agent in BUILT_IN_AGENTS:
         return agent
     if not agent.endswith(".npz"):
-        raise TrundleError(f"--agent {agent}: choose {', '.join(OWN)} or a policy's file.npz")
+        raise TrundleError(
+            f"--agent {agent}: choose {', '.join(BUILT_IN_AGENTS)} or the .npz file of a policy"
+        )
     return load(agent)
 
 
 def play(
-    env: gym.Env[Any, Any], agent: str | Policy, episodes: int, seed: int, film: Film | None = None
+    env: gym.Env[Any, Any], agent: str | Policy, episodes: int, seed: int, animation: Animation | None = None
 ) -> Iterator[str]:
-    """Play episodes and yield how each ended, in a line.
+    """Run episodes and yield a line on the outcome of each.
 
     Parameters
     ----------
     env : gymnasium.Env
         A flat pushing environment.
     agent : {"random", "adaptive"} or Policy
-        Who plays; `chosen` returns it.
+        The agent, as `select_agent` returns it.
     episodes : int
-        How many; the first begins from `seed`, the others go on from there.
+        Number of episodes. The first is reset with `seed`, the others continue its random stream.
     seed : int
-        Of the environment and of random actions.
-    film : Film, optional
-        Takes a picture of each step.
+        Seed of the environment and of random actions.
+    animation : Animation, optional
+        Receives a frame at each step.
     """
     if episodes < 1:
-        raise TrundleError(f"--episodes {episodes}: at least one")
-    act = _player(env, agent, seed)
+        raise TrundleError(f"--episodes {episodes}: must be at least one")
+    act = _policy_function(env, agent, seed)
     unwrapped: Any = env.unwrapped
     for number in range(episodes):
         observation, _ = env.reset(seed=seed if number == 0 else None)
         gained, steps, over = 0.0, 0, False
         info: dict[str, Any] = {}
         while not over:
-            if film:
-                film.shoot(env)
+            if animation:
+                animation.add_frame(env)
             action = act(observation, steps)
             observation, reward, terminated, truncated, info = env.step(action)
             gained, steps, over = gained + float(reward), steps + 1, terminated or truncated
-        if film:
-            film.shoot(env)
-        yield _line(info, gained, steps * unwrapped.control)
+        if animation:
+            animation.add_frame(env)
+        yield _summary(info, gained, steps * unwrapped.control)
 
 
-def _player(env: gym.Env[Any, Any], agent: str | Policy, seed: int) -> Any:
+def _policy_function(env: gym.Env[Any, Any], agent: str | Policy, seed: int) -> Any:
     if isinstance(agent, Policy):
-        return Trained(agent)
+        return TrainedAgent(agent)
     if agent == "adaptive":
         adaptive = AdaptiveAgent(env, seed=seed)
-        return lambda seen, step: adaptive.predict(seen, episode_start=step == 0)[0]
+        return lambda observation, step: adaptive.predict(observation, episode_start=step == 0)[0]
     random = np.random.default_rng(seed)
-    held = max(1, round(HELD * env.metadata["render_fps"]))
-    kept: list[NDArray[np.float32]] = []
+    steps_per_action = max(1, round(RANDOM_ACTION_DURATION_S * env.metadata["render_fps"]))
+    current: list[NDArray[np.float32]] = []
     shape = env.action_space.shape
 
     def act(_: Any, step: int) -> NDArray[np.float32]:
-        if step % held == 0:
-            kept[:] = [random.uniform(-LARGEST, LARGEST, shape).astype(np.float32)]
-        return kept[0]
+        if step % steps_per_action == 0:
+            current[:] = [random.uniform(-MAX_RANDOM_ACTION, MAX_RANDOM_ACTION, shape).astype(np.float32)]
+        return current[0]
 
     return act
 
 
-class Trained:
-    """A policy with what it has seen of the episode."""
+class TrainedAgent:
+    """A policy with its state in the current episode."""
 
     def __init__(self, policy: Policy) -> None:
         self._policy = policy
         self._state: Any = None
 
-    def __call__(self, seen: Any, step: int) -> NDArray[np.float32]:
+    def __call__(self, observation: Any, step: int) -> NDArray[np.float32]:
         """Return the next action."""
-        action, self._state = self._policy.predict(seen, self._state, episode_start=step == 0)
+        action, self._state = self._policy.predict(observation, self._state, episode_start=step == 0)
         return action
 
 
-def _line(info: dict[str, Any], gained: float, seconds: float) -> str:
+def _summary(info: dict[str, Any], gained: float, seconds: float) -> str:
     end = "goal reached" if info["is_success"] else "object lost" if info["lost"] else "time up"
     return f"{end} after {seconds:.1f} s, {info['distance']:.2f} m off, return {gained:.2f}"

@@ -1,4 +1,4 @@
-"""What is known of a model's parameters after a recording: draws, and whether to believe them."""
+"""Posterior draws of the parameters of a model, and convergence diagnostics."""
 
 from __future__ import annotations
 
@@ -15,8 +15,8 @@ from numpy.typing import NDArray
 
 from trundle import _native
 from trundle._native import Model, Recording, TrundleError
-from trundle.diagnosis import source, written
-from trundle.whole import whole_file
+from trundle.atomic import atomic_file
+from trundle.diagnosis import model_text, native_recording
 
 if TYPE_CHECKING:
     import xarray as xr
@@ -28,10 +28,10 @@ Progress: TypeAlias = Callable[[str, float], object]
 Array: TypeAlias = NDArray[np.float64]
 Method: TypeAlias = Literal["nuts", "laplace", "metropolis"]
 
-AGREEMENT = 1.01
-"""R-hat above which chains do not agree (Vehtari et al. 2021)."""
-ENOUGH = 400
-"""Effective draws below which R-hat and quantiles are not to be relied on (the same)."""
+MAX_R_HAT = 1.01
+"""Maximum R-hat of converged chains (Vehtari et al. 2021)."""
+MIN_EFFECTIVE_DRAWS = 400
+"""Minimum effective sample size for reliable R-hat and quantiles (Vehtari et al. 2021)."""
 
 
 @dataclass(frozen=True)
@@ -41,13 +41,14 @@ class Posterior:
     Attributes
     ----------
     summary : dict
-        ``recording``, ``method``, ``parameters`` (name, unit, identifiable; mean, sd, the ends of the central
-        90 % interval, r_hat, ess_bulk, ess_tail of what the data hold), ``modes`` (values and share of the
-        evidence of each mode that chains began in), ``noise``, ``lack_of_fit`` (as in the summary of
-        `trundle.fit`), ``converged``, ``verdict``, ``divergences``.
+        ``recording``, ``method``, ``parameters`` (name, unit, identifiable, r_hat, ess_bulk, ess_tail and,
+        if identifiable, mean, sd and the ends low and high of the central 90 % interval), ``modes`` (values
+        and share of the evidence of each mode in which chains start), ``noise``, ``lack_of_fit`` (as in the
+        summary of `trundle.fit`), ``converged``, ``verdict``, ``divergences``.
     draws : dict of str to ndarray, shape (chain, draw)
-        Each free parameter, SI units. A wheel turned by a quarter with its coefficients exchanged is the same
-        wheel: "along" is the direction of least friction, and angles lie within half a period of the mode's.
+        Each free parameter, SI units. A wheel turned by 90° with exchanged coefficients is the same wheel.
+        Draws are therefore normalised: "along" is the direction of least friction, and angles lie within
+        half a period of the mode.
     stats : dict of str to ndarray, shape (chain, draw)
         ``lp`` (log density, not normalised), ``diverging``, ``n_steps`` (evaluations of the density).
     seed : int
@@ -61,22 +62,22 @@ class Posterior:
 
     @property
     def converged(self) -> bool:
-        """Whether the chains agree, are long enough and did not diverge."""
+        """Whether the chains agree, have enough effective draws and did not diverge."""
         return bool(self.summary["converged"])
 
     @cached_property
     def predictive(self) -> dict[str, xr.DataArray]:
-        """Posterior predictive poses by episode, training and held out: dimensions chain, draw, time, axis.
+        """Posterior predictive poses of training and held-out episodes: dimensions chain, draw, time, axis.
 
-        Of 50 draws of each chain, spread evenly; the wrench's noise, its tare error and the tracker's noise
-        are drawn anew for each. Time in s, axes x, y (m) and theta (rad). Attribute ``held_out`` tells
-        whether the episode was fitted.
+        For 50 evenly spaced draws of each chain, with new samples of the wrench noise, the tare error and
+        the pose noise. Time is in s; the axes are x, y (m) and theta (rad). The attribute ``held_out`` is 1
+        for held-out episodes.
         """
         return {name: predicted for name, (predicted, _) in self._predicted.items()}
 
     @cached_property
     def _predicted(self) -> dict[str, tuple[xr.DataArray, xr.DataArray]]:
-        """Predicted and observed poses by episode."""
+        """Return predicted and observed poses by episode."""
         import xarray as xr
 
         found = {}
@@ -92,9 +93,9 @@ class Posterior:
         return found
 
     def groups(self) -> dict[str, xr.Dataset]:
-        """Return the groups of ArviZ's schema: posterior, sample_stats, posterior_predictive, observed_data.
+        """Return the ArviZ groups posterior, sample_stats, posterior_predictive and observed_data.
 
-        Poses of an episode are the variable ``pose_NAME``, with a dimension ``time_NAME`` of its own.
+        The poses of an episode are the variable ``pose_NAME`` with the dimension ``time_NAME``.
         """
         import xarray as xr
 
@@ -131,8 +132,8 @@ class Posterior:
         }
 
     def to_inference_data(self) -> Any:
-        """Return ``arviz.InferenceData``; with ArviZ 1, whose container it is, an ``xarray.DataTree``."""
-        az = arviz()
+        """Return an ``arviz.InferenceData``, or an ``xarray.DataTree`` with ArviZ 1."""
+        az = import_arviz()
         if hasattr(az, "InferenceData"):
             return az.InferenceData(**self.groups())
         import xarray as xr
@@ -140,11 +141,11 @@ class Posterior:
         return xr.DataTree.from_dict(self.groups())
 
     def write(self, path: PathLike) -> Path:
-        """Write everything as netCDF, through h5netcdf, for ``arviz.from_netcdf``; whole or not at all."""
+        """Write all groups as netCDF, atomically, for ``arviz.from_netcdf``; return the path."""
         import xarray as xr
 
         target = Path(path)
-        with whole_file(target) as part:
+        with atomic_file(target) as part:
             xr.DataTree.from_dict(self.groups()).to_netcdf(part, engine="h5netcdf")
         return target
 
@@ -162,49 +163,49 @@ def sample(
     prior: PathLike | None = None,
     progress: Progress | None = None,
 ) -> Posterior:
-    """Sample the posterior of a model's free values given a recording's training episodes.
+    """Sample the posterior of a model's free parameters given the training episodes of a recording.
 
     Parameters
     ----------
     recording : Recording or path
     model : Model or path, optional
-        Values that it leaves out are sampled; the paper's model (eq. 3) if not given.
+        Parameters without a value are sampled. By default the paper's model (eq. 3).
     method : {"laplace", "nuts", "metropolis"}
-        Independent draws of the normal approximation at the mode (default, seconds); the No-U-Turn sampler
-        (minutes to hours: its time grows with the number and length of the episodes); or random-walk
-        Metropolis, the predecessor of the paper's method.
+        "laplace": independent draws from the normal approximation at the mode (seconds); "nuts": the
+        No-U-Turn sampler (minutes to hours, depending on the number and length of the episodes);
+        "metropolis": random-walk Metropolis, as in the predecessor of the paper's method.
     chains, draws, warmup : int
-        Chains, draws kept of each, and draws before them in which the sampler learns its steps. The density
-        is seen in units of its own spread at the mode, so that NUTS needs few of either.
+        Number of chains, draws per chain, and warm-up draws in which the sampler adapts its steps. The
+        density is scaled by its curvature at the mode, so NUTS needs few of either.
     starts : int
-        Searches for modes before the chains.
+        Number of searches for modes before sampling.
     seed : int
-        The same input and seed give the same bytes, on any number of cores.
+        Random seed. The same input and seed give the same bytes, on any number of cores.
     prior : path, optional
         A prior file, as for `trundle.fit`.
     progress : callable, optional
-        Called with the stage of the work and the share of the whole that is done, 0 to 1; neither goes back.
+        Called with the stage of the work and the finished share of all work, 0 to 1, which never decreases.
 
     Returns
     -------
     Posterior
-        ``converged`` and ``summary["verdict"]`` say whether to believe it.
+        Check ``converged`` and ``summary["verdict"]`` before use.
 
     Raises
     ------
     TrundleError
-        If there is not enough data, nothing is free, or a setting makes no sense.
+        If there is not enough data, no parameter is free, or a setting is invalid.
     """
     for name, value in {"chains": chains, "draws": draws, "warmup": warmup, "starts": starts}.items():
         if value < 0:
-            raise TrundleError(f"{name} = {value}: a count cannot be negative")
+            raise TrundleError(f"{name} = {value}: must not be negative")
     if starts < 1:
         raise TrundleError(f"starts = {starts}: at least one start is needed")
-    beliefs = None if prior is None else (str(prior), Path(prior).read_text(encoding="utf-8"))
+    prior_file = None if prior is None else (str(prior), Path(prior).read_text(encoding="utf-8"))
     native = _native._sample(
-        source(recording),
-        written(model),
-        prior=beliefs,
+        native_recording(recording),
+        model_text(model),
+        prior=prior_file,
         method=method,
         chains=chains,
         draws=draws,
@@ -217,36 +218,41 @@ def sample(
     array = native.draws()
     named = {p["name"]: array[:, :, k] for k, p in enumerate(summary["parameters"])}
     stats = native.stats()
-    return Posterior(judged(summary, named, stats), named, stats, seed, native)
+    return Posterior(add_diagnostics(summary, named, stats), named, stats, seed, native)
 
 
-def judged(
+def add_diagnostics(
     summary: dict[str, Any], draws: dict[str, Array], stats: dict[str, NDArray[Any]]
 ) -> dict[str, Any]:
-    """Return the summary with each parameter's figures, and the verdict on the chains."""
+    """Return the summary with diagnostics of each parameter and a verdict on the chains."""
     diverging = int(stats["diverging"].sum())
-    parameters = [figures(parameter, draws[parameter["name"]]) for parameter in summary["parameters"]]
-    faults = [fault for parameter in parameters for fault in faults_of(parameter)]
+    parameters = [
+        parameter_diagnostics(parameter, draws[parameter["name"]]) for parameter in summary["parameters"]
+    ]
+    faults = [fault for parameter in parameters for fault in chain_faults(parameter)]
     if next(iter(draws.values())).shape[0] < 2:
-        faults.append("one chain cannot tell whether chains agree")
+        faults.append("R-hat needs at least two chains")
     if diverging:
         faults.append(f"{diverging} trajectories diverged")
     if summary["method"] == "laplace":
         verdict = "Laplace approximation: a normal distribution at the mode, not checked against the density"
         if len(summary["modes"]) > 1:
-            verdict += f"; {len(summary['modes'])} modes by their weight"
+            verdict += f"; {len(summary['modes'])} modes, weighted by evidence"
         faults = []
     elif faults:
         verdict = "NOT CONVERGED: " + "; ".join(faults)
     else:
-        verdict = f"converged: R-hat at most {AGREEMENT}, at least {ENOUGH} effective draws, no divergence"
+        verdict = (
+            f"converged: R-hat at most {MAX_R_HAT}, at least {MIN_EFFECTIVE_DRAWS} effective draws, "
+            "no divergence"
+        )
     found = {"parameters": parameters, "converged": not faults, "verdict": verdict, "divergences": diverging}
     return summary | found
 
 
-def figures(parameter: dict[str, Any], draws: Array) -> dict[str, Any]:
-    """Return a parameter with diagnostics of its chains, and numbers if the data hold it."""
-    az = arviz()
+def parameter_diagnostics(parameter: dict[str, Any], draws: Array) -> dict[str, Any]:
+    """Return a parameter with diagnostics of its chains and, if it is identifiable, its estimate."""
+    az = import_arviz()
     found = dict(parameter)
     found["r_hat"] = float(az.rhat(draws, method="rank")) if len(draws) > 1 else None
     found |= {f"ess_{kind}": float(az.ess(draws, method=kind)) for kind in ("bulk", "tail")}
@@ -256,19 +262,19 @@ def figures(parameter: dict[str, Any], draws: Array) -> dict[str, Any]:
     return found
 
 
-def faults_of(parameter: dict[str, Any]) -> list[str]:
-    """Return what is wrong with a parameter's chains, in words."""
+def chain_faults(parameter: dict[str, Any]) -> list[str]:
+    """Return descriptions of the convergence faults of a parameter's chains."""
     name, faults = parameter["name"], []
     r_hat, ess = parameter["r_hat"], min(parameter["ess_bulk"], parameter["ess_tail"])
-    if r_hat is not None and not r_hat <= AGREEMENT:
+    if r_hat is not None and not r_hat <= MAX_R_HAT:
         faults.append(f"{name} has R-hat {r_hat:.3f}")
-    if not ess >= ENOUGH:
+    if not ess >= MIN_EFFECTIVE_DRAWS:
         faults.append(f"{name} has {ess:.0f} effective draws")
     return faults
 
 
-def arviz() -> Any:
-    """Return ArviZ, of any version, without its remarks on the next one."""
+def import_arviz() -> Any:
+    """Import ArviZ without its FutureWarning about the next version."""
     with warnings.catch_warnings():
         warnings.simplefilter("ignore", FutureWarning)
         import arviz

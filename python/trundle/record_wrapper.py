@@ -1,4 +1,4 @@
-"""A wrapper that writes the episodes of an environment as recordings."""
+"""A Gymnasium wrapper that writes the episodes of an environment as recordings."""
 
 from __future__ import annotations
 
@@ -22,45 +22,44 @@ Columns = dict[str, NDArray[np.float64]]
 
 @runtime_checkable
 class Recordable(Protocol):
-    """What an environment offers that can be recorded."""
+    """Interface of an environment that can be recorded."""
 
     @property
     def object_count(self) -> int:
-        """A new number is a new object."""
+        """Number of different objects so far; it increases when the object changes."""
 
     def start_recording(self) -> None:
-        """Keep, from the next reset on, what sensor and tracker see."""
+        """Store the readings of sensor and tracker from the next reset on."""
 
     def take_rows(self) -> Columns:
-        """Return what they saw since the last time, by column of a recording."""
+        """Return the readings since the last call, by column of a recording."""
 
     def recording_metadata(self, name: str) -> dict[str, Any]:
-        """Return what a recording says of the object and the instruments."""
+        """Return the content of `recording.toml`."""
 
 
 class Record(gym.Wrapper[ObsType, ActType, ObsType, ActType], RecordConstructorArgs):
-    """Write each episode as sensor and tracker see it, at their own rates, as a recording.
+    """Write the sensor and tracker readings of each episode, at their own rates, as a recording.
 
-    A recording is of one object. So that several episodes make one recording, a reset without a seed
-    keeps the hidden object (the reset option ``same_object``), unless the caller gives that option or
-    ``keep_object`` is False. When the object changes all the same, because of a seed, the next recording
-    begins beside the first: ``folder_2``, ``folder_3`` and so on.
+    A recording is of one object. Therefore a reset without a seed keeps the hidden object (reset option
+    ``same_object``), unless the caller gives that option or ``keep_object`` is False. If the object changes
+    nevertheless, because of a seed, a new recording begins: ``folder_2``, ``folder_3`` and so on.
 
-    The folder is written by `close`, or when the object changes; whole or not at all. An episode without
-    a step is left out. A recording of the same name is replaced.
+    The folder is written atomically, by `close` or when the object changes. An existing recording is
+    replaced. Episodes without a step are omitted.
 
     Parameters
     ----------
     env : gymnasium.Env
         An environment of `trundle`, wrapped or not.
     folder : str or os.PathLike
-        The recording.
+        Folder of the recording.
     name : str, optional
-        The recording's name; the folder's if left out.
+        Name of the recording; by default that of the folder.
     table : {"csv", "parquet"}
-        What the episodes' tables are.
+        Format of the episode tables.
     held_out : int
-        How many of the last episodes of each recording are marked as held out.
+        Number of episodes at the end of each recording that are marked as held out.
     keep_object : bool
         Whether a reset without a seed keeps the hidden object.
 
@@ -97,7 +96,7 @@ class Record(gym.Wrapper[ObsType, ActType, ObsType, ActType], RecordConstructorA
         )
         gym.Wrapper.__init__(self, env)
         if not isinstance(env.unwrapped, Recordable):
-            raise TrundleError(f"{env.unwrapped} has no sensor to record: give an environment of trundle")
+            raise TrundleError(f"{env.unwrapped}: cannot be recorded; give an environment of trundle")
         if table not in ("csv", "parquet"):
             raise TrundleError(f"table = {table!r}: choose 'csv' or 'parquet'")
         self._source: Recordable = env.unwrapped
@@ -119,7 +118,7 @@ class Record(gym.Wrapper[ObsType, ActType, ObsType, ActType], RecordConstructorA
     def reset(
         self, *, seed: int | None = None, options: dict[str, Any] | None = None
     ) -> tuple[ObsType, dict[str, Any]]:
-        """Begin the next episode, of the same object unless told otherwise."""
+        """Begin the next episode, by default with the same object."""
         self._finish_episode()
         if self._keep_object and self._begun and seed is None:
             options = {"same_object": True, **(options or {})}
@@ -127,14 +126,14 @@ class Record(gym.Wrapper[ObsType, ActType, ObsType, ActType], RecordConstructorA
         if self._source.object_count != self._object:
             self._write()
             self._object = self._source.object_count
-        # Now, because by the time of writing there may be another object.
+        # Read now: the object may have changed when the recording is written.
         self._described = self._source.recording_metadata(self._name)
         self._begun = True
         self._rows = [self._source.take_rows()]
         return observation, info
 
     def step(self, action: ActType) -> tuple[ObsType, SupportsFloat, bool, bool, dict[str, Any]]:
-        """Step, and keep what the instruments saw."""
+        """Step the environment and store the readings."""
         result = self.env.step(action)
         self._rows.append(self._source.take_rows())
         self._stepped = True

@@ -1,4 +1,4 @@
-"""Recordings: read, made, written; each is checked before anybody computes with it."""
+"""Recordings: reading, construction and writing, with validation."""
 
 from trundle._native import Recording, TrundleError, read
 

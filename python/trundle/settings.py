@@ -1,4 +1,4 @@
-"""Settings files: TOML read into dataclasses, where every unknown key and wrong type is an error."""
+"""Settings files: TOML parsed into dataclasses; unknown keys and wrong types are errors."""
 
 from __future__ import annotations
 
@@ -19,50 +19,58 @@ if sys.version_info >= (3, 11):
 else:
     import tomli as tomllib
 
-__all__ = ["SettingsError", "checked", "ending", "headed", "matching", "parse", "typed"]
+__all__ = [
+    "SettingsError",
+    "build_settings",
+    "check_argument_types",
+    "check_horizon",
+    "parse",
+    "parse_format",
+    "typed",
+]
 
 T = TypeVar("T")
 
 
 class SettingsError(ValueError):
-    """A file says something that is not understood; the message names the key and the remedy."""
+    """An invalid setting; the message names the key and the expected value."""
 
 
 def parse(path: Path, remedy: str = "") -> dict[str, Any]:
-    """Read any TOML file; where there is none, an error ends with the remedy."""
+    """Parse a TOML file; the error for an absent file ends with `remedy`."""
     try:
         with path.open("rb") as file:
             return tomllib.load(file)
     except FileNotFoundError as error:
         raise TrundleError(
-            f"{path}: there is no such file; those of trundle lie in its repository, under configs/{remedy}"
+            f"{path}: no such file; the files of trundle are in configs/ of its repository{remedy}"
         ) from error
     except (tomllib.TOMLDecodeError, UnicodeDecodeError) as error:
         raise TrundleError(f"{path}: not a TOML file: {error}") from error
 
 
-def headed(path: Path, form: str, remedy: str = "") -> dict[str, Any]:
-    """Read a TOML file that must begin with `format = "form"`; return what else is in it."""
+def parse_format(path: Path, form: str, remedy: str = "") -> dict[str, Any]:
+    """Parse a TOML file that must contain `format = "form"`; return the other keys."""
     found = parse(path, remedy)
     if found.pop("format", None) != form:
         raise TrundleError(f'{path}: must begin with format = "{form}"')
     return found
 
 
-def checked(path: Path, kind: type[T], table: Mapping[str, Any]) -> T:
-    """Build a dataclass as `typed` does; an error names the file too, and is a `TrundleError`."""
+def build_settings(path: Path, kind: type[T], table: Mapping[str, Any]) -> T:
+    """Build a dataclass as `typed` does; an error is a `TrundleError` that also names the file."""
     try:
         return typed(kind, table)
     except SettingsError as error:
         raise TrundleError(f"{path}: {error}") from error
 
 
-def matching(
+def check_argument_types(
     path: Path, function: Callable[..., Any], table: Mapping[str, Any], where: str, **instead: type
 ) -> None:
-    """Refuse values of another type than the function's arguments have, or than is said `instead`.
+    """Check that values have the types of a function's keyword-only arguments, or those in `instead`.
 
-    Keys that are not among its keyword-only arguments are left to the function.
+    Other keys are not checked: the function itself refuses them.
     """
     hints = {**typing.get_type_hints(function), **instead}
     arguments = inspect.signature(function).parameters.values()
@@ -75,8 +83,8 @@ def matching(
         raise TrundleError(f"{path}: {error}") from error
 
 
-def ending(path: Path, arguments: Mapping[str, Any], where: str) -> None:
-    """Refuse an environment's arguments by which an episode never ends."""
+def check_horizon(path: Path, arguments: Mapping[str, Any], where: str) -> None:
+    """Refuse arguments of an environment for which an episode never ends."""
     if arguments.get("horizon", 1) == 0:
         raise TrundleError(f"{path}: [{where}] horizon = 0: an episode must end; give a number of steps")
 
@@ -87,17 +95,17 @@ def typed(kind: type[T], table: Mapping[str, Any], where: str = "") -> T:
     Parameters
     ----------
     kind : type
-        A dataclass; fields may be numbers, strings, booleans, `Literal`, lists, tuples, dictionaries by
-        string, optional values, and dataclasses. `dict[str, Any]` takes a table as it is.
+        A dataclass. Fields may be numbers, strings, booleans, `Literal`, lists, tuples, dictionaries with
+        string keys, optional values, and dataclasses. `dict[str, Any]` accepts any table.
     table : mapping
-        The parsed TOML.
+        The parsed TOML table.
     where : str
-        The table's place, for messages: "topic.object".
+        Key of the table, for messages: "topic.object".
 
     Returns
     -------
     kind
-        The settings, defaults filled in.
+        The settings, with defaults for absent keys.
     """
     hints = typing.get_type_hints(kind)
     fields = {field.name: field for field in dataclasses.fields(typing.cast("Any", kind))}
@@ -117,30 +125,32 @@ def _value(hint: Any, value: Any, where: str) -> Any:
     if origin in (Union, types.UnionType):
         return _union(hint, value, where)
     if dataclasses.is_dataclass(hint) and isinstance(hint, type):
-        return typed(hint, _of(dict, value, hint, where), where)
+        return typed(hint, _instance(dict, value, hint, where), where)
     if origin is typing.Literal:
         if value not in get_args(hint):
             raise SettingsError(f"`{where}` = {value!r}{_expected(hint)}")
         return value
     if origin is dict:
         key_kind, of = get_args(hint)
-        table = _of(dict, value, hint, where)
+        table = _instance(dict, value, hint, where)
         return {
             _value(key_kind, key, where): _value(of, each, _join(where, key)) for key, each in table.items()
         }
     if origin is list:
         of = get_args(hint)[0]
-        return [_value(of, each, f"{where}[{i}]") for i, each in enumerate(_of(list, value, hint, where))]
+        return [
+            _value(of, each, f"{where}[{i}]") for i, each in enumerate(_instance(list, value, hint, where))
+        ]
     if origin is tuple and get_args(hint)[1:] == (...,):
         of = get_args(hint)[0]
         return tuple(
-            _value(of, each, f"{where}[{i}]") for i, each in enumerate(_of(list, value, hint, where))
+            _value(of, each, f"{where}[{i}]") for i, each in enumerate(_instance(list, value, hint, where))
         )
     if origin is tuple:
         return _tuple(get_args(hint), value, hint, where)
     if hint is float and isinstance(value, int) and not isinstance(value, bool):
         return float(value)
-    return _of(hint, value, hint, where)
+    return _instance(hint, value, hint, where)
 
 
 def _union(hint: Any, value: Any, where: str) -> Any:
@@ -151,14 +161,14 @@ def _union(hint: Any, value: Any, where: str) -> Any:
         try:
             return _value(choice, value, where)
         except SettingsError as error:
-            # A table meant for one dataclass deserves that dataclass's own message.
+            # The message of the dataclass is more specific than that of the union.
             if isinstance(value, dict) and dataclasses.is_dataclass(choice):
                 raise error
     raise SettingsError(f"`{where}` = {value!r}{_expected(hint)}")
 
 
 def _tuple(kinds: tuple[Any, ...], value: Any, hint: Any, where: str) -> tuple[Any, ...]:
-    values = _of(list, value, hint, where)
+    values = _instance(list, value, hint, where)
     if len(values) != len(kinds):
         raise SettingsError(f"`{where}` = {value!r} has {len(values)} entries; it needs {len(kinds)}")
     return tuple(
@@ -166,7 +176,7 @@ def _tuple(kinds: tuple[Any, ...], value: Any, hint: Any, where: str) -> tuple[A
     )
 
 
-def _of(kind: type[Any], value: Any, hint: Any, where: str) -> Any:
+def _instance(kind: type[Any], value: Any, hint: Any, where: str) -> Any:
     if not isinstance(value, kind) or (isinstance(value, bool) and kind is not bool):
         raise SettingsError(f"`{where}` = {value!r}{_expected(hint)}")
     return value

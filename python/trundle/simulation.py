@@ -1,4 +1,4 @@
-"""Scenarios and the recordings that are simulated from them."""
+"""Simulation of scenarios."""
 
 from trundle._native import simulate
 

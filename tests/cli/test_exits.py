@@ -7,7 +7,7 @@ from pathlib import Path
 import pytest
 
 from tests.command import interruptible
-from trundle.cli.exits import guarded
+from trundle.cli.exits import run_guarded
 
 
 def raising(error: BaseException) -> Callable[[], int]:
@@ -29,25 +29,25 @@ def raising(error: BaseException) -> Callable[[], int]:
         (OSError(28, "No space left on device"), 1, "No space left"),
         (OSError(28, "No space left on device", "p.png"), 1, "trundle: p.png: No space left on device\n"),
         (ValueError("a\x1b[31mb\u202e: no"), 2, "trundle: a\\x1b[31mb\\u202e: no\n"),
-        (RuntimeError("wrong"), 1, "trundle: RuntimeError: wrong (TRUNDLE_DEBUG=1 shows where)\n"),
+        (RuntimeError("wrong"), 1, "trundle: RuntimeError: wrong (set TRUNDLE_DEBUG=1 for a traceback)\n"),
         (KeyboardInterrupt(), 130, "trundle: interrupted\n"),
     ],
 )
 def test_each_failure_has_its_status(
     error: BaseException, status: int, words: str, capsys: pytest.CaptureFixture[str]
 ) -> None:
-    assert guarded(raising(error)) == status
+    assert run_guarded(raising(error)) == status
     assert words in capsys.readouterr().err
 
 
 def test_a_status_is_passed_on() -> None:
-    assert guarded(lambda: 7) == 7
+    assert run_guarded(lambda: 7) == 7
 
 
 def test_ctrl_c_ends_a_long_verb_at_once() -> None:
     script = (
-        "import sys, time; from trundle.cli.exits import guarded\n"
-        "sys.exit(guarded(lambda: print('began', flush=True) or time.sleep(60)))"
+        "import sys, time; from trundle.cli.exits import run_guarded\n"
+        "sys.exit(run_guarded(lambda: print('began', flush=True) or time.sleep(60)))"
     )
     with interruptible([sys.executable, "-c", script]) as process:
         assert process.stdout is not None
@@ -60,8 +60,8 @@ def test_ctrl_c_ends_a_long_verb_at_once() -> None:
 
 def test_a_reader_that_goes_away_is_no_error(tmp_path: Path) -> None:
     script = (
-        "import sys; from trundle.cli.exits import guarded\n"
-        "sys.exit(guarded(lambda: print('line\\n' * 200_000) or 0))"
+        "import sys; from trundle.cli.exits import run_guarded\n"
+        "sys.exit(run_guarded(lambda: print('line\\n' * 200_000) or 0))"
     )
     complaints = tmp_path / "stderr"
     with (

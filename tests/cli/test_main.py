@@ -4,7 +4,7 @@ from pathlib import Path
 import pytest
 
 from tests.command import trundle
-from trundle.cli import build_parser, main, unknown_verb
+from trundle.cli import build_parser, main, unknown_verb_message
 from trundle.cli.commands import discover
 
 
@@ -22,15 +22,15 @@ def test_help_lists_every_verb() -> None:
 
 
 @pytest.mark.parametrize("verb", sorted(discover()))
-def test_a_slip_of_the_finger_is_understood(verb: str) -> None:
-    complaint = unknown_verb([verb[:-1] + "q"], discover())
-    assert complaint is not None
-    assert f"did you mean {verb!r}" in complaint
+def test_a_typing_error_gets_a_suggestion(verb: str) -> None:
+    message = unknown_verb_message([verb[:-1] + "q"], discover())
+    assert message is not None
+    assert f"did you mean {verb!r}" in message
 
 
-def test_nonsense_is_no_verb(capsys: pytest.CaptureFixture[str]) -> None:
+def test_an_unknown_verb_is_refused(capsys: pytest.CaptureFixture[str]) -> None:
     assert main(["zzzzzz"]) == 2
-    assert capsys.readouterr().err == "trundle: there is no verb 'zzzzzz'; `trundle --help` lists them\n"
+    assert capsys.readouterr().err == "trundle: unknown verb 'zzzzzz'; `trundle --help` lists all verbs\n"
 
 
 def test_no_verb_at_all_is_a_usage_error(tmp_path: Path) -> None:

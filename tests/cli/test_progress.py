@@ -5,7 +5,7 @@ from itertools import pairwise
 import pytest
 
 from trundle.cli import progress as module
-from trundle.cli.progress import Progress, duration
+from trundle.cli.progress import Progress, format_duration
 
 
 class Terminal(io.StringIO):
@@ -79,4 +79,4 @@ def test_what_is_shown_never_goes_back() -> None:
 
 
 def test_a_time_in_words() -> None:
-    assert [duration(s) for s in (3.2, 61.0, 7500.0)] == ["3 s", "1 min", "2 h 05 min"]
+    assert [format_duration(s) for s in (3.2, 61.0, 7500.0)] == ["3 s", "1 min", "2 h 05 min"]

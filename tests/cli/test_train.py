@@ -102,7 +102,7 @@ def test_a_seed_that_was_not_fixed_before_is_refused(
     file = tmp_path / "good.toml"
     file.write_text(GOOD)
     assert main(["train", str(file), "--out", str(tmp_path / "out"), "--seed", "3"]) == 2
-    assert "--seed 3: the file's seeds are 1, 2" in capsys.readouterr().err
+    assert "--seed 3: the seeds in CONFIG are 1, 2" in capsys.readouterr().err
 
 
 def test_nothing_changes_for_a_policy_when_the_world_is_turned() -> None:
@@ -199,4 +199,4 @@ def test_a_policy_is_watched(tmp_path: Path, capsys: pytest.CaptureFixture[str])
     assert main(["play", "PushAround", "--agent", file]) == 2
     assert "was trained in trundle/PushPose-v0" in capsys.readouterr().err
     assert main(["play", "PushAround", "--agent", "clever"]) == 2
-    assert "choose random, adaptive or a policy's file.npz" in capsys.readouterr().err
+    assert "choose random, adaptive or the .npz file of a policy" in capsys.readouterr().err

@@ -13,7 +13,7 @@ from tests.record_prepare.conftest import Corrupt
 from tests.record_prepare.table import TABLES, Table, metadata, recording, tables
 from tests.record_prepare.test_check import CORRUPTIONS
 from trundle.cli import main
-from trundle.usable import refuse_unusable
+from trundle.input_checks import require_usable
 
 WORDS = {
     "millimetres": "millimetres",
@@ -63,12 +63,12 @@ def test_a_clock_that_jumps_back_is_no_recording() -> None:
 
 @pytest.mark.parametrize("name", ["wrench 100 ms late", "saturated", "tare in contact"])
 def test_what_may_be_wrong_is_said_and_not_refused(name: str) -> None:
-    doubts = refuse_unusable(corrupted(CORRUPTIONS[name][0], Table()))
+    doubts = require_usable(corrupted(CORRUPTIONS[name][0], Table()))
     assert doubts and all("(" in doubt for doubt in doubts)
 
 
 def test_nothing_is_said_of_a_clean_recording() -> None:
-    assert refuse_unusable(recording(Table())) == []
+    assert require_usable(recording(Table())) == []
 
 
 @pytest.mark.parametrize("seed", [1, 2])

@@ -23,7 +23,9 @@ def test_the_true_effect_left_out_is_not_replaced_by_a_wrong_one(demo: Demo, tmp
 
 
 def test_an_effect_that_does_not_exist_is_refused_with_those_that_do(demo: Demo, tmp_path: Path) -> None:
-    with pytest.raises(package.TrundleError, match=r"unknown effect `coulomb`; known are .*coulomb_friction"):
+    with pytest.raises(
+        package.TrundleError, match=r"unknown effect `coulomb`; the catalogue has .*coulomb_friction"
+    ):
         package.diagnose(demo.recording, without=["coulomb"])
     ran = trundle(tmp_path, "diagnose", demo.recording, "--without", "coulomb", "--out", "none")
     assert ran.returncode == 2 and "unknown effect" in ran.stderr

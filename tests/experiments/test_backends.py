@@ -20,7 +20,7 @@ from trundle.experiments.runner import Runner, Unit
 
 SCRIPT = """
 import sys, time
-from trundle.cli.exits import guarded
+from trundle.cli.exits import run_guarded
 from trundle.experiments.backends import backend
 
 def work() -> int:
@@ -29,7 +29,7 @@ def work() -> int:
     return 0
 
 if __name__ == "__main__":
-    sys.exit(guarded(work))
+    sys.exit(run_guarded(work))
 """
 
 

@@ -173,7 +173,7 @@ def test_an_export_is_replaced_and_nothing_else(recording: trundle.Recording, tm
     assert write_mcap(recording, file).read_bytes() == once
     for broken in (b"", b"my bag", once[:-500]):
         file.write_bytes(broken)
-        with pytest.raises(trundle.TrundleError, match=r"run\.mcap: holds something else than an export"):
+        with pytest.raises(trundle.TrundleError, match=r"run\.mcap: exists and is not an export"):
             write_mcap(recording, file)
         assert file.read_bytes() == broken
 
@@ -218,10 +218,13 @@ def test_times_that_stamps_cannot_hold_are_refused(t: Any, message: str, tmp_pat
     ("arguments", "said"),
     [
         (["empty", "--mcap", "a.mcap"], "empty: there is no recording.toml"),
-        (["run", "--mcap", "a.bag"], "a.bag: give a name that ends in .mcap"),
-        (["run", "--mcap", "folder.mcap"], "folder.mcap: holds something else"),
-        (["run", "--mcap", "a.mcap", "--out", "b"], "--mcap a.mcap says where to write"),
-        (["run"], "run: a folder is no model; a recording is exported with --mcap FILE"),
+        (["run", "--mcap", "a.bag"], "a.bag: the name must end in .mcap"),
+        (["run", "--mcap", "folder.mcap"], "folder.mcap: exists and is not an export"),
+        (
+            ["run", "--mcap", "a.mcap", "--out", "b"],
+            "--mcap a.mcap: --out and --footprint apply only to --mujoco",
+        ),
+        (["run"], "run: is a folder, not a model file; use --mcap FILE for a recording"),
     ],
 )
 def test_what_cannot_be_exported_is_refused(

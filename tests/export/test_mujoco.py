@@ -15,7 +15,7 @@ from numpy.typing import NDArray
 import trundle
 from tests.command import trundle as command
 from trundle.export import to_mujoco
-from trundle.export.shape import area, convex, pieces
+from trundle.export.shape import area, convex_pieces, is_convex
 
 Floats = NDArray[np.float64]
 
@@ -286,9 +286,9 @@ def test_shapes_become_geoms_of_the_same_area(tmp_path: Path) -> None:
     assert (model.geom_type == mujoco.mjtGeom.mjGEOM_CYLINDER).sum() == 1
     corners = [(0.0, 0.0), (0.0, 2.0), (1.0, 2.0), (1.0, 1.0), (2.0, 1.0), (2.0, 0.0)]
     for polygon in (corners, corners[::-1]):
-        cut = pieces(polygon)
+        cut = convex_pieces(polygon)
         assert sum(map(area, cut)) == pytest.approx(3.0)
-        assert all(convex(piece) for piece in cut)
+        assert all(is_convex(piece) for piece in cut)
 
 
 def test_what_cannot_be_exported_is_refused(tmp_path: Path) -> None:

@@ -113,13 +113,13 @@ def test_ctrl_c_stays_what_it_is(clean: trundle.Recording) -> None:
 @pytest.mark.parametrize(
     ("parameters", "words"),
     [
-        (None, "name the parameters"),
-        ({"mass": -1.0}, "how far it may be off"),
+        (None, "give the parameters"),
+        ({"mass": -1.0}, "give its uncertainty"),
         ({"mass": (20.0, 30.0, 40.0)}, r"must lie in \[30.0, 40.0\]"),
-        ({"mass": {"begin": 20.0}}, "no 'begin'"),
+        ({"mass": {"begin": 20.0}}, "unknown key 'begin'"),
         ({"mass": {"lower": 20.0}}, "`start` is missing"),
         ({"mass": "heavy"}, "give a number"),
-        ({"mass": {"start": "heavy"}}, "no number"),
+        ({"mass": {"start": "heavy"}}, "must be a number"),
         ({"mass": {"start": 20.0, "sd": -1.0}}, "sd = -1.0"),
     ],
 )
@@ -131,7 +131,7 @@ def test_a_parameter_that_makes_no_sense_is_refused(
 
 
 def test_a_model_and_a_simulator_are_not_tested_at_once(clean: trundle.Recording, tmp_path: Path) -> None:
-    with pytest.raises(trundle.TrundleError, match="leave out `model`"):
+    with pytest.raises(trundle.TrundleError, match="remove `model`"):
         trundle.diagnose(clean, tmp_path / "model.toml", step=example.Table().step, parameters=GOOD)
-    with pytest.raises(trundle.TrundleError, match="those of `step`"):
+    with pytest.raises(trundle.TrundleError, match="need `step`"):
         trundle.diagnose(clean, parameters=GOOD)

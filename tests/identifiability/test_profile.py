@@ -10,7 +10,7 @@ import pytest
 
 import trundle
 from trundle.cli import main
-from trundle.identifiability import NINETY, spoken
+from trundle.identifiability import CHI2_1_QUANTILE_90, format_identifiability
 
 SCENARIO = """
 format = "trundle-scenario/1"
@@ -48,7 +48,7 @@ def test_every_fit_says_what_the_data_hold(recording: Path) -> None:
     information = [direction["information"] for direction in held["directions"]]
     assert information == sorted(information, reverse=True)
     assert held["agreement"]["starts"] == 6
-    assert spoken(held)[0].startswith("what these data hold: 6 of 6 directions")
+    assert format_identifiability(held)[0].startswith("identifiable directions: 6 of 6")
 
 
 def test_both_optimisers_agree(recording: Path) -> None:
@@ -72,7 +72,7 @@ def test_a_profile_has_its_interval_where_its_deviance_crosses(recording: Path) 
     assert low is not None and high is not None and seen.mean is not None and seen.sd is not None
     assert (np.diff(seen.values) > 0).all() and seen.deviance.min() == 0
     assert high - low == pytest.approx(2 * 1.645 * seen.sd, rel=0.2)
-    assert np.interp(high, seen.values, seen.deviance) == pytest.approx(NINETY, rel=0.3)
+    assert np.interp(high, seen.values, seen.deviance) == pytest.approx(CHI2_1_QUANTILE_90, rel=0.3)
     assert "body.mass lies between" in str(seen) and "|" in seen.plot()
 
 
@@ -85,6 +85,6 @@ def test_the_profile_of_what_is_not_free_is_refused(recording: Path) -> None:
 
 def test_the_command_line_prints_both(recording: Path, capsys: pytest.CaptureFixture[str]) -> None:
     assert main(["fit", str(recording), "--quiet", "--optimiser", "lbfgs"]) == 0
-    assert "what these data hold: 6 of 6 directions" in capsys.readouterr().out
+    assert "identifiable directions: 6 of 6" in capsys.readouterr().out
     assert main(["fit", str(recording), "--quiet", "--profile", "body.mass", "--json"]) == 0
     assert json.loads(capsys.readouterr().out)["shape"] == "two-sided"

@@ -56,9 +56,9 @@ def test_pushes_become_episodes(tmp_path: Path) -> None:
 @pytest.mark.parametrize(
     ("name", "lines", "message"),
     [
-        (NAME, 80, r"ends after row 80, within a push; is the file whole"),
+        (NAME, 80, r"ends after row 80, within a push; is the file complete"),
         ("hardboard__1_2.txt", None, r"the name's part '1_2' is neither `patch` nor six numbers"),
-        ("log.txt", None, r"log\.txt: the file's name says where the feet are"),
+        ("log.txt", None, r"log\.txt: the file name must be surface__"),
     ],
 )
 def test_a_bad_file_is_named(tmp_path: Path, name: str, lines: int | None, message: str) -> None:
@@ -69,7 +69,7 @@ def test_a_bad_file_is_named(tmp_path: Path, name: str, lines: int | None, messa
 def test_a_bad_row_is_named(tmp_path: Path) -> None:
     path = write_pushes(tmp_path / NAME)
     path.write_text(path.read_text().replace("601 0 10 1 0 0 0", "601 0 10 one 0 0 0", 1))
-    with pytest.raises(ValueError, match=r"row 3 = '601 0 10 one 0 0 0': 7 numbers belong here"):
+    with pytest.raises(ValueError, match=r"row 3 = '601 0 10 one 0 0 0': must contain 7 numbers"):
         read(path, "cmu-planar-push")
 
 
@@ -79,7 +79,7 @@ def test_every_other_push_may_be_held_out_but_not_each(tmp_path: Path) -> None:
     told.write_text("held_out_every = 2\n")
     assert read(source, "cmu-planar-push", told).metadata["split"]["held_out"] == ["push_02", "push_04"]
     told.write_text("held_out_every = 1\n")
-    with pytest.raises(ValueError, match=r"map\.toml: `held_out_every` = 1 leaves nothing to fit"):
+    with pytest.raises(ValueError, match=r"map\.toml: `held_out_every` = 1: must be at least 2"):
         read(source, "cmu-planar-push", told)
 
 
@@ -129,7 +129,7 @@ def test_logs_of_another_load_are_a_recording_of_their_own(tmp_path: Path) -> No
 
 
 def test_pushes_have_no_logs_to_choose(tmp_path: Path) -> None:
-    with pytest.raises(ValueError, match=r"`logs` chooses among the logs of the folder timeseries/"):
+    with pytest.raises(ValueError, match=r"`logs`: applies only to the folder timeseries/"):
         read(write_pushes(tmp_path / NAME), "cmu-planar-push", CONFIGS / "cmu_earlier.toml")
 
 
@@ -146,7 +146,7 @@ def test_a_bad_row_of_a_log_is_named(tmp_path: Path) -> None:
     lines = path.read_text().splitlines()
     lines[3] = "500 0 15"
     path.write_text("\n".join(lines))
-    with pytest.raises(ValueError, match=r"exp_1_robot\.txt: row 4 = '500 0 15': 7 numbers belong here"):
+    with pytest.raises(ValueError, match=r"exp_1_robot\.txt: row 4 = '500 0 15': must contain 7 numbers"):
         read(tmp_path, "cmu-planar-push")
 
 

@@ -54,7 +54,7 @@ def test_a_bag_becomes_a_recording(bag: Path, capsys: pytest.CaptureFixture[str]
 @pytest.mark.parametrize(
     ("old", "new", "message"),
     [
-        ('"/ft"', '"/wrist"', "run_3: no topic '/wrist' for wrench; its topics are"),
+        ('"/ft"', '"/wrist"', "run_3: no topic '/wrist' for wrench; the topics are"),
         ('"/ft"', '"/ft" oops', "map.toml: not a TOML file"),
         ("[object]", "[objekt]", "map.toml: unknown key `objekt`; did you mean `object`?"),
         ('"sensor"\n', '"senser"\n', "senser"),
@@ -81,7 +81,7 @@ def test_a_layout_that_needs_a_map_says_so(bag: Path, capsys: pytest.CaptureFixt
 
 def test_a_name_that_tells_no_layout_asks_for_it(bag: Path, capsys: pytest.CaptureFixture[str]) -> None:
     assert main(["import", str(bag), "--out", str(bag.parent / "recording")]) == 2
-    assert f"{bag}: --from is needed to tell what it is: cmu-planar-push, csv" in capsys.readouterr().err
+    assert f"{bag}: unknown layout; give --from with one of cmu-planar-push, csv" in capsys.readouterr().err
 
 
 def test_a_missing_source_is_named(tmp_path: Path, capsys: pytest.CaptureFixture[str]) -> None:

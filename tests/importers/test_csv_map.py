@@ -126,8 +126,8 @@ def test_a_y_up_tracker(imported: Import, tmp_path: Path) -> None:
 @pytest.mark.parametrize(
     ("row", "message"),
     [
-        ("0.1,1,2,oops,3,4,5", r"log\.csv: row 2, column 'object_theta': 'oops' is no number"),
-        ("0.1,1,,0,3,4,5", r"log\.csv: row 2: object_y is empty where others of object are not"),
+        ("0.1,1,2,oops,3,4,5", r"log\.csv: row 2, column 'object_theta': 'oops' is not a number"),
+        ("0.1,1,,0,3,4,5", r"log\.csv: row 2: object_y is empty but other columns of object are not"),
     ],
 )
 def test_a_bad_cell_is_named(imported: Import, tmp_path: Path, row: str, message: str) -> None:
@@ -138,13 +138,13 @@ def test_a_bad_cell_is_named(imported: Import, tmp_path: Path, row: str, message
 @pytest.mark.parametrize(
     ("change", "message"),
     [
-        ({"columns": {"object_x": "nowhere"}}, r"no column 'nowhere'; it has 't', 'object_x'"),
-        ({"columns": {"velocity_x": "t"}}, "`columns.velocity_x` is no column of a recording"),
+        ({"columns": {"object_x": "nowhere"}}, r"no column 'nowhere'; the columns are 't', 'object_x'"),
+        ({"columns": {"velocity_x": "t"}}, "`columns.velocity_x`: unknown column"),
         (
             {"columns": {"object_x": {"name": "object_x", "unit": "deg"}}},
-            "a length has 'm', 'cm', 'mm', 'um'",
+            "unknown unit; use one of 'm', 'cm', 'mm', 'um'",
         ),
-        ({"columns": {"object_x": {"unit": "mm"}}}, "`columns.object_x` needs one of `name` and `product`"),
+        ({"columns": {"object_x": {"unit": "mm"}}}, "`columns.object_x`: give either `name` or `product`"),
         (
             {"columns": {"object_x": {"name": "t", "units": "mm"}}},
             "`columns.object_x.units`; did you mean",
@@ -152,9 +152,9 @@ def test_a_bad_cell_is_named(imported: Import, tmp_path: Path, row: str, message
         ({"columns": {"object_x": 3}}, "`columns.object_x` = 3; it is a string or a table"),
         (
             {"columns": {"object_x": "t", "object_y": "t"}},
-            "a pose is object_x, object_y and either",
+            "a pose needs object_x, object_y and either",
         ),
-        ({"columns": {}}, "`columns` maps nothing"),
+        ({"columns": {}}, "`columns` is empty"),
         ({"times": {"sensor": "t"}}, "`times` = 'sensor'; it is one of 'object', 'gripper', 'wrench'"),
         ({"delimiter": ";"}, "no column 't'"),
     ],
@@ -167,7 +167,7 @@ def test_a_bad_map_is_named(imported: Import, tmp_path: Path, change: dict[str, 
 
 def test_no_clock(imported: Import, tmp_path: Path) -> None:
     file = write_plain(tmp_path / "log.csv", "0,1,2,0,3,4,5")
-    with pytest.raises(ValueError, match=r"no clock for object; set `time`, or `times\.object`"):
+    with pytest.raises(ValueError, match=r"no time for object; set `time` or `times\.object`"):
         imported(file, "csv", {"columns": PLAIN["columns"]})
 
 

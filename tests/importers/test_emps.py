@@ -42,7 +42,9 @@ def test_a_missing_file_is_named(tmp_path: Path) -> None:
 
 
 def test_another_file_is_refused(tmp_path: Path) -> None:
-    with pytest.raises(ValueError, match=r"`qm`, `vir` have 20, 20, 7 samples .* is this the benchmark"):
+    with pytest.raises(
+        ValueError, match=r"`qm`, `vir` have 20, 20, 7 samples .* is this a file of the benchmark"
+    ):
         read(write(tmp_path, vir=np.ones(7)), "emps")
 
 

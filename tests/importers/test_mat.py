@@ -62,16 +62,16 @@ def test_structs_and_matrices(imported: Import, tmp_path: Path) -> None:
 @pytest.mark.parametrize(
     ("columns", "message"),
     [
-        ({"object_x": "q"}, r"run\.mat: no variable `q`; the file holds `gtau` \(1, 1\), `kp`"),
-        ({"object_x": {"product": ["qm", "m"]}}, r"`m` is a 2 by 3 matrix; say which column: `index = 1`"),
+        ({"object_x": "q"}, r"run\.mat: no variable `q`; the file contains `gtau` \(1, 1\), `kp`"),
+        ({"object_x": {"product": ["qm", "m"]}}, r"`m` is a 2 by 3 matrix; choose a column: `index = 1`"),
         ({"object_x": {"name": "m", "index": 4}}, r"`m` of the shape \(2, 3\) has no column 4"),
         (
             {"object_x": {"product": ["qm", "two"]}},
-            r"`two` has 2 samples, other factors of .* 50",
+            r"`two` has 2 samples, but other factors of .* 50",
         ),
-        ({"object_x": "two"}, r"object_x has 2 samples and its time 50; give the clock of object in `times`"),
-        ({"object_x": "words"}, r"variable `words` is no array of numbers"),
-        ({"object_x": "qm.left"}, r"`qm.left`: no field 'left'; there are none"),
+        ({"object_x": "two"}, r"object_x has 2 samples and its time 50; give the time of object in `times`"),
+        ({"object_x": "words"}, r"variable `words` is not an array of numbers"),
+        ({"object_x": "qm.left"}, r"`qm.left`: no field 'left'; the fields are none"),
     ],
 )
 def test_what_does_not_fit_is_named(
@@ -93,7 +93,7 @@ def test_version_7_3_needs_h5py(imported: Import, tmp_path: Path, monkeypatch: p
 
 def test_no_matlab_file(imported: Import, tmp_path: Path) -> None:
     (tmp_path / "run.mat").write_text("t,x\n0,1\n" * 40)
-    with pytest.raises(ValueError, match=r"run\.mat: not a MATLAB file that can be read"):
+    with pytest.raises(ValueError, match=r"run\.mat: not a readable MATLAB file"):
         imported(tmp_path / "run.mat", "mat", {"time": "t", "columns": {"object_x": "x"}})
 
 

@@ -116,19 +116,19 @@ def test_what_unpacks_to_too_much_is_refused_without_unpacking_it(
     tmp_path: Path, monkeypatch: pytest.MonkeyPatch
 ) -> None:
     """100 MB of zeros in 100 kB."""
-    monkeypatch.setattr(matlab, "BASE", 1 << 20)
+    monkeypatch.setattr(matlab, "BASE_MEMORY_BYTES", 1 << 20)
     path = tmp_path / "run.mat"
     whole = saved({"t": np.zeros((1, 1))})
     packed = zlib.compress(bytes(100_000_000))
     path.write_bytes(
-        whole[: matlab.HEADER] + (15).to_bytes(4, "little") + len(packed).to_bytes(4, "little") + packed
+        whole[: matlab.HEADER_BYTES] + (15).to_bytes(4, "little") + len(packed).to_bytes(4, "little") + packed
     )
     tracemalloc.start()
-    with pytest.raises(SourceError, match=r"unpacked it takes more than \d+ MiB, .*save it uncompressed"):
+    with pytest.raises(SourceError, match=r"its variables need more than \d+ MiB, .*save it uncompressed"):
         MatFile(path)
     peak = tracemalloc.get_traced_memory()[1]
     tracemalloc.stop()
-    assert peak < 3 * (matlab.BASE + matlab.PER_BYTE * len(packed))
+    assert peak < 3 * (matlab.BASE_MEMORY_BYTES + matlab.MEMORY_PER_FILE_BYTE * len(packed))
 
 
 def test_version_7_3_is_read_where_it_cannot_do_harm(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
@@ -140,7 +140,7 @@ def test_version_7_3_is_read_where_it_cannot_do_harm(tmp_path: Path, monkeypatch
         file.create_dataset("huge", (10**11,), dtype="f8", chunks=(1000,))
     with path.open("r+b") as raw:
         raw.write(b"MATLAB 7.3 MAT-file, Platform: GLNXA64".ljust(124) + b"\x00\x02IM")
-    assert "unpacked it takes more than" in outcome(path, use)
+    assert "its variables need more than" in outcome(path, use)
     draw, whole = random.Random(2), path.read_bytes()
     for _ in range(3):
         path.write_bytes(whole[:512] + mutated(whole[512:], draw))
@@ -148,5 +148,5 @@ def test_version_7_3_is_read_where_it_cannot_do_harm(tmp_path: Path, monkeypatch
     # A library that ends its process.
     fatal = tmp_path / "fatal.py"
     fatal.write_text("import os\nos.abort()\n")
-    monkeypatch.setattr(matfile, "CHILD", fatal)
-    assert "it ends the HDF5 library" in outcome(path, use)
+    monkeypatch.setattr(matfile, "HDF5_READER", fatal)
+    assert "the HDF5 library crashes" in outcome(path, use)

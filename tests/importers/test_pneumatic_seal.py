@@ -71,13 +71,13 @@ def test_short_gaps_stay_and_a_long_one_cuts(tmp_path: Path) -> None:
     long = np.delete(table, slice(10, 160), axis=0)
     got = one(tmp_path, long)
     assert len(got.episodes["episode_00"]["t"]) == len(got.episodes["episode_01"]["t"]) - 160
-    assert got.remarks == ["O-ring_3bar.csv: 10 rows of pair 1 left out, beyond a gap of more than 0.5 s"]
+    assert got.remarks == ["O-ring_3bar.csv: 10 rows of pair 1 omitted because of a gap of more than 0.5 s"]
 
 
 def test_an_unfinished_stroke_is_left_out_of_the_pairs(tmp_path: Path) -> None:
     got = one(tmp_path, rows()[:-300])
     assert len(got.episodes) == 3
-    assert got.remarks == ["O-ring_3bar.csv: 500 rows left out after the last complete pair of strokes"]
+    assert got.remarks == ["O-ring_3bar.csv: 500 rows after the last complete pair of strokes omitted"]
 
 
 def test_several_pressures_make_one_recording(tmp_path: Path, imported: Import) -> None:
@@ -108,16 +108,16 @@ def test_the_bore_is_the_seals(tmp_path: Path, imported: Import) -> None:
     [
         (
             {},
-            r"a folder: give one of its files, or a map with `files`.*there are O-ring_3bar, X-ring257_3bar",
+            r"a folder: give one of its files, or a map.*the logs are O-ring_3bar, X-ring257_3bar",
         ),
         (
             {"files": ["O-ring_3bar", "X-ring257_3bar"]},
-            "of the seals O-ring, X-ring257: a recording is of one",
+            "of the seals O-ring, X-ring257: choose logs of one seal",
         ),
-        ({"files": ["O-ring_3bar", "O-ring_3bar"]}, "name each log once"),
+        ({"files": ["O-ring_3bar", "O-ring_3bar"]}, "list each log once"),
         ({"files": ["O-ring_5bar"]}, r"O-ring_5bar\.csv: no such file"),
-        ({"files": ["O-ring_3bar"], "held_out": 4}, "4 pairs of strokes, of which 4 are held out"),
-        ({"files": ["O-ring_3bar"], "held_out": 0}, "`held_out` = 0: hold out at least 1 pair"),
+        ({"files": ["O-ring_3bar"], "held_out": 4}, "4 pairs of strokes and `held_out` = 4: no pair to fit"),
+        ({"files": ["O-ring_3bar"], "held_out": 0}, "`held_out` = 0: must be at least 1 pair"),
         ({"files": ["O-ring_3bar"], "bore": 25.0}, r"`bore` = 25.0: give the bore of the cylinder in m"),
     ],
 )
@@ -133,15 +133,15 @@ def test_what_cannot_be_one_recording_is_refused(
 def test_a_damaged_file_is_refused_with_its_row(tmp_path: Path) -> None:
     table = rows()
     table[50, 0] = table[49, 0]
-    with pytest.raises(ValueError, match=r"row 51: time 490 ms does not come after the row before it"):
+    with pytest.raises(ValueError, match=r"row 51: time 490 ms is not greater than in the row before"):
         one(tmp_path, table)
-    with pytest.raises(ValueError, match=r"row 1 = .*7 numbers belong here"):
+    with pytest.raises(ValueError, match=r"row 1 = .*must contain 7 numbers"):
         one(tmp_path, rows()[:, :6])
     still = rows()
     still[:, 4] = 0.0
     with pytest.raises(ValueError, match=r"no pair of strokes"):
         one(tmp_path, still)
-    with pytest.raises(ValueError, match=r"seal `Y-ring` is none of O-ring, X-ring257; give its `bore`"):
+    with pytest.raises(ValueError, match=r"seal `Y-ring` is not one of O-ring, X-ring257; give its `bore`"):
         one(tmp_path, rows(), "Y-ring_3bar.csv")
 
 

@@ -71,7 +71,7 @@ def test_headers_without_a_time_are_refused(imported: Import, tmp_path: Path) ->
         (topic, kind, ns, pose_stamped(0, (0, 0, 0), (1, 0, 0, 0)) if topic == "/table" else m)
         for topic, kind, ns, m in Push().messages()
     ]
-    with pytest.raises(SourceError, match=r'headers of /table hold no time; set `stamp = "log"`'):
+    with pytest.raises(SourceError, match=r'headers of /table contain no time; set `stamp = "log"`'):
         imported(write_bag(tmp_path / "bag", messages), "rosbag2", BAG_MAP)
 
 
@@ -126,7 +126,7 @@ def test_several_bags_are_several_episodes(imported: Import, tmp_path: Path) -> 
     assert list(imported(folder, "rosbag2", BAG_MAP).episodes) == ["episode_00", "episode_01"]
     named = [{"name": "late", "source": "run_2", "start": 1.0}]
     assert list(imported(folder, "rosbag2", {**BAG_MAP, "episode": named}).episodes) == ["late"]
-    with pytest.raises(MapError, match=r"'late' needs `source`, one of: run_1.mcap, run_2"):
+    with pytest.raises(MapError, match=r"'late': `source` = None; it must be one of run_1.mcap, run_2"):
         imported(folder, "rosbag2", {**BAG_MAP, "episode": [{"name": "late"}]})
 
 
@@ -155,13 +155,13 @@ def test_lost_and_repeated_poses_are_left_out_and_counted(imported: Import, tmp_
     [
         (
             {"object": {"topic": "/chair"}},
-            r"no topic '/chair' for object; its topics are: /ft \(geometry_",
+            r"no topic '/chair' for object; the topics are: /ft \(geometry_",
         ),
         (
             {"object": {"topic": "/ft"}},
-            "for object has the type geometry_msgs/msg/WrenchStamped; it can be",
+            "for object has the type geometry_msgs/msg/WrenchStamped; it must be one of",
         ),
-        ({"gripper": {"topic": "/tf"}}, "`gripper.frame` is missing: which child frame of /tf is it"),
+        ({"gripper": {"topic": "/tf"}}, "`gripper.frame` is missing: give a child frame of /tf"),
         (
             {"gripper": {"topic": "/tf", "frame": "foot"}},
             "never has the frame 'foot' for gripper; it has elbow, hand",
@@ -173,7 +173,7 @@ def test_lost_and_repeated_poses_are_left_out_and_counted(imported: Import, tmp_
         ({"world": {"plane": ["x", "-x"]}}, "names one axis twice"),
         (
             {"world": {"plane": ["z", "x"]}},
-            "frame's z leans 90 degrees from up; set `world.plane`",
+            "z axis of the object frame is tilted by 90 degrees from up; set `world.plane`",
         ),
         ({"wrench": {"topic": "/ft", "offset": {}}}, "unknown key `wrench.offset`; known are `topic`"),
         ({"object": {"topic": "/table", "level_within_deg": 1.0}}, "unknown key `object.level_within_deg`"),
@@ -193,7 +193,7 @@ def test_a_torn_bag_is_refused(imported: Import, tmp_path: Path) -> None:
     folder = write_bag(tmp_path / "bag", Push().messages())
     torn = tmp_path / "torn.mcap"
     torn.write_bytes(next(folder.glob("*.mcap")).read_bytes()[:5000])
-    with pytest.raises(SourceError, match=r"torn\.mcap: not a whole bag"):
+    with pytest.raises(SourceError, match=r"torn\.mcap: damaged bag"):
         imported(torn, "mcap", BAG_MAP)
 
 

@@ -8,7 +8,7 @@ from hypothesis import strategies as st
 from scipy.spatial.transform import Rotation
 
 from trundle.importers.rotations import from_heading, from_rpy, heading, product, rotate, tilt
-from trundle.importers.streams import Stream, join, unstale
+from trundle.importers.streams import Stream, drop_stale, join
 
 times = st.lists(st.integers(0, 1000), min_size=1, max_size=40, unique=True).map(
     lambda t: np.array(sorted(t)) / 100
@@ -20,7 +20,7 @@ def test_a_stale_read_goes_and_a_rest_stays() -> None:
     """At 100 Hz: read twice each while it moves, then it stands still for 0.2 s."""
     x = np.concatenate([np.repeat(np.arange(5.0), 2), np.full(20, 9.0)])
     stream = Stream(["x", "y"], np.arange(30) / 100, np.column_stack([x, x]))
-    kept, count = unstale(stream)
+    kept, count = drop_stale(stream)
     assert count == 5
     np.testing.assert_array_equal(kept.values[:5, 0], np.arange(5.0))
     assert len(kept.t) == 25

@@ -10,7 +10,7 @@ import pytest
 
 import trundle
 from tests.command import trundle as command
-from trundle.cli.commands.fit import UNITS, table
+from trundle.cli.commands.fit import UNITS, format_fit
 
 CONFIGS = Path(__file__).resolve().parents[2] / "configs"
 LACK = "the model does not explain these data: run `trundle diagnose`"
@@ -48,15 +48,15 @@ def test_a_missing_effect_is_reported_in_the_first_line(fits: dict[str, trundle.
     demo = fits["demo"]
     assert demo.explains_data is False
     assert demo.residual_force_rms is not None and demo.residual_force_rms > 5.0
-    assert table(demo.summary).splitlines()[0].endswith(LACK)
-    assert "N rms" in table(demo.summary).splitlines()[1]
+    assert format_fit(demo.summary).splitlines()[0].endswith(LACK)
+    assert "N rms" in format_fit(demo.summary).splitlines()[1]
 
 
 def test_a_clean_recording_is_explained(fits: dict[str, trundle.Fit]) -> None:
     clean = fits["clean"]
     assert clean.explains_data is True
     assert clean.residual_force_rms is not None and clean.residual_force_rms < 0.5
-    assert LACK not in table(clean.summary)
+    assert LACK not in format_fit(clean.summary)
     assert clean.summary["intervals"] == {"coverage": 0.9, "basis": "curvature", "episodes": None}
 
 
@@ -82,7 +82,7 @@ def test_the_model_that_is_written_has_the_wider_intervals(fits: dict[str, trund
 def test_other_likelihoods_have_no_test(recordings: dict[str, Path]) -> None:
     found = trundle.fit(recordings["clean"], likelihood="windows", starts=1)
     assert found.explains_data is None and found.residual_force_rms is None
-    assert "lack of fit not tested" in table(found.summary).splitlines()[0]
+    assert "lack of fit not tested" in format_fit(found.summary).splitlines()[0]
 
 
 @pytest.mark.parametrize("name", ["demo", "slight", "clean"])

@@ -7,8 +7,8 @@ import pytest
 
 import trundle
 from tests.command import trundle as command
-from trundle.cli.commands.sample import line as line_of
-from trundle.posterior import arviz, judged
+from trundle.cli.commands.sample import format_parameter as line_of
+from trundle.posterior import add_diagnostics, import_arviz
 
 SCENARIO = """
 format = "trundle-scenario/1"
@@ -76,12 +76,12 @@ def test_chains_that_do_not_agree_are_found_out() -> None:
     }
     stats = {"diverging": np.zeros((4, 1000), dtype=bool)}
     agreeing = rng.normal(size=(4, 1000))
-    assert judged(summary, {"m": agreeing}, stats)["converged"]
-    apart = judged(summary, {"m": agreeing + np.array([[0], [0], [0], [0.5]])}, stats)
+    assert add_diagnostics(summary, {"m": agreeing}, stats)["converged"]
+    apart = add_diagnostics(summary, {"m": agreeing + np.array([[0], [0], [0], [0.5]])}, stats)
     assert not apart["converged"] and "R-hat" in apart["verdict"]
     left = {"diverging": stats["diverging"].copy()}
     left["diverging"][0, 3] = True
-    assert "1 trajectories diverged" in judged(summary, {"m": agreeing}, left)["verdict"]
+    assert "1 trajectories diverged" in add_diagnostics(summary, {"m": agreeing}, left)["verdict"]
 
 
 def test_predictions_cover_the_episodes_by_name(posterior: trundle.Posterior) -> None:
@@ -99,7 +99,7 @@ def test_inference_data_survives_the_disk(posterior: trundle.Posterior, tmp_path
         str(name).strip("/") for name in (data.groups() if callable(data.groups) else data.groups)
     }
     path = posterior.write(tmp_path / "posterior.nc")
-    again = arviz().from_netcdf(path)
+    again = import_arviz().from_netcdf(path)
     assert np.array_equal(again.posterior["body.mass"].values, posterior.draws["body.mass"])
     assert [p.name for p in tmp_path.iterdir()] == ["posterior.nc"]
 

@@ -1,4 +1,4 @@
-"""Diagnoses to report on: a small table simulated in NumPy, with and without dry friction."""
+"""Sample diagnoses: a small table simulated in NumPy, with and without dry friction."""
 
 from __future__ import annotations
 
@@ -123,7 +123,7 @@ def table_diagnosis() -> dict[str, Any]:
 
 
 def tied_sample() -> Sample:
-    """A force bias that a slope would explain as well; the data hold no mean of one parameter."""
+    """A force bias that a slope explains equally well; one parameter is not identifiable."""
     diagnosis, series = table_sample()
     diagnosis["missing"][0] |= {
         "effect": "force_bias",
@@ -174,7 +174,7 @@ def consistent_sample() -> Sample:
 
 
 def unexplained_sample() -> Sample:
-    """Something is missing that nothing known explains; the windows say when, the residual where."""
+    """An effect that is not in the catalogue; the windows say when it acts, the residual where."""
     diagnosis, series = table_sample()
     poor = {"held_out": scores(0.123, 0.104), "training": scores(0.109, 0.09)}
     return diagnosis | {"verdict": "unexplained", "missing": [], "alternatives": [], "fit": poor}, series

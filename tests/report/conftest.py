@@ -1,4 +1,4 @@
-"""Diagnoses to report on: a small table simulated in NumPy, with all that may be missing from it."""
+"""Sample diagnoses of a small table simulated in NumPy."""
 
 from __future__ import annotations
 

@@ -1,4 +1,4 @@
-"""A made-up answer for each effect that a diagnosis can name, with the keys that it may hold."""
+"""An invented diagnosis for each effect, with the keys that it may contain."""
 
 from __future__ import annotations
 

@@ -1,4 +1,4 @@
-"""Every kind of answer that a report must tell, by name."""
+"""Sample diagnoses of every kind, by name."""
 
 from __future__ import annotations
 
@@ -39,7 +39,7 @@ def push(profile: str, knots: list[list[float]], **more: Any) -> dict[str, Any]:
 
 
 def experiment(*models: str) -> dict[str, Any]:
-    """Two pushes that tell two models apart: one along a line, one that turns."""
+    """Two pushes that discriminate two models: one along a line, one that turns."""
     t = np.linspace(0.0, 6.0, 61)
     forth = np.column_stack([t, 20.0 * np.sin(t), 0.0 * t, 0.0 * t])
     turn = np.column_stack([t, 0.0 * t, 0.0 * t, 3.0 * np.cos(2.0 * t)])
@@ -57,7 +57,7 @@ def experiment(*models: str) -> dict[str, Any]:
 
 
 def certificate(*models: str) -> dict[str, Any]:
-    """What states that two models are the same on what was recorded."""
+    """A certificate that two models are indistinguishable on the recording."""
     return {
         "models": list(models),
         "sigmas": 0.14,
@@ -83,7 +83,7 @@ def certified_sample() -> Sample:
 
 
 def events_sample() -> Sample:
-    """Two effects at nearly the same moment, a patch of the floor, and something at the very end."""
+    """Two effects at nearly the same time, a floor patch, and an effect at the very end."""
     diagnosis, series = effect_sample("wheel_event", "mass_change", "floor_patch", "mass_change")
     for index, time in ((1, 2.42), (3, 4.98)):
         event = {"episode": EVENT["event"]["episode"], "time": {"mean": time, "sd": 0.02}}
@@ -92,7 +92,7 @@ def events_sample() -> Sample:
 
 
 def corners_sample() -> Sample:
-    """Five effects at places close to each other and on the edge of the object."""
+    """Five effects at points close to each other and on the edge of the object."""
     diagnosis, series = table_sample()
     diagnosis["missing"] = [effect_entry("coulomb_friction") for _ in range(5)]
     for entry, x in zip(diagnosis["missing"], (-0.6, -0.58, -0.5, 0.6, 0.59), strict=True):
@@ -100,15 +100,15 @@ def corners_sample() -> Sample:
     return diagnosis, series
 
 
-def foreign_sample() -> Sample:
-    """Something without a name, tied to the floor, with a residual wrench that improves the fit."""
+def discrepancy_sample() -> Sample:
+    """An unexplained effect of the floor, with a discrepancy that improves the fit."""
     diagnosis, series = unexplained_sample()
     diagnosis["mismatch"] = diagnosis["mismatch"] | {"body_point": None, **REGION}
     return diagnosis, series | {"unnamed": ["the place in the room", "the heading"]}
 
 
 def reparameterised_sample() -> Sample:
-    """A model that gave the wrong mass."""
+    """A model with a wrong given mass."""
     diagnosis, series = table_sample()
     long = {f"viscous_wheel.{name}": value for name, value in diagnosis["nominal"]["before"].items()}
     given = {"mass": 30.0, "wheel_x": -0.4, "viscous_wheel.wheel_mu_x": 11.0}
@@ -132,7 +132,7 @@ SAMPLES = {
     "consistent": consistent_sample,
     "reparameterised": reparameterised_sample,
     "unexplained": unexplained_sample,
-    "foreign": foreign_sample,
+    "discrepancy": discrepancy_sample,
     "rail": rail_sample,
     "quasi_static": quasi_static_sample,
 }

@@ -1,4 +1,4 @@
-"""What diagnosis.json holds is on the page: warnings, immaterial effects, tied sets, what remains, wheels."""
+"""The page shows the content of diagnosis.json: warnings, immaterial effects, ties, residuals, wheels."""
 
 from __future__ import annotations
 
@@ -13,8 +13,8 @@ from tests.report.answers import Sample, measure, unexplained_sample
 from tests.report.test_page import words
 from trundle.report import render
 from trundle.report.figures import wheels
-from trundle.report.stated import unstated
-from trundle.report.words import effect
+from trundle.report.statement import parameters_not_in_statement
+from trundle.report.wording import effect_name
 
 WINDOW = {"episode": "episode_04", "start": 0.7, "end": 1.3, "strength": 9.0}
 PERIOD = {"of": "position", "period": 0.0025, "unit": "m", "amplitude": 0.8}
@@ -34,7 +34,7 @@ def table(samples: dict[str, Sample]) -> Sample:
     return diagnosis, series
 
 
-def test_warnings_come_before_everything_that_they_concern(table: Sample) -> None:
+def test_warnings_come_before_all_sections(table: Sample) -> None:
     diagnosis, series = table
     warning = "episode_05 (held out) behaves unlike the fitted episodes"
     page = render(diagnosis | {"warnings": [warning]}, series)
@@ -43,19 +43,19 @@ def test_warnings_come_before_everything_that_they_concern(table: Sample) -> Non
     assert 'role="note"' not in render(diagnosis | {"warnings": []}, series)
 
 
-def test_what_remains_is_told_of_the_named_model_and_not_of_the_nominal(table: Sample) -> None:
+def test_the_residual_is_that_of_the_model_with_the_named_effects(table: Sample) -> None:
     section = part(render(*table), "residual")
-    shown, _, folded = section.partition("Before: what the refitted simulation lacks")
+    shown, _, folded = section.partition("Before: missing wrench of the refitted simulation")
     text = re.sub(r"<[^>]*>", " ", shown)
-    assert "Size: a force of 0.41\xa0N and a torque of 0.052\xa0N·m (rms), 4 % of the misfit before." in text
-    assert "It shows above 0.25 m/s." in text and "below 0.03 m/s" not in words(section)
-    assert "It repeats with the position, every 2.5\xa0mm, with an amplitude of 0.80\xa0N." in text
+    assert "Size (RMS): a force of 0.41\xa0N and a torque of 0.052\xa0N·m, 4 % of the initial misfit." in text
+    assert "It occurs above 0.25 m/s." in text and "below 0.03 m/s" not in words(section)
+    assert "It is periodic in the position: period 2.5\xa0mm, amplitude 0.80\xa0N." in text
     assert "after whole" in shown and "before whole" not in shown
     assert "before whole" in folded and "after whole" not in folded
     assert "episode_04" in text and "0.70\N{EN DASH}1.30" in text
 
 
-def test_the_band_of_what_remains_is_its_own(table: Sample) -> None:
+def test_the_residual_after_has_its_own_band(table: Sample) -> None:
     diagnosis, series = table
     narrow = copy.deepcopy(series)
     for episode in narrow["episodes"]:
@@ -71,22 +71,22 @@ def test_immaterial_effects_have_a_table_with_the_reason(table: Sample) -> None:
     small = {"effect": "mass_change", "probability": 0.97, "statement": "A load of 0.29 ± 0.05 kg is put on."}
     text = words(part(render(diagnosis | {"immaterial": [small]}, series), "immaterial"))
     assert "A change of load A load of 0.29 ± 0.05\xa0kg is put on. 97 %" in text
-    assert "left-out episodes are predicted almost as well without them" in text
+    assert "Left-out episodes are predicted almost as well without them" in text
     assert part(render(diagnosis, series), "immaterial") == ""
 
 
-def test_tied_sets_show_every_set_and_the_push_that_tells(table: Sample) -> None:
+def test_tied_sets_show_every_set_and_the_discriminating_push(table: Sample) -> None:
     diagnosis, series = table
     sets = [["coulomb_friction"], ["force_bias", "floor_slope"]]
     rival = {"effect": "force_bias + floor_slope", "probability": 0.3, "experiment": "turn it by a quarter"}
     page = render(diagnosis | {"tied_sets": [sets], "alternatives": [rival]}, series)
-    text = words(part(page, "doubts"))
+    text = words(part(page, "alternatives"))
     assert "Dry friction or an offset of the force sensor with a sloping floor tied sets" in text
     assert text.count("turn it by a quarter.") == 1
-    assert "This recording cannot tell apart dry friction or an offset" in words(page)
+    assert "This recording cannot distinguish these alternatives: dry friction or an offset" in words(page)
 
 
-def test_an_unexplained_page_says_what_is_known_and_what_to_record(samples: dict[str, Sample]) -> None:
+def test_an_unexplained_page_lists_symptoms_and_the_next_recording(samples: dict[str, Sample]) -> None:
     diagnosis, series = copy.deepcopy(samples["unexplained"])
     regime = "in all motions, as a force constant in the world along 40°"
     diagnosis["mismatch"]["regime"] = regime
@@ -94,23 +94,23 @@ def test_an_unexplained_page_says_what_is_known_and_what_to_record(samples: dict
     series["candidates"][0]["reason"] = "the data do not hold a parameter that defines an effect"
     page = render(diagnosis, series)
     known = words(part(page, "missing"))
-    for said in (
+    for sentence in (
         "It acts near (−0.45, 0.30)\xa0m on the object.",
         "It is strongest in episode_05 at 0.60",
-        "Size: a force of 0.41\xa0N and a torque of 0.052\xa0N·m (rms).",
-        f"It shows {regime}.",
-        "Turn the object by a quarter and repeat the same pushes",
+        "Size (RMS): a force of 0.41\xa0N and a torque of 0.052\xa0N·m.",
+        f"It occurs {regime}.",
+        "Turn the object by 90° and repeat the same pushes",
     ):
-        assert said in known
-        assert words(page).count(said) == 1
+        assert sentence in known
+        assert words(page).count(sentence) == 1
     tried = words(part(page, "ranking"))
     assert "the data do not hold a parameter that defines an effect" in tried
     assert "99" not in tried, "odds among wrong laws read as certainty"
     diagnosis["alternatives"] = [{"effect": "tether", "probability": 0.0, "experiment": "let go"}]
-    assert "comes near" not in words(render(diagnosis, series))
+    assert "plausible" not in words(render(diagnosis, series))
 
 
-def test_before_and_after_that_are_the_same_are_told_once() -> None:
+def test_equal_results_before_and_after_are_shown_once() -> None:
     diagnosis, series = unexplained_sample()
     for side in diagnosis["fit"].values():
         side["after"] = dict(side["before"])
@@ -122,7 +122,7 @@ def test_before_and_after_that_are_the_same_are_told_once() -> None:
     assert "not enough" not in words(page)
 
 
-def test_the_figure_below_the_headline_is_not_repeated_in_the_table(table: Sample) -> None:
+def test_the_table_omits_the_metric_in_the_headline(table: Sample) -> None:
     page = render(*table)
     assert "12.3\xa0cm" in words(page) and "12.3" not in words(part(page, "fit"))
 
@@ -130,9 +130,11 @@ def test_the_figure_below_the_headline_is_not_repeated_in_the_table(table: Sampl
 def test_a_number_of_the_statement_is_not_repeated_on_the_card() -> None:
     statement = "Dry friction of 14.01 ± 0.05 N acts at (0.500 ± 0.003 m, -0.299 ± 0.002 m)."
     parameters = {"force": measure(14.013, 0.05, "N"), "static_force": measure(14.2, 0.5, "N")}
-    assert list(unstated(parameters, statement)) == ["static_force"]
+    assert list(parameters_not_in_statement(parameters, statement)) == ["static_force"]
     assert list(
-        unstated({"x": measure(-0.2994, 0.0018, "m"), "y": measure(0.2994, 0.1, "m")}, statement)
+        parameters_not_in_statement(
+            {"x": measure(-0.2994, 0.0018, "m"), "y": measure(0.2994, 0.1, "m")}, statement
+        )
     ) == ["y"]
 
 
@@ -144,23 +146,26 @@ def test_fitted_wheels_are_on_the_map(table: Sample) -> None:
     page = render(diagnosis | {"nominal": nominal}, series)
     assert page.count('class="wheel"') == 1 and "the fitted wheel." in words(page)
     after["viscous_wheel.x"] = measure(None, None, "m", identifiable=False)
-    assert wheels.fitted(nominal) == []
+    assert wheels.known_wheels(nominal) == []
     given = {
         f"viscous_wheel.{name}": value["mean"] for name, value in names.items() if value["mean"] is not None
     }
-    assert wheels.fitted({"given": {**given, "viscous_wheel.x": -0.1}})[0].place.tolist() == [-0.1, 0.3]
+    assert wheels.known_wheels({"given": {**given, "viscous_wheel.x": -0.1}})[0].position.tolist() == [
+        -0.1,
+        0.3,
+    ]
 
 
-def test_every_effect_of_the_catalogue_has_words() -> None:
+def test_every_effect_of_the_catalogue_has_a_name() -> None:
     blocks = {"viscous_wheel", "support_friction", "support_drag", "spin_drag"}
     for name in trundle.effects():
         kind = str(name["kind"] if isinstance(name, dict) else name)
-        assert kind in blocks or effect(kind) != kind.replace("_", " ") or kind == "doorsill", kind
+        assert kind in blocks or effect_name(kind) != kind.replace("_", " ") or kind == "doorsill", kind
 
 
 @pytest.mark.parametrize(
-    ("pose", "text"), [("own_time", "at their own time"), ("latest", "latest recorded pose")]
+    ("pose", "text"), [("own_time", "at the time of each wrench"), ("latest", "latest recorded pose")]
 )
-def test_the_pose_that_brings_wrenches_is_stated(table: Sample, pose: str, text: str) -> None:
+def test_the_pose_that_transforms_wrenches_is_stated(table: Sample, pose: str, text: str) -> None:
     diagnosis, series = table
     assert text in words(part(render(diagnosis | {"wrench_pose": pose}, series), "reproduce"))

@@ -1,4 +1,4 @@
-"""The page says what the diagnosis holds, no more, whatever the names and gaps in it."""
+"""The page reports the diagnosis and nothing else, whatever names and gaps it contains."""
 
 from __future__ import annotations
 
@@ -92,10 +92,8 @@ def test_headings_and_tables_read_in_order(sample: Sample) -> None:
 
 def test_the_verdict_comes_first_with_its_figures(samples: dict[str, Sample]) -> None:
     text = words(render(*samples["table"]))
-    assert text.index("Dry friction is missing from the simulation.") < text.index("What is missing")
-    assert (
-        "On held-out pushes the position error of the simulation falls from 12.3\xa0cm to 8.0\xa0mm" in text
-    )
+    assert text.index("Dry friction is missing from the simulation.") < text.index("Missing effects")
+    assert "On held-out pushes the open-loop position error falls from 12.3\xa0cm to 8.0\xa0mm" in text
 
 
 @pytest.mark.parametrize(
@@ -103,27 +101,27 @@ def test_the_verdict_comes_first_with_its_figures(samples: dict[str, Sample]) ->
     [
         ("tied", "An offset of the force sensor or a sloping floor is missing from the simulation."),
         ("consistent", "Nothing is missing"),
-        ("unexplained", "Something is missing that nothing known explains."),
+        ("unexplained", "Something is missing that no effect in the catalogue explains."),
         ("unexplained", "It is strongest in episode_05 at 0.60\N{EN DASH}1.40\xa0s."),
         (
-            "foreign",
-            "depends on the place in the room and the heading; it predicts, and is not an explanation",
+            "discrepancy",
+            "depends on the place in the room and the heading; this force improves predictions but is not an",
         ),
         ("rail", "On held-out runs"),
         ("rail", "there is no heading on a rail"),
-        ("quasi_static", "slow pushes hold no mass"),
-        ("quasi_static", "the error of the force that the model needs falls from 0.71\xa0N to 0.14\xa0N"),
+        ("quasi_static", "quasi-static pushes do not determine the mass"),
+        ("quasi_static", "the error of the required force falls from 0.71\xa0N to 0.14\xa0N"),
     ],
 )
-def test_each_verdict_is_told_in_words(samples: dict[str, Sample], name: str, sentence: str) -> None:
+def test_each_verdict_is_a_sentence(samples: dict[str, Sample], name: str, sentence: str) -> None:
     assert sentence in words(render(*samples[name]))
 
 
 def test_reparameterised_says_that_values_are_wrong(samples: dict[str, Sample]) -> None:
     diagnosis, series = samples["table"]
     text = words(render(diagnosis | {"verdict": "reparameterised", "missing": []}, series))
-    assert "The laws of the simulation suffice, but its values do not." in text
-    assert "once the values are refitted" in text
+    assert "No effect is missing, but the parameter values of the simulation are wrong." in text
+    assert "with refitted values" in text
 
 
 def test_what_is_not_identifiable_is_never_a_number(samples: dict[str, Sample]) -> None:
@@ -186,10 +184,10 @@ def emptied(value: Any, nothing: float | None) -> Any:
     return value if isinstance(value, bool | str) else nothing
 
 
-def test_an_empty_diagnosis_still_says_so() -> None:
+def test_an_empty_diagnosis_has_a_page() -> None:
     text = words(render({}, {}))
     assert "No verdict was reached." in text
-    assert "No figure could be computed" in text
+    assert "No prediction error could be computed" in text
 
 
 def test_a_simulation_that_diverges_does_not_hide_the_recording(samples: dict[str, Sample]) -> None:

@@ -88,7 +88,7 @@ def test_an_oracle_knows_the_wheel() -> None:
     assert seen in env.observation_space and seen.shape == (26,)
     assert mass == 22.0 and xx + yy == pytest.approx(wheel["mu_x"] + wheel["mu_y"])
     assert env.step(np.zeros(3, dtype=np.float32))[0].shape == (26,)
-    with pytest.raises(trundle.TrundleError, match="hides nothing"):
+    with pytest.raises(trundle.TrundleError, match="is not a pushing environment"):
         Oracle(gymnasium.make("Pendulum-v1"))
     with pytest.raises(trundle.TrundleError, match="flat"):
         Oracle(gymnasium.make("trundle/PushPoseGoal-v0"))

@@ -204,7 +204,7 @@ def test_what_makes_no_sense_is_refused() -> None:
         envs.reset(
             options={"grasp": (9.0, 0.0), "reset_mask": np.array([False, True])},
         )
-    with pytest.raises(trundle.TrundleError, match="not negative"):
+    with pytest.raises(trundle.TrundleError, match="must not be negative"):
         envs.reset(seed=[1, -1])
     with pytest.raises(trundle.TrundleError, match="reset_mask"):
         envs.reset(options={"reset_mask": [True, False, True]})

@@ -119,7 +119,7 @@ def test_a_foreign_folder_is_left_alone(tmp_path: Path) -> None:
 
 def test_only_what_has_a_sensor_can_be_recorded(tmp_path: Path) -> None:
     other: Any = gymnasium.make("CartPole-v1")
-    with pytest.raises(trundle.TrundleError, match="no sensor"):
+    with pytest.raises(trundle.TrundleError, match="cannot be recorded"):
         trundle.Record(other, tmp_path / "r")
     with pytest.raises(trundle.TrundleError, match="parquet"):
         trundle.Record(gymnasium.make(ID), tmp_path / "r", table="xls")  # type: ignore[arg-type]

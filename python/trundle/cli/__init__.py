@@ -1,6 +1,6 @@
-"""The `trundle` command: finds the verbs, reads the arguments, turns what goes wrong into an exit status.
+"""The `trundle` command: finds the verbs, parses the arguments and converts errors to an exit status.
 
-A verb is one module of `trundle.cli.commands`; nothing here knows any of them by name.
+Each verb is one module of `trundle.cli.commands`. This module does not refer to any verb by name.
 """
 
 from __future__ import annotations
@@ -13,16 +13,16 @@ from typing import NoReturn
 
 from trundle import __version__
 from trundle.cli.commands import Command, discover
-from trundle.cli.exits import USAGE, guarded
+from trundle.cli.exits import USAGE, run_guarded
 
 __all__ = ["main"]
 
 
 class Parser(argparse.ArgumentParser):
-    """An argument parser whose complaint is one sentence and names the way to the help."""
+    """An argument parser with one-line errors that refer to `--help`."""
 
     def error(self, message: str) -> NoReturn:
-        """Say what is wrong with the arguments and leave with status 2."""
+        """Print the error and exit with status 2."""
         self.exit(USAGE, f"{self.prog}: {message}; see `{self.prog} --help`\n")
 
 
@@ -32,34 +32,35 @@ def main(argv: Sequence[str] | None = None) -> int:
     Parameters
     ----------
     argv : sequence of str, optional
-        The arguments after the program's name; those of this process by default.
+        The arguments after the program name; by default those of this process.
 
     Returns
     -------
     int
-        0 answered, 2 unusable input, 1 anything else, 130 interrupted.
+        Exit status: 0 success, 1 other failure, 2 unusable input or arguments, 130 interrupted.
     """
     arguments = list(sys.argv[1:] if argv is None else argv)
-    return guarded(lambda: _run(arguments))
+    return run_guarded(lambda: _run(arguments))
 
 
 def _run(arguments: list[str]) -> int:
     commands = discover()
-    complaint = unknown_verb(arguments, commands)
-    if complaint:
-        print(complaint, file=sys.stderr)
+    message = unknown_verb_message(arguments, commands)
+    if message:
+        print(message, file=sys.stderr)
         return USAGE
     options = build_parser(commands).parse_args(arguments)
     return commands[options.verb].run(options)
 
 
 def build_parser(commands: Mapping[str, Command]) -> Parser:
-    """Return the parser of the whole command line, one subparser a verb."""
+    """Return the parser of the command line, with one subparser per verb."""
     parser = Parser(
         prog="trundle",
-        description="Learn how an unknown object moves when pushed; name what a simulation of it left out.",
-        epilog="`trundle VERB --help` shows a verb's options and an example. "
-        "TRUNDLE_DEBUG=1 shows where an error came from.",
+        description="Estimate how an unknown object moves when pushed, and name the physics that "
+        "a simulation of it is missing.",
+        epilog="Run `trundle VERB --help` for the options of a verb and an example. "
+        "Set TRUNDLE_DEBUG=1 to print the traceback of an error.",
         allow_abbrev=False,
     )
     parser.add_argument("--version", action="version", version=f"trundle {__version__}")
@@ -78,10 +79,10 @@ def build_parser(commands: Mapping[str, Command]) -> Parser:
     return parser
 
 
-def unknown_verb(arguments: Sequence[str], commands: Mapping[str, Command]) -> str | None:
-    """Return a complaint with the nearest verbs if the first argument is meant as a verb and is none."""
+def unknown_verb_message(arguments: Sequence[str], commands: Mapping[str, Command]) -> str | None:
+    """Return an error message with similar verbs if the first argument is an unknown verb; else None."""
     if not arguments or arguments[0].startswith("-") or arguments[0] in commands:
         return None
     near = difflib.get_close_matches(arguments[0], commands, n=2)
     hint = f"; did you mean {' or '.join(repr(name) for name in near)}?" if near else ";"
-    return f"trundle: there is no verb {arguments[0]!r}{hint} `trundle --help` lists them"
+    return f"trundle: unknown verb {arguments[0]!r}{hint} `trundle --help` lists all verbs"

@@ -1,4 +1,4 @@
-"""How a run of the command line ends: what went wrong becomes one sentence and an exit status."""
+"""Exit statuses of the command line, and the conversion of exceptions to one-line messages."""
 
 from __future__ import annotations
 
@@ -8,69 +8,71 @@ import traceback
 from collections.abc import Callable
 from unicodedata import category
 
-from trundle._startup import finished
+from trundle._startup import restore_interrupt
 
-__all__ = ["BROKEN_PIPE", "FAILED", "INTERRUPTED", "USAGE", "guarded", "printable"]
+__all__ = ["BROKEN_PIPE", "FAILED", "INTERRUPTED", "USAGE", "escape_controls", "run_guarded"]
 
 FAILED = 1
 USAGE = 2
 INTERRUPTED = 130
-"""What a shell reports for a program that SIGINT ended."""
+"""Status of a program that SIGINT ended, as shells report it."""
 BROKEN_PIPE = 141
-"""What a shell reports for a program that SIGPIPE ended."""
+"""Status of a program that SIGPIPE ended, as shells report it."""
 
-UNSEEN = ("Cc", "Cf", "Cs", "Zl", "Zp")
-"""Unicode's categories of control characters, of invisible ones, and of line breaks."""
-UNUSABLE_PATH = (FileNotFoundError, FileExistsError, NotADirectoryError, IsADirectoryError, PermissionError)
+UNPRINTABLE_CATEGORIES = ("Cc", "Cf", "Cs", "Zl", "Zp")
+"""Unicode categories of control characters, format characters, surrogates and line breaks."""
+PATH_ERRORS = (FileNotFoundError, FileExistsError, NotADirectoryError, IsADirectoryError, PermissionError)
 
 
-def guarded(work: Callable[[], int]) -> int:
-    """Return the exit status of `work`, whatever it raises.
+def run_guarded(work: Callable[[], int]) -> int:
+    """Run `work` and return its exit status, or that of the exception it raises.
 
     Parameters
     ----------
     work : callable
-        Does everything and returns its own exit status.
+        Returns an exit status.
 
     Returns
     -------
     int
-        Its status; 2 if the input was unusable, 130 if interrupted, 141 if the reader of standard output
-        went away, 1 for anything else. The reason stands on standard error in one sentence.
+        The status of `work`; 2 for unusable input, 130 if interrupted, 141 if the reader of standard
+        output has closed it, 1 for any other exception. A one-line message goes to standard error.
     """
     try:
-        finished()
+        restore_interrupt()
         status = work()
-        sys.stdout.flush()  # here, where a reader that went away can still be handled
+        sys.stdout.flush()  # raises BrokenPipeError here, where it is handled
         return status
     except KeyboardInterrupt:
-        return _say("interrupted", INTERRUPTED)
+        return _report("interrupted", INTERRUPTED)
     except BrokenPipeError:
-        # Python flushes standard output once more at exit: give it somewhere to go.
+        # Python flushes standard output once more at exit: redirect it so that this cannot fail.
         os.dup2(os.open(os.devnull, os.O_WRONLY), sys.stdout.fileno())
         return BROKEN_PIPE
-    except UNUSABLE_PATH as error:
-        return _say(f"{error.filename}: {error.strerror}" if error.filename else str(error), USAGE)
+    except PATH_ERRORS as error:
+        return _report(f"{error.filename}: {error.strerror}" if error.filename else str(error), USAGE)
     except OSError as error:
-        # A full disk, a limit: not a matter of what was asked.
-        return _say(f"{error.filename}: {error.strerror}" if error.filename else str(error), FAILED)
+        # A full disk or a limit of the system, not an error of the input.
+        return _report(f"{error.filename}: {error.strerror}" if error.filename else str(error), FAILED)
     except ValueError as error:
-        return _say(str(error), USAGE)
+        return _report(str(error), USAGE)
     except Exception as error:
-        hint = "" if _debugging() else " (TRUNDLE_DEBUG=1 shows where)"
-        return _say(f"{type(error).__name__}: {error}{hint}", FAILED)
+        hint = "" if _debugging() else " (set TRUNDLE_DEBUG=1 for a traceback)"
+        return _report(f"{type(error).__name__}: {error}{hint}", FAILED)
 
 
-def _say(sentence: str, status: int) -> int:
+def _report(message: str, status: int) -> int:
     if _debugging():
         traceback.print_exc()
-    print(f"trundle: {printable(sentence)}", file=sys.stderr)
+    print(f"trundle: {escape_controls(message)}", file=sys.stderr)
     return status
 
 
-def printable(text: str) -> str:
-    """Return a text with all that steers a terminal escaped: names and contents of files may hold it."""
-    return "".join(c if c in "\n\t" or category(c) not in UNSEEN else ascii(c)[1:-1] for c in text)
+def escape_controls(text: str) -> str:
+    """Escape characters that control a terminal: names and contents of files may contain them."""
+    return "".join(
+        c if c in "\n\t" or category(c) not in UNPRINTABLE_CATEGORIES else ascii(c)[1:-1] for c in text
+    )
 
 
 def _debugging() -> bool:

@@ -1,4 +1,4 @@
-"""Arguments that several verbs share, so that they read the same everywhere."""
+"""Arguments that several verbs share."""
 
 from __future__ import annotations
 
@@ -17,13 +17,13 @@ __all__ = [
     "add_quiet",
     "add_recording",
     "add_seed",
-    "backend_of",
+    "select_backend",
 ]
 
 
 def add_recording(parser: argparse.ArgumentParser, *, several: bool = False) -> None:
-    """Add the recording(s) to work on: `args.recording`, a path, or a list of paths if `several`."""
-    text = "a recording: a folder with recording.toml"
+    """Add the input recording: `args.recording`, a path, or a list of paths if `several`."""
+    text = "recording: a folder with recording.toml"
     if several:
         parser.add_argument("recording", metavar="RECORDING", type=Path, nargs="+", help=text)
     else:
@@ -37,7 +37,7 @@ def add_model(parser: argparse.ArgumentParser, *, required: bool = False) -> Non
         metavar="FILE",
         type=Path,
         required=required,
-        help="model.toml to work with" if required else "model.toml; the paper's model if left out",
+        help="model.toml" if required else "model.toml (default: the paper's model)",
     )
 
 
@@ -47,7 +47,8 @@ def add_prior(parser: argparse.ArgumentParser) -> None:
         "--prior",
         metavar="FILE",
         type=Path,
-        help="TOML of priors by parameter, as configs/priors/; those of `trundle effects` if left out",
+        help="TOML file of priors by parameter, as in configs/priors/ (default: those that `trundle effects` "
+        "lists)",
     )
 
 
@@ -57,57 +58,55 @@ def add_out(parser: argparse.ArgumentParser, help: str, *, required: bool = Fals
 
 
 def add_seed(parser: argparse.ArgumentParser) -> None:
-    """Add `--seed N`: `args.seed`, 0 by default; the same input and seed give the same bytes."""
-    parser.add_argument(
-        "--seed", metavar="N", type=_seed, default=0, help="seed of every random choice (default 0)"
-    )
+    """Add `--seed N`: `args.seed`, by default 0. The same input and seed give the same bytes."""
+    parser.add_argument("--seed", metavar="N", type=_parse_seed, default=0, help="random seed (default 0)")
 
 
 def add_quiet(parser: argparse.ArgumentParser) -> None:
-    """Add `--quiet`: `args.quiet`; only the answer and errors are printed."""
-    parser.add_argument("--quiet", action="store_true", help="print no progress")
+    """Add `--quiet`: `args.quiet`. With it, only the result and errors are printed."""
+    parser.add_argument("--quiet", action="store_true", help="do not print progress")
 
 
 def add_backend(parser: argparse.ArgumentParser) -> None:
-    """Add `--backend`, `--jobs` and `--address`: see `backend_of`."""
+    """Add `--backend`, `--jobs` and `--address`, which `select_backend` reads."""
     parser.add_argument(
         "--backend",
         choices=("local", "joblib", "ray"),
         default="local",
-        help="where work runs: processes of this machine (default), joblib, or a Ray cluster",
+        help="where jobs run: local processes (default), joblib, or a Ray cluster",
     )
     parser.add_argument(
         "--jobs",
         metavar="N",
-        type=count,
-        help="processes (default 1; with Ray, all processors of the cluster)",
+        type=positive_int,
+        help="number of processes (default 1; with Ray, all processors of the cluster)",
     )
     parser.add_argument(
         "--address",
         metavar="ADDRESS",
-        help='of a running Ray cluster, "auto" or "ray://host:10001" (default: one is started here)',
+        help='address of a running Ray cluster, "auto" or "ray://host:10001" (default: start one here)',
     )
 
 
-def backend_of(args: argparse.Namespace) -> Backend:
-    """Return the backend that the arguments of `add_backend` choose."""
+def select_backend(args: argparse.Namespace) -> Backend:
+    """Return the backend selected by the arguments of `add_backend`."""
     from trundle.experiments.backends import backend
 
     return backend(args.backend, args.jobs, args.address)
 
 
-def count(text: str) -> int:
-    """Return a number from 1 on."""
+def positive_int(text: str) -> int:
+    """Parse a positive integer."""
     if not text.isdigit() or int(text) < 1:
-        raise argparse.ArgumentTypeError(f"give a whole number from 1 on, not {text!r}")
+        raise argparse.ArgumentTypeError(f"{text!r} is not a positive integer")
     return int(text)
 
 
-def _seed(text: str) -> int:
+def _parse_seed(text: str) -> int:
     try:
         seed = int(text)
     except ValueError:
         seed = -1
     if not 0 <= seed < 2**63:
-        raise argparse.ArgumentTypeError(f"a seed is a whole number from 0 on, not {text!r}")
+        raise argparse.ArgumentTypeError(f"{text!r} is not an integer from 0 to 2**63 - 1")
     return seed

@@ -1,4 +1,4 @@
-"""A line on standard error with the work under way and the time left; only where a person watches."""
+"""A progress line on standard error, shown only on a terminal."""
 
 from __future__ import annotations
 
@@ -9,25 +9,25 @@ import time
 from types import TracebackType
 from typing import TextIO
 
-__all__ = ["Progress", "duration"]
+__all__ = ["Progress", "format_duration"]
 
-FIRST_ESTIMATE = 0.02
-"""Share of the work before which the time left is not estimated."""
+MIN_SHARE_FOR_ESTIMATE = 0.02
+"""The remaining time is estimated once this share of the work is done."""
 
 
 class Progress:
-    """A progress line, rewritten in place, gone at the end.
+    """A progress line that is rewritten in place and erased at the end.
 
     Parameters
     ----------
     label : str
-        What is being done, "fitting".
+        Name of the task, such as "fitting".
     total : int, optional
         Number of steps, if known.
     quiet : bool
         Print nothing.
     stream : text stream, optional
-        Where to; standard error by default. Nothing is printed unless it is a terminal.
+        By default standard error. Nothing is printed unless it is a terminal.
 
     Examples
     --------
@@ -58,12 +58,12 @@ class Progress:
             print("\r\033[K", end="", file=self._stream, flush=True)
 
     def step(self, detail: str = "") -> None:
-        """Count one step as done and show `detail`."""
+        """Count one step and show `detail`."""
         self._done += 1
         self.show(detail)
 
     def share(self, detail: str, done: float) -> None:
-        """Show that work has come to `done`, 0 to 1; what is shown never goes back."""
+        """Show `detail` and the share `done` of the work, 0 to 1. The displayed share never decreases."""
         self._share = max(self._share, done)
         self.show(detail)
 
@@ -74,23 +74,23 @@ class Progress:
             print(f"\r\033[K{self.line(detail)[:width]}", end="", file=self._stream, flush=True)
 
     def line(self, detail: str) -> str:
-        """Return the line as it would be shown: label, count or share, seconds, time left, detail."""
+        """Return the line: label, count or share, elapsed and remaining time, detail."""
         elapsed = time.monotonic() - self._began
         share = self._done / self._total if self._total else self._share
         done = ""
         if self._total is not None:
             done = f" {self._done}/{self._total}"
         elif share > 0.0:
-            # Rounded down: work that is not finished is never at 100 %.
+            # Rounded down, so that unfinished work is never at 100 %.
             done = f" {math.floor(100 * share)} %"
         left = ""
-        if FIRST_ESTIMATE <= share < 1.0:
-            left = f", about {duration(elapsed * (1.0 - share) / share)} left"
+        if MIN_SHARE_FOR_ESTIMATE <= share < 1.0:
+            left = f", about {format_duration(elapsed * (1.0 - share) / share)} left"
         return f"{self._label}{done} ({elapsed:.0f} s{left}){' · ' if detail else ''}{detail}"
 
 
-def duration(seconds: float) -> str:
-    """Return a time in words, "2 h 05 min"."""
+def format_duration(seconds: float) -> str:
+    """Format a duration, such as "2 h 05 min"."""
     minutes = round(seconds / 60)
     if minutes < 1:
         return f"{seconds:.0f} s"

@@ -3,7 +3,7 @@
 =============================== ====================================================================
 id                              task
 =============================== ====================================================================
-``trundle/PushPose-v0``         push an object, of which something is hidden, to a pose
+``trundle/PushPose-v0``         push an object with hidden effects to a pose
 ``trundle/PushPath-v0``         along a path
 ``trundle/PushAround-v0``       to a pose behind an obstacle
 ``trundle/PushDoor-v0``         through a doorway
@@ -11,7 +11,7 @@ id                              task
 ``trundle/LockedWheel-v0``      the paper's: a table, one wheel of which is locked, to a pose
 =============================== ====================================================================
 
-`gymnasium.make` makes one, `gymnasium.make_vec` a batch that all cores step.
+`gymnasium.make` makes one environment, `gymnasium.make_vec` a batch that is stepped on all cores.
 """
 
 from gymnasium.envs.registration import register
@@ -24,7 +24,7 @@ from trundle.envs.tasks import LockedWheel, PushAround, PushDoor, PushPath, Push
 from trundle.envs.vector import PushGoalVec, PushVec
 
 HOUSEHOLD = Pushing.HOUSEHOLD
-"""Names of the ten household objects of the paper's Fig. 7."""
+"""Names of the ten household objects in Fig. 7 of the paper."""
 
 __all__ = [
     "FLAT",

@@ -1,4 +1,4 @@
-"""Pictures of a push, for people: floor, obstacles, goal, path, object, gripper and what it exerts."""
+"""Pictures of a push: floor, obstacles, goal, path, object, gripper and wrench."""
 
 from __future__ import annotations
 
@@ -8,15 +8,15 @@ import numpy as np
 from numpy.typing import NDArray
 
 from trundle.envs.raster import Canvas, Colour, Frame, Points
-from trundle.envs.scene import Hidden, Point, Polygon, Pose, Shape, View
+from trundle.envs.scene import HiddenWheel, Point, Polygon, Pose, Shape, View
 
 __all__ = ["EXTENT", "picture"]
 
 EXTENT = 1.1
-"""Half of what is shown across, in halves of the arena's side."""
-TILE = 0.5
+"""Half the width of the picture, relative to half the side of the arena."""
+TILE_SIZE_M = 0.5
 
-# Told apart by colour-blind people too: the arrows are cased in white, green things are outlines.
+# Distinguishable with colour blindness: arrows have a white casing, and green elements are outlines.
 FLOOR, GROUT, BEYOND, EDGE = (247, 245, 240), (227, 223, 214), (222, 218, 209), (150, 144, 132)
 WALL, WALL_RIM, SHADOW = (158, 160, 166), (88, 90, 98), (60, 50, 40)
 GOAL, TRAIL = (0, 138, 98), (116, 118, 132)
@@ -24,11 +24,11 @@ OBJECT, RIM, TYRE = (204, 160, 108), (112, 78, 44), (46, 46, 52)
 GRIPPER, FORCE, CASING = (0, 96, 168), (208, 52, 28), (255, 255, 255)
 HIDDEN = (122, 30, 122)
 
-FULL_ARROW, FULL_TURN = 0.8, 1.5 * np.pi
-"""Length (m) and sweep (rad) that stand for the full force and torque."""
-FULL_LEVER = 0.4
+FULL_FORCE_ARROW_M, FULL_TORQUE_SWEEP_RAD = 0.8, 1.5 * np.pi
+"""Arrow length (m) of the full force, and sweep (rad) of the full torque."""
+FULL_TORQUE_LEVER_M = 0.4
 """The full torque is that of the full force at this lever, m."""
-ARC, HEAD = 0.24, 0.13
+TORQUE_ARC_RADIUS_M, ARROW_HEAD_M = 0.24, 0.13
 """Radius of the arrow for the torque, and length of an arrow's head, m."""
 WORLD = Frame((0.0, 0.0, 0.0))
 
@@ -39,16 +39,16 @@ def picture(view: View, size: int = 480) -> NDArray[np.uint8]:
     Parameters
     ----------
     view : View
-        What there is to see.
+        The scene.
     size : int
         Pixels along each side.
 
     Returns
     -------
     ndarray of uint8, shape (size, size, 3)
-        x to the right, y up, the world's origin in the middle, 1.1 arenas across; a fresh array.
+        A new array. x points to the right, y up; the world's origin is in the middle.
     """
-    ground = _ground(size, view.arena, view.obstacles, view.shape, view.goal, view.path)
+    ground = _draw_scene(size, view.arena, view.obstacles, view.shape, view.goal, view.path)
     canvas = Canvas(ground.copy(), EXTENT * view.arena)
     if view.trail:
         canvas.line(np.array(view.trail), 0.02, TRAIL, 0.7)
@@ -81,15 +81,15 @@ def _draw_object(canvas: Canvas, view: View) -> None:
 
 
 def _draw_heading(canvas: Canvas, frame: Frame, reach: float, colour: Colour) -> None:
-    """Draw an arrow from the middle ahead, and a dot where it begins."""
+    """Draw an arrow from the middle along x, with a dot at its start."""
     tip = 0.65 * reach
     canvas.line(frame([(0.0, 0.0), (tip, 0.0)]), 0.03, colour)
     canvas.line(frame([(tip - 0.07, 0.07), (tip, 0.0), (tip - 0.07, -0.07)]), 0.03, colour)
     canvas.line(frame([(0.0, 0.0)]), 0.08, colour)
 
 
-def _draw_hidden(canvas: Canvas, view: View, wheel: Hidden) -> None:
-    """Draw a hidden wheel as it rolls, and its label on the side away from the object's middle."""
+def _draw_hidden(canvas: Canvas, view: View, wheel: HiddenWheel) -> None:
+    """Draw a hidden wheel along its rolling direction, with its label on the outer side."""
     x, y, angle, label = wheel
     place = Frame(view.object)([(x, y)])[0]
     axle = Frame((place[0], place[1], view.object[2] + angle))
@@ -101,7 +101,7 @@ def _draw_hidden(canvas: Canvas, view: View, wheel: Hidden) -> None:
 
 
 def _draw_gripper(canvas: Canvas, frame: Frame, holds: bool) -> None:
-    """Draw a clamp of two jaws, or the ring that points to a tip of 2 cm."""
+    """Draw a clamp with two jaws, or a ring around a tip of 2 cm."""
     if not holds:
         canvas.line(frame([(0.0, 0.0)]), 0.16, GRIPPER, 0.3)
         canvas.line(frame([(0.0, 0.0)]), 0.04, GRIPPER)
@@ -113,23 +113,23 @@ def _draw_gripper(canvas: Canvas, frame: Frame, holds: bool) -> None:
 
 
 def _draw_wrench(canvas: Canvas, frame: Frame, view: View) -> None:
-    """Draw a straight arrow for the force, cut at two full ones, and a curved one behind the gripper."""
-    turn = FULL_TURN * view.wrench[2] / (FULL_LEVER * view.force_scale)
+    """Draw a straight arrow for the force, clipped at twice the full one, and a curved one for the torque."""
+    turn = FULL_TORQUE_SWEEP_RAD * view.wrench[2] / (FULL_TORQUE_LEVER_M * view.force_scale)
     turn = float(np.clip(turn, -1.8 * np.pi, 1.8 * np.pi))
     if abs(turn) > 0.1:
-        neck = np.sign(turn) * max(abs(turn) / 2 - HEAD / ARC, -abs(turn) / 2)
+        neck = np.sign(turn) * max(abs(turn) / 2 - ARROW_HEAD_M / TORQUE_ARC_RADIUS_M, -abs(turn) / 2)
         angles = np.pi + np.append(np.linspace(-turn / 2, neck, 40), turn / 2)
-        _draw_arrow(canvas, frame(ARC * np.column_stack([np.cos(angles), np.sin(angles)])))
+        _draw_arrow(canvas, frame(TORQUE_ARC_RADIUS_M * np.column_stack([np.cos(angles), np.sin(angles)])))
     force = np.array(view.wrench[:2]) / view.force_scale
     share = float(np.hypot(*force))
-    length = FULL_ARROW * min(share, 2.0)
+    length = FULL_FORCE_ARROW_M * min(share, 2.0)
     if length > 0.02:
-        along = np.array([0.0, max(length - HEAD, 0.0), length])
+        along = np.array([0.0, max(length - ARROW_HEAD_M, 0.0), length])
         _draw_arrow(canvas, frame(np.outer(along, force / share)))
 
 
 def _draw_arrow(canvas: Canvas, points: Points) -> None:
-    """Draw a line, the last piece of which is the head."""
+    """Draw a polyline whose last segment is the arrow head."""
     way = points[-1] - points[-2]
     side = 0.6 * np.array([-way[1], way[0]])
     head = canvas.region([np.array([points[-1], points[-2] + side, points[-2] - side])], WORLD, margin=0.02)
@@ -140,7 +140,7 @@ def _draw_arrow(canvas: Canvas, points: Points) -> None:
 
 
 @lru_cache(maxsize=16)
-def _ground(
+def _draw_scene(
     size: int,
     arena: float,
     obstacles: tuple[Polygon, ...],
@@ -148,8 +148,8 @@ def _ground(
     goal: Pose | None,
     path: tuple[Point, ...],
 ) -> NDArray[np.uint8]:
-    """Draw the floor, what stands there and what is to be reached: alike in every frame of an episode."""
-    canvas = Canvas(_floor(size, arena).copy(), EXTENT * arena)
+    """Draw the static part of the scene: floor, obstacles, goal and path."""
+    canvas = Canvas(_draw_floor(size, arena).copy(), EXTENT * arena)
     for obstacle in obstacles:
         region = canvas.region([obstacle], WORLD, margin=0.08)
         canvas.shade(region, 0.08, SHADOW, 0.25)
@@ -163,13 +163,13 @@ def _ground(
 
 
 @lru_cache(maxsize=4)
-def _floor(size: int, arena: float) -> NDArray[np.uint8]:
-    """Draw tiles and the arena's edge."""
+def _draw_floor(size: int, arena: float) -> NDArray[np.uint8]:
+    """Draw the tiles and the edge of the arena."""
     extent = EXTENT * arena
     canvas = Canvas(np.full((size, size, 3), BEYOND, dtype=np.uint8), extent)
     square = canvas.region([((-arena, -arena), (arena, -arena), (arena, arena), (-arena, arena))], WORLD)
     canvas.fill(square, FLOOR)
-    for k in TILE * np.arange(-(extent // TILE), extent // TILE + 1):
+    for k in TILE_SIZE_M * np.arange(-(extent // TILE_SIZE_M), extent // TILE_SIZE_M + 1):
         canvas.line(np.array([(k, -extent), (k, extent)]), 0.012, GROUT)
         canvas.line(np.array([(-extent, k), (extent, k)]), 0.012, GROUT)
     canvas.rim(square, 0.025, EDGE)

@@ -1,4 +1,4 @@
-"""The same tasks conditioned on a goal, in Gymnasium-Robotics' convention, for hindsight replay."""
+"""Goal-conditioned versions of the tasks, in the convention of Gymnasium-Robotics, for hindsight replay."""
 
 from __future__ import annotations
 
@@ -18,11 +18,11 @@ Array = NDArray[np.float64]
 GoalObservation = dict[str, Array]
 
 ACHIEVED, DESIRED = slice(0, 4), slice(7, 11)
-"""Entries of a flat observation: the object's pose and the goal's, each as x, y, cosine, sine."""
+"""Entries of a flat observation: object pose and goal pose, each as x, y, cosine, sine."""
 
 
 class GoalSpace:
-    """How observations are parted into what is seen, achieved and desired, and what that is worth.
+    """Split of observations into observation, achieved goal and desired goal, and the reward of goals.
 
     Parameters
     ----------
@@ -34,7 +34,7 @@ class GoalSpace:
     Raises
     ------
     TrundleError
-        For another reward.
+        If `reward_type` is another one.
     """
 
     def __init__(self, reward_type: str, reach: float, facing: float) -> None:
@@ -43,23 +43,23 @@ class GoalSpace:
         self.reward_type, self.reach, self.facing = reward_type, reach, facing
 
     def space(self, flat: gym.spaces.Box) -> gym.spaces.Dict:
-        """Return the space of parted observations."""
-        parts = self.parted(np.asarray(flat.high, dtype=np.float64))
+        """Return the space of split observations."""
+        parts = self.split(np.asarray(flat.high, dtype=np.float64))
         return gym.spaces.Dict(
             {key: gym.spaces.Box(-high, high, dtype=np.float64) for key, high in parts.items()}
         )
 
-    def parted(self, flat: Array) -> GoalObservation:
+    def split(self, flat: Array) -> GoalObservation:
         """Return observations of shape (..., n) as dictionaries; the goals have shape (..., 4)."""
-        seen = np.concatenate([flat[..., : DESIRED.start], flat[..., DESIRED.stop :]], axis=-1)
+        rest = np.concatenate([flat[..., : DESIRED.start], flat[..., DESIRED.stop :]], axis=-1)
         return {
-            "observation": seen,
+            "observation": rest,
             "achieved_goal": flat[..., ACHIEVED].copy(),
             "desired_goal": flat[..., DESIRED].copy(),
         }
 
     def reward(self, achieved: Array, desired: Array) -> Array:
-        """Return rewards of goals of shape (..., 4)."""
+        """Return the rewards of goals of shape (..., 4)."""
         distance = np.hypot(*np.moveaxis(desired[..., :2] - achieved[..., :2], -1, 0))
         cos = np.sum(achieved[..., 2:] * desired[..., 2:], axis=-1)
         sin = achieved[..., 2] * desired[..., 3] - achieved[..., 3] * desired[..., 2]
@@ -68,28 +68,28 @@ class GoalSpace:
             return np.where((distance >= self.reach) | (turn >= self.facing), -1.0, 0.0)
         return np.asarray(-(distance + 0.3 * turn))
 
-    def asked(self, achieved: Any, desired: Any) -> Any:
-        """Return the reward of goals of shape (4,), a number, or (n, 4), shape (n,)."""
+    def compute_reward(self, achieved: Any, desired: Any) -> Any:
+        """Return the reward: a number for goals of shape (4,), an array (n,) for (n, 4)."""
         reward = self.reward(np.asarray(achieved), np.asarray(desired))
         return float(reward) if reward.ndim == 0 else reward
 
 
 class PushGoal(Push):
-    """What all goal-conditioned environments have in common; make one of its subclasses.
+    """Base class of goal-conditioned environments; instantiate a subclass.
 
     The observation is a dictionary: "observation" (the flat one without the goal), "achieved_goal" and
-    "desired_goal" (x, y, cosine and sine of the heading, as the tracker sees them).
-    `compute_reward(achieved, desired, info)` gives the reward of any pair, one or many at a time, and `step`
-    the same. Reaching the goal does not end an episode; losing the object truncates it, because a reward of
-    goals alone cannot punish it. What is rewarded is the pose that was seen; `info["is_success"]` is of the
-    true one, and asks that the object be slower than 0.1 m/s.
+    "desired_goal" (x, y, cosine and sine of the heading, as the tracker measures them).
+    `compute_reward(achieved, desired, info)` returns the reward of one or several pairs, equal to that of
+    `step`. Reaching the goal does not end an episode. If the object leaves the workspace the episode is
+    truncated, because a reward of goals alone cannot penalise it. The reward depends on the measured pose;
+    `info["is_success"]` depends on the true pose and requires a speed below 0.1 m/s.
 
     Parameters
     ----------
     reward_type : {"sparse", "dense"}
         -1 until the goal is reached, then 0; or minus (distance in m + 0.3 x heading error in rad).
     **options
-        As those of the environment without a goal.
+        Options of the environment without a goal.
     """
 
     def __init__(self, *, reward_type: str = "sparse", **options: Any) -> None:
@@ -102,26 +102,26 @@ class PushGoal(Push):
     ) -> tuple[GoalObservation, dict[str, Any]]:
         """Begin an episode; see `Push` for the options."""
         flat, info = super().reset(seed=seed, options=options)
-        return self._goals.parted(flat), info
+        return self._goals.split(flat), info
 
     def step(  # type: ignore[override]
         self, action: Action
     ) -> tuple[GoalObservation, float, bool, bool, dict[str, Any]]:
-        """Act on the object until the next action is due."""
+        """Apply an action until the next one is due."""
         flat, _, terminated, truncated, info = super().step(action)
         reward = self._goals.reward(flat[ACHIEVED], flat[DESIRED])
-        return self._goals.parted(flat), float(reward), False, terminated or truncated, info
+        return self._goals.split(flat), float(reward), False, terminated or truncated, info
 
     def compute_reward(self, achieved_goal: Array, desired_goal: Array, info: Any) -> Any:
-        """Return the reward of goals of shape (4,) or (n, 4): a number, or shape (n,)."""
-        return self._goals.asked(achieved_goal, desired_goal)
+        """Return the reward of goals: a number for shape (4,), an array (n,) for (n, 4)."""
+        return self._goals.compute_reward(achieved_goal, desired_goal)
 
     def compute_terminated(self, achieved_goal: Array, desired_goal: Array, info: dict[str, Any]) -> bool:
-        """Return False: no goal ends an episode."""
+        """Return False: reaching a goal does not end an episode."""
         return False
 
     def compute_truncated(self, achieved_goal: Array, desired_goal: Array, info: dict[str, Any]) -> bool:
-        """Return whether the object was lost; the clock truncates too, but is no matter of goals."""
+        """Return whether the object left the workspace; the time limit does not depend on goals."""
         return bool(info.get("lost", False))
 
 
@@ -134,7 +134,7 @@ class PushPoseGoal(PushGoal, PushPose):
 class PushPathGoal(PushGoal, PushPath):
     """`PushPath` with a goal that a replay buffer can change; see `PushGoal`.
 
-    The goal lies 0.3 m ahead on the path until its end, so that the sparse reward is there at the end alone.
+    The goal is 0.3 m ahead on the path, so the sparse reward can be reached only at the end of the path.
     """
 
     FIXED: ClassVar[dict[str, Any]] = {**PushPath.FIXED, "ends": False}

@@ -1,4 +1,4 @@
-"""Wrappers that tell what is hidden, for upper bounds and privileged learning."""
+"""Wrappers that reveal hidden parameters, for upper bounds and privileged learning."""
 
 from __future__ import annotations
 
@@ -19,7 +19,7 @@ __all__ = ["Oracle", "VectorOracle"]
 
 Array = NDArray[np.float64]
 
-NAMES = (
+HIDDEN_VALUE_NAMES = (
     "mass (kg)",
     "mass centre x (m)",
     "mass centre y (m)",
@@ -34,13 +34,13 @@ NAMES = (
 
 
 class Oracle(gym.ObservationWrapper[Array, Any, Array], RecordConstructorArgs):
-    """Append ten numbers to a flat observation: mass, its centre, radius of gyration, drag of the wheels.
+    """Append ten hidden numbers to a flat observation: mass, mass centre, radius of gyration, wheel drag.
 
-    The drag is the symmetric matrix of all viscous wheels together, about the object's origin in its axes:
-    no more of them can be known from motion. Other effects, a caster's among them, are not numbers of this
-    kind; `info["hidden"]` of `reset` holds all that is hidden as tables of a `model.toml`.
+    The drag is the symmetric matrix of all viscous wheels together, about the object's origin in object axes;
+    the motion determines nothing more about them. Other effects, such as casters, are not included;
+    `info["hidden"]` of `reset` contains all hidden effects as tables of a `model.toml`.
 
-    Pictures show the wheels, with their friction along and across (N s/m).
+    Pictures show the wheels with their friction along and across (N s/m).
 
     Parameters
     ----------
@@ -50,33 +50,35 @@ class Oracle(gym.ObservationWrapper[Array, Any, Array], RecordConstructorArgs):
     Raises
     ------
     TrundleError
-        For another environment.
+        If `env` is another environment.
     """
 
-    NAMES = NAMES
-    """What the ten numbers are."""
+    NAMES = HIDDEN_VALUE_NAMES
+    """Names of the ten numbers."""
 
     def __init__(self, env: gym.Env[Array, Any]) -> None:
         RecordConstructorArgs.__init__(self)
         gym.ObservationWrapper.__init__(self, env)
-        self._push = _pushing(env.unwrapped, Push)
+        self._push = _require_pushing(env.unwrapped, Push)
         self._push.reveals = True
-        self.observation_space = _longer(env.observation_space)  # type: ignore[assignment]
+        self.observation_space = _extend_space(env.observation_space)  # type: ignore[assignment]
 
     def reset(
         self, *, seed: int | None = None, options: dict[str, Any] | None = None
     ) -> tuple[Array, dict[str, Any]]:
-        """Begin an episode, and tell what is hidden in `info["hidden"]`."""
+        """Begin an episode; `info["hidden"]` contains the hidden model."""
         observation, info = self.env.reset(seed=seed, options=options)
         return self.observation(observation), {**info, "hidden": self._push.hidden_model()}
 
     def observation(self, observation: Array) -> Array:
-        """Return the observation with what is hidden."""
+        """Return the observation with the hidden numbers."""
         return np.concatenate([observation, self._push.hidden_values()])
 
 
 class VectorOracle(VectorObservationWrapper):
-    """The same numbers for a batch; as all wrappers of observations, not with autoreset mode "SameStep".
+    """Append the same numbers to the observations of a batch.
+
+    Like all observation wrappers, it does not support the autoreset mode "SameStep".
 
     Parameters
     ----------
@@ -86,30 +88,30 @@ class VectorOracle(VectorObservationWrapper):
     Raises
     ------
     TrundleError
-        For another batch.
+        If `env` is another batch.
     """
 
     def __init__(self, env: VectorEnv[Any, Any, Any]) -> None:
         super().__init__(env)
-        self._push = _pushing(env.unwrapped, PushVec)
-        self.single_observation_space = _longer(env.single_observation_space)
+        self._push = _require_pushing(env.unwrapped, PushVec)
+        self.single_observation_space = _extend_space(env.single_observation_space)
         self.observation_space = batch_space(self.single_observation_space, env.num_envs)
 
     def observations(self, observations: Any) -> Any:
-        """Return the observations with what is hidden."""
+        """Return the observations with the hidden numbers."""
         return np.concatenate([observations, self._push.hidden_values()], axis=1)
 
 
-def _pushing(env: Any, kind: Any) -> Any:
+def _require_pushing(env: Any, kind: Any) -> Any:
     if not isinstance(env, kind):
-        raise TrundleError(f"{env} hides nothing that is known: give an environment of trundle")
+        raise TrundleError(f"{env}: is not a pushing environment of trundle")
     return env
 
 
-def _longer(space: gym.Space[Any]) -> gym.spaces.Box:
+def _extend_space(space: gym.Space[Any]) -> gym.spaces.Box:
     if not isinstance(space, gym.spaces.Box):
-        raise TrundleError(f"an oracle needs a flat observation, not {space}: wrap FlattenObservation")
-    unknown = np.full(len(NAMES), np.inf)
+        raise TrundleError(f"an oracle needs a flat observation, not {space}: use FlattenObservation")
+    unknown = np.full(len(HIDDEN_VALUE_NAMES), np.inf)
     return gym.spaces.Box(
         np.concatenate([space.low, -unknown]), np.concatenate([space.high, unknown]), dtype=np.float64
     )

@@ -1,4 +1,4 @@
-"""Environments in which an object is pushed, of which something is hidden."""
+"""Environments in which an agent pushes an object with hidden effects."""
 
 from __future__ import annotations
 
@@ -13,7 +13,7 @@ from gymnasium.error import InvalidAction, ResetNeeded
 from numpy.typing import NDArray
 
 from trundle._native import NotFiniteError, Pushing, Snapshot, TrundleError
-from trundle.envs.view import draw, needed
+from trundle.envs.view import draw, require_episode
 from trundle.envs.window import Window
 
 __all__ = ["ActionError", "Push"]
@@ -26,20 +26,20 @@ Names = str | PathLike[str] | Sequence[str | PathLike[str]]
 RESET_OPTIONS = ("start", "goal", "grasp", "same_object")
 RENDER_MODES = ("rgb_array", "human")
 REACH, FACING = 0.05, 0.1
-"""Distance (m) and heading error (rad) within which a goal is reached, unless told otherwise."""
+"""Default distance (m) and heading error (rad) within which a goal is reached."""
 
 
 class ActionError(TrundleError, InvalidAction):
-    """An action that is not in the space: Gymnasium's `InvalidAction`, and a `TrundleError`."""
+    """An action outside the action space; both an `InvalidAction` of Gymnasium and a `TrundleError`."""
 
 
 class Push(gym.Env[Observation, Action]):
-    """What all pushing environments have in common; make one of its subclasses.
+    """Base class of pushing environments; instantiate a subclass.
 
     ## Action Space
-    `Box(-1, 1, (3,), float32)`, for "regrasp" `Box(-1, 1, (6,), float32)`. What an action means is the
-    argument `action`; `ACTION_SCALE` holds what a full one stands for. An action that is not in the space
-    is an error, an `InvalidAction`; the wrapper `gymnasium.wrappers.ClipAction` cuts it.
+    `Box(-1, 1, (3,), float32)`, for "regrasp" `Box(-1, 1, (6,), float32)`. The argument `action` selects the
+    meaning of an action; `ACTION_SCALE` contains the values of a full action. An action outside the space
+    raises `InvalidAction`; the wrapper `gymnasium.wrappers.ClipAction` clips actions.
 
     | `action`   | 0                         | 1                         | 2                      | lasts |
     |------------|---------------------------|---------------------------|------------------------|-------|
@@ -52,21 +52,20 @@ class Push(gym.Env[Observation, Action]):
     |------------|---------------------------|---------------------------|------------------------------|
     | "regrasp"  | next x: half the length   | next y: half the width    | above 0: let go and go there |
 
-    - A wrench acts where the gripper holds the object; it is reached within 20 ms and kept.
-    - A velocity is reached evenly over the 50 ms. The gripper holds the object through a compliant coupling
-      (10 N/mm) and stalls at 100 N and 40 N m along the object's axes.
-    - A push touches the rim of the object with a round tip of 2 cm: `where` is the direction from the mass
-      centre, object frame; the tip moves along the inward normal, turned left by `lean`. It presses with at
-      most 100 N, rubs (friction 0.5) and may slip. After 0.8 s it is withdrawn.
-    - Regrasping, the gripper lets go at once and takes 1 s, in whole actions, straight to the next place: the
-      point at these shares of half the object's sides from the middle of its bounding box, or the nearest of
-      the object's points if that lies beside it. Meanwhile no wrench acts, the object moves on by itself, and
-      actions are ignored, a wish to go elsewhere too; each lasts 50 ms as ever. Observations say where the
-      gripper is; once it is there, the next action's wrench rises from zero.
+    - "wrench": the wrench acts at the grasp point. It is reached within 20 ms and then constant.
+    - "velocity": the velocity changes linearly over the 50 ms. The gripper holds the object through a
+      compliant coupling (10 N/mm) and stalls at 100 N and 40 N m along the object's axes.
+    - "push": a round tip of 2 cm touches the rim of the object. `where` is the direction from the mass
+      centre, object frame. The tip moves along the inward normal, turned left by `lean`. It presses with at
+      most 100 N, has a friction coefficient of 0.5 and may slip. After 0.8 s it is withdrawn.
+    - "regrasp": if entry 5 is positive, the gripper releases the object and moves in a straight line to the
+      next grasp point, which takes 1 s in whole actions. Entries 3 and 4 are the coordinates of that point
+      relative to the bounding box of the object; a point outside the object is replaced by the nearest one
+      on it. Meanwhile no wrench acts and actions are ignored; each still lasts 50 ms. Observations contain
+      the position of the gripper. After the regrasp, the wrench of the next action rises from zero.
 
     ## Observation Space
-    `Box(float64)`, world frame unless it says otherwise. An instrument at the end of its scale reads the
-    bound.
+    `Box(float64)`, world frame unless stated otherwise. A saturated instrument reads the bound.
 
     | Num   | Observation                                             | Bound | Unit  | Noise (sd) |
     |-------|---------------------------------------------------------|-------|-------|------------|
@@ -78,25 +77,25 @@ class Push(gym.Env[Observation, Action]):
     | 9-10  | cosine and sine of the goal heading                     | 1     | -     | -          |
     | 11-12 | wrist sensor: force on the object, gripper axes, tared  | 120   | N     | 0.4 N      |
     | 13    | wrist sensor: torque about the gripper, tared           | 43    | N m   | 0.05 N m   |
-    | 14-15 | where the gripper is, holds or touches, object frame    | 1.5   | m     | -          |
+    | 14-15 | position of gripper, grasp or contact, object frame     | 1.5   | m     | -          |
 
-    Two more follow where `object` may be any of several: half the object's length and width (m). Then
-    comes what a task adds, all within 3 (m, or cosine and sine). Gripper axes are the object's; for a push,
-    x is the way that the tip moves, and the reading is the mean over the push.
+    If `object` may be any of several, two more numbers follow: half the object's length and width (m). Then
+    the numbers of the task follow, all within 3 (m, or cosine and sine). Gripper axes are those of the
+    object; for a push, x is the direction in which the tip moves, and the reading is the mean over the push.
 
     ## Starting State
-    Object, hidden effects, start, goal and obstacles are drawn from the seed; `reset` options replace some:
+    Object, hidden effects, start, goal and obstacles are drawn from the seed. Options of `reset`:
 
     - `start`: pose (x, y, heading) of the object, |x| and |y| at most 2 m
     - `goal`: goal pose, the same bounds; not for a path
-    - `grasp`: point (x, y) of the object frame where the gripper holds, on the object
-    - `same_object`: True keeps the object, what is hidden of it, and the obstacles
+    - `grasp`: grasp point (x, y) on the object, object frame
+    - `same_object`: True keeps the object, its hidden effects and the obstacles
 
     ## Episode End
     - Termination: the goal is reached (within `reach` and `facing`, slower than 0.1 m/s), or the object is
       lost, which costs 100: its frame is more than 2.5 m from the origin along x or y, or it is faster than
       2 m/s or 4 rad/s.
-    - Truncation: after `horizon` steps. The clock is the environment's own, so that a snapshot holds it.
+    - Truncation: after `horizon` steps. The environment counts steps, so a snapshot includes the count.
 
     ## Information
     After each step `info` holds `is_success`, `lost`, `touched` (an obstacle), `distance` (m),
@@ -105,31 +104,31 @@ class Push(gym.Env[Observation, Action]):
 
     ## Arguments
     - `action` ("wrench"): "wrench", "velocity", "push" or "regrasp"
-    - `object` ("office_table"): one of `trundle.envs.HOUSEHOLD`, an object's file, "random" (made up anew),
+    - `object` ("office_table"): one of `trundle.envs.HOUSEHOLD`, an object file, "random" (generated),
       "household" (any of the ten), or a sequence of these, of which one is drawn
-    - `hidden` ("wheels"): what is hidden, drawn with each object
-        - "wheels": one wheel is locked (60 to 300 N s/m, not alike in all directions), fixed, or a caster;
+    - `hidden` ("wheels"): hidden effects, drawn with each object
+        - "wheels": one wheel is locked (60 to 300 N s/m, depending on the direction), fixed, or a caster;
           the others roll with 3 to 12 N s/m; an object without wheels is in one of its configurations
         - "locked": one wheel is locked, the others roll freely
-        - "configuration": one of those in the object's file, its friction scattered by 30 %
+        - "configuration": one of those in the object file, with its friction varied by 30 %
         - "catalogue": as "wheels", and any one effect of the catalogue
-        - "none": nothing acts
-    - `effects` (()): effects beside that, as tables of `model.toml`, all values given
+        - "none": no effect
+    - `effects` (()): additional effects, as tables of `model.toml` with all values
     - `noise` (1.0): factor on all noise, 0 to 10
-    - `drop_out` (0.0): probability that the tracker loses a pose; then it repeats the last one
+    - `drop_out` (0.0): probability that the tracker loses a pose and repeats the last one
     - `reach` (0.05), `facing` (0.1): distance (m) and heading error (rad) within which the goal is reached
     - `horizon` (300, of pushes 30): steps after which an episode is truncated; 0: never
-    - `step` (0.002), `substeps` (25): simulation step (s), and how many there are from one action to the
-      next; a push has 20 times as many
+    - `step` (0.002), `substeps` (25): simulation step (s), and number of steps per action; a push has 20
+      times as many
     - `render_mode` (None): "rgb_array" or "human"
 
-    The environment can be pickled and deep-copied at any time; a copy goes on exactly alike. So does
-    `env.unwrapped.restore(env.unwrapped.snapshot())`, many times, which is how a planner branches.
+    The environment can be pickled and deep-copied at any time; a copy continues identically. A planner can
+    branch with `env.unwrapped.restore(env.unwrapped.snapshot())`.
     """
 
     metadata: dict[str, Any] = {"render_modes": list(RENDER_MODES), "render_fps": 20}  # noqa: RUF012 (as Env declares it)
     FIXED: ClassVar[dict[str, Any]] = {}
-    """Options that make this task what it is."""
+    """Options that are fixed in this task."""
 
     def __init__(
         self,
@@ -166,13 +165,13 @@ class Push(gym.Env[Observation, Action]):
         )
         self._native = Pushing(self._options)
         self.mode = action
-        """What an action means."""
+        """Meaning of an action."""
         self.varied = self._native.varied
-        """Whether the object may be any of several; then an observation tells how large it is."""
+        """Whether the object may be any of several; then observations contain its size."""
         self.horizon = self._native.horizon
         """Steps after which an episode is truncated; 0: never."""
         self.ACTION_SCALE = np.array(self._native.full)
-        """What a full action stands for."""
+        """Values of a full action."""
         self.metadata = {**self.metadata, "render_fps": max(1, round(1 / self._native.control))}
         self.action_space = gym.spaces.Box(-1.0, 1.0, self.ACTION_SCALE.shape, np.float32)
         bounds = np.array(self._native.bounds)
@@ -189,14 +188,14 @@ class Push(gym.Env[Observation, Action]):
         super().reset(seed=seed)
         if seed is None and not self._native.seeded:
             seed = int(self.np_random.integers(2**63))
-        told = {} if options is None else options
-        observation = self._native.reset(None if seed is None else seed % 2**64, **reset_options(told))
+        given = {} if options is None else options
+        observation = self._native.reset(None if seed is None else seed % 2**64, **reset_options(given))
         self._trail.clear()
         self._draw()
         return observation, {}
 
     def step(self, action: Action) -> tuple[Observation, float, bool, bool, dict[str, Any]]:
-        """Act on the object until the next action is due; see the class."""
+        """Apply an action until the next one is due; see the class."""
         try:
             stepped = self._native.step(action)
         except NotFiniteError:
@@ -204,19 +203,17 @@ class Push(gym.Env[Observation, Action]):
         except TrundleError as error:
             raise ActionError(str(error)) from None
         if stepped is None:
-            raise ResetNeeded(
-                "no episode is under way: call reset() before step(), and after an episode's end"
-            )
+            raise ResetNeeded("no running episode: call reset() before step(), and after an episode ends")
         if self.render_mode is not None:
             self._draw()
         return stepped
 
     def snapshot(self) -> Snapshot:
-        """Return the state of the episode, random numbers and clock included; it can be pickled."""
+        """Return the state of the episode, including random state and step count; it can be pickled."""
         return self._native.snapshot()
 
     def restore(self, snapshot: Snapshot) -> None:
-        """Go back to a snapshot, of this or another environment of the same options.
+        """Restore a snapshot of this environment or of another one with the same options.
 
         Raises
         ------
@@ -244,22 +241,22 @@ class Push(gym.Env[Observation, Action]):
             self._window = None
 
     def hidden_model(self) -> dict[str, Any]:
-        """Return the object with all that is hidden of it, as tables of a `model.toml`; not for the agent.
+        """Return the object with its hidden effects, as tables of a `model.toml`; not for the agent.
 
         Raises
         ------
         gymnasium.error.ResetNeeded
             Before the first reset.
         """
-        return needed(self._native.hidden())
+        return require_episode(self._native.hidden())
 
     def hidden_values(self) -> NDArray[np.float64]:
-        """Return what `trundle.Oracle` adds to an observation, shape (10,); NaN before the first reset."""
+        """Return the numbers that `Oracle` adds to observations, shape (10,); NaN before the first reset."""
         return self._native.hidden_values()
 
     @staticmethod
     def seen_obstacles(observation: Observation) -> list[list[tuple[float, float]]]:
-        """Return the obstacles that an observation tells of, as polygons, corners in order, world, m."""
+        """Return the obstacles in an observation as polygons, world frame, m."""
         return []
 
     @property
@@ -268,26 +265,26 @@ class Push(gym.Env[Observation, Action]):
         return self._native.control
 
     def start_recording(self) -> None:
-        """Keep, from the next reset on, what sensor and tracker see; for `trundle.Record`."""
+        """Store the readings of sensor and tracker from the next reset on; for `trundle.Record`."""
         self._native.record()
 
     def take_rows(self) -> dict[str, NDArray[np.float64]]:
-        """Return what sensor and tracker saw since the last time, by column of a recording."""
+        """Return the readings since the last call, by column of a recording."""
         return self._native.take_rows()
 
     def recording_metadata(self, name: str) -> dict[str, Any]:
-        """Return what a recording says of the object and the instruments."""
+        """Return the content of `recording.toml`."""
         return self._native.metadata(name)
 
     @property
     def object_count(self) -> int:
-        """How many different objects there have been: a new number is a new hidden one."""
+        """Number of different objects so far; it increases when the hidden object changes."""
         return self._native.objects
 
     def _draw(self) -> None:
         if self.render_mode is None:
             return
-        x, y, _ = needed(self._native.view())["object"]
+        x, y, _ = require_episode(self._native.view())["object"]
         self._trail.append((x, y))
         if self.render_mode == "human":
             self._show(self._picture())
@@ -299,7 +296,7 @@ class Push(gym.Env[Observation, Action]):
 
     def _picture(self) -> NDArray[np.uint8]:
         hidden = self._native.hidden() if self.reveals else None
-        return draw(needed(self._native.view()), self._trail, hidden)
+        return draw(require_episode(self._native.view()), self._trail, hidden)
 
     def __getstate__(self) -> dict[str, Any]:
         return {**self.__dict__, "_window": None}
@@ -314,7 +311,7 @@ def options_toml(
     horizon: int | None = None,
     **others: Any,
 ) -> str:
-    """Return options as the native half reads them; one that is None is left out, what is fixed wins."""
+    """Return options as TOML for the native module, without those that are None; `fixed` takes precedence."""
     for key, value in fixed.items():
         if others.get(key, value) not in (None, value):
             raise TrundleError(f"{key} = {others[key]!r}: this task has {value!r}; choose another task")
@@ -335,24 +332,24 @@ def options_toml(
 
 
 def _number(value: Any) -> Any:
-    """Return a number of NumPy's as one of Python's."""
+    """Convert a NumPy number to a Python number."""
     return value.item() if isinstance(value, np.generic) else value
 
 
-def reset_options(told: Mapping[str, Any]) -> dict[str, Any]:
-    """Return reset options as the native half takes them."""
-    for key in told:
+def reset_options(given: Mapping[str, Any]) -> dict[str, Any]:
+    """Return reset options as the native module expects them."""
+    for key in given:
         if key not in RESET_OPTIONS:
             raise TrundleError(f"unknown reset option {key!r}; known are {', '.join(RESET_OPTIONS)}")
     return {
-        "start": _numbers("start", told.get("start"), 3),
-        "goal": _numbers("goal", told.get("goal"), 3),
-        "grasp": _numbers("grasp", told.get("grasp"), 2),
-        "same_object": _truth("same_object", told.get("same_object", False)),
+        "start": _numbers("start", given.get("start"), 3),
+        "goal": _numbers("goal", given.get("goal"), 3),
+        "grasp": _numbers("grasp", given.get("grasp"), 2),
+        "same_object": _boolean("same_object", given.get("same_object", False)),
     }
 
 
-def _truth(key: str, value: Any) -> bool:
+def _boolean(key: str, value: Any) -> bool:
     if not isinstance(value, (bool, np.bool_)):
         raise TrundleError(f"reset option {key!r} = {value!r}: give True or False")
     return bool(value)

@@ -1,4 +1,4 @@
-"""A batch of environments as stable-baselines3 takes them. To import this needs the extra `trundle[rl]`."""
+"""A batch of environments as a `VecEnv` of stable-baselines3; needs the extra `trundle[rl]`."""
 
 from __future__ import annotations
 
@@ -23,24 +23,25 @@ Indices = int | Iterable[int] | None
 
 
 class SB3VecEnv(VecEnv):  # type: ignore[misc]
-    """What `make_vec_env` of stable-baselines3 makes, to the last bit, at the speed of a batch.
+    """Batch of environments, bit for bit equal to `make_vec_env` of stable-baselines3, but faster.
 
-    An environment that has ended begins anew in the same step; `infos[i]` then holds "terminal_observation",
-    and at each step "TimeLimit.truncated", "is_success" and what else the environment tells. Observations
-    stay float64, so that a policy fits single environments too, and goals replayed are rewarded as in `step`.
+    An environment that has ended is reset in the same step; `infos[i]` then contains "terminal_observation".
+    Infos of every step contain "TimeLimit.truncated", "is_success" and the other infos of the environment.
+    Observations are float64, so a policy also works with single environments, and replayed goals have the
+    rewards of `step`.
 
-    `seed` and `set_options` act on the next `reset`, not on episodes that begin by themselves. `env_method`
-    knows "compute_reward", "hidden_values", "restore" and "snapshot". `VecMonitor` around it logs returns.
+    `seed` and `set_options` act on the next `reset`, not on automatic resets. `env_method` supports
+    "compute_reward", "hidden_values", "restore" and "snapshot". `VecMonitor` around the batch logs returns.
 
     Parameters
     ----------
     batch : gymnasium.vector.VectorEnv
-        A batch that does not reset itself (`autoreset_mode="Disabled"`), wrapped or not; `make` makes one.
+        A batch with `autoreset_mode="Disabled"`, wrapped or not; `make` creates one.
 
     Raises
     ------
     TrundleError
-        If it resets itself.
+        If the batch resets itself.
 
     Examples
     --------
@@ -58,39 +59,39 @@ class SB3VecEnv(VecEnv):  # type: ignore[misc]
 
     @classmethod
     def make(cls, env_id: str, num_envs: int = 1, **options: Any) -> SB3VecEnv:
-        """Make a batch by its id, as `gymnasium.make_vec` with the same options does."""
+        """Make a batch by its id, with the options of `gymnasium.make_vec`."""
         options["autoreset_mode"] = AutoresetMode.DISABLED
         return cls(gym.make_vec(env_id, num_envs, "vector_entry_point", **options))
 
     def reset(self) -> Any:
-        """Begin episodes, with the seeds and options that were told since the last time."""
+        """Begin episodes, with the seeds and options that were set since the last reset."""
         seeds = None if all(seed is None for seed in self._seeds) else self._seeds
-        for options, mask in _grouped(self._options):
+        for options, mask in _group_by_options(self._options):
             observations, infos = self._batch.reset(seed=seeds, options={**options, "reset_mask": mask})
             self._keep(infos, mask)
         self._reset_seeds()
         self._reset_options()
-        return _copied(observations)
+        return _copy(observations)
 
     def step_async(self, actions: Any) -> None:
-        """Keep the actions for `step_wait`."""
+        """Store the actions for `step_wait`."""
         self._actions = actions
 
     def step_wait(self) -> tuple[Any, NDArray[np.float32], NDArray[np.bool_], list[dict[str, Any]]]:
-        """Act on all objects, and begin anew where an episode has ended."""
+        """Step all environments, and reset those whose episode has ended."""
         observations, rewards, terminated, truncated, columns = self._batch.step(self._actions)
         infos, ended = _rows(columns, self.num_envs), terminated | truncated
         for info, late in zip(infos, (truncated & ~terminated).tolist(), strict=True):
             info["TimeLimit.truncated"] = late
         if ended.any():
             for index in np.flatnonzero(ended):
-                infos[index]["terminal_observation"] = _copied(observations, index)
+                infos[index]["terminal_observation"] = _copy(observations, index)
             observations, begun = self._batch.reset(options={"reset_mask": ended.copy()})
             self._keep(begun, ended)
-        return _copied(observations), rewards.astype(np.float32), ended, infos
+        return _copy(observations), rewards.astype(np.float32), ended, infos
 
     def close(self) -> None:
-        """Release what the batch holds."""
+        """Close the batch."""
         self._batch.close()
 
     def get_images(self) -> Sequence[Any]:
@@ -98,7 +99,7 @@ class SB3VecEnv(VecEnv):  # type: ignore[misc]
         return self._batch.render() or [None] * self.num_envs
 
     def get_attr(self, attr_name: str, indices: Indices = None) -> list[Any]:
-        """Return an attribute of the batch, once for each index; spaces are those of one environment."""
+        """Return an attribute of the batch, repeated for each index; spaces are those of one environment."""
         name = f"single_{attr_name}" if attr_name in ("action_space", "observation_space") else attr_name
         owner = self._batch if hasattr(self._batch, name) else self._batch.unwrapped
         return [getattr(owner, name) for _ in self._get_indices(indices)]
@@ -110,7 +111,7 @@ class SB3VecEnv(VecEnv):  # type: ignore[misc]
         setattr(self._batch.unwrapped, attr_name, value)
 
     def env_method(self, method_name: str, *args: Any, indices: Indices = None, **kwargs: Any) -> list[Any]:
-        """Call a method of environments; the class names those that there are."""
+        """Call one of the methods that the class lists."""
         chosen, batch = list(self._get_indices(indices)), self.get_attr("unwrapped")[0]
         if method_name in ("restore", "snapshot"):
             return [getattr(batch, method_name)(index, *args, **kwargs) for index in chosen]
@@ -121,7 +122,7 @@ class SB3VecEnv(VecEnv):  # type: ignore[misc]
         raise AttributeError(f"environments of a batch have no method {method_name!r}")
 
     def env_is_wrapped(self, wrapper_class: type, indices: Indices = None) -> list[bool]:
-        """Return whether the batch is wrapped so, once for each index."""
+        """Return whether the batch has a wrapper of a class, repeated for each index."""
         layer, wrapped = self._batch, False
         while layer is not layer.unwrapped:
             wrapped |= isinstance(layer, wrapper_class)
@@ -134,8 +135,10 @@ class SB3VecEnv(VecEnv):  # type: ignore[misc]
             self.reset_infos[index] = rows[index]
 
 
-def _grouped(options: Sequence[dict[str, Any]]) -> Iterable[tuple[dict[str, Any], NDArray[np.bool_]]]:
-    """Yield options and of which environments they are; those set for all at once are one object."""
+def _group_by_options(
+    options: Sequence[dict[str, Any]],
+) -> Iterable[tuple[dict[str, Any], NDArray[np.bool_]]]:
+    """Yield options and the mask of their environments; options set for all at once are one object."""
     keys = np.array([id(one) if one else 0 for one in options])
     for key in dict.fromkeys(keys.tolist()):
         mask = keys == key
@@ -149,15 +152,15 @@ def _rows(infos: dict[str, Any], count: int) -> list[dict[str, Any]]:
         if key.startswith("_"):
             continue
         values = _rows(column, count) if isinstance(column, dict) else column.tolist()
-        told = infos[f"_{key}"].tolist() if f"_{key}" in infos else [True] * count
-        for row, value, there in zip(rows, values, told, strict=True):
+        present = infos[f"_{key}"].tolist() if f"_{key}" in infos else [True] * count
+        for row, value, there in zip(rows, values, present, strict=True):
             if there:
                 row[key] = value
     return rows
 
 
-def _copied(observations: Any, index: Any = ...) -> Any:
-    """Return observations, or one of them, that no later step overwrites."""
+def _copy(observations: Any, index: Any = ...) -> Any:
+    """Return a copy of the observations, or of one of them."""
     if isinstance(observations, dict):
         return {key: part[index].copy() for key, part in observations.items()}
     return observations[index].copy()

@@ -1,28 +1,28 @@
-"""What there is to see of a push: plain values, in metres and radians."""
+"""Contents of a picture of a push, in metres and radians."""
 
 from __future__ import annotations
 
 from dataclasses import dataclass
 
-__all__ = ["Disc", "Hidden", "Point", "Polygon", "Pose", "Shape", "View"]
+__all__ = ["Disc", "HiddenWheel", "Point", "Polygon", "Pose", "Shape", "View"]
 
 Point = tuple[float, float]
 Polygon = tuple[Point, ...]
 Pose = tuple[float, float, float]
-Hidden = tuple[float, float, float, str]
+HiddenWheel = tuple[float, float, float, str]
 """A hidden wheel: x, y and the angle it rolls along, object frame, and a label."""
 
 
 @dataclass(frozen=True)
 class Disc:
-    """A round part.
+    """A disc.
 
     Parameters
     ----------
     centre : pair of float
-        In the frame of what it is a part of, m.
+        Centre in the frame of the shape, m.
     radius : float
-        m.
+        Radius, m.
     """
 
     centre: Point
@@ -31,14 +31,14 @@ class Disc:
 
 @dataclass(frozen=True)
 class Shape:
-    """What an object looks like from above, in its own frame.
+    """Top view of an object in its own frame.
 
     Parameters
     ----------
     fixtures : tuple of polygons and discs
-        What it is made of; a polygon is simple and need not be convex.
+        Parts of the object. Polygons are simple and may be concave.
     wheels : tuple of pairs of float
-        Where it stands.
+        Positions of the wheels.
     """
 
     fixtures: tuple[Polygon | Disc, ...]
@@ -46,43 +46,43 @@ class Shape:
 
     @property
     def reach(self) -> float:
-        """How far it extends ahead, along its x, m."""
+        """Maximum x of the object, m."""
         ends = [p.centre[0] + p.radius if isinstance(p, Disc) else max(p)[0] for p in self.fixtures]
         return max(ends, default=0.0)
 
 
 @dataclass(frozen=True)
 class View:
-    """What there is to see; nothing of it is hidden but `revealed`.
+    """Contents of a picture. Only `revealed` is hidden from the agent.
 
-    What stays for an episode is drawn once and kept, which needs tuples: a list is not hashable.
+    Fields are tuples because drawings of the static parts are cached, which needs hashable values.
 
     Parameters
     ----------
     object : triple of float
         Pose in the world.
     goal : triple of float or None
-        Pose that the object is to reach.
+        Goal pose of the object.
     shape : Shape
-        What the object looks like.
+        Shape of the object.
     obstacles : tuple of polygons
-        Simple, in the world.
+        Simple polygons in the world.
     path : tuple of pairs of float
-        The line to be followed.
+        Path to follow.
     gripper : triple of float or None
         Pose in the world.
     holds : bool
-        Whether the gripper grasps; else it touches with a tip.
+        Whether the gripper grasps the object; else it is a point contact.
     wrench : triple of float
-        At the gripper, in its axes: N, N, N m.
+        Wrench at the gripper in gripper axes: N, N, N m.
     trail : tuple of pairs of float
-        Where the object has been.
+        Past positions of the object.
     arena : float
         Half the side of the square, m.
     force_scale : float
-        The force, N, whose arrow is 0.8 m long; 0.4 m times it is the torque of three quarters of a turn.
+        Force, N, with an arrow of 0.8 m. This force times 0.4 m is the torque with an arrow of 270°.
     revealed : tuple of (x, y, angle, label)
-        Hidden wheels, object frame, where they may be shown.
+        Hidden wheels to show, object frame.
     """
 
     object: Pose
@@ -96,4 +96,4 @@ class View:
     trail: tuple[Point, ...] = ()
     arena: float = 2.5
     force_scale: float = 100.0
-    revealed: tuple[Hidden, ...] = ()
+    revealed: tuple[HiddenWheel, ...] = ()

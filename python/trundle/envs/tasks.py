@@ -1,4 +1,4 @@
-"""The tasks."""
+"""Tasks of the pushing environments."""
 
 from __future__ import annotations
 
@@ -13,14 +13,15 @@ class PushPose(Push):
     """Push an object to a pose.
 
     ## Description
-    An object whose wheels may be locked, fixed or swivel stands within 0.5 m of the origin along x and y,
-    at any heading. It is to be pushed to a pose 0.4 to 1 m away, turned by up to 0.8 rad.
+    The wheels of the object may be locked, fixed or casters. It starts within 0.5 m of the origin along x and
+    y, at any heading. The goal is a pose 0.4 to 1 m away, turned by up to 0.8 rad.
 
     ## Rewards
-    Each step: minus its time times (distance to the goal in m + 0.3 x heading error in rad), so that a
+    Each step: minus its duration times (distance to the goal in m + 0.3 x heading error in rad), so that a
     return is minus the time integral of the error.
 
-    Actions, observations (16, or 18 of several objects), ends and arguments: see `trundle.envs.Push`.
+    Actions, observations (16, or 18 with several objects), episode end and arguments: see
+    `trundle.envs.Push`.
 
     ## Version History
     - v0: initial version
@@ -30,12 +31,13 @@ class PushPose(Push):
 
 
 class LockedWheel(PushPose):
-    """Push an office table to a pose, without knowing which of its wheels is locked.
+    """Push an office table with one unknown locked wheel to a pose.
 
     ## Description
-    As `PushPose`, the paper's object: a table of 1.2 m by 0.8 m and 22 kg stands on four wheels. Three roll
-    freely; one is locked and resists with 60 to 300 N s/m, not alike in all directions. Which one, how
-    firmly and along which axis is drawn with the episode. A gripper holds the middle of its rear edge.
+    As `PushPose`, with the object of the paper: a table of 1.2 m by 0.8 m and 22 kg on four wheels. Three
+    wheels roll freely. One is locked and resists with 60 to 300 N s/m, depending on the direction. The
+    locked wheel, its resistance and its axis are drawn for each episode. A gripper holds the middle of the
+    rear edge.
 
     ## Version History
     - v0: initial version
@@ -48,15 +50,15 @@ class PushPath(Push):
     """Push an object along a path.
 
     ## Description
-    A path of 2 m that bends at random begins at the object, which is to turn as the path does. The goal of
-    an observation lies on the path 0.3 m ahead of the place that has been reached; two more points, 0.6 and
-    0.9 m ahead, follow as four numbers (x, y; m).
+    A path of 2 m with random bends starts at the object, whose heading must follow the path. The goal in the
+    observation is the point on the path 0.3 m ahead of the current progress. Two more points, 0.6 and 0.9 m
+    ahead, follow as four numbers (x, y; m).
 
     ## Rewards
-    Each step: the length of path gained (m), minus its time times (distance from the path in m + 0.3 x
+    Each step: progress along the path (m), minus its duration times (distance from the path in m + 0.3 x
     heading error in rad). `info["distance"]` is the distance from the path.
 
-    Actions, observations (20, or 22), ends (the goal is the path's end) and arguments: see
+    Actions, observations (20, or 22), episode end (the goal is the end of the path) and arguments: see
     `trundle.envs.Push`.
 
     ## Version History
@@ -70,15 +72,15 @@ class PushAround(Push):
     """Push an object to a pose behind an obstacle.
 
     ## Description
-    The paper's task: a box of 0.2 to 0.4 m by 0.3 to 0.8 m stands between the object and its goal. Six
-    numbers follow in the observation: the box's middle (x, y; m), cosine and sine of its heading, and half
+    The task of the paper: a box of 0.2 to 0.4 m by 0.3 to 0.8 m is between the object and its goal. Six
+    numbers follow in the observation: centre of the box (x, y; m), cosine and sine of its heading, and half
     its sides (m).
 
     ## Rewards
-    Each step: minus its time times (distance to the goal in m, as the crow flies, + 0.3 x heading error in
-    rad, + 1 if the object touched the box).
+    Each step: minus its duration times (straight distance to the goal in m + 0.3 x heading error in rad + 1
+    if the object touched the box).
 
-    Actions, observations (22, or 24), ends and arguments: see `trundle.envs.Push`.
+    Actions, observations (22, or 24), episode end and arguments: see `trundle.envs.Push`.
 
     ## Version History
     - v0: initial version
@@ -90,21 +92,21 @@ class PushAround(Push):
     def seen_obstacles(observation: Observation) -> list[list[tuple[float, float]]]:
         """Return the box."""
         x, y, cos, sin, a, b = observation[-6:]
-        return [_oblong((x, y), (cos, sin), (-a, a), (-b, b))]
+        return [_rectangle((x, y), (cos, sin), (-a, a), (-b, b))]
 
 
 class PushDoor(Push):
     """Push an object through a doorway.
 
     ## Description
-    A wall of 10 cm parts the arena. Its opening is 0.2 to 0.5 m wider than the narrow side of the object,
-    which stands on one side and is to reach a pose on the other. Five numbers follow in the observation:
-    the opening's middle (x, y; m), cosine and sine of the direction through it, and its width (m).
+    A wall of 10 cm divides the arena. Its opening is 0.2 to 0.5 m wider than the narrow side of the object.
+    The object starts on one side; the goal is a pose on the other. Five numbers follow in the observation:
+    centre of the opening (x, y; m), cosine and sine of the direction through it, and its width (m).
 
     ## Rewards
-    As those of `PushAround`.
+    As in `PushAround`.
 
-    Actions, observations (21, or 23), ends and arguments: see `trundle.envs.Push`.
+    Actions, observations (21, or 23), episode end and arguments: see `trundle.envs.Push`.
 
     ## Version History
     - v0: initial version
@@ -116,18 +118,18 @@ class PushDoor(Push):
     def seen_obstacles(observation: Observation) -> list[list[tuple[float, float]]]:
         """Return the wall on both sides of the opening."""
         x, y, cos, sin, width = observation[-5:]
-        sides = ((width / 2, WALL_LENGTH), (-WALL_LENGTH, -width / 2))
-        return [_oblong((x, y), (cos, sin), (-0.05, 0.05), side) for side in sides]
+        sides = ((width / 2, WALL_HALF_LENGTH_M), (-WALL_HALF_LENGTH_M, -width / 2))
+        return [_rectangle((x, y), (cos, sin), (-0.05, 0.05), side) for side in sides]
 
 
-WALL_LENGTH = 5.0
-"""From the middle of the opening to beyond the arena, m."""
+WALL_HALF_LENGTH_M = 5.0
+"""Distance from the middle of the opening to the end of the wall, outside the arena, m."""
 
 Pair = tuple[float, float]
 
 
-def _oblong(middle: Pair, way: Pair, along: Pair, across: Pair) -> list[Pair]:
-    """Return a rectangle in a frame whose x is `way`."""
+def _rectangle(middle: Pair, way: Pair, along: Pair, across: Pair) -> list[Pair]:
+    """Return a rectangle in a frame at `middle` whose x axis is `way`."""
     (x, y), (cos, sin) = middle, way
     corners = [(along[0], across[0]), (along[1], across[0]), (along[1], across[1]), (along[0], across[1])]
     return [(float(x + cos * a - sin * b), float(y + sin * a + cos * b)) for a, b in corners]

@@ -1,4 +1,4 @@
-"""Many environments at once, stepped by all cores without the interpreter."""
+"""Batches of environments that native code steps on all cores."""
 
 from __future__ import annotations
 
@@ -15,7 +15,7 @@ from trundle._native import Batch, NotFiniteError, Snapshot, TrundleError
 from trundle.envs import goal, tasks
 from trundle.envs.goal import GoalSpace
 from trundle.envs.push import FACING, REACH, ActionError, Push, reset_options
-from trundle.envs.view import draw, needed
+from trundle.envs.view import draw, require_episode
 
 __all__ = ["PushGoalVec", "PushVec"]
 
@@ -23,38 +23,38 @@ Array = NDArray[np.float64]
 Flags = NDArray[np.bool_]
 
 COLUMNS: list[str] = Batch.COLUMNS
-MOST = 2**62
-"""More than any memory holds, and yet a number that the native half can take."""
-TRUTHS = ("is_success", "lost", "touched")
+MAX_NUM_ENVS = 2**62
+"""Upper bound on `num_envs` for the native module; no memory suffices for so many."""
+BOOLEAN_INFOS = ("is_success", "lost", "touched")
 
 
 class PushVec(VectorEnv[Any, Any, Any]):
-    """What all batches of pushing environments have in common; `gymnasium.make_vec` makes one.
+    """Base class of batches of pushing environments; use `gymnasium.make_vec`.
 
-    Each environment is, to the last bit, the single one with its seed, whatever the number of environments or
+    Each environment is bit for bit equal to the single one with its seed, for any number of environments and
     threads.
 
     Parameters
     ----------
     num_envs : int
-        How many.
+        Number of environments.
     autoreset_mode : AutoresetMode or str
         "NextStep", "SameStep" or "Disabled", as Gymnasium documents them; in "SameStep" `infos["final_obs"]`
         holds the last observations, of shape (num_envs, n), and `infos["final_info"]` the last infos, where
         `infos["_final_obs"]` is True.
     copy : bool
-        False: the observations that `step` and `reset` return are the buffer that the next call overwrites.
+        Whether `step` and `reset` return copies of the observations. Otherwise the next call overwrites them.
     render_mode : {"rgb_array"}, optional
-        `render` then returns a tuple of pictures.
+        With it, `render` returns a tuple of pictures.
     max_episode_steps : int, optional
         Gymnasium's name for `horizon`.
     **options
-        As those of the single environment.
+        Options of the single environment.
 
     Raises
     ------
     TrundleError
-        If an option makes no sense, or so many do not fit into the memory that is free.
+        If an option is invalid, or the batch does not fit into free memory.
     """
 
     ENV: ClassVar[type[Push]] = Push
@@ -72,18 +72,18 @@ class PushVec(VectorEnv[Any, Any, Any]):
     ) -> None:
         if max_episode_steps is not None:
             if "horizon" in options:
-                raise TrundleError("max_episode_steps and horizon are one: give either")
+                raise TrundleError("max_episode_steps and horizon are the same option; give one of them")
             options["horizon"] = max_episode_steps
         if num_envs < 1:
             raise TrundleError(f"num_envs = {num_envs}: at least one environment is needed")
         if render_mode not in (None, "rgb_array"):
             raise TrundleError(f"render_mode = {render_mode!r}: choose 'rgb_array' or None for a batch")
-        # The single one refuses what cannot be, and knows the spaces.
+        # The single environment validates the options and defines the spaces.
         single = self.ENV(**options)
         self.num_envs, self.render_mode = num_envs, render_mode
         self.autoreset_mode = AutoresetMode(autoreset_mode)
-        # First, because it refuses more than there is memory for.
-        self._native = Batch(single._options, min(num_envs, MOST), self.autoreset_mode.value)
+        # Before the buffers below: it refuses batches that do not fit into memory.
+        self._native = Batch(single._options, min(num_envs, MAX_NUM_ENVS), self.autoreset_mode.value)
         self.metadata = {
             **single.metadata,
             "render_modes": ["rgb_array"],
@@ -106,20 +106,20 @@ class PushVec(VectorEnv[Any, Any, Any]):
         seed: int | Sequence[int | None] | None = None,
         options: dict[str, Any] | None = None,
     ) -> tuple[Any, dict[str, Any]]:
-        """Begin episodes, of all environments or those in `options["reset_mask"]`; else as the single one."""
-        told = dict(options or {})
-        mask = self._mask(told.pop("reset_mask", None))
+        """Begin episodes of all environments, or of those in `options["reset_mask"]`; see `Push.reset`."""
+        others = dict(options or {})
+        mask = self._mask(others.pop("reset_mask", None))
         seeds = self._seeds(seed)
         chosen = [(one,) if wanted else None for one, wanted in zip(seeds, mask, strict=True)]
-        self._native.reset(chosen, self._seen, **reset_options(told))
+        self._native.reset(chosen, self._seen, **reset_options(others))
         self._ended[mask] = False
         return self._observed(self._seen), {}
 
     def step(self, actions: Any) -> tuple[Any, Array, Flags, Flags, dict[str, Any]]:
-        """Act on all objects until the next action is due."""
+        """Apply the actions until the next ones are due."""
         if not self._native.ready:
             raise ResetNeeded(
-                "an episode is not under way: call reset() before step(), and where one has ended"
+                "an environment has no running episode: call reset() before step(), and after an episode ends"
             )
         try:
             self._native.step(actions, self._seen, self._finals, self._table)
@@ -140,36 +140,36 @@ class PushVec(VectorEnv[Any, Any, Any]):
         return self._native.snapshot(index)
 
     def restore(self, index: int, snapshot: Snapshot) -> None:
-        """Put one environment into a state; what `step` has returned of it is past."""
+        """Restore the state of one environment; results that `step` returned before are not updated."""
         self._native.restore(index, snapshot)
         self._ended[index] = self._native.ended(index)
 
     def hidden_values(self) -> Array:
-        """Return what `trundle.Oracle` adds to observations, shape (num_envs, 10)."""
+        """Return the numbers that `VectorOracle` adds to observations, shape (num_envs, 10)."""
         return self._native.hidden_values()
 
     def render(self) -> tuple[NDArray[np.uint8], ...] | None:
         """Return a picture of each environment, or None without `render_mode`."""
         if self.render_mode is None:
             return None
-        return tuple(draw(needed(self._native.view(index))) for index in range(self.num_envs))
+        return tuple(draw(require_episode(self._native.view(index))) for index in range(self.num_envs))
 
     def _seeds(self, seed: int | Sequence[int | None] | None) -> list[int | None]:
-        """Return a seed for each, None where its own stream goes on."""
+        """Return a seed for each environment; None continues its random stream."""
         if isinstance(seed, (int, np.integer)):
             super().reset(seed=int(seed))
             seed = [int(seed) + index for index in range(self.num_envs)]
         seeds = [None] * self.num_envs if seed is None else list(seed)
         if len(seeds) != self.num_envs:
             raise TrundleError(f"{len(seeds)} seeds for {self.num_envs} environments: give one for each")
-        # Drawn whether needed or not, so that who is seeded does not change the others.
+        # Always draw all seeds, so that seeding one environment does not affect the others.
         drawn = self.np_random.integers(2**63, size=self.num_envs)
         given = [
             one if one is not None or known else draw
             for one, known, draw in zip(seeds, self._native.seeded, drawn, strict=True)
         ]
         if any(one is not None and one < 0 for one in given):
-            raise TrundleError(f"seed = {seed}: a seed is not negative")
+            raise TrundleError(f"seed = {seed}: must not be negative")
         return [None if one is None else int(one) % 2**64 for one in given]
 
     def _mask(self, mask: Any) -> Flags:
@@ -177,7 +177,9 @@ class PushVec(VectorEnv[Any, Any, Any]):
             return np.ones(self.num_envs, dtype=np.bool_)
         array = np.asarray(mask)
         if array.shape != (self.num_envs,) or array.dtype != np.bool_ or not array.any():
-            raise TrundleError(f"reset_mask = {mask!r}: give {self.num_envs} booleans, one True at least")
+            raise TrundleError(
+                f"reset_mask = {mask!r}: give {self.num_envs} booleans, at least one of them True"
+            )
         return array
 
     def _observed(self, seen: Array) -> Any:
@@ -191,7 +193,7 @@ class PushVec(VectorEnv[Any, Any, Any]):
 
     def _infos(self, ended: Flags, begun: Flags) -> dict[str, Any]:
         columns = {
-            key: self._table[:, k] != 0 if key in TRUTHS else self._table[:, k]
+            key: self._table[:, k] != 0 if key in BOOLEAN_INFOS else self._table[:, k]
             for k, key in enumerate(COLUMNS)
             if k > 2
         }
@@ -208,7 +210,7 @@ class PushVec(VectorEnv[Any, Any, Any]):
 
 
 def _masked(columns: dict[str, Any], mask: Flags) -> dict[str, Any]:
-    """Return infos as a vector environment does: beside each entry, of which environments it is one."""
+    """Return infos in Gymnasium's vector format: `_key` tells which environments have `key`."""
     if not mask.any():
         return {}
     kept = {
@@ -218,7 +220,7 @@ def _masked(columns: dict[str, Any], mask: Flags) -> dict[str, Any]:
 
 
 class PushGoalVec(PushVec):
-    """The same of goal-conditioned environments: observations are dictionaries of copies, `final_obs` too."""
+    """Base class of goal-conditioned batches: observations and `final_obs` are dictionaries of copies."""
 
     def __init__(self, num_envs: int = 1, *, reward_type: str = "sparse", **options: Any) -> None:
         self._goals = GoalSpace(reward_type, options.get("reach", REACH), options.get("facing", FACING))
@@ -226,10 +228,10 @@ class PushGoalVec(PushVec):
 
     def compute_reward(self, achieved_goal: Array, desired_goal: Array, info: Any) -> Any:
         """Return the reward of goals of shape (4,) or (n, 4)."""
-        return self._goals.asked(achieved_goal, desired_goal)
+        return self._goals.compute_reward(achieved_goal, desired_goal)
 
     def _observed(self, seen: Array) -> Any:
-        return self._goals.parted(seen)
+        return self._goals.split(seen)
 
     def _ends(self, terminated: Flags, truncated: Flags) -> tuple[Flags, Flags]:
         return np.zeros_like(terminated), terminated | truncated

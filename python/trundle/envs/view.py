@@ -1,4 +1,4 @@
-"""From what a native task lets be seen to a picture."""
+"""Pictures of the state of a native environment."""
 
 from __future__ import annotations
 
@@ -11,15 +11,15 @@ from numpy.typing import NDArray
 
 from trundle._native import Pushing
 from trundle.envs.drawing import picture
-from trundle.envs.scene import Disc, Hidden, Point, Shape, View
+from trundle.envs.scene import Disc, HiddenWheel, Point, Shape, View
 
-__all__ = ["draw", "needed"]
+__all__ = ["draw", "require_episode"]
 
 
 def draw(
     seen: dict[str, Any], trail: Sequence[Point] = (), hidden: dict[str, Any] | None = None
 ) -> NDArray[np.uint8]:
-    """Draw what a native task lets be seen, and the wheels of a hidden model if it is given."""
+    """Draw the visible state of a native environment, and the wheels of a hidden model if given."""
     fixtures = tuple(
         Disc(tuple(part[0]), part[1]) if isinstance(part, tuple) else tuple(map(tuple, part))
         for part in seen["fixtures"]
@@ -41,14 +41,14 @@ def draw(
     )
 
 
-def _wheels(hidden: dict[str, Any]) -> tuple[Hidden, ...]:
+def _wheels(hidden: dict[str, Any]) -> tuple[HiddenWheel, ...]:
     """Return the viscous wheels of a model, with their friction along and across."""
     wheels = [effect for effect in hidden.get("effect", ()) if effect["kind"] == "viscous_wheel"]
     return tuple((w["x"], w["y"], w["angle"], f"{w['mu_x']:.0f}, {w['mu_y']:.0f}") for w in wheels)
 
 
-def needed(value: dict[str, Any] | None) -> dict[str, Any]:
-    """Return a value that there is from the first reset on."""
+def require_episode(value: dict[str, Any] | None) -> dict[str, Any]:
+    """Return `value`, or raise `ResetNeeded` if it is None because no episode has begun."""
     if value is None:
         raise ResetNeeded("no episode has begun: call reset() first")
     return value

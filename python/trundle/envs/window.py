@@ -1,4 +1,4 @@
-"""The window of render mode `human`."""
+"""The window of the render mode "human"."""
 
 from __future__ import annotations
 
@@ -13,17 +13,17 @@ __all__ = ["Window"]
 
 
 class Window:
-    """A window that shows pictures as fast as they are meant to be seen.
+    """A window that shows pictures at a given rate.
 
     Parameters
     ----------
     title : str
-        Shown by the window manager.
+        Title of the window.
 
     Raises
     ------
     gymnasium.error.DependencyNotInstalled
-        Without pygame.
+        If pygame is not installed.
     """
 
     def __init__(self, title: str = "trundle") -> None:
@@ -34,11 +34,11 @@ class Window:
 
     @property
     def closed(self) -> bool:
-        """Whether it was closed, by the user or by `close()`; it stays so."""
+        """Whether the window was closed, by the user or by `close()`. It cannot be reopened."""
         return self._closed
 
     def show(self, pixels: NDArray[np.uint8], fps: float) -> None:
-        """Show a picture and wait until `fps` allows it; does nothing once the window is closed."""
+        """Show a picture and wait according to `fps`; does nothing once the window is closed."""
         if self._closed:
             return
         surface = self._surface((pixels.shape[1], pixels.shape[0]))
@@ -51,13 +51,13 @@ class Window:
         self._clock.tick(fps)
 
     def close(self) -> None:
-        """Close the window; again is no error."""
+        """Close the window; repeated calls have no effect."""
         if self._opened and not self._closed:
             self._pygame.display.quit()
         self._closed = True
 
     def _surface(self, size: tuple[int, int]) -> Any:
-        """Return the window, opened where it is not, as after another environment closed it."""
+        """Return the surface of the window; open it if needed, such as after another window was closed."""
         display = self._pygame.display
         surface = display.get_surface() if display.get_init() else None
         if surface is None or surface.get_size() != size:

@@ -9,7 +9,7 @@ from pathlib import Path
 from typing import Any
 
 from trundle._native import TrundleError
-from trundle.whole import write_text
+from trundle.atomic import write_text
 
 __all__ = ["Row", "read_headed", "read_lines", "read_trials", "rounded", "write_lines", "write_trials"]
 

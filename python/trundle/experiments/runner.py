@@ -18,10 +18,10 @@ from pathlib import Path
 from typing import Any, TextIO
 
 from trundle._native import TrundleError
-from trundle.cli.progress import Progress, duration
+from trundle.atomic import read_json, write_text
+from trundle.cli.progress import Progress, format_duration
 from trundle.experiments.backends import Backend, Local
 from trundle.experiments.results import rounded
-from trundle.whole import kept_json, write_text
 
 __all__ = ["Runner", "Unit"]
 
@@ -103,7 +103,7 @@ class Runner:
         if not path.exists():
             return False
         lost = unit.made is not None and not unit.made.exists()
-        return not (lost and kept_json(path)["result"].get("digest"))
+        return not (lost and read_json(path)["result"].get("digest"))
 
     def run(self, label: str, units: Sequence[Unit]) -> list[Any]:
         """Run the units that have no result, and return the results of all, in order.
@@ -127,7 +127,7 @@ class Runner:
                 report.step(unit.name)
         if failures:
             raise TrundleError(f"{label}: {len(failures)} of {len(units)} failed; first {failures[0]}")
-        return [kept_json(self.file_of(unit))["result"] for unit in units]
+        return [read_json(self.file_of(unit))["result"] for unit in units]
 
 
 def perform(
@@ -170,6 +170,6 @@ class Report:
         if self.quiet or self.stream.isatty() or not due:
             return
         self.shown = now
-        left = duration((now - self.began) / self.done * (self.missing - self.done))
+        left = format_duration((now - self.began) / self.done * (self.missing - self.done))
         done = self.total - self.missing + self.done
         self.tell(f"{self.label}: {done} of {self.total} ({name}), about {left} left")

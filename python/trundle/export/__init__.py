@@ -1,8 +1,9 @@
-"""Models for other simulators, recordings for robot tools.
+"""Export of models to other simulators and of recordings to robot tools.
 
-`to_mujoco` writes a folder that MuJoCo loads with nothing but this package beside it; `Laws` is what any
-simulator can ask for the forces of a model, `draw` gives it another object that the data allow.
-`write_mcap` writes a recording for Foxglove and rosbag2.
+- `to_mujoco` writes a folder that MuJoCo loads with this package installed.
+- `Laws` evaluates the forces of a model for any simulator.
+- `draw` samples the parameters of a model from its posterior.
+- `write_mcap` writes a recording for Foxglove and rosbag2.
 """
 
 from __future__ import annotations

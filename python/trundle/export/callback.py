@@ -1,15 +1,14 @@
-"""What a simulation left out, in MuJoCo: the effects of the `model.toml` beside this file.
+"""The effects of the `model.toml` next to this file, for MuJoCo.
 
-`object.xml` describes the body and the actuators through which the effects act; their laws are trundle's.
+`object.xml` describes the body and the actuators of the effects. trundle evaluates the effects.
 
-    model, effects = load()                            # or Effects(your_model) once object.xml is part of it
+    model, effects = load()                            # or Effects(your_model) if it includes object.xml
     data = mujoco.MjData(model)
     effects.apply(model, data); mujoco.mj_step(model, data)       # in your loop, before each step
-    mujoco.set_mjcb_control(effects.apply)                        # or once, for every step from then on
-    effects.use(effects.sample(numpy.random.default_rng(0)))      # another object that the data allow
+    mujoco.set_mjcb_control(effects.apply)                        # or once, for all later steps
+    effects.use(effects.sample(numpy.random.default_rng(0)))      # parameters from the posterior
 
-Needs `mujoco` and `trundle`. Your own forces go where they always go: `qfrc_applied`,
-`xfrc_applied`, contacts.
+Needs `mujoco` and `trundle`. Apply your own forces as usual: `qfrc_applied`, `xfrc_applied`, contacts.
 """
 
 from __future__ import annotations
@@ -32,7 +31,7 @@ IMPLICIT = (mujoco.mjtIntegrator.mjINT_IMPLICIT, mujoco.mjtIntegrator.mjINT_IMPL
 
 
 def load(folder: str | Path = HERE) -> tuple[mujoco.MjModel, Effects]:
-    """Return the object alone, compiled, and its effects."""
+    """Return a compiled model of the object alone, and its effects."""
     model = mujoco.MjModel.from_xml_path(str(Path(folder) / "object.xml"))
     return model, Effects(model, folder)
 
@@ -43,17 +42,17 @@ class Effects:
     Parameters
     ----------
     model : mujoco.MjModel
-        One that `object.xml` is part of, the body a child of the world that is not turned, moving in its
-        plane or by a free joint.
+        A model that includes `object.xml`. The body must be a child of the world without rotation, with
+        planar joints or a free joint.
     folder : path
-        Where `model.toml` lies.
+        Folder of `model.toml`.
     parameters : mapping of str to float, optional
-        Values in the place of those of `model.toml`, as `sample` returns them.
+        Values that replace those of `model.toml`, as `sample` returns them.
     contact : float
-        Time at which somebody begins to push, s: some laws act from then on.
+        Start time of the contact, s, from which some effects act.
     episode : float
-        Number of the recording's episode that is relived, from 0, where a law changes at an event; by default
-        all events have happened.
+        Number of the episode to reproduce, from 0, for effects with an event; by default all events have
+        occurred.
     """
 
     def __init__(
@@ -78,22 +77,22 @@ class Effects:
         self.use(parameters or {})
 
     def sample(self, rng: np.random.Generator) -> dict[str, float]:
-        """Draw a value for every parameter from the posterior of `model.toml`: a positive one is positive."""
+        """Draw a value for every parameter from the posterior of `model.toml`, within its bounds."""
         return draw(self.described, rng)
 
     def use(self, parameters: Mapping[str, float]) -> None:
-        """Take these values, and give the body the mass, mass centre and inertia that go with them."""
+        """Set the parameters, and the mass, mass centre and inertia of the body accordingly."""
         self.laws = Laws(self.described, dict(parameters))
         self.inner = slice(0, len(self.laws.starts))
         if self.model.nuserdata < self.inner.stop:
-            raise TrundleError(f'the laws have states of their own: <size nuserdata="{self.inner.stop}"/>')
+            raise TrundleError(f'the effects have states: set <size nuserdata="{self.inner.stop}"/>')
         self.model.body_mass[self.body] = self.laws.mass
         self.model.body_ipos[self.body, :2] = self.laws.com
         self.model.body_inertia[self.body] = self.laws.inertia
         mujoco.mj_setConst(self.model, mujoco.MjData(self.model))
 
     def apply(self, model: mujoco.MjModel, data: mujoco.MjData) -> None:
-        """Set the controls that are the effects' own for the step to come; nothing for another model."""
+        """Set the controls of the effects for the next step; does nothing for another model."""
         if model.signature != self.model.signature:
             return
         pose, twist = self.state(data)
@@ -121,7 +120,7 @@ class Effects:
         return (place[0] + q[0], place[1] + q[1], q[2]), (vx, vy, spin)
 
     def others(self, data: mujoco.MjData, pose: tuple[float, ...]) -> tuple[float, float, float]:
-        """Return the wrench of all else, object axes about the origin; contacts as they were a step ago."""
+        """Return the wrench of all other forces, object axes about the origin; contacts are one step old."""
         fx, fy, torque = data.qfrc_applied[self.dofs] + data.qfrc_constraint[self.dofs]
         cos, sin = np.cos(pose[2]), np.sin(pose[2])
         fx, fy = cos * fx + sin * fy, cos * fy - sin * fx
@@ -134,23 +133,21 @@ class Effects:
 
 
 def identify(model: mujoco.MjModel, kind: mujoco.mjtObj, name: str) -> int:
-    """Return the index of what is named so."""
+    """Return the index of a named element."""
     index = int(mujoco.mj_name2id(model, kind, name))
     if index < 0:
-        raise TrundleError(f"the MuJoCo model has no {name!r}: attach object.xml to it")
+        raise TrundleError(f"the MuJoCo model has no {name!r}: include object.xml in it")
     return index
 
 
 def coordinates(model: mujoco.MjModel, body: int) -> tuple[bool, slice, list[int]]:
-    """Return whether the body is free, its places in `qpos`, and those of x, y and theta in `qvel`."""
+    """Return whether the body has a free joint, its slice of `qpos`, and its x, y, theta in `qvel`."""
     joints = range(model.body_jntadr[body], model.body_jntadr[body] + model.body_jntnum[body])
     kinds = [int(model.jnt_type[joint]) for joint in joints]
     at, dof = model.jnt_qposadr[joints[0]] if joints else 0, model.body_dofadr[body]
     turned = abs(model.body_quat[body][0]) < 1 - 1e-9 and kinds != [int(mujoco.mjtJoint.mjJNT_FREE)]
     if model.body_parentid[body] != 0 or turned:
-        raise TrundleError(
-            f"{BODY!r} must be a child of the world that is not turned: the laws know no other"
-        )
+        raise TrundleError(f"{BODY!r} must be a child of the world without rotation")
     if kinds == [int(mujoco.mjtJoint.mjJNT_FREE)]:
         return True, slice(at, at + 7), [dof, dof + 1, dof + 5]
     if kinds != [int(mujoco.mjtJoint.mjJNT_SLIDE)] * 2 + [int(mujoco.mjtJoint.mjJNT_HINGE)]:

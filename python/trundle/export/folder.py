@@ -1,4 +1,4 @@
-"""A model written for MuJoCo: a folder that appears whole."""
+"""Export of a model to MuJoCo."""
 
 from __future__ import annotations
 
@@ -9,15 +9,15 @@ from pathlib import Path
 from typing import TypeAlias
 
 from trundle._native import Model, effects
-from trundle.export.mjcf import described, mjcf
+from trundle.atomic import atomic_folder
+from trundle.export.mjcf import mjcf, parse_model
 from trundle.export.randomise import ranges
-from trundle.whole import whole_folder
 
 __all__ = ["to_mujoco"]
 
 PathLike: TypeAlias = "str | os.PathLike[str]"
-CALLBACK = "effects.py"
-MARK = "object.xml"
+CALLBACK_FILE = "effects.py"
+SCENE_FILE = "object.xml"
 
 
 def to_mujoco(
@@ -28,13 +28,13 @@ def to_mujoco(
     Parameters
     ----------
     model : Model or path
-        With a value for every parameter, as a diagnosis or a fit writes it.
+        Must contain a value for every parameter, as a diagnosis or a fit writes it.
     folder : path
-        Made, or replaced if it holds an earlier export. It receives ``object.xml`` (MJCF), ``effects.py``
-        (the callback), ``model.toml`` (what the callback reads) and ``ranges.json`` (95 % intervals of the
-        posterior, and the effects on instruments, which a simulator's forces do not show).
+        Created, or replaced atomically if it contains an earlier export. It receives ``object.xml`` (MJCF),
+        ``effects.py`` (the callback), ``model.toml`` (input of the callback) and ``ranges.json`` (95 %
+        intervals of the posterior, and the names of instrument effects, which do not act as forces).
     footprint : sequence of (x, y), optional
-        Corners, m, for a model that names none.
+        Corners, m, for a model without a footprint.
 
     Returns
     -------
@@ -44,26 +44,26 @@ def to_mujoco(
     Raises
     ------
     TrundleError
-        If a value is free, there is no footprint, or the folder holds something else.
+        If a parameter has no value, there is no footprint, or the folder contains anything else.
     """
     read = model if isinstance(model, Model) else Model.read(model)
     folder = Path(folder)
     written = {
-        MARK: mjcf(read, footprint),
+        SCENE_FILE: mjcf(read, footprint),
         "model.toml": read.to_toml(),
         "ranges.json": json.dumps(summary(read), indent=2, ensure_ascii=False) + "\n",
-        CALLBACK: Path(__file__).with_name("callback.py").read_text(encoding="utf-8"),
+        CALLBACK_FILE: Path(__file__).with_name("callback.py").read_text(encoding="utf-8"),
     }
-    with whole_folder(folder, MARK, "an export") as partial:
+    with atomic_folder(folder, SCENE_FILE, "an export") as partial:
         for name, text in written.items():
             (partial / name).write_text(text, encoding="utf-8")
     return folder
 
 
 def summary(model: Model) -> dict[str, object]:
-    """Return what `ranges.json` holds."""
+    """Return the content of `ranges.json`."""
     acting = {effect["kind"]: effect["acting"] for effect in effects()}
-    text = described(model)
+    text = parse_model(model)
     instruments = [e["kind"] for e in text.get("effect", []) if acting[e["kind"]] == "instrument"]
     if text.get("unnamed", {}).get("axes") == "reading":
         instruments.append("unnamed")

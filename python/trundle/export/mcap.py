@@ -12,8 +12,8 @@
 | `/trundle/recording` | `std_msgs/msg/String` | TOML: `recording.toml`, each episode's columns; latched |
 
 `frame_id` of a pose is `world`; of the wrench `gripper`, `object` or `world`, as `[wrench] frame` says.
-Header stamp and log time are one. A cell without a sample is a message that is not there; an axis that nobody
-measured, and the height of what stays level, is 0. Episodes lie one after another, a second between them.
+Header stamp and log time are equal. A cell without a sample has no message. An axis that was not measured,
+and the height of a level frame, is 0. Episodes follow each other with a gap of one second.
 """
 
 from __future__ import annotations
@@ -33,9 +33,13 @@ from numpy.typing import NDArray
 from rosbags.rosbag2 import StoragePlugin, Writer
 
 from trundle._native import Recording, TrundleError, read
-from trundle.export.messages import NANO, Bag
+from trundle.atomic import report_target_path
+from trundle.export.messages import NS_PER_S, Bag
 from trundle.importers.config import MapError
-from trundle.importers.exported import (
+from trundle.importers.layout import ShowProgress, SourceError
+from trundle.importers.rosbag import open_bag
+from trundle.importers.rotations import from_heading
+from trundle.importers.trundle_mcap import (
     DESCRIPTION,
     FORMAT,
     NAME,
@@ -46,10 +50,6 @@ from trundle.importers.exported import (
     Episode,
     describe,
 )
-from trundle.importers.layout import Say, SourceError
-from trundle.importers.rosbag import opened
-from trundle.importers.rotations import from_heading
-from trundle.whole import naming
 
 __all__ = ["write_mcap"]
 
@@ -57,25 +57,25 @@ PathLike: TypeAlias = "str | os.PathLike[str]"
 Stamps = NDArray[np.int64]
 Table = dict[str, Any]
 
-BEGIN = NANO
-"""ns; a stamp of 0 would read as "no time"."""
-GAP = NANO
-LAST = 2**31
-"""s; a ROS stamp has 32 bits for them."""
+FIRST_STAMP_NS = NS_PER_S
+"""First stamp, ns, because readers take a stamp of 0 for no time."""
+EPISODE_GAP_NS = NS_PER_S
+MAX_STAMP_S = 2**31
+"""Largest ROS stamp, s (a signed 32-bit integer)."""
 FRAMES = {"sensor": "gripper", "object": "object", "world": "world"}
 
 
-def write_mcap(recording: Recording | PathLike, path: PathLike, say: Say = lambda _: None) -> Path:
+def write_mcap(recording: Recording | PathLike, path: PathLike, say: ShowProgress = lambda _: None) -> Path:
     """Write a recording as one MCAP file.
 
-    `trundle import FILE.mcap` makes the same recording of it, bit for bit.
+    `trundle import FILE.mcap` reproduces the recording bit for bit.
 
     Parameters
     ----------
     recording : Recording or path
-        All its episodes are written.
+        The recording, or its folder.
     path : path
-        A name in `.mcap`; an earlier export there is replaced. The file appears whole or not at all.
+        Output file with the suffix `.mcap`, written atomically. An earlier export is replaced.
     say : callable
         Shows progress.
 
@@ -87,23 +87,23 @@ def write_mcap(recording: Recording | PathLike, path: PathLike, say: Say = lambd
     Raises
     ------
     TrundleError
-        If there is no recording, two of its times share a nanosecond, or `path` is something else's.
+        If the recording is invalid, two of its times are in the same nanosecond, or `path` is another file.
     """
     whole = recording if isinstance(recording, Recording) else read(recording)
     path = Path(path)
-    _check_free(path)
-    placed = _placed(whole)
+    _check_target(path)
+    placed = _assign_stamps(whole)
     path.parent.mkdir(parents=True, exist_ok=True)
     with (
         tempfile.TemporaryDirectory(prefix=f".{path.name}-", dir=path.parent) as partial,
-        naming(Path(partial), path),
+        report_target_path(Path(partial), path),
     ):
         folder = Path(partial) / path.stem
         # Humble reads no later version; all later ones read this.
         with Writer(folder, version=8, storage_plugin=StoragePlugin.MCAP) as writer:
             bag = Bag(writer)
             described = Description(FORMAT, [episode for episode, _ in placed], whole.metadata)
-            bag.write(DESCRIPTION, STRING, BEGIN, tomli_w.dumps(asdict(described)), latched=True)
+            bag.write(DESCRIPTION, STRING, FIRST_STAMP_NS, tomli_w.dumps(asdict(described)), latched=True)
             frame = FRAMES[whole.metadata["wrench"]["frame"]]
             for episode, stamps in placed:
                 say(f"{path.name}: {episode.name}")
@@ -113,15 +113,15 @@ def write_mcap(recording: Recording | PathLike, path: PathLike, say: Say = lambd
     return path
 
 
-def _placed(recording: Recording) -> list[tuple[Episode, Stamps]]:
-    """Return the episodes one after another, and the stamps of their rows, ns."""
-    placed, begin = [], BEGIN
+def _assign_stamps(recording: Recording) -> list[tuple[Episode, Stamps]]:
+    """Return the episodes in sequence and the stamps of their rows, ns."""
+    placed, begin = [], FIRST_STAMP_NS
     for name, table in recording.episodes.items():
         t = table["t"]
-        if t[-1] - t[0] >= LAST - begin / NANO:
-            trouble = f"lasts {t[-1] - t[0]:g} s, past the last ROS stamp at {LAST} s; `t` is in s"
+        if t[-1] - t[0] >= MAX_STAMP_S - begin / NS_PER_S:
+            trouble = f"lasts {t[-1] - t[0]:g} s, past the last ROS stamp at {MAX_STAMP_S} s; `t` is in s"
             raise TrundleError(f"episode {name}: {trouble}")
-        stamps = begin + np.rint((t - t[0]) * NANO).astype(np.int64)
+        stamps = begin + np.rint((t - t[0]) * NS_PER_S).astype(np.int64)
         same = np.flatnonzero(np.diff(stamps) == 0) + 1
         if len(same):
             trouble = (
@@ -129,12 +129,12 @@ def _placed(recording: Recording) -> list[tuple[Episode, Stamps]]:
             )
             raise TrundleError(f"episode {name}, row {same[0] + 1}, column t: {trouble}; merge the two rows")
         placed.append((Episode(name, begin, list(table)), stamps))
-        begin = int(stamps[-1]) + GAP
+        begin = int(stamps[-1]) + EPISODE_GAP_NS
     return placed
 
 
 def _write(bag: Bag, table: Table, stamps: Sequence[int], frame: str) -> None:
-    """Write the messages of one episode in the order of time."""
+    """Write the messages of one episode in order of time."""
     samples = {topic: _samples(table, each.columns) for topic, each in TOPICS.items()}
     notes = {name: cells for name, cells in table.items() if name.startswith("note_")}
     for row, stamp in enumerate(stamps):
@@ -142,13 +142,13 @@ def _write(bag: Bag, table: Table, stamps: Sequence[int], frame: str) -> None:
             if there[row]:
                 axes = frame if topic == "/wrench" else "world"
                 bag.write(topic, TOPICS[topic].kind, stamp, values[row], axes)
-        said = {name: cells[row] for name, cells in notes.items() if cells[row]}
-        if said:
-            bag.write(NOTE, STRING, stamp, json.dumps(said, ensure_ascii=False))
+        row_notes = {name: cells[row] for name, cells in notes.items() if cells[row]}
+        if row_notes:
+            bag.write(NOTE, STRING, stamp, json.dumps(row_notes, ensure_ascii=False))
 
 
 def _samples(table: Table, columns: Sequence[str]) -> tuple[NDArray[np.bool_], list[list[float]]]:
-    """Return which rows hold a sample of a topic, and what its message says in each."""
+    """Return which rows have a sample of a topic, and the content of the messages."""
     nothing = np.zeros(len(table["t"]))
     measured = [table[name] for name in columns if name in table]
     if not measured:
@@ -160,13 +160,13 @@ def _samples(table: Table, columns: Sequence[str]) -> tuple[NDArray[np.bool_], l
     return ~np.isnan(measured[0]), values.tolist()
 
 
-def _check_free(path: Path) -> None:
-    """Refuse a name that no reader knows, and one that holds another's file."""
+def _check_target(path: Path) -> None:
+    """Refuse a path without the suffix `.mcap`, and an existing file that is not an export."""
     if path.suffix != ".mcap":
-        raise TrundleError(f"{path}: give a name that ends in .mcap; readers know the format by it")
+        raise TrundleError(f"{path}: the name must end in .mcap")
     ours = not path.exists()
     if path.is_file():
-        with suppress(SourceError, MapError), opened(path) as reader:
+        with suppress(SourceError, MapError), open_bag(path) as reader:
             ours = describe(reader) is not None
     if not ours:
-        raise TrundleError(f"{path}: holds something else than an export; give another name")
+        raise TrundleError(f"{path}: exists and is not an export of trundle; give another name")

@@ -1,4 +1,4 @@
-"""ROS 2 messages written to a bag."""
+"""Writing of ROS 2 messages to a bag."""
 
 from __future__ import annotations
 
@@ -8,11 +8,11 @@ from rosbags.interfaces import Qos, QosDurability, QosHistory, QosLiveliness, Qo
 from rosbags.rosbag2 import Writer
 from rosbags.typesys import Stores, get_typestore
 
-from trundle.importers.exported import NUMBER, STRING
+from trundle.importers.trundle_mcap import NUMBER, STRING
 
-__all__ = ["NANO", "Bag"]
+__all__ = ["NS_PER_S", "Bag"]
 
-NANO = 10**9
+NS_PER_S = 10**9
 FOREVER = QosTime(9223372036, 854775807)
 LATCHED = Qos(
     history=QosHistory.KEEP_LAST,
@@ -28,12 +28,12 @@ LATCHED = Qos(
 
 
 class Bag:
-    """A bag that is being written; a topic appears with its first message.
+    """A bag for writing. A topic is created with its first message.
 
     Parameters
     ----------
     writer : Writer
-        Open.
+        An open writer.
     """
 
     def __init__(self, writer: Writer) -> None:
@@ -49,15 +49,15 @@ class Bag:
         Parameters
         ----------
         topic, kind : str
-            Name and type, one type a topic.
+            Name and message type of the topic.
         stamp : int
-            ns, of the header and the log.
+            Stamp of the header and log time, ns.
         content : str or list of float
-            One number, six of a wrench, or seven of a pose: x, y, z, qw, qx, qy, qz.
+            A string, one number, six numbers of a wrench, or seven of a pose: x, y, z, qw, qx, qy, qz.
         frame : str
-            The header's.
+            `frame_id` of the header.
         latched : bool
-            A player keeps the message for those who come late.
+            Whether players deliver the message to late subscribers.
         """
         if topic not in self._connections:
             self._connections[topic] = self._writer.add_connection(
@@ -72,7 +72,9 @@ class Bag:
             return make[kind](content)
         if kind == NUMBER:
             return make[kind](*content)
-        header = make["std_msgs/msg/Header"](make["builtin_interfaces/msg/Time"](*divmod(stamp, NANO)), frame)
+        header = make["std_msgs/msg/Header"](
+            make["builtin_interfaces/msg/Time"](*divmod(stamp, NS_PER_S)), frame
+        )
         if kind == "geometry_msgs/msg/WrenchStamped":
             vector = make["geometry_msgs/msg/Vector3"]
             wrench = make["geometry_msgs/msg/Wrench"](vector(*content[:3]), vector(*content[3:]))

@@ -1,4 +1,4 @@
-"""Domain randomisation: objects that the data allow."""
+"""Domain randomisation: parameters drawn from the posterior of a model."""
 
 from __future__ import annotations
 
@@ -13,20 +13,20 @@ __all__ = ["draw", "ranges"]
 
 
 def draw(model: Model, rng: np.random.Generator) -> dict[str, float]:
-    """Draw a value for every parameter of a model from the posterior that it carries.
+    """Draw a value for every parameter of a model from its posterior.
 
     Parameters
     ----------
     model : Model
-        Its parameters vary together, as their covariance says; what is positive stays positive, what is
-        bounded within its bounds. What the posterior leaves out keeps its value.
+        A model with a posterior. Draws have its covariance and respect the bounds of parameters. Parameters
+        that are not in the posterior keep their values.
     rng : numpy.random.Generator
         Advanced by one integer.
 
     Returns
     -------
     dict
-        Value by name, as `Laws` and the exported callback take them.
+        Values by name, as `Laws` and the exported callback expect them.
     """
     return _native._draw(model, int(rng.integers(2**63)))
 

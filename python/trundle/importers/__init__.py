@@ -1,6 +1,6 @@
-"""Importers: what people have, turned into a recording.
+"""Importers: convert data of other formats to recordings.
 
-One module a layout; `IMPORTERS` lists them by the name that `trundle import --from` takes.
+Each layout has one module. `IMPORTERS` lists them by the value of `trundle import --from`.
 """
 
 from __future__ import annotations
@@ -10,7 +10,7 @@ from pathlib import Path
 from typing import cast
 
 from trundle.importers.config import MapError, load
-from trundle.importers.layout import Imported, Importer, Say, SourceError
+from trundle.importers.layout import Imported, Importer, ShowProgress, SourceError
 
 __all__ = ["IMPORTERS", "Imported", "MapError", "SourceError", "importer", "read"]
 
@@ -23,17 +23,19 @@ IMPORTERS = {
     "pneumatic-seal": "pneumatic_seal",
     "rosbag2": "rosbag",
 }
-"""Layout to module of this package."""
+"""Module of this package by layout."""
 
 
 def importer(layout: str) -> Importer:
     """Return the module that reads a layout."""
     if layout not in IMPORTERS:
-        raise SourceError(layout, f"no such layout; known are {', '.join(IMPORTERS)}")
+        raise SourceError(layout, f"unknown layout; choose one of {', '.join(IMPORTERS)}")
     return cast("Importer", importlib.import_module(f"{__name__}.{IMPORTERS[layout]}"))
 
 
-def read(source: Path, layout: str, map_file: Path | None = None, say: Say = lambda _: None) -> Imported:
+def read(
+    source: Path, layout: str, map_file: Path | None = None, say: ShowProgress = lambda _: None
+) -> Imported:
     """Read a source.
 
     Parameters
@@ -43,19 +45,26 @@ def read(source: Path, layout: str, map_file: Path | None = None, say: Say = lam
     layout : str
         A key of `IMPORTERS`.
     map_file : Path, optional
-        TOML that says which topic, column or variable is what; some layouts need none.
+        TOML file that assigns topics, columns or variables to the columns of a recording. Some layouts do
+        not need one.
     say : callable
         Shows progress.
 
     Returns
     -------
     Imported
-        Metadata and tables, not validated yet: `trundle.Recording` does that.
+        Metadata and tables. They are not validated; `trundle.Recording` does that.
+
+    Raises
+    ------
+    SourceError, MapError
+        If the source or the map is invalid.
     """
     module = importer(layout)
     if map_file is None and module.NEEDS_MAP:
         raise SourceError(
-            source, f"--from {layout} needs --map: a TOML file that says what is what (docs/import.md)"
+            source,
+            f"--from {layout} needs --map: a TOML file that assigns the columns (docs/import.md)",
         )
     if not source.exists():
         raise SourceError(source, "no such file or folder")

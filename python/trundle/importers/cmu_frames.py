@@ -1,4 +1,4 @@
-"""Frames of CMU's pushing rig, common to its two kinds of log."""
+"""Frames and number parsing that both kinds of CMU logs share."""
 
 from __future__ import annotations
 
@@ -15,7 +15,7 @@ MILLIMETRE = 1e-3
 
 
 def wrench_metadata(sign: str, precontact: dict[str, list[float]]) -> dict[str, object]:
-    """Return the table `[wrench]` of `recording.toml`: a bare reading through a point contact."""
+    """Return the table `[wrench]` of `recording.toml`: raw sensor readings, point contact."""
     return {
         "frame": "sensor",
         "reference": "sensor",
@@ -35,11 +35,11 @@ def numbers(path: Path, lines: Sequence[str], rows: Sequence[int], width: int) -
     path : Path
         For messages.
     lines : sequence of str
-        Numbers parted by blanks.
+        Numbers separated by blanks.
     rows : sequence of int
-        Their numbers in the file, from 1, for messages.
+        Row numbers in the file, from 1, for messages.
     width : int
-        Numbers that every line must hold.
+        Required number of numbers per line.
 
     Returns
     -------
@@ -53,7 +53,7 @@ def numbers(path: Path, lines: Sequence[str], rows: Sequence[int], width: int) -
             values = []
         if len(values) != width or not np.all(np.isfinite(values)):
             raise SourceError(
-                path, f"row {row} = {line[:60]!r}: {width} numbers belong here; is the file whole?"
+                path, f"row {row} = {line[:60]!r}: must contain {width} numbers; is the file complete?"
             )
         parsed.append(values)
     return np.array(parsed, dtype=np.float64).reshape(len(parsed), width)

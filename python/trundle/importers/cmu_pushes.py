@@ -1,4 +1,4 @@
-"""CMU's single pushes: 50 in a file, force and tip throughout, the object's pose before and after."""
+"""Single CMU pushes: 50 per file, with force and tip throughout and the object pose before and after."""
 
 from __future__ import annotations
 
@@ -12,31 +12,32 @@ from typing import Any
 import numpy as np
 
 from trundle.importers.cmu_frames import MILLIMETRE, numbers, wrench_metadata
-from trundle.importers.layout import Columns, Floats, Imported, Say, SourceError
+from trundle.importers.layout import Columns, Floats, Imported, ShowProgress, SourceError
 from trundle.importers.rotations import heading
-from trundle.importers.streams import Stream, join, unstale
+from trundle.importers.streams import Stream, drop_stale, join
 
-__all__ = ["FOOTPRINT", "MASS", "read", "support"]
+__all__ = ["FOOTPRINT", "MASS_KG", "read", "support"]
 
 FOOTPRINT = [[0.0, 0.0], [0.15, 0.0], [0.0, 0.15]]
-"""The aluminium triangle, m: origin at the right-angled corner, axes along the legs."""
-MASS = 1.518
-"""kg, weighed by the authors."""
+"""Footprint of the aluminium triangle, m: origin at the right-angled corner, axes along the legs."""
+MASS_KG = 1.518
+"""Mass as weighed by the authors, kg."""
 TOOL_FROM_SENSOR = np.array([[1.0, 1.0], [1.0, -1.0]]) / np.sqrt(2.0)
-"""The sensor hangs upside down, turned by 45 degrees in the tool; it reads the force on itself."""
-LAST_DIGIT = 1e-6
-"""m, rad and N; what the logs resolve."""
+"""Rotation from sensor to tool axes: the sensor hangs upside down, turned by 45 degrees. It reads the force
+on itself."""
+RESOLUTION = 1e-6
+"""Resolution of the logs, m, rad and N."""
 TARE_SAMPLES = 5
-"""The authors' own zero: so many samples are free of contact in every push."""
-TARE_LIMIT = 0.3
-"""s; most pushes are free of contact for so long."""
-TOUCH = 0.1
-"""N, off the first samples' mean: the pusher touches (the sensor's noise is 0.01 N)."""
+"""Number of initial samples without contact in every push, as the authors use them."""
+MAX_TARE_DURATION_S = 0.3
+"""Maximum duration of the tare, s: most pushes have no contact for this long."""
+MIN_CONTACT_FORCE_N = 0.1
+"""Change of force from the mean of the first samples that indicates contact, N (sensor noise: 0.01 N)."""
 
 
-def read(source: Path, name: str | None, held_out_every: int, say: Say) -> Imported:
-    """Read one file of pushes; every `held_out_every`th is held out."""
-    shape: dict[str, object] = {"footprint": FOOTPRINT, "mass": MASS}
+def read(source: Path, name: str | None, held_out_every: int, say: ShowProgress) -> Imported:
+    """Read one file of pushes; every `held_out_every`-th push is held out."""
+    shape: dict[str, object] = {"footprint": FOOTPRINT, "mass": MASS_KG}
     feet = support(source)
     if feet:
         shape["support"] = feet
@@ -64,17 +65,17 @@ def read(source: Path, name: str | None, held_out_every: int, say: Say) -> Impor
     if len(pushes) > 1:
         metadata["noise"] = _noise(list(pushes.values()))
     stale = sum(push.stale for push in pushes.values())
-    early = sum(push.free < TARE_LIMIT for push in pushes.values())
+    early = sum(push.free < MAX_TARE_DURATION_S for push in pushes.values())
     remarks = [
         f"{stale} repeated tip positions left out",
-        f"{early} pushes touch within {TARE_LIMIT} s: shorter tare",
+        f"{early} pushes touch within {MAX_TARE_DURATION_S} s: shorter tare",
     ]
     return Imported(metadata, {episode: push.table for episode, push in pushes.items()}, remarks)
 
 
 @dataclass(frozen=True)
 class _Push:
-    """One push: table, end of the tare (s), repeats left out, poses at both ends (2, 3), force noise (N)."""
+    """One push: table, end of the tare (s), dropped repeats, poses at both ends (2, 3), force noise (N)."""
 
     table: Columns
     free: float
@@ -84,26 +85,26 @@ class _Push:
 
 
 def _noise(pushes: Sequence[_Push]) -> dict[str, object]:
-    """Return the table `[noise]`: nobody touches the object between two pushes, so its poses should agree."""
+    """Return the table `[noise]`, from the pose difference between the end of a push and the next start."""
     gaps = np.array([after.poses[0] - before.poses[1] for before, after in itertools.pairwise(pushes)])
     gaps[:, 2] = np.remainder(gaps[:, 2] + np.pi, 2.0 * np.pi) - np.pi
-    # Robust, for an object that was set down anew: 1.4826 times the median is the deviation of a normal one.
+    # The median is robust against an object that was repositioned; 1.4826 scales it to a normal deviation.
     pose = 1.4826 * np.median(np.abs(gaps), axis=0) / np.sqrt(2.0)
     force = float(np.median([push.force_noise for push in pushes]))
     return {"pose": [_rounded(sd) for sd in pose], "force": _rounded(force)}
 
 
 def _rounded(sd: float) -> float:
-    return float(f"{max(sd, LAST_DIGIT):.2g}")
+    return float(f"{max(sd, RESOLUTION):.2g}")
 
 
 def support(source: Path) -> list[list[float]]:
-    """Return the feet, m, from a file name `surface__x1_x2_x3_y1_y2_y3`; none where the face is flat."""
+    """Return the support points, m, from a file name `surface__x1_x2_x3_y1_y2_y3`; empty for a flat face."""
     named = re.fullmatch(r"[a-z]+__(.+)", source.stem)
     if not named:
         raise SourceError(
             source,
-            "the file's name says where the feet are, surface__x1_x2_x3_y1_y2_y3.txt or surface__patch.txt",
+            "the file name must be surface__x1_x2_x3_y1_y2_y3.txt (support points, mm) or surface__patch.txt",
         )
     if named[1] == "patch":
         return []
@@ -117,7 +118,7 @@ def support(source: Path) -> list[list[float]]:
 
 
 class _Log:
-    """The lines of one file, taken from the top."""
+    """Sequential reader of the lines of one file."""
 
     def __init__(self, path: Path) -> None:
         self.path = path
@@ -129,7 +130,7 @@ class _Log:
         lines = self._lines[self._at : self._at + count]
         if len(lines) < count:
             raise SourceError(
-                self.path, f"ends after row {len(self._lines)}, within a push; is the file whole?"
+                self.path, f"ends after row {len(self._lines)}, within a push; is the file complete?"
             )
         values = numbers(self.path, lines, range(self._at + 1, self._at + count + 1), width)
         self._at += count
@@ -148,18 +149,20 @@ def _push(log: _Log) -> _Push:
     start = min(force[0, 0], tip[0, 0])
     wrench = Stream(["force_x", "force_y"], force[:, 0] - start, force[:, 1:] @ TOOL_FROM_SENSOR.T)
     planar = np.column_stack([tip[:, 1:3] * MILLIMETRE, heading(tip[:, 4:])])
-    gripper, stale = unstale(Stream(["gripper_x", "gripper_y", "gripper_theta"], tip[:, 0] - start, planar))
+    gripper, stale = drop_stale(
+        Stream(["gripper_x", "gripper_y", "gripper_theta"], tip[:, 0] - start, planar)
+    )
     end = max(wrench.t[-1], gripper.t[-1])
     body = Stream(["object_x", "object_y", "object_theta"], np.array([0.0, end]), poses)
-    free = _free(wrench)
+    free = _contact_free_until(wrench)
     quiet = wrench.values[wrench.t <= free]
     noise = float(np.sqrt(np.mean(np.var(quiet, axis=0, ddof=1))))
     return _Push(join([body, gripper, wrench]), free, stale, poses, noise)
 
 
-def _free(wrench: Stream) -> float:
-    """Return until when, s, nothing touches: the tare's end, the authors' five samples at least."""
+def _contact_free_until(wrench: Stream) -> float:
+    """Return the end of the tare, s: the last time without contact, at least `TARE_SAMPLES` samples."""
     zero = wrench.values[:TARE_SAMPLES].mean(axis=0)
-    touching = np.flatnonzero(np.hypot(*(wrench.values - zero).T) > TOUCH)
+    touching = np.flatnonzero(np.hypot(*(wrench.values - zero).T) > MIN_CONTACT_FORCE_N)
     last = touching[0] - 1 if len(touching) else len(wrench.t) - 1
-    return float(round(min(TARE_LIMIT, wrench.t[max(last, TARE_SAMPLES - 1)]), 3))
+    return float(round(min(MAX_TARE_DURATION_S, wrench.t[max(last, TARE_SAMPLES - 1)]), 3))

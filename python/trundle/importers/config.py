@@ -1,4 +1,4 @@
-"""Map files: what they hold is read into dataclasses by `trundle.settings`."""
+"""Map files, which `trundle.settings` parses into dataclasses."""
 
 from __future__ import annotations
 
@@ -11,11 +11,11 @@ from trundle.settings import SettingsError, parse, typed
 __all__ = ["MapError", "load", "typed"]
 
 MapError = SettingsError
-"""A map file says something that is not understood; the message names the key and the remedy."""
+"""An invalid setting in a map file; the message names the key and the expected value."""
 
 
 def load(path: Path) -> dict[str, Any]:
-    """Parse a TOML file, saying which file and line are wrong where it is none."""
+    """Parse a TOML file; the error for invalid TOML names the file and the line."""
     try:
         return parse(path)
     except TrundleError as error:

@@ -11,7 +11,7 @@ import numpy as np
 import pandas as pd
 
 from trundle.importers.config import typed
-from trundle.importers.layout import Floats, Imported, Say, SourceError
+from trundle.importers.layout import Floats, Imported, ShowProgress, SourceError
 from trundle.importers.tables import TableMap, read_files
 
 __all__ = ["NEEDS_MAP", "CsvFile", "CsvMap", "read"]
@@ -21,16 +21,16 @@ NEEDS_MAP = True
 
 @dataclass(frozen=True)
 class CsvMap(TableMap):
-    """What a map file says about CSV files, beyond their columns.
+    """Settings of a map file for CSV files, in addition to `TableMap`.
 
     Attributes
     ----------
     delimiter : str
-        Between two cells.
+        Separator of cells.
     header : bool
-        Whether the first row names the columns; else they are called "1", "2", …
+        Whether the first row contains the column names; else columns are named "1", "2", …
     skip_rows : int
-        Lines before that.
+        Number of lines to skip at the beginning.
     """
 
     delimiter: str = ","
@@ -39,43 +39,51 @@ class CsvMap(TableMap):
 
 
 class CsvFile:
-    """Columns of numbers, by name, or by number from 1 where there is no header."""
+    """Numeric columns of a CSV file by name, or by number from 1 without a header."""
 
-    def __init__(self, path: Path, told: CsvMap) -> None:
+    def __init__(self, path: Path, source_map: CsvMap) -> None:
         self.path = path
         try:
             self._table = pd.read_csv(
                 path,
-                sep=told.delimiter,
-                header=0 if told.header else None,
-                skiprows=told.skip_rows,
+                sep=source_map.delimiter,
+                header=0 if source_map.header else None,
+                skiprows=source_map.skip_rows,
                 skipinitialspace=True,
                 dtype=str,
                 keep_default_na=False,
             )
         except (pd.errors.ParserError, pd.errors.EmptyDataError, UnicodeDecodeError) as error:
-            raise SourceError(path, f"not a table with the delimiter {told.delimiter!r} ({error})") from error
+            raise SourceError(
+                path, f"not a table with the delimiter {source_map.delimiter!r} ({error})"
+            ) from error
         names = [str(name).strip() for name in self._table.columns]
-        self._table.columns = pd.Index(names if told.header else [str(i + 1) for i in range(len(names))])
+        self._table.columns = pd.Index(
+            names if source_map.header else [str(i + 1) for i in range(len(names))]
+        )
 
     def vector(self, name: str, index: int | None = None) -> Floats:
         """Return a column, NaN where a cell is empty."""
         if index is not None:
             raise SourceError(
-                self.path, f"`index` = {index} with {name!r}: a CSV column has no columns of its own"
+                self.path, f"`index` = {index} with {name!r}: applies only to MATLAB matrices; remove it"
             )
         if name not in self._table:
-            raise SourceError(self.path, f"no column {name!r}; it has {', '.join(map(repr, self._table))}")
+            raise SourceError(
+                self.path, f"no column {name!r}; the columns are {', '.join(map(repr, self._table))}"
+            )
         cells = self._table[name].str.strip()
         numbers = pd.to_numeric(cells, errors="coerce").to_numpy(dtype=np.float64)
         wrong = np.flatnonzero(np.isnan(numbers) & ~cells.str.lower().isin(["", "nan", "null"]).to_numpy())
         if len(wrong):
             row = int(wrong[0])
-            raise SourceError(self.path, f"row {row + 1}, column {name!r}: {cells.iloc[row]!r} is no number")
+            raise SourceError(
+                self.path, f"row {row + 1}, column {name!r}: {cells.iloc[row]!r} is not a number"
+            )
         return numbers
 
 
-def read(source: Path, settings: Mapping[str, Any], say: Say) -> Imported:
+def read(source: Path, settings: Mapping[str, Any], say: ShowProgress) -> Imported:
     """Read one file, or every `*.csv` of a folder in the order of their names."""
-    told = typed(CsvMap, settings)
-    return read_files(source, ".csv", lambda path: CsvFile(path, told), told, say)
+    source_map = typed(CsvMap, settings)
+    return read_files(source, ".csv", lambda path: CsvFile(path, source_map), source_map, say)

@@ -1,4 +1,4 @@
-"""What an importer hands over, and what it is asked with."""
+"""Interface of importers."""
 
 from __future__ import annotations
 
@@ -10,17 +10,17 @@ from typing import Any, Protocol
 import numpy as np
 from numpy.typing import NDArray
 
-__all__ = ["Columns", "Floats", "Imported", "Importer", "Say", "SourceError"]
+__all__ = ["Columns", "Floats", "Imported", "Importer", "ShowProgress", "SourceError"]
 
 Floats = NDArray[np.float64]
 Columns = dict[str, Floats]
-"""Columns of one episode's table, all of one length, NaN where a stream has no sample."""
-Say = Callable[[str], None]
-"""Shows what is being read; may be called as often as convenient."""
+"""Columns of an episode table, of equal length, NaN where a stream has no sample."""
+ShowProgress = Callable[[str], None]
+"""Callback that shows what is being read; it may be called at any rate."""
 
 
 class SourceError(ValueError):
-    """A source that cannot be imported; the message names the file, the place in it and the remedy."""
+    """A source that cannot be imported; the message names the file, the position in it and the remedy."""
 
     def __init__(self, source: Path | str, trouble: str) -> None:
         super().__init__(f"{source}: {trouble}")
@@ -28,16 +28,16 @@ class SourceError(ValueError):
 
 @dataclass
 class Imported:
-    """A recording before it is validated.
+    """A recording before validation.
 
     Attributes
     ----------
     metadata : dict
         `recording.toml` as a dictionary.
     episodes : dict of str to Columns
-        Tables by episode name, SI units, times strictly increasing.
+        Tables by episode name, in SI units, with strictly increasing times.
     remarks : list of str
-        What was left out or decided, with counts: nothing is repaired silently.
+        Omitted samples and other changes, with counts. No data is changed without a remark.
     """
 
     metadata: dict[str, Any]
@@ -49,7 +49,7 @@ class Importer(Protocol):
     """A module of this package that reads one layout."""
 
     NEEDS_MAP: bool
-    """Whether the layout says nothing without a map."""
+    """Whether the layout requires a map."""
 
-    def read(self, source: Path, settings: Mapping[str, Any], say: Say) -> Imported:
-        """Read `source` as `settings`, the parsed map file, tell."""
+    def read(self, source: Path, settings: Mapping[str, Any], say: ShowProgress) -> Imported:
+        """Read `source` with `settings`, the parsed map file."""

@@ -7,7 +7,7 @@ from pathlib import Path
 from typing import Any
 
 from trundle.importers.config import typed
-from trundle.importers.layout import Imported, Say
+from trundle.importers.layout import Imported, ShowProgress
 from trundle.importers.matfile import MatFile
 from trundle.importers.tables import TableMap, read_files
 
@@ -16,6 +16,6 @@ __all__ = ["NEEDS_MAP", "read"]
 NEEDS_MAP = True
 
 
-def read(source: Path, settings: Mapping[str, Any], say: Say) -> Imported:
+def read(source: Path, settings: Mapping[str, Any], say: ShowProgress) -> Imported:
     """Read one file, or every `*.mat` of a folder in the order of their names."""
     return read_files(source, ".mat", MatFile, typed(TableMap, settings), say)

@@ -1,4 +1,4 @@
-"""The variables of a MATLAB file, whatever its version."""
+"""Variables of MATLAB files of all versions."""
 
 from __future__ import annotations
 
@@ -16,19 +16,19 @@ from trundle.importers.matlab import DamagedError, HDF5Error, Other, Struct, Val
 
 __all__ = ["MatFile"]
 
-CHILD = Path(__file__).with_name("hdf5_child.py")
+HDF5_READER = Path(__file__).with_name("hdf5_child.py")
 REMEDY = "save it again in MATLAB with `save(file, '-v7')`"
-HDF5_SECONDS = 120
-"""Time that reading a file of version 7.3 may take; what a disk reads in it is far beyond a recording."""
+HDF5_TIMEOUT_S = 120
+"""Maximum time for reading a file of version 7.3, s."""
 
 
 class MatFile:
-    """Numeric variables of a `.mat` file, flattened.
+    """Numeric variables of a `.mat` file.
 
     Parameters
     ----------
     path : Path
-        Version 4 to 7; 7.3 (an HDF5 file) if `h5py` is installed.
+        A file of version 4 to 7, or 7.3 (HDF5) if `h5py` is installed.
     """
 
     def __init__(self, path: Path) -> None:
@@ -41,15 +41,15 @@ class MatFile:
         Parameters
         ----------
         name : str
-            A variable, or a struct's field as `log.position`.
+            A variable, or a field of a struct such as `log.position`.
         index : int, optional
-            Column of a matrix, from 1. Without it the variable is a vector, or a scalar of length 1.
+            Column of a matrix, from 1. Without it the variable must be a vector or a scalar.
         """
         values = self._numbers(name)
         if index is None and values.ndim == 2 and min(values.shape) > 1:
             raise SourceError(
                 self.path,
-                f"`{name}` is a {values.shape[0]} by {values.shape[1]} matrix; say which column: `index = 1`",
+                f"`{name}` is a {values.shape[0]} by {values.shape[1]} matrix; choose a column: `index = 1`",
             )
         if index is None:
             return values.ravel(order="F")
@@ -62,7 +62,7 @@ class MatFile:
         if isinstance(value, (Struct, Other)):
             raise SourceError(
                 self.path,
-                f"variable `{name}` is no array of numbers; export its field as a variable of its own",
+                f"variable `{name}` is not an array of numbers; export its field as a separate variable",
             )
         return value
 
@@ -71,13 +71,13 @@ class MatFile:
             return self._variables[name]
         variable, *fields = name.split(".")
         if variable not in self._variables:
-            raise SourceError(self.path, f"no variable `{variable}`; the file holds {self._listing()}")
+            raise SourceError(self.path, f"no variable `{variable}`; the file contains {self._listing()}")
         value = self._variables[variable]
         for field in fields:
             known = value.fields if isinstance(value, Struct) else {}
             if field not in known:
                 raise SourceError(
-                    self.path, f"`{name}`: no field {field!r}; there are {', '.join(known) or 'none'}"
+                    self.path, f"`{name}`: no field {field!r}; the fields are {', '.join(known) or 'none'}"
                 )
             value = known[field]
         return value
@@ -98,29 +98,31 @@ def _load(path: Path) -> dict[str, Value]:
 
 
 def _unreadable(path: Path, reason: str) -> SourceError:
-    return SourceError(path, f"not a MATLAB file that can be read ({reason}); {REMEDY}")
+    return SourceError(path, f"not a readable MATLAB file ({reason}); {REMEDY}")
 
 
 def _load_hdf5(path: Path) -> dict[str, Value]:
-    """Read a file of version 7.3 in another process: the HDF5 library may end with a damaged file."""
+    """Read a file of version 7.3 in another process, because a damaged file may crash the HDF5 library."""
     if importlib.util.find_spec("h5py") is None:
         raise SourceError(
             path,
             "a version 7.3 MATLAB file; install h5py (`pip install h5py`), or save it in MATLAB with "
             "`save(file, '-v7')`",
         )
-    limit = matlab.BASE + matlab.PER_BYTE * path.stat().st_size
+    limit = matlab.BASE_MEMORY_BYTES + matlab.MEMORY_PER_FILE_BYTE * path.stat().st_size
     with tempfile.TemporaryDirectory() as place:
         target = Path(place) / "variables.npz"
-        command = [sys.executable, "-I", str(CHILD), str(path), str(target), str(limit)]
+        command = [sys.executable, "-I", str(HDF5_READER), str(path), str(target), str(limit)]
         try:
-            done = subprocess.run(command, capture_output=True, text=True, timeout=HDF5_SECONDS, check=False)
+            done = subprocess.run(
+                command, capture_output=True, text=True, timeout=HDF5_TIMEOUT_S, check=False
+            )
         except subprocess.TimeoutExpired as error:
-            raise _unreadable(path, f"no end after {HDF5_SECONDS} s") from error
+            raise _unreadable(path, f"reading takes more than {HDF5_TIMEOUT_S} s") from error
         if done.returncode == 3:
             raise _unreadable(path, done.stdout.strip())
         if done.returncode != 0 or not target.exists():
-            raise _unreadable(path, "it ends the HDF5 library")
+            raise _unreadable(path, "the HDF5 library crashes")
         with np.load(target, allow_pickle=False) as found:
             return {name[2:]: _value(found[name]) for name in found.files}
 

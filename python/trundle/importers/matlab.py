@@ -1,8 +1,8 @@
-"""Numeric variables of MATLAB files, versions 4 to 7.2, read without trusting a byte of them.
+"""Reader of numeric variables in MATLAB files of versions 4 to 7.2, safe for malformed input.
 
-The formats are in MathWorks' "MAT-File Format" (R2019b). Cells, text, sparse arrays and objects are known
-by name and shape only. Every length is checked against what is left before it is used, and what is unpacked
-has a limit.
+The format is described in MathWorks' "MAT-File Format" (R2019b). Of cells, text, sparse arrays and objects
+only name and shape are read. Every length is checked against the remaining bytes, and the size of
+decompressed data is limited.
 """
 
 from __future__ import annotations
@@ -18,16 +18,16 @@ from trundle.importers.layout import Floats
 
 __all__ = ["DamagedError", "HDF5Error", "Other", "Struct", "Value", "read"]
 
-BASE = 64 << 20
-"""Memory that a file's variables may take whatever its size, bytes; as for tables of recordings."""
-PER_BYTE = 64
-"""And this many times its size."""
+BASE_MEMORY_BYTES = 64 << 20
+"""Constant part of the memory limit of a file's variables, bytes; as for tables of recordings."""
+MEMORY_PER_FILE_BYTE = 64
+"""Part of the memory limit per byte of the file."""
 MAX_DEPTH = 16
-"""Structures in structures."""
+"""Maximum nesting of structures."""
 MAX_DIMENSIONS = 32
-"""NumPy's own limit in version 1."""
+"""Maximum number of dimensions, that of NumPy 1."""
 
-HEADER = 128
+HEADER_BYTES = 128
 MATRIX, COMPRESSED = 14, 15
 NUMBERS = {
     1: "i1",
@@ -41,26 +41,26 @@ NUMBERS = {
     12: "i8",
     13: "u8",
 }
-"""Types of stored numbers."""
+"""Stored number types."""
 STRUCT, NUMERIC = 2, range(6, 16)
-"""Classes of arrays."""
+"""Array classes."""
 CLASSES = {1: "cell", 3: "object", 4: "text", 5: "sparse", 16: "function", 17: "object"}
 COMPLEX = 0x800
-OLD_NUMBERS = ["f8", "f4", "i4", "i2", "u2", "u1"]
-"""Types of stored numbers in version 4."""
+VERSION_4_NUMBERS = ["f8", "f4", "i4", "i2", "u2", "u1"]
+"""Stored number types of version 4."""
 
 
 class DamagedError(ValueError):
-    """The bytes contradict each other; the message says how."""
+    """The file is malformed; the message describes how."""
 
 
 class HDF5Error(ValueError):
-    """The file is of version 7.3: another format."""
+    """The file is of version 7.3, which is HDF5."""
 
 
 @dataclass
 class Struct:
-    """A structure, of which the first element counts."""
+    """A structure array; only its first element is read."""
 
     shape: tuple[int, ...]
     fields: dict[str, Value]
@@ -68,7 +68,7 @@ class Struct:
 
 @dataclass
 class Other:
-    """An array that holds no real numbers."""
+    """An array without real numbers, known by shape and kind only."""
 
     shape: tuple[int, ...]
     kind: str
@@ -78,28 +78,29 @@ Value: TypeAlias = Floats | Struct | Other
 
 
 def read(content: bytes) -> dict[str, Value]:
-    """Return the variables of a file's content by name.
+    """Return the variables in the content of a file by name.
 
     Raises
     ------
     DamagedError
-        If it is not such a file, or unpacks to more than `BASE` and `PER_BYTE` times its size.
+        If it is not a MATLAB file, is malformed, or needs more memory than `BASE_MEMORY_BYTES` plus
+        `MEMORY_PER_FILE_BYTE` per byte of the file.
     HDF5Error
-        If it is of version 7.3.
+        If the file is of version 7.3.
     """
-    budget = Budget(BASE + PER_BYTE * len(content))
+    budget = Budget(BASE_MEMORY_BYTES + MEMORY_PER_FILE_BYTE * len(content))
     if len(content) >= 4 and 0 in content[:4]:
-        return _read_old(Bytes(memoryview(content), "<", budget))
-    if len(content) < HEADER or content[126:128] not in (b"IM", b"MI"):
-        raise DamagedError("it does not begin as one")
+        return _read_version_4(Bytes(memoryview(content), "<", budget))
+    if len(content) < HEADER_BYTES or content[126:128] not in (b"IM", b"MI"):
+        raise DamagedError("invalid header")
     order = "<" if content[126:128] == b"IM" else ">"
     major = content[125] if order == "<" else content[124]
     if major == 2:
         raise HDF5Error("version 7.3")
     if major != 1:
-        raise DamagedError(f"its version is {major}")
+        raise DamagedError(f"unknown version {major}")
     found: dict[str, Value] = {}
-    rest = Bytes(memoryview(content)[HEADER:], order, budget)
+    rest = Bytes(memoryview(content)[HEADER_BYTES:], order, budget)
     while rest.left:
         variable = _variable(rest)
         if variable is not None:
@@ -108,56 +109,56 @@ def read(content: bytes) -> dict[str, Value]:
 
 
 class Budget:
-    """Memory that may yet be taken, bytes."""
+    """A memory budget, bytes."""
 
     def __init__(self, limit: int) -> None:
         self.limit = self.left = limit
 
     def take(self, size: int) -> None:
-        """Take some of it."""
+        """Reduce the budget by `size`; raise `DamagedError` if it is exceeded."""
         if size > self.left:
             raise DamagedError(
-                f"unpacked it takes more than {self.limit >> 20} MiB, {PER_BYTE} times its size and "
-                f"{BASE >> 20} MiB; save it uncompressed, `save(file, '-v6')`"
+                f"its variables need more than {self.limit >> 20} MiB, the limit for a file of this size; "
+                "save it uncompressed with `save(file, '-v6')`"
             )
         self.left -= size
 
 
 class Bytes:
-    """What is left of a text, from the front."""
+    """A sequential reader of bytes."""
 
     def __init__(self, data: memoryview, order: str, budget: Budget) -> None:
         self.data, self.order, self.budget = data, order, budget
 
     @property
     def left(self) -> int:
-        """How many bytes are left."""
+        """Number of remaining bytes."""
         return len(self.data)
 
     def take(self, size: int) -> Bytes:
         """Return the next `size` bytes."""
         if not 0 <= size <= len(self.data):
-            raise DamagedError(f"it ends where {size} more bytes should be")
+            raise DamagedError(f"{size} more bytes expected at the end")
         taken, self.data = self.data[:size], self.data[size:]
         return Bytes(taken, self.order, self.budget)
 
     def numbers(self, kind: str, count: int) -> Floats:
-        """Return the next `count` numbers of a type, such as `f8`."""
+        """Return the next `count` numbers of a type such as `f8`, as float64."""
         size = np.dtype(kind).itemsize
         if not 0 <= count <= len(self.data) // size:
-            raise DamagedError(f"it ends where {count} numbers should be")
+            raise DamagedError(f"{count} more numbers expected at the end")
         self.budget.take(8 * count)
         raw = np.frombuffer(self.take(size * count).data, dtype=self.order + kind)
         with np.errstate(invalid="ignore"):  # a signalling NaN
             return raw.astype(np.float64)
 
     def whole(self, count: int) -> list[int]:
-        """Return the next `count` whole numbers of 4 bytes."""
+        """Return the next `count` 4-byte integers."""
         size = self.take(4 * count).data
         return [int(value) for value in np.frombuffer(size, dtype=self.order + "i4")]
 
     def element(self) -> tuple[int, Bytes]:
-        """Return the next element: its type and its content."""
+        """Return type and content of the next data element."""
         tag = int(np.frombuffer(self.take(4).data, dtype=self.order + "u4")[0])
         if tag >> 16:
             content = self.take(4)
@@ -170,19 +171,19 @@ class Bytes:
 
 
 def _variable(rest: Bytes) -> tuple[str, Value] | None:
-    """Return the next variable: name and value. Elements of other kinds are passed over."""
+    """Return name and value of the next variable; None for an element of another type."""
     kind, content = rest.element()
     if kind == COMPRESSED:
-        kind, content = _unpacked(content).element()
+        kind, content = _decompress(content).element()
     return _matrix(content, 0) if kind == MATRIX else None
 
 
-def _unpacked(content: Bytes) -> Bytes:
+def _decompress(content: Bytes) -> Bytes:
     unpack = zlib.decompressobj()
     try:
         data = unpack.decompress(content.data, content.budget.left + 1)
     except zlib.error as error:
-        raise DamagedError(f"a variable cannot be unpacked: {error}") from error
+        raise DamagedError(f"a variable cannot be decompressed: {error}") from error
     content.budget.take(len(data))
     return Bytes(memoryview(data), content.order, content.budget)
 
@@ -190,7 +191,7 @@ def _unpacked(content: Bytes) -> Bytes:
 def _matrix(content: Bytes, depth: int) -> tuple[str, Value]:
     """Return name and value of an array."""
     if depth > MAX_DEPTH:
-        raise DamagedError(f"more than {MAX_DEPTH} structures lie in each other")
+        raise DamagedError(f"structures are nested more than {MAX_DEPTH} deep")
     if not content.left:
         return "", np.zeros((0, 0))
     flags = content.element()[1].whole(1)[0]
@@ -208,7 +209,7 @@ def _matrix(content: Bytes, depth: int) -> tuple[str, Value]:
         return name, Other(shape, CLASSES.get(number, "complex" if number in NUMERIC else "unknown"))
     kind, numbers = content.element()
     if kind not in NUMBERS:
-        raise DamagedError(f"variable {name!r} holds numbers of the type {kind}")
+        raise DamagedError(f"variable {name!r} has the unknown number type {kind}")
     return name, numbers.numbers(NUMBERS[kind], math.prod(shape)).reshape(shape, order="F")
 
 
@@ -216,13 +217,13 @@ def _struct(content: Bytes, shape: tuple[int, ...], depth: int) -> Struct:
     length = content.element()[1].whole(1)[0]
     _, names = content.element()
     if length < 1:
-        raise DamagedError(f"a structure has names of {length} bytes")
+        raise DamagedError(f"a structure has field names of {length} bytes")
     known = [_text(names.take(length)) for _ in range(names.left // length)]
     fields: dict[str, Value] = {}
     for name in known if math.prod(shape) else []:
         kind, field = content.element()
         if kind != MATRIX:
-            raise DamagedError(f"field {name!r} of a structure is no array")
+            raise DamagedError(f"field {name!r} of a structure is not an array")
         fields[name] = _matrix(field, depth + 1)[1]
     return Struct(shape, fields)
 
@@ -231,8 +232,8 @@ def _text(content: Bytes) -> str:
     return bytes(content.data).split(b"\0")[0].decode("ascii", errors="replace")
 
 
-def _read_old(rest: Bytes) -> dict[str, Value]:
-    """Return the variables of a file of version 4: headers of five whole numbers, each with its matrix."""
+def _read_version_4(rest: Bytes) -> dict[str, Value]:
+    """Return the variables of a file of version 4: each is a header of five integers and a matrix."""
     found: dict[str, Value] = {}
     while rest.left:
         head = rest.take(20)
@@ -241,16 +242,20 @@ def _read_old(rest: Bytes) -> dict[str, Value]:
         form, rows, columns, imaginary, length = head.whole(5)
         machine, zero, precision, kind = (form // 10**k % 10 for k in (3, 2, 1, 0))
         known = (
-            0 <= form < 5000 and machine in (0, 1) and not zero and precision < len(OLD_NUMBERS) and kind < 3
+            0 <= form < 5000
+            and machine in (0, 1)
+            and not zero
+            and precision < len(VERSION_4_NUMBERS)
+            and kind < 3
         )
         if not known or min(rows, columns, length) < 0:
-            raise DamagedError("it does not begin as one, or a variable does not")
+            raise DamagedError("invalid header of the file or of a variable")
         name = _text(rest.take(length))
-        size = np.dtype(OLD_NUMBERS[precision]).itemsize * rows * columns
+        size = np.dtype(VERSION_4_NUMBERS[precision]).itemsize * rows * columns
         if kind or imaginary:
             rest.take(size * (2 if imaginary else 1))
             found[name] = Other((rows, columns), ("complex", "text", "sparse")[kind])
         else:
-            numbers = rest.numbers(OLD_NUMBERS[precision], rows * columns)
+            numbers = rest.numbers(VERSION_4_NUMBERS[precision], rows * columns)
             found[name] = numbers.reshape((rows, columns), order="F")
     return found

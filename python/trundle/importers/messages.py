@@ -21,16 +21,16 @@ POSE = ["x", "y", "z", "qw", "qx", "qy", "qz"]
 
 @dataclass(frozen=True)
 class Reader:
-    """How one message type is read.
+    """Reader of one message type.
 
     Attributes
     ----------
     gives : str
-        What it carries.
+        Quantity in the message.
     parts : callable
-        Header, child frame (or None) and values of each sample in a message.
+        Yields header, child frame (or None) and values of each sample in a message.
     framed : bool
-        Whether one topic carries several frames.
+        Whether one topic contains several frames.
     """
 
     gives: Literal["pose", "wrench"]
@@ -73,21 +73,21 @@ READERS = {
     "tf2_msgs/msg/TFMessage": Reader("pose", _transforms, framed=True),
     "geometry_msgs/msg/WrenchStamped": Reader("wrench", _wrench),
 }
-"""Message types that are understood."""
+"""Supported message types."""
 
 
 @dataclass
 class Samples:
-    """What one topic said, in the order of the log.
+    """Samples of one topic, in the order of the log.
 
     Attributes
     ----------
     topic : str
-        Its name.
+        Name of the topic.
     frame : str or None
-        The only child frame that is kept.
+        Child frame to keep.
     header : bool
-        Time by the message's header, else by the log.
+        Whether to use the time in the message header instead of the log time.
     """
 
     topic: str
@@ -98,7 +98,7 @@ class Samples:
     frames: set[str] = field(default_factory=set)
 
     def add(self, message: Any, kind: str, logged: int) -> None:
-        """Take the samples of one message."""
+        """Append the samples of one message."""
         for header, frame, values in READERS[kind].parts(message):
             if frame is not None:
                 self.frames.add(frame)
@@ -117,14 +117,14 @@ class Samples:
                 f"it has {', '.join(sorted(self.frames))}",
             )
         if not self.values:
-            raise SourceError(bag, f"{self.topic} for {role} holds no message")
+            raise SourceError(bag, f"{self.topic} for {role} has no messages")
         if not any(self.nanoseconds):
-            raise SourceError(bag, f'the headers of {self.topic} hold no time; set `stamp = "log"`')
+            raise SourceError(bag, f'the headers of {self.topic} contain no time; set `stamp = "log"`')
 
     def stream(self, role: str, origin: int) -> tuple[Stream, int]:
-        """Return the samples with times in s since `origin` (ns), and how many poses had no rotation at all.
+        """Return the samples with times in s since `origin` (ns), and the number of dropped poses.
 
-        A tracker that has lost its object says so with a quaternion of zeros.
+        Dropped poses have a quaternion of zeros, by which a tracker reports that it has lost the object.
         """
         t = np.asarray((np.array(self.nanoseconds, dtype=np.int64) - origin) * 1e-9, dtype=np.float64)
         values = np.array(self.values, dtype=np.float64)
@@ -134,5 +134,5 @@ class Samples:
         return Stream(POSE, t[~lost], values[~lost]), int(np.sum(lost))
 
     def poses(self, role: str, stream: Stream) -> Poses:
-        """Return the pose samples of `stream` (7 columns), their rotations checked."""
+        """Return the poses in `stream` (7 columns), with validated rotations."""
         return Poses.checked(self.topic, role, stream.t, stream.values[:, :3], stream.values[:, 3:])

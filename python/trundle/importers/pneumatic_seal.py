@@ -16,7 +16,7 @@ import numpy as np
 
 from trundle.importers.cmu_frames import numbers
 from trundle.importers.config import MapError, typed
-from trundle.importers.layout import Columns, Floats, Imported, Say, SourceError
+from trundle.importers.layout import Columns, Floats, Imported, ShowProgress, SourceError
 
 __all__ = ["NEEDS_MAP", "SealMap", "force_on_piston", "read"]
 
@@ -27,12 +27,12 @@ MILLISECOND = 1e-3
 BAR = 1e5
 COLUMNS = 7
 TIME, POSITION, PRESSURE, LOAD_CELL = 0, 4, 5, 6
-BORES = {"O-ring": 25.0e-3, "X-ring257": 25.7e-3}
+BORES_M = {"O-ring": 25.0e-3, "X-ring257": 25.7e-3}
 """Bore of the cylinder by seal, m: the part of a file's name before the first `_`."""
-TURN = 5e-3
-"""m; a reversal counts once the piston is so far from it. The stroke is 39 mm, the laser's noise 0.1 mm."""
-LONGEST_GAP = 0.5
-"""s; gaps of the logger last up to 0.3 s and stay. One log also has a gap of 2.7 s, half a stroke."""
+MIN_REVERSAL_M = 5e-3
+"""Minimum distance of the piston from a reversal, m. The stroke is 39 mm, the noise of the laser 0.1 mm."""
+MAX_GAP_S = 0.5
+"""Maximum gap within an episode, s. Gaps of up to 0.3 s are common; one log has a gap of 2.7 s."""
 
 
 @dataclass(frozen=True)
@@ -44,7 +44,7 @@ class SealMap:
     name : str
         Name of the recording; the name of the file or folder by default.
     held_out : int
-        Number of stroke pairs at the end of each file that are only predicted.
+        Number of stroke pairs at the end of each file that are held out.
     files : list of str
         Names of the files that a folder's recording holds, without `.csv`: one seal at several pressures.
     bore : float
@@ -57,7 +57,7 @@ class SealMap:
     bore: float | None = None
 
 
-def read(source: Path, settings: Mapping[str, Any], say: Say) -> Imported:
+def read(source: Path, settings: Mapping[str, Any], say: ShowProgress) -> Imported:
     """Read one log, or several logs of one seal from a folder, as a rail recording.
 
     An episode is a pair of strokes, forth and back, from one inner reversal to the next. A pair is the
@@ -65,7 +65,7 @@ def read(source: Path, settings: Mapping[str, Any], say: Say) -> Imported:
     """
     options = typed(SealMap, settings)
     if options.held_out < 1:
-        raise MapError(f"`held_out` = {options.held_out}: hold out at least 1 pair of strokes of each file")
+        raise MapError(f"`held_out` = {options.held_out}: must be at least 1 pair of strokes per file")
     files = _files(source, options.files)
     bore = _bore(files, options.bore)
     episodes: dict[str, Columns] = {}
@@ -73,24 +73,24 @@ def read(source: Path, settings: Mapping[str, Any], say: Say) -> Imported:
     remarks: list[str] = []
     for path in files:
         say(path.name)
-        pairs, said = _pairs(path, bore)
+        pairs, new_remarks = _pairs(path, bore)
         if len(pairs) <= options.held_out:
             raise SourceError(
                 path,
-                f"{len(pairs)} pairs of strokes, of which {options.held_out} are held out: none is left",
+                f"{len(pairs)} pairs of strokes and `held_out` = {options.held_out}: no pair to fit remains",
             )
         prefix = "episode" if len(files) == 1 else path.stem
         names = [f"{prefix}_{k:02}" for k in range(len(pairs))]
         episodes |= dict(zip(names, pairs, strict=True))
         held_out += names[-options.held_out :]
-        remarks += said
+        remarks += new_remarks
     return Imported(_metadata(source, files, options, bore, held_out), episodes, remarks)
 
 
 def force_on_piston(load_cell: Floats, pressure: Floats, bore: float) -> Floats:
     """Return the known force on the piston along its position, N.
 
-    The load cell reads the push of the drive as positive, towards greater position, and the air pushes back:
+    The load cell reads a push of the drive towards greater position as positive; the air pushes back:
 
         F = F_load - p π d² / 4
 
@@ -111,39 +111,41 @@ def force_on_piston(load_cell: Floats, pressure: Floats, bore: float) -> Floats:
 
 
 def _files(source: Path, chosen: list[str] | None) -> list[Path]:
-    """Return the logs to read, in the order of the pressures that the caller gave."""
+    """Return the logs to read, in the given order."""
     if not source.is_dir():
         if chosen is not None:
-            raise MapError("`files` chooses among the logs of a folder; the source is one file")
+            raise MapError("`files`: applies only to a folder; remove it for a single file")
         return [source]
     if not chosen:
         logs = ", ".join(sorted(path.stem for path in source.glob("*.csv"))) or "none"
         raise SourceError(
             source,
-            "a folder: give one of its files, or a map with `files`, the logs of one seal that make one "
-            f"recording; there are {logs}",
+            "is a folder: give one of its files, or a map with `files`, the logs of one seal; "
+            f"the logs are {logs}",
         )
     if len(set(chosen)) < len(chosen):
-        raise MapError(f"`files` = {chosen}: name each log once")
+        raise MapError(f"`files` = {chosen}: list each log once")
     return [source / f"{name}.csv" for name in chosen]
 
 
 def _bore(files: list[Path], given: float | None) -> float:
-    """Return the bore of the one seal that all files are of, m."""
+    """Return the bore of the seal in all files, m."""
     seals = sorted({path.stem.split("_")[0] for path in files})
     if len(seals) > 1:
         raise MapError(
-            f"`files` are of the seals {', '.join(seals)}: a recording is of one object, so of one seal"
+            f"`files` are of the seals {', '.join(seals)}: choose logs of one seal, because a recording is "
+            "of one object"
         )
     if given is not None:
         if not 0.0 < given < 1.0:
             raise MapError(f"`bore` = {given}: give the bore of the cylinder in m, 0.025 for example")
         return given
-    if seals[0] not in BORES:
+    if seals[0] not in BORES_M:
         raise MapError(
-            f"{files[0].name}: seal `{seals[0]}` is none of {', '.join(BORES)}; give its `bore` in m in a map"
+            f"{files[0].name}: seal `{seals[0]}` is not one of {', '.join(BORES_M)}; give its `bore` (m) "
+            "in a map"
         )
-    return BORES[seals[0]]
+    return BORES_M[seals[0]]
 
 
 def _pairs(path: Path, bore: float) -> tuple[list[Columns], list[str]]:
@@ -156,8 +158,8 @@ def _pairs(path: Path, bore: float) -> tuple[list[Columns], list[str]]:
         rows = _longest_run(t, begin, end)
         if len(rows) < end - begin:
             remarks.append(
-                f"{path.name}: {end - begin - len(rows)} rows of pair {len(pairs) + 1} left out, beyond a "
-                f"gap of more than {LONGEST_GAP} s"
+                f"{path.name}: {end - begin - len(rows)} rows of pair {len(pairs) + 1} omitted because of a "
+                f"gap of more than {MAX_GAP_S} s"
             )
         pairs.append(
             {
@@ -169,11 +171,12 @@ def _pairs(path: Path, bore: float) -> tuple[list[Columns], list[str]]:
         )
     if edges[-1] < len(t) and pairs:
         remarks.append(
-            f"{path.name}: {len(t) - edges[-1]} rows left out after the last complete pair of strokes"
+            f"{path.name}: {len(t) - edges[-1]} rows after the last complete pair of strokes omitted"
         )
     if not pairs:
         raise SourceError(
-            path, f"no pair of strokes: the position moves by less than {TURN * 1e3:g} mm to and fro"
+            path,
+            f"no pair of strokes: the position moves by less than {MIN_REVERSAL_M * 1e3:g} mm back and forth",
         )
     return pairs, remarks
 
@@ -189,7 +192,7 @@ def _samples(path: Path, bore: float) -> tuple[Floats, Floats, Floats, Floats]:
     if len(late):
         row = int(late[0]) + 2
         raise SourceError(
-            path, f"row {row}: time {table[row - 1, TIME]:g} ms does not come after the row before it"
+            path, f"row {row}: time {table[row - 1, TIME]:g} ms is not greater than in the row before"
         )
     pressure = table[:, PRESSURE] * BAR
     return t, table[:, POSITION] * MILLIMETRE, pressure, force_on_piston(table[:, LOAD_CELL], pressure, bore)
@@ -206,17 +209,17 @@ def _inner_reversals(x: Floats) -> list[int]:
         away = x[k] - x[extreme] if forth else x[extreme] - x[k]
         if away >= 0.0:
             extreme = k
-        elif -away > TURN:
+        elif -away > MIN_REVERSAL_M:
             if not forth:
                 edges.append(extreme)
             extreme, forth = k, not forth
-    complete = not forth and x[-1] - x[edges[-1]] < TURN
+    complete = not forth and x[-1] - x[edges[-1]] < MIN_REVERSAL_M
     return [*edges, len(x)] if complete else edges
 
 
 def _longest_run(t: Floats, begin: int, end: int) -> np.ndarray:
-    """Return those rows from `begin` to before `end` that are most without a gap over `LONGEST_GAP`."""
-    gaps = begin + 1 + np.flatnonzero(np.diff(t[begin:end]) > LONGEST_GAP)
+    """Return the longest run of rows in [begin, end) without a gap of more than `MAX_GAP_S`."""
+    gaps = begin + 1 + np.flatnonzero(np.diff(t[begin:end]) > MAX_GAP_S)
     runs = np.split(np.arange(begin, end), gaps - begin)
     return max(runs, key=len)
 
@@ -224,7 +227,7 @@ def _longest_run(t: Floats, begin: int, end: int) -> np.ndarray:
 def _metadata(
     source: Path, files: list[Path], options: SealMap, bore: float, held_out: list[str]
 ) -> dict[str, Any]:
-    """Return `recording.toml`."""
+    """Return the content of `recording.toml`."""
     return {
         "format": "trundle-recording/1",
         "name": options.name or f"piston seal, {source.stem}",

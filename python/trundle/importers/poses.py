@@ -1,4 +1,4 @@
-"""Poses as trackers give them, brought to the object's and the sensor's frame and into the floor's plane."""
+"""Poses of a tracker, transformed to the object and sensor frames and projected to the floor."""
 
 from __future__ import annotations
 
@@ -14,26 +14,26 @@ from trundle.importers.layout import Floats, SourceError
 from trundle.importers.rotations import from_axes, from_rpy, heading, product, rotate, tilt
 from trundle.importers.streams import Stream
 
-__all__ = ["Axis", "Offset", "Poses", "World", "gripper", "object_"]
+__all__ = ["Axis", "Offset", "Poses", "World", "gripper_stream", "object_stream"]
 
 Axis = Literal["x", "y", "z", "-x", "-y", "-z"]
 
-UPRIGHT = np.radians(20.0)
-"""An object frame that leans more than this has its axes mixed up."""
+MAX_LEAN_RAD = np.radians(20.0)
+"""Maximum tilt of the object frame, rad; more indicates interchanged axes."""
 
 
 @dataclass(frozen=True)
 class Offset:
-    """Where the wanted frame is, seen from the tracked one; constant.
+    """Constant pose of the wanted frame in the tracked frame.
 
     Attributes
     ----------
     translation : 3 floats
-        m, tracked frame's axes.
+        In axes of the tracked frame, m.
     quaternion_wxyz : 4 floats
         Rotation tracked-from-wanted.
     rpy_deg : 3 floats
-        The same as roll, pitch, yaw in degrees (turned about fixed x, then y, then z); not both.
+        The same rotation as roll, pitch, yaw in degrees, about fixed x, then y, then z. Give one of the two.
     """
 
     translation: tuple[float, float, float] = (0.0, 0.0, 0.0)
@@ -43,26 +43,24 @@ class Offset:
     def rotation(self, where: str) -> Floats:
         """Return the unit quaternion, shape (4,)."""
         if self.quaternion_wxyz is not None and self.rpy_deg is not None:
-            raise MapError(f"`{where}` has both `quaternion_wxyz` and `rpy_deg`; keep one")
+            raise MapError(f"`{where}` has both `quaternion_wxyz` and `rpy_deg`; remove one")
         if self.rpy_deg is not None:
             return from_rpy(np.radians(self.rpy_deg))
         q = np.array(self.quaternion_wxyz or (1.0, 0.0, 0.0, 0.0))
         if abs(np.linalg.norm(q) - 1.0) > 1e-3:
-            raise MapError(
-                f"`{where}.quaternion_wxyz` has the length {np.linalg.norm(q):.4g}; a rotation has 1"
-            )
+            raise MapError(f"`{where}.quaternion_wxyz` has the length {np.linalg.norm(q):.4g}; it must be 1")
         return np.asarray(q / np.linalg.norm(q), dtype=np.float64)
 
 
 @dataclass(frozen=True)
 class World:
-    """The tracker's world.
+    """The world frame of the tracker.
 
     Attributes
     ----------
     plane : 2 axes
-        Which of the tracker's axes become the recording's x and y on the floor; up is then their cross
-        product. A y-up tracker has `["z", "x"]`.
+        Axes of the tracker that become x and y of the recording on the floor; up is their cross product.
+        For a y-up tracker, use `["z", "x"]`.
     """
 
     plane: tuple[Axis, Axis] = ("x", "y")
@@ -71,7 +69,9 @@ class World:
         """Return the unit quaternion recording-from-tracker, shape (4,)."""
         x, y = (_axis(name) for name in self.plane)
         if abs(x @ y) > 0.5:
-            raise MapError(f"`world.plane` = {list(self.plane)} names one axis twice; a plane has two")
+            raise MapError(
+                f"`world.plane` = {list(self.plane)} names one axis twice; give two different axes"
+            )
         return from_axes(x, y)
 
 
@@ -95,7 +95,7 @@ class Poses:
 
     @classmethod
     def checked(cls, source: Path | str, role: str, t: Floats, position: Floats, quaternion: Floats) -> Poses:
-        """Return poses whose quaternions are unit length, or say which is not."""
+        """Return poses with normalised quaternions; raise `SourceError` if one is not of unit length."""
         norm = np.linalg.norm(quaternion, axis=1)
         wrong = np.flatnonzero(np.abs(norm - 1.0) > 1e-3)
         if len(wrong):
@@ -105,44 +105,45 @@ class Poses:
         return cls(t, position, quaternion / norm[:, None])
 
     def turned(self, rotation: Floats) -> Poses:
-        """Return the same poses seen in a world turned by `rotation` (4,)."""
+        """Return the poses in a world frame that is rotated by `rotation` (4,)."""
         return Poses(self.t, rotate(rotation, self.position), product(rotation, self.quaternion))
 
     def carried(self, translation: Sequence[float], rotation: Floats) -> Poses:
-        """Return the poses of a frame fixed to the tracked one at `translation`, turned by `rotation`."""
+        """Return the poses of a frame that is fixed to the tracked frame at `translation` and `rotation`."""
         position = self.position + rotate(self.quaternion, np.asarray(translation, dtype=np.float64))
         return Poses(self.t, position, product(self.quaternion, rotation))
 
 
-def object_(poses: Poses) -> Stream:
-    """Return the object's planar stream; its frame must stand about upright."""
+def object_stream(poses: Poses) -> Stream:
+    """Return the planar stream of the object, whose frame must be upright within `MAX_LEAN_RAD`."""
     lean = float(np.median(tilt(poses.quaternion)))
-    if lean > UPRIGHT:
+    if lean > MAX_LEAN_RAD:
         raise MapError(
-            f"the object frame's z leans {np.degrees(lean):.0f} degrees from up; set `world.plane` if the "
-            "tracker's world is not z-up, and `object.offset` so that the object's own z points up"
+            f"the z axis of the object frame is tilted by {np.degrees(lean):.0f} degrees from up; set "
+            "`world.plane` if the tracker is not z-up, and `object.offset` so that the object's z points up"
         )
     values = np.column_stack([poses.position[:, :2], heading(poses.quaternion)])
     return Stream(["object_x", "object_y", "object_theta"], poses.t, values)
 
 
-def gripper(poses: Poses, level_within: float) -> tuple[Stream, bool]:
-    """Return the sensor's stream and whether its frame was turned over.
+def gripper_stream(poses: Poses, level_within: float) -> tuple[Stream, bool]:
+    """Return the stream of the sensor frame, and whether the frame was flipped.
 
     Parameters
     ----------
     poses : Poses
-        Of the sensor frame.
+        Poses of the sensor frame.
     level_within : float
-        rad; a frame that never leans more is level and becomes `gripper_theta`, else seven columns.
+        Maximum tilt of a level frame, rad. A level frame is stored as `gripper_theta`, others as seven
+        columns.
 
     Returns
     -------
     stream : Stream
-        Planar or seven columns.
+        Three planar or seven columns.
     turned : bool
-        The sensor hangs level and upside down: its frame was turned by half a turn about its x, and
-        so must be the wrench (y and z change sign).
+        True if the sensor hangs level and upside down. Its frame was then rotated by 180° about its x axis,
+        and the wrench must be rotated likewise (y and z change sign).
     """
     hanging = np.pi - tilt(poses.quaternion)
     turned = bool(len(hanging)) and bool(np.max(hanging) <= level_within)

@@ -11,59 +11,67 @@ from typing import Any, Literal
 from rosbags.rosbag2 import Reader
 from rosbags.typesys import Stores, get_typestore
 
-from trundle.importers import exported
+from trundle.importers import trundle_mcap
 from trundle.importers.config import MapError, typed
-from trundle.importers.layout import Imported, Say, SourceError
+from trundle.importers.layout import Imported, ShowProgress, SourceError
 from trundle.importers.messages import READERS, Samples
 from trundle.importers.poses import Poses, World
-from trundle.importers.takes import BodyMap, EpisodeMap, HandMap, Take, assemble, placed, tidy
+from trundle.importers.takes import (
+    BodyMap,
+    EpisodeMap,
+    GripperMap,
+    Take,
+    assemble,
+    clean_stream,
+    to_recording_frames,
+)
 
-__all__ = ["NEEDS_MAP", "BagMap", "BodyTopic", "HandTopic", "TopicMap", "opened", "read"]
+__all__ = ["NEEDS_MAP", "BagMap", "BodyTopic", "GripperTopic", "TopicMap", "open_bag", "read"]
 
 NEEDS_MAP = False
-"""Not for a bag that trundle wrote; `read` asks for one elsewhere."""
+"""Bags that trundle wrote need no map; `read` requires one for others."""
 
 ROLES = {"object": "pose", "gripper": "pose", "wrench": "wrench"}
-TELL_EVERY = 20_000
-"""Messages between two signs of life."""
+MESSAGES_PER_PROGRESS = 20_000
+"""Number of messages between two progress reports."""
 
 
 @dataclass(frozen=True)
 class TopicMap:
-    """One topic: its name."""
+    """Name of a topic."""
 
     topic: str
 
 
 @dataclass(frozen=True)
 class BodyTopic(BodyMap, TopicMap):
-    """A topic of poses, or of transforms: then `frame` is the child frame that is wanted."""
+    """A topic of poses or transforms; for transforms, `frame` is the child frame to use."""
 
     frame: str | None = None
 
 
 @dataclass(frozen=True)
-class HandTopic(HandMap, BodyTopic):
-    """The same, of the hand that holds the sensor."""
+class GripperTopic(GripperMap, BodyTopic):
+    """The same for the gripper with the sensor."""
 
 
 @dataclass(frozen=True)
 class BagMap:
-    """What a map file says about bags.
+    """Settings of a map file for bags.
 
     Attributes
     ----------
     object, gripper, wrench : TopicMap
-        The topics; a wrench in world or object axes needs no gripper.
+        The topics. A wrench in world or object axes needs no gripper.
     stamp : str
-        "header": when it was measured; "log": when it was recorded.
+        Time of a sample: "header", that of the measurement, or "log", that of the recording.
     recording : dict
         Tables of `recording.toml`, passed through.
     """
 
     wrench: TopicMap
     object: BodyTopic
-    gripper: HandTopic | None = None
+    gripper: GripperTopic | None = None
     stamp: Literal["header", "log"] = "header"
     name: str | None = None
     world: World = field(default_factory=World)
@@ -77,26 +85,26 @@ class BagMap:
         return {role: topic for role, topic in roles.items() if topic is not None}
 
 
-def read(source: Path, settings: Mapping[str, Any], say: Say) -> Imported:
+def read(source: Path, settings: Mapping[str, Any], say: ShowProgress) -> Imported:
     """Read a bag, or every bag of a folder in the order of their names."""
     bags = _bags(source)
     if not settings:
-        return _exported(source, bags, say)
-    told = typed(BagMap, settings)
-    takes = [_take(bag, told, say) for bag in bags]
-    return assemble(takes, told.episode, told.recording, told.name or source.stem)
+        return _read_exported(source, bags, say)
+    source_map = typed(BagMap, settings)
+    takes = [_read_take(bag, source_map, say) for bag in bags]
+    return assemble(takes, source_map.episode, source_map.recording, source_map.name or source.stem)
 
 
-def _exported(source: Path, bags: list[Path], say: Say) -> Imported:
-    """Read the one bag that needs no map: `trundle export --mcap` wrote it."""
+def _read_exported(source: Path, bags: list[Path], say: ShowProgress) -> Imported:
+    """Read a bag of `trundle export --mcap`, which needs no map."""
     if len(bags) == 1:
-        with opened(bags[0]) as reader:
-            if told := exported.describe(reader):
-                return exported.read(reader, told, say)
+        with open_bag(bags[0]) as reader:
+            if description := trundle_mcap.describe(reader):
+                return trundle_mcap.read(reader, description, say)
     raise SourceError(
         source,
-        "a bag needs --map: a TOML file that says what is what (docs/import.md); "
-        "only one file of `trundle export --mcap` says it itself",
+        "a bag needs --map: a TOML file that assigns the topics (docs/import.md); "
+        "only a single file of `trundle export --mcap` does not",
     )
 
 
@@ -106,9 +114,7 @@ def _frame(topic: TopicMap) -> str | None:
 
 def _bags(source: Path) -> list[Path]:
     if source.suffix == ".bag":
-        raise SourceError(
-            source, "a ROS 1 bag; `rosbags-convert --src IN.bag --dst OUT` makes a ROS 2 bag of it"
-        )
+        raise SourceError(source, "a ROS 1 bag; convert it with `rosbags-convert --src IN.bag --dst OUT`")
     if source.is_file() or (source / "metadata.yaml").is_file():
         return [source]
     inside = sorted(
@@ -121,36 +127,41 @@ def _bags(source: Path) -> list[Path]:
     return inside
 
 
-def _take(bag: Path, told: BagMap, say: Say) -> Take:
-    topics = told.topics()
-    samples = _collect(bag, told, say)
+def _read_take(bag: Path, source_map: BagMap, say: ShowProgress) -> Take:
+    topics = source_map.topics()
+    samples = _collect(bag, source_map, say)
     streams, remarks = {}, []
     origin = min(min(each.nanoseconds) for each in samples.values() if each.nanoseconds)
     for role, each in samples.items():
         raw, lost = each.stream(role, origin)
-        streams[role], said = tidy(raw, topics[role].topic, told.keep_repeats)
-        remarks += ([f"{topics[role].topic}: {lost} poses of a lost tracker left out"] if lost else []) + said
+        streams[role], new_remarks = clean_stream(raw, topics[role].topic, source_map.keep_repeats)
+        remarks += (
+            [f"{topics[role].topic}: {lost} poses of a lost tracker left out"] if lost else []
+        ) + new_remarks
     bodies: dict[str, Poses] = {
         role: samples[role].poses(role, streams[role]) for role in ("object", "gripper") if role in streams
     }
-    moved, said = placed(bodies, told.object, told.gripper or HandMap(), told.world, streams["wrench"])
-    return Take(bag, moved, remarks + said)
+    moved, new_remarks = to_recording_frames(
+        bodies, source_map.object, source_map.gripper or GripperMap(), source_map.world, streams["wrench"]
+    )
+    return Take(bag, moved, remarks + new_remarks)
 
 
-def _collect(bag: Path, told: BagMap, say: Say) -> dict[str, Samples]:
+def _collect(bag: Path, source_map: BagMap, say: ShowProgress) -> dict[str, Samples]:
     """Read all messages of the mapped topics."""
-    topics = told.topics()
+    topics = source_map.topics()
     samples = {
-        role: Samples(topic.topic, _frame(topic), told.stamp == "header") for role, topic in topics.items()
+        role: Samples(topic.topic, _frame(topic), source_map.stamp == "header")
+        for role, topic in topics.items()
     }
     wanted = {topic.topic for topic in topics.values()}
     store = get_typestore(Stores.LATEST)
-    with opened(bag) as reader:
+    with open_bag(bag) as reader:
         for role, topic in topics.items():
-            _check(bag, reader, role, topic)
+            _check_topic(bag, reader, role, topic)
         connections = [connection for connection in reader.connections if connection.topic in wanted]
         for count, (connection, stamp, data) in enumerate(reader.messages(connections=connections)):
-            if count % TELL_EVERY == 0:
+            if count % MESSAGES_PER_PROGRESS == 0:
                 say(f"{bag.name}: {count} messages")
             message = store.deserialize_cdr(data, connection.msgtype)
             for role, topic in topics.items():
@@ -162,32 +173,34 @@ def _collect(bag: Path, told: BagMap, say: Say) -> dict[str, Samples]:
 
 
 @contextmanager
-def opened(bag: Path) -> Iterator[Reader]:
-    """Open a bag for reading, and say what can be done about one that is damaged."""
+def open_bag(bag: Path) -> Iterator[Reader]:
+    """Open a bag for reading; the error for a damaged bag names a remedy."""
     try:
         with Reader(bag) as reader:
             yield reader
     except (SourceError, MapError, OSError):
         raise
     except KeyError as error:
-        remedy = "copy the ROS 2 topics to a bag of their own, `mcap filter IN -o OUT -y TOPIC`"
-        raise SourceError(bag, f"holds channels that are not ROS 2 messages ({error}); {remedy}") from error
+        remedy = "copy the ROS 2 topics to another bag with `mcap filter IN -o OUT -y TOPIC`"
+        raise SourceError(
+            bag, f"contains channels that are not ROS 2 messages ({error}); {remedy}"
+        ) from error
     except Exception as error:
-        # A damaged file makes the library raise whatever the broken bytes run into.
-        remedy = "`mcap recover IN -o OUT`, or `ros2 bag reindex FOLDER`, saves what is whole"
-        raise SourceError(bag, f"not a whole bag ({type(error).__name__}: {error}); {remedy}") from error
+        # For a damaged file the library may raise any exception.
+        remedy = "recover it with `mcap recover IN -o OUT` or `ros2 bag reindex FOLDER`"
+        raise SourceError(bag, f"damaged bag ({type(error).__name__}: {error}); {remedy}") from error
 
 
-def _check(bag: Path, reader: Reader, role: str, topic: TopicMap) -> None:
-    there = {connection.topic: connection.msgtype for connection in reader.connections}
-    listing = ", ".join(f"{name} ({kind})" for name, kind in sorted(there.items())) or "none"
-    if topic.topic not in there:
-        raise SourceError(bag, f"no topic {topic.topic!r} for {role}; its topics are: {listing}")
-    kind = there[topic.topic]
+def _check_topic(bag: Path, reader: Reader, role: str, topic: TopicMap) -> None:
+    types = {connection.topic: connection.msgtype for connection in reader.connections}
+    listing = ", ".join(f"{name} ({kind})" for name, kind in sorted(types.items())) or "none"
+    if topic.topic not in types:
+        raise SourceError(bag, f"no topic {topic.topic!r} for {role}; the topics are: {listing}")
+    kind = types[topic.topic]
     fitting = [name for name, each in READERS.items() if each.gives == ROLES[role]]
     if kind not in fitting:
         raise SourceError(
-            bag, f"topic {topic.topic} for {role} has the type {kind}; it can be {', '.join(fitting)}"
+            bag, f"topic {topic.topic} for {role} has the type {kind}; it must be one of {', '.join(fitting)}"
         )
     if READERS[kind].framed and _frame(topic) is None:
-        raise MapError(f"`{role}.frame` is missing: which child frame of {topic.topic} is it?")
+        raise MapError(f"`{role}.frame` is missing: give a child frame of {topic.topic}")

@@ -1,4 +1,4 @@
-"""Unit quaternions (w, x, y, z), rows of an array, and the planar angle that they hold."""
+"""Unit quaternions (w, x, y, z) as rows of an array, and their heading and tilt."""
 
 from __future__ import annotations
 
@@ -10,7 +10,7 @@ __all__ = ["conjugate", "heading", "product", "rotate", "tilt"]
 
 
 def product(a: Floats, b: Floats) -> Floats:
-    """Return a⊗b, the rotation b followed by a; (..., 4) each."""
+    """Return the product a⊗b, that is rotation b followed by a; (..., 4) each."""
     aw, ax, ay, az = np.moveaxis(a, -1, 0)
     bw, bx, by, bz = np.moveaxis(b, -1, 0)
     return np.stack(
@@ -30,20 +30,20 @@ def conjugate(q: Floats) -> Floats:
 
 
 def rotate(q: Floats, v: Floats) -> Floats:
-    """Turn vectors v (..., 3) by q (..., 4)."""
+    """Rotate vectors v (..., 3) by q (..., 4)."""
     w, u = q[..., :1], q[..., 1:]
     first = np.cross(u, v)
     return np.asarray(v + 2.0 * (w * first + np.cross(u, first)), dtype=np.float64)
 
 
 def heading(q: Floats) -> Floats:
-    """Return the angle about world z, rad in (-pi, pi], of frames whose own z is about upright; (n,)."""
+    """Return the angle about world z, rad in (-pi, pi], of approximately upright frames; (n,)."""
     w, x, y, z = np.moveaxis(q, -1, 0)
     return np.asarray(np.arctan2(2.0 * (w * z + x * y), 1.0 - 2.0 * (y * y + z * z)), dtype=np.float64)
 
 
 def tilt(q: Floats) -> Floats:
-    """Return the angle between the frame's z and the world's, rad in [0, pi]; (n,)."""
+    """Return the angle between the z axes of frame and world, rad in [0, pi]; (n,)."""
     _, x, y, _ = np.moveaxis(q, -1, 0)
     return np.asarray(np.arccos(np.clip(1.0 - 2.0 * (x * x + y * y), -1.0, 1.0)), dtype=np.float64)
 
@@ -63,7 +63,7 @@ def from_rpy(rpy: Floats) -> Floats:
 
 
 def from_axes(x: Floats, y: Floats) -> Floats:
-    """Return the rotation that takes the orthonormal directions x and y (3,) to the axes x and y; (4,)."""
+    """Return the rotation that maps the orthonormal vectors x and y (3,) to the axes x and y; (4,)."""
     from scipy.spatial.transform import Rotation
 
     xyzw = Rotation.from_matrix(np.vstack([x, y, np.cross(x, y)])).as_quat()

@@ -1,4 +1,4 @@
-"""Streams of samples: cleaned of stale reads, joined into the one table of an episode."""
+"""Streams of samples: removal of stale reads, and joining into an episode table."""
 
 from __future__ import annotations
 
@@ -9,10 +9,10 @@ import numpy as np
 
 from trundle.importers.layout import Columns, Floats
 
-__all__ = ["REST", "Stream", "interval", "join", "unstale"]
+__all__ = ["MIN_REST_DURATION_S", "Stream", "drop_stale", "interval", "join"]
 
-REST = 0.1
-"""s; a value repeated for less is a stale read of a slower device, for longer the thing stands still."""
+MIN_REST_DURATION_S = 0.1
+"""Duration from which a repeated value indicates rest, s. A shorter repeat is a stale read."""
 
 
 @dataclass(frozen=True)
@@ -24,7 +24,7 @@ class Stream:
     names : sequence of str
         Table columns, k of them.
     t : (n,) array
-        Sample times in s, not yet necessarily increasing.
+        Sample times, s, not necessarily increasing.
     values : (n, k) array
         SI units.
     """
@@ -38,27 +38,27 @@ class Stream:
         return Stream(self.names, self.t[keep], self.values[keep])
 
     def ordered(self) -> tuple[Stream, int]:
-        """Return the samples by time, the first of each time stamp only, and how many were left out."""
+        """Return the samples sorted by time, without repeated stamps, and the number of dropped samples."""
         _, first = np.unique(self.t, return_index=True)
         return self.where(first), len(self.t) - len(first)
 
 
-def unstale(stream: Stream, rest: float = REST) -> tuple[Stream, int]:
-    """Leave out repeats of a held value, but not those of something that stands still.
+def drop_stale(stream: Stream, rest: float = MIN_REST_DURATION_S) -> tuple[Stream, int]:
+    """Drop stale reads: short runs of a repeated value. Longer runs are kept as rest.
 
     Parameters
     ----------
     stream : Stream
         Ordered by time.
     rest : float
-        Runs of one value that last at least so long (s) are kept whole.
+        Minimum duration of a run that is kept, s.
 
     Returns
     -------
     stream : Stream
-        What remains.
+        The remaining samples.
     count : int
-        How many samples were left out.
+        Number of dropped samples.
     """
     if len(stream.t) == 0:
         return stream, 0
@@ -77,17 +77,17 @@ def interval(stream: Stream, begin: float, end: float) -> Stream:
 
 
 def join(streams: Sequence[Stream]) -> Columns:
-    """Put streams of different rates into one table, a row per distinct time.
+    """Join streams of different rates into one table with a row per distinct time.
 
     Parameters
     ----------
     streams : sequence of Stream
-        Each strictly increasing in time and with names of its own.
+        Each with strictly increasing times and distinct column names.
 
     Returns
     -------
     Columns
-        `t` and every stream's columns, NaN where a stream has no sample.
+        `t` and the columns of all streams, NaN where a stream has no sample.
     """
     t = np.unique(np.concatenate([stream.t for stream in streams]))
     table: Columns = {"t": t}

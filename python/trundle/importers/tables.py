@@ -1,4 +1,4 @@
-"""Maps from the named vectors of a file (CSV columns, MATLAB variables) to the columns of a recording."""
+"""Conversion of named vectors (CSV columns, MATLAB variables) to the columns of a recording."""
 
 from __future__ import annotations
 
@@ -10,11 +10,19 @@ from typing import Any, Literal, Protocol
 import numpy as np
 
 from trundle.importers.config import MapError
-from trundle.importers.layout import Floats, Imported, Say, SourceError
+from trundle.importers.layout import Floats, Imported, ShowProgress, SourceError
 from trundle.importers.poses import Poses, World
 from trundle.importers.rotations import from_heading
 from trundle.importers.streams import Stream
-from trundle.importers.takes import BodyMap, EpisodeMap, HandMap, Take, assemble, placed, tidy
+from trundle.importers.takes import (
+    BodyMap,
+    EpisodeMap,
+    GripperMap,
+    Take,
+    assemble,
+    clean_stream,
+    to_recording_frames,
+)
 
 __all__ = ["Quantity", "TableMap", "Vectors", "read_files", "take"]
 
@@ -35,7 +43,7 @@ DIMENSIONS = (
     | {f"force_{axis}": "force" for axis in "xyz"}
     | {f"torque_{axis}": "torque" for axis in "xyz"}
 )
-"""Columns that can be mapped, with the dimension of each."""
+"""Physical dimension of each column that can be mapped."""
 
 
 ROLES: tuple[Role, ...] = ("object", "gripper", "wrench")
@@ -47,25 +55,25 @@ class Vectors(Protocol):
     path: Path
 
     def vector(self, name: str, index: int | None = None) -> Floats:
-        """Return a vector, NaN where it is empty; `index` picks a matrix's column, from 1."""
+        """Return a vector, NaN where a cell is empty; `index` selects a column of a matrix, from 1."""
 
 
 @dataclass(frozen=True)
 class Quantity:
-    """One column of the recording, from the file.
+    """Source of one column of the recording.
 
     Attributes
     ----------
     name : str
-        The file's column or variable.
+        Column or variable of the file.
     product : list of str
-        Several, multiplied, in place of `name`; a single number multiplies all samples.
+        Several names, instead of `name`, that are multiplied. A scalar multiplies all samples.
     index : int
-        Which column of a matrix variable, from 1.
+        Column of a matrix variable, from 1.
     unit : str
-        "mm", "deg", "ms", …; SI by default.
+        "mm", "deg", "ms", …; by default SI.
     scale : float
-        A factor, "-1" for an axis that points the other way.
+        A factor, such as -1 for an axis in the opposite direction.
     """
 
     name: str | None = None
@@ -77,18 +85,18 @@ class Quantity:
 
 @dataclass(frozen=True)
 class TableMap:
-    """What a map file says about files of named vectors, MATLAB's or others.
+    """Settings of a map file for files of named vectors.
 
     Attributes
     ----------
     columns : dict of str to str or Quantity
-        The recording's column, and what it is in the file.
+        Source of each column of the recording.
     time : str or Quantity
-        Sample times, of any origin.
+        Sample times, with any origin.
     times : dict
-        By stream ("object", "gripper", "wrench") where each has a clock column of its own.
+        Sample times by stream ("object", "gripper", "wrench"), if streams have separate time columns.
     recording : dict
-        Tables of `recording.toml`, passed through.
+        Tables that are copied to `recording.toml`.
     """
 
     columns: dict[str, str | Quantity]
@@ -97,7 +105,7 @@ class TableMap:
     name: str | None = None
     world: World = field(default_factory=World)
     object: BodyMap = field(default_factory=BodyMap)
-    gripper: HandMap = field(default_factory=HandMap)
+    gripper: GripperMap = field(default_factory=GripperMap)
     keep_repeats: bool = False
     episode: list[EpisodeMap] = field(default_factory=list)
     recording: dict[str, Any] = field(default_factory=dict)
@@ -106,37 +114,39 @@ class TableMap:
 def read_files(
     source: Path,
     suffix: str,
-    opened: Callable[[Path], Vectors],
-    told: TableMap,
-    say: Say,
+    open_file: Callable[[Path], Vectors],
+    source_map: TableMap,
+    say: ShowProgress,
 ) -> Imported:
-    """Read one file, or every one of a folder that ends in `suffix`, in the order of their names."""
+    """Read one file, or every file of a folder with the suffix `suffix`, in the order of their names."""
     files = sorted(source.glob(f"*{suffix}")) if source.is_dir() else [source]
     if not files:
         raise SourceError(source, f"no *{suffix} in this folder")
     takes = []
     for file in files:
         say(file.name)
-        takes.append(take(opened(file), told))
-    return assemble(takes, told.episode, told.recording, told.name or source.stem)
+        takes.append(take(open_file(file), source_map))
+    return assemble(takes, source_map.episode, source_map.recording, source_map.name or source.stem)
 
 
-def take(file: Vectors, told: TableMap) -> Take:
+def take(file: Vectors, source_map: TableMap) -> Take:
     """Return the streams of one file."""
-    unknown = [column for column in told.columns if column not in DIMENSIONS]
+    unknown = [column for column in source_map.columns if column not in DIMENSIONS]
     if unknown:
         raise MapError(
-            f"`columns.{unknown[0]}` is no column of a recording; those are {', '.join(DIMENSIONS)}"
+            f"`columns.{unknown[0]}`: unknown column; the columns of a recording are {', '.join(DIMENSIONS)}"
         )
     streams: dict[str, Stream] = {}
     remarks: list[str] = []
     for role in ROLES:
-        names = [name for name in DIMENSIONS if name in told.columns and _role(name) == role]
+        names = [name for name in DIMENSIONS if name in source_map.columns and _role(name) == role]
         if names:
-            streams[role], said = tidy(_stream(file, told, role, names), role, told.keep_repeats)
-            remarks += said
+            streams[role], new_remarks = clean_stream(
+                _stream(file, source_map, role, names), role, source_map.keep_repeats
+            )
+            remarks += new_remarks
     if not streams:
-        raise MapError("`columns` maps nothing; name at least object_x and force_x")
+        raise MapError("`columns` is empty; map at least object_x and force_x")
     rail = (
         [streams.pop("object")] if streams.get("object") and streams["object"].names == ["object_x"] else []
     )
@@ -144,8 +154,10 @@ def take(file: Vectors, told: TableMap) -> Take:
         role: _poses(file.path, streams[role]) for role in ("object", "gripper") if role in streams
     }
     wrench = streams.get("wrench")
-    moved, said = placed(bodies, told.object, told.gripper, told.world, wrench)
-    return Take(file.path, rail + moved, remarks + said)
+    moved, new_remarks = to_recording_frames(
+        bodies, source_map.object, source_map.gripper, source_map.world, wrench
+    )
+    return Take(file.path, rail + moved, remarks + new_remarks)
 
 
 def _role(column: str) -> str:
@@ -153,26 +165,27 @@ def _role(column: str) -> str:
     return body if body in ("object", "gripper") else "wrench"
 
 
-def _stream(file: Vectors, told: TableMap, role: Role, names: list[str]) -> Stream:
-    clock = told.times.get(role, told.time)
+def _stream(file: Vectors, source_map: TableMap, role: Role, names: list[str]) -> Stream:
+    clock = source_map.times.get(role, source_map.time)
     if clock is None:
-        raise MapError(f"no clock for {role}; set `time`, or `times.{role}`")
+        raise MapError(f"no time for {role}; set `time` or `times.{role}`")
     t = _vector(file, clock, "time", "time")
-    vectors = [_vector(file, told.columns[name], DIMENSIONS[name], f"columns.{name}") for name in names]
+    vectors = [_vector(file, source_map.columns[name], DIMENSIONS[name], f"columns.{name}") for name in names]
     for name, vector in zip(names, vectors, strict=True):
         if len(vector) != len(t):
             raise SourceError(
                 file.path,
-                f"{name} has {len(vector)} samples and its time {len(t)}; "
-                f"give the clock of {role} in `times`",
+                f"{name} has {len(vector)} samples and its time {len(t)}; give the time of {role} in `times`",
             )
     values = np.column_stack(vectors)
     empty = np.isnan(values)
     torn = np.flatnonzero(empty.any(axis=1) & ~empty.all(axis=1))
     if len(torn):
-        lacking = names[int(np.argmax(empty[torn[0]]))]
-        raise SourceError(file.path, f"row {torn[0] + 1}: {lacking} is empty where others of {role} are not")
-    # Rows without this stream are no samples of it, nothing was lost.
+        empty_name = names[int(np.argmax(empty[torn[0]]))]
+        raise SourceError(
+            file.path, f"row {torn[0] + 1}: {empty_name} is empty but other columns of {role} are not"
+        )
+    # Rows where all columns of the stream are empty are not samples of it.
     there = ~empty.all(axis=1)
     return Stream(names, t[there], values[there])
 
@@ -180,18 +193,19 @@ def _stream(file: Vectors, told: TableMap, role: Role, names: list[str]) -> Stre
 def _vector(file: Vectors, what: str | Quantity, dimension: str, where: str) -> Floats:
     quantity = Quantity(name=what) if isinstance(what, str) else what
     if (quantity.name is None) == (quantity.product is None):
-        raise MapError(f"`{where}` needs one of `name` and `product`")
+        raise MapError(f"`{where}`: give either `name` or `product`")
     units = UNITS[dimension]
     unit = next(iter(units)) if quantity.unit is None else quantity.unit
     if unit not in units:
-        raise MapError(f"`{where}.unit` = {unit!r}; a {dimension} has {', '.join(map(repr, units))}")
+        raise MapError(f"`{where}.unit` = {unit!r}: unknown unit; use one of {', '.join(map(repr, units))}")
     names = quantity.product or [str(quantity.name)]
     factors = [file.vector(name, quantity.index) for name in names]
     longest = max(len(factor) for factor in factors)
     for name, factor in zip(names, factors, strict=True):
         if len(factor) not in (1, longest):
             raise SourceError(
-                file.path, f"`{name}` has {len(factor)} samples, other factors of `{where}` {longest}"
+                file.path,
+                f"`{name}` has {len(factor)} samples, but other factors of `{where}` have {longest}",
             )
     return np.asarray(np.prod(np.broadcast_arrays(*factors), axis=0) * (units[unit] * quantity.scale))
 
@@ -206,8 +220,8 @@ def _poses(path: Path, stream: Stream) -> Poses:
         or bool(quaternion) == ("theta" in column)
     ):
         raise MapError(
-            f"`columns` has {', '.join(stream.names)}; a pose is {role}_x, {role}_y and either {role}_theta "
-            f"or {role}_qw, {role}_qx, {role}_qy, {role}_qz"
+            f"`columns` has {', '.join(stream.names)}; a pose needs {role}_x, {role}_y and either "
+            f"{role}_theta or {role}_qw, {role}_qx, {role}_qy, {role}_qz"
         )
     z = column.get("z", np.zeros(len(stream.t)))
     q = np.column_stack(quaternion) if quaternion else from_heading(column["theta"])

@@ -1,4 +1,4 @@
-"""From the streams of one take (a bag, a file) to the episodes of a recording."""
+"""Conversion of takes (bags, files) to the episodes of a recording."""
 
 from __future__ import annotations
 
@@ -11,10 +11,10 @@ import numpy as np
 
 from trundle.importers.config import MapError
 from trundle.importers.layout import Columns, Floats, Imported, SourceError
-from trundle.importers.poses import Offset, Poses, World, gripper, object_
-from trundle.importers.streams import Stream, interval, join, unstale
+from trundle.importers.poses import Offset, Poses, World, gripper_stream, object_stream
+from trundle.importers.streams import Stream, drop_stale, interval, join
 
-__all__ = ["BodyMap", "EpisodeMap", "HandMap", "Take", "assemble", "placed", "tidy"]
+__all__ = ["BodyMap", "EpisodeMap", "GripperMap", "Take", "assemble", "clean_stream", "to_recording_frames"]
 
 
 @dataclass(frozen=True)
@@ -26,9 +26,9 @@ class EpisodeMap:
     name : str
         Name of the episode.
     source : str
-        File or bag within SOURCE; may be left out if there is one.
+        File or bag within SOURCE; optional if there is only one.
     start, end : float
-        s after the first sample of the take; all of it by default.
+        Time after the first sample of the take, s; by default the whole take.
     """
 
     name: str
@@ -39,27 +39,27 @@ class EpisodeMap:
 
 @dataclass(frozen=True)
 class BodyMap:
-    """How a tracked body becomes the object.
+    """Settings of the tracked body of the object.
 
     Attributes
     ----------
     offset : Offset
-        The object frame, seen from the tracked one.
+        Pose of the object frame in the tracked frame.
     """
 
     offset: Offset = field(default_factory=Offset)
 
 
 @dataclass(frozen=True)
-class HandMap(BodyMap):
-    """How a tracked hand becomes the gripper.
+class GripperMap(BodyMap):
+    """Settings of the tracked body of the gripper.
 
     Attributes
     ----------
     offset : Offset
-        The sensor frame, seen from the tracked one.
+        Pose of the sensor frame in the tracked frame.
     level_within_deg : float
-        A frame that never leans more is recorded by its heading alone.
+        Maximum tilt of a level frame, degrees. Of a level frame only the heading is recorded.
     """
 
     level_within_deg: float = 2.0
@@ -67,16 +67,16 @@ class HandMap(BodyMap):
 
 @dataclass
 class Take:
-    """What was measured in one go.
+    """One continuous measurement.
 
     Attributes
     ----------
     source : Path
         File or bag.
     streams : list of Stream
-        Increasing times, one clock.
+        Streams with increasing times of one clock.
     remarks : list of str
-        What was left out.
+        Remarks on omitted samples.
     """
 
     source: Path
@@ -84,66 +84,74 @@ class Take:
     remarks: list[str]
 
 
-def placed(
-    bodies: Mapping[str, Poses], body: BodyMap, hand: HandMap, world: World, wrench: Stream | None
+def to_recording_frames(
+    bodies: Mapping[str, Poses], body: BodyMap, gripper_map: GripperMap, world: World, wrench: Stream | None
 ) -> tuple[list[Stream], list[str]]:
-    """Bring tracked poses to the frames of a recording.
+    """Transform tracked poses to the frames of a recording.
 
     Parameters
     ----------
     bodies : mapping
-        Tracked poses of "object", "gripper", where there are any.
-    body, hand : BodyMap, HandMap
-        Where object and sensor are in the tracked frames.
+        Tracked poses of "object" and "gripper", if available.
+    body, gripper_map : BodyMap, GripperMap
+        Object and sensor frames in the tracked frames.
     world : World
-        The tracker's world.
+        World frame of the tracker.
     wrench : Stream or None
-        In the axes of the gripper's frame; turned with it if that hangs upside down.
+        Wrench in axes of the gripper frame. It is rotated with the frame of a sensor that hangs upside down.
 
     Returns
     -------
     streams : list of Stream
-        Object, gripper, wrench, as far as there are any.
+        Streams of object, gripper and wrench, if available.
     remarks : list of str
-        What was turned.
+        Remarks on rotated frames.
     """
     streams, remarks = [], []
     if "object" in bodies:
-        streams.append(object_(_carried(bodies["object"], body.offset, world, "object")))
+        streams.append(object_stream(_apply_offset(bodies["object"], body.offset, world, "object")))
     if "gripper" in bodies:
-        there = _carried(bodies["gripper"], hand.offset, world, "gripper")
-        stream, turned = gripper(there, float(np.radians(hand.level_within_deg)))
+        there = _apply_offset(bodies["gripper"], gripper_map.offset, world, "gripper")
+        stream, turned = gripper_stream(there, float(np.radians(gripper_map.level_within_deg)))
         streams.append(stream)
         if turned:
-            remarks.append("the sensor hangs upside down: its frame and its wrench were turned about its x")
-            wrench = None if wrench is None else _turned_over(wrench)
+            remarks.append("the sensor hangs upside down: rotated its frame and its wrench about its x axis")
+            wrench = None if wrench is None else _flip_wrench(wrench)
     return [*streams, *([] if wrench is None else [wrench])], remarks
 
 
-def _carried(poses: Poses, offset: Offset, world: World, role: str) -> Poses:
+def _apply_offset(poses: Poses, offset: Offset, world: World, role: str) -> Poses:
     return poses.turned(world.rotation()).carried(offset.translation, offset.rotation(f"{role}.offset"))
 
 
-def _turned_over(wrench: Stream) -> Stream:
+def _flip_wrench(wrench: Stream) -> Stream:
     signs = np.array([1.0 if name.endswith("_x") else -1.0 for name in wrench.names])
     return Stream(wrench.names, wrench.t, wrench.values * signs)
 
 
-def tidy(stream: Stream, label: str, keep_repeats: bool) -> tuple[Stream, list[str]]:
-    """Order a stream by time; leave out shared time stamps, empty samples and stale reads, and say so."""
-    whole = np.all(np.isfinite(stream.values), axis=1) & np.isfinite(stream.t)
-    ordered, same = stream.where(whole).ordered()
-    # A single quantised channel repeats itself without being stale.
+def clean_stream(stream: Stream, label: str, keep_repeats: bool) -> tuple[Stream, list[str]]:
+    """Sort a stream by time and drop repeated time stamps, empty samples and stale reads.
+
+    Returns
+    -------
+    stream : Stream
+        The cleaned stream.
+    remarks : list of str
+        Counts of dropped samples.
+    """
+    complete = np.all(np.isfinite(stream.values), axis=1) & np.isfinite(stream.t)
+    ordered, same = stream.where(complete).ordered()
+    # A single quantised channel may repeat a value without being stale.
     stale = 0
     if not keep_repeats and len(stream.names) > 1:
-        ordered, stale = unstale(ordered)
+        ordered, stale = drop_stale(ordered)
     counts = {
-        "without a value": int(np.sum(~whole)),
-        "with a time stamp that was there": same,
+        "without a value": int(np.sum(~complete)),
+        "with a repeated time stamp": same,
         "repeated": stale,
     }
-    said = [f"{label}: {count} samples {what} left out" for what, count in counts.items() if count]
-    return ordered, said
+    new_remarks = [f"{label}: {count} samples {what} left out" for what, count in counts.items() if count]
+    return ordered, new_remarks
 
 
 def assemble(
@@ -154,18 +162,18 @@ def assemble(
     Parameters
     ----------
     takes : sequence of Take
-        In the order in which they happened.
+        Takes in the order of time.
     episodes : sequence of EpisodeMap
-        None: each take is an episode.
+        Episodes to cut. If empty, each take is an episode.
     recording : mapping
-        Tables of `recording.toml` passed through from the map.
+        Tables of the map that are copied to `recording.toml`.
     name : str
-        Name of the recording, where the map has none.
+        Name of the recording, if the map has none.
 
     Returns
     -------
     Imported
-        Times count from each episode's start.
+        Times start at zero in each episode.
     """
     wanted = episodes or [
         EpisodeMap(f"episode_{index:02d}", take.source.name) for index, take in enumerate(takes)
@@ -173,28 +181,30 @@ def assemble(
     tables: dict[str, Columns] = {}
     for episode in wanted:
         if episode.name in tables:
-            raise MapError(f"two episodes are called {episode.name!r}; names are unique")
-        tables[episode.name] = _cut(_take(takes, episode), episode)
+            raise MapError(f"two episodes are named {episode.name!r}; names must be unique")
+        tables[episode.name] = _cut_episode(_find_take(takes, episode), episode)
     metadata = {"format": "trundle-recording/1", "name": name, **recording}
     prefix = len(takes) > 1
-    remarks = [f"{take.source.name}: {said}" if prefix else said for take in takes for said in take.remarks]
+    remarks = [
+        f"{take.source.name}: {remark}" if prefix else remark for take in takes for remark in take.remarks
+    ]
     return Imported(metadata, tables, remarks)
 
 
-def _take(takes: Sequence[Take], episode: EpisodeMap) -> Take:
+def _find_take(takes: Sequence[Take], episode: EpisodeMap) -> Take:
     fitting = [take for take in takes if episode.source in (None, take.source.name)]
     if len(fitting) == 1:
         return fitting[0]
     listing = ", ".join(take.source.name for take in takes)
-    raise MapError(f"episode {episode.name!r} needs `source`, one of: {listing}; it has {episode.source!r}")
+    raise MapError(f"episode {episode.name!r}: `source` = {episode.source!r}; it must be one of {listing}")
 
 
-def _cut(take: Take, episode: EpisodeMap) -> Columns:
+def _cut_episode(take: Take, episode: EpisodeMap) -> Columns:
     if episode.end <= episode.start:
         raise MapError(
-            f"episode {episode.name!r} ends at {episode.end} s, before its start at {episode.start} s"
+            f"episode {episode.name!r}: `end` = {episode.end} s must be after `start` = {episode.start} s"
         )
-    first = min(_begin(stream.t) for stream in take.streams)
+    first = min(_first_time(stream.t) for stream in take.streams)
     pieces = []
     for stream in take.streams:
         moved = Stream(stream.names, stream.t - first - episode.start, stream.values)
@@ -210,5 +220,5 @@ def _cut(take: Take, episode: EpisodeMap) -> Columns:
     return join(pieces)
 
 
-def _begin(t: Floats) -> float:
+def _first_time(t: Floats) -> float:
     return float(t[0]) if len(t) else float("inf")

@@ -1,13 +1,12 @@
-"""The diagnosis for people: one HTML file that is understood in a minute.
+"""The report of a diagnosis: one HTML file without scripts or external resources.
 
-The figures are drawn by a small SVG layer of our own (`markup`, `figures`) and not by matplotlib:
+The figures are SVG that `markup` and `figures` write. Matplotlib is not used, for these reasons:
 
-- a phone is 390 px wide: panels are laid out 360 units wide and flow by CSS, so that text is as large
-  there as on a desk; matplotlib fixes the page at drawing time;
-- lines and text take their colours from the page's style sheet, so dark mode and print are the same figure;
-- text stays text (searchable, read aloud, any font), each figure has a title and a description;
-- the bytes depend on the input alone: no dates, no hashed ids, no version of a plotting library;
-- a recording of 25,000 samples becomes some ten kilobytes a panel (see `decimate`).
+- Panels are 360 units wide and CSS arranges them, so text has the same size on a phone and on a desktop.
+- Lines and text take their colours from the style sheet, so dark mode and print need no second figure.
+- Text stays text: it is searchable and accessible. Each figure has a title and a description.
+- The same input gives the same bytes: no dates, no hashed ids, no plotting library version.
+- A recording of 25,000 samples takes about ten kilobytes per panel (see `decimate`).
 """
 
 from trundle.report.inputs import inputs

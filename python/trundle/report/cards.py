@@ -1,35 +1,36 @@
-"""What is missing, a card an effect: how sure, and what the sentence below the headline does not say."""
+"""Section "Missing effects": one card per effect, without the numbers that the headline states."""
 
 from __future__ import annotations
 
 from collections.abc import Mapping
 from typing import Any
 
-from trundle.report import tables, words
-from trundle.report.given import Series, finite
+from trundle.report import tables, wording
+from trundle.report.location import Place, locate_effects
 from trundle.report.markup import Html, tag
 from trundle.report.section import section
-from trundle.report.stated import places_left, unstated
-from trundle.report.unexplained import symptoms
-from trundle.report.where import Place, places
+from trundle.report.series import Series, finite
+from trundle.report.statement import location_sentences_not_in_statement, parameters_not_in_statement
+from trundle.report.unexplained import unexplained_section
 
-__all__ = ["missing"]
+__all__ = ["missing_effects"]
 
-_FACTS = (
-    ("probability", "probability that this name is right"),
-    ("explains", "of the misfit on held-out data is this effect's"),
+_SHARES = (
+    ("probability", "probability that the effect is named correctly"),
+    ("explains", "of the misfit on held-out data is explained by this effect"),
 )
+"""Shares in an entry of `missing`: key of diagnosis.json, text."""
 
 
-def missing(diagnosis: Mapping[str, Any], series: Series) -> Html | None:
-    """Return what is missing, one card an effect; None where nothing has a name."""
-    if (unnamed := symptoms(diagnosis, series)) is not None:
-        return unnamed
+def missing_effects(diagnosis: Mapping[str, Any], series: Series) -> Html | None:
+    """Return one card per missing effect, or the symptoms if unexplained; None if nothing is missing."""
+    if (unexplained := unexplained_section(diagnosis, series)) is not None:
+        return unexplained
     effects = diagnosis.get("missing") or ()
     if not effects:
         return None
-    cards = [_card(effect, place) for effect, place in zip(effects, places(effects), strict=True)]
-    return section("missing", "What is missing", tag("div", cards, class_="cards"))
+    cards = [_card(effect, place) for effect, place in zip(effects, locate_effects(effects), strict=True)]
+    return section("missing", "Missing effects", tag("div", cards, class_="cards"))
 
 
 def _card(effect: Mapping[str, Any], place: Place) -> Html:
@@ -38,13 +39,13 @@ def _card(effect: Mapping[str, Any], place: Place) -> Html:
     statement = effect.get("statement")
     return tag(
         "article",
-        tag("h3", badge, f" {words.capitalised(place.name)} ", name),
-        tag("ul", [_fact(effect, key, text) for key, text in _FACTS], class_="facts"),
-        tables.parameters(unstated(effect.get("parameters") or {}, statement)),
-        [tag("p", sentence) for sentence in places_left(place, statement)],
+        tag("h3", badge, f" {wording.capitalise(place.name)} ", name),
+        tag("ul", [_share(effect, key, text) for key, text in _SHARES], class_="facts"),
+        tables.effect_parameters(parameters_not_in_statement(effect.get("parameters") or {}, statement)),
+        [tag("p", sentence) for sentence in location_sentences_not_in_statement(place, statement)],
     )
 
 
-def _fact(effect: Mapping[str, Any], key: str, text: str) -> Html | None:
+def _share(effect: Mapping[str, Any], key: str, text: str) -> Html | None:
     share = finite(effect.get(key))
-    return None if share is None else tag("li", tag("b", words.percent(share)), f" {text}")
+    return None if share is None else tag("li", tag("b", wording.format_percent(share)), f" {text}")

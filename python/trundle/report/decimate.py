@@ -1,23 +1,23 @@
-"""Fewer points for the same picture: extremes in time, Douglas-Peucker in the plane."""
+"""Decimation of curves for display: extremes per time bin, and Douglas-Peucker in the plane."""
 
 from __future__ import annotations
 
 import numpy as np
 
-from trundle.report.given import Array
+from trundle.report.series import Array
 
 __all__ = ["envelope", "simplify"]
 
 
 def envelope(t: Array, y: Array, bins: int) -> tuple[Array, Array]:
-    """Return a curve through the least and greatest value of each bin of time, so that no peak is lost.
+    """Return the curve through the minimum and maximum of each time bin, which preserves every peak.
 
     Parameters
     ----------
     t, y
-        Time, increasing, and value, both (n,); NaN in `y` is a gap and stays one.
+        Increasing times and values, both (n,). NaN in `y` is a gap, which is preserved.
     bins
-        Number of bins, about one a pixel; a curve of at most twice as many points is returned as it is.
+        Number of bins, about one per pixel. A curve of at most `2 * bins` points is returned unchanged.
     """
     if len(t) <= 2 * bins:
         return t, y
@@ -29,7 +29,7 @@ def envelope(t: Array, y: Array, bins: int) -> tuple[Array, Array]:
 
 
 def _extremes(y: Array, part: np.ndarray) -> list[int]:
-    """Return indices of the extremes among `part` in order; the first index where all is NaN (the gap)."""
+    """Return the indices of the extremes among `part`, ascending; its first index if all values are NaN."""
     if not len(part):
         return []
     seen = part[np.isfinite(y[part])]
@@ -40,7 +40,7 @@ def _extremes(y: Array, part: np.ndarray) -> list[int]:
 
 
 def simplify(points: Array, tolerance: float) -> Array:
-    """Return a polyline (n, 2) within `tolerance` of the one given (Douglas & Peucker 1973), ends kept."""
+    """Return a subset of the points (n, 2) whose polyline is within `tolerance` (Douglas & Peucker 1973)."""
     if len(points) < 3:
         return points
     keep = np.zeros(len(points), dtype=bool)
@@ -50,7 +50,7 @@ def simplify(points: Array, tolerance: float) -> Array:
         first, last = stack.pop()
         if last - first < 2:
             continue
-        distance = _distance(points[first + 1 : last], points[first], points[last])
+        distance = _distance_to_segment(points[first + 1 : last], points[first], points[last])
         farthest = int(np.argmax(distance))
         if distance[farthest] > tolerance:
             middle = first + 1 + farthest
@@ -59,8 +59,8 @@ def simplify(points: Array, tolerance: float) -> Array:
     return points[keep]
 
 
-def _distance(points: Array, start: Array, end: Array) -> Array:
-    """Distance of points (n, 2) from the segment between two."""
+def _distance_to_segment(points: Array, start: Array, end: Array) -> Array:
+    """Return the distances (m,) of points (m, 2) from the segment between `start` and `end`."""
     chord = end - start
     length = float(chord @ chord)
     offset = points - start

@@ -1,4 +1,4 @@
-"""What a diagnosis was made from, so that anyone can check that theirs is the same: SHA-256 of the files."""
+"""SHA-256 fingerprints of the input files, so that a reader can check that they have the same input."""
 
 from __future__ import annotations
 
@@ -9,13 +9,13 @@ from pathlib import Path
 
 __all__ = ["fingerprint", "inputs"]
 
-_BLOCK = 1 << 20
+_BLOCK_BYTES = 1 << 20
 
 
 def inputs(**given: object) -> list[dict[str, str]]:
     """Return `what`, `sha256` and `check` (the command that prints it) of each input that is a path.
 
-    What is not in a file has no fingerprint: recordings and models made in memory are left out.
+    Recordings and models in memory have no fingerprint and are omitted.
     """
     paths = {what: Path(path) for what, path in given.items() if isinstance(path, str | os.PathLike)}
     return [
@@ -24,15 +24,15 @@ def inputs(**given: object) -> list[dict[str, str]]:
 
 
 def fingerprint(path: Path) -> str:
-    """Return the SHA-256 of a file, or of a folder's files one after the other in the order of their names.
+    """Return the SHA-256 of a file, or of the concatenated files of a folder in the order of their names.
 
-    That of a folder is what ``cat FOLDER/* | sha256sum`` prints in the C locale: hidden files and folders
-    within do not count.
+    For a folder it equals the output of ``cat FOLDER/* | sha256sum`` in the C locale: hidden files and
+    subfolders are ignored.
     """
     digest = hashlib.sha256()
     for file in _files(path):
         with file.open("rb") as stream:
-            while block := stream.read(_BLOCK):
+            while block := stream.read(_BLOCK_BYTES):
                 digest.update(block)
     return digest.hexdigest()
 

@@ -1,4 +1,4 @@
-"""What line styles and shades mean; no two differ by colour alone."""
+"""Legends of line styles and shades. No two entries differ by colour alone."""
 
 from __future__ import annotations
 
@@ -6,27 +6,27 @@ from collections.abc import Sequence
 
 from trundle.report.markup import Html, tag
 
-__all__ = ["legend", "sides"]
+__all__ = ["legend", "side_entries"]
 
 _AREAS = ("band", "window")
 
 
 def legend(*entries: tuple[str, str]) -> Html:
-    """Return the meaning of styles, each given as its class and words."""
-    return tag("p", [_swatch(style, words) for style, words in entries], class_="legend")
+    """Return a legend of (CSS class, text) entries."""
+    return tag("p", [_swatch(style, text) for style, text in entries], class_="legend")
 
 
-def sides(verb: str, curves: Sequence[object]) -> list[tuple[str, str]]:
-    """Return the entries for recorded curves, and for those of before and after that there are."""
+def side_entries(verb: str, curves: Sequence[object]) -> list[tuple[str, str]]:
+    """Return the legend entries of recorded curves and of the existing curves before and after."""
     found = [side for side in ("before", "after") if any(getattr(each, side) is not None for each in curves)]
-    words = [(side, f"{verb} {side}" if len(found) > 1 else verb) for side in found]
-    return [("recorded", "recorded"), *words]
+    entries = [(side, f"{verb} {side}" if len(found) > 1 else verb) for side in found]
+    return [("recorded", "recorded"), *entries]
 
 
-def _swatch(style: str, words: str) -> Html:
+def _swatch(style: str, text: str) -> Html:
     shape = (
         tag("path", d="M1 0V12H33V0H1", class_=style)
         if style in _AREAS
         else tag("path", d="M1 6H33", class_=style)
     )
-    return tag("span", tag("svg", shape, viewBox="0 0 34 12", aria_hidden="true"), f" {words}")
+    return tag("span", tag("svg", shape, viewBox="0 0 34 12", aria_hidden="true"), f" {text}")

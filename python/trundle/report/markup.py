@@ -1,4 +1,4 @@
-"""HTML and SVG as nested calls: what is not markup already is escaped, so no name can break the page."""
+"""HTML and SVG by nested function calls. Every string that is not `Html` is escaped."""
 
 from __future__ import annotations
 
@@ -14,7 +14,7 @@ _SELF_CLOSING = frozenset({"circle", "ellipse", "line", "path", "polygon", "rect
 
 
 class Html(str):
-    """Text that is markup; every other string is escaped when it enters a tag."""
+    """A string of markup, which `tag` and `join` do not escape."""
 
     __slots__ = ()
 
@@ -24,17 +24,17 @@ Attribute = str | float | None
 
 
 def tag(name: str, *children: Child, **attributes: Attribute) -> Html:
-    """One element.
+    """Return an element.
 
     Parameters
     ----------
     name
         Element name.
     children
-        `Html` enters as it is, other strings are escaped, None is left out, iterables are flattened.
+        `Html` is inserted unchanged, other strings are escaped, None is omitted, iterables are flattened.
     attributes
-        `class_` and `name_` lose their underscore, other underscores become hyphens; None is left out;
-        numbers are rounded to hundredths, which is finer than any screen shows.
+        `class_` and `name_` lose their underscore, other underscores become hyphens. None is omitted.
+        Numbers are rounded to hundredths.
     """
     head = name + "".join(_attribute(key, value) for key, value in attributes.items())
     if name in _VOID:
@@ -45,7 +45,7 @@ def tag(name: str, *children: Child, **attributes: Attribute) -> Html:
 
 
 def join(children: Iterable[Child]) -> Html:
-    """Children one after the other, escaped where they are not markup."""
+    """Return the concatenated children; strings that are not `Html` are escaped."""
     return Html("".join(_text(child) for child in children))
 
 
@@ -55,12 +55,12 @@ def _text(child: Child) -> str:
     if isinstance(child, Html):
         return child
     if isinstance(child, str):
-        return html.escape(_visible(child), quote=False)
+        return html.escape(_replace_controls(child), quote=False)
     return join(child)
 
 
-def _visible(text: str) -> str:
-    """Text without the control characters that a page may not hold."""
+def _replace_controls(text: str) -> str:
+    """Replace the control characters that HTML forbids."""
     return _FORBIDDEN.sub("\N{REPLACEMENT CHARACTER}", text)
 
 
@@ -68,11 +68,11 @@ def _attribute(key: str, value: Attribute) -> str:
     if value is None:
         return ""
     name = "class" if key == "class_" else "name" if key == "name_" else key.replace("_", "-")
-    text = html.escape(_visible(value)) if isinstance(value, str) else number(value)
+    text = html.escape(_replace_controls(value)) if isinstance(value, str) else format_number(value)
     return f' {name}="{text}"'
 
 
-def number(value: float) -> str:
-    """Return a coordinate, rounded to hundredths, without trailing zeros or a negative zero."""
+def format_number(value: float) -> str:
+    """Format a coordinate: rounded to hundredths, without trailing zeros or negative zero."""
     text = f"{value:.2f}".rstrip("0").rstrip(".")
     return "0" if text == "-0" else text

@@ -1,4 +1,4 @@
-"""A parameter as people read it: a number with what is known of it, a vector, a matrix."""
+"""Parameters for display: a number with its uncertainty, a vector, or a matrix."""
 
 from __future__ import annotations
 
@@ -6,39 +6,39 @@ import math
 from collections.abc import Mapping, Sequence
 from typing import Any
 
-from trundle.report.given import finite
 from trundle.report.markup import Child, Html, tag
-from trundle.report.quantity import fixed, measured, nested
+from trundle.report.quantity import format_estimate, format_fixed, is_nested
+from trundle.report.series import finite
 
-__all__ = ["parameter"]
+__all__ = ["format_parameter"]
 
 _AXES = ("x", "y", "θ")
 
 
-def parameter(value: Any) -> Child:
-    """Return a parameter with what is known of it; never a number where the data do not hold one."""
+def format_parameter(value: Any) -> Child:
+    """Format a parameter and its uncertainty; a parameter that is not identifiable has no number."""
     if not isinstance(value, Mapping):
-        return measured(value, None)
+        return format_estimate(value, None)
     if value.get("identifiable") is False:
         return tag("em", "not identifiable")
     mean, sd, unit = value.get("mean"), value.get("sd"), str(value.get("unit") or "")
-    if nested(mean):
-        return _cells(mean, sd, unit)
-    return [*_spread(measured(mean, sd, unit)), _degrees(mean) if unit == "rad" else None]
+    if is_nested(mean):
+        return _array_cells(mean, sd, unit)
+    return [*_estimate_parts(format_estimate(mean, sd, unit)), _degrees(mean) if unit == "rad" else None]
 
 
 def _degrees(mean: object) -> str | None:
     angle = finite(mean)
-    return None if angle is None else f" ({fixed(math.degrees(angle), 1)}°)"
+    return None if angle is None else f" ({format_fixed(math.degrees(angle), 1)}°)"
 
 
-def _cells(mean: Any, sd: Any, unit: str) -> Child:
-    """Return a vector in a line, a matrix as a table."""
-    spread = sd if nested(sd) and len(sd) == len(mean) else [None] * len(mean)
-    if not any(nested(row) for row in mean):
+def _array_cells(mean: Any, sd: Any, unit: str) -> Child:
+    """Return a vector as a line and a matrix as a table."""
+    spread = sd if is_nested(sd) and len(sd) == len(mean) else [None] * len(mean)
+    if not any(is_nested(row) for row in mean):
         return [_line(mean, spread), f" {unit}"]
     widths = [
-        width if nested(width) and len(width) == len(row) else [None] * len(row)
+        width if is_nested(width) and len(width) == len(row) else [None] * len(row)
         for row, width in zip(mean, spread, strict=True)
     ]
     return [
@@ -48,30 +48,30 @@ def _cells(mean: Any, sd: Any, unit: str) -> Child:
 
 
 def _units(mean: Any, unit: str) -> str:
-    """Return the units of a damping matrix: they differ from block to block."""
+    """Return the unit, or the units of the blocks of a planar damping matrix."""
     if len(mean) == 3 and unit in ("", "SI", "N·s/m"):
         return "N·s/m; in row or column θ N·s; at θ, θ N·m·s"
     return unit
 
 
 def _line(mean: Sequence[Any], spread: Sequence[Any]) -> str:
-    return ", ".join(measured(entry, width) for entry, width in zip(mean, spread, strict=True))
+    return ", ".join(format_estimate(entry, width) for entry, width in zip(mean, spread, strict=True))
 
 
-def _spread(text: str) -> list[Child]:
-    """Return a number with its deviation apart, so that it can go below where there is little room."""
+def _estimate_parts(text: str) -> list[Child]:
+    """Split "mean ± sd" so that CSS can move the deviation to a second line on narrow screens."""
     centre, sign, spread = text.partition(" ± ")
     return [centre, tag("span", f" ± {spread}", class_="sd") if sign else None]
 
 
 def _matrix(mean: Sequence[Any], spread: Sequence[Any]) -> Html:
-    """Return rows and columns, named by axes where there are three."""
+    """Return a matrix as a table; rows are named x, y, θ if there are three."""
     names = _AXES if len(mean) == len(_AXES) else tuple(str(index + 1) for index in range(len(mean)))
     rows = [
         tag(
             "tr",
             tag("th", name, scope="row"),
-            [tag("td", _spread(measured(*cell))) for cell in zip(row, width, strict=True)],
+            [tag("td", _estimate_parts(format_estimate(*cell))) for cell in zip(row, width, strict=True)],
         )
         for name, row, width in zip(names, mean, spread, strict=True)
     ]

@@ -1,4 +1,4 @@
-"""The frame that every section of the page shares."""
+"""Structure that all sections of the page share."""
 
 from __future__ import annotations
 
@@ -6,21 +6,21 @@ from collections.abc import Sequence
 
 from trundle.report.markup import Child, Html, tag
 
-__all__ = ["contents", "fold", "section"]
+__all__ = ["collapsible", "contents", "section"]
 
 
 def section(identity: str, title: str, *children: Child) -> Html:
-    """Return a section under its title; `identity` is its address in the page."""
+    """Return a section with a heading; `identity` is its anchor in the page."""
     name = f"{identity}-heading"
     return tag("section", tag("h2", title, id=name), *children, id=identity, aria_labelledby=name)
 
 
-def fold(summary: str, *children: Child) -> Html:
-    """Return what only some readers want, closed at first."""
+def collapsible(summary: str, *children: Child) -> Html:
+    """Return an element that is collapsed at first."""
     return tag("details", tag("summary", summary), *children)
 
 
 def contents(entries: Sequence[tuple[str, str]]) -> Html:
-    """Return links to sections, each given as identity and name."""
+    """Return links to sections, given as (identity, name)."""
     links = [tag("a", name, href=f"#{identity}") for identity, name in entries]
     return tag("nav", links, aria_label="Contents")

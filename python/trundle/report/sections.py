@@ -1,34 +1,37 @@
-"""The sections of the page that show motion, wrenches and what was tried."""
+"""The header, and the sections on motion, wrenches, tested effects, errors and parameters."""
 
 from __future__ import annotations
 
 from collections.abc import Mapping, Sequence
 from typing import Any
 
-from trundle.report import tables, words
-from trundle.report.figures import floor, place
+from trundle.report import tables, wording
+from trundle.report.figures import floor_map, object_map
 from trundle.report.figures import motion as motions
 from trundle.report.figures import wrench as wrenches
-from trundle.report.gallery import gallery, of
-from trundle.report.given import Episode, Series, held_out_first
-from trundle.report.legend import legend, sides
+from trundle.report.gallery import drawn_note, gallery
+from trundle.report.legend import legend, side_entries
+from trundle.report.location import locate_effects
 from trundle.report.markup import Html, tag
-from trundle.report.section import fold, section
-from trundle.report.verdict import headline, is_single, judged, lead, quoted
-from trundle.report.where import places
+from trundle.report.section import collapsible, section
+from trundle.report.series import Episode, Series, held_out_first
+from trundle.report.verdict import headline, headline_metric, is_single, lead_sentences, verdict_scores
 
-__all__ = ["answer", "figures_of_fit", "motion", "parameters", "ranking", "slow_pushes"]
+__all__ = ["answer_header", "error_metrics", "motion", "parameters", "ranking", "wrench"]
 
-_DRAWN = 9
-_RANKED = 6
-_LONG = 6
+_MAX_PANELS = 9
+"""Maximum number of episodes that are drawn."""
+_OPEN_CANDIDATES = 6
+"""Number of candidates that are not collapsed."""
+_MIN_SAMPLES_IN_TIME = 6
+"""An episode with more wrench samples than this is drawn over time."""
 
 
-def answer(
+def answer_header(
     diagnosis: Mapping[str, Any], series: Series, warnings: Sequence[str], recording: str, contents: Html
 ) -> Html:
-    """Return the sentence, what to doubt in it, and the object and the floor with the places marked."""
-    sentences = lead(diagnosis, series)
+    """Return the header: verdict, warnings, contents, and maps of the object and the floor."""
+    sentences = lead_sentences(diagnosis, series)
     text = tag(
         "div",
         tag("p", "Diagnosis of ", tag("b", recording), class_="kicker"),
@@ -45,122 +48,128 @@ def answer(
 
 
 def _warnings(warnings: Sequence[str]) -> Html | None:
-    """Return what a careful reader must know, where it cannot be missed."""
+    """Return the box of warnings; None if there are none."""
     if not warnings:
         return None
     title = tag("b", "Warning" if len(warnings) == 1 else "Warnings")
-    items = [tag("li", words.capitalised(words.spoken(each))) for each in warnings]
+    items = [tag("li", wording.capitalise(wording.typeset(each))) for each in warnings]
     return tag("div", title, tag("ul", items), class_="warnings", role="note")
 
 
 def _maps(diagnosis: Mapping[str, Any], series: Series) -> tuple[Html | None, Html | None]:
-    """Return the object unless only the floor has something to mark, and the floor if it has."""
-    ground = floor.draw(diagnosis, series)
-    named = places(diagnosis.get("missing") or ())
-    marked = place.hinted(diagnosis) is not None or any(each.body is not None for each in named)
-    return (place.draw(diagnosis, series) if marked or ground is None else None), ground
+    """Return the map of the object, unless only the floor has marks, and the map of the floor."""
+    ground = floor_map.draw(diagnosis, series)
+    named = locate_effects(diagnosis.get("missing") or ())
+    marked = object_map.hint_point(diagnosis) is not None or any(each.body is not None for each in named)
+    return (object_map.draw(diagnosis, series) if marked or ground is None else None), ground
 
 
 def motion(diagnosis: Mapping[str, Any], series: Series) -> Html | None:
-    """Return recorded and simulated motion: episodes with an event first, then held-out ones."""
-    named = places(diagnosis.get("missing") or ())
+    """Return recorded and simulated motion: episodes with an event, then held-out ones, then the others."""
+    named = locate_effects(diagnosis.get("missing") or ())
     drawable = sorted(
-        (episode for episode in held_out_first(series.episodes) if _simulated(episode)),
+        (episode for episode in held_out_first(series.episodes) if _has_simulation(episode)),
         key=lambda episode: not motions.events_in(episode, named),
     )
     if not drawable:
         return None
-    figures = [motions.draw(index, episode, series, named) for index, episode in enumerate(drawable[:_DRAWN])]
-    text = "The recorded force alone drives the simulation, from rest. Held-out episodes were never fitted."
+    figures = [
+        motions.draw(index, episode, series, named) for index, episode in enumerate(drawable[:_MAX_PANELS])
+    ]
+    text = (
+        "The simulation starts at rest and is driven by the recorded wrench only. "
+        "Held-out episodes were not used in any fit."
+    )
     return section(
         "motion",
-        "Simulation against recording",
-        tag("p", text, of(len(figures), len(drawable))),
-        legend(*sides("simulated", drawable)),
+        "Simulated and recorded motion",
+        tag("p", text, drawn_note(len(figures), len(drawable))),
+        legend(*side_entries("simulated", drawable)),
         gallery(figures),
     )
 
 
-def _simulated(episode: Episode) -> bool:
+def _has_simulation(episode: Episode) -> bool:
     return len(episode.t) > 1 and (episode.before is not None or episode.after is not None)
 
 
-def slow_pushes(series: Series) -> Html | None:
-    """Needed against recorded wrench, where no motion can be simulated."""
+def wrench(series: Series) -> Html | None:
+    """Return required and recorded wrenches of quasi-static pushes; None for other recordings."""
     agreement = wrenches.agreement(series)
     if not agreement:
         return None
     long = [
         episode
         for episode in held_out_first(series.episodes)
-        if episode.wrench is not None and len(episode.wrench.t) > _LONG
+        if episode.wrench is not None and len(episode.wrench.t) > _MIN_SAMPLES_IN_TIME
     ]
     figures = [
-        wrenches.in_time(index, episode, episode.wrench, series)
-        for index, episode in enumerate(long[:_DRAWN])
+        wrenches.time_course(index, episode, episode.wrench, series)
+        for index, episode in enumerate(long[:_MAX_PANELS])
         if episode.wrench is not None
     ]
     text = (
-        "These pushes are slow: no motion can be simulated from the force alone. Compared is the wrench "
-        "that the model needs for the motion that was seen; points beyond the frame are drawn on its edge."
+        "These pushes are quasi-static: the force alone does not determine the motion. The plots compare "
+        "the wrench that the model requires for the observed motion with the recorded one. "
+        "Points outside the axes are drawn on their edge."
     )
     return section(
         "wrench",
-        "Wrench of the model against the recorded one",
+        "Required and recorded wrench",
         tag("p", text),
         gallery(agreement),
-        [legend(*sides("needed", [episode.wrench for episode in long])), gallery(figures)]
+        [legend(*side_entries("required", [episode.wrench for episode in long])), gallery(figures)]
         if figures
         else None,
     )
 
 
 def ranking(series: Mapping[str, Any]) -> Html | None:
-    """Return the candidates, best first."""
+    """Return the table of tested effects, best first; None if there are none."""
     entries = series.get("candidates") or ()
     if not entries:
         return None
     text = (
-        "Laws added to the simulation, refitted each time. Higher is better: the log evidence of all the "
-        "training data, relative to the best, and the log score of a training sample."
+        "Each row adds effects to the simulation and refits it. Higher values are better. "
+        "Log evidence: all training data, relative to the best. Log score: mean per training sample."
     )
-    found = tables.candidates(entries)
+    found = tables.candidate_rows(entries)
     return section(
         "ranking",
-        "What was tried",
+        "Tested effects",
         tag("p", text),
-        tables.ranked(found[:_RANKED]),
-        fold(f"{len(found) - _RANKED} more", tables.ranked(found[_RANKED:]))
-        if len(found) > _RANKED
+        tables.candidate_table(found[:_OPEN_CANDIDATES]),
+        collapsible(f"{len(found) - _OPEN_CANDIDATES} more", tables.candidate_table(found[_OPEN_CANDIDATES:]))
+        if len(found) > _OPEN_CANDIDATES
         else None,
     )
 
 
-def figures_of_fit(diagnosis: Mapping[str, Any], series: Series) -> Html:
-    """Return held-out figures in full, training figures behind a fold."""
+def error_metrics(diagnosis: Mapping[str, Any], series: Series) -> Html:
+    """Return the error metrics of held-out data, and those of training data collapsed."""
     fit, single = diagnosis.get("fit") or {}, is_single(diagnosis, series.unnamed)
     given = diagnosis.get("verdict") == "reparameterised"
-    meaning = "with the values given; after: refitted" if given else "refitted; after: with what is missing"
-    sides = "" if single else f"; before: the simulation {meaning}"
-    above = quoted(diagnosis, series) if judged(diagnosis)[0] == "held-out" else None
-    also = ", in addition to the figure below the headline" if above else ""
+    before, after = ("as given", "refitted") if given else ("refitted", "with the missing effects")
+    sides = "" if single else f" Before: the simulation {before}. After: the simulation {after}."
+    above = headline_metric(diagnosis, series) if verdict_scores(diagnosis)[0] == "held-out" else None
+    also = ", without the metric in the headline" if above else ""
     return section(
         "fit",
-        "How far off",
-        tag("p", f"On held-out data{also}{sides}."),
-        tables.fit(fit.get("held_out") or {}, series, single, above),
-        fold("On the data that were fitted", tables.fit(fit.get("training") or {}, series, single)),
+        "Error metrics",
+        tag("p", f"Held-out data{also}.{sides}"),
+        tables.metrics(fit.get("held_out") or {}, series, single, above),
+        collapsible("Training data", tables.metrics(fit.get("training") or {}, series, single)),
     )
 
 
 def parameters(diagnosis: Mapping[str, Any]) -> Html | None:
-    """Parameters of the simulation under test."""
+    """Return the parameters of the simulation under test; None if there are none."""
     given = diagnosis.get("nominal") or {}
-    found = tables.nominal(given)
+    found = tables.nominal_parameters(given)
     if found is None:
         return None
     same = not given.get("after") or given.get("after") == given.get("before")
-    how = "Refitted" if same else "Refitted without (before) and with (after) what was missing"
+    how = "Refitted" if same else "Refitted without (before) and with (after) the missing effects"
     how = "As given and refitted (after)" if diagnosis.get("verdict") == "reparameterised" else how
-    text = f"{how}; ± is one standard deviation."
+    text = f"{how}. ± is one standard deviation."
     return section("nominal", "Parameters of the simulation", tag("p", text), found)

@@ -1,94 +1,108 @@
-"""Where nothing known explains it: where, when, how large, and what to record next."""
+"""Section "Known symptoms" of an unexplained recording, and which recording to make next."""
 
 from __future__ import annotations
 
 from collections.abc import Mapping
 from typing import Any
 
-from trundle.report.given import Series, finite
+from trundle.report.location import describe_region, finite_pair, polygon
 from trundle.report.markup import Html, tag
-from trundle.report.quantity import fixed, interval, listed
-from trundle.report.remains import depends, shares, size
+from trundle.report.quantity import format_fixed, format_interval, join_words
+from trundle.report.residual import axis_shares_sentence, dependence_sentences, size_sentences
 from trundle.report.section import section
-from trundle.report.where import extent, pair, region
+from trundle.report.series import Series, finite
 
-__all__ = ["symptoms"]
+__all__ = ["unexplained_section"]
 
-_NEXT = (
+_NEXT_RECORDINGS = (
     (
         "part of the floor",
-        "Push across that place with two headings, and repeat the same pushes elsewhere: "
-        "what belongs to the floor stays at the place, what belongs to the object moves along.",
+        "Push across that region with two headings. Repeat the same pushes elsewhere. "
+        "An effect of the floor stays in its place; an effect of the object moves with it.",
     ),
     (
         "constant in the world",
-        "Turn the object by a quarter and repeat the same pushes: a force of the world keeps "
-        "its direction, one of the object or the sensor turns along.",
+        "Turn the object by 90° and repeat the same pushes. A force of the environment keeps "
+        "its direction; a force of the object or an error of the sensor turns with it.",
     ),
     (
         "sensor's axes",
-        "Hold the object with the gripper turned by a quarter, and record some seconds without "
-        "contact before and after each push: an error of the sensor turns with it.",
+        "Hold the object with the gripper turned by 90°. Record a few seconds without "
+        "contact before and after each push. An error of the sensor turns with the gripper.",
     ),
     (
         "along world",
-        "Push along and across that direction at one speed, then with the object turned by a quarter.",
+        "Push along and across that direction at one speed. Repeat with the object turned by 90°.",
     ),
     (
         "moves with the object",
-        "Turn the object by a quarter and repeat the same pushes, at two speeds: what rubs on the object "
-        "turns along, and dry friction does not grow with the speed.",
+        "Turn the object by 90° and repeat the same pushes at two speeds. Friction on the object "
+        "turns with it, and dry friction does not grow with the speed.",
     ),
     (
         "to the end",
-        "Repeat the push of that episode, and look at the object and its wheels before and after it.",
+        "Repeat the push of that episode. Inspect the object and its wheels before and after it.",
     ),
-    ("of each contact", "Repeat a push with a slow first touch and with a fast one."),
-    ("reversals", "Push to and fro slowly, with stops of a second: friction and play show at reversals."),
-    ("above", "Repeat a push three times, each twice as fast."),
+    ("of each contact", "Repeat a push with a slow first contact and with a fast one."),
+    (
+        "reversals",
+        "Push back and forth slowly, with stops of one second. Friction and backlash act at reversals.",
+    ),
+    ("above", "Repeat a push twice, each time at double the speed."),
 )
-"""A part of the words for a regime, and the recording that separates its causes."""
+"""A substring of the description of a regime, and the recording that separates its possible causes."""
 
-_ANY = (
-    "Repeat one push at half the speed, at twice the speed, with a known mass on the object, and at another "
-    "place of the floor: what changes with which says what to look for."
+_DEFAULT_RECORDING = (
+    "Repeat one push at half the speed, at double the speed, with a known mass on the object, and at "
+    "another place on the floor. The change that alters the residual indicates its cause."
 )
 
 
-def symptoms(diagnosis: Mapping[str, Any], series: Series) -> Html | None:
-    """Return what is known of something that has no name; None for other verdicts."""
+def unexplained_section(diagnosis: Mapping[str, Any], series: Series) -> Html | None:
+    """Return the symptoms of an unexplained recording and the next one to make; None for other verdicts."""
     if diagnosis.get("verdict") != "unexplained":
         return None
     mismatch, left = diagnosis.get("mismatch") or {}, diagnosis.get("residual") or {}
     rows = [
         (
             "where",
-            " ".join(_places(mismatch)) or "It is tied to no point of the object and no place of the floor.",
+            " ".join(_location_sentences(mismatch))
+            or "It is tied neither to a point of the object nor to a region of the floor.",
         ),
-        ("when", _strongest(mismatch) or "No window stands out."),
-        ("how large", " ".join(part for part in (*size(left, series), shares(mismatch, series)) if part)),
-        ("depends on", " ".join(_dependence(mismatch, left, series)) or "No dependence stands out."),
-        ("record next", _next(str(mismatch.get("regime") or ""))),
+        ("when", _strongest_window(mismatch) or "No window exceeds the noise."),
+        (
+            "size",
+            " ".join(
+                part
+                for part in (*size_sentences(left, series), axis_shares_sentence(mismatch, series))
+                if part
+            ),
+        ),
+        (
+            "depends on",
+            " ".join(_dependence_sentences(mismatch, left, series)) or "No dependence was found.",
+        ),
+        ("record next", _next_recording(str(mismatch.get("regime") or ""))),
     ]
     return section(
         "missing",
-        "What is known of it",
+        "Known symptoms",
         tag("dl", [[tag("dt", name), tag("dd", text)] for name, text in rows if text]),
     )
 
 
-def _places(mismatch: Mapping[str, Any]) -> list[str]:
-    spot, corners = pair(mismatch.get("body_point")), region(mismatch.get("world_region"))
+def _location_sentences(mismatch: Mapping[str, Any]) -> list[str]:
+    point, corners = finite_pair(mismatch.get("body_point")), polygon(mismatch.get("world_region"))
     found = []
-    if spot is not None:
-        place = ", ".join(fixed(value, 2) for value in spot)
-        found.append(f"It acts near ({place})\N{NO-BREAK SPACE}m on the object.")
+    if point is not None:
+        coordinates = ", ".join(format_fixed(value, 2) for value in point)
+        found.append(f"It acts near ({coordinates})\N{NO-BREAK SPACE}m on the object.")
     if corners is not None:
-        found.append(f"It is tied to {extent(corners)} on the floor.")
+        found.append(f"It acts in {describe_region(corners)} on the floor.")
     return found
 
 
-def _strongest(mismatch: Mapping[str, Any]) -> str:
+def _strongest_window(mismatch: Mapping[str, Any]) -> str:
     windows = [
         window
         for window in mismatch.get("windows") or ()
@@ -97,15 +111,17 @@ def _strongest(mismatch: Mapping[str, Any]) -> str:
     if not windows:
         return ""
     worst = max(windows, key=lambda window: finite(window.get("strength")) or 0.0)
-    return f"It is strongest in {worst.get('episode')} at {interval(worst['start'], worst['end'])}."
+    return f"It is strongest in {worst.get('episode')} at {format_interval(worst['start'], worst['end'])}."
 
 
-def _dependence(mismatch: Mapping[str, Any], left: Mapping[str, Any], series: Series) -> list[str]:
-    found = depends({"regime": left.get("regime") or mismatch.get("regime"), "periods": left.get("periods")})
+def _dependence_sentences(mismatch: Mapping[str, Any], left: Mapping[str, Any], series: Series) -> list[str]:
+    found = dependence_sentences(
+        {"regime": left.get("regime") or mismatch.get("regime"), "periods": left.get("periods")}
+    )
     if series.unnamed:
-        found.append(f"A force learnt from the training data depends on {listed(list(series.unnamed))}.")
+        found.append(f"A force learned from the training data depends on {join_words(list(series.unnamed))}.")
     return found
 
 
-def _next(regime: str) -> str:
-    return next((text for words, text in _NEXT if words in regime), _ANY)
+def _next_recording(regime: str) -> str:
+    return next((text for part, text in _NEXT_RECORDINGS if part in regime), _DEFAULT_RECORDING)

@@ -1,70 +1,81 @@
-"""The answer in words: the verdict, what it explains on data that were never fitted, what is certain."""
+"""The verdict in sentences: headline, statements of effects, error on held-out data, ties."""
 
 from __future__ import annotations
 
 from collections.abc import Mapping, Sequence
 from typing import Any
 
-from trundle.report import words
-from trundle.report.given import Series, finite
-from trundle.report.quantity import listed, measured, shown
+from trundle.report import wording
+from trundle.report.quantity import format_estimate, format_quantity, join_words
+from trundle.report.series import Series, finite
 
-__all__ = ["before_after", "headline", "improvement", "is_single", "judged", "lead", "quoted"]
+__all__ = [
+    "before_after",
+    "headline",
+    "headline_metric",
+    "improvement_sentence",
+    "is_single",
+    "lead_sentences",
+    "verdict_scores",
+]
 
-_JUDGES = (
-    ("position_rmse", "m", "the position error of the simulation"),
+_HEADLINE_METRICS = (
+    ("position_rmse", "m", "the open-loop position error"),
     ("window_position_rmse", "m", "the position error one second ahead"),
-    ("force_rmse", "N", "the error of the force that the model needs"),
-    ("heading_rmse", "rad", "the heading error of the simulation"),
+    ("force_rmse", "N", "the error of the required force"),
+    ("heading_rmse", "rad", "the open-loop heading error"),
 )
-"""Figures that can carry the sentence, in order of preference: key, unit, words."""
-_AHEAD = (_JUDGES[1], _JUDGES[0], *_JUDGES[2:])
-"""The same where a wrench without a name was chosen by what it predicts one second ahead."""
+"""Metrics that the improvement sentence may quote, in order of preference: key, unit, text."""
+_HEADLINE_METRICS_AHEAD = (_HEADLINE_METRICS[1], _HEADLINE_METRICS[0], *_HEADLINE_METRICS[2:])
+"""The same for a model with a discrepancy, which is chosen by its predictions one second ahead."""
 
 
 def headline(diagnosis: Mapping[str, Any]) -> str:
-    """Return the verdict in one line."""
+    """Return the verdict as one sentence."""
     verdict = diagnosis.get("verdict")
     names = [str(effect.get("effect")) for effect in diagnosis.get("missing") or ()]
     if verdict == "explained" and names:
-        return words.capitalised(_named(names, diagnosis))
+        return wording.capitalise(_missing_sentence(names, diagnosis))
     return {
         "consistent": "Nothing is missing: the simulation agrees with the recording.",
-        "reparameterised": "The laws of the simulation suffice, but its values do not.",
-        "unexplained": "Something is missing that nothing known explains.",
+        "reparameterised": "No effect is missing, but the parameter values of the simulation are wrong.",
+        "unexplained": "Something is missing that no effect in the catalogue explains.",
     }.get(str(verdict), "No verdict was reached.")
 
 
-def _named(names: Sequence[str], diagnosis: Mapping[str, Any]) -> str:
-    """Return what is missing as a sentence; instruments are not physics that a simulation lacks."""
-    sets = [[name, *_others(name, diagnosis)] for name in names]
-    missing = listed([words.effects(group, "or") for group in sets])
-    if all(name in words.MEASUREMENT for group in sets for name in group):
-        return f"not the physics but the measurement: {missing}."
+def _missing_sentence(names: Sequence[str], diagnosis: Mapping[str, Any]) -> str:
+    """Return the sentence that names the missing effects.
+
+    Instrument effects belong to the measurement, so the sentence does not call them missing physics.
+    """
+    sets = [[name, *_tied_with(name, diagnosis)] for name in names]
+    missing = join_words([wording.effect_names(group, "or") for group in sets])
+    if all(name in wording.INSTRUMENT_EFFECTS for group in sets for name in group):
+        return f"the error is in the measurement, not in the physics: {missing}."
     return f"{missing} {'is' if len(names) == 1 else 'are'} missing from the simulation."
 
 
-def lead(diagnosis: Mapping[str, Any], series: Series) -> list[str]:
+def lead_sentences(diagnosis: Mapping[str, Any], series: Series) -> list[str]:
     """Return the sentences below the headline, most important first."""
     sentences = _statements(diagnosis.get("missing") or ())
-    ties = [_tie(group) for group in diagnosis.get("tied") or () if len(group) > 1]
-    ties += [_tied_sets(sets) for sets in diagnosis.get("tied_sets") or () if len(sets) > 1]
-    changed = _changed(diagnosis) if diagnosis.get("verdict") == "reparameterised" else []
-    return [*sentences, improvement(diagnosis, series), *changed, *ties]
+    ties = [_tie_sentence(group) for group in diagnosis.get("tied") or () if len(group) > 1]
+    ties += [_tied_sets_sentence(sets) for sets in diagnosis.get("tied_sets") or () if len(sets) > 1]
+    changed = _changed_value_sentence(diagnosis) if diagnosis.get("verdict") == "reparameterised" else []
+    return [*sentences, improvement_sentence(diagnosis, series), *changed, *ties]
 
 
 def _statements(effects: Sequence[Mapping[str, Any]]) -> list[str]:
-    """Return what is said of each effect, with the number that it has on the maps if there are several."""
+    """Return the statement of each effect, preceded by its number on the maps if there are several."""
     numbers = [f"{number}. " if len(effects) > 1 else "" for number in range(1, len(effects) + 1)]
     return [
-        number + words.spoken(effect["statement"])
+        number + wording.typeset(effect["statement"])
         for number, effect in zip(numbers, effects, strict=True)
         if effect.get("statement")
     ]
 
 
 def is_single(diagnosis: Mapping[str, Any], unnamed: object) -> bool:
-    """Whether there is one simulation and not two: nothing was added to it, nor refitted."""
+    """Return whether the report shows one simulation: no effect was added and nothing was refitted."""
     if diagnosis.get("verdict") == "unexplained" and not unnamed:
         fit = diagnosis.get("fit") or {}
         pairs = [side for side in (fit.get("held_out"), fit.get("training")) if side]
@@ -72,79 +83,81 @@ def is_single(diagnosis: Mapping[str, Any], unnamed: object) -> bool:
     return diagnosis.get("verdict") == "consistent"
 
 
-def quoted(diagnosis: Mapping[str, Any], series: Series) -> str | None:
-    """Return the figure that the sentence below the headline gives."""
-    scores = judged(diagnosis)[1]
-    keys = (key for key, *_ in (_AHEAD if series.unnamed else _JUDGES))
+def headline_metric(diagnosis: Mapping[str, Any], series: Series) -> str | None:
+    """Return the key of the metric that `improvement_sentence` quotes; None if there is none."""
+    scores = verdict_scores(diagnosis)[1]
+    keys = (key for key, *_ in (_HEADLINE_METRICS_AHEAD if series.unnamed else _HEADLINE_METRICS))
     return next((key for key in keys if before_after(scores, key) != (None, None)), None)
 
 
-def improvement(diagnosis: Mapping[str, Any], series: Series) -> str:
-    """How far the simulation is off on held-out data, before and after."""
-    name, scores = judged(diagnosis)
+def improvement_sentence(diagnosis: Mapping[str, Any], series: Series) -> str:
+    """Return a sentence on the error of the simulation on held-out data, before and after."""
+    name, scores = verdict_scores(diagnosis)
     on = f"On {name} {series.pushes}"
-    for key, unit, name in _AHEAD if series.unnamed else _JUDGES:
+    for key, unit, name in _HEADLINE_METRICS_AHEAD if series.unnamed else _HEADLINE_METRICS:
         before, after = before_after(scores, key)
         if before is None and after is None:
             continue
         if before is None or after is None or before == after:
-            return f"{on} {name} is {shown(unit, after if before is None else before)}{_nothing(diagnosis)}."
+            size = format_quantity(unit, after if before is None else before)
+            return f"{on} {name} is {size}{_noise_phrase(diagnosis)}."
         way = "falls" if after < before else "rises"
-        old, new = shown(unit, before), shown(unit, after)
-        return f"{on} {name} {way} from {old} to {new}{_cause(diagnosis, series)}."
-    return "No figure could be computed on data that were not fitted."
+        old, new = format_quantity(unit, before), format_quantity(unit, after)
+        return f"{on} {name} {way} from {old} to {new}{_cause_phrase(diagnosis, series)}."
+    return "No prediction error could be computed."
 
 
 def before_after(scores: Mapping[str, Any], key: str) -> tuple[float | None, float | None]:
-    """One figure of a table of fits, before and after."""
+    """Return one metric before and after; None where it is absent."""
     before, after = (finite((scores.get(side) or {}).get(key)) for side in ("before", "after"))
     return before, after
 
 
-def judged(diagnosis: Mapping[str, Any]) -> tuple[str, Mapping[str, Any]]:
-    """Return the table that counts: held out where there is one, else training."""
+def verdict_scores(diagnosis: Mapping[str, Any]) -> tuple[str, Mapping[str, Any]]:
+    """Return the name and the metrics of held-out data if there are any, else of training data."""
     fit = diagnosis.get("fit") or {}
     held_out = fit.get("held_out") or {}
     known = any(finite(value) is not None for side in held_out.values() for value in (side or {}).values())
-    return ("held-out", held_out) if known else ("fitted", fit.get("training") or {})
+    return ("held-out", held_out) if known else ("training", fit.get("training") or {})
 
 
-def _cause(diagnosis: Mapping[str, Any], series: Series) -> str:
+def _cause_phrase(diagnosis: Mapping[str, Any], series: Series) -> str:
     if is_single(diagnosis, series.unnamed):
         return ""
-    added = "this is" if len(diagnosis.get("missing") or ()) == 1 else "these are"
-    known = " with the best that is known, and that is not enough"
-    inputs = listed(list(series.unnamed))
-    unnamed = f" with an unnamed force learnt from the training data, which depends on {inputs}"
-    unnamed += "; it predicts, and is not an explanation"
+    added = "this effect" if len(diagnosis.get("missing") or ()) == 1 else "these effects"
+    known = " with the best effects of the catalogue, which is not enough"
+    inputs = join_words(list(series.unnamed))
+    unnamed = f" with a force that is learned from the training data and depends on {inputs}"
+    unnamed += "; this force improves predictions but is not an explanation"
     return {
-        "explained": f" once {added} added",
-        "reparameterised": " once the values are refitted",
+        "explained": f" with {added}",
+        "reparameterised": " with refitted values",
         "unexplained": unnamed if series.unnamed else known,
     }.get(str(diagnosis.get("verdict")), "")
 
 
-def _nothing(diagnosis: Mapping[str, Any]) -> str:
-    return ", no more than noise explains" if diagnosis.get("verdict") == "consistent" else ""
+def _noise_phrase(diagnosis: Mapping[str, Any]) -> str:
+    return ", which noise explains" if diagnosis.get("verdict") == "consistent" else ""
 
 
-def _others(effect: str, diagnosis: Mapping[str, Any]) -> list[str]:
-    """Return the effects that the data cannot tell from one."""
+def _tied_with(effect: str, diagnosis: Mapping[str, Any]) -> list[str]:
+    """Return the effects that the data cannot distinguish from `effect`."""
     groups = [[str(name) for name in group] for group in diagnosis.get("tied") or ()]
     found = [name for group in groups if effect in group for name in group if name != effect]
     return list(dict.fromkeys(found))
 
 
-def _tie(group: Sequence[Any]) -> str:
-    return f"This recording cannot tell {words.effects(group)} apart: any of them would do."
+def _tie_sentence(group: Sequence[Any]) -> str:
+    names = wording.effect_names(group)
+    return f"This recording cannot distinguish {names}: each explains it equally well."
 
 
-def _tied_sets(sets: Sequence[Sequence[Any]]) -> str:
-    return f"This recording cannot tell apart {words.sets(sets)}."
+def _tied_sets_sentence(sets: Sequence[Sequence[Any]]) -> str:
+    return f"This recording cannot distinguish these alternatives: {wording.effect_sets(sets)}."
 
 
-def _changed(diagnosis: Mapping[str, Any]) -> list[str]:
-    """Return the given value that lies farthest from the refitted one, in standard deviations."""
+def _changed_value_sentence(diagnosis: Mapping[str, Any]) -> list[str]:
+    """Return a sentence on the given value that is farthest from its refit, in standard deviations."""
     nominal = diagnosis.get("nominal") or {}
     refitted = nominal.get("after") or nominal.get("before") or {}
     found = []
@@ -157,5 +170,6 @@ def _changed(diagnosis: Mapping[str, Any]) -> list[str]:
         return []
     _, name, was, now = max(found, key=lambda entry: entry[:2])
     unit = str(now.get("unit") or "")
-    fitted = measured(now.get("mean"), now.get("sd"), unit)
-    return [f"Farthest off is {name}: given as {measured(was, None, unit)}, it is {fitted}."]
+    fitted = format_estimate(now.get("mean"), now.get("sd"), unit)
+    given = format_estimate(was, None, unit)
+    return [f"The largest difference is in {name}: the given value is {given}, the fitted value {fitted}."]

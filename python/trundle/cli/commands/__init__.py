@@ -1,8 +1,8 @@
 """The verbs of the command line, one module each.
 
-A verb is a module here that has what `Command` names. Its verb is the module's name (`import_.py` is
-`import`: an underscore at the end is dropped, others become hyphens). What is slow to import belongs inside
-`run`, because `trundle --help` imports every module here.
+Each module has the attributes of `Command`. The verb is the name of the module without a trailing underscore
+(`import_.py` is `import`) and with hyphens for other underscores. Put slow imports inside `run`, because
+`trundle --help` imports every module.
 """
 
 from __future__ import annotations
@@ -16,26 +16,23 @@ __all__ = ["Command", "discover"]
 
 
 class Command(Protocol):
-    """What a module of this package provides; it may add `EXAMPLE: str`, a command line shown by `--help`."""
+    """Interface of a module in this package.
+
+    A module may also define `EXAMPLE: str`, a command line that `--help` shows.
+    """
 
     HELP: str
-    """One sentence: what the verb answers."""
+    """What the verb does, in one sentence."""
 
     def add_arguments(self, parser: argparse.ArgumentParser) -> None:
-        """Declare the verb's own arguments on `parser`."""
+        """Add the arguments of the verb to `parser`."""
 
     def run(self, args: argparse.Namespace) -> int:
-        """Do the work and return the exit status; raise `ValueError` for input that cannot be used."""
+        """Run the verb and return the exit status; raise `ValueError` for unusable input."""
 
 
 def discover() -> dict[str, Command]:
-    """Return the verbs by name, sorted.
-
-    Returns
-    -------
-    dict of str to Command
-        Each module of this package under its verb.
-    """
+    """Return the modules of this package by verb, sorted."""
     names = sorted(module.name for module in pkgutil.iter_modules(__path__))
     return {
         name.rstrip("_").replace("_", "-"): cast("Command", importlib.import_module(f"{__name__}.{name}"))

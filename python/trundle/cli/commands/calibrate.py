@@ -1,4 +1,4 @@
-"""`trundle calibrate`: whether intervals cover as often as they say."""
+"""`trundle calibrate`: simulation-based calibration of posterior intervals."""
 
 from __future__ import annotations
 
@@ -7,32 +7,42 @@ import json
 from pathlib import Path
 
 from trundle._types import CalibrationTable
-from trundle.cli.options import add_backend, add_out, add_quiet, add_seed, backend_of
+from trundle.cli.options import add_backend, add_out, add_quiet, add_seed, select_backend
 from trundle.cli.progress import Progress
 
-HELP = "Draw parameters, simulate, infer, and count how often the intervals cover the truth."
+HELP = "Check the coverage of posterior intervals: draw parameters, simulate, infer, count."
 EXAMPLE = "trundle calibrate configs/experiments/calibrate.toml --replicates 200 --out calibration.jsonl"
 
-WANTED = (0.85, 0.95)
+ACCEPTED_COVERAGE = (0.85, 0.95)
+"""Range in which the coverage of 90 % intervals is reported as correct."""
 
 
 def add_arguments(parser: argparse.ArgumentParser) -> None:
-    """Declare the configuration, the rounds, the method and where to write."""
+    """Add the configuration, the number of rounds, the method and the output files."""
     parser.add_argument(
-        "config", metavar="CONFIG", type=Path, help="a calibration, as configs/experiments/calibrate.toml"
+        "config",
+        metavar="CONFIG",
+        type=Path,
+        help="calibration settings, such as configs/experiments/calibrate.toml",
     )
-    parser.add_argument("--replicates", metavar="N", type=int, default=200, help="rounds (default 200)")
-    parser.add_argument("--method", choices=("nuts", "laplace", "metropolis"), help="in place of the file's")
-    add_out(parser, "JSON lines of the rounds; an interrupted run goes on from it")
-    parser.add_argument("--figure", metavar="FILE", type=Path, help="PNG or SVG of the ranks to draw")
-    parser.add_argument("--json", action="store_true", help="print the result for programs")
+    parser.add_argument(
+        "--replicates", metavar="N", type=int, default=200, help="number of rounds (default 200)"
+    )
+    parser.add_argument(
+        "--method", choices=("nuts", "laplace", "metropolis"), help="sampler (default: that of CONFIG)"
+    )
+    add_out(parser, "JSON lines file of the rounds; an interrupted run continues from it")
+    parser.add_argument(
+        "--figure", metavar="FILE", type=Path, help="PNG or SVG file for the histograms of ranks"
+    )
+    parser.add_argument("--json", action="store_true", help="print the result as JSON")
     add_backend(parser)
     add_seed(parser)
     add_quiet(parser)
 
 
 def run(args: argparse.Namespace) -> int:
-    """Calibrate, print the table, and draw the figure."""
+    """Run the calibration, print the table and draw the figure."""
     from trundle.calibration import calibrate
 
     with Progress(f"calibrating {args.config}", quiet=args.quiet) as progress:
@@ -42,33 +52,33 @@ def run(args: argparse.Namespace) -> int:
             method=args.method,
             seed=args.seed,
             out=args.out,
-            backend=backend_of(args),
+            backend=select_backend(args),
             progress=progress.share,
         )
     if args.figure is not None:
         found.figure(args.figure)
-    print(json.dumps(found.table, indent=2, ensure_ascii=False) if args.json else table(found.table))
+    print(json.dumps(found.table, indent=2, ensure_ascii=False) if args.json else format_table(found.table))
     return 0
 
 
-def table(found: CalibrationTable) -> str:
-    """Return the calibration for a terminal."""
+def format_table(found: CalibrationTable) -> str:
+    """Format a calibration for the terminal."""
     lines = found["parameters"]
     rows = [f"{found['name']}, {found['method']}, {lines[0]['rounds']} rounds"]
     rows.append(f"  {'':28}{'50 % covers':>22}{'90 % covers':>22}{'uniform, p':>12}")
     for line in lines:
-        covers = "".join(f"{share(cover):>22}" for cover in (line["cover_50"], line["cover_90"]))
+        covers = "".join(f"{format_share(cover):>22}" for cover in (line["cover_50"], line["cover_90"]))
         rows.append(f"  {line['name']:28}{covers}{line['uniform_p']:12.3g}")
-    low, high = WANTED
+    low, high = ACCEPTED_COVERAGE
     off = [line["name"] for line in lines if not low <= line["cover_90"][0] <= high]
     verdict = (
-        f"outside of {low:.0%} to {high:.0%}: {', '.join(off)}"
+        f"outside {low:.0%} to {high:.0%} for {', '.join(off)}"
         if off
-        else f"all within {low:.0%} to {high:.0%}"
+        else f"within {low:.0%} to {high:.0%} for all parameters"
     )
-    return "\n".join([*rows, f"  coverage of the 90 % intervals {verdict}"])
+    return "\n".join([*rows, f"  coverage of the 90 % intervals: {verdict}"])
 
 
-def share(cover: list[float]) -> str:
-    """Return a share with its 95 % interval."""
+def format_share(cover: list[float]) -> str:
+    """Format a share with its 95 % interval."""
     return f"{cover[0]:.1%} ({cover[1]:.0%} to {cover[2]:.0%})"

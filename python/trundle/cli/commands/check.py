@@ -1,4 +1,4 @@
-"""`trundle check`: what is wrong with a recording, before any physics."""
+"""`trundle check`: errors in a recording that can be found without a model."""
 
 from __future__ import annotations
 
@@ -10,43 +10,47 @@ from typing import Any
 from trundle.cli.exits import USAGE
 from trundle.cli.options import add_recording
 
-HELP = "Look for wrong units, signs, axes, clocks and tares in a recording, and for too little motion."
+HELP = "Check a recording for wrong units, signs, axes, clocks and tares, and for insufficient motion."
 EXAMPLE = "trundle check recording/"
 
-WIDTH = 100
+LINE_WIDTH = 100
 
 
 def add_arguments(parser: argparse.ArgumentParser) -> None:
-    """Declare the recording, `--json` and `--strict`."""
+    """Add the recording, `--json` and `--strict`."""
     add_recording(parser)
-    parser.add_argument("--json", action="store_true", help="print the findings for programs")
-    parser.add_argument("--strict", action="store_true", help="exit with status 2 if an error was found")
+    parser.add_argument("--json", action="store_true", help="print the findings as JSON")
+    parser.add_argument("--strict", action="store_true", help="exit with status 2 if an error is found")
 
 
 def run(args: argparse.Namespace) -> int:
-    """Print the findings, the gravest first."""
+    """Print the findings, most severe first."""
     import trundle
 
     findings = trundle.check(args.recording)
-    print(json.dumps(findings, indent=2, ensure_ascii=False) if args.json else "\n".join(lines(findings)))
+    print(
+        json.dumps(findings, indent=2, ensure_ascii=False)
+        if args.json
+        else "\n".join(format_findings(findings))
+    )
     failed = any(finding["severity"] == "error" for finding in findings)
     return USAGE if args.strict and failed else 0
 
 
-def lines(findings: list[dict[str, Any]]) -> list[str]:
-    """Return the findings as text."""
+def format_findings(findings: list[dict[str, Any]]) -> list[str]:
+    """Format the findings as lines."""
     if not findings:
         return ["nothing found: units, sign, axes, clocks, tare and motion look right"]
-    return [line for finding in findings for line in entry(finding)]
+    return [line for finding in findings for line in format_finding(finding)]
 
 
-def entry(finding: dict[str, Any]) -> list[str]:
-    """Return one finding as a paragraph: what is seen, and what to do."""
+def format_finding(finding: dict[str, Any]) -> list[str]:
+    """Format one finding as a paragraph: the observation and the remedy."""
     where = "" if finding["episode"] is None else f" {finding['episode']}:"
-    seen = f"{finding['severity']} ({finding['kind']}):{where} {finding['sentence']}"
-    return [*wrapped(seen, ""), *wrapped(finding["remedy"], "    → ")]
+    observation = f"{finding['severity']} ({finding['kind']}):{where} {finding['sentence']}"
+    return [*wrap(observation, ""), *wrap(finding["remedy"], "    → ")]
 
 
-def wrapped(text: str, lead: str) -> list[str]:
-    """Return `text` in lines, the first after `lead`."""
-    return textwrap.wrap(text, WIDTH, initial_indent=lead, subsequent_indent="    ")
+def wrap(text: str, lead: str) -> list[str]:
+    """Wrap `text`; the first line begins with `lead`."""
+    return textwrap.wrap(text, LINE_WIDTH, initial_indent=lead, subsequent_indent="    ")

@@ -1,4 +1,4 @@
-"""`trundle design`: the push that tells two models apart."""
+"""`trundle design`: discriminating experiments (optimal experiment design)."""
 
 from __future__ import annotations
 
@@ -12,30 +12,31 @@ from trundle.cli.progress import Progress
 if TYPE_CHECKING:
     from trundle.design import Design
 
-HELP = "Find the push that tells two models apart best."
+HELP = "Find the pushes that best discriminate two models."
 EXAMPLE = "trundle design slope.toml bias.toml --object recording/ --out design/"
 
 LIMITS = {
-    "force": ("N", "largest force at the grasp, N (default: as recorded, or 30)"),
-    "torque": ("NM", "largest torque at the grasp, N·m (as recorded, or 8)"),
-    "duration": ("S", "time in contact, s (as recorded, or 6)"),
-    "speed": ("V", "largest speed of the object, m/s (as recorded, or 0.6)"),
-    "spin": ("W", "largest spin of the object, rad/s (as recorded, or 1)"),
-    "distance": ("M", "how far the object may go, m (as recorded, or 1.2)"),
+    "force": ("N", "maximum force at the grasp, N (default: as recorded, or 30)"),
+    "torque": ("NM", "maximum torque at the grasp, N·m (default: as recorded, or 8)"),
+    "duration": ("S", "time in contact, s (default: as recorded, or 6)"),
+    "speed": ("V", "maximum speed of the object, m/s (default: as recorded, or 0.6)"),
+    "spin": ("W", "maximum angular velocity of the object, rad/s (default: as recorded, or 1)"),
+    "distance": ("M", "maximum displacement of the object, m (default: as recorded, or 1.2)"),
 }
+"""Limits of a push: option, metavar, help."""
 
 
 def add_arguments(parser: argparse.ArgumentParser) -> None:
-    """Declare the two models, the object, the noise, the limits and where to write."""
-    text = "model.toml; with a recording it is fitted, without one it must hold all values"
+    """Add the two models, the object, the noise, the limits and the output folder."""
+    text = "first model.toml; fitted if there is a recording, otherwise it must contain all values"
     parser.add_argument("model_a", metavar="MODEL_A", type=Path, help=text)
-    parser.add_argument("model_b", metavar="MODEL_B", type=Path, help="the other")
+    parser.add_argument("model_b", metavar="MODEL_B", type=Path, help="second model.toml")
     parser.add_argument(
         "--object",
         metavar="PATH",
         type=Path,
-        help="a recording of the object, whose episodes then count, or a file with its [body]; "
-        "the first model's own body if left out",
+        help="recording of the object, to which both models are fitted, or a file with its [body] "
+        "(default: the body of MODEL_A)",
     )
     parser.add_argument(
         "--noise",
@@ -43,27 +44,29 @@ def add_arguments(parser: argparse.ArgumentParser) -> None:
         type=float,
         nargs=4,
         default=None,
-        help="standard deviations without a recording: m, rad, N, N·m (default 0.0005 0.00175 0.4 0.05)",
+        help="standard deviations, used without a recording: m, rad, N, N·m "
+        "(default 0.0005 0.00175 0.4 0.05)",
     )
     parser.add_argument(
         "--pushes",
         metavar="N",
         type=int,
         default=1,
-        help="how many, each the best after those before (default 1)",
+        help="number of pushes; each is the best in addition to the previous ones (default 1)",
     )
     for name, (metavar, help) in LIMITS.items():
         parser.add_argument(f"--{name}", metavar=metavar, type=float, default=None, help=help)
     add_out(
-        parser, "folder to write design.json and, where it can be simulated, scenario.toml and object.toml"
+        parser,
+        "folder for design.json and, if the models can be simulated, scenario.toml and object.toml",
     )
-    parser.add_argument("--json", action="store_true", help="print the design for programs")
+    parser.add_argument("--json", action="store_true", help="print the design as JSON")
     add_quiet(parser)
 
 
 def run(args: argparse.Namespace) -> int:
-    """Design, print, and write the files."""
-    from trundle.design import NOISE, design
+    """Design the pushes, print them and write the files."""
+    from trundle.design import DEFAULT_NOISE_SD, design
 
     recorded = args.object is not None and args.object.is_dir()
     with Progress(f"designing for {args.model_a} and {args.model_b}", quiet=args.quiet) as progress:
@@ -72,19 +75,19 @@ def run(args: argparse.Namespace) -> int:
             args.model_b,
             recording=args.object if recorded else None,
             object=None if recorded else args.object,
-            noise=NOISE if args.noise is None else tuple(args.noise),
+            noise=DEFAULT_NOISE_SD if args.noise is None else tuple(args.noise),
             pushes=args.pushes,
             **{name: getattr(args, name) for name in LIMITS},
             progress=progress.share,
         )
-    print(found.to_json() if args.json else "\n".join(lines(found)))
+    print(found.to_json() if args.json else "\n".join(format_design(found)))
     if args.out is not None:
         found.write(args.out)
     return 0
 
 
-def lines(found: Design) -> list[str]:
-    """Return the design for a terminal."""
+def format_design(found: Design) -> list[str]:
+    """Format a design for the terminal."""
     rows = [found.sentence]
     if abs(found.recorded) >= 0.5:
         first, second = found.models if found.recorded > 0 else found.models[::-1]
@@ -93,7 +96,7 @@ def lines(found: Design) -> list[str]:
         rows.append("  so far the recording prefers neither")
     if len(found.pushes) > 1:
         rows += [
-            f"  push {k + 1}: {push.separation:.3g} nats alone, {push.cumulative:.3g} with those before"
+            f"  push {k + 1}: {push.separation:.3g} nats, {push.cumulative:.3g} nats with the previous pushes"
             for k, push in enumerate(found.pushes)
         ]
     return rows

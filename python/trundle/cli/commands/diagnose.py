@@ -1,4 +1,4 @@
-"""`trundle diagnose`: where a recording and a simulation differ, and what physics was left out."""
+"""`trundle diagnose`: where a recording and a simulation differ, and which effects are missing."""
 
 from __future__ import annotations
 
@@ -16,39 +16,40 @@ from trundle.cli.options import (
     add_quiet,
     add_recording,
     add_seed,
-    backend_of,
+    select_backend,
 )
 from trundle.cli.progress import Progress
 
-HELP = "Locate where a simulation and a recording differ, and name what was left out."
+HELP = "Locate where a simulation differs from a recording, and name the missing effects."
 EXAMPLE = "trundle diagnose recording/ --out diagnosis/table"
 
 
 def add_arguments(parser: argparse.ArgumentParser) -> None:
-    """Declare the recordings, the model, the seed and where to write."""
+    """Add the recordings, the model, the settings and the output folder."""
     add_recording(parser, several=True)
     add_model(parser)
     add_out(
-        parser, "folder to write (default diagnosis/NAME; with several recordings, one folder each below it)"
+        parser,
+        "output folder (default diagnosis/NAME); with several recordings it has one subfolder for each",
     )
     parser.add_argument(
         "--without",
         action="append",
         default=[],
         metavar="EFFECT",
-        help="an effect that is not to be tried; may be given several times",
+        help="do not test this effect; may be repeated",
     )
     parser.add_argument(
         "--wrench-pose",
         choices=("own_time", "latest"),
         default="own_time",
-        help="the pose that brings each wrench to the object: at the wrench's own time (default), or the "
-        "latest recorded one, as in equation 13 of the paper",
+        help="pose that transforms each wrench to the object: own_time: the one at the time of the wrench "
+        "(default); latest: the latest recorded one (equation 13 of the paper)",
     )
     parser.add_argument(
         "--no-check",
         action="store_true",
-        help="do not refuse a recording whose units, sign, axes or clocks look wrong (see `trundle check`)",
+        help="accept a recording whose units, sign, axes or clocks appear wrong (see `trundle check`)",
     )
     add_backend(parser)
     add_seed(parser)
@@ -56,28 +57,28 @@ def add_arguments(parser: argparse.ArgumentParser) -> None:
 
 
 def run(args: argparse.Namespace) -> int:
-    """Diagnose each recording and write its folder."""
+    """Diagnose each recording and write its output folder."""
     from trundle.experiments.backends import Local, in_order
 
-    where = backend_of(args)
-    quiet = args.quiet or where != Local(1)  # one line of progress for several diagnoses says nothing
+    where = select_backend(args)
+    quiet = args.quiet or where != Local(1)  # parallel progress lines would overlap
     shared = (args.model, args.seed, args.without, args.wrench_pose, not args.no_check, quiet)
-    calls = [(path, target(path, args), command(path, args), *shared) for path in args.recording]
+    calls = [(path, output_folder(path, args), command_line(path, args), *shared) for path in args.recording]
     refused = []
-    for answer in in_order(where, diagnosed, calls):
+    for answer in in_order(where, diagnose_one, calls):
         if isinstance(answer, str):
             refused.append(answer)
             continue
-        doubts, text = answer
-        for doubt in doubts:
-            print(f"trundle: doubtful: {doubt}", file=sys.stderr)
+        warnings, text = answer
+        for warning in warnings:
+            print(f"trundle: warning: {warning}", file=sys.stderr)
         print(text, flush=True)
     if refused:
         raise ValueError("\n".join(refused))
     return 0
 
 
-def diagnosed(
+def diagnose_one(
     recording: Path,
     folder: Path,
     line: str,
@@ -88,7 +89,13 @@ def diagnosed(
     check: bool,
     quiet: bool,
 ) -> tuple[list[str], str] | str:
-    """Diagnose one recording and write its folder; return its doubts and the answer, or why it is refused."""
+    """Diagnose one recording and write its output folder.
+
+    Returns
+    -------
+    tuple or str
+        Warnings and the formatted answer; if the recording is refused, the error message instead.
+    """
     import trundle
 
     try:
@@ -106,19 +113,19 @@ def diagnosed(
         written = diagnosis.write(folder)
     except trundle.TrundleError as error:
         return str(error)
-    return diagnosis.series["doubts"], "\n".join(lines(diagnosis.answer, written))
+    return diagnosis.series["doubts"], "\n".join(format_answer(diagnosis.answer, written))
 
 
-def target(recording: Path, args: argparse.Namespace) -> Path:
-    """Return the folder to write for a recording."""
+def output_folder(recording: Path, args: argparse.Namespace) -> Path:
+    """Return the output folder of a recording."""
     name = recording.resolve().name
     if args.out is None:
         return Path("diagnosis") / name
     return Path(args.out) if len(args.recording) == 1 else Path(args.out) / name
 
 
-def command(recording: Path, args: argparse.Namespace) -> str:
-    """Return the command that repeats this diagnosis."""
+def command_line(recording: Path, args: argparse.Namespace) -> str:
+    """Return the command line that reproduces the diagnosis of a recording."""
     words = ["trundle", "diagnose", str(recording)]
     if args.model is not None:
         words += ["--model", str(args.model)]
@@ -131,8 +138,8 @@ def command(recording: Path, args: argparse.Namespace) -> str:
     return shlex.join([*words, "--seed", str(args.seed)])
 
 
-def lines(answer: Mapping[str, Any], folder: Path) -> list[str]:
-    """Return the answer for a terminal."""
+def format_answer(answer: Mapping[str, Any], folder: Path) -> list[str]:
+    """Format a diagnosis for the terminal."""
     found = [f"{answer['recording']}: {answer['verdict']}"]
     for effect in answer["missing"]:
         found.append(f"  {effect['effect']} (probability {effect['probability']:.2f}): {effect['statement']}")
@@ -140,22 +147,23 @@ def lines(answer: Mapping[str, Any], folder: Path) -> list[str]:
         f"  detectable but immaterial, not corrected: {effect['effect']}"
         for effect in answer.get("immaterial", [])
     ]
-    found += [f"  cannot be told apart: {', '.join(names)}" for names in answer["tied"]]
+    found += [f"  indistinguishable: {', '.join(names)}" for names in answer["tied"]]
     pair = answer["fit"]["held_out"]
-    figures = [figure(pair, key, text) for key, text in FIGURES.items()] if pair else []
-    found += [f"  held out, {text}" for text in figures if text]
+    metrics = [format_metric(pair, key, text) for key, text in METRICS.items()] if pair else []
+    found += [f"  held out, {text}" for text in metrics if text]
     return [*found, f"  report: {folder / 'report.html'}"]
 
 
-FIGURES = {
+METRICS = {
     "position_rmse": "position, open loop: {before:.4f} -> {after:.4f} m",
     "window_position_rmse": "position, one second ahead: {before:.5f} -> {after:.5f} m",
-    "force_rmse": "force needed less recorded: {before:.3f} -> {after:.3f} N",
-    "torque_rmse": "torque needed less recorded: {before:.4f} -> {after:.4f} N·m",
+    "force_rmse": "required minus recorded force: {before:.3f} -> {after:.3f} N",
+    "torque_rmse": "required minus recorded torque: {before:.4f} -> {after:.4f} N·m",
 }
+"""Metrics on held-out data: key of diagnosis.json, format."""
 
 
-def figure(pair: dict[str, dict[str, float | None]], key: str, text: str) -> str:
-    """Return a figure before and after in words; nothing where it makes no sense."""
+def format_metric(pair: dict[str, dict[str, float | None]], key: str, text: str) -> str:
+    """Format a metric before and after; return an empty string if it is absent."""
     before, after = pair["before"][key], pair["after"][key]
     return "" if before is None or after is None else text.format(before=before, after=after)

@@ -1,4 +1,4 @@
-"""`trundle effects`: the catalogue of physical effects that a model can hold."""
+"""`trundle effects`: the catalogue of physical effects."""
 
 from __future__ import annotations
 
@@ -7,15 +7,15 @@ import json
 import textwrap
 from typing import Any
 
-HELP = "List every effect that a model can hold, with its parameters."
+HELP = "List the effects that a model can contain, with their parameters."
 EXAMPLE = "trundle effects --json"
 
-WIDTH = 100
+LINE_WIDTH = 100
 
 
 def add_arguments(parser: argparse.ArgumentParser) -> None:
-    """Declare `--json`."""
-    parser.add_argument("--json", action="store_true", help="print the catalogue for programs")
+    """Add `--json`."""
+    parser.add_argument("--json", action="store_true", help="print the catalogue as JSON")
 
 
 def run(args: argparse.Namespace) -> int:
@@ -26,31 +26,31 @@ def run(args: argparse.Namespace) -> int:
     if args.json:
         print(json.dumps(catalogue, indent=2, ensure_ascii=False))
     else:
-        print("\n\n".join(map(entry, catalogue)))
+        print("\n\n".join(map(format_effect, catalogue)))
     return 0
 
 
-def entry(effect: dict[str, Any]) -> str:
-    """Return one effect as a paragraph and a table of its parameters."""
+def format_effect(effect: dict[str, Any]) -> str:
+    """Format an effect as a paragraph and a table of its parameters."""
     named = "" if effect["effect"] == effect["kind"] else f" (diagnosed as {effect['effect']})"
-    lines = [f"{effect['kind']}{named}", *wrapped(effect["summary"]), *wrapped(f"Source: {effect['source']}")]
-    rows = [cells(parameter) for parameter in effect["parameters"]]
-    table = [("parameter", "unit", "bounds", "neutral", "if left out", "prior"), *(row[:-1] for row in rows)]
+    lines = [f"{effect['kind']}{named}", *wrap(effect["summary"]), *wrap(f"Source: {effect['source']}")]
+    rows = [table_row(parameter) for parameter in effect["parameters"]]
+    table = [("parameter", "unit", "bounds", "neutral", "default", "prior"), *(row[:-1] for row in rows)]
     widths = [max(map(len, column)) for column in zip(*table, strict=True)]
     layout = ["  ".join(map(str.ljust, row, widths)).rstrip() for row in table]
     lines.append(f"    {layout[0]}")
     for text, row in zip(layout[1:], rows, strict=True):
-        lines += [f"    {text}", *wrapped(row[-1], indent=6)]
+        lines += [f"    {text}", *wrap(row[-1], indent=6)]
     return "\n".join(lines)
 
 
-def wrapped(text: str, indent: int = 2) -> list[str]:
-    """Return `text` in indented lines."""
-    return textwrap.wrap(text, WIDTH, initial_indent=" " * indent, subsequent_indent=" " * indent)
+def wrap(text: str, indent: int = 2) -> list[str]:
+    """Wrap `text` with an indent."""
+    return textwrap.wrap(text, LINE_WIDTH, initial_indent=" " * indent, subsequent_indent=" " * indent)
 
 
-def cells(parameter: dict[str, Any]) -> tuple[str, ...]:
-    """Return a parameter's row of the table, and what it is."""
+def table_row(parameter: dict[str, Any]) -> tuple[str, ...]:
+    """Return the cells of a parameter, and its description as the last entry."""
     default = parameter["default"]
     return (
         parameter["name"],
@@ -58,21 +58,21 @@ def cells(parameter: dict[str, Any]) -> tuple[str, ...]:
         f"[{parameter['lower']:.6g}, {parameter['upper']:.6g}]",
         "-" if parameter["neutral"] is None else f"{parameter['neutral']:g}",
         "free" if default is None else f"{default:g}",
-        prior(parameter["prior"]),
+        format_prior(parameter["prior"]),
         parameter["help"],
     )
 
 
-def prior(belief: dict[str, Any]) -> str:
-    """Return a prior in words."""
-    match belief["distribution"]:
+def format_prior(prior: dict[str, Any]) -> str:
+    """Format a prior distribution."""
+    match prior["distribution"]:
         case "normal":
-            return f"normal, mean {belief['mean']:g}, sd {belief['sd']:g}"
+            return f"normal, mean {prior['mean']:g}, sd {prior['sd']:g}"
         case "log_normal":
-            return f"log-normal, median {belief['median']:g}, sd {belief['sd']:g} e-folds"
+            return f"log-normal, median {prior['median']:g}, sd {prior['sd']:g} e-folds"
         case "on_body":
-            return f"uniform over the body along {belief['axis']}"
+            return f"uniform over the body along {prior['axis']}"
         case "uniform":
             return "uniform between its bounds"
         case _:
-            return f"uniform, period {belief['period']:.5g}"
+            return f"uniform, period {prior['period']:.5g}"

@@ -15,59 +15,65 @@ EXAMPLE = "trundle fit recording/ --out model.toml"
 
 
 def add_arguments(parser: argparse.ArgumentParser) -> None:
-    """Declare the recordings, the model, the priors, the likelihood, the starts and where to write."""
+    """Add the recordings, the model, the priors, the likelihood, the search and the output file."""
     add_recording(parser, several=True)
     add_model(parser)
     add_prior(parser)
     add_likelihood(parser)
-    add_out(parser, "model.toml to write, with every value filled in and the posterior")
-    parser.add_argument("--starts", metavar="N", type=int, default=6, help="random starts (default 6)")
+    add_out(parser, "output model.toml, with the fitted values and the posterior")
+    parser.add_argument(
+        "--starts", metavar="N", type=int, default=6, help="number of random starts (default 6)"
+    )
     parser.add_argument(
         "--optimiser",
         choices=["lm", "lbfgs"],
         default="lm",
-        help="Levenberg–Marquardt (default) or the paper's L-BFGS",
+        help="lm: Levenberg–Marquardt (default); lbfgs: L-BFGS, as in the paper",
     )
     parser.add_argument(
-        "--profile", metavar="NAME", help="print the profile of one parameter instead, e.g. body.mass"
+        "--profile",
+        metavar="NAME",
+        help="print the profile likelihood of one parameter instead, such as body.mass",
     )
-    parser.add_argument("--json", action="store_true", help="print the result for programs")
+    parser.add_argument("--json", action="store_true", help="print the result as JSON")
     add_seed(parser)
     add_quiet(parser)
 
 
 def add_likelihood(parser: argparse.ArgumentParser) -> None:
-    """Declare what is compared, and how."""
+    """Add the options of the likelihood."""
     parser.add_argument(
         "--likelihood",
         choices=["filter", "steps", "final", "windows", "wrench"],
-        help="what is compared: poses as a filter predicts them (default), steps (eq. 8), final poses "
-        "(eq. 9), windows, or the wrench needed; with a known obstacle in reach windows, through the engine",
+        help="filter: one-step prediction errors of poses (default); steps: displacements (eq. 8); final: "
+        "final poses (eq. 9); windows: poses over windows (default if the object can reach a known "
+        "obstacle); wrench: the required wrench",
     )
     parser.add_argument(
-        "--window", metavar="S", type=float, default=1.0, help="length of a window (default 1.0 s)"
+        "--window", metavar="S", type=float, default=1.0, help="length of a window, s (default 1.0)"
     )
     parser.add_argument(
-        "--loss", choices=["gaussian", "student"], default="gaussian", help="distribution of residuals"
+        "--loss",
+        choices=["gaussian", "student"],
+        default="gaussian",
+        help="distribution of the residuals (default gaussian)",
     )
     parser.add_argument(
         "--per-episode",
         metavar="NAME",
         action="append",
         default=[],
-        help="a parameter that each episode has its own of, `body.mass` say; may be repeated",
+        help="estimate this parameter separately for each episode, such as body.mass; may be repeated",
     )
-    parser.add_argument(
-        "--no-obstacles", action="store_true", help="take no account of the recording's obstacles"
-    )
+    parser.add_argument("--no-obstacles", action="store_true", help="ignore the obstacles of the recording")
 
 
 def run(args: argparse.Namespace) -> int:
-    """Fit, print, and write the model."""
+    """Fit the model, print the result and write the model."""
     import trundle
 
     if args.profile is not None:
-        return profiled(args)
+        return run_profile(args)
     with Progress(f"fitting {', '.join(map(str, args.recording))}", quiet=args.quiet) as progress:
         fitted = trundle.fit(
             args.recording,
@@ -85,20 +91,24 @@ def run(args: argparse.Namespace) -> int:
         )
     if args.out is not None:
         fitted.model.write(args.out)
-    print(json.dumps(fitted.summary, indent=2, ensure_ascii=False) if args.json else table(fitted.summary))
+    print(
+        json.dumps(fitted.summary, indent=2, ensure_ascii=False) if args.json else format_fit(fitted.summary)
+    )
     return 0
 
 
-def profiled(args: argparse.Namespace) -> int:
-    """Print one parameter's profile."""
+def run_profile(args: argparse.Namespace) -> int:
+    """Print the profile likelihood of one parameter."""
     import trundle
 
     if len(args.recording) != 1:
-        raise ValueError("--profile: takes one recording; leave the others out")
+        raise ValueError(f"--profile: needs exactly one recording, not {len(args.recording)}")
     if args.likelihood is not None or args.loss != "gaussian" or args.per_episode:
-        raise ValueError("--profile: goes with the default likelihood; leave its options out")
+        raise ValueError(
+            "--profile: supports only the default likelihood; remove --likelihood, --loss and --per-episode"
+        )
     with Progress(f"profiling {args.profile}", quiet=args.quiet) as progress:
-        seen = trundle.profile(
+        profile = trundle.profile(
             args.recording[0],
             args.profile,
             args.model,
@@ -107,8 +117,8 @@ def profiled(args: argparse.Namespace) -> int:
             seed=args.seed,
             progress=progress.share,
         )
-    fields = {**vars(seen), "values": seen.values.tolist(), "deviance": seen.deviance.tolist()}
-    print(json.dumps(fields, indent=2, ensure_ascii=False) if args.json else seen.plot())
+    fields = {**vars(profile), "values": profile.values.tolist(), "deviance": profile.deviance.tolist()}
+    print(json.dumps(fields, indent=2, ensure_ascii=False) if args.json else profile.plot())
     return 0
 
 
@@ -125,23 +135,23 @@ UNITS = {
     "torque_rmse": "N·m",
     "log_predictive_density": "nats per pose sample",
 }
-"""Units of the figures of `training` and `held_out`."""
+"""Units of the metrics in `training` and `held_out`."""
 
 
-def table(summary: Mapping[str, Any]) -> str:
-    """Return the estimates and figures for a terminal."""
-    from trundle.identifiability import spoken
+def format_fit(summary: Mapping[str, Any]) -> str:
+    """Format the estimates and the error metrics for the terminal."""
+    from trundle.identifiability import format_identifiability
 
-    rows = [f"{summary['recording']}: {headline(summary['lack_of_fit'])}"]
-    rows += [f"  {line}" for line in model_error(summary)]
+    rows = [f"{summary['recording']}: {lack_of_fit_line(summary['lack_of_fit'])}"]
+    rows += [f"  {line}" for line in model_error_lines(summary)]
     if not summary["converged"]:
         rows.append("  NOT CONVERGED: try more --starts")
     if summary["quasi_static"]:
-        rows.append("  quasi-static: judged by the wrench; the mass is not in these data")
+        rows.append("  quasi-static: compared by the wrench; these data do not determine the mass")
     rows += [f"  {sentence}" for sentence in summary["excluded_by_prior"]]
-    rows += [f"  {parameter['name']:32}{estimate(parameter)}" for parameter in summary["parameters"]]
+    rows += [f"  {parameter['name']:32}{format_estimate(parameter)}" for parameter in summary["parameters"]]
     if "identifiability" in summary:
-        rows += [f"  {line}" for line in spoken(summary["identifiability"])]
+        rows += [f"  {line}" for line in format_identifiability(summary["identifiability"])]
     for part in ("training", "held_out"):
         rows += [
             f"  {part} {key}: {value:.5g} {UNITS[key]}"
@@ -151,17 +161,17 @@ def table(summary: Mapping[str, Any]) -> str:
     return "\n".join(rows)
 
 
-def headline(lack: dict[str, Any] | None) -> str:
-    """Return whether the model explains the data."""
+def lack_of_fit_line(lack: dict[str, Any] | None) -> str:
+    """Return a phrase on the result of the lack-of-fit test."""
     if lack is None:
-        return "lack of fit not tested (it is for the default likelihood of motion)"
+        return "lack of fit not tested (only the default likelihood of motion has a test)"
     if lack["found"]:
         return "the model does not explain these data: run `trundle diagnose`"
     return "the model explains these data (no lack of fit found)"
 
 
-def model_error(summary: Mapping[str, Any]) -> list[str]:
-    """Return the lines on the size of the lack of fit and on what the intervals include."""
+def model_error_lines(summary: Mapping[str, Any]) -> list[str]:
+    """Return the lines on the size of the lack of fit and on the model error in the intervals."""
     lack, intervals = summary["lack_of_fit"], summary["intervals"]
     if lack is None or not lack["found"]:
         return []
@@ -171,16 +181,16 @@ def model_error(summary: Mapping[str, Any]) -> list[str]:
     ]
     if intervals["basis"] == "sandwich":
         rows.append(
-            f"standard deviations and 90 % intervals include model error: its spread over "
+            f"standard deviations and 90 % intervals include the model error, estimated from "
             f"{intervals['episodes']} episodes"
         )
     else:
-        rows.append("intervals DO NOT include model error: that takes three training episodes or more")
+        rows.append("intervals DO NOT include the model error, which needs at least three training episodes")
     return rows
 
 
-def estimate(parameter: dict[str, Any]) -> str:
-    """Return one parameter's estimate with its unit, standard deviation and 90 % interval."""
+def format_estimate(parameter: dict[str, Any]) -> str:
+    """Format an estimate with its standard deviation, unit and 90 % interval."""
     if not parameter["identifiable"]:
         return "not identifiable from these data"
     unit, low, high = parameter["unit"], parameter["low"], parameter["high"]

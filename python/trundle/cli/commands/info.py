@@ -1,4 +1,4 @@
-"""`trundle info`: what a recording holds, in figures and as a picture."""
+"""`trundle info`: summary statistics and a picture of a recording."""
 
 from __future__ import annotations
 
@@ -10,21 +10,21 @@ from typing import Any
 
 from trundle.cli.options import add_recording
 
-HELP = "Show what a recording holds: episodes, rates, gaps, masked samples, forces, travel, noise."
+HELP = "Summarise a recording: episodes, rates, gaps, masked samples, forces, travel, noise."
 EXAMPLE = "trundle info recording/ --picture recording.png"
 
 COLUMNS = "episode||length s|contact s|poses|Hz|gaps|masked|wrenches|Hz|gaps|peak N|travel m|turn rad"
 
 
 def add_arguments(parser: argparse.ArgumentParser) -> None:
-    """Declare the recording, the picture and `--json`."""
+    """Add the recording, the picture and `--json`."""
     add_recording(parser)
-    parser.add_argument("--picture", metavar="FILE", type=Path, help="draw it too: a .png, .svg or .pdf file")
-    parser.add_argument("--json", action="store_true", help="print the figures for programs")
+    parser.add_argument("--picture", metavar="FILE", type=Path, help="also draw a .png, .svg or .pdf file")
+    parser.add_argument("--json", action="store_true", help="print the summary as JSON")
 
 
 def run(args: argparse.Namespace) -> int:
-    """Print the figures, and draw the picture if asked."""
+    """Print the summary, and draw the picture if requested."""
     import trundle
 
     recording = trundle.read(args.recording)
@@ -33,36 +33,36 @@ def run(args: argparse.Namespace) -> int:
         from trundle.picture import draw
 
         draw(recording, args.picture)
-    print(json.dumps(info, indent=2, ensure_ascii=False) if args.json else "\n".join(summary(info)))
+    print(json.dumps(info, indent=2, ensure_ascii=False) if args.json else "\n".join(format_info(info)))
     return 0
 
 
-def summary(info: dict[str, Any]) -> list[str]:
-    """Return the figures as lines of text."""
+def format_info(info: dict[str, Any]) -> list[str]:
+    """Format the summary as lines."""
     episodes = info["episodes"]
     held_out = sum(episode["held_out"] for episode in episodes)
     seconds = sum(episode["span"][1] - episode["span"][0] for episode in episodes)
-    source = "weighed" if info["mass_given"] else "a first guess from force and acceleration"
+    source = "given" if info["mass_given"] else "initial estimate from force and acceleration"
     return [
         info["name"],
-        f"  {len(episodes)} episodes, {held_out} held out, {seconds:.1f} s in all",
+        f"  {len(episodes)} episodes, {held_out} held out, {seconds:.1f} s in total",
         f"  mass: {info['mass']:.4g} kg ({source})",
-        f"  noise: {noise(info['noise'])}",
+        f"  noise: {format_noise(info['noise'])}",
         "",
-        *table([tuple(COLUMNS.split("|")), *(row(episode) for episode in episodes)]),
+        *align([tuple(COLUMNS.split("|")), *(episode_row(episode) for episode in episodes)]),
     ]
 
 
-def noise(sd: dict[str, Any]) -> str:
-    """Return the noise in words."""
+def format_noise(sd: dict[str, Any]) -> str:
+    """Format the noise."""
     x, y, theta = sd["pose"]
     source = "stated" if sd["stated"] else "estimated from the data"
     wrench = f"{sd['force']:.3g} N, {sd['torque']:.3g} N m"
     return f"pose {1e3 * x:.3g}, {1e3 * y:.3g} mm, {theta:.3g} rad; wrench {wrench} ({source})"
 
 
-def row(episode: dict[str, Any]) -> tuple[str, ...]:
-    """Return one episode's cells."""
+def episode_row(episode: dict[str, Any]) -> tuple[str, ...]:
+    """Return the cells of an episode."""
     poses, wrench, counts = episode["object"], episode["wrench"], episode["counts"]
     begin, end = episode["span"]
     return (
@@ -71,11 +71,11 @@ def row(episode: dict[str, Any]) -> tuple[str, ...]:
         f"{end - begin:.2f}",
         f"{episode['contact']:.2f}",
         str(poses["samples"]),
-        rate(poses),
+        format_rate(poses),
         str(poses["gaps"]),
         str(counts["pose_outliers"] + counts["pose_held"]),
         str(wrench["samples"]),
-        rate(wrench),
+        format_rate(wrench),
         str(wrench["gaps"]),
         f"{episode['peak_force']:.2f}",
         f"{episode['travel'][0]:.3f}",
@@ -83,14 +83,14 @@ def row(episode: dict[str, Any]) -> tuple[str, ...]:
     )
 
 
-def rate(stream: dict[str, Any]) -> str:
-    """Return samples per second."""
+def format_rate(stream: dict[str, Any]) -> str:
+    """Format the samples per second."""
     return "-" if stream["rate"] is None else f"{stream['rate']:.4g}"
 
 
-def table(rows: Sequence[tuple[str, ...]]) -> list[str]:
-    """Return rows of cells as aligned lines: names to the left, figures to the right."""
+def align(rows: Sequence[tuple[str, ...]]) -> list[str]:
+    """Return rows of cells as aligned lines: the first two columns to the left, numbers to the right."""
     widths = [max(map(len, column)) for column in zip(*rows, strict=True)]
-    align = [str.ljust] * 2 + [str.rjust] * (len(widths) - 2)
-    cells = (map(lambda place, cell, width: place(cell, width), align, row, widths) for row in rows)
+    justify = [str.ljust] * 2 + [str.rjust] * (len(widths) - 2)
+    cells = (map(lambda pad, cell, width: pad(cell, width), justify, row, widths) for row in rows)
     return [("  " + "  ".join(row)).rstrip() for row in cells]

@@ -1,4 +1,4 @@
-"""`trundle paper`: the experiments of the paper's section V, and two more."""
+"""`trundle paper`: the experiments of section V of the paper, and two more."""
 
 from __future__ import annotations
 
@@ -6,56 +6,56 @@ import argparse
 import tempfile
 from pathlib import Path
 
-from trundle.cli.options import add_backend, add_quiet, backend_of
+from trundle.cli.options import add_backend, add_quiet, select_backend
 
-HELP = "Run an experiment of the paper and write its table and figures into docs/paper.md."
+HELP = "Run an experiment of the paper and write its table and figures to docs/paper.md."
 EXAMPLE = "trundle paper fig6 --quick"
 
 CHOICES = ("all", "fig5", "fig6", "fig8", "open-loop", "wheel")
-"""Not taken from `trundle.experiments.paper`, which is slow to import; a test holds the two together."""
+"""Experiments. Repeated here because `trundle.experiments.paper` is slow to import; a test compares them."""
 
 
 def add_arguments(parser: argparse.ArgumentParser) -> None:
-    """Declare the experiment, its size, and where things lie."""
-    parser.add_argument("experiment", choices=CHOICES, help="which; all: one after the other")
+    """Add the experiment, its size and the folders."""
+    parser.add_argument("experiment", choices=CHOICES, help="experiment to run; all: every one in turn")
     parser.add_argument(
-        "--seeds", metavar="N", type=int, help="seeds; as the experiment's file says if left out"
+        "--seeds", metavar="N", type=int, help="number of seeds (default: as in the experiment's settings)"
     )
     parser.add_argument(
-        "--quick", action="store_true", help="a small version; goes to paper-quick/, not docs/"
+        "--quick", action="store_true", help="run a small version and write to paper-quick/ instead of docs/"
     )
     parser.add_argument(
         "--out",
         metavar="DIR",
         type=Path,
-        help="folder of paper.md, paper/ (results) and images/ (default docs)",
+        help="folder for paper.md, paper/ (results) and images/ (default docs)",
     )
     parser.add_argument(
         "--configs",
         metavar="DIR",
         type=Path,
         default=Path("configs"),
-        help="folder of experiments/ and objects/",
+        help="folder with experiments/ and objects/ (default configs)",
     )
     add_backend(parser)
     parser.add_argument(
         "--work",
         metavar="DIR",
         type=Path,
-        help="trials as they end; an interrupted experiment continues from them (default: in the system's "
-        "temporary directory)",
+        help="folder of finished trials, from which an interrupted experiment continues (default: in the "
+        "temporary directory of the system)",
     )
-    parser.add_argument("--fresh", action="store_true", help="forget the trials that were run")
+    parser.add_argument("--fresh", action="store_true", help="discard finished trials")
     parser.add_argument(
         "--redraw",
         action="store_true",
-        help="no trial at all: tables and figures from the results that are there",
+        help="write tables and figures from existing results, without new trials",
     )
     add_quiet(parser)
 
 
 def run(args: argparse.Namespace) -> int:
-    """Run what was asked for, one after the other."""
+    """Run the selected experiments in turn."""
     from trundle.experiments.paper.experiment import Options
     from trundle.experiments.paper.run import run_one
 
@@ -68,7 +68,7 @@ def run(args: argparse.Namespace) -> int:
             options,
             work,
             out,
-            backend=backend_of(args),
+            backend=select_backend(args),
             fresh=args.fresh,
             redraw=args.redraw,
             quiet=args.quiet,

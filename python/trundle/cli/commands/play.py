@@ -1,4 +1,4 @@
-"""`trundle play`: episodes of an environment, watched, drawn and recorded."""
+"""`trundle play`: run episodes of an environment, with animation and recording."""
 
 from __future__ import annotations
 
@@ -19,80 +19,82 @@ if TYPE_CHECKING:
 
     from trundle.experiments.training.policy import Policy
 
-HELP = "Play episodes of an environment: print how they end, animate them, keep them as a recording."
+HELP = "Run episodes of an environment; print their outcomes, animate them, save them as a recording."
 EXAMPLE = "trundle play PushDoor --set action=velocity --episodes 3 --gif door.gif --out recordings/door"
 
 
 def add_arguments(parser: argparse.ArgumentParser) -> None:
-    """Declare the task, who plays, and what is kept."""
+    """Add the task, the agent and the outputs."""
     parser.add_argument(
-        "task", metavar="TASK", help="PushPose, PushPath, PushAround, PushDoor or LockedWheel"
+        "task", metavar="TASK", help="task: PushPose, PushPath, PushAround, PushDoor or LockedWheel"
     )
-    parser.add_argument("--episodes", type=int, default=1, help="how many (default: 1)")
+    parser.add_argument("--episodes", type=int, default=1, help="number of episodes (default 1)")
     parser.add_argument(
         "--agent",
         metavar="AGENT",
         default="random",
-        help="random: a new action each half second (default); adaptive: trundle.AdaptiveAgent; or a FILE "
-        "(.npz) that `trundle train` wrote, which brings the arguments of its environment",
+        help="random: a new action every half second (default); adaptive: trundle.AdaptiveAgent; or the .npz "
+        "file of a policy from `trundle train`, which also sets the arguments of its environment",
     )
     parser.add_argument(
         "--set",
         metavar="NAME=VALUE",
         action="append",
         default=[],
-        help="an argument of the environment, such as action=push or noise=0; may be repeated",
+        help="set an argument of the environment, such as action=push or noise=0; may be repeated",
     )
     parser.add_argument(
-        "--out", metavar="FOLDER", type=Path, help="keep what the instruments saw as a recording"
+        "--out", metavar="FOLDER", type=Path, help="save the sensor readings as a recording in this folder"
     )
-    shown = parser.add_mutually_exclusive_group()
-    shown.add_argument("--gif", metavar="FILE", type=Path, help="draw an animation of all episodes")
-    shown.add_argument("--human", action="store_true", help="show a window (extra: trundle[human])")
+    display = parser.add_mutually_exclusive_group()
+    display.add_argument("--gif", metavar="FILE", type=Path, help="write an animation of all episodes")
+    display.add_argument("--human", action="store_true", help="show a window (needs trundle[human])")
     add_seed(parser)
 
 
 def run(args: argparse.Namespace) -> int:
-    """Play, and say how each episode ended."""
-    from trundle.playing import Film, chosen, play
+    """Run the episodes and print the outcome of each."""
+    from trundle.playing import Animation, play, select_agent
 
-    agent = chosen(args.agent)
-    env = _made(args, agent)
-    film = Film(args.gif) if args.gif else None
+    agent = select_agent(args.agent)
+    env = _make_environment(args, agent)
+    animation = Animation(args.gif) if args.gif else None
     try:
-        for number, ended in enumerate(play(env, agent, args.episodes, args.seed, film)):
-            print(f"episode {number}: {ended}")
+        for number, outcome in enumerate(play(env, agent, args.episodes, args.seed, animation)):
+            print(f"episode {number}: {outcome}")
     finally:
         env.close()
-    if film:
-        film.write()
-        print(f"{args.gif}: {film.length} pictures")
+    if animation:
+        animation.write()
+        print(f"{args.gif}: {animation.length} frames")
     if args.out:
-        print(f"{args.out}: a recording; `trundle diagnose {args.out}` says what was hidden")
+        print(f"{args.out}: recording; run `trundle diagnose {args.out}` to identify the hidden effects")
     return 0
 
 
-def _made(args: argparse.Namespace, agent: str | Policy) -> gymnasium.Env[Any, Any]:
+def _make_environment(args: argparse.Namespace, agent: str | Policy) -> gymnasium.Env[Any, Any]:
     import gymnasium
 
     import trundle
 
     known = sorted(task.__name__ for task in trundle.envs.FLAT)
     if args.task not in known:
-        raise trundle.TrundleError(f"TASK = {args.task}: choose {', '.join(known)}")
+        raise trundle.TrundleError(f"TASK = {args.task}: choose one of {', '.join(known)}")
     mode = "human" if args.human else "rgb_array" if args.gif else None
     name, trained = f"trundle/{args.task}-v0", {} if isinstance(agent, str) else agent.about.env_kwargs
     if not isinstance(agent, str) and agent.about.env != name:
-        raise trundle.TrundleError(f"--agent {args.agent}: this policy was trained in {agent.about.env}")
+        raise trundle.TrundleError(
+            f"--agent {args.agent}: the policy was trained in {agent.about.env}, not in {name}"
+        )
     try:
-        env = gymnasium.make(name, render_mode=mode, **{**trained, **_arguments(args.set)})
+        env = gymnasium.make(name, render_mode=mode, **{**trained, **_parse_arguments(args.set)})
     except TypeError as error:
         raise trundle.TrundleError(f"--set {' '.join(args.set)}: {error}") from None
     return env if args.out is None else trundle.Record(env, args.out)
 
 
-def _arguments(pairs: list[str]) -> dict[str, Any]:
-    """Read NAME=VALUE, a value as in TOML, or a word."""
+def _parse_arguments(pairs: list[str]) -> dict[str, Any]:
+    """Parse NAME=VALUE pairs; a value is TOML, or else a string."""
     import trundle
 
     arguments = {}

@@ -1,4 +1,4 @@
-"""`trundle predict`: simulate a recording's episodes in open loop."""
+"""`trundle predict`: open-loop simulation of the episodes of a recording."""
 
 from __future__ import annotations
 
@@ -6,19 +6,19 @@ import argparse
 
 from trundle.cli.options import add_model, add_out, add_recording
 
-HELP = "Simulate every episode of a recording in open loop, beside what was recorded."
+HELP = "Simulate every episode of a recording in open loop, and write predicted and recorded poses."
 EXAMPLE = "trundle predict recording/ --model model.toml --out predictions.parquet"
 
 
 def add_arguments(parser: argparse.ArgumentParser) -> None:
-    """Declare the recording, the model and the table to write."""
+    """Add the recording, the model and the output file."""
     add_recording(parser)
     add_model(parser, required=True)
-    add_out(parser, "Parquet table to write", required=True)
+    add_out(parser, "output Parquet file", required=True)
 
 
 def run(args: argparse.Namespace) -> int:
-    """Predict and say where."""
+    """Write the predictions and print the path of the file."""
     import trundle
 
     print(trundle.predict(args.recording, args.model, args.out))

@@ -1,4 +1,4 @@
-"""`trundle prove`: whether hidden effects are found, on recordings that other simulators made."""
+"""`trundle prove`: blind benchmark on recordings with hidden effects, made with other simulators."""
 
 from __future__ import annotations
 
@@ -7,70 +7,78 @@ import importlib.util
 import tempfile
 from pathlib import Path
 
-from trundle.cli.options import add_backend, add_quiet, backend_of
+from trundle.cli.options import add_backend, add_quiet, select_backend
 
-HELP = "Hide effects in recordings made with other simulators, diagnose them, and score the answers."
+HELP = "Run a blind benchmark: hide effects in recordings of other simulators, diagnose, and score."
 EXAMPLE = "trundle prove --config configs/experiments/proof_small.toml --jobs 2 --out proof"
 
 
 def add_arguments(parser: argparse.ArgumentParser) -> None:
-    """Declare the settings, what is done, and where things lie."""
+    """Add the settings, the variant of the benchmark and the folders."""
     parser.add_argument(
         "--config",
         metavar="FILE",
         type=Path,
         default=Path("configs/experiments/proof.toml"),
-        help="what is hidden and how often (default configs/experiments/proof.toml)",
+        help="settings of the benchmark (default configs/experiments/proof.toml)",
     )
     parser.add_argument(
-        "--range", metavar="NAME", default="report", help="range of seeds of the file (default report)"
+        "--range", metavar="NAME", default="report", help="range of seeds in the settings (default report)"
     )
     add_backend(parser)
     parser.add_argument(
         "--work",
         metavar="DIR",
         type=Path,
-        help="recordings while they are diagnosed; an interrupted proof goes on from it (default: in the "
-        "system's temporary directory)",
+        help="folder of recordings and results, from which an interrupted benchmark continues "
+        "(default: in the temporary directory of the system)",
     )
     parser.add_argument(
-        "--out", metavar="DIR", type=Path, default=Path("docs"), help="folder of proof.md, proof/ and images/"
+        "--out",
+        metavar="DIR",
+        type=Path,
+        default=Path("docs"),
+        help="folder for proof.md, proof/ and images/ (default docs)",
     )
-    parser.add_argument("--limits", action="store_true", help="detection limits instead of the main proof")
     parser.add_argument(
-        "--leave-one-out", action="store_true", help="diagnose again with the true effect left out"
+        "--limits", action="store_true", help="measure detection limits instead of the main benchmark"
+    )
+    parser.add_argument(
+        "--leave-one-out",
+        action="store_true",
+        help="also diagnose with the true effect removed from the catalogue",
     )
     parser.add_argument(
         "--after-design",
         action="store_true",
-        help="where an answer says which push would tell, make it, and a random one; diagnose again",
+        help="simulate the discriminating push that a diagnosis designs, and a random push; diagnose again",
     )
     parser.add_argument(
         "--shares",
         metavar="N",
         type=int,
-        help="of a wide benchmark: do at most N shares that have no results yet (default: all)",
+        help="for a wide benchmark: run at most N shares that have no results yet (default: all)",
     )
-    parser.add_argument("--fresh", action="store_true", help="forget drawn cases and results")
+    parser.add_argument("--fresh", action="store_true", help="discard drawn cases and results")
     parser.add_argument(
         "--redraw",
         action="store_true",
-        help="no diagnosis: tables and figures from the results that are there",
+        help="write tables and figures from existing results, without new diagnoses",
     )
     add_quiet(parser)
 
 
 def run(args: argparse.Namespace) -> int:
-    """Prove what was asked for and write the document."""
+    """Run the selected benchmark and write its document."""
     if importlib.util.find_spec("mujoco") is None:
-        raise ValueError("`trundle prove` makes its recordings with MuJoCo: pip install 'trundle[mujoco]'")
+        raise ValueError("`trundle prove` needs MuJoCo: pip install 'trundle[mujoco]'")
     if args.limits and args.after_design:
-        raise ValueError("--after-design is of the main proof: leave out --limits")
+        raise ValueError("--after-design applies only to the main benchmark: remove --limits")
     work = args.work or Path(tempfile.gettempdir()) / "trundle-prove"
     if is_wide(args.config):
         return run_wide(args, work)
     if args.shares is not None:
-        raise ValueError(f"--shares is of a wide benchmark; {args.config} is not one")
+        raise ValueError(f"--shares applies only to a wide benchmark, and {args.config} is not one")
     from trundle.experiments.blind.run import prove
 
     text = prove(
@@ -78,7 +86,7 @@ def run(args: argparse.Namespace) -> int:
         args.range,
         work,
         args.out,
-        backend=backend_of(args),
+        backend=select_backend(args),
         limits=args.limits,
         leave_out=args.leave_one_out,
         after_design=args.after_design,
@@ -91,7 +99,7 @@ def run(args: argparse.Namespace) -> int:
 
 
 def is_wide(config: Path) -> bool:
-    """Tell whether a file is that of a wide benchmark, by its `format`."""
+    """Return whether a settings file is that of a wide benchmark, by its `format`."""
     from trundle.experiments.wide.config import FORMAT
     from trundle.settings import parse
 
@@ -99,14 +107,14 @@ def is_wide(config: Path) -> bool:
 
 
 def run_wide(args: argparse.Namespace, work: Path) -> int:
-    """Run a wide benchmark and write its page."""
+    """Run a wide benchmark and write its document."""
     for option in ("limits", "leave_one_out", "after_design"):
         if getattr(args, option):
             raise ValueError(
-                f"--{option.replace('_', '-')} is of the first benchmark; {args.config} is a wide one"
+                f"--{option.replace('_', '-')} does not apply to a wide benchmark, such as {args.config}"
             )
     if args.shares is not None and args.shares < 1:
-        raise ValueError(f"--shares {args.shares} must be at least 1")
+        raise ValueError(f"--shares {args.shares}: must be at least 1")
     from trundle.experiments.wide.run import prove_wide
 
     text = prove_wide(
@@ -114,7 +122,7 @@ def run_wide(args: argparse.Namespace, work: Path) -> int:
         args.range,
         work,
         args.out,
-        backend=backend_of(args),
+        backend=select_backend(args),
         shares=args.shares,
         fresh=args.fresh,
         redraw=args.redraw,

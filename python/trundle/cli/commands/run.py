@@ -1,4 +1,4 @@
-"""`trundle run`: episodes in closed loop, as they go, and as a page."""
+"""`trundle run`: closed-loop episodes of the adaptive agent, with a page of their course."""
 
 from __future__ import annotations
 
@@ -7,29 +7,27 @@ from pathlib import Path
 
 from trundle.cli.options import add_out, add_quiet
 
-HELP = (
-    "Let the adaptive agent push to a goal and learn on the way; a page shows what it believed, push by push."
-)
+HELP = "Run the adaptive agent in closed loop and write a page that shows its estimates after each push."
 EXAMPLE = "trundle run configs/experiments/run.toml --out run"
 
 
 def add_arguments(parser: argparse.ArgumentParser) -> None:
-    """Declare what is run and where it is kept."""
+    """Add the settings and the output folder."""
     parser.add_argument(
-        "config", metavar="CONFIG", type=Path, help="what is to be run, as configs/experiments/run.toml"
+        "config", metavar="CONFIG", type=Path, help="settings, such as configs/experiments/run.toml"
     )
     add_out(
         parser,
-        "folder of histories, recordings and page.html; a run that was interrupted goes on from it",
+        "folder for histories, recordings and page.html; an interrupted run continues from it",
         required=True,
     )
     add_quiet(parser)
 
 
 def run(args: argparse.Namespace) -> int:
-    """Play what has not been played yet, and say how it ended."""
+    """Run the episodes that have no results yet, and print their outcomes."""
     from trundle.experiments.runs import conduct
 
     page = conduct(args.config, args.out, quiet=args.quiet, tell=print)
-    print(f"{page}: open it in a browser")
+    print(f"{page}: open this file in a browser")
     return 0

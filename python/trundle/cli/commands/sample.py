@@ -1,4 +1,4 @@
-"""`trundle sample`: draws of the posterior of a model's parameters."""
+"""`trundle sample`: posterior draws of the parameters of a model."""
 
 from __future__ import annotations
 
@@ -9,14 +9,14 @@ from typing import Any
 from trundle.cli.options import add_model, add_out, add_prior, add_quiet, add_recording, add_seed
 from trundle.cli.progress import Progress
 
-HELP = "Sample the posterior of a model's parameters given a recording, and say whether to believe it."
+HELP = "Sample the posterior of a model's parameters given a recording, with convergence diagnostics."
 EXAMPLE = "trundle sample recording/ --out posterior.nc"
 
 METHODS = ("laplace", "nuts", "metropolis")
 
 
 def add_arguments(parser: argparse.ArgumentParser) -> None:
-    """Declare the recording, the model, the method, the chains and where to write."""
+    """Add the recording, the model, the sampler and the output file."""
     add_recording(parser)
     add_model(parser)
     add_prior(parser)
@@ -28,22 +28,22 @@ def add_arguments(parser: argparse.ArgumentParser) -> None:
         "(minutes to hours); metropolis: random walk",
     )
     counts = {
-        "chains": (4, "chains"),
-        "draws": (250, "draws kept of each chain"),
-        "warmup": (150, "draws before them, in which nuts and metropolis learn their steps"),
-        "starts": (6, "searches for modes"),
+        "chains": (4, "number of chains"),
+        "draws": (250, "draws per chain after warm-up"),
+        "warmup": (150, "warm-up draws per chain, in which nuts and metropolis adapt their steps"),
+        "starts": (6, "number of searches for modes"),
     }
     for name, (default, text) in counts.items():
         text = f"{text} (default {default})"
         parser.add_argument(f"--{name}", metavar="N", type=int, default=default, help=text)
-    add_out(parser, "netCDF file to write, for arviz.from_netcdf")
-    parser.add_argument("--json", action="store_true", help="print the result for programs")
+    add_out(parser, "output netCDF file, for arviz.from_netcdf")
+    parser.add_argument("--json", action="store_true", help="print the result as JSON")
     add_seed(parser)
     add_quiet(parser)
 
 
 def run(args: argparse.Namespace) -> int:
-    """Sample, print, and write the draws."""
+    """Sample the posterior, print the summary and write the draws."""
     import trundle
 
     with Progress(f"sampling {args.recording}", quiet=args.quiet) as progress:
@@ -63,35 +63,35 @@ def run(args: argparse.Namespace) -> int:
             progress.show("predicting")
             posterior.write(args.out)
     summary = posterior.summary
-    print(json.dumps(summary, indent=2, ensure_ascii=False) if args.json else table(summary))
+    print(json.dumps(summary, indent=2, ensure_ascii=False) if args.json else format_posterior(summary))
     return 0
 
 
-def table(summary: dict[str, Any]) -> str:
-    """Return the posterior for a terminal."""
-    from trundle.cli.commands.fit import headline
+def format_posterior(summary: dict[str, Any]) -> str:
+    """Format a posterior for the terminal."""
+    from trundle.cli.commands.fit import lack_of_fit_line
 
     first = f"{summary['recording']}, {summary['method']}"
     if (summary["lack_of_fit"] or {}).get("found"):
-        first += f": {headline(summary['lack_of_fit'])}"
+        first += f": {lack_of_fit_line(summary['lack_of_fit'])}"
     rows = [first, f"  {summary['verdict']}"]
     if (summary["lack_of_fit"] or {}).get("found"):
         rows.append(
-            "  these draws take the model to be right; the intervals of `trundle fit` include model error"
+            "  these draws assume a correct model; the intervals of `trundle fit` include the model error"
         )
     rows += [f"  {sentence}" for sentence in summary["excluded_by_prior"]]
     if len(summary["modes"]) > 1:
         shares = ", ".join(f"{mode['weight']:.1%}" for mode in summary["modes"])
-        rows.append(f"  {len(summary['modes'])} modes, with these shares of the evidence: {shares}")
+        rows.append(f"  {len(summary['modes'])} modes, shares of the evidence: {shares}")
     if summary["quasi_static"]:
-        rows.append("  quasi-static: judged by the wrench; the mass is not in these data")
+        rows.append("  quasi-static: compared by the wrench; these data do not determine the mass")
     heads = ("mean", "sd", "5 %", "95 %", "R-hat", "ESS bulk", "tail")
     rows.append(f"  {'':32}" + "".join(f"{head:>11}" for head in heads))
-    return "\n".join(rows + [line(parameter) for parameter in summary["parameters"]])
+    return "\n".join(rows + [format_parameter(parameter) for parameter in summary["parameters"]])
 
 
-def line(parameter: dict[str, Any]) -> str:
-    """Return one parameter's line."""
+def format_parameter(parameter: dict[str, Any]) -> str:
+    """Format a parameter as one line."""
     values = f"{'not identifiable from these data':>44}"
     if parameter["identifiable"]:
         values = "".join(f"{parameter[key]:11.5g}" for key in ("mean", "sd", "low", "high"))

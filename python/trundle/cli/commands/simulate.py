@@ -1,4 +1,4 @@
-"""`trundle simulate`: a recording from a scenario."""
+"""`trundle simulate`: simulate a scenario and write a recording."""
 
 from __future__ import annotations
 
@@ -7,22 +7,27 @@ from pathlib import Path
 
 from trundle.cli.options import add_out, add_seed
 
-HELP = "Simulate the pushes of a scenario and write what the instruments saw as a recording."
+HELP = "Simulate the pushes of a scenario and write the sensor readings as a recording."
 EXAMPLE = "trundle simulate configs/experiments/demo.toml --out demo/recording"
 
 
 def add_arguments(parser: argparse.ArgumentParser) -> None:
-    """Declare the scenario, `--out`, `--seed` and `--table`."""
+    """Add the scenario, `--out`, `--seed` and `--table`."""
     parser.add_argument(
-        "scenario", metavar="SCENARIO", type=Path, help="a scenario, as those in configs/experiments"
+        "scenario",
+        metavar="SCENARIO",
+        type=Path,
+        help="scenario file, such as configs/experiments/demo.toml",
     )
-    add_out(parser, "the recording's folder", required=True)
+    add_out(parser, "folder of the new recording", required=True)
     add_seed(parser)
-    parser.add_argument("--table", choices=("csv", "parquet"), default="csv", help="form of the tables")
+    parser.add_argument(
+        "--table", choices=("csv", "parquet"), default="csv", help="format of the tables (default csv)"
+    )
 
 
 def run(args: argparse.Namespace) -> int:
-    """Simulate, write, and say what was written."""
+    """Simulate the scenario, write the recording and print a summary."""
     import trundle
 
     recording = trundle.simulate(args.scenario, seed=args.seed)

@@ -1,4 +1,4 @@
-"""`trundle train`: agents of stable-baselines3, from a file."""
+"""`trundle train`: train agents of stable-baselines3."""
 
 from __future__ import annotations
 
@@ -6,54 +6,56 @@ import argparse
 import importlib.util
 from pathlib import Path
 
-from trundle.cli.options import add_backend, add_quiet, backend_of
+from trundle.cli.options import add_backend, add_quiet, select_backend
 
-HELP = "Train an agent of stable-baselines3 (extra: trundle[rl]); goes on where it was interrupted."
+HELP = "Train an agent of stable-baselines3 (needs trundle[rl]), or resume an interrupted training."
 EXAMPLE = "trundle train configs/rl/ppo.toml --out trained --seed 1"
 
 
 def add_arguments(parser: argparse.ArgumentParser) -> None:
-    """Declare the settings, the seeds and the folder."""
-    parser.add_argument("config", metavar="CONFIG", type=Path, help="a file such as those of configs/rl")
+    """Add the settings, the seeds and the output folder."""
+    parser.add_argument(
+        "config", metavar="CONFIG", type=Path, help="training settings, such as configs/rl/ppo.toml"
+    )
     parser.add_argument(
         "--out",
         metavar="FOLDER",
         type=Path,
         required=True,
-        help="folder of policies/, curves/, timing/ and, for checkpoints and TensorBoard, work/",
+        help="folder for policies/, curves/, timing/ and work/ (checkpoints and TensorBoard logs)",
     )
     parser.add_argument(
         "--seed",
         metavar="N",
         type=int,
         action="append",
-        help="train this seed alone; may be repeated (default: those of the file)",
+        help="train only this seed; may be repeated (default: all seeds in CONFIG)",
     )
     add_backend(parser)
     add_quiet(parser)
 
 
 def run(args: argparse.Namespace) -> int:
-    """Train the seeds, and print the result of each."""
+    """Train the selected seeds and print the result of each."""
     from trundle.experiments.backends import Local, in_order
     from trundle.experiments.training.config import read
 
     settings = read(args.config)
-    chosen = seeds(args.seed, settings.seeds)
+    chosen = select_seeds(args.seed, settings.seeds)
     if importlib.util.find_spec("stable_baselines3") is None:
         raise ValueError("`trundle train` needs stable-baselines3: pip install 'trundle[rl]'")
     from trundle.experiments.training.train import train_one
 
-    where = backend_of(args)
-    quiet = args.quiet or where != Local(1)  # one line of progress for several trainings says nothing
+    where = select_backend(args)
+    quiet = args.quiet or where != Local(1)  # progress lines of parallel trainings would overlap
     for line in in_order(where, train_one, [(args.config, seed, args.out, quiet) for seed in chosen]):
         print(line, flush=True)
     return 0
 
 
-def seeds(asked: list[int] | None, known: list[int]) -> list[int]:
-    """Return the seeds to train; those asked for are among those of the file, fixed before any training."""
-    for seed in asked or []:
+def select_seeds(requested: list[int] | None, known: list[int]) -> list[int]:
+    """Return the requested seeds, which must be among those of the settings, or else all of them."""
+    for seed in requested or []:
         if seed not in known:
-            raise ValueError(f"--seed {seed}: the file's seeds are {', '.join(map(str, known))}")
-    return asked or known
+            raise ValueError(f"--seed {seed}: the seeds in CONFIG are {', '.join(map(str, known))}")
+    return requested or known

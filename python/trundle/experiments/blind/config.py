@@ -8,7 +8,7 @@ from typing import Any
 
 from trundle.experiments.blind.families import CATALOGUE, FAMILIES, FOREIGN
 from trundle.recording import TrundleError
-from trundle.settings import checked, headed
+from trundle.settings import build_settings, parse_format
 
 __all__ = ["Settings", "read"]
 
@@ -101,15 +101,15 @@ def read(path: Path, which: str) -> Settings:
     TrundleError
         If a key or a family is unknown or missing, or a value is of another type.
     """
-    found = headed(path, FORMAT)
-    ranges = checked(path, Ranges, {"ranges": found.pop("ranges", {})}).ranges
+    found = parse_format(path, FORMAT)
+    ranges = build_settings(path, Ranges, {"ranges": found.pop("ranges", {})}).ranges
     if which not in ranges:
         raise TrundleError(f"{path}: [ranges] has no '{which}'; it has {', '.join(ranges) or 'nothing'}")
     for key in ("range", "first"):
         if key in found:
             raise TrundleError(f"{path}: unknown key `{key}`: the table [ranges] says it")
     told = {"effects": ["all"], "foreign": ["all"], **found, "range": which, "first": ranges[which]}
-    settings = checked(path, Settings, told)
+    settings = build_settings(path, Settings, told)
     return replace(
         settings,
         effects=families(path, settings.effects, CATALOGUE),

@@ -5,11 +5,11 @@ from __future__ import annotations
 from pathlib import Path
 from typing import Any
 
+from trundle.atomic import write_text
 from trundle.experiments.blind import figures, tables, tables_after
 from trundle.experiments.blind.sealed import open_sealed
 from trundle.experiments.markdown import prose
 from trundle.experiments.results import Row, read_trials
-from trundle.whole import write_text
 
 __all__ = ["rows_of", "write_document"]
 

@@ -7,8 +7,8 @@ import json
 from pathlib import Path
 from typing import Any
 
+from trundle.atomic import write_text
 from trundle.recording import TrundleError
-from trundle.whole import write_text
 
 __all__ = ["digest", "folder_digest", "open_sealed", "seal"]
 

@@ -9,7 +9,7 @@ from typing import Any, Literal
 
 from trundle.agent import AdaptiveAgent
 from trundle.recording import TrundleError
-from trundle.settings import checked, ending, headed, matching
+from trundle.settings import build_settings, check_argument_types, check_horizon, parse_format
 
 __all__ = ["Agent", "Settings", "Target", "Worlds", "read"]
 
@@ -149,7 +149,7 @@ def read(path: Path) -> Settings:
     TrundleError
         If a key is missing, unknown or of another type, or a name leads nowhere.
     """
-    settings = checked(path, Settings, headed(path, FORMAT))
+    settings = build_settings(path, Settings, parse_format(path, FORMAT))
     consistent(path, settings)
     return settings
 
@@ -165,13 +165,13 @@ def consistent(path: Path, settings: Settings) -> None:
     known_agents(path, settings, "main", [settings.main])
     for name, agent in settings.agents.items():
         check_agent(f"{path}: [agents.{name}]", agent)
-        ending(path, agent.options, f"agents.{name}")
-        matching(path, AdaptiveAgent.__init__, agent.settings, f"agents.{name}.settings")
+        check_horizon(path, agent.options, f"agents.{name}")
+        check_argument_types(path, AdaptiveAgent.__init__, agent.settings, f"agents.{name}.settings")
     for name, worlds in settings.worlds.items():
         known_agents(path, settings, f"[worlds.{name}] agents", worlds.agents)
         if worlds.count < 1 or worlds.first < 0:
             raise TrundleError(f"{path}: [worlds.{name}]: give first >= 0 and count >= 1")
-        ending(path, worlds.options, f"worlds.{name}")
+        check_horizon(path, worlds.options, f"worlds.{name}")
     for pair in settings.pairs:
         known_agents(path, settings, "pairs", list(pair))
     for target in settings.targets:

@@ -6,6 +6,7 @@ import re
 from collections.abc import Mapping, Sequence
 from pathlib import Path
 
+from trundle.atomic import write_text
 from trundle.experiments.comparison import figures, tables
 from trundle.experiments.comparison.config import Settings
 from trundle.experiments.comparison.curves import Curve, read_curves
@@ -14,7 +15,6 @@ from trundle.experiments.comparison.scores import regret, success
 from trundle.experiments.markdown import prose
 from trundle.experiments.results import Row
 from trundle.recording import TrundleError
-from trundle.whole import write_text
 
 __all__ = ["write_document"]
 

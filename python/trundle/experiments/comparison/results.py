@@ -8,10 +8,10 @@ from pathlib import Path
 from typing import Any
 
 import trundle
+from trundle.atomic import write_text
 from trundle.experiments.comparison.config import Settings
 from trundle.experiments.results import Row, read_headed
 from trundle.recording import TrundleError
-from trundle.whole import write_text
 
 __all__ = ["Results", "Trial", "costs_of", "read_results", "write_costs", "write_results"]
 

@@ -10,7 +10,7 @@ import tomli_w
 
 from trundle.experiments.paper.experiment import Options
 from trundle.recording import TrundleError
-from trundle.settings import headed
+from trundle.settings import parse_format
 
 __all__ = ["chosen", "model_text", "read"]
 
@@ -33,7 +33,7 @@ def read(path: Path, known: Mapping[str, type | tuple[type, ...]]) -> dict[str, 
     TrundleError
         If a key is missing, unknown, or of another type.
     """
-    found = headed(path, FORMAT, "; say with --configs where")
+    found = parse_format(path, FORMAT, "; say with --configs where")
     quick = found.pop("quick", {})
     for name in [*found, *quick]:
         if name not in known:

@@ -5,8 +5,8 @@ from __future__ import annotations
 from collections.abc import Sequence
 from pathlib import Path
 
+from trundle.atomic import write_text
 from trundle.recording import TrundleError
-from trundle.whole import write_text
 
 __all__ = ["replace"]
 

@@ -18,7 +18,7 @@ from trundle.experiments.paper.scenario import open_loop, record
 from trundle.experiments.results import Row
 from trundle.experiments.statistics import median
 from trundle.model import Model
-from trundle.picture import closed, place
+from trundle.picture import closed_outline, place_outline
 
 if TYPE_CHECKING:
     from matplotlib.axes import Axes
@@ -259,20 +259,24 @@ def draw(path: Path, settings: dict[str, Any], rows: Sequence[Row]) -> None:
 def overlay(axes: Axes, thing: dict[str, Any], found: Row, episode: str) -> None:
     """Draw observed and predicted outlines and ways."""
     body, poses = thing["body"], found["drawn"][episode]
-    shapes = [closed(f) for f in body.get("fixture") or [{"polygon": body["footprint"]}]]
+    shapes = [closed_outline(f) for f in body.get("fixture") or [{"polygon": body["footprint"]}]]
     for which, colour in (("observed", style.OBSERVED), ("predicted", style.PREDICTED)):
         way = np.asarray(poses[which], dtype=float)
         axes.plot(way[:, 0], way[:, 1], color=colour, linewidth=1.4)
         for share, k in enumerate(np.linspace(0, len(way) - 1, OUTLINES).astype(int)):
             for shape in shapes:
-                outline = place(shape, way[k])
+                outline = place_outline(shape, way[k])
                 axes.plot(*outline.T, color=colour, linewidth=0.9, alpha=0.25 + 0.75 * share / (OUTLINES - 1))
     end = np.asarray(poses["predicted"][-1], dtype=float)
-    axes.plot(*place(np.array([[found["wheel"]["x"], found["wheel"]["y"]]]), end)[0], ".", color="black")
+    axes.plot(
+        *place_outline(np.array([[found["wheel"]["x"], found["wheel"]["y"]]]), end)[0], ".", color="black"
+    )
     for effect in thing["effect"]:
         if effect["mu_x"] != effect["mu_y"]:
             seen = np.asarray(poses["observed"][-1], dtype=float)
-            axes.plot(*place(np.array([[effect["x"], effect["y"]]]), seen)[0], "x", color=style.OBSERVED)
+            axes.plot(
+                *place_outline(np.array([[effect["x"], effect["y"]]]), seen)[0], "x", color=style.OBSERVED
+            )
     axes.tick_params(labelsize=6)
 
 

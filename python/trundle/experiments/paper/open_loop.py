@@ -17,7 +17,7 @@ from trundle.experiments.paper.experiment import Options, Section
 from trundle.experiments.paper.wheel_position import outlines
 from trundle.experiments.results import Row
 from trundle.experiments.statistics import median
-from trundle.picture import closed, place
+from trundle.picture import closed_outline, place_outline
 
 if TYPE_CHECKING:
     from matplotlib.axes import Axes
@@ -345,7 +345,7 @@ def draw_ways(axes: Axes, settings: dict[str, Any], rows: Sequence[Row]) -> None
         axes.plot(expected[:, 0], expected[:, 1], "--", color=colour, linewidth=0.8)
         axes.plot(poses[:, 0], poses[:, 1], color=colour, linewidth=1.4, label=f"R² = {run['r2']:.4f}")
         for fixture in thing["body"].get("fixture") or [{"polygon": thing["body"]["footprint"]}]:
-            axes.plot(*place(closed(fixture), poses[-1]).T, color=colour, linewidth=0.9)
+            axes.plot(*place_outline(closed_outline(fixture), poses[-1]).T, color=colour, linewidth=0.9)
     angle = np.linspace(0, math.tau, 60)
     length, radius = settings["length"], thing["radius"]
     axes.plot(length + radius * np.cos(angle), radius * np.sin(angle), color="black", linewidth=0.8)

@@ -6,7 +6,7 @@ from collections.abc import Sequence
 from pathlib import Path
 from typing import TYPE_CHECKING
 
-from trundle.whole import whole_file
+from trundle.atomic import atomic_file
 
 if TYPE_CHECKING:
     from matplotlib.axes import Axes
@@ -63,5 +63,5 @@ def plain(axes: Axes) -> None:
 
 def save(figure: Figure, path: Path) -> None:
     """Save a figure; the same figure gives the same bytes."""
-    with whole_file(path) as part:
+    with atomic_file(path) as part:
         figure.savefig(part, format=path.suffix[1:], dpi=DPI, metadata={"Software": None})

@@ -10,7 +10,7 @@ import gymnasium as gym
 
 import trundle
 from trundle.recording import TrundleError
-from trundle.settings import checked, ending, headed, matching
+from trundle.settings import build_settings, check_argument_types, check_horizon, parse_format
 
 __all__ = ["Settings", "read"]
 
@@ -88,15 +88,15 @@ def read(path: Path) -> Settings:
     TrundleError
         If a key is unknown, missing or of another type, or the environment or the agent refuses its own.
     """
-    file = checked(path, File, headed(path, FORMAT))
+    file = build_settings(path, File, parse_format(path, FORMAT))
     if file.environment not in tasks():
         raise TrundleError(f"{path}: environment = {file.environment!r}: choose {', '.join(tasks())}")
     if file.seed < 0:
         raise TrundleError(f"{path}: seed = {file.seed}: a seed is a whole number from 0 on")
     if file.episodes < 1:
         raise TrundleError(f"{path}: episodes = {file.episodes}: at least one")
-    ending(path, file.arguments, "arguments")
-    matching(path, trundle.AdaptiveAgent.__init__, file.agent, "agent", model=str)
+    check_horizon(path, file.arguments, "arguments")
+    check_argument_types(path, trundle.AdaptiveAgent.__init__, file.agent, "agent", model=str)
     settings = Settings(**vars(file), text=path.read_text(encoding="utf-8"), folder=path.parent)
     try:
         rehearse(settings)

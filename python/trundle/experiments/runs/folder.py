@@ -11,8 +11,8 @@ import shutil
 from pathlib import Path
 from typing import Any
 
+from trundle.atomic import PARTIAL_SUFFIX, read_json, write_text
 from trundle.recording import TrundleError
-from trundle.whole import PART, kept_json, write_text
 
 __all__ = ["Folder"]
 
@@ -46,11 +46,11 @@ class Folder:
                     f"{path}: holds a run of other settings, or of another version; give another --out or "
                     "remove it"
                 )
-        elif any(not entry.name.endswith(PART) for entry in path.iterdir()):
+        elif any(not entry.name.endswith(PARTIAL_SUFFIX) for entry in path.iterdir()):
             raise TrundleError(f"{path}: is not empty and holds no run; give another --out")
         else:
             write_text(self._marker, text)
-        for left in path.glob(f".page.html.*{PART}"):
+        for left in path.glob(f".page.html.*{PARTIAL_SUFFIX}"):
             left.unlink()
 
     def episode(self, number: int) -> Path:
@@ -63,7 +63,7 @@ class Folder:
         if not file.exists():
             shutil.rmtree(self.episode(number), ignore_errors=True)
             return None
-        found: History = kept_json(file)
+        found: History = read_json(file)
         return found
 
     def keep(self, number: int, history: History) -> None:

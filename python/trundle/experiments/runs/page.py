@@ -11,7 +11,7 @@ from trundle.experiments.runs.sections import Part, answer, parts
 from trundle.experiments.runs.sentences import headline, seconds, summary
 from trundle.experiments.runs.told import Episode
 from trundle.report.markup import Html, tag
-from trundle.report.quantity import ABSENT, shown
+from trundle.report.quantity import ABSENT, format_quantity
 from trundle.report.section import contents, section
 from trundle.report.tables import table
 
@@ -85,8 +85,8 @@ def overview(names: Sequence[str], episodes: Sequence[Episode]) -> Html:
             "reached" if episode.outcome["is_success"] else "lost" if episode.outcome["lost"] else "time up",
             seconds(episode.outcome["seconds"]),
             str(len(episode.updates)),
-            shown("m", episode.outcome["distance"]),
-            ABSENT if episode.last is None else shown("m", episode.off(episode.last)),
+            format_quantity("m", episode.outcome["distance"]),
+            ABSENT if episode.last is None else format_quantity("m", episode.off(episode.last)),
         ]
         for name, episode in zip(names, episodes, strict=True)
     ]

@@ -10,12 +10,12 @@ import numpy as np
 from trundle.experiments.runs.figures import closing, scene, time, wheel
 from trundle.experiments.runs.sentences import GAP, headline, lead, place
 from trundle.experiments.runs.told import Episode, Held, Update, stages
-from trundle.report import words
-from trundle.report.given import finite
+from trundle.report import wording
 from trundle.report.markup import Child, Html, tag
-from trundle.report.parameter import parameter
-from trundle.report.quantity import ABSENT, fixed, measured
-from trundle.report.section import fold, section
+from trundle.report.parameter import format_parameter
+from trundle.report.quantity import ABSENT, format_estimate, format_fixed
+from trundle.report.section import collapsible, section
+from trundle.report.series import finite
 from trundle.report.tables import table
 
 __all__ = ["Part", "answer", "parts"]
@@ -76,7 +76,7 @@ def learning(identity: str, episode: Episode) -> list[Child]:
         tag("p", text) if tiles else None,
         tag("div", tiles, class_="tiles") if tiles else None,
         tag("div", figures, class_="panels") if figures else None,
-        fold(f"All {len(episode.updates)} fits in numbers", updates(episode)),
+        collapsible(f"All {len(episode.updates)} fits in numbers", updates(episode)),
     ]
 
 
@@ -119,10 +119,10 @@ def row(episode: Episode, name: str, held: Held) -> list[Child]:
         # The directions of least drag, forth and back, are one.
         gap = math.remainder(gap, math.pi)
         true = held.mean - gap
-    apart = ABSENT if gap is None or not held.sd else fixed(abs(gap) / held.sd, 1)
+    apart = ABSENT if gap is None or not held.sd else format_fixed(abs(gap) / held.sd, 1)
     return [
         title,
-        parameter({"mean": held.mean, "sd": held.sd, "unit": held.unit}),
+        format_parameter({"mean": held.mean, "sd": held.sd, "unit": held.unit}),
         plain(true, held.unit),
         apart,
     ]
@@ -130,7 +130,7 @@ def row(episode: Episode, name: str, held: Held) -> list[Child]:
 
 def plain(value: float | None, unit: str) -> str:
     """Return a true value."""
-    return ABSENT if finite(value) is None else measured(value, None, unit)
+    return ABSENT if finite(value) is None else format_estimate(value, None, unit)
 
 
 def updates(episode: Episode) -> Html:
@@ -144,8 +144,8 @@ def entry(episode: Episode, update: Update) -> list[Child]:
     index = int(np.searchsorted(episode.t, update.time - 1e-9))
     changed = changes(update)
     return [
-        [fixed(update.time, 2), tag("span", changed, class_="unit") if changed else None],
-        fixed(float(episode.distance[index]), 2),
+        [format_fixed(update.time, 2), tag("span", changed, class_="unit") if changed else None],
+        format_fixed(float(episode.distance[index]), 2),
         lines([update.value(f"viscous_wheel.{axis}") for axis in "xy"]),
         lines([update.value(name) for name in ("least", "most")]),
         lines([update.value("body.mass")]),
@@ -155,14 +155,14 @@ def entry(episode: Episode, update: Update) -> list[Child]:
 def lines(values: Sequence[Held | None]) -> list[Child]:
     """Return numbers below each other."""
     return [
-        tag("div", ABSENT if each is None else parameter({"mean": each.mean, "sd": each.sd}))
+        tag("div", ABSENT if each is None else format_parameter({"mean": each.mean, "sd": each.sd}))
         for each in values
     ]
 
 
 def changes(update: Update) -> str:
     """Return what the diagnoser added, and where the agent took hold."""
-    found = [words.effects(update.named)] if update.named else []
-    found += [f"supposed: {words.effects(update.supposed)}"] if update.supposed else []
+    found = [wording.effect_names(update.named)] if update.named else []
+    found += [f"supposed: {wording.effect_names(update.supposed)}"] if update.supposed else []
     found += [f"then held at {place(update.regrasp)}"] if update.regrasp is not None else []
     return ", ".join(found).replace(GAP, " ")

@@ -7,9 +7,9 @@ from collections.abc import Sequence
 import numpy as np
 
 from trundle.experiments.runs.told import Episode, Update, named, supposed
-from trundle.report import words
-from trundle.report.given import Array
-from trundle.report.quantity import fixed, listed, measured, shown, suited
+from trundle.report import wording
+from trundle.report.quantity import display_scale, format_estimate, format_fixed, format_quantity, join_words
+from trundle.report.series import Array
 
 __all__ = ["believed", "headline", "lead", "line", "summary"]
 
@@ -31,7 +31,7 @@ def headline(episode: Episode) -> str:
     if ended["lost"]:
         return f"Lost the object {after}."
     off = ended["distance"]
-    return f"Time was up {after}, {suited('m', off).text(off, 2)} from the goal."
+    return f"Time was up {after}, {display_scale('m', off).text(off, 2)} from the goal."
 
 
 def lead(episode: Episode) -> list[str]:
@@ -73,27 +73,30 @@ def pace(episode: Episode) -> str | None:
     since = max((index + 1 for index, near in enumerate(known) if not near), default=0)
     if since == count:
         last = offs[-1]
-        return None if last is None else f"After {total} the belief was still {shown('m', last)} off."
+        return (
+            None if last is None else f"After {total} the belief was still {format_quantity('m', last)} off."
+        )
     when = seconds(episode.updates[since].time)
-    within = f"within {suited('m', NEAR).text(NEAR, 1)} of the truth"
+    within = f"within {display_scale('m', NEAR).text(NEAR, 1)} of the truth"
     return f"From fit {since + 1} of {count} on, {when} after the start, the belief was {within}."
 
 
 def hidden(episode: Episode) -> str | None:
     """Return what else was hidden."""
     parts = [each.name if each.at is None else f"{each.name} at {place(each.at)}" for each in episode.hidden]
-    return f"Hidden beside the wheel: {listed(parts)}." if parts else None
+    return f"Hidden beside the wheel: {join_words(parts)}." if parts else None
 
 
 def additions(episode: Episode) -> list[str]:
     """Return what was named or supposed, and when."""
     found = [
-        f"{words.capitalised(words.effect(name))} was named after {seconds(time)} and added to the model."
+        f"{wording.capitalise(wording.effect_name(name))} was named after {seconds(time)} "
+        "and added to the model."
         for time, name in named(episode)
     ]
     return found + [
-        f"{words.capitalised(words.effects(effects))} was supposed after {seconds(time)}: the diagnosis does "
-        "not vouch for it, but with it the model predicts better."
+        f"{wording.capitalise(wording.effect_names(effects))} was supposed after {seconds(time)}: "
+        "the diagnosis does not vouch for it, but with it the model predicts better."
         for time, effects in supposed(episode)
     ]
 
@@ -129,17 +132,19 @@ def believed(update: Update) -> str:
     """Return what is believed, in a line for the terminal."""
     if update.wheel is None:
         parts = [
-            listed([each.name for each in update.others]) or ("rolls freely" if update.held else LAWLESS)
+            join_words([each.name for each in update.others]) or ("rolls freely" if update.held else LAWLESS)
         ]
     else:
         drags = [update.value(name) for name in ("least", "most")]
-        known = [measured(each.mean, each.sd) for each in drags if each is not None and each.sd is not None]
+        known = [
+            format_estimate(each.mean, each.sd) for each in drags if each is not None and each.sd is not None
+        ]
         parts = [f"wheel at {place(update.wheel.at, deviation(update))}"]
-        parts += [f"drag {listed(known)} N·s/m"] if known else []
+        parts += [f"drag {join_words(known)} N·s/m"] if known else []
     mass = update.value("body.mass")
-    parts += [f"mass {measured(mass.mean, mass.sd, 'kg')}"] if mass is not None and mass.mean else []
-    parts += [f"named: {words.effects(update.named)}"] if update.named else []
-    parts += [f"supposed: {words.effects(update.supposed)}"] if update.supposed else []
+    parts += [f"mass {format_estimate(mass.mean, mass.sd, 'kg')}"] if mass is not None and mass.mean else []
+    parts += [f"named: {wording.effect_names(update.named)}"] if update.named else []
+    parts += [f"supposed: {wording.effect_names(update.supposed)}"] if update.supposed else []
     parts += [f"goes to hold it at {place(update.regrasp)}"] if update.regrasp is not None else []
     return " · ".join(parts)
 
@@ -154,12 +159,12 @@ def place(at: Array, sd: Array | None = None) -> str:
     known = np.full(2, True) if sd is None else np.isfinite(sd)
     worst = None if sd is None or not known.any() else float(sd[known].max())
     places = 2 if worst is None or worst > FINE else 3
-    texts = [fixed(value, places) if held else "?" for value, held in zip(at, known, strict=True)]
+    texts = [format_fixed(value, places) if held else "?" for value, held in zip(at, known, strict=True)]
     point = f"({', '.join(texts)}){GAP}m"
-    return point if not worst else f"{point} ± {suited('m', worst).text(worst, 1)}"
+    return point if not worst else f"{point} ± {display_scale('m', worst).text(worst, 1)}"
 
 
 def seconds(time: float) -> str:
     """Return a time; an action takes 0.05 s."""
     tenths = abs(round(time, 1) - time) < 1e-6
-    return f"{fixed(time, 1 if tenths else 2)}{GAP}s"
+    return f"{format_fixed(time, 1 if tenths else 2)}{GAP}s"

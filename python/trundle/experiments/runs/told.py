@@ -12,8 +12,8 @@ import numpy as np
 
 import trundle
 from trundle.picture import outlines
-from trundle.report import words
-from trundle.report.given import Array, finite
+from trundle.report import wording
+from trundle.report.series import Array, finite
 
 __all__ = [
     "Episode",
@@ -65,7 +65,7 @@ class Other:
         """Return an effect of a model's tables."""
         name, placed = catalogue()[effect["kind"]]
         at = np.array([effect["x"], effect["y"]], dtype=float) if placed else None
-        return cls("a wheel" if effect["kind"] == WHEEL else words.effect(name), at)
+        return cls("a wheel" if effect["kind"] == WHEEL else wording.effect_name(name), at)
 
 
 @dataclass(frozen=True)

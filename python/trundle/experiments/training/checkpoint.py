@@ -12,10 +12,10 @@ import torch
 from stable_baselines3 import SAC
 
 from trundle._native import TrundleError
+from trundle.atomic import atomic_file
 from trundle.experiments.training import plain
 from trundle.experiments.training.networks import Algorithm
 from trundle.experiments.training.worlds import Worlds, pick
-from trundle.whole import whole_file
 
 __all__ = ["read", "restore", "state", "write"]
 
@@ -77,7 +77,7 @@ def remembered(memory: Any) -> tuple[int, bool, dict[str, Any]]:
 
 def write(path: Path, kept: dict[str, Any]) -> None:
     """Write a checkpoint; the one before is there until this one is whole."""
-    with whole_file(path) as part, part.open("wb") as file:
+    with atomic_file(path) as part, part.open("wb") as file:
         plain.save(file, kept)
         file.flush()
         os.fsync(file.fileno())

@@ -11,7 +11,7 @@ from typing import Any, Literal
 
 from trundle._native import TrundleError
 from trundle.experiments.training.frames import TASKS
-from trundle.settings import checked, ending, headed
+from trundle.settings import build_settings, check_horizon, parse_format
 
 __all__ = ["Aids", "Evaluation", "Settings", "read"]
 
@@ -197,11 +197,11 @@ def read(path: Path) -> Settings:
     TrundleError
         If a key is missing, unknown or of another type, or a value makes no sense.
     """
-    found = headed(path, FORMAT)
+    found = parse_format(path, FORMAT)
     algorithm = found.get("algorithm")
     if algorithm not in FILES:
         raise TrundleError(f"{path}: algorithm = {algorithm!r}: choose {', '.join(FILES)}")
-    file = checked(path, FILES[algorithm], found)
+    file = build_settings(path, FILES[algorithm], found)
     told = {one.name: getattr(file, one.name) for one in fields(file)}
     own = {one.name for one in fields(Settings)}
     settings = Settings(
@@ -233,7 +233,7 @@ def sensible(path: Path, settings: Settings) -> None:
             raise TrundleError(f"{path}: {key} = {value}: give a whole number from 1 on")
     if settings.env not in TASKS:
         raise TrundleError(f"{path}: env = {settings.env!r}: choose {', '.join(TASKS)}")
-    ending(path, settings.env_kwargs, "env_kwargs")
+    check_horizon(path, settings.env_kwargs, "env_kwargs")
     first, last = settings.evaluation.first, APART - settings.evaluation.episodes
     if not 0 <= first <= last:
         raise TrundleError(

@@ -12,8 +12,8 @@ import numpy as np
 from numpy.typing import NDArray
 
 from trundle._native import TrundleError
+from trundle.atomic import atomic_file
 from trundle.experiments.training.frames import seen, width
-from trundle.whole import whole_file
 
 __all__ = ["About", "Policy", "load"]
 
@@ -159,7 +159,7 @@ class Policy:
         for k, (weight, bias) in enumerate(self._layers):
             arrays |= {f"weight_{k}": weight, f"bias_{k}": bias}
         arrays[ABOUT] = np.array(json.dumps({"format": FORMAT, **asdict(self.about)}))
-        with whole_file(Path(path)) as part, part.open("wb") as file:
+        with atomic_file(Path(path)) as part, part.open("wb") as file:
             np.savez_compressed(file, **arrays)
 
 

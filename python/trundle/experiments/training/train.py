@@ -14,6 +14,7 @@ from stable_baselines3.common.callbacks import BaseCallback
 from stable_baselines3.common.logger import KVWriter, Logger, TensorBoardOutputFormat
 
 from trundle._native import TrundleError
+from trundle.atomic import read_json, write_text
 from trundle.cli.progress import Progress
 from trundle.experiments.results import rounded
 from trundle.experiments.training import checkpoint
@@ -21,7 +22,6 @@ from trundle.experiments.training.config import Settings, read
 from trundle.experiments.training.evaluate import evaluate
 from trundle.experiments.training.networks import Algorithm, algorithm, exported
 from trundle.experiments.training.worlds import Worlds, make, period
-from trundle.whole import kept_json, write_text
 
 __all__ = ["Training", "train_one"]
 
@@ -96,7 +96,7 @@ class Training:
     def _done(self) -> Row | None:
         if not (self.policy_file.exists() and self._curve_file.exists()):
             return None
-        found: Row = kept_json(self._curve_file)
+        found: Row = read_json(self._curve_file)
         return found
 
     def _own(self, found: Row) -> Row:

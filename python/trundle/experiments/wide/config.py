@@ -8,7 +8,7 @@ from typing import Any
 
 from trundle.experiments.wide.families import CATALOGUE, OUTSIDE
 from trundle.recording import TrundleError
-from trundle.settings import checked, headed
+from trundle.settings import build_settings, parse_format
 
 __all__ = ["FORMAT", "Counts", "Settings", "read"]
 
@@ -127,7 +127,7 @@ def read(path: Path, which: str) -> Settings:
     TrundleError
         If a key, a family or the range is unknown.
     """
-    found = checked(path, Document, headed(path, FORMAT))
+    found = build_settings(path, Document, parse_format(path, FORMAT))
     chosen = ranged(path, found, which)
     parent = ranged(path, found, chosen.of) if chosen.of else chosen
     if chosen.shares < 1:

@@ -9,6 +9,7 @@ from dataclasses import dataclass
 from pathlib import Path
 from typing import Any
 
+from trundle.atomic import write_text
 from trundle.experiments.backends import Backend
 from trundle.experiments.blind.sealed import open_sealed
 from trundle.experiments.results import read_lines, write_lines
@@ -17,7 +18,6 @@ from trundle.experiments.wide.conduct import Benchmark, code_versions, conduct
 from trundle.experiments.wide.config import Settings, read
 from trundle.experiments.wide.score import GROUPS, Row, group
 from trundle.recording import TrundleError
-from trundle.whole import write_text
 
 __all__ = ["prove_wide"]
 

@@ -1,1 +1,1 @@
-"""Figures as inline SVG, each 360 units wide, one idea a file."""
+"""Figures as inline SVG, 360 user units wide."""

@@ -1,4 +1,4 @@
-"""What every figure shares: its frame with title and description, its text, its lines, its ticks."""
+"""Elements that all figures share: the frame, text, polylines and ticks."""
 
 from __future__ import annotations
 
@@ -6,26 +6,26 @@ import math
 
 import numpy as np
 
-from trundle.report.given import Array
-from trundle.report.markup import Child, Html, number, tag
+from trundle.report.markup import Child, Html, format_number, tag
+from trundle.report.series import Array
 
-__all__ = ["WIDTH", "figure", "label", "nice", "polyline", "runs", "ticks"]
+__all__ = ["WIDTH", "figure", "finite_runs", "label", "polyline", "round_down_125", "ticks"]
 
 WIDTH = 360.0
-"""Width of every panel in user units: a phone's, so that text keeps its size there."""
+"""Width of every panel, user units: about that of a phone in CSS pixels."""
 
 
 def figure(
     identity: str, title: str, description: str, height: float, drawing: Child, caption: Child
 ) -> Html:
-    """Return a panel: `<figure>` with its drawing, readable without seeing it, and its caption.
+    """Return a `<figure>` with an accessible SVG drawing and a caption.
 
     Parameters
     ----------
     identity
         Unique in the page.
     title, description
-        What it shows, in a few words and in a sentence.
+        Accessible title, a few words, and description, a sentence.
     height
         In user units; the width is `WIDTH`.
     drawing, caption
@@ -37,7 +37,7 @@ def figure(
         tag("title", title, id=names[0]),
         tag("desc", description, id=names[1]),
         drawing,
-        viewBox=f"0 0 {number(WIDTH)} {number(height)}",
+        viewBox=f"0 0 {format_number(WIDTH)} {format_number(height)}",
         role="img",
         aria_labelledby=" ".join(names),
     )
@@ -45,32 +45,35 @@ def figure(
 
 
 def label(text: str, x: float, y: float, style: str = "", anchor: str | None = None) -> Html:
-    """Text with its baseline at a place; `anchor` is `middle` or `end`."""
+    """Return text with its baseline at (x, y); `anchor` is "middle", "end" or None (start)."""
     return tag("text", text, x=x, y=y, class_=style or None, text_anchor=anchor)
 
 
 def polyline(points: Array, style: str) -> Html:
     """Return a line through points (n, 2) in user units, interrupted where a point is NaN."""
-    parts = ["M" + "L".join(f"{number(x)} {number(y)}" for x, y in run) for run in runs(points)]
+    parts = [
+        "M" + "L".join(f"{format_number(x)} {format_number(y)}" for x, y in run)
+        for run in finite_runs(points)
+    ]
     return tag("path", d="".join(parts), class_=style)
 
 
-def runs(points: Array) -> list[Array]:
-    """Return the stretches of points (n, 2) without NaN, each of two points at least."""
+def finite_runs(points: Array) -> list[Array]:
+    """Return the runs of points (n, 2) without NaN that have at least two points."""
     seen = np.isfinite(points).all(axis=1)
     edges = np.flatnonzero(np.diff(seen)) + 1
     parts = zip(np.split(points, edges), np.split(seen, edges), strict=True)
     return [part for part, good in parts if len(part) > 1 and good[0]]
 
 
-def nice(span: float) -> float:
-    """Return the greatest of 1, 2 or 5 times a power of ten that is not greater than `span`."""
+def round_down_125(span: float) -> float:
+    """Return the largest 1, 2 or 5 times a power of ten that does not exceed `span`."""
     power = 10.0 ** math.floor(math.log10(span))
     return max(factor * power for factor in (1.0, 2.0, 5.0) if factor * power <= span * (1.0 + 1e-9))
 
 
 def ticks(low: float, high: float, most: int) -> tuple[list[float], int]:
-    """Round values within an interval, as many as possible but at most `most`, and the decimals they need."""
+    """Return round values in an interval, as many as possible up to `most`, and their number of decimals."""
     power = 10.0 ** math.floor(math.log10((high - low) / most))
     multiples = (
         (step, range(math.ceil(low / step - 1e-9), math.floor(high / step + 1e-9) + 1))

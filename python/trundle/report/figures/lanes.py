@@ -1,4 +1,4 @@
-"""Curves in time, stacked: each lane has its own axis, all share the time below."""
+"""Curves over time in stacked lanes: each lane has its own value axis, all share the time axis."""
 
 from __future__ import annotations
 
@@ -9,20 +9,20 @@ import numpy as np
 
 from trundle.report.decimate import envelope
 from trundle.report.figures.canvas import WIDTH, label, polyline, ticks
-from trundle.report.given import Array
 from trundle.report.markup import Html, join, tag
+from trundle.report.series import Array
 
 __all__ = ["Curve", "Lane", "Marks", "bounds", "draw"]
 
 _LEFT, _RIGHT = 42.0, 12.0
 _TITLE, _GAP, _AXIS = 18.0, 9.0, 32.0
-_PLOT = WIDTH - _LEFT - _RIGHT
-_NEIGHBOURS = 26.0
+_PLOT_WIDTH = WIDTH - _LEFT - _RIGHT
+_MIN_LABEL_SPACING = 26.0
 
 
 @dataclass(frozen=True)
 class Curve:
-    """A line in time, (n,) each; `style` is recorded, before or after; with `width` (n,) a band about it."""
+    """A curve over time, (n,) each. `style` is a CSS class. With `width` (n,) it is a band y ± width."""
 
     style: str
     t: Array
@@ -32,7 +32,7 @@ class Curve:
 
 @dataclass(frozen=True)
 class Lane:
-    """Curves over one axis; `limits` None fits them."""
+    """Curves over one value axis; with `limits` None the axis fits the curves."""
 
     title: str
     curves: tuple[Curve, ...]
@@ -42,14 +42,14 @@ class Lane:
 
 @dataclass(frozen=True)
 class Marks:
-    """Places in time, s: shaded windows, and lines for events with their names."""
+    """Marks on the time axis, s: shaded windows, and events (time, name) as lines."""
 
     windows: Sequence[tuple[float, float]] = field(default=())
     events: Sequence[tuple[float, str]] = field(default=())
 
 
 def draw(lanes: Sequence[Lane], span: tuple[float, float], marks: Marks | None = None) -> tuple[Html, float]:
-    """Lanes over a span of time; returns the drawing and its height."""
+    """Draw lanes over a time span, s; return the drawing and its height."""
     marks = marks or Marks()
     height = sum(_TITLE + lane.height + _GAP for lane in lanes) + _AXIS
     parts: list[Html] = []
@@ -63,14 +63,14 @@ def draw(lanes: Sequence[Lane], span: tuple[float, float], marks: Marks | None =
 
 
 def bounds(curves: Sequence[Curve]) -> tuple[float, float]:
-    """Limits that hold all curves and zero's neighbourhood, never empty."""
+    """Return limits that contain all curves with a margin; they are never equal."""
     values = np.concatenate([np.empty(0), *(part for curve in curves for part in _edges(curve))])
     values = values[np.isfinite(values)]
     if not len(values):
         return -1.0, 1.0
     low, high = float(values.min()), float(values.max())
-    room = 0.06 * (high - low) or max(abs(high), 1.0) * 0.5
-    return low - room, high + room
+    margin = 0.06 * (high - low) or max(abs(high), 1.0) * 0.5
+    return low - margin, high + margin
 
 
 def _edges(curve: Curve) -> Iterator[Array]:
@@ -80,7 +80,7 @@ def _edges(curve: Curve) -> Iterator[Array]:
 
 @dataclass(frozen=True)
 class _Frame:
-    """One lane on the page: time and value to user units."""
+    """One lane on the page: converts time and value to user units."""
 
     span: tuple[float, float]
     lane: Lane
@@ -91,7 +91,7 @@ class _Frame:
         return self.lane.limits or bounds(self.lane.curves)
 
     def x(self, t: Array) -> Array:
-        return _time(self.span, t)
+        return _time_to_x(self.span, t)
 
     def y(self, value: Array) -> Array:
         low, high = self.limits
@@ -100,7 +100,7 @@ class _Frame:
         return place
 
     def draw(self, marks: Marks) -> Html:
-        box = tag("rect", x=_LEFT, y=self.top, width=_PLOT, height=self.lane.height, class_="box")
+        box = tag("rect", x=_LEFT, y=self.top, width=_PLOT_WIDTH, height=self.lane.height, class_="box")
         return join(
             [
                 label(self.lane.title, _LEFT, self.top - 5.0, "lane"),
@@ -113,11 +113,11 @@ class _Frame:
         )
 
     def names(self, events: Sequence[tuple[float, str]]) -> Iterator[Html]:
-        """Return the events' names beside their lines, those of neighbours together."""
+        """Yield the names of events next to their lines; names of close events share a label."""
         groups: list[tuple[float, list[str]]] = []
         for time, name in sorted(events):
             x = float(self.x(np.array([time]))[0])
-            if groups and x - groups[-1][0] < _NEIGHBOURS:
+            if groups and x - groups[-1][0] < _MIN_LABEL_SPACING:
                 groups[-1][1].append(name)
             else:
                 groups.append((x, [name]))
@@ -130,14 +130,14 @@ class _Frame:
         values, places = ticks(*self.limits, most=3)
         for value, place in zip(values, self.y(np.array(values)), strict=True):
             style = "zero" if abs(value) < 1e-12 else "grid"
-            yield tag("line", x1=_LEFT, x2=_LEFT + _PLOT, y1=place, y2=place, class_=style)
+            yield tag("line", x1=_LEFT, x2=_LEFT + _PLOT_WIDTH, y1=place, y2=place, class_=style)
             baseline = float(np.clip(place + 4.0, self.top + 8.0, self.top + self.lane.height + 4.0))
             yield label(_tick(value, places), _LEFT - 5.0, baseline, "tick", "end")
 
     def _curve(self, curve: Curve) -> Html:
         if curve.width is not None:
             return self._band(curve, curve.width)
-        t, y = envelope(curve.t, curve.y, int(_PLOT))
+        t, y = envelope(curve.t, curve.y, int(_PLOT_WIDTH))
         return polyline(np.column_stack([self.x(t), self.y(y)]), curve.style)
 
     def _band(self, curve: Curve, width: Array) -> Html:
@@ -161,18 +161,18 @@ class _Frame:
         return tag("line", x1=x, x2=x, y1=self.top, y2=self.top + self.lane.height, class_="event")
 
 
-def _time(span: tuple[float, float], t: Array) -> Array:
+def _time_to_x(span: tuple[float, float], t: Array) -> Array:
     share = np.clip((t - span[0]) / (span[1] - span[0]), 0.0, 1.0)
-    place: Array = _LEFT + _PLOT * share
+    place: Array = _LEFT + _PLOT_WIDTH * share
     return place
 
 
 def _time_axis(span: tuple[float, float], y: float) -> Iterator[Html]:
     values, places = ticks(*span, most=6)
-    for value, x in zip(values, _time(span, np.array(values)), strict=True):
+    for value, x in zip(values, _time_to_x(span, np.array(values)), strict=True):
         yield tag("line", x1=x, x2=x, y1=y, y2=y + 4.0, class_="axis")
         yield label(_tick(value, places), x, y + 16.0, "tick", "middle")
-    yield label("time, s", _LEFT + _PLOT, y + 30.0, "tick", "end")
+    yield label("time, s", _LEFT + _PLOT_WIDTH, y + 30.0, "tick", "end")
 
 
 def _tick(value: float, places: int) -> str:

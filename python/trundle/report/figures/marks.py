@@ -1,4 +1,4 @@
-"""Marks on a map: points with their uncertainty, hints, arrows, and numbers that do not cover each other."""
+"""Marks on a map: points with their uncertainty, hints, arrows, and numbers that do not overlap."""
 
 from __future__ import annotations
 
@@ -7,45 +7,46 @@ from collections.abc import Sequence
 import numpy as np
 
 from trundle.report.figures.canvas import WIDTH, label
-from trundle.report.figures.plan import Plan
-from trundle.report.given import Array
+from trundle.report.figures.top_view import TopView
+from trundle.report.location import Point
 from trundle.report.markup import Child, Html, join, tag
-from trundle.report.where import Spot
+from trundle.report.series import Array
 
 __all__ = ["WITHIN_95", "arrow", "cross", "diamond", "numbers", "ring"]
 
 WITHIN_95 = 2.4477
-"""Radius in standard deviations of the ellipse that holds a planar normal with probability 0.95."""
+"""Radius, in standard deviations, of the 95 % ellipse of a planar normal distribution."""
 
-_ARM = 9.0
-_APART = 17.0
+_CROSS_ARM = 9.0
+_MIN_NUMBER_SPACING = 17.0
 
 
-def cross(plan: Plan, spot: Spot) -> list[Html]:
-    """Return a point with the ellipse that holds it with probability 0.95."""
-    x, y = plan.at(spot.mean[None])[0]
-    rx, ry = WITHIN_95 * spot.sd * plan.scale
-    arms = f"M{x - _ARM:.1f} {y:.1f}h{2 * _ARM:.0f}M{x:.1f} {y - _ARM:.1f}v{2 * _ARM:.0f}"
+def cross(view: TopView, point: Point) -> list[Html]:
+    """Return a cross at a point, with its 95 % ellipse."""
+    x, y = view.to_page(point.mean[None])[0]
+    rx, ry = WITHIN_95 * point.sd * view.scale
+    arm = _CROSS_ARM
+    arms = f"M{x - arm:.1f} {y:.1f}h{2 * arm:.0f}M{x:.1f} {y - arm:.1f}v{2 * arm:.0f}"
     return [
         tag("ellipse", cx=x, cy=y, rx=rx, ry=ry, class_="likely"),
         tag("path", d=arms, class_="mark"),
     ]
 
 
-def diamond(plan: Plan, place: Array) -> Html:
-    """Return the mark of a place that is not an effect's: a hint."""
-    x, y = plan.at(place[None])[0]
+def diamond(view: TopView, place: Array) -> Html:
+    """Return the mark of a hint: a location that belongs to no named effect."""
+    x, y = view.to_page(place[None])[0]
     return tag("path", d=f"M{x:.1f} {y - 10:.1f}l10 10l-10 10l-10 -10z", class_="hint")
 
 
-def ring(plan: Plan, place: Array) -> Html:
-    """Return the mark of a moment on a path."""
-    x, y = plan.at(place[None])[0]
+def ring(view: TopView, place: Array) -> Html:
+    """Return the mark of an event on a path."""
+    x, y = view.to_page(place[None])[0]
     return join([tag("circle", cx=x, cy=y, r=radius, class_="mark hollow") for radius in (3.5, 8.0)])
 
 
 def arrow(start: Array, end: Array, style: str, head: float = 8.0, both: bool = False) -> Html:
-    """Return an arrow from (2,) to (2,) in user units, with a head at each end if it has no sense."""
+    """Return an arrow between two points (2,), user units; with `both`, it has a head at each end."""
     parts = [f"M{start[0]:.1f} {start[1]:.1f}L{end[0]:.1f} {end[1]:.1f}", _head(start, end, head)]
     return tag("path", d="".join([*parts, _head(end, start, head)] if both else parts), class_=style)
 
@@ -60,29 +61,29 @@ def _head(start: Array, end: Array, head: float) -> str:
     return f"M{left[0]:.1f} {left[1]:.1f}L{end[0]:.1f} {end[1]:.1f}L{right[0]:.1f} {right[1]:.1f}"
 
 
-def numbers(plan: Plan, marked: Sequence[tuple[int, Array, float]]) -> Child:
-    """Return numbers beside points; each is (number, point (2,) m, how far the mark reaches, user units)."""
+def numbers(view: TopView, marked: Sequence[tuple[int, Array, float]]) -> Child:
+    """Return numbers next to points, given as (number, point (2,) in m, radius of the mark in user units)."""
     taken: list[Array] = []
     found = []
     for number, point, reach in marked:
-        spot = _free(plan, plan.at(point[None])[0], max(reach, _ARM) + 9.0, taken)
-        taken.append(spot)
-        found.append(label(str(number), spot[0], spot[1] + 6.0, "number", "middle"))
+        position = _free_position(view, view.to_page(point[None])[0], max(reach, _CROSS_ARM) + 9.0, taken)
+        taken.append(position)
+        found.append(label(str(number), position[0], position[1] + 6.0, "number", "middle"))
     return found
 
 
-def _free(plan: Plan, at: Array, aside: float, taken: Sequence[Array]) -> Array:
-    """Return the first place beside a mark that lies in the frame and on no other number."""
+def _free_position(view: TopView, at: Array, aside: float, taken: Sequence[Array]) -> Array:
+    """Return the first position near a mark that is inside the frame and overlaps no other number."""
     aside = min(aside, 60.0)
     ways = [np.array(way) for way in ((1, 0), (-1, 0), (0, -1), (0, 1), (1, 1), (-1, 1), (1, -1), (-1, -1))]
-    low, high = np.array([9.0, 11.0]), np.array([WIDTH - 9.0, plan.height - 11.0])
+    low, high = np.array([9.0, 11.0]), np.array([WIDTH - 9.0, view.height - 11.0])
     tries = [at + aside * factor * way for factor in (1.0, 1.8, 2.6) for way in ways]
     fits = (
-        spot
-        for spot in tries
-        if (spot >= low).all()
-        and (spot <= high).all()
-        and all(np.abs(spot - other).max() > _APART for other in taken)
+        position
+        for position in tries
+        if (position >= low).all()
+        and (position <= high).all()
+        and all(np.abs(position - other).max() > _MIN_NUMBER_SPACING for other in taken)
     )
     clipped: Array = np.clip(at, low, high)
     return next(fits, clipped)

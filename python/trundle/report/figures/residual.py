@@ -1,4 +1,4 @@
-"""The missing wrench of one episode in time, before and after, with the windows that noise cannot explain."""
+"""Missing wrench of one episode over time, before and after, with the windows that exceed the noise."""
 
 from __future__ import annotations
 
@@ -11,23 +11,23 @@ from trundle.report.figures import lanes
 from trundle.report.figures.canvas import figure
 from trundle.report.figures.lanes import Curve, Lane, Marks
 from trundle.report.figures.motion import events_in
-from trundle.report.given import Episode, Residual, Series, finite
+from trundle.report.location import Place
 from trundle.report.markup import Html, tag
-from trundle.report.where import Place
+from trundle.report.series import Episode, Residual, Series, finite
 
-__all__ = ["CHANNELS", "chosen", "draw", "windows_in"]
+__all__ = ["CHANNELS", "draw", "select_episodes", "windows_in"]
 
 CHANNELS = (("force along x", "N"), ("force along y", "N"), ("torque", "N·m"))
-"""Name and unit of each component of a wrench, object axes."""
+"""Name and unit of each wrench component, object axes."""
 
 
-def chosen(
+def select_episodes(
     series: Series,
     windows: Sequence[Mapping[str, Any]],
     most: int,
     sides: Sequence[str] = ("before", "after"),
 ) -> list[Episode]:
-    """Episodes with the strongest windows first, then held-out ones, at most so many."""
+    """Return at most `most` episodes to draw: strongest windows first, then held-out episodes."""
     strongest = {episode.name: _strongest(episode, windows) for episode in series.episodes}
     drawable = [
         episode
@@ -40,7 +40,7 @@ def chosen(
 
 
 def windows_in(episode: Episode, windows: Sequence[Mapping[str, Any]]) -> list[tuple[float, float]]:
-    """Return the windows of one episode as (start, end) s."""
+    """Return the windows of one episode as (start, end), s."""
     pairs = [
         (finite(w.get("start")), finite(w.get("end"))) for w in windows if w.get("episode") == episode.name
     ]
@@ -56,18 +56,18 @@ def draw(
     named: Sequence[Place],
     shown: Sequence[str] = ("before", "after"),
 ) -> Html:
-    """Return the panel of one episode with some sides; `identity` is unique in the page."""
-    rows = [lane for channel in series.channels for lane in _pair(channel, residual, shown)]
+    """Return the panel of one episode, with the sides in `shown`; `identity` is unique in the page."""
+    rows = [lane for channel in series.channels for lane in _channel_lanes(channel, residual, shown)]
     inside = windows_in(episode, windows)
     span = (float(residual.t[0]), float(residual.t[-1]))
     graph, height = lanes.draw(rows, span, Marks(inside, events_in(episode, named)))
-    text = "Missing force and torque in time; the grey band is two standard deviations of the noise."
+    text = "Missing force and torque over time. The grey band shows two standard deviations of the noise."
     kind = "held out" if episode.held_out else "fitted"
-    caption = [tag("b", episode.name), f" ({kind}). ", _shaded(inside)]
+    caption = [tag("b", episode.name), f" ({kind}). ", _window_count_sentence(inside)]
     return figure(
         f"residual-{identity}",
         f"Missing wrench in {episode.name}",
-        f"{text} {_shaded(inside)}",
+        f"{text} {_window_count_sentence(inside)}",
         height,
         graph,
         caption,
@@ -79,8 +79,8 @@ def _strongest(episode: Episode, windows: Sequence[Mapping[str, Any]]) -> float:
     return max((strength for strength in strengths if strength is not None), default=0.0)
 
 
-def _pair(channel: int, residual: Residual, shown: Sequence[str]) -> list[Lane]:
-    """Return the lanes of one channel, before and after over the same axis."""
+def _channel_lanes(channel: int, residual: Residual, shown: Sequence[str]) -> list[Lane]:
+    """Return the lanes of one channel, with the same value axis before and after."""
     name, unit = CHANNELS[channel]
     sides = [(side, curve[:, channel]) for side in shown if (curve := getattr(residual, side)) is not None]
     curves = {side: Curve(f"{side} whole", residual.t, values) for side, values in sides}
@@ -103,12 +103,14 @@ def _title(name: str, unit: str, side: str) -> str:
 
 
 def _band(residual: Residual, side: str, channel: int) -> list[Curve]:
-    """Return two standard deviations of a side's noise; that of before where after has none."""
+    """Return the band of two standard deviations of a side's noise; "after" defaults to that of "before"."""
     sd = residual.sd_after if side == "after" and residual.sd_after is not None else residual.sd
     return [] if sd is None else [Curve("band", residual.t, np.zeros(len(sd)), 2.0 * sd[:, channel])]
 
 
-def _shaded(windows: Sequence[tuple[float, float]]) -> str:
+def _window_count_sentence(windows: Sequence[tuple[float, float]]) -> str:
     if not windows:
-        return "No window stands out."
-    return "One window stands out." if len(windows) == 1 else f"{len(windows)} windows stand out."
+        return "No window exceeds the noise."
+    return (
+        "One window exceeds the noise." if len(windows) == 1 else f"{len(windows)} windows exceed the noise."
+    )

@@ -1,4 +1,4 @@
-"""The wheels of the simulation under test on the map of the object, as they were fitted or given."""
+"""Wheels of the simulation under test on the map of the object, at their fitted or given positions."""
 
 from __future__ import annotations
 
@@ -8,45 +8,45 @@ from typing import Any
 
 import numpy as np
 
-from trundle.report.figures.plan import Plan, placed
-from trundle.report.given import Array, finite
+from trundle.report.figures.top_view import TopView, transform_polygon
 from trundle.report.markup import Html
+from trundle.report.series import Array, finite
 
-__all__ = ["Wheel", "draw", "fitted"]
+__all__ = ["Wheel", "draw", "known_wheels"]
 
 _LENGTH, _WIDTH = 20.0, 8.0
 """Size on the page, user units."""
-_KIND = "viscous_wheel"
+_EFFECT = "viscous_wheel"
 
 
 @dataclass(frozen=True)
 class Wheel:
-    """A wheel: its place (2,) m and the angle of its rolling direction, rad, object frame."""
+    """A wheel: position (2,), m, and angle of its rolling direction, rad, object frame."""
 
-    place: Array
+    position: Array
     angle: float
 
 
-def fitted(nominal: Mapping[str, Any]) -> list[Wheel]:
-    """Return the wheels whose places the data hold, with the effects where there are any."""
+def known_wheels(nominal: Mapping[str, Any]) -> list[Wheel]:
+    """Return the wheels with identified or given positions, from the fit with the effects if there is one."""
     values = {**(nominal.get("given") or {}), **(nominal.get("after") or nominal.get("before") or {})}
-    names = [name.removesuffix(".x") for name in values if name.startswith(_KIND) and name.endswith(".x")]
+    names = [name.removesuffix(".x") for name in values if name.startswith(_EFFECT) and name.endswith(".x")]
     wheels = []
     for name in names:
-        x, y, angle = (_known(values.get(f"{name}.{key}")) for key in ("x", "y", "angle"))
+        x, y, angle = (_identified_value(values.get(f"{name}.{key}")) for key in ("x", "y", "angle"))
         if x is not None and y is not None:
             wheels.append(Wheel(np.array([x, y]), 0.0 if angle is None else angle))
     return wheels
 
 
-def draw(plan: Plan, wheel: Wheel) -> Html | None:
-    """Return a wheel seen from above, long along its rolling direction."""
-    half = 0.5 * np.array([_LENGTH, _WIDTH]) / plan.scale
+def draw(view: TopView, wheel: Wheel) -> Html | None:
+    """Return the outline of a wheel in top view; its long side is the rolling direction."""
+    half = 0.5 * np.array([_LENGTH, _WIDTH]) / view.scale
     corners = half * np.array([[-1.0, -1.0], [1.0, -1.0], [1.0, 1.0], [-1.0, 1.0]])
-    return plan.outline(placed(corners, np.array([*wheel.place, wheel.angle])), "wheel")
+    return view.outline(transform_polygon(corners, np.array([*wheel.position, wheel.angle])), "wheel")
 
 
-def _known(value: Any) -> float | None:
+def _identified_value(value: Any) -> float | None:
     if isinstance(value, Mapping):
         return None if value.get("identifiable") is False else finite(value.get("mean"))
     return finite(value)

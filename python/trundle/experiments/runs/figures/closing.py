@@ -10,7 +10,7 @@ from trundle.experiments.runs.figures.marks import WITHIN_95
 from trundle.experiments.runs.told import Episode, Update
 from trundle.report.figures.canvas import WIDTH, figure, label, polyline, ticks
 from trundle.report.markup import Html, join, tag
-from trundle.report.quantity import suited
+from trundle.report.quantity import display_scale
 
 __all__ = ["draw"]
 
@@ -78,7 +78,9 @@ class Frame:
             metres = 10.0**power
             y = float(self.y(np.array([metres]))[0])
             parts.append(tag("line", x1=LEFT, x2=WIDTH - RIGHT, y1=y, y2=y, class_="grid"))
-            parts.append(label(suited("m", metres).text(metres, 1), LEFT - 5.0, y + 4.0, "tick", "end"))
+            parts.append(
+                label(display_scale("m", metres).text(metres, 1), LEFT - 5.0, y + 4.0, "tick", "end")
+            )
         bottom = TOP + HEIGHT
         values, places = ticks(0.0, self._end, most=6)
         for value, x in zip(values, self.x(np.array(values)), strict=True):

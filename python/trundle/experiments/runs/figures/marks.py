@@ -8,8 +8,8 @@ from collections.abc import Callable, Sequence
 import numpy as np
 
 from trundle.experiments.runs.told import Other
-from trundle.report.given import Array
 from trundle.report.markup import Html, tag
+from trundle.report.series import Array
 
 __all__ = ["Oval", "box", "cross", "ellipse", "others", "oval"]
 

@@ -14,10 +14,10 @@ from trundle.experiments.runs.sentences import GAP, deviation, place
 from trundle.experiments.runs.told import Episode, Update
 from trundle.report.figures import marks as arrows
 from trundle.report.figures.canvas import figure
-from trundle.report.figures.plan import Plan, placed
-from trundle.report.given import Array
-from trundle.report.markup import Child, Html, number, tag
-from trundle.report.quantity import fixed
+from trundle.report.figures.top_view import TopView, transform_polygon
+from trundle.report.markup import Child, Html, format_number, tag
+from trundle.report.quantity import format_fixed
+from trundle.report.series import Array
 
 __all__ = ["draw"]
 
@@ -29,16 +29,18 @@ FORCE = 0.6
 def draw(identity: str, episode: Episode) -> Html:
     """Return the scene at the end of the episode, with what a script needs to show it at any other time."""
     plan, end = around(episode), len(episode.t) - 1
-    before = [placed(shape, episode.pose[k]) for k in ghosts(end) for shape in episode.outline]
-    drawing = plan.framed(
+    before = [transform_polygon(shape, episode.pose[k]) for k in ghosts(end) for shape in episode.outline]
+    drawing = plan.with_frame(
         [plan.outline(shape, "stands") for shape in episode.obstacles],
-        [plan.outline(placed(shape, episode.goal[-1]), "goal") for shape in episode.outline],
+        [plan.outline(transform_polygon(shape, episode.goal[-1]), "goal") for shape in episode.outline],
         [plan.outline(shape, "start") for shape in before],
-        tag("polyline", points=corners(plan.at(episode.pose[:, :2])), class_="way"),
+        tag("polyline", points=corners(plan.to_page(episode.pose[:, :2])), class_="way"),
         thing(plan, episode, end),
     )
     text = "The scene from above at the end of the episode; dashed outlines: where the object was before."
-    panel = figure(f"{identity}-scene", "The episode from above", text, plan.total, drawing, caption(episode))
+    panel = figure(
+        f"{identity}-scene", "The episode from above", text, plan.total_height, drawing, caption(episode)
+    )
     script = json.dumps(frames(plan, episode), separators=(",", ":")).replace("<", "\\u003c")
     return tag("div", panel, tag("script", Html(script), type="application/json"), class_="player")
 
@@ -59,12 +61,12 @@ def caption(episode: Episode) -> list[Child]:
     ]
 
 
-def around(episode: Episode) -> Plan:
+def around(episode: Episode) -> TopView:
     """Return a map of everything that is to be seen at some time."""
     few = np.linspace(0, len(episode.t) - 1, 60).astype(int)
-    shapes = [placed(shape, episode.pose[k]) for k in few for shape in episode.outline]
-    shapes += [placed(shape, episode.goal[-1]) for shape in episode.outline]
-    return Plan.around([episode.pose[:, :2], *shapes, *episode.obstacles])
+    shapes = [transform_polygon(shape, episode.pose[k]) for k in few for shape in episode.outline]
+    shapes += [transform_polygon(shape, episode.goal[-1]) for shape in episode.outline]
+    return TopView.around([episode.pose[:, :2], *shapes, *episode.obstacles])
 
 
 def ghosts(end: int) -> list[int]:
@@ -74,10 +76,10 @@ def ghosts(end: int) -> list[int]:
 
 def corners(points: Array) -> str:
     """Return points (n, 2) as SVG lists them."""
-    return " ".join(f"{number(x)},{number(y)}" for x, y in points)
+    return " ".join(f"{format_number(x)},{format_number(y)}" for x, y in points)
 
 
-def thing(plan: Plan, episode: Episode, index: int) -> Html:
+def thing(plan: TopView, episode: Episode, index: int) -> Html:
     """Return the object and what belongs to it at a sample, in a group that moves as it does."""
     local = np.array([plan.scale, -plan.scale])
     ahead = 0.6 * max(float(shape[:, 0].max()) for shape in episode.outline) * plan.scale
@@ -98,7 +100,7 @@ def thing(plan: Plan, episode: Episode, index: int) -> Html:
     )
 
 
-def believed(plan: Plan, update: Update | None) -> Html:
+def believed(plan: TopView, update: Update | None) -> Html:
     """Return the belief of the wheel; an empty group that a script fills where there is none."""
     local = np.array([plan.scale, -plan.scale])
     drawn: list[Child] = []
@@ -110,13 +112,13 @@ def believed(plan: Plan, update: Update | None) -> Html:
     return tag("g", drawn, class_="belief")
 
 
-def pose(plan: Plan, at_: Array) -> tuple[float, float, float]:
+def pose(plan: TopView, at_: Array) -> tuple[float, float, float]:
     """Return a pose (3,) as place in user units and turn, degrees, clockwise on the page."""
-    x, y = plan.at(at_[None, :2])[0]
+    x, y = plan.to_page(at_[None, :2])[0]
     return float(x), float(y), -math.degrees(at_[2])
 
 
-def force(plan: Plan, episode: Episode, index: int) -> str:
+def force(plan: TopView, episode: Episode, index: int) -> str:
     """Return the arrow of the force on the object, in its frame; nothing before the first push."""
     push = episode.wrench[index, :2] * np.array([1.0, -1.0]) * FORCE
     foot = episode.grasp[index] * np.array([plan.scale, -plan.scale])
@@ -135,12 +137,12 @@ def at(episode: Episode, index: int) -> Update | None:
     return next((each for each in reversed(episode.updates) if each.time <= time), None)
 
 
-def frames(plan: Plan, episode: Episode) -> dict[str, Any]:
+def frames(plan: TopView, episode: Episode) -> dict[str, Any]:
     """Return what changes: poses and arrows by sample, beliefs by update, and what is said of each sample."""
     indices = range(len(episode.t))
     starts = [int(np.searchsorted(episode.t, update.time - 1e-9)) for update in episode.updates]
     poses = [[round(value, 2) for value in pose(plan, row)] for row in episode.pose]
-    way = plan.at(episode.pose[:, :2])
+    way = plan.to_page(episode.pose[:, :2])
     return {
         "period": float(np.median(np.diff(episode.t))),
         "poses": poses,
@@ -151,7 +153,7 @@ def frames(plan: Plan, episode: Episode) -> dict[str, Any]:
     }
 
 
-def inner(plan: Plan, update: Update) -> str:
+def inner(plan: TopView, update: Update) -> str:
     """Return the content of the group of a belief."""
     whole = believed(plan, update)
     return whole[whole.index(">") + 1 : whole.rindex("</g>")]
@@ -160,8 +162,8 @@ def inner(plan: Plan, update: Update) -> str:
 def moment(episode: Episode, index: int) -> str:
     """Return what is to be said of a sample."""
     update, distance = at(episode, index), episode.distance[index]
-    parts = [f"{fixed(episode.t[index], 2)}{GAP}s"]
-    parts += [f"{fixed(distance, 2)}{GAP}m to go"] if math.isfinite(distance) else []
+    parts = [f"{format_fixed(episode.t[index], 2)}{GAP}s"]
+    parts += [f"{format_fixed(distance, 2)}{GAP}m to go"] if math.isfinite(distance) else []
     if update is not None and update.wheel is not None:
         parts += [f"wheel at {place(update.wheel.at, deviation(update))}"]
     return ", ".join(parts)

@@ -7,13 +7,13 @@ from collections.abc import Iterator, Sequence
 import numpy as np
 
 from trundle.experiments.runs.told import WHEEL, Episode, named
-from trundle.report import words
+from trundle.report import wording
 from trundle.report.figures import lanes
 from trundle.report.figures.canvas import figure
 from trundle.report.figures.lanes import Curve, Lane, Marks
-from trundle.report.given import Array
 from trundle.report.markup import Html
-from trundle.report.quantity import readable
+from trundle.report.quantity import key_to_words
+from trundle.report.series import Array
 
 __all__ = ["beliefs", "others", "push", "wheel"]
 
@@ -51,7 +51,11 @@ def others(identity: str, episode: Episode) -> Html | None:
 def title(name: str) -> str:
     """Return a parameter's name as people say it."""
     kind, _, parameter = name.rpartition(".")
-    return readable(parameter) if kind == "body" else f"{words.effect(kind)}, {readable(parameter)}"
+    return (
+        key_to_words(parameter)
+        if kind == "body"
+        else f"{wording.effect_name(kind)}, {key_to_words(parameter)}"
+    )
 
 
 def drawn(identity: str, name: str, episode: Episode, numbers: Numbers, height: float = 60.0) -> Html | None:
@@ -62,7 +66,7 @@ def drawn(identity: str, name: str, episode: Episode, numbers: Numbers, height: 
         return None
     added = named(episode)
     caption = " ".join(
-        [CAPTION, *(f"{n}: {words.effect(kind)} added." for n, (_, kind) in enumerate(added, 1))]
+        [CAPTION, *(f"{n}: {wording.effect_name(kind)} added." for n, (_, kind) in enumerate(added, 1))]
     )
     marks = Marks(events=[(time, str(number)) for number, (time, _) in enumerate(added, 1)])
     drawing, total = lanes.draw(found, span(episode), marks)

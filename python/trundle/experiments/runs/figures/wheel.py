@@ -10,10 +10,10 @@ from trundle.experiments.runs.figures.marks import box, cross, ellipse, others, 
 from trundle.experiments.runs.sentences import deviation, place, seconds
 from trundle.experiments.runs.told import Episode, Update
 from trundle.report.figures.canvas import WIDTH, figure
-from trundle.report.figures.plan import Plan
-from trundle.report.given import Array
+from trundle.report.figures.top_view import TopView
 from trundle.report.markup import Child, Html, tag
-from trundle.report.quantity import listed, shown
+from trundle.report.quantity import format_quantity, join_words
+from trundle.report.series import Array
 
 __all__ = ["draw", "legend"]
 
@@ -25,13 +25,13 @@ SMALL = 14.0
 
 def draw(identity: str, episode: Episode, update: Update) -> Html:
     """Return what was believed after one fit."""
-    plan = Plan.around([*episode.outline, episode.support])
+    plan = TopView.around([*episode.outline, episode.support])
     view = View(plan, np.zeros(2), 1.0)
     size = {"width": WIDTH, "height": plan.height}
     inner = tag(
         "svg",
         [plan.outline(corners, "footprint") for corners in episode.outline],
-        [tag("circle", cx=x, cy=y, r=6.0, class_="support") for x, y in plan.at(episode.support)],
+        [tag("circle", cx=x, cy=y, r=6.0, class_="support") for x, y in plan.to_page(episode.support)],
         others(update.others, episode.hidden, view.at),
         view.wheel(episode, update),
         lens(identity, plan, episode, update),
@@ -52,8 +52,8 @@ def said(episode: Episode, update: Update) -> str:
         return ": no wheel in the model"
     if sd is not None and not np.isfinite(sd).all():
         return ": known along one axis" if np.isfinite(sd).any() else ": not known yet"
-    known = "" if sd is None else f", sd {shown('m', float(sd.max()))}"
-    return known if off is None else f": {shown('m', off)} off{known}"
+    known = "" if sd is None else f", sd {format_quantity('m', float(sd.max()))}"
+    return known if off is None else f": {format_quantity('m', off)} off{known}"
 
 
 def legend(episode: Episode) -> str:
@@ -62,7 +62,7 @@ def legend(episode: Episode) -> str:
     believed = {each.name for update in episode.updates for each in update.others if each.at is not None}
     if not placed and not believed:
         return ""
-    names = listed(list(dict.fromkeys([*placed, *sorted(believed)])))
+    names = join_words(list(dict.fromkeys([*placed, *sorted(believed)])))
     return f" Ring: where {names} acts; slanted cross: where it is believed."
 
 
@@ -70,13 +70,13 @@ def legend(episode: Episode) -> str:
 class View:
     """The map, or a glass over it that magnifies by `zoom` about a point (2,) m."""
 
-    plan: Plan
+    plan: TopView
     about: Array
     zoom: float
 
     def at(self, point: Array) -> Array:
         """Return a point (2,) m in user units."""
-        about, place = self.plan.at(np.array([self.about, point]))
+        about, place = self.plan.to_page(np.array([self.about, point]))
         seen: Array = about + self.zoom * (place - about)
         return seen
 
@@ -91,14 +91,14 @@ class View:
         return drawn
 
 
-def lens(identity: str, plan: Plan, episode: Episode, update: Update) -> Child:
+def lens(identity: str, plan: TopView, episode: Episode, update: Update) -> Child:
     """Return a magnifying glass over the true wheel, where the ellipse has become too small to be seen."""
     true, off, shape = episode.wheel, episode.off(update), oval(update.spread, plan.scale, WIDTH)
     if true is None or off is None or shape is None:
         return None
     if shape[0] > SMALL or off * plan.scale * ZOOM > LENS:
         return None
-    wheel = plan.at(true.at[None])[0]
+    wheel = plan.to_page(true.at[None])[0]
     middle = beside(wheel, np.array([WIDTH, plan.height]))
     glass = View(plan, true.at, ZOOM)
     shift = middle - wheel

@@ -15,15 +15,15 @@ import numpy as np
 import pytest
 
 import trundle
-from trundle import TrundleError, whole
+from trundle import TrundleError, atomic
+from trundle.atomic import atomic_file, atomic_folder, write_text
 from trundle.picture import draw
-from trundle.whole import whole_file, whole_folder, write_text
 
 
 def test_a_file_is_replaced_only_by_a_whole_one(tmp_path: Path) -> None:
     path = tmp_path / "deep" / "a.txt"
     write_text(path, "before")
-    with pytest.raises(KeyboardInterrupt), whole_file(path) as part:
+    with pytest.raises(KeyboardInterrupt), atomic_file(path) as part:
         part.write_text("hal")
         assert path.read_text() == "before"
         raise KeyboardInterrupt
@@ -33,10 +33,10 @@ def test_a_file_is_replaced_only_by_a_whole_one(tmp_path: Path) -> None:
 def test_a_folder_is_replaced_only_by_a_whole_one(tmp_path: Path) -> None:
     folder = tmp_path / "out"
     for text in ("one", "two"):
-        with whole_folder(folder, "mark", "a thing") as partial:
+        with atomic_folder(folder, "mark", "a thing") as partial:
             (partial / "mark").write_text(text)
             (partial / text).touch()
-    with pytest.raises(ZeroDivisionError), whole_folder(folder, "mark", "a thing") as partial:
+    with pytest.raises(ZeroDivisionError), atomic_folder(folder, "mark", "a thing") as partial:
         (partial / "mark").write_text("three")
         raise ZeroDivisionError
     assert (folder / "mark").read_text() == "two"
@@ -47,8 +47,8 @@ def test_a_folder_is_replaced_only_by_a_whole_one(tmp_path: Path) -> None:
 def test_a_folder_of_something_else_is_left_alone(tmp_path: Path) -> None:
     (tmp_path / "precious").touch()
     with (
-        pytest.raises(TrundleError, match="holds something else than a thing"),
-        whole_folder(tmp_path, "mark", "a thing"),
+        pytest.raises(TrundleError, match="is not empty and not a thing"),
+        atomic_folder(tmp_path, "mark", "a thing"),
     ):
         pass
     assert [p.name for p in tmp_path.iterdir()] == ["precious"]
@@ -77,7 +77,7 @@ def forked(task: Callable[[], None], patience: float = 60.0) -> int:
 
 
 def thing(folder: Path, text: str) -> None:
-    with whole_folder(folder, "mark", "a thing") as partial:
+    with atomic_folder(folder, "mark", "a thing") as partial:
         (partial / "mark").write_text(text)
         (partial / text).mkdir()
         (partial / text / "deep").touch()
@@ -98,14 +98,14 @@ def killed_before(step: int) -> None:
             if left < 0:
                 os.kill(os.getpid(), signal.SIGKILL)
 
-    how = vars(whole)["_replace_folder"]
+    how = vars(atomic)["_replace_folder"]
 
     def replaced(*paths: Any) -> None:
         count("replace")
         how(*paths)
         count("replaced")
 
-    vars(whole)["_replace_folder"] = replaced
+    vars(atomic)["_replace_folder"] = replaced
     sys.addaudithook(count)
 
 
@@ -136,7 +136,7 @@ def test_a_folder_moved_aside_by_a_killed_process_comes_back(tmp_path: Path) -> 
     folder = tmp_path / "out"
     thing(folder, "one")
     folder.rename(tmp_path / ".out.replaced")
-    with pytest.raises(ZeroDivisionError), whole_folder(folder, "mark", "a thing"):
+    with pytest.raises(ZeroDivisionError), atomic_folder(folder, "mark", "a thing"):
         raise ZeroDivisionError
     assert (folder / "mark").read_text() == "one"
     assert list(tmp_path.iterdir()) == [folder]
@@ -185,7 +185,7 @@ def test_a_full_disk_is_told_with_the_path_and_leaves_nothing(tmp_path: Path) ->
         with pytest.raises(OSError, match=r"p\.png") as refused:
             draw(run, picture)
         assert refused.value.filename == str(picture)
-        with pytest.raises(OSError, match="out"), whole_folder(folder, "mark", "a thing") as partial:
+        with pytest.raises(OSError, match="out"), atomic_folder(folder, "mark", "a thing") as partial:
             (partial / "big").write_bytes(bytes(10_000))
         with pytest.raises(OSError, match=r"a\.txt"):
             write_text(tmp_path / "a.txt", "x" * 10_000)

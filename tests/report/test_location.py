@@ -1,4 +1,4 @@
-"""Places as the answer gives them, whole or broken, and what people call effects."""
+"""Locations as diagnosis.json gives them, complete or invalid, and the names of effects."""
 
 from __future__ import annotations
 
@@ -8,8 +8,8 @@ import numpy as np
 import pytest
 
 from tests.report.effects import EFFECTS, effect_entry
-from trundle.report import words
-from trundle.report.where import places, region
+from trundle.report import wording
+from trundle.report.location import locate_effects, polygon
 
 SQUARE = [[0.0, 0.0], [1.0, 0.0], [1.0, 2.0], [0.0, 2.0]]
 
@@ -19,7 +19,7 @@ def entry(where: Any, effect: str = "tether", **parameters: Any) -> dict[str, An
 
 
 def test_every_key_is_understood() -> None:
-    (place,) = places(
+    (place,) = locate_effects(
         [
             entry(
                 {
@@ -59,16 +59,16 @@ def test_every_key_is_understood() -> None:
         {"event": {"episode": "episode_00", "time": {"mean": float("nan")}}},
     ],
 )
-def test_what_is_broken_is_no_place(where: Any) -> None:
-    (place,) = places([entry(where)])
+def test_an_invalid_location_is_ignored(where: Any) -> None:
+    (place,) = locate_effects([entry(where)])
     assert place.body is None and not place.on_floor
 
 
-def test_a_place_that_the_data_do_not_hold_is_said() -> None:
-    (place,) = places([entry({"body_point": None, "world_point": {"mean": None}})])
+def test_a_point_that_the_data_do_not_determine_is_reported() -> None:
+    (place,) = locate_effects([entry({"body_point": None, "world_point": {"mean": None}})])
     assert place.sentences() == [
-        "On the object at a place that the data do not hold.",
-        "In the world at a place that the data do not hold.",
+        "On the object at a point that the data do not determine.",
+        "In the world at a point that the data do not determine.",
     ]
 
 
@@ -76,28 +76,30 @@ def test_floors_have_directions() -> None:
     slope = entry(None, "floor_slope", accel_x={"mean": -0.3}, accel_y={"mean": 0.4})
     grain = entry(None, "floor_grain", angle={"mean": np.pi / 2})
     level = entry(None, "floor_slope", accel_x={"mean": 0.0}, accel_y={"mean": 0.0})
-    downhill, along, flat = (place.direction for place in places([slope, grain, level]))
+    downhill, along, flat = (place.direction for place in locate_effects([slope, grain, level]))
     assert downhill is not None and downhill.along.tolist() == pytest.approx([-0.6, 0.8])
     assert not downhill.both
     assert along is not None and along.along.tolist() == pytest.approx([0.0, 1.0]) and along.both
     assert flat is None
 
 
-def test_each_effect_of_the_format_has_a_name_that_is_no_key() -> None:
+def test_each_effect_of_the_format_has_a_name_other_than_its_key() -> None:
     assert len(EFFECTS) == 17
     for name in EFFECTS:
-        assert "_" not in words.effect(name) and words.effect(name) != name.replace("_", " ")
-    assert words.effect("an_effect_of_tomorrow") == "an effect of tomorrow"
-    assert words.effect("latency + tether") == "a delay of the force sensor and a tether"
+        assert "_" not in wording.effect_name(name) and wording.effect_name(name) != name.replace("_", " ")
+    assert wording.effect_name("an_effect_of_tomorrow") == "an effect of tomorrow"
+    assert wording.effect_name("latency + tether") == "a delay of the force sensor and a tether"
 
 
 def test_places_are_numbered_as_the_cards_are() -> None:
-    assert [place.number for place in places([effect_entry(name) for name in EFFECTS])] == list(range(1, 18))
+    assert [place.number for place in locate_effects([effect_entry(name) for name in EFFECTS])] == list(
+        range(1, 18)
+    )
 
 
 def test_regions_need_three_corners() -> None:
-    assert region(SQUARE[:2]) is None
-    corners = region(SQUARE)
+    assert polygon(SQUARE[:2]) is None
+    corners = polygon(SQUARE)
     assert corners is not None and corners.shape == (4, 2)
 
 
@@ -105,7 +107,7 @@ def test_regions_need_three_corners() -> None:
     ("share", "text"), [(1.0, "> 99 %"), (0.98, "98 %"), (0.004, "< 1 %"), (0.0, "< 1 %"), (0.5, "50 %")]
 )
 def test_nothing_is_certain(share: float, text: str) -> None:
-    assert words.percent(share) == text
+    assert wording.format_percent(share) == text
 
 
 @pytest.mark.parametrize(
@@ -117,5 +119,5 @@ def test_nothing_is_certain(share: float, text: str) -> None:
         ("5 mornings", "5 mornings"),
     ],
 )
-def test_sentences_from_elsewhere_are_set_well(text: str, shown: str) -> None:
-    assert words.spoken(text) == shown
+def test_sentences_are_typeset(text: str, shown: str) -> None:
+    assert wording.typeset(text) == shown

@@ -12,7 +12,7 @@ from hypothesis import strategies as st
 from trundle.report.decimate import envelope, simplify
 from trundle.report.figures.canvas import ticks
 from trundle.report.markup import Html, tag
-from trundle.report.quantity import measured, shown, significant
+from trundle.report.quantity import format_estimate, format_quantity, format_significant
 
 
 def test_envelope_keeps_a_single_spike_and_the_order_of_time() -> None:
@@ -66,7 +66,7 @@ def test_simplify_makes_two_points_of_a_straight_line() -> None:
     ],
 )
 def test_measured_rounds_to_what_is_known(mean: float | None, sd: float | None, text: str) -> None:
-    assert measured(mean, sd, "N") == text
+    assert format_estimate(mean, sd, "N") == text
 
 
 @pytest.mark.parametrize(
@@ -81,12 +81,12 @@ def test_measured_rounds_to_what_is_known(mean: float | None, sd: float | None, 
     ],
 )
 def test_units_suit_the_size(unit: str, value: float | None, text: str) -> None:
-    assert shown(unit, value) == text
+    assert format_quantity(unit, value) == text
 
 
 @given(st.floats(allow_nan=False, allow_infinity=False), st.integers(1, 5))
 def test_significant_writes_any_number_without_a_machine_exponent(value: float, digits: int) -> None:
-    text = significant(value, digits)
+    text = format_significant(value, digits)
     assert "e" not in text and "-" not in text
 
 

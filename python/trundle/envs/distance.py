@@ -1,4 +1,4 @@
-"""Distances to outlines, dots along lines, and letters: all in pixels, rows downwards."""
+"""Distances to polygons, sampling of polylines, and text coverage, in pixels with rows downwards."""
 
 from __future__ import annotations
 
@@ -8,24 +8,24 @@ from functools import lru_cache
 import numpy as np
 from numpy.typing import NDArray
 
-__all__ = ["Plane", "Points", "letters", "polygon_distance", "walk"]
+__all__ = ["Plane", "Points", "polygon_distance", "sample_polyline", "text_coverage"]
 
 Points = NDArray[np.float64]
 Plane = NDArray[np.float32]
 
-STEP = 0.5
-"""Between dots of a line, pixels: its edge then looks straight."""
+DOT_SPACING_PX = 0.5
+"""Spacing of the dots of a line, pixels, small enough for a straight edge."""
 
 
 def polygon_distance(x: Plane, y: Plane, rings: Sequence[Points]) -> Plane:
-    """Return the distance of pixels to the edge of a polygon, negative inside.
+    """Return the signed distance of pixels to a polygon, negative inside.
 
     Parameters
     ----------
     x, y : ndarray of float32, shapes (1, m) and (n, 1)
         Columns and rows.
     rings : sequence of ndarrays, shape (k, 2)
-        Corners in any order of turning; a ring within another is a hole.
+        Corners in either orientation. A ring inside another is a hole.
 
     Returns
     -------
@@ -42,20 +42,20 @@ def polygon_distance(x: Plane, y: Plane, rings: Sequence[Points]) -> Plane:
     return distance
 
 
-def walk(points: Points, dash: float = 0.0) -> Points:
-    """Return dots along a polyline, with gaps of 0.8 dashes after each dash unless `dash` is 0."""
+def sample_polyline(points: Points, dash: float = 0.0) -> Points:
+    """Return dots along a polyline; if `dash` > 0, a gap of 0.8 `dash` follows each dash."""
     if len(points) < 2:
         return points
     ends = np.concatenate([[0.0], np.cumsum(np.hypot(*np.diff(points, axis=0).T))])
-    along = np.linspace(0.0, ends[-1], int(ends[-1] / STEP) + 2)
+    along = np.linspace(0.0, ends[-1], int(ends[-1] / DOT_SPACING_PX) + 2)
     if dash > 0.0:
         along = along[along % (1.8 * dash) < dash]
     return np.column_stack([np.interp(along, ends, column) for column in points.T])
 
 
 @lru_cache(maxsize=64)
-def letters(words: str, height: float) -> Plane:
-    """Return how far words cover each pixel, with a margin; capitals are about 0.75 `height` high."""
+def text_coverage(words: str, height: float) -> Plane:
+    """Return the coverage of each pixel by a text, with a margin; capitals are about 0.75 `height` high."""
     from matplotlib.textpath import TextPath  # slow to import, and seldom needed
 
     outline = TextPath((0.0, 0.0), words, size=height)
@@ -68,7 +68,7 @@ def letters(words: str, height: float) -> Plane:
 
 
 def _segment_square(x: Plane, y: Plane, start: Points, end: Points) -> Plane:
-    """Square of the distance to a segment."""
+    """Return the squared distance to a segment."""
     way_x, way_y = (end - start).tolist()
     x, y = x - np.float32(start[0]), y - np.float32(start[1])
     length = max(way_x**2 + way_y**2, 1e-12)
@@ -79,7 +79,7 @@ def _segment_square(x: Plane, y: Plane, start: Points, end: Points) -> Plane:
 
 
 def _crosses(x: Plane, y: Plane, start: Points, end: Points) -> NDArray[np.bool_]:
-    """Whether a ray from the pixel to the right crosses a segment."""
+    """Return whether a ray from a pixel to the right crosses a segment."""
     (x0, y0), (x1, y1) = start.tolist(), end.tolist()
     if y0 == y1:
         return np.zeros((1, 1), dtype=bool)

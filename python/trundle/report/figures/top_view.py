@@ -1,4 +1,4 @@
-"""A view from above with equal scales: polygons, paths and points in metres."""
+"""A top view with equal scales along both axes, for polygons, paths and points in metres."""
 
 from __future__ import annotations
 
@@ -8,67 +8,69 @@ from dataclasses import dataclass
 import numpy as np
 
 from trundle.report.decimate import simplify
-from trundle.report.figures.canvas import WIDTH, label, nice, polyline, runs
-from trundle.report.given import Array
+from trundle.report.figures.canvas import WIDTH, finite_runs, label, polyline, round_down_125
 from trundle.report.markup import Child, Html, tag
-from trundle.report.quantity import suited
+from trundle.report.quantity import display_scale
+from trundle.report.series import Array
 
-__all__ = ["Plan", "placed"]
+__all__ = ["TopView", "transform_polygon"]
 
 _MARGIN = 14.0
-_LEAST, _MOST = 150.0, 320.0
-_FOOT = 26.0
+_MIN_HEIGHT, _MAX_HEIGHT = 150.0, 320.0
+_SCALE_BAR_HEIGHT = 26.0
 
 
 @dataclass(frozen=True)
-class Plan:
-    """A map: `scale` user units a metre about `centre` (2,) m, `height` user units high."""
+class TopView:
+    """A map with `scale` user units per metre, centred at `centre` (2,), m, and `height` user units high."""
 
     scale: float
     centre: Array
     height: float
 
     @classmethod
-    def around(cls, points: Sequence[Array], height: float | None = None) -> Plan:
-        """Return the map that shows all points, arrays (n, 2) m, as large as a panel (of a height) allows."""
+    def around(cls, points: Sequence[Array], height: float | None = None) -> TopView:
+        """Return the largest map that shows all points, arrays (n, 2) in m, within a panel of `height`."""
         cloud = np.concatenate([np.empty((0, 2)), *points])
         cloud = cloud[np.isfinite(cloud).all(axis=1)]
         if not len(cloud):
             cloud = np.zeros((1, 2))
         low, high = cloud.min(axis=0), cloud.max(axis=0)
         size = np.maximum(high - low, max(float((high - low).max()), 1e-3) * 1e-3)
-        scale = float(min((WIDTH - 2.0 * _MARGIN) / size[0], ((height or _MOST) - 2.0 * _MARGIN) / size[1]))
-        height = height or float(np.clip(scale * size[1] + 2.0 * _MARGIN, _LEAST, _MOST))
+        scale = float(
+            min((WIDTH - 2.0 * _MARGIN) / size[0], ((height or _MAX_HEIGHT) - 2.0 * _MARGIN) / size[1])
+        )
+        height = height or float(np.clip(scale * size[1] + 2.0 * _MARGIN, _MIN_HEIGHT, _MAX_HEIGHT))
         return cls(scale, (low + high) / 2.0, height)
 
     @property
-    def total(self) -> float:
+    def total_height(self) -> float:
         """Height of the drawing with the scale bar below the map."""
-        return self.height + _FOOT
+        return self.height + _SCALE_BAR_HEIGHT
 
-    def at(self, points: Array) -> Array:
-        """Metres (n, 2) to user units; y points up in the world and down on the page."""
+    def to_page(self, points: Array) -> Array:
+        """Convert points (n, 2) from metres to user units; y points up in the world and down on the page."""
         centre = np.array([WIDTH / 2.0, self.height / 2.0])
-        place: Array = centre + (points - self.centre) * np.array([self.scale, -self.scale])
-        return place
+        position: Array = centre + (points - self.centre) * np.array([self.scale, -self.scale])
+        return position
 
     def path(self, points: Array, style: str) -> Html:
-        """Return a line through points (n, 2), thinned to a third of a unit."""
-        parts = [simplify(run, 0.3) for run in runs(self.at(points))]
+        """Return a line through points (n, 2), simplified to a tolerance of 0.3 user units."""
+        parts = [simplify(run, 0.3) for run in finite_runs(self.to_page(points))]
         gap = np.full((1, 2), np.nan)
         return polyline(
             np.concatenate([np.empty((0, 2)), *(row for part in parts for row in (part, gap))]), style
         )
 
     def outline(self, polygon: Array, style: str) -> Html | None:
-        """Return a closed polygon (n, 2); None where a corner is not known."""
+        """Return a closed polygon (n, 2); None if a corner is not finite."""
         if not np.isfinite(polygon).all():
             return None
-        corners = " ".join(f"{x:.1f},{y:.1f}" for x, y in self.at(polygon))
+        corners = " ".join(f"{x:.1f},{y:.1f}" for x, y in self.to_page(polygon))
         return tag("polygon", points=corners, class_=style)
 
-    def framed(self, *drawing: Child) -> list[Child]:
-        """Return the map, cut at its frame, and the scale bar below."""
+    def with_frame(self, *drawing: Child) -> list[Child]:
+        """Return the drawing clipped to a frame, with the scale bar below."""
         inner = tag(
             "svg", *drawing, width=WIDTH, height=self.height, viewBox=f"0 0 {WIDTH:.0f} {self.height:.2f}"
         )
@@ -76,10 +78,10 @@ class Plan:
         return [frame, inner, self._bar()]
 
     def _bar(self) -> list[Html]:
-        length = nice(0.3 * WIDTH / self.scale)
+        length = round_down_125(0.3 * WIDTH / self.scale)
         y, end = self.height + 11.0, 2.0 + length * self.scale
         ends = [tag("line", x1=x, x2=x, y1=y - 4.0, y2=y + 4.0, class_="axis") for x in (2.0, end)]
-        text = suited("m", length).text(length, 1)
+        text = display_scale("m", length).text(length, 1)
         return [
             tag("line", x1=2.0, x2=end, y1=y, y2=y, class_="axis"),
             *ends,
@@ -87,8 +89,8 @@ class Plan:
         ]
 
 
-def placed(polygon: Array, pose: Array) -> Array:
-    """Return a polygon (n, 2) of the object frame at a pose (3,) in the world."""
+def transform_polygon(polygon: Array, pose: Array) -> Array:
+    """Transform a polygon (n, 2) from the object frame to the world, for an object at `pose` (3,)."""
     cos, sin = np.cos(pose[2]), np.sin(pose[2])
     turned: Array = polygon @ np.array([[cos, sin], [-sin, cos]]) + pose[:2]
     return turned

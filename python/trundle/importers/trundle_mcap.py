@@ -1,6 +1,6 @@
-"""Bags that `trundle export --mcap` wrote: they say themselves what is what, and give back every bit.
+"""MCAP files of `trundle export --mcap`, which are self-describing and reproduce a recording bit for bit.
 
-What a topic carries stands here once, for the reader below and for the writer, `trundle.export.mcap`.
+This module defines the topics for the reader below and for the writer, `trundle.export.mcap`.
 """
 
 from __future__ import annotations
@@ -18,7 +18,7 @@ from rosbags.rosbag2 import Reader
 from rosbags.typesys import Stores, get_typestore
 
 from trundle.importers.config import typed
-from trundle.importers.layout import Columns, Imported, Say, SourceError
+from trundle.importers.layout import Columns, Imported, ShowProgress, SourceError
 from trundle.importers.messages import POSE, READERS, WRENCH
 
 if sys.version_info >= (3, 11):
@@ -30,8 +30,8 @@ __all__ = ["DESCRIPTION", "FORMAT", "NAME", "NOTE", "TOPICS", "Description", "Ep
 
 FORMAT = "trundle-mcap/1"
 DESCRIPTION = "/trundle/recording"
-"""Topic of the message that describes all others. A message, because the metadata records of a bare `.mcap`
-are dropped by `ros2 bag convert` and hidden from rosbags."""
+"""Topic of the message that describes the file. It is a message because `ros2 bag convert` drops the metadata
+records of an `.mcap` file and rosbags does not read them."""
 NAME = "/episode/name"
 NOTE = "/episode/note"
 STRING = "std_msgs/msg/String"
@@ -39,7 +39,7 @@ NUMBER = "std_msgs/msg/Float64"
 
 
 class Topic(NamedTuple):
-    """Message type of a topic, and the recording's columns in the order of the message."""
+    """Message type of a topic, and the columns of the recording in the order of the message."""
 
     kind: str
     columns: list[str]
@@ -53,8 +53,8 @@ TOPICS = {
     "/gripper/heading": Topic(NUMBER, ["gripper_theta"]),
     "/wrench": Topic("geometry_msgs/msg/WrenchStamped", WRENCH),
 }
-"""Topics of numbers. Whole turns and the last bit of a heading do not survive a quaternion, and stamps are
-whole nanoseconds: hence topics of their own for headings and times."""
+"""Topics of numbers. Headings and times have separate topics, because a quaternion loses whole turns and the
+last bits of a heading, and stamps are integer nanoseconds."""
 
 
 @dataclass(frozen=True)
@@ -64,11 +64,11 @@ class Episode:
     Attributes
     ----------
     name : str
-        Its name.
+        Name of the episode.
     begin : int
-        ns, log time of its first row.
+        Log time of its first row, ns.
     columns : list of str
-        Of its table, `t` first; a message has more axes than were measured.
+        Columns of its table, `t` first. Messages may have more axes than were measured.
     """
 
     name: str
@@ -78,16 +78,16 @@ class Episode:
 
 @dataclass(frozen=True)
 class Description:
-    """What a bag says about itself.
+    """Description of a bag, in the bag.
 
     Attributes
     ----------
     format : str
         `FORMAT`.
     episode : list of Episode
-        In the order of time.
+        Episodes in the order of time.
     recording : dict
-        `recording.toml` as it was.
+        Content of `recording.toml`.
     """
 
     format: str
@@ -96,39 +96,41 @@ class Description:
 
 
 def describe(reader: Reader) -> Description | None:
-    """Return what an open bag says about itself, None if trundle did not write it."""
+    """Return the description in an open bag; None if trundle did not write it."""
     for _, _, text in _messages(reader, {DESCRIPTION: STRING}):
         table = tomllib.loads(text)
         if table.get("format") != FORMAT:
             found = f"{DESCRIPTION}: `format` = {table.get('format')!r}; this trundle reads {FORMAT!r}"
             raise SourceError(
-                str(reader.path), f"{found}: import it with the one that wrote it, or with --map"
+                str(reader.path), f"{found}; import it with the version that wrote it, or with --map"
             )
         return typed(Description, table, DESCRIPTION)
     return None
 
 
-def read(reader: Reader, told: Description, say: Say) -> Imported:
-    """Return the recording that an open bag holds, as it was before it was exported."""
-    begins = [episode.begin for episode in told.episode]
-    heard: list[dict[str, dict[int, Any]]] = [defaultdict(dict) for _ in begins]
+def read(reader: Reader, description: Description, say: ShowProgress) -> Imported:
+    """Return the recording in an open bag, identical to the exported one."""
+    begins = [episode.begin for episode in description.episode]
+    contents: list[dict[str, dict[int, Any]]] = [defaultdict(dict) for _ in begins]
     kinds = {topic: each.kind for topic, each in TOPICS.items()} | {NOTE: STRING}
     current = -1
     for topic, stamp, content in _messages(reader, kinds):
         episode = max(bisect_right(begins, stamp) - 1, 0)
         if episode != current:
             current = episode
-            say(told.episode[episode].name)
-        heard[episode][topic][stamp] = content
-    tables = {each.name: _table(each, said) for each, said in zip(told.episode, heard, strict=True)}
-    return Imported(told.recording, tables)
+            say(description.episode[episode].name)
+        contents[episode][topic][stamp] = content
+    tables = {
+        each.name: _table(each, topics) for each, topics in zip(description.episode, contents, strict=True)
+    }
+    return Imported(description.recording, tables)
 
 
 def _messages(reader: Reader, kinds: dict[str, str]) -> Iterator[tuple[str, int, Any]]:
-    """Yield topic, log time in ns and content of the messages on topics of these kinds."""
+    """Yield topic, log time (ns) and content of the messages on topics with these types."""
     store = get_typestore(Stores.LATEST)
     wanted = [each for each in reader.connections if kinds.get(each.topic) == each.msgtype]
-    # Asked for no connection, the reader gives all.
+    # With an empty list the reader would yield all messages.
     for connection, stamp, data in reader.messages(wanted) if wanted else ():
         kind = connection.msgtype
         message: Any = store.deserialize_cdr(data, kind)
@@ -138,18 +140,18 @@ def _messages(reader: Reader, kinds: dict[str, str]) -> Iterator[tuple[str, int,
             yield connection.topic, stamp, [message.data] if kind == NUMBER else message.data
 
 
-def _table(episode: Episode, said: dict[str, dict[int, Any]]) -> Columns:
-    """Return columns with a row per log time; what is wrong with them is found when they are validated."""
-    row = {stamp: i for i, stamp in enumerate(sorted(set().union(*said.values())))}
+def _table(episode: Episode, topics: dict[str, dict[int, Any]]) -> Columns:
+    """Return columns with a row per log time. They are not validated here."""
+    row = {stamp: i for i, stamp in enumerate(sorted(set().union(*topics.values())))}
     table: dict[str, Any] = {}
     for topic, (_, columns) in TOPICS.items():
-        rows = [row[stamp] for stamp in said[topic]]
-        values = np.array(list(said[topic].values()), dtype=np.float64).reshape(len(rows), len(columns))
+        rows = [row[stamp] for stamp in topics[topic]]
+        values = np.array(list(topics[topic].values()), dtype=np.float64).reshape(len(rows), len(columns))
         for k, name in enumerate(columns):
             if name in episode.columns:
                 table[name] = np.full(len(row), np.nan)
                 table[name][rows] = values[:, k]
-    notes = {row[stamp]: json.loads(text) for stamp, text in said[NOTE].items()}
+    notes = {row[stamp]: json.loads(text) for stamp, text in topics[NOTE].items()}
     for name in episode.columns:
         if name not in table:
             table[name] = [notes.get(i, {}).get(name, "") for i in range(len(row))]

@@ -1,4 +1,4 @@
-"""The map of the floor, and where an object was when something changed."""
+"""The maps of the floor and of the object, and the pose at an event."""
 
 from __future__ import annotations
 
@@ -12,10 +12,10 @@ from tests.report.answers import Sample
 from tests.report.effects import effect_sample
 from tests.report.test_page import words
 from trundle.report import render
-from trundle.report.figures import floor, lack, motion, place
-from trundle.report.figures.plan import Plan
-from trundle.report.given import Episode, Series
-from trundle.report.where import Event
+from trundle.report.figures import floor_map, missing_force, motion, object_map
+from trundle.report.figures.top_view import TopView
+from trundle.report.location import Event
+from trundle.report.series import Episode, Series
 
 
 def still(**more: object) -> Episode:
@@ -24,13 +24,13 @@ def still(**more: object) -> Episode:
     return Series.parse({"episodes": [given]}).episodes[0]
 
 
-def test_a_moment_lies_between_samples_and_turns_the_short_way() -> None:
-    pose = motion.moment(Event("e", 0.5, None), still())
+def test_a_pose_is_interpolated_and_turns_the_short_way() -> None:
+    pose = motion.pose_at_event(Event("e", 0.5, None), still())
     assert pose is not None
     assert pose[:2].tolist() == [0.5, 0.0]
     assert abs(np.cos(pose[2]) + 1.0) < 1e-3, "it turned through zero"
-    assert motion.moment(Event("another", 0.5, None), still()) is None
-    assert motion.moment(Event("e", 0.5, None), still(observed=[None, None, None])) is None
+    assert motion.pose_at_event(Event("another", 0.5, None), still()) is None
+    assert motion.pose_at_event(Event("e", 0.5, None), still(observed=[None, None, None])) is None
 
 
 @pytest.mark.parametrize(
@@ -52,21 +52,21 @@ def test_the_header_shows_the_map_that_has_something_to_mark(
     assert re.findall(r'id="(object|floor)-title"', page) == maps
 
 
-def test_a_region_without_a_name_is_drawn_where_nothing_explains(samples: dict[str, Sample]) -> None:
-    diagnosis, series = samples["foreign"]
+def test_the_region_of_an_unexplained_wrench_is_drawn(samples: dict[str, Sample]) -> None:
+    diagnosis, series = samples["discrepancy"]
     text = words(render(diagnosis, series))
-    assert "It is tied to a region of 1.00 by 1.10\xa0m about (1.00, 0.15)\xa0m on the floor." in text
-    assert "with an unnamed force learnt from the training data, which depends on" in text
+    assert "It acts in a region of 1.00 by 1.10\xa0m about (1.00, 0.15)\xa0m on the floor." in text
+    assert "with a force that is learned from the training data and depends on" in text
     named = diagnosis | {"verdict": "consistent"}
-    assert floor.draw(named, Series.parse(series)) is None and place.hinted(named) is None
+    assert floor_map.draw(named, Series.parse(series)) is None and object_map.hint_point(named) is None
 
 
-def test_arrows_point_the_way_the_force_is_missing(samples: dict[str, Sample]) -> None:
+def test_arrows_point_along_the_missing_force(samples: dict[str, Sample]) -> None:
     lacking = {"t": [0.0, 1.0, 2.0], "before": [[9.0, 0, 0], [1.0, 0, 0], [0, 5.0, 0]], "sd": [[1.0] * 3] * 3}
     quarter = [[0.0, 0.0, np.pi / 2], [1.0, 0.0, np.pi / 2], [2.0, 0.0, np.pi / 2]]
     episode = still(observed=quarter, residual=lacking)
-    plan = Plan.around([episode.observed[:, :2]])
-    arrows, longest = lack.arrows(plan, [episode])
+    plan = TopView.around([episode.observed[:, :2]])
+    arrows, longest = missing_force.arrows(plan, [episode])
     assert longest == pytest.approx(9.0)
     lines = [tuple(map(float, re.findall(r"-?[\d.]+", arrow)[:4])) for arrow in arrows]
     assert len(lines) == 2, "what noise explains is drawn"
@@ -83,9 +83,9 @@ def test_an_event_comes_first_and_is_marked_in_time_and_place() -> None:
     assert ">1</text>" in first
 
 
-def test_numbers_of_places_close_to_each_other_do_not_meet(samples: dict[str, Sample]) -> None:
+def test_numbers_of_close_points_do_not_overlap(samples: dict[str, Sample]) -> None:
     diagnosis, series = samples["corners"]
-    drawing = place.draw(diagnosis, Series.parse(series))
+    drawing = object_map.draw(diagnosis, Series.parse(series))
     assert drawing is not None
     spots = re.findall(r'<text x="([\d.]+)" y="([\d.]+)" class="number"', drawing)
     places = np.array(spots, dtype=np.float64)
@@ -96,5 +96,5 @@ def test_numbers_of_places_close_to_each_other_do_not_meet(samples: dict[str, Sa
 def test_a_map_of_places_far_away_still_shows_the_object() -> None:
     diagnosis, series = copy.deepcopy(effect_sample("coulomb_friction"))
     diagnosis["missing"][0]["where"]["body_point"]["mean"] = [80.0, 3.0]
-    drawing = place.draw(diagnosis, Series.parse(series))
+    drawing = object_map.draw(diagnosis, Series.parse(series))
     assert drawing is not None and ">20\xa0cm<" in drawing

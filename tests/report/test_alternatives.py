@@ -1,4 +1,4 @@
-"""Ties with their certificate, rivals, and the push that would tell."""
+"""Ties with their certificates, competing effects, and discriminating pushes."""
 
 from __future__ import annotations
 
@@ -12,27 +12,27 @@ from tests.report.samples import certificate, experiment, push
 from tests.report.test_page import words
 from trundle.report import render
 from trundle.report.figures import push as pushes
-from trundle.report.given import Series
+from trundle.report.series import Series
 
 
 def section(page: str) -> str:
-    """What the page says under the heading about alternatives."""
-    found = re.search(r'<section id="doubts".*?</section>', page, re.DOTALL)
+    """Return the section on alternative explanations; empty if there is none."""
+    found = re.search(r'<section id="alternatives".*?</section>', page, re.DOTALL)
     return found[0] if found else ""
 
 
 def test_a_tie_shows_certificate_and_push(samples: dict[str, Sample]) -> None:
-    doubts = section(render(*samples["certified"]))
-    text = words(doubts)
+    alternatives = section(render(*samples["certified"]))
+    text = words(alternatives)
     assert "An offset of the force sensor, a sloping floor or a floor with a grain tied" in text
     assert text.count("Certificate: force_bias and floor_") == 2
-    assert "To tell: First turn it by a quarter to the left." in text
-    assert 'id="push-0-0-0-title"' in doubts and 'id="push-0-0-1-title"' in doubts
-    assert "Hold at (−0.60, 0.30)\xa0m, push towards −29°; object frame." in text
-    assert "Hold at (0.55, −0.30)\xa0m and turn about there; object frame." in text
+    assert "To distinguish them: First turn it by a quarter to the left." in text
+    assert 'id="push-0-0-0-title"' in alternatives and 'id="push-0-0-1-title"' in alternatives
+    assert "Grasp at (−0.60, 0.30)\xa0m and push towards −29° (object frame)." in text
+    assert "Grasp at (0.55, −0.30)\xa0m and turn about that point (object frame)." in text
 
 
-def test_certificates_of_others_stay_out(samples: dict[str, Sample]) -> None:
+def test_certificates_of_other_models_are_omitted(samples: dict[str, Sample]) -> None:
     diagnosis, series = copy.deepcopy(samples["tied"])
     series |= {
         "certificates": [certificate("force_bias", "latency"), certificate("force_bias")],
@@ -40,31 +40,32 @@ def test_certificates_of_others_stay_out(samples: dict[str, Sample]) -> None:
     }
     text = words(section(render(diagnosis, series)))
     assert "Certificate" not in text and "First turn it" not in text
-    assert "No push is known that would tell." in text
+    assert "No push is known that distinguishes them." in text
 
 
-def test_a_rival_takes_the_push_that_tells_it_from_what_is_named(samples: dict[str, Sample]) -> None:
+def test_an_alternative_has_the_push_that_distinguishes_it_from_the_named_effect(
+    samples: dict[str, Sample],
+) -> None:
     diagnosis, series = copy.deepcopy(samples["table"])
     series["experiments"] = [experiment("second_wheel", "coulomb_friction")]
-    doubts = section(render(diagnosis, series))
-    assert "push-0-0-title" in doubts and "push at (0.6, 0.0)" not in doubts
+    alternatives = section(render(diagnosis, series))
+    assert "push-0-0-title" in alternatives and "push at (0.6, 0.0)" not in alternatives
     series["experiments"] = [experiment("latency", "coulomb_friction")]
     assert "push at (0.6, 0.0)" in section(render(diagnosis, series))
 
 
-def test_what_is_excluded_is_folded_away(samples: dict[str, Sample]) -> None:
+def test_excluded_explanations_are_collapsed(samples: dict[str, Sample]) -> None:
     diagnosis, series = copy.deepcopy(samples["table"])
     diagnosis["alternatives"][0]["probability"] = 0.0001
-    doubts = section(render(diagnosis, series))
-    open_part, _, folded = doubts.partition("<details>")
-    assert "No other explanation that was tried comes near." in open_part
+    open_part, _, folded = section(render(diagnosis, series)).partition("<details>")
+    assert "No other tested explanation is plausible." in open_part
     assert "A second wheel" in folded and "(&lt; 1 %)" in folded
 
 
-def test_without_doubts_there_is_no_section(samples: dict[str, Sample]) -> None:
+def test_without_alternatives_there_is_no_section(samples: dict[str, Sample]) -> None:
     diagnosis, series = copy.deepcopy(samples["table"])
     page = render(diagnosis | {"alternatives": [], "tied": [["only_one"]]}, series)
-    assert section(page) == "" and 'href="#doubts"' not in page
+    assert section(page) == "" and 'href="#alternatives"' not in page
 
 
 @pytest.mark.parametrize(
@@ -77,7 +78,7 @@ def test_without_doubts_there_is_no_section(samples: dict[str, Sample]) -> None:
         ([[1.0, 1.0, 0.0, 2.0], [1.0, 2.0, 0.0, 0.0]], []),
     ],
 )
-def test_only_what_acts_is_drawn(
+def test_channels_that_are_zero_are_not_drawn(
     samples: dict[str, Sample], knots: list[list[float]], lanes: list[str]
 ) -> None:
     drawing = pushes.draw("0", None, push("steady", knots), Series.parse(samples["table"][1]))

@@ -1,4 +1,4 @@
-"""What the report is given, as arrays: absent values are NaN, absent curves None."""
+"""The curves of a report as arrays. Absent values are NaN, absent curves are None."""
 
 from __future__ import annotations
 
@@ -16,7 +16,7 @@ Array = npt.NDArray[np.float64]
 
 @dataclass(frozen=True)
 class Residual:
-    """The missing wrench on the object, object axes: time (n,) s; the others (n, 3) N, N, N·m."""
+    """Missing wrench on the object, object axes: time (n,) in s; other arrays (n, 3) in N, N, N·m."""
 
     t: Array
     before: Array | None
@@ -27,7 +27,7 @@ class Residual:
 
 @dataclass(frozen=True)
 class Wrench:
-    """Recorded and needed wrench of a slow push, object axes: time (n,) s; the others (n, 3) N, N, N·m."""
+    """Recorded and required wrench of a quasi-static push, object axes; units as in `Residual`."""
 
     t: Array
     recorded: Array
@@ -37,7 +37,10 @@ class Wrench:
 
 @dataclass(frozen=True)
 class Episode:
-    """One episode: time (n,) s; poses (n, 3) x, y m and theta rad, world frame, open loop where simulated."""
+    """One episode: time (n,) in s; poses (n, 3), world frame, x, y in m, theta in rad.
+
+    `before` and `after` are open-loop simulations without and with the missing effects.
+    """
 
     name: str
     held_out: bool
@@ -52,9 +55,9 @@ class Episode:
 
 @dataclass(frozen=True)
 class Series:
-    """The curves beside a diagnosis; footprint polygons (k, 2) and support points (k, 2) m, object frame.
+    """The curves of a diagnosis. Footprint polygons and support points are (k, 2), object frame, in m.
 
-    `unnamed`: what the wrench without a name depends on, in words, where the model "after" holds one.
+    `unnamed` describes the inputs of the model discrepancy, if the model "after" contains one.
     """
 
     footprint: tuple[Array, ...]
@@ -71,17 +74,25 @@ class Series:
 
     @property
     def feet(self) -> list[Array]:
-        """Support points as a list of one array, or of none where they are not known."""
+        """Support points as a list of one array; an empty list if they are unknown."""
         return [self.support] if len(self.support) else []
 
     @property
     def pushes(self) -> str:
-        """What episodes are called: pushes, or runs on a rail."""
+        """Name of the episodes in the report: "pushes", or "runs" on a rail."""
         return "pushes" if "theta" in self.dof else "runs"
 
     @classmethod
     def parse(cls, given: Mapping[str, Any], single: bool = False) -> Series:
-        """Series from plain lists or arrays, None or NaN anywhere; `single`: before or after will do."""
+        """Parse lists or arrays, in which any value may be None or NaN.
+
+        Parameters
+        ----------
+        given
+            The `series` of a diagnosis.
+        single
+            There is one simulation: use "after", or "before" where "after" is absent.
+        """
         polygons = [_table(polygon, 2) for polygon in _or_empty(given.get("footprint"))]
         return cls(
             footprint=tuple(polygon for polygon in polygons if len(polygon) and np.isfinite(polygon).all()),
@@ -89,19 +100,19 @@ class Series:
             dof=tuple(given.get("dof") or ("x", "y", "theta")),
             quasi_static=bool(given.get("quasi_static")),
             episodes=tuple(_episode(episode, single) for episode in given.get("episodes") or ()),
-            unnamed=tuple(str(words) for words in given.get("unnamed") or ()),
+            unnamed=tuple(str(text) for text in given.get("unnamed") or ()),
         )
 
 
 def finite(value: object) -> float | None:
-    """Return a number that can be shown, or None."""
+    """Return a finite number as a float; None for anything else."""
     if isinstance(value, bool) or not isinstance(value, int | float | np.floating | np.integer):
         return None
     return float(value) if np.isfinite(value) else None
 
 
 def held_out_first(episodes: Sequence[Episode]) -> list[Episode]:
-    """Episodes that were never fitted before those that were, else in the order given."""
+    """Return held-out episodes, then training episodes, each in the given order."""
     return sorted(episodes, key=lambda episode: not episode.held_out)
 
 
@@ -140,7 +151,7 @@ def _wrench(given: Mapping[str, Any] | None, single: bool) -> Wrench | None:
 
 
 def _sides(given: Mapping[str, Any], single: bool) -> tuple[Array | None, Array | None]:
-    """Return the curves before and after; where one will do, it stands as that after."""
+    """Return the curves before and after; with `single`, the one that exists as the curve after."""
     before, after = _curve(given.get("before")), _curve(given.get("after"))
     return (None, before if after is None else after) if single else (before, after)
 
@@ -154,7 +165,7 @@ def _vector(given: Any) -> Array:
 
 
 def _table(given: Any, columns: int) -> Array:
-    """Return an array (n, columns); a row that is None is a row of NaN."""
+    """Return an array (n, columns); a row that is None becomes a row of NaN."""
     if isinstance(given, np.ndarray):
         rows: Any = given
     else:

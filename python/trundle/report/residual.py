@@ -1,0 +1,130 @@
+"""Section "Residual": the missing wrench with the named effects, and the one before they were added."""
+
+from __future__ import annotations
+
+from collections.abc import Mapping, Sequence
+from typing import Any
+
+from trundle.report import tables
+from trundle.report.figures import residual as residuals
+from trundle.report.gallery import drawn_note, gallery
+from trundle.report.legend import legend
+from trundle.report.location import locate_effects
+from trundle.report.markup import Html, tag
+from trundle.report.quantity import format_estimate, format_quantity, join_words
+from trundle.report.section import collapsible, section
+from trundle.report.series import Series, finite
+from trundle.report.verdict import is_single
+from trundle.report.wording import format_percent
+
+__all__ = ["dependence_sentences", "residual_section", "size_sentences"]
+
+_MAX_PANELS = 9
+_TITLES = {
+    "explained": "Residual with the named effects",
+    "reparameterised": "Residual with the refitted values",
+}
+"""Heading by verdict."""
+
+
+def residual_section(diagnosis: Mapping[str, Any], series: Series) -> Html | None:
+    """Return the section on the missing wrench; the one before the effects were added is collapsed."""
+    named = diagnosis.get("verdict") in ("explained", "reparameterised")
+    given = diagnosis.get("residual") or {}
+    windows = given.get("windows") or ()
+    panels = _panels(diagnosis, series, windows, ("after",) if named else ("before", "after"))
+    earlier = _residual_before(diagnosis, series) if named else None
+    sentences = (
+        []
+        if diagnosis.get("verdict") == "unexplained"
+        else [*size_sentences(given, series), *dependence_sentences(given)]
+    )
+    if not (panels or windows or earlier or sentences):
+        return None
+    listing = tables.windows(windows)
+    return section(
+        "residual",
+        _TITLES.get(str(diagnosis.get("verdict")), "Missing wrench over time"),
+        tag(
+            "p",
+            "Force and torque that the observed motion requires in addition to the simulation, object axes.",
+        ),
+        tag("ul", [tag("li", sentence) for sentence in sentences]) if sentences else None,
+        panels,
+        collapsible("Table of windows", listing) if listing else None,
+        earlier,
+    )
+
+
+def size_sentences(given: Mapping[str, Any], series: Series) -> list[str]:
+    """Return a sentence on the size of the missing wrench; an empty list if it is unknown."""
+    force, torque, share = (finite(given.get(key)) for key in ("force_rms", "torque_rms", "share"))
+    parts = [f"a force of {format_quantity('N', force)}"] if force is not None else []
+    if torque is not None and "theta" in series.dof:
+        parts.append(f"a torque of {format_quantity('N·m', torque)}")
+    if not parts:
+        return []
+    part = f", {format_percent(share)} of the initial misfit" if share is not None and share < 1.0 else ""
+    return [f"Size (RMS): {join_words(parts)}{part}."]
+
+
+def dependence_sentences(given: Mapping[str, Any]) -> list[str]:
+    """Return one sentence for the regime in which the residual occurs, and one for each period."""
+    found = [f"It occurs {given['regime']}."] if given.get("regime") else []
+    return found + [
+        _period_sentence(entry) for entry in given.get("periods") or () if isinstance(entry, Mapping)
+    ]
+
+
+def _period_sentence(entry: Mapping[str, Any]) -> str:
+    of, unit = str(entry.get("of")), str(entry.get("unit") or "")
+    period, amplitude = finite(entry.get("period")), format_quantity("N", entry.get("amplitude"))
+    text = format_quantity(unit, period) if unit == "m" else format_estimate(period, None, unit)
+    return f"It is periodic in the {of}: period {text}, amplitude {amplitude}."
+
+
+def _residual_before(diagnosis: Mapping[str, Any], series: Series) -> Html | None:
+    """Return the missing wrench of the simulation without the effects, collapsed."""
+    mismatch = diagnosis.get("mismatch") or {}
+    windows = mismatch.get("windows") or ()
+    panels, listing = _panels(diagnosis, series, windows, ("before",)), tables.windows(windows)
+    if not (panels or listing):
+        return None
+    return collapsible(
+        "Before: missing wrench of the simulation as given"
+        if diagnosis.get("verdict") == "reparameterised"
+        else "Before: missing wrench of the refitted simulation without these effects",
+        tag("p", axis_shares_sentence(mismatch, series)),
+        panels,
+        listing,
+    )
+
+
+def axis_shares_sentence(mismatch: Mapping[str, Any], series: Series) -> str:
+    """Return a sentence on the share of each axis in the misfit; empty for fewer than two axes."""
+    given = mismatch.get("channels") or {}
+    found = [(name, value) for name in series.dof if (value := finite(given.get(name))) is not None]
+    names = {"theta": "heading"}
+    if len(found) < 2:
+        return ""
+    return f"Misfit by axis: {join_words([f'{names.get(n, n)} {100.0 * s:.0f} %' for n, s in found])}."
+
+
+def _panels(
+    diagnosis: Mapping[str, Any], series: Series, windows: Sequence[Mapping[str, Any]], sides: Sequence[str]
+) -> Html | None:
+    named = locate_effects(diagnosis.get("missing") or ())
+    single = is_single(diagnosis, series.unnamed)
+    episodes = residuals.select_episodes(series, windows, _MAX_PANELS, sides)
+    figures = [
+        residuals.draw(f"{sides[0]}-{index}", episode, episode.residual, series, windows, named, sides)
+        for index, episode in enumerate(episodes)
+        if episode.residual is not None
+    ]
+    if not figures:
+        return None
+    total = len(residuals.select_episodes(series, windows, len(series.episodes), sides))
+    entries = [("band", "noise (two standard deviations)")]
+    entries += [("window", "windows that exceed the noise")] if windows else []
+    entries += [] if single or len(sides) < 2 else [("before whole", "before"), ("after whole", "after")]
+    return tag("div", tag("p", drawn_note(len(figures), total)), legend(*entries), gallery(figures))
