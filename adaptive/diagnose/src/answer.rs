@@ -16,13 +16,13 @@ pub struct Answer {
     /// What became of it.
     pub verdict: Verdict,
     /// The effects that were left out, largest contribution first.
-    pub missing: Vec<Missing>,
+    pub missing: Vec<MissingEffect>,
     /// Sets of effects that the data cannot tell apart.
     pub tied: Vec<Vec<String>>,
     /// Classes of whole sets of effects that the data cannot tell apart.
     pub tied_sets: Vec<Vec<Vec<String>>>,
     /// Detectable effects whose correction would not improve prediction by a material share; no part of the verdict.
-    pub immaterial: Vec<Missing>,
+    pub immaterial: Vec<MissingEffect>,
     /// Where the simulation as given goes wrong.
     pub mismatch: Mismatch,
     /// What remains after the named effects, also where nothing is named.
@@ -152,7 +152,7 @@ pub struct Point {
 
 /// An effect that was left out.
 #[derive(Clone, Debug, Serialize)]
-pub struct Missing {
+pub struct MissingEffect {
     /// Its name in a diagnosis.
     pub effect: String,
     /// That it belongs in the model, given the data.

@@ -1,11 +1,11 @@
 //! How well a model predicts training episodes that it was not fitted to.
 //!
 //! Each training episode (or group of them, at most [`MAX_FOLDS`]) is left out once, the model is refitted to the others
-//! from where its fit to all of them ended, and predicts what was left out. Samples of one episode depend on one another;
+//! from where its fit to all of them ended, and predicts what was left out. PredictedSamples of one episode depend on one another;
 //! episodes do not.
 
-use crate::confirm::Samples;
-use crate::engine::{Engine, Tried};
+use crate::block_bootstrap::PredictedSamples;
+use crate::engine::{Engine, FittedModel};
 use rayon::prelude::*;
 use trundle_infer::{InferError, Score, Watch, on_all_cores};
 use trundle_model::Model;
@@ -21,7 +21,7 @@ pub(crate) struct LeftOut {
     /// open loop and windows of one second, m²; or the wrench, N².
     episodes: Vec<Vec<f64>>,
     /// Each sample.
-    pub samples: Samples,
+    pub samples: PredictedSamples,
 }
 
 impl LeftOut {
@@ -54,19 +54,19 @@ fn mean(values: impl Iterator<Item = f64>) -> f64 {
 /// When the user interrupts.
 pub(crate) fn left_out(
     engine: &dyn Engine,
-    tried: &Tried,
-    beside: &Tried,
+    tried: &FittedModel,
+    beside: &FittedModel,
     watch: &dyn Watch,
 ) -> Result<LeftOut, InferError> {
     let (data, nominal) = (engine.data(), engine.nominal());
     let count = data.training.len();
     let folds = count.min(MAX_FOLDS);
     let gyration = if data.dof[2] { nominal.body.gyration } else { 0.0 };
-    let scored = |model: &Tried, episode: &Prepared| {
+    let scored = |model: &FittedModel, episode: &Prepared| {
         let score = engine.score(model, beside, std::slice::from_ref(episode))?;
         Ok(errors(&score, gyration, engine.is_quasi_static()))
     };
-    let one = |fold: usize, watch: &dyn Watch| -> Result<(Vec<Vec<f64>>, Samples), InferError> {
+    let one = |fold: usize, watch: &dyn Watch| -> Result<(Vec<Vec<f64>>, PredictedSamples), InferError> {
         let inside = |k: usize| k % folds == fold;
         let fitted = if folds > 1 { refitted(engine, tried, &|k| !inside(k), watch)? } else { tried.clone() };
         let own = data.training.iter().enumerate().filter(|(k, _)| inside(*k));
@@ -98,10 +98,10 @@ fn in_order<T>(folds: Vec<Vec<Vec<T>>>, count: usize) -> Vec<Vec<T>> {
 /// or the place of a thing that is hit in one episode, is nothing that other episodes could predict.
 fn refitted(
     engine: &dyn Engine,
-    tried: &Tried,
+    tried: &FittedModel,
     keep: &dyn Fn(usize) -> bool,
     watch: &dyn Watch,
-) -> Result<Tried, InferError> {
+) -> Result<FittedModel, InferError> {
     let mut model = engine.nominal().clone();
     model.effects.extend(tried.added.iter().cloned());
     let found = engine.refitted(tried, &model, keep, watch)?;
@@ -111,7 +111,7 @@ fn refitted(
     engine.refitted(tried, &model, keep, watch)
 }
 
-fn held(tried: &Tried, name: &str) -> bool {
+fn held(tried: &FittedModel, name: &str) -> bool {
     tried.fit.estimate(name).is_none_or(|estimate| estimate.identified)
 }
 
@@ -179,7 +179,7 @@ mod tests {
             let model =
                 Model { effects: [nominal.effects.clone(), added.clone()].concat(), ..nominal.clone() };
             let fit = fit(&comparison, &model, &[], &FitOptions::default(), &Quiet).unwrap();
-            Tried::new(added, fit, None)
+            FittedModel::new(added, fit, None)
         };
         let of = |added| {
             let tried = tried(added);

@@ -5,7 +5,7 @@
 //! proposed here, spread over what was visited.
 
 use crate::periods::Line;
-use crate::touch::Touch;
+use crate::contact_candidates::Touch;
 use rand::{RngExt, SeedableRng};
 use rand_chacha::ChaCha8Rng;
 use trundle_infer::Coordinates;

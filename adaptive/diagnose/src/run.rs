@@ -1,16 +1,16 @@
 //! The whole of a diagnosis, in order.
 
-use crate::adequacy::Remainder;
+use crate::lack_of_fit::LackOfFit;
 use crate::answer::{Answer, Figures, Mismatch, Nominal, Pair, Place, Remaining, Verdict};
-use crate::engine::{Engine, Own, Tried};
-use crate::enough::enough;
+use crate::engine::{Engine, Own, FittedModel};
+use crate::pushing_time::require_pushing_time;
 use crate::locate::Located;
-use crate::naming::{effect_probability, named};
-use crate::outlook::Outlook;
+use crate::effect_report::{effect_probability, named};
+use crate::predictive_check::PredictiveCheck;
 use crate::periods;
 use crate::platt::calibrated;
 use crate::predictions::Predictions;
-use crate::rivals::doubts;
+use crate::competing_models::doubts;
 use crate::search::{Found, Searcher, probabilities};
 use crate::series::{self, Series};
 use crate::thresholds::given_margin;
@@ -55,7 +55,7 @@ pub struct Outcome {
 /// # Errors
 /// When there is not enough data, or the user interrupts.
 pub fn diagnose(data: &Dataset, options: &Options, watch: &dyn Watch) -> Result<Outcome, InferError> {
-    enough(data)?;
+    require_pushing_time(data)?;
     diagnose_with(&Own::new(data, options.model.as_ref())?, options, watch)
 }
 
@@ -97,7 +97,7 @@ pub fn diagnose_recording(
             remedy: "check the recording with `trundle check`".to_owned(),
         })?;
     let model = options.model.as_ref().map(|model| units::reduced(model, &scales)).transpose()?;
-    enough(&reduced)?;
+    require_pushing_time(&reduced)?;
     let decided = decide(&Own::new(&reduced, model.as_ref())?, options, watch)?;
     let engine = Own::new(data, options.model.as_ref())?;
     explain(&engine, decided.restored(&engine, &scales)?, watch)
@@ -114,8 +114,8 @@ struct Decision {
     /// Why models that were tried are not named.
     reasons: BTreeMap<usize, &'static str>,
     /// What the best model leaves.
-    left: Option<Remainder>,
-    given: Option<Tried>,
+    left: Option<LackOfFit>,
+    given: Option<FittedModel>,
     verdict: Verdict,
 }
 
@@ -126,11 +126,11 @@ fn decide(engine: &dyn Engine, options: &Options, watch: &dyn Watch) -> Result<D
     watch.progress("left-out episodes", 0.0);
     let base = found.tried.iter().position(|t| t.added.is_empty()).unwrap_or(0);
     let slow = engine.is_quasi_static();
-    let ahead = |index: usize| if slow { Ok(None) } else { engine.outlook(&found.tried[index]).map(Some) };
-    let is_material = |outlook: Option<Outlook>| outlook.is_none_or(|ahead| ahead.is_material());
+    let ahead = |index: usize| if slow { Ok(None) } else { engine.predictive_check(&found.tried[index]).map(Some) };
+    let is_material = |predictive_check: Option<PredictiveCheck>| predictive_check.is_none_or(|ahead| ahead.is_material());
     let Choice { mut best, mut chances, rejected, immaterial, mut reasons } =
         Judge { engine, found: &found, base, watch }.choose()?;
-    let mut left = engine.remainder(&found.tried[best])?;
+    let mut left = engine.lack_of_fit(&found.tried[best])?;
     let errors = ahead(best)?;
     let gained = found.tried[base].fit.cost - found.tried[best].fit.cost;
     let named = (best != base).then_some(Named { gained, left });
@@ -152,7 +152,7 @@ fn decide(engine: &dyn Engine, options: &Options, watch: &dyn Watch) -> Result<D
     for index in BTreeSet::from([base, best]) {
         let richer: Vec<&Fit> = immaterial.iter().map(|(other, ..)| &found.tried[*other].fit).collect();
         let widened = engine.widened(&found.tried[index])?;
-        found.tried[index] = Tried { fit: widened.fit.allowing(&richer), ..widened };
+        found.tried[index] = FittedModel { fit: widened.fit.allowing(&richer), ..widened };
     }
     Ok(Decision { base, best, chances, rejected, immaterial, reasons, left, given, verdict, found })
 }
@@ -163,15 +163,15 @@ impl Decision {
         let nominal = engine.nominal();
         let base = &self.found.tried[self.base];
         let offset = engine.cost(&units::restored(base, nominal, scales, 0.0)?)? - base.fit.cost;
-        let restored = |tried: &Tried| units::restored(tried, nominal, scales, offset);
+        let restored = |tried: &FittedModel| units::restored(tried, nominal, scales, offset);
         let tried = self.found.tried.iter().map(restored).collect::<Result<Vec<_>, _>>()?;
-        let before = self.found.before.map(|left| units::remainder(left, scales));
+        let before = self.found.before.map(|left| units::lack_of_fit(left, scales));
         let located = engine.located(&tried[self.base], before)?;
         let given = match &self.given {
             Some(given) => engine.restored(given, scales, offset)?,
             None => None,
         };
-        let left = self.left.map(|left| units::remainder(left, scales));
+        let left = self.left.map(|left| units::lack_of_fit(left, scales));
         Ok(Self { found: Found { tried, before, located }, left, given, ..self })
     }
 }
@@ -191,12 +191,12 @@ fn explain(engine: &dyn Engine, decided: Decision, watch: &dyn Watch) -> Result<
     let mut filled = None;
     if verdict == Verdict::Unexplained {
         watch.progress("an unnamed force", 0.0);
-        filled = engine.unnamed(base, found.before, watch)?;
+        filled = engine.discrepancy(base, found.before, watch)?;
     }
     let after = filled.as_ref().unwrap_or(best);
 
-    let missing_before = engine.missing(before, found.before)?;
-    let missing_after = engine.missing(after, left)?;
+    let missing_before = engine.missing_wrenches(before, found.before)?;
+    let missing_after = engine.missing_wrenches(after, left)?;
     let again =
         (verdict == Verdict::Reparameterised).then(|| engine.located(before, found.before)).transpose()?;
     let mut mismatch = again.as_ref().unwrap_or(&found.located).mismatch(engine.channels(before)?);
@@ -296,7 +296,7 @@ fn explain(engine: &dyn Engine, decided: Decision, watch: &dyn Watch) -> Result<
         candidates: tried(engine.observations(), &found, &probabilities, &reasons),
     };
     Ok(Outcome {
-        model: engine.file(after)?,
+        model: engine.model_toml(after)?,
         predictions: predictions(engine, before, after)?,
         answer,
         series,
@@ -306,9 +306,9 @@ fn explain(engine: &dyn Engine, decided: Decision, watch: &dyn Watch) -> Result<
 /// What a model still misses: of the motion the smoothed missing wrench, of wrenches the needed less the recorded.
 fn remaining(
     engine: &dyn Engine,
-    tried: &Tried,
-    [before, after]: [Option<Remainder>; 2],
-    missing: &series::Missing,
+    tried: &FittedModel,
+    [before, after]: [Option<LackOfFit>; 2],
+    missing: &series::MissingWrenches,
 ) -> Result<Remaining, InferError> {
     let along = || missing.training.iter().flatten().flatten().map(|residual| residual.wrench).collect();
     let wrenches: Vec<[f64; 3]> = engine.residual_wrenches(tried)?.unwrap_or_else(along);
@@ -326,7 +326,7 @@ fn remaining(
     })
 }
 
-fn figures(engine: &dyn Engine, before: &Tried, after: &Tried) -> Result<Figures, InferError> {
+fn figures(engine: &dyn Engine, before: &FittedModel, after: &FittedModel) -> Result<Figures, InferError> {
     let pair = |episodes: &[Prepared]| {
         Ok::<_, InferError>(Pair {
             before: engine.score(before, after, episodes)?,
@@ -344,7 +344,7 @@ fn tried(
     probabilities: &[f64],
     reasons: &BTreeMap<usize, &'static str>,
 ) -> Vec<series::Candidate> {
-    let one = |(index, (t, &probability)): (usize, (&Tried, &f64))| series::Candidate {
+    let one = |(index, (t, &probability)): (usize, (&FittedModel, &f64))| series::Candidate {
         effects: t.names().into_iter().map(str::to_owned).collect(),
         log_evidence: t.fit.log_evidence,
         log_score: Some(-t.fit.cost / observations as f64),
@@ -354,10 +354,10 @@ fn tried(
     found.tried.iter().zip(probabilities).enumerate().map(one).collect()
 }
 
-fn predictions(engine: &dyn Engine, before: &Tried, after: &Tried) -> Result<Predictions, InferError> {
+fn predictions(engine: &dyn Engine, before: &FittedModel, after: &FittedModel) -> Result<Predictions, InferError> {
     let settling = unjudged(&before.fit.model).max(unjudged(&after.fit.model));
     let held_out = &engine.data().held_out;
-    let poses = |tried: &Tried| -> Result<Vec<[f64; 3]>, InferError> {
+    let poses = |tried: &FittedModel| -> Result<Vec<[f64; 3]>, InferError> {
         let mut all = vec![];
         for episode in held_out {
             let simulated = engine.open_loop(tried, episode)?;

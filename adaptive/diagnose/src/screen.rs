@@ -5,7 +5,7 @@
 //! `C` no change of the fitted parameters does: Rao's score test. It costs no fit. Its step is where the fit of the
 //! candidate starts from.
 
-use crate::ground::Ground;
+use crate::linear_model::Ground;
 use crate::proposals::{Hints, nearby, proposals};
 use crate::search::HOPELESS;
 use nalgebra::{DMatrix, DVector};
@@ -15,23 +15,23 @@ use trundle_model::{Effect, INNER, Kind, Model, Proposal};
 use trundle_record::Prepared;
 
 /// A fitted model's whitened innovations, and what other values or effects would change in them.
-pub(crate) trait View: Sync {
+pub(crate) trait Linearisation: Sync {
     /// All whitened innovations, one after the other.
     fn residual(&self) -> DVector<f64>;
 
     /// Their derivatives by everything that the fit estimated, and the slot of each where it is the model's own.
-    fn own(&self, fit: &Fit) -> Result<(DMatrix<f64>, Vec<Option<usize>>), InferError>;
+    fn own_derivatives(&self, fit: &Fit) -> Result<(DMatrix<f64>, Vec<Option<usize>>), InferError>;
 
     /// Their derivatives by some slots of a model that does the same at `values` as the one that was fitted.
-    fn slopes(&self, model: &Model, values: &[f64], free: &[usize]) -> Result<DMatrix<f64>, InferError>;
+    fn derivatives(&self, model: &Model, values: &[f64], free: &[usize]) -> Result<DMatrix<f64>, InferError>;
 }
 
-impl View for Seen<'_> {
+impl Linearisation for Seen<'_> {
     fn residual(&self) -> DVector<f64> {
         self.residual()
     }
 
-    fn own(&self, fit: &Fit) -> Result<(DMatrix<f64>, Vec<Option<usize>>), InferError> {
+    fn own_derivatives(&self, fit: &Fit) -> Result<(DMatrix<f64>, Vec<Option<usize>>), InferError> {
         let slots = fit.model.slots();
         let free: Vec<usize> =
             fit.estimates.iter().filter_map(|e| slots.iter().position(|s| s.name == e.name)).collect();
@@ -39,7 +39,7 @@ impl View for Seen<'_> {
         Ok((stacked(&slopes), free.into_iter().map(Some).collect()))
     }
 
-    fn slopes(&self, model: &Model, values: &[f64], free: &[usize]) -> Result<DMatrix<f64>, InferError> {
+    fn derivatives(&self, model: &Model, values: &[f64], free: &[usize]) -> Result<DMatrix<f64>, InferError> {
         Ok(stacked(&self.slopes(model, values, free)?))
     }
 }
@@ -62,7 +62,7 @@ const TOGETHER: usize = 8;
 
 /// What is wanted of the cheap test.
 #[derive(Clone, Copy)]
-pub(crate) struct Wanted<'a> {
+pub(crate) struct ScreenOptions<'a> {
     /// Parts of the floor that seem to drag.
     pub regions: &'a [Vec<[f64; 2]>],
     /// Starts that are kept of a kind.
@@ -75,17 +75,17 @@ pub(crate) struct Wanted<'a> {
 /// What the cheap test is made with.
 #[derive(Clone, Copy)]
 pub(crate) struct Screen<'a> {
-    pub view: &'a dyn View,
+    pub view: &'a dyn Linearisation,
     pub episodes: &'a [Prepared],
     pub hints: &'a Hints<'a>,
-    pub wanted: &'a Wanted<'a>,
+    pub wanted: &'a ScreenOptions<'a>,
 }
 
 impl Screen<'_> {
     /// Starts of every kind of `kinds` on top of a fit, the best of each kind first, sorted by what the best of the kind
     /// promises.
     pub fn of(&self, fit: &Fit, kinds: &[Kind], watch: &dyn Watch) -> Result<Vec<Vec<Start>>, InferError> {
-        let Wanted { starts: kept, most, seed, .. } = *self.wanted;
+        let ScreenOptions { starts: kept, most, seed, .. } = *self.wanted;
         let ground = Ground::new(self.view, fit)?;
         let spare = INNER.saturating_sub(fit.model.inner().len());
         let promised = |shapes: &[Effect]| {
@@ -210,7 +210,7 @@ fn stacked(parts: &[DMatrix<f64>]) -> DMatrix<f64> {
 #[cfg(test)]
 #[allow(clippy::unwrap_used)]
 mod tests {
-    use super::Wanted;
+    use super::ScreenOptions;
     use crate::common::{World, effect, locked};
     use crate::engine::{Engine, Own};
     use trundle_infer::Quiet;
@@ -223,7 +223,7 @@ mod tests {
         let base = engine.base(0, &Quiet).unwrap();
         let kinds =
             [Kind::FloorSlope, Kind::ForceBias, Kind::CoulombFriction, Kind::Latency, Kind::MassChange];
-        let wanted = Wanted { regions: &[], starts: 1, most: kinds.len(), seed: 0 };
+        let wanted = ScreenOptions { regions: &[], starts: 1, most: kinds.len(), seed: 0 };
         let found = engine.starts(&base, &kinds, &wanted, &Quiet).unwrap().unwrap();
         found.iter().map(|starts| (starts[0].effect.kind, starts[0].gain)).collect()
     }

@@ -5,7 +5,7 @@ use trundle_infer::{Fit, InferError};
 use trundle_model::{Fixture, Model};
 use trundle_record::{Dataset, Prepared};
 
-use crate::engine::{Engine, Tried};
+use crate::engine::{Engine, FittedModel};
 use crate::locate::Residuals;
 
 /// Everything that the report draws.
@@ -71,7 +71,7 @@ pub struct Episode {
 pub struct Residual {
     /// s.
     pub t: Vec<f64>,
-    /// Missing from the simulation under test.
+    /// MissingWrenches from the simulation under test.
     pub before: Option<Vec<[f64; 3]>>,
     /// Still missing with the effects found.
     pub after: Option<Vec<[f64; 3]>>,
@@ -109,8 +109,8 @@ pub struct Candidate {
     pub reason: Option<&'static str>,
 }
 
-/// Missing wrenches of the training and of the held-out episodes.
-pub(crate) struct Missing {
+/// MissingWrenches wrenches of the training and of the held-out episodes.
+pub(crate) struct MissingWrenches {
     pub training: Option<Residuals>,
     pub held_out: Option<Residuals>,
 }
@@ -133,8 +133,8 @@ pub(crate) fn outline(model: &Model) -> Vec<Vec<[f64; 2]>> {
 /// Curves of every episode.
 pub(crate) fn episodes(
     engine: &dyn Engine,
-    [before, after]: [&Tried; 2],
-    [missing_before, missing_after]: [&Missing; 2],
+    [before, after]: [&FittedModel; 2],
+    [missing_before, missing_after]: [&MissingWrenches; 2],
 ) -> Result<Vec<Episode>, InferError> {
     let part = |episodes: &[Prepared], held_out: bool, b: &Option<Residuals>, a: &Option<Residuals>| {
         let one = |(k, episode): (usize, &Prepared)| -> Result<Episode, InferError> {

@@ -5,7 +5,7 @@
 /// Gain in log likelihood below which something is chance, nats: twice the gain is distributed like χ² with one degree of
 /// freedom, halved at zero, so 10 nats are a false alarm in 10⁵ on exact data. The rest is a margin for integrators that
 /// differ from ours. It is also what given values may cost beyond half a nat a parameter, and what one block may count.
-pub(crate) const CHANCE: f64 = 10.0;
+pub(crate) const MIN_SIGNIFICANT_GAIN_NATS: f64 = 10.0;
 
 /// Mean square below which something does not matter, as a share of that of what it is compared with: a tenth of its size.
 /// A remainder is compared with the noise, where it gains half of this share per sample, nats; errors with the motion; and
@@ -14,14 +14,14 @@ pub(crate) const CHANCE: f64 = 10.0;
 pub(crate) const NEGLIGIBLE_SHARE: f64 = 0.01;
 
 /// Difference of log likelihood below which two explanations are the same, nats: two standard deviations of one parameter.
-pub(crate) const TIE: f64 = 2.0;
+pub(crate) const MAX_TIE_DIFFERENCE_NATS: f64 = 2.0;
 
 /// Chance that an effect must have, block by block, to be named, and that a push is asked to give.
-pub(crate) const SURE: f64 = 0.95;
+pub(crate) const MIN_EFFECT_PROBABILITY: f64 = 0.95;
 
 /// Factor by which the squared errors of left-out training episodes must rise without an effect for the effect to be
 /// material: an eighth of the error. Chosen on the tuning range of the wide benchmark.
-pub(crate) const MATERIAL_RISE: f64 = 1.25;
+pub(crate) const MIN_MATERIAL_ERROR_RATIO: f64 = 1.25;
 
 /// Errors this many times larger than a model claims refute it. In a right model the mean square over a recording's
 /// some dozens of windows is within a third of what it claims; the rest is a margin for laws that
@@ -45,11 +45,11 @@ pub(crate) const LEFT_OVER: f64 = 0.25;
 pub(crate) const UNSEEN: f64 = 2.0;
 
 /// Whether a gain in log likelihood, nats, is more than chance and large enough to matter.
-pub(crate) fn matters(gain: f64, observations: usize) -> bool {
-    gain > CHANCE.max(0.5 * NEGLIGIBLE_SHARE * observations as f64)
+pub(crate) fn is_significant(gain: f64, observations: usize) -> bool {
+    gain > MIN_SIGNIFICANT_GAIN_NATS.max(0.5 * NEGLIGIBLE_SHARE * observations as f64)
 }
 
 /// Log likelihood that the given values of so many parameters may cost and still be right, nats.
 pub(crate) fn given_margin(parameters: usize) -> f64 {
-    CHANCE + 0.5 * parameters as f64
+    MIN_SIGNIFICANT_GAIN_NATS + 0.5 * parameters as f64
 }

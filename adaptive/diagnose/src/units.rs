@@ -8,8 +8,8 @@ use trundle_infer::{Channels, Estimate, Fit, InferError, Strain};
 use trundle_model::{Body, Effect, Fixture, Model, Scales};
 use trundle_record::{Dataset, Prepared};
 
-use crate::adequacy::Remainder;
-use crate::engine::Tried;
+use crate::lack_of_fit::LackOfFit;
+use crate::engine::FittedModel;
 
 /// A recording is rescaled by whole powers of this, so that it ends within a factor of 32 of a table: a power of two, so that
 /// rescaling loses no bit. Steps of an instrument's time (drop-outs, smoothing at the ends of a motion) are in seconds, so a
@@ -119,14 +119,14 @@ fn resized(effect: &Effect, scales: &Scales, factor: impl Fn(f64) -> f64) -> Eff
 /// A model that was tried in a recording's own units, in SI units. `nominal` is the simulation under test in SI units,
 /// and `offset` what the units add to a cost.
 pub(crate) fn restored(
-    tried: &Tried,
+    tried: &FittedModel,
     nominal: &Model,
     scales: &Scales,
     offset: f64,
-) -> Result<Tried, InferError> {
+) -> Result<FittedModel, InferError> {
     let added: Vec<Effect> = tried.added.iter().map(|effect| resized(effect, scales, |size| size)).collect();
     let fit = fit(&tried.fit, nominal, &added, scales, offset)?;
-    Ok(Tried { added, fit, ..tried.clone() })
+    Ok(FittedModel { added, fit, ..tried.clone() })
 }
 
 /// The same of a fit of the simulation under test with some effects.
@@ -183,6 +183,6 @@ fn channels(channels: &Channels, scales: &Scales) -> Channels {
 }
 
 /// What a model leaves, in SI units.
-pub(crate) fn remainder(left: Remainder, scales: &Scales) -> Remainder {
-    Remainder { channels: channels(&left.channels, scales), ..left }
+pub(crate) fn lack_of_fit(left: LackOfFit, scales: &Scales) -> LackOfFit {
+    LackOfFit { channels: channels(&left.channels, scales), ..left }
 }

@@ -1,14 +1,14 @@
 //! Which of the models that were tried is named, and what to say of it.
 
-use crate::adequacy::Remainder;
+use crate::lack_of_fit::LackOfFit;
 use crate::answer::Verdict;
-use crate::confirm::{Samples, correlation_time, holds_up};
+use crate::block_bootstrap::{PredictedSamples, correlation_time, probability_of_gain};
 use crate::cross_validation::{LeftOut, left_out};
-use crate::engine::{Engine, Tried};
-use crate::naming::{of_kinds, without};
+use crate::engine::{Engine, FittedModel};
+use crate::effect_report::{of_kinds, without};
 use crate::search::Found;
-use crate::thresholds::{LEFT_OVER, MATERIAL_RISE, NEGLIGIBLE_SHARE, SURE, UNSEEN};
-use crate::whole::{ELSEWHERE, Whole};
+use crate::thresholds::{LEFT_OVER, MIN_MATERIAL_ERROR_RATIO, NEGLIGIBLE_SHARE, MIN_EFFECT_PROBABILITY, UNSEEN};
+use crate::eligibility::{ELSEWHERE, Whole};
 use std::collections::BTreeMap;
 use trundle_infer::{InferError, Watch, unjudged};
 use trundle_model::{Kind, Param};
@@ -67,7 +67,7 @@ impl Judge<'_> {
                 self.doubtful(candidate)?
             };
             let chances = if doubt.is_some() { vec![] } else { self.chances(candidate, &mut left_out)? };
-            let by_chance = chances.iter().any(|chance| *chance < SURE);
+            let by_chance = chances.iter().any(|chance| *chance < MIN_EFFECT_PROBABILITY);
             if doubt.is_some() || by_chance {
                 reasons.insert(
                     index,
@@ -103,7 +103,7 @@ impl Judge<'_> {
     }
 
     /// Why a model is not worth a test on left-out episodes, if so.
-    fn doubtful(&self, candidate: &Tried) -> Result<Option<&'static str>, InferError> {
+    fn doubtful(&self, candidate: &FittedModel) -> Result<Option<&'static str>, InferError> {
         Ok(if !(0..candidate.added.len()).all(|k| is_defined(candidate, k)) {
             Some("the data do not hold a parameter that defines an effect")
         } else if !self.fits_better(candidate)? {
@@ -115,12 +115,12 @@ impl Judge<'_> {
 
     /// Whether every effect of a model improves the density of the episodes that it is fitted to by more than chance. What
     /// does not, need not be asked of left-out episodes, which takes refits.
-    fn fits_better(&self, candidate: &Tried) -> Result<bool, InferError> {
+    fn fits_better(&self, candidate: &FittedModel) -> Result<bool, InferError> {
         let with = self.engine.predicted(candidate, &|_| true)?;
         let time = self.correlation_time(&with);
         for k in 0..candidate.added.len() {
             let Some(simpler) = without(self.found, candidate, k) else { return Ok(false) };
-            if holds_up(time, &with, &self.engine.predicted(simpler, &|_| true)?) < SURE {
+            if probability_of_gain(time, &with, &self.engine.predicted(simpler, &|_| true)?) < MIN_EFFECT_PROBABILITY {
                 return Ok(false);
             }
         }
@@ -129,20 +129,20 @@ impl Judge<'_> {
 
     /// Correlation time of a fitted model's residuals, samples. Those of slow pushes are means over a second, so long that
     /// what a floor does from place to place is independent.
-    fn correlation_time(&self, samples: &Samples) -> f64 {
+    fn correlation_time(&self, samples: &PredictedSamples) -> f64 {
         if self.engine.is_quasi_static() { 1.0 } else { correlation_time(samples) }
     }
 
     /// Of each effect of a model, the chance that left-out episodes are predicted better with it.
     fn chances(
         &self,
-        candidate: &Tried,
-        known: &mut BTreeMap<*const Tried, LeftOut>,
+        candidate: &FittedModel,
+        known: &mut BTreeMap<*const FittedModel, LeftOut>,
     ) -> Result<Vec<f64>, InferError> {
         let time = self.correlation_time(&self.engine.predicted(candidate, &|_| true)?);
         let with = self.misfit(candidate, candidate, known)?.samples;
         let one = |k: usize| match without(self.found, candidate, k) {
-            Some(simpler) => Ok(holds_up(time, &with, &self.misfit(simpler, candidate, known)?.samples)),
+            Some(simpler) => Ok(probability_of_gain(time, &with, &self.misfit(simpler, candidate, known)?.samples)),
             None => Ok(0.0),
         };
         (0..candidate.added.len()).map(one).collect()
@@ -151,9 +151,9 @@ impl Judge<'_> {
     /// How a model predicts left-out episodes, compared with another.
     fn misfit(
         &self,
-        tried: &Tried,
-        beside: &Tried,
-        known: &mut BTreeMap<*const Tried, LeftOut>,
+        tried: &FittedModel,
+        beside: &FittedModel,
+        known: &mut BTreeMap<*const FittedModel, LeftOut>,
     ) -> Result<LeftOut, InferError> {
         let key = std::ptr::from_ref(tried);
         let all_judged = unjudged(&beside.fit.model) == 0.0;
@@ -169,8 +169,8 @@ impl Judge<'_> {
     /// simpler law is the one to name.
     fn has_simpler(
         &self,
-        candidate: &Tried,
-        known: &mut BTreeMap<*const Tried, LeftOut>,
+        candidate: &FittedModel,
+        known: &mut BTreeMap<*const FittedModel, LeftOut>,
     ) -> Result<bool, InferError> {
         for (k, effect) in candidate.added.iter().enumerate() {
             let Some(simpler) = effect.kind.simpler() else { continue };
@@ -178,7 +178,7 @@ impl Judge<'_> {
             kinds[k] = simpler;
             let Some(other) = of_kinds(&self.found.tried, kinds) else { continue };
             let with = self.misfit(candidate, candidate, known)?;
-            if with.rise(&self.misfit(other, candidate, known)?) < MATERIAL_RISE {
+            if with.rise(&self.misfit(other, candidate, known)?) < MIN_MATERIAL_ERROR_RATIO {
                 return Ok(true);
             }
         }
@@ -189,19 +189,19 @@ impl Judge<'_> {
     /// predictions err hardly more than the instruments.
     fn idle(
         &self,
-        candidate: &Tried,
-        known: &mut BTreeMap<*const Tried, LeftOut>,
+        candidate: &FittedModel,
+        known: &mut BTreeMap<*const FittedModel, LeftOut>,
     ) -> Result<Vec<usize>, InferError> {
-        let mut misfit = |tried: &Tried| self.misfit(tried, candidate, known);
+        let mut misfit = |tried: &FittedModel| self.misfit(tried, candidate, known);
         let with = misfit(candidate)?;
         let mut idle = vec![];
-        if !self.engine.errs(&self.found.tried[self.base])? {
+        if !self.engine.errs_beyond_noise(&self.found.tried[self.base])? {
             return Ok((0..candidate.added.len()).collect());
         }
         for k in 0..candidate.added.len() {
             let needed = match without(self.found, candidate, k) {
                 Some(simpler) => {
-                    with.rise(&misfit(simpler)?) >= MATERIAL_RISE && self.engine.errs(simpler)?
+                    with.rise(&misfit(simpler)?) >= MIN_MATERIAL_ERROR_RATIO && self.engine.errs_beyond_noise(simpler)?
                 }
                 None => false,
             };
@@ -215,7 +215,7 @@ impl Judge<'_> {
 
 /// Whether the data hold what makes an effect the effect that it is: every essential parameter but for places and
 /// directions, and at least one of those any of which defines it. A load whose frequency is unknown is an offset mass.
-fn is_defined(candidate: &Tried, k: usize) -> bool {
+fn is_defined(candidate: &FittedModel, k: usize) -> bool {
     let names = candidate.fit.model.effect_names();
     let name = &names[names.len() - candidate.added.len() + k];
     let spec = candidate.added[k].kind.spec();
@@ -229,7 +229,7 @@ fn is_defined(candidate: &Tried, k: usize) -> bool {
 
 /// Chance that a law which leaves so much is the missing one, rather than one that is like it: even where it leaves as
 /// much as is still named.
-pub(crate) fn likeness(left: Option<Remainder>, observations: usize) -> f64 {
+pub(crate) fn likeness(left: Option<LackOfFit>, observations: usize) -> f64 {
     let most = UNSEEN * observations as f64;
     left.map_or(1.0, |left| 1.0 / (1.0 + (left.misfit() / most).powi(2)))
 }
@@ -238,7 +238,7 @@ pub(crate) fn likeness(left: Option<Remainder>, observations: usize) -> f64 {
 #[derive(Clone, Copy)]
 pub(crate) struct Named {
     pub gained: f64,
-    pub left: Option<Remainder>,
+    pub left: Option<LackOfFit>,
 }
 
 /// The verdict, given what the simulation under test leaves, what is named, if anything, and whether the errors of the
@@ -248,18 +248,18 @@ pub(crate) struct Named {
 /// not stated, the fit of the simulation under test takes unmodelled effects for noise, and such a wrench gains little there.
 pub(crate) fn judge(
     observations: usize,
-    before: Option<Remainder>,
+    before: Option<LackOfFit>,
     named: Option<Named>,
     material: bool,
 ) -> Verdict {
-    let matters = |r: Option<Remainder>| material && r.is_some_and(|r| r.matters(observations));
+    let matters = |r: Option<LackOfFit>| material && r.is_some_and(|r| r.is_significant(observations));
     let Some(Named { gained, left }) = named else {
-        return if matters(before) { Verdict::Unexplained } else { Verdict::Consistent };
+        return if is_significant(before) { Verdict::Unexplained } else { Verdict::Consistent };
     };
     let (Some(before), Some(after)) = (before, left) else { return Verdict::Explained };
     let missing = before.gain.max(gained + after.gain);
     let misfit = before.misfit().max(gained + after.misfit());
-    let much = matters(left) && after.gain > LEFT_OVER * missing;
+    let much = is_significant(left) && after.gain > LEFT_OVER * missing;
     let unlike = material && after.misfit() > (UNSEEN * observations as f64).max(NEGLIGIBLE_SHARE * misfit);
     if much || unlike { Verdict::Unexplained } else { Verdict::Explained }
 }
@@ -267,20 +267,20 @@ pub(crate) fn judge(
 #[cfg(test)]
 #[allow(clippy::unwrap_used)]
 mod tests {
-    use super::{Named, correlation_time, holds_up, is_defined, judge, left_out, likeness};
-    use crate::adequacy::Remainder;
+    use super::{Named, correlation_time, probability_of_gain, is_defined, judge, left_out, likeness};
+    use crate::lack_of_fit::LackOfFit;
     use crate::answer::{Value, Verdict};
     use crate::common::{World, effect, locked};
-    use crate::engine::{Engine, Own, Tried};
+    use crate::engine::{Engine, Own, FittedModel};
     use crate::{Options, diagnose};
     use trundle_infer::{Channels, Comparison, FitOptions, Quiet, fit};
     use trundle_model::{Effect, Kind, Model};
 
     const SAMPLES: usize = 2000;
 
-    fn leaving(gain: f64, excess: f64) -> Option<Remainder> {
+    fn leaving(gain: f64, excess: f64) -> Option<LackOfFit> {
         let channels = Channels { pose: [1e-3; 3], reading: [0.4; 3], wander: [0.0; 3] };
-        Some(Remainder { gain, channels, excess })
+        Some(LackOfFit { gain, channels, excess })
     }
 
     #[test]
@@ -325,11 +325,11 @@ mod tests {
             let model =
                 Model { effects: [nominal.effects.clone(), added.clone()].concat(), ..nominal.clone() };
             let fitted = fit(&comparison, &model, &[], &FitOptions::default(), &Quiet).unwrap();
-            let tried = Tried::new(added, fitted, None);
+            let tried = FittedModel::new(added, fitted, None);
             left_out(&engine, &tried, &tried, &Quiet).unwrap().samples
         };
         let with = predicted(vec![Effect::free(Kind::FloorSlope)]);
-        holds_up(correlation_time(&with), &with, &predicted(vec![]))
+        probability_of_gain(correlation_time(&with), &with, &predicted(vec![]))
     }
 
     #[test]
@@ -354,7 +354,7 @@ mod tests {
     }
 
     /// A recording's fit with one effect, of whose parameters the data hold `known` and no other.
-    fn holding(kind: Kind, known: &[&str]) -> Tried {
+    fn holding(kind: Kind, known: &[&str]) -> FittedModel {
         let data = World::of(locked()).recording(4);
         let added = vec![Effect::free(kind)];
         let nominal = Own::new(&data, None).unwrap().nominal().clone();
@@ -364,7 +364,7 @@ mod tests {
         for estimate in &mut fitted.estimates {
             estimate.identified = known.iter().any(|key| estimate.name.ends_with(&format!(".{key}")));
         }
-        Tried::new(added, fitted, None)
+        FittedModel::new(added, fitted, None)
     }
 
     #[test]

@@ -1,7 +1,7 @@
 //! Doubts that a careful reader must know of. Held-out episodes are looked at here for the last time, and change no
 //! verdict.
 
-use crate::engine::{Engine, Tried};
+use crate::engine::{Engine, FittedModel};
 use trundle_infer::{InferError, Score};
 use trundle_record::Prepared;
 
@@ -17,8 +17,8 @@ const FEW_EPISODES: usize = 6;
 /// Everything to doubt in a diagnosis that compares the models `before` and `after`.
 pub(crate) fn warnings(
     engine: &dyn Engine,
-    before: &Tried,
-    after: &Tried,
+    before: &FittedModel,
+    after: &FittedModel,
     named: bool,
 ) -> Result<Vec<String>, InferError> {
     let data = engine.data();
@@ -37,7 +37,7 @@ pub(crate) fn warnings(
             data.training.len()
         ));
     }
-    let error = |tried: &Tried, episode: &Prepared| -> Result<Option<f64>, InferError> {
+    let error = |tried: &FittedModel, episode: &Prepared| -> Result<Option<f64>, InferError> {
         let score = engine.score(tried, tried, std::slice::from_ref(episode))?;
         Ok(score.window_position_rmse.or(score.force_rmse))
     };

@@ -3,19 +3,19 @@
 
 mod own;
 
-use crate::adequacy::Remainder;
+use crate::lack_of_fit::LackOfFit;
 use crate::answer::{Channels, Parameter};
-use crate::confirm::Samples;
+use crate::block_bootstrap::PredictedSamples;
 use crate::design::{Certificate, Experiment};
 use crate::foreign::Basis;
 use crate::locate::Located;
-use crate::outlook::Outlook;
+use crate::predictive_check::PredictiveCheck;
 use crate::periods::in_position;
 use crate::proposals::Hints;
-use crate::screen::{Screen, Start, View, Wanted};
-use crate::series::{Missing, Wrench};
-use crate::subset::{Set, best_sets};
-use crate::touch::touches;
+use crate::screen::{Screen, Start, Linearisation, ScreenOptions};
+use crate::series::{MissingWrenches, Wrench};
+use crate::best_subset::{Set, best_sets};
+use crate::contact_candidates::touches;
 use std::collections::BTreeMap;
 use trundle_infer::{Fit, InferError, Likelihood, Residual, Score, Watch, on_all_cores};
 use trundle_model::{Effect, Kind, Model, Proposal};
@@ -25,7 +25,7 @@ pub(crate) use own::Own;
 
 /// A model that was tried: the simulation under test with some effects added.
 #[derive(Clone)]
-pub(crate) struct Tried {
+pub(crate) struct FittedModel {
     pub added: Vec<Effect>,
     pub fit: Fit,
     /// What a black box was replaced by for this fit; `None` for trundle's own plant.
@@ -36,7 +36,7 @@ pub(crate) struct Tried {
     pub settled: bool,
 }
 
-impl Tried {
+impl FittedModel {
     /// A model that was just fitted; the search knows the prior of effects.
     pub fn new(added: Vec<Effect>, fit: Fit, basis: Option<Basis>) -> Self {
         Self { added, fit, basis, log_prior: 0.0, settled: false }
@@ -58,15 +58,15 @@ pub(crate) struct Job {
 
 impl Job {
     /// A fit that goes out from a model.
-    pub fn from(model: &Tried, added: Vec<Effect>, warm: Vec<Vec<f64>>) -> Self {
+    pub fn from(model: &FittedModel, added: Vec<Effect>, warm: Vec<Vec<f64>>) -> Self {
         let (fit, basis) = (&model.fit, model.basis.clone());
         Self { added, warm, from: fit.cost, channels: fit.channels, basis }
     }
 }
 
 /// Steps of a search that ends, and of a refit: it starts a fraction of a standard deviation from its optimum.
-pub(crate) const TO_THE_END: usize = 60;
-pub(crate) const REFIT_STEPS: usize = 6;
+pub(crate) const MAX_FIT_STEPS: usize = 60;
+pub(crate) const MAX_REFIT_STEPS: usize = 6;
 
 /// How far a fit is followed.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
@@ -74,7 +74,7 @@ pub(crate) enum Effort {
     /// A few steps: enough to see what leads nowhere.
     Glance,
     /// A step or two more: enough to rank models.
-    Look,
+    Inspector,
     /// To its optimum.
     Full,
 }
@@ -84,8 +84,8 @@ impl Effort {
     pub fn steps(self) -> usize {
         match self {
             Self::Glance => 8,
-            Self::Look => 2,
-            Self::Full => TO_THE_END,
+            Self::Inspector => 2,
+            Self::Full => MAX_FIT_STEPS,
         }
     }
 
@@ -97,7 +97,7 @@ impl Effort {
 }
 
 /// A function that inspects a fitted model and the missing wrench along the episodes.
-pub(crate) type Look<'l> = dyn FnMut(&dyn View, &[Vec<Residual>]) -> Result<(), InferError> + 'l;
+pub(crate) type Inspector<'l> = dyn FnMut(&dyn Linearisation, &[Vec<Residual>]) -> Result<(), InferError> + 'l;
 
 /// Whether kinds are proposed from the missing wrench along the episodes.
 pub(crate) fn needs_courses(kinds: &[Kind]) -> bool {
@@ -122,13 +122,13 @@ pub(crate) trait Engine: Sync {
     fn candidates(&self) -> Vec<Kind>;
 
     /// The simulation under test, refitted.
-    fn base(&self, seed: u64, watch: &dyn Watch) -> Result<Tried, InferError>;
+    fn base(&self, seed: u64, watch: &dyn Watch) -> Result<FittedModel, InferError>;
 
     /// The same engine for effects on top of the refitted simulation.
-    fn upon<'a>(
+    fn for_added_effects<'a>(
         &'a self,
-        base: &Tried,
-        before: Option<Remainder>,
+        base: &FittedModel,
+        before: Option<LackOfFit>,
         watch: &dyn Watch,
     ) -> Result<Box<dyn Engine + 'a>, InferError>;
 
@@ -137,10 +137,10 @@ pub(crate) trait Engine: Sync {
 
     /// Pass a fitted model to `at` as the score test sees it, with the missing wrench where `kinds` are proposed from it.
     /// `at` is not called for a model that cannot be evaluated. `false` where kinds cannot be screened.
-    fn look(&self, from: &Tried, kinds: &[Kind], at: &mut Look<'_>) -> Result<bool, InferError>;
+    fn inspect(&self, from: &FittedModel, kinds: &[Kind], at: &mut Inspector<'_>) -> Result<bool, InferError>;
 
     /// Further starts of a kind on top of a model, in addition to those of the score test.
-    fn elsewhere(&self, kind: Kind, from: &Tried, seed: u64) -> Vec<Start> {
+    fn extra_starts(&self, kind: Kind, from: &FittedModel, seed: u64) -> Vec<Start> {
         let _ = (kind, from, seed);
         vec![]
     }
@@ -149,14 +149,14 @@ pub(crate) trait Engine: Sync {
     /// screened.
     fn starts(
         &self,
-        from: &Tried,
+        from: &FittedModel,
         kinds: &[Kind],
-        wanted: &Wanted<'_>,
+        wanted: &ScreenOptions<'_>,
         watch: &dyn Watch,
     ) -> Result<Option<Vec<Vec<Start>>>, InferError> {
         on_all_cores(watch, |watch| {
             let mut found = vec![];
-            let screens = self.look(from, kinds, &mut |view, courses| {
+            let screens = self.inspect(from, kinds, &mut |view, courses| {
                 let touched = touches(courses, &from.fit.model.body);
                 let lines = in_position(courses, self.nominal().on_rail());
                 let hints = Hints { touched: &touched, regions: wanted.regions, lines: &lines };
@@ -165,7 +165,7 @@ pub(crate) trait Engine: Sync {
                 Ok(())
             })?;
             for starts in &mut found {
-                starts.extend(self.elsewhere(starts[0].effect.kind, from, wanted.seed));
+                starts.extend(self.extra_starts(starts[0].effect.kind, from, wanted.seed));
             }
             Ok(screens.then_some(found))
         })
@@ -174,16 +174,16 @@ pub(crate) trait Engine: Sync {
     /// Sets of two kinds up to `most` that together promise most on top of a model; none where sets cannot be screened.
     fn sets(
         &self,
-        from: &Tried,
+        from: &FittedModel,
         kinds: &[Kind],
-        wanted: &Wanted<'_>,
+        wanted: &ScreenOptions<'_>,
         most: usize,
         watch: &dyn Watch,
     ) -> Result<Vec<Set>, InferError> {
         let Some(starts) = self.starts(from, kinds, wanted, watch)? else { return Ok(vec![]) };
         on_all_cores(watch, |_| {
             let mut found = vec![];
-            self.look(from, &[], &mut |view, _| {
+            self.inspect(from, &[], &mut |view, _| {
                 found = best_sets(view, &from.fit, &starts, most)?;
                 Ok(())
             })?;
@@ -192,74 +192,74 @@ pub(crate) trait Engine: Sync {
     }
 
     /// Fit a model with effects.
-    fn fit(&self, job: Job, effort: Effort, seed: u64, watch: &dyn Watch) -> Result<Tried, InferError>;
+    fn fit(&self, job: Job, effort: Effort, seed: u64, watch: &dyn Watch) -> Result<FittedModel, InferError>;
 
     /// The model refitted, in a few steps, to the training episodes that are to be kept; `model` has its moments of
     /// events held.
     fn refitted(
         &self,
-        tried: &Tried,
+        tried: &FittedModel,
         model: &Model,
         keep: &dyn Fn(usize) -> bool,
         watch: &dyn Watch,
-    ) -> Result<Tried, InferError>;
+    ) -> Result<FittedModel, InferError>;
 
     /// The values with which the simulation is used, if such were given.
-    fn given(&self, watch: &dyn Watch) -> Result<Option<Tried>, InferError>;
+    fn given(&self, watch: &dyn Watch) -> Result<Option<FittedModel>, InferError>;
 
     /// Those values by name; with what every simulation of this kind has fixed.
-    fn given_values(&self, given: Option<&Tried>) -> BTreeMap<String, f64>;
+    fn given_values(&self, given: Option<&FittedModel>) -> BTreeMap<String, f64>;
 
     /// What a wandering wrench would gain on top of a model; `None` where only wrenches are compared.
-    fn remainder(&self, tried: &Tried) -> Result<Option<Remainder>, InferError>;
+    fn lack_of_fit(&self, tried: &FittedModel) -> Result<Option<LackOfFit>, InferError>;
 
     /// How a model predicts each sample of the training episodes that are to be kept.
-    fn predicted(&self, tried: &Tried, keep: &dyn Fn(usize) -> bool) -> Result<Samples, InferError>;
+    fn predicted(&self, tried: &FittedModel, keep: &dyn Fn(usize) -> bool) -> Result<PredictedSamples, InferError>;
 
     /// Where a model leaves something.
-    fn located(&self, tried: &Tried, left: Option<Remainder>) -> Result<Located, InferError>;
+    fn located(&self, tried: &FittedModel, left: Option<LackOfFit>) -> Result<Located, InferError>;
 
     /// Shares of the standardised misfit.
-    fn channels(&self, tried: &Tried) -> Result<Channels, InferError>;
+    fn channels(&self, tried: &FittedModel) -> Result<Channels, InferError>;
 
     /// Prediction errors one second ahead.
-    fn outlook(&self, tried: &Tried) -> Result<Outlook, InferError>;
+    fn predictive_check(&self, tried: &FittedModel) -> Result<PredictiveCheck, InferError>;
 
     /// Whether a model errs by more than the instruments explain, so that a further effect could improve its predictions.
     /// Slow pushes are judged by the wrench alone.
-    fn errs(&self, tried: &Tried) -> Result<bool, InferError> {
-        Ok(self.is_quasi_static() || self.outlook(tried)?.is_beyond_noise())
+    fn errs_beyond_noise(&self, tried: &FittedModel) -> Result<bool, InferError> {
+        Ok(self.is_quasi_static() || self.predictive_check(tried)?.is_beyond_noise())
     }
 
     /// Figures on some episodes. What is not judged of the model `beside` is not judged of this one.
-    fn score(&self, tried: &Tried, beside: &Tried, episodes: &[Prepared]) -> Result<Score, InferError>;
+    fn score(&self, tried: &FittedModel, beside: &FittedModel, episodes: &[Prepared]) -> Result<Score, InferError>;
 
     /// Simulated poses of an episode, one for each recorded one; `None` where inertia plays no part.
-    fn open_loop(&self, tried: &Tried, episode: &Prepared) -> Result<Option<Vec<[f64; 3]>>, InferError>;
+    fn open_loop(&self, tried: &FittedModel, episode: &Prepared) -> Result<Option<Vec<[f64; 3]>>, InferError>;
 
     /// The missing wrench along every episode.
-    fn missing(&self, tried: &Tried, left: Option<Remainder>) -> Result<Missing, InferError>;
+    fn missing_wrenches(&self, tried: &FittedModel, left: Option<LackOfFit>) -> Result<MissingWrenches, InferError>;
 
     /// The missing wrench along every training episode, not smoothed; none where inertia plays no part.
-    fn unsmoothed(&self, tried: &Tried) -> Result<Vec<Vec<Residual>>, InferError> {
+    fn unsmoothed(&self, tried: &FittedModel) -> Result<Vec<Vec<Residual>>, InferError> {
         let _ = tried;
         Ok(vec![])
     }
 
     /// The wrenches that two models need in an episode, where wrenches are compared.
-    fn wrenches(&self, episode: &Prepared, models: [&Tried; 2]) -> Result<Option<Wrench>, InferError>;
+    fn wrenches(&self, episode: &Prepared, models: [&FittedModel; 2]) -> Result<Option<Wrench>, InferError>;
 
     /// Residual wrenches of the training episodes, where wrenches are compared.
-    fn residual_wrenches(&self, tried: &Tried) -> Result<Option<Vec<[f64; 3]>>, InferError>;
+    fn residual_wrenches(&self, tried: &FittedModel) -> Result<Option<Vec<[f64; 3]>>, InferError>;
 
     /// How alike two models are on what was recorded.
-    fn certificate(&self, names: [&str; 2], models: [&Tried; 2]) -> Result<Certificate, InferError>;
+    fn certificate(&self, names: [&str; 2], models: [&FittedModel; 2]) -> Result<Certificate, InferError>;
 
     /// A push that would tell two models apart; `None` where none can be designed.
     fn experiment(
         &self,
         names: [&str; 2],
-        models: [&Tried; 2],
+        models: [&FittedModel; 2],
         noise: &trundle_infer::Channels,
         watch: &dyn Watch,
     ) -> Result<Option<Experiment>, InferError>;
@@ -267,13 +267,13 @@ pub(crate) trait Engine: Sync {
     /// The simulation under test with a wrench that no law names; `None` where none predicts.
     fn unnamed(
         &self,
-        base: &Tried,
-        left: Option<Remainder>,
+        base: &FittedModel,
+        left: Option<LackOfFit>,
         watch: &dyn Watch,
-    ) -> Result<Option<Tried>, InferError>;
+    ) -> Result<Option<FittedModel>, InferError>;
 
     /// A model as it was fitted, with its parameters free.
-    fn free(&self, tried: &Tried) -> Model {
+    fn free_model(&self, tried: &FittedModel) -> Model {
         let mut model = self.nominal().clone();
         model.mass = model.mass.and(tried.fit.model.mass);
         model.effects.extend(tried.added.iter().cloned());
@@ -281,21 +281,21 @@ pub(crate) trait Engine: Sync {
     }
 
     /// What a model was fitted with.
-    fn likelihood(&self, tried: &Tried) -> Result<Box<dyn Likelihood + '_>, InferError>;
+    fn likelihood(&self, tried: &FittedModel) -> Result<Box<dyn Likelihood + '_>, InferError>;
 
     /// The same model with standard deviations that include model error, from the spread between episodes where there are
     /// enough of them.
-    fn widened(&self, tried: &Tried) -> Result<Tried, InferError> {
-        let found = tried.fit.sandwiched(&self.free(tried), &[&*self.likelihood(tried)?])?;
+    fn widened(&self, tried: &FittedModel) -> Result<FittedModel, InferError> {
+        let found = tried.fit.sandwiched(&self.free_model(tried), &[&*self.likelihood(tried)?])?;
         Ok(found.map_or_else(
             || tried.clone(),
-            |(fit, basis)| Tried { fit: fit.as_normal(basis), ..tried.clone() },
+            |(fit, basis)| FittedModel { fit: fit.as_normal(basis), ..tried.clone() },
         ))
     }
 
     /// Parameters of the simulation under test within a fit.
-    fn parameters(&self, tried: &Tried) -> BTreeMap<String, Parameter>;
+    fn parameters(&self, tried: &FittedModel) -> BTreeMap<String, Parameter>;
 
     /// `model.toml`.
-    fn file(&self, tried: &Tried) -> Result<String, InferError>;
+    fn model_toml(&self, tried: &FittedModel) -> Result<String, InferError>;
 }

@@ -1,15 +1,15 @@
 //! Trundle's own plant as the simulation under test.
 
-use super::{Effort, Engine, Job, Look, REFIT_STEPS, Tried, needs_courses};
-use crate::adequacy::{Remainder, left_by, remainder};
+use super::{Effort, Engine, Job, Inspector, MAX_REFIT_STEPS, FittedModel, needs_courses};
+use crate::lack_of_fit::{LackOfFit, motion_lack_of_fit, lack_of_fit};
 use crate::answer::{Channels, Parameter};
 use crate::candidates::candidates;
-use crate::confirm::{Samples, predicted};
+use crate::block_bootstrap::{PredictedSamples, predicted};
 use crate::design::{Bench, Certificate, Experiment, Limits, Rival, certificate, experiment};
 use crate::locate::{Located, channels, located};
 use crate::nominal::{as_given, given_values, parameters, under_test};
-use crate::outlook::{Outlook, outlook};
-use crate::series::{Missing, Wrench, wrenches};
+use crate::predictive_check::{PredictiveCheck, predictive_check};
+use crate::series::{MissingWrenches, Wrench, wrenches};
 use crate::units;
 use crate::unnamed::unnamed;
 use std::collections::BTreeMap;
@@ -44,20 +44,20 @@ impl<'a> Own<'a> {
     }
 
     /// The comparison under the noise that suits a fit.
-    fn under(&self, tried: &Tried) -> Comparison {
+    fn under(&self, tried: &FittedModel) -> Comparison {
         self.comparison.with_channels(tried.fit.channels)
     }
 
     /// −log density of a fit in units in which its own cost is not known.
-    pub fn cost(&self, tried: &Tried) -> Result<f64, InferError> {
+    pub fn cost(&self, tried: &FittedModel) -> Result<f64, InferError> {
         self.under(tried).cost(&tried.fit.model, &tried.fit.values)
     }
 
     /// Values that were fitted in other units, in SI units.
-    pub fn restored(&self, given: &Tried, scales: &Scales, offset: f64) -> Result<Option<Tried>, InferError> {
+    pub fn restored(&self, given: &FittedModel, scales: &Scales, offset: f64) -> Result<Option<FittedModel>, InferError> {
         let of = |model: &Model| {
             let fit = units::fit(&given.fit, model, &[], scales, offset)?;
-            Ok(Tried { fit, ..given.clone() })
+            Ok(FittedModel { fit, ..given.clone() })
         };
         self.given.as_ref().map(of).transpose()
     }
@@ -88,17 +88,17 @@ impl Engine for Own<'_> {
         candidates(&self.nominal, self.is_quasi_static(), self.data.commanded)
     }
 
-    fn base(&self, seed: u64, watch: &dyn Watch) -> Result<Tried, InferError> {
+    fn base(&self, seed: u64, watch: &dyn Watch) -> Result<FittedModel, InferError> {
         let options = FitOptions { seed, measure_gradient: true, ..FitOptions::default() };
         let fit = fit(&self.comparison, &self.nominal, &[], &options, watch)?;
-        Ok(Tried::new(vec![], fit, None))
+        Ok(FittedModel::new(vec![], fit, None))
     }
 
     /// Where the noise is not stated, the next searches start from what suits the simulation under test.
-    fn upon<'b>(
+    fn for_added_effects<'b>(
         &'b self,
-        base: &Tried,
-        _: Option<Remainder>,
+        base: &FittedModel,
+        _: Option<LackOfFit>,
         _: &dyn Watch,
     ) -> Result<Box<dyn Engine + 'b>, InferError> {
         Ok(Box::new(self.with(self.under(base))))
@@ -108,7 +108,7 @@ impl Engine for Own<'_> {
         self.simulated().then(|| -> Box<dyn Engine + 'b> { Box::new(self.with(self.comparison.thinned())) })
     }
 
-    fn look(&self, from: &Tried, kinds: &[Kind], at: &mut Look<'_>) -> Result<bool, InferError> {
+    fn inspect(&self, from: &FittedModel, kinds: &[Kind], at: &mut Inspector<'_>) -> Result<bool, InferError> {
         let Comparison::Motion(motion) = &self.comparison else { return Ok(false) };
         let motion = motion.thinned().with_channels(from.fit.channels);
         if let Some(seen) = motion.seen(&from.fit.model, &from.fit.values)? {
@@ -118,7 +118,7 @@ impl Engine for Own<'_> {
         Ok(true)
     }
 
-    fn fit(&self, job: Job, effort: Effort, seed: u64, watch: &dyn Watch) -> Result<Tried, InferError> {
+    fn fit(&self, job: Job, effort: Effort, seed: u64, watch: &dyn Watch) -> Result<FittedModel, InferError> {
         let mut model = self.nominal.clone();
         model.effects.extend(job.added.iter().cloned());
         let near = self.simulated().then_some(effort.steps());
@@ -127,70 +127,70 @@ impl Engine for Own<'_> {
             FitOptions { starts: 0, seed, from_afar: false, near, noise_rounds, ..FitOptions::default() };
         let from = self.comparison.with_channels(job.channels);
         let fit = fit(&from, &model, &job.warm, &options, watch)?;
-        Ok(Tried::new(job.added, fit, None))
+        Ok(FittedModel::new(job.added, fit, None))
     }
 
     fn refitted(
         &self,
-        tried: &Tried,
+        tried: &FittedModel,
         model: &Model,
         keep: &dyn Fn(usize) -> bool,
         watch: &dyn Watch,
-    ) -> Result<Tried, InferError> {
-        let near = Some(REFIT_STEPS);
+    ) -> Result<FittedModel, InferError> {
+        let near = Some(MAX_REFIT_STEPS);
         let options =
             FitOptions { starts: 0, from_afar: false, near, noise_rounds: 0, ..FitOptions::default() };
         let some = self.under(tried).only(keep);
         let warm = std::slice::from_ref(&tried.fit.values);
-        Ok(Tried { fit: fit(&some, model, warm, &options, watch)?, ..tried.clone() })
+        Ok(FittedModel { fit: fit(&some, model, warm, &options, watch)?, ..tried.clone() })
     }
 
-    fn given(&self, watch: &dyn Watch) -> Result<Option<Tried>, InferError> {
+    fn given(&self, watch: &dyn Watch) -> Result<Option<FittedModel>, InferError> {
         let fitted = |given: &Model| {
             let fit = as_given(&self.comparison, given, watch)?;
-            Ok(Tried::new(vec![], fit, None))
+            Ok(FittedModel::new(vec![], fit, None))
         };
         self.given.as_ref().map(fitted).transpose()
     }
 
-    fn given_values(&self, given: Option<&Tried>) -> BTreeMap<String, f64> {
+    fn given_values(&self, given: Option<&FittedModel>) -> BTreeMap<String, f64> {
         given.map_or_else(BTreeMap::new, |given| given_values(&given.fit))
     }
 
-    fn remainder(&self, tried: &Tried) -> Result<Option<Remainder>, InferError> {
-        remainder(&self.comparison, &tried.fit)
+    fn lack_of_fit(&self, tried: &FittedModel) -> Result<Option<LackOfFit>, InferError> {
+        lack_of_fit(&self.comparison, &tried.fit)
     }
 
-    fn predicted(&self, tried: &Tried, keep: &dyn Fn(usize) -> bool) -> Result<Samples, InferError> {
+    fn predicted(&self, tried: &FittedModel, keep: &dyn Fn(usize) -> bool) -> Result<PredictedSamples, InferError> {
         predicted(&self.comparison.only(keep), &tried.fit)
     }
 
-    fn located(&self, tried: &Tried, left: Option<Remainder>) -> Result<Located, InferError> {
+    fn located(&self, tried: &FittedModel, left: Option<LackOfFit>) -> Result<Located, InferError> {
         located(&self.comparison, &tried.fit, left, &self.data.training)
     }
 
-    fn channels(&self, tried: &Tried) -> Result<Channels, InferError> {
+    fn channels(&self, tried: &FittedModel) -> Result<Channels, InferError> {
         channels(&self.comparison, &tried.fit)
     }
 
-    fn outlook(&self, tried: &Tried) -> Result<Outlook, InferError> {
-        outlook(self.data, &tried.fit)
+    fn predictive_check(&self, tried: &FittedModel) -> Result<PredictiveCheck, InferError> {
+        predictive_check(self.data, &tried.fit)
     }
 
-    fn score(&self, tried: &Tried, beside: &Tried, episodes: &[Prepared]) -> Result<Score, InferError> {
+    fn score(&self, tried: &FittedModel, beside: &FittedModel, episodes: &[Prepared]) -> Result<Score, InferError> {
         let (fit, other) = (&tried.fit, (&beside.fit.model, &beside.fit.values[..]));
         let (noise, quasi) = (&self.data.noise, self.is_quasi_static());
         score_beside(&fit.model, &fit.values, &fit.channels, episodes, noise, quasi, Some(other))
     }
 
-    fn open_loop(&self, tried: &Tried, episode: &Prepared) -> Result<Option<Vec<[f64; 3]>>, InferError> {
+    fn open_loop(&self, tried: &FittedModel, episode: &Prepared) -> Result<Option<Vec<[f64; 3]>>, InferError> {
         let plant = tried.fit.model.plant(&tried.fit.values)?;
         Ok(self.simulated().then(|| open_loop(&plant, episode)))
     }
 
-    fn missing(&self, tried: &Tried, left: Option<Remainder>) -> Result<Missing, InferError> {
+    fn missing_wrenches(&self, tried: &FittedModel, left: Option<LackOfFit>) -> Result<MissingWrenches, InferError> {
         let (Some(left), Comparison::Motion(motion)) = (left, &self.comparison) else {
-            return Ok(Missing { training: None, held_out: None });
+            return Ok(MissingWrenches { training: None, held_out: None });
         };
         let over = |motion: &MotionLikelihood| {
             motion.with_channels(left.channels).residuals(&tried.fit.model, &tried.fit.values)
@@ -199,10 +199,10 @@ impl Engine for Own<'_> {
             Ok(Comparison::Motion(held_out)) => over(&held_out)?,
             _ => None,
         };
-        Ok(Missing { training: over(motion)?, held_out })
+        Ok(MissingWrenches { training: over(motion)?, held_out })
     }
 
-    fn unsmoothed(&self, tried: &Tried) -> Result<Vec<Vec<Residual>>, InferError> {
+    fn unsmoothed(&self, tried: &FittedModel) -> Result<Vec<Vec<Residual>>, InferError> {
         if !self.simulated() {
             return Ok(vec![]);
         }
@@ -211,27 +211,27 @@ impl Engine for Own<'_> {
         self.data.training.iter().map(of).collect()
     }
 
-    fn wrenches(&self, episode: &Prepared, models: [&Tried; 2]) -> Result<Option<Wrench>, InferError> {
+    fn wrenches(&self, episode: &Prepared, models: [&FittedModel; 2]) -> Result<Option<Wrench>, InferError> {
         if self.simulated() {
             return Ok(None);
         }
         wrenches(self.data, episode, models.map(|tried| &tried.fit))
     }
 
-    fn residual_wrenches(&self, tried: &Tried) -> Result<Option<Vec<[f64; 3]>>, InferError> {
+    fn residual_wrenches(&self, tried: &FittedModel) -> Result<Option<Vec<[f64; 3]>>, InferError> {
         let Comparison::Wrench(slow) = &self.comparison else { return Ok(None) };
         let plant = tried.fit.model.plant(&tried.fit.values)?;
         Ok(Some(slow.samples().iter().map(|sample| sample.residual(&plant)).collect()))
     }
 
-    fn certificate(&self, names: [&str; 2], models: [&Tried; 2]) -> Result<Certificate, InferError> {
+    fn certificate(&self, names: [&str; 2], models: [&FittedModel; 2]) -> Result<Certificate, InferError> {
         certificate(&self.comparison, names, models.map(|tried| &tried.fit))
     }
 
     fn experiment(
         &self,
         names: [&str; 2],
-        models: [&Tried; 2],
+        models: [&FittedModel; 2],
         noise: &trundle_infer::Channels,
         watch: &dyn Watch,
     ) -> Result<Option<Experiment>, InferError> {
@@ -245,24 +245,24 @@ impl Engine for Own<'_> {
 
     fn unnamed(
         &self,
-        base: &Tried,
-        left: Option<Remainder>,
+        base: &FittedModel,
+        left: Option<LackOfFit>,
         watch: &dyn Watch,
-    ) -> Result<Option<Tried>, InferError> {
+    ) -> Result<Option<FittedModel>, InferError> {
         let found = unnamed((self.data, &self.nominal), &self.comparison, &base.fit, left, watch)?;
-        Ok(found.map(|fit| Tried::new(vec![], fit, None)))
+        Ok(found.map(|fit| FittedModel::new(vec![], fit, None)))
     }
 
-    fn likelihood(&self, tried: &Tried) -> Result<Box<dyn Likelihood + '_>, InferError> {
+    fn likelihood(&self, tried: &FittedModel) -> Result<Box<dyn Likelihood + '_>, InferError> {
         Ok(Box::new(self.under(tried)))
     }
 
-    fn parameters(&self, tried: &Tried) -> BTreeMap<String, Parameter> {
+    fn parameters(&self, tried: &FittedModel) -> BTreeMap<String, Parameter> {
         parameters(&tried.fit, &self.nominal)
     }
 
     /// A mass that slow pushes do not hold is left free.
-    fn file(&self, tried: &Tried) -> Result<String, InferError> {
+    fn model_toml(&self, tried: &FittedModel) -> Result<String, InferError> {
         let mut model = tried.fit.model.clone();
         if self.is_quasi_static() && tried.fit.estimate("body.mass").is_some() {
             model.mass = None;
@@ -272,7 +272,7 @@ impl Engine for Own<'_> {
 }
 
 /// The missing wrench along the episodes.
-fn courses(motion: &MotionLikelihood, from: &Tried) -> Result<Vec<Vec<Residual>>, InferError> {
-    let wandering = motion.with_channels(left_by(motion, &from.fit)?.channels);
+fn courses(motion: &MotionLikelihood, from: &FittedModel) -> Result<Vec<Vec<Residual>>, InferError> {
+    let wandering = motion.with_channels(motion_lack_of_fit(motion, &from.fit)?.channels);
     Ok(wandering.residuals(&from.fit.model, &from.fit.values)?.unwrap_or_default())
 }

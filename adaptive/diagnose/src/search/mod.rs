@@ -12,13 +12,13 @@ mod prior;
 mod sets;
 mod start;
 
-use crate::adequacy::Remainder;
+use crate::lack_of_fit::LackOfFit;
 use crate::candidates::name;
-use crate::engine::{Effort, Engine, Job, Tried};
+use crate::engine::{Effort, Engine, Job, FittedModel};
 use crate::locate::Located;
-use crate::naming::of_kinds;
-use crate::screen::{Start, Wanted};
-use crate::thresholds::MATERIAL_RISE;
+use crate::effect_report::of_kinds;
+use crate::screen::{Start, ScreenOptions};
+use crate::thresholds::MIN_MATERIAL_ERROR_RATIO;
 use prior::log_prior;
 pub(crate) use prior::probabilities;
 use rayon::prelude::*;
@@ -27,7 +27,7 @@ use std::collections::BTreeSet;
 use trundle_infer::{Coordinates, InferError, Watch, carried, on_all_cores};
 use trundle_model::{Effect, INNER, Kind, Model};
 
-impl Tried {
+impl FittedModel {
     /// Log evidence plus log prior, up to a constant.
     pub fn log_weight(&self) -> f64 {
         self.fit.log_evidence + self.log_prior
@@ -41,9 +41,9 @@ impl Tried {
 
 /// What the search found, best first.
 pub(crate) struct Found {
-    pub tried: Vec<Tried>,
+    pub tried: Vec<FittedModel>,
     /// What the simulation under test leaves.
-    pub before: Option<Remainder>,
+    pub before: Option<LackOfFit>,
     /// Where it leaves it.
     pub located: Located,
 }
@@ -86,16 +86,16 @@ impl Searcher<'_> {
     pub fn run(&self) -> Result<Found, InferError> {
         self.watch.progress("the simulation under test", 0.0);
         let base = self.engine.base(self.seed, self.watch)?;
-        let before = self.engine.remainder(&base)?;
+        let before = self.engine.lack_of_fit(&base)?;
         let located = self.engine.located(&base, before)?;
         let regions: Vec<_> = located.regions.iter().map(|r| r.polygon.clone()).collect();
-        let upon = self.engine.upon(&base, before, self.watch)?;
+        let upon = self.engine.for_added_effects(&base, before, self.watch)?;
         let tried = Searcher { engine: &*upon, regions: &regions, ..*self }.over(base)?;
         Ok(Found { tried, before, located })
     }
 
     /// Models with one effect and, while the data ask for it, with one more; best first.
-    fn over(&self, base: Tried) -> Result<Vec<Tried>, InferError> {
+    fn over(&self, base: FittedModel) -> Result<Vec<FittedModel>, InferError> {
         let mut tried = vec![base.clone()];
         let offered = self.offered(&base);
         self.try_all("single effects", self.jobs(&base, &offered, SINGLES)?, &mut tried)?;
@@ -128,7 +128,7 @@ impl Searcher<'_> {
     }
 
     /// Kinds of effects that may be added to a model.
-    fn offered(&self, to: &Tried) -> Vec<Kind> {
+    fn offered(&self, to: &FittedModel) -> Vec<Kind> {
         let spare = INNER.saturating_sub(to.fit.model.inner().len());
         let allowed = |kind: &Kind| {
             let (effect, states) = (kind.spec().effect, kind.spec().inner.len());
@@ -143,7 +143,7 @@ impl Searcher<'_> {
     }
 
     /// The fits that promise most on top of a model, at most `most` kinds.
-    fn jobs(&self, from: &Tried, offered: &[Kind], most: usize) -> Result<Vec<Job>, InferError> {
+    fn jobs(&self, from: &FittedModel, offered: &[Kind], most: usize) -> Result<Vec<Job>, InferError> {
         let Some(found) = self.engine.starts(from, offered, &self.wanted(self.regions, most), self.watch)?
         else {
             return Ok(offered.iter().map(|&kind| self.unscreened(from, kind)).collect());
@@ -153,12 +153,12 @@ impl Searcher<'_> {
         Ok(kept.map(|(_, starts)| job(from, starts)).collect())
     }
 
-    fn wanted<'a>(&self, regions: &'a [Vec<[f64; 2]>], most: usize) -> Wanted<'a> {
-        Wanted { regions, starts: STARTS, most, seed: self.seed }
+    fn wanted<'a>(&self, regions: &'a [Vec<[f64; 2]>], most: usize) -> ScreenOptions<'a> {
+        ScreenOptions { regions, starts: STARTS, most, seed: self.seed }
     }
 
     /// A fit from the simpler model's values, the new effect's drawn from its prior a few times.
-    fn unscreened(&self, from: &Tried, kind: Kind) -> Job {
+    fn unscreened(&self, from: &FittedModel, kind: Kind) -> Job {
         use rand::SeedableRng;
         let mut added = from.added.clone();
         added.push(Effect::free(kind));
@@ -179,7 +179,7 @@ impl Searcher<'_> {
     }
 
     /// Try some models that were not tried yet: all of them a few steps far, to the end those that may yet be best.
-    fn try_all(&self, what: &'static str, jobs: Vec<Job>, tried: &mut Vec<Tried>) -> Result<(), InferError> {
+    fn try_all(&self, what: &'static str, jobs: Vec<Job>, tried: &mut Vec<FittedModel>) -> Result<(), InferError> {
         let new = |job: &Job| tried.iter().all(|t| !same(&t.added, &job.added));
         let jobs: Vec<Job> = jobs.into_iter().filter(new).collect();
         let (known, from) = (lowest(tried.iter().map(|t| t.fit.cost)), lowest(jobs.iter().map(|j| j.from)));
@@ -195,39 +195,39 @@ impl Searcher<'_> {
         &self,
         what: &'static str,
         jobs: Vec<Job>,
-        tried: &mut Vec<Tried>,
-        bound: impl Fn(&[Tried]) -> f64,
+        tried: &mut Vec<FittedModel>,
+        bound: impl Fn(&[FittedModel]) -> f64,
     ) -> Result<(), InferError> {
         let Some(thinned) = self.engine.thinned() else { return self.make_all(what, jobs, tried) };
-        let on = |t: &Tried| Job::from(t, t.added.clone(), vec![t.fit.values.clone()]);
+        let on = |t: &FittedModel| Job::from(t, t.added.clone(), vec![t.fit.values.clone()]);
         let cheaper = Searcher { engine: &*thinned, ..*self };
         let starts: Vec<_> = jobs.iter().map(|job| (job.added.clone(), job.warm.clone())).collect();
-        let near = cheaper.fitted(what, jobs, Effort::Glance)?;
+        let near = cheaper.fitted(what, jobs, Effort::Screening)?;
         // The thinned recording may have led uphill.
-        let also = |t: &Tried| {
+        let also = |t: &FittedModel| {
             let begun = starts.iter().find(|(added, _)| *added == t.added);
             let mut job = on(t);
             job.warm.extend(begun.iter().flat_map(|(_, warm)| warm.iter().cloned()));
             job
         };
-        let looked = self.fitted(what, near.iter().map(also).collect(), Effort::Look)?;
+        let looked = self.fitted(what, near.iter().map(also).collect(), Effort::Ranking)?;
         let bound = bound(&looked);
-        let hopeful = |t: &Tried| t.fit.cost - STILL * t.fit.falling < bound;
-        let (ahead, behind): (Vec<Tried>, Vec<Tried>) = looked.into_iter().partition(hopeful);
+        let hopeful = |t: &FittedModel| t.fit.cost - STILL * t.fit.falling < bound;
+        let (ahead, behind): (Vec<FittedModel>, Vec<FittedModel>) = looked.into_iter().partition(hopeful);
         let ended = self.fitted(what, ahead.iter().map(on).collect(), Effort::Full)?;
         keep(tried, ended.into_iter().chain(behind));
         Ok(())
     }
 
     /// Fit some models to the end, whether such were tried or not.
-    fn make_all(&self, what: &'static str, jobs: Vec<Job>, tried: &mut Vec<Tried>) -> Result<(), InferError> {
+    fn make_all(&self, what: &'static str, jobs: Vec<Job>, tried: &mut Vec<FittedModel>) -> Result<(), InferError> {
         keep(tried, self.fitted(what, jobs, Effort::Full)?);
         Ok(())
     }
 
     /// Some fits, on all cores. A model that cannot be evaluated where it would start, as under noise that suits a fuller
     /// model, is left out.
-    fn fitted(&self, what: &'static str, jobs: Vec<Job>, effort: Effort) -> Result<Vec<Tried>, InferError> {
+    fn fitted(&self, what: &'static str, jobs: Vec<Job>, effort: Effort) -> Result<Vec<FittedModel>, InferError> {
         self.watch.progress(what, 0.0);
         let offered = self.engine.candidates().iter().filter(|kind| self.offers(**kind)).count();
         let (count, done) = (jobs.len(), std::sync::atomic::AtomicUsize::new(0));
@@ -235,7 +235,7 @@ impl Searcher<'_> {
             let one = |job: Job| {
                 let prior = log_prior(job.added.len(), offered);
                 let found = self.engine.fit(job, effort, self.seed, watch);
-                let found = found.map(|tried| Tried { log_prior: prior, ..tried });
+                let found = found.map(|tried| FittedModel { log_prior: prior, ..tried });
                 let done = done.fetch_add(1, std::sync::atomic::Ordering::Relaxed) + 1;
                 watch.progress(what, done as f64 / count as f64);
                 found
@@ -246,12 +246,12 @@ impl Searcher<'_> {
     }
 
     /// One more effect on top of the best models with `size` of them.
-    fn one_more(&self, size: usize, tried: &mut Vec<Tried>) -> Result<(), InferError> {
-        let mut firsts: Vec<Tried> =
+    fn one_more(&self, size: usize, tried: &mut Vec<FittedModel>) -> Result<(), InferError> {
+        let mut firsts: Vec<FittedModel> =
             tried.iter().filter(|t| t.added.len() == size).take(FIRSTS).cloned().collect();
         let simpler =
-            |t: &Tried| of_kinds(tried, t.added.iter().map(|e| e.kind.simpler().unwrap_or(e.kind)).collect());
-        let with_simpler: Vec<Tried> = firsts
+            |t: &FittedModel| of_kinds(tried, t.added.iter().map(|e| e.kind.simpler().unwrap_or(e.kind)).collect());
+        let with_simpler: Vec<FittedModel> = firsts
             .iter()
             .filter(|t| t.added.iter().any(|e| e.kind.simpler().is_some()))
             .filter_map(simpler)
@@ -269,28 +269,28 @@ impl Searcher<'_> {
 
     /// Whether a model leaves more than laws that are a little wrong in shape do, by the noise that the instruments show, or
     /// predicts so badly that nothing could be named. Noise that is fitted holds unmodelled effects.
-    fn leaves_much(&self, tried: &Tried) -> Result<bool, InferError> {
+    fn leaves_much(&self, tried: &FittedModel) -> Result<bool, InferError> {
         let observations = self.engine.observations() as f64;
-        let Some(left) = self.engine.remainder(&self.as_read(tried))? else { return Ok(true) };
-        Ok(left.gain > ANOTHER * observations || self.engine.outlook(tried)?.is_material())
+        let Some(left) = self.engine.lack_of_fit(&self.as_read(tried))? else { return Ok(true) };
+        Ok(left.gain > ANOTHER * observations || self.engine.predictive_check(tried)?.is_material())
     }
 
     /// Whether one more effect is worth seeking, after the best model `before` was replaced by a larger one. That must leave
     /// much and err by more than the instruments, or any further effect would be immaterial. Its last effect must have gained
     /// its [`fair_share`] of what a random-walk wrench would have, or, where such a wrench gains no more than chance, have
     /// improved the predictions by a material share.
-    fn asks_for_more(&self, before: &Tried, best: &Tried) -> Result<bool, InferError> {
-        let much = self.leaves_much(best)? && self.engine.errs(best)?;
+    fn asks_for_more(&self, before: &FittedModel, best: &FittedModel) -> Result<bool, InferError> {
+        let much = self.leaves_much(best)? && self.engine.errs_beyond_noise(best)?;
         if !much || before.added.is_empty() {
             return Ok(much);
         }
-        let [was, left] = [before, best].map(|tried| self.engine.remainder(tried));
+        let [was, left] = [before, best].map(|tried| self.engine.lack_of_fit(tried));
         let (Some(was), Some(left)) = (was?, left?) else { return Ok(true) };
-        if left.matters(self.engine.observations()) {
+        if left.is_significant(self.engine.observations()) {
             return Ok(before.fit.cost - best.fit.cost >= fair_share(before.added.len()) * was.misfit());
         }
-        let [was, ahead] = [before, best].map(|tried| self.engine.outlook(tried));
-        Ok(ahead?.share * MATERIAL_RISE < was?.share)
+        let [was, ahead] = [before, best].map(|tried| self.engine.predictive_check(tried));
+        Ok(ahead?.share * MIN_MATERIAL_ERROR_RATIO < was?.share)
     }
 }
 
@@ -307,10 +307,10 @@ fn lowest(costs: impl Iterator<Item = f64>) -> f64 {
 }
 
 /// Put models among those that were tried, sorted by weight; of one model, the best fit.
-fn keep(tried: &mut Vec<Tried>, more: impl IntoIterator<Item = Tried>) {
+fn keep(tried: &mut Vec<FittedModel>, more: impl IntoIterator<Item = FittedModel>) {
     tried.extend(more);
     tried.sort_by(|a, b| b.log_weight().total_cmp(&a.log_weight()));
-    let mut kept: Vec<Tried> = Vec::with_capacity(tried.len());
+    let mut kept: Vec<FittedModel> = Vec::with_capacity(tried.len());
     for one in tried.drain(..) {
         if kept.iter().all(|k| !same(&k.added, &one.added)) {
             kept.push(one);

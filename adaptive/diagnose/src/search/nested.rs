@@ -2,7 +2,7 @@
 
 use super::Searcher;
 use crate::common::{World, effect, locked};
-use crate::engine::{Effort, Engine, Own, Tried};
+use crate::engine::{Effort, Engine, Own, FittedModel};
 use trundle_infer::Quiet;
 use trundle_model::{Kind, Model};
 
@@ -12,7 +12,7 @@ use trundle_model::{Kind, Model};
 const A_PARAMETER: f64 = 3.4;
 
 /// What a kind costs beyond the model without it, nats, and its free parameters; `None` where the search tries none.
-fn worse(searcher: &Searcher<'_>, base: &Tried, kind: Kind) -> Option<(f64, usize)> {
+fn worse(searcher: &Searcher<'_>, base: &FittedModel, kind: Kind) -> Option<(f64, usize)> {
     let jobs = searcher.jobs(base, &[kind], 1).unwrap();
     let tried = searcher.fitted("one", jobs, Effort::Full).unwrap();
     let one = tried.into_iter().next()?;
@@ -25,7 +25,7 @@ fn check(truth: Model, seed: u64) {
     let data = World::of(truth).recording(seed);
     let engine = Own::new(&data, None).unwrap();
     let base = engine.base(seed, &Quiet).unwrap();
-    let upon = engine.upon(&base, None, &Quiet).unwrap();
+    let upon = engine.for_added_effects(&base, None, &Quiet).unwrap();
     let searcher = Searcher { engine: &*upon, without: &[], regions: &[], seed, watch: &Quiet };
     let mut failed = vec![];
     for kind in searcher.offered(&base) {

@@ -1,6 +1,6 @@
 //! The prior over sets of effects, and the posterior over the models that were tried.
 
-use crate::engine::Tried;
+use crate::engine::FittedModel;
 
 /// Share of simulations that lack an effect; of those that lack some, the share that lack one more.
 const MISSING: f64 = 0.05;
@@ -16,9 +16,9 @@ pub(super) fn log_prior(effects: usize, offered: usize) -> f64 {
 }
 
 /// Probability of each model among those tried, the first `rejected` of which are out of the question.
-pub(crate) fn probabilities(tried: &[Tried], rejected: usize) -> Vec<f64> {
-    let best = tried.iter().skip(rejected).map(Tried::log_weight).fold(f64::NEG_INFINITY, f64::max);
-    let weight = |(k, t): (usize, &Tried)| if k < rejected { 0.0 } else { (t.log_weight() - best).exp() };
+pub(crate) fn probabilities(tried: &[FittedModel], rejected: usize) -> Vec<f64> {
+    let best = tried.iter().skip(rejected).map(FittedModel::log_weight).fold(f64::NEG_INFINITY, f64::max);
+    let weight = |(k, t): (usize, &FittedModel)| if k < rejected { 0.0 } else { (t.log_weight() - best).exp() };
     let weights: Vec<f64> = tried.iter().enumerate().map(weight).collect();
     let total: f64 = weights.iter().sum();
     weights.iter().map(|w| w / total).collect()

@@ -5,13 +5,13 @@
 //! the parameters stay near the truth and the effects of small steps add up, so that sets of effects can be compared.
 
 use super::{MAX_EFFECTS, SINGLES, Searcher, freed};
-use crate::engine::{Effort, Job, Tried};
-use crate::subset::Set;
+use crate::engine::{Effort, Job, FittedModel};
+use crate::best_subset::Set;
 use trundle_infer::{Channels, InferError};
 
 impl Searcher<'_> {
     /// Try the sets of effects that promise most beside a wandering wrench on top of the simulation under test.
-    pub(super) fn sets(&self, base: &Tried, tried: &mut Vec<Tried>) -> Result<(), InferError> {
+    pub(super) fn sets(&self, base: &FittedModel, tried: &mut Vec<FittedModel>) -> Result<(), InferError> {
         let Some(robust) = self.beside_a_wandering_wrench(base)? else { return Ok(()) };
         let wanted = self.wanted(self.regions, SINGLES);
         let sets = self.engine.sets(&robust, &self.offered(base), &wanted, MAX_EFFECTS, self.watch)?;
@@ -28,15 +28,15 @@ impl Searcher<'_> {
 
     /// A model fitted again with a wandering wrench, whose size is estimated under the noise that the instruments show: noise
     /// that was fitted holds what is missing.
-    fn beside_a_wandering_wrench(&self, tried: &Tried) -> Result<Option<Tried>, InferError> {
-        let Some(left) = self.engine.remainder(&self.as_read(tried))? else { return Ok(None) };
+    fn beside_a_wandering_wrench(&self, tried: &FittedModel) -> Result<Option<FittedModel>, InferError> {
+        let Some(left) = self.engine.lack_of_fit(&self.as_read(tried))? else { return Ok(None) };
         let from = Job::from(tried, tried.added.clone(), vec![tried.fit.values.clone()]);
         let job = Job { channels: left.channels, ..from };
         Ok(self.fitted("beside a wandering wrench", vec![job], Effort::Full)?.pop())
     }
 
     /// A model under the noise that the instruments show.
-    pub(super) fn as_read(&self, tried: &Tried) -> Tried {
+    pub(super) fn as_read(&self, tried: &FittedModel) -> FittedModel {
         let mut read = tried.clone();
         read.fit.channels = Channels::of(&self.engine.data().noise);
         read

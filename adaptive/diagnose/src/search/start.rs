@@ -1,6 +1,6 @@
 //! Where the fit of an effect starts: from the step of the score test, and from shorter ones.
 
-use crate::engine::{Job, Tried};
+use crate::engine::{Job, FittedModel};
 use crate::screen::Start;
 use trundle_model::{Effect, Role};
 
@@ -9,7 +9,7 @@ const STEPS: [f64; 2] = [1.0, 0.25];
 
 /// The fit of a kind of effect on top of a model, from where its screen leads: from the linear step, and from shorter ones,
 /// because far from the optimum the linear step goes too far.
-pub(super) fn job(from: &Tried, starts: &[Start]) -> Job {
+pub(super) fn job(from: &FittedModel, starts: &[Start]) -> Job {
     let mut added = from.added.clone();
     added.extend(starts.first().map(|s| freed(&s.effect)));
     let with = |own: &[f64], effect: &Effect| -> Vec<f64> {

@@ -4,10 +4,10 @@
 //! sought again, other effects are tried in place of each, each is dropped once, and finer forms are tried.
 
 use super::{MORE, Searcher, finer, job, kinds};
-use crate::engine::{Job, Tried};
-use crate::naming::of_kinds;
+use crate::engine::{Job, FittedModel};
+use crate::effect_report::of_kinds;
 use crate::proposals::has_shape;
-use crate::thresholds::CHANCE;
+use crate::thresholds::MIN_SIGNIFICANT_GAIN_NATS;
 use std::collections::BTreeSet;
 use trundle_infer::{Coordinates, InferError, carried};
 use trundle_model::{Effect, Kind, Model};
@@ -23,12 +23,12 @@ const REFINED: usize = 2;
 impl Searcher<'_> {
     /// Seek the shapes of the best model's effects again, each from what the fit says of all else: they were sought
     /// beside parameters that had bent to what was missing, and a fit finds no way across an edge.
-    pub(super) fn shapes_again(&self, tried: &mut Vec<Tried>) -> Result<(), InferError> {
+    pub(super) fn shapes_again(&self, tried: &mut Vec<FittedModel>) -> Result<(), InferError> {
         let best = kinds(&tried[0].added);
         self.shapes_of(&best, tried)?;
         // A rival that comes as close as the best one leaves may only stand at the wrong place.
-        let left = self.engine.remainder(&tried[0])?.map_or(0.0, |left| left.misfit());
-        let near = |t: &&Tried| {
+        let left = self.engine.lack_of_fit(&tried[0])?.map_or(0.0, |left| left.misfit());
+        let near = |t: &&FittedModel| {
             t.added.len() == best.len() && kinds(&t.added) != best && t.fit.cost < tried[0].fit.cost + left
         };
         match tried.iter().find(near).map(|t| kinds(&t.added)) {
@@ -38,16 +38,16 @@ impl Searcher<'_> {
     }
 
     /// The same of the best model of some kinds.
-    fn shapes_of(&self, of: &[Kind], tried: &mut Vec<Tried>) -> Result<(), InferError> {
+    fn shapes_of(&self, of: &[Kind], tried: &mut Vec<FittedModel>) -> Result<(), InferError> {
         for _ in 0..AGAIN {
             let Some(index) = tried.iter().position(|t| kinds(&t.added) == of) else { return Ok(()) };
             let best = tried[index].clone();
-            let Some(left) = self.engine.remainder(&best)?.map(|left| left.misfit()) else { return Ok(()) };
+            let Some(left) = self.engine.lack_of_fit(&best)?.map(|left| left.misfit()) else { return Ok(()) };
             if best.settled || !self.leaves_much(&best)? {
                 return Ok(());
             }
             let Some(jobs) = self.shape_jobs(&best)? else { return Ok(()) };
-            let enough = best.fit.cost - (left * SETTLED).max(CHANCE);
+            let enough = best.fit.cost - (left * SETTLED).max(MIN_SIGNIFICANT_GAIN_NATS);
             self.try_these("places again", jobs, tried, |_| enough)?;
             match tried.iter_mut().find(|t| kinds(&t.added) == of) {
                 Some(now) if now.fit.cost > enough => now.settled = true,
@@ -59,7 +59,7 @@ impl Searcher<'_> {
 
     /// Fits from the best shapes of each of a model's effects, all else as it was fitted; `None` where shapes cannot be
     /// screened.
-    fn shape_jobs(&self, best: &Tried) -> Result<Option<Vec<Job>>, InferError> {
+    fn shape_jobs(&self, best: &FittedModel) -> Result<Option<Vec<Job>>, InferError> {
         let mut jobs = Vec::new();
         for k in 0..best.added.len() {
             let kind = best.added[k].kind;
@@ -79,7 +79,7 @@ impl Searcher<'_> {
     }
 
     /// Other effects in place of each of the best model's: one that was found beside the wrong other may be wrong itself.
-    pub(super) fn exchange(&self, tried: &mut Vec<Tried>) -> Result<(), InferError> {
+    pub(super) fn exchange(&self, tried: &mut Vec<FittedModel>) -> Result<(), InferError> {
         let best = tried[0].clone();
         if best.added.len() < 2 {
             return Ok(());
@@ -93,7 +93,7 @@ impl Searcher<'_> {
     }
 
     /// A model without its effect number `k`, all else as it was fitted, and that effect's values.
-    fn apart(&self, from: &Tried, k: usize) -> (Tried, Vec<f64>) {
+    fn apart(&self, from: &FittedModel, k: usize) -> (FittedModel, Vec<f64>) {
         let mut rest = from.clone();
         rest.added.remove(k);
         let effect = rest.fit.model.effects.remove(self.engine.nominal().effects.len() + k);
@@ -105,7 +105,7 @@ impl Searcher<'_> {
 
     /// The models that the best one becomes when one of its effects is dropped, each of which must earn its place.
     /// They are fitted again from where the fuller model ended: a search of theirs alone may have stopped elsewhere.
-    pub(super) fn subsets(&self, tried: &mut Vec<Tried>) -> Result<(), InferError> {
+    pub(super) fn subsets(&self, tried: &mut Vec<FittedModel>) -> Result<(), InferError> {
         let best = tried[0].clone();
         if best.added.len() < 2 {
             return Ok(());
@@ -130,7 +130,7 @@ impl Searcher<'_> {
 
     /// The simpler law in place of each of the best model's effects that has one: whether the richer one is needed is for
     /// left-out episodes to say.
-    pub(super) fn simpler(&self, tried: &mut Vec<Tried>) -> Result<(), InferError> {
+    pub(super) fn simpler(&self, tried: &mut Vec<FittedModel>) -> Result<(), InferError> {
         let best = tried[0].clone();
         let mut jobs = vec![];
         for (k, effect) in best.added.iter().enumerate() {
@@ -147,14 +147,14 @@ impl Searcher<'_> {
     /// with a simpler law in place of one of its effects, which may turn out to be the one to name. A part
     /// is fitted from where each model with one effect more ended: a search of its own may have stopped elsewhere, and what
     /// is added to a model at a wrong place seems to be needed.
-    pub(super) fn parts(&self, tried: &mut Vec<Tried>) -> Result<(), InferError> {
+    pub(super) fn parts(&self, tried: &mut Vec<FittedModel>) -> Result<(), InferError> {
         let best = tried[0].clone();
         let with_simpler = best.added.iter().enumerate().filter_map(|(k, effect)| {
             let mut kinds: Vec<Kind> = best.added.iter().map(|e| e.kind).collect();
             kinds[k] = effect.kind.simpler()?;
             of_kinds(tried, kinds).cloned()
         });
-        let wholes: Vec<Tried> = std::iter::once(best.clone()).chain(with_simpler).collect();
+        let wholes: Vec<FittedModel> = std::iter::once(best.clone()).chain(with_simpler).collect();
         let count = best.added.len();
         for size in (1..count).rev().take_while(|size| count <= WHOLLY || size + 2 >= count) {
             let of = |whole| {
@@ -169,7 +169,7 @@ impl Searcher<'_> {
     }
 
     /// The fit of some effects of a model, those whose bits are set in `part`.
-    fn part(&self, whole: &Tried, part: usize, tried: &[Tried]) -> Job {
+    fn part(&self, whole: &FittedModel, part: usize, tried: &[FittedModel]) -> Job {
         let effects = |bits: usize| -> Vec<Effect> {
             let held = whole.added.iter().enumerate().filter(|(k, _)| bits >> k & 1 == 1);
             held.map(|(_, effect)| effect.clone()).collect()
@@ -184,15 +184,15 @@ impl Searcher<'_> {
 
     /// Where the best model leaves something, try the finer forms of its effects: stiction, a drift. Not for slow
     /// pushes: nothing says there that more is needed, and one speed does not tell stiction from sliding.
-    pub(super) fn refine(&self, tried: &mut Vec<Tried>) -> Result<(), InferError> {
+    pub(super) fn refine(&self, tried: &mut Vec<FittedModel>) -> Result<(), InferError> {
         let size = tried[0].added.len();
         if size == 0 || self.engine.is_quasi_static() {
             return Ok(());
         }
         // Noise that is fitted holds what a coarse form leaves.
         let observations = self.engine.observations();
-        let left = self.engine.remainder(&self.as_read(&tried[0]))?;
-        if left.is_some_and(|left| !left.matters(observations)) {
+        let left = self.engine.lack_of_fit(&self.as_read(&tried[0]))?;
+        if left.is_some_and(|left| !left.is_significant(observations)) {
             return Ok(());
         }
         // Rivals are refined too, and then once more from where the best one's refinements ended: which of two models is
@@ -204,13 +204,13 @@ impl Searcher<'_> {
 
     /// Fits of finer forms of the best models of a size, each of other kinds, and of the best one less an effect, which may
     /// only make up for a form that is too coarse; from where `like` ended or from medians.
-    fn finer_jobs(&self, tried: &[Tried], size: usize, like: Option<&Tried>) -> Vec<Job> {
+    fn finer_jobs(&self, tried: &[FittedModel], size: usize, like: Option<&FittedModel>) -> Vec<Job> {
         let mut seen = BTreeSet::new();
         if let Some(like) = like {
             seen.insert(kinds(&like.added));
         }
         let mut jobs = Vec::new();
-        let coarse = |t: &&Tried| t.added.iter().any(|e| finer(e).is_some());
+        let coarse = |t: &&FittedModel| t.added.iter().any(|e| finer(e).is_some());
         let of_size = tried.iter().filter(|t| t.added.len() == size).filter(coarse);
         let rivals: Vec<_> = of_size.filter(|t| seen.insert(kinds(&t.added))).take(REFINED).collect();
         let best = &tried[0];
@@ -239,7 +239,7 @@ impl Searcher<'_> {
     }
 
     /// Values of a model with finer effects: those of the simpler fit, the refinements' from `fill`.
-    fn refined(&self, best: &Tried, model: &Model, fill: &[f64]) -> Vec<f64> {
+    fn refined(&self, best: &FittedModel, model: &Model, fill: &[f64]) -> Vec<f64> {
         let simple: BTreeSet<String> = best.fit.estimates.iter().map(|e| e.name.clone()).collect();
         let mut values = carried(&best.fit, model, fill);
         for ((slot, value), fill) in model.slots().iter().zip(&mut values).zip(fill) {

@@ -3,9 +3,9 @@
 use crate::answer::Alternative;
 use crate::candidates::name;
 use crate::design::{Certificate, Experiment};
-use crate::engine::{Engine, Tried};
+use crate::engine::{Engine, FittedModel};
 use crate::search::Found;
-use crate::thresholds::TIE;
+use crate::thresholds::MAX_TIE_DIFFERENCE_NATS;
 use trundle_infer::{InferError, Watch};
 use trundle_model::Effect;
 
@@ -40,7 +40,7 @@ pub(crate) struct Doubts {
 pub(crate) fn doubts(
     engine: &dyn Engine,
     (found, probabilities): (&Found, &[f64]),
-    best: &Tried,
+    best: &FittedModel,
     designing: bool,
     watch: &dyn Watch,
 ) -> Result<Doubts, InferError> {
@@ -74,19 +74,19 @@ pub(crate) fn doubts(
 struct Pair<'a> {
     mine: &'a Effect,
     rival: &'a Effect,
-    other: &'a Tried,
+    other: &'a FittedModel,
     certificate: Certificate,
 }
 
 /// Pairs of an effect of the best model and another in its place that the data do not tell: of all forms of either
 /// model, finer or not, two that fit alike with as many parameters, or that make the same motion within noise; or the
 /// best forms of both, where neither is twenty times as probable as the other.
-fn pairs<'a>(engine: &dyn Engine, found: &'a Found, best: &'a Tried) -> Result<Vec<Pair<'a>>, InferError> {
+fn pairs<'a>(engine: &dyn Engine, found: &'a Found, best: &'a FittedModel) -> Result<Vec<Pair<'a>>, InferError> {
     let mut pairs: Vec<Pair> = Vec::new();
     for own in found.tried.iter().filter(|t| alike(t, best)) {
         for other in found.tried.iter().filter(|t| t.added.len() == own.added.len()) {
             let Some((mine, rival)) = swapped(own, other) else { continue };
-            let like = (other.fit.cost - own.fit.cost).abs() < TIE;
+            let like = (other.fit.cost - own.fit.cost).abs() < MAX_TIE_DIFFERENCE_NATS;
             let open = std::ptr::eq(own, best) && is_open(own.log_weight(), other.log_weight());
             if !(like || open) || pairs.iter().any(|p| p.is_of(mine, rival)) {
                 continue;
@@ -112,7 +112,7 @@ impl Pair<'_> {
 }
 
 /// The one effect in which two models differ, of either, if it is one and goes by different names.
-fn swapped<'a>(own: &'a Tried, other: &'a Tried) -> Option<(&'a Effect, &'a Effect)> {
+fn swapped<'a>(own: &'a FittedModel, other: &'a FittedModel) -> Option<(&'a Effect, &'a Effect)> {
     match (lacking(own, other).as_slice(), lacking(other, own).as_slice()) {
         ([mine], [rival]) if name(mine) != name(rival) => Some((mine, rival)),
         _ => None,
@@ -120,7 +120,7 @@ fn swapped<'a>(own: &'a Tried, other: &'a Tried) -> Option<(&'a Effect, &'a Effe
 }
 
 /// Sets of an effect of the best model and all that could stand in its place.
-fn ties(pairs: &[Pair<'_>], best: &Tried) -> Vec<Vec<String>> {
+fn ties(pairs: &[Pair<'_>], best: &FittedModel) -> Vec<Vec<String>> {
     let set = |effect: &Effect| {
         let mut set = vec![name(effect).to_owned()];
         set.extend(pairs.iter().filter(|p| p.mine.kind == effect.kind).map(|p| name(p.rival).to_owned()));
@@ -132,7 +132,7 @@ fn ties(pairs: &[Pair<'_>], best: &Tried) -> Vec<Vec<String>> {
 
 /// The best model's set of effects with others that are neither twenty times as probable nor twenty times less, where more
 /// than one effect differs; empty where there is none.
-fn tied_sets(found: &Found, best: &Tried) -> Vec<Vec<Vec<String>>> {
+fn tied_sets(found: &Found, best: &FittedModel) -> Vec<Vec<Vec<String>>> {
     let own = sorted(best);
     let mut class = vec![own.clone()];
     for other in found.tried.iter().filter(|t| !t.added.is_empty() && !best.added.is_empty()) {
@@ -148,17 +148,17 @@ fn tied_sets(found: &Found, best: &Tried) -> Vec<Vec<Vec<String>>> {
 }
 
 /// Whether two models have effects of the same kinds.
-fn alike(one: &Tried, other: &Tried) -> bool {
+fn alike(one: &FittedModel, other: &FittedModel) -> bool {
     lacking(one, other).is_empty() && lacking(other, one).is_empty()
 }
 
 /// Effects of a model of a kind that another has not.
-fn lacking<'a>(from: &'a Tried, other: &Tried) -> Vec<&'a Effect> {
+fn lacking<'a>(from: &'a FittedModel, other: &FittedModel) -> Vec<&'a Effect> {
     from.added.iter().filter(|e| other.added.iter().all(|o| o.kind != e.kind)).collect()
 }
 
 /// The best models of other effects than the one that is named, each once, with their probabilities.
-fn others<'a>(found: &'a Found, probabilities: &[f64], best: &Tried) -> Vec<(&'a Tried, f64)> {
+fn others<'a>(found: &'a Found, probabilities: &[f64], best: &FittedModel) -> Vec<(&'a FittedModel, f64)> {
     let mut told = vec![sorted(best)];
     let mut others = Vec::new();
     for (tried, &probability) in found.tried.iter().zip(probabilities) {
@@ -172,14 +172,14 @@ fn others<'a>(found: &'a Found, probabilities: &[f64], best: &Tried) -> Vec<(&'a
 }
 
 /// The names of a model's effects, in alphabetical order.
-fn sorted(tried: &Tried) -> Vec<&'static str> {
+fn sorted(tried: &FittedModel) -> Vec<&'static str> {
     let mut names = tried.names();
     names.sort_unstable();
     names
 }
 
 /// What to call the best model beside another: the effects that the other has not.
-fn own_name(best: &Tried, other: &Tried) -> String {
+fn own_name(best: &FittedModel, other: &FittedModel) -> String {
     let own: Vec<_> = lacking(best, other).into_iter().map(name).collect();
     match (own.is_empty(), best.added.is_empty()) {
         (false, _) => own.join(" + "),
@@ -189,12 +189,12 @@ fn own_name(best: &Tried, other: &Tried) -> String {
 }
 
 /// The push that the catalogue knows to show an alternative's effect.
-fn probe(found: &Found, alternative: &Tried, best: &Tried) -> String {
+fn probe(found: &Found, alternative: &FittedModel, best: &FittedModel) -> String {
     let Some(new) = lacking(alternative, best).into_iter().next() else { return String::new() };
-    let fits_alike = |other: &&Tried| {
+    let fits_alike = |other: &&FittedModel| {
         other.added.len() == alternative.added.len()
             && other.fit.estimates.len() == alternative.fit.estimates.len()
-            && (other.fit.cost - alternative.fit.cost).abs() < TIE
+            && (other.fit.cost - alternative.fit.cost).abs() < MAX_TIE_DIFFERENCE_NATS
     };
     let mut twins: Vec<&str> = found
         .tried

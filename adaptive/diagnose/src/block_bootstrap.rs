@@ -1,13 +1,13 @@
 //! Whether an effect improves the predictive density by more than chance, from the densities of single samples.
 //!
-//! The density of each sample is compared between a model with the effect and one without it. Samples whose residuals are
+//! The density of each sample is compared between a model with the effect and one without it. PredictedSamples whose residuals are
 //! correlated are no independent evidence: they are summed over blocks of at least five correlation times of the
 //! residuals of the fitted model with the effect (Sokal 1997), and the error of the mean gain of a block is found by resampling
 //! blocks (the bootstrap; Künsch 1989). No gain is taken to be normal. A block counts at most [`CHANCE`] nats: some effects,
 //! like a post that is hit, act for a second in a minute, and what they gain there by thousands would otherwise be the
 //! standard error too.
 
-use crate::thresholds::CHANCE;
+use crate::thresholds::MIN_SIGNIFICANT_GAIN_NATS;
 use nalgebra::Vector3;
 use rand::{RngExt, SeedableRng};
 use rand_chacha::ChaCha8Rng;
@@ -22,7 +22,7 @@ const RESAMPLES: usize = 2000;
 
 /// A sample as a model predicts it.
 #[derive(Clone, Copy, Debug, PartialEq)]
-pub(crate) struct Predicted {
+pub(crate) struct PredictedSample {
     /// −log density.
     pub cost: f64,
     /// Whitened residual.
@@ -30,20 +30,20 @@ pub(crate) struct Predicted {
 }
 
 /// The samples of some episodes, each episode's in order.
-pub(crate) type Samples = Vec<Vec<Predicted>>;
+pub(crate) type PredictedSamples = Vec<Vec<PredictedSample>>;
 
 /// Probability that `fuller` predicts better than `simpler` on average, from the same samples under both, whose residuals
 /// have a correlation `time`, samples; one half where there are too few blocks to tell.
-pub(crate) fn holds_up(time: f64, fuller: &[Vec<Predicted>], simpler: &[Vec<Predicted>]) -> f64 {
+pub(crate) fn probability_of_gain(time: f64, fuller: &[Vec<PredictedSample>], simpler: &[Vec<PredictedSample>]) -> f64 {
     let size = (TIMES * time).ceil() as usize;
-    let blocks = |(with, without): (&Vec<Predicted>, &Vec<Predicted>)| -> Vec<f64> {
+    let blocks = |(with, without): (&Vec<PredictedSample>, &Vec<PredictedSample>)| -> Vec<f64> {
         let gains: Vec<f64> = with.iter().zip(without).map(|(w, o)| o.cost - w.cost).collect();
         // The last block takes what remains.
         let count = (gains.len() / size).max(1);
         (0..count)
             .map(|k| {
                 let end = if k + 1 == count { gains.len() } else { (k + 1) * size };
-                gains[k * size..end].iter().sum::<f64>().clamp(-CHANCE, CHANCE)
+                gains[k * size..end].iter().sum::<f64>().clamp(-MIN_SIGNIFICANT_GAIN_NATS, MIN_SIGNIFICANT_GAIN_NATS)
             })
             .collect()
     };
@@ -66,7 +66,7 @@ fn chance(gains: &[f64]) -> f64 {
 
 /// Integrated autocorrelation time of the residuals, samples: one and twice the sum of the autocorrelations up to the first
 /// that is not positive, pooled over directions and episodes.
-pub(crate) fn correlation_time(samples: &[Vec<Predicted>]) -> f64 {
+pub(crate) fn correlation_time(samples: &[Vec<PredictedSample>]) -> f64 {
     let longest = samples.iter().map(Vec::len).max().unwrap_or(0);
     let product = |lag: usize| -> f64 {
         let pairs = samples.iter().flat_map(|episode| episode.iter().zip(episode.iter().skip(lag)));
@@ -81,17 +81,17 @@ pub(crate) fn correlation_time(samples: &[Vec<Predicted>]) -> f64 {
 }
 
 /// The samples of a comparison under a fit.
-pub(crate) fn predicted(comparison: &Comparison, fit: &Fit) -> Result<Samples, InferError> {
+pub(crate) fn predicted(comparison: &Comparison, fit: &Fit) -> Result<PredictedSamples, InferError> {
     match comparison.with_channels(fit.channels) {
         Comparison::Motion(motion) => {
-            let one = |i: &Innovation| Predicted { cost: i.cost, residual: (i.whitener * i.error).into() };
+            let one = |i: &Innovation| PredictedSample { cost: i.cost, residual: (i.whitener * i.error).into() };
             let all = motion.innovations(&fit.model, &fit.values)?.unwrap_or_default();
             Ok(all.iter().map(|episode| episode.iter().map(one).collect()).collect())
         }
         Comparison::Wrench(wrench) => {
             let constant = wrench.log_normaliser();
             let whitened = wrench.whitened(&fit.model, &fit.values)?;
-            let mut episodes: Samples = vec![];
+            let mut episodes: PredictedSamples = vec![];
             let mut last = None;
             for (sample, residual) in wrench.samples().iter().zip(whitened) {
                 if last != Some(sample.episode) {
@@ -99,7 +99,7 @@ pub(crate) fn predicted(comparison: &Comparison, fit: &Fit) -> Result<Samples, I
                     last = Some(sample.episode);
                 }
                 let cost = constant + 0.5 * residual.iter().map(|e| e * e).sum::<f64>();
-                episodes.last_mut().into_iter().for_each(|own| own.push(Predicted { cost, residual }));
+                episodes.last_mut().into_iter().for_each(|own| own.push(PredictedSample { cost, residual }));
             }
             Ok(episodes)
         }
@@ -110,8 +110,8 @@ pub(crate) fn predicted(comparison: &Comparison, fit: &Fit) -> Result<Samples, I
 mod tests {
     use super::*;
 
-    /// Samples with a gain each, of residuals that are correlated over `memory` samples.
-    fn samples(gains: &[f64], memory: f64) -> [Samples; 2] {
+    /// PredictedSamples with a gain each, of residuals that are correlated over `memory` samples.
+    fn samples(gains: &[f64], memory: f64) -> [PredictedSamples; 2] {
         let keep = (-1.0 / memory).exp();
         let mut state = 0.0;
         let mut rng = ChaCha8Rng::seed_from_u64(1);
@@ -119,14 +119,14 @@ mod tests {
             state = keep * state + rng.random_range(-1.0..1.0);
             [state, 0.0, 0.0]
         };
-        let with: Vec<_> = gains.iter().map(|_| Predicted { cost: 0.0, residual: residual() }).collect();
-        let without = with.iter().zip(gains).map(|(one, gain)| Predicted { cost: *gain, ..*one }).collect();
+        let with: Vec<_> = gains.iter().map(|_| PredictedSample { cost: 0.0, residual: residual() }).collect();
+        let without = with.iter().zip(gains).map(|(one, gain)| PredictedSample { cost: *gain, ..*one }).collect();
         [vec![with], vec![without]]
     }
 
     fn chance_of(gains: &[f64], memory: f64) -> f64 {
         let [with, without] = samples(gains, memory);
-        holds_up(correlation_time(&with), &with, &without)
+        probability_of_gain(correlation_time(&with), &with, &without)
     }
 
     /// Gains of which the first `count` are large.

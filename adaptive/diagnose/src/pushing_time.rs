@@ -42,13 +42,13 @@ mod tests {
     #[test]
     fn a_second_of_pushing_is_too_little() {
         let mut data = World::of(locked()).recording(1);
-        assert!(enough(&data).is_ok());
+        assert!(require_pushing_time(&data).is_ok());
         for episode in &mut data.training {
             episode.pose.retain(|p| p.t < 0.9);
             episode.wrench.retain(|w| w.t < 0.9);
             episode.memo = Default::default();
         }
-        let told = enough(&data).unwrap_err().to_string();
+        let told = require_pushing_time(&data).unwrap_err().to_string();
         assert!(told.contains("1.9 s of pushing in all") && told.contains("record longer pushes"), "{told}");
     }
 }

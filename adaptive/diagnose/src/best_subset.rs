@@ -5,8 +5,8 @@
 //! a small solve each: no path of single effects has to lead there. A set pays Schwarz's price, `ln n / 2` nats an amplitude.
 
 use crate::candidates::name;
-use crate::ground::{Ground, moved, slopes};
-use crate::screen::{Start, View};
+use crate::linear_model::{Ground, moved, slopes};
+use crate::screen::{Start, Linearisation};
 use crate::search::HOPELESS;
 use nalgebra::{DMatrix, DVector};
 use rayon::prelude::*;
@@ -27,7 +27,7 @@ const KEPT: usize = 3;
 /// The best sets of two to `most` candidates on top of a fit. A size is left out where one more candidate promises no
 /// more than a prior costs.
 pub(crate) fn best_sets(
-    view: &dyn View,
+    view: &dyn Linearisation,
     fit: &Fit,
     starts: &[Vec<Start>],
     most: usize,
@@ -83,7 +83,7 @@ struct Ranked<'a> {
 }
 
 impl<'a> Linear<'a> {
-    fn new(view: &dyn View, fit: &'a Fit, starts: &[Vec<Start>]) -> Result<Self, InferError> {
+    fn new(view: &dyn Linearisation, fit: &'a Fit, starts: &[Vec<Start>]) -> Result<Self, InferError> {
         let ground = Ground::new(view, fit)?;
         let one = |start: &Start| -> Result<Candidate, InferError> {
             let effect = start.neutral.clone();

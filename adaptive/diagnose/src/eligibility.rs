@@ -1,7 +1,7 @@
 //! Which other models may be named where the best one has an immaterial effect.
 
 use crate::candidates::name;
-use crate::engine::Tried;
+use crate::engine::FittedModel;
 use trundle_model::Effect;
 
 /// Why a model is not tested.
@@ -12,14 +12,14 @@ pub(crate) const ELSEWHERE: &str = "a model that fits better contains an immater
 pub(crate) struct Whole<'a> {
     /// Index in what was tried.
     pub index: usize,
-    pub candidate: &'a Tried,
+    pub candidate: &'a FittedModel,
     /// Which of its effects are immaterial.
     pub idle: Vec<usize>,
 }
 
 impl Whole<'_> {
     /// Whether another model has no other effects, but for simpler laws.
-    pub fn holds(&self, other: &Tried) -> bool {
+    pub fn holds(&self, other: &FittedModel) -> bool {
         let simpler = self
             .candidate
             .added
@@ -31,7 +31,7 @@ impl Whole<'_> {
     }
 
     /// Whether another model has the same effects without the immaterial ones.
-    pub fn is_left(&self, other: &Tried) -> bool {
+    pub fn is_left(&self, other: &FittedModel) -> bool {
         let names = self.candidate.names().into_iter().enumerate();
         let mut left: Vec<_> = names.filter(|(k, _)| !self.idle.contains(k)).map(|(_, name)| name).collect();
         let mut own = other.names();
@@ -46,7 +46,7 @@ impl Whole<'_> {
 mod tests {
     use super::Whole;
     use crate::common::{World, locked};
-    use crate::engine::{Engine, Own, Tried};
+    use crate::engine::{Engine, Own, FittedModel};
     use trundle_infer::{Comparison, FitOptions, Quiet, fit};
     use trundle_model::{Effect, Kind};
 
@@ -57,7 +57,7 @@ mod tests {
         let comparison = Comparison::of(&data).unwrap();
         let fitted = fit(&comparison, engine.nominal(), &[], &FitOptions::default(), &Quiet).unwrap();
         let of = |kinds: &[Kind]| {
-            Tried::new(kinds.iter().map(|&kind| Effect::free(kind)).collect(), fitted.clone(), None)
+            FittedModel::new(kinds.iter().map(|&kind| Effect::free(kind)).collect(), fitted.clone(), None)
         };
         let candidate = of(&[Kind::AxisFriction, Kind::SwingingLoad, Kind::FloorPatch]);
         let whole = Whole { index: 0, candidate: &candidate, idle: vec![1] };

@@ -1,23 +1,23 @@
 //! An effect that was found, with its numbers and its share.
 
-use crate::answer::Missing;
+use crate::answer::MissingEffect;
 use crate::candidates;
-use crate::engine::{Engine, Tried};
+use crate::engine::{Engine, FittedModel};
 use crate::place::Named;
 use crate::search::Found;
-use crate::words::statement;
+use crate::statements::statement;
 use trundle_infer::{InferError, Score};
 use trundle_model::Kind;
 
 /// The tried model that lacks just one of the effects.
-pub(crate) fn without<'a>(found: &'a Found, full: &Tried, dropped: usize) -> Option<&'a Tried> {
+pub(crate) fn without<'a>(found: &'a Found, full: &FittedModel, dropped: usize) -> Option<&'a FittedModel> {
     let mut kinds: Vec<Kind> = full.added.iter().map(|e| e.kind).collect();
     kinds.remove(dropped);
     of_kinds(&found.tried, kinds)
 }
 
 /// The best tried model with effects of some kinds.
-pub(crate) fn of_kinds(tried: &[Tried], mut kinds: Vec<Kind>) -> Option<&Tried> {
+pub(crate) fn of_kinds(tried: &[FittedModel], mut kinds: Vec<Kind>) -> Option<&FittedModel> {
     kinds.sort();
     tried.iter().find(|t| {
         let mut own: Vec<Kind> = t.added.iter().map(|e| e.kind).collect();
@@ -37,10 +37,10 @@ fn misfit(score: &Score, gyration: f64) -> Option<f64> {
 pub(crate) fn named(
     engine: &dyn Engine,
     found: &Found,
-    best: &Tried,
+    best: &FittedModel,
     k: usize,
     probability: f64,
-) -> Result<Missing, InferError> {
+) -> Result<MissingEffect, InferError> {
     let effect = &best.added[k];
     let names = best.fit.model.effect_names();
     let name = &names[names.len() - best.added.len() + k];
@@ -54,7 +54,7 @@ pub(crate) fn named(
     };
     let explains = with.zip(dropped).filter(|(_, d)| *d > 0.0).map(|(w, d)| 1.0 - w / d);
     let effect_named = Named { fit: &best.fit, kind: effect.kind, name };
-    Ok(Missing {
+    Ok(MissingEffect {
         effect: candidates::name(effect).to_owned(),
         probability,
         statement: statement(effect, name, &best.fit),
@@ -65,6 +65,6 @@ pub(crate) fn named(
 }
 
 /// Probability of all models that hold an effect of this name.
-pub(crate) fn effect_probability(tried: &[Tried], probabilities: &[f64], name: &str) -> f64 {
+pub(crate) fn effect_probability(tried: &[FittedModel], probabilities: &[f64], name: &str) -> f64 {
     tried.iter().zip(probabilities).filter(|(t, _)| t.names().contains(&name)).map(|(_, p)| p).sum()
 }

@@ -10,14 +10,14 @@ use trundle_record::{Dataset, Prepared};
 
 /// Prediction errors at the ends of one-second windows.
 #[derive(Clone, Copy, Debug, Default)]
-pub(crate) struct Outlook {
+pub(crate) struct PredictiveCheck {
     /// Mean square in units of the covariance that the instruments' noise explains, per direction.
     pub standardised: f64,
     /// Mean square as a share of that of the motion over the window, a turn counted at the radius of gyration.
     pub share: f64,
 }
 
-impl Outlook {
+impl PredictiveCheck {
     /// Whether the errors are large enough that a better model would predict better.
     pub fn is_material(&self) -> bool {
         self.is_refuted() || self.is_beyond_noise() && self.share > NEGLIGIBLE_SHARE
@@ -39,7 +39,7 @@ impl Outlook {
 }
 
 /// The end of a one-second window.
-pub(crate) struct End {
+pub(crate) struct WindowEnd {
     /// Seen less predicted pose.
     pub error: [f64; 3],
     /// The same whitened.
@@ -48,13 +48,13 @@ pub(crate) struct End {
     pub motion: [f64; 3],
 }
 
-impl Outlook {
+impl PredictiveCheck {
     /// Over some windows, turns counted at the radius of gyration `rho`.
-    pub fn over(ends: impl Iterator<Item = End>, dof: [bool; 3], rho: f64) -> Self {
+    pub fn over(ends: impl Iterator<Item = WindowEnd>, dof: [bool; 3], rho: f64) -> Self {
         let rho = if dof[2] { rho } else { 0.0 };
         let size = |[x, y, theta]: [f64; 3]| x * x + y * y + (rho * theta).powi(2);
         let (mut chi, mut left, mut moved, mut count) = (0.0, 0.0, 0.0, 0.0);
-        for End { error, whitened, motion } in ends {
+        for WindowEnd { error, whitened, motion } in ends {
             chi += whitened.iter().map(|e| e * e).sum::<f64>();
             left += size(error);
             moved += size(motion);
@@ -69,36 +69,36 @@ impl Outlook {
 }
 
 /// How a fit predicts its own training episodes.
-pub(crate) fn outlook(data: &Dataset, fit: &Fit) -> Result<Outlook, InferError> {
+pub(crate) fn predictive_check(data: &Dataset, fit: &Fit) -> Result<PredictiveCheck, InferError> {
     let channels = Channels::of(&data.noise);
     let mut ends = vec![];
     for episode in &data.training {
         let all = windows(&fit.model, &fit.values, &channels, episode, &data.noise)?;
         ends.extend(all.iter().flatten().filter_map(|window| end(window, episode)));
     }
-    Ok(Outlook::over(ends.into_iter(), data.dof, fit.model.body.gyration))
+    Ok(PredictiveCheck::from_windows(ends.into_iter(), data.dof, fit.model.body.gyration))
 }
 
-fn end(window: &Window, episode: &Prepared) -> Option<End> {
+fn end(window: &Window, episode: &Prepared) -> Option<WindowEnd> {
     let (first, last) = (window.samples.first()?, window.samples.last()?);
     let seen = |t: f64| episode.pose.get(episode.pose.partition_point(|p| p.t < t - 1e-9)).map(|p| p.pose);
     let (from, to) = (seen(first.t)?, seen(last.t)?);
     let motion = [0, 1, 2].map(|k| to[k] - from[k]);
-    Some(End { error: last.error.into(), whitened: (last.whitener * last.error).into(), motion })
+    Some(WindowEnd { error: last.error.into(), whitened: (last.whitener * last.error).into(), motion })
 }
 
 #[cfg(test)]
 #[allow(clippy::unwrap_used)]
 mod tests {
-    use super::{Outlook, outlook};
+    use super::{PredictiveCheck, predictive_check};
     use crate::common::{self, World, effect, locked};
     use trundle_infer::{Comparison, FitOptions, Quiet, fit};
     use trundle_model::{Effect, Kind, Model};
 
-    fn seen(truth: Model, fitted: &Model) -> Outlook {
+    fn seen(truth: Model, fitted: &Model) -> PredictiveCheck {
         let data = World::of(truth).recording(1);
         let comparison = Comparison::of(&data).unwrap();
-        outlook(&data, &fit(&comparison, fitted, &[], &FitOptions::default(), &Quiet).unwrap()).unwrap()
+        predictive_check(&data, &fit(&comparison, fitted, &[], &FitOptions::default(), &Quiet).unwrap()).unwrap()
     }
 
     #[test]

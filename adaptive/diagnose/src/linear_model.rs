@@ -2,7 +2,7 @@
 //! candidates would change.
 
 use crate::proposals::is_amplitude;
-use crate::screen::{Start, View};
+use crate::screen::{Start, Linearisation};
 use nalgebra::{DMatrix, DVector};
 use trundle_infer::{Fit, InferError};
 use trundle_model::{Effect, Kind, Model, Param, Slot};
@@ -20,8 +20,8 @@ pub(crate) struct Ground {
 }
 
 impl Ground {
-    pub fn new(view: &dyn View, fit: &Fit) -> Result<Self, InferError> {
-        let (own, free) = view.own(fit)?;
+    pub fn new(view: &dyn Linearisation, fit: &Fit) -> Result<Self, InferError> {
+        let (own, free) = view.own_derivatives(fit)?;
         let basis = own.clone().qr().q();
         Ok(Self { residual: view.residual(), own, basis, free })
     }
@@ -32,7 +32,7 @@ impl Ground {
     }
 
     /// Starts of some candidates, each on its own.
-    pub fn starts(&self, view: &dyn View, fit: &Fit, group: &[Effect]) -> Result<Vec<Start>, InferError> {
+    pub fn starts(&self, view: &dyn Linearisation, fit: &Fit, group: &[Effect]) -> Result<Vec<Start>, InferError> {
         let Slopes { model, values, columns, .. } = &slopes(view, fit, group)?;
         let slots = model.slots();
         let mut starts = Vec::with_capacity(group.len());
@@ -110,7 +110,7 @@ pub(crate) struct Slopes {
 }
 
 /// The derivatives by the amplitudes of some effects on top of a fit.
-pub(crate) fn slopes(view: &dyn View, fit: &Fit, group: &[Effect]) -> Result<Slopes, InferError> {
+pub(crate) fn slopes(view: &dyn Linearisation, fit: &Fit, group: &[Effect]) -> Result<Slopes, InferError> {
     let mut model = fit.model.clone();
     if fit.estimate("body.mass").is_some() {
         model.mass = None;
@@ -132,7 +132,7 @@ pub(crate) fn slopes(view: &dyn View, fit: &Fit, group: &[Effect]) -> Result<Slo
         values.extend(effect.values.iter().map(|v| v.unwrap_or(0.0)));
     }
     let wanted: Vec<usize> = amplitudes.iter().flatten().copied().collect();
-    let all = view.slopes(&model, &values, &wanted)?;
+    let all = view.derivatives(&model, &values, &wanted)?;
     let mut column = 0;
     let columns = amplitudes.into_iter().map(|amplitudes| {
         let columns = all.columns(column, amplitudes.len()).into_owned();

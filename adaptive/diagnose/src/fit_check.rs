@@ -1,0 +1,51 @@
+//! The lack-of-fit test for a fit that is not part of a diagnosis.
+
+use crate::lack_of_fit::lack_of_fit;
+use trundle_infer::{Comparison, Fit, InferError, Residual};
+use trundle_record::Dataset;
+
+/// What a fitted model leaves unexplained in the training episodes.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub struct FitCheck {
+    /// Whether the data reject the model.
+    pub is_rejected: bool,
+    /// Log likelihood that a wandering wrench in addition to the model gains, nats.
+    pub gain_nats: f64,
+    /// Root mean square of the residual force, N, as smoothed from the motion.
+    pub residual_force_rms: f64,
+    /// The same of the residual torque about the object's origin, N·m.
+    pub residual_torque_rms: f64,
+}
+
+/// Test a fit for lack of fit; `None` where there is no test: the wrench is compared, not the motion.
+///
+/// # Errors
+/// When the fit's values are not those of its model.
+pub fn check_fit(
+    data: &Dataset,
+    comparison: &Comparison,
+    fit: &Fit,
+) -> Result<Option<FitCheck>, InferError> {
+    let (Some(left), Comparison::Motion(motion)) = (lack_of_fit(comparison, fit)?, comparison) else {
+        return Ok(None);
+    };
+    let residuals = motion.with_channels(left.channels).residuals(&fit.model, &fit.values)?;
+    // Before contact there is no wrench to miss.
+    let contact = |k: usize| data.training.get(k).map_or(f64::NEG_INFINITY, |e| e.contact);
+    let pushed: Vec<[f64; 3]> = residuals
+        .iter()
+        .flatten()
+        .enumerate()
+        .flat_map(|(k, episode)| episode.iter().filter(move |r: &&Residual| r.t >= contact(k)))
+        .map(|r| r.wrench)
+        .collect();
+    let rms = |square: &dyn Fn(&[f64; 3]) -> f64| {
+        (pushed.iter().map(square).sum::<f64>() / pushed.len().max(1) as f64).sqrt()
+    };
+    Ok(Some(FitCheck {
+        is_rejected: left.is_significant(comparison.observations()),
+        gain_nats: left.gain,
+        residual_force_rms: rms(&|w| w[0] * w[0] + w[1] * w[1]),
+        residual_torque_rms: rms(&|w| w[2] * w[2]),
+    }))
+}
