@@ -26,7 +26,7 @@ pub struct Answer {
     /// Where the simulation as given goes wrong.
     pub mismatch: Mismatch,
     /// What remains after the named effects, also where nothing is named.
-    pub residual: Remaining,
+    pub residual: ResidualSummary,
     /// Doubts that a careful reader must know of.
     pub warnings: Vec<String>,
     /// What explains the data almost as well.
@@ -40,12 +40,12 @@ pub struct Answer {
     /// The pose that brought each wrench to the object.
     pub wrench_pose: WrenchPose,
     /// Figures before and after.
-    pub fit: Figures,
+    pub fit: ErrorMetrics,
 }
 
 /// What remains: the wrench that the model after still misses.
 #[derive(Clone, Debug, Default, Serialize)]
-pub struct Remaining {
+pub struct ResidualSummary {
     /// Root mean square of the missing force over the training episodes, N.
     pub force_rms: Option<f64>,
     /// The same of the moment about the object's origin, N·m.
@@ -244,7 +244,7 @@ pub struct Nominal {
 
 /// Before and after on some episodes.
 #[derive(Clone, Debug, Serialize)]
-pub struct Pair {
+pub struct BeforeAfter {
     /// The simulation under test.
     pub before: Score,
     /// With the effects found, or with an unnamed wrench that predicts.
@@ -253,9 +253,9 @@ pub struct Pair {
 
 /// Figures.
 #[derive(Clone, Debug, Serialize)]
-pub struct Figures {
+pub struct ErrorMetrics {
     /// On episodes never fitted; null when there are none.
-    pub held_out: Option<Pair>,
+    pub held_out: Option<BeforeAfter>,
     /// On those that were.
-    pub training: Pair,
+    pub training: BeforeAfter,
 }

@@ -14,9 +14,9 @@ use rand_chacha::ChaCha8Rng;
 use trundle_infer::{Comparison, Fit, InferError, Innovation};
 
 /// Correlation times in a block, at least.
-const TIMES: f64 = 5.0;
+const MIN_CORRELATION_TIMES_PER_BLOCK: f64 = 5.0;
 /// Fewest blocks from which anything is concluded.
-const FEWEST_BLOCKS: usize = 5;
+const MIN_BLOCKS: usize = 5;
 /// Times that blocks are drawn anew: a probability near 0.95 is then known to half a per cent.
 const RESAMPLES: usize = 2000;
 
@@ -34,8 +34,12 @@ pub(crate) type PredictedSamples = Vec<Vec<PredictedSample>>;
 
 /// Probability that `fuller` predicts better than `simpler` on average, from the same samples under both, whose residuals
 /// have a correlation `time`, samples; one half where there are too few blocks to tell.
-pub(crate) fn probability_of_gain(time: f64, fuller: &[Vec<PredictedSample>], simpler: &[Vec<PredictedSample>]) -> f64 {
-    let size = (TIMES * time).ceil() as usize;
+pub(crate) fn probability_of_gain(
+    time: f64,
+    fuller: &[Vec<PredictedSample>],
+    simpler: &[Vec<PredictedSample>],
+) -> f64 {
+    let size = (MIN_CORRELATION_TIMES_PER_BLOCK * time).ceil() as usize;
     let blocks = |(with, without): (&Vec<PredictedSample>, &Vec<PredictedSample>)| -> Vec<f64> {
         let gains: Vec<f64> = with.iter().zip(without).map(|(w, o)| o.cost - w.cost).collect();
         // The last block takes what remains.
@@ -43,19 +47,22 @@ pub(crate) fn probability_of_gain(time: f64, fuller: &[Vec<PredictedSample>], si
         (0..count)
             .map(|k| {
                 let end = if k + 1 == count { gains.len() } else { (k + 1) * size };
-                gains[k * size..end].iter().sum::<f64>().clamp(-MIN_SIGNIFICANT_GAIN_NATS, MIN_SIGNIFICANT_GAIN_NATS)
+                gains[k * size..end]
+                    .iter()
+                    .sum::<f64>()
+                    .clamp(-MIN_SIGNIFICANT_GAIN_NATS, MIN_SIGNIFICANT_GAIN_NATS)
             })
             .collect()
     };
     let gains: Vec<f64> =
         fuller.iter().zip(simpler).filter(|(w, _)| !w.is_empty()).flat_map(blocks).collect();
-    chance(&gains)
+    bootstrap_probability(&gains)
 }
 
 /// Probability that the mean of what blocks gain is positive, by drawing blocks anew.
-fn chance(gains: &[f64]) -> f64 {
+fn bootstrap_probability(gains: &[f64]) -> f64 {
     let n = gains.len();
-    if n < FEWEST_BLOCKS || gains.iter().any(|gain| !gain.is_finite()) {
+    if n < MIN_BLOCKS || gains.iter().any(|gain| !gain.is_finite()) {
         return 0.5;
     }
     let mut rng = ChaCha8Rng::seed_from_u64(0);
@@ -81,10 +88,11 @@ pub(crate) fn correlation_time(samples: &[Vec<PredictedSample>]) -> f64 {
 }
 
 /// The samples of a comparison under a fit.
-pub(crate) fn predicted(comparison: &Comparison, fit: &Fit) -> Result<PredictedSamples, InferError> {
+pub(crate) fn predicted_samples(comparison: &Comparison, fit: &Fit) -> Result<PredictedSamples, InferError> {
     match comparison.with_channels(fit.channels) {
         Comparison::Motion(motion) => {
-            let one = |i: &Innovation| PredictedSample { cost: i.cost, residual: (i.whitener * i.error).into() };
+            let one =
+                |i: &Innovation| PredictedSample { cost: i.cost, residual: (i.whitener * i.error).into() };
             let all = motion.innovations(&fit.model, &fit.values)?.unwrap_or_default();
             Ok(all.iter().map(|episode| episode.iter().map(one).collect()).collect())
         }
@@ -112,19 +120,21 @@ mod tests {
 
     /// PredictedSamples with a gain each, of residuals that are correlated over `memory` samples.
     fn samples(gains: &[f64], memory: f64) -> [PredictedSamples; 2] {
-        let keep = (-1.0 / memory).exp();
+        let decay = (-1.0 / memory).exp();
         let mut state = 0.0;
         let mut rng = ChaCha8Rng::seed_from_u64(1);
         let mut residual = || {
-            state = keep * state + rng.random_range(-1.0..1.0);
+            state = decay * state + rng.random_range(-1.0..1.0);
             [state, 0.0, 0.0]
         };
-        let with: Vec<_> = gains.iter().map(|_| PredictedSample { cost: 0.0, residual: residual() }).collect();
-        let without = with.iter().zip(gains).map(|(one, gain)| PredictedSample { cost: *gain, ..*one }).collect();
+        let with: Vec<_> =
+            gains.iter().map(|_| PredictedSample { cost: 0.0, residual: residual() }).collect();
+        let without =
+            with.iter().zip(gains).map(|(one, gain)| PredictedSample { cost: *gain, ..*one }).collect();
         [vec![with], vec![without]]
     }
 
-    fn chance_of(gains: &[f64], memory: f64) -> f64 {
+    fn probability_of(gains: &[f64], memory: f64) -> f64 {
         let [with, without] = samples(gains, memory);
         probability_of_gain(correlation_time(&with), &with, &without)
     }
@@ -136,37 +146,37 @@ mod tests {
 
     #[test]
     fn one_block_carries_nothing() {
-        assert!(chance_of(&gaining(4, 1e4), 0.1) < 0.95);
+        assert!(probability_of(&gaining(4, 1e4), 0.1) < 0.95);
     }
 
     #[test]
     fn a_second_of_contact_is_enough() {
-        assert!(chance_of(&gaining(60, 1e3), 0.1) > 0.95);
+        assert!(probability_of(&gaining(60, 1e3), 0.1) > 0.95);
     }
 
     #[test]
     fn where_residuals_are_correlated_there_is_less_evidence() {
-        assert!(chance_of(&gaining(60, 1e3), 60.0) < 0.95);
+        assert!(probability_of(&gaining(60, 1e3), 60.0) < 0.95);
     }
 
     #[test]
     fn gains_everywhere_are_sure_and_what_is_lost_elsewhere_counts() {
         let small: Vec<f64> = (0..600).map(|k| 0.3 + (k as f64).sin()).collect();
-        assert!(chance_of(&small, 0.1) > 0.99);
-        let torn: Vec<f64> = (0..600).map(|k| if k % 200 < 100 { 1e3 } else { -20.0 }).collect();
-        assert!(chance_of(&torn, 0.1) < 0.8);
+        assert!(probability_of(&small, 0.1) > 0.99);
+        let mixed: Vec<f64> = (0..600).map(|k| if k % 200 < 100 { 1e3 } else { -20.0 }).collect();
+        assert!(probability_of(&mixed, 0.1) < 0.8);
     }
 
     #[test]
     fn a_correlation_time_is_that_of_the_process() {
         let [first_order, _] = samples(&vec![0.0; 100_000], 10.0);
-        let keep = (-0.1_f64).exp();
-        let expected = (1.0 + keep) / (1.0 - keep);
+        let decay = (-0.1_f64).exp();
+        let expected = (1.0 + decay) / (1.0 - decay);
         assert!((correlation_time(&first_order) / expected - 1.0).abs() < 0.1);
     }
 
     #[test]
     fn few_blocks_tell_nothing() {
-        assert!((chance(&[1.0; 4]) - 0.5).abs() < 1e-12);
+        assert!((bootstrap_probability(&[1.0; 4]) - 0.5).abs() < 1e-12);
     }
 }

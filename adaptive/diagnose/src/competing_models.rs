@@ -4,23 +4,23 @@ use crate::answer::Alternative;
 use crate::candidates::name;
 use crate::design::{Certificate, Experiment};
 use crate::engine::{Engine, FittedModel};
-use crate::search::Found;
+use crate::search::SearchResult;
 use crate::thresholds::MAX_TIE_DIFFERENCE_NATS;
 use trundle_infer::{InferError, Watch};
 use trundle_model::Effect;
 
 /// Difference of log weight below which the data do not decide: one to twenty.
-const OPEN: f64 = 3.0;
+const MAX_UNDECIDED_LOG_ODDS: f64 = 3.0;
 /// At most this many alternatives are told.
-const ALTERNATIVES: usize = 5;
+const MAX_ALTERNATIVES: usize = 5;
 /// To so many of them a push is designed; of the others the catalogue knows one.
-const DESIGNED: usize = 2;
+const MAX_DESIGNED_EXPERIMENTS: usize = 2;
 /// Less probable alternatives need no push: the recording excludes them.
-const POSSIBLE: f64 = 1e-3;
+const MIN_DESIGN_PROBABILITY: f64 = 1e-3;
 
 /// What stays in doubt.
 #[derive(Clone, Debug, Default)]
-pub(crate) struct Doubts {
+pub(crate) struct CompetingModels {
     /// Sets of effects that could stand in one another's place.
     pub tied: Vec<Vec<String>>,
     /// The set of effects that is named and others, in which more than one effect differs, that the data do not tell from it.
@@ -37,43 +37,44 @@ pub(crate) struct Doubts {
 ///
 /// # Errors
 /// When the user interrupts.
-pub(crate) fn doubts(
+pub(crate) fn competing_models(
     engine: &dyn Engine,
-    (found, probabilities): (&Found, &[f64]),
+    (found, probabilities): (&SearchResult, &[f64]),
     best: &FittedModel,
     designing: bool,
     watch: &dyn Watch,
-) -> Result<Doubts, InferError> {
+) -> Result<CompetingModels, InferError> {
     let pairs = pairs(engine, found, best)?;
-    let mut doubts = Doubts {
+    let mut competing_models = CompetingModels {
         tied: ties(&pairs, best),
         tied_sets: tied_sets(found, best),
         certificates: pairs.iter().map(|pair| pair.certificate.clone()).collect(),
-        ..Doubts::default()
+        ..CompetingModels::default()
     };
     let mut attempts = 0;
-    for (tried, probability) in others(found, probabilities, best) {
+    for (tried, probability) in alternatives(found, probabilities, best) {
         let effect = tried.names().join(" + ");
-        let possible = probability > POSSIBLE || pairs.iter().any(|pair| alike(pair.other, tried));
-        let mut text = probe(found, tried, best);
-        if designing && possible && attempts < DESIGNED {
+        let is_possible =
+            probability > MIN_DESIGN_PROBABILITY || pairs.iter().any(|pair| same_kinds(pair.other, tried));
+        let mut text = catalogue_experiment(found, tried, best);
+        if designing && is_possible && attempts < MAX_DESIGNED_EXPERIMENTS {
             attempts += 1;
             let names = [&*own_name(best, tried), &*effect];
-            let planned = engine.experiment(names, [best, tried], &best.fit.channels, watch)?;
-            if let Some(planned) = planned.filter(Experiment::tells) {
-                text.clone_from(&planned.sentence);
-                doubts.experiments.push(planned);
+            let experiment = engine.experiment(names, [best, tried], &best.fit.channels, watch)?;
+            if let Some(experiment) = experiment.filter(Experiment::tells) {
+                text.clone_from(&experiment.sentence);
+                competing_models.experiments.push(experiment);
             }
         }
-        doubts.alternatives.push(Alternative { effect, probability, experiment: text });
+        competing_models.alternatives.push(Alternative { effect, probability, experiment: text });
     }
-    Ok(doubts)
+    Ok(competing_models)
 }
 
 /// An effect of a model and another that could stand in its place.
-struct Pair<'a> {
-    mine: &'a Effect,
-    rival: &'a Effect,
+struct TiedPair<'a> {
+    own_effect: &'a Effect,
+    other_effect: &'a Effect,
     other: &'a FittedModel,
     certificate: Certificate,
 }
@@ -81,19 +82,23 @@ struct Pair<'a> {
 /// Pairs of an effect of the best model and another in its place that the data do not tell: of all forms of either
 /// model, finer or not, two that fit alike with as many parameters, or that make the same motion within noise; or the
 /// best forms of both, where neither is twenty times as probable as the other.
-fn pairs<'a>(engine: &dyn Engine, found: &'a Found, best: &'a FittedModel) -> Result<Vec<Pair<'a>>, InferError> {
-    let mut pairs: Vec<Pair> = Vec::new();
-    for own in found.tried.iter().filter(|t| alike(t, best)) {
+fn pairs<'a>(
+    engine: &dyn Engine,
+    found: &'a SearchResult,
+    best: &'a FittedModel,
+) -> Result<Vec<TiedPair<'a>>, InferError> {
+    let mut pairs: Vec<TiedPair> = Vec::new();
+    for own in found.tried.iter().filter(|t| same_kinds(t, best)) {
         for other in found.tried.iter().filter(|t| t.added.len() == own.added.len()) {
-            let Some((mine, rival)) = swapped(own, other) else { continue };
-            let like = (other.fit.cost - own.fit.cost).abs() < MAX_TIE_DIFFERENCE_NATS;
-            let open = std::ptr::eq(own, best) && is_open(own.log_weight(), other.log_weight());
-            if !(like || open) || pairs.iter().any(|p| p.is_of(mine, rival)) {
+            let Some((own_effect, other_effect)) = exchanged_effects(own, other) else { continue };
+            let fits_alike = (other.fit.cost - own.fit.cost).abs() < MAX_TIE_DIFFERENCE_NATS;
+            let undecided = std::ptr::eq(own, best) && is_undecided(own.log_weight(), other.log_weight());
+            if !(fits_alike || undecided) || pairs.iter().any(|p| p.is_of(own_effect, other_effect)) {
                 continue;
             }
-            let certificate = engine.certificate([name(mine), name(rival)], [own, other])?;
-            if open || certificate.same || other.fit.estimates.len() == own.fit.estimates.len() {
-                pairs.push(Pair { mine, rival, other, certificate });
+            let certificate = engine.certificate([name(own_effect), name(other_effect)], [own, other])?;
+            if undecided || certificate.same || other.fit.estimates.len() == own.fit.estimates.len() {
+                pairs.push(TiedPair { own_effect, other_effect, other, certificate });
             }
         }
     }
@@ -101,29 +106,36 @@ fn pairs<'a>(engine: &dyn Engine, found: &'a Found, best: &'a FittedModel) -> Re
 }
 
 /// Whether two log weights leave open which model is true.
-fn is_open(own: f64, other: f64) -> bool {
-    (other - own).abs() < OPEN
+fn is_undecided(own: f64, other: f64) -> bool {
+    (other - own).abs() < MAX_UNDECIDED_LOG_ODDS
 }
 
-impl Pair<'_> {
-    fn is_of(&self, mine: &Effect, rival: &Effect) -> bool {
-        (self.mine.kind, self.rival.kind) == (mine.kind, rival.kind)
+impl TiedPair<'_> {
+    fn is_of(&self, own_effect: &Effect, other_effect: &Effect) -> bool {
+        (self.own_effect.kind, self.other_effect.kind) == (own_effect.kind, other_effect.kind)
     }
 }
 
 /// The one effect in which two models differ, of either, if it is one and goes by different names.
-fn swapped<'a>(own: &'a FittedModel, other: &'a FittedModel) -> Option<(&'a Effect, &'a Effect)> {
-    match (lacking(own, other).as_slice(), lacking(other, own).as_slice()) {
-        ([mine], [rival]) if name(mine) != name(rival) => Some((mine, rival)),
+fn exchanged_effects<'a>(own: &'a FittedModel, other: &'a FittedModel) -> Option<(&'a Effect, &'a Effect)> {
+    match (extra_effects(own, other).as_slice(), extra_effects(other, own).as_slice()) {
+        ([own_effect], [other_effect]) if name(own_effect) != name(other_effect) => {
+            Some((own_effect, other_effect))
+        }
         _ => None,
     }
 }
 
 /// Sets of an effect of the best model and all that could stand in its place.
-fn ties(pairs: &[Pair<'_>], best: &FittedModel) -> Vec<Vec<String>> {
+fn ties(pairs: &[TiedPair<'_>], best: &FittedModel) -> Vec<Vec<String>> {
     let set = |effect: &Effect| {
         let mut set = vec![name(effect).to_owned()];
-        set.extend(pairs.iter().filter(|p| p.mine.kind == effect.kind).map(|p| name(p.rival).to_owned()));
+        set.extend(
+            pairs
+                .iter()
+                .filter(|p| p.own_effect.kind == effect.kind)
+                .map(|p| name(p.other_effect).to_owned()),
+        );
         set.dedup();
         set
     };
@@ -132,14 +144,14 @@ fn ties(pairs: &[Pair<'_>], best: &FittedModel) -> Vec<Vec<String>> {
 
 /// The best model's set of effects with others that are neither twenty times as probable nor twenty times less, where more
 /// than one effect differs; empty where there is none.
-fn tied_sets(found: &Found, best: &FittedModel) -> Vec<Vec<Vec<String>>> {
-    let own = sorted(best);
+fn tied_sets(found: &SearchResult, best: &FittedModel) -> Vec<Vec<Vec<String>>> {
+    let own = sorted_names(best);
     let mut class = vec![own.clone()];
     for other in found.tried.iter().filter(|t| !t.added.is_empty() && !best.added.is_empty()) {
-        let names = sorted(other);
-        let open = is_open(best.log_weight(), other.log_weight());
-        let differ = !lacking(best, other).is_empty() && !lacking(other, best).is_empty();
-        if open && differ && swapped(best, other).is_none() && !class.contains(&names) {
+        let names = sorted_names(other);
+        let undecided = is_undecided(best.log_weight(), other.log_weight());
+        let differ = !extra_effects(best, other).is_empty() && !extra_effects(other, best).is_empty();
+        if undecided && differ && exchanged_effects(best, other).is_none() && !class.contains(&names) {
             class.push(names);
         }
     }
@@ -148,31 +160,35 @@ fn tied_sets(found: &Found, best: &FittedModel) -> Vec<Vec<Vec<String>>> {
 }
 
 /// Whether two models have effects of the same kinds.
-fn alike(one: &FittedModel, other: &FittedModel) -> bool {
-    lacking(one, other).is_empty() && lacking(other, one).is_empty()
+fn same_kinds(one: &FittedModel, other: &FittedModel) -> bool {
+    extra_effects(one, other).is_empty() && extra_effects(other, one).is_empty()
 }
 
 /// Effects of a model of a kind that another has not.
-fn lacking<'a>(from: &'a FittedModel, other: &FittedModel) -> Vec<&'a Effect> {
+fn extra_effects<'a>(from: &'a FittedModel, other: &FittedModel) -> Vec<&'a Effect> {
     from.added.iter().filter(|e| other.added.iter().all(|o| o.kind != e.kind)).collect()
 }
 
 /// The best models of other effects than the one that is named, each once, with their probabilities.
-fn others<'a>(found: &'a Found, probabilities: &[f64], best: &FittedModel) -> Vec<(&'a FittedModel, f64)> {
-    let mut told = vec![sorted(best)];
-    let mut others = Vec::new();
+fn alternatives<'a>(
+    found: &'a SearchResult,
+    probabilities: &[f64],
+    best: &FittedModel,
+) -> Vec<(&'a FittedModel, f64)> {
+    let mut reported = vec![sorted_names(best)];
+    let mut alternatives = Vec::new();
     for (tried, &probability) in found.tried.iter().zip(probabilities) {
-        let names = sorted(tried);
-        if !tried.added.is_empty() && !told.contains(&names) && others.len() < ALTERNATIVES {
-            told.push(names);
-            others.push((tried, probability));
+        let names = sorted_names(tried);
+        if !tried.added.is_empty() && !reported.contains(&names) && alternatives.len() < MAX_ALTERNATIVES {
+            reported.push(names);
+            alternatives.push((tried, probability));
         }
     }
-    others
+    alternatives
 }
 
 /// The names of a model's effects, in alphabetical order.
-fn sorted(tried: &FittedModel) -> Vec<&'static str> {
+fn sorted_names(tried: &FittedModel) -> Vec<&'static str> {
     let mut names = tried.names();
     names.sort_unstable();
     names
@@ -180,7 +196,7 @@ fn sorted(tried: &FittedModel) -> Vec<&'static str> {
 
 /// What to call the best model beside another: the effects that the other has not.
 fn own_name(best: &FittedModel, other: &FittedModel) -> String {
-    let own: Vec<_> = lacking(best, other).into_iter().map(name).collect();
+    let own: Vec<_> = extra_effects(best, other).into_iter().map(name).collect();
     match (own.is_empty(), best.added.is_empty()) {
         (false, _) => own.join(" + "),
         (true, true) => "nothing missing".to_owned(),
@@ -189,37 +205,37 @@ fn own_name(best: &FittedModel, other: &FittedModel) -> String {
 }
 
 /// The push that the catalogue knows to show an alternative's effect.
-fn probe(found: &Found, alternative: &FittedModel, best: &FittedModel) -> String {
-    let Some(new) = lacking(alternative, best).into_iter().next() else { return String::new() };
+fn catalogue_experiment(found: &SearchResult, alternative: &FittedModel, best: &FittedModel) -> String {
+    let Some(new) = extra_effects(alternative, best).into_iter().next() else { return String::new() };
     let fits_alike = |other: &&FittedModel| {
         other.added.len() == alternative.added.len()
             && other.fit.estimates.len() == alternative.fit.estimates.len()
             && (other.fit.cost - alternative.fit.cost).abs() < MAX_TIE_DIFFERENCE_NATS
     };
-    let mut twins: Vec<&str> = found
+    let mut indistinguishable: Vec<&str> = found
         .tried
         .iter()
         .filter(fits_alike)
-        .filter_map(|other| swapped(alternative, other))
-        .filter(|(mine, _)| mine.kind == new.kind)
-        .map(|(_, rival)| name(rival))
+        .filter_map(|other| exchanged_effects(alternative, other))
+        .filter(|(own_effect, _)| own_effect.kind == new.kind)
+        .map(|(_, other_effect)| name(other_effect))
         .collect();
-    twins.dedup();
+    indistinguishable.dedup();
     let probe = new.kind.spec().probe;
-    if twins.is_empty() {
+    if indistinguishable.is_empty() {
         probe.to_owned()
     } else {
-        format!("these pushes cannot tell it from {}: {probe}", twins.join(", "))
+        format!("these pushes cannot tell it from {}: {probe}", indistinguishable.join(", "))
     }
 }
 
 #[cfg(test)]
 mod tests {
-    use super::is_open;
+    use super::is_undecided;
 
     #[test]
     fn one_to_twenty_decides() {
-        let odds = |odds: f64| is_open(-7000.0, -7000.0 - odds.ln());
+        let odds = |odds: f64| is_undecided(-7000.0, -7000.0 - odds.ln());
         assert!(odds(1.0) && odds(19.0) && odds(1.0 / 19.0));
         assert!(!odds(21.0) && !odds(1.0 / 21.0));
     }

@@ -8,7 +8,7 @@ use trundle_model::{Body, Fixture};
 
 /// A place that may have been touched.
 #[derive(Clone, Copy, Debug)]
-pub(crate) struct Touch {
+pub(crate) struct ContactCandidate {
     /// World, m.
     pub at: [f64; 2],
     /// Direction out of the object, world.
@@ -18,77 +18,83 @@ pub(crate) struct Touch {
 }
 
 /// Points of the rim are so far apart, m.
-const SPACING: f64 = 0.02;
+const RIM_SPACING_M: f64 = 0.02;
 /// Points of a disc's rim.
-const AROUND: usize = 48;
+const RIM_ANGLES: usize = 48;
 /// So far out of the rim its normal is asked for, m.
-const OUT: f64 = 1e-3;
+const NORMAL_PROBE_M: f64 = 1e-3;
 /// Cosine of the angle between a contact's force and the inward normal, at least: the cone of friction 0.75.
-const CONE: f64 = 0.8;
+const MIN_NORMAL_COSINE: f64 = 0.8;
 /// Squared significance of a force, at least.
-const STRONG: f64 = 25.0;
+const MIN_SQUARED_SIGNIFICANCE: f64 = 25.0;
 /// Distance of a line of action from the point of the rim, at most, m.
-const BESIDE: f64 = 0.1;
+const MAX_LINE_DISTANCE_M: f64 = 0.1;
 /// Places closer than this are one, m.
-const APART: f64 = 0.04;
+const MIN_SPACING_M: f64 = 0.04;
 /// Places that are handed on.
-const RANKED: usize = 12;
+const MAX_CANDIDATES: usize = 12;
 
 /// Places that may have been touched, the strongest first, from the missing wrenches along episodes.
-pub(crate) fn touches(courses: &[Vec<Residual>], body: &Body) -> Vec<Touch> {
+pub(crate) fn contact_candidates(courses: &[Vec<Residual>], body: &Body) -> Vec<ContactCandidate> {
     let rim = rim(body);
-    let mut all: Vec<Touch> = courses.iter().flatten().filter_map(|seen| touch(seen, &rim)).collect();
+    let mut all: Vec<ContactCandidate> =
+        courses.iter().flatten().filter_map(|residual| candidate(residual, &rim)).collect();
     all.sort_by(|a, b| b.strength.total_cmp(&a.strength));
-    let mut kept: Vec<Touch> = Vec::new();
-    for touch in all {
-        let apart = |other: &Touch| distance(other.at, touch.at) > APART;
-        if kept.len() < RANKED && kept.iter().all(apart) {
-            kept.push(touch);
+    let mut kept: Vec<ContactCandidate> = Vec::new();
+    for candidate in all {
+        let is_apart = |other: &ContactCandidate| distance(other.at, candidate.at) > MIN_SPACING_M;
+        if kept.len() < MAX_CANDIDATES && kept.iter().all(is_apart) {
+            kept.push(candidate);
         }
     }
     kept
 }
 
 /// The point of the rim at which a missing wrench may act as a contact.
-fn touch(seen: &Residual, rim: &[([f64; 2], [f64; 2])]) -> Option<Touch> {
-    let [fx, fy, moment] = seen.wrench;
+fn candidate(residual: &Residual, rim: &[([f64; 2], [f64; 2])]) -> Option<ContactCandidate> {
+    let [fx, fy, moment] = residual.wrench;
     let force = fx.hypot(fy);
-    let inverse = seen.covariance.fixed_view::<2, 2>(0, 0).try_inverse()?;
+    let inverse = residual.covariance.fixed_view::<2, 2>(0, 0).try_inverse()?;
     let f = nalgebra::Vector2::new(fx, fy);
     let strength = f.dot(&(inverse * f));
-    if strength < STRONG {
+    if strength < MIN_SQUARED_SIGNIFICANCE {
         return None;
     }
-    let inwards = |(_, n): &&([f64; 2], [f64; 2])| -(fx * n[0] + fy * n[1]) > CONE * force;
-    let beside = |p: [f64; 2]| (moment - (p[0] * fy - p[1] * fx)).abs() / force;
-    let (point, normal) = rim.iter().filter(inwards).min_by(|a, b| beside(a.0).total_cmp(&beside(b.0)))?;
-    if beside(*point) > BESIDE {
+    let inwards = |(_, n): &&([f64; 2], [f64; 2])| -(fx * n[0] + fy * n[1]) > MIN_NORMAL_COSINE * force;
+    let line_distance = |p: [f64; 2]| (moment - (p[0] * fy - p[1] * fx)).abs() / force;
+    let (point, normal) =
+        rim.iter().filter(inwards).min_by(|a, b| line_distance(a.0).total_cmp(&line_distance(b.0)))?;
+    if line_distance(*point) > MAX_LINE_DISTANCE_M {
         return None;
     }
-    let (sin, cos) = seen.pose[2].sin_cos();
-    let turned = |[x, y]: [f64; 2]| [cos * x - sin * y, sin * x + cos * y];
-    let at = turned(*point);
-    Some(Touch { at: [seen.pose[0] + at[0], seen.pose[1] + at[1]], normal: turned(*normal), strength })
+    let (sin, cos) = residual.pose[2].sin_cos();
+    let rotated = |[x, y]: [f64; 2]| [cos * x - sin * y, sin * x + cos * y];
+    let at = rotated(*point);
+    Some(ContactCandidate {
+        at: [residual.pose[0] + at[0], residual.pose[1] + at[1]],
+        normal: rotated(*normal),
+        strength,
+    })
 }
 
 /// Points of the rim with their outward normals, object frame.
 fn rim(body: &Body) -> Vec<([f64; 2], [f64; 2])> {
     let points = body.fixtures.iter().flat_map(outline);
     // A point between two fixtures is not on the rim.
-    let bare = |p: [f64; 2]| {
-        let out = |angle: f64| [p[0] + OUT * angle.cos(), p[1] + OUT * angle.sin()];
-        let steps = (0..AROUND).map(|k| out(k as f64 * std::f64::consts::TAU / AROUND as f64));
+    let with_normal = |p: [f64; 2]| {
+        let out = |angle: f64| [p[0] + NORMAL_PROBE_M * angle.cos(), p[1] + NORMAL_PROBE_M * angle.sin()];
+        let steps = (0..RIM_ANGLES).map(|k| out(k as f64 * std::f64::consts::TAU / RIM_ANGLES as f64));
         let (distance, normal) =
             steps.map(|q| body.outside(q)).max_by(|a, b| a.0.total_cmp(&b.0)).unwrap_or((0.0, [0.0; 2]));
-        (distance > 0.5 * OUT).then_some((p, normal))
+        (distance > 0.5 * NORMAL_PROBE_M).then_some((p, normal))
     };
-    points.filter_map(bare).collect()
+    points.filter_map(with_normal).collect()
 }
 
 fn outline(fixture: &Fixture) -> Vec<[f64; 2]> {
     match fixture {
-        Fixture::Disc { center: [x, y], radius, .. } => (0..AROUND)
-            .map(|k| (k as f64 * std::f64::consts::TAU / AROUND as f64).sin_cos())
+        Fixture::Disc { center: [x, y], radius, .. } => (0..RIM_ANGLES)
+            .map(|k| (k as f64 * std::f64::consts::TAU / RIM_ANGLES as f64).sin_cos())
             .map(|(sin, cos)| [x + radius * cos, y + radius * sin])
             .collect(),
         Fixture::Polygon { vertices, .. } => {
@@ -100,7 +106,7 @@ fn outline(fixture: &Fixture) -> Vec<[f64; 2]> {
 
 /// Points of an edge, its first corner among them.
 fn along(a: [f64; 2], b: [f64; 2]) -> Vec<[f64; 2]> {
-    let count = (distance(a, b) / SPACING).ceil().max(1.0);
+    let count = (distance(a, b) / RIM_SPACING_M).ceil().max(1.0);
     (0..count as usize).map(|k| [0, 1].map(|i| a[i] + (b[i] - a[i]) * k as f64 / count)).collect()
 }
 
@@ -114,7 +120,7 @@ mod tests {
     use super::*;
     use nalgebra::Matrix3;
 
-    fn felt(wrench: [f64; 3]) -> Vec<Vec<Residual>> {
+    fn residuals_of(wrench: [f64; 3]) -> Vec<Vec<Residual>> {
         let covariance = Matrix3::from_diagonal(&[1.0, 1.0, 0.01].into());
         let pose = [1.0, 2.0, std::f64::consts::FRAC_PI_2];
         vec![vec![Residual { t: 0.0, pose, twist: [0.0; 3], wrench, covariance }]]
@@ -127,15 +133,15 @@ mod tests {
     #[test]
     fn a_blow_tells_what_it_hit() {
         // 30 N against the front edge, 0.2 m to the left; the table looks along the world's y.
-        let found = touches(&felt([-30.0, 0.0, 0.2 * 30.0]), &table());
-        let Touch { at, normal, .. } = found[0];
+        let found = contact_candidates(&residuals_of([-30.0, 0.0, 0.2 * 30.0]), &table());
+        let ContactCandidate { at, normal, .. } = found[0];
         assert!((at[0] - 0.8).abs() < 0.011 && (at[1] - 2.6).abs() < 1e-9, "{at:?}");
         assert!(normal[0].abs() < 1e-6 && (normal[1] - 1.0).abs() < 1e-6, "{normal:?}");
     }
 
     #[test]
     fn what_cannot_be_a_contact_is_none() {
-        let nothing = |wrench| touches(&felt(wrench), &table()).is_empty();
+        let nothing = |wrench| contact_candidates(&residuals_of(wrench), &table()).is_empty();
         assert!(nothing([-1.0, 0.0, 0.0]), "too weak");
         assert!(nothing([-30.0, 0.0, 30.0]), "its line passes beside the table");
         assert!(nothing([0.0, 0.0, 30.0]), "no force");

@@ -16,7 +16,7 @@ const MAX_FOLDS: usize = 8;
 
 /// How left-out episodes are predicted.
 #[derive(Clone, Debug, PartialEq)]
-pub(crate) struct LeftOut {
+pub(crate) struct LeftOutPrediction {
     /// Squared errors of each episode, by kind of prediction, turns counted at the radius of gyration: the whole episode in
     /// open loop and windows of one second, m²; or the wrench, N².
     episodes: Vec<Vec<f64>>,
@@ -24,12 +24,12 @@ pub(crate) struct LeftOut {
     pub samples: PredictedSamples,
 }
 
-impl LeftOut {
+impl LeftOutPrediction {
     /// By what factor the misfit rises when another model predicts instead: of the mean over episodes, or of an episode
     /// as a geometric mean, whichever is more. What happens in one episode counts by the first; the second counts where
     /// one left-out episode is predicted badly by both, because it alone tells a parameter that they share. A geometric
     /// mean over the kinds of prediction; one where nothing can be compared.
-    pub fn rise(&self, other: &Self) -> f64 {
+    pub fn error_ratio(&self, other: &Self) -> f64 {
         let kinds = self.episodes.iter().chain(&other.episodes).map(Vec::len).min().unwrap_or(0);
         let sum = |of: &Self, kind: usize| of.episodes.iter().map(|e| e[kind]).sum::<f64>();
         let whole = (0..kinds).map(|kind| (sum(other, kind) / sum(self, kind)).ln());
@@ -52,18 +52,18 @@ fn mean(values: impl Iterator<Item = f64>) -> f64 {
 ///
 /// # Errors
 /// When the user interrupts.
-pub(crate) fn left_out(
+pub(crate) fn cross_validate(
     engine: &dyn Engine,
     tried: &FittedModel,
-    beside: &FittedModel,
+    compared_with: &FittedModel,
     watch: &dyn Watch,
-) -> Result<LeftOut, InferError> {
+) -> Result<LeftOutPrediction, InferError> {
     let (data, nominal) = (engine.data(), engine.nominal());
     let count = data.training.len();
     let folds = count.min(MAX_FOLDS);
     let gyration = if data.dof[2] { nominal.body.gyration } else { 0.0 };
     let scored = |model: &FittedModel, episode: &Prepared| {
-        let score = engine.score(model, beside, std::slice::from_ref(episode))?;
+        let score = engine.score(model, compared_with, std::slice::from_ref(episode))?;
         Ok(errors(&score, gyration, engine.is_quasi_static()))
     };
     let one = |fold: usize, watch: &dyn Watch| -> Result<(Vec<Vec<f64>>, PredictedSamples), InferError> {
@@ -77,7 +77,7 @@ pub(crate) fn left_out(
         (0..folds).into_par_iter().map(|fold| one(fold, watch)).collect::<Result<Vec<_>, InferError>>()
     })?;
     let (errors, samples) = all.into_iter().unzip();
-    Ok(LeftOut { episodes: in_order(errors, count), samples: in_order(samples, count) })
+    Ok(LeftOutPrediction { episodes: in_order(errors, count), samples: in_order(samples, count) })
 }
 
 /// What belongs to each of `count` episodes, in their order, from what belongs to those of each fold.
@@ -105,18 +105,19 @@ fn refitted(
     let mut model = engine.nominal().clone();
     model.effects.extend(tried.added.iter().cloned());
     let found = engine.refitted(tried, &model, keep, watch)?;
-    let is_lost =
-        |name: &str| tried.fit.estimate(name).is_some_and(|all| all.identified) && !held(&found, name);
-    let Some(model) = holding(model, &tried.fit.model, is_lost) else { return Ok(found) };
+    let is_lost = |name: &str| {
+        tried.fit.estimate(name).is_some_and(|all| all.identified) && !is_identified(&found, name)
+    };
+    let Some(model) = with_fixed(model, &tried.fit.model, is_lost) else { return Ok(found) };
     engine.refitted(tried, &model, keep, watch)
 }
 
-fn held(tried: &FittedModel, name: &str) -> bool {
+fn is_identified(tried: &FittedModel, name: &str) -> bool {
     tried.fit.estimate(name).is_none_or(|estimate| estimate.identified)
 }
 
 /// A model with those parameters of its effects held at their fitted values that are `lost`; `None` where none is.
-fn holding(mut model: Model, fitted: &Model, is_lost: impl Fn(&str) -> bool) -> Option<Model> {
+fn with_fixed(mut model: Model, fitted: &Model, is_lost: impl Fn(&str) -> bool) -> Option<Model> {
     let mut any = false;
     let names = model.effect_names();
     for ((effect, name), fitted) in model.effects.iter_mut().zip(names).zip(&fitted.effects) {
@@ -158,19 +159,19 @@ mod tests {
 
     #[test]
     fn an_episode_that_both_predict_badly_hides_nothing() {
-        let of = |errors: [f64; 4]| LeftOut {
+        let of = |errors: [f64; 4]| LeftOutPrediction {
             episodes: errors.iter().map(|&e| vec![e]).collect(),
             samples: vec![],
         };
         let (with, without) = (of([1e-4, 1e-4, 1e-4, 5.0]), of([4e-4, 4e-4, 4e-4, 5.0]));
-        assert!(with.rise(&without) > 2.0 && without.rise(&with) < 1.0 + 1e-3);
+        assert!(with.error_ratio(&without) > 2.0 && without.error_ratio(&with) < 1.0 + 1e-3);
         let event = of([1e-4, 1e-4, 1e-4, 1e-4]);
-        assert!(event.rise(&of([1e-4, 1e-4, 1e-4, 5e-4])) == 2.0);
-        assert!(event.rise(&event) == 1.0);
+        assert!(event.error_ratio(&of([1e-4, 1e-4, 1e-4, 5e-4])) == 2.0);
+        assert!(event.error_ratio(&event) == 1.0);
     }
 
     /// How much the misfit of left-out episodes rises without an effect, for a recording of a world.
-    fn rise_without(truth: Model, effect: Effect) -> f64 {
+    fn error_ratio_without(truth: Model, effect: Effect) -> f64 {
         let data = World::of(truth).recording(4);
         let comparison = Comparison::of(&data).unwrap();
         let engine = Own::new(&data, None).unwrap();
@@ -183,17 +184,17 @@ mod tests {
         };
         let of = |added| {
             let tried = tried(added);
-            left_out(&engine, &tried, &tried, &Quiet).unwrap()
+            cross_validate(&engine, &tried, &tried, &Quiet).unwrap()
         };
-        of(vec![effect]).rise(&of(vec![]))
+        of(vec![effect]).error_ratio(&of(vec![]))
     }
 
     #[test]
     fn a_true_effect_is_missed_and_a_false_one_is_not() {
         let slope = effect(Kind::FloorSlope, &[("accel_x", 0.05), ("accel_y", -0.02)]);
         let free = || Effect::free(Kind::FloorSlope);
-        assert!(rise_without(locked().with(slope), free()) > 3.0);
-        assert!(rise_without(locked(), free()) < 1.1);
+        assert!(error_ratio_without(locked().with(slope), free()) > 3.0);
+        assert!(error_ratio_without(locked(), free()) < 1.1);
     }
 
     #[test]
@@ -201,7 +202,7 @@ mod tests {
         // The last episode alone tells of the load: without it neither its moment nor its mass is known.
         let load = effect(Kind::MassChange, &[("episode", 3.0), ("time", 2.0), ("mass", 8.0)]);
         let sought = Effect::free(Kind::MassChange).with("episode", Some(3.0));
-        assert!(rise_without(locked().with(load), sought) > 8.0);
+        assert!(error_ratio_without(locked().with(load), sought) > 8.0);
     }
 
     #[test]
@@ -209,8 +210,8 @@ mod tests {
         let free = Model { effects: vec![Effect::free(Kind::MassChange)], ..locked() };
         let fitted = effect(Kind::MassChange, &[("episode", 3.0), ("time", 2.0), ("mass", 8.0)]);
         let fitted = Model { effects: vec![fitted], ..locked() };
-        let held = holding(free.clone(), &fitted, |name| name == "mass_change.mass").unwrap();
-        assert_eq!(held.effects[0], Effect::free(Kind::MassChange).with("mass", Some(8.0)));
-        assert!(holding(free, &fitted, |name| name == "body.mass").is_none());
+        let is_identified = with_fixed(free.clone(), &fitted, |name| name == "mass_change.mass").unwrap();
+        assert_eq!(is_identified.effects[0], Effect::free(Kind::MassChange).with("mass", Some(8.0)));
+        assert!(with_fixed(free, &fitted, |name| name == "body.mass").is_none());
     }
 }

@@ -3,21 +3,25 @@
 use crate::answer::MissingEffect;
 use crate::candidates;
 use crate::engine::{Engine, FittedModel};
-use crate::place::Named;
-use crate::search::Found;
+use crate::place::FittedEffect;
+use crate::search::SearchResult;
 use crate::statements::statement;
 use trundle_infer::{InferError, Score};
 use trundle_model::Kind;
 
 /// The tried model that lacks just one of the effects.
-pub(crate) fn without<'a>(found: &'a Found, full: &FittedModel, dropped: usize) -> Option<&'a FittedModel> {
+pub(crate) fn without_effect<'a>(
+    found: &'a SearchResult,
+    full: &FittedModel,
+    dropped: usize,
+) -> Option<&'a FittedModel> {
     let mut kinds: Vec<Kind> = full.added.iter().map(|e| e.kind).collect();
     kinds.remove(dropped);
-    of_kinds(&found.tried, kinds)
+    with_kinds(&found.tried, kinds)
 }
 
 /// The best tried model with effects of some kinds.
-pub(crate) fn of_kinds(tried: &[FittedModel], mut kinds: Vec<Kind>) -> Option<&FittedModel> {
+pub(crate) fn with_kinds(tried: &[FittedModel], mut kinds: Vec<Kind>) -> Option<&FittedModel> {
     kinds.sort();
     tried.iter().find(|t| {
         let mut own: Vec<Kind> = t.added.iter().map(|e| e.kind).collect();
@@ -34,9 +38,9 @@ fn misfit(score: &Score, gyration: f64) -> Option<f64> {
 }
 
 /// The effect number `k` of a model, for the answer.
-pub(crate) fn named(
+pub(crate) fn reported_effect(
     engine: &dyn Engine,
-    found: &Found,
+    found: &SearchResult,
     best: &FittedModel,
     k: usize,
     probability: f64,
@@ -48,18 +52,18 @@ pub(crate) fn named(
     let episodes = if data.held_out.is_empty() { &data.training } else { &data.held_out };
     let gyration = best.fit.model.body.gyration;
     let with = misfit(&engine.score(best, best, episodes)?, gyration);
-    let dropped = match without(found, best, k) {
+    let dropped = match without_effect(found, best, k) {
         Some(simpler) => misfit(&engine.score(simpler, best, episodes)?, gyration),
         None => None,
     };
     let explains = with.zip(dropped).filter(|(_, d)| *d > 0.0).map(|(w, d)| 1.0 - w / d);
-    let effect_named = Named { fit: &best.fit, kind: effect.kind, name };
+    let fitted = FittedEffect { fit: &best.fit, kind: effect.kind, name };
     Ok(MissingEffect {
         effect: candidates::name(effect).to_owned(),
         probability,
         statement: statement(effect, name, &best.fit),
-        parameters: effect_named.parameters(),
-        place: effect_named.place(data),
+        parameters: fitted.parameters(),
+        place: fitted.place(data),
         explains,
     })
 }

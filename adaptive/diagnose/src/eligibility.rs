@@ -5,21 +5,21 @@ use crate::engine::FittedModel;
 use trundle_model::Effect;
 
 /// Why a model is not tested.
-pub(crate) const ELSEWHERE: &str = "a model that fits better contains an immaterial effect";
+pub(crate) const INELIGIBLE: &str = "a model that fits better contains an immaterial effect";
 
 /// The best model with an immaterial effect. While its other effects may hold by themselves, a worse model with other
 /// effects is not the explanation.
-pub(crate) struct Whole<'a> {
+pub(crate) struct Eligibility<'a> {
     /// Index in what was tried.
     pub index: usize,
     pub candidate: &'a FittedModel,
     /// Which of its effects are immaterial.
-    pub idle: Vec<usize>,
+    pub immaterial: Vec<usize>,
 }
 
-impl Whole<'_> {
+impl Eligibility<'_> {
     /// Whether another model has no other effects, but for simpler laws.
-    pub fn holds(&self, other: &FittedModel) -> bool {
+    pub fn allows(&self, other: &FittedModel) -> bool {
         let simpler = self
             .candidate
             .added
@@ -31,9 +31,10 @@ impl Whole<'_> {
     }
 
     /// Whether another model has the same effects without the immaterial ones.
-    pub fn is_left(&self, other: &FittedModel) -> bool {
+    pub fn is_reduced_to(&self, other: &FittedModel) -> bool {
         let names = self.candidate.names().into_iter().enumerate();
-        let mut left: Vec<_> = names.filter(|(k, _)| !self.idle.contains(k)).map(|(_, name)| name).collect();
+        let mut left: Vec<_> =
+            names.filter(|(k, _)| !self.immaterial.contains(k)).map(|(_, name)| name).collect();
         let mut own = other.names();
         left.sort_unstable();
         own.sort_unstable();
@@ -44,9 +45,9 @@ impl Whole<'_> {
 #[cfg(test)]
 #[allow(clippy::unwrap_used)]
 mod tests {
-    use super::Whole;
+    use super::Eligibility;
     use crate::common::{World, locked};
-    use crate::engine::{Engine, Own, FittedModel};
+    use crate::engine::{Engine, FittedModel, Own};
     use trundle_infer::{Comparison, FitOptions, Quiet, fit};
     use trundle_model::{Effect, Kind};
 
@@ -60,10 +61,12 @@ mod tests {
             FittedModel::new(kinds.iter().map(|&kind| Effect::free(kind)).collect(), fitted.clone(), None)
         };
         let candidate = of(&[Kind::AxisFriction, Kind::SwingingLoad, Kind::FloorPatch]);
-        let whole = Whole { index: 0, candidate: &candidate, idle: vec![1] };
-        assert!(whole.holds(&of(&[Kind::FloorPatch])) && whole.holds(&of(&[Kind::ComOffset])));
-        assert!(!whole.holds(&of(&[Kind::AxisFriction, Kind::SpinDrag])));
-        assert!(whole.is_left(&of(&[Kind::FloorPatch, Kind::AxisFriction])));
-        assert!(!whole.is_left(&of(&[Kind::AxisFriction])) && !whole.is_left(&candidate));
+        let eligibility = Eligibility { index: 0, candidate: &candidate, immaterial: vec![1] };
+        assert!(eligibility.allows(&of(&[Kind::FloorPatch])) && eligibility.allows(&of(&[Kind::ComOffset])));
+        assert!(!eligibility.allows(&of(&[Kind::AxisFriction, Kind::SpinDrag])));
+        assert!(eligibility.is_reduced_to(&of(&[Kind::FloorPatch, Kind::AxisFriction])));
+        assert!(
+            !eligibility.is_reduced_to(&of(&[Kind::AxisFriction])) && !eligibility.is_reduced_to(&candidate)
+        );
     }
 }

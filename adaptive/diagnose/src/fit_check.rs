@@ -21,15 +21,11 @@ pub struct FitCheck {
 ///
 /// # Errors
 /// When the fit's values are not those of its model.
-pub fn check_fit(
-    data: &Dataset,
-    comparison: &Comparison,
-    fit: &Fit,
-) -> Result<Option<FitCheck>, InferError> {
-    let (Some(left), Comparison::Motion(motion)) = (lack_of_fit(comparison, fit)?, comparison) else {
+pub fn check_fit(data: &Dataset, comparison: &Comparison, fit: &Fit) -> Result<Option<FitCheck>, InferError> {
+    let (Some(lack), Comparison::Motion(motion)) = (lack_of_fit(comparison, fit)?, comparison) else {
         return Ok(None);
     };
-    let residuals = motion.with_channels(left.channels).residuals(&fit.model, &fit.values)?;
+    let residuals = motion.with_channels(lack.channels).residuals(&fit.model, &fit.values)?;
     // Before contact there is no wrench to miss.
     let contact = |k: usize| data.training.get(k).map_or(f64::NEG_INFINITY, |e| e.contact);
     let pushed: Vec<[f64; 3]> = residuals
@@ -43,8 +39,8 @@ pub fn check_fit(
         (pushed.iter().map(square).sum::<f64>() / pushed.len().max(1) as f64).sqrt()
     };
     Ok(Some(FitCheck {
-        is_rejected: left.is_significant(comparison.observations()),
-        gain_nats: left.gain,
+        is_rejected: lack.is_significant(comparison.observations()),
+        gain_nats: lack.gain,
         residual_force_rms: rms(&|w| w[0] * w[0] + w[1] * w[1]),
         residual_torque_rms: rms(&|w| w[2] * w[2]),
     }))

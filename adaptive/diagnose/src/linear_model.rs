@@ -2,16 +2,16 @@
 //! candidates would change.
 
 use crate::proposals::is_amplitude;
-use crate::screen::{Start, Linearisation};
+use crate::screen::{Linearisation, Start};
 use nalgebra::{DMatrix, DVector};
 use trundle_infer::{Fit, InferError};
 use trundle_model::{Effect, Kind, Model, Param, Slot};
 
 /// Ridge on a candidate's information, relative: amplitudes that the data do not hold stay put.
-const RIDGE: f64 = 1e-6;
+const RELATIVE_RIDGE: f64 = 1e-6;
 
 /// What the fit leaves, and an orthonormal basis of what its own parameters can do.
-pub(crate) struct Ground {
+pub(crate) struct LinearModel {
     pub residual: DVector<f64>,
     own: DMatrix<f64>,
     basis: DMatrix<f64>,
@@ -19,7 +19,7 @@ pub(crate) struct Ground {
     free: Vec<Option<usize>>,
 }
 
-impl Ground {
+impl LinearModel {
     pub fn new(view: &dyn Linearisation, fit: &Fit) -> Result<Self, InferError> {
         let (own, free) = view.own_derivatives(fit)?;
         let basis = own.clone().qr().q();
@@ -27,23 +27,28 @@ impl Ground {
     }
 
     /// What of some columns the fit's own parameters cannot do.
-    fn beyond(&self, columns: &DMatrix<f64>) -> DMatrix<f64> {
+    fn projected(&self, columns: &DMatrix<f64>) -> DMatrix<f64> {
         columns - &self.basis * self.basis.tr_mul(columns)
     }
 
     /// Starts of some candidates, each on its own.
-    pub fn starts(&self, view: &dyn Linearisation, fit: &Fit, group: &[Effect]) -> Result<Vec<Start>, InferError> {
-        let Slopes { model, values, columns, .. } = &slopes(view, fit, group)?;
+    pub fn starts(
+        &self,
+        view: &dyn Linearisation,
+        fit: &Fit,
+        group: &[Effect],
+    ) -> Result<Vec<Start>, InferError> {
+        let AmplitudeDerivatives { model, values, columns, .. } = &amplitude_derivatives(view, fit, group)?;
         let slots = model.slots();
         let mut starts = Vec::with_capacity(group.len());
         for (effect, (amplitudes, columns)) in group.iter().zip(columns) {
             let Some((step, gain)) = self.step(columns) else { continue };
             let first = fit.values.len() + self.offset(group, effect);
-            let Some(moved) = moved(effect, first, amplitudes, step.as_slice(), values, &slots) else {
+            let Some(stepped) = stepped(effect, first, amplitudes, step.as_slice(), values, &slots) else {
                 continue;
             };
             let base = self.shifted(fit, &slots, columns, &step);
-            starts.push(Start { effect: moved, base, gain, neutral: effect.clone() });
+            starts.push(Start { effect: stepped, base, gain, neutral: effect.clone() });
         }
         Ok(starts)
     }
@@ -60,7 +65,7 @@ impl Ground {
         if let Some(shift) = self.own_shift(columns, step) {
             for (k, slot) in self.free.iter().enumerate() {
                 let Some(slot) = *slot else { continue };
-                own[slot] = within(&slots[slot], fit.values[slot] + shift[k]);
+                own[slot] = clamped(&slots[slot], fit.values[slot] + shift[k]);
             }
         }
         own
@@ -73,13 +78,13 @@ impl Ground {
 
     /// The score of some amplitudes and their information, beside what the fit's own parameters can do.
     pub fn normal_equations(&self, columns: &DMatrix<f64>) -> (DVector<f64>, DMatrix<f64>) {
-        let beyond = self.beyond(columns);
-        let mut information = beyond.tr_mul(&beyond);
+        let projected = self.projected(columns);
+        let mut information = projected.tr_mul(&projected);
         for k in 0..information.nrows() {
-            let whole = columns.column(k).norm_squared();
-            information[(k, k)] += RIDGE * whole + 1e-12;
+            let squared_norm = columns.column(k).norm_squared();
+            information[(k, k)] += RELATIVE_RIDGE * squared_norm + 1e-12;
         }
-        (-beyond.tr_mul(&self.residual), information)
+        (-projected.tr_mul(&self.residual), information)
     }
 
     /// The best small step of some amplitudes, and its gain.
@@ -102,7 +107,7 @@ impl Ground {
 }
 
 /// What amplitudes of some effects would change.
-pub(crate) struct Slopes {
+pub(crate) struct AmplitudeDerivatives {
     pub model: Model,
     pub values: Vec<f64>,
     /// Of each effect: the slots of its amplitudes, and their derivatives.
@@ -110,7 +115,11 @@ pub(crate) struct Slopes {
 }
 
 /// The derivatives by the amplitudes of some effects on top of a fit.
-pub(crate) fn slopes(view: &dyn Linearisation, fit: &Fit, group: &[Effect]) -> Result<Slopes, InferError> {
+pub(crate) fn amplitude_derivatives(
+    view: &dyn Linearisation,
+    fit: &Fit,
+    group: &[Effect],
+) -> Result<AmplitudeDerivatives, InferError> {
     let mut model = fit.model.clone();
     if fit.estimate("body.mass").is_some() {
         model.mass = None;
@@ -124,7 +133,8 @@ pub(crate) fn slopes(view: &dyn Linearisation, fit: &Fit, group: &[Effect]) -> R
         let spec = effect.kind.spec();
         let free = |(k, slot): (usize, &Slot)| {
             let param = &spec.params[k];
-            let free = is_amplitude(effect.kind, param) && moves(slot, &model, effect.kind, param);
+            let free =
+                is_amplitude(effect.kind, param) && is_free_amplitude(slot, &model, effect.kind, param);
             free.then_some(start + k)
         };
         let of_effect = &slots[start..start + effect.values.len()];
@@ -140,12 +150,12 @@ pub(crate) fn slopes(view: &dyn Linearisation, fit: &Fit, group: &[Effect]) -> R
         (amplitudes, columns)
     });
     let columns = columns.collect();
-    Ok(Slopes { model, values, columns })
+    Ok(AmplitudeDerivatives { model, values, columns })
 }
 
 /// An effect, the first of whose slots is given, after a step of its amplitudes; `None` where all of them fall below their
 /// bounds.
-pub(crate) fn moved(
+pub(crate) fn stepped(
     effect: &Effect,
     first: usize,
     amplitudes: &[usize],
@@ -153,25 +163,25 @@ pub(crate) fn moved(
     values: &[f64],
     slots: &[Slot],
 ) -> Option<Effect> {
-    let mut moved = effect.clone();
+    let mut stepped = effect.clone();
     let below = |(&slot, step): (&usize, &f64)| values[slot] + step < slots[slot].lower;
     if !amplitudes.is_empty() && amplitudes.iter().zip(step).all(below) {
         return None;
     }
     for (&slot, step) in amplitudes.iter().zip(step) {
         let value = values[slot] + step;
-        moved.values[slot - first] = Some(within(&slots[slot], value));
+        stepped.values[slot - first] = Some(clamped(&slots[slot], value));
     }
-    Some(moved)
+    Some(stepped)
 }
 
 /// Whether an amplitude is free in a model.
-fn moves(slot: &Slot, model: &Model, kind: Kind, param: &Param) -> bool {
+fn is_free_amplitude(slot: &Slot, model: &Model, kind: Kind, param: &Param) -> bool {
     slot.lower < slot.upper && model.fixed(kind, param).is_none()
 }
 
 /// A value within its bounds, and where it must be positive, not at nothing.
-fn within(slot: &Slot, value: f64) -> f64 {
+fn clamped(slot: &Slot, value: f64) -> f64 {
     let lower = match slot.prior {
         trundle_model::Prior::LogNormal { median, .. } => slot.lower.max(0.02 * median),
         _ => slot.lower,

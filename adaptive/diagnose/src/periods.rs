@@ -18,27 +18,27 @@ use trundle_model::to_world;
 /// Chance of one false line among all frequencies of a spectrum.
 const FALSE_ALARM: f64 = 1e-3;
 /// Trial frequencies per resolution element.
-const OVERSAMPLED: f64 = 3.0;
+const OVERSAMPLING: f64 = 3.0;
 /// Samples times trial frequencies of a spectrum, about: a twentieth of a second; and trial frequencies, at most.
-const WORK: usize = 6_000_000;
-const TRIALS: usize = 4000;
+const MAX_TERMS: usize = 6_000_000;
+const MAX_TRIAL_FREQUENCIES: usize = 4000;
 /// Fewest periods that a line repeats, and fewest samples of a period.
-const REPEATS: f64 = 4.0;
-const SAMPLED: f64 = 4.0;
+const MIN_REPEATS: f64 = 4.0;
+const MIN_SAMPLES_PER_PERIOD: f64 = 4.0;
 /// A peak is the largest of so many trial frequencies on either side.
-const PEAK: usize = 3;
+const PEAK_HALF_WIDTH: usize = 3;
 /// Half width of the spectrum around a peak, trial frequencies.
-const AROUND: usize = 40;
+const BACKGROUND_HALF_WIDTH: usize = 40;
 /// Frequencies of a motion's course in time beyond this many times its root mean square are not the motion's.
-const BEYOND: f64 = 5.0;
+const MIN_BANDWIDTH_RATIO: f64 = 5.0;
 /// Directions of the floor that are looked along.
 const DIRECTIONS: usize = 6;
 /// Parts of an episode whose phases are compared, and the share of their power that must add up: of random phases, as
 /// much does as one over their number.
-const PARTS: usize = 4;
-const IN_PHASE: f64 = 0.5;
+const PARTS_PER_EPISODE: usize = 4;
+const MIN_COHERENCE: f64 = 0.5;
 /// Lines that are reported of each spectrum, at most.
-const MOST: usize = 3;
+const MAX_LINES: usize = 3;
 
 /// A line of a spectrum.
 #[derive(Clone, Copy, Debug)]
@@ -84,10 +84,10 @@ pub(crate) fn in_position(courses: &[Vec<Residual>], rail: bool) -> Vec<Line> {
 /// Lines in time, of frequencies beyond those of the motion, and that its direction does not have: what depends on the
 /// motion repeats with it.
 pub(crate) fn in_time(courses: &[Vec<Residual>], rail: bool) -> Vec<Line> {
-    let beyond = BEYOND * bandwidth(courses);
+    let min_frequency = MIN_BANDWIDTH_RATIO * bandwidth(courses);
     let headings = headings(courses);
-    let of_its_own = |frequency: f64| !has_line(&headings, frequency);
-    strongest(lines(&sampled(courses, rail, |r| (r.t, 1.0)), beyond, of_its_own))
+    let is_not_of_motion = |frequency: f64| !has_line(&headings, frequency);
+    strongest(lines(&sampled(courses, rail, |r| (r.t, 1.0)), min_frequency, is_not_of_motion))
 }
 
 /// Directions of the velocity as samples of a force.
@@ -102,17 +102,18 @@ fn headings(courses: &[Vec<Residual>]) -> Vec<Samples> {
 /// Whether a spectrum has a line at a frequency, within a resolution element.
 fn has_line(groups: &[Samples], frequency: f64) -> bool {
     let step = step(groups);
-    let first = (frequency / step - AROUND as f64).max(1.0).ceil() as usize;
+    let first = (frequency / step - BACKGROUND_HALF_WIDTH as f64).max(1.0).ceil() as usize;
     let middle = (frequency / step).round() as usize;
-    let power: Vec<f64> = (first..=middle + AROUND).map(|k| power(groups, step * k as f64)).collect();
+    let power: Vec<f64> =
+        (first..=middle + BACKGROUND_HALF_WIDTH).map(|k| power(groups, step * k as f64)).collect();
     let at = middle.saturating_sub(first);
     let own = near_peak(&power, at).iter().copied().fold(0.0, f64::max);
-    own > ratio(2 * PEAK + 1) * around(&power, at)
+    own > ratio(2 * PEAK_HALF_WIDTH + 1) * background(&power, at)
 }
 
 /// Distance of trial frequencies.
 fn step(groups: &[Samples]) -> f64 {
-    1.0 / (OVERSAMPLED * groups.iter().map(extent).fold(0.0, f64::max))
+    1.0 / (OVERSAMPLING * groups.iter().map(extent).fold(0.0, f64::max))
 }
 
 /// Power of all groups at a frequency.
@@ -123,7 +124,7 @@ fn power(groups: &[Samples], frequency: f64) -> f64 {
 /// How much larger than the median around it the largest of so many trial powers is by chance. Trials of an oversampled
 /// spectrum depend on one another: fewer are independent.
 fn ratio(trials: usize) -> f64 {
-    (trials as f64 / OVERSAMPLED / FALSE_ALARM).ln() / LN_2
+    (trials as f64 / OVERSAMPLING / FALSE_ALARM).ln() / LN_2
 }
 
 /// Root mean square frequency of the motion's velocity, by its changes, Hz.
@@ -155,7 +156,7 @@ fn strongest(mut lines: Vec<Line>) -> Vec<Line> {
     lines.sort_by(|a, b| b.amplitude.total_cmp(&a.amplitude));
     let mut kept: Vec<Line> = vec![];
     for line in lines {
-        if kept.len() < MOST && kept.iter().all(|k| (k.period / line.period).ln().abs() > 0.1) {
+        if kept.len() < MAX_LINES && kept.iter().all(|k| (k.period / line.period).ln().abs() > 0.1) {
             kept.push(line);
         }
     }
@@ -191,20 +192,22 @@ fn binned(samples: &Samples, width: f64) -> Samples {
 }
 
 /// Lines of frequencies above `beyond` that stand out of their surroundings, each group of samples with a phase of its own.
-fn lines(groups: &[Samples], beyond: f64, agrees: impl Fn(f64) -> bool) -> Vec<Line> {
+fn lines(groups: &[Samples], min_frequency: f64, agrees: impl Fn(f64) -> bool) -> Vec<Line> {
     let longest = groups.iter().map(extent).fold(0.0, f64::max);
     let count: usize = groups.iter().map(Vec::len).sum();
     let spacing = groups.iter().map(spacing).fold(0.0, f64::max);
-    if count < 10 * AROUND || longest <= 0.0 || spacing <= 0.0 {
+    if count < 10 * BACKGROUND_HALF_WIDTH || longest <= 0.0 || spacing <= 0.0 {
         return vec![];
     }
-    let (first, step) = ((REPEATS / longest).max(beyond), step(groups));
+    let (first, step) = ((MIN_REPEATS / longest).max(min_frequency), step(groups));
     let bins = |width: f64| groups.iter().map(|g| (extent(g) / width).min(g.len() as f64)).sum::<f64>();
-    let trials = |width: f64| ((1.0 / (SAMPLED * width) - first) / step).clamp(0.0, TRIALS as f64);
-    let excess = (bins(spacing) * trials(spacing) / WORK as f64).max(1.0);
+    let trials = |width: f64| {
+        ((1.0 / (MIN_SAMPLES_PER_PERIOD * width) - first) / step).clamp(0.0, MAX_TRIAL_FREQUENCIES as f64)
+    };
+    let excess = (bins(spacing) * trials(spacing) / MAX_TERMS as f64).max(1.0);
     let width = spacing * excess;
     let trials = trials(width) as usize;
-    if trials < 2 * AROUND {
+    if trials < 2 * BACKGROUND_HALF_WIDTH {
         return vec![];
     }
     let groups: Vec<Samples> = groups.iter().map(|g| binned(g, width)).collect();
@@ -214,7 +217,7 @@ fn lines(groups: &[Samples], beyond: f64, agrees: impl Fn(f64) -> bool) -> Vec<L
     let mut found: Vec<(f64, usize)> = vec![];
     for (k, &own) in power.iter().enumerate() {
         let peak = near_peak(&power, k).iter().all(|p| *p <= own);
-        if peak && own > ratio * around(&power, k) {
+        if peak && own > ratio * background(&power, k) {
             found.push((own, k));
         }
     }
@@ -223,20 +226,20 @@ fn lines(groups: &[Samples], beyond: f64, agrees: impl Fn(f64) -> bool) -> Vec<L
         let amplitude = 2.0 * (own / groups.len() as f64).sqrt();
         Line { period: 1.0 / frequency(k), amplitude, angle: 0.0 }
     };
-    found.into_iter().filter(|(_, k)| agrees(frequency(*k))).take(MOST).map(line).collect()
+    found.into_iter().filter(|(_, k)| agrees(frequency(*k))).take(MAX_LINES).map(line).collect()
 }
 
 /// Power at the trial frequencies among which one is a peak.
 fn near_peak(power: &[f64], k: usize) -> &[f64] {
-    let end = (k + PEAK + 1).min(power.len());
-    &power[k.saturating_sub(PEAK).min(end)..end]
+    let end = (k + PEAK_HALF_WIDTH + 1).min(power.len());
+    &power[k.saturating_sub(PEAK_HALF_WIDTH).min(end)..end]
 }
 
 /// Median of the power around a peak, the peak itself left out.
-fn around(power: &[f64], k: usize) -> f64 {
-    let skipped = 2 * OVERSAMPLED as usize;
-    let near =
-        (k.saturating_sub(AROUND)..(k + AROUND + 1).min(power.len())).filter(|i| i.abs_diff(k) > skipped);
+fn background(power: &[f64], k: usize) -> f64 {
+    let skipped = 2 * OVERSAMPLING as usize;
+    let near = (k.saturating_sub(BACKGROUND_HALF_WIDTH)..(k + BACKGROUND_HALF_WIDTH + 1).min(power.len()))
+        .filter(|i| i.abs_diff(k) > skipped);
     let mut all: Vec<f64> = near.map(|i| power[i]).collect();
     all.sort_by(f64::total_cmp);
     all.get(all.len() / 2).copied().unwrap_or(f64::INFINITY)
@@ -266,7 +269,7 @@ fn squared(parts: [f64; 4]) -> f64 {
 
 /// Whether all parts of the recording have the line in the same phase: the share of their power that adds up.
 fn in_phase(episodes: &[Samples], frequency: f64) -> bool {
-    let parts = episodes.iter().flat_map(|e| e.chunks(e.len().div_ceil(PARTS).max(1)));
+    let parts = episodes.iter().flat_map(|e| e.chunks(e.len().div_ceil(PARTS_PER_EPISODE).max(1)));
     let (mut sum, mut power, mut count) = ([0.0; 4], 0.0, 0.0);
     for part in parts {
         let (n, own) = (weight(part), projected(part, frequency));
@@ -274,7 +277,7 @@ fn in_phase(episodes: &[Samples], frequency: f64) -> bool {
         power += n * squared(own);
         count += n;
     }
-    squared(sum) > IN_PHASE * count * power
+    squared(sum) > MIN_COHERENCE * count * power
 }
 
 fn extent(samples: &Samples) -> f64 {

@@ -7,23 +7,23 @@ use trundle_model::{Kind, Model, Plant, Proposal, Role, obstacle_surface};
 use trundle_record::Dataset;
 
 /// An effect of a fitted model.
-pub(crate) struct Named<'a> {
+pub(crate) struct FittedEffect<'a> {
     pub fit: &'a Fit,
     pub kind: Kind,
     /// Its name within the model: `coulomb_friction_2`.
     pub name: &'a str,
 }
 
-impl Named<'_> {
+impl FittedEffect<'_> {
     /// A parameter that the data hold: mean and standard deviation.
-    fn held(&self, param: &str) -> Option<(f64, f64)> {
+    fn identified(&self, param: &str) -> Option<(f64, f64)> {
         let estimate = self.fit.estimate(&format!("{}.{param}", self.name))?;
         estimate.identified.then_some((estimate.mean, estimate.sd))
     }
 
     /// A place, from the two parameters that are its coordinates.
     fn point(&self, coordinate: fn(usize) -> Role) -> Option<Point> {
-        let named = |axis| self.named(coordinate(axis)).and_then(|name| self.held(name));
+        let named = |axis| self.named(coordinate(axis)).and_then(|name| self.identified(name));
         let ((x, sx), (y, sy)) = (named(0)?, named(1)?);
         Some(Point { mean: [x, y], sd: [sx, sy] })
     }
@@ -42,14 +42,14 @@ impl Named<'_> {
     /// Where it acts, if the data hold that.
     pub fn place(&self, data: &Dataset) -> Option<BTreeMap<&'static str, Place>> {
         let mut places = BTreeMap::new();
-        let in_room = self.point(Role::WorldPoint);
+        let in_world = self.point(Role::WorldPoint);
         if let Some(region) = self.kind.region(&self.values()?) {
-            in_room?;
+            in_world?;
             places.insert("world_region", Place::Region(region));
         } else if self.kind.proposal() == Proposal::Touched {
-            places.insert("world_point", Place::Point(self.surface(data, in_room?)?));
+            places.insert("world_point", Place::Point(self.surface(data, in_world?)?));
         } else {
-            places.extend(in_room.map(|point| ("world_point", Place::Point(point))));
+            places.extend(in_world.map(|point| ("world_point", Place::Point(point))));
             places.extend(self.point(Role::BodyPoint).map(|point| ("body_point", Place::Point(point))));
             places.extend(self.event(data).map(|event| ("event", event)));
         }
@@ -72,7 +72,7 @@ impl Named<'_> {
     }
 
     fn event(&self, data: &Dataset) -> Option<Place> {
-        let (mean, sd) = self.held(self.named(Role::Time)?)?;
+        let (mean, sd) = self.identified(self.named(Role::Time)?)?;
         let index = self.kind.spec().params.iter().position(|p| p.role.is_choice())?;
         let ordinal = self.values()?.get(index).copied()?;
         let episode = data.episodes().find(|e| e.ordinal as f64 == ordinal)?;
@@ -91,11 +91,11 @@ impl Named<'_> {
         own.filter_map(|e| {
             let short = e.name.strip_prefix(&prefix)?;
             let role = spec.params.iter().find(|p| p.name == short)?.role;
-            let told = matches!(role, Role::BodyPoint(_) | Role::WorldPoint(_) | Role::Time);
+            let is_place = matches!(role, Role::BodyPoint(_) | Role::WorldPoint(_) | Role::Time);
             // A mass centre is a place, and how large the effect is.
             let strength = spec.neutral.iter().any(|(name, _)| *name == short);
             let value = Value::Number(Quantity { mean: e.mean, sd: e.sd, unit: e.unit });
-            (!told || strength).then(|| (short.to_owned(), value))
+            (!is_place || strength).then(|| (short.to_owned(), value))
         })
         .collect()
     }

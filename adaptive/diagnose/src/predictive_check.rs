@@ -4,7 +4,7 @@
 //! margin, with a mass eight times too large. So a name must also stand for a model whose predictions are
 //! good: of the size of error that it claims itself, or at least small beside the motion.
 
-use crate::thresholds::{MATERIAL_VARIANCES, NEGLIGIBLE_SHARE, POOR, REFUTED};
+use crate::thresholds::{MATERIAL_VARIANCES, MAX_ERROR_RATIO, MAX_ERROR_SHARE, NEGLIGIBLE_SHARE};
 use trundle_infer::{Channels, Fit, InferError, Window, windows};
 use trundle_record::{Dataset, Prepared};
 
@@ -29,12 +29,12 @@ impl PredictiveCheck {
     }
 
     fn is_refuted(&self) -> bool {
-        self.standardised > REFUTED * REFUTED
+        self.standardised > MAX_ERROR_RATIO * MAX_ERROR_RATIO
     }
 
     /// Whether a model must not be named.
     pub fn is_poor(&self) -> bool {
-        self.is_refuted() && self.share > POOR
+        self.is_refuted() && self.share > MAX_ERROR_SHARE
     }
 }
 
@@ -50,21 +50,21 @@ pub(crate) struct WindowEnd {
 
 impl PredictiveCheck {
     /// Over some windows, turns counted at the radius of gyration `rho`.
-    pub fn over(ends: impl Iterator<Item = WindowEnd>, dof: [bool; 3], rho: f64) -> Self {
-        let rho = if dof[2] { rho } else { 0.0 };
-        let size = |[x, y, theta]: [f64; 3]| x * x + y * y + (rho * theta).powi(2);
-        let (mut chi, mut left, mut moved, mut count) = (0.0, 0.0, 0.0, 0.0);
+    pub fn from_windows(ends: impl Iterator<Item = WindowEnd>, dof: [bool; 3], gyration: f64) -> Self {
+        let gyration = if dof[2] { gyration } else { 0.0 };
+        let size = |[x, y, theta]: [f64; 3]| x * x + y * y + (gyration * theta).powi(2);
+        let (mut chi_squared, mut errors, mut motions, mut count) = (0.0, 0.0, 0.0, 0.0);
         for WindowEnd { error, whitened, motion } in ends {
-            chi += whitened.iter().map(|e| e * e).sum::<f64>();
-            left += size(error);
-            moved += size(motion);
+            chi_squared += whitened.iter().map(|e| e * e).sum::<f64>();
+            errors += size(error);
+            motions += size(motion);
             count += 1.0;
         }
         let directions = dof.iter().filter(|moves| **moves).count() as f64;
-        if count == 0.0 || moved == 0.0 {
+        if count == 0.0 || motions == 0.0 {
             return Self::default();
         }
-        Self { standardised: chi / (count * directions), share: left / moved }
+        Self { standardised: chi_squared / (count * directions), share: errors / motions }
     }
 }
 
@@ -81,8 +81,9 @@ pub(crate) fn predictive_check(data: &Dataset, fit: &Fit) -> Result<PredictiveCh
 
 fn end(window: &Window, episode: &Prepared) -> Option<WindowEnd> {
     let (first, last) = (window.samples.first()?, window.samples.last()?);
-    let seen = |t: f64| episode.pose.get(episode.pose.partition_point(|p| p.t < t - 1e-9)).map(|p| p.pose);
-    let (from, to) = (seen(first.t)?, seen(last.t)?);
+    let observed =
+        |t: f64| episode.pose.get(episode.pose.partition_point(|p| p.t < t - 1e-9)).map(|p| p.pose);
+    let (from, to) = (observed(first.t)?, observed(last.t)?);
     let motion = [0, 1, 2].map(|k| to[k] - from[k]);
     Some(WindowEnd { error: last.error.into(), whitened: (last.whitener * last.error).into(), motion })
 }
@@ -95,22 +96,23 @@ mod tests {
     use trundle_infer::{Comparison, FitOptions, Quiet, fit};
     use trundle_model::{Effect, Kind, Model};
 
-    fn seen(truth: Model, fitted: &Model) -> PredictiveCheck {
+    fn observed(truth: Model, fitted: &Model) -> PredictiveCheck {
         let data = World::of(truth).recording(1);
         let comparison = Comparison::of(&data).unwrap();
-        predictive_check(&data, &fit(&comparison, fitted, &[], &FitOptions::default(), &Quiet).unwrap()).unwrap()
+        predictive_check(&data, &fit(&comparison, fitted, &[], &FitOptions::default(), &Quiet).unwrap())
+            .unwrap()
     }
 
     #[test]
     fn a_right_model_errs_as_it_claims_and_a_wrong_one_does_not() {
         let nominal = Model::nominal(common::table(), None, [true; 3]);
-        let right = seen(locked(), &nominal);
+        let right = observed(locked(), &nominal);
         assert!((0.6..1.6).contains(&right.standardised) && !right.is_poor(), "{right:?}");
         // Friction that holds the table most of the time.
         let stuck = locked().with(effect(Kind::SupportFriction, &[("force", 25.0), ("spread", 1.0)]));
-        let wrong = seen(stuck.clone(), &nominal);
+        let wrong = observed(stuck.clone(), &nominal);
         assert!(wrong.standardised > 9.0 && wrong.is_poor(), "{wrong:?}");
-        let named = seen(stuck, &nominal.with(Effect::free(Kind::SupportFriction)));
+        let named = observed(stuck, &nominal.with(Effect::free(Kind::SupportFriction)));
         assert!(!named.is_poor(), "{named:?}");
     }
 }

@@ -4,8 +4,8 @@
 //! vanishes; its other parameters are its shape. Amplitudes follow from the data by one linear step; shapes are
 //! proposed here, spread over what was visited.
 
+use crate::contact_candidates::ContactCandidate;
 use crate::periods::Line;
-use crate::contact_candidates::Touch;
 use rand::{RngExt, SeedableRng};
 use rand_chacha::ChaCha8Rng;
 use trundle_infer::Coordinates;
@@ -16,7 +16,7 @@ use trundle_record::Prepared;
 #[derive(Clone, Debug, Default)]
 pub(crate) struct Hints<'a> {
     /// Places that may have been touched.
-    pub touched: &'a [Touch],
+    pub contacts: &'a [ContactCandidate],
     /// Parts of the floor that drag: convex polygons, world, m.
     pub regions: &'a [Vec<[f64; 2]>],
     /// Periods in position of the missing force.
@@ -24,17 +24,17 @@ pub(crate) struct Hints<'a> {
 }
 
 /// Shapes drawn for an effect with up to two shape parameters, and with more.
-const DRAWS: [usize; 2] = [16, 48];
+const SHAPE_DRAWS: [usize; 2] = [16, 48];
 
 /// Depths to which a fixed thing may have gone into the body by the time it pushed most, m: it gives way by millimetres.
-const DEPTHS: [f64; 3] = [0.001, 0.003, 0.01];
+const PENETRATION_DEPTHS_M: [f64; 3] = [0.001, 0.003, 0.01];
 
 /// Radii that are proposed for it, m: of a table leg, a post, a bin. A fit finds no way from one to another, because the
 /// centre would have to move with the radius.
-const RADII: [f64; 3] = [0.02, 0.05, 0.15];
+const OBSTACLE_RADII_M: [f64; 3] = [0.02, 0.05, 0.15];
 
 /// Time between the moments that are proposed for an event, s.
-const EVERY: f64 = 0.4;
+const EVENT_SPACING_S: f64 = 0.4;
 
 /// Whether a parameter is one at whose neutral value the effect vanishes, and is not left at the simple law's.
 pub(crate) fn is_amplitude(kind: Kind, param: &Param) -> bool {
@@ -76,32 +76,32 @@ pub(crate) fn proposals(
 ) -> Vec<Effect> {
     let (body, source) = (&model.body, kind.proposal());
     let neutral = neutral(kind, body);
-    let known: Vec<Effect> = match source {
-        Proposal::Touched => hints.touched.iter().flat_map(|touch| things(&neutral, touch)).collect(),
-        Proposal::Readings => vec![limited(neutral.clone(), episodes)],
-        Proposal::Moment => moments(episodes).map(|moment| happening(&neutral, moment)).collect(),
+    let derived: Vec<Effect> = match source {
+        Proposal::Touched => hints.contacts.iter().flat_map(|contact| obstacles(&neutral, contact)).collect(),
+        Proposal::Readings => vec![saturation(neutral.clone(), episodes)],
+        Proposal::Moment => event_times(episodes).map(|moment| event(&neutral, moment)).collect(),
         Proposal::Region => hints.regions.iter().filter_map(|region| patch(&neutral, region)).collect(),
         Proposal::Period => hints.lines.iter().flat_map(|line| ripples(&neutral, line)).collect(),
         Proposal::Drawn => vec![],
     };
     if matches!(source, Proposal::Touched | Proposal::Readings | Proposal::Moment) {
-        return known;
+        return derived;
     }
     let shape = shape(model, kind);
     if shape.is_empty() {
         return vec![neutral];
     }
     let mut rng = ChaCha8Rng::seed_from_u64(seed ^ 0x5eed);
-    let draws = 0..DRAWS[usize::from(shape.len() > 2)];
+    let draws = 0..SHAPE_DRAWS[usize::from(shape.len() > 2)];
     let drawn = draws.map(|_| drawn(model, kind, &shape, episodes, &mut rng));
-    known.into_iter().chain(drawn).collect()
+    derived.into_iter().chain(drawn).collect()
 }
 
 /// Phases at which a force of known period is proposed.
 const PHASES: usize = 8;
 
 /// An event at a moment of an episode.
-fn happening(neutral: &Effect, (episode, t): (usize, f64)) -> Effect {
+fn event(neutral: &Effect, (episode, t): (usize, f64)) -> Effect {
     neutral.clone().with("episode", Some(episode as f64)).with("time", Some(t))
 }
 
@@ -131,15 +131,15 @@ fn patch(neutral: &Effect, region: &[[f64; 2]]) -> Option<Effect> {
 }
 
 /// Share of the readings of an axis that its limit is proposed above: noise is, too.
-const BELOW: f64 = 0.99;
+const LIMIT_QUANTILE: f64 = 0.99;
 
 /// A range that ends at the largest readings: above them a limit changes nothing, far below them all is wrong.
-fn limited(neutral: Effect, episodes: &[Prepared]) -> Effect {
+fn saturation(neutral: Effect, episodes: &[Prepared]) -> Effect {
     let limit = |k: usize| {
         let mut sizes: Vec<f64> =
             episodes.iter().flat_map(|e| &e.wrench).map(|w| w.reading[k].abs()).collect();
         sizes.sort_by(f64::total_cmp);
-        sizes.get((BELOW * sizes.len() as f64) as usize).copied().unwrap_or(0.0)
+        sizes.get((LIMIT_QUANTILE * sizes.len() as f64) as usize).copied().unwrap_or(0.0)
     };
     let names = [("limit_x", 0), ("limit_y", 1), ("limit_torque", 2)];
     let least = |name: &str| {
@@ -155,24 +155,24 @@ fn span(values: impl Iterator<Item = f64>) -> [f64; 2] {
 }
 
 /// Things of several sizes that a body may have touched, which went so deep into it.
-fn things(neutral: &Effect, touch: &Touch) -> Vec<Effect> {
+fn obstacles(neutral: &Effect, contact: &ContactCandidate) -> Vec<Effect> {
     let of = |radius: f64, depth: f64| {
-        let [x, y] = [0, 1].map(|k| touch.at[k] + (radius - depth) * touch.normal[k]);
+        let [x, y] = [0, 1].map(|k| contact.at[k] + (radius - depth) * contact.normal[k]);
         neutral.clone().with("x", Some(x)).with("y", Some(y)).with("radius", Some(radius))
     };
-    RADII.iter().flat_map(|&radius| DEPTHS.map(|depth| of(radius, depth))).collect()
+    OBSTACLE_RADII_M.iter().flat_map(|&radius| PENETRATION_DEPTHS_M.map(|depth| of(radius, depth))).collect()
 }
 
 /// Moments at which something may have happened: from each training episode's first pose on.
-fn moments(episodes: &[Prepared]) -> impl Iterator<Item = (usize, f64)> {
+fn event_times(episodes: &[Prepared]) -> impl Iterator<Item = (usize, f64)> {
     episodes.iter().flat_map(|e| {
         let (first, last) = match (e.pose.first(), e.pose.last()) {
             (Some(first), Some(last)) => (first.t.max(e.contact), last.t),
             _ => (0.0, -1.0),
         };
-        let count = ((last - first) / EVERY).max(0.0) as usize;
+        let count = ((last - first) / EVENT_SPACING_S).max(0.0) as usize;
         // The last ones of an episode leave too little of it to see; the next one's first stands for them.
-        (0..count).map(move |k| (e.ordinal, first + k as f64 * EVERY))
+        (0..count).map(move |k| (e.ordinal, first + k as f64 * EVENT_SPACING_S))
     })
 }
 
@@ -193,7 +193,7 @@ fn drawn(
         let index = params.iter().position(|p| p.name == param.name).unwrap_or(0);
         let mut value = values.get(1 + index).copied().unwrap_or(0.0);
         if is_place(param) {
-            let place = *visited.get_or_insert_with(|| somewhere(&model.body, episodes, rng));
+            let place = *visited.get_or_insert_with(|| visited_point(&model.body, episodes, rng));
             value = place[usize::from(param.name.ends_with('y'))];
         }
         effect = effect.with(param.name, Some(value));
@@ -217,11 +217,14 @@ pub(crate) fn nearby(model: &Model, parents: &[Effect], share: f64, seed: u64) -
         }
         effect
     };
-    parents.iter().flat_map(|p| (0..CHILDREN).map(|_| child(p, &mut rng)).collect::<Vec<_>>()).collect()
+    parents
+        .iter()
+        .flat_map(|p| (0..CHILDREN_PER_PARENT).map(|_| child(p, &mut rng)).collect::<Vec<_>>())
+        .collect()
 }
 
 /// Shapes tried around each of the best.
-const CHILDREN: usize = 8;
+const CHILDREN_PER_PARENT: usize = 8;
 
 fn moved(param: &Param, value: f64, by: f64) -> f64 {
     let moved = match param.prior {
@@ -237,7 +240,7 @@ fn is_place(param: &Param) -> bool {
 }
 
 /// A place in the world over which a part of the body was at some time.
-fn somewhere(body: &Body, episodes: &[Prepared], rng: &mut ChaCha8Rng) -> [f64; 2] {
+fn visited_point(body: &Body, episodes: &[Prepared], rng: &mut ChaCha8Rng) -> [f64; 2] {
     let Some(episode) = episodes.get(rng.random_range(0..episodes.len().max(1))) else { return [0.0; 2] };
     let Some(sample) = episode.pose.get(rng.random_range(0..episode.pose.len().max(1))) else {
         return [0.0; 2];
@@ -252,7 +255,7 @@ fn somewhere(body: &Body, episodes: &[Prepared], rng: &mut ChaCha8Rng) -> [f64; 
 #[cfg(test)]
 #[allow(clippy::unwrap_used)]
 mod tests {
-    use super::{Hints, moments, nearby, proposals};
+    use super::{Hints, event_times, nearby, proposals};
     use crate::common::{World, locked, table};
     use trundle_model::{Kind, Model};
 
@@ -279,7 +282,7 @@ mod tests {
     #[test]
     fn moments_lie_between_contact_and_the_end() {
         let episodes = World::of(locked()).pushes(3, 1);
-        let all: Vec<_> = moments(&episodes).collect();
+        let all: Vec<_> = event_times(&episodes).collect();
         assert!(all.len() > 30);
         for (episode, t) in all {
             let of = &episodes[episode];
@@ -292,9 +295,9 @@ mod tests {
         let model = Model::nominal(table(), None, [true; 3]);
         let episodes = World::of(locked()).pushes(1, 1);
         let parents = proposals(&model, Kind::Tether, &episodes, &Hints::default(), 0);
-        let kin = nearby(&model, &parents[..1], 0.1, 1);
-        assert!(!kin.is_empty());
-        for child in &kin {
+        let neighbours = nearby(&model, &parents[..1], 0.1, 1);
+        assert!(!neighbours.is_empty());
+        for child in &neighbours {
             for ((param, a), b) in
                 Kind::Tether.spec().params.iter().zip(values(&parents[0])).zip(values(child))
             {

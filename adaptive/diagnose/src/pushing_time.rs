@@ -7,21 +7,21 @@ use trundle_infer::InferError;
 use trundle_record::{Dataset, Prepared};
 
 /// Least time of pushing in all training episodes together, s.
-const LEAST: f64 = 3.0;
+const MIN_PUSHING_TIME_S: f64 = 3.0;
 
 /// Refuse recordings of too little pushing.
 ///
 /// # Errors
 /// When the training episodes hold too little time between contact and their last poses.
-pub(crate) fn enough(data: &Dataset) -> Result<(), InferError> {
-    let pushed: f64 = data.training.iter().map(pushed).sum();
-    if pushed >= LEAST {
+pub(crate) fn require_pushing_time(data: &Dataset) -> Result<(), InferError> {
+    let pushing_time: f64 = data.training.iter().map(pushing_time).sum();
+    if pushing_time >= MIN_PUSHING_TIME_S {
         return Ok(());
     }
     Err(InferError::NoData {
         recording: data.name.clone(),
         reason: format!(
-            "its training episodes hold {pushed:.1} s of pushing in all, and {LEAST:.0} s is the least that tells \
+            "its training episodes hold {pushing_time:.1} s of pushing in all, and {MIN_PUSHING_TIME_S:.0} s is the least that tells \
              a missing effect from a parameter"
         ),
         remedy: "record longer pushes, or more of them".to_owned(),
@@ -29,14 +29,14 @@ pub(crate) fn enough(data: &Dataset) -> Result<(), InferError> {
 }
 
 /// From contact to the last pose, s.
-fn pushed(episode: &Prepared) -> f64 {
+fn pushing_time(episode: &Prepared) -> f64 {
     episode.pose.last().map_or(0.0, |last| (last.t - episode.contact).max(0.0))
 }
 
 #[cfg(test)]
 #[allow(clippy::unwrap_used)]
 mod tests {
-    use super::enough;
+    use super::require_pushing_time;
     use crate::common::{World, locked};
 
     #[test]
@@ -48,7 +48,10 @@ mod tests {
             episode.wrench.retain(|w| w.t < 0.9);
             episode.memo = Default::default();
         }
-        let told = require_pushing_time(&data).unwrap_err().to_string();
-        assert!(told.contains("1.9 s of pushing in all") && told.contains("record longer pushes"), "{told}");
+        let message = require_pushing_time(&data).unwrap_err().to_string();
+        assert!(
+            message.contains("1.9 s of pushing in all") && message.contains("record longer pushes"),
+            "{message}"
+        );
     }
 }

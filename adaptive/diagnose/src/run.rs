@@ -1,22 +1,22 @@
 //! The whole of a diagnosis, in order.
 
+use crate::answer::{Answer, BeforeAfter, ErrorMetrics, Mismatch, Nominal, Place, ResidualSummary, Verdict};
+use crate::competing_models::competing_models;
+use crate::effect_report::{effect_probability, reported_effect};
+use crate::engine::{Engine, FittedModel, Own};
 use crate::lack_of_fit::LackOfFit;
-use crate::answer::{Answer, Figures, Mismatch, Nominal, Pair, Place, Remaining, Verdict};
-use crate::engine::{Engine, Own, FittedModel};
-use crate::pushing_time::require_pushing_time;
 use crate::locate::Located;
-use crate::effect_report::{effect_probability, named};
-use crate::predictive_check::PredictiveCheck;
 use crate::periods;
 use crate::platt::calibrated;
 use crate::predictions::Predictions;
-use crate::competing_models::doubts;
-use crate::search::{Found, Searcher, probabilities};
+use crate::predictive_check::PredictiveCheck;
+use crate::pushing_time::require_pushing_time;
+use crate::search::{SearchResult, Searcher, probabilities};
 use crate::series::{self, Series};
-use crate::thresholds::given_margin;
+use crate::thresholds::max_given_cost;
 use crate::units;
 use crate::unnamed::depends_on;
-use crate::verdict::{Choice, Judge, Named, judge, likeness};
+use crate::verdict::{NamedModel, Selection, Selector, right_law_probability, verdict as verdict_of};
 use crate::warnings::warnings;
 use std::collections::{BTreeMap, BTreeSet};
 use trundle_infer::{Fit, InferError, Watch, unjudged};
@@ -24,7 +24,7 @@ use trundle_model::{Model, Scales};
 use trundle_record::{Dataset, PrepareOptions, Prepared, Recording, prepare_with};
 
 /// Probability from which on an immaterial effect is mentioned: more likely than not.
-const LIKELY: f64 = 0.5;
+const MIN_IMMATERIAL_PROBABILITY: f64 = 0.5;
 
 /// How a diagnosis is made.
 #[derive(Clone, Debug, Default)]
@@ -69,7 +69,7 @@ pub(crate) fn diagnose_with(
     watch: &dyn Watch,
 ) -> Result<Outcome, InferError> {
     let decided = decide(engine, options, watch)?;
-    explain(engine, decided, watch)
+    report(engine, decided, watch)
 }
 
 /// Diagnose a recording of any size: it is sought and decided in the recording's own units ([`units`]), and explained in SI
@@ -100,12 +100,12 @@ pub fn diagnose_recording(
     require_pushing_time(&reduced)?;
     let decided = decide(&Own::new(&reduced, model.as_ref())?, options, watch)?;
     let engine = Own::new(data, options.model.as_ref())?;
-    explain(&engine, decided.restored(&engine, &scales)?, watch)
+    report(&engine, decided.restored(&engine, &scales)?, watch)
 }
 
 /// What was decided, before it is explained. Models are indices into what was tried.
 struct Decision {
-    found: Found,
+    found: SearchResult,
     base: usize,
     best: usize,
     chances: Vec<f64>,
@@ -126,15 +126,17 @@ fn decide(engine: &dyn Engine, options: &Options, watch: &dyn Watch) -> Result<D
     watch.progress("left-out episodes", 0.0);
     let base = found.tried.iter().position(|t| t.added.is_empty()).unwrap_or(0);
     let slow = engine.is_quasi_static();
-    let ahead = |index: usize| if slow { Ok(None) } else { engine.predictive_check(&found.tried[index]).map(Some) };
-    let is_material = |predictive_check: Option<PredictiveCheck>| predictive_check.is_none_or(|ahead| ahead.is_material());
-    let Choice { mut best, mut chances, rejected, immaterial, mut reasons } =
-        Judge { engine, found: &found, base, watch }.choose()?;
+    let ahead =
+        |index: usize| if slow { Ok(None) } else { engine.predictive_check(&found.tried[index]).map(Some) };
+    let is_material =
+        |predictive_check: Option<PredictiveCheck>| predictive_check.is_none_or(|ahead| ahead.is_material());
+    let Selection { mut best, mut chances, rejected, immaterial, mut reasons } =
+        Selector { engine, found: &found, base, watch }.select()?;
     let mut left = engine.lack_of_fit(&found.tried[best])?;
     let errors = ahead(best)?;
     let gained = found.tried[base].fit.cost - found.tried[best].fit.cost;
-    let named = (best != base).then_some(Named { gained, left });
-    let mut verdict = judge(engine.observations(), found.before, named, is_material(errors));
+    let reported_effect = (best != base).then_some(NamedModel { gained, left });
+    let mut verdict = verdict_of(engine.observations(), found.before, reported_effect, is_material(errors));
     if verdict == Verdict::Explained && errors.is_some_and(|errors| errors.is_poor()) {
         verdict = Verdict::Unexplained;
     }
@@ -145,7 +147,7 @@ fn decide(engine: &dyn Engine, options: &Options, watch: &dyn Watch) -> Result<D
     let given = engine.given(watch)?;
     let fitted = &found.tried[base].fit;
     if let (Verdict::Consistent, Some(given)) = (verdict, &given)
-        && given.fit.cost - fitted.cost > given_margin(fitted.estimates.len())
+        && given.fit.cost - fitted.cost > max_given_cost(fitted.estimates.len())
     {
         verdict = Verdict::Reparameterised;
     }
@@ -172,12 +174,12 @@ impl Decision {
             None => None,
         };
         let left = self.left.map(|left| units::lack_of_fit(left, scales));
-        Ok(Self { found: Found { tried, before, located }, left, given, ..self })
+        Ok(Self { found: SearchResult { tried, before, located }, left, given, ..self })
     }
 }
 
 /// Put what was decided into numbers and words.
-fn explain(engine: &dyn Engine, decided: Decision, watch: &dyn Watch) -> Result<Outcome, InferError> {
+fn report(engine: &dyn Engine, decided: Decision, watch: &dyn Watch) -> Result<Outcome, InferError> {
     watch.progress("figures", 0.0);
     let Decision { found, base, best, chances, rejected, immaterial, reasons, left, given, verdict } =
         decided;
@@ -188,12 +190,12 @@ fn explain(engine: &dyn Engine, decided: Decision, watch: &dyn Watch) -> Result<
         (Some(given), Verdict::Reparameterised) => given,
         _ => base,
     };
-    let mut filled = None;
+    let mut with_discrepancy = None;
     if verdict == Verdict::Unexplained {
         watch.progress("an unnamed force", 0.0);
-        filled = engine.discrepancy(base, found.before, watch)?;
+        with_discrepancy = engine.discrepancy(base, found.before, watch)?;
     }
-    let after = filled.as_ref().unwrap_or(best);
+    let after = with_discrepancy.as_ref().unwrap_or(best);
 
     let missing_before = engine.missing_wrenches(before, found.before)?;
     let missing_after = engine.missing_wrenches(after, left)?;
@@ -205,23 +207,23 @@ fn explain(engine: &dyn Engine, decided: Decision, watch: &dyn Watch) -> Result<
     }
     // What a wrench without a name predicts is not explained: there the simulation under test leaves what remains.
     let (leaver, missing_named) =
-        if filled.is_some() { (before, &missing_before) } else { (after, &missing_after) };
+        if with_discrepancy.is_some() { (before, &missing_before) } else { (after, &missing_after) };
     let shown = verdict != Verdict::Consistent;
     let remains = if shown { engine.located(leaver, left)? } else { Located::default() };
     let courses = missing_named.training.clone().unwrap_or_default();
-    let figures = figures(engine, before, after)?;
-    let like = likeness(left, engine.observations());
+    let error_metrics = error_metrics(engine, before, after)?;
+    let like = right_law_probability(left, engine.observations());
     let mut missing = Vec::new();
     for (k, chance) in chances.iter().enumerate() {
         let chance = chance.min(effect_probability(&found.tried, &probabilities, best.names()[k])) * like;
-        missing.push(named(engine, &found, best, k, calibrated(chance))?);
+        missing.push(reported_effect(engine, &found, best, k, calibrated(chance))?);
     }
     let immaterial = immaterial
         .iter()
         .map(|&(index, k, chance)| (&found.tried[index], k, chance))
         .filter(|(tried, k, _)| !best.names().contains(&tried.names()[*k]))
         .map(|(tried, k, chance)| {
-            named(
+            reported_effect(
                 engine,
                 &found,
                 tried,
@@ -229,7 +231,9 @@ fn explain(engine: &dyn Engine, decided: Decision, watch: &dyn Watch) -> Result<
                 calibrated(chance.min(effect_probability(&found.tried, &all, tried.names()[k]))),
             )
         })
-        .filter(|effect| effect.as_ref().map_or(true, |effect| effect.probability >= LIKELY))
+        .filter(|effect| {
+            effect.as_ref().map_or(true, |effect| effect.probability >= MIN_IMMATERIAL_PROBABILITY)
+        })
         .collect::<Result<Vec<_>, InferError>>()?;
     missing.sort_by(|a, b| b.explains.unwrap_or(0.0).total_cmp(&a.explains.unwrap_or(0.0)));
     let place = |key: &str| missing.iter().find_map(|m| m.place.as_ref()?.get(key).cloned());
@@ -242,17 +246,17 @@ fn explain(engine: &dyn Engine, decided: Decision, watch: &dyn Watch) -> Result<
 
     // Where nothing known explains it, a push between things known would tell nothing.
     let designing = matches!(verdict, Verdict::Consistent | Verdict::Explained);
-    let doubts = doubts(engine, (&found, &probabilities), best, designing, watch)?;
+    let competing = competing_models(engine, (&found, &probabilities), best, designing, watch)?;
     let answer = Answer {
         format: "trundle-diagnosis/1",
         recording: data.name.clone(),
         verdict,
         missing,
-        tied: doubts.tied,
-        tied_sets: doubts.tied_sets,
+        tied: competing.tied,
+        tied_sets: competing.tied_sets,
         immaterial,
         mismatch,
-        residual: Remaining {
+        residual: ResidualSummary {
             windows: remains.windows,
             regime: remains.regime,
             periods: if shown {
@@ -260,19 +264,19 @@ fn explain(engine: &dyn Engine, decided: Decision, watch: &dyn Watch) -> Result<
             } else {
                 vec![]
             },
-            ..remaining(engine, leaver, [found.before, left], missing_named)?
+            ..residual_summary(engine, leaver, [found.before, left], missing_named)?
         },
         warnings: warnings(engine, before, after, verdict == Verdict::Explained)?,
         wrench_pose: data.wrench_pose,
-        alternatives: doubts.alternatives,
-        certificates: doubts.certificates,
-        experiments: doubts.experiments,
+        alternatives: competing.alternatives,
+        certificates: competing.certificates,
+        experiments: competing.experiments,
         nominal: Nominal {
             given: engine.given_values(given.as_ref()),
             before: engine.parameters(before),
             after: engine.parameters(after),
         },
-        fit: figures,
+        fit: error_metrics,
     };
     let quasi = engine.is_quasi_static();
     let series = Series {
@@ -285,7 +289,9 @@ fn explain(engine: &dyn Engine, decided: Decision, watch: &dyn Watch) -> Result<
             .map(|(n, _)| n)
             .collect(),
         quasi_static: quasi,
-        unnamed: filled.as_ref().map_or(vec![], |filled| depends_on(&filled.fit)),
+        unnamed: with_discrepancy
+            .as_ref()
+            .map_or(vec![], |with_discrepancy| depends_on(&with_discrepancy.fit)),
         noise: series::Noise {
             pose: if quasi { data.noise.pose } else { after.fit.channels.pose },
             force: after.fit.channels.reading[0],
@@ -304,12 +310,12 @@ fn explain(engine: &dyn Engine, decided: Decision, watch: &dyn Watch) -> Result<
 }
 
 /// What a model still misses: of the motion the smoothed missing wrench, of wrenches the needed less the recorded.
-fn remaining(
+fn residual_summary(
     engine: &dyn Engine,
     tried: &FittedModel,
     [before, after]: [Option<LackOfFit>; 2],
     missing: &series::MissingWrenches,
-) -> Result<Remaining, InferError> {
+) -> Result<ResidualSummary, InferError> {
     let along = || missing.training.iter().flatten().flatten().map(|residual| residual.wrench).collect();
     let wrenches: Vec<[f64; 3]> = engine.residual_wrenches(tried)?.unwrap_or_else(along);
     let mean = |of: &dyn Fn(&[f64; 3]) -> f64| {
@@ -318,29 +324,33 @@ fn remaining(
     };
     let dof = engine.data().dof;
     let share = before.zip(after).filter(|(before, _)| before.misfit() > 0.0);
-    Ok(Remaining {
+    Ok(ResidualSummary {
         force_rms: mean(&|w| w[0] * w[0] + if dof[1] { w[1] * w[1] } else { 0.0 }),
         torque_rms: mean(&|w| w[2] * w[2]).filter(|_| dof[2]),
         share: share.map(|(before, after)| (after.misfit() / before.misfit()).min(1.0)),
-        ..Remaining::default()
+        ..ResidualSummary::default()
     })
 }
 
-fn figures(engine: &dyn Engine, before: &FittedModel, after: &FittedModel) -> Result<Figures, InferError> {
+fn error_metrics(
+    engine: &dyn Engine,
+    before: &FittedModel,
+    after: &FittedModel,
+) -> Result<ErrorMetrics, InferError> {
     let pair = |episodes: &[Prepared]| {
-        Ok::<_, InferError>(Pair {
+        Ok::<_, InferError>(BeforeAfter {
             before: engine.score(before, after, episodes)?,
             after: engine.score(after, before, episodes)?,
         })
     };
     let data = engine.data();
     let held_out = if data.held_out.is_empty() { None } else { Some(pair(&data.held_out)?) };
-    Ok(Figures { held_out, training: pair(&data.training)? })
+    Ok(ErrorMetrics { held_out, training: pair(&data.training)? })
 }
 
 fn tried(
     observations: usize,
-    found: &Found,
+    found: &SearchResult,
     probabilities: &[f64],
     reasons: &BTreeMap<usize, &'static str>,
 ) -> Vec<series::Candidate> {
@@ -354,7 +364,11 @@ fn tried(
     found.tried.iter().zip(probabilities).enumerate().map(one).collect()
 }
 
-fn predictions(engine: &dyn Engine, before: &FittedModel, after: &FittedModel) -> Result<Predictions, InferError> {
+fn predictions(
+    engine: &dyn Engine,
+    before: &FittedModel,
+    after: &FittedModel,
+) -> Result<Predictions, InferError> {
     let settling = unjudged(&before.fit.model).max(unjudged(&after.fit.model));
     let held_out = &engine.data().held_out;
     let poses = |tried: &FittedModel| -> Result<Vec<[f64; 3]>, InferError> {

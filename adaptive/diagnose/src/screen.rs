@@ -5,9 +5,9 @@
 //! `C` no change of the fitted parameters does: Rao's score test. It costs no fit. Its step is where the fit of the
 //! candidate starts from.
 
-use crate::linear_model::Ground;
+use crate::linear_model::LinearModel;
 use crate::proposals::{Hints, nearby, proposals};
-use crate::search::HOPELESS;
+use crate::search::MIN_SCREEN_GAIN_NATS;
 use nalgebra::{DMatrix, DVector};
 use rayon::prelude::*;
 use trundle_infer::{Fit, InferError, Seen, Watch};
@@ -58,7 +58,7 @@ pub(crate) struct Start {
 }
 
 /// Candidates whose slopes are taken together, where they have no states of their own.
-const TOGETHER: usize = 8;
+const MAX_BATCH: usize = 8;
 
 /// What is wanted of the cheap test.
 #[derive(Clone, Copy)]
@@ -78,30 +78,30 @@ pub(crate) struct Screen<'a> {
     pub view: &'a dyn Linearisation,
     pub episodes: &'a [Prepared],
     pub hints: &'a Hints<'a>,
-    pub wanted: &'a ScreenOptions<'a>,
+    pub options: &'a ScreenOptions<'a>,
 }
 
 impl Screen<'_> {
     /// Starts of every kind of `kinds` on top of a fit, the best of each kind first, sorted by what the best of the kind
     /// promises.
     pub fn of(&self, fit: &Fit, kinds: &[Kind], watch: &dyn Watch) -> Result<Vec<Vec<Start>>, InferError> {
-        let ScreenOptions { starts: kept, most, seed, .. } = *self.wanted;
-        let ground = Ground::new(self.view, fit)?;
-        let spare = INNER.saturating_sub(fit.model.inner().len());
+        let ScreenOptions { starts: kept, most, seed, .. } = *self.options;
+        let linear = LinearModel::new(self.view, fit)?;
+        let free_states = INNER.saturating_sub(fit.model.inner().len());
         let promised = |shapes: &[Effect]| {
             let Some(first) = shapes.first() else { return Ok(vec![]) };
             // States of the laws' own are few.
-            let own = first.kind.spec().inner.len();
-            let together = spare.checked_div(own).unwrap_or(TOGETHER).max(1);
+            let states = first.kind.spec().inner.len();
+            let together = free_states.checked_div(states).unwrap_or(MAX_BATCH).max(1);
             let groups: Vec<&[Effect]> = shapes.chunks(together).collect();
             let all = groups.par_iter().map(|group| {
                 if watch.cancelled() {
                     return Err(InferError::Interrupted);
                 }
-                ground.starts(self.view, fit, group)
+                linear.starts(self.view, fit, group)
             });
             let all = all.collect::<Result<Vec<_>, InferError>>()?;
-            Ok::<_, InferError>(best(all.into_iter().flatten().collect()))
+            Ok::<_, InferError>(ranked(all.into_iter().flatten().collect()))
         };
         let proposed = |kind: &Kind| {
             let shapes = proposals(&fit.model, *kind, self.episodes, self.hints, seed);
@@ -109,25 +109,28 @@ impl Screen<'_> {
         };
         let mut found: Vec<(Vec<Start>, usize)> =
             kinds.par_iter().map(proposed).collect::<Result<_, InferError>>()?;
-        for (round, (share, behind)) in NEARER.into_iter().enumerate() {
+        for (round, (radius, extra)) in NEIGHBOUR_SEARCHES.into_iter().enumerate() {
             found.sort_by(|a, b| gain(&b.0).total_cmp(&gain(&a.0)));
-            let near = |(starts, shapes): &mut (Vec<Start>, usize)| {
-                if *shapes < 2 || !has_neighbours(starts) || round > 0 && gain(starts) < HOPELESS {
+            let search_near = |(starts, shapes): &mut (Vec<Start>, usize)| {
+                if *shapes < 2 || !has_neighbours(starts) || round > 0 && gain(starts) < MIN_SCREEN_GAIN_NATS
+                {
                     return Ok(());
                 }
-                let parents: Vec<Effect> = starts.iter().take(PARENTS).map(|s| s.effect.clone()).collect();
-                starts.extend(promised(&nearby(&fit.model, &parents, share, seed))?);
-                *starts = best(std::mem::take(starts));
+                let parents: Vec<Effect> =
+                    starts.iter().take(PARENTS_PER_KIND).map(|s| s.effect.clone()).collect();
+                starts.extend(promised(&nearby(&fit.model, &parents, radius, seed))?);
+                *starts = ranked(std::mem::take(starts));
                 Ok(())
             };
-            found.par_iter_mut().take(most + behind).map(near).collect::<Result<(), InferError>>()?;
+            found.par_iter_mut().take(most + extra).map(search_near).collect::<Result<(), InferError>>()?;
         }
         let mut found: Vec<Vec<Start>> = found.into_iter().map(|(starts, _)| starts).collect();
         found.retain(|starts| !starts.is_empty());
         found.sort_by(|a, b| gain(b).total_cmp(&gain(a)));
-        for starts in found.iter_mut().take(POLISHED).filter(|starts| has_edges(starts[0].effect.kind)) {
-            polish(starts, |round, parents, share| {
-                promised(&nearby(&fit.model, parents, share, seed.wrapping_add(round)))
+        for starts in found.iter_mut().take(POLISHED_KINDS).filter(|starts| has_edges(starts[0].effect.kind))
+        {
+            polish(starts, |round, parents, radius| {
+                promised(&nearby(&fit.model, parents, radius, seed.wrapping_add(round)))
             })?;
         }
         found.iter_mut().for_each(|starts| starts.truncate(kept));
@@ -149,10 +152,10 @@ fn has_neighbours(starts: &[Start]) -> bool {
 }
 
 /// Kinds that promise most whose shapes are sought on.
-const POLISHED: usize = 2;
+const POLISHED_KINDS: usize = 2;
 /// Rounds of that, and the share at which it ends.
-const ROUNDS: u64 = 24;
-const FINEST: f64 = 0.01;
+const MAX_POLISHING_ROUNDS: u64 = 24;
+const MIN_NEIGHBOUR_RADIUS: f64 = 0.01;
 
 /// Whether an effect has edges, across which a fit finds no way.
 fn has_edges(kind: Kind) -> bool {
@@ -162,19 +165,19 @@ fn has_edges(kind: Kind) -> bool {
 /// Better shapes around the best few, nearer where none is found.
 fn polish(
     starts: &mut Vec<Start>,
-    around: impl Fn(u64, &[Effect], f64) -> Result<Vec<Start>, InferError>,
+    neighbours: impl Fn(u64, &[Effect], f64) -> Result<Vec<Start>, InferError>,
 ) -> Result<(), InferError> {
-    let mut share = NEARER[0].0;
-    for round in 0..ROUNDS {
+    let mut radius = NEIGHBOUR_SEARCHES[0].0;
+    for round in 0..MAX_POLISHING_ROUNDS {
         let before = starts[0].gain;
-        let parents: Vec<Effect> = starts.iter().take(PARENTS).map(|s| s.effect.clone()).collect();
-        starts.extend(around(round, &parents, share)?);
-        *starts = best(std::mem::take(starts));
-        starts.truncate(PARENTS);
-        if starts[0].gain < before * (1.0 + LITTLE) {
-            share *= 0.6;
+        let parents: Vec<Effect> = starts.iter().take(PARENTS_PER_KIND).map(|s| s.effect.clone()).collect();
+        starts.extend(neighbours(round, &parents, radius)?);
+        *starts = ranked(std::mem::take(starts));
+        starts.truncate(PARENTS_PER_KIND);
+        if starts[0].gain < before * (1.0 + MIN_RELATIVE_GROWTH) {
+            radius *= 0.6;
         }
-        if share < FINEST {
+        if radius < MIN_NEIGHBOUR_RADIUS {
             break;
         }
     }
@@ -182,18 +185,18 @@ fn polish(
 }
 
 /// Growth of a gain that is worth another look as far around.
-const LITTLE: f64 = 1e-3;
+const MIN_RELATIVE_GROWTH: f64 = 1e-3;
 
 /// Those that gain, the best first.
-fn best(mut starts: Vec<Start>) -> Vec<Start> {
+fn ranked(mut starts: Vec<Start>) -> Vec<Start> {
     starts.retain(|s| s.gain > 0.0);
     starts.sort_by(|a, b| b.gain.total_cmp(&a.gain));
     starts
 }
 
 /// Ever nearer shapes around the best few, and of how many kinds beyond those that are wanted.
-const NEARER: [(f64, usize); 2] = [(0.4, 5), (0.2, 1)];
-const PARENTS: usize = 4;
+const NEIGHBOUR_SEARCHES: [(f64, usize); 2] = [(0.4, 5), (0.2, 1)];
+const PARENTS_PER_KIND: usize = 4;
 
 /// Matrices below one another.
 fn stacked(parts: &[DMatrix<f64>]) -> DMatrix<f64> {
@@ -223,8 +226,8 @@ mod tests {
         let base = engine.base(0, &Quiet).unwrap();
         let kinds =
             [Kind::FloorSlope, Kind::ForceBias, Kind::CoulombFriction, Kind::Latency, Kind::MassChange];
-        let wanted = ScreenOptions { regions: &[], starts: 1, most: kinds.len(), seed: 0 };
-        let found = engine.starts(&base, &kinds, &wanted, &Quiet).unwrap().unwrap();
+        let options = ScreenOptions { regions: &[], starts: 1, most: kinds.len(), seed: 0 };
+        let found = engine.starts(&base, &kinds, &options, &Quiet).unwrap().unwrap();
         found.iter().map(|starts| (starts[0].effect.kind, starts[0].gain)).collect()
     }
 

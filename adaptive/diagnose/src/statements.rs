@@ -26,17 +26,17 @@ pub(crate) fn statement(effect: &Effect, name: &str, fit: &Fit) -> String {
         };
         sentence = sentence.replace(&format!("{{{}}}", param.name), &text);
     }
-    placed(&sentence)
+    with_unknown_place(&sentence)
 }
 
 /// A place of which neither coordinate is held, in words.
-fn placed(sentence: &str) -> String {
+fn with_unknown_place(sentence: &str) -> String {
     sentence.replace("at (unknown, unknown)", "at a point that the data do not hold")
 }
 
 #[cfg(test)]
 mod tests {
-    use super::{placed, quantity};
+    use super::{quantity, with_unknown_place};
 
     #[test]
     fn digits_follow_the_deviation() {
@@ -48,9 +48,9 @@ mod tests {
 
     #[test]
     fn an_unknown_place_is_said_in_words() {
-        let spoken = placed("Dry friction of 7 ± 1 N acts at (unknown, unknown).");
-        assert_eq!(spoken, "Dry friction of 7 ± 1 N acts at a point that the data do not hold.");
+        let sentence = with_unknown_place("Dry friction of 7 ± 1 N acts at (unknown, unknown).");
+        assert_eq!(sentence, "Dry friction of 7 ± 1 N acts at a point that the data do not hold.");
         let known = "Dry friction of 7 ± 1 N acts at (0.1 ± 0.2 m, unknown).";
-        assert_eq!(placed(known), known);
+        assert_eq!(with_unknown_place(known), known);
     }
 }

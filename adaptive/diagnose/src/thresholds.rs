@@ -26,11 +26,11 @@ pub(crate) const MIN_MATERIAL_ERROR_RATIO: f64 = 1.25;
 /// Errors this many times larger than a model claims refute it. In a right model the mean square over a recording's
 /// some dozens of windows is within a third of what it claims; the rest is a margin for laws that
 /// are right in name and a little wrong in shape, whose intervals would then be too narrow by this factor.
-pub(crate) const REFUTED: f64 = 3.0;
+pub(crate) const MAX_ERROR_RATIO: f64 = 3.0;
 
 /// A refuted model that leaves more than this share of the motion within a second, as a mean square, is no
 /// explanation: it is wrong about a third of the way.
-pub(crate) const POOR: f64 = 0.1;
+pub(crate) const MAX_ERROR_SHARE: f64 = 0.1;
 
 /// Errors below this many times the instruments' variance, or below a tenth of the motion unless they refute the model, are
 /// immaterial: no correction of the model would improve its predictions
@@ -39,10 +39,10 @@ pub(crate) const POOR: f64 = 0.1;
 pub(crate) const MATERIAL_VARIANCES: f64 = 2.0;
 
 /// Share of what was missing that named effects may leave and still explain it: half of the error.
-pub(crate) const LEFT_OVER: f64 = 0.25;
+pub(crate) const MAX_RESIDUAL_GAIN_SHARE: f64 = 0.25;
 
 /// Misfit per sample that named effects may leave however little was missing, nats.
-pub(crate) const UNSEEN: f64 = 2.0;
+pub(crate) const MAX_RESIDUAL_MISFIT_NATS: f64 = 2.0;
 
 /// Whether a gain in log likelihood, nats, is more than chance and large enough to matter.
 pub(crate) fn is_significant(gain: f64, observations: usize) -> bool {
@@ -50,6 +50,6 @@ pub(crate) fn is_significant(gain: f64, observations: usize) -> bool {
 }
 
 /// Log likelihood that the given values of so many parameters may cost and still be right, nats.
-pub(crate) fn given_margin(parameters: usize) -> f64 {
+pub(crate) fn max_given_cost(parameters: usize) -> f64 {
     MIN_SIGNIFICANT_GAIN_NATS + 0.5 * parameters as f64
 }

@@ -1,23 +1,23 @@
 //! A recording's own units: what is sought and decided is sought and decided in them.
 //!
 //! Priors and thresholds are those of a piece of furniture that is pushed about. A recording whose lengths, forces or
-//! times are of another size is brought near it by whole powers of [`BASE`], which is exact in binary arithmetic; so a recording in
+//! times are of another size is brought near it by whole powers of [`SCALE_BASE`], which is exact in binary arithmetic; so a recording in
 //! other units, or of another size, is judged like the same thing in metres.
 
 use trundle_infer::{Channels, Estimate, Fit, InferError, Strain};
 use trundle_model::{Body, Effect, Fixture, Model, Scales};
 use trundle_record::{Dataset, Prepared};
 
-use crate::lack_of_fit::LackOfFit;
 use crate::engine::FittedModel;
+use crate::lack_of_fit::LackOfFit;
 
 /// A recording is rescaled by whole powers of this, so that it ends within a factor of 32 of a table: a power of two, so that
 /// rescaling loses no bit. Steps of an instrument's time (drop-outs, smoothing at the ends of a motion) are in seconds, so a
 /// finer base would shift them for ordinary recordings.
-const BASE: f64 = 1024.0;
+const SCALE_BASE: f64 = 1024.0;
 /// Radius of gyration, force and duration of moving a radius of gyration of the project's office table
 /// (`configs/experiments/demo.toml`), rounded.
-const TABLE: Scales = Scales { length: 0.4, force: 15.0, time: 2.0 };
+const TABLE_SCALES: Scales = Scales { length: 0.4, force: 15.0, time: 2.0 };
 
 /// The units that suit a recording, from its training episodes; SI where it shows no motion or no force.
 pub(crate) fn of(data: &Dataset) -> Scales {
@@ -28,13 +28,13 @@ pub(crate) fn of(data: &Dataset) -> Scales {
     let force = mean(data.training.iter().flat_map(|e| -> Vec<f64> { squares(e) })).sqrt();
     let time = length / speed(data, if data.dof[2] { gyration } else { 0.0 });
     let near = |size: f64, table: f64| {
-        let power = ((size / table).ln() / BASE.ln()).round();
-        if power.is_finite() { BASE.powi(power as i32) } else { 1.0 }
+        let power = ((size / table).ln() / SCALE_BASE.ln()).round();
+        if power.is_finite() { SCALE_BASE.powi(power as i32) } else { 1.0 }
     };
     Scales {
-        length: near(length, TABLE.length),
-        force: near(force, TABLE.force),
-        time: near(time, TABLE.time),
+        length: near(length, TABLE_SCALES.length),
+        force: near(force, TABLE_SCALES.force),
+        time: near(time, TABLE_SCALES.time),
     }
 }
 

@@ -1,23 +1,26 @@
 //! Which of the models that were tried is named, and what to say of it.
 
-use crate::lack_of_fit::LackOfFit;
 use crate::answer::Verdict;
 use crate::block_bootstrap::{PredictedSamples, correlation_time, probability_of_gain};
-use crate::cross_validation::{LeftOut, left_out};
+use crate::cross_validation::{LeftOutPrediction, cross_validate};
+use crate::effect_report::{with_kinds, without_effect};
+use crate::eligibility::{Eligibility, INELIGIBLE};
 use crate::engine::{Engine, FittedModel};
-use crate::effect_report::{of_kinds, without};
-use crate::search::Found;
-use crate::thresholds::{LEFT_OVER, MIN_MATERIAL_ERROR_RATIO, NEGLIGIBLE_SHARE, MIN_EFFECT_PROBABILITY, UNSEEN};
-use crate::eligibility::{ELSEWHERE, Whole};
+use crate::lack_of_fit::LackOfFit;
+use crate::search::SearchResult;
+use crate::thresholds::{
+    MAX_RESIDUAL_GAIN_SHARE, MAX_RESIDUAL_MISFIT_NATS, MIN_EFFECT_PROBABILITY, MIN_MATERIAL_ERROR_RATIO,
+    NEGLIGIBLE_SHARE,
+};
 use std::collections::BTreeMap;
 use trundle_infer::{InferError, Watch, unjudged};
 use trundle_model::{Kind, Param};
 
 /// Models whose effects are checked on left-out episodes, at most.
-const MAX_CHECKED: usize = 24;
+const MAX_CHECKED_MODELS: usize = 24;
 
 /// The model that is named, if any.
-pub(crate) struct Choice {
+pub(crate) struct Selection {
     /// Index of the model in what was tried.
     pub best: usize,
     /// Of each of its effects, the chance that left-out episodes are predicted better with it.
@@ -32,81 +35,83 @@ pub(crate) struct Choice {
 }
 
 /// What a choice is made from.
-pub(crate) struct Judge<'a> {
+pub(crate) struct Selector<'a> {
     pub engine: &'a dyn Engine,
-    pub found: &'a Found,
+    pub found: &'a SearchResult,
     /// Index of the simulation under test in what was tried.
     pub base: usize,
     pub watch: &'a dyn Watch,
 }
 
-impl Judge<'_> {
+impl Selector<'_> {
     /// The model with the most weight each of whose effects is defined by the data, improves the predictive density of
     /// left-out training episodes by more than chance, and their prediction by a material share; without one, the
     /// simulation under test.
-    pub fn choose(&self) -> Result<Choice, InferError> {
-        let mut left_out = BTreeMap::new();
+    pub fn select(&self) -> Result<Selection, InferError> {
+        let mut cache = BTreeMap::new();
         let mut immaterial: Vec<(usize, usize, f64)> = vec![];
         let mut reasons = BTreeMap::new();
-        let mut whole: Option<Whole<'_>> = None;
+        let mut eligibility: Option<Eligibility<'_>> = None;
         let tried = &self.found.tried;
         let mut next = 0;
         while let Some(candidate) = tried.get(next) {
             let index = next;
             next += 1;
-            if reasons.get(&index).is_some_and(|reason| *reason != ELSEWHERE) {
+            if reasons.get(&index).is_some_and(|reason| *reason != INELIGIBLE) {
                 continue;
             }
-            if !whole.as_ref().is_none_or(|whole| whole.holds(candidate)) {
-                reasons.insert(index, ELSEWHERE);
+            if !eligibility.as_ref().is_none_or(|eligibility| eligibility.allows(candidate)) {
+                reasons.insert(index, INELIGIBLE);
                 continue;
             }
-            let doubt = if left_out.len() >= MAX_CHECKED {
+            let reason = if cache.len() >= MAX_CHECKED_MODELS {
                 Some("not tested: too many models before it")
             } else {
-                self.doubtful(candidate)?
+                self.rejection_reason(candidate)?
             };
-            let chances = if doubt.is_some() { vec![] } else { self.chances(candidate, &mut left_out)? };
+            let chances = if reason.is_some() { vec![] } else { self.chances(candidate, &mut cache)? };
             let by_chance = chances.iter().any(|chance| *chance < MIN_EFFECT_PROBABILITY);
-            if doubt.is_some() || by_chance {
+            if reason.is_some() || by_chance {
                 reasons.insert(
                     index,
-                    doubt.unwrap_or("an effect does not improve the density of left-out episodes"),
+                    reason.unwrap_or("an effect does not improve the density of left-out episodes"),
                 );
                 // The other effects of the best model do not hold by themselves: other models may be the explanation.
-                if let Some(void) = whole.take_if(|whole| whole.is_left(candidate)) {
-                    next = void.index + 1;
+                if let Some(ineligible) =
+                    eligibility.take_if(|eligibility| eligibility.is_reduced_to(candidate))
+                {
+                    next = ineligible.index + 1;
                 }
                 continue;
             }
-            let idle = self.idle(candidate, &mut left_out)?;
-            if idle.is_empty() && self.has_simpler(candidate, &mut left_out)? {
+            let immaterial_effects = self.immaterial_effects(candidate, &mut cache)?;
+            if immaterial_effects.is_empty() && self.simpler_law_suffices(candidate, &mut cache)? {
                 reasons.insert(index, "a simpler law predicts left-out episodes as well");
                 continue;
             }
-            if idle.is_empty() {
-                return Ok(Choice { best: index, chances, rejected: index, immaterial, reasons });
+            if immaterial_effects.is_empty() {
+                return Ok(Selection { best: index, chances, rejected: index, immaterial, reasons });
             }
             reasons.insert(
                 index,
                 "an effect does not improve the prediction of left-out episodes by a material share",
             );
-            for &k in &idle {
+            for &k in &immaterial_effects {
                 let effect = candidate.names()[k];
                 if immaterial.iter().all(|&(i, j, _)| tried[i].names()[j] != effect) {
                     immaterial.push((index, k, chances[k]));
                 }
             }
-            whole.get_or_insert(Whole { index, candidate, idle });
+            eligibility.get_or_insert(Eligibility { index, candidate, immaterial: immaterial_effects });
         }
-        Ok(Choice { best: self.base, chances: vec![], rejected: 0, immaterial, reasons })
+        Ok(Selection { best: self.base, chances: vec![], rejected: 0, immaterial, reasons })
     }
 
     /// Why a model is not worth a test on left-out episodes, if so.
-    fn doubtful(&self, candidate: &FittedModel) -> Result<Option<&'static str>, InferError> {
+    fn rejection_reason(&self, candidate: &FittedModel) -> Result<Option<&'static str>, InferError> {
         Ok(if !(0..candidate.added.len()).all(|k| is_defined(candidate, k)) {
             Some("the data do not hold a parameter that defines an effect")
-        } else if !self.fits_better(candidate)? {
+        } else if !self.improves_training_fit(candidate)? {
             Some("an effect does not help consistently from block to block")
         } else {
             None
@@ -115,12 +120,14 @@ impl Judge<'_> {
 
     /// Whether every effect of a model improves the density of the episodes that it is fitted to by more than chance. What
     /// does not, need not be asked of left-out episodes, which takes refits.
-    fn fits_better(&self, candidate: &FittedModel) -> Result<bool, InferError> {
+    fn improves_training_fit(&self, candidate: &FittedModel) -> Result<bool, InferError> {
         let with = self.engine.predicted(candidate, &|_| true)?;
         let time = self.correlation_time(&with);
         for k in 0..candidate.added.len() {
-            let Some(simpler) = without(self.found, candidate, k) else { return Ok(false) };
-            if probability_of_gain(time, &with, &self.engine.predicted(simpler, &|_| true)?) < MIN_EFFECT_PROBABILITY {
+            let Some(simpler) = without_effect(self.found, candidate, k) else { return Ok(false) };
+            if probability_of_gain(time, &with, &self.engine.predicted(simpler, &|_| true)?)
+                < MIN_EFFECT_PROBABILITY
+            {
                 return Ok(false);
             }
         }
@@ -137,12 +144,14 @@ impl Judge<'_> {
     fn chances(
         &self,
         candidate: &FittedModel,
-        known: &mut BTreeMap<*const FittedModel, LeftOut>,
+        cache: &mut BTreeMap<*const FittedModel, LeftOutPrediction>,
     ) -> Result<Vec<f64>, InferError> {
         let time = self.correlation_time(&self.engine.predicted(candidate, &|_| true)?);
-        let with = self.misfit(candidate, candidate, known)?.samples;
-        let one = |k: usize| match without(self.found, candidate, k) {
-            Some(simpler) => Ok(probability_of_gain(time, &with, &self.misfit(simpler, candidate, known)?.samples)),
+        let with = self.misfit(candidate, candidate, cache)?.samples;
+        let one = |k: usize| match without_effect(self.found, candidate, k) {
+            Some(simpler) => {
+                Ok(probability_of_gain(time, &with, &self.misfit(simpler, candidate, cache)?.samples))
+            }
             None => Ok(0.0),
         };
         (0..candidate.added.len()).map(one).collect()
@@ -152,33 +161,33 @@ impl Judge<'_> {
     fn misfit(
         &self,
         tried: &FittedModel,
-        beside: &FittedModel,
-        known: &mut BTreeMap<*const FittedModel, LeftOut>,
-    ) -> Result<LeftOut, InferError> {
+        compared_with: &FittedModel,
+        cache: &mut BTreeMap<*const FittedModel, LeftOutPrediction>,
+    ) -> Result<LeftOutPrediction, InferError> {
         let key = std::ptr::from_ref(tried);
-        let all_judged = unjudged(&beside.fit.model) == 0.0;
-        if let Some(misfit) = known.get(&key).filter(|_| all_judged) {
+        let all_judged = unjudged(&compared_with.fit.model) == 0.0;
+        if let Some(misfit) = cache.get(&key).filter(|_| all_judged) {
             return Ok(misfit.clone());
         }
-        let found = left_out(self.engine, tried, beside, self.watch)?;
-        known.insert(key, found.clone());
+        let found = cross_validate(self.engine, tried, compared_with, self.watch)?;
+        cache.insert(key, found.clone());
         Ok(found)
     }
 
     /// Whether a model with a simpler law in place of one of its effects predicts left-out episodes almost as well: then the
     /// simpler law is the one to name.
-    fn has_simpler(
+    fn simpler_law_suffices(
         &self,
         candidate: &FittedModel,
-        known: &mut BTreeMap<*const FittedModel, LeftOut>,
+        cache: &mut BTreeMap<*const FittedModel, LeftOutPrediction>,
     ) -> Result<bool, InferError> {
         for (k, effect) in candidate.added.iter().enumerate() {
             let Some(simpler) = effect.kind.simpler() else { continue };
             let mut kinds: Vec<Kind> = candidate.added.iter().map(|e| e.kind).collect();
             kinds[k] = simpler;
-            let Some(other) = of_kinds(&self.found.tried, kinds) else { continue };
-            let with = self.misfit(candidate, candidate, known)?;
-            if with.rise(&self.misfit(other, candidate, known)?) < MIN_MATERIAL_ERROR_RATIO {
+            let Some(other) = with_kinds(&self.found.tried, kinds) else { continue };
+            let with = self.misfit(candidate, candidate, cache)?;
+            if with.error_ratio(&self.misfit(other, candidate, cache)?) < MIN_MATERIAL_ERROR_RATIO {
                 return Ok(true);
             }
         }
@@ -187,29 +196,30 @@ impl Judge<'_> {
 
     /// Effects of a model whose correction is immaterial: without them left-out episodes are predicted almost as well, or
     /// predictions err hardly more than the instruments.
-    fn idle(
+    fn immaterial_effects(
         &self,
         candidate: &FittedModel,
-        known: &mut BTreeMap<*const FittedModel, LeftOut>,
+        cache: &mut BTreeMap<*const FittedModel, LeftOutPrediction>,
     ) -> Result<Vec<usize>, InferError> {
-        let mut misfit = |tried: &FittedModel| self.misfit(tried, candidate, known);
+        let mut misfit = |tried: &FittedModel| self.misfit(tried, candidate, cache);
         let with = misfit(candidate)?;
-        let mut idle = vec![];
+        let mut immaterial_effects = vec![];
         if !self.engine.errs_beyond_noise(&self.found.tried[self.base])? {
             return Ok((0..candidate.added.len()).collect());
         }
         for k in 0..candidate.added.len() {
-            let needed = match without(self.found, candidate, k) {
+            let needed = match without_effect(self.found, candidate, k) {
                 Some(simpler) => {
-                    with.rise(&misfit(simpler)?) >= MIN_MATERIAL_ERROR_RATIO && self.engine.errs_beyond_noise(simpler)?
+                    with.error_ratio(&misfit(simpler)?) >= MIN_MATERIAL_ERROR_RATIO
+                        && self.engine.errs_beyond_noise(simpler)?
                 }
                 None => false,
             };
             if !needed {
-                idle.push(k);
+                immaterial_effects.push(k);
             }
         }
-        Ok(idle)
+        Ok(immaterial_effects)
     }
 }
 
@@ -229,14 +239,14 @@ fn is_defined(candidate: &FittedModel, k: usize) -> bool {
 
 /// Chance that a law which leaves so much is the missing one, rather than one that is like it: even where it leaves as
 /// much as is still named.
-pub(crate) fn likeness(left: Option<LackOfFit>, observations: usize) -> f64 {
-    let most = UNSEEN * observations as f64;
+pub(crate) fn right_law_probability(left: Option<LackOfFit>, observations: usize) -> f64 {
+    let most = MAX_RESIDUAL_MISFIT_NATS * observations as f64;
     left.map_or(1.0, |left| 1.0 / (1.0 + (left.misfit() / most).powi(2)))
 }
 
 /// What a named model gained on the simulation under test, nats, and what it leaves.
 #[derive(Clone, Copy)]
-pub(crate) struct Named {
+pub(crate) struct NamedModel {
     pub gained: f64,
     pub left: Option<LackOfFit>,
 }
@@ -246,73 +256,77 @@ pub(crate) struct Named {
 ///
 /// What was missing is what the named model gained and what a wandering wrench would gain on top of it. Where the noise is
 /// not stated, the fit of the simulation under test takes unmodelled effects for noise, and such a wrench gains little there.
-pub(crate) fn judge(
+pub(crate) fn verdict(
     observations: usize,
     before: Option<LackOfFit>,
-    named: Option<Named>,
+    named: Option<NamedModel>,
     material: bool,
 ) -> Verdict {
-    let matters = |r: Option<LackOfFit>| material && r.is_some_and(|r| r.is_significant(observations));
-    let Some(Named { gained, left }) = named else {
+    let is_significant = |r: Option<LackOfFit>| material && r.is_some_and(|r| r.is_significant(observations));
+    let Some(NamedModel { gained, left }) = named else {
         return if is_significant(before) { Verdict::Unexplained } else { Verdict::Consistent };
     };
     let (Some(before), Some(after)) = (before, left) else { return Verdict::Explained };
     let missing = before.gain.max(gained + after.gain);
     let misfit = before.misfit().max(gained + after.misfit());
-    let much = is_significant(left) && after.gain > LEFT_OVER * missing;
-    let unlike = material && after.misfit() > (UNSEEN * observations as f64).max(NEGLIGIBLE_SHARE * misfit);
+    let much = is_significant(left) && after.gain > MAX_RESIDUAL_GAIN_SHARE * missing;
+    let unlike = material
+        && after.misfit() > (MAX_RESIDUAL_MISFIT_NATS * observations as f64).max(NEGLIGIBLE_SHARE * misfit);
     if much || unlike { Verdict::Unexplained } else { Verdict::Explained }
 }
 
 #[cfg(test)]
 #[allow(clippy::unwrap_used)]
 mod tests {
-    use super::{Named, correlation_time, probability_of_gain, is_defined, judge, left_out, likeness};
-    use crate::lack_of_fit::LackOfFit;
+    use super::{
+        NamedModel, correlation_time, cross_validate, is_defined, probability_of_gain, right_law_probability,
+        verdict,
+    };
     use crate::answer::{Value, Verdict};
     use crate::common::{World, effect, locked};
-    use crate::engine::{Engine, Own, FittedModel};
+    use crate::engine::{Engine, FittedModel, Own};
+    use crate::lack_of_fit::LackOfFit;
     use crate::{Options, diagnose};
     use trundle_infer::{Channels, Comparison, FitOptions, Quiet, fit};
     use trundle_model::{Effect, Kind, Model};
 
     const SAMPLES: usize = 2000;
 
-    fn leaving(gain: f64, excess: f64) -> Option<LackOfFit> {
+    fn leaving(gain: f64, chi_squared_excess: f64) -> Option<LackOfFit> {
         let channels = Channels { pose: [1e-3; 3], reading: [0.4; 3], wander: [0.0; 3] };
-        Some(LackOfFit { gain, channels, excess })
+        Some(LackOfFit { gain, channels, chi_squared_excess })
     }
 
     #[test]
     fn what_is_named_must_leave_little() {
-        let named = |gained, left| Some(Named { gained, left });
-        let judged = |left| judge(SAMPLES, leaving(5e5, 5e5), named(4e5, left), true);
+        let named = |gained, left| Some(NamedModel { gained, left });
+        let judged = |left| verdict(SAMPLES, leaving(5e5, 5e5), named(4e5, left), true);
         assert_eq!(judged(leaving(200.0, 400.0)), Verdict::Explained);
         assert_eq!(judged(leaving(3e4, 3e4)), Verdict::Unexplained, "a law like the missing one");
         assert_eq!(judged(leaving(0.0, 1.5e5)), Verdict::Unexplained, "blows, where no walk helps");
         // A hundredth of what was missing may be left, were it much.
-        let of_much = judge(SAMPLES, leaving(4e6, 4e6), named(3e6, leaving(2e4, 2e4)), true);
+        let of_much = verdict(SAMPLES, leaving(4e6, 4e6), named(3e6, leaving(2e4, 2e4)), true);
         assert_eq!(of_much, Verdict::Explained);
         // Of little, most must go.
         let of_little =
-            |gained| judge(SAMPLES, leaving(100.0, 100.0), named(gained, leaving(40.0, 40.0)), true);
+            |gained| verdict(SAMPLES, leaving(100.0, 100.0), named(gained, leaving(40.0, 40.0)), true);
         assert_eq!(of_little(60.0), Verdict::Unexplained);
         assert_eq!(of_little(1000.0), Verdict::Explained, "what was missing had passed for noise");
     }
 
     #[test]
     fn without_a_name_it_is_what_is_missing_that_counts() {
-        assert_eq!(judge(SAMPLES, leaving(3.0, 300.0), None, true), Verdict::Consistent);
-        assert_eq!(judge(SAMPLES, leaving(300.0, 300.0), None, true), Verdict::Unexplained);
-        let immaterial = judge(SAMPLES, leaving(300.0, 300.0), None, false);
+        assert_eq!(verdict(SAMPLES, leaving(3.0, 300.0), None, true), Verdict::Consistent);
+        assert_eq!(verdict(SAMPLES, leaving(300.0, 300.0), None, true), Verdict::Unexplained);
+        let immaterial = verdict(SAMPLES, leaving(300.0, 300.0), None, false);
         assert_eq!(immaterial, Verdict::Consistent);
     }
 
     #[test]
     fn a_law_is_the_less_likely_the_more_it_leaves() {
-        assert!(likeness(leaving(0.0, 100.0), SAMPLES) > 0.99);
-        assert!((likeness(leaving(4000.0, 0.0), SAMPLES) - 0.5).abs() < 1e-12);
-        assert_eq!(likeness(None, SAMPLES), 1.0);
+        assert!(right_law_probability(leaving(0.0, 100.0), SAMPLES) > 0.99);
+        assert!((right_law_probability(leaving(4000.0, 0.0), SAMPLES) - 0.5).abs() < 1e-12);
+        assert_eq!(right_law_probability(None, SAMPLES), 1.0);
     }
 
     /// The chance that a slope which is fitted to pushes of a world predicts left-out pushes better.
@@ -326,7 +340,7 @@ mod tests {
                 Model { effects: [nominal.effects.clone(), added.clone()].concat(), ..nominal.clone() };
             let fitted = fit(&comparison, &model, &[], &FitOptions::default(), &Quiet).unwrap();
             let tried = FittedModel::new(added, fitted, None);
-            left_out(&engine, &tried, &tried, &Quiet).unwrap().samples
+            cross_validate(&engine, &tried, &tried, &Quiet).unwrap().samples
         };
         let with = predicted(vec![Effect::free(Kind::FloorSlope)]);
         probability_of_gain(correlation_time(&with), &with, &predicted(vec![]))

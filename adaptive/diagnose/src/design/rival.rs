@@ -76,7 +76,7 @@ impl Rival {
     }
 
     /// Indices of the free slots.
-    pub(super) fn free_model(&self) -> &[usize] {
+    pub(super) fn free(&self) -> &[usize] {
         self.coordinates.free()
     }
 

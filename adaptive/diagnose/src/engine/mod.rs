@@ -3,19 +3,19 @@
 
 mod own;
 
-use crate::lack_of_fit::LackOfFit;
 use crate::answer::{Channels, Parameter};
+use crate::best_subset::{EffectSet, best_sets};
 use crate::block_bootstrap::PredictedSamples;
+use crate::contact_candidates::contact_candidates;
 use crate::design::{Certificate, Experiment};
 use crate::foreign::Basis;
+use crate::lack_of_fit::LackOfFit;
 use crate::locate::Located;
-use crate::predictive_check::PredictiveCheck;
 use crate::periods::in_position;
+use crate::predictive_check::PredictiveCheck;
 use crate::proposals::Hints;
-use crate::screen::{Screen, Start, Linearisation, ScreenOptions};
+use crate::screen::{Linearisation, Screen, ScreenOptions, Start};
 use crate::series::{MissingWrenches, Wrench};
-use crate::best_subset::{Set, best_sets};
-use crate::contact_candidates::touches;
 use std::collections::BTreeMap;
 use trundle_infer::{Fit, InferError, Likelihood, Residual, Score, Watch, on_all_cores};
 use trundle_model::{Effect, Kind, Model, Proposal};
@@ -33,13 +33,13 @@ pub(crate) struct FittedModel {
     /// Log prior probability of its effects, less that of none.
     pub log_prior: f64,
     /// Whether its effects' places were sought again, all else as it is here, and no better ones found.
-    pub settled: bool,
+    pub is_settled: bool,
 }
 
 impl FittedModel {
     /// A model that was just fitted; the search knows the prior of effects.
     pub fn new(added: Vec<Effect>, fit: Fit, basis: Option<Basis>) -> Self {
-        Self { added, fit, basis, log_prior: 0.0, settled: false }
+        Self { added, fit, basis, log_prior: 0.0, is_settled: false }
     }
 }
 
@@ -72,9 +72,9 @@ pub(crate) const MAX_REFIT_STEPS: usize = 6;
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub(crate) enum Effort {
     /// A few steps: enough to see what leads nowhere.
-    Glance,
+    Screening,
     /// A step or two more: enough to rank models.
-    Inspector,
+    Ranking,
     /// To its optimum.
     Full,
 }
@@ -83,8 +83,8 @@ impl Effort {
     /// Steps at most.
     pub fn steps(self) -> usize {
         match self {
-            Self::Glance => 8,
-            Self::Inspector => 2,
+            Self::Screening => 8,
+            Self::Ranking => 2,
             Self::Full => MAX_FIT_STEPS,
         }
     }
@@ -97,7 +97,8 @@ impl Effort {
 }
 
 /// A function that inspects a fitted model and the missing wrench along the episodes.
-pub(crate) type Inspector<'l> = dyn FnMut(&dyn Linearisation, &[Vec<Residual>]) -> Result<(), InferError> + 'l;
+pub(crate) type Inspector<'l> =
+    dyn FnMut(&dyn Linearisation, &[Vec<Residual>]) -> Result<(), InferError> + 'l;
 
 /// Whether kinds are proposed from the missing wrench along the episodes.
 pub(crate) fn needs_courses(kinds: &[Kind]) -> bool {
@@ -137,7 +138,8 @@ pub(crate) trait Engine: Sync {
 
     /// Pass a fitted model to `at` as the score test sees it, with the missing wrench where `kinds` are proposed from it.
     /// `at` is not called for a model that cannot be evaluated. `false` where kinds cannot be screened.
-    fn inspect(&self, from: &FittedModel, kinds: &[Kind], at: &mut Inspector<'_>) -> Result<bool, InferError>;
+    fn inspect(&self, from: &FittedModel, kinds: &[Kind], at: &mut Inspector<'_>)
+    -> Result<bool, InferError>;
 
     /// Further starts of a kind on top of a model, in addition to those of the score test.
     fn extra_starts(&self, kind: Kind, from: &FittedModel, seed: u64) -> Vec<Start> {
@@ -151,21 +153,21 @@ pub(crate) trait Engine: Sync {
         &self,
         from: &FittedModel,
         kinds: &[Kind],
-        wanted: &ScreenOptions<'_>,
+        options: &ScreenOptions<'_>,
         watch: &dyn Watch,
     ) -> Result<Option<Vec<Vec<Start>>>, InferError> {
         on_all_cores(watch, |watch| {
             let mut found = vec![];
             let screens = self.inspect(from, kinds, &mut |view, courses| {
-                let touched = touches(courses, &from.fit.model.body);
+                let contacts = contact_candidates(courses, &from.fit.model.body);
                 let lines = in_position(courses, self.nominal().on_rail());
-                let hints = Hints { touched: &touched, regions: wanted.regions, lines: &lines };
-                let screen = Screen { view, episodes: &self.data().training, hints: &hints, wanted };
+                let hints = Hints { contacts: &contacts, regions: options.regions, lines: &lines };
+                let screen = Screen { view, episodes: &self.data().training, hints: &hints, options };
                 found = screen.of(&from.fit, kinds, watch)?;
                 Ok(())
             })?;
             for starts in &mut found {
-                starts.extend(self.extra_starts(starts[0].effect.kind, from, wanted.seed));
+                starts.extend(self.extra_starts(starts[0].effect.kind, from, options.seed));
             }
             Ok(screens.then_some(found))
         })
@@ -176,11 +178,11 @@ pub(crate) trait Engine: Sync {
         &self,
         from: &FittedModel,
         kinds: &[Kind],
-        wanted: &ScreenOptions<'_>,
+        options: &ScreenOptions<'_>,
         most: usize,
         watch: &dyn Watch,
-    ) -> Result<Vec<Set>, InferError> {
-        let Some(starts) = self.starts(from, kinds, wanted, watch)? else { return Ok(vec![]) };
+    ) -> Result<Vec<EffectSet>, InferError> {
+        let Some(starts) = self.starts(from, kinds, options, watch)? else { return Ok(vec![]) };
         on_all_cores(watch, |_| {
             let mut found = vec![];
             self.inspect(from, &[], &mut |view, _| {
@@ -214,7 +216,11 @@ pub(crate) trait Engine: Sync {
     fn lack_of_fit(&self, tried: &FittedModel) -> Result<Option<LackOfFit>, InferError>;
 
     /// How a model predicts each sample of the training episodes that are to be kept.
-    fn predicted(&self, tried: &FittedModel, keep: &dyn Fn(usize) -> bool) -> Result<PredictedSamples, InferError>;
+    fn predicted(
+        &self,
+        tried: &FittedModel,
+        keep: &dyn Fn(usize) -> bool,
+    ) -> Result<PredictedSamples, InferError>;
 
     /// Where a model leaves something.
     fn located(&self, tried: &FittedModel, left: Option<LackOfFit>) -> Result<Located, InferError>;
@@ -232,13 +238,23 @@ pub(crate) trait Engine: Sync {
     }
 
     /// Figures on some episodes. What is not judged of the model `beside` is not judged of this one.
-    fn score(&self, tried: &FittedModel, beside: &FittedModel, episodes: &[Prepared]) -> Result<Score, InferError>;
+    fn score(
+        &self,
+        tried: &FittedModel,
+        compared_with: &FittedModel,
+        episodes: &[Prepared],
+    ) -> Result<Score, InferError>;
 
     /// Simulated poses of an episode, one for each recorded one; `None` where inertia plays no part.
-    fn open_loop(&self, tried: &FittedModel, episode: &Prepared) -> Result<Option<Vec<[f64; 3]>>, InferError>;
+    fn open_loop(&self, tried: &FittedModel, episode: &Prepared)
+    -> Result<Option<Vec<[f64; 3]>>, InferError>;
 
     /// The missing wrench along every episode.
-    fn missing_wrenches(&self, tried: &FittedModel, left: Option<LackOfFit>) -> Result<MissingWrenches, InferError>;
+    fn missing_wrenches(
+        &self,
+        tried: &FittedModel,
+        left: Option<LackOfFit>,
+    ) -> Result<MissingWrenches, InferError>;
 
     /// The missing wrench along every training episode, not smoothed; none where inertia plays no part.
     fn unsmoothed(&self, tried: &FittedModel) -> Result<Vec<Vec<Residual>>, InferError> {
@@ -265,7 +281,7 @@ pub(crate) trait Engine: Sync {
     ) -> Result<Option<Experiment>, InferError>;
 
     /// The simulation under test with a wrench that no law names; `None` where none predicts.
-    fn unnamed(
+    fn discrepancy(
         &self,
         base: &FittedModel,
         left: Option<LackOfFit>,

@@ -1,11 +1,11 @@
 //! Trundle's own plant as the simulation under test.
 
-use super::{Effort, Engine, Job, Inspector, MAX_REFIT_STEPS, FittedModel, needs_courses};
-use crate::lack_of_fit::{LackOfFit, motion_lack_of_fit, lack_of_fit};
+use super::{Effort, Engine, FittedModel, Inspector, Job, MAX_REFIT_STEPS, needs_courses};
 use crate::answer::{Channels, Parameter};
+use crate::block_bootstrap::{PredictedSamples, predicted_samples};
 use crate::candidates::candidates;
-use crate::block_bootstrap::{PredictedSamples, predicted};
 use crate::design::{Bench, Certificate, Experiment, Limits, Rival, certificate, experiment};
+use crate::lack_of_fit::{LackOfFit, lack_of_fit, motion_lack_of_fit};
 use crate::locate::{Located, channels, located};
 use crate::nominal::{as_given, given_values, parameters, under_test};
 use crate::predictive_check::{PredictiveCheck, predictive_check};
@@ -54,7 +54,12 @@ impl<'a> Own<'a> {
     }
 
     /// Values that were fitted in other units, in SI units.
-    pub fn restored(&self, given: &FittedModel, scales: &Scales, offset: f64) -> Result<Option<FittedModel>, InferError> {
+    pub fn restored(
+        &self,
+        given: &FittedModel,
+        scales: &Scales,
+        offset: f64,
+    ) -> Result<Option<FittedModel>, InferError> {
         let of = |model: &Model| {
             let fit = units::fit(&given.fit, model, &[], scales, offset)?;
             Ok(FittedModel { fit, ..given.clone() })
@@ -108,7 +113,12 @@ impl Engine for Own<'_> {
         self.simulated().then(|| -> Box<dyn Engine + 'b> { Box::new(self.with(self.comparison.thinned())) })
     }
 
-    fn inspect(&self, from: &FittedModel, kinds: &[Kind], at: &mut Inspector<'_>) -> Result<bool, InferError> {
+    fn inspect(
+        &self,
+        from: &FittedModel,
+        kinds: &[Kind],
+        at: &mut Inspector<'_>,
+    ) -> Result<bool, InferError> {
         let Comparison::Motion(motion) = &self.comparison else { return Ok(false) };
         let motion = motion.thinned().with_channels(from.fit.channels);
         if let Some(seen) = motion.seen(&from.fit.model, &from.fit.values)? {
@@ -161,8 +171,12 @@ impl Engine for Own<'_> {
         lack_of_fit(&self.comparison, &tried.fit)
     }
 
-    fn predicted(&self, tried: &FittedModel, keep: &dyn Fn(usize) -> bool) -> Result<PredictedSamples, InferError> {
-        predicted(&self.comparison.only(keep), &tried.fit)
+    fn predicted(
+        &self,
+        tried: &FittedModel,
+        keep: &dyn Fn(usize) -> bool,
+    ) -> Result<PredictedSamples, InferError> {
+        predicted_samples(&self.comparison.only(keep), &tried.fit)
     }
 
     fn located(&self, tried: &FittedModel, left: Option<LackOfFit>) -> Result<Located, InferError> {
@@ -177,18 +191,31 @@ impl Engine for Own<'_> {
         predictive_check(self.data, &tried.fit)
     }
 
-    fn score(&self, tried: &FittedModel, beside: &FittedModel, episodes: &[Prepared]) -> Result<Score, InferError> {
-        let (fit, other) = (&tried.fit, (&beside.fit.model, &beside.fit.values[..]));
+    fn score(
+        &self,
+        tried: &FittedModel,
+        compared_with: &FittedModel,
+        episodes: &[Prepared],
+    ) -> Result<Score, InferError> {
+        let (fit, other) = (&tried.fit, (&compared_with.fit.model, &compared_with.fit.values[..]));
         let (noise, quasi) = (&self.data.noise, self.is_quasi_static());
         score_beside(&fit.model, &fit.values, &fit.channels, episodes, noise, quasi, Some(other))
     }
 
-    fn open_loop(&self, tried: &FittedModel, episode: &Prepared) -> Result<Option<Vec<[f64; 3]>>, InferError> {
+    fn open_loop(
+        &self,
+        tried: &FittedModel,
+        episode: &Prepared,
+    ) -> Result<Option<Vec<[f64; 3]>>, InferError> {
         let plant = tried.fit.model.plant(&tried.fit.values)?;
         Ok(self.simulated().then(|| open_loop(&plant, episode)))
     }
 
-    fn missing_wrenches(&self, tried: &FittedModel, left: Option<LackOfFit>) -> Result<MissingWrenches, InferError> {
+    fn missing_wrenches(
+        &self,
+        tried: &FittedModel,
+        left: Option<LackOfFit>,
+    ) -> Result<MissingWrenches, InferError> {
         let (Some(left), Comparison::Motion(motion)) = (left, &self.comparison) else {
             return Ok(MissingWrenches { training: None, held_out: None });
         };
@@ -243,7 +270,7 @@ impl Engine for Own<'_> {
         experiment(&bench, &rivals[0], &rivals[1], 1, watch).map(Some)
     }
 
-    fn unnamed(
+    fn discrepancy(
         &self,
         base: &FittedModel,
         left: Option<LackOfFit>,

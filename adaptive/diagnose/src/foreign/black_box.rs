@@ -85,14 +85,22 @@ impl<'a> BlackBox<'a> {
         self.along(tried).own(&tried.fit)
     }
 
-    pub(super) fn rollout<'s>(&'s self, tried: &FittedModel, values: &'s [f64]) -> Result<Rollout<'s>, InferError> {
+    pub(super) fn rollout<'s>(
+        &'s self,
+        tried: &FittedModel,
+        values: &'s [f64],
+    ) -> Result<Rollout<'s>, InferError> {
         let plant = plant(tried)?;
         // A watch is asked on the calling thread only; work on other threads asks between its parts.
         let watch = if rayon::current_thread_index().is_some() { &Quiet } else { self.watch };
         Ok(Rollout { foreign: self.foreign, values, plant, data: self.data, watch })
     }
 
-    pub(super) fn residuals(&self, tried: &FittedModel, channels: Noise) -> Result<Vec<Vec<Residual>>, InferError> {
+    pub(super) fn residuals(
+        &self,
+        tried: &FittedModel,
+        channels: Noise,
+    ) -> Result<Vec<Vec<Residual>>, InferError> {
         let plant = plant(tried)?;
         Ok(self.doubting(tried)?.residuals(&plant, &self.own(tried), channels))
     }

@@ -6,12 +6,12 @@ use super::nominal::settle;
 use super::simulator::Foreign;
 use super::view::{Linear, elsewhere};
 use super::windows::windows;
-use crate::lack_of_fit::{LackOfFit, best_random_walk};
 use crate::answer::{Channels, Parameter};
-use crate::candidates::candidates;
 use crate::block_bootstrap::PredictedSamples;
+use crate::candidates::candidates;
 use crate::design::{Certificate, Experiment};
-use crate::engine::{Effort, Engine, Job, Inspector, MAX_REFIT_STEPS, FittedModel, needs_courses};
+use crate::engine::{Effort, Engine, FittedModel, Inspector, Job, MAX_REFIT_STEPS, needs_courses};
+use crate::lack_of_fit::{LackOfFit, best_random_walk};
 use crate::locate::Located;
 use crate::predictive_check::PredictiveCheck;
 use crate::screen::Start;
@@ -79,7 +79,12 @@ impl Engine for BlackBox<'_> {
         Some(Box::new(self.clone()))
     }
 
-    fn inspect(&self, from: &FittedModel, kinds: &[Kind], at: &mut Inspector<'_>) -> Result<bool, InferError> {
+    fn inspect(
+        &self,
+        from: &FittedModel,
+        kinds: &[Kind],
+        at: &mut Inspector<'_>,
+    ) -> Result<bool, InferError> {
         let biased = from.basis.as_ref().is_none_or(|basis| basis.biased);
         let (along, own) = if biased {
             ((*self.along).clone(), self.along.values.clone())
@@ -150,7 +155,11 @@ impl Engine for BlackBox<'_> {
         best_random_walk(along.channels, model.body.gyration, excess, cost).map(Some)
     }
 
-    fn predicted(&self, tried: &FittedModel, keep: &dyn Fn(usize) -> bool) -> Result<PredictedSamples, InferError> {
+    fn predicted(
+        &self,
+        tried: &FittedModel,
+        keep: &dyn Fn(usize) -> bool,
+    ) -> Result<PredictedSamples, InferError> {
         Ok(self.doubting(tried)?.only(keep).predicted(&plant(tried)?, &self.own(tried)))
     }
 
@@ -177,18 +186,31 @@ impl Engine for BlackBox<'_> {
         self.predictions(tried)
     }
 
-    fn score(&self, tried: &FittedModel, beside: &FittedModel, episodes: &[Prepared]) -> Result<Score, InferError> {
+    fn score(
+        &self,
+        tried: &FittedModel,
+        beside: &FittedModel,
+        episodes: &[Prepared],
+    ) -> Result<Score, InferError> {
         let settling = unjudged(&beside.fit.model).max(unjudged(&tried.fit.model));
         self.rollout(tried, &self.own(tried))?.score(episodes, settling)
     }
 
-    fn open_loop(&self, tried: &FittedModel, episode: &Prepared) -> Result<Option<Vec<[f64; 3]>>, InferError> {
+    fn open_loop(
+        &self,
+        tried: &FittedModel,
+        episode: &Prepared,
+    ) -> Result<Option<Vec<[f64; 3]>>, InferError> {
         let values = self.own(tried);
         let rollout = self.rollout(tried, &values)?;
         rollout.open_loop(&rollout.seen(episode)?).map(Some)
     }
 
-    fn missing_wrenches(&self, tried: &FittedModel, left: Option<LackOfFit>) -> Result<MissingWrenches, InferError> {
+    fn missing_wrenches(
+        &self,
+        tried: &FittedModel,
+        left: Option<LackOfFit>,
+    ) -> Result<MissingWrenches, InferError> {
         let training = left.map(|left| self.residuals(tried, left.channels)).transpose()?;
         Ok(MissingWrenches { training, held_out: None })
     }
@@ -215,7 +237,12 @@ impl Engine for BlackBox<'_> {
         self.designed(names, models, noise, watch)
     }
 
-    fn discrepancy(&self, _: &FittedModel, _: Option<LackOfFit>, _: &dyn Watch) -> Result<Option<FittedModel>, InferError> {
+    fn discrepancy(
+        &self,
+        _: &FittedModel,
+        _: Option<LackOfFit>,
+        _: &dyn Watch,
+    ) -> Result<Option<FittedModel>, InferError> {
         Ok(None)
     }
 

@@ -10,7 +10,7 @@ use super::black_box::{BlackBox, on_object, plant};
 use super::likelihood::Along;
 use super::path::Path;
 use crate::design::{Bench, Experiment, Limits, Moves, Rival, certified, experiment, unabsorbed};
-use crate::engine::{Effort, Engine, Job, Own, FittedModel};
+use crate::engine::{Effort, Engine, FittedModel, Job, Own};
 use trundle_infer::{Channels, InferError, Watch};
 use trundle_record::{Noise, Prepared};
 

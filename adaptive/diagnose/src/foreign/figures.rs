@@ -4,7 +4,7 @@ use super::black_box::BlackBox;
 use super::gains::Ahead;
 use crate::design::{BLIND, Certificate, Simulated, of_simulations};
 use crate::engine::{Engine, FittedModel};
-use crate::predictive_check::{WindowEnd, PredictiveCheck};
+use crate::predictive_check::{PredictiveCheck, WindowEnd};
 use nalgebra::Vector3;
 use trundle_infer::{InferError, unjudged};
 
@@ -39,7 +39,11 @@ impl BlackBox<'_> {
     }
 
     /// By simulations in open loop, beside what the instruments' noise makes of one.
-    pub(super) fn compared(&self, names: [&str; 2], models: [&FittedModel; 2]) -> Result<Certificate, InferError> {
+    pub(super) fn compared(
+        &self,
+        names: [&str; 2],
+        models: [&FittedModel; 2],
+    ) -> Result<Certificate, InferError> {
         let blind = self.doubting(models[0])?.with_channels(self.along.channels.scaled(BLIND, 1.0));
         let pose = self.along.channels.pose;
         let mut simulated = vec![];

@@ -2,7 +2,7 @@
 
 use super::black_box::{Basis, BlackBox, on_object};
 use super::likelihood::Along;
-use crate::engine::{Effort, Job, FittedModel};
+use crate::engine::{Effort, FittedModel, Job};
 use rayon::prelude::*;
 use std::sync::Arc;
 use trundle_infer::{Fit, FitOptions, InferError, Watch, fit};

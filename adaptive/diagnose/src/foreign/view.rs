@@ -2,7 +2,7 @@
 
 use super::likelihood::Along;
 use crate::proposals::has_shape;
-use crate::screen::{Start, Linearisation};
+use crate::screen::{Linearisation, Start};
 use nalgebra::{DMatrix, DVector};
 use trundle_infer::{Coordinates, Fit, InferError};
 use trundle_model::{Effect, Kind, Model};

@@ -17,8 +17,8 @@ mod time;
 #[cfg(test)]
 mod tests;
 
-use crate::lack_of_fit::LackOfFit;
 use crate::answer::{Channels as Shares, Mismatch, Window};
+use crate::lack_of_fit::LackOfFit;
 use knots::Knots;
 use screen::Screen;
 use trundle_infer::{Channels, Comparison, Fit, FitOptions, InferError, MotionLikelihood, Quiet, Residual};

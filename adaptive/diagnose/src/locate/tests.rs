@@ -2,8 +2,8 @@
 #![allow(clippy::unwrap_used, clippy::panic)]
 
 use super::*;
-use crate::lack_of_fit::lack_of_fit;
 use crate::common::{NOISE, World, effect, locked, table};
+use crate::lack_of_fit::lack_of_fit;
 use rand::{RngExt, SeedableRng};
 use rand_chacha::ChaCha8Rng;
 use rand_distr::StandardNormal;

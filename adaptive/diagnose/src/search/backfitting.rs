@@ -3,9 +3,9 @@
 //! A first search looks beside parameters that have bent to what is missing. Once most of it is explained, shapes are
 //! sought again, other effects are tried in place of each, each is dropped once, and finer forms are tried.
 
-use super::{MORE, Searcher, finer, job, kinds};
-use crate::engine::{Job, FittedModel};
-use crate::effect_report::of_kinds;
+use super::{MAX_FURTHER_KINDS, Searcher, job, kinds, with_refinements};
+use crate::effect_report::with_kinds;
+use crate::engine::{FittedModel, Job};
 use crate::proposals::has_shape;
 use crate::thresholds::MIN_SIGNIFICANT_GAIN_NATS;
 use std::collections::BTreeSet;
@@ -13,44 +13,44 @@ use trundle_infer::{Coordinates, InferError, carried};
 use trundle_model::{Effect, Kind, Model};
 
 /// How often shapes are sought again, while that takes this share of what was left, and more than chance would.
-const AGAIN: usize = 3;
-const SETTLED: f64 = 0.1;
+const MAX_BACKFITTING_ROUNDS: usize = 3;
+const MIN_GAIN_SHARE: f64 = 0.1;
 /// Effects of a model of which every part is fitted; of more, those that lack one or two.
-const WHOLLY: usize = 4;
+const MAX_EFFECTS_FOR_ALL_SUBSETS: usize = 4;
 /// Models of the best one's size whose finer forms are tried: dry friction has two forms, at a point and under a body.
-const REFINED: usize = 2;
+const MAX_REFINED_MODELS: usize = 2;
 
 impl Searcher<'_> {
     /// Seek the shapes of the best model's effects again, each from what the fit says of all else: they were sought
     /// beside parameters that had bent to what was missing, and a fit finds no way across an edge.
-    pub(super) fn shapes_again(&self, tried: &mut Vec<FittedModel>) -> Result<(), InferError> {
+    pub(super) fn backfit_shapes(&self, tried: &mut Vec<FittedModel>) -> Result<(), InferError> {
         let best = kinds(&tried[0].added);
-        self.shapes_of(&best, tried)?;
+        self.backfit_shapes_of(&best, tried)?;
         // A rival that comes as close as the best one leaves may only stand at the wrong place.
         let left = self.engine.lack_of_fit(&tried[0])?.map_or(0.0, |left| left.misfit());
         let near = |t: &&FittedModel| {
             t.added.len() == best.len() && kinds(&t.added) != best && t.fit.cost < tried[0].fit.cost + left
         };
         match tried.iter().find(near).map(|t| kinds(&t.added)) {
-            Some(rival) => self.shapes_of(&rival, tried),
+            Some(competitor) => self.backfit_shapes_of(&competitor, tried),
             None => Ok(()),
         }
     }
 
     /// The same of the best model of some kinds.
-    fn shapes_of(&self, of: &[Kind], tried: &mut Vec<FittedModel>) -> Result<(), InferError> {
-        for _ in 0..AGAIN {
+    fn backfit_shapes_of(&self, of: &[Kind], tried: &mut Vec<FittedModel>) -> Result<(), InferError> {
+        for _ in 0..MAX_BACKFITTING_ROUNDS {
             let Some(index) = tried.iter().position(|t| kinds(&t.added) == of) else { return Ok(()) };
             let best = tried[index].clone();
             let Some(left) = self.engine.lack_of_fit(&best)?.map(|left| left.misfit()) else { return Ok(()) };
-            if best.settled || !self.leaves_much(&best)? {
+            if best.is_settled || !self.is_inadequate(&best)? {
                 return Ok(());
             }
             let Some(jobs) = self.shape_jobs(&best)? else { return Ok(()) };
-            let enough = best.fit.cost - (left * SETTLED).max(MIN_SIGNIFICANT_GAIN_NATS);
-            self.try_these("places again", jobs, tried, |_| enough)?;
+            let target_cost = best.fit.cost - (left * MIN_GAIN_SHARE).max(MIN_SIGNIFICANT_GAIN_NATS);
+            self.fit_in_stages("places again", jobs, tried, |_| target_cost)?;
             match tried.iter_mut().find(|t| kinds(&t.added) == of) {
-                Some(now) if now.fit.cost > enough => now.settled = true,
+                Some(now) if now.fit.cost > target_cost => now.is_settled = true,
                 _ => {}
             }
         }
@@ -66,11 +66,11 @@ impl Searcher<'_> {
             if !has_shape(self.engine.nominal(), kind) {
                 continue;
             }
-            let (rest, effect) = self.apart(best, k);
+            let (rest, effect) = self.split_off(best, k);
             let outline = kind.region(&effect);
             let regions: Vec<_> = outline.into_iter().chain(self.regions.iter().cloned()).collect();
-            let wanted = self.wanted(&regions, 1);
-            let Some(found) = self.engine.starts(&rest, &[kind], &wanted, self.watch)? else {
+            let screen_options = self.screen_options(&regions, 1);
+            let Some(found) = self.engine.starts(&rest, &[kind], &screen_options, self.watch)? else {
                 return Ok(None);
             };
             jobs.extend(found.iter().map(|starts| job(&rest, starts)));
@@ -79,21 +79,21 @@ impl Searcher<'_> {
     }
 
     /// Other effects in place of each of the best model's: one that was found beside the wrong other may be wrong itself.
-    pub(super) fn exchange(&self, tried: &mut Vec<FittedModel>) -> Result<(), InferError> {
+    pub(super) fn exchange_effects(&self, tried: &mut Vec<FittedModel>) -> Result<(), InferError> {
         let best = tried[0].clone();
         if best.added.len() < 2 {
             return Ok(());
         }
         let mut jobs = Vec::new();
         for k in 0..best.added.len() {
-            let (rest, _) = self.apart(&best, k);
-            jobs.extend(self.jobs(&rest, &self.offered(&rest), MORE)?);
+            let (rest, _) = self.split_off(&best, k);
+            jobs.extend(self.jobs(&rest, &self.offered(&rest), MAX_FURTHER_KINDS)?);
         }
         self.try_all("in place of each", jobs, tried)
     }
 
     /// A model without its effect number `k`, all else as it was fitted, and that effect's values.
-    fn apart(&self, from: &FittedModel, k: usize) -> (FittedModel, Vec<f64>) {
+    fn split_off(&self, from: &FittedModel, k: usize) -> (FittedModel, Vec<f64>) {
         let mut rest = from.clone();
         rest.added.remove(k);
         let effect = rest.fit.model.effects.remove(self.engine.nominal().effects.len() + k);
@@ -105,7 +105,7 @@ impl Searcher<'_> {
 
     /// The models that the best one becomes when one of its effects is dropped, each of which must earn its place.
     /// They are fitted again from where the fuller model ended: a search of theirs alone may have stopped elsewhere.
-    pub(super) fn subsets(&self, tried: &mut Vec<FittedModel>) -> Result<(), InferError> {
+    pub(super) fn drop_each_effect(&self, tried: &mut Vec<FittedModel>) -> Result<(), InferError> {
         let best = tried[0].clone();
         if best.added.len() < 2 {
             return Ok(());
@@ -118,14 +118,14 @@ impl Searcher<'_> {
             Job::from(&best, added, vec![warm])
         };
         let jobs: Vec<Job> = (0..best.added.len()).map(without).collect();
-        let parts: Vec<_> = jobs.iter().map(|job| kinds(&job.added)).collect();
-        self.make_all("without each", jobs, tried)?;
+        let fit_subsets: Vec<_> = jobs.iter().map(|job| kinds(&job.added)).collect();
+        self.fit_all("without each", jobs, tried)?;
         // What was dropped may have stood for the wrong place of another.
-        for part in parts {
-            self.shapes_of(&part, tried)?;
+        for subset in fit_subsets {
+            self.backfit_shapes_of(&subset, tried)?;
         }
         // Dropped one by one: what is left over may have been a single effect all along.
-        if tried[0].added.len() < best.added.len() { self.subsets(tried) } else { Ok(()) }
+        if tried[0].added.len() < best.added.len() { self.drop_each_effect(tried) } else { Ok(()) }
     }
 
     /// The simpler law in place of each of the best model's effects that has one: whether the richer one is needed is for
@@ -134,104 +134,109 @@ impl Searcher<'_> {
         let best = tried[0].clone();
         let mut jobs = vec![];
         for (k, effect) in best.added.iter().enumerate() {
-            let (rest, _) = self.apart(&best, k);
+            let (rest, _) = self.split_off(&best, k);
             let offered = self.offered(&rest);
             let simpler: Vec<Kind> =
                 effect.kind.simpler().into_iter().filter(|s| offered.contains(s)).collect();
             jobs.extend(self.jobs(&rest, &simpler, 1)?);
         }
-        self.make_all("simpler laws", jobs, tried)
+        self.fit_all("simpler laws", jobs, tried)
     }
 
     /// Fit every part of the best model, so that each effect can be judged together with any of the others; and of the same
     /// with a simpler law in place of one of its effects, which may turn out to be the one to name. A part
     /// is fitted from where each model with one effect more ended: a search of its own may have stopped elsewhere, and what
     /// is added to a model at a wrong place seems to be needed.
-    pub(super) fn parts(&self, tried: &mut Vec<FittedModel>) -> Result<(), InferError> {
+    pub(super) fn fit_subsets(&self, tried: &mut Vec<FittedModel>) -> Result<(), InferError> {
         let best = tried[0].clone();
         let with_simpler = best.added.iter().enumerate().filter_map(|(k, effect)| {
             let mut kinds: Vec<Kind> = best.added.iter().map(|e| e.kind).collect();
             kinds[k] = effect.kind.simpler()?;
-            of_kinds(tried, kinds).cloned()
+            with_kinds(tried, kinds).cloned()
         });
-        let wholes: Vec<FittedModel> = std::iter::once(best.clone()).chain(with_simpler).collect();
+        let full_models: Vec<FittedModel> = std::iter::once(best.clone()).chain(with_simpler).collect();
         let count = best.added.len();
-        for size in (1..count).rev().take_while(|size| count <= WHOLLY || size + 2 >= count) {
-            let of = |whole| {
-                let parts = (1..(1usize << count) - 1).filter(|part| part.count_ones() as usize == size);
-                parts.map(|part| self.part(whole, part, tried)).collect::<Vec<Job>>()
+        for size in
+            (1..count).rev().take_while(|size| count <= MAX_EFFECTS_FOR_ALL_SUBSETS || size + 2 >= count)
+        {
+            let of = |full| {
+                let fit_subsets =
+                    (1..(1usize << count) - 1).filter(|subset| subset.count_ones() as usize == size);
+                fit_subsets.map(|subset| self.subset(full, subset, tried)).collect::<Vec<Job>>()
             };
             let mut seen = BTreeSet::new();
-            let jobs = wholes.iter().flat_map(of).filter(|job| seen.insert(kinds(&job.added))).collect();
-            self.make_all("parts of the best", jobs, tried)?;
+            let jobs = full_models.iter().flat_map(of).filter(|job| seen.insert(kinds(&job.added))).collect();
+            self.fit_all("parts of the best", jobs, tried)?;
         }
         Ok(())
     }
 
     /// The fit of some effects of a model, those whose bits are set in `part`.
-    fn part(&self, whole: &FittedModel, part: usize, tried: &[FittedModel]) -> Job {
+    fn subset(&self, full: &FittedModel, subset: usize, tried: &[FittedModel]) -> Job {
         let effects = |bits: usize| -> Vec<Effect> {
-            let held = whole.added.iter().enumerate().filter(|(k, _)| bits >> k & 1 == 1);
-            held.map(|(_, effect)| effect.clone()).collect()
+            let kept_effects = full.added.iter().enumerate().filter(|(k, _)| bits >> k & 1 == 1);
+            kept_effects.map(|(_, effect)| effect.clone()).collect()
         };
-        let model = self.model(&effects(part));
+        let model = self.model(&effects(subset));
         let fill = vec![0.0; model.slots().len()];
-        let larger = (0..whole.added.len()).map(|k| part | 1 << k).filter(|bits| *bits != part);
-        let ended = larger.filter_map(|bits| of_kinds(tried, effects(bits).iter().map(|e| e.kind).collect()));
+        let larger = (0..full.added.len()).map(|k| subset | 1 << k).filter(|bits| *bits != subset);
+        let ended =
+            larger.filter_map(|bits| with_kinds(tried, effects(bits).iter().map(|e| e.kind).collect()));
         let warm = ended.map(|larger| carried(&larger.fit, &model, &fill)).collect();
-        Job::from(whole, effects(part), warm)
+        Job::from(full, effects(subset), warm)
     }
 
     /// Where the best model leaves something, try the finer forms of its effects: stiction, a drift. Not for slow
     /// pushes: nothing says there that more is needed, and one speed does not tell stiction from sliding.
-    pub(super) fn refine(&self, tried: &mut Vec<FittedModel>) -> Result<(), InferError> {
+    pub(super) fn fit_refinements(&self, tried: &mut Vec<FittedModel>) -> Result<(), InferError> {
         let size = tried[0].added.len();
         if size == 0 || self.engine.is_quasi_static() {
             return Ok(());
         }
         // Noise that is fitted holds what a coarse form leaves.
         let observations = self.engine.observations();
-        let left = self.engine.lack_of_fit(&self.as_read(&tried[0]))?;
+        let left = self.engine.lack_of_fit(&self.with_instrument_noise(&tried[0]))?;
         if left.is_some_and(|left| !left.is_significant(observations)) {
             return Ok(());
         }
         // Rivals are refined too, and then once more from where the best one's refinements ended: which of two models is
         // better must not hang on whose stiction was found.
-        self.make_all("finer forms", self.finer_jobs(tried, size, None), tried)?;
+        self.fit_all("finer forms", self.refinement_jobs(tried, size, None), tried)?;
         let best = tried[0].clone();
-        self.make_all("finer forms", self.finer_jobs(tried, size, Some(&best)), tried)
+        self.fit_all("finer forms", self.refinement_jobs(tried, size, Some(&best)), tried)
     }
 
     /// Fits of finer forms of the best models of a size, each of other kinds, and of the best one less an effect, which may
     /// only make up for a form that is too coarse; from where `like` ended or from medians.
-    fn finer_jobs(&self, tried: &[FittedModel], size: usize, like: Option<&FittedModel>) -> Vec<Job> {
+    fn refinement_jobs(&self, tried: &[FittedModel], size: usize, like: Option<&FittedModel>) -> Vec<Job> {
         let mut seen = BTreeSet::new();
         if let Some(like) = like {
             seen.insert(kinds(&like.added));
         }
         let mut jobs = Vec::new();
-        let coarse = |t: &&FittedModel| t.added.iter().any(|e| finer(e).is_some());
+        let coarse = |t: &&FittedModel| t.added.iter().any(|e| with_refinements(e).is_some());
         let of_size = tried.iter().filter(|t| t.added.len() == size).filter(coarse);
-        let rivals: Vec<_> = of_size.filter(|t| seen.insert(kinds(&t.added))).take(REFINED).collect();
+        let competitors: Vec<_> =
+            of_size.filter(|t| seen.insert(kinds(&t.added))).take(MAX_REFINED_MODELS).collect();
         let best = &tried[0];
         let less = (0..best.added.len()).filter_map(|k| {
             let kept = best.added.iter().enumerate().filter(|(i, _)| *i != k).map(|(_, e)| e.kind);
-            of_kinds(tried, kept.collect()).filter(coarse)
+            with_kinds(tried, kept.collect()).filter(coarse)
         });
         let less: Vec<_> = less.filter(|t| seen.insert(kinds(&t.added))).collect();
-        for best in rivals.into_iter().chain(less) {
+        for best in competitors.into_iter().chain(less) {
             for (k, effect) in best.added.iter().enumerate() {
-                let Some(finer) = finer(effect) else { continue };
-                if like.is_some_and(|like| !like.added.contains(&finer)) {
+                let Some(with_refinements) = with_refinements(effect) else { continue };
+                if like.is_some_and(|like| !like.added.contains(&with_refinements)) {
                     continue;
                 }
                 let mut added = best.added.clone();
-                added[k] = finer;
+                added[k] = with_refinements;
                 let model = self.model(&added);
                 let coordinates = Coordinates::new(&model);
                 let median = coordinates.values(&vec![0.0; coordinates.free().len()]).0;
                 let fill = like.map_or_else(|| median.clone(), |like| carried(&like.fit, &model, &median));
-                let warm = vec![self.refined(best, &model, &fill)];
+                let warm = vec![self.refined_values(best, &model, &fill)];
                 jobs.push(Job::from(best, added, warm));
             }
         }
@@ -239,7 +244,7 @@ impl Searcher<'_> {
     }
 
     /// Values of a model with finer effects: those of the simpler fit, the refinements' from `fill`.
-    fn refined(&self, best: &FittedModel, model: &Model, fill: &[f64]) -> Vec<f64> {
+    fn refined_values(&self, best: &FittedModel, model: &Model, fill: &[f64]) -> Vec<f64> {
         let simple: BTreeSet<String> = best.fit.estimates.iter().map(|e| e.name.clone()).collect();
         let mut values = carried(&best.fit, model, fill);
         for ((slot, value), fill) in model.slots().iter().zip(&mut values).zip(fill) {

@@ -4,7 +4,7 @@
 //! step leads. Where more is missing, sets of effects are screened together ([`sets`]), and one more effect on top of each of
 //! the best models; effects that mask each other are found by exchanging each for others ([`again`]).
 
-mod again;
+mod backfitting;
 #[cfg(test)]
 #[allow(clippy::unwrap_used)]
 mod nested;
@@ -12,17 +12,17 @@ mod prior;
 mod sets;
 mod start;
 
-use crate::lack_of_fit::LackOfFit;
 use crate::candidates::name;
-use crate::engine::{Effort, Engine, Job, FittedModel};
+use crate::effect_report::with_kinds;
+use crate::engine::{Effort, Engine, FittedModel, Job};
+use crate::lack_of_fit::LackOfFit;
 use crate::locate::Located;
-use crate::effect_report::of_kinds;
-use crate::screen::{Start, ScreenOptions};
+use crate::screen::{ScreenOptions, Start};
 use crate::thresholds::MIN_MATERIAL_ERROR_RATIO;
 use prior::log_prior;
 pub(crate) use prior::probabilities;
 use rayon::prelude::*;
-use start::{freed, job};
+use start::{job, with_free_parameters};
 use std::collections::BTreeSet;
 use trundle_infer::{Coordinates, InferError, Watch, carried, on_all_cores};
 use trundle_model::{Effect, INNER, Kind, Model};
@@ -40,7 +40,7 @@ impl FittedModel {
 }
 
 /// What the search found, best first.
-pub(crate) struct Found {
+pub(crate) struct SearchResult {
     pub tried: Vec<FittedModel>,
     /// What the simulation under test leaves.
     pub before: Option<LackOfFit>,
@@ -48,27 +48,27 @@ pub(crate) struct Found {
     pub located: Located,
 }
 
-/// Gain, nats, below which a kind is not fitted unless it is among the first `ALWAYS`: what a prior costs at least.
-pub(crate) const HOPELESS: f64 = 5.0;
-const ALWAYS: usize = 3;
+/// Gain, nats, below which a kind is not fitted unless it is among the first `ALWAYS_FITTED_KINDS`: what a prior costs at least.
+pub(crate) const MIN_SCREEN_GAIN_NATS: f64 = 5.0;
+const ALWAYS_FITTED_KINDS: usize = 3;
 /// Kinds fitted in full on top of the simulation under test, and on top of a richer model.
-const SINGLES: usize = 9;
-const MORE: usize = 3;
+const MAX_FIRST_KINDS: usize = 9;
+const MAX_FURTHER_KINDS: usize = 3;
 /// Models of one size on top of which one more effect is sought.
-const FIRSTS: usize = 2;
+const MAX_PARENT_MODELS: usize = 2;
 /// Effects that are added at most: each must earn its place, so that only the time of a search is bounded here.
 const MAX_EFFECTS: usize = 4;
 /// Starts of a kind.
-const STARTS: usize = 2;
+const STARTS_PER_KIND: usize = 2;
 /// Gain per sample that a remainder must promise for another effect to be sought beside one, nats.
-const ANOTHER: f64 = 0.15;
+const MIN_LACK_OF_FIT_PER_SAMPLE_NATS: f64 = 0.15;
 /// How far behind the best a model may be after a glance and still be followed: nats, and as a share of what the best
 /// gained on the models that these go out from; and how many more steps like its last one it is given.
-const NEAR: f64 = 30.0;
-const BEHIND: f64 = 0.1;
-const STILL: f64 = 10.0;
+const MAX_COST_GAP_NATS: f64 = 30.0;
+const MAX_COST_GAP_SHARE: f64 = 0.1;
+const EXTRAPOLATED_STEPS: f64 = 10.0;
 /// Random starts of a candidate that cannot be screened, beside the carried-over one.
-const EXTRA_STARTS: usize = 3;
+const PRIOR_DRAWS: usize = 3;
 
 #[derive(Clone, Copy)]
 pub(crate) struct Searcher<'a> {
@@ -83,30 +83,31 @@ pub(crate) struct Searcher<'a> {
 
 impl Searcher<'_> {
     /// Try everything worth trying.
-    pub fn run(&self) -> Result<Found, InferError> {
+    pub fn run(&self) -> Result<SearchResult, InferError> {
         self.watch.progress("the simulation under test", 0.0);
         let base = self.engine.base(self.seed, self.watch)?;
         let before = self.engine.lack_of_fit(&base)?;
         let located = self.engine.located(&base, before)?;
         let regions: Vec<_> = located.regions.iter().map(|r| r.polygon.clone()).collect();
-        let upon = self.engine.for_added_effects(&base, before, self.watch)?;
-        let tried = Searcher { engine: &*upon, regions: &regions, ..*self }.over(base)?;
-        Ok(Found { tried, before, located })
+        let engine_for_effects = self.engine.for_added_effects(&base, before, self.watch)?;
+        let tried =
+            Searcher { engine: &*engine_for_effects, regions: &regions, ..*self }.with_added_effects(base)?;
+        Ok(SearchResult { tried, before, located })
     }
 
     /// Models with one effect and, while the data ask for it, with one more; best first.
-    fn over(&self, base: FittedModel) -> Result<Vec<FittedModel>, InferError> {
+    fn with_added_effects(&self, base: FittedModel) -> Result<Vec<FittedModel>, InferError> {
         let mut tried = vec![base.clone()];
         let offered = self.offered(&base);
-        self.try_all("single effects", self.jobs(&base, &offered, SINGLES)?, &mut tried)?;
-        self.shapes_again(&mut tried)?;
+        self.try_all("single effects", self.jobs(&base, &offered, MAX_FIRST_KINDS)?, &mut tried)?;
+        self.backfit_shapes(&mut tried)?;
         self.simpler(&mut tried)?;
-        self.refine(&mut tried)?;
+        self.fit_refinements(&mut tried)?;
         let mut before = base;
         for _ in 1..MAX_EFFECTS {
             let best = tried[0].clone();
             let size = best.added.len();
-            if size == 0 || size >= MAX_EFFECTS || !self.asks_for_more(&before, &best)? {
+            if size == 0 || size >= MAX_EFFECTS || !self.needs_more_effects(&before, &best)? {
                 break;
             }
             if before.added.is_empty() {
@@ -115,15 +116,15 @@ impl Searcher<'_> {
             if tried[0].added.len() <= size {
                 self.one_more(size, &mut tried)?;
             }
-            self.shapes_again(&mut tried)?;
-            self.exchange(&mut tried)?;
-            self.shapes_again(&mut tried)?;
+            self.backfit_shapes(&mut tried)?;
+            self.exchange_effects(&mut tried)?;
+            self.backfit_shapes(&mut tried)?;
             self.simpler(&mut tried)?;
-            self.subsets(&mut tried)?;
-            self.refine(&mut tried)?;
+            self.drop_each_effect(&mut tried)?;
+            self.fit_refinements(&mut tried)?;
             before = best;
         }
-        self.parts(&mut tried)?;
+        self.fit_subsets(&mut tried)?;
         Ok(tried)
     }
 
@@ -133,28 +134,31 @@ impl Searcher<'_> {
         let allowed = |kind: &Kind| {
             let (effect, states) = (kind.spec().effect, kind.spec().inner.len());
             let beside = |e: &Effect| name(e) != effect || kind.repeats() && e.kind == *kind;
-            states <= spare && to.added.iter().all(beside) && self.offers(*kind)
+            states <= spare && to.added.iter().all(beside) && self.is_allowed(*kind)
         };
         self.engine.candidates().into_iter().filter(allowed).collect()
     }
 
-    fn offers(&self, kind: Kind) -> bool {
+    fn is_allowed(&self, kind: Kind) -> bool {
         self.without.iter().all(|name| name != kind.spec().effect)
     }
 
     /// The fits that promise most on top of a model, at most `most` kinds.
     fn jobs(&self, from: &FittedModel, offered: &[Kind], most: usize) -> Result<Vec<Job>, InferError> {
-        let Some(found) = self.engine.starts(from, offered, &self.wanted(self.regions, most), self.watch)?
+        let Some(found) =
+            self.engine.starts(from, offered, &self.screen_options(self.regions, most), self.watch)?
         else {
             return Ok(offered.iter().map(|&kind| self.unscreened(from, kind)).collect());
         };
-        let hopeful = |(rank, starts): &(usize, &Vec<Start>)| *rank < ALWAYS || starts[0].gain > HOPELESS;
-        let kept = found.iter().take(most).enumerate().filter(hopeful);
+        let is_promising = |(rank, starts): &(usize, &Vec<Start>)| {
+            *rank < ALWAYS_FITTED_KINDS || starts[0].gain > MIN_SCREEN_GAIN_NATS
+        };
+        let kept = found.iter().take(most).enumerate().filter(is_promising);
         Ok(kept.map(|(_, starts)| job(from, starts)).collect())
     }
 
-    fn wanted<'a>(&self, regions: &'a [Vec<[f64; 2]>], most: usize) -> ScreenOptions<'a> {
-        ScreenOptions { regions, starts: STARTS, most, seed: self.seed }
+    fn screen_options<'a>(&self, regions: &'a [Vec<[f64; 2]>], most: usize) -> ScreenOptions<'a> {
+        ScreenOptions { regions, starts: STARTS_PER_KIND, most, seed: self.seed }
     }
 
     /// A fit from the simpler model's values, the new effect's drawn from its prior a few times.
@@ -166,7 +170,7 @@ impl Searcher<'_> {
         let coordinates = Coordinates::new(&model);
         let mut rng = rand_chacha::ChaCha8Rng::seed_from_u64(self.seed);
         let median = coordinates.values(&vec![0.0; coordinates.free().len()]).0;
-        let draws = (0..EXTRA_STARTS).map(|_| coordinates.values(&coordinates.draw(&mut rng)).0);
+        let draws = (0..PRIOR_DRAWS).map(|_| coordinates.values(&coordinates.draw(&mut rng)).0);
         let fills: Vec<_> = std::iter::once(median).chain(draws).collect();
         let warm = fills.iter().map(|fill| carried(&from.fit, &model, fill)).collect();
         Job::from(from, added, warm)
@@ -179,57 +183,73 @@ impl Searcher<'_> {
     }
 
     /// Try some models that were not tried yet: all of them a few steps far, to the end those that may yet be best.
-    fn try_all(&self, what: &'static str, jobs: Vec<Job>, tried: &mut Vec<FittedModel>) -> Result<(), InferError> {
-        let new = |job: &Job| tried.iter().all(|t| !same(&t.added, &job.added));
+    fn try_all(
+        &self,
+        what: &'static str,
+        jobs: Vec<Job>,
+        tried: &mut Vec<FittedModel>,
+    ) -> Result<(), InferError> {
+        let new = |job: &Job| tried.iter().all(|t| !have_same_effects(&t.added, &job.added));
         let jobs: Vec<Job> = jobs.into_iter().filter(new).collect();
         let (known, from) = (lowest(tried.iter().map(|t| t.fit.cost)), lowest(jobs.iter().map(|j| j.from)));
-        self.try_these(what, jobs, tried, |looked| {
-            let best = lowest(looked.iter().map(|t| t.fit.cost)).min(known);
-            best + NEAR.max(BEHIND * (from - best))
+        self.fit_in_stages(what, jobs, tried, |ranked| {
+            let best = lowest(ranked.iter().map(|t| t.fit.cost)).min(known);
+            best + MAX_COST_GAP_NATS.max(MAX_COST_GAP_SHARE * (from - best))
         })
     }
 
     /// Try some models, whether such were tried or not: all of them a few steps far, to the end those that may yet cost
     /// less than the `bound` on what the first steps led to.
-    fn try_these(
+    fn fit_in_stages(
         &self,
         what: &'static str,
         jobs: Vec<Job>,
         tried: &mut Vec<FittedModel>,
         bound: impl Fn(&[FittedModel]) -> f64,
     ) -> Result<(), InferError> {
-        let Some(thinned) = self.engine.thinned() else { return self.make_all(what, jobs, tried) };
+        let Some(thinned) = self.engine.thinned() else { return self.fit_all(what, jobs, tried) };
         let on = |t: &FittedModel| Job::from(t, t.added.clone(), vec![t.fit.values.clone()]);
         let cheaper = Searcher { engine: &*thinned, ..*self };
         let starts: Vec<_> = jobs.iter().map(|job| (job.added.clone(), job.warm.clone())).collect();
         let near = cheaper.fitted(what, jobs, Effort::Screening)?;
         // The thinned recording may have led uphill.
-        let also = |t: &FittedModel| {
-            let begun = starts.iter().find(|(added, _)| *added == t.added);
+        let with_first_starts = |t: &FittedModel| {
+            let first = starts.iter().find(|(added, _)| *added == t.added);
             let mut job = on(t);
-            job.warm.extend(begun.iter().flat_map(|(_, warm)| warm.iter().cloned()));
+            job.warm.extend(first.iter().flat_map(|(_, warm)| warm.iter().cloned()));
             job
         };
-        let looked = self.fitted(what, near.iter().map(also).collect(), Effort::Ranking)?;
-        let bound = bound(&looked);
-        let hopeful = |t: &FittedModel| t.fit.cost - STILL * t.fit.falling < bound;
-        let (ahead, behind): (Vec<FittedModel>, Vec<FittedModel>) = looked.into_iter().partition(hopeful);
+        let ranked = self.fitted(what, near.iter().map(with_first_starts).collect(), Effort::Ranking)?;
+        let bound = bound(&ranked);
+        let is_promising = |t: &FittedModel| t.fit.cost - EXTRAPOLATED_STEPS * t.fit.falling < bound;
+        let (ahead, behind): (Vec<FittedModel>, Vec<FittedModel>) =
+            ranked.into_iter().partition(is_promising);
         let ended = self.fitted(what, ahead.iter().map(on).collect(), Effort::Full)?;
-        keep(tried, ended.into_iter().chain(behind));
+        insert_models(tried, ended.into_iter().chain(behind));
         Ok(())
     }
 
     /// Fit some models to the end, whether such were tried or not.
-    fn make_all(&self, what: &'static str, jobs: Vec<Job>, tried: &mut Vec<FittedModel>) -> Result<(), InferError> {
-        keep(tried, self.fitted(what, jobs, Effort::Full)?);
+    fn fit_all(
+        &self,
+        what: &'static str,
+        jobs: Vec<Job>,
+        tried: &mut Vec<FittedModel>,
+    ) -> Result<(), InferError> {
+        insert_models(tried, self.fitted(what, jobs, Effort::Full)?);
         Ok(())
     }
 
     /// Some fits, on all cores. A model that cannot be evaluated where it would start, as under noise that suits a fuller
     /// model, is left out.
-    fn fitted(&self, what: &'static str, jobs: Vec<Job>, effort: Effort) -> Result<Vec<FittedModel>, InferError> {
+    fn fitted(
+        &self,
+        what: &'static str,
+        jobs: Vec<Job>,
+        effort: Effort,
+    ) -> Result<Vec<FittedModel>, InferError> {
         self.watch.progress(what, 0.0);
-        let offered = self.engine.candidates().iter().filter(|kind| self.offers(**kind)).count();
+        let offered = self.engine.candidates().iter().filter(|kind| self.is_allowed(**kind)).count();
         let (count, done) = (jobs.len(), std::sync::atomic::AtomicUsize::new(0));
         on_all_cores(self.watch, |watch| {
             let one = |job: Job| {
@@ -247,20 +267,21 @@ impl Searcher<'_> {
 
     /// One more effect on top of the best models with `size` of them.
     fn one_more(&self, size: usize, tried: &mut Vec<FittedModel>) -> Result<(), InferError> {
-        let mut firsts: Vec<FittedModel> =
-            tried.iter().filter(|t| t.added.len() == size).take(FIRSTS).cloned().collect();
-        let simpler =
-            |t: &FittedModel| of_kinds(tried, t.added.iter().map(|e| e.kind.simpler().unwrap_or(e.kind)).collect());
-        let with_simpler: Vec<FittedModel> = firsts
+        let mut parents: Vec<FittedModel> =
+            tried.iter().filter(|t| t.added.len() == size).take(MAX_PARENT_MODELS).cloned().collect();
+        let simpler = |t: &FittedModel| {
+            with_kinds(tried, t.added.iter().map(|e| e.kind.simpler().unwrap_or(e.kind)).collect())
+        };
+        let with_simpler: Vec<FittedModel> = parents
             .iter()
             .filter(|t| t.added.iter().any(|e| e.kind.simpler().is_some()))
             .filter_map(simpler)
             .cloned()
             .collect();
-        firsts.extend(with_simpler);
+        parents.extend(with_simpler);
         let mut jobs = Vec::new();
-        for first in &firsts {
-            jobs.extend(self.jobs(first, &self.offered(first), MORE)?);
+        for first in &parents {
+            jobs.extend(self.jobs(first, &self.offered(first), MAX_FURTHER_KINDS)?);
         }
         let mut seen = BTreeSet::new();
         jobs.retain(|job| seen.insert(kinds(&job.added)));
@@ -269,18 +290,21 @@ impl Searcher<'_> {
 
     /// Whether a model leaves more than laws that are a little wrong in shape do, by the noise that the instruments show, or
     /// predicts so badly that nothing could be named. Noise that is fitted holds unmodelled effects.
-    fn leaves_much(&self, tried: &FittedModel) -> Result<bool, InferError> {
+    fn is_inadequate(&self, tried: &FittedModel) -> Result<bool, InferError> {
         let observations = self.engine.observations() as f64;
-        let Some(left) = self.engine.lack_of_fit(&self.as_read(tried))? else { return Ok(true) };
-        Ok(left.gain > ANOTHER * observations || self.engine.predictive_check(tried)?.is_material())
+        let Some(left) = self.engine.lack_of_fit(&self.with_instrument_noise(tried))? else {
+            return Ok(true);
+        };
+        Ok(left.gain > MIN_LACK_OF_FIT_PER_SAMPLE_NATS * observations
+            || self.engine.predictive_check(tried)?.is_material())
     }
 
     /// Whether one more effect is worth seeking, after the best model `before` was replaced by a larger one. That must leave
     /// much and err by more than the instruments, or any further effect would be immaterial. Its last effect must have gained
     /// its [`fair_share`] of what a random-walk wrench would have, or, where such a wrench gains no more than chance, have
     /// improved the predictions by a material share.
-    fn asks_for_more(&self, before: &FittedModel, best: &FittedModel) -> Result<bool, InferError> {
-        let much = self.leaves_much(best)? && self.engine.errs_beyond_noise(best)?;
+    fn needs_more_effects(&self, before: &FittedModel, best: &FittedModel) -> Result<bool, InferError> {
+        let much = self.is_inadequate(best)? && self.engine.errs_beyond_noise(best)?;
         if !much || before.added.is_empty() {
             return Ok(much);
         }
@@ -307,12 +331,12 @@ fn lowest(costs: impl Iterator<Item = f64>) -> f64 {
 }
 
 /// Put models among those that were tried, sorted by weight; of one model, the best fit.
-fn keep(tried: &mut Vec<FittedModel>, more: impl IntoIterator<Item = FittedModel>) {
+fn insert_models(tried: &mut Vec<FittedModel>, more: impl IntoIterator<Item = FittedModel>) {
     tried.extend(more);
     tried.sort_by(|a, b| b.log_weight().total_cmp(&a.log_weight()));
     let mut kept: Vec<FittedModel> = Vec::with_capacity(tried.len());
     for one in tried.drain(..) {
-        if kept.iter().all(|k| !same(&k.added, &one.added)) {
+        if kept.iter().all(|k| !have_same_effects(&k.added, &one.added)) {
             kept.push(one);
         }
     }
@@ -320,7 +344,7 @@ fn keep(tried: &mut Vec<FittedModel>, more: impl IntoIterator<Item = FittedModel
 }
 
 /// Whether two models have the same effects, each as often.
-fn same(a: &[Effect], b: &[Effect]) -> bool {
+fn have_same_effects(a: &[Effect], b: &[Effect]) -> bool {
     let count = |of: &[Effect], effect: &Effect| of.iter().filter(|e| *e == effect).count();
     a.len() == b.len() && a.iter().all(|effect| count(a, effect) == count(b, effect))
 }
@@ -333,16 +357,16 @@ fn kinds(effects: &[Effect]) -> Vec<Kind> {
 }
 
 /// The effect with its refinements free, if it has any that are not.
-fn finer(effect: &Effect) -> Option<Effect> {
+fn with_refinements(effect: &Effect) -> Option<Effect> {
     let free: Vec<_> =
         effect.kind.spec().params.iter().filter(|p| p.refinement.is_some() && !p.role.is_choice()).collect();
-    let finer = free.iter().fold(effect.clone(), |e, param| e.with(param.name, None));
-    (finer != *effect).then_some(finer)
+    let with_refinements = free.iter().fold(effect.clone(), |e, param| e.with(param.name, None));
+    (with_refinements != *effect).then_some(with_refinements)
 }
 
 #[cfg(test)]
 mod tests {
-    use super::{MAX_EFFECTS, fair_share, kinds, same};
+    use super::{MAX_EFFECTS, fair_share, have_same_effects, kinds};
     use trundle_model::{Effect, Kind};
 
     #[test]
@@ -358,10 +382,14 @@ mod tests {
 
     #[test]
     fn two_points_of_friction_are_not_one() {
-        let [rubs, slope] = [Kind::CoulombFriction, Kind::FloorSlope].map(Effect::free);
-        let (twice, mixed) = ([rubs.clone(), rubs.clone()], [slope, rubs]);
-        assert!(!same(&twice, &mixed) && !same(&mixed, &twice) && same(&twice, &twice));
-        assert!(same(&mixed, &[mixed[1].clone(), mixed[0].clone()]));
+        let [friction, slope] = [Kind::CoulombFriction, Kind::FloorSlope].map(Effect::free);
+        let (twice, mixed) = ([friction.clone(), friction.clone()], [slope, friction]);
+        assert!(
+            !have_same_effects(&twice, &mixed)
+                && !have_same_effects(&mixed, &twice)
+                && have_same_effects(&twice, &twice)
+        );
+        assert!(have_same_effects(&mixed, &[mixed[1].clone(), mixed[0].clone()]));
         assert_eq!(kinds(&twice), [Kind::CoulombFriction; 2]);
     }
 }

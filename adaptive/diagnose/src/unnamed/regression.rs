@@ -60,7 +60,7 @@ impl Regression {
     }
 
     /// The wrench as all episodes have it, or all but one.
-    pub fn discrepancy(&self, without: Option<usize>) -> Option<Unnamed> {
+    pub fn unnamed(&self, without: Option<usize>) -> Option<Unnamed> {
         let weights = self.weights(without)?;
         Some(self.blank.weighted(weights.iter().copied()))
     }

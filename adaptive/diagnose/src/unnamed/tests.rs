@@ -1,8 +1,8 @@
 //! Laws that no catalogue has, fitted without a search.
 
 use super::unnamed;
-use crate::lack_of_fit::lack_of_fit;
 use crate::common::{self, World, locked};
+use crate::lack_of_fit::lack_of_fit;
 use trundle_infer::{Comparison, Fit, FitOptions, Quiet, fit, score};
 use trundle_model::{Input, Model, State, to_body};
 use trundle_record::Dataset;

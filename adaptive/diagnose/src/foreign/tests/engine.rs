@@ -2,7 +2,7 @@
 
 use super::{pushed, under_test, wheeled};
 use crate::common::{effect, locked};
-use crate::engine::{Effort, Engine, Job, FittedModel};
+use crate::engine::{Effort, Engine, FittedModel, Job};
 use crate::foreign::black_box::BlackBox;
 use crate::screen::ScreenOptions;
 use trundle_infer::Quiet;
