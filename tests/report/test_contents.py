@@ -36,7 +36,7 @@ def table(samples: dict[str, Sample]) -> Sample:
 
 def test_warnings_come_before_everything_that_they_concern(table: Sample) -> None:
     diagnosis, series = table
-    warning = "episode_05 (held out) behaves unlike the fitted episodes"
+    warning = "episode_05 (held out) behaves unlike the training episodes"
     page = render(diagnosis | {"warnings": [warning]}, series)
     assert 'role="note"' in page
     assert page.index("behaves unlike") < page.index("<h2")
@@ -91,7 +91,7 @@ def test_an_unexplained_page_says_what_is_known_and_what_to_record(samples: dict
     regime = "in all motions, as a force constant in the world along 40°"
     diagnosis["mismatch"]["regime"] = regime
     diagnosis["residual"] = {**LEFT, "share": 1.0, "regime": regime}
-    series["candidates"][0]["reason"] = "the data do not hold a parameter that defines an effect"
+    series["candidates"][0]["reason"] = "the data do not identify a parameter that defines an effect"
     page = render(diagnosis, series)
     known = words(part(page, "missing"))
     for said in (
@@ -104,7 +104,7 @@ def test_an_unexplained_page_says_what_is_known_and_what_to_record(samples: dict
         assert said in known
         assert words(page).count(said) == 1
     tried = words(part(page, "ranking"))
-    assert "the data do not hold a parameter that defines an effect" in tried
+    assert "the data do not identify a parameter that defines an effect" in tried
     assert "99" not in tried, "odds among wrong laws read as certainty"
     diagnosis["alternatives"] = [{"effect": "tether", "probability": 0.0, "experiment": "let go"}]
     assert "comes near" not in words(render(diagnosis, series))

@@ -1,8 +1,9 @@
-//! Which candidates together promise most: best-subset selection in the linear model of the score test.
+//! Best-subset selection of candidates in the linear model of the score test.
 //!
-//! The gain of a set is `s' H⁻¹ s / 2` with the score `s` and the information `H` of all its amplitudes together, so that what
-//! two candidates both explain counts once, and what they explain only together counts. Every set is compared, which costs
-//! a small solve each: no path of single effects has to lead there. A set pays Schwarz's price, `ln n / 2` nats an amplitude.
+//! The gain of a set is `s' H⁻¹ s / 2`, with the score `s` and the information matrix `H` of all its
+//! amplitudes. Shared explanations therefore count once, and joint explanations count. Every set is compared,
+//! at the cost of one small linear solve. A set pays the penalty of Schwarz's criterion, `ln n / 2` nats for
+//! each amplitude.
 
 use crate::candidates::name;
 use crate::linear_model::{LinearModel, amplitude_derivatives, stepped};
@@ -13,7 +14,7 @@ use rayon::prelude::*;
 use trundle_infer::{Fit, InferError};
 use trundle_model::{Effect, INNER, Slot};
 
-/// Effects to add together, with the values to start their fit from.
+/// Effects to add together, with the starting values of their fit.
 #[derive(Clone, Debug)]
 pub(crate) struct EffectSet {
     pub effects: Vec<Effect>,
@@ -21,11 +22,11 @@ pub(crate) struct EffectSet {
     pub base: Vec<f64>,
 }
 
-/// Sets that are kept of a size.
+/// Most sets that are kept of one size.
 const MAX_SETS_PER_SIZE: usize = 3;
 
-/// The best sets of two to `most` candidates on top of a fit. A size is left out where one more candidate promises no
-/// more than a prior costs.
+/// The best sets of two to `most` candidates to add to a fit. The search stops at the first size whose best
+/// set gains less than [`MIN_SCREEN_GAIN_NATS`] over the next smaller one.
 pub(crate) fn best_sets(
     view: &dyn Linearisation,
     fit: &Fit,
@@ -43,19 +44,19 @@ pub(crate) fn best_sets(
             (next..count).map(|k| [set.as_slice(), &[k]].concat()).collect::<Vec<_>>()
         };
         of_size = of_size.iter().flat_map(larger).filter(|set| linear.is_valid(set)).collect();
-        let rank = linear.rank(&of_size);
+        let ranked = linear.rank(&of_size);
         let Some(best) =
-            rank.first().filter(|best| best.penalised_gain > penalised_gain + MIN_SCREEN_GAIN_NATS)
+            ranked.first().filter(|best| best.penalised_gain > penalised_gain + MIN_SCREEN_GAIN_NATS)
         else {
             break;
         };
         penalised_gain = best.penalised_gain;
-        found.extend(rank.iter().filter_map(|one| linear.start(one)).take(MAX_SETS_PER_SIZE));
+        found.extend(ranked.iter().filter_map(|one| linear.start(one)).take(MAX_SETS_PER_SIZE));
     }
     Ok(found)
 }
 
-/// A candidate in its best shape, and what its amplitudes change.
+/// A candidate in its best shape, with the derivatives by its amplitudes.
 struct Candidate {
     effect: Effect,
     amplitudes: Vec<usize>,
@@ -63,7 +64,7 @@ struct Candidate {
     values: Vec<f64>,
     slots: Vec<Slot>,
     columns: DMatrix<f64>,
-    /// Which of all columns are its.
+    /// Its range of columns.
     at: std::ops::Range<usize>,
 }
 
@@ -74,15 +75,15 @@ struct SubsetModel<'a> {
     candidates: Vec<Candidate>,
     score: DVector<f64>,
     information: DMatrix<f64>,
-    /// States of laws' own that may be added.
+    /// Number of law states that may be added.
     free_states: usize,
 }
 
-/// A set with its step.
+/// A set with its Newton step.
 struct RankedSet<'a> {
     set: &'a [usize],
     step: DVector<f64>,
-    /// Gain less the price of its amplitudes, nats.
+    /// Gain minus the penalty for its amplitudes, nats.
     penalised_gain: f64,
 }
 
@@ -112,7 +113,7 @@ impl<'a> SubsetModel<'a> {
         Ok(Self { fit, linear, candidates, score, information, free_states })
     }
 
-    /// Whether a set is a model: of each effect once, with few enough states.
+    /// Whether a set contains each effect once and fits into the available states.
     fn is_valid(&self, set: &[usize]) -> bool {
         let effects = || set.iter().map(|&k| &self.candidates[k].effect);
         let states: usize = effects().map(|e| e.kind.spec().inner.len()).sum();
@@ -120,11 +121,11 @@ impl<'a> SubsetModel<'a> {
         states <= self.free_states && effects().rev().skip(1).all(|e| Some(name(e)) != last)
     }
 
-    /// Sets with their steps, what is worth most first.
+    /// Sets with their steps, the largest penalised gain first.
     fn rank<'b>(&self, sets: &'b [Vec<usize>]) -> Vec<RankedSet<'b>> {
-        let mut rank: Vec<RankedSet<'b>> = sets.par_iter().filter_map(|set| self.step(set)).collect();
-        rank.sort_by(|a, b| b.penalised_gain.total_cmp(&a.penalised_gain));
-        rank
+        let mut ranked: Vec<RankedSet<'b>> = sets.par_iter().filter_map(|set| self.step(set)).collect();
+        ranked.sort_by(|a, b| b.penalised_gain.total_cmp(&a.penalised_gain));
+        ranked
     }
 
     fn step<'b>(&self, set: &'b [usize]) -> Option<RankedSet<'b>> {
@@ -137,17 +138,17 @@ impl<'a> SubsetModel<'a> {
         penalised_gain.is_finite().then_some(RankedSet { set, step, penalised_gain })
     }
 
-    /// Where the fit of a set starts; `None` where its step leaves a bound.
-    fn start(&self, rank: &RankedSet<'_>) -> Option<EffectSet> {
-        let members: Vec<&Candidate> = rank.set.iter().map(|&k| &self.candidates[k]).collect();
+    /// Starting values for the fit of a set; `None` if its step leaves the bounds.
+    fn start(&self, ranked: &RankedSet<'_>) -> Option<EffectSet> {
+        let members: Vec<&Candidate> = ranked.set.iter().map(|&k| &self.candidates[k]).collect();
         let columns: Vec<_> = members.iter().flat_map(|one| one.columns.column_iter()).collect();
         let base = self.linear.shifted(
             self.fit,
             &self.fit.model.slots(),
             &DMatrix::from_columns(&columns),
-            &rank.step,
+            &ranked.step,
         );
-        let mut steps = rank.step.as_slice();
+        let mut steps = ranked.step.as_slice();
         let mut effects = Vec::with_capacity(members.len());
         for one in members {
             let (own, rest) = steps.split_at(one.at.len());

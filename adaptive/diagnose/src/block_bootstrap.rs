@@ -1,11 +1,13 @@
-//! Whether an effect improves the predictive density by more than chance, from the densities of single samples.
+//! Block bootstrap: the probability that an effect improves the predictive density by more than chance.
 //!
-//! The density of each sample is compared between a model with the effect and one without it. PredictedSamples whose residuals are
-//! correlated are no independent evidence: they are summed over blocks of at least five correlation times of the
-//! residuals of the fitted model with the effect (Sokal 1997), and the error of the mean gain of a block is found by resampling
-//! blocks (the bootstrap; Künsch 1989). No gain is taken to be normal. A block counts at most [`CHANCE`] nats: some effects,
-//! like a post that is hit, act for a second in a minute, and what they gain there by thousands would otherwise be the
-//! standard error too.
+//! The log density of each sample is compared between a model with the effect and one without it. Samples
+//! with correlated residuals are not independent. Their gains are therefore summed over blocks of at least
+//! five correlation times of the residuals (Sokal 1997). Resampling the blocks gives the distribution of the
+//! mean gain (bootstrap; Künsch 1989), which need not be normal.
+//!
+//! The gain of a block is clipped to [`MIN_SIGNIFICANT_GAIN_NATS`] in either direction. Some effects, such as
+//! a contact, act for one second in a minute. Their large gain in a single block would otherwise dominate the
+//! standard error.
 
 use crate::thresholds::MIN_SIGNIFICANT_GAIN_NATS;
 use nalgebra::Vector3;
@@ -13,27 +15,28 @@ use rand::{RngExt, SeedableRng};
 use rand_chacha::ChaCha8Rng;
 use trundle_infer::{Comparison, Fit, InferError, Innovation};
 
-/// Correlation times in a block, at least.
+/// Least length of a block, correlation times.
 const MIN_CORRELATION_TIMES_PER_BLOCK: f64 = 5.0;
-/// Fewest blocks from which anything is concluded.
+/// Least number of blocks for a conclusion.
 const MIN_BLOCKS: usize = 5;
-/// Times that blocks are drawn anew: a probability near 0.95 is then known to half a per cent.
+/// Number of bootstrap resamples. The standard error of a probability near 0.95 is then half a per cent.
 const RESAMPLES: usize = 2000;
 
-/// A sample as a model predicts it.
+/// A model's prediction of one sample.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub(crate) struct PredictedSample {
-    /// −log density.
+    /// −log density, nats.
     pub cost: f64,
     /// Whitened residual.
     pub residual: [f64; 3],
 }
 
-/// The samples of some episodes, each episode's in order.
+/// Predicted samples of some episodes, in order.
 pub(crate) type PredictedSamples = Vec<Vec<PredictedSample>>;
 
-/// Probability that `fuller` predicts better than `simpler` on average, from the same samples under both, whose residuals
-/// have a correlation `time`, samples; one half where there are too few blocks to tell.
+/// Probability that `fuller` predicts better than `simpler` on average, from the same samples under both
+/// models. `time` is the correlation time of the residuals, in samples. The probability is one half if there
+/// are too few blocks.
 pub(crate) fn probability_of_gain(
     time: f64,
     fuller: &[Vec<PredictedSample>],
@@ -42,7 +45,7 @@ pub(crate) fn probability_of_gain(
     let size = (MIN_CORRELATION_TIMES_PER_BLOCK * time).ceil() as usize;
     let blocks = |(with, without): (&Vec<PredictedSample>, &Vec<PredictedSample>)| -> Vec<f64> {
         let gains: Vec<f64> = with.iter().zip(without).map(|(w, o)| o.cost - w.cost).collect();
-        // The last block takes what remains.
+        // The last block contains the remaining samples.
         let count = (gains.len() / size).max(1);
         (0..count)
             .map(|k| {
@@ -59,7 +62,7 @@ pub(crate) fn probability_of_gain(
     bootstrap_probability(&gains)
 }
 
-/// Probability that the mean of what blocks gain is positive, by drawing blocks anew.
+/// Bootstrap probability that the mean gain of a block is positive.
 fn bootstrap_probability(gains: &[f64]) -> f64 {
     let n = gains.len();
     if n < MIN_BLOCKS || gains.iter().any(|gain| !gain.is_finite()) {
@@ -71,8 +74,8 @@ fn bootstrap_probability(gains: &[f64]) -> f64 {
     positive as f64 / RESAMPLES as f64
 }
 
-/// Integrated autocorrelation time of the residuals, samples: one and twice the sum of the autocorrelations up to the first
-/// that is not positive, pooled over directions and episodes.
+/// Integrated autocorrelation time of the residuals, in samples: one plus twice the sum of the
+/// autocorrelations up to the first that is not positive. Directions and episodes are pooled.
 pub(crate) fn correlation_time(samples: &[Vec<PredictedSample>]) -> f64 {
     let longest = samples.iter().map(Vec::len).max().unwrap_or(0);
     let product = |lag: usize| -> f64 {
@@ -87,7 +90,7 @@ pub(crate) fn correlation_time(samples: &[Vec<PredictedSample>]) -> f64 {
     1.0 + 2.0 * positive.sum::<f64>()
 }
 
-/// The samples of a comparison under a fit.
+/// The predicted samples of a fit.
 pub(crate) fn predicted_samples(comparison: &Comparison, fit: &Fit) -> Result<PredictedSamples, InferError> {
     match comparison.with_channels(fit.channels) {
         Comparison::Motion(motion) => {
@@ -118,7 +121,7 @@ pub(crate) fn predicted_samples(comparison: &Comparison, fit: &Fit) -> Result<Pr
 mod tests {
     use super::*;
 
-    /// PredictedSamples with a gain each, of residuals that are correlated over `memory` samples.
+    /// Samples with given gains, whose residuals are correlated over `memory` samples.
     fn samples(gains: &[f64], memory: f64) -> [PredictedSamples; 2] {
         let decay = (-1.0 / memory).exp();
         let mut state = 0.0;
@@ -139,13 +142,13 @@ mod tests {
         probability_of_gain(correlation_time(&with), &with, &without)
     }
 
-    /// Gains of which the first `count` are large.
+    /// Gains, of which the first `count` are large.
     fn gaining(count: usize, gain: f64) -> Vec<f64> {
         (0..600).map(|k| if k < count { gain } else { 0.02 * (k as f64).sin() }).collect()
     }
 
     #[test]
-    fn one_block_carries_nothing() {
+    fn one_block_is_no_evidence() {
         assert!(probability_of(&gaining(4, 1e4), 0.1) < 0.95);
     }
 
@@ -155,12 +158,12 @@ mod tests {
     }
 
     #[test]
-    fn where_residuals_are_correlated_there_is_less_evidence() {
+    fn correlated_residuals_reduce_the_evidence() {
         assert!(probability_of(&gaining(60, 1e3), 60.0) < 0.95);
     }
 
     #[test]
-    fn gains_everywhere_are_sure_and_what_is_lost_elsewhere_counts() {
+    fn consistent_gains_are_certain_and_losses_count() {
         let small: Vec<f64> = (0..600).map(|k| 0.3 + (k as f64).sin()).collect();
         assert!(probability_of(&small, 0.1) > 0.99);
         let mixed: Vec<f64> = (0..600).map(|k| if k % 200 < 100 { 1e3 } else { -20.0 }).collect();
@@ -168,7 +171,7 @@ mod tests {
     }
 
     #[test]
-    fn a_correlation_time_is_that_of_the_process() {
+    fn the_correlation_time_is_that_of_the_process() {
         let [first_order, _] = samples(&vec![0.0; 100_000], 10.0);
         let decay = (-0.1_f64).exp();
         let expected = (1.0 + decay) / (1.0 - decay);
@@ -176,7 +179,7 @@ mod tests {
     }
 
     #[test]
-    fn few_blocks_tell_nothing() {
+    fn few_blocks_are_inconclusive() {
         assert!((bootstrap_probability(&[1.0; 4]) - 0.5).abs() < 1e-12);
     }
 }

@@ -1,4 +1,5 @@
-//! What explains the data as well, or almost: ties with their certificates, alternatives, and the push that would tell.
+//! Models that explain the data as well or almost as well: ties with their certificates, alternatives, and
+//! discriminating experiments.
 
 use crate::answer::Alternative;
 use crate::candidates::name;
@@ -9,34 +10,37 @@ use crate::thresholds::MAX_TIE_DIFFERENCE_NATS;
 use trundle_infer::{InferError, Watch};
 use trundle_model::Effect;
 
-/// Difference of log weight below which the data do not decide: one to twenty.
+/// Difference of log weight below which two models are undecided: odds of 20 to 1.
 const MAX_UNDECIDED_LOG_ODDS: f64 = 3.0;
-/// At most this many alternatives are told.
+/// Most alternatives that are reported.
 const MAX_ALTERNATIVES: usize = 5;
-/// To so many of them a push is designed; of the others the catalogue knows one.
+/// Most alternatives for which an experiment is designed. The others get the experiment from the catalogue.
 const MAX_DESIGNED_EXPERIMENTS: usize = 2;
-/// Less probable alternatives need no push: the recording excludes them.
+/// Least probability of an alternative for which an experiment is designed. The recording excludes less
+/// probable ones.
 const MIN_DESIGN_PROBABILITY: f64 = 1e-3;
 
-/// What stays in doubt.
+/// Models that compete with the selected one.
 #[derive(Clone, Debug, Default)]
 pub(crate) struct CompetingModels {
-    /// Sets of effects that could stand in one another's place.
+    /// Sets of single effects that are indistinguishable.
     pub tied: Vec<Vec<String>>,
-    /// The set of effects that is named and others, in which more than one effect differs, that the data do not tell from it.
+    /// Classes of effect sets that are indistinguishable and differ in more than one effect. The named set
+    /// comes first.
     pub tied_sets: Vec<Vec<Vec<String>>>,
-    /// How alike the models of each pair in them are.
+    /// A certificate for each tied pair of models.
     pub certificates: Vec<Certificate>,
-    /// The best models of other effects than what is named.
+    /// The best models with other effects than the named ones.
     pub alternatives: Vec<Alternative>,
-    /// The pushes that would tell them apart.
+    /// Discriminating experiments for the best alternatives.
     pub experiments: Vec<Experiment>,
 }
 
-/// What else could explain a recording, and how to find out. With `designing`, pushes are designed for the best few.
+/// Find the models that compete with the selected one. With `designing`, also design experiments for the best
+/// alternatives.
 ///
 /// # Errors
-/// When the user interrupts.
+/// If the user interrupts.
 pub(crate) fn competing_models(
     engine: &dyn Engine,
     (found, probabilities): (&SearchResult, &[f64]),
@@ -71,7 +75,7 @@ pub(crate) fn competing_models(
     Ok(competing_models)
 }
 
-/// An effect of a model and another that could stand in its place.
+/// An effect of a model and an indistinguishable replacement.
 struct TiedPair<'a> {
     own_effect: &'a Effect,
     other_effect: &'a Effect,
@@ -79,9 +83,11 @@ struct TiedPair<'a> {
     certificate: Certificate,
 }
 
-/// Pairs of an effect of the best model and another in its place that the data do not tell: of all forms of either
-/// model, finer or not, two that fit alike with as many parameters, or that make the same motion within noise; or the
-/// best forms of both, where neither is twenty times as probable as the other.
+/// Pairs of an effect of the best model and a replacement for it that the data do not exclude. All forms of
+/// both models count, with and without refinements.
+///
+/// Two models are a pair if they fit equally well with as many parameters, or if their motions agree within
+/// noise. The best forms of both are also a pair if neither is 20 times as probable as the other.
 fn pairs<'a>(
     engine: &dyn Engine,
     found: &'a SearchResult,
@@ -105,7 +111,7 @@ fn pairs<'a>(
     Ok(pairs)
 }
 
-/// Whether two log weights leave open which model is true.
+/// Whether two log weights leave it undecided which model is true.
 fn is_undecided(own: f64, other: f64) -> bool {
     (other - own).abs() < MAX_UNDECIDED_LOG_ODDS
 }
@@ -116,7 +122,8 @@ impl TiedPair<'_> {
     }
 }
 
-/// The one effect in which two models differ, of either, if it is one and goes by different names.
+/// The effect of each model that the other lacks; `None` unless the models differ in exactly one effect with
+/// different names.
 fn exchanged_effects<'a>(own: &'a FittedModel, other: &'a FittedModel) -> Option<(&'a Effect, &'a Effect)> {
     match (extra_effects(own, other).as_slice(), extra_effects(other, own).as_slice()) {
         ([own_effect], [other_effect]) if name(own_effect) != name(other_effect) => {
@@ -126,7 +133,7 @@ fn exchanged_effects<'a>(own: &'a FittedModel, other: &'a FittedModel) -> Option
     }
 }
 
-/// Sets of an effect of the best model and all that could stand in its place.
+/// Each effect of the best model with its indistinguishable replacements.
 fn ties(pairs: &[TiedPair<'_>], best: &FittedModel) -> Vec<Vec<String>> {
     let set = |effect: &Effect| {
         let mut set = vec![name(effect).to_owned()];
@@ -142,8 +149,8 @@ fn ties(pairs: &[TiedPair<'_>], best: &FittedModel) -> Vec<Vec<String>> {
     best.added.iter().map(set).filter(|set| set.len() > 1).collect()
 }
 
-/// The best model's set of effects with others that are neither twenty times as probable nor twenty times less, where more
-/// than one effect differs; empty where there is none.
+/// The best model's effects together with other effect sets that differ in more than one effect and whose
+/// odds are undecided; empty if there are none.
 fn tied_sets(found: &SearchResult, best: &FittedModel) -> Vec<Vec<Vec<String>>> {
     let own = sorted_names(best);
     let mut class = vec![own.clone()];
@@ -164,12 +171,13 @@ fn same_kinds(one: &FittedModel, other: &FittedModel) -> bool {
     extra_effects(one, other).is_empty() && extra_effects(other, one).is_empty()
 }
 
-/// Effects of a model of a kind that another has not.
+/// Effects of a model whose kind another model does not contain.
 fn extra_effects<'a>(from: &'a FittedModel, other: &FittedModel) -> Vec<&'a Effect> {
     from.added.iter().filter(|e| other.added.iter().all(|o| o.kind != e.kind)).collect()
 }
 
-/// The best models of other effects than the one that is named, each once, with their probabilities.
+/// The best models with other effects than the named ones, one for each set of names, with their
+/// probabilities.
 fn alternatives<'a>(
     found: &'a SearchResult,
     probabilities: &[f64],
@@ -187,24 +195,24 @@ fn alternatives<'a>(
     alternatives
 }
 
-/// The names of a model's effects, in alphabetical order.
+/// The names of a model's effects in alphabetical order.
 fn sorted_names(tried: &FittedModel) -> Vec<&'static str> {
     let mut names = tried.names();
     names.sort_unstable();
     names
 }
 
-/// What to call the best model beside another: the effects that the other has not.
+/// The name of the best model in a comparison: its effects that the other model does not contain.
 fn own_name(best: &FittedModel, other: &FittedModel) -> String {
     let own: Vec<_> = extra_effects(best, other).into_iter().map(name).collect();
     match (own.is_empty(), best.added.is_empty()) {
         (false, _) => own.join(" + "),
-        (true, true) => "nothing missing".to_owned(),
+        (true, true) => "no missing effect".to_owned(),
         (true, false) => best.names().join(" + "),
     }
 }
 
-/// The push that the catalogue knows to show an alternative's effect.
+/// The experiment that the catalogue recommends for an alternative's effect.
 fn catalogue_experiment(found: &SearchResult, alternative: &FittedModel, best: &FittedModel) -> String {
     let Some(new) = extra_effects(alternative, best).into_iter().next() else { return String::new() };
     let fits_alike = |other: &&FittedModel| {
@@ -225,7 +233,7 @@ fn catalogue_experiment(found: &SearchResult, alternative: &FittedModel, best: &
     if indistinguishable.is_empty() {
         probe.to_owned()
     } else {
-        format!("these pushes cannot tell it from {}: {probe}", indistinguishable.join(", "))
+        format!("the recorded pushes do not distinguish it from {}: {probe}", indistinguishable.join(", "))
     }
 }
 

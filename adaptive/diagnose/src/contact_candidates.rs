@@ -1,40 +1,41 @@
-//! Where something fixed may have been hit: points of the rim at which the missing force pushes inwards.
+//! Contact candidates: points of the object's rim at which the missing force points inwards.
 //!
-//! A contact acts at the rim, along the rim's normal but for friction, and its line of action passes through the point
-//! that is touched. The strongest such moments are the places to try; a blow is short, so places drawn at random miss it.
+//! The force of a contact acts at the rim, within the friction cone about the inward normal, and its line of
+//! action passes through the contact point. The strongest such samples become candidates. An impact is short,
+//! so that randomly drawn places would miss it.
 
 use trundle_infer::Residual;
 use trundle_model::{Body, Fixture};
 
-/// A place that may have been touched.
+/// A place where the object may have touched an obstacle.
 #[derive(Clone, Copy, Debug)]
 pub(crate) struct ContactCandidate {
-    /// World, m.
+    /// Position in the world, m.
     pub at: [f64; 2],
-    /// Direction out of the object, world.
+    /// Outward normal of the object, world axes.
     pub normal: [f64; 2],
     /// Squared significance of the missing force.
     strength: f64,
 }
 
-/// Points of the rim are so far apart, m.
+/// Distance between points of the rim, m.
 const RIM_SPACING_M: f64 = 0.02;
-/// Points of a disc's rim.
+/// Points of a disc's rim, and directions in which the normal is searched.
 const RIM_ANGLES: usize = 48;
-/// So far out of the rim its normal is asked for, m.
+/// Distance from the rim at which the normal is evaluated, m.
 const NORMAL_PROBE_M: f64 = 1e-3;
-/// Cosine of the angle between a contact's force and the inward normal, at least: the cone of friction 0.75.
+/// Least cosine of the angle between a contact force and the inward normal: a friction coefficient of 0.75.
 const MIN_NORMAL_COSINE: f64 = 0.8;
-/// Squared significance of a force, at least.
+/// Least squared significance of a force.
 const MIN_SQUARED_SIGNIFICANCE: f64 = 25.0;
-/// Distance of a line of action from the point of the rim, at most, m.
+/// Largest distance between a line of action and its point of the rim, m.
 const MAX_LINE_DISTANCE_M: f64 = 0.1;
-/// Places closer than this are one, m.
+/// Least distance between two candidates, m.
 const MIN_SPACING_M: f64 = 0.04;
-/// Places that are handed on.
+/// Most candidates that are returned.
 const MAX_CANDIDATES: usize = 12;
 
-/// Places that may have been touched, the strongest first, from the missing wrenches along episodes.
+/// Contact candidates from the missing wrenches along the episodes, the strongest first.
 pub(crate) fn contact_candidates(courses: &[Vec<Residual>], body: &Body) -> Vec<ContactCandidate> {
     let rim = rim(body);
     let mut all: Vec<ContactCandidate> =
@@ -50,7 +51,7 @@ pub(crate) fn contact_candidates(courses: &[Vec<Residual>], body: &Body) -> Vec<
     kept
 }
 
-/// The point of the rim at which a missing wrench may act as a contact.
+/// The contact candidate that a missing wrench implies, if any.
 fn candidate(residual: &Residual, rim: &[([f64; 2], [f64; 2])]) -> Option<ContactCandidate> {
     let [fx, fy, moment] = residual.wrench;
     let force = fx.hypot(fy);
@@ -80,7 +81,7 @@ fn candidate(residual: &Residual, rim: &[([f64; 2], [f64; 2])]) -> Option<Contac
 /// Points of the rim with their outward normals, object frame.
 fn rim(body: &Body) -> Vec<([f64; 2], [f64; 2])> {
     let points = body.fixtures.iter().flat_map(outline);
-    // A point between two fixtures is not on the rim.
+    // Points between two fixtures are not on the rim.
     let with_normal = |p: [f64; 2]| {
         let out = |angle: f64| [p[0] + NORMAL_PROBE_M * angle.cos(), p[1] + NORMAL_PROBE_M * angle.sin()];
         let steps = (0..RIM_ANGLES).map(|k| out(k as f64 * std::f64::consts::TAU / RIM_ANGLES as f64));
@@ -104,7 +105,7 @@ fn outline(fixture: &Fixture) -> Vec<[f64; 2]> {
     }
 }
 
-/// Points of an edge, its first corner among them.
+/// Points of an edge, including its first corner.
 fn along(a: [f64; 2], b: [f64; 2]) -> Vec<[f64; 2]> {
     let count = (distance(a, b) / RIM_SPACING_M).ceil().max(1.0);
     (0..count as usize).map(|k| [0, 1].map(|i| a[i] + (b[i] - a[i]) * k as f64 / count)).collect()
@@ -131,8 +132,8 @@ mod tests {
     }
 
     #[test]
-    fn a_blow_tells_what_it_hit() {
-        // 30 N against the front edge, 0.2 m to the left; the table looks along the world's y.
+    fn an_impact_shows_its_contact_point() {
+        // 30 N against the front edge, 0.2 m to the left. The table's x axis points along the world's y axis.
         let found = contact_candidates(&residuals_of([-30.0, 0.0, 0.2 * 30.0]), &table());
         let ContactCandidate { at, normal, .. } = found[0];
         assert!((at[0] - 0.8).abs() < 0.011 && (at[1] - 2.6).abs() < 1e-9, "{at:?}");
@@ -140,7 +141,7 @@ mod tests {
     }
 
     #[test]
-    fn what_cannot_be_a_contact_is_none() {
+    fn impossible_contacts_are_excluded() {
         let nothing = |wrench| contact_candidates(&residuals_of(wrench), &table()).is_empty();
         assert!(nothing([-1.0, 0.0, 0.0]), "too weak");
         assert!(nothing([-30.0, 0.0, 30.0]), "its line passes beside the table");

@@ -1,4 +1,4 @@
-//! An effect that was found, with its numbers and its share.
+//! Report of an effect: statement, parameters, place and contribution.
 
 use crate::answer::MissingEffect;
 use crate::candidates;
@@ -9,7 +9,7 @@ use crate::statements::statement;
 use trundle_infer::{InferError, Score};
 use trundle_model::Kind;
 
-/// The tried model that lacks just one of the effects.
+/// The tried model without one of the effects.
 pub(crate) fn without_effect<'a>(
     found: &'a SearchResult,
     full: &FittedModel,
@@ -20,7 +20,7 @@ pub(crate) fn without_effect<'a>(
     with_kinds(&found.tried, kinds)
 }
 
-/// The best tried model with effects of some kinds.
+/// The best tried model with effects of the given kinds.
 pub(crate) fn with_kinds(tried: &[FittedModel], mut kinds: Vec<Kind>) -> Option<&FittedModel> {
     kinds.sort();
     tried.iter().find(|t| {
@@ -30,14 +30,14 @@ pub(crate) fn with_kinds(tried: &[FittedModel], mut kinds: Vec<Kind>) -> Option<
     })
 }
 
-/// The misfit by which an effect's contribution is measured: of the motion in open loop; of the wrench, a
-/// moment as a force at the radius of gyration, where wrenches are compared.
+/// The misfit that measures an effect's contribution: of the open-loop motion, or of the wrench if wrenches
+/// are compared. A torque counts as a force at the radius of gyration.
 fn misfit(score: &Score, gyration: f64) -> Option<f64> {
     let moment = score.torque_rmse.map_or(0.0, |torque| torque / gyration);
     score.r2.map(|r2| 1.0 - r2).or(score.force_rmse.map(|force| force * force + moment * moment))
 }
 
-/// The effect number `k` of a model, for the answer.
+/// The report of effect number `k` of a model.
 pub(crate) fn reported_effect(
     engine: &dyn Engine,
     found: &SearchResult,
@@ -68,7 +68,7 @@ pub(crate) fn reported_effect(
     })
 }
 
-/// Probability of all models that hold an effect of this name.
+/// Total probability of the models that contain an effect of this name.
 pub(crate) fn effect_probability(tried: &[FittedModel], probabilities: &[f64], name: &str) -> f64 {
     tried.iter().zip(probabilities).filter(|(t, _)| t.names().contains(&name)).map(|(_, p)| p).sum()
 }

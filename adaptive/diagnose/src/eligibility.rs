@@ -1,24 +1,24 @@
-//! Which other models may be named where the best one has an immaterial effect.
+//! Which other models may be named if the best model contains an immaterial effect.
 
 use crate::candidates::name;
 use crate::engine::FittedModel;
 use trundle_model::Effect;
 
-/// Why a model is not tested.
+/// Reason for not testing a model.
 pub(crate) const INELIGIBLE: &str = "a model that fits better contains an immaterial effect";
 
-/// The best model with an immaterial effect. While its other effects may hold by themselves, a worse model with other
-/// effects is not the explanation.
+/// The best model with an immaterial effect. Until a test rejects its other effects, only models with those
+/// effects may be named.
 pub(crate) struct Eligibility<'a> {
-    /// Index in what was tried.
+    /// Index among the tried models.
     pub index: usize,
     pub candidate: &'a FittedModel,
-    /// Which of its effects are immaterial.
+    /// Indices of its immaterial effects.
     pub immaterial: Vec<usize>,
 }
 
 impl Eligibility<'_> {
-    /// Whether another model has no other effects, but for simpler laws.
+    /// Whether another model contains only effects of this one, or simpler laws in their place.
     pub fn allows(&self, other: &FittedModel) -> bool {
         let simpler = self
             .candidate
@@ -30,7 +30,7 @@ impl Eligibility<'_> {
         other.names().iter().all(|name| names.contains(name))
     }
 
-    /// Whether another model has the same effects without the immaterial ones.
+    /// Whether another model has the same effects except for the immaterial ones.
     pub fn is_reduced_to(&self, other: &FittedModel) -> bool {
         let names = self.candidate.names().into_iter().enumerate();
         let mut left: Vec<_> =
@@ -52,7 +52,7 @@ mod tests {
     use trundle_model::{Effect, Kind};
 
     #[test]
-    fn other_effects_are_the_explanation_only_once_the_rest_of_the_best_fails() {
+    fn models_with_other_effects_are_ineligible() {
         let data = World::of(locked()).recording(1);
         let engine = Own::new(&data, None).unwrap();
         let comparison = Comparison::of(&data).unwrap();

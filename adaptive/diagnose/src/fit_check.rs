@@ -1,32 +1,33 @@
-//! The lack-of-fit test for a fit that is not part of a diagnosis.
+//! The lack-of-fit test for a fit outside of a diagnosis.
 
 use crate::lack_of_fit::lack_of_fit;
 use trundle_infer::{Comparison, Fit, InferError, Residual};
 use trundle_record::Dataset;
 
-/// What a fitted model leaves unexplained in the training episodes.
+/// Result of the lack-of-fit test on the training episodes.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct FitCheck {
     /// Whether the data reject the model.
     pub is_rejected: bool,
-    /// Log likelihood that a wandering wrench in addition to the model gains, nats.
+    /// Gain in log likelihood from a random-walk wrench in addition to the model, nats.
     pub gain_nats: f64,
-    /// Root mean square of the residual force, N, as smoothed from the motion.
+    /// Root mean square of the smoothed residual force, N.
     pub residual_force_rms: f64,
-    /// The same of the residual torque about the object's origin, N·m.
+    /// Root mean square of the smoothed residual torque about the object's origin, N·m.
     pub residual_torque_rms: f64,
 }
 
-/// Test a fit for lack of fit; `None` where there is no test: the wrench is compared, not the motion.
+/// Test a fit for lack of fit; `None` if the wrench is compared instead of the motion, for which there is no
+/// test.
 ///
 /// # Errors
-/// When the fit's values are not those of its model.
+/// If the fit's values do not belong to its model.
 pub fn check_fit(data: &Dataset, comparison: &Comparison, fit: &Fit) -> Result<Option<FitCheck>, InferError> {
     let (Some(lack), Comparison::Motion(motion)) = (lack_of_fit(comparison, fit)?, comparison) else {
         return Ok(None);
     };
     let residuals = motion.with_channels(lack.channels).residuals(&fit.model, &fit.values)?;
-    // Before contact there is no wrench to miss.
+    // The wrench is zero before contact.
     let contact = |k: usize| data.training.get(k).map_or(f64::NEG_INFINITY, |e| e.contact);
     let pushed: Vec<[f64; 3]> = residuals
         .iter()

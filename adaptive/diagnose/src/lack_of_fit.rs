@@ -1,27 +1,28 @@
-//! Whether a fitted model is enough: would the data rather have a wrench that wanders?
+//! Lack-of-fit test: does a random-walk wrench in addition to a fitted model improve the likelihood?
 //!
-//! A random walk of the missing wrench is added to the filter. Where nothing is missing its best
-//! size is zero and nothing is gained; the gain in log likelihood is the test, its best size the
-//! scale on which the missing wrench moves. The walk is non-parametric: it names nothing.
+//! The test adds a random walk of the missing wrench to the filter. If the model is complete, the best size
+//! of the walk is zero and the likelihood does not improve. The gain in log likelihood is the test statistic,
+//! and the best size measures the missing wrench. The walk is non-parametric and does not identify an effect.
 
 use crate::thresholds::is_significant;
 use trundle_infer::{Channels, Comparison, Fit, InferError, Innovation, Likelihood, MotionLikelihood};
 
-/// What a wandering wrench would gain.
+/// Result of the lack-of-fit test.
 #[derive(Clone, Copy, Debug)]
 pub(crate) struct LackOfFit {
-    /// Gain in log likelihood.
+    /// Gain in log likelihood, nats.
     pub gain: f64,
     /// Noise with the walk at its best size.
     pub channels: Channels,
-    /// Half of the χ² of the innovations beyond its expectation: what is left where no walk helps, like blows.
+    /// Half of the χ² of the innovations in excess of its expectation, nats. It detects misfit that a random
+    /// walk does not reduce, such as impacts.
     pub chi_squared_excess: f64,
 }
 
-/// Sizes of the walk that are tried, N/√s.
+/// Trial sizes of the walk, N/√s.
 const WALK_SIZES: [f64; 12] = [1e-3, 3e-3, 1e-2, 3e-2, 0.1, 0.3, 1.0, 3.0, 10.0, 30.0, 100.0, 300.0];
 
-/// The remainder that a fit leaves; `None` where only wrenches are compared.
+/// The lack of fit of a model; `None` if wrenches are compared instead of motion.
 pub(crate) fn lack_of_fit(comparison: &Comparison, fit: &Fit) -> Result<Option<LackOfFit>, InferError> {
     match comparison.with_channels(fit.channels) {
         Comparison::Motion(motion) => motion_lack_of_fit(&motion, fit).map(Some),
@@ -29,13 +30,14 @@ pub(crate) fn lack_of_fit(comparison: &Comparison, fit: &Fit) -> Result<Option<L
     }
 }
 
-/// The same of motion, with the fit's channels.
+/// The lack of fit of a model to motion, under the noise of `motion`.
 pub(crate) fn motion_lack_of_fit(motion: &MotionLikelihood, fit: &Fit) -> Result<LackOfFit, InferError> {
     let cost = |channels: Channels| motion.with_channels(channels).cost(&fit.model, &fit.values);
     best_random_walk(motion.channels(), fit.model.body.gyration, chi_squared_excess(motion, fit)?, cost)
 }
 
-/// The best size of a walk, a moment wandering like the force at the radius of gyration; `cost` under noise with a walk.
+/// The best size of the walk. `cost` returns the −log likelihood under noise with a walk. The moment's walk
+/// is the force's times the radius of gyration.
 pub(crate) fn best_random_walk(
     channels: Channels,
     gyration: f64,
@@ -58,18 +60,18 @@ pub(crate) fn best_random_walk(
 }
 
 impl LackOfFit {
-    /// All that a right model would not leave, nats.
+    /// The larger of both measures of misfit, nats; near zero for the right model.
     pub fn misfit(&self) -> f64 {
         self.gain.max(self.chi_squared_excess)
     }
 
-    /// Whether something is missing.
+    /// Whether an effect is missing.
     pub fn is_significant(&self, observations: usize) -> bool {
         is_significant(self.gain, observations)
     }
 }
 
-/// Half of the innovations' χ² beyond one of every direction.
+/// Half of the χ² of the whitened innovations in excess of one per direction, nats.
 fn chi_squared_excess(motion: &MotionLikelihood, fit: &Fit) -> Result<f64, InferError> {
     let Some(all) = motion.innovations(&fit.model, &fit.values)? else { return Ok(0.0) };
     let beyond = |i: &Innovation| {

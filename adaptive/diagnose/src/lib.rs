@@ -1,9 +1,9 @@
-//! Where a simulation and a recording differ: locate it, name what was left out, or say that
-//! nothing known explains it.
+//! Diagnosis: find where a simulation and a recording differ, name the missing effects, or report that no law
+//! of the catalogue explains the difference.
 //!
-//! [`diagnose`] fits the simulation under test, asks every effect of the catalogue what it would gain, fits those that
-//! promise most, keeps what the evidence demands and what holds up block by block, and writes the answer in the form of
-//! `trundle-diagnosis/1`.
+//! [`diagnose`] fits the nominal model, screens every effect of the catalogue, and fits the effects with the
+//! largest promised gain. It keeps effects that the model evidence and a block bootstrap on left-out episodes
+//! support. The answer has the format `trundle-diagnosis/1`.
 
 mod answer;
 mod best_subset;

@@ -1,5 +1,5 @@
-//! The linear model behind the score test: what a fit leaves, what its own parameters can do about it, and what amplitudes of
-//! candidates would change.
+//! The linear model of the score test: residuals of a fit, their derivatives by the fit's own parameters, and
+//! by amplitudes of candidates.
 
 use crate::proposals::is_amplitude;
 use crate::screen::{Linearisation, Start};
@@ -7,15 +7,15 @@ use nalgebra::{DMatrix, DVector};
 use trundle_infer::{Fit, InferError};
 use trundle_model::{Effect, Kind, Model, Param, Slot};
 
-/// Ridge on a candidate's information, relative: amplitudes that the data do not hold stay put.
+/// Relative ridge on a candidate's information matrix, so that unidentifiable amplitudes stay at zero.
 const RELATIVE_RIDGE: f64 = 1e-6;
 
-/// What the fit leaves, and an orthonormal basis of what its own parameters can do.
+/// The residuals of a fit, and an orthonormal basis of the derivatives by its own parameters.
 pub(crate) struct LinearModel {
     pub residual: DVector<f64>,
     own: DMatrix<f64>,
     basis: DMatrix<f64>,
-    /// The slot of each of those parameters.
+    /// The slot of each own parameter.
     free: Vec<Option<usize>>,
 }
 
@@ -26,12 +26,12 @@ impl LinearModel {
         Ok(Self { residual: view.residual(), own, basis, free })
     }
 
-    /// What of some columns the fit's own parameters cannot do.
+    /// The part of some columns that is orthogonal to the derivatives by the fit's own parameters.
     fn projected(&self, columns: &DMatrix<f64>) -> DMatrix<f64> {
         columns - &self.basis * self.basis.tr_mul(columns)
     }
 
-    /// Starts of some candidates, each on its own.
+    /// Starting points for some candidates, each added alone.
     pub fn starts(
         &self,
         view: &dyn Linearisation,
@@ -53,7 +53,7 @@ impl LinearModel {
         Ok(starts)
     }
 
-    /// The fit's own values after they gave way to a step.
+    /// The fit's own values after their response to a step of amplitudes.
     pub fn shifted(
         &self,
         fit: &Fit,
@@ -71,12 +71,12 @@ impl LinearModel {
         own
     }
 
-    /// Number of values before an effect of a group.
+    /// Number of values in a group before an effect.
     fn offset(&self, group: &[Effect], effect: &Effect) -> usize {
         group.iter().take_while(|e| !std::ptr::eq(*e, effect)).map(|e| e.values.len()).sum()
     }
 
-    /// The score of some amplitudes and their information, beside what the fit's own parameters can do.
+    /// Score and information matrix of some amplitudes, with the fit's own parameters profiled out.
     pub fn normal_equations(&self, columns: &DMatrix<f64>) -> (DVector<f64>, DMatrix<f64>) {
         let projected = self.projected(columns);
         let mut information = projected.tr_mul(&projected);
@@ -87,7 +87,7 @@ impl LinearModel {
         (-projected.tr_mul(&self.residual), information)
     }
 
-    /// The best small step of some amplitudes, and its gain.
+    /// The Newton step of some amplitudes and its gain, nats.
     fn step(&self, columns: &DMatrix<f64>) -> Option<(DVector<f64>, f64)> {
         let (score, information) = self.normal_equations(columns);
         let step = information.cholesky()?.solve(&score);
@@ -95,7 +95,7 @@ impl LinearModel {
         (gain.is_finite() && step.iter().all(|s| s.is_finite())).then_some((step, gain))
     }
 
-    /// How the fit's own parameters give way to a step of the candidate.
+    /// The response of the fit's own parameters to a step of the candidate.
     fn own_shift(&self, columns: &DMatrix<f64>, step: &DVector<f64>) -> Option<DVector<f64>> {
         let target = -(columns * step);
         let mut information = self.own.tr_mul(&self.own);
@@ -106,15 +106,15 @@ impl LinearModel {
     }
 }
 
-/// What amplitudes of some effects would change.
+/// Derivatives of the residuals by the amplitudes of some effects.
 pub(crate) struct AmplitudeDerivatives {
     pub model: Model,
     pub values: Vec<f64>,
-    /// Of each effect: the slots of its amplitudes, and their derivatives.
+    /// For each effect: the slots of its amplitudes, and the derivatives by them.
     pub columns: Vec<(Vec<usize>, DMatrix<f64>)>,
 }
 
-/// The derivatives by the amplitudes of some effects on top of a fit.
+/// The derivatives by the amplitudes of some effects that are added to a fit.
 pub(crate) fn amplitude_derivatives(
     view: &dyn Linearisation,
     fit: &Fit,
@@ -153,8 +153,8 @@ pub(crate) fn amplitude_derivatives(
     Ok(AmplitudeDerivatives { model, values, columns })
 }
 
-/// An effect, the first of whose slots is given, after a step of its amplitudes; `None` where all of them fall below their
-/// bounds.
+/// An effect after a step of its amplitudes; `None` if every amplitude falls below its bound. `first` is the
+/// effect's first slot.
 pub(crate) fn stepped(
     effect: &Effect,
     first: usize,
@@ -180,7 +180,7 @@ fn is_free_amplitude(slot: &Slot, model: &Model, kind: Kind, param: &Param) -> b
     slot.lower < slot.upper && model.fixed(kind, param).is_none()
 }
 
-/// A value within its bounds, and where it must be positive, not at nothing.
+/// A value clamped to its bounds. A value that must be positive stays above 2 % of its prior median.
 fn clamped(slot: &Slot, value: f64) -> f64 {
     let lower = match slot.prior {
         trundle_model::Prior::LogNormal { median, .. } => slot.lower.max(0.02 * median),

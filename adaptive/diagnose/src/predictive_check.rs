@@ -1,55 +1,57 @@
-//! How a model predicts one second ahead on the training episodes, by the noise of the instruments.
+//! Posterior predictive check: the prediction errors one second ahead on the training episodes, relative to
+//! the instruments' noise.
 //!
-//! What is compared elsewhere is which model is better. The best of bad ones can still win, and by a wide
-//! margin, with a mass eight times too large. So a name must also stand for a model whose predictions are
-//! good: of the size of error that it claims itself, or at least small beside the motion.
+//! Model comparison only shows which of several models is better. The best of several wrong models can win by
+//! a wide margin, for example with a mass that is eight times too large. A model is therefore named only if
+//! its prediction errors agree with its own uncertainty or are small compared with the motion.
 
-use crate::thresholds::{MATERIAL_VARIANCES, MAX_ERROR_RATIO, MAX_ERROR_SHARE, NEGLIGIBLE_SHARE};
+use crate::thresholds::{MAX_ERROR_RATIO, MAX_ERROR_SHARE, MIN_MATERIAL_VARIANCES, NEGLIGIBLE_SHARE};
 use trundle_infer::{Channels, Fit, InferError, Window, windows};
 use trundle_record::{Dataset, Prepared};
 
 /// Prediction errors at the ends of one-second windows.
 #[derive(Clone, Copy, Debug, Default)]
 pub(crate) struct PredictiveCheck {
-    /// Mean square in units of the covariance that the instruments' noise explains, per direction.
+    /// Mean square error per direction, in units of the covariance that the instruments' noise explains.
     pub standardised: f64,
-    /// Mean square as a share of that of the motion over the window, a turn counted at the radius of gyration.
+    /// Mean square error divided by the mean square motion over a window. Angles count at the radius of
+    /// gyration.
     pub share: f64,
 }
 
 impl PredictiveCheck {
-    /// Whether the errors are large enough that a better model would predict better.
+    /// Whether a better model would predict noticeably better.
     pub fn is_material(&self) -> bool {
         self.is_refuted() || self.is_beyond_noise() && self.share > NEGLIGIBLE_SHARE
     }
 
-    /// Whether the errors are larger than the instruments explain.
+    /// Whether the errors exceed the instruments' noise.
     pub fn is_beyond_noise(&self) -> bool {
-        self.standardised > MATERIAL_VARIANCES
+        self.standardised > MIN_MATERIAL_VARIANCES
     }
 
     fn is_refuted(&self) -> bool {
         self.standardised > MAX_ERROR_RATIO * MAX_ERROR_RATIO
     }
 
-    /// Whether a model must not be named.
+    /// Whether the errors are too large for the model to be named.
     pub fn is_poor(&self) -> bool {
         self.is_refuted() && self.share > MAX_ERROR_SHARE
     }
 }
 
-/// The end of a one-second window.
+/// Prediction at the end of a one-second window.
 pub(crate) struct WindowEnd {
-    /// Seen less predicted pose.
+    /// Recorded minus predicted pose.
     pub error: [f64; 3],
-    /// The same whitened.
+    /// The whitened error.
     pub whitened: [f64; 3],
-    /// The motion seen over the window.
+    /// Recorded motion over the window.
     pub motion: [f64; 3],
 }
 
 impl PredictiveCheck {
-    /// Over some windows, turns counted at the radius of gyration `rho`.
+    /// The check over some windows. Angles count at the radius of gyration, m.
     pub fn from_windows(ends: impl Iterator<Item = WindowEnd>, dof: [bool; 3], gyration: f64) -> Self {
         let gyration = if dof[2] { gyration } else { 0.0 };
         let size = |[x, y, theta]: [f64; 3]| x * x + y * y + (gyration * theta).powi(2);
@@ -68,7 +70,7 @@ impl PredictiveCheck {
     }
 }
 
-/// How a fit predicts its own training episodes.
+/// The predictive check of a fit on its training episodes.
 pub(crate) fn predictive_check(data: &Dataset, fit: &Fit) -> Result<PredictiveCheck, InferError> {
     let channels = Channels::of(&data.noise);
     let mut ends = vec![];
@@ -104,11 +106,11 @@ mod tests {
     }
 
     #[test]
-    fn a_right_model_errs_as_it_claims_and_a_wrong_one_does_not() {
+    fn only_the_right_model_has_calibrated_errors() {
         let nominal = Model::nominal(common::table(), None, [true; 3]);
         let right = observed(locked(), &nominal);
         assert!((0.6..1.6).contains(&right.standardised) && !right.is_poor(), "{right:?}");
-        // Friction that holds the table most of the time.
+        // Friction that stops the table most of the time.
         let stuck = locked().with(effect(Kind::SupportFriction, &[("force", 25.0), ("spread", 1.0)]));
         let wrong = observed(stuck.clone(), &nominal);
         assert!(wrong.standardised > 9.0 && wrong.is_poor(), "{wrong:?}");

@@ -1,18 +1,18 @@
-//! Whether there is enough motion to ask what is missing.
+//! Check that a recording contains enough pushing for a diagnosis.
 //!
-//! From a second or so of pushing, a wheel, a mass and an effect more can be bent to one another: what comes out is
-//! likely, and no finding. Better no answer.
+//! Within about a second of pushing, the parameters of a wheel, a mass and one further effect can compensate
+//! each other. A diagnosis would then name an effect without evidence.
 
 use trundle_infer::InferError;
 use trundle_record::{Dataset, Prepared};
 
-/// Least time of pushing in all training episodes together, s.
+/// Least total pushing time of the training episodes, s.
 const MIN_PUSHING_TIME_S: f64 = 3.0;
 
-/// Refuse recordings of too little pushing.
+/// Refuse recordings with too little pushing.
 ///
 /// # Errors
-/// When the training episodes hold too little time between contact and their last poses.
+/// If the total time from contact to the last pose of the training episodes is too short.
 pub(crate) fn require_pushing_time(data: &Dataset) -> Result<(), InferError> {
     let pushing_time: f64 = data.training.iter().map(pushing_time).sum();
     if pushing_time >= MIN_PUSHING_TIME_S {
@@ -21,14 +21,14 @@ pub(crate) fn require_pushing_time(data: &Dataset) -> Result<(), InferError> {
     Err(InferError::NoData {
         recording: data.name.clone(),
         reason: format!(
-            "its training episodes hold {pushing_time:.1} s of pushing in all, and {MIN_PUSHING_TIME_S:.0} s is the least that tells \
-             a missing effect from a parameter"
+            "the training episodes contain only {pushing_time:.1} s of pushing; at least {MIN_PUSHING_TIME_S:.0} s \
+             are needed to distinguish a missing effect from a parameter error"
         ),
-        remedy: "record longer pushes, or more of them".to_owned(),
+        remedy: "record longer pushes or more episodes".to_owned(),
     })
 }
 
-/// From contact to the last pose, s.
+/// Time from contact to the last pose, s.
 fn pushing_time(episode: &Prepared) -> f64 {
     episode.pose.last().map_or(0.0, |last| (last.t - episode.contact).max(0.0))
 }
@@ -40,7 +40,7 @@ mod tests {
     use crate::common::{World, locked};
 
     #[test]
-    fn a_second_of_pushing_is_too_little() {
+    fn a_second_of_pushing_is_refused() {
         let mut data = World::of(locked()).recording(1);
         assert!(require_pushing_time(&data).is_ok());
         for episode in &mut data.training {
@@ -50,7 +50,7 @@ mod tests {
         }
         let message = require_pushing_time(&data).unwrap_err().to_string();
         assert!(
-            message.contains("1.9 s of pushing in all") && message.contains("record longer pushes"),
+            message.contains("1.9 s of pushing") && message.contains("record longer pushes"),
             "{message}"
         );
     }

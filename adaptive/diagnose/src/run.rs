@@ -1,4 +1,4 @@
-//! The whole of a diagnosis, in order.
+//! A diagnosis from start to end.
 
 use crate::answer::{Answer, BeforeAfter, ErrorMetrics, Mismatch, Nominal, Place, ResidualSummary, Verdict};
 use crate::competing_models::competing_models;
@@ -23,21 +23,21 @@ use trundle_infer::{Fit, InferError, Watch, unjudged};
 use trundle_model::{Model, Scales};
 use trundle_record::{Dataset, PrepareOptions, Prepared, Recording, prepare_with};
 
-/// Probability from which on an immaterial effect is mentioned: more likely than not.
+/// Least probability of an immaterial effect that is reported.
 const MIN_IMMATERIAL_PROBABILITY: f64 = 0.5;
 
-/// How a diagnosis is made.
+/// Options of a diagnosis.
 #[derive(Clone, Debug, Default)]
 pub struct Options {
     /// Seed of every random start.
     pub seed: u64,
-    /// The simulation under test; the paper's when not given.
+    /// The nominal model; the paper's if `None`.
     pub model: Option<Model>,
-    /// Names of effects that are not to be tried.
+    /// Names of effects to exclude.
     pub without: Vec<String>,
 }
 
-/// All that a diagnosis leaves.
+/// Results of a diagnosis.
 #[derive(Clone, Debug)]
 pub struct Outcome {
     /// `diagnosis.json`.
@@ -46,34 +46,34 @@ pub struct Outcome {
     pub model: String,
     /// `predictions.parquet`.
     pub predictions: Predictions,
-    /// What the report draws.
+    /// Curves for the report.
     pub series: Series,
 }
 
-/// Diagnose a prepared recording, whose lengths, forces and times are those of furniture.
+/// Diagnose a prepared recording of an object of the size of furniture.
 ///
 /// # Errors
-/// When there is not enough data, or the user interrupts.
+/// If there is not enough data, or the user interrupts.
 pub fn diagnose(data: &Dataset, options: &Options, watch: &dyn Watch) -> Result<Outcome, InferError> {
     require_pushing_time(data)?;
     diagnose_with(&Own::new(data, options.model.as_ref())?, options, watch)
 }
 
-/// Diagnose a recording that anything simulates.
+/// Diagnose a recording with any engine.
 ///
 /// # Errors
-/// As [`diagnose`], and where the simulation fails.
+/// As [`diagnose`], and if the simulation fails.
 pub(crate) fn diagnose_with(
     engine: &dyn Engine,
     options: &Options,
     watch: &dyn Watch,
 ) -> Result<Outcome, InferError> {
-    let decided = decide(engine, options, watch)?;
-    report(engine, decided, watch)
+    let decision = decide(engine, options, watch)?;
+    report(engine, decision, watch)
 }
 
-/// Diagnose a recording of any size: it is sought and decided in the recording's own units ([`units`]), and explained in SI
-/// units. `data` is the recording prepared with `prepare`.
+/// Diagnose a recording of any size. The search and the decision use the recording's own units ([`units`]),
+/// the report uses SI units. `data` is the recording prepared with `prepare`.
 ///
 /// # Errors
 /// As [`diagnose`].
@@ -98,12 +98,12 @@ pub fn diagnose_recording(
         })?;
     let model = options.model.as_ref().map(|model| units::reduced(model, &scales)).transpose()?;
     require_pushing_time(&reduced)?;
-    let decided = decide(&Own::new(&reduced, model.as_ref())?, options, watch)?;
+    let decision = decide(&Own::new(&reduced, model.as_ref())?, options, watch)?;
     let engine = Own::new(data, options.model.as_ref())?;
-    report(&engine, decided.restored(&engine, &scales)?, watch)
+    report(&engine, decision.restored(&engine, &scales)?, watch)
 }
 
-/// What was decided, before it is explained. Models are indices into what was tried.
+/// The decision, before it is reported. Models are indices into the tried models.
 struct Decision {
     found: SearchResult,
     base: usize,
@@ -111,10 +111,10 @@ struct Decision {
     chances: Vec<f64>,
     rejected: usize,
     immaterial: Vec<(usize, usize, f64)>,
-    /// Why models that were tried are not named.
+    /// Reasons for not naming tried models.
     reasons: BTreeMap<usize, &'static str>,
-    /// What the best model leaves.
-    left: Option<LackOfFit>,
+    /// Lack of fit of the best model.
+    lack: Option<LackOfFit>,
     given: Option<FittedModel>,
     verdict: Verdict,
 }
@@ -125,24 +125,24 @@ fn decide(engine: &dyn Engine, options: &Options, watch: &dyn Watch) -> Result<D
     let mut found = searcher.run()?;
     watch.progress("left-out episodes", 0.0);
     let base = found.tried.iter().position(|t| t.added.is_empty()).unwrap_or(0);
-    let slow = engine.is_quasi_static();
-    let ahead =
-        |index: usize| if slow { Ok(None) } else { engine.predictive_check(&found.tried[index]).map(Some) };
-    let is_material =
-        |predictive_check: Option<PredictiveCheck>| predictive_check.is_none_or(|ahead| ahead.is_material());
+    let quasi_static = engine.is_quasi_static();
+    let check_of = |index: usize| {
+        if quasi_static { Ok(None) } else { engine.predictive_check(&found.tried[index]).map(Some) }
+    };
+    let is_material = |check: Option<PredictiveCheck>| check.is_none_or(|check| check.is_material());
     let Selection { mut best, mut chances, rejected, immaterial, mut reasons } =
         Selector { engine, found: &found, base, watch }.select()?;
-    let mut left = engine.lack_of_fit(&found.tried[best])?;
-    let errors = ahead(best)?;
+    let mut lack = engine.lack_of_fit(&found.tried[best])?;
+    let errors = check_of(best)?;
     let gained = found.tried[base].fit.cost - found.tried[best].fit.cost;
-    let reported_effect = (best != base).then_some(NamedModel { gained, left });
-    let mut verdict = verdict_of(engine.observations(), found.before, reported_effect, is_material(errors));
+    let named = (best != base).then_some(NamedModel { gained, lack });
+    let mut verdict = verdict_of(engine.observations(), found.before, named, is_material(errors));
     if verdict == Verdict::Explained && errors.is_some_and(|errors| errors.is_poor()) {
         verdict = Verdict::Unexplained;
     }
     if verdict == Verdict::Unexplained {
-        reasons.entry(best).or_insert("it leaves more than noise explains");
-        (best, chances, left) = (base, vec![], found.before);
+        reasons.entry(best).or_insert("its residual exceeds what noise explains");
+        (best, chances, lack) = (base, vec![], found.before);
     }
     let given = engine.given(watch)?;
     let fitted = &found.tried[base].fit;
@@ -156,33 +156,33 @@ fn decide(engine: &dyn Engine, options: &Options, watch: &dyn Watch) -> Result<D
         let widened = engine.widened(&found.tried[index])?;
         found.tried[index] = FittedModel { fit: widened.fit.allowing(&richer), ..widened };
     }
-    Ok(Decision { base, best, chances, rejected, immaterial, reasons, left, given, verdict, found })
+    Ok(Decision { base, best, chances, rejected, immaterial, reasons, lack, given, verdict, found })
 }
 
 impl Decision {
-    /// The same in SI units, for the recording as it was prepared in them.
+    /// Convert to SI units, for the recording prepared in them.
     fn restored(self, engine: &Own<'_>, scales: &Scales) -> Result<Self, InferError> {
         let nominal = engine.nominal();
         let base = &self.found.tried[self.base];
         let offset = engine.cost(&units::restored(base, nominal, scales, 0.0)?)? - base.fit.cost;
         let restored = |tried: &FittedModel| units::restored(tried, nominal, scales, offset);
         let tried = self.found.tried.iter().map(restored).collect::<Result<Vec<_>, _>>()?;
-        let before = self.found.before.map(|left| units::lack_of_fit(left, scales));
+        let before = self.found.before.map(|lack| units::lack_of_fit(lack, scales));
         let located = engine.located(&tried[self.base], before)?;
         let given = match &self.given {
             Some(given) => engine.restored(given, scales, offset)?,
             None => None,
         };
-        let left = self.left.map(|left| units::lack_of_fit(left, scales));
-        Ok(Self { found: SearchResult { tried, before, located }, left, given, ..self })
+        let lack = self.lack.map(|lack| units::lack_of_fit(lack, scales));
+        Ok(Self { found: SearchResult { tried, before, located }, lack, given, ..self })
     }
 }
 
-/// Put what was decided into numbers and words.
-fn report(engine: &dyn Engine, decided: Decision, watch: &dyn Watch) -> Result<Outcome, InferError> {
-    watch.progress("figures", 0.0);
-    let Decision { found, base, best, chances, rejected, immaterial, reasons, left, given, verdict } =
-        decided;
+/// Make the answer, the tables and the curves from a decision.
+fn report(engine: &dyn Engine, decision: Decision, watch: &dyn Watch) -> Result<Outcome, InferError> {
+    watch.progress("error metrics", 0.0);
+    let Decision { found, base, best, chances, rejected, immaterial, reasons, lack, given, verdict } =
+        decision;
     let (data, nominal) = (engine.data(), engine.nominal());
     let (base, best) = (&found.tried[base], &found.tried[best]);
     let (all, probabilities) = (probabilities(&found.tried, 0), probabilities(&found.tried, rejected));
@@ -192,30 +192,31 @@ fn report(engine: &dyn Engine, decided: Decision, watch: &dyn Watch) -> Result<O
     };
     let mut with_discrepancy = None;
     if verdict == Verdict::Unexplained {
-        watch.progress("an unnamed force", 0.0);
+        watch.progress("model discrepancy", 0.0);
         with_discrepancy = engine.discrepancy(base, found.before, watch)?;
     }
     let after = with_discrepancy.as_ref().unwrap_or(best);
 
     let missing_before = engine.missing_wrenches(before, found.before)?;
-    let missing_after = engine.missing_wrenches(after, left)?;
-    let again =
+    let missing_after = engine.missing_wrenches(after, lack)?;
+    let relocated =
         (verdict == Verdict::Reparameterised).then(|| engine.located(before, found.before)).transpose()?;
-    let mut mismatch = again.as_ref().unwrap_or(&found.located).mismatch(engine.channels(before)?);
+    let mut mismatch = relocated.as_ref().unwrap_or(&found.located).mismatch(engine.channels(before)?);
     if verdict == Verdict::Consistent {
         mismatch = Mismatch { channels: mismatch.channels, ..Mismatch::default() };
     }
-    // What a wrench without a name predicts is not explained: there the simulation under test leaves what remains.
-    let (leaver, missing_named) =
+    // A model discrepancy predicts but explains nothing, so that the residual is that of the nominal model.
+    let (residual_model, missing_named) =
         if with_discrepancy.is_some() { (before, &missing_before) } else { (after, &missing_after) };
     let shown = verdict != Verdict::Consistent;
-    let remains = if shown { engine.located(leaver, left)? } else { Located::default() };
+    let residual_location = if shown { engine.located(residual_model, lack)? } else { Located::default() };
     let courses = missing_named.training.clone().unwrap_or_default();
     let error_metrics = error_metrics(engine, before, after)?;
-    let like = right_law_probability(left, engine.observations());
+    let law_probability = right_law_probability(lack, engine.observations());
     let mut missing = Vec::new();
     for (k, chance) in chances.iter().enumerate() {
-        let chance = chance.min(effect_probability(&found.tried, &probabilities, best.names()[k])) * like;
+        let chance =
+            chance.min(effect_probability(&found.tried, &probabilities, best.names()[k])) * law_probability;
         missing.push(reported_effect(engine, &found, best, k, calibrated(chance))?);
     }
     let immaterial = immaterial
@@ -244,7 +245,7 @@ fn report(engine: &dyn Engine, decided: Decision, watch: &dyn Watch) -> Result<O
         mismatch.world_region = Some(corners);
     }
 
-    // Where nothing known explains it, a push between things known would tell nothing.
+    // If no known effect explains the data, an experiment between known effects is not informative.
     let designing = matches!(verdict, Verdict::Consistent | Verdict::Explained);
     let competing = competing_models(engine, (&found, &probabilities), best, designing, watch)?;
     let answer = Answer {
@@ -257,14 +258,14 @@ fn report(engine: &dyn Engine, decided: Decision, watch: &dyn Watch) -> Result<O
         immaterial,
         mismatch,
         residual: ResidualSummary {
-            windows: remains.windows,
-            regime: remains.regime,
+            windows: residual_location.windows,
+            regime: residual_location.regime,
             periods: if shown {
                 periods::for_answer([&courses, &engine.unsmoothed(after)?], data.dof == [true, false, false])
             } else {
                 vec![]
             },
-            ..residual_summary(engine, leaver, [found.before, left], missing_named)?
+            ..residual_summary(engine, residual_model, [found.before, lack], missing_named)?
         },
         warnings: warnings(engine, before, after, verdict == Verdict::Explained)?,
         wrench_pose: data.wrench_pose,
@@ -289,9 +290,7 @@ fn report(engine: &dyn Engine, decided: Decision, watch: &dyn Watch) -> Result<O
             .map(|(n, _)| n)
             .collect(),
         quasi_static: quasi,
-        unnamed: with_discrepancy
-            .as_ref()
-            .map_or(vec![], |with_discrepancy| depends_on(&with_discrepancy.fit)),
+        unnamed: with_discrepancy.as_ref().map_or(vec![], |model| depends_on(&model.fit)),
         noise: series::Noise {
             pose: if quasi { data.noise.pose } else { after.fit.channels.pose },
             force: after.fit.channels.reading[0],
@@ -299,7 +298,7 @@ fn report(engine: &dyn Engine, decided: Decision, watch: &dyn Watch) -> Result<O
             stated: data.noise.stated,
         },
         episodes: series::episodes(engine, [before, after], [&missing_before, &missing_after])?,
-        candidates: tried(engine.observations(), &found, &probabilities, &reasons),
+        candidates: tried_models(engine.observations(), &found, &probabilities, &reasons),
     };
     Ok(Outcome {
         model: engine.model_toml(after)?,
@@ -309,7 +308,8 @@ fn report(engine: &dyn Engine, decided: Decision, watch: &dyn Watch) -> Result<O
     })
 }
 
-/// What a model still misses: of the motion the smoothed missing wrench, of wrenches the needed less the recorded.
+/// Summary of a model's residual: the smoothed missing wrench, or needed minus recorded wrenches if wrenches
+/// are compared.
 fn residual_summary(
     engine: &dyn Engine,
     tried: &FittedModel,
@@ -348,7 +348,7 @@ fn error_metrics(
     Ok(ErrorMetrics { held_out, training: pair(&data.training)? })
 }
 
-fn tried(
+fn tried_models(
     observations: usize,
     found: &SearchResult,
     probabilities: &[f64],

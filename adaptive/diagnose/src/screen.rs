@@ -1,9 +1,9 @@
-//! The cheap test: what one small step of every candidate would gain, beside a refit of the simulation under test.
+//! Screen of candidates: Rao's score test, which needs no fit.
 //!
-//! With `r` the whitened innovations of a fit, `N` their slopes by its own parameters and `C` those by a candidate's
-//! amplitudes at neutral, the gain of the best small step is `s' H⁻¹ s / 2` with `s = C̃' r`, `H = C̃' C̃` and `C̃` what of
-//! `C` no change of the fitted parameters does: Rao's score test. It costs no fit. Its step is where the fit of the
-//! candidate starts from.
+//! Let `r` be the whitened innovations of a fit, `N` their derivatives by its own parameters, and `C` those
+//! by a candidate's amplitudes at neutral. The best small step gains `s' H⁻¹ s / 2`, with `s = C̃' r` and `H
+//! = C̃' C̃`. Here `C̃` is the part of `C` that is orthogonal to `N`, so that the fit's own parameters are
+//! profiled out. The Newton step is the starting point of the candidate's fit.
 
 use crate::linear_model::LinearModel;
 use crate::proposals::{Hints, nearby, proposals};
@@ -14,15 +14,15 @@ use trundle_infer::{Fit, InferError, Seen, Watch};
 use trundle_model::{Effect, INNER, Kind, Model, Proposal};
 use trundle_record::Prepared;
 
-/// A fitted model's whitened innovations, and what other values or effects would change in them.
+/// A fitted model's whitened innovations, and their derivatives by parameters and effects.
 pub(crate) trait Linearisation: Sync {
-    /// All whitened innovations, one after the other.
+    /// All whitened innovations in one vector.
     fn residual(&self) -> DVector<f64>;
 
-    /// Their derivatives by everything that the fit estimated, and the slot of each where it is the model's own.
+    /// Derivatives by every fitted parameter, and its slot if it belongs to the model.
     fn own_derivatives(&self, fit: &Fit) -> Result<(DMatrix<f64>, Vec<Option<usize>>), InferError>;
 
-    /// Their derivatives by some slots of a model that does the same at `values` as the one that was fitted.
+    /// Derivatives by some slots of a model. At `values` it must be equivalent to the fitted model.
     fn derivatives(&self, model: &Model, values: &[f64], free: &[usize]) -> Result<DMatrix<f64>, InferError>;
 }
 
@@ -44,35 +44,35 @@ impl Linearisation for Seen<'_> {
     }
 }
 
-/// A candidate with the values to start its fit from.
+/// A starting point for the fit of a candidate.
 #[derive(Clone, Debug)]
 pub(crate) struct Start {
-    /// Every value of it.
+    /// The candidate with values for all parameters.
     pub effect: Effect,
     /// Values of the fit's own slots.
     pub base: Vec<f64>,
-    /// Gain in log likelihood that a linear step promises.
+    /// Gain in log likelihood that the Newton step promises, nats.
     pub gain: f64,
     /// The effect before that step.
     pub neutral: Effect,
 }
 
-/// Candidates whose slopes are taken together, where they have no states of their own.
+/// Candidates without states whose derivatives are computed together.
 const MAX_BATCH: usize = 8;
 
-/// What is wanted of the cheap test.
+/// Options of the screen.
 #[derive(Clone, Copy)]
 pub(crate) struct ScreenOptions<'a> {
-    /// Parts of the floor that seem to drag.
+    /// Parts of the floor that seem to add friction: convex polygons, world, m.
     pub regions: &'a [Vec<[f64; 2]>],
-    /// Starts that are kept of a kind.
+    /// Starting points that are kept for each kind.
     pub starts: usize,
-    /// Kinds that are wanted: the shapes of those far behind are not sought on.
+    /// Number of kinds of interest. The shapes of kinds far behind are not searched further.
     pub most: usize,
     pub seed: u64,
 }
 
-/// What the cheap test is made with.
+/// Inputs of the screen.
 #[derive(Clone, Copy)]
 pub(crate) struct Screen<'a> {
     pub view: &'a dyn Linearisation,
@@ -82,15 +82,15 @@ pub(crate) struct Screen<'a> {
 }
 
 impl Screen<'_> {
-    /// Starts of every kind of `kinds` on top of a fit, the best of each kind first, sorted by what the best of the kind
-    /// promises.
+    /// Starting points of every kind in `kinds` that may be added to a fit. The best of each kind comes
+    /// first, and the kinds are sorted by their best gain.
     pub fn of(&self, fit: &Fit, kinds: &[Kind], watch: &dyn Watch) -> Result<Vec<Vec<Start>>, InferError> {
         let ScreenOptions { starts: kept, most, seed, .. } = *self.options;
         let linear = LinearModel::new(self.view, fit)?;
         let free_states = INNER.saturating_sub(fit.model.inner().len());
         let promised = |shapes: &[Effect]| {
             let Some(first) = shapes.first() else { return Ok(vec![]) };
-            // States of the laws' own are few.
+            // Few laws with states fit into a model at once.
             let states = first.kind.spec().inner.len();
             let together = free_states.checked_div(states).unwrap_or(MAX_BATCH).max(1);
             let groups: Vec<&[Effect]> = shapes.chunks(together).collect();
@@ -139,30 +139,30 @@ impl Screen<'_> {
     }
 }
 
-/// What the best of a kind promises.
+/// Best gain of a kind.
 fn gain(starts: &[Start]) -> f64 {
     starts.first().map_or(0.0, |start| start.gain)
 }
 
-/// Whether shapes are sought between those that were proposed: events and contacts are proposed densely.
+/// Whether to search shapes between the proposed ones. Events and contacts are proposed densely enough.
 fn has_neighbours(starts: &[Start]) -> bool {
     starts
         .first()
         .is_some_and(|start| !matches!(start.effect.kind.proposal(), Proposal::Touched | Proposal::Moment))
 }
 
-/// Kinds that promise most whose shapes are sought on.
+/// Number of leading kinds whose shapes are polished.
 const POLISHED_KINDS: usize = 2;
-/// Rounds of that, and the share at which it ends.
+/// Most rounds of polishing, and the radius at which it stops.
 const MAX_POLISHING_ROUNDS: u64 = 24;
 const MIN_NEIGHBOUR_RADIUS: f64 = 0.01;
 
-/// Whether an effect has edges, across which a fit finds no way.
+/// Whether an effect has edges that a gradient-based fit does not cross.
 fn has_edges(kind: Kind) -> bool {
     kind.proposal() == Proposal::Region
 }
 
-/// Better shapes around the best few, nearer where none is found.
+/// Search better shapes around the best ones, within a radius that shrinks when the gain no longer grows.
 fn polish(
     starts: &mut Vec<Start>,
     neighbours: impl Fn(u64, &[Effect], f64) -> Result<Vec<Start>, InferError>,
@@ -184,21 +184,21 @@ fn polish(
     Ok(())
 }
 
-/// Growth of a gain that is worth another look as far around.
+/// Relative growth of the gain below which the radius shrinks.
 const MIN_RELATIVE_GROWTH: f64 = 1e-3;
 
-/// Those that gain, the best first.
+/// Starting points with a positive gain, the best first.
 fn ranked(mut starts: Vec<Start>) -> Vec<Start> {
     starts.retain(|s| s.gain > 0.0);
     starts.sort_by(|a, b| b.gain.total_cmp(&a.gain));
     starts
 }
 
-/// Ever nearer shapes around the best few, and of how many kinds beyond those that are wanted.
+/// Successive searches around the best shapes: the radius, and the number of kinds beyond the wanted ones.
 const NEIGHBOUR_SEARCHES: [(f64, usize); 2] = [(0.4, 5), (0.2, 1)];
 const PARENTS_PER_KIND: usize = 4;
 
-/// Matrices below one another.
+/// Matrices stacked vertically.
 fn stacked(parts: &[DMatrix<f64>]) -> DMatrix<f64> {
     let columns = parts.first().map_or(0, DMatrix::ncols);
     let mut all = DMatrix::zeros(parts.iter().map(DMatrix::nrows).sum(), columns);
@@ -219,7 +219,7 @@ mod tests {
     use trundle_infer::Quiet;
     use trundle_model::{Effect, Kind, Model};
 
-    /// What the score test promises of each kind, the best first.
+    /// Gain that the score test promises for each kind, the best first.
     fn promised(truth: Model) -> Vec<(Kind, f64)> {
         let data = World::of(truth).recording(2);
         let engine = Own::new(&data, None).unwrap();
@@ -232,7 +232,7 @@ mod tests {
     }
 
     #[test]
-    fn what_is_missing_promises_most() {
+    fn the_missing_effect_promises_most() {
         let hidden: [Effect; 3] = [
             effect(Kind::FloorSlope, &[("accel_x", 0.05), ("accel_y", -0.02)]),
             effect(Kind::CoulombFriction, &[("x", 0.45), ("y", 0.31), ("force", 8.0)]),
@@ -247,7 +247,7 @@ mod tests {
     }
 
     #[test]
-    fn where_nothing_is_missing_nothing_is_promised() {
+    fn a_complete_model_promises_no_gain() {
         let found = promised(locked());
         assert!(found.iter().all(|(_, gain)| *gain < 15.0), "{found:?}");
     }

@@ -1,4 +1,4 @@
-//! Which of the models that were tried is named, and what to say of it.
+//! Selection of the model that is named, and the verdict.
 
 use crate::answer::Verdict;
 use crate::block_bootstrap::{PredictedSamples, correlation_time, probability_of_gain};
@@ -9,44 +9,44 @@ use crate::engine::{Engine, FittedModel};
 use crate::lack_of_fit::LackOfFit;
 use crate::search::SearchResult;
 use crate::thresholds::{
-    MAX_RESIDUAL_GAIN_SHARE, MAX_RESIDUAL_MISFIT_NATS, MIN_EFFECT_PROBABILITY, MIN_MATERIAL_ERROR_RATIO,
+    MAX_MISFIT_PER_SAMPLE_NATS, MAX_RESIDUAL_GAIN_SHARE, MIN_EFFECT_PROBABILITY, MIN_MATERIAL_ERROR_RATIO,
     NEGLIGIBLE_SHARE,
 };
 use std::collections::BTreeMap;
 use trundle_infer::{InferError, Watch, unjudged};
 use trundle_model::{Kind, Param};
 
-/// Models whose effects are checked on left-out episodes, at most.
+/// Most models whose effects are checked on left-out episodes.
 const MAX_CHECKED_MODELS: usize = 24;
 
-/// The model that is named, if any.
+/// The selected model.
 pub(crate) struct Selection {
-    /// Index of the model in what was tried.
+    /// Its index among the tried models.
     pub best: usize,
-    /// Of each of its effects, the chance that left-out episodes are predicted better with it.
+    /// For each of its effects, the probability that left-out episodes are predicted better with it.
     pub chances: Vec<f64>,
-    /// How many models of more weight have an effect that did not earn its place.
+    /// Number of models with more weight that contain an unsupported effect.
     pub rejected: usize,
-    /// Effects that are detectable and whose correction would not improve prediction by a material share: the model's index,
-    /// the effect's in it, and its chance.
+    /// Immaterial effects: the model's index, the effect's index in it, and its probability.
     pub immaterial: Vec<(usize, usize, f64)>,
-    /// Why models that were tried are not named; models of less weight than the one that is named are not tested.
+    /// Reasons for not naming tried models. Models with less weight than the selected one are not tested.
     pub reasons: BTreeMap<usize, &'static str>,
 }
 
-/// What a choice is made from.
+/// Inputs of the selection.
 pub(crate) struct Selector<'a> {
     pub engine: &'a dyn Engine,
     pub found: &'a SearchResult,
-    /// Index of the simulation under test in what was tried.
+    /// Index of the nominal model among the tried models.
     pub base: usize,
     pub watch: &'a dyn Watch,
 }
 
 impl Selector<'_> {
-    /// The model with the most weight each of whose effects is defined by the data, improves the predictive density of
-    /// left-out training episodes by more than chance, and their prediction by a material share; without one, the
-    /// simulation under test.
+    /// Select the model with the most weight whose effects all pass three tests. The data identify its
+    /// defining parameters. It improves the predictive density of left-out training episodes by more than
+    /// chance. It improves their prediction by a material share. If no model passes, the nominal model is
+    /// selected.
     pub fn select(&self) -> Result<Selection, InferError> {
         let mut cache = BTreeMap::new();
         let mut immaterial: Vec<(usize, usize, f64)> = vec![];
@@ -65,7 +65,7 @@ impl Selector<'_> {
                 continue;
             }
             let reason = if cache.len() >= MAX_CHECKED_MODELS {
-                Some("not tested: too many models before it")
+                Some("not tested: too many models have more weight")
             } else {
                 self.rejection_reason(candidate)?
             };
@@ -74,9 +74,10 @@ impl Selector<'_> {
             if reason.is_some() || by_chance {
                 reasons.insert(
                     index,
-                    reason.unwrap_or("an effect does not improve the density of left-out episodes"),
+                    reason
+                        .unwrap_or("an effect does not improve the predictive density of left-out episodes"),
                 );
-                // The other effects of the best model do not hold by themselves: other models may be the explanation.
+                // A test rejects the other effects of the best model, so that other models become eligible.
                 if let Some(ineligible) =
                     eligibility.take_if(|eligibility| eligibility.is_reduced_to(candidate))
                 {
@@ -107,19 +108,19 @@ impl Selector<'_> {
         Ok(Selection { best: self.base, chances: vec![], rejected: 0, immaterial, reasons })
     }
 
-    /// Why a model is not worth a test on left-out episodes, if so.
+    /// Reason for rejecting a model without a test on left-out episodes, if any.
     fn rejection_reason(&self, candidate: &FittedModel) -> Result<Option<&'static str>, InferError> {
         Ok(if !(0..candidate.added.len()).all(|k| is_defined(candidate, k)) {
-            Some("the data do not hold a parameter that defines an effect")
+            Some("the data do not identify a parameter that defines an effect")
         } else if !self.improves_training_fit(candidate)? {
-            Some("an effect does not help consistently from block to block")
+            Some("an effect does not improve the fit consistently over blocks of samples")
         } else {
             None
         })
     }
 
-    /// Whether every effect of a model improves the density of the episodes that it is fitted to by more than chance. What
-    /// does not, need not be asked of left-out episodes, which takes refits.
+    /// Whether every effect of a model improves the density of the training episodes by more than chance.
+    /// Otherwise the more expensive test on left-out episodes is not needed.
     fn improves_training_fit(&self, candidate: &FittedModel) -> Result<bool, InferError> {
         let with = self.engine.predicted(candidate, &|_| true)?;
         let time = self.correlation_time(&with);
@@ -134,13 +135,13 @@ impl Selector<'_> {
         Ok(true)
     }
 
-    /// Correlation time of a fitted model's residuals, samples. Those of slow pushes are means over a second, so long that
-    /// what a floor does from place to place is independent.
+    /// Correlation time of a fitted model's residuals, samples. Samples of slow pushes are means over a
+    /// second, long enough to be independent on an uneven floor.
     fn correlation_time(&self, samples: &PredictedSamples) -> f64 {
         if self.engine.is_quasi_static() { 1.0 } else { correlation_time(samples) }
     }
 
-    /// Of each effect of a model, the chance that left-out episodes are predicted better with it.
+    /// For each effect of a model, the probability that left-out episodes are predicted better with it.
     fn chances(
         &self,
         candidate: &FittedModel,
@@ -157,7 +158,7 @@ impl Selector<'_> {
         (0..candidate.added.len()).map(one).collect()
     }
 
-    /// How a model predicts left-out episodes, compared with another.
+    /// A model's prediction of left-out episodes, for the comparison with another model.
     fn misfit(
         &self,
         tried: &FittedModel,
@@ -174,8 +175,8 @@ impl Selector<'_> {
         Ok(found)
     }
 
-    /// Whether a model with a simpler law in place of one of its effects predicts left-out episodes almost as well: then the
-    /// simpler law is the one to name.
+    /// Whether a model with a simpler law in place of one effect predicts left-out episodes almost as well.
+    /// The simpler law is then named.
     fn simpler_law_suffices(
         &self,
         candidate: &FittedModel,
@@ -194,8 +195,8 @@ impl Selector<'_> {
         Ok(false)
     }
 
-    /// Effects of a model whose correction is immaterial: without them left-out episodes are predicted almost as well, or
-    /// predictions err hardly more than the instruments.
+    /// Indices of a model's immaterial effects. Without such an effect, left-out episodes are predicted
+    /// almost as well, or prediction errors hardly exceed the instruments' noise.
     fn immaterial_effects(
         &self,
         candidate: &FittedModel,
@@ -223,8 +224,9 @@ impl Selector<'_> {
     }
 }
 
-/// Whether the data hold what makes an effect the effect that it is: every essential parameter but for places and
-/// directions, and at least one of those any of which defines it. A load whose frequency is unknown is an offset mass.
+/// Whether the data identify the parameters that define an effect: every essential parameter except for
+/// places and directions, and at least one of the alternatives of which any defines it. For example, a
+/// swinging load with an unknown frequency is equivalent to an offset mass.
 fn is_defined(candidate: &FittedModel, k: usize) -> bool {
     let names = candidate.fit.model.effect_names();
     let name = &names[names.len() - candidate.added.len() + k];
@@ -237,25 +239,26 @@ fn is_defined(candidate: &FittedModel, k: usize) -> bool {
     of(false).filter_map(identified).all(|known| known) && (any.is_empty() || any.contains(&true))
 }
 
-/// Chance that a law which leaves so much is the missing one, rather than one that is like it: even where it leaves as
-/// much as is still named.
-pub(crate) fn right_law_probability(left: Option<LackOfFit>, observations: usize) -> f64 {
-    let most = MAX_RESIDUAL_MISFIT_NATS * observations as f64;
-    left.map_or(1.0, |left| 1.0 / (1.0 + (left.misfit() / most).powi(2)))
+/// Probability that a law with this lack of fit is the right one and not a similar one. It is one half at the
+/// largest lack of fit that is still named.
+pub(crate) fn right_law_probability(lack: Option<LackOfFit>, observations: usize) -> f64 {
+    let most = MAX_MISFIT_PER_SAMPLE_NATS * observations as f64;
+    lack.map_or(1.0, |lack| 1.0 / (1.0 + (lack.misfit() / most).powi(2)))
 }
 
-/// What a named model gained on the simulation under test, nats, and what it leaves.
+/// A named model: its gain over the nominal model, nats, and its lack of fit.
 #[derive(Clone, Copy)]
 pub(crate) struct NamedModel {
     pub gained: f64,
-    pub left: Option<LackOfFit>,
+    pub lack: Option<LackOfFit>,
 }
 
-/// The verdict, given what the simulation under test leaves, what is named, if anything, and whether the errors of the
-/// model that is chosen are `material`.
+/// The verdict from the lack of fit of the nominal model, the named model, if any, and whether the selected
+/// model's prediction errors are `material`.
 ///
-/// What was missing is what the named model gained and what a wandering wrench would gain on top of it. Where the noise is
-/// not stated, the fit of the simulation under test takes unmodelled effects for noise, and such a wrench gains little there.
+/// What was missing is the named model's gain plus the gain of a random-walk wrench in addition to it. If the
+/// recording does not state the noise, the fitted noise of the nominal model absorbs unmodelled effects, and
+/// its own lack of fit is too small.
 pub(crate) fn verdict(
     observations: usize,
     before: Option<LackOfFit>,
@@ -263,16 +266,16 @@ pub(crate) fn verdict(
     material: bool,
 ) -> Verdict {
     let is_significant = |r: Option<LackOfFit>| material && r.is_some_and(|r| r.is_significant(observations));
-    let Some(NamedModel { gained, left }) = named else {
+    let Some(NamedModel { gained, lack }) = named else {
         return if is_significant(before) { Verdict::Unexplained } else { Verdict::Consistent };
     };
-    let (Some(before), Some(after)) = (before, left) else { return Verdict::Explained };
+    let (Some(before), Some(after)) = (before, lack) else { return Verdict::Explained };
     let missing = before.gain.max(gained + after.gain);
     let misfit = before.misfit().max(gained + after.misfit());
-    let much = is_significant(left) && after.gain > MAX_RESIDUAL_GAIN_SHARE * missing;
-    let unlike = material
-        && after.misfit() > (MAX_RESIDUAL_MISFIT_NATS * observations as f64).max(NEGLIGIBLE_SHARE * misfit);
-    if much || unlike { Verdict::Unexplained } else { Verdict::Explained }
+    let is_large = is_significant(lack) && after.gain > MAX_RESIDUAL_GAIN_SHARE * missing;
+    let is_other_law = material
+        && after.misfit() > (MAX_MISFIT_PER_SAMPLE_NATS * observations as f64).max(NEGLIGIBLE_SHARE * misfit);
+    if is_large || is_other_law { Verdict::Unexplained } else { Verdict::Explained }
 }
 
 #[cfg(test)]
@@ -292,44 +295,48 @@ mod tests {
 
     const SAMPLES: usize = 2000;
 
-    fn leaving(gain: f64, chi_squared_excess: f64) -> Option<LackOfFit> {
+    fn lack_of(gain: f64, chi_squared_excess: f64) -> Option<LackOfFit> {
         let channels = Channels { pose: [1e-3; 3], reading: [0.4; 3], wander: [0.0; 3] };
         Some(LackOfFit { gain, channels, chi_squared_excess })
     }
 
     #[test]
-    fn what_is_named_must_leave_little() {
-        let named = |gained, left| Some(NamedModel { gained, left });
-        let judged = |left| verdict(SAMPLES, leaving(5e5, 5e5), named(4e5, left), true);
-        assert_eq!(judged(leaving(200.0, 400.0)), Verdict::Explained);
-        assert_eq!(judged(leaving(3e4, 3e4)), Verdict::Unexplained, "a law like the missing one");
-        assert_eq!(judged(leaving(0.0, 1.5e5)), Verdict::Unexplained, "blows, where no walk helps");
-        // A hundredth of what was missing may be left, were it much.
-        let of_much = verdict(SAMPLES, leaving(4e6, 4e6), named(3e6, leaving(2e4, 2e4)), true);
-        assert_eq!(of_much, Verdict::Explained);
-        // Of little, most must go.
-        let of_little =
-            |gained| verdict(SAMPLES, leaving(100.0, 100.0), named(gained, leaving(40.0, 40.0)), true);
-        assert_eq!(of_little(60.0), Verdict::Unexplained);
-        assert_eq!(of_little(1000.0), Verdict::Explained, "what was missing had passed for noise");
+    fn named_effects_must_leave_a_small_residual() {
+        let named = |gained, lack| Some(NamedModel { gained, lack });
+        let judged = |lack| verdict(SAMPLES, lack_of(5e5, 5e5), named(4e5, lack), true);
+        assert_eq!(judged(lack_of(200.0, 400.0)), Verdict::Explained);
+        assert_eq!(judged(lack_of(3e4, 3e4)), Verdict::Unexplained, "a law like the missing one");
+        assert_eq!(judged(lack_of(0.0, 1.5e5)), Verdict::Unexplained, "impacts, for which no walk helps");
+        // If much was missing, a hundredth of it may remain.
+        let of_large_misfit = verdict(SAMPLES, lack_of(4e6, 4e6), named(3e6, lack_of(2e4, 2e4)), true);
+        assert_eq!(of_large_misfit, Verdict::Explained);
+        // If little was missing, most of it must be explained.
+        let of_small_misfit =
+            |gained| verdict(SAMPLES, lack_of(100.0, 100.0), named(gained, lack_of(40.0, 40.0)), true);
+        assert_eq!(of_small_misfit(60.0), Verdict::Unexplained);
+        assert_eq!(
+            of_small_misfit(1000.0),
+            Verdict::Explained,
+            "fitted noise had absorbed the missing effect"
+        );
     }
 
     #[test]
-    fn without_a_name_it_is_what_is_missing_that_counts() {
-        assert_eq!(verdict(SAMPLES, leaving(3.0, 300.0), None, true), Verdict::Consistent);
-        assert_eq!(verdict(SAMPLES, leaving(300.0, 300.0), None, true), Verdict::Unexplained);
-        let immaterial = verdict(SAMPLES, leaving(300.0, 300.0), None, false);
+    fn without_a_named_effect_the_lack_of_fit_decides() {
+        assert_eq!(verdict(SAMPLES, lack_of(3.0, 300.0), None, true), Verdict::Consistent);
+        assert_eq!(verdict(SAMPLES, lack_of(300.0, 300.0), None, true), Verdict::Unexplained);
+        let immaterial = verdict(SAMPLES, lack_of(300.0, 300.0), None, false);
         assert_eq!(immaterial, Verdict::Consistent);
     }
 
     #[test]
-    fn a_law_is_the_less_likely_the_more_it_leaves() {
-        assert!(right_law_probability(leaving(0.0, 100.0), SAMPLES) > 0.99);
-        assert!((right_law_probability(leaving(4000.0, 0.0), SAMPLES) - 0.5).abs() < 1e-12);
+    fn a_larger_lack_of_fit_makes_a_law_less_probable() {
+        assert!(right_law_probability(lack_of(0.0, 100.0), SAMPLES) > 0.99);
+        assert!((right_law_probability(lack_of(4000.0, 0.0), SAMPLES) - 0.5).abs() < 1e-12);
         assert_eq!(right_law_probability(None, SAMPLES), 1.0);
     }
 
-    /// The chance that a slope which is fitted to pushes of a world predicts left-out pushes better.
+    /// Probability that a slope fitted to pushes of a world predicts left-out pushes better.
     fn chance_of_slope(truth: Model) -> f64 {
         let data = World::of(truth).recording(4);
         let comparison = Comparison::of(&data).unwrap();
@@ -354,7 +361,7 @@ mod tests {
     }
 
     #[test]
-    fn where_the_object_was_weighed_a_common_gain_is_no_load() {
+    fn a_common_gain_is_no_load_if_the_mass_is_known() {
         let mut data = World::of(locked()).recording(3);
         data.mass_given = Some(22.0);
         for sample in data.training.iter_mut().chain(&mut data.held_out).flat_map(|e| &mut e.wrench) {
@@ -367,8 +374,8 @@ mod tests {
         assert!((gain.mean - 0.7).abs() < 0.02, "{gain:?}");
     }
 
-    /// A recording's fit with one effect, of whose parameters the data hold `known` and no other.
-    fn holding(kind: Kind, known: &[&str]) -> FittedModel {
+    /// A fit with one effect, of whose parameters only `known` are identified.
+    fn fit_with_identified(kind: Kind, known: &[&str]) -> FittedModel {
         let data = World::of(locked()).recording(4);
         let added = vec![Effect::free(kind)];
         let nominal = Own::new(&data, None).unwrap().nominal().clone();
@@ -382,22 +389,22 @@ mod tests {
     }
 
     #[test]
-    fn of_several_limits_one_that_was_reached_defines_a_saturation() {
-        assert!(is_defined(&holding(Kind::Saturation, &["limit_torque"]), 0));
-        assert!(!is_defined(&holding(Kind::Saturation, &[]), 0));
+    fn one_identified_limit_defines_a_saturation() {
+        assert!(is_defined(&fit_with_identified(Kind::Saturation, &["limit_torque"]), 0));
+        assert!(!is_defined(&fit_with_identified(Kind::Saturation, &[]), 0));
     }
 
     #[test]
-    fn a_gain_of_one_axis_is_wrong_where_no_torque_is_recorded() {
-        assert!(is_defined(&holding(Kind::ForceScale, &["gain_y"]), 0));
-        assert!(!is_defined(&holding(Kind::ForceScale, &[]), 0));
+    fn the_gain_of_one_axis_defines_a_scale_error() {
+        assert!(is_defined(&fit_with_identified(Kind::ForceScale, &["gain_y"]), 0));
+        assert!(!is_defined(&fit_with_identified(Kind::ForceScale, &[]), 0));
     }
 
     #[test]
     fn a_swinging_load_without_its_frequency_is_not_defined() {
         let all: Vec<&str> = Kind::SwingingLoad.spec().params.iter().map(|p| p.name).collect();
-        assert!(is_defined(&holding(Kind::SwingingLoad, &all), 0));
+        assert!(is_defined(&fit_with_identified(Kind::SwingingLoad, &all), 0));
         let rest: Vec<&str> = all.into_iter().filter(|key| *key != "frequency").collect();
-        assert!(!is_defined(&holding(Kind::SwingingLoad, &rest), 0));
+        assert!(!is_defined(&fit_with_identified(Kind::SwingingLoad, &rest), 0));
     }
 }

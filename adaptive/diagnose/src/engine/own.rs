@@ -1,4 +1,4 @@
-//! Trundle's own plant as the simulation under test.
+//! Trundle's own plant as the nominal model.
 
 use super::{Effort, Engine, FittedModel, Inspector, Job, MAX_REFIT_STEPS, needs_courses};
 use crate::answer::{Channels, Parameter};
@@ -20,7 +20,7 @@ use trundle_infer::{
 use trundle_model::{Kind, Model, Scales};
 use trundle_record::{Dataset, Prepared};
 
-/// A model of trundle's, compared by its motion or by the wrench that it needs.
+/// Trundle's plant, compared by its motion or by the wrench that it needs.
 #[derive(Clone)]
 pub(crate) struct Own<'a> {
     data: &'a Dataset,
@@ -30,10 +30,10 @@ pub(crate) struct Own<'a> {
 }
 
 impl<'a> Own<'a> {
-    /// The simulation under test: `model`, or the paper's.
+    /// The engine for a nominal model: `model`, or the paper's.
     ///
     /// # Errors
-    /// When there is not enough data.
+    /// If there is not enough data.
     pub fn new(data: &'a Dataset, model: Option<&Model>) -> Result<Self, InferError> {
         let (nominal, given) = under_test(data, model);
         Ok(Self { data, nominal, given, comparison: Comparison::of(data)? })
@@ -43,17 +43,17 @@ impl<'a> Own<'a> {
         Self { comparison, ..self.clone() }
     }
 
-    /// The comparison under the noise that suits a fit.
+    /// The comparison under the noise of a fit.
     fn under(&self, tried: &FittedModel) -> Comparison {
         self.comparison.with_channels(tried.fit.channels)
     }
 
-    /// −log density of a fit in units in which its own cost is not known.
+    /// −log density of a fit whose cost is only known in other units, nats.
     pub fn cost(&self, tried: &FittedModel) -> Result<f64, InferError> {
         self.under(tried).cost(&tried.fit.model, &tried.fit.values)
     }
 
-    /// Values that were fitted in other units, in SI units.
+    /// A fit of the given values in other units, converted to SI units.
     pub fn restored(
         &self,
         given: &FittedModel,
@@ -99,7 +99,7 @@ impl Engine for Own<'_> {
         Ok(FittedModel::new(vec![], fit, None))
     }
 
-    /// Where the noise is not stated, the next searches start from what suits the simulation under test.
+    /// If the recording does not state the noise, the search starts from that of the nominal model.
     fn for_added_effects<'b>(
         &'b self,
         base: &FittedModel,
@@ -179,8 +179,8 @@ impl Engine for Own<'_> {
         predicted_samples(&self.comparison.only(keep), &tried.fit)
     }
 
-    fn located(&self, tried: &FittedModel, left: Option<LackOfFit>) -> Result<Located, InferError> {
-        located(&self.comparison, &tried.fit, left, &self.data.training)
+    fn located(&self, tried: &FittedModel, lack: Option<LackOfFit>) -> Result<Located, InferError> {
+        located(&self.comparison, &tried.fit, lack, &self.data.training)
     }
 
     fn channels(&self, tried: &FittedModel) -> Result<Channels, InferError> {
@@ -214,13 +214,13 @@ impl Engine for Own<'_> {
     fn missing_wrenches(
         &self,
         tried: &FittedModel,
-        left: Option<LackOfFit>,
+        lack: Option<LackOfFit>,
     ) -> Result<MissingWrenches, InferError> {
-        let (Some(left), Comparison::Motion(motion)) = (left, &self.comparison) else {
+        let (Some(lack), Comparison::Motion(motion)) = (lack, &self.comparison) else {
             return Ok(MissingWrenches { training: None, held_out: None });
         };
         let over = |motion: &MotionLikelihood| {
-            motion.with_channels(left.channels).residuals(&tried.fit.model, &tried.fit.values)
+            motion.with_channels(lack.channels).residuals(&tried.fit.model, &tried.fit.values)
         };
         let held_out = match Comparison::over(self.data, &self.data.held_out) {
             Ok(Comparison::Motion(held_out)) => over(&held_out)?,
@@ -273,10 +273,10 @@ impl Engine for Own<'_> {
     fn discrepancy(
         &self,
         base: &FittedModel,
-        left: Option<LackOfFit>,
+        lack: Option<LackOfFit>,
         watch: &dyn Watch,
     ) -> Result<Option<FittedModel>, InferError> {
-        let found = unnamed((self.data, &self.nominal), &self.comparison, &base.fit, left, watch)?;
+        let found = unnamed((self.data, &self.nominal), &self.comparison, &base.fit, lack, watch)?;
         Ok(found.map(|fit| FittedModel::new(vec![], fit, None)))
     }
 
@@ -288,7 +288,7 @@ impl Engine for Own<'_> {
         parameters(&tried.fit, &self.nominal)
     }
 
-    /// A mass that slow pushes do not hold is left free.
+    /// A mass that slow pushes do not identify is left free.
     fn model_toml(&self, tried: &FittedModel) -> Result<String, InferError> {
         let mut model = tried.fit.model.clone();
         if self.is_quasi_static() && tried.fit.estimate("body.mass").is_some() {

@@ -1,7 +1,8 @@
-//! Second thoughts: what the search found is sought again from where it now stands.
+//! Backfitting: revise the models of the first search.
 //!
-//! A first search looks beside parameters that have bent to what is missing. Once most of it is explained, shapes are
-//! sought again, other effects are tried in place of each, each is dropped once, and finer forms are tried.
+//! The first search places each effect while the other parameters are biased by the missing ones. Once most
+//! of the misfit is explained, backfitting searches the effects' shapes again, exchanges each effect for
+//! others, drops each effect once, and fits refinements.
 
 use super::{MAX_FURTHER_KINDS, Searcher, job, kinds, with_refinements};
 use crate::effect_report::with_kinds;
@@ -12,24 +13,27 @@ use std::collections::BTreeSet;
 use trundle_infer::{Coordinates, InferError, carried};
 use trundle_model::{Effect, Kind, Model};
 
-/// How often shapes are sought again, while that takes this share of what was left, and more than chance would.
+/// Most rounds of the search for shapes, and the share of the lack of fit that a round must gain for another
+/// one.
 const MAX_BACKFITTING_ROUNDS: usize = 3;
 const MIN_GAIN_SHARE: f64 = 0.1;
-/// Effects of a model of which every part is fitted; of more, those that lack one or two.
+/// Largest number of effects for which all subsets are fitted. Of larger models only subsets without one or
+/// two effects are fitted.
 const MAX_EFFECTS_FOR_ALL_SUBSETS: usize = 4;
-/// Models of the best one's size whose finer forms are tried: dry friction has two forms, at a point and under a body.
+/// Models of the best one's size whose refinements are fitted. Dry friction has two forms, at a point and
+/// under the whole body.
 const MAX_REFINED_MODELS: usize = 2;
 
 impl Searcher<'_> {
-    /// Seek the shapes of the best model's effects again, each from what the fit says of all else: they were sought
-    /// beside parameters that had bent to what was missing, and a fit finds no way across an edge.
+    /// Search the shapes of the best model's effects again. The first search found them while other
+    /// parameters were biased, and a fit does not cross edges.
     pub(super) fn backfit_shapes(&self, tried: &mut Vec<FittedModel>) -> Result<(), InferError> {
         let best = kinds(&tried[0].added);
         self.backfit_shapes_of(&best, tried)?;
-        // A rival that comes as close as the best one leaves may only stand at the wrong place.
-        let left = self.engine.lack_of_fit(&tried[0])?.map_or(0.0, |left| left.misfit());
+        // A competing model within the best one's lack of fit may only have a wrong place.
+        let lack = self.engine.lack_of_fit(&tried[0])?.map_or(0.0, |lack| lack.misfit());
         let near = |t: &&FittedModel| {
-            t.added.len() == best.len() && kinds(&t.added) != best && t.fit.cost < tried[0].fit.cost + left
+            t.added.len() == best.len() && kinds(&t.added) != best && t.fit.cost < tried[0].fit.cost + lack
         };
         match tried.iter().find(near).map(|t| kinds(&t.added)) {
             Some(competitor) => self.backfit_shapes_of(&competitor, tried),
@@ -37,18 +41,18 @@ impl Searcher<'_> {
         }
     }
 
-    /// The same of the best model of some kinds.
+    /// Search the shapes of the best model with the given kinds again.
     fn backfit_shapes_of(&self, of: &[Kind], tried: &mut Vec<FittedModel>) -> Result<(), InferError> {
         for _ in 0..MAX_BACKFITTING_ROUNDS {
             let Some(index) = tried.iter().position(|t| kinds(&t.added) == of) else { return Ok(()) };
             let best = tried[index].clone();
-            let Some(left) = self.engine.lack_of_fit(&best)?.map(|left| left.misfit()) else { return Ok(()) };
+            let Some(lack) = self.engine.lack_of_fit(&best)?.map(|lack| lack.misfit()) else { return Ok(()) };
             if best.is_settled || !self.is_inadequate(&best)? {
                 return Ok(());
             }
             let Some(jobs) = self.shape_jobs(&best)? else { return Ok(()) };
-            let target_cost = best.fit.cost - (left * MIN_GAIN_SHARE).max(MIN_SIGNIFICANT_GAIN_NATS);
-            self.fit_in_stages("places again", jobs, tried, |_| target_cost)?;
+            let target_cost = best.fit.cost - (lack * MIN_GAIN_SHARE).max(MIN_SIGNIFICANT_GAIN_NATS);
+            self.fit_in_stages("backfitting of shapes", jobs, tried, |_| target_cost)?;
             match tried.iter_mut().find(|t| kinds(&t.added) == of) {
                 Some(now) if now.fit.cost > target_cost => now.is_settled = true,
                 _ => {}
@@ -57,8 +61,8 @@ impl Searcher<'_> {
         Ok(())
     }
 
-    /// Fits from the best shapes of each of a model's effects, all else as it was fitted; `None` where shapes cannot be
-    /// screened.
+    /// Fits from the best shapes of each of a model's effects, with all else as fitted; `None` if shapes
+    /// cannot be screened.
     fn shape_jobs(&self, best: &FittedModel) -> Result<Option<Vec<Job>>, InferError> {
         let mut jobs = Vec::new();
         for k in 0..best.added.len() {
@@ -69,8 +73,8 @@ impl Searcher<'_> {
             let (rest, effect) = self.split_off(best, k);
             let outline = kind.region(&effect);
             let regions: Vec<_> = outline.into_iter().chain(self.regions.iter().cloned()).collect();
-            let screen_options = self.screen_options(&regions, 1);
-            let Some(found) = self.engine.starts(&rest, &[kind], &screen_options, self.watch)? else {
+            let options = self.screen_options(&regions, 1);
+            let Some(found) = self.engine.starts(&rest, &[kind], &options, self.watch)? else {
                 return Ok(None);
             };
             jobs.extend(found.iter().map(|starts| job(&rest, starts)));
@@ -78,7 +82,8 @@ impl Searcher<'_> {
         Ok(Some(jobs))
     }
 
-    /// Other effects in place of each of the best model's: one that was found beside the wrong other may be wrong itself.
+    /// Replace each effect of the best model by others. An effect that was found together with a wrong one
+    /// may be wrong too.
     pub(super) fn exchange_effects(&self, tried: &mut Vec<FittedModel>) -> Result<(), InferError> {
         let best = tried[0].clone();
         if best.added.len() < 2 {
@@ -89,10 +94,10 @@ impl Searcher<'_> {
             let (rest, _) = self.split_off(&best, k);
             jobs.extend(self.jobs(&rest, &self.offered(&rest), MAX_FURTHER_KINDS)?);
         }
-        self.try_all("in place of each", jobs, tried)
+        self.try_all("exchange of effects", jobs, tried)
     }
 
-    /// A model without its effect number `k`, all else as it was fitted, and that effect's values.
+    /// A model without effect number `k`, with all else as fitted, and the values of that effect.
     fn split_off(&self, from: &FittedModel, k: usize) -> (FittedModel, Vec<f64>) {
         let mut rest = from.clone();
         rest.added.remove(k);
@@ -103,8 +108,8 @@ impl Searcher<'_> {
         (rest, effect.values.iter().map(|v| v.unwrap_or(0.0)).collect())
     }
 
-    /// The models that the best one becomes when one of its effects is dropped, each of which must earn its place.
-    /// They are fitted again from where the fuller model ended: a search of theirs alone may have stopped elsewhere.
+    /// Fit the best model without each of its effects, starting from the full model's values. A separate
+    /// search may have stopped at another optimum.
     pub(super) fn drop_each_effect(&self, tried: &mut Vec<FittedModel>) -> Result<(), InferError> {
         let best = tried[0].clone();
         if best.added.len() < 2 {
@@ -118,18 +123,18 @@ impl Searcher<'_> {
             Job::from(&best, added, vec![warm])
         };
         let jobs: Vec<Job> = (0..best.added.len()).map(without).collect();
-        let fit_subsets: Vec<_> = jobs.iter().map(|job| kinds(&job.added)).collect();
-        self.fit_all("without each", jobs, tried)?;
-        // What was dropped may have stood for the wrong place of another.
-        for subset in fit_subsets {
+        let subsets: Vec<_> = jobs.iter().map(|job| kinds(&job.added)).collect();
+        self.fit_all("models without one effect", jobs, tried)?;
+        // The dropped effect may have compensated the wrong place of another.
+        for subset in subsets {
             self.backfit_shapes_of(&subset, tried)?;
         }
-        // Dropped one by one: what is left over may have been a single effect all along.
+        // If a smaller model is now the best, drop its effects as well.
         if tried[0].added.len() < best.added.len() { self.drop_each_effect(tried) } else { Ok(()) }
     }
 
-    /// The simpler law in place of each of the best model's effects that has one: whether the richer one is needed is for
-    /// left-out episodes to say.
+    /// Replace effects of the best model by the simpler laws that they contain. Left-out episodes decide
+    /// which law is needed.
     pub(super) fn simpler(&self, tried: &mut Vec<FittedModel>) -> Result<(), InferError> {
         let best = tried[0].clone();
         let mut jobs = vec![];
@@ -143,10 +148,11 @@ impl Searcher<'_> {
         self.fit_all("simpler laws", jobs, tried)
     }
 
-    /// Fit every part of the best model, so that each effect can be judged together with any of the others; and of the same
-    /// with a simpler law in place of one of its effects, which may turn out to be the one to name. A part
-    /// is fitted from where each model with one effect more ended: a search of its own may have stopped elsewhere, and what
-    /// is added to a model at a wrong place seems to be needed.
+    /// Fit every subset of the best model's effects, so that each effect can be judged in combination with
+    /// any others. The same applies to models with a simpler law in place of one effect.
+    ///
+    /// Each subset starts from the models with one effect more. A separate search may have stopped at another
+    /// optimum, and an effect that is added to a badly placed one seems to be needed.
     pub(super) fn fit_subsets(&self, tried: &mut Vec<FittedModel>) -> Result<(), InferError> {
         let best = tried[0].clone();
         let with_simpler = best.added.iter().enumerate().filter_map(|(k, effect)| {
@@ -160,19 +166,19 @@ impl Searcher<'_> {
             (1..count).rev().take_while(|size| count <= MAX_EFFECTS_FOR_ALL_SUBSETS || size + 2 >= count)
         {
             let of = |full| {
-                let fit_subsets =
+                let subsets =
                     (1..(1usize << count) - 1).filter(|subset| subset.count_ones() as usize == size);
-                fit_subsets.map(|subset| self.subset(full, subset, tried)).collect::<Vec<Job>>()
+                subsets.map(|subset| self.subset_job(full, subset, tried)).collect::<Vec<Job>>()
             };
             let mut seen = BTreeSet::new();
             let jobs = full_models.iter().flat_map(of).filter(|job| seen.insert(kinds(&job.added))).collect();
-            self.fit_all("parts of the best", jobs, tried)?;
+            self.fit_all("subsets of the best model", jobs, tried)?;
         }
         Ok(())
     }
 
-    /// The fit of some effects of a model, those whose bits are set in `part`.
-    fn subset(&self, full: &FittedModel, subset: usize, tried: &[FittedModel]) -> Job {
+    /// The fit of the effects of a model whose bits are set in `subset`.
+    fn subset_job(&self, full: &FittedModel, subset: usize, tried: &[FittedModel]) -> Job {
         let effects = |bits: usize| -> Vec<Effect> {
             let kept_effects = full.added.iter().enumerate().filter(|(k, _)| bits >> k & 1 == 1);
             kept_effects.map(|(_, effect)| effect.clone()).collect()
@@ -186,28 +192,29 @@ impl Searcher<'_> {
         Job::from(full, effects(subset), warm)
     }
 
-    /// Where the best model leaves something, try the finer forms of its effects: stiction, a drift. Not for slow
-    /// pushes: nothing says there that more is needed, and one speed does not tell stiction from sliding.
+    /// Fit the refinements of effects, such as static friction or a drift, if the best model has a
+    /// significant lack of fit. Slow pushes are excluded: they have no lack-of-fit test, and a single speed
+    /// does not distinguish static from sliding friction.
     pub(super) fn fit_refinements(&self, tried: &mut Vec<FittedModel>) -> Result<(), InferError> {
         let size = tried[0].added.len();
         if size == 0 || self.engine.is_quasi_static() {
             return Ok(());
         }
-        // Noise that is fitted holds what a coarse form leaves.
+        // Fitted noise would absorb the misfit of a coarse form.
         let observations = self.engine.observations();
-        let left = self.engine.lack_of_fit(&self.with_instrument_noise(&tried[0]))?;
-        if left.is_some_and(|left| !left.is_significant(observations)) {
+        let lack = self.engine.lack_of_fit(&self.with_instrument_noise(&tried[0]))?;
+        if lack.is_some_and(|lack| !lack.is_significant(observations)) {
             return Ok(());
         }
-        // Rivals are refined too, and then once more from where the best one's refinements ended: which of two models is
-        // better must not hang on whose stiction was found.
-        self.fit_all("finer forms", self.refinement_jobs(tried, size, None), tried)?;
+        // Competing models are refined too, and once more from the best one's refinements, so that the
+        // comparison does not depend on which refinement was found.
+        self.fit_all("refinements", self.refinement_jobs(tried, size, None), tried)?;
         let best = tried[0].clone();
-        self.fit_all("finer forms", self.refinement_jobs(tried, size, Some(&best)), tried)
+        self.fit_all("refinements", self.refinement_jobs(tried, size, Some(&best)), tried)
     }
 
-    /// Fits of finer forms of the best models of a size, each of other kinds, and of the best one less an effect, which may
-    /// only make up for a form that is too coarse; from where `like` ended or from medians.
+    /// Fits of refinements of the best models of a size and of the best model without one effect, which may
+    /// only compensate a coarse form. They start from the values of `like`, or from prior medians.
     fn refinement_jobs(&self, tried: &[FittedModel], size: usize, like: Option<&FittedModel>) -> Vec<Job> {
         let mut seen = BTreeSet::new();
         if let Some(like) = like {
@@ -243,7 +250,7 @@ impl Searcher<'_> {
         jobs
     }
 
-    /// Values of a model with finer effects: those of the simpler fit, the refinements' from `fill`.
+    /// Values of a model with refinements: the simpler fit's values, and `fill` for the refinements.
     fn refined_values(&self, best: &FittedModel, model: &Model, fill: &[f64]) -> Vec<f64> {
         let simple: BTreeSet<String> = best.fit.estimates.iter().map(|e| e.name.clone()).collect();
         let mut values = carried(&best.fit, model, fill);

@@ -1,8 +1,9 @@
-//! Trying effects: alone, and while the data ask for more, several together.
+//! Search over models: fit single effects, and several together while the data demand it.
 //!
-//! Every candidate is screened by its score; those that promise most are fitted in full, from where the screen's
-//! step leads. Where more is missing, sets of effects are screened together ([`sets`]), and one more effect on top of each of
-//! the best models; effects that mask each other are found by exchanging each for others ([`again`]).
+//! A score test screens every candidate. The candidates with the largest promised gain are fitted, starting
+//! from the Newton step of the screen. If more is missing, sets of effects are screened together ([`sets`])
+//! and one more effect is added to each of the best models. Backfitting ([`backfitting`]) then exchanges
+//! effects that mask each other.
 
 mod backfitting;
 #[cfg(test)]
@@ -39,50 +40,54 @@ impl FittedModel {
     }
 }
 
-/// What the search found, best first.
+/// Result of the search: the fitted models, best first.
 pub(crate) struct SearchResult {
     pub tried: Vec<FittedModel>,
-    /// What the simulation under test leaves.
+    /// Lack of fit of the nominal model.
     pub before: Option<LackOfFit>,
-    /// Where it leaves it.
+    /// Where the nominal model disagrees with the recording.
     pub located: Located,
 }
 
-/// Gain, nats, below which a kind is not fitted unless it is among the first `ALWAYS_FITTED_KINDS`: what a prior costs at least.
+/// Promised gain below which a kind of effect is not fitted, nats: the least price of a prior. The first
+/// `ALWAYS_FITTED_KINDS` are always fitted.
 pub(crate) const MIN_SCREEN_GAIN_NATS: f64 = 5.0;
 const ALWAYS_FITTED_KINDS: usize = 3;
-/// Kinds fitted in full on top of the simulation under test, and on top of a richer model.
+/// Most kinds that are fitted in addition to the nominal model, and in addition to a larger model.
 const MAX_FIRST_KINDS: usize = 9;
 const MAX_FURTHER_KINDS: usize = 3;
-/// Models of one size on top of which one more effect is sought.
+/// Models of one size to which one more effect is added.
 const MAX_PARENT_MODELS: usize = 2;
-/// Effects that are added at most: each must earn its place, so that only the time of a search is bounded here.
+/// Most effects that are added. The evidence decides whether an effect is needed; this limit only bounds the
+/// time.
 const MAX_EFFECTS: usize = 4;
-/// Starts of a kind.
+/// Starting points for each kind.
 const STARTS_PER_KIND: usize = 2;
-/// Gain per sample that a remainder must promise for another effect to be sought beside one, nats.
+/// Gain of a random-walk wrench above which a further effect is sought, nats per sample.
 const MIN_LACK_OF_FIT_PER_SAMPLE_NATS: f64 = 0.15;
-/// How far behind the best a model may be after a glance and still be followed: nats, and as a share of what the best
-/// gained on the models that these go out from; and how many more steps like its last one it is given.
+/// Largest cost above that of the best model, after the ranking fit, at which a model is fitted to its
+/// optimum: in nats, and as a share of the best model's gain. Each model is credited with
+/// `EXTRAPOLATED_STEPS` further steps like its last one.
 const MAX_COST_GAP_NATS: f64 = 30.0;
 const MAX_COST_GAP_SHARE: f64 = 0.1;
 const EXTRAPOLATED_STEPS: f64 = 10.0;
-/// Random starts of a candidate that cannot be screened, beside the carried-over one.
+/// Draws from the prior that start a candidate without a screen, in addition to the prior median.
 const PRIOR_DRAWS: usize = 3;
 
 #[derive(Clone, Copy)]
 pub(crate) struct Searcher<'a> {
     pub engine: &'a dyn Engine,
-    /// Effects that are not offered, by their names in a diagnosis.
+    /// Effects to exclude, by their names in a diagnosis.
     pub without: &'a [String],
-    /// Parts of the floor that seem to drag: convex polygons, world, m; known once the simulation under test is fitted.
+    /// Parts of the floor that seem to add friction: convex polygons, world, m. They are known once the
+    /// nominal model is fitted.
     pub regions: &'a [Vec<[f64; 2]>],
     pub seed: u64,
     pub watch: &'a dyn Watch,
 }
 
 impl Searcher<'_> {
-    /// Try everything worth trying.
+    /// Run the whole search.
     pub fn run(&self) -> Result<SearchResult, InferError> {
         self.watch.progress("the simulation under test", 0.0);
         let base = self.engine.base(self.seed, self.watch)?;
@@ -95,7 +100,7 @@ impl Searcher<'_> {
         Ok(SearchResult { tried, before, located })
     }
 
-    /// Models with one effect and, while the data ask for it, with one more; best first.
+    /// Models with one effect, and with more while the data demand it; best first.
     fn with_added_effects(&self, base: FittedModel) -> Result<Vec<FittedModel>, InferError> {
         let mut tried = vec![base.clone()];
         let offered = self.offered(&base);
@@ -143,7 +148,7 @@ impl Searcher<'_> {
         self.without.iter().all(|name| name != kind.spec().effect)
     }
 
-    /// The fits that promise most on top of a model, at most `most` kinds.
+    /// The most promising fits of one more effect, for at most `most` kinds.
     fn jobs(&self, from: &FittedModel, offered: &[Kind], most: usize) -> Result<Vec<Job>, InferError> {
         let Some(found) =
             self.engine.starts(from, offered, &self.screen_options(self.regions, most), self.watch)?
@@ -161,7 +166,8 @@ impl Searcher<'_> {
         ScreenOptions { regions, starts: STARTS_PER_KIND, most, seed: self.seed }
     }
 
-    /// A fit from the simpler model's values, the new effect's drawn from its prior a few times.
+    /// A fit from the smaller model's values, with the new effect's parameters at the prior median and at
+    /// draws from the prior.
     fn unscreened(&self, from: &FittedModel, kind: Kind) -> Job {
         use rand::SeedableRng;
         let mut added = from.added.clone();
@@ -182,7 +188,8 @@ impl Searcher<'_> {
         model
     }
 
-    /// Try some models that were not tried yet: all of them a few steps far, to the end those that may yet be best.
+    /// Fit models that were not fitted before. Only those that may still become the best are fitted to their
+    /// optimum.
     fn try_all(
         &self,
         what: &'static str,
@@ -198,8 +205,8 @@ impl Searcher<'_> {
         })
     }
 
-    /// Try some models, whether such were tried or not: all of them a few steps far, to the end those that may yet cost
-    /// less than the `bound` on what the first steps led to.
+    /// Fit models in three stages: on thinned data, a few steps on all data, and to the optimum if the cost
+    /// may still fall below `bound` of the ranked models.
     fn fit_in_stages(
         &self,
         what: &'static str,
@@ -212,7 +219,7 @@ impl Searcher<'_> {
         let cheaper = Searcher { engine: &*thinned, ..*self };
         let starts: Vec<_> = jobs.iter().map(|job| (job.added.clone(), job.warm.clone())).collect();
         let near = cheaper.fitted(what, jobs, Effort::Screening)?;
-        // The thinned recording may have led uphill.
+        // The fit to thinned data may have increased the cost.
         let with_first_starts = |t: &FittedModel| {
             let first = starts.iter().find(|(added, _)| *added == t.added);
             let mut job = on(t);
@@ -229,7 +236,7 @@ impl Searcher<'_> {
         Ok(())
     }
 
-    /// Fit some models to the end, whether such were tried or not.
+    /// Fit models to their optimum, including models that were fitted before.
     fn fit_all(
         &self,
         what: &'static str,
@@ -240,8 +247,8 @@ impl Searcher<'_> {
         Ok(())
     }
 
-    /// Some fits, on all cores. A model that cannot be evaluated where it would start, as under noise that suits a fuller
-    /// model, is left out.
+    /// Fit models in parallel. Models that cannot be evaluated at any starting point are left out; this
+    /// happens under noise that was fitted with more effects.
     fn fitted(
         &self,
         what: &'static str,
@@ -265,7 +272,7 @@ impl Searcher<'_> {
         })
     }
 
-    /// One more effect on top of the best models with `size` of them.
+    /// Add one more effect to the best models with `size` effects.
     fn one_more(&self, size: usize, tried: &mut Vec<FittedModel>) -> Result<(), InferError> {
         let mut parents: Vec<FittedModel> =
             tried.iter().filter(|t| t.added.len() == size).take(MAX_PARENT_MODELS).cloned().collect();
@@ -288,29 +295,31 @@ impl Searcher<'_> {
         self.try_all("several effects", jobs, tried)
     }
 
-    /// Whether a model leaves more than laws that are a little wrong in shape do, by the noise that the instruments show, or
-    /// predicts so badly that nothing could be named. Noise that is fitted holds unmodelled effects.
+    /// Whether the lack of fit under the instruments' noise is larger than that of a law with a slightly
+    /// wrong shape, or the prediction errors are material. Fitted noise would absorb unmodelled effects.
     fn is_inadequate(&self, tried: &FittedModel) -> Result<bool, InferError> {
         let observations = self.engine.observations() as f64;
-        let Some(left) = self.engine.lack_of_fit(&self.with_instrument_noise(tried))? else {
+        let Some(lack) = self.engine.lack_of_fit(&self.with_instrument_noise(tried))? else {
             return Ok(true);
         };
-        Ok(left.gain > MIN_LACK_OF_FIT_PER_SAMPLE_NATS * observations
+        Ok(lack.gain > MIN_LACK_OF_FIT_PER_SAMPLE_NATS * observations
             || self.engine.predictive_check(tried)?.is_material())
     }
 
-    /// Whether one more effect is worth seeking, after the best model `before` was replaced by a larger one. That must leave
-    /// much and err by more than the instruments, or any further effect would be immaterial. Its last effect must have gained
-    /// its [`fair_share`] of what a random-walk wrench would have, or, where such a wrench gains no more than chance, have
+    /// Whether to seek one more effect after `best` replaced the smaller model `before`.
+    ///
+    /// The new model must be inadequate, and its errors must exceed the instruments' noise; otherwise any
+    /// further effect would be immaterial. Its last effect must have gained its [`fair_share`] of the
+    /// previous lack of fit. If the remaining lack of fit is not significant, the last effect must have
     /// improved the predictions by a material share.
     fn needs_more_effects(&self, before: &FittedModel, best: &FittedModel) -> Result<bool, InferError> {
         let much = self.is_inadequate(best)? && self.engine.errs_beyond_noise(best)?;
         if !much || before.added.is_empty() {
             return Ok(much);
         }
-        let [was, left] = [before, best].map(|tried| self.engine.lack_of_fit(tried));
-        let (Some(was), Some(left)) = (was?, left?) else { return Ok(true) };
-        if left.is_significant(self.engine.observations()) {
+        let [was, lack] = [before, best].map(|tried| self.engine.lack_of_fit(tried));
+        let (Some(was), Some(lack)) = (was?, lack?) else { return Ok(true) };
+        if lack.is_significant(self.engine.observations()) {
             return Ok(before.fit.cost - best.fit.cost >= fair_share(before.added.len()) * was.misfit());
         }
         let [was, ahead] = [before, best].map(|tried| self.engine.predictive_check(tried));
@@ -318,9 +327,10 @@ impl Searcher<'_> {
     }
 }
 
-/// Share of what a model with so many effects leaves that one more must gain for a further one to be sought. If effects that
-/// may still be added explain all of it, the largest explains at least its equal share: one that gains less only soaks up
-/// what no law of the catalogue explains.
+/// Share of a model's lack of fit that the next effect must gain for a further one to be sought, where
+/// `effects` is the number of effects in the model. If the effects that may still be added explain
+/// everything, the largest explains at least an equal share. An effect that gains less only compensates for
+/// physics outside the catalogue.
 fn fair_share(effects: usize) -> f64 {
     1.0 / MAX_EFFECTS.saturating_sub(effects).max(1) as f64
 }
@@ -330,7 +340,8 @@ fn lowest(costs: impl Iterator<Item = f64>) -> f64 {
     costs.fold(f64::INFINITY, f64::min)
 }
 
-/// Put models among those that were tried, sorted by weight; of one model, the best fit.
+/// Insert models into the tried ones, sorted by weight. Of models with the same effects only the best is
+/// kept.
 fn insert_models(tried: &mut Vec<FittedModel>, more: impl IntoIterator<Item = FittedModel>) {
     tried.extend(more);
     tried.sort_by(|a, b| b.log_weight().total_cmp(&a.log_weight()));
@@ -343,20 +354,20 @@ fn insert_models(tried: &mut Vec<FittedModel>, more: impl IntoIterator<Item = Fi
     *tried = kept;
 }
 
-/// Whether two models have the same effects, each as often.
+/// Whether two models have the same effects, with the same multiplicity.
 fn have_same_effects(a: &[Effect], b: &[Effect]) -> bool {
     let count = |of: &[Effect], effect: &Effect| of.iter().filter(|e| *e == effect).count();
     a.len() == b.len() && a.iter().all(|effect| count(a, effect) == count(b, effect))
 }
 
-/// Kinds of some effects, in the catalogue's order, each as often as it is there.
+/// Kinds of some effects in the order of the catalogue, with multiplicity.
 fn kinds(effects: &[Effect]) -> Vec<Kind> {
     let mut kinds: Vec<Kind> = effects.iter().map(|e| e.kind).collect();
     kinds.sort_unstable();
     kinds
 }
 
-/// The effect with its refinements free, if it has any that are not.
+/// The effect with its refinements free; `None` if they are free already or there are none.
 fn with_refinements(effect: &Effect) -> Option<Effect> {
     let free: Vec<_> =
         effect.kind.spec().params.iter().filter(|p| p.refinement.is_some() && !p.role.is_choice()).collect();
@@ -370,18 +381,18 @@ mod tests {
     use trundle_model::{Effect, Kind};
 
     #[test]
-    fn an_equal_share_of_what_is_left_is_asked_of_each_effect() {
+    fn the_fair_share_is_equal_for_all_effects() {
         let shares: Vec<f64> = (0..MAX_EFFECTS).map(fair_share).collect();
-        let mut left = 1.0;
+        let mut remaining = 1.0;
         for share in shares {
-            assert!((left * share - 1.0 / MAX_EFFECTS as f64).abs() < 1e-12);
-            left *= 1.0 - share;
+            assert!((remaining * share - 1.0 / MAX_EFFECTS as f64).abs() < 1e-12);
+            remaining *= 1.0 - share;
         }
-        assert!(left.abs() < 1e-12);
+        assert!(remaining.abs() < 1e-12);
     }
 
     #[test]
-    fn two_points_of_friction_are_not_one() {
+    fn multiplicity_of_effects_counts() {
         let [friction, slope] = [Kind::CoulombFriction, Kind::FloorSlope].map(Effect::free);
         let (twice, mixed) = ([friction.clone(), friction.clone()], [slope, friction]);
         assert!(

@@ -1,4 +1,5 @@
-//! A richer model never fits worse than the simpler one that it contains: its fit starts from that one's optimum too.
+//! A richer model must not fit worse than the simpler one that it contains, because its fit also starts from
+//! the simpler optimum.
 
 use super::Searcher;
 use crate::common::{World, effect, locked};
@@ -6,12 +7,13 @@ use crate::engine::{Effort, Engine, FittedModel, Own};
 use trundle_infer::Quiet;
 use trundle_model::{Kind, Model};
 
-/// Nats that an added law may cost in the likelihood for each of its free parameters. The posterior density never falls,
-/// but a fit may give up likelihood for its prior: an amplitude that cannot be negative starts at a fiftieth of its
-/// median, `ln 50 / 1.5` standard deviations out, and may gain half the square of that.
+/// Largest rise of the cost for each free parameter of an added law, nats. The posterior density never falls,
+/// but a fit may give up likelihood for its prior. A positive amplitude starts at a fiftieth of its median,
+/// `ln 50 / 1.5` standard deviations out, and may gain half the square of that.
 const MAX_COST_RISE_PER_PARAMETER_NATS: f64 = 3.4;
 
-/// What a kind costs beyond the model without it, nats, and its free parameters; `None` where the search tries none.
+/// Rise of the cost when a kind is added, nats, and its number of free parameters; `None` if the search does
+/// not fit it.
 fn cost_rise(searcher: &Searcher<'_>, base: &FittedModel, kind: Kind) -> Option<(f64, usize)> {
     let jobs = searcher.jobs(base, &[kind], 1).unwrap();
     let tried = searcher.fitted("one", jobs, Effort::Full).unwrap();
@@ -20,7 +22,7 @@ fn cost_rise(searcher: &Searcher<'_>, base: &FittedModel, kind: Kind) -> Option<
     Some((one.fit.cost - base.fit.cost, own))
 }
 
-/// Every law of the catalogue, added to the fit of a small recording.
+/// Add every law of the catalogue to the fit of a small recording.
 fn check(truth: Model, seed: u64) {
     let data = World::of(truth).recording(seed);
     let engine = Own::new(&data, None).unwrap();

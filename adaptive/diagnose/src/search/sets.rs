@@ -1,8 +1,9 @@
-//! Several effects at once, sought beside a wrench that wanders.
+//! Search for several effects together, in the presence of a random-walk wrench.
 //!
-//! A fit that lacks several effects bends to all of them, and the first that is added to it bends to the rest: the best single
-//! effect need be none of the true ones. Beside a random-walk wrench of estimated size, which takes up whatever is missing,
-//! the parameters stay near the truth and the effects of small steps add up, so that sets of effects can be compared.
+//! Several missing effects bias a fit, and the first effect that is added compensates for all of them. The
+//! best single effect may therefore be a wrong one. A random-walk wrench of estimated size absorbs whatever
+//! is missing. The parameters then stay near the truth and small effects add up, so that sets of effects can
+//! be compared.
 
 use super::{MAX_EFFECTS, MAX_FIRST_KINDS, Searcher, with_free_parameters};
 use crate::best_subset::EffectSet;
@@ -10,12 +11,11 @@ use crate::engine::{Effort, FittedModel, Job};
 use trundle_infer::{Channels, InferError};
 
 impl Searcher<'_> {
-    /// Try the sets of effects that promise most beside a wandering wrench on top of the simulation under test.
+    /// Fit the most promising sets of effects, screened on the nominal model with a random-walk wrench.
     pub(super) fn sets(&self, base: &FittedModel, tried: &mut Vec<FittedModel>) -> Result<(), InferError> {
         let Some(robust) = self.refitted_with_random_walk(base)? else { return Ok(()) };
-        let screen_options = self.screen_options(self.regions, MAX_FIRST_KINDS);
-        let sets =
-            self.engine.sets(&robust, &self.offered(base), &screen_options, MAX_EFFECTS, self.watch)?;
+        let options = self.screen_options(self.regions, MAX_FIRST_KINDS);
+        let sets = self.engine.sets(&robust, &self.offered(base), &options, MAX_EFFECTS, self.watch)?;
         let job = |set: &EffectSet| {
             let with = |own: &[f64]| -> Vec<f64> {
                 let of_effects = set.effects.iter().flat_map(|e| e.values.iter().map(|v| v.unwrap_or(0.0)));
@@ -27,18 +27,18 @@ impl Searcher<'_> {
         self.try_all("several effects", sets.iter().map(job).collect(), tried)
     }
 
-    /// A model fitted again with a wandering wrench, whose size is estimated under the noise that the instruments show: noise
-    /// that was fitted holds what is missing.
+    /// A model refitted with a random-walk wrench. The size of the walk is estimated under the instruments'
+    /// noise, because fitted noise would absorb missing effects.
     fn refitted_with_random_walk(&self, tried: &FittedModel) -> Result<Option<FittedModel>, InferError> {
-        let Some(left) = self.engine.lack_of_fit(&self.with_instrument_noise(tried))? else {
+        let Some(lack) = self.engine.lack_of_fit(&self.with_instrument_noise(tried))? else {
             return Ok(None);
         };
         let from = Job::from(tried, tried.added.clone(), vec![tried.fit.values.clone()]);
-        let job = Job { channels: left.channels, ..from };
-        Ok(self.fitted("beside a wandering wrench", vec![job], Effort::Full)?.pop())
+        let job = Job { channels: lack.channels, ..from };
+        Ok(self.fitted("random-walk wrench", vec![job], Effort::Full)?.pop())
     }
 
-    /// A model under the noise that the instruments show.
+    /// A model under the instruments' noise.
     pub(super) fn with_instrument_noise(&self, tried: &FittedModel) -> FittedModel {
         let mut read = tried.clone();
         read.fit.channels = Channels::of(&self.engine.data().noise);
@@ -55,16 +55,15 @@ mod tests {
     use trundle_infer::Quiet;
     use trundle_model::{Kind, Model};
 
-    /// The sets that are kept beside a wandering wrench, each sorted by name.
+    /// The sets that the screen with a random-walk wrench keeps, sorted by kind.
     fn kept(truth: Model) -> Vec<Vec<Kind>> {
         let data = World::of(truth).recording(3);
         let engine = Own::new(&data, None).unwrap();
         let base = engine.base(0, &Quiet).unwrap();
         let searcher = Searcher { engine: &engine, without: &[], regions: &[], seed: 0, watch: &Quiet };
         let Some(robust) = searcher.refitted_with_random_walk(&base).unwrap() else { return vec![] };
-        let screen_options = searcher.screen_options(&[], 5);
-        let sets =
-            engine.sets(&robust, &searcher.offered(&base), &screen_options, MAX_EFFECTS, &Quiet).unwrap();
+        let options = searcher.screen_options(&[], 5);
+        let sets = engine.sets(&robust, &searcher.offered(&base), &options, MAX_EFFECTS, &Quiet).unwrap();
         sets.iter().map(|set| kinds(&set.effects)).collect()
     }
 
@@ -79,7 +78,7 @@ mod tests {
     }
 
     #[test]
-    fn no_set_is_kept_where_nothing_is_missing() {
+    fn no_set_is_kept_for_a_complete_model() {
         assert_eq!(kept(locked()), Vec::<Vec<Kind>>::new());
     }
 }

@@ -1,14 +1,14 @@
-//! Where the fit of an effect starts: from the step of the score test, and from shorter ones.
+//! Starting points of the fit of an effect: the Newton step of the score test, and shorter steps.
 
 use crate::engine::{FittedModel, Job};
 use crate::screen::Start;
 use trundle_model::{Effect, Role};
 
-/// Shares of the screen's linear step from which a fit starts.
+/// Shares of the screen's Newton step from which a fit starts.
 const STEP_SHARES: [f64; 2] = [1.0, 0.25];
 
-/// The fit of a kind of effect on top of a model, from where its screen leads: from the linear step, and from shorter ones,
-/// because far from the optimum the linear step goes too far.
+/// The fit of a kind of effect that is added to a model, from its screened starting points. Shorter steps are
+/// tried too, because the Newton step overshoots far from the optimum.
 pub(super) fn job(from: &FittedModel, starts: &[Start]) -> Job {
     let mut added = from.added.clone();
     added.extend(starts.first().map(|s| with_free_parameters(&s.effect)));
@@ -26,7 +26,7 @@ pub(super) fn job(from: &FittedModel, starts: &[Start]) -> Job {
     Job::from(from, added, warm)
 }
 
-/// An effect with its amplitudes that share of the way from where they do nothing.
+/// An effect whose amplitudes move only `share` of the way from their neutral values.
 fn with_step_share(effect: &Effect, share: f64) -> Effect {
     let spec = effect.kind.spec();
     let mut shorter = effect.clone();
@@ -39,7 +39,7 @@ fn with_step_share(effect: &Effect, share: f64) -> Effect {
     shorter
 }
 
-/// An effect with every essential parameter free, and sizes, which are proposed with the place; its choices kept.
+/// An effect with its essential parameters and regions free; choices keep their values.
 pub(super) fn with_free_parameters(effect: &Effect) -> Effect {
     let mut free = Effect::free(effect.kind);
     for ((param, value), free) in effect.kind.spec().params.iter().zip(&effect.values).zip(&mut free.values) {
