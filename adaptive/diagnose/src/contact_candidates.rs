@@ -144,7 +144,7 @@ mod tests {
     fn impossible_contacts_are_excluded() {
         let nothing = |wrench| contact_candidates(&residuals_of(wrench), &table()).is_empty();
         assert!(nothing([-1.0, 0.0, 0.0]), "too weak");
-        assert!(nothing([-30.0, 0.0, 30.0]), "its line passes beside the table");
+        assert!(nothing([-30.0, 0.0, 30.0]), "its line of action misses the table");
         assert!(nothing([0.0, 0.0, 30.0]), "no force");
     }
 }

@@ -34,11 +34,11 @@ impl LeftOutPrediction {
     pub fn error_ratio(&self, other: &Self) -> f64 {
         let kinds = self.episodes.iter().chain(&other.episodes).map(Vec::len).min().unwrap_or(0);
         let sum = |of: &Self, kind: usize| of.episodes.iter().map(|e| e[kind]).sum::<f64>();
-        let whole = (0..kinds).map(|kind| (sum(other, kind) / sum(self, kind)).ln());
+        let mean_ratios = (0..kinds).map(|kind| (sum(other, kind) / sum(self, kind)).ln());
         let pairs = || self.episodes.iter().zip(&other.episodes);
-        let each =
+        let episode_ratios =
             (0..kinds).flat_map(|kind| pairs().map(move |(own, other)| (other[kind] / own[kind]).ln()));
-        mean(whole).max(mean(each)).exp()
+        mean(mean_ratios).max(mean(episode_ratios)).exp()
     }
 }
 
@@ -204,8 +204,8 @@ mod tests {
     fn an_effect_in_one_episode_is_not_rejected() {
         // Only the last episode identifies the time and mass of the load.
         let load = effect(Kind::MassChange, &[("episode", 3.0), ("time", 2.0), ("mass", 8.0)]);
-        let sought = Effect::free(Kind::MassChange).with("episode", Some(3.0));
-        assert!(error_ratio_without(locked().with(load), sought) > 8.0);
+        let effect_free = Effect::free(Kind::MassChange).with("episode", Some(3.0));
+        assert!(error_ratio_without(locked().with(load), effect_free) > 8.0);
     }
 
     #[test]

@@ -33,12 +33,12 @@ impl Eligibility<'_> {
     /// Whether another model has the same effects except for the immaterial ones.
     pub fn is_reduced_to(&self, other: &FittedModel) -> bool {
         let names = self.candidate.names().into_iter().enumerate();
-        let mut left: Vec<_> =
+        let mut kept: Vec<_> =
             names.filter(|(k, _)| !self.immaterial.contains(k)).map(|(_, name)| name).collect();
         let mut own = other.names();
-        left.sort_unstable();
+        kept.sort_unstable();
         own.sort_unstable();
-        left == own
+        kept == own
     }
 }
 

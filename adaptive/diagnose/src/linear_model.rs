@@ -141,8 +141,8 @@ pub(crate) fn amplitude_derivatives(
         amplitudes.push(of_effect.iter().enumerate().filter_map(free).collect());
         values.extend(effect.values.iter().map(|v| v.unwrap_or(0.0)));
     }
-    let wanted: Vec<usize> = amplitudes.iter().flatten().copied().collect();
-    let all = view.derivatives(&model, &values, &wanted)?;
+    let slots_of_amplitudes: Vec<usize> = amplitudes.iter().flatten().copied().collect();
+    let all = view.derivatives(&model, &values, &slots_of_amplitudes)?;
     let mut column = 0;
     let columns = amplitudes.into_iter().map(|amplitudes| {
         let columns = all.columns(column, amplitudes.len()).into_owned();

@@ -78,9 +78,9 @@ pub(crate) fn in_position(courses: &[Vec<Residual>], rail: bool) -> Vec<Line> {
         let (sin, cos) = angle.sin_cos();
         let along = |of: [f64; 3]| cos * of[0] + sin * of[1];
         let episodes = sampled(courses, rail, |r| (along(r.pose), along(r.twist).abs()));
-        let whole = [episodes.concat()];
+        let all_episodes = [episodes.concat()];
         let coherent = |frequency: f64| in_phase(&episodes, frequency);
-        found.extend(lines(&whole, 0.0, coherent).into_iter().map(|line| Line { angle, ..line }));
+        found.extend(lines(&all_episodes, 0.0, coherent).into_iter().map(|line| Line { angle, ..line }));
     }
     strongest(found)
 }
@@ -315,13 +315,13 @@ mod tests {
     fn courses_at(rate: f64, force: impl Fn(f64, f64, f64) -> f64) -> Vec<Vec<Residual>> {
         let mut rng = rand_chacha::ChaCha8Rng::seed_from_u64(1);
         let mut episode = |k: usize| {
-            let mut wander = 0.0;
+            let mut walk = 0.0;
             let mut one = |i: usize| {
                 let t = 0.01 * i as f64;
                 let phase = rate * t + k as f64;
                 let (x, v) = (0.27 / rate * phase.sin() + 0.05 * t, 0.27 * phase.cos() + 0.05);
-                wander = 0.95 * wander + 0.1 * (rng.random::<f64>() - 0.5);
-                let wrench = [wander + force(x, v, t + 0.13 * k as f64), 0.0, 0.0];
+                walk = 0.95 * walk + 0.1 * (rng.random::<f64>() - 0.5);
+                let wrench = [walk + force(x, v, t + 0.13 * k as f64), 0.0, 0.0];
                 let (pose, twist) = ([x, 0.0, 0.0], [v, 0.0, 0.0]);
                 Residual { t, pose, twist, wrench, covariance: Matrix3::identity() }
             };

@@ -23,13 +23,13 @@ impl FittedEffect<'_> {
 
     /// A point, from the two parameters that are its coordinates.
     fn point(&self, coordinate: fn(usize) -> Role) -> Option<Point> {
-        let named = |axis| self.named(coordinate(axis)).and_then(|name| self.identified(name));
-        let ((x, sx), (y, sy)) = (named(0)?, named(1)?);
+        let coordinate_of = |axis| self.param_name(coordinate(axis)).and_then(|name| self.identified(name));
+        let ((x, sx), (y, sy)) = (coordinate_of(0)?, coordinate_of(1)?);
         Some(Point { mean: [x, y], sd: [sx, sy] })
     }
 
     /// The parameter with a role.
-    fn named(&self, role: Role) -> Option<&'static str> {
+    fn param_name(&self, role: Role) -> Option<&'static str> {
         self.kind.spec().params.iter().find(|p| p.role == role).map(|p| p.name)
     }
 
@@ -72,7 +72,7 @@ impl FittedEffect<'_> {
     }
 
     fn event(&self, data: &Dataset) -> Option<Place> {
-        let (mean, sd) = self.identified(self.named(Role::Time)?)?;
+        let (mean, sd) = self.identified(self.param_name(Role::Time)?)?;
         let index = self.kind.spec().params.iter().position(|p| p.role.is_choice())?;
         let ordinal = self.values()?.get(index).copied()?;
         let episode = data.episodes().find(|e| e.ordinal as f64 == ordinal)?;

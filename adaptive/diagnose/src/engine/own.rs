@@ -300,6 +300,6 @@ impl Engine for Own<'_> {
 
 /// The missing wrench along the episodes.
 fn courses(motion: &MotionLikelihood, from: &FittedModel) -> Result<Vec<Vec<Residual>>, InferError> {
-    let wandering = motion.with_channels(motion_lack_of_fit(motion, &from.fit)?.channels);
-    Ok(wandering.residuals(&from.fit.model, &from.fit.values)?.unwrap_or_default())
+    let with_walk = motion.with_channels(motion_lack_of_fit(motion, &from.fit)?.channels);
+    Ok(with_walk.residuals(&from.fit.model, &from.fit.values)?.unwrap_or_default())
 }

@@ -135,11 +135,11 @@ impl Searcher<'_> {
 
     /// Kinds of effects that may be added to a model.
     fn offered(&self, to: &FittedModel) -> Vec<Kind> {
-        let spare = INNER.saturating_sub(to.fit.model.inner().len());
+        let free_states = INNER.saturating_sub(to.fit.model.inner().len());
         let allowed = |kind: &Kind| {
             let (effect, states) = (kind.spec().effect, kind.spec().inner.len());
-            let beside = |e: &Effect| name(e) != effect || kind.repeats() && e.kind == *kind;
-            states <= spare && to.added.iter().all(beside) && self.is_allowed(*kind)
+            let is_compatible = |e: &Effect| name(e) != effect || kind.repeats() && e.kind == *kind;
+            states <= free_states && to.added.iter().all(is_compatible) && self.is_allowed(*kind)
         };
         self.engine.candidates().into_iter().filter(allowed).collect()
     }
@@ -196,8 +196,8 @@ impl Searcher<'_> {
         jobs: Vec<Job>,
         tried: &mut Vec<FittedModel>,
     ) -> Result<(), InferError> {
-        let new = |job: &Job| tried.iter().all(|t| !have_same_effects(&t.added, &job.added));
-        let jobs: Vec<Job> = jobs.into_iter().filter(new).collect();
+        let is_new = |job: &Job| tried.iter().all(|t| !have_same_effects(&t.added, &job.added));
+        let jobs: Vec<Job> = jobs.into_iter().filter(is_new).collect();
         let (known, from) = (lowest(tried.iter().map(|t| t.fit.cost)), lowest(jobs.iter().map(|j| j.from)));
         self.fit_in_stages(what, jobs, tried, |ranked| {
             let best = lowest(ranked.iter().map(|t| t.fit.cost)).min(known);
@@ -215,24 +215,24 @@ impl Searcher<'_> {
         bound: impl Fn(&[FittedModel]) -> f64,
     ) -> Result<(), InferError> {
         let Some(thinned) = self.engine.thinned() else { return self.fit_all(what, jobs, tried) };
-        let on = |t: &FittedModel| Job::from(t, t.added.clone(), vec![t.fit.values.clone()]);
+        let continued = |t: &FittedModel| Job::from(t, t.added.clone(), vec![t.fit.values.clone()]);
         let cheaper = Searcher { engine: &*thinned, ..*self };
         let starts: Vec<_> = jobs.iter().map(|job| (job.added.clone(), job.warm.clone())).collect();
-        let near = cheaper.fitted(what, jobs, Effort::Screening)?;
+        let screened = cheaper.fitted(what, jobs, Effort::Screening)?;
         // The fit to thinned data may have increased the cost.
         let with_first_starts = |t: &FittedModel| {
             let first = starts.iter().find(|(added, _)| *added == t.added);
-            let mut job = on(t);
+            let mut job = continued(t);
             job.warm.extend(first.iter().flat_map(|(_, warm)| warm.iter().cloned()));
             job
         };
-        let ranked = self.fitted(what, near.iter().map(with_first_starts).collect(), Effort::Ranking)?;
+        let ranked = self.fitted(what, screened.iter().map(with_first_starts).collect(), Effort::Ranking)?;
         let bound = bound(&ranked);
         let is_promising = |t: &FittedModel| t.fit.cost - EXTRAPOLATED_STEPS * t.fit.falling < bound;
-        let (ahead, behind): (Vec<FittedModel>, Vec<FittedModel>) =
+        let (promising, others): (Vec<FittedModel>, Vec<FittedModel>) =
             ranked.into_iter().partition(is_promising);
-        let ended = self.fitted(what, ahead.iter().map(on).collect(), Effort::Full)?;
-        insert_models(tried, ended.into_iter().chain(behind));
+        let optima = self.fitted(what, promising.iter().map(continued).collect(), Effort::Full)?;
+        insert_models(tried, optima.into_iter().chain(others));
         Ok(())
     }
 
@@ -313,17 +313,17 @@ impl Searcher<'_> {
     /// previous lack of fit. If the remaining lack of fit is not significant, the last effect must have
     /// improved the predictions by a material share.
     fn needs_more_effects(&self, before: &FittedModel, best: &FittedModel) -> Result<bool, InferError> {
-        let much = self.is_inadequate(best)? && self.engine.errs_beyond_noise(best)?;
-        if !much || before.added.is_empty() {
-            return Ok(much);
+        let is_inadequate = self.is_inadequate(best)? && self.engine.errs_beyond_noise(best)?;
+        if !is_inadequate || before.added.is_empty() {
+            return Ok(is_inadequate);
         }
-        let [was, lack] = [before, best].map(|tried| self.engine.lack_of_fit(tried));
-        let (Some(was), Some(lack)) = (was?, lack?) else { return Ok(true) };
-        if lack.is_significant(self.engine.observations()) {
-            return Ok(before.fit.cost - best.fit.cost >= fair_share(before.added.len()) * was.misfit());
+        let [previous, current] = [before, best].map(|tried| self.engine.lack_of_fit(tried));
+        let (Some(previous), Some(current)) = (previous?, current?) else { return Ok(true) };
+        if current.is_significant(self.engine.observations()) {
+            return Ok(before.fit.cost - best.fit.cost >= fair_share(before.added.len()) * previous.misfit());
         }
-        let [was, ahead] = [before, best].map(|tried| self.engine.predictive_check(tried));
-        Ok(ahead?.share * MIN_MATERIAL_ERROR_RATIO < was?.share)
+        let [previous, current] = [before, best].map(|tried| self.engine.predictive_check(tried));
+        Ok(current?.share * MIN_MATERIAL_ERROR_RATIO < previous?.share)
     }
 }
 
