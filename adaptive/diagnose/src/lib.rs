@@ -32,6 +32,7 @@ mod pushing_time;
 mod run;
 mod screen;
 mod search;
+mod selection;
 mod series;
 mod stages;
 mod statements;

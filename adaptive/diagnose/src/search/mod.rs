@@ -6,6 +6,7 @@
 //! effects that mask each other.
 
 mod backfitting;
+mod effects;
 #[cfg(test)]
 #[allow(clippy::unwrap_used)]
 mod nested;
@@ -20,6 +21,7 @@ use crate::lack_of_fit::LackOfFit;
 use crate::locate::Located;
 use crate::screen::{ScreenOptions, Start};
 use crate::thresholds::MIN_MATERIAL_ERROR_RATIO;
+use effects::{have_same_effects, kinds, with_refinements};
 use prior::log_prior;
 pub(crate) use prior::probabilities;
 use rayon::prelude::*;
@@ -354,31 +356,9 @@ fn insert_models(tried: &mut Vec<FittedModel>, more: impl IntoIterator<Item = Fi
     *tried = kept;
 }
 
-/// Whether two models have the same effects, with the same multiplicity.
-fn have_same_effects(a: &[Effect], b: &[Effect]) -> bool {
-    let count = |of: &[Effect], effect: &Effect| of.iter().filter(|e| *e == effect).count();
-    a.len() == b.len() && a.iter().all(|effect| count(a, effect) == count(b, effect))
-}
-
-/// Kinds of some effects in the order of the catalogue, with multiplicity.
-fn kinds(effects: &[Effect]) -> Vec<Kind> {
-    let mut kinds: Vec<Kind> = effects.iter().map(|e| e.kind).collect();
-    kinds.sort_unstable();
-    kinds
-}
-
-/// The effect with its refinements free; `None` if they are free already or there are none.
-fn with_refinements(effect: &Effect) -> Option<Effect> {
-    let free: Vec<_> =
-        effect.kind.spec().params.iter().filter(|p| p.refinement.is_some() && !p.role.is_choice()).collect();
-    let with_refinements = free.iter().fold(effect.clone(), |e, param| e.with(param.name, None));
-    (with_refinements != *effect).then_some(with_refinements)
-}
-
 #[cfg(test)]
 mod tests {
-    use super::{MAX_EFFECTS, fair_share, have_same_effects, kinds};
-    use trundle_model::{Effect, Kind};
+    use super::{MAX_EFFECTS, fair_share};
 
     #[test]
     fn the_fair_share_is_equal_for_all_effects() {
@@ -389,18 +369,5 @@ mod tests {
             remaining *= 1.0 - share;
         }
         assert!(remaining.abs() < 1e-12);
-    }
-
-    #[test]
-    fn multiplicity_of_effects_counts() {
-        let [friction, slope] = [Kind::CoulombFriction, Kind::FloorSlope].map(Effect::free);
-        let (twice, mixed) = ([friction.clone(), friction.clone()], [slope, friction]);
-        assert!(
-            !have_same_effects(&twice, &mixed)
-                && !have_same_effects(&mixed, &twice)
-                && have_same_effects(&twice, &twice)
-        );
-        assert!(have_same_effects(&mixed, &[mixed[1].clone(), mixed[0].clone()]));
-        assert_eq!(kinds(&twice), [Kind::CoulombFriction; 2]);
     }
 }
