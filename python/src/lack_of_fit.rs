@@ -1,7 +1,7 @@
 //! Whether a fit explains its data, and intervals that include model error where it does not.
 
 use serde_json::{Value, json};
-use trundle_diagnose::{LackOfFit, lack_of_fit};
+use trundle_diagnose::{FitCheck, check_fit};
 use trundle_infer::{Basis, Comparison, Fit, InferError, Likelihood};
 use trundle_model::Model;
 use trundle_record::Dataset;
@@ -13,7 +13,7 @@ pub(crate) struct Tested {
     /// Where its intervals come from.
     pub basis: Basis,
     /// The test's result; `None` where there is no test.
-    pub lack: Option<LackOfFit>,
+    pub lack: Option<FitCheck>,
 }
 
 impl Tested {
@@ -25,13 +25,13 @@ impl Tested {
     /// Test a fit of `model` to recordings, by the default likelihood and with shared parameters.
     pub fn new(recordings: &[Dataset], model: &Model, fit: Fit) -> Result<Self, InferError> {
         let comparisons = comparisons(recordings, model, &fit)?;
-        let mut lack: Option<LackOfFit> = None;
+        let mut lack: Option<FitCheck> = None;
         for (data, comparison) in recordings.iter().zip(&comparisons) {
             let own = Fit { channels: comparison.channels(), ..fit.clone() };
-            let Some(found) = lack_of_fit(data, comparison, &own)? else { return Ok(Self::untested(fit)) };
+            let Some(found) = check_fit(data, comparison, &own)? else { return Ok(Self::untested(fit)) };
             lack = Some(lack.map_or(found, |so_far| worse(so_far, found)));
         }
-        if !lack.is_some_and(|lack| lack.is_found) {
+        if !lack.is_some_and(|lack| lack.is_rejected) {
             return Ok(Self { fit, basis: Basis::Curvature, lack });
         }
         let likelihoods: Vec<&dyn Likelihood> = comparisons.iter().map(|c| c as &dyn Likelihood).collect();
@@ -52,10 +52,10 @@ impl Tested {
 }
 
 /// The test's result for a summary; null where there is no test.
-pub(crate) fn lack_summary(lack: Option<LackOfFit>) -> Value {
+pub(crate) fn lack_summary(lack: Option<FitCheck>) -> Value {
     lack.map_or(Value::Null, |lack| {
         json!({
-            "found": lack.is_found,
+            "found": lack.is_rejected,
             "gain_nats": lack.gain_nats,
             "residual_force_rms": lack.residual_force_rms,
             "residual_torque_rms": lack.residual_torque_rms,
@@ -76,9 +76,9 @@ fn comparisons(recordings: &[Dataset], model: &Model, fit: &Fit) -> Result<Vec<C
 }
 
 /// The larger of two recordings' figures.
-fn worse(a: LackOfFit, b: LackOfFit) -> LackOfFit {
-    LackOfFit {
-        is_found: a.is_found || b.is_found,
+fn worse(a: FitCheck, b: FitCheck) -> FitCheck {
+    FitCheck {
+        is_rejected: a.is_rejected || b.is_rejected,
         gain_nats: a.gain_nats.max(b.gain_nats),
         residual_force_rms: a.residual_force_rms.max(b.residual_force_rms),
         residual_torque_rms: a.residual_torque_rms.max(b.residual_torque_rms),

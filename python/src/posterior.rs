@@ -3,7 +3,7 @@
 use numpy::{PyArray1, PyArray3, PyArray4, PyArrayMethods};
 use pyo3::prelude::*;
 use pyo3::types::PyDict;
-use trundle_diagnose::{LackOfFit, lack_of_fit as lack_of};
+use trundle_diagnose::{FitCheck, check_fit};
 use trundle_infer::{Comparison, FitOptions, InferError, Stage};
 use trundle_model::PriorFile;
 use trundle_posterior::{
@@ -37,7 +37,7 @@ struct PyPosterior {
     data: Dataset,
     quasi_static: bool,
     /// The lack-of-fit test at the mode; `None` where there is none.
-    lack: Option<LackOfFit>,
+    lack: Option<FitCheck>,
 }
 
 /// What Ctrl-C ends stays an interrupt; every other refusal becomes a `TrundleError` outside of the watch.
@@ -89,7 +89,7 @@ fn _sample(
             Err(error) => return Ok(Err(error)),
         };
         let shared = options.fit.per_episode.is_empty();
-        let lack = if shared { lack_of(&data, &comparison, &found.fit)? } else { None };
+        let lack = if shared { check_fit(&data, &comparison, &found.fit)? } else { None };
         Ok(Ok((found, comparison.is_quasi_static(), lack)))
     })?
     .map_err(refused)?;

@@ -36,7 +36,7 @@ def table(samples: dict[str, Sample]) -> Sample:
 
 def test_warnings_come_before_all_sections(table: Sample) -> None:
     diagnosis, series = table
-    warning = "episode_05 (held out) behaves unlike the fitted episodes"
+    warning = "episode_05 (held out) behaves unlike the training episodes"
     page = render(diagnosis | {"warnings": [warning]}, series)
     assert 'role="note"' in page
     assert page.index("behaves unlike") < page.index("<h2")
@@ -91,7 +91,7 @@ def test_an_unexplained_page_lists_symptoms_and_the_next_recording(samples: dict
     regime = "in all motions, as a force constant in the world along 40°"
     diagnosis["mismatch"]["regime"] = regime
     diagnosis["residual"] = {**LEFT, "share": 1.0, "regime": regime}
-    series["candidates"][0]["reason"] = "the data do not hold a parameter that defines an effect"
+    series["candidates"][0]["reason"] = "the data do not identify a parameter that defines an effect"
     page = render(diagnosis, series)
     known = words(part(page, "missing"))
     for sentence in (
@@ -104,7 +104,7 @@ def test_an_unexplained_page_lists_symptoms_and_the_next_recording(samples: dict
         assert sentence in known
         assert words(page).count(sentence) == 1
     tried = words(part(page, "ranking"))
-    assert "the data do not hold a parameter that defines an effect" in tried
+    assert "the data do not identify a parameter that defines an effect" in tried
     assert "99" not in tried, "odds among wrong laws read as certainty"
     diagnosis["alternatives"] = [{"effect": "tether", "probability": 0.0, "experiment": "let go"}]
     assert "plausible" not in words(render(diagnosis, series))

@@ -1,4 +1,4 @@
-//! `diagnosis.json`: the answer for programs (`trundle-diagnosis/1`).
+//! The answer for programs: `diagnosis.json`, format `trundle-diagnosis/1`.
 
 use crate::design::{Certificate, Experiment};
 use serde::Serialize;
@@ -6,66 +6,67 @@ use std::collections::BTreeMap;
 use trundle_infer::Score;
 use trundle_record::WrenchPose;
 
-/// The whole answer.
+/// The answer of a diagnosis.
 #[derive(Clone, Debug, Serialize)]
 pub struct Answer {
     /// `trundle-diagnosis/1`.
     pub format: &'static str,
     /// Name of the recording.
     pub recording: String,
-    /// What became of it.
+    /// The verdict.
     pub verdict: Verdict,
-    /// The effects that were left out, largest contribution first.
-    pub missing: Vec<Missing>,
-    /// Sets of effects that the data cannot tell apart.
+    /// The missing effects, the largest contribution first.
+    pub missing: Vec<MissingEffect>,
+    /// Sets of single effects that the data cannot distinguish.
     pub tied: Vec<Vec<String>>,
-    /// Classes of whole sets of effects that the data cannot tell apart.
+    /// Classes of effect sets that the data cannot distinguish.
     pub tied_sets: Vec<Vec<Vec<String>>>,
-    /// Detectable effects whose correction would not improve prediction by a material share; no part of the verdict.
-    pub immaterial: Vec<Missing>,
-    /// Where the simulation as given goes wrong.
+    /// Detectable effects whose correction does not improve predictions by a material share. They do not
+    /// affect the verdict.
+    pub immaterial: Vec<MissingEffect>,
+    /// Where the nominal model disagrees with the recording.
     pub mismatch: Mismatch,
-    /// What remains after the named effects, also where nothing is named.
-    pub residual: Remaining,
-    /// Doubts that a careful reader must know of.
+    /// Residual of the named model, or of the nominal model if nothing is named.
+    pub residual: ResidualSummary,
+    /// Warnings about the reliability of the answer.
     pub warnings: Vec<String>,
-    /// What explains the data almost as well.
+    /// Models that explain the data almost as well.
     pub alternatives: Vec<Alternative>,
-    /// How alike the models of tied effects are on what was recorded.
+    /// How well the recording distinguishes tied models.
     pub certificates: Vec<Certificate>,
-    /// The pushes that would tell the best alternatives apart, where they could be designed.
+    /// Discriminating experiments for the best alternatives, if they could be designed.
     pub experiments: Vec<Experiment>,
-    /// Parameters of the simulation under test.
+    /// Parameters of the nominal model.
     pub nominal: Nominal,
-    /// The pose that brought each wrench to the object.
+    /// The pose that transformed each wrench to the object.
     pub wrench_pose: WrenchPose,
-    /// Figures before and after.
-    pub fit: Figures,
+    /// Error metrics before and after.
+    pub fit: ErrorMetrics,
 }
 
-/// What remains: the wrench that the model after still misses.
+/// Residual: the missing wrench of the model "after".
 #[derive(Clone, Debug, Default, Serialize)]
-pub struct Remaining {
+pub struct ResidualSummary {
     /// Root mean square of the missing force over the training episodes, N.
     pub force_rms: Option<f64>,
-    /// The same of the moment about the object's origin, N·m.
+    /// Root mean square of the missing torque about the object's origin, N·m.
     pub torque_rms: Option<f64>,
     /// Share of the misfit before.
     pub share: Option<f64>,
-    /// Stretches of time in which it stands out.
+    /// Intervals in which the residual is significant.
     pub windows: Vec<Window>,
-    /// In which motions.
+    /// Regime of motion in which it occurs.
     pub regime: Option<String>,
     /// Significant periodicity in position or time.
     pub periods: Vec<Period>,
 }
 
-/// A period of what remains.
+/// A period of the residual.
 #[derive(Clone, Debug, Serialize)]
 pub struct Period {
     /// `position` or `time`.
     pub of: &'static str,
-    /// m or s.
+    /// The period, m or s.
     pub period: f64,
     /// Unit of the period.
     pub unit: &'static str,
@@ -73,21 +74,21 @@ pub struct Period {
     pub amplitude: f64,
 }
 
-/// What became of the search.
+/// The verdict.
 #[derive(Clone, Copy, Debug, PartialEq, Eq, Serialize)]
 #[serde(rename_all = "lowercase")]
 pub enum Verdict {
-    /// Nothing is missing.
+    /// No effect is missing.
     Consistent,
-    /// The laws suffice, the given values do not.
+    /// The laws suffice, but the given values do not.
     Reparameterised,
-    /// What is missing has a name.
+    /// Named effects explain the mismatch.
     Explained,
-    /// Something is missing that nothing known explains.
+    /// No effect of the catalogue explains the mismatch.
     Unexplained,
 }
 
-/// A number with its interval.
+/// A quantity with its uncertainty.
 #[derive(Clone, Debug, PartialEq, Serialize)]
 pub struct Quantity {
     /// Posterior mean.
@@ -123,11 +124,11 @@ pub enum Place {
     Point(Point),
     /// Corners of a region of the floor, world, m.
     Region(Vec<[f64; 2]>),
-    /// A moment.
+    /// An event.
     Event {
         /// Name of the episode.
         episode: String,
-        /// The table's t, s.
+        /// Time `t` of the episode's table, s.
         time: Moment,
     },
 }
@@ -150,53 +151,53 @@ pub struct Point {
     pub sd: [f64; 2],
 }
 
-/// An effect that was left out.
+/// A missing effect.
 #[derive(Clone, Debug, Serialize)]
-pub struct Missing {
-    /// Its name in a diagnosis.
+pub struct MissingEffect {
+    /// Name of the effect in a diagnosis.
     pub effect: String,
-    /// That it belongs in the model, given the data.
+    /// Posterior probability of the effect.
     pub probability: f64,
-    /// The sentence for people.
+    /// The statement for readers.
     pub statement: String,
-    /// Its parameters that the data hold.
+    /// Its identifiable parameters.
     pub parameters: BTreeMap<String, Value>,
-    /// Where and when it acts; `None` where the data do not hold it.
+    /// Where and when it acts; `None` if not identifiable.
     #[serde(rename = "where")]
     pub place: Option<BTreeMap<&'static str, Place>>,
-    /// Rise of the held-out misfit when it alone is dropped and the rest refitted, as a share.
+    /// Share by which the held-out misfit falls with the effect, relative to a refit without it.
     pub explains: Option<f64>,
 }
 
-/// Where the simulation as given goes wrong.
+/// Where the nominal model disagrees with the recording.
 #[derive(Clone, Debug, Default, Serialize)]
 pub struct Mismatch {
-    /// Stretches of time.
+    /// Intervals of time.
     pub windows: Vec<Window>,
-    /// Shares of the standardised misfit.
+    /// Shares of the standardised misfit by direction.
     pub channels: Channels,
-    /// Where on the object the missing wrench acts, if at one point, m.
+    /// Point of the object at which the missing wrench acts, if it is a single point, m.
     pub body_point: Option<[f64; 2]>,
-    /// Polygon on the floor, if tied to it.
+    /// Polygon on the floor, if the mismatch is confined to it, m.
     pub world_region: Option<Vec<[f64; 2]>>,
-    /// In which motions.
+    /// Regime of motion in which it occurs.
     pub regime: Option<String>,
 }
 
-/// A stretch of time in which the simulation goes wrong.
+/// An interval in which the nominal model disagrees with the recording.
 #[derive(Clone, Debug, Serialize)]
 pub struct Window {
     /// Name of the episode.
     pub episode: String,
-    /// s, the table's `t`.
+    /// Start, time `t` of the episode's table, s.
     pub start: f64,
-    /// s.
+    /// End, s.
     pub end: f64,
     /// −log10 p.
     pub strength: f64,
 }
 
-/// Shares that add up to one.
+/// Shares that sum to one.
 #[derive(Clone, Copy, Debug, Default, Serialize)]
 pub struct Channels {
     /// Position along world x.
@@ -207,55 +208,55 @@ pub struct Channels {
     pub theta: f64,
 }
 
-/// What explains the data almost as well, and how to tell.
+/// A model that explains the data almost as well, and an experiment to distinguish it.
 #[derive(Clone, Debug, Serialize)]
 pub struct Alternative {
-    /// The effect; several joined by `+`.
+    /// Its effects, joined by `+`.
     pub effect: String,
-    /// Of the model with it.
+    /// Posterior probability of the model.
     pub probability: f64,
-    /// The push that would tell.
+    /// The discriminating experiment.
     pub experiment: String,
 }
 
-/// A parameter of the simulation under test.
+/// A parameter of the nominal model.
 #[derive(Clone, Debug, Serialize)]
 pub struct Parameter {
-    /// Posterior mean; null where the data do not hold it.
+    /// Posterior mean; null if not identifiable.
     pub mean: Option<f64>,
-    /// Posterior standard deviation; null where the data do not hold it.
+    /// Posterior standard deviation; null if not identifiable.
     pub sd: Option<f64>,
     /// SI unit.
     pub unit: &'static str,
-    /// Whether the data hold it.
+    /// Whether the data identify it.
     pub identifiable: bool,
 }
 
-/// Parameters of the simulation under test.
+/// Parameters of the nominal model.
 #[derive(Clone, Debug, Default, Serialize)]
 pub struct Nominal {
-    /// As the model file gave them.
+    /// Values given by the model file.
     pub given: BTreeMap<String, f64>,
-    /// Refitted, the effects left out.
+    /// Refitted without the effects.
     pub before: BTreeMap<String, Parameter>,
     /// Refitted together with the effects.
     pub after: BTreeMap<String, Parameter>,
 }
 
-/// Before and after on some episodes.
+/// Error metrics before and after.
 #[derive(Clone, Debug, Serialize)]
-pub struct Pair {
-    /// The simulation under test.
+pub struct BeforeAfter {
+    /// Of the nominal model.
     pub before: Score,
-    /// With the effects found, or with an unnamed wrench that predicts.
+    /// Of the model with the named effects, or with a model discrepancy.
     pub after: Score,
 }
 
-/// Figures.
+/// Error metrics.
 #[derive(Clone, Debug, Serialize)]
-pub struct Figures {
-    /// On episodes never fitted; null when there are none.
-    pub held_out: Option<Pair>,
-    /// On those that were.
-    pub training: Pair,
+pub struct ErrorMetrics {
+    /// On held-out episodes; null if there are none.
+    pub held_out: Option<BeforeAfter>,
+    /// On training episodes.
+    pub training: BeforeAfter,
 }

@@ -1,9 +1,9 @@
-//! What may have been left out.
+//! Candidates: kinds of effects that may be missing.
 
 use trundle_model::{Effect, Kind, Model};
 
-/// Kinds of effects that a simulation under test may lack. `commanded`: whether the recorded wrench is what a drive was
-/// told, not what a sensor read.
+/// Kinds of effects that may be missing from a nominal model. `commanded`: the recorded wrench is a drive's
+/// command and not a sensor's reading.
 pub(crate) fn candidates(nominal: &Model, quasi_static: bool, commanded: bool) -> Vec<Kind> {
     let rail = nominal.on_rail();
     let suits = |kind: &&Kind| {
@@ -16,7 +16,8 @@ pub(crate) fn candidates(nominal: &Model, quasi_static: bool, commanded: bool) -
     Kind::ALL.iter().filter(suits).filter(absent).copied().collect()
 }
 
-/// Name of an effect in a diagnosis. A wheel beside those of a simulator that may have some is one more.
+/// Name of an effect in a diagnosis. A viscous wheel that is added to a black-box simulator is a second
+/// wheel.
 pub(crate) fn name(effect: &Effect) -> &'static str {
     let kind = if effect.kind.is_damping() { Kind::SpinDrag } else { effect.kind };
     kind.spec().effect
@@ -30,16 +31,16 @@ mod tests {
     use trundle_model::{Body, Kind, Model};
 
     #[test]
-    fn a_lag_of_the_drive_is_for_commands_and_faults_of_a_sensor_are_for_readings() {
+    fn drive_effects_need_commands_and_sensor_effects_need_readings() {
         let nominal = Model::nominal(table(), None, [true; 3]);
-        let (read, told) = (candidates(&nominal, false, false), candidates(&nominal, false, true));
-        assert!(told.contains(&Kind::DriveLag) && !read.contains(&Kind::DriveLag));
-        assert!(read.contains(&Kind::SensorLag) && !told.contains(&Kind::SensorLag));
+        let (read, commanded) = (candidates(&nominal, false, false), candidates(&nominal, false, true));
+        assert!(commanded.contains(&Kind::DriveLag) && !read.contains(&Kind::DriveLag));
+        assert!(read.contains(&Kind::SensorLag) && !commanded.contains(&Kind::SensorLag));
         assert!(candidates(&nominal, true, true).iter().all(|kind| *kind != Kind::DriveLag));
     }
 
     #[test]
-    fn what_mixes_axes_means_nothing_on_a_rail() {
+    fn effects_that_mix_axes_are_excluded_on_a_rail() {
         let rail = Model::nominal(Body::point(90.0).unwrap(), None, [true, false, false]);
         let offered = candidates(&rail, false, false);
         for kind in [Kind::CrossTalk, Kind::TrackerOffset, Kind::AxisFriction] {

@@ -1,72 +1,74 @@
-//! How well a model predicts training episodes that it was not fitted to.
+//! Cross-validation over training episodes.
 //!
-//! Each training episode (or group of them, at most [`MAX_FOLDS`]) is left out once, the model is refitted to the others
-//! from where its fit to all of them ended, and predicts what was left out. Samples of one episode depend on one another;
-//! episodes do not.
+//! Each training episode, or each of at most [`MAX_FOLDS`] groups, is left out once. The model is refitted to
+//! the others, starting from its fit to all episodes, and predicts the left-out ones. Samples of one episode
+//! are correlated; episodes are independent.
 
-use crate::confirm::Samples;
-use crate::engine::{Engine, Tried};
+use crate::block_bootstrap::PredictedSamples;
+use crate::engine::{Engine, FittedModel};
 use rayon::prelude::*;
 use trundle_infer::{InferError, Score, Watch, on_all_cores};
 use trundle_model::Model;
 use trundle_record::Prepared;
 
-/// Groups that training episodes are left out in, at most.
+/// Most groups of left-out episodes.
 const MAX_FOLDS: usize = 8;
 
-/// How left-out episodes are predicted.
+/// Prediction of left-out episodes.
 #[derive(Clone, Debug, PartialEq)]
-pub(crate) struct LeftOut {
-    /// Squared errors of each episode, by kind of prediction, turns counted at the radius of gyration: the whole episode in
-    /// open loop and windows of one second, m²; or the wrench, N².
+pub(crate) struct LeftOutPrediction {
+    /// Squared errors of each episode by kind of prediction, with angles at the radius of gyration: the whole
+    /// episode in open loop and one-second windows, m²; or the wrench, N².
     episodes: Vec<Vec<f64>>,
-    /// Each sample.
-    pub samples: Samples,
+    /// The samples of each episode.
+    pub samples: PredictedSamples,
 }
 
-impl LeftOut {
-    /// By what factor the misfit rises when another model predicts instead: of the mean over episodes, or of an episode
-    /// as a geometric mean, whichever is more. What happens in one episode counts by the first; the second counts where
-    /// one left-out episode is predicted badly by both, because it alone tells a parameter that they share. A geometric
-    /// mean over the kinds of prediction; one where nothing can be compared.
-    pub fn rise(&self, other: &Self) -> f64 {
+impl LeftOutPrediction {
+    /// Ratio of the squared errors of another model to this one's: of the mean over episodes, or the
+    /// geometric mean of the ratios of single episodes, whichever is larger.
+    ///
+    /// The first detects an effect that acts in one episode. The second counts if both models predict one
+    /// left-out episode badly because only that episode identifies a shared parameter. The result is a
+    /// geometric mean over the kinds of prediction, and one if nothing can be compared.
+    pub fn error_ratio(&self, other: &Self) -> f64 {
         let kinds = self.episodes.iter().chain(&other.episodes).map(Vec::len).min().unwrap_or(0);
         let sum = |of: &Self, kind: usize| of.episodes.iter().map(|e| e[kind]).sum::<f64>();
-        let whole = (0..kinds).map(|kind| (sum(other, kind) / sum(self, kind)).ln());
+        let mean_ratios = (0..kinds).map(|kind| (sum(other, kind) / sum(self, kind)).ln());
         let pairs = || self.episodes.iter().zip(&other.episodes);
-        let each =
+        let episode_ratios =
             (0..kinds).flat_map(|kind| pairs().map(move |(own, other)| (other[kind] / own[kind]).ln()));
-        mean(whole).max(mean(each)).exp()
+        mean(mean_ratios).max(mean(episode_ratios)).exp()
     }
 }
 
-/// Mean of the finite numbers; zero where there are none.
+/// Mean of the finite values; zero if there are none.
 fn mean(values: impl Iterator<Item = f64>) -> f64 {
     let (sum, count) =
         values.filter(|v| v.is_finite()).fold((0.0, 0.0), |(sum, count), v| (sum + v, count + 1.0));
     if count > 0.0 { sum / count } else { 0.0 }
 }
 
-/// How a model predicts the training episodes, each by a fit to the others; in sample where there is only one. What is not
-/// judged of the model `beside` is excluded for both.
+/// Predict each training episode by a fit to the others, or in sample if there is only one. Samples that are
+/// not scored for the model `compared_with` are excluded for both models.
 ///
 /// # Errors
-/// When the user interrupts.
-pub(crate) fn left_out(
+/// If the user interrupts.
+pub(crate) fn cross_validate(
     engine: &dyn Engine,
-    tried: &Tried,
-    beside: &Tried,
+    tried: &FittedModel,
+    compared_with: &FittedModel,
     watch: &dyn Watch,
-) -> Result<LeftOut, InferError> {
+) -> Result<LeftOutPrediction, InferError> {
     let (data, nominal) = (engine.data(), engine.nominal());
     let count = data.training.len();
     let folds = count.min(MAX_FOLDS);
     let gyration = if data.dof[2] { nominal.body.gyration } else { 0.0 };
-    let scored = |model: &Tried, episode: &Prepared| {
-        let score = engine.score(model, beside, std::slice::from_ref(episode))?;
+    let scored = |model: &FittedModel, episode: &Prepared| {
+        let score = engine.score(model, compared_with, std::slice::from_ref(episode))?;
         Ok(errors(&score, gyration, engine.is_quasi_static()))
     };
-    let one = |fold: usize, watch: &dyn Watch| -> Result<(Vec<Vec<f64>>, Samples), InferError> {
+    let one = |fold: usize, watch: &dyn Watch| -> Result<(Vec<Vec<f64>>, PredictedSamples), InferError> {
         let inside = |k: usize| k % folds == fold;
         let fitted = if folds > 1 { refitted(engine, tried, &|k| !inside(k), watch)? } else { tried.clone() };
         let own = data.training.iter().enumerate().filter(|(k, _)| inside(*k));
@@ -77,10 +79,10 @@ pub(crate) fn left_out(
         (0..folds).into_par_iter().map(|fold| one(fold, watch)).collect::<Result<Vec<_>, InferError>>()
     })?;
     let (errors, samples) = all.into_iter().unzip();
-    Ok(LeftOut { episodes: in_order(errors, count), samples: in_order(samples, count) })
+    Ok(LeftOutPrediction { episodes: in_order(errors, count), samples: in_order(samples, count) })
 }
 
-/// What belongs to each of `count` episodes, in their order, from what belongs to those of each fold.
+/// The entries of `count` episodes in their order, from the entries of each fold.
 fn in_order<T>(folds: Vec<Vec<Vec<T>>>, count: usize) -> Vec<Vec<T>> {
     let number = folds.len();
     let mut episodes: Vec<Vec<T>> = (0..count).map(|_| vec![]).collect();
@@ -94,29 +96,31 @@ fn in_order<T>(folds: Vec<Vec<Vec<T>>>, count: usize) -> Vec<Vec<T>> {
     episodes
 }
 
-/// A model refitted to some episodes. What these alone do not hold stays as all episodes have it: the moment of an event,
-/// or the place of a thing that is hit in one episode, is nothing that other episodes could predict.
+/// A model refitted to some episodes. Parameters of effects that these episodes do not identify keep their
+/// values from the fit to all episodes. For example, other episodes cannot predict the time of an event.
 fn refitted(
     engine: &dyn Engine,
-    tried: &Tried,
+    tried: &FittedModel,
     keep: &dyn Fn(usize) -> bool,
     watch: &dyn Watch,
-) -> Result<Tried, InferError> {
+) -> Result<FittedModel, InferError> {
     let mut model = engine.nominal().clone();
     model.effects.extend(tried.added.iter().cloned());
     let found = engine.refitted(tried, &model, keep, watch)?;
-    let is_lost =
-        |name: &str| tried.fit.estimate(name).is_some_and(|all| all.identified) && !held(&found, name);
-    let Some(model) = holding(model, &tried.fit.model, is_lost) else { return Ok(found) };
+    let is_lost = |name: &str| {
+        tried.fit.estimate(name).is_some_and(|all| all.identified) && !is_identified(&found, name)
+    };
+    let Some(model) = with_fixed(model, &tried.fit.model, is_lost) else { return Ok(found) };
     engine.refitted(tried, &model, keep, watch)
 }
 
-fn held(tried: &Tried, name: &str) -> bool {
+fn is_identified(tried: &FittedModel, name: &str) -> bool {
     tried.fit.estimate(name).is_none_or(|estimate| estimate.identified)
 }
 
-/// A model with those parameters of its effects held at their fitted values that are `lost`; `None` where none is.
-fn holding(mut model: Model, fitted: &Model, is_lost: impl Fn(&str) -> bool) -> Option<Model> {
+/// A model whose effects have the parameters selected by `is_lost` fixed at their fitted values; `None` if
+/// there are none.
+fn with_fixed(mut model: Model, fitted: &Model, is_lost: impl Fn(&str) -> bool) -> Option<Model> {
     let mut any = false;
     let names = model.effect_names();
     for ((effect, name), fitted) in model.effects.iter_mut().zip(names).zip(&fitted.effects) {
@@ -157,20 +161,20 @@ mod tests {
     use trundle_model::{Effect, Kind};
 
     #[test]
-    fn an_episode_that_both_predict_badly_hides_nothing() {
-        let of = |errors: [f64; 4]| LeftOut {
+    fn an_episode_that_both_models_predict_badly_masks_no_effect() {
+        let of = |errors: [f64; 4]| LeftOutPrediction {
             episodes: errors.iter().map(|&e| vec![e]).collect(),
             samples: vec![],
         };
         let (with, without) = (of([1e-4, 1e-4, 1e-4, 5.0]), of([4e-4, 4e-4, 4e-4, 5.0]));
-        assert!(with.rise(&without) > 2.0 && without.rise(&with) < 1.0 + 1e-3);
+        assert!(with.error_ratio(&without) > 2.0 && without.error_ratio(&with) < 1.0 + 1e-3);
         let event = of([1e-4, 1e-4, 1e-4, 1e-4]);
-        assert!(event.rise(&of([1e-4, 1e-4, 1e-4, 5e-4])) == 2.0);
-        assert!(event.rise(&event) == 1.0);
+        assert!(event.error_ratio(&of([1e-4, 1e-4, 1e-4, 5e-4])) == 2.0);
+        assert!(event.error_ratio(&event) == 1.0);
     }
 
-    /// How much the misfit of left-out episodes rises without an effect, for a recording of a world.
-    fn rise_without(truth: Model, effect: Effect) -> f64 {
+    /// Ratio of the squared errors of left-out episodes without an effect to those with it.
+    fn error_ratio_without(truth: Model, effect: Effect) -> f64 {
         let data = World::of(truth).recording(4);
         let comparison = Comparison::of(&data).unwrap();
         let engine = Own::new(&data, None).unwrap();
@@ -179,38 +183,38 @@ mod tests {
             let model =
                 Model { effects: [nominal.effects.clone(), added.clone()].concat(), ..nominal.clone() };
             let fit = fit(&comparison, &model, &[], &FitOptions::default(), &Quiet).unwrap();
-            Tried::new(added, fit, None)
+            FittedModel::new(added, fit, None)
         };
         let of = |added| {
             let tried = tried(added);
-            left_out(&engine, &tried, &tried, &Quiet).unwrap()
+            cross_validate(&engine, &tried, &tried, &Quiet).unwrap()
         };
-        of(vec![effect]).rise(&of(vec![]))
+        of(vec![effect]).error_ratio(&of(vec![]))
     }
 
     #[test]
-    fn a_true_effect_is_missed_and_a_false_one_is_not() {
+    fn errors_rise_without_a_true_effect_only() {
         let slope = effect(Kind::FloorSlope, &[("accel_x", 0.05), ("accel_y", -0.02)]);
         let free = || Effect::free(Kind::FloorSlope);
-        assert!(rise_without(locked().with(slope), free()) > 3.0);
-        assert!(rise_without(locked(), free()) < 1.1);
+        assert!(error_ratio_without(locked().with(slope), free()) > 3.0);
+        assert!(error_ratio_without(locked(), free()) < 1.1);
     }
 
     #[test]
-    fn what_happens_in_one_episode_is_not_held_against_it() {
-        // The last episode alone tells of the load: without it neither its moment nor its mass is known.
+    fn an_effect_in_one_episode_is_not_rejected() {
+        // Only the last episode identifies the time and mass of the load.
         let load = effect(Kind::MassChange, &[("episode", 3.0), ("time", 2.0), ("mass", 8.0)]);
-        let sought = Effect::free(Kind::MassChange).with("episode", Some(3.0));
-        assert!(rise_without(locked().with(load), sought) > 8.0);
+        let effect_free = Effect::free(Kind::MassChange).with("episode", Some(3.0));
+        assert!(error_ratio_without(locked().with(load), effect_free) > 8.0);
     }
 
     #[test]
-    fn what_other_episodes_do_not_hold_stays() {
+    fn parameters_that_other_episodes_do_not_identify_are_fixed() {
         let free = Model { effects: vec![Effect::free(Kind::MassChange)], ..locked() };
         let fitted = effect(Kind::MassChange, &[("episode", 3.0), ("time", 2.0), ("mass", 8.0)]);
         let fitted = Model { effects: vec![fitted], ..locked() };
-        let held = holding(free.clone(), &fitted, |name| name == "mass_change.mass").unwrap();
-        assert_eq!(held.effects[0], Effect::free(Kind::MassChange).with("mass", Some(8.0)));
-        assert!(holding(free, &fitted, |name| name == "body.mass").is_none());
+        let fixed = with_fixed(free.clone(), &fitted, |name| name == "mass_change.mass").unwrap();
+        assert_eq!(fixed.effects[0], Effect::free(Kind::MassChange).with("mass", Some(8.0)));
+        assert!(with_fixed(free, &fitted, |name| name == "body.mass").is_none());
     }
 }

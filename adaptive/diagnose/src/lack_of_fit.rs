@@ -1,51 +1,82 @@
-//! The lack-of-fit test for a fit that is not part of a diagnosis.
+//! Lack-of-fit test: does a random-walk wrench in addition to a fitted model improve the likelihood?
+//!
+//! The test adds a random walk of the missing wrench to the filter. If the model is complete, the best size
+//! of the walk is zero and the likelihood does not improve. The gain in log likelihood is the test statistic,
+//! and the best size measures the missing wrench. The walk is non-parametric and does not identify an effect.
 
-use crate::adequacy::remainder;
-use trundle_infer::{Comparison, Fit, InferError, Residual};
-use trundle_record::Dataset;
+use crate::thresholds::is_significant;
+use trundle_infer::{Channels, Comparison, Fit, InferError, Innovation, Likelihood, MotionLikelihood};
 
-/// What a fitted model leaves unexplained in the training episodes.
-#[derive(Clone, Copy, Debug, PartialEq)]
-pub struct LackOfFit {
-    /// Whether the data reject the model.
-    pub is_found: bool,
-    /// Log likelihood that a wandering wrench in addition to the model gains, nats.
-    pub gain_nats: f64,
-    /// Root mean square of the residual force, N, as smoothed from the motion.
-    pub residual_force_rms: f64,
-    /// The same of the residual torque about the object's origin, N·m.
-    pub residual_torque_rms: f64,
+/// Result of the lack-of-fit test.
+#[derive(Clone, Copy, Debug)]
+pub(crate) struct LackOfFit {
+    /// Gain in log likelihood, nats.
+    pub gain: f64,
+    /// Noise with the walk at its best size.
+    pub channels: Channels,
+    /// Half of the χ² of the innovations in excess of its expectation, nats. It detects misfit that a random
+    /// walk does not reduce, such as impacts.
+    pub chi_squared_excess: f64,
 }
 
-/// Test a fit for lack of fit; `None` where there is no test: the wrench is compared, not the motion.
-///
-/// # Errors
-/// When the fit's values are not those of its model.
-pub fn lack_of_fit(
-    data: &Dataset,
-    comparison: &Comparison,
-    fit: &Fit,
-) -> Result<Option<LackOfFit>, InferError> {
-    let (Some(left), Comparison::Motion(motion)) = (remainder(comparison, fit)?, comparison) else {
-        return Ok(None);
+/// Trial sizes of the walk, N/√s.
+const WALK_SIZES: [f64; 12] = [1e-3, 3e-3, 1e-2, 3e-2, 0.1, 0.3, 1.0, 3.0, 10.0, 30.0, 100.0, 300.0];
+
+/// The lack of fit of a model; `None` if wrenches are compared instead of motion.
+pub(crate) fn lack_of_fit(comparison: &Comparison, fit: &Fit) -> Result<Option<LackOfFit>, InferError> {
+    match comparison.with_channels(fit.channels) {
+        Comparison::Motion(motion) => motion_lack_of_fit(&motion, fit).map(Some),
+        _ => Ok(None),
+    }
+}
+
+/// The lack of fit of a model to motion, under the noise of `motion`.
+pub(crate) fn motion_lack_of_fit(motion: &MotionLikelihood, fit: &Fit) -> Result<LackOfFit, InferError> {
+    let cost = |channels: Channels| motion.with_channels(channels).cost(&fit.model, &fit.values);
+    best_random_walk(motion.channels(), fit.model.body.gyration, chi_squared_excess(motion, fit)?, cost)
+}
+
+/// The best size of the walk. `cost` returns the −log likelihood under noise with a walk. The moment's walk
+/// is the force's times the radius of gyration.
+pub(crate) fn best_random_walk(
+    channels: Channels,
+    gyration: f64,
+    chi_squared_excess: f64,
+    cost: impl Fn(Channels) -> Result<f64, InferError>,
+) -> Result<LackOfFit, InferError> {
+    let with_walk = |size: f64| Channels { wander: [size, size, size * gyration], ..channels };
+    let without_walk = cost(channels)?;
+    let mut best = LackOfFit { gain: 0.0, channels: with_walk(WALK_SIZES[0]), chi_squared_excess };
+    for size in WALK_SIZES {
+        let channels = with_walk(size);
+        let gain = without_walk - cost(channels)?;
+        if gain > best.gain {
+            best = LackOfFit { gain, channels, ..best };
+        } else if gain < best.gain - 50.0 {
+            break;
+        }
+    }
+    Ok(best)
+}
+
+impl LackOfFit {
+    /// The larger of both measures of misfit, nats; near zero for the right model.
+    pub fn misfit(&self) -> f64 {
+        self.gain.max(self.chi_squared_excess)
+    }
+
+    /// Whether an effect is missing.
+    pub fn is_significant(&self, observations: usize) -> bool {
+        is_significant(self.gain, observations)
+    }
+}
+
+/// Half of the χ² of the whitened innovations in excess of one per direction, nats.
+fn chi_squared_excess(motion: &MotionLikelihood, fit: &Fit) -> Result<f64, InferError> {
+    let Some(all) = motion.innovations(&fit.model, &fit.values)? else { return Ok(0.0) };
+    let beyond = |i: &Innovation| {
+        let directions = (0..3).filter(|&k| i.whitener[(k, k)] > 0.0).count();
+        0.5 * ((i.whitener * i.error).norm_squared() - directions as f64)
     };
-    let residuals = motion.with_channels(left.channels).residuals(&fit.model, &fit.values)?;
-    // Before contact there is no wrench to miss.
-    let contact = |k: usize| data.training.get(k).map_or(f64::NEG_INFINITY, |e| e.contact);
-    let pushed: Vec<[f64; 3]> = residuals
-        .iter()
-        .flatten()
-        .enumerate()
-        .flat_map(|(k, episode)| episode.iter().filter(move |r: &&Residual| r.t >= contact(k)))
-        .map(|r| r.wrench)
-        .collect();
-    let rms = |square: &dyn Fn(&[f64; 3]) -> f64| {
-        (pushed.iter().map(square).sum::<f64>() / pushed.len().max(1) as f64).sqrt()
-    };
-    Ok(Some(LackOfFit {
-        is_found: left.matters(comparison.observations()),
-        gain_nats: left.gain,
-        residual_force_rms: rms(&|w| w[0] * w[0] + w[1] * w[1]),
-        residual_torque_rms: rms(&|w| w[2] * w[2]),
-    }))
+    Ok(all.iter().flatten().map(beyond).sum::<f64>().max(0.0))
 }

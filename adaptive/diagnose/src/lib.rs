@@ -1,52 +1,53 @@
-//! Where a simulation and a recording differ: locate it, name what was left out, or say that
-//! nothing known explains it.
+//! Diagnosis: find where a simulation and a recording differ, name the missing effects, or report that no law
+//! of the catalogue explains the difference.
 //!
-//! [`diagnose`] fits the simulation under test, asks every effect of the catalogue what it would gain, fits those that
-//! promise most, keeps what the evidence demands and what holds up block by block, and writes the answer in the form of
-//! `trundle-diagnosis/1`.
+//! [`diagnose`] fits the nominal model, screens every effect of the catalogue, and fits the effects with the
+//! largest promised gain. It keeps effects that the model evidence and a block bootstrap on left-out episodes
+//! support. The answer has the format `trundle-diagnosis/1`.
 
-mod adequacy;
 mod answer;
+mod best_subset;
+mod block_bootstrap;
 mod candidates;
-mod confirm;
+mod competing_models;
+mod contact_candidates;
 mod cross_validation;
 pub mod design;
+mod effect_report;
+mod eligibility;
 mod engine;
-mod enough;
+mod fit_check;
 pub mod foreign;
-mod ground;
 mod lack_of_fit;
+mod linear_model;
 mod locate;
-mod naming;
 mod nominal;
-mod outlook;
 mod periods;
 mod place;
 mod platt;
 mod predictions;
+mod predictive_check;
 mod proposals;
-mod rivals;
+mod pushing_time;
 mod run;
 mod screen;
 mod search;
+mod selection;
 mod series;
 mod stages;
-mod subset;
+mod statements;
 mod thresholds;
-mod touch;
 mod units;
 mod unnamed;
 mod verdict;
 mod warnings;
-mod whole;
-mod words;
 
 #[cfg(test)]
 #[path = "../../infer/tests/common/mod.rs"]
 mod common;
 
 pub use answer::Answer;
-pub use lack_of_fit::{LackOfFit, lack_of_fit};
+pub use fit_check::{FitCheck, check_fit};
 pub use nominal::for_recording;
 pub use platt::platt;
 pub use predictions::{Predictions, predict};

@@ -1,4 +1,4 @@
-//! The simulation under test: as it was given, with its values set free, and as fitted.
+//! The nominal model: as given, with its values free, and as fitted.
 
 use crate::answer::Parameter;
 use std::collections::BTreeMap;
@@ -6,8 +6,8 @@ use trundle_infer::{Comparison, Fit, FitOptions, InferError, Watch};
 use trundle_model::{Body, Effect, Model};
 use trundle_record::Dataset;
 
-/// A model file's model for the object of a recording: directions, shape and feet from the recording where the
-/// file does not say; the paper's model without a file.
+/// The model of a recording's object: a model file's model, completed by the recording's directions, shape
+/// and feet; the paper's model without a file.
 pub fn for_recording(data: &Dataset, model: Option<&Model>) -> Model {
     let Some(model) = model else {
         return Model::nominal(data.body.clone(), data.mass_given, data.dof);
@@ -23,7 +23,7 @@ pub fn for_recording(data: &Dataset, model: Option<&Model>) -> Model {
     model
 }
 
-/// The simulation under test with its values set free, and as it was given.
+/// The nominal model with its values free, and as given if any value is given.
 pub(crate) fn under_test(data: &Dataset, model: Option<&Model>) -> (Model, Option<Model>) {
     let given = for_recording(data, model);
     let mut free = given.clone();
@@ -40,24 +40,24 @@ pub(crate) fn under_test(data: &Dataset, model: Option<&Model>) -> (Model, Optio
     (free, has_values.then_some(given))
 }
 
-/// The given values, with whatever they leave free fitted.
+/// Fit the values that a given model leaves free.
 pub(crate) fn as_given(comparison: &Comparison, given: &Model, watch: &dyn Watch) -> Result<Fit, InferError> {
     trundle_infer::fit(comparison, given, &[], &FitOptions::default(), watch)
 }
 
-/// The values of the simulation under test as they were given.
+/// The given values of the nominal model.
 pub(crate) fn given_values(fit: &Fit) -> BTreeMap<String, f64> {
     let free = |name: &str| fit.estimate(name).is_some();
     let slots = fit.model.slots();
     slots.into_iter().filter(|s| !free(&s.name)).filter_map(|s| Some((short(&s.name), s.value?))).collect()
 }
 
-/// `mass` rather than `body.mass`.
+/// The name without the prefix `body.`.
 fn short(name: &str) -> String {
     name.strip_prefix("body.").unwrap_or(name).to_owned()
 }
 
-/// Parameters of the simulation under test within a fit.
+/// Parameters of the nominal model within a fit.
 pub(crate) fn parameters(fit: &Fit, nominal: &Model) -> BTreeMap<String, Parameter> {
     let own: Vec<String> = nominal.slots().into_iter().map(|s| s.name).collect();
     let one = |e: &trundle_infer::Estimate| {

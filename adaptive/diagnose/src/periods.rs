@@ -1,13 +1,16 @@
-//! Periods of a missing force, in position and in time: a screw's ripple, cogging, a fan.
+//! Periodic components of a missing force in position and in time, such as the ripple of a screw, cogging, or
+//! a fan.
 //!
-//! The missing force is projected on sines of many wavelengths (Lomb 1976), in position with one phase for the
-//! whole recording, in time with a phase of each episode. Its samples depend on one another, so that a peak is
-//! judged against the spectrum around it: of a background without lines, power is distributed exponentially about its
-//! local mean. A line in position must also have the same phase everywhere.
+//! A Lomb periodogram (Lomb 1976) projects the missing force on sines of many wavelengths. Periods in
+//! position have one phase for the whole recording, and periods in time one phase for each episode.
+//! Successive samples are correlated, so that a peak is judged against the spectrum around it: without lines,
+//! power is distributed exponentially about its local mean. A line in position must also have the same phase
+//! throughout the recording.
 //!
-//! Integrals over position weight each sample by its speed: what a body meets while it hardly moves, friction at a
-//! reversal for example, is at one position. A ripple that is passed fast oscillates faster than a smoother follows.
-//! Periods in position are therefore also sought in the missing force before smoothing.
+//! Integrals over position weight each sample by its speed. Otherwise a force at almost zero speed, such as
+//! friction at a reversal, would dominate a single position. A ripple that is passed fast oscillates faster
+//! than a smoother follows. Periods in position are therefore also sought in the missing force before
+//! smoothing.
 
 use crate::answer::Period;
 use std::collections::BTreeMap;
@@ -15,57 +18,58 @@ use std::f64::consts::{LN_2, PI, TAU};
 use trundle_infer::Residual;
 use trundle_model::to_world;
 
-/// Chance of one false line among all frequencies of a spectrum.
+/// Probability of one false line in a whole spectrum.
 const FALSE_ALARM: f64 = 1e-3;
 /// Trial frequencies per resolution element.
-const OVERSAMPLED: f64 = 3.0;
-/// Samples times trial frequencies of a spectrum, about: a twentieth of a second; and trial frequencies, at most.
-const WORK: usize = 6_000_000;
-const TRIALS: usize = 4000;
-/// Fewest periods that a line repeats, and fewest samples of a period.
-const REPEATS: f64 = 4.0;
-const SAMPLED: f64 = 4.0;
-/// A peak is the largest of so many trial frequencies on either side.
-const PEAK: usize = 3;
-/// Half width of the spectrum around a peak, trial frequencies.
-const AROUND: usize = 40;
-/// Frequencies of a motion's course in time beyond this many times its root mean square are not the motion's.
-const BEYOND: f64 = 5.0;
-/// Directions of the floor that are looked along.
+const OVERSAMPLING: f64 = 3.0;
+/// Approximate limit of samples times trial frequencies of a spectrum, about 0.05 s of computing; and most
+/// trial frequencies.
+const MAX_TERMS: usize = 6_000_000;
+const MAX_TRIAL_FREQUENCIES: usize = 4000;
+/// Least number of periods in the data, and of samples in a period.
+const MIN_REPEATS: f64 = 4.0;
+const MIN_SAMPLES_PER_PERIOD: f64 = 4.0;
+/// A peak is a maximum over this many trial frequencies on either side.
+const PEAK_HALF_WIDTH: usize = 3;
+/// Half width of the spectrum around a peak that serves as background, trial frequencies.
+const BACKGROUND_HALF_WIDTH: usize = 40;
+/// Periods in time need a frequency above this multiple of the motion's root mean square frequency.
+const MIN_BANDWIDTH_RATIO: f64 = 5.0;
+/// Directions in the plane along which position is measured.
 const DIRECTIONS: usize = 6;
-/// Parts of an episode whose phases are compared, and the share of their power that must add up: of random phases, as
-/// much does as one over their number.
-const PARTS: usize = 4;
-const IN_PHASE: f64 = 0.5;
-/// Lines that are reported of each spectrum, at most.
-const MOST: usize = 3;
+/// Parts of an episode whose phases are compared, and the least coherent share of their power. With random
+/// phases, the share is one over the number of parts.
+const PARTS_PER_EPISODE: usize = 4;
+const MIN_COHERENCE: f64 = 0.5;
+/// Most lines that are reported of each spectrum.
+const MAX_LINES: usize = 3;
 
 /// A line of a spectrum.
 #[derive(Clone, Copy, Debug)]
 pub(crate) struct Line {
-    /// m or s.
+    /// Period, m or s.
     pub period: f64,
-    /// Of the force, N.
+    /// Amplitude of the force, N.
     pub amplitude: f64,
-    /// Direction in the world along which the position is counted, rad.
+    /// World direction along which position is measured, rad.
     pub angle: f64,
 }
 
-/// A force at a coordinate.
+/// A force at a position or time.
 #[derive(Clone, Copy, Debug, Default)]
 struct Sample {
-    /// m or s.
+    /// Position or time, m or s.
     at: f64,
-    /// World axes, N.
+    /// Force, world axes, N.
     force: [f64; 2],
-    /// In sums over samples.
+    /// Weight in sums over samples.
     weight: f64,
 }
 
 /// Successive samples of one episode.
 type Samples = Vec<Sample>;
 
-/// Lines in position along the missing wrenches of some episodes; `rail`: only x moves.
+/// Periods in position of the missing wrenches; `rail`: only x moves.
 pub(crate) fn in_position(courses: &[Vec<Residual>], rail: bool) -> Vec<Line> {
     let directions = if rail { 1 } else { DIRECTIONS };
     let mut found = vec![];
@@ -74,23 +78,23 @@ pub(crate) fn in_position(courses: &[Vec<Residual>], rail: bool) -> Vec<Line> {
         let (sin, cos) = angle.sin_cos();
         let along = |of: [f64; 3]| cos * of[0] + sin * of[1];
         let episodes = sampled(courses, rail, |r| (along(r.pose), along(r.twist).abs()));
-        let whole = [episodes.concat()];
+        let all_episodes = [episodes.concat()];
         let coherent = |frequency: f64| in_phase(&episodes, frequency);
-        found.extend(lines(&whole, 0.0, coherent).into_iter().map(|line| Line { angle, ..line }));
+        found.extend(lines(&all_episodes, 0.0, coherent).into_iter().map(|line| Line { angle, ..line }));
     }
     strongest(found)
 }
 
-/// Lines in time, of frequencies beyond those of the motion, and that its direction does not have: what depends on the
-/// motion repeats with it.
+/// Periods in time of the missing wrenches. Frequencies must be above those of the motion and absent from the
+/// direction of motion, because a force that depends on the motion repeats with it.
 pub(crate) fn in_time(courses: &[Vec<Residual>], rail: bool) -> Vec<Line> {
-    let beyond = BEYOND * bandwidth(courses);
+    let min_frequency = MIN_BANDWIDTH_RATIO * bandwidth(courses);
     let headings = headings(courses);
-    let of_its_own = |frequency: f64| !has_line(&headings, frequency);
-    strongest(lines(&sampled(courses, rail, |r| (r.t, 1.0)), beyond, of_its_own))
+    let is_not_of_motion = |frequency: f64| !has_line(&headings, frequency);
+    strongest(lines(&sampled(courses, rail, |r| (r.t, 1.0)), min_frequency, is_not_of_motion))
 }
 
-/// Directions of the velocity as samples of a force.
+/// Direction of the velocity, as samples of a force.
 fn headings(courses: &[Vec<Residual>]) -> Vec<Samples> {
     let one = |r: &Residual| {
         let speed = r.twist[0].hypot(r.twist[1]).max(f64::MIN_POSITIVE);
@@ -99,34 +103,35 @@ fn headings(courses: &[Vec<Residual>]) -> Vec<Samples> {
     courses.iter().map(|course| course.iter().map(one).collect()).collect()
 }
 
-/// Whether a spectrum has a line at a frequency, within a resolution element.
+/// Whether a spectrum has a line within a resolution element of a frequency.
 fn has_line(groups: &[Samples], frequency: f64) -> bool {
     let step = step(groups);
-    let first = (frequency / step - AROUND as f64).max(1.0).ceil() as usize;
+    let first = (frequency / step - BACKGROUND_HALF_WIDTH as f64).max(1.0).ceil() as usize;
     let middle = (frequency / step).round() as usize;
-    let power: Vec<f64> = (first..=middle + AROUND).map(|k| power(groups, step * k as f64)).collect();
+    let power: Vec<f64> =
+        (first..=middle + BACKGROUND_HALF_WIDTH).map(|k| power(groups, step * k as f64)).collect();
     let at = middle.saturating_sub(first);
     let own = near_peak(&power, at).iter().copied().fold(0.0, f64::max);
-    own > ratio(2 * PEAK + 1) * around(&power, at)
+    own > ratio(2 * PEAK_HALF_WIDTH + 1) * background(&power, at)
 }
 
-/// Distance of trial frequencies.
+/// Distance of the trial frequencies.
 fn step(groups: &[Samples]) -> f64 {
-    1.0 / (OVERSAMPLED * groups.iter().map(extent).fold(0.0, f64::max))
+    1.0 / (OVERSAMPLING * groups.iter().map(extent).fold(0.0, f64::max))
 }
 
-/// Power of all groups at a frequency.
+/// Total power of all groups at a frequency.
 fn power(groups: &[Samples], frequency: f64) -> f64 {
     groups.iter().map(|g| squared(projected(g, frequency))).sum()
 }
 
-/// How much larger than the median around it the largest of so many trial powers is by chance. Trials of an oversampled
-/// spectrum depend on one another: fewer are independent.
+/// Ratio of the largest of `trials` trial powers to the median around it that chance exceeds with probability
+/// [`FALSE_ALARM`]. Neighbouring trials of an oversampled spectrum are not independent.
 fn ratio(trials: usize) -> f64 {
-    (trials as f64 / OVERSAMPLED / FALSE_ALARM).ln() / LN_2
+    (trials as f64 / OVERSAMPLING / FALSE_ALARM).ln() / LN_2
 }
 
-/// Root mean square frequency of the motion's velocity, by its changes, Hz.
+/// Root mean square frequency of the motion's velocity, Hz.
 fn bandwidth(courses: &[Vec<Residual>]) -> f64 {
     let size = |v: [f64; 3]| v[0] * v[0] + v[1] * v[1];
     let (mut slopes, mut squares, mut count) = (0.0, 0.0, 0.0);
@@ -139,7 +144,7 @@ fn bandwidth(courses: &[Vec<Residual>]) -> f64 {
     if count == 0.0 || squares == 0.0 { 0.0 } else { (slopes / squares).sqrt() / TAU }
 }
 
-/// Lines of both kinds, as the answer lists them, along missing wrenches that are smoothed and that are not.
+/// Periods in position and time for the answer, from smoothed and unsmoothed missing wrenches.
 pub(crate) fn for_answer([smoothed, raw]: [&[Vec<Residual>]; 2], rail: bool) -> Vec<Period> {
     let of = |of: &'static str, unit: &'static str| {
         move |line: Line| Period { of, period: line.period, unit, amplitude: line.amplitude }
@@ -150,19 +155,19 @@ pub(crate) fn for_answer([smoothed, raw]: [&[Vec<Residual>]; 2], rail: bool) -> 
     all
 }
 
-/// One of several lines of about the same period, which several directions show: the strongest.
+/// The strongest of the lines that have about the same period, which several directions show.
 fn strongest(mut lines: Vec<Line>) -> Vec<Line> {
     lines.sort_by(|a, b| b.amplitude.total_cmp(&a.amplitude));
     let mut kept: Vec<Line> = vec![];
     for line in lines {
-        if kept.len() < MOST && kept.iter().all(|k| (k.period / line.period).ln().abs() > 0.1) {
+        if kept.len() < MAX_LINES && kept.iter().all(|k| (k.period / line.period).ln().abs() > 0.1) {
             kept.push(line);
         }
     }
     kept
 }
 
-/// Samples of each episode; `at`: coordinate and weight.
+/// Samples of each episode; `at` returns coordinate and weight.
 fn sampled(courses: &[Vec<Residual>], rail: bool, at: impl Fn(&Residual) -> (f64, f64)) -> Vec<Samples> {
     let one = |r: &Residual| {
         let [x, y, _] = to_world([r.wrench[0], r.wrench[1], 0.0], r.pose[2]);
@@ -173,7 +178,7 @@ fn sampled(courses: &[Vec<Residual>], rail: bool, at: impl Fn(&Residual) -> (f64
     courses.iter().map(|course| course.iter().map(one).collect()).collect()
 }
 
-/// Means of the samples in intervals of so much: single samples would fold what is faster than their spacing.
+/// Means of the samples in bins of a width. Single samples would alias frequencies above their sampling rate.
 fn binned(samples: &Samples, width: f64) -> Samples {
     let mut bins: BTreeMap<i64, Sample> = BTreeMap::new();
     for s in samples {
@@ -190,21 +195,23 @@ fn binned(samples: &Samples, width: f64) -> Samples {
     bins.into_values().filter(|sum| sum.weight > 0.0).map(mean).collect()
 }
 
-/// Lines of frequencies above `beyond` that stand out of their surroundings, each group of samples with a phase of its own.
-fn lines(groups: &[Samples], beyond: f64, agrees: impl Fn(f64) -> bool) -> Vec<Line> {
+/// Lines above `min_frequency` that exceed the background. Each group of samples has its own phase.
+fn lines(groups: &[Samples], min_frequency: f64, agrees: impl Fn(f64) -> bool) -> Vec<Line> {
     let longest = groups.iter().map(extent).fold(0.0, f64::max);
     let count: usize = groups.iter().map(Vec::len).sum();
     let spacing = groups.iter().map(spacing).fold(0.0, f64::max);
-    if count < 10 * AROUND || longest <= 0.0 || spacing <= 0.0 {
+    if count < 10 * BACKGROUND_HALF_WIDTH || longest <= 0.0 || spacing <= 0.0 {
         return vec![];
     }
-    let (first, step) = ((REPEATS / longest).max(beyond), step(groups));
+    let (first, step) = ((MIN_REPEATS / longest).max(min_frequency), step(groups));
     let bins = |width: f64| groups.iter().map(|g| (extent(g) / width).min(g.len() as f64)).sum::<f64>();
-    let trials = |width: f64| ((1.0 / (SAMPLED * width) - first) / step).clamp(0.0, TRIALS as f64);
-    let excess = (bins(spacing) * trials(spacing) / WORK as f64).max(1.0);
+    let trials = |width: f64| {
+        ((1.0 / (MIN_SAMPLES_PER_PERIOD * width) - first) / step).clamp(0.0, MAX_TRIAL_FREQUENCIES as f64)
+    };
+    let excess = (bins(spacing) * trials(spacing) / MAX_TERMS as f64).max(1.0);
     let width = spacing * excess;
     let trials = trials(width) as usize;
-    if trials < 2 * AROUND {
+    if trials < 2 * BACKGROUND_HALF_WIDTH {
         return vec![];
     }
     let groups: Vec<Samples> = groups.iter().map(|g| binned(g, width)).collect();
@@ -214,7 +221,7 @@ fn lines(groups: &[Samples], beyond: f64, agrees: impl Fn(f64) -> bool) -> Vec<L
     let mut found: Vec<(f64, usize)> = vec![];
     for (k, &own) in power.iter().enumerate() {
         let peak = near_peak(&power, k).iter().all(|p| *p <= own);
-        if peak && own > ratio * around(&power, k) {
+        if peak && own > ratio * background(&power, k) {
             found.push((own, k));
         }
     }
@@ -223,26 +230,26 @@ fn lines(groups: &[Samples], beyond: f64, agrees: impl Fn(f64) -> bool) -> Vec<L
         let amplitude = 2.0 * (own / groups.len() as f64).sqrt();
         Line { period: 1.0 / frequency(k), amplitude, angle: 0.0 }
     };
-    found.into_iter().filter(|(_, k)| agrees(frequency(*k))).take(MOST).map(line).collect()
+    found.into_iter().filter(|(_, k)| agrees(frequency(*k))).take(MAX_LINES).map(line).collect()
 }
 
-/// Power at the trial frequencies among which one is a peak.
+/// Powers at the trial frequencies among which `k` is a peak.
 fn near_peak(power: &[f64], k: usize) -> &[f64] {
-    let end = (k + PEAK + 1).min(power.len());
-    &power[k.saturating_sub(PEAK).min(end)..end]
+    let end = (k + PEAK_HALF_WIDTH + 1).min(power.len());
+    &power[k.saturating_sub(PEAK_HALF_WIDTH).min(end)..end]
 }
 
-/// Median of the power around a peak, the peak itself left out.
-fn around(power: &[f64], k: usize) -> f64 {
-    let skipped = 2 * OVERSAMPLED as usize;
-    let near =
-        (k.saturating_sub(AROUND)..(k + AROUND + 1).min(power.len())).filter(|i| i.abs_diff(k) > skipped);
+/// Median of the power around a peak, without the peak.
+fn background(power: &[f64], k: usize) -> f64 {
+    let skipped = 2 * OVERSAMPLING as usize;
+    let near = (k.saturating_sub(BACKGROUND_HALF_WIDTH)..(k + BACKGROUND_HALF_WIDTH + 1).min(power.len()))
+        .filter(|i| i.abs_diff(k) > skipped);
     let mut all: Vec<f64> = near.map(|i| power[i]).collect();
     all.sort_by(f64::total_cmp);
     all.get(all.len() / 2).copied().unwrap_or(f64::INFINITY)
 }
 
-/// Mean of `force · exp(−i 2π f s)`, of both components: real and imaginary parts.
+/// Mean of `force · exp(−i 2π f s)` of both components: real and imaginary parts.
 fn projected(samples: &[Sample], frequency: f64) -> [f64; 4] {
     let mut sum = [0.0; 4];
     for Sample { at, force, weight } in samples {
@@ -264,9 +271,9 @@ fn squared(parts: [f64; 4]) -> f64 {
     parts.iter().map(|p| p * p).sum()
 }
 
-/// Whether all parts of the recording have the line in the same phase: the share of their power that adds up.
+/// Whether a line has the same phase in all parts of the recording: the coherent share of the power.
 fn in_phase(episodes: &[Samples], frequency: f64) -> bool {
-    let parts = episodes.iter().flat_map(|e| e.chunks(e.len().div_ceil(PARTS).max(1)));
+    let parts = episodes.iter().flat_map(|e| e.chunks(e.len().div_ceil(PARTS_PER_EPISODE).max(1)));
     let (mut sum, mut power, mut count) = ([0.0; 4], 0.0, 0.0);
     for part in parts {
         let (n, own) = (weight(part), projected(part, frequency));
@@ -274,7 +281,7 @@ fn in_phase(episodes: &[Samples], frequency: f64) -> bool {
         power += n * squared(own);
         count += n;
     }
-    squared(sum) > IN_PHASE * count * power
+    squared(sum) > MIN_COHERENCE * count * power
 }
 
 fn extent(samples: &Samples) -> f64 {
@@ -282,7 +289,7 @@ fn extent(samples: &Samples) -> f64 {
     all.clone().fold(f64::NEG_INFINITY, f64::max) - all.fold(f64::INFINITY, f64::min)
 }
 
-/// Median distance of neighbours that are apart at all.
+/// Median distance of neighbouring samples that differ.
 fn spacing(samples: &Samples) -> f64 {
     let mut steps: Vec<f64> =
         samples.windows(2).map(|w| (w[1].at - w[0].at).abs()).filter(|d| *d > 0.0).collect();
@@ -298,22 +305,23 @@ mod tests {
     use std::f64::consts::TAU;
     use trundle_infer::Residual;
 
-    /// Episodes of a body that moves to and fro on a rail, with a wandering force and one of position, speed and time.
+    /// Episodes of a body that moves to and fro on a rail, with a random-walk force and a given force of
+    /// position, speed and time.
     fn courses(force: impl Fn(f64, f64, f64) -> f64) -> Vec<Vec<Residual>> {
         courses_at(0.9, force)
     }
 
-    /// The same for a motion of so many rad/s.
+    /// The same for a motion of `rate` rad/s.
     fn courses_at(rate: f64, force: impl Fn(f64, f64, f64) -> f64) -> Vec<Vec<Residual>> {
         let mut rng = rand_chacha::ChaCha8Rng::seed_from_u64(1);
         let mut episode = |k: usize| {
-            let mut wander = 0.0;
+            let mut walk = 0.0;
             let mut one = |i: usize| {
                 let t = 0.01 * i as f64;
                 let phase = rate * t + k as f64;
                 let (x, v) = (0.27 / rate * phase.sin() + 0.05 * t, 0.27 * phase.cos() + 0.05);
-                wander = 0.95 * wander + 0.1 * (rng.random::<f64>() - 0.5);
-                let wrench = [wander + force(x, v, t + 0.13 * k as f64), 0.0, 0.0];
+                walk = 0.95 * walk + 0.1 * (rng.random::<f64>() - 0.5);
+                let wrench = [walk + force(x, v, t + 0.13 * k as f64), 0.0, 0.0];
                 let (pose, twist) = ([x, 0.0, 0.0], [v, 0.0, 0.0]);
                 Residual { t, pose, twist, wrench, covariance: Matrix3::identity() }
             };
@@ -328,7 +336,7 @@ mod tests {
     }
 
     #[test]
-    fn lines_are_found_where_they_are() {
+    fn periods_are_found() {
         let found = in_position(&courses(|x, _, _| ripple(x)), true);
         assert!(found.len() == 1 && (found[0].period - 0.02).abs() < 2e-4, "{found:?}");
         assert!((found[0].amplitude - 0.2).abs() < 0.05, "{found:?}");
@@ -339,14 +347,14 @@ mod tests {
     }
 
     #[test]
-    fn what_acts_at_reversals_hides_no_line() {
+    fn friction_at_reversals_masks_no_line() {
         let stuck = |v: f64| if v.abs() < 0.03 { 5.0 } else { 0.0 };
         let found = in_position(&courses(|x, v, _| ripple(x) + stuck(v)), true);
         assert!(found.iter().any(|line| (line.period - 0.02).abs() < 2e-4), "{found:?}");
     }
 
     #[test]
-    fn what_repeats_with_the_motion_is_no_line_in_time() {
+    fn a_force_of_the_motion_is_no_line_in_time() {
         let stuck = |v: f64| if v.abs() < 0.05 { v.signum() } else { 0.0 };
         assert!(in_time(&courses_at(7.1, |_, v, _| stuck(v)), true).is_empty());
         let fan = courses_at(7.1, |_, v, t| stuck(v) + 0.4 * (TAU * t / 0.0537).sin());
@@ -355,7 +363,7 @@ mod tests {
     }
 
     #[test]
-    fn a_line_that_a_smoother_removed_is_found_before_it() {
+    fn a_line_that_smoothing_removes_is_found_in_unsmoothed_forces() {
         let (smoothed, raw) = (courses(|_, _, _| 0.0), courses(|x, _, _| ripple(x)));
         let of_position = |courses| {
             let found = for_answer(courses, true);
@@ -363,12 +371,12 @@ mod tests {
         };
         let found = of_position([&smoothed, &raw]);
         assert!(found.len() == 1 && (found[0].period - 0.02).abs() < 2e-4, "{found:?}");
-        // One that both show is one.
+        // A line that both spectra show counts once.
         assert_eq!(of_position([&raw, &raw]).len(), 1);
         assert!(of_position([&smoothed, &[]]).is_empty());
     }
 
-    /// What second differences of noisy poses are like.
+    /// Noise like that of second differences of poses.
     #[test]
     fn noise_that_grows_with_frequency_has_no_lines() {
         let mut rng = rand_chacha::ChaCha8Rng::seed_from_u64(2);
@@ -383,7 +391,7 @@ mod tests {
     }
 
     #[test]
-    fn a_wandering_force_has_no_lines() {
+    fn a_random_walk_force_has_no_lines() {
         let noise = courses(|_, _, _| 0.0);
         assert!(in_position(&noise, true).is_empty() && in_time(&noise, true).is_empty());
     }

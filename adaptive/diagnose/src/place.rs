@@ -1,4 +1,4 @@
-//! Where and when an effect acts, and how large it is, for the answer.
+//! Place, time and parameters of an effect for the answer.
 
 use crate::answer::{Moment, Place, Point, Quantity, Value};
 use std::collections::BTreeMap;
@@ -7,56 +7,56 @@ use trundle_model::{Kind, Model, Plant, Proposal, Role, obstacle_surface};
 use trundle_record::Dataset;
 
 /// An effect of a fitted model.
-pub(crate) struct Named<'a> {
+pub(crate) struct FittedEffect<'a> {
     pub fit: &'a Fit,
     pub kind: Kind,
-    /// Its name within the model: `coulomb_friction_2`.
+    /// Its name within the model, for example `coulomb_friction_2`.
     pub name: &'a str,
 }
 
-impl Named<'_> {
-    /// A parameter that the data hold: mean and standard deviation.
-    fn held(&self, param: &str) -> Option<(f64, f64)> {
+impl FittedEffect<'_> {
+    /// Mean and standard deviation of a parameter, if it is identifiable.
+    fn identified(&self, param: &str) -> Option<(f64, f64)> {
         let estimate = self.fit.estimate(&format!("{}.{param}", self.name))?;
         estimate.identified.then_some((estimate.mean, estimate.sd))
     }
 
-    /// A place, from the two parameters that are its coordinates.
+    /// A point, from the two parameters that are its coordinates.
     fn point(&self, coordinate: fn(usize) -> Role) -> Option<Point> {
-        let named = |axis| self.named(coordinate(axis)).and_then(|name| self.held(name));
-        let ((x, sx), (y, sy)) = (named(0)?, named(1)?);
+        let coordinate_of = |axis| self.param_name(coordinate(axis)).and_then(|name| self.identified(name));
+        let ((x, sx), (y, sy)) = (coordinate_of(0)?, coordinate_of(1)?);
         Some(Point { mean: [x, y], sd: [sx, sy] })
     }
 
-    /// The parameter of a role.
-    fn named(&self, role: Role) -> Option<&'static str> {
+    /// The parameter with a role.
+    fn param_name(&self, role: Role) -> Option<&'static str> {
         self.kind.spec().params.iter().find(|p| p.role == role).map(|p| p.name)
     }
 
-    /// Its values in the catalogue's order.
+    /// Its values in the order of the catalogue.
     fn values(&self) -> Option<Vec<f64>> {
         let index = self.fit.model.effect_names().iter().position(|n| n == self.name)?;
         self.fit.model.effects[index].values.iter().copied().collect()
     }
 
-    /// Where it acts, if the data hold that.
+    /// Where and when it acts, if identifiable.
     pub fn place(&self, data: &Dataset) -> Option<BTreeMap<&'static str, Place>> {
         let mut places = BTreeMap::new();
-        let in_room = self.point(Role::WorldPoint);
+        let in_world = self.point(Role::WorldPoint);
         if let Some(region) = self.kind.region(&self.values()?) {
-            in_room?;
+            in_world?;
             places.insert("world_region", Place::Region(region));
         } else if self.kind.proposal() == Proposal::ContactCandidate {
-            places.insert("world_point", Place::Point(self.surface(data, in_room?)?));
+            places.insert("world_point", Place::Point(self.surface(data, in_world?)?));
         } else {
-            places.extend(in_room.map(|point| ("world_point", Place::Point(point))));
+            places.extend(in_world.map(|point| ("world_point", Place::Point(point))));
             places.extend(self.point(Role::BodyPoint).map(|point| ("body_point", Place::Point(point))));
             places.extend(self.event(data).map(|event| ("event", event)));
         }
         (!places.is_empty()).then_some(places)
     }
 
-    /// The point of an obstacle's surface that came nearest to the body.
+    /// The point of an obstacle's surface that came nearest to the object.
     fn surface(&self, data: &Dataset, centre: Point) -> Option<Point> {
         let index = self.kind.spec().params.iter().position(|p| p.role == Role::Region)?;
         let radius = *self.values()?.get(index)?;
@@ -72,14 +72,14 @@ impl Named<'_> {
     }
 
     fn event(&self, data: &Dataset) -> Option<Place> {
-        let (mean, sd) = self.held(self.named(Role::Time)?)?;
+        let (mean, sd) = self.identified(self.param_name(Role::Time)?)?;
         let index = self.kind.spec().params.iter().position(|p| p.role.is_choice())?;
         let ordinal = self.values()?.get(index).copied()?;
         let episode = data.episodes().find(|e| e.ordinal as f64 == ordinal)?;
         Some(Place::Event { episode: episode.name.clone(), time: Moment { mean, sd } })
     }
 
-    /// Its parameters that the data hold, but for those that say where or when.
+    /// Its identifiable parameters except for place and time.
     pub fn parameters(&self) -> BTreeMap<String, Value> {
         if self.kind.is_damping() && !self.kind.is_building_block() {
             let damping = damping(&self.fit.model).map(|mean| Value::Matrix { mean, sd: None, unit: "SI" });
@@ -91,17 +91,17 @@ impl Named<'_> {
         own.filter_map(|e| {
             let short = e.name.strip_prefix(&prefix)?;
             let role = spec.params.iter().find(|p| p.name == short)?.role;
-            let told = matches!(role, Role::BodyPoint(_) | Role::WorldPoint(_) | Role::Time);
-            // A mass centre is a place, and how large the effect is.
+            let is_place = matches!(role, Role::BodyPoint(_) | Role::WorldPoint(_) | Role::Time);
+            // A mass centre is both a place and an amplitude.
             let strength = spec.neutral.iter().any(|(name, _)| *name == short);
             let value = Value::Number(Quantity { mean: e.mean, sd: e.sd, unit: e.unit });
-            (!told || strength).then(|| (short.to_owned(), value))
+            (!is_place || strength).then(|| (short.to_owned(), value))
         })
         .collect()
     }
 }
 
-/// The damping matrix of all viscous wheels together, about the object origin.
+/// The damping matrix of all viscous wheels together, about the object's origin.
 fn damping(model: &Model) -> Option<[[f64; 3]; 3]> {
     let mut wheels = model.clone();
     wheels.effects.retain(|e| e.kind.is_damping());

@@ -1,12 +1,15 @@
-//! Calibration of probabilities (Platt 1999): from the odds of the fitted models to the probability that a name is right.
+//! Platt scaling of probabilities (Platt 1999): from the posterior odds of the fitted models to the
+//! probability that a name is right.
 //!
-//! The odds compare laws of the catalogue only, and the true one may not be among them. `trundle prove --config
-//! configs/experiments/wide.toml --range tune` prints the constants that fit its answers. These are from its range `smoke`.
+//! The odds only compare laws of the catalogue, which may not contain the true one. `trundle prove --config
+//! configs/experiments/wide.toml --range tune` prints the constants that fit its answers. These constants are
+//! from its range `smoke`.
 
-/// Offset and slope of the logit of the odds. Too few names were wrong to fit them.
+/// Offset and slope of the logit. Too few wrong names were available to fit them.
 const OFFSET: f64 = 0.0;
 const SLOPE: f64 = 1.0;
-/// Bound on the logit, so that no probability exceeds 0.970: the rule of succession applied to names that were all right.
+/// Bound on the logit, so that no probability exceeds 0.970: the rule of succession for names that were all
+/// right.
 const MAX_LOGIT: f64 = 3.48;
 
 /// Offset, slope and bound, for the command that fits them.
@@ -15,7 +18,7 @@ pub fn platt() -> [f64; 3] {
     [OFFSET, SLOPE, MAX_LOGIT]
 }
 
-/// The probability of a name from the odds' probability.
+/// Calibrated probability of a name.
 pub(crate) fn calibrated(odds: f64) -> f64 {
     let logit = (odds / (1.0 - odds).max(f64::MIN_POSITIVE)).ln().clamp(-MAX_LOGIT, MAX_LOGIT);
     1.0 / (1.0 + (-(OFFSET + SLOPE * logit)).exp())

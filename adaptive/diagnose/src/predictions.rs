@@ -1,24 +1,25 @@
-//! Tables of simulated poses beside the recorded ones, from which anyone can recompute the figures.
+//! Tables of simulated and recorded poses, from which the error metrics can be recomputed.
 
 use std::path::Path;
 use trundle_infer::{InferError, open_loop, unjudged};
 use trundle_model::{Model, Plant};
 use trundle_record::{Column, Error, Prepared, write_parquet};
 
-/// A row for each pose sample of some episodes, and a group of columns for each simulation.
+/// A row for each pose sample, and a group of columns for each simulation.
 #[derive(Clone, Debug, Default)]
 pub struct Predictions {
     episode: Vec<String>,
     t: Vec<f64>,
-    /// Whether a row is in any figure: not while a law's own state is still being estimated.
+    /// Whether a row counts in the metrics. Rows do not count while a law's own state is still being
+    /// estimated.
     scored: Vec<bool>,
-    /// Name of each group, and its poses: m, m, rad, world; NaN where there is no simulation.
+    /// Name of each group, and its poses: m, m, rad, world; NaN if there is no simulation.
     groups: Vec<(&'static str, Vec<[f64; 3]>)>,
 }
 
 impl Predictions {
-    /// Recorded poses, and those of each named plant in open loop; `None` leaves its columns empty. Rows within `settling`
-    /// seconds from contact on are not scored.
+    /// Recorded poses, and open-loop poses of each named plant; `None` leaves its columns empty. Rows within
+    /// `settling` seconds after contact are not scored.
     pub fn new<'a>(
         episodes: impl Iterator<Item = &'a Prepared> + Clone,
         simulations: &[(&'static str, Option<&Plant<f64>>)],
@@ -48,8 +49,8 @@ impl Predictions {
         }
     }
 
-    /// Recorded poses, and named groups of poses simulated elsewhere, one for each recorded one. Rows within `settling`
-    /// seconds from contact on are not scored.
+    /// Recorded poses, and named groups of poses that were simulated elsewhere, one for each recorded pose.
+    /// Rows within `settling` seconds after contact are not scored.
     pub(crate) fn simulated<'a>(
         episodes: impl Iterator<Item = &'a Prepared> + Clone,
         groups: Vec<(&'static str, Vec<[f64; 3]>)>,
@@ -63,7 +64,7 @@ impl Predictions {
     /// Write as Parquet: `episode`, `t` in s, `scored`, and `NAME_x`, `NAME_y`, `NAME_theta` of each group.
     ///
     /// # Errors
-    /// When the file cannot be written.
+    /// If the file cannot be written.
     pub fn write(&self, path: &Path) -> Result<(), Error> {
         let axes = ["x", "y", "theta"];
         let titles: Vec<String> =
@@ -80,10 +81,10 @@ impl Predictions {
     }
 }
 
-/// Open-loop predictions of some episodes by a model whose values are all given.
+/// Open-loop predictions of some episodes by a model without free values.
 ///
 /// # Errors
-/// When a value is free.
+/// If a value is free.
 pub fn predict<'a>(
     episodes: impl Iterator<Item = &'a Prepared> + Clone,
     model: &Model,

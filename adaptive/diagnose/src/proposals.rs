@@ -1,72 +1,73 @@
-//! Where and when an effect might act: shapes of every candidate, before the data are asked how much of it there is.
+//! Proposals of shapes: where, when and in which form each candidate effect may act.
 //!
-//! An effect has amplitudes, the parameters named by [`trundle_model::Spec::neutral`], at whose neutral value it
-//! vanishes; its other parameters are its shape. Amplitudes follow from the data by one linear step; shapes are
-//! proposed here, spread over what was visited.
+//! An effect has amplitudes, listed in [`trundle_model::Spec::neutral`], at whose neutral values it vanishes.
+//! Its other parameters are its shape. Amplitudes follow from the data by one Newton step. Shapes are
+//! proposed here over the visited region.
 
+use crate::contact_candidates::ContactCandidate;
 use crate::periods::Line;
-use crate::touch::Touch;
 use rand::{RngExt, SeedableRng};
 use rand_chacha::ChaCha8Rng;
 use trundle_infer::Coordinates;
 use trundle_model::{Body, Effect, Kind, Model, Param, Prior, Proposal, State, to_world};
 use trundle_record::Prepared;
 
-/// Where what is missing seems to act.
+/// Hints from the data about where effects act.
 #[derive(Clone, Debug, Default)]
 pub(crate) struct Hints<'a> {
-    /// Places that may have been touched.
-    pub touched: &'a [Touch],
-    /// Parts of the floor that drag: convex polygons, world, m.
+    /// Places where the object may have touched an obstacle.
+    pub contacts: &'a [ContactCandidate],
+    /// Parts of the floor that seem to add friction: convex polygons, world, m.
     pub regions: &'a [Vec<[f64; 2]>],
     /// Periods in position of the missing force.
     pub lines: &'a [Line],
 }
 
-/// Shapes drawn for an effect with up to two shape parameters, and with more.
-const DRAWS: [usize; 2] = [16, 48];
+/// Number of drawn shapes for an effect with up to two shape parameters, and with more.
+const SHAPE_DRAWS: [usize; 2] = [16, 48];
 
-/// Depths to which a fixed thing may have gone into the body by the time it pushed most, m: it gives way by millimetres.
-const DEPTHS: [f64; 3] = [0.001, 0.003, 0.01];
+/// Penetration depths of an obstacle at the largest force, m: contacts yield by millimetres.
+const PENETRATION_DEPTHS_M: [f64; 3] = [0.001, 0.003, 0.01];
 
-/// Radii that are proposed for it, m: of a table leg, a post, a bin. A fit finds no way from one to another, because the
-/// centre would have to move with the radius.
-const RADII: [f64; 3] = [0.02, 0.05, 0.15];
+/// Radii of obstacles, m: a table leg, a post, a bin. A fit cannot change the radius, because the centre
+/// would have to move with it.
+const OBSTACLE_RADII_M: [f64; 3] = [0.02, 0.05, 0.15];
 
-/// Time between the moments that are proposed for an event, s.
-const EVERY: f64 = 0.4;
+/// Time between the proposed times of an event, s.
+const EVENT_SPACING_S: f64 = 0.4;
 
-/// Whether a parameter is one at whose neutral value the effect vanishes, and is not left at the simple law's.
+/// Whether the effect vanishes at the parameter's neutral value. Refinements do not count if there are other
+/// amplitudes.
 pub(crate) fn is_amplitude(kind: Kind, param: &Param) -> bool {
     let neutral = kind.spec().neutral;
     (param.refinement.is_none() || neutral.len() == 1) && neutral.iter().any(|(name, _)| *name == param.name)
 }
 
-/// An effect with its amplitudes at neutral and its refinements at the simple law.
+/// An effect with neutral amplitudes, and with refinements at the simple law.
 fn neutral(kind: Kind, body: &Body) -> Effect {
     let mut effect = Effect::free(kind);
     for (name, value) in kind.spec().neutral {
         let param = kind.spec().params.iter().find(|p| p.name == *name);
-        // NaN: the body's own, a coordinate of its mass centre.
+        // NaN stands for the body's own value, a coordinate of its mass centre.
         let own = param.map_or(0.0, |p| if let Prior::OnBody(axis) = p.prior { body.com[axis] } else { 0.0 });
         effect = effect.with(name, Some(if value.is_nan() { own } else { *value }));
     }
     effect
 }
 
-/// Names of the parameters that say where, when and in which form an effect acts.
+/// Parameters that determine where, when and in which form an effect acts.
 fn shape(model: &Model, kind: Kind) -> Vec<&'static Param> {
     let rail = model.on_rail();
     let own = |p: &&Param| p.refinement.is_none() && !is_amplitude(kind, p) && (p.on_rail || !rail);
     kind.spec().params.iter().filter(own).collect()
 }
 
-/// Whether a kind of effect may act at more than one place, moment or form.
+/// Whether a kind of effect has more than one place, time or form.
 pub(crate) fn has_shape(model: &Model, kind: Kind) -> bool {
     !shape(model, kind).is_empty()
 }
 
-/// Shapes of a kind of effect: effects whose amplitudes are neutral and whose shape is given.
+/// Proposed shapes of a kind of effect, with neutral amplitudes.
 pub(crate) fn proposals(
     model: &Model,
     kind: Kind,
@@ -76,45 +77,45 @@ pub(crate) fn proposals(
 ) -> Vec<Effect> {
     let (body, source) = (&model.body, kind.proposal());
     let neutral = neutral(kind, body);
-    let known: Vec<Effect> = match source {
+    let derived: Vec<Effect> = match source {
         Proposal::ContactCandidate => {
-            hints.touched.iter().flat_map(|touch| things(&neutral, touch)).collect()
+            hints.contacts.iter().flat_map(|contact| obstacles(&neutral, contact)).collect()
         }
-        Proposal::ReadingRange => vec![limited(neutral.clone(), episodes)],
-        Proposal::EventTime => moments(episodes).map(|moment| happening(&neutral, moment)).collect(),
+        Proposal::ReadingRange => vec![saturation(neutral.clone(), episodes)],
+        Proposal::EventTime => event_times(episodes).map(|moment| event(&neutral, moment)).collect(),
         Proposal::Region => hints.regions.iter().filter_map(|region| patch(&neutral, region)).collect(),
         Proposal::Period => hints.lines.iter().flat_map(|line| ripples(&neutral, line)).collect(),
         Proposal::Random => vec![],
     };
     if matches!(source, Proposal::ContactCandidate | Proposal::ReadingRange | Proposal::EventTime) {
-        return known;
+        return derived;
     }
     let shape = shape(model, kind);
     if shape.is_empty() {
         return vec![neutral];
     }
     let mut rng = ChaCha8Rng::seed_from_u64(seed ^ 0x5eed);
-    let draws = 0..DRAWS[usize::from(shape.len() > 2)];
+    let draws = 0..SHAPE_DRAWS[usize::from(shape.len() > 2)];
     let drawn = draws.map(|_| drawn(model, kind, &shape, episodes, &mut rng));
-    known.into_iter().chain(drawn).collect()
+    derived.into_iter().chain(drawn).collect()
 }
 
-/// Phases at which a force of known period is proposed.
+/// Phases that are proposed for a force of known period.
 const PHASES: usize = 8;
 
-/// An event at a moment of an episode.
-fn happening(neutral: &Effect, (episode, t): (usize, f64)) -> Effect {
+/// An event at a time of an episode.
+fn event(neutral: &Effect, (episode, t): (usize, f64)) -> Effect {
     neutral.clone().with("episode", Some(episode as f64)).with("time", Some(t))
 }
 
-/// Forces of a period that the missing force has.
+/// Forces with a period of the missing force.
 fn ripples(neutral: &Effect, line: &Line) -> Vec<Effect> {
     let ripple = neutral.clone().with("period", Some(line.period)).with("angle", Some(line.angle));
     let phase = |k: usize| std::f64::consts::TAU * k as f64 / PHASES as f64;
     (0..PHASES).map(|k| ripple.clone().with("phase", Some(phase(k)))).collect()
 }
 
-/// A patch as large as a region of the floor, which lies along one of the region's edges.
+/// The smallest patch that covers a region of the floor and lies along one of its edges.
 fn patch(neutral: &Effect, region: &[[f64; 2]]) -> Option<Effect> {
     let edges = region.iter().zip(region.iter().cycle().skip(1));
     let around = edges.map(|(a, b)| {
@@ -132,16 +133,17 @@ fn patch(neutral: &Effect, region: &[[f64; 2]]) -> Option<Effect> {
     Some(patch.with("half_length", Some(length)).with("half_width", Some(width)))
 }
 
-/// Share of the readings of an axis that its limit is proposed above: noise is, too.
-const BELOW: f64 = 0.99;
+/// Quantile of the readings of an axis at which its limit is proposed. Noise exceeds the limit.
+const LIMIT_QUANTILE: f64 = 0.99;
 
-/// A range that ends at the largest readings: above them a limit changes nothing, far below them all is wrong.
-fn limited(neutral: Effect, episodes: &[Prepared]) -> Effect {
+/// A saturation at the largest readings. A higher limit changes nothing, and a much lower one contradicts the
+/// data.
+fn saturation(neutral: Effect, episodes: &[Prepared]) -> Effect {
     let limit = |k: usize| {
         let mut sizes: Vec<f64> =
             episodes.iter().flat_map(|e| &e.wrench).map(|w| w.reading[k].abs()).collect();
         sizes.sort_by(f64::total_cmp);
-        sizes.get((BELOW * sizes.len() as f64) as usize).copied().unwrap_or(0.0)
+        sizes.get((LIMIT_QUANTILE * sizes.len() as f64) as usize).copied().unwrap_or(0.0)
     };
     let names = [("limit_x", 0), ("limit_y", 1), ("limit_torque", 2)];
     let least = |name: &str| {
@@ -156,25 +158,26 @@ fn span(values: impl Iterator<Item = f64>) -> [f64; 2] {
     values.fold([f64::INFINITY, f64::NEG_INFINITY], |[low, high], v| [low.min(v), high.max(v)])
 }
 
-/// Things of several sizes that a body may have touched, which went so deep into it.
-fn things(neutral: &Effect, touch: &Touch) -> Vec<Effect> {
+/// Obstacles of several sizes and penetration depths at a contact.
+fn obstacles(neutral: &Effect, contact: &ContactCandidate) -> Vec<Effect> {
     let of = |radius: f64, depth: f64| {
-        let [x, y] = [0, 1].map(|k| touch.at[k] + (radius - depth) * touch.normal[k]);
+        let [x, y] = [0, 1].map(|k| contact.at[k] + (radius - depth) * contact.normal[k]);
         neutral.clone().with("x", Some(x)).with("y", Some(y)).with("radius", Some(radius))
     };
-    RADII.iter().flat_map(|&radius| DEPTHS.map(|depth| of(radius, depth))).collect()
+    OBSTACLE_RADII_M.iter().flat_map(|&radius| PENETRATION_DEPTHS_M.map(|depth| of(radius, depth))).collect()
 }
 
-/// Moments at which something may have happened: from each training episode's first pose on.
-fn moments(episodes: &[Prepared]) -> impl Iterator<Item = (usize, f64)> {
+/// Proposed times of events, from each training episode's contact on.
+fn event_times(episodes: &[Prepared]) -> impl Iterator<Item = (usize, f64)> {
     episodes.iter().flat_map(|e| {
         let (first, last) = match (e.pose.first(), e.pose.last()) {
             (Some(first), Some(last)) => (first.t.max(e.contact), last.t),
             _ => (0.0, -1.0),
         };
-        let count = ((last - first) / EVERY).max(0.0) as usize;
-        // The last ones of an episode leave too little of it to see; the next one's first stands for them.
-        (0..count).map(move |k| (e.ordinal, first + k as f64 * EVERY))
+        let count = ((last - first) / EVENT_SPACING_S).max(0.0) as usize;
+        // The last interval of an episode contains too little data; the start of the next episode stands for
+        // it.
+        (0..count).map(move |k| (e.ordinal, first + k as f64 * EVENT_SPACING_S))
     })
 }
 
@@ -195,7 +198,7 @@ fn drawn(
         let index = params.iter().position(|p| p.name == param.name).unwrap_or(0);
         let mut value = values.get(1 + index).copied().unwrap_or(0.0);
         if is_place(param) {
-            let place = *visited.get_or_insert_with(|| somewhere(&model.body, episodes, rng));
+            let place = *visited.get_or_insert_with(|| visited_point(&model.body, episodes, rng));
             value = place[usize::from(param.name.ends_with('y'))];
         }
         effect = effect.with(param.name, Some(value));
@@ -203,7 +206,7 @@ fn drawn(
     effect
 }
 
-/// Shapes near those that promised most, within about `share` of a metre, of an e-fold or of a radian.
+/// Shapes near given ones, within `share` of a metre, of an e-fold or of a radian.
 pub(crate) fn nearby(model: &Model, parents: &[Effect], share: f64, seed: u64) -> Vec<Effect> {
     let mut rng = ChaCha8Rng::seed_from_u64(seed ^ share.to_bits());
     let child = |parent: &Effect, rng: &mut ChaCha8Rng| {
@@ -219,11 +222,14 @@ pub(crate) fn nearby(model: &Model, parents: &[Effect], share: f64, seed: u64) -
         }
         effect
     };
-    parents.iter().flat_map(|p| (0..CHILDREN).map(|_| child(p, &mut rng)).collect::<Vec<_>>()).collect()
+    parents
+        .iter()
+        .flat_map(|p| (0..CHILDREN_PER_PARENT).map(|_| child(p, &mut rng)).collect::<Vec<_>>())
+        .collect()
 }
 
-/// Shapes tried around each of the best.
-const CHILDREN: usize = 8;
+/// Number of shapes that are tried around each parent.
+const CHILDREN_PER_PARENT: usize = 8;
 
 fn moved(param: &Param, value: f64, by: f64) -> f64 {
     let moved = match param.prior {
@@ -238,8 +244,8 @@ fn is_place(param: &Param) -> bool {
     param.unit == "m" && matches!(param.prior, Prior::Normal { .. })
 }
 
-/// A place in the world over which a part of the body was at some time.
-fn somewhere(body: &Body, episodes: &[Prepared], rng: &mut ChaCha8Rng) -> [f64; 2] {
+/// A point in the world that a part of the body covered at some time.
+fn visited_point(body: &Body, episodes: &[Prepared], rng: &mut ChaCha8Rng) -> [f64; 2] {
     let Some(episode) = episodes.get(rng.random_range(0..episodes.len().max(1))) else { return [0.0; 2] };
     let Some(sample) = episode.pose.get(rng.random_range(0..episode.pose.len().max(1))) else {
         return [0.0; 2];
@@ -254,7 +260,7 @@ fn somewhere(body: &Body, episodes: &[Prepared], rng: &mut ChaCha8Rng) -> [f64; 
 #[cfg(test)]
 #[allow(clippy::unwrap_used)]
 mod tests {
-    use super::{Hints, moments, nearby, proposals};
+    use super::{Hints, event_times, nearby, proposals};
     use crate::common::{World, locked, table};
     use trundle_model::{Kind, Model};
 
@@ -264,7 +270,7 @@ mod tests {
 
     #[test]
     fn a_patch_is_proposed_where_the_floor_drags() {
-        // A rectangle of 1.0 m by 0.4 m, turned, with one corner cut off.
+        // A rotated rectangle of 1.0 m by 0.4 m with one corner cut off.
         let (sin, cos) = 0.4f64.sin_cos();
         let turned = |[u, v]: [f64; 2]| [1.0 + cos * u - sin * v, -2.0 + sin * u + cos * v];
         let region = [[-0.5, -0.2], [0.5, -0.2], [0.5, 0.1], [0.4, 0.2], [-0.5, 0.2]].map(turned).to_vec();
@@ -281,7 +287,7 @@ mod tests {
     #[test]
     fn moments_lie_between_contact_and_the_end() {
         let episodes = World::of(locked()).pushes(3, 1);
-        let all: Vec<_> = moments(&episodes).collect();
+        let all: Vec<_> = event_times(&episodes).collect();
         assert!(all.len() > 30);
         for (episode, t) in all {
             let of = &episodes[episode];
@@ -294,9 +300,9 @@ mod tests {
         let model = Model::nominal(table(), None, [true; 3]);
         let episodes = World::of(locked()).pushes(1, 1);
         let parents = proposals(&model, Kind::Tether, &episodes, &Hints::default(), 0);
-        let kin = nearby(&model, &parents[..1], 0.1, 1);
-        assert!(!kin.is_empty());
-        for child in &kin {
+        let neighbours = nearby(&model, &parents[..1], 0.1, 1);
+        assert!(!neighbours.is_empty());
+        for child in &neighbours {
             for ((param, a), b) in
                 Kind::Tether.spec().params.iter().zip(values(&parents[0])).zip(values(child))
             {

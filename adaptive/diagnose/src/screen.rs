@@ -1,37 +1,37 @@
-//! The cheap test: what one small step of every candidate would gain, beside a refit of the simulation under test.
+//! Screen of candidates: Rao's score test, which needs no fit.
 //!
-//! With `r` the whitened innovations of a fit, `N` their slopes by its own parameters and `C` those by a candidate's
-//! amplitudes at neutral, the gain of the best small step is `s' H⁻¹ s / 2` with `s = C̃' r`, `H = C̃' C̃` and `C̃` what of
-//! `C` no change of the fitted parameters does: Rao's score test. It costs no fit. Its step is where the fit of the
-//! candidate starts from.
+//! Let `r` be the whitened innovations of a fit, `N` their derivatives by its own parameters, and `C` those
+//! by a candidate's amplitudes at neutral. The best small step gains `s' H⁻¹ s / 2`, with `s = C̃' r` and `H
+//! = C̃' C̃`. Here `C̃` is the part of `C` that is orthogonal to `N`, so that the fit's own parameters are
+//! profiled out. The Newton step is the starting point of the candidate's fit.
 
-use crate::ground::Ground;
+use crate::linear_model::LinearModel;
 use crate::proposals::{Hints, nearby, proposals};
-use crate::search::HOPELESS;
+use crate::search::MIN_SCREEN_GAIN_NATS;
 use nalgebra::{DMatrix, DVector};
 use rayon::prelude::*;
 use trundle_infer::{Fit, InferError, Seen, Watch};
 use trundle_model::{Effect, Kind, MAX_INNER_STATES, Model, Proposal};
 use trundle_record::Prepared;
 
-/// A fitted model's whitened innovations, and what other values or effects would change in them.
-pub(crate) trait View: Sync {
-    /// All whitened innovations, one after the other.
+/// A fitted model's whitened innovations, and their derivatives by parameters and effects.
+pub(crate) trait Linearisation: Sync {
+    /// All whitened innovations in one vector.
     fn residual(&self) -> DVector<f64>;
 
-    /// Their derivatives by everything that the fit estimated, and the slot of each where it is the model's own.
-    fn own(&self, fit: &Fit) -> Result<(DMatrix<f64>, Vec<Option<usize>>), InferError>;
+    /// Derivatives by every fitted parameter, and its slot if it belongs to the model.
+    fn own_derivatives(&self, fit: &Fit) -> Result<(DMatrix<f64>, Vec<Option<usize>>), InferError>;
 
-    /// Their derivatives by some slots of a model that does the same at `values` as the one that was fitted.
-    fn slopes(&self, model: &Model, values: &[f64], free: &[usize]) -> Result<DMatrix<f64>, InferError>;
+    /// Derivatives by some slots of a model. At `values` it must be equivalent to the fitted model.
+    fn derivatives(&self, model: &Model, values: &[f64], free: &[usize]) -> Result<DMatrix<f64>, InferError>;
 }
 
-impl View for Seen<'_> {
+impl Linearisation for Seen<'_> {
     fn residual(&self) -> DVector<f64> {
         self.residual()
     }
 
-    fn own(&self, fit: &Fit) -> Result<(DMatrix<f64>, Vec<Option<usize>>), InferError> {
+    fn own_derivatives(&self, fit: &Fit) -> Result<(DMatrix<f64>, Vec<Option<usize>>), InferError> {
         let slots = fit.model.slots();
         let free: Vec<usize> =
             fit.estimates.iter().filter_map(|e| slots.iter().position(|s| s.name == e.name)).collect();
@@ -39,69 +39,69 @@ impl View for Seen<'_> {
         Ok((stacked(&slopes), free.into_iter().map(Some).collect()))
     }
 
-    fn slopes(&self, model: &Model, values: &[f64], free: &[usize]) -> Result<DMatrix<f64>, InferError> {
+    fn derivatives(&self, model: &Model, values: &[f64], free: &[usize]) -> Result<DMatrix<f64>, InferError> {
         Ok(stacked(&self.slopes(model, values, free)?))
     }
 }
 
-/// A candidate with the values to start its fit from.
+/// A starting point for the fit of a candidate.
 #[derive(Clone, Debug)]
 pub(crate) struct Start {
-    /// Every value of it.
+    /// The candidate with values for all parameters.
     pub effect: Effect,
     /// Values of the fit's own slots.
     pub base: Vec<f64>,
-    /// Gain in log likelihood that a linear step promises.
+    /// Gain in log likelihood that the Newton step promises, nats.
     pub gain: f64,
     /// The effect before that step.
     pub neutral: Effect,
 }
 
-/// Candidates whose slopes are taken together, where they have no states of their own.
-const TOGETHER: usize = 8;
+/// Candidates without states whose derivatives are computed together.
+const MAX_BATCH: usize = 8;
 
-/// What is wanted of the cheap test.
+/// Options of the screen.
 #[derive(Clone, Copy)]
-pub(crate) struct Wanted<'a> {
-    /// Parts of the floor that seem to drag.
+pub(crate) struct ScreenOptions<'a> {
+    /// Parts of the floor that seem to add friction: convex polygons, world, m.
     pub regions: &'a [Vec<[f64; 2]>],
-    /// Starts that are kept of a kind.
+    /// Starting points that are kept for each kind.
     pub starts: usize,
-    /// Kinds that are wanted: the shapes of those far behind are not sought on.
+    /// Number of kinds of interest. The shapes of kinds far behind are not searched further.
     pub most: usize,
     pub seed: u64,
 }
 
-/// What the cheap test is made with.
+/// Inputs of the screen.
 #[derive(Clone, Copy)]
 pub(crate) struct Screen<'a> {
-    pub view: &'a dyn View,
+    pub view: &'a dyn Linearisation,
     pub episodes: &'a [Prepared],
     pub hints: &'a Hints<'a>,
-    pub wanted: &'a Wanted<'a>,
+    pub options: &'a ScreenOptions<'a>,
 }
 
 impl Screen<'_> {
-    /// Starts of every kind of `kinds` on top of a fit, the best of each kind first, sorted by what the best of the kind
-    /// promises.
+    /// Starting points of every kind in `kinds` that may be added to a fit. The best of each kind comes
+    /// first, and the kinds are sorted by their best gain.
     pub fn of(&self, fit: &Fit, kinds: &[Kind], watch: &dyn Watch) -> Result<Vec<Vec<Start>>, InferError> {
-        let Wanted { starts: kept, most, seed, .. } = *self.wanted;
-        let ground = Ground::new(self.view, fit)?;
-        let spare = MAX_INNER_STATES.saturating_sub(fit.model.inner().len());
+        let ScreenOptions { starts: kept, most, seed, .. } = *self.options;
+        let linear = LinearModel::new(self.view, fit)?;
+        let free_states = MAX_INNER_STATES.saturating_sub(fit.model.inner().len());
         let promised = |shapes: &[Effect]| {
             let Some(first) = shapes.first() else { return Ok(vec![]) };
-            // States of the laws' own are few.
-            let own = first.kind.spec().inner_states.len();
-            let together = spare.checked_div(own).unwrap_or(TOGETHER).max(1);
+            // Few laws with states fit into a model at once.
+            let states = first.kind.spec().inner_states.len();
+            let together = free_states.checked_div(states).unwrap_or(MAX_BATCH).max(1);
             let groups: Vec<&[Effect]> = shapes.chunks(together).collect();
             let all = groups.par_iter().map(|group| {
                 if watch.cancelled() {
                     return Err(InferError::Interrupted);
                 }
-                ground.starts(self.view, fit, group)
+                linear.starts(self.view, fit, group)
             });
             let all = all.collect::<Result<Vec<_>, InferError>>()?;
-            Ok::<_, InferError>(best(all.into_iter().flatten().collect()))
+            Ok::<_, InferError>(ranked(all.into_iter().flatten().collect()))
         };
         let proposed = |kind: &Kind| {
             let shapes = proposals(&fit.model, *kind, self.episodes, self.hints, seed);
@@ -109,25 +109,28 @@ impl Screen<'_> {
         };
         let mut found: Vec<(Vec<Start>, usize)> =
             kinds.par_iter().map(proposed).collect::<Result<_, InferError>>()?;
-        for (round, (share, behind)) in NEARER.into_iter().enumerate() {
+        for (round, (radius, extra)) in NEIGHBOUR_SEARCHES.into_iter().enumerate() {
             found.sort_by(|a, b| gain(&b.0).total_cmp(&gain(&a.0)));
-            let near = |(starts, shapes): &mut (Vec<Start>, usize)| {
-                if *shapes < 2 || !has_neighbours(starts) || round > 0 && gain(starts) < HOPELESS {
+            let search_near = |(starts, shapes): &mut (Vec<Start>, usize)| {
+                if *shapes < 2 || !has_neighbours(starts) || round > 0 && gain(starts) < MIN_SCREEN_GAIN_NATS
+                {
                     return Ok(());
                 }
-                let parents: Vec<Effect> = starts.iter().take(PARENTS).map(|s| s.effect.clone()).collect();
-                starts.extend(promised(&nearby(&fit.model, &parents, share, seed))?);
-                *starts = best(std::mem::take(starts));
+                let parents: Vec<Effect> =
+                    starts.iter().take(PARENTS_PER_KIND).map(|s| s.effect.clone()).collect();
+                starts.extend(promised(&nearby(&fit.model, &parents, radius, seed))?);
+                *starts = ranked(std::mem::take(starts));
                 Ok(())
             };
-            found.par_iter_mut().take(most + behind).map(near).collect::<Result<(), InferError>>()?;
+            found.par_iter_mut().take(most + extra).map(search_near).collect::<Result<(), InferError>>()?;
         }
         let mut found: Vec<Vec<Start>> = found.into_iter().map(|(starts, _)| starts).collect();
         found.retain(|starts| !starts.is_empty());
         found.sort_by(|a, b| gain(b).total_cmp(&gain(a)));
-        for starts in found.iter_mut().take(POLISHED).filter(|starts| has_edges(starts[0].effect.kind)) {
-            polish(starts, |round, parents, share| {
-                promised(&nearby(&fit.model, parents, share, seed.wrapping_add(round)))
+        for starts in found.iter_mut().take(POLISHED_KINDS).filter(|starts| has_edges(starts[0].effect.kind))
+        {
+            polish(starts, |round, parents, radius| {
+                promised(&nearby(&fit.model, parents, radius, seed.wrapping_add(round)))
             })?;
         }
         found.iter_mut().for_each(|starts| starts.truncate(kept));
@@ -136,66 +139,66 @@ impl Screen<'_> {
     }
 }
 
-/// What the best of a kind promises.
+/// Best gain of a kind.
 fn gain(starts: &[Start]) -> f64 {
     starts.first().map_or(0.0, |start| start.gain)
 }
 
-/// Whether shapes are sought between those that were proposed: events and contacts are proposed densely.
+/// Whether to search shapes between the proposed ones. Events and contacts are proposed densely enough.
 fn has_neighbours(starts: &[Start]) -> bool {
     starts.first().is_some_and(|start| {
         !matches!(start.effect.kind.proposal(), Proposal::ContactCandidate | Proposal::EventTime)
     })
 }
 
-/// Kinds that promise most whose shapes are sought on.
-const POLISHED: usize = 2;
-/// Rounds of that, and the share at which it ends.
-const ROUNDS: u64 = 24;
-const FINEST: f64 = 0.01;
+/// Number of leading kinds whose shapes are polished.
+const POLISHED_KINDS: usize = 2;
+/// Most rounds of polishing, and the radius at which it stops.
+const MAX_POLISHING_ROUNDS: u64 = 24;
+const MIN_NEIGHBOUR_RADIUS: f64 = 0.01;
 
-/// Whether an effect has edges, across which a fit finds no way.
+/// Whether an effect has edges that a gradient-based fit does not cross.
 fn has_edges(kind: Kind) -> bool {
     kind.proposal() == Proposal::Region
 }
 
-/// Better shapes around the best few, nearer where none is found.
+/// Search better shapes around the best ones, within a radius that shrinks when the gain no longer grows.
 fn polish(
     starts: &mut Vec<Start>,
-    around: impl Fn(u64, &[Effect], f64) -> Result<Vec<Start>, InferError>,
+    neighbours: impl Fn(u64, &[Effect], f64) -> Result<Vec<Start>, InferError>,
 ) -> Result<(), InferError> {
-    let mut share = NEARER[0].0;
-    for round in 0..ROUNDS {
+    let mut radius = NEIGHBOUR_SEARCHES[0].0;
+    for round in 0..MAX_POLISHING_ROUNDS {
         let before = starts[0].gain;
-        let parents: Vec<Effect> = starts.iter().take(PARENTS).map(|s| s.effect.clone()).collect();
-        starts.extend(around(round, &parents, share)?);
-        *starts = best(std::mem::take(starts));
-        starts.truncate(PARENTS);
-        if starts[0].gain < before * (1.0 + LITTLE) {
-            share *= 0.6;
+        let parents: Vec<Effect> = starts.iter().take(PARENTS_PER_KIND).map(|s| s.effect.clone()).collect();
+        starts.extend(neighbours(round, &parents, radius)?);
+        *starts = ranked(std::mem::take(starts));
+        starts.truncate(PARENTS_PER_KIND);
+        if starts[0].gain < before * (1.0 + MIN_RELATIVE_GROWTH) {
+            radius *= 0.6;
         }
-        if share < FINEST {
+        if radius < MIN_NEIGHBOUR_RADIUS {
             break;
         }
     }
     Ok(())
 }
 
-/// Growth of a gain that is worth another look as far around.
-const LITTLE: f64 = 1e-3;
+/// Relative growth of the gain below which the radius shrinks.
+const MIN_RELATIVE_GROWTH: f64 = 1e-3;
 
-/// Those that gain, the best first.
-fn best(mut starts: Vec<Start>) -> Vec<Start> {
+/// Starting points with a positive gain, the best first.
+fn ranked(mut starts: Vec<Start>) -> Vec<Start> {
     starts.retain(|s| s.gain > 0.0);
     starts.sort_by(|a, b| b.gain.total_cmp(&a.gain));
     starts
 }
 
-/// Ever nearer shapes around the best few, and of how many kinds beyond those that are wanted.
-const NEARER: [(f64, usize); 2] = [(0.4, 5), (0.2, 1)];
-const PARENTS: usize = 4;
+/// Successive searches around the best shapes: the radius, and the number of kinds beyond the wanted ones.
+const NEIGHBOUR_SEARCHES: [(f64, usize); 2] = [(0.4, 5), (0.2, 1)];
+const PARENTS_PER_KIND: usize = 4;
 
-/// Matrices below one another.
+/// Matrices stacked vertically.
 fn stacked(parts: &[DMatrix<f64>]) -> DMatrix<f64> {
     let columns = parts.first().map_or(0, DMatrix::ncols);
     let mut all = DMatrix::zeros(parts.iter().map(DMatrix::nrows).sum(), columns);
@@ -210,26 +213,26 @@ fn stacked(parts: &[DMatrix<f64>]) -> DMatrix<f64> {
 #[cfg(test)]
 #[allow(clippy::unwrap_used)]
 mod tests {
-    use super::Wanted;
+    use super::ScreenOptions;
     use crate::common::{World, effect, locked};
     use crate::engine::{Engine, Own};
     use trundle_infer::Quiet;
     use trundle_model::{Effect, Kind, Model};
 
-    /// What the score test promises of each kind, the best first.
+    /// Gain that the score test promises for each kind, the best first.
     fn promised(truth: Model) -> Vec<(Kind, f64)> {
         let data = World::of(truth).recording(2);
         let engine = Own::new(&data, None).unwrap();
         let base = engine.base(0, &Quiet).unwrap();
         let kinds =
             [Kind::FloorSlope, Kind::ForceBias, Kind::CoulombFriction, Kind::Latency, Kind::MassChange];
-        let wanted = Wanted { regions: &[], starts: 1, most: kinds.len(), seed: 0 };
-        let found = engine.starts(&base, &kinds, &wanted, &Quiet).unwrap().unwrap();
+        let options = ScreenOptions { regions: &[], starts: 1, most: kinds.len(), seed: 0 };
+        let found = engine.starts(&base, &kinds, &options, &Quiet).unwrap().unwrap();
         found.iter().map(|starts| (starts[0].effect.kind, starts[0].gain)).collect()
     }
 
     #[test]
-    fn what_is_missing_promises_most() {
+    fn the_missing_effect_promises_most() {
         let hidden: [Effect; 3] = [
             effect(Kind::FloorSlope, &[("accel_x", 0.05), ("accel_y", -0.02)]),
             effect(Kind::CoulombFriction, &[("x", 0.45), ("y", 0.31), ("force", 8.0)]),
@@ -244,7 +247,7 @@ mod tests {
     }
 
     #[test]
-    fn where_nothing_is_missing_nothing_is_promised() {
+    fn a_complete_model_promises_no_gain() {
         let found = promised(locked());
         assert!(found.iter().all(|(_, gain)| *gain < 15.0), "{found:?}");
     }

@@ -1,32 +1,32 @@
-//! The curves behind an answer, for the report.
+//! Curves for the report.
 
 use serde::Serialize;
 use trundle_infer::{Fit, InferError};
 use trundle_model::{Fixture, Model};
 use trundle_record::{Dataset, Prepared};
 
-use crate::engine::{Engine, Tried};
+use crate::engine::{Engine, FittedModel};
 use crate::locate::Residuals;
 
-/// Everything that the report draws.
+/// All curves and tables that the report draws.
 #[derive(Clone, Debug, Serialize)]
 pub struct Series {
     /// Polygons of the shape, object frame, m.
     pub footprint: Vec<Vec<[f64; 2]>>,
-    /// Where it stands, object frame, m.
+    /// Support points, object frame, m.
     pub support: Vec<[f64; 2]>,
-    /// Directions that move.
+    /// Directions in which the object moves.
     pub dof: Vec<&'static str>,
-    /// Whether wrenches are compared because inertia plays no part.
+    /// Whether wrenches are compared because inertia is negligible.
     pub quasi_static: bool,
-    /// What the wrench without a name depends on, in words, where the model "after" holds one.
+    /// Inputs of the model discrepancy, as phrases, if the model "after" contains one.
     #[serde(skip_serializing_if = "Vec::is_empty")]
     pub unnamed: Vec<&'static str>,
-    /// The noise that was stated or found.
+    /// The stated or estimated noise.
     pub noise: Noise,
     /// Curves of each episode.
     pub episodes: Vec<Episode>,
-    /// What was tried, best first.
+    /// The tried models, best first.
     pub candidates: Vec<Candidate>,
 }
 
@@ -46,34 +46,34 @@ pub struct Noise {
 /// Curves of one episode.
 #[derive(Clone, Debug, Serialize)]
 pub struct Episode {
-    /// Its name.
+    /// Name of the episode.
     pub name: String,
-    /// Whether it was held out.
+    /// Whether it is held out.
     pub held_out: bool,
-    /// When contact begins, s.
+    /// Time of first contact, s.
     pub contact: f64,
     /// Times of the poses, s.
     pub t: Vec<f64>,
     /// Recorded poses.
     pub observed: Vec<[f64; 3]>,
-    /// Simulated in open loop by the simulation under test, refitted.
+    /// Open-loop simulation of the refitted nominal model.
     pub before: Option<Vec<[f64; 3]>>,
-    /// The same with the effects found, or with an unnamed wrench.
+    /// Open-loop simulation with the named effects or a model discrepancy.
     pub after: Option<Vec<[f64; 3]>>,
     /// The missing wrench.
     pub residual: Residual,
-    /// Wrenches, where those are compared.
+    /// Wrenches, if they are compared.
     pub wrench: Option<Wrench>,
 }
 
 /// The missing wrench on the object, object axes, N, N, N·m.
 #[derive(Clone, Debug, Default, Serialize)]
 pub struct Residual {
-    /// s.
+    /// Times, s.
     pub t: Vec<f64>,
-    /// Missing from the simulation under test.
+    /// Missing wrench of the nominal model.
     pub before: Option<Vec<[f64; 3]>>,
-    /// Still missing with the effects found.
+    /// Missing wrench of the model with the named effects.
     pub after: Option<Vec<[f64; 3]>>,
     /// Standard deviation of `before`.
     pub sd: Option<Vec<[f64; 3]>>,
@@ -81,41 +81,41 @@ pub struct Residual {
     pub sd_after: Option<Vec<[f64; 3]>>,
 }
 
-/// Wrench recorded and needed, object axes, N, N, N·m.
+/// Recorded and needed wrench, object axes, N, N, N·m.
 #[derive(Clone, Debug, Serialize)]
 pub struct Wrench {
-    /// s.
+    /// Times, s.
     pub t: Vec<f64>,
-    /// As recorded.
+    /// Recorded wrench.
     pub recorded: Vec<[f64; 3]>,
-    /// Needed by the simulation under test.
+    /// Wrench that the nominal model needs.
     pub before: Vec<[f64; 3]>,
-    /// Needed by the model with the effects found.
+    /// Wrench that the model with the named effects needs.
     pub after: Vec<[f64; 3]>,
 }
 
-/// A model that was tried.
+/// A tried model.
 #[derive(Clone, Debug, Serialize)]
 pub struct Candidate {
-    /// The effects added to the simulation under test.
+    /// Effects added to the nominal model.
     pub effects: Vec<String>,
-    /// Laplace's log evidence.
+    /// Log evidence by Laplace's approximation.
     pub log_evidence: f64,
     /// Mean log density of a training sample.
     pub log_score: Option<f64>,
-    /// Among the models tried.
+    /// Probability among the tried models.
     pub probability: f64,
-    /// Why it is not named, if it was tested.
+    /// Reason for not naming it, if it was tested.
     pub reason: Option<&'static str>,
 }
 
-/// Missing wrenches of the training and of the held-out episodes.
-pub(crate) struct Missing {
+/// Missing wrenches of the training and the held-out episodes.
+pub(crate) struct MissingWrenches {
     pub training: Option<Residuals>,
     pub held_out: Option<Residuals>,
 }
 
-/// Shape of a body as polygons; a disc as one with 48 corners.
+/// Outline of a body as polygons; a disc has 48 corners.
 pub(crate) fn outline(model: &Model) -> Vec<Vec<[f64; 2]>> {
     const CORNERS: usize = 48;
     let one = |fixture: &Fixture| match fixture {
@@ -133,8 +133,8 @@ pub(crate) fn outline(model: &Model) -> Vec<Vec<[f64; 2]>> {
 /// Curves of every episode.
 pub(crate) fn episodes(
     engine: &dyn Engine,
-    [before, after]: [&Tried; 2],
-    [missing_before, missing_after]: [&Missing; 2],
+    [before, after]: [&FittedModel; 2],
+    [missing_before, missing_after]: [&MissingWrenches; 2],
 ) -> Result<Vec<Episode>, InferError> {
     let part = |episodes: &[Prepared], held_out: bool, b: &Option<Residuals>, a: &Option<Residuals>| {
         let one = |(k, episode): (usize, &Prepared)| -> Result<Episode, InferError> {

@@ -1,55 +1,59 @@
-//! The numbers that the verdict of a diagnosis and its names hang on. What places, windows, rivals, warnings, designs and an
-//! unnamed force are decided by, the prior of the search, what only saves time, and numerical tolerances stay with the code
-//! that uses them; `benches/thresholds.py` counts both.
+//! Thresholds for verdicts and names. The thresholds for places, windows, competing models, warnings,
+//! experiments and the model discrepancy, the prior of the search, settings that only save time, and
+//! numerical tolerances are defined where they are used. `benches/thresholds.py` counts both groups.
 
-/// Gain in log likelihood below which something is chance, nats: twice the gain is distributed like χ² with one degree of
-/// freedom, halved at zero, so 10 nats are a false alarm in 10⁵ on exact data. The rest is a margin for integrators that
-/// differ from ours. It is also what given values may cost beyond half a nat a parameter, and what one block may count.
-pub(crate) const CHANCE: f64 = 10.0;
+/// Gain in log likelihood below which an improvement counts as chance, nats. Twice the gain follows a χ²
+/// distribution with one degree of freedom, halved at zero, so that 10 nats are one false alarm in 10⁵ on
+/// exact data. The margin allows for integrators that differ from trundle's. The same number bounds the cost
+/// of given values (plus half a nat for each parameter) and the gain of one block.
+pub(crate) const MIN_SIGNIFICANT_GAIN_NATS: f64 = 10.0;
 
-/// Mean square below which something does not matter, as a share of that of what it is compared with: a tenth of its size.
-/// A remainder is compared with the noise, where it gains half of this share per sample, nats; errors with the motion; and
-/// what named effects leave with what was missing: a right law leaves thousandths, and what leaves more than a hundredth
-/// is a law that is like the missing one.
+/// Mean square below which an error is negligible, as a share of the reference: a tenth in size. The lack of
+/// fit is compared with the noise, where it gains half of this share per sample, nats. Errors are compared
+/// with the motion. The residual of named effects is compared with what was missing: the right law leaves
+/// thousandths, and a law that leaves more than a hundredth only resembles the missing one.
 pub(crate) const NEGLIGIBLE_SHARE: f64 = 0.01;
 
-/// Difference of log likelihood below which two explanations are the same, nats: two standard deviations of one parameter.
-pub(crate) const TIE: f64 = 2.0;
+/// Difference of log likelihood below which two explanations fit equally well, nats: two standard deviations
+/// of one parameter.
+pub(crate) const MAX_TIE_DIFFERENCE_NATS: f64 = 2.0;
 
-/// Chance that an effect must have, block by block, to be named, and that a push is asked to give.
-pub(crate) const SURE: f64 = 0.95;
+/// Least bootstrap probability for an effect to be named, and least probability of a discriminating
+/// experiment's outcome.
+pub(crate) const MIN_EFFECT_PROBABILITY: f64 = 0.95;
 
-/// Factor by which the squared errors of left-out training episodes must rise without an effect for the effect to be
-/// material: an eighth of the error. Chosen on the tuning range of the wide benchmark.
-pub(crate) const MATERIAL_RISE: f64 = 1.25;
+/// Least ratio by which the squared errors of left-out training episodes rise without a material effect: an
+/// eighth in size. Chosen on the tuning range of the wide benchmark.
+pub(crate) const MIN_MATERIAL_ERROR_RATIO: f64 = 1.25;
 
-/// Errors this many times larger than a model claims refute it. In a right model the mean square over a recording's
-/// some dozens of windows is within a third of what it claims; the rest is a margin for laws that
-/// are right in name and a little wrong in shape, whose intervals would then be too narrow by this factor.
-pub(crate) const REFUTED: f64 = 3.0;
+/// Ratio of the prediction error to its stated standard deviation above which a model is refuted. For the
+/// right model, the mean square over some dozens of windows is within a third of its expectation. The margin
+/// allows for the right law with a slightly wrong shape, whose intervals are too narrow by this factor.
+pub(crate) const MAX_ERROR_RATIO: f64 = 3.0;
 
-/// A refuted model that leaves more than this share of the motion within a second, as a mean square, is no
-/// explanation: it is wrong about a third of the way.
-pub(crate) const POOR: f64 = 0.1;
+/// Mean square error within a second, as a share of the motion, above which a refuted model is not named:
+/// about a third in size.
+pub(crate) const MAX_ERROR_SHARE: f64 = 0.1;
 
-/// Errors below this many times the instruments' variance, or below a tenth of the motion unless they refute the model, are
-/// immaterial: no correction of the model would improve its predictions
-/// to speak of. Chosen on the tuning range of the wide benchmark: of 38 clean recordings 3 are material by this. Where the
-/// simulation under test errs less than the first, no effect is named.
-pub(crate) const MATERIAL_VARIANCES: f64 = 2.0;
+/// Mean square error below which prediction errors are immaterial, in units of the instruments' variance.
+/// Errors below a tenth of the motion are also immaterial unless they refute the model. Chosen on the tuning
+/// range of the wide benchmark, where 3 of 38 clean recordings exceed it. If the nominal model errs less than
+/// this, no effect is named.
+pub(crate) const MIN_MATERIAL_VARIANCES: f64 = 2.0;
 
-/// Share of what was missing that named effects may leave and still explain it: half of the error.
-pub(crate) const LEFT_OVER: f64 = 0.25;
+/// Largest share of the missing gain that named effects may leave: half in size.
+pub(crate) const MAX_RESIDUAL_GAIN_SHARE: f64 = 0.25;
 
-/// Misfit per sample that named effects may leave however little was missing, nats.
-pub(crate) const UNSEEN: f64 = 2.0;
+/// Misfit per sample that named effects may always leave, nats.
+pub(crate) const MAX_MISFIT_PER_SAMPLE_NATS: f64 = 2.0;
 
-/// Whether a gain in log likelihood, nats, is more than chance and large enough to matter.
-pub(crate) fn matters(gain: f64, observations: usize) -> bool {
-    gain > CHANCE.max(0.5 * NEGLIGIBLE_SHARE * observations as f64)
+/// Whether a gain in log likelihood, nats, exceeds both chance and the negligible share.
+pub(crate) fn is_significant(gain: f64, observations: usize) -> bool {
+    gain > MIN_SIGNIFICANT_GAIN_NATS.max(0.5 * NEGLIGIBLE_SHARE * observations as f64)
 }
 
-/// Log likelihood that the given values of so many parameters may cost and still be right, nats.
-pub(crate) fn given_margin(parameters: usize) -> f64 {
-    CHANCE + 0.5 * parameters as f64
+/// Largest log likelihood that given values of `parameters` parameters may cost and still count as right,
+/// nats.
+pub(crate) fn max_given_cost(parameters: usize) -> f64 {
+    MIN_SIGNIFICANT_GAIN_NATS + 0.5 * parameters as f64
 }

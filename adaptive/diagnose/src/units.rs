@@ -1,25 +1,25 @@
-//! A recording's own units: what is sought and decided is sought and decided in them.
+//! A recording's own units, in which the search and the decision are made.
 //!
-//! Priors and thresholds are those of a piece of furniture that is pushed about. A recording whose lengths, forces or
-//! times are of another size is brought near it by whole powers of [`BASE`], which is exact in binary arithmetic; so a recording in
-//! other units, or of another size, is judged like the same thing in metres.
+//! Priors and thresholds are those of furniture that is pushed. A recording with lengths, forces or times of
+//! another magnitude is rescaled by whole powers of [`SCALE_BASE`], which is exact in binary arithmetic. A
+//! recording in other units, or of another size, is therefore judged like the same recording in metres.
 
 use trundle_infer::{Channels, Estimate, Fit, InferError, Strain};
 use trundle_model::{Body, Effect, Fixture, Model, Scales};
 use trundle_record::{Dataset, Prepared};
 
-use crate::adequacy::Remainder;
-use crate::engine::Tried;
+use crate::engine::FittedModel;
+use crate::lack_of_fit::LackOfFit;
 
-/// A recording is rescaled by whole powers of this, so that it ends within a factor of 32 of a table: a power of two, so that
-/// rescaling loses no bit. Steps of an instrument's time (drop-outs, smoothing at the ends of a motion) are in seconds, so a
-/// finer base would shift them for ordinary recordings.
-const BASE: f64 = 1024.0;
-/// Radius of gyration, force and duration of moving a radius of gyration of the project's office table
-/// (`configs/experiments/demo.toml`), rounded.
-const TABLE: Scales = Scales { length: 0.4, force: 15.0, time: 2.0 };
+/// Base of the scale factors, so that a rescaled recording is within a factor of 32 of a table. A power of
+/// two makes rescaling exact. Instrument times such as drop-outs are in seconds, so that a finer base would
+/// shift them for ordinary recordings.
+const SCALE_BASE: f64 = 1024.0;
+/// Reference scales: radius of gyration, force, and time to move a radius of gyration, of the office table in
+/// `configs/experiments/demo.toml`, rounded.
+const TABLE_SCALES: Scales = Scales { length: 0.4, force: 15.0, time: 2.0 };
 
-/// The units that suit a recording, from its training episodes; SI where it shows no motion or no force.
+/// Scales of a recording from its training episodes; SI if it shows no motion or no force.
 pub(crate) fn of(data: &Dataset) -> Scales {
     let gyration = data.body.gyration;
     let length = if data.dof[2] && gyration > 0.0 { gyration } else { travel(data) };
@@ -28,13 +28,13 @@ pub(crate) fn of(data: &Dataset) -> Scales {
     let force = mean(data.training.iter().flat_map(|e| -> Vec<f64> { squares(e) })).sqrt();
     let time = length / speed(data, if data.dof[2] { gyration } else { 0.0 });
     let near = |size: f64, table: f64| {
-        let power = ((size / table).ln() / BASE.ln()).round();
-        if power.is_finite() { BASE.powi(power as i32) } else { 1.0 }
+        let power = ((size / table).ln() / SCALE_BASE.ln()).round();
+        if power.is_finite() { SCALE_BASE.powi(power as i32) } else { 1.0 }
     };
     Scales {
-        length: near(length, TABLE.length),
-        force: near(force, TABLE.force),
-        time: near(time, TABLE.time),
+        length: near(length, TABLE_SCALES.length),
+        force: near(force, TABLE_SCALES.force),
+        time: near(time, TABLE_SCALES.time),
     }
 }
 
@@ -52,8 +52,8 @@ fn travel(data: &Dataset) -> f64 {
     mean(data.training.iter().flat_map(one)).sqrt()
 }
 
-/// Mean speed of an episode's path, turns counted at the radius of gyration, m/s. The path is cut into tenths, so that
-/// the tracker's noise adds nothing to it.
+/// Mean speed along the path of an episode, with angles at the radius of gyration, m/s. The path consists of
+/// ten segments, so that the tracker's noise does not lengthen it.
 fn speed(data: &Dataset, gyration: f64) -> f64 {
     let one = |episode: &Prepared| {
         let size = episode.pose.len().div_ceil(10).max(1);
@@ -69,7 +69,7 @@ fn speed(data: &Dataset, gyration: f64) -> f64 {
     all.iter().map(|(length, _)| length).sum::<f64>() / all.iter().map(|(_, time)| time).sum::<f64>()
 }
 
-/// A model given in SI units, in others.
+/// A model in SI units, converted to other units.
 pub(crate) fn reduced(model: &Model, scales: &Scales) -> Result<Model, InferError> {
     let mut scaled = model.clone();
     scaled.mass = model.mass.map(|mass| mass / scales.mass());
@@ -106,7 +106,7 @@ fn body(body: &Body, scales: &Scales) -> Result<Body, InferError> {
     Ok(scaled)
 }
 
-/// An effect's values times a power of the size of their units.
+/// An effect's values, multiplied by `factor` of the size of their units.
 fn resized(effect: &Effect, scales: &Scales, factor: impl Fn(f64) -> f64) -> Effect {
     let mut resized = effect.clone();
     for (param, value) in effect.kind.spec().params.iter().zip(&mut resized.values) {
@@ -116,20 +116,20 @@ fn resized(effect: &Effect, scales: &Scales, factor: impl Fn(f64) -> f64) -> Eff
     resized
 }
 
-/// A model that was tried in a recording's own units, in SI units. `nominal` is the simulation under test in SI units,
-/// and `offset` what the units add to a cost.
+/// A tried model converted to SI units. `nominal` is the nominal model in SI units, and `offset` is the
+/// change of the cost with the units.
 pub(crate) fn restored(
-    tried: &Tried,
+    tried: &FittedModel,
     nominal: &Model,
     scales: &Scales,
     offset: f64,
-) -> Result<Tried, InferError> {
+) -> Result<FittedModel, InferError> {
     let added: Vec<Effect> = tried.added.iter().map(|effect| resized(effect, scales, |size| size)).collect();
     let fit = fit(&tried.fit, nominal, &added, scales, offset)?;
-    Ok(Tried { added, fit, ..tried.clone() })
+    Ok(FittedModel { added, fit, ..tried.clone() })
 }
 
-/// The same of a fit of the simulation under test with some effects.
+/// A fit of the nominal model with some effects, converted to SI units.
 pub(crate) fn fit(
     fit: &Fit,
     nominal: &Model,
@@ -182,7 +182,7 @@ fn channels(channels: &Channels, scales: &Scales) -> Channels {
     }
 }
 
-/// What a model leaves, in SI units.
-pub(crate) fn remainder(left: Remainder, scales: &Scales) -> Remainder {
-    Remainder { channels: channels(&left.channels, scales), ..left }
+/// A lack of fit converted to SI units.
+pub(crate) fn lack_of_fit(lack: LackOfFit, scales: &Scales) -> LackOfFit {
+    LackOfFit { channels: channels(&lack.channels, scales), ..lack }
 }

@@ -1,4 +1,4 @@
-//! An object on a rail: what one heading cannot tell apart.
+//! An object on a rail: effects that are indistinguishable at a single heading.
 #![allow(clippy::unwrap_used)]
 
 #[path = "../../infer/tests/common/mod.rs"]
@@ -16,7 +16,7 @@ use trundle_record::{Counts, Dataset, Noise, PoseSample, Prepared, WrenchSample}
 const NOISE: Noise = Noise { pose: [1e-4, 1e-4, 1e-4], force: 1.0, torque: 1.0, time: 0.0, stated: true };
 const RAIL: [bool; 3] = [true, false, false];
 
-/// Twelve seconds to and fro, read 3 N too high.
+/// 12 s to and fro, with a force offset of 3 N.
 fn episode(name: &str, seed: u64) -> Prepared {
     let effects = vec![
         effect(Kind::ViscousWheel, &[("x", 0.0), ("y", 0.0), ("angle", 0.0), ("mu_x", 200.0), ("mu_y", 0.0)]),
@@ -63,7 +63,7 @@ fn episode(name: &str, seed: u64) -> Prepared {
 }
 
 #[test]
-fn bias_and_slope_are_tied_on_a_rail() {
+fn offset_and_slope_are_tied_on_a_rail() {
     let data = Dataset {
         name: "axis".to_owned(),
         body: Body::point(50.0).unwrap(),

@@ -1,4 +1,4 @@
-//! What was hidden in a recording, and what the diagnosis says of it.
+//! Diagnoses of recordings with known hidden effects.
 #![allow(clippy::unwrap_used, clippy::expect_used)]
 
 #[path = "../../infer/tests/common/mod.rs"]
@@ -13,7 +13,7 @@ fn diagnosed(world: &World, seed: u64, model: Option<Model>) -> Outcome {
     diagnose(&world.recording(seed), &Options { seed: 0, model, ..Options::default() }, &Quiet).unwrap()
 }
 
-/// The answer as its readers see it.
+/// The answer as JSON.
 fn json(answer: &Answer) -> serde_json::Value {
     serde_json::to_value(answer).unwrap()
 }
@@ -50,11 +50,11 @@ fn dry_friction_is_named_and_placed() {
 }
 
 #[test]
-fn stiction_is_still_dry_friction() {
-    let foot =
+fn static_friction_is_named_dry_friction() {
+    let friction =
         [("x", 0.45), ("y", 0.31), ("force", 6.0), ("static_force", 12.0), ("stribeck_velocity", 0.03)];
     let answer =
-        json(&diagnosed(&World::of(locked().with(effect(Kind::CoulombFriction, &foot))), 1, None).answer);
+        json(&diagnosed(&World::of(locked().with(effect(Kind::CoulombFriction, &friction))), 1, None).answer);
     assert_eq!(names(&answer), ["coulomb_friction"], "{answer:#}");
     let parameters = &answer["missing"][0]["parameters"];
     assert!((parameters["force"]["mean"].as_f64().unwrap() - 6.0).abs() < 0.5, "{parameters:#}");
@@ -62,8 +62,8 @@ fn stiction_is_still_dry_friction() {
 }
 
 #[test]
-fn friction_under_the_whole_body_has_no_point() {
-    // The table's feet stand further out than an even face would press.
+fn friction_under_the_whole_body_has_no_place() {
+    // The feet support the table further out than uniform pressure would.
     let dry = effect(Kind::SupportFriction, &[("force", 10.0), ("spread", 1.5)]);
     let answer = json(&diagnosed(&World::of(locked().with(dry)), 2, None).answer);
     assert_eq!(names(&answer), ["coulomb_friction"], "{answer:#}");
@@ -73,7 +73,7 @@ fn friction_under_the_whole_body_has_no_point() {
 }
 
 #[test]
-fn a_second_wheel_is_not_taken_for_anything_else() {
+fn a_second_wheel_is_named() {
     let wheel = [("x", 0.5), ("y", 0.2), ("angle", 1.1), ("mu_x", 10.0), ("mu_y", 40.0)];
     let answer =
         json(&diagnosed(&World::of(locked().with(effect(Kind::ViscousWheel, &wheel))), 2, None).answer);
@@ -83,7 +83,7 @@ fn a_second_wheel_is_not_taken_for_anything_else() {
 }
 
 #[test]
-fn a_wheel_that_lets_go_is_named_with_its_moment() {
+fn a_wheel_event_is_named_with_its_time() {
     let values = [("episode", 2.0), ("time", 3.0), ("factor_x", 3.0), ("factor_y", 0.3)];
     let answer =
         json(&diagnosed(&World::of(locked().with(effect(Kind::WheelEvent, &values))), 7, None).answer);
@@ -94,7 +94,7 @@ fn a_wheel_that_lets_go_is_named_with_its_moment() {
 }
 
 #[test]
-fn an_offset_of_the_sensor_is_not_taken_for_a_slope() {
+fn a_sensor_offset_is_not_named_a_slope() {
     let world = World { bias: [0.5, -0.3, 0.1], ..World::of(locked()) };
     let answer = json(&diagnosed(&world, 3, None).answer);
     assert_eq!(names(&answer), ["force_bias"], "{answer:#}");
@@ -102,7 +102,7 @@ fn an_offset_of_the_sensor_is_not_taken_for_a_slope() {
 }
 
 #[test]
-fn a_slope_is_not_taken_for_an_offset() {
+fn a_slope_is_not_named_an_offset() {
     let slope = effect(Kind::FloorSlope, &[("accel_x", 0.05), ("accel_y", -0.02)]);
     let answer = json(&diagnosed(&World::of(locked().with(slope)), 4, None).answer);
     assert_eq!(names(&answer), ["floor_slope"], "{answer:#}");
@@ -118,7 +118,7 @@ fn two_effects_are_both_named() {
     assert_eq!(found, ["coulomb_friction", "floor_slope"], "{answer:#}");
 }
 
-/// A spring to the middle of the room.
+/// A spring to the world origin.
 fn spring(state: &trundle_model::State<f64>) -> [f64; 3] {
     let [x, y, theta] = state.pose;
     trundle_model::to_body([-6.0 * x, -6.0 * y, 0.0], theta)
@@ -135,30 +135,30 @@ fn a_spring_is_a_tether_without_slack() {
     assert!(anchor[0].as_f64().unwrap().hypot(anchor[1].as_f64().unwrap()) < 0.02, "{anchor}");
 }
 
-/// A whirl about the middle of the room: in no catalogue.
-fn whirl(state: &trundle_model::State<f64>) -> [f64; 3] {
+/// A vortex force about the world origin, which no law of the catalogue describes.
+fn vortex(state: &trundle_model::State<f64>) -> [f64; 3] {
     let [x, y, theta] = state.pose;
     trundle_model::to_body([-25.0 * y, 25.0 * x, 0.0], theta)
 }
 
 #[test]
-fn what_nothing_known_explains_is_located_but_not_named() {
-    let world = World { foreign: whirl, ..World::of(locked()) };
+fn an_effect_outside_the_catalogue_is_located_but_not_named() {
+    let world = World { foreign: vortex, ..World::of(locked()) };
     let answer = json(&diagnosed(&world, 6, None).answer);
     assert_eq!(answer["verdict"], "unexplained", "{answer:#}");
     assert!(names(&answer).is_empty());
     assert!(!answer["mismatch"]["windows"].as_array().unwrap().is_empty());
 }
 
-/// A force across the motion, as on a charge in a magnetic field: in no catalogue either.
+/// A force normal to the velocity, as on a charge in a magnetic field. No law of the catalogue describes it.
 fn across(state: &trundle_model::State<f64>) -> [f64; 3] {
     let [x, y, _] = trundle_model::to_body(state.twist, state.pose[2]);
     [-16.0 * y, 16.0 * x, 0.0]
 }
 
 #[test]
-#[ignore = "slow: six effects are tried one after the other"]
-fn what_nothing_known_explains_may_still_be_predicted() {
+#[ignore = "slow: fits six effects one after the other"]
+fn an_effect_outside_the_catalogue_may_still_be_predicted() {
     let world = World { foreign: across, ..World::of(locked()) };
     let mut data = world.recording(3);
     data.training = world.pushes(8, 3);
@@ -166,12 +166,12 @@ fn what_nothing_known_explains_may_still_be_predicted() {
     let outcome = diagnose(&data, &Options::default(), &Quiet).unwrap();
     let answer = json(&outcome.answer);
     assert_eq!(answer["verdict"], "unexplained", "{answer:#}");
-    assert!(names(&answer).is_empty(), "an unnamed force explains nothing");
-    // The mass had bent to what the force now says; it is 22 kg.
+    assert!(names(&answer).is_empty(), "a model discrepancy explains nothing");
+    // Without the discrepancy the estimated mass is biased; the true mass is 22 kg.
     let mass = |when: &str| answer["nominal"][when]["mass"]["mean"].as_f64().unwrap();
     assert!((mass("after") - 22.0).abs() < 0.3 * (mass("before") - 22.0).abs(), "{answer:#}");
-    let ahead = |part: &str| answer["fit"]["held_out"][part]["window_position_rmse"].as_f64().unwrap();
-    assert!(ahead("after") < 0.6 * ahead("before"), "{answer:#}");
+    let window_error = |part: &str| answer["fit"]["held_out"][part]["window_position_rmse"].as_f64().unwrap();
+    assert!(window_error("after") < 0.6 * window_error("before"), "{answer:#}");
     assert!(!outcome.series.unnamed.is_empty());
     let (model, _) = Model::from_toml(&outcome.model).unwrap();
     assert!(model.discrepancy.is_some() && model.resolved().is_ok(), "{}", outcome.model);
@@ -200,7 +200,7 @@ fn same_input_and_seed_give_the_same_bytes_and_a_model_to_read() {
     };
     let first = text();
     assert_eq!(first, text());
-    // The written model is read back.
+    // The written model can be read.
     let (model, posterior) = Model::from_toml(&first.1).unwrap();
     assert!(model.resolved().is_ok());
     assert!(posterior.unwrap().names.contains(&"coulomb_friction.force".to_owned()));

@@ -1,6 +1,6 @@
 //! The certificate of a tie: two models, the same trajectories within noise.
 
-use crate::thresholds::TIE;
+use crate::thresholds::MAX_TIE_DIFFERENCE_NATS;
 use serde::Serialize;
 use trundle_infer::{
     Comparison, Fit, InferError, Innovation, Likelihood, MotionLikelihood, WrenchLikelihood,
@@ -135,7 +135,7 @@ pub(crate) fn of_simulations(
 }
 
 fn concluded(found: Certificate, names: [&str; 2], difference: f64) -> Certificate {
-    let same = difference.abs() < TIE && found.sigmas < WITHIN;
+    let same = difference.abs() < MAX_TIE_DIFFERENCE_NATS && found.sigmas < WITHIN;
     let statement = stated(names, &found, difference, same);
     Certificate {
         models: names.map(str::to_owned),
@@ -193,7 +193,7 @@ fn stated([first, second]: [&str; 2], found: &Certificate, difference: f64, same
         }
         _ => "nothing of them can be compared".to_owned(),
     };
-    let verdict = match (same, difference.abs() < TIE) {
+    let verdict = match (same, difference.abs() < MAX_TIE_DIFFERENCE_NATS) {
         (true, _) => "two models, the same motion within noise",
         (false, true) => "equally likely, though not the same motion",
         (false, false) => "not the same within noise",

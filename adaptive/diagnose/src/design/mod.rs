@@ -29,7 +29,7 @@ pub(crate) use separation::unabsorbed;
 #[allow(clippy::unwrap_used)]
 mod tests;
 
-use crate::thresholds::SURE;
+use crate::thresholds::MIN_EFFECT_PROBABILITY;
 use choose::{LEAST, Ledger, Search, Trial};
 use sentence::{rounded, spoken};
 use serde::Serialize;
@@ -110,7 +110,7 @@ pub fn experiment(
 
 fn told(models: [String; 2], pushes: Vec<Planned>, separation: [f64; 2], recorded: f64) -> Experiment {
     let sure = chance(separation, recorded, 1);
-    let mut repeats = (1..=MOST_REPEATS).find(|n| chance(separation, recorded, *n) >= SURE);
+    let mut repeats = (1..=MOST_REPEATS).find(|n| chance(separation, recorded, *n) >= MIN_EFFECT_PROBABILITY);
     if pushes.is_empty() {
         repeats = None;
     }
@@ -121,7 +121,7 @@ fn told(models: [String; 2], pushes: Vec<Planned>, separation: [f64; 2], recorde
 /// The chance that `n` repetitions make the true model surer than [`SURE`], mean over which it is. A log-likelihood
 /// ratio with the mean `D` under the truth is normal with the variance `2 D`.
 fn chance([first, second]: [f64; 2], recorded: f64, n: u32) -> f64 {
-    let needed = (SURE / (1.0 - SURE)).ln();
+    let needed = (MIN_EFFECT_PROBABILITY / (1.0 - MIN_EFFECT_PROBABILITY)).ln();
     let one = |separation: f64, ahead: f64| {
         let mean = f64::from(n) * separation;
         let spare = ahead + mean - needed;

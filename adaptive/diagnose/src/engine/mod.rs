@@ -1,21 +1,21 @@
-//! What a diagnosis asks of a simulation, whether it is trundle's own plant ([`Own`]) or anyone's function
-//! ([`crate::foreign`]). Search, decision and answer know nothing else of what simulates.
+//! Interface between a diagnosis and a simulation: trundle's own plant ([`Own`]) or a black-box simulator
+//! ([`crate::foreign`]). Search, decision and answer use no other property of the simulation.
 
 mod own;
 
-use crate::adequacy::Remainder;
 use crate::answer::{Channels, Parameter};
-use crate::confirm::Samples;
+use crate::best_subset::{EffectSet, best_sets};
+use crate::block_bootstrap::PredictedSamples;
+use crate::contact_candidates::contact_candidates;
 use crate::design::{Certificate, Experiment};
 use crate::foreign::Basis;
+use crate::lack_of_fit::LackOfFit;
 use crate::locate::Located;
-use crate::outlook::Outlook;
 use crate::periods::in_position;
+use crate::predictive_check::PredictiveCheck;
 use crate::proposals::Hints;
-use crate::screen::{Screen, Start, View, Wanted};
-use crate::series::{Missing, Wrench};
-use crate::subset::{Set, best_sets};
-use crate::touch::touches;
+use crate::screen::{Linearisation, Screen, ScreenOptions, Start};
+use crate::series::{MissingWrenches, Wrench};
 use std::collections::BTreeMap;
 use trundle_infer::{Fit, InferError, Likelihood, Residual, Score, Watch, on_all_cores};
 use trundle_model::{Effect, Kind, Model, Proposal};
@@ -23,167 +23,171 @@ use trundle_record::{Dataset, Prepared};
 
 pub(crate) use own::Own;
 
-/// A model that was tried: the simulation under test with some effects added.
+/// A fitted model: the nominal model with some effects added.
 #[derive(Clone)]
-pub(crate) struct Tried {
+pub(crate) struct FittedModel {
     pub added: Vec<Effect>,
     pub fit: Fit,
-    /// What a black box was replaced by for this fit; `None` for trundle's own plant.
+    /// The linearisation of a black-box simulator for this fit; `None` for trundle's own plant.
     pub basis: Option<Basis>,
-    /// Log prior probability of its effects, less that of none.
+    /// Log prior probability of its effects relative to no effect.
     pub log_prior: f64,
-    /// Whether its effects' places were sought again, all else as it is here, and no better ones found.
-    pub settled: bool,
+    /// Whether a repeated search of its effects' shapes found no better ones.
+    pub is_settled: bool,
 }
 
-impl Tried {
-    /// A model that was just fitted; the search knows the prior of effects.
+impl FittedModel {
+    /// A new fit; the search sets the prior.
     pub fn new(added: Vec<Effect>, fit: Fit, basis: Option<Basis>) -> Self {
-        Self { added, fit, basis, log_prior: 0.0, settled: false }
+        Self { added, fit, basis, log_prior: 0.0, is_settled: false }
     }
 }
 
-/// A fit that is to be made: effects to add, and values of all slots to start from.
+/// A fit to be made: effects to add, and starting values of all slots.
 #[derive(Clone)]
 pub(crate) struct Job {
     pub added: Vec<Effect>,
     pub warm: Vec<Vec<f64>>,
-    /// Cost of the model that it goes out from.
+    /// Cost of the model that it starts from.
     pub from: f64,
-    /// The noise that suits that model.
+    /// Noise of that model.
     pub channels: trundle_infer::Channels,
-    /// Of that model.
+    /// Linearisation of that model.
     pub basis: Option<Basis>,
 }
 
 impl Job {
-    /// A fit that goes out from a model.
-    pub fn from(model: &Tried, added: Vec<Effect>, warm: Vec<Vec<f64>>) -> Self {
+    /// A fit that starts from a model.
+    pub fn from(model: &FittedModel, added: Vec<Effect>, warm: Vec<Vec<f64>>) -> Self {
         let (fit, basis) = (&model.fit, model.basis.clone());
         Self { added, warm, from: fit.cost, channels: fit.channels, basis }
     }
 }
 
-/// Steps of a search that ends, and of a refit: it starts a fraction of a standard deviation from its optimum.
-pub(crate) const TO_THE_END: usize = 60;
-pub(crate) const REFIT_STEPS: usize = 6;
+/// Most Levenberg–Marquardt steps of a fit to the optimum, and of a refit that starts a fraction of a
+/// standard deviation from its optimum.
+pub(crate) const MAX_FIT_STEPS: usize = 60;
+pub(crate) const MAX_REFIT_STEPS: usize = 6;
 
-/// How far a fit is followed.
+/// How far a fit is continued.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub(crate) enum Effort {
-    /// A few steps: enough to see what leads nowhere.
-    Glance,
-    /// A step or two more: enough to rank models.
-    Look,
-    /// To its optimum.
+    /// A few steps, to exclude poor models.
+    Screening,
+    /// One or two more steps, to rank models.
+    Ranking,
+    /// To the optimum.
     Full,
 }
 
 impl Effort {
-    /// Steps at most.
+    /// Most steps.
     pub fn steps(self) -> usize {
         match self {
-            Self::Glance => 8,
-            Self::Look => 2,
-            Self::Full => TO_THE_END,
+            Self::Screening => 8,
+            Self::Ranking => 2,
+            Self::Full => MAX_FIT_STEPS,
         }
     }
 
-    /// How often noise that is not stated is estimated at most. What is missing passes for noise: a law that acts for a
-    /// moment shows its worth only once the noise is estimated anew.
+    /// Most estimates of the noise, if the recording does not state it. Missing effects count as noise at
+    /// first, so that a law that acts briefly gains only after the noise is estimated again.
     pub fn noise_rounds(self) -> usize {
         if self == Self::Full { 2 } else { 1 }
     }
 }
 
-/// A function that inspects a fitted model and the missing wrench along the episodes.
-pub(crate) type Look<'l> = dyn FnMut(&dyn View, &[Vec<Residual>]) -> Result<(), InferError> + 'l;
+/// A callback that receives a linearised model and the missing wrench along the episodes.
+pub(crate) type Inspector<'l> =
+    dyn FnMut(&dyn Linearisation, &[Vec<Residual>]) -> Result<(), InferError> + 'l;
 
-/// Whether kinds are proposed from the missing wrench along the episodes.
+/// Whether any of the kinds is proposed from the missing wrench along the episodes.
 pub(crate) fn needs_courses(kinds: &[Kind]) -> bool {
     kinds.iter().any(|kind| matches!(kind.proposal(), Proposal::ContactCandidate | Proposal::Period))
 }
 
-/// A simulation, and how it is compared with a recording's training episodes.
+/// A simulation, and its comparison with the training episodes of a recording.
 pub(crate) trait Engine: Sync {
     /// The recording.
     fn data(&self) -> &Dataset;
 
-    /// The simulation under test as a model, to which effects are added.
+    /// The nominal model, to which effects are added.
     fn nominal(&self) -> &Model;
 
-    /// Whether the wrench is compared, because inertia plays no part.
+    /// Whether wrenches are compared instead of motion, because inertia is negligible.
     fn is_quasi_static(&self) -> bool;
 
-    /// Number of samples compared.
+    /// Number of samples that are compared.
     fn observations(&self) -> usize;
 
-    /// Kinds of effects that the simulation under test may lack.
+    /// Kinds of effects that may be missing.
     fn candidates(&self) -> Vec<Kind>;
 
-    /// The simulation under test, refitted.
-    fn base(&self, seed: u64, watch: &dyn Watch) -> Result<Tried, InferError>;
+    /// The nominal model, refitted.
+    fn base(&self, seed: u64, watch: &dyn Watch) -> Result<FittedModel, InferError>;
 
-    /// The same engine for effects on top of the refitted simulation.
-    fn upon<'a>(
+    /// The engine for effects that are added to the refitted nominal model.
+    fn for_added_effects<'a>(
         &'a self,
-        base: &Tried,
-        before: Option<Remainder>,
+        base: &FittedModel,
+        before: Option<LackOfFit>,
         watch: &dyn Watch,
     ) -> Result<Box<dyn Engine + 'a>, InferError>;
 
-    /// A cheaper engine for a first glance; `None` where there is none.
+    /// A cheaper engine for screening fits; `None` if there is none.
     fn thinned<'a>(&'a self) -> Option<Box<dyn Engine + 'a>>;
 
-    /// Pass a fitted model to `at` as the score test sees it, with the missing wrench where `kinds` are proposed from it.
-    /// `at` is not called for a model that cannot be evaluated. `false` where kinds cannot be screened.
-    fn look(&self, from: &Tried, kinds: &[Kind], at: &mut Look<'_>) -> Result<bool, InferError>;
+    /// Call `at` with a linearised model, and with the missing wrench if any of `kinds` is proposed from it.
+    /// `at` is not called for a model that cannot be evaluated. Returns `false` if kinds cannot be screened.
+    fn inspect(&self, from: &FittedModel, kinds: &[Kind], at: &mut Inspector<'_>)
+    -> Result<bool, InferError>;
 
-    /// Further starts of a kind on top of a model, in addition to those of the score test.
-    fn elsewhere(&self, kind: Kind, from: &Tried, seed: u64) -> Vec<Start> {
+    /// Starting points of a kind in addition to those of the score test.
+    fn extra_starts(&self, kind: Kind, from: &FittedModel, seed: u64) -> Vec<Start> {
         let _ = (kind, from, seed);
         vec![]
     }
 
-    /// Starts of every kind that promises something on top of a model, the best first; `None` where kinds cannot be
-    /// screened.
+    /// Starting points of every promising kind that may be added to a model, the best first; `None` if kinds
+    /// cannot be screened.
     fn starts(
         &self,
-        from: &Tried,
+        from: &FittedModel,
         kinds: &[Kind],
-        wanted: &Wanted<'_>,
+        options: &ScreenOptions<'_>,
         watch: &dyn Watch,
     ) -> Result<Option<Vec<Vec<Start>>>, InferError> {
         on_all_cores(watch, |watch| {
             let mut found = vec![];
-            let screens = self.look(from, kinds, &mut |view, courses| {
-                let touched = touches(courses, &from.fit.model.body);
+            let screens = self.inspect(from, kinds, &mut |view, courses| {
+                let contacts = contact_candidates(courses, &from.fit.model.body);
                 let lines = in_position(courses, self.nominal().on_rail());
-                let hints = Hints { touched: &touched, regions: wanted.regions, lines: &lines };
-                let screen = Screen { view, episodes: &self.data().training, hints: &hints, wanted };
+                let hints = Hints { contacts: &contacts, regions: options.regions, lines: &lines };
+                let screen = Screen { view, episodes: &self.data().training, hints: &hints, options };
                 found = screen.of(&from.fit, kinds, watch)?;
                 Ok(())
             })?;
             for starts in &mut found {
-                starts.extend(self.elsewhere(starts[0].effect.kind, from, wanted.seed));
+                starts.extend(self.extra_starts(starts[0].effect.kind, from, options.seed));
             }
             Ok(screens.then_some(found))
         })
     }
 
-    /// Sets of two kinds up to `most` that together promise most on top of a model; none where sets cannot be screened.
+    /// The most promising sets of two to `most` kinds that may be added to a model; empty if sets cannot be
+    /// screened.
     fn sets(
         &self,
-        from: &Tried,
+        from: &FittedModel,
         kinds: &[Kind],
-        wanted: &Wanted<'_>,
+        options: &ScreenOptions<'_>,
         most: usize,
         watch: &dyn Watch,
-    ) -> Result<Vec<Set>, InferError> {
-        let Some(starts) = self.starts(from, kinds, wanted, watch)? else { return Ok(vec![]) };
+    ) -> Result<Vec<EffectSet>, InferError> {
+        let Some(starts) = self.starts(from, kinds, options, watch)? else { return Ok(vec![]) };
         on_all_cores(watch, |_| {
             let mut found = vec![];
-            self.look(from, &[], &mut |view, _| {
+            self.inspect(from, &[], &mut |view, _| {
                 found = best_sets(view, &from.fit, &starts, most)?;
                 Ok(())
             })?;
@@ -192,110 +196,124 @@ pub(crate) trait Engine: Sync {
     }
 
     /// Fit a model with effects.
-    fn fit(&self, job: Job, effort: Effort, seed: u64, watch: &dyn Watch) -> Result<Tried, InferError>;
+    fn fit(&self, job: Job, effort: Effort, seed: u64, watch: &dyn Watch) -> Result<FittedModel, InferError>;
 
-    /// The model refitted, in a few steps, to the training episodes that are to be kept; `model` has its moments of
-    /// events held.
+    /// The model refitted in a few steps to the training episodes that `keep` selects. `model` may have
+    /// parameters of its effects fixed.
     fn refitted(
         &self,
-        tried: &Tried,
+        tried: &FittedModel,
         model: &Model,
         keep: &dyn Fn(usize) -> bool,
         watch: &dyn Watch,
-    ) -> Result<Tried, InferError>;
+    ) -> Result<FittedModel, InferError>;
 
-    /// The values with which the simulation is used, if such were given.
-    fn given(&self, watch: &dyn Watch) -> Result<Option<Tried>, InferError>;
+    /// The model with the given values; `None` if none are given.
+    fn given(&self, watch: &dyn Watch) -> Result<Option<FittedModel>, InferError>;
 
-    /// Those values by name; with what every simulation of this kind has fixed.
-    fn given_values(&self, given: Option<&Tried>) -> BTreeMap<String, f64>;
+    /// The given values by name, including those that are fixed for every simulation of this kind.
+    fn given_values(&self, given: Option<&FittedModel>) -> BTreeMap<String, f64>;
 
-    /// What a wandering wrench would gain on top of a model; `None` where only wrenches are compared.
-    fn remainder(&self, tried: &Tried) -> Result<Option<Remainder>, InferError>;
+    /// The lack-of-fit test of a model; `None` if wrenches are compared.
+    fn lack_of_fit(&self, tried: &FittedModel) -> Result<Option<LackOfFit>, InferError>;
 
-    /// How a model predicts each sample of the training episodes that are to be kept.
-    fn predicted(&self, tried: &Tried, keep: &dyn Fn(usize) -> bool) -> Result<Samples, InferError>;
+    /// A model's prediction of each sample of the training episodes that `keep` selects.
+    fn predicted(
+        &self,
+        tried: &FittedModel,
+        keep: &dyn Fn(usize) -> bool,
+    ) -> Result<PredictedSamples, InferError>;
 
-    /// Where a model leaves something.
-    fn located(&self, tried: &Tried, left: Option<Remainder>) -> Result<Located, InferError>;
+    /// Where a model disagrees with the recording.
+    fn located(&self, tried: &FittedModel, lack: Option<LackOfFit>) -> Result<Located, InferError>;
 
-    /// Shares of the standardised misfit.
-    fn channels(&self, tried: &Tried) -> Result<Channels, InferError>;
+    /// Shares of the standardised misfit by direction.
+    fn channels(&self, tried: &FittedModel) -> Result<Channels, InferError>;
 
-    /// Prediction errors one second ahead.
-    fn outlook(&self, tried: &Tried) -> Result<Outlook, InferError>;
+    /// The predictive check one second ahead.
+    fn predictive_check(&self, tried: &FittedModel) -> Result<PredictiveCheck, InferError>;
 
-    /// Whether a model errs by more than the instruments explain, so that a further effect could improve its predictions.
-    /// Slow pushes are judged by the wrench alone.
-    fn errs(&self, tried: &Tried) -> Result<bool, InferError> {
-        Ok(self.is_quasi_static() || self.outlook(tried)?.is_beyond_noise())
+    /// Whether a model's errors exceed the instruments' noise, so that a further effect could improve its
+    /// predictions. Slow pushes are judged by the wrench alone.
+    fn errs_beyond_noise(&self, tried: &FittedModel) -> Result<bool, InferError> {
+        Ok(self.is_quasi_static() || self.predictive_check(tried)?.is_beyond_noise())
     }
 
-    /// Figures on some episodes. What is not judged of the model `beside` is not judged of this one.
-    fn score(&self, tried: &Tried, beside: &Tried, episodes: &[Prepared]) -> Result<Score, InferError>;
+    /// Error metrics on some episodes. Samples that are not scored for `compared_with` are excluded here too.
+    fn score(
+        &self,
+        tried: &FittedModel,
+        compared_with: &FittedModel,
+        episodes: &[Prepared],
+    ) -> Result<Score, InferError>;
 
-    /// Simulated poses of an episode, one for each recorded one; `None` where inertia plays no part.
-    fn open_loop(&self, tried: &Tried, episode: &Prepared) -> Result<Option<Vec<[f64; 3]>>, InferError>;
+    /// Simulated poses of an episode, one for each recorded pose; `None` if inertia is negligible.
+    fn open_loop(&self, tried: &FittedModel, episode: &Prepared)
+    -> Result<Option<Vec<[f64; 3]>>, InferError>;
 
     /// The missing wrench along every episode.
-    fn missing(&self, tried: &Tried, left: Option<Remainder>) -> Result<Missing, InferError>;
+    fn missing_wrenches(
+        &self,
+        tried: &FittedModel,
+        lack: Option<LackOfFit>,
+    ) -> Result<MissingWrenches, InferError>;
 
-    /// The missing wrench along every training episode, not smoothed; none where inertia plays no part.
-    fn unsmoothed(&self, tried: &Tried) -> Result<Vec<Vec<Residual>>, InferError> {
+    /// The unsmoothed missing wrench along every training episode; empty if inertia is negligible.
+    fn unsmoothed(&self, tried: &FittedModel) -> Result<Vec<Vec<Residual>>, InferError> {
         let _ = tried;
         Ok(vec![])
     }
 
-    /// The wrenches that two models need in an episode, where wrenches are compared.
-    fn wrenches(&self, episode: &Prepared, models: [&Tried; 2]) -> Result<Option<Wrench>, InferError>;
+    /// The wrenches that two models need in an episode, if wrenches are compared.
+    fn wrenches(&self, episode: &Prepared, models: [&FittedModel; 2]) -> Result<Option<Wrench>, InferError>;
 
-    /// Residual wrenches of the training episodes, where wrenches are compared.
-    fn residual_wrenches(&self, tried: &Tried) -> Result<Option<Vec<[f64; 3]>>, InferError>;
+    /// Residual wrenches of the training episodes, if wrenches are compared.
+    fn residual_wrenches(&self, tried: &FittedModel) -> Result<Option<Vec<[f64; 3]>>, InferError>;
 
-    /// How alike two models are on what was recorded.
-    fn certificate(&self, names: [&str; 2], models: [&Tried; 2]) -> Result<Certificate, InferError>;
+    /// Certificate of how well the recording distinguishes two models.
+    fn certificate(&self, names: [&str; 2], models: [&FittedModel; 2]) -> Result<Certificate, InferError>;
 
-    /// A push that would tell two models apart; `None` where none can be designed.
+    /// A discriminating experiment for two models; `None` if none can be designed.
     fn experiment(
         &self,
         names: [&str; 2],
-        models: [&Tried; 2],
+        models: [&FittedModel; 2],
         noise: &trundle_infer::Channels,
         watch: &dyn Watch,
     ) -> Result<Option<Experiment>, InferError>;
 
-    /// The simulation under test with a wrench that no law names; `None` where none predicts.
-    fn unnamed(
+    /// The nominal model with a model discrepancy; `None` if none predicts better.
+    fn discrepancy(
         &self,
-        base: &Tried,
-        left: Option<Remainder>,
+        base: &FittedModel,
+        lack: Option<LackOfFit>,
         watch: &dyn Watch,
-    ) -> Result<Option<Tried>, InferError>;
+    ) -> Result<Option<FittedModel>, InferError>;
 
-    /// A model as it was fitted, with its parameters free.
-    fn free(&self, tried: &Tried) -> Model {
+    /// A fitted model with its parameters free.
+    fn free_model(&self, tried: &FittedModel) -> Model {
         let mut model = self.nominal().clone();
         model.mass = model.mass.and(tried.fit.model.mass);
         model.effects.extend(tried.added.iter().cloned());
         model
     }
 
-    /// What a model was fitted with.
-    fn likelihood(&self, tried: &Tried) -> Result<Box<dyn Likelihood + '_>, InferError>;
+    /// The likelihood of a fit.
+    fn likelihood(&self, tried: &FittedModel) -> Result<Box<dyn Likelihood + '_>, InferError>;
 
-    /// The same model with standard deviations that include model error, from the spread between episodes where there are
-    /// enough of them.
-    fn widened(&self, tried: &Tried) -> Result<Tried, InferError> {
-        let found = tried.fit.sandwiched(&self.free(tried), &[&*self.likelihood(tried)?])?;
+    /// The same model with standard deviations that include model error, from the variation between episodes
+    /// if there are enough of them.
+    fn widened(&self, tried: &FittedModel) -> Result<FittedModel, InferError> {
+        let found = tried.fit.sandwiched(&self.free_model(tried), &[&*self.likelihood(tried)?])?;
         Ok(found.map_or_else(
             || tried.clone(),
-            |(fit, basis)| Tried { fit: fit.as_normal(basis), ..tried.clone() },
+            |(fit, basis)| FittedModel { fit: fit.as_normal(basis), ..tried.clone() },
         ))
     }
 
-    /// Parameters of the simulation under test within a fit.
-    fn parameters(&self, tried: &Tried) -> BTreeMap<String, Parameter>;
+    /// Parameters of the nominal model within a fit.
+    fn parameters(&self, tried: &FittedModel) -> BTreeMap<String, Parameter>;
 
     /// `model.toml`.
-    fn file(&self, tried: &Tried) -> Result<String, InferError>;
+    fn model_toml(&self, tried: &FittedModel) -> Result<String, InferError>;
 }

@@ -1,15 +1,15 @@
-//! Trundle's own plant as the simulation under test.
+//! Trundle's own plant as the nominal model.
 
-use super::{Effort, Engine, Job, Look, REFIT_STEPS, Tried, needs_courses};
-use crate::adequacy::{Remainder, left_by, remainder};
+use super::{Effort, Engine, FittedModel, Inspector, Job, MAX_REFIT_STEPS, needs_courses};
 use crate::answer::{Channels, Parameter};
+use crate::block_bootstrap::{PredictedSamples, predicted_samples};
 use crate::candidates::candidates;
-use crate::confirm::{Samples, predicted};
 use crate::design::{Bench, Certificate, Experiment, Limits, Rival, certificate, experiment};
+use crate::lack_of_fit::{LackOfFit, lack_of_fit, motion_lack_of_fit};
 use crate::locate::{Located, channels, located};
 use crate::nominal::{as_given, given_values, parameters, under_test};
-use crate::outlook::{Outlook, outlook};
-use crate::series::{Missing, Wrench, wrenches};
+use crate::predictive_check::{PredictiveCheck, predictive_check};
+use crate::series::{MissingWrenches, Wrench, wrenches};
 use crate::units;
 use crate::unnamed::unnamed;
 use std::collections::BTreeMap;
@@ -20,7 +20,7 @@ use trundle_infer::{
 use trundle_model::{Kind, Model, Scales};
 use trundle_record::{Dataset, Prepared};
 
-/// A model of trundle's, compared by its motion or by the wrench that it needs.
+/// Trundle's plant, compared by its motion or by the wrench that it needs.
 #[derive(Clone)]
 pub(crate) struct Own<'a> {
     data: &'a Dataset,
@@ -30,10 +30,10 @@ pub(crate) struct Own<'a> {
 }
 
 impl<'a> Own<'a> {
-    /// The simulation under test: `model`, or the paper's.
+    /// The engine for a nominal model: `model`, or the paper's.
     ///
     /// # Errors
-    /// When there is not enough data.
+    /// If there is not enough data.
     pub fn new(data: &'a Dataset, model: Option<&Model>) -> Result<Self, InferError> {
         let (nominal, given) = under_test(data, model);
         Ok(Self { data, nominal, given, comparison: Comparison::of(data)? })
@@ -43,21 +43,26 @@ impl<'a> Own<'a> {
         Self { comparison, ..self.clone() }
     }
 
-    /// The comparison under the noise that suits a fit.
-    fn under(&self, tried: &Tried) -> Comparison {
+    /// The comparison under the noise of a fit.
+    fn under(&self, tried: &FittedModel) -> Comparison {
         self.comparison.with_channels(tried.fit.channels)
     }
 
-    /// −log density of a fit in units in which its own cost is not known.
-    pub fn cost(&self, tried: &Tried) -> Result<f64, InferError> {
+    /// −log density of a fit whose cost is only known in other units, nats.
+    pub fn cost(&self, tried: &FittedModel) -> Result<f64, InferError> {
         self.under(tried).cost(&tried.fit.model, &tried.fit.values)
     }
 
-    /// Values that were fitted in other units, in SI units.
-    pub fn restored(&self, given: &Tried, scales: &Scales, offset: f64) -> Result<Option<Tried>, InferError> {
+    /// A fit of the given values in other units, converted to SI units.
+    pub fn restored(
+        &self,
+        given: &FittedModel,
+        scales: &Scales,
+        offset: f64,
+    ) -> Result<Option<FittedModel>, InferError> {
         let of = |model: &Model| {
             let fit = units::fit(&given.fit, model, &[], scales, offset)?;
-            Ok(Tried { fit, ..given.clone() })
+            Ok(FittedModel { fit, ..given.clone() })
         };
         self.given.as_ref().map(of).transpose()
     }
@@ -88,17 +93,17 @@ impl Engine for Own<'_> {
         candidates(&self.nominal, self.is_quasi_static(), self.data.commanded)
     }
 
-    fn base(&self, seed: u64, watch: &dyn Watch) -> Result<Tried, InferError> {
+    fn base(&self, seed: u64, watch: &dyn Watch) -> Result<FittedModel, InferError> {
         let options = FitOptions { seed, measure_gradient: true, ..FitOptions::default() };
         let fit = fit(&self.comparison, &self.nominal, &[], &options, watch)?;
-        Ok(Tried::new(vec![], fit, None))
+        Ok(FittedModel::new(vec![], fit, None))
     }
 
-    /// Where the noise is not stated, the next searches start from what suits the simulation under test.
-    fn upon<'b>(
+    /// If the recording does not state the noise, the search starts from that of the nominal model.
+    fn for_added_effects<'b>(
         &'b self,
-        base: &Tried,
-        _: Option<Remainder>,
+        base: &FittedModel,
+        _: Option<LackOfFit>,
         _: &dyn Watch,
     ) -> Result<Box<dyn Engine + 'b>, InferError> {
         Ok(Box::new(self.with(self.under(base))))
@@ -108,7 +113,12 @@ impl Engine for Own<'_> {
         self.simulated().then(|| -> Box<dyn Engine + 'b> { Box::new(self.with(self.comparison.thinned())) })
     }
 
-    fn look(&self, from: &Tried, kinds: &[Kind], at: &mut Look<'_>) -> Result<bool, InferError> {
+    fn inspect(
+        &self,
+        from: &FittedModel,
+        kinds: &[Kind],
+        at: &mut Inspector<'_>,
+    ) -> Result<bool, InferError> {
         let Comparison::Motion(motion) = &self.comparison else { return Ok(false) };
         let motion = motion.thinned().with_channels(from.fit.channels);
         if let Some(seen) = motion.seen(&from.fit.model, &from.fit.values)? {
@@ -118,7 +128,7 @@ impl Engine for Own<'_> {
         Ok(true)
     }
 
-    fn fit(&self, job: Job, effort: Effort, seed: u64, watch: &dyn Watch) -> Result<Tried, InferError> {
+    fn fit(&self, job: Job, effort: Effort, seed: u64, watch: &dyn Watch) -> Result<FittedModel, InferError> {
         let mut model = self.nominal.clone();
         model.effects.extend(job.added.iter().cloned());
         let near = self.simulated().then_some(effort.steps());
@@ -127,82 +137,99 @@ impl Engine for Own<'_> {
             FitOptions { starts: 0, seed, from_afar: false, near, noise_rounds, ..FitOptions::default() };
         let from = self.comparison.with_channels(job.channels);
         let fit = fit(&from, &model, &job.warm, &options, watch)?;
-        Ok(Tried::new(job.added, fit, None))
+        Ok(FittedModel::new(job.added, fit, None))
     }
 
     fn refitted(
         &self,
-        tried: &Tried,
+        tried: &FittedModel,
         model: &Model,
         keep: &dyn Fn(usize) -> bool,
         watch: &dyn Watch,
-    ) -> Result<Tried, InferError> {
-        let near = Some(REFIT_STEPS);
+    ) -> Result<FittedModel, InferError> {
+        let near = Some(MAX_REFIT_STEPS);
         let options =
             FitOptions { starts: 0, from_afar: false, near, noise_rounds: 0, ..FitOptions::default() };
         let some = self.under(tried).only(keep);
         let warm = std::slice::from_ref(&tried.fit.values);
-        Ok(Tried { fit: fit(&some, model, warm, &options, watch)?, ..tried.clone() })
+        Ok(FittedModel { fit: fit(&some, model, warm, &options, watch)?, ..tried.clone() })
     }
 
-    fn given(&self, watch: &dyn Watch) -> Result<Option<Tried>, InferError> {
+    fn given(&self, watch: &dyn Watch) -> Result<Option<FittedModel>, InferError> {
         let fitted = |given: &Model| {
             let fit = as_given(&self.comparison, given, watch)?;
-            Ok(Tried::new(vec![], fit, None))
+            Ok(FittedModel::new(vec![], fit, None))
         };
         self.given.as_ref().map(fitted).transpose()
     }
 
-    fn given_values(&self, given: Option<&Tried>) -> BTreeMap<String, f64> {
+    fn given_values(&self, given: Option<&FittedModel>) -> BTreeMap<String, f64> {
         given.map_or_else(BTreeMap::new, |given| given_values(&given.fit))
     }
 
-    fn remainder(&self, tried: &Tried) -> Result<Option<Remainder>, InferError> {
-        remainder(&self.comparison, &tried.fit)
+    fn lack_of_fit(&self, tried: &FittedModel) -> Result<Option<LackOfFit>, InferError> {
+        lack_of_fit(&self.comparison, &tried.fit)
     }
 
-    fn predicted(&self, tried: &Tried, keep: &dyn Fn(usize) -> bool) -> Result<Samples, InferError> {
-        predicted(&self.comparison.only(keep), &tried.fit)
+    fn predicted(
+        &self,
+        tried: &FittedModel,
+        keep: &dyn Fn(usize) -> bool,
+    ) -> Result<PredictedSamples, InferError> {
+        predicted_samples(&self.comparison.only(keep), &tried.fit)
     }
 
-    fn located(&self, tried: &Tried, left: Option<Remainder>) -> Result<Located, InferError> {
-        located(&self.comparison, &tried.fit, left, &self.data.training)
+    fn located(&self, tried: &FittedModel, lack: Option<LackOfFit>) -> Result<Located, InferError> {
+        located(&self.comparison, &tried.fit, lack, &self.data.training)
     }
 
-    fn channels(&self, tried: &Tried) -> Result<Channels, InferError> {
+    fn channels(&self, tried: &FittedModel) -> Result<Channels, InferError> {
         channels(&self.comparison, &tried.fit)
     }
 
-    fn outlook(&self, tried: &Tried) -> Result<Outlook, InferError> {
-        outlook(self.data, &tried.fit)
+    fn predictive_check(&self, tried: &FittedModel) -> Result<PredictiveCheck, InferError> {
+        predictive_check(self.data, &tried.fit)
     }
 
-    fn score(&self, tried: &Tried, beside: &Tried, episodes: &[Prepared]) -> Result<Score, InferError> {
-        let (fit, other) = (&tried.fit, (&beside.fit.model, &beside.fit.values[..]));
+    fn score(
+        &self,
+        tried: &FittedModel,
+        compared_with: &FittedModel,
+        episodes: &[Prepared],
+    ) -> Result<Score, InferError> {
+        let (fit, other) = (&tried.fit, (&compared_with.fit.model, &compared_with.fit.values[..]));
         let (noise, quasi) = (&self.data.noise, self.is_quasi_static());
         score_beside(&fit.model, &fit.values, &fit.channels, episodes, noise, quasi, Some(other))
     }
 
-    fn open_loop(&self, tried: &Tried, episode: &Prepared) -> Result<Option<Vec<[f64; 3]>>, InferError> {
+    fn open_loop(
+        &self,
+        tried: &FittedModel,
+        episode: &Prepared,
+    ) -> Result<Option<Vec<[f64; 3]>>, InferError> {
         let plant = tried.fit.model.plant(&tried.fit.values)?;
         Ok(self.simulated().then(|| open_loop(&plant, episode)))
     }
 
-    fn missing(&self, tried: &Tried, left: Option<Remainder>) -> Result<Missing, InferError> {
-        let (Some(left), Comparison::Motion(motion)) = (left, &self.comparison) else {
-            return Ok(Missing { training: None, held_out: None });
+    fn missing_wrenches(
+        &self,
+        tried: &FittedModel,
+        lack: Option<LackOfFit>,
+    ) -> Result<MissingWrenches, InferError> {
+        let (Some(lack), Comparison::Motion(motion)) = (lack, &self.comparison) else {
+            return Ok(MissingWrenches { training: None, held_out: None });
         };
         let over = |motion: &MotionLikelihood| {
-            motion.with_channels(left.channels).residuals(&tried.fit.model, &tried.fit.values)
+            motion.with_channels(lack.channels).residuals(&tried.fit.model, &tried.fit.values)
         };
         let held_out = match Comparison::over(self.data, &self.data.held_out) {
             Ok(Comparison::Motion(held_out)) => over(&held_out)?,
             _ => None,
         };
-        Ok(Missing { training: over(motion)?, held_out })
+        Ok(MissingWrenches { training: over(motion)?, held_out })
     }
 
-    fn unsmoothed(&self, tried: &Tried) -> Result<Vec<Vec<Residual>>, InferError> {
+    fn unsmoothed(&self, tried: &FittedModel) -> Result<Vec<Vec<Residual>>, InferError> {
         if !self.simulated() {
             return Ok(vec![]);
         }
@@ -211,27 +238,27 @@ impl Engine for Own<'_> {
         self.data.training.iter().map(of).collect()
     }
 
-    fn wrenches(&self, episode: &Prepared, models: [&Tried; 2]) -> Result<Option<Wrench>, InferError> {
+    fn wrenches(&self, episode: &Prepared, models: [&FittedModel; 2]) -> Result<Option<Wrench>, InferError> {
         if self.simulated() {
             return Ok(None);
         }
         wrenches(self.data, episode, models.map(|tried| &tried.fit))
     }
 
-    fn residual_wrenches(&self, tried: &Tried) -> Result<Option<Vec<[f64; 3]>>, InferError> {
+    fn residual_wrenches(&self, tried: &FittedModel) -> Result<Option<Vec<[f64; 3]>>, InferError> {
         let Comparison::Wrench(slow) = &self.comparison else { return Ok(None) };
         let plant = tried.fit.model.plant(&tried.fit.values)?;
         Ok(Some(slow.samples().iter().map(|sample| sample.residual(&plant)).collect()))
     }
 
-    fn certificate(&self, names: [&str; 2], models: [&Tried; 2]) -> Result<Certificate, InferError> {
+    fn certificate(&self, names: [&str; 2], models: [&FittedModel; 2]) -> Result<Certificate, InferError> {
         certificate(&self.comparison, names, models.map(|tried| &tried.fit))
     }
 
     fn experiment(
         &self,
         names: [&str; 2],
-        models: [&Tried; 2],
+        models: [&FittedModel; 2],
         noise: &trundle_infer::Channels,
         watch: &dyn Watch,
     ) -> Result<Option<Experiment>, InferError> {
@@ -243,26 +270,26 @@ impl Engine for Own<'_> {
         experiment(&bench, &rivals[0], &rivals[1], 1, watch).map(Some)
     }
 
-    fn unnamed(
+    fn discrepancy(
         &self,
-        base: &Tried,
-        left: Option<Remainder>,
+        base: &FittedModel,
+        lack: Option<LackOfFit>,
         watch: &dyn Watch,
-    ) -> Result<Option<Tried>, InferError> {
-        let found = unnamed((self.data, &self.nominal), &self.comparison, &base.fit, left, watch)?;
-        Ok(found.map(|fit| Tried::new(vec![], fit, None)))
+    ) -> Result<Option<FittedModel>, InferError> {
+        let found = unnamed((self.data, &self.nominal), &self.comparison, &base.fit, lack, watch)?;
+        Ok(found.map(|fit| FittedModel::new(vec![], fit, None)))
     }
 
-    fn likelihood(&self, tried: &Tried) -> Result<Box<dyn Likelihood + '_>, InferError> {
+    fn likelihood(&self, tried: &FittedModel) -> Result<Box<dyn Likelihood + '_>, InferError> {
         Ok(Box::new(self.under(tried)))
     }
 
-    fn parameters(&self, tried: &Tried) -> BTreeMap<String, Parameter> {
+    fn parameters(&self, tried: &FittedModel) -> BTreeMap<String, Parameter> {
         parameters(&tried.fit, &self.nominal)
     }
 
-    /// A mass that slow pushes do not hold is left free.
-    fn file(&self, tried: &Tried) -> Result<String, InferError> {
+    /// A mass that slow pushes do not identify is left free.
+    fn model_toml(&self, tried: &FittedModel) -> Result<String, InferError> {
         let mut model = tried.fit.model.clone();
         if self.is_quasi_static() && tried.fit.estimate("body.mass").is_some() {
             model.mass = None;
@@ -272,7 +299,7 @@ impl Engine for Own<'_> {
 }
 
 /// The missing wrench along the episodes.
-fn courses(motion: &MotionLikelihood, from: &Tried) -> Result<Vec<Vec<Residual>>, InferError> {
-    let wandering = motion.with_channels(left_by(motion, &from.fit)?.channels);
-    Ok(wandering.residuals(&from.fit.model, &from.fit.values)?.unwrap_or_default())
+fn courses(motion: &MotionLikelihood, from: &FittedModel) -> Result<Vec<Vec<Residual>>, InferError> {
+    let with_walk = motion.with_channels(motion_lack_of_fit(motion, &from.fit)?.channels);
+    Ok(with_walk.residuals(&from.fit.model, &from.fit.values)?.unwrap_or_default())
 }

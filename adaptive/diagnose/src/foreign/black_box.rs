@@ -5,8 +5,8 @@ use super::nominal::settle;
 use super::path::Path;
 use super::rollout::Rollout;
 use super::simulator::Foreign;
-use crate::engine::Tried;
-use crate::enough::enough;
+use crate::engine::FittedModel;
+use crate::pushing_time::require_pushing_time;
 use std::sync::Arc;
 use trundle_infer::{Channels as Noise, InferError, Quiet, Residual, Watch, quasi_static};
 use trundle_model::{EffectTarget, Kind, Model, Plant};
@@ -48,7 +48,7 @@ impl<'a> BlackBox<'a> {
         seed: u64,
         watch: &'a dyn Watch,
     ) -> Result<Self, InferError> {
-        enough(data)?;
+        require_pushing_time(data)?;
         if quasi_static(data) {
             return Err(InferError::NoData {
                 recording: data.name.clone(),
@@ -68,12 +68,12 @@ impl<'a> BlackBox<'a> {
     }
 
     /// The linearised simulator of a model.
-    pub(super) fn along<'t>(&'t self, tried: &'t Tried) -> &'t Arc<Along> {
+    pub(super) fn along<'t>(&'t self, tried: &'t FittedModel) -> &'t Arc<Along> {
         tried.basis.as_ref().map_or(&self.along, |basis| &basis.along)
     }
 
     /// The same, trusting the model's laws as far as the seen motion tells what they do.
-    pub(super) fn doubting(&self, tried: &Tried) -> Result<Along, InferError> {
+    pub(super) fn doubting(&self, tried: &FittedModel) -> Result<Along, InferError> {
         let along = self.along(tried);
         if !on_object(&tried.fit.model) {
             return Ok((**along).clone());
@@ -81,25 +81,33 @@ impl<'a> BlackBox<'a> {
         Ok(along.doubting(&plant(tried)?, &along.own(&tried.fit)))
     }
 
-    pub(super) fn own(&self, tried: &Tried) -> Vec<f64> {
+    pub(super) fn own(&self, tried: &FittedModel) -> Vec<f64> {
         self.along(tried).own(&tried.fit)
     }
 
-    pub(super) fn rollout<'s>(&'s self, tried: &Tried, values: &'s [f64]) -> Result<Rollout<'s>, InferError> {
+    pub(super) fn rollout<'s>(
+        &'s self,
+        tried: &FittedModel,
+        values: &'s [f64],
+    ) -> Result<Rollout<'s>, InferError> {
         let plant = plant(tried)?;
         // A watch is asked on the calling thread only; work on other threads asks between its parts.
         let watch = if rayon::current_thread_index().is_some() { &Quiet } else { self.watch };
         Ok(Rollout { foreign: self.foreign, values, plant, data: self.data, watch })
     }
 
-    pub(super) fn residuals(&self, tried: &Tried, channels: Noise) -> Result<Vec<Vec<Residual>>, InferError> {
+    pub(super) fn residuals(
+        &self,
+        tried: &FittedModel,
+        channels: Noise,
+    ) -> Result<Vec<Vec<Residual>>, InferError> {
         let plant = plant(tried)?;
         Ok(self.doubting(tried)?.residuals(&plant, &self.own(tried), channels))
     }
 }
 
 /// The laws of a model.
-pub(super) fn plant(tried: &Tried) -> Result<Plant<f64>, InferError> {
+pub(super) fn plant(tried: &FittedModel) -> Result<Plant<f64>, InferError> {
     Ok(tried.fit.model.plant(&tried.fit.values)?)
 }
 

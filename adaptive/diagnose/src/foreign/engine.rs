@@ -6,16 +6,16 @@ use super::nominal::settle;
 use super::simulator::Foreign;
 use super::view::{Linear, elsewhere};
 use super::windows::windows;
-use crate::adequacy::{Remainder, best_walk};
 use crate::answer::{Channels, Parameter};
+use crate::block_bootstrap::PredictedSamples;
 use crate::candidates::candidates;
-use crate::confirm::Samples;
 use crate::design::{Certificate, Experiment};
-use crate::engine::{Effort, Engine, Job, Look, REFIT_STEPS, Tried, needs_courses};
+use crate::engine::{Effort, Engine, FittedModel, Inspector, Job, MAX_REFIT_STEPS, needs_courses};
+use crate::lack_of_fit::{LackOfFit, best_random_walk};
 use crate::locate::Located;
-use crate::outlook::Outlook;
+use crate::predictive_check::PredictiveCheck;
 use crate::screen::Start;
-use crate::series::{Missing, Wrench};
+use crate::series::{MissingWrenches, Wrench};
 use nalgebra::DVector;
 use std::collections::BTreeMap;
 use std::sync::Arc;
@@ -48,25 +48,25 @@ impl Engine for BlackBox<'_> {
         known.into_iter().chain(wheel).filter(usable).collect()
     }
 
-    fn base(&self, seed: u64, watch: &dyn Watch) -> Result<Tried, InferError> {
+    fn base(&self, seed: u64, watch: &dyn Watch) -> Result<FittedModel, InferError> {
         let options = FitOptions { starts: 0, seed, from_afar: false, ..FitOptions::default() };
         let start: Vec<f64> =
             std::iter::once(self.bare.body.mass).chain(self.along.values.iter().copied()).collect();
         let fit = fit(&*self.along, &self.bare, &[start], &options, watch)?;
         let own = self.along.own(&fit);
         let basis = Basis { along: self.along.clone(), own, biased: true };
-        Ok(Tried::new(vec![], fit, Some(basis)))
+        Ok(FittedModel::new(vec![], fit, Some(basis)))
     }
 
     /// Where something is missing, the simulator's refitted parameters are biased by it. Laws are tried around parameters that
     /// are fitted together with a random-walk wrench.
-    fn upon<'b>(
+    fn for_added_effects<'b>(
         &'b self,
-        _: &Tried,
-        before: Option<Remainder>,
+        _: &FittedModel,
+        before: Option<LackOfFit>,
         watch: &dyn Watch,
     ) -> Result<Box<dyn Engine + 'b>, InferError> {
-        let Some(before) = before.filter(|left| left.matters(self.observations())) else {
+        let Some(before) = before.filter(|left| left.is_significant(self.observations())) else {
             return Ok(Box::new(self.clone()));
         };
         let (from, bare) = (&self.along.values, &self.bare);
@@ -79,7 +79,12 @@ impl Engine for BlackBox<'_> {
         Some(Box::new(self.clone()))
     }
 
-    fn look(&self, from: &Tried, kinds: &[Kind], at: &mut Look<'_>) -> Result<bool, InferError> {
+    fn inspect(
+        &self,
+        from: &FittedModel,
+        kinds: &[Kind],
+        at: &mut Inspector<'_>,
+    ) -> Result<bool, InferError> {
         let biased = from.basis.as_ref().is_none_or(|basis| basis.biased);
         let (along, own) = if biased {
             ((*self.along).clone(), self.along.values.clone())
@@ -87,7 +92,7 @@ impl Engine for BlackBox<'_> {
             (self.doubting(from)?, self.own(from))
         };
         let residual = DVector::from_vec(along.innovations(&plant(from)?, &own));
-        let courses = match self.remainder(from)? {
+        let courses = match self.lack_of_fit(from)? {
             Some(left) if needs_courses(kinds) => self.residuals(from, left.channels)?,
             _ => vec![],
         };
@@ -95,30 +100,30 @@ impl Engine for BlackBox<'_> {
         Ok(true)
     }
 
-    fn elsewhere(&self, kind: Kind, from: &Tried, seed: u64) -> Vec<Start> {
+    fn extra_starts(&self, kind: Kind, from: &FittedModel, seed: u64) -> Vec<Start> {
         elsewhere(&self.bare, kind, &from.fit.values, seed)
     }
 
-    fn fit(&self, job: Job, effort: Effort, seed: u64, watch: &dyn Watch) -> Result<Tried, InferError> {
+    fn fit(&self, job: Job, effort: Effort, seed: u64, watch: &dyn Watch) -> Result<FittedModel, InferError> {
         self.fit_laws(job, effort, seed, watch)
     }
 
     fn refitted(
         &self,
-        tried: &Tried,
+        tried: &FittedModel,
         model: &Model,
         keep: &dyn Fn(usize) -> bool,
         watch: &dyn Watch,
-    ) -> Result<Tried, InferError> {
+    ) -> Result<FittedModel, InferError> {
         let options =
-            FitOptions { starts: 0, from_afar: false, near: Some(REFIT_STEPS), ..FitOptions::default() };
+            FitOptions { starts: 0, from_afar: false, near: Some(MAX_REFIT_STEPS), ..FitOptions::default() };
         let some = self.doubting(tried)?.only(keep);
         let model = &Model { mass: model.mass.and(tried.fit.model.mass), ..model.clone() };
         let at: Vec<f64> = tried.fit.values.iter().copied().chain(self.own(tried)).collect();
-        Ok(Tried { fit: fit(&some, model, &[at], &options, watch)?, ..tried.clone() })
+        Ok(FittedModel { fit: fit(&some, model, &[at], &options, watch)?, ..tried.clone() })
     }
 
-    fn given(&self, watch: &dyn Watch) -> Result<Option<Tried>, InferError> {
+    fn given(&self, watch: &dyn Watch) -> Result<Option<FittedModel>, InferError> {
         if !self.foreign.given {
             return Ok(None);
         }
@@ -130,16 +135,16 @@ impl Engine for BlackBox<'_> {
         let at: Vec<f64> = std::iter::once(self.bare.body.mass).chain(start.iter().copied()).collect();
         let fit = fit(&along, &self.bare, &[at], &FitOptions { starts: 0, ..FitOptions::default() }, watch)?;
         let basis = Basis { along: Arc::new(along), own: start.clone(), biased: false };
-        Ok(Some(Tried::new(vec![], fit, Some(basis))))
+        Ok(Some(FittedModel::new(vec![], fit, Some(basis))))
     }
 
-    fn given_values(&self, given: Option<&Tried>) -> BTreeMap<String, f64> {
+    fn given_values(&self, given: Option<&FittedModel>) -> BTreeMap<String, f64> {
         let pairs = self.foreign.parameters.iter().zip(&self.foreign.start);
         let told = pairs.filter(|(p, _)| given.is_some() || p.value.is_some());
         told.map(|(p, v)| (p.name.clone(), *v)).collect()
     }
 
-    fn remainder(&self, tried: &Tried) -> Result<Option<Remainder>, InferError> {
+    fn lack_of_fit(&self, tried: &FittedModel) -> Result<Option<LackOfFit>, InferError> {
         let (along, own) = (self.doubting(tried)?, self.own(tried));
         let Fit { model, values, .. } = &tried.fit;
         let innovations = along.innovations(&model.plant(values)?, &own);
@@ -147,21 +152,25 @@ impl Engine for BlackBox<'_> {
         let excess = 0.5 * (innovations.iter().map(|e| e * e).sum::<f64>() - directions as f64).max(0.0);
         let at: Vec<f64> = values.iter().copied().chain(own).collect();
         let cost = |channels: Noise| along.with_channels(channels).cost(model, &at);
-        best_walk(along.channels, model.body.gyration, excess, cost).map(Some)
+        best_random_walk(along.channels, model.body.gyration, excess, cost).map(Some)
     }
 
-    fn predicted(&self, tried: &Tried, keep: &dyn Fn(usize) -> bool) -> Result<Samples, InferError> {
+    fn predicted(
+        &self,
+        tried: &FittedModel,
+        keep: &dyn Fn(usize) -> bool,
+    ) -> Result<PredictedSamples, InferError> {
         Ok(self.doubting(tried)?.only(keep).predicted(&plant(tried)?, &self.own(tried)))
     }
 
-    fn located(&self, tried: &Tried, left: Option<Remainder>) -> Result<Located, InferError> {
+    fn located(&self, tried: &FittedModel, left: Option<LackOfFit>) -> Result<Located, InferError> {
         let Some(left) = left else { return Ok(Located::default()) };
         let residuals = self.residuals(tried, left.channels)?;
         let found = windows(&residuals, self.along(tried));
         Ok(Located::of_courses(&residuals, found, &self.bare.body))
     }
 
-    fn channels(&self, tried: &Tried) -> Result<Channels, InferError> {
+    fn channels(&self, tried: &FittedModel) -> Result<Channels, InferError> {
         let plant = plant(tried)?;
         let mut sum = [0.0; 3];
         let innovations = self.along(tried).innovations(&plant, &self.own(tried));
@@ -173,57 +182,75 @@ impl Engine for BlackBox<'_> {
         Ok(Channels { x, y, theta })
     }
 
-    fn outlook(&self, tried: &Tried) -> Result<Outlook, InferError> {
+    fn predictive_check(&self, tried: &FittedModel) -> Result<PredictiveCheck, InferError> {
         self.predictions(tried)
     }
 
-    fn score(&self, tried: &Tried, beside: &Tried, episodes: &[Prepared]) -> Result<Score, InferError> {
+    fn score(
+        &self,
+        tried: &FittedModel,
+        beside: &FittedModel,
+        episodes: &[Prepared],
+    ) -> Result<Score, InferError> {
         let settling = unjudged(&beside.fit.model).max(unjudged(&tried.fit.model));
         self.rollout(tried, &self.own(tried))?.score(episodes, settling)
     }
 
-    fn open_loop(&self, tried: &Tried, episode: &Prepared) -> Result<Option<Vec<[f64; 3]>>, InferError> {
+    fn open_loop(
+        &self,
+        tried: &FittedModel,
+        episode: &Prepared,
+    ) -> Result<Option<Vec<[f64; 3]>>, InferError> {
         let values = self.own(tried);
         let rollout = self.rollout(tried, &values)?;
         rollout.open_loop(&rollout.seen(episode)?).map(Some)
     }
 
-    fn missing(&self, tried: &Tried, left: Option<Remainder>) -> Result<Missing, InferError> {
+    fn missing_wrenches(
+        &self,
+        tried: &FittedModel,
+        left: Option<LackOfFit>,
+    ) -> Result<MissingWrenches, InferError> {
         let training = left.map(|left| self.residuals(tried, left.channels)).transpose()?;
-        Ok(Missing { training, held_out: None })
+        Ok(MissingWrenches { training, held_out: None })
     }
 
-    fn wrenches(&self, _: &Prepared, _: [&Tried; 2]) -> Result<Option<Wrench>, InferError> {
+    fn wrenches(&self, _: &Prepared, _: [&FittedModel; 2]) -> Result<Option<Wrench>, InferError> {
         Ok(None)
     }
 
-    fn residual_wrenches(&self, _: &Tried) -> Result<Option<Vec<[f64; 3]>>, InferError> {
+    fn residual_wrenches(&self, _: &FittedModel) -> Result<Option<Vec<[f64; 3]>>, InferError> {
         Ok(None)
     }
 
-    fn certificate(&self, names: [&str; 2], models: [&Tried; 2]) -> Result<Certificate, InferError> {
+    fn certificate(&self, names: [&str; 2], models: [&FittedModel; 2]) -> Result<Certificate, InferError> {
         self.compared(names, models)
     }
 
     fn experiment(
         &self,
         names: [&str; 2],
-        models: [&Tried; 2],
+        models: [&FittedModel; 2],
         noise: &Noise,
         watch: &dyn Watch,
     ) -> Result<Option<Experiment>, InferError> {
         self.designed(names, models, noise, watch)
     }
 
-    fn unnamed(&self, _: &Tried, _: Option<Remainder>, _: &dyn Watch) -> Result<Option<Tried>, InferError> {
+    fn discrepancy(
+        &self,
+        _: &FittedModel,
+        _: Option<LackOfFit>,
+        _: &dyn Watch,
+    ) -> Result<Option<FittedModel>, InferError> {
         Ok(None)
     }
 
-    fn likelihood(&self, tried: &Tried) -> Result<Box<dyn Likelihood + '_>, InferError> {
+    fn likelihood(&self, tried: &FittedModel) -> Result<Box<dyn Likelihood + '_>, InferError> {
         Ok(Box::new(self.doubting(tried)?))
     }
 
-    fn parameters(&self, tried: &Tried) -> BTreeMap<String, Parameter> {
+    fn parameters(&self, tried: &FittedModel) -> BTreeMap<String, Parameter> {
         let own = |e: &&Estimate| self.foreign.parameters.iter().any(|p| p.name == e.name);
         let one = |e: &Estimate| {
             let kept = |value: f64| e.identified.then_some(value);
@@ -234,7 +261,7 @@ impl Engine for BlackBox<'_> {
     }
 
     /// With the posterior of the laws' parameters: the simulator's are not the model's.
-    fn file(&self, tried: &Tried) -> Result<String, InferError> {
+    fn model_toml(&self, tried: &FittedModel) -> Result<String, InferError> {
         let of_laws = |all: Posterior| {
             let named = |name: &String| self.foreign.parameters.iter().all(|p| p.name != *name);
             let kept: Vec<usize> = (0..all.names.len()).filter(|&k| named(&all.names[k])).collect();

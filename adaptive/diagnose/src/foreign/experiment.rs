@@ -10,7 +10,7 @@ use super::black_box::{BlackBox, on_object, plant};
 use super::likelihood::Along;
 use super::path::Path;
 use crate::design::{Bench, Experiment, Limits, Moves, Rival, certified, experiment, unabsorbed};
-use crate::engine::{Effort, Engine, Job, Own, Tried};
+use crate::engine::{Effort, Engine, FittedModel, Job, Own};
 use trundle_infer::{Channels, InferError, Watch};
 use trundle_record::{Noise, Prepared};
 
@@ -19,7 +19,7 @@ impl BlackBox<'_> {
     pub(super) fn designed(
         &self,
         names: [&str; 2],
-        models: [&Tried; 2],
+        models: [&FittedModel; 2],
         channels: &Channels,
         watch: &dyn Watch,
     ) -> Result<Option<Experiment>, InferError> {
@@ -40,7 +40,7 @@ impl BlackBox<'_> {
     fn surrogates(
         &self,
         names: [&str; 2],
-        models: [&Tried; 2],
+        models: [&FittedModel; 2],
         watch: &dyn Watch,
     ) -> Result<Option<[Rival; 2]>, InferError> {
         let own = Own::new(self.data, None)?;
@@ -48,7 +48,7 @@ impl BlackBox<'_> {
             return Ok(None);
         }
         let base = own.base(self.seed, watch)?;
-        let one = |tried: &Tried| {
+        let one = |tried: &FittedModel| {
             let effects = tried.fit.model.effects.iter();
             let values = effects.flat_map(|effect| effect.values.iter().map(|value| value.unwrap_or(0.0)));
             let start = base.fit.values.iter().copied().chain(values).collect();
@@ -63,16 +63,16 @@ impl BlackBox<'_> {
     }
 
     /// Poses of an episode that nobody has seen.
-    fn imagined(&self, tried: &Tried, episode: &Prepared) -> Result<Vec<[f64; 3]>, InferError> {
+    fn imagined(&self, tried: &FittedModel, episode: &Prepared) -> Result<Vec<[f64; 3]>, InferError> {
         let values = self.own(tried);
         let rollout = self.rollout(tried, &values)?;
         rollout.open_loop(&rollout.unseen(episode))
     }
 
     /// What the second of two models leaves of an episode of the first after a refit, more than the first itself, nats.
-    fn apart(&self, models: [&Tried; 2], episode: &Prepared, noise: &Noise) -> Result<f64, InferError> {
+    fn apart(&self, models: [&FittedModel; 2], episode: &Prepared, noise: &Noise) -> Result<f64, InferError> {
         let path = Path::new(episode, noise)?;
-        let left = |tried: &Tried| -> Result<f64, InferError> {
+        let left = |tried: &FittedModel| -> Result<f64, InferError> {
             let (own, plant) = (self.own(tried), plant(tried)?);
             let (channels, paths) = (Channels::of(noise), std::slice::from_ref(&path));
             let mut along = Along::new(self.foreign, &own, paths, channels, self.data.dof, self.watch)?;
@@ -80,7 +80,7 @@ impl BlackBox<'_> {
                 along = along.doubting(&plant, &own);
             }
             let misfit = 0.5 * along.innovations(&plant, &own).iter().map(|e| e * e).sum::<f64>();
-            Ok(unabsorbed(&along, &self.free(tried), &tried.fit, misfit)?.unwrap_or(0.0))
+            Ok(unabsorbed(&along, &self.free_model(tried), &tried.fit, misfit)?.unwrap_or(0.0))
         };
         let [truth, other] = models;
         Ok((left(other)? - left(truth)?).max(0.0))

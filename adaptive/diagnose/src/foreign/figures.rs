@@ -3,8 +3,8 @@
 use super::black_box::BlackBox;
 use super::gains::Ahead;
 use crate::design::{BLIND, Certificate, Simulated, of_simulations};
-use crate::engine::{Engine, Tried};
-use crate::outlook::{End, Outlook};
+use crate::engine::{Engine, FittedModel};
+use crate::predictive_check::{PredictiveCheck, WindowEnd};
 use nalgebra::Vector3;
 use trundle_infer::{InferError, unjudged};
 
@@ -13,7 +13,7 @@ const WINDOW: f64 = 1.0;
 
 impl BlackBox<'_> {
     /// The simulator predicts; how uncertain that is, by the instruments' noise, its linearisation tells.
-    pub(super) fn predictions(&self, tried: &Tried) -> Result<Outlook, InferError> {
+    pub(super) fn predictions(&self, tried: &FittedModel) -> Result<PredictiveCheck, InferError> {
         let (along, dof, values) = (self.along(tried), self.data.dof, self.own(tried));
         let (rollout, settling) = (self.rollout(tried, &values)?, unjudged(&tried.fit.model));
         let judged = if settling > 0.0 { settling } else { f64::NEG_INFINITY };
@@ -32,14 +32,18 @@ impl BlackBox<'_> {
                 let whitened: Vector3<f64> =
                     root.l().solve_lower_triangular(&Vector3::from(error)).unwrap_or_default();
                 let motion = [0, 1, 2].map(|k| to.seen[k] - from.seen[k]);
-                ends.push(End { error: moves(error), whitened: moves(whitened.into()), motion });
+                ends.push(WindowEnd { error: moves(error), whitened: moves(whitened.into()), motion });
             }
         }
-        Ok(Outlook::over(ends.into_iter(), dof, self.bare.body.gyration))
+        Ok(PredictiveCheck::from_windows(ends.into_iter(), dof, self.bare.body.gyration))
     }
 
     /// By simulations in open loop, beside what the instruments' noise makes of one.
-    pub(super) fn compared(&self, names: [&str; 2], models: [&Tried; 2]) -> Result<Certificate, InferError> {
+    pub(super) fn compared(
+        &self,
+        names: [&str; 2],
+        models: [&FittedModel; 2],
+    ) -> Result<Certificate, InferError> {
         let blind = self.doubting(models[0])?.with_channels(self.along.channels.scaled(BLIND, 1.0));
         let pose = self.along.channels.pose;
         let mut simulated = vec![];

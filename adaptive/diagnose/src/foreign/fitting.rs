@@ -2,7 +2,7 @@
 
 use super::black_box::{Basis, BlackBox, on_object};
 use super::likelihood::Along;
-use crate::engine::{Effort, Job, Tried};
+use crate::engine::{Effort, FittedModel, Job};
 use rayon::prelude::*;
 use std::sync::Arc;
 use trundle_infer::{Fit, FitOptions, InferError, Watch, fit};
@@ -24,7 +24,7 @@ impl BlackBox<'_> {
         effort: Effort,
         seed: u64,
         watch: &dyn Watch,
-    ) -> Result<Tried, InferError> {
+    ) -> Result<FittedModel, InferError> {
         let mut model = self.bare.clone();
         model.effects.extend(job.added.iter().cloned());
         let near = Some(effort.steps());
@@ -59,7 +59,7 @@ impl BlackBox<'_> {
             found = fitted(&along, &model, &[at], &options, watch)?;
         }
         let own = along.own(&found);
-        Ok(Tried::new(job.added, found, Some(Basis { along, own, biased: false })))
+        Ok(FittedModel::new(job.added, found, Some(Basis { along, own, biased: false })))
     }
 }
 

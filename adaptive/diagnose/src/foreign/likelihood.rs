@@ -9,7 +9,7 @@ use super::linear::{Map, gaps, linearise};
 use super::own_states::{Start, moments};
 use super::path::{Interval, Path};
 use super::simulator::Foreign;
-use crate::confirm::{Predicted, Samples};
+use crate::block_bootstrap::{PredictedSample, PredictedSamples};
 use nalgebra::{Matrix3, Vector3, Vector6};
 use rayon::prelude::*;
 use trundle_infer::{Channels, Fit, InferError, Watch};
@@ -243,7 +243,7 @@ impl Along {
     }
 
     /// How each interval is predicted.
-    pub fn predicted(&self, plant: &Plant<f64>, own: &[f64]) -> Samples {
+    pub fn predicted(&self, plant: &Plant<f64>, own: &[f64]) -> PredictedSamples {
         let starts = self.starts(plant, own);
         let innovations = self.innovations_from(plant, own, &starts);
         let mut rest = innovations.as_slice();
@@ -251,7 +251,7 @@ impl Along {
         for ((path, gains), start) in self.paths.iter().zip(&self.gains).zip(&starts) {
             let (mine, others) = rest.split_at(3 * path.intervals.len());
             let share = (gains.normaliser + start.price) / path.intervals.len() as f64;
-            let one = |e: &[f64; 3]| Predicted {
+            let one = |e: &[f64; 3]| PredictedSample {
                 cost: share + 0.5 * e.iter().map(|e| e * e).sum::<f64>(),
                 residual: *e,
             };

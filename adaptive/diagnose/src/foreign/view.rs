@@ -2,7 +2,7 @@
 
 use super::likelihood::Along;
 use crate::proposals::has_shape;
-use crate::screen::{Start, View};
+use crate::screen::{Linearisation, Start};
 use nalgebra::{DMatrix, DVector};
 use trundle_infer::{Coordinates, Fit, InferError};
 use trundle_model::{Effect, Kind, Model};
@@ -17,12 +17,12 @@ pub(super) struct Linear {
     pub residual: DVector<f64>,
 }
 
-impl View for Linear {
+impl Linearisation for Linear {
     fn residual(&self) -> DVector<f64> {
         self.residual.clone()
     }
 
-    fn own(&self, fit: &Fit) -> Result<(DMatrix<f64>, Vec<Option<usize>>), InferError> {
+    fn own_derivatives(&self, fit: &Fit) -> Result<(DMatrix<f64>, Vec<Option<usize>>), InferError> {
         let slots = fit.model.slots();
         let place = |name: &str| slots.iter().position(|s| s.name == name);
         let parameter = |name: &str| self.along.parameters.iter().position(|p| p.name == name);
@@ -41,7 +41,7 @@ impl View for Linear {
         Ok((DMatrix::from_columns(&columns), slots))
     }
 
-    fn slopes(&self, model: &Model, values: &[f64], free: &[usize]) -> Result<DMatrix<f64>, InferError> {
+    fn derivatives(&self, model: &Model, values: &[f64], free: &[usize]) -> Result<DMatrix<f64>, InferError> {
         let values: Vec<f64> = values.iter().chain(&self.own).copied().collect();
         self.along.jacobian(model, &values, free)
     }

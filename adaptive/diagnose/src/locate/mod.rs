@@ -17,8 +17,8 @@ mod time;
 #[cfg(test)]
 mod tests;
 
-use crate::adequacy::Remainder;
 use crate::answer::{Channels as Shares, Mismatch, Window};
+use crate::lack_of_fit::LackOfFit;
 use knots::Knots;
 use screen::Screen;
 use trundle_infer::{Channels, Comparison, Fit, FitOptions, InferError, MotionLikelihood, Quiet, Residual};
@@ -127,10 +127,10 @@ impl Located {
     pub fn new(
         motion: &MotionLikelihood,
         fit: &Fit,
-        left: Remainder,
+        left: LackOfFit,
         episodes: &[Prepared],
     ) -> Result<Self, InferError> {
-        let unbent = if left.matters(0) { Some(unbent(motion, left.channels, fit)) } else { None };
+        let unbent = if left.is_significant(0) { Some(unbent(motion, left.channels, fit)) } else { None };
         let fit = unbent.as_ref().unwrap_or(fit);
         let residuals = motion.with_channels(left.channels).residuals(&fit.model, &fit.values)?;
         let Some(residuals) = residuals.as_deref() else { return Ok(Self::default()) };
@@ -218,7 +218,7 @@ fn freed(fit: &Fit) -> Model {
 pub(crate) fn located(
     comparison: &Comparison,
     fit: &Fit,
-    left: Option<Remainder>,
+    left: Option<LackOfFit>,
     episodes: &[Prepared],
 ) -> Result<Located, InferError> {
     match (comparison.with_channels(fit.channels), left) {

@@ -2,8 +2,8 @@
 #![allow(clippy::unwrap_used, clippy::panic)]
 
 use super::*;
-use crate::adequacy::remainder;
 use crate::common::{NOISE, World, effect, locked, table};
+use crate::lack_of_fit::lack_of_fit;
 use rand::{RngExt, SeedableRng};
 use rand_chacha::ChaCha8Rng;
 use rand_distr::StandardNormal;
@@ -93,7 +93,7 @@ fn located(data: &Dataset) -> Located {
     let nominal = Model::nominal(table(), None, [true; 3]);
     let base =
         fit(&comparison, &nominal, &[], &FitOptions { starts: 2, ..FitOptions::default() }, &Quiet).unwrap();
-    let left = remainder(&comparison, &base).unwrap().unwrap();
+    let left = lack_of_fit(&comparison, &base).unwrap().unwrap();
     let Comparison::Motion(motion) = comparison.with_channels(base.channels) else { panic!() };
     Located::new(&motion, &base, left, &data.training).unwrap()
 }

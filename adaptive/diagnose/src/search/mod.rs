@@ -1,10 +1,12 @@
-//! Trying effects: alone, and while the data ask for more, several together.
+//! Search over models: fit single effects, and several together while the data demand it.
 //!
-//! Every candidate is screened by its score; those that promise most are fitted in full, from where the screen's
-//! step leads. Where more is missing, sets of effects are screened together ([`sets`]), and one more effect on top of each of
-//! the best models; effects that mask each other are found by exchanging each for others ([`again`]).
+//! A score test screens every candidate. The candidates with the largest promised gain are fitted, starting
+//! from the Newton step of the screen. If more is missing, sets of effects are screened together ([`sets`])
+//! and one more effect is added to each of the best models. Backfitting ([`backfitting`]) then exchanges
+//! effects that mask each other.
 
-mod again;
+mod backfitting;
+mod effects;
 #[cfg(test)]
 #[allow(clippy::unwrap_used)]
 mod nested;
@@ -12,22 +14,23 @@ mod prior;
 mod sets;
 mod start;
 
-use crate::adequacy::Remainder;
 use crate::candidates::name;
-use crate::engine::{Effort, Engine, Job, Tried};
+use crate::effect_report::with_kinds;
+use crate::engine::{Effort, Engine, FittedModel, Job};
+use crate::lack_of_fit::LackOfFit;
 use crate::locate::Located;
-use crate::naming::of_kinds;
-use crate::screen::{Start, Wanted};
-use crate::thresholds::MATERIAL_RISE;
+use crate::screen::{ScreenOptions, Start};
+use crate::thresholds::MIN_MATERIAL_ERROR_RATIO;
+use effects::{have_same_effects, kinds, with_refinements};
 use prior::log_prior;
 pub(crate) use prior::probabilities;
 use rayon::prelude::*;
-use start::{freed, job};
+use start::{job, with_free_parameters};
 use std::collections::BTreeSet;
 use trundle_infer::{Coordinates, InferError, Watch, carried, on_all_cores};
 use trundle_model::{Effect, Kind, MAX_INNER_STATES, Model};
 
-impl Tried {
+impl FittedModel {
     /// Log evidence plus log prior, up to a constant.
     pub fn log_weight(&self) -> f64 {
         self.fit.log_evidence + self.log_prior
@@ -39,74 +42,79 @@ impl Tried {
     }
 }
 
-/// What the search found, best first.
-pub(crate) struct Found {
-    pub tried: Vec<Tried>,
-    /// What the simulation under test leaves.
-    pub before: Option<Remainder>,
-    /// Where it leaves it.
+/// Result of the search: the fitted models, best first.
+pub(crate) struct SearchResult {
+    pub tried: Vec<FittedModel>,
+    /// Lack of fit of the nominal model.
+    pub before: Option<LackOfFit>,
+    /// Where the nominal model disagrees with the recording.
     pub located: Located,
 }
 
-/// Gain, nats, below which a kind is not fitted unless it is among the first `ALWAYS`: what a prior costs at least.
-pub(crate) const HOPELESS: f64 = 5.0;
-const ALWAYS: usize = 3;
-/// Kinds fitted in full on top of the simulation under test, and on top of a richer model.
-const SINGLES: usize = 9;
-const MORE: usize = 3;
-/// Models of one size on top of which one more effect is sought.
-const FIRSTS: usize = 2;
-/// Effects that are added at most: each must earn its place, so that only the time of a search is bounded here.
+/// Promised gain below which a kind of effect is not fitted, nats: the least price of a prior. The first
+/// `ALWAYS_FITTED_KINDS` are always fitted.
+pub(crate) const MIN_SCREEN_GAIN_NATS: f64 = 5.0;
+const ALWAYS_FITTED_KINDS: usize = 3;
+/// Most kinds that are fitted in addition to the nominal model, and in addition to a larger model.
+const MAX_FIRST_KINDS: usize = 9;
+const MAX_FURTHER_KINDS: usize = 3;
+/// Models of one size to which one more effect is added.
+const MAX_PARENT_MODELS: usize = 2;
+/// Most effects that are added. The evidence decides whether an effect is needed; this limit only bounds the
+/// time.
 const MAX_EFFECTS: usize = 4;
-/// Starts of a kind.
-const STARTS: usize = 2;
-/// Gain per sample that a remainder must promise for another effect to be sought beside one, nats.
-const ANOTHER: f64 = 0.15;
-/// How far behind the best a model may be after a glance and still be followed: nats, and as a share of what the best
-/// gained on the models that these go out from; and how many more steps like its last one it is given.
-const NEAR: f64 = 30.0;
-const BEHIND: f64 = 0.1;
-const STILL: f64 = 10.0;
-/// Random starts of a candidate that cannot be screened, beside the carried-over one.
-const EXTRA_STARTS: usize = 3;
+/// Starting points for each kind.
+const STARTS_PER_KIND: usize = 2;
+/// Gain of a random-walk wrench above which a further effect is sought, nats per sample.
+const MIN_LACK_OF_FIT_PER_SAMPLE_NATS: f64 = 0.15;
+/// Largest cost above that of the best model, after the ranking fit, at which a model is fitted to its
+/// optimum: in nats, and as a share of the best model's gain. Each model is credited with
+/// `EXTRAPOLATED_STEPS` further steps like its last one.
+const MAX_COST_GAP_NATS: f64 = 30.0;
+const MAX_COST_GAP_SHARE: f64 = 0.1;
+const EXTRAPOLATED_STEPS: f64 = 10.0;
+/// Draws from the prior that start a candidate without a screen, in addition to the prior median.
+const PRIOR_DRAWS: usize = 3;
 
 #[derive(Clone, Copy)]
 pub(crate) struct Searcher<'a> {
     pub engine: &'a dyn Engine,
-    /// Effects that are not offered, by their names in a diagnosis.
+    /// Effects to exclude, by their names in a diagnosis.
     pub without: &'a [String],
-    /// Parts of the floor that seem to drag: convex polygons, world, m; known once the simulation under test is fitted.
+    /// Parts of the floor that seem to add friction: convex polygons, world, m. They are known once the
+    /// nominal model is fitted.
     pub regions: &'a [Vec<[f64; 2]>],
     pub seed: u64,
     pub watch: &'a dyn Watch,
 }
 
 impl Searcher<'_> {
-    /// Try everything worth trying.
-    pub fn run(&self) -> Result<Found, InferError> {
+    /// Run the whole search.
+    pub fn run(&self) -> Result<SearchResult, InferError> {
         self.watch.progress("the simulation under test", 0.0);
         let base = self.engine.base(self.seed, self.watch)?;
-        let before = self.engine.remainder(&base)?;
+        let before = self.engine.lack_of_fit(&base)?;
         let located = self.engine.located(&base, before)?;
         let regions: Vec<_> = located.regions.iter().map(|r| r.polygon.clone()).collect();
-        let upon = self.engine.upon(&base, before, self.watch)?;
-        let tried = Searcher { engine: &*upon, regions: &regions, ..*self }.over(base)?;
-        Ok(Found { tried, before, located })
+        let engine_for_effects = self.engine.for_added_effects(&base, before, self.watch)?;
+        let tried =
+            Searcher { engine: &*engine_for_effects, regions: &regions, ..*self }.with_added_effects(base)?;
+        Ok(SearchResult { tried, before, located })
     }
 
-    /// Models with one effect and, while the data ask for it, with one more; best first.
-    fn over(&self, base: Tried) -> Result<Vec<Tried>, InferError> {
+    /// Models with one effect, and with more while the data demand it; best first.
+    fn with_added_effects(&self, base: FittedModel) -> Result<Vec<FittedModel>, InferError> {
         let mut tried = vec![base.clone()];
         let offered = self.offered(&base);
-        self.try_all("single effects", self.jobs(&base, &offered, SINGLES)?, &mut tried)?;
-        self.shapes_again(&mut tried)?;
+        self.try_all("single effects", self.jobs(&base, &offered, MAX_FIRST_KINDS)?, &mut tried)?;
+        self.backfit_shapes(&mut tried)?;
         self.simpler(&mut tried)?;
-        self.refine(&mut tried)?;
+        self.fit_refinements(&mut tried)?;
         let mut before = base;
         for _ in 1..MAX_EFFECTS {
             let best = tried[0].clone();
             let size = best.added.len();
-            if size == 0 || size >= MAX_EFFECTS || !self.asks_for_more(&before, &best)? {
+            if size == 0 || size >= MAX_EFFECTS || !self.needs_more_effects(&before, &best)? {
                 break;
             }
             if before.added.is_empty() {
@@ -115,50 +123,54 @@ impl Searcher<'_> {
             if tried[0].added.len() <= size {
                 self.one_more(size, &mut tried)?;
             }
-            self.shapes_again(&mut tried)?;
-            self.exchange(&mut tried)?;
-            self.shapes_again(&mut tried)?;
+            self.backfit_shapes(&mut tried)?;
+            self.exchange_effects(&mut tried)?;
+            self.backfit_shapes(&mut tried)?;
             self.simpler(&mut tried)?;
-            self.subsets(&mut tried)?;
-            self.refine(&mut tried)?;
+            self.drop_each_effect(&mut tried)?;
+            self.fit_refinements(&mut tried)?;
             before = best;
         }
-        self.parts(&mut tried)?;
+        self.fit_subsets(&mut tried)?;
         Ok(tried)
     }
 
     /// Kinds of effects that may be added to a model.
-    fn offered(&self, to: &Tried) -> Vec<Kind> {
-        let spare = MAX_INNER_STATES.saturating_sub(to.fit.model.inner().len());
+    fn offered(&self, to: &FittedModel) -> Vec<Kind> {
+        let free_states = MAX_INNER_STATES.saturating_sub(to.fit.model.inner().len());
         let allowed = |kind: &Kind| {
             let (effect, states) = (kind.spec().effect, kind.spec().inner_states.len());
-            let beside = |e: &Effect| name(e) != effect || kind.may_repeat() && e.kind == *kind;
-            states <= spare && to.added.iter().all(beside) && self.offers(*kind)
+            let is_compatible = |e: &Effect| name(e) != effect || kind.may_repeat() && e.kind == *kind;
+            states <= free_states && to.added.iter().all(is_compatible) && self.is_allowed(*kind)
         };
         self.engine.candidates().into_iter().filter(allowed).collect()
     }
 
-    fn offers(&self, kind: Kind) -> bool {
+    fn is_allowed(&self, kind: Kind) -> bool {
         self.without.iter().all(|name| name != kind.spec().effect)
     }
 
-    /// The fits that promise most on top of a model, at most `most` kinds.
-    fn jobs(&self, from: &Tried, offered: &[Kind], most: usize) -> Result<Vec<Job>, InferError> {
-        let Some(found) = self.engine.starts(from, offered, &self.wanted(self.regions, most), self.watch)?
+    /// The most promising fits of one more effect, for at most `most` kinds.
+    fn jobs(&self, from: &FittedModel, offered: &[Kind], most: usize) -> Result<Vec<Job>, InferError> {
+        let Some(found) =
+            self.engine.starts(from, offered, &self.screen_options(self.regions, most), self.watch)?
         else {
             return Ok(offered.iter().map(|&kind| self.unscreened(from, kind)).collect());
         };
-        let hopeful = |(rank, starts): &(usize, &Vec<Start>)| *rank < ALWAYS || starts[0].gain > HOPELESS;
-        let kept = found.iter().take(most).enumerate().filter(hopeful);
+        let is_promising = |(rank, starts): &(usize, &Vec<Start>)| {
+            *rank < ALWAYS_FITTED_KINDS || starts[0].gain > MIN_SCREEN_GAIN_NATS
+        };
+        let kept = found.iter().take(most).enumerate().filter(is_promising);
         Ok(kept.map(|(_, starts)| job(from, starts)).collect())
     }
 
-    fn wanted<'a>(&self, regions: &'a [Vec<[f64; 2]>], most: usize) -> Wanted<'a> {
-        Wanted { regions, starts: STARTS, most, seed: self.seed }
+    fn screen_options<'a>(&self, regions: &'a [Vec<[f64; 2]>], most: usize) -> ScreenOptions<'a> {
+        ScreenOptions { regions, starts: STARTS_PER_KIND, most, seed: self.seed }
     }
 
-    /// A fit from the simpler model's values, the new effect's drawn from its prior a few times.
-    fn unscreened(&self, from: &Tried, kind: Kind) -> Job {
+    /// A fit from the smaller model's values, with the new effect's parameters at the prior median and at
+    /// draws from the prior.
+    fn unscreened(&self, from: &FittedModel, kind: Kind) -> Job {
         use rand::SeedableRng;
         let mut added = from.added.clone();
         added.push(Effect::free(kind));
@@ -166,7 +178,7 @@ impl Searcher<'_> {
         let coordinates = Coordinates::new(&model);
         let mut rng = rand_chacha::ChaCha8Rng::seed_from_u64(self.seed);
         let median = coordinates.values(&vec![0.0; coordinates.free().len()]).0;
-        let draws = (0..EXTRA_STARTS).map(|_| coordinates.values(&coordinates.draw(&mut rng)).0);
+        let draws = (0..PRIOR_DRAWS).map(|_| coordinates.values(&coordinates.draw(&mut rng)).0);
         let fills: Vec<_> = std::iter::once(median).chain(draws).collect();
         let warm = fills.iter().map(|fill| carried(&from.fit, &model, fill)).collect();
         Job::from(from, added, warm)
@@ -178,64 +190,81 @@ impl Searcher<'_> {
         model
     }
 
-    /// Try some models that were not tried yet: all of them a few steps far, to the end those that may yet be best.
-    fn try_all(&self, what: &'static str, jobs: Vec<Job>, tried: &mut Vec<Tried>) -> Result<(), InferError> {
-        let new = |job: &Job| tried.iter().all(|t| !same(&t.added, &job.added));
-        let jobs: Vec<Job> = jobs.into_iter().filter(new).collect();
-        let (known, from) = (lowest(tried.iter().map(|t| t.fit.cost)), lowest(jobs.iter().map(|j| j.from)));
-        self.try_these(what, jobs, tried, |looked| {
-            let best = lowest(looked.iter().map(|t| t.fit.cost)).min(known);
-            best + NEAR.max(BEHIND * (from - best))
-        })
-    }
-
-    /// Try some models, whether such were tried or not: all of them a few steps far, to the end those that may yet cost
-    /// less than the `bound` on what the first steps led to.
-    fn try_these(
+    /// Fit models that were not fitted before. Only those that may still become the best are fitted to their
+    /// optimum.
+    fn try_all(
         &self,
         what: &'static str,
         jobs: Vec<Job>,
-        tried: &mut Vec<Tried>,
-        bound: impl Fn(&[Tried]) -> f64,
+        tried: &mut Vec<FittedModel>,
     ) -> Result<(), InferError> {
-        let Some(thinned) = self.engine.thinned() else { return self.make_all(what, jobs, tried) };
-        let on = |t: &Tried| Job::from(t, t.added.clone(), vec![t.fit.values.clone()]);
+        let is_new = |job: &Job| tried.iter().all(|t| !have_same_effects(&t.added, &job.added));
+        let jobs: Vec<Job> = jobs.into_iter().filter(is_new).collect();
+        let (known, from) = (lowest(tried.iter().map(|t| t.fit.cost)), lowest(jobs.iter().map(|j| j.from)));
+        self.fit_in_stages(what, jobs, tried, |ranked| {
+            let best = lowest(ranked.iter().map(|t| t.fit.cost)).min(known);
+            best + MAX_COST_GAP_NATS.max(MAX_COST_GAP_SHARE * (from - best))
+        })
+    }
+
+    /// Fit models in three stages: on thinned data, a few steps on all data, and to the optimum if the cost
+    /// may still fall below `bound` of the ranked models.
+    fn fit_in_stages(
+        &self,
+        what: &'static str,
+        jobs: Vec<Job>,
+        tried: &mut Vec<FittedModel>,
+        bound: impl Fn(&[FittedModel]) -> f64,
+    ) -> Result<(), InferError> {
+        let Some(thinned) = self.engine.thinned() else { return self.fit_all(what, jobs, tried) };
+        let continued = |t: &FittedModel| Job::from(t, t.added.clone(), vec![t.fit.values.clone()]);
         let cheaper = Searcher { engine: &*thinned, ..*self };
         let starts: Vec<_> = jobs.iter().map(|job| (job.added.clone(), job.warm.clone())).collect();
-        let near = cheaper.fitted(what, jobs, Effort::Glance)?;
-        // The thinned recording may have led uphill.
-        let also = |t: &Tried| {
-            let begun = starts.iter().find(|(added, _)| *added == t.added);
-            let mut job = on(t);
-            job.warm.extend(begun.iter().flat_map(|(_, warm)| warm.iter().cloned()));
+        let screened = cheaper.fitted(what, jobs, Effort::Screening)?;
+        // The fit to thinned data may have increased the cost.
+        let with_first_starts = |t: &FittedModel| {
+            let first = starts.iter().find(|(added, _)| *added == t.added);
+            let mut job = continued(t);
+            job.warm.extend(first.iter().flat_map(|(_, warm)| warm.iter().cloned()));
             job
         };
-        let looked = self.fitted(what, near.iter().map(also).collect(), Effort::Look)?;
-        let bound = bound(&looked);
-        let hopeful = |t: &Tried| t.fit.cost - STILL * t.fit.falling < bound;
-        let (ahead, behind): (Vec<Tried>, Vec<Tried>) = looked.into_iter().partition(hopeful);
-        let ended = self.fitted(what, ahead.iter().map(on).collect(), Effort::Full)?;
-        keep(tried, ended.into_iter().chain(behind));
+        let ranked = self.fitted(what, screened.iter().map(with_first_starts).collect(), Effort::Ranking)?;
+        let bound = bound(&ranked);
+        let is_promising = |t: &FittedModel| t.fit.cost - EXTRAPOLATED_STEPS * t.fit.falling < bound;
+        let (promising, others): (Vec<FittedModel>, Vec<FittedModel>) =
+            ranked.into_iter().partition(is_promising);
+        let optima = self.fitted(what, promising.iter().map(continued).collect(), Effort::Full)?;
+        insert_models(tried, optima.into_iter().chain(others));
         Ok(())
     }
 
-    /// Fit some models to the end, whether such were tried or not.
-    fn make_all(&self, what: &'static str, jobs: Vec<Job>, tried: &mut Vec<Tried>) -> Result<(), InferError> {
-        keep(tried, self.fitted(what, jobs, Effort::Full)?);
+    /// Fit models to their optimum, including models that were fitted before.
+    fn fit_all(
+        &self,
+        what: &'static str,
+        jobs: Vec<Job>,
+        tried: &mut Vec<FittedModel>,
+    ) -> Result<(), InferError> {
+        insert_models(tried, self.fitted(what, jobs, Effort::Full)?);
         Ok(())
     }
 
-    /// Some fits, on all cores. A model that cannot be evaluated where it would start, as under noise that suits a fuller
-    /// model, is left out.
-    fn fitted(&self, what: &'static str, jobs: Vec<Job>, effort: Effort) -> Result<Vec<Tried>, InferError> {
+    /// Fit models in parallel. Models that cannot be evaluated at any starting point are left out; this
+    /// happens under noise that was fitted with more effects.
+    fn fitted(
+        &self,
+        what: &'static str,
+        jobs: Vec<Job>,
+        effort: Effort,
+    ) -> Result<Vec<FittedModel>, InferError> {
         self.watch.progress(what, 0.0);
-        let offered = self.engine.candidates().iter().filter(|kind| self.offers(**kind)).count();
+        let offered = self.engine.candidates().iter().filter(|kind| self.is_allowed(**kind)).count();
         let (count, done) = (jobs.len(), std::sync::atomic::AtomicUsize::new(0));
         on_all_cores(self.watch, |watch| {
             let one = |job: Job| {
                 let prior = log_prior(job.added.len(), offered);
                 let found = self.engine.fit(job, effort, self.seed, watch);
-                let found = found.map(|tried| Tried { log_prior: prior, ..tried });
+                let found = found.map(|tried| FittedModel { log_prior: prior, ..tried });
                 let done = done.fetch_add(1, std::sync::atomic::Ordering::Relaxed) + 1;
                 watch.progress(what, done as f64 / count as f64);
                 found
@@ -245,59 +274,65 @@ impl Searcher<'_> {
         })
     }
 
-    /// One more effect on top of the best models with `size` of them.
-    fn one_more(&self, size: usize, tried: &mut Vec<Tried>) -> Result<(), InferError> {
-        let mut firsts: Vec<Tried> =
-            tried.iter().filter(|t| t.added.len() == size).take(FIRSTS).cloned().collect();
-        let simpler = |t: &Tried| {
-            of_kinds(tried, t.added.iter().map(|e| e.kind.limiting_kind().unwrap_or(e.kind)).collect())
+    /// Add one more effect to the best models with `size` effects.
+    fn one_more(&self, size: usize, tried: &mut Vec<FittedModel>) -> Result<(), InferError> {
+        let mut parents: Vec<FittedModel> =
+            tried.iter().filter(|t| t.added.len() == size).take(MAX_PARENT_MODELS).cloned().collect();
+        let simpler = |t: &FittedModel| {
+            with_kinds(tried, t.added.iter().map(|e| e.kind.limiting_kind().unwrap_or(e.kind)).collect())
         };
-        let with_simpler: Vec<Tried> = firsts
+        let with_simpler: Vec<FittedModel> = parents
             .iter()
             .filter(|t| t.added.iter().any(|e| e.kind.limiting_kind().is_some()))
             .filter_map(simpler)
             .cloned()
             .collect();
-        firsts.extend(with_simpler);
+        parents.extend(with_simpler);
         let mut jobs = Vec::new();
-        for first in &firsts {
-            jobs.extend(self.jobs(first, &self.offered(first), MORE)?);
+        for first in &parents {
+            jobs.extend(self.jobs(first, &self.offered(first), MAX_FURTHER_KINDS)?);
         }
         let mut seen = BTreeSet::new();
         jobs.retain(|job| seen.insert(kinds(&job.added)));
         self.try_all("several effects", jobs, tried)
     }
 
-    /// Whether a model leaves more than laws that are a little wrong in shape do, by the noise that the instruments show, or
-    /// predicts so badly that nothing could be named. Noise that is fitted holds unmodelled effects.
-    fn leaves_much(&self, tried: &Tried) -> Result<bool, InferError> {
+    /// Whether the lack of fit under the instruments' noise is larger than that of a law with a slightly
+    /// wrong shape, or the prediction errors are material. Fitted noise would absorb unmodelled effects.
+    fn is_inadequate(&self, tried: &FittedModel) -> Result<bool, InferError> {
         let observations = self.engine.observations() as f64;
-        let Some(left) = self.engine.remainder(&self.as_read(tried))? else { return Ok(true) };
-        Ok(left.gain > ANOTHER * observations || self.engine.outlook(tried)?.is_material())
+        let Some(lack) = self.engine.lack_of_fit(&self.with_instrument_noise(tried))? else {
+            return Ok(true);
+        };
+        Ok(lack.gain > MIN_LACK_OF_FIT_PER_SAMPLE_NATS * observations
+            || self.engine.predictive_check(tried)?.is_material())
     }
 
-    /// Whether one more effect is worth seeking, after the best model `before` was replaced by a larger one. That must leave
-    /// much and err by more than the instruments, or any further effect would be immaterial. Its last effect must have gained
-    /// its [`fair_share`] of what a random-walk wrench would have, or, where such a wrench gains no more than chance, have
+    /// Whether to seek one more effect after `best` replaced the smaller model `before`.
+    ///
+    /// The new model must be inadequate, and its errors must exceed the instruments' noise; otherwise any
+    /// further effect would be immaterial. Its last effect must have gained its [`fair_share`] of the
+    /// previous lack of fit. If the remaining lack of fit is not significant, the last effect must have
     /// improved the predictions by a material share.
-    fn asks_for_more(&self, before: &Tried, best: &Tried) -> Result<bool, InferError> {
-        let much = self.leaves_much(best)? && self.engine.errs(best)?;
-        if !much || before.added.is_empty() {
-            return Ok(much);
+    fn needs_more_effects(&self, before: &FittedModel, best: &FittedModel) -> Result<bool, InferError> {
+        let is_inadequate = self.is_inadequate(best)? && self.engine.errs_beyond_noise(best)?;
+        if !is_inadequate || before.added.is_empty() {
+            return Ok(is_inadequate);
         }
-        let [was, left] = [before, best].map(|tried| self.engine.remainder(tried));
-        let (Some(was), Some(left)) = (was?, left?) else { return Ok(true) };
-        if left.matters(self.engine.observations()) {
-            return Ok(before.fit.cost - best.fit.cost >= fair_share(before.added.len()) * was.misfit());
+        let [previous, current] = [before, best].map(|tried| self.engine.lack_of_fit(tried));
+        let (Some(previous), Some(current)) = (previous?, current?) else { return Ok(true) };
+        if current.is_significant(self.engine.observations()) {
+            return Ok(before.fit.cost - best.fit.cost >= fair_share(before.added.len()) * previous.misfit());
         }
-        let [was, ahead] = [before, best].map(|tried| self.engine.outlook(tried));
-        Ok(ahead?.share * MATERIAL_RISE < was?.share)
+        let [previous, current] = [before, best].map(|tried| self.engine.predictive_check(tried));
+        Ok(current?.share * MIN_MATERIAL_ERROR_RATIO < previous?.share)
     }
 }
 
-/// Share of what a model with so many effects leaves that one more must gain for a further one to be sought. If effects that
-/// may still be added explain all of it, the largest explains at least its equal share: one that gains less only soaks up
-/// what no law of the catalogue explains.
+/// Share of a model's lack of fit that the next effect must gain for a further one to be sought, where
+/// `effects` is the number of effects in the model. If the effects that may still be added explain
+/// everything, the largest explains at least an equal share. An effect that gains less only compensates for
+/// physics outside the catalogue.
 fn fair_share(effects: usize) -> f64 {
     1.0 / MAX_EFFECTS.saturating_sub(effects).max(1) as f64
 }
@@ -307,62 +342,32 @@ fn lowest(costs: impl Iterator<Item = f64>) -> f64 {
     costs.fold(f64::INFINITY, f64::min)
 }
 
-/// Put models among those that were tried, sorted by weight; of one model, the best fit.
-fn keep(tried: &mut Vec<Tried>, more: impl IntoIterator<Item = Tried>) {
+/// Insert models into the tried ones, sorted by weight. Of models with the same effects only the best is
+/// kept.
+fn insert_models(tried: &mut Vec<FittedModel>, more: impl IntoIterator<Item = FittedModel>) {
     tried.extend(more);
     tried.sort_by(|a, b| b.log_weight().total_cmp(&a.log_weight()));
-    let mut kept: Vec<Tried> = Vec::with_capacity(tried.len());
+    let mut kept: Vec<FittedModel> = Vec::with_capacity(tried.len());
     for one in tried.drain(..) {
-        if kept.iter().all(|k| !same(&k.added, &one.added)) {
+        if kept.iter().all(|k| !have_same_effects(&k.added, &one.added)) {
             kept.push(one);
         }
     }
     *tried = kept;
 }
 
-/// Whether two models have the same effects, each as often.
-fn same(a: &[Effect], b: &[Effect]) -> bool {
-    let count = |of: &[Effect], effect: &Effect| of.iter().filter(|e| *e == effect).count();
-    a.len() == b.len() && a.iter().all(|effect| count(a, effect) == count(b, effect))
-}
-
-/// Kinds of some effects, in the catalogue's order, each as often as it is there.
-fn kinds(effects: &[Effect]) -> Vec<Kind> {
-    let mut kinds: Vec<Kind> = effects.iter().map(|e| e.kind).collect();
-    kinds.sort_unstable();
-    kinds
-}
-
-/// The effect with its refinements free, if it has any that are not.
-fn finer(effect: &Effect) -> Option<Effect> {
-    let free: Vec<_> =
-        effect.kind.spec().params.iter().filter(|p| p.refinement.is_some() && !p.role.is_choice()).collect();
-    let finer = free.iter().fold(effect.clone(), |e, param| e.with(param.name, None));
-    (finer != *effect).then_some(finer)
-}
-
 #[cfg(test)]
 mod tests {
-    use super::{MAX_EFFECTS, fair_share, kinds, same};
-    use trundle_model::{Effect, Kind};
+    use super::{MAX_EFFECTS, fair_share};
 
     #[test]
-    fn an_equal_share_of_what_is_left_is_asked_of_each_effect() {
+    fn the_fair_share_is_equal_for_all_effects() {
         let shares: Vec<f64> = (0..MAX_EFFECTS).map(fair_share).collect();
-        let mut left = 1.0;
+        let mut remaining = 1.0;
         for share in shares {
-            assert!((left * share - 1.0 / MAX_EFFECTS as f64).abs() < 1e-12);
-            left *= 1.0 - share;
+            assert!((remaining * share - 1.0 / MAX_EFFECTS as f64).abs() < 1e-12);
+            remaining *= 1.0 - share;
         }
-        assert!(left.abs() < 1e-12);
-    }
-
-    #[test]
-    fn two_points_of_friction_are_not_one() {
-        let [rubs, slope] = [Kind::CoulombFriction, Kind::FloorSlope].map(Effect::free);
-        let (twice, mixed) = ([rubs.clone(), rubs.clone()], [slope, rubs]);
-        assert!(!same(&twice, &mixed) && !same(&mixed, &twice) && same(&twice, &twice));
-        assert!(same(&mixed, &[mixed[1].clone(), mixed[0].clone()]));
-        assert_eq!(kinds(&twice), [Kind::CoulombFriction; 2]);
+        assert!(remaining.abs() < 1e-12);
     }
 }

@@ -1,18 +1,20 @@
-//! A richer model never fits worse than the simpler one that it contains: its fit starts from that one's optimum too.
+//! A richer model must not fit worse than the simpler one that it contains, because its fit also starts from
+//! the simpler optimum.
 
 use super::Searcher;
 use crate::common::{World, effect, locked};
-use crate::engine::{Effort, Engine, Own, Tried};
+use crate::engine::{Effort, Engine, FittedModel, Own};
 use trundle_infer::Quiet;
 use trundle_model::{Kind, Model};
 
-/// Nats that an added law may cost in the likelihood for each of its free parameters. The posterior density never falls,
-/// but a fit may give up likelihood for its prior: an amplitude that cannot be negative starts at a fiftieth of its
-/// median, `ln 50 / 1.5` standard deviations out, and may gain half the square of that.
-const A_PARAMETER: f64 = 3.4;
+/// Largest rise of the cost for each free parameter of an added law, nats. The posterior density never falls,
+/// but a fit may give up likelihood for its prior. A positive amplitude starts at a fiftieth of its median,
+/// `ln 50 / 1.5` standard deviations out, and may gain half the square of that.
+const MAX_COST_RISE_PER_PARAMETER_NATS: f64 = 3.4;
 
-/// What a kind costs beyond the model without it, nats, and its free parameters; `None` where the search tries none.
-fn worse(searcher: &Searcher<'_>, base: &Tried, kind: Kind) -> Option<(f64, usize)> {
+/// Rise of the cost when a kind is added, nats, and its number of free parameters; `None` if the search does
+/// not fit it.
+fn cost_rise(searcher: &Searcher<'_>, base: &FittedModel, kind: Kind) -> Option<(f64, usize)> {
     let jobs = searcher.jobs(base, &[kind], 1).unwrap();
     let tried = searcher.fitted("one", jobs, Effort::Full).unwrap();
     let one = tried.into_iter().next()?;
@@ -20,18 +22,18 @@ fn worse(searcher: &Searcher<'_>, base: &Tried, kind: Kind) -> Option<(f64, usiz
     Some((one.fit.cost - base.fit.cost, own))
 }
 
-/// Every law of the catalogue, added to the fit of a small recording.
+/// Add every law of the catalogue to the fit of a small recording.
 fn check(truth: Model, seed: u64) {
     let data = World::of(truth).recording(seed);
     let engine = Own::new(&data, None).unwrap();
     let base = engine.base(seed, &Quiet).unwrap();
-    let upon = engine.upon(&base, None, &Quiet).unwrap();
-    let searcher = Searcher { engine: &*upon, without: &[], regions: &[], seed, watch: &Quiet };
+    let engine_for_effects = engine.for_added_effects(&base, None, &Quiet).unwrap();
+    let searcher = Searcher { engine: &*engine_for_effects, without: &[], regions: &[], seed, watch: &Quiet };
     let mut failed = vec![];
     for kind in searcher.offered(&base) {
-        if let Some((cost, own)) = worse(&searcher, &base, kind) {
+        if let Some((cost, own)) = cost_rise(&searcher, &base, kind) {
             println!("{seed} {:24} {cost:+10.2} nats, {own} parameters", kind.spec().kind);
-            if cost > A_PARAMETER * own as f64 {
+            if cost > MAX_COST_RISE_PER_PARAMETER_NATS * own as f64 {
                 failed.push((kind, cost));
             }
         }
@@ -49,6 +51,6 @@ fn nothing_missing() {
 #[ignore = "takes minutes"]
 fn something_missing() {
     check(locked().with(effect(Kind::FloorSlope, &[("accel_x", 0.05), ("accel_y", -0.02)])), 12);
-    let rubs = effect(Kind::CoulombFriction, &[("x", 0.45), ("y", 0.31), ("force", 8.0)]);
-    check(locked().with(rubs), 13);
+    let friction = effect(Kind::CoulombFriction, &[("x", 0.45), ("y", 0.31), ("force", 8.0)]);
+    check(locked().with(friction), 13);
 }

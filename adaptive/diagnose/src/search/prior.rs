@@ -1,24 +1,25 @@
-//! The prior over sets of effects, and the posterior over the models that were tried.
+//! Prior over sets of effects, and posterior over the tried models.
 
-use crate::engine::Tried;
+use crate::engine::FittedModel;
 
-/// Share of simulations that lack an effect; of those that lack some, the share that lack one more.
-const MISSING: f64 = 0.05;
+/// Prior probability that a simulation lacks an effect, and that one with a missing effect lacks another.
+const P_MISSING_EFFECT: f64 = 0.05;
 
-/// Log prior probability of a set of effects, less that of none: geometric in their number, and uniform over the sets of
-/// that size of the effects that were offered.
+/// Log prior probability of a set of effects relative to the empty set. It is geometric in the number of
+/// effects, and uniform over the sets of one size.
 pub(super) fn log_prior(effects: usize, offered: usize) -> f64 {
     let one = |k: usize| {
         let sets = offered.saturating_sub(k).max(1) as f64 / (k + 1) as f64;
-        MISSING.ln() - sets.ln()
+        P_MISSING_EFFECT.ln() - sets.ln()
     };
     (0..effects).map(one).sum()
 }
 
-/// Probability of each model among those tried, the first `rejected` of which are out of the question.
-pub(crate) fn probabilities(tried: &[Tried], rejected: usize) -> Vec<f64> {
-    let best = tried.iter().skip(rejected).map(Tried::log_weight).fold(f64::NEG_INFINITY, f64::max);
-    let weight = |(k, t): (usize, &Tried)| if k < rejected { 0.0 } else { (t.log_weight() - best).exp() };
+/// Posterior probability of each tried model. The first `rejected` models have probability zero.
+pub(crate) fn probabilities(tried: &[FittedModel], rejected: usize) -> Vec<f64> {
+    let best = tried.iter().skip(rejected).map(FittedModel::log_weight).fold(f64::NEG_INFINITY, f64::max);
+    let weight =
+        |(k, t): (usize, &FittedModel)| if k < rejected { 0.0 } else { (t.log_weight() - best).exp() };
     let weights: Vec<f64> = tried.iter().enumerate().map(weight).collect();
     let total: f64 = weights.iter().sum();
     weights.iter().map(|w| w / total).collect()
@@ -26,14 +27,15 @@ pub(crate) fn probabilities(tried: &[Tried], rejected: usize) -> Vec<f64> {
 
 #[cfg(test)]
 mod tests {
-    use super::{MISSING, log_prior};
+    use super::{P_MISSING_EFFECT, log_prior};
 
     #[test]
     fn sets_of_one_size_share_the_prior_of_that_size() {
-        // Of 30 effects there are 435 pairs, together as probable as one effect times the share that lack one more.
+        // Of 30 effects there are 435 pairs, which together have the prior probability of two missing
+        // effects.
         let pair = 435.0 * log_prior(2, 30).exp();
-        assert!((pair - MISSING * MISSING).abs() < 1e-12, "{pair}");
-        assert!((30.0 * log_prior(1, 30).exp() - MISSING).abs() < 1e-12);
+        assert!((pair - P_MISSING_EFFECT * P_MISSING_EFFECT).abs() < 1e-12, "{pair}");
+        assert!((30.0 * log_prior(1, 30).exp() - P_MISSING_EFFECT).abs() < 1e-12);
         assert!(log_prior(0, 30).abs() < 1e-12);
     }
 }

@@ -1,42 +1,45 @@
-//! Several effects at once, sought beside a wrench that wanders.
+//! Search for several effects together, in the presence of a random-walk wrench.
 //!
-//! A fit that lacks several effects bends to all of them, and the first that is added to it bends to the rest: the best single
-//! effect need be none of the true ones. Beside a random-walk wrench of estimated size, which takes up whatever is missing,
-//! the parameters stay near the truth and the effects of small steps add up, so that sets of effects can be compared.
+//! Several missing effects bias a fit, and the first effect that is added compensates for all of them. The
+//! best single effect may therefore be a wrong one. A random-walk wrench of estimated size absorbs whatever
+//! is missing. The parameters then stay near the truth and small effects add up, so that sets of effects can
+//! be compared.
 
-use super::{MAX_EFFECTS, SINGLES, Searcher, freed};
-use crate::engine::{Effort, Job, Tried};
-use crate::subset::Set;
+use super::{MAX_EFFECTS, MAX_FIRST_KINDS, Searcher, with_free_parameters};
+use crate::best_subset::EffectSet;
+use crate::engine::{Effort, FittedModel, Job};
 use trundle_infer::{Channels, InferError};
 
 impl Searcher<'_> {
-    /// Try the sets of effects that promise most beside a wandering wrench on top of the simulation under test.
-    pub(super) fn sets(&self, base: &Tried, tried: &mut Vec<Tried>) -> Result<(), InferError> {
-        let Some(robust) = self.beside_a_wandering_wrench(base)? else { return Ok(()) };
-        let wanted = self.wanted(self.regions, SINGLES);
-        let sets = self.engine.sets(&robust, &self.offered(base), &wanted, MAX_EFFECTS, self.watch)?;
-        let job = |set: &Set| {
+    /// Fit the most promising sets of effects, screened on the nominal model with a random-walk wrench.
+    pub(super) fn sets(&self, base: &FittedModel, tried: &mut Vec<FittedModel>) -> Result<(), InferError> {
+        let Some(robust) = self.refitted_with_random_walk(base)? else { return Ok(()) };
+        let options = self.screen_options(self.regions, MAX_FIRST_KINDS);
+        let sets = self.engine.sets(&robust, &self.offered(base), &options, MAX_EFFECTS, self.watch)?;
+        let job = |set: &EffectSet| {
             let with = |own: &[f64]| -> Vec<f64> {
                 let of_effects = set.effects.iter().flat_map(|e| e.values.iter().map(|v| v.unwrap_or(0.0)));
                 own.iter().copied().chain(of_effects).collect()
             };
             let warm = vec![with(&set.base), with(&robust.fit.values)];
-            Job::from(base, set.effects.iter().map(freed).collect(), warm)
+            Job::from(base, set.effects.iter().map(with_free_parameters).collect(), warm)
         };
         self.try_all("several effects", sets.iter().map(job).collect(), tried)
     }
 
-    /// A model fitted again with a wandering wrench, whose size is estimated under the noise that the instruments show: noise
-    /// that was fitted holds what is missing.
-    fn beside_a_wandering_wrench(&self, tried: &Tried) -> Result<Option<Tried>, InferError> {
-        let Some(left) = self.engine.remainder(&self.as_read(tried))? else { return Ok(None) };
+    /// A model refitted with a random-walk wrench. The size of the walk is estimated under the instruments'
+    /// noise, because fitted noise would absorb missing effects.
+    fn refitted_with_random_walk(&self, tried: &FittedModel) -> Result<Option<FittedModel>, InferError> {
+        let Some(lack) = self.engine.lack_of_fit(&self.with_instrument_noise(tried))? else {
+            return Ok(None);
+        };
         let from = Job::from(tried, tried.added.clone(), vec![tried.fit.values.clone()]);
-        let job = Job { channels: left.channels, ..from };
-        Ok(self.fitted("beside a wandering wrench", vec![job], Effort::Full)?.pop())
+        let job = Job { channels: lack.channels, ..from };
+        Ok(self.fitted("random-walk wrench", vec![job], Effort::Full)?.pop())
     }
 
-    /// A model under the noise that the instruments show.
-    pub(super) fn as_read(&self, tried: &Tried) -> Tried {
+    /// A model under the instruments' noise.
+    pub(super) fn with_instrument_noise(&self, tried: &FittedModel) -> FittedModel {
         let mut read = tried.clone();
         read.fit.channels = Channels::of(&self.engine.data().noise);
         read
@@ -52,15 +55,15 @@ mod tests {
     use trundle_infer::Quiet;
     use trundle_model::{Kind, Model};
 
-    /// The sets that are kept beside a wandering wrench, each sorted by name.
+    /// The sets that the screen with a random-walk wrench keeps, sorted by kind.
     fn kept(truth: Model) -> Vec<Vec<Kind>> {
         let data = World::of(truth).recording(3);
         let engine = Own::new(&data, None).unwrap();
         let base = engine.base(0, &Quiet).unwrap();
         let searcher = Searcher { engine: &engine, without: &[], regions: &[], seed: 0, watch: &Quiet };
-        let Some(robust) = searcher.beside_a_wandering_wrench(&base).unwrap() else { return vec![] };
-        let wanted = searcher.wanted(&[], 5);
-        let sets = engine.sets(&robust, &searcher.offered(&base), &wanted, MAX_EFFECTS, &Quiet).unwrap();
+        let Some(robust) = searcher.refitted_with_random_walk(&base).unwrap() else { return vec![] };
+        let options = searcher.screen_options(&[], 5);
+        let sets = engine.sets(&robust, &searcher.offered(&base), &options, MAX_EFFECTS, &Quiet).unwrap();
         sets.iter().map(|set| kinds(&set.effects)).collect()
     }
 
@@ -75,7 +78,7 @@ mod tests {
     }
 
     #[test]
-    fn no_set_is_kept_where_nothing_is_missing() {
+    fn no_set_is_kept_for_a_complete_model() {
         assert_eq!(kept(locked()), Vec::<Vec<Kind>>::new());
     }
 }

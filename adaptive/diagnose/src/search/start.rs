@@ -1,24 +1,24 @@
-//! Where the fit of an effect starts: from the step of the score test, and from shorter ones.
+//! Starting points of the fit of an effect: the Newton step of the score test, and shorter steps.
 
-use crate::engine::{Job, Tried};
+use crate::engine::{FittedModel, Job};
 use crate::screen::Start;
 use trundle_model::{Effect, Role};
 
-/// Shares of the screen's linear step from which a fit starts.
-const STEPS: [f64; 2] = [1.0, 0.25];
+/// Shares of the screen's Newton step from which a fit starts.
+const STEP_SHARES: [f64; 2] = [1.0, 0.25];
 
-/// The fit of a kind of effect on top of a model, from where its screen leads: from the linear step, and from shorter ones,
-/// because far from the optimum the linear step goes too far.
-pub(super) fn job(from: &Tried, starts: &[Start]) -> Job {
+/// The fit of a kind of effect that is added to a model, from its screened starting points. Shorter steps are
+/// tried too, because the Newton step overshoots far from the optimum.
+pub(super) fn job(from: &FittedModel, starts: &[Start]) -> Job {
     let mut added = from.added.clone();
-    added.extend(starts.first().map(|s| freed(&s.effect)));
+    added.extend(starts.first().map(|s| with_free_parameters(&s.effect)));
     let with = |own: &[f64], effect: &Effect| -> Vec<f64> {
         own.iter().copied().chain(effect.values.iter().map(|v| v.unwrap_or(0.0))).collect()
     };
     let mut warm = vec![];
     for start in starts {
-        for share in STEPS {
-            let effect = shortened(&start.effect, share);
+        for share in STEP_SHARES {
+            let effect = with_step_share(&start.effect, share);
             warm.push(with(&start.base, &effect));
             warm.push(with(&from.fit.values, &effect));
         }
@@ -26,8 +26,8 @@ pub(super) fn job(from: &Tried, starts: &[Start]) -> Job {
     Job::from(from, added, warm)
 }
 
-/// An effect with its amplitudes that share of the way from where they do nothing.
-fn shortened(effect: &Effect, share: f64) -> Effect {
+/// An effect whose amplitudes move only `share` of the way from their neutral values.
+fn with_step_share(effect: &Effect, share: f64) -> Effect {
     let spec = effect.kind.spec();
     let mut shorter = effect.clone();
     for (param, value) in spec.params.iter().zip(&mut shorter.values) {
@@ -39,8 +39,8 @@ fn shortened(effect: &Effect, share: f64) -> Effect {
     shorter
 }
 
-/// An effect with every essential parameter free, and sizes, which are proposed with the place; its choices kept.
-pub(super) fn freed(effect: &Effect) -> Effect {
+/// An effect with its essential parameters and regions free; choices keep their values.
+pub(super) fn with_free_parameters(effect: &Effect) -> Effect {
     let mut free = Effect::free(effect.kind);
     for ((param, value), free) in effect.kind.spec().params.iter().zip(&effect.values).zip(&mut free.values) {
         match param.role {
@@ -54,16 +54,16 @@ pub(super) fn freed(effect: &Effect) -> Effect {
 
 #[cfg(test)]
 mod tests {
-    use super::shortened;
+    use super::with_step_share;
     use trundle_model::{Effect, Kind};
 
     #[test]
     fn a_shorter_step_keeps_the_shape_and_starts_from_neutral() {
-        let rubs = Effect::free(Kind::CoulombFriction).with("x", Some(0.4)).with("force", Some(8.0));
-        let shorter = shortened(&rubs, 0.25);
-        assert_eq!(shorter, rubs.clone().with("force", Some(2.0)));
+        let friction = Effect::free(Kind::CoulombFriction).with("x", Some(0.4)).with("force", Some(8.0));
+        let shorter = with_step_share(&friction, 0.25);
+        assert_eq!(shorter, friction.clone().with("force", Some(2.0)));
         let gain = Effect::free(Kind::ForceScale).with("gain_y", Some(1.4));
-        let value = shortened(&gain, 0.25).values.into_iter().flatten().fold(0.0, f64::max);
+        let value = with_step_share(&gain, 0.25).values.into_iter().flatten().fold(0.0, f64::max);
         assert!((value - 1.1).abs() < 1e-12, "{value}");
     }
 }

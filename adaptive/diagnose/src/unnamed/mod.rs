@@ -10,7 +10,7 @@ mod regression;
 #[cfg(test)]
 mod tests;
 
-use crate::adequacy::Remainder;
+use crate::lack_of_fit::LackOfFit;
 use course::Course;
 use proof::Proof;
 use rayon::prelude::*;
@@ -64,7 +64,7 @@ pub(crate) fn unnamed(
     (data, nominal): (&Dataset, &Model),
     comparison: &Comparison,
     fit: &Fit,
-    left: Option<Remainder>,
+    left: Option<LackOfFit>,
     watch: &dyn Watch,
 ) -> Result<Option<Fit>, InferError> {
     let (Comparison::Motion(motion), Some(left)) = (comparison, left) else { return Ok(None) };

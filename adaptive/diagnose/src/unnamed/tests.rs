@@ -1,8 +1,8 @@
 //! Laws that no catalogue has, fitted without a search.
 
 use super::unnamed;
-use crate::adequacy::remainder;
 use crate::common::{self, World, locked};
+use crate::lack_of_fit::lack_of_fit;
 use trundle_infer::{Comparison, Fit, FitOptions, Quiet, fit, score};
 use trundle_model::{Input, Model, State, to_body};
 use trundle_record::Dataset;
@@ -16,7 +16,7 @@ fn fitted(foreign: fn(&State<f64>) -> [f64; 3], seed: u64) -> (Dataset, Fit, Opt
     let comparison = Comparison::of(&data).unwrap();
     let nominal = Model::nominal(common::table(), None, [true; 3]);
     let before = fit(&comparison, &nominal, &[], &FitOptions::default(), &Quiet).unwrap();
-    let left = remainder(&comparison, &before).unwrap();
+    let left = lack_of_fit(&comparison, &before).unwrap();
     let after = unnamed((&data, &nominal), &comparison, &before, left, &Quiet).unwrap();
     (data, before, after)
 }

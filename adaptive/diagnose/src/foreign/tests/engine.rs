@@ -2,21 +2,21 @@
 
 use super::{pushed, under_test, wheeled};
 use crate::common::{effect, locked};
-use crate::engine::{Effort, Engine, Job, Tried};
+use crate::engine::{Effort, Engine, FittedModel, Job};
 use crate::foreign::black_box::BlackBox;
-use crate::screen::Wanted;
+use crate::screen::ScreenOptions;
 use trundle_infer::Quiet;
 use trundle_model::{Effect, Kind, Model};
 use trundle_record::Dataset;
 
 /// Do something with the black box on a recording, its fit, and the engine on top of that.
-fn with(data: &Dataset, asked: impl Fn(&BlackBox<'_>, &Tried, &dyn Engine)) {
+fn with(data: &Dataset, asked: impl Fn(&BlackBox<'_>, &FittedModel, &dyn Engine)) {
     let simulator = wheeled();
     let foreign = under_test(&simulator, false);
     let engine = BlackBox::new(data, &foreign, 0, &Quiet).unwrap();
     let base = engine.base(0, &Quiet).unwrap();
-    let before = engine.remainder(&base).unwrap();
-    asked(&engine, &base, &*engine.upon(&base, before, &Quiet).unwrap());
+    let before = engine.lack_of_fit(&base).unwrap();
+    asked(&engine, &base, &*engine.for_added_effects(&base, before, &Quiet).unwrap());
 }
 
 #[test]
@@ -39,12 +39,12 @@ fn two_hidden_effects_are_screened_together() {
     let mut kinds: Vec<Kind> = hidden.iter().map(|e| e.kind).collect();
     kinds.sort_unstable();
     with(&pushed(hidden.into_iter().fold(locked(), Model::with)), |engine, base, upon| {
-        let left = engine.remainder(base).unwrap().unwrap();
+        let left = engine.lack_of_fit(base).unwrap().unwrap();
         let from = Job::from(base, vec![], vec![base.fit.values.clone()]);
         let job = Job { channels: left.channels, ..from };
         let robust = upon.fit(job, Effort::Full, 0, &Quiet).unwrap();
         assert_eq!(robust.fit.channels, left.channels);
-        let wanted = Wanted { regions: &[], starts: 2, most: 9, seed: 0 };
+        let wanted = ScreenOptions { regions: &[], starts: 2, most: 9, seed: 0 };
         let sets = upon.sets(&robust, &upon.candidates(), &wanted, 4, &Quiet).unwrap();
         let found = sets.iter().any(|set| {
             let mut own: Vec<Kind> = set.effects.iter().map(|e| e.kind).collect();

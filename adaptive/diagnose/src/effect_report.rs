@@ -1,23 +1,27 @@
-//! An effect that was found, with its numbers and its share.
+//! Report of an effect: statement, parameters, place and contribution.
 
-use crate::answer::Missing;
+use crate::answer::MissingEffect;
 use crate::candidates;
-use crate::engine::{Engine, Tried};
-use crate::place::Named;
-use crate::search::Found;
-use crate::words::statement;
+use crate::engine::{Engine, FittedModel};
+use crate::place::FittedEffect;
+use crate::search::SearchResult;
+use crate::statements::statement;
 use trundle_infer::{InferError, Score};
 use trundle_model::Kind;
 
-/// The tried model that lacks just one of the effects.
-pub(crate) fn without<'a>(found: &'a Found, full: &Tried, dropped: usize) -> Option<&'a Tried> {
+/// The tried model without one of the effects.
+pub(crate) fn without_effect<'a>(
+    found: &'a SearchResult,
+    full: &FittedModel,
+    dropped: usize,
+) -> Option<&'a FittedModel> {
     let mut kinds: Vec<Kind> = full.added.iter().map(|e| e.kind).collect();
     kinds.remove(dropped);
-    of_kinds(&found.tried, kinds)
+    with_kinds(&found.tried, kinds)
 }
 
-/// The best tried model with effects of some kinds.
-pub(crate) fn of_kinds(tried: &[Tried], mut kinds: Vec<Kind>) -> Option<&Tried> {
+/// The best tried model with effects of the given kinds.
+pub(crate) fn with_kinds(tried: &[FittedModel], mut kinds: Vec<Kind>) -> Option<&FittedModel> {
     kinds.sort();
     tried.iter().find(|t| {
         let mut own: Vec<Kind> = t.added.iter().map(|e| e.kind).collect();
@@ -26,21 +30,21 @@ pub(crate) fn of_kinds(tried: &[Tried], mut kinds: Vec<Kind>) -> Option<&Tried> 
     })
 }
 
-/// The misfit by which an effect's contribution is measured: of the motion in open loop; of the wrench, a
-/// moment as a force at the radius of gyration, where wrenches are compared.
+/// The misfit that measures an effect's contribution: of the open-loop motion, or of the wrench if wrenches
+/// are compared. A torque counts as a force at the radius of gyration.
 fn misfit(score: &Score, gyration: f64) -> Option<f64> {
     let moment = score.torque_rmse.map_or(0.0, |torque| torque / gyration);
     score.r2.map(|r2| 1.0 - r2).or(score.force_rmse.map(|force| force * force + moment * moment))
 }
 
-/// The effect number `k` of a model, for the answer.
-pub(crate) fn named(
+/// The report of effect number `k` of a model.
+pub(crate) fn reported_effect(
     engine: &dyn Engine,
-    found: &Found,
-    best: &Tried,
+    found: &SearchResult,
+    best: &FittedModel,
     k: usize,
     probability: f64,
-) -> Result<Missing, InferError> {
+) -> Result<MissingEffect, InferError> {
     let effect = &best.added[k];
     let names = best.fit.model.effect_names();
     let name = &names[names.len() - best.added.len() + k];
@@ -48,23 +52,23 @@ pub(crate) fn named(
     let episodes = if data.held_out.is_empty() { &data.training } else { &data.held_out };
     let gyration = best.fit.model.body.gyration;
     let with = misfit(&engine.score(best, best, episodes)?, gyration);
-    let dropped = match without(found, best, k) {
+    let dropped = match without_effect(found, best, k) {
         Some(simpler) => misfit(&engine.score(simpler, best, episodes)?, gyration),
         None => None,
     };
     let explains = with.zip(dropped).filter(|(_, d)| *d > 0.0).map(|(w, d)| 1.0 - w / d);
-    let effect_named = Named { fit: &best.fit, kind: effect.kind, name };
-    Ok(Missing {
+    let fitted = FittedEffect { fit: &best.fit, kind: effect.kind, name };
+    Ok(MissingEffect {
         effect: candidates::name(effect).to_owned(),
         probability,
         statement: statement(effect, name, &best.fit),
-        parameters: effect_named.parameters(),
-        place: effect_named.place(data),
+        parameters: fitted.parameters(),
+        place: fitted.place(data),
         explains,
     })
 }
 
-/// Probability of all models that hold an effect of this name.
-pub(crate) fn effect_probability(tried: &[Tried], probabilities: &[f64], name: &str) -> f64 {
+/// Total probability of the models that contain an effect of this name.
+pub(crate) fn effect_probability(tried: &[FittedModel], probabilities: &[f64], name: &str) -> f64 {
     tried.iter().zip(probabilities).filter(|(t, _)| t.names().contains(&name)).map(|(_, p)| p).sum()
 }

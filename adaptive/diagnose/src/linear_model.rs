@@ -1,54 +1,59 @@
-//! The linear model behind the score test: what a fit leaves, what its own parameters can do about it, and what amplitudes of
-//! candidates would change.
+//! The linear model of the score test: residuals of a fit, their derivatives by the fit's own parameters, and
+//! by amplitudes of candidates.
 
 use crate::proposals::is_amplitude;
-use crate::screen::{Start, View};
+use crate::screen::{Linearisation, Start};
 use nalgebra::{DMatrix, DVector};
 use trundle_infer::{Fit, InferError};
 use trundle_model::{Effect, Kind, Model, Param, Slot};
 
-/// Ridge on a candidate's information, relative: amplitudes that the data do not hold stay put.
-const RIDGE: f64 = 1e-6;
+/// Relative ridge on a candidate's information matrix, so that unidentifiable amplitudes stay at zero.
+const RELATIVE_RIDGE: f64 = 1e-6;
 
-/// What the fit leaves, and an orthonormal basis of what its own parameters can do.
-pub(crate) struct Ground {
+/// The residuals of a fit, and an orthonormal basis of the derivatives by its own parameters.
+pub(crate) struct LinearModel {
     pub residual: DVector<f64>,
     own: DMatrix<f64>,
     basis: DMatrix<f64>,
-    /// The slot of each of those parameters.
+    /// The slot of each own parameter.
     free: Vec<Option<usize>>,
 }
 
-impl Ground {
-    pub fn new(view: &dyn View, fit: &Fit) -> Result<Self, InferError> {
-        let (own, free) = view.own(fit)?;
+impl LinearModel {
+    pub fn new(view: &dyn Linearisation, fit: &Fit) -> Result<Self, InferError> {
+        let (own, free) = view.own_derivatives(fit)?;
         let basis = own.clone().qr().q();
         Ok(Self { residual: view.residual(), own, basis, free })
     }
 
-    /// What of some columns the fit's own parameters cannot do.
-    fn beyond(&self, columns: &DMatrix<f64>) -> DMatrix<f64> {
+    /// The part of some columns that is orthogonal to the derivatives by the fit's own parameters.
+    fn projected(&self, columns: &DMatrix<f64>) -> DMatrix<f64> {
         columns - &self.basis * self.basis.tr_mul(columns)
     }
 
-    /// Starts of some candidates, each on its own.
-    pub fn starts(&self, view: &dyn View, fit: &Fit, group: &[Effect]) -> Result<Vec<Start>, InferError> {
-        let Slopes { model, values, columns, .. } = &slopes(view, fit, group)?;
+    /// Starting points for some candidates, each added alone.
+    pub fn starts(
+        &self,
+        view: &dyn Linearisation,
+        fit: &Fit,
+        group: &[Effect],
+    ) -> Result<Vec<Start>, InferError> {
+        let AmplitudeDerivatives { model, values, columns, .. } = &amplitude_derivatives(view, fit, group)?;
         let slots = model.slots();
         let mut starts = Vec::with_capacity(group.len());
         for (effect, (amplitudes, columns)) in group.iter().zip(columns) {
             let Some((step, gain)) = self.step(columns) else { continue };
             let first = fit.values.len() + self.offset(group, effect);
-            let Some(moved) = moved(effect, first, amplitudes, step.as_slice(), values, &slots) else {
+            let Some(stepped) = stepped(effect, first, amplitudes, step.as_slice(), values, &slots) else {
                 continue;
             };
             let base = self.shifted(fit, &slots, columns, &step);
-            starts.push(Start { effect: moved, base, gain, neutral: effect.clone() });
+            starts.push(Start { effect: stepped, base, gain, neutral: effect.clone() });
         }
         Ok(starts)
     }
 
-    /// The fit's own values after they gave way to a step.
+    /// The fit's own values after their response to a step of amplitudes.
     pub fn shifted(
         &self,
         fit: &Fit,
@@ -60,29 +65,29 @@ impl Ground {
         if let Some(shift) = self.own_shift(columns, step) {
             for (k, slot) in self.free.iter().enumerate() {
                 let Some(slot) = *slot else { continue };
-                own[slot] = within(&slots[slot], fit.values[slot] + shift[k]);
+                own[slot] = clamped(&slots[slot], fit.values[slot] + shift[k]);
             }
         }
         own
     }
 
-    /// Number of values before an effect of a group.
+    /// Number of values in a group before an effect.
     fn offset(&self, group: &[Effect], effect: &Effect) -> usize {
         group.iter().take_while(|e| !std::ptr::eq(*e, effect)).map(|e| e.values.len()).sum()
     }
 
-    /// The score of some amplitudes and their information, beside what the fit's own parameters can do.
+    /// Score and information matrix of some amplitudes, with the fit's own parameters profiled out.
     pub fn normal_equations(&self, columns: &DMatrix<f64>) -> (DVector<f64>, DMatrix<f64>) {
-        let beyond = self.beyond(columns);
-        let mut information = beyond.tr_mul(&beyond);
+        let projected = self.projected(columns);
+        let mut information = projected.tr_mul(&projected);
         for k in 0..information.nrows() {
-            let whole = columns.column(k).norm_squared();
-            information[(k, k)] += RIDGE * whole + 1e-12;
+            let squared_norm = columns.column(k).norm_squared();
+            information[(k, k)] += RELATIVE_RIDGE * squared_norm + 1e-12;
         }
-        (-beyond.tr_mul(&self.residual), information)
+        (-projected.tr_mul(&self.residual), information)
     }
 
-    /// The best small step of some amplitudes, and its gain.
+    /// The Newton step of some amplitudes and its gain, nats.
     fn step(&self, columns: &DMatrix<f64>) -> Option<(DVector<f64>, f64)> {
         let (score, information) = self.normal_equations(columns);
         let step = information.cholesky()?.solve(&score);
@@ -90,7 +95,7 @@ impl Ground {
         (gain.is_finite() && step.iter().all(|s| s.is_finite())).then_some((step, gain))
     }
 
-    /// How the fit's own parameters give way to a step of the candidate.
+    /// The response of the fit's own parameters to a step of the candidate.
     fn own_shift(&self, columns: &DMatrix<f64>, step: &DVector<f64>) -> Option<DVector<f64>> {
         let target = -(columns * step);
         let mut information = self.own.tr_mul(&self.own);
@@ -101,16 +106,20 @@ impl Ground {
     }
 }
 
-/// What amplitudes of some effects would change.
-pub(crate) struct Slopes {
+/// Derivatives of the residuals by the amplitudes of some effects.
+pub(crate) struct AmplitudeDerivatives {
     pub model: Model,
     pub values: Vec<f64>,
-    /// Of each effect: the slots of its amplitudes, and their derivatives.
+    /// For each effect: the slots of its amplitudes, and the derivatives by them.
     pub columns: Vec<(Vec<usize>, DMatrix<f64>)>,
 }
 
-/// The derivatives by the amplitudes of some effects on top of a fit.
-pub(crate) fn slopes(view: &dyn View, fit: &Fit, group: &[Effect]) -> Result<Slopes, InferError> {
+/// The derivatives by the amplitudes of some effects that are added to a fit.
+pub(crate) fn amplitude_derivatives(
+    view: &dyn Linearisation,
+    fit: &Fit,
+    group: &[Effect],
+) -> Result<AmplitudeDerivatives, InferError> {
     let mut model = fit.model.clone();
     if fit.estimate("body.mass").is_some() {
         model.mass = None;
@@ -124,15 +133,16 @@ pub(crate) fn slopes(view: &dyn View, fit: &Fit, group: &[Effect]) -> Result<Slo
         let spec = effect.kind.spec();
         let free = |(k, slot): (usize, &Slot)| {
             let param = &spec.params[k];
-            let free = is_amplitude(effect.kind, param) && moves(slot, &model, effect.kind, param);
+            let free =
+                is_amplitude(effect.kind, param) && is_free_amplitude(slot, &model, effect.kind, param);
             free.then_some(start + k)
         };
         let of_effect = &slots[start..start + effect.values.len()];
         amplitudes.push(of_effect.iter().enumerate().filter_map(free).collect());
         values.extend(effect.values.iter().map(|v| v.unwrap_or(0.0)));
     }
-    let wanted: Vec<usize> = amplitudes.iter().flatten().copied().collect();
-    let all = view.slopes(&model, &values, &wanted)?;
+    let slots_of_amplitudes: Vec<usize> = amplitudes.iter().flatten().copied().collect();
+    let all = view.derivatives(&model, &values, &slots_of_amplitudes)?;
     let mut column = 0;
     let columns = amplitudes.into_iter().map(|amplitudes| {
         let columns = all.columns(column, amplitudes.len()).into_owned();
@@ -140,12 +150,12 @@ pub(crate) fn slopes(view: &dyn View, fit: &Fit, group: &[Effect]) -> Result<Slo
         (amplitudes, columns)
     });
     let columns = columns.collect();
-    Ok(Slopes { model, values, columns })
+    Ok(AmplitudeDerivatives { model, values, columns })
 }
 
-/// An effect, the first of whose slots is given, after a step of its amplitudes; `None` where all of them fall below their
-/// bounds.
-pub(crate) fn moved(
+/// An effect after a step of its amplitudes; `None` if every amplitude falls below its bound. `first` is the
+/// effect's first slot.
+pub(crate) fn stepped(
     effect: &Effect,
     first: usize,
     amplitudes: &[usize],
@@ -153,25 +163,25 @@ pub(crate) fn moved(
     values: &[f64],
     slots: &[Slot],
 ) -> Option<Effect> {
-    let mut moved = effect.clone();
+    let mut stepped = effect.clone();
     let below = |(&slot, step): (&usize, &f64)| values[slot] + step < slots[slot].lower;
     if !amplitudes.is_empty() && amplitudes.iter().zip(step).all(below) {
         return None;
     }
     for (&slot, step) in amplitudes.iter().zip(step) {
         let value = values[slot] + step;
-        moved.values[slot - first] = Some(within(&slots[slot], value));
+        stepped.values[slot - first] = Some(clamped(&slots[slot], value));
     }
-    Some(moved)
+    Some(stepped)
 }
 
 /// Whether an amplitude is free in a model.
-fn moves(slot: &Slot, model: &Model, kind: Kind, param: &Param) -> bool {
+fn is_free_amplitude(slot: &Slot, model: &Model, kind: Kind, param: &Param) -> bool {
     slot.lower < slot.upper && model.fixed_value(kind, param).is_none()
 }
 
-/// A value within its bounds, and where it must be positive, not at nothing.
-fn within(slot: &Slot, value: f64) -> f64 {
+/// A value clamped to its bounds. A value that must be positive stays above 2 % of its prior median.
+fn clamped(slot: &Slot, value: f64) -> f64 {
     let lower = match slot.prior {
         trundle_model::Prior::LogNormal { median, .. } => slot.lower.max(0.02 * median),
         _ => slot.lower,

@@ -1,10 +1,10 @@
-//! Numbers and effects in words.
+//! Statements about effects, and formatted quantities.
 
 use trundle_infer::{Estimate, Fit};
 use trundle_model::Effect;
 
-/// A number with its standard deviation and unit, to the digit that the deviation allows:
-/// `14.2 ± 0.3 N`.
+/// A number with its standard deviation and unit, rounded to the first digit of the deviation: `14.2 ± 0.3
+/// N`.
 pub(crate) fn quantity(mean: f64, sd: f64, unit: &str) -> String {
     let unit = if unit == "1" { String::new() } else { format!(" {unit}") };
     if !(sd.is_finite() && sd > 0.0) {
@@ -14,8 +14,8 @@ pub(crate) fn quantity(mean: f64, sd: f64, unit: &str) -> String {
     format!("{mean:.digits$} ± {sd:.digits$}{unit}")
 }
 
-/// The catalogue's sentence for an effect, with its parameters as fitted; what the data do not hold
-/// is said to be unknown.
+/// The catalogue's sentence for an effect with its fitted parameters. Unidentifiable parameters read
+/// "unknown".
 pub(crate) fn statement(effect: &Effect, name: &str, fit: &Fit) -> String {
     let mut sentence = effect.kind.spec().sentence.to_owned();
     for (param, value) in effect.kind.spec().params.iter().zip(&effect.values) {
@@ -26,17 +26,17 @@ pub(crate) fn statement(effect: &Effect, name: &str, fit: &Fit) -> String {
         };
         sentence = sentence.replace(&format!("{{{}}}", param.name), &text);
     }
-    placed(&sentence)
+    with_unknown_place(&sentence)
 }
 
-/// A place of which neither coordinate is held, in words.
-fn placed(sentence: &str) -> String {
-    sentence.replace("at (unknown, unknown)", "at a point that the data do not hold")
+/// Replace a position with two unknown coordinates by a phrase.
+fn with_unknown_place(sentence: &str) -> String {
+    sentence.replace("at (unknown, unknown)", "at a point that the data do not determine")
 }
 
 #[cfg(test)]
 mod tests {
-    use super::{placed, quantity};
+    use super::{quantity, with_unknown_place};
 
     #[test]
     fn digits_follow_the_deviation() {
@@ -47,10 +47,10 @@ mod tests {
     }
 
     #[test]
-    fn an_unknown_place_is_said_in_words() {
-        let spoken = placed("Dry friction of 7 ± 1 N acts at (unknown, unknown).");
-        assert_eq!(spoken, "Dry friction of 7 ± 1 N acts at a point that the data do not hold.");
+    fn an_unknown_place_reads_as_a_phrase() {
+        let sentence = with_unknown_place("Dry friction of 7 ± 1 N acts at (unknown, unknown).");
+        assert_eq!(sentence, "Dry friction of 7 ± 1 N acts at a point that the data do not determine.");
         let known = "Dry friction of 7 ± 1 N acts at (0.1 ± 0.2 m, unknown).";
-        assert_eq!(placed(known), known);
+        assert_eq!(with_unknown_place(known), known);
     }
 }

@@ -1,0 +1,320 @@
+//! Selection of the model that is named, from the models that the search fitted.
+
+use crate::block_bootstrap::{PredictedSamples, correlation_time, probability_of_gain};
+use crate::cross_validation::{LeftOutPrediction, cross_validate};
+use crate::effect_report::{with_kinds, without_effect};
+use crate::eligibility::{Eligibility, INELIGIBLE};
+use crate::engine::{Engine, FittedModel};
+use crate::search::SearchResult;
+use crate::thresholds::{MIN_EFFECT_PROBABILITY, MIN_MATERIAL_ERROR_RATIO};
+use std::collections::BTreeMap;
+use trundle_infer::{InferError, Watch, unjudged};
+use trundle_model::{Kind, Param};
+
+/// Most models whose effects are checked on left-out episodes.
+const MAX_CHECKED_MODELS: usize = 24;
+
+/// The selected model.
+pub(crate) struct Selection {
+    /// Its index among the tried models.
+    pub best: usize,
+    /// For each of its effects, the probability that left-out episodes are predicted better with it.
+    pub chances: Vec<f64>,
+    /// Number of models with more weight that contain an unsupported effect.
+    pub rejected: usize,
+    /// Immaterial effects: the model's index, the effect's index in it, and its probability.
+    pub immaterial: Vec<(usize, usize, f64)>,
+    /// Reasons for not naming tried models. Models with less weight than the selected one are not tested.
+    pub reasons: BTreeMap<usize, &'static str>,
+}
+
+/// Inputs of the selection.
+pub(crate) struct Selector<'a> {
+    pub engine: &'a dyn Engine,
+    pub found: &'a SearchResult,
+    /// Index of the nominal model among the tried models.
+    pub base: usize,
+    pub watch: &'a dyn Watch,
+}
+
+impl Selector<'_> {
+    /// Select the model with the most weight whose effects all pass three tests. The data identify its
+    /// defining parameters. It improves the predictive density of left-out training episodes by more than
+    /// chance. It improves their prediction by a material share. If no model passes, the nominal model is
+    /// selected.
+    pub fn select(&self) -> Result<Selection, InferError> {
+        let mut cache = BTreeMap::new();
+        let mut immaterial: Vec<(usize, usize, f64)> = vec![];
+        let mut reasons = BTreeMap::new();
+        let mut eligibility: Option<Eligibility<'_>> = None;
+        let tried = &self.found.tried;
+        let mut next = 0;
+        while let Some(candidate) = tried.get(next) {
+            let index = next;
+            next += 1;
+            if reasons.get(&index).is_some_and(|reason| *reason != INELIGIBLE) {
+                continue;
+            }
+            if !eligibility.as_ref().is_none_or(|eligibility| eligibility.allows(candidate)) {
+                reasons.insert(index, INELIGIBLE);
+                continue;
+            }
+            let reason = if cache.len() >= MAX_CHECKED_MODELS {
+                Some("not tested: too many models have more weight")
+            } else {
+                self.rejection_reason(candidate)?
+            };
+            let chances = if reason.is_some() { vec![] } else { self.chances(candidate, &mut cache)? };
+            let by_chance = chances.iter().any(|chance| *chance < MIN_EFFECT_PROBABILITY);
+            if reason.is_some() || by_chance {
+                reasons.insert(
+                    index,
+                    reason
+                        .unwrap_or("an effect does not improve the predictive density of left-out episodes"),
+                );
+                // A test rejects the other effects of the best model, so that other models become eligible.
+                if let Some(ineligible) =
+                    eligibility.take_if(|eligibility| eligibility.is_reduced_to(candidate))
+                {
+                    next = ineligible.index + 1;
+                }
+                continue;
+            }
+            let immaterial_effects = self.immaterial_effects(candidate, &mut cache)?;
+            if immaterial_effects.is_empty() && self.simpler_law_suffices(candidate, &mut cache)? {
+                reasons.insert(index, "a simpler law predicts left-out episodes as well");
+                continue;
+            }
+            if immaterial_effects.is_empty() {
+                return Ok(Selection { best: index, chances, rejected: index, immaterial, reasons });
+            }
+            reasons.insert(
+                index,
+                "an effect does not improve the prediction of left-out episodes by a material share",
+            );
+            for &k in &immaterial_effects {
+                let effect = candidate.names()[k];
+                if immaterial.iter().all(|&(i, j, _)| tried[i].names()[j] != effect) {
+                    immaterial.push((index, k, chances[k]));
+                }
+            }
+            eligibility.get_or_insert(Eligibility { index, candidate, immaterial: immaterial_effects });
+        }
+        Ok(Selection { best: self.base, chances: vec![], rejected: 0, immaterial, reasons })
+    }
+
+    /// Reason for rejecting a model without a test on left-out episodes, if any.
+    fn rejection_reason(&self, candidate: &FittedModel) -> Result<Option<&'static str>, InferError> {
+        Ok(if !(0..candidate.added.len()).all(|k| is_defined(candidate, k)) {
+            Some("the data do not identify a parameter that defines an effect")
+        } else if !self.improves_training_fit(candidate)? {
+            Some("an effect does not improve the fit consistently over blocks of samples")
+        } else {
+            None
+        })
+    }
+
+    /// Whether every effect of a model improves the density of the training episodes by more than chance.
+    /// Otherwise the more expensive test on left-out episodes is not needed.
+    fn improves_training_fit(&self, candidate: &FittedModel) -> Result<bool, InferError> {
+        let with = self.engine.predicted(candidate, &|_| true)?;
+        let time = self.correlation_time(&with);
+        for k in 0..candidate.added.len() {
+            let Some(simpler) = without_effect(self.found, candidate, k) else { return Ok(false) };
+            if probability_of_gain(time, &with, &self.engine.predicted(simpler, &|_| true)?)
+                < MIN_EFFECT_PROBABILITY
+            {
+                return Ok(false);
+            }
+        }
+        Ok(true)
+    }
+
+    /// Correlation time of a fitted model's residuals, samples. Samples of slow pushes are means over a
+    /// second, long enough to be independent on an uneven floor.
+    fn correlation_time(&self, samples: &PredictedSamples) -> f64 {
+        if self.engine.is_quasi_static() { 1.0 } else { correlation_time(samples) }
+    }
+
+    /// For each effect of a model, the probability that left-out episodes are predicted better with it.
+    fn chances(
+        &self,
+        candidate: &FittedModel,
+        cache: &mut BTreeMap<*const FittedModel, LeftOutPrediction>,
+    ) -> Result<Vec<f64>, InferError> {
+        let time = self.correlation_time(&self.engine.predicted(candidate, &|_| true)?);
+        let with = self.misfit(candidate, candidate, cache)?.samples;
+        let one = |k: usize| match without_effect(self.found, candidate, k) {
+            Some(simpler) => {
+                Ok(probability_of_gain(time, &with, &self.misfit(simpler, candidate, cache)?.samples))
+            }
+            None => Ok(0.0),
+        };
+        (0..candidate.added.len()).map(one).collect()
+    }
+
+    /// A model's prediction of left-out episodes, for the comparison with another model.
+    fn misfit(
+        &self,
+        tried: &FittedModel,
+        compared_with: &FittedModel,
+        cache: &mut BTreeMap<*const FittedModel, LeftOutPrediction>,
+    ) -> Result<LeftOutPrediction, InferError> {
+        let key = std::ptr::from_ref(tried);
+        let all_judged = unjudged(&compared_with.fit.model) == 0.0;
+        if let Some(misfit) = cache.get(&key).filter(|_| all_judged) {
+            return Ok(misfit.clone());
+        }
+        let found = cross_validate(self.engine, tried, compared_with, self.watch)?;
+        cache.insert(key, found.clone());
+        Ok(found)
+    }
+
+    /// Whether a model with a simpler law in place of one effect predicts left-out episodes almost as well.
+    /// The simpler law is then named.
+    fn simpler_law_suffices(
+        &self,
+        candidate: &FittedModel,
+        cache: &mut BTreeMap<*const FittedModel, LeftOutPrediction>,
+    ) -> Result<bool, InferError> {
+        for (k, effect) in candidate.added.iter().enumerate() {
+            let Some(simpler) = effect.kind.limiting_kind() else { continue };
+            let mut kinds: Vec<Kind> = candidate.added.iter().map(|e| e.kind).collect();
+            kinds[k] = simpler;
+            let Some(other) = with_kinds(&self.found.tried, kinds) else { continue };
+            let with = self.misfit(candidate, candidate, cache)?;
+            if with.error_ratio(&self.misfit(other, candidate, cache)?) < MIN_MATERIAL_ERROR_RATIO {
+                return Ok(true);
+            }
+        }
+        Ok(false)
+    }
+
+    /// Indices of a model's immaterial effects. Without such an effect, left-out episodes are predicted
+    /// almost as well, or prediction errors hardly exceed the instruments' noise.
+    fn immaterial_effects(
+        &self,
+        candidate: &FittedModel,
+        cache: &mut BTreeMap<*const FittedModel, LeftOutPrediction>,
+    ) -> Result<Vec<usize>, InferError> {
+        let mut misfit = |tried: &FittedModel| self.misfit(tried, candidate, cache);
+        let with = misfit(candidate)?;
+        let mut immaterial_effects = vec![];
+        if !self.engine.errs_beyond_noise(&self.found.tried[self.base])? {
+            return Ok((0..candidate.added.len()).collect());
+        }
+        for k in 0..candidate.added.len() {
+            let needed = match without_effect(self.found, candidate, k) {
+                Some(simpler) => {
+                    with.error_ratio(&misfit(simpler)?) >= MIN_MATERIAL_ERROR_RATIO
+                        && self.engine.errs_beyond_noise(simpler)?
+                }
+                None => false,
+            };
+            if !needed {
+                immaterial_effects.push(k);
+            }
+        }
+        Ok(immaterial_effects)
+    }
+}
+
+/// Whether the data identify the parameters that define an effect: every essential parameter except for
+/// places and directions, and at least one of the alternatives of which any defines it. For example, a
+/// swinging load with an unknown frequency is equivalent to an offset mass.
+fn is_defined(candidate: &FittedModel, k: usize) -> bool {
+    let names = candidate.fit.model.effect_names();
+    let name = &names[names.len() - candidate.added.len() + k];
+    let spec = candidate.added[k].kind.spec();
+    let identified = |p: &Param| candidate.fit.estimate(&format!("{name}.{}", p.name)).map(|e| e.identified);
+    let essential = |p: &&Param| {
+        p.refinement.is_none() && !p.role.is_choice() && !p.scales_face_pressure && !p.role.is_place()
+    };
+    let of = |any: bool| spec.params.iter().filter(essential).filter(move |p| p.is_alternative == any);
+    let any: Vec<bool> = of(true).filter_map(identified).collect();
+    of(false).filter_map(identified).all(|known| known) && (any.is_empty() || any.contains(&true))
+}
+
+#[cfg(test)]
+#[allow(clippy::unwrap_used)]
+mod tests {
+    use super::{correlation_time, cross_validate, is_defined, probability_of_gain};
+    use crate::answer::Value;
+    use crate::common::{World, effect, locked};
+    use crate::engine::{Engine, FittedModel, Own};
+    use crate::{Options, diagnose};
+    use trundle_infer::{Comparison, FitOptions, Quiet, fit};
+    use trundle_model::{Effect, Kind, Model};
+
+    /// Probability that a slope fitted to pushes of a world predicts left-out pushes better.
+    fn chance_of_slope(truth: Model) -> f64 {
+        let data = World::of(truth).recording(4);
+        let comparison = Comparison::of(&data).unwrap();
+        let engine = Own::new(&data, None).unwrap();
+        let predicted = |added: Vec<Effect>| {
+            let nominal = engine.nominal();
+            let model =
+                Model { effects: [nominal.effects.clone(), added.clone()].concat(), ..nominal.clone() };
+            let fitted = fit(&comparison, &model, &[], &FitOptions::default(), &Quiet).unwrap();
+            let tried = FittedModel::new(added, fitted, None);
+            cross_validate(&engine, &tried, &tried, &Quiet).unwrap().samples
+        };
+        let with = predicted(vec![Effect::free(Kind::FloorSlope)]);
+        probability_of_gain(correlation_time(&with), &with, &predicted(vec![]))
+    }
+
+    #[test]
+    fn a_true_effect_predicts_left_out_episodes_and_a_false_one_does_not() {
+        let slope = effect(Kind::FloorSlope, &[("accel_x", 0.05), ("accel_y", -0.02)]);
+        assert!(chance_of_slope(locked().with(slope)) > 0.99);
+        assert!(chance_of_slope(locked()) < 0.9);
+    }
+
+    #[test]
+    fn a_common_gain_is_no_load_if_the_mass_is_known() {
+        let mut data = World::of(locked()).recording(3);
+        data.mass_given = Some(22.0);
+        for sample in data.training.iter_mut().chain(&mut data.held_out).flat_map(|e| &mut e.wrench) {
+            sample.reading = [0, 1, 2].map(|k| sample.reading[k] * [0.7, 1.5, 1.3][k]);
+        }
+        let found = diagnose(&data, &Options::default(), &Quiet).unwrap().answer;
+        let names: Vec<_> = found.missing.iter().map(|m| m.effect.as_str()).collect();
+        assert_eq!(names, ["force_scale"], "{:?}", found.verdict);
+        let Value::Number(gain) = &found.missing[0].parameters["gain_x"] else { panic!("no number") };
+        assert!((gain.mean - 0.7).abs() < 0.02, "{gain:?}");
+    }
+
+    /// A fit with one effect, of whose parameters only `known` are identified.
+    fn fit_with_identified(kind: Kind, known: &[&str]) -> FittedModel {
+        let data = World::of(locked()).recording(4);
+        let added = vec![Effect::free(kind)];
+        let nominal = Own::new(&data, None).unwrap().nominal().clone();
+        let model = Model { effects: [nominal.effects.clone(), added.clone()].concat(), ..nominal };
+        let options = FitOptions { starts: 1, ..FitOptions::default() };
+        let mut fitted = fit(&Comparison::of(&data).unwrap(), &model, &[], &options, &Quiet).unwrap();
+        for estimate in &mut fitted.estimates {
+            estimate.identified = known.iter().any(|key| estimate.name.ends_with(&format!(".{key}")));
+        }
+        FittedModel::new(added, fitted, None)
+    }
+
+    #[test]
+    fn one_identified_limit_defines_a_saturation() {
+        assert!(is_defined(&fit_with_identified(Kind::Saturation, &["limit_torque"]), 0));
+        assert!(!is_defined(&fit_with_identified(Kind::Saturation, &[]), 0));
+    }
+
+    #[test]
+    fn the_gain_of_one_axis_defines_a_scale_error() {
+        assert!(is_defined(&fit_with_identified(Kind::ForceScale, &["gain_y"]), 0));
+        assert!(!is_defined(&fit_with_identified(Kind::ForceScale, &[]), 0));
+    }
+
+    #[test]
+    fn a_swinging_load_without_its_frequency_is_not_defined() {
+        let all: Vec<&str> = Kind::SwingingLoad.spec().params.iter().map(|p| p.name).collect();
+        assert!(is_defined(&fit_with_identified(Kind::SwingingLoad, &all), 0));
+        let rest: Vec<&str> = all.into_iter().filter(|key| *key != "frequency").collect();
+        assert!(!is_defined(&fit_with_identified(Kind::SwingingLoad, &rest), 0));
+    }
+}
