@@ -7,13 +7,13 @@
 
 mod adequacy;
 mod answer;
+pub mod black_box;
 mod candidates;
 mod confirm;
 mod cross_validation;
 pub mod design;
 mod engine;
 mod enough;
-pub mod foreign;
 mod ground;
 mod lack_of_fit;
 mod locate;

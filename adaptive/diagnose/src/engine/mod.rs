@@ -1,13 +1,13 @@
 //! What a diagnosis asks of a simulation, whether it is trundle's own plant ([`Own`]) or anyone's function
-//! ([`crate::foreign`]). Search, decision and answer know nothing else of what simulates.
+//! ([`crate::black_box`]). Search, decision and answer know nothing else of what simulates.
 
 mod own;
 
 use crate::adequacy::Remainder;
 use crate::answer::{Channels, Parameter};
+use crate::black_box::Basis;
 use crate::confirm::Samples;
 use crate::design::{Certificate, Experiment};
-use crate::foreign::Basis;
 use crate::locate::Located;
 use crate::outlook::Outlook;
 use crate::periods::in_position;

@@ -1,34 +1,34 @@
-//! Stretches of time in which a missing wrench is not zero.
+//! Intervals of time in which a missing wrench differs from zero.
 
-use super::likelihood::Along;
+use super::likelihood::PathLikelihood;
 use crate::answer::Window;
 use nalgebra::Vector3;
 use statrs::distribution::{ChiSquared, ContinuousCDF};
 use trundle_infer::Residual;
 
-/// p of a sample that belongs to a window.
-const SAMPLE_P: f64 = 1e-4;
-/// Windows closer than this are one, shorter ones are not told, s.
-const BRIDGE: f64 = 0.15;
-const SHORTEST: f64 = 0.1;
-/// At most this many windows are told.
-const MOST: usize = 24;
+/// Maximum p-value of a sample in a window.
+const MAX_SAMPLE_P: f64 = 1e-4;
+/// Windows with a smaller gap are merged; shorter windows are dropped, s.
+const MAX_GAP_S: f64 = 0.15;
+const MIN_DURATION_S: f64 = 0.1;
+/// Maximum number of reported windows.
+const MAX_WINDOWS: usize = 24;
 
-/// Stretches in which a missing wrench is not zero.
-pub(super) fn windows(residuals: &[Vec<Residual>], along: &Along) -> Vec<Window> {
-    let directions = along.dof.iter().filter(|d| **d).count().max(1);
+/// Windows in which a missing wrench differs from zero.
+pub(super) fn windows(residuals: &[Vec<Residual>], likelihood: &PathLikelihood) -> Vec<Window> {
+    let directions = likelihood.dof.iter().filter(|d| **d).count().max(1);
     let mut all = Vec::new();
-    for (episode, path) in residuals.iter().zip(&along.paths) {
-        let mut found: Vec<Window> = Vec::new();
+    for (episode, path) in residuals.iter().zip(&likelihood.paths) {
+        let mut windows: Vec<Window> = Vec::new();
         for residual in episode {
-            let strength = surprise(standardised(residual, along.dof), directions);
-            match found.last_mut() {
-                _ if strength < -SAMPLE_P.log10() => {}
-                Some(open) if residual.t - open.end <= BRIDGE => {
+            let strength = minus_log10_p(squared_mahalanobis(residual, likelihood.dof), directions);
+            match windows.last_mut() {
+                _ if strength < -MAX_SAMPLE_P.log10() => {}
+                Some(open) if residual.t - open.end <= MAX_GAP_S => {
                     open.end = residual.t;
                     open.strength = open.strength.max(strength);
                 }
-                _ => found.push(Window {
+                _ => windows.push(Window {
                     episode: path.name.clone(),
                     start: residual.t,
                     end: residual.t,
@@ -36,16 +36,16 @@ pub(super) fn windows(residuals: &[Vec<Residual>], along: &Along) -> Vec<Window>
                 }),
             }
         }
-        all.extend(found.into_iter().filter(|w| w.end - w.start >= SHORTEST));
+        all.extend(windows.into_iter().filter(|w| w.end - w.start >= MIN_DURATION_S));
     }
     all.sort_by(|a, b| b.strength.total_cmp(&a.strength));
-    all.truncate(MOST);
+    all.truncate(MAX_WINDOWS);
     all.sort_by(|a, b| a.episode.cmp(&b.episode).then(a.start.total_cmp(&b.start)));
     all
 }
 
-/// Squared size of a residual wrench in units of its uncertainty, over the directions that move.
-fn standardised(residual: &Residual, dof: [bool; 3]) -> f64 {
+/// Squared Mahalanobis distance of a residual wrench from zero, over the free directions.
+fn squared_mahalanobis(residual: &Residual, dof: [bool; 3]) -> f64 {
     let (mut covariance, mut wrench) = (residual.covariance, Vector3::from(residual.wrench));
     for k in (0..3).filter(|&k| !dof[k]) {
         covariance.row_mut(k).fill(0.0);
@@ -56,7 +56,7 @@ fn standardised(residual: &Residual, dof: [bool; 3]) -> f64 {
 }
 
 /// −log10 of the tail probability of χ² with `dof` degrees of freedom, finite for any value.
-fn surprise(chi_square: f64, dof: usize) -> f64 {
+fn minus_log10_p(chi_square: f64, dof: usize) -> f64 {
     let tail = ChiSquared::new(dof as f64).map_or(1.0, |d| d.sf(chi_square));
     if tail > 1e-280 {
         return -tail.log10();

@@ -1,19 +1,19 @@
-//! Anyone's simulator, and what it is called with.
+//! Black-box simulators and their parameters.
 
 use super::path::Interval;
 use trundle_infer::{InferError, StateVector, Watch};
 use trundle_model::{Slot, transport};
 
-/// A simulation under test that is not ours.
+/// A simulator that a diagnosis can only call.
 ///
-/// States are pose and twist `[x, y, θ, vx, vy, ω]` of the object frame's origin in the world, SI. It must answer the
-/// same to the same question.
+/// States are pose and twist `[x, y, θ, vx, vy, ω]` of the origin of the object frame in the world, SI units.
+/// Equal inputs must give equal outputs.
 pub trait Simulator: Sync {
-    /// The state after `dt` seconds under `wrench`, `[N, N, N·m]` in object axes about the object origin: it turns with
-    /// the object. `values` has one value for each parameter.
+    /// Returns the state after `dt` seconds under `wrench`, `[N, N, N·m]` in object axes about the object origin. The
+    /// wrench rotates with the object. `values` has one value for each parameter.
     ///
     /// # Errors
-    /// Says in words what went wrong; a number that is not finite is an error.
+    /// A description of the failure. The caller reports results that are not finite.
     fn step(
         &self,
         state: &StateVector,
@@ -23,21 +23,21 @@ pub trait Simulator: Sync {
     ) -> Result<StateVector, String>;
 }
 
-/// A simulator with what is believed of its parameters.
-pub struct Foreign<'a> {
-    /// Whose it is.
+/// A black-box simulator with priors of its parameters.
+pub struct BlackBox<'a> {
+    /// The simulator.
     pub simulator: &'a dyn Simulator,
-    /// Its parameters: bounds and belief. One that has a value is never fitted.
+    /// Bounds and priors of its parameters. A parameter with a value is not fitted.
     pub parameters: Vec<Slot>,
-    /// Where the fit of each begins.
+    /// Initial value of each parameter for the fit.
     pub start: Vec<f64>,
-    /// Whether the starts are the values that the simulation is used with, and so part of what is tested.
+    /// Whether `start` holds the values with which the simulator is used, which are then part of the test.
     pub given: bool,
 }
 
-impl Foreign<'_> {
-    /// From a state through the steps of an interval; `extra` is added to the wrench of each.
-    pub(crate) fn walk(
+impl BlackBox<'_> {
+    /// Steps through an interval from a state; `extra` is added to the wrench of each step.
+    pub(crate) fn step_interval(
         &self,
         episode: &str,
         from: &StateVector,
@@ -55,7 +55,7 @@ impl Foreign<'_> {
         Ok(state)
     }
 
-    /// One step; an error says where, and with which numbers.
+    /// Makes one step. An error reports the episode, the time and all inputs.
     pub(crate) fn step(
         &self,
         episode: &str,
@@ -83,7 +83,7 @@ impl Foreign<'_> {
     }
 }
 
-/// Whether to go on.
-pub(crate) fn go_on(watch: &dyn Watch) -> Result<(), InferError> {
+/// Returns an error if the user has cancelled.
+pub(crate) fn check_cancelled(watch: &dyn Watch) -> Result<(), InferError> {
     if watch.cancelled() { Err(InferError::Interrupted) } else { Ok(()) }
 }

@@ -1,32 +1,32 @@
-//! What a search asks of a black box.
+//! Screening, fits and discriminating experiments with a black-box simulator.
 
 use super::{pushed, under_test, wheeled};
+use crate::black_box::engine::BlackBoxEngine;
 use crate::common::{effect, locked};
 use crate::engine::{Effort, Engine, Job, Tried};
-use crate::foreign::black_box::BlackBox;
 use crate::screen::Wanted;
 use trundle_infer::Quiet;
 use trundle_model::{Effect, Kind, Model};
 use trundle_record::Dataset;
 
-/// Do something with the black box on a recording, its fit, and the engine on top of that.
-fn with(data: &Dataset, asked: impl Fn(&BlackBox<'_>, &Tried, &dyn Engine)) {
+/// Calls `check` with the engine of a recording, its nominal fit, and the engine for effects added to that fit.
+fn with(data: &Dataset, check: impl Fn(&BlackBoxEngine<'_>, &Tried, &dyn Engine)) {
     let simulator = wheeled();
-    let foreign = under_test(&simulator, false);
-    let engine = BlackBox::new(data, &foreign, 0, &Quiet).unwrap();
+    let black_box = under_test(&simulator, false);
+    let engine = BlackBoxEngine::new(data, &black_box, 0, &Quiet).unwrap();
     let base = engine.base(0, &Quiet).unwrap();
     let before = engine.remainder(&base).unwrap();
-    asked(&engine, &base, &*engine.upon(&base, before, &Quiet).unwrap());
+    check(&engine, &base, &*engine.upon(&base, before, &Quiet).unwrap());
 }
 
 #[test]
-fn laws_with_states_and_with_memory_are_offered() {
+fn laws_with_internal_states_are_candidates() {
     with(&pushed(locked()), |engine, _, _| {
-        let offered = engine.candidates();
+        let candidates = engine.candidates();
         for kind in [Kind::CasterSwivel, Kind::SwingingLoad, Kind::SensorLag, Kind::SensorPlay] {
-            assert!(offered.contains(&kind), "{kind:?}");
+            assert!(candidates.contains(&kind), "{kind:?}");
         }
-        assert!(!offered.contains(&Kind::WheelEvent));
+        assert!(!candidates.contains(&Kind::WheelEvent));
     });
 }
 
@@ -42,10 +42,10 @@ fn two_hidden_effects_are_screened_together() {
         let left = engine.remainder(base).unwrap().unwrap();
         let from = Job::from(base, vec![], vec![base.fit.values.clone()]);
         let job = Job { channels: left.channels, ..from };
-        let robust = upon.fit(job, Effort::Full, 0, &Quiet).unwrap();
-        assert_eq!(robust.fit.channels, left.channels);
+        let unbiased = upon.fit(job, Effort::Full, 0, &Quiet).unwrap();
+        assert_eq!(unbiased.fit.channels, left.channels);
         let wanted = Wanted { regions: &[], starts: 2, most: 9, seed: 0 };
-        let sets = upon.sets(&robust, &upon.candidates(), &wanted, 4, &Quiet).unwrap();
+        let sets = upon.sets(&unbiased, &upon.candidates(), &wanted, 4, &Quiet).unwrap();
         let found = sets.iter().any(|set| {
             let mut own: Vec<Kind> = set.effects.iter().map(|e| e.kind).collect();
             own.sort_unstable();
@@ -66,12 +66,12 @@ fn standard_deviations_are_those_of_the_spread_between_episodes() {
         for (wide, own) in wide.fit.estimates.iter().zip(&tried.fit.estimates) {
             assert!(wide.name == own.name && wide.sd > 1.2 * own.sd, "{wide:?} {own:?}");
         }
-        assert!(wide.fit.estimate("mass").is_some(), "the simulator's own as well");
+        assert!(wide.fit.estimate("mass").is_some(), "the simulator's parameters are included");
     });
 }
 
 #[test]
-fn a_push_is_designed_and_the_simulator_says_what_it_is_worth() {
+fn the_simulator_verifies_a_designed_push() {
     let foot = [("x", 0.4), ("y", 0.3), ("force", 8.0)];
     let data = pushed(locked().with(effect(Kind::CoulombFriction, &foot)));
     with(&data, |engine, base, upon| {
@@ -86,7 +86,7 @@ fn a_push_is_designed_and_the_simulator_says_what_it_is_worth() {
         let planned = engine.experiment(names, [&foot, &drag], &noise, &Quiet).unwrap().unwrap();
         assert!(planned.tells(), "{}", planned.sentence);
         assert!(planned.separation.iter().all(|nats| *nats > 10.0), "{:?}", planned.separation);
-        // A model is not told from itself.
+        // No push separates a model from itself.
         let planned = engine.experiment(names, [&foot, &foot], &noise, &Quiet).unwrap().unwrap();
         assert!(!planned.tells() && planned.pushes.is_empty(), "{}", planned.sentence);
     });

@@ -1,9 +1,9 @@
-//! A simulator of somebody else's: the table with its wheel, as a function that nothing is known of.
+//! Diagnosis of a black-box simulator: the table with its wheel.
 
-mod along;
 mod engine;
+mod likelihood;
 
-use super::{Foreign, Simulator, diagnose};
+use super::{BlackBox, Simulator, diagnose};
 use crate::answer::{Place, Value, Verdict};
 use crate::common::{World, effect, locked};
 use std::sync::atomic::{AtomicUsize, Ordering};
@@ -11,13 +11,13 @@ use trundle_infer::{Quiet, StateVector, Watch};
 use trundle_model::{Clock, Kind, Model, Prior, Slot, State};
 use trundle_record::Dataset;
 
-/// Of the right simulator.
+/// True parameter values.
 const VALUES: [f64; 3] = [22.0, 15.0, 180.0];
 
-/// Mass and the wheel's two frictions; its place and angle are built in.
+/// Simulator with the parameters mass and the two frictions of the wheel. The wheel's place and angle are constants.
 struct Wheeled {
     calls: AtomicUsize,
-    breaks: bool,
+    fails: bool,
 }
 
 impl Simulator for Wheeled {
@@ -29,7 +29,7 @@ impl Simulator for Wheeled {
         values: &[f64],
     ) -> Result<StateVector, String> {
         self.calls.fetch_add(1, Ordering::Relaxed);
-        if self.breaks && state[0].abs() > 1e-9 {
+        if self.fails && state[0].abs() > 1e-9 {
             return Err("the engine is on fire".to_owned());
         }
         let [mass, along, across] = [values[0], values[1], values[2]];
@@ -43,7 +43,7 @@ impl Simulator for Wheeled {
 }
 
 fn wheeled() -> Wheeled {
-    Wheeled { calls: AtomicUsize::new(0), breaks: false }
+    Wheeled { calls: AtomicUsize::new(0), fails: false }
 }
 
 fn slot(name: &str, unit: &'static str, median: f64) -> Slot {
@@ -58,10 +58,10 @@ fn slot(name: &str, unit: &'static str, median: f64) -> Slot {
     }
 }
 
-fn under_test(simulator: &Wheeled, given: bool) -> Foreign<'_> {
+fn under_test(simulator: &Wheeled, given: bool) -> BlackBox<'_> {
     let parameters =
         vec![slot("mass", "kg", 15.0), slot("along", "N·s/m", 30.0), slot("across", "N·s/m", 100.0)];
-    Foreign { simulator, parameters, start: vec![15.0, 30.0, 100.0], given }
+    BlackBox { simulator, parameters, start: vec![15.0, 30.0, 100.0], given }
 }
 
 fn verdict(data: &Dataset, given: bool) -> crate::run::Outcome {
@@ -85,14 +85,14 @@ fn pushed(truth: Model) -> Dataset {
     shortened(World::of(truth).recording(3))
 }
 
-/// Three pushes to fit instead of four.
+/// Three training pushes instead of four.
 fn shortened(mut data: Dataset) -> Dataset {
     data.training.truncate(3);
     data
 }
 
 #[test]
-fn nothing_missing_is_said_to_be_so() {
+fn a_complete_simulator_is_consistent() {
     let outcome = verdict(&pushed(locked()), false);
     assert_eq!(outcome.answer.verdict, Verdict::Consistent);
     let mass = outcome.answer.nominal.after["mass"].mean.unwrap();
@@ -100,7 +100,7 @@ fn nothing_missing_is_said_to_be_so() {
 }
 
 #[test]
-fn values_that_the_simulation_is_used_with_may_be_wrong() {
+fn wrong_given_values_are_reparameterised() {
     let outcome = verdict(&pushed(locked()), true);
     assert_eq!(outcome.answer.verdict, Verdict::Reparameterised);
 }
@@ -126,7 +126,7 @@ fn a_dry_friction_is_named_and_placed() {
 
 #[test]
 #[ignore = "takes a minute"]
-fn a_slope_is_told_from_a_bias() {
+fn a_slope_and_a_bias_are_distinguished() {
     let slope = effect(Kind::FloorSlope, &[("accel_x", 0.25), ("accel_y", -0.15)]);
     let answer = verdict(&pushed(locked().with(slope)), false).answer;
     assert_eq!((answer.verdict, answer.missing.len()), (Verdict::Explained, 1));
@@ -139,7 +139,7 @@ fn a_slope_is_told_from_a_bias() {
 
 #[test]
 #[ignore = "takes minutes"]
-fn laws_with_states_of_their_own_are_named() {
+fn laws_with_internal_states_are_named() {
     let caster = effect(Kind::CasterSwivel, &[("x", 0.5), ("y", 0.25), ("trail", 0.06), ("mu_side", 60.0)]);
     let values = [("x", 0.3), ("y", -0.2), ("mass", 5.0), ("frequency", 1.2), ("damping_ratio", 0.02)];
     let load = effect(Kind::SwingingLoad, &values);
@@ -152,20 +152,20 @@ fn laws_with_states_of_their_own_are_named() {
 
 #[test]
 #[ignore = "takes a minute"]
-fn a_wrench_that_no_law_knows_is_not_given_a_name() {
-    let foreign = |state: &State<f64>| {
+fn a_wrench_outside_the_catalogue_is_unexplained() {
+    let force = |state: &State<f64>| {
         let beat = (9.0 * state.pose[0]).sin() * (7.0 * state.pose[1]).cos();
         [12.0 * beat, 0.0, 5.0 * beat]
     };
-    let world = World { foreign, ..World::of(locked()) };
+    let world = World { foreign: force, ..World::of(locked()) };
     let answer = verdict(&shortened(world.recording(5)), false).answer;
     assert_eq!(answer.verdict, Verdict::Unexplained);
     assert!(!answer.mismatch.windows.is_empty());
 }
 
 #[test]
-fn a_simulator_that_fails_says_where() {
-    let broken = Wheeled { breaks: true, ..wheeled() };
+fn the_error_of_a_failing_simulator_locates_it() {
+    let broken = Wheeled { fails: true, ..wheeled() };
     let data = pushed(locked());
     let error = diagnose(&data, &under_test(&broken, false), 0, &Quiet).unwrap_err().to_string();
     for words in ["episode_00", "t = ", "on fire", "mass = 15", "dt = "] {
@@ -174,9 +174,9 @@ fn a_simulator_that_fails_says_where() {
 }
 
 #[test]
-fn who_has_enough_stops_it() {
-    struct Enough;
-    impl Watch for Enough {
+fn a_diagnosis_can_be_cancelled() {
+    struct Cancelled;
+    impl Watch for Cancelled {
         fn progress(&self, _: &str, _: f64) {}
         fn cancelled(&self) -> bool {
             true
@@ -184,6 +184,6 @@ fn who_has_enough_stops_it() {
     }
     let simulator = wheeled();
     let data = pushed(locked());
-    assert!(diagnose(&data, &under_test(&simulator, false), 0, &Enough).is_err());
+    assert!(diagnose(&data, &under_test(&simulator, false), 0, &Cancelled).is_err());
     assert!(simulator.calls.load(Ordering::Relaxed) < 100);
 }

@@ -1,35 +1,36 @@
-//! An episode as intervals between poses, each with the motion that was seen: what a foreign simulator is held against.
+//! An episode as intervals between poses, each with the smoothed motion. A black-box simulator is compared with
+//! it.
 
 use trundle_infer::{InferError, Readings, StateVector, Step, Track};
 use trundle_model::{Clock, State};
 use trundle_record::{Motion, Noise, Prepared};
 
-/// Poses nearer to one another than this are passed over, s: a call of somebody's simulator is dear.
-const CLOSEST: f64 = 0.0125;
+/// Minimum spacing of poses, s. Closer poses are skipped, because calls of a simulator are expensive.
+const MIN_POSE_SPACING_S: f64 = 0.0125;
 
-/// From one pose to the next.
+/// The interval from one pose to the next.
 #[derive(Clone, Debug)]
 pub(crate) struct Interval {
-    /// Begin, s.
+    /// Time of its beginning, s.
     pub t: f64,
     pub span: f64,
     /// Smoothed states at both ends.
     pub from: StateVector,
     pub to: StateVector,
-    /// The motion in the middle, from the smoothed one.
+    /// Smoothed motion at the midpoint.
     pub middle: State<f64>,
-    /// Standard deviation of its twist.
-    pub doubt: [f64; 3],
-    /// Pose seen at the end.
-    pub seen: [f64; 3],
-    /// Variance of the mean reading over that of one sample.
+    /// Standard deviation of the twist at the midpoint.
+    pub twist_sd: [f64; 3],
+    /// Measured pose at the end.
+    pub measured: [f64; 3],
+    /// Variance of the mean reading divided by that of one sample.
     pub thinning: f64,
-    /// The steps in which a simulator goes through it.
+    /// Simulation steps of the interval.
     pub steps: Vec<Step>,
 }
 
 impl Interval {
-    /// When the laws are asked: the middle.
+    /// Clock of the midpoint, at which laws are evaluated.
     pub fn clock(&self) -> Clock {
         let first = self.steps[0].clock;
         let t = self.t + self.span / 2.0;
@@ -37,11 +38,11 @@ impl Interval {
     }
 }
 
-/// An episode.
+/// An episode as a sequence of intervals.
 #[derive(Clone, Debug)]
 pub(crate) struct Path {
     pub name: String,
-    /// State at the first pose less the smoothed one, and its variance.
+    /// Difference between the filtered and the smoothed state at the first pose, and its variance.
     pub start: (StateVector, StateVector),
     /// Variance of the tare error, reading axes.
     pub tare: [f64; 3],
@@ -50,20 +51,20 @@ pub(crate) struct Path {
 }
 
 impl Path {
-    /// Cut an episode, from contact on where it rests before.
+    /// Divides an episode into intervals. An episode that is at rest before contact starts at contact.
     ///
     /// # Errors
-    /// When too few poses or wrench samples are left.
+    /// If too few poses or wrench samples remain.
     pub fn new(episode: &Prepared, noise: &Noise) -> Result<Self, InferError> {
         let track = Track::new(episode, noise)?;
         let motion = episode.motion(noise);
         let at = |t: f64| nearest(&motion, t);
-        let lacks = || InferError::NoData {
+        let too_short = || InferError::NoData {
             recording: episode.name.clone(),
-            reason: "too few poses are left to smooth a motion".to_owned(),
-            remedy: "leave the episode out, or record more of it".to_owned(),
+            reason: "too few poses remain to smooth the motion".to_owned(),
+            remedy: "remove the episode, or record a longer one".to_owned(),
         };
-        let first = at(track.start).ok_or_else(lacks)?;
+        let first = at(track.start).ok_or_else(too_short)?;
         let (pose, twist) = (track.pose, track.twist);
         let start = [
             pose.0[0] - first.pose[0],
@@ -79,9 +80,9 @@ impl Path {
         for step in &track.steps {
             steps.push(step.clone());
             t += step.dt;
-            let (Some(seen), Some(to)) = (step.pose, at(t)) else { continue };
+            let (Some(measured), Some(to)) = (step.pose, at(t)) else { continue };
             let span = t - begin;
-            if span < CLOSEST {
+            if span < MIN_POSE_SPACING_S {
                 continue;
             }
             let steps = std::mem::take(&mut steps);
@@ -89,14 +90,14 @@ impl Path {
                 begin,
                 span,
                 [from, to],
-                seen,
+                measured,
                 (step.thinning * step.dt / span).min(1.0),
                 steps,
             ));
             (begin, from) = (t, to);
         }
         if intervals.len() < 4 {
-            return Err(lacks());
+            return Err(too_short());
         }
         Ok(Self {
             name: episode.name.clone(),
@@ -108,7 +109,7 @@ impl Path {
     }
 
     /// Number of intervals that begin before a time since contact, s.
-    pub fn until(&self, since_contact: f64) -> usize {
+    pub fn intervals_before(&self, since_contact: f64) -> usize {
         self.intervals.partition_point(|i| i.steps[0].clock.since_contact < since_contact)
     }
 }
@@ -122,7 +123,7 @@ fn interval(
     t: f64,
     span: f64,
     [a, b]: [&Motion; 2],
-    seen: [f64; 3],
+    measured: [f64; 3],
     thinning: f64,
     steps: Vec<Step>,
 ) -> Interval {
@@ -134,8 +135,8 @@ fn interval(
         from: vector(a),
         to: vector(b),
         middle: State::moving(mean(|m, k| m.pose[k]), mean(|m, k| m.twist[k])),
-        doubt: mean(|m, k| m.cov[k][1][1].max(0.0)).map(f64::sqrt),
-        seen,
+        twist_sd: mean(|m, k| m.cov[k][1][1].max(0.0)).map(f64::sqrt),
+        measured,
         thinning,
         steps,
     }
