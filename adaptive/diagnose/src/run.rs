@@ -2,6 +2,7 @@
 
 use crate::adequacy::Remainder;
 use crate::answer::{Answer, Figures, Mismatch, Nominal, Pair, Place, Remaining, Verdict};
+use crate::discrepancy::input_descriptions;
 use crate::engine::{Engine, Own, Tried};
 use crate::enough::enough;
 use crate::locate::Located;
@@ -15,7 +16,6 @@ use crate::search::{Found, Searcher, probabilities};
 use crate::series::{self, Series};
 use crate::thresholds::given_margin;
 use crate::units;
-use crate::unnamed::depends_on;
 use crate::verdict::{Choice, Judge, Named, judge, likeness};
 use crate::warnings::warnings;
 use std::collections::{BTreeMap, BTreeSet};
@@ -285,7 +285,7 @@ fn explain(engine: &dyn Engine, decided: Decision, watch: &dyn Watch) -> Result<
             .map(|(n, _)| n)
             .collect(),
         quasi_static: quasi,
-        unnamed: filled.as_ref().map_or(vec![], |filled| depends_on(&filled.fit)),
+        unnamed: filled.as_ref().map_or(vec![], |filled| input_descriptions(&filled.fit)),
         noise: series::Noise {
             pose: if quasi { data.noise.pose } else { after.fit.channels.pose },
             force: after.fit.channels.reading[0],

@@ -6,12 +6,12 @@ use crate::answer::{Channels, Parameter};
 use crate::candidates::candidates;
 use crate::confirm::{Samples, predicted};
 use crate::design::{Bench, Certificate, Experiment, Limits, Rival, certificate, experiment};
+use crate::discrepancy::fit_discrepancy;
 use crate::locate::{Located, channels, located};
 use crate::nominal::{as_given, given_values, parameters, under_test};
 use crate::outlook::{Outlook, outlook};
 use crate::series::{Missing, Wrench, wrenches};
 use crate::units;
-use crate::unnamed::unnamed;
 use std::collections::BTreeMap;
 use trundle_infer::{
     Comparison, FitOptions, InferError, Likelihood, MotionLikelihood, Residual, Score, Watch, fit, open_loop,
@@ -249,7 +249,7 @@ impl Engine for Own<'_> {
         left: Option<Remainder>,
         watch: &dyn Watch,
     ) -> Result<Option<Tried>, InferError> {
-        let found = unnamed((self.data, &self.nominal), &self.comparison, &base.fit, left, watch)?;
+        let found = fit_discrepancy((self.data, &self.nominal), &self.comparison, &base.fit, left, watch)?;
         Ok(found.map(|fit| Tried::new(vec![], fit, None)))
     }
 
