@@ -60,7 +60,7 @@ pub(crate) fn doubts(
             attempts += 1;
             let names = [&*own_name(best, tried), &*effect];
             let planned = engine.experiment(names, [best, tried], &best.fit.channels, watch)?;
-            if let Some(planned) = planned.filter(Experiment::tells) {
+            if let Some(planned) = planned.filter(Experiment::is_informative) {
                 text.clone_from(&planned.sentence);
                 doubts.experiments.push(planned);
             }

@@ -9,7 +9,9 @@
 use super::engine::{BlackBoxEngine, has_laws_on_object, plant};
 use super::likelihood::PathLikelihood;
 use super::path::Path;
-use crate::design::{Bench, Experiment, Limits, Moves, Rival, certified, experiment, unabsorbed};
+use crate::design::{
+    CompetingModel, Experiment, Limits, PosePredictor, Setup, experiment, misfit_after_refit, verify,
+};
 use crate::engine::{Effort, Engine, Job, Own, Tried};
 use trundle_infer::{Channels, InferError, Watch};
 use trundle_record::{Noise, Prepared};
@@ -24,12 +26,13 @@ impl BlackBoxEngine<'_> {
         channels: &Channels,
         watch: &dyn Watch,
     ) -> Result<Option<Experiment>, InferError> {
-        let bench = Bench::after(self.data, channels, Limits::seen(self.data)).hurried();
-        let Some(rivals) = self.surrogates(names, models, watch)? else { return Ok(None) };
-        let planned = experiment(&bench, &rivals[0], &rivals[1], 1, watch)?;
-        let moves = models.map(|tried| move |episode: &Prepared| self.simulated_poses(tried, episode));
-        let moves: [&Moves<'_>; 2] = [&moves[0], &moves[1]];
-        let noise = &bench.instruments.noise;
+        let setup =
+            Setup::from_recording(self.data, channels, Limits::from_recording(self.data)).with_short_search();
+        let Some(surrogates) = self.surrogates(names, models, watch)? else { return Ok(None) };
+        let planned = experiment(&setup, &surrogates[0], &surrogates[1], 1, watch)?;
+        let predictors = models.map(|tried| move |episode: &Prepared| self.simulated_poses(tried, episode));
+        let predictors: [&PosePredictor<'_>; 2] = [&predictors[0], &predictors[1]];
+        let noise = &setup.instruments.noise;
         let separation = |[first, second]: &[Prepared; 2]| {
             Ok([
                 self.separation(models, first, noise)?,
@@ -37,7 +40,7 @@ impl BlackBoxEngine<'_> {
             ])
         };
         let recorded = models[1].fit.cost - models[0].fit.cost;
-        certified(&planned, &bench, moves, separation, recorded).map(Some)
+        verify(&planned, &setup, predictors, separation, recorded).map(Some)
     }
 
     /// Trundle's own plant with the laws of two models, fitted to the recording; `None` if a fit has no valid start.
@@ -46,7 +49,7 @@ impl BlackBoxEngine<'_> {
         names: [&str; 2],
         models: [&Tried; 2],
         watch: &dyn Watch,
-    ) -> Result<Option<[Rival; 2]>, InferError> {
+    ) -> Result<Option<[CompetingModel; 2]>, InferError> {
         let plant = Own::new(self.data, None)?;
         if plant.is_quasi_static() {
             return Ok(None);
@@ -63,7 +66,10 @@ impl BlackBoxEngine<'_> {
             return Ok(None);
         }
         let [first, second] = fits;
-        Ok(Some([Rival::fitted(names[0], &first?.fit), Rival::fitted(names[1], &second?.fit)]))
+        Ok(Some([
+            CompetingModel::from_fit(names[0], &first?.fit),
+            CompetingModel::from_fit(names[1], &second?.fit),
+        ]))
     }
 
     /// Simulated poses of an episode that was not recorded.
@@ -85,7 +91,7 @@ impl BlackBoxEngine<'_> {
                 likelihood = likelihood.with_law_uncertainty(&plant, &values);
             }
             let misfit = 0.5 * likelihood.innovations(&plant, &values).iter().map(|e| e * e).sum::<f64>();
-            Ok(unabsorbed(&likelihood, &self.free(tried), &tried.fit, misfit)?.unwrap_or(0.0))
+            Ok(misfit_after_refit(&likelihood, &self.free(tried), &tried.fit, misfit)?.unwrap_or(0.0))
         };
         let [truth, other] = models;
         Ok((lack_of_fit(other)? - lack_of_fit(truth)?).max(0.0))

@@ -2,7 +2,7 @@
 
 use super::engine::BlackBoxEngine;
 use super::gains::WindowPrediction;
-use crate::design::{BLIND, Certificate, Simulated, of_simulations};
+use crate::design::{Certificate, OPEN_LOOP_NOISE_FACTOR, SimulatedPair, certificate_from_simulations};
 use crate::engine::{Engine, Tried};
 use crate::outlook::{End, Outlook};
 use nalgebra::Vector3;
@@ -50,8 +50,9 @@ impl BlackBoxEngine<'_> {
         names: [&str; 2],
         models: [&Tried; 2],
     ) -> Result<Certificate, InferError> {
-        let uncorrected =
-            self.with_law_uncertainty(models[0])?.with_channels(self.likelihood.channels.scaled(BLIND, 1.0));
+        let uncorrected = self
+            .with_law_uncertainty(models[0])?
+            .with_channels(self.likelihood.channels.scaled(OPEN_LOOP_NOISE_FACTOR, 1.0));
         let pose = self.likelihood.channels.pose;
         let mut simulated = vec![];
         for (episode, predicted_sds) in self.data.training.iter().zip(uncorrected.predicted_sds()) {
@@ -63,9 +64,9 @@ impl BlackBoxEngine<'_> {
                 Some((t, [*a.get(k)?, *b.get(k)?], sd))
             };
             let samples = predicted_sds.iter().filter_map(at).collect();
-            simulated.push(Simulated { episode: episode.name.clone(), samples });
+            simulated.push(SimulatedPair { episode: episode.name.clone(), samples });
         }
         let costs = models.map(|tried| tried.fit.cost);
-        Ok(of_simulations(names, costs, &simulated, self.data.dof))
+        Ok(certificate_from_simulations(names, costs, &simulated, self.data.dof))
     }
 }

@@ -5,7 +5,7 @@ use crate::adequacy::{Remainder, left_by, remainder};
 use crate::answer::{Channels, Parameter};
 use crate::candidates::candidates;
 use crate::confirm::{Samples, predicted};
-use crate::design::{Bench, Certificate, Experiment, Limits, Rival, certificate, experiment};
+use crate::design::{Certificate, CompetingModel, Experiment, Limits, Setup, certificate, experiment};
 use crate::discrepancy::fit_discrepancy;
 use crate::locate::{Located, channels, located};
 use crate::nominal::{as_given, given_values, parameters, under_test};
@@ -238,9 +238,10 @@ impl Engine for Own<'_> {
         if self.is_quasi_static() {
             return Ok(None);
         }
-        let bench = Bench::after(self.data, noise, Limits::seen(self.data)).hurried();
-        let rivals = [0, 1].map(|k| Rival::fitted(names[k], &models[k].fit));
-        experiment(&bench, &rivals[0], &rivals[1], 1, watch).map(Some)
+        let setup =
+            Setup::from_recording(self.data, noise, Limits::from_recording(self.data)).with_short_search();
+        let models = [0, 1].map(|k| CompetingModel::from_fit(names[k], &models[k].fit));
+        experiment(&setup, &models[0], &models[1], 1, watch).map(Some)
     }
 
     fn unnamed(

@@ -84,10 +84,10 @@ fn the_simulator_verifies_a_designed_push() {
         let noise = foot.fit.channels;
         let names = ["coulomb_friction", "quadratic_drag"];
         let planned = engine.experiment(names, [&foot, &drag], &noise, &Quiet).unwrap().unwrap();
-        assert!(planned.tells(), "{}", planned.sentence);
+        assert!(planned.is_informative(), "{}", planned.sentence);
         assert!(planned.separation.iter().all(|nats| *nats > 10.0), "{:?}", planned.separation);
         // No push separates a model from itself.
         let planned = engine.experiment(names, [&foot, &foot], &noise, &Quiet).unwrap().unwrap();
-        assert!(!planned.tells() && planned.pushes.is_empty(), "{}", planned.sentence);
+        assert!(!planned.is_informative() && planned.pushes.is_empty(), "{}", planned.sentence);
     });
 }

@@ -1,84 +1,84 @@
-//! The experiment for two model files, on top of a recording or without one.
+//! Experiments for two model files, with or without a recording.
 
-use super::{Bench, Experiment, Limits, Rival, experiment};
+use super::{CompetingModel, Experiment, Limits, Setup, experiment};
 use crate::nominal::under_test;
 use trundle_infer::{Comparison, FitOptions, InferError, Watch, fit};
 use trundle_model::{Body, Model, Posterior};
 use trundle_record::{Dataset, Noise};
 
-/// A model as its file has it.
-pub type Written = (Model, Option<Posterior>);
+/// A model and its posterior, as read from a file.
+pub type ModelFile = (Model, Option<Posterior>);
 
-/// An experiment, and the two models at their values.
-pub struct Designed {
-    /// What to do.
+/// A designed experiment, and the two models with their values.
+pub struct DesignedExperiment {
+    /// The experiment.
     pub experiment: Experiment,
-    /// The models, fitted where there is a recording.
+    /// The models, fitted to the recording if there is one.
     pub models: [Model; 2],
 }
 
-/// What is pushed.
-pub enum Object<'a> {
-    /// The object of a recording, whose episodes count.
+/// The object of an experiment.
+pub enum PushedObject<'a> {
+    /// The object of a recording, whose episodes count as data.
     Recorded(&'a Dataset),
-    /// An object that nothing was recorded of: its body, or that of the first model, and the instruments' noise.
+    /// An object without a recording: its body, else that of the first model, and the noise of the instruments.
     New(Option<Body>, Noise),
 }
 
-/// The `count` pushes that best tell two models apart.
+/// Designs the `count` pushes that best discriminate between two models.
 ///
-/// With a recording both are fitted to it, their values being where the search starts. Without one each goes as far as
-/// its posterior says, or, where it has none, as the catalogue's priors do.
+/// With a recording, both models are fitted to it, starting from their values. Without one, the posterior of a
+/// model limits its parameters, or the catalogue's priors if it has none.
 ///
 /// # Errors
-/// When a model has no value where one is needed or cannot be fitted, or the user interrupts.
-pub fn between(
-    models: [&Written; 2],
-    object: &Object<'_>,
+/// If a model lacks a required value or cannot be fitted, or if the user interrupts.
+pub fn design_experiment(
+    models: [&ModelFile; 2],
+    object: &PushedObject<'_>,
     limits: Limits,
     count: usize,
     watch: &dyn Watch,
-) -> Result<Designed, InferError> {
+) -> Result<DesignedExperiment, InferError> {
     let names = names([&models[0].0, &models[1].0]);
-    let (bench, first, second) = match object {
-        Object::Recorded(data) => {
+    let (setup, first, second) = match object {
+        PushedObject::Recorded(data) => {
             let comparison = Comparison::of(data)?;
-            let of = |k: usize| fitted(&names[k], &models[k].0, data, &comparison, watch);
+            let of = |k: usize| fit_model(&names[k], &models[k].0, data, &comparison, watch);
             let ((first, channels), (second, _)) = (of(0)?, of(1)?);
-            (Bench::after(data, &channels, limits), first, second)
+            (Setup::from_recording(data, &channels, limits), first, second)
         }
-        Object::New(body, noise) => {
+        PushedObject::New(body, noise) => {
             let body = body.clone().unwrap_or_else(|| models[0].0.body.clone());
             let of = |k: usize| {
                 let (model, posterior) = models[k];
-                Rival::of_file(&names[k], &shaped(model, &body), posterior.as_ref())
+                CompetingModel::from_file(&names[k], &with_shape(model, &body), posterior.as_ref())
             };
             let (first, second) = (of(0)?, of(1)?);
-            (Bench::bare(body, models[0].0.dof, limits, noise.clone()), first, second)
+            (Setup::without_recording(body, models[0].0.dof, limits, noise.clone()), first, second)
         }
     };
-    let experiment = experiment(&bench, &first, &second, count, watch)?;
-    Ok(Designed { experiment, models: [first.model().clone(), second.model().clone()] })
+    let experiment = experiment(&setup, &first, &second, count, watch)?;
+    Ok(DesignedExperiment { experiment, models: [first.model().clone(), second.model().clone()] })
 }
 
-fn fitted(
+fn fit_model(
     name: &str,
     model: &Model,
     data: &Dataset,
     comparison: &Comparison,
     watch: &dyn Watch,
-) -> Result<(Rival, trundle_infer::Channels), InferError> {
+) -> Result<(CompetingModel, trundle_infer::Channels), InferError> {
     let (free, given) = under_test(data, Some(model));
     let values: Option<Vec<f64>> = given
         .and_then(|g| g.slots().into_iter().zip(free.slots()).map(|(g, f)| f.value.or(g.value)).collect());
     let starts = if values.is_some() { 1 } else { FitOptions::default().starts };
     let options = FitOptions { starts, from_afar: values.is_none(), ..FitOptions::default() };
     let fit = fit(comparison, &free, values.as_slice(), &options, watch)?;
-    Ok((Rival::fitted(name, &fit), fit.channels))
+    Ok((CompetingModel::from_fit(name, &fit), fit.channels))
 }
 
-/// The model with the object's shape where its own file has none.
-fn shaped(model: &Model, body: &Body) -> Model {
+/// The model with the given body if its own file has no shape.
+fn with_shape(model: &Model, body: &Body) -> Model {
     if !model.body.fixtures.is_empty() {
         return model.clone();
     }
@@ -86,7 +86,7 @@ fn shaped(model: &Model, body: &Body) -> Model {
     Model { body: Body { mass, ..body.clone() }, mass: Some(mass), ..model.clone() }
 }
 
-/// What to call two models: the effects that one has and the other has not, or not as often.
+/// Names of two models: the effects that one has and the other has not, or has less often.
 fn names([first, second]: [&Model; 2]) -> [String; 2] {
     let own = |model: &Model, other: &Model| -> String {
         let mut others: Vec<_> = other.effects.iter().map(|e| e.kind).collect();
@@ -102,7 +102,9 @@ fn names([first, second]: [&Model; 2]) -> [String; 2] {
         names.join(" + ")
     };
     match (own(first, second), own(second, first)) {
-        (a, b) if a.is_empty() && b.is_empty() => ["the first".to_owned(), "the second".to_owned()],
+        (a, b) if a.is_empty() && b.is_empty() => {
+            ["the first model".to_owned(), "the second model".to_owned()]
+        }
         (a, b) if a.is_empty() => [format!("a model without {b}"), b],
         (a, b) if b.is_empty() => [a.clone(), format!("a model without {a}")],
         (a, b) => [a, b],
