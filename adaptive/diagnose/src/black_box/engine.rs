@@ -252,7 +252,7 @@ impl Engine for BlackBoxEngine<'_> {
         let Some(left) = left else { return Ok(Located::default()) };
         let residuals = self.residuals(tried, left.channels)?;
         let found = windows(&residuals, self.likelihood_of(tried));
-        Ok(Located::of_courses(&residuals, found, &self.bare.body))
+        Ok(Located::from_residuals(&residuals, found, &self.bare.body))
     }
 
     fn channels(&self, tried: &Tried) -> Result<Channels, InferError> {

@@ -7,7 +7,7 @@ use crate::candidates::candidates;
 use crate::confirm::{Samples, predicted};
 use crate::design::{Certificate, CompetingModel, Experiment, Limits, Setup, certificate, experiment};
 use crate::discrepancy::fit_discrepancy;
-use crate::locate::{Located, channels, located};
+use crate::locate::{Located, locate, misfit_shares};
 use crate::nominal::{as_given, given_values, parameters, under_test};
 use crate::outlook::{Outlook, outlook};
 use crate::series::{Missing, Wrench, wrenches};
@@ -166,11 +166,11 @@ impl Engine for Own<'_> {
     }
 
     fn located(&self, tried: &Tried, left: Option<Remainder>) -> Result<Located, InferError> {
-        located(&self.comparison, &tried.fit, left, &self.data.training)
+        locate(&self.comparison, &tried.fit, left, &self.data.training)
     }
 
     fn channels(&self, tried: &Tried) -> Result<Channels, InferError> {
-        channels(&self.comparison, &tried.fit)
+        misfit_shares(&self.comparison, &tried.fit)
     }
 
     fn outlook(&self, tried: &Tried) -> Result<Outlook, InferError> {

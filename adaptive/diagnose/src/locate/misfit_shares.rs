@@ -1,16 +1,17 @@
-//! Which coordinates of the motion a simulation misses.
+//! Shares of the coordinates in the misfit of a simulation.
 
 use crate::answer::Channels;
 use trundle_infer::{Comparison, Fit, InferError};
 
-/// Shares of the standardised misfit: of the innovations, or of the wrenches where those are compared.
-pub(crate) fn channels(comparison: &Comparison, fit: &Fit) -> Result<Channels, InferError> {
-    let mut excess = [0.0; 3];
+/// Shares of x, y and θ in the squared standardised innovations, or in the squared residual wrenches if wrenches
+/// are compared.
+pub(crate) fn misfit_shares(comparison: &Comparison, fit: &Fit) -> Result<Channels, InferError> {
+    let mut sums = [0.0; 3];
     match comparison.with_channels(fit.channels) {
         Comparison::Motion(motion) => {
             for innovation in motion.innovations(&fit.model, &fit.values)?.iter().flatten().flatten() {
                 for k in (0..3).filter(|&k| fit.model.dof[k]) {
-                    excess[k] += innovation.error[k].powi(2) / innovation.covariance[(k, k)];
+                    sums[k] += innovation.error[k].powi(2) / innovation.covariance[(k, k)];
                 }
             }
         }
@@ -20,16 +21,16 @@ pub(crate) fn channels(comparison: &Comparison, fit: &Fit) -> Result<Channels, I
             for sample in wrench.samples() {
                 let [x, y, torque] = sample.residual(&plant);
                 let [x, y, _] = trundle_model::to_world([x, y, 0.0], sample.pose[2]);
-                for (sum, r) in excess.iter_mut().zip([x, y, torque / rho]) {
+                for (sum, r) in sums.iter_mut().zip([x, y, torque / rho]) {
                     *sum += r * r;
                 }
             }
         }
     }
-    let total: f64 = excess.iter().sum();
+    let total: f64 = sums.iter().sum();
     if total <= 0.0 {
         return Ok(Channels::default());
     }
-    let [x, y, theta] = excess.map(|e| e / total);
+    let [x, y, theta] = sums.map(|e| e / total);
     Ok(Channels { x, y, theta })
 }
