@@ -238,10 +238,10 @@ impl InitialStateSearch<'_> {
 
     /// The most probable initial states.
     fn most_probable(&self) -> InitialState {
-        let whole =
+        let trials =
             self.ranked_starts().into_iter().map(|trial| self.trial(trial.origin, trial.inner, usize::MAX));
         let first = first_starts(&self.specs);
-        let best = whole.min_by(|a, b| a.cost.total_cmp(&b.cost));
+        let best = trials.min_by(|a, b| a.cost.total_cmp(&b.cost));
         let best = best.unwrap_or_else(|| self.trial(first, first, usize::MAX));
         let (at, slopes) = self.refine(best, usize::MAX);
         let (prior, moved) = (self.prior(), self.deviation(&at.origin, &at.inner));

@@ -39,9 +39,10 @@ impl Limits {
             .training
             .iter()
             .map(motion)
-            .fold([0.0; 3], |max: [f64; 3], own| [0, 1, 2].map(|k| max[k].max(own[k])));
+            .fold([0.0; 3], |max: [f64; 3], extent| [0, 1, 2].map(|k| max[k].max(extent[k])));
         let durations = data.training.iter().filter_map(|e| Some(e.pose.last()?.t - e.contact));
-        let or = |value: f64, least: f64, otherwise: f64| if value > least { value } else { otherwise };
+        let or =
+            |value: f64, threshold: f64, otherwise: f64| if value > threshold { value } else { otherwise };
         let force = readings().map(|[x, y, _]| x.hypot(y)).fold(0.0, f64::max);
         let torque = readings().map(|r| r[2].abs()).fold(0.0, f64::max);
         let tenths = |value: f64| (10.0 * value).round() / 10.0;

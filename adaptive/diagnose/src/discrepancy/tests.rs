@@ -8,8 +8,8 @@ use trundle_model::{Input, Model, State, to_body};
 use trundle_record::Dataset;
 
 /// The nominal fit, and the fit with a discrepancy wrench if one passes the validation.
-fn fitted(foreign: fn(&State<f64>) -> [f64; 3], seed: u64) -> (Dataset, Fit, Option<Fit>) {
-    let world = World { foreign, ..World::of(locked()) };
+fn fitted(external: fn(&State<f64>) -> [f64; 3], seed: u64) -> (Dataset, Fit, Option<Fit>) {
+    let world = World { foreign: external, ..World::of(locked()) };
     let mut data = world.recording(seed);
     data.training = world.pushes(8, seed);
     data.held_out = data.training.split_off(6);
@@ -51,8 +51,8 @@ fn grooves(state: &State<f64>) -> [f64; 3] {
 
 #[test]
 fn no_discrepancy_is_added_that_does_not_predict() {
-    for foreign in [grooves, |_: &State<f64>| [0.0; 3]] {
-        let (_, _, after) = fitted(foreign, 4);
+    for external in [grooves, |_: &State<f64>| [0.0; 3]] {
+        let (_, _, after) = fitted(external, 4);
         let inputs = after.and_then(|fit| fit.model.unnamed).map(|unnamed| unnamed.inputs.clone());
         assert_eq!(inputs, None);
     }

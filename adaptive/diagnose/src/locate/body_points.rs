@@ -206,8 +206,8 @@ pub(crate) fn friction_points(score_test: &ScoreTest, body: &Body) -> Vec<Ranked
 
 /// Response to 1 N of dry friction at a body point.
 fn friction_column(score_test: &ScoreTest, point: [f64; 2]) -> Column {
-    score_test.column(&score_test.profile(|_, seen| {
-        let [vx, vy] = velocity_at(seen, point);
+    score_test.column(&score_test.profile(|_, residual| {
+        let [vx, vy] = velocity_at(residual, point);
         let speed = vx.hypot(vy).hypot(SMOOTHING_SPEED_M_PER_S);
         force_at(point, [-vx / speed, -vy / speed])
     }))

@@ -37,9 +37,9 @@ fn corners(fixture: &Fixture) -> Vec<[f64; 2]> {
 }
 
 /// World coordinates of a body point.
-fn in_world(seen: &Residual, [x, y]: [f64; 2]) -> [f64; 2] {
-    let (sin, cos) = seen.pose[2].sin_cos();
-    [seen.pose[0] + cos * x - sin * y, seen.pose[1] + sin * x + cos * y]
+fn in_world(residual: &Residual, [x, y]: [f64; 2]) -> [f64; 2] {
+    let (sin, cos) = residual.pose[2].sin_cos();
+    [residual.pose[0] + cos * x - sin * y, residual.pose[1] + sin * x + cos * y]
 }
 
 /// Lowest and highest coordinates that the points of the body visit.
@@ -52,10 +52,10 @@ fn visited_bounds(residuals: &[Vec<Residual>], points: &[[f64; 2]]) -> [[f64; 2]
 
 /// Response to a viscous drag of 1 N·s/m at each contact point that lies `inside`.
 fn drag_column(score_test: &ScoreTest, points: &[[f64; 2]], contains: impl Fn([f64; 2]) -> bool) -> Column {
-    score_test.column(&score_test.profile(|_, seen| {
-        let inside = points.iter().filter(|p| contains(in_world(seen, **p)));
+    score_test.column(&score_test.profile(|_, residual| {
+        let inside = points.iter().filter(|p| contains(in_world(residual, **p)));
         inside.fold([0.0; 3], |sum, p| {
-            let [vx, vy] = velocity_at(seen, *p);
+            let [vx, vy] = velocity_at(residual, *p);
             let wrench = force_at(*p, [-vx, -vy]);
             [0, 1, 2].map(|k| sum[k] + wrench[k])
         })

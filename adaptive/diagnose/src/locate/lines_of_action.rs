@@ -73,13 +73,13 @@ impl<'a> LinesOfAction<'a> {
         let moment = |[x, y]: [f64; 2], w: &[f64; 3]| w[2] - x * w[1] + y * w[0];
         let points: Vec<[f64; 2]> = self.samples.iter().map(|s| point(s.residual)).collect();
         let pairs = || self.samples.iter().zip(&points);
-        let residual = DVector::from_iterator(n, pairs().map(|(s, p)| moment(*p, &s.residual.wrench)));
+        let moments = DVector::from_iterator(n, pairs().map(|(s, p)| moment(*p, &s.residual.wrench)));
         let design =
             DMatrix::from_fn(n, PARAMETERS, |i, j| moment(points[i], &self.samples[i].unit_wrenches[j]));
         let floor = (MODEL_ERROR_SHARE * self.moment_scale).powi(2);
         let variance =
             DVector::from_iterator(n, pairs().map(|(s, p)| floor + variance(*p, &s.residual.covariance)));
-        let residuals = student_residuals(&residual, &design, &variance);
+        let residuals = student_residuals(&moments, &design, &variance);
         self.evaluate(&residuals, &variance)
     }
 
@@ -106,15 +106,11 @@ fn variance([x, y]: [f64; 2], covariance: &Matrix3<f64>) -> f64 {
 }
 
 /// Residuals of a regression on the columns of `design` with Student errors.
-fn student_residuals(
-    residual: &DVector<f64>,
-    design: &DMatrix<f64>,
-    variance: &DVector<f64>,
-) -> DVector<f64> {
+fn student_residuals(moments: &DVector<f64>, design: &DMatrix<f64>, variance: &DVector<f64>) -> DVector<f64> {
     let columns = design.ncols();
     let scale = DVector::from_fn(columns, |j, _| design.column(j).norm().max(f64::MIN_POSITIVE).recip());
     let design = design * DMatrix::from_diagonal(&scale);
-    let mut residuals = residual.clone();
+    let mut residuals = moments.clone();
     for _ in 0..REWEIGHTINGS {
         let weight = residuals.zip_map(variance, |l, v| (STUDENT_DOF + 1.0) / (STUDENT_DOF * v + l * l));
         let mut weighted = design.clone();
@@ -125,7 +121,7 @@ fn student_residuals(
         let ridge = 1e-9 * normal.trace().max(f64::MIN_POSITIVE);
         (0..columns).for_each(|k| normal[(k, k)] += ridge);
         let Some(factor) = normal.cholesky() else { return residuals };
-        residuals = residual - &design * factor.solve(&weighted.tr_mul(residual));
+        residuals = moments - &design * factor.solve(&weighted.tr_mul(moments));
     }
     residuals
 }

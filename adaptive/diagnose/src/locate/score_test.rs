@@ -205,7 +205,7 @@ fn orthonormal_basis(parts: Vec<DMatrix<f64>>) -> Vec<DMatrix<f64>> {
     let mut kept: Vec<Vec<DVector<f64>>> = Vec::new();
     for k in 0..columns {
         let mut own: Vec<DVector<f64>> = parts.iter().map(|p| p.column(k).into_owned()).collect();
-        let squares: f64 = own.iter().map(DVector::norm_squared).sum();
+        let before: f64 = own.iter().map(DVector::norm_squared).sum();
         // Two passes of Gram–Schmidt suffice (Kahan; Giraud et al. 2005).
         for _ in 0..2 {
             for basis in &kept {
@@ -214,7 +214,7 @@ fn orthonormal_basis(parts: Vec<DMatrix<f64>>) -> Vec<DMatrix<f64>> {
             }
         }
         let remaining: f64 = own.iter().map(DVector::norm_squared).sum();
-        if remaining.is_finite() && remaining > 1e-10 * squares && remaining > 0.0 {
+        if remaining.is_finite() && remaining > 1e-10 * before && remaining > 0.0 {
             kept.push(own.into_iter().map(|a| a / remaining.sqrt()).collect());
         }
     }
@@ -240,8 +240,8 @@ pub(crate) fn minus_log10_p(chi_square: f64, dof: usize) -> f64 {
 }
 
 /// Velocity of a body point, object axes, m/s.
-pub(crate) fn velocity_at(seen: &Residual, [x, y]: [f64; 2]) -> [f64; 2] {
-    let [vx, vy, spin] = to_body(seen.twist, seen.pose[2]);
+pub(crate) fn velocity_at(residual: &Residual, [x, y]: [f64; 2]) -> [f64; 2] {
+    let [vx, vy, spin] = to_body(residual.twist, residual.pose[2]);
     [vx - spin * y, vy + spin * x]
 }
 
@@ -255,7 +255,7 @@ mod tests {
     use super::*;
 
     #[test]
-    fn surprise_is_finite_and_grows() {
+    fn minus_log10_p_is_finite_and_increases() {
         let values: Vec<f64> =
             [1.0, 20.0, 1000.0, 1200.0, 1400.0, 1e6].iter().map(|c| minus_log10_p(*c, 3)).collect();
         assert!(values.windows(2).all(|w| w[0] < w[1] && w[1].is_finite()), "{values:?}");
@@ -264,7 +264,7 @@ mod tests {
     }
 
     #[test]
-    fn dependent_columns_are_left_out() {
+    fn dependent_columns_are_skipped() {
         let gram = DMatrix::from_row_slice(3, 3, &[2.0, 2.0, 0.0, 2.0, 2.0, 0.0, 0.0, 0.0, 1.0]);
         let test = solve(&gram, &DVector::from_vec(vec![4.0, 4.0, 3.0]), &[2.0, 2.0, 1.0]);
         assert_eq!((test.dof, test.coefficients[1]), (2, 0.0));
@@ -280,14 +280,11 @@ mod tests {
         assert_eq!(bases[0].ncols(), 2);
         let gram: DMatrix<f64> = bases.iter().map(|b| b.tr_mul(b)).sum();
         assert!((gram - DMatrix::identity(2, 2)).norm() < 1e-12);
-        let remaining = |p: &DMatrix<f64>, k: usize| p.column(k).into_owned();
+        let column = |p: &DMatrix<f64>, k: usize| p.column(k).into_owned();
         let products: DMatrix<f64> = bases.iter().zip(&parts).map(|(b, p)| b.tr_mul(p)).sum();
         for k in 0..3 {
-            let off: f64 = bases
-                .iter()
-                .zip(&parts)
-                .map(|(b, p)| (remaining(p, k) - b * products.column(k)).norm())
-                .sum();
+            let off: f64 =
+                bases.iter().zip(&parts).map(|(b, p)| (column(p, k) - b * products.column(k)).norm()).sum();
             assert!(off < 1e-10);
         }
     }

@@ -1,11 +1,11 @@
-//! Diagnosis of a caller's own simulator.
+//! Diagnosis of a black-box simulator that is a Python function.
 
 use pyo3::exceptions::PyException;
 use pyo3::prelude::*;
 use pyo3::types::PyDict;
 use std::sync::{Mutex, PoisonError};
 use trundle_diagnose::STAGES;
-use trundle_diagnose::foreign::{Foreign, Simulator as Simulates, diagnose};
+use trundle_diagnose::black_box::{BlackBox, Simulator as BlackBoxSimulator, diagnose};
 use trundle_infer::StateVector;
 use trundle_model::{Prior, Slot, catalogue};
 
@@ -19,27 +19,27 @@ pub(crate) fn register(module: &Bound<'_, PyModule>) -> PyResult<()> {
     module.add_function(wrap_pyfunction!(_diagnose_foreign, module)?)
 }
 
-/// A parameter of the simulator, as Python describes it.
+/// A parameter of the simulator as a Python dictionary.
 #[derive(FromPyObject)]
 #[pyo3(from_item_all)]
-struct Described {
+struct PyParameter {
     name: String,
     start: f64,
     lower: f64,
     upper: f64,
-    /// Standard deviation of what is believed, in the parameter's unit; `None` for hardly anything.
+    /// Prior standard deviation in the unit of the parameter; `None` for a wide prior.
     sd: Option<f64>,
     unit: String,
 }
 
-impl Described {
+impl PyParameter {
     fn slot(&self) -> Slot {
         let Self { start, lower, upper, .. } = *self;
         let prior = match self.sd {
             Some(sd) if lower >= 0.0 => Prior::LogNormal { median: start, sd: sd / start },
             Some(sd) => Prior::Normal { mean: start, sd },
             None if lower.is_finite() && upper.is_finite() => Prior::Uniform,
-            None => Prior::LogNormal { median: start, sd: VAGUE },
+            None => Prior::LogNormal { median: start, sd: WIDE_LOG_SD },
         };
         Slot {
             name: self.name.clone(),
@@ -53,24 +53,24 @@ impl Described {
     }
 }
 
-/// Standard deviation of the logarithm of a positive parameter of which only a start is known.
-const VAGUE: f64 = 1.5;
+/// Prior standard deviation of the logarithm of a positive parameter without `sd` and bounds.
+const WIDE_LOG_SD: f64 = 1.5;
 
-/// The unit as the catalogue writes it; none where it has none such.
+/// The unit as a static string of the catalogue; empty if the catalogue does not use it.
 fn unit(text: &str) -> &'static str {
     let known = catalogue().flat_map(|spec| spec.params).map(|param| param.unit);
     known.chain(["kg", "kg·m²", "N·m·s/rad", "s", "Hz"]).find(|unit| *unit == text).unwrap_or("")
 }
 
-/// A Python callable as the diagnosis calls it.
-struct Called {
+/// A Python callable as a black-box simulator.
+struct PyBlackBox {
     simulator: Simulator,
     names: Vec<String>,
-    /// Held during a call: the callable may keep an engine, and lets others run while that works.
-    one_at_a_time: Mutex<()>,
+    /// Serialises the calls: the callable may own a simulation engine and may release the GIL.
+    lock: Mutex<()>,
 }
 
-impl Simulates for Called {
+impl BlackBoxSimulator for PyBlackBox {
     fn step(
         &self,
         state: &StateVector,
@@ -78,7 +78,7 @@ impl Simulates for Called {
         dt: f64,
         values: &[f64],
     ) -> Result<StateVector, String> {
-        let _alone = self.one_at_a_time.lock().unwrap_or_else(PoisonError::into_inner);
+        let _guard = self.lock.lock().unwrap_or_else(PoisonError::into_inner);
         Python::attach(|py| {
             let named = PyDict::new(py);
             for (name, value) in self.names.iter().zip(values) {
@@ -89,38 +89,39 @@ impl Simulates for Called {
     }
 }
 
-/// Diagnose a recording that a caller's simulator is to reproduce; see `trundle.diagnose`.
+/// Diagnose a recording with a black-box simulator; see `trundle.diagnose`.
 #[pyfunction]
 #[pyo3(signature = (recording, step, parameters, *, given=false, seed=0, progress=None))]
 fn _diagnose_foreign(
     recording: &Bound<'_, PyAny>,
     step: Py<PyAny>,
-    parameters: Vec<Described>,
+    parameters: Vec<PyParameter>,
     given: bool,
     seed: u64,
     progress: Option<Py<PyAny>>,
 ) -> PyResult<PyOutcome> {
     let py = recording.py();
     let (data, _) = inputs(recording, None)?;
-    let called = Called {
+    let callable = PyBlackBox {
         simulator: Simulator::new(step),
         names: parameters.iter().map(|p| p.name.clone()).collect(),
-        one_at_a_time: Mutex::new(()),
+        lock: Mutex::new(()),
     };
-    let foreign = Foreign {
-        simulator: &called,
-        parameters: parameters.iter().map(Described::slot).collect(),
+    let black_box = BlackBox {
+        simulator: &callable,
+        parameters: parameters.iter().map(PyParameter::slot).collect(),
         start: parameters.iter().map(|p| p.start).collect(),
         given,
     };
-    match watched(py, progress, &STAGES, |watch| diagnose(&data, &foreign, seed, watch)) {
+    match watched(py, progress, &STAGES, |watch| diagnose(&data, &black_box, seed, watch)) {
         Ok(outcome) => PyOutcome::of(outcome),
-        Err(error) => Err(explained(py, error, called.simulator.raised())),
+        Err(error) => Err(with_cause(py, error, callable.simulator.raised())),
     }
 }
 
-/// An error of the callable as the cause of one that says where; what is no `Exception`, such as Ctrl-C, as it is.
-fn explained(py: Python<'_>, error: PyErr, raised: PyResult<()>) -> PyErr {
+/// Chains the exception of the callable to the error that locates it. Exceptions such as `KeyboardInterrupt`, which do not
+/// derive from `Exception`, are returned unchanged.
+fn with_cause(py: Python<'_>, error: PyErr, raised: PyResult<()>) -> PyErr {
     match raised {
         Err(cause) if !cause.is_instance_of::<PyException>(py) => cause,
         Err(cause) if error.is_instance_of::<TrundleError>(py) => {
