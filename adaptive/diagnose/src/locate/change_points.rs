@@ -107,12 +107,12 @@ pub(crate) fn parameter_wrenches(
 
 /// Normal equations of some samples.
 #[derive(Clone)]
-struct Normal {
+struct NormalEquations {
     matrix: DMatrix<f64>,
     right: DVector<f64>,
 }
 
-impl Normal {
+impl NormalEquations {
     fn zero() -> Self {
         Self { matrix: DMatrix::zeros(PARAMETERS, PARAMETERS), right: DVector::zeros(PARAMETERS) }
     }
@@ -216,8 +216,8 @@ impl WeightedSamples {
         sum
     }
 
-    fn normal(&self, samples: std::ops::Range<usize>) -> Normal {
-        samples.fold(Normal::zero(), |mut sum, k| {
+    fn normal(&self, samples: std::ops::Range<usize>) -> NormalEquations {
+        samples.fold(NormalEquations::zero(), |mut sum, k| {
             sum.add(&self.unit_wrenches[k], &self.wrench[k], &self.weight[k]);
             sum
         })
@@ -228,10 +228,10 @@ impl WeightedSamples {
     fn gains(&self, kind: ChangeKind) -> (f64, Vec<f64>) {
         let n = self.at.len();
         let all_samples = self.normal(0..n);
-        let constant = all_samples.explained(&Normal::zero(), 0..0);
+        let constant = all_samples.explained(&NormalEquations::zero(), 0..0);
         let square: f64 = self.wrench.iter().zip(&self.weight).map(|(w, m)| w.dot(&(m * w))).sum();
         let mut gains = vec![0.0; n];
-        let mut after = Normal::zero();
+        let mut after = NormalEquations::zero();
         for k in (0..n).rev() {
             after.add(&self.unit_wrenches[k], &self.wrench[k], &self.weight[k]);
             if k >= MIN_SAMPLES && n - k >= MIN_SAMPLES {
