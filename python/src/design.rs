@@ -1,10 +1,10 @@
-//! The push that tells two models apart, in Python.
+//! Design of discriminating experiments.
 
 use std::collections::BTreeMap;
 
 use pyo3::exceptions::PyRuntimeError;
 use pyo3::prelude::*;
-use trundle_diagnose::design::{Designed, Limits, Object, between};
+use trundle_diagnose::design::{DesignedExperiment, Limits, PushedObject, design_experiment};
 use trundle_infer::Stage;
 use trundle_model::{Body, Model};
 use trundle_record::{Noise, prepare};
@@ -13,7 +13,7 @@ use crate::error::{refused, run};
 use crate::record::recording_of;
 use crate::watch::watched;
 
-/// Both models are fitted, then the pushes chosen.
+/// Stages of the progress: fits of both models, then the search for pushes.
 const STAGES: [Stage; 2] =
     [Stage { name: "fit", end: 0.6, rounds: 6.0 }, Stage { name: "designing pushes", end: 1.0, rounds: 1.0 }];
 
@@ -21,8 +21,8 @@ pub(crate) fn register(module: &Bound<'_, PyModule>) -> PyResult<()> {
     module.add_function(wrap_pyfunction!(_design, module)?)
 }
 
-/// Design pushes for two models, given as the texts of their files; see `trundle.design`: the answer as JSON,
-/// and the texts of the two models at their values.
+/// Design pushes that discriminate between two models, given as the contents of their files; see `trundle.design`. Returns
+/// the experiment as JSON and the contents of both model files with their values.
 #[pyfunction]
 #[pyo3(signature = (first, second, *, recording=None, body=None, noise, limits, count=1, progress=None))]
 #[expect(clippy::too_many_arguments, reason = "keyword arguments of a Python function")]
@@ -45,13 +45,13 @@ fn _design(
         }
         None => None,
     };
-    let limits = limited(data.as_ref().map_or_else(Limits::default, Limits::seen), &limits)?;
+    let limits = with_limits(data.as_ref().map_or_else(Limits::default, Limits::from_recording), &limits)?;
     let object = match &data {
-        Some(data) => Object::Recorded(data),
-        None => Object::New(shape(body, &models[0].0)?, stated(noise)?),
+        Some(data) => PushedObject::Recorded(data),
+        None => PushedObject::New(body_of(body, &models[0].0)?, noise_from(noise)?),
     };
-    let Designed { experiment, models } = watched(py, progress, &STAGES, |watch| {
-        between([&models[0], &models[1]], &object, limits, count, watch)
+    let DesignedExperiment { experiment, models } = watched(py, progress, &STAGES, |watch| {
+        design_experiment([&models[0], &models[1]], &object, limits, count, watch)
     })?;
     let answer =
         serde_json::to_string(&experiment).map_err(|error| PyRuntimeError::new_err(error.to_string()))?;
@@ -59,25 +59,27 @@ fn _design(
     Ok((answer, first?, second?))
 }
 
-/// The object's body, where it is not the model's own.
-fn shape(body: Option<&str>, model: &Model) -> PyResult<Option<Body>> {
+/// The body of the object; `None` if that of the first model applies.
+fn body_of(body: Option<&str>, model: &Model) -> PyResult<Option<Body>> {
     match body {
         Some(text) => Ok(Some(Model::from_toml(text).map_err(refused)?.0.body)),
         None if model.body.fixtures.is_empty() => {
-            Err(refused("the first model has no footprint: give the object, or a recording of it"))
+            Err(refused("the first model has no footprint: pass `object` or `recording`"))
         }
         None => Ok(None),
     }
 }
 
-fn stated([position, heading, force, torque]: [f64; 4]) -> PyResult<Noise> {
+fn noise_from([position, heading, force, torque]: [f64; 4]) -> PyResult<Noise> {
     if let Some(value) = [position, heading, force, torque].iter().find(|v| !(v.is_finite() && **v > 0.0)) {
-        return Err(refused(format!("noise: {value} is no standard deviation; each must be positive")));
+        return Err(refused(format!(
+            "noise: {value} is not a standard deviation; each must be a positive number"
+        )));
     }
     Ok(Noise { pose: [position, position, heading], force, torque, time: 0.0, stated: true })
 }
 
-fn limited(mut limits: Limits, given: &BTreeMap<String, f64>) -> PyResult<Limits> {
+fn with_limits(mut limits: Limits, given: &BTreeMap<String, f64>) -> PyResult<Limits> {
     for (name, &value) in given {
         *match name.as_str() {
             "force" => &mut limits.force,
@@ -86,10 +88,14 @@ fn limited(mut limits: Limits, given: &BTreeMap<String, f64>) -> PyResult<Limits
             "speed" => &mut limits.speed,
             "spin" => &mut limits.spin,
             "distance" => &mut limits.distance,
-            other => return Err(refused(format!("limits: '{other}' is none of them"))),
+            other => {
+                return Err(refused(format!(
+                    "limits: unknown limit '{other}'; use force, torque, duration, speed, spin or distance"
+                )));
+            }
         } = value;
     }
-    match limits.fault() {
+    match limits.first_invalid() {
         Some((name, value)) => Err(refused(format!("{name} = {value}: a limit must be a positive number"))),
         None => Ok(limits),
     }

@@ -3,12 +3,12 @@ use pyo3::prelude::*;
 
 mod actions;
 mod baseline;
+mod black_box;
 mod columns;
 mod control;
 mod design;
 mod diagnose;
 mod error;
-mod foreign;
 mod identify;
 mod infer;
 mod inspect;
@@ -44,7 +44,7 @@ fn _native(module: &Bound<'_, PyModule>) -> PyResult<()> {
     online::register(module)?;
     baseline::register(module)?;
     diagnose::register(module)?;
-    foreign::register(module)?;
+    black_box::register(module)?;
     design::register(module)?;
     control::register(module)?;
     paper::register(module)?;

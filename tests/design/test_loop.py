@@ -33,7 +33,7 @@ def test_a_tie_comes_with_its_certificate(before: trundle.Diagnosis) -> None:
     about = next(found for found in certificates if set(found["models"]) == {"floor_slope", "force_bias"})
     assert about["same"] and about["sigmas"] < 1.0 and about["position"] < 0.01
     assert abs(about["log_likelihood_difference"]) < 2.0
-    assert "same motion within noise" in about["statement"]
+    assert "indistinguishable within noise" in about["statement"]
     assert about["statement"].split(".")[0] in before.report
 
 

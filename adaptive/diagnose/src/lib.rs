@@ -6,18 +6,16 @@
 //! support. The answer has the format `trundle-diagnosis/1`.
 
 mod answer;
-mod best_subset;
-mod block_bootstrap;
+pub mod black_box;
 mod candidates;
 mod competing_models;
 mod contact_candidates;
 mod cross_validation;
 pub mod design;
-mod effect_report;
-mod eligibility;
+mod discrepancy;
 mod engine;
-mod fit_check;
-pub mod foreign;
+mod enough;
+mod ground;
 mod lack_of_fit;
 mod linear_model;
 mod locate;
@@ -38,7 +36,6 @@ mod stages;
 mod statements;
 mod thresholds;
 mod units;
-mod unnamed;
 mod verdict;
 mod warnings;
 

@@ -1,165 +1,170 @@
-//! Telling two models apart: the push that would, and the certificate that what was recorded does not.
+//! Discriminating experiments and certificates of indistinguishability.
 //!
-//! [`experiment`] looks through parametrised pushes for the one on which two models differ most after either has absorbed
-//! what it can; [`certificate`] states in numbers that two fitted models make the same motion of what was recorded.
+//! [`experiment`] searches parametrised pushes for the one with the largest difference between two models after a
+//! refit of either. [`certificate`] quantifies how much the predictions of two fitted models differ on a
+//! recording.
 
-mod bench;
 mod certificate;
-mod certified;
-mod choose;
-mod files;
-mod imagine;
+mod competing_model;
+mod instructions;
 mod library;
+mod model_files;
 mod push;
-mod rival;
-mod sentence;
+mod search;
 mod separation;
+mod setup;
+mod synthetic;
+mod verification;
 
-pub use bench::{Bench, Instruments, Limits};
-pub(crate) use certificate::{BLIND, Simulated, of_simulations};
 pub use certificate::{Certificate, certificate};
-pub(crate) use certified::certified;
-pub use files::{Designed, Object, between};
-pub(crate) use imagine::Moves;
+pub(crate) use certificate::{OPEN_LOOP_NOISE_FACTOR, SimulatedPair, certificate_from_simulations};
+pub use competing_model::CompetingModel;
+pub use model_files::{DesignedExperiment, ModelFile, PushedObject, design_experiment};
 pub use push::{Profile, Push};
-pub use rival::Rival;
-pub(crate) use separation::unabsorbed;
+pub(crate) use separation::misfit_after_refit;
+pub use setup::{Instruments, Limits, Setup};
+pub(crate) use synthetic::PosePredictor;
+pub(crate) use verification::verify;
 
 #[cfg(test)]
 #[allow(clippy::unwrap_used)]
 mod tests;
 
-use crate::thresholds::MIN_EFFECT_PROBABILITY;
-use choose::{LEAST, Ledger, Search, Trial};
-use sentence::{rounded, spoken};
+use crate::thresholds::SURE;
+use instructions::{instructions, rounded};
+use search::{MIN_SEPARATION_NATS, MutualMisfit, PushSearch, Trial};
 use serde::Serialize;
 use statrs::distribution::{ContinuousCDF, Normal};
 use trundle_infer::{InferError, Watch};
 
 /// A push of an experiment.
 #[derive(Clone, Debug, Serialize)]
-pub struct Planned {
+pub struct PlannedPush {
     /// The push.
     #[serde(flatten)]
     pub push: Push,
-    /// Its command: rows `[t, f_x, f_y, τ]`, t in s from contact on, gripper axes.
+    /// Its command: rows `[t, f_x, f_y, τ]`, t in s since contact, gripper axes.
     pub knots: Vec<[f64; 4]>,
-    /// Expected separation by this push alone, mean over which model is true, nats.
+    /// Expected separation by this push alone, averaged over which model is true, nats.
     pub separation: f64,
-    /// The same with all pushes of the experiment up to this one.
+    /// Expected separation by all pushes up to this one, nats.
     pub cumulative: f64,
-    /// What to do.
+    /// Instructions in words.
     pub sentence: String,
 }
 
-/// The pushes that best tell two models apart.
+/// The pushes that best discriminate between two models.
 #[derive(Clone, Debug, Serialize)]
 pub struct Experiment {
     /// Names of the two models.
     pub models: [String; 2],
-    /// What to do, best first; empty where no push tells anything.
-    pub pushes: Vec<Planned>,
-    /// Expected log-likelihood ratio against the best refit of the other, if the first model is true and if the
+    /// Pushes, best first; empty if no push is informative.
+    pub pushes: Vec<PlannedPush>,
+    /// Expected log-likelihood ratio against the best refit of the other model, if the first model is true and if the
     /// second is, nats.
     pub separation: [f64; 2],
-    /// By how much the recording already prefers the first, nats (log likelihood).
+    /// Log-likelihood ratio of the recording in favour of the first model, nats.
     pub recorded: f64,
-    /// Chance that afterwards the true one has a probability above 0.95, mean over which it is.
+    /// Probability that the true model reaches a posterior probability of 0.95, averaged over which model is true.
     pub sure: f64,
-    /// How often the pushes must be made for that chance to be 0.95; none where that is out of reach.
+    /// Number of repetitions of all pushes for which `sure` is at least 0.95; `None` if it exceeds the maximum.
     pub repeats: Option<u32>,
-    /// All of it for a person.
+    /// Summary in words.
     pub sentence: String,
 }
 
-/// Nobody repeats an experiment more often.
-const MOST_REPEATS: u32 = 50;
+/// Maximum number of repetitions that is considered.
+const MAX_REPEATS: u32 = 50;
 
-/// The `count` pushes, one after the other, that best tell two models apart.
+/// Selects the `count` pushes that best discriminate between two models, one after the other.
 ///
 /// # Errors
-/// When a model cannot be evaluated, or the user interrupts.
+/// If a model cannot be evaluated, or if the user interrupts.
 pub fn experiment(
-    bench: &Bench,
-    first: &Rival,
-    second: &Rival,
+    setup: &Setup,
+    first: &CompetingModel,
+    second: &CompetingModel,
     count: usize,
     watch: &dyn Watch,
 ) -> Result<Experiment, InferError> {
-    let rivals = [first, second];
-    let search = Search::new(bench, rivals, watch)?;
-    let (mut ledger, mut chosen) = (Ledger::empty(&rivals), Vec::<Trial>::new());
+    let models = [first, second];
+    let search = PushSearch::new(setup, models, watch)?;
+    let (mut misfit, mut chosen) = (MutualMisfit::none(&models), Vec::<Trial>::new());
     for k in 0..count {
         watch.progress("designing pushes", k as f64 / count as f64);
-        let Some(best) = search.best(&ledger, bench.recorded + k)? else { break };
-        ledger = best.ledger.clone();
+        let Some(best) = search.best(&misfit, setup.recorded_episodes + k)? else { break };
+        misfit = best.misfit.clone();
         chosen.push(best);
     }
     let pushes: Vec<Push> = chosen.iter().map(|t| t.push).collect();
-    let separation = if pushes.is_empty() { [0.0; 2] } else { search.refitted(&pushes)? };
-    let planned = chosen.iter().map(|t| Planned {
+    let separation = if pushes.is_empty() { [0.0; 2] } else { search.separations_after_refit(&pushes)? };
+    let planned = chosen.iter().map(|t| PlannedPush {
         push: t.push,
         knots: t.push.knots(),
-        separation: t.alone,
-        cumulative: t.together,
-        sentence: spoken(&t.push, bench),
+        separation: t.separation,
+        cumulative: t.cumulative,
+        sentence: instructions(&t.push, setup),
     });
     let recorded = second.cost - first.cost;
-    Ok(told([first.name.clone(), second.name.clone()], planned.collect(), separation, recorded))
+    Ok(assemble([first.name.clone(), second.name.clone()], planned.collect(), separation, recorded))
 }
 
-fn told(models: [String; 2], pushes: Vec<Planned>, separation: [f64; 2], recorded: f64) -> Experiment {
-    let sure = chance(separation, recorded, 1);
-    let mut repeats = (1..=MOST_REPEATS).find(|n| chance(separation, recorded, *n) >= MIN_EFFECT_PROBABILITY);
+fn assemble(
+    models: [String; 2],
+    pushes: Vec<PlannedPush>,
+    separation: [f64; 2],
+    recorded: f64,
+) -> Experiment {
+    let sure = success_probability(separation, recorded, 1);
+    let mut repeats = (1..=MAX_REPEATS).find(|n| success_probability(separation, recorded, *n) >= SURE);
     if pushes.is_empty() {
         repeats = None;
     }
-    let sentence = sentence(&models, &pushes, separation, sure, repeats);
+    let sentence = summary(&models, &pushes, separation, sure, repeats);
     Experiment { models, pushes, separation, recorded, sure, repeats, sentence }
 }
 
-/// The chance that `n` repetitions make the true model surer than [`SURE`], mean over which it is. A log-likelihood
-/// ratio with the mean `D` under the truth is normal with the variance `2 D`.
-fn chance([first, second]: [f64; 2], recorded: f64, n: u32) -> f64 {
-    let needed = (MIN_EFFECT_PROBABILITY / (1.0 - MIN_EFFECT_PROBABILITY)).ln();
-    let one = |separation: f64, ahead: f64| {
+/// Probability that the true model's posterior probability exceeds [`SURE`] after `n` repetitions, averaged over
+/// which model is true. A log-likelihood ratio with mean `D` under the true model is normal with variance `2 D`.
+fn success_probability([first, second]: [f64; 2], recorded: f64, n: u32) -> f64 {
+    let needed = (SURE / (1.0 - SURE)).ln();
+    let one = |separation: f64, prior_ratio: f64| {
         let mean = f64::from(n) * separation;
-        let spare = ahead + mean - needed;
-        Normal::new(0.0, 1.0).map_or(0.0, |normal| normal.cdf(spare / (2.0 * mean).max(1e-9).sqrt()))
+        let margin = prior_ratio + mean - needed;
+        Normal::new(0.0, 1.0).map_or(0.0, |normal| normal.cdf(margin / (2.0 * mean).max(1e-9).sqrt()))
     };
     0.5 * (one(first, recorded) + one(second, -recorded))
 }
 
-fn sentence(
+fn summary(
     [first, second]: &[String; 2],
-    pushes: &[Planned],
+    pushes: &[PlannedPush],
     separation: [f64; 2],
     sure: f64,
     repeats: Option<u32>,
 ) -> String {
     if pushes.is_empty() {
-        return format!("No push within the limits tells {first} from {second}.");
+        return format!("No push within the limits distinguishes {first} from {second}.");
     }
     let all: Vec<&str> = pushes.iter().map(|p| p.sentence.as_str()).collect();
     let nats = |value: f64| if value > 1000.0 { "over 1000".to_owned() } else { rounded(value) };
     let [a, b] = separation.map(nats);
     let repeats = match repeats {
         Some(1) => String::new(),
-        Some(n) => format!("; made {n} times it suffices for 95 %"),
-        None => "; repeating it does not suffice".to_owned(),
+        Some(n) => format!("; with {n} repetitions it is at least 95 %"),
+        None => "; repetitions do not raise it to 95 %".to_owned(),
     };
     format!(
-        "{} That parts {first} from {second} by {a} nats if the first is true and {b} if the second is: the right \
-         name is then above 0.95 with a chance of {:.0} %{repeats}.",
+        "{} The expected log-likelihood ratio is {a} nats if {first} is true and {b} nats if {second} is true. \
+         The chance that the true model then has a probability above 0.95 is {:.0} %{repeats}.",
         all.join(" Then: "),
         100.0 * sure
     )
 }
 
-/// Whether an experiment is worth making.
 impl Experiment {
-    /// Whether its pushes tell the models apart at all.
-    pub fn tells(&self) -> bool {
-        !self.pushes.is_empty() && self.separation.iter().sum::<f64>() > LEAST
+    /// Whether the pushes discriminate between the models.
+    pub fn is_informative(&self) -> bool {
+        !self.pushes.is_empty() && self.separation.iter().sum::<f64>() > MIN_SEPARATION_NATS
     }
 }

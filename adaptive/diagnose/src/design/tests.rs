@@ -1,8 +1,8 @@
-//! Two models that a recording cannot tell apart, the push that can, and what becomes of them after it.
+//! Two models that a recording cannot distinguish, the discriminating experiment, and the diagnosis after it.
 
-use super::bench::{Bench, Instruments, Limits};
-use super::imagine::imagine;
-use super::{Experiment, Profile, Push, Rival, certificate, experiment};
+use super::setup::{Instruments, Limits, Setup};
+use super::synthetic::simulate_push;
+use super::{CompetingModel, Experiment, Profile, Push, certificate, experiment};
 use rand::{RngExt, SeedableRng};
 use rand_chacha::ChaCha8Rng;
 use rand_distr::StandardNormal;
@@ -22,22 +22,22 @@ fn effect(kind: Kind, values: &[(&str, f64)]) -> Effect {
     values.iter().fold(Effect::free(kind), |e, (name, value)| e.with(name, Some(*value)))
 }
 
-/// A table with a drag under it, on a floor that slopes.
+/// A table with support drag on a sloping floor.
 fn truth() -> Model {
     let drag = effect(Kind::SupportDrag, &[("mu", 25.0), ("spread", 1.0)]);
     let slope = effect(Kind::FloorSlope, &[("accel_x", 0.03), ("accel_y", -0.02)]);
     Model { mass: Some(22.0), ..table(vec![drag, slope]) }
 }
 
-fn rivals() -> [Model; 2] {
+fn competing_models() -> [Model; 2] {
     [Kind::FloorSlope, Kind::ForceBias]
         .map(|kind| table(vec![Effect::free(Kind::SupportDrag), Effect::free(kind)]))
 }
 
-/// What instruments with noise see of a push.
+/// A noisy recording of a push.
 fn recorded(push: &Push, ordinal: usize) -> Prepared {
     let instruments = Instruments::with(NOISE);
-    let mut episode = imagine(&truth().resolved().unwrap(), push, &instruments, ordinal);
+    let mut episode = simulate_push(&truth().resolved().unwrap(), push, &instruments, ordinal);
     let mut rng = ChaCha8Rng::seed_from_u64(ordinal as u64);
     let mut normal = |sd: f64| sd * rng.sample::<f64, _>(StandardNormal);
     let tare = instruments.tare.map(&mut normal);
@@ -51,8 +51,9 @@ fn recorded(push: &Push, ordinal: usize) -> Prepared {
     episode
 }
 
-/// Pushes along the table's x by the middle of its short side, always from the same pose: nothing turns.
-fn alike() -> Dataset {
+/// Pushes along the table's x at the middle of its short side, always from the same pose, so that nothing
+/// rotates.
+fn same_start_pushes() -> Dataset {
     let push = |profile, force| Push {
         grasp: [0.57, 0.0],
         direction: 0.0,
@@ -86,19 +87,20 @@ fn alike() -> Dataset {
 
 fn fitted(data: &Dataset) -> (Comparison, [Fit; 2]) {
     let comparison = Comparison::of(data).unwrap();
-    let fits = rivals().map(|m| fit(&comparison, &m, &[], &FitOptions::default(), &Quiet).unwrap());
+    let fits = competing_models().map(|m| fit(&comparison, &m, &[], &FitOptions::default(), &Quiet).unwrap());
     (comparison, fits)
 }
 
 fn designed(data: &Dataset, fits: &[Fit; 2], count: usize) -> Experiment {
-    let bench = Bench::after(data, &fits[0].channels, Limits::default());
-    let [a, b] = [Rival::fitted("floor_slope", &fits[0]), Rival::fitted("force_bias", &fits[1])];
-    experiment(&bench, &a, &b, count, &Quiet).unwrap()
+    let setup = Setup::from_recording(data, &fits[0].channels, Limits::default());
+    let [a, b] =
+        [CompetingModel::from_fit("floor_slope", &fits[0]), CompetingModel::from_fit("force_bias", &fits[1])];
+    experiment(&setup, &a, &b, count, &Quiet).unwrap()
 }
 
 #[test]
-fn a_tie_is_certified_and_the_designed_push_breaks_it() {
-    let mut data = alike();
+fn the_designed_push_discriminates_between_indistinguishable_models() {
+    let mut data = same_start_pushes();
     let (comparison, fits) = fitted(&data);
     let tie = certificate(&comparison, ["floor_slope", "force_bias"], [&fits[0], &fits[1]]).unwrap();
     assert!(tie.same && tie.sigmas < 0.5, "{tie:?}");
@@ -117,52 +119,55 @@ fn a_tie_is_certified_and_the_designed_push_breaks_it() {
 }
 
 #[test]
-fn more_of_the_same_is_worth_less_than_the_designed_push() {
-    let data = alike();
+fn repeating_recorded_pushes_separates_less_than_the_designed_push() {
+    let data = same_start_pushes();
     let (_, fits) = fitted(&data);
     let best = designed(&data, &fits, 1);
-    let [a, b] = [Rival::fitted("a", &fits[0]), Rival::fitted("b", &fits[1])];
-    let bench = Bench::after(&data, &fits[0].channels, Limits::default());
-    let search = super::choose::Search::new(&bench, [&a, &b], &Quiet).unwrap();
+    let [a, b] = [CompetingModel::from_fit("a", &fits[0]), CompetingModel::from_fit("b", &fits[1])];
+    let setup = Setup::from_recording(&data, &fits[0].channels, Limits::default());
+    let search = super::search::PushSearch::new(&setup, [&a, &b], &Quiet).unwrap();
     let usual = Push { force: 12.0, profile: Profile::ThereAndBack, ..best.pushes[0].push };
     let usual =
         Push { grasp: [0.57, 0.0], direction: 0.0, start: [0.0; 3], duration: 4.0, torque: 0.0, ..usual };
-    let [repeated, _] = search.refitted(&[usual]).unwrap();
+    let [repeated, _] = search.separations_after_refit(&[usual]).unwrap();
     assert!(repeated < 0.05 * best.separation[0], "{repeated} {:?}", best.separation);
 }
 
 #[test]
-fn where_the_object_drifts_by_itself_a_shorter_push_keeps_the_room() {
-    let data = alike();
+fn a_drifting_object_gets_a_shorter_push() {
+    let data = same_start_pushes();
     let (_, fits) = fitted(&data);
-    let [a, b] = [Rival::fitted("floor_slope", &fits[0]), Rival::fitted("force_bias", &fits[1])];
+    let [a, b] =
+        [CompetingModel::from_fit("floor_slope", &fits[0]), CompetingModel::from_fit("force_bias", &fits[1])];
     let limits = Limits { distance: 0.1, ..Limits::default() };
-    let plan = experiment(&Bench::after(&data, &fits[0].channels, limits), &a, &b, 1, &Quiet).unwrap();
-    assert!(plan.tells(), "{plan:?}");
+    let plan =
+        experiment(&Setup::from_recording(&data, &fits[0].channels, limits), &a, &b, 1, &Quiet).unwrap();
+    assert!(plan.is_informative(), "{plan:?}");
     assert!(plan.pushes[0].push.duration < 4.0, "{:?}", plan.pushes[0].push);
 }
 
 #[test]
-fn the_noise_of_a_tracker_is_no_spin_that_a_robot_can_make() {
-    // Along a line: what turns is noise, here of three times the size, and the default holds.
-    let mut data = alike();
+fn tracker_noise_does_not_raise_the_limit_of_spin() {
+    // The object moves along a line: its apparent rotation is noise, here three times as large, and the default
+    // applies.
+    let mut data = same_start_pushes();
     data.noise.pose[2] *= 3.0;
     data.training.iter_mut().flat_map(|e| &mut e.pose).for_each(|p| p.pose[2] *= 3.0);
-    assert_eq!(Limits::seen(&data).spin, Limits::default().spin);
+    assert_eq!(Limits::from_recording(&data).spin, Limits::default().spin);
 }
 
 #[test]
-fn a_model_and_itself_cannot_be_told_apart() {
-    let data = alike();
+fn no_push_separates_a_model_from_itself() {
+    let data = same_start_pushes();
     let (_, fits) = fitted(&data);
     let plan = designed(&data, &[fits[0].clone(), fits[0].clone()], 1);
-    assert!(!plan.tells() && plan.repeats.is_none(), "{plan:?}");
+    assert!(!plan.is_informative() && plan.repeats.is_none(), "{plan:?}");
     assert!(plan.sentence.starts_with("No push"));
 }
 
 #[test]
-fn the_push_that_a_diagnosis_asks_for_breaks_the_tie() {
-    let mut data = alike();
+fn the_push_that_a_diagnosis_proposes_resolves_the_tie() {
+    let mut data = same_start_pushes();
     let nominal = table(vec![Effect::free(Kind::SupportDrag)]);
     let options = crate::Options { model: Some(nominal), ..Default::default() };
     let answer = crate::diagnose(&data, &options, &Quiet).unwrap().answer;

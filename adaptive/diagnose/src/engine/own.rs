@@ -4,14 +4,14 @@ use super::{Effort, Engine, FittedModel, Inspector, Job, MAX_REFIT_STEPS, needs_
 use crate::answer::{Channels, Parameter};
 use crate::block_bootstrap::{PredictedSamples, predicted_samples};
 use crate::candidates::candidates;
-use crate::design::{Bench, Certificate, Experiment, Limits, Rival, certificate, experiment};
-use crate::lack_of_fit::{LackOfFit, lack_of_fit, motion_lack_of_fit};
-use crate::locate::{Located, channels, located};
+use crate::confirm::{Samples, predicted};
+use crate::design::{Certificate, CompetingModel, Experiment, Limits, Setup, certificate, experiment};
+use crate::discrepancy::fit_discrepancy;
+use crate::locate::{Located, locate, misfit_shares};
 use crate::nominal::{as_given, given_values, parameters, under_test};
 use crate::predictive_check::{PredictiveCheck, predictive_check};
 use crate::series::{MissingWrenches, Wrench, wrenches};
 use crate::units;
-use crate::unnamed::unnamed;
 use std::collections::BTreeMap;
 use trundle_infer::{
     Comparison, FitOptions, InferError, Likelihood, MotionLikelihood, Residual, Score, Watch, fit, open_loop,
@@ -179,12 +179,12 @@ impl Engine for Own<'_> {
         predicted_samples(&self.comparison.only(keep), &tried.fit)
     }
 
-    fn located(&self, tried: &FittedModel, lack: Option<LackOfFit>) -> Result<Located, InferError> {
-        located(&self.comparison, &tried.fit, lack, &self.data.training)
+    fn located(&self, tried: &Tried, left: Option<Remainder>) -> Result<Located, InferError> {
+        locate(&self.comparison, &tried.fit, left, &self.data.training)
     }
 
-    fn channels(&self, tried: &FittedModel) -> Result<Channels, InferError> {
-        channels(&self.comparison, &tried.fit)
+    fn channels(&self, tried: &Tried) -> Result<Channels, InferError> {
+        misfit_shares(&self.comparison, &tried.fit)
     }
 
     fn predictive_check(&self, tried: &FittedModel) -> Result<PredictiveCheck, InferError> {
@@ -265,9 +265,10 @@ impl Engine for Own<'_> {
         if self.is_quasi_static() {
             return Ok(None);
         }
-        let bench = Bench::after(self.data, noise, Limits::seen(self.data)).hurried();
-        let rivals = [0, 1].map(|k| Rival::fitted(names[k], &models[k].fit));
-        experiment(&bench, &rivals[0], &rivals[1], 1, watch).map(Some)
+        let setup =
+            Setup::from_recording(self.data, noise, Limits::from_recording(self.data)).with_short_search();
+        let models = [0, 1].map(|k| CompetingModel::from_fit(names[k], &models[k].fit));
+        experiment(&setup, &models[0], &models[1], 1, watch).map(Some)
     }
 
     fn discrepancy(
@@ -275,9 +276,9 @@ impl Engine for Own<'_> {
         base: &FittedModel,
         lack: Option<LackOfFit>,
         watch: &dyn Watch,
-    ) -> Result<Option<FittedModel>, InferError> {
-        let found = unnamed((self.data, &self.nominal), &self.comparison, &base.fit, lack, watch)?;
-        Ok(found.map(|fit| FittedModel::new(vec![], fit, None)))
+    ) -> Result<Option<Tried>, InferError> {
+        let found = fit_discrepancy((self.data, &self.nominal), &self.comparison, &base.fit, left, watch)?;
+        Ok(found.map(|fit| Tried::new(vec![], fit, None)))
     }
 
     fn likelihood(&self, tried: &FittedModel) -> Result<Box<dyn Likelihood + '_>, InferError> {

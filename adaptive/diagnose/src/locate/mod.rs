@@ -1,18 +1,19 @@
-//! Where the simulation goes wrong: in time, by channel, over the body, on the floor, in which motions.
+//! Localisation of the misfit of a simulation: in time, by channel, on the object, on the floor, and by motion
+//! regime.
 //!
-//! p-values come from whitened innovations (`screen`), never from the smoothed residual, whose samples are
-//! correlated. What is not held is not told: no window, no point, no region is an answer. The same scans give the
-//! search its starting guesses.
+//! p-values use whitened innovations (`score_test`), never the smoothed residual, whose samples are correlated.
+//! Only identifiable results are reported, so that "no window", "no point" and "no region" are valid answers. The
+//! same scans provide starts for the search.
 
-mod body;
-mod change;
-mod channels;
+mod body_points;
+mod change_points;
 mod floor;
 mod knots;
-mod lines;
+mod lines_of_action;
+mod misfit_shares;
 mod regime;
-mod screen;
-mod time;
+mod score_test;
+mod windows;
 
 #[cfg(test)]
 mod tests;
@@ -20,181 +21,180 @@ mod tests;
 use crate::answer::{Channels as Shares, Mismatch, Window};
 use crate::lack_of_fit::LackOfFit;
 use knots::Knots;
-use screen::Screen;
+use score_test::ScoreTest;
 use trundle_infer::{Channels, Comparison, Fit, FitOptions, InferError, MotionLikelihood, Quiet, Residual};
 use trundle_model::{Body, Model};
 use trundle_record::Prepared;
 
-pub(crate) use change::Change;
 #[cfg(test)]
-use change::Kind as Changed;
-pub(crate) use channels::channels;
+use change_points::ChangeKind;
+pub(crate) use change_points::ChangePoint;
+pub(crate) use misfit_shares::misfit_shares;
 
 /// The missing wrench along each episode, object axes.
 pub(crate) type Residuals = Vec<Vec<Residual>>;
 
-/// A place, ranked.
+/// A candidate place with its rank.
 #[derive(Clone, Debug)]
-pub(crate) struct Ranked {
-    /// m; object frame or world, as the list says.
+pub(crate) struct RankedPlace {
+    /// Coordinates in the object frame or in the world, depending on the list, m.
     pub at: [f64; 2],
-    /// Standard deviations, m; infinite where not known.
+    /// Standard deviations, m; infinite if unknown.
     pub sd: [f64; 2],
-    /// Log likelihood, up to a constant of its list.
+    /// Log likelihood, up to a constant per list.
     pub strength: f64,
-    /// Share of the missing moment, squared, that is left about it.
-    pub left: f64,
-    /// Whether the search was not stopped there.
-    pub inside: bool,
+    /// Remaining share of the squared moment about the place.
+    pub residual_share: f64,
+    /// Whether the place is not on the bounds of the search.
+    pub is_inside: bool,
 }
 
-/// A part of the floor.
+/// A region of the floor.
 #[derive(Clone, Debug)]
-#[allow(dead_code)] // its strength is for whoever ranks starts
 pub(crate) struct Region {
-    /// Convex, counter-clockwise, world, m.
+    /// Convex polygon, counter-clockwise, world, m.
     pub polygon: Vec<[f64; 2]>,
-    /// Of one common viscous drag inside it.
+    /// χ² of a common viscous drag inside the region.
     pub chi_square: f64,
-    /// −log10 p, corrected for the cells among which it was chosen.
-    pub strength: f64,
-    /// Share of the cells that were visited.
+    /// Share of the visited cells.
     pub share: f64,
 }
 
-/// What all scans look at.
-pub(crate) struct Seen {
-    pub screen: Screen,
+/// Data that all scans share.
+pub(crate) struct ScanData {
+    pub score_test: ScoreTest,
     pub knots: Vec<Knots>,
-    /// χ² that a wrench of any kind explains.
+    /// χ² that any missing wrench explains.
     pub total: f64,
 }
 
-impl Seen {
+impl ScanData {
     fn new(
         motion: &MotionLikelihood,
         fit: &Fit,
         residuals: &[Vec<Residual>],
     ) -> Result<Option<Self>, InferError> {
-        let Some(screen) = Screen::new(motion, fit, residuals)? else { return Ok(None) };
-        let knots = knots::knots(&screen);
-        let total = knots::anything(&knots);
-        Ok(Some(Self { screen, knots, total }))
+        let Some(score_test) = ScoreTest::new(motion, fit, residuals)? else { return Ok(None) };
+        let knots = knots::knots(&score_test);
+        let total = knots::explainable_chi_square(&knots);
+        Ok(Some(Self { score_test, knots, total }))
     }
 }
 
-/// What the scans found: the mismatch for the answer, and where a search may start. Every list is ranked, best first,
-/// and empty where nothing stands out.
+/// Results of the scans: the mismatch for the answer, and starts for the search. Lists are ranked, best first,
+/// and empty if nothing is significant.
 #[derive(Clone, Debug, Default)]
-#[allow(dead_code)] // what the answer does not tell is for the search
+#[allow(dead_code)] // some fields serve the tests only
 pub(crate) struct Located {
-    /// Stretches of time, in order; each of a strength that a clean recording shows in one case of a hundred.
+    /// Time windows in order. Each has a strength that one of a hundred clean recordings reaches.
     pub windows: Vec<Window>,
     /// Body points through which the missing force passes.
-    pub body_points: Vec<Ranked>,
-    /// The one that the data hold.
-    pub body_point: Option<Ranked>,
-    /// Body points at which dry friction would help.
-    pub rubbing: Vec<Ranked>,
-    /// Parts of the floor that drag.
+    pub body_points: Vec<RankedPlace>,
+    /// The best of them, if it is identifiable.
+    pub body_point: Option<RankedPlace>,
+    /// Body points at which dry friction would explain the misfit.
+    pub friction_points: Vec<RankedPlace>,
+    /// Regions of the floor with drag.
     pub regions: Vec<Region>,
-    /// Moments from which on damping or mass are others.
-    pub change_points: Vec<Change>,
-    /// World points through which the missing force passes.
-    pub world_points: Vec<Ranked>,
-    /// The one that the data hold.
-    pub world_point: Option<Ranked>,
-    /// In which motions.
+    /// Times from which the damping or the mass differs.
+    pub change_points: Vec<ChangePoint>,
+    /// Motion regime of the misfit, in words.
     pub regime: Option<String>,
-    /// χ² that a wrench of any kind explains.
+    /// χ² that any missing wrench explains.
     pub total: f64,
-    /// Strength of the strongest window, told or not.
-    pub loudest: f64,
+    /// Strength of the strongest window, reported or not.
+    pub max_strength: f64,
 }
 
-/// Share of what any wrench explains that dry friction at one point must explain to tell that point.
-const RUBS: f64 = 0.6;
+/// Minimum share of `total` that dry friction at one point must explain for the point to be reported.
+const MIN_FRICTION_SHARE: f64 = 0.6;
 
 /// Seed of the bootstrap.
-const SEED: u64 = 0x5eed;
+const BOOTSTRAP_SEED: u64 = 0x5eed;
 
 impl Located {
-    /// Scan what a fit leaves along episodes. Where it leaves something, the scan looks from values that do not bend
-    /// to it.
+    /// Scans the misfit of a fit to some episodes. If it is significant, the scan linearises at parameters that the
+    /// missing effects do not bias.
     ///
     /// # Errors
-    /// When the fit's values do not suit its model.
+    /// If the fit's values do not suit its model.
     pub fn new(
         motion: &MotionLikelihood,
         fit: &Fit,
         left: LackOfFit,
         episodes: &[Prepared],
     ) -> Result<Self, InferError> {
-        let unbent = if left.is_significant(0) { Some(unbent(motion, left.channels, fit)) } else { None };
-        let fit = unbent.as_ref().unwrap_or(fit);
+        let unbiased = if left.matters(0) { Some(unbiased(motion, left.channels, fit)) } else { None };
+        let fit = unbiased.as_ref().unwrap_or(fit);
         let residuals = motion.with_channels(left.channels).residuals(&fit.model, &fit.values)?;
         let Some(residuals) = residuals.as_deref() else { return Ok(Self::default()) };
-        let Some(seen) = Seen::new(motion, fit, residuals)? else { return Ok(Self::default()) };
+        let Some(data) = ScanData::new(motion, fit, residuals)? else { return Ok(Self::default()) };
         let names: Vec<String> = episodes.iter().map(|e| e.name.clone()).collect();
         let contacts: Vec<f64> = episodes.iter().map(|e| e.contact).collect();
-        let (pieces, independent, loudest) = time::scan(&seen.screen, &seen.knots, SEED);
+        let (pieces, independent, max_strength) =
+            windows::scan(&data.score_test, &data.knots, BOOTSTRAP_SEED);
         let body = &fit.model.body;
-        let turns = seen.screen.directions() == 3 && !pieces.is_empty();
-        let courses = if turns { residuals } else { &[] };
-        let (body_points, body_point) = body::action(courses, body);
-        let (world_points, world_point) = floor::world_points(courses, body);
-        let regions = floor::regions(&seen.screen, body);
-        let change_points = change::changes(&seen);
-        let regime = regime::regime(&seen, &change_points, &regions, &names, &contacts);
+        let is_planar = data.score_test.free_directions() == 3 && !pieces.is_empty();
+        let action_residuals = if is_planar { residuals } else { &[] };
+        let (body_points, body_point) = body_points::action_points(action_residuals, body);
+        let regions = floor::regions(&data.score_test, body);
+        let change_points = change_points::change_points(&data);
+        let regime = regime::regime(&data, &change_points, &regions, &names, &contacts);
         Ok(Self {
-            windows: time::windows(&pieces, &names, independent, seen.screen.directions()),
+            windows: windows::windows(&pieces, &names, independent, data.score_test.free_directions()),
             body_points,
             body_point,
-            rubbing: body::rubbing(&seen.screen, body),
+            friction_points: body_points::friction_points(&data.score_test, body),
             regions,
             change_points,
-            world_points,
-            world_point,
             regime: if pieces.is_empty() { None } else { regime },
-            total: seen.total,
-            loudest,
+            total: data.total,
+            max_strength,
         })
     }
 
-    /// What the missing wrench alone tells, smoothed along the episodes, with the windows in which it is not zero.
-    pub fn of_courses(courses: &[Vec<Residual>], windows: Vec<Window>, body: &Body) -> Self {
-        let courses = if windows.is_empty() { &[] } else { courses };
-        let (body_points, body_point) = body::action(courses, body);
-        let (world_points, world_point) = floor::world_points(courses, body);
-        Self { windows, body_points, body_point, world_points, world_point, ..Self::default() }
+    /// Results from the smoothed missing wrench alone, with the windows in which it differs from zero.
+    pub fn from_residuals(residuals: &[Vec<Residual>], windows: Vec<Window>, body: &Body) -> Self {
+        let residuals = if windows.is_empty() { &[] } else { residuals };
+        let (body_points, body_point) = body_points::action_points(residuals, body);
+        Self { windows, body_points, body_point, ..Self::default() }
     }
 
-    /// The body point, if the data hold one: of the lines of action, or else the foot whose dry friction explains most.
-    fn point(&self) -> Option<[f64; 2]> {
-        let rubs = |r: &&Ranked| 2.0 * r.strength > RUBS * self.total && r.inside;
-        self.body_point.as_ref().or(self.rubbing.first().filter(rubs)).map(|p| p.at)
+    /// The body point to report, if one is identifiable: from the lines of action, or else the point whose dry
+    /// friction explains most.
+    fn reported_point(&self) -> Option<[f64; 2]> {
+        let explains_enough =
+            |r: &&RankedPlace| 2.0 * r.strength > MIN_FRICTION_SHARE * self.total && r.is_inside;
+        self.body_point.as_ref().or(self.friction_points.first().filter(explains_enough)).map(|p| p.at)
     }
 
-    /// The region, if what is missing is tied to it: it explains most, and more than anything else that has a place.
-    fn region(&self) -> Option<Vec<[f64; 2]>> {
+    /// The region to report, if it explains most of the misfit, and more than dry friction at a point of the object.
+    fn reported_region(&self) -> Option<Vec<[f64; 2]>> {
         let best = self.regions.first()?;
-        let rival = self.rubbing.first().map_or(0.0, |r| 2.0 * r.strength);
-        let place = best.chi_square > 0.5 * self.total && best.chi_square > rival && best.share < 0.6;
-        place.then(|| best.polygon.clone())
+        let friction = self.friction_points.first().map_or(0.0, |r| 2.0 * r.strength);
+        let is_localised =
+            best.chi_square > 0.5 * self.total && best.chi_square > friction && best.share < 0.6;
+        is_localised.then(|| best.polygon.clone())
     }
 }
 
-/// A fit again, from where it ended, with the missing wrench free to wander: parameters that do not bend to what the
-/// model lacks, to linearise about. As it was where it cannot be fitted so.
-fn unbent(motion: &MotionLikelihood, wander: Channels, fit: &Fit) -> Fit {
+/// Refits a model with a random-walk missing wrench, so that missing effects do not bias the parameters; the
+/// original fit if that fails.
+fn unbiased(motion: &MotionLikelihood, wander: Channels, fit: &Fit) -> Fit {
     let options = FitOptions { starts: 0, from_afar: false, ..FitOptions::default() };
     let wandering = motion.with_channels(wander);
-    trundle_infer::fit(&wandering, &freed(fit), std::slice::from_ref(&fit.values), &options, &Quiet)
-        .unwrap_or_else(|_| fit.clone())
+    trundle_infer::fit(
+        &wandering,
+        &with_free_parameters(fit),
+        std::slice::from_ref(&fit.values),
+        &options,
+        &Quiet,
+    )
+    .unwrap_or_else(|_| fit.clone())
 }
 
-/// A fit's model with what was estimated free again.
-fn freed(fit: &Fit) -> Model {
+/// The model of a fit with its estimated parameters free again.
+fn with_free_parameters(fit: &Fit) -> Model {
     let mut model = fit.model.clone();
     let names = model.effect_names();
     if fit.estimate("body.mass").is_some() {
@@ -211,11 +211,11 @@ fn freed(fit: &Fit) -> Model {
     model
 }
 
-/// Scan what a fitted model leaves; nothing where only wrenches are compared.
+/// Scans the misfit of a fitted model; empty if only wrenches are compared.
 ///
 /// # Errors
-/// When the fit's values do not suit its model.
-pub(crate) fn located(
+/// If the fit's values do not suit its model.
+pub(crate) fn locate(
     comparison: &Comparison,
     fit: &Fit,
     left: Option<LackOfFit>,
@@ -228,12 +228,12 @@ pub(crate) fn located(
 }
 
 impl Located {
-    /// What a model misses, for the answer.
+    /// The mismatch for the answer.
     pub fn mismatch(&self, channels: Shares) -> Mismatch {
         Mismatch {
             channels,
-            body_point: self.point(),
-            world_region: self.region(),
+            body_point: self.reported_point(),
+            world_region: self.reported_region(),
             windows: self.windows.clone(),
             regime: self.regime.clone(),
         }
