@@ -5,9 +5,9 @@ use std::f64::consts::SQRT_2;
 use trundle_model::{Clock, Glide, Plant, Precision, State};
 
 /// Speed along each axis at which resistances are compared, m/s.
-const SLOW: f64 = 0.15;
+const ANCHOR_SPEED_M_PER_S: f64 = 0.15;
 /// Less than this is no grip, N.
-const LEAST_GRIP: f64 = 1.0;
+const MIN_ANCHOR_GRIP_N: f64 = 1.0;
 
 /// The place of an object that dry friction holds: a foot that rubs. Object frame.
 #[derive(Clone, Copy, Debug, Default, PartialEq)]
@@ -47,11 +47,12 @@ impl Dynamics for Plant<f64> {
             self.action(&slowly, Clock::since_contact(0.0)).drag
         };
         let force = |[xx, _, yy, ..]: [f64; 6], speed: f64| (xx + yy) / 2.0 * speed * SQRT_2;
-        let slow @ [xx, xy, yy, tx, ty, _] = drag(SLOW);
+        let slow @ [xx, xy, yy, tx, ty, _] = drag(ANCHOR_SPEED_M_PER_S);
         // What is left of the force at no speed, along the line through two.
-        let grip = 2.0 * force(slow, SLOW) - force(drag(2.0 * SLOW), 2.0 * SLOW);
+        let grip = 2.0 * force(slow, ANCHOR_SPEED_M_PER_S)
+            - force(drag(2.0 * ANCHOR_SPEED_M_PER_S), 2.0 * ANCHOR_SPEED_M_PER_S);
         let det = xx * yy - xy * xy;
-        if grip < LEAST_GRIP || det <= 0.0 {
+        if grip < MIN_ANCHOR_GRIP_N || det <= 0.0 {
             return Anchor::default();
         }
         // A damper A at r resists a turn about the origin with the force A (−r_y, r_x).

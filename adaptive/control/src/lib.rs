@@ -4,21 +4,21 @@
 //! predictive path integral control over [`trundle_model::Plant`]. It never sees a simulated world.
 
 mod cost;
+mod distance_field;
 mod dynamics;
 mod error;
-mod field;
-mod grasp;
+mod grasp_comparison;
+mod obstacle_map;
 mod planner;
 mod polygon;
 mod rollout;
-mod room;
 mod sampling;
 mod settings;
-mod worth;
+mod value_of_information;
 
-pub use cost::{Cost, Task};
+pub use cost::{Cost, PlanningTask};
 pub use dynamics::Dynamics;
 pub use error::ControlError;
+pub use obstacle_map::ObstacleMap;
 pub use planner::Planner;
-pub use room::Room;
 pub use settings::Settings;

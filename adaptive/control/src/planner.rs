@@ -9,12 +9,12 @@
 
 use rayon::prelude::*;
 
-use crate::rollout::{Motion, motions, rollouts};
-use crate::sampling::{average, draw};
-use crate::{ControlError, Dynamics, Room, Settings, Task};
+use crate::rollout::{RolloutModel, plan_cost, rollout_models};
+use crate::sampling::{draw_plan, weighted_average};
+use crate::{ControlError, Dynamics, ObstacleMap, PlanningTask, Settings};
 
 /// By how much the spread shrinks from one iteration to the next.
-const SHRINK: f64 = 0.5;
+const SPREAD_DECAY: f64 = 0.5;
 
 /// Plans pushes, each plan warm-started from the one before.
 #[derive(Clone, Debug)]
@@ -53,7 +53,7 @@ impl Planner {
         &self.settings
     }
 
-    /// Improve the plan for a task in a room, on one model or several that are as probable. Returns the actions, each
+    /// Improve the plan for a task in a obstacle_map, on one model or several that are as probable. Returns the actions, each
     /// to be held for [`Settings::hold`]: wrenches at the grasp, object axes, `[N, N, N·m]`.
     ///
     /// # Errors
@@ -61,23 +61,23 @@ impl Planner {
     pub fn plan<D: Dynamics>(
         &mut self,
         models: &[D],
-        task: &Task,
-        room: &Room,
+        task: &PlanningTask,
+        obstacle_map: &ObstacleMap,
     ) -> Result<&[[f64; 3]], ControlError> {
         task.check()?;
         if models.is_empty() {
             return Err(ControlError::value("models", 0, "give one at least"));
         }
-        let motions = motions(&self.settings, models);
+        let motions = rollout_models(&self.settings, models);
         let mut scale = 1.0;
         for _ in 0..self.settings.iterations {
-            self.sample(&motions, task, room, scale);
+            self.sample(&motions, task, obstacle_map, scale);
             if !self.costs.iter().any(|cost| cost.is_finite()) {
                 return Err(ControlError::Diverged { samples: self.settings.samples });
             }
-            average(&self.plans, &self.costs, self.settings.temperature, &mut self.mean);
+            weighted_average(&self.plans, &self.costs, self.settings.temperature, &mut self.mean);
             self.round = self.round.wrapping_add(1);
-            scale *= SHRINK;
+            scale *= SPREAD_DECAY;
         }
         Ok(&self.mean)
     }
@@ -108,12 +108,12 @@ impl Planner {
     }
 
     /// What the plan costs.
-    pub fn cost<D: Dynamics>(&self, models: &[D], task: &Task, room: &Room) -> f64 {
-        rollouts(&self.settings, &motions(&self.settings, models), task, room, &self.mean)
+    pub fn cost<D: Dynamics>(&self, models: &[D], task: &PlanningTask, obstacle_map: &ObstacleMap) -> f64 {
+        plan_cost(&self.settings, &rollout_models(&self.settings, models), task, obstacle_map, &self.mean)
     }
 
     /// Plan by other settings of the same horizon and number of samples from now on.
-    pub(crate) fn set(&mut self, settings: Settings) {
+    pub(crate) fn set_settings(&mut self, settings: Settings) {
         self.settings = settings;
     }
 
@@ -121,10 +121,10 @@ impl Planner {
     ///
     /// # Errors
     /// When it is negative or not finite.
-    pub fn be_curious(&mut self, curiosity: f64) -> Result<(), ControlError> {
+    pub fn set_curiosity(&mut self, curiosity: f64) -> Result<(), ControlError> {
         let settings = Settings { curiosity, ..self.settings.clone() };
         settings.check()?;
-        self.set(settings);
+        self.set_settings(settings);
         Ok(())
     }
 
@@ -134,15 +134,21 @@ impl Planner {
     }
 
     /// Draw plans and roll them out; the first is the mean itself.
-    fn sample<D: Dynamics>(&mut self, motions: &[Motion<'_, D>], task: &Task, room: &Room, scale: f64) {
+    fn sample<D: Dynamics>(
+        &mut self,
+        motions: &[RolloutModel<'_, D>],
+        task: &PlanningTask,
+        obstacle_map: &ObstacleMap,
+        scale: f64,
+    ) {
         let Self { settings, seed, round, mean, plans, costs } = self;
         plans.par_chunks_exact_mut(settings.horizon).zip(costs).enumerate().for_each(
             |(number, (plan, cost))| {
                 match number {
                     0 => plan.copy_from_slice(mean),
-                    _ => draw(settings, scale, mean, *seed, (*round, number as u32), plan),
+                    _ => draw_plan(settings, scale, mean, *seed, (*round, number as u32), plan),
                 }
-                *cost = rollouts(settings, motions, task, room, plan);
+                *cost = plan_cost(settings, motions, task, obstacle_map, plan);
             },
         );
     }
@@ -168,8 +174,8 @@ mod tests {
         Settings::within([-100.0, -100.0, -40.0], [100.0, 100.0, 40.0])
     }
 
-    fn task() -> Task {
-        Task { state: State::at_rest([0.0; 3]), goal: [0.6, -0.5, 0.7], grasp: [-0.6, 0.0] }
+    fn task() -> PlanningTask {
+        PlanningTask { state: State::at_rest([0.0; 3]), goal: [0.6, -0.5, 0.7], grasp: [-0.6, 0.0] }
     }
 
     /// Drive the plant for `seconds` with a plan made anew every 50 ms.
@@ -178,7 +184,7 @@ mod tests {
         let mut planner = Planner::new(settings(), 0).unwrap();
         let mut task = task();
         for _ in 0..(seconds / 0.05) as usize {
-            let action = planner.plan(std::slice::from_ref(&plant), &task, &Room::open()).unwrap()[0];
+            let action = planner.plan(std::slice::from_ref(&plant), &task, &ObstacleMap::empty()).unwrap()[0];
             let applied = transport(action, [task.grasp[0], task.grasp[1], 0.0]);
             task.state = plant.step(&task.state, applied, Clock::since_contact(0.0), 0.05);
             planner.advance(0.05).unwrap();
@@ -195,18 +201,18 @@ mod tests {
         assert!(twist[0].hypot(twist[1]) < 0.05, "{twist:?}");
     }
 
-    /// Push a table to a goal behind a wall for `seconds`: where it ends, and the least room that it had.
-    fn around(seconds: f64, room: &Room) -> (State<f64>, f64) {
+    /// Push a table to a goal behind a wall for `seconds`: where it ends, and the least obstacle_map that it had.
+    fn around(seconds: f64, obstacle_map: &ObstacleMap) -> (State<f64>, f64) {
         let plants = [table(150.0)];
         let mut planner = Planner::new(settings(), 0).unwrap();
-        let mut task = Task { goal: [2.2, 0.0, 0.0], ..task() };
+        let mut task = PlanningTask { goal: [2.2, 0.0, 0.0], ..task() };
         let mut least = f64::INFINITY;
         for _ in 0..(seconds / 0.1) as usize {
-            let action = planner.plan(&plants, &task, room).unwrap()[0];
+            let action = planner.plan(&plants, &task, obstacle_map).unwrap()[0];
             let applied = transport(action, [task.grasp[0], task.grasp[1], 0.0]);
             for _ in 0..2 {
                 task.state = plants[0].step(&task.state, applied, Clock::since_contact(0.0), 0.05);
-                least = least.min(room.clearance(task.state.pose, 1.0));
+                least = least.min(obstacle_map.clearance(task.state.pose, 1.0));
             }
             planner.advance(0.1).unwrap();
         }
@@ -223,8 +229,9 @@ mod tests {
 
     #[test]
     fn plans_lead_around_what_is_in_the_way() {
-        let room = Room::new(&body(), &box_in_the_way(), [[2.2, 0.0, 0.0], [0.0; 3]], 0.3).unwrap();
-        let (state, least) = around(9.0, &room);
+        let obstacle_map =
+            ObstacleMap::new(&body(), &box_in_the_way(), [[2.2, 0.0, 0.0], [0.0; 3]], 0.3).unwrap();
+        let (state, least) = around(9.0, &obstacle_map);
         assert!((state.pose[0] - 2.2).hypot(state.pose[1]) < 0.05, "{state:?}");
         assert!(least > 0.0, "it touched: {least}");
     }
@@ -232,15 +239,15 @@ mod tests {
     #[test]
     fn several_models_are_weighed_together() {
         let (light, heavy) = (table(20.0), table(300.0));
-        let (task, room) = (task(), Room::open());
+        let (task, obstacle_map) = (task(), ObstacleMap::empty());
         let mut planner = Planner::new(settings(), 0).unwrap();
-        let cost = |plants: &[Plant<f64>], planner: &Planner| planner.cost(plants, &task, &room);
-        planner.plan(&[light.clone(), heavy.clone()], &task, &room).unwrap();
+        let cost = |plants: &[Plant<f64>], planner: &Planner| planner.cost(plants, &task, &obstacle_map);
+        planner.plan(&[light.clone(), heavy.clone()], &task, &obstacle_map).unwrap();
         let both = cost(&[light.clone(), heavy.clone()], &planner);
         let each = [&light, &heavy].map(|plant| cost(std::slice::from_ref(plant), &planner));
         assert!((both - (each[0] + each[1]) / 2.0).abs() < 1e-12);
         let mut sure = Planner::new(settings(), 0).unwrap();
-        sure.plan(std::slice::from_ref(&light), &task, &room).unwrap();
+        sure.plan(std::slice::from_ref(&light), &task, &obstacle_map).unwrap();
         let alone = cost(std::slice::from_ref(&light), &sure);
         assert!(alone < each[0], "a plan for one model alone is better on it: {alone} {each:?}");
     }
@@ -258,9 +265,9 @@ mod tests {
         let left = |anchor: f64| {
             let settings = Settings { cost: Cost { anchor, ..Cost::default() }, ..settings() };
             let mut planner = Planner::new(settings, 0).unwrap();
-            let mut task = Task { goal: [0.0, 0.0, 0.6], ..task() };
+            let mut task = PlanningTask { goal: [0.0, 0.0, 0.6], ..task() };
             for _ in 0..60 {
-                let action = planner.plan(&plants, &task, &Room::open()).unwrap()[0];
+                let action = planner.plan(&plants, &task, &ObstacleMap::empty()).unwrap()[0];
                 let applied = transport(action, [task.grasp[0], task.grasp[1], 0.0]);
                 task.state = plants[0].step(&task.state, applied, Clock::since_contact(0.0), 0.1);
                 planner.advance(0.1).unwrap();
@@ -283,8 +290,8 @@ mod tests {
         let plant = model.resolved().unwrap();
         let settings = Settings { iterations: 12, ..settings() };
         let mut planner = Planner::new(settings, 0).unwrap();
-        let task = Task { goal: [0.5, 0.1, 0.2], ..task() };
-        let plan = planner.plan(std::slice::from_ref(&plant), &task, &Room::open()).unwrap().to_vec();
+        let task = PlanningTask { goal: [0.5, 0.1, 0.2], ..task() };
+        let plan = planner.plan(std::slice::from_ref(&plant), &task, &ObstacleMap::empty()).unwrap().to_vec();
         let (mut rough, mut exact) = (task.state, task.state);
         for (k, action) in plan.iter().flat_map(|action| [action; 2]).enumerate() {
             let applied = transport(*action, [task.grasp[0], task.grasp[1], 0.0]);
@@ -302,11 +309,11 @@ mod tests {
         let mut weak = settings();
         (weak.lower, weak.upper) = ([-60.0, -60.0, -0.5], [60.0, 60.0, 0.5]);
         let planner = Planner::new(weak, 0).unwrap();
-        let task = Task { goal: [0.424, -0.278, 0.9], ..task() };
+        let task = PlanningTask { goal: [0.424, -0.278, 0.9], ..task() };
         let grasps = [[0.5, 0.3], [-0.6, -0.3]];
-        let costs = planner.compare(&[table(300.0)], &task, &Room::open(), &grasps).unwrap();
+        let costs = planner.compare(&[table(300.0)], &task, &ObstacleMap::empty(), &grasps).unwrap();
         assert!(costs[1] < 0.8 * costs[0], "{costs:?}");
-        assert_eq!(costs, planner.compare(&[table(300.0)], &task, &Room::open(), &grasps).unwrap());
+        assert_eq!(costs, planner.compare(&[table(300.0)], &task, &ObstacleMap::empty(), &grasps).unwrap());
     }
 
     #[test]
@@ -314,7 +321,7 @@ mod tests {
         let plans = [1, 4].map(|threads| {
             let pool = rayon::ThreadPoolBuilder::new().num_threads(threads).build().unwrap();
             let mut planner = Planner::new(settings(), 7).unwrap();
-            pool.install(|| planner.plan(&[table(100.0)], &task(), &Room::open()).unwrap().to_vec())
+            pool.install(|| planner.plan(&[table(100.0)], &task(), &ObstacleMap::empty()).unwrap().to_vec())
         });
         assert_eq!(plans[0], plans[1]);
     }
@@ -323,14 +330,16 @@ mod tests {
     fn a_warm_start_costs_less_than_a_cold_one() {
         let (plant, task) = (table(100.0), task());
         let mut planner = Planner::new(settings(), 0).unwrap();
-        let first = planner.plan(std::slice::from_ref(&plant), &task, &Room::open()).unwrap().to_vec();
-        let second = planner.plan(std::slice::from_ref(&plant), &task, &Room::open()).unwrap().to_vec();
+        let first =
+            planner.plan(std::slice::from_ref(&plant), &task, &ObstacleMap::empty()).unwrap().to_vec();
+        let second =
+            planner.plan(std::slice::from_ref(&plant), &task, &ObstacleMap::empty()).unwrap().to_vec();
         let plants = [plant.clone()];
-        let moving = motions(&settings(), &plants);
-        let cost = |plan: &[[f64; 3]]| rollouts(&settings(), &moving, &task, &Room::open(), plan);
+        let moving = rollout_models(&settings(), &plants);
+        let cost = |plan: &[[f64; 3]]| plan_cost(&settings(), &moving, &task, &ObstacleMap::empty(), plan);
         assert!(cost(&second) < cost(&first), "{} {}", cost(&second), cost(&first));
         planner.restart();
-        assert_eq!(planner.plan(std::slice::from_ref(&plant), &task, &Room::open()).unwrap(), first);
+        assert_eq!(planner.plan(std::slice::from_ref(&plant), &task, &ObstacleMap::empty()).unwrap(), first);
     }
 
     #[test]
@@ -358,11 +367,11 @@ mod tests {
         assert!(refused(Settings { smoothness: 1.0, ..settings() }).starts_with("smoothness"));
         let cost = crate::Cost { heading: -1.0, ..Default::default() };
         assert!(refused(Settings { cost, ..settings() }).starts_with("cost.heading = -1.0"));
-        let lost = Task { goal: [f64::NAN, 0.0, 0.0], ..task() };
+        let lost = PlanningTask { goal: [f64::NAN, 0.0, 0.0], ..task() };
         let mut planner = Planner::new(settings(), 0).unwrap();
         assert!(
             planner
-                .plan(&[table(1.0)], &lost, &Room::open())
+                .plan(&[table(1.0)], &lost, &ObstacleMap::empty())
                 .unwrap_err()
                 .to_string()
                 .starts_with("goal = [NaN")
@@ -371,10 +380,10 @@ mod tests {
 
     #[test]
     fn a_motion_that_runs_away_is_an_error() {
-        let far = Task { state: State::moving([0.0; 3], [1e308; 3]), ..task() };
+        let far = PlanningTask { state: State::moving([0.0; 3], [1e308; 3]), ..task() };
         let mut planner = Planner::new(settings(), 0).unwrap();
         assert_eq!(
-            planner.plan(&[table(1.0)], &far, &Room::open()),
+            planner.plan(&[table(1.0)], &far, &ObstacleMap::empty()),
             Err(ControlError::Diverged { samples: 256 })
         );
     }

@@ -12,7 +12,7 @@ impl Outline {
     pub fn new(corners: Vec<[f64; 2]>) -> Self {
         let count = corners.len().max(1) as f64;
         let middle = [0, 1].map(|k| corners.iter().map(|c| c[k]).sum::<f64>() / count);
-        let radius = corners.iter().map(|c| apart(*c, middle)).fold(0.0, f64::max);
+        let radius = corners.iter().map(|c| point_distance(*c, middle)).fold(0.0, f64::max);
         Self { corners, middle, radius }
     }
 
@@ -35,37 +35,37 @@ impl Outline {
 
     /// Distance from another outline that stands at a pose, negative where they overlap, m; at least `enough` where
     /// even the circles are so far apart. Two outlines that do not cross are nearest at a corner of one of them.
-    pub fn from(&self, other: &Self, [x, y, theta]: [f64; 3], enough: f64) -> f64 {
+    pub fn distance_from(&self, other: &Self, [x, y, theta]: [f64; 3], enough: f64) -> f64 {
         let (sin, cos) = theta.sin_cos();
-        let out = |[a, b]: [f64; 2]| [x + cos * a - sin * b, y + sin * a + cos * b];
-        let apart = apart(out(other.middle), self.middle) - self.radius - other.radius;
+        let to_world = |[a, b]: [f64; 2]| [x + cos * a - sin * b, y + sin * a + cos * b];
+        let apart = point_distance(to_world(other.middle), self.middle) - self.radius - other.radius;
         if apart > enough {
             return apart;
         }
-        let theirs = other.corners.iter().map(|&corner| self.distance(out(corner)));
-        let back = |[a, b]: [f64; 2]| {
+        let theirs = other.corners.iter().map(|&corner| self.distance(to_world(corner)));
+        let to_object = |[a, b]: [f64; 2]| {
             let (dx, dy) = (a - x, b - y);
             [cos * dx + sin * dy, cos * dy - sin * dx]
         };
-        let ours = self.corners.iter().map(|&corner| other.distance(back(corner)));
+        let ours = self.corners.iter().map(|&corner| other.distance(to_object(corner)));
         let least = theirs.chain(ours).fold(f64::INFINITY, f64::min);
         // A wall through the middle of a table has no corner in it, nor the table one in the wall.
-        if least > 0.0 && self.crosses(other, out) { -self.depth(other, out) } else { least }
+        if least > 0.0 && self.crosses(other, out) { -self.penetration_depth(other, out) } else { least }
     }
 
-    fn crosses(&self, other: &Self, out: impl Fn([f64; 2]) -> [f64; 2]) -> bool {
+    fn crosses(&self, other: &Self, to_world: impl Fn([f64; 2]) -> [f64; 2]) -> bool {
         let side = |a: [f64; 2], b: [f64; 2], c: [f64; 2]| {
             (b[0] - a[0]) * (c[1] - a[1]) - (b[1] - a[1]) * (c[0] - a[0])
         };
         other.edges().any(|(c, d)| {
-            let (c, d) = (out(c), out(d));
+            let (c, d) = (to_world(c), to_world(d));
             self.edges()
                 .any(|(a, b)| side(a, b, c) * side(a, b, d) < 0.0 && side(c, d, a) * side(c, d, b) < 0.0)
         })
     }
 
     /// How far one must be moved off the other, along the edge normals of the first, m.
-    fn depth(&self, other: &Self, out: impl Fn([f64; 2]) -> [f64; 2]) -> f64 {
+    fn penetration_depth(&self, other: &Self, to_world: impl Fn([f64; 2]) -> [f64; 2]) -> f64 {
         let span = |corners: &mut dyn Iterator<Item = [f64; 2]>, n: [f64; 2]| {
             corners.fold((f64::INFINITY, f64::NEG_INFINITY), |(low, high), c| {
                 let along = c[0] * n[0] + c[1] * n[1];
@@ -73,10 +73,10 @@ impl Outline {
             })
         };
         let overlap = |(a, b): ([f64; 2], [f64; 2])| {
-            let length = apart(a, b).max(f64::MIN_POSITIVE);
+            let length = point_distance(a, b).max(f64::MIN_POSITIVE);
             let n = [(b[1] - a[1]) / length, (a[0] - b[0]) / length];
             let (low, high) = span(&mut self.corners.iter().copied(), n);
-            let (from, to) = span(&mut other.corners.iter().map(|&c| out(c)), n);
+            let (from, to) = span(&mut other.corners.iter().map(|&c| to_world(c)), n);
             (high - from).min(to - low)
         };
         self.edges().map(overlap).fold(f64::INFINITY, f64::min).max(0.0)
@@ -88,7 +88,7 @@ impl Outline {
     }
 }
 
-fn apart(a: [f64; 2], b: [f64; 2]) -> f64 {
+fn point_distance(a: [f64; 2], b: [f64; 2]) -> f64 {
     let (x, y) = (a[0] - b[0], a[1] - b[1]);
     (x * x + y * y).sqrt()
 }
@@ -114,16 +114,16 @@ mod tests {
     #[test]
     fn outlines_are_as_far_apart_as_their_nearest_points() {
         let (wall, table) = (square(1.0), square(0.5));
-        assert!((wall.from(&table, [2.0, 0.0, 0.0], 9.0) - 0.5).abs() < 1e-12);
+        assert!((wall.distance_from(&table, [2.0, 0.0, 0.0], 9.0) - 0.5).abs() < 1e-12);
         // Turned by 45 degrees a corner comes first.
-        let turned = wall.from(&table, [2.0, 0.0, std::f64::consts::FRAC_PI_4], 9.0);
+        let turned = wall.distance_from(&table, [2.0, 0.0, std::f64::consts::FRAC_PI_4], 9.0);
         assert!((turned - (1.0 - 0.5f64.sqrt())).abs() < 1e-12);
-        assert!((wall.from(&table, [1.3, 0.0, 0.0], 9.0) + 0.2).abs() < 1e-12, "0.2 m deep");
+        assert!((wall.distance_from(&table, [1.3, 0.0, 0.0], 9.0) + 0.2).abs() < 1e-12, "0.2 m deep");
         // A thin wall through the middle of it.
         let thin = Outline::new(vec![[-0.05, -3.0], [0.05, -3.0], [0.05, 3.0], [-0.05, 3.0]]);
-        assert!((thin.from(&table, [0.2, 0.3, 0.0], 9.0) + 0.35).abs() < 1e-12);
+        assert!((thin.distance_from(&table, [0.2, 0.3, 0.0], 9.0) + 0.35).abs() < 1e-12);
         // The circles alone say that it is far.
-        let far = wall.from(&table, [9.0, 0.0, 0.0], 1.0);
+        let far = wall.distance_from(&table, [9.0, 0.0, 0.0], 1.0);
         assert!(far > 1.0 && far <= 7.5);
     }
 }

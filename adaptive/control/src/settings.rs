@@ -5,9 +5,9 @@ use serde::Deserialize;
 use crate::{ControlError, Cost};
 
 /// Actions of all plans of an iteration that fit into memory.
-const MOST_ACTIONS: usize = 20_000_000;
+const MAX_ACTIONS: usize = 20_000_000;
 /// Longest time for which an action may be held, s.
-const LONGEST_HOLD: f64 = 60.0;
+const MAX_HOLD_S: f64 = 60.0;
 
 /// Settings of a [`crate::Planner`]. All have defaults but the bounds.
 #[derive(Clone, Debug, PartialEq, Deserialize)]
@@ -107,11 +107,11 @@ impl Settings {
                 return Err(ControlError::value(key, count, "must be at least 1"));
             }
         }
-        if self.horizon.checked_mul(self.samples).is_none_or(|actions| actions > MOST_ACTIONS) {
+        if self.horizon.checked_mul(self.samples).is_none_or(|actions| actions > MAX_ACTIONS) {
             let remedy = "their product must not exceed 20 million actions";
             return Err(ControlError::value("horizon, samples", (self.horizon, self.samples), remedy));
         }
-        if self.hold > LONGEST_HOLD {
+        if self.hold > MAX_HOLD_S {
             return Err(ControlError::value("hold", self.hold, "must not exceed 60 s"));
         }
         for (key, value) in [("hold", self.hold), ("spread", self.spread), ("temperature", self.temperature)]
@@ -135,7 +135,7 @@ impl Settings {
     }
 
     /// Half the range between the bounds.
-    pub(crate) fn reach(&self) -> [f64; 3] {
+    pub(crate) fn half_range(&self) -> [f64; 3] {
         [0, 1, 2].map(|k| (self.upper[k] - self.lower[k]) / 2.0)
     }
 

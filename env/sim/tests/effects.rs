@@ -5,7 +5,7 @@
 use rand::SeedableRng;
 use rand_chacha::ChaCha8Rng;
 use trundle_model::{Body, Clock, Effect, Kind, Lags, Model, State, transport};
-use trundle_sim::{Coupling, Drive, Push, Row, Sensor, Setting, SimError, Tracker};
+use trundle_sim::{Coupling, DriveMode, EpisodeSetup, Push, Row, Sensor, SimError, Tracker};
 
 const STEP: f64 = 5e-4;
 const PRECONTACT: f64 = 0.4;
@@ -32,13 +32,13 @@ fn push() -> Push {
         [2.3, 0.0, -0.3, 0.4],
         [3.0, 0.1, -0.2, 0.2],
     ];
-    Push { start: [0.3, -0.2, 0.7], grasp: [0.6, 0.25, 0.5], drive: Drive::Velocity, knots }
+    Push { start: [0.3, -0.2, 0.7], grasp: [0.6, 0.25, 0.5], drive: DriveMode::Velocity, knots }
 }
 
 /// What perfect instruments see at every step, in the recording's second episode.
 fn rows(model: &Model) -> Result<Vec<Row>, SimError> {
     let rate = STEP.recip();
-    let setting = Setting {
+    let setup = EpisodeSetup {
         model,
         obstacles: &[],
         step: STEP,
@@ -53,7 +53,7 @@ fn rows(model: &Model) -> Result<Vec<Row>, SimError> {
         },
         tracker: Tracker { rate, noise: [0.0; 3], drop_out: 0.0 },
     };
-    setting.run(1, &push(), ChaCha8Rng::seed_from_u64(0))
+    setup.run(1, &push(), ChaCha8Rng::seed_from_u64(0))
 }
 
 /// The model's farthest pose from the recorded one, m and rad, under the recorded readings as it corrects them.

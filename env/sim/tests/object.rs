@@ -40,7 +40,7 @@ fn there_are_ten_objects_and_a_wheel_holds_five_in_some_configuration() {
 #[test]
 fn every_value_has_a_source() {
     for (path, object) in objects() {
-        let values = object.valued();
+        let values = object.value_names();
         assert!(values.len() >= 4 && object.radius.is_some(), "{path}: {values:?}");
         for value in values {
             assert!(object.source(&value).is_some_and(|text| text.len() > 20), "{path}: {value}");

@@ -6,7 +6,7 @@ use std::path::{Path, PathBuf};
 
 use trundle_model::{Clock, Effect, Kind, State, transport};
 use trundle_record::{Contact, Gripper, Precontact, Recording};
-use trundle_sim::{Drive, Hanging, Push, Scenario, simulate};
+use trundle_sim::{DriveMode, GripperPayload, Push, Scenario, simulate};
 
 fn demo() -> PathBuf {
     Path::new(env!("CARGO_MANIFEST_DIR")).join("../../configs/experiments/demo.toml")
@@ -48,7 +48,8 @@ fn a_sensor_with_a_gripper_on_it_reads_six_axes_and_is_tared_as_any() {
     let hung = recording(
         |s| {
             silence(s);
-            s.sensor.gripper = Some(Hanging { mass: 1.2, com: [0.01, -0.02, 0.06], offset: [3.0, 0.1, 0.2] });
+            s.sensor.gripper =
+                Some(GripperPayload { mass: 1.2, com: [0.01, -0.02, 0.06], offset: [3.0, 0.1, 0.2] });
         },
         0,
     );
@@ -73,7 +74,7 @@ fn a_tip_pushes_and_the_recording_says_so() {
     let tip = |y: f64, angle: f64| Push {
         start: [0.0; 3],
         grasp: [-0.6, y, angle],
-        drive: Drive::Tip,
+        drive: DriveMode::PointContact,
         knots: vec![
             [0.0, 0.1, 0.0, 0.0],
             [1.5, 0.1, 0.0, 0.0],
@@ -98,7 +99,7 @@ fn a_tip_pushes_and_the_recording_says_so() {
         ahead[ahead.len() - 5..].iter().all(|f| f.abs() < 1e-9),
         "which it would be when the tip goes back"
     );
-    let mixed = Push { drive: Drive::Velocity, ..tip(0.1, 0.0) };
+    let mixed = Push { drive: DriveMode::Velocity, ..tip(0.1, 0.0) };
     for (pushes, word) in [
         (vec![tip(0.1, 0.0), mixed], "push.drive"),
         (vec![tip(0.1, 3.0)], "push.grasp"),

@@ -62,7 +62,7 @@ fn gap(model: &Model) -> f64 {
     let own = std::array::from_fn(|k| if k < plant.inner() { 0.1 * (k + 1) as f64 } else { 0.0 });
     let mut state = State::at_rest([0.3, -0.2, 0.7]).with_inner(own);
     world.place(state.pose);
-    world.start_inner(own);
+    world.set_inner(own);
     let mut largest = 0.0f64;
     for tick in 0..500 {
         let t = f64::from(tick) * DT;

@@ -1,9 +1,9 @@
 //! What it would be worth to know which of several models is true.
 
-use crate::{ControlError, Dynamics, Planner, Room, Settings, Task};
+use crate::{ControlError, Dynamics, ObstacleMap, Planner, PlanningTask, Settings};
 
 /// Iterations of each plan: from a plan that is there already, more change little.
-const ITERATIONS: usize = 3;
+const PLAN_ITERATIONS: usize = 3;
 
 impl Planner {
     /// What the best plan for all models costs on average more than each one's own, metre-seconds: the most that
@@ -11,18 +11,27 @@ impl Planner {
     ///
     /// # Errors
     /// As [`Planner::plan`].
-    pub fn regret<D: Dynamics>(&self, models: &[D], task: &Task, room: &Room) -> Result<f64, ControlError> {
-        let mut indifferent = self.clone();
-        indifferent.set(Settings { curiosity: 0.0, iterations: ITERATIONS, ..self.settings().clone() });
-        let mut common = indifferent.clone();
-        common.plan(models, task, room)?;
+    pub fn regret<D: Dynamics>(
+        &self,
+        models: &[D],
+        task: &PlanningTask,
+        obstacle_map: &ObstacleMap,
+    ) -> Result<f64, ControlError> {
+        let mut exploiting = self.clone();
+        exploiting.set_settings(Settings {
+            curiosity: 0.0,
+            iterations: PLAN_ITERATIONS,
+            ..self.settings().clone()
+        });
+        let mut common = exploiting.clone();
+        common.plan(models, task, obstacle_map)?;
         let mut saved = 0.0;
         for model in models {
             let one = std::slice::from_ref(model);
-            let mut own = indifferent.clone();
-            own.plan(one, task, room)?;
+            let mut own = exploiting.clone();
+            own.plan(one, task, obstacle_map)?;
             // A search that did worse than the common plan has found nothing to save.
-            saved += (common.cost(one, task, room) - own.cost(one, task, room)).max(0.0);
+            saved += (common.cost(one, task, obstacle_map) - own.cost(one, task, obstacle_map)).max(0.0);
         }
         Ok(saved / models.len() as f64)
     }
@@ -43,8 +52,8 @@ mod tests {
         model.resolved().unwrap()
     }
 
-    fn task() -> Task {
-        Task { state: State::at_rest([0.0; 3]), goal: [0.6, -0.5, 0.7], grasp: [-0.6, 0.0] }
+    fn task() -> PlanningTask {
+        PlanningTask { state: State::at_rest([0.0; 3]), goal: [0.6, -0.5, 0.7], grasp: [-0.6, 0.0] }
     }
 
     fn planner(curiosity: f64) -> Planner {
@@ -56,7 +65,7 @@ mod tests {
     #[test]
     fn the_truth_is_worth_something_where_models_differ_and_nothing_where_they_do_not() {
         let planner = planner(0.0);
-        let regret = |models: &[Plant<f64>]| planner.regret(models, &task(), &Room::open()).unwrap();
+        let regret = |models: &[Plant<f64>]| planner.regret(models, &task(), &ObstacleMap::empty()).unwrap();
         let (left, right) = (table(0.5, 0.3), table(0.5, -0.3));
         assert!(regret(&[left.clone(), right]) > 0.02);
         assert!(regret(&[left.clone(), left]) < 1e-3);
@@ -66,17 +75,17 @@ mod tests {
     fn asking_for_the_worth_changes_no_plan_and_knows_no_curiosity() {
         let models = [table(0.5, 0.3), table(0.5, -0.3)];
         let [mut asked, mut not] = [planner(3.0), planner(3.0)];
-        let worth = asked.regret(&models, &task(), &Room::open()).unwrap();
-        assert_eq!(worth, planner(0.0).regret(&models, &task(), &Room::open()).unwrap());
-        let plan = |p: &mut Planner| p.plan(&models, &task(), &Room::open()).unwrap().to_vec();
+        let regret = asked.regret(&models, &task(), &ObstacleMap::empty()).unwrap();
+        assert_eq!(regret, planner(0.0).regret(&models, &task(), &ObstacleMap::empty()).unwrap());
+        let plan = |p: &mut Planner| p.plan(&models, &task(), &ObstacleMap::empty()).unwrap().to_vec();
         assert_eq!(plan(&mut asked), plan(&mut not));
     }
 
     /// How far apart two models end under the plan for both, m.
-    fn told(curiosity: f64) -> f64 {
+    fn end_distance(curiosity: f64) -> f64 {
         let models = [table(0.5, 0.3), table(0.4, 0.2)];
         let mut planner = planner(curiosity);
-        let plan = planner.plan(&models, &task(), &Room::open()).unwrap().to_vec();
+        let plan = planner.plan(&models, &task(), &ObstacleMap::empty()).unwrap().to_vec();
         let ends = models.map(|model| {
             let mut state = task().state;
             for action in &plan {
@@ -91,12 +100,12 @@ mod tests {
 
     #[test]
     fn a_curious_plan_tells_models_apart() {
-        assert!(told(5.0) > 1.3 * told(0.0), "{} {}", told(5.0), told(0.0));
+        assert!(end_distance(5.0) > 1.3 * end_distance(0.0), "{} {}", end_distance(5.0), end_distance(0.0));
     }
 
     #[test]
     fn curiosity_cannot_be_negative() {
-        let error = planner(0.0).be_curious(-1.0).unwrap_err();
+        let error = planner(0.0).set_curiosity(-1.0).unwrap_err();
         assert!(error.to_string().contains("curiosity"), "{error}");
     }
 }

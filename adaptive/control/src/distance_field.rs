@@ -1,4 +1,4 @@
-//! How far it is to the goal around what is in the way, with room to turn.
+//! How far it is to the goal around what is in the way, with obstacle_map to turn.
 //!
 //! Dijkstra's algorithm over poses: steps in eight directions at a metre each, turns at what a radian costs. Without
 //! obstacles that has a closed form, and only what the way is longer than it is kept: far from obstacles it is exactly zero.
@@ -10,45 +10,47 @@ use std::f64::consts::{SQRT_2, TAU};
 use rayon::prelude::*;
 
 /// Side of a cell, m.
-const CELL: f64 = 0.06;
+const CELL_M: f64 = 0.06;
 /// Headings around the circle.
 const HEADINGS: usize = 48;
-const TURN: f64 = TAU / HEADINGS as f64;
-/// What a metre or a turn without room counts, so that even there the way out is downhill.
-const THROUGH: f64 = 12.0;
+const HEADING_STEP_RAD: f64 = TAU / HEADINGS as f64;
+/// What a metre or a turn without obstacle_map counts, so that even there the way out is downhill.
+const BLOCKED_COST_FACTOR: f64 = 12.0;
 
 /// What ways to the goal are longer than they would be without obstacles, on a grid of poses.
 #[derive(Clone, Debug)]
-pub(crate) struct Field {
+pub(crate) struct DistanceField {
     low: [f64; 2],
     size: [usize; 2],
     /// Columns first, then rows, then headings; m.
-    excess: Vec<f32>,
+    detour: Vec<f32>,
 }
 
-impl Field {
-    /// Ways within bounds `[[x, y], [x, y]]` to a goal, where there is room at a pose if `free` says so; `turning` is
+impl DistanceField {
+    /// Ways within bounds `[[x, y], [x, y]]` to a goal, where there is obstacle_map at a pose if `free` says so; `turn_cost` is
     /// what a radian costs, m.
     pub fn new(
         goal: [f64; 3],
         [low, high]: [[f64; 2]; 2],
-        turning: f64,
-        free: impl Fn([f64; 3]) -> bool + Sync,
+        turn_cost: f64,
+        is_free_pose: impl Fn([f64; 3]) -> bool + Sync,
     ) -> Self {
-        let size = [0, 1].map(|k| ((high[k] - low[k]) / CELL).ceil() as usize + 2);
-        let mut field = Self { low, size, excess: vec![] };
+        let size = [0, 1].map(|k| ((high[k] - low[k]) / CELL_M).ceil() as usize + 2);
+        let mut field = Self { low, size, detour: vec![] };
         let cells = size[0] * size[1] * HEADINGS;
-        let open: Vec<bool> = (0..cells).into_par_iter().map(|cell| free(field.pose(cell))).collect();
+        let is_free: Vec<bool> =
+            (0..cells).into_par_iter().map(|cell| is_free_pose(field.pose(cell))).collect();
         let start = field.cell(goal);
-        let lengths = field.spread(start, turning, &open);
-        let excess = |(cell, length): (usize, f32)| (length - field.straight(cell, start, turning)).max(0.0);
-        field.excess = lengths.into_iter().enumerate().map(excess).collect();
+        let lengths = field.path_lengths(start, turn_cost, &is_free);
+        let detour =
+            |(cell, length): (usize, f32)| (length - field.free_length(cell, start, turn_cost)).max(0.0);
+        field.detour = lengths.into_iter().enumerate().map(detour).collect();
         field
     }
 
     /// Lengths of the ways to a cell.
-    fn spread(&self, start: usize, turning: f64, open: &[bool]) -> Vec<f32> {
-        let mut lengths = vec![f32::INFINITY; open.len()];
+    fn path_lengths(&self, start: usize, turn_cost: f64, is_free: &[bool]) -> Vec<f32> {
+        let mut lengths = vec![f32::INFINITY; is_free.len()];
         let mut queue = BinaryHeap::new();
         lengths[start] = 0.0;
         queue.push((Reverse(0u32), start));
@@ -57,8 +59,8 @@ impl Field {
             if f32::from_bits(bits) > lengths[cell] {
                 continue;
             }
-            self.neighbours(cell, turning, |next, step| {
-                let factor = if open[next] && open[cell] { 1.0 } else { THROUGH };
+            self.neighbours(cell, turn_cost, |next, step| {
+                let factor = if is_free[next] && is_free[cell] { 1.0 } else { BLOCKED_COST_FACTOR };
                 let length = lengths[cell] + (step * factor) as f32;
                 if length < lengths[next] {
                     lengths[next] = length;
@@ -69,43 +71,43 @@ impl Field {
         lengths
     }
 
-    fn neighbours(&self, cell: usize, turning: f64, mut visit: impl FnMut(usize, f64)) {
-        let (column, row, heading) = self.split(cell);
-        for (dx, dy, step) in MOVES {
+    fn neighbours(&self, cell: usize, turn_cost: f64, mut visit: impl FnMut(usize, f64)) {
+        let (column, row, heading) = self.cell_indices(cell);
+        for (dx, dy, step) in NEIGHBOUR_MOVES {
             let (Some(x), Some(y)) = (column.checked_add_signed(dx), row.checked_add_signed(dy)) else {
                 continue;
             };
             if x < self.size[0] && y < self.size[1] {
-                visit(self.index(x, y, heading), step * CELL);
+                visit(self.index(x, y, heading), step * CELL_M);
             }
         }
         for turned in [heading + 1, heading + HEADINGS - 1] {
-            visit(self.index(column, row, turned % HEADINGS), turning * TURN);
+            visit(self.index(column, row, turned % HEADINGS), turn_cost * HEADING_STEP_RAD);
         }
     }
 
     /// The way between two cells where nothing is in it.
-    fn straight(&self, from: usize, to: usize, turning: f64) -> f32 {
-        let ((a, b, c), (x, y, z)) = (self.split(from), self.split(to));
+    fn free_length(&self, from: usize, to: usize, turn_cost: f64) -> f32 {
+        let ((a, b, c), (x, y, z)) = (self.cell_indices(from), self.cell_indices(to));
         let (dx, dy, turns) = (a.abs_diff(x), b.abs_diff(y), c.abs_diff(z));
         let diagonal = dx.min(dy) as f64 * SQRT_2 + (dx.max(dy) - dx.min(dy)) as f64;
-        (diagonal * CELL + turns.min(HEADINGS - turns) as f64 * TURN * turning) as f32
+        (diagonal * CELL_M + turns.min(HEADINGS - turns) as f64 * HEADING_STEP_RAD * turn_cost) as f32
     }
 
     /// How much longer the way from a pose is than it looks, m.
     #[inline]
-    pub fn excess(&self, [x, y, theta]: [f64; 3]) -> f64 {
+    pub fn detour(&self, [x, y, theta]: [f64; 3]) -> f64 {
         let clip = |k: usize, value: f64| {
-            ((value - self.low[k]) / CELL).clamp(0.0, (self.size[k] - 1) as f64 - 1e-9)
+            ((value - self.low[k]) / CELL_M).clamp(0.0, (self.size[k] - 1) as f64 - 1e-9)
         };
         let (gx, gy) = (clip(0, x), clip(1, y));
-        let turn = theta * (1.0 / TURN);
+        let turn = theta * (1.0 / HEADING_STEP_RAD);
         let whole = turn.floor();
         let below = (whole as i64).rem_euclid(HEADINGS as i64) as usize;
         let (cx, cy) = (gx as usize, gy as usize);
         let (sx, sy, st) = (gx - cx as f64, gy - cy as f64, turn - whole);
         let value = |dx: usize, dy: usize, heading: usize| {
-            f64::from(self.excess.get(self.index(cx + dx, cy + dy, heading)).copied().unwrap_or(0.0))
+            f64::from(self.detour.get(self.index(cx + dx, cy + dy, heading)).copied().unwrap_or(0.0))
         };
         let plane = |heading: usize| {
             let low = value(0, 0, heading) * (1.0 - sx) + value(1, 0, heading) * sx;
@@ -119,26 +121,30 @@ impl Field {
         (heading * self.size[1] + row) * self.size[0] + column
     }
 
-    fn split(&self, cell: usize) -> (usize, usize, usize) {
+    fn cell_indices(&self, cell: usize) -> (usize, usize, usize) {
         let plane = self.size[0] * self.size[1];
         (cell % self.size[0], cell % plane / self.size[0], cell / plane)
     }
 
     fn pose(&self, cell: usize) -> [f64; 3] {
-        let (column, row, heading) = self.split(cell);
-        [self.low[0] + column as f64 * CELL, self.low[1] + row as f64 * CELL, heading as f64 * TURN]
+        let (column, row, heading) = self.cell_indices(cell);
+        [
+            self.low[0] + column as f64 * CELL_M,
+            self.low[1] + row as f64 * CELL_M,
+            heading as f64 * HEADING_STEP_RAD,
+        ]
     }
 
     fn cell(&self, [x, y, theta]: [f64; 3]) -> usize {
         let near = |k: usize, value: f64| {
-            ((value - self.low[k]) / CELL).round().clamp(0.0, (self.size[k] - 1) as f64) as usize
+            ((value - self.low[k]) / CELL_M).round().clamp(0.0, (self.size[k] - 1) as f64) as usize
         };
-        let heading = ((theta / TURN).round() as i64).rem_euclid(HEADINGS as i64) as usize;
+        let heading = ((theta / HEADING_STEP_RAD).round() as i64).rem_euclid(HEADINGS as i64) as usize;
         self.index(near(0, x), near(1, y), heading)
     }
 }
 
-const MOVES: [(isize, isize, f64); 8] = [
+const NEIGHBOUR_MOVES: [(isize, isize, f64); 8] = [
     (1, 0, 1.0),
     (-1, 0, 1.0),
     (0, 1, 1.0),
@@ -157,27 +163,27 @@ mod tests {
 
     #[test]
     fn without_obstacles_no_way_is_longer_than_it_looks() {
-        let field = Field::new([1.0, 0.5, 0.3], BOUNDS, 0.3, |_| true);
-        assert!(field.excess.iter().all(|e| *e < 1e-4));
+        let field = DistanceField::new([1.0, 0.5, 0.3], BOUNDS, 0.3, |_| true);
+        assert!(field.detour.iter().all(|e| *e < 1e-4));
     }
 
     #[test]
     fn a_wall_must_be_gone_around_and_something_long_turned_in_a_corridor_cannot() {
-        // A wall across, and a strip behind it in which only headings along it have room.
-        let free = |[x, y, theta]: [f64; 3]| {
+        // A wall across, and a strip behind it in which only headings along it have obstacle_map.
+        let is_free_pose = |[x, y, theta]: [f64; 3]| {
             let wall = x.abs() < 0.1 && y < 1.0;
             let strip = x > 0.5 && (theta.sin().abs() > 0.3);
             !wall && !strip
         };
-        let field = Field::new([1.5, 0.0, 0.0], BOUNDS, 0.3, free);
+        let field = DistanceField::new([1.5, 0.0, 0.0], BOUNDS, 0.3, is_free_pose);
         let around = 2.0 * 1.0f64.hypot(1.5) - 3.0;
-        let excess = field.excess([-1.5, 0.0, 0.0]);
-        assert!((around - 0.1..around + 0.5).contains(&excess), "{excess} {around}");
-        let (left, right) = (field.excess([-1.5, 0.0, 0.3]), field.excess([-1.5, 0.0, -0.3]));
+        let detour = field.detour([-1.5, 0.0, 0.0]);
+        assert!((around - 0.1..around + 0.5).contains(&detour), "{detour} {around}");
+        let (left, right) = (field.detour([-1.5, 0.0, 0.3]), field.detour([-1.5, 0.0, -0.3]));
         assert!((left - right).abs() < 1e-3 && left > 0.3, "either way round alike: {left} {right}");
         // Turned round, at the goal: out of the strip, turn, and back in.
-        let turned = field.excess([1.5, 0.0, 3.1]);
+        let turned = field.detour([1.5, 0.0, 3.1]);
         assert!((1.6..2.6).contains(&turned), "{turned}");
-        assert!(field.excess([0.3, 0.0, 0.0]) < 1e-3, "a free way ahead");
+        assert!(field.detour([0.3, 0.0, 0.0]) < 1e-3, "a free way ahead");
     }
 }

@@ -1,9 +1,9 @@
 //! Where to hold the object: what the best plan from each place costs.
 
-use crate::{ControlError, Dynamics, Planner, Room, Task};
+use crate::{ControlError, Dynamics, ObstacleMap, Planner, PlanningTask};
 
 /// Iterations with which the plans from different grasps are compared.
-const ITERATIONS: usize = 4;
+const COMPARISON_ITERATIONS: usize = 4;
 
 impl Planner {
     /// What the best plan found from each grasp costs, from rest or motion as in `task`, whose own grasp does not
@@ -14,17 +14,17 @@ impl Planner {
     pub fn compare<D: Dynamics>(
         &self,
         models: &[D],
-        task: &Task,
-        room: &Room,
+        task: &PlanningTask,
+        obstacle_map: &ObstacleMap,
         grasps: &[[f64; 2]],
     ) -> Result<Vec<f64>, ControlError> {
-        let settings = crate::Settings { iterations: ITERATIONS, ..self.settings().clone() };
+        let settings = crate::Settings { iterations: COMPARISON_ITERATIONS, ..self.settings().clone() };
         let mut costs = Vec::with_capacity(grasps.len());
         for &grasp in grasps {
             let mut planner = Self::new(settings.clone(), self.seed())?;
-            let task = Task { grasp, ..*task };
-            match planner.plan(models, &task, room) {
-                Ok(_) => costs.push(planner.cost(models, &task, room)),
+            let task = PlanningTask { grasp, ..*task };
+            match planner.plan(models, &task, obstacle_map) {
+                Ok(_) => costs.push(planner.cost(models, &task, obstacle_map)),
                 Err(ControlError::Diverged { .. }) => costs.push(f64::INFINITY),
                 Err(error) => return Err(error),
             }
