@@ -1,7 +1,7 @@
-//! How far it is to the goal around what is in the way, with obstacle_map to turn.
+//! Distance field to a goal pose among obstacles.
 //!
-//! Dijkstra's algorithm over poses: steps in eight directions at a metre each, turns at what a radian costs. Without
-//! obstacles that has a closed form, and only what the way is longer than it is kept: far from obstacles it is exactly zero.
+//! Dijkstra's algorithm over a grid of poses with steps in eight directions and turns. Without obstacles the path length
+//! has a closed form. The field stores the difference to it, the detour, which is exactly zero far from obstacles.
 
 use std::cmp::Reverse;
 use std::collections::BinaryHeap;
@@ -11,24 +11,25 @@ use rayon::prelude::*;
 
 /// Side of a cell, m.
 const CELL_M: f64 = 0.06;
-/// Headings around the circle.
+/// Number of headings.
 const HEADINGS: usize = 48;
+/// Angle between two headings, rad.
 const HEADING_STEP_RAD: f64 = TAU / HEADINGS as f64;
-/// What a metre or a turn without obstacle_map counts, so that even there the way out is downhill.
+/// Factor on the cost of moves at blocked poses. A finite factor makes the field decrease towards free poses.
 const BLOCKED_COST_FACTOR: f64 = 12.0;
 
-/// What ways to the goal are longer than they would be without obstacles, on a grid of poses.
+/// Detours on a grid of poses: path lengths to the goal minus those without obstacles.
 #[derive(Clone, Debug)]
 pub(crate) struct DistanceField {
     low: [f64; 2],
     size: [usize; 2],
-    /// Columns first, then rows, then headings; m.
+    /// Detours, m. The column index varies fastest, then row, then heading.
     detour: Vec<f32>,
 }
 
 impl DistanceField {
-    /// Ways within bounds `[[x, y], [x, y]]` to a goal, where there is obstacle_map at a pose if `free` says so; `turn_cost` is
-    /// what a radian costs, m.
+    /// The field for a goal within bounds `[[x, y], [x, y]]`, m. `turn_cost` is the cost of a turn, m/rad, and
+    /// `is_free_pose` tests a pose for collisions.
     pub fn new(
         goal: [f64; 3],
         [low, high]: [[f64; 2]; 2],
@@ -48,14 +49,14 @@ impl DistanceField {
         field
     }
 
-    /// Lengths of the ways to a cell.
+    /// Path lengths from all cells to `start`.
     fn path_lengths(&self, start: usize, turn_cost: f64, is_free: &[bool]) -> Vec<f32> {
         let mut lengths = vec![f32::INFINITY; is_free.len()];
         let mut queue = BinaryHeap::new();
         lengths[start] = 0.0;
         queue.push((Reverse(0u32), start));
         while let Some((Reverse(bits), cell)) = queue.pop() {
-            // Lengths are not negative: their bits are ordered as they are.
+            // Non-negative floats have the same order as their bits.
             if f32::from_bits(bits) > lengths[cell] {
                 continue;
             }
@@ -86,7 +87,7 @@ impl DistanceField {
         }
     }
 
-    /// The way between two cells where nothing is in it.
+    /// Path length between two cells without obstacles.
     fn free_length(&self, from: usize, to: usize, turn_cost: f64) -> f32 {
         let ((a, b, c), (x, y, z)) = (self.cell_indices(from), self.cell_indices(to));
         let (dx, dy, turns) = (a.abs_diff(x), b.abs_diff(y), c.abs_diff(z));
@@ -94,7 +95,7 @@ impl DistanceField {
         (diagonal * CELL_M + turns.min(HEADINGS - turns) as f64 * HEADING_STEP_RAD * turn_cost) as f32
     }
 
-    /// How much longer the way from a pose is than it looks, m.
+    /// Detour from a pose, m, by trilinear interpolation.
     #[inline]
     pub fn detour(&self, [x, y, theta]: [f64; 3]) -> f64 {
         let clip = |k: usize, value: f64| {
@@ -162,14 +163,14 @@ mod tests {
     const BOUNDS: [[f64; 2]; 2] = [[-2.0, -2.0], [2.0, 2.0]];
 
     #[test]
-    fn without_obstacles_no_way_is_longer_than_it_looks() {
+    fn without_obstacles_there_is_no_detour() {
         let field = DistanceField::new([1.0, 0.5, 0.3], BOUNDS, 0.3, |_| true);
         assert!(field.detour.iter().all(|e| *e < 1e-4));
     }
 
     #[test]
-    fn a_wall_must_be_gone_around_and_something_long_turned_in_a_corridor_cannot() {
-        // A wall across, and a strip behind it in which only headings along it have obstacle_map.
+    fn detours_lead_around_walls_and_out_of_corridors_too_narrow_to_turn() {
+        // A wall, and a strip behind it in which only some headings are free.
         let is_free_pose = |[x, y, theta]: [f64; 3]| {
             let wall = x.abs() < 0.1 && y < 1.0;
             let strip = x > 0.5 && (theta.sin().abs() > 0.3);
@@ -180,10 +181,10 @@ mod tests {
         let detour = field.detour([-1.5, 0.0, 0.0]);
         assert!((around - 0.1..around + 0.5).contains(&detour), "{detour} {around}");
         let (left, right) = (field.detour([-1.5, 0.0, 0.3]), field.detour([-1.5, 0.0, -0.3]));
-        assert!((left - right).abs() < 1e-3 && left > 0.3, "either way round alike: {left} {right}");
-        // Turned round, at the goal: out of the strip, turn, and back in.
+        assert!((left - right).abs() < 1e-3 && left > 0.3, "both directions are equal: {left} {right}");
+        // At the goal with the opposite heading: leave the strip, turn, and return.
         let turned = field.detour([1.5, 0.0, 3.1]);
         assert!((1.6..2.6).contains(&turned), "{turned}");
-        assert!(field.detour([0.3, 0.0, 0.0]) < 1e-3, "a free way ahead");
+        assert!(field.detour([0.3, 0.0, 0.0]) < 1e-3, "no obstacle ahead");
     }
 }

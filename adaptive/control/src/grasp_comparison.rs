@@ -1,16 +1,16 @@
-//! Where to hold the object: what the best plan from each place costs.
+//! Comparison of grasps by the cost of their best plans.
 
 use crate::{ControlError, Dynamics, ObstacleMap, Planner, PlanningTask};
 
-/// Iterations with which the plans from different grasps are compared.
+/// Iterations of each plan in a comparison.
 const COMPARISON_ITERATIONS: usize = 4;
 
 impl Planner {
-    /// What the best plan found from each grasp costs, from rest or motion as in `task`, whose own grasp does not
-    /// count; infinite where none keeps the motion finite. Every grasp is given the same draws.
+    /// Cost of the best plan for each grasp, for the state and goal of `task`; the grasp of `task` is ignored. A cost is
+    /// infinite if all plans diverge. All grasps use the same random numbers.
     ///
     /// # Errors
-    /// As [`Planner::plan`], but for plans that run away.
+    /// As [`Planner::plan`], except for divergence.
     pub fn compare<D: Dynamics>(
         &self,
         models: &[D],

@@ -1,7 +1,7 @@
-//! Where to push next: sampled plans, rolled out on the very laws that were fitted.
+//! Model predictive control of pushes.
 //!
-//! A [`Planner`] looks for the wrenches at the grasp that bring an object to a pose, by model
-//! predictive path integral control over [`trundle_model::Plant`]. It never sees a simulated world.
+//! A [`Planner`] computes wrenches at the grasp that bring an object to a goal pose, by model predictive path integral
+//! control over fitted models ([`trundle_model::Plant`]). It does not use the simulated world.
 
 mod cost;
 mod distance_field;

@@ -1,4 +1,4 @@
-//! What is in the way of an object on its way to the goal.
+//! Obstacle map: clearance to obstacles and detours to the goal.
 
 use std::f64::consts::TAU;
 
@@ -8,16 +8,16 @@ use crate::ControlError;
 use crate::distance_field::DistanceField;
 use crate::polygon::Outline;
 
-/// A disc is an outline of so many corners, about it.
+/// Number of corners of the polygon that circumscribes a disc.
 const DISC_CORNERS: usize = 16;
-/// ObstacleMap that a pose on the way must have, m.
+/// Smallest clearance of a pose on a path, m.
 const MIN_PATH_CLEARANCE_M: f64 = 0.03;
-/// Ways may lead so far beyond start and goal, m.
+/// Margin of the map around start and goal, m.
 const MAP_MARGIN_M: f64 = 1.3;
-/// Sides beyond which no ways are looked for, m: the grid would not fit into memory.
+/// Largest side of the map, m, limited by memory.
 const MAX_MAP_SIDE_M: f64 = 40.0;
 
-/// An object's outline among fixed obstacles, and the ways to a goal.
+/// Outline of an object among fixed obstacles, with the detours to a goal.
 #[derive(Clone, Debug, Default)]
 pub struct ObstacleMap {
     outlines: Vec<Outline>,
@@ -26,16 +26,16 @@ pub struct ObstacleMap {
 }
 
 impl ObstacleMap {
-    /// A obstacle_map without obstacles.
+    /// A map without obstacles.
     pub fn empty() -> Self {
         Self::default()
     }
 
-    /// A obstacle_map with simple polygons, world, m; `goal` and `from` are where the object should be and where it is, and
-    /// `turn_cost` is what a radian on the way costs, m.
+    /// A map of obstacles, which are simple polygons, world, m. `goal` and `from` are the goal pose and the current pose of the
+    /// object. `turn_cost` is the cost of a turn, m/rad.
     ///
     /// # Errors
-    /// When a number is not finite, an obstacle has fewer than three corners, or the goal is tens of metres away.
+    /// If a number is not finite, an obstacle has fewer than three corners, or the map exceeds its largest side.
     pub fn new(
         body: &Body,
         obstacles: &[Vec<[f64; 2]>],
@@ -44,7 +44,7 @@ impl ObstacleMap {
     ) -> Result<Self, ControlError> {
         for polygon in obstacles {
             if polygon.len() < 3 || polygon.iter().flatten().any(|v| !v.is_finite()) {
-                let remedy = "needs three corners at least, all finite (m)";
+                let remedy = "must have at least three corners, all finite (m)";
                 return Err(ControlError::value("obstacle", polygon, remedy));
             }
         }
@@ -57,7 +57,7 @@ impl ObstacleMap {
         let low = [0, 1].map(|k| goal[k].min(from[k]) - MAP_MARGIN_M);
         let high = [0, 1].map(|k| goal[k].max(from[k]) + MAP_MARGIN_M);
         if ![0, 1].iter().all(|&k| high[k] - low[k] <= MAX_MAP_SIDE_M) {
-            let remedy = "is too far away to find a way around obstacles: give one within 35 m of the object";
+            let remedy = "too far away for a path around obstacles: must be within 35 m of the object";
             return Err(ControlError::value("goal", goal, remedy));
         }
         let free = |pose| obstacle_map.clearance(pose, MIN_PATH_CLEARANCE_M) >= MIN_PATH_CLEARANCE_M;
@@ -73,13 +73,13 @@ impl ObstacleMap {
         pairs.map(|(obstacle, part)| obstacle.distance_from(part, pose, enough)).fold(f64::INFINITY, f64::min)
     }
 
-    /// How much longer the way from a pose to the goal is than it looks, m.
+    /// Detour from a pose to the goal due to obstacles, m.
     #[inline]
     pub(crate) fn detour(&self, pose: [f64; 3]) -> f64 {
         self.distance_field.as_ref().map_or(0.0, |distance_field| distance_field.detour(pose))
     }
 
-    /// Whether there is anything in the way.
+    /// Whether there are no obstacles.
     pub fn is_empty(&self) -> bool {
         self.obstacles.is_empty()
     }

@@ -1,6 +1,6 @@
-//! Distances between outlines.
+//! Signed distances between polygons.
 
-/// A simple polygon, with a circle about it for a first look.
+/// A simple polygon with a bounding circle.
 #[derive(Clone, Debug)]
 pub(crate) struct Outline {
     corners: Vec<[f64; 2]>,
@@ -33,8 +33,8 @@ impl Outline {
         if inside { -least.sqrt() } else { least.sqrt() }
     }
 
-    /// Distance from another outline that stands at a pose, negative where they overlap, m; at least `enough` where
-    /// even the circles are so far apart. Two outlines that do not cross are nearest at a corner of one of them.
+    /// Signed distance to another outline at a pose, negative for an overlap, m. If the bounding circles are farther apart
+    /// than `enough`, their distance is returned as a lower bound. Without crossing edges the minimum is at a corner.
     pub fn distance_from(&self, other: &Self, [x, y, theta]: [f64; 3], enough: f64) -> f64 {
         let (sin, cos) = theta.sin_cos();
         let to_world = |[a, b]: [f64; 2]| [x + cos * a - sin * b, y + sin * a + cos * b];
@@ -49,8 +49,12 @@ impl Outline {
         };
         let ours = self.corners.iter().map(|&corner| other.distance(to_object(corner)));
         let least = theirs.chain(ours).fold(f64::INFINITY, f64::min);
-        // A wall through the middle of a table has no corner in it, nor the table one in the wall.
-        if least > 0.0 && self.crosses(other, out) { -self.penetration_depth(other, out) } else { least }
+        // Outlines can cross without any corner inside the other, such as a wall through the middle of a table.
+        if least > 0.0 && self.crosses(other, to_world) {
+            -self.penetration_depth(other, to_world)
+        } else {
+            least
+        }
     }
 
     fn crosses(&self, other: &Self, to_world: impl Fn([f64; 2]) -> [f64; 2]) -> bool {
@@ -64,7 +68,7 @@ impl Outline {
         })
     }
 
-    /// How far one must be moved off the other, along the edge normals of the first, m.
+    /// Penetration depth along the edge normals of `self`, m.
     fn penetration_depth(&self, other: &Self, to_world: impl Fn([f64; 2]) -> [f64; 2]) -> f64 {
         let span = |corners: &mut dyn Iterator<Item = [f64; 2]>, n: [f64; 2]| {
             corners.fold((f64::INFINITY, f64::NEG_INFINITY), |(low, high), c| {
@@ -112,17 +116,17 @@ mod tests {
     }
 
     #[test]
-    fn outlines_are_as_far_apart_as_their_nearest_points() {
+    fn outline_distance_is_that_of_the_nearest_points() {
         let (wall, table) = (square(1.0), square(0.5));
         assert!((wall.distance_from(&table, [2.0, 0.0, 0.0], 9.0) - 0.5).abs() < 1e-12);
-        // Turned by 45 degrees a corner comes first.
+        // Turned by 45 degrees, a corner is nearest.
         let turned = wall.distance_from(&table, [2.0, 0.0, std::f64::consts::FRAC_PI_4], 9.0);
         assert!((turned - (1.0 - 0.5f64.sqrt())).abs() < 1e-12);
         assert!((wall.distance_from(&table, [1.3, 0.0, 0.0], 9.0) + 0.2).abs() < 1e-12, "0.2 m deep");
-        // A thin wall through the middle of it.
+        // A thin wall through the middle.
         let thin = Outline::new(vec![[-0.05, -3.0], [0.05, -3.0], [0.05, 3.0], [-0.05, 3.0]]);
         assert!((thin.distance_from(&table, [0.2, 0.3, 0.0], 9.0) + 0.35).abs() < 1e-12);
-        // The circles alone say that it is far.
+        // The bounding circles give a lower bound.
         let far = wall.distance_from(&table, [9.0, 0.0, 0.0], 1.0);
         assert!(far > 1.0 && far <= 7.5);
     }

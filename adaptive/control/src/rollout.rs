@@ -1,14 +1,14 @@
-//! What a plan comes to: rolled out on several models, it costs what it does on average, less what it tells.
+//! Cost of a plan: its mean over rollouts on several models, minus a bonus for the difference between their end poses.
 
 use trundle_model::{Clock, Glide, State, transport};
 
 use crate::dynamics::Anchor;
 use crate::{Dynamics, ObstacleMap, PlanningTask, Settings};
 
-/// Longest step of a rollout, s.
+/// Largest step of a rollout, s.
 const MAX_STEP_S: f64 = 0.05;
 
-/// A model, with its step solved beforehand where that can be.
+/// A model with its precomputed step, if it is linear.
 pub(crate) struct RolloutModel<'a, D> {
     model: &'a D,
     glide: Option<Glide>,
@@ -25,13 +25,13 @@ impl<D: Dynamics> RolloutModel<'_, D> {
     }
 }
 
-/// How many steps an action takes, and their length, s.
+/// Number of steps of an action and their length, s.
 fn substeps(settings: &Settings) -> (usize, f64) {
     let count = (settings.hold / MAX_STEP_S).ceil();
     (count as usize, settings.hold / count)
 }
 
-/// Models as plans are rolled out on them.
+/// Models prepared for rollouts.
 pub(crate) fn rollout_models<'a, D: Dynamics>(
     settings: &Settings,
     models: &'a [D],
@@ -43,7 +43,7 @@ pub(crate) fn rollout_models<'a, D: Dynamics>(
         .collect()
 }
 
-/// What a plan costs on average, less what it tells; infinite where a model is not finite.
+/// Mean cost of a plan, minus the curiosity bonus. Infinite if a motion is not finite.
 pub(crate) fn plan_cost<D: Dynamics>(
     settings: &Settings,
     rollout_models: &[RolloutModel<'_, D>],
@@ -64,10 +64,10 @@ pub(crate) fn plan_cost<D: Dynamics>(
     cost - settings.curiosity * ends.spread(settings.cost.heading).min(MAX_END_SPREAD_M)
 }
 
-/// EndPoses farther apart than this, m, are told apart anyway.
+/// Largest spread of end poses that earns a bonus, m. A larger spread is always distinguishable.
 const MAX_END_SPREAD_M: f64 = 0.3;
 
-/// Where several models end, summed up.
+/// Sums over the end poses of several models.
 #[derive(Default)]
 struct EndPoses {
     count: f64,
@@ -82,7 +82,7 @@ impl EndPoses {
         self.squares = [0, 1, 2].map(|k| self.squares[k] + end[k] * end[k]);
     }
 
-    /// Standard deviation, m, with radians at `heading` metres each.
+    /// Standard deviation, m. One radian counts as `heading` metres.
     fn spread(&self, heading: f64) -> f64 {
         let variance = |k: usize| (self.squares[k] - self.sum[k] * self.sum[k] / self.count) / self.count;
         let [x, y, theta] = [0, 1, 2].map(|k| variance(k).max(0.0));
@@ -90,7 +90,7 @@ impl EndPoses {
     }
 }
 
-/// What a plan costs on one model, and the pose at its end.
+/// Cost and end pose of a plan on one model.
 fn rollout<D: Dynamics>(
     settings: &Settings,
     model: &RolloutModel<'_, D>,

@@ -1,4 +1,4 @@
-//! Draws of whole plans around a mean, and their average.
+//! Sampling of plans around a mean, and their weighted average.
 
 use rand::{RngExt, SeedableRng};
 use rand_chacha::ChaCha8Rng;
@@ -6,9 +6,8 @@ use rand_distr::StandardNormal;
 
 use crate::Settings;
 
-/// Fill `plan` with actions around `mean`, within the bounds. The deviations are a stationary
-/// first-order process, so that neighbouring actions go together. Each `number` of each `round` has
-/// a stream of its own: which thread draws it does not matter.
+/// Fill `plan` with actions around `mean`, within the bounds. The deviations are a stationary first-order autoregressive
+/// process. Each `number` of each `round` has its own random stream, so the result does not depend on the threads.
 pub(crate) fn draw_plan(
     settings: &Settings,
     scale: f64,
@@ -31,14 +30,16 @@ pub(crate) fn draw_plan(
     }
 }
 
-/// Share of the plans that are cheap.
+/// Fraction of the plans whose costs determine the temperature.
 const LOW_COST_FRACTION: f64 = 0.2;
-/// Standard deviations between the least of some hundred normal costs and the cutoff of the cheap ones.
+/// Distance, in standard deviations, between the minimum of some hundred normal costs and their quantile
+/// [`LOW_COST_FRACTION`].
 const LOW_COST_RANGE_SDS: f64 = 2.0;
 
-/// The average of `plans`, each of `mean.len()` actions, by the weights `exp(−(cost − least)/λ)`, with λ the given
-/// share of the costs' standard deviation, as the cheap ones show it: plans that run into something cost so much more
-/// that all others would look alike. A plan of infinite cost has no weight.
+/// Average of `plans`, each of `mean.len()` actions, with the weights `exp(−(cost − least)/λ)`.
+///
+/// λ is `temperature` times the standard deviation of the costs. The standard deviation is estimated from the lowest costs,
+/// because the high costs of collisions would dominate it. Plans of infinite cost have no weight.
 pub(crate) fn weighted_average(plans: &[[f64; 3]], costs: &[f64], temperature: f64, mean: &mut [[f64; 3]]) {
     let mut ordered: Vec<f64> = costs.iter().copied().filter(|cost| cost.is_finite()).collect();
     ordered.sort_unstable_by(f64::total_cmp);
@@ -71,7 +72,7 @@ mod tests {
     }
 
     #[test]
-    fn draws_keep_to_the_bounds_and_differ_by_number_and_round() {
+    fn plans_stay_within_the_bounds_and_differ_by_number_and_round() {
         let mean = vec![[9.0, 0.0, 0.0]; 20];
         let plan = |at| {
             let mut plan = vec![[0.0; 3]; 20];
@@ -85,11 +86,11 @@ mod tests {
     }
 
     #[test]
-    fn deviations_have_the_asked_spread_and_correlation() {
+    fn deviations_have_the_specified_spread_and_correlation() {
         let settings = settings();
         let mut plan = vec![[0.0; 3]; 200_000];
         let mean = vec![[0.0; 3]; 200_000];
-        // A small spread, so that the bounds cut nothing.
+        // The spread is small, so the bounds have no effect.
         draw_plan(&settings, 0.2, &mean, 1, (0, 1), &mut plan);
         let n = plan.len() as f64;
         let variance = plan.iter().map(|a| a[0] * a[0]).sum::<f64>() / n;
@@ -99,7 +100,7 @@ mod tests {
     }
 
     #[test]
-    fn the_average_leans_to_the_cheapest_and_forgets_the_infinite() {
+    fn the_average_favours_low_costs_and_ignores_infinite_ones() {
         let plans = [[1.0, 0.0, 0.0], [3.0, 0.0, 0.0], [9.0, 0.0, 0.0]];
         let mut mean = [[0.0; 3]];
         weighted_average(&plans, &[1.0, 1.0, f64::INFINITY], 1.0, &mut mean);

@@ -1,13 +1,13 @@
-//! What it would be worth to know which of several models is true.
+//! Value of information: the expected gain from knowing which of several models is true.
 
 use crate::{ControlError, Dynamics, ObstacleMap, Planner, PlanningTask, Settings};
 
-/// Iterations of each plan: from a plan that is there already, more change little.
+/// Iterations of each plan. The warm start makes more iterations unnecessary.
 const PLAN_ITERATIONS: usize = 3;
 
 impl Planner {
-    /// What the best plan for all models costs on average more than each one's own, metre-seconds: the most that
-    /// finding out can save. Each is planned from the plan as it is, which stays as it is.
+    /// Expected value of perfect information, metre-seconds: the mean over the models of the cost of the best common plan
+    /// minus the cost of the model's own best plan. All plans start from the current plan, which does not change.
     ///
     /// # Errors
     /// As [`Planner::plan`].
@@ -30,7 +30,7 @@ impl Planner {
             let one = std::slice::from_ref(model);
             let mut own = exploiting.clone();
             own.plan(one, task, obstacle_map)?;
-            // A search that did worse than the common plan has found nothing to save.
+            // A search may end with a higher cost than the common plan.
             saved += (common.cost(one, task, obstacle_map) - own.cost(one, task, obstacle_map)).max(0.0);
         }
         Ok(saved / models.len() as f64)
@@ -42,7 +42,7 @@ mod tests {
     use super::*;
     use trundle_model::{Body, Effect, Kind, Model, Plant, State};
 
-    /// A table whose wheel at a corner is locked.
+    /// A table with a locked wheel.
     fn table(x: f64, y: f64) -> Plant<f64> {
         let corners = [[-0.6, -0.4], [0.6, -0.4], [0.6, 0.4], [-0.6, 0.4]];
         let wheel = [x, y, 0.4, 200.0, 200.0].map(Some).to_vec();
@@ -63,7 +63,7 @@ mod tests {
     }
 
     #[test]
-    fn the_truth_is_worth_something_where_models_differ_and_nothing_where_they_do_not() {
+    fn regret_is_positive_for_different_models_and_zero_for_equal_ones() {
         let planner = planner(0.0);
         let regret = |models: &[Plant<f64>]| planner.regret(models, &task(), &ObstacleMap::empty()).unwrap();
         let (left, right) = (table(0.5, 0.3), table(0.5, -0.3));
@@ -72,16 +72,16 @@ mod tests {
     }
 
     #[test]
-    fn asking_for_the_worth_changes_no_plan_and_knows_no_curiosity() {
+    fn regret_ignores_curiosity_and_does_not_change_the_plan() {
         let models = [table(0.5, 0.3), table(0.5, -0.3)];
-        let [mut asked, mut not] = [planner(3.0), planner(3.0)];
-        let regret = asked.regret(&models, &task(), &ObstacleMap::empty()).unwrap();
+        let [mut evaluated, mut other] = [planner(3.0), planner(3.0)];
+        let regret = evaluated.regret(&models, &task(), &ObstacleMap::empty()).unwrap();
         assert_eq!(regret, planner(0.0).regret(&models, &task(), &ObstacleMap::empty()).unwrap());
         let plan = |p: &mut Planner| p.plan(&models, &task(), &ObstacleMap::empty()).unwrap().to_vec();
-        assert_eq!(plan(&mut asked), plan(&mut not));
+        assert_eq!(plan(&mut evaluated), plan(&mut other));
     }
 
-    /// How far apart two models end under the plan for both, m.
+    /// Distance between the end positions of two models under their common plan, m.
     fn end_distance(curiosity: f64) -> f64 {
         let models = [table(0.5, 0.3), table(0.4, 0.2)];
         let mut planner = planner(curiosity);
@@ -99,7 +99,7 @@ mod tests {
     }
 
     #[test]
-    fn a_curious_plan_tells_models_apart() {
+    fn curiosity_increases_the_difference_between_models() {
         assert!(end_distance(5.0) > 1.3 * end_distance(0.0), "{} {}", end_distance(5.0), end_distance(0.0));
     }
 

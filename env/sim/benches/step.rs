@@ -1,4 +1,4 @@
-//! What a step costs: the world's under a push, and the task's from action to observation.
+//! Time of a step of the world under a push, and of a task from action to observation.
 
 use criterion::{Criterion, criterion_group, criterion_main};
 use trundle_model::{Body, Clock, Effect, Kind, Model, State};
@@ -21,7 +21,7 @@ fn world(c: &mut Criterion) {
         let Ok(mut stepper) = table().and_then(|model| HybridStepper::new(model, vec![wall])) else { return };
         stepper.precompute_step(2e-3);
         let mut tick = 0;
-        c.bench_function(&format!("stepper step, {name}, 2 ms"), |b| {
+        c.bench_function(&format!("hybrid step, {name}, 2 ms"), |b| {
             b.iter(|| {
                 tick += 1;
                 if tick % 2000 == 0 {

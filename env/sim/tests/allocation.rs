@@ -1,4 +1,4 @@
-//! Stepping takes no memory: nothing is allocated from one action to the next.
+//! Memory of environments: stepping does not allocate.
 
 #![allow(clippy::unwrap_used)]
 
@@ -10,7 +10,7 @@ fn options(task: TaskKind, action: ActionMode) -> Options {
     Options { task, action, hidden: HiddenKind::Wheels, horizon: 0, ..Options::default() }
 }
 
-/// Allocations of so many steps after some to warm up; and in how many of them the object touched something.
+/// Number of allocations in `steps` steps after a warm-up, and the number of steps with contact.
 fn allocations(options: Options, action: &[f64], steps: u32) -> (u64, u32) {
     let mut row = vec![0.0; options.observation_len()];
     let mut task = PushTask::new(options).unwrap();
@@ -31,7 +31,7 @@ fn allocations(options: Options, action: &[f64], steps: u32) -> (u64, u32) {
 
 #[test]
 fn a_step_allocates_nothing() {
-    // Where it can, it goes from place to place all the time.
+    // In the mode `regrasp`, the gripper regrasps continuously.
     let action = [0.02, 0.01, 0.0, 0.9, 0.9, 1.0];
     for mode in [ActionMode::Wrench, ActionMode::Velocity, ActionMode::Regrasp] {
         for task in [TaskKind::Pose, TaskKind::Path] {
@@ -40,11 +40,11 @@ fn a_step_allocates_nothing() {
     }
 }
 
-/// What `task::Batch` takes an environment to need, bytes.
+/// Memory of an environment as assumed by `task::Batch`, bytes.
 const ENVIRONMENT_BYTES: u64 = 64 << 10;
 
 #[test]
-fn an_environment_needs_no_more_memory_than_a_batch_takes_it_to() {
+fn an_environment_needs_no_more_memory_than_a_batch_assumes() {
     let mut most = 0;
     for task in [TaskKind::Pose, TaskKind::Path, TaskKind::Around, TaskKind::Door] {
         for mode in [ActionMode::Wrench, ActionMode::Push] {
@@ -68,8 +68,8 @@ fn an_environment_needs_no_more_memory_than_a_batch_takes_it_to() {
 }
 
 #[test]
-fn at_a_wall_only_the_engine_itself_allocates() {
-    // Twice in each simulation step: its solver's barrier, and its list of what was changed; and now and then a tree.
+fn in_contact_only_the_engine_allocates() {
+    // The engine allocates twice per simulation step, for its solver's barrier and its list of changes, and sometimes a tree.
     let (count, touched) = allocations(options(TaskKind::Door, ActionMode::Wrench), &[0.3, 0.0, 0.0], 200);
     assert!(touched == 200 && count as f64 <= 200.0 * 25.0 * 2.2, "{count} {touched}");
 }
@@ -91,6 +91,6 @@ fn an_environment_is_small() {
         });
         let each = taken.bytes_current / 16 / 1024;
         assert!(each < most, "{task:?}: {each} KiB");
-        assert!(task == TaskKind::Pose || touched > 16 * 30, "an engine each: {touched}");
+        assert!(task == TaskKind::Pose || touched > 16 * 30, "each environment needs an engine: {touched}");
     }
 }

@@ -1,4 +1,4 @@
-//! The compliant gripper: what it reads is what accelerates the object, and it is stable and passive.
+//! The compliant gripper: its wrench accelerates the object, and the coupling is stable and passive.
 
 #![allow(clippy::unwrap_used)]
 
@@ -26,7 +26,7 @@ fn grip(grasp: [f64; 3], coupling: Coupling) -> Gripper {
 }
 
 #[test]
-fn the_impulse_that_is_read_is_the_momentum_that_is_gained() {
+fn the_impulse_of_the_gripper_equals_the_change_of_momentum() {
     let mut world = square(20.0);
     let mut gripper = grip([0.3, 0.4, 1.0], Coupling::default());
     let (mut impulse, mut spin) = ([0.0; 2], 0.0);
@@ -35,7 +35,7 @@ fn the_impulse_that_is_read_is_the_momentum_that_is_gained() {
         let (sin, cos) = state.pose[2].sin_cos();
         let [fx, fy, torque] = gripper.step([0.3, -0.1, 0.4], &state, world.rigid(), DT);
         world.step([fx, fy, torque], CONTACT);
-        // The wrench turns with the object: its mean heading over the step.
+        // The wrench turns with the object, so use its mean heading over the step.
         let turned = (world.state().pose[2] - state.pose[2]) / 2.0;
         let (s, c) = (sin + cos * turned, cos - sin * turned);
         impulse[0] += (c * fx - s * fy) * DT;
@@ -65,7 +65,7 @@ fn the_object_follows_the_gripper() {
 }
 
 #[test]
-fn a_stiff_gripper_on_a_light_object_is_stable_and_takes_energy_out() {
+fn a_stiff_gripper_on_a_light_object_is_stable_and_dissipates_energy() {
     let coupling = Coupling { stiffness: 1e6, damping: 0.0, twist_stiffness: 1e4, twist_damping: 0.0 };
     let mut world = square(0.5);
     let mut gripper = grip([0.5, 0.5, 0.0], coupling);

@@ -1,4 +1,4 @@
-//! The tasks: seeded, bounded, recorded without being disturbed, copied exactly, the same in any batch.
+//! Tasks: reproducibility, bounds, recording, copies and batches.
 
 #![allow(clippy::unwrap_used)]
 
@@ -12,27 +12,27 @@ const TASKS: [TaskKind; 4] = [TaskKind::Pose, TaskKind::Path, TaskKind::Around, 
 const MODES: [ActionMode; 4] =
     [ActionMode::Wrench, ActionMode::Velocity, ActionMode::Push, ActionMode::Regrasp];
 
-/// Of any kind: of the entries as many count as it has.
+/// An action for any mode, which uses the first entries.
 fn action(k: u32) -> [f64; 6] {
     let t = f64::from(k) * 0.05;
-    // Elsewhere in the fifth step, so that copies after twelve are made on the way.
+    // Regrasp in the fifth step, so that copies after twelve steps are made during a regrasp.
     let elsewhere = if k == 4 { 1.0 } else { -1.0 };
     [0.6 * (2.0 * t).sin(), 0.3 * (3.0 * t).cos(), 0.25 * t.sin(), (7.0 * t).cos(), 0.8, elsewhere]
 }
 
-fn told(task: &mut PushTask) -> Vec<f64> {
+fn observation(task: &mut PushTask) -> Vec<f64> {
     let mut row = vec![f64::NAN; task.options().observation_len()];
     task.observe(&mut row);
     row
 }
 
 fn observations(task: &mut PushTask, steps: u32) -> Vec<Vec<f64>> {
-    let mut seen = vec![told(task)];
+    let mut seen = vec![observation(task)];
     for k in 0..steps {
         if task.step(&action(k)).unwrap().is_none() {
             break;
         }
-        seen.push(told(task));
+        seen.push(observation(task));
     }
     seen
 }
@@ -52,7 +52,7 @@ fn all() -> impl Iterator<Item = Options> {
 }
 
 #[test]
-fn a_seed_draws_the_same_episodes() {
+fn a_seed_determines_the_episodes() {
     for options in all() {
         let run = |seed| {
             let mut task = PushTask::new(options.clone()).unwrap();
@@ -63,12 +63,12 @@ fn a_seed_draws_the_same_episodes() {
         };
         assert_eq!(run(5), run(5));
         assert_ne!(run(5).0, run(6).0);
-        assert_ne!(run(5).0[..6], run(5).1[..6], "a later episode is another one");
+        assert_ne!(run(5).0[..6], run(5).1[..6], "later episodes must differ");
     }
 }
 
 #[test]
-fn recording_does_not_change_the_episode_and_has_the_instruments_rates() {
+fn recording_does_not_change_the_episode_and_has_the_rates_of_the_instruments() {
     let new = || PushTask::new(Options { hidden: HiddenKind::Locked, ..Options::default() }).unwrap();
     let (mut plain, mut recorded) = (new(), new());
     recorded.record();
@@ -84,7 +84,7 @@ fn recording_does_not_change_the_episode_and_has_the_instruments_rates() {
 }
 
 #[test]
-fn copies_in_memory_and_in_bytes_go_on_to_the_last_bit() {
+fn copies_and_saved_states_continue_bit_for_bit() {
     for (k, options) in all().enumerate() {
         let mut task = PushTask::new(options.clone()).unwrap();
         for seed in 0..4 {
@@ -96,24 +96,24 @@ fn copies_in_memory_and_in_bytes_go_on_to_the_last_bit() {
             let after = observations(&mut task, 20);
             assert_eq!(observations(&mut copy, 20), after);
             assert_eq!(observations(&mut other, 20), after);
-            // The clock of later episodes goes on alike too.
+            // The seed sequence of later episodes continues identically.
             for task in [&mut task, &mut copy, &mut other] {
                 task.reset(None, &ResetOptions::default()).unwrap();
             }
-            assert_eq!(told(&mut task), told(&mut other));
+            assert_eq!(observation(&mut task), observation(&mut other));
         }
     }
 }
 
 #[test]
-fn a_copy_in_contact_goes_on_to_the_last_bit() {
+fn a_copy_in_contact_continues_bit_for_bit() {
     let options =
         Options { task: TaskKind::Door, hidden: HiddenKind::Locked, horizon: 0, ..Options::default() };
     let mut task = PushTask::new(options.clone()).unwrap();
     task.reset(Some(3), &ResetOptions::default()).unwrap();
     let push = |task: &mut PushTask| task.step(&[0.3, 0.0, 0.0]).unwrap();
     let touched = (0..300).find(|_| push(&mut task).is_some_and(|outcome| outcome.touched));
-    assert!(touched.is_some(), "it never came to the wall");
+    assert!(touched.is_some(), "the object must reach the wall");
     let mut copy = task.clone();
     let mut other = PushTask::new(options).unwrap();
     other.load(&task.save().unwrap()).unwrap();
@@ -130,18 +130,18 @@ fn a_copy_in_contact_goes_on_to_the_last_bit() {
 }
 
 #[test]
-fn the_object_stays_the_same_only_if_asked() {
+fn the_object_stays_the_same_only_on_request() {
     let mut task = PushTask::new(any(TaskKind::Door, ActionMode::Wrench)).unwrap();
     let same = ResetOptions { same_object: true, ..ResetOptions::default() };
     task.reset(Some(1), &same).unwrap();
     let first = task.hidden().cloned();
-    let room = task.layout().cloned().unwrap();
+    let layout = task.layout().cloned().unwrap();
     task.reset(Some(2), &same).unwrap();
     assert_eq!((task.object_count(), task.hidden().cloned()), (1, first.clone()));
     let next = task.layout().cloned().unwrap();
-    assert_eq!(next.obstacles, room.obstacles, "one recording shows one scene");
-    assert!(next.start != room.start && next.goal != room.goal);
-    // A copy draws the kept object anew from its own seed.
+    assert_eq!(next.obstacles, layout.obstacles, "the obstacles must stay the same");
+    assert!(next.start != layout.start && next.goal != layout.goal);
+    // A saved state draws the object again from its seed.
     let mut other = PushTask::new(task.options().clone()).unwrap();
     other.load(&task.save().unwrap()).unwrap();
     assert_eq!(other.hidden().cloned(), first);
@@ -152,16 +152,16 @@ fn the_object_stays_the_same_only_if_asked() {
 }
 
 #[test]
-fn whatever_is_hidden_observations_stay_within_their_bounds() {
+fn observations_stay_within_their_bounds() {
     for options in all() {
         let mut task = PushTask::new(Options { noise: 10.0, ..options }).unwrap();
         let bounds = task.options().observation_bounds();
         for seed in 0..30 {
             task.reset(Some(seed), &ResetOptions::default()).unwrap();
             for k in 0..60 {
-                let row = told(&mut task);
+                let row = observation(&mut task);
                 assert!(row.iter().zip(&bounds).all(|(v, most)| v.abs() <= *most), "{row:?}");
-                // One corner of the action space for a while, then another.
+                // Each corner of the action space for 20 steps.
                 let corner = seed + k / 20;
                 let sign = |bit: u64| if corner >> bit & 1 == 0 { 1.0 } else { -1.0 };
                 if task.step(&[sign(0), sign(1), sign(2), sign(1), sign(2), sign(0)]).unwrap().is_none() {
@@ -173,7 +173,7 @@ fn whatever_is_hidden_observations_stay_within_their_bounds() {
 }
 
 #[test]
-fn an_episode_ends_at_the_goal_when_lost_and_when_the_time_is_up() {
+fn an_episode_ends_at_the_goal_outside_the_workspace_and_at_the_horizon() {
     let mut task = PushTask::new(Options { horizon: 20, ..Options::default() }).unwrap();
     let there = ResetOptions { start: Some([0.5; 3]), goal: Some([0.5; 3]), ..ResetOptions::default() };
     task.reset(Some(0), &there).unwrap();
@@ -189,7 +189,7 @@ fn an_episode_ends_at_the_goal_when_lost_and_when_the_time_is_up() {
 }
 
 #[test]
-fn a_path_is_followed_by_one_that_is_carried_along_it() {
+fn a_simple_controller_completes_the_path_task() {
     let options = Options {
         task: TaskKind::Path,
         action: ActionMode::Velocity,
@@ -202,7 +202,7 @@ fn a_path_is_followed_by_one_that_is_carried_along_it() {
     task.reset(Some(4), &ResetOptions { grasp: Some([0.0, 0.0]), ..ResetOptions::default() }).unwrap();
     let (mut gained, mut last) = (0.0, Outcome::default());
     for _ in 0..600 {
-        let seen = told(&mut task);
+        let seen = observation(&mut task);
         let (dx, dy) = (seen[7] - seen[0], seen[8] - seen[1]);
         let ahead = seen[10].atan2(seen[9]) - seen[3].atan2(seen[2]);
         let turn = (ahead + 3.0 * PI).rem_euclid(TAU) - PI;
@@ -217,13 +217,13 @@ fn a_path_is_followed_by_one_that_is_carried_along_it() {
 }
 
 #[test]
-fn walls_and_boxes_are_in_the_way_and_start_and_goal_are_clear() {
+fn obstacles_exist_and_start_and_goal_are_clear() {
     for (task, count) in [(TaskKind::Around, 1), (TaskKind::Door, 2)] {
         for name in household_names() {
             let options = Options { task, object: vec![name.to_owned()], ..Options::default() };
             let mut task = PushTask::new(options).unwrap();
             for seed in 0..20 {
-                // Refused, were one of them in an obstacle.
+                // Reset fails if start or goal is in an obstacle.
                 task.reset(Some(seed), &ResetOptions::default()).unwrap();
                 assert_eq!(task.layout().unwrap().obstacles.len(), count);
             }
@@ -232,7 +232,7 @@ fn walls_and_boxes_are_in_the_way_and_start_and_goal_are_clear() {
 }
 
 #[test]
-fn what_is_hidden_is_as_was_asked_for() {
+fn hidden_effects_match_the_option() {
     let kinds = |hidden, object: &str| {
         let mut task =
             PushTask::new(Options { hidden, object: vec![object.to_owned()], ..Options::default() }).unwrap();
@@ -255,19 +255,19 @@ fn what_is_hidden_is_as_was_asked_for() {
 }
 
 #[test]
-fn what_cannot_be_is_named() {
+fn errors_name_the_invalid_option() {
     let mut task = PushTask::new(Options { task: TaskKind::Around, ..Options::default() }).unwrap();
     task.reset(Some(0), &ResetOptions::default()).unwrap();
     let [x, y] = task.layout().unwrap().obstacles[0][0];
-    for (told, word) in [
+    for (reset, word) in [
         (ResetOptions { goal: Some([9.0, 0.0, 0.0]), ..ResetOptions::default() }, "goal"),
         (ResetOptions { start: Some([0.0, f64::NAN, 0.0]), ..ResetOptions::default() }, "start"),
         (ResetOptions { grasp: Some([0.7, 0.0]), ..ResetOptions::default() }, "grasp"),
         (ResetOptions { goal: Some([x, y, 0.0]), ..ResetOptions::default() }, "obstacle"),
     ] {
-        // The episode goes on as if nobody had asked.
+        // A failed reset does not change the episode.
         let before = task.view();
-        assert!(task.reset(Some(0), &told).unwrap_err().to_string().contains(word));
+        assert!(task.reset(Some(0), &reset).unwrap_err().to_string().contains(word));
         assert_eq!(task.view(), before);
     }
     for (text, word) in [
@@ -285,7 +285,7 @@ fn what_cannot_be_is_named() {
         assert!(error.contains(word), "{error}");
     }
     let bytes = task.save().unwrap();
-    assert!(task.load(&bytes[..20]).unwrap_err().to_string().contains("no saved state"));
+    assert!(task.load(&bytes[..20]).unwrap_err().to_string().contains("not a saved state"));
 }
 
 fn batch(
@@ -300,9 +300,9 @@ fn batch(
     let mut batch = Batch::new(options, count, autoreset).unwrap();
     let (mut seen, mut finals) = (vec![0.0; count * entries], vec![0.0; count * entries]);
     let mut outcomes = vec![Outcome::default(); count];
-    let told: Vec<_> = (0..count as u64).map(|k| Some((Some(k), ResetOptions::default()))).collect();
+    let resets: Vec<_> = (0..count as u64).map(|k| Some((Some(k), ResetOptions::default()))).collect();
     pool.install(|| {
-        batch.reset(&told, &mut seen).unwrap();
+        batch.reset(&resets, &mut seen).unwrap();
         for k in 0..20 {
             let actions: Vec<f64> = (0..count).flat_map(|_| action(k).into_iter().take(width)).collect();
             let rows = Rows { observations: &mut seen, finals: &mut finals, outcomes: &mut outcomes };
@@ -313,9 +313,9 @@ fn batch(
 }
 
 #[test]
-fn a_batch_is_the_same_whatever_its_size_and_threads() {
-    let resets = [Autoreset::NextStep, Autoreset::SameStep];
-    for (reset, mode) in resets
+fn a_batch_does_not_depend_on_its_size_or_the_threads() {
+    let modes = [Autoreset::NextStep, Autoreset::SameStep];
+    for (reset, mode) in modes
         .into_iter()
         .flat_map(|reset| [ActionMode::Wrench, ActionMode::Regrasp].map(|mode| (reset, mode)))
     {
@@ -331,7 +331,7 @@ fn a_batch_is_the_same_whatever_its_size_and_threads() {
 
 #[test]
 #[ignore = "takes minutes"]
-fn a_million_random_steps_are_numbers() {
+fn a_million_random_steps_are_finite() {
     let mut steps = 0;
     for (k, options) in std::iter::repeat_with(all).flatten().enumerate() {
         let mut task = PushTask::new(Options { horizon: 200, ..options }).unwrap();
@@ -345,7 +345,7 @@ fn a_million_random_steps_are_numbers() {
             while let Some(outcome) = task.step(&[(); 6].map(|()| any())).unwrap() {
                 steps += 1;
                 assert!(outcome.reward.is_finite() && outcome.distance.is_finite());
-                assert!(told(&mut task).iter().all(|v| v.is_finite()));
+                assert!(observation(&mut task).iter().all(|v| v.is_finite()));
             }
         }
         if steps > 1_000_000 {
