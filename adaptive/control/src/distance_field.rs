@@ -103,10 +103,10 @@ impl DistanceField {
         };
         let (gx, gy) = (clip(0, x), clip(1, y));
         let turn = theta * (1.0 / HEADING_STEP_RAD);
-        let whole = turn.floor();
-        let below = (whole as i64).rem_euclid(HEADINGS as i64) as usize;
+        let floor = turn.floor();
+        let below = (floor as i64).rem_euclid(HEADINGS as i64) as usize;
         let (cx, cy) = (gx as usize, gy as usize);
-        let (sx, sy, st) = (gx - cx as f64, gy - cy as f64, turn - whole);
+        let (sx, sy, st) = (gx - cx as f64, gy - cy as f64, turn - floor);
         let value = |dx: usize, dy: usize, heading: usize| {
             f64::from(self.detour.get(self.index(cx + dx, cy + dy, heading)).copied().unwrap_or(0.0))
         };

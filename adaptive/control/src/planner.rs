@@ -93,13 +93,13 @@ impl Planner {
         if !(seconds.is_finite() && seconds >= 0.0) {
             return Err(ControlError::value("seconds", seconds, "must be finite and not negative"));
         }
-        let whole = (seconds / self.settings.hold).floor();
-        let part = seconds / self.settings.hold - whole;
+        let whole_actions = (seconds / self.settings.hold).floor();
+        let fraction = seconds / self.settings.hold - whole_actions;
         let last = self.mean.len() - 1;
-        let at = |k: usize| (k.saturating_add(whole as usize)).min(last);
+        let at = |k: usize| (k.saturating_add(whole_actions as usize)).min(last);
         for k in 0..=last {
             let (now, next) = (self.mean[at(k)], self.mean[at(k + 1)]);
-            self.mean[k] = [0, 1, 2].map(|i| (1.0 - part) * now[i] + part * next[i]);
+            self.mean[k] = [0, 1, 2].map(|i| (1.0 - fraction) * now[i] + fraction * next[i]);
         }
         Ok(())
     }
@@ -209,17 +209,17 @@ mod tests {
         let plants = [table(150.0)];
         let mut planner = Planner::new(settings(), 0).unwrap();
         let mut task = PlanningTask { goal: [2.2, 0.0, 0.0], ..task() };
-        let mut least = f64::INFINITY;
+        let mut min_clearance = f64::INFINITY;
         for _ in 0..(seconds / 0.1) as usize {
             let action = planner.plan(&plants, &task, obstacle_map).unwrap()[0];
             let applied = transport(action, [task.grasp[0], task.grasp[1], 0.0]);
             for _ in 0..2 {
                 task.state = plants[0].step(&task.state, applied, Clock::since_contact(0.0), 0.05);
-                least = least.min(obstacle_map.clearance(task.state.pose, 1.0));
+                min_clearance = min_clearance.min(obstacle_map.clearance(task.state.pose, 1.0));
             }
             planner.advance(0.1).unwrap();
         }
-        (task.state, least)
+        (task.state, min_clearance)
     }
 
     fn box_in_the_way() -> Vec<Vec<[f64; 2]>> {
@@ -234,9 +234,9 @@ mod tests {
     fn plans_lead_around_obstacles() {
         let obstacle_map =
             ObstacleMap::new(&body(), &box_in_the_way(), [[2.2, 0.0, 0.0], [0.0; 3]], 0.3).unwrap();
-        let (state, least) = around(9.0, &obstacle_map);
+        let (state, min_clearance) = around(9.0, &obstacle_map);
         assert!((state.pose[0] - 2.2).hypot(state.pose[1]) < 0.05, "{state:?}");
-        assert!(least > 0.0, "contact with an obstacle: {least}");
+        assert!(min_clearance > 0.0, "contact with an obstacle: {min_clearance}");
     }
 
     #[test]

@@ -4,21 +4,21 @@
 #[derive(Clone, Debug)]
 pub(crate) struct Outline {
     corners: Vec<[f64; 2]>,
-    middle: [f64; 2],
+    center: [f64; 2],
     radius: f64,
 }
 
 impl Outline {
     pub fn new(corners: Vec<[f64; 2]>) -> Self {
         let count = corners.len().max(1) as f64;
-        let middle = [0, 1].map(|k| corners.iter().map(|c| c[k]).sum::<f64>() / count);
-        let radius = corners.iter().map(|c| point_distance(*c, middle)).fold(0.0, f64::max);
-        Self { corners, middle, radius }
+        let center = [0, 1].map(|k| corners.iter().map(|c| c[k]).sum::<f64>() / count);
+        let radius = corners.iter().map(|c| point_distance(*c, center)).fold(0.0, f64::max);
+        Self { corners, center, radius }
     }
 
     /// Distance from a point, negative inside, m.
     pub fn distance(&self, point: [f64; 2]) -> f64 {
-        let (mut least, mut inside) = (f64::INFINITY, false);
+        let (mut min_distance, mut inside) = (f64::INFINITY, false);
         let [x, y] = point;
         let mut a = self.corners.last().copied().unwrap_or_default();
         for &b in &self.corners {
@@ -26,11 +26,11 @@ impl Outline {
             let (px, py) = (x - a[0], y - a[1]);
             let along = ((px * dx + py * dy) / (dx * dx + dy * dy).max(f64::MIN_POSITIVE)).clamp(0.0, 1.0);
             let (ox, oy) = (px - along * dx, py - along * dy);
-            least = least.min(ox * ox + oy * oy);
+            min_distance = min_distance.min(ox * ox + oy * oy);
             inside ^= (a[1] > y) != (b[1] > y) && x < dx * (y - a[1]) / dy + a[0];
             a = b;
         }
-        if inside { -least.sqrt() } else { least.sqrt() }
+        if inside { -min_distance.sqrt() } else { min_distance.sqrt() }
     }
 
     /// Signed distance to another outline at a pose, negative for an overlap, m. If the bounding circles are farther apart
@@ -38,9 +38,10 @@ impl Outline {
     pub fn distance_from(&self, other: &Self, [x, y, theta]: [f64; 3], enough: f64) -> f64 {
         let (sin, cos) = theta.sin_cos();
         let to_world = |[a, b]: [f64; 2]| [x + cos * a - sin * b, y + sin * a + cos * b];
-        let apart = point_distance(to_world(other.middle), self.middle) - self.radius - other.radius;
-        if apart > enough {
-            return apart;
+        let circle_distance =
+            point_distance(to_world(other.center), self.center) - self.radius - other.radius;
+        if circle_distance > enough {
+            return circle_distance;
         }
         let theirs = other.corners.iter().map(|&corner| self.distance(to_world(corner)));
         let to_object = |[a, b]: [f64; 2]| {
@@ -48,12 +49,12 @@ impl Outline {
             [cos * dx + sin * dy, cos * dy - sin * dx]
         };
         let ours = self.corners.iter().map(|&corner| other.distance(to_object(corner)));
-        let least = theirs.chain(ours).fold(f64::INFINITY, f64::min);
+        let min_distance = theirs.chain(ours).fold(f64::INFINITY, f64::min);
         // Outlines can cross without any corner inside the other, such as a wall through the middle of a table.
-        if least > 0.0 && self.crosses(other, to_world) {
+        if min_distance > 0.0 && self.crosses(other, to_world) {
             -self.penetration_depth(other, to_world)
         } else {
-            least
+            min_distance
         }
     }
 

@@ -36,7 +36,7 @@ const LOW_COST_FRACTION: f64 = 0.2;
 /// [`LOW_COST_FRACTION`].
 const LOW_COST_RANGE_SDS: f64 = 2.0;
 
-/// Average of `plans`, each of `mean.len()` actions, with the weights `exp(−(cost − least)/λ)`.
+/// Average of `plans`, each of `mean.len()` actions, with the weights `exp(−(cost − min cost)/λ)`.
 ///
 /// λ is `temperature` times the standard deviation of the costs. The standard deviation is estimated from the lowest costs,
 /// because the high costs of collisions would dominate it. Plans of infinite cost have no weight.
@@ -45,14 +45,14 @@ pub(crate) fn weighted_average(plans: &[[f64; 3]], costs: &[f64], temperature: f
     ordered.sort_unstable_by(f64::total_cmp);
     let cutoff =
         ((ordered.len() as f64 * LOW_COST_FRACTION).ceil() as usize).min(ordered.len().saturating_sub(1));
-    let least = ordered.first().copied().unwrap_or(0.0);
-    let spread = ordered.get(cutoff).map_or(0.0, |cost| (cost - least) / LOW_COST_RANGE_SDS);
+    let min_cost = ordered.first().copied().unwrap_or(0.0);
+    let spread = ordered.get(cutoff).map_or(0.0, |cost| (cost - min_cost) / LOW_COST_RANGE_SDS);
     let lambda = (temperature * spread).max(f64::MIN_POSITIVE);
     let horizon = mean.len();
     mean.fill([0.0; 3]);
     let mut total = 0.0;
     for (plan, cost) in plans.chunks_exact(horizon).zip(costs).filter(|(_, cost)| cost.is_finite()) {
-        let weight = (-(cost - least) / lambda).exp();
+        let weight = (-(cost - min_cost) / lambda).exp();
         total += weight;
         for (sum, action) in mean.iter_mut().zip(plan) {
             *sum = [0, 1, 2].map(|k| sum[k] + weight * action[k]);

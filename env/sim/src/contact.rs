@@ -135,8 +135,8 @@ mod tests {
     fn without_contact_engine_and_laws_agree() {
         // A wall along the path, in reach: the engine integrates every step.
         let inputs = push([6.0, 0.0, 0.1], 1.0);
-        let beside = vec![[-3.0, 0.47], [3.0, 0.47], [3.0, 0.6], [-3.0, 0.6]];
-        let (laws, engine) = (last(wall(100.0), &inputs), last(beside, &inputs));
+        let side_wall = vec![[-3.0, 0.47], [3.0, 0.47], [3.0, 0.6], [-3.0, 0.6]];
+        let (laws, engine) = (last(wall(100.0), &inputs), last(side_wall, &inputs));
         assert!(laws.pose[0] > 0.1 && off(&laws, &engine) < 2e-4, "{laws:?} {engine:?}");
         assert!(off(&laws, &engine) > 0.0, "the engine was not used");
     }

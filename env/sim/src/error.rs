@@ -41,33 +41,33 @@ pub enum SimError {
     State(String),
     /// The environments do not fit into memory.
     #[error(
-        "num_envs = {count}: must not exceed {most}; an environment takes up to {each} KiB and {free} MiB are free"
+        "num_envs = {count}: must not exceed {max_count}; an environment takes up to {each_kib} KiB and {free_mib} MiB are free"
     )]
-    TooMany {
+    TooManyEnvironments {
         /// Requested number of environments.
         count: usize,
         /// Memory of an environment, KiB.
-        each: u64,
+        each_kib: u64,
         /// Available memory, MiB.
-        free: u64,
+        free_mib: u64,
         /// Largest number of environments.
-        most: usize,
+        max_count: usize,
     },
     /// A scenario takes too long or too much memory.
     #[error(
-        "the pushes take {} s in total, which is {} {what}; the limit is {most:.0}: shorten the pushes (times of `push.knots`, `random.duration`), reduce their number, or {remedy}",
+        "the pushes take {} s in total, which is {} {what}; the limit is {limit:.0}: shorten the pushes (times of `push.knots`, `random.duration`), reduce their number, or {remedy}",
         short(*seconds),
-        short(*got)
+        short(*requested)
     )]
-    TooLong {
+    ScenarioTooLong {
         /// Duration of all pushes and their pre-contact intervals, s.
         seconds: f64,
-        /// "steps" or "samples".
+        /// Counted quantity: "steps" or "samples".
         what: &'static str,
         /// Requested number.
-        got: f64,
+        requested: f64,
         /// Largest number.
-        most: f64,
+        limit: f64,
         /// Further remedy.
         remedy: &'static str,
     },

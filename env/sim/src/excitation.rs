@@ -136,14 +136,14 @@ fn draw_rim_point(vertices: &[[f64; 2]], rng: &mut ChaCha8Rng) -> [f64; 2] {
     let edges: Vec<_> = vertices.iter().zip(next).map(|(&a, &b)| (a, b)).collect();
     let length = |(a, b): &([f64; 2], [f64; 2])| (b[0] - a[0]).hypot(b[1] - a[1]);
     let total: f64 = edges.iter().map(length).sum();
-    let mut rest = rng.random::<f64>() * total;
+    let mut remaining = rng.random::<f64>() * total;
     for edge in &edges {
-        let long = length(edge);
-        if rest < long {
+        let edge_length = length(edge);
+        if remaining < edge_length {
             let (a, b) = edge;
-            return [0, 1].map(|k| a[k] + rest / long * (b[k] - a[k]));
+            return [0, 1].map(|k| a[k] + remaining / edge_length * (b[k] - a[k]));
         }
-        rest -= long;
+        remaining -= edge_length;
     }
     vertices.first().copied().unwrap_or_default()
 }

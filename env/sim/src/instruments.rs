@@ -101,9 +101,9 @@ impl Instruments {
 
     /// Rows since the last call, up to the first row that waits for a future reading.
     pub fn take_rows(&mut self) -> Vec<Row> {
-        let known = self.delay_line.first_pending_row().unwrap_or(self.rows.len());
-        self.delay_line.drop_rows(known);
-        non_empty(self.rows.drain(..known))
+        let complete = self.delay_line.first_pending_row().unwrap_or(self.rows.len());
+        self.delay_line.drop_rows(complete);
+        non_empty(self.rows.drain(..complete))
     }
 
     /// All rows since the last call, without pending readings.

@@ -131,7 +131,7 @@ impl Object {
     }
 
     /// [`Object::model`] with additional effects.
-    pub(crate) fn model_with(&self, configuration: Option<&str>, more: &[Table]) -> Result<Model, SimError> {
+    pub(crate) fn model_with(&self, configuration: Option<&str>, extra: &[Table]) -> Result<Model, SimError> {
         let own = match configuration {
             None => &[],
             Some(name) => self.effects.get(name).map(Vec::as_slice).ok_or_else(|| {
@@ -139,7 +139,7 @@ impl Object {
                 SimError::value("configuration", name, remedy)
             })?,
         };
-        model(self.body.clone(), own.iter().chain(more).cloned().collect())
+        model(self.body.clone(), own.iter().chain(extra).cloned().collect())
     }
 
     /// Source of a value: `radius`, `body.mass`, …, or `configuration.NAME` for all values of its effects.

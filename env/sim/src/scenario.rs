@@ -134,12 +134,12 @@ impl Scenario {
             self.random.as_ref().map_or(0.0, |excitation| excitation.count as f64 * excitation.duration);
         let seconds = ends.sum::<f64>() + drawn + self.episodes() as f64 * self.sensor.precontact;
         let rate = self.sensor.rate + self.tracker.rate;
-        for (what, got, most, remedy) in [
+        for (what, requested, limit, remedy) in [
             ("steps", seconds / self.step, MAX_STEPS, "lengthen `step`"),
             ("samples", seconds * rate, MAX_SAMPLES, "lower `sensor.rate` and `tracker.rate`"),
         ] {
-            if got > most {
-                return Err(SimError::TooLong { seconds, what, got, most, remedy });
+            if requested > limit {
+                return Err(SimError::ScenarioTooLong { seconds, what, requested, limit, remedy });
             }
         }
         Ok(())

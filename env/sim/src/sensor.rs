@@ -99,9 +99,9 @@ impl Sensor {
     /// Reading without noise, gripper axes about the gripper's origin.
     pub fn reading(&self, load: &GripperLoad, plant: &Plant<f64>, clock: Clock) -> [f64; 3] {
         let [fx, fy, torque] = wrench_in_frame(load.wrench, load.frame);
-        let own = plant.rigid(clock).mass - plant.object(clock).mass;
+        let gripper_mass = plant.rigid(clock).mass - plant.object(clock).mass;
         let [ax, ay] = load.accel;
-        let read = distort([fx + own * ax, fy + own * ay, torque], plant, clock);
+        let read = distort([fx + gripper_mass * ax, fy + gripper_mass * ay, torque], plant, clock);
         [0, 1, 2].map(|k| read[k] + self.offset[k])
     }
 }
@@ -231,11 +231,11 @@ impl LagFilter {
         let (before, was, lagged) = self.last.unwrap_or((t, load, load));
         let dt = t - before;
         let trend = if dt > TIME_TOLERANCE_S { [0, 1, 2].map(|k| (load[k] - was[k]) / dt) } else { [0.0; 3] };
-        let kept = if sensor > 0.0 { (-dt / sensor).exp() } else { 0.0 };
+        let decay = if sensor > 0.0 { (-dt / sensor).exp() } else { 0.0 };
         // Between two times the load is taken as their mean.
         let update = |k: usize| {
             let driven = if sensor > 0.0 { (load[k] + was[k]) / 2.0 } else { load[k] };
-            driven + (lagged[k] - driven) * kept
+            driven + (lagged[k] - driven) * decay
         };
         let lagged = [0, 1, 2].map(update);
         self.last = Some((t, load, lagged));
@@ -245,9 +245,9 @@ impl LagFilter {
 
 /// Delay of a reading recorded now, s: it shows the load at that time before.
 pub(crate) fn reading_delay(plant: &Plant<f64>, clock: Clock) -> f64 {
-    let at = |late: f64| Clock { since_contact: clock.since_contact - late, t: clock.t - late, ..clock };
+    let at = |delay: f64| Clock { since_contact: clock.since_contact - delay, t: clock.t - delay, ..clock };
     // The delay of a drifting clock depends on the time of the reading: fixed-point iteration.
-    (0..DELAY_ITERATIONS).fold(0.0, |late, _| plant.delay(at(late)).unwrap_or(0.0))
+    (0..DELAY_ITERATIONS).fold(0.0, |delay, _| plant.delay(at(delay)).unwrap_or(0.0))
 }
 
 /// Fixed-point iterations for the delay. With a drift of 0.3 the relative error is 3e-5.

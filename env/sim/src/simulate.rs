@@ -47,11 +47,11 @@ pub fn simulate(scenario: &Scenario, model: &Model, seed: u64) -> Result<Recordi
 
 /// The sensor with its pre-contact interval as seen by its own clock.
 fn with_tare_interval(sensor: &Sensor, model: &Model) -> Result<Sensor, SimError> {
-    let ahead = model.resolved()?.delay(Clock::since_contact(0.0)).map_or(0.0, |delay| (-delay).max(0.0));
-    let precontact = sensor.precontact - ahead;
-    if ahead > 0.0 && precontact < MIN_TARE_S {
+    let lead = model.resolved()?.delay(Clock::since_contact(0.0)).map_or(0.0, |delay| (-delay).max(0.0));
+    let precontact = sensor.precontact - lead;
+    if lead > 0.0 && precontact < MIN_TARE_S {
         let remedy = "the reading leads the start of contact: lengthen `sensor.precontact`";
-        return Err(SimError::value("latency.delay", -ahead, remedy));
+        return Err(SimError::value("latency.delay", -lead, remedy));
     }
     Ok(Sensor { precontact, ..*sensor })
 }
@@ -83,10 +83,11 @@ fn pushes(scenario: &Scenario, model: &Model, seed: u64) -> Vec<Push> {
 pub(crate) fn draw_initial_inner(model: &Model, rng: &mut ChaCha8Rng) -> [f64; INNER] {
     let mut start = [0.0; INNER];
     for (value, inner) in start.iter_mut().zip(model.inner()) {
-        let any = rng.random_range(0..inner.starts.len().max(1));
-        let around: f64 = rng.sample(StandardNormal);
-        let known = inner.starts.len() < 2;
-        *value = inner.starts.get(any).map_or(0.0, |s| if known { *s } else { s + inner.sd * around });
+        let choice = rng.random_range(0..inner.starts.len().max(1));
+        let deviation: f64 = rng.sample(StandardNormal);
+        let is_known = inner.starts.len() < 2;
+        *value =
+            inner.starts.get(choice).map_or(0.0, |s| if is_known { *s } else { s + inner.sd * deviation });
     }
     start
 }

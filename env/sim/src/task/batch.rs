@@ -50,13 +50,13 @@ impl Batch {
     /// If an option is out of range, or the environments do not fit into memory.
     pub fn new(options: Options, count: usize, autoreset: Autoreset) -> Result<Self, SimError> {
         let free = memory::available_bytes();
-        let most = (free / MAX_ENVIRONMENT_BYTES) as usize;
-        if count > most {
-            return Err(SimError::TooMany {
+        let max_count = (free / MAX_ENVIRONMENT_BYTES) as usize;
+        if count > max_count {
+            return Err(SimError::TooManyEnvironments {
                 count,
-                each: MAX_ENVIRONMENT_BYTES >> 10,
-                free: free >> 20,
-                most,
+                each_kib: MAX_ENVIRONMENT_BYTES >> 10,
+                free_mib: free >> 20,
+                max_count,
             });
         }
         let (entries, width) = (options.observation_len(), options.action.width());

@@ -61,7 +61,7 @@ struct DrawnObject {
 #[derive(Clone, Serialize, Deserialize)]
 struct EpisodeStart {
     seed: u64,
-    told: ResetOptions,
+    reset: ResetOptions,
 }
 
 /// Saved state of a task.
@@ -105,29 +105,29 @@ impl PushTask {
     ///
     /// # Errors
     /// If start or goal are invalid, or the grasp is not on the object.
-    pub fn reset(&mut self, seed: Option<u64>, told: &ResetOptions) -> Result<(), SimError> {
+    pub fn reset(&mut self, seed: Option<u64>, reset: &ResetOptions) -> Result<(), SimError> {
         let seeded = self.seeded || seed.is_some();
         let mut seeds = seed.map_or_else(|| self.seeds.clone(), ChaCha8Rng::seed_from_u64);
         let seed = seeds.random();
-        let (object, episode) = self.begin(seed, told)?;
+        let (object, episode) = self.start_episode(seed, reset)?;
         (self.seeds, self.seeded) = (seeds, seeded);
         self.object_count += u64::from(self.object.as_ref().is_none_or(|o| o.seed != object.seed));
         self.object = Some(object);
-        self.episode = Some((EpisodeStart { seed, told: told.clone() }, episode));
+        self.episode = Some((EpisodeStart { seed, reset: reset.clone() }, episode));
         Ok(())
     }
 
-    fn begin(&self, seed: u64, told: &ResetOptions) -> Result<(DrawnObject, Episode), SimError> {
-        let object = match self.object.as_ref().filter(|_| told.same_object) {
+    fn start_episode(&self, seed: u64, reset: &ResetOptions) -> Result<(DrawnObject, Episode), SimError> {
+        let object = match self.object.as_ref().filter(|_| reset.same_object) {
             Some(object) => object.clone(),
             None => self.draw_object(seed)?,
         };
-        let (fixed, random) = (
+        let (fixed, rng) = (
             &mut sensors::rng_stream(object.seed, OBSTACLE_STREAM),
             &mut sensors::rng_stream(seed, LAYOUT_STREAM),
         );
-        let layout = SceneLayout::draw(self.options.task, &object.task_object, told, [fixed, random])?;
-        let grasp = told.grasp.unwrap_or_else(|| object.task_object.default_grasp());
+        let layout = SceneLayout::draw(self.options.task, &object.task_object, reset, [fixed, rng])?;
+        let grasp = reset.grasp.unwrap_or_else(|| object.task_object.default_grasp());
         check_grasp(&object.task_object, grasp)?;
         let (options, task_object) = (self.options.clone(), object.task_object.clone());
         let episode =
@@ -198,9 +198,9 @@ impl PushTask {
 
     /// Write the observation, [`Options::observation_len`] numbers, with new noise. Before the first reset nothing is
     /// written.
-    pub fn observe(&mut self, told: &mut [f64]) {
+    pub fn observe(&mut self, observation: &mut [f64]) {
         if let Some((_, episode)) = &mut self.episode {
-            episode.observe(told);
+            episode.observe(observation);
         }
     }
 
@@ -292,8 +292,8 @@ impl PushTask {
         self.episode = match episode {
             None => None,
             Some((start, saved)) => {
-                let told = ResetOptions { same_object: true, ..start.told.clone() };
-                let (_, mut episode) = self.begin(start.seed, &told)?;
+                let reset = ResetOptions { same_object: true, ..start.reset.clone() };
+                let (_, mut episode) = self.start_episode(start.seed, &reset)?;
                 episode.load(saved)?;
                 Some((start, episode))
             }

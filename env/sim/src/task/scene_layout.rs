@@ -99,9 +99,9 @@ impl SceneLayout {
 
     fn check_clear(&self, key: &str, body: &Body, pose: [f64; 3]) -> Result<(), SimError> {
         let parts = object_colliders(body)?;
-        let at = Pose::new(Vector::new(pose[0], pose[1]), pose[2]);
+        let object = Pose::new(Vector::new(pose[0], pose[1]), pose[2]);
         let hits = |part: &Collider, wall: &Collider| {
-            let place = at * *part.position();
+            let place = object * *part.position();
             let test = intersection_test(&place, part.shape(), wall.position(), wall.shape());
             test.is_ok_and(|test| test.intersecting)
         };
@@ -126,11 +126,12 @@ fn in_arena(key: &str, [x, y, theta]: [f64; 3]) -> Result<(), SimError> {
 fn pose_layout(reset: &ResetOptions, rng: &mut ChaCha8Rng) -> SceneLayout {
     let start = draw_start(rng);
     let start = reset.start.unwrap_or(start);
-    let far = rng.random_range(0.4..=1.0);
+    let distance = rng.random_range(0.4..=1.0);
     let (sin, cos) = rng.random_range(-PI..=PI).sin_cos();
     let inside = |value: f64| value.clamp(-MAX_PLACEMENT_M, MAX_PLACEMENT_M);
     let turn = rng.random_range(-0.8..=0.8);
-    let goal = [inside(start[0] + far * cos), inside(start[1] + far * sin), wrap_angle(start[2] + turn)];
+    let goal =
+        [inside(start[0] + distance * cos), inside(start[1] + distance * sin), wrap_angle(start[2] + turn)];
     SceneLayout { start, goal: reset.goal.unwrap_or(goal), obstacles: vec![], path: vec![], features: vec![] }
 }
 
@@ -184,15 +185,15 @@ fn obstacle_layout(
 ) -> SceneLayout {
     let turn = fixed.random_range(-PI..=PI);
     let (hx, hy) = (fixed.random_range(0.1..=0.2), fixed.random_range(0.15..=0.4));
-    let middle = compose([0.0, 0.0, turn], [0.0, fixed.random_range(-0.15..=0.15), 0.0]);
-    let far = hx + outline_radius(&task_object.body) + MIN_OBSTACLE_GAP_M;
+    let center = compose([0.0, 0.0, turn], [0.0, fixed.random_range(-0.15..=0.15), 0.0]);
+    let min_distance = hx + outline_radius(&task_object.body) + MIN_OBSTACLE_GAP_M;
     let corner = |x: f64, y: f64| {
-        let [x, y, _] = compose(middle, [x, y, 0.0]);
+        let [x, y, _] = compose(center, [x, y, 0.0]);
         [x, y]
     };
     let polygon = vec![corner(-hx, -hy), corner(hx, -hy), corner(hx, hy), corner(-hx, hy)];
-    let features = vec![middle[0], middle[1], middle[2].cos(), middle[2].sin(), hx, hy];
-    layout_across(turn, far, vec![polygon], features, reset, rng)
+    let features = vec![center[0], center[1], center[2].cos(), center[2].sin(), hx, hy];
+    layout_across(turn, min_distance, vec![polygon], features, reset, rng)
 }
 
 /// A wall with a doorway 0.2 to 0.5 m wider than the object.
@@ -204,9 +205,9 @@ fn door_layout(
 ) -> SceneLayout {
     let turn = fixed.random_range(-PI..=PI);
     let [low, high] = task_object.body.bounds();
-    let narrow = (high[0] - low[0]).min(high[1] - low[1]);
-    let half = (narrow + fixed.random_range(0.2..=0.5)) / 2.0;
-    let at = fixed.random_range(-0.3..=0.3);
+    let shorter_side = (high[0] - low[0]).min(high[1] - low[1]);
+    let half_width = (shorter_side + fixed.random_range(0.2..=0.5)) / 2.0;
+    let offset = fixed.random_range(-0.3..=0.3);
     let frame = [0.0, 0.0, turn];
     let wall = |from: f64, to: f64| {
         [
@@ -221,17 +222,17 @@ fn door_layout(
     };
     // Walls extend beyond the corners of the workspace.
     let end = MAX_FEATURE_M * std::f64::consts::SQRT_2;
-    let walls = vec![wall(at + half, end), wall(-end, at - half)];
-    let [x, y, _] = compose(frame, [0.0, at, 0.0]);
-    let features = vec![x, y, turn.cos(), turn.sin(), 2.0 * half];
-    let far = WALL_HALF_THICKNESS_M + outline_radius(&task_object.body) + MIN_OBSTACLE_GAP_M;
-    layout_across(turn, far, walls, features, reset, rng)
+    let walls = vec![wall(offset + half_width, end), wall(-end, offset - half_width)];
+    let [x, y, _] = compose(frame, [0.0, offset, 0.0]);
+    let features = vec![x, y, turn.cos(), turn.sin(), 2.0 * half_width];
+    let min_distance = WALL_HALF_THICKNESS_M + outline_radius(&task_object.body) + MIN_OBSTACLE_GAP_M;
+    layout_across(turn, min_distance, walls, features, reset, rng)
 }
 
 /// Start and goal on opposite sides of the obstacles.
 fn layout_across(
     turn: f64,
-    far: f64,
+    min_distance: f64,
     obstacles: Vec<Vec<[f64; 2]>>,
     features: Vec<f64>,
     reset: &ResetOptions,
@@ -239,7 +240,7 @@ fn layout_across(
 ) -> SceneLayout {
     let mut place = |side: f64| {
         let (away, along) = (rng.random_range(0.0..=0.2), rng.random_range(-0.3..=0.3));
-        let [x, y, _] = compose([0.0, 0.0, turn], [side * (far + away), along, 0.0]);
+        let [x, y, _] = compose([0.0, 0.0, turn], [side * (min_distance + away), along, 0.0]);
         [
             x.clamp(-MAX_PLACEMENT_M, MAX_PLACEMENT_M),
             y.clamp(-MAX_PLACEMENT_M, MAX_PLACEMENT_M),
@@ -285,9 +286,9 @@ impl PathProgress {
 
     /// Pose at an arc length, m.
     pub fn pose_at(&self, length: f64) -> [f64; 3] {
-        for (from, a, b, long) in self.segments() {
-            if length <= from + long && long > 0.0 {
-                let share = ((length - from) / long).max(0.0);
+        for (from, a, b, segment_length) in self.segments() {
+            if length <= from + segment_length && segment_length > 0.0 {
+                let share = ((length - from) / segment_length).max(0.0);
                 let turn = wrap_angle(b[2] - a[2]);
                 return [
                     a[0] + share * (b[0] - a[0]),
@@ -302,24 +303,26 @@ impl PathProgress {
     /// Advance to the nearest point of the path ahead. Returns the distance to it, m.
     pub fn advance_to(&mut self, [x, y, _]: [f64; 3]) -> f64 {
         let [px, py, _] = self.pose_at(self.arc_length);
-        let (mut best, mut least) = (self.arc_length, (x - px).hypot(y - py));
-        for (from, a, b, long) in self.segments() {
-            let (low, high) =
-                (self.arc_length.max(from), (self.arc_length + PATH_SEARCH_WINDOW_M).min(from + long));
+        let (mut nearest, mut min_distance) = (self.arc_length, (x - px).hypot(y - py));
+        for (from, a, b, segment_length) in self.segments() {
+            let (low, high) = (
+                self.arc_length.max(from),
+                (self.arc_length + PATH_SEARCH_WINDOW_M).min(from + segment_length),
+            );
             if low >= high {
                 continue;
             }
-            let direction = [(b[0] - a[0]) / long, (b[1] - a[1]) / long];
+            let direction = [(b[0] - a[0]) / segment_length, (b[1] - a[1]) / segment_length];
             let along = (x - a[0]) * direction[0] + (y - a[1]) * direction[1];
             let length = (from + along).clamp(low, high);
             let [px, py] = [0, 1].map(|k| a[k] + (length - from) * direction[k]);
             let distance = (x - px).hypot(y - py);
-            if distance < least {
-                (best, least) = (length, distance);
+            if distance < min_distance {
+                (nearest, min_distance) = (length, distance);
             }
         }
-        self.arc_length = best;
-        least
+        self.arc_length = nearest;
+        min_distance
     }
 
     /// Segments of the path: arc length at the start, end poses and length, m.
