@@ -83,7 +83,7 @@ def test_a_simulation_that_is_not_finite_names_the_parameter(tmp_path: Path) -> 
         (PUSH.format(end=1e300), "steps; the limit is 100000000: shorten the pushes"),
         ("step = 1e-9\n" + PUSH.format(end=800), "lengthen `step`"),
         (PUSH.format(end=24_000), "samples; the limit is 4000000: .*lower `sensor.rate`"),
-        ("[random]\ncount = 10000\nduration = 3600.0", r"1\.4e11 steps, and"),
+        ("[random]\ncount = 10000\nduration = 3600.0", r"1\.4e11 steps; the limit"),
     ],
 )
 def test_a_scenario_without_an_end_is_refused(tmp_path: Path, more: str, words: str) -> None:

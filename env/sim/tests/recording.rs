@@ -190,7 +190,7 @@ fn errors_of_scenarios_name_the_cause() {
     let path = folder.join("experiments/demo.toml");
     for (from, to, words) in [
         ("held_out = 2", "hold_out = 2", vec!["hold_out", "held_out"]),
-        ("held_out = 2", "held_out = 8", vec!["held_out = 8", "an episode to fit"]),
+        ("held_out = 2", "held_out = 8", vec!["held_out = 8", "one episode to fit"]),
         ("rate = 125.0", "rate = -1.0", vec!["sensor.rate = -1", "positive"]),
         ("force = 14.0", "farce = 14.0", vec!["farce", "static_force"]),
         ("mu_x = 180.0", "", vec!["viscous_wheel.mu_x", "no value"]),
