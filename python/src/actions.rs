@@ -3,12 +3,12 @@
 use numpy::{PyArray1, PyArrayMethods, PyReadonlyArray1, PyReadonlyArray2};
 use pyo3::prelude::*;
 
-use trundle_sim::task::rules::WIDEST;
+use trundle_sim::task::constants::MAX_ACTION_WIDTH;
 
 use crate::error::refused;
 
 /// So many numbers in [-1, 1]; what is beyond them is 0.
-pub(crate) fn numbers(action: &Bound<'_, PyAny>, width: usize) -> PyResult<[f64; WIDEST]> {
+pub(crate) fn numbers(action: &Bound<'_, PyAny>, width: usize) -> PyResult<[f64; MAX_ACTION_WIDTH]> {
     let read = if let Ok(array) = action.extract::<PyReadonlyArray1<'_, f32>>() {
         padded(width, array.as_array().iter().map(|v| f64::from(*v)))
     } else if let Ok(array) = action.extract::<PyReadonlyArray1<'_, f64>>() {
@@ -24,8 +24,8 @@ pub(crate) fn numbers(action: &Bound<'_, PyAny>, width: usize) -> PyResult<[f64;
     Ok(numbers)
 }
 
-fn padded(width: usize, mut entries: impl ExactSizeIterator<Item = f64>) -> Option<[f64; WIDEST]> {
-    (entries.len() == width).then(|| [(); WIDEST].map(|()| entries.next().unwrap_or(0.0)))
+fn padded(width: usize, mut entries: impl ExactSizeIterator<Item = f64>) -> Option<[f64; MAX_ACTION_WIDTH]> {
+    (entries.len() == width).then(|| [(); MAX_ACTION_WIDTH].map(|()| entries.next().unwrap_or(0.0)))
 }
 
 fn float64<'py>(action: &Bound<'py, PyAny>) -> PyResult<PyReadonlyArray1<'py, f64>> {

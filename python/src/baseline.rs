@@ -244,7 +244,7 @@ fn _object(py: Python<'_>, path: PathBuf) -> PyResult<Bound<'_, PyDict>> {
         let model = object.model(Some(name)).map_err(refused)?;
         models.set_item(name, PyModel { model, posterior: None })?;
     }
-    for value in object.valued() {
+    for value in object.value_names() {
         sources.set_item(&value, object.source(&value))?;
     }
     let dict = PyDict::new(py);

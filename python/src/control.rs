@@ -5,7 +5,7 @@ use std::sync::Arc;
 use numpy::{PyArray1, PyArray2, PyArrayMethods};
 use pyo3::prelude::*;
 use pyo3::types::PyDict;
-use trundle_control::{Planner, Room, Settings, Task};
+use trundle_control::{ObstacleMap, Planner, PlanningTask, Settings};
 use trundle_model::{Body, Fixture, Plant, State};
 
 use crate::baseline::Regression;
@@ -55,7 +55,7 @@ pub(crate) fn register(module: &Bound<'_, PyModule>) -> PyResult<()> {
 struct PyPlanner {
     planner: Planner,
     /// The room of the last call, and what it was made of.
-    room: Option<(Surroundings, Arc<Room>)>,
+    room: Option<(Surroundings, Arc<ObstacleMap>)>,
 }
 
 /// What a room is made of.
@@ -127,7 +127,7 @@ impl PyPlanner {
         inner: Vec<f64>,
         learnt: Option<PyRef<'py, Regression>>,
     ) -> PyResult<Bound<'py, PyArray2<f64>>> {
-        let task = Task { state: model.state(pose, twist, &inner)?, goal, grasp };
+        let task = PlanningTask { state: model.state(pose, twist, &inner)?, goal, grasp };
         let room = self.furnish(py, &model.body()?, obstacles, &task)?;
         let planner = &mut self.planner;
         let flat = |plan: &[[f64; 3]]| plan.iter().flatten().copied().collect::<Vec<f64>>();
@@ -167,14 +167,14 @@ impl PyPlanner {
         obstacles: Vec<Vec<[f64; 2]>>,
         inner: Vec<f64>,
     ) -> PyResult<f64> {
-        let task = Task { state: models.state(pose, twist, &inner)?, goal, grasp };
+        let task = PlanningTask { state: models.state(pose, twist, &inner)?, goal, grasp };
         let (plants, room) = (models.plants()?, self.furnish(py, &models.body()?, obstacles, &task)?);
         run(py, || self.planner.regret(&plants, &task, &room))
     }
 
     /// Credit plans, from now on, with so many seconds for each metre by which the models' ends differ.
     fn be_curious(&mut self, curiosity: f64) -> PyResult<()> {
-        self.planner.be_curious(curiosity).map_err(refused)
+        self.planner.set_curiosity(curiosity).map_err(refused)
     }
 
     /// What the best plan found from each grasp costs, in metre-seconds: where to hold the object.
@@ -203,7 +203,7 @@ impl PyPlanner {
         obstacles: Vec<Vec<[f64; 2]>>,
         inner: Vec<f64>,
     ) -> PyResult<Bound<'py, PyArray1<f64>>> {
-        let task = Task { state: model.state(pose, twist, &inner)?, goal, grasp: [0.0; 2] };
+        let task = PlanningTask { state: model.state(pose, twist, &inner)?, goal, grasp: [0.0; 2] };
         let (plants, room) = (model.plants()?, self.furnish(py, &model.body()?, obstacles, &task)?);
         let costs = run(py, || self.planner.compare(&plants, &task, &room, &grasps))?;
         Ok(PyArray1::from_vec(py, costs))
@@ -234,14 +234,14 @@ impl PyPlanner {
         py: Python<'_>,
         body: &Body,
         obstacles: Vec<Vec<[f64; 2]>>,
-        task: &Task,
-    ) -> PyResult<Arc<Room>> {
+        task: &PlanningTask,
+    ) -> PyResult<Arc<ObstacleMap>> {
         let made_of = Surroundings { obstacles, goal: task.goal, fixtures: body.fixtures.clone() };
         if let Some((_, room)) = self.room.as_ref().filter(|(known, _)| *known == made_of) {
             return Ok(room.clone());
         }
         let (ends, turning) = ([task.goal, task.state.pose], self.planner.settings().cost.heading);
-        let room = Arc::new(run(py, || Room::new(body, &made_of.obstacles, ends, turning))?);
+        let room = Arc::new(run(py, || ObstacleMap::new(body, &made_of.obstacles, ends, turning))?);
         self.room = Some((made_of, room.clone()));
         Ok(room)
     }

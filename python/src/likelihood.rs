@@ -8,7 +8,7 @@ use trundle_infer::{
 use trundle_model::{Model, Stepper};
 use trundle_posterior::{Search, search_modes};
 use trundle_record::Dataset;
-use trundle_sim::Obstructed;
+use trundle_sim::ObstacleStepper;
 
 use crate::error::refused;
 use crate::simulator::Simulator;
@@ -94,10 +94,10 @@ impl Choice {
     }
 
     /// Who simulates each recording, where the laws alone do not.
-    pub fn engines(&self, recordings: &[Dataset], model: &Model) -> PyResult<Vec<Option<Obstructed>>> {
+    pub fn engines(&self, recordings: &[Dataset], model: &Model) -> PyResult<Vec<Option<ObstacleStepper>>> {
         let engine = |data: &Dataset| {
             let wanted = self.obstacles && can_touch(data, model);
-            wanted.then(|| Obstructed::new(model, data.obstacles.clone())).transpose().map_err(refused)
+            wanted.then(|| ObstacleStepper::new(model, data.obstacles.clone())).transpose().map_err(refused)
         };
         recordings.iter().map(engine).collect()
     }
@@ -106,7 +106,7 @@ impl Choice {
     pub fn likelihood<'a>(
         &'a self,
         recordings: &'a [Dataset],
-        engines: &'a [Option<Obstructed>],
+        engines: &'a [Option<ObstacleStepper>],
     ) -> Result<Box<dyn Likelihood + 'a>, InferError> {
         self.over(recordings, engines, &self.name)
     }
@@ -114,7 +114,7 @@ impl Choice {
     fn over<'a>(
         &'a self,
         recordings: &'a [Dataset],
-        engines: &'a [Option<Obstructed>],
+        engines: &'a [Option<ObstacleStepper>],
         name: &str,
     ) -> Result<Box<dyn Likelihood + 'a>, InferError> {
         let slow = self.quasi_static(recordings);
@@ -128,7 +128,7 @@ impl Choice {
     fn one<'a>(
         &'a self,
         data: &'a Dataset,
-        engine: Option<&'a Obstructed>,
+        engine: Option<&'a ObstacleStepper>,
         name: &str,
         slow: bool,
     ) -> Result<Box<dyn Likelihood + 'a>, InferError> {
@@ -155,7 +155,7 @@ impl Choice {
     pub fn fit(
         &self,
         recordings: &[Dataset],
-        engines: &[Option<Obstructed>],
+        engines: &[Option<ObstacleStepper>],
         model: &Model,
         start: &[Vec<f64>],
         options: &FitOptions,

@@ -5,8 +5,8 @@ use pyo3::exceptions::PyIndexError;
 use pyo3::intern;
 use pyo3::prelude::*;
 use pyo3::types::{PyBytes, PyDict};
-use trundle_sim::task::{Autoreset, Rows, household, rules};
-use trundle_sim::{Batch, Options, Outcome, Pushing, Reset, SimError, episode};
+use trundle_sim::task::{Autoreset, Rows, constants, household_names};
+use trundle_sim::{Batch, Options, Outcome, PushTask, ResetOptions, SimError, episode};
 
 use crate::actions::{many_numbers, numbers};
 use crate::error::{refused, run_here, simulated};
@@ -26,7 +26,7 @@ pub(crate) fn register(module: &Bound<'_, PyModule>) -> PyResult<()> {
 #[pyclass(name = "Snapshot", module = "trundle._native", frozen)]
 struct PySnapshot {
     options: String,
-    task: Pushing,
+    task: PushTask,
 }
 
 #[pymethods]
@@ -34,7 +34,7 @@ impl PySnapshot {
     #[new]
     fn new(py: Python<'_>, options: &str, state: &[u8]) -> PyResult<Self> {
         let task = run_here(py, || {
-            let mut task = Pushing::new(Options::from_toml(options)?)?;
+            let mut task = PushTask::new(Options::from_toml(options)?)?;
             task.load(state)?;
             Ok::<_, SimError>(task)
         })?;
@@ -50,7 +50,7 @@ impl PySnapshot {
 #[pyclass(name = "Pushing", module = "trundle._native")]
 struct PyPushing {
     options: String,
-    task: Pushing,
+    task: PushTask,
 }
 
 type Observation<'py> = Bound<'py, PyArray1<f64>>;
@@ -60,45 +60,45 @@ type Stepped<'py> = (Observation<'py>, f64, bool, bool, Bound<'py, PyDict>);
 impl PyPushing {
     /// Half the side of the arena, m.
     #[classattr]
-    const ARENA: f64 = rules::ARENA;
+    const ARENA: f64 = constants::ARENA_HALF_SIDE_M;
     /// Time that the gripper takes from one place on the object to another, s.
     #[classattr]
-    const REGRASP: f64 = rules::REGRASP;
+    const REGRASP: f64 = constants::REGRASP_S;
     /// Speed of the object's origin at which it is out of control, m/s.
     #[classattr]
-    const TOP_SPEED: f64 = rules::TOP_SPEED;
+    const TOP_SPEED: f64 = constants::MAX_SPEED_M_PER_S;
     /// Spin at which it is out of control, rad/s.
     #[classattr]
-    const TOP_SPIN: f64 = rules::TOP_SPIN;
+    const TOP_SPIN: f64 = constants::MAX_SPIN_RAD_PER_S;
     /// Names of the household objects.
     #[classattr]
     #[pyo3(name = "HOUSEHOLD")]
     fn household() -> Vec<&'static str> {
-        household().collect()
+        household_names().collect()
     }
 
     #[new]
     fn new(options: &str) -> PyResult<Self> {
         let parsed = Options::from_toml(options).map_err(refused)?;
-        Ok(Self { options: options.to_owned(), task: Pushing::new(parsed).map_err(refused)? })
+        Ok(Self { options: options.to_owned(), task: PushTask::new(parsed).map_err(refused)? })
     }
 
     /// What a full action stands for.
     #[getter]
     fn full(&self) -> Vec<f64> {
-        self.task.options().action.full().to_vec()
+        self.task.options().action.full_scale().to_vec()
     }
 
     /// Whether the object may be any of several: then an observation tells how large it is.
     #[getter]
     fn varied(&self) -> bool {
-        self.task.options().varied()
+        self.task.options().has_varied_objects()
     }
 
     /// Largest magnitude of each entry of an observation.
     #[getter]
     fn bounds(&self) -> Vec<f64> {
-        self.task.options().bounds()
+        self.task.options().observation_bounds()
     }
 
     /// Steps after which an episode is truncated; 0: never.
@@ -110,7 +110,7 @@ impl PyPushing {
     /// Time between two actions, s.
     #[getter]
     fn control(&self) -> f64 {
-        self.task.options().control()
+        self.task.options().control_period()
     }
 
     #[pyo3(signature = (seed, start = None, goal = None, grasp = None, same_object = false))]
@@ -123,7 +123,7 @@ impl PyPushing {
         grasp: Option<[f64; 2]>,
         same_object: bool,
     ) -> PyResult<Observation<'py>> {
-        let told = Reset { start, goal, grasp, same_object };
+        let told = ResetOptions { start, goal, grasp, same_object };
         run_here(py, || self.task.reset(seed, &told))?;
         Ok(self.observe(py))
     }
@@ -149,7 +149,7 @@ impl PyPushing {
 
     #[getter]
     fn objects(&self) -> u64 {
-        self.task.objects()
+        self.task.object_count()
     }
 
     fn view<'py>(&self, py: Python<'py>) -> PyResult<Option<Bound<'py, PyDict>>> {
@@ -212,7 +212,7 @@ impl PyPushing {
     fn observe<'py>(&mut self, py: Python<'py>) -> Observation<'py> {
         // Of the length that an observation has, whatever the task: no allocation but NumPy's own.
         let mut row = [0.0; LONGEST];
-        let row = &mut row[..self.task.options().entries().min(LONGEST)];
+        let row = &mut row[..self.task.options().observation_len().min(LONGEST)];
         self.task.observe(row);
         PyArray1::from_slice(py, row)
     }
@@ -278,7 +278,7 @@ impl PyBatch {
         grasp: Option<[f64; 2]>,
         same_object: bool,
     ) -> PyResult<()> {
-        let told = Reset { start, goal, grasp, same_object };
+        let told = ResetOptions { start, goal, grasp, same_object };
         let told: Vec<_> = seeds.into_iter().map(|seed| seed.map(|(seed,)| (seed, told.clone()))).collect();
         let rows = slice(&mut observations)?;
         run_here(py, || self.batch.reset(&told, rows))
@@ -321,7 +321,7 @@ impl PyBatch {
     /// Which have been given a seed.
     #[getter]
     fn seeded(&self) -> Vec<bool> {
-        self.batch.envs().iter().map(Pushing::seeded).collect()
+        self.batch.envs().iter().map(PushTask::seeded).collect()
     }
 
     /// Whether the episode of one is over.

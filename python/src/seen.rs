@@ -3,34 +3,34 @@
 use pyo3::prelude::*;
 use pyo3::types::PyDict;
 use trundle_model::Rigid;
-use trundle_sim::Pushing;
-use trundle_sim::task::{Goal, Thing};
+use trundle_sim::PushTask;
+use trundle_sim::task::{TaskKind, TaskObject};
 
 /// Mass, mass centre, radius of gyration, and the drag of all viscous wheels together about the object's origin.
 pub(crate) const HIDDEN: usize = 10;
 
-pub(crate) fn hidden_values(task: &Pushing) -> [f64; HIDDEN] {
+pub(crate) fn hidden_values(task: &PushTask) -> [f64; HIDDEN] {
     let (Some(rigid), Some(hidden)) = (task.rigid(), task.hidden()) else { return [f64::NAN; HIDDEN] };
     let Rigid { mass, com: [x, y], inertia } = rigid;
-    let [xx, xy, yy, tx, ty, tt] = hidden.drag();
+    let [xx, xy, yy, tx, ty, tt] = hidden.total_damping();
     [mass, x, y, (inertia / mass).sqrt(), xx, xy, yy, tx, ty, tt]
 }
 
 /// What there is to see, for drawing; None before the first reset.
-pub(crate) fn view<'py>(py: Python<'py>, task: &Pushing) -> PyResult<Option<Bound<'py, PyDict>>> {
-    let (Some(([object, goal, gripper, wrench], holds)), Some(room), Some(thing)) =
-        (task.view(), task.room(), task.thing())
+pub(crate) fn view<'py>(py: Python<'py>, task: &PushTask) -> PyResult<Option<Bound<'py, PyDict>>> {
+    let (Some(([object, goal, gripper, wrench], holds)), Some(layout), Some(thing)) =
+        (task.view(), task.layout(), task.task_object())
     else {
         return Ok(None);
     };
     let dict = PyDict::new(py);
     dict.set_item("object", object)?;
-    dict.set_item("goal", if task.options().task == Goal::Path { room.goal } else { goal })?;
+    dict.set_item("goal", if task.options().task == TaskKind::Path { layout.goal } else { goal })?;
     dict.set_item("gripper", gripper)?;
     dict.set_item("wrench", wrench)?;
     dict.set_item("holds", holds)?;
-    dict.set_item("obstacles", room.obstacles.clone())?;
-    dict.set_item("path", room.path.iter().map(|[x, y, _]| [*x, *y]).collect::<Vec<_>>())?;
+    dict.set_item("obstacles", layout.obstacles.clone())?;
+    dict.set_item("path", layout.path.iter().map(|[x, y, _]| [*x, *y]).collect::<Vec<_>>())?;
     dict.set_item("fixtures", fixtures(thing))?;
     dict.set_item("wheels", thing.feet.clone())?;
     Ok(Some(dict))
@@ -43,7 +43,7 @@ enum Part {
     Disc(([f64; 2], f64)),
 }
 
-fn fixtures(thing: &Thing) -> Vec<Part> {
+fn fixtures(thing: &TaskObject) -> Vec<Part> {
     let part = |fixture: &trundle_model::Fixture| match fixture {
         trundle_model::Fixture::Polygon { vertices, .. } => Part::Polygon(vertices.clone()),
         trundle_model::Fixture::Disc { center, radius, .. } => Part::Disc((*center, *radius)),

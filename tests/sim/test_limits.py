@@ -79,11 +79,11 @@ def test_a_simulation_that_is_not_finite_names_the_parameter(tmp_path: Path) -> 
 @pytest.mark.parametrize(
     ("more", "words"),
     [
-        (PUSH.format(end=8e7), r"80000000 s in all, which is 3\.2e11 steps, and 100000000 is the most"),
-        (PUSH.format(end=1e300), "steps, and 100000000 is the most: shorten the pushes"),
+        (PUSH.format(end=8e7), r"80000000 s in total, which is 3\.2e11 steps; the limit is 100000000"),
+        (PUSH.format(end=1e300), "steps; the limit is 100000000: shorten the pushes"),
         ("step = 1e-9\n" + PUSH.format(end=800), "lengthen `step`"),
-        (PUSH.format(end=24_000), "samples, and 4000000 is the most: .*lower `sensor.rate`"),
-        ("[random]\ncount = 10000\nduration = 3600.0", r"1\.4e11 steps, and"),
+        (PUSH.format(end=24_000), "samples; the limit is 4000000: .*lower `sensor.rate`"),
+        ("[random]\ncount = 10000\nduration = 3600.0", r"1\.4e11 steps; the limit"),
     ],
 )
 def test_a_scenario_without_an_end_is_refused(tmp_path: Path, more: str, words: str) -> None:
@@ -107,7 +107,7 @@ def test_a_snapshot_with_a_flipped_bit_is_refused() -> None:
     for bit in range(0, 8 * len(state), 5):
         flipped = bytearray(state)
         flipped[bit // 8] ^= 1 << (bit % 8)
-        with pytest.raises(trundle.TrundleError, match="no saved state of such a task: it is damaged"):
+        with pytest.raises(trundle.TrundleError, match="not a saved state of this task: it is damaged"):
             Snapshot(options, bytes(flipped))
 
 

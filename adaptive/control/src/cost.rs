@@ -1,15 +1,17 @@
-//! What a plan is judged by.
+//! Cost of a plan.
 //!
 //! ```text
-//! ∫ |p − p*| + w_θ |θ − θ*| + w_u Σ (u/u_max)² + w_v (excess speed)² + w_c (lack of room)² dt
+//! ∫ |p − p*| + w_θ |θ − θ*| + w_u Σ (u/u_max)² + w_v (excess speed)² + w_c (margin deficit)² dt
 //!     +  T (final error + w_s speed)  +  w_θ (θ − θ*)² / 2ω  +  T_a |a − a*| grip/u_max
 //! ```
-//! The lack of room is what a margin lacks, as a share of it; among obstacles, by how much the way to the goal is
-//! longer than it looks, turns with it, is added to the distance. The first two terms are minus the reward of the environment; the excess is over speeds at which
-//! the object would be lost; the last three terms stand for what happens after the plan. An object with a locked wheel turns
-//! slowly on the spot: a turn that is left is charged for as long as it takes at the pace ω. What dry friction holds, a, is
-//! not moved by small corrections, and often cannot be turned about the object's middle at all: it has to come to its place
-//! first, and the object is then turned about it.
+//!
+//! The first two terms are the negative reward of the environment. Among obstacles, the detour to the goal is added to the
+//! distance. The excess speed is relative to limits. The margin deficit is the missing clearance as a fraction of the margin.
+//!
+//! The last three terms represent what happens after the plan. An object with a locked wheel turns slowly on the spot, so a
+//! remaining heading error is charged for the time that its correction takes at the pace ω. Small corrections do not move
+//! the anchor a of dry friction, and often it cannot be turned about the object's centre. It must reach its goal position
+//! first, and then the object turns about it.
 
 use std::f64::consts::TAU;
 
@@ -17,34 +19,34 @@ use serde::Deserialize;
 use trundle_model::State;
 
 use crate::dynamics::Anchor;
-use crate::{ControlError, Room};
+use crate::{ControlError, ObstacleMap};
 
-/// Weights of the cost of a plan, in metre-seconds.
+/// Weights of the cost of a plan. The cost is in metre-seconds.
 #[derive(Clone, Debug, PartialEq, Deserialize)]
 #[serde(deny_unknown_fields, default)]
 pub struct Cost {
-    /// What a radian of heading error costs, m.
+    /// Cost of a heading error, m/rad.
     pub heading: f64,
-    /// What an action of half the range between its bounds costs along each axis, m.
+    /// Cost of an action of half the range between its bounds along each axis, m.
     pub effort: f64,
-    /// Speed from which on the object gets out of hand, m/s.
+    /// Speed above which an excess is charged, m/s.
     pub speed_limit: f64,
-    /// Spin from which on it does, rad/s.
+    /// Spin above which an excess is charged, rad/s.
     pub spin_limit: f64,
-    /// What exceeding a limit by all of it costs, m.
+    /// Cost of exceeding a limit by 100 %, m.
     pub excess: f64,
-    /// For how long the pose error at the end of the plan is charged, s.
+    /// Time for which the final pose error is charged, s.
     pub arrival: f64,
-    /// How fast a heading error that is left at the end of the plan is taken to be undone, rad/s.
+    /// Assumed angular speed at which a final heading error is corrected, rad/s.
     pub pace: f64,
-    /// For how long it is charged that what dry friction holds is not where it should be at the end of the plan, s, where
-    /// it takes all the force to move it.
+    /// Time for which the final position error of the anchor is charged, s, if moving the anchor takes the full force.
     pub anchor: f64,
-    /// How far a speed at the end of the plan is taken to carry, s: metres of error for each m/s.
+    /// Assumed travel due to the final speed, m per m/s.
     pub momentum: f64,
-    /// Room that should be left to obstacles, m.
+    /// Desired clearance to obstacles, m.
     pub margin: f64,
-    /// What touching an obstacle costs, m; nearer than the margin it rises with the square, and a margin deep in it is four times that.
+    /// Cost of contact with an obstacle, m. It grows with the square of the margin deficit, up to four times this value at a
+    /// penetration of one margin.
     pub collision: f64,
 }
 
@@ -66,25 +68,25 @@ impl Default for Cost {
     }
 }
 
-/// Deeper in an obstacle than the margin it costs no more: the way out is what counts.
-const MOST_LACK: f64 = 2.0;
+/// Largest margin deficit: a penetration of one margin. Beyond it only the detour matters.
+const MAX_MARGIN_DEFICIT: f64 = 2.0;
 
-/// Where the object is, and where it is to go.
+/// Initial state, goal and grasp of a plan.
 #[derive(Clone, Copy, Debug, PartialEq)]
-pub struct Task {
-    /// Motion at the start of the plan, world axes.
+pub struct PlanningTask {
+    /// Initial state, world axes.
     pub state: State<f64>,
     /// Goal pose of the object frame in the world, m, m, rad.
     pub goal: [f64; 3],
-    /// Where the object is held, object frame, m.
+    /// Position of the grasp, object frame, m.
     pub grasp: [f64; 2],
 }
 
-impl Task {
-    /// Refuse numbers that are none.
+impl PlanningTask {
+    /// Check the values.
     ///
     /// # Errors
-    /// When a number is not finite; the message says which.
+    /// If a number is not finite. The message names it.
     pub fn check(&self) -> Result<(), ControlError> {
         let finite = |key, numbers: &[f64]| match numbers.iter().all(|n| n.is_finite()) {
             true => Ok(()),
@@ -98,10 +100,10 @@ impl Task {
 }
 
 impl Cost {
-    /// Refuse negative weights and limits of nothing.
+    /// Check the values.
     ///
     /// # Errors
-    /// When a weight is negative or a limit not positive; the message says which.
+    /// If a weight is negative or a limit is not positive. The message names it.
     pub fn check(&self) -> Result<(), ControlError> {
         for (key, weight) in [
             ("cost.heading", self.heading),
@@ -129,40 +131,58 @@ impl Cost {
         Ok(())
     }
 
-    /// Cost of one second in a state under an action; `share` is the action over half the range between its bounds.
+    /// Cost rate of a state under an action. `normalised_action` is the action divided by half the range between its bounds.
     #[inline]
-    pub(crate) fn running(&self, state: &State<f64>, goal: &[f64; 3], room: &Room, share: [f64; 3]) -> f64 {
-        let effort: f64 = share.iter().map(|u| u * u).sum();
+    pub(crate) fn running_cost(
+        &self,
+        state: &State<f64>,
+        goal: &[f64; 3],
+        obstacle_map: &ObstacleMap,
+        normalised_action: [f64; 3],
+    ) -> f64 {
+        let effort: f64 = normalised_action.iter().map(|u| u * u).sum();
         let [vx, vy, spin] = state.twist;
         let over = |value: f64, limit: f64| (value / limit - 1.0).max(0.0).powi(2);
-        let excess = over(length(vx, vy), self.speed_limit) + over(spin.abs(), self.spin_limit);
-        let error = self.error(state, goal, room);
-        error + self.effort * effort + self.excess * excess + self.crowding(state, room)
+        let excess = over(norm(vx, vy), self.speed_limit) + over(spin.abs(), self.spin_limit);
+        let error = self.pose_error(state, goal, obstacle_map);
+        error + self.effort * effort + self.excess * excess + self.obstacle_cost(state, obstacle_map)
     }
 
-    /// Cost of a second too near to an obstacle.
+    /// Cost rate of insufficient clearance.
     #[inline]
-    fn crowding(&self, state: &State<f64>, room: &Room) -> f64 {
-        if room.is_open() {
+    fn obstacle_cost(&self, state: &State<f64>, obstacle_map: &ObstacleMap) -> f64 {
+        if obstacle_map.is_empty() {
             return 0.0;
         }
-        let lack = (1.0 - room.clearance(state.pose, self.margin) / self.margin).clamp(0.0, MOST_LACK);
-        self.collision * lack * lack
+        let deficit = (1.0 - obstacle_map.clearance(state.pose, self.margin) / self.margin)
+            .clamp(0.0, MAX_MARGIN_DEFICIT);
+        self.collision * deficit * deficit
     }
 
-    /// Cost of being left in a state.
+    /// Cost of a final state.
     #[inline]
-    pub(crate) fn terminal(&self, state: &State<f64>, goal: &[f64; 3], room: &Room) -> f64 {
+    pub(crate) fn terminal_cost(
+        &self,
+        state: &State<f64>,
+        goal: &[f64; 3],
+        obstacle_map: &ObstacleMap,
+    ) -> f64 {
         let [vx, vy, spin] = state.twist;
-        let carried = length(vx, vy) + self.heading * spin.abs();
-        let turn = wrapped(state.pose[2] - goal[2]);
+        let carried = norm(vx, vy) + self.heading * spin.abs();
+        let turn = wrap_angle(state.pose[2] - goal[2]);
         let undone = self.heading * turn * turn / (2.0 * self.pace);
-        self.arrival * (self.error(state, goal, room) + self.momentum * carried) + undone
+        self.arrival * (self.pose_error(state, goal, obstacle_map) + self.momentum * carried) + undone
     }
 
-    /// Cost of leaving what dry friction holds where it should not be; `force` is all that there is to move it.
+    /// Cost of the final position error of the anchor. `force` is the largest available force, N.
     #[inline]
-    pub(crate) fn held(&self, state: &State<f64>, goal: &[f64; 3], anchor: &Anchor, force: f64) -> f64 {
+    pub(crate) fn anchor_cost(
+        &self,
+        state: &State<f64>,
+        goal: &[f64; 3],
+        anchor: &Anchor,
+        force: f64,
+    ) -> f64 {
         if anchor.grip == 0.0 {
             return 0.0;
         }
@@ -172,28 +192,28 @@ impl Cost {
             [px + cos * x - sin * y, py + sin * x + cos * y]
         };
         let (is, should) = (place(state.pose), place(*goal));
-        let off = length(is[0] - should[0], is[1] - should[1]);
+        let off = norm(is[0] - should[0], is[1] - should[1]);
         self.anchor * off * (anchor.grip / force).min(1.0)
     }
 
     #[inline]
-    fn error(&self, state: &State<f64>, goal: &[f64; 3], room: &Room) -> f64 {
+    fn pose_error(&self, state: &State<f64>, goal: &[f64; 3], obstacle_map: &ObstacleMap) -> f64 {
         let [x, y, theta] = state.pose;
-        length(x - goal[0], y - goal[1])
-            + self.heading * wrapped(theta - goal[2]).abs()
-            + room.detour(state.pose)
+        norm(x - goal[0], y - goal[1])
+            + self.heading * wrap_angle(theta - goal[2]).abs()
+            + obstacle_map.detour(state.pose)
     }
 }
 
-/// Unlike `hypot` it is one instruction; lengths here are far from over- and underflow.
+/// Euclidean norm. It is faster than `hypot`, and the values are far from over- and underflow.
 #[inline]
-fn length(x: f64, y: f64) -> f64 {
+fn norm(x: f64, y: f64) -> f64 {
     (x * x + y * y).sqrt()
 }
 
 /// The same angle in [−π, π].
 #[inline]
-fn wrapped(angle: f64) -> f64 {
+fn wrap_angle(angle: f64) -> f64 {
     angle - TAU * (angle * (1.0 / TAU)).round_ties_even()
 }
 
@@ -204,27 +224,30 @@ mod tests {
     const GOAL: [f64; 3] = [1.0, 0.0, 3.0];
 
     #[test]
-    fn at_the_goal_and_still_nothing_is_due() {
+    fn rest_at_the_goal_has_zero_cost() {
         let there = State::at_rest(GOAL);
         let cost = Cost::default();
-        assert_eq!(cost.running(&there, &GOAL, &Room::open(), [0.0; 3]), 0.0);
-        assert_eq!(cost.terminal(&there, &GOAL, &Room::open()), 0.0);
+        assert_eq!(cost.running_cost(&there, &GOAL, &ObstacleMap::empty(), [0.0; 3]), 0.0);
+        assert_eq!(cost.terminal_cost(&there, &GOAL, &ObstacleMap::empty()), 0.0);
     }
 
     #[test]
-    fn headings_are_compared_the_short_way_round() {
+    fn heading_errors_are_wrapped() {
         let there = State::at_rest([1.0, 0.0, -3.0]);
         let expected = 0.3 * (TAU - 6.0);
-        assert!((Cost::default().running(&there, &GOAL, &Room::open(), [0.0; 3]) - expected).abs() < 1e-12);
+        assert!(
+            (Cost::default().running_cost(&there, &GOAL, &ObstacleMap::empty(), [0.0; 3]) - expected).abs()
+                < 1e-12
+        );
     }
 
     #[test]
-    fn a_turn_that_is_left_costs_what_it_takes_to_undo() {
+    fn a_final_heading_error_costs_the_time_of_its_correction() {
         let left = |turn: f64| State::at_rest([GOAL[0], GOAL[1], GOAL[2] - turn]);
         let cost = Cost { arrival: 0.0, pace: 0.5, ..Cost::default() };
         // From 2 rad at 0.5 rad/s: 4 s, of 1 rad on average.
-        assert!((cost.terminal(&left(2.0), &GOAL, &Room::open()) - 0.3 * 4.0).abs() < 1e-12);
-        assert!((cost.terminal(&left(TAU - 1.0), &GOAL, &Room::open()) - 0.3).abs() < 1e-12);
+        assert!((cost.terminal_cost(&left(2.0), &GOAL, &ObstacleMap::empty()) - 0.3 * 4.0).abs() < 1e-12);
+        assert!((cost.terminal_cost(&left(TAU - 1.0), &GOAL, &ObstacleMap::empty()) - 0.3).abs() < 1e-12);
         let error = Cost { pace: 0.0, ..Cost::default() }.check().unwrap_err();
         assert!(error.to_string().contains("cost.pace"), "{error}");
     }
@@ -234,11 +257,15 @@ mod tests {
         let cost = Cost::default();
         let fast = State::moving(GOAL, [0.0, 2.0 * cost.speed_limit, 0.0]);
         let slow = State::moving(GOAL, [0.0, cost.speed_limit, 0.0]);
-        assert!((cost.running(&fast, &GOAL, &Room::open(), [0.0; 3]) - cost.excess).abs() < 1e-12);
-        assert_eq!(cost.running(&slow, &GOAL, &Room::open(), [0.0; 3]), 0.0);
         assert!(
-            (cost.running(&slow, &GOAL, &Room::open(), [1.0, 0.0, -1.0]) - 2.0 * cost.effort).abs() < 1e-12
+            (cost.running_cost(&fast, &GOAL, &ObstacleMap::empty(), [0.0; 3]) - cost.excess).abs() < 1e-12
         );
-        assert!(cost.terminal(&slow, &GOAL, &Room::open()) > 0.0);
+        assert_eq!(cost.running_cost(&slow, &GOAL, &ObstacleMap::empty(), [0.0; 3]), 0.0);
+        assert!(
+            (cost.running_cost(&slow, &GOAL, &ObstacleMap::empty(), [1.0, 0.0, -1.0]) - 2.0 * cost.effort)
+                .abs()
+                < 1e-12
+        );
+        assert!(cost.terminal_cost(&slow, &GOAL, &ObstacleMap::empty()) > 0.0);
     }
 }

@@ -1,35 +1,34 @@
-//! What moves the object in a rollout.
+//! Dynamics of the object in rollouts.
 
 use std::f64::consts::SQRT_2;
 
 use trundle_model::{Clock, LinearPropagator, Plant, Precision, State};
 
-/// Speed along each axis at which resistances are compared, m/s.
-const SLOW: f64 = 0.15;
-/// Less than this is no grip, N.
-const LEAST_GRIP: f64 = 1.0;
+/// Speed along each axis at which the resistance is linearised to find the anchor, m/s.
+const ANCHOR_SPEED_M_PER_S: f64 = 0.15;
+/// Smallest grip of an anchor, N.
+const MIN_ANCHOR_GRIP_N: f64 = 1.0;
 
-/// The place of an object that dry friction holds: a foot that rubs. Object frame.
+/// Point of an object at which dry friction acts, such as a foot on the floor. Object frame.
 #[derive(Clone, Copy, Debug, Default, PartialEq)]
 pub struct Anchor {
-    /// m.
+    /// Position, m.
     pub at: [f64; 2],
-    /// Force that it takes to move it at all, N.
+    /// Breakaway force, N.
     pub grip: f64,
 }
 
-/// Something that says where a wrench brings the object: a model's laws, or what was learnt without any.
+/// Dynamics of the object under a wrench: a physical model or a learnt one.
 pub trait Dynamics: Sync {
-    /// Move a state on by `dt`, s, under `applied`, `[N, N, N·m]`, object axes about the object origin, which is held
-    /// and turns with the object.
+    /// Advance a state by `dt`, s, under the constant wrench `applied`, `[N, N, N·m]`, object axes about the object origin.
     fn step(&self, state: &mut State<f64>, applied: &[f64; 3], clock: Clock, dt: f64);
 
-    /// Where dry friction holds the object.
+    /// Anchor of dry friction. The default has no grip.
     fn anchor(&self) -> Anchor {
         Anchor::default()
     }
 
-    /// [`Dynamics::step`] for steps of one length, solved beforehand; `None` where that cannot be.
+    /// Precomputed [`Dynamics::step`] of length `dt`, s; `None` if the dynamics are not linear.
     fn linear_propagator(&self, _dt: f64) -> Option<LinearPropagator> {
         None
     }
@@ -47,14 +46,15 @@ impl Dynamics for Plant<f64> {
             self.generalised_force(&slowly, Clock::since_contact(0.0)).damping
         };
         let force = |[xx, _, yy, ..]: [f64; 6], speed: f64| (xx + yy) / 2.0 * speed * SQRT_2;
-        let slow @ [xx, xy, yy, tx, ty, _] = drag(SLOW);
-        // What is left of the force at no speed, along the line through two.
-        let grip = 2.0 * force(slow, SLOW) - force(drag(2.0 * SLOW), 2.0 * SLOW);
+        let slow @ [xx, xy, yy, tx, ty, _] = drag(ANCHOR_SPEED_M_PER_S);
+        // Extrapolate the resistance from two speeds to zero speed.
+        let grip = 2.0 * force(slow, ANCHOR_SPEED_M_PER_S)
+            - force(drag(2.0 * ANCHOR_SPEED_M_PER_S), 2.0 * ANCHOR_SPEED_M_PER_S);
         let det = xx * yy - xy * xy;
-        if grip < LEAST_GRIP || det <= 0.0 {
+        if grip < MIN_ANCHOR_GRIP_N || det <= 0.0 {
             return Anchor::default();
         }
-        // A damper A at r resists a turn about the origin with the force A (−r_y, r_x).
+        // A damper A at r resists a unit turn about the origin with the force A (−r_y, r_x).
         Anchor { at: [(xx * ty - xy * tx) / det, (xy * ty - yy * tx) / det], grip }
     }
 
@@ -100,20 +100,20 @@ mod tests {
     }
 
     #[test]
-    fn the_foot_that_rubs_is_the_anchor() {
+    fn the_anchor_is_at_the_foot_with_dry_friction() {
         let Anchor { at: [x, y], grip } = table(vec![foot(40.0)]).anchor();
         assert!((x - 0.5).abs() < 1e-9 && (y + 0.3).abs() < 1e-9, "{x} {y}");
         assert!((grip - 40.0).abs() < 0.5, "{grip}");
     }
 
     #[test]
-    fn what_only_slows_holds_nothing() {
+    fn viscous_friction_has_no_anchor() {
         assert_eq!(table(vec![]).anchor(), Anchor::default());
         assert_eq!(table(vec![wheel()]).anchor(), Anchor::default());
     }
 
     #[test]
-    fn a_wheel_beside_draws_the_anchor_towards_it() {
+    fn an_additional_wheel_shifts_the_anchor_towards_it() {
         let Anchor { at: [x, y], grip } = table(vec![wheel(), foot(40.0)]).anchor();
         assert!((-0.5..0.5).contains(&x) && (-0.3..0.3).contains(&y), "{x} {y}");
         assert!((grip - 40.0).abs() < 4.0, "{grip}");

@@ -1,24 +1,24 @@
-//! What can be wrong with a plan that is asked for.
+//! Errors of the planner.
 
 use std::fmt::Debug;
 
-/// Why there is no plan.
+/// Error of the planner.
 #[derive(Debug, thiserror::Error, PartialEq)]
 pub enum ControlError {
-    /// A setting or an argument that makes no sense.
+    /// A setting or an argument is out of its range.
     #[error("{key} = {value}: {remedy}")]
     Value {
         /// Name of the setting or argument.
         key: &'static str,
-        /// As given.
+        /// The given value.
         value: String,
-        /// What to give instead.
+        /// Valid values.
         remedy: &'static str,
     },
     /// No sampled plan has a finite cost.
-    #[error("none of the {samples} sampled plans keeps the motion finite: check the model's values")]
+    #[error("none of the {samples} sampled plans keeps the motion finite: check the values of the model")]
     Diverged {
-        /// How many were tried.
+        /// Number of sampled plans.
         samples: usize,
     },
 }

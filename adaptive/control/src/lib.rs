@@ -1,24 +1,24 @@
-//! Where to push next: sampled plans, rolled out on the very laws that were fitted.
+//! Model predictive control of pushes.
 //!
-//! A [`Planner`] looks for the wrenches at the grasp that bring an object to a pose, by model
-//! predictive path integral control over [`trundle_model::Plant`]. It never sees a simulated world.
+//! A [`Planner`] computes wrenches at the grasp that bring an object to a goal pose, by model predictive path integral
+//! control over fitted models ([`trundle_model::Plant`]). It does not use the simulated world.
 
 mod cost;
+mod distance_field;
 mod dynamics;
 mod error;
-mod field;
-mod grasp;
+mod grasp_comparison;
+mod obstacle_map;
 mod planner;
 mod polygon;
 mod rollout;
-mod room;
 mod sampling;
 mod settings;
-mod worth;
+mod value_of_information;
 
-pub use cost::{Cost, Task};
+pub use cost::{Cost, PlanningTask};
 pub use dynamics::Dynamics;
 pub use error::ControlError;
+pub use obstacle_map::ObstacleMap;
 pub use planner::Planner;
-pub use room::Room;
 pub use settings::Settings;

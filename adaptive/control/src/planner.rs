@@ -1,39 +1,42 @@
-//! Model predictive path integral control (MPPI): Williams et al., "Information theoretic MPC for
-//! model-based reinforcement learning", ICRA 2017.
+//! Model predictive path integral control (MPPI): Williams et al., "Information theoretic MPC for model-based
+//! reinforcement learning", ICRA 2017.
 //!
-//! Plans are drawn around the last one, rolled out on the model, and averaged with weights
-//! `exp(−cost/λ)`. Beyond the publication: λ follows the spread of the costs, so that one setting serves
-//! far from the goal and near it; deviations are correlated in time; each call iterates with shrinking
-//! spread; each plan is rolled out on several models, draws of a posterior, and costs what it does on average, less
-//! what it would tell about which of them is true.
+//! The planner samples plans around the previous plan, rolls them out on the model, and averages them with the weights
+//! `exp(−cost/λ)`. Differences from the publication:
+//!
+//! - λ is proportional to the spread of the costs, so one setting works far from the goal and near it.
+//! - Deviations are correlated in time.
+//! - Each call runs several iterations with decreasing spread.
+//! - Each plan is rolled out on several models, for example posterior samples. Its cost is the mean over them, minus a
+//!   bonus for discriminating between them.
 
 use rayon::prelude::*;
 
-use crate::rollout::{Motion, motions, rollouts};
-use crate::sampling::{average, draw};
-use crate::{ControlError, Dynamics, Room, Settings, Task};
+use crate::rollout::{RolloutModel, plan_cost, rollout_models};
+use crate::sampling::{draw_plan, weighted_average};
+use crate::{ControlError, Dynamics, ObstacleMap, PlanningTask, Settings};
 
-/// By how much the spread shrinks from one iteration to the next.
-const SHRINK: f64 = 0.5;
+/// Factor on the spread from one iteration to the next.
+const SPREAD_DECAY: f64 = 0.5;
 
-/// Plans pushes, each plan warm-started from the one before.
+/// MPPI planner. Each plan starts from the previous one.
 #[derive(Clone, Debug)]
 pub struct Planner {
     settings: Settings,
     seed: u64,
     round: u32,
-    /// The plan so far, wrenches at the grasp.
+    /// Current plan: wrenches at the grasp.
     mean: Vec<[f64; 3]>,
-    /// Sampled plans, one after the other, and what they cost.
+    /// Sampled plans, concatenated, and their costs.
     plans: Vec<[f64; 3]>,
     costs: Vec<f64>,
 }
 
 impl Planner {
-    /// A planner without a plan yet. The same seed and calls give the same plans, on any number of threads.
+    /// Create a planner. The same seed and calls give the same plans on any number of threads.
     ///
     /// # Errors
-    /// When a setting makes no sense.
+    /// If a setting is out of range.
     pub fn new(settings: Settings, seed: u64) -> Result<Self, ControlError> {
         settings.check()?;
         let (horizon, samples) = (settings.horizon, settings.samples);
@@ -53,96 +56,102 @@ impl Planner {
         &self.settings
     }
 
-    /// Improve the plan for a task in a room, on one model or several that are as probable. Returns the actions, each
-    /// to be held for [`Settings::hold`]: wrenches at the grasp, object axes, `[N, N, N·m]`.
+    /// Improve the plan for a task, on one or several equally probable models. Returns the actions, each of duration
+    /// [`Settings::hold`]: wrenches at the grasp, object axes, `[N, N, N·m]`.
     ///
     /// # Errors
-    /// When there is no model, a number of the task is not finite, or no sampled plan keeps the motion finite.
+    /// If there is no model, a number of the task is not finite, or all sampled plans diverge.
     pub fn plan<D: Dynamics>(
         &mut self,
         models: &[D],
-        task: &Task,
-        room: &Room,
+        task: &PlanningTask,
+        obstacle_map: &ObstacleMap,
     ) -> Result<&[[f64; 3]], ControlError> {
         task.check()?;
         if models.is_empty() {
-            return Err(ControlError::value("models", 0, "give one at least"));
+            return Err(ControlError::value("models", 0, "give at least one"));
         }
-        let motions = motions(&self.settings, models);
+        let prepared = rollout_models(&self.settings, models);
         let mut scale = 1.0;
         for _ in 0..self.settings.iterations {
-            self.sample(&motions, task, room, scale);
+            self.sample(&prepared, task, obstacle_map, scale);
             if !self.costs.iter().any(|cost| cost.is_finite()) {
                 return Err(ControlError::Diverged { samples: self.settings.samples });
             }
-            average(&self.plans, &self.costs, self.settings.temperature, &mut self.mean);
+            weighted_average(&self.plans, &self.costs, self.settings.temperature, &mut self.mean);
             self.round = self.round.wrapping_add(1);
-            scale *= SHRINK;
+            scale *= SPREAD_DECAY;
         }
         Ok(&self.mean)
     }
 
-    /// Move the plan on by `seconds`; its last action is held beyond its end.
+    /// Shift the plan by `seconds`. Its last action is repeated at the end.
     ///
     /// # Errors
-    /// When the time is negative or not finite.
+    /// If the time is negative or not finite.
     pub fn advance(&mut self, seconds: f64) -> Result<(), ControlError> {
         if !(seconds.is_finite() && seconds >= 0.0) {
             return Err(ControlError::value("seconds", seconds, "must be finite and not negative"));
         }
-        let whole = (seconds / self.settings.hold).floor();
-        let part = seconds / self.settings.hold - whole;
+        let whole_actions = (seconds / self.settings.hold).floor();
+        let fraction = seconds / self.settings.hold - whole_actions;
         let last = self.mean.len() - 1;
-        let at = |k: usize| (k.saturating_add(whole as usize)).min(last);
+        let at = |k: usize| (k.saturating_add(whole_actions as usize)).min(last);
         for k in 0..=last {
             let (now, next) = (self.mean[at(k)], self.mean[at(k + 1)]);
-            self.mean[k] = [0, 1, 2].map(|i| (1.0 - part) * now[i] + part * next[i]);
+            self.mean[k] = [0, 1, 2].map(|i| (1.0 - fraction) * now[i] + fraction * next[i]);
         }
         Ok(())
     }
 
-    /// Forget the plan, and start the draws again.
+    /// Reset the plan and the random numbers.
     pub fn restart(&mut self) {
         self.mean.fill(self.settings.clamp([0.0; 3]));
         self.round = 0;
     }
 
-    /// What the plan costs.
-    pub fn cost<D: Dynamics>(&self, models: &[D], task: &Task, room: &Room) -> f64 {
-        rollouts(&self.settings, &motions(&self.settings, models), task, room, &self.mean)
+    /// Cost of the current plan.
+    pub fn cost<D: Dynamics>(&self, models: &[D], task: &PlanningTask, obstacle_map: &ObstacleMap) -> f64 {
+        plan_cost(&self.settings, &rollout_models(&self.settings, models), task, obstacle_map, &self.mean)
     }
 
-    /// Plan by other settings of the same horizon and number of samples from now on.
-    pub(crate) fn set(&mut self, settings: Settings) {
+    /// Replace the settings. Horizon and number of samples must stay the same.
+    pub(crate) fn set_settings(&mut self, settings: Settings) {
         self.settings = settings;
     }
 
-    /// How eager the plans are to tell the models apart from now on: see [`Settings::curiosity`].
+    /// Set [`Settings::curiosity`].
     ///
     /// # Errors
-    /// When it is negative or not finite.
-    pub fn be_curious(&mut self, curiosity: f64) -> Result<(), ControlError> {
+    /// If it is negative or not finite.
+    pub fn set_curiosity(&mut self, curiosity: f64) -> Result<(), ControlError> {
         let settings = Settings { curiosity, ..self.settings.clone() };
         settings.check()?;
-        self.set(settings);
+        self.set_settings(settings);
         Ok(())
     }
 
-    /// Seed of the draws.
+    /// Seed of the random numbers.
     pub(crate) fn seed(&self) -> u64 {
         self.seed
     }
 
-    /// Draw plans and roll them out; the first is the mean itself.
-    fn sample<D: Dynamics>(&mut self, motions: &[Motion<'_, D>], task: &Task, room: &Room, scale: f64) {
+    /// Sample plans and compute their costs. The first plan is the mean itself.
+    fn sample<D: Dynamics>(
+        &mut self,
+        prepared: &[RolloutModel<'_, D>],
+        task: &PlanningTask,
+        obstacle_map: &ObstacleMap,
+        scale: f64,
+    ) {
         let Self { settings, seed, round, mean, plans, costs } = self;
         plans.par_chunks_exact_mut(settings.horizon).zip(costs).enumerate().for_each(
             |(number, (plan, cost))| {
                 match number {
                     0 => plan.copy_from_slice(mean),
-                    _ => draw(settings, scale, mean, *seed, (*round, number as u32), plan),
+                    _ => draw_plan(settings, scale, mean, *seed, (*round, number as u32), plan),
                 }
-                *cost = rollouts(settings, motions, task, room, plan);
+                *cost = plan_cost(settings, prepared, task, obstacle_map, plan);
             },
         );
     }
@@ -175,17 +184,17 @@ mod tests {
         Settings::within([-100.0, -100.0, -40.0], [100.0, 100.0, 40.0])
     }
 
-    fn task() -> Task {
-        Task { state: State::at_rest([0.0; 3]), goal: [0.6, -0.5, 0.7], grasp: [-0.6, 0.0] }
+    fn task() -> PlanningTask {
+        PlanningTask { state: State::at_rest([0.0; 3]), goal: [0.6, -0.5, 0.7], grasp: [-0.6, 0.0] }
     }
 
-    /// Drive the plant for `seconds` with a plan made anew every 50 ms.
+    /// Control the plant for `seconds`, replanning every 50 ms.
     fn driven(seconds: f64) -> State<f64> {
         let plant = table(150.0);
         let mut planner = Planner::new(settings(), 0).unwrap();
         let mut task = task();
         for _ in 0..(seconds / 0.05) as usize {
-            let action = planner.plan(std::slice::from_ref(&plant), &task, &Room::open()).unwrap()[0];
+            let action = planner.plan(std::slice::from_ref(&plant), &task, &ObstacleMap::empty()).unwrap()[0];
             let applied = transport(action, [task.grasp[0], task.grasp[1], 0.0]);
             task.state = plant.step(&task.state, applied, Clock::since_contact(0.0), 0.05);
             planner.advance(0.05).unwrap();
@@ -194,7 +203,7 @@ mod tests {
     }
 
     #[test]
-    fn replanned_pushes_bring_a_table_to_its_goal_and_stop_there() {
+    fn replanning_brings_a_table_to_rest_at_its_goal() {
         let State { pose, twist, .. } = driven(5.0);
         let [x, y, theta] = task().goal;
         assert!((pose[0] - x).hypot(pose[1] - y) < 0.02, "{pose:?}");
@@ -202,22 +211,22 @@ mod tests {
         assert!(twist[0].hypot(twist[1]) < 0.05, "{twist:?}");
     }
 
-    /// Push a table to a goal behind a wall for `seconds`: where it ends, and the least room that it had.
-    fn around(seconds: f64, room: &Room) -> (State<f64>, f64) {
+    /// Push a table to a goal behind a wall for `seconds`. Returns the final state and the smallest clearance.
+    fn around(seconds: f64, obstacle_map: &ObstacleMap) -> (State<f64>, f64) {
         let plants = [table(150.0)];
         let mut planner = Planner::new(settings(), 0).unwrap();
-        let mut task = Task { goal: [2.2, 0.0, 0.0], ..task() };
-        let mut least = f64::INFINITY;
+        let mut task = PlanningTask { goal: [2.2, 0.0, 0.0], ..task() };
+        let mut min_clearance = f64::INFINITY;
         for _ in 0..(seconds / 0.1) as usize {
-            let action = planner.plan(&plants, &task, room).unwrap()[0];
+            let action = planner.plan(&plants, &task, obstacle_map).unwrap()[0];
             let applied = transport(action, [task.grasp[0], task.grasp[1], 0.0]);
             for _ in 0..2 {
                 task.state = plants[0].step(&task.state, applied, Clock::since_contact(0.0), 0.05);
-                least = least.min(room.clearance(task.state.pose, 1.0));
+                min_clearance = min_clearance.min(obstacle_map.clearance(task.state.pose, 1.0));
             }
             planner.advance(0.1).unwrap();
         }
-        (task.state, least)
+        (task.state, min_clearance)
     }
 
     fn box_in_the_way() -> Vec<Vec<[f64; 2]>> {
@@ -229,32 +238,33 @@ mod tests {
     }
 
     #[test]
-    fn plans_lead_around_what_is_in_the_way() {
-        let room = Room::new(&body(), &box_in_the_way(), [[2.2, 0.0, 0.0], [0.0; 3]], 0.3).unwrap();
-        let (state, least) = around(9.0, &room);
+    fn plans_lead_around_obstacles() {
+        let obstacle_map =
+            ObstacleMap::new(&body(), &box_in_the_way(), [[2.2, 0.0, 0.0], [0.0; 3]], 0.3).unwrap();
+        let (state, min_clearance) = around(9.0, &obstacle_map);
         assert!((state.pose[0] - 2.2).hypot(state.pose[1]) < 0.05, "{state:?}");
-        assert!(least > 0.0, "it touched: {least}");
+        assert!(min_clearance > 0.0, "contact with an obstacle: {min_clearance}");
     }
 
     #[test]
-    fn several_models_are_weighed_together() {
+    fn the_cost_is_the_mean_over_models() {
         let (light, heavy) = (table(20.0), table(300.0));
-        let (task, room) = (task(), Room::open());
+        let (task, obstacle_map) = (task(), ObstacleMap::empty());
         let mut planner = Planner::new(settings(), 0).unwrap();
-        let cost = |plants: &[Plant<f64>], planner: &Planner| planner.cost(plants, &task, &room);
-        planner.plan(&[light.clone(), heavy.clone()], &task, &room).unwrap();
+        let cost = |plants: &[Plant<f64>], planner: &Planner| planner.cost(plants, &task, &obstacle_map);
+        planner.plan(&[light.clone(), heavy.clone()], &task, &obstacle_map).unwrap();
         let both = cost(&[light.clone(), heavy.clone()], &planner);
         let each = [&light, &heavy].map(|plant| cost(std::slice::from_ref(plant), &planner));
         assert!((both - (each[0] + each[1]) / 2.0).abs() < 1e-12);
         let mut sure = Planner::new(settings(), 0).unwrap();
-        sure.plan(std::slice::from_ref(&light), &task, &room).unwrap();
+        sure.plan(std::slice::from_ref(&light), &task, &obstacle_map).unwrap();
         let alone = cost(std::slice::from_ref(&light), &sure);
-        assert!(alone < each[0], "a plan for one model alone is better on it: {alone} {each:?}");
+        assert!(alone < each[0], "a plan for one model must have a lower cost on it: {alone} {each:?}");
     }
 
     #[test]
-    fn a_table_held_by_a_rubbing_foot_is_turned_to_its_goal() {
-        // The foot can't be dragged around the middle from this grasp: it has to be brought to its place first.
+    fn a_table_with_a_dry_friction_foot_reaches_its_heading() {
+        // From this grasp the foot cannot be moved around the centre. It must be moved to its goal position first.
         let foot = [("x", 0.5), ("y", -0.3), ("force", 46.0)];
         let foot = foot.iter().fold(Effect::free(Kind::CoulombFriction), |e, (k, v)| e.with(k, Some(*v)));
         let wheel =
@@ -265,9 +275,9 @@ mod tests {
         let left = |anchor: f64| {
             let settings = Settings { cost: Cost { anchor, ..Cost::default() }, ..settings() };
             let mut planner = Planner::new(settings, 0).unwrap();
-            let mut task = Task { goal: [0.0, 0.0, 0.6], ..task() };
+            let mut task = PlanningTask { goal: [0.0, 0.0, 0.6], ..task() };
             for _ in 0..60 {
-                let action = planner.plan(&plants, &task, &Room::open()).unwrap()[0];
+                let action = planner.plan(&plants, &task, &ObstacleMap::empty()).unwrap()[0];
                 let applied = transport(action, [task.grasp[0], task.grasp[1], 0.0]);
                 task.state = plants[0].step(&task.state, applied, Clock::since_contact(0.0), 0.1);
                 planner.advance(0.1).unwrap();
@@ -277,12 +287,12 @@ mod tests {
         };
         let (distance, turn) = left(Cost::default().anchor);
         assert!(distance < 0.02 && turn < 0.05, "{distance} {turn}");
-        assert!(left(0.0).1 > 0.4, "it is no test if it can be done without");
+        assert!(left(0.0).1 > 0.4, "without the anchor cost the table must not reach the goal");
     }
 
     #[test]
-    fn a_plan_on_rough_steps_is_good_on_exact_ones() {
-        // Dry friction that stops the table: pushed by the plan, it stands where the plan says.
+    fn a_plan_with_rough_steps_is_accurate_with_exact_ones() {
+        // Dry friction stops the table where the plan predicts.
         let values = [("x", 0.0), ("y", 0.0), ("force", 20.0)];
         let dry = values.iter().fold(Effect::free(Kind::CoulombFriction), |e, (k, v)| e.with(k, Some(*v)));
         let mut model = Model::nominal(body(), Some(22.0), [true; 3]);
@@ -290,8 +300,8 @@ mod tests {
         let plant = model.resolved().unwrap();
         let settings = Settings { iterations: 12, ..settings() };
         let mut planner = Planner::new(settings, 0).unwrap();
-        let task = Task { goal: [0.5, 0.1, 0.2], ..task() };
-        let plan = planner.plan(std::slice::from_ref(&plant), &task, &Room::open()).unwrap().to_vec();
+        let task = PlanningTask { goal: [0.5, 0.1, 0.2], ..task() };
+        let plan = planner.plan(std::slice::from_ref(&plant), &task, &ObstacleMap::empty()).unwrap().to_vec();
         let (mut rough, mut exact) = (task.state, task.state);
         for (k, action) in plan.iter().flat_map(|action| [action; 2]).enumerate() {
             let applied = transport(*action, [task.grasp[0], task.grasp[1], 0.0]);
@@ -305,15 +315,15 @@ mod tests {
 
     #[test]
     fn a_better_grasp_costs_less() {
-        // A turn about the locked wheel: who holds beside it can hardly turn the table.
+        // A turn about the locked wheel: a grasp near the wheel has little leverage.
         let mut weak = settings();
         (weak.lower, weak.upper) = ([-60.0, -60.0, -0.5], [60.0, 60.0, 0.5]);
         let planner = Planner::new(weak, 0).unwrap();
-        let task = Task { goal: [0.424, -0.278, 0.9], ..task() };
+        let task = PlanningTask { goal: [0.424, -0.278, 0.9], ..task() };
         let grasps = [[0.5, 0.3], [-0.6, -0.3]];
-        let costs = planner.compare(&[table(300.0)], &task, &Room::open(), &grasps).unwrap();
+        let costs = planner.compare(&[table(300.0)], &task, &ObstacleMap::empty(), &grasps).unwrap();
         assert!(costs[1] < 0.8 * costs[0], "{costs:?}");
-        assert_eq!(costs, planner.compare(&[table(300.0)], &task, &Room::open(), &grasps).unwrap());
+        assert_eq!(costs, planner.compare(&[table(300.0)], &task, &ObstacleMap::empty(), &grasps).unwrap());
     }
 
     #[test]
@@ -321,7 +331,7 @@ mod tests {
         let plans = [1, 4].map(|threads| {
             let pool = rayon::ThreadPoolBuilder::new().num_threads(threads).build().unwrap();
             let mut planner = Planner::new(settings(), 7).unwrap();
-            pool.install(|| planner.plan(&[table(100.0)], &task(), &Room::open()).unwrap().to_vec())
+            pool.install(|| planner.plan(&[table(100.0)], &task(), &ObstacleMap::empty()).unwrap().to_vec())
         });
         assert_eq!(plans[0], plans[1]);
     }
@@ -330,18 +340,20 @@ mod tests {
     fn a_warm_start_costs_less_than_a_cold_one() {
         let (plant, task) = (table(100.0), task());
         let mut planner = Planner::new(settings(), 0).unwrap();
-        let first = planner.plan(std::slice::from_ref(&plant), &task, &Room::open()).unwrap().to_vec();
-        let second = planner.plan(std::slice::from_ref(&plant), &task, &Room::open()).unwrap().to_vec();
+        let first =
+            planner.plan(std::slice::from_ref(&plant), &task, &ObstacleMap::empty()).unwrap().to_vec();
+        let second =
+            planner.plan(std::slice::from_ref(&plant), &task, &ObstacleMap::empty()).unwrap().to_vec();
         let plants = [plant.clone()];
-        let moving = motions(&settings(), &plants);
-        let cost = |plan: &[[f64; 3]]| rollouts(&settings(), &moving, &task, &Room::open(), plan);
+        let moving = rollout_models(&settings(), &plants);
+        let cost = |plan: &[[f64; 3]]| plan_cost(&settings(), &moving, &task, &ObstacleMap::empty(), plan);
         assert!(cost(&second) < cost(&first), "{} {}", cost(&second), cost(&first));
         planner.restart();
-        assert_eq!(planner.plan(std::slice::from_ref(&plant), &task, &Room::open()).unwrap(), first);
+        assert_eq!(planner.plan(std::slice::from_ref(&plant), &task, &ObstacleMap::empty()).unwrap(), first);
     }
 
     #[test]
-    fn advancing_by_half_an_action_blends_neighbours() {
+    fn advancing_by_half_an_action_interpolates() {
         let mut planner = Planner::new(Settings { horizon: 3, ..settings() }, 0).unwrap();
         planner.mean = vec![[0.0; 3], [2.0; 3], [6.0; 3]];
         planner.advance(0.05).unwrap();
@@ -352,7 +364,7 @@ mod tests {
     }
 
     #[test]
-    fn what_makes_no_sense_is_refused() {
+    fn invalid_settings_are_errors() {
         let refused = |settings| Planner::new(settings, 0).unwrap_err().to_string();
         assert!(
             refused(Settings { horizon: 0, ..settings() }).starts_with("horizon = 0: must be at least 1")
@@ -365,11 +377,11 @@ mod tests {
         assert!(refused(Settings { smoothness: 1.0, ..settings() }).starts_with("smoothness"));
         let cost = crate::Cost { heading: -1.0, ..Default::default() };
         assert!(refused(Settings { cost, ..settings() }).starts_with("cost.heading = -1.0"));
-        let lost = Task { goal: [f64::NAN, 0.0, 0.0], ..task() };
+        let invalid = PlanningTask { goal: [f64::NAN, 0.0, 0.0], ..task() };
         let mut planner = Planner::new(settings(), 0).unwrap();
         assert!(
             planner
-                .plan(&[table(1.0)], &lost, &Room::open())
+                .plan(&[table(1.0)], &invalid, &ObstacleMap::empty())
                 .unwrap_err()
                 .to_string()
                 .starts_with("goal = [NaN")
@@ -377,11 +389,11 @@ mod tests {
     }
 
     #[test]
-    fn a_motion_that_runs_away_is_an_error() {
-        let far = Task { state: State::moving([0.0; 3], [1e308; 3]), ..task() };
+    fn divergence_is_an_error() {
+        let far = PlanningTask { state: State::moving([0.0; 3], [1e308; 3]), ..task() };
         let mut planner = Planner::new(settings(), 0).unwrap();
         assert_eq!(
-            planner.plan(&[table(1.0)], &far, &Room::open()),
+            planner.plan(&[table(1.0)], &far, &ObstacleMap::empty()),
             Err(ControlError::Diverged { samples: 256 })
         );
     }

@@ -1,24 +1,24 @@
-//! Distances between outlines.
+//! Signed distances between polygons.
 
-/// A simple polygon, with a circle about it for a first look.
+/// A simple polygon with a bounding circle.
 #[derive(Clone, Debug)]
 pub(crate) struct Outline {
     corners: Vec<[f64; 2]>,
-    middle: [f64; 2],
+    center: [f64; 2],
     radius: f64,
 }
 
 impl Outline {
     pub fn new(corners: Vec<[f64; 2]>) -> Self {
         let count = corners.len().max(1) as f64;
-        let middle = [0, 1].map(|k| corners.iter().map(|c| c[k]).sum::<f64>() / count);
-        let radius = corners.iter().map(|c| apart(*c, middle)).fold(0.0, f64::max);
-        Self { corners, middle, radius }
+        let center = [0, 1].map(|k| corners.iter().map(|c| c[k]).sum::<f64>() / count);
+        let radius = corners.iter().map(|c| point_distance(*c, center)).fold(0.0, f64::max);
+        Self { corners, center, radius }
     }
 
     /// Distance from a point, negative inside, m.
     pub fn distance(&self, point: [f64; 2]) -> f64 {
-        let (mut least, mut inside) = (f64::INFINITY, false);
+        let (mut min_distance, mut inside) = (f64::INFINITY, false);
         let [x, y] = point;
         let mut a = self.corners.last().copied().unwrap_or_default();
         for &b in &self.corners {
@@ -26,46 +26,51 @@ impl Outline {
             let (px, py) = (x - a[0], y - a[1]);
             let along = ((px * dx + py * dy) / (dx * dx + dy * dy).max(f64::MIN_POSITIVE)).clamp(0.0, 1.0);
             let (ox, oy) = (px - along * dx, py - along * dy);
-            least = least.min(ox * ox + oy * oy);
+            min_distance = min_distance.min(ox * ox + oy * oy);
             inside ^= (a[1] > y) != (b[1] > y) && x < dx * (y - a[1]) / dy + a[0];
             a = b;
         }
-        if inside { -least.sqrt() } else { least.sqrt() }
+        if inside { -min_distance.sqrt() } else { min_distance.sqrt() }
     }
 
-    /// Distance from another outline that stands at a pose, negative where they overlap, m; at least `enough` where
-    /// even the circles are so far apart. Two outlines that do not cross are nearest at a corner of one of them.
-    pub fn from(&self, other: &Self, [x, y, theta]: [f64; 3], enough: f64) -> f64 {
+    /// Signed distance to another outline at a pose, negative for an overlap, m. If the bounding circles are farther apart
+    /// than `enough`, their distance is returned as a lower bound. Without crossing edges the minimum is at a corner.
+    pub fn distance_from(&self, other: &Self, [x, y, theta]: [f64; 3], enough: f64) -> f64 {
         let (sin, cos) = theta.sin_cos();
-        let out = |[a, b]: [f64; 2]| [x + cos * a - sin * b, y + sin * a + cos * b];
-        let apart = apart(out(other.middle), self.middle) - self.radius - other.radius;
-        if apart > enough {
-            return apart;
+        let to_world = |[a, b]: [f64; 2]| [x + cos * a - sin * b, y + sin * a + cos * b];
+        let circle_distance =
+            point_distance(to_world(other.center), self.center) - self.radius - other.radius;
+        if circle_distance > enough {
+            return circle_distance;
         }
-        let theirs = other.corners.iter().map(|&corner| self.distance(out(corner)));
-        let back = |[a, b]: [f64; 2]| {
+        let theirs = other.corners.iter().map(|&corner| self.distance(to_world(corner)));
+        let to_object = |[a, b]: [f64; 2]| {
             let (dx, dy) = (a - x, b - y);
             [cos * dx + sin * dy, cos * dy - sin * dx]
         };
-        let ours = self.corners.iter().map(|&corner| other.distance(back(corner)));
-        let least = theirs.chain(ours).fold(f64::INFINITY, f64::min);
-        // A wall through the middle of a table has no corner in it, nor the table one in the wall.
-        if least > 0.0 && self.crosses(other, out) { -self.depth(other, out) } else { least }
+        let ours = self.corners.iter().map(|&corner| other.distance(to_object(corner)));
+        let min_distance = theirs.chain(ours).fold(f64::INFINITY, f64::min);
+        // Outlines can cross without any corner inside the other, such as a wall through the middle of a table.
+        if min_distance > 0.0 && self.crosses(other, to_world) {
+            -self.penetration_depth(other, to_world)
+        } else {
+            min_distance
+        }
     }
 
-    fn crosses(&self, other: &Self, out: impl Fn([f64; 2]) -> [f64; 2]) -> bool {
+    fn crosses(&self, other: &Self, to_world: impl Fn([f64; 2]) -> [f64; 2]) -> bool {
         let side = |a: [f64; 2], b: [f64; 2], c: [f64; 2]| {
             (b[0] - a[0]) * (c[1] - a[1]) - (b[1] - a[1]) * (c[0] - a[0])
         };
         other.edges().any(|(c, d)| {
-            let (c, d) = (out(c), out(d));
+            let (c, d) = (to_world(c), to_world(d));
             self.edges()
                 .any(|(a, b)| side(a, b, c) * side(a, b, d) < 0.0 && side(c, d, a) * side(c, d, b) < 0.0)
         })
     }
 
-    /// How far one must be moved off the other, along the edge normals of the first, m.
-    fn depth(&self, other: &Self, out: impl Fn([f64; 2]) -> [f64; 2]) -> f64 {
+    /// Penetration depth along the edge normals of `self`, m.
+    fn penetration_depth(&self, other: &Self, to_world: impl Fn([f64; 2]) -> [f64; 2]) -> f64 {
         let span = |corners: &mut dyn Iterator<Item = [f64; 2]>, n: [f64; 2]| {
             corners.fold((f64::INFINITY, f64::NEG_INFINITY), |(low, high), c| {
                 let along = c[0] * n[0] + c[1] * n[1];
@@ -73,10 +78,10 @@ impl Outline {
             })
         };
         let overlap = |(a, b): ([f64; 2], [f64; 2])| {
-            let length = apart(a, b).max(f64::MIN_POSITIVE);
+            let length = point_distance(a, b).max(f64::MIN_POSITIVE);
             let n = [(b[1] - a[1]) / length, (a[0] - b[0]) / length];
             let (low, high) = span(&mut self.corners.iter().copied(), n);
-            let (from, to) = span(&mut other.corners.iter().map(|&c| out(c)), n);
+            let (from, to) = span(&mut other.corners.iter().map(|&c| to_world(c)), n);
             (high - from).min(to - low)
         };
         self.edges().map(overlap).fold(f64::INFINITY, f64::min).max(0.0)
@@ -88,7 +93,7 @@ impl Outline {
     }
 }
 
-fn apart(a: [f64; 2], b: [f64; 2]) -> f64 {
+fn point_distance(a: [f64; 2], b: [f64; 2]) -> f64 {
     let (x, y) = (a[0] - b[0], a[1] - b[1]);
     (x * x + y * y).sqrt()
 }
@@ -112,18 +117,18 @@ mod tests {
     }
 
     #[test]
-    fn outlines_are_as_far_apart_as_their_nearest_points() {
+    fn outline_distance_is_that_of_the_nearest_points() {
         let (wall, table) = (square(1.0), square(0.5));
-        assert!((wall.from(&table, [2.0, 0.0, 0.0], 9.0) - 0.5).abs() < 1e-12);
-        // Turned by 45 degrees a corner comes first.
-        let turned = wall.from(&table, [2.0, 0.0, std::f64::consts::FRAC_PI_4], 9.0);
+        assert!((wall.distance_from(&table, [2.0, 0.0, 0.0], 9.0) - 0.5).abs() < 1e-12);
+        // Turned by 45 degrees, a corner is nearest.
+        let turned = wall.distance_from(&table, [2.0, 0.0, std::f64::consts::FRAC_PI_4], 9.0);
         assert!((turned - (1.0 - 0.5f64.sqrt())).abs() < 1e-12);
-        assert!((wall.from(&table, [1.3, 0.0, 0.0], 9.0) + 0.2).abs() < 1e-12, "0.2 m deep");
-        // A thin wall through the middle of it.
+        assert!((wall.distance_from(&table, [1.3, 0.0, 0.0], 9.0) + 0.2).abs() < 1e-12, "0.2 m deep");
+        // A thin wall through the middle.
         let thin = Outline::new(vec![[-0.05, -3.0], [0.05, -3.0], [0.05, 3.0], [-0.05, 3.0]]);
-        assert!((thin.from(&table, [0.2, 0.3, 0.0], 9.0) + 0.35).abs() < 1e-12);
-        // The circles alone say that it is far.
-        let far = wall.from(&table, [9.0, 0.0, 0.0], 1.0);
+        assert!((thin.distance_from(&table, [0.2, 0.3, 0.0], 9.0) + 0.35).abs() < 1e-12);
+        // The bounding circles give a lower bound.
+        let far = wall.distance_from(&table, [9.0, 0.0, 0.0], 1.0);
         assert!(far > 1.0 && far <= 7.5);
     }
 }

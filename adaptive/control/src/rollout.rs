@@ -1,21 +1,21 @@
-//! What a plan comes to: rolled out on several models, it costs what it does on average, less what it tells.
+//! Cost of a plan: its mean over rollouts on several models, minus a bonus for the difference between their end poses.
 
 use trundle_model::{Clock, LinearPropagator, State, transport};
 
 use crate::dynamics::Anchor;
-use crate::{Dynamics, Room, Settings, Task};
+use crate::{Dynamics, ObstacleMap, PlanningTask, Settings};
 
-/// Longest step of a rollout, s.
-const LONGEST_STEP: f64 = 0.05;
+/// Largest step of a rollout, s.
+const MAX_STEP_S: f64 = 0.05;
 
-/// A model, with its step solved beforehand where that can be.
-pub(crate) struct Motion<'a, D> {
+/// A model with its precomputed step, if it is linear.
+pub(crate) struct RolloutModel<'a, D> {
     model: &'a D,
     propagator: Option<LinearPropagator>,
     anchor: Anchor,
 }
 
-impl<D: Dynamics> Motion<'_, D> {
+impl<D: Dynamics> RolloutModel<'_, D> {
     #[inline]
     fn step(&self, state: &mut State<f64>, applied: &[f64; 3], clock: Clock, dt: f64) {
         match &self.propagator {
@@ -25,61 +25,64 @@ impl<D: Dynamics> Motion<'_, D> {
     }
 }
 
-/// How many steps an action takes, and their length, s.
-fn steps(settings: &Settings) -> (usize, f64) {
-    let count = (settings.hold / LONGEST_STEP).ceil();
+/// Number of steps of an action and their length, s.
+fn substeps(settings: &Settings) -> (usize, f64) {
+    let count = (settings.hold / MAX_STEP_S).ceil();
     (count as usize, settings.hold / count)
 }
 
-/// Models as plans are rolled out on them.
-pub(crate) fn motions<'a, D: Dynamics>(settings: &Settings, models: &'a [D]) -> Vec<Motion<'a, D>> {
-    let (_, dt) = steps(settings);
+/// Models prepared for rollouts.
+pub(crate) fn rollout_models<'a, D: Dynamics>(
+    settings: &Settings,
+    models: &'a [D],
+) -> Vec<RolloutModel<'a, D>> {
+    let (_, dt) = substeps(settings);
     models
         .iter()
-        .map(|model| Motion { model, propagator: model.linear_propagator(dt), anchor: model.anchor() })
+        .map(|model| RolloutModel { model, propagator: model.linear_propagator(dt), anchor: model.anchor() })
         .collect()
 }
 
-/// What a plan costs on average, less what it tells; infinite where a motion is not finite.
-pub(crate) fn rollouts<D: Dynamics>(
+/// Mean cost of a plan, minus the curiosity bonus. Infinite if a motion is not finite.
+pub(crate) fn plan_cost<D: Dynamics>(
     settings: &Settings,
-    motions: &[Motion<'_, D>],
-    task: &Task,
-    room: &Room,
+    rollout_models: &[RolloutModel<'_, D>],
+    task: &PlanningTask,
+    obstacle_map: &ObstacleMap,
     plan: &[[f64; 3]],
 ) -> f64 {
-    let (mut sum, mut ends) = (0.0, Ends::default());
-    for motion in motions {
-        let (cost, end) = rollout(settings, motion, task, room, plan);
+    let (mut sum, mut ends) = (0.0, EndPoses::default());
+    for model in rollout_models {
+        let (cost, end) = rollout(settings, model, task, obstacle_map, plan);
         sum += cost;
         ends.add(end);
     }
-    let cost = sum / motions.len() as f64;
+    let cost = sum / rollout_models.len() as f64;
     if settings.curiosity == 0.0 {
         return cost;
     }
-    cost - settings.curiosity * ends.spread(settings.cost.heading).min(MOST_TOLD)
+    cost - settings.curiosity * ends.spread(settings.cost.heading).min(MAX_END_SPREAD_M)
 }
 
-/// Ends farther apart than this, m, are told apart anyway.
-const MOST_TOLD: f64 = 0.3;
+/// Largest spread of end poses that earns a bonus, m. A larger spread is always distinguishable.
+const MAX_END_SPREAD_M: f64 = 0.3;
 
-/// Where several models end, summed up.
+/// Sums over the end poses of several models.
 #[derive(Default)]
-struct Ends {
+struct EndPoses {
     count: f64,
     sum: [f64; 3],
     squares: [f64; 3],
 }
 
-impl Ends {
+impl EndPoses {
     fn add(&mut self, end: [f64; 3]) {
         self.count += 1.0;
         self.sum = [0, 1, 2].map(|k| self.sum[k] + end[k]);
         self.squares = [0, 1, 2].map(|k| self.squares[k] + end[k] * end[k]);
     }
 
-    /// Standard deviation, m, with radians at `heading` metres each.
+    /// Standard deviation, m. One radian counts as `heading` metres.
     fn spread(&self, heading: f64) -> f64 {
         let variance = |k: usize| (self.squares[k] - self.sum[k] * self.sum[k] / self.count) / self.count;
         let [x, y, theta] = [0, 1, 2].map(|k| variance(k).max(0.0));
@@ -87,31 +90,31 @@ impl Ends {
     }
 }
 
-/// What a plan costs on one model, and the pose at its end.
+/// Cost and end pose of a plan on one model.
 fn rollout<D: Dynamics>(
     settings: &Settings,
-    motion: &Motion<'_, D>,
-    task: &Task,
-    room: &Room,
+    model: &RolloutModel<'_, D>,
+    task: &PlanningTask,
+    obstacle_map: &ObstacleMap,
     plan: &[[f64; 3]],
 ) -> (f64, [f64; 3]) {
-    let (steps, dt) = steps(settings);
+    let (steps, dt) = substeps(settings);
     let [x, y] = task.grasp;
-    let reach = settings.reach();
+    let half_range = settings.half_range();
     let mut state: State<f64> = task.state;
     let mut clock = Clock::since_contact(0.0);
     let mut sum = 0.0;
     for action in plan {
         let applied = transport(*action, [x, y, 0.0]);
-        let share = [0, 1, 2].map(|k| action[k] / reach[k]);
+        let share = [0, 1, 2].map(|k| action[k] / half_range[k]);
         for _ in 0..steps {
-            motion.step(&mut state, &applied, clock, dt);
+            model.step(&mut state, &applied, clock, dt);
             clock.since_contact += dt;
-            sum += dt * settings.cost.running(&state, &task.goal, room, share);
+            sum += dt * settings.cost.running_cost(&state, &task.goal, obstacle_map, share);
         }
     }
-    let force = reach[0].min(reach[1]);
-    let held = settings.cost.held(&state, &task.goal, &motion.anchor, force);
-    let total = sum + settings.cost.terminal(&state, &task.goal, room) + held;
+    let force = half_range[0].min(half_range[1]);
+    let anchor_cost = settings.cost.anchor_cost(&state, &task.goal, &model.anchor, force);
+    let total = sum + settings.cost.terminal_cost(&state, &task.goal, obstacle_map) + anchor_cost;
     (if total.is_finite() { total } else { f64::INFINITY }, state.pose)
 }

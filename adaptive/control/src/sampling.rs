@@ -1,4 +1,4 @@
-//! Draws of whole plans around a mean, and their average.
+//! Sampling of plans around a mean, and their weighted average.
 
 use rand::{RngExt, SeedableRng};
 use rand_chacha::ChaCha8Rng;
@@ -6,10 +6,9 @@ use rand_distr::StandardNormal;
 
 use crate::Settings;
 
-/// Fill `plan` with actions around `mean`, within the bounds. The deviations are a stationary
-/// first-order process, so that neighbouring actions go together. Each `number` of each `round` has
-/// a stream of its own: which thread draws it does not matter.
-pub(crate) fn draw(
+/// Fill `plan` with actions around `mean`, within the bounds. The deviations are a stationary first-order autoregressive
+/// process. Each `number` of each `round` has its own random stream, so the result does not depend on the threads.
+pub(crate) fn draw_plan(
     settings: &Settings,
     scale: f64,
     mean: &[[f64; 3]],
@@ -17,12 +16,12 @@ pub(crate) fn draw(
     (round, number): (u32, u32),
     plan: &mut [[f64; 3]],
 ) {
-    let mut random = ChaCha8Rng::seed_from_u64(seed);
-    random.set_stream(u64::from(round) << 32 | u64::from(number));
-    let sd = settings.reach().map(|reach| reach * settings.spread * scale);
+    let mut rng = ChaCha8Rng::seed_from_u64(seed);
+    rng.set_stream(u64::from(round) << 32 | u64::from(number));
+    let sd = settings.half_range().map(|half| half * settings.spread * scale);
     let keep = settings.smoothness;
     let renew = (1.0 - keep * keep).sqrt();
-    let mut normal = || -> [f64; 3] { std::array::from_fn(|_| random.sample(StandardNormal)) };
+    let mut normal = || -> [f64; 3] { std::array::from_fn(|_| rng.sample(StandardNormal)) };
     let mut deviation = normal();
     for (action, mean) in plan.iter_mut().zip(mean) {
         *action = settings.clamp([0, 1, 2].map(|k| mean[k] + sd[k] * deviation[k]));
@@ -31,26 +30,29 @@ pub(crate) fn draw(
     }
 }
 
-/// Share of the plans that are cheap.
-const CHEAP: f64 = 0.2;
-/// Standard deviations between the least of some hundred normal costs and the dearest of the cheap ones.
-const BETWEEN: f64 = 2.0;
+/// Fraction of the plans whose costs determine the temperature.
+const LOW_COST_FRACTION: f64 = 0.2;
+/// Distance, in standard deviations, between the minimum of some hundred normal costs and their quantile
+/// [`LOW_COST_FRACTION`].
+const LOW_COST_RANGE_SDS: f64 = 2.0;
 
-/// The average of `plans`, each of `mean.len()` actions, by the weights `exp(−(cost − least)/λ)`, with λ the given
-/// share of the costs' standard deviation, as the cheap ones show it: plans that run into something cost so much more
-/// that all others would look alike. A plan of infinite cost has no weight.
-pub(crate) fn average(plans: &[[f64; 3]], costs: &[f64], temperature: f64, mean: &mut [[f64; 3]]) {
+/// Average of `plans`, each of `mean.len()` actions, with the weights `exp(−(cost − min cost)/λ)`.
+///
+/// λ is `temperature` times the standard deviation of the costs. The standard deviation is estimated from the lowest costs,
+/// because the high costs of collisions would dominate it. Plans of infinite cost have no weight.
+pub(crate) fn weighted_average(plans: &[[f64; 3]], costs: &[f64], temperature: f64, mean: &mut [[f64; 3]]) {
     let mut ordered: Vec<f64> = costs.iter().copied().filter(|cost| cost.is_finite()).collect();
     ordered.sort_unstable_by(f64::total_cmp);
-    let dearest = ((ordered.len() as f64 * CHEAP).ceil() as usize).min(ordered.len().saturating_sub(1));
-    let least = ordered.first().copied().unwrap_or(0.0);
-    let spread = ordered.get(dearest).map_or(0.0, |cost| (cost - least) / BETWEEN);
+    let cutoff =
+        ((ordered.len() as f64 * LOW_COST_FRACTION).ceil() as usize).min(ordered.len().saturating_sub(1));
+    let min_cost = ordered.first().copied().unwrap_or(0.0);
+    let spread = ordered.get(cutoff).map_or(0.0, |cost| (cost - min_cost) / LOW_COST_RANGE_SDS);
     let lambda = (temperature * spread).max(f64::MIN_POSITIVE);
     let horizon = mean.len();
     mean.fill([0.0; 3]);
     let mut total = 0.0;
     for (plan, cost) in plans.chunks_exact(horizon).zip(costs).filter(|(_, cost)| cost.is_finite()) {
-        let weight = (-(cost - least) / lambda).exp();
+        let weight = (-(cost - min_cost) / lambda).exp();
         total += weight;
         for (sum, action) in mean.iter_mut().zip(plan) {
             *sum = [0, 1, 2].map(|k| sum[k] + weight * action[k]);
@@ -70,11 +72,11 @@ mod tests {
     }
 
     #[test]
-    fn draws_keep_to_the_bounds_and_differ_by_number_and_round() {
+    fn plans_stay_within_the_bounds_and_differ_by_number_and_round() {
         let mean = vec![[9.0, 0.0, 0.0]; 20];
         let plan = |at| {
             let mut plan = vec![[0.0; 3]; 20];
-            draw(&settings(), 1.0, &mean, 1, at, &mut plan);
+            draw_plan(&settings(), 1.0, &mean, 1, at, &mut plan);
             plan
         };
         assert!(plan((0, 1)).iter().all(|a| a[0].abs() <= 10.0 && a[1].abs() <= 10.0 && a[2].abs() <= 1.0));
@@ -84,12 +86,12 @@ mod tests {
     }
 
     #[test]
-    fn deviations_have_the_asked_spread_and_correlation() {
+    fn deviations_have_the_specified_spread_and_correlation() {
         let settings = settings();
         let mut plan = vec![[0.0; 3]; 200_000];
         let mean = vec![[0.0; 3]; 200_000];
-        // A small spread, so that the bounds cut nothing.
-        draw(&settings, 0.2, &mean, 1, (0, 1), &mut plan);
+        // The spread is small, so the bounds have no effect.
+        draw_plan(&settings, 0.2, &mean, 1, (0, 1), &mut plan);
         let n = plan.len() as f64;
         let variance = plan.iter().map(|a| a[0] * a[0]).sum::<f64>() / n;
         let covariance = plan.windows(2).map(|p| p[0][0] * p[1][0]).sum::<f64>() / n;
@@ -98,12 +100,12 @@ mod tests {
     }
 
     #[test]
-    fn the_average_leans_to_the_cheapest_and_forgets_the_infinite() {
+    fn the_average_favours_low_costs_and_ignores_infinite_ones() {
         let plans = [[1.0, 0.0, 0.0], [3.0, 0.0, 0.0], [9.0, 0.0, 0.0]];
         let mut mean = [[0.0; 3]];
-        average(&plans, &[1.0, 1.0, f64::INFINITY], 1.0, &mut mean);
+        weighted_average(&plans, &[1.0, 1.0, f64::INFINITY], 1.0, &mut mean);
         assert_eq!(mean, [[2.0, 0.0, 0.0]]);
-        average(&plans, &[1.0, 2.0, f64::INFINITY], 0.01, &mut mean);
+        weighted_average(&plans, &[1.0, 2.0, f64::INFINITY], 0.01, &mut mean);
         assert!((mean[0][0] - 1.0).abs() < 1e-9);
     }
 }

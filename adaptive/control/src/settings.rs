@@ -1,15 +1,15 @@
-//! How plans are sampled.
+//! Settings of the planner.
 
 use serde::Deserialize;
 
 use crate::{ControlError, Cost};
 
-/// Actions of all plans of an iteration that fit into memory.
-const MOST_ACTIONS: usize = 20_000_000;
-/// Longest time for which an action may be held, s.
-const LONGEST_HOLD: f64 = 60.0;
+/// Largest number of actions in all plans of an iteration, limited by memory.
+const MAX_ACTIONS: usize = 20_000_000;
+/// Largest duration of an action, s.
+const MAX_HOLD_S: f64 = 60.0;
 
-/// Settings of a [`crate::Planner`]. All have defaults but the bounds.
+/// Settings of a [`crate::Planner`]. All except the bounds have defaults.
 #[derive(Clone, Debug, PartialEq, Deserialize)]
 #[serde(deny_unknown_fields)]
 pub struct Settings {
@@ -17,33 +17,32 @@ pub struct Settings {
     pub lower: [f64; 3],
     /// Greatest wrench at the grasp, object axes, `[N, N, N·m]`.
     pub upper: [f64; 3],
-    /// Actions in a plan.
+    /// Number of actions in a plan.
     #[serde(default = "horizon")]
     pub horizon: usize,
-    /// Time for which each action is held, s.
+    /// Duration of each action, s.
     #[serde(default = "hold")]
     pub hold: f64,
-    /// Plans rolled out in each iteration.
+    /// Number of sampled plans per iteration.
     #[serde(default = "samples")]
     pub samples: usize,
-    /// Iterations for each call.
+    /// Number of iterations per call.
     #[serde(default = "iterations")]
     pub iterations: usize,
-    /// Standard deviation of the sampled actions in the first iteration, as a share of half the range
-    /// between the bounds.
+    /// Standard deviation of the sampled actions in the first iteration, as a fraction of half the range between the bounds.
     #[serde(default = "spread")]
     pub spread: f64,
-    /// Correlation between successive sampled actions, 0 to 1: pushes, not vibrations.
+    /// Correlation between successive sampled actions, in [0, 1). High values avoid vibrations.
     #[serde(default = "smoothness")]
     pub smoothness: f64,
-    /// Temperature, as a share of the standard deviation of the costs: lower trusts the best samples more.
+    /// Temperature, as a fraction of the standard deviation of the costs. Low values favour the best samples.
     #[serde(default = "temperature")]
     pub temperature: f64,
-    /// What a plan is credited, in seconds, for each metre by which the models' ends differ (up to 0.3 m): a push
-    /// that tells them apart.
+    /// Bonus of a plan, in seconds, per metre of spread between the models' end poses (up to 0.3 m). It favours
+    /// discriminating pushes.
     #[serde(default)]
     pub curiosity: f64,
-    /// What a plan is judged by.
+    /// Weights of the cost function.
     #[serde(default)]
     pub cost: Cost,
 }
@@ -71,7 +70,7 @@ fn temperature() -> f64 {
 }
 
 impl Settings {
-    /// The defaults between bounds on the wrench, `[N, N, N·m]`.
+    /// Default settings with bounds on the wrench, `[N, N, N·m]`.
     pub fn within(lower: [f64; 3], upper: [f64; 3]) -> Self {
         Self {
             lower,
@@ -88,10 +87,10 @@ impl Settings {
         }
     }
 
-    /// Refuse what cannot be.
+    /// Check the values.
     ///
     /// # Errors
-    /// When bounds are reversed or a number is out of its range; the message says which.
+    /// If bounds are reversed or a number is out of its range. The message names it.
     pub fn check(&self) -> Result<(), ControlError> {
         for k in 0..3 {
             let (low, high) = (self.lower[k], self.upper[k]);
@@ -107,11 +106,11 @@ impl Settings {
                 return Err(ControlError::value(key, count, "must be at least 1"));
             }
         }
-        if self.horizon.checked_mul(self.samples).is_none_or(|actions| actions > MOST_ACTIONS) {
+        if self.horizon.checked_mul(self.samples).is_none_or(|actions| actions > MAX_ACTIONS) {
             let remedy = "their product must not exceed 20 million actions";
             return Err(ControlError::value("horizon, samples", (self.horizon, self.samples), remedy));
         }
-        if self.hold > LONGEST_HOLD {
+        if self.hold > MAX_HOLD_S {
             return Err(ControlError::value("hold", self.hold, "must not exceed 60 s"));
         }
         for (key, value) in [("hold", self.hold), ("spread", self.spread), ("temperature", self.temperature)]
@@ -128,14 +127,14 @@ impl Settings {
             ));
         }
         if !(0.0..1.0).contains(&self.smoothness) {
-            let remedy = "must lie in [0, 1); 0: every action is drawn anew";
+            let remedy = "must lie in [0, 1); 0 makes the actions independent";
             return Err(ControlError::value("smoothness", self.smoothness, remedy));
         }
         self.cost.check()
     }
 
     /// Half the range between the bounds.
-    pub(crate) fn reach(&self) -> [f64; 3] {
+    pub(crate) fn half_range(&self) -> [f64; 3] {
         [0, 1, 2].map(|k| (self.upper[k] - self.lower[k]) / 2.0)
     }
 

@@ -1,9 +1,9 @@
-//! What a step costs: the world's under a push, and the task's from action to observation.
+//! Time of a step of the world under a push, and of a task from action to observation.
 
 use criterion::{Criterion, criterion_group, criterion_main};
 use trundle_model::{Body, Clock, Effect, Kind, Model, State};
-use trundle_sim::task::{Goal, Mode, Secret};
-use trundle_sim::{Mover, Options, Pushing, Reset, World};
+use trundle_sim::task::{ActionMode, HiddenKind, TaskKind};
+use trundle_sim::{HybridStepper, Options, PushTask, ResetOptions, World};
 
 fn table() -> Result<Model, trundle_sim::SimError> {
     let body = Body::from_footprint(&[[-0.6, -0.4], [0.6, -0.4], [0.6, 0.4], [-0.6, 0.4]], 22.0)?;
@@ -25,16 +25,16 @@ fn world(c: &mut Criterion) {
     c.bench_function("engine step, free, 2 ms", |b| b.iter(|| world.step([3.0, -2.0, 0.1], clock)));
     for (name, wall) in [("laws alone", 50.0), ("at a wall", 0.61)] {
         let wall = vec![[wall, -3.0], [wall + 0.2, -3.0], [wall + 0.2, 3.0], [wall, 3.0]];
-        let Ok(mut mover) = table().and_then(|model| Mover::new(model, vec![wall])) else { return };
-        mover.prepare(2e-3);
+        let Ok(mut stepper) = table().and_then(|model| HybridStepper::new(model, vec![wall])) else { return };
+        stepper.precompute_step(2e-3);
         let mut tick = 0;
-        c.bench_function(&format!("mover step, {name}, 2 ms"), |b| {
+        c.bench_function(&format!("hybrid step, {name}, 2 ms"), |b| {
             b.iter(|| {
                 tick += 1;
                 if tick % 2000 == 0 {
-                    mover.put(State::at_rest([0.0; 3]));
+                    stepper.set_state(State::at_rest([0.0; 3]));
                 }
-                mover.step([30.0, -2.0, 0.1], clock, 2e-3)
+                stepper.step([30.0, -2.0, 0.1], clock, 2e-3)
             });
         });
     }
@@ -42,19 +42,19 @@ fn world(c: &mut Criterion) {
 
 fn task(c: &mut Criterion) {
     for (name, task, action) in [
-        ("pose, wrench", Goal::Pose, Mode::Wrench),
-        ("pose, velocity", Goal::Pose, Mode::Velocity),
-        ("door, wrench", Goal::Door, Mode::Wrench),
-        ("pose, push of 1 s", Goal::Pose, Mode::Push),
-        ("pose, regrasp", Goal::Pose, Mode::Regrasp),
+        ("pose, wrench", TaskKind::Pose, ActionMode::Wrench),
+        ("pose, velocity", TaskKind::Pose, ActionMode::Velocity),
+        ("door, wrench", TaskKind::Door, ActionMode::Wrench),
+        ("pose, push of 1 s", TaskKind::Pose, ActionMode::Push),
+        ("pose, regrasp", TaskKind::Pose, ActionMode::Regrasp),
     ] {
-        let options = Options { task, action, hidden: Secret::Locked, ..Options::default() };
-        let mut row = vec![0.0; options.entries()];
-        let Ok(mut task) = Pushing::new(options) else { return };
+        let options = Options { task, action, hidden: HiddenKind::Locked, ..Options::default() };
+        let mut row = vec![0.0; options.observation_len()];
+        let Ok(mut task) = PushTask::new(options) else { return };
         c.bench_function(&format!("task step, {name}"), |b| {
             b.iter(|| {
                 if !task.ready() {
-                    let _ = task.reset(Some(0), &Reset::default());
+                    let _ = task.reset(Some(0), &ResetOptions::default());
                 }
                 let outcome = task.step(&[0.2, -0.1, 0.05, 0.0, 0.0, -1.0]);
                 task.observe(&mut row);

@@ -1,32 +1,32 @@
-//! Rollouts of an object that may touch known obstacles: the engine behind the laws' own stepper.
+//! Rollouts of an object among known obstacles, and distances to obstacles.
 
-use crate::{Mover, SimError};
-use trundle_model::{Body, Fixture, Model, ModelInstance, State, StepError, StepInput, Stepper};
+use crate::{HybridStepper, SimError};
+use trundle_model::{Body, StepInput, Fixture, Model, ModelInstance, State, StepError, Stepper};
 
-/// The engine takes over when the object could come this near to an obstacle in a step, m.
-pub(crate) const MARGIN: f64 = 0.02;
+/// Distance to an obstacle below which the engine takes over, m.
+pub(crate) const ENGINE_MARGIN_M: f64 = 0.02;
 
-/// Simulates an object among fixed obstacles, as [`Mover`] does.
+/// A [`Stepper`] that simulates an object among fixed obstacles with [`HybridStepper`].
 #[derive(Clone, Debug)]
-pub struct Obstructed {
+pub struct ObstacleStepper {
     obstacles: Vec<Vec<[f64; 2]>>,
 }
 
-impl Obstructed {
-    /// Among simple polygons, m, world frame.
+impl ObstacleStepper {
+    /// A stepper among simple polygons, m, world frame.
     ///
     /// # Errors
-    /// When one is no simple polygon, or the object has no shape to touch with.
+    /// If an obstacle or a fixture of the object is not a simple polygon.
     pub fn new(model: &Model, obstacles: Vec<Vec<[f64; 2]>>) -> Result<Self, SimError> {
         for (index, polygon) in obstacles.iter().enumerate() {
-            crate::object::obstacle(polygon, index)?;
+            crate::colliders::obstacle_colliders(polygon, index)?;
         }
-        crate::object::hull(&model.body)?;
+        crate::colliders::object_colliders(&model.body)?;
         Ok(Self { obstacles })
     }
 }
 
-impl Stepper for Obstructed {
+impl Stepper for ObstacleStepper {
     fn rollout(
         &self,
         at: &ModelInstance<'_>,
@@ -35,34 +35,34 @@ impl Stepper for Obstructed {
     ) -> Result<Vec<State<f64>>, StepError> {
         let failed = |step: usize| move |e: SimError| StepError { step, reason: e.to_string() };
         let model = at.model.with_values(at.values).map_err(|e| failed(0)(e.into()))?;
-        let mut mover = Mover::new(model, self.obstacles.clone()).map_err(failed(0))?;
-        mover.put(*start);
+        let mut stepper = HybridStepper::new(model, self.obstacles.clone()).map_err(failed(0))?;
+        stepper.set_state(*start);
         let mut states = Vec::with_capacity(inputs.len());
         for (index, drive) in inputs.iter().enumerate() {
-            mover.step(drive.applied, drive.clock, drive.dt).map_err(failed(index))?;
-            states.push(*mover.state());
+            stepper.step(drive.applied, drive.clock, drive.dt).map_err(failed(index))?;
+            states.push(*stepper.state());
         }
         Ok(states)
     }
 }
 
-/// Whether an object comes so near to an obstacle, at one of its poses, that it may touch it.
+/// Whether an object may touch an obstacle at one of the poses, by its bounding circle and a margin.
 pub fn can_touch(
     body: &Body,
     obstacles: &[Vec<[f64; 2]>],
     mut poses: impl Iterator<Item = [f64; 3]>,
 ) -> bool {
-    let radius = reach(body);
-    !obstacles.is_empty() && poses.any(|pose| nearest(obstacles, pose) < radius + MARGIN)
+    let radius = outline_radius(body);
+    !obstacles.is_empty() && poses.any(|pose| obstacle_distance(obstacles, pose) < radius + ENGINE_MARGIN_M)
 }
 
-/// Distance from an object's origin to the nearest obstacle, 0 within one, m.
-pub(crate) fn nearest(obstacles: &[Vec<[f64; 2]>], [x, y, _]: [f64; 3]) -> f64 {
-    obstacles.iter().map(|polygon| distance(polygon, [x, y])).fold(f64::INFINITY, f64::min)
+/// Distance from the object origin to the nearest obstacle, m; zero inside an obstacle.
+pub(crate) fn obstacle_distance(obstacles: &[Vec<[f64; 2]>], [x, y, _]: [f64; 3]) -> f64 {
+    obstacles.iter().map(|polygon| polygon_distance(polygon, [x, y])).fold(f64::INFINITY, f64::min)
 }
 
-/// Distance of the outline's farthest point from the object's origin, m.
-pub(crate) fn reach(body: &Body) -> f64 {
+/// Largest distance of the outline from the object origin, m.
+pub(crate) fn outline_radius(body: &Body) -> f64 {
     let of = |fixture: &Fixture| match fixture {
         Fixture::Polygon { vertices, .. } => vertices.iter().map(|[x, y]| x.hypot(*y)).fold(0.0, f64::max),
         Fixture::Disc { center: [x, y], radius, .. } => x.hypot(*y) + radius,
@@ -70,7 +70,7 @@ pub(crate) fn reach(body: &Body) -> f64 {
     body.fixtures.iter().map(of).fold(0.0, f64::max)
 }
 
-fn distance(polygon: &[[f64; 2]], point: [f64; 2]) -> f64 {
+fn polygon_distance(polygon: &[[f64; 2]], point: [f64; 2]) -> f64 {
     let edges = || polygon.iter().zip(polygon.iter().cycle().skip(1));
     let crosses = |(a, b): (&[f64; 2], &[f64; 2])| {
         (a[1] > point[1]) != (b[1] > point[1])
@@ -79,10 +79,10 @@ fn distance(polygon: &[[f64; 2]], point: [f64; 2]) -> f64 {
     if edges().filter(|&edge| crosses(edge)).count() % 2 == 1 {
         return 0.0;
     }
-    edges().map(|(a, b)| to_edge(*a, *b, point)).fold(f64::INFINITY, f64::min)
+    edges().map(|(a, b)| edge_distance(*a, *b, point)).fold(f64::INFINITY, f64::min)
 }
 
-fn to_edge(a: [f64; 2], b: [f64; 2], point: [f64; 2]) -> f64 {
+fn edge_distance(a: [f64; 2], b: [f64; 2], point: [f64; 2]) -> f64 {
     let (along, from) = ([b[0] - a[0], b[1] - a[1]], [point[0] - a[0], point[1] - a[1]]);
     let square = along[0] * along[0] + along[1] * along[1];
     let share = if square > 0.0 { (along[0] * from[0] + along[1] * from[1]) / square } else { 0.0 };
@@ -103,7 +103,7 @@ mod tests {
         model
     }
 
-    /// Wound up once.
+    /// A heading of one full turn.
     const TURN: f64 = std::f64::consts::TAU;
 
     fn push(force: [f64; 3], seconds: f64) -> Vec<StepInput> {
@@ -118,7 +118,7 @@ mod tests {
 
     fn last(obstacle: Vec<[f64; 2]>, inputs: &[StepInput]) -> State<f64> {
         let model = table();
-        let stepper = Obstructed::new(&model, vec![obstacle]).unwrap();
+        let stepper = ObstacleStepper::new(&model, vec![obstacle]).unwrap();
         let values: Vec<f64> = model.slots().into_iter().map(|s| s.value.unwrap()).collect();
         let plant = model.plant(&values).unwrap();
         let at = ModelInstance { model: &model, values: &values, plant: &plant };
@@ -132,35 +132,35 @@ mod tests {
     }
 
     #[test]
-    fn the_engine_that_touches_nothing_moves_it_as_the_laws_do() {
-        // A wall beside its way, within reach: the engine carries the object all the time.
+    fn without_contact_engine_and_laws_agree() {
+        // A wall along the path, in reach: the engine integrates every step.
         let inputs = push([6.0, 0.0, 0.1], 1.0);
-        let beside = vec![[-3.0, 0.47], [3.0, 0.47], [3.0, 0.6], [-3.0, 0.6]];
-        let (laws, engine) = (last(wall(100.0), &inputs), last(beside, &inputs));
+        let side_wall = vec![[-3.0, 0.47], [3.0, 0.47], [3.0, 0.6], [-3.0, 0.6]];
+        let (laws, engine) = (last(wall(100.0), &inputs), last(side_wall, &inputs));
         assert!(laws.pose[0] > 0.1 && off(&laws, &engine) < 2e-4, "{laws:?} {engine:?}");
-        assert!(off(&laws, &engine) > 0.0, "the engine was not asked");
+        assert!(off(&laws, &engine) > 0.0, "the engine was not used");
     }
 
     #[test]
-    fn a_wall_stops_it() {
+    fn a_wall_stops_the_object() {
         let inputs = push([40.0, 0.0, 0.0], 3.0);
         let (free, stopped) = (last(wall(100.0), &inputs), last(wall(0.9), &inputs));
         assert!(free.pose[0].hypot(free.pose[1]) > 1.0, "{free:?}");
         assert!(stopped.pose[0] < 0.62 && stopped.twist[0].abs() < 0.05, "{stopped:?}");
-        assert!((stopped.pose[2] - TURN).abs() < 1.0, "the heading stays wound up: {stopped:?}");
+        assert!((stopped.pose[2] - TURN).abs() < 1.0, "the heading is not wrapped: {stopped:?}");
     }
 
     #[test]
-    fn distances_are_to_the_outline_and_zero_within() {
+    fn distances_are_to_the_outline_and_zero_inside() {
         let square = [[0.0, 0.0], [1.0, 0.0], [1.0, 1.0], [0.0, 1.0]];
-        assert_eq!(distance(&square, [0.5, 0.5]), 0.0);
-        assert!((distance(&square, [1.5, 0.5]) - 0.5).abs() < 1e-12);
-        assert!((distance(&square, [2.0, 2.0]) - 2f64.sqrt()).abs() < 1e-12);
+        assert_eq!(polygon_distance(&square, [0.5, 0.5]), 0.0);
+        assert!((polygon_distance(&square, [1.5, 0.5]) - 0.5).abs() < 1e-12);
+        assert!((polygon_distance(&square, [2.0, 2.0]) - 2f64.sqrt()).abs() < 1e-12);
     }
 
     #[test]
-    fn an_obstacle_that_crosses_itself_is_refused() {
+    fn a_self_intersecting_obstacle_is_an_error() {
         let bow = vec![[0.0, 0.0], [1.0, 1.0], [1.0, 0.0], [0.0, 1.0]];
-        assert!(Obstructed::new(&table(), vec![bow]).unwrap_err().to_string().contains("obstacle 1"));
+        assert!(ObstacleStepper::new(&table(), vec![bow]).unwrap_err().to_string().contains("obstacle 1"));
     }
 }

@@ -1,103 +1,103 @@
-//! What can be wrong with a scenario or a world.
+//! Errors of scenarios, worlds and tasks.
 
 use std::path::PathBuf;
 
 use trundle_model::ModelError;
 
-/// Why something cannot be simulated.
+/// Error of a simulation or of its input.
 #[derive(Debug, thiserror::Error)]
 pub enum SimError {
-    /// A file that cannot be read.
+    /// A file cannot be read.
     #[error("{}: cannot be read: {source}", path.display())]
     Io {
-        /// Which file.
+        /// Path of the file.
         path: PathBuf,
-        /// What the system says.
+        /// Error of the operating system.
         source: std::io::Error,
     },
-    /// A file that is not a scenario or an object.
+    /// A file is not a valid scenario or object.
     #[error("{}: {message}", path.display())]
     File {
-        /// Which file.
+        /// Path of the file.
         path: PathBuf,
-        /// The key, the value and the remedy.
+        /// Key, value and remedy.
         message: String,
     },
-    /// A value that makes no sense.
+    /// A value is out of its range.
     #[error("{key} = {value}: {remedy}")]
     Value {
         /// Name of the key or argument.
         key: String,
-        /// As given.
+        /// The given value.
         value: String,
-        /// What to give instead.
+        /// Valid values.
         remedy: &'static str,
     },
-    /// Options of a task that cannot be understood.
+    /// The options of a task cannot be parsed.
     #[error("options: {0}")]
     Options(String),
-    /// What should be a saved state.
-    #[error("this is no saved state of such a task: {0}")]
+    /// Bytes are not a saved state.
+    #[error("not a saved state of this task: {0}")]
     State(String),
-    /// More environments than there is memory for.
+    /// The environments do not fit into memory.
     #[error(
-        "num_envs = {count}: an environment takes up to {each} KiB and {free} MiB are free, so that {most} is the most"
+        "num_envs = {count}: must not exceed {max_count}; an environment takes up to {each_kib} KiB and {free_mib} MiB are free"
     )]
-    TooMany {
-        /// As given.
+    TooManyEnvironments {
+        /// Requested number of environments.
         count: usize,
         /// Memory of an environment, KiB.
-        each: u64,
-        /// Memory that is free, MiB.
-        free: u64,
-        /// So many fit.
-        most: usize,
+        each_kib: u64,
+        /// Available memory, MiB.
+        free_mib: u64,
+        /// Largest number of environments.
+        max_count: usize,
     },
-    /// A scenario that would not come to an end.
+    /// A scenario takes too long or too much memory.
     #[error(
-        "the pushes take {} s in all, which is {} {what}, and {most:.0} is the most: shorten the pushes (the time of `push.knots`, `random.duration`), take fewer, or {remedy}",
+        "the pushes take {} s in total, which is {} {what}; the limit is {limit:.0}: shorten the pushes (times of `push.knots`, `random.duration`), reduce their number, or {remedy}",
         short(*seconds),
-        short(*got)
+        short(*requested)
     )]
-    TooLong {
-        /// Time of all pushes with what is recorded before them, s.
+    ScenarioTooLong {
+        /// Duration of all pushes and their pre-contact intervals, s.
         seconds: f64,
-        /// "steps" or "samples".
+        /// Counted quantity: "steps" or "samples".
         what: &'static str,
-        /// So many.
-        got: f64,
-        /// So many there may be.
-        most: f64,
-        /// What else helps.
+        /// Requested number.
+        requested: f64,
+        /// Largest number.
+        limit: f64,
+        /// Further remedy.
         remedy: &'static str,
     },
-    /// Something that one environment of a batch refuses.
+    /// An error in one environment of a batch.
     #[error("environment {0}: {1}")]
     Environment(usize, Box<SimError>),
-    /// Threads that the system does not give.
-    #[error("no threads to step on: {0}")]
+    /// The thread pool cannot be created.
+    #[error("cannot create the thread pool: {0}")]
     Threads(String),
-    /// A shape that no collider can be made of.
-    #[error("{what}: not a simple polygon that encloses an area; give its corners in order (m)")]
+    /// A shape cannot become a collider.
+    #[error("{what}: not a simple polygon that encloses an area; list its corners in order (m)")]
     Shape {
-        /// Which shape.
+        /// Name of the shape.
         what: String,
     },
-    /// The model is not complete or not sound.
+    /// The model is incomplete or invalid.
     #[error(transparent)]
     Model(#[from] ModelError),
-    /// The recording would not be valid.
+    /// The recording is invalid.
     #[error(transparent)]
     Record(#[from] trundle_record::Error),
 }
 
-/// A number of any size in a few digits.
+/// A number of any magnitude in a few digits.
 fn short(value: f64) -> String {
     if value < 1e9 { format!("{value:.0}") } else { format!("{value:.1e}") }
 }
 
 impl SimError {
-    /// A value that makes no sense, and the remedy.
+    /// An out-of-range value with its remedy.
     pub fn value(key: &str, value: impl std::fmt::Debug, remedy: &'static str) -> Self {
         Self::Value { key: key.to_owned(), value: format!("{value:?}"), remedy }
     }

@@ -1,5 +1,4 @@
-//! The gripper: grasps the object at a point and drives it by force, or by velocity through a
-//! compliant coupling.
+//! The gripper: holds the object at a grasp and drives it by force, or by velocity through a compliant coupling.
 
 use std::f64::consts::TAU;
 
@@ -9,32 +8,32 @@ use trundle_model::{Rigid, State, to_body, to_world, transport};
 
 use crate::SimError;
 
-/// A spring and a damper between gripper and object.
+/// Spring and damper between gripper and object.
 #[derive(Clone, Copy, Debug, PartialEq, Serialize, Deserialize)]
 #[serde(deny_unknown_fields, default)]
 pub struct Coupling {
-    /// N/m, alike in all directions.
+    /// Translational stiffness, isotropic, N/m.
     pub stiffness: f64,
-    /// N·s/m.
+    /// Translational damping, N·s/m.
     pub damping: f64,
-    /// N·m/rad.
+    /// Rotational stiffness, N·m/rad.
     pub twist_stiffness: f64,
-    /// N·m·s/rad.
+    /// Rotational damping, N·m·s/rad.
     pub twist_damping: f64,
 }
 
 impl Default for Coupling {
-    /// A rubber-padded parallel gripper: 5 mm of give at 50 N.
+    /// A rubber-padded parallel gripper that yields 5 mm at 50 N.
     fn default() -> Self {
         Self { stiffness: 1e4, damping: 400.0, twist_stiffness: 300.0, twist_damping: 30.0 }
     }
 }
 
 impl Coupling {
-    /// Refuse what would not hold together.
+    /// Check the values.
     ///
     /// # Errors
-    /// When a constant is negative or not finite.
+    /// If a constant is negative or not finite.
     pub fn check(&self) -> Result<(), SimError> {
         for (key, value) in [
             ("gripper.stiffness", self.stiffness),
@@ -50,77 +49,84 @@ impl Coupling {
     }
 }
 
-/// What the gripper's command means.
+/// Meaning of the end effector's command.
 #[derive(Clone, Copy, Debug, PartialEq, Eq, Serialize, Deserialize)]
 #[serde(rename_all = "lowercase")]
-pub enum Drive {
-    /// The wrench on the object at the grasp, gripper axes, `[N, N, N·m]`.
+pub enum DriveMode {
+    /// Wrench on the object at the grasp, gripper axes, `[N, N, N·m]`.
     Force,
-    /// The gripper's velocity, world axes, `[m/s, m/s, rad/s]`; the coupling makes it a wrench.
+    /// Velocity of the gripper, world axes, `[m/s, m/s, rad/s]`. The coupling converts it to a wrench.
     Velocity,
-    /// The velocity of a tip that does not hold the object but pushes its rim, world axes, `[m/s, m/s, –]`.
-    Tip,
+    /// Velocity of a fingertip that pushes the rim without holding the object, world axes, `[m/s, m/s, –]`.
+    #[serde(rename = "tip")]
+    PointContact,
 }
 
-/// A gripper that has grasped the object.
+/// A gripper that holds the object.
 #[derive(Clone, Debug, Serialize, Deserialize)]
 pub struct Gripper {
-    /// Where it holds the object: pose in the object frame, m and rad.
+    /// Pose of the gripper in the object frame, m and rad.
     grasp: [f64; 3],
-    /// Its own pose in the world.
+    /// Pose of the gripper in the world.
     pose: [f64; 3],
-    drive: Drive,
+    drive: DriveMode,
     coupling: Coupling,
-    /// What the arm can do at most, object axes; beyond that it stalls.
-    most: Option<[f64; 3]>,
+    /// Largest wrench of the arm, object axes. The arm stalls beyond it.
+    max_wrench: Option<[f64; 3]>,
 }
 
 impl Gripper {
-    /// Closed on an object at `object` (world), at `grasp` (object frame).
-    pub fn new(grasp: [f64; 3], object: [f64; 3], drive: Drive, coupling: Coupling) -> Self {
-        Self { grasp, pose: compose(object, grasp), drive, coupling, most: None }
+    /// A gripper closed on an object at pose `object` (world), with pose `grasp` (object frame).
+    pub fn new(grasp: [f64; 3], object: [f64; 3], drive: DriveMode, coupling: Coupling) -> Self {
+        Self { grasp, pose: compose(object, grasp), drive, coupling, max_wrench: None }
     }
 
-    /// The same on an arm that stalls at this wrench of its coupling, object axes about the grasp.
+    /// The same gripper on an arm that stalls at this coupling wrench, object axes about the grasp.
     #[must_use]
-    pub fn at_most(self, most: [f64; 3]) -> Self {
-        Self { most: Some(most), ..self }
+    pub fn with_max_wrench(self, max_wrench: [f64; 3]) -> Self {
+        Self { max_wrench: Some(max_wrench), ..self }
     }
 
-    /// Pose of the gripper and sensor frame in the world, while the object is at `object`.
+    /// Pose of the gripper and sensor frame in the world, with the object at `object`.
     pub fn pose(&self, object: [f64; 3]) -> [f64; 3] {
         match self.drive {
-            Drive::Force => compose(object, self.grasp),
+            DriveMode::Force => compose(object, self.grasp),
             _ => self.pose,
         }
     }
 
-    /// The mean wrench on the object over the coming step, object axes about the object origin; a
-    /// velocity-driven gripper moves on.
-    pub fn push(&mut self, command: [f64; 3], state: &State<f64>, rigid: &Rigid<f64>, dt: f64) -> [f64; 3] {
+    /// Advance the gripper by one step. Returns the mean wrench on the object over the step, object axes about the object
+    /// origin.
+    pub fn step(&mut self, command: [f64; 3], state: &State<f64>, rigid: &Rigid<f64>, dt: f64) -> [f64; 3] {
         match self.drive {
-            Drive::Force => transport(command, self.grasp),
+            DriveMode::Force => transport(command, self.grasp),
             _ => {
-                let mut wrench = self.couple(command, state, rigid, dt);
+                let mut wrench = self.coupling_wrench(command, state, rigid, dt);
                 for (pose, velocity) in self.pose.iter_mut().zip(command) {
                     *pose += velocity * dt;
                 }
-                if let Some(most) = self.most {
-                    wrench = [0, 1, 2].map(|k| wrench[k].clamp(-most[k], most[k]));
-                    self.stall(most, state.pose);
+                if let Some(max_wrench) = self.max_wrench {
+                    wrench = [0, 1, 2].map(|k| wrench[k].clamp(-max_wrench[k], max_wrench[k]));
+                    self.limit_stretch(max_wrench, state.pose);
                 }
                 transport(wrench, [self.grasp[0], self.grasp[1], 0.0])
             }
         }
     }
 
-    /// The coupling's wrench about the grasp point, object axes: spring and damper at the end of the
-    /// step (implicit, so that a stiff gripper on a light object is stable),
+    /// Wrench of the coupling about the grasp point, object axes. Spring and damper are evaluated at the end of the step
+    /// (implicit, so that a stiff gripper on a light object is stable):
     ///
     /// ```text
     /// (I + dt B W) F = K e + B ė,   B = C + dt K,   W = J M⁻¹ Jᵀ at the grasp
     /// ```
-    fn couple(&self, command: [f64; 3], state: &State<f64>, rigid: &Rigid<f64>, dt: f64) -> [f64; 3] {
+    fn coupling_wrench(
+        &self,
+        command: [f64; 3],
+        state: &State<f64>,
+        rigid: &Rigid<f64>,
+        dt: f64,
+    ) -> [f64; 3] {
         let c = &self.coupling;
         let stiffness = Vector3::new(c.stiffness, c.stiffness, c.twist_stiffness);
         let damping = Vector3::new(c.damping, c.damping, c.twist_damping) + stiffness * dt;
@@ -128,28 +134,29 @@ impl Gripper {
         let rate = Vector3::from(to_body(command, state.pose[2])) - self.grasp_velocity(state);
         let force = stiffness.component_mul(&lag) + damping.component_mul(&rate);
         let system = Matrix3::identity() + Matrix3::from_diagonal(&(damping * dt)) * self.mobility(rigid);
-        // A product of two positive semidefinite matrices has no negative eigenvalue: never singular.
+        // The product of two positive semidefinite matrices has no negative eigenvalue, so the system is never singular.
         system.lu().solve(&force).unwrap_or(force).into()
     }
 
-    /// Be no farther from the grasp point than the coupling's springs stretch at `most`.
-    fn stall(&mut self, most: [f64; 3], object: [f64; 3]) {
+    /// Limit the distance from the grasp point to the spring deflection at `max_wrench`.
+    fn limit_stretch(&mut self, max_wrench: [f64; 3], object: [f64; 3]) {
         let c = &self.coupling;
-        let give = [most[0] / c.stiffness, most[1] / c.stiffness, most[2] / c.twist_stiffness];
+        let max_stretch =
+            [max_wrench[0] / c.stiffness, max_wrench[1] / c.stiffness, max_wrench[2] / c.twist_stiffness];
         let stretch = self.stretch(object);
-        let kept = [0, 1, 2].map(|k| stretch[k].clamp(-give[k], give[k]));
-        if kept != [stretch[0], stretch[1], stretch[2]] {
-            let held = compose(object, self.grasp);
-            let [x, y, turn] = to_world(kept, object[2]);
-            self.pose = [held[0] + x, held[1] + y, held[2] + turn];
+        let limited = [0, 1, 2].map(|k| stretch[k].clamp(-max_stretch[k], max_stretch[k]));
+        if limited != [stretch[0], stretch[1], stretch[2]] {
+            let grasp_pose = compose(object, self.grasp);
+            let [x, y, turn] = to_world(limited, object[2]);
+            self.pose = [grasp_pose[0] + x, grasp_pose[1] + y, grasp_pose[2] + turn];
         }
     }
 
-    /// Gripper less grasp point, object axes.
+    /// Pose of the gripper minus the grasp pose, object axes.
     fn stretch(&self, object: [f64; 3]) -> Vector3<f64> {
-        let held = compose(object, self.grasp);
-        let world = [0, 1].map(|k| self.pose[k] - held[k]);
-        Vector3::from(to_body([world[0], world[1], wrap(self.pose[2] - held[2])], object[2]))
+        let grasp_pose = compose(object, self.grasp);
+        let world = [0, 1].map(|k| self.pose[k] - grasp_pose[k]);
+        Vector3::from(to_body([world[0], world[1], wrap_angle(self.pose[2] - grasp_pose[2])], object[2]))
     }
 
     fn grasp_velocity(&self, state: &State<f64>) -> Vector3<f64> {
@@ -157,7 +164,7 @@ impl Gripper {
         Vector3::new(vx - spin * self.grasp[1], vy + spin * self.grasp[0], spin)
     }
 
-    /// Acceleration of the grasp per unit of wrench on it, object axes.
+    /// Acceleration of the grasp per unit of wrench at it, object axes.
     fn mobility(&self, rigid: &Rigid<f64>) -> Matrix3<f64> {
         let (m, i) = (rigid.mass.recip(), rigid.inertia.recip());
         let (x, y) = (self.grasp[0] - rigid.com[0], self.grasp[1] - rigid.com[1]);
@@ -165,7 +172,7 @@ impl Gripper {
     }
 }
 
-/// The pose `inner`, given in the frame `outer`, in the frame that `outer` is given in.
+/// Composition of poses: `inner`, given in the frame `outer`, expressed in the parent frame of `outer`.
 pub(crate) fn compose(outer: [f64; 3], inner: [f64; 3]) -> [f64; 3] {
     let (sin, cos) = outer[2].sin_cos();
     [
@@ -175,13 +182,13 @@ pub(crate) fn compose(outer: [f64; 3], inner: [f64; 3]) -> [f64; 3] {
     ]
 }
 
-/// The pose `inner` as seen from the frame `outer`, both given in the world.
+/// Pose `inner` relative to the frame `outer`, both given in the world.
 pub(crate) fn relative(outer: [f64; 3], inner: [f64; 3]) -> [f64; 3] {
-    let difference = [inner[0] - outer[0], inner[1] - outer[1], wrap(inner[2] - outer[2])];
+    let difference = [inner[0] - outer[0], inner[1] - outer[1], wrap_angle(inner[2] - outer[2])];
     to_body(difference, outer[2])
 }
 
-/// An angle in (−π, π].
-pub(crate) fn wrap(angle: f64) -> f64 {
+/// The angle wrapped to (−π, π].
+pub(crate) fn wrap_angle(angle: f64) -> f64 {
     angle - TAU * (angle / TAU - 0.5).ceil()
 }

@@ -1,15 +1,16 @@
-//! The world that is pushed: rapier's engine under the model's laws, a gripper with a wrist sensor, a
-//! pose tracker, and scenarios that turn all of it into recordings.
+//! Simulated pushing: a rapier2d world driven by the model's laws, a gripper with a wrist sensor, a pose tracker,
+//! scenarios that produce recordings, and reinforcement-learning tasks.
 
+mod colliders;
 mod contact;
+mod end_effector;
 mod error;
-mod excite;
+mod excitation;
 mod gripper;
-mod hand;
+mod hybrid_stepper;
 mod instruments;
-mod mover;
 mod object;
-mod object_file;
+mod point_contact;
 mod profile;
 mod push;
 mod scenario;
@@ -17,23 +18,22 @@ mod sensor;
 mod simulate;
 pub mod task;
 mod threads;
-mod tip;
 mod tracker;
 mod world;
 
-pub use contact::{Obstructed, can_touch};
+pub use contact::{ObstacleStepper, can_touch};
 pub use error::SimError;
-pub use excite::Excitation;
-pub use gripper::{Coupling, Drive, Gripper};
-pub use instruments::{Instruments, Row, Scene, episode};
-pub use mover::Mover;
-pub use object_file::Object;
+pub use excitation::Excitation;
+pub use gripper::{Coupling, DriveMode, Gripper};
+pub use hybrid_stepper::HybridStepper;
+pub use instruments::{GroundTruth, Instruments, Row, episode};
+pub use object::Object;
 pub use profile::Profile;
-pub use push::{Push, Setting};
+pub use push::{EpisodeSetup, Push};
 pub use scenario::Scenario;
-pub use sensor::{Felt, Hanging, Sensor};
+pub use sensor::{GripperLoad, GripperPayload, Sensor};
 pub use simulate::{metadata, simulate};
-pub use task::{Batch, Options, Outcome, Pushing, Reset};
+pub use task::{Batch, Options, Outcome, PushTask, ResetOptions};
 pub use threads::thread_pool;
 pub use tracker::Tracker;
 pub use world::{Snapshot, World};

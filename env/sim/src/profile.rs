@@ -1,16 +1,17 @@
-//! A command over time: straight lines between knots.
+//! Piecewise linear commands.
 
 use crate::SimError;
 
-/// Knots `[t, x, y, about z]`, t in s from contact on; the first and last are held beyond the ends.
+/// Piecewise linear command through knots `[t, x, y, about z]`, with t in s since contact. Outside the knots the command
+/// is constant.
 #[derive(Clone, Debug, PartialEq)]
 pub struct Profile(Vec<[f64; 4]>);
 
 impl Profile {
-    /// A profile through these knots.
+    /// A profile through these knots. Error messages refer to them by `key`.
     ///
     /// # Errors
-    /// When there is none, a value is not finite, or times do not increase.
+    /// If there are no knots, a value is not finite, or the times do not increase.
     pub fn new(key: &str, knots: Vec<[f64; 4]>) -> Result<Self, SimError> {
         if knots.is_empty() {
             return Err(SimError::value(key, &knots, "give at least one knot [t, x, y, about z]"));
@@ -19,12 +20,14 @@ impl Profile {
             return Err(SimError::value(key, knot, "must be finite"));
         }
         match knots.windows(2).find(|pair| pair[1][0] <= pair[0][0]) {
-            Some(pair) => Err(SimError::value(key, pair[1], "its time must be later than the knot's before")),
+            Some(pair) => {
+                Err(SimError::value(key, pair[1], "its time must be later than that of the previous knot"))
+            }
             None => Ok(Self(knots)),
         }
     }
 
-    /// The command at a time, s.
+    /// The command at time `t`, s.
     pub fn at(&self, t: f64) -> [f64; 3] {
         let later = self.0.partition_point(|knot| knot[0] <= t);
         let value = |knot: &[f64; 4]| [knot[1], knot[2], knot[3]];
@@ -49,7 +52,7 @@ mod tests {
     use super::*;
 
     #[test]
-    fn straight_lines_between_knots_and_level_beyond() {
+    fn interpolates_linearly_and_extrapolates_constantly() {
         let profile = Profile::new("knots", vec![[1.0, 0.0, 2.0, 4.0], [2.0, 1.0, 0.0, 4.0]]).unwrap();
         assert_eq!(profile.at(0.0), [0.0, 2.0, 4.0]);
         assert_eq!(profile.at(1.25), [0.25, 1.5, 4.0]);
@@ -58,7 +61,7 @@ mod tests {
     }
 
     #[test]
-    fn knots_that_make_no_profile_are_refused() {
+    fn invalid_knots_are_errors() {
         for (knots, words) in [
             (vec![], "at least one knot"),
             (vec![[0.0, f64::NAN, 0.0, 0.0]], "finite"),

@@ -1,4 +1,4 @@
-//! Scenario files: what is simulated, in TOML. Unknown keys are errors.
+//! Scenario files in TOML. Unknown keys are errors.
 
 use std::path::{Path, PathBuf};
 
@@ -9,44 +9,44 @@ use trundle_model::{Effect, Model};
 
 use crate::{Coupling, Excitation, Object, Push, Sensor, SimError, Tracker};
 
-const SCENARIO: &str = "trundle-scenario/1";
+const SCENARIO_FORMAT: &str = "trundle-scenario/1";
 
-/// Longest step, s: the gripper's coupling and the sensor's clock need one that is short.
-const LONGEST_STEP: f64 = 0.01;
+/// Largest simulation step, s. The gripper's coupling and the sensor's clock limit it.
+const MAX_STEP_S: f64 = 0.01;
 
-/// Most steps of all pushes together. A step takes about a microsecond: so many take a few minutes.
+/// Largest number of steps of all pushes. A step takes about a microsecond, so this takes a few minutes.
 const MAX_STEPS: f64 = 1e8;
-/// Most samples of all instruments together. One takes up to 250 bytes until it is written: so many take 1 GB.
+/// Largest number of samples of all instruments. A sample takes up to 250 bytes in memory, so this takes 1 GB.
 const MAX_SAMPLES: f64 = 4e6;
 
-/// A scenario: an object with hidden effects, and the pushes that are recorded of it.
+/// A scenario: an object with hidden effects, and the pushes to record.
 #[derive(Clone, Debug, Deserialize)]
 #[serde(deny_unknown_fields)]
 pub struct Scenario {
     format: String,
-    /// The recording's name.
+    /// Name of the recording.
     pub name: String,
     /// Object file, relative to the scenario.
     pub object: PathBuf,
-    /// Name of the object's configuration, whose effects are hidden too.
+    /// Name of the object's configuration, whose effects are also hidden.
     #[serde(default)]
     pub configuration: Option<String>,
     /// Simulation step, s.
-    #[serde(default = "fine_step")]
+    #[serde(default = "default_step")]
     pub step: f64,
-    /// Whether the recording says what the object weighs.
+    /// Whether the recording states the object's mass.
     #[serde(default)]
     pub weighed: bool,
-    /// How many of the last episodes are held out.
+    /// Number of held-out episodes, at the end of the recording.
     #[serde(default)]
     pub held_out: usize,
-    /// Hidden effects, as in `model.toml`; the recording has no word of them.
+    /// Hidden effects, as in `model.toml`. The recording does not contain them.
     #[serde(default, rename = "effect")]
     pub effects: Vec<Table>,
-    /// Fixed obstacles, which the recording shows.
+    /// Fixed obstacles. The recording contains them.
     #[serde(default, rename = "obstacle")]
     pub obstacles: Vec<ObstacleTable>,
-    /// Between gripper and object.
+    /// Coupling between gripper and object.
     #[serde(default)]
     pub gripper: Coupling,
     /// Wrist sensor.
@@ -55,14 +55,14 @@ pub struct Scenario {
     /// Pose tracker.
     #[serde(default)]
     pub tracker: Tracker,
-    /// Pushes written down, one episode each; they come first.
+    /// Explicit pushes, one episode each. They precede the random ones.
     #[serde(default, rename = "push")]
     pub pushes: Vec<Push>,
-    /// Pushes drawn by seed.
+    /// Random pushes.
     pub random: Option<Excitation>,
 }
 
-/// One fixed obstacle.
+/// A fixed obstacle.
 #[derive(Clone, Debug, Deserialize)]
 #[serde(deny_unknown_fields)]
 pub struct ObstacleTable {
@@ -70,36 +70,37 @@ pub struct ObstacleTable {
     pub polygon: Vec<[f64; 2]>,
 }
 
-/// Dry friction that stops and reverses needs it: at 1 ms a push of 6 s ends 1 mm off, at this 0.1 mm.
-fn fine_step() -> f64 {
+/// Default simulation step, s. Dry friction with stops and reversals requires it: after a push of 6 s the position error is
+/// 1 mm with steps of 1 ms, and 0.1 mm with this one.
+fn default_step() -> f64 {
     2.5e-4
 }
 
 impl Scenario {
-    /// Read a scenario and its object: the scenario, and the model with all effects.
+    /// Read a scenario and its object. Returns the scenario and the model with all effects.
     ///
     /// # Errors
-    /// Names the file, the key and what is wrong.
+    /// If a file cannot be read or a value is invalid. The message names file and key.
     pub fn read(path: &Path) -> Result<(Self, Model), SimError> {
-        let scenario: Self = parse(path, SCENARIO)?;
-        expect_format(path, &scenario.format, SCENARIO)?;
+        let scenario: Self = parse(path, SCENARIO_FORMAT)?;
+        expect_format(path, &scenario.format, SCENARIO_FORMAT)?;
         scenario.check().map_err(|error| in_file(path, &error))?;
         let object_path = path.parent().unwrap_or(Path::new("")).join(&scenario.object);
         let object = Object::read(&object_path)?;
         let model = object
-            .with(scenario.configuration.as_deref(), &scenario.effects)
+            .model_with(scenario.configuration.as_deref(), &scenario.effects)
             .map_err(|error| in_file(path, &error))?;
         model.resolved().map_err(|error| in_file(path, &error.into()))?;
         Ok((scenario, model))
     }
 
-    /// How many episodes there will be.
+    /// Number of episodes.
     pub fn episodes(&self) -> usize {
-        self.pushes.len() + self.random.as_ref().map_or(0, |random| random.count)
+        self.pushes.len() + self.random.as_ref().map_or(0, |excitation| excitation.count)
     }
 
     fn check(&self) -> Result<(), SimError> {
-        if !(self.step > 0.0 && self.step <= LONGEST_STEP) {
+        if !(self.step > 0.0 && self.step <= MAX_STEP_S) {
             return Err(SimError::value("step", self.step, "must lie in (0, 0.01] s"));
         }
         self.gripper.check()?;
@@ -110,15 +111,15 @@ impl Scenario {
                 return Err(SimError::value(key, rate, "must not exceed 1 / step: shorten `step`"));
             }
         }
-        if let Some(random) = &self.random {
-            random.check()?;
+        if let Some(excitation) = &self.random {
+            excitation.check()?;
         }
         if self.episodes() == 0 {
             return Err(SimError::value("push", 0, "give [[push]] tables, or [random] with a count"));
         }
         self.check_length()?;
         if self.held_out >= self.episodes() {
-            let remedy = "must leave an episode to fit";
+            let remedy = "must leave at least one episode to fit";
             return Err(SimError::value("held_out", self.held_out, remedy));
         }
         Ok(())
@@ -126,25 +127,26 @@ impl Scenario {
 }
 
 impl Scenario {
-    /// Refuse what would take hours or more memory than there is.
+    /// Limit the computing time and the memory.
     fn check_length(&self) -> Result<(), SimError> {
         let ends = self.pushes.iter().filter_map(|push| push.knots.last()).map(|knot| knot[0]);
-        let drawn = self.random.as_ref().map_or(0.0, |random| random.count as f64 * random.duration);
+        let drawn =
+            self.random.as_ref().map_or(0.0, |excitation| excitation.count as f64 * excitation.duration);
         let seconds = ends.sum::<f64>() + drawn + self.episodes() as f64 * self.sensor.precontact;
         let rate = self.sensor.rate + self.tracker.rate;
-        for (what, got, most, remedy) in [
+        for (what, requested, limit, remedy) in [
             ("steps", seconds / self.step, MAX_STEPS, "lengthen `step`"),
             ("samples", seconds * rate, MAX_SAMPLES, "lower `sensor.rate` and `tracker.rate`"),
         ] {
-            if got > most {
-                return Err(SimError::TooLong { seconds, what, got, most, remedy });
+            if requested > limit {
+                return Err(SimError::ScenarioTooLong { seconds, what, requested, limit, remedy });
             }
         }
         Ok(())
     }
 }
 
-/// Body and effects as a model: the same tables, keys and messages as `model.toml`.
+/// A model from the body and effect tables of `model.toml`, with the same error messages.
 pub(crate) fn model(body: Table, effects: Vec<Table>) -> Result<Model, SimError> {
     let effects = effects.into_iter().map(Value::Table).collect();
     let file = Table::from_iter([
@@ -155,7 +157,7 @@ pub(crate) fn model(body: Table, effects: Vec<Table>) -> Result<Model, SimError>
     Ok(Model::from_toml(&file.to_string())?.0)
 }
 
-/// Effects by themselves, all values given.
+/// Effects from tables. All values must be given.
 pub(crate) fn effects(tables: &[Table]) -> Result<Vec<Effect>, SimError> {
     let body = Table::from_iter([("mass".to_owned(), Value::Float(1.0))]);
     let model = model(body, tables.to_vec())?;
@@ -163,7 +165,8 @@ pub(crate) fn effects(tables: &[Table]) -> Result<Vec<Effect>, SimError> {
     Ok(model.effects)
 }
 
-/// Reads a file of the format `known`; the keys of one of another format would be called unknown.
+/// Read a file of the format `known`. The format is checked first, because the keys of another format would be reported
+/// as unknown.
 pub(crate) fn parse<T: DeserializeOwned>(path: &Path, known: &str) -> Result<T, SimError> {
     let text =
         std::fs::read_to_string(path).map_err(|source| SimError::Io { path: path.to_owned(), source })?;

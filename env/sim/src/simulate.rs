@@ -1,4 +1,4 @@
-//! From a scenario to a recording.
+//! Simulation of scenarios as recordings.
 
 use rand::{RngExt, SeedableRng};
 use rand_chacha::ChaCha8Rng;
@@ -10,16 +10,16 @@ use trundle_record::{
 };
 
 use crate::instruments::episode;
-use crate::push::Setting;
-use crate::{Drive, Push, Scenario, Sensor, SimError, Tracker};
+use crate::push::EpisodeSetup;
+use crate::{DriveMode, Push, Scenario, Sensor, SimError, Tracker};
 
-/// The recording of a scenario. The same seed gives the same recording.
+/// Simulate a scenario and record it. The same seed gives the same recording.
 ///
 /// # Errors
-/// When the model is not complete or a shape is no polygon.
+/// If the model is incomplete or a shape is not a simple polygon.
 pub fn simulate(scenario: &Scenario, model: &Model, seed: u64) -> Result<Recording, SimError> {
     let obstacles: Vec<_> = scenario.obstacles.iter().map(|o| o.polygon.clone()).collect();
-    let setting = Setting {
+    let setup = EpisodeSetup {
         model,
         obstacles: &obstacles,
         step: scenario.step,
@@ -28,16 +28,16 @@ pub fn simulate(scenario: &Scenario, model: &Model, seed: u64) -> Result<Recordi
         tracker: scenario.tracker,
     };
     let pushes = pushes(scenario, model, seed);
-    let contact = contact(&pushes)?;
+    let contact = contact_mode(&pushes)?;
     let mut episodes = vec![];
     for (index, push) in pushes.iter().enumerate() {
-        let inner = beginning(model, &mut stream(seed, Purpose::Inner, index));
-        let rows = setting.run_from(index, push, inner, stream(seed, Purpose::Noise, index))?;
+        let inner = draw_initial_inner(model, &mut rng_stream(seed, Purpose::Inner, index));
+        let rows = setup.run_from(index, push, inner, rng_stream(seed, Purpose::Noise, index))?;
         episodes.push(episode(format!("episode_{index:02}"), &rows));
     }
     let names = episodes.iter().map(|e| e.name.clone());
     let held_out = names.skip(episodes.len() - scenario.held_out).collect();
-    let sensor = quiet(&scenario.sensor, model)?;
+    let sensor = with_tare_interval(&scenario.sensor, model)?;
     let mut metadata = metadata(&scenario.name, &model.body, scenario.weighed, &sensor, &scenario.tracker);
     metadata.wrench.contact = contact;
     metadata.scene.obstacles = obstacles.into_iter().map(|polygon| Obstacle { polygon }).collect();
@@ -45,54 +45,54 @@ pub fn simulate(scenario: &Scenario, model: &Model, seed: u64) -> Result<Recordi
     Ok(Recording::new(metadata, episodes)?)
 }
 
-/// The sensor, unloaded for as long as its own clock says.
-fn quiet(sensor: &Sensor, model: &Model) -> Result<Sensor, SimError> {
-    let ahead = model.resolved()?.delay(Clock::since_contact(0.0)).map_or(0.0, |delay| (-delay).max(0.0));
-    let precontact = sensor.precontact - ahead;
-    if ahead > 0.0 && precontact < SHORTEST_TARE {
-        let remedy = "the reading runs ahead of the contact's beginning: lengthen `sensor.precontact`";
-        return Err(SimError::value("latency.delay", -ahead, remedy));
+/// The sensor with its pre-contact interval as seen by its own clock.
+fn with_tare_interval(sensor: &Sensor, model: &Model) -> Result<Sensor, SimError> {
+    let lead = model.resolved()?.delay(Clock::since_contact(0.0)).map_or(0.0, |delay| (-delay).max(0.0));
+    let precontact = sensor.precontact - lead;
+    if lead > 0.0 && precontact < MIN_TARE_S {
+        let remedy = "the reading leads the start of contact: lengthen `sensor.precontact`";
+        return Err(SimError::value("latency.delay", -lead, remedy));
     }
     Ok(Sensor { precontact, ..*sensor })
 }
 
-/// A recording says once how the object is touched.
-fn contact(pushes: &[Push]) -> Result<Contact, SimError> {
-    let tips = pushes.iter().filter(|push| push.drive == Drive::Tip).count();
+/// The contact mode, which must be the same for all pushes of a recording.
+fn contact_mode(pushes: &[Push]) -> Result<Contact, SimError> {
+    let tips = pushes.iter().filter(|push| push.drive == DriveMode::PointContact).count();
     match tips {
         0 => Ok(Contact::Grasp),
         _ if tips == pushes.len() => Ok(Contact::Point),
-        _ => {
-            Err(SimError::value("push.drive", "tip", "must be that of all pushes of a recording or of none"))
-        }
+        _ => Err(SimError::value("push.drive", "tip", "must apply to all pushes of a recording or to none")),
     }
 }
 
-/// Time that a tare needs, s.
-const SHORTEST_TARE: f64 = 0.1;
+/// Shortest interval for a tare, s.
+const MIN_TARE_S: f64 = 0.1;
 
 fn pushes(scenario: &Scenario, model: &Model, seed: u64) -> Vec<Push> {
     let mut pushes = scenario.pushes.clone();
-    if let Some(random) = &scenario.random {
-        let draw = |k| random.draw(&model.body, &mut stream(seed, Purpose::Push, k));
-        pushes.extend((0..random.count).map(draw));
+    if let Some(excitation) = &scenario.random {
+        let draw = |k| excitation.draw(&model.body, &mut rng_stream(seed, Purpose::Push, k));
+        pushes.extend((0..excitation.count).map(draw));
     }
     pushes
 }
 
-/// Where the laws' own states begin: nobody knows how a caster stands, so that is drawn; a load hangs still.
-pub(crate) fn beginning(model: &Model, random: &mut ChaCha8Rng) -> [f64; MAX_INNER_STATES] {
+/// Draw the initial internal states of the laws. A state with several possible starts, such as a caster's angle, is
+/// random; a state with a single start, such as a load at rest, is not.
+pub(crate) fn draw_initial_inner(model: &Model, rng: &mut ChaCha8Rng) -> [f64; MAX_INNER_STATES] {
     let mut start = [0.0; MAX_INNER_STATES];
     for (value, inner) in start.iter_mut().zip(model.inner()) {
-        let any = random.random_range(0..inner.starts.len().max(1));
-        let around: f64 = random.sample(StandardNormal);
-        let known = inner.starts.len() < 2;
-        *value = inner.starts.get(any).map_or(0.0, |s| if known { *s } else { s + inner.sd * around });
+        let choice = rng.random_range(0..inner.starts.len().max(1));
+        let deviation: f64 = rng.sample(StandardNormal);
+        let is_known = inner.starts.len() < 2;
+        *value =
+            inner.starts.get(choice).map_or(0.0, |s| if is_known { *s } else { s + inner.sd * deviation });
     }
     start
 }
 
-/// What a stream of random numbers is for; each episode has its own of each.
+/// Purpose of a random-number stream. Each episode has one stream for each purpose.
 #[derive(Clone, Copy)]
 enum Purpose {
     Push,
@@ -100,19 +100,19 @@ enum Purpose {
     Inner,
 }
 
-/// Streams of the first two purposes take turns; the third's lie beyond any number of episodes.
-const BEYOND: u64 = 1 << 40;
+/// First stream number of [`Purpose::Inner`], above the interleaved streams of the other two purposes.
+const INNER_STREAM_OFFSET: u64 = 1 << 40;
 
-fn stream(seed: u64, purpose: Purpose, episode: usize) -> ChaCha8Rng {
-    let mut random = ChaCha8Rng::seed_from_u64(seed);
-    random.set_stream(match purpose {
+fn rng_stream(seed: u64, purpose: Purpose, episode: usize) -> ChaCha8Rng {
+    let mut rng = ChaCha8Rng::seed_from_u64(seed);
+    rng.set_stream(match purpose {
         Purpose::Push | Purpose::Noise => 2 * episode as u64 + purpose as u64,
-        Purpose::Inner => BEYOND + episode as u64,
+        Purpose::Inner => INNER_STREAM_OFFSET + episode as u64,
     });
-    random
+    rng
 }
 
-/// What a recording says of the object and the instruments; nothing of what is hidden.
+/// Metadata of a recording: object and instruments, without hidden effects.
 pub fn metadata(name: &str, body: &Body, weighed: bool, sensor: &Sensor, tracker: &Tracker) -> Metadata {
     Metadata {
         format: FORMAT.to_owned(),
@@ -137,7 +137,7 @@ pub fn metadata(name: &str, body: &Body, weighed: bool, sensor: &Sensor, tracker
     }
 }
 
-/// Stated only where every instrument is noisy: a recording has no word for none.
+/// Noise of the instruments, or `None` if any of it is zero: a recording cannot state zero noise.
 fn noise(sensor: &Sensor, tracker: &Tracker) -> Option<NoiseMeta> {
     let all = sensor.noise().into_iter().chain(tracker.noise);
     let noise = NoiseMeta {

@@ -1,4 +1,4 @@
-//! The thread pool of this process.
+//! Thread pool of the process, safe after a fork.
 
 use std::sync::{Arc, Mutex, TryLockError};
 use std::time::{Duration, Instant};
@@ -7,26 +7,25 @@ use rayon::{ThreadPool, ThreadPoolBuilder};
 
 use crate::SimError;
 
-/// Stack of each thread, bytes: that of a main thread on Linux, so that work may move between them.
-const STACK: usize = 8 << 20;
+/// Stack size of each thread, bytes. It equals that of a main thread on Linux, so that work can move between them.
+const THREAD_STACK_BYTES: usize = 8 << 20;
 
-/// How long to wait for the lock. It is held for less than a microsecond, unless the thread that held it was lost in
-/// a fork.
+/// Longest wait for the lock. Threads hold it for less than a microsecond, unless a fork removed the holding thread.
 const MAX_LOCK_WAIT: Duration = Duration::from_millis(100);
 
-/// A pool, and the process whose threads it has.
-type Kept = Option<(u32, Arc<ThreadPool>)>;
+/// A thread pool with the id of the process that owns its threads.
+type OwnedPool = Option<(u32, Arc<ThreadPool>)>;
 
-static POOL: Mutex<Kept> = Mutex::new(None);
+static POOL: Mutex<OwnedPool> = Mutex::new(None);
 
 /// Returns the thread pool of this process.
 ///
-/// A forked child has none of its parent's threads, so work given to the parent's pool would wait for ever. The pool
-/// is therefore kept with the process id, and built again where that has changed. Rayon's global pool cannot be
-/// built again: everything that uses threads must run in this one.
+/// A forked child process has none of its parent's threads, so work in the parent's pool would wait forever. The pool is
+/// therefore stored with the process id, and rebuilt if the id changes. Rayon's global pool cannot be rebuilt, so all
+/// parallel work must run in this pool.
 ///
 /// # Errors
-/// When the system gives no threads.
+/// If the system cannot create the threads.
 pub fn thread_pool() -> Result<Arc<ThreadPool>, SimError> {
     let own = std::process::id();
     let known =
@@ -34,13 +33,14 @@ pub fn thread_pool() -> Result<Arc<ThreadPool>, SimError> {
     if let Some(pool) = known.flatten() {
         return Ok(pool);
     }
-    let builder = ThreadPoolBuilder::new().stack_size(STACK).thread_name(|k| format!("trundle-{k}"));
+    let builder =
+        ThreadPoolBuilder::new().stack_size(THREAD_STACK_BYTES).thread_name(|k| format!("trundle-{k}"));
     let pool = Arc::new(builder.build().map_err(|e| SimError::Threads(e.to_string()))?);
     let current = with_pool(|kept| match kept {
-        // Another thread was faster.
+        // Another thread has built the pool in the meantime.
         Some((process, first)) if *process == own => first.clone(),
         _ => {
-            // To drop a parent's pool would be to wait for its threads to end.
+            // Dropping a parent's pool would wait for its threads to end.
             std::mem::forget(kept.replace((own, pool.clone())));
             pool.clone()
         }
@@ -48,8 +48,8 @@ pub fn thread_pool() -> Result<Arc<ThreadPool>, SimError> {
     Ok(current.unwrap_or(pool))
 }
 
-/// Looks at the pool that is kept; `None` where the lock was lost in a fork.
-fn with_pool<T>(look: impl FnOnce(&mut Kept) -> T) -> Option<T> {
+/// Access the stored pool. Returns `None` if a fork left the lock held.
+fn with_pool<T>(look: impl FnOnce(&mut OwnedPool) -> T) -> Option<T> {
     let begun = Instant::now();
     loop {
         match POOL.try_lock() {
@@ -68,15 +68,15 @@ mod tests {
     use super::*;
 
     #[test]
-    fn a_process_has_one_pool_and_another_process_its_own() {
+    fn each_process_has_its_own_pool() {
         let first = thread_pool().unwrap();
         assert!(Arc::ptr_eq(&first, &thread_pool().unwrap()));
-        // As after a fork: the pool that is kept belongs to another process.
+        // As after a fork: the stored pool belongs to another process.
         with_pool(|kept| *kept = Some((0, first.clone())));
         let own = thread_pool().unwrap();
         assert!(!Arc::ptr_eq(&first, &own));
         assert_eq!(own.install(rayon::current_num_threads), first.install(rayon::current_num_threads));
-        // A lock that is never given back must not stop the process.
+        // A lock that is never released must not block the process.
         let held = POOL.lock().unwrap();
         assert!(thread_pool().is_ok());
         drop(held);

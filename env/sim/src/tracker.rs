@@ -1,4 +1,4 @@
-//! The pose tracker: cameras that see markers on the object and on the gripper.
+//! Pose tracker, for example cameras that see markers on the object and on the gripper.
 
 use serde::{Deserialize, Serialize};
 
@@ -6,7 +6,7 @@ use trundle_model::Plant;
 
 use crate::SimError;
 use crate::gripper::compose;
-use crate::sensor::{check_noise, check_rate};
+use crate::sensor::{check_non_negative, check_rate};
 
 /// A tracker of planar poses.
 #[derive(Clone, Copy, Debug, PartialEq, Serialize, Deserialize)]
@@ -14,28 +14,28 @@ use crate::sensor::{check_noise, check_rate};
 pub struct Tracker {
     /// Samples per second.
     pub rate: f64,
-    /// Standard deviation of a pose, `[m, m, rad]`, of the object and of the gripper alike.
+    /// Standard deviation of the pose of object and gripper, `[m, m, rad]`.
     pub noise: [f64; 3],
     /// Probability that a sample is lost.
     pub drop_out: f64,
 }
 
 impl Default for Tracker {
-    /// 0.5 mm and 0.1°.
+    /// Noise of 0.5 mm and 0.1° at 60 Hz.
     fn default() -> Self {
         Self { rate: 60.0, noise: [5e-4, 5e-4, 1.75e-3], drop_out: 0.0 }
     }
 }
 
 impl Tracker {
-    /// Refuse what cannot be.
+    /// Check the values.
     ///
     /// # Errors
-    /// When the rate is not positive, a noise negative, or the drop-out no probability below one.
+    /// If the rate is not positive, a noise is negative, or the drop-out probability is not in [0, 1).
     pub fn check(&self) -> Result<(), SimError> {
         check_rate("tracker.rate", self.rate)?;
         for noise in self.noise {
-            check_noise("tracker.noise", noise)?;
+            check_non_negative("tracker.noise", noise)?;
         }
         if !(0.0..1.0).contains(&self.drop_out) {
             return Err(SimError::value("tracker.drop_out", self.drop_out, "must lie in [0, 1)"));
@@ -43,9 +43,8 @@ impl Tracker {
         Ok(())
     }
 
-    /// The pose that it takes for the object's, without noise, when the object is at `object`: that of the frame on the
-    /// object which is tracked.
-    pub fn sees(&self, object: [f64; 3], plant: &Plant<f64>) -> [f64; 3] {
+    /// Pose of the tracked frame without noise, with the object at `object`.
+    pub fn tracked_pose(&self, object: [f64; 3], plant: &Plant<f64>) -> [f64; 3] {
         plant.mount().map_or(object, |mount| compose(object, mount))
     }
 }

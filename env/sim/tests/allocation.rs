@@ -1,20 +1,20 @@
-//! Stepping takes no memory: nothing is allocated from one action to the next.
+//! Memory of environments: stepping does not allocate.
 
 #![allow(clippy::unwrap_used)]
 
 use allocation_counter::measure;
-use trundle_sim::task::{Goal, Mode, Secret};
-use trundle_sim::{Options, Pushing, Reset};
+use trundle_sim::task::{ActionMode, HiddenKind, TaskKind};
+use trundle_sim::{Options, PushTask, ResetOptions};
 
-fn options(task: Goal, action: Mode) -> Options {
-    Options { task, action, hidden: Secret::Wheels, horizon: 0, ..Options::default() }
+fn options(task: TaskKind, action: ActionMode) -> Options {
+    Options { task, action, hidden: HiddenKind::Wheels, horizon: 0, ..Options::default() }
 }
 
-/// Allocations of so many steps after some to warm up; and in how many of them the object touched something.
+/// Number of allocations in `steps` steps after a warm-up, and the number of steps with contact.
 fn allocations(options: Options, action: &[f64], steps: u32) -> (u64, u32) {
-    let mut row = vec![0.0; options.entries()];
-    let mut task = Pushing::new(options).unwrap();
-    task.reset(Some(3), &Reset::default()).unwrap();
+    let mut row = vec![0.0; options.observation_len()];
+    let mut task = PushTask::new(options).unwrap();
+    task.reset(Some(3), &ResetOptions::default()).unwrap();
     for _ in 0..40 {
         task.step(action).unwrap();
     }
@@ -31,30 +31,30 @@ fn allocations(options: Options, action: &[f64], steps: u32) -> (u64, u32) {
 
 #[test]
 fn a_step_allocates_nothing() {
-    // Where it can, it goes from place to place all the time.
+    // In the mode `regrasp`, the gripper regrasps continuously.
     let action = [0.02, 0.01, 0.0, 0.9, 0.9, 1.0];
-    for mode in [Mode::Wrench, Mode::Velocity, Mode::Regrasp] {
-        for task in [Goal::Pose, Goal::Path] {
+    for mode in [ActionMode::Wrench, ActionMode::Velocity, ActionMode::Regrasp] {
+        for task in [TaskKind::Pose, TaskKind::Path] {
             assert_eq!(allocations(options(task, mode), &action, 50).0, 0, "{task:?} {mode:?}");
         }
     }
 }
 
-/// What `task::Batch` takes an environment to need, bytes.
+/// Memory of an environment as assumed by `task::Batch`, bytes.
 const ENVIRONMENT_BYTES: u64 = 64 << 10;
 
 #[test]
-fn an_environment_needs_no_more_memory_than_a_batch_takes_it_to() {
+fn an_environment_needs_no_more_memory_than_a_batch_assumes() {
     let mut most = 0;
-    for task in [Goal::Pose, Goal::Path, Goal::Around, Goal::Door] {
-        for mode in [Mode::Wrench, Mode::Push] {
+    for task in [TaskKind::Pose, TaskKind::Path, TaskKind::Around, TaskKind::Door] {
+        for mode in [ActionMode::Wrench, ActionMode::Push] {
             let object = vec!["random".to_owned()];
-            let options = Options { object, hidden: Secret::Catalogue, ..options(task, mode) };
+            let options = Options { object, hidden: HiddenKind::Catalogue, ..options(task, mode) };
             for seed in 0..10 {
                 let mut env = None;
                 let taken = measure(|| {
-                    let mut task = Pushing::new(options.clone()).unwrap();
-                    task.reset(Some(seed), &Reset::default()).unwrap();
+                    let mut task = PushTask::new(options.clone()).unwrap();
+                    task.reset(Some(seed), &ResetOptions::default()).unwrap();
                     for _ in 0..40 {
                         task.step(&[0.3, 0.0, 0.0]).unwrap();
                     }
@@ -68,21 +68,21 @@ fn an_environment_needs_no_more_memory_than_a_batch_takes_it_to() {
 }
 
 #[test]
-fn at_a_wall_only_the_engine_itself_allocates() {
-    // Twice in each simulation step: its solver's barrier, and its list of what was changed; and now and then a tree.
-    let (count, touched) = allocations(options(Goal::Door, Mode::Wrench), &[0.3, 0.0, 0.0], 200);
+fn in_contact_only_the_engine_allocates() {
+    // The engine allocates twice per simulation step, for its solver's barrier and its list of changes, and sometimes a tree.
+    let (count, touched) = allocations(options(TaskKind::Door, ActionMode::Wrench), &[0.3, 0.0, 0.0], 200);
     assert!(touched == 200 && count as f64 <= 200.0 * 25.0 * 2.2, "{count} {touched}");
 }
 
 #[test]
 fn an_environment_is_small() {
-    for (task, most) in [(Goal::Pose, 16), (Goal::Door, 64)] {
+    for (task, most) in [(TaskKind::Pose, 16), (TaskKind::Door, 64)] {
         let mut touched = 0;
         let mut kept = vec![];
         let taken = measure(|| {
             for _ in 0..16 {
-                let mut env = Pushing::new(options(task, Mode::Wrench)).unwrap();
-                env.reset(Some(7), &Reset::default()).unwrap();
+                let mut env = PushTask::new(options(task, ActionMode::Wrench)).unwrap();
+                env.reset(Some(7), &ResetOptions::default()).unwrap();
                 for _ in 0..100 {
                     touched += u32::from(env.step(&[0.3, 0.0, 0.0]).unwrap().is_some_and(|o| o.touched));
                 }
@@ -91,6 +91,6 @@ fn an_environment_is_small() {
         });
         let each = taken.bytes_current / 16 / 1024;
         assert!(each < most, "{task:?}: {each} KiB");
-        assert!(task == Goal::Pose || touched > 16 * 30, "an engine each: {touched}");
+        assert!(task == TaskKind::Pose || touched > 16 * 30, "each environment needs an engine: {touched}");
     }
 }

@@ -1,11 +1,11 @@
-//! A recording made with an effect is explained by the model with that effect, and not by the one without.
+//! The model with an effect reproduces a recording with that effect; the nominal model does not.
 
 #![allow(clippy::unwrap_used)]
 
 use rand::SeedableRng;
 use rand_chacha::ChaCha8Rng;
 use trundle_model::{Body, Clock, Effect, Kind, Lags, Model, State, transport};
-use trundle_sim::{Coupling, Drive, Push, Row, Sensor, Setting, SimError, Tracker};
+use trundle_sim::{Coupling, DriveMode, EpisodeSetup, Push, Row, Sensor, SimError, Tracker};
 
 const STEP: f64 = 5e-4;
 const PRECONTACT: f64 = 0.4;
@@ -21,7 +21,7 @@ fn effect(kind: Kind, values: &[(&str, f64)]) -> Effect {
     values.iter().fold(Effect::free(kind), |effect, (name, value)| effect.with(name, Some(*value)))
 }
 
-/// To and fro and round, in three seconds.
+/// A push of three seconds that reverses and turns.
 fn push() -> Push {
     let knots = vec![
         [0.0, 0.0, 0.0, 0.0],
@@ -32,17 +32,17 @@ fn push() -> Push {
         [2.3, 0.0, -0.3, 0.4],
         [3.0, 0.1, -0.2, 0.2],
     ];
-    Push { start: [0.3, -0.2, 0.7], grasp: [0.6, 0.25, 0.5], drive: Drive::Velocity, knots }
+    Push { start: [0.3, -0.2, 0.7], grasp: [0.6, 0.25, 0.5], drive: DriveMode::Velocity, knots }
 }
 
-/// What perfect instruments see at every step, in the recording's second episode.
+/// Samples of noise-free instruments at every step, in the second episode of a recording.
 fn rows(model: &Model) -> Result<Vec<Row>, SimError> {
     let rate = STEP.recip();
-    let setting = Setting {
+    let setup = EpisodeSetup {
         model,
         obstacles: &[],
         step: STEP,
-        // A firm grip: what the gripper does, the grasp does.
+        // A stiff grip: the grasp follows the gripper.
         coupling: Coupling { stiffness: 1e6, damping: 1e4, twist_stiffness: 3e4, twist_damping: 1e3 },
         sensor: Sensor {
             rate,
@@ -53,10 +53,10 @@ fn rows(model: &Model) -> Result<Vec<Row>, SimError> {
         },
         tracker: Tracker { rate, noise: [0.0; 3], drop_out: 0.0 },
     };
-    setting.run(1, &push(), ChaCha8Rng::seed_from_u64(0))
+    setup.run(1, &push(), ChaCha8Rng::seed_from_u64(0))
 }
 
-/// The model's farthest pose from the recorded one, m and rad, under the recorded readings as it corrects them.
+/// Largest deviation of the model's pose from the recorded one, m and rad, under the corrected readings.
 fn miss(model: &Model, rows: &[Row]) -> f64 {
     let plant = model.resolved().unwrap();
     let lags = plant.lags().unwrap_or(Lags { sensor: 0.0, drive: 0.0 });
@@ -78,7 +78,7 @@ fn miss(model: &Model, rows: &[Row]) -> f64 {
         };
         let late = (plant.delay(clock).unwrap_or(0.0) / STEP).round() as isize;
         let (Some(a), Some(b)) = (reading(k, late), reading(k + 1, late)) else { continue };
-        // A lag of the reading is undone by its slope, a lag of the drive is followed.
+        // The slope compensates a lag of the reading. A lag of the drive is simulated.
         let mut mean = [0, 1, 2].map(|i| (a[i] + b[i]) / 2.0 + lags.sensor * (b[i] - a[i]) / STEP);
         if lags.drive > 0.0 {
             let share = 1.0 - (-STEP / lags.drive).exp();
@@ -93,7 +93,7 @@ fn miss(model: &Model, rows: &[Row]) -> f64 {
     farthest
 }
 
-/// With the effect the recording is explained to a tenth of a millimetre, without it missed by centimetres.
+/// The deviation is below a tenth of a millimetre with the effect, and centimetres without it.
 #[track_caller]
 fn check(kind: Kind, values: &[(&str, f64)]) {
     check_to(1e-4, kind, values);
@@ -108,33 +108,33 @@ fn check_to(tolerance: f64, kind: Kind, values: &[(&str, f64)]) {
 }
 
 #[test]
-fn without_any_effect_the_nominal_model_explains_everything() {
+fn the_nominal_model_reproduces_a_clean_recording() {
     let miss = miss(&table(), &rows(&table()).unwrap());
     assert!(miss < 2e-4, "{miss}");
 }
 
 #[test]
-fn a_mass_centre_elsewhere() {
+fn an_offset_mass_centre() {
     check(Kind::ComOffset, &[("com_x", 0.25), ("com_y", -0.15)]);
 }
 
 #[test]
-fn load_put_on_at_one_moment() {
+fn a_load_added_during_the_episode() {
     check(Kind::MassChange, &[("episode", 1.0), ("time", 1.2), ("mass", 9.0)]);
 }
 
 #[test]
-fn load_taken_off_in_the_episode_before() {
+fn a_load_removed_in_the_previous_episode() {
     check(Kind::MassChange, &[("episode", 0.0), ("time", 1.2), ("mass", -6.0)]);
 }
 
 #[test]
-fn a_wheel_that_locks() {
+fn a_wheel_that_locks_during_the_episode() {
     check(Kind::WheelEvent, &[("episode", 1.0), ("time", 1.7), ("factor_x", 30.0), ("factor_y", 0.2)]);
 }
 
 #[test]
-fn the_grippers_own_mass() {
+fn the_mass_of_the_gripper() {
     check(Kind::GripperInertia, &[("mass", 2.5)]);
 }
 
@@ -144,33 +144,33 @@ fn wrong_gains() {
 }
 
 #[test]
-fn a_reading_that_is_late() {
+fn a_delayed_reading() {
     check(Kind::Latency, &[("delay", 0.08)]);
 }
 
 #[test]
-fn a_reading_that_is_early() {
+fn a_leading_reading() {
     check(Kind::Latency, &[("delay", -0.06)]);
 }
 
 #[test]
-fn a_reading_whose_clock_drifts() {
+fn a_drifting_clock() {
     check(Kind::ClockDrift, &[("drift", 0.04)]);
 }
 
 #[test]
-fn a_reading_that_lags() {
+fn a_sensor_lag() {
     check(Kind::SensorLag, &[("time_constant", 0.06)]);
 }
 
 #[test]
-fn a_drive_that_lags() {
-    // A command is known at the ends of a step, and its slope only for the step before: half a step at 0.5 m/s.
+fn a_drive_lag() {
+    // The slope of a command is known only for the previous step: an error of half a step at 0.5 m/s.
     check_to(3e-4, Kind::DriveLag, &[("time_constant", 0.06)]);
 }
 
 #[test]
-fn mixed_axes_a_dead_band_and_a_range_that_is_too_small() {
+fn cross_talk_dead_band_and_saturation() {
     let silent = [("x_from_torque", 0.0), ("y_from_x", 0.0), ("torque_from_y", 0.0)];
     let mixed = [("x_from_y", 0.3), ("y_from_torque", 0.5), ("torque_from_x", 0.2)];
     check(Kind::CrossTalk, &[silent, mixed].concat());
@@ -180,7 +180,7 @@ fn mixed_axes_a_dead_band_and_a_range_that_is_too_small() {
 }
 
 #[test]
-fn dry_axes_and_drag_that_thins() {
+fn axis_friction_and_thinning_drag() {
     let axes = [("angle", 0.4), ("force_x", 6.0), ("force_y", 12.0), ("torque", 2.0)];
     check(Kind::AxisFriction, &axes);
     check(Kind::BodyAxisFriction, &axes);
@@ -188,26 +188,26 @@ fn dry_axes_and_drag_that_thins() {
 }
 
 #[test]
-fn a_tracker_on_another_place() {
+fn a_tracker_offset() {
     check(Kind::TrackerOffset, &[("offset_x", 0.08), ("offset_y", -0.05), ("offset_theta", 0.3)]);
 }
 
 #[test]
-fn cogging_along_a_direction() {
+fn cogging() {
     check(Kind::Cogging, &[("amplitude", 15.0), ("period", 0.3), ("phase", 0.4), ("angle", 0.6)]);
 }
 
 #[test]
-fn drag_with_the_square_of_the_speed() {
+fn quadratic_drag() {
     check(Kind::QuadraticDrag, &[("drag", 90.0)]);
 }
 
 #[test]
-fn readings_keep_their_rate_and_their_noise_whatever_the_delay() {
+fn the_delay_does_not_change_the_rate_of_readings() {
     let count = |delay: f64| {
         let model = table().with(effect(Kind::Latency, &[("delay", delay)]));
         rows(&model).unwrap().iter().filter(|row| row.reading.is_some()).count()
     };
     let all = count(0.0);
-    assert_eq!([count(0.05), count(-0.05)], [all, all - 100], "only what is yet to come is missing");
+    assert_eq!([count(0.05), count(-0.05)], [all, all - 100], "only future readings are missing");
 }

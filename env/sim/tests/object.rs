@@ -1,4 +1,4 @@
-//! Object files: every one of `configs/objects` is sound and says where its values come from.
+//! Object files: all files in `configs/objects` are valid and state the sources of their values.
 
 #![allow(clippy::unwrap_used)]
 
@@ -18,7 +18,7 @@ fn objects() -> Vec<(String, Object)> {
     paths.iter().map(|path| (path.display().to_string(), Object::read(path).unwrap())).collect()
 }
 
-/// Whether some direction is held back more than another.
+/// Whether a wheel constrains the motion: its friction is anisotropic, or it is off the origin.
 fn constrained(model: &Model) -> bool {
     model.effects.iter().any(|effect| {
         let [x, y, _, mu_x, mu_y] =
@@ -28,19 +28,19 @@ fn constrained(model: &Model) -> bool {
 }
 
 #[test]
-fn there_are_ten_objects_and_a_wheel_holds_five_in_some_configuration() {
+fn five_of_ten_objects_have_a_constraining_wheel() {
     let objects = objects();
     assert_eq!(objects.len(), 10);
-    let held = objects.iter().filter(|(_, object)| {
+    let constrained_objects = objects.iter().filter(|(_, object)| {
         object.configurations.iter().any(|name| constrained(&object.model(Some(name)).unwrap()))
     });
-    assert_eq!(held.count(), 5);
+    assert_eq!(constrained_objects.count(), 5);
 }
 
 #[test]
 fn every_value_has_a_source() {
     for (path, object) in objects() {
-        let values = object.valued();
+        let values = object.value_names();
         assert!(values.len() >= 4 && object.radius.is_some(), "{path}: {values:?}");
         for value in values {
             assert!(object.source(&value).is_some_and(|text| text.len() > 20), "{path}: {value}");
@@ -49,7 +49,7 @@ fn every_value_has_a_source() {
 }
 
 #[test]
-fn every_configuration_is_complete_and_what_moves_alike_everywhere_turns_about_its_mass_centre() {
+fn configurations_are_complete_and_unconstrained_objects_have_their_mass_centre_at_the_origin() {
     for (path, object) in objects() {
         for name in &object.configurations {
             let model = object.model(Some(name)).unwrap();
@@ -61,7 +61,7 @@ fn every_configuration_is_complete_and_what_moves_alike_everywhere_turns_about_i
     }
 }
 
-/// Corners of the outline, which is the first fixture, m.
+/// Corners of the outline (the first fixture), m.
 fn corners(model: &Model) -> Vec<[f64; 2]> {
     match &model.body.fixtures[0] {
         Fixture::Polygon { vertices, .. } => vertices.clone(),
@@ -70,7 +70,7 @@ fn corners(model: &Model) -> Vec<[f64; 2]> {
 }
 
 #[test]
-fn the_radius_is_that_of_a_circle_within_the_footprint() {
+fn the_radius_is_that_of_a_circle_in_the_footprint() {
     for (path, object) in objects() {
         let model = object.model(None).unwrap();
         let [cx, cy] = model.body.com;
@@ -106,7 +106,7 @@ fn scratch() -> PathBuf {
 }
 
 #[test]
-fn what_is_wrong_with_an_object_is_named() {
+fn errors_of_object_files_name_the_cause() {
     for (from, to, words) in [
         ("radius = 0.48", "radios = 0.48", "radios"),
         ("radius = 0.48", "radius = -0.48", "radius = -0.48"),
@@ -126,7 +126,7 @@ fn what_is_wrong_with_an_object_is_named() {
 }
 
 #[test]
-fn a_scenario_hides_the_effects_of_a_configuration_and_its_own() {
+fn a_scenario_combines_the_effects_of_a_configuration_with_its_own() {
     let demo = std::fs::read_to_string(configs().join("experiments/demo.toml")).unwrap();
     let folder = scratch();
     let path = folder.join("scenario.toml");

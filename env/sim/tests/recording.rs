@@ -1,4 +1,4 @@
-//! Scenarios become recordings: what the instruments read is true, seeded, and says nothing hidden.
+//! Recordings of scenarios: consistent readings, reproducible by seed, without hidden effects.
 
 #![allow(clippy::unwrap_used, clippy::panic)]
 
@@ -6,7 +6,7 @@ use std::path::{Path, PathBuf};
 
 use trundle_model::{Clock, Effect, Kind, State, transport};
 use trundle_record::{Contact, Gripper, Precontact, Recording};
-use trundle_sim::{Drive, Hanging, Push, Scenario, simulate};
+use trundle_sim::{DriveMode, GripperPayload, Push, Scenario, simulate};
 
 fn demo() -> PathBuf {
     Path::new(env!("CARGO_MANIFEST_DIR")).join("../../configs/experiments/demo.toml")
@@ -26,13 +26,13 @@ fn silence(scenario: &mut Scenario) {
 }
 
 #[test]
-fn a_seed_gives_the_same_recording_and_another_seed_another() {
+fn a_seed_determines_the_recording() {
     assert_eq!(recording(|_| {}, 3), recording(|_| {}, 3));
     assert_ne!(recording(|_| {}, 3), recording(|_| {}, 4));
 }
 
 #[test]
-fn nothing_hidden_is_written_down() {
+fn the_metadata_do_not_reveal_hidden_effects() {
     let text = recording(|_| {}, 0).metadata.to_toml().unwrap();
     for kind in Kind::ALL {
         assert!(!text.contains(kind.spec().kind), "{text}");
@@ -43,37 +43,38 @@ fn nothing_hidden_is_written_down() {
 }
 
 #[test]
-fn a_sensor_with_a_gripper_on_it_reads_six_axes_and_is_tared_as_any() {
+fn a_sensor_with_a_gripper_records_six_axes() {
     let bare = recording(silence, 0);
-    let hung = recording(
+    let loaded = recording(
         |s| {
             silence(s);
-            s.sensor.gripper = Some(Hanging { mass: 1.2, com: [0.01, -0.02, 0.06], offset: [3.0, 0.1, 0.2] });
+            s.sensor.gripper =
+                Some(GripperPayload { mass: 1.2, com: [0.01, -0.02, 0.06], offset: [3.0, 0.1, 0.2] });
         },
         0,
     );
     let weight = 1.2 * 9.80665;
-    let wrench = hung.episodes[0].wrench().unwrap();
+    let wrench = loaded.episodes[0].wrench().unwrap();
     for value in &wrench.value {
         let [_, _, fz, tx, ty, _] = *value;
         for (read, expected) in [(fz, 3.0 + weight), (tx, 0.1 - 0.02 * weight), (ty, 0.2 - 0.01 * weight)] {
             assert!((read - expected).abs() < 1e-12, "{value:?}");
         }
     }
-    assert_eq!(hung.metadata.wrench.gripper_mass, Some(1.2));
+    assert_eq!(loaded.metadata.wrench.gripper_mass, Some(1.2));
     let planar = |r: &Recording| -> Vec<[f64; 2]> {
         r.episodes[0].wrench().unwrap().value.iter().map(|w| [w[0], w[5]]).collect()
     };
-    assert!(planar(&hung) == planar(&bare), "the weight of a level gripper is in the other three axes");
+    assert!(planar(&loaded) == planar(&bare), "the weight of a level gripper is in the other three axes");
     assert!(!bare.episodes[0].columns.contains_key("force_z"));
 }
 
 #[test]
-fn a_tip_pushes_and_the_recording_says_so() {
+fn a_point_contact_is_stated_in_the_recording() {
     let tip = |y: f64, angle: f64| Push {
         start: [0.0; 3],
         grasp: [-0.6, y, angle],
-        drive: Drive::Tip,
+        drive: DriveMode::PointContact,
         knots: vec![
             [0.0, 0.1, 0.0, 0.0],
             [1.5, 0.1, 0.0, 0.0],
@@ -90,15 +91,12 @@ fn a_tip_pushes_and_the_recording_says_so() {
     let recording = pushed(vec![tip(0.1, 0.0)]).unwrap();
     assert_eq!(recording.metadata.wrench.contact, Contact::Point);
     let (object, wrench) = (recording.episodes[0].object().unwrap(), recording.episodes[0].wrench().unwrap());
-    assert!(object.value.last().unwrap()[0] > 0.02, "it was pushed ahead");
+    assert!(object.value.last().unwrap()[0] > 0.02, "the object must move forward");
     let offset = recording.episodes[0].wrench().unwrap().value[0];
     let ahead: Vec<f64> = wrench.value.iter().map(|w| w[0] - offset[0]).collect();
-    assert!(ahead.iter().all(|f| *f > -1e-9), "and never pulled");
-    assert!(
-        ahead[ahead.len() - 5..].iter().all(|f| f.abs() < 1e-9),
-        "which it would be when the tip goes back"
-    );
-    let mixed = Push { drive: Drive::Velocity, ..tip(0.1, 0.0) };
+    assert!(ahead.iter().all(|f| *f > -1e-9), "the tip must not pull");
+    assert!(ahead[ahead.len() - 5..].iter().all(|f| f.abs() < 1e-9), "a receding tip must not exert a force");
+    let mixed = Push { drive: DriveMode::Velocity, ..tip(0.1, 0.0) };
     for (pushes, word) in [
         (vec![tip(0.1, 0.0), mixed], "push.drive"),
         (vec![tip(0.1, 3.0)], "push.grasp"),
@@ -115,7 +113,7 @@ fn streams_have_their_rates_and_their_noise() {
         let wrench = episode.wrench().unwrap();
         assert!((wrench.t.len() as f64 - 6.4 * 125.0).abs() < 2.0);
         let poses = episode.object().unwrap().t.len() as f64;
-        assert!(poses > 0.95 * 6.4 * 60.0 && poses < 6.4 * 60.0 + 1.0, "{poses} poses, some lost");
+        assert!(poses > 0.95 * 6.4 * 60.0 && poses < 6.4 * 60.0 + 1.0, "{poses} poses with drop-outs");
         let tare: Vec<f64> =
             wrench.t.iter().zip(&wrench.value).filter(|(t, _)| **t < 0.4).map(|(_, w)| w[0]).collect();
         let mean = tare.iter().sum::<f64>() / tare.len() as f64;
@@ -125,13 +123,13 @@ fn streams_have_their_rates_and_their_noise() {
     }
 }
 
-/// The recorded wrench, brought to the object by the recorded poses and put through the model's own
-/// integrator, moves the object as recorded: readings, frames, signs and clocks all agree.
+/// The recorded wrench, transformed to the object by the recorded poses and integrated with the model, reproduces the
+/// recorded motion. This verifies readings, frames, signs and clocks.
 #[test]
-fn the_recorded_wrench_explains_the_recorded_motion() {
+fn the_recorded_wrench_reproduces_the_recorded_motion() {
     let (mut scenario, model) = Scenario::read(&demo()).unwrap();
     silence(&mut scenario);
-    // One sample a step: what is left is rounding and the gripper's coupling, not interpolation.
+    // One sample per step: the error is due to rounding and the gripper's coupling, not to interpolation.
     scenario.step = 1e-3;
     scenario.tracker.rate = 1000.0;
     scenario.sensor.rate = 1000.0;
@@ -162,7 +160,7 @@ fn the_recorded_wrench_explains_the_recorded_motion() {
 }
 
 #[test]
-fn pushes_excite_and_stay_within_reach() {
+fn random_pushes_have_reasonable_distances_and_forces() {
     let recording = recording(silence, 0);
     for episode in &recording.episodes {
         let poses = episode.object().unwrap().value;
@@ -179,7 +177,7 @@ fn pushes_excite_and_stay_within_reach() {
 }
 
 #[test]
-fn what_is_wrong_with_a_scenario_is_named() {
+fn errors_of_scenarios_name_the_cause() {
     let text = std::fs::read_to_string(demo()).unwrap();
     let folder = std::env::temp_dir().join(format!("trundle-scenario-{}", std::process::id()));
     std::fs::create_dir_all(folder.join("experiments")).unwrap();
@@ -192,7 +190,7 @@ fn what_is_wrong_with_a_scenario_is_named() {
     let path = folder.join("experiments/demo.toml");
     for (from, to, words) in [
         ("held_out = 2", "hold_out = 2", vec!["hold_out", "held_out"]),
-        ("held_out = 2", "held_out = 8", vec!["held_out = 8", "an episode to fit"]),
+        ("held_out = 2", "held_out = 8", vec!["held_out = 8", "one episode to fit"]),
         ("rate = 125.0", "rate = -1.0", vec!["sensor.rate = -1", "positive"]),
         ("force = 14.0", "farce = 14.0", vec!["farce", "static_force"]),
         ("mu_x = 180.0", "", vec!["viscous_wheel.mu_x", "no value"]),
@@ -210,7 +208,7 @@ fn what_is_wrong_with_a_scenario_is_named() {
 }
 
 #[test]
-fn halving_the_step_moves_the_end_by_less_than_the_tracker_sees() {
+fn halving_the_step_moves_the_end_by_less_than_the_tracker_noise() {
     let ends = |step: f64| {
         let recording = recording(
             |scenario| {
@@ -229,7 +227,7 @@ fn halving_the_step_moves_the_end_by_less_than_the_tracker_sees() {
 }
 
 #[test]
-fn a_clock_that_runs_ahead_leaves_less_time_without_contact() {
+fn a_leading_clock_shortens_the_precontact_interval() {
     let early = |delay: f64| {
         let (mut scenario, model) = Scenario::read(&demo()).unwrap();
         scenario.random.as_mut().unwrap().count = 3;
@@ -242,7 +240,7 @@ fn a_clock_that_runs_ahead_leaves_less_time_without_contact() {
     let loads = recording.episodes[0].wrench().unwrap();
     let first =
         loads.t.iter().zip(&loads.value).find(|(_, w)| (w[0] - 1.7).hypot(w[1] + 0.9) > 5.0).unwrap().0;
-    assert!((0.3..0.4).contains(first), "the push is read from {first} s on");
+    assert!((0.3..0.4).contains(first), "first reading of the push at {first} s");
     let message = early(-0.35).unwrap_err().to_string();
     assert!(message.contains("latency.delay = -0.35") && message.contains("sensor.precontact"), "{message}");
 }

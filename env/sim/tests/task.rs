@@ -1,47 +1,48 @@
-//! The tasks: seeded, bounded, recorded without being disturbed, copied exactly, the same in any batch.
+//! Tasks: reproducibility, bounds, recording, copies and batches.
 
 #![allow(clippy::unwrap_used)]
 
 use std::f64::consts::{PI, TAU};
 
 use trundle_model::Kind;
-use trundle_sim::task::{Autoreset, Goal, Mode, Rows, Secret, household};
-use trundle_sim::{Batch, Options, Outcome, Pushing, Reset, episode};
+use trundle_sim::task::{ActionMode, Autoreset, HiddenKind, Rows, TaskKind, household_names};
+use trundle_sim::{Batch, Options, Outcome, PushTask, ResetOptions, episode};
 
-const TASKS: [Goal; 4] = [Goal::Pose, Goal::Path, Goal::Around, Goal::Door];
-const MODES: [Mode; 4] = [Mode::Wrench, Mode::Velocity, Mode::Push, Mode::Regrasp];
+const TASKS: [TaskKind; 4] = [TaskKind::Pose, TaskKind::Path, TaskKind::Around, TaskKind::Door];
+const MODES: [ActionMode; 4] =
+    [ActionMode::Wrench, ActionMode::Velocity, ActionMode::Push, ActionMode::Regrasp];
 
-/// Of any kind: of the entries as many count as it has.
+/// An action for any mode, which uses the first entries.
 fn action(k: u32) -> [f64; 6] {
     let t = f64::from(k) * 0.05;
-    // Elsewhere in the fifth step, so that copies after twelve are made on the way.
+    // Regrasp in the fifth step, so that copies after twelve steps are made during a regrasp.
     let elsewhere = if k == 4 { 1.0 } else { -1.0 };
     [0.6 * (2.0 * t).sin(), 0.3 * (3.0 * t).cos(), 0.25 * t.sin(), (7.0 * t).cos(), 0.8, elsewhere]
 }
 
-fn told(task: &mut Pushing) -> Vec<f64> {
-    let mut row = vec![f64::NAN; task.options().entries()];
+fn observation(task: &mut PushTask) -> Vec<f64> {
+    let mut row = vec![f64::NAN; task.options().observation_len()];
     task.observe(&mut row);
     row
 }
 
-fn observations(task: &mut Pushing, steps: u32) -> Vec<Vec<f64>> {
-    let mut seen = vec![told(task)];
+fn observations(task: &mut PushTask, steps: u32) -> Vec<Vec<f64>> {
+    let mut seen = vec![observation(task)];
     for k in 0..steps {
         if task.step(&action(k)).unwrap().is_none() {
             break;
         }
-        seen.push(told(task));
+        seen.push(observation(task));
     }
     seen
 }
 
-fn any(task: Goal, action: Mode) -> Options {
+fn any(task: TaskKind, action: ActionMode) -> Options {
     Options {
         task,
         action,
         object: vec!["random".to_owned()],
-        hidden: Secret::Catalogue,
+        hidden: HiddenKind::Catalogue,
         ..Options::default()
     }
 }
@@ -51,28 +52,28 @@ fn all() -> impl Iterator<Item = Options> {
 }
 
 #[test]
-fn a_seed_draws_the_same_episodes() {
+fn a_seed_determines_the_episodes() {
     for options in all() {
         let run = |seed| {
-            let mut task = Pushing::new(options.clone()).unwrap();
-            task.reset(Some(seed), &Reset::default()).unwrap();
+            let mut task = PushTask::new(options.clone()).unwrap();
+            task.reset(Some(seed), &ResetOptions::default()).unwrap();
             let first = observations(&mut task, 30);
-            task.reset(None, &Reset::default()).unwrap();
+            task.reset(None, &ResetOptions::default()).unwrap();
             (first, observations(&mut task, 5))
         };
         assert_eq!(run(5), run(5));
         assert_ne!(run(5).0, run(6).0);
-        assert_ne!(run(5).0[..6], run(5).1[..6], "a later episode is another one");
+        assert_ne!(run(5).0[..6], run(5).1[..6], "later episodes must differ");
     }
 }
 
 #[test]
-fn recording_does_not_change_the_episode_and_has_the_instruments_rates() {
-    let new = || Pushing::new(Options { hidden: Secret::Locked, ..Options::default() }).unwrap();
+fn recording_does_not_change_the_episode_and_has_the_rates_of_the_instruments() {
+    let new = || PushTask::new(Options { hidden: HiddenKind::Locked, ..Options::default() }).unwrap();
     let (mut plain, mut recorded) = (new(), new());
     recorded.record();
-    plain.reset(Some(2), &Reset::default()).unwrap();
-    recorded.reset(Some(2), &Reset::default()).unwrap();
+    plain.reset(Some(2), &ResetOptions::default()).unwrap();
+    recorded.reset(Some(2), &ResetOptions::default()).unwrap();
     let steps = observations(&mut plain, 100);
     assert_eq!(observations(&mut recorded, 100), steps);
     let table = episode("episode_00".to_owned(), &recorded.take_rows());
@@ -83,37 +84,38 @@ fn recording_does_not_change_the_episode_and_has_the_instruments_rates() {
 }
 
 #[test]
-fn copies_in_memory_and_in_bytes_go_on_to_the_last_bit() {
+fn copies_and_saved_states_continue_bit_for_bit() {
     for (k, options) in all().enumerate() {
-        let mut task = Pushing::new(options.clone()).unwrap();
+        let mut task = PushTask::new(options.clone()).unwrap();
         for seed in 0..4 {
-            task.reset(Some(10 * k as u64 + seed), &Reset::default()).unwrap();
+            task.reset(Some(10 * k as u64 + seed), &ResetOptions::default()).unwrap();
             observations(&mut task, 12);
             let mut copy = task.clone();
-            let mut other = Pushing::new(options.clone()).unwrap();
+            let mut other = PushTask::new(options.clone()).unwrap();
             other.load(&task.save().unwrap()).unwrap();
             let after = observations(&mut task, 20);
             assert_eq!(observations(&mut copy, 20), after);
             assert_eq!(observations(&mut other, 20), after);
-            // The clock of later episodes goes on alike too.
+            // The seed sequence of later episodes continues identically.
             for task in [&mut task, &mut copy, &mut other] {
-                task.reset(None, &Reset::default()).unwrap();
+                task.reset(None, &ResetOptions::default()).unwrap();
             }
-            assert_eq!(told(&mut task), told(&mut other));
+            assert_eq!(observation(&mut task), observation(&mut other));
         }
     }
 }
 
 #[test]
-fn a_copy_in_contact_goes_on_to_the_last_bit() {
-    let options = Options { task: Goal::Door, hidden: Secret::Locked, horizon: 0, ..Options::default() };
-    let mut task = Pushing::new(options.clone()).unwrap();
-    task.reset(Some(3), &Reset::default()).unwrap();
-    let push = |task: &mut Pushing| task.step(&[0.3, 0.0, 0.0]).unwrap();
+fn a_copy_in_contact_continues_bit_for_bit() {
+    let options =
+        Options { task: TaskKind::Door, hidden: HiddenKind::Locked, horizon: 0, ..Options::default() };
+    let mut task = PushTask::new(options.clone()).unwrap();
+    task.reset(Some(3), &ResetOptions::default()).unwrap();
+    let push = |task: &mut PushTask| task.step(&[0.3, 0.0, 0.0]).unwrap();
     let touched = (0..300).find(|_| push(&mut task).is_some_and(|outcome| outcome.touched));
-    assert!(touched.is_some(), "it never came to the wall");
+    assert!(touched.is_some(), "the object must reach the wall");
     let mut copy = task.clone();
-    let mut other = Pushing::new(options).unwrap();
+    let mut other = PushTask::new(options).unwrap();
     other.load(&task.save().unwrap()).unwrap();
     let mut contacts = 0;
     for _ in 0..60 {
@@ -128,38 +130,38 @@ fn a_copy_in_contact_goes_on_to_the_last_bit() {
 }
 
 #[test]
-fn the_object_stays_the_same_only_if_asked() {
-    let mut task = Pushing::new(any(Goal::Door, Mode::Wrench)).unwrap();
-    let same = Reset { same_object: true, ..Reset::default() };
+fn the_object_stays_the_same_only_on_request() {
+    let mut task = PushTask::new(any(TaskKind::Door, ActionMode::Wrench)).unwrap();
+    let same = ResetOptions { same_object: true, ..ResetOptions::default() };
     task.reset(Some(1), &same).unwrap();
     let first = task.hidden().cloned();
-    let room = task.room().cloned().unwrap();
+    let layout = task.layout().cloned().unwrap();
     task.reset(Some(2), &same).unwrap();
-    assert_eq!((task.objects(), task.hidden().cloned()), (1, first.clone()));
-    let next = task.room().cloned().unwrap();
-    assert_eq!(next.obstacles, room.obstacles, "one recording shows one scene");
-    assert!(next.start != room.start && next.goal != room.goal);
-    // A copy draws the kept object anew from its own seed.
-    let mut other = Pushing::new(task.options().clone()).unwrap();
+    assert_eq!((task.object_count(), task.hidden().cloned()), (1, first.clone()));
+    let next = task.layout().cloned().unwrap();
+    assert_eq!(next.obstacles, layout.obstacles, "the obstacles must stay the same");
+    assert!(next.start != layout.start && next.goal != layout.goal);
+    // A saved state draws the object again from its seed.
+    let mut other = PushTask::new(task.options().clone()).unwrap();
     other.load(&task.save().unwrap()).unwrap();
     assert_eq!(other.hidden().cloned(), first);
     assert_eq!(observations(&mut other, 10), observations(&mut task, 10));
-    task.reset(Some(2), &Reset::default()).unwrap();
-    assert_eq!(task.objects(), 2);
+    task.reset(Some(2), &ResetOptions::default()).unwrap();
+    assert_eq!(task.object_count(), 2);
     assert_ne!(task.hidden().cloned(), first);
 }
 
 #[test]
-fn whatever_is_hidden_observations_stay_within_their_bounds() {
+fn observations_stay_within_their_bounds() {
     for options in all() {
-        let mut task = Pushing::new(Options { noise: 10.0, ..options }).unwrap();
-        let bounds = task.options().bounds();
+        let mut task = PushTask::new(Options { noise: 10.0, ..options }).unwrap();
+        let bounds = task.options().observation_bounds();
         for seed in 0..30 {
-            task.reset(Some(seed), &Reset::default()).unwrap();
+            task.reset(Some(seed), &ResetOptions::default()).unwrap();
             for k in 0..60 {
-                let row = told(&mut task);
+                let row = observation(&mut task);
                 assert!(row.iter().zip(&bounds).all(|(v, most)| v.abs() <= *most), "{row:?}");
-                // One corner of the action space for a while, then another.
+                // Each corner of the action space for 20 steps.
                 let corner = seed + k / 20;
                 let sign = |bit: u64| if corner >> bit & 1 == 0 { 1.0 } else { -1.0 };
                 if task.step(&[sign(0), sign(1), sign(2), sign(1), sign(2), sign(0)]).unwrap().is_none() {
@@ -171,36 +173,36 @@ fn whatever_is_hidden_observations_stay_within_their_bounds() {
 }
 
 #[test]
-fn an_episode_ends_at_the_goal_when_lost_and_when_the_time_is_up() {
-    let mut task = Pushing::new(Options { horizon: 20, ..Options::default() }).unwrap();
-    let there = Reset { start: Some([0.5; 3]), goal: Some([0.5; 3]), ..Reset::default() };
+fn an_episode_ends_at_the_goal_outside_the_workspace_and_at_the_horizon() {
+    let mut task = PushTask::new(Options { horizon: 20, ..Options::default() }).unwrap();
+    let there = ResetOptions { start: Some([0.5; 3]), goal: Some([0.5; 3]), ..ResetOptions::default() };
     task.reset(Some(0), &there).unwrap();
     let outcome = task.step(&[0.0; 3]).unwrap().unwrap();
     assert!(outcome.success && outcome.terminated && outcome.reward > -0.01);
     assert!(task.step(&[0.0; 3]).unwrap().is_none());
-    task.reset(Some(0), &Reset { start: Some([2.0, 0.0, 0.0]), ..Reset::default() }).unwrap();
+    task.reset(Some(0), &ResetOptions { start: Some([2.0, 0.0, 0.0]), ..ResetOptions::default() }).unwrap();
     let last = std::iter::from_fn(|| task.step(&[1.0, 0.0, 0.0]).unwrap()).last().unwrap();
     assert!(last.lost && last.terminated && !last.success && last.reward < -99.0);
-    task.reset(Some(0), &Reset { goal: Some([2.0, 2.0, 0.0]), ..Reset::default() }).unwrap();
+    task.reset(Some(0), &ResetOptions { goal: Some([2.0, 2.0, 0.0]), ..ResetOptions::default() }).unwrap();
     let all: Vec<Outcome> = std::iter::from_fn(|| task.step(&[0.0; 3]).unwrap()).collect();
     assert!(all.len() == 20 && all[19].truncated && !all[18].truncated && !all[19].terminated);
 }
 
 #[test]
-fn a_path_is_followed_by_one_that_is_carried_along_it() {
+fn a_simple_controller_completes_the_path_task() {
     let options = Options {
-        task: Goal::Path,
-        action: Mode::Velocity,
-        hidden: Secret::None,
+        task: TaskKind::Path,
+        action: ActionMode::Velocity,
+        hidden: HiddenKind::None,
         noise: 0.0,
         horizon: 0,
         ..Options::default()
     };
-    let mut task = Pushing::new(options).unwrap();
-    task.reset(Some(4), &Reset { grasp: Some([0.0, 0.0]), ..Reset::default() }).unwrap();
+    let mut task = PushTask::new(options).unwrap();
+    task.reset(Some(4), &ResetOptions { grasp: Some([0.0, 0.0]), ..ResetOptions::default() }).unwrap();
     let (mut gained, mut last) = (0.0, Outcome::default());
     for _ in 0..600 {
-        let seen = told(&mut task);
+        let seen = observation(&mut task);
         let (dx, dy) = (seen[7] - seen[0], seen[8] - seen[1]);
         let ahead = seen[10].atan2(seen[9]) - seen[3].atan2(seen[2]);
         let turn = (ahead + 3.0 * PI).rem_euclid(TAU) - PI;
@@ -215,57 +217,57 @@ fn a_path_is_followed_by_one_that_is_carried_along_it() {
 }
 
 #[test]
-fn walls_and_boxes_are_in_the_way_and_start_and_goal_are_clear() {
-    for (task, count) in [(Goal::Around, 1), (Goal::Door, 2)] {
-        for name in household() {
+fn obstacles_exist_and_start_and_goal_are_clear() {
+    for (task, count) in [(TaskKind::Around, 1), (TaskKind::Door, 2)] {
+        for name in household_names() {
             let options = Options { task, object: vec![name.to_owned()], ..Options::default() };
-            let mut task = Pushing::new(options).unwrap();
+            let mut task = PushTask::new(options).unwrap();
             for seed in 0..20 {
-                // Refused, were one of them in an obstacle.
-                task.reset(Some(seed), &Reset::default()).unwrap();
-                assert_eq!(task.room().unwrap().obstacles.len(), count);
+                // Reset fails if start or goal is in an obstacle.
+                task.reset(Some(seed), &ResetOptions::default()).unwrap();
+                assert_eq!(task.layout().unwrap().obstacles.len(), count);
             }
         }
     }
 }
 
 #[test]
-fn what_is_hidden_is_as_was_asked_for() {
+fn hidden_effects_match_the_option() {
     let kinds = |hidden, object: &str| {
         let mut task =
-            Pushing::new(Options { hidden, object: vec![object.to_owned()], ..Options::default() }).unwrap();
+            PushTask::new(Options { hidden, object: vec![object.to_owned()], ..Options::default() }).unwrap();
         let draws = (0..60).map(move |seed| {
-            task.reset(Some(seed), &Reset::default()).unwrap();
+            task.reset(Some(seed), &ResetOptions::default()).unwrap();
             task.hidden().unwrap().effects.iter().map(|e| e.kind).collect::<Vec<_>>()
         });
         draws.collect::<Vec<_>>()
     };
-    assert!(kinds(Secret::None, "bed").iter().all(Vec::is_empty));
-    assert!(kinds(Secret::Locked, "bed").iter().all(|k| k == &[Kind::ViscousWheel]));
-    let wheels = kinds(Secret::Wheels, "office_table");
+    assert!(kinds(HiddenKind::None, "bed").iter().all(Vec::is_empty));
+    assert!(kinds(HiddenKind::Locked, "bed").iter().all(|k| k == &[Kind::ViscousWheel]));
+    let wheels = kinds(HiddenKind::Wheels, "office_table");
     let casters = wheels.iter().filter(|k| k.contains(&Kind::CasterSwivel)).count();
     assert!(wheels.iter().all(|k| k.len() == 4) && (5..30).contains(&casters), "{casters}");
-    assert!(kinds(Secret::Wheels, "chair").iter().any(|k| k.contains(&Kind::SupportDrag)));
-    let mut met: Vec<Kind> = kinds(Secret::Catalogue, "random").into_iter().flatten().collect();
+    assert!(kinds(HiddenKind::Wheels, "chair").iter().any(|k| k.contains(&Kind::SupportDrag)));
+    let mut met: Vec<Kind> = kinds(HiddenKind::Catalogue, "random").into_iter().flatten().collect();
     met.sort_unstable();
     met.dedup();
     assert!(met.len() > 15, "{met:?}");
 }
 
 #[test]
-fn what_cannot_be_is_named() {
-    let mut task = Pushing::new(Options { task: Goal::Around, ..Options::default() }).unwrap();
-    task.reset(Some(0), &Reset::default()).unwrap();
-    let [x, y] = task.room().unwrap().obstacles[0][0];
-    for (told, word) in [
-        (Reset { goal: Some([9.0, 0.0, 0.0]), ..Reset::default() }, "goal"),
-        (Reset { start: Some([0.0, f64::NAN, 0.0]), ..Reset::default() }, "start"),
-        (Reset { grasp: Some([0.7, 0.0]), ..Reset::default() }, "grasp"),
-        (Reset { goal: Some([x, y, 0.0]), ..Reset::default() }, "obstacle"),
+fn errors_name_the_invalid_option() {
+    let mut task = PushTask::new(Options { task: TaskKind::Around, ..Options::default() }).unwrap();
+    task.reset(Some(0), &ResetOptions::default()).unwrap();
+    let [x, y] = task.layout().unwrap().obstacles[0][0];
+    for (reset, word) in [
+        (ResetOptions { goal: Some([9.0, 0.0, 0.0]), ..ResetOptions::default() }, "goal"),
+        (ResetOptions { start: Some([0.0, f64::NAN, 0.0]), ..ResetOptions::default() }, "start"),
+        (ResetOptions { grasp: Some([0.7, 0.0]), ..ResetOptions::default() }, "grasp"),
+        (ResetOptions { goal: Some([x, y, 0.0]), ..ResetOptions::default() }, "obstacle"),
     ] {
-        // The episode goes on as if nobody had asked.
+        // A failed reset does not change the episode.
         let before = task.view();
-        assert!(task.reset(Some(0), &told).unwrap_err().to_string().contains(word));
+        assert!(task.reset(Some(0), &reset).unwrap_err().to_string().contains(word));
         assert_eq!(task.view(), before);
     }
     for (text, word) in [
@@ -279,28 +281,28 @@ fn what_cannot_be_is_named() {
         ("effects = [{kind = \"coulomb_friction\", x = 0.1, y = 0.1}]", "force"),
         ("effects = [{kind = \"ghost\"}]", "ghost"),
     ] {
-        let error = Options::from_toml(text).and_then(Pushing::new).err().unwrap().to_string();
+        let error = Options::from_toml(text).and_then(PushTask::new).err().unwrap().to_string();
         assert!(error.contains(word), "{error}");
     }
     let bytes = task.save().unwrap();
-    assert!(task.load(&bytes[..20]).unwrap_err().to_string().contains("no saved state"));
+    assert!(task.load(&bytes[..20]).unwrap_err().to_string().contains("not a saved state"));
 }
 
 fn batch(
     count: usize,
     autoreset: Autoreset,
     threads: usize,
-    mode: Mode,
+    mode: ActionMode,
 ) -> (Vec<f64>, Vec<f64>, Vec<Outcome>) {
-    let options = Options { horizon: 7, ..any(Goal::Around, mode) };
-    let (entries, width) = (options.entries(), mode.width());
+    let options = Options { horizon: 7, ..any(TaskKind::Around, mode) };
+    let (entries, width) = (options.observation_len(), mode.width());
     let pool = rayon::ThreadPoolBuilder::new().num_threads(threads).build().unwrap();
     let mut batch = Batch::new(options, count, autoreset).unwrap();
     let (mut seen, mut finals) = (vec![0.0; count * entries], vec![0.0; count * entries]);
     let mut outcomes = vec![Outcome::default(); count];
-    let told: Vec<_> = (0..count as u64).map(|k| Some((Some(k), Reset::default()))).collect();
+    let resets: Vec<_> = (0..count as u64).map(|k| Some((Some(k), ResetOptions::default()))).collect();
     pool.install(|| {
-        batch.reset(&told, &mut seen).unwrap();
+        batch.reset(&resets, &mut seen).unwrap();
         for k in 0..20 {
             let actions: Vec<f64> = (0..count).flat_map(|_| action(k).into_iter().take(width)).collect();
             let rows = Rows { observations: &mut seen, finals: &mut finals, outcomes: &mut outcomes };
@@ -311,10 +313,11 @@ fn batch(
 }
 
 #[test]
-fn a_batch_is_the_same_whatever_its_size_and_threads() {
-    let resets = [Autoreset::NextStep, Autoreset::SameStep];
-    for (reset, mode) in
-        resets.into_iter().flat_map(|reset| [Mode::Wrench, Mode::Regrasp].map(|mode| (reset, mode)))
+fn a_batch_does_not_depend_on_its_size_or_the_threads() {
+    let modes = [Autoreset::NextStep, Autoreset::SameStep];
+    for (reset, mode) in modes
+        .into_iter()
+        .flat_map(|reset| [ActionMode::Wrench, ActionMode::Regrasp].map(|mode| (reset, mode)))
     {
         let (seen, finals, outcomes) = batch(40, reset, 1, mode);
         assert_eq!(batch(40, reset, 4, mode), (seen.clone(), finals.clone(), outcomes.clone()));
@@ -328,12 +331,12 @@ fn a_batch_is_the_same_whatever_its_size_and_threads() {
 
 #[test]
 #[ignore = "takes minutes"]
-fn a_million_random_steps_are_numbers() {
+fn a_million_random_steps_are_finite() {
     let mut steps = 0;
     for (k, options) in std::iter::repeat_with(all).flatten().enumerate() {
-        let mut task = Pushing::new(Options { horizon: 200, ..options }).unwrap();
+        let mut task = PushTask::new(Options { horizon: 200, ..options }).unwrap();
         for seed in 0..40 {
-            task.reset(Some(1000 * k as u64 + seed), &Reset::default()).unwrap();
+            task.reset(Some(1000 * k as u64 + seed), &ResetOptions::default()).unwrap();
             let mut state = seed + 1;
             let mut any = || {
                 state = state.wrapping_mul(6364136223846793005).wrapping_add(1442695040888963407);
@@ -342,7 +345,7 @@ fn a_million_random_steps_are_numbers() {
             while let Some(outcome) = task.step(&[(); 6].map(|()| any())).unwrap() {
                 steps += 1;
                 assert!(outcome.reward.is_finite() && outcome.distance.is_finite());
-                assert!(told(&mut task).iter().all(|v| v.is_finite()));
+                assert!(observation(&mut task).iter().all(|v| v.is_finite()));
             }
         }
         if steps > 1_000_000 {

@@ -1,4 +1,4 @@
-//! The engine under the laws: agreement with the model's integrator, stability, energy, contact.
+//! The physics-engine world: agreement with the model's integrator, stability, energy and contact.
 
 #![allow(clippy::unwrap_used, clippy::panic)]
 
@@ -34,7 +34,7 @@ fn wheel(mu_x: f64, mu_y: f64) -> Effect {
         .fold(Effect::free(Kind::ViscousWheel), |effect, &(name, value)| effect.with(name, Some(value)))
 }
 
-/// An effect with every parameter at a plain value within its bounds.
+/// An effect with all parameters at typical values within their bounds.
 fn plain(kind: Kind) -> Effect {
     kind.spec().params.iter().fold(Effect::free(kind), |effect, param| {
         let value = if param.role.is_choice() { 0.0 } else { 0.3f64.clamp(param.lower, param.upper) };
@@ -42,7 +42,7 @@ fn plain(kind: Kind) -> Effect {
     })
 }
 
-/// A push that turns and reverses, object axes.
+/// A wrench that turns and reverses, object axes.
 fn wrench(t: f64) -> [f64; 3] {
     [40.0 * (3.0 * t).sin(), 25.0 * (5.0 * t).cos(), 9.0 * (4.0 * t).sin()]
 }
@@ -54,15 +54,14 @@ fn assert_near(a: [f64; 3], b: [f64; 3], tolerance: f64) {
     }
 }
 
-/// Largest difference of poses, and of the laws' own states, between engine and integrator in one second of the same
-/// pushes.
+/// Largest difference of poses and internal states between engine and integrator in one second under the same wrench.
 fn gap(model: &Model) -> f64 {
     let mut world = World::new(model, &[], DT).unwrap();
     let plant = model.resolved().unwrap();
     let own = std::array::from_fn(|k| if k < plant.inner() { 0.1 * (k + 1) as f64 } else { 0.0 });
     let mut state = State::at_rest([0.3, -0.2, 0.7]).with_inner(own);
     world.place(state.pose);
-    world.start_inner(own);
+    world.set_inner(own);
     let mut largest = 0.0f64;
     for tick in 0..500 {
         let t = f64::from(tick) * DT;
@@ -79,10 +78,10 @@ fn gap(model: &Model) -> f64 {
 }
 
 #[test]
-fn free_motion_is_the_integrators_to_a_micrometre_for_every_effect() {
+fn free_motion_agrees_with_the_integrator_to_a_micrometre_for_every_effect() {
     for &kind in Kind::ALL {
         let mut model = table(22.0);
-        // What happens to a wheel needs one.
+        // Some effects modify a wheel, so the model has one.
         model.effects = vec![wheel(18.0, 32.0), plain(kind)];
         let gap = gap(&model);
         assert!(gap < 1e-6, "{}: {gap:e}", kind.spec().kind);
@@ -94,7 +93,7 @@ fn free_motion_is_the_integrators_to_a_micrometre_for_every_effect() {
 }
 
 #[test]
-fn laws_with_states_move_alike_in_engine_and_integrator() {
+fn laws_with_internal_states_agree_in_engine_and_integrator() {
     let with = |kind, values: &[(&str, f64)]| {
         values.iter().fold(Effect::free(kind), |effect, (name, value)| effect.with(name, Some(*value)))
     };
@@ -118,7 +117,7 @@ fn a_wheel_of_1e5_on_ten_kilograms_is_stable_at_two_milliseconds() {
         world.step(wrench(f64::from(tick) * DT), CONTACT);
         assert!(world.energy().is_finite() && world.energy() < 50.0);
     }
-    // The wheel's contact point creeps at F/μ: it stays where it was, and the table has turned about it.
+    // The wheel's contact point creeps at F/μ, so it stays in place and the table turns about it.
     let [x, y, theta] = world.state().pose;
     let (sin, cos) = theta.sin_cos();
     let wheel = [x + cos * -0.5 - sin * 0.3, y + sin * -0.5 + cos * 0.3];
@@ -126,7 +125,7 @@ fn a_wheel_of_1e5_on_ten_kilograms_is_stable_at_two_milliseconds() {
 }
 
 #[test]
-fn without_input_energy_never_grows() {
+fn energy_does_not_grow_without_input() {
     for &kind in Kind::ALL.iter().filter(|k| k.spec().is_dissipative) {
         let mut model = table(22.0);
         model.effects = vec![plain(kind), wheel(30.0, 300.0)];
@@ -144,7 +143,7 @@ fn without_input_energy_never_grows() {
 }
 
 #[test]
-fn a_snapshot_repeats_free_motion_to_the_last_bit() {
+fn a_snapshot_repeats_free_motion_bit_for_bit() {
     let mut model = table(22.0);
     model.effects = vec![wheel(180.0, 320.0), plain(Kind::SwingingLoad)];
     let mut world = World::new(&model, &[], DT).unwrap();
@@ -160,7 +159,7 @@ fn a_snapshot_repeats_free_motion_to_the_last_bit() {
 }
 
 #[test]
-fn a_wall_stops_the_table_and_takes_energy() {
+fn a_wall_stops_the_table_and_dissipates_energy() {
     let wall = vec![vec![[1.0, -3.0], [1.2, -3.0], [1.2, 3.0], [1.0, 3.0]]];
     let mut world = World::new(&table(22.0), &wall, DT).unwrap();
     for tick in 0..2000 {
@@ -191,7 +190,7 @@ fn a_concave_shape_has_the_models_mass_and_inertia() {
 }
 
 #[test]
-fn a_shape_that_encloses_nothing_is_named() {
+fn an_invalid_shape_is_named_in_the_error() {
     let bow_tie = vec![[0.0, 0.0], [2.0, 1.0], [2.0, 0.0], [0.0, 3.0]];
     for polygon in [bow_tie, vec![[0.0, 0.0], [1.0, 0.0], [2.0, 0.0]], vec![]] {
         let error = World::new(&table(22.0), &[polygon], DT).err().unwrap().to_string();

@@ -170,7 +170,7 @@ impl Course {
                 let wrench = self.axes.turned(wrench, world.state().pose[2]);
                 world.step(wrench, Clock::since_contact(t));
                 t += STEP;
-                touched |= world.touching();
+                touched |= world.is_touching();
             }
             poses.push(world.state().pose);
         }

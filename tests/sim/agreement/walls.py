@@ -32,7 +32,7 @@ from tests.sim.agreement.scene import (
 )
 
 FRICTION = 0.3
-"""Of the rim, as in env/sim/src/object.rs."""
+"""Of the rim, as in env/sim/src/colliders.rs."""
 RATE = 1000.0
 """Samples per second of both tracks."""
 SPRING, DAMPER = 4e5, 4e4

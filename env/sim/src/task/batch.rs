@@ -1,105 +1,112 @@
-//! Many environments side by side, stepped by all cores.
+//! Batches of environments that are stepped in parallel.
 
 use rayon::prelude::*;
 
 #[cfg(doc)]
-use super::Mode;
-use super::{Options, Outcome, Pushing, Reset, memory};
+use super::ActionMode;
+use super::{Options, Outcome, PushTask, ResetOptions, memory};
 use crate::{SimError, thread_pool};
 
-/// What happens after an episode's end, as in Gymnasium.
+/// Autoreset mode, as in Gymnasium.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub enum Autoreset {
-    /// The next step begins a new episode, whatever the action.
+    /// The next step ignores its action and starts a new episode.
     NextStep,
-    /// The same step does; the last observation is kept apart.
+    /// The same step starts a new episode and returns the final observation separately.
     SameStep,
-    /// Whoever steps resets.
+    /// The caller resets.
     Disabled,
 }
 
-/// Where a batch writes; every slice has one row for each environment.
+/// Output buffers of a step. Every slice has one row per environment.
 pub struct Rows<'a> {
-    /// Observations, [`Options::entries`] numbers each.
+    /// Observations, [`Options::observation_len`] numbers each.
     pub observations: &'a mut [f64],
-    /// Last observations of episodes that ended in a same-step reset.
+    /// Final observations of episodes that ended in a same-step reset.
     pub finals: &'a mut [f64],
     /// Outcomes.
     pub outcomes: &'a mut [Outcome],
 }
 
-/// Environments of the same options.
+/// Environments with the same options.
 pub struct Batch {
-    envs: Vec<Pushing>,
+    envs: Vec<PushTask>,
     entries: usize,
     width: usize,
     autoreset: Autoreset,
 }
 
-/// Memory that an environment may take, bytes: where the engine has the object among obstacles it takes most, and then
-/// no more than this (`tests/allocation.rs` measures it).
-const ENVIRONMENT_BYTES: u64 = 64 << 10;
+/// Upper bound on the memory of an environment, bytes, reached with the engine and obstacles (`tests/allocation.rs`
+/// measures it).
+const MAX_ENVIRONMENT_BYTES: u64 = 64 << 10;
 
-/// So many environments at least are one thread's, steps being short.
-const SHARE: usize = 8;
+/// Smallest number of environments per thread. Steps are short, so smaller shares do not pay off.
+const MIN_ENVS_PER_THREAD: usize = 8;
 
 impl Batch {
-    /// So many environments.
+    /// Create `count` environments.
     ///
     /// # Errors
-    /// When an option makes no sense, or so many do not fit into memory.
+    /// If an option is out of range, or the environments do not fit into memory.
     pub fn new(options: Options, count: usize, autoreset: Autoreset) -> Result<Self, SimError> {
-        let free = memory::available();
-        let most = (free / ENVIRONMENT_BYTES) as usize;
-        if count > most {
-            return Err(SimError::TooMany { count, each: ENVIRONMENT_BYTES >> 10, free: free >> 20, most });
+        let free = memory::available_bytes();
+        let max_count = (free / MAX_ENVIRONMENT_BYTES) as usize;
+        if count > max_count {
+            return Err(SimError::TooManyEnvironments {
+                count,
+                each_kib: MAX_ENVIRONMENT_BYTES >> 10,
+                free_mib: free >> 20,
+                max_count,
+            });
         }
-        let (entries, width) = (options.entries(), options.action.width());
-        Ok(Self { envs: vec![Pushing::new(options)?; count], entries, width, autoreset })
+        let (entries, width) = (options.observation_len(), options.action.width());
+        Ok(Self { envs: vec![PushTask::new(options)?; count], entries, width, autoreset })
     }
 
     /// The environments.
-    pub fn envs(&self) -> &[Pushing] {
+    pub fn envs(&self) -> &[PushTask] {
         &self.envs
     }
 
-    /// One of them.
-    pub fn env(&mut self, index: usize) -> Option<&mut Pushing> {
+    /// An environment by index.
+    pub fn env(&mut self, index: usize) -> Option<&mut PushTask> {
         self.envs.get_mut(index)
     }
 
-    /// Go on from what each of another batch has saved.
+    /// Restore the saved states of all environments.
     ///
     /// # Errors
-    /// When one is no saved state of such a task.
+    /// If one of them is not a saved state of this task.
     pub fn load(&mut self, states: &[Vec<u8>]) -> Result<(), SimError> {
         self.envs.iter_mut().zip(states).try_for_each(|(env, state)| env.load(state))
     }
 
-    /// Begin episodes where `told` has one: its seed, and what it is told.
+    /// Start episodes in the environments that have an entry in `resets`, with its seed and options.
     ///
     /// # Errors
-    /// The first environment's that cannot, whatever the order in which they are reset.
+    /// If a reset fails. The error is that of the environment with the lowest index.
     pub fn reset(
         &mut self,
-        told: &[Option<(Option<u64>, Reset)>],
+        resets: &[Option<(Option<u64>, ResetOptions)>],
         observations: &mut [f64],
     ) -> Result<(), SimError> {
         let entries = self.entries;
-        let begin = |env: &mut Pushing, told: &Option<(Option<u64>, Reset)>, row: &mut [f64]| {
-            let Some((seed, told)) = told else { return Ok(()) };
-            env.reset(*seed, told)?;
+        let begin = |env: &mut PushTask, resets: &Option<(Option<u64>, ResetOptions)>, row: &mut [f64]| {
+            let Some((seed, resets)) = resets else { return Ok(()) };
+            env.reset(*seed, resets)?;
             env.observe(row);
             Ok(())
         };
         let envs = &mut self.envs;
-        let results: Vec<_> = if envs.len() <= SHARE {
-            let all = envs.iter_mut().zip(told).zip(observations.chunks_mut(entries));
-            all.map(|((env, told), row)| begin(env, told, row)).collect()
+        let results: Vec<_> = if envs.len() <= MIN_ENVS_PER_THREAD {
+            let all = envs.iter_mut().zip(resets).zip(observations.chunks_mut(entries));
+            all.map(|((env, resets), row)| begin(env, resets, row)).collect()
         } else {
             on_threads(|| {
-                let all = (envs.par_iter_mut(), told, observations.par_chunks_mut(entries)).into_par_iter();
-                all.with_min_len(SHARE).map(|(env, told, row)| begin(env, told, row)).collect()
+                let all = (envs.par_iter_mut(), resets, observations.par_chunks_mut(entries)).into_par_iter();
+                all.with_min_len(MIN_ENVS_PER_THREAD)
+                    .map(|(env, resets, row)| begin(env, resets, row))
+                    .collect()
             })?
         };
         let named = |(index, result): (usize, Result<(), SimError>)| {
@@ -108,30 +115,30 @@ impl Batch {
         results.into_iter().enumerate().try_for_each(named)
     }
 
-    /// Entries of each environment's action.
+    /// Number of entries of an environment's action.
     pub fn width(&self) -> usize {
         self.width
     }
 
-    /// Whether every environment has an episode under way, or will have without being asked.
+    /// Whether every environment has a running episode, or resets itself in the next step.
     pub fn ready(&self) -> bool {
-        let waits = |env: &Pushing| self.autoreset == Autoreset::NextStep && env.room().is_some();
+        let waits = |env: &PushTask| self.autoreset == Autoreset::NextStep && env.layout().is_some();
         self.envs.iter().all(|env| env.ready() || waits(env))
     }
 
-    /// Step all; `actions` has [`Mode::width`] numbers in [−1, 1] for each.
+    /// Step all environments. `actions` has [`ActionMode::width`] numbers in [−1, 1] for each.
     ///
     /// # Errors
-    /// When a new episode cannot begin.
+    /// If a motion is not finite or a new episode cannot start.
     pub fn step(&mut self, actions: &[f64], rows: Rows<'_>) -> Result<(), SimError> {
         let Self { entries, width, autoreset, .. } = *self;
         let Rows { observations, finals, outcomes } = rows;
         let envs = &mut self.envs;
-        if envs.len() <= SHARE {
+        if envs.len() <= MIN_ENVS_PER_THREAD {
             let rows = observations.chunks_mut(entries).zip(finals.chunks_mut(entries)).zip(outcomes);
             let all = envs.iter_mut().zip(actions.chunks(width)).zip(rows);
             return all.into_iter().try_for_each(|((env, action), ((row, last), outcome))| {
-                one(autoreset, env, action, row, last, outcome)
+                step_one(autoreset, env, action, row, last, outcome)
             });
         }
         on_threads(|| {
@@ -144,17 +151,17 @@ impl Batch {
                 finals,
                 outcomes.par_iter_mut(),
             );
-            all.into_par_iter().with_min_len(SHARE).try_for_each(|(env, action, row, last, outcome)| {
-                one(autoreset, env, action, row, last, outcome)
-            })
+            all.into_par_iter().with_min_len(MIN_ENVS_PER_THREAD).try_for_each(
+                |(env, action, row, last, outcome)| step_one(autoreset, env, action, row, last, outcome),
+            )
         })?
     }
 }
 
-/// Step one environment, or begin its next episode.
-fn one(
+/// Step one environment, or start its next episode.
+fn step_one(
     autoreset: Autoreset,
-    env: &mut Pushing,
+    env: &mut PushTask,
     action: &[f64],
     row: &mut [f64],
     last: &mut [f64],
@@ -163,18 +170,18 @@ fn one(
     *outcome = Outcome::default();
     match env.step(action)? {
         Some(result) => *outcome = result,
-        None => env.reset(None, &Reset::default())?,
+        None => env.reset(None, &ResetOptions::default())?,
     }
     env.observe(row);
     if autoreset == Autoreset::SameStep && !env.ready() {
         last.copy_from_slice(row);
-        env.reset(None, &Reset::default())?;
+        env.reset(None, &ResetOptions::default())?;
         env.observe(row);
     }
     Ok(())
 }
 
-/// Run on the threads that the caller is one of, else on this process's.
+/// Run on the caller's thread pool, or else on that of the process.
 fn on_threads<T: Send>(work: impl FnOnce() -> T + Send) -> Result<T, SimError> {
     match rayon::current_thread_index() {
         Some(_) => Ok(work()),

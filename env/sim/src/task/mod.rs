@@ -1,17 +1,18 @@
-//! Tasks: push an object, of which something is hidden, to a pose, along a path, around an obstacle, through a door.
+//! Reinforcement-learning tasks: push an object with hidden effects to a pose, along a path, around an obstacle or through
+//! a door.
 
-mod arm;
+mod action_model;
 mod batch;
+mod checksum;
+pub mod constants;
 mod episode;
 mod hidden;
 mod memory;
 mod options;
 mod outcome;
-mod room;
-pub mod rules;
-mod sealed;
-mod senses;
-mod things;
+mod scene_layout;
+mod sensors;
+mod task_objects;
 
 use std::sync::Arc;
 
@@ -22,163 +23,167 @@ use trundle_model::{Effect, Model, ModelError, NotFinite, Rigid};
 use trundle_record::{Contact, Metadata, Obstacle};
 
 use crate::{Instruments, Row, SimError, simulate};
+use constants::MAX_ACTION_WIDTH;
 use episode::Episode;
-use rules::WIDEST;
 
 pub use batch::{Autoreset, Batch, Rows};
-pub use hidden::Hidden;
-pub use options::{Goal, Mode, Options, Secret};
+pub use hidden::HiddenEffects;
+pub use options::{ActionMode, HiddenKind, Options, TaskKind};
 pub use outcome::Outcome;
-pub use room::{Reset, Room};
-pub use things::{Thing, Things, household};
+pub use scene_layout::{ResetOptions, SceneLayout};
+pub use task_objects::{TaskObject, TaskObjects, household_names};
 
-/// A task with its episode under way.
+/// A task with its current episode.
 #[derive(Clone)]
-pub struct Pushing {
+pub struct PushTask {
     options: Arc<Options>,
-    things: Arc<Things>,
-    more: Arc<Vec<Effect>>,
+    task_objects: Arc<TaskObjects>,
+    extra_effects: Arc<Vec<Effect>>,
     recording: bool,
-    /// Draws the seeds of episodes.
+    /// Generator of episode seeds.
     seeds: ChaCha8Rng,
-    /// Whether anybody has given a seed yet.
+    /// Whether a seed has been given.
     seeded: bool,
-    objects: u64,
-    object: Option<Object>,
-    episode: Option<(Began, Episode)>,
+    object_count: u64,
+    object: Option<DrawnObject>,
+    episode: Option<(EpisodeStart, Episode)>,
 }
 
-/// What is pushed, and what is hidden of it.
+/// The current object with its hidden effects.
 #[derive(Clone)]
-struct Object {
+struct DrawnObject {
     seed: u64,
-    thing: Arc<Thing>,
-    hidden: Arc<Hidden>,
+    task_object: Arc<TaskObject>,
+    hidden: Arc<HiddenEffects>,
 }
 
-/// What an episode began with.
+/// Seed and options of an episode's start.
 #[derive(Clone, Serialize, Deserialize)]
-struct Began {
+struct EpisodeStart {
     seed: u64,
-    told: Reset,
+    reset: ResetOptions,
 }
 
-/// What of a task changes.
+/// Saved state of a task.
 #[derive(Serialize, Deserialize)]
 struct Saved {
     seeds: ChaCha8Rng,
     seeded: bool,
-    objects: u64,
+    object_count: u64,
     object: Option<u64>,
-    episode: Option<(Began, episode::Saved)>,
+    episode: Option<(EpisodeStart, episode::Saved)>,
 }
 
-impl Pushing {
-    /// A task.
+impl PushTask {
+    /// Create a task.
     ///
     /// # Errors
-    /// When an option makes no sense; the message names it.
+    /// If an option is out of range. The message names it.
     pub fn new(options: Options) -> Result<Self, SimError> {
         options.check()?;
-        let things = Things::named(&options.object)?;
-        let more = crate::scenario::effects(&options.effects)?;
+        let task_objects = TaskObjects::named(&options.object)?;
+        let extra_effects = crate::scenario::effects(&options.effects)?;
         Ok(Self {
             options: Arc::new(options),
-            things: Arc::new(things),
-            more: Arc::new(more),
+            task_objects: Arc::new(task_objects),
+            extra_effects: Arc::new(extra_effects),
             recording: false,
             seeds: ChaCha8Rng::seed_from_u64(0),
             seeded: false,
-            objects: 0,
+            object_count: 0,
             object: None,
             episode: None,
         })
     }
 
-    /// What it was told once and for all.
+    /// The options of the task.
     pub fn options(&self) -> &Options {
         &self.options
     }
 
-    /// Begin an episode; what is not told is drawn. A seed decides of this and all later ones.
+    /// Start an episode. Missing options are drawn at random. A seed determines this and all later episodes.
     ///
     /// # Errors
-    /// When start or goal are impossible, or the grasp lies beside the object.
-    pub fn reset(&mut self, seed: Option<u64>, told: &Reset) -> Result<(), SimError> {
+    /// If start or goal are invalid, or the grasp is not on the object.
+    pub fn reset(&mut self, seed: Option<u64>, reset: &ResetOptions) -> Result<(), SimError> {
         let seeded = self.seeded || seed.is_some();
         let mut seeds = seed.map_or_else(|| self.seeds.clone(), ChaCha8Rng::seed_from_u64);
         let seed = seeds.random();
-        let (object, episode) = self.begin(seed, told)?;
+        let (object, episode) = self.start_episode(seed, reset)?;
         (self.seeds, self.seeded) = (seeds, seeded);
-        self.objects += u64::from(self.object.as_ref().is_none_or(|o| o.seed != object.seed));
+        self.object_count += u64::from(self.object.as_ref().is_none_or(|o| o.seed != object.seed));
         self.object = Some(object);
-        self.episode = Some((Began { seed, told: told.clone() }, episode));
+        self.episode = Some((EpisodeStart { seed, reset: reset.clone() }, episode));
         Ok(())
     }
 
-    fn begin(&self, seed: u64, told: &Reset) -> Result<(Object, Episode), SimError> {
-        let object = match self.object.as_ref().filter(|_| told.same_object) {
+    fn start_episode(&self, seed: u64, reset: &ResetOptions) -> Result<(DrawnObject, Episode), SimError> {
+        let object = match self.object.as_ref().filter(|_| reset.same_object) {
             Some(object) => object.clone(),
-            None => self.draw(seed)?,
+            None => self.draw_object(seed)?,
         };
-        let (fixed, random) = (&mut senses::stream(object.seed, OBSTACLES), &mut senses::stream(seed, ROOMS));
-        let room = Room::draw(self.options.task, &object.thing, told, [fixed, random])?;
-        let grasp = told.grasp.unwrap_or_else(|| object.thing.rear());
-        on_object(&object.thing, grasp)?;
-        let (options, thing) = (self.options.clone(), object.thing.clone());
-        let episode = Episode::new(options, thing, &object.hidden, room, grasp, seed, self.recording)?;
+        let (fixed, rng) = (
+            &mut sensors::rng_stream(object.seed, OBSTACLE_STREAM),
+            &mut sensors::rng_stream(seed, LAYOUT_STREAM),
+        );
+        let layout = SceneLayout::draw(self.options.task, &object.task_object, reset, [fixed, rng])?;
+        let grasp = reset.grasp.unwrap_or_else(|| object.task_object.default_grasp());
+        check_grasp(&object.task_object, grasp)?;
+        let (options, task_object) = (self.options.clone(), object.task_object.clone());
+        let episode =
+            Episode::new(options, task_object, &object.hidden, layout, grasp, seed, self.recording)?;
         Ok((object, episode))
     }
 
-    fn draw(&self, seed: u64) -> Result<Object, SimError> {
-        let mut random = ChaCha8Rng::seed_from_u64(seed);
-        let thing = self.things.draw(&mut random)?;
-        let hidden = Hidden::draw(&thing, self.options.hidden, &self.more, &mut random)?;
-        Ok(Object { seed, thing, hidden: Arc::new(hidden) })
+    fn draw_object(&self, seed: u64) -> Result<DrawnObject, SimError> {
+        let mut rng = ChaCha8Rng::seed_from_u64(seed);
+        let task_object = self.task_objects.draw(&mut rng)?;
+        let hidden = HiddenEffects::draw(&task_object, self.options.hidden, &self.extra_effects, &mut rng)?;
+        Ok(DrawnObject { seed, task_object, hidden: Arc::new(hidden) })
     }
 
-    /// Whether a seed has been given, so that a reset without one goes on from there.
+    /// Whether a seed has been given, so that a reset without seed continues its sequence.
     pub fn seeded(&self) -> bool {
         self.seeded
     }
 
-    /// Whether what the instruments see is kept.
+    /// Whether the samples of the instruments are recorded.
     pub fn recording(&self) -> bool {
         self.recording
     }
 
-    /// The same, but for the recording: what a planner branches on.
+    /// A copy without recording, for a planner's rollouts.
     #[must_use]
     pub fn fork(&self) -> Self {
         let mut fork = self.clone();
         fork.recording = false;
         if let Some((_, episode)) = &mut fork.episode {
-            episode.forget();
+            episode.stop_recording();
         }
         fork
     }
 
-    /// What moves as one now, instruments apart.
+    /// Current mass properties, without instrument effects.
     pub fn rigid(&self) -> Option<Rigid<f64>> {
         self.episode.as_ref().map(|(_, episode)| episode.rigid())
     }
 
-    /// Whether an episode is under way.
+    /// Whether an episode is running.
     pub fn ready(&self) -> bool {
         self.episode.as_ref().is_some_and(|(_, episode)| !episode.ended())
     }
 
-    /// Act until the next action is due; each entry of `action` lies in [−1, 1], and there are [`Mode::width`] of them.
-    /// `None` without an episode under way.
+    /// Apply an action until the next one is due. `action` has [`ActionMode::width`] entries in [−1, 1]. Returns `None` if no
+    /// episode is running.
     ///
     /// # Errors
-    /// When the motion is not finite; the message names the parameter to look at first. The episode is then over.
+    /// If the motion is not finite. The message names the parameter to check first. The episode has then ended.
     pub fn step(&mut self, action: &[f64]) -> Result<Option<Outcome>, SimError> {
-        let full = self.options.action.full();
+        let full = self.options.action.full_scale();
         let Some((_, episode)) = self.episode.as_mut().filter(|(_, episode)| !episode.ended()) else {
             return Ok(None);
         };
-        let mut target = [0.0; WIDEST];
+        let mut target = [0.0; MAX_ACTION_WIDTH];
         for (entry, (share, full)) in target.iter_mut().zip(action.iter().zip(full)) {
             *entry = share * full;
         }
@@ -191,123 +196,122 @@ impl Pushing {
         error.map_or(Ok(Some(outcome)), |error| Err(error.into()))
     }
 
-    /// Tell what the agent sees, [`Options::entries`] numbers; nothing before the first reset. Noise is drawn anew.
-    pub fn observe(&mut self, told: &mut [f64]) {
+    /// Write the observation, [`Options::observation_len`] numbers, with new noise. Before the first reset nothing is
+    /// written.
+    pub fn observe(&mut self, observation: &mut [f64]) {
         if let Some((_, episode)) = &mut self.episode {
-            episode.observe(told);
+            episode.observe(observation);
         }
     }
 
-    /// From the next reset on, keep what sensor and tracker see, each at its own rate.
+    /// Record the samples of sensor and tracker from the next reset on.
     pub fn record(&mut self) {
         self.recording = true;
     }
 
-    /// What they saw since the last time.
+    /// Recorded samples since the last call.
     pub fn take_rows(&mut self) -> Vec<Row> {
         let recorder = self.episode.as_mut().and_then(|(_, episode)| episode.recorder());
-        recorder.map(Instruments::take).unwrap_or_default()
+        recorder.map(Instruments::take_rows).unwrap_or_default()
     }
 
-    /// What a recording says of the object and the instruments; of the object that is always the same, before the
-    /// first reset.
+    /// Metadata of a recording. If the task has a single object, it is available before the first reset.
     ///
     /// # Errors
-    /// When the object is drawn and has not been yet.
+    /// If the object has not been drawn yet.
     pub fn metadata(&self, name: &str) -> Result<Metadata, SimError> {
         let remedy = "the object is drawn by reset(): call it first";
-        let thing = self.thing().ok_or_else(|| SimError::value("recording", name, remedy))?;
-        let (sensor, tracker) = (senses::sensor(&self.options), senses::tracker(&self.options));
-        let mut metadata = simulate::metadata(name, &thing.body, false, &sensor, &tracker);
-        if self.options.action == Mode::Push {
+        let task_object = self.task_object().ok_or_else(|| SimError::value("recording", name, remedy))?;
+        let (sensor, tracker) = (sensors::sensor(&self.options), sensors::tracker(&self.options));
+        let mut metadata = simulate::metadata(name, &task_object.body, false, &sensor, &tracker);
+        if self.options.action == ActionMode::Push {
             metadata.wrench.contact = Contact::Point;
         }
-        let obstacles = self.room().map(|room| room.obstacles.clone()).unwrap_or_default();
+        let obstacles = self.layout().map(|layout| layout.obstacles.clone()).unwrap_or_default();
         metadata.scene.obstacles = obstacles.into_iter().map(|polygon| Obstacle { polygon }).collect();
         Ok(metadata)
     }
 
-    /// How many different objects there have been; it changes when what is hidden does.
-    pub fn objects(&self) -> u64 {
-        self.objects
+    /// Number of objects drawn so far. It changes whenever the hidden effects change.
+    pub fn object_count(&self) -> u64 {
+        self.object_count
     }
 
-    /// The object as anybody can see it.
-    pub fn thing(&self) -> Option<&Arc<Thing>> {
-        self.object.as_ref().map(|object| &object.thing).or_else(|| self.things.only())
+    /// The visible properties of the object.
+    pub fn task_object(&self) -> Option<&Arc<TaskObject>> {
+        self.object.as_ref().map(|object| &object.task_object).or_else(|| self.task_objects.only())
     }
 
-    /// What is hidden.
-    pub fn hidden(&self) -> Option<&Hidden> {
+    /// The hidden effects.
+    pub fn hidden(&self) -> Option<&HiddenEffects> {
         self.object.as_ref().map(|object| &*object.hidden)
     }
 
-    /// The object with all that acts on it.
+    /// The model of the object with all effects.
     pub fn model(&self) -> Option<Model> {
-        self.object.as_ref().map(|object| object.hidden.model(&object.thing.body))
+        self.object.as_ref().map(|object| object.hidden.model(&object.task_object.body))
     }
 
-    /// Where the episode takes place.
-    pub fn room(&self) -> Option<&Room> {
-        self.episode.as_ref().map(|(_, episode)| episode.room())
+    /// The scene layout of the episode.
+    pub fn layout(&self) -> Option<&SceneLayout> {
+        self.episode.as_ref().map(|(_, episode)| episode.layout())
     }
 
-    /// True poses of object, goal and gripper in the world, and the wrench at the gripper in gripper axes, for
-    /// drawing; and whether it holds the object.
+    /// True poses of object, goal and gripper in the world, the wrench at the gripper in gripper axes, and whether the
+    /// gripper holds the object.
     pub fn view(&self) -> Option<([[f64; 3]; 4], bool)> {
-        self.episode.as_ref().map(|(_, episode)| (episode.view(), episode.arm().holds()))
+        self.episode.as_ref().map(|(_, episode)| (episode.view(), episode.action_model().is_holding()))
     }
 
-    /// What is needed to go on elsewhere, as bytes; a copy does not record.
+    /// Serialise the state, without the recording.
     ///
     /// # Errors
-    /// Never, as far as is known.
+    /// If the serialisation fails.
     pub fn save(&self) -> Result<Vec<u8>, SimError> {
         let saved = Saved {
             seeds: self.seeds.clone(),
             seeded: self.seeded,
-            objects: self.objects,
+            object_count: self.object_count,
             object: self.object.as_ref().map(|object| object.seed),
-            episode: self.episode.as_ref().map(|(began, episode)| (began.clone(), episode.save())),
+            episode: self.episode.as_ref().map(|(start, episode)| (start.clone(), episode.save())),
         };
         let bytes = postcard::to_stdvec(&saved).map_err(|e| SimError::State(e.to_string()))?;
-        Ok(sealed::seal(&bytes))
+        Ok(checksum::append(&bytes))
     }
 
-    /// Go on from what another of the same options has saved; exact to the last bit.
+    /// Restore the state saved by a task with the same options, bit for bit.
     ///
     /// # Errors
-    /// When it is no saved state, or a damaged one.
+    /// If the bytes are not a saved state, or are damaged.
     pub fn load(&mut self, bytes: &[u8]) -> Result<(), SimError> {
         let saved: Saved =
-            postcard::from_bytes(sealed::open(bytes)?).map_err(|e| SimError::State(e.to_string()))?;
-        let Saved { seeds, seeded, objects, object, episode } = saved;
-        self.object = object.map(|seed| self.draw(seed)).transpose()?;
+            postcard::from_bytes(checksum::verify(bytes)?).map_err(|e| SimError::State(e.to_string()))?;
+        let Saved { seeds, seeded, object_count, object, episode } = saved;
+        self.object = object.map(|seed| self.draw_object(seed)).transpose()?;
         self.recording = false;
         self.episode = match episode {
             None => None,
-            Some((began, saved)) => {
-                let told = Reset { same_object: true, ..began.told.clone() };
-                let (_, mut episode) = self.begin(began.seed, &told)?;
+            Some((start, saved)) => {
+                let reset = ResetOptions { same_object: true, ..start.reset.clone() };
+                let (_, mut episode) = self.start_episode(start.seed, &reset)?;
                 episode.load(saved)?;
-                Some((began, episode))
+                Some((start, episode))
             }
         };
-        (self.seeds, self.seeded, self.objects) = (seeds, seeded, objects);
+        (self.seeds, self.seeded, self.object_count) = (seeds, seeded, object_count);
         Ok(())
     }
 }
 
-/// Streams of random numbers from an episode's seed that draw where it takes place, and from the object's what is in
-/// its way.
-const ROOMS: u64 = 3;
-const OBSTACLES: u64 = 4;
+/// Streams of random numbers: the layout from the episode's seed, and the obstacles from the object's seed.
+const LAYOUT_STREAM: u64 = 3;
+const OBSTACLE_STREAM: u64 = 4;
 
-/// How far beside the rim a grasp may lie, m.
-const RIM: f64 = 1e-6;
+/// Largest distance of a grasp from the object, m.
+const RIM_TOLERANCE_M: f64 = 1e-6;
 
-fn on_object(thing: &Thing, grasp: [f64; 2]) -> Result<(), SimError> {
-    if grasp.iter().all(|v| v.is_finite()) && thing.body.outside(grasp).0 <= RIM {
+fn check_grasp(task_object: &TaskObject, grasp: [f64; 2]) -> Result<(), SimError> {
+    if grasp.iter().all(|v| v.is_finite()) && task_object.body.outside(grasp).0 <= RIM_TOLERANCE_M {
         return Ok(());
     }
     Err(SimError::value("grasp", grasp, "must lie on the object (object frame, m)"))

@@ -1,43 +1,43 @@
-//! What a task can be told once and for all.
+//! Options of a task.
 
 use serde::{Deserialize, Serialize};
 use toml::Table;
 
-use super::room::Room;
-use super::rules::*;
+use super::constants::*;
+use super::scene_layout::SceneLayout;
 use crate::SimError;
 
-/// What is to be done.
+/// Kind of task.
 #[derive(Clone, Copy, Debug, PartialEq, Eq, Serialize, Deserialize)]
 #[serde(rename_all = "lowercase")]
-pub enum Goal {
-    /// To a pose.
+pub enum TaskKind {
+    /// Push the object to a pose.
     Pose,
-    /// Along a path.
+    /// Push the object along a path.
     Path,
-    /// To a pose behind an obstacle.
+    /// Push the object to a pose behind an obstacle.
     Around,
-    /// To a pose behind a doorway.
+    /// Push the object to a pose behind a doorway.
     Door,
 }
 
-/// What an action means.
+/// Meaning of an action.
 #[derive(Clone, Copy, Debug, PartialEq, Eq, Serialize, Deserialize)]
 #[serde(rename_all = "lowercase")]
-pub enum Mode {
-    /// The wrench at the grasp, gripper axes.
+pub enum ActionMode {
+    /// Wrench at the grasp, gripper axes.
     Wrench,
-    /// The gripper's velocity, world axes.
+    /// Velocity of the gripper, world axes.
     Velocity,
-    /// A push: where the tip touches, which way it leans, how fast.
+    /// Push with a fingertip: contact position, push direction and speed.
     Push,
-    /// As `Wrench`; then where to hold next, as shares of half the object's sides, and whether to let go and go there.
+    /// As `Wrench`, followed by the next grasp position, as fractions of half the object's sides, and a request to regrasp.
     Regrasp,
 }
 
-impl Mode {
-    /// What a full action stands for.
-    pub fn full(self) -> &'static [f64] {
+impl ActionMode {
+    /// Physical values of an action of ones.
+    pub fn full_scale(self) -> &'static [f64] {
         match self {
             Self::Wrench => &FULL_WRENCH,
             Self::Velocity => &FULL_VELOCITY,
@@ -46,68 +46,68 @@ impl Mode {
         }
     }
 
-    /// Entries of an action.
+    /// Number of entries of an action.
     pub fn width(self) -> usize {
-        self.full().len()
+        self.full_scale().len()
     }
 }
 
-/// What is hidden.
+/// Kind of hidden effects.
 #[derive(Clone, Copy, Debug, PartialEq, Eq, Serialize, Deserialize)]
 #[serde(rename_all = "lowercase")]
-pub enum Secret {
-    /// One wheel is locked and the others roll without friction: the paper's object.
+pub enum HiddenKind {
+    /// One wheel is locked and the others roll without friction, as in the paper.
     Locked,
-    /// One wheel is locked, fixed or a caster, the others roll with a little friction; an object without wheels is in
-    /// one of its configurations.
+    /// One wheel is locked, fixed or a caster, and the others roll with low friction. An object without wheels is in one of
+    /// its configurations.
     Wheels,
     /// One of the configurations in the object's file.
     Configuration,
-    /// As `Wheels`, and any one effect of the catalogue.
+    /// As `Wheels`, with one random effect of the catalogue.
     Catalogue,
-    /// Nothing acts.
+    /// No effects.
     None,
 }
 
-/// All options; what is left out is as in [`Options::default`].
+/// Options of a task. Missing options have the values of [`Options::default`].
 #[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
 #[serde(deny_unknown_fields, default)]
 pub struct Options {
-    /// What is to be done.
-    pub task: Goal,
-    /// What an action means.
-    pub action: Mode,
-    /// Names of household objects, `random`, or object files; one is drawn with each object.
+    /// Kind of task.
+    pub task: TaskKind,
+    /// Meaning of an action.
+    pub action: ActionMode,
+    /// Names of household objects, `random`, or object files. Each object is drawn from them.
     pub object: Vec<String>,
-    /// What is hidden.
-    pub hidden: Secret,
-    /// Effects beside that, as in `model.toml`, all values given.
+    /// Kind of hidden effects.
+    pub hidden: HiddenKind,
+    /// Additional effects, as in `model.toml`. All values must be given.
     pub effects: Vec<Table>,
-    /// Factor on all noise; 1: as documented.
+    /// Factor on the documented noise.
     pub noise: f64,
     /// Probability that the tracker loses a pose.
     pub drop_out: f64,
-    /// Distance within which the goal is reached, m.
+    /// Distance tolerance of the goal, m.
     pub reach: f64,
-    /// Heading error within which the goal is reached, rad.
+    /// Heading tolerance of the goal, rad.
     pub facing: f64,
     /// Whether reaching the goal ends the episode.
     pub ends: bool,
-    /// Steps after which an episode is cut; 0: never.
+    /// Number of steps after which an episode is truncated; 0 for no limit.
     pub horizon: u32,
     /// Simulation step, s.
     pub step: f64,
-    /// Simulation steps from one action to the next; a push has as many more as it is longer.
+    /// Simulation steps per [`CONTROL_PERIOD_S`]. A push has proportionally more.
     pub substeps: u32,
 }
 
 impl Default for Options {
     fn default() -> Self {
         Self {
-            task: Goal::Pose,
-            action: Mode::Wrench,
+            task: TaskKind::Pose,
+            action: ActionMode::Wrench,
             object: vec!["office_table".to_owned()],
-            hidden: Secret::Wheels,
+            hidden: HiddenKind::Wheels,
             effects: vec![],
             noise: 1.0,
             drop_out: 0.0,
@@ -115,20 +115,20 @@ impl Default for Options {
             facing: 0.1,
             ends: true,
             horizon: 300,
-            step: CONTROL / f64::from(STEPS),
-            substeps: STEPS,
+            step: CONTROL_PERIOD_S / f64::from(DEFAULT_SUBSTEPS),
+            substeps: DEFAULT_SUBSTEPS,
         }
     }
 }
 
 impl Options {
-    /// From TOML.
+    /// Parse options from TOML.
     ///
     /// # Errors
-    /// When a key is unknown or a value makes no sense; the message names it.
+    /// If a key is unknown or a value is out of range. The message names it.
     pub fn from_toml(text: &str) -> Result<Self, SimError> {
         let options: Self = toml::from_str(text).map_err(|e| {
-            // The line, because the message alone does not name the key.
+            // Quote the line, because the parser's message does not name the key.
             let line = e.span().and_then(|span| text.get(..span.start)).map_or("", |before| {
                 let start = before.rfind('\n').map_or(0, |at| at + 1);
                 text.get(start..).and_then(|rest| rest.lines().next()).unwrap_or("")
@@ -139,53 +139,53 @@ impl Options {
         Ok(options)
     }
 
-    /// Simulation steps from one action to the next.
-    pub fn ticks(&self) -> u32 {
+    /// Simulation steps between two actions.
+    pub fn substeps_per_action(&self) -> u32 {
         match self.action {
-            Mode::Push => (f64::from(self.substeps) * PUSH / CONTROL).round() as u32,
+            ActionMode::Push => (f64::from(self.substeps) * PUSH_PERIOD_S / CONTROL_PERIOD_S).round() as u32,
             _ => self.substeps,
         }
     }
 
-    /// Time from one action to the next, s.
-    pub fn control(&self) -> f64 {
-        f64::from(self.ticks()) * self.step
+    /// Time between two actions, s.
+    pub fn control_period(&self) -> f64 {
+        f64::from(self.substeps_per_action()) * self.step
     }
 
-    /// Simulation steps that the gripper takes from one place on the object to another: whole actions.
-    pub fn travel(&self) -> u32 {
-        let actions = (REGRASP / self.control()).round().max(1.0);
-        actions as u32 * self.ticks()
+    /// Simulation steps of a regrasp, a whole number of actions.
+    pub fn regrasp_substeps(&self) -> u32 {
+        let actions = (REGRASP_S / self.control_period()).round().max(1.0);
+        actions as u32 * self.substeps_per_action()
     }
 
-    /// Whether episodes are of different objects.
-    pub fn varied(&self) -> bool {
+    /// Whether the object can differ between episodes.
+    pub fn has_varied_objects(&self) -> bool {
         !matches!(self.object.as_slice(), [one] if one != "random" && one != "household")
     }
 
-    /// Entries of an observation.
-    pub fn entries(&self) -> usize {
-        COMMON + if self.varied() { 2 } else { 0 } + Room::entries(self.task)
+    /// Number of entries of an observation.
+    pub fn observation_len(&self) -> usize {
+        COMMON_ENTRIES + if self.has_varied_objects() { 2 } else { 0 } + SceneLayout::feature_count(self.task)
     }
 
     /// Largest magnitude of each entry of an observation.
-    pub fn bounds(&self) -> Vec<f64> {
-        let mut bounds = BOUNDS.to_vec();
-        bounds.resize(self.entries(), ROOM);
+    pub fn observation_bounds(&self) -> Vec<f64> {
+        let mut bounds = COMMON_BOUNDS.to_vec();
+        bounds.resize(self.observation_len(), MAX_FEATURE_M);
         bounds
     }
 
-    /// Refuse what cannot be.
+    /// Check the values.
     ///
     /// # Errors
-    /// Names the option, its value and the remedy.
+    /// If an option is out of range. The message names option, value and remedy.
     pub fn check(&self) -> Result<(), SimError> {
         let within = |key: &str, value: f64, low: f64, high: f64, remedy| {
             if (low..=high).contains(&value) { Ok(()) } else { Err(SimError::value(key, value, remedy)) }
         };
-        within("noise", self.noise, 0.0, NOISIEST, "must lie in [0, 10]; 1 is as documented")?;
+        within("noise", self.noise, 0.0, MAX_NOISE_FACTOR, "must lie in [0, 10]; 1 is as documented")?;
         within("drop_out", self.drop_out, 0.0, 0.999, "must lie in [0, 1)")?;
-        within("reach", self.reach, 1e-3, ARENA, "must lie in [0.001, 2.5] m")?;
+        within("reach", self.reach, 1e-3, ARENA_HALF_SIDE_M, "must lie in [0.001, 2.5] m")?;
         within("facing", self.facing, 1e-3, 4.0, "must lie in [0.001, 4] rad")?;
         within("step", self.step, 1e-5, 0.01, "must lie in [0.00001, 0.01] s")?;
         within("substeps", f64::from(self.substeps), 1.0, 1e4, "must lie in 1..10000")?;

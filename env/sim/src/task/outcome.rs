@@ -1,24 +1,24 @@
-//! What a step of a task comes to.
+//! Result of a task step.
 
-/// What a step has led to.
+/// Result of a step.
 #[derive(Clone, Copy, Debug, Default, PartialEq)]
 pub struct Outcome {
-    /// Minus the time integral of the pose error, less penalties.
+    /// Negative time integral of the pose error, minus penalties.
     pub reward: f64,
-    /// The goal was reached, or the object was lost.
+    /// The goal was reached, or the object left the workspace.
     pub terminated: bool,
-    /// The time is up.
+    /// The horizon was reached.
     pub truncated: bool,
     /// The goal was reached.
     pub success: bool,
-    /// The object left the arena, or went too fast.
+    /// The object left the workspace or exceeded a speed limit.
     pub lost: bool,
     /// The object touched an obstacle.
     pub touched: bool,
     /// Distance to the goal, or from the path, m.
     pub distance: f64,
-    /// Heading less goal heading, rad, in (−π, π].
+    /// Heading minus goal heading, rad, in (−π, π].
     pub heading_error: f64,
-    /// Share of the path that lies behind it; 0 without a path.
+    /// Completed fraction of the path; 0 without a path.
     pub progress: f64,
 }

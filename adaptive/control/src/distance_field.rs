@@ -1,0 +1,190 @@
+//! Distance field to a goal pose among obstacles.
+//!
+//! Dijkstra's algorithm over a grid of poses with steps in eight directions and turns. Without obstacles the path length
+//! has a closed form. The field stores the difference to it, the detour, which is exactly zero far from obstacles.
+
+use std::cmp::Reverse;
+use std::collections::BinaryHeap;
+use std::f64::consts::{SQRT_2, TAU};
+
+use rayon::prelude::*;
+
+/// Side of a cell, m.
+const CELL_M: f64 = 0.06;
+/// Number of headings.
+const HEADINGS: usize = 48;
+/// Angle between two headings, rad.
+const HEADING_STEP_RAD: f64 = TAU / HEADINGS as f64;
+/// Factor on the cost of moves at blocked poses. A finite factor makes the field decrease towards free poses.
+const BLOCKED_COST_FACTOR: f64 = 12.0;
+
+/// Detours on a grid of poses: path lengths to the goal minus those without obstacles.
+#[derive(Clone, Debug)]
+pub(crate) struct DistanceField {
+    low: [f64; 2],
+    size: [usize; 2],
+    /// Detours, m. The column index varies fastest, then row, then heading.
+    detour: Vec<f32>,
+}
+
+impl DistanceField {
+    /// The field for a goal within bounds `[[x, y], [x, y]]`, m. `turn_cost` is the cost of a turn, m/rad, and
+    /// `is_free_pose` tests a pose for collisions.
+    pub fn new(
+        goal: [f64; 3],
+        [low, high]: [[f64; 2]; 2],
+        turn_cost: f64,
+        is_free_pose: impl Fn([f64; 3]) -> bool + Sync,
+    ) -> Self {
+        let size = [0, 1].map(|k| ((high[k] - low[k]) / CELL_M).ceil() as usize + 2);
+        let mut field = Self { low, size, detour: vec![] };
+        let cells = size[0] * size[1] * HEADINGS;
+        let is_free: Vec<bool> =
+            (0..cells).into_par_iter().map(|cell| is_free_pose(field.pose(cell))).collect();
+        let start = field.cell(goal);
+        let lengths = field.path_lengths(start, turn_cost, &is_free);
+        let detour =
+            |(cell, length): (usize, f32)| (length - field.free_length(cell, start, turn_cost)).max(0.0);
+        field.detour = lengths.into_iter().enumerate().map(detour).collect();
+        field
+    }
+
+    /// Path lengths from all cells to `start`.
+    fn path_lengths(&self, start: usize, turn_cost: f64, is_free: &[bool]) -> Vec<f32> {
+        let mut lengths = vec![f32::INFINITY; is_free.len()];
+        let mut queue = BinaryHeap::new();
+        lengths[start] = 0.0;
+        queue.push((Reverse(0u32), start));
+        while let Some((Reverse(bits), cell)) = queue.pop() {
+            // Non-negative floats have the same order as their bits.
+            if f32::from_bits(bits) > lengths[cell] {
+                continue;
+            }
+            self.neighbours(cell, turn_cost, |next, step| {
+                let factor = if is_free[next] && is_free[cell] { 1.0 } else { BLOCKED_COST_FACTOR };
+                let length = lengths[cell] + (step * factor) as f32;
+                if length < lengths[next] {
+                    lengths[next] = length;
+                    queue.push((Reverse(length.to_bits()), next));
+                }
+            });
+        }
+        lengths
+    }
+
+    fn neighbours(&self, cell: usize, turn_cost: f64, mut visit: impl FnMut(usize, f64)) {
+        let (column, row, heading) = self.cell_indices(cell);
+        for (dx, dy, step) in NEIGHBOUR_MOVES {
+            let (Some(x), Some(y)) = (column.checked_add_signed(dx), row.checked_add_signed(dy)) else {
+                continue;
+            };
+            if x < self.size[0] && y < self.size[1] {
+                visit(self.index(x, y, heading), step * CELL_M);
+            }
+        }
+        for turned in [heading + 1, heading + HEADINGS - 1] {
+            visit(self.index(column, row, turned % HEADINGS), turn_cost * HEADING_STEP_RAD);
+        }
+    }
+
+    /// Path length between two cells without obstacles.
+    fn free_length(&self, from: usize, to: usize, turn_cost: f64) -> f32 {
+        let ((a, b, c), (x, y, z)) = (self.cell_indices(from), self.cell_indices(to));
+        let (dx, dy, turns) = (a.abs_diff(x), b.abs_diff(y), c.abs_diff(z));
+        let diagonal = dx.min(dy) as f64 * SQRT_2 + (dx.max(dy) - dx.min(dy)) as f64;
+        (diagonal * CELL_M + turns.min(HEADINGS - turns) as f64 * HEADING_STEP_RAD * turn_cost) as f32
+    }
+
+    /// Detour from a pose, m, by trilinear interpolation.
+    #[inline]
+    pub fn detour(&self, [x, y, theta]: [f64; 3]) -> f64 {
+        let clip = |k: usize, value: f64| {
+            ((value - self.low[k]) / CELL_M).clamp(0.0, (self.size[k] - 1) as f64 - 1e-9)
+        };
+        let (gx, gy) = (clip(0, x), clip(1, y));
+        let turn = theta * (1.0 / HEADING_STEP_RAD);
+        let floor = turn.floor();
+        let below = (floor as i64).rem_euclid(HEADINGS as i64) as usize;
+        let (cx, cy) = (gx as usize, gy as usize);
+        let (sx, sy, st) = (gx - cx as f64, gy - cy as f64, turn - floor);
+        let value = |dx: usize, dy: usize, heading: usize| {
+            f64::from(self.detour.get(self.index(cx + dx, cy + dy, heading)).copied().unwrap_or(0.0))
+        };
+        let plane = |heading: usize| {
+            let low = value(0, 0, heading) * (1.0 - sx) + value(1, 0, heading) * sx;
+            let high = value(0, 1, heading) * (1.0 - sx) + value(1, 1, heading) * sx;
+            low * (1.0 - sy) + high * sy
+        };
+        plane(below) * (1.0 - st) + plane((below + 1) % HEADINGS) * st
+    }
+
+    fn index(&self, column: usize, row: usize, heading: usize) -> usize {
+        (heading * self.size[1] + row) * self.size[0] + column
+    }
+
+    fn cell_indices(&self, cell: usize) -> (usize, usize, usize) {
+        let plane = self.size[0] * self.size[1];
+        (cell % self.size[0], cell % plane / self.size[0], cell / plane)
+    }
+
+    fn pose(&self, cell: usize) -> [f64; 3] {
+        let (column, row, heading) = self.cell_indices(cell);
+        [
+            self.low[0] + column as f64 * CELL_M,
+            self.low[1] + row as f64 * CELL_M,
+            heading as f64 * HEADING_STEP_RAD,
+        ]
+    }
+
+    fn cell(&self, [x, y, theta]: [f64; 3]) -> usize {
+        let near = |k: usize, value: f64| {
+            ((value - self.low[k]) / CELL_M).round().clamp(0.0, (self.size[k] - 1) as f64) as usize
+        };
+        let heading = ((theta / HEADING_STEP_RAD).round() as i64).rem_euclid(HEADINGS as i64) as usize;
+        self.index(near(0, x), near(1, y), heading)
+    }
+}
+
+const NEIGHBOUR_MOVES: [(isize, isize, f64); 8] = [
+    (1, 0, 1.0),
+    (-1, 0, 1.0),
+    (0, 1, 1.0),
+    (0, -1, 1.0),
+    (1, 1, SQRT_2),
+    (1, -1, SQRT_2),
+    (-1, 1, SQRT_2),
+    (-1, -1, SQRT_2),
+];
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    const BOUNDS: [[f64; 2]; 2] = [[-2.0, -2.0], [2.0, 2.0]];
+
+    #[test]
+    fn without_obstacles_there_is_no_detour() {
+        let field = DistanceField::new([1.0, 0.5, 0.3], BOUNDS, 0.3, |_| true);
+        assert!(field.detour.iter().all(|e| *e < 1e-4));
+    }
+
+    #[test]
+    fn detours_lead_around_walls_and_out_of_corridors_too_narrow_to_turn() {
+        // A wall, and a strip behind it in which only some headings are free.
+        let is_free_pose = |[x, y, theta]: [f64; 3]| {
+            let wall = x.abs() < 0.1 && y < 1.0;
+            let strip = x > 0.5 && (theta.sin().abs() > 0.3);
+            !wall && !strip
+        };
+        let field = DistanceField::new([1.5, 0.0, 0.0], BOUNDS, 0.3, is_free_pose);
+        let around = 2.0 * 1.0f64.hypot(1.5) - 3.0;
+        let detour = field.detour([-1.5, 0.0, 0.0]);
+        assert!((around - 0.1..around + 0.5).contains(&detour), "{detour} {around}");
+        let (left, right) = (field.detour([-1.5, 0.0, 0.3]), field.detour([-1.5, 0.0, -0.3]));
+        assert!((left - right).abs() < 1e-3 && left > 0.3, "both directions are equal: {left} {right}");
+        // At the goal with the opposite heading: leave the strip, turn, and return.
+        let turned = field.detour([1.5, 0.0, 3.1]);
+        assert!((1.6..2.6).contains(&turned), "{turned}");
+        assert!(field.detour([0.3, 0.0, 0.0]) < 1e-3, "no obstacle ahead");
+    }
+}
