@@ -65,7 +65,7 @@ pub(crate) fn competing_models(
             attempts += 1;
             let names = [&*own_name(best, tried), &*effect];
             let experiment = engine.experiment(names, [best, tried], &best.fit.channels, watch)?;
-            if let Some(experiment) = experiment.filter(Experiment::tells) {
+            if let Some(experiment) = experiment.filter(Experiment::is_informative) {
                 text.clone_from(&experiment.sentence);
                 competing_models.experiments.push(experiment);
             }

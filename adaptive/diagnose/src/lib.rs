@@ -6,16 +6,19 @@
 //! support. The answer has the format `trundle-diagnosis/1`.
 
 mod answer;
+mod best_subset;
 pub mod black_box;
+mod block_bootstrap;
 mod candidates;
 mod competing_models;
 mod contact_candidates;
 mod cross_validation;
 pub mod design;
 mod discrepancy;
+mod effect_report;
+mod eligibility;
 mod engine;
-mod enough;
-mod ground;
+mod fit_check;
 mod lack_of_fit;
 mod linear_model;
 mod locate;

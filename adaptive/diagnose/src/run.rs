@@ -1,10 +1,11 @@
 //! A diagnosis from start to end.
 
-use crate::adequacy::Remainder;
-use crate::answer::{Answer, Figures, Mismatch, Nominal, Pair, Place, Remaining, Verdict};
+use crate::answer::{Answer, BeforeAfter, ErrorMetrics, Mismatch, Nominal, Place, ResidualSummary, Verdict};
+use crate::competing_models::competing_models;
 use crate::discrepancy::input_descriptions;
-use crate::engine::{Engine, Own, Tried};
-use crate::enough::enough;
+use crate::effect_report::{effect_probability, reported_effect};
+use crate::engine::{Engine, FittedModel, Own};
+use crate::lack_of_fit::LackOfFit;
 use crate::locate::Located;
 use crate::periods;
 use crate::platt::calibrated;
@@ -16,7 +17,7 @@ use crate::selection::{Selection, Selector};
 use crate::series::{self, Series};
 use crate::thresholds::max_given_cost;
 use crate::units;
-use crate::verdict::{Choice, Judge, Named, judge, likeness};
+use crate::verdict::{NamedModel, right_law_probability, verdict as verdict_of};
 use crate::warnings::warnings;
 use std::collections::{BTreeMap, BTreeSet};
 use trundle_infer::{Fit, InferError, Watch, unjudged};
@@ -290,7 +291,7 @@ fn report(engine: &dyn Engine, decision: Decision, watch: &dyn Watch) -> Result<
             .map(|(n, _)| n)
             .collect(),
         quasi_static: quasi,
-        unnamed: filled.as_ref().map_or(vec![], |filled| input_descriptions(&filled.fit)),
+        unnamed: with_discrepancy.as_ref().map_or(vec![], |model| input_descriptions(&model.fit)),
         noise: series::Noise {
             pose: if quasi { data.noise.pose } else { after.fit.channels.pose },
             force: after.fit.channels.reading[0],

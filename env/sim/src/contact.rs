@@ -1,7 +1,7 @@
 //! Rollouts of an object among known obstacles, and distances to obstacles.
 
 use crate::{HybridStepper, SimError};
-use trundle_model::{Body, StepInput, Fixture, Model, ModelInstance, State, StepError, Stepper};
+use trundle_model::{Body, Fixture, Model, ModelInstance, State, StepError, StepInput, Stepper};
 
 /// Distance to an obstacle below which the engine takes over, m.
 pub(crate) const ENGINE_MARGIN_M: f64 = 0.02;

@@ -67,7 +67,8 @@ impl EpisodeSetup<'_> {
             return Err(SimError::value("unnamed.axes", "reading", remedy));
         }
         let instrumented = self.model.resolved()?;
-        let mut stepper = HybridStepper::new(self.model.clone().without_instruments(), self.obstacles.to_vec())?;
+        let mut stepper =
+            HybridStepper::new(self.model.clone().without_instruments(), self.obstacles.to_vec())?;
         stepper.precompute_step(self.step);
         stepper.set_state(State::at_rest(push.start).with_inner(inner));
         let body = &self.model.body;

@@ -7,17 +7,17 @@ use super::rollout::Rollout;
 use super::simulator::BlackBox;
 use super::view::{LinearisedView, starts_from_prior};
 use super::windows::windows;
-use crate::adequacy::{Remainder, best_walk};
 use crate::answer::{Channels, Parameter};
+use crate::block_bootstrap::PredictedSamples;
 use crate::candidates::candidates;
-use crate::confirm::Samples;
 use crate::design::{Certificate, Experiment};
-use crate::engine::{Effort, Engine, Job, Look, REFIT_STEPS, Tried, needs_courses};
-use crate::enough::enough;
+use crate::engine::{Effort, Engine, FittedModel, Inspector, Job, MAX_REFIT_STEPS, needs_courses};
+use crate::lack_of_fit::{LackOfFit, best_random_walk};
 use crate::locate::Located;
-use crate::outlook::Outlook;
+use crate::predictive_check::PredictiveCheck;
+use crate::pushing_time::require_pushing_time;
 use crate::screen::Start;
-use crate::series::{Missing, Wrench};
+use crate::series::{MissingWrenches, Wrench};
 use nalgebra::DVector;
 use std::collections::BTreeMap;
 use std::sync::Arc;
@@ -64,7 +64,7 @@ impl<'a> BlackBoxEngine<'a> {
         seed: u64,
         watch: &'a dyn Watch,
     ) -> Result<Self, InferError> {
-        enough(data)?;
+        require_pushing_time(data)?;
         if quasi_static(data) {
             return Err(InferError::NoData {
                 recording: data.name.clone(),
@@ -83,13 +83,13 @@ impl<'a> BlackBoxEngine<'a> {
     }
 
     /// Linearised likelihood that belongs to a model.
-    pub(super) fn likelihood_of<'t>(&'t self, tried: &'t Tried) -> &'t Arc<PathLikelihood> {
+    pub(super) fn likelihood_of<'t>(&'t self, tried: &'t FittedModel) -> &'t Arc<PathLikelihood> {
         tried.basis.as_ref().map_or(&self.likelihood, |basis| &basis.likelihood)
     }
 
     /// Linearised likelihood of a model that also counts the uncertainty of its laws' wrenches along the measured
     /// motion.
-    pub(super) fn with_law_uncertainty(&self, tried: &Tried) -> Result<PathLikelihood, InferError> {
+    pub(super) fn with_law_uncertainty(&self, tried: &FittedModel) -> Result<PathLikelihood, InferError> {
         let likelihood = self.likelihood_of(tried);
         if !has_laws_on_object(&tried.fit.model) {
             return Ok((**likelihood).clone());
@@ -97,18 +97,26 @@ impl<'a> BlackBoxEngine<'a> {
         Ok(likelihood.with_law_uncertainty(&plant(tried)?, &likelihood.parameter_values(&tried.fit)))
     }
 
-    pub(super) fn simulator_values(&self, tried: &Tried) -> Vec<f64> {
+    pub(super) fn simulator_values(&self, tried: &FittedModel) -> Vec<f64> {
         self.likelihood_of(tried).parameter_values(&tried.fit)
     }
 
-    pub(super) fn rollout<'s>(&'s self, tried: &Tried, values: &'s [f64]) -> Result<Rollout<'s>, InferError> {
+    pub(super) fn rollout<'s>(
+        &'s self,
+        tried: &FittedModel,
+        values: &'s [f64],
+    ) -> Result<Rollout<'s>, InferError> {
         let plant = plant(tried)?;
         // Only the calling thread may poll the watch. Work on other threads polls it between its parts.
         let watch = if rayon::current_thread_index().is_some() { &Quiet } else { self.watch };
         Ok(Rollout { simulator: self.simulator, values, plant, data: self.data, watch })
     }
 
-    pub(super) fn residuals(&self, tried: &Tried, channels: Noise) -> Result<Vec<Vec<Residual>>, InferError> {
+    pub(super) fn residuals(
+        &self,
+        tried: &FittedModel,
+        channels: Noise,
+    ) -> Result<Vec<Vec<Residual>>, InferError> {
         let plant = plant(tried)?;
         Ok(self.with_law_uncertainty(tried)?.residuals(&plant, &self.simulator_values(tried), channels))
     }
@@ -137,25 +145,25 @@ impl Engine for BlackBoxEngine<'_> {
         known.into_iter().chain(wheel).filter(can_be_added).collect()
     }
 
-    fn base(&self, seed: u64, watch: &dyn Watch) -> Result<Tried, InferError> {
+    fn base(&self, seed: u64, watch: &dyn Watch) -> Result<FittedModel, InferError> {
         let options = FitOptions { starts: 0, seed, from_afar: false, ..FitOptions::default() };
         let start: Vec<f64> =
             std::iter::once(self.bare.body.mass).chain(self.likelihood.values.iter().copied()).collect();
         let fit = fit(&*self.likelihood, &self.bare, &[start], &options, watch)?;
         let values = self.likelihood.parameter_values(&fit);
         let basis = Basis { likelihood: self.likelihood.clone(), parameters: values, is_biased: true };
-        Ok(Tried::new(vec![], fit, Some(basis)))
+        Ok(FittedModel::new(vec![], fit, Some(basis)))
     }
 
     /// If an effect is missing, it biases the refitted parameters of the simulator. Laws are therefore screened
     /// around parameters that are fitted together with a random-walk wrench.
-    fn upon<'b>(
+    fn for_added_effects<'b>(
         &'b self,
-        _: &Tried,
-        before: Option<Remainder>,
+        _: &FittedModel,
+        before: Option<LackOfFit>,
         watch: &dyn Watch,
     ) -> Result<Box<dyn Engine + 'b>, InferError> {
-        let Some(before) = before.filter(|left| left.matters(self.observations())) else {
+        let Some(before) = before.filter(|left| left.is_significant(self.observations())) else {
             return Ok(Box::new(self.clone()));
         };
         let (from, bare) = (&self.likelihood.values, &self.bare);
@@ -169,7 +177,12 @@ impl Engine for BlackBoxEngine<'_> {
         Some(Box::new(self.clone()))
     }
 
-    fn look(&self, from: &Tried, kinds: &[Kind], at: &mut Look<'_>) -> Result<bool, InferError> {
+    fn inspect(
+        &self,
+        from: &FittedModel,
+        kinds: &[Kind],
+        at: &mut Inspector<'_>,
+    ) -> Result<bool, InferError> {
         let is_biased = from.basis.as_ref().is_none_or(|basis| basis.is_biased);
         let (likelihood, values) = if is_biased {
             ((*self.likelihood).clone(), self.likelihood.values.clone())
@@ -177,7 +190,7 @@ impl Engine for BlackBoxEngine<'_> {
             (self.with_law_uncertainty(from)?, self.simulator_values(from))
         };
         let residual = DVector::from_vec(likelihood.innovations(&plant(from)?, &values));
-        let courses = match self.remainder(from)? {
+        let courses = match self.lack_of_fit(from)? {
             Some(left) if needs_courses(kinds) => self.residuals(from, left.channels)?,
             _ => vec![],
         };
@@ -185,30 +198,30 @@ impl Engine for BlackBoxEngine<'_> {
         Ok(true)
     }
 
-    fn elsewhere(&self, kind: Kind, from: &Tried, seed: u64) -> Vec<Start> {
+    fn extra_starts(&self, kind: Kind, from: &FittedModel, seed: u64) -> Vec<Start> {
         starts_from_prior(&self.bare, kind, &from.fit.values, seed)
     }
 
-    fn fit(&self, job: Job, effort: Effort, seed: u64, watch: &dyn Watch) -> Result<Tried, InferError> {
+    fn fit(&self, job: Job, effort: Effort, seed: u64, watch: &dyn Watch) -> Result<FittedModel, InferError> {
         self.fit_laws(job, effort, seed, watch)
     }
 
     fn refitted(
         &self,
-        tried: &Tried,
+        tried: &FittedModel,
         model: &Model,
         keep: &dyn Fn(usize) -> bool,
         watch: &dyn Watch,
-    ) -> Result<Tried, InferError> {
+    ) -> Result<FittedModel, InferError> {
         let options =
-            FitOptions { starts: 0, from_afar: false, near: Some(REFIT_STEPS), ..FitOptions::default() };
+            FitOptions { starts: 0, from_afar: false, near: Some(MAX_REFIT_STEPS), ..FitOptions::default() };
         let likelihood = self.with_law_uncertainty(tried)?.only(keep);
         let model = &Model { mass: model.mass.and(tried.fit.model.mass), ..model.clone() };
         let at: Vec<f64> = tried.fit.values.iter().copied().chain(self.simulator_values(tried)).collect();
-        Ok(Tried { fit: fit(&likelihood, model, &[at], &options, watch)?, ..tried.clone() })
+        Ok(FittedModel { fit: fit(&likelihood, model, &[at], &options, watch)?, ..tried.clone() })
     }
 
-    fn given(&self, watch: &dyn Watch) -> Result<Option<Tried>, InferError> {
+    fn given(&self, watch: &dyn Watch) -> Result<Option<FittedModel>, InferError> {
         if !self.simulator.given {
             return Ok(None);
         }
@@ -221,16 +234,16 @@ impl Engine for BlackBoxEngine<'_> {
         let fit =
             fit(&likelihood, &self.bare, &[at], &FitOptions { starts: 0, ..FitOptions::default() }, watch)?;
         let basis = Basis { likelihood: Arc::new(likelihood), parameters: start.clone(), is_biased: false };
-        Ok(Some(Tried::new(vec![], fit, Some(basis))))
+        Ok(Some(FittedModel::new(vec![], fit, Some(basis))))
     }
 
-    fn given_values(&self, given: Option<&Tried>) -> BTreeMap<String, f64> {
+    fn given_values(&self, given: Option<&FittedModel>) -> BTreeMap<String, f64> {
         let pairs = self.simulator.parameters.iter().zip(&self.simulator.start);
         let reported = pairs.filter(|(p, _)| given.is_some() || p.value.is_some());
         reported.map(|(p, v)| (p.name.clone(), *v)).collect()
     }
 
-    fn remainder(&self, tried: &Tried) -> Result<Option<Remainder>, InferError> {
+    fn lack_of_fit(&self, tried: &FittedModel) -> Result<Option<LackOfFit>, InferError> {
         let (likelihood, sim_values) = (self.with_law_uncertainty(tried)?, self.simulator_values(tried));
         let Fit { model, values, .. } = &tried.fit;
         let innovations = likelihood.innovations(&model.plant(values)?, &sim_values);
@@ -238,24 +251,28 @@ impl Engine for BlackBoxEngine<'_> {
         let excess = 0.5 * (innovations.iter().map(|e| e * e).sum::<f64>() - directions as f64).max(0.0);
         let at: Vec<f64> = values.iter().copied().chain(sim_values).collect();
         let cost = |channels: Noise| likelihood.with_channels(channels).cost(model, &at);
-        best_walk(likelihood.channels, model.body.gyration, excess, cost).map(Some)
+        best_random_walk(likelihood.channels, model.body.gyration, excess, cost).map(Some)
     }
 
-    fn predicted(&self, tried: &Tried, keep: &dyn Fn(usize) -> bool) -> Result<Samples, InferError> {
+    fn predicted(
+        &self,
+        tried: &FittedModel,
+        keep: &dyn Fn(usize) -> bool,
+    ) -> Result<PredictedSamples, InferError> {
         Ok(self
             .with_law_uncertainty(tried)?
             .only(keep)
             .predicted(&plant(tried)?, &self.simulator_values(tried)))
     }
 
-    fn located(&self, tried: &Tried, left: Option<Remainder>) -> Result<Located, InferError> {
+    fn located(&self, tried: &FittedModel, left: Option<LackOfFit>) -> Result<Located, InferError> {
         let Some(left) = left else { return Ok(Located::default()) };
         let residuals = self.residuals(tried, left.channels)?;
         let found = windows(&residuals, self.likelihood_of(tried));
         Ok(Located::from_residuals(&residuals, found, &self.bare.body))
     }
 
-    fn channels(&self, tried: &Tried) -> Result<Channels, InferError> {
+    fn channels(&self, tried: &FittedModel) -> Result<Channels, InferError> {
         let plant = plant(tried)?;
         let mut sum = [0.0; 3];
         let innovations = self.likelihood_of(tried).innovations(&plant, &self.simulator_values(tried));
@@ -267,57 +284,75 @@ impl Engine for BlackBoxEngine<'_> {
         Ok(Channels { x, y, theta })
     }
 
-    fn outlook(&self, tried: &Tried) -> Result<Outlook, InferError> {
+    fn predictive_check(&self, tried: &FittedModel) -> Result<PredictiveCheck, InferError> {
         self.predictions(tried)
     }
 
-    fn score(&self, tried: &Tried, beside: &Tried, episodes: &[Prepared]) -> Result<Score, InferError> {
+    fn score(
+        &self,
+        tried: &FittedModel,
+        beside: &FittedModel,
+        episodes: &[Prepared],
+    ) -> Result<Score, InferError> {
         let settling = unjudged(&beside.fit.model).max(unjudged(&tried.fit.model));
         self.rollout(tried, &self.simulator_values(tried))?.score(episodes, settling)
     }
 
-    fn open_loop(&self, tried: &Tried, episode: &Prepared) -> Result<Option<Vec<[f64; 3]>>, InferError> {
+    fn open_loop(
+        &self,
+        tried: &FittedModel,
+        episode: &Prepared,
+    ) -> Result<Option<Vec<[f64; 3]>>, InferError> {
         let values = self.simulator_values(tried);
         let rollout = self.rollout(tried, &values)?;
         rollout.open_loop(&rollout.episode_states(episode)?).map(Some)
     }
 
-    fn missing(&self, tried: &Tried, left: Option<Remainder>) -> Result<Missing, InferError> {
+    fn missing_wrenches(
+        &self,
+        tried: &FittedModel,
+        left: Option<LackOfFit>,
+    ) -> Result<MissingWrenches, InferError> {
         let training = left.map(|left| self.residuals(tried, left.channels)).transpose()?;
-        Ok(Missing { training, held_out: None })
+        Ok(MissingWrenches { training, held_out: None })
     }
 
-    fn wrenches(&self, _: &Prepared, _: [&Tried; 2]) -> Result<Option<Wrench>, InferError> {
+    fn wrenches(&self, _: &Prepared, _: [&FittedModel; 2]) -> Result<Option<Wrench>, InferError> {
         Ok(None)
     }
 
-    fn residual_wrenches(&self, _: &Tried) -> Result<Option<Vec<[f64; 3]>>, InferError> {
+    fn residual_wrenches(&self, _: &FittedModel) -> Result<Option<Vec<[f64; 3]>>, InferError> {
         Ok(None)
     }
 
-    fn certificate(&self, names: [&str; 2], models: [&Tried; 2]) -> Result<Certificate, InferError> {
+    fn certificate(&self, names: [&str; 2], models: [&FittedModel; 2]) -> Result<Certificate, InferError> {
         self.simulation_certificate(names, models)
     }
 
     fn experiment(
         &self,
         names: [&str; 2],
-        models: [&Tried; 2],
+        models: [&FittedModel; 2],
         noise: &Noise,
         watch: &dyn Watch,
     ) -> Result<Option<Experiment>, InferError> {
         self.design_experiment(names, models, noise, watch)
     }
 
-    fn unnamed(&self, _: &Tried, _: Option<Remainder>, _: &dyn Watch) -> Result<Option<Tried>, InferError> {
+    fn discrepancy(
+        &self,
+        _: &FittedModel,
+        _: Option<LackOfFit>,
+        _: &dyn Watch,
+    ) -> Result<Option<FittedModel>, InferError> {
         Ok(None)
     }
 
-    fn likelihood(&self, tried: &Tried) -> Result<Box<dyn Likelihood + '_>, InferError> {
+    fn likelihood(&self, tried: &FittedModel) -> Result<Box<dyn Likelihood + '_>, InferError> {
         Ok(Box::new(self.with_law_uncertainty(tried)?))
     }
 
-    fn parameters(&self, tried: &Tried) -> BTreeMap<String, Parameter> {
+    fn parameters(&self, tried: &FittedModel) -> BTreeMap<String, Parameter> {
         let of_simulator = |e: &&Estimate| self.simulator.parameters.iter().any(|p| p.name == e.name);
         let one = |e: &Estimate| {
             let kept = |value: f64| e.identified.then_some(value);
@@ -329,7 +364,7 @@ impl Engine for BlackBoxEngine<'_> {
 
     /// `model.toml` with the posterior of the laws' parameters. The simulator's parameters do not belong to the
     /// model.
-    fn file(&self, tried: &Tried) -> Result<String, InferError> {
+    fn model_toml(&self, tried: &FittedModel) -> Result<String, InferError> {
         let law_innovations = |all: Posterior| {
             let named = |name: &String| self.simulator.parameters.iter().all(|p| p.name != *name);
             let kept: Vec<usize> = (0..all.names.len()).filter(|&k| named(&all.names[k])).collect();
@@ -345,7 +380,7 @@ impl Engine for BlackBoxEngine<'_> {
 }
 
 /// Plant with the laws of a model.
-pub(super) fn plant(tried: &Tried) -> Result<Plant<f64>, InferError> {
+pub(super) fn plant(tried: &FittedModel) -> Result<Plant<f64>, InferError> {
     Ok(tried.fit.model.plant(&tried.fit.values)?)
 }
 

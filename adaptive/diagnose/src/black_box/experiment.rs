@@ -12,7 +12,7 @@ use super::path::Path;
 use crate::design::{
     CompetingModel, Experiment, Limits, PosePredictor, Setup, experiment, misfit_after_refit, verify,
 };
-use crate::engine::{Effort, Engine, Job, Own, Tried};
+use crate::engine::{Effort, Engine, FittedModel, Job, Own};
 use trundle_infer::{Channels, InferError, Watch};
 use trundle_record::{Noise, Prepared};
 
@@ -22,7 +22,7 @@ impl BlackBoxEngine<'_> {
     pub(super) fn design_experiment(
         &self,
         names: [&str; 2],
-        models: [&Tried; 2],
+        models: [&FittedModel; 2],
         channels: &Channels,
         watch: &dyn Watch,
     ) -> Result<Option<Experiment>, InferError> {
@@ -47,7 +47,7 @@ impl BlackBoxEngine<'_> {
     fn surrogates(
         &self,
         names: [&str; 2],
-        models: [&Tried; 2],
+        models: [&FittedModel; 2],
         watch: &dyn Watch,
     ) -> Result<Option<[CompetingModel; 2]>, InferError> {
         let plant = Own::new(self.data, None)?;
@@ -55,7 +55,7 @@ impl BlackBoxEngine<'_> {
             return Ok(None);
         }
         let base = plant.base(self.seed, watch)?;
-        let one = |tried: &Tried| {
+        let one = |tried: &FittedModel| {
             let effects = tried.fit.model.effects.iter();
             let values = effects.flat_map(|effect| effect.values.iter().map(|value| value.unwrap_or(0.0)));
             let start = base.fit.values.iter().copied().chain(values).collect();
@@ -73,16 +73,21 @@ impl BlackBoxEngine<'_> {
     }
 
     /// Simulated poses of an episode that was not recorded.
-    fn simulated_poses(&self, tried: &Tried, episode: &Prepared) -> Result<Vec<[f64; 3]>, InferError> {
+    fn simulated_poses(&self, tried: &FittedModel, episode: &Prepared) -> Result<Vec<[f64; 3]>, InferError> {
         let values = self.simulator_values(tried);
         let rollout = self.rollout(tried, &values)?;
         rollout.open_loop(&rollout.without_poses(episode))
     }
 
     /// Lack of fit of the second model to an episode of the first after a refit, less that of the first model, nats.
-    fn separation(&self, models: [&Tried; 2], episode: &Prepared, noise: &Noise) -> Result<f64, InferError> {
+    fn separation(
+        &self,
+        models: [&FittedModel; 2],
+        episode: &Prepared,
+        noise: &Noise,
+    ) -> Result<f64, InferError> {
         let path = Path::new(episode, noise)?;
-        let lack_of_fit = |tried: &Tried| -> Result<f64, InferError> {
+        let lack_of_fit = |tried: &FittedModel| -> Result<f64, InferError> {
             let (values, plant) = (self.simulator_values(tried), plant(tried)?);
             let (channels, paths) = (Channels::of(noise), std::slice::from_ref(&path));
             let mut likelihood =
@@ -91,7 +96,7 @@ impl BlackBoxEngine<'_> {
                 likelihood = likelihood.with_law_uncertainty(&plant, &values);
             }
             let misfit = 0.5 * likelihood.innovations(&plant, &values).iter().map(|e| e * e).sum::<f64>();
-            Ok(misfit_after_refit(&likelihood, &self.free(tried), &tried.fit, misfit)?.unwrap_or(0.0))
+            Ok(misfit_after_refit(&likelihood, &self.free_model(tried), &tried.fit, misfit)?.unwrap_or(0.0))
         };
         let [truth, other] = models;
         Ok((lack_of_fit(other)? - lack_of_fit(truth)?).max(0.0))

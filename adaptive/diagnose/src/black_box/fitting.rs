@@ -2,7 +2,7 @@
 
 use super::engine::{Basis, BlackBoxEngine, has_laws_on_object};
 use super::likelihood::PathLikelihood;
-use crate::engine::{Effort, Job, Tried};
+use crate::engine::{Effort, FittedModel, Job};
 use rayon::prelude::*;
 use std::sync::Arc;
 use trundle_infer::{Fit, FitOptions, InferError, Watch, fit};
@@ -25,7 +25,7 @@ impl BlackBoxEngine<'_> {
         effort: Effort,
         seed: u64,
         watch: &dyn Watch,
-    ) -> Result<Tried, InferError> {
+    ) -> Result<FittedModel, InferError> {
         let mut model = self.bare.clone();
         model.effects.extend(job.added.iter().cloned());
         let near = Some(effort.steps());
@@ -61,7 +61,7 @@ impl BlackBoxEngine<'_> {
             found = fit_at_linearisation(&likelihood, &model, &[at], &options, watch)?;
         }
         let parameters = likelihood.parameter_values(&found);
-        Ok(Tried::new(job.added, found, Some(Basis { likelihood, parameters, is_biased: false })))
+        Ok(FittedModel::new(job.added, found, Some(Basis { likelihood, parameters, is_biased: false })))
     }
 }
 

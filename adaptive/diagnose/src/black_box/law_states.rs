@@ -10,7 +10,7 @@ use super::path::Path;
 use super::simulator::BlackBox;
 use nalgebra::{DMatrix, DVector};
 use trundle_infer::{Channels, InferError, SETTLING, StateVector, Watch};
-use trundle_model::{Clock, MAX_INNER_STATES, InnerState, Plant, State};
+use trundle_model::{Clock, InnerState, MAX_INNER_STATES, Plant, State};
 use trundle_record::{Motion, Noise, Prepared};
 
 /// Maximum number of Gauss–Newton steps, and the gain of a step below which they have converged, nats.

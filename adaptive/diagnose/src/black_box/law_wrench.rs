@@ -74,7 +74,8 @@ fn wrenches_on_object(
         let wrench = |QuadratureNode { state, weight }: &QuadratureNode| {
             let twist = [0, 1, 2].map(|k| state.twist[k] + point[k] * interval.twist_sd[k]);
             let moved = State { twist, ..*state };
-            Vector3::from(plant.generalised_force(&moved, clock).wrench(to_body(twist, state.pose[2]))) * *weight
+            Vector3::from(plant.generalised_force(&moved, clock).wrench(to_body(twist, state.pose[2])))
+                * *weight
         };
         nodes.iter().map(wrench).sum()
     })

@@ -9,7 +9,7 @@ use super::law_wrench::{has_laws, law_wrench_covariance, mean_law_wrench};
 use super::linearisation::{IntervalMap, defects, linearise};
 use super::path::{Interval, Path};
 use super::simulator::BlackBox;
-use crate::confirm::{Predicted, Samples};
+use crate::block_bootstrap::{PredictedSample, PredictedSamples};
 use nalgebra::{Matrix3, Vector3, Vector6};
 use rayon::prelude::*;
 use trundle_infer::{Channels, Fit, InferError, Watch};
@@ -261,7 +261,7 @@ impl PathLikelihood {
     }
 
     /// Prediction of each interval.
-    pub fn predicted(&self, plant: &Plant<f64>, sim_values: &[f64]) -> Samples {
+    pub fn predicted(&self, plant: &Plant<f64>, sim_values: &[f64]) -> PredictedSamples {
         let initial = self.initial_states(plant, sim_values);
         let innovations = self.innovations_from(plant, sim_values, &initial);
         let mut remaining = innovations.as_slice();
@@ -269,7 +269,7 @@ impl PathLikelihood {
         for ((path, gains), start) in self.paths.iter().zip(&self.gains).zip(&initial) {
             let (innovations_here, others) = remaining.split_at(3 * path.intervals.len());
             let share = (gains.normaliser + start.laplace_cost) / path.intervals.len() as f64;
-            let one = |e: &[f64; 3]| Predicted {
+            let one = |e: &[f64; 3]| PredictedSample {
                 cost: share + 0.5 * e.iter().map(|e| e * e).sum::<f64>(),
                 residual: *e,
             };

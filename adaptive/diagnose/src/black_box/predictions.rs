@@ -3,8 +3,8 @@
 use super::engine::BlackBoxEngine;
 use super::gains::WindowPrediction;
 use crate::design::{Certificate, OPEN_LOOP_NOISE_FACTOR, SimulatedPair, certificate_from_simulations};
-use crate::engine::{Engine, Tried};
-use crate::outlook::{End, Outlook};
+use crate::engine::{Engine, FittedModel};
+use crate::predictive_check::{PredictiveCheck, WindowEnd};
 use nalgebra::Vector3;
 use trundle_infer::{InferError, unjudged};
 
@@ -14,7 +14,7 @@ const WINDOW_S: f64 = 1.0;
 impl BlackBoxEngine<'_> {
     /// Errors of one-second predictions. The simulator predicts; the covariance of the error follows from its
     /// linearisation and the noise of the instruments.
-    pub(super) fn predictions(&self, tried: &Tried) -> Result<Outlook, InferError> {
+    pub(super) fn predictions(&self, tried: &FittedModel) -> Result<PredictiveCheck, InferError> {
         let (likelihood, dof, values) =
             (self.likelihood_of(tried), self.data.dof, self.simulator_values(tried));
         let (rollout, settling) = (self.rollout(tried, &values)?, unjudged(&tried.fit.model));
@@ -37,10 +37,10 @@ impl BlackBoxEngine<'_> {
                 let whitened: Vector3<f64> =
                     root.l().solve_lower_triangular(&Vector3::from(error)).unwrap_or_default();
                 let motion = [0, 1, 2].map(|k| to.measured[k] - from.measured[k]);
-                ends.push(End { error: free(error), whitened: free(whitened.into()), motion });
+                ends.push(WindowEnd { error: free(error), whitened: free(whitened.into()), motion });
             }
         }
-        Ok(Outlook::over(ends.into_iter(), dof, self.bare.body.gyration))
+        Ok(PredictiveCheck::from_windows(ends.into_iter(), dof, self.bare.body.gyration))
     }
 
     /// Certificate of two models from their open-loop simulations, compared with the effect of the instruments'
@@ -48,7 +48,7 @@ impl BlackBoxEngine<'_> {
     pub(super) fn simulation_certificate(
         &self,
         names: [&str; 2],
-        models: [&Tried; 2],
+        models: [&FittedModel; 2],
     ) -> Result<Certificate, InferError> {
         let uncorrected = self
             .with_law_uncertainty(models[0])?

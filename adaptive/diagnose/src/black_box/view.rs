@@ -17,7 +17,7 @@ pub(super) struct LinearisedView {
     pub residual: DVector<f64>,
 }
 
-impl View for LinearisedView {
+impl Linearisation for LinearisedView {
     fn residual(&self) -> DVector<f64> {
         self.residual.clone()
     }
@@ -42,7 +42,7 @@ impl View for LinearisedView {
         Ok((DMatrix::from_columns(&columns), slots))
     }
 
-    fn slopes(&self, model: &Model, values: &[f64], free: &[usize]) -> Result<DMatrix<f64>, InferError> {
+    fn derivatives(&self, model: &Model, values: &[f64], free: &[usize]) -> Result<DMatrix<f64>, InferError> {
         let values: Vec<f64> = values.iter().chain(&self.sim_values).copied().collect();
         self.likelihood.jacobian(model, &values, free)
     }

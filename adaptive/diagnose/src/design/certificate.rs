@@ -136,7 +136,7 @@ pub(crate) fn certificate_from_simulations(
 }
 
 fn conclude(found: Certificate, names: [&str; 2], difference: f64) -> Certificate {
-    let same = difference.abs() < TIE && found.sigmas < MAX_DIFFERENCE_SD;
+    let same = difference.abs() < MAX_TIE_DIFFERENCE_NATS && found.sigmas < MAX_DIFFERENCE_SD;
     let statement = statement_of(names, &found, difference, same);
     Certificate {
         models: names.map(str::to_owned),
@@ -195,7 +195,7 @@ fn statement_of([first, second]: [&str; 2], found: &Certificate, difference: f64
         }
         _ => "their predictions cannot be compared".to_owned(),
     };
-    let verdict = match (same, difference.abs() < TIE) {
+    let verdict = match (same, difference.abs() < MAX_TIE_DIFFERENCE_NATS) {
         (true, _) => "indistinguishable within noise",
         (false, true) => "equally likely, but their motions differ",
         (false, false) => "distinguishable",

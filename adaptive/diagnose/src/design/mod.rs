@@ -30,7 +30,7 @@ pub(crate) use verification::verify;
 #[allow(clippy::unwrap_used)]
 mod tests;
 
-use crate::thresholds::SURE;
+use crate::thresholds::MIN_EFFECT_PROBABILITY;
 use instructions::{instructions, rounded};
 use search::{MIN_SEPARATION_NATS, MutualMisfit, PushSearch, Trial};
 use serde::Serialize;
@@ -116,7 +116,8 @@ fn assemble(
     recorded: f64,
 ) -> Experiment {
     let sure = success_probability(separation, recorded, 1);
-    let mut repeats = (1..=MAX_REPEATS).find(|n| success_probability(separation, recorded, *n) >= SURE);
+    let mut repeats =
+        (1..=MAX_REPEATS).find(|n| success_probability(separation, recorded, *n) >= MIN_EFFECT_PROBABILITY);
     if pushes.is_empty() {
         repeats = None;
     }
@@ -127,7 +128,7 @@ fn assemble(
 /// Probability that the true model's posterior probability exceeds [`SURE`] after `n` repetitions, averaged over
 /// which model is true. A log-likelihood ratio with mean `D` under the true model is normal with variance `2 D`.
 fn success_probability([first, second]: [f64; 2], recorded: f64, n: u32) -> f64 {
-    let needed = (SURE / (1.0 - SURE)).ln();
+    let needed = (MIN_EFFECT_PROBABILITY / (1.0 - MIN_EFFECT_PROBABILITY)).ln();
     let one = |separation: f64, prior_ratio: f64| {
         let mean = f64::from(n) * separation;
         let margin = prior_ratio + mean - needed;

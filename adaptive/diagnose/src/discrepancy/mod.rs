@@ -12,7 +12,7 @@ mod tests;
 mod training_set;
 mod validation;
 
-use crate::adequacy::Remainder;
+use crate::lack_of_fit::LackOfFit;
 use rayon::prelude::*;
 use regression::Regression;
 use std::sync::Arc;
@@ -20,7 +20,7 @@ use training_set::TrainingSet;
 use trundle_infer::{
     Channels, Comparison, Fit, FitOptions, InferError, MotionLikelihood, Watch, fit, on_all_cores,
 };
-use trundle_model::{Axes, Input, Model, Discrepancy};
+use trundle_model::{Axes, Discrepancy, Input, Model};
 use trundle_record::Dataset;
 use validation::Validation;
 
@@ -68,7 +68,7 @@ pub(crate) fn fit_discrepancy(
     (data, nominal): (&Dataset, &Model),
     comparison: &Comparison,
     fit: &Fit,
-    left: Option<Remainder>,
+    left: Option<LackOfFit>,
     watch: &dyn Watch,
 ) -> Result<Option<Fit>, InferError> {
     let (Comparison::Motion(motion), Some(left)) = (comparison, left) else { return Ok(None) };
@@ -146,7 +146,12 @@ fn simplest(
 
 /// Descriptions of the inputs of a model's discrepancy wrench, for the report.
 pub(crate) fn input_descriptions(fit: &Fit) -> Vec<&'static str> {
-    fit.model.discrepancy.iter().flat_map(|unnamed| &unnamed.inputs).map(|input| input.description()).collect()
+    fit.model
+        .discrepancy
+        .iter()
+        .flat_map(|unnamed| &unnamed.inputs)
+        .map(|input| input.description())
+        .collect()
 }
 
 /// The regression whose length scales predict left-out episodes best.

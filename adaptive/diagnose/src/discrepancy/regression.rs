@@ -67,7 +67,7 @@ impl Regression {
     /// The wrench from all episodes, or from all but one.
     pub fn discrepancy(&self, without: Option<usize>) -> Option<Discrepancy> {
         let weights = self.weights(without)?;
-        Some(self.unweighted.weighted(weights.iter().copied()))
+        Some(self.unweighted.with_weights(weights.iter().copied()))
     }
 
     /// The regression with the same length scales, centres and amplitude on episodes that were linearised again.

@@ -1,7 +1,6 @@
 //! Discrepancies outside the catalogue, fitted without a search.
 
 use super::fit_discrepancy;
-use crate::adequacy::remainder;
 use crate::common::{self, World, locked};
 use crate::lack_of_fit::lack_of_fit;
 use trundle_infer::{Comparison, Fit, FitOptions, Quiet, fit, score};
@@ -17,7 +16,7 @@ fn fitted(external: fn(&State<f64>) -> [f64; 3], seed: u64) -> (Dataset, Fit, Op
     let comparison = Comparison::of(&data).unwrap();
     let nominal = Model::nominal(common::table(), None, [true; 3]);
     let before = fit(&comparison, &nominal, &[], &FitOptions::default(), &Quiet).unwrap();
-    let left = remainder(&comparison, &before).unwrap();
+    let left = lack_of_fit(&comparison, &before).unwrap();
     let after = fit_discrepancy((&data, &nominal), &comparison, &before, left, &Quiet).unwrap();
     (data, before, after)
 }

@@ -1,7 +1,7 @@
 //! Inputs of a discrepancy wrench along the training episodes.
 
 use trundle_infer::{Fit, InferError, MotionLikelihood, Residual, Response, Track};
-use trundle_model::{Axes, Input, Discrepancy, to_body, transport};
+use trundle_model::{Axes, Discrepancy, Input, to_body, transport};
 
 /// Maximum number of kernel centres.
 const MAX_CENTRES: usize = 60;
@@ -71,7 +71,9 @@ impl Episode {
     pub fn inputs(&self, of: &Discrepancy) -> Vec<Option<Vec<f64>>> {
         let at = |k: usize| {
             let (step, residual) = (&self.track.steps[k], &self.residuals[k]);
-            step.clock.in_contact().then(|| of.inputs_at(residual.pose, residual.twist, step.reading, step.clock))
+            step.clock
+                .in_contact()
+                .then(|| of.inputs_at(residual.pose, residual.twist, step.reading, step.clock))
         };
         (0..self.track.steps.len().min(self.residuals.len())).map(at).collect()
     }

@@ -1,12 +1,15 @@
-//! What a diagnosis asks of a simulation, whether it is trundle's own plant ([`Own`]) or anyone's function
-//! ([`crate::black_box`]). Search, decision and answer know nothing else of what simulates.
+//! Interface between a diagnosis and a simulation: trundle's own plant ([`Own`]) or a black-box simulator
+//! ([`crate::black_box`]). Search, decision and answer use no other property of the simulation.
 
 mod own;
 
 use crate::answer::{Channels, Parameter};
+use crate::best_subset::{EffectSet, best_sets};
 use crate::black_box::Basis;
-use crate::confirm::Samples;
+use crate::block_bootstrap::PredictedSamples;
+use crate::contact_candidates::contact_candidates;
 use crate::design::{Certificate, Experiment};
+use crate::lack_of_fit::LackOfFit;
 use crate::locate::Located;
 use crate::periods::in_position;
 use crate::predictive_check::PredictiveCheck;

@@ -4,9 +4,9 @@ use super::{Effort, Engine, FittedModel, Inspector, Job, MAX_REFIT_STEPS, needs_
 use crate::answer::{Channels, Parameter};
 use crate::block_bootstrap::{PredictedSamples, predicted_samples};
 use crate::candidates::candidates;
-use crate::confirm::{Samples, predicted};
 use crate::design::{Certificate, CompetingModel, Experiment, Limits, Setup, certificate, experiment};
 use crate::discrepancy::fit_discrepancy;
+use crate::lack_of_fit::{LackOfFit, lack_of_fit, motion_lack_of_fit};
 use crate::locate::{Located, locate, misfit_shares};
 use crate::nominal::{as_given, given_values, parameters, under_test};
 use crate::predictive_check::{PredictiveCheck, predictive_check};
@@ -179,11 +179,11 @@ impl Engine for Own<'_> {
         predicted_samples(&self.comparison.only(keep), &tried.fit)
     }
 
-    fn located(&self, tried: &Tried, left: Option<Remainder>) -> Result<Located, InferError> {
-        locate(&self.comparison, &tried.fit, left, &self.data.training)
+    fn located(&self, tried: &FittedModel, lack: Option<LackOfFit>) -> Result<Located, InferError> {
+        locate(&self.comparison, &tried.fit, lack, &self.data.training)
     }
 
-    fn channels(&self, tried: &Tried) -> Result<Channels, InferError> {
+    fn channels(&self, tried: &FittedModel) -> Result<Channels, InferError> {
         misfit_shares(&self.comparison, &tried.fit)
     }
 
@@ -276,9 +276,9 @@ impl Engine for Own<'_> {
         base: &FittedModel,
         lack: Option<LackOfFit>,
         watch: &dyn Watch,
-    ) -> Result<Option<Tried>, InferError> {
-        let found = fit_discrepancy((self.data, &self.nominal), &self.comparison, &base.fit, left, watch)?;
-        Ok(found.map(|fit| Tried::new(vec![], fit, None)))
+    ) -> Result<Option<FittedModel>, InferError> {
+        let found = fit_discrepancy((self.data, &self.nominal), &self.comparison, &base.fit, lack, watch)?;
+        Ok(found.map(|fit| FittedModel::new(vec![], fit, None)))
     }
 
     fn likelihood(&self, tried: &FittedModel) -> Result<Box<dyn Likelihood + '_>, InferError> {

@@ -124,7 +124,7 @@ impl Located {
         left: LackOfFit,
         episodes: &[Prepared],
     ) -> Result<Self, InferError> {
-        let unbiased = if left.matters(0) { Some(unbiased(motion, left.channels, fit)) } else { None };
+        let unbiased = if left.is_significant(0) { Some(unbiased(motion, left.channels, fit)) } else { None };
         let fit = unbiased.as_ref().unwrap_or(fit);
         let residuals = motion.with_channels(left.channels).residuals(&fit.model, &fit.values)?;
         let Some(residuals) = residuals.as_deref() else { return Ok(Self::default()) };

@@ -3,20 +3,20 @@
 use super::{pushed, under_test, wheeled};
 use crate::black_box::engine::BlackBoxEngine;
 use crate::common::{effect, locked};
-use crate::engine::{Effort, Engine, Job, Tried};
-use crate::screen::Wanted;
+use crate::engine::{Effort, Engine, FittedModel, Job};
+use crate::screen::ScreenOptions;
 use trundle_infer::Quiet;
 use trundle_model::{Effect, Kind, Model};
 use trundle_record::Dataset;
 
 /// Calls `check` with the engine of a recording, its nominal fit, and the engine for effects added to that fit.
-fn with(data: &Dataset, check: impl Fn(&BlackBoxEngine<'_>, &Tried, &dyn Engine)) {
+fn with(data: &Dataset, check: impl Fn(&BlackBoxEngine<'_>, &FittedModel, &dyn Engine)) {
     let simulator = wheeled();
     let black_box = under_test(&simulator, false);
     let engine = BlackBoxEngine::new(data, &black_box, 0, &Quiet).unwrap();
     let base = engine.base(0, &Quiet).unwrap();
-    let before = engine.remainder(&base).unwrap();
-    check(&engine, &base, &*engine.upon(&base, before, &Quiet).unwrap());
+    let before = engine.lack_of_fit(&base).unwrap();
+    check(&engine, &base, &*engine.for_added_effects(&base, before, &Quiet).unwrap());
 }
 
 #[test]
@@ -44,7 +44,7 @@ fn two_hidden_effects_are_screened_together() {
         let job = Job { channels: left.channels, ..from };
         let unbiased = upon.fit(job, Effort::Full, 0, &Quiet).unwrap();
         assert_eq!(unbiased.fit.channels, left.channels);
-        let wanted = Wanted { regions: &[], starts: 2, most: 9, seed: 0 };
+        let wanted = ScreenOptions { regions: &[], starts: 2, most: 9, seed: 0 };
         let sets = upon.sets(&unbiased, &upon.candidates(), &wanted, 4, &Quiet).unwrap();
         let found = sets.iter().any(|set| {
             let mut own: Vec<Kind> = set.effects.iter().map(|e| e.kind).collect();
