@@ -13,7 +13,7 @@ import trundle
 from trundle.cli import main
 from trundle.experiments.training import policy
 from trundle.experiments.training.config import read
-from trundle.experiments.training.frames import from_object
+from trundle.experiments.training.frames import to_object_frame
 from trundle.experiments.training.policy import About, Policy
 
 CONFIGS = sorted((Path(__file__).resolve().parents[2] / "configs" / "rl").glob("*.toml"))
@@ -116,7 +116,7 @@ def test_nothing_changes_for_a_policy_when_the_world_is_turned() -> None:
         moved[:, k : k + 2] = seen[:, k : k + 2] @ rotation.T + shift
     for k in (2, 4, 9, 20):
         moved[:, k : k + 2] = seen[:, k : k + 2] @ rotation.T
-    one, other = (from_object(rows, "trundle/PushAround-v0") for rows in (seen, moved))
+    one, other = (to_object_frame(rows, "trundle/PushAround-v0") for rows in (seen, moved))
     assert np.allclose(one[:, 4:], other[:, 4:])
     assert not np.allclose(one[:, 0:2], other[:, 0:2])
     # The goal where it is looked for: ahead by as much as it is away along the heading; and closely.

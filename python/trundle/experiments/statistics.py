@@ -25,15 +25,15 @@ __all__ = [
     "Share",
     "calibration",
     "difference",
-    "excess",
     "first_reached",
+    "first_sustained",
     "improvement",
     "iqm",
     "median",
     "median_difference",
     "rate",
+    "relative_excess",
     "share",
-    "stays",
 ]
 
 BOOTSTRAP_SAMPLES = 2000
@@ -112,7 +112,7 @@ def median(values: ArrayLike) -> Interval:
     that a median needs to know of them.
     """
     found = np.sort(np.asarray(values, dtype=float))
-    return interval(middle_of(found), middles(found[resampled_seeds(found.size)]))
+    return bootstrap_interval(sorted_median(found), row_medians(found[bootstrap_indices(found.size)]))
 
 
 def median_difference(a: ArrayLike, b: ArrayLike) -> Interval:
@@ -132,7 +132,7 @@ def first_reached(counts: Sequence[int], scores: Sequence[float | None], thresho
     return float(min(reached, default=math.inf))
 
 
-def stays(counts: Sequence[int], scores: Sequence[float | None], threshold: float) -> float:
+def first_sustained(counts: Sequence[int], scores: Sequence[float | None], threshold: float) -> float:
     """Return the least count from which on every score reaches the threshold; infinite if there is none."""
     kept = math.inf
     for n, score in sorted(zip(counts, scores, strict=True), reverse=True):
@@ -142,28 +142,28 @@ def stays(counts: Sequence[int], scores: Sequence[float | None], threshold: floa
     return kept
 
 
-def interval(middle: float, draws: NDArray[np.float64]) -> Interval:
+def bootstrap_interval(middle: float, draws: NDArray[np.float64]) -> Interval:
     """Return the interval of bootstrap draws around a middle."""
     tail = (1 - LEVEL) / 2
     low, high = (float(np.quantile(draws, q, method="closest_observation")) for q in (tail, 1 - tail))
     return Interval(middle, low, high)
 
 
-def resampled_seeds(n: int) -> NDArray[np.int64]:
+def bootstrap_indices(n: int) -> NDArray[np.int64]:
     """Return indices of bootstrap samples (BOOTSTRAP_SAMPLES, n), the same for the same n."""
     return np.sort(np.random.default_rng(0).integers(0, n, size=(BOOTSTRAP_SAMPLES, n)), axis=1)
 
 
-def middles(rows: NDArray[np.float64]) -> NDArray[np.float64]:
+def row_medians(rows: NDArray[np.float64]) -> NDArray[np.float64]:
     """Return the median of each row of sorted values."""
     n = rows.shape[1]
     low, high = rows[:, (n - 1) // 2], rows[:, n // 2]
     return np.where(low == high, high, (low + high) / 2)
 
 
-def middle_of(values: NDArray[np.float64]) -> float:
+def sorted_median(values: NDArray[np.float64]) -> float:
     """Return the median of sorted values, also of infinite ones."""
-    return float(middles(values[None, :])[0])
+    return float(row_medians(values[None, :])[0])
 
 
 @dataclass(frozen=True)
@@ -182,7 +182,7 @@ class Estimate:
 
 def iqm(scores: Scores) -> Estimate:
     """Return the interquartile mean."""
-    return estimated(middle_half, scores)
+    return bootstrap_estimate(interquartile_mean, scores)
 
 
 def rate(outcomes: Scores) -> Estimate:
@@ -192,7 +192,7 @@ def rate(outcomes: Scores) -> Estimate:
     further, its end.
     """
     worlds, runs = outcomes.shape
-    drawn = estimated(mean, outcomes)
+    drawn = bootstrap_estimate(mean, outcomes)
     low, high = Share(round(drawn.value * worlds), worlds).interval
     if runs == 1:
         return Estimate(drawn.value, low, high)
@@ -201,7 +201,7 @@ def rate(outcomes: Scores) -> Estimate:
 
 def difference(a: Scores, b: Scores) -> Estimate:
     """Return by how much the mean of one agent's scores is greater than another's."""
-    return estimated(lambda x, y: mean(x) - mean(y), a, b)
+    return bootstrap_estimate(lambda x, y: mean(x) - mean(y), a, b)
 
 
 def improvement(a: Scores, b: Scores) -> Estimate:
@@ -210,23 +210,23 @@ def improvement(a: Scores, b: Scores) -> Estimate:
     Ties count half.
     """
     gaps = a[:, :, None] - b[:, None, :]
-    return estimated(mean, ((1 + np.sign(gaps)) / 2).reshape(len(a), -1))
+    return bootstrap_estimate(mean, ((1 + np.sign(gaps)) / 2).reshape(len(a), -1))
 
 
-def excess(a: Scores, b: Scores) -> Estimate:
+def relative_excess(a: Scores, b: Scores) -> Estimate:
     """Return by which share the sum of one agent's scores is greater than another's."""
-    return estimated(lambda x, y: (mean(x) - mean(y)) / np.abs(mean(y)), a, b)
+    return bootstrap_estimate(lambda x, y: (mean(x) - mean(y)) / np.abs(mean(y)), a, b)
 
 
-def estimated(figure: Callable[..., Scores], *scores: Scores) -> Estimate:
+def bootstrap_estimate(figure: Callable[..., Scores], *scores: Scores) -> Estimate:
     """Return a figure of scores, whose last axis it takes away, and the interval of its bootstrap draws."""
     value = figure(*(one.reshape(1, -1) for one in scores))[0]
-    drawn = figure(*(resampled(one).reshape(BOOTSTRAP_SAMPLES, -1) for one in scores))
+    drawn = figure(*(bootstrap_samples(one).reshape(BOOTSTRAP_SAMPLES, -1) for one in scores))
     low, high = np.quantile(drawn, [(1 - LEVEL) / 2, (1 + LEVEL) / 2])
     return Estimate(float(value), float(low), float(high))
 
 
-def resampled(scores: Scores) -> Scores:
+def bootstrap_samples(scores: Scores) -> Scores:
     """Return bootstrap samples, shape (draws, worlds, runs): the same worlds for as many of them."""
     worlds, runs = scores.shape
     random = np.random.default_rng(0)
@@ -236,7 +236,7 @@ def resampled(scores: Scores) -> Scores:
     return drawn
 
 
-def middle_half(values: Scores) -> Scores:
+def interquartile_mean(values: Scores) -> Scores:
     """Return the mean of the middle half of the last axis."""
     count = values.shape[-1]
     cut = count // 4

@@ -10,7 +10,7 @@ from pathlib import Path
 import pytest
 
 from trundle.cli import main
-from trundle.experiments.blind.conduct import diagnose_one
+from trundle.experiments.blind.benchmark import diagnose_one
 
 TINY = """
 format = "trundle-proof/1"

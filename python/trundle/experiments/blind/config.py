@@ -6,19 +6,19 @@ from dataclasses import asdict, dataclass, replace
 from pathlib import Path
 from typing import Any
 
-from trundle.experiments.blind.families import CATALOGUE, FAMILIES, FOREIGN
+from trundle.experiments.blind.families import CATALOGUE, FAMILIES, OUT_OF_CATALOGUE
 from trundle.recording import TrundleError
 from trundle.settings import checked, headed
 
 __all__ = ["Settings", "read"]
 
 FORMAT = "trundle-proof/1"
-LATER = {"alike": False, "size": 1.0}
+OPTIONAL_DEFAULTS = {"alike": False, "size": 1.0}
 """Keys that the first proofs did not have, and what these did."""
 
 
 @dataclass(frozen=True)
-class Ranges:
+class SeedRanges:
     """Ranges of seeds.
 
     Attributes
@@ -83,7 +83,11 @@ class Settings:
 
     def plain(self) -> dict[str, Any]:
         """Return it as plain values; what came later only where it says something, so that seals hold."""
-        kept = {name: v for name, v in asdict(self).items() if name not in LATER or v != LATER[name]}
+        kept = {
+            name: v
+            for name, v in asdict(self).items()
+            if name not in OPTIONAL_DEFAULTS or v != OPTIONAL_DEFAULTS[name]
+        }
         return {name: list(v) if isinstance(v, tuple) else v for name, v in kept.items()}
 
     @classmethod
@@ -102,7 +106,7 @@ def read(path: Path, which: str) -> Settings:
         If a key or a family is unknown or missing, or a value is of another type.
     """
     found = headed(path, FORMAT)
-    ranges = checked(path, Ranges, {"ranges": found.pop("ranges", {})}).ranges
+    ranges = checked(path, SeedRanges, {"ranges": found.pop("ranges", {})}).ranges
     if which not in ranges:
         raise TrundleError(f"{path}: [ranges] has no '{which}'; it has {', '.join(ranges) or 'nothing'}")
     for key in ("range", "first"):
@@ -112,12 +116,12 @@ def read(path: Path, which: str) -> Settings:
     settings = checked(path, Settings, told)
     return replace(
         settings,
-        effects=families(path, settings.effects, CATALOGUE),
-        foreign=families(path, settings.foreign, FOREIGN, FAMILIES),
+        effects=resolve_families(path, settings.effects, CATALOGUE),
+        foreign=resolve_families(path, settings.foreign, OUT_OF_CATALOGUE, FAMILIES),
     )
 
 
-def families(
+def resolve_families(
     path: Path, names: tuple[str, ...], known: dict[str, Any], more: dict[str, Any] | None = None
 ) -> tuple[str, ...]:
     """Return names of families, all known ones for "all"; `more` may be named too.

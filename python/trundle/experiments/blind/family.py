@@ -13,7 +13,7 @@ from numpy.typing import NDArray
 
 from trundle.experiments.blind.scene import Scene
 
-__all__ = ["Family", "Hidden", "Hook", "Site", "Values"]
+__all__ = ["EpisodeContext", "Family", "HiddenEffect", "Hook", "Values"]
 
 Floats: TypeAlias = NDArray[np.float64]
 Values: TypeAlias = dict[str, Any]
@@ -21,7 +21,7 @@ Hook: TypeAlias = Callable[[mujoco.MjData], None]
 
 
 @dataclass(frozen=True)
-class Site:
+class EpisodeContext:
     """Where and when something is furnished: a world under construction, of one episode."""
 
     spec: Any
@@ -44,28 +44,28 @@ class Family(ABC):
     """
 
     name: ClassVar[str]
-    foreign: ClassVar[bool] = False
+    out_of_catalogue: ClassVar[bool] = False
     scales: ClassVar[tuple[str, ...]] = ()
 
     @abstractmethod
     def draw(self, rng: np.random.Generator, scene: Scene, paths: Sequence[Floats]) -> Values:
         """Return its sizes and places. `paths` are the poses (n, 3) of each episode without it."""
 
-    def sized(self, values: Values, size: float) -> Values:
+    def scaled(self, values: Values, size: float) -> Values:
         """Return it `size` times as strong."""
         return {**values, **{name: size * values[name] for name in self.scales}}
 
-    def lengthened(self, values: Values, rng: np.random.Generator) -> Values:
+    def extended(self, values: Values, rng: np.random.Generator) -> Values:
         """Return it with values for one more episode, where each has its own."""
         return values
 
-    def furnish(self, site: Site, values: Values) -> None:  # noqa: B027, many put nothing there
+    def add_to_world(self, context: EpisodeContext, values: Values) -> None:  # noqa: B027, many put nothing there
         """Add its bodies, joints, springs and actuators to the world."""
 
-    def hook(self, model: Any, site: Site, values: Values) -> Hook | None:  # noqa: B027, most need none
+    def hook(self, model: Any, context: EpisodeContext, values: Values) -> Hook | None:  # noqa: B027, most need none
         """Return what is done before every step, if anything."""
 
-    def distort(self, seen: Any, site: Site, values: Values) -> Any:
+    def distort(self, seen: Any, context: EpisodeContext, values: Values) -> Any:
         """Return what the instruments make of the motion (`instruments.Seen`)."""
         return seen
 
@@ -79,12 +79,12 @@ class Family(ABC):
 
 
 @dataclass(frozen=True)
-class Hidden:
+class HiddenEffect:
     """A family with its sizes."""
 
     family: Family
     values: Values
 
-    def sized(self, size: float) -> Hidden:
+    def scaled(self, size: float) -> HiddenEffect:
         """Return it `size` times as strong."""
-        return Hidden(self.family, self.family.sized(self.values, size))
+        return HiddenEffect(self.family, self.family.scaled(self.values, size))

@@ -7,14 +7,14 @@ from pathlib import Path
 
 import numpy as np
 
-from trundle.experiments.blind.score import column, gain_share, is_right, said
-from trundle.experiments.paper import style
+from trundle.experiments import figure_style
+from trundle.experiments.blind.score import confusion_label, is_right, named_probabilities, relative_gain
 from trundle.experiments.results import Row
 from trundle.experiments.statistics import Share, calibration, share
 
-__all__ = ["confusion", "gains", "limits", "reliability"]
+__all__ = ["confusion", "detection_limits", "gains", "reliability_diagram"]
 
-BLUE = style.COLOURS["pbr"]
+BLUE = figure_style.COLOURS["pbr"]
 
 
 def confusion(path: Path, rows: Sequence[Row]) -> None:
@@ -22,14 +22,17 @@ def confusion(path: Path, rows: Sequence[Row]) -> None:
     cells: dict[tuple[str, str], int] = {}
     for row in rows:
         if len(row["truth"]["names"]) <= 1:
-            key = (hidden(row), column(row["answer"], row["truth"]))
+            key = (hidden_label(row), confusion_label(row["answer"], row["truth"]))
             cells[key] = cells.get(key, 0) + 1
-    order = {name: k for k, name in enumerate(dict.fromkeys(hidden(row) for row in sorted(rows, key=rank)))}
+    order = {
+        name: k
+        for k, name in enumerate(dict.fromkeys(hidden_label(row) for row in sorted(rows, key=sort_key)))
+    }
     down = [name for name in order if any(key[0] == name for key in cells)]
     across = sorted({key[1] for key in cells}, key=lambda name: (order.get(name, 500), name))
     counts = np.array([[cells.get((a, b), 0) for b in across] for a in down], dtype=float)
     shares = counts / np.maximum(counts.sum(axis=1, keepdims=True), 1.0)
-    figure, (axes,) = style.sheet(1, 1, (2.6 + 0.42 * len(across), 1.8 + 0.24 * len(down)))
+    figure, (axes,) = figure_style.sheet(1, 1, (2.6 + 0.42 * len(across), 1.8 + 0.24 * len(down)))
     axes.grid(visible=False)
     axes.imshow(shares, cmap="Blues", vmin=0.0, vmax=1.2, aspect="auto")
     axes.set_xticks(range(len(across)), across, rotation=60, ha="right")
@@ -39,53 +42,53 @@ def confusion(path: Path, rows: Sequence[Row]) -> None:
             color = "white" if shares[i, j] > 0.6 else "black"
             axes.text(j, i, f"{count:.0f}", ha="center", va="center", fontsize=7, color=color)
     axes.set(xlabel="answered", ylabel="hidden")
-    style.save(figure, path)
+    figure_style.save(figure, path)
 
 
-def hidden(row: Row) -> str:
+def hidden_label(row: Row) -> str:
     """Return what was hidden in a word."""
     return " + ".join(row["truth"]["names"]) or "nothing"
 
 
-def rank(row: Row) -> tuple[int, str]:
+def sort_key(row: Row) -> tuple[int, str]:
     """Sort: effects, foreign families, nothing."""
     truth = row["truth"]
-    return (2 if not truth["names"] else 1 if truth["foreign"] else 0, hidden(row))
+    return (2 if not truth["names"] else 1 if truth["foreign"] else 0, hidden_label(row))
 
 
-def reliability(path: Path, rows: Sequence[Row]) -> None:
+def reliability_diagram(path: Path, rows: Sequence[Row]) -> None:
     """Draw how often a name is right against the probability that was said."""
-    found = calibration([one for row in rows for one in said(row["answer"], row["truth"])])
-    figure, (axes,) = style.sheet(1, 1, (4.2, 3.6))
-    axes.plot([0, 1], [0, 1], color=style.GREY, linewidth=0.8)
+    found = calibration([one for row in rows for one in named_probabilities(row["answer"], row["truth"])])
+    figure, (axes,) = figure_style.sheet(1, 1, (4.2, 3.6))
+    axes.plot([0, 1], [0, 1], color=figure_style.GREY, linewidth=0.8)
     for p, right in found:
         low, high = right.interval
         axes.plot([p, p], [low, high], color=BLUE, linewidth=1.0)
         axes.plot(p, right.value, "o", color=BLUE, markersize=5)
         axes.annotate(str(right.total), (p, right.value), (4, -9), textcoords="offset points", fontsize=7)
     axes.set(xlabel="probability said", ylabel="share that was right", xlim=(0, 1.03), ylim=(0, 1.03))
-    style.save(figure, path)
+    figure_style.save(figure, path)
 
 
 def gains(path: Path, rows: Sequence[Row]) -> None:
     """Draw the held-out gain as a share of the oracle's, cumulated over cases."""
-    found = [gain_share(row["answer"], row["truth"]) for row in rows]
+    found = [relative_gain(row["answer"], row["truth"]) for row in rows]
     values = np.sort([gain for gain in found if gain is not None])
-    figure, (axes,) = style.sheet(1, 1, (4.2, 3.2))
+    figure, (axes,) = figure_style.sheet(1, 1, (4.2, 3.2))
     if len(values):
         axes.step(np.clip(values, -0.2, 1.5), np.arange(1, len(values) + 1) / len(values), color=BLUE)
-    axes.axvline(0.8, color=style.GREY, linewidth=0.8)
-    axes.axhline(0.1, color=style.GREY, linewidth=0.8)
+    axes.axvline(0.8, color=figure_style.GREY, linewidth=0.8)
+    axes.axhline(0.1, color=figure_style.GREY, linewidth=0.8)
     axes.set(xlabel="held-out gain over the oracle's, in logarithm", ylabel="share of cases", ylim=(0, 1))
-    style.save(figure, path)
+    figure_style.save(figure, path)
 
 
-def limits(path: Path, rows: Sequence[Row]) -> None:
+def detection_limits(path: Path, rows: Sequence[Row]) -> None:
     """Draw how often each effect is named at each share of the size that was drawn."""
     names = sorted({row["truth"]["names"][0] for row in rows})
     sizes = sorted({row["truth"]["size"] for row in rows}, reverse=True)
-    cells = [[named(rows, name, size) for size in sizes] for name in names]
-    figure, (axes,) = style.sheet(1, 1, (2.2 + 0.6 * len(sizes), 1.2 + 0.24 * len(names)))
+    cells = [[naming_rate(rows, name, size) for size in sizes] for name in names]
+    figure, (axes,) = figure_style.sheet(1, 1, (2.2 + 0.6 * len(sizes), 1.2 + 0.24 * len(names)))
     axes.grid(visible=False)
     shares = [[cell.value for cell in line] for line in cells]
     axes.imshow(shares, cmap="Blues", vmin=0.0, vmax=1.2, aspect="auto")
@@ -97,10 +100,10 @@ def limits(path: Path, rows: Sequence[Row]) -> None:
             told = f"{cell.hits}/{cell.total}" if cell.total else "–"
             axes.text(j, i, told, ha="center", va="center", fontsize=7, color=color)
     axes.set(xlabel="size, as a share of the one drawn")
-    style.save(figure, path)
+    figure_style.save(figure, path)
 
 
-def named(rows: Sequence[Row], name: str, size: float) -> Share:
+def naming_rate(rows: Sequence[Row], name: str, size: float) -> Share:
     """Return how often an effect is named at a size."""
     mine = [row for row in rows if row["truth"]["names"] == [name] and row["truth"]["size"] == size]
     return share(is_right(row["answer"], row["truth"]) for row in mine)

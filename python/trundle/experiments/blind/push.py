@@ -9,19 +9,28 @@ from numpy.typing import NDArray
 
 from trundle.experiments.blind.shapes import Shape
 
-__all__ = ["CONTACT", "SECONDS", "Command", "Grasp", "Push", "draw_grasp", "draw_push", "levelled"]
+__all__ = [
+    "CONTACT_TIME_S",
+    "EPISODE_DURATION_S",
+    "Grasp",
+    "Push",
+    "WrenchPush",
+    "draw_grasp",
+    "draw_push",
+    "low_excitation",
+]
 
 Floats = NDArray[np.float64]
 
-SECONDS = 6.0
+EPISODE_DURATION_S = 6.0
 """Length of an episode, s."""
-CONTACT = 0.5
+CONTACT_TIME_S = 0.5
 """When the gripper takes hold, s."""
-RAMP = 0.3
+RAMP_DURATION_S = 0.3
 """Over which a push sets in, s."""
-TURNLESS = np.array([[1.0], [1.0], [0.0]])
+NO_ROTATION = np.array([[1.0], [1.0], [0.0]])
 """What is left of a wanted twist that does not turn."""
-SLOWER = 0.2
+LOW_EXCITATION_FREQUENCY_FACTOR = 0.2
 """The same speed over longer ways, where a push does not turn."""
 
 
@@ -50,16 +59,16 @@ class Push:
     """(3, n), Hz."""
     phase: Floats
 
-    def wanted(self, t: Floats) -> Floats:
+    def desired_twist(self, t: Floats) -> Floats:
         """Return the wanted twist (len(t), 3) at times of the table."""
-        s = t - CONTACT
-        on = np.clip(s / RAMP, 0.0, 1.0)
+        s = t - CONTACT_TIME_S
+        on = np.clip(s / RAMP_DURATION_S, 0.0, 1.0)
         waves = np.sin(2 * np.pi * self.frequency * s[:, None, None] + self.phase)
         return np.asarray(on[:, None] * np.sum(self.amplitude * waves, axis=2))
 
 
 @dataclass(frozen=True)
-class Command:
+class WrenchPush:
     """An episode in which the gripper exerts a wrench, whatever moves: what `trundle design` asks for.
 
     `knots` are rows [t, f_x, f_y, τ]: s from contact on, N, N, N·m, gripper axes, straight lines between.
@@ -72,7 +81,7 @@ class Command:
     def wrench(self, t: Floats) -> Floats:
         """Return the wrench (len(t), 3) at times of the table; none after the last knot."""
         when, *courses = self.knots.T
-        return np.column_stack([np.interp(t - CONTACT, when, course, right=0.0) for course in courses])
+        return np.column_stack([np.interp(t - CONTACT_TIME_S, when, course, right=0.0) for course in courses])
 
 
 def draw_grasp(rng: np.random.Generator, shape: Shape) -> Grasp:
@@ -98,7 +107,7 @@ def draw_push(rng: np.random.Generator, grasp: Grasp, waves: int = 4) -> Push:
     )
 
 
-def levelled(push: Push, first: Push | Command) -> Push:
+def low_excitation(push: Push, first: Push | WrenchPush) -> Push:
     """Return a push that begins as the first does, by its grasp, slower, and that turns nothing."""
-    amplitude, frequency = push.amplitude * TURNLESS, SLOWER * push.frequency
+    amplitude, frequency = push.amplitude * NO_ROTATION, LOW_EXCITATION_FREQUENCY_FACTOR * push.frequency
     return replace(push, start=first.start, grasp=first.grasp, amplitude=amplitude, frequency=frequency)

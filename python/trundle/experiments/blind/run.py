@@ -7,7 +7,7 @@ import sys
 from pathlib import Path
 
 from trundle.experiments.backends import Backend
-from trundle.experiments.blind.conduct import Proof, conduct
+from trundle.experiments.blind.benchmark import BlindBenchmark, run_benchmark
 from trundle.experiments.blind.config import read
 from trundle.experiments.blind.document import write_document
 from trundle.recording import TrundleError
@@ -60,17 +60,17 @@ def prove(
     name = config.stem if which == "report" else f"{config.stem}_{which}"
     if not redraw:
         part = f"{name}_limits" if limits else name
-        proof = Proof(part, settings, work / part, out / "proof", backend, quiet)
+        proof = BlindBenchmark(part, settings, work / part, out / "proof", backend, quiet)
         if fresh:
             shutil.rmtree(proof.work, ignore_errors=True)
             for later in ("_without", "_after"):
                 proof.file_of(later).unlink(missing_ok=True)
-        conduct(proof, limits=limits, leave_out=leave_out, after_design=after_design, tell=tell)
+        run_benchmark(proof, limits=limits, leave_out=leave_out, after_design=after_design, tell=print_status)
     if not (out / "proof" / f"{name}.jsonl").exists() and redraw:
         raise TrundleError(f"{out / 'proof' / name}.jsonl: there are no results to draw; leave out --redraw")
     return write_document(out, name)
 
 
-def tell(text: str) -> None:
+def print_status(text: str) -> None:
     """Say something at once, beside the answer."""
     print(text, file=sys.stderr, flush=True)

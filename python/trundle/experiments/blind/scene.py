@@ -7,14 +7,22 @@ from dataclasses import dataclass, field
 import numpy as np
 from numpy.typing import NDArray
 
-from trundle.experiments.blind.push import CONTACT, SECONDS, Command, Push, draw_grasp, draw_push, levelled
+from trundle.experiments.blind.push import (
+    CONTACT_TIME_S,
+    EPISODE_DURATION_S,
+    Push,
+    WrenchPush,
+    draw_grasp,
+    draw_push,
+    low_excitation,
+)
 from trundle.experiments.blind.shapes import Shape, draw_shape, inside
 
 __all__ = ["Scene", "Wheel", "draw_event", "draw_scene"]
 
 Floats = NDArray[np.float64]
 
-RATES = (125.0, 200.0, 250.0)
+SENSOR_RATES_HZ = (125.0, 200.0, 250.0)
 """Of the force-torque sensor, Hz."""
 
 
@@ -61,13 +69,13 @@ class Scene:
     shape: Shape
     mass: float
     wheel: Wheel
-    pushes: tuple[Push | Command, ...]
+    pushes: tuple[Push | WrenchPush, ...]
     gain: tuple[float, float]
     limit: tuple[float, float]
     offset: tuple[float, float, float]
     rate: float
-    feet_told: bool
-    mass_told: bool
+    feet_given: bool
+    mass_given: bool
     held_out: int = 2
     pose_noise: float = 5e-4
     heading_noise: float = field(default=float(np.radians(0.1)))
@@ -75,9 +83,9 @@ class Scene:
     torque_noise: float = 0.05
 
     @property
-    def standing(self) -> Floats:
+    def friction_points(self) -> Floats:
         """Where the floor can drag: the feet if the recording tells them, else the corners."""
-        return self.shape.feet if self.feet_told else self.shape.corners()
+        return self.shape.feet if self.feet_given else self.shape.corners()
 
 
 def draw_scene(seed: int, attempt: int = 0, episodes: int = 8, *, alike: bool = False) -> Scene:
@@ -94,13 +102,13 @@ def draw_scene(seed: int, attempt: int = 0, episodes: int = 8, *, alike: bool = 
         shape=shape,
         mass=mass,
         wheel=wheel,
-        pushes=tuple(levelled(push, pushes[0]) for push in pushes) if alike else pushes,
+        pushes=tuple(low_excitation(push, pushes[0]) for push in pushes) if alike else pushes,
         gain=(gain, (4.0 if alike else 0.2) * gain),
         limit=(80.0, 120.0 if alike else 25.0),
         offset=tuple(rng.uniform(-1, 1, 3) * (3.0, 3.0, 0.3)),
-        rate=float(rng.choice(RATES)),
-        feet_told=bool(rng.random() < 0.7) or shape.disc is not None,
-        mass_told=bool(rng.random() < 0.3),
+        rate=float(rng.choice(SENSOR_RATES_HZ)),
+        feet_given=bool(rng.random() < 0.7) or shape.disc is not None,
+        mass_given=bool(rng.random() < 0.3),
         held_out=min(2, episodes - 1),
     )
 
@@ -126,4 +134,4 @@ def draw_event(rng: np.random.Generator, scene: Scene) -> dict[str, float]:
     training = len(scene.pushes) - scene.held_out
     first = min(1, training - 1)
     episode = int(rng.integers(first, max(training - 1, first + 1)))
-    return {"episode": episode, "time": float(rng.uniform(CONTACT + 1.0, SECONDS - 1.0))}
+    return {"episode": episode, "time": float(rng.uniform(CONTACT_TIME_S + 1.0, EPISODE_DURATION_S - 1.0))}

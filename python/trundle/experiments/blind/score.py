@@ -11,21 +11,21 @@ from trundle.experiments.blind.oracle import misfit
 from trundle.experiments.results import Row
 
 __all__ = [
-    "TWINS",
-    "abstained",
-    "column",
-    "false_alarm",
-    "gain_share",
+    "INDISTINGUISHABLE_PAIR",
+    "confusion_label",
+    "has_wrong_name",
+    "is_false_alarm",
     "is_right",
+    "is_unambiguous",
+    "is_unexplained",
+    "match_names",
     "matches",
-    "partners",
-    "said",
-    "settled",
-    "wrong_name",
+    "named_probabilities",
+    "relative_gain",
 ]
 
 
-TWINS = frozenset({"com_offset", "tracker_offset"})
+INDISTINGUISHABLE_PAIR = frozenset({"com_offset", "tracker_offset"})
 """One motion of one rigid body: as a rule no push tells them apart (docs/diagnosis.md)."""
 
 
@@ -34,7 +34,7 @@ def matches(named: str, true: str, tied: Sequence[Sequence[str]]) -> bool:
     return named == true or any(named in group and true in group for group in tied)
 
 
-def partners(answer: Row, names: Sequence[str]) -> list[Row] | None:
+def match_names(answer: Row, names: Sequence[str]) -> list[Row] | None:
     """Return for each true name the part of the answer that names it; None unless all are, and no other."""
     missing, tied = answer["missing"], answer["tied"]
     if answer["verdict"] != "explained" or len(missing) != len(names):
@@ -50,31 +50,33 @@ def is_right(answer: Row, truth: Row) -> bool:
     if not truth["names"]:
         return bool(answer["verdict"] == "consistent")
     if truth["foreign"]:
-        return abstained(answer)
-    return partners(answer, truth["names"]) is not None
+        return is_unexplained(answer)
+    return match_names(answer, truth["names"]) is not None
 
 
-def settled(answer: Row, truth: Row) -> bool:
+def is_unambiguous(answer: Row, truth: Row) -> bool:
     """Tell whether an answer is what it should be, and leaves no tie but that of the twins."""
-    return is_right(answer, truth) and all(TWINS.issuperset(group) for group in answer["tied"])
+    return is_right(answer, truth) and all(
+        INDISTINGUISHABLE_PAIR.issuperset(group) for group in answer["tied"]
+    )
 
 
-def false_alarm(answer: Row) -> bool:
+def is_false_alarm(answer: Row) -> bool:
     """Tell whether something is said to be missing."""
     return answer["verdict"] in ("explained", "unexplained")
 
 
-def abstained(answer: Row) -> bool:
+def is_unexplained(answer: Row) -> bool:
     """Tell whether something is said to be missing that has no name."""
     return bool(answer["verdict"] == "unexplained")
 
 
-def wrong_name(answer: Row, truth: Row, above: float = 0.9) -> bool:
+def has_wrong_name(answer: Row, truth: Row, above: float = 0.9) -> bool:
     """Tell whether a name is given that is not in the recording, with a probability above `above`."""
-    return any(probability > above and not right for probability, right in said(answer, truth))
+    return any(probability > above and not right for probability, right in named_probabilities(answer, truth))
 
 
-def said(answer: Row, truth: Row) -> list[tuple[float, bool]]:
+def named_probabilities(answer: Row, truth: Row) -> list[tuple[float, bool]]:
     """Return for each name given its probability, and whether it is in the recording."""
     if answer["verdict"] != "explained":
         return []
@@ -87,7 +89,7 @@ def said(answer: Row, truth: Row) -> list[tuple[float, bool]]:
     ]
 
 
-def column(answer: Row, truth: Row) -> str:
+def confusion_label(answer: Row, truth: Row) -> str:
     """Return an answer in a word for the confusion matrix; a tie that holds the true name counts as it."""
     if answer["verdict"] != "explained":
         return str(answer["verdict"])
@@ -97,7 +99,7 @@ def column(answer: Row, truth: Row) -> str:
     return next((true for true in truth["names"] if matches(name, true, answer["tied"])), str(name))
 
 
-def gain_share(answer: Row, truth: Row) -> float | None:
+def relative_gain(answer: Row, truth: Row) -> float | None:
     """Return what the answer's model gained one second ahead on held-out episodes over the oracle's.
 
     Both in logarithm; the oracle knows the law and fits it. None where there is no oracle.
@@ -111,14 +113,14 @@ def gain_share(answer: Row, truth: Row) -> float | None:
     return math.log(before / after) / math.log(oracle["before"] / oracle["after"])
 
 
-def found_rows(rows: Sequence[Row], name: str | None = None) -> list[tuple[Row, Row]]:
+def correct_effects(rows: Sequence[Row], name: str | None = None) -> list[tuple[Row, Row]]:
     """Return (part of the answer, truth of the effect) of every effect that was named rightly."""
     pairs: list[tuple[Row, Row]] = []
     for row in rows:
         truth, answer = row["truth"], row["answer"]
         if not truth["names"] or truth["foreign"]:
             continue
-        given = partners(answer, truth["names"])
+        given = match_names(answer, truth["names"])
         both: list[tuple[Any, Any]] = list(zip(given or [], truth["truth"], strict=False))
         exact = [(one, true) for one, true in both if one["effect"] == true["effect"]]
         pairs += [({**one, "_truth": truth}, true) for one, true in exact if name in (None, true["effect"])]

@@ -13,7 +13,7 @@ __all__ = ["Shape", "draw_shape", "inside"]
 Floats = NDArray[np.float64]
 
 KINDS = ("rectangle", "ell", "round")
-INSET = 0.05
+FOOT_INSET_M = 0.05
 """How far feet stand from the edge, m."""
 
 
@@ -78,7 +78,7 @@ def draw_shape(rng: np.random.Generator) -> Shape:
     at = np.round(rng.uniform(-0.1, 0.1, 2), 3)
     if kind == "rectangle":
         half = np.round((rng.uniform(0.35, 0.75), rng.uniform(0.25, 0.45)), 3)
-        return of_boxes(kind, rectangle(half), at, [(0.0, 0.0, *half)])
+        return shape_from_boxes(kind, rectangle(half), at, [(0.0, 0.0, *half)])
     if kind == "ell":
         return ell(rng, at)
     radius = round(float(rng.uniform(0.35, 0.6)), 3)
@@ -86,7 +86,7 @@ def draw_shape(rng: np.random.Generator) -> Shape:
     count = int(rng.integers(3, 6))
     legs = 2 * np.pi * np.arange(count) / count
     ring = [np.column_stack([np.cos(a), np.sin(a)]) for a in (turn, legs)]
-    feet = at + (radius - INSET) * ring[1]
+    feet = at + (radius - FOOT_INSET_M) * ring[1]
     return Shape(kind, (), (float(at[0]), float(at[1]), radius), at + radius * ring[0], feet)
 
 
@@ -98,7 +98,7 @@ def ell(rng: np.random.Generator, at: Floats) -> Shape:
     corners = [[-w, -d], [w, -d], [w, thick - d], [thick - w, thick - d], [thick - w, d], [-w, d]]
     along = (0.0, thick / 2 - d, w, thick / 2)
     across = (thick / 2 - w, thick / 2, thick / 2, d - thick / 2)
-    return of_boxes("ell", np.array(corners), at, [along, across])
+    return shape_from_boxes("ell", np.array(corners), at, [along, across])
 
 
 def rectangle(half: Floats) -> Floats:
@@ -106,22 +106,25 @@ def rectangle(half: Floats) -> Floats:
     return np.array([[-1, -1], [1, -1], [1, 1], [-1, 1]]) * half
 
 
-def of_boxes(kind: str, outline: Floats, at: Floats, boxes: list[tuple[float, float, float, float]]) -> Shape:
+def shape_from_boxes(
+    kind: str, outline: Floats, at: Floats, boxes: list[tuple[float, float, float, float]]
+) -> Shape:
     """Return a shape of boxes, moved to `at`, with feet inside its corners."""
     moved = tuple((float(x + at[0]), float(y + at[1]), float(w), float(d)) for x, y, w, d in boxes)
-    return Shape(kind, moved, None, outline + at, shrunk(outline) + at)
+    return Shape(kind, moved, None, outline + at, inset_corners(outline) + at)
 
 
-def shrunk(outline: Floats) -> Floats:
+def inset_corners(outline: Floats) -> Floats:
     """Return the corners moved inwards along both edges (all angles are right), counter-clockwise."""
     before, after = np.roll(outline, 1, axis=0), np.roll(outline, -1, axis=0)
     inwards = [
-        normal(corner - a) + normal(b - corner) for a, corner, b in zip(before, outline, after, strict=True)
+        left_normal(corner - a) + left_normal(b - corner)
+        for a, corner, b in zip(before, outline, after, strict=True)
     ]
-    return np.asarray(np.round(outline + INSET * np.array(inwards), 3))
+    return np.asarray(np.round(outline + FOOT_INSET_M * np.array(inwards), 3))
 
 
-def normal(edge: Floats) -> Floats:
+def left_normal(edge: Floats) -> Floats:
     """Return the unit normal to the left of an edge: inwards if the outline goes counter-clockwise."""
     return np.asarray(np.array([-edge[1], edge[0]]) / np.hypot(*edge))
 

@@ -11,17 +11,17 @@ import mujoco
 import numpy as np
 from numpy.typing import NDArray
 
-from trundle.experiments.blind.family import Hidden, Hook, Site
-from trundle.experiments.blind.push import CONTACT, SECONDS, Command, Push
+from trundle.experiments.blind.family import EpisodeContext, HiddenEffect, Hook
+from trundle.experiments.blind.push import CONTACT_TIME_S, EPISODE_DURATION_S, Push, WrenchPush
 from trundle.experiments.blind.scene import Scene, Wheel
 
-__all__ = ["HEIGHT", "Motion", "add_wheel", "at_site", "motion", "quaternion", "set_wheel"]
+__all__ = ["BODY_HEIGHT_M", "Motion", "add_wheel", "at_site", "quaternion", "set_wheel", "simulate"]
 
 Floats = NDArray[np.float64]
 
-STEP = 5e-4
+TIME_STEP_S = 5e-4
 """s."""
-HEIGHT = 0.4
+BODY_HEIGHT_M = 0.4
 """Of the middle of the object above the floor, m: feet have room below."""
 
 
@@ -43,25 +43,25 @@ class Motion:
 
     t: Floats
     pose: Floats
-    push: Push | Command
+    push: Push | WrenchPush
     wrench: Floats
 
 
-def motion(scene: Scene, hidden: Sequence[Hidden], episode: int) -> Motion:
+def simulate(scene: Scene, hidden: Sequence[HiddenEffect], episode: int) -> Motion:
     """Simulate one episode."""
-    spec, table = empty(scene, scene.pushes[episode])
-    site = Site(spec, table, scene, episode)
+    spec, table = build_world(scene, scene.pushes[episode])
+    context = EpisodeContext(spec, table, scene, episode)
     for one in hidden:
-        one.family.furnish(site, one.values)
+        one.family.add_to_world(context, one.values)
     model = spec.compile()
-    hooks = [one.family.hook(model, site, one.values) for one in hidden]
-    return run(model, scene, scene.pushes[episode], [hook for hook in hooks if hook is not None])
+    hooks = [one.family.hook(model, context, one.values) for one in hidden]
+    return integrate(model, scene, scene.pushes[episode], [hook for hook in hooks if hook is not None])
 
 
-def empty(scene: Scene, push: Push | Command) -> tuple[Any, Any]:
+def build_world(scene: Scene, push: Push | WrenchPush) -> tuple[Any, Any]:
     """Return the world without any effect, and its object."""
     spec = mujoco.MjSpec()
-    spec.option.timestep = STEP
+    spec.option.timestep = TIME_STEP_S
     spec.option.gravity = [0.0, 0.0, 0.0]
     spec.option.integrator = mujoco.mjtIntegrator.mjINT_IMPLICITFAST
     spec.option.cone = mujoco.mjtCone.mjCONE_ELLIPTIC
@@ -86,11 +86,13 @@ def add_body(table: Any, scene: Scene) -> None:
     if shape.disc is not None:
         x, y, radius = shape.disc
         kind = mujoco.mjtGeom.mjGEOM_CYLINDER
-        table.add_geom(type=kind, size=[radius, 0.1, 0.0], pos=[x, y, HEIGHT], mass=scene.mass, **common)
+        table.add_geom(
+            type=kind, size=[radius, 0.1, 0.0], pos=[x, y, BODY_HEIGHT_M], mass=scene.mass, **common
+        )
         return
     for x, y, w, d in shape.boxes:
         kind, mass = mujoco.mjtGeom.mjGEOM_BOX, scene.mass * 4 * w * d / shape.area
-        table.add_geom(type=kind, size=[w, d, 0.1], pos=[x, y, HEIGHT], mass=mass, **common)
+        table.add_geom(type=kind, size=[w, d, 0.1], pos=[x, y, BODY_HEIGHT_M], mass=mass, **common)
 
 
 def add_wheel(spec: Any, body: Any, name: str, wheel: Wheel) -> None:
@@ -126,14 +128,14 @@ def quaternion(angle: float) -> list[float]:
     return [math.cos(angle / 2), 0.0, 0.0, math.sin(angle / 2)]
 
 
-def run(model: Any, scene: Scene, push: Push | Command, hooks: Sequence[Hook]) -> Motion:
+def integrate(model: Any, scene: Scene, push: Push | WrenchPush, hooks: Sequence[Hook]) -> Motion:
     """Push from contact to the end; the force of a step is that of its middle."""
     data = mujoco.MjData(model)
     data.qpos[:3] = push.start
-    data.time = CONTACT
-    n = round((SECONDS - CONTACT) / STEP)
-    t: Floats = CONTACT + STEP * np.arange(n + 1, dtype=np.float64)
-    drive = driven(scene, push, t)
+    data.time = CONTACT_TIME_S
+    n = round((EPISODE_DURATION_S - CONTACT_TIME_S) / TIME_STEP_S)
+    t: Floats = CONTACT_TIME_S + TIME_STEP_S * np.arange(n + 1, dtype=np.float64)
+    drive = wrench_source(scene, push, t)
     poses, forces = np.empty((n + 1, 3)), np.empty((n + 1, 3))
     slot = model.actuator("gripper x").id
     for k in range(n + 1):
@@ -148,16 +150,16 @@ def run(model: Any, scene: Scene, push: Push | Command, hooks: Sequence[Hook]) -
     return Motion(t, poses, push, middle)
 
 
-def driven(scene: Scene, push: Push | Command, t: Floats) -> Callable[[Any, int], list[float]]:
+def wrench_source(scene: Scene, push: Push | WrenchPush, t: Floats) -> Callable[[Any, int], list[float]]:
     """Return what the gripper exerts at step `k`, its own axes: a command, or what its wish takes."""
-    if isinstance(push, Command):
+    if isinstance(push, WrenchPush):
         wrench = push.wrench(t).tolist()
         return lambda data, k: list(wrench[k])
-    wanted = push.wanted(t).tolist()
-    return lambda data, k: exerted(data, scene, push, wanted[k])
+    desired = push.desired_twist(t).tolist()
+    return lambda data, k: servo_wrench(data, scene, push, desired[k])
 
 
-def exerted(data: Any, scene: Scene, push: Push, wanted: list[float]) -> list[float]:
+def servo_wrench(data: Any, scene: Scene, push: Push, desired: list[float]) -> list[float]:
     """Return what the gripper exerts in its own axes: in proportion to the twist that is missing."""
     vx, vy, omega = data.qvel[0].item(), data.qvel[1].item(), data.qvel[2].item()
     heading, grasp = data.qpos[2].item(), push.grasp
@@ -165,12 +167,12 @@ def exerted(data: Any, scene: Scene, push: Push, wanted: list[float]) -> list[fl
     at_x = vx - omega * (s * grasp.x + c * grasp.y)
     at_y = vy + omega * (c * grasp.x - s * grasp.y)
     c, s = math.cos(heading + grasp.angle), math.sin(heading + grasp.angle)
-    missing = (wanted[0] - c * at_x - s * at_y, wanted[1] + s * at_x - c * at_y, wanted[2] - omega)
+    missing = (desired[0] - c * at_x - s * at_y, desired[1] + s * at_x - c * at_y, desired[2] - omega)
     (force, torque), (most, turn) = scene.gain, scene.limit
-    along, across = bounded(force * missing[0], most), bounded(force * missing[1], most)
-    return [along, across, bounded(torque * missing[2], turn)]
+    along, across = saturate(force * missing[0], most), saturate(force * missing[1], most)
+    return [along, across, saturate(torque * missing[2], turn)]
 
 
-def bounded(value: float, limit: float) -> float:
+def saturate(value: float, limit: float) -> float:
     """Return a value within its limit, smoothly, as a compliant arm gives way."""
     return limit * math.tanh(value / limit)

@@ -150,11 +150,11 @@ def read(path: Path) -> Settings:
         If a key is missing, unknown or of another type, or a name leads nowhere.
     """
     settings = checked(path, Settings, headed(path, FORMAT))
-    consistent(path, settings)
+    check_settings(path, settings)
     return settings
 
 
-def consistent(path: Path, settings: Settings) -> None:
+def check_settings(path: Path, settings: Settings) -> None:
     """Refuse what no comparison can be made of."""
     if not settings.push > 0 or not re.fullmatch(r"[\w-]+", settings.name):
         raise TrundleError(
@@ -162,23 +162,23 @@ def consistent(path: Path, settings: Settings) -> None:
         )
     if not settings.worlds:
         raise TrundleError(f"{path}: give at least one table [worlds.NAME]")
-    known_agents(path, settings, "main", [settings.main])
+    check_agents(path, settings, "main", [settings.main])
     for name, agent in settings.agents.items():
         check_agent(f"{path}: [agents.{name}]", agent)
         ending(path, agent.options, f"agents.{name}")
         matching(path, AdaptiveAgent.__init__, agent.settings, f"agents.{name}.settings")
     for name, worlds in settings.worlds.items():
-        known_agents(path, settings, f"[worlds.{name}] agents", worlds.agents)
+        check_agents(path, settings, f"[worlds.{name}] agents", worlds.agents)
         if worlds.count < 1 or worlds.first < 0:
             raise TrundleError(f"{path}: [worlds.{name}]: give first >= 0 and count >= 1")
         ending(path, worlds.options, f"worlds.{name}")
     for pair in settings.pairs:
-        known_agents(path, settings, "pairs", list(pair))
+        check_agents(path, settings, "pairs", list(pair))
     for target in settings.targets:
         check_target(path, settings, target)
 
 
-def known_agents(path: Path, settings: Settings, where: str, names: list[str]) -> None:
+def check_agents(path: Path, settings: Settings, where: str, names: list[str]) -> None:
     """Refuse names that are no agent's."""
     for name in names:
         if name not in list(settings.agents):
@@ -198,7 +198,7 @@ def check_agent(where: str, agent: Agent) -> None:
 
 def check_target(path: Path, settings: Settings, target: Target) -> None:
     """Refuse a target that is not of these worlds and agents, or says no number or two."""
-    known_agents(path, settings, "targets", [target.agent])
+    check_agents(path, settings, "targets", [target.agent])
     if target.worlds not in settings.worlds:
         known = ", ".join(settings.worlds)
         raise TrundleError(f"{path}: targets: there are no worlds {target.worlds!r}; there are {known}")

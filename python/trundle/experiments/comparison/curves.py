@@ -15,7 +15,7 @@ from trundle.recording import TrundleError
 
 __all__ = ["Curve", "read_curves"]
 
-POINT = ("step", "success", "distance")
+CURVE_COLUMNS = ("step", "success", "distance")
 """What is read of an evaluation."""
 
 
@@ -70,7 +70,9 @@ def read_curve(path: Path) -> Curve:
     try:
         told: dict[str, Any] = json.loads(path.read_text(encoding="utf-8"))
         cost = json.loads(timing.read_text(encoding="utf-8"))["cpu_seconds"] if timing.exists() else math.nan
-        columns = {name: np.array([point[name] for point in told["curve"]], dtype=float) for name in POINT}
+        columns = {
+            name: np.array([point[name] for point in told["curve"]], dtype=float) for name in CURVE_COLUMNS
+        }
         return Curve(
             config=str(told["config"]),
             seed=int(told["seed"]),

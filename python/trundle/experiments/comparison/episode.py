@@ -11,12 +11,12 @@ import tomli_w
 
 import trundle
 from trundle.experiments.comparison.config import Agent, Worlds
-from trundle.experiments.comparison.world import Env, begin, rim
+from trundle.experiments.comparison.world import Env, boundary_points, make_world
 from trundle.experiments.results import Row
-from trundle.experiments.runs.episode import begun
+from trundle.experiments.runs.episode import count_onsets
 from trundle.recording import TrundleError
 
-__all__ = ["play", "player", "playing"]
+__all__ = ["make_player", "play", "play_unit"]
 
 
 class Player(Protocol):
@@ -28,7 +28,7 @@ class Player(Protocol):
         """Choose an action."""
 
 
-def player(agent: Agent, run: int, env: Env) -> Player:
+def make_player(agent: Agent, run: int, env: Env) -> Player:
     """Return an agent for a world at its beginning.
 
     Parameters
@@ -77,8 +77,8 @@ def play(worlds: Worlds, agent: Agent, run: int, seed: int) -> tuple[Row, Row]:
     timing : dict
         `decisions`, and the CPU seconds of all and of the longest: `total`, `longest`.
     """
-    env, observation = begin(worlds, seed, agent.options)
-    chosen = player(agent, run, env)
+    env, observation = make_world(worlds, seed, agent.options)
+    chosen = make_player(agent, run, env)
     state, over, start = None, False, True
     gained, costs, touched = 0.0, [], []
     info: dict[str, Any] = {}
@@ -93,22 +93,22 @@ def play(worlds: Worlds, agent: Agent, run: int, seed: int) -> tuple[Row, Row]:
     row = {
         "success": bool(info["is_success"]),
         "lost": bool(info["lost"]),
-        "touches": begun(touched),
+        "touches": count_onsets(touched),
         "seconds": source.control * len(costs),
         "limit": source.horizon * source.control,
         "return": gained,
         "distance": float(info["distance"]),
         "heading": abs(float(info["heading_error"])),
-        "radius": float(np.hypot(*rim(source.hidden_model()["body"]).T).max()),
-        **learnt(chosen),
+        "radius": float(np.hypot(*boundary_points(source.hidden_model()["body"]).T).max()),
+        **learning_summary(chosen),
     }
     env.close()
     return row, {"decisions": len(costs), "total": sum(costs), "longest": max(costs)}
 
 
-def learnt(playing: Any) -> Row:
+def learning_summary(agent: Any) -> Row:
     """Return what an adaptive agent did about its belief; nothing of another."""
-    beliefs = getattr(playing, "beliefs", ())
+    beliefs = getattr(agent, "beliefs", ())
     if not beliefs:
         return {"fits": 0, "learning": 0.0, "regrasps": 0, "named": []}
     updates = beliefs[0].updates
@@ -120,7 +120,7 @@ def learnt(playing: Any) -> Row:
     }
 
 
-def playing(
+def play_unit(
     worlds: dict[str, Any], agent: dict[str, Any], seed: int, digest: str | None, file: Path | None = None
 ) -> Row:
     """Play one episode as a unit of work.

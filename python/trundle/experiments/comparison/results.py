@@ -13,7 +13,7 @@ from trundle.experiments.results import Row, read_headed
 from trundle.recording import TrundleError
 from trundle.whole import write_text
 
-__all__ = ["Results", "Trial", "costs_of", "read_results", "write_costs", "write_results"]
+__all__ = ["Results", "Trial", "read_costs", "read_results", "write_costs", "write_results"]
 
 Trial = tuple[str, str, int, int]
 """Worlds, agent, which run of its training, seed."""
@@ -30,7 +30,7 @@ def write_results(
         mine = columns.setdefault((worlds, agent, run), {})
         for name, value in {"seed": seed, **row}.items():
             mine.setdefault(name, []).append(int(value) if isinstance(value, bool) else value)
-    head = {"settings": defined(settings), "policies": dict(digests), "trundle": trundle.__version__}
+    head = {"settings": definitions(settings), "policies": dict(digests), "trundle": trundle.__version__}
     names = ("worlds", "agent", "run")
     lines = [head, *({**dict(zip(names, key, strict=True)), **mine} for key, mine in columns.items())]
     write_text(path, "".join(json.dumps(line, separators=(",", ":")) + "\n" for line in lines))
@@ -47,7 +47,7 @@ def read_results(path: Path, settings: Settings) -> Results:
     found, lines = read_headed(path, ("worlds", "agent", "run"))
     if not all(isinstance(found.get(part), dict) for part in ("worlds", "agents")):
         raise TrundleError(f"{path}: these are no results of a comparison; leave out --redraw")
-    wanted = defined(settings)
+    wanted = definitions(settings)
     for part in ("worlds", "agents"):
         for name, one in wanted[part].items():
             if name in found[part] and found[part][name] != one:
@@ -58,18 +58,18 @@ def read_results(path: Path, settings: Settings) -> Results:
     for line in lines:
         kept = results.get(line["worlds"], {}).get(line["agent"])
         if kept is not None:
-            kept += rows_of(line)
+            kept += expand_rows(line)
     return results
 
 
-def rows_of(line: Row) -> list[Row]:
+def expand_rows(line: Row) -> list[Row]:
     """Return a line's episodes, a row each."""
     names = [name for name, value in line.items() if isinstance(value, list)]
     episodes = zip(*(line[name] for name in names), strict=True)
     return [{**line, **dict(zip(names, episode, strict=True))} for episode in episodes]
 
 
-def defined(settings: Settings) -> dict[str, Any]:
+def definitions(settings: Settings) -> dict[str, Any]:
     """Return what worlds and agents are, as JSON has it."""
     whole = {
         "worlds": {name: worlds.identity for name, worlds in settings.worlds.items()},
@@ -99,7 +99,7 @@ def write_costs(path: Path, timings: Mapping[Trial, Row]) -> None:
     write_text(path, json.dumps(told, indent=1) + "\n")
 
 
-def costs_of(path: Path) -> dict[str, dict[str, float]]:
+def read_costs(path: Path) -> dict[str, dict[str, float]]:
     """Return those costs by `worlds/agent`; nothing if they were not kept."""
     found: dict[str, dict[str, float]] = json.loads(path.read_text(encoding="utf-8")) if path.exists() else {}
     return found

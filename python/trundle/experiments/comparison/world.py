@@ -14,14 +14,14 @@ from trundle.experiments.comparison.config import Worlds
 from trundle.picture import outlines
 from trundle.recording import TrundleError
 
-__all__ = ["begin", "drawn", "rim"]
+__all__ = ["boundary_points", "draw_effects", "make_world"]
 
 Env = gym.Env[Any, Any]
-PLACES = {"com_offset": ("com_x", "com_y")}
+PLACE_PARAMETERS = {"com_offset": ("com_x", "com_y")}
 """What a place is called, where it is not x and y."""
 
 
-def begin(worlds: Worlds, seed: int, options: Mapping[str, Any]) -> tuple[Env, NDArray[np.float64]]:
+def make_world(worlds: Worlds, seed: int, options: Mapping[str, Any]) -> tuple[Env, NDArray[np.float64]]:
     """Make a world.
 
     Parameters
@@ -41,16 +41,16 @@ def begin(worlds: Worlds, seed: int, options: Mapping[str, Any]) -> tuple[Env, N
         The first.
     """
     chosen = {**worlds.options, **options}
-    env, observation = made(worlds.env, chosen, seed)
+    env, observation = make_env(worlds.env, chosen, seed)
     if not worlds.effect:
         return env, observation
     source: Any = env.unwrapped
-    more = drawn(worlds.effect, source.hidden_model()["body"], seed)
+    more = draw_effects(worlds.effect, source.hidden_model()["body"], seed)
     env.close()
-    return made(worlds.env, {**chosen, "effects": [*chosen.get("effects", []), *more]}, seed)
+    return make_env(worlds.env, {**chosen, "effects": [*chosen.get("effects", []), *more]}, seed)
 
 
-def made(name: str, options: Mapping[str, Any], seed: int) -> tuple[Env, NDArray[np.float64]]:
+def make_env(name: str, options: Mapping[str, Any], seed: int) -> tuple[Env, NDArray[np.float64]]:
     """Make an environment and begin its episode."""
     try:
         env = gym.make(name, **options)
@@ -63,7 +63,9 @@ def made(name: str, options: Mapping[str, Any], seed: int) -> tuple[Env, NDArray
     return env, observation
 
 
-def drawn(effects: Sequence[Mapping[str, Any]], body: Mapping[str, Any], seed: int) -> list[dict[str, Any]]:
+def draw_effects(
+    effects: Sequence[Mapping[str, Any]], body: Mapping[str, Any], seed: int
+) -> list[dict[str, Any]]:
     """Return effects with all values given.
 
     Parameters
@@ -77,21 +79,21 @@ def drawn(effects: Sequence[Mapping[str, Any]], body: Mapping[str, Any], seed: i
     seed : int
     """
     random = np.random.default_rng(seed)
-    return [one_drawn(effect, body, random) for effect in effects]
+    return [draw_effect(effect, body, random) for effect in effects]
 
 
-def one_drawn(
+def draw_effect(
     effect: Mapping[str, Any], body: Mapping[str, Any], random: np.random.Generator
 ) -> dict[str, Any]:
     """Return one effect with all values given."""
-    given = {key: value(key, told, random) for key, told in effect.items() if key != "at"}
+    given = {key: draw_value(key, told, random) for key, told in effect.items() if key != "at"}
     if "at" in effect:
-        keys = PLACES.get(effect.get("kind", ""), ("x", "y"))
-        given |= zip(keys, place(effect["at"], body, random), strict=True)
+        keys = PLACE_PARAMETERS.get(effect.get("kind", ""), ("x", "y"))
+        given |= zip(keys, draw_place(effect["at"], body, random), strict=True)
     return given
 
 
-def value(key: str, told: Any, random: np.random.Generator) -> Any:
+def draw_value(key: str, told: Any, random: np.random.Generator) -> Any:
     """Return a value that is given, in a range, or one of several."""
     if isinstance(told, Mapping) and list(told) == ["any"] and told["any"]:
         return told["any"][int(random.integers(len(told["any"])))]
@@ -102,7 +104,7 @@ def value(key: str, told: Any, random: np.random.Generator) -> Any:
     return told
 
 
-def place(told: Any, body: Mapping[str, Any], random: np.random.Generator) -> tuple[float, float]:
+def draw_place(told: Any, body: Mapping[str, Any], random: np.random.Generator) -> tuple[float, float]:
     """Return a place on an object, m."""
     if told == "foot":
         feet = body.get("support", [])
@@ -112,7 +114,7 @@ def place(told: Any, body: Mapping[str, Any], random: np.random.Generator) -> tu
         return float(x), float(y)
     if not isinstance(told, list) or not is_range(told):
         raise TrundleError(f'at = {told!r}: give "foot" or a range [low, high] of shares')
-    low, high = rim(body).min(axis=0), rim(body).max(axis=0)
+    low, high = boundary_points(body).min(axis=0), boundary_points(body).max(axis=0)
     share, angle = random.uniform(*told), random.uniform(-np.pi, np.pi)
     way = np.array([np.cos(angle), np.sin(angle)])
     # The origin need not lie in the middle: each quarter has an ellipse of its own.
@@ -120,7 +122,7 @@ def place(told: Any, body: Mapping[str, Any], random: np.random.Generator) -> tu
     return float(x), float(y)
 
 
-def rim(body: Mapping[str, Any]) -> NDArray[np.float64]:
+def boundary_points(body: Mapping[str, Any]) -> NDArray[np.float64]:
     """Return points around an object that hold all of its corners, shape (n, 2), m, object frame."""
     return np.concatenate(outlines(body))
 

@@ -12,7 +12,7 @@ from trundle.experiments.paper.experiment import Options
 from trundle.recording import TrundleError
 from trundle.settings import headed
 
-__all__ = ["chosen", "model_text", "read"]
+__all__ = ["model_text", "read", "select_settings"]
 
 FORMAT = "trundle-paper/1"
 
@@ -46,7 +46,7 @@ def read(path: Path, known: Mapping[str, type | tuple[type, ...]]) -> dict[str, 
     return {**found, "quick": quick}
 
 
-def chosen(found: Mapping[str, Any], options: Options) -> dict[str, Any]:
+def select_settings(found: Mapping[str, Any], options: Options) -> dict[str, Any]:
     """Return the settings of a full or a quick run, with as many seeds as the command line says."""
     replaced = found["quick"] if options.quick else {}
     kept = {name: replaced.get(name, value) for name, value in found.items() if name != "quick"}

@@ -8,7 +8,7 @@ from pathlib import Path
 from trundle.recording import TrundleError
 from trundle.whole import write_text
 
-__all__ = ["replace"]
+__all__ = ["replace_section"]
 
 HEAD = """# The paper's experiments
 
@@ -18,7 +18,7 @@ written by its command from the results in [paper/](paper/); `trundle paper all`
 """
 
 
-def replace(path: Path, name: str, text: str, order: Sequence[str]) -> None:
+def replace_section(path: Path, name: str, text: str, order: Sequence[str]) -> None:
     """Put `text` between the markers of `name`; a document or markers that are missing are made.
 
     Parameters
@@ -35,7 +35,7 @@ def replace(path: Path, name: str, text: str, order: Sequence[str]) -> None:
     whole = path.read_text(encoding="utf-8") if path.exists() else HEAD
     begin, end = markers(name)
     if begin not in whole:
-        whole = with_markers(whole, name, order)
+        whole = insert_markers(whole, name, order)
     before, rest = whole.split(begin, 1)
     if end not in rest:
         raise TrundleError(
@@ -50,7 +50,7 @@ def markers(name: str) -> tuple[str, str]:
     return f"<!-- trundle paper {name} -->", f"<!-- end of {name} -->"
 
 
-def with_markers(whole: str, name: str, order: Sequence[str]) -> str:
+def insert_markers(whole: str, name: str, order: Sequence[str]) -> str:
     """Return the document with an empty section for `name` in its place."""
     empty = "\n".join(markers(name)) + "\n"
     later = [markers(other)[0] for other in order[list(order).index(name) + 1 :]]

@@ -10,12 +10,12 @@ from trundle.experiments.paper.config import model_text
 from trundle.recording import TrundleError
 from trundle.settings import parse
 
-__all__ = ["described", "form", "title", "truth"]
+__all__ = ["fit_model_text", "read_object", "title", "true_model_text"]
 
 WHEEL = [{"kind": "viscous_wheel"}]
 
 
-def described(folder: Path, name: str) -> dict[str, Any]:
+def read_object(folder: Path, name: str) -> dict[str, Any]:
     """Return `body`, `effect`, `radius` and `name` of an object, given as `file` or `file:configuration`.
 
     Without a configuration it is the first, the usual one.
@@ -35,12 +35,12 @@ def described(folder: Path, name: str) -> dict[str, Any]:
     }
 
 
-def truth(thing: dict[str, Any]) -> str:
+def true_model_text(thing: dict[str, Any]) -> str:
     """Return the object as it is."""
     return model_text(thing["body"], thing["effect"])
 
 
-def form(thing: dict[str, Any], more: Sequence[str] = ()) -> str:
+def fit_model_text(thing: dict[str, Any], more: Sequence[str] = ()) -> str:
     """Return the paper's model of it (eq. 3): its shape, a mass and one wheel, all six values free.
 
     `more` are kinds of effects beyond the wheel.

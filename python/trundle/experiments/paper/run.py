@@ -59,11 +59,11 @@ def run_one(
     experiment = EXPERIMENTS[name]
     path = out / "paper" / f"{experiment.FILE}.jsonl"
     if not redraw:
-        settings = checked(experiment.settings(options))
+        settings = check_settings(experiment.settings(options))
         if fresh:
             shutil.rmtree(work / name, ignore_errors=True)
         runner = Runner(work / name, versions.of_package(), backend, quiet)
-        write_trials(path, settings, trials(name, settings, runner))
+        write_trials(path, settings, run_trials(name, settings, runner))
     settings, rows = read_trials(path)
     section = experiment.section(settings, rows)
     for picture, draw in section.pictures.items():
@@ -72,32 +72,32 @@ def run_one(
         draw(target)
     took = sum(float(row["seconds"]) for row in rows)
     text = f"## {experiment.TITLE}\n\n{section.text.strip()}\n\n{footer(name, settings, took)}"
-    document.replace(out / "paper.md", name, text, list(EXPERIMENTS))
+    document.replace_section(out / "paper.md", name, text, list(EXPERIMENTS))
     return text
 
 
-def trials(name: str, settings: dict[str, Any], runner: Runner) -> Iterable[tuple[Row, Row, float]]:
+def run_trials(name: str, settings: dict[str, Any], runner: Runner) -> Iterable[tuple[Row, Row, float]]:
     """Run the trials that have no result yet; return each one's name, results and duration, s."""
     names = EXPERIMENTS[name].trials(settings)
     shared = {"name": name, "settings": settings}
-    units = [Unit(words(trial), perform, {**shared, "trial": trial}) for trial in names]
+    units = [Unit(trial_label(trial), run_trial, {**shared, "trial": trial}) for trial in names]
     results = runner.run(f"paper {name}", units)
     return [(trial, one["found"], one["cost"]) for trial, one in zip(names, results, strict=True)]
 
 
-def perform(name: str, settings: dict[str, Any], trial: Row) -> Row:
+def run_trial(name: str, settings: dict[str, Any], trial: Row) -> Row:
     """Run one trial."""
     began = time.perf_counter()
     found = EXPERIMENTS[name].perform(settings, trial)
     return {"found": found, "cost": time.perf_counter() - began}
 
 
-def words(trial: Row) -> str:
+def trial_label(trial: Row) -> str:
     """Return the name of a trial in words."""
     return ", ".join(f"{key} {value}" for key, value in trial.items())
 
 
-def checked(settings: dict[str, Any]) -> dict[str, Any]:
+def check_settings(settings: dict[str, Any]) -> dict[str, Any]:
     """Refuse a number of seeds that makes no table."""
     if settings["seeds"] < 1:
         raise TrundleError(f"seeds = {settings['seeds']}: at least one is needed")

@@ -4,6 +4,6 @@
 words, `page` draws it.
 """
 
-from trundle.experiments.runs.run import conduct
+from trundle.experiments.runs.run import run_closed_loop
 
-__all__ = ["conduct"]
+__all__ = ["run_closed_loop"]

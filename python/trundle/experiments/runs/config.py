@@ -89,8 +89,10 @@ def read(path: Path) -> Settings:
         If a key is unknown, missing or of another type, or the environment or the agent refuses its own.
     """
     file = checked(path, File, headed(path, FORMAT))
-    if file.environment not in tasks():
-        raise TrundleError(f"{path}: environment = {file.environment!r}: choose {', '.join(tasks())}")
+    if file.environment not in supported_environments():
+        raise TrundleError(
+            f"{path}: environment = {file.environment!r}: choose {', '.join(supported_environments())}"
+        )
     if file.seed < 0:
         raise TrundleError(f"{path}: seed = {file.seed}: a seed is a whole number from 0 on")
     if file.episodes < 1:
@@ -99,13 +101,13 @@ def read(path: Path) -> Settings:
     matching(path, trundle.AdaptiveAgent.__init__, file.agent, "agent", model=str)
     settings = Settings(**vars(file), text=path.read_text(encoding="utf-8"), folder=path.parent)
     try:
-        rehearse(settings)
+        check_agent(settings)
     except TrundleError as error:
         raise TrundleError(f"{path}: {error}") from None
     return settings
 
 
-def rehearse(settings: Settings) -> None:
+def check_agent(settings: Settings) -> None:
     """Let the agent decide once, unseen: what is wrong with a setting is told before anything is written."""
     arguments = {**settings.arguments, "render_mode": None}
     env, agent = replace(settings, arguments=arguments).begin(0)
@@ -115,6 +117,6 @@ def rehearse(settings: Settings) -> None:
         env.close()
 
 
-def tasks() -> list[str]:
+def supported_environments() -> list[str]:
     """Return the environments that can be run: those whose observations are arrays."""
     return [f"trundle/{task.__name__}-v0" for task in trundle.envs.FLAT]

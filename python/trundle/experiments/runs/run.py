@@ -12,13 +12,15 @@ from trundle.cli.progress import Progress
 from trundle.experiments.runs import config, sentences
 from trundle.experiments.runs.episode import Row, play
 from trundle.experiments.runs.folder import Folder
+from trundle.experiments.runs.history import parse_history, parse_update
 from trundle.experiments.runs.page import render
-from trundle.experiments.runs.told import parse, update
 
-__all__ = ["conduct"]
+__all__ = ["run_closed_loop"]
 
 
-def conduct(path: Path, out: Path, *, quiet: bool = False, tell: Callable[[str], None] | None = None) -> Path:
+def run_closed_loop(
+    path: Path, out: Path, *, quiet: bool = False, tell: Callable[[str], None] | None = None
+) -> Path:
     """Play the episodes that have not been finished, and write the page of all.
 
     Parameters
@@ -48,15 +50,15 @@ def conduct(path: Path, out: Path, *, quiet: bool = False, tell: Callable[[str],
     for number in range(settings.episodes):
         history = folder.history(number)
         if history is None:
-            history = played(settings, folder, number, quiet)
+            history = play_episode(settings, folder, number, quiet)
             folder.keep(number, history)
-        episodes.append(parse(history))
+        episodes.append(parse_history(history))
         if tell:
             tell(f"episode {number}: {sentences.line(episodes[-1])}")
     return folder.show(render(settings, path.name, episodes))
 
 
-def played(settings: config.Settings, folder: Folder, number: int, quiet: bool) -> Row:
+def play_episode(settings: config.Settings, folder: Folder, number: int, quiet: bool) -> Row:
     """Play an episode and write its recording."""
     env: Any
     env, agent = settings.begin(number)
@@ -66,12 +68,12 @@ def played(settings: config.Settings, folder: Folder, number: int, quiet: bool) 
         env = trundle.Record(env, recording, name=name, table=settings.recording)
         recording.parent.mkdir(exist_ok=True)
     with Progress(f"episode {number}", quiet=quiet) as progress:
-        history = play(env, agent, settings.seed + number, Watch(progress, quiet))
+        history = play(env, agent, settings.seed + number, ProgressReporter(progress, quiet))
     env.close()
     return history
 
 
-class Watch:
+class ProgressReporter:
     """Tells how an episode goes: a line that changes where a person watches, one that stays for each fit."""
 
     def __init__(self, progress: Progress, quiet: bool) -> None:
@@ -83,4 +85,8 @@ class Watch:
         self._progress.show(way)
         if row["update"] is not None and not self._quiet:
             clear = "\r\033[K" if sys.stderr.isatty() else ""
-            print(f"{clear}{way}: {sentences.believed(update(row['update']))}", file=sys.stderr, flush=True)
+            print(
+                f"{clear}{way}: {sentences.belief_line(parse_update(row['update']))}",
+                file=sys.stderr,
+                flush=True,
+            )

@@ -6,16 +6,16 @@ from collections.abc import Sequence
 
 import numpy as np
 
-from trundle.experiments.runs.told import Episode, Update, named, supposed
+from trundle.experiments.runs.history import Episode, Update, named_effects, supposed_effects
 from trundle.report import words
 from trundle.report.given import Array
 from trundle.report.quantity import fixed, listed, measured, shown, suited
 
-__all__ = ["believed", "headline", "lead", "line", "summary"]
+__all__ = ["belief_line", "headline", "lead", "line", "summary"]
 
-NEAR = 0.02
+FOUND_DISTANCE_M = 0.02
 """Distance from the true wheel, m, from which on the page calls it found."""
-FINE = 0.005
+MILLIMETRE_SD_M = 0.005
 """Standard deviation, m, up to which millimetres are written."""
 LAWLESS = "learnt without laws"
 """What is said of a regression, whose coefficients have no names."""
@@ -25,7 +25,7 @@ GAP = "\N{NO-BREAK SPACE}"
 def headline(episode: Episode) -> str:
     """Return how an episode ended."""
     ended = episode.outcome
-    after = f"after {seconds(ended['seconds'])}"
+    after = f"after {format_seconds(ended['seconds'])}"
     if ended["is_success"]:
         return f"Reached the goal {after}."
     if ended["lost"]:
@@ -38,34 +38,42 @@ def lead(episode: Episode) -> list[str]:
     """Return what was learnt, and what else is to be said, most important first."""
     return [
         text
-        for text in (found(episode), pace(episode), hidden(episode), *additions(episode), obstacle(episode))
+        for text in (
+            wheel_sentence(episode),
+            convergence_sentence(episode),
+            hidden_sentence(episode),
+            *added_sentences(episode),
+            obstacle_sentence(episode),
+        )
         if text
     ]
 
 
-def found(episode: Episode) -> str:
+def wheel_sentence(episode: Episode) -> str:
     """Return where the wheel was found, and where it is."""
     last = episode.last
     if last is None:
         return "The agent kept to its first belief."
     if last.wheel is None:
         return (
-            "It learnt without laws: nothing is said of a wheel." if not last.held else "It found no wheel."
+            "It learnt without laws: nothing is said of a wheel."
+            if not last.estimates
+            else "It found no wheel."
         )
     off = episode.off(last)
-    verb = "found" if off is None or off <= NEAR else "believed"
-    text = f"The wheel was {verb} at {place(last.wheel.at, deviation(last))}"
+    verb = "found" if off is None or off <= FOUND_DISTANCE_M else "believed"
+    text = f"The wheel was {verb} at {format_point(last.wheel.at, place_sd(last))}"
     return (
-        f"{text}; it is at {place(episode.wheel.at, np.zeros(2))}."
+        f"{text}; it is at {format_point(episode.wheel.at, np.zeros(2))}."
         if episode.wheel is not None
         else f"{text}."
     )
 
 
-def pace(episode: Episode) -> str | None:
+def convergence_sentence(episode: Episode) -> str | None:
     """Return from which fit on the wheel was known."""
     offs = [episode.off(update) for update in episode.updates]
-    known = [off is not None and off <= NEAR for off in offs]
+    known = [off is not None and off <= FOUND_DISTANCE_M for off in offs]
     count = len(known)
     total = f"{count}{GAP}fit{'s' if count != 1 else ''}"
     if not count or episode.wheel is None:
@@ -74,31 +82,33 @@ def pace(episode: Episode) -> str | None:
     if since == count:
         last = offs[-1]
         return None if last is None else f"After {total} the belief was still {shown('m', last)} off."
-    when = seconds(episode.updates[since].time)
-    within = f"within {suited('m', NEAR).text(NEAR, 1)} of the truth"
+    when = format_seconds(episode.updates[since].time)
+    within = f"within {suited('m', FOUND_DISTANCE_M).text(FOUND_DISTANCE_M, 1)} of the truth"
     return f"From fit {since + 1} of {count} on, {when} after the start, the belief was {within}."
 
 
-def hidden(episode: Episode) -> str | None:
+def hidden_sentence(episode: Episode) -> str | None:
     """Return what else was hidden."""
-    parts = [each.name if each.at is None else f"{each.name} at {place(each.at)}" for each in episode.hidden]
+    parts = [
+        each.name if each.at is None else f"{each.name} at {format_point(each.at)}" for each in episode.hidden
+    ]
     return f"Hidden beside the wheel: {listed(parts)}." if parts else None
 
 
-def additions(episode: Episode) -> list[str]:
+def added_sentences(episode: Episode) -> list[str]:
     """Return what was named or supposed, and when."""
     found = [
-        f"{words.capitalised(words.effect(name))} was named after {seconds(time)} and added to the model."
-        for time, name in named(episode)
+        f"{words.capitalised(words.effect(name))} was named after {format_seconds(time)} and added to the model."
+        for time, name in named_effects(episode)
     ]
     return found + [
-        f"{words.capitalised(words.effects(effects))} was supposed after {seconds(time)}: the diagnosis does "
+        f"{words.capitalised(words.effects(effects))} was supposed after {format_seconds(time)}: the diagnosis does "
         "not vouch for it, but with it the model predicts better."
-        for time, effects in supposed(episode)
+        for time, effects in supposed_effects(episode)
     ]
 
 
-def obstacle(episode: Episode) -> str | None:
+def obstacle_sentence(episode: Episode) -> str | None:
     """Return how often an obstacle was touched."""
     if not episode.obstacles:
         return None
@@ -117,49 +127,50 @@ def summary(episodes: Sequence[Episode]) -> str:
     if not reached:
         return f"{text}."
     times = [each.outcome["seconds"] for each in reached]
-    return f"{text}, after {seconds(float(np.median(times)))} (the median)."
+    return f"{text}, after {format_seconds(float(np.median(times)))} (the median)."
 
 
 def line(episode: Episode) -> str:
     """Return an episode in one line."""
-    return f"{headline(episode)} {found(episode)}"
+    return f"{headline(episode)} {wheel_sentence(episode)}"
 
 
-def believed(update: Update) -> str:
+def belief_line(update: Update) -> str:
     """Return what is believed, in a line for the terminal."""
     if update.wheel is None:
         parts = [
-            listed([each.name for each in update.others]) or ("rolls freely" if update.held else LAWLESS)
+            listed([each.name for each in update.other_effects])
+            or ("rolls freely" if update.estimates else LAWLESS)
         ]
     else:
         drags = [update.value(name) for name in ("least", "most")]
         known = [measured(each.mean, each.sd) for each in drags if each is not None and each.sd is not None]
-        parts = [f"wheel at {place(update.wheel.at, deviation(update))}"]
+        parts = [f"wheel at {format_point(update.wheel.at, place_sd(update))}"]
         parts += [f"drag {listed(known)} N·s/m"] if known else []
     mass = update.value("body.mass")
     parts += [f"mass {measured(mass.mean, mass.sd, 'kg')}"] if mass is not None and mass.mean else []
     parts += [f"named: {words.effects(update.named)}"] if update.named else []
     parts += [f"supposed: {words.effects(update.supposed)}"] if update.supposed else []
-    parts += [f"goes to hold it at {place(update.regrasp)}"] if update.regrasp is not None else []
+    parts += [f"goes to hold it at {format_point(update.regrasp)}"] if update.regrasp is not None else []
     return " · ".join(parts)
 
 
-def deviation(update: Update) -> Array | None:
+def place_sd(update: Update) -> Array | None:
     """Return the standard deviation (2,) of the wheel's place, m."""
-    return None if update.spread is None else np.sqrt(np.diag(update.spread))
+    return None if update.wheel_covariance is None else np.sqrt(np.diag(update.wheel_covariance))
 
 
-def place(at: Array, sd: Array | None = None) -> str:
+def format_point(at: Array, sd: Array | None = None) -> str:
     """Return a point, and how well it is known: `(0.50, −0.30) m ± 1 cm`, `?` where nothing is known."""
     known = np.full(2, True) if sd is None else np.isfinite(sd)
     worst = None if sd is None or not known.any() else float(sd[known].max())
-    places = 2 if worst is None or worst > FINE else 3
+    places = 2 if worst is None or worst > MILLIMETRE_SD_M else 3
     texts = [fixed(value, places) if held else "?" for value, held in zip(at, known, strict=True)]
     point = f"({', '.join(texts)}){GAP}m"
     return point if not worst else f"{point} ± {suited('m', worst).text(worst, 1)}"
 
 
-def seconds(time: float) -> str:
+def format_seconds(time: float) -> str:
     """Return a time; an action takes 0.05 s."""
     tenths = abs(round(time, 1) - time) < 1e-6
     return f"{fixed(time, 1 if tenths else 2)}{GAP}s"

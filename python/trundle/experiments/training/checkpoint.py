@@ -12,9 +12,9 @@ import torch
 from stable_baselines3 import SAC
 
 from trundle._native import TrundleError
-from trundle.experiments.training import plain
+from trundle.experiments.training import state_file
 from trundle.experiments.training.networks import Algorithm
-from trundle.experiments.training.worlds import Worlds, pick
+from trundle.experiments.training.worlds import Worlds, pick_attributes
 from trundle.whole import whole_file
 
 __all__ = ["read", "restore", "state", "write"]
@@ -30,7 +30,7 @@ COUNTERS = (
     "ep_info_buffer",
     "ep_success_buffer",
 )
-MEMORY = ("observations", "next_observations", "actions", "rewards", "dones", "timeouts")
+BUFFER_ARRAYS = ("observations", "next_observations", "actions", "rewards", "dones", "timeouts")
 """Arrays of a replay buffer; the first axis is filled from the beginning."""
 
 
@@ -38,13 +38,13 @@ def state(learner: Algorithm, worlds: Worlds) -> dict[str, Any]:
     """Return the state between two rollouts: networks, optimisers, memory, worlds, random numbers."""
     kept = {
         "networks": learner.get_parameters(),
-        "counters": pick(learner, COUNTERS),
+        "counters": pick_attributes(learner, COUNTERS),
         "worlds": worlds.state(),
         "random": (random.getstate(), np.random.get_state(), torch.get_rng_state()),
         "sampling": learner.action_space.np_random.bit_generator.state,
     }
     if isinstance(learner, SAC):
-        kept["memory"] = remembered(learner.replay_buffer)
+        kept["memory"] = buffer_state(learner.replay_buffer)
         if learner.ent_coef_optimizer is not None:
             kept["log_ent_coef"] = learner.log_ent_coef.detach()
     return kept
@@ -69,16 +69,16 @@ def restore(learner: Algorithm, worlds: Worlds, kept: dict[str, Any]) -> None:
     torch.set_rng_state(torch_state)
 
 
-def remembered(memory: Any) -> tuple[int, bool, dict[str, Any]]:
+def buffer_state(memory: Any) -> tuple[int, bool, dict[str, Any]]:
     """Return what a replay buffer holds."""
     filled = memory.buffer_size if memory.full else memory.pos
-    return memory.pos, memory.full, {name: getattr(memory, name)[:filled] for name in MEMORY}
+    return memory.pos, memory.full, {name: getattr(memory, name)[:filled] for name in BUFFER_ARRAYS}
 
 
 def write(path: Path, kept: dict[str, Any]) -> None:
     """Write a checkpoint; the one before is there until this one is whole."""
     with whole_file(path) as part, part.open("wb") as file:
-        plain.save(file, kept)
+        state_file.save(file, kept)
         file.flush()
         os.fsync(file.fileno())
 
@@ -94,7 +94,7 @@ def read(path: Path) -> dict[str, Any] | None:
     if not path.exists():
         return None
     try:
-        kept: dict[str, Any] = plain.load(path)
+        kept: dict[str, Any] = state_file.load(path)
         return kept
     except Exception as error:  # a damaged file fails in many ways
         raise TrundleError(f"{path}: this is no checkpoint ({error}); remove it to begin anew") from error

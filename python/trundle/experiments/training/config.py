@@ -13,20 +13,20 @@ from trundle._native import TrundleError
 from trundle.experiments.training.frames import TASKS
 from trundle.settings import checked, ending, headed
 
-__all__ = ["Aids", "Evaluation", "Settings", "read"]
+__all__ = ["Evaluation", "RewardShaping", "Settings", "read"]
 
 FORMAT = "trundle-train/1"
-APART = 1_000_000
+SEED_STRIDE = 1_000_000
 """Between the seeds of two trainings, so that no two of them begin in the same worlds."""
-COUNTS = ("batch_size", "n_steps", "n_epochs", "buffer_size", "train_freq", "target_update_interval")
-SHARES = ("gamma", "gae_lambda", "tau")
-SCHEDULED = ("learning_rate", "clip_range")
+COUNT_KEYS = ("batch_size", "n_steps", "n_epochs", "buffer_size", "train_freq", "target_update_interval")
+SHARE_KEYS = ("gamma", "gae_lambda", "tau")
+SCHEDULE_KEYS = ("learning_rate", "clip_range")
 """Where "lin_0.001" falls evenly to zero over the training, as in RL Zoo."""
-LINEAR = r"lin_(\d+\.?\d*(?:e-?\d+)?)"
+LINEAR_PATTERN = r"lin_(\d+\.?\d*(?:e-?\d+)?)"
 
 
 @dataclass(frozen=True)
-class Aids:
+class RewardShaping:
     """Rewards that are there to learn from, not to be judged by.
 
     Attributes
@@ -88,7 +88,7 @@ class File:
     frame: Literal["world", "object"] = "world"
     checkpoint_every: int = 100_000
     policy_kwargs: Network = Network()
-    aids: Aids = Aids()
+    aids: RewardShaping = RewardShaping()
     evaluation: Evaluation = Evaluation()
     policy: Literal["MlpPolicy"] = "MlpPolicy"
     learning_rate: float | str | None = None
@@ -175,7 +175,7 @@ class Settings:
     checkpoint_every: int = 100_000
     hyperparameters: dict[str, Any] = field(default_factory=dict)
     policy_kwargs: dict[str, Any] = field(default_factory=dict)
-    aids: Aids = Aids()
+    aids: RewardShaping = RewardShaping()
     evaluation: Evaluation = Evaluation()
 
     def plain(self) -> dict[str, Any]:
@@ -214,11 +214,11 @@ def read(path: Path) -> Settings:
             "policy_kwargs": {k: v for k, v in asdict(file.policy_kwargs).items() if v is not None},
         }
     )
-    sensible(path, settings)
+    check_values(path, settings)
     return settings
 
 
-def sensible(path: Path, settings: Settings) -> None:
+def check_values(path: Path, settings: Settings) -> None:
     """Refuse values that make no sense."""
     counts = {
         "n_envs": settings.n_envs,
@@ -234,10 +234,10 @@ def sensible(path: Path, settings: Settings) -> None:
     if settings.env not in TASKS:
         raise TrundleError(f"{path}: env = {settings.env!r}: choose {', '.join(TASKS)}")
     ending(path, settings.env_kwargs, "env_kwargs")
-    first, last = settings.evaluation.first, APART - settings.evaluation.episodes
+    first, last = settings.evaluation.first, SEED_STRIDE - settings.evaluation.episodes
     if not 0 <= first <= last:
         raise TrundleError(
-            f"{path}: [evaluation] first = {first}: give 0 to {last}; those from {APART} on are trained on"
+            f"{path}: [evaluation] first = {first}: give 0 to {last}; those from {SEED_STRIDE} on are trained on"
         )
     seeds = settings.seeds
     if not seeds or not all(0 < seed < 1000 for seed in seeds):
@@ -246,29 +246,29 @@ def sensible(path: Path, settings: Settings) -> None:
     if not all(width > 0 for width in layers):
         raise TrundleError(f"{path}: net_arch = {layers!r}: give the widths of the layers, [64, 64]")
     told = settings.hyperparameters
-    for key in COUNTS:
+    for key in COUNT_KEYS:
         if told.get(key, 1) < 1:
             raise TrundleError(f"{path}: {key} = {told[key]}: give a whole number from 1 on")
-    for key in SHARES:
+    for key in SHARE_KEYS:
         if not 0 <= told.get(key, 0) <= 1:
             raise TrundleError(f"{path}: {key} = {told[key]}: give a number from 0 to 1")
     entropy = told.get("ent_coef", "auto")
-    if isinstance(entropy, str) and entropy != "auto" and not positive(entropy.removeprefix("auto_")):
+    if isinstance(entropy, str) and entropy != "auto" and not is_positive(entropy.removeprefix("auto_")):
         raise TrundleError(
             f'{path}: ent_coef = {entropy!r}: give a number, "auto", or "auto_0.1" to begin with 0.1'
         )
     target = told.get("target_entropy", "auto")
     if isinstance(target, str) and target != "auto":
         raise TrundleError(f'{path}: target_entropy = {target!r}: give a number, or "auto"')
-    for key in SCHEDULED:
+    for key in SCHEDULE_KEYS:
         rate = settings.hyperparameters.get(key)
-        if isinstance(rate, str) and not re.fullmatch(LINEAR, rate):
+        if isinstance(rate, str) and not re.fullmatch(LINEAR_PATTERN, rate):
             raise TrundleError(
                 f'{path}: {key} = {rate!r}: give a number, or "lin_0.001" to let it fall to zero'
             )
 
 
-def positive(text: str) -> bool:
+def is_positive(text: str) -> bool:
     """Tell whether a text is a number above zero."""
     try:
         return float(text) > 0.0

@@ -5,15 +5,15 @@ from __future__ import annotations
 import numpy as np
 from numpy.typing import NDArray
 
-__all__ = ["TASKS", "from_object", "seen", "width"]
+__all__ = ["TASKS", "entry_count", "to_frame", "to_object_frame"]
 
 Array = NDArray[np.float64]
 
-GOAL, TOWARDS = 7, 9
+GOAL_INDEX, HEADING_INDEX = 7, 9
 """Where an observation holds the goal's position and its heading, each two entries."""
-CLOSE = 0.1
+CLOSE_SCALE = 0.1
 """Offset (m or rad) at which the goal seen closely is half of what it can be."""
-CLOSELY = 3
+CLOSE_ENTRIES = 3
 """How many entries that adds."""
 TASKS: dict[str, tuple[tuple[int, ...], tuple[int, ...]]] = {
     "trundle/PushPose-v0": ((), ()),
@@ -25,18 +25,18 @@ TASKS: dict[str, tuple[tuple[int, ...], tuple[int, ...]]] = {
 """Where the task's own positions and directions begin, counted from the end of an observation."""
 
 
-def seen(observations: Array, task: str, frame: str) -> NDArray[np.float32]:
+def to_frame(observations: Array, task: str, frame: str) -> NDArray[np.float32]:
     """Return observations of shape (n, entries) in a frame, float32 as networks take them."""
-    told = from_object(observations, task) if frame == "object" else observations
+    told = to_object_frame(observations, task) if frame == "object" else observations
     return np.asarray(told, dtype=np.float32)
 
 
-def width(entries: int, frame: str) -> int:
+def entry_count(entries: int, frame: str) -> int:
     """Return how many entries an observation has in a frame."""
-    return entries + CLOSELY if frame == "object" else entries
+    return entries + CLOSE_ENTRIES if frame == "object" else entries
 
 
-def from_object(observations: Array, task: str) -> Array:
+def to_object_frame(observations: Array, task: str) -> Array:
     """Return observations as they look from the object; nothing is lost.
 
     Where the object's position stood is the world's origin, seen from the object; its heading stays, for
@@ -61,11 +61,11 @@ def from_object(observations: Array, task: str) -> Array:
 
     told[:, 0:2] = turned(-place)
     told[:, 4:6] = turned(observations[:, 4:6])
-    for k in (GOAL, *(observations.shape[1] + point for point in points)):
+    for k in (GOAL_INDEX, *(observations.shape[1] + point for point in points)):
         told[:, k : k + 2] = turned(observations[:, k : k + 2] - place)
-    for k in (TOWARDS, *(observations.shape[1] + way for way in directions)):
+    for k in (HEADING_INDEX, *(observations.shape[1] + way for way in directions)):
         told[:, k : k + 2] = turned(observations[:, k : k + 2])
-    goal = told[:, GOAL : GOAL + 2]
-    turn = np.arctan2(told[:, TOWARDS + 1], told[:, TOWARDS])[:, None]
-    near = goal / (np.hypot(goal[:, :1], goal[:, 1:]) + CLOSE)
-    return np.concatenate([told, near, turn / (np.abs(turn) + CLOSE)], axis=1)
+    goal = told[:, GOAL_INDEX : GOAL_INDEX + 2]
+    turn = np.arctan2(told[:, HEADING_INDEX + 1], told[:, HEADING_INDEX])[:, None]
+    near = goal / (np.hypot(goal[:, :1], goal[:, 1:]) + CLOSE_SCALE)
+    return np.concatenate([told, near, turn / (np.abs(turn) + CLOSE_SCALE)], axis=1)

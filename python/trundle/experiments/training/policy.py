@@ -12,7 +12,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from trundle._native import TrundleError
-from trundle.experiments.training.frames import seen, width
+from trundle.experiments.training.frames import entry_count, to_frame
 from trundle.whole import whole_file
 
 __all__ = ["About", "Policy", "load"]
@@ -132,12 +132,14 @@ class Policy:
                 f"{self.about.env} with {self.about.env_kwargs} tells {entries} entries"
             )
         past = self._past(state, episode_start, len(many))
-        past = np.concatenate([past[:, 1:], seen(many, self.about.env, self.about.frame)[:, None]], axis=1)
+        past = np.concatenate(
+            [past[:, 1:], to_frame(many, self.about.env, self.about.frame)[:, None]], axis=1
+        )
         actions = self._network(past.reshape(len(many), -1))
         return actions.reshape((*rows.shape[:-1], actions.shape[1])), past
 
     def _past(self, state: Past | None, episode_start: Any, count: int) -> Past:
-        shape = (count, self.about.frame_stack, width(self.about.entries, self.about.frame))
+        shape = (count, self.about.frame_stack, entry_count(self.about.entries, self.about.frame))
         if state is None or state.shape != shape:
             return np.zeros(shape, dtype=np.float32)
         begun = np.broadcast_to(np.asarray(False if episode_start is None else episode_start), count)

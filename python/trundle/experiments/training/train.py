@@ -20,18 +20,18 @@ from trundle.experiments.training import checkpoint
 from trundle.experiments.training.config import Settings, read
 from trundle.experiments.training.evaluate import evaluate
 from trundle.experiments.training.networks import Algorithm, algorithm, exported
-from trundle.experiments.training.worlds import Worlds, make, period
+from trundle.experiments.training.worlds import Worlds, action_period, make_worlds
 from trundle.whole import kept_json, write_text
 
 __all__ = ["Training", "train_one"]
 
 Show = Callable[[str], object]
 Row = dict[str, Any]
-SHARE = 0.2
+PLATEAU_SHARE = 0.2
 """The last share of a curve is compared with the share before it to tell whether it has flattened."""
-BETTER = 0.02
+MIN_IMPROVEMENT = 0.02
 """By more success than this, or this many metres nearer to the goal, it still rises."""
-LOGGED = 20
+LOG_INTERVAL = 20
 """Rollouts of PPO, or episodes of SAC, from one line of TensorBoard to the next."""
 
 
@@ -78,16 +78,16 @@ class Training:
 
     def _train(self, show: Show) -> Row:
         torch.set_num_threads(1)
-        worlds = make(self.settings)
+        worlds = make_worlds(self.settings)
         learner = algorithm(self.settings, self.seed, worlds)
-        learner.set_logger(Logger(str(self._work), writers(self._work)))
+        learner.set_logger(Logger(str(self._work), log_writers(self._work)))
         kept = checkpoint.read(self.checkpoint_file)
         if kept is not None:
             self.curve, self.seconds = self._own(kept)["curve"], kept["seconds"]
             checkpoint.restore(learner, worlds, kept)
-        watch = Watch(self, worlds, show)
+        watch = TrainingCallback(self, worlds, show)
         rest = self.settings.n_timesteps - learner.num_timesteps
-        learner.learn(rest, callback=watch, reset_num_timesteps=False, log_interval=LOGGED)
+        learner.learn(rest, callback=watch, reset_num_timesteps=False, log_interval=LOG_INTERVAL)
         watch.look()
         told = self._finish(learner, worlds, self.seconds + watch.seconds)
         worlds.top.close()
@@ -120,13 +120,13 @@ class Training:
             "env": self.settings.env,
             "env_kwargs": self.settings.env_kwargs,
             "steps": steps,
-            "simulated_seconds": round(steps * period(self.settings), 3),
+            "simulated_seconds": round(steps * action_period(self.settings), 3),
             "parameters": policy.parameters,
-            "flattened": flattened(self.curve),
+            "flattened": has_flattened(self.curve),
             "curve": self.curve,
         }
-        write_text(self._timing_file, lines({"cpu_seconds": round(seconds, 1)}))
-        write_text(self._curve_file, lines(told))
+        write_text(self._timing_file, to_json({"cpu_seconds": round(seconds, 1)}))
+        write_text(self._curve_file, to_json(told))
         self.checkpoint_file.unlink(missing_ok=True)
         return told
 
@@ -143,7 +143,7 @@ def train_one(config: Path, seed: int, out: Path, quiet: bool) -> str:
     )
 
 
-class Watch(BaseCallback):  # type: ignore[misc]
+class TrainingCallback(BaseCallback):  # type: ignore[misc]
     """Looks after a training between rollouts, the only time at which its state is whole."""
 
     def __init__(self, training: Training, worlds: Worlds, show: Show) -> None:
@@ -208,15 +208,15 @@ class Watch(BaseCallback):  # type: ignore[misc]
         )
 
 
-def flattened(curve: list[Row]) -> bool:
+def has_flattened(curve: list[Row]) -> bool:
     """Tell whether the last share of a curve is no better than the one before, by success or distance."""
-    count = max(1, round(SHARE * len(curve)))
+    count = max(1, round(PLATEAU_SHARE * len(curve)))
     late, before = curve[-count:], curve[-2 * count : -count]
     if not before:
         return False
     more = mean(late, "success") - mean(before, "success")
     nearer = mean(before, "distance") - mean(late, "distance")
-    return more <= BETTER and nearer <= BETTER
+    return more <= MIN_IMPROVEMENT and nearer <= MIN_IMPROVEMENT
 
 
 def mean(rows: list[Row], key: str) -> float:
@@ -224,13 +224,13 @@ def mean(rows: list[Row], key: str) -> float:
     return sum(float(row[key]) for row in rows) / len(rows)
 
 
-def writers(folder: Path) -> list[KVWriter]:
+def log_writers(folder: Path) -> list[KVWriter]:
     """Return what writes for TensorBoard, where that is installed."""
     if importlib.util.find_spec("tensorboard") is None:
         return []
     return [TensorBoardOutputFormat(str(folder))]
 
 
-def lines(told: Row) -> str:
+def to_json(told: Row) -> str:
     """Return JSON for a person to read."""
     return json.dumps(told, indent=1) + "\n"

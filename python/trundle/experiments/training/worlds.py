@@ -17,22 +17,22 @@ from stable_baselines3.common.vec_env import (
 
 from trundle._native import TrundleError
 from trundle.envs.sb3 import SB3VecEnv
-from trundle.experiments.training.config import Aids, Settings
-from trundle.experiments.training.frames import seen, width
+from trundle.experiments.training.config import RewardShaping, Settings
+from trundle.experiments.training.frames import entry_count, to_frame
 
-__all__ = ["Worlds", "make"]
+__all__ = ["Worlds", "make_worlds"]
 
-LOSS, TURN = 100.0, 0.3
+ENV_LOSS_COST, ENV_HEADING_WEIGHT_M = 100.0, 0.3
 """What the environments charge for a lost object, and for a radian of heading error (m)."""
-NEAR = 0.2
+NEAR_GOAL_M = 0.2
 """Error below which an object is near its goal, m."""
 
 
-class Seen(VecEnvWrapper):  # type: ignore[misc]
+class FrameWrapper(VecEnvWrapper):  # type: ignore[misc]
     """Observations in a frame, float32."""
 
     def __init__(self, venv: VecEnv, task: str, frame: str) -> None:
-        shape = (width(venv.observation_space.shape[0], frame),)
+        shape = (entry_count(venv.observation_space.shape[0], frame),)
         super().__init__(venv, observation_space=gym.spaces.Box(-np.inf, np.inf, shape, np.float32))
         self._task, self._frame = task, frame
 
@@ -49,13 +49,13 @@ class Seen(VecEnvWrapper):  # type: ignore[misc]
         return self._seen(observations), rewards, dones, infos
 
     def _seen(self, observations: Any) -> NDArray[np.float32]:
-        return seen(observations, self._task, self._frame)
+        return to_frame(observations, self._task, self._frame)
 
 
-class Aided(VecEnvWrapper):  # type: ignore[misc]
+class ShapedRewardWrapper(VecEnvWrapper):  # type: ignore[misc]
     """Rewards to learn from; a monitor within keeps those of the environment."""
 
-    def __init__(self, venv: VecEnv, aids: Aids, period: float) -> None:
+    def __init__(self, venv: VecEnv, aids: RewardShaping, period: float) -> None:
         super().__init__(venv)
         self._aids, self._period = aids, period
 
@@ -67,12 +67,12 @@ class Aided(VecEnvWrapper):  # type: ignore[misc]
         """Act, and add the aids."""
         observations, rewards, dones, infos = self.venv.step_wait()
         turns = np.array([abs(info["heading_error"]) for info in infos])
-        errors = np.array([info["distance"] for info in infos]) + TURN * turns
-        cost = self._aids.miss_cost * np.tanh(errors / NEAR) + self._aids.turn_cost * turns
+        errors = np.array([info["distance"] for info in infos]) + ENV_HEADING_WEIGHT_M * turns
+        cost = self._aids.miss_cost * np.tanh(errors / NEAR_GOAL_M) + self._aids.turn_cost * turns
         rewards = (rewards - self._period * cost).astype(np.float32)
         for index in np.flatnonzero(dones):
             rewards[index] += self._aids.success_bonus * infos[index]["is_success"]
-            rewards[index] += (LOSS - self._aids.loss_cost) * infos[index]["lost"]
+            rewards[index] += (ENV_LOSS_COST - self._aids.loss_cost) * infos[index]["lost"]
         return observations, rewards, dones, infos
 
 
@@ -89,12 +89,12 @@ class Worlds(NamedTuple):
         """Return all that goes on from one step to the next."""
         kept = {
             "episodes": self.batch.env_method("snapshot"),
-            "monitor": pick(self.monitor, MONITORED),
+            "monitor": pick_attributes(self.monitor, MONITOR_KEYS),
         }
         if self.stack is not None:
             kept["stack"] = self.stack.stacked_obs.stacked_obs
         if self.normalize is not None:
-            kept["normalize"] = pick(self.normalize, SCALES)
+            kept["normalize"] = pick_attributes(self.normalize, NORMALIZE_KEYS)
         return kept
 
     def restore(self, state: dict[str, Any]) -> None:
@@ -108,22 +108,22 @@ class Worlds(NamedTuple):
             vars(self.normalize).update(state["normalize"])
 
 
-MONITORED = ("episode_returns", "episode_lengths", "episode_count")
-SCALES = ("obs_rms", "ret_rms", "returns", "old_obs", "old_reward")
+MONITOR_KEYS = ("episode_returns", "episode_lengths", "episode_count")
+NORMALIZE_KEYS = ("obs_rms", "ret_rms", "returns", "old_obs", "old_reward")
 
 
-def pick(owner: Any, names: tuple[str, ...]) -> dict[str, Any]:
+def pick_attributes(owner: Any, names: tuple[str, ...]) -> dict[str, Any]:
     """Return attributes of an object, by name; those that it has."""
     return {name: getattr(owner, name) for name in names if hasattr(owner, name)}
 
 
-def period(settings: Settings) -> float:
+def action_period(settings: Settings) -> float:
     """Return the time between two actions, s."""
     single: Any = gym.make(settings.env, **settings.env_kwargs).unwrapped
     return float(single.control)
 
 
-def make(settings: Settings) -> Worlds:
+def make_worlds(settings: Settings) -> Worlds:
     """Make the environments of a training.
 
     Raises
@@ -132,12 +132,12 @@ def make(settings: Settings) -> Worlds:
         If the environment does not take its arguments.
     """
     try:
-        step = period(settings)
+        step = action_period(settings)
         batch = SB3VecEnv.make(settings.env, settings.n_envs, **settings.env_kwargs)
     except TypeError as error:
         raise TrundleError(f"env_kwargs = {settings.env_kwargs}: {error}") from None
-    monitor = VecMonitor(Seen(batch, settings.env, settings.frame))
-    top: VecEnv = Aided(monitor, settings.aids, step)
+    monitor = VecMonitor(FrameWrapper(batch, settings.env, settings.frame))
+    top: VecEnv = ShapedRewardWrapper(monitor, settings.aids, step)
     stack = normalize = None
     if settings.frame_stack > 1:
         top = stack = VecFrameStack(top, settings.frame_stack)

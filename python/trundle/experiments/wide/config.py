@@ -6,7 +6,7 @@ from dataclasses import asdict, dataclass, replace
 from pathlib import Path
 from typing import Any
 
-from trundle.experiments.wide.families import CATALOGUE, OUTSIDE
+from trundle.experiments.wide.families import CATALOGUE, OUT_OF_CATALOGUE
 from trundle.recording import TrundleError
 from trundle.settings import checked, headed
 
@@ -52,7 +52,7 @@ class Range:
 
 
 @dataclass(frozen=True)
-class Document:
+class File:
     """A file as it is written; see `Settings`."""
 
     ranges: dict[str, Range]
@@ -127,9 +127,9 @@ def read(path: Path, which: str) -> Settings:
     TrundleError
         If a key, a family or the range is unknown.
     """
-    found = checked(path, Document, headed(path, FORMAT))
-    chosen = ranged(path, found, which)
-    parent = ranged(path, found, chosen.of) if chosen.of else chosen
+    found = checked(path, File, headed(path, FORMAT))
+    chosen = get_range(path, found, which)
+    parent = get_range(path, found, chosen.of) if chosen.of else chosen
     if chosen.shares < 1:
         raise TrundleError(f"{path}: [ranges.{which}] shares = {chosen.shares} must be at least 1")
     if parent.first is None:
@@ -142,8 +142,8 @@ def read(path: Path, which: str) -> Settings:
         subset=chosen.counts() if chosen.of else None,
         shares=chosen.shares,
         share=None,
-        effects=families(path, found.effects, CATALOGUE),
-        outside=families(path, found.outside, OUTSIDE),
+        effects=resolve_families(path, found.effects, CATALOGUE),
+        outside=resolve_families(path, found.outside, OUT_OF_CATALOGUE),
         matters=found.matters,
         each_matters=found.each_matters,
         attempts=found.attempts,
@@ -151,7 +151,7 @@ def read(path: Path, which: str) -> Settings:
     )
 
 
-def ranged(path: Path, found: Document, which: str) -> Range:
+def get_range(path: Path, found: File, which: str) -> Range:
     """Return a range of a file."""
     if which not in found.ranges:
         raise TrundleError(
@@ -160,7 +160,7 @@ def ranged(path: Path, found: Document, which: str) -> Range:
     return found.ranges[which]
 
 
-def families(path: Path, names: Any, known: dict[str, Any]) -> tuple[str, ...]:
+def resolve_families(path: Path, names: Any, known: dict[str, Any]) -> tuple[str, ...]:
     """Return names of families, all known ones for "all"."""
     for name in names:
         if name != "all" and name not in known:

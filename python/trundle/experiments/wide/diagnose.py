@@ -47,12 +47,12 @@ def diagnose_case(digest: str, limit: float, folder: Path) -> dict[str, Any]:
         seconds = time.perf_counter() - began
         for file in (out, errors):
             file.seek(0)
-        answer = answered(process.returncode, out.read(), errors.read())
+        answer = parse_answer(process.returncode, out.read(), errors.read())
     cost = {"seconds": seconds, "cpu": usage.ru_utime + usage.ru_stime, "memory": usage.ru_maxrss / 1024}
     return {**answer, "cost": cost}
 
 
-def answered(status: int, out: bytes, errors: bytes) -> dict[str, Any]:
+def parse_answer(status: int, out: bytes, errors: bytes) -> dict[str, Any]:
     """Return the answer of a process that has ended."""
     if status == 0:
         found: dict[str, Any] = json.loads(out)
@@ -76,7 +76,7 @@ def main(folder: str, limit: str) -> None:
         reason = str(error).replace(f"{Path(folder).parent}/", "")
         json.dump({"verdict": "refused", "reason": reason}, sys.stdout)
         return
-    json.dump(kept(answer), sys.stdout)
+    json.dump(summarize_answer(answer), sys.stdout)
 
 
 def end_with_parent() -> None:
@@ -85,7 +85,7 @@ def end_with_parent() -> None:
     os.kill(os.getpid(), signal.SIGKILL)
 
 
-def kept(answer: dict[str, Any]) -> dict[str, Any]:
+def summarize_answer(answer: dict[str, Any]) -> dict[str, Any]:
     """Return what scoring needs of `diagnosis.json`."""
     names = ("effect", "probability", "parameters", "where", "explains")
     figures = ("window_position_rmse", "window_heading_rmse", "position_rmse", "heading_rmse")

@@ -16,46 +16,54 @@ from trundle.experiments.blind.families.joints import AxisFriction, ThinningDrag
 from trundle.experiments.blind.families.sensing import ForceBias, GripperInertia, TrackerOffset
 from trundle.experiments.blind.families.surroundings import Tether
 from trundle.experiments.blind.families.wheels import SecondWheel, WheelEvent
-from trundle.experiments.blind.family import Family, Hidden, Site, Values
-from trundle.experiments.blind.places import in_room
-from trundle.experiments.blind.push import CONTACT
-from trundle.experiments.blind.score import TWINS
-from trundle.experiments.blind.seen import Seen
-from trundle.experiments.wide.motion import first_touch
-from trundle.experiments.wide.outside import OUTSIDE, PUSHES_AT_REST
+from trundle.experiments.blind.family import EpisodeContext, Family, HiddenEffect, Values
+from trundle.experiments.blind.geometry import to_world
+from trundle.experiments.blind.push import CONTACT_TIME_S
+from trundle.experiments.blind.readings import Readings
+from trundle.experiments.blind.score import INDISTINGUISHABLE_PAIR
+from trundle.experiments.wide.out_of_catalogue import MOVES_RESTING_OBJECT, OUT_OF_CATALOGUE
 from trundle.experiments.wide.scene import WideScene
+from trundle.experiments.wide.trajectory import first_contact_time
 
-__all__ = ["CATALOGUE", "INSEPARABLE", "OUTSIDE", "allowed", "by_name", "clocked", "draw_hidden"]
+__all__ = [
+    "CATALOGUE",
+    "INDISTINGUISHABLE_PAIRS",
+    "OUT_OF_CATALOGUE",
+    "distort_from_contact",
+    "draw_effects",
+    "get_family",
+    "is_allowed",
+]
 
 Floats = NDArray[np.float64]
 
-REFERENCE_GYRATION = 0.45
+REFERENCE_GYRATION_M = 0.45
 """Radius of gyration of the old benchmark's furniture, m; its effects are scaled from it."""
-REFERENCE_MASS = 22.0
+REFERENCE_MASS_KG = 22.0
 """Its mass, kg."""
-LIMITS = ("limit_x", "limit_y", "limit_torque")
+LIMIT_NAMES = ("limit_x", "limit_y", "limit_torque")
 """Of a sensor's range: forces, N, and torque, N·m."""
-CUT = (0.15, 0.45)
+CUT_SHARE_RANGE = (0.15, 0.45)
 """Share of the largest load that is cut: of more than that the best law leaves most of the misfit."""
-LEAST_LIMIT = 1e-3
+MIN_LIMIT = 1e-3
 """Limit that a fit begins with where an axis reads nothing: a finger bears no torque."""
 NEEDS_GRASP = frozenset({"floor_slope", "gripper_inertia"})
 """Effects that are not hidden under a free finger: the object rolls away, or the gripper moves alone."""
-INSEPARABLE = (TWINS, frozenset({"second_wheel", "wheel_event"}))
+INDISTINGUISHABLE_PAIRS = (INDISTINGUISHABLE_PAIR, frozenset({"second_wheel", "wheel_event"}))
 """Pairs that are not hidden together, as in the old benchmark."""
 
 
-def scale(rng: np.random.Generator, values: Values, names: Sequence[str], factor: float) -> Values:
+def scale_values(rng: np.random.Generator, values: Values, names: Sequence[str], factor: float) -> Values:
     """Return values some of which are multiplied."""
     return {**values, **{name: factor * values[name] for name in names}}
 
 
-def wide_event(rng: np.random.Generator, scene: WideScene) -> Values:
+def draw_wide_event(rng: np.random.Generator, scene: WideScene) -> Values:
     """Return a moment of a training episode, at least a fifth of the episode from its ends."""
     training = len(scene.pushes) - scene.held_out
     episode = int(rng.integers(min(1, training - 1), max(training - 1, min(1, training - 1) + 1)))
-    span = scene.seconds[episode] - CONTACT
-    return {"episode": episode, "time": CONTACT + float(rng.uniform(0.2, 0.8)) * span}
+    span = scene.seconds[episode] - CONTACT_TIME_S
+    return {"episode": episode, "time": CONTACT_TIME_S + float(rng.uniform(0.2, 0.8)) * span}
 
 
 class WideMassChange(MassChange):
@@ -63,7 +71,7 @@ class WideMassChange(MassChange):
 
     def draw(self, rng: np.random.Generator, scene: Any, paths: Sequence[Floats]) -> Values:
         """Return the mass as in the old benchmark, and a moment."""
-        return {**super().draw(rng, scene, paths), **wide_event(rng, scene)}
+        return {**super().draw(rng, scene, paths), **draw_wide_event(rng, scene)}
 
 
 class WideWheelEvent(WheelEvent):
@@ -71,7 +79,7 @@ class WideWheelEvent(WheelEvent):
 
     def draw(self, rng: np.random.Generator, scene: Any, paths: Sequence[Floats]) -> Values:
         """Return the factors as in the old benchmark, and a moment."""
-        return {**super().draw(rng, scene, paths), **wide_event(rng, scene)}
+        return {**super().draw(rng, scene, paths), **draw_wide_event(rng, scene)}
 
 
 class WideComOffset(ComOffset):
@@ -79,8 +87,8 @@ class WideComOffset(ComOffset):
 
     def draw(self, rng: np.random.Generator, scene: Any, paths: Sequence[Floats]) -> Values:
         """Return the offset."""
-        size = math.sqrt(scene.shape.spin) / REFERENCE_GYRATION
-        return scale(rng, super().draw(rng, scene, paths), ("x", "y"), size)
+        size = math.sqrt(scene.shape.spin) / REFERENCE_GYRATION_M
+        return scale_values(rng, super().draw(rng, scene, paths), ("x", "y"), size)
 
 
 class WideTrackerOffset(TrackerOffset):
@@ -88,8 +96,8 @@ class WideTrackerOffset(TrackerOffset):
 
     def draw(self, rng: np.random.Generator, scene: Any, paths: Sequence[Floats]) -> Values:
         """Return the offset."""
-        size = math.sqrt(scene.shape.spin) / REFERENCE_GYRATION
-        return scale(rng, super().draw(rng, scene, paths), ("offset_x", "offset_y"), size)
+        size = math.sqrt(scene.shape.spin) / REFERENCE_GYRATION_M
+        return scale_values(rng, super().draw(rng, scene, paths), ("offset_x", "offset_y"), size)
 
 
 class WideSecondWheel(SecondWheel):
@@ -98,7 +106,7 @@ class WideSecondWheel(SecondWheel):
     def draw(self, rng: np.random.Generator, scene: Any, paths: Sequence[Floats]) -> Values:
         """Return the wheel."""
         factor = math.sqrt(scene.mass / 20.0)
-        return scale(rng, super().draw(rng, scene, paths), ("mu_x", "mu_y"), factor)
+        return scale_values(rng, super().draw(rng, scene, paths), ("mu_x", "mu_y"), factor)
 
 
 class WideGripperInertia(GripperInertia):
@@ -106,15 +114,15 @@ class WideGripperInertia(GripperInertia):
 
     def draw(self, rng: np.random.Generator, scene: Any, paths: Sequence[Floats]) -> Values:
         """Return a mass in proportion to the object's."""
-        return scale(rng, super().draw(rng, scene, paths), ("mass",), scene.mass / REFERENCE_MASS)
+        return scale_values(rng, super().draw(rng, scene, paths), ("mass",), scene.mass / REFERENCE_MASS_KG)
 
-    def furnish(self, site: Site, values: Values) -> None:
+    def add_to_world(self, context: EpisodeContext, values: Values) -> None:
         """Add nothing to the motion."""
 
-    def distort(self, seen: Seen, site: Site, values: Values) -> Seen:
+    def distort(self, seen: Readings, context: EpisodeContext, values: Values) -> Readings:
         """Add mass times acceleration of the gripper's origin, gripper axes."""
         step = float(seen.t[1] - seen.t[0])
-        moving = seen.t >= CONTACT
+        moving = seen.t >= CONTACT_TIME_S
         at, pose = seen.gripper[:, :2], np.zeros((len(seen.t), 2))
         pose[1:-1] = (at[2:] - 2 * at[1:-1] + at[:-2]) / step**2
         pose[~moving] = 0.0
@@ -130,12 +138,12 @@ class WideForceBias(ForceBias):
 
     def draw(self, rng: np.random.Generator, scene: Any, paths: Sequence[Floats]) -> Values:
         """Return an offset whose torque goes with the object's size."""
-        size = math.sqrt(scene.shape.spin) / REFERENCE_GYRATION
-        return scale(rng, super().draw(rng, scene, paths), ("torque_z",), size)
+        size = math.sqrt(scene.shape.spin) / REFERENCE_GYRATION_M
+        return scale_values(rng, super().draw(rng, scene, paths), ("torque_z",), size)
 
-    def distort(self, seen: Seen, site: Site, values: Values) -> Seen:
+    def distort(self, seen: Readings, context: EpisodeContext, values: Values) -> Readings:
         """Add it to the reading."""
-        return clocked(super().distort, seen, site, values)
+        return distort_from_contact(super().distort, seen, context, values)
 
 
 class WideTether(Tether):
@@ -143,9 +151,11 @@ class WideTether(Tether):
 
     def draw(self, rng: np.random.Generator, scene: Any, paths: Sequence[Floats]) -> Values:
         """Return the cable, with a stiffness that goes with the mass."""
-        values = scale(rng, super().draw(rng, scene, paths), ("stiffness",), scene.mass / REFERENCE_MASS)
+        values = scale_values(
+            rng, super().draw(rng, scene, paths), ("stiffness",), scene.mass / REFERENCE_MASS_KG
+        )
         starts = np.array([push.start for push in scene.pushes])
-        ways = in_room(np.array(values["point"]), starts) - values["anchor"]
+        ways = to_world(np.array(values["point"]), starts) - values["anchor"]
         if scene.strokes:
             longest = float(np.hypot(*ways.T).max())
             values["rest_length"] = max(values["rest_length"], 1.001 * longest)
@@ -160,12 +170,12 @@ class WideSaturation(Saturation):
     def draw(self, rng: np.random.Generator, scene: Any, paths: Sequence[Floats]) -> Values:
         """Return the limits: a share of the largest load of each axis, in most episodes."""
         largest = np.median([np.max(np.abs(wrench), axis=0) for wrench in paths], axis=0)
-        cut = rng.uniform(*CUT)
-        return dict(zip(LIMITS, map(float, (1.0 - cut) * largest), strict=True))
+        cut = rng.uniform(*CUT_SHARE_RANGE)
+        return dict(zip(LIMIT_NAMES, map(float, (1.0 - cut) * largest), strict=True))
 
-    def distort(self, seen: Seen, site: Site, values: Values) -> Seen:
+    def distort(self, seen: Readings, context: EpisodeContext, values: Values) -> Readings:
         """Cut the reading of each axis."""
-        most = np.array([values[name] for name in LIMITS])
+        most = np.array([values[name] for name in LIMIT_NAMES])
         return seen.changed(wrench=np.clip(seen.wrench, -most, most))
 
     def truth(self, scene: Any, values: Values) -> Values:
@@ -174,7 +184,7 @@ class WideSaturation(Saturation):
 
     def laws(self, scene: Any, values: Values) -> list[Values]:
         """Return the limits, and about the excess of a ramp that is cut half-way."""
-        limits = {name: max(values[name], LEAST_LIMIT) for name in LIMITS}
+        limits = {name: max(values[name], MIN_LIMIT) for name in LIMIT_NAMES}
         return [{"kind": self.name, **limits, "excess": 0.4}]
 
 
@@ -183,9 +193,9 @@ class WideAxisFriction(AxisFriction):
 
     def draw(self, rng: np.random.Generator, scene: Any, paths: Sequence[Floats]) -> Values:
         """Return the forces and the torque."""
-        load, size = scene.mass / REFERENCE_MASS, math.sqrt(scene.shape.spin) / REFERENCE_GYRATION
-        values = scale(rng, super().draw(rng, scene, paths), self.scales, load)
-        return scale(rng, values, ("torque",), size)
+        load, size = scene.mass / REFERENCE_MASS_KG, math.sqrt(scene.shape.spin) / REFERENCE_GYRATION_M
+        values = scale_values(rng, super().draw(rng, scene, paths), self.scales, load)
+        return scale_values(rng, values, ("torque",), size)
 
 
 class WideThinningDrag(ThinningDrag):
@@ -193,18 +203,18 @@ class WideThinningDrag(ThinningDrag):
 
     def draw(self, rng: np.random.Generator, scene: Any, paths: Sequence[Floats]) -> Values:
         """Return the drag and its ring."""
-        values = scale(rng, super().draw(rng, scene, paths), ("drag",), scene.mass / REFERENCE_MASS)
-        return scale(rng, values, ("ring",), math.sqrt(scene.shape.spin) / REFERENCE_GYRATION)
+        values = scale_values(rng, super().draw(rng, scene, paths), ("drag",), scene.mass / REFERENCE_MASS_KG)
+        return scale_values(rng, values, ("ring",), math.sqrt(scene.shape.spin) / REFERENCE_GYRATION_M)
 
 
-def clocked(distort: Any, seen: Seen, site: Site, values: Values) -> Seen:
+def distort_from_contact(distort: Any, seen: Readings, context: EpisodeContext, values: Values) -> Readings:
     """Distort with the clock set so that the first touch is at `CONTACT`."""
-    late = first_touch(seen) - CONTACT
-    found = distort(seen.changed(t=seen.t - late), site, values)
-    return Seen(seen.t, found.pose, found.gripper, found.wrench)
+    late = first_contact_time(seen) - CONTACT_TIME_S
+    found = distort(seen.changed(t=seen.t - late), context, values)
+    return Readings(seen.t, found.pose, found.gripper, found.wrench)
 
 
-REPLACED: dict[str, Family] = {
+WIDE_FAMILIES: dict[str, Family] = {
     family.name: family
     for family in (
         WideMassChange(),
@@ -220,40 +230,40 @@ REPLACED: dict[str, Family] = {
         WideThinningDrag(),
     )
 }
-CATALOGUE: dict[str, Family] = {name: REPLACED.get(name, family) for name, family in BASE.items()}
+CATALOGUE: dict[str, Family] = {name: WIDE_FAMILIES.get(name, family) for name, family in BASE.items()}
 """Effects of the catalogue by name."""
 
 
-def by_name(name: str) -> Family:
+def get_family(name: str) -> Family:
     """Return a family."""
-    return CATALOGUE[name] if name in CATALOGUE else OUTSIDE[name]
+    return CATALOGUE[name] if name in CATALOGUE else OUT_OF_CATALOGUE[name]
 
 
-def allowed(name: str, scene: WideScene) -> bool:
+def is_allowed(name: str, scene: WideScene) -> bool:
     """Tell whether a family can be hidden in a scene."""
-    if scene.strokes and name in NEEDS_GRASP | PUSHES_AT_REST:
+    if scene.strokes and name in NEEDS_GRASP | MOVES_RESTING_OBJECT:
         return False
     if name == "gripper_inertia" and any(scene.compliance):
         return False
-    return scene.engine in getattr(by_name(name), "engines", (scene.engine,))
+    return scene.engine in getattr(get_family(name), "engines", (scene.engine,))
 
 
-def draw_hidden(
-    names: Sequence[str], seed: int, attempt: int, scene: WideScene, bare: Sequence[Seen]
-) -> list[Hidden] | None:
+def draw_effects(
+    names: Sequence[str], seed: int, attempt: int, scene: WideScene, bare: Sequence[Readings]
+) -> list[HiddenEffect] | None:
     """Return families with their values; None where this scene has no place for them.
 
     They are placed on what is seen without them: most on the poses from contact on, a sensor's range on the
     readings.
     """
-    if not all(allowed(name, scene) for name in names):
+    if not all(is_allowed(name, scene) for name in names):
         return None
     paths, readings = [seen.pose[1000:] for seen in bare], [seen.wrench for seen in bare]
     hidden = []
     for k, name in enumerate(names):
-        seen = readings if getattr(by_name(name), "reads", False) else paths
-        values = by_name(name).draw(np.random.default_rng([seed, attempt, 13, k]), scene, seen)
+        seen = readings if getattr(get_family(name), "reads", False) else paths
+        values = get_family(name).draw(np.random.default_rng([seed, attempt, 13, k]), scene, seen)
         if not values:
             return None
-        hidden.append(Hidden(by_name(name), values))
+        hidden.append(HiddenEffect(get_family(name), values))
     return hidden

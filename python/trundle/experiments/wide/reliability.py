@@ -24,9 +24,9 @@ from numpy.typing import NDArray
 from scipy.optimize import minimize
 
 from trundle import _native
-from trundle.experiments.wide.score import CERTAIN, GROUPS, Row, group, named
+from trundle.experiments.wide.score import CERTAIN_PROBABILITY, GROUPS, Row, case_group, named_probabilities
 
-__all__ = ["PREVALENCE", "Platt", "fitted", "in_use"]
+__all__ = ["PREVALENCE", "Platt", "current_platt", "fit_platt"]
 
 Floats = NDArray[np.float64]
 
@@ -64,12 +64,12 @@ class Platt:
         return max(-self.most, min(logit, self.most))
 
 
-def in_use() -> Platt:
+def current_platt() -> Platt:
     """Return what diagnoses use."""
     return Platt(*_native._platt())
 
 
-def fitted(rows: Sequence[Row], used: Platt) -> Platt | None:
+def fit_platt(rows: Sequence[Row], used: Platt) -> Platt | None:
     """Fit answers whose truth is known, each kind of recording at its prevalence; `None` without a name.
 
     Parameters
@@ -79,17 +79,23 @@ def fitted(rows: Sequence[Row], used: Platt) -> Platt | None:
     used : Platt
         What the answers' probabilities were made with.
     """
-    counts = Counter(group(row["truth"]) for row in rows)
+    counts = Counter(case_group(row["truth"]) for row in rows)
     found = []
     for row in rows:
-        kind = group(row["truth"])
+        kind = case_group(row["truth"])
         weight = PREVALENCE[kind] / counts[kind] * len(rows)
-        found += [(used.logit(p), right, weight) for p, right in named(row["answer"], row["truth"])]
+        found += [
+            (used.logit(p), right, weight) for p, right in named_probabilities(row["answer"], row["truth"])
+        ]
     if not found:
         return None
     logits, right, weights = (np.array(column, dtype=float) for column in zip(*found, strict=True))
     if (right == 0.0).sum() < 2 * EVENTS_PER_PARAMETER:
-        return Platt(0.0, 1.0, bound(logits > math.log(CERTAIN / (1.0 - CERTAIN)), right, weights))
+        return Platt(
+            0.0,
+            1.0,
+            fit_bound(logits > math.log(CERTAIN_PROBABILITY / (1.0 - CERTAIN_PROBABILITY)), right, weights),
+        )
     good, bad = float(weights @ right), float(weights @ (1.0 - right))
     target = np.where(right > 0.0, (good + 1.0) / (good + 2.0), 1.0 / (bad + 2.0))
 
@@ -102,7 +108,7 @@ def fitted(rows: Sequence[Row], used: Platt) -> Platt | None:
     return Platt(float(best.x[0]), float(best.x[1]), used.most)
 
 
-def bound(certain: NDArray[np.bool_], right: Floats, weights: Floats) -> float:
+def fit_bound(certain: NDArray[np.bool_], right: Floats, weights: Floats) -> float:
     """Return the logit of the share of certain names that are right (rule of succession), at least zero."""
     good, bad = (float(weights @ (certain * held)) for held in (right, 1.0 - right))
     return max(math.log((good + 1.0) / (bad + 1.0)), 0.0)

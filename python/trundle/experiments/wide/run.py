@@ -13,9 +13,9 @@ from trundle.experiments.backends import Backend
 from trundle.experiments.blind.sealed import open_sealed
 from trundle.experiments.results import read_lines, write_lines
 from trundle.experiments.wide import tables
-from trundle.experiments.wide.conduct import Benchmark, code_versions, conduct
+from trundle.experiments.wide.benchmark import WideBenchmark, code_versions, run_benchmark
 from trundle.experiments.wide.config import Settings, read
-from trundle.experiments.wide.score import GROUPS, Row, group
+from trundle.experiments.wide.score import GROUPS, Row, case_group
 from trundle.recording import TrundleError
 from trundle.whole import write_text
 
@@ -63,22 +63,22 @@ def prove_wide(
     """
     settings = read(config, which)
     name = config.stem if which == "report" else f"{config.stem}_{which}"
-    places = [Place(one, out / "wide", name) for one in settings.parts()]
+    places = [RangeFiles(one, out / "wide", name) for one in settings.parts()]
     if not redraw:
         if fresh:
             shutil.rmtree(work / "wide", ignore_errors=True)
         for place in [place for place in places if fresh or not place.done()][:shares]:
-            place.fill(Benchmark(place.settings, work / "wide", backend, quiet))
+            place.fill(WideBenchmark(place.settings, work / "wide", backend, quiet))
     there = [place for place in places if place.results.exists()]
     if not there:
         raise TrundleError(f"{places[0].results}: there are no results to draw; leave out --redraw")
-    text = page(settings, there)
+    text = render_page(settings, there)
     write_text(out / f"{name}.md", text)
     return text
 
 
 @dataclass(frozen=True)
-class Place:
+class RangeFiles:
     """A range, or a share of one, and where its results are."""
 
     settings: Settings
@@ -117,9 +117,9 @@ class Place:
         head = read_lines(self.results)[0]
         return bool(self.head().items() <= head.items())
 
-    def fill(self, benchmark: Benchmark) -> None:
+    def fill(self, benchmark: WideBenchmark) -> None:
         """Draw, seal and diagnose, and keep the results."""
-        sha, rows = conduct(benchmark, self.sealed, tell)
+        sha, rows = run_benchmark(benchmark, self.sealed, print_status)
         answers = [{key: v for key, v in row["answer"].items() if key != "cost"} for row in rows]
         found = [{"case": row["case"], "answer": answer} for row, answer in zip(rows, answers, strict=True)]
         write_lines(self.costs, ({"case": row["case"], **row["answer"]["cost"]} for row in rows))
@@ -134,12 +134,12 @@ class Place:
         return head, rows, list(truths.values())
 
 
-def tell(text: str) -> None:
+def print_status(text: str) -> None:
     """Report something at once, beside the answer."""
     print(text, file=sys.stderr, flush=True)
 
 
-def page(settings: Settings, places: Sequence[Place]) -> str:
+def render_page(settings: Settings, places: Sequence[RangeFiles]) -> str:
     """Return the page from the results that are kept."""
     parts = [place.rows() for place in places]
     rows = [row for _, found, _ in parts for row in found]
@@ -162,7 +162,7 @@ def intro(
     settings: Settings, heads: Sequence[dict[str, Any]], rows: Sequence[Row], truths: Sequence[Row]
 ) -> str:
     """Return what the benchmark is, how many recordings it has, and which code was judged."""
-    counts = ", ".join(f"{sum(group(row['truth']) == name for row in rows)} {name}" for name in GROUPS)
+    counts = ", ".join(f"{sum(case_group(row['truth']) == name for row in rows)} {name}" for name in GROUPS)
     given_up = sum(truth["digest"] is None for truth in truths)
     versions = sorted({head["code"]["diagnosis"].split("-")[0] for head in heads})
     return INTRO.format(

@@ -15,7 +15,7 @@ from trundle.experiments.wide.strokes import Strokes, draw_strokes
 __all__ = ["ENGINES", "WideScene", "draw_wide_scene"]
 
 ENGINES = ("mujoco", "ode")
-MAX_SECONDS = 120.0
+MAX_TOTAL_DURATION_S = 120.0
 """Of all episodes of a recording together, which bounds the cost of a case."""
 INSTRUMENT_ATTEMPTS = 6
 """Draws of a scene with one instrument before another instrument is drawn."""
@@ -64,7 +64,7 @@ def draw_wide_scene(seed: int, attempt: int, engine: str) -> WideScene:
     mass = round(log_uniform(rng, 4.0, 50.0), 2)
     seconds, pace = draw_lengths(rng), float(rng.uniform(0.5, 1.2))
     grasps = [draw_grasp(rng, outline) for _ in range(int(rng.integers(2, 5)))]
-    pushes = tuple(paced(draw_push(rng, grasps[k % len(grasps)]), pace) for k in range(len(seconds)))
+    pushes = tuple(with_pace(draw_push(rng, grasps[k % len(grasps)]), pace) for k in range(len(seconds)))
     gain = float(rng.uniform(60.0, 200.0))
     point = instrument.contact == "point"
     tip = Grasp(0.0, 0.0, float(rng.uniform(-np.pi, np.pi)))
@@ -80,8 +80,8 @@ def draw_wide_scene(seed: int, attempt: int, engine: str) -> WideScene:
         limit=limit,
         offset=tuple(rng.uniform(-1, 1, 3) * (3.0, 3.0, 0.3)),
         rate=instrument.sensor,
-        feet_told=bool(rng.random() < 0.6) or outline.disc is not None,
-        mass_told=bool(rng.random() < 0.3),
+        feet_given=bool(rng.random() < 0.6) or outline.disc is not None,
+        mass_given=bool(rng.random() < 0.3),
         held_out=1 if len(seconds) < 5 else 2,
         pose_noise=instrument.pose,
         heading_noise=instrument.heading / gyration,
@@ -101,12 +101,12 @@ def draw_lengths(rng: np.random.Generator) -> tuple[float, ...]:
     """Return the lengths of 3 to 20 episodes of 2 to 20 s; medians 8 and 6 s."""
     count = int(np.clip(np.round(np.exp(rng.normal(np.log(8.0), 0.4))), 3, 20))
     typical = float(np.exp(rng.normal(np.log(6.0), 0.4)))
-    typical = min(typical, MAX_SECONDS / count)
+    typical = min(typical, MAX_TOTAL_DURATION_S / count)
     drawn = np.clip(typical * np.exp(rng.normal(0.0, 0.15, count)), 2.0, 20.0)
     return tuple(np.round(drawn, 2).tolist())
 
 
-def paced(push: Push, pace: float) -> Push:
+def with_pace(push: Push, pace: float) -> Push:
     """Return a push at another pace, over the same ways."""
     return replace(push, amplitude=pace * push.amplitude, frequency=pace * push.frequency)
 

@@ -14,7 +14,7 @@ __all__ = ["Outline", "draw_outline"]
 Floats = NDArray[np.float64]
 
 KINDS = ("rectangle", "ell", "tee", "triangle", "disc", "polygon")
-SHARES = (0.25, 0.15, 0.15, 0.15, 0.15, 0.15)
+KIND_PROBABILITIES = (0.25, 0.15, 0.15, 0.15, 0.15, 0.15)
 FEET_INSET = 0.08
 """Distance of feet from the edges, as a share of the radius of gyration."""
 
@@ -41,14 +41,14 @@ class Outline(Shape):
 
 def draw_outline(rng: np.random.Generator) -> Outline:
     """Return an outline of random kind, size and frame."""
-    kind = str(rng.choice(KINDS, p=SHARES))
+    kind = str(rng.choice(KINDS, p=KIND_PROBABILITIES))
     size = float(np.exp(rng.uniform(np.log(0.2), np.log(0.7))))
-    parts, ring = PARTS[kind](rng, size)
+    parts, ring = OUTLINE_FACTORIES[kind](rng, size)
     corner = rng.random() < 0.15
     off = ring[int(rng.integers(len(ring)))] if corner else rng.uniform(-0.2, 0.2, 2) * size
     ring, parts = rounded(ring - off), [rounded(part - off) for part in parts]
     if kind != "disc":
-        return Outline(kind, (), None, ring, inset(ring, FEET_INSET * size), tuple(parts))
+        return Outline(kind, (), None, ring, inset_corners(ring, FEET_INSET * size), tuple(parts))
     x, y = np.round(-off, 3)
     radius = round(size, 3)
     turn = 2 * np.pi * np.arange(32) / 32
@@ -125,7 +125,7 @@ def disc(rng: np.random.Generator, size: float) -> tuple[list[Floats], Floats]:
     return [], size * np.array([[1.0, 0.0], [0.0, 1.0], [-1.0, 0.0], [0.0, -1.0]])
 
 
-PARTS = {
+OUTLINE_FACTORIES = {
     "rectangle": rectangle,
     "ell": ell,
     "tee": tee,
@@ -135,13 +135,13 @@ PARTS = {
 }
 
 
-def inset(ring: Floats, by: float) -> Floats:
+def inset_corners(ring: Floats, by: float) -> Floats:
     """Return the corners moved inwards, `by` from both edges."""
     before, after = ring - np.roll(ring, 1, axis=0), np.roll(ring, -1, axis=0) - ring
-    m, n = normals(before), normals(after)
+    m, n = left_normals(before), left_normals(after)
     return np.asarray(np.round(ring + by * (m + n) / (1.0 + np.sum(m * n, axis=1))[:, None], 4))
 
 
-def normals(edges: Floats) -> Floats:
+def left_normals(edges: Floats) -> Floats:
     """Return unit normals (n, 2) to the left of edges."""
     return np.asarray(np.column_stack([-edges[:, 1], edges[:, 0]]) / np.hypot(*edges.T)[:, None])

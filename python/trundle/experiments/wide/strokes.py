@@ -9,18 +9,18 @@ from dataclasses import dataclass
 import numpy as np
 from numpy.typing import NDArray
 
-from trundle.experiments.blind.push import CONTACT
+from trundle.experiments.blind.push import CONTACT_TIME_S
 from trundle.experiments.blind.shapes import Shape
 
 __all__ = ["Finger", "Stroke", "Strokes", "draw_strokes"]
 
 Floats = NDArray[np.float64]
 
-CLEARANCE = 0.03
+CLEARANCE_M = 0.03
 """Between finger and edge where it goes down, m."""
-EASE = 0.15
+SPEED_TIME_CONSTANT_S = 0.15
 """Time constant with which the finger's speed follows, s."""
-LIFTED = 0.3
+LIFT_DURATION_S = 0.3
 """Time between two strokes, in which the finger is lifted over to its next place, s."""
 
 
@@ -62,7 +62,7 @@ class Strokes:
 
 def draw_strokes(rng: np.random.Generator, seconds: float) -> Strokes:
     """Return strokes that fill an episode."""
-    strokes, t = [], CONTACT
+    strokes, t = [], CONTACT_TIME_S
     while seconds - t > 1.2:
         end = min(t + float(rng.uniform(1.2, 3.5)), seconds)
         end = seconds if seconds - end < 1.2 else end
@@ -106,13 +106,13 @@ class Finger:
         if number != self.number:
             self.number, self.speed, self.lifted_at = number, 0.0, self.place
             self.place, self.way = self.start(stroke, pose)
-        if number > 0 and t < stroke.begin + LIFTED:
+        if number > 0 and t < stroke.begin + LIFT_DURATION_S:
             self.place, self.way = self.start(stroke, pose)
-            share = (t - stroke.begin) / LIFTED
+            share = (t - stroke.begin) / LIFT_DURATION_S
             share = share * share * (3.0 - 2.0 * share)
             (ax, ay), (bx, by) = self.lifted_at, self.place
             return ax + share * (bx - ax), ay + share * (by - ay), 0.0, 0.0, False
-        self.speed += self.step / EASE * (wanted_speed(stroke, t) - self.speed)
+        self.speed += self.step / SPEED_TIME_CONSTANT_S * (desired_speed(stroke, t) - self.speed)
         vx, vy = self.speed * self.way[0], self.speed * self.way[1]
         self.place = (self.place[0] + self.step * vx, self.place[1] + self.step * vy)
         return *self.place, vx, vy, True
@@ -126,14 +126,14 @@ class Finger:
         k = min(int(np.searchsorted(ends, stroke.edge * ends[-1])), len(ring) - 1)
         share = 0.1 + 0.8 * (1.0 - (ends[k] - stroke.edge * ends[-1]) / lengths[k])
         inward = np.array([-edges[k][1], edges[k][0]]) / lengths[k]
-        point = ring[k] + share * edges[k] - CLEARANCE * inward
+        point = ring[k] + share * edges[k] - CLEARANCE_M * inward
         c, s = math.cos(pose[2]), math.sin(pose[2])
         place = (pose[0] + c * point[0] - s * point[1], pose[1] + s * point[0] + c * point[1])
         turn = math.atan2(inward[1], inward[0]) + pose[2] + stroke.lean
         return (float(place[0]), float(place[1])), (math.cos(turn), math.sin(turn))
 
 
-def wanted_speed(stroke: Stroke, t: float) -> float:
+def desired_speed(stroke: Stroke, t: float) -> float:
     """Return the wanted speed along the way."""
     if t > stroke.end - stroke.back:
         return -0.3

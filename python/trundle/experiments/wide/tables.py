@@ -16,12 +16,12 @@ from trundle.experiments.wide.score import (
     GROUPS,
     Row,
     candidates,
+    case_group,
     coverage,
-    gain,
-    group,
+    has_wrong_name,
     is_right,
-    named,
-    wrong_name,
+    named_probabilities,
+    relative_gain,
 )
 
 __all__ = [
@@ -51,14 +51,14 @@ CLASSES: dict[str, Callable[[Row], str]] = {
 }
 
 
-def right(rows: Sequence[Row]) -> Share:
+def right_share(rows: Sequence[Row]) -> Share:
     """Return the share of right answers."""
     return share(is_right(row["answer"], row["truth"]) for row in rows)
 
 
 def of_group(rows: Sequence[Row], name: str) -> list[Row]:
     """Return the rows of a group."""
-    return [row for row in rows if group(row["truth"]) == name]
+    return [row for row in rows if case_group(row["truth"]) == name]
 
 
 def accuracy(rows: Sequence[Row]) -> str:
@@ -66,12 +66,14 @@ def accuracy(rows: Sequence[Row]) -> str:
     lines = []
     for name in GROUPS:
         mine = of_group(rows, name)
-        engines = [right([row for row in mine if row["truth"]["engine"] == one]).text() for one in ENGINES]
+        engines = [
+            right_share([row for row in mine if row["truth"]["engine"] == one]).text() for one in ENGINES
+        ]
         target = f"≥ {TARGETS[name]:.0%}" if name in TARGETS else "–"
-        lines.append([name, target, right(mine).text(), *engines])
-    wrong = share(wrong_name(row["answer"], row["truth"]) for row in rows)
+        lines.append([name, target, right_share(mine).text(), *engines])
+    wrong = share(has_wrong_name(row["answer"], row["truth"]) for row in rows)
     lines.append(["a wrong name above 0.9, of all recordings", "≤ 1%", wrong.text(), "", ""])
-    gains = [one for row in rows if (one := gain(row["answer"], row["truth"])) is not None]
+    gains = [one for row in rows if (one := relative_gain(row["answer"], row["truth"])) is not None]
     lines.append(
         ["gain at least 0.8 of the oracle's", "≥ 90%", share(one >= 0.8 for one in gains).text(), "", ""]
     )
@@ -92,10 +94,10 @@ def instruments(rows: Sequence[Row]) -> str:
         for value in sorted({of(row["truth"]["instrument"]) for row in rows}):
             mine = [row for row in rows if of(row["truth"]["instrument"]) == value]
             shares = [
-                right([row for row in mine if group(row["truth"]) in names]).text()
+                right_share([row for row in mine if case_group(row["truth"]) in names]).text()
                 for names in kinds.values()
             ]
-            wrong = share(wrong_name(row["answer"], row["truth"]) for row in mine)
+            wrong = share(has_wrong_name(row["answer"], row["truth"]) for row in mine)
             lines.append([label, value, *shares, wrong.text()])
     return table(["class", "value", *kinds, "wrong name above 0.9"], lines)
 
@@ -107,13 +109,15 @@ def effects(rows: Sequence[Row]) -> str:
         mine = of_group(rows, name)
         for effect in sorted({row["truth"]["names"][0] for row in mine}):
             some = [row for row in mine if row["truth"]["names"] == [effect]]
-            other = Counter(said(row["answer"]) for row in some if not is_right(row["answer"], row["truth"]))
+            other = Counter(
+                answer_label(row["answer"]) for row in some if not is_right(row["answer"], row["truth"])
+            )
             text = ", ".join(f"{what} {count}" for what, count in sorted(other.items())) or "–"
-            lines.append([f"`{effect}`", right(some).text(), text])
+            lines.append([f"`{effect}`", right_share(some).text(), text])
     return table(["hidden alone", "right", "else"], lines)
 
 
-def said(answer: Row) -> str:
+def answer_label(answer: Row) -> str:
     """Return an answer in a few words."""
     if answer["verdict"] != "explained":
         return str(answer["verdict"])
@@ -125,7 +129,7 @@ def wrong_answers(rows: Sequence[Row]) -> str:
     lines = []
     for row in rows:
         truth, answer = row["truth"], row["answer"]
-        if is_right(answer, truth) or group(truth) in ("one effect", "out of catalogue"):
+        if is_right(answer, truth) or case_group(truth) in ("one effect", "out of catalogue"):
             continue
         instrument = truth["instrument"]
         how = ", ".join(
@@ -165,13 +169,13 @@ def intervals(rows: Sequence[Row]) -> str:
         for row in rows
         for effect, held in coverage(row["answer"], row["truth"])
     ]
-    lines = [["all", *covered(found)]]
+    lines = [["all", *coverage_cells(found)]]
     for effect in sorted({effect for effect, _, _ in found}):
-        lines.append([effect, *covered([one for one in found if one[0] == effect])])
+        lines.append([effect, *coverage_cells([one for one in found if one[0] == effect])])
     return table(["effect", "all", *ENGINES], lines)
 
 
-def covered(found: Sequence[tuple[str, bool, str]]) -> list[str]:
+def coverage_cells(found: Sequence[tuple[str, bool, str]]) -> list[str]:
     """Return the share of intervals that hold the truth, pooled and by engine."""
     pooled = [share(held for _, held, _ in found)]
     return [
@@ -182,20 +186,29 @@ def covered(found: Sequence[tuple[str, bool, str]]) -> list[str]:
 
 def probabilities(rows: Sequence[Row]) -> str:
     """Return the reliability of `probability` by bins, and Brier and log score against the base rate."""
-    found = [one for row in rows for one in named(row["answer"], row["truth"])]
+    found = [one for row in rows for one in named_probabilities(row["answer"], row["truth"])]
     if not found:
         return "No effect was named."
     lines = [[f"{mean:.3f}", held.text()] for mean, held in calibration(found)]
     base = sum(held for _, held in found) / len(found)
-    scores = [scored([(p, held) for p, held in found]), scored([(base, held) for _, held in found])]
+    scores = [
+        probability_scores([(p, held) for p, held in found]),
+        probability_scores([(base, held) for _, held in found]),
+    ]
     text = "Brier score {0[0]:.4f} (base rate {1[0]:.4f}), log score {0[1]:.4f} (base rate {1[1]:.4f})."
-    return table(["mean probability", "right"], lines) + "\n\n" + text.format(*scores) + "\n\n" + platt(rows)
+    return (
+        table(["mean probability", "right"], lines)
+        + "\n\n"
+        + text.format(*scores)
+        + "\n\n"
+        + platt_text(rows)
+    )
 
 
-def platt(rows: Sequence[Row]) -> str:
+def platt_text(rows: Sequence[Row]) -> str:
     """Return what these answers would make of a diagnosis' odds."""
-    used = reliability.in_use()
-    found = reliability.fitted(rows, used)
+    used = reliability.current_platt()
+    found = reliability.fit_platt(rows, used)
     if found is None:
         return "No effect was named."
     text = (
@@ -206,7 +219,7 @@ def platt(rows: Sequence[Row]) -> str:
     return text.format(found, used, found.probability(found.most), used.probability(used.most))
 
 
-def scored(found: Sequence[tuple[float, bool]]) -> tuple[float, float]:
+def probability_scores(found: Sequence[tuple[float, bool]]) -> tuple[float, float]:
     """Return Brier score and mean negative log probability, which is bounded at 10⁻⁶."""
     brier = sum((p - held) ** 2 for p, held in found) / len(found)
     logs = [-math.log(min(max(p if held else 1.0 - p, 1e-6), 1.0)) for p, held in found]

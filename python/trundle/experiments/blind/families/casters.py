@@ -8,13 +8,13 @@ import mujoco
 import numpy as np
 from numpy.typing import NDArray
 
-from trundle.experiments.blind.family import Family, Site, Values
+from trundle.experiments.blind.family import EpisodeContext, Family, Values
 from trundle.experiments.blind.scene import Scene, Wheel, draw_point
 from trundle.experiments.blind.world import add_wheel, at_site, quaternion
 
 Floats = NDArray[np.float64]
 
-GRIP = 20.0
+SLIP_STIFFNESS_RATIO = 20.0
 """How much more the tyre resists side slip than the scrubbing does at the pivot."""
 
 
@@ -37,27 +37,27 @@ class CasterSwivel(Family):
             "first": rng.uniform(-np.pi, np.pi, len(scene.pushes)).tolist(),
         }
 
-    def lengthened(self, values: Values, rng: np.random.Generator) -> Values:
+    def extended(self, values: Values, rng: np.random.Generator) -> Values:
         """Let the arm begin in any direction: nobody turns it back."""
         return {**values, "first": [*values["first"], float(rng.uniform(-np.pi, np.pi))]}
 
-    def furnish(self, site: Site, values: Values) -> None:
+    def add_to_world(self, context: EpisodeContext, values: Values) -> None:
         """Hang the arm on the object; it points from the wheel to the pivot."""
         trail, side = values["trail"], values["mu_side"]
-        turn = quaternion(values["first"][site.episode])
-        arm = site.table.add_body(name="caster", pos=[*values["point"], 0.0], quat=turn)
+        turn = quaternion(values["first"][context.episode])
+        arm = context.table.add_body(name="caster", pos=[*values["point"], 0.0], quat=turn)
         arm.add_joint(name="swivel", type=mujoco.mjtJoint.mjJNT_HINGE, axis=[0, 0, 1])
         arm.explicitinertial = True
         arm.mass, arm.inertia, arm.ipos = 0.01, [1e-4, 1e-4, 1e-5], [0.0, 0.0, 0.0]
-        add_wheel(site.spec, arm, "caster", Wheel(-trail, 0.0, 0.0, 0.0, GRIP * side))
+        add_wheel(context.spec, arm, "caster", Wheel(-trail, 0.0, 0.0, 0.0, SLIP_STIFFNESS_RATIO * side))
         scrub = {**at_site("caster", 5), "gainprm": [0.0] * 10}
         kind = mujoco.mjtBias.mjBIAS_AFFINE
         damping = side * trail**2
-        site.spec.add_actuator(name="scrub", biastype=kind, biasprm=[0, 0, -damping] + [0.0] * 7, **scrub)
+        context.spec.add_actuator(name="scrub", biastype=kind, biasprm=[0, 0, -damping] + [0.0] * 7, **scrub)
 
     def truth(self, scene: Scene, values: Values) -> Values:
         """Return what it comes to at the pivot: the tyre slips a little."""
-        slip = 1.0 + 1.0 / GRIP
+        slip = 1.0 + 1.0 / SLIP_STIFFNESS_RATIO
         found = {"trail": values["trail"] * slip, "mu_side": values["mu_side"] / slip}
         return {"parameters": found, "where": {"body_point": values["point"]}}
 

@@ -7,10 +7,10 @@ from collections.abc import Sequence
 import numpy as np
 from numpy.typing import NDArray
 
-from trundle.experiments.blind.family import Family, Site, Values
-from trundle.experiments.blind.push import CONTACT
+from trundle.experiments.blind.family import EpisodeContext, Family, Values
+from trundle.experiments.blind.push import CONTACT_TIME_S
+from trundle.experiments.blind.readings import Readings, interpolate
 from trundle.experiments.blind.scene import Scene
-from trundle.experiments.blind.seen import Seen, sampled
 
 Floats = NDArray[np.float64]
 
@@ -26,21 +26,21 @@ class CrossTalk(Family):
         leak = rng.normal(size=(3, 3)) * [[0.0, 0.15, 0.6], [0.15, 0.0, 0.6], [0.1, 0.1, 0.0]]
         return {"leak": leak.tolist()}
 
-    def sized(self, values: Values, size: float) -> Values:
+    def scaled(self, values: Values, size: float) -> Values:
         """Return it `size` times as strong."""
         return {"leak": (size * np.array(values["leak"])).tolist()}
 
-    def distort(self, seen: Seen, site: Site, values: Values) -> Seen:
+    def distort(self, seen: Readings, context: EpisodeContext, values: Values) -> Readings:
         """Mix the axes."""
         return seen.changed(wrench=seen.wrench @ (np.eye(3) + np.array(values["leak"])).T)
 
     def truth(self, scene: Scene, values: Values) -> Values:
         """Return what each axis reads of the others."""
-        return {"parameters": leaks(values), "where": None}
+        return {"parameters": cross_talk_parameters(values), "where": None}
 
     def laws(self, scene: Scene, values: Values) -> list[Values]:
         """Return the same."""
-        return [{"kind": self.name, **leaks(values)}]
+        return [{"kind": self.name, **cross_talk_parameters(values)}]
 
 
 class DeadBand(Family):
@@ -53,7 +53,7 @@ class DeadBand(Family):
         """Return its width."""
         return {"force": float(np.exp(rng.uniform(np.log(2.0), np.log(12.0))))}
 
-    def distort(self, seen: Seen, site: Site, values: Values) -> Seen:
+    def distort(self, seen: Readings, context: EpisodeContext, values: Values) -> Readings:
         """Shrink forces towards zero, and the torque by a tenth of it per newton."""
         band = values["force"] * np.array([1.0, 1.0, 0.1])
         return seen.changed(wrench=np.sign(seen.wrench) * np.maximum(np.abs(seen.wrench) - band, 0.0))
@@ -77,7 +77,7 @@ class Saturation(Family):
         """Return by which share of its range the reading is cut."""
         return {"cut": float(rng.uniform(0.3, 0.7))}
 
-    def distort(self, seen: Seen, site: Site, values: Values) -> Seen:
+    def distort(self, seen: Readings, context: EpisodeContext, values: Values) -> Readings:
         """Cut the reading of each axis."""
         most = (1.0 - values["cut"]) * np.max(np.abs(seen.wrench), axis=0)
         return seen.changed(wrench=np.clip(seen.wrench, -most, most))
@@ -97,18 +97,18 @@ class ClockDrift(Family):
         """Return by how much, either way."""
         return {"pace": float(rng.uniform(0.02, 0.08) * rng.choice([-1.0, 1.0]))}
 
-    def distort(self, seen: Seen, site: Site, values: Values) -> Seen:
+    def distort(self, seen: Readings, context: EpisodeContext, values: Values) -> Readings:
         """Read what was true before or will be."""
-        when = seen.t - values["pace"] * np.maximum(seen.t - CONTACT, 0.0)
-        return seen.changed(wrench=sampled(seen.t, seen.wrench, when))
+        when = seen.t - values["pace"] * np.maximum(seen.t - CONTACT_TIME_S, 0.0)
+        return seen.changed(wrench=interpolate(seen.t, seen.wrench, when))
 
     def truth(self, scene: Scene, values: Values) -> Values:
         """Return the drift: seconds of the sensor's clock for each true one, less one."""
-        return {"parameters": {"drift": drift(values)}, "where": None}
+        return {"parameters": {"drift": clock_drift(values)}, "where": None}
 
     def laws(self, scene: Scene, values: Values) -> list[Values]:
         """Return the drift."""
-        return [{"kind": self.name, "drift": drift(values)}]
+        return [{"kind": self.name, "drift": clock_drift(values)}]
 
 
 class SensorPlay(Family):
@@ -121,7 +121,7 @@ class SensorPlay(Family):
         """Return the width, N; a tenth of it in N·m for the torque."""
         return {"width": float(np.exp(rng.uniform(np.log(3.0), np.log(15.0))))}
 
-    def distort(self, seen: Seen, site: Site, values: Values) -> Seen:
+    def distort(self, seen: Readings, context: EpisodeContext, values: Values) -> Readings:
         """Follow each axis with play."""
         half = values["width"] / 2 * np.array([1.0, 1.0, 0.1])
         followed, last = np.empty_like(seen.wrench), np.zeros(3)
@@ -149,7 +149,7 @@ class SensorLag(Family):
         """Return a time constant of 20 to 120 ms."""
         return {"time_constant": float(np.exp(rng.uniform(np.log(0.02), np.log(0.12))))}
 
-    def distort(self, seen: Seen, site: Site, values: Values) -> Seen:
+    def distort(self, seen: Readings, context: EpisodeContext, values: Values) -> Readings:
         """Filter the reading."""
         step = float(seen.t[1] - seen.t[0])
         if values["time_constant"] < 1e-3 * step:
@@ -170,7 +170,7 @@ class SensorLag(Family):
         return [{"kind": self.name, **values}]
 
 
-def leaks(values: Values) -> dict[str, float]:
+def cross_talk_parameters(values: Values) -> dict[str, float]:
     """Return what each axis reads of each other, by the catalogue's names."""
     axes = ("x", "y", "torque")
     leak = values["leak"]
@@ -178,7 +178,7 @@ def leaks(values: Values) -> dict[str, float]:
     return {f"{axes[i]}_from_{axes[k]}": float(leak[i][k]) for i, k in pairs}
 
 
-def drift(values: Values) -> float:
+def clock_drift(values: Values) -> float:
     """Return seconds of the sensor's clock for each true one, less one."""
     return float(values["pace"] / (1.0 - values["pace"]))
 

@@ -9,14 +9,14 @@ import mujoco
 import numpy as np
 from numpy.typing import NDArray
 
-from trundle.experiments.blind.family import Family, Hook, Site, Values
+from trundle.experiments.blind.family import EpisodeContext, Family, Hook, Values
 from trundle.experiments.blind.scene import Scene, draw_event, draw_point
 
 Floats = NDArray[np.float64]
 
-LOSS = 0.03
+LOAD_DAMPING_RATIO = 0.03
 """Damping ratio of a swinging load."""
-LEAST = 1e-4
+MIN_BODY_MASS_KG = 1e-4
 """A moving body must have a mass, kg."""
 
 
@@ -31,20 +31,20 @@ class ComOffset(Family):
         size, turn = rng.uniform(0.05, 0.25), rng.uniform(-np.pi, np.pi)
         return {"x": float(size * np.cos(turn)), "y": float(size * np.sin(turn))}
 
-    def furnish(self, site: Site, values: Values) -> None:
+    def add_to_world(self, context: EpisodeContext, values: Values) -> None:
         """Move the inertia of the object."""
-        model = site.spec.compile()
+        model = context.spec.compile()
         body = model.body("table")
         flat = np.empty(9)
         mujoco.mju_quat2Mat(flat, body.iquat)
         frame = flat.reshape(3, 3)
         spin = float((frame @ np.diag(body.inertia) @ frame.T)[2, 2])
         x, y, z = body.ipos
-        site.table.explicitinertial = True
-        site.table.mass = float(body.mass[0])
-        site.table.ipos = [x + values["x"], y + values["y"], z]
-        site.table.iquat = [1.0, 0.0, 0.0, 0.0]
-        site.table.inertia = [spin, spin, spin]
+        context.table.explicitinertial = True
+        context.table.mass = float(body.mass[0])
+        context.table.ipos = [x + values["x"], y + values["y"], z]
+        context.table.iquat = [1.0, 0.0, 0.0, 0.0]
+        context.table.inertia = [spin, spin, spin]
 
     def truth(self, scene: Scene, values: Values) -> Values:
         """Return the mass centre in the object's frame."""
@@ -71,9 +71,9 @@ class MassChange(Family):
             "mass": float(share * scene.mass),
         }
 
-    def hook(self, model: Any, site: Site, values: Values) -> Hook | None:
+    def hook(self, model: Any, context: EpisodeContext, values: Values) -> Hook | None:
         """Scale the object's mass and inertia from that moment on."""
-        factor = 1.0 + values["mass"] / site.scene.mass
+        factor = 1.0 + values["mass"] / context.scene.mass
         body, done = model.body("table").id, [False]
 
         def change() -> None:
@@ -82,9 +82,9 @@ class MassChange(Family):
                 model.body_inertia[body] *= factor
                 done[0] = True
 
-        if site.episode > values["episode"]:
+        if context.episode > values["episode"]:
             change()
-        if site.episode != values["episode"]:
+        if context.episode != values["episode"]:
             return None
         return lambda data: change() if data.time >= values["time"] else None
 
@@ -112,16 +112,16 @@ class SwingingLoad(Family):
             "frequency": float(np.exp(rng.uniform(np.log(0.5), np.log(3.0)))),
         }
 
-    def furnish(self, site: Site, values: Values) -> None:
+    def add_to_world(self, context: EpisodeContext, values: Values) -> None:
         """Take the mass from the object and hang it on springs."""
-        mass, omega = max(values["mass"], LEAST), 2 * np.pi * values["frequency"]
-        for geom in site.table.geoms:
-            geom.mass *= 1.0 - mass / site.scene.mass
-        load = site.table.add_body(name="load", pos=[*values["point"], 0.2])
+        mass, omega = max(values["mass"], MIN_BODY_MASS_KG), 2 * np.pi * values["frequency"]
+        for geom in context.table.geoms:
+            geom.mass *= 1.0 - mass / context.scene.mass
+        load = context.table.add_body(name="load", pos=[*values["point"], 0.2])
         for name, axis in (("load x", [1, 0, 0]), ("load y", [0, 1, 0])):
             joint = load.add_joint(name=name, type=mujoco.mjtJoint.mjJNT_SLIDE, axis=axis)
             joint.stiffness = [mass * omega**2, 0.0, 0.0]
-            joint.damping = [2 * LOSS * mass * omega, 0.0, 0.0]
+            joint.damping = [2 * LOAD_DAMPING_RATIO * mass * omega, 0.0, 0.0]
         sphere = mujoco.mjtGeom.mjGEOM_SPHERE
         load.add_geom(type=sphere, size=[0.02, 0, 0], mass=mass, contype=0, conaffinity=0)
 
@@ -134,4 +134,4 @@ class SwingingLoad(Family):
         """Return the load."""
         x, y = values["point"]
         found = self.truth(scene, values)["parameters"]
-        return [{"kind": self.name, "x": x, "y": y, "damping_ratio": LOSS, **found}]
+        return [{"kind": self.name, "x": x, "y": y, "damping_ratio": LOAD_DAMPING_RATIO, **found}]

@@ -9,14 +9,14 @@ import mujoco
 import numpy as np
 from numpy.typing import NDArray
 
-from trundle.experiments.blind.family import Family, Hook, Site, Values
+from trundle.experiments.blind.family import EpisodeContext, Family, Hook, Values
 from trundle.experiments.blind.scene import Scene
 
 Floats = NDArray[np.float64]
 
-RING = 0.4
+RING_RADIUS_M = 0.4
 """Radius of the ring on which thinning drag acts under the office desk, m."""
-REFERENCE = 0.1
+REFERENCE_SPEED_M_PER_S = 0.1
 """Speed at which the catalogue states the force of a drag that thins, m/s."""
 
 
@@ -34,9 +34,9 @@ class AxisFriction(Family):
         torque = float(np.exp(rng.uniform(np.log(0.3), np.log(3.0))))
         return {"force_x": forces[0], "force_y": forces[1], "torque": torque}
 
-    def furnish(self, site: Site, values: Values) -> None:
+    def add_to_world(self, context: EpisodeContext, values: Values) -> None:
         """Let the joints rub."""
-        for joint, name in zip(site.table.joints, self.scales, strict=True):
+        for joint, name in zip(context.table.joints, self.scales, strict=True):
             joint.frictionloss = values[name]
 
     def truth(self, scene: Scene, values: Values) -> Values:
@@ -56,9 +56,9 @@ class ThinningDrag(Family):
 
     def draw(self, rng: np.random.Generator, scene: Scene, paths: Sequence[Floats]) -> Values:
         """Return the force at 1 m/s, and the radius of the ring that drags."""
-        return {"drag": float(np.exp(rng.uniform(np.log(10.0), np.log(80.0)))), "ring": RING}
+        return {"drag": float(np.exp(rng.uniform(np.log(10.0), np.log(80.0)))), "ring": RING_RADIUS_M}
 
-    def hook(self, model: Any, site: Site, values: Values) -> Hook | None:
+    def hook(self, model: Any, context: EpisodeContext, values: Values) -> Hook | None:
         """Return a force on the object's origin, and a torque as on a ring."""
         ring = values["ring"]
 
@@ -71,9 +71,12 @@ class ThinningDrag(Family):
 
     def truth(self, scene: Scene, values: Values) -> Values:
         """Return the force at the catalogue's speed, and the exponent."""
-        return {"parameters": {"force": values["drag"] * REFERENCE**0.5, "exponent": 0.5}, "where": None}
+        return {
+            "parameters": {"force": values["drag"] * REFERENCE_SPEED_M_PER_S**0.5, "exponent": 0.5},
+            "where": None,
+        }
 
     def laws(self, scene: Scene, values: Values) -> list[Values]:
         """Return drag under the whole body: on a ring only about what is hidden."""
-        law = {"kind": self.name, "force": values["drag"] * REFERENCE**0.5, "exponent": 0.5}
+        law = {"kind": self.name, "force": values["drag"] * REFERENCE_SPEED_M_PER_S**0.5, "exponent": 0.5}
         return [{**law, "spread": values["ring"] / scene.shape.gyration}]

@@ -8,10 +8,10 @@ import mujoco
 import numpy as np
 from numpy.typing import NDArray
 
-from trundle.experiments.blind.family import Family, Site, Values
-from trundle.experiments.blind.push import CONTACT, Grasp
+from trundle.experiments.blind.family import EpisodeContext, Family, Values
+from trundle.experiments.blind.push import CONTACT_TIME_S, Grasp
+from trundle.experiments.blind.readings import Readings, gripper_poses, interpolate
 from trundle.experiments.blind.scene import Scene
-from trundle.experiments.blind.seen import Seen, held, sampled
 
 Floats = NDArray[np.float64]
 
@@ -35,12 +35,12 @@ class ForceBias(Family):
             "drift_y": float(drift[1]),
         }
 
-    def distort(self, seen: Seen, site: Site, values: Values) -> Seen:
+    def distort(self, seen: Readings, context: EpisodeContext, values: Values) -> Readings:
         """Add it to the reading."""
-        since = np.maximum(seen.t - CONTACT, 0.0)
+        since = np.maximum(seen.t - CONTACT_TIME_S, 0.0)
         offset = np.array([values["force_x"], values["force_y"], values["torque_z"]])
         drift = np.array([values["drift_x"], values["drift_y"], 0.0])
-        added = (seen.t >= CONTACT)[:, None] * (offset + since[:, None] * drift)
+        added = (seen.t >= CONTACT_TIME_S)[:, None] * (offset + since[:, None] * drift)
         return seen.changed(wrench=seen.wrench + added)
 
     def truth(self, scene: Scene, values: Values) -> Values:
@@ -64,9 +64,9 @@ class Latency(Family):
         """Return a delay of 20 to 150 ms."""
         return {"delay": float(np.exp(rng.uniform(np.log(0.02), np.log(0.15))))}
 
-    def distort(self, seen: Seen, site: Site, values: Values) -> Seen:
+    def distort(self, seen: Readings, context: EpisodeContext, values: Values) -> Readings:
         """Read what was true earlier."""
-        return seen.changed(wrench=sampled(seen.t, seen.wrench, seen.t - values["delay"]))
+        return seen.changed(wrench=interpolate(seen.t, seen.wrench, seen.t - values["delay"]))
 
     def truth(self, scene: Scene, values: Values) -> Values:
         """Return the delay."""
@@ -87,18 +87,18 @@ class ForceScale(Family):
         """Return gains between 0.6 and 1.6; alike on all axes they could not be told from another mass."""
         return {name: float(rng.uniform(np.log(0.6), np.log(1.6))) for name in self.scales}
 
-    def distort(self, seen: Seen, site: Site, values: Values) -> Seen:
+    def distort(self, seen: Readings, context: EpisodeContext, values: Values) -> Readings:
         """Scale the reading."""
         return seen.changed(wrench=seen.wrench * np.exp([values[name] for name in self.scales]))
 
     def truth(self, scene: Scene, values: Values) -> Values:
         """Return the gains, where the mass was told: else only their ratios are in the data."""
         gains = {name.replace("log", "gain"): float(np.exp(values[name])) for name in self.scales}
-        return {"parameters": gains if scene.mass_told else {}, "where": None}
+        return {"parameters": gains if scene.mass_given else {}, "where": None}
 
     def laws(self, scene: Scene, values: Values) -> list[Values]:
         """Return the gains; where the mass was not told, those over that of x."""
-        common = 0.0 if scene.mass_told else values["log_x"]
+        common = 0.0 if scene.mass_given else values["log_x"]
         gains = {name.replace("log", "gain"): float(np.exp(values[name] - common)) for name in self.scales}
         return [{"kind": self.name, **gains}]
 
@@ -113,11 +113,11 @@ class GripperInertia(Family):
         """Return a mass of 1.5 to 12 kg."""
         return {"mass": float(np.exp(rng.uniform(np.log(1.5), np.log(12.0))))}
 
-    def furnish(self, site: Site, values: Values) -> None:
+    def add_to_world(self, context: EpisodeContext, values: Values) -> None:
         """Fix the mass to the object at the grasp: what the sensor bears moves both."""
-        grasp = site.scene.pushes[site.episode].grasp
+        grasp = context.scene.pushes[context.episode].grasp
         sphere = mujoco.mjtGeom.mjGEOM_SPHERE
-        tool = site.table.add_body(name="tool", pos=[grasp.x, grasp.y, 0.2])
+        tool = context.table.add_body(name="tool", pos=[grasp.x, grasp.y, 0.2])
         tool.add_geom(type=sphere, size=[0.02, 0, 0], mass=values["mass"], contype=0, conaffinity=0)
 
     def truth(self, scene: Scene, values: Values) -> Values:
@@ -141,10 +141,10 @@ class TrackerOffset(Family):
         x, y, theta = size * np.cos(turn), size * np.sin(turn), rng.normal() * 0.05
         return {"offset_x": float(x), "offset_y": float(y), "offset_theta": float(theta)}
 
-    def distort(self, seen: Seen, site: Site, values: Values) -> Seen:
+    def distort(self, seen: Readings, context: EpisodeContext, values: Values) -> Readings:
         """Follow another frame of the object."""
         frame = Grasp(values["offset_x"], values["offset_y"], values["offset_theta"])
-        return seen.changed(pose=held(seen.pose, frame))
+        return seen.changed(pose=gripper_poses(seen.pose, frame))
 
     def truth(self, scene: Scene, values: Values) -> Values:
         """Return the tracked frame in the footprint's."""

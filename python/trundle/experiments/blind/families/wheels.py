@@ -9,7 +9,7 @@ import mujoco
 import numpy as np
 from numpy.typing import NDArray
 
-from trundle.experiments.blind.family import Family, Hook, Site, Values
+from trundle.experiments.blind.family import EpisodeContext, Family, Hook, Values
 from trundle.experiments.blind.scene import Scene, Wheel, draw_event, draw_wheel
 from trundle.experiments.blind.world import add_wheel, set_wheel
 
@@ -26,9 +26,9 @@ class SecondWheel(Family):
         """Return a wheel as the first is drawn."""
         return dict(vars(draw_wheel(rng, scene.shape)))
 
-    def furnish(self, site: Site, values: Values) -> None:
+    def add_to_world(self, context: EpisodeContext, values: Values) -> None:
         """Add it."""
-        add_wheel(site.spec, site.table, "second wheel", Wheel(**values))
+        add_wheel(context.spec, context.table, "second wheel", Wheel(**values))
 
     def truth(self, scene: Scene, values: Values) -> Values:
         """Return the damping of both together about the object's origin."""
@@ -58,9 +58,9 @@ class WheelEvent(Family):
             "log_y": float(locks * rng.uniform(0.3, 1.0)),
         }
 
-    def hook(self, model: Any, site: Site, values: Values) -> Hook | None:
+    def hook(self, model: Any, context: EpisodeContext, values: Values) -> Hook | None:
         """Change the wheel's actuators from that moment on."""
-        wheel, episode = site.scene.wheel, site.episode
+        wheel, episode = context.scene.wheel, context.episode
         changed = (wheel.mu_x * np.exp(values["log_x"]), wheel.mu_y * np.exp(values["log_y"]))
         if episode > values["episode"]:
             set_wheel(model, "wheel", *changed)

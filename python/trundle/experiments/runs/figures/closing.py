@@ -7,7 +7,7 @@ import math
 import numpy as np
 
 from trundle.experiments.runs.figures.marks import WITHIN_95
-from trundle.experiments.runs.told import Episode, Update
+from trundle.experiments.runs.history import Episode, Update
 from trundle.report.figures.canvas import WIDTH, figure, label, polyline, ticks
 from trundle.report.markup import Html, join, tag
 from trundle.report.quantity import suited
@@ -15,7 +15,7 @@ from trundle.report.quantity import suited
 __all__ = ["draw"]
 
 LEFT, RIGHT, TOP, HEIGHT, FOOT = 50.0, 12.0, 18.0, 150.0, 34.0
-GREATEST = 1.0
+MAX_RADIUS_M = 1.0
 """What is not known at all is drawn at this distance, m."""
 
 
@@ -47,11 +47,11 @@ def draw(identity: str, episode: Episode) -> Html | None:
 
 def radius(update: Update) -> float | None:
     """Return the longer half axis of the ellipse that holds the wheel with probability 0.95, m."""
-    if update.spread is None:
+    if update.wheel_covariance is None:
         return None
-    if not np.isfinite(update.spread).all():
-        return GREATEST
-    return WITHIN_95 * math.sqrt(max(float(np.linalg.eigvalsh(update.spread)[-1]), 0.0))
+    if not np.isfinite(update.wheel_covariance).all():
+        return MAX_RADIUS_M
+    return WITHIN_95 * math.sqrt(max(float(np.linalg.eigvalsh(update.wheel_covariance)[-1]), 0.0))
 
 
 class Frame:

@@ -6,9 +6,9 @@ from dataclasses import dataclass
 
 import numpy as np
 
-from trundle.experiments.runs.figures.marks import box, cross, ellipse, others, oval
-from trundle.experiments.runs.sentences import deviation, place, seconds
-from trundle.experiments.runs.told import Episode, Update
+from trundle.experiments.runs.figures.marks import box, cross, effect_marks, ellipse, ellipse_axes
+from trundle.experiments.runs.history import Episode, Update
+from trundle.experiments.runs.sentences import format_point, format_seconds, place_sd
 from trundle.report.figures.canvas import WIDTH, figure
 from trundle.report.figures.plan import Plan
 from trundle.report.given import Array
@@ -17,9 +17,9 @@ from trundle.report.quantity import listed, shown
 
 __all__ = ["draw", "legend"]
 
-LENS, ZOOM = 74.0, 10.0
+LENS_RADIUS, LENS_ZOOM = 74.0, 10.0
 """Radius of the magnifying glass, user units, and by how much it magnifies."""
-SMALL = 14.0
+MAX_MAGNIFIED_AXIS = 14.0
 """Half axis of an ellipse, user units, up to which it is magnified."""
 
 
@@ -32,22 +32,22 @@ def draw(identity: str, episode: Episode, update: Update) -> Html:
         "svg",
         [plan.outline(corners, "footprint") for corners in episode.outline],
         [tag("circle", cx=x, cy=y, r=6.0, class_="support") for x, y in plan.at(episode.support)],
-        others(update.others, episode.hidden, view.at),
+        effect_marks(update.other_effects, episode.hidden, view.at),
         view.wheel(episode, update),
-        lens(identity, plan, episode, update),
+        magnifier(identity, plan, episode, update),
         viewBox=f"0 0 {WIDTH:.0f} {plan.height:.2f}",
         **size,
     )
-    told = "nothing of a wheel" if update.wheel is None else place(update.wheel.at, deviation(update))
+    told = "nothing of a wheel" if update.wheel is None else format_point(update.wheel.at, place_sd(update))
     text = f"The object from above, object frame; the wheel is believed at: {told}."
-    caption = [tag("b", seconds(update.time)), said(episode, update)]
-    title = f"Belief after {seconds(update.time)}"
+    caption = [tag("b", format_seconds(update.time)), accuracy_text(episode, update)]
+    title = f"Belief after {format_seconds(update.time)}"
     return figure(identity, title, text, plan.height, [inner, tag("rect", class_="box", **size)], caption)
 
 
-def said(episode: Episode, update: Update) -> str:
+def accuracy_text(episode: Episode, update: Update) -> str:
     """Return how well the wheel is known, in a few words."""
-    sd, off = deviation(update), episode.off(update)
+    sd, off = place_sd(update), episode.off(update)
     if update.wheel is None:
         return ": no wheel in the model"
     if sd is not None and not np.isfinite(sd).all():
@@ -59,7 +59,9 @@ def said(episode: Episode, update: Update) -> str:
 def legend(episode: Episode) -> str:
     """Return what the other marks are, where there are any."""
     placed = [each.name for each in episode.hidden if each.at is not None]
-    believed = {each.name for update in episode.updates for each in update.others if each.at is not None}
+    believed = {
+        each.name for update in episode.updates for each in update.other_effects if each.at is not None
+    }
     if not placed and not believed:
         return ""
     names = listed(list(dict.fromkeys([*placed, *sorted(believed)])))
@@ -85,24 +87,28 @@ class View:
         true, found = episode.wheel, update.wheel
         drawn: list[Child] = [] if true is None else [box(self.at(true.at), true.angle)]
         if found is not None:
-            shape = oval(update.spread, self.zoom * self.plan.scale, 2.0 * WIDTH)
+            shape = ellipse_axes(update.wheel_covariance, self.zoom * self.plan.scale, 2.0 * WIDTH)
             at = self.at(found.at)
             drawn = [None if shape is None else ellipse(at, shape), *drawn, cross(at)]
         return drawn
 
 
-def lens(identity: str, plan: Plan, episode: Episode, update: Update) -> Child:
+def magnifier(identity: str, plan: Plan, episode: Episode, update: Update) -> Child:
     """Return a magnifying glass over the true wheel, where the ellipse has become too small to be seen."""
-    true, off, shape = episode.wheel, episode.off(update), oval(update.spread, plan.scale, WIDTH)
+    true, off, shape = (
+        episode.wheel,
+        episode.off(update),
+        ellipse_axes(update.wheel_covariance, plan.scale, WIDTH),
+    )
     if true is None or off is None or shape is None:
         return None
-    if shape[0] > SMALL or off * plan.scale * ZOOM > LENS:
+    if shape[0] > MAX_MAGNIFIED_AXIS or off * plan.scale * LENS_ZOOM > LENS_RADIUS:
         return None
     wheel = plan.at(true.at[None])[0]
-    middle = beside(wheel, np.array([WIDTH, plan.height]))
-    glass = View(plan, true.at, ZOOM)
+    middle = lens_centre(wheel, np.array([WIDTH, plan.height]))
+    glass = View(plan, true.at, LENS_ZOOM)
     shift = middle - wheel
-    round_ = {"cx": middle[0], "cy": middle[1], "r": LENS}
+    round_ = {"cx": middle[0], "cy": middle[1], "r": LENS_RADIUS}
     seen = tag("g", glass.wheel(episode, update), transform=f"translate({shift[0]:.2f} {shift[1]:.2f})")
     return [
         tag("line", x1=wheel[0], y1=wheel[1], x2=middle[0], y2=middle[1], class_="axis"),
@@ -113,10 +119,10 @@ def lens(identity: str, plan: Plan, episode: Episode, update: Update) -> Child:
     ]
 
 
-def beside(wheel: Array, size: Array) -> Array:
+def lens_centre(wheel: Array, size: Array) -> Array:
     """Return the middle of a glass that does not cover a wheel (2,), towards the middle of a panel (2,)."""
     toward = size / 2.0 - wheel
     length = float(np.hypot(*toward))
     way = toward / length if length > 1.0 else np.array([1.0, 0.0])
-    middle: Array = np.clip(wheel + 1.5 * LENS * way, LENS + 4.0, size - LENS - 4.0)
+    middle: Array = np.clip(wheel + 1.5 * LENS_RADIUS * way, LENS_RADIUS + 4.0, size - LENS_RADIUS - 4.0)
     return middle

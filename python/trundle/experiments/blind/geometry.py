@@ -10,44 +10,51 @@ from numpy.typing import ArrayLike, NDArray
 from trundle.experiments.blind.scene import Scene
 from trundle.experiments.blind.shapes import inside
 
-__all__ = ["distance_to_outline", "in_object", "in_room", "overlap", "standing_points", "visited"]
+__all__ = [
+    "distance_to_outline",
+    "region_overlap",
+    "to_object",
+    "to_world",
+    "visited_cells",
+    "world_friction_points",
+]
 
 Floats = NDArray[np.float64]
 
-CELL = 0.05
+CELL_SIZE_M = 0.05
 """Of the grid on which regions are compared, m."""
 
 
-def standing_points(scene: Scene, path: Floats) -> Floats:
+def world_friction_points(scene: Scene, path: Floats) -> Floats:
     """Return where the points that drag lie in the world (n, m, 2) along a path (n, 3)."""
     c, s = np.cos(path[:, 2])[:, None], np.sin(path[:, 2])[:, None]
-    x, y = scene.standing.T
+    x, y = scene.friction_points.T
     return np.stack([path[:, :1] + c * x - s * y, path[:, 1:2] + s * x + c * y], axis=2)
 
 
-def visited(scene: Scene, paths: Sequence[Floats]) -> list[list[int]]:
+def visited_cells(scene: Scene, paths: Sequence[Floats]) -> list[list[int]]:
     """Return the cells of the floor over which a point went."""
-    points = np.concatenate([standing_points(scene, path[::20]).reshape(-1, 2) for path in paths])
-    cells = np.unique(np.floor(points / CELL).astype(int), axis=0)
+    points = np.concatenate([world_friction_points(scene, path[::20]).reshape(-1, 2) for path in paths])
+    cells = np.unique(np.floor(points / CELL_SIZE_M).astype(int), axis=0)
     return [[int(x), int(y)] for x, y in cells]
 
 
-def overlap(found: ArrayLike, true: ArrayLike, cells: Sequence[Sequence[int]]) -> float:
+def region_overlap(found: ArrayLike, true: ArrayLike, cells: Sequence[Sequence[int]]) -> float:
     """Return the area common to two polygons over that of either, within the cells that were visited."""
-    middles = (np.array(cells, dtype=float).reshape(-1, 2) + 0.5) * CELL
+    middles = (np.array(cells, dtype=float).reshape(-1, 2) + 0.5) * CELL_SIZE_M
     a, b = (inside(middles, np.asarray(polygon, dtype=float)) for polygon in (found, true))
     either = int(np.sum(a | b))
     return float(np.sum(a & b)) / either if either else 0.0
 
 
-def in_room(point: Floats, path: Floats) -> Floats:
+def to_world(point: Floats, path: Floats) -> Floats:
     """Return where a point of the object (2,) is in the room along a path (n, 3): (n, 2)."""
     c, s = np.cos(path[:, 2]), np.sin(path[:, 2])
     x = path[:, 0] + c * point[0] - s * point[1]
     return np.column_stack([x, path[:, 1] + s * point[0] + c * point[1]])
 
 
-def in_object(place: Floats, path: Floats) -> Floats:
+def to_object(place: Floats, path: Floats) -> Floats:
     """Return where a point of the room (2,) is in the object's frame along a path (n, 3): (n, 2)."""
     c, s = np.cos(path[:, 2]), np.sin(path[:, 2])
     dx, dy = place[0] - path[:, 0], place[1] - path[:, 1]

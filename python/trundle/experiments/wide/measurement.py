@@ -9,92 +9,96 @@ import numpy as np
 from numpy.typing import NDArray
 
 import trundle
-from trundle.experiments.blind.family import Hidden, Site
-from trundle.experiments.blind.instruments import joined
-from trundle.experiments.blind.push import CONTACT
-from trundle.experiments.blind.seen import Seen, sampled
+from trundle.experiments.blind.family import EpisodeContext, HiddenEffect
+from trundle.experiments.blind.instruments import merge_streams
+from trundle.experiments.blind.push import CONTACT_TIME_S
+from trundle.experiments.blind.readings import Readings, interpolate
 from trundle.experiments.wide import mujoco_engine, ode_engine
-from trundle.experiments.wide.motion import GRID
 from trundle.experiments.wide.scene import WideScene
+from trundle.experiments.wide.trajectory import GRID_STEP_S
 
-__all__ = ["recorded", "simulated"]
+__all__ = ["make_recording", "simulate_case"]
 
 Floats = NDArray[np.float64]
 
-PRECONTACT = (0.2, CONTACT - 0.05)
+PRECONTACT_S = (0.2, CONTACT_TIME_S - 0.05)
 """Interval without contact that is stated, s before the clock is added; every recording has begun by then."""
 SENSING_ORDER = ("gripper_inertia", "force_scale", "force_bias", "latency", "tracker_offset")
 """In which order faults of the instruments act: mechanics, sensor, clock, tracker."""
-BURST = 0.25
+MEAN_BURST_S = 0.25
 """Mean length of a run of lost poses, s."""
 
 
-def simulated(scene: WideScene, hidden: Sequence[Hidden]) -> list[Seen]:
+def simulate_case(scene: WideScene, hidden: Sequence[HiddenEffect]) -> list[Readings]:
     """Return what perfect instruments would read in every episode."""
     engine = mujoco_engine if scene.engine == "mujoco" else ode_engine
     return [engine.simulate(scene, hidden, k) for k in range(len(scene.pushes))]
 
 
-def recorded(
-    scene: WideScene, hidden: Sequence[Hidden], seen: Sequence[Seen], name: str
+def make_recording(
+    scene: WideScene, hidden: Sequence[HiddenEffect], seen: Sequence[Readings], name: str
 ) -> trundle.Recording:
     """Measure motions and return the recording; nothing in it names what is hidden."""
-    tables = {f"episode_{k:02}": table(scene, hidden, k, one) for k, one in enumerate(seen)}
+    tables = {f"episode_{k:02}": episode_table(scene, hidden, k, one) for k, one in enumerate(seen)}
     return trundle.Recording(metadata(scene, name, list(tables)), tables)
 
 
-def table(scene: WideScene, hidden: Sequence[Hidden], episode: int, seen: Seen) -> dict[str, Floats]:
+def episode_table(
+    scene: WideScene, hidden: Sequence[HiddenEffect], episode: int, seen: Readings
+) -> dict[str, Floats]:
     """Return an episode's columns."""
-    site = Site(None, None, scene, episode)
-    for one in sorted(hidden, key=lambda one: order(one.family.name)):
-        seen = one.family.distort(seen, site, one.values)
+    context = EpisodeContext(None, None, scene, episode)
+    for one in sorted(hidden, key=lambda one: sensing_order(one.family.name)):
+        seen = one.family.distort(seen, context, one.values)
     rng = np.random.default_rng([scene.seed, episode, 14])
     columns: dict[str, tuple[Floats, Floats]] = {}
     frames = (("object", seen.pose), ("gripper", seen.gripper))
     for frame, poses in frames:
-        t, measured = tracked(rng, scene, episode, seen.t, poses)
+        t, measured = tracker_samples(rng, scene, episode, seen.t, poses)
         columns |= {f"{frame}_{axis}": (t, measured[:, k]) for k, axis in enumerate(("x", "y", "theta"))}
-    t, wrench = read(rng, scene, episode, seen)
-    names = ("force_x", "force_y", "torque_z") if told(scene).torque_given else ("force_x", "force_y")
+    t, wrench = sensor_samples(rng, scene, episode, seen)
+    names = (
+        ("force_x", "force_y", "torque_z") if instrument_of(scene).torque_given else ("force_x", "force_y")
+    )
     columns |= {axis: (t, wrench[:, k]) for k, axis in enumerate(names)}
-    return joined(
+    return merge_streams(
         {axis: (np.round(t + scene.clock[episode], 6), values) for axis, (t, values) in columns.items()}
     )
 
 
-def order(name: str) -> int:
+def sensing_order(name: str) -> int:
     """Return when a fault acts."""
     return SENSING_ORDER.index(name) if name in SENSING_ORDER else -1
 
 
-def told(scene: WideScene) -> Any:
+def instrument_of(scene: WideScene) -> Any:
     """Return the instrument, which every scene of this benchmark has."""
     return scene.instrument
 
 
-def tracked(
+def tracker_samples(
     rng: np.random.Generator, scene: WideScene, episode: int, grid: Floats, poses: Floats
 ) -> tuple[Floats, Floats]:
     """Return time stamps and noisy poses, some of them lost."""
-    instrument = told(scene)
-    t = stamps(rng, instrument.tracker, scene.rest[episode], float(grid[-1]))
-    t = t[~lost(rng, len(t), instrument)]
+    instrument = instrument_of(scene)
+    t = sample_times(rng, instrument.tracker, scene.rest[episode], float(grid[-1]))
+    t = t[~dropout_mask(rng, len(t), instrument)]
     when = np.clip(t + instrument.jitter * rng.normal(size=len(t)), 0.0, grid[-1])
     spread = np.array([scene.pose_noise, scene.pose_noise, scene.heading_noise])
-    return t, sampled(grid, poses, when) + rng.normal(size=(len(t), 3)) * spread
+    return t, interpolate(grid, poses, when) + rng.normal(size=(len(t), 3)) * spread
 
 
-def stamps(rng: np.random.Generator, rate: float, begin: float, end: float) -> Floats:
+def sample_times(rng: np.random.Generator, rate: float, begin: float, end: float) -> Floats:
     """Return sample times between two moments that begin anywhere within a period, to the microsecond."""
     first = begin + rng.uniform(0.0, 1.0 / rate)
     return np.round(first + np.arange(int((end - first) * rate)) / rate, 6)
 
 
-def lost(rng: np.random.Generator, n: int, instrument: Any) -> NDArray[np.bool_]:
+def dropout_mask(rng: np.random.Generator, n: int, instrument: Any) -> NDArray[np.bool_]:
     """Return which of `n` samples are lost, one by one or in runs."""
     if not instrument.burst:
         return np.asarray(rng.random(n) < instrument.dropout)
-    length = max(BURST * instrument.tracker, 1.0)
+    length = max(MEAN_BURST_S * instrument.tracker, 1.0)
     leave, enter = 1.0 / length, 0.0
     if instrument.dropout > 0.0:
         enter = leave * instrument.dropout / (1.0 - instrument.dropout)
@@ -105,26 +109,34 @@ def lost(rng: np.random.Generator, n: int, instrument: Any) -> NDArray[np.bool_]
     return gone
 
 
-def read(rng: np.random.Generator, scene: WideScene, episode: int, seen: Seen) -> tuple[Floats, Floats]:
+def sensor_samples(
+    rng: np.random.Generator, scene: WideScene, episode: int, seen: Readings
+) -> tuple[Floats, Floats]:
     """Return time stamps and readings, in the frame and with the sign in which they are published."""
-    instrument = told(scene)
-    t = stamps(rng, instrument.sensor, scene.rest[episode], float(seen.t[-1]))
+    instrument = instrument_of(scene)
+    t = sample_times(rng, instrument.sensor, scene.rest[episode], float(seen.t[-1]))
     wrench = (
-        averaged(seen, t, 1.0 / instrument.sensor) if instrument.filtered else sampled(seen.t, seen.wrench, t)
+        window_means(seen, t, 1.0 / instrument.sensor)
+        if instrument.filtered
+        else interpolate(seen.t, seen.wrench, t)
     )
     spread = np.array([scene.force_noise, scene.force_noise, scene.torque_noise])
     wrench = wrench + np.array(scene.offset) + rng.normal(size=(len(t), 3)) * spread
     if not instrument.raw:
-        wrench = wrench - wrench[t < PRECONTACT[1]].mean(axis=0)
-    published = in_frame(wrench, sampled(seen.t, seen.pose, t), sampled(seen.t, seen.gripper, t), instrument)
+        wrench = wrench - wrench[t < PRECONTACT_S[1]].mean(axis=0)
+    published = in_frame(
+        wrench, interpolate(seen.t, seen.pose, t), interpolate(seen.t, seen.gripper, t), instrument
+    )
     return t, published if instrument.sign == "on_object" else -published
 
 
-def averaged(seen: Seen, t: Floats, period: float) -> Floats:
+def window_means(seen: Readings, t: Floats, period: float) -> Floats:
     """Return means over a period around each time: an anti-alias filter without delay."""
-    total = np.vstack([np.zeros(3), np.cumsum((seen.wrench[1:] + seen.wrench[:-1]) / 2 * GRID, axis=0)])
+    total = np.vstack(
+        [np.zeros(3), np.cumsum((seen.wrench[1:] + seen.wrench[:-1]) / 2 * GRID_STEP_S, axis=0)]
+    )
     ends = [np.clip(t + side * period / 2, 0.0, seen.t[-1]) for side in (-1.0, 1.0)]
-    early, late = (sampled(seen.t, total, end) for end in ends)
+    early, late = (interpolate(seen.t, total, end) for end in ends)
     return np.asarray((late - early) / (ends[1] - ends[0])[:, None])
 
 
@@ -143,7 +155,7 @@ def in_frame(wrench: Floats, pose: Floats, gripper: Floats, instrument: Any) -> 
 
 def metadata(scene: WideScene, name: str, episodes: list[str]) -> dict[str, Any]:
     """Return the recording's metadata."""
-    instrument = told(scene)
+    instrument = instrument_of(scene)
     wrench = {
         "frame": instrument.frame,
         "reference": instrument.reference,
@@ -152,21 +164,21 @@ def metadata(scene: WideScene, name: str, episodes: list[str]) -> dict[str, Any]
         "contact": "point" if instrument.contact == "point" else "grasp",
     }
     if instrument.raw:
-        wrench["precontact"] = list(PRECONTACT)
+        wrench["precontact"] = list(PRECONTACT_S)
         if instrument.shifted:
             late = zip(episodes, scene.clock, strict=True)
-            wrench["precontact"] = {one: [end + by for end in PRECONTACT] for one, by in late}
+            wrench["precontact"] = {one: [end + by for end in PRECONTACT_S] for one, by in late}
     noise = {
         "pose": [scene.pose_noise, scene.pose_noise, scene.heading_noise],
         "force": scene.force_noise,
         "torque": scene.torque_noise,
         "time": instrument.jitter,
     }
-    told_object = scene.shape.described(with_feet=scene.feet_told)
+    told_object = scene.shape.described(with_feet=scene.feet_given)
     return {
         "format": "trundle-recording/1",
         "name": name,
-        "object": {**told_object, **({"mass": scene.mass} if scene.mass_told else {})},
+        "object": {**told_object, **({"mass": scene.mass} if scene.mass_given else {})},
         "wrench": wrench,
         **({"noise": noise} if instrument.noise_given else {}),
         "split": {"held_out": episodes[-scene.held_out :]},

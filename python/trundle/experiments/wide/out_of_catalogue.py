@@ -10,54 +10,54 @@ import mujoco
 import numpy as np
 from numpy.typing import NDArray
 
-from trundle.experiments.blind.families.foreign_motion import (
-    Foreign,
-    Hysteresis,
+from trundle.experiments.blind.families.out_of_catalogue_motion import (
+    HystereticSpring,
     Magnet,
-    Rattling,
+    OutOfCatalogueFamily,
+    RattlingLoad,
     Shaking,
     StickyGround,
     WarmingWheel,
 )
-from trundle.experiments.blind.family import Family, Hook, Site, Values
-from trundle.experiments.blind.push import CONTACT
+from trundle.experiments.blind.family import EpisodeContext, Family, Hook, Values
+from trundle.experiments.blind.push import CONTACT_TIME_S
 from trundle.experiments.blind.scene import Scene
-from trundle.experiments.wide.ode_terms import Kinematics, Term, Trait, Wrench
+from trundle.experiments.wide.ode_terms import InertialProperties, Kinematics, Term, Wrench
 from trundle.experiments.wide.scene import WideScene
 
-__all__ = ["OUTSIDE", "PUSHES_AT_REST"]
+__all__ = ["MOVES_RESTING_OBJECT", "OUT_OF_CATALOGUE"]
 
 Floats = NDArray[np.float64]
 
 
-class OutsideForce(Foreign):
+class ForceLawFamily(OutOfCatalogueFamily):
     """A family given by one force law, which both engines apply."""
 
-    def force(self, site: Site, values: Values, t: float, at: Kinematics) -> Wrench:
+    def force(self, context: EpisodeContext, values: Values, t: float, at: Kinematics) -> Wrench:
         """Return force and moment about the object's origin, world axes."""
         raise NotImplementedError
 
-    def hook(self, model: Any, site: Site, values: Values) -> Hook | None:
+    def hook(self, model: Any, context: EpisodeContext, values: Values) -> Hook | None:
         """Apply the force in MuJoCo."""
 
         def apply(data: mujoco.MjData) -> None:
             x, y, theta = data.qpos[:3].tolist()
             vx, vy, omega = data.qvel[:3].tolist()
             at = Kinematics(x, y, math.cos(theta), math.sin(theta), vx, vy, omega, theta)
-            data.qfrc_applied[:3] += self.force(site, values, float(data.time), at)
+            data.qfrc_applied[:3] += self.force(context, values, float(data.time), at)
 
         return apply
 
-    def terms(self, scene: WideScene, episode: int, values: Values, trait: Trait) -> list[Term]:
+    def terms(self, scene: WideScene, episode: int, values: Values, trait: InertialProperties) -> list[Term]:
         """Apply the force in the ODE engine."""
-        site = Site(None, None, scene, episode)
-        return [Term(lambda t, at: self.force(site, values, t, at))]
+        context = EpisodeContext(None, None, scene, episode)
+        return [Term(lambda t, at: self.force(context, values, t, at))]
 
 
-class WideMagnet(OutsideForce, Magnet):
+class WideMagnet(ForceLawFamily, Magnet):
     """A point of the floor that attracts the object's origin."""
 
-    def force(self, site: Site, values: Values, t: float, at: Kinematics) -> Wrench:
+    def force(self, context: EpisodeContext, values: Values, t: float, at: Kinematics) -> Wrench:
         """Return strength · r d/(d² + r²)."""
         (x, y), reach = values["place"], 0.25
         dx, dy = x - at.x, y - at.y
@@ -65,21 +65,21 @@ class WideMagnet(OutsideForce, Magnet):
         return pulled * dx, pulled * dy, 0.0
 
 
-class WideShaking(OutsideForce, Shaking):
+class WideShaking(ForceLawFamily, Shaking):
     """A machine nearby that shakes the object along one direction of the room."""
 
-    def force(self, site: Site, values: Values, t: float, at: Kinematics) -> Wrench:
+    def force(self, context: EpisodeContext, values: Values, t: float, at: Kinematics) -> Wrench:
         """Return a sine of the time since contact."""
         force = values["force"] * math.sin(
-            2 * math.pi * values["frequency"] * (t - CONTACT) + values["phase"]
+            2 * math.pi * values["frequency"] * (t - CONTACT_TIME_S) + values["phase"]
         )
         return force * math.cos(values["direction"]), force * math.sin(values["direction"]), 0.0
 
 
-class WideStickyGround(OutsideForce, StickyGround):
+class WideStickyGround(ForceLawFamily, StickyGround):
     """A floor that drags the more the farther one goes in one direction."""
 
-    def force(self, site: Site, values: Values, t: float, at: Kinematics) -> Wrench:
+    def force(self, context: EpisodeContext, values: Values, t: float, at: Kinematics) -> Wrench:
         """Return a drag on the object's origin."""
         way = math.cos(values["direction"]) * at.x + math.sin(values["direction"]) * at.y - values["from"]
         drag = min(values["slope"] * max(way, 0.0), 1000.0)
@@ -89,18 +89,18 @@ class WideStickyGround(OutsideForce, StickyGround):
 class WideWarmingWheel(WarmingWheel):
     """A wheel whose grease is stiff at first and thins with time."""
 
-    def terms(self, scene: WideScene, episode: int, values: Values, trait: Trait) -> list[Term]:
+    def terms(self, scene: WideScene, episode: int, values: Values, trait: InertialProperties) -> list[Term]:
         """Let the friction fall in the ODE engine."""
 
         def factors(t: float) -> tuple[float, float]:
-            more = 1.0 + values["excess"] * math.exp(-(t - CONTACT) / values["seconds"])
+            more = 1.0 + values["excess"] * math.exp(-(t - CONTACT_TIME_S) / values["seconds"])
             return more, more
 
         trait.wheel_factors.append(factors)
         return []
 
 
-class LateralLift(OutsideForce):
+class LateralLift(ForceLawFamily):
     """A force across the velocity, in proportion to it, like that of a skewed brush under the object.
 
     No damping matrix that dissipates has such a part.
@@ -114,12 +114,12 @@ class LateralLift(OutsideForce):
         size = float(np.exp(rng.uniform(np.log(20.0), np.log(120.0)))) * math.sqrt(scene.mass / 20.0)
         return {"lift": size * float(rng.choice([-1.0, 1.0]))}
 
-    def force(self, site: Site, values: Values, t: float, at: Kinematics) -> Wrench:
+    def force(self, context: EpisodeContext, values: Values, t: float, at: Kinematics) -> Wrench:
         """Return a force to the left of the velocity."""
         return -values["lift"] * at.vy, values["lift"] * at.vx, 0.0
 
 
-class Gusts(OutsideForce):
+class Gusts(ForceLawFamily):
     """Wind that never repeats: a sum of sines whose phases are drawn for every episode."""
 
     name = "gusts"
@@ -135,18 +135,18 @@ class Gusts(OutsideForce):
             "phase": rng.uniform(-np.pi, np.pi, shape).tolist(),
         }
 
-    def force(self, site: Site, values: Values, t: float, at: Kinematics) -> Wrench:
+    def force(self, context: EpisodeContext, values: Values, t: float, at: Kinematics) -> Wrench:
         """Return the wind at a time."""
         size = values["force"] * math.sqrt(2.0 / self.WAVES)
         x, y = (
             size
             * sum(math.sin(2 * math.pi * f * t + p) for f, p in zip(values["frequency"], phases, strict=True))
-            for phases in values["phase"][site.episode]
+            for phases in values["phase"][context.episode]
         )
         return x, y, 0.0
 
 
-class FloorWaves(OutsideForce):
+class FloorWaves(ForceLawFamily):
     """A floor in waves: the object's origin feels the slope of a surface in two directions."""
 
     name = "floor_waves"
@@ -162,7 +162,7 @@ class FloorWaves(OutsideForce):
             "phases": rng.uniform(-np.pi, np.pi, 3).tolist(),
         }
 
-    def force(self, site: Site, values: Values, t: float, at: Kinematics) -> Wrench:
+    def force(self, context: EpisodeContext, values: Values, t: float, at: Kinematics) -> Wrench:
         """Return minus the slope of the surface times a weight."""
         fx = fy = 0.0
         for (kx, ky), phase in zip(values["vectors"], values["phases"], strict=True):
@@ -171,7 +171,7 @@ class FloorWaves(OutsideForce):
         return fx, fy, 0.0
 
 
-class LeakingLoad(Foreign):
+class LeakingLoad(OutOfCatalogueFamily):
     """Sand that runs out during every episode, and is filled up before the next."""
 
     name = "leaking_load"
@@ -181,46 +181,46 @@ class LeakingLoad(Foreign):
         """Return the share of the mass that is lost, and the time constant as a share of the episode."""
         return {"share": float(rng.uniform(0.4, 0.75)), "pace": float(rng.uniform(0.3, 0.8))}
 
-    def left(self, site: Site, values: Values, t: float) -> float:
+    def left(self, context: EpisodeContext, values: Values, t: float) -> float:
         """Return the share of the mass that is left."""
-        scene: Any = site.scene
-        seconds = float(values["pace"]) * (float(scene.seconds[site.episode]) - CONTACT)
-        return 1.0 - float(values["share"]) * (1.0 - math.exp(-max(t - CONTACT, 0.0) / seconds))
+        scene: Any = context.scene
+        seconds = float(values["pace"]) * (float(scene.seconds[context.episode]) - CONTACT_TIME_S)
+        return 1.0 - float(values["share"]) * (1.0 - math.exp(-max(t - CONTACT_TIME_S, 0.0) / seconds))
 
-    def hook(self, model: Any, site: Site, values: Values) -> Hook | None:
+    def hook(self, model: Any, context: EpisodeContext, values: Values) -> Hook | None:
         """Scale mass and inertia in MuJoCo; what runs out takes its velocity with it."""
         body = model.body("table").id
         mass, inertia = float(model.body_mass[body]), model.body_inertia[body].copy()
 
         def leak(data: mujoco.MjData) -> None:
-            left = self.left(site, values, float(data.time))
+            left = self.left(context, values, float(data.time))
             model.body_mass[body], model.body_inertia[body] = mass * left, inertia * left
 
         return leak
 
-    def terms(self, scene: WideScene, episode: int, values: Values, trait: Trait) -> list[Term]:
+    def terms(self, scene: WideScene, episode: int, values: Values, trait: InertialProperties) -> list[Term]:
         """Scale mass and inertia in the ODE engine."""
-        site = Site(None, None, scene, episode)
-        trait.factors.append(lambda t: self.left(site, values, t))
+        context = EpisodeContext(None, None, scene, episode)
+        trait.factors.append(lambda t: self.left(context, values, t))
         return []
 
 
-class WideRattling(Rattling):
+class WideRattlingLoad(RattlingLoad):
     """A drawer without a spring that knocks against its ends: MuJoCo's joint limits."""
 
     engines = ("mujoco",)
 
 
-PUSHES_AT_REST: frozenset[str] = frozenset({"magnet", "shaking", "gusts", "floor_waves"})
+MOVES_RESTING_OBJECT: frozenset[str] = frozenset({"magnet", "shaking", "gusts", "floor_waves"})
 """Families that move an object that nobody holds."""
-OUTSIDE: dict[str, Family] = {
+OUT_OF_CATALOGUE: dict[str, Family] = {
     family.name: family
     for family in (
         WideMagnet(),
         WideWarmingWheel(),
         WideShaking(),
-        WideRattling(),
-        Hysteresis(),
+        WideRattlingLoad(),
+        HystereticSpring(),
         WideStickyGround(),
         LateralLift(),
         Gusts(),

@@ -7,15 +7,15 @@ from collections.abc import Sequence
 import numpy as np
 from numpy.typing import NDArray
 
-from trundle.experiments.blind.families.foreign_motion import Foreign
-from trundle.experiments.blind.family import Family, Site, Values
+from trundle.experiments.blind.families.out_of_catalogue_motion import OutOfCatalogueFamily
+from trundle.experiments.blind.family import EpisodeContext, Family, Values
+from trundle.experiments.blind.readings import Readings
 from trundle.experiments.blind.scene import Scene
-from trundle.experiments.blind.seen import Seen
 
 Floats = NDArray[np.float64]
 
 
-class ResonantSensor(Foreign):
+class ResonantSensor(OutOfCatalogueFamily):
     """The sensor's filter is slow: a reading of second order that resonates."""
 
     name = "resonant_sensor"
@@ -25,7 +25,7 @@ class ResonantSensor(Foreign):
         """Return its time constant."""
         return {"seconds": float(rng.uniform(0.05, 0.15))}
 
-    def distort(self, seen: Seen, site: Site, values: Values) -> Seen:
+    def distort(self, seen: Readings, context: EpisodeContext, values: Values) -> Readings:
         """Filter the reading, damping ratio 0.3."""
         step = float(seen.t[1] - seen.t[0])
         if values["seconds"] < step:
@@ -39,7 +39,7 @@ class ResonantSensor(Foreign):
         return seen.changed(wrench=found)
 
 
-class Lens(Foreign):
+class StretchedPicture(OutOfCatalogueFamily):
     """The camera's picture is stretched in one direction of the room; heading is read from it as well."""
 
     name = "stretched_picture"
@@ -49,14 +49,16 @@ class Lens(Foreign):
         """Return by how much, and where to."""
         return {"stretch": float(rng.uniform(0.08, 0.3)), "direction": float(rng.uniform(0.0, np.pi))}
 
-    def distort(self, seen: Seen, site: Site, values: Values) -> Seen:
+    def distort(self, seen: Readings, context: EpisodeContext, values: Values) -> Readings:
         """Stretch all that is tracked."""
         along = np.array([np.cos(values["direction"]), np.sin(values["direction"])])
         matrix = np.eye(2) + values["stretch"] * np.outer(along, along)
-        return seen.changed(pose=stretched(seen.pose, matrix), gripper=stretched(seen.gripper, matrix))
+        return seen.changed(
+            pose=stretch_poses(seen.pose, matrix), gripper=stretch_poses(seen.gripper, matrix)
+        )
 
 
-def stretched(pose: Floats, matrix: Floats) -> Floats:
+def stretch_poses(pose: Floats, matrix: Floats) -> Floats:
     """Return poses (n, 3) as a stretched picture shows them, headings without jumps."""
     ahead = np.column_stack([np.cos(pose[:, 2]), np.sin(pose[:, 2])]) @ matrix.T
     turn = np.arctan2(ahead[:, 1], ahead[:, 0])
@@ -66,5 +68,5 @@ def stretched(pose: Floats, matrix: Floats) -> Floats:
 
 SENSINGS: tuple[Family, ...] = (
     ResonantSensor(),
-    Lens(),
+    StretchedPicture(),
 )

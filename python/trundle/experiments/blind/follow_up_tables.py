@@ -7,8 +7,13 @@ from collections.abc import Callable, Mapping, Sequence
 
 import numpy as np
 
-from trundle.experiments.blind.further import ALIKE, ANY, DESIGNED, asked_for
-from trundle.experiments.blind.score import is_right, said, settled
+from trundle.experiments.blind.follow_up import (
+    DESIGNED,
+    RANDOM_SIMILAR,
+    RANDOM_UNRESTRICTED,
+    requested_experiment,
+)
+from trundle.experiments.blind.score import is_right, is_unambiguous, named_probabilities
 from trundle.experiments.markdown import table
 from trundle.experiments.results import Row
 from trundle.experiments.statistics import share
@@ -16,18 +21,18 @@ from trundle.experiments.statistics import share
 __all__ = [
     "ANY_CONTROL",
     "Case",
-    "about",
+    "all_cases",
     "by_effect",
+    "case_counts",
     "cases_of",
-    "each",
     "efforts",
+    "initially_tied",
+    "is_sure",
     "pairs",
     "rates",
-    "sure",
-    "tied_first",
 ]
 
-SURE = 0.95
+SURE_PROBABILITY = 0.95
 BEFORE = "none"
 ANY_CONTROL = (
     ". Because those are all alike, a second control has any grasp, place and heading and turns the object; "
@@ -51,26 +56,26 @@ def cases_of(first: Sequence[Row], rows: Sequence[Row]) -> list[Case]:
 
 def kinds_of(cases: Sequence[Case]) -> list[str]:
     """Return the kinds of pushes that were made, in their order."""
-    return [kind for kind in (DESIGNED, ALIKE, ANY) if cases and kind in cases[0]]
+    return [kind for kind in (DESIGNED, RANDOM_SIMILAR, RANDOM_UNRESTRICTED) if cases and kind in cases[0]]
 
 
-def about(first: Sequence[Row], cases: Sequence[Case]) -> str:
+def case_counts(first: Sequence[Row], cases: Sequence[Case]) -> str:
     """Say how many answers left a doubt, of how many a push was asked for, and what for."""
     answers = [row["answer"] for row in first if row["answer"]["verdict"] == "explained"]
     tied = [answer for answer in answers if answer["tied"]]
-    silent = sum(asked_for(answer) is None for answer in tied)
-    asked = [(answer, found) for answer in answers if (found := asked_for(answer))]
+    silent = sum(requested_experiment(answer) is None for answer in tied)
+    asked = [(answer, found) for answer in answers if (found := requested_experiment(answer))]
     counts = Counter(found["pushes"][0]["profile"] for _, found in asked)
     courses = ", ".join(f"`{name}` {count}" for name, count in counts.most_common()) or "none"
     return (
         f"{len(first)} recordings, {len(answers)} explained, {len(tied)} of these with a tie; for {silent} "
         "of the ties no push was found that tells and goes no further than those of the recording. A push "
         f"was asked for in {len(asked)}, {sum(bool(answer['tied']) for answer, _ in asked)} of them tied "
-        f"({courses}). {len(cases)} were pushed again, in every way, and diagnosed.{promised(asked)}"
+        f"({courses}). {len(cases)} were pushed again, in every way, and diagnosed.{expected_success(asked)}"
     )
 
 
-def promised(asked: Sequence[tuple[Row, Row]]) -> str:
+def expected_success(asked: Sequence[tuple[Row, Row]]) -> str:
     """Say what the designs expect of their pushes."""
     if not asked:
         return ""
@@ -78,51 +83,53 @@ def promised(asked: Sequence[tuple[Row, Row]]) -> str:
     return f" The designs expect {100 * chance:.0f} % to be sure then, if one of their two models is true."
 
 
-def tied_first(cases: Sequence[Case]) -> list[Case]:
+def initially_tied(cases: Sequence[Case]) -> list[Case]:
     """Return the cases that were tied before."""
     return [case for case in cases if case[BEFORE]["answer"]["tied"]]
 
 
 def rates(cases: Sequence[Case]) -> str:
     """Return how often the right name stands alone, surely, in a tie, or not at all, by push."""
-    lines = [[kind, *shares([case[kind] for case in cases])] for kind in (BEFORE, *kinds_of(cases))]
-    alone = ["the right name alone", f"and with {SURE} or more", "in a tie", "another answer"]
+    lines = [[kind, *rate_cells([case[kind] for case in cases])] for kind in (BEFORE, *kinds_of(cases))]
+    alone = ["the right name alone", f"and with {SURE_PROBABILITY} or more", "in a tie", "another answer"]
     head = ["push added", *alone, "names that remain"]
     return table(head, lines)
 
 
-def shares(rows: Sequence[Row]) -> list[str]:
+def rate_cells(rows: Sequence[Row]) -> list[str]:
     """Return the columns of `rates`."""
-    right = [(settled(row["answer"], row["truth"]), is_right(row["answer"], row["truth"])) for row in rows]
+    right = [
+        (is_unambiguous(row["answer"], row["truth"]), is_right(row["answer"], row["truth"])) for row in rows
+    ]
     return [
         share(alone for alone, _ in right).text(),
-        share(sure(row) for row in rows).text(),
+        share(is_sure(row) for row in rows).text(),
         share(there and not alone for alone, there in right).text(),
         share(not there for _, there in right).text(),
-        f"{np.mean([remaining(row['answer']) for row in rows]):.2f}" if rows else "–",
+        f"{np.mean([remaining_names(row['answer']) for row in rows]):.2f}" if rows else "–",
     ]
 
 
-def remaining(answer: Row) -> int:
+def remaining_names(answer: Row) -> int:
     """Return the most names that an answer leaves for one effect; none where nothing is named."""
-    return max((len(group(one["effect"], answer)) for one in answer["missing"]), default=0)
+    return max((len(tie_of(one["effect"], answer)) for one in answer["missing"]), default=0)
 
 
-def sure(row: Row) -> bool:
+def is_sure(row: Row) -> bool:
     """Tell whether the right name stands alone with a high probability, that of its twin added."""
     answer = row["answer"]
-    tied = {name for group in answer["tied"] for name in group}
+    tied = {name for tie in answer["tied"] for name in tie}
     twins = sum(one["probability"] for one in answer["alternatives"] if one["effect"] in tied)
-    probabilities = [p + twins for p, _ in said(answer, row["truth"])]
-    return settled(answer, row["truth"]) and min(probabilities, default=0.0) >= SURE
+    probabilities = [p + twins for p, _ in named_probabilities(answer, row["truth"])]
+    return is_unambiguous(answer, row["truth"]) and min(probabilities, default=0.0) >= SURE_PROBABILITY
 
 
 def pairs(cases: Sequence[Case]) -> str:
     """Return on how many recordings one push settles what the other leaves, by what is counted."""
     lines = []
     counted: dict[str, Callable[[Row], bool]] = {
-        "the right name alone": lambda row: settled(row["answer"], row["truth"]),
-        f"and with {SURE} or more": sure,
+        "the right name alone": lambda row: is_unambiguous(row["answer"], row["truth"]),
+        f"and with {SURE_PROBABILITY} or more": is_sure,
     }
     for what, reached in counted.items():
         for other in (BEFORE, *kinds_of(cases)[1:]):
@@ -148,40 +155,43 @@ def efforts(cases: Sequence[Case]) -> str:
 def by_effect(cases: Sequence[Case]) -> str:
     """Return how often the right name stands alone by what is hidden."""
     lines = []
-    for hidden in sorted({name_of(case) for case in cases}):
-        mine = [case for case in cases if name_of(case) == hidden]
+    for hidden in sorted({hidden_label(case) for case in cases}):
+        mine = [case for case in cases if hidden_label(case) == hidden]
         counts = [
-            sum(settled(case[kind]["answer"], case[kind]["truth"]) for case in mine)
+            sum(is_unambiguous(case[kind]["answer"], case[kind]["truth"]) for case in mine)
             for kind in (BEFORE, *kinds_of(cases))
         ]
         lines.append([hidden, str(len(mine)), *map(str, counts)])
     return table(["hidden", "recordings", "alone before", *kinds_of(cases)], lines)
 
 
-def each(cases: Sequence[Case]) -> str:
+def all_cases(cases: Sequence[Case]) -> str:
     """Return every case: what is hidden, what was asked, and every answer."""
     lines = []
     for case in cases:
-        experiment = asked_for(case[BEFORE]["answer"]) or {"models": [], "pushes": [{"profile": "–"}]}
+        experiment = requested_experiment(case[BEFORE]["answer"]) or {
+            "models": [],
+            "pushes": [{"profile": "–"}],
+        }
         push = f"{' or '.join(experiment['models'])}: `{experiment['pushes'][0]['profile']}`"
-        answers = [short(case[kind]["answer"]) for kind in (BEFORE, *kinds_of(cases))]
-        lines.append([case[BEFORE]["case"], name_of(case), push, *answers])
+        answers = [answer_label(case[kind]["answer"]) for kind in (BEFORE, *kinds_of(cases))]
+        lines.append([case[BEFORE]["case"], hidden_label(case), push, *answers])
     return table(["case", "hidden", "asked for", "before", *kinds_of(cases)], lines)
 
 
-def name_of(case: Case) -> str:
+def hidden_label(case: Case) -> str:
     """Return what is hidden in words."""
     return " + ".join(case[BEFORE]["truth"]["names"]) or "nothing"
 
 
-def short(answer: Row) -> str:
+def answer_label(answer: Row) -> str:
     """Return an answer in a few words: names with probabilities, all names of a tie."""
     if answer["verdict"] != "explained":
         return str(answer["verdict"])
-    named = [(" = ".join(group(one["effect"], answer)), one["probability"]) for one in answer["missing"]]
+    named = [(" = ".join(tie_of(one["effect"], answer)), one["probability"]) for one in answer["missing"]]
     return ", ".join(f"{names} {probability:.3f}" for names, probability in named)
 
 
-def group(name: str, answer: Row) -> list[str]:
+def tie_of(name: str, answer: Row) -> list[str]:
     """Return a name, and those that it is tied with."""
     return [name, *(other for tie in answer["tied"] if name in tie for other in tie if other != name)]

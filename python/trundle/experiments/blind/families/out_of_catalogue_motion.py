@@ -9,25 +9,25 @@ import mujoco
 import numpy as np
 from numpy.typing import NDArray
 
-from trundle.experiments.blind.family import Family, Hook, Site, Values
-from trundle.experiments.blind.push import CONTACT
+from trundle.experiments.blind.family import EpisodeContext, Family, Hook, Values
+from trundle.experiments.blind.push import CONTACT_TIME_S
 from trundle.experiments.blind.scene import Scene
 from trundle.experiments.blind.world import set_wheel
 
 Floats = NDArray[np.float64]
 
 
-class Foreign(Family):
+class OutOfCatalogueFamily(Family):
     """A family outside the catalogue: its truth names nothing."""
 
-    foreign = True
+    out_of_catalogue = True
 
     def truth(self, scene: Scene, values: Values) -> Values:
         """Return nothing that an answer could be compared with."""
         return {"parameters": {}, "where": None}
 
 
-class Magnet(Foreign):
+class Magnet(OutOfCatalogueFamily):
     """A point of the floor that attracts the object's origin, the more the nearer."""
 
     name = "magnet"
@@ -38,7 +38,7 @@ class Magnet(Foreign):
         place = np.mean([path[:, :2].mean(axis=0) for path in paths], axis=0) + rng.uniform(-0.3, 0.3, 2)
         return {"strength": float(np.exp(rng.uniform(np.log(8.0), np.log(40.0)))), "place": place.tolist()}
 
-    def hook(self, model: Any, site: Site, values: Values) -> Hook | None:
+    def hook(self, model: Any, context: EpisodeContext, values: Values) -> Hook | None:
         """Return a force of strength · d/(d² + r²) · r, at most half the strength."""
         (x, y), reach = values["place"], 0.25
 
@@ -51,7 +51,7 @@ class Magnet(Foreign):
         return pull
 
 
-class WarmingWheel(Foreign):
+class WarmingWheel(OutOfCatalogueFamily):
     """A wheel whose grease is stiff at first and thins as it rolls."""
 
     name = "warming_wheel"
@@ -61,18 +61,18 @@ class WarmingWheel(Foreign):
         """Return by how much it is stiffer, and how long it takes to warm."""
         return {"excess": float(rng.uniform(2.0, 10.0)), "seconds": float(rng.uniform(1.0, 3.0))}
 
-    def hook(self, model: Any, site: Site, values: Values) -> Hook | None:
+    def hook(self, model: Any, context: EpisodeContext, values: Values) -> Hook | None:
         """Let the friction fall to that of the warm wheel in each episode."""
-        wheel = site.scene.wheel
+        wheel = context.scene.wheel
 
         def warm(data: mujoco.MjData) -> None:
-            factor = 1.0 + values["excess"] * np.exp(-(data.time - CONTACT) / values["seconds"])
+            factor = 1.0 + values["excess"] * np.exp(-(data.time - CONTACT_TIME_S) / values["seconds"])
             set_wheel(model, "wheel", wheel.mu_x * factor, wheel.mu_y * factor)
 
         return warm
 
 
-class Shaking(Foreign):
+class Shaking(OutOfCatalogueFamily):
     """A machine nearby shakes the object to and fro along one direction of the room."""
 
     name = "shaking"
@@ -87,12 +87,12 @@ class Shaking(Foreign):
             "phase": float(rng.uniform(-np.pi, np.pi)),
         }
 
-    def hook(self, model: Any, site: Site, values: Values) -> Hook | None:
+    def hook(self, model: Any, context: EpisodeContext, values: Values) -> Hook | None:
         """Return a sine of the time since contact."""
         c, s = np.cos(values["direction"]), np.sin(values["direction"])
 
         def shake(data: mujoco.MjData) -> None:
-            turn = 2 * np.pi * values["frequency"] * (data.time - CONTACT) + values["phase"]
+            turn = 2 * np.pi * values["frequency"] * (data.time - CONTACT_TIME_S) + values["phase"]
             force = values["force"] * np.sin(turn)
             data.qfrc_applied[0] += force * c
             data.qfrc_applied[1] += force * s
@@ -100,7 +100,7 @@ class Shaking(Foreign):
         return shake
 
 
-class Rattling(Foreign):
+class RattlingLoad(OutOfCatalogueFamily):
     """A drawer without a spring that slides freely and knocks against its ends: MuJoCo's joint limits."""
 
     name = "rattling_load"
@@ -114,12 +114,12 @@ class Rattling(Foreign):
             "range": float(rng.uniform(0.05, 0.2)),
         }
 
-    def furnish(self, site: Site, values: Values) -> None:
+    def add_to_world(self, context: EpisodeContext, values: Values) -> None:
         """Take the mass from the object and let it slide."""
         mass = max(values["mass"], 1e-4)
-        for geom in site.table.geoms:
-            geom.mass *= 1.0 - mass / site.scene.mass
-        drawer = site.table.add_body(name="drawer", pos=[*site.scene.shape.centroid, 0.2])
+        for geom in context.table.geoms:
+            geom.mass *= 1.0 - mass / context.scene.mass
+        drawer = context.table.add_body(name="drawer", pos=[*context.scene.shape.centroid, 0.2])
         joint = drawer.add_joint(name="drawer", type=mujoco.mjtJoint.mjJNT_SLIDE)
         joint.axis = [np.cos(values["direction"]), np.sin(values["direction"]), 0.0]
         joint.limited, joint.range = True, [-values["range"], values["range"]]
@@ -127,7 +127,7 @@ class Rattling(Foreign):
         drawer.add_geom(type=sphere, size=[0.02, 0, 0], mass=mass, contype=0, conaffinity=0)
 
 
-class Hysteresis(Foreign):
+class HystereticSpring(OutOfCatalogueFamily):
     """A bundle of cables that gives way and remembers: Bouc and Wen's spring to the room."""
 
     name = "hysteretic_spring"
@@ -140,7 +140,7 @@ class Hysteresis(Foreign):
             "yields": float(rng.uniform(0.08, 0.25)),
         }
 
-    def hook(self, model: Any, site: Site, values: Values) -> Hook | None:
+    def hook(self, model: Any, context: EpisodeContext, values: Values) -> Hook | None:
         """Return the force on the object's origin; its memory begins anew in each episode."""
         memory, step, limit = [0.0, 0.0], model.opt.timestep, values["yields"]
 
@@ -153,7 +153,7 @@ class Hysteresis(Foreign):
         return pull
 
 
-class StickyGround(Foreign):
+class StickyGround(OutOfCatalogueFamily):
     """A floor that drags the more the farther one goes in one direction, without an edge."""
 
     name = "sticky_ground"
@@ -166,7 +166,7 @@ class StickyGround(Foreign):
         slope = float(np.exp(rng.uniform(np.log(40.0), np.log(300.0))))
         return {"slope": slope, "direction": turn, "from": float(ways.min())}
 
-    def hook(self, model: Any, site: Site, values: Values) -> Hook | None:
+    def hook(self, model: Any, context: EpisodeContext, values: Values) -> Hook | None:
         """Return a drag on the object's origin."""
         c, s = np.cos(values["direction"]), np.sin(values["direction"])
 
@@ -179,7 +179,7 @@ class StickyGround(Foreign):
         return brake
 
 
-class MagneticLine(Foreign):
+class MagneticLine(OutOfCatalogueFamily):
     """A magnet along a line of the floor that pulls the object's origin across it."""
 
     name = "magnetic_line"
@@ -194,7 +194,7 @@ class MagneticLine(Foreign):
         offset = float(middle @ normal + rng.uniform(-0.2, 0.2))
         return {"strength": strength, "direction": turn, "offset": offset}
 
-    def hook(self, model: Any, site: Site, values: Values) -> Hook | None:
+    def hook(self, model: Any, context: EpisodeContext, values: Values) -> Hook | None:
         """Return a force of −strength · s/(1 + s²)², with s the distance over 0.15 m."""
         c, s = np.cos(values["direction"]), np.sin(values["direction"])
 
@@ -207,7 +207,7 @@ class MagneticLine(Foreign):
         return pull
 
 
-class RateAndState(Foreign):
+class RateAndState(OutOfCatalogueFamily):
     """Dry friction at the object's origin that heals at rest and weakens as it slides (Dieterich)."""
 
     name = "rate_and_state"
@@ -221,7 +221,7 @@ class RateAndState(Foreign):
             "evolution": float(rng.uniform(0.1, 0.25)),
         }
 
-    def hook(self, model: Any, site: Site, values: Values) -> Hook | None:
+    def hook(self, model: Any, context: EpisodeContext, values: Values) -> Hook | None:
         """Return the force; each episode begins after ten seconds at rest."""
         age, step = [10.0], model.opt.timestep
 
@@ -236,7 +236,7 @@ class RateAndState(Foreign):
         return rub
 
 
-class FadingFriction(Foreign):
+class FadingFriction(OutOfCatalogueFamily):
     """Dry friction at the object's origin that is polished away as it slides, anew in each episode."""
 
     name = "fading_friction"
@@ -247,7 +247,7 @@ class FadingFriction(Foreign):
         force = float(np.exp(rng.uniform(np.log(10.0), np.log(40.0))))
         return {"force": force, "distance": float(rng.uniform(0.1, 0.4))}
 
-    def hook(self, model: Any, site: Site, values: Values) -> Hook | None:
+    def hook(self, model: Any, context: EpisodeContext, values: Values) -> Hook | None:
         """Return the force; its memory begins anew in each episode."""
         slid, step = [0.0], model.opt.timestep
 
@@ -261,7 +261,7 @@ class FadingFriction(Foreign):
         return rub
 
 
-class Sail(Foreign):
+class Sail(OutOfCatalogueFamily):
     """A draught along one direction of the room that catches the object broadside and turns it."""
 
     name = "sail"
@@ -275,7 +275,7 @@ class Sail(Foreign):
             "lever": float(rng.uniform(0.05, 0.2)),
         }
 
-    def hook(self, model: Any, site: Site, values: Values) -> Hook | None:
+    def hook(self, model: Any, context: EpisodeContext, values: Values) -> Hook | None:
         """Return a force with the square of the sine between heading and draught, and its torque."""
         c, s = np.cos(values["direction"]), np.sin(values["direction"])
 
@@ -293,8 +293,8 @@ MOTIONS: tuple[Family, ...] = (
     Magnet(),
     WarmingWheel(),
     Shaking(),
-    Rattling(),
-    Hysteresis(),
+    RattlingLoad(),
+    HystereticSpring(),
     StickyGround(),
     MagneticLine(),
     RateAndState(),

@@ -16,16 +16,16 @@ from trundle.report import words
 from trundle.report.given import Array, finite
 
 __all__ = [
+    "Effect",
     "Episode",
-    "Held",
-    "Other",
+    "Estimate",
     "Update",
     "Wheel",
-    "named",
-    "parse",
-    "stages",
-    "supposed",
-    "update",
+    "named_effects",
+    "parse_history",
+    "parse_update",
+    "select_stages",
+    "supposed_effects",
     "wheels",
 ]
 
@@ -54,22 +54,22 @@ class Wheel:
 
 
 @dataclass(frozen=True)
-class Other:
+class Effect:
     """Another effect: its name in words, and where on the object it acts, (2,) m, if at a place of it."""
 
     name: str
     at: Array | None
 
     @classmethod
-    def of(cls, effect: Mapping[str, Any]) -> Other:
+    def of(cls, effect: Mapping[str, Any]) -> Effect:
         """Return an effect of a model's tables."""
-        name, placed = catalogue()[effect["kind"]]
+        name, placed = effect_names()[effect["kind"]]
         at = np.array([effect["x"], effect["y"]], dtype=float) if placed else None
         return cls("a wheel" if effect["kind"] == WHEEL else words.effect(name), at)
 
 
 @dataclass(frozen=True)
-class Held:
+class Estimate:
     """A number that is believed, with its standard deviation; None where the data do not hold it."""
 
     name: str
@@ -82,26 +82,26 @@ class Held:
 class Update:
     """What was believed from `time` s on.
 
-    `spread` is the covariance (2, 2) m² of the wheel's place, infinite where nothing is known of an axis;
+    `wheel_covariance` is the covariance (2, 2) m² of the wheel's place, infinite where nothing is known of an axis;
     None where the agent's model tells no uncertainty.
     """
 
     time: float
     wheel: Wheel | None
-    spread: Array | None
-    held: tuple[Held, ...]
-    others: tuple[Other, ...]
+    wheel_covariance: Array | None
+    estimates: tuple[Estimate, ...]
+    other_effects: tuple[Effect, ...]
     named: tuple[str, ...]
     supposed: tuple[str, ...]
     regrasp: Array | None
 
-    def value(self, name: str) -> Held | None:
+    def value(self, name: str) -> Estimate | None:
         """Return a number by its name, those of the wheel's drag by size: `least`, `most`, `angle`."""
         law = self._law(name)
-        found = next((each for each in self.held if each.name == law), None)
+        found = next((each for each in self.estimates if each.name == law), None)
         if found is None or name == law or found.mean is None or self.wheel is None:
             return found
-        return Held(name, float(getattr(self.wheel, name)), found.sd, found.unit)
+        return Estimate(name, float(getattr(self.wheel, name)), found.sd, found.unit)
 
     def _law(self, name: str) -> str:
         """Return the law's own name of a number that the page names by size."""
@@ -141,9 +141,9 @@ class Episode:
         return max(wheels(self.truth), key=lambda wheel: wheel.least + wheel.most, default=None)
 
     @property
-    def hidden(self) -> tuple[Other, ...]:
+    def hidden(self) -> tuple[Effect, ...]:
         """What is hidden beside wheels that resist."""
-        return tuple(Other.of(each) for each in self.truth.get("effect", ()) if each["kind"] != WHEEL)
+        return tuple(Effect.of(each) for each in self.truth.get("effect", ()) if each["kind"] != WHEEL)
 
     @property
     def last(self) -> Update | None:
@@ -169,7 +169,7 @@ class Episode:
         return float(np.hypot(*(update.wheel.at - self.wheel.at)))
 
 
-def parse(history: Mapping[str, Any]) -> Episode:
+def parse_history(history: Mapping[str, Any]) -> Episode:
     """Return a history as arrays."""
     steps: Sequence[Mapping[str, Any]] = history["steps"]
     rows = [history["first"], *steps]
@@ -191,7 +191,7 @@ def parse(history: Mapping[str, Any]) -> Episode:
         grasp=column("grasp"),
         distance=after("distance"),
         heading_error=after("heading_error"),
-        updates=tuple(update(each) for each in history["updates"]),
+        updates=tuple(parse_update(each) for each in history["updates"]),
         outline=tuple(outlines(thing)),
         support=np.array(thing.get("support") or np.empty((0, 2)), dtype=float).reshape(-1, 2),
         obstacles=tuple(np.array(each["polygon"], dtype=float) for each in obstacles),
@@ -206,7 +206,7 @@ def wheels(model: Mapping[str, Any]) -> list[Wheel]:
 
 
 @cache
-def catalogue() -> dict[str, tuple[str, bool]]:
+def effect_names() -> dict[str, tuple[str, bool]]:
     """Return for each kind of effect what it is called, and whether its x and y are a place on the object."""
     return {
         law["kind"]: (
@@ -220,33 +220,35 @@ def catalogue() -> dict[str, tuple[str, bool]]:
     }
 
 
-def others(model: Mapping[str, Any]) -> tuple[Other, ...]:
+def other_effects(model: Mapping[str, Any]) -> tuple[Effect, ...]:
     """Return the effects of a model's tables beside its first wheel."""
     effects: list[Mapping[str, Any]] = list(model.get("effect", ()))
     first = next((effect for effect in effects if effect["kind"] == WHEEL), None)
-    return tuple(Other.of(effect) for effect in effects if effect is not first)
+    return tuple(Effect.of(effect) for effect in effects if effect is not first)
 
 
-def update(row: Mapping[str, Any]) -> Update:
+def parse_update(row: Mapping[str, Any]) -> Update:
     """Return one row of a history's `updates`."""
     model = row["model"] or {}
     wheel = next(iter(wheels(model)), None)
     return Update(
         time=float(row["time"]),
         wheel=wheel,
-        spread=None if wheel is None else spread(model.get("posterior")),
-        held=tuple(
-            Held(entry["name"], finite(entry.get("mean")), finite(entry.get("sd")), entry.get("unit") or "")
+        wheel_covariance=None if wheel is None else wheel_covariance(model.get("posterior")),
+        estimates=tuple(
+            Estimate(
+                entry["name"], finite(entry.get("mean")), finite(entry.get("sd")), entry.get("unit") or ""
+            )
             for entry in row["estimate"]
         ),
-        others=others(model),
+        other_effects=other_effects(model),
         named=tuple(row["named"]),
         supposed=tuple(row["supposed"]),
         regrasp=None if row["regrasp"] is None else np.array(row["regrasp"], dtype=float),
     )
 
 
-def spread(posterior: Mapping[str, Any] | None) -> Array | None:
+def wheel_covariance(posterior: Mapping[str, Any] | None) -> Array | None:
     """Return the covariance (2, 2) m² of the wheel's place; what the posterior does not hold is infinite."""
     if not posterior:
         return None
@@ -261,17 +263,17 @@ def spread(posterior: Mapping[str, Any] | None) -> Array | None:
     return found
 
 
-def named(episode: Episode) -> list[tuple[float, str]]:
+def named_effects(episode: Episode) -> list[tuple[float, str]]:
     """Return what the diagnoser named and added to the model, and when, s."""
     return [(each.time, name) for each in episode.updates for name in each.named]
 
 
-def supposed(episode: Episode) -> list[tuple[float, tuple[str, ...]]]:
+def supposed_effects(episode: Episode) -> list[tuple[float, tuple[str, ...]]]:
     """Return what was added to the model though the diagnoser does not vouch for it, and when, s."""
     return [(each.time, each.supposed) for each in episode.updates if each.supposed]
 
 
-def stages(episode: Episode, most: int) -> list[Update]:
+def select_stages(episode: Episode, most: int) -> list[Update]:
     """Return the updates that show how the belief came about.
 
     The first, the last, where laws were added, and others up to `most`: these as far as possible from those

@@ -9,13 +9,13 @@ from numpy.typing import NDArray
 
 from trundle.experiments.blind.push import Grasp
 
-__all__ = ["Seen", "held", "sampled"]
+__all__ = ["Readings", "gripper_poses", "interpolate"]
 
 Floats = NDArray[np.float64]
 
 
 @dataclass(frozen=True)
-class Seen:
+class Readings:
     """What the instruments would say without noise, on a fine grid over the whole episode.
 
     Attributes
@@ -33,17 +33,17 @@ class Seen:
     gripper: Floats
     wrench: Floats
 
-    def changed(self, **arrays: Floats) -> Seen:
+    def changed(self, **arrays: Floats) -> Readings:
         """Return it with some arrays replaced."""
         return replace(self, **arrays)
 
 
-def sampled(t: Floats, values: Floats, at: Floats) -> Floats:
+def interpolate(t: Floats, values: Floats, at: Floats) -> Floats:
     """Return columns of `values` at other times."""
     return np.column_stack([np.interp(at, t, column) for column in values.T])
 
 
-def held(pose: Floats, grasp: Grasp) -> Floats:
+def gripper_poses(pose: Floats, grasp: Grasp) -> Floats:
     """Return poses of the gripper on an object at `pose` (n, 3)."""
     c, s = np.cos(pose[:, 2]), np.sin(pose[:, 2])
     x = pose[:, 0] + c * grasp.x - s * grasp.y
