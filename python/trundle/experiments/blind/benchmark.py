@@ -1,4 +1,4 @@
-"""The first blind benchmark from its settings to its results: draw, seal, diagnose."""
+"""Run the first blind benchmark: draw cases, seal the truth, diagnose the recordings."""
 
 from __future__ import annotations
 
@@ -31,17 +31,17 @@ Show = Callable[[str], object]
 
 @dataclass(frozen=True)
 class BlindBenchmark:
-    """Where a benchmark is done.
+    """Settings and folders of a benchmark.
 
     Attributes
     ----------
     name : str
-        Of its files.
+        Prefix of its files.
     settings : Settings
     work : Path
-        Folder of recordings and of finished units.
+        Folder of recordings and finished units.
     results : Path
-        Folder of the results that are kept.
+        Folder of the results.
     backend : Backend
     quiet : bool
     """
@@ -55,26 +55,29 @@ class BlindBenchmark:
 
     @property
     def sealed(self) -> Path:
-        """The sealed answers; kept with the results."""
+        """File of the sealed truth, in the folder of results."""
         return self.results / f"{self.name}.answers.json"
 
     def file_of(self, part: str) -> Path:
-        """File of results: "" of the first diagnoses, "_without" and "_after" of the second."""
+        """File of results: "" for the first diagnoses, "_without" and "_after" for the second ones."""
         return self.results / f"{self.name}{part}.jsonl"
 
     def recording(self, case: str) -> Path:
-        """Folder of a case: its path tells nothing."""
+        """Folder of a case. Its name does not depend on the hidden effect."""
         return self.work / "recordings" / case
 
     def run(self, label: str, version: str, units: Sequence[Unit]) -> list[Any]:
-        """Run units that depend on a version of the code."""
+        """Run units whose results depend on a version of the code."""
         return Runner(self.work / "units", version, self.backend, self.quiet).run(label, units)
 
 
 def run_benchmark(
     proof: BlindBenchmark, *, limits: bool, leave_out: bool, after_design: bool = False, tell: Show
 ) -> dict[str, Row]:
-    """Do what has not been done yet; return the answers, opened after the last first diagnosis."""
+    """Run the units without a result, and return the truth of each case.
+
+    The sealed truth is opened after all first diagnoses are finished.
+    """
     drawn = draw_all(proof, plan_limits(proof.settings) if limits else plan_cases(proof.settings))
     sha = seal(proof.sealed, proof.settings.plain(), {case: one["truth"] for case, one in drawn.items()})
     tell(f"{len(drawn)} cases drawn; answers sealed, SHA-256 {sha}")
@@ -95,7 +98,7 @@ def run_benchmark(
 
 
 def draw_all(proof: BlindBenchmark, planned: Sequence[PlannedCase]) -> dict[str, Row]:
-    """Draw the cases that are missing; return the truth and the digest of each."""
+    """Draw the cases without a result; return the truth and the digest of each."""
     units = [
         Unit(
             one.case,
@@ -111,7 +114,7 @@ def draw_all(proof: BlindBenchmark, planned: Sequence[PlannedCase]) -> dict[str,
 
 
 def draw_one(planned: Row, settings: Row, folder: Path) -> Row:
-    """Draw a case and write its recording; the digest is None where it was given up."""
+    """Draw a case and write its recording; the digest is None if no draw was material."""
     drawn = draw_case(
         PlannedCase(**{**planned, "names": tuple(planned["names"])}), Settings.from_plain(settings)
     )
@@ -122,7 +125,7 @@ def draw_one(planned: Row, settings: Row, folder: Path) -> Row:
 
 
 def diagnose_all(proof: BlindBenchmark, sha: str, part: str, trials: Sequence[tuple[str, str, Row]]) -> None:
-    """Diagnose recordings, given by case, digest and what else names the trial; write the results."""
+    """Diagnose recordings, given as (case, digest, further names of the trial), and write the results."""
     units = [
         Unit(case, diagnose_one, {"digest": digest, **more}, {"recording": proof.recording(case)})
         for case, digest, more in trials
@@ -135,9 +138,9 @@ def diagnose_all(proof: BlindBenchmark, sha: str, part: str, trials: Sequence[tu
 def diagnose_follow_ups(
     proof: BlindBenchmark, sha: str, digests: dict[str, str], known: dict[str, Row], tell: Show
 ) -> None:
-    """Push once more where an answer asks for it, and diagnose again.
+    """Simulate each requested push, diagnose the longer recordings, and write the results.
 
-    What is asked for comes from the answer alone; only what makes the push knows what is hidden.
+    The request comes from the answer alone. Only the simulation uses the truth.
     """
     asked = {one["case"]: requested_experiment(one) for one in read_trials(proof.file_of(""))[1]}
     asked = {case: experiment for case, experiment in asked.items() if experiment is not None}
@@ -165,7 +168,7 @@ def diagnose_follow_ups(
 def write_results(
     proof: BlindBenchmark, sha: str, part: str, names: Sequence[Row], found: Sequence[Row]
 ) -> None:
-    """Write the results of a part, unless the sealed answers have changed meanwhile."""
+    """Write one file of results, or raise if the sealed truth has changed since it was sealed."""
     if digest(proof.sealed) != sha:
         raise trundle.TrundleError(f"{proof.sealed}: changed while the diagnoses were made")
     trials = [(name, one["answer"], one["cost"]) for name, one in zip(names, found, strict=True)]
@@ -175,7 +178,7 @@ def write_results(
 def push_and_diagnose(
     settings: Row, kind: str, truth: Row, experiment: Row, digest: str, recording: Path, longer: Path
 ) -> Row:
-    """Push the hidden object of a case once more, and diagnose its longer recording."""
+    """Simulate one more push of a case's object, and diagnose the longer recording."""
     asked = Settings.from_plain(settings)
     made, effort = extend_recording(trundle.read(recording), *restore_object(truth, asked), kind, experiment)
     folder = longer / f"{recording.name}_{push_kinds(asked).index(kind)}"
@@ -185,7 +188,7 @@ def push_and_diagnose(
 
 
 def diagnose_one(digest: str, recording: Path, without: str | None = None) -> Row:
-    """Diagnose a folder through the public interface; return what is kept of the answer, and seconds."""
+    """Diagnose a folder through the public interface; return a summary of the answer and the duration, s."""
     began = time.perf_counter()
     try:
         answer = summarize_answer(
@@ -199,7 +202,7 @@ def diagnose_one(digest: str, recording: Path, without: str | None = None) -> Ro
 
 
 def summarize_answer(answer: dict[str, Any]) -> dict[str, Any]:
-    """Return what scoring needs of `diagnosis.json`."""
+    """Return the parts of `diagnosis.json` that scoring uses."""
     names = ("effect", "probability", "parameters", "where", "explains")
     held_out = answer["fit"]["held_out"] or {}
     windows = answer["mismatch"]["windows"]
@@ -222,7 +225,7 @@ def summarize_answer(answer: dict[str, Any]) -> dict[str, Any]:
 
 
 def summarize_experiment(experiment: dict[str, Any]) -> dict[str, Any]:
-    """Return what carrying it out needs of an experiment, and what it promises."""
+    """Return the parts of a proposed experiment that simulating and scoring it use."""
     names = ("grasp", "direction", "start", "profile", "knots")
     pushes = [{name: push[name] for name in names} for push in experiment["pushes"]]
     return {**{name: experiment[name] for name in ("models", "separation", "sure")}, "pushes": pushes}

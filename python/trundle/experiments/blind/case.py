@@ -1,4 +1,4 @@
-"""A case: what is hidden, drawn again until it matters, and the recording of it."""
+"""Draw cases until the hidden effects are material, and record them."""
 
 from __future__ import annotations
 
@@ -25,15 +25,16 @@ __all__ = ["DrawnCase", "PlannedCase", "draw_case", "plan_cases", "plan_limits"]
 
 
 INDISTINGUISHABLE_PAIRS = (INDISTINGUISHABLE_PAIR, {"second_wheel", "wheel_event"})
-"""Pairs that are not hidden: two that are one to the data, and two wheels of which one changes.
+"""Pairs of effects that are never hidden together.
 
-Wheels are one wheel and a damping of the spin only as long as none changes.
+The data cannot distinguish the first pair. The second would hide two wheels of which one changes; two wheels
+equal one wheel and a rotational damping only if neither changes.
 """
 
 
 @dataclass(frozen=True)
 class PlannedCase:
-    """What will be drawn: a name that tells nothing, families, a seed, and a share of the size drawn."""
+    """A case to draw: an uninformative name, its families, its seed, and the scale of the effect."""
 
     case: str
     names: tuple[str, ...]
@@ -43,14 +44,14 @@ class PlannedCase:
 
 @dataclass(frozen=True)
 class DrawnCase:
-    """A case that counts, or one that was given up (`recording` is None)."""
+    """A drawn case; `recording` is None if no draw was material."""
 
     recording: trundle.Recording | None
     answer: dict[str, Any]
 
 
 def plan_cases(settings: Settings) -> list[PlannedCase]:
-    """Return all cases in an order that tells nothing of what they are."""
+    """Return all cases in random order."""
     rng = np.random.default_rng([settings.first, 4])
     kinds: list[tuple[str, ...]] = [()] * settings.clean
     kinds += [(name,) for name in settings.effects for _ in range(settings.singles)]
@@ -64,7 +65,7 @@ def plan_cases(settings: Settings) -> list[PlannedCase]:
 
 
 def plan_limits(settings: Settings) -> list[PlannedCase]:
-    """Return the cases of the detection limits: the same draw at every size."""
+    """Return the cases of the detection limits. Every scale has the same draws."""
     base = settings.first + 100_000
     cases = [
         (name, k, size)
@@ -82,7 +83,7 @@ def plan_limits(settings: Settings) -> list[PlannedCase]:
 
 
 def draw_case(planned: PlannedCase, settings: Settings) -> DrawnCase:
-    """Draw a case until it matters."""
+    """Draw a case until its effects are material."""
     for attempt in range(settings.attempts):
         scene = draw_scene(planned.seed, attempt, settings.episodes, alike=settings.alike)
         bare = [simulate(scene, [], k) for k in range(settings.episodes)]
@@ -98,7 +99,7 @@ def draw_case(planned: PlannedCase, settings: Settings) -> DrawnCase:
 def draw_effects(
     planned: PlannedCase, scene: Scene, bare: Sequence[Motion], attempt: int
 ) -> list[HiddenEffect] | None:
-    """Return what is hidden with its sizes; None where this scene has no place for it."""
+    """Return the hidden effects with their values; None if an effect does not fit this scene."""
     paths = [one.pose for one in bare]
     hidden = []
     for k, name in enumerate(planned.names):
@@ -113,7 +114,7 @@ def draw_effects(
 def evaluate_oracle(
     scene: Scene, hidden: Sequence[HiddenEffect], bare: Sequence[Motion], name: str
 ) -> tuple[trundle.Recording, dict[str, Any]]:
-    """Return the recording, and the held-out misfits that say what the effects matter."""
+    """Return the recording, and the held-out misfits of the nominal model and of the true models."""
     if not hidden:
         return make_recording(scene, [], bare, name), {}
     made = make_recording(scene, hidden, name=name)
@@ -124,10 +125,10 @@ def evaluate_oracle(
 
 
 def is_material(oracle: dict[str, Any], settings: Settings) -> bool:
-    """Tell whether a case counts.
+    """Return whether the hidden effects of a case are material.
 
-    By the oracle where every effect has a law; else by the same scene without the effect, whose nominal
-    misfit is what a perfect model of it would leave.
+    If the catalogue has no law for an effect, the reference is the misfit of the nominal model on the same
+    scene without the effect.
     """
     after = oracle["floor"] if oracle["after"] is None else oracle["after"]
     alone = [single for single in oracle["singles"] if single is not None]
@@ -143,7 +144,7 @@ def finish_case(
     made: trundle.Recording,
     oracle: dict[str, Any],
 ) -> DrawnCase:
-    """Return the case, with effects of the planned share of their size."""
+    """Return the case, with the effects scaled to the planned size."""
     final = [one.scaled(planned.size) for one in hidden] if planned.size != 1.0 else hidden
     if final is not hidden:
         made = make_recording(scene, final, name=planned.case)

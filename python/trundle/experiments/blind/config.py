@@ -1,4 +1,4 @@
-"""The experiment's file: how many cases of what, from which seeds, and what makes a case count."""
+"""Read the file of a blind benchmark: numbers of cases, ranges of seeds, and thresholds of materiality."""
 
 from __future__ import annotations
 
@@ -14,7 +14,7 @@ __all__ = ["Settings", "read"]
 
 FORMAT = "trundle-proof/1"
 OPTIONAL_DEFAULTS = {"alike": False, "size": 1.0}
-"""Keys that the first proofs did not have, and what these did."""
+"""Keys that the first benchmarks did not have, with the values that those used."""
 
 
 @dataclass(frozen=True)
@@ -82,7 +82,10 @@ class Settings:
     limited: int = 0
 
     def plain(self) -> dict[str, Any]:
-        """Return it as plain values; what came later only where it says something, so that seals hold."""
+        """Return the settings as plain values.
+
+        Optional keys with their default are omitted, so that older seals stay valid.
+        """
         kept = {
             name: v
             for name, v in asdict(self).items()
@@ -92,18 +95,18 @@ class Settings:
 
     @classmethod
     def from_plain(cls, values: dict[str, Any]) -> Settings:
-        """Return the settings from these plain values."""
+        """Return the settings from the values that `plain` returns."""
         found: dict[str, Any] = {k: tuple(v) if isinstance(v, list) else v for k, v in values.items()}
         return cls(**found)
 
 
 def read(path: Path, which: str) -> Settings:
-    """Read a proof's file for one of its ranges of seeds.
+    """Read a benchmark's file for one of its ranges of seeds.
 
     Raises
     ------
     TrundleError
-        If a key or a family is unknown or missing, or a value is of another type.
+        If a key or a family is unknown or missing, or a value has a wrong type.
     """
     found = headed(path, FORMAT)
     ranges = checked(path, SeedRanges, {"ranges": found.pop("ranges", {})}).ranges
@@ -124,9 +127,10 @@ def read(path: Path, which: str) -> Settings:
 def resolve_families(
     path: Path, names: tuple[str, ...], known: dict[str, Any], more: dict[str, Any] | None = None
 ) -> tuple[str, ...]:
-    """Return names of families, all known ones for "all"; `more` may be named too.
+    """Return names of families, all known ones for "all".
 
-    A family that was outside the catalogue when a proof was written may be in it today.
+    Names of `accepted` are also valid: a family that was out of catalogue when a benchmark was defined may be
+    in the catalogue today.
     """
     for name in names:
         if name != "all" and name not in (more or known):

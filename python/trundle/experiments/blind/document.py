@@ -1,4 +1,4 @@
-"""The document of a proof, written from the results and the sealed answers that are kept."""
+"""Write the document of a blind benchmark from its results and the sealed truth."""
 
 from __future__ import annotations
 
@@ -15,7 +15,7 @@ __all__ = ["read_rows", "write_document"]
 
 
 def write_document(out: Path, name: str) -> str:
-    """Write `NAME.md` and its figures from `proof/NAME*.jsonl`; return what is on it.
+    """Write `NAME.md` and its figures from `proof/NAME*.jsonl`; return the text.
 
     Parameters
     ----------
@@ -37,9 +37,9 @@ def write_document(out: Path, name: str) -> str:
 
 
 def read_rows(path: Path) -> tuple[Row, list[Row]]:
-    """Return the settings of results, and each diagnosis with the sealed answer beside it.
+    """Return the settings of a file of results, and each diagnosis with the sealed truth.
 
-    The answers must be those whose SHA-256 stands with the results.
+    The SHA-256 in the results must match the file of the sealed truth.
     """
     settings, found = read_trials(path)
     stem = path.stem.removesuffix("_without").removesuffix("_after")
@@ -61,7 +61,7 @@ def read_rows(path: Path) -> tuple[Row, list[Row]]:
 
 
 def main_section(path: Path, out: Path, name: str) -> str:
-    """Return the section of the main proof."""
+    """Return the section of the main benchmark."""
     settings, rows = read_rows(path)
     pictures = {
         "confusion": lambda target: figures.confusion(target, rows),
@@ -89,13 +89,13 @@ def main_section(path: Path, out: Path, name: str) -> str:
 
 
 def leave_one_out_section(path: Path, out: Path, name: str) -> str:
-    """Return the section of leave-one-out."""
+    """Return the section of the diagnoses without the true effect."""
     _, rows = read_rows(path)
     return prose("blind", "without", table=tables.leave_one_out(rows), results=f"proof/{path.name}")
 
 
 def follow_up_section(path: Path, out: Path, name: str) -> str:
-    """Return the section of the pushes that were asked for."""
+    """Return the section of the requested pushes."""
     settings, rows = read_rows(path)
     first = read_rows(path.with_name(f"{name}.jsonl"))[1]
     cases = follow_up_tables.cases_of(first, rows)
@@ -114,7 +114,7 @@ def follow_up_section(path: Path, out: Path, name: str) -> str:
 
 
 def limits_section(path: Path, out: Path, name: str) -> str:
-    """Return the section of detection limits."""
+    """Return the section of the detection limits."""
     settings, rows = read_rows(path)
     picture = draw_figure(out, f"{name}_limits.png", lambda target: figures.detection_limits(target, rows))
     return prose(
@@ -127,7 +127,7 @@ def limits_section(path: Path, out: Path, name: str) -> str:
 
 
 def draw_figure(out: Path, file: str, paint: Any) -> str:
-    """Draw a figure and return its path in the document."""
+    """Draw a figure and return its path relative to the document."""
     target = out / "images" / file
     target.parent.mkdir(parents=True, exist_ok=True)
     paint(target)

@@ -1,4 +1,4 @@
-"""How far places, moments and values of rightly named effects are off."""
+"""Errors of the places, times and values of correctly named effects."""
 
 from __future__ import annotations
 
@@ -21,11 +21,11 @@ TARGETS = {
     "delay, s": ("at most", 0.010),
     "region overlap": ("at least", 0.6),
 }
-"""What is to be reached, by kind of place."""
+"""Target of each kind of place."""
 
 
 def place_errors(rows: Sequence[Row]) -> dict[str, list[tuple[str, float]]]:
-    """Return (effect, error) by kind of place; infinite where the answer says no place."""
+    """Return (effect, error) by kind of place; the error is infinite if the answer has no place."""
     found: dict[str, list[tuple[str, float]]] = {kind: [] for kind in TARGETS}
     for answer, true in correct_effects(rows):
         where, given = true["where"] or {}, answer["where"] or {}
@@ -46,23 +46,24 @@ def place_errors(rows: Sequence[Row]) -> dict[str, list[tuple[str, float]]]:
 
 
 def point_error(given: Any, true: Sequence[float], radius: float = 0.0) -> float:
-    """Return the distance of a point that was given from the surface of a round thing, or infinity."""
+    """Return the distance of a reported point from the surface of a round obstacle, or infinity."""
     if not given or given.get("mean") is None:
         return math.inf
     return abs(math.dist(given["mean"], true) - radius)
 
 
 def time_error(given: Any, true: Row) -> float:
-    """Return how far a moment is off, infinite in another episode."""
+    """Return the absolute error of a reported time; infinite in another episode."""
     if not given or given["episode"] != true["episode"]:
         return math.inf
     return abs(float(given["time"]["mean"]) - float(true["time"]))
 
 
 def parameter_errors(rows: Sequence[Row]) -> dict[str, list[tuple[float, float]]]:
-    """Return by `effect.parameter` the relative error, and the error over the standard deviation given.
+    """Return for each `effect.parameter` the relative error, and the error over the standard deviation.
 
-    Relative to all values of the effect that have the same unit: a component of a vector may be near zero.
+    The error is relative to the norm of all values of the effect with the same unit, because a component of a
+    vector may be near zero.
     """
     found: dict[str, list[tuple[float, float]]] = {}
     for answer, true in correct_effects(rows):
@@ -79,7 +80,7 @@ def parameter_errors(rows: Sequence[Row]) -> dict[str, list[tuple[float, float]]
 
 
 def relative_error(name: str, given: Row, value: Any, size: float) -> tuple[float, float]:
-    """Return the error over a size, and over the standard deviation; of matrices as a whole."""
+    """Return an error over a size and over the standard deviation; matrices use the norm."""
     off = np.asarray(given["mean"], dtype=float) - np.asarray(value, dtype=float)
     if name == "angle":
         off = np.asarray((off + np.pi / 2) % np.pi - np.pi / 2)

@@ -1,16 +1,21 @@
-"""Figures of the document."""
+"""Figures of a blind benchmark's document."""
 
 from __future__ import annotations
 
 from collections.abc import Sequence
 from pathlib import Path
+from typing import TYPE_CHECKING
 
 import numpy as np
 
 from trundle.experiments import figure_style
 from trundle.experiments.blind.score import confusion_label, is_right, named_probabilities, relative_gain
 from trundle.experiments.results import Row
+from trundle.experiments.sampling import Floats
 from trundle.experiments.statistics import Share, calibration, share
+
+if TYPE_CHECKING:
+    from matplotlib.axes import Axes
 
 __all__ = ["confusion", "detection_limits", "gains", "reliability_diagram"]
 
@@ -18,7 +23,7 @@ BLUE = figure_style.COLOURS["pbr"]
 
 
 def confusion(path: Path, rows: Sequence[Row]) -> None:
-    """Draw what was hidden against what was answered, single effects, foreign ones and clean recordings."""
+    """Draw hidden effects against answers: single effects, out-of-catalogue families and clean recordings."""
     cells: dict[tuple[str, str], int] = {}
     for row in rows:
         if len(row["truth"]["names"]) <= 1:
@@ -33,31 +38,26 @@ def confusion(path: Path, rows: Sequence[Row]) -> None:
     counts = np.array([[cells.get((a, b), 0) for b in across] for a in down], dtype=float)
     shares = counts / np.maximum(counts.sum(axis=1, keepdims=True), 1.0)
     figure, (axes,) = figure_style.sheet(1, 1, (2.6 + 0.42 * len(across), 1.8 + 0.24 * len(down)))
-    axes.grid(visible=False)
-    axes.imshow(shares, cmap="Blues", vmin=0.0, vmax=1.2, aspect="auto")
+    labels = [[f"{count:.0f}" if count else "" for count in line] for line in counts]
+    draw_heat_map(axes, shares, labels, down)
     axes.set_xticks(range(len(across)), across, rotation=60, ha="right")
-    axes.set_yticks(range(len(down)), down)
-    for (i, j), count in np.ndenumerate(counts):
-        if count:
-            color = "white" if shares[i, j] > 0.6 else "black"
-            axes.text(j, i, f"{count:.0f}", ha="center", va="center", fontsize=7, color=color)
     axes.set(xlabel="answered", ylabel="hidden")
     figure_style.save(figure, path)
 
 
 def hidden_label(row: Row) -> str:
-    """Return what was hidden in a word."""
+    """Return the hidden effects as one label."""
     return " + ".join(row["truth"]["names"]) or "nothing"
 
 
 def sort_key(row: Row) -> tuple[int, str]:
-    """Sort: effects, foreign families, nothing."""
+    """Sort key: effects of the catalogue, then out-of-catalogue families, then clean recordings."""
     truth = row["truth"]
     return (2 if not truth["names"] else 1 if truth["foreign"] else 0, hidden_label(row))
 
 
 def reliability_diagram(path: Path, rows: Sequence[Row]) -> None:
-    """Draw how often a name is right against the probability that was said."""
+    """Draw the share of correct names against the reported probability."""
     found = calibration([one for row in rows for one in named_probabilities(row["answer"], row["truth"])])
     figure, (axes,) = figure_style.sheet(1, 1, (4.2, 3.6))
     axes.plot([0, 1], [0, 1], color=figure_style.GREY, linewidth=0.8)
@@ -71,7 +71,7 @@ def reliability_diagram(path: Path, rows: Sequence[Row]) -> None:
 
 
 def gains(path: Path, rows: Sequence[Row]) -> None:
-    """Draw the held-out gain as a share of the oracle's, cumulated over cases."""
+    """Draw the cumulative distribution of the held-out gain relative to the oracle's."""
     found = [relative_gain(row["answer"], row["truth"]) for row in rows]
     values = np.sort([gain for gain in found if gain is not None])
     figure, (axes,) = figure_style.sheet(1, 1, (4.2, 3.2))
@@ -84,26 +84,30 @@ def gains(path: Path, rows: Sequence[Row]) -> None:
 
 
 def detection_limits(path: Path, rows: Sequence[Row]) -> None:
-    """Draw how often each effect is named at each share of the size that was drawn."""
+    """Draw the share of answers that name each effect, by relative size of the effect."""
     names = sorted({row["truth"]["names"][0] for row in rows})
     sizes = sorted({row["truth"]["size"] for row in rows}, reverse=True)
     cells = [[naming_rate(rows, name, size) for size in sizes] for name in names]
     figure, (axes,) = figure_style.sheet(1, 1, (2.2 + 0.6 * len(sizes), 1.2 + 0.24 * len(names)))
-    axes.grid(visible=False)
-    shares = [[cell.value for cell in line] for line in cells]
-    axes.imshow(shares, cmap="Blues", vmin=0.0, vmax=1.2, aspect="auto")
+    shares = np.array([[cell.value for cell in line] for line in cells])
+    labels = [[f"{cell.hits}/{cell.total}" if cell.total else "–" for cell in line] for line in cells]
+    draw_heat_map(axes, shares, labels, names)
     axes.set_xticks(range(len(sizes)), [f"{size:g}" for size in sizes])
-    axes.set_yticks(range(len(names)), names)
-    for i, line in enumerate(cells):
-        for j, cell in enumerate(line):
-            color = "white" if cell.total and cell.value > 0.6 else "black"
-            told = f"{cell.hits}/{cell.total}" if cell.total else "–"
-            axes.text(j, i, told, ha="center", va="center", fontsize=7, color=color)
     axes.set(xlabel="size, as a share of the one drawn")
     figure_style.save(figure, path)
 
 
+def draw_heat_map(axes: Axes, shares: Floats, labels: Sequence[Sequence[str]], rows: Sequence[str]) -> None:
+    """Draw shares as shades of blue with a label in each cell, and name the rows."""
+    axes.grid(visible=False)
+    axes.imshow(shares, cmap="Blues", vmin=0.0, vmax=1.2, aspect="auto")
+    axes.set_yticks(range(len(rows)), rows)
+    for (i, j), value in np.ndenumerate(shares):
+        color = "white" if value > 0.6 else "black"
+        axes.text(j, i, labels[i][j], ha="center", va="center", fontsize=7, color=color)
+
+
 def naming_rate(rows: Sequence[Row], name: str, size: float) -> Share:
-    """Return how often an effect is named at a size."""
+    """Return the share of answers that name an effect of a given size."""
     mine = [row for row in rows if row["truth"]["names"] == [name] and row["truth"]["size"] == size]
     return share(is_right(row["answer"], row["truth"]) for row in mine)

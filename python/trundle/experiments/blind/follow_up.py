@@ -1,4 +1,4 @@
-"""One more push of the same hidden object: the one that a diagnosis asks for, or one drawn at random."""
+"""One more push of the same hidden object: the push that a diagnosis requests, or a random control."""
 
 from __future__ import annotations
 
@@ -21,27 +21,28 @@ from trundle.experiments.results import Row
 __all__ = ["DESIGNED", "extend_recording", "push_kinds", "requested_experiment", "restore_object"]
 
 DESIGNED = "designed"
-"""The push that the diagnosis asks for."""
+"""The push that the diagnosis requests."""
 RANDOM_SIMILAR = "as the others"
-"""A control: a random push, drawn as those of the recording."""
+"""Control: a random push drawn like those of the recording."""
 RANDOM_UNRESTRICTED = "any grasp and heading"
-"""A control where the others are alike: a random push that is not."""
+"""Control for recordings of low excitation: a random push without their restrictions."""
 
 
 def push_kinds(settings: Settings) -> tuple[str, ...]:
-    """Return what is pushed: what is asked for, and the controls."""
+    """Return the kinds of pushes: the requested one and the controls."""
     return (DESIGNED, RANDOM_SIMILAR, RANDOM_UNRESTRICTED) if settings.alike else (DESIGNED, RANDOM_SIMILAR)
 
 
 def requested_experiment(answer: Row) -> Row | None:
-    """Return the experiment that an answer asks for.
+    """Return the experiment that an answer requests.
 
-    Those that rather tell than not go first, of these such that are of a tie, of these the surest.
+    Experiments that more likely than not decide come first. Among these, experiments for a tie come first,
+    then the most probable decision.
 
     Raises
     ------
     TrundleError
-        If the answer was kept without its experiments.
+        If the results do not contain experiments.
     """
     if answer["verdict"] != "explained":
         return None
@@ -52,18 +53,18 @@ def requested_experiment(answer: Row) -> Row | None:
 
 
 def experiment_rank(experiment: Row, tied: Sequence[Sequence[str]]) -> tuple[bool, bool, float]:
-    """Return by what experiments are compared: a push that hardly tells goes after all others."""
+    """Return the sort key of an experiment; one that is unlikely to decide ranks last."""
     sure = float(experiment["sure"])
     return sure > 0.5, separates_tie(experiment["models"], tied), sure
 
 
 def separates_tie(models: Sequence[str], tied: Sequence[Sequence[str]]) -> bool:
-    """Tell whether two models differ in effects that are tied."""
+    """Return whether two models differ in effects that are tied."""
     return any(all(set(model.split(" + ")) & set(group) for model in models) for group in tied)
 
 
 def restore_object(truth: Row, settings: Settings) -> tuple[Scene, list[HiddenEffect]]:
-    """Return the scene of a case, and what is hidden in it with values for one more episode."""
+    """Return the scene of a case and its hidden effects with values for one more episode."""
     attempt = truth["oracle"]["redraws"]
     scene = draw_scene(truth["seed"], attempt, settings.episodes, alike=settings.alike)
     rng = np.random.default_rng([truth["seed"], attempt, 5])
@@ -77,7 +78,7 @@ def restore_object(truth: Row, settings: Settings) -> tuple[Scene, list[HiddenEf
 def extend_recording(
     recording: trundle.Recording, scene: Scene, hidden: Sequence[HiddenEffect], kind: str, experiment: Row
 ) -> tuple[trundle.Recording, Row]:
-    """Return a recording with one more training episode, whose noise is its own, and what that took."""
+    """Return a recording with one more training episode with its own noise, and the effort of the push."""
     number = len(scene.pushes)
     longer = replace(scene, pushes=(*scene.pushes, next_push(scene, kind, experiment)))
     true = simulate(longer, hidden, number)
@@ -86,7 +87,7 @@ def extend_recording(
 
 
 def push_effort(true: Motion) -> Row:
-    """Return what a push took: the largest force (N), and how far the object went (m) and turned (rad)."""
+    """Return the largest force (N), the largest displacement (m) and the largest rotation (rad) of a push."""
     moved = true.pose - true.pose[0]
     return {
         "force": float(np.hypot(*true.wrench[:, :2].T).max()),
@@ -96,7 +97,7 @@ def push_effort(true: Motion) -> Row:
 
 
 def next_push(scene: Scene, kind: str, experiment: Row) -> Push | WrenchPush:
-    """Return the push of a kind. The designed one depends on the answer alone, the others on the seed."""
+    """Return a push. The designed one depends on the answer alone, the others on the seed."""
     if kind == DESIGNED:
         return wrench_push(experiment["pushes"][0])
     rng = np.random.default_rng([scene.seed, 6])
@@ -109,7 +110,7 @@ def next_push(scene: Scene, kind: str, experiment: Row) -> Push | WrenchPush:
 
 
 def wrench_push(push: dict[str, Any]) -> WrenchPush:
-    """Return a push of `trundle design` as the gripper makes it."""
+    """Return a push of `trundle design` as commanded wrench."""
     x, y, heading = push["start"]
     return WrenchPush(
         start=(x, y, heading),

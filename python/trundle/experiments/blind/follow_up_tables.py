@@ -1,4 +1,4 @@
-"""Tables of what was answered after one more push."""
+"""Tables of the answers after one more push."""
 
 from __future__ import annotations
 
@@ -38,14 +38,14 @@ ANY_CONTROL = (
     ". Because those are all alike, a second control has any grasp, place and heading and turns the object; "
     "it keeps to none of the limits on motion that the design takes from the recording"
 )
-"""The sentence of the second control."""
+"""Sentence about the second control."""
 
 Case = Mapping[str, Row]
-"""Rows of one recording by the push that was added, `BEFORE` for the recording as it was."""
+"""Rows of one recording by the added push; `BEFORE` is the original recording."""
 
 
 def cases_of(first: Sequence[Row], rows: Sequence[Row]) -> list[Case]:
-    """Return the cases of which every kind of push was diagnosed."""
+    """Return the cases for which every kind of push was diagnosed."""
     kinds = {row["push"] for row in rows}
     found: dict[str, dict[str, Row]] = {}
     for row in rows:
@@ -55,12 +55,12 @@ def cases_of(first: Sequence[Row], rows: Sequence[Row]) -> list[Case]:
 
 
 def kinds_of(cases: Sequence[Case]) -> list[str]:
-    """Return the kinds of pushes that were made, in their order."""
+    """Return the kinds of pushes, in order."""
     return [kind for kind in (DESIGNED, RANDOM_SIMILAR, RANDOM_UNRESTRICTED) if cases and kind in cases[0]]
 
 
 def case_counts(first: Sequence[Row], cases: Sequence[Case]) -> str:
-    """Say how many answers left a doubt, of how many a push was asked for, and what for."""
+    """Return a sentence with the numbers of ambiguous answers and of requested pushes."""
     answers = [row["answer"] for row in first if row["answer"]["verdict"] == "explained"]
     tied = [answer for answer in answers if answer["tied"]]
     silent = sum(requested_experiment(answer) is None for answer in tied)
@@ -76,7 +76,7 @@ def case_counts(first: Sequence[Row], cases: Sequence[Case]) -> str:
 
 
 def expected_success(asked: Sequence[tuple[Row, Row]]) -> str:
-    """Say what the designs expect of their pushes."""
+    """Return a sentence with the probability of a decision that the designs predict."""
     if not asked:
         return ""
     chance = np.mean([found["sure"] for _, found in asked])
@@ -84,12 +84,12 @@ def expected_success(asked: Sequence[tuple[Row, Row]]) -> str:
 
 
 def initially_tied(cases: Sequence[Case]) -> list[Case]:
-    """Return the cases that were tied before."""
+    """Return the cases that were tied before the push."""
     return [case for case in cases if case[BEFORE]["answer"]["tied"]]
 
 
 def rates(cases: Sequence[Case]) -> str:
-    """Return how often the right name stands alone, surely, in a tie, or not at all, by push."""
+    """Return by push how often the correct name is alone, alone with high probability, tied, or missing."""
     lines = [[kind, *rate_cells([case[kind] for case in cases])] for kind in (BEFORE, *kinds_of(cases))]
     alone = ["the right name alone", f"and with {SURE_PROBABILITY} or more", "in a tie", "another answer"]
     head = ["push added", *alone, "names that remain"]
@@ -111,12 +111,15 @@ def rate_cells(rows: Sequence[Row]) -> list[str]:
 
 
 def remaining_names(answer: Row) -> int:
-    """Return the most names that an answer leaves for one effect; none where nothing is named."""
+    """Return the largest number of tied names of one effect; zero if nothing is named."""
     return max((len(tie_of(one["effect"], answer)) for one in answer["missing"]), default=0)
 
 
 def is_sure(row: Row) -> bool:
-    """Tell whether the right name stands alone with a high probability, that of its twin added."""
+    """Return whether the correct name is alone with high probability.
+
+    The probability includes that of its indistinguishable twin.
+    """
     answer = row["answer"]
     tied = {name for tie in answer["tied"] for name in tie}
     twins = sum(one["probability"] for one in answer["alternatives"] if one["effect"] in tied)
@@ -125,7 +128,7 @@ def is_sure(row: Row) -> bool:
 
 
 def pairs(cases: Sequence[Case]) -> str:
-    """Return on how many recordings one push settles what the other leaves, by what is counted."""
+    """Return on how many recordings only one of two pushes decides."""
     lines = []
     counted: dict[str, Callable[[Row], bool]] = {
         "the right name alone": lambda row: is_unambiguous(row["answer"], row["truth"]),
@@ -143,7 +146,7 @@ def pairs(cases: Sequence[Case]) -> str:
 
 
 def efforts(cases: Sequence[Case]) -> str:
-    """Return what the pushes took, by kind."""
+    """Return the effort of the pushes by kind."""
     names = {"force": "largest force, N", "distance": "distance, m", "turn": "turn, rad"}
     lines = []
     for kind in kinds_of(cases):
@@ -153,7 +156,7 @@ def efforts(cases: Sequence[Case]) -> str:
 
 
 def by_effect(cases: Sequence[Case]) -> str:
-    """Return how often the right name stands alone by what is hidden."""
+    """Return how often the correct name is alone, by hidden effect."""
     lines = []
     for hidden in sorted({hidden_label(case) for case in cases}):
         mine = [case for case in cases if hidden_label(case) == hidden]
@@ -166,7 +169,7 @@ def by_effect(cases: Sequence[Case]) -> str:
 
 
 def all_cases(cases: Sequence[Case]) -> str:
-    """Return every case: what is hidden, what was asked, and every answer."""
+    """Return every case: hidden effects, request, and all answers."""
     lines = []
     for case in cases:
         experiment = requested_experiment(case[BEFORE]["answer"]) or {
@@ -180,12 +183,12 @@ def all_cases(cases: Sequence[Case]) -> str:
 
 
 def hidden_label(case: Case) -> str:
-    """Return what is hidden in words."""
+    """Return the hidden effects as one label."""
     return " + ".join(case[BEFORE]["truth"]["names"]) or "nothing"
 
 
 def answer_label(answer: Row) -> str:
-    """Return an answer in a few words: names with probabilities, all names of a tie."""
+    """Return an answer as names with probabilities, with all names of a tie."""
     if answer["verdict"] != "explained":
         return str(answer["verdict"])
     named = [(" = ".join(tie_of(one["effect"], answer)), one["probability"]) for one in answer["missing"]]
@@ -193,5 +196,5 @@ def answer_label(answer: Row) -> str:
 
 
 def tie_of(name: str, answer: Row) -> list[str]:
-    """Return a name, and those that it is tied with."""
+    """Return a name, and the names tied with it."""
     return [name, *(other for tie in answer["tied"] if name in tie for other in tie if other != name)]

@@ -1,4 +1,4 @@
-"""Whether what is hidden matters: the nominal model refitted, and refitted with the true laws added."""
+"""Refits of the nominal model and of the true model, which decide whether an effect is material."""
 
 from __future__ import annotations
 
@@ -13,11 +13,11 @@ import trundle
 from trundle.experiments.blind.family import HiddenEffect, Values
 from trundle.experiments.blind.scene import Scene
 
-__all__ = ["known_laws", "misfit", "nominal_misfit", "oracle_misfit"]
+__all__ = ["known_laws", "misfit", "nominal_misfit", "oracle_misfit", "true_laws"]
 
 
 def misfit(figures: Mapping[str, Any], gyration: float) -> float:
-    """Return the error one second ahead, m: of the position, and of the heading times `gyration`."""
+    """Return the RMS error one second ahead in m: position, and heading times `gyration`."""
     position, heading = figures["window_position_rmse"], figures["window_heading_rmse"]
     if position is None or heading is None:
         return math.inf
@@ -26,28 +26,34 @@ def misfit(figures: Mapping[str, Any], gyration: float) -> float:
 
 @cache
 def known_laws() -> frozenset[str]:
-    """Return the kinds of the catalogue."""
+    """Return the kinds of effects in the catalogue."""
     return frozenset(str(effect["kind"]) for effect in trundle.effects())
 
 
 def nominal_misfit(recording: trundle.Recording, scene: Scene) -> float:
-    """Return the held-out misfit of the simulation under test, refitted."""
+    """Return the held-out misfit of the refitted nominal model."""
     return fit_misfit(recording, scene, [])
 
 
 def oracle_misfit(recording: trundle.Recording, scene: Scene, hidden: Sequence[HiddenEffect]) -> float | None:
-    """Return the held-out misfit with the true laws added and refitted; None where one has no law yet."""
+    """Return the held-out misfit of the true model, refitted; None if an effect has no law."""
+    laws = true_laws(scene, hidden)
+    return None if laws is None else fit_misfit(recording, scene, laws)
+
+
+def true_laws(scene: Scene, hidden: Sequence[HiddenEffect]) -> list[Values] | None:
+    """Return the `[[effect]]` tables of the true model; None if an effect has no law in the catalogue."""
     laws = [one.family.laws(scene, one.values) for one in hidden]
     if any(not found or any(law["kind"] not in known_laws() for law in found) for found in laws):
         return None
-    return fit_misfit(recording, scene, [law for found in laws for law in found])
+    return [law for found in laws for law in found]
 
 
 def fit_misfit(recording: trundle.Recording, scene: Scene, laws: Sequence[Values]) -> float:
-    """Return the held-out misfit of one wheel and these laws.
+    """Return the held-out misfit of one wheel and these laws; infinite if the fit fails.
 
-    Infinite where nothing can be fitted. The oracle begins at the truth and stays near it. Without the laws
-    the best values lie elsewhere, so that there the search begins elsewhere as well.
+    The oracle starts at the true values. Without the laws the optimum lies elsewhere, so the nominal fit uses
+    one more start.
     """
     model, start = build_model(scene, laws)
     try:
@@ -58,7 +64,7 @@ def fit_misfit(recording: trundle.Recording, scene: Scene, laws: Sequence[Values
 
 
 def build_model(scene: Scene, laws: Sequence[Values]) -> tuple[trundle.Model, dict[str, float]]:
-    """Return the model with its values free, and their true values by name."""
+    """Return the model with free values, and their true values by name."""
     body = scene.shape.described(with_feet=scene.feet_given)
     start = {f"viscous_wheel.{name}": value for name, value in vars(scene.wheel).items()}
     if scene.mass_given:
@@ -75,9 +81,9 @@ def build_model(scene: Scene, laws: Sequence[Values]) -> tuple[trundle.Model, di
 
 
 def split_parameters(law: Values) -> tuple[Values, Values]:
-    """Return the values of a law that the oracle knows, and those that it fits.
+    """Return the values of a law that the oracle fixes, and those that it fits.
 
-    It knows what a fit takes as given unless asked: an event's episode, a drift, a thing's radius.
+    It fixes parameters that have a default in a model file, such as an event's episode, a drift or a radius.
     """
     known = default_parameters(law["kind"]) | {"spread"}
     named = {name: value for name, value in law.items() if name != "kind"}
@@ -86,6 +92,6 @@ def split_parameters(law: Values) -> tuple[Values, Values]:
 
 @cache
 def default_parameters(kind: str) -> frozenset[str]:
-    """Return the parameters of a kind that have a value where a model file leaves them out."""
+    """Return the parameters of a kind that have a default in a model file."""
     (found,) = [effect for effect in trundle.effects() if effect["kind"] == kind]
     return frozenset(p["name"] for p in found["parameters"] if p["default"] is not None)

@@ -1,22 +1,20 @@
-"""What instruments would say without noise."""
+"""Readings of perfect instruments."""
 
 from __future__ import annotations
 
 from dataclasses import dataclass, replace
 
 import numpy as np
-from numpy.typing import NDArray
 
 from trundle.experiments.blind.push import Grasp
+from trundle.experiments.sampling import Floats
 
-__all__ = ["Readings", "gripper_poses", "interpolate"]
-
-Floats = NDArray[np.float64]
+__all__ = ["Readings", "gripper_poses", "interpolate", "step_averages"]
 
 
 @dataclass(frozen=True)
 class Readings:
-    """What the instruments would say without noise, on a fine grid over the whole episode.
+    """Readings without noise, on a fine grid over the whole episode.
 
     Attributes
     ----------
@@ -25,7 +23,7 @@ class Readings:
     pose, gripper : array (n, 3)
         Of the tracked frames in the world.
     wrench : array (n, 3)
-        Reading less the sensor's offset, gripper axes; zero before contact.
+        Reading without the sensor's offset, gripper axes; zero before contact.
     """
 
     t: Floats
@@ -34,17 +32,22 @@ class Readings:
     wrench: Floats
 
     def changed(self, **arrays: Floats) -> Readings:
-        """Return it with some arrays replaced."""
+        """Return the readings with some arrays replaced."""
         return replace(self, **arrays)
 
 
 def interpolate(t: Floats, values: Floats, at: Floats) -> Floats:
-    """Return columns of `values` at other times."""
+    """Return the columns of `values` interpolated at other times."""
     return np.column_stack([np.interp(at, t, column) for column in values.T])
 
 
+def step_averages(forces: Floats) -> Floats:
+    """Return forces (n, 3) at the times of the steps. Each given force is constant over one step."""
+    return np.vstack([forces[:1], (forces[1:] + forces[:-1]) / 2])
+
+
 def gripper_poses(pose: Floats, grasp: Grasp) -> Floats:
-    """Return poses of the gripper on an object at `pose` (n, 3)."""
+    """Return the poses of the gripper on an object at `pose` (n, 3)."""
     c, s = np.cos(pose[:, 2]), np.sin(pose[:, 2])
     x = pose[:, 0] + c * grasp.x - s * grasp.y
     y = pose[:, 1] + s * grasp.x + c * grasp.y

@@ -1,4 +1,4 @@
-"""`trundle prove`: a proof from its file to its document."""
+"""Run `trundle prove` from its settings file to its document."""
 
 from __future__ import annotations
 
@@ -29,14 +29,14 @@ def prove(
     redraw: bool = False,
     quiet: bool = False,
 ) -> str:
-    """Do what has not been done of a proof, and write its document.
+    """Run the unfinished part of a blind benchmark, and write its document.
 
     Parameters
     ----------
     config : Path
-        The proof's file.
+        Settings file.
     which : str
-        A range of seeds of the file.
+        Range of seeds in the file.
     work : Path
         Folder of recordings.
     out : Path
@@ -44,17 +44,17 @@ def prove(
     backend : Backend
         Where cases are drawn and diagnosed.
     limits, leave_out, after_design : bool
-        Detection limits instead of the main proof; a second diagnosis without the true effect; one more push
-        where the first diagnosis asks for it.
+        Run detection limits instead of the main benchmark; also diagnose without the true effect; also
+        simulate the pushes that diagnoses request.
     fresh, redraw : bool
-        Begin anew; or only write the document.
+        Discard earlier results; or only write the document.
     quiet : bool
         Show no progress.
 
     Returns
     -------
     str
-        What was written.
+        Text of the document.
     """
     settings = read(config, which)
     name = config.stem if which == "report" else f"{config.stem}_{which}"
@@ -72,5 +72,5 @@ def prove(
 
 
 def print_status(text: str) -> None:
-    """Say something at once, beside the answer."""
+    """Print a status line to standard error."""
     print(text, file=sys.stderr, flush=True)

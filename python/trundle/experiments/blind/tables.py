@@ -1,4 +1,4 @@
-"""Tables of the document."""
+"""Tables of a blind benchmark's document."""
 
 from __future__ import annotations
 
@@ -38,31 +38,31 @@ __all__ = [
 ]
 
 MIN_RELATIVE_GAIN = 0.8
-"""Of the oracle's, in logarithm."""
+"""Target of the held-out gain relative to the oracle's, in logarithm."""
 
 
 def clean(rows: Iterable[Row]) -> list[Row]:
-    """Return the cases with nothing hidden."""
+    """Return the cases without a hidden effect."""
     return [row for row in rows if not row["truth"]["names"]]
 
 
 def out_of_catalogue(rows: Iterable[Row]) -> list[Row]:
-    """Return the cases with something that the catalogue does not have."""
+    """Return the cases with an out-of-catalogue effect."""
     return [row for row in rows if row["truth"]["foreign"]]
 
 
 def catalogue_cases(rows: Iterable[Row], count: int) -> list[Row]:
-    """Return the cases with so many effects of the catalogue."""
+    """Return the cases with `count` effects of the catalogue."""
     return [row for row in rows if len(row["truth"]["names"]) == count and not row["truth"]["foreign"]]
 
 
 def right_share(rows: Iterable[Row]) -> Share:
-    """Return how many answers are what they should be."""
+    """Return the share of correct answers."""
     return share(is_right(row["answer"], row["truth"]) for row in rows)
 
 
 def setup_text(settings: Row) -> dict[str, str]:
-    """Say how the recordings are made."""
+    """Return text fragments that describe the recordings."""
     episodes, size = settings["episodes"], settings.get("size", 1.0)
     ways = "all from one pose, by one grasp and without a turn" if settings.get("alike") else "3 or 4 grasps"
     smaller = f" Then {size:g} of its size is hidden, for which the targets below are not meant."
@@ -74,7 +74,7 @@ def setup_text(settings: Row) -> dict[str, str]:
 
 
 def case_counts(settings: Row, rows: Sequence[Row]) -> str:
-    """Say how many cases there are, of which seeds, and what they took."""
+    """Return a sentence with the numbers of cases, the seeds, and the duration of the diagnoses."""
     counts = f"{len(catalogue_cases(rows, 1))} with one effect, {len(catalogue_cases(rows, 2))} with two, {len(clean(rows))} with none"
     drawn = [row["truth"]["oracle"].get("redraws", 0) for row in rows if row["truth"]["names"]]
     given_up = Counter(" + ".join(names) for names in settings["given_up"])
@@ -91,7 +91,7 @@ def case_counts(settings: Row, rows: Sequence[Row]) -> str:
 
 
 def targets(rows: Sequence[Row]) -> str:
-    """Return what is to be reached, and what was."""
+    """Return the table of targets and results."""
     gains = [gain for row in rows if (gain := relative_gain(row["answer"], row["truth"])) is not None]
     lines = [
         target_row(
@@ -130,19 +130,19 @@ def targets(rows: Sequence[Row]) -> str:
 
 
 def meets_limit(kind: str, value: float) -> bool:
-    """Tell whether an error is what it should be."""
+    """Return whether an error meets its target."""
     direction, limit = TARGETS[kind]
     return value <= limit if direction == "at most" else value >= limit
 
 
 def target_row(what: str, found: Share, target: float, *, most: bool = False) -> list[str]:
-    """Return a line of the targets."""
+    """Return a row of the table of targets."""
     aim = f"{'≤' if most else '≥'} {100 * target:.0f} %"
     return [what, aim, found.text(), target_verdict(found, target, most=most)]
 
 
 def target_verdict(found: Share, target: float, *, most: bool = False) -> str:
-    """Say whether a target is met, and whether the interval says so too."""
+    """Return whether a target is met, and whether its interval confirms that."""
     if not found.total:
         return "not tried"
     low, high = found.interval
@@ -152,7 +152,7 @@ def target_verdict(found: Share, target: float, *, most: bool = False) -> str:
 
 
 def by_effect(settings: Row, rows: Sequence[Row]) -> str:
-    """Return for each effect: names, wrong ones, gain, draws."""
+    """Return a row for each effect: correct names, other answers, gain, draws."""
     lines = []
     for name in settings["effects"]:
         mine = [row for row in catalogue_cases(rows, 1) if row["truth"]["names"] == [name]]
@@ -175,20 +175,20 @@ def by_effect(settings: Row, rows: Sequence[Row]) -> str:
 
 
 def oracle_floor(row: Row) -> float:
-    """Return the misfit of the oracle, or without the effect where it has no law."""
+    """Return the misfit of the oracle, or without the effect if the catalogue has no law for it."""
     oracle = row["truth"]["oracle"]
     return float(oracle["floor"] if oracle["after"] is None else oracle["after"])
 
 
 def other_answers(rows: Sequence[Row], name: str) -> str:
-    """Return what was answered instead."""
+    """Return the other answers with their counts."""
     counts = Counter(confusion_label(row["answer"], row["truth"]) for row in rows)
     counts.pop(name, None)
     return ", ".join(f"{answer} {count}" for answer, count in counts.most_common()) or "–"
 
 
 def by_out_of_catalogue(rows: Sequence[Row]) -> str:
-    """Return for each foreign family: abstention, and the names that were given."""
+    """Return a row for each out-of-catalogue family: abstentions and names."""
     lines = []
     for name in sorted({row["truth"]["names"][0] for row in out_of_catalogue(rows)}):
         mine = [row for row in out_of_catalogue(rows) if row["truth"]["names"][0] == name]
@@ -199,7 +199,7 @@ def by_out_of_catalogue(rows: Sequence[Row]) -> str:
 
 
 def places(rows: Sequence[Row]) -> str:
-    """Return errors of places and moments by effect."""
+    """Return the errors of places and times by effect."""
     lines = []
     for kind, found in place_errors(rows).items():
         for effect in sorted({effect for effect, _ in found}):
@@ -210,7 +210,7 @@ def places(rows: Sequence[Row]) -> str:
 
 
 def parameters(rows: Sequence[Row]) -> str:
-    """Return relative errors of values, and how often two standard deviations held them."""
+    """Return relative errors of values, and the coverage of intervals of two standard deviations."""
     lines = []
     for name, errors in sorted(parameter_errors(rows).items()):
         sizes = [size for size, _ in errors if math.isfinite(size)]
@@ -220,13 +220,13 @@ def parameters(rows: Sequence[Row]) -> str:
 
 
 def calibration_table(rows: Sequence[Row]) -> str:
-    """Return the calibration of the probabilities of all names that were given."""
+    """Return the calibration of the probabilities of all names."""
     answers = [one for row in rows for one in named_probabilities(row["answer"], row["truth"])]
     return table(["said", "right"], [[f"{p:.3f}", found.text()] for p, found in calibration(answers)])
 
 
 def wrong_answers(rows: Sequence[Row]) -> str:
-    """List every answer that is not what it should be."""
+    """Return all wrong answers."""
     lines = []
     for row in rows:
         if not is_right(row["answer"], row["truth"]):
@@ -237,7 +237,7 @@ def wrong_answers(rows: Sequence[Row]) -> str:
 
 
 def leave_one_out(rows: Sequence[Row]) -> str:
-    """Return what is answered where the true effect is not among the candidates."""
+    """Return the answers of the diagnoses without the true effect."""
     lines = []
     for name in sorted({row["without"] for row in rows}):
         mine = [row for row in rows if row["without"] == name]
@@ -248,7 +248,7 @@ def leave_one_out(rows: Sequence[Row]) -> str:
 
 
 def detection_limits(settings: Row, rows: Sequence[Row]) -> str:
-    """Return for each effect how often it is named at each size, and the smallest size named in 95 %."""
+    """Return how often each effect is named at each size, and the smallest size named in 95 %."""
     sizes = sorted(settings["sizes"], reverse=True)
     lines = []
     for name in settings["effects"]:
@@ -263,7 +263,7 @@ def detection_limits(settings: Row, rows: Sequence[Row]) -> str:
 
 
 def smallest_size(sizes: Sequence[float], rates: Sequence[Share], rows: Sequence[Row]) -> str:
-    """Return the least size from which on upwards 95 % are named, with the values that it stands for."""
+    """Return the smallest size from which on 95 % are named, with the median values at that size."""
     kept = None
     for size, rate in zip(sizes, rates, strict=True):
         if not rate.total or rate.value < 0.95:
@@ -275,7 +275,7 @@ def smallest_size(sizes: Sequence[float], rates: Sequence[Share], rows: Sequence
 
 
 def median_sizes(rows: Sequence[Row]) -> str:
-    """Return median sizes of the values at a size."""
+    """Return the median norms of the values of the effect."""
     values: dict[str, list[float]] = {}
     for row in rows:
         for name, value in row["truth"]["truth"][0]["parameters"].items():

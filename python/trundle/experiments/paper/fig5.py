@@ -8,7 +8,6 @@ from pathlib import Path
 from typing import TYPE_CHECKING, Any, Literal
 
 import numpy as np
-from numpy.typing import NDArray
 
 import trundle
 from trundle.experiments import figure_style
@@ -17,6 +16,7 @@ from trundle.experiments.paper import config, objects
 from trundle.experiments.paper.experiment import Options, Section
 from trundle.experiments.paper.scenario import open_loop, record
 from trundle.experiments.results import Row
+from trundle.experiments.sampling import Floats
 from trundle.experiments.statistics import median
 from trundle.model import Model
 from trundle.picture import closed, place
@@ -123,9 +123,6 @@ def learn(
     fit = trundle.fit(recording, free, likelihood=likelihood, starts=settings["starts"], seed=seed)
     values = {p["name"].removeprefix("viscous_wheel."): p["value"] for p in fit.model.parameters}
     return fit.model, {name: values[name] for name in ("x", "y", "angle", "mu_x", "mu_y")}
-
-
-Floats = NDArray[np.float64]
 
 
 def final_errors(observed: Floats, predicted: Floats) -> list[float]:

@@ -7,18 +7,15 @@ from collections.abc import Mapping
 from pathlib import Path
 from typing import Any
 
-import numpy as np
 import tomli_w
-from numpy.typing import NDArray
 
 from trundle.diagnosis import predict
+from trundle.experiments.sampling import Floats
 from trundle.model import Model
 from trundle.recording import Recording
 from trundle.simulation import simulate
 
 __all__ = ["open_loop", "record"]
-
-Floats = NDArray[np.float64]
 
 
 def record(scenario: Mapping[str, Any], body: Mapping[str, Any], seed: int) -> Recording:

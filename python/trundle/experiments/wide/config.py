@@ -2,10 +2,11 @@
 
 from __future__ import annotations
 
-from dataclasses import asdict, dataclass, replace
+from dataclasses import asdict, dataclass, fields, replace
 from pathlib import Path
 from typing import Any
 
+from trundle.experiments.blind.config import resolve_families
 from trundle.experiments.wide.families import CATALOGUE, OUT_OF_CATALOGUE
 from trundle.recording import TrundleError
 from trundle.settings import checked, headed
@@ -33,22 +34,16 @@ class Counts:
 
 
 @dataclass(frozen=True)
-class Range:
-    """A range of seeds, in so many shares of cases; or a subset of one: the first cases of each kind."""
+class Range(Counts):
+    """A range of seeds, split into shares of cases; or a subset of one: the first cases of each kind."""
 
     first: int | None = None
     of: str | None = None
-    clean: int = 0
-    singles: int = 0
-    pairs: int = 0
-    triples: int = 0
-    fours: int = 0
-    outsides: int = 0
     shares: int = 1
 
     def counts(self) -> Counts:
         """Return the counts alone."""
-        return Counts(self.clean, self.singles, self.pairs, self.triples, self.fours, self.outsides)
+        return Counts(**{one.name: getattr(self, one.name) for one in fields(Counts)})
 
 
 @dataclass(frozen=True)
@@ -142,8 +137,8 @@ def read(path: Path, which: str) -> Settings:
         subset=chosen.counts() if chosen.of else None,
         shares=chosen.shares,
         share=None,
-        effects=resolve_families(path, found.effects, CATALOGUE),
-        outside=resolve_families(path, found.outside, OUT_OF_CATALOGUE),
+        effects=resolve_families(path, tuple(found.effects), CATALOGUE),
+        outside=resolve_families(path, tuple(found.outside), OUT_OF_CATALOGUE),
         matters=found.matters,
         each_matters=found.each_matters,
         attempts=found.attempts,
@@ -158,11 +153,3 @@ def get_range(path: Path, found: File, which: str) -> Range:
             f"{path}: [ranges] has no '{which}'; it has {', '.join(found.ranges) or 'nothing'}"
         )
     return found.ranges[which]
-
-
-def resolve_families(path: Path, names: Any, known: dict[str, Any]) -> tuple[str, ...]:
-    """Return names of families, all known ones for "all"."""
-    for name in names:
-        if name != "all" and name not in known:
-            raise TrundleError(f"{path}: there is no family '{name}'; there are {', '.join(known)}")
-    return tuple(known) if list(names) == ["all"] else tuple(names)

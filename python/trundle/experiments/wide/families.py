@@ -7,7 +7,6 @@ from collections.abc import Sequence
 from typing import Any
 
 import numpy as np
-from numpy.typing import NDArray
 
 from trundle.experiments.blind.families import CATALOGUE as BASE
 from trundle.experiments.blind.families.distortion import Saturation
@@ -21,6 +20,7 @@ from trundle.experiments.blind.geometry import to_world
 from trundle.experiments.blind.push import CONTACT_TIME_S
 from trundle.experiments.blind.readings import Readings
 from trundle.experiments.blind.score import INDISTINGUISHABLE_PAIR
+from trundle.experiments.sampling import Floats
 from trundle.experiments.wide.out_of_catalogue import MOVES_RESTING_OBJECT, OUT_OF_CATALOGUE
 from trundle.experiments.wide.scene import WideScene
 from trundle.experiments.wide.trajectory import first_contact_time
@@ -35,7 +35,6 @@ __all__ = [
     "is_allowed",
 ]
 
-Floats = NDArray[np.float64]
 
 REFERENCE_GYRATION_M = 0.45
 """Radius of gyration of the old benchmark's furniture, m; its effects are scaled from it."""
@@ -53,9 +52,14 @@ INDISTINGUISHABLE_PAIRS = (INDISTINGUISHABLE_PAIR, frozenset({"second_wheel", "w
 """Pairs that are not hidden together, as in the old benchmark."""
 
 
-def scale_values(rng: np.random.Generator, values: Values, names: Sequence[str], factor: float) -> Values:
+def scale_values(values: Values, names: Sequence[str], factor: float) -> Values:
     """Return values some of which are multiplied."""
     return {**values, **{name: factor * values[name] for name in names}}
+
+
+def relative_size(scene: Any) -> float:
+    """Return the object's radius of gyration about its centroid relative to the first benchmark's."""
+    return float(math.sqrt(scene.shape.spin) / REFERENCE_GYRATION_M)
 
 
 def draw_wide_event(rng: np.random.Generator, scene: WideScene) -> Values:
@@ -87,8 +91,8 @@ class WideComOffset(ComOffset):
 
     def draw(self, rng: np.random.Generator, scene: Any, paths: Sequence[Floats]) -> Values:
         """Return the offset."""
-        size = math.sqrt(scene.shape.spin) / REFERENCE_GYRATION_M
-        return scale_values(rng, super().draw(rng, scene, paths), ("x", "y"), size)
+        size = relative_size(scene)
+        return scale_values(super().draw(rng, scene, paths), ("x", "y"), size)
 
 
 class WideTrackerOffset(TrackerOffset):
@@ -96,8 +100,8 @@ class WideTrackerOffset(TrackerOffset):
 
     def draw(self, rng: np.random.Generator, scene: Any, paths: Sequence[Floats]) -> Values:
         """Return the offset."""
-        size = math.sqrt(scene.shape.spin) / REFERENCE_GYRATION_M
-        return scale_values(rng, super().draw(rng, scene, paths), ("offset_x", "offset_y"), size)
+        size = relative_size(scene)
+        return scale_values(super().draw(rng, scene, paths), ("offset_x", "offset_y"), size)
 
 
 class WideSecondWheel(SecondWheel):
@@ -106,7 +110,7 @@ class WideSecondWheel(SecondWheel):
     def draw(self, rng: np.random.Generator, scene: Any, paths: Sequence[Floats]) -> Values:
         """Return the wheel."""
         factor = math.sqrt(scene.mass / 20.0)
-        return scale_values(rng, super().draw(rng, scene, paths), ("mu_x", "mu_y"), factor)
+        return scale_values(super().draw(rng, scene, paths), ("mu_x", "mu_y"), factor)
 
 
 class WideGripperInertia(GripperInertia):
@@ -114,7 +118,7 @@ class WideGripperInertia(GripperInertia):
 
     def draw(self, rng: np.random.Generator, scene: Any, paths: Sequence[Floats]) -> Values:
         """Return a mass in proportion to the object's."""
-        return scale_values(rng, super().draw(rng, scene, paths), ("mass",), scene.mass / REFERENCE_MASS_KG)
+        return scale_values(super().draw(rng, scene, paths), ("mass",), scene.mass / REFERENCE_MASS_KG)
 
     def add_to_world(self, context: EpisodeContext, values: Values) -> None:
         """Add nothing to the motion."""
@@ -138,8 +142,8 @@ class WideForceBias(ForceBias):
 
     def draw(self, rng: np.random.Generator, scene: Any, paths: Sequence[Floats]) -> Values:
         """Return an offset whose torque goes with the object's size."""
-        size = math.sqrt(scene.shape.spin) / REFERENCE_GYRATION_M
-        return scale_values(rng, super().draw(rng, scene, paths), ("torque_z",), size)
+        size = relative_size(scene)
+        return scale_values(super().draw(rng, scene, paths), ("torque_z",), size)
 
     def distort(self, seen: Readings, context: EpisodeContext, values: Values) -> Readings:
         """Add it to the reading."""
@@ -151,9 +155,7 @@ class WideTether(Tether):
 
     def draw(self, rng: np.random.Generator, scene: Any, paths: Sequence[Floats]) -> Values:
         """Return the cable, with a stiffness that goes with the mass."""
-        values = scale_values(
-            rng, super().draw(rng, scene, paths), ("stiffness",), scene.mass / REFERENCE_MASS_KG
-        )
+        values = scale_values(super().draw(rng, scene, paths), ("stiffness",), scene.mass / REFERENCE_MASS_KG)
         starts = np.array([push.start for push in scene.pushes])
         ways = to_world(np.array(values["point"]), starts) - values["anchor"]
         if scene.strokes:
@@ -193,9 +195,9 @@ class WideAxisFriction(AxisFriction):
 
     def draw(self, rng: np.random.Generator, scene: Any, paths: Sequence[Floats]) -> Values:
         """Return the forces and the torque."""
-        load, size = scene.mass / REFERENCE_MASS_KG, math.sqrt(scene.shape.spin) / REFERENCE_GYRATION_M
-        values = scale_values(rng, super().draw(rng, scene, paths), self.scales, load)
-        return scale_values(rng, values, ("torque",), size)
+        load, size = scene.mass / REFERENCE_MASS_KG, relative_size(scene)
+        values = scale_values(super().draw(rng, scene, paths), self.scales, load)
+        return scale_values(values, ("torque",), size)
 
 
 class WideThinningDrag(ThinningDrag):
@@ -203,8 +205,8 @@ class WideThinningDrag(ThinningDrag):
 
     def draw(self, rng: np.random.Generator, scene: Any, paths: Sequence[Floats]) -> Values:
         """Return the drag and its ring."""
-        values = scale_values(rng, super().draw(rng, scene, paths), ("drag",), scene.mass / REFERENCE_MASS_KG)
-        return scale_values(rng, values, ("ring",), math.sqrt(scene.shape.spin) / REFERENCE_GYRATION_M)
+        values = scale_values(super().draw(rng, scene, paths), ("drag",), scene.mass / REFERENCE_MASS_KG)
+        return scale_values(values, ("ring",), relative_size(scene))
 
 
 def distort_from_contact(distort: Any, seen: Readings, context: EpisodeContext, values: Values) -> Readings:

@@ -7,6 +7,8 @@ from typing import Any
 
 import numpy as np
 
+from trundle.experiments.sampling import log_uniform
+
 __all__ = ["Instrument", "draw_instrument"]
 
 FRAMES = (
@@ -125,8 +127,3 @@ def draw_instrument(rng: np.random.Generator) -> Instrument:
         noise_given=bool(rng.random() < 0.6),
         shifted=bool(rng.random() < 0.3),
     )
-
-
-def log_uniform(rng: np.random.Generator, low: float, high: float) -> float:
-    """Return a value between two, uniform in its logarithm."""
-    return float(np.exp(rng.uniform(np.log(low), np.log(high))))

@@ -10,16 +10,21 @@ from numpy.typing import NDArray
 
 import trundle
 from trundle.experiments.blind.family import EpisodeContext, HiddenEffect
-from trundle.experiments.blind.instruments import merge_streams
+from trundle.experiments.blind.instruments import (
+    GRID_STEP_S,
+    merge_streams,
+    recording_metadata,
+    sample_times,
+    stated_noise,
+)
 from trundle.experiments.blind.push import CONTACT_TIME_S
 from trundle.experiments.blind.readings import Readings, interpolate
+from trundle.experiments.sampling import Floats
 from trundle.experiments.wide import mujoco_engine, ode_engine
 from trundle.experiments.wide.scene import WideScene
-from trundle.experiments.wide.trajectory import GRID_STEP_S
 
 __all__ = ["make_recording", "simulate_case"]
 
-Floats = NDArray[np.float64]
 
 PRECONTACT_S = (0.2, CONTACT_TIME_S - 0.05)
 """Interval without contact that is stated, s before the clock is added; every recording has begun by then."""
@@ -86,12 +91,6 @@ def tracker_samples(
     when = np.clip(t + instrument.jitter * rng.normal(size=len(t)), 0.0, grid[-1])
     spread = np.array([scene.pose_noise, scene.pose_noise, scene.heading_noise])
     return t, interpolate(grid, poses, when) + rng.normal(size=(len(t), 3)) * spread
-
-
-def sample_times(rng: np.random.Generator, rate: float, begin: float, end: float) -> Floats:
-    """Return sample times between two moments that begin anywhere within a period, to the microsecond."""
-    first = begin + rng.uniform(0.0, 1.0 / rate)
-    return np.round(first + np.arange(int((end - first) * rate)) / rate, 6)
 
 
 def dropout_mask(rng: np.random.Generator, n: int, instrument: Any) -> NDArray[np.bool_]:
@@ -168,18 +167,5 @@ def metadata(scene: WideScene, name: str, episodes: list[str]) -> dict[str, Any]
         if instrument.shifted:
             late = zip(episodes, scene.clock, strict=True)
             wrench["precontact"] = {one: [end + by for end in PRECONTACT_S] for one, by in late}
-    noise = {
-        "pose": [scene.pose_noise, scene.pose_noise, scene.heading_noise],
-        "force": scene.force_noise,
-        "torque": scene.torque_noise,
-        "time": instrument.jitter,
-    }
-    told_object = scene.shape.described(with_feet=scene.feet_given)
-    return {
-        "format": "trundle-recording/1",
-        "name": name,
-        "object": {**told_object, **({"mass": scene.mass} if scene.mass_given else {})},
-        "wrench": wrench,
-        **({"noise": noise} if instrument.noise_given else {}),
-        "split": {"held_out": episodes[-scene.held_out :]},
-    }
+    noise = {**stated_noise(scene), "time": instrument.jitter} if instrument.noise_given else None
+    return recording_metadata(scene, name, episodes, wrench, noise)

@@ -7,19 +7,28 @@ from typing import Any
 
 import mujoco
 import numpy as np
-from numpy.typing import NDArray
 
-from trundle.experiments.blind.family import EpisodeContext, HiddenEffect, Hook
+from trundle.experiments.blind.family import HiddenEffect, Hook
 from trundle.experiments.blind.push import CONTACT_TIME_S
-from trundle.experiments.blind.readings import Readings
-from trundle.experiments.blind.world import BODY_HEIGHT_M, add_wheel, at_site, quaternion, servo_wrench
+from trundle.experiments.blind.readings import Readings, step_averages
+from trundle.experiments.blind.world import (
+    BODY_HEIGHT_M,
+    add_disc,
+    add_gripper,
+    add_slides,
+    add_wheel,
+    compile_effects,
+    new_world,
+    servo_wrench,
+    step,
+)
+from trundle.experiments.sampling import Floats
 from trundle.experiments.wide.scene import WideScene
 from trundle.experiments.wide.strokes import Finger
-from trundle.experiments.wide.trajectory import grasp_readings, grid_readings, step_averages
+from trundle.experiments.wide.trajectory import grasp_readings, grid_readings
 
 __all__ = ["TIME_STEP_S", "simulate"]
 
-Floats = NDArray[np.float64]
 
 TIME_STEP_S = 1e-3
 """s; half of it where a finger strikes."""
@@ -35,38 +44,22 @@ TIP_BIT, TABLE_BITS = 4, 5
 
 
 def simulate(scene: WideScene, hidden: Sequence[HiddenEffect], episode: int) -> Readings:
-    """Return what perfect instruments would read in an episode."""
+    """Return the readings of perfect instruments in an episode."""
     spec, table = build_world(scene, episode)
-    context = EpisodeContext(spec, table, scene, episode)
-    for one in hidden:
-        one.family.add_to_world(context, one.values)
-    model = spec.compile()
-    found = [one.family.hook(model, context, one.values) for one in hidden]
-    hooks = [hook for hook in found if hook is not None]
+    model, hooks = compile_effects(spec, table, scene, hidden, episode)
     run = simulate_free_push if scene.strokes else simulate_grasp
     return run(model, scene, episode, hooks)
 
 
 def build_world(scene: WideScene, episode: int) -> tuple[Any, Any]:
-    """Return the world without any effect, and its object."""
-    spec = mujoco.MjSpec()
-    spec.option.timestep = time_step(scene)
-    spec.option.gravity = [0.0, 0.0, 0.0]
-    spec.option.integrator = mujoco.mjtIntegrator.mjINT_IMPLICITFAST
-    spec.option.cone = mujoco.mjtCone.mjCONE_ELLIPTIC
-    spec.option.impratio = 100.0
-    table = spec.worldbody.add_body(name="table")
-    add_slides(table, "")
-    table.add_joint(name="theta", type=mujoco.mjtJoint.mjJNT_HINGE, axis=[0, 0, 1])
+    """Return the world without effects, and its object."""
+    spec, table = new_world(time_step(scene))
     add_parts(spec, table, scene)
     add_wheel(spec, table, "wheel", scene.wheel)
     if scene.strokes:
         add_finger(spec, scene, episode)
-        return spec, table
-    grasp = scene.pushes[episode].grasp
-    table.add_site(name="grasp", pos=[grasp.x, grasp.y, 0.0], quat=quaternion(grasp.angle))
-    for along, index in (("x", 0), ("y", 1), ("turn", 5)):
-        spec.add_actuator(name=f"gripper {along}", **at_site("grasp", index))
+    else:
+        add_gripper(spec, table, scene.pushes[episode].grasp)
     return spec, table
 
 
@@ -75,22 +68,11 @@ def time_step(scene: WideScene) -> float:
     return TIME_STEP_S / 2 if scene.strokes else TIME_STEP_S
 
 
-def add_slides(body: Any, prefix: str) -> None:
-    """Let a body slide along x and y."""
-    for name, axis in (("x", [1, 0, 0]), ("y", [0, 1, 0])):
-        body.add_joint(name=f"{prefix}{name}", type=mujoco.mjtJoint.mjJNT_SLIDE, axis=axis)
-
-
 def add_parts(spec: Any, table: Any, scene: WideScene) -> None:
     """Give the object its parts, of one density: a cylinder, or prisms."""
     shape: Any = scene.shape
     common = {"contype": TABLE_BITS, "conaffinity": TABLE_BITS, "condim": 1}
-    if shape.disc is not None:
-        x, y, radius = shape.disc
-        kind = mujoco.mjtGeom.mjGEOM_CYLINDER
-        table.add_geom(
-            type=kind, size=[radius, 0.1, 0.0], pos=[x, y, BODY_HEIGHT_M], mass=scene.mass, **common
-        )
+    if add_disc(table, scene, **common):
         return
     for k, part in enumerate(shape.parts):
         name, low, high = f"part {k}", BODY_HEIGHT_M - 0.1, BODY_HEIGHT_M + 0.1
@@ -190,15 +172,6 @@ def initial_state(model: Any, scene: WideScene, episode: int) -> tuple[Any, Floa
     n = round((scene.seconds[episode] - CONTACT_TIME_S) / time_step(scene))
     t: Floats = CONTACT_TIME_S + time_step(scene) * np.arange(n + 1, dtype=np.float64)
     return data, t, np.empty((n + 1, 3)), np.zeros((n + 1, 3))
-
-
-def step(model: Any, data: Any, hooks: Sequence[Hook]) -> None:
-    """Do one step with what the effects add."""
-    if hooks:
-        data.qfrc_applied[:] = 0.0
-        for hook in hooks:
-            hook(data)
-    mujoco.mj_step(model, data)
 
 
 class ContactForceReader:

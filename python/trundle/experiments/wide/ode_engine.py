@@ -11,20 +11,19 @@ from collections.abc import Callable, Sequence
 from typing import Any
 
 import numpy as np
-from numpy.typing import NDArray
 
 from trundle.experiments.blind.family import HiddenEffect
 from trundle.experiments.blind.push import CONTACT_TIME_S
-from trundle.experiments.blind.readings import Readings
+from trundle.experiments.blind.readings import Readings, step_averages
+from trundle.experiments.sampling import Floats
 from trundle.experiments.wide.ode_terms import InertialProperties, Kinematics, Term, make_terms, wheel_term
 from trundle.experiments.wide.outline_distance import OutlineDistance
 from trundle.experiments.wide.scene import WideScene
 from trundle.experiments.wide.strokes import Finger
-from trundle.experiments.wide.trajectory import grasp_readings, grid_readings, step_averages
+from trundle.experiments.wide.trajectory import grasp_readings, grid_readings
 
 __all__ = ["TIME_STEP_S", "simulate"]
 
-Floats = NDArray[np.float64]
 Driver = Callable[[float, Kinematics], tuple[float, float, float]]
 
 TIME_STEP_S = 1e-3

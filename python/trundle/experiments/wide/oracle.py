@@ -15,8 +15,8 @@ import numpy as np
 from numpy.typing import NDArray
 
 import trundle
-from trundle.experiments.blind.family import HiddenEffect, Values
-from trundle.experiments.blind.oracle import fit_misfit, known_laws, nominal_misfit
+from trundle.experiments.blind.family import HiddenEffect
+from trundle.experiments.blind.oracle import fit_misfit, nominal_misfit, true_laws
 from trundle.experiments.blind.readings import Readings
 from trundle.experiments.blind.scene import Wheel
 from trundle.experiments.wide.measurement import make_recording
@@ -60,12 +60,9 @@ def in_sensor_convention(scene: WideScene) -> WideScene:
 
 def oracle_misfit(made: trundle.Recording, scene: WideScene, hidden: Sequence[HiddenEffect]) -> float | None:
     """Return the held-out misfit with true laws, refitted from the truth; None where one has no law yet."""
-    laws: list[Values] = []
-    for one in hidden:
-        found = one.family.laws(scene, one.values)
-        if not found or any(law["kind"] not in known_laws() for law in found):
-            return None
-        laws += found
+    laws = true_laws(scene, hidden)
+    if laws is None:
+        return None
     second = [Wheel(**one.values) for one in hidden if one.family.name == "second_wheel"]
     return fit_misfit(made, replace(scene, wheel=merge_wheels(scene.wheel, second)), laws)
 

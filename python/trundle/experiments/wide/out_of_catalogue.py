@@ -8,7 +8,6 @@ from typing import Any
 
 import mujoco
 import numpy as np
-from numpy.typing import NDArray
 
 from trundle.experiments.blind.families.out_of_catalogue_motion import (
     HystereticSpring,
@@ -22,12 +21,11 @@ from trundle.experiments.blind.families.out_of_catalogue_motion import (
 from trundle.experiments.blind.family import EpisodeContext, Family, Hook, Values
 from trundle.experiments.blind.push import CONTACT_TIME_S
 from trundle.experiments.blind.scene import Scene
+from trundle.experiments.sampling import Floats, log_uniform
 from trundle.experiments.wide.ode_terms import InertialProperties, Kinematics, Term, Wrench
 from trundle.experiments.wide.scene import WideScene
 
 __all__ = ["MOVES_RESTING_OBJECT", "OUT_OF_CATALOGUE"]
-
-Floats = NDArray[np.float64]
 
 
 class ForceLawFamily(OutOfCatalogueFamily):
@@ -111,7 +109,7 @@ class LateralLift(ForceLawFamily):
 
     def draw(self, rng: np.random.Generator, scene: Scene, paths: Sequence[Floats]) -> Values:
         """Return N·s/m, of either sign."""
-        size = float(np.exp(rng.uniform(np.log(20.0), np.log(120.0)))) * math.sqrt(scene.mass / 20.0)
+        size = log_uniform(rng, 20.0, 120.0) * math.sqrt(scene.mass / 20.0)
         return {"lift": size * float(rng.choice([-1.0, 1.0]))}
 
     def force(self, context: EpisodeContext, values: Values, t: float, at: Kinematics) -> Wrench:
@@ -130,7 +128,7 @@ class Gusts(ForceLawFamily):
         """Return its size, frequencies, and phases by episode and axis."""
         shape = (len(scene.pushes), 2, self.WAVES)
         return {
-            "force": float(np.exp(rng.uniform(np.log(3.0), np.log(15.0)))),
+            "force": log_uniform(rng, 3.0, 15.0),
             "frequency": rng.uniform(0.05, 1.0, self.WAVES).tolist(),
             "phase": rng.uniform(-np.pi, np.pi, shape).tolist(),
         }
@@ -157,7 +155,7 @@ class FloorWaves(ForceLawFamily):
         lengths, turns = rng.uniform(0.25, 0.7, 3), rng.uniform(-np.pi, np.pi, 3)
         vectors = 2 * np.pi / lengths[:, None] * np.column_stack([np.cos(turns), np.sin(turns)])
         return {
-            "force": float(np.exp(rng.uniform(np.log(4.0), np.log(25.0)))),
+            "force": log_uniform(rng, 4.0, 25.0),
             "vectors": vectors.tolist(),
             "phases": rng.uniform(-np.pi, np.pi, 3).tolist(),
         }

@@ -24,11 +24,11 @@ from numpy.typing import NDArray
 from scipy.optimize import minimize
 
 from trundle import _native
+from trundle.experiments.sampling import Floats
 from trundle.experiments.wide.score import CERTAIN_PROBABILITY, GROUPS, Row, case_group, named_probabilities
 
 __all__ = ["PREVALENCE", "Platt", "current_platt", "fit_platt"]
 
-Floats = NDArray[np.float64]
 
 PREVALENCE = dict(zip(GROUPS, (0.25, 0.1, 0.05, 0.02, 0.5, 0.08), strict=True))
 """Share of recordings of each kind at which probabilities are calibrated: half of them are clean."""

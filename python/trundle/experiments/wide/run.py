@@ -3,13 +3,13 @@
 from __future__ import annotations
 
 import shutil
-import sys
 from collections.abc import Sequence
 from dataclasses import dataclass
 from pathlib import Path
 from typing import Any
 
 from trundle.experiments.backends import Backend
+from trundle.experiments.blind.run import print_status
 from trundle.experiments.blind.sealed import open_sealed
 from trundle.experiments.results import read_lines, write_lines
 from trundle.experiments.wide import tables
@@ -132,11 +132,6 @@ class RangeFiles:
         spent = {one["case"]: one for one in read_lines(self.costs)}
         rows = [{**one, "truth": truths[one["case"]], "cost": spent[one["case"]]} for one in found]
         return head, rows, list(truths.values())
-
-
-def print_status(text: str) -> None:
-    """Report something at once, beside the answer."""
-    print(text, file=sys.stderr, flush=True)
 
 
 def render_page(settings: Settings, places: Sequence[RangeFiles]) -> str:

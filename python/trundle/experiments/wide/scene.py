@@ -8,7 +8,8 @@ import numpy as np
 
 from trundle.experiments.blind.push import Grasp, Push, draw_grasp, draw_push
 from trundle.experiments.blind.scene import Scene, Wheel, draw_point
-from trundle.experiments.wide.instrument import Instrument, draw_instrument, log_uniform
+from trundle.experiments.sampling import log_uniform
+from trundle.experiments.wide.instrument import Instrument, draw_instrument
 from trundle.experiments.wide.shapes import Outline, draw_outline
 from trundle.experiments.wide.strokes import Strokes, draw_strokes
 

@@ -5,13 +5,12 @@ from __future__ import annotations
 from dataclasses import dataclass
 
 import numpy as np
-from numpy.typing import NDArray
 
 from trundle.experiments.blind.shapes import Shape
+from trundle.experiments.sampling import Floats, log_uniform
 
 __all__ = ["Outline", "draw_outline"]
 
-Floats = NDArray[np.float64]
 
 KINDS = ("rectangle", "ell", "tee", "triangle", "disc", "polygon")
 KIND_PROBABILITIES = (0.25, 0.15, 0.15, 0.15, 0.15, 0.15)
@@ -42,7 +41,7 @@ class Outline(Shape):
 def draw_outline(rng: np.random.Generator) -> Outline:
     """Return an outline of random kind, size and frame."""
     kind = str(rng.choice(KINDS, p=KIND_PROBABILITIES))
-    size = float(np.exp(rng.uniform(np.log(0.2), np.log(0.7))))
+    size = log_uniform(rng, 0.2, 0.7)
     parts, ring = OUTLINE_FACTORIES[kind](rng, size)
     corner = rng.random() < 0.15
     off = ring[int(rng.integers(len(ring)))] if corner else rng.uniform(-0.2, 0.2, 2) * size

@@ -7,14 +7,13 @@ from collections.abc import Sequence
 from dataclasses import dataclass
 
 import numpy as np
-from numpy.typing import NDArray
 
 from trundle.experiments.blind.push import CONTACT_TIME_S
 from trundle.experiments.blind.shapes import Shape
+from trundle.experiments.sampling import log_uniform
 
 __all__ = ["Finger", "Stroke", "Strokes", "draw_strokes"]
 
-Floats = NDArray[np.float64]
 
 CLEARANCE_M = 0.03
 """Between finger and edge where it goes down, m."""
@@ -79,7 +78,7 @@ def draw_strokes(rng: np.random.Generator, seconds: float) -> Strokes:
             )
         )
         t = end
-    stiffness = float(np.exp(rng.uniform(np.log(3e3), np.log(3e4))))
+    stiffness = log_uniform(rng, 3e3, 3e4)
     return Strokes(tuple(strokes), stiffness, float(rng.choice([0.0, 0.15, 0.3])))
 
 

@@ -3,18 +3,14 @@
 from __future__ import annotations
 
 import numpy as np
-from numpy.typing import NDArray
 
+from trundle.experiments.blind.instruments import GRID_STEP_S
 from trundle.experiments.blind.push import CONTACT_TIME_S
 from trundle.experiments.blind.readings import Readings, gripper_poses, interpolate
+from trundle.experiments.sampling import Floats
 from trundle.experiments.wide.scene import WideScene
 
-__all__ = ["GRID_STEP_S", "first_contact_time", "grasp_readings", "grid_readings", "step_averages"]
-
-Floats = NDArray[np.float64]
-
-GRID_STEP_S = 5e-4
-"""Of what is seen before it is sampled, s."""
+__all__ = ["first_contact_time", "grasp_readings", "grid_readings"]
 
 
 def grasp_readings(scene: WideScene, episode: int, t: Floats, pose: Floats, wrench: Floats) -> Readings:
@@ -52,11 +48,6 @@ def grid_readings(
     reading[grid < CONTACT_TIME_S] = 0.0
     grippers[grid < CONTACT_TIME_S] = resting_gripper(scene, episode, pose[0], gripper[0])
     return Readings(grid, poses, grippers, reading)
-
-
-def step_averages(forces: Floats) -> Floats:
-    """Return forces at the times of steps, of forces that each last for a step."""
-    return np.vstack([forces[:1], (forces[1:] + forces[:-1]) / 2])
 
 
 def resting_gripper(scene: WideScene, episode: int, pose: Floats, gripper: Floats) -> Floats:

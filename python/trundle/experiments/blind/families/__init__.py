@@ -1,4 +1,4 @@
-"""Everything that can be hidden in a recording: the effects of the catalogue, and families outside it."""
+"""Families of hidden effects: those of the catalogue, and those outside it."""
 
 from __future__ import annotations
 
@@ -46,7 +46,7 @@ CATALOGUE_FAMILIES: tuple[Family, ...] = (
     *DISTORTIONS,
 )
 CATALOGUE: dict[str, Family] = {family.name: family for family in CATALOGUE_FAMILIES}
-"""By the catalogue's name, in the order of docs/diagnosis.md."""
+"""Effects of the catalogue by name, in the order of docs/diagnosis.md."""
 OUT_OF_CATALOGUE: dict[str, Family] = {family.name: family for family in (*MOTIONS, *SENSINGS)}
-"""What no effect of the catalogue is; the right answer is "unexplained"."""
+"""Families without a law in the catalogue. The correct answer is "unexplained"."""
 FAMILIES: dict[str, Family] = {**CATALOGUE, **OUT_OF_CATALOGUE}

@@ -1,4 +1,4 @@
-"""A caster: a wheel on an arm that swivels about a pivot, all of it bodies and joints of MuJoCo."""
+"""A caster: a wheel on an arm that swivels about a pivot, built of MuJoCo bodies and joints."""
 
 from __future__ import annotations
 
@@ -6,43 +6,41 @@ from collections.abc import Sequence
 
 import mujoco
 import numpy as np
-from numpy.typing import NDArray
 
 from trundle.experiments.blind.family import EpisodeContext, Family, Values
 from trundle.experiments.blind.scene import Scene, Wheel, draw_point
 from trundle.experiments.blind.world import add_wheel, at_site, quaternion
-
-Floats = NDArray[np.float64]
+from trundle.experiments.sampling import Floats, log_uniform
 
 SLIP_STIFFNESS_RATIO = 20.0
-"""How much more the tyre resists side slip than the scrubbing does at the pivot."""
+"""Resistance of the tyre to side slip over the resistance of its scrubbing at the pivot."""
 
 
 class CasterSwivel(Family):
-    """An arm hinged to the object; the tyre resists side slip strongly, and scrubs as it swivels.
+    """An arm hinged to the object. The tyre resists side slip strongly, and scrubs as it swivels.
 
-    Without its own mass the arm would turn so that the tyre's side force balances the scrubbing: at the pivot
-    it resists sideways with `mu_side`, as long as it has not swivelled.
+    A massless arm turns so that the tyre's side force balances the scrubbing torque. At the pivot it then
+    resists sideways motion with `mu_side`.
     """
 
     name = "caster_swivel"
     scales = ("mu_side",)
 
     def draw(self, rng: np.random.Generator, scene: Scene, paths: Sequence[Floats]) -> Values:
-        """Return a pivot, an arm, and the direction that it has at first in each episode, object frame."""
+        """Return a pivot, an arm, and its initial direction in each episode, object frame."""
         return {
             "point": list(draw_point(rng, scene.shape)),
             "trail": float(rng.uniform(0.03, 0.12)),
-            "mu_side": float(np.exp(rng.uniform(np.log(30.0), np.log(250.0)))),
+            "mu_side": log_uniform(rng, 30.0, 250.0),
             "first": rng.uniform(-np.pi, np.pi, len(scene.pushes)).tolist(),
         }
 
     def extended(self, values: Values, rng: np.random.Generator) -> Values:
-        """Let the arm begin in any direction: nobody turns it back."""
+        """Add a random initial direction of the arm."""
         return {**values, "first": [*values["first"], float(rng.uniform(-np.pi, np.pi))]}
 
     def add_to_world(self, context: EpisodeContext, values: Values) -> None:
-        """Hang the arm on the object; it points from the wheel to the pivot."""
+        """Add the arm, which points from the wheel to the pivot."""
         trail, side = values["trail"], values["mu_side"]
         turn = quaternion(values["first"][context.episode])
         arm = context.table.add_body(name="caster", pos=[*values["point"], 0.0], quat=turn)
@@ -56,7 +54,7 @@ class CasterSwivel(Family):
         context.spec.add_actuator(name="scrub", biastype=kind, biasprm=[0, 0, -damping] + [0.0] * 7, **scrub)
 
     def truth(self, scene: Scene, values: Values) -> Values:
-        """Return what it comes to at the pivot: the tyre slips a little."""
+        """Return the equivalent friction at the pivot, corrected for the tyre's slip."""
         slip = 1.0 + 1.0 / SLIP_STIFFNESS_RATIO
         found = {"trail": values["trail"] * slip, "mu_side": values["mu_side"] / slip}
         return {"parameters": found, "where": {"body_point": values["point"]}}

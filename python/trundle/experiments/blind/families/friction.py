@@ -1,4 +1,4 @@
-"""Dry friction: feet that real contacts carry, pressed on the floor by a constant force."""
+"""Dry friction: feet with MuJoCo contacts, pressed on the floor by a constant force."""
 
 from __future__ import annotations
 
@@ -6,30 +6,28 @@ from collections.abc import Sequence
 
 import mujoco
 import numpy as np
-from numpy.typing import NDArray
 
 from trundle.experiments.blind.family import EpisodeContext, Family, Values
 from trundle.experiments.blind.scene import Scene, draw_point
-
-Floats = NDArray[np.float64]
+from trundle.experiments.sampling import Floats, log_uniform
 
 TOTAL_FOOT_LOAD_N = 100.0
-"""Load of all feet together, N; the friction coefficient is what is left."""
+"""Load of all feet together; the friction coefficient scales the force."""
 FOOT_RADIUS_M = 0.02
-"""Of a foot, m."""
+"""Radius of a foot."""
 FOOT_CONTACT = {"contype": 2, "conaffinity": 2, "condim": 3}
-"""Feet and floor touch each other and nothing else."""
+"""Feet collide with the floor only."""
 
 
 class CoulombFriction(Family):
-    """Dry friction at a point, or shared by all feet: MuJoCo's contact, with an elliptic cone."""
+    """Dry friction at a point, or shared by all feet: MuJoCo contacts with an elliptic cone."""
 
     name = "coulomb_friction"
     scales = ("force",)
 
     def draw(self, rng: np.random.Generator, scene: Scene, paths: Sequence[Floats]) -> Values:
-        """Return a force, and a point or none: under the whole body, one case in three."""
-        force = float(np.exp(rng.uniform(np.log(3.0), np.log(30.0))))
+        """Return a force, and a point; without a point (one case in three) all feet share the force."""
+        force = log_uniform(rng, 3.0, 30.0)
         whole = bool(rng.random() < 1 / 3)
         return {"force": force, "point": None if whole else list(draw_point(rng, scene.shape))}
 
@@ -58,7 +56,7 @@ class CoulombFriction(Family):
 def add_foot(
     context: EpisodeContext, name: str, point: tuple[float, float], load: float, friction: list[float]
 ) -> None:
-    """Add a light foot that slides up and down and is pressed on the floor."""
+    """Add a light foot that slides vertically and is pressed on the floor."""
     foot = context.table.add_body(name=name, pos=[*point, FOOT_RADIUS_M])
     joint = mujoco.mjtJoint.mjJNT_SLIDE
     foot.add_joint(name=f"{name} lift", type=joint, axis=[0, 0, 1], damping=1.0)

@@ -1,4 +1,4 @@
-"""Mass: elsewhere, put on at one moment, or swinging on a spring."""
+"""Inertia: an offset mass centre, a change of mass, and a swinging load."""
 
 from __future__ import annotations
 
@@ -7,21 +7,19 @@ from typing import Any
 
 import mujoco
 import numpy as np
-from numpy.typing import NDArray
 
 from trundle.experiments.blind.family import EpisodeContext, Family, Hook, Values
 from trundle.experiments.blind.scene import Scene, draw_event, draw_point
-
-Floats = NDArray[np.float64]
+from trundle.experiments.sampling import Floats, log_uniform
 
 LOAD_DAMPING_RATIO = 0.03
 """Damping ratio of a swinging load."""
 MIN_BODY_MASS_KG = 1e-4
-"""A moving body must have a mass, kg."""
+"""MuJoCo requires a mass of moving bodies."""
 
 
 class ComOffset(Family):
-    """The mass centre is not that of the footprint; the inertia about it is as if it were."""
+    """The mass centre differs from the centroid of the footprint; the inertia about it is unchanged."""
 
     name = "com_offset"
     scales = ("x", "y")
@@ -51,19 +49,15 @@ class ComOffset(Family):
         x, y = (float(c + values[axis]) for c, axis in zip(scene.shape.centroid, "xy", strict=True))
         return {"parameters": {"com_x": x, "com_y": y}, "where": {"body_point": [x, y]}}
 
-    def laws(self, scene: Scene, values: Values) -> list[Values]:
-        """Return the offset."""
-        return [{"kind": self.name, **self.truth(scene, values)["parameters"]}]
-
 
 class MassChange(Family):
-    """At one moment of a training episode load is put on or taken off, for good."""
+    """Load is added or removed at one time of a training episode, permanently."""
 
     name = "mass_change"
     scales = ("mass",)
 
     def draw(self, rng: np.random.Generator, scene: Scene, paths: Sequence[Floats]) -> Values:
-        """Return an episode that is not held out, a time, and a signed mass."""
+        """Return a training episode, a time, and a signed mass."""
         on = rng.random() < 0.5
         share = rng.uniform(0.25, 1.0) if on else -rng.uniform(0.2, 0.5)
         return {
@@ -72,7 +66,7 @@ class MassChange(Family):
         }
 
     def hook(self, model: Any, context: EpisodeContext, values: Values) -> Hook | None:
-        """Scale the object's mass and inertia from that moment on."""
+        """Scale the object's mass and inertia from that time on."""
         factor = 1.0 + values["mass"] / context.scene.mass
         body, done = model.body("table").id, [False]
 
@@ -89,7 +83,7 @@ class MassChange(Family):
         return lambda data: change() if data.time >= values["time"] else None
 
     def truth(self, scene: Scene, values: Values) -> Values:
-        """Return mass and moment."""
+        """Return mass and time."""
         event = {"episode": f"episode_{values['episode']:02}", "time": values["time"]}
         return {"parameters": {"mass": values["mass"]}, "where": {"event": event}}
 
@@ -99,21 +93,21 @@ class MassChange(Family):
 
 
 class SwingingLoad(Family):
-    """Part of the mass is a body of its own on two springs."""
+    """Part of the mass is a separate body on two springs."""
 
     name = "swinging_load"
     scales = ("mass",)
 
     def draw(self, rng: np.random.Generator, scene: Scene, paths: Sequence[Floats]) -> Values:
-        """Return a place, a share of the mass, and a frequency."""
+        """Return a position, a mass, and a frequency."""
         return {
             "point": list(draw_point(rng, scene.shape)),
             "mass": float(rng.uniform(0.15, 0.5) * scene.mass),
-            "frequency": float(np.exp(rng.uniform(np.log(0.5), np.log(3.0)))),
+            "frequency": log_uniform(rng, 0.5, 3.0),
         }
 
     def add_to_world(self, context: EpisodeContext, values: Values) -> None:
-        """Take the mass from the object and hang it on springs."""
+        """Move the mass from the object to a body on springs."""
         mass, omega = max(values["mass"], MIN_BODY_MASS_KG), 2 * np.pi * values["frequency"]
         for geom in context.table.geoms:
             geom.mass *= 1.0 - mass / context.scene.mass
@@ -126,7 +120,7 @@ class SwingingLoad(Family):
         load.add_geom(type=sphere, size=[0.02, 0, 0], mass=mass, contype=0, conaffinity=0)
 
     def truth(self, scene: Scene, values: Values) -> Values:
-        """Return mass, frequency and place."""
+        """Return mass, frequency and position."""
         found = {name: values[name] for name in ("mass", "frequency")}
         return {"parameters": found, "where": {"body_point": values["point"]}}
 

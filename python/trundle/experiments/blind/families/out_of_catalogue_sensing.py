@@ -1,22 +1,20 @@
-"""Instruments with faults that the catalogue does not have."""
+"""Faults of instruments without a law in the catalogue."""
 
 from __future__ import annotations
 
 from collections.abc import Sequence
 
 import numpy as np
-from numpy.typing import NDArray
 
 from trundle.experiments.blind.families.out_of_catalogue_motion import OutOfCatalogueFamily
 from trundle.experiments.blind.family import EpisodeContext, Family, Values
 from trundle.experiments.blind.readings import Readings
 from trundle.experiments.blind.scene import Scene
-
-Floats = NDArray[np.float64]
+from trundle.experiments.sampling import Floats
 
 
 class ResonantSensor(OutOfCatalogueFamily):
-    """The sensor's filter is slow: a reading of second order that resonates."""
+    """The reading is filtered by a resonant filter of second order."""
 
     name = "resonant_sensor"
     scales = ("seconds",)
@@ -26,7 +24,7 @@ class ResonantSensor(OutOfCatalogueFamily):
         return {"seconds": float(rng.uniform(0.05, 0.15))}
 
     def distort(self, seen: Readings, context: EpisodeContext, values: Values) -> Readings:
-        """Filter the reading, damping ratio 0.3."""
+        """Filter the reading, with damping ratio 0.3."""
         step = float(seen.t[1] - seen.t[0])
         if values["seconds"] < step:
             return seen
@@ -40,17 +38,17 @@ class ResonantSensor(OutOfCatalogueFamily):
 
 
 class StretchedPicture(OutOfCatalogueFamily):
-    """The camera's picture is stretched in one direction of the room; heading is read from it as well."""
+    """The camera's picture is stretched in one direction of the room, which also changes headings."""
 
     name = "stretched_picture"
     scales = ("stretch",)
 
     def draw(self, rng: np.random.Generator, scene: Scene, paths: Sequence[Floats]) -> Values:
-        """Return by how much, and where to."""
+        """Return stretch and direction."""
         return {"stretch": float(rng.uniform(0.08, 0.3)), "direction": float(rng.uniform(0.0, np.pi))}
 
     def distort(self, seen: Readings, context: EpisodeContext, values: Values) -> Readings:
-        """Stretch all that is tracked."""
+        """Stretch all tracked poses."""
         along = np.array([np.cos(values["direction"]), np.sin(values["direction"])])
         matrix = np.eye(2) + values["stretch"] * np.outer(along, along)
         return seen.changed(

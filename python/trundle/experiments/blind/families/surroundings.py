@@ -1,4 +1,4 @@
-"""What stands around: a fixed thing that is hit, and a cable to a fixed point."""
+"""Surroundings: a fixed obstacle, and a cable to a fixed point."""
 
 from __future__ import annotations
 
@@ -6,28 +6,26 @@ from collections.abc import Sequence
 
 import mujoco
 import numpy as np
-from numpy.typing import NDArray
 
 from trundle.experiments.blind.family import EpisodeContext, Family, Values
 from trundle.experiments.blind.geometry import distance_to_outline, to_object, to_world
 from trundle.experiments.blind.scene import Scene, draw_point
 from trundle.experiments.blind.world import BODY_HEIGHT_M
-
-Floats = NDArray[np.float64]
+from trundle.experiments.sampling import Floats, log_uniform
 
 MIN_START_CLEARANCE_M = 0.03
-"""Distance from the thing at the start of every episode, m."""
+"""Distance from the obstacle at the start of every episode."""
 MIN_HIT_DEPTH_M = 0.02
-"""How far the object would go into the thing in episodes that count as hits, m."""
+"""Penetration of the undisturbed path in episodes that count as hits."""
 
 
 class ObstacleContact(Family):
-    """A post beside the object's way: MuJoCo's contact with a fixed cylinder."""
+    """A post in the object's path: MuJoCo's contact with a fixed cylinder."""
 
     name = "obstacle_contact"
 
     def draw(self, rng: np.random.Generator, scene: Scene, paths: Sequence[Floats]) -> Values:
-        """Return a place clear of all starts that a training episode and a held-out one hit."""
+        """Return a position away from all starts that a training and a held-out episode hit."""
         radius, training = float(rng.uniform(0.04, 0.15)), len(paths) - scene.held_out
         starts = np.concatenate([path[::100] for path in paths])
         for _ in range(400):
@@ -42,11 +40,11 @@ class ObstacleContact(Family):
         return {}
 
     def scaled(self, values: Values, size: float) -> Values:
-        """Return it thinner; at zero it is not there."""
+        """Return it with a smaller radius; at zero the post is absent."""
         return {**values, "radius": size * values["radius"], "there": size}
 
     def add_to_world(self, context: EpisodeContext, values: Values) -> None:
-        """Put the cylinder there."""
+        """Add the cylinder."""
         if values["there"] == 0.0:
             return
         context.spec.worldbody.add_geom(
@@ -61,7 +59,7 @@ class ObstacleContact(Family):
         )
 
     def truth(self, scene: Scene, values: Values) -> Values:
-        """Return the place; distances count from the surface."""
+        """Return the position; errors of it are distances from the surface."""
         return {"parameters": {}, "where": {"world_point": values["place"], "radius": values["radius"]}}
 
     def laws(self, scene: Scene, values: Values) -> list[Values]:
@@ -72,13 +70,13 @@ class ObstacleContact(Family):
 
 
 class Tether(Family):
-    """A cable: MuJoCo's tendon between two sites, slack below its length."""
+    """A cable: MuJoCo's tendon between two sites, slack below its rest length."""
 
     name = "tether"
     scales = ("stiffness",)
 
     def draw(self, rng: np.random.Generator, scene: Scene, paths: Sequence[Floats]) -> Values:
-        """Return two ends, and a length below which it is between a third and two thirds of the time."""
+        """Return two ends, and a rest length that is exceeded for a third to two thirds of the time."""
         point = draw_point(rng, scene.shape)
         ways = np.concatenate([to_world(np.array(point), path[::100]) for path in paths])
         size, turn = rng.uniform(0.6, 1.5), rng.uniform(-np.pi, np.pi)
@@ -87,12 +85,12 @@ class Tether(Family):
         return {
             "point": list(point),
             "anchor": anchor.tolist(),
-            "stiffness": float(np.exp(rng.uniform(np.log(20.0), np.log(250.0)))),
+            "stiffness": log_uniform(rng, 20.0, 250.0),
             "rest_length": float(np.quantile(lengths, rng.uniform(0.33, 0.67))),
         }
 
     def add_to_world(self, context: EpisodeContext, values: Values) -> None:
-        """Tie the object to the room."""
+        """Add the tendon."""
         context.spec.worldbody.add_site(name="anchor", pos=[*values["anchor"], 0.0])
         context.table.add_site(name="tied", pos=[*values["point"], 0.0])
         slack = [0.0, values["rest_length"]]
@@ -102,7 +100,7 @@ class Tether(Family):
         cable.wrap_site("tied")
 
     def truth(self, scene: Scene, values: Values) -> Values:
-        """Return stiffness, length and ends."""
+        """Return stiffness, rest length and ends."""
         found = {name: values[name] for name in ("stiffness", "rest_length")}
         where = {"body_point": values["point"], "world_point": values["anchor"]}
         return {"parameters": found, "where": where}
