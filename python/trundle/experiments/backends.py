@@ -1,4 +1,4 @@
-"""Where independent calls run: in processes of this machine, through joblib, or on a Ray cluster.
+"""Backends that run independent calls: local processes, joblib, or a Ray cluster.
 
 A backend only decides where a call runs. Results do not depend on it: callers identify them by the number of
 the call, and store them themselves.
@@ -28,7 +28,7 @@ BACKENDS = ("local", "joblib", "ray")
 PARENT_CHECK_SECONDS = 1.0
 """Interval at which a worker process checks whether its parent still exists."""
 RAY_TASKS_PER_CPU = 2
-"""Tasks submitted at a time for each processor of the cluster, so that none waits for the driver."""
+"""Tasks submitted at a time for each processor of the cluster, so that processors do not wait."""
 
 
 class Backend(Protocol):
@@ -76,7 +76,7 @@ def backend(name: str = "local", jobs: int | None = None, address: str | None = 
 
 
 def in_order(where: Backend, work: Callable[..., T], calls: Sequence[tuple[Any, ...]]) -> Iterator[T]:
-    """Yield the result of each call, in the order of the calls, as soon as it and all before it are there."""
+    """Yield the results in the order of the calls, each as soon as all earlier calls are finished."""
     waiting: dict[int, T] = {}
     following = 0
     for number, result in where.map(work, calls):
@@ -138,7 +138,7 @@ def threads_per_job(jobs: int) -> int:
 
 @contextmanager
 def interrupts_blocked() -> Iterator[None]:
-    """Block SIGINT. Processes that start meanwhile inherit this: Ctrl-C prints no traceback of theirs."""
+    """Block SIGINT. Processes that start in this context inherit the mask, so Ctrl-C prints no traceback."""
     if not hasattr(signal, "pthread_sigmask"):
         yield
         return

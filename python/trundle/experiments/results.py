@@ -68,7 +68,9 @@ def read_headed(path: Path, keys: Iterable[str]) -> tuple[Row, list[Row]]:
 
 
 def rounded(value: Any) -> Any:
-    """Return results with six significant digits, infinities and NaN as None: files that can be compared."""
+    """Return results with six significant digits, for comparison; infinities and NaN become None.
+    None.
+    """
     if isinstance(value, float):
         return float(f"{value:.6g}") if math.isfinite(value) else None
     if isinstance(value, dict):

@@ -69,8 +69,9 @@ class Shape:
         return {"footprint": rounded(self.outline), **told}
 
     def corners(self) -> Floats:
-        """Return the points with floor friction if the feet are not stated: corners, or a disc's feet.
-        disc.
+        """Return the points with floor friction if no feet are stated: the corners.
+
+        A disc has its feet in place of corners.
         """
         return self.feet if self.disc is not None else self.outline
 

@@ -57,7 +57,10 @@ def simulate(scene: Scene, hidden: Sequence[HiddenEffect], episode: int) -> Moti
 def compile_effects(
     spec: Any, table: Any, scene: Scene, hidden: Sequence[HiddenEffect], episode: int
 ) -> tuple[Any, list[Hook]]:
-    """Add the hidden effects to a world. Return the compiled model and the functions to call before a step."""
+    """Add the hidden effects to a world and compile it.
+
+    Return the compiled model and the functions to call before each step.
+    """
     context = EpisodeContext(spec, table, scene, episode)
     for one in hidden:
         one.family.add_to_world(context, one.values)

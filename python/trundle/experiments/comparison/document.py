@@ -1,4 +1,4 @@
-"""The document of a comparison, written from the results that are kept."""
+"""Write the document of a comparison from its results."""
 
 from __future__ import annotations
 
@@ -19,13 +19,13 @@ from trundle.whole import write_text
 __all__ = ["write_document"]
 
 Learnt = Mapping[str, Sequence[Curve]]
-"""Learning curves by what was trained."""
+"""Learning curves by training."""
 Costs = Mapping[str, Mapping[str, float]]
-"""What decisions cost, by `worlds/agent`."""
+"""Costs of decisions by `worlds/agent`."""
 
 
 def write_document(out: Path, settings: Settings, config: Path) -> str:
-    """Write `NAME.md` and its figures from `NAME/`; return what is in it.
+    """Write `NAME.md` and its figures from `NAME/`; return the text.
 
     Parameters
     ----------
@@ -34,7 +34,7 @@ def write_document(out: Path, settings: Settings, config: Path) -> str:
     settings : Settings
         Its `name` is the document's.
     config : Path
-        Named where it says how to reproduce it.
+        File of the comparison, for the command that reproduces the document.
     """
     folder = out / settings.name
     found = read_results(folder / "results.jsonl", settings)
@@ -58,7 +58,7 @@ def draw_figures(images: Path, settings: Settings, results: Results, learnt: Lea
 
 
 def render_page(settings: Settings, results: Results, learnt: Learnt, costs: Costs, config: Path) -> str:
-    """Return the text of the document; a part that has nothing to tell is left out."""
+    """Return the text of the document; empty parts are omitted."""
     main = settings.agents[settings.main].title
     training = render_part("training", tables.learning(settings, results, learnt), name=settings.name)
     parts = {
@@ -77,17 +77,17 @@ def render_page(settings: Settings, results: Results, learnt: Learnt, costs: Cos
 
 
 def render_part(group_section: str, table: str, /, **values: str) -> str:
-    """Return the sentences around a table, nothing without one."""
+    """Return the text around a table; empty without a table."""
     return prose("comparison", group_section, table=table, **values) if table else ""
 
 
 def headlines(settings: Settings, results: Results) -> str:
-    """Return for each group of worlds, in a sentence, how the main agent fared among the others."""
+    """Return a sentence for each group of worlds that compares the main agent with the others."""
     return "\n".join(headline(settings, name, group) for name, group in results.items())
 
 
 def headline(settings: Settings, name: str, group: Mapping[str, list[Row]]) -> str:
-    """Return how the main agent fared in a group of worlds."""
+    """Return the sentence of a group of worlds."""
     rates = {agent: success(rows) for agent, rows in group.items() if rows}
     mine = rates.pop(settings.main, None)
     title = f"- **{settings.worlds[name].title}** (`{name}`, {world_count(group)} worlds): "
@@ -105,7 +105,7 @@ def headline(settings: Settings, name: str, group: Mapping[str, list[Row]]) -> s
 
 
 def group_section(settings: Settings, name: str, group: Mapping[str, list[Row]]) -> str:
-    """Return the part about a group of worlds."""
+    """Return the section of a group of worlds."""
     worlds = settings.worlds[name]
     seeds = sorted({row["seed"] for rows in group.values() for row in rows})
     options = ", ".join(f"`{key} = {value!r}`" for key, value in worlds.options.items())
@@ -123,11 +123,11 @@ def group_section(settings: Settings, name: str, group: Mapping[str, list[Row]])
 
 
 def effect_words(effect: Mapping[str, object]) -> str:
-    """Return an effect as its table in the file has it."""
+    """Return an effect as in its table of the file."""
     values = ", ".join(f"{key} {value}" for key, value in effect.items() if key != "kind")
     return f"`{effect.get('kind')}` ({values})"
 
 
 def world_count(group: Mapping[str, list[Row]]) -> int:
-    """Return how many worlds a group has."""
+    """Return the number of worlds of a group."""
     return len({row["seed"] for rows in group.values() for row in rows})

@@ -1,4 +1,4 @@
-"""One episode: an agent in a world, from its beginning to its end, in a row."""
+"""Run one episode of an agent in a world, and return its results."""
 
 from __future__ import annotations
 
@@ -20,7 +20,7 @@ __all__ = ["make_player", "play", "play_unit"]
 
 
 class Player(Protocol):
-    """What stable-baselines3's algorithms can do."""
+    """Interface of stable-baselines3's algorithms."""
 
     def predict(
         self, observation: Any, state: Any = None, episode_start: Any = None, deterministic: bool = True
@@ -29,15 +29,15 @@ class Player(Protocol):
 
 
 def make_player(agent: Agent, run: int, env: Env) -> Player:
-    """Return an agent for a world at its beginning.
+    """Return an agent for a world at the start of an episode.
 
     Parameters
     ----------
     agent : Agent
     run : int
-        Which of a policy's files.
+        Number of the policy's file.
     env : gymnasium.Env
-        The oracle looks at what is hidden in it.
+        The oracle reads its hidden model.
     """
     if agent.kind == "policy":
         from trundle.experiments.training import policy
@@ -64,18 +64,18 @@ def make_player(agent: Agent, run: int, env: Env) -> Player:
 
 
 def play(worlds: Worlds, agent: Agent, run: int, seed: int) -> tuple[Row, Row]:
-    """Play one episode.
+    """Run one episode.
 
     Returns
     -------
     row : dict
-        How it went: `success`, `lost`, `touches` (how often an obstacle was run into), `seconds` (its
-        length), `limit` (s, at which it would have been given up), `return`, `distance` (m) and `heading`
-        (rad, without a sign) that are left, `radius` of the object (m, from its origin to its farthest
-        corner), and what an adaptive agent did: `fits`, `learning` (s, until the last of them), `regrasps`,
-        `named` effects, in order. The same arguments, the same row.
+        `success`, `lost`, `touches` (number of collisions with obstacles), `seconds` (duration), `limit`
+        (time limit, s), `return`, remaining `distance` (m) and `heading` (rad, absolute), `radius` of the
+        object (m, from its origin to its farthest corner). For an adaptive agent also `fits`, `learning`
+        (time of the last fit, s), `regrasps`, and the `named` effects in order. The same arguments give the
+        same row.
     timing : dict
-        `decisions`, and the CPU seconds of all and of the longest: `total`, `longest`.
+        `decisions`, and the CPU seconds of all decisions and of the longest one: `total`, `longest`.
     """
     env, observation = make_world(worlds, seed, agent.options)
     chosen = make_player(agent, run, env)
@@ -107,7 +107,7 @@ def play(worlds: Worlds, agent: Agent, run: int, seed: int) -> tuple[Row, Row]:
 
 
 def learning_summary(agent: Any) -> Row:
-    """Return what an adaptive agent did about its belief; nothing of another."""
+    """Return a summary of an adaptive agent's fits; zeros for other agents."""
     beliefs = getattr(agent, "beliefs", ())
     if not beliefs:
         return {"fits": 0, "learning": 0.0, "regrasps": 0, "named": []}
@@ -123,7 +123,7 @@ def learning_summary(agent: Any) -> Row:
 def play_unit(
     worlds: dict[str, Any], agent: dict[str, Any], seed: int, digest: str | None, file: Path | None = None
 ) -> Row:
-    """Play one episode as a unit of work.
+    """Run one episode as a unit of work.
 
     Parameters
     ----------

@@ -1,4 +1,4 @@
-"""Figures of the document."""
+"""Figures of a comparison's document."""
 
 from __future__ import annotations
 
@@ -26,9 +26,9 @@ __all__ = ["curves", "profiles", "successes"]
 MAIN, ORACLE = figure_style.COLOURS["pbr"], "#20262e"
 OTHERS = ("#c04a00", "#b0186f", "#2e8b57", "#8a6d00", "#6a4fbf", "#3a9bb8", "#e0a070", "#d58ab4", "#7d8791")
 DASHES: dict[str, Literal["-", "--", ":"]] = {"adaptive": "-", "policy": "--", "oracle": ":"}
-"""Lines by kind of agent."""
+"""Line styles by kind of agent."""
 PANELS_PER_ROW = 3
-"""Pictures in a row."""
+"""Number of panels in a row."""
 
 
 def colours(settings: Settings) -> dict[str, str]:
@@ -40,7 +40,7 @@ def colours(settings: Settings) -> dict[str, str]:
 
 
 def successes(path: Path, settings: Settings, results: Results) -> None:
-    """Draw how often each agent succeeds in each group of worlds, with intervals."""
+    """Draw the success rate of each agent in each group of worlds, with intervals."""
     playing = {name: [agent for agent, rows in group.items() if rows] for name, group in results.items()}
     figure, axes = panels(len(results), 0.8 + 0.2 * max(map(len, playing.values())))
     chosen = colours(settings)
@@ -56,7 +56,7 @@ def successes(path: Path, settings: Settings, results: Results) -> None:
 
 
 def profiles(path: Path, settings: Settings, results: Results) -> None:
-    """Draw which share of worlds is solved after how long."""
+    """Draw the share of solved worlds over time."""
     figure, axes = panels(len(results), 2.6)
     chosen = colours(settings)
     shown: dict[str, Line2D] = {}
@@ -80,7 +80,7 @@ def profiles(path: Path, settings: Settings, results: Results) -> None:
 
 
 def curves(path: Path, settings: Settings, found: Mapping[str, Sequence[Curve]]) -> None:
-    """Draw success during training against steps of the environment, a line for each run."""
+    """Draw success during training against environment steps, a line for each run."""
     figure, (axes,) = figure_style.sheet(1, 1, (6.0, 3.4))
     chosen = colours(settings)
     for name, agent in settings.agents.items():
@@ -94,7 +94,7 @@ def curves(path: Path, settings: Settings, found: Mapping[str, Sequence[Curve]])
 
 
 def panels(count: int, height: float) -> tuple[Figure, list[Axes]]:
-    """Return a figure with room for so many pictures, and their axes."""
+    """Return a figure with `count` panels, and their axes."""
     across = min(PANELS_PER_ROW, count)
     down = math.ceil(count / across)
     figure, axes = figure_style.sheet(down, across, (0.6 + 4.0 * across, (0.6 + height) * down))
@@ -104,5 +104,5 @@ def panels(count: int, height: float) -> tuple[Figure, list[Axes]]:
 
 
 def wrap_title(title: str) -> str:
-    """Return a title in lines."""
+    """Return a title broken into lines."""
     return "\n".join(textwrap.wrap(title, 40))

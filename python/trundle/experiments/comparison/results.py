@@ -1,4 +1,4 @@
-"""The results that are kept: what was compared, then each agent's episodes in each group, by column."""
+"""Results of a comparison: the definitions, then the episodes of each agent in each group, by column."""
 
 from __future__ import annotations
 
@@ -16,7 +16,7 @@ from trundle.whole import write_text
 __all__ = ["Results", "Trial", "read_costs", "read_results", "write_costs", "write_results"]
 
 Trial = tuple[str, str, int, int]
-"""Worlds, agent, which run of its training, seed."""
+"""Worlds, agent, training run, seed."""
 Results = dict[str, dict[str, list[Row]]]
 """Rows by worlds and agent."""
 
@@ -42,7 +42,7 @@ def read_results(path: Path, settings: Settings) -> Results:
     Raises
     ------
     TrundleError
-        If there are none, or they are of worlds or agents that are defined otherwise now.
+        If there are no results, or their worlds or agents are defined differently.
     """
     found, lines = read_headed(path, ("worlds", "agent", "run"))
     if not all(isinstance(found.get(part), dict) for part in ("worlds", "agents")):
@@ -63,14 +63,14 @@ def read_results(path: Path, settings: Settings) -> Results:
 
 
 def expand_rows(line: Row) -> list[Row]:
-    """Return a line's episodes, a row each."""
+    """Return a row for each episode of a line."""
     names = [name for name, value in line.items() if isinstance(value, list)]
     episodes = zip(*(line[name] for name in names), strict=True)
     return [{**line, **dict(zip(names, episode, strict=True))} for episode in episodes]
 
 
 def definitions(settings: Settings) -> dict[str, Any]:
-    """Return what worlds and agents are, as JSON has it."""
+    """Return the definitions of worlds and agents as JSON values."""
     whole = {
         "worlds": {name: worlds.identity for name, worlds in settings.worlds.items()},
         "agents": {name: {**agent.identity, "files": agent.files} for name, agent in settings.agents.items()},
@@ -80,7 +80,7 @@ def definitions(settings: Settings) -> dict[str, Any]:
 
 
 def write_costs(path: Path, timings: Mapping[Trial, Row]) -> None:
-    """Write what decisions cost each agent in each group of worlds; measured, so never twice the same."""
+    """Write the measured costs of decisions of each agent in each group of worlds."""
     sums: dict[str, dict[str, Any]] = {}
     for (worlds, agent, _, _), timing in timings.items():
         one = sums.setdefault(f"{worlds}/{agent}", {"decisions": 0, "total": 0.0, "longest": []})
@@ -100,6 +100,6 @@ def write_costs(path: Path, timings: Mapping[Trial, Row]) -> None:
 
 
 def read_costs(path: Path) -> dict[str, dict[str, float]]:
-    """Return those costs by `worlds/agent`; nothing if they were not kept."""
+    """Return the costs by `worlds/agent`; empty without a file."""
     found: dict[str, dict[str, float]] = json.loads(path.read_text(encoding="utf-8")) if path.exists() else {}
     return found

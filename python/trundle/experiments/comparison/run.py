@@ -1,4 +1,4 @@
-"""`trundle compare`: a comparison from its file to its document."""
+"""Run `trundle compare` from its settings file to its document."""
 
 from __future__ import annotations
 
@@ -33,22 +33,22 @@ def compare(
     redraw: bool = False,
     quiet: bool = False,
 ) -> str:
-    """Play what has not been played of a comparison, and write its results and its document.
+    """Run the unfinished episodes of a comparison, and write its results and its document.
 
     Parameters
     ----------
     config : Path
-        The comparison's file.
+        Settings file.
     work : Path
-        Folder of the episodes that have been played.
+        Folder of finished episodes.
     out : Path
         Folder of the document, of the results and of `images/`.
     backend : Backend
-        Where episodes are played.
+        Where episodes run.
     count : int, optional
-        How many worlds of each group at most, from the first on.
+        Largest number of worlds of each group, from the first on.
     fresh, redraw : bool
-        Forget what has been played; or only write the document.
+        Discard finished episodes; or only write the document.
     quiet : bool
         Show no progress.
 
@@ -60,7 +60,7 @@ def compare(
     Raises
     ------
     TrundleError
-        If the file cannot be used, or an episode cannot be played.
+        If the file is invalid, or an episode cannot run.
     """
     settings = with_count(read(config), count)
     folder = out / settings.name
@@ -78,7 +78,7 @@ def compare(
 
 
 def with_count(settings: Settings, count: int | None) -> Settings:
-    """Return a comparison on fewer worlds."""
+    """Return a comparison with at most `count` worlds in each group."""
     if count is None:
         return settings
     fewer = {name: replace(w, count=min(w.count, count)) for name, w in settings.worlds.items()}
@@ -86,14 +86,14 @@ def with_count(settings: Settings, count: int | None) -> Settings:
 
 
 def policy_digests(settings: Settings) -> dict[str, str]:
-    """Return the SHA-256 of each policy's file that plays."""
+    """Return the SHA-256 of each policy file in use."""
     playing = {name for worlds in settings.worlds.values() for name in worlds.agents}
     files = [file for name in settings.agents if name in playing for file in settings.agents[name].files]
     return {file: hashlib.sha256(Path(file).read_bytes()).hexdigest() for file in files}
 
 
 def check_players(config: Path, settings: Settings) -> None:
-    """Let every agent decide once in each group of worlds: what is wrong is told before hours of work."""
+    """Let every agent decide once in each group of worlds, so that errors appear before hours of work."""
     for name, worlds in settings.worlds.items():
         for agent in worlds.agents:
             try:
@@ -116,7 +116,7 @@ def trials(settings: Settings) -> Iterator[Trial]:
 
 
 def play_all(settings: Settings, digests: Mapping[str, str], runner: Runner) -> dict[Trial, tuple[Row, Row]]:
-    """Play the episodes that have no result yet; return each one's outcome and cost, group by group."""
+    """Run the episodes without a result; return each one's outcome and cost, group by group."""
     order = list(trials(settings))
     units = [episode_unit(settings, digests, trial) for trial in order]
     results = dict(zip(order, runner.run("playing", units), strict=True))
@@ -124,7 +124,7 @@ def play_all(settings: Settings, digests: Mapping[str, str], runner: Runner) -> 
 
 
 def episode_unit(settings: Settings, digests: Mapping[str, str], trial: Trial) -> Unit:
-    """Return the unit of an episode. Its key holds the digest of a policy, not the place of its file."""
+    """Return the unit of an episode. Its key holds the digest of a policy, not the path of its file."""
     name, agent, run, seed = trial
     worlds, plays = settings.worlds[name], settings.agents[agent]
     file = plays.files[run] if plays.files else None

@@ -1,4 +1,4 @@
-"""Tables of the document."""
+"""Tables of a comparison's document."""
 
 from __future__ import annotations
 
@@ -39,9 +39,9 @@ __all__ = [
 Rows = Sequence[Row]
 NONE = "–"
 OWN_WHEEL = "viscous_wheel"
-"""The law that the agent's model has from the start: it is not named."""
+"""Law of the agent's initial model; diagnoses do not name it."""
 SECOND_WHEEL = "second_wheel"
-"""What diagnoses call another one."""
+"""Name of a second wheel in diagnoses."""
 
 
 def percent(found: Estimate, form: str = ".1f") -> str:
@@ -50,7 +50,7 @@ def percent(found: Estimate, form: str = ".1f") -> str:
 
 
 def outcomes(settings: Settings, group: Mapping[str, Rows]) -> str:
-    """Return how the episodes of a group of worlds ended."""
+    """Return the outcomes of the episodes of a group of worlds."""
     lines = [
         [
             settings.agents[name].title,
@@ -64,7 +64,7 @@ def outcomes(settings: Settings, group: Mapping[str, Rows]) -> str:
 
 
 def outcome_cells(rows: Rows, push: float | None) -> list[str]:
-    """Return how an agent's episodes ended; `push`, s, is that of one that learns."""
+    """Return the outcomes of an agent's episodes; `push` is the push duration, s, of a learning agent."""
     return [
         percent(success(rows)),
         NONE if push is None else percent(quick_success(rows, push)),
@@ -76,7 +76,7 @@ def outcome_cells(rows: Rows, push: float | None) -> list[str]:
 
 
 def regret_table(settings: Settings, group: Mapping[str, Rows]) -> str:
-    """Return what an agent took for it in a group of worlds, beside the oracle."""
+    """Return the time and the regret relative to the oracle in a group of worlds."""
     oracle = oracle_rows(settings, group)
     lines = []
     for name, rows in group.items():
@@ -94,12 +94,12 @@ def regret_table(settings: Settings, group: Mapping[str, Rows]) -> str:
 
 
 def oracle_rows(settings: Settings, group: Mapping[str, Rows]) -> Rows:
-    """Return the rows of the first oracle; none if there is none."""
+    """Return the rows of the first oracle; empty without one."""
     return next((rows for name, rows in group.items() if settings.agents[name].kind == "oracle"), [])
 
 
 def targets(settings: Settings, results: Results) -> str:
-    """Return what was to be reached, and whether it was."""
+    """Return targets and results."""
     lines = []
     for target in settings.targets:
         group = results.get(target.worlds, {})
@@ -119,7 +119,7 @@ def targets(settings: Settings, results: Results) -> str:
 
 
 def target_cells(target: Target, found: Estimate) -> list[str]:
-    """Return a target, what was found, and whether that meets it."""
+    """Return a target, the result, and whether the result meets the target."""
     if target.least is not None:
         least = target.least
         said, meets, surely = f"≥ {100 * least:g} %", found.value >= least, found.low >= least
@@ -130,7 +130,7 @@ def target_cells(target: Target, found: Estimate) -> list[str]:
 
 
 def paired_differences(settings: Settings, results: Results) -> str:
-    """Return what it changes to have what one agent of a pair has and the other has not."""
+    """Return the differences between the agents of each pair."""
     lines = []
     for first, second in settings.pairs:
         for name, group in results.items():
@@ -143,7 +143,7 @@ def paired_differences(settings: Settings, results: Results) -> str:
 
 
 def difference_cells(a: Rows, b: Rows) -> list[str]:
-    """Return by how much one agent does better than another."""
+    """Return the differences between two agents."""
     return [
         difference(*(scores(rows, lambda row: row["success"]) for rows in (a, b))).text("+.1f", 100.0),
         percent(regret(a, b, negative_return), "+.0f"),
@@ -153,7 +153,7 @@ def difference_cells(a: Rows, b: Rows) -> list[str]:
 
 
 def diagnoses(settings: Settings, results: Results) -> str:
-    """Return what agents that diagnose have named."""
+    """Return the effects that diagnosing agents named."""
     lines = []
     for name, group in results.items():
         hidden = hidden_effects(settings.worlds[name])
@@ -165,7 +165,7 @@ def diagnoses(settings: Settings, results: Results) -> str:
 
 
 def hidden_effects(worlds: Worlds) -> set[str] | None:
-    """Return what is hidden beside a wheel, by the names of diagnoses; None where worlds differ in it."""
+    """Return the hidden effects besides a wheel, by the names of diagnoses; None if worlds differ in them."""
     fixed = {f"trundle/{task.__name__}-v0": task.FIXED.get("hidden") for task in trundle.envs.FLAT}
     drawn = worlds.options.get("hidden", fixed.get(worlds.env))
     if drawn not in ("none", "locked"):
@@ -178,7 +178,7 @@ def hidden_effects(worlds: Worlds) -> set[str] | None:
 
 
 def naming_cells(rows: Rows, hidden: set[str] | None) -> list[str]:
-    """Return how often what is hidden was named, and how often something else was."""
+    """Return the rates of correct and of wrong names."""
     if hidden is None:
         return [NONE, NONE]
     right = rate(scores(rows, lambda row: bool(hidden & set(row["named"]))))
@@ -187,7 +187,7 @@ def naming_cells(rows: Rows, hidden: set[str] | None) -> list[str]:
 
 
 def learning(settings: Settings, results: Results, curves: Mapping[str, Sequence[Curve]]) -> str:
-    """Return what each policy was trained with, and how its training ended."""
+    """Return the training cost and the final result of each policy."""
     playing = {agent for group in results.values() for agent, rows in group.items() if rows}
     lines = []
     for name, agent in settings.agents.items():
@@ -199,7 +199,7 @@ def learning(settings: Settings, results: Results, curves: Mapping[str, Sequence
 
 
 def training_cells(runs: Sequence[Curve]) -> list[str]:
-    """Return what the runs of a training took, each and in all, and how they ended."""
+    """Return the cost of a policy's training runs, and their results."""
     first = runs[0]
     simulated, cpu = (np.array([getattr(one, name) for one in runs]) for name in ("simulated", "cpu"))
     return [
@@ -213,7 +213,7 @@ def training_cells(runs: Sequence[Curve]) -> list[str]:
 
 
 def decision_costs(settings: Settings, costs: Mapping[str, Mapping[str, float]]) -> str:
-    """Return what a decision costs."""
+    """Return the cost of decisions."""
     lines = []
     for name, agent in settings.agents.items():
         mine = [costs[key] for key in (f"{worlds}/{name}" for worlds in settings.worlds) if key in costs]
@@ -239,7 +239,7 @@ def decision_costs(settings: Settings, costs: Mapping[str, Mapping[str, float]])
 
 
 def policy_comparison(settings: Settings, results: Results) -> str:
-    """Return how policies that were learnt fare beside the main agent, world by world."""
+    """Return the differences between trained policies and the main agent."""
     lines = []
     for name, group in results.items():
         main = group.get(settings.main)

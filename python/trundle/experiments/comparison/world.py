@@ -1,4 +1,4 @@
-"""One world: an environment at a seed, with effects whose size and place the seed draws."""
+"""Worlds: an environment at a seed, with effects that the seed draws."""
 
 from __future__ import annotations
 
@@ -18,7 +18,7 @@ __all__ = ["boundary_points", "draw_effects", "make_world"]
 
 Env = gym.Env[Any, Any]
 PLACE_PARAMETERS = {"com_offset": ("com_x", "com_y")}
-"""What a place is called, where it is not x and y."""
+"""Parameters of a place other than x and y."""
 
 
 def make_world(worlds: Worlds, seed: int, options: Mapping[str, Any]) -> tuple[Env, NDArray[np.float64]]:
@@ -27,18 +27,17 @@ def make_world(worlds: Worlds, seed: int, options: Mapping[str, Any]) -> tuple[E
     Parameters
     ----------
     worlds : Worlds
-        Of these.
     seed : int
-        This one. Object, task and obstacles depend on it alone: not on effects, nor on what an action means.
+        Determines object, task and obstacles, whatever the effects and the meaning of actions.
     options : mapping
         Arguments of the environment that replace those of the group.
 
     Returns
     -------
     env : gymnasium.Env
-        At the beginning of its episode.
+        At the start of its episode.
     observation : ndarray
-        The first.
+        The first observation.
     """
     chosen = {**worlds.options, **options}
     env, observation = make_env(worlds.env, chosen, seed)
@@ -51,7 +50,7 @@ def make_world(worlds: Worlds, seed: int, options: Mapping[str, Any]) -> tuple[E
 
 
 def make_env(name: str, options: Mapping[str, Any], seed: int) -> tuple[Env, NDArray[np.float64]]:
-    """Make an environment and begin its episode."""
+    """Make an environment and start its episode."""
     try:
         env = gym.make(name, **options)
     except (gym.error.Error, TypeError) as error:
@@ -72,8 +71,8 @@ def draw_effects(
     ----------
     effects : sequence of mapping
         Tables of a `model.toml` in which a value is a number, a range `[low, high]`, or `{any = [...]}`. `at`
-        stands for a place on the object: "foot" is one of its supports; `[low, high]` is the share of the way
-        from its origin to an ellipse that reaches as far as its footprint along each axis, in any direction.
+        is a place on the object: "foot" is one of its supports; `[low, high]` is a relative distance, in a
+        random direction, from its origin to an ellipse through the extremes of its footprint along each axis.
     body : mapping
         The object, as in a `model.toml`.
     seed : int
@@ -94,7 +93,7 @@ def draw_effect(
 
 
 def draw_value(key: str, told: Any, random: np.random.Generator) -> Any:
-    """Return a value that is given, in a range, or one of several."""
+    """Return a fixed value, a draw from a range, or one of several values."""
     if isinstance(told, Mapping) and list(told) == ["any"] and told["any"]:
         return told["any"][int(random.integers(len(told["any"])))]
     if isinstance(told, list) and is_range(told):
@@ -123,11 +122,11 @@ def draw_place(told: Any, body: Mapping[str, Any], random: np.random.Generator) 
 
 
 def boundary_points(body: Mapping[str, Any]) -> NDArray[np.float64]:
-    """Return points around an object that hold all of its corners, shape (n, 2), m, object frame."""
+    """Return points (n, 2) whose hull contains an object, m, object frame."""
     return np.concatenate(outlines(body))
 
 
 def is_range(told: list[Any]) -> bool:
-    """Tell whether a list is two numbers in order."""
+    """Return whether a list is two numbers in order."""
     numbers = all(isinstance(one, (int, float)) and not isinstance(one, bool) for one in told)
     return len(told) == 2 and numbers and told[0] <= told[1]

@@ -1,4 +1,4 @@
-"""Experiment files: TOML whose keys are all known."""
+"""Read the files of the paper's experiments."""
 
 from __future__ import annotations
 
@@ -25,7 +25,7 @@ def read(path: Path, known: Mapping[str, type | tuple[type, ...]]) -> dict[str, 
     path : Path
         The file.
     known : mapping
-        Every key it must have and the type of its value; no other is allowed but `quick`, a table of the
+        Every required key and the type of its value. Besides these, only `quick` is allowed: a table of the
         keys that a quick run replaces.
 
     Raises
@@ -47,7 +47,7 @@ def read(path: Path, known: Mapping[str, type | tuple[type, ...]]) -> dict[str, 
 
 
 def select_settings(found: Mapping[str, Any], options: Options) -> dict[str, Any]:
-    """Return the settings of a full or a quick run, with as many seeds as the command line says."""
+    """Return the settings of a full or a quick run, with the number of seeds of the command line."""
     replaced = found["quick"] if options.quick else {}
     kept = {name: replaced.get(name, value) for name, value in found.items() if name != "quick"}
     return kept if options.seeds is None else {**kept, "seeds": options.seeds}

@@ -1,4 +1,4 @@
-"""Fig. 5: what a robot expects of a push before learning, with eq. 8, and with eq. 9."""
+"""Fig. 5: predicted pushes before learning, after fits with eq. 8, and after fits with eq. 9."""
 
 from __future__ import annotations
 
@@ -49,13 +49,13 @@ METHODS: dict[Method, str] = {
     "filter": "trundle's default",
     "dry": "default, with dry friction",
 }
-"""In the order of the columns; the last two are not the paper's."""
+"""In the order of the columns. The last two are not in the paper."""
 OUTLINE_COUNT = 5
-"""Poses drawn of each episode."""
+"""Number of outlines drawn of each episode."""
 
 
 def settings(options: Options) -> dict[str, Any]:
-    """Return the file's settings and its objects."""
+    """Return the settings of the file and its objects."""
     found = config.select_settings(config.read(options.file(FILE), KNOWN), options)
     things = {name: objects.read_object(options.objects, name) for name in found["cases"]}
     return {**found, "things": things, "file": FILE, "quick": options.quick}
@@ -72,7 +72,7 @@ def trials(settings: dict[str, Any]) -> Sequence[Row]:
 
 
 def perform(settings: dict[str, Any], trial: Row) -> Row:
-    """Push; learn from all but the last push in each way, and predict the first and the last."""
+    """Simulate pushes, learn from all but the last with each method, and predict the first and last."""
     thing = settings["things"][trial["case"]]
     recording = record(scenario(settings, trial), thing["body"], trial["seed"])
     found: Row = {}
@@ -87,7 +87,7 @@ def perform(settings: dict[str, Any], trial: Row) -> Row:
 
 
 def scenario(settings: dict[str, Any], trial: Row) -> dict[str, Any]:
-    """Return the scenario of a trial: the paper's push first, then further ones, at last the one held out."""
+    """Return the scenario of a trial: the paper's push, further pushes, and the held-out push."""
     thing = settings["things"][trial["case"]]
     rng = np.random.default_rng([trial["seed"], settings["cases"].index(trial["case"])])
     dry = {"kind": "support_friction", "force": settings["dry"][trial["case"]]}
@@ -101,7 +101,7 @@ def scenario(settings: dict[str, Any], trial: Row) -> dict[str, Any]:
 
 
 def make_push(push: dict[str, Any], jitter: Sequence[float], rng: np.random.Generator) -> dict[str, Any]:
-    """Return a push at constant velocity, its grasp and direction a little off."""
+    """Return a push at constant velocity, with a random offset of its grasp and direction."""
     x, y = push["grasp"]
     y += float(rng.uniform(-1, 1)) * jitter[0]
     heading = push["heading"] + float(rng.uniform(-1, 1)) * jitter[1]
@@ -113,7 +113,7 @@ def make_push(push: dict[str, Any], jitter: Sequence[float], rng: np.random.Gene
 def learn(
     recording: trundle.Recording, thing: dict[str, Any], way: Method, settings: dict[str, Any], seed: int
 ) -> tuple[Model, Row]:
-    """Return the model of a way, and its wheel."""
+    """Return the model of a method, and its wheel."""
     if way == "before":
         guess = settings["guess"]
         wheel = {"x": 0.0, "y": 0.0, "angle": 0.0, "mu_x": guess, "mu_y": guess}
@@ -126,14 +126,14 @@ def learn(
 
 
 def final_errors(observed: Floats, predicted: Floats) -> list[float]:
-    """Return how far off the last pose is: m, rad, and m that the object went."""
+    """Return the error of the final pose (m, rad) and the distance travelled (m)."""
     dx, dy, turn = observed[-1] - predicted[-1]
     way = observed[-1] - observed[0]
     return [math.hypot(dx, dy), abs(math.remainder(turn, math.tau)), math.hypot(way[0], way[1])]
 
 
 def subsample(observed: Floats, predicted: Floats) -> dict[str, list[list[float]]]:
-    """Return the poses that are drawn."""
+    """Return the poses to draw."""
     kept = np.unique(np.linspace(0, len(observed) - 1, 41).astype(int))
     return {"observed": observed[kept].tolist(), "predicted": predicted[kept].tolist()}
 
@@ -142,12 +142,12 @@ TRAINING_EPISODE = "episode_00"
 
 
 def held_out_episode(trial: Row) -> str:
-    """Return the name of the push that is not learnt from."""
+    """Return the name of the held-out push."""
     return f"episode_{trial['pushes']:02d}"
 
 
 PUSH_LABELS = {True: "learnt from", False: "held out"}
-"""Whether the push was learnt from."""
+"""By whether the model was fitted to the push."""
 
 
 def errors(rows: Sequence[Row], case: str, pushes: int, way: Method, known: bool, which: int) -> list[float]:
@@ -189,7 +189,7 @@ def section(settings: dict[str, Any], rows: Sequence[Row]) -> Section:
 
 
 def errors_table(settings: dict[str, Any], rows: Sequence[Row], pushes: int) -> list[list[str]]:
-    """Return two lines for each object."""
+    """Return two rows for each object."""
     return [
         [
             objects.title(case),
@@ -214,7 +214,7 @@ def error_cell(position: Sequence[float], heading: Sequence[float]) -> str:
 def error_range(
     settings: dict[str, Any], rows: Sequence[Row], pushes: int, ways: Sequence[Method], known: bool
 ) -> str:
-    """Return the range over objects and ways of the median final position error."""
+    """Return the range over objects and methods of the median final position error."""
     found = [
         median([100 * e for e in errors(rows, case, pushes, way, known, 0)]).middle
         for case in settings["cases"]
@@ -225,7 +225,7 @@ def error_range(
 
 
 def verdict(settings: dict[str, Any], rows: Sequence[Row], pushes: int, known: bool) -> str:
-    """Say how eq. 9 compares with eq. 8 and with no learning."""
+    """Return a sentence that compares eq. 9 with eq. 8 and with no learning."""
     counts = []
     for case in settings["cases"]:
         ways: tuple[Method, ...] = ("final", "steps", "before")
@@ -240,7 +240,7 @@ def verdict(settings: dict[str, Any], rows: Sequence[Row], pushes: int, known: b
 
 
 def draw(path: Path, settings: dict[str, Any], rows: Sequence[Row]) -> None:
-    """Draw the overlays after one push: two rows an object, the push learnt from and the one held out."""
+    """Draw the overlays after one push: two rows for each object, the fitted and the held-out push."""
     first = {row["case"]: row for row in rows if row["seed"] == 0 and row["pushes"] == 1}
     lines = [(case, known) for case in settings["cases"] for known in PUSH_LABELS]
     figure, axes = figure_style.sheet(len(lines), len(METHODS), (10.5, 1.75 * len(lines) + 0.3))
@@ -257,7 +257,7 @@ def draw(path: Path, settings: dict[str, Any], rows: Sequence[Row]) -> None:
 
 
 def draw_overlay(axes: Axes, thing: dict[str, Any], found: Row, episode: str) -> None:
-    """Draw observed and predicted outlines and ways."""
+    """Draw observed and predicted outlines and paths."""
     body, poses = thing["body"], found["drawn"][episode]
     shapes = [closed(f) for f in body.get("fixture") or [{"polygon": body["footprint"]}]]
     for which, colour in (("observed", figure_style.OBSERVED), ("predicted", figure_style.PREDICTED)):
@@ -281,7 +281,7 @@ def draw_overlay(axes: Axes, thing: dict[str, Any], found: Row, episode: str) ->
 
 
 def share_limits(axes: Sequence[Axes]) -> None:
-    """Give panels of one object the same scale, a metre the same length along both axes."""
+    """Give panels of one object the same limits, with equal scales of both axes."""
     x = [limit for one in axes for limit in one.get_xlim()]
     y = [limit for one in axes for limit in one.get_ylim()]
     for one in axes:

@@ -1,4 +1,4 @@
-"""Fig. 6: how many observations each learner needs until it predicts ten objects well."""
+"""Fig. 6: observations that each learner needs to predict ten objects well."""
 
 from __future__ import annotations
 
@@ -38,11 +38,11 @@ READINGS = {
     "of_motion": "half the standard deviation of each channel's change",
     "wrench": "0.5 N and 0.5 N·m on the wrench, the states exact",
 }
-"""What σ = 0.50 may mean, which the paper does not say."""
+"""Interpretations of σ = 0.50, whose unit the paper does not state."""
 
 
 def settings(options: Options) -> dict[str, Any]:
-    """Return the file's settings and its objects."""
+    """Return the settings of the file and its objects."""
     found = config.select_settings(config.read(options.file(FILE), KNOWN), options)
     folder = options.objects
     things = {name: objects.read_object(folder, name) for name in found["objects"]}
@@ -50,7 +50,7 @@ def settings(options: Options) -> dict[str, Any]:
 
 
 def trials(settings: dict[str, Any]) -> Sequence[Row]:
-    """Return every object under every reading with every seed."""
+    """Return every object under every interpretation with every seed."""
     return [
         {"reading": reading, "object": name, "seed": seed}
         for reading in settings["readings"]
@@ -60,7 +60,7 @@ def trials(settings: dict[str, Any]) -> Sequence[Row]:
 
 
 def perform(settings: dict[str, Any], trial: Row) -> Row:
-    """Learn from more and more observations; R² of each learner at each count."""
+    """Learn from increasing numbers of observations; return R² of each learner at each number."""
     thing = settings["things"][trial["object"]]
     curves, coasting = _learning_curves(
         objects.true_model_text(thing),
@@ -84,9 +84,9 @@ def observations_needed(
     *,
     kept: bool = False,
 ) -> list[float]:
-    """Return for each seed how many observations a learner needs; infinite where 50 are too few.
+    """Return for each seed the observations that a learner needs; infinite if all are too few.
 
-    With `kept`, how many from which on it never falls below the threshold again.
+    With `kept`, the smallest number from which on it stays above the threshold.
     """
     count = first_sustained if kept else first_reached
     return [
@@ -121,7 +121,7 @@ def section(settings: dict[str, Any], rows: Sequence[Row]) -> Section:
 
 
 def counts_table(settings: dict[str, Any], rows: Sequence[Row], reading: str) -> list[list[str]]:
-    """Return a line for each object: its median count for each learner."""
+    """Return a row for each object: its median count for each learner."""
     return [
         [
             objects.title(name),
@@ -135,7 +135,7 @@ def counts_table(settings: dict[str, Any], rows: Sequence[Row], reading: str) ->
 
 
 def readings_table(settings: dict[str, Any], rows: Sequence[Row]) -> list[list[str]]:
-    """Return a line for each reading of σ."""
+    """Return a row for each interpretation of σ."""
     lines = []
     for reading in settings["readings"]:
         cells = [READINGS[reading]]
@@ -151,7 +151,7 @@ def readings_table(settings: dict[str, Any], rows: Sequence[Row]) -> list[list[s
 
 
 def verdict(settings: dict[str, Any], rows: Sequence[Row], reading: str) -> str:
-    """Say whether PBR reaches the threshold on every object, and needs no more than any baseline."""
+    """Return whether PBR reaches the threshold, and whether a baseline needs fewer observations."""
     missed, more, total = {}, [], 0
     for name in settings["objects"]:
         own = observations_needed(settings, rows, reading, name, "pbr")
@@ -179,7 +179,7 @@ def verdict(settings: dict[str, Any], rows: Sequence[Row], reading: str) -> str:
 
 
 def sustained_text(settings: dict[str, Any], rows: Sequence[Row], reading: str) -> str:
-    """Say how many observations it takes to stay above the threshold."""
+    """Return a sentence with the observations needed to stay above the threshold."""
     cells = []
     for learner in settings["learners"]:
         every = [
@@ -195,7 +195,7 @@ def sustained_text(settings: dict[str, Any], rows: Sequence[Row], reading: str) 
 
 
 def draw(path: Path, settings: dict[str, Any], rows: Sequence[Row], reading: str) -> None:
-    """Draw the paper's bars: medians, with every seed as a dot."""
+    """Draw the paper's bars: medians, with a dot for every seed."""
     figure, (axes,) = figure_style.sheet(1, 1, (9.0, 3.6))
     names, learners = settings["objects"], settings["learners"]
     axes.grid(visible=False, axis="x")

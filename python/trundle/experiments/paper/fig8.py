@@ -1,4 +1,4 @@
-"""Fig. 8: how accuracy falls with noise, on the shopping cart."""
+"""Fig. 8: accuracy against noise for the shopping cart."""
 
 from __future__ import annotations
 
@@ -20,7 +20,7 @@ FILE = "fig8"
 TITLE = "Fig. 8: accuracy against noise"
 
 MAX_ROUNDING_ERROR = 1e-14
-"""Below it a missing R² is rounding."""
+"""Values of 1 − R² below this are rounding errors."""
 
 KNOWN: dict[str, type | tuple[type, ...]] = {
     "seeds": int,
@@ -35,21 +35,21 @@ KNOWN: dict[str, type | tuple[type, ...]] = {
 
 
 def settings(options: Options) -> dict[str, Any]:
-    """Return the file's settings and its object."""
+    """Return the settings of the file and its object."""
     found = config.select_settings(config.read(options.file(FILE), KNOWN), options)
     thing = objects.read_object(options.objects, found["object"])
     return {**found, "thing": thing, "file": FILE, "quick": options.quick}
 
 
 def trials(settings: dict[str, Any]) -> Sequence[Row]:
-    """Return every noise with every seed."""
+    """Return every noise level with every seed."""
     return [
         {"sigma": sigma, "seed": seed} for sigma in settings["sigmas"] for seed in range(settings["seeds"])
     ]
 
 
 def perform(settings: dict[str, Any], trial: Row) -> Row:
-    """Learn from all observations; 1 − R² of each learner, which has more digits near a perfect fit."""
+    """Learn from all observations; return 1 − R² of each learner, which is precise near a perfect fit."""
     curves, _ = _learning_curves(
         objects.true_model_text(settings["thing"]),
         objects.fit_model_text(settings["thing"]),
@@ -95,19 +95,19 @@ def section(settings: dict[str, Any], rows: Sequence[Row]) -> Section:
 
 
 def r2_text(found: Interval) -> str:
-    """Return R² from 1 − R², with digits that show how much is missing."""
+    """Return R² from 1 − R², with enough digits for its distance from one."""
     if found.high < 1e-3:
         return f"1 − {found.middle:.1e}" if found.high > MAX_ROUNDING_ERROR else "1"
     return f"{1 - found.middle:.4f} [{1 - found.high:.4f}, {1 - found.low:.4f}]"
 
 
 def format_small(value: float) -> str:
-    """Return a small number, or that it is none that a double could show."""
+    """Return a small number, or "0" below rounding errors."""
     return f"{value:.1e}" if value > MAX_ROUNDING_ERROR else "0"
 
 
 def verdict(settings: dict[str, Any], rows: Sequence[Row]) -> str:
-    """Say from which noise on PBR is better, and what is true without any."""
+    """Return sentences on the noise from which on PBR is better, and on the noiseless case."""
     others = [learner for learner in settings["learners"] if learner != "pbr"]
     noisy = [sigma for sigma in settings["sigmas"] if sigma > 0]
     worse = [
@@ -162,7 +162,7 @@ def draw(path: Path, settings: dict[str, Any], rows: Sequence[Row]) -> None:
 
 
 def draw_inset(axes: Any, settings: dict[str, Any], rows: Sequence[Row]) -> None:
-    """Draw what is missing without noise."""
+    """Draw 1 − R² without noise."""
     figure_style.plain(axes)
     for k, learner in enumerate(settings["learners"]):
         values = np.maximum(one_minus_r2(rows, 0.0, learner), 1e-16)

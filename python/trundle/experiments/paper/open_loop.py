@@ -1,4 +1,4 @@
-"""The open-loop task: how accurate a model must be for a plan made once to end near its goal."""
+"""The open-loop task: the model accuracy that a plan needs to end near its goal."""
 
 from __future__ import annotations
 
@@ -53,18 +53,18 @@ BANDS = [
     (0.998, 0.9995),
     (0.9995, 1.1),
 ]
-"""Of R², from first to last."""
+"""Bands of R²."""
 
 
 def settings(options: Options) -> dict[str, Any]:
-    """Return the file's settings and its objects."""
+    """Return the settings of the file and its objects."""
     found = config.select_settings(config.read(options.file(FILE), KNOWN), options)
     things = {name: objects.read_object(options.objects, name) for name in found["objects"]}
     return {**found, "things": things, "file": FILE, "quick": options.quick}
 
 
 def trials(settings: dict[str, Any]) -> Sequence[Row]:
-    """Return every object with every seed, under each way to hold a wrench."""
+    """Return every object with every seed, for each way to hold a wrench."""
     return [
         {"hold": hold, "axes": axes, "object": name, "seed": seed}
         for hold in settings["holds"]
@@ -75,7 +75,7 @@ def trials(settings: dict[str, Any]) -> Sequence[Row]:
 
 
 def perform(settings: dict[str, Any], trial: Row) -> Row:
-    """Plan on models that are wrong to many degrees, and carry out each plan blind."""
+    """Plan on models of different accuracy, and execute each plan in open loop."""
     thing = settings["things"][trial["object"]]
     plans = _open_loop(
         objects.true_model_text(thing),
@@ -96,7 +96,7 @@ def perform(settings: dict[str, Any], trial: Row) -> Row:
 
 
 def make_task(settings: dict[str, Any], thing: dict[str, Any], trial: Row) -> dict[str, Any]:
-    """Return the task: forward past a square, to its left or right by turns."""
+    """Return the task: forward past a square, alternately to its left and right."""
     corners = np.array([corner for polygon in outlines(thing["body"]) for corner in polygon])
     around = float(np.hypot(*corners.T).max())
     side, middle = settings["obstacle"] / 2, settings["length"] / 2
@@ -114,16 +114,16 @@ def make_task(settings: dict[str, Any], thing: dict[str, Any], trial: Row) -> di
 
 
 def arriving_plans(settings: dict[str, Any], rows: Sequence[Row]) -> list[Row]:
-    """Return the plans that arrive on their own model, with `share`: the final error over the radius."""
+    """Return the plans that reach the goal on their own model, with `share`: error over radius."""
     return [run for run in all_plans(settings, rows) if run["expected_share"] < MAX_PLANNED_ERROR]
 
 
 MAX_PLANNED_ERROR = 0.1
-"""How near to the goal a plan must end on the model that it was made on, as a share of the radius."""
+"""Largest final error of a plan on its own model, as a share of the radius."""
 
 
 def all_plans(settings: dict[str, Any], rows: Sequence[Row]) -> list[Row]:
-    """Return every plan, also those that do not arrive even on their own model."""
+    """Return every plan, including those that miss the goal on their own model."""
     return [
         {
             **run,
@@ -138,7 +138,7 @@ def all_plans(settings: dict[str, Any], rows: Sequence[Row]) -> list[Row]:
 
 
 def variants(settings: dict[str, Any]) -> list[tuple[float, str]]:
-    """Return each way to hold a wrench: how long, and in what axes. The first is the main one."""
+    """Return each way to hold a wrench: duration and axes. The first is the main one."""
     return [(hold, axes) for hold in settings["holds"] for axes in settings["axes"]]
 
 
@@ -192,7 +192,7 @@ VARIANTS_HEAD = ["each wrench is held", "axes", "within the radius at R² ≥ 0.
 
 
 def bands(every: Sequence[Row]) -> list[list[str]]:
-    """Return a line for each band of R²."""
+    """Return a row for each band of R²."""
     lines = []
     for low, high in BANDS:
         those = [run for run in every if low <= run["r2"] < high]
@@ -216,9 +216,9 @@ def percent(count: int, those: Sequence[Row]) -> str:
 
 
 def required_accuracy(every: Sequence[Row], share: float) -> float:
-    """Return the least R² at which `share` of the plans end within the radius; NaN if none is.
+    """Return the smallest R² at which `share` of the plans end within the radius; NaN if there is none.
 
-    By isotonic regression of success on R²: a better model is taken not to do worse.
+    The share is an isotonic regression of success on R².
     """
     ordered = sorted(every, key=lambda run: float(run["r2"]))
     rising = isotonic([float(run["share"] < 1) for run in ordered])
@@ -227,7 +227,7 @@ def required_accuracy(every: Sequence[Row], share: float) -> float:
 
 
 def isotonic(values: Sequence[float]) -> NDArray[np.float64]:
-    """Return the rising sequence nearest to `values` by least squares: neighbours that fall are pooled."""
+    """Return the non-decreasing least-squares fit to `values` (pool adjacent violators)."""
     pools: list[tuple[float, int]] = []
     for value in values:
         total, count = value, 1
@@ -239,20 +239,20 @@ def isotonic(values: Sequence[float]) -> NDArray[np.float64]:
 
 
 def accuracy_cells(settings: dict[str, Any], every: Sequence[Row]) -> list[str]:
-    """Return the share within the radius at the paper's threshold, and the R² that 80 and 90 % need."""
+    """Return the share within the radius at the paper's threshold, and the R² for shares of 50 and 80 %."""
     above = [run for run in every if run["r2"] >= settings["threshold"]]
     return [success_text(above), *(format_accuracy(required_accuracy(every, share)) for share in (0.5, 0.8))]
 
 
 def format_accuracy(value: float) -> str:
-    """Return a least R² in words."""
+    """Return a smallest R² as text."""
     if math.isnan(value):
         return "never"
     return "any" if value < 0 else f"{value:.5f}" if value > 0.995 else f"{value:.3f}"
 
 
 def variants_table(settings: dict[str, Any], rows: Sequence[Row]) -> list[list[str]]:
-    """Return a line for each way to hold a wrench."""
+    """Return a row for each way to hold a wrench."""
     return [
         [
             f"{hold:g} s",
@@ -267,7 +267,7 @@ AXES = {"object": "turns with the object", "world": "keeps its direction in the 
 
 
 def objects_table(settings: dict[str, Any], rows: Sequence[Row]) -> list[list[str]]:
-    """Return for each object the share within the radius at the paper's threshold, a column a reading."""
+    """Return for each object the share within the radius at the paper's threshold, by variant."""
     lines = []
     for name in settings["objects"]:
         own = [row for row in rows if row["object"] == name]
@@ -277,7 +277,7 @@ def objects_table(settings: dict[str, Any], rows: Sequence[Row]) -> list[list[st
 
 
 def threshold_text(settings: dict[str, Any], rows: Sequence[Row]) -> str:
-    """Say where the paper's threshold lies: before half of the plans succeed, before 80 % do, or after."""
+    """Return a sentence that compares the paper's threshold with the R² for shares of 50 and 80 %."""
     threshold = settings["threshold"]
     said = []
     for hold, axes in variants(settings):
@@ -291,7 +291,7 @@ def threshold_text(settings: dict[str, Any], rows: Sequence[Row]) -> str:
 
 
 def draw(path: Path, settings: dict[str, Any], rows: Sequence[Row]) -> None:
-    """Draw errors against accuracy, the share of plans that succeed, and one object's ways."""
+    """Draw errors against accuracy, the share of successful plans, and the paths of one object."""
     figure, (scatter, share, ways) = figure_style.sheet(1, 3, (13.0, 3.9))
     main = select_variant(rows, *variants(settings)[0])
     every = arriving_plans(settings, main)
@@ -325,12 +325,12 @@ PALETTE = ["#0059a8", "#c04a00", "#b0186f", "#2e8b57", "#5a6470"]
 
 
 def plotted_one_minus_r2(run: Row) -> float:
-    """Return 1 − R², within what is drawn."""
+    """Return 1 − R², limited to the range of the figure."""
     return float(min(max(1 - run["r2"], 1.2e-7), 0.98))
 
 
 def success_curve(every: Sequence[Row]) -> tuple[list[float], list[float]]:
-    """Return 1 − R² and the share of plans that end within the radius, over the runs nearest in accuracy."""
+    """Return 1 − R² and the share of plans within the radius, over moving windows of accuracy."""
     ordered = sorted(every, key=lambda run: -run["r2"])
     window = max(len(ordered) // 8, 5)
     groups = [ordered[k : k + window] for k in range(0, len(ordered) - window + 1, max(window // 4, 1))]
@@ -339,7 +339,7 @@ def success_curve(every: Sequence[Row]) -> tuple[list[float], list[float]]:
 
 
 def draw_paths(axes: Axes, settings: dict[str, Any], rows: Sequence[Row]) -> None:
-    """Draw an object's ways under three models."""
+    """Draw an object's paths under three models."""
     row = next(row for row in rows if row["seed"] == 0)
     thing = settings["things"][row["object"]]
     task = make_task(settings, thing, row)

@@ -1,4 +1,4 @@
-"""One experiment from its file to its section of the document."""
+"""Run an experiment from its file to its section of the document."""
 
 from __future__ import annotations
 
@@ -37,7 +37,6 @@ def run_one(
     name : str
         One of `EXPERIMENTS`.
     options : Options
-        What is run.
     work : Path
         Folder of finished trials; an interrupted experiment continues from it.
     out : Path
@@ -45,7 +44,7 @@ def run_one(
     backend : Backend
         Where trials run.
     fresh : bool
-        Forget earlier trials.
+        Discard earlier trials.
     redraw : bool
         Run no trial; write the section from the results in `out`, whatever their settings.
     quiet : bool
@@ -77,7 +76,7 @@ def run_one(
 
 
 def run_trials(name: str, settings: dict[str, Any], runner: Runner) -> Iterable[tuple[Row, Row, float]]:
-    """Run the trials that have no result yet; return each one's name, results and duration, s."""
+    """Run the trials without a result; return each one's name, results and duration, s."""
     names = EXPERIMENTS[name].trials(settings)
     shared = {"name": name, "settings": settings}
     units = [Unit(trial_label(trial), run_trial, {**shared, "trial": trial}) for trial in names]
@@ -93,19 +92,19 @@ def run_trial(name: str, settings: dict[str, Any], trial: Row) -> Row:
 
 
 def trial_label(trial: Row) -> str:
-    """Return the name of a trial in words."""
+    """Return the name of a trial as text."""
     return ", ".join(f"{key} {value}" for key, value in trial.items())
 
 
 def check_settings(settings: dict[str, Any]) -> dict[str, Any]:
-    """Refuse a number of seeds that makes no table."""
+    """Raise an error if the number of seeds is below one."""
     if settings["seeds"] < 1:
         raise TrundleError(f"seeds = {settings['seeds']}: at least one is needed")
     return settings
 
 
 def footer(name: str, settings: dict[str, Any], took: float) -> str:
-    """Return the line that says how the section came about."""
+    """Return the line with the command, the duration and the files of a section."""
     how = " --quick" if settings.get("quick") else ""
     seeds, file = settings["seeds"], settings["file"]
     return (

@@ -1,4 +1,4 @@
-"""Scenarios made in memory: what an experiment pushes, and the recording of it."""
+"""Simulate scenarios that are defined in memory."""
 
 from __future__ import annotations
 
@@ -28,7 +28,7 @@ def record(scenario: Mapping[str, Any], body: Mapping[str, Any], seed: int) -> R
     body : mapping
         The table `[body]` of an object file.
     seed : int
-        Of everything random.
+        Random seed.
     """
     with tempfile.TemporaryDirectory(prefix="trundle-paper-") as name:
         folder = Path(name)
@@ -40,7 +40,7 @@ def record(scenario: Mapping[str, Any], body: Mapping[str, Any], seed: int) -> R
 
 
 def open_loop(recording: Recording, model: Model) -> dict[str, tuple[Floats, Floats]]:
-    """Return for each episode the poses observed and those simulated in open loop, (n, 3) each, m, m, rad."""
+    """Return for each episode the observed poses and those simulated in open loop, (n, 3) each, m, m, rad."""
     import pandas as pd
 
     with tempfile.TemporaryDirectory(prefix="trundle-paper-") as name:

@@ -1,4 +1,4 @@
-"""What the paper left open: where the wheel comes out when dry friction is in the data."""
+"""The position of the estimated wheel if the data contain dry friction."""
 
 from __future__ import annotations
 
@@ -43,12 +43,12 @@ FORMS = {
     "support_friction": ["viscous_wheel", "support_friction"],
     "coulomb_friction": ["viscous_wheel", "coulomb_friction"],
 }
-"""The models that are fitted: the paper's, and it with dry friction in either form."""
+"""The fitted models: the paper's, and the paper's with dry friction in two forms."""
 PLACES = {"support_friction": "under the whole body", "coulomb_friction": "at one point"}
 
 
 def settings(options: Options) -> dict[str, Any]:
-    """Return the file's settings and the bodies of its objects."""
+    """Return the settings of the file and the bodies of its objects."""
     found = config.select_settings(config.read(options.file(FILE), KNOWN), options)
     folder = options.objects
     bodies = {name: objects.read_object(folder, name)["body"] for name in found["objects"]}
@@ -65,7 +65,7 @@ def trials(settings: dict[str, Any]) -> Sequence[Row]:
 
 
 def perform(settings: dict[str, Any], trial: Row) -> Row:
-    """Hide a wheel and dry friction, record pushes, and fit every form."""
+    """Hide a wheel and dry friction, record pushes, and fit every model."""
     seed = trial["seed"]
     name = settings["objects"][seed % len(settings["objects"])]
     body = settings["bodies"][name]
@@ -91,7 +91,7 @@ def draw_effects(settings: dict[str, Any], body: dict[str, Any], trial: Row) -> 
 
 
 def draw_point(rng: np.random.Generator, body: dict[str, Any]) -> dict[str, float]:
-    """Return a place within the middle nine tenths of the body's extent, m."""
+    """Return a random place within the middle 90 % of the body's extent, m."""
     corners = np.array([corner for polygon in outlines(body) for corner in polygon])
     low, high = corners.min(axis=0), corners.max(axis=0)
     x, y = (low + high) / 2 + 0.9 * (rng.uniform(size=2) - 0.5) * (high - low)
@@ -99,7 +99,7 @@ def draw_point(rng: np.random.Generator, body: dict[str, Any]) -> dict[str, floa
 
 
 def outlines(body: dict[str, Any]) -> list[list[list[float]]]:
-    """Return the corners of a body's pieces; of a disc, of the square around it."""
+    """Return the corners of a body's parts; for a disc, of the square around it."""
     if "footprint" in body:
         return [body["footprint"]]
     pieces = []
@@ -113,7 +113,7 @@ def outlines(body: dict[str, Any]) -> list[list[list[float]]]:
 
 
 def draw_log_uniform(rng: np.random.Generator, limits: Sequence[float]) -> float:
-    """Return a draw that is even in the logarithm between two limits."""
+    """Return a draw between two limits that is uniform in its logarithm."""
     low, high = limits
     return float(math.exp(rng.uniform(math.log(low), math.log(high))))
 
@@ -143,7 +143,7 @@ def fit_form(
     settings: dict[str, Any],
     seed: int,
 ) -> Row:
-    """Fit one form and compare its wheel with the hidden one."""
+    """Fit one model and compare its wheel with the hidden one."""
     unweighed = {key: value for key, value in body.items() if key != "mass"}
     model = Model.from_toml(config.model_text(unweighed, [{"kind": kind} for kind in kinds]))
     fit = trundle.fit(recording, model, starts=settings["starts"], seed=seed)
@@ -162,12 +162,12 @@ def fit_form(
 
 
 def preferred_form(row: Row) -> str:
-    """Return the form with dry friction that the data prefer; nobody says which it is."""
+    """Return the model with dry friction of greater evidence."""
     return max((f for f in FORMS if f != "wheel"), key=lambda f: float(row["fits"][f]["evidence"]))
 
 
 def errors(rows: Sequence[Row], form: str) -> list[float]:
-    """Return the wheel's errors of a form, m; infinite where the data do not hold the place."""
+    """Return the wheel's errors of a model, m; infinite if the position is not identifiable."""
     picked = [row["fits"][preferred_form(row) if form == "chosen" else form]["error"] for row in rows]
     return [math.inf if error is None else float(error) for error in picked]
 
@@ -211,7 +211,7 @@ def section(settings: dict[str, Any], rows: Sequence[Row]) -> Section:
 
 
 def error_cells(found: Sequence[float], limit: float) -> list[str]:
-    """Return median with interval, largest, and how many lie within the limit."""
+    """Return median with interval, maximum, and the number within the limit."""
     within = sum(error <= limit for error in found)
     none = "not identifiable"
     worst = max(found)

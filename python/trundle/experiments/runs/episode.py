@@ -1,4 +1,4 @@
-"""One episode in closed loop: what was seen, done and believed, kept as plain values."""
+"""Run one closed-loop episode and return its history as plain values."""
 
 from __future__ import annotations
 
@@ -28,7 +28,7 @@ Row = dict[str, Any]
 def play(
     env: gym.Env[Any, Any], agent: trundle.AdaptiveAgent, seed: int, watch: Callable[[Row], None]
 ) -> Row:
-    """Play one episode.
+    """Run one episode.
 
     Parameters
     ----------
@@ -38,15 +38,15 @@ def play(
     seed : int
         Of the episode.
     watch : callable
-        Told of each step: a row of the history, with the belief's `update` where there is a new one.
+        Called after each step with a row of the history, and with the belief's `update` if there is a new
+        one.
 
     Returns
     -------
     dict
-        `object` and `scene` as recordings describe them; `goal` (x, y m, heading rad; world frame), `control`
-        (s between actions); `steps`, a row for each action; `updates`, what was believed after each fit;
-        `truth`, the tables of the hidden model; `outcome`. Poses and wrenches are what the instruments saw,
-        distances are true.
+        `object` and `scene` as in recordings; `goal` (x, y m, heading rad; world frame), `control` (s between
+        actions); `steps`, a row for each action; `updates`, the belief after each fit; `truth`, the tables of
+        the hidden model; `outcome`. Poses and wrenches are measurements, distances are true.
     """
     source: Any = env.unwrapped
     observation, _ = env.reset(seed=seed)
@@ -108,7 +108,7 @@ def observation_row(observation: Any) -> Row:
 
 
 def update_row(update: Any, time: float) -> Row:
-    """Return what was believed from a time on, s; the model as the tables of its file."""
+    """Return the belief from a time on, s; the model as the tables of its file."""
     return {
         "time": time,
         "estimate": [dict(entry) for entry in update.estimate],
@@ -120,12 +120,12 @@ def update_row(update: Any, time: float) -> Row:
 
 
 def count_onsets(stretches: Iterable[bool]) -> int:
-    """Return how often something begins that goes on for a while."""
+    """Return how often a condition becomes true."""
     return sum(now and not before for before, now in pairwise([False, *stretches]))
 
 
 def to_json_values(value: Any) -> Any:
-    """Return values as JSON has them, NumPy's as Python's, with six significant digits."""
+    """Return values as plain JSON values with six significant digits."""
     if isinstance(value, dict):
         return {name: to_json_values(inner) for name, inner in value.items()}
     if isinstance(value, (list, tuple)):

@@ -1,4 +1,4 @@
-"""What a history tells, as arrays: the motion, what was believed after each fit, and the truth."""
+"""Read the history of an episode: the motion, the belief after each fit, and the truth."""
 
 from __future__ import annotations
 
@@ -34,18 +34,18 @@ WHEEL = "viscous_wheel"
 
 @dataclass(frozen=True)
 class Wheel:
-    """A wheel that resists: place m, the direction of least drag rad, least and most drag N s/m."""
+    """A wheel: position m, direction of least drag rad, least and greatest drag N s/m."""
 
     at: Array
     angle: float
     least: float
     most: float
     swapped: bool
-    """Whether the least drag is `mu_y` of the law, across what it calls the wheel's direction."""
+    """Whether the least drag is the law's `mu_y`, across the law's rolling direction."""
 
     @classmethod
     def of(cls, effect: Mapping[str, Any]) -> Wheel:
-        """Return the wheel of an effect; turned by a quarter, with its drags swapped, it is the same."""
+        """Return the wheel of an effect, normalised so that the first drag is the least."""
         along, across, angle = (float(effect[name]) for name in ("mu_x", "mu_y", "angle"))
         swapped = across < along
         angle = angle + math.pi / 2 if swapped else angle
@@ -55,7 +55,7 @@ class Wheel:
 
 @dataclass(frozen=True)
 class Effect:
-    """Another effect: its name in words, and where on the object it acts, (2,) m, if at a place of it."""
+    """Another effect: its name, and its position on the object, (2,) m, if it has one."""
 
     name: str
     at: Array | None
@@ -70,7 +70,7 @@ class Effect:
 
 @dataclass(frozen=True)
 class Estimate:
-    """A number that is believed, with its standard deviation; None where the data do not hold it."""
+    """An estimated number with its standard deviation; None if it is not identifiable."""
 
     name: str
     mean: float | None
@@ -80,10 +80,10 @@ class Estimate:
 
 @dataclass(frozen=True)
 class Update:
-    """What was believed from `time` s on.
+    """The belief from `time` s on.
 
-    `wheel_covariance` is the covariance (2, 2) m² of the wheel's place, infinite where nothing is known of an axis;
-    None where the agent's model tells no uncertainty.
+    `wheel_covariance` is the covariance (2, 2) m² of the wheel's position, infinite along unknown axes; None
+    if the agent's model has no uncertainty.
     """
 
     time: float
@@ -96,7 +96,7 @@ class Update:
     regrasp: Array | None
 
     def value(self, name: str) -> Estimate | None:
-        """Return a number by its name, those of the wheel's drag by size: `least`, `most`, `angle`."""
+        """Return an estimate by name; the wheel's drag by size: `least`, `most`, `angle`."""
         law = self._law(name)
         found = next((each for each in self.estimates if each.name == law), None)
         if found is None or name == law or found.mean is None or self.wheel is None:
@@ -104,7 +104,7 @@ class Update:
         return Estimate(name, float(getattr(self.wheel, name)), found.sd, found.unit)
 
     def _law(self, name: str) -> str:
-        """Return the law's own name of a number that the page names by size."""
+        """Return the law's parameter for a name by size."""
         if self.wheel is None or name not in ("least", "most", "angle"):
             return name
         own = {"least": "mu_x", "most": "mu_y", "angle": "angle"}
@@ -117,7 +117,7 @@ class Update:
 class Episode:
     """One episode: times (n,) s, the first 0; poses and goals (n, 3), wrenches (n, 3), grasps (n, 2).
 
-    Wrench, distance (n,) m, heading error (n,) rad are those at the end of each action; the first are NaN.
+    Wrench, distance (n,) m and heading error (n,) rad are those at the end of each action; the first are NaN.
     """
 
     seed: int
@@ -137,21 +137,21 @@ class Episode:
 
     @property
     def wheel(self) -> Wheel | None:
-        """The true wheel that drags most, None where there is none."""
+        """The true wheel of greatest drag; None without a wheel."""
         return max(wheels(self.truth), key=lambda wheel: wheel.least + wheel.most, default=None)
 
     @property
     def hidden(self) -> tuple[Effect, ...]:
-        """What is hidden beside wheels that resist."""
+        """The hidden effects other than wheels."""
         return tuple(Effect.of(each) for each in self.truth.get("effect", ()) if each["kind"] != WHEEL)
 
     @property
     def last(self) -> Update | None:
-        """The last belief, None where nothing was learnt."""
+        """The last belief; None without a fit."""
         return self.updates[-1] if self.updates else None
 
     def true_value(self, held: str) -> float | None:
-        """Return the true value of a number by the name that `Update.value` takes; None if there is none."""
+        """Return the true value for a name of `Update.value`; None if there is none."""
         if held in ("least", "most", "angle"):
             return None if self.wheel is None else float(getattr(self.wheel, held))
         kind, _, name = held.rpartition(".")
@@ -163,7 +163,7 @@ class Episode:
         return finite(same[0].get(name)) if len(same) == 1 else None
 
     def off(self, update: Update) -> float | None:
-        """Return how far the wheel was believed to be from the true one, m."""
+        """Return the error of the estimated wheel's position, m."""
         if update.wheel is None or self.wheel is None:
             return None
         return float(np.hypot(*(update.wheel.at - self.wheel.at)))
@@ -201,13 +201,13 @@ def parse_history(history: Mapping[str, Any]) -> Episode:
 
 
 def wheels(model: Mapping[str, Any]) -> list[Wheel]:
-    """Return the wheels of a model's tables that resist."""
+    """Return the wheels of a model."""
     return [Wheel.of(effect) for effect in model.get("effect", ()) if effect["kind"] == WHEEL]
 
 
 @cache
 def effect_names() -> dict[str, tuple[str, bool]]:
-    """Return for each kind of effect what it is called, and whether its x and y are a place on the object."""
+    """Return for each kind of effect its name, and whether its x and y are a position on the object."""
     return {
         law["kind"]: (
             law["effect"],
@@ -221,7 +221,7 @@ def effect_names() -> dict[str, tuple[str, bool]]:
 
 
 def other_effects(model: Mapping[str, Any]) -> tuple[Effect, ...]:
-    """Return the effects of a model's tables beside its first wheel."""
+    """Return the effects of a model except its first wheel."""
     effects: list[Mapping[str, Any]] = list(model.get("effect", ()))
     first = next((effect for effect in effects if effect["kind"] == WHEEL), None)
     return tuple(Effect.of(effect) for effect in effects if effect is not first)
@@ -249,7 +249,7 @@ def parse_update(row: Mapping[str, Any]) -> Update:
 
 
 def wheel_covariance(posterior: Mapping[str, Any] | None) -> Array | None:
-    """Return the covariance (2, 2) m² of the wheel's place; what the posterior does not hold is infinite."""
+    """Return the covariance (2, 2) m² of the wheel's position; infinite where the posterior has no value."""
     if not posterior:
         return None
     names: list[str] = posterior["names"]
@@ -264,20 +264,20 @@ def wheel_covariance(posterior: Mapping[str, Any] | None) -> Array | None:
 
 
 def named_effects(episode: Episode) -> list[tuple[float, str]]:
-    """Return what the diagnoser named and added to the model, and when, s."""
+    """Return the effects that the diagnoser named and added to the model, with times, s."""
     return [(each.time, name) for each in episode.updates for name in each.named]
 
 
 def supposed_effects(episode: Episode) -> list[tuple[float, tuple[str, ...]]]:
-    """Return what was added to the model though the diagnoser does not vouch for it, and when, s."""
+    """Return the effects that the agent added without a diagnosis, with times, s."""
     return [(each.time, each.supposed) for each in episode.updates if each.supposed]
 
 
 def select_stages(episode: Episode, most: int) -> list[Update]:
-    """Return the updates that show how the belief came about.
+    """Return the updates that show how the belief developed.
 
-    The first, the last, where laws were added, and others up to `most`: these as far as possible from those
-    before and after them in the logarithm of time, since most is learnt early.
+    These are the first, the last, those that added laws, and others up to `most`, spread evenly in the
+    logarithm of time.
     """
     found = episode.updates
     ends = {0, len(found) - 1} if found else set()

@@ -1,4 +1,4 @@
-"""The page of a run: the sentence first, then what was believed fit after fit, and how to get it again."""
+"""The page of a run: the result, the belief after each fit, and how to reproduce it."""
 
 from __future__ import annotations
 
@@ -26,16 +26,15 @@ def render(settings: Settings, config: str, episodes: Sequence[Episode]) -> str:
     Parameters
     ----------
     settings : Settings
-        What was run.
     config : str
-        Name of its file.
+        Name of the settings file.
     episodes : sequence of Episode
         At least one.
 
     Returns
     -------
     str
-        One HTML page that needs nothing else, and no network. The same input gives the same bytes.
+        One self-contained HTML page. The same input gives the same bytes.
     """
     again = ("reproduce", "How to get this page again", reproduce(settings, config))
     body = (
@@ -73,7 +72,7 @@ def single_episode(settings: Settings, episode: Episode, again: Part) -> list[Ht
 
 
 def several_episodes(settings: Settings, episodes: Sequence[Episode], again: Part) -> list[Html]:
-    """Return the page of several: how each ended, then each."""
+    """Return the page of several episodes: an overview, then each episode."""
     names = [f"e{number}" for number in range(len(episodes))]
     links = contents([*((name, f"Episode {name[1:]}") for name in names), again[:2]])
     top = tag("header", tag("p", run_title(settings), class_="kicker"), tag("h1", summary(episodes)), links)
@@ -85,7 +84,7 @@ def several_episodes(settings: Settings, episodes: Sequence[Episode], again: Par
 
 
 def overview(names: Sequence[str], episodes: Sequence[Episode]) -> Html:
-    """Return how each episode ended, as a table."""
+    """Return the table of the episodes' outcomes."""
     rows = [
         [
             tag("a", f"seed {episode.seed}", href=f"#{name}"),
@@ -102,18 +101,18 @@ def overview(names: Sequence[str], episodes: Sequence[Episode]) -> Html:
 
 
 def episode_title(settings: Settings, episode: Episode) -> str:
-    """Return what was run, in a few words."""
+    """Return environment and seed of an episode."""
     return f"{run_title(settings)}, seed {episode.seed}"
 
 
 def run_title(settings: Settings) -> str:
-    """Return the environment and what hides in it."""
+    """Return the environment and its hidden physics."""
     hidden = settings.arguments.get("hidden")
     return f"Run of {settings.environment}" + (f', hidden="{hidden}"' if hidden else "")
 
 
 def reproduce(settings: Settings, config: str) -> Html:
-    """Return the command and the file that make this page."""
+    """Return the command and the file that reproduce the page."""
     beside = (
         ("episode_NN/history.json", "motion, wrenches, beliefs and truth, for programs"),
         *((("episode_NN/recording/", "what the instruments saw"),) if settings.recording != "none" else ()),

@@ -1,4 +1,4 @@
-"""A run from its file to its page: what is finished is kept, the rest is played."""
+"""Run closed-loop episodes from a settings file to a page."""
 
 from __future__ import annotations
 
@@ -21,18 +21,18 @@ __all__ = ["run_closed_loop"]
 def run_closed_loop(
     path: Path, out: Path, *, quiet: bool = False, tell: Callable[[str], None] | None = None
 ) -> Path:
-    """Play the episodes that have not been finished, and write the page of all.
+    """Run the unfinished episodes, and write the page of all.
 
     Parameters
     ----------
     path : Path
-        What is to be run.
+        Settings file.
     out : Path
         Folder of the run: `episode_NN/history.json`, `episode_NN/recording/`, `page.html`.
     quiet : bool
         Show no progress.
     tell : callable, optional
-        Told in a line how each episode ended.
+        Called with a line about the outcome of each episode.
 
     Returns
     -------
@@ -42,7 +42,7 @@ def run_closed_loop(
     Raises
     ------
     TrundleError
-        If the file cannot be used, or the folder holds something else.
+        If the file is invalid, or the folder holds something else.
     """
     settings = config.read(path)
     folder = Folder(out, settings.plain())
@@ -59,7 +59,7 @@ def run_closed_loop(
 
 
 def play_episode(settings: config.Settings, folder: Folder, number: int, quiet: bool) -> Row:
-    """Play an episode and write its recording."""
+    """Run an episode and write its recording."""
     env: Any
     env, agent = settings.begin(number)
     if settings.recording != "none":
@@ -74,13 +74,13 @@ def play_episode(settings: config.Settings, folder: Folder, number: int, quiet: 
 
 
 class ProgressReporter:
-    """Tells how an episode goes: a line that changes where a person watches, one that stays for each fit."""
+    """Reports an episode: a progress line for each step, and a permanent line for each fit."""
 
     def __init__(self, progress: Progress, quiet: bool) -> None:
         self._progress, self._quiet = progress, quiet
 
     def __call__(self, row: Row) -> None:
-        """Tell of a step."""
+        """Report a step."""
         way = f"{row['t']:5.2f} s, {row['distance']:.2f} m to go"
         self._progress.show(way)
         if row["update"] is not None and not self._quiet:

@@ -1,4 +1,4 @@
-"""The parts of the page that tell of one episode."""
+"""Sections of a run's page about one episode."""
 
 from __future__ import annotations
 
@@ -21,13 +21,13 @@ from trundle.report.tables import table
 __all__ = ["Part", "answer", "parts"]
 
 Part = tuple[str, str, Html]
-"""Identity in the page, name in its contents, and the section."""
+"""Identifier in the page, title, and content."""
 
 MAX_STAGES = 6
 
 
 def answer(identity: str, episode: Episode, kicker: Child, links: Child, title: str = "h1") -> Html:
-    """Return the sentence, and the scene that can be played."""
+    """Return the result in sentences, and the animated scene."""
     text = tag(
         "div",
         tag("p", kicker, class_="kicker"),
@@ -54,7 +54,7 @@ def parts(identity: str, episode: Episode) -> list[Part]:
 
 
 def learning_section(identity: str, episode: Episode) -> list[Child]:
-    """Return how the belief of the wheel came about."""
+    """Return the section about the belief of the wheel."""
     shown = (
         select_stages(episode, MAX_STAGES)
         if any(update.wheel is not None for update in episode.updates)
@@ -85,7 +85,7 @@ def learning_section(identity: str, episode: Episode) -> list[Child]:
 
 
 def estimates_section(identity: str, episode: Episode) -> list[Child]:
-    """Return the numbers that were believed: at the end, and over time."""
+    """Return the section with estimates and true values, at the end and over time."""
     added = time.others(identity, episode)
     rows = final_rows(episode)
     if not rows:
@@ -96,7 +96,7 @@ def estimates_section(identity: str, episode: Episode) -> list[Child]:
 
 
 def final_rows(episode: Episode) -> list[list[Child]]:
-    """Return a row for each number of the last belief."""
+    """Return a row for each estimate of the last belief."""
     last = episode.last
     if last is None:
         return []
@@ -113,7 +113,7 @@ PLACES = {"viscous_wheel.x": "wheel, x", "viscous_wheel.y": "wheel, y"}
 
 
 def estimate_row(episode: Episode, name: str, held: Estimate) -> list[Child]:
-    """Return what is believed of a number, what is true, and how many deviations lie between."""
+    """Return an estimate, its true value, and their difference in standard deviations."""
     true = episode.true_value(name)
     title = NAMED.get(name) or PLACES.get(name) or time.parameter_title(name)
     if held.mean is None:
@@ -133,18 +133,18 @@ def estimate_row(episode: Episode, name: str, held: Estimate) -> list[Child]:
 
 
 def format_true(value: float | None, unit: str) -> str:
-    """Return a true value."""
+    """Return a true value as text."""
     return ABSENT if finite(value) is None else measured(value, None, unit)
 
 
 def updates_table(episode: Episode) -> Html:
-    """Return a row for each update."""
+    """Return the table of all updates."""
     head = ("after, s", "to go, m", "wheel at, m", "drag, N·s/m", "mass, kg")
     return table(head, [update_row(episode, each) for each in episode.updates], "stacked")
 
 
 def update_row(episode: Episode, update: Update) -> list[Child]:
-    """Return the row of an update; what changed beside the numbers stands below its time."""
+    """Return the row of an update, with changes of the model below its time."""
     index = int(np.searchsorted(episode.t, update.time - 1e-9))
     changed = changes_text(update)
     return [
@@ -165,7 +165,7 @@ def stacked(values: Sequence[Estimate | None]) -> list[Child]:
 
 
 def changes_text(update: Update) -> str:
-    """Return what the diagnoser added, and where the agent took hold."""
+    """Return the effects that the diagnoser added, and the new grasp."""
     found = [words.effects(update.named)] if update.named else []
     found += [f"supposed: {words.effects(update.supposed)}"] if update.supposed else []
     found += [f"then held at {format_point(update.regrasp)}"] if update.regrasp is not None else []

@@ -1,4 +1,4 @@
-"""What happened, in sentences."""
+"""Sentences about an episode."""
 
 from __future__ import annotations
 
@@ -14,16 +14,16 @@ from trundle.report.quantity import fixed, listed, measured, shown, suited
 __all__ = ["belief_line", "headline", "lead", "line", "summary"]
 
 FOUND_DISTANCE_M = 0.02
-"""Distance from the true wheel, m, from which on the page calls it found."""
+"""Largest error of a wheel that counts as found."""
 MILLIMETRE_SD_M = 0.005
-"""Standard deviation, m, up to which millimetres are written."""
+"""Largest standard deviation for which positions are given in millimetres."""
 LAWLESS = "learnt without laws"
-"""What is said of a regression, whose coefficients have no names."""
+"""Text for a regression model, whose coefficients have no physical names."""
 GAP = "\N{NO-BREAK SPACE}"
 
 
 def headline(episode: Episode) -> str:
-    """Return how an episode ended."""
+    """Return the outcome of an episode."""
     ended = episode.outcome
     after = f"after {format_seconds(ended['seconds'])}"
     if ended["is_success"]:
@@ -35,7 +35,7 @@ def headline(episode: Episode) -> str:
 
 
 def lead(episode: Episode) -> list[str]:
-    """Return what was learnt, and what else is to be said, most important first."""
+    """Return sentences about the belief and the hidden physics, most important first."""
     return [
         text
         for text in (
@@ -50,7 +50,7 @@ def lead(episode: Episode) -> list[str]:
 
 
 def wheel_sentence(episode: Episode) -> str:
-    """Return where the wheel was found, and where it is."""
+    """Return the estimated and the true position of the wheel."""
     last = episode.last
     if last is None:
         return "The agent kept to its first belief."
@@ -71,7 +71,7 @@ def wheel_sentence(episode: Episode) -> str:
 
 
 def convergence_sentence(episode: Episode) -> str | None:
-    """Return from which fit on the wheel was known."""
+    """Return the fit from which on the wheel's position was correct."""
     offs = [episode.off(update) for update in episode.updates]
     known = [off is not None and off <= FOUND_DISTANCE_M for off in offs]
     count = len(known)
@@ -88,7 +88,7 @@ def convergence_sentence(episode: Episode) -> str | None:
 
 
 def hidden_sentence(episode: Episode) -> str | None:
-    """Return what else was hidden."""
+    """Return the other hidden effects."""
     parts = [
         each.name if each.at is None else f"{each.name} at {format_point(each.at)}" for each in episode.hidden
     ]
@@ -96,7 +96,7 @@ def hidden_sentence(episode: Episode) -> str | None:
 
 
 def added_sentences(episode: Episode) -> list[str]:
-    """Return what was named or supposed, and when."""
+    """Return the named and supposed effects with their times."""
     found = [
         f"{words.capitalised(words.effect(name))} was named after {format_seconds(time)} and added to the model."
         for time, name in named_effects(episode)
@@ -109,7 +109,7 @@ def added_sentences(episode: Episode) -> list[str]:
 
 
 def obstacle_sentence(episode: Episode) -> str | None:
-    """Return how often an obstacle was touched."""
+    """Return the number of collisions with an obstacle."""
     if not episode.obstacles:
         return None
     times = int(episode.outcome["touched"])
@@ -121,7 +121,7 @@ def obstacle_sentence(episode: Episode) -> str | None:
 
 
 def summary(episodes: Sequence[Episode]) -> str:
-    """Return how several episodes ended."""
+    """Return the outcomes of several episodes."""
     reached = [each for each in episodes if each.outcome["is_success"]]
     text = f"Reached the goal in {len(reached)} of {len(episodes)} episodes"
     if not reached:
@@ -136,7 +136,7 @@ def line(episode: Episode) -> str:
 
 
 def belief_line(update: Update) -> str:
-    """Return what is believed, in a line for the terminal."""
+    """Return the belief as a line for the terminal."""
     if update.wheel is None:
         parts = [
             listed([each.name for each in update.other_effects])
@@ -156,12 +156,12 @@ def belief_line(update: Update) -> str:
 
 
 def place_sd(update: Update) -> Array | None:
-    """Return the standard deviation (2,) of the wheel's place, m."""
+    """Return the standard deviation (2,) of the wheel's position, m."""
     return None if update.wheel_covariance is None else np.sqrt(np.diag(update.wheel_covariance))
 
 
 def format_point(at: Array, sd: Array | None = None) -> str:
-    """Return a point, and how well it is known: `(0.50, −0.30) m ± 1 cm`, `?` where nothing is known."""
+    """Return a point with its standard deviation: `(0.50, −0.30) m ± 1 cm`; `?` for an unknown coordinate."""
     known = np.full(2, True) if sd is None else np.isfinite(sd)
     worst = None if sd is None or not known.any() else float(sd[known].max())
     places = 2 if worst is None or worst > MILLIMETRE_SD_M else 3
@@ -171,6 +171,6 @@ def format_point(at: Array, sd: Array | None = None) -> str:
 
 
 def format_seconds(time: float) -> str:
-    """Return a time; an action takes 0.05 s."""
+    """Return a time, with as many digits as multiples of 0.05 s need."""
     tenths = abs(round(time, 1) - time) < 1e-6
     return f"{fixed(time, 1 if tenths else 2)}{GAP}s"

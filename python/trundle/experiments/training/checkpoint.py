@@ -1,4 +1,4 @@
-"""All that a training goes on from, so that one that was killed ends as one that was not."""
+"""Checkpoints from which an interrupted training continues with the same result."""
 
 from __future__ import annotations
 
@@ -31,11 +31,11 @@ COUNTERS = (
     "ep_success_buffer",
 )
 BUFFER_ARRAYS = ("observations", "next_observations", "actions", "rewards", "dones", "timeouts")
-"""Arrays of a replay buffer; the first axis is filled from the beginning."""
+"""Arrays of a replay buffer; the first axis is filled from the start."""
 
 
 def state(learner: Algorithm, worlds: Worlds) -> dict[str, Any]:
-    """Return the state between two rollouts: networks, optimisers, memory, worlds, random numbers."""
+    """Return the state between two rollouts: networks, optimisers, replay buffer, worlds, random numbers."""
     kept = {
         "networks": learner.get_parameters(),
         "counters": pick_attributes(learner, COUNTERS),
@@ -51,7 +51,7 @@ def state(learner: Algorithm, worlds: Worlds) -> dict[str, Any]:
 
 
 def restore(learner: Algorithm, worlds: Worlds, kept: dict[str, Any]) -> None:
-    """Put a new algorithm and its worlds into a state."""
+    """Restore a new algorithm and its worlds to a state."""
     learner.set_parameters(kept["networks"], device="cpu")
     vars(learner).update(kept["counters"])
     worlds.restore(kept["worlds"])
@@ -70,13 +70,13 @@ def restore(learner: Algorithm, worlds: Worlds, kept: dict[str, Any]) -> None:
 
 
 def buffer_state(memory: Any) -> tuple[int, bool, dict[str, Any]]:
-    """Return what a replay buffer holds."""
+    """Return the contents of a replay buffer."""
     filled = memory.buffer_size if memory.full else memory.pos
     return memory.pos, memory.full, {name: getattr(memory, name)[:filled] for name in BUFFER_ARRAYS}
 
 
 def write(path: Path, kept: dict[str, Any]) -> None:
-    """Write a checkpoint; the one before is there until this one is whole."""
+    """Write a checkpoint atomically."""
     with whole_file(path) as part, part.open("wb") as file:
         state_file.save(file, kept)
         file.flush()
@@ -84,12 +84,12 @@ def write(path: Path, kept: dict[str, Any]) -> None:
 
 
 def read(path: Path) -> dict[str, Any] | None:
-    """Return a checkpoint, or None if there is none.
+    """Return a checkpoint, or None without a file.
 
     Raises
     ------
     TrundleError
-        If the file is something else.
+        If the file is not a checkpoint.
     """
     if not path.exists():
         return None

@@ -1,4 +1,4 @@
-"""A training's file: the environment, hyperparameters by RL Zoo's names, seeds, evaluations."""
+"""Read the file of a training: environment, hyperparameters with the names of RL Zoo, seeds, evaluations."""
 
 from __future__ import annotations
 
@@ -17,29 +17,29 @@ __all__ = ["Evaluation", "RewardShaping", "Settings", "read"]
 
 FORMAT = "trundle-train/1"
 SEED_STRIDE = 1_000_000
-"""Between the seeds of two trainings, so that no two of them begin in the same worlds."""
+"""Difference of the seeds of two trainings, so that they have different worlds."""
 COUNT_KEYS = ("batch_size", "n_steps", "n_epochs", "buffer_size", "train_freq", "target_update_interval")
 SHARE_KEYS = ("gamma", "gae_lambda", "tau")
 SCHEDULE_KEYS = ("learning_rate", "clip_range")
-"""Where "lin_0.001" falls evenly to zero over the training, as in RL Zoo."""
+"""Keys for which "lin_0.001" is a linear schedule to zero, as in RL Zoo."""
 LINEAR_PATTERN = r"lin_(\d+\.?\d*(?:e-?\d+)?)"
 
 
 @dataclass(frozen=True)
 class RewardShaping:
-    """Rewards that are there to learn from, not to be judged by.
+    """Additional rewards during training, which evaluations do not use.
 
     Attributes
     ----------
     success_bonus : float
-        Added where the goal is reached.
+        Reward for reaching the goal.
     loss_cost : float
-        What losing the object costs, instead of the environment's 100.
+        Cost of losing the object, instead of the environment's 100.
     miss_cost : float
-        What a second far from the goal costs more; near it that falls to nothing, as tanh(error / 0.2 m). The
-        error is that of the environment's reward: the distance, and 0.3 m for each radian.
+        Cost per second far from the goal; it falls to zero near it, as tanh(error / 0.2 m). The error is that
+        of the environment's reward: the distance, and 0.3 m for each radian.
     turn_cost : float
-        What a second at a radian of heading error costs more; without it some trainings turn the wrong way.
+        Cost per second and radian of heading error. Without it some trainings turn in the wrong direction.
     """
 
     success_bonus: float = 0.0
@@ -50,14 +50,14 @@ class RewardShaping:
 
 @dataclass(frozen=True)
 class Evaluation:
-    """How learning is watched: on worlds that are always the same and never trained on.
+    """Evaluations on fixed worlds that are not used for training.
 
     Attributes
     ----------
     every : int
-        Steps from one evaluation to the next.
+        Steps between evaluations.
     episodes, first : int
-        How many worlds, and the seed of the first.
+        Number of worlds, and the seed of the first.
     """
 
     every: int = 50_000
@@ -67,7 +67,7 @@ class Evaluation:
 
 @dataclass(frozen=True)
 class Network:
-    """What stable-baselines3's networks can be told, by its own names; what is left out it chooses."""
+    """Options of stable-baselines3's networks, by its own names; None selects its default."""
 
     net_arch: list[int] | None = None
     activation_fn: Literal["tanh", "relu"] | None = None
@@ -76,7 +76,7 @@ class Network:
 
 @dataclass(frozen=True, kw_only=True)
 class File:
-    """What a file holds, whatever the algorithm; `Settings` says what it means."""
+    """Keys that both algorithms have; see `Settings`."""
 
     env: str
     n_timesteps: int
@@ -98,7 +98,7 @@ class File:
 
 @dataclass(frozen=True, kw_only=True)
 class PPO(File):
-    """With what stable-baselines3's PPO can be told."""
+    """Keys of stable-baselines3's PPO."""
 
     algorithm: Literal["PPO"]
     n_steps: int | None = None
@@ -113,7 +113,7 @@ class PPO(File):
 
 @dataclass(frozen=True, kw_only=True)
 class SAC(File):
-    """With what its SAC can be told."""
+    """Keys of stable-baselines3's SAC."""
 
     algorithm: Literal["SAC"]
     buffer_size: int | None = None
@@ -132,12 +132,12 @@ FILES: dict[str, type[File]] = {"PPO": PPO, "SAC": SAC}
 
 @dataclass(frozen=True)
 class Settings:
-    """All of it.
+    """Settings of a training.
 
     Attributes
     ----------
     name : str
-        The file's name without its ending: of policies, curves and checkpoints.
+        The file's name without its ending; prefix of policies, curves and checkpoints.
     algorithm : {"PPO", "SAC"}
         Of stable-baselines3.
     env : str
@@ -145,20 +145,20 @@ class Settings:
     env_kwargs : dict
         Its arguments.
     n_envs, n_timesteps : int
-        Environments side by side; steps of all of them together.
+        Number of parallel environments; total number of steps.
     seeds : list of int
         One training each.
     normalize : bool
-        Whether observations and rewards are scaled by what has been seen (`VecNormalize`).
+        Whether observations and rewards are normalised by running statistics (`VecNormalize`).
     frame_stack : int
-        How many of the last observations a policy is shown.
+        Number of stacked observations.
     frame : {"world", "object"}
-        In which frame; see `trundle.experiments.training.frames`.
+        Frame of the observations; see `trundle.experiments.training.frames`.
     checkpoint_every : int
-        Steps from one checkpoint to the next.
+        Steps between checkpoints.
     hyperparameters, policy_kwargs : dict
-        The algorithm's, and those of its networks.
-    aids : Aids
+        Of the algorithm, and of its networks.
+    aids : RewardShaping
     evaluation : Evaluation
     """
 
@@ -179,12 +179,12 @@ class Settings:
     evaluation: Evaluation = Evaluation()
 
     def plain(self) -> dict[str, Any]:
-        """Return all that a training depends on, as plain values; not which seeds there are."""
+        """Return everything except the seeds that a training depends on, as plain values."""
         return {key: value for key, value in asdict(self).items() if key not in ("name", "seeds")}
 
     @property
     def digest(self) -> str:
-        """A name for these settings: the beginning of a SHA-256."""
+        """Digest of these settings: the first digits of a SHA-256."""
         text = json.dumps(self.plain(), sort_keys=True)
         return hashlib.sha256(text.encode()).hexdigest()[:16]
 
@@ -195,7 +195,7 @@ def read(path: Path) -> Settings:
     Raises
     ------
     TrundleError
-        If a key is missing, unknown or of another type, or a value makes no sense.
+        If a key is missing, unknown or of another type, or a value is out of range.
     """
     found = headed(path, FORMAT)
     algorithm = found.get("algorithm")
@@ -219,7 +219,7 @@ def read(path: Path) -> Settings:
 
 
 def check_values(path: Path, settings: Settings) -> None:
-    """Refuse values that make no sense."""
+    """Raise an error for values that are out of range."""
     counts = {
         "n_envs": settings.n_envs,
         "n_timesteps": settings.n_timesteps,
@@ -269,7 +269,7 @@ def check_values(path: Path, settings: Settings) -> None:
 
 
 def is_positive(text: str) -> bool:
-    """Tell whether a text is a number above zero."""
+    """Return whether a text is a number above zero."""
     try:
         return float(text) > 0.0
     except ValueError:

@@ -1,4 +1,4 @@
-"""Algorithms of stable-baselines3 from settings, and their policies without it; needs `trundle[rl]`."""
+"""Algorithms of stable-baselines3 from settings, and export of their policies; needs `trundle[rl]`."""
 
 from __future__ import annotations
 
@@ -20,7 +20,7 @@ ACTIVATIONS = {"tanh": torch.nn.Tanh, "relu": torch.nn.ReLU}
 
 
 def algorithm(settings: Settings, seed: int, worlds: Worlds) -> Algorithm:
-    """Return an algorithm that has learnt nothing yet."""
+    """Return an untrained algorithm."""
     told = dict(settings.hyperparameters)
     for key in ("learning_rate", "clip_range"):
         if isinstance(told.get(key), str) and told[key].startswith("lin_"):
@@ -33,12 +33,12 @@ def algorithm(settings: Settings, seed: int, worlds: Worlds) -> Algorithm:
 
 
 def linear_schedule(most: float) -> Any:
-    """Return a schedule from `most` to zero, over the training."""
+    """Return a linear schedule from `most` to zero over the training."""
     return lambda remaining: most * remaining
 
 
 def exported(settings: Settings, seed: int, learner: Algorithm, worlds: Worlds) -> Policy:
-    """Return what has been learnt so far as a policy that needs NumPy alone."""
+    """Return the current policy in a form that needs NumPy only."""
     policy = learner.policy
     squashed = isinstance(learner, SAC)
     modules = [*policy.actor.latent_pi, policy.actor.mu] if squashed else actor_modules(policy)

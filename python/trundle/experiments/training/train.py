@@ -1,4 +1,4 @@
-"""A training from its file: evaluated on the way, kept in checkpoints, gone on with after a kill."""
+"""Run a training from its file, with evaluations and checkpoints."""
 
 from __future__ import annotations
 
@@ -28,18 +28,18 @@ __all__ = ["Training", "train_one"]
 Show = Callable[[str], object]
 Row = dict[str, Any]
 PLATEAU_SHARE = 0.2
-"""The last share of a curve is compared with the share before it to tell whether it has flattened."""
+"""Share of a curve that is compared with the share before it."""
 MIN_IMPROVEMENT = 0.02
-"""By more success than this, or this many metres nearer to the goal, it still rises."""
+"""Increase of the success rate, or decrease of the distance in m, that counts as an improvement."""
 LOG_INTERVAL = 20
-"""Rollouts of PPO, or episodes of SAC, from one line of TensorBoard to the next."""
+"""Rollouts of PPO, or episodes of SAC, between entries in TensorBoard."""
 
 
 class Training:
-    """One training of a configuration: one seed.
+    """One training run of a configuration.
 
-    In `folder`, `policies/NAME-SEED.npz`, `curves/NAME-SEED.json` and `timing/NAME-SEED.json` appear when it
-    is done; `work/NAME-SEED/` holds the checkpoint until then, and what TensorBoard shows. The same settings
+    In `folder`, `policies/NAME-SEED.npz`, `curves/NAME-SEED.json` and `timing/NAME-SEED.json` are written at
+    the end; `work/NAME-SEED/` holds the checkpoint until then, and the data of TensorBoard. The same settings
     and seed give the same policy and the same curve, however often the training is interrupted.
 
     Parameters
@@ -61,7 +61,7 @@ class Training:
         self.seconds = 0.0
 
     def run(self, show: Show = lambda _: None) -> Row:
-        """Train until the end, from the last checkpoint if there is one; return what its curve's file says.
+        """Train to the end, from the last checkpoint if there is one; return the curve's file.
 
         Parameters
         ----------
@@ -100,7 +100,7 @@ class Training:
         return found
 
     def _own(self, found: Row) -> Row:
-        """Return what is in the folder, if it is of these settings."""
+        """Return results from the folder, or raise an error if they have other settings."""
         if found.get("digest") != self.settings.digest:
             raise TrundleError(
                 f"{self._work} is of other settings: choose another --out, or remove {self.name}"
@@ -108,7 +108,7 @@ class Training:
         return found
 
     def _finish(self, learner: Algorithm, worlds: Worlds, seconds: float) -> Row:
-        """Write what the training came to; the checkpoint is needed no longer."""
+        """Write the results and delete the checkpoint."""
         policy = exported(self.settings, self.seed, learner, worlds)
         policy.save(self.policy_file)
         steps = int(learner.num_timesteps)
@@ -132,7 +132,7 @@ class Training:
 
 
 def train_one(config: Path, seed: int, out: Path, quiet: bool) -> str:
-    """Train one seed of a configuration, and return its result in a sentence."""
+    """Train one seed of a configuration, and return its result as a sentence."""
     training = Training(read(config), seed, out)
     with Progress("training", quiet=quiet) as progress:
         told = training.run(progress.show)
@@ -144,7 +144,7 @@ def train_one(config: Path, seed: int, out: Path, quiet: bool) -> str:
 
 
 class TrainingCallback(BaseCallback):  # type: ignore[misc]
-    """Looks after a training between rollouts, the only time at which its state is whole."""
+    """Evaluates and saves a training between rollouts, when its state is complete."""
 
     def __init__(self, training: Training, worlds: Worlds, show: Show) -> None:
         super().__init__()
@@ -173,7 +173,7 @@ class TrainingCallback(BaseCallback):  # type: ignore[misc]
         return True
 
     def look(self) -> None:
-        """Evaluate the policy as it is, and add a point to the curve."""
+        """Evaluate the current policy, and add a point to the curve."""
         training, told = self._training, self._training.settings
         policy = exported(told, training.seed, self.model, self._worlds)
         evaluation = told.evaluation
@@ -196,7 +196,7 @@ class TrainingCallback(BaseCallback):  # type: ignore[misc]
         checkpoint.write(training.checkpoint_file, kept)
 
     def _tell(self) -> None:
-        """Show how far it is, not more often than a person can read."""
+        """Show the progress, at most five times per second."""
         if time.monotonic() - self._shown < 0.2:
             return
         self._shown = time.monotonic()
@@ -209,7 +209,7 @@ class TrainingCallback(BaseCallback):  # type: ignore[misc]
 
 
 def has_flattened(curve: list[Row]) -> bool:
-    """Tell whether the last share of a curve is no better than the one before, by success or distance."""
+    """Return whether the last share of a curve is no better than the one before, by success and distance."""
     count = max(1, round(PLATEAU_SHARE * len(curve)))
     late, before = curve[-count:], curve[-2 * count : -count]
     if not before:
@@ -225,12 +225,12 @@ def mean(rows: list[Row], key: str) -> float:
 
 
 def log_writers(folder: Path) -> list[KVWriter]:
-    """Return what writes for TensorBoard, where that is installed."""
+    """Return the writers for TensorBoard, if it is installed."""
     if importlib.util.find_spec("tensorboard") is None:
         return []
     return [TensorBoardOutputFormat(str(folder))]
 
 
 def to_json(told: Row) -> str:
-    """Return JSON for a person to read."""
+    """Return indented JSON."""
     return json.dumps(told, indent=1) + "\n"

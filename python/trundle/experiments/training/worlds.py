@@ -1,4 +1,4 @@
-"""The environments of a training, as stable-baselines3 steps them; to import this needs `trundle[rl]`."""
+"""Environments of a training, with the interface of stable-baselines3; needs `trundle[rl]`."""
 
 from __future__ import annotations
 
@@ -23,13 +23,13 @@ from trundle.experiments.training.frames import entry_count, to_frame
 __all__ = ["Worlds", "make_worlds"]
 
 ENV_LOSS_COST, ENV_HEADING_WEIGHT_M = 100.0, 0.3
-"""What the environments charge for a lost object, and for a radian of heading error (m)."""
+"""Weights in the environments' reward: cost of a lost object, and of a radian of heading error (m)."""
 NEAR_GOAL_M = 0.2
-"""Error below which an object is near its goal, m."""
+"""Scale of the error for `miss_cost`."""
 
 
 class FrameWrapper(VecEnvWrapper):  # type: ignore[misc]
-    """Observations in a frame, float32."""
+    """Converts observations to a frame, float32."""
 
     def __init__(self, venv: VecEnv, task: str, frame: str) -> None:
         shape = (entry_count(venv.observation_space.shape[0], frame),)
@@ -37,11 +37,11 @@ class FrameWrapper(VecEnvWrapper):  # type: ignore[misc]
         self._task, self._frame = task, frame
 
     def reset(self) -> NDArray[np.float32]:
-        """Begin episodes."""
+        """Start episodes."""
         return self._seen(self.venv.reset())
 
     def step_wait(self) -> tuple[Any, Any, Any, list[dict[str, Any]]]:
-        """Act, and turn what is observed."""
+        """Step, and convert the observations."""
         observations, rewards, dones, infos = self.venv.step_wait()
         for index in np.flatnonzero(dones):
             last = infos[index]["terminal_observation"]
@@ -53,18 +53,18 @@ class FrameWrapper(VecEnvWrapper):  # type: ignore[misc]
 
 
 class ShapedRewardWrapper(VecEnvWrapper):  # type: ignore[misc]
-    """Rewards to learn from; a monitor within keeps those of the environment."""
+    """Adds shaped rewards. An inner monitor records those of the environment."""
 
     def __init__(self, venv: VecEnv, aids: RewardShaping, period: float) -> None:
         super().__init__(venv)
         self._aids, self._period = aids, period
 
     def reset(self) -> Any:
-        """Begin episodes."""
+        """Start episodes."""
         return self.venv.reset()
 
     def step_wait(self) -> tuple[Any, Any, Any, list[dict[str, Any]]]:
-        """Act, and add the aids."""
+        """Step, and add the shaped rewards."""
         observations, rewards, dones, infos = self.venv.step_wait()
         turns = np.array([abs(info["heading_error"]) for info in infos])
         errors = np.array([info["distance"] for info in infos]) + ENV_HEADING_WEIGHT_M * turns
@@ -77,7 +77,7 @@ class ShapedRewardWrapper(VecEnvWrapper):  # type: ignore[misc]
 
 
 class Worlds(NamedTuple):
-    """The layers whose state a checkpoint holds; `top` is what learns steps."""
+    """The layers of environments whose state a checkpoint holds; `top` is the outermost."""
 
     batch: SB3VecEnv
     monitor: VecMonitor
@@ -86,7 +86,7 @@ class Worlds(NamedTuple):
     top: VecEnv
 
     def state(self) -> dict[str, Any]:
-        """Return all that goes on from one step to the next."""
+        """Return the state between two steps."""
         kept = {
             "episodes": self.batch.env_method("snapshot"),
             "monitor": pick_attributes(self.monitor, MONITOR_KEYS),
@@ -98,7 +98,7 @@ class Worlds(NamedTuple):
         return kept
 
     def restore(self, state: dict[str, Any]) -> None:
-        """Go on from a state of environments with the same settings."""
+        """Restore a state of environments with the same settings."""
         for index, episode in enumerate(state["episodes"]):
             self.batch.env_method("restore", episode, indices=index)
         vars(self.monitor).update(state["monitor"])
@@ -113,7 +113,7 @@ NORMALIZE_KEYS = ("obs_rms", "ret_rms", "returns", "old_obs", "old_reward")
 
 
 def pick_attributes(owner: Any, names: tuple[str, ...]) -> dict[str, Any]:
-    """Return attributes of an object, by name; those that it has."""
+    """Return the existing attributes of an object among `names`."""
     return {name: getattr(owner, name) for name in names if hasattr(owner, name)}
 
 
@@ -129,7 +129,7 @@ def make_worlds(settings: Settings) -> Worlds:
     Raises
     ------
     TrundleError
-        If the environment does not take its arguments.
+        If the environment rejects its arguments.
     """
     try:
         step = action_period(settings)

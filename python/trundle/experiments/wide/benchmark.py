@@ -1,4 +1,4 @@
-"""A wide benchmark from its settings to its results: draw, seal, diagnose."""
+"""Run a wide benchmark: draw cases, seal the truth, diagnose the recordings."""
 
 from __future__ import annotations
 
@@ -21,13 +21,13 @@ __all__ = ["WideBenchmark", "code_versions", "run_benchmark"]
 
 @dataclass(frozen=True)
 class WideBenchmark:
-    """Where a benchmark is done.
+    """Settings and folder of a benchmark.
 
     Attributes
     ----------
     settings : Settings
     work : Path
-        Folder of recordings and of finished units.
+        Folder of recordings and finished units.
     backend : Backend
     quiet : bool
     """
@@ -38,7 +38,7 @@ class WideBenchmark:
     quiet: bool = False
 
     def recording(self, case: str) -> Path:
-        """Folder of a case: its path tells nothing."""
+        """Folder of a case. Its name does not depend on the hidden effects."""
         return self.work / self.settings.parent / "recordings" / case
 
     def runner(self, version: str) -> Runner:
@@ -49,10 +49,10 @@ class WideBenchmark:
 def run_benchmark(
     benchmark: WideBenchmark, sealed: Path, tell: Callable[[str], object]
 ) -> tuple[str, list[dict[str, Any]]]:
-    """Do what has not been done; return the SHA-256 of the sealed answers, and a row for every case.
+    """Run the units without a result; return the SHA-256 of the sealed truth, and a row for every case.
 
-    The answers are opened after the last diagnosis. A row holds the case, its answer, what that cost, and the
-    truth.
+    The sealed truth is opened after all diagnoses are finished. A row holds the case, its answer with the
+    cost, and the truth.
     """
     truths = draw_all(benchmark, plan_cases(benchmark.settings))
     sha = seal(sealed, benchmark.settings.plain(), {one["case"]: without_values(one) for one in truths})
@@ -68,14 +68,14 @@ def run_benchmark(
 
 
 def without_values(truth: dict[str, Any]) -> dict[str, Any]:
-    """Return a truth without what only its seed needs to give again."""
+    """Return a truth without the values that its seed reproduces."""
     hidden = [{name: v for name, v in one.items() if name != "values"} for one in truth.get("truth", [])]
     kept = {name: value for name, value in truth.items() if name not in ("visited", "truth")}
     return {**kept, "truth": hidden}
 
 
 def draw_all(benchmark: WideBenchmark, planned: Sequence[PlannedCase]) -> list[dict[str, Any]]:
-    """Draw the cases that are missing, and return all truths."""
+    """Draw the cases without a result, and return all truths."""
     units = [drawing_unit(benchmark, one) for one in planned]
     return benchmark.runner(code_versions()["generator"]).run("drawing", units)
 
@@ -96,11 +96,11 @@ def drawing_unit(benchmark: WideBenchmark, planned: PlannedCase) -> Unit:
 
 
 def diagnosis_unit(benchmark: WideBenchmark, truth: dict[str, Any]) -> Unit:
-    """Return the unit that diagnoses a case; of the truth it gets the recording's digest alone."""
+    """Return the unit that diagnoses a case. It receives only the recording and its digest."""
     arguments = {"digest": truth["digest"], "limit": benchmark.settings.limit}
     return Unit(truth["case"], diagnose_case, arguments, {"folder": benchmark.recording(truth["case"])})
 
 
 def code_versions() -> dict[str, str]:
-    """Return the versions of the code that draws and of the code that diagnoses, the native half included."""
+    """Return the versions of the generator and of the diagnosis, including the native code."""
     return {"generator": versions.of_module("wide/case"), "diagnosis": versions.of_diagnosis()}

@@ -1,4 +1,4 @@
-"""A case is drawn again until what is hidden in it counts."""
+"""Draw cases until the hidden effects are material, and record them."""
 
 from __future__ import annotations
 
@@ -20,7 +20,7 @@ from trundle.experiments.wide.scene import WideScene, draw_wide_scene
 __all__ = ["draw_case"]
 
 MIN_MEDIAN_DISPLACEMENT_M = 0.05
-"""Of the object in the median episode of a case that counts, m."""
+"""Smallest displacement of the object in the median episode."""
 
 
 def draw_case(
@@ -33,7 +33,7 @@ def draw_case(
     attempts: int,
     folder: Path,
 ) -> dict[str, Any]:
-    """Draw a case until it counts, write its recording, and return the truth and all attempts."""
+    """Draw a case until it is material, write its recording, and return the truth and all attempts."""
     tried: list[dict[str, Any]] = []
     for attempt in range(attempts):
         scene = draw_wide_scene(seed, attempt, engine)
@@ -58,14 +58,14 @@ def draw_case(
 
 
 def moves_enough(bare: Sequence[Readings]) -> bool:
-    """Tell whether the object moves at all, and does not run off."""
+    """Return whether the object moves enough and stays within the workspace."""
     ways = [float(np.ptp(seen.pose[:, :2], axis=0).max()) for seen in bare]
     turns = [float(np.ptp(seen.pose[:, 2])) for seen in bare]
     return float(np.median(ways)) > MIN_MEDIAN_DISPLACEMENT_M and max(ways) < 20.0 and max(turns) < 60.0
 
 
 def attempt_record(scene: WideScene, reason: str | None) -> dict[str, Any]:
-    """Return what is reported of an attempt: the class of its instrument, and why it was rejected."""
+    """Return the record of an attempt: the class of its instrument, and the reason for its rejection."""
     instrument: Any = scene.instrument
     return {
         "reason": reason,
@@ -84,7 +84,7 @@ def case_truth(
     seen: Sequence[Readings],
     oracle: dict[str, Any],
 ) -> dict[str, Any]:
-    """Return the sealed answer."""
+    """Return the truth of a case."""
     instrument: Any = scene.instrument
     found = {
         "case": case,
@@ -119,7 +119,7 @@ def case_truth(
 
 
 def with_table_times(scene: WideScene, truth: dict[str, Any]) -> dict[str, Any]:
-    """Return a truth with the times of the table."""
+    """Return a truth with event times in the time of the table."""
     where = truth.get("where") or {}
     if "event" not in where:
         return truth

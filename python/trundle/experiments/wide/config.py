@@ -1,4 +1,4 @@
-"""The file of a wide benchmark: how many cases of what, from which seeds, and what makes a case count."""
+"""Read the file of a wide benchmark: numbers of cases, ranges of seeds, and thresholds of materiality."""
 
 from __future__ import annotations
 
@@ -18,7 +18,7 @@ FORMAT = "trundle-wide/1"
 
 @dataclass(frozen=True)
 class Counts:
-    """How many cases of each kind: without an effect, with one to four, and out of the catalogue."""
+    """Numbers of cases: without an effect, with one to four, and out of the catalogue."""
 
     clean: int = 0
     singles: int = 0
@@ -28,7 +28,7 @@ class Counts:
     outsides: int = 0
 
     def groups(self) -> dict[tuple[int, bool], int]:
-        """Return the counts by number of families, and whether they are out of the catalogue."""
+        """Return the counts by number of families and whether they are out of the catalogue."""
         several = {(2, False): self.pairs, (3, False): self.triples, (4, False): self.fours}
         return {(0, False): self.clean, (1, False): self.singles, (1, True): self.outsides, **several}
 
@@ -48,7 +48,7 @@ class Range(Counts):
 
 @dataclass(frozen=True)
 class File:
-    """A file as it is written; see `Settings`."""
+    """Contents of a file; see `Settings`."""
 
     ranges: dict[str, Range]
     effects: list[str]
@@ -74,21 +74,21 @@ class Settings:
     counts : Counts
         Of the whole range.
     subset : Counts, optional
-        Of the subset, if it is one.
+        Of the subset, if the range is one.
     shares : int
-        In how many shares the range is done, each of which is drawn, sealed and diagnosed by itself.
+        Number of shares of the range. Each is drawn, sealed and diagnosed separately.
     share : int, optional
-        The share that is meant; without it, the whole range.
+        Number of the share; None for the whole range.
     effects, outside : tuple of str
-        Families that are hidden.
+        Families to hide.
     matters : float
-        By which factor the true law must improve the refitted nominal model's held-out misfit.
+        Factor by which the true law must reduce the refitted nominal model's held-out misfit.
     each_matters : float
         The same for each of several effects, with the others in the model.
     attempts : int
-        Draws after which a case is given up.
+        Number of draws before a case is dropped.
     limit : float
-        Of one diagnosis, s of processor time.
+        Processor time of one diagnosis, s.
     """
 
     range: str

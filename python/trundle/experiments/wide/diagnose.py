@@ -1,4 +1,4 @@
-"""One diagnosis in a process of its own, which is given the recording's folder and nothing else."""
+"""Diagnose a recording in a process of its own, which receives only the recording's folder."""
 
 from __future__ import annotations
 
@@ -19,15 +19,16 @@ __all__ = ["diagnose_case"]
 
 
 def diagnose_case(digest: str, limit: float, folder: Path) -> dict[str, Any]:
-    """Diagnose a folder; return what is kept of the answer, and what it cost.
+    """Diagnose a folder; return a summary of the answer, and its cost.
 
     Parameters
     ----------
     digest : str
         Of the recording: part of the unit's key.
     limit : float
-        Processor time after which the process is ended, s, so that a busy machine gives the same answers; the
-        verdict is then "timeout".
+        Processor time after which the process is ended, s. The verdict is then "timeout". Processor time
+        does not depend on the load of the machine.
+    folder : Path
     """
     with tempfile.TemporaryFile() as out, tempfile.TemporaryFile() as errors:
         began = time.perf_counter()
@@ -64,7 +65,7 @@ def parse_answer(status: int, out: bytes, errors: bytes) -> dict[str, Any]:
 
 
 def main(folder: str, limit: str) -> None:
-    """Diagnose a folder and print what is kept of the answer."""
+    """Diagnose a folder and print a summary of the answer."""
     resource.setrlimit(resource.RLIMIT_CPU, (int(limit), int(limit) + 5))
     from trundle import TrundleError, diagnose
 
@@ -86,7 +87,7 @@ def end_with_parent() -> None:
 
 
 def summarize_answer(answer: dict[str, Any]) -> dict[str, Any]:
-    """Return what scoring needs of `diagnosis.json`."""
+    """Return the parts of `diagnosis.json` that scoring uses."""
     names = ("effect", "probability", "parameters", "where", "explains")
     figures = ("window_position_rmse", "window_heading_rmse", "position_rmse", "heading_rmse")
     held_out = answer["fit"]["held_out"] or {}

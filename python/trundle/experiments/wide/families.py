@@ -1,4 +1,4 @@
-"""What can be hidden in the wide benchmark: the old benchmark's families, adapted to any scene."""
+"""Families of the wide benchmark: those of the first benchmark, adapted to any scene."""
 
 from __future__ import annotations
 
@@ -37,23 +37,23 @@ __all__ = [
 
 
 REFERENCE_GYRATION_M = 0.45
-"""Radius of gyration of the old benchmark's furniture, m; its effects are scaled from it."""
+"""Radius of gyration of the first benchmark's furniture, from which effects are scaled."""
 REFERENCE_MASS_KG = 22.0
-"""Its mass, kg."""
+"""Mass of the first benchmark's furniture."""
 LIMIT_NAMES = ("limit_x", "limit_y", "limit_torque")
-"""Of a sensor's range: forces, N, and torque, N·m."""
+"""Limits of a sensor: forces, N, and torque, N·m."""
 CUT_SHARE_RANGE = (0.15, 0.45)
-"""Share of the largest load that is cut: of more than that the best law leaves most of the misfit."""
+"""Share of the largest load that is cut. With larger cuts the true law leaves most of the misfit."""
 MIN_LIMIT = 1e-3
-"""Limit that a fit begins with where an axis reads nothing: a finger bears no torque."""
+"""Initial limit of a fit for an axis without load, such as the torque of a finger."""
 NEEDS_GRASP = frozenset({"floor_slope", "gripper_inertia"})
-"""Effects that are not hidden under a free finger: the object rolls away, or the gripper moves alone."""
+"""Effects that are hidden only in grasps: a free object would roll away."""
 INDISTINGUISHABLE_PAIRS = (INDISTINGUISHABLE_PAIR, frozenset({"second_wheel", "wheel_event"}))
-"""Pairs that are not hidden together, as in the old benchmark."""
+"""Pairs of effects that are never hidden together, as in the first benchmark."""
 
 
 def scale_values(values: Values, names: Sequence[str], factor: float) -> Values:
-    """Return values some of which are multiplied."""
+    """Return values with some of them multiplied by a factor."""
     return {**values, **{name: factor * values[name] for name in names}}
 
 
@@ -63,7 +63,7 @@ def relative_size(scene: Any) -> float:
 
 
 def draw_wide_event(rng: np.random.Generator, scene: WideScene) -> Values:
-    """Return a moment of a training episode, at least a fifth of the episode from its ends."""
+    """Return a time in a training episode, at least a fifth of the episode from its ends."""
     training = len(scene.pushes) - scene.held_out
     episode = int(rng.integers(min(1, training - 1), max(training - 1, min(1, training - 1) + 1)))
     span = scene.seconds[episode] - CONTACT_TIME_S
@@ -74,7 +74,7 @@ class WideMassChange(MassChange):
     """A change of mass in an episode of any length."""
 
     def draw(self, rng: np.random.Generator, scene: Any, paths: Sequence[Floats]) -> Values:
-        """Return the mass as in the old benchmark, and a moment."""
+        """Return the mass as in the first benchmark, and a time."""
         return {**super().draw(rng, scene, paths), **draw_wide_event(rng, scene)}
 
 
@@ -82,12 +82,12 @@ class WideWheelEvent(WheelEvent):
     """A wheel event in an episode of any length."""
 
     def draw(self, rng: np.random.Generator, scene: Any, paths: Sequence[Floats]) -> Values:
-        """Return the factors as in the old benchmark, and a moment."""
+        """Return the factors as in the first benchmark, and a time."""
         return {**super().draw(rng, scene, paths), **draw_wide_event(rng, scene)}
 
 
 class WideComOffset(ComOffset):
-    """An offset of the mass centre in proportion to the object's size."""
+    """An offset of the mass centre proportional to the object's size."""
 
     def draw(self, rng: np.random.Generator, scene: Any, paths: Sequence[Floats]) -> Values:
         """Return the offset."""
@@ -96,7 +96,7 @@ class WideComOffset(ComOffset):
 
 
 class WideTrackerOffset(TrackerOffset):
-    """An offset of the tracker in proportion to the object's size."""
+    """An offset of the tracker proportional to the object's size."""
 
     def draw(self, rng: np.random.Generator, scene: Any, paths: Sequence[Floats]) -> Values:
         """Return the offset."""
@@ -105,7 +105,7 @@ class WideTrackerOffset(TrackerOffset):
 
 
 class WideSecondWheel(SecondWheel):
-    """A second wheel whose friction goes with the mass, as the first one's does."""
+    """A second wheel with friction scaled by the mass, like the first one's."""
 
     def draw(self, rng: np.random.Generator, scene: Any, paths: Sequence[Floats]) -> Values:
         """Return the wheel."""
@@ -114,14 +114,14 @@ class WideSecondWheel(SecondWheel):
 
 
 class WideGripperInertia(GripperInertia):
-    """The gripper's mass, in the reading in proportion to the gripper's own acceleration."""
+    """Inertia of the gripper, which adds to the reading only."""
 
     def draw(self, rng: np.random.Generator, scene: Any, paths: Sequence[Floats]) -> Values:
-        """Return a mass in proportion to the object's."""
+        """Return a mass proportional to the object's."""
         return scale_values(super().draw(rng, scene, paths), ("mass",), scene.mass / REFERENCE_MASS_KG)
 
     def add_to_world(self, context: EpisodeContext, values: Values) -> None:
-        """Add nothing to the motion."""
+        """Add nothing: the motion does not change."""
 
     def distort(self, seen: Readings, context: EpisodeContext, values: Values) -> Readings:
         """Add mass times acceleration of the gripper's origin, gripper axes."""
@@ -138,23 +138,23 @@ class WideGripperInertia(GripperInertia):
 
 
 class WideForceBias(ForceBias):
-    """An offset that begins with the first touch."""
+    """An offset that begins with the first contact."""
 
     def draw(self, rng: np.random.Generator, scene: Any, paths: Sequence[Floats]) -> Values:
-        """Return an offset whose torque goes with the object's size."""
+        """Return an offset with a torque proportional to the object's size."""
         size = relative_size(scene)
         return scale_values(super().draw(rng, scene, paths), ("torque_z",), size)
 
     def distort(self, seen: Readings, context: EpisodeContext, values: Values) -> Readings:
-        """Add it to the reading."""
+        """Add the offset to the reading."""
         return distort_from_contact(super().distort, seen, context, values)
 
 
 class WideTether(Tether):
-    """A cable; where a free finger pushes it is slack at first, else the object would not be at rest."""
+    """A cable. With free pushing it is slack at first, so that the object starts at rest."""
 
     def draw(self, rng: np.random.Generator, scene: Any, paths: Sequence[Floats]) -> Values:
-        """Return the cable, with a stiffness that goes with the mass."""
+        """Return the cable, with a stiffness proportional to the mass."""
         values = scale_values(super().draw(rng, scene, paths), ("stiffness",), scene.mass / REFERENCE_MASS_KG)
         starts = np.array([push.start for push in scene.pushes])
         ways = to_world(np.array(values["point"]), starts) - values["anchor"]
@@ -165,18 +165,18 @@ class WideTether(Tether):
 
 
 class WideSaturation(Saturation):
-    """A sensor with one range for all episodes; its reading is cut there."""
+    """A sensor with one range for all episodes."""
 
     reads = True
 
     def draw(self, rng: np.random.Generator, scene: Any, paths: Sequence[Floats]) -> Values:
-        """Return the limits: a share of the largest load of each axis, in most episodes."""
+        """Return the limits: a share of the median over episodes of the largest load on each axis."""
         largest = np.median([np.max(np.abs(wrench), axis=0) for wrench in paths], axis=0)
         cut = rng.uniform(*CUT_SHARE_RANGE)
         return dict(zip(LIMIT_NAMES, map(float, (1.0 - cut) * largest), strict=True))
 
     def distort(self, seen: Readings, context: EpisodeContext, values: Values) -> Readings:
-        """Cut the reading of each axis."""
+        """Limit the reading of each axis."""
         most = np.array([values[name] for name in LIMIT_NAMES])
         return seen.changed(wrench=np.clip(seen.wrench, -most, most))
 
@@ -185,13 +185,13 @@ class WideSaturation(Saturation):
         return {"parameters": dict(values), "where": None}
 
     def laws(self, scene: Any, values: Values) -> list[Values]:
-        """Return the limits, and about the excess of a ramp that is cut half-way."""
+        """Return the limits, and an approximate excess for a linear rise that is cut half-way."""
         limits = {name: max(values[name], MIN_LIMIT) for name in LIMIT_NAMES}
         return [{"kind": self.name, **limits, "excess": 0.4}]
 
 
 class WideAxisFriction(AxisFriction):
-    """Dry friction of slides in proportion to the object's mass, of their hinge to its size as well."""
+    """Friction of slides proportional to the object's mass; of the hinge also to its size."""
 
     def draw(self, rng: np.random.Generator, scene: Any, paths: Sequence[Floats]) -> Values:
         """Return the forces and the torque."""
@@ -201,7 +201,7 @@ class WideAxisFriction(AxisFriction):
 
 
 class WideThinningDrag(ThinningDrag):
-    """Drag in proportion to the object's mass, on a ring in proportion to its size."""
+    """Drag proportional to the object's mass, on a ring proportional to its size."""
 
     def draw(self, rng: np.random.Generator, scene: Any, paths: Sequence[Floats]) -> Values:
         """Return the drag and its ring."""
@@ -210,7 +210,7 @@ class WideThinningDrag(ThinningDrag):
 
 
 def distort_from_contact(distort: Any, seen: Readings, context: EpisodeContext, values: Values) -> Readings:
-    """Distort with the clock set so that the first touch is at `CONTACT`."""
+    """Distort readings with the clock shifted so that the first contact is at `CONTACT_TIME_S`."""
     late = first_contact_time(seen) - CONTACT_TIME_S
     found = distort(seen.changed(t=seen.t - late), context, values)
     return Readings(seen.t, found.pose, found.gripper, found.wrench)
@@ -242,7 +242,7 @@ def get_family(name: str) -> Family:
 
 
 def is_allowed(name: str, scene: WideScene) -> bool:
-    """Tell whether a family can be hidden in a scene."""
+    """Return whether a family can be hidden in a scene."""
     if scene.strokes and name in NEEDS_GRASP | MOVES_RESTING_OBJECT:
         return False
     if name == "gripper_inertia" and any(scene.compliance):
@@ -253,10 +253,10 @@ def is_allowed(name: str, scene: WideScene) -> bool:
 def draw_effects(
     names: Sequence[str], seed: int, attempt: int, scene: WideScene, bare: Sequence[Readings]
 ) -> list[HiddenEffect] | None:
-    """Return families with their values; None where this scene has no place for them.
+    """Return families with their values; None if one does not fit this scene.
 
-    They are placed on what is seen without them: most on the poses from contact on, a sensor's range on the
-    readings.
+    Places are drawn from the motion without the effects: from the poses from contact on, and for a sensor's
+    range from the readings.
     """
     if not all(is_allowed(name, scene) for name in names):
         return None

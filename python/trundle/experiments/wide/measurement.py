@@ -1,4 +1,4 @@
-"""What the instruments make of a motion, and how it is published as a recording."""
+"""Measure a motion and write it as a recording."""
 
 from __future__ import annotations
 
@@ -27,15 +27,15 @@ __all__ = ["make_recording", "simulate_case"]
 
 
 PRECONTACT_S = (0.2, CONTACT_TIME_S - 0.05)
-"""Interval without contact that is stated, s before the clock is added; every recording has begun by then."""
+"""Stated interval without contact, before the clock offset is added."""
 SENSING_ORDER = ("gripper_inertia", "force_scale", "force_bias", "latency", "tracker_offset")
-"""In which order faults of the instruments act: mechanics, sensor, clock, tracker."""
+"""Order in which instrument effects apply: mechanics, sensor, clock, tracker."""
 MEAN_BURST_S = 0.25
-"""Mean length of a run of lost poses, s."""
+"""Mean duration of a burst of lost poses."""
 
 
 def simulate_case(scene: WideScene, hidden: Sequence[HiddenEffect]) -> list[Readings]:
-    """Return what perfect instruments would read in every episode."""
+    """Return the readings of perfect instruments in every episode."""
     engine = mujoco_engine if scene.engine == "mujoco" else ode_engine
     return [engine.simulate(scene, hidden, k) for k in range(len(scene.pushes))]
 
@@ -43,7 +43,7 @@ def simulate_case(scene: WideScene, hidden: Sequence[HiddenEffect]) -> list[Read
 def make_recording(
     scene: WideScene, hidden: Sequence[HiddenEffect], seen: Sequence[Readings], name: str
 ) -> trundle.Recording:
-    """Measure motions and return the recording; nothing in it names what is hidden."""
+    """Measure motions and return the recording. It does not name the hidden effects."""
     tables = {f"episode_{k:02}": episode_table(scene, hidden, k, one) for k, one in enumerate(seen)}
     return trundle.Recording(metadata(scene, name, list(tables)), tables)
 
@@ -72,19 +72,19 @@ def episode_table(
 
 
 def sensing_order(name: str) -> int:
-    """Return when a fault acts."""
+    """Return the sort key of an instrument effect."""
     return SENSING_ORDER.index(name) if name in SENSING_ORDER else -1
 
 
 def instrument_of(scene: WideScene) -> Any:
-    """Return the instrument, which every scene of this benchmark has."""
+    """Return the instrument of a scene."""
     return scene.instrument
 
 
 def tracker_samples(
     rng: np.random.Generator, scene: WideScene, episode: int, grid: Floats, poses: Floats
 ) -> tuple[Floats, Floats]:
-    """Return time stamps and noisy poses, some of them lost."""
+    """Return time stamps and noisy poses after drop-outs."""
     instrument = instrument_of(scene)
     t = sample_times(rng, instrument.tracker, scene.rest[episode], float(grid[-1]))
     t = t[~dropout_mask(rng, len(t), instrument)]
@@ -94,7 +94,7 @@ def tracker_samples(
 
 
 def dropout_mask(rng: np.random.Generator, n: int, instrument: Any) -> NDArray[np.bool_]:
-    """Return which of `n` samples are lost, one by one or in runs."""
+    """Return which of `n` samples are lost, independently or in bursts."""
     if not instrument.burst:
         return np.asarray(rng.random(n) < instrument.dropout)
     length = max(MEAN_BURST_S * instrument.tracker, 1.0)
@@ -111,7 +111,7 @@ def dropout_mask(rng: np.random.Generator, n: int, instrument: Any) -> NDArray[n
 def sensor_samples(
     rng: np.random.Generator, scene: WideScene, episode: int, seen: Readings
 ) -> tuple[Floats, Floats]:
-    """Return time stamps and readings, in the frame and with the sign in which they are published."""
+    """Return time stamps and readings, in the published frame and sign."""
     instrument = instrument_of(scene)
     t = sample_times(rng, instrument.sensor, scene.rest[episode], float(seen.t[-1]))
     wrench = (
@@ -140,7 +140,7 @@ def window_means(seen: Readings, t: Floats, period: float) -> Floats:
 
 
 def in_frame(wrench: Floats, pose: Floats, gripper: Floats, instrument: Any) -> Floats:
-    """Return readings (n, 3) of the sensor's axes and origin in other axes and about another point."""
+    """Convert readings (n, 3) from the sensor's axes and origin to other axes and another reference point."""
     c, s = np.cos(gripper[:, 2]), np.sin(gripper[:, 2])
     fx, fy = c * wrench[:, 0] - s * wrench[:, 1], s * wrench[:, 0] + c * wrench[:, 1]
     torque = wrench[:, 2]

@@ -1,4 +1,4 @@
-"""A case in MuJoCo: grasps that exert a servo's force, or a finger on two slides that touches."""
+"""The MuJoCo engine: grasps with a velocity servo, or a finger on two slides."""
 
 from __future__ import annotations
 
@@ -31,16 +31,18 @@ __all__ = ["TIME_STEP_S", "simulate"]
 
 
 TIME_STEP_S = 1e-3
-"""s; half of it where a finger strikes."""
+"""Simulation step of grasps; free pushes use half of it."""
 TIP_RADIUS_M = 0.004
-"""m."""
+"""Radius of the fingertip."""
 TIP_MASS_KG = 0.3
-"""kg; it lies behind the sensor, which reads the contact alone."""
+"""Mass of the fingertip. It lies behind the sensor, which reads the contact force only."""
 TIP_SOLREF, TIP_SOLIMP = (0.01, 1.0), (0.1, 0.1, 0.001, 0.5, 2.0)
-"""Of the fingertip's rubber, some 3·10⁴ N/m. At a higher impedance contacts under load are lost for single
-steps, hundreds in a recording: impulses that no sampled reading shows and no finger lacks."""
+"""Contact parameters of the rubber tip, about 3·10⁴ N/m.
+
+A higher impedance loses loaded contacts for single steps.
+"""
 TIP_BIT, TABLE_BITS = 4, 5
-"""Collision bits: obstacles use 1, feet 2."""
+"""Collision bits. Obstacles use 1, feet 2."""
 
 
 def simulate(scene: WideScene, hidden: Sequence[HiddenEffect], episode: int) -> Readings:
@@ -64,12 +66,12 @@ def build_world(scene: WideScene, episode: int) -> tuple[Any, Any]:
 
 
 def time_step(scene: WideScene) -> float:
-    """Return the step, s."""
+    """Return the simulation step, s."""
     return TIME_STEP_S / 2 if scene.strokes else TIME_STEP_S
 
 
 def add_parts(spec: Any, table: Any, scene: WideScene) -> None:
-    """Give the object its parts, of one density: a cylinder, or prisms."""
+    """Add the object's geometry of equal density: a cylinder, or prisms."""
     shape: Any = scene.shape
     common = {"contype": TABLE_BITS, "conaffinity": TABLE_BITS, "condim": 1}
     if add_disc(table, scene, **common):
@@ -89,7 +91,7 @@ def area(ring: Floats) -> float:
 
 
 def add_finger(spec: Any, scene: WideScene, episode: int) -> None:
-    """Add the finger: a small ball on two slides, held by a servo of the arm's stiffness."""
+    """Add the finger: a small ball on two slides with a servo of the arm's stiffness."""
     strokes = scene.strokes[episode]
     tip = spec.worldbody.add_body(name="tip", pos=[0.0, 0.0, BODY_HEIGHT_M])
     add_slides(tip, "tip ")
@@ -125,7 +127,7 @@ def arm_damping(scene: WideScene, episode: int) -> float:
 
 
 def simulate_grasp(model: Any, scene: WideScene, episode: int, hooks: Sequence[Hook]) -> Readings:
-    """Simulate an episode of a grasp: its force is in proportion to the velocity that is missing."""
+    """Simulate an episode of a grasp. The force is proportional to the velocity error."""
     push: Any = scene.pushes[episode]
     data, t, poses, forces = initial_state(model, scene, episode)
     wanted, slot = push.desired_twist(t).tolist(), model.actuator("gripper x").id
@@ -137,7 +139,7 @@ def simulate_grasp(model: Any, scene: WideScene, episode: int, hooks: Sequence[H
 
 
 def simulate_free_push(model: Any, scene: WideScene, episode: int, hooks: Sequence[Hook]) -> Readings:
-    """Simulate an episode of free pushing; the sensor reads the contact's force."""
+    """Simulate an episode of free pushing. The sensor reads the contact force."""
     data, t, poses, forces = initial_state(model, scene, episode)
     strokes, damping = scene.strokes[episode], arm_damping(scene, episode)
     finger, tips = Finger(strokes, scene.shape, time_step(scene)), np.empty((len(t), 2))
@@ -165,7 +167,7 @@ def simulate_free_push(model: Any, scene: WideScene, episode: int, hooks: Sequen
 
 
 def initial_state(model: Any, scene: WideScene, episode: int) -> tuple[Any, Floats, Floats, Floats]:
-    """Return the state at contact, the times of the steps, and room for poses and forces."""
+    """Return the state at contact, the times of the steps, and arrays for poses and forces."""
     data = mujoco.MjData(model)
     data.qpos[:3] = scene.pushes[episode].start
     data.time = CONTACT_TIME_S
@@ -175,14 +177,14 @@ def initial_state(model: Any, scene: WideScene, episode: int) -> tuple[Any, Floa
 
 
 class ContactForceReader:
-    """Reads the force of the finger on the object, world axes, and its moment about the finger's centre."""
+    """Reads the contact force on the object, world axes, and its moment about the finger's centre."""
 
     def __init__(self, model: Any, geom: int) -> None:
         self.model, self.geom = model, geom
         self.local = np.empty(6)
 
     def read(self, data: Any, tip: Floats) -> list[float]:
-        """Return force and moment in the step that was just done."""
+        """Return force and moment of the last step."""
         total = [0.0, 0.0, 0.0]
         for k in range(data.ncon):
             contact = data.contact[k]

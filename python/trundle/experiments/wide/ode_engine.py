@@ -1,7 +1,7 @@
-"""A case as ordinary differential equations: Newton and Euler in the plane, Runge-Kutta of fourth order.
+"""The ODE engine: planar Newton-Euler equations, integrated by the Runge-Kutta method of fourth order.
 
-Nothing here comes from trundle's laws or from MuJoCo. Dry friction is a bristle (Dahl), contact a spring with
-losses (Hunt and Crossley) and smoothed Coulomb friction, a caster's tyre follows with a relaxation time.
+It uses neither trundle's laws nor MuJoCo. Dry friction is a bristle model (Dahl). Contact is a spring with
+losses (Hunt and Crossley) and smoothed Coulomb friction. A caster's tyre has a relaxation time.
 """
 
 from __future__ import annotations
@@ -27,22 +27,22 @@ __all__ = ["TIME_STEP_S", "simulate"]
 Driver = Callable[[float, Kinematics], tuple[float, float, float]]
 
 TIME_STEP_S = 1e-3
-"""s."""
+"""Integration step."""
 CONTACT_LOSS_S_PER_M = 2.0
-"""Of Hunt and Crossley's contact, s/m: force k d (1 + loss · approach speed), without a jump."""
+"""Loss of the Hunt-Crossley contact: force k d (1 + loss · approach speed)."""
 RUNGE_KUTTA_WEIGHTS = np.array([1.0, 2.0, 2.0, 1.0]) / 6.0
 FRICTION_SPEED_M_PER_S = 3e-3
-"""Speed over which the friction of the finger's tip sets in, m/s."""
+"""Speed scale of the smoothed friction of the fingertip."""
 
 
 def simulate(scene: WideScene, hidden: Sequence[HiddenEffect], episode: int) -> Readings:
-    """Return what perfect instruments would read in an episode."""
+    """Return the readings of perfect instruments in an episode."""
     plant = Plant(scene, hidden, episode)
     return plant.pushed() if scene.strokes else plant.grasped()
 
 
 class Plant:
-    """An object with everything that acts on it, in one episode."""
+    """An object with all forces on it, in one episode."""
 
     def __init__(self, scene: WideScene, hidden: Sequence[HiddenEffect], episode: int) -> None:
         self.scene, self.episode = scene, episode
@@ -57,7 +57,7 @@ class Plant:
         self.t: Floats = CONTACT_TIME_S + TIME_STEP_S * np.arange(self.n + 1, dtype=np.float64)
 
     def initial(self) -> list[float]:
-        """Return the state at contact: pose and twist of the object's origin, then the terms' own states."""
+        """Return the state at contact: pose and twist of the object's origin, then the terms' states."""
         start = self.scene.pushes[self.episode].start
         state = [*map(float, start), 0.0, 0.0, 0.0]
         return state + [value for term in self.terms for value in term.initial(start)]
@@ -94,7 +94,7 @@ class Plant:
         return [u + h / 6 * (p + 2 * q + 2 * r + w) for u, p, q, r, w in zip(state, a, b, c, d, strict=True)]
 
     def grasped(self) -> Readings:
-        """Simulate a grasp: its force is in proportion to the velocity that is missing."""
+        """Simulate a grasp. Its force is proportional to the velocity error."""
         scene = self.scene
         push: Any = scene.pushes[self.episode]
         halves: Floats = CONTACT_TIME_S + TIME_STEP_S / 2 * np.arange(2 * self.n + 3, dtype=np.float64)
@@ -132,7 +132,7 @@ def kinematics(state: Sequence[float]) -> Kinematics:
 
 
 class Servo:
-    """A grasp that exerts a force in proportion to the velocity that is missing, up to a limit."""
+    """A grasp with a force proportional to the velocity error, up to a limit."""
 
     def __init__(self, scene: WideScene, episode: int, wanted: list[list[float]]) -> None:
         self.grasp, self.wanted = scene.pushes[episode].grasp, wanted
@@ -161,7 +161,7 @@ class Servo:
 
 
 class FingerTip:
-    """The tip of a finger on a compliant arm: it touches without a moment about itself."""
+    """The tip of a finger on a compliant arm. Its contact has no moment about itself."""
 
     def __init__(self, scene: WideScene, episode: int) -> None:
         strokes = scene.strokes[episode]
@@ -171,7 +171,7 @@ class FingerTip:
         self.began, self.course = 0.0, (0.0, 0.0, 0.0, 0.0, True)
 
     def touch(self, t: float, at: Kinematics) -> tuple[float, float, float, float]:
-        """Return the force on the object, world axes, and where the tip is: pushed back to the surface."""
+        """Return the force on the object, world axes, and the tip's position on the surface."""
         x, y, vx, vy, down = self.course
         x, y = x + (t - self.began) * vx, y + (t - self.began) * vy
         if not down:
@@ -198,5 +198,5 @@ class FingerTip:
         return fx, fy, (x - at.x) * fy - (y - at.y) * fx
 
     def mean(self) -> Floats:
-        """Return the mean force over the last step, by the weights of its stages: no impulse is lost."""
+        """Return the mean force over the last step, weighted like its Runge-Kutta stages."""
         return np.asarray(RUNGE_KUTTA_WEIGHTS @ np.array(self.forces))

@@ -1,4 +1,4 @@
-"""What acts on the object in the ODE engine: wheels, friction, casters, floor, loads, cables, obstacles."""
+"""Force terms of the ODE engine: wheels, friction, casters, floors, loads, cables, obstacles."""
 
 from __future__ import annotations
 
@@ -17,17 +17,17 @@ from trundle.experiments.wide.scene import WideScene
 __all__ = ["InertialProperties", "Kinematics", "Term", "make_terms", "wheel_term"]
 
 BRISTLE_LENGTH_M = 5e-4
-"""Displacement over which dry friction builds up, m; shorter ones need shorter steps."""
+"""Displacement over which dry friction builds up. Shorter ones need shorter steps."""
 BRISTLE_DAMPING_TIME_S = 2e-4
-"""Damping of the bristles over their stiffness, s."""
+"""Damping of the bristles over their stiffness."""
 TYRE_RELAXATION_S = 5e-3
-"""Of a caster's tyre, s."""
+"""Relaxation time of a caster's tyre."""
 SLIP_STIFFNESS_RATIO = 20.0
-"""How much more a caster's tyre resists side slip than scrubbing does at the pivot, as in MuJoCo's family."""
+"""Resistance of a tyre to side slip over that of its scrubbing, as in the MuJoCo family."""
 LOAD_DAMPING_RATIO = 0.03
-"""Damping ratio of a swinging load, as in MuJoCo's family."""
+"""Damping ratio of a swinging load, as in the MuJoCo family."""
 OBSTACLE_STIFFNESS_N_PER_M = 3e4
-"""Stiffness of an obstacle, N/m."""
+"""Contact stiffness of an obstacle."""
 
 
 class Kinematics(NamedTuple):
@@ -45,7 +45,7 @@ class Kinematics(NamedTuple):
 
 @dataclass
 class InertialProperties:
-    """Mass, inertia about the mass centre, mass centre in the object's frame, and what changes with time."""
+    """Mass, inertia about the mass centre, mass centre in the object's frame, and changes over time."""
 
     mass: float
     inertia: float
@@ -55,7 +55,7 @@ class InertialProperties:
     wheel_factors: list[Callable[[float], tuple[float, float]]] = field(default_factory=list)
 
     def factor(self, t: float) -> float:
-        """Return by how much mass and inertia are larger at a time."""
+        """Return the factor of mass and inertia at a time."""
         found = 1.0
         for one in self.factors:
             found *= one(t)
@@ -66,7 +66,7 @@ Wrench = tuple[float, float, float]
 
 
 class Term:
-    """A force and moment about the object's origin, world axes, with inner states if it has any."""
+    """A force and moment about the object's origin, world axes, with internal states if it has any."""
 
     states = 0
 
@@ -74,23 +74,23 @@ class Term:
         self.force = force
 
     def initial(self, start: Sequence[float]) -> list[float]:
-        """Return the inner states at contact."""
+        """Return the internal states at contact."""
         return []
 
     def act(self, t: float, at: Kinematics, z: list[float]) -> tuple[float, float, float, list[float]]:
-        """Return force, moment, and the derivative of the inner states."""
+        """Return force, moment, and the derivative of the internal states."""
         assert self.force is not None
         return *self.force(t, at), []
 
 
 def point_motion(at: Kinematics, x: float, y: float) -> tuple[float, float, float, float]:
-    """Return lever and velocity of a point of the object, world axes."""
+    """Return lever arm and velocity of a point of the object, world axes."""
     rx, ry = at.c * x - at.s * y, at.s * x + at.c * y
     return rx, ry, at.vx - at.omega * ry, at.vy + at.omega * rx
 
 
 def wheel_term(wheel: Wheel, trait: InertialProperties | None = None) -> Term:
-    """Return a viscous wheel; the one that events change if the object's trait is given."""
+    """Return a viscous wheel. With inertial properties, events change its friction."""
 
     def force(t: float, at: Kinematics) -> Wrench:
         rx, ry, vx, vy = point_motion(at, wheel.x, wheel.y)
@@ -107,7 +107,7 @@ def wheel_term(wheel: Wheel, trait: InertialProperties | None = None) -> Term:
 
 
 class DahlFriction(Term):
-    """Dry friction at a point, as a bristle in the plane (Dahl 1968)."""
+    """Dry friction at a point, as a planar bristle (Dahl 1968)."""
 
     states = 2
 
@@ -116,11 +116,11 @@ class DahlFriction(Term):
         self.x, self.y, self.load = x, y, load
 
     def initial(self, start: Sequence[float]) -> list[float]:
-        """Begin unbent."""
+        """Return zero deflection."""
         return [0.0, 0.0]
 
     def act(self, t: float, at: Kinematics, z: list[float]) -> tuple[float, float, float, list[float]]:
-        """Bend with the motion, up to the bristle's length."""
+        """Return the bristle's force, and the rate of its deflection."""
         rx, ry, vx, vy = point_motion(at, self.x, self.y)
         slip = math.hypot(vx, vy) / BRISTLE_LENGTH_M
         zx, zy = vx - slip * z[0], vy - slip * z[1]
@@ -131,7 +131,7 @@ class DahlFriction(Term):
 
 
 class JointFriction(Term):
-    """Dry friction of two slides and a hinge that carry the object, each a bristle of its own (Dahl 1968)."""
+    """Dry friction of two slides and a hinge, each a bristle (Dahl 1968)."""
 
     states = 3
 
@@ -141,11 +141,11 @@ class JointFriction(Term):
         self.lengths = (BRISTLE_LENGTH_M, BRISTLE_LENGTH_M, BRISTLE_LENGTH_M / arm)
 
     def initial(self, start: Sequence[float]) -> list[float]:
-        """Begin unbent."""
+        """Return zero deflections."""
         return [0.0, 0.0, 0.0]
 
     def act(self, t: float, at: Kinematics, z: list[float]) -> tuple[float, float, float, list[float]]:
-        """Bend each with its own speed, up to its length."""
+        """Return the bristles' forces, and the rates of their deflections."""
         forces, rates = [], []
         for load, length, bent, speed in zip(self.loads, self.lengths, z, at[4:7], strict=True):
             rate = speed - abs(speed) / length * bent
@@ -156,7 +156,7 @@ class JointFriction(Term):
 
 
 class CasterTyre(Term):
-    """A trailing tyre that swivels: its side force turns the arm against scrubbing, a little late."""
+    """A trailing tyre that swivels. Its side force turns the arm against scrubbing, with a relaxation."""
 
     states = 2
 
@@ -165,11 +165,11 @@ class CasterTyre(Term):
         (self.x, self.y), self.trail, self.side, self.first = point, trail, side, first
 
     def initial(self, start: Sequence[float]) -> list[float]:
-        """Begin at rest in the direction that was drawn."""
+        """Return the drawn direction, and zero rate."""
         return [start[2] + self.first, 0.0]
 
     def act(self, t: float, at: Kinematics, z: list[float]) -> tuple[float, float, float, list[float]]:
-        """Return the side force; the tyre slips by what the arm does not follow."""
+        """Return the side force; the tyre slips by the motion that the arm does not follow."""
         rx, ry, vx, vy = point_motion(at, self.x, self.y)
         c, s = math.cos(z[0]), math.sin(z[0])
         aside = c * vy - s * vx
@@ -181,7 +181,7 @@ class CasterTyre(Term):
 
 
 class SprungLoad(Term):
-    """A load on two springs, a particle of its own."""
+    """A load on two springs, as a particle."""
 
     states = 4
 
@@ -190,12 +190,12 @@ class SprungLoad(Term):
         (self.x, self.y), self.mass, self.turn = point, mass, 2 * math.pi * frequency
 
     def initial(self, start: Sequence[float]) -> list[float]:
-        """Begin at rest in its place."""
+        """Return the load's rest position, and zero velocity."""
         c, s = math.cos(start[2]), math.sin(start[2])
         return [start[0] + c * self.x - s * self.y, start[1] + s * self.x + c * self.y, 0.0, 0.0]
 
     def act(self, t: float, at: Kinematics, z: list[float]) -> tuple[float, float, float, list[float]]:
-        """Pull the load back to its place, with the reaction where the load is."""
+        """Return the spring force at the load's position."""
         rx, ry, _, _ = point_motion(at, self.x, self.y)
         lx, ly = z[0] - at.x, z[1] - at.y
         ux, uy = z[2] - at.vx + at.omega * ly, z[3] - at.vy - at.omega * lx
@@ -205,7 +205,7 @@ class SprungLoad(Term):
 
 
 class BoucWenSpring(Term):
-    """A spring to the room that yields and remembers (Bouc and Wen)."""
+    """A hysteretic spring to the room (Bouc and Wen)."""
 
     states = 2
 
@@ -214,11 +214,11 @@ class BoucWenSpring(Term):
         self.stiffness, self.yields = stiffness, yields
 
     def initial(self, start: Sequence[float]) -> list[float]:
-        """Begin unbent."""
+        """Return zero deflection."""
         return [0.0, 0.0]
 
     def act(self, t: float, at: Kinematics, z: list[float]) -> tuple[float, float, float, list[float]]:
-        """Follow the displacement, and yield."""
+        """Return the spring force, and the rate of the deflection with yielding."""
         rates = []
         for bent, speed in ((z[0] / self.yields, at.vx), (z[1] / self.yields, at.vy)):
             rates.append(speed - 0.5 * (abs(speed) * bent * abs(bent) + speed * bent * bent))
@@ -226,7 +226,7 @@ class BoucWenSpring(Term):
 
 
 def tether(values: Values) -> Term:
-    """Return a cable that is slack below its length."""
+    """Return a cable that is slack below its rest length."""
     (x, y), (ax, ay) = values["point"], values["anchor"]
 
     def force(t: float, at: Kinematics) -> Wrench:
@@ -241,7 +241,7 @@ def tether(values: Values) -> Term:
 
 
 def obstacle(values: Values, scene: WideScene) -> Term:
-    """Return a round post that pushes back like a spring with a dashpot."""
+    """Return a round post as a spring with a dashpot."""
     outline = OutlineDistance(scene.shape)
     (px, py), radius, mu = values["place"], values["radius"], values["friction"]
     damping = 0.8 * math.sqrt(OBSTACLE_STIFFNESS_N_PER_M * scene.mass)
@@ -265,7 +265,7 @@ def obstacle(values: Values, scene: WideScene) -> Term:
 
 
 def patch(values: Values, scene: WideScene) -> Term:
-    """Return a carpet that drags at every foot on it, or corner."""
+    """Return a carpet that drags every foot, or corner, on it."""
     feet = [(float(x), float(y)) for x, y in scene.friction_points]
     c, s = math.cos(values["angle"]), math.sin(values["angle"])
 
@@ -283,7 +283,7 @@ def patch(values: Values, scene: WideScene) -> Term:
 
 
 def make_terms(one: HiddenEffect, scene: WideScene, episode: int, trait: InertialProperties) -> list[Term]:
-    """Return what a hidden family adds, or let it change the object's trait."""
+    """Return the terms of a hidden effect, or change the inertial properties."""
     name, values = one.family.name, one.values
     own: Any = getattr(one.family, "terms", None)
     if own is not None:
@@ -299,7 +299,7 @@ def coulomb(values: Values, scene: WideScene, episode: int, trait: InertialPrope
 
 
 def slope(values: Values, scene: WideScene, episode: int, trait: InertialProperties) -> list[Term]:
-    """Return gravity's part along the floor, at the mass centre."""
+    """Return gravity's component along the floor, at the mass centre."""
 
     def force(t: float, at: Kinematics) -> Wrench:
         mass = trait.mass * trait.factor(t)
@@ -322,13 +322,13 @@ def grain(values: Values, scene: WideScene, episode: int, trait: InertialPropert
 
 
 def slides(values: Values, scene: WideScene, episode: int, trait: InertialProperties) -> list[Term]:
-    """Return dry friction along the room's axes and of the spin."""
+    """Return dry friction along the room's axes and of the rotation."""
     arm = math.sqrt(trait.inertia / trait.mass)
     return [JointFriction((values["force_x"], values["force_y"]), values["torque"], arm)]
 
 
 def thinning(values: Values, scene: WideScene, episode: int, trait: InertialProperties) -> list[Term]:
-    """Return a drag with the root of the speed of the object's origin and of a ring about it."""
+    """Return a drag with the square root of the speed of the object's origin and of a ring about it."""
     ring = values["ring"]
 
     def force(t: float, at: Kinematics) -> Wrench:
@@ -346,7 +346,7 @@ def com_offset(values: Values, scene: WideScene, episode: int, trait: InertialPr
 
 
 def event_predicate(values: Values, episode: int) -> Callable[[float], bool]:
-    """Return whether an event has happened at a time of an episode."""
+    """Return a function that reports whether an event has happened at a time of an episode."""
     if episode != values["episode"]:
         return lambda t: episode > values["episode"]
     return lambda t: t >= values["time"]
@@ -368,7 +368,7 @@ def wheel_event(values: Values, scene: WideScene, episode: int, trait: InertialP
 
 
 def swinging(values: Values, scene: WideScene, episode: int, trait: InertialProperties) -> list[Term]:
-    """Take the load's mass from the object."""
+    """Move the load's mass from the object to a sprung load."""
     left = 1.0 - values["mass"] / scene.mass
     trait.mass, trait.inertia = left * trait.mass, left * trait.inertia
     return [SprungLoad(values["point"], values["mass"], values["frequency"])]
@@ -392,4 +392,4 @@ TERM_FACTORIES: dict[str, TermFactory] = {
     "swinging_load": swinging,
     "hysteretic_spring": lambda v, s, k, m: [BoucWenSpring(v["stiffness"], v["yields"])],
 }
-"""By the family's name; families of sensing add nothing to the motion."""
+"""By the family's name. Instrument effects add no force."""

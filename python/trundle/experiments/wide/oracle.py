@@ -1,7 +1,7 @@
-"""Whether what is hidden matters with the case's own instrument: nominal and true model, both refitted.
+"""Whether hidden effects are material with the case's own instrument: nominal and true model, both refitted.
 
-The fits see the recording in one convention, the sensor's axes and origin: which convention a case is
-published in must not decide whether it counts.
+The fits see the recording in one convention, the sensor's axes and origin, so that the published convention
+does not decide whether a case is material.
 """
 
 from __future__ import annotations
@@ -32,10 +32,10 @@ def oracle_misfits(
     bare: Sequence[Readings],
     matters: float,
 ) -> dict[str, Any]:
-    """Return held-out misfits: of the nominal model, of the true laws, and with one law left out at a time.
+    """Return held-out misfits: of the nominal model, of the true model, and without one law at a time.
 
-    Out of the catalogue there are no true laws; the same scene without the effect says what a perfect model
-    of it would leave ("floor").
+    Out of the catalogue there is no true law. The reference ("floor") is then the nominal misfit on the same
+    scene without the effect.
     """
     scene = in_sensor_convention(scene)
     made = make_recording(scene, hidden, seen, "oracle")
@@ -59,7 +59,7 @@ def in_sensor_convention(scene: WideScene) -> WideScene:
 
 
 def oracle_misfit(made: trundle.Recording, scene: WideScene, hidden: Sequence[HiddenEffect]) -> float | None:
-    """Return the held-out misfit with true laws, refitted from the truth; None where one has no law yet."""
+    """Return the held-out misfit of the true model, refitted from the truth; None if an effect has no law."""
     laws = true_laws(scene, hidden)
     if laws is None:
         return None
@@ -68,7 +68,7 @@ def oracle_misfit(made: trundle.Recording, scene: WideScene, hidden: Sequence[Hi
 
 
 def merge_wheels(wheel: Wheel, others: Sequence[Wheel]) -> Wheel:
-    """Return the one wheel that does what several do, but for a damping of the spin."""
+    """Return the one wheel that is equivalent to several, except for a rotational damping."""
     if not others:
         return wheel
     whole: NDArray[np.float64] = sum((other.damping() for other in others), wheel.damping())
@@ -79,7 +79,7 @@ def merge_wheels(wheel: Wheel, others: Sequence[Wheel]) -> Wheel:
 
 
 def rejection_reason(oracle: dict[str, Any], matters: float, each_matters: float) -> str | None:
-    """Return why a case does not count, or None."""
+    """Return the reason why a case is not material, or None."""
     before, after = oracle["before"], oracle.get("after", oracle.get("floor"))
     if after is None or not math.isfinite(before) or not math.isfinite(after):
         return "no fit"

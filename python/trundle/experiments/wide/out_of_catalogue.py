@@ -1,4 +1,4 @@
-"""Families that no law of the catalogue expresses, for both engines."""
+"""Families without a law in the catalogue, for both engines."""
 
 from __future__ import annotations
 
@@ -64,7 +64,7 @@ class WideMagnet(ForceLawFamily, Magnet):
 
 
 class WideShaking(ForceLawFamily, Shaking):
-    """A machine nearby that shakes the object along one direction of the room."""
+    """A machine shakes the object along one direction of the room."""
 
     def force(self, context: EpisodeContext, values: Values, t: float, at: Kinematics) -> Wrench:
         """Return a sine of the time since contact."""
@@ -75,20 +75,20 @@ class WideShaking(ForceLawFamily, Shaking):
 
 
 class WideStickyGround(ForceLawFamily, StickyGround):
-    """A floor that drags the more the farther one goes in one direction."""
+    """A floor whose drag grows steadily in one direction."""
 
     def force(self, context: EpisodeContext, values: Values, t: float, at: Kinematics) -> Wrench:
-        """Return a drag on the object's origin."""
+        """Return a drag at the object's origin."""
         way = math.cos(values["direction"]) * at.x + math.sin(values["direction"]) * at.y - values["from"]
         drag = min(values["slope"] * max(way, 0.0), 1000.0)
         return -drag * at.vx, -drag * at.vy, 0.0
 
 
 class WideWarmingWheel(WarmingWheel):
-    """A wheel whose grease is stiff at first and thins with time."""
+    """A wheel whose friction falls as its grease warms up."""
 
     def terms(self, scene: WideScene, episode: int, values: Values, trait: InertialProperties) -> list[Term]:
-        """Let the friction fall in the ODE engine."""
+        """Reduce the friction over time in the ODE engine."""
 
         def factors(t: float) -> tuple[float, float]:
             more = 1.0 + values["excess"] * math.exp(-(t - CONTACT_TIME_S) / values["seconds"])
@@ -99,9 +99,9 @@ class WideWarmingWheel(WarmingWheel):
 
 
 class LateralLift(ForceLawFamily):
-    """A force across the velocity, in proportion to it, like that of a skewed brush under the object.
+    """A force perpendicular to the velocity and proportional to it, like that of a skewed brush.
 
-    No damping matrix that dissipates has such a part.
+    No dissipative damping matrix has such a part.
     """
 
     name = "lateral_lift"
@@ -118,14 +118,14 @@ class LateralLift(ForceLawFamily):
 
 
 class Gusts(ForceLawFamily):
-    """Wind that never repeats: a sum of sines whose phases are drawn for every episode."""
+    """Aperiodic wind: a sum of sines with random phases in every episode."""
 
     name = "gusts"
     scales = ("force",)
     WAVES = 8
 
     def draw(self, rng: np.random.Generator, scene: Scene, paths: Sequence[Floats]) -> Values:
-        """Return its size, frequencies, and phases by episode and axis."""
+        """Return the size, the frequencies, and phases by episode and axis."""
         shape = (len(scene.pushes), 2, self.WAVES)
         return {
             "force": log_uniform(rng, 3.0, 15.0),
@@ -145,7 +145,7 @@ class Gusts(ForceLawFamily):
 
 
 class FloorWaves(ForceLawFamily):
-    """A floor in waves: the object's origin feels the slope of a surface in two directions."""
+    """A wavy floor: the object's origin feels the slope of the surface."""
 
     name = "floor_waves"
     scales = ("force",)
@@ -170,23 +170,23 @@ class FloorWaves(ForceLawFamily):
 
 
 class LeakingLoad(OutOfCatalogueFamily):
-    """Sand that runs out during every episode, and is filled up before the next."""
+    """Sand that leaks during every episode, and is refilled before the next."""
 
     name = "leaking_load"
     scales = ("share",)
 
     def draw(self, rng: np.random.Generator, scene: Scene, paths: Sequence[Floats]) -> Values:
-        """Return the share of the mass that is lost, and the time constant as a share of the episode."""
+        """Return the share of the mass that leaks, and the time constant as a share of the episode."""
         return {"share": float(rng.uniform(0.4, 0.75)), "pace": float(rng.uniform(0.3, 0.8))}
 
     def left(self, context: EpisodeContext, values: Values, t: float) -> float:
-        """Return the share of the mass that is left."""
+        """Return the remaining share of the mass."""
         scene: Any = context.scene
         seconds = float(values["pace"]) * (float(scene.seconds[context.episode]) - CONTACT_TIME_S)
         return 1.0 - float(values["share"]) * (1.0 - math.exp(-max(t - CONTACT_TIME_S, 0.0) / seconds))
 
     def hook(self, model: Any, context: EpisodeContext, values: Values) -> Hook | None:
-        """Scale mass and inertia in MuJoCo; what runs out takes its velocity with it."""
+        """Scale mass and inertia in MuJoCo. The lost mass keeps its velocity."""
         body = model.body("table").id
         mass, inertia = float(model.body_mass[body]), model.body_inertia[body].copy()
 
@@ -204,13 +204,13 @@ class LeakingLoad(OutOfCatalogueFamily):
 
 
 class WideRattlingLoad(RattlingLoad):
-    """A drawer without a spring that knocks against its ends: MuJoCo's joint limits."""
+    """A drawer that slides freely and hits its ends: MuJoCo's joint limits."""
 
     engines = ("mujoco",)
 
 
 MOVES_RESTING_OBJECT: frozenset[str] = frozenset({"magnet", "shaking", "gusts", "floor_waves"})
-"""Families that move an object that nobody holds."""
+"""Families that would move a free object at rest."""
 OUT_OF_CATALOGUE: dict[str, Family] = {
     family.name: family
     for family in (
@@ -226,4 +226,4 @@ OUT_OF_CATALOGUE: dict[str, Family] = {
         LeakingLoad(),
     )
 }
-"""By name; the right answer is "unexplained"."""
+"""By name. The correct answer is "unexplained"."""

@@ -1,4 +1,4 @@
-"""Which cases there are: what each hides, by which engine, and in which order."""
+"""Plan the cases: hidden effects, engine, seed and order."""
 
 from __future__ import annotations
 
@@ -17,7 +17,7 @@ __all__ = ["PlannedCase", "plan_cases"]
 
 @dataclass(frozen=True)
 class PlannedCase:
-    """What will be drawn: a name that tells nothing, the hidden families, an engine and a seed."""
+    """A case to draw: an uninformative name, the hidden families, an engine and a seed."""
 
     case: str
     names: tuple[str, ...]
@@ -26,9 +26,9 @@ class PlannedCase:
 
 
 def plan_cases(settings: Settings) -> list[PlannedCase]:
-    """Return all cases in an order that tells nothing of what they are.
+    """Return all cases in random order.
 
-    Of a subset of a range, the first cases of each kind; of one of n shares, every n-th case.
+    A subset of a range has the first cases of each kind. One of n shares has every n-th case.
     """
     left = settings.subset.groups() if settings.subset is not None else None
     chosen = []
@@ -60,12 +60,12 @@ def plan_range(settings: Settings) -> list[PlannedCase]:
 
 
 def requires_mujoco(name: str) -> bool:
-    """Tell whether only one engine has a family."""
+    """Return whether only MuJoCo can simulate a family."""
     return bool(getattr(get_family(name), "engines", ENGINES) == ("mujoco",))
 
 
 def shuffled_cycles(rng: np.random.Generator, names: Sequence[str], count: int) -> list[tuple[str, ...]]:
-    """Return each name about equally often, in random order within a round."""
+    """Return each name about equally often, in random order within a cycle."""
     found: list[tuple[str, ...]] = []
     while len(found) < count:
         found += [(names[i],) for i in rng.permutation(len(names))]
@@ -73,7 +73,7 @@ def shuffled_cycles(rng: np.random.Generator, names: Sequence[str], count: int) 
 
 
 def draw_set(rng: np.random.Generator, names: Sequence[str], size: int) -> tuple[str, ...]:
-    """Return a set of effects that can be told apart."""
+    """Return a random set of distinguishable effects."""
     while True:
         chosen = tuple(names[i] for i in sorted(rng.choice(len(names), size, replace=False)))
         if not any(frozenset(pair) in INDISTINGUISHABLE_PAIRS for pair in combinations(chosen, 2)):

@@ -1,12 +1,12 @@
-"""How a diagnosis' odds become probabilities: Platt's method on the answers of a tuning range.
+"""Calibration of a diagnosis' odds by Platt's method, on the answers of a tuning range.
 
-The odds of the models that a diagnosis tried say how much better one explains the recording than another.
-How often a name is right is another question: the catalogue may lack the true law. Platt (1999) fits
+The odds compare the models that a diagnosis fitted. The share of correct names also depends on whether the
+catalogue has the true law. Platt (1999) fits
 
     P(right) = 1 / (1 + exp(−(offset + slope · logit(odds))))
 
-by maximum likelihood, with targets (n₊ + 1)/(n₊ + 2) and 1/(n₋ + 2) in place of one and nought, so that no
-finite number of right names makes certainty. Each parameter needs ten wrong names (Peduzzi et al. 1996).
+by maximum likelihood, with targets (n₊ + 1)/(n₊ + 2) and 1/(n₋ + 2) instead of one and zero, so that a finite
+number of correct names does not give certainty. Each parameter needs ten wrong names (Peduzzi et al. 1996).
 With fewer than twenty, offset and slope stay at zero and one, and only the bound on the odds is fitted: the
 rule of succession, (n₊ + 1)/(n₋ + 1), on the names with a probability above 0.9.
 """
@@ -31,14 +31,14 @@ __all__ = ["PREVALENCE", "Platt", "current_platt", "fit_platt"]
 
 
 PREVALENCE = dict(zip(GROUPS, (0.25, 0.1, 0.05, 0.02, 0.5, 0.08), strict=True))
-"""Share of recordings of each kind at which probabilities are calibrated: half of them are clean."""
+"""Share of recordings of each kind for which probabilities are calibrated. Half of them are clean."""
 EVENTS_PER_PARAMETER = 10
-"""Wrong names for each fitted parameter, at least (Peduzzi et al. 1996)."""
+"""Smallest number of wrong names per fitted parameter (Peduzzi et al. 1996)."""
 
 
 @dataclass(frozen=True)
 class Platt:
-    """From odds to probabilities.
+    """Map from odds to probabilities.
 
     Attributes
     ----------
@@ -58,26 +58,26 @@ class Platt:
         return 1.0 / (1.0 + math.exp(-(self.offset + self.slope * bounded)))
 
     def logit(self, probability: float) -> float:
-        """Return the logit of the odds behind a probability, within ±`most`."""
+        """Return the logit of the odds for a probability, within ±`most`."""
         bounded = min(max(probability, 1e-12), 1.0 - 1e-12)
         logit = (math.log(bounded / (1.0 - bounded)) - self.offset) / self.slope
         return max(-self.most, min(logit, self.most))
 
 
 def current_platt() -> Platt:
-    """Return what diagnoses use."""
+    """Return the parameters that diagnoses use."""
     return Platt(*_native._platt())
 
 
 def fit_platt(rows: Sequence[Row], used: Platt) -> Platt | None:
-    """Fit answers whose truth is known, each kind of recording at its prevalence; `None` without a name.
+    """Fit answers with a known truth, each kind of recording at its prevalence; None if no effect is named.
 
     Parameters
     ----------
     rows : sequence of dict
         With `answer` and `truth`.
     used : Platt
-        What the answers' probabilities were made with.
+        The parameters behind the answers' probabilities.
     """
     counts = Counter(case_group(row["truth"]) for row in rows)
     found = []
@@ -109,6 +109,6 @@ def fit_platt(rows: Sequence[Row], used: Platt) -> Platt | None:
 
 
 def fit_bound(certain: NDArray[np.bool_], right: Floats, weights: Floats) -> float:
-    """Return the logit of the share of certain names that are right (rule of succession), at least zero."""
+    """Return the logit of the share of certain names that are correct (rule of succession), at least zero."""
     good, bad = (float(weights @ (certain * held)) for held in (right, 1.0 - right))
     return max(math.log((good + 1.0) / (bad + 1.0)), 0.0)

@@ -1,4 +1,4 @@
-"""`trundle prove` with a wide benchmark's file: from the file to the page."""
+"""Run `trundle prove` with the file of a wide benchmark."""
 
 from __future__ import annotations
 
@@ -34,25 +34,25 @@ def prove_wide(
     redraw: bool = False,
     quiet: bool = False,
 ) -> str:
-    """Do what has not been done of a wide benchmark, and write its page.
+    """Run the unfinished part of a wide benchmark, and write its page.
 
     Parameters
     ----------
     config : Path
-        The benchmark's file.
+        Settings file.
     which : str
         A range of the file.
     work : Path
-        Folder of recordings and of finished units; an interrupted run continues from it.
+        Folder of recordings and finished units; an interrupted run continues from it.
     out : Path
-        Folder of the page and of `wide/` (results, sealed answers, costs).
+        Folder of the page and of `wide/` (results, sealed truth, costs).
     backend : Backend
         Where units run.
     shares : int, optional
-        Of the range that are done at most: those that come first among those that `out` does not hold, or
-        holds from another version of the code. By default all of them.
+        Largest number of shares to run: the first of those without results of this code version in `out`. By
+        default all of them.
     fresh, redraw : bool
-        Begin anew; or only write the page.
+        Discard earlier results; or only write the page.
     quiet : bool
         Show no progress.
 
@@ -79,7 +79,7 @@ def prove_wide(
 
 @dataclass(frozen=True)
 class RangeFiles:
-    """A range, or a share of one, and where its results are."""
+    """A range, or a share of one, and the files of its results."""
 
     settings: Settings
     folder: Path
@@ -87,23 +87,23 @@ class RangeFiles:
 
     @property
     def name(self) -> str:
-        """Return the beginning of its files' names."""
+        """Prefix of the files' names."""
         share = self.settings.share
         return self.range_name if share is None else f"{self.range_name}_{share:02}"
 
     @property
     def results(self) -> Path:
-        """Return the file of the answers."""
+        """File of the answers."""
         return self.folder / f"{self.name}.jsonl"
 
     @property
     def sealed(self) -> Path:
-        """Return the file of the truths."""
+        """File of the sealed truth."""
         return self.folder / f"{self.name}.answers.json"
 
     @property
     def costs(self) -> Path:
-        """Return the file of what the diagnoses cost."""
+        """File of the costs of the diagnoses."""
         return self.folder / f"{self.name}.cost.jsonl"
 
     def head(self) -> dict[str, Any]:
@@ -111,14 +111,14 @@ class RangeFiles:
         return {"settings": self.settings.plain(), "code": code_versions()}
 
     def done(self) -> bool:
-        """Tell whether a share has results of these settings and this code; a whole range is never done."""
+        """Return whether a share has results of these settings and this code; False for a whole range."""
         if self.settings.share is None or not self.results.exists():
             return False
         head = read_lines(self.results)[0]
         return bool(self.head().items() <= head.items())
 
     def fill(self, benchmark: WideBenchmark) -> None:
-        """Draw, seal and diagnose, and keep the results."""
+        """Draw, seal and diagnose, and write the results."""
         sha, rows = run_benchmark(benchmark, self.sealed, print_status)
         answers = [{key: v for key, v in row["answer"].items() if key != "cost"} for row in rows]
         found = [{"case": row["case"], "answer": answer} for row, answer in zip(rows, answers, strict=True)]
@@ -135,7 +135,7 @@ class RangeFiles:
 
 
 def render_page(settings: Settings, places: Sequence[RangeFiles]) -> str:
-    """Return the page from the results that are kept."""
+    """Return the page of the stored results."""
     parts = [place.rows() for place in places]
     rows = [row for _, found, _ in parts for row in found]
     truths = [truth for *_, found in parts for truth in found]
@@ -156,7 +156,7 @@ def render_page(settings: Settings, places: Sequence[RangeFiles]) -> str:
 def intro(
     settings: Settings, heads: Sequence[dict[str, Any]], rows: Sequence[Row], truths: Sequence[Row]
 ) -> str:
-    """Return what the benchmark is, how many recordings it has, and which code was judged."""
+    """Return the introduction: the benchmark, the number of recordings, and the version of the code."""
     counts = ", ".join(f"{sum(case_group(row['truth']) == name for row in rows)} {name}" for name in GROUPS)
     given_up = sum(truth["digest"] is None for truth in truths)
     versions = sorted({head["code"]["diagnosis"].split("-")[0] for head in heads})

@@ -1,4 +1,4 @@
-"""What is drawn before any effect: an object, its wheel, instruments, and how it is pushed."""
+"""Scenes of the wide benchmark: an object, its wheel, instruments, and pushes, without hidden effects."""
 
 from __future__ import annotations
 
@@ -17,9 +17,9 @@ __all__ = ["ENGINES", "WideScene", "draw_wide_scene"]
 
 ENGINES = ("mujoco", "ode")
 MAX_TOTAL_DURATION_S = 120.0
-"""Of all episodes of a recording together, which bounds the cost of a case."""
+"""Bound on the duration of all episodes of a recording, which bounds the cost of a case."""
 INSTRUMENT_ATTEMPTS = 6
-"""Draws of a scene with one instrument before another instrument is drawn."""
+"""Number of scenes with one instrument before another instrument is drawn."""
 
 
 @dataclass(frozen=True)
@@ -32,15 +32,15 @@ class WideScene(Scene):
         One of `ENGINES`.
     instrument : Instrument
     seconds : tuple of float
-        Length of each episode.
+        Duration of each episode.
     compliance : (m/N, rad/(N·m))
-        How far a compliant grasp gives way.
+        Compliance of the grasp.
     strokes : tuple of Strokes
-        What a free pusher does in each episode; empty for a grasp.
+        Strokes of free pushing in each episode; empty for a grasp.
     clock : tuple of float
-        What is added to the time of each episode, s.
+        Offset of the time of each episode, s.
     rest : tuple of float
-        From when on each episode is recorded, s before the clock is added.
+        Start of the recording of each episode, s, without the clock offset.
     """
 
     engine: str = "mujoco"
@@ -58,7 +58,7 @@ class WideScene(Scene):
 
 
 def draw_wide_scene(seed: int, attempt: int, engine: str) -> WideScene:
-    """Return the scene of a seed; another one for each attempt."""
+    """Return the scene of a seed; each attempt gives another one."""
     instrument = draw_instrument(np.random.default_rng([seed, attempt // INSTRUMENT_ATTEMPTS, 11]))
     rng = np.random.default_rng([seed, attempt, 12])
     outline = draw_outline(rng)
@@ -99,7 +99,7 @@ def draw_wide_scene(seed: int, attempt: int, engine: str) -> WideScene:
 
 
 def draw_lengths(rng: np.random.Generator) -> tuple[float, ...]:
-    """Return the lengths of 3 to 20 episodes of 2 to 20 s; medians 8 and 6 s."""
+    """Return the durations of 3 to 20 episodes of 2 to 20 s; medians 8 episodes and 6 s."""
     count = int(np.clip(np.round(np.exp(rng.normal(np.log(8.0), 0.4))), 3, 20))
     typical = float(np.exp(rng.normal(np.log(6.0), 0.4)))
     typical = min(typical, MAX_TOTAL_DURATION_S / count)
@@ -108,12 +108,12 @@ def draw_lengths(rng: np.random.Generator) -> tuple[float, ...]:
 
 
 def with_pace(push: Push, pace: float) -> Push:
-    """Return a push at another pace, over the same ways."""
+    """Return a push at another pace along the same path."""
     return replace(push, amplitude=pace * push.amplitude, frequency=pace * push.frequency)
 
 
 def draw_scaled_wheel(rng: np.random.Generator, outline: Outline, mass: float) -> Wheel:
-    """Return a wheel under the object; its friction is in proportion to the root of the mass."""
+    """Return a wheel under the object with friction proportional to the square root of the mass."""
     x, y = draw_point(rng, outline)
     mu_x, mu_y = np.exp(rng.uniform(np.log((4.0, 40.0)), np.log((40.0, 300.0)))) * np.sqrt(mass / 20.0)
     return Wheel(x, y, float(rng.uniform(-np.pi / 2, np.pi / 2)), float(mu_x), float(mu_y))
@@ -122,7 +122,7 @@ def draw_scaled_wheel(rng: np.random.Generator, outline: Outline, mass: float) -
 def draw_compliance(
     rng: np.random.Generator, contact: str, limit: tuple[float, float]
 ) -> tuple[float, float]:
-    """Return the compliance of a grasp: at the limits it gives way by 3 to 20 mm and 0.03 to 0.2 rad."""
+    """Return a compliance that yields 3 to 20 mm and 0.03 to 0.2 rad at the limits of the grasp."""
     if contact != "compliant":
         return 0.0, 0.0
     return log_uniform(rng, 0.003, 0.02) / limit[0], log_uniform(rng, 0.03, 0.2) / limit[1]

@@ -1,4 +1,4 @@
-"""Answers against truth: names, ties, wrong names, intervals and gain."""
+"""Score answers against the truth: names, ties, wrong names, intervals and gain."""
 
 from __future__ import annotations
 
@@ -24,23 +24,23 @@ __all__ = [
 Row = dict[str, Any]
 
 MAX_TIE = 3
-"""Sets of effects that a tie may hold to count as right."""
+"""Largest number of tied sets in a correct answer."""
 CERTAIN_PROBABILITY = 0.9
-"""Above which probability a name must be right."""
+"""Probability above which a name counts as certain."""
 Z90 = 1.644854
-"""Of a two-sided interval of 90 %."""
+"""Half width of a two-sided 90 % interval in standard deviations."""
 GROUPS = ("one effect", "two effects", "three effects", "four effects", "clean", "out of catalogue")
 
 
 def case_group(truth: Row) -> str:
-    """Return which of `GROUPS` a case is in."""
+    """Return the member of `GROUPS` of a case."""
     if truth["outside"]:
         return "out of catalogue"
     return ("clean", "one effect", "two effects", "three effects", "four effects")[len(truth["names"])]
 
 
 def candidates(answer: Row) -> set[frozenset[str]]:
-    """Return the sets of effects that an answer gives: the one it names, and those tied with it."""
+    """Return the sets of effects of an answer: the named set, and the sets tied with it."""
     if answer["verdict"] != "explained":
         return set()
     names = [str(one["effect"]) for one in answer["missing"]]
@@ -54,7 +54,7 @@ def candidates(answer: Row) -> set[frozenset[str]]:
 
 
 def is_right(answer: Row, truth: Row) -> bool:
-    """Tell whether an answer is the exact set or a small tie that holds it, or the right verdict."""
+    """Return whether an answer is the exact set or a small tie that contains it, or the correct verdict."""
     if truth["outside"]:
         return bool(answer["verdict"] == "unexplained")
     if not truth["names"]:
@@ -64,7 +64,9 @@ def is_right(answer: Row, truth: Row) -> bool:
 
 
 def named_probabilities(answer: Row, truth: Row) -> list[tuple[float, bool]]:
-    """Return for each name given its probability, and whether it is in the recording or tied with what is."""
+    """Return for each name its probability, and whether it or a tied effect is present.
+    is.
+    """
     if answer["verdict"] != "explained":
         return []
     true = set() if truth["outside"] else set(truth["names"])
@@ -77,7 +79,7 @@ def named_probabilities(answer: Row, truth: Row) -> list[tuple[float, bool]]:
 
 
 def has_wrong_name(answer: Row, truth: Row) -> bool:
-    """Tell whether a name is given that is not in the recording, with a probability above `CERTAIN_PROBABILITY`."""
+    """Return whether a certain name is not in the recording."""
     return any(
         probability > CERTAIN_PROBABILITY and not right
         for probability, right in named_probabilities(answer, truth)
@@ -85,7 +87,7 @@ def has_wrong_name(answer: Row, truth: Row) -> bool:
 
 
 def relative_gain(answer: Row, truth: Row) -> float | None:
-    """Return what the answer gained one second ahead on held-out episodes over the oracle's, in logarithm."""
+    """Return the logarithmic held-out gain one second ahead, relative to the oracle's."""
     oracle, held_out = truth["oracle"], answer.get("held_out") or {}
     if oracle.get("after") is None or not {"before", "after"} <= held_out.keys():
         return None
@@ -114,10 +116,10 @@ PLACES = {
 
 
 def coverage(answer: Row, truth: Row) -> Iterator[tuple[str, bool]]:
-    """Yield (effect, whether the 90 % interval holds the truth) for each interval that can be judged.
+    """Yield (effect, whether the 90 % interval contains the truth) for each interval with a known truth.
 
-    Of effects that are named and in the recording, where no name is wrong or missing; and of the mass
-    of the object where it was not given, which counts under "mass of the object".
+    Intervals of named effects are scored if the answer is correct. The mass of the object is scored if it was
+    not given.
     """
     if not truth["names"] and answer["verdict"] == "consistent":
         yield from mass_interval(answer, truth, "before")
@@ -153,6 +155,6 @@ def effect_intervals(one: Row, true: Row) -> Iterator[tuple[str, bool]]:
 
 
 def check_interval(effect: str, mean: Any, sd: Any, value: float) -> Iterator[tuple[str, bool]]:
-    """Yield whether an interval holds a value, if there is an interval."""
+    """Yield whether an interval contains a value, if there is an interval."""
     if mean is not None and sd is not None:
         yield effect, abs(mean - value) <= Z90 * sd

@@ -1,4 +1,4 @@
-"""Outlines of all kinds: rectangles, L, T, triangles, discs and polygons, with frames that are off centre."""
+"""Random outlines: rectangles, L, T, triangles, discs and polygons, with off-centre frames."""
 
 from __future__ import annotations
 
@@ -15,17 +15,17 @@ __all__ = ["Outline", "draw_outline"]
 KINDS = ("rectangle", "ell", "tee", "triangle", "disc", "polygon")
 KIND_PROBABILITIES = (0.25, 0.15, 0.15, 0.15, 0.15, 0.15)
 FEET_INSET = 0.08
-"""Distance of feet from the edges, as a share of the radius of gyration."""
+"""Distance of the feet from the edges, as a share of the radius of gyration."""
 
 
 @dataclass(frozen=True)
 class Outline(Shape):
-    """An outline whose convex parts are polygons too.
+    """An outline with its convex parts.
 
     Attributes
     ----------
     parts : tuple of array (n, 2)
-        Convex, counter-clockwise, without overlap; none for a disc.
+        Convex, counter-clockwise, without overlap; empty for a disc.
     """
 
     parts: tuple[Floats, ...] = ()
@@ -72,7 +72,7 @@ def rectangle(rng: np.random.Generator, size: float) -> tuple[list[Floats], Floa
 
 
 def box(x: float, y: float, right: float, top: float) -> Floats:
-    """Return an axis-aligned box by its corners; centred where the second is not a number."""
+    """Return the corners of an axis-aligned box; centred at the origin if `right` and `top` are NaN."""
     right, top = (-x if np.isnan(right) else right), (-y if np.isnan(top) else top)
     return np.array([[x, y], [right, y], [right, top], [x, top]])
 
@@ -105,7 +105,7 @@ def tee(rng: np.random.Generator, size: float) -> tuple[list[Floats], Floats]:
 
 
 def triangle(rng: np.random.Generator, size: float) -> tuple[list[Floats], Floats]:
-    """Return a triangle without sharp corners."""
+    """Return a triangle without acute corners."""
     turn = np.array([0.0, 2.0, 4.0]) * np.pi / 3 + rng.uniform(-0.35, 0.35, 3)
     ring = 1.2 * size * np.column_stack([np.cos(turn), np.sin(turn)])
     return [ring], ring
@@ -120,7 +120,7 @@ def polygon(rng: np.random.Generator, size: float) -> tuple[list[Floats], Floats
 
 
 def disc(rng: np.random.Generator, size: float) -> tuple[list[Floats], Floats]:
-    """Return what the frame of a disc is drawn from."""
+    """Return the points from which the frame of a disc is drawn."""
     return [], size * np.array([[1.0, 0.0], [0.0, 1.0], [-1.0, 0.0], [0.0, -1.0]])
 
 
@@ -142,5 +142,5 @@ def inset_corners(ring: Floats, by: float) -> Floats:
 
 
 def left_normals(edges: Floats) -> Floats:
-    """Return unit normals (n, 2) to the left of edges."""
+    """Return the unit normals (n, 2) to the left of edges."""
     return np.asarray(np.column_stack([-edges[:, 1], edges[:, 0]]) / np.hypot(*edges.T)[:, None])

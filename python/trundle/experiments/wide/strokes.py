@@ -1,4 +1,4 @@
-"""Free pushing: a finger that goes down beside the object, pushes, draws back, and comes again elsewhere."""
+"""Free pushing: a finger makes contact, pushes, retracts, and starts again at another place."""
 
 from __future__ import annotations
 
@@ -16,11 +16,11 @@ __all__ = ["Finger", "Stroke", "Strokes", "draw_strokes"]
 
 
 CLEARANCE_M = 0.03
-"""Between finger and edge where it goes down, m."""
+"""Distance between finger and edge at the start of a stroke."""
 SPEED_TIME_CONSTANT_S = 0.15
-"""Time constant with which the finger's speed follows, s."""
+"""Time constant of the finger's speed."""
 LIFT_DURATION_S = 0.3
-"""Time between two strokes, in which the finger is lifted over to its next place, s."""
+"""Time between two strokes, in which the finger moves above the object."""
 
 
 @dataclass(frozen=True)
@@ -30,14 +30,15 @@ class Stroke:
     Attributes
     ----------
     begin, end : float
-        Internal time, s; the finger draws back in the last `back` seconds.
+        Internal time, s.
     back : float
+        Duration of the retraction before `end`, s.
     edge : float
-        Where along the outline it goes down, 0 to 1.
+        Position of the start along the outline, 0 to 1.
     lean : float
-        Angle between its way and the inward normal there, rad.
+        Angle between the stroke and the inward normal at its start, rad.
     speed, wobble, frequency : float
-        Speed along its way, m/s; relative amplitude and frequency (Hz) of a change of it.
+        Speed, m/s; relative amplitude and frequency (Hz) of its modulation.
     """
 
     begin: float
@@ -52,7 +53,7 @@ class Stroke:
 
 @dataclass(frozen=True)
 class Strokes:
-    """The strokes of an episode, the finger's arm stiffness (N/m), and the friction of its tip."""
+    """The strokes of an episode, the arm's stiffness (N/m), and the friction coefficient of the fingertip."""
 
     strokes: tuple[Stroke, ...]
     stiffness: float
@@ -84,7 +85,7 @@ def draw_strokes(rng: np.random.Generator, seconds: float) -> Strokes:
 
 @dataclass
 class Finger:
-    """The wanted motion of the finger; where it goes down depends on where the object is then."""
+    """The desired motion of the finger. The start of a stroke depends on the object's pose at that time."""
 
     strokes: Strokes
     shape: Shape
@@ -117,7 +118,7 @@ class Finger:
         return *self.place, vx, vy, True
 
     def start(self, stroke: Stroke, pose: Sequence[float]) -> tuple[tuple[float, float], tuple[float, float]]:
-        """Return where the finger goes down, and the direction of its way."""
+        """Return the start of a stroke, and its direction."""
         ring = self.shape.outline
         edges = np.roll(ring, -1, axis=0) - ring
         lengths = np.hypot(*edges.T)
@@ -133,7 +134,7 @@ class Finger:
 
 
 def desired_speed(stroke: Stroke, t: float) -> float:
-    """Return the wanted speed along the way."""
+    """Return the desired speed along the stroke."""
     if t > stroke.end - stroke.back:
         return -0.3
     return stroke.speed * (

@@ -52,7 +52,7 @@ CLASSES: dict[str, Callable[[Row], str]] = {
 
 
 def right_share(rows: Sequence[Row]) -> Share:
-    """Return the share of right answers."""
+    """Return the share of correct answers."""
     return share(is_right(row["answer"], row["truth"]) for row in rows)
 
 
@@ -62,7 +62,7 @@ def of_group(rows: Sequence[Row], name: str) -> list[Row]:
 
 
 def accuracy(rows: Sequence[Row]) -> str:
-    """Return the rates to be reached, by engine too."""
+    """Return the targets and results, also by engine."""
     lines = []
     for name in GROUPS:
         mine = of_group(rows, name)
@@ -87,7 +87,7 @@ def accuracy(rows: Sequence[Row]) -> str:
 
 
 def instruments(rows: Sequence[Row]) -> str:
-    """Return right answers by class of instrument."""
+    """Return correct answers by class of instrument."""
     lines = []
     kinds = {"clean": ("clean",), "effects": GROUPS[:4], "out of catalogue": ("out of catalogue",)}
     for label, of in CLASSES.items():
@@ -103,7 +103,7 @@ def instruments(rows: Sequence[Row]) -> str:
 
 
 def effects(rows: Sequence[Row]) -> str:
-    """Return what single effects and families out of the catalogue were answered."""
+    """Return the answers by single hidden effect."""
     lines = []
     for name in ("one effect", "out of catalogue"):
         mine = of_group(rows, name)
@@ -118,14 +118,14 @@ def effects(rows: Sequence[Row]) -> str:
 
 
 def answer_label(answer: Row) -> str:
-    """Return an answer in a few words."""
+    """Return an answer as a short label."""
     if answer["verdict"] != "explained":
         return str(answer["verdict"])
     return " + ".join(sorted(one["effect"] for one in answer["missing"]))
 
 
 def wrong_answers(rows: Sequence[Row]) -> str:
-    """Return every answer that is not right, of recordings that are clean or hide several effects."""
+    """Return all wrong answers of clean recordings and of recordings with several effects."""
     lines = []
     for row in rows:
         truth, answer = row["truth"], row["answer"]
@@ -148,7 +148,7 @@ def wrong_answers(rows: Sequence[Row]) -> str:
 
 
 def rejections(truths: Sequence[Row]) -> str:
-    """Return the share of draws that did not count, by class of instrument."""
+    """Return the share of draws that were not material, by class of instrument."""
     tried = [
         one for truth in truths if truth["names"] for one in truth["attempts"] if one["reason"] != "no place"
     ]
@@ -163,7 +163,7 @@ def rejections(truths: Sequence[Row]) -> str:
 
 
 def intervals(rows: Sequence[Row]) -> str:
-    """Return how many 90 % intervals hold the truth, pooled and by effect."""
+    """Return the coverage of 90 % intervals, pooled and by effect."""
     found = [
         (effect, held, row["truth"]["engine"])
         for row in rows
@@ -176,7 +176,7 @@ def intervals(rows: Sequence[Row]) -> str:
 
 
 def coverage_cells(found: Sequence[tuple[str, bool, str]]) -> list[str]:
-    """Return the share of intervals that hold the truth, pooled and by engine."""
+    """Return the coverage of intervals, pooled and by engine."""
     pooled = [share(held for _, held, _ in found)]
     return [
         one.text()
@@ -185,7 +185,7 @@ def coverage_cells(found: Sequence[tuple[str, bool, str]]) -> list[str]:
 
 
 def probabilities(rows: Sequence[Row]) -> str:
-    """Return the reliability of `probability` by bins, and Brier and log score against the base rate."""
+    """Return the calibration of `probability` by bins, and Brier and log score against the base rate."""
     found = [one for row in rows for one in named_probabilities(row["answer"], row["truth"])]
     if not found:
         return "No effect was named."
@@ -206,7 +206,7 @@ def probabilities(rows: Sequence[Row]) -> str:
 
 
 def platt_text(rows: Sequence[Row]) -> str:
-    """Return what these answers would make of a diagnosis' odds."""
+    """Return the parameters of Platt's method fitted to these answers."""
     used = reliability.current_platt()
     found = reliability.fit_platt(rows, used)
     if found is None:
@@ -220,7 +220,7 @@ def platt_text(rows: Sequence[Row]) -> str:
 
 
 def probability_scores(found: Sequence[tuple[float, bool]]) -> tuple[float, float]:
-    """Return Brier score and mean negative log probability, which is bounded at 10⁻⁶."""
+    """Return Brier score and mean negative log probability, with probabilities of at least 10⁻⁶."""
     brier = sum((p - held) ** 2 for p, held in found) / len(found)
     logs = [-math.log(min(max(p if held else 1.0 - p, 1e-6), 1.0)) for p, held in found]
     return brier, sum(logs) / len(logs)

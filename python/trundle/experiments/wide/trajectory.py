@@ -1,4 +1,4 @@
-"""What truly happened in an episode, as perfect instruments would read it."""
+"""Ideal readings of a simulated motion."""
 
 from __future__ import annotations
 
@@ -14,9 +14,9 @@ __all__ = ["first_contact_time", "grasp_readings", "grid_readings"]
 
 
 def grasp_readings(scene: WideScene, episode: int, t: Floats, pose: Floats, wrench: Floats) -> Readings:
-    """Return the course of a grasp whose wrench is given in its axes about its origin.
+    """Return the readings of a grasp whose wrench is given in its axes about its origin.
 
-    A compliant grasp has no mass: the gripper is displaced in proportion to the wrench through it.
+    A compliant grasp has no mass: the gripper is displaced in proportion to the wrench.
     """
     grasp = gripper_poses(pose, scene.pushes[episode].grasp)
     along, turn = scene.compliance
@@ -31,7 +31,7 @@ def grasp_readings(scene: WideScene, episode: int, t: Floats, pose: Floats, wren
 def grid_readings(
     scene: WideScene, episode: int, t: Floats, pose: Floats, gripper: Floats, wrench: Floats
 ) -> Readings:
-    """Return a course on the grid, with the rest before contact.
+    """Return readings on the grid, with the rest before contact.
 
     Parameters
     ----------
@@ -51,11 +51,11 @@ def grid_readings(
 
 
 def resting_gripper(scene: WideScene, episode: int, pose: Floats, gripper: Floats) -> Floats:
-    """Return where the gripper is before contact."""
+    """Return the gripper's pose before contact."""
     return gripper if scene.strokes else gripper_poses(pose[None, :], scene.pushes[episode].grasp)[0]
 
 
 def first_contact_time(seen: Readings) -> float:
-    """Return when the first force acts, s; the end if none does."""
+    """Return the time of the first force, s; the end if there is none."""
     touches = np.flatnonzero(np.hypot(seen.wrench[:, 0], seen.wrench[:, 1]) > 1e-6)
     return float(seen.t[touches[0]] if len(touches) else seen.t[-1])

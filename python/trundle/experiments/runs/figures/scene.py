@@ -1,4 +1,4 @@
-"""The episode from above, which can be played: object, goal, obstacle, push, and the belief of the wheel."""
+"""The animated top view of an episode: object, goal, obstacle, push, and the estimated wheel."""
 
 from __future__ import annotations
 
@@ -23,11 +23,11 @@ __all__ = ["draw"]
 
 MAX_START_OUTLINES = 6
 FORCE_SCALE = 0.6
-"""Length of the arrow of a force, user units a newton."""
+"""Length of a force arrow, user units per newton."""
 
 
 def draw(identity: str, episode: Episode) -> Html:
-    """Return the scene at the end of the episode, with what a script needs to show it at any other time."""
+    """Return the scene at the end of the episode, with the data of the animation."""
     plan, end = scene_plan(episode), len(episode.t) - 1
     before = [placed(shape, episode.pose[k]) for k in outline_samples(end) for shape in episode.outline]
     drawing = plan.framed(
@@ -44,7 +44,7 @@ def draw(identity: str, episode: Episode) -> Html:
 
 
 def caption(episode: Episode) -> list[Child]:
-    """Return the controls, hidden until the script is there, and what is to be seen."""
+    """Return the controls, which a script shows, and the legend."""
     end = len(episode.t) - 1
     slider = Html(f'<input type="range" min="0" max="{end}" value="{end}" aria-label="time in the episode">')
     controls = tag("span", tag("button", "Play", type="button"), slider, class_="controls", hidden="")
@@ -60,7 +60,7 @@ def caption(episode: Episode) -> list[Child]:
 
 
 def scene_plan(episode: Episode) -> Plan:
-    """Return a map of everything that is to be seen at some time."""
+    """Return the map of the whole scene."""
     few = np.linspace(0, len(episode.t) - 1, 60).astype(int)
     shapes = [placed(shape, episode.pose[k]) for k in few for shape in episode.outline]
     shapes += [placed(shape, episode.goal[-1]) for shape in episode.outline]
@@ -68,17 +68,17 @@ def scene_plan(episode: Episode) -> Plan:
 
 
 def outline_samples(end: int) -> list[int]:
-    """Return the samples at which the outline is drawn, beside the last."""
+    """Return the samples whose outlines are drawn."""
     return [int(k) for k in np.linspace(0, end, MAX_START_OUTLINES + 1)[:-1]]
 
 
 def svg_points(points: Array) -> str:
-    """Return points (n, 2) as SVG lists them."""
+    """Return points (n, 2) as an SVG list."""
     return " ".join(f"{number(x)},{number(y)}" for x, y in points)
 
 
 def object_group(plan: Plan, episode: Episode, index: int) -> Html:
-    """Return the object and what belongs to it at a sample, in a group that moves as it does."""
+    """Return the object and its marks at a sample, in a group that moves with it."""
     local = np.array([plan.scale, -plan.scale])
     ahead = 0.6 * max(float(shape[:, 0].max()) for shape in episode.outline) * plan.scale
     nose = arrows.arrow(np.zeros(2), np.array([ahead, 0.0]), "nose", head=7.0)
@@ -99,7 +99,7 @@ def object_group(plan: Plan, episode: Episode, index: int) -> Html:
 
 
 def belief_group(plan: Plan, update: Update | None) -> Html:
-    """Return the belief of the wheel; an empty group that a script fills where there is none."""
+    """Return the marks of a belief; an empty group, which a script fills, without one."""
     local = np.array([plan.scale, -plan.scale])
     drawn: list[Child] = []
     if update is not None and update.wheel is not None:
@@ -111,13 +111,13 @@ def belief_group(plan: Plan, update: Update | None) -> Html:
 
 
 def svg_pose(plan: Plan, at_: Array) -> tuple[float, float, float]:
-    """Return a pose (3,) as place in user units and turn, degrees, clockwise on the page."""
+    """Return a pose (3,) as position in user units and clockwise rotation, degrees."""
     x, y = plan.at(at_[None, :2])[0]
     return float(x), float(y), -math.degrees(at_[2])
 
 
 def force_path(plan: Plan, episode: Episode, index: int) -> str:
-    """Return the arrow of the force on the object, in its frame; nothing before the first push."""
+    """Return the arrow of the force on the object, in its frame; empty before the first push."""
     push = episode.wrench[index, :2] * np.array([1.0, -1.0]) * FORCE_SCALE
     foot = episode.grasp[index] * np.array([plan.scale, -plan.scale])
     length = float(np.hypot(*push))
@@ -130,13 +130,13 @@ def force_path(plan: Plan, episode: Episode, index: int) -> str:
 
 
 def update_at(episode: Episode, index: int) -> Update | None:
-    """Return what was believed at a sample."""
+    """Return the belief at a sample."""
     time = episode.t[index] + 1e-9
     return next((each for each in reversed(episode.updates) if each.time <= time), None)
 
 
 def frame_data(plan: Plan, episode: Episode) -> dict[str, Any]:
-    """Return what changes: poses and arrows by sample, beliefs by update, and what is said of each sample."""
+    """Return the data of the animation: poses, arrows and texts by sample, beliefs by update."""
     indices = range(len(episode.t))
     starts = [int(np.searchsorted(episode.t, update.time - 1e-9)) for update in episode.updates]
     poses = [[round(value, 2) for value in svg_pose(plan, row)] for row in episode.pose]
@@ -161,7 +161,7 @@ def group_content(plan: Plan, update: Update) -> str:
 
 
 def moment_text(episode: Episode, index: int) -> str:
-    """Return what is to be said of a sample."""
+    """Return the text of a sample."""
     update, distance = update_at(episode, index), episode.distance[index]
     parts = [f"{fixed(episode.t[index], 2)}{GAP}s"]
     parts += [f"{fixed(distance, 2)}{GAP}m to go"] if math.isfinite(distance) else []

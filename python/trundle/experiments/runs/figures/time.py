@@ -1,4 +1,4 @@
-"""Numbers over time: what was believed against the truth, how surely, and the push itself."""
+"""Figures over time: estimates against true values, and the push."""
 
 from __future__ import annotations
 
@@ -18,7 +18,7 @@ from trundle.report.quantity import readable
 __all__ = ["beliefs", "others", "push", "wheel"]
 
 Numbers = Sequence[tuple[str, str]]
-"""Names of numbers, and their titles with units."""
+"""Names of estimates, and their titles with units."""
 
 PLACE_NUMBERS: Numbers = ((f"{WHEEL}.x", "wheel, x, m"), (f"{WHEEL}.y", "wheel, y, m"))
 DRAG_NUMBERS: Numbers = (
@@ -30,7 +30,7 @@ CAPTION = "Line and band: believed, with two standard deviations; what is far of
 
 
 def wheel(identity: str, episode: Episode) -> Html | None:
-    """Return the wheel's place over time."""
+    """Return the wheel's position over time."""
     return draw_lanes(f"{identity}-place", "The wheel's place over time", episode, PLACE_NUMBERS, height=98.0)
 
 
@@ -40,7 +40,7 @@ def beliefs(identity: str, episode: Episode) -> Html | None:
 
 
 def others(identity: str, episode: Episode) -> Html | None:
-    """Return over time what belongs to effects that were added, and to the body beside its mass."""
+    """Return estimates of added effects and of the body, except its mass, over time."""
     known = {"body.mass", *(f"{WHEEL}.{name}" for name in ("x", "y", "angle", "mu_x", "mu_y"))}
     units = {each.name: each.unit for update in episode.updates for each in update.estimates}
     titles = [(name, f"{parameter_title(name)}{f', {unit}' if unit else ''}") for name, unit in units.items()]
@@ -49,7 +49,7 @@ def others(identity: str, episode: Episode) -> Html | None:
 
 
 def parameter_title(name: str) -> str:
-    """Return a parameter's name as people say it."""
+    """Return a parameter's title."""
     kind, _, parameter = name.rpartition(".")
     return readable(parameter) if kind == "body" else f"{words.effect(kind)}, {readable(parameter)}"
 
@@ -57,7 +57,7 @@ def parameter_title(name: str) -> str:
 def draw_lanes(
     identity: str, name: str, episode: Episode, numbers: Numbers, height: float = 60.0
 ) -> Html | None:
-    """Return a lane for each number that was believed at some time; None where there is none."""
+    """Return a lane for each estimated number; None without any."""
     lanes_of = (estimate_lane(episode, key, text, height) for key, text in numbers)
     found = [lane for lane in lanes_of if lane is not None]
     if not found:
@@ -87,7 +87,7 @@ def estimate_lane(episode: Episode, key: str, text: str, height: float) -> Lane 
 
 
 def widen_limits(low: float, high: float) -> tuple[float, float]:
-    """Return limits a twentieth of the value apart at least: what differs by less is drawn as equal."""
+    """Return limits that are at least 5 % of the value apart."""
     lacking = max(0.05 * max(abs(low), abs(high)) - (high - low), 0.0)
     return low - lacking / 2, high + lacking / 2
 
@@ -101,7 +101,7 @@ def bands_since(bands: Sequence[Curve], since: float) -> Iterator[Curve]:
 
 
 def estimate_pieces(episode: Episode, key: str) -> Iterator[tuple[Array, Array, Array]]:
-    """Return time, mean and deviation where a number was held, constant from one update to the next."""
+    """Return time, mean and standard deviation where a number was identifiable, constant between updates."""
     ends = [*(update.time for update in episode.updates), float(episode.t[-1])][1:]
     piece: list[tuple[float, float, float]] = []
     for update, end in zip(episode.updates, ends, strict=True):
@@ -115,14 +115,14 @@ def estimate_pieces(episode: Episode, key: str) -> Iterator[tuple[Array, Array, 
 
 
 def as_arrays(piece: Sequence[tuple[float, float, float]]) -> Iterator[tuple[Array, Array, Array]]:
-    """Return a piece as arrays, where there is one."""
+    """Yield a piece as arrays if it is not empty."""
     if piece:
         t, mean, sd = np.array(piece).T
         yield t, mean, sd
 
 
 def push(identity: str, episode: Episode) -> list[Html]:
-    """Return how far it was to the goal, and the wrench on the object, over time."""
+    """Return the distance to the goal, and the wrench on the object, over time."""
     t = episode.t
     degrees = np.abs(np.degrees(episode.heading_error))
     way = (
@@ -152,5 +152,5 @@ def limits_from_zero(values: Array) -> tuple[float, float]:
 
 
 def time_span(episode: Episode) -> tuple[float, float]:
-    """Return the time that is drawn, s."""
+    """Return the time range of the figures, s."""
     return 0.0, float(episode.t[-1])

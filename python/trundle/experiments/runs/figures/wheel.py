@@ -1,4 +1,4 @@
-"""The object from above with what was believed of the wheel after a fit, in the object's frame."""
+"""Top view of the object with the estimated wheel after a fit, in the object's frame."""
 
 from __future__ import annotations
 
@@ -18,13 +18,13 @@ from trundle.report.quantity import listed, shown
 __all__ = ["draw", "legend"]
 
 LENS_RADIUS, LENS_ZOOM = 74.0, 10.0
-"""Radius of the magnifying glass, user units, and by how much it magnifies."""
+"""Radius of the magnified circle, user units, and its magnification."""
 MAX_MAGNIFIED_AXIS = 14.0
-"""Half axis of an ellipse, user units, up to which it is magnified."""
+"""Largest half axis of an ellipse, user units, that is magnified."""
 
 
 def draw(identity: str, episode: Episode, update: Update) -> Html:
-    """Return what was believed after one fit."""
+    """Return the belief after one fit."""
     plan = Plan.around([*episode.outline, episode.support])
     view = View(plan, np.zeros(2), 1.0)
     size = {"width": WIDTH, "height": plan.height}
@@ -46,7 +46,7 @@ def draw(identity: str, episode: Episode, update: Update) -> Html:
 
 
 def accuracy_text(episode: Episode, update: Update) -> str:
-    """Return how well the wheel is known, in a few words."""
+    """Return the accuracy of the wheel's position as text."""
     sd, off = place_sd(update), episode.off(update)
     if update.wheel is None:
         return ": no wheel in the model"
@@ -57,7 +57,7 @@ def accuracy_text(episode: Episode, update: Update) -> str:
 
 
 def legend(episode: Episode) -> str:
-    """Return what the other marks are, where there are any."""
+    """Return the legend of the other marks, if there are any."""
     placed = [each.name for each in episode.hidden if each.at is not None]
     believed = {
         each.name for update in episode.updates for each in update.other_effects if each.at is not None
@@ -70,7 +70,7 @@ def legend(episode: Episode) -> str:
 
 @dataclass(frozen=True)
 class View:
-    """The map, or a glass over it that magnifies by `zoom` about a point (2,) m."""
+    """The map, or a view of it magnified by `zoom` about a point (2,) m."""
 
     plan: Plan
     about: Array
@@ -83,7 +83,7 @@ class View:
         return seen
 
     def wheel(self, episode: Episode, update: Update) -> list[Child]:
-        """Return the wheel as it is believed, and as it is."""
+        """Return the estimated and the true wheel."""
         true, found = episode.wheel, update.wheel
         drawn: list[Child] = [] if true is None else [box(self.at(true.at), true.angle)]
         if found is not None:
@@ -94,7 +94,7 @@ class View:
 
 
 def magnifier(identity: str, plan: Plan, episode: Episode, update: Update) -> Child:
-    """Return a magnifying glass over the true wheel, where the ellipse has become too small to be seen."""
+    """Return a magnified circle around the true wheel, if the ellipse is too small to see."""
     true, off, shape = (
         episode.wheel,
         episode.off(update),
@@ -120,7 +120,7 @@ def magnifier(identity: str, plan: Plan, episode: Episode, update: Update) -> Ch
 
 
 def lens_centre(wheel: Array, size: Array) -> Array:
-    """Return the middle of a glass that does not cover a wheel (2,), towards the middle of a panel (2,)."""
+    """Return the centre of a magnified circle that does not cover a wheel (2,), within a panel (2,)."""
     toward = size / 2.0 - wheel
     length = float(np.hypot(*toward))
     way = toward / length if length > 1.0 else np.array([1.0, 0.0])
