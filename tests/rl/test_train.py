@@ -119,7 +119,8 @@ def test_what_is_done_is_not_done_again(tmp_path: Path, capsys: pytest.CaptureFi
     line = ["train", str(file), "--out", str(tmp_path / "out"), "--seed", "1"]
     assert main(line) == 0
     first, kept = capsys.readouterr().out, {p: p.stat().st_mtime_ns for p in tmp_path.rglob("*")}
-    assert re.search(r"tiny-1\.npz: success \d+%, \d\.\d\d m off after 1,024 steps, 51 s of pushing", first)
+    line = r"tiny-1\.npz: success \d+%, \d\.\d\d m from the goal after 1,024 steps, 51 s of pushing"
+    assert re.search(line, first)
     assert main(line) == 0
     assert capsys.readouterr().out == first
     assert {p: p.stat().st_mtime_ns for p in tmp_path.rglob("*")} == kept

@@ -65,7 +65,7 @@ def backend(name: str = "local", jobs: int | None = None, address: str | None = 
     if name not in BACKENDS:
         raise TrundleError(f"backend = {name!r}: choose {', '.join(BACKENDS)}")
     if address is not None and name != "ray":
-        raise TrundleError(f"address = {address!r}: only the backend ray has one, not {name}")
+        raise TrundleError(f"address = {address!r}: only the backend ray takes an address, not {name}")
     if name == "ray":
         required("ray")
         return Ray(jobs, address)
@@ -124,7 +124,7 @@ class Local:
             for future in as_completed(futures):
                 yield futures[future], future.result()
         except BaseException:
-            # Otherwise this process would wait at its end for the calls that are running.
+            # Otherwise this process would wait for running calls when it exits.
             stop.set()
             pool.shutdown(wait=False, cancel_futures=True)
             raise
@@ -243,7 +243,9 @@ class Ray:
         try:
             ray.init(address=self.address, log_to_driver=False, logging_level="error", **cpus)
         except ConnectionError as error:
-            raise TrundleError(f"address = {self.address!r}: there is no Ray cluster: {error}") from error
+            raise TrundleError(
+                f"address = {self.address!r}: no Ray cluster at this address: {error}"
+            ) from error
         try:
             yield
         finally:

@@ -187,10 +187,10 @@ def test_what_misses_its_target_is_printed_as_such() -> None:
     rows += [row(named(verdict="consistent"), hidden())] * 300
     text = tables.targets(rows)
     lines = {line.split("|")[1].strip(): line for line in text.splitlines()}
-    assert "**missed**" in lines["one effect: exactly its name, or a tie that holds it"]
-    assert "10 of 11" in lines["one effect: exactly its name, or a tie that holds it"]
+    assert "**missed**" in lines["one effect: exactly its name, or a tie with it"]
+    assert "10 of 11" in lines["one effect: exactly its name, or a tie with it"]
     assert lines["false alarms"].rstrip(" |").endswith("met")
-    assert "not tried" in lines["two effects: both and no third"]
+    assert "no case" in lines["two effects: exactly both names"]
 
 
 def test_figures_are_drawn_of_any_rows(tmp_path: Any) -> None:

@@ -55,7 +55,7 @@ def test_the_page_says_how_it_ended_and_from_when_on_the_wheel_was_known() -> No
     assert "Reached the goal after 3.5 s." in told
     assert "From fit 3 of 6 on, 1.5 s after the start" in told
     assert "Dry friction was named after 1.5 s" in told
-    assert "Hidden beside the wheel: dry friction at (−0.40, 0.25) m." in told
+    assert "Other hidden effects: dry friction at (−0.40, 0.25) m." in told
     assert "not touched" in told
 
 

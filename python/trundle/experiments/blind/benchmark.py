@@ -170,7 +170,9 @@ def write_results(
 ) -> None:
     """Write one file of results, or raise if the sealed truth has changed since it was sealed."""
     if digest(proof.sealed) != sha:
-        raise trundle.TrundleError(f"{proof.sealed}: changed while the diagnoses were made")
+        raise trundle.TrundleError(
+            f"{proof.sealed}: the sealed file changed during the diagnoses: rerun with --fresh"
+        )
     trials = [(name, one["answer"], one["cost"]) for name, one in zip(names, found, strict=True)]
     write_trials(proof.file_of(part), {**proof.settings.plain(), "sha256": sha}, trials)
 
@@ -196,7 +198,7 @@ def diagnose_one(digest: str, recording: Path, without: str | None = None) -> Ro
         )
     except trundle.TrundleError as error:
         nothing: Row = {key: [] for key in ("missing", "tied", "alternatives", "experiments")}
-        # The place of the benchmark's folder is no part of the answer.
+        # The benchmark's folder must not appear in the answer.
         answer = {"verdict": "refused", "reason": str(error).replace(f"{recording.parent}/", ""), **nothing}
     return {"answer": answer, "cost": time.perf_counter() - began}
 

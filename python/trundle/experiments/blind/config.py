@@ -114,7 +114,7 @@ def read(path: Path, which: str) -> Settings:
         raise TrundleError(f"{path}: [ranges] has no '{which}'; it has {', '.join(ranges) or 'nothing'}")
     for key in ("range", "first"):
         if key in found:
-            raise TrundleError(f"{path}: unknown key `{key}`: the table [ranges] says it")
+            raise TrundleError(f"{path}: unknown key `{key}`: define it in the table [ranges]")
     told = {"effects": ["all"], "foreign": ["all"], **found, "range": which, "first": ranges[which]}
     settings = checked(path, Settings, told)
     return replace(
@@ -134,5 +134,5 @@ def resolve_families(
     """
     for name in names:
         if name != "all" and name not in (more or known):
-            raise TrundleError(f"{path}: there is no family '{name}'; there are {', '.join(known)}")
+            raise TrundleError(f"{path}: unknown family '{name}'; choose from {', '.join(known)}")
     return tuple(known) if names == ("all",) else names

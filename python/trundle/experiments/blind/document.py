@@ -31,7 +31,7 @@ def write_document(out: Path, name: str) -> str:
         (kept / f"{name}_limits.jsonl", limits_section),
     ]
     sections = [make(path, out, name) for path, make in parts if path.exists()]
-    text = "\n\n".join(["# The concealed proof", *sections]) + "\n"
+    text = "\n\n".join(["# The blind benchmark", *sections]) + "\n"
     write_text(out / f"{name}.md", text)
     return text
 

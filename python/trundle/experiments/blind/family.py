@@ -58,10 +58,10 @@ class Family(ABC):
         """Return the values extended by one episode, if they differ between episodes."""
         return values
 
-    def add_to_world(self, context: EpisodeContext, values: Values) -> None:  # noqa: B027, many put nothing there
+    def add_to_world(self, context: EpisodeContext, values: Values) -> None:  # noqa: B027, optional
         """Add the effect's bodies, joints, springs and actuators to the MuJoCo world."""
 
-    def hook(self, model: Any, context: EpisodeContext, values: Values) -> Hook | None:  # noqa: B027, most need none
+    def hook(self, model: Any, context: EpisodeContext, values: Values) -> Hook | None:  # noqa: B027, optional
         """Return a function to call before every step, or None."""
 
     def distort(self, seen: Any, context: EpisodeContext, values: Values) -> Any:

@@ -41,7 +41,7 @@ def confusion(path: Path, rows: Sequence[Row]) -> None:
     labels = [[f"{count:.0f}" if count else "" for count in line] for line in counts]
     draw_heat_map(axes, shares, labels, down)
     axes.set_xticks(range(len(across)), across, rotation=60, ha="right")
-    axes.set(xlabel="answered", ylabel="hidden")
+    axes.set(xlabel="answer", ylabel="hidden")
     figure_style.save(figure, path)
 
 
@@ -66,7 +66,7 @@ def reliability_diagram(path: Path, rows: Sequence[Row]) -> None:
         axes.plot([p, p], [low, high], color=BLUE, linewidth=1.0)
         axes.plot(p, right.value, "o", color=BLUE, markersize=5)
         axes.annotate(str(right.total), (p, right.value), (4, -9), textcoords="offset points", fontsize=7)
-    axes.set(xlabel="probability said", ylabel="share that was right", xlim=(0, 1.03), ylim=(0, 1.03))
+    axes.set(xlabel="reported probability", ylabel="share of correct names", xlim=(0, 1.03), ylim=(0, 1.03))
     figure_style.save(figure, path)
 
 
@@ -79,7 +79,7 @@ def gains(path: Path, rows: Sequence[Row]) -> None:
         axes.step(np.clip(values, -0.2, 1.5), np.arange(1, len(values) + 1) / len(values), color=BLUE)
     axes.axvline(0.8, color=figure_style.GREY, linewidth=0.8)
     axes.axhline(0.1, color=figure_style.GREY, linewidth=0.8)
-    axes.set(xlabel="held-out gain over the oracle's, in logarithm", ylabel="share of cases", ylim=(0, 1))
+    axes.set(xlabel="logarithmic held-out gain relative to the oracle", ylabel="share of cases", ylim=(0, 1))
     figure_style.save(figure, path)
 
 
@@ -93,7 +93,7 @@ def detection_limits(path: Path, rows: Sequence[Row]) -> None:
     labels = [[f"{cell.hits}/{cell.total}" if cell.total else "–" for cell in line] for line in cells]
     draw_heat_map(axes, shares, labels, names)
     axes.set_xticks(range(len(sizes)), [f"{size:g}" for size in sizes])
-    axes.set(xlabel="size, as a share of the one drawn")
+    axes.set(xlabel="size relative to the drawn one")
     figure_style.save(figure, path)
 
 

@@ -47,7 +47,7 @@ def requested_experiment(answer: Row) -> Row | None:
     if answer["verdict"] != "explained":
         return None
     if "experiments" not in answer:
-        raise trundle.TrundleError("results of an earlier release do not hold the pushes; give --fresh")
+        raise trundle.TrundleError("results of an earlier release have no experiments: rerun with --fresh")
     experiments: list[Row] = [one for one in answer["experiments"] if one["pushes"]]
     return max(experiments, key=lambda one: experiment_rank(one, answer["tied"]), default=None)
 

@@ -35,8 +35,8 @@ __all__ = [
 SURE_PROBABILITY = 0.95
 BEFORE = "none"
 ANY_CONTROL = (
-    ". Because those are all alike, a second control has any grasp, place and heading and turns the object; "
-    "it keeps to none of the limits on motion that the design takes from the recording"
+    ". Because those have low excitation, a second control has a random grasp, position and heading and "
+    "rotates the object. It ignores the limits on motion that the design takes from the recording"
 )
 """Sentence about the second control."""
 
@@ -68,10 +68,11 @@ def case_counts(first: Sequence[Row], cases: Sequence[Case]) -> str:
     counts = Counter(found["pushes"][0]["profile"] for _, found in asked)
     courses = ", ".join(f"`{name}` {count}" for name, count in counts.most_common()) or "none"
     return (
-        f"{len(first)} recordings, {len(answers)} explained, {len(tied)} of these with a tie; for {silent} "
-        "of the ties no push was found that tells and goes no further than those of the recording. A push "
-        f"was asked for in {len(asked)}, {sum(bool(answer['tied']) for answer, _ in asked)} of them tied "
-        f"({courses}). {len(cases)} were pushed again, in every way, and diagnosed.{expected_success(asked)}"
+        f"{len(first)} recordings, {len(answers)} explained, {len(tied)} of these with a tie. For {silent} "
+        "of the ties no discriminating push within the motion of the recording was found. "
+        f"{len(asked)} answers request a push, {sum(bool(answer['tied']) for answer, _ in asked)} of them with a tie "
+        f"({courses}). All kinds of pushes were simulated and diagnosed for {len(cases)} of them."
+        f"{expected_success(asked)}"
     )
 
 
@@ -80,7 +81,7 @@ def expected_success(asked: Sequence[tuple[Row, Row]]) -> str:
     if not asked:
         return ""
     chance = np.mean([found["sure"] for _, found in asked])
-    return f" The designs expect {100 * chance:.0f} % to be sure then, if one of their two models is true."
+    return f" The designs predict a decision in {100 * chance:.0f} %, if one of their two models is true."
 
 
 def initially_tied(cases: Sequence[Case]) -> list[Case]:
@@ -91,8 +92,8 @@ def initially_tied(cases: Sequence[Case]) -> list[Case]:
 def rates(cases: Sequence[Case]) -> str:
     """Return by push how often the correct name is alone, alone with high probability, tied, or missing."""
     lines = [[kind, *rate_cells([case[kind] for case in cases])] for kind in (BEFORE, *kinds_of(cases))]
-    alone = ["the right name alone", f"and with {SURE_PROBABILITY} or more", "in a tie", "another answer"]
-    head = ["push added", *alone, "names that remain"]
+    alone = ["correct name alone", f"with probability ≥ {SURE_PROBABILITY}", "in a tie", "other answer"]
+    head = ["push added", *alone, "tied names"]
     return table(head, lines)
 
 
@@ -131,8 +132,8 @@ def pairs(cases: Sequence[Case]) -> str:
     """Return on how many recordings only one of two pushes decides."""
     lines = []
     counted: dict[str, Callable[[Row], bool]] = {
-        "the right name alone": lambda row: is_unambiguous(row["answer"], row["truth"]),
-        f"and with {SURE_PROBABILITY} or more": is_sure,
+        "correct name alone": lambda row: is_unambiguous(row["answer"], row["truth"]),
+        f"with probability ≥ {SURE_PROBABILITY}": is_sure,
     }
     for what, reached in counted.items():
         for other in (BEFORE, *kinds_of(cases)[1:]):
@@ -141,13 +142,13 @@ def pairs(cases: Sequence[Case]) -> str:
             lines.append(
                 [what, other, str(sum(differ)), str(len(differ) - sum(differ)), share(differ).text()]
             )
-    head = ["", "push compared", "only the designed", "only the other", "the designed, where they differ"]
+    head = ["figure", "other push", "only the designed", "only the other", "designed, where they differ"]
     return table(head, lines)
 
 
 def efforts(cases: Sequence[Case]) -> str:
     """Return the effort of the pushes by kind."""
-    names = {"force": "largest force, N", "distance": "distance, m", "turn": "turn, rad"}
+    names = {"force": "largest force, N", "distance": "distance, m", "turn": "rotation, rad"}
     lines = []
     for kind in kinds_of(cases):
         took = [case[kind]["answer"]["effort"] for case in cases]
@@ -165,7 +166,7 @@ def by_effect(cases: Sequence[Case]) -> str:
             for kind in (BEFORE, *kinds_of(cases))
         ]
         lines.append([hidden, str(len(mine)), *map(str, counts)])
-    return table(["hidden", "recordings", "alone before", *kinds_of(cases)], lines)
+    return table(["hidden effect", "recordings", "alone before", *kinds_of(cases)], lines)
 
 
 def all_cases(cases: Sequence[Case]) -> str:
@@ -179,7 +180,7 @@ def all_cases(cases: Sequence[Case]) -> str:
         push = f"{' or '.join(experiment['models'])}: `{experiment['pushes'][0]['profile']}`"
         answers = [answer_label(case[kind]["answer"]) for kind in (BEFORE, *kinds_of(cases))]
         lines.append([case[BEFORE]["case"], hidden_label(case), push, *answers])
-    return table(["case", "hidden", "asked for", "before", *kinds_of(cases)], lines)
+    return table(["case", "hidden effect", "request", "before", *kinds_of(cases)], lines)
 
 
 def hidden_label(case: Case) -> str:

@@ -59,7 +59,7 @@ def fit_misfit(recording: trundle.Recording, scene: Scene, laws: Sequence[Values
     try:
         found = trundle.fit(recording, model, start=start, starts=0 if laws else 1)
     except trundle.TrundleError:
-        return math.inf  # no fit at all: such a case is drawn again
+        return math.inf  # such a case is drawn again
     return misfit(found.summary["held_out"], scene.shape.gyration)
 
 

@@ -67,7 +67,7 @@ def prove(
                 proof.file_of(later).unlink(missing_ok=True)
         run_benchmark(proof, limits=limits, leave_out=leave_out, after_design=after_design, tell=print_status)
     if not (out / "proof" / f"{name}.jsonl").exists() and redraw:
-        raise TrundleError(f"{out / 'proof' / name}.jsonl: there are no results to draw; leave out --redraw")
+        raise TrundleError(f"{out / 'proof' / name}.jsonl: no results to draw: run without --redraw")
     return write_document(out, name)
 
 

@@ -49,7 +49,7 @@ def open_sealed(path: Path, expected: str) -> dict[str, dict[str, Any]]:
     if digest(path) != expected:
         raise TrundleError(
             f"{path}: SHA-256 {digest(path)} is not {expected}, which was printed before the first "
-            "diagnosis; the answers were changed: give --fresh to begin anew"
+            "diagnosis. The file has changed: rerun with --fresh"
         )
     cases: dict[str, dict[str, Any]] = json.loads(path.read_text(encoding="utf-8"))["cases"]
     return cases

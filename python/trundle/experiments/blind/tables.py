@@ -64,8 +64,9 @@ def right_share(rows: Iterable[Row]) -> Share:
 def setup_text(settings: Row) -> dict[str, str]:
     """Return text fragments that describe the recordings."""
     episodes, size = settings["episodes"], settings.get("size", 1.0)
-    ways = "all from one pose, by one grasp and without a turn" if settings.get("alike") else "3 or 4 grasps"
-    smaller = f" Then {size:g} of its size is hidden, for which the targets below are not meant."
+    same = "all with one initial pose and one grasp, without rotation"
+    ways = same if settings.get("alike") else "3 or 4 grasps"
+    smaller = f" The hidden effect then has {size:g} of that size. The targets below do not apply to it."
     return {
         "pushes": f"{episodes} episodes of {EPISODE_DURATION_S:g} s, {ways}",
         "held_out": f"{min(2, episodes - 1)} held out",
@@ -75,7 +76,8 @@ def setup_text(settings: Row) -> dict[str, str]:
 
 def case_counts(settings: Row, rows: Sequence[Row]) -> str:
     """Return a sentence with the numbers of cases, the seeds, and the duration of the diagnoses."""
-    counts = f"{len(catalogue_cases(rows, 1))} with one effect, {len(catalogue_cases(rows, 2))} with two, {len(clean(rows))} with none"
+    one, two = (len(catalogue_cases(rows, count)) for count in (1, 2))
+    counts = f"{one} with one effect, {two} with two, {len(clean(rows))} with none"
     drawn = [row["truth"]["oracle"].get("redraws", 0) for row in rows if row["truth"]["names"]]
     given_up = Counter(" + ".join(names) for names in settings["given_up"])
     lost = ", ".join(f"{name} {count}" for name, count in sorted(given_up.items())) or "none"
@@ -83,9 +85,9 @@ def case_counts(settings: Row, rows: Sequence[Row]) -> str:
     undone = f" {settings['undone']} sealed cases were not diagnosed." if settings["undone"] else ""
     spent = f"{np.median(seconds):.1f} s (median), {np.max(seconds):.1f} s at most"
     return (
-        f"Range of seeds: {settings['range']}, from {settings['first']} on. {len(rows)} recordings: "
-        f"{counts}, {len(out_of_catalogue(rows))} with something foreign. Draws that did not matter and were drawn "
-        f"again: {sum(drawn)}; cases given up after {settings['attempts']} draws: {lost}. A diagnosis took "
+        f"Range of seeds: {settings['range']}, first seed {settings['first']}. {len(rows)} recordings: "
+        f"{counts}, {len(out_of_catalogue(rows))} out of catalogue. Immaterial draws that were drawn again: "
+        f"{sum(drawn)}; cases dropped after {settings['attempts']} draws: {lost}. Duration of a diagnosis: "
         f"{spent}.{undone}"
     )
 
@@ -95,17 +97,17 @@ def targets(rows: Sequence[Row]) -> str:
     gains = [gain for row in rows if (gain := relative_gain(row["answer"], row["truth"])) is not None]
     lines = [
         target_row(
-            "one effect: exactly its name, or a tie that holds it",
+            "one effect: exactly its name, or a tie with it",
             right_share(catalogue_cases(rows, 1)),
             0.95,
         ),
-        target_row("two effects: both and no third", right_share(catalogue_cases(rows, 2)), 0.80),
+        target_row("two effects: exactly both names", right_share(catalogue_cases(rows, 2)), 0.80),
         target_row(
             "false alarms", share(is_false_alarm(row["answer"]) for row in clean(rows)), 0.02, most=True
         ),
-        target_row('foreign: "unexplained"', right_share(out_of_catalogue(rows)), 0.90),
+        target_row('out of catalogue: "unexplained"', right_share(out_of_catalogue(rows)), 0.90),
         target_row(
-            "foreign: a wrong name with probability above 0.9",
+            "out of catalogue: a wrong name with probability above 0.9",
             share(has_wrong_name(row["answer"], row["truth"]) for row in out_of_catalogue(rows)),
             0.05,
             most=True,
@@ -126,7 +128,7 @@ def targets(rows: Sequence[Row]) -> str:
                 target_verdict(reached, 1.0),
             ]
         )
-    return table(["what", "to reach", "reached", ""], lines)
+    return table(["figure", "target", "result", ""], lines)
 
 
 def meets_limit(kind: str, value: float) -> bool:
@@ -144,11 +146,11 @@ def target_row(what: str, found: Share, target: float, *, most: bool = False) ->
 def target_verdict(found: Share, target: float, *, most: bool = False) -> str:
     """Return whether a target is met, and whether its interval confirms that."""
     if not found.total:
-        return "not tried"
+        return "no case"
     low, high = found.interval
     met = found.value <= target if most else found.value >= target
     sure = (high <= target if most else low >= target) or found.value == target == 1.0
-    return "**missed**" if not met else ("met" if sure else "met, interval not")
+    return "**missed**" if not met else ("met" if sure else "met, interval reaches beyond")
 
 
 def by_effect(settings: Row, rows: Sequence[Row]) -> str:
@@ -170,7 +172,7 @@ def by_effect(settings: Row, rows: Sequence[Row]) -> str:
                 f"{np.mean([row['truth']['oracle']['redraws'] for row in mine]):.1f}",
             ]
         )
-    head = ["effect", "named", "else", "gain over the oracle's", "what it matters", "redraws"]
+    head = ["effect", "correct", "other answers", "gain relative to the oracle", "oracle's factor", "redraws"]
     return table(head, lines)
 
 
@@ -195,7 +197,7 @@ def by_out_of_catalogue(rows: Sequence[Row]) -> str:
         sure = share(has_wrong_name(row["answer"], row["truth"]) for row in mine)
         found = share(is_unexplained(row["answer"]) for row in mine)
         lines.append([f"`{name}`", found.text(), other_answers(mine, "unexplained"), str(sure.hits)])
-    return table(["family", '"unexplained"', "else", "wrong name above 0.9"], lines)
+    return table(["family", '"unexplained"', "other answers", "wrong name above 0.9"], lines)
 
 
 def places(rows: Sequence[Row]) -> str:
@@ -222,7 +224,8 @@ def parameters(rows: Sequence[Row]) -> str:
 def calibration_table(rows: Sequence[Row]) -> str:
     """Return the calibration of the probabilities of all names."""
     answers = [one for row in rows for one in named_probabilities(row["answer"], row["truth"])]
-    return table(["said", "right"], [[f"{p:.3f}", found.text()] for p, found in calibration(answers)])
+    lines = [[f"{p:.3f}", found.text()] for p, found in calibration(answers)]
+    return table(["mean probability", "correct"], lines)
 
 
 def wrong_answers(rows: Sequence[Row]) -> str:
@@ -244,7 +247,7 @@ def leave_one_out(rows: Sequence[Row]) -> str:
         found = share(is_unexplained(row["answer"]) for row in mine)
         sure = share(any(one["probability"] > 0.9 for one in row["answer"]["missing"]) for row in mine)
         lines.append([f"`{name}`", found.text(), other_answers(mine, "unexplained"), sure.text()])
-    return table(["left out", '"unexplained"', "else", "a name above 0.9"], lines)
+    return table(["excluded effect", '"unexplained"', "other answers", "a name above 0.9"], lines)
 
 
 def detection_limits(settings: Row, rows: Sequence[Row]) -> str:

@@ -158,7 +158,8 @@ def check_settings(path: Path, settings: Settings) -> None:
     """Raise an error if the settings are inconsistent."""
     if not settings.push > 0 or not re.fullmatch(r"[\w-]+", settings.name):
         raise TrundleError(
-            f"{path}: push = {settings.push}, name = {settings.name!r}: give a time and a word"
+            f"{path}: push = {settings.push}, name = {settings.name!r}: give a positive duration, and a name of "
+            "letters, digits, _ or -"
         )
     if not settings.worlds:
         raise TrundleError(f"{path}: give at least one table [worlds.NAME]")
@@ -183,17 +184,19 @@ def check_agents(path: Path, settings: Settings, where: str, names: list[str]) -
     for name in names:
         if name not in list(settings.agents):
             known = ", ".join(settings.agents)
-            raise TrundleError(f"{path}: {where}: there is no agent {name!r}; there are {known}")
+            raise TrundleError(f"{path}: {where}: unknown agent {name!r}; choose from {known}")
 
 
 def check_agent(where: str, agent: Agent) -> None:
     """Raise an error for keys that do not apply to an agent's kind."""
     if (agent.kind == "policy") != bool(agent.files):
-        raise TrundleError(f"{where} files: a policy has some, no other agent has")
+        raise TrundleError(f"{where} files: required for a policy, not allowed for other agents")
     if agent.kind == "policy" and agent.settings:
-        raise TrundleError(f"{where} settings: they are of trundle.AdaptiveAgent, not of a policy")
+        raise TrundleError(
+            f"{where} settings: not allowed for a policy; they are arguments of trundle.AdaptiveAgent"
+        )
     if "model" in agent.settings:
-        raise TrundleError(f'{where} settings: no model can be given; kind = "oracle" knows the hidden one')
+        raise TrundleError(f'{where} settings: model is not allowed; kind = "oracle" uses the hidden model')
 
 
 def check_target(path: Path, settings: Settings, target: Target) -> None:
@@ -201,6 +204,6 @@ def check_target(path: Path, settings: Settings, target: Target) -> None:
     check_agents(path, settings, "targets", [target.agent])
     if target.worlds not in settings.worlds:
         known = ", ".join(settings.worlds)
-        raise TrundleError(f"{path}: targets: there are no worlds {target.worlds!r}; there are {known}")
+        raise TrundleError(f"{path}: targets: unknown worlds {target.worlds!r}; choose from {known}")
     if (target.least is None) == (target.most is None):
         raise TrundleError(f"{path}: targets: {target}: give least or most")

@@ -85,6 +85,4 @@ def read_curve(path: Path) -> Curve:
             distance=columns["distance"],
         )
     except (ValueError, KeyError, TypeError) as error:
-        raise TrundleError(
-            f"{path}: this is no learning curve ({error}); `trundle train` writes them"
-        ) from error
+        raise TrundleError(f"{path}: not a learning curve of `trundle train` ({error})") from error

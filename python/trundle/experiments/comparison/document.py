@@ -40,7 +40,7 @@ def write_document(out: Path, settings: Settings, config: Path) -> str:
     found = read_results(folder / "results.jsonl", settings)
     results = {name: group for name, group in found.items() if any(group.values())}
     if not results:
-        raise TrundleError(f"{folder / 'results.jsonl'}: holds none of these worlds; leave out --redraw")
+        raise TrundleError(f"{folder / 'results.jsonl'}: no results of these worlds: run without --redraw")
     learnt = read_curves(folder / "curves")
     draw_figures(out / "images", settings, results, learnt)
     text = render_page(settings, results, learnt, read_costs(folder / "costs.json"), config)
@@ -112,7 +112,7 @@ def group_section(settings: Settings, name: str, group: Mapping[str, list[Row]])
     effects = "; ".join(effect_words(effect) for effect in worlds.effect)
     told = f"`{worlds.env}`{' with ' if options else ''}{options}, seeds {seeds[0]} to {seeds[-1]}."
     if effects:
-        told += f" Hidden beside that: {effects}."
+        told += f" Further hidden effects: {effects}."
     parts = [
         f"### {worlds.title}: `{name}`",
         told,

@@ -46,13 +46,13 @@ def read_results(path: Path, settings: Settings) -> Results:
     """
     found, lines = read_headed(path, ("worlds", "agent", "run"))
     if not all(isinstance(found.get(part), dict) for part in ("worlds", "agents")):
-        raise TrundleError(f"{path}: these are no results of a comparison; leave out --redraw")
+        raise TrundleError(f"{path}: not results of a comparison: run without --redraw")
     wanted = definitions(settings)
     for part in ("worlds", "agents"):
         for name, one in wanted[part].items():
             if name in found[part] and found[part][name] != one:
                 raise TrundleError(
-                    f"{path}: its [{part}.{name}] differs from the one of the file given; leave out --redraw"
+                    f"{path}: [{part}.{name}] differs from the given settings file: run without --redraw"
                 )
     results: Results = {name: {agent: [] for agent in w.agents} for name, w in settings.worlds.items()}
     for line in lines:

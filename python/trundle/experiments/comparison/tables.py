@@ -59,8 +59,8 @@ def outcomes(settings: Settings, group: Mapping[str, Rows]) -> str:
         for name, rows in group.items()
         if rows
     ]
-    head = ["agent", "success", f"learning for {MAX_QUICK_PUSHES} pushes", "lost", "ran into something"]
-    return table([*head, "distance left / radius", "heading left, °"], lines)
+    head = ["agent", "success", f"after ≤ {MAX_QUICK_PUSHES} learning pushes", "lost", "collision"]
+    return table([*head, "remaining distance / radius", "remaining heading error, °"], lines)
 
 
 def outcome_cells(rows: Rows, push: float | None) -> list[str]:
@@ -115,7 +115,7 @@ def targets(settings: Settings, results: Results) -> str:
                 found = regret(rows, oracle)
         who = [f"`{target.worlds}`", settings.agents[target.agent].title]
         lines.append([*who, target.figure, *target_cells(target, found)])
-    return table(["worlds", "agent", "figure", "target", "found", ""], lines) if lines else ""
+    return table(["worlds", "agent", "figure", "target", "result", ""], lines) if lines else ""
 
 
 def target_cells(target: Target, found: Estimate) -> list[str]:
@@ -126,7 +126,11 @@ def target_cells(target: Target, found: Estimate) -> list[str]:
     else:
         most = target.most or 0.0  # one of the two is given
         said, meets, surely = f"≤ {100 * most:g} %", found.value <= most, found.high <= most
-    return [said, percent(found), "met" if surely else "met, interval not" if meets else "**not met**"]
+    return [
+        said,
+        percent(found),
+        "met" if surely else "met, interval reaches beyond" if meets else "**not met**",
+    ]
 
 
 def paired_differences(settings: Settings, results: Results) -> str:
@@ -138,7 +142,14 @@ def paired_differences(settings: Settings, results: Results) -> str:
             if a and b:
                 who = f"{settings.agents[first].title} over {settings.agents[second].title}"
                 lines.append([who, f"`{name}`", *difference_cells(a, b)])
-    head = ["pair", "worlds", "success, percentage points", "cost, sums", "better return", "time, sums"]
+    head = [
+        "pair",
+        "worlds",
+        "success, percentage points",
+        "cost, sums",
+        "probability of better return",
+        "time, sums",
+    ]
     return table(head, lines) if lines else ""
 
 
@@ -160,7 +171,7 @@ def diagnoses(settings: Settings, results: Results) -> str:
         for agent, rows in group.items():
             if rows and settings.agents[agent].settings.get("diagnose"):
                 lines.append([f"`{name}`", settings.agents[agent].title, *naming_cells(rows, hidden)])
-    head = ["worlds", "agent", "named what was hidden", "named something else"]
+    head = ["worlds", "agent", "correct name", "wrong name"]
     return table(head, lines) if lines else ""
 
 
@@ -234,7 +245,7 @@ def decision_costs(settings: Settings, costs: Mapping[str, Mapping[str, float]])
     return (
         table(["agent", "episodes timed", "decisions", "mean, ms", "longest of an episode, ms"], lines)
         if lines
-        else "Not kept."
+        else "Not recorded."
     )
 
 
@@ -246,5 +257,12 @@ def policy_comparison(settings: Settings, results: Results) -> str:
         for agent, rows in group.items():
             if main and rows and settings.agents[agent].kind == "policy":
                 lines.append([f"`{name}`", settings.agents[agent].title, *difference_cells(rows, main)])
-    head = ["worlds", "policy", "success, percentage points", "cost, sums", "better return", "time, sums"]
+    head = [
+        "worlds",
+        "policy",
+        "success, percentage points",
+        "cost, sums",
+        "probability of better return",
+        "time, sums",
+    ]
     return table(head, lines) if lines else ""

@@ -108,7 +108,7 @@ def draw_place(told: Any, body: Mapping[str, Any], random: np.random.Generator) 
     if told == "foot":
         feet = body.get("support", [])
         if not feet:
-            raise TrundleError('at = "foot": this object stands on none; give a range')
+            raise TrundleError('at = "foot": this object has no supports; give a range')
         x, y = feet[int(random.integers(len(feet)))]
         return float(x), float(y)
     if not isinstance(told, list) or not is_range(told):

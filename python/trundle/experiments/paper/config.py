@@ -33,7 +33,7 @@ def read(path: Path, known: Mapping[str, type | tuple[type, ...]]) -> dict[str, 
     TrundleError
         If a key is missing, unknown, or of another type.
     """
-    found = headed(path, FORMAT, "; say with --configs where")
+    found = headed(path, FORMAT, "; give its folder with --configs")
     quick = found.pop("quick", {})
     for name in [*found, *quick]:
         if name not in known:

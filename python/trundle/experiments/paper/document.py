@@ -39,7 +39,7 @@ def replace_section(path: Path, name: str, text: str, order: Sequence[str]) -> N
     before, rest = whole.split(begin, 1)
     if end not in rest:
         raise TrundleError(
-            f"{path}: the line {begin!r} is not followed by {end!r}; restore it, or remove both"
+            f"{path}: the line {begin!r} is not followed by {end!r}: restore that line, or remove both"
         )
     after = rest.split(end, 1)[1]
     write_text(path, f"{before}{begin}\n\n{text.strip()}\n\n{end}{after}")

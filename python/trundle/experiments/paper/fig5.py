@@ -234,8 +234,8 @@ def verdict(settings: dict[str, Any], rows: Sequence[Row], pushes: int, known: b
         learnt_ = sum(f < b for f, b in zip(final, before, strict=True))
         counts.append(f"{objects.title(case)} {better} and {learnt_}")
     return (
-        f"On the push that was {PUSH_LABELS[known]} eq. 9 ends nearer than eq. 8, and nearer than no learning, in "
-        f"so many of {settings['seeds']} seeds: {'; '.join(counts)}."
+        f"On the push that was {PUSH_LABELS[known]}, the number of {settings['seeds']} seeds in which eq. 9 "
+        f"is more accurate than eq. 8, and than no learning, is: {'; '.join(counts)}."
     )
 
 

@@ -99,7 +99,7 @@ def trial_label(trial: Row) -> str:
 def check_settings(settings: dict[str, Any]) -> dict[str, Any]:
     """Raise an error if the number of seeds is below one."""
     if settings["seeds"] < 1:
-        raise TrundleError(f"seeds = {settings['seeds']}: at least one is needed")
+        raise TrundleError(f"seeds = {settings['seeds']}: give at least one")
     return settings
 
 

@@ -20,7 +20,7 @@ from trundle.experiments.statistics import median
 from trundle.model import Model
 
 FILE = "wheel_position"
-TITLE = "Where the wheel is: the question that the paper left open"
+TITLE = "The wheel's position: a question that the paper left open"
 
 KNOWN: dict[str, type | tuple[type, ...]] = {
     "seeds": int,
@@ -86,7 +86,7 @@ def draw_effects(settings: dict[str, Any], body: dict[str, Any], trial: Row) -> 
     if trial["friction"] == "coulomb_friction":
         dry |= draw_point(rng, body)
     elif "support" not in body:
-        dry["spread"] = 1.0  # even pressure under a flat face; the model does not know
+        dry["spread"] = 1.0  # uniform pressure under a flat face, which the model does not assume
     return [wheel, dry]
 
 

@@ -95,9 +95,9 @@ def read(path: Path) -> Settings:
             f"{path}: environment = {file.environment!r}: choose {', '.join(supported_environments())}"
         )
     if file.seed < 0:
-        raise TrundleError(f"{path}: seed = {file.seed}: a seed is a whole number from 0 on")
+        raise TrundleError(f"{path}: seed = {file.seed}: give an integer of at least 0")
     if file.episodes < 1:
-        raise TrundleError(f"{path}: episodes = {file.episodes}: at least one")
+        raise TrundleError(f"{path}: episodes = {file.episodes}: give at least one")
     ending(path, file.arguments, "arguments")
     matching(path, trundle.AdaptiveAgent.__init__, file.agent, "agent", model=str)
     settings = Settings(**vars(file), text=path.read_text(encoding="utf-8"), folder=path.parent)

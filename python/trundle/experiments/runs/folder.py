@@ -43,11 +43,11 @@ class Folder:
         if self._marker.exists():
             if self._marker.read_text(encoding="utf-8") != text:
                 raise TrundleError(
-                    f"{path}: holds a run of other settings, or of another version; give another --out or "
-                    "remove it"
+                    f"{path}: holds a run with other settings or of another version: choose another --out, "
+                    "or remove the folder"
                 )
         elif any(not entry.name.endswith(PART) for entry in path.iterdir()):
-            raise TrundleError(f"{path}: is not empty and holds no run; give another --out")
+            raise TrundleError(f"{path}: the folder is not empty and holds no run: choose another --out")
         else:
             write_text(self._marker, text)
         for left in path.glob(f".page.html.*{PART}"):

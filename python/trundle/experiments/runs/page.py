@@ -36,7 +36,7 @@ def render(settings: Settings, config: str, episodes: Sequence[Episode]) -> str:
     str
         One self-contained HTML page. The same input gives the same bytes.
     """
-    again = ("reproduce", "How to get this page again", reproduce(settings, config))
+    again = ("reproduce", "How to reproduce this page", reproduce(settings, config))
     body = (
         single_episode(settings, episodes[0], again)
         if len(episodes) == 1
@@ -88,7 +88,11 @@ def overview(names: Sequence[str], episodes: Sequence[Episode]) -> Html:
     rows = [
         [
             tag("a", f"seed {episode.seed}", href=f"#{name}"),
-            "reached" if episode.outcome["is_success"] else "lost" if episode.outcome["lost"] else "time up",
+            "reached"
+            if episode.outcome["is_success"]
+            else "lost"
+            if episode.outcome["lost"]
+            else "time limit",
             format_seconds(episode.outcome["seconds"]),
             str(len(episode.updates)),
             shown("m", episode.outcome["distance"]),
@@ -114,17 +118,17 @@ def run_title(settings: Settings) -> str:
 def reproduce(settings: Settings, config: str) -> Html:
     """Return the command and the file that reproduce the page."""
     beside = (
-        ("episode_NN/history.json", "motion, wrenches, beliefs and truth, for programs"),
-        *((("episode_NN/recording/", "what the instruments saw"),) if settings.recording != "none" else ()),
-        ("settings.json", "what the run depends on"),
+        ("episode_NN/history.json", "motion, wrenches, beliefs and truth, machine-readable"),
+        *((("episode_NN/recording/", "measurements"),) if settings.recording != "none" else ()),
+        ("settings.json", "all settings of the run"),
     )
     return section(
         "reproduce",
-        "How to get this page again",
+        "How to reproduce this page",
         tag("pre", tag("code", f"trundle run {config} --out FOLDER")),
         tag("p", f"with trundle {__version__}, and in {config}:"),
         tag("pre", tag("code", settings.text.strip())),
-        tag("p", "The same file and version give the same bytes. Beside this page:"),
+        tag("p", "The same file and version give the same bytes. Other files of the run:"),
         tag("ul", [tag("li", tag("code", name), f" {what}") for name, what in beside]),
     )
 

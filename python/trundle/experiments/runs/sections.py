@@ -43,7 +43,7 @@ def parts(identity: str, episode: Episode) -> list[Part]:
     """Return the sections of an episode."""
     found = (
         ("wheel", "The wheel, fit after fit", learning_section(identity, episode)),
-        ("numbers", "Believed and true", estimates_section(identity, episode)),
+        ("numbers", "Estimates and true values", estimates_section(identity, episode)),
         ("push", "The push", [tag("div", time.push(identity, episode), class_="panels")]),
     )
     return [
@@ -67,14 +67,14 @@ def learning_section(identity: str, episode: Episode) -> list[Child]:
         return []
     left_out = len(episode.updates) - len(shown)
     some = (
-        " Drawn are the first fit, the last, those that added a law, and some between."
+        " The figures show the first and the last fit, those that added a law, and some others."
         if tiles and left_out
         else ""
     )
-    glass = " What has become too small to be seen is magnified ten times." if tiles else ""
+    glass = " Small ellipses are magnified ten times." if tiles else ""
     text = (
-        "The object from above, in its own frame, after a fit: cross and ellipse (95 %) where the wheel "
-        f"is believed, box where it is.{wheel.legend(episode)}{glass}{some}"
+        "Top view of the object in its own frame after a fit: cross and ellipse (95 %) for the estimated "
+        f"wheel, box for the true one.{wheel.legend(episode)}{glass}{some}"
     )
     return [
         tag("p", text) if tiles else None,
@@ -90,8 +90,8 @@ def estimates_section(identity: str, episode: Episode) -> list[Child]:
     rows = final_rows(episode)
     if not rows:
         return []
-    text = "What was believed at the end, with one standard deviation; a dash where the push does not tell."
-    listed = tag("div", tag("p", text), table(("", "believed", "true", "off, in sd"), rows, "stacked"))
+    text = "Final estimates with one standard deviation; a dash for numbers that are not identifiable."
+    listed = tag("div", tag("p", text), table(("", "estimate", "true", "error, in sd"), rows, "stacked"))
     return [tag("div", listed, added, class_="beside")]
 
 
@@ -120,7 +120,7 @@ def estimate_row(episode: Episode, name: str, held: Estimate) -> list[Child]:
         return [title, ABSENT, format_true(true, held.unit), ABSENT]
     gap = None if true is None else held.mean - true
     if name == "angle" and gap is not None:
-        # The directions of least drag, forth and back, are one.
+        # Opposite directions of least drag are equal.
         gap = math.remainder(gap, math.pi)
         true = held.mean - gap
     apart = ABSENT if gap is None or not held.sd else fixed(abs(gap) / held.sd, 1)
@@ -168,5 +168,5 @@ def changes_text(update: Update) -> str:
     """Return the effects that the diagnoser added, and the new grasp."""
     found = [words.effects(update.named)] if update.named else []
     found += [f"supposed: {words.effects(update.supposed)}"] if update.supposed else []
-    found += [f"then held at {format_point(update.regrasp)}"] if update.regrasp is not None else []
+    found += [f"new grasp at {format_point(update.regrasp)}"] if update.regrasp is not None else []
     return ", ".join(found).replace(GAP, " ")

@@ -17,7 +17,7 @@ FOUND_DISTANCE_M = 0.02
 """Largest error of a wheel that counts as found."""
 MILLIMETRE_SD_M = 0.005
 """Largest standard deviation for which positions are given in millimetres."""
-LAWLESS = "learnt without laws"
+LAWLESS = "regression model"
 """Text for a regression model, whose coefficients have no physical names."""
 GAP = "\N{NO-BREAK SPACE}"
 
@@ -31,7 +31,7 @@ def headline(episode: Episode) -> str:
     if ended["lost"]:
         return f"Lost the object {after}."
     off = ended["distance"]
-    return f"Time was up {after}, {suited('m', off).text(off, 2)} from the goal."
+    return f"Time limit reached {after}, {suited('m', off).text(off, 2)} from the goal."
 
 
 def lead(episode: Episode) -> list[str]:
@@ -53,18 +53,18 @@ def wheel_sentence(episode: Episode) -> str:
     """Return the estimated and the true position of the wheel."""
     last = episode.last
     if last is None:
-        return "The agent kept to its first belief."
+        return "The agent did not update its initial model."
     if last.wheel is None:
         return (
-            "It learnt without laws: nothing is said of a wheel."
+            "It learnt a regression model, which has no wheel."
             if not last.estimates
-            else "It found no wheel."
+            else "The model has no wheel."
         )
     off = episode.off(last)
-    verb = "found" if off is None or off <= FOUND_DISTANCE_M else "believed"
+    verb = "found" if off is None or off <= FOUND_DISTANCE_M else "estimated"
     text = f"The wheel was {verb} at {format_point(last.wheel.at, place_sd(last))}"
     return (
-        f"{text}; it is at {format_point(episode.wheel.at, np.zeros(2))}."
+        f"{text}; its true position is {format_point(episode.wheel.at, np.zeros(2))}."
         if episode.wheel is not None
         else f"{text}."
     )
@@ -81,10 +81,10 @@ def convergence_sentence(episode: Episode) -> str | None:
     since = max((index + 1 for index, near in enumerate(known) if not near), default=0)
     if since == count:
         last = offs[-1]
-        return None if last is None else f"After {total} the belief was still {shown('m', last)} off."
+        return None if last is None else f"After {total} the estimate was still off by {shown('m', last)}."
     when = format_seconds(episode.updates[since].time)
-    within = f"within {suited('m', FOUND_DISTANCE_M).text(FOUND_DISTANCE_M, 1)} of the truth"
-    return f"From fit {since + 1} of {count} on, {when} after the start, the belief was {within}."
+    within = f"within {suited('m', FOUND_DISTANCE_M).text(FOUND_DISTANCE_M, 1)} of the true position"
+    return f"From fit {since + 1} of {count} on, {when} after the start, the estimate was {within}."
 
 
 def hidden_sentence(episode: Episode) -> str | None:
@@ -92,18 +92,19 @@ def hidden_sentence(episode: Episode) -> str | None:
     parts = [
         each.name if each.at is None else f"{each.name} at {format_point(each.at)}" for each in episode.hidden
     ]
-    return f"Hidden beside the wheel: {listed(parts)}." if parts else None
+    return f"Other hidden effects: {listed(parts)}." if parts else None
 
 
 def added_sentences(episode: Episode) -> list[str]:
     """Return the named and supposed effects with their times."""
     found = [
-        f"{words.capitalised(words.effect(name))} was named after {format_seconds(time)} and added to the model."
+        f"{words.capitalised(words.effect(name))} was named after {format_seconds(time)} "
+        "and added to the model."
         for time, name in named_effects(episode)
     ]
     return found + [
-        f"{words.capitalised(words.effects(effects))} was supposed after {format_seconds(time)}: the diagnosis does "
-        "not vouch for it, but with it the model predicts better."
+        f"{words.capitalised(words.effects(effects))} was supposed after {format_seconds(time)}: the "
+        "diagnosis does not confirm it, but it improves the predictions."
         for time, effects in supposed_effects(episode)
     ]
 
@@ -140,7 +141,7 @@ def belief_line(update: Update) -> str:
     if update.wheel is None:
         parts = [
             listed([each.name for each in update.other_effects])
-            or ("rolls freely" if update.estimates else LAWLESS)
+            or ("no wheel" if update.estimates else LAWLESS)
         ]
     else:
         drags = [update.value(name) for name in ("least", "most")]
@@ -151,7 +152,7 @@ def belief_line(update: Update) -> str:
     parts += [f"mass {measured(mass.mean, mass.sd, 'kg')}"] if mass is not None and mass.mean else []
     parts += [f"named: {words.effects(update.named)}"] if update.named else []
     parts += [f"supposed: {words.effects(update.supposed)}"] if update.supposed else []
-    parts += [f"goes to hold it at {format_point(update.regrasp)}"] if update.regrasp is not None else []
+    parts += [f"new grasp at {format_point(update.regrasp)}"] if update.regrasp is not None else []
     return " · ".join(parts)
 
 

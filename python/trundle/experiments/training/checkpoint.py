@@ -96,5 +96,7 @@ def read(path: Path) -> dict[str, Any] | None:
     try:
         kept: dict[str, Any] = state_file.load(path)
         return kept
-    except Exception as error:  # a damaged file fails in many ways
-        raise TrundleError(f"{path}: this is no checkpoint ({error}); remove it to begin anew") from error
+    except Exception as error:  # damaged files raise various errors
+        raise TrundleError(
+            f"{path}: not a checkpoint ({error}): remove the file to restart the training"
+        ) from error

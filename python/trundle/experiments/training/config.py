@@ -230,32 +230,33 @@ def check_values(path: Path, settings: Settings) -> None:
     }
     for key, value in counts.items():
         if value < 1:
-            raise TrundleError(f"{path}: {key} = {value}: give a whole number from 1 on")
+            raise TrundleError(f"{path}: {key} = {value}: give an integer of at least 1")
     if settings.env not in TASKS:
         raise TrundleError(f"{path}: env = {settings.env!r}: choose {', '.join(TASKS)}")
     ending(path, settings.env_kwargs, "env_kwargs")
     first, last = settings.evaluation.first, SEED_STRIDE - settings.evaluation.episodes
     if not 0 <= first <= last:
         raise TrundleError(
-            f"{path}: [evaluation] first = {first}: give 0 to {last}; those from {SEED_STRIDE} on are trained on"
+            f"{path}: [evaluation] first = {first}: give 0 to {last}; "
+            f"training uses seeds from {SEED_STRIDE} on"
         )
     seeds = settings.seeds
     if not seeds or not all(0 < seed < 1000 for seed in seeds):
-        raise TrundleError(f"{path}: seeds = {seeds!r}: give whole numbers from 1 to 999")
+        raise TrundleError(f"{path}: seeds = {seeds!r}: give integers from 1 to 999")
     layers = settings.policy_kwargs.get("net_arch", [1])
     if not all(width > 0 for width in layers):
         raise TrundleError(f"{path}: net_arch = {layers!r}: give the widths of the layers, [64, 64]")
     told = settings.hyperparameters
     for key in COUNT_KEYS:
         if told.get(key, 1) < 1:
-            raise TrundleError(f"{path}: {key} = {told[key]}: give a whole number from 1 on")
+            raise TrundleError(f"{path}: {key} = {told[key]}: give an integer of at least 1")
     for key in SHARE_KEYS:
         if not 0 <= told.get(key, 0) <= 1:
             raise TrundleError(f"{path}: {key} = {told[key]}: give a number from 0 to 1")
     entropy = told.get("ent_coef", "auto")
     if isinstance(entropy, str) and entropy != "auto" and not is_positive(entropy.removeprefix("auto_")):
         raise TrundleError(
-            f'{path}: ent_coef = {entropy!r}: give a number, "auto", or "auto_0.1" to begin with 0.1'
+            f'{path}: ent_coef = {entropy!r}: give a number, "auto", or "auto_0.1" for the initial value 0.1'
         )
     target = told.get("target_entropy", "auto")
     if isinstance(target, str) and target != "auto":
@@ -264,7 +265,7 @@ def check_values(path: Path, settings: Settings) -> None:
         rate = settings.hyperparameters.get(key)
         if isinstance(rate, str) and not re.fullmatch(LINEAR_PATTERN, rate):
             raise TrundleError(
-                f'{path}: {key} = {rate!r}: give a number, or "lin_0.001" to let it fall to zero'
+                f'{path}: {key} = {rate!r}: give a number, or "lin_0.001" for a linear schedule to zero'
             )
 
 

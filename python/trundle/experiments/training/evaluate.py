@@ -45,7 +45,7 @@ def evaluate(
         observations, rewards, terminated, truncated, infos = worlds.step(actions)
         gained[under_way] += rewards[under_way]
         lengths[under_way] += 1
-        # An environment that has ended begins anew; what it does then is not counted.
+        # An environment that has ended is reset; its further steps are not counted.
         ended = under_way & (terminated | truncated)
         for key, column in ends.items():
             column[ended] = np.abs(infos[key][ended])

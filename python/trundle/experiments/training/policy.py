@@ -128,8 +128,8 @@ class Policy:
         many, entries = np.atleast_2d(rows), self.about.entries
         if rows.ndim not in (1, 2) or many.shape[1] != entries:
             raise TrundleError(
-                f"an observation of shape {rows.shape} is not of this policy's environment: "
-                f"{self.about.env} with {self.about.env_kwargs} tells {entries} entries"
+                f"an observation of shape {rows.shape} does not fit this policy: "
+                f"{self.about.env} with {self.about.env_kwargs} has {entries} entries"
             )
         past = self._past(state, episode_start, len(many))
         past = np.concatenate(
@@ -191,5 +191,5 @@ def load(path: str | os.PathLike[str]) -> Policy:
         return Policy(About(**about), arrays["mean"], arrays["deviation"], layers)
     except OSError:
         raise
-    except Exception as error:  # a damaged file fails in many ways
-        raise TrundleError(f"{path}: this is no policy that `trundle train` wrote ({error})") from error
+    except Exception as error:  # damaged files raise various errors
+        raise TrundleError(f"{path}: not a policy of `trundle train` ({error})") from error

@@ -103,7 +103,8 @@ class Training:
         """Return results from the folder, or raise an error if they have other settings."""
         if found.get("digest") != self.settings.digest:
             raise TrundleError(
-                f"{self._work} is of other settings: choose another --out, or remove {self.name}"
+                f"{self._work} holds a training with other settings: choose another --out, "
+                f"or remove {self.name}"
             )
         return found
 
@@ -136,10 +137,10 @@ def train_one(config: Path, seed: int, out: Path, quiet: bool) -> str:
     training = Training(read(config), seed, out)
     with Progress("training", quiet=quiet) as progress:
         told = training.run(progress.show)
-    last, rises = told["curve"][-1], "" if told["flattened"] else "; the curve still rises"
+    last, rises = told["curve"][-1], "" if told["flattened"] else "; the curve still improves"
     return (
-        f"{training.policy_file}: success {last['success']:.0%}, {last['distance']:.2f} m off after "
-        f"{told['steps']:,} steps, {told['simulated_seconds']:,.0f} s of pushing{rises}"
+        f"{training.policy_file}: success {last['success']:.0%}, {last['distance']:.2f} m from the goal "
+        f"after {told['steps']:,} steps, {told['simulated_seconds']:,.0f} s of pushing{rises}"
     )
 
 
@@ -204,7 +205,7 @@ class TrainingCallback(BaseCallback):  # type: ignore[misc]
         share = self.model.num_timesteps / self._training.settings.n_timesteps
         self._show(
             f"{self._training.name} · {share:.0%} of {self._training.settings.n_timesteps:,} steps · "
-            f"success {last['success']:.0%}, {last['distance']:.2f} m off after {last['step']:,}"
+            f"success {last['success']:.0%}, {last['distance']:.2f} m from the goal after {last['step']:,}"
         )
 
 

@@ -128,7 +128,7 @@ def read(path: Path, which: str) -> Settings:
     if chosen.shares < 1:
         raise TrundleError(f"{path}: [ranges.{which}] shares = {chosen.shares} must be at least 1")
     if parent.first is None:
-        raise TrundleError(f"{path}: [ranges.{chosen.of or which}] needs `first`, the first seed")
+        raise TrundleError(f"{path}: [ranges.{chosen.of or which}] missing key `first`, the first seed")
     return Settings(
         range=which,
         parent=chosen.of or which,

@@ -69,7 +69,7 @@ def main(folder: str, limit: str) -> None:
     resource.setrlimit(resource.RLIMIT_CPU, (int(limit), int(limit) + 5))
     from trundle import TrundleError, diagnose
 
-    # The process ends with the one that started it: the other end of standard input closes.
+    # Standard input closes when the parent process ends.
     threading.Thread(target=end_with_parent, daemon=True).start()
     try:
         answer = diagnose(folder).answer
@@ -82,7 +82,7 @@ def main(folder: str, limit: str) -> None:
 
 def end_with_parent() -> None:
     """Wait for the end of standard input, then end the process."""
-    os.read(0, 1)  # not through sys.stdin, whose lock a finalising interpreter would find taken
+    os.read(0, 1)  # sys.stdin would hold a lock that the interpreter needs at exit
     os.kill(os.getpid(), signal.SIGKILL)
 
 

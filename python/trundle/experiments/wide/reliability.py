@@ -103,7 +103,7 @@ def fit_platt(rows: Sequence[Row], used: Platt) -> Platt | None:
         eta = parameters[0] + parameters[1] * logits
         return float(weights @ (np.logaddexp(0.0, eta) - target * eta))
 
-    # A slope of nought or below would turn the order of the odds around.
+    # A slope of zero or below would reverse the order of the odds.
     best = minimize(cost, [0.0, 1.0], method="L-BFGS-B", bounds=[(None, None), (0.05, None)])
     return Platt(float(best.x[0]), float(best.x[1]), used.most)
 

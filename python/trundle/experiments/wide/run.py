@@ -71,7 +71,7 @@ def prove_wide(
             place.fill(WideBenchmark(place.settings, work / "wide", backend, quiet))
     there = [place for place in places if place.results.exists()]
     if not there:
-        raise TrundleError(f"{places[0].results}: there are no results to draw; leave out --redraw")
+        raise TrundleError(f"{places[0].results}: no results to draw: run without --redraw")
     text = render_page(settings, there)
     write_text(out / f"{name}.md", text)
     return text
@@ -140,14 +140,14 @@ def render_page(settings: Settings, places: Sequence[RangeFiles]) -> str:
     rows = [row for _, found, _ in parts for row in found]
     truths = [truth for *_, found in parts for truth in found]
     sections = [
-        ("What was to be reached", tables.accuracy(rows)),
+        ("Targets", tables.accuracy(rows)),
         ("By instrument", tables.instruments(rows)),
-        ("Hidden alone", tables.effects(rows)),
-        ("Answers that are not right: clean recordings, and several effects", tables.wrong_answers(rows)),
+        ("Single effects", tables.effects(rows)),
+        ("Wrong answers: clean recordings, and several effects", tables.wrong_answers(rows)),
         ("Intervals of 90 %", tables.intervals(rows)),
         ("Probabilities", tables.probabilities(rows)),
-        ("What a diagnosis costs", tables.costs(rows)),
-        ("Draws that did not count", tables.rejections(truths)),
+        ("Cost of a diagnosis", tables.costs(rows)),
+        ("Rejected draws", tables.rejections(truths)),
     ]
     body = [f"## {title}\n\n{text}" for title, text in sections]
     return "\n\n".join([intro(settings, [head for head, *_ in parts], rows, truths), *body]) + "\n"

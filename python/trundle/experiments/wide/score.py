@@ -64,9 +64,7 @@ def is_right(answer: Row, truth: Row) -> bool:
 
 
 def named_probabilities(answer: Row, truth: Row) -> list[tuple[float, bool]]:
-    """Return for each name its probability, and whether it or a tied effect is present.
-    is.
-    """
+    """Return for each name its probability, and whether it or a tied effect is present."""
     if answer["verdict"] != "explained":
         return []
     true = set() if truth["outside"] else set(truth["names"])

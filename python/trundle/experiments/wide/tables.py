@@ -82,8 +82,8 @@ def accuracy(rows: Sequence[Row]) -> str:
         for row in rows
         if row["truth"]["names"] and not row["truth"]["outside"] and is_right(row["answer"], row["truth"])
     ]
-    text = f"Mean size of the ties that count as right: {np.mean(sizes):.2f} (1: no tie)." if sizes else ""
-    return table(["what", "to reach", "reached", *ENGINES], lines) + "\n\n" + text
+    text = f"Mean number of tied sets in correct answers: {np.mean(sizes):.2f} (1: no tie)." if sizes else ""
+    return table(["figure", "target", "result", *ENGINES], lines) + "\n\n" + text
 
 
 def instruments(rows: Sequence[Row]) -> str:
@@ -114,7 +114,7 @@ def effects(rows: Sequence[Row]) -> str:
             )
             text = ", ".join(f"{what} {count}" for what, count in sorted(other.items())) or "–"
             lines.append([f"`{effect}`", right_share(some).text(), text])
-    return table(["hidden alone", "right", "else"], lines)
+    return table(["hidden effect", "correct", "other answers"], lines)
 
 
 def answer_label(answer: Row) -> str:
@@ -144,7 +144,7 @@ def wrong_answers(rows: Sequence[Row]) -> str:
                 f"{answer['verdict']} {names}".strip(),
             ]
         )
-    return table(["case", "hidden", "how", "answer"], lines) if lines else "None."
+    return table(["case", "hidden effects", "recording", "answer"], lines) if lines else "None."
 
 
 def rejections(truths: Sequence[Row]) -> str:
@@ -197,7 +197,7 @@ def probabilities(rows: Sequence[Row]) -> str:
     ]
     text = "Brier score {0[0]:.4f} (base rate {1[0]:.4f}), log score {0[1]:.4f} (base rate {1[1]:.4f})."
     return (
-        table(["mean probability", "right"], lines)
+        table(["mean probability", "correct"], lines)
         + "\n\n"
         + text.format(*scores)
         + "\n\n"
@@ -238,4 +238,4 @@ def costs(rows: Sequence[Row]) -> str:
         values: Any = np.array([row["cost"][key] for row in rows])
         quantiles = np.quantile(values, [0.5, 0.9, 0.99, 1.0])
         lines.append([label, *(f"{value:.1f}" for value in quantiles)])
-    return table(["of one diagnosis", "median", "90 %", "99 %", "most"], lines)
+    return table(["of one diagnosis", "median", "90 %", "99 %", "maximum"], lines)

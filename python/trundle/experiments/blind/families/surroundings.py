@@ -54,7 +54,7 @@ class ObstacleContact(Family):
             pos=[*values["place"], BODY_HEIGHT_M],
             friction=[values["friction"], 0.0, 0.0],
             condim=3 if values["friction"] else 1,
-            priority=1,  # else the larger friction of the two things would count
+            priority=1,  # otherwise MuJoCo uses the larger friction of the two bodies
             solref=[0.01, 1.0],
         )
 

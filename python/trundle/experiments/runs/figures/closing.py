@@ -40,8 +40,8 @@ def draw(identity: str, episode: Episode) -> Html | None:
             for x, y in zip(frame.x(time), frame.y(offs), strict=True)
         ],
     ]
-    caption = "Line: radius within which the belief holds the wheel (95 %); points: how far off it was."
-    name = "How well the wheel's place was known"
+    caption = "Line: radius of the 95 % ellipse; points: error of the estimate."
+    name = "Accuracy of the wheel's position"
     return figure(f"{identity}-closing", name, f"{name}. {caption}", TOP + HEIGHT + FOOT, drawing, caption)
 
 

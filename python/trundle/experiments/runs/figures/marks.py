@@ -39,7 +39,8 @@ def ellipse(at: Array, shape: EllipseAxes) -> Html:
 
 def cross(at: Array) -> Html:
     """Return the mark of an estimated position."""
-    d = f"M{at[0] - CROSS_ARM:.1f} {at[1]:.1f}h{2 * CROSS_ARM:.0f}M{at[0]:.1f} {at[1] - CROSS_ARM:.1f}v{2 * CROSS_ARM:.0f}"
+    x, y, arm = at[0], at[1], CROSS_ARM
+    d = f"M{x - arm:.1f} {y:.1f}h{2 * arm:.0f}M{x:.1f} {y - arm:.1f}v{2 * arm:.0f}"
     return tag("path", d=d, class_="spot")
 
 

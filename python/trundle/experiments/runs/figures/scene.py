@@ -37,8 +37,10 @@ def draw(identity: str, episode: Episode) -> Html:
         tag("polyline", points=svg_points(plan.at(episode.pose[:, :2])), class_="way"),
         object_group(plan, episode, end),
     )
-    text = "The scene from above at the end of the episode; dashed outlines: where the object was before."
-    panel = figure(f"{identity}-scene", "The episode from above", text, plan.total, drawing, caption(episode))
+    text = "Top view at the end of the episode; dashed outlines: earlier poses of the object."
+    panel = figure(
+        f"{identity}-scene", "Top view of the episode", text, plan.total, drawing, caption(episode)
+    )
     script = json.dumps(frame_data(plan, episode), separators=(",", ":")).replace("<", "\\u003c")
     return tag("div", panel, tag("script", Html(script), type="application/json"), class_="player")
 
@@ -49,12 +51,12 @@ def caption(episode: Episode) -> list[Child]:
     slider = Html(f'<input type="range" min="0" max="{end}" value="{end}" aria-label="time in the episode">')
     controls = tag("span", tag("button", "Play", type="button"), slider, class_="controls", hidden="")
     stands = "; grey: the obstacle" if episode.obstacles else ""
-    wheel = "; box: where it is" if episode.wheel is not None else ""
+    wheel = "; box: the true wheel" if episode.wheel is not None else ""
     return [
         controls,
         tag("output", moment_text(episode, end)),
-        f"Green: the goal{stands}; line: the way of the object's frame; arrow: the force on the object. "
-        f"Cross and ellipse (95{GAP}%): where the wheel is believed{wheel}.",
+        f"Green: the goal{stands}; line: path of the object's origin; arrow: force on the object. "
+        f"Cross and ellipse (95{GAP}%): the estimated wheel{wheel}.",
         legend(episode),
     ]
 

@@ -26,12 +26,14 @@ DRAG_NUMBERS: Numbers = (
     ("most", "most drag, N·s/m"),
     ("body.mass", "mass, kg"),
 )
-CAPTION = "Line and band: believed, with two standard deviations; what is far off is cut. Dashes: the truth."
+CAPTION = "Line and band: estimate with two standard deviations, clipped to the frame. Dashes: true value."
 
 
 def wheel(identity: str, episode: Episode) -> Html | None:
     """Return the wheel's position over time."""
-    return draw_lanes(f"{identity}-place", "The wheel's place over time", episode, PLACE_NUMBERS, height=98.0)
+    return draw_lanes(
+        f"{identity}-place", "The wheel's position over time", episode, PLACE_NUMBERS, height=98.0
+    )
 
 
 def beliefs(identity: str, episode: Episode) -> Html | None:
@@ -45,7 +47,7 @@ def others(identity: str, episode: Episode) -> Html | None:
     units = {each.name: each.unit for update in episode.updates for each in update.estimates}
     titles = [(name, f"{parameter_title(name)}{f', {unit}' if unit else ''}") for name, unit in units.items()]
     chosen = [(name, text) for name, text in titles if name not in known]
-    return draw_lanes(f"{identity}-others", "What was added to the model, over time", episode, chosen)
+    return draw_lanes(f"{identity}-others", "Parameters of added effects over time", episode, chosen)
 
 
 def parameter_title(name: str) -> str:
@@ -81,7 +83,7 @@ def estimate_lane(episode: Episode, key: str, text: str, height: float) -> Lane 
     curves = [Curve("believed", t, mean) for t, mean, _ in pieces]
     true = episode.true_value(key)
     real = [] if true is None else [Curve("true", np.array([0.0, end]), np.array([true, true]))]
-    # What was believed first is often far off: it may leave the frame, where the others would be flat lines.
+    # The first estimate is often far off. It does not determine the limits.
     later = bands if len(episode.updates) < 3 else list(bands_since(bands, episode.updates[1].time))
     return Lane(text, (*bands, *real, *curves), widen_limits(*lanes.bounds([*later, *real])), height)
 
@@ -139,7 +141,7 @@ def push(identity: str, episode: Episode) -> list[Html]:
         Lane("torque about the gripper, N·m", (Curve("done", t, episode.wrench[:, 2]),)),
     )
     found = []
-    for key, name, rows in (("way", "Way to the goal", way), ("wrench", "Wrench on the object", forces)):
+    for key, name, rows in (("way", "Distance to the goal", way), ("wrench", "Wrench on the object", forces)):
         drawing, height = lanes.draw(rows, time_span(episode))
         text = f"{name} over time."
         found.append(figure(f"{identity}-{key}", name, text, height, drawing, text))

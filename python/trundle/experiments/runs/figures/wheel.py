@@ -38,8 +38,8 @@ def draw(identity: str, episode: Episode, update: Update) -> Html:
         viewBox=f"0 0 {WIDTH:.0f} {plan.height:.2f}",
         **size,
     )
-    told = "nothing of a wheel" if update.wheel is None else format_point(update.wheel.at, place_sd(update))
-    text = f"The object from above, object frame; the wheel is believed at: {told}."
+    place = "no wheel" if update.wheel is None else format_point(update.wheel.at, place_sd(update))
+    text = f"Top view of the object, object frame; estimated wheel: {place}."
     caption = [tag("b", format_seconds(update.time)), accuracy_text(episode, update)]
     title = f"Belief after {format_seconds(update.time)}"
     return figure(identity, title, text, plan.height, [inner, tag("rect", class_="box", **size)], caption)
@@ -51,7 +51,7 @@ def accuracy_text(episode: Episode, update: Update) -> str:
     if update.wheel is None:
         return ": no wheel in the model"
     if sd is not None and not np.isfinite(sd).all():
-        return ": known along one axis" if np.isfinite(sd).any() else ": not known yet"
+        return ": known along one axis" if np.isfinite(sd).any() else ": not identifiable yet"
     known = "" if sd is None else f", sd {shown('m', float(sd.max()))}"
     return known if off is None else f": {shown('m', off)} off{known}"
 
@@ -65,7 +65,7 @@ def legend(episode: Episode) -> str:
     if not placed and not believed:
         return ""
     names = listed(list(dict.fromkeys([*placed, *sorted(believed)])))
-    return f" Ring: where {names} acts; slanted cross: where it is believed."
+    return f" Ring: true position of {names}; diagonal cross: estimated position."
 
 
 @dataclass(frozen=True)
