@@ -63,7 +63,7 @@ def render_page(settings: Settings, results: Results, learnt: Learnt, costs: Cos
     training = render_part("training", tables.learning(settings, results, learnt), name=settings.name)
     parts = {
         "targets": render_part("targets", tables.targets(settings, results)),
-        "worth": render_part("worth", tables.paired_differences(settings, results)),
+        "worth": render_part("pairs", tables.paired_differences(settings, results)),
         "diagnoses": render_part("diagnoses", tables.diagnoses(settings, results)),
         "policies": render_part(
             "policies", tables.policy_comparison(settings, results), main=main, training=training
