@@ -119,8 +119,8 @@ def test_what_is_done_is_not_done_again(tmp_path: Path, capsys: pytest.CaptureFi
     line = ["train", str(file), "--out", str(tmp_path / "out"), "--seed", "1"]
     assert main(line) == 0
     first, kept = capsys.readouterr().out, {p: p.stat().st_mtime_ns for p in tmp_path.rglob("*")}
-    line = r"tiny-1\.npz: success \d+%, \d\.\d\d m from the goal after 1,024 steps, 51 s of pushing"
-    assert re.search(line, first)
+    report = r"tiny-1\.npz: success \d+%, \d\.\d\d m from the goal after 1,024 steps, 51 s of pushing"
+    assert re.search(report, first)
     assert main(line) == 0
     assert capsys.readouterr().out == first
     assert {p: p.stat().st_mtime_ns for p in tmp_path.rglob("*")} == kept

@@ -220,7 +220,7 @@ def test_what_a_push_settles_is_counted_beside_the_controls() -> None:
     assert "| floor_slope | 3 | 0 | 2 | 1 |" in follow_up_tables.by_effect(found)
     said = follow_up_tables.case_counts(first, found)
     assert "4 recordings, 4 explained, 4 of these with a tie" in said
-    assert "expect 99 % to be sure" in said
+    assert "predict a decision in 99 %" in said
     assert "| designed | 12 | 0.4 | 0.1 |" in follow_up_tables.efforts(found)
 
 
@@ -246,7 +246,7 @@ def test_the_probability_of_twins_is_that_of_both() -> None:
 
 def test_nothing_recorded_is_tabled_as_such() -> None:
     assert follow_up_tables.rates([]).count("no case") == 4
-    assert "0 were pushed again" in follow_up_tables.case_counts([], [])
+    assert "diagnosed for 0 of them" in follow_up_tables.case_counts([], [])
     follow_up_tables.pairs([])
     follow_up_tables.by_effect([])
     follow_up_tables.all_cases([])

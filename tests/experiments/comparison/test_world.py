@@ -98,7 +98,7 @@ def test_what_says_no_value_is_refused(effect: dict[str, Any], words: str) -> No
 
 
 def test_an_object_without_feet_has_no_place_there() -> None:
-    with pytest.raises(trundle.TrundleError, match="stands on none"):
+    with pytest.raises(trundle.TrundleError, match="has no supports"):
         draw_effects([FRICTION], {"footprint": BODY["footprint"]}, 0)
 
 

@@ -64,7 +64,7 @@ def test_what_is_only_supposed_is_told_as_that() -> None:
     kept["updates"][7]["supposed"] = ["com_offset", "caster_swivel"]
     found = parse_history(kept)
     told = " ".join(sentences.lead(found)).replace("\N{NO-BREAK SPACE}", " ")
-    assert "was supposed after 4.0 s: the diagnosis does not vouch for it" in told
+    assert "was supposed after 4.0 s: the diagnosis does not confirm it" in told
     assert "was named" not in told
     assert "supposed: " in sentences.belief_line(found.updates[7])
     assert [update.time for update in select_stages(found, 4)] == [0.5, 1.5, 4.0, 5.0]
@@ -74,19 +74,19 @@ def test_a_wheel_that_is_far_off_is_not_called_found() -> None:
     kept = history()
     kept["truth"]["effect"][0] = {**kept["truth"]["effect"][0], "x": -0.5}
     told = " ".join(sentences.lead(parse_history(kept)))
-    assert "The wheel was believed at" in told and "still" in told and "was found" not in told
+    assert "The wheel was estimated at" in told and "still" in told and "was found" not in told
 
 
 def test_a_regression_says_nothing_of_a_wheel() -> None:
     found = episode(lawless=True)
-    assert "without laws" in sentences.lead(found)[0]
-    assert sentences.belief_line(found.updates[0]) == "learnt without laws"
+    assert "regression model" in sentences.lead(found)[0]
+    assert sentences.belief_line(found.updates[0]) == "regression model"
 
 
 def test_no_belief_and_no_success_are_said() -> None:
     found = episode(pushes=0, success=False)
-    assert sentences.headline(found).startswith("Time was up")
-    assert "kept to its first belief" in sentences.lead(found)[0]
+    assert sentences.headline(found).startswith("Time limit reached")
+    assert "did not update its initial model" in sentences.lead(found)[0]
     assert select_stages(found, 6) == []
 
 

@@ -121,7 +121,7 @@ def test_a_range_is_done_in_shares_that_another_machine_continues(
     ("text", "words"),
     [
         (TINY.replace("clean = 2", "shares = 0"), "shares = 0 must be at least 1"),
-        (TINY.replace('"all"]\noutside', '"ghost"]\noutside'), "no family 'ghost'"),
+        (TINY.replace('"all"]\noutside', '"ghost"]\noutside'), "unknown family 'ghost'"),
         (TINY.replace("ranges.tune", "ranges.other"), "[ranges] has no 'tune'"),
         (TINY.replace("clean = 2", "celan = 2"), "celan"),
         (TINY.replace("first = 42", ""), "first"),

@@ -144,7 +144,7 @@ def diagnose_follow_ups(
     """
     asked = {one["case"]: requested_experiment(one) for one in read_trials(proof.file_of(""))[1]}
     asked = {case: experiment for case, experiment in asked.items() if experiment is not None}
-    tell(f"{len(asked)} answers ask for a push")
+    tell(f"{len(asked)} answers request a push")
     names = [{"case": case, "push": kind} for case in asked for kind in push_kinds(proof.settings)]
     units = [
         Unit(

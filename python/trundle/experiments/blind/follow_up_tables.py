@@ -70,8 +70,8 @@ def case_counts(first: Sequence[Row], cases: Sequence[Case]) -> str:
     return (
         f"{len(first)} recordings, {len(answers)} explained, {len(tied)} of these with a tie. For {silent} "
         "of the ties no discriminating push within the motion of the recording was found. "
-        f"{len(asked)} answers request a push, {sum(bool(answer['tied']) for answer, _ in asked)} of them with a tie "
-        f"({courses}). All kinds of pushes were simulated and diagnosed for {len(cases)} of them."
+        f"{len(asked)} answers request a push, {sum(bool(answer['tied']) for answer, _ in asked)} of them "
+        f"with a tie ({courses}). All kinds of pushes were simulated and diagnosed for {len(cases)} of them."
         f"{expected_success(asked)}"
     )
 

@@ -158,8 +158,8 @@ def check_settings(path: Path, settings: Settings) -> None:
     """Raise an error if the settings are inconsistent."""
     if not settings.push > 0 or not re.fullmatch(r"[\w-]+", settings.name):
         raise TrundleError(
-            f"{path}: push = {settings.push}, name = {settings.name!r}: give a positive duration, and a name of "
-            "letters, digits, _ or -"
+            f"{path}: push = {settings.push}, name = {settings.name!r}: give a positive duration, "
+            "and a name of letters, digits, _ or -"
         )
     if not settings.worlds:
         raise TrundleError(f"{path}: give at least one table [worlds.NAME]")

@@ -173,18 +173,18 @@ def intro(
 
 INTRO = """# The wide blind benchmark
 
-Recordings of pushed objects with random instruments and conventions: a tracker (10 to 250 Hz, up to half of the
-poses lost, time jitter, 0.1 to 3 mm), a sensor (50 to 1000 Hz, with or without an anti-alias filter), axes,
-reference point and sign of the reading, raw or tared readings, stated or unknown noise. The object is pushed by
-a rigid grasp, a compliant grasp or a free finger, in 3 to 20 pushes of 2 to 20 s, and has a random outline. MuJoCo
-simulates half of the recordings. A solver of ordinary differential equations with its own contacts, dry
-friction and casters simulates the other half. The simulations use no law of trundle.
+Recordings of pushed objects with random instruments and conventions: a tracker (10 to 250 Hz, up to half of
+the poses lost, time jitter, 0.1 to 3 mm), a sensor (50 to 1000 Hz, with or without an anti-alias filter),
+axes, reference point and sign of the reading, raw or tared readings, stated or unknown noise. The object is
+pushed by a rigid grasp, a compliant grasp or a free finger, in 3 to 20 pushes of 2 to 20 s, and has a
+random outline. MuJoCo simulates half of the recordings. A solver of ordinary differential equations with
+its own contacts, dry friction and casters simulates the other half. The simulations use no law of trundle.
 
 A case is material if, with its own instrument, the true model reduces the held-out misfit of the refitted
-nominal model at least threefold, and each of several effects at least twofold. Correct answers are the exact set
-of effects or a certified tie of at most three sets that contains it; "consistent" for clean recordings;
-"unexplained" out of the catalogue. Brackets: Wilson's intervals of 95 %.
+nominal model at least threefold, and each of several effects at least twofold. Correct answers are the
+exact set of effects or a certified tie of at most three sets that contains it; "consistent" for clean
+recordings; "unexplained" out of the catalogue. Brackets: Wilson's intervals of 95 %.
 
-Range `{name}`{done}: {total} recordings ({counts}); {given_up} cases were dropped. Version of the diagnosing
-sources: {versions}. A diagnosis receives only the recording's folder. The truth is sealed in a file whose SHA-256
-was printed before the first diagnosis: {sha}."""
+Range `{name}`{done}: {total} recordings ({counts}); {given_up} cases were dropped. Version of the
+diagnosing sources: {versions}. A diagnosis receives only the recording's folder. The truth is sealed in a
+file whose SHA-256 was printed before the first diagnosis: {sha}."""
