@@ -7,10 +7,10 @@ import argparse
 
 import torch
 
-from trundle.experiments.training.config import Aids, Settings
+from trundle.experiments.training.config import RewardShaping, Settings
 from trundle.experiments.training.evaluate import evaluate
 from trundle.experiments.training.networks import algorithm, exported
-from trundle.experiments.training.worlds import make
+from trundle.experiments.training.worlds import make_worlds
 
 parser = argparse.ArgumentParser()
 parser.add_argument("--steps", type=int, default=600_000, help="of all environments together")
@@ -37,9 +37,9 @@ settings = Settings(
         "learning_rate": 1e-3,
     },
     policy_kwargs={"net_arch": [64, 64], "log_std_init": -1.0},
-    aids=Aids(success_bonus=10.0, loss_cost=20.0),  # to learn from; not part of the return
+    aids=RewardShaping(success_bonus=10.0, loss_cost=20.0),  # to learn from; not part of the return
 )
-worlds = make(settings)
+worlds = make_worlds(settings)
 learner = algorithm(settings, 1, worlds)
 
 

@@ -53,8 +53,8 @@ impl OnlineEstimate {
     /// Take in the columns of a whole push, or every episode of a recording, each a push.
     fn update(&mut self, push: &Bound<'_, PyAny>) -> PyResult<()> {
         let recording = self.recording(push)?;
+        let data = run(push.py(), || prepare(&recording))?;
         run(push.py(), || {
-            let data = prepare(&recording)?;
             for push in data.episodes() {
                 let comparison = self.comparison(&data, push)?;
                 self.online(&data).update(Box::new(comparison))?;
@@ -66,8 +66,8 @@ impl OnlineEstimate {
     /// Take in the columns of the push under way so far.
     fn peek(&mut self, push: &Bound<'_, PyAny>) -> PyResult<()> {
         let recording = self.recording(push)?;
+        let data = run(push.py(), || prepare(&recording))?;
         run(push.py(), || {
-            let data = prepare(&recording)?;
             for push in data.episodes() {
                 let comparison = self.comparison(&data, push)?;
                 self.online(&data).peek(&comparison)?;

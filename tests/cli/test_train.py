@@ -13,7 +13,7 @@ import trundle
 from trundle.cli import main
 from trundle.experiments.training import policy
 from trundle.experiments.training.config import read
-from trundle.experiments.training.frames import from_object
+from trundle.experiments.training.frames import to_object_frame
 from trundle.experiments.training.policy import About, Policy
 
 CONFIGS = sorted((Path(__file__).resolve().parents[2] / "configs" / "rl").glob("*.toml"))
@@ -52,7 +52,7 @@ def test_policies_of_one_comparison_see_the_same_and_may_do_the_same() -> None:
         ("gamma = 1", "tau = 0.1", "unknown key `tau`"),
         ("gamma = 1", "hyperparameters = {gamma = 1}", "unknown key `hyperparameters`"),
         ("gamma = 1", 'gamma = "high"', "`gamma` = 'high'; it is a number"),
-        ("gamma = 1", "n_envs = 0", "n_envs = 0: give a whole number from 1 on"),
+        ("gamma = 1", "n_envs = 0", "n_envs = 0: give an integer of at least 1"),
         ("gamma = 1", "n_steps = true", "`n_steps` = True; it is a whole number"),
         ("gamma = 1", 'frame = "gripper"', "it is one of 'world', 'object'"),
         ("gamma = 1", 'policy_kwargs = {net_arch = ["wide"]}', "`policy_kwargs.net_arch[0]` = 'wide'"),
@@ -63,7 +63,7 @@ def test_policies_of_one_comparison_see_the_same_and_may_do_the_same() -> None:
         ("gamma = 1", "gamma = 5.0", "gamma = 5.0: give a number from 0 to 1"),
         ('"PPO"', '"SAC"\nent_coef = "atuo"', "ent_coef = 'atuo': give a number"),
         ('"PPO"', '"SAC"\ntarget_entropy = "auto_1"', "target_entropy = 'auto_1': give a number"),
-        ("gamma = 1", "batch_size = 0", "batch_size = 0: give a whole number from 1 on"),
+        ("gamma = 1", "batch_size = 0", "batch_size = 0: give an integer of at least 1"),
         ("gamma = 1", "env_kwargs = {horizon = 0}", "horizon = 0: an episode must end"),
         ("gamma = 1", "evaluation = {first = 999_950}", "first = 999950: give 0 to 999900"),
         ("n_timesteps = 1000", "", "`n_timesteps` is missing"),
@@ -116,7 +116,7 @@ def test_nothing_changes_for_a_policy_when_the_world_is_turned() -> None:
         moved[:, k : k + 2] = seen[:, k : k + 2] @ rotation.T + shift
     for k in (2, 4, 9, 20):
         moved[:, k : k + 2] = seen[:, k : k + 2] @ rotation.T
-    one, other = (from_object(rows, "trundle/PushAround-v0") for rows in (seen, moved))
+    one, other = (to_object_frame(rows, "trundle/PushAround-v0") for rows in (seen, moved))
     assert np.allclose(one[:, 4:], other[:, 4:])
     assert not np.allclose(one[:, 0:2], other[:, 0:2])
     # The goal where it is looked for: ahead by as much as it is away along the heading; and closely.
@@ -182,10 +182,10 @@ def test_a_file_that_is_no_policy_is_named(tmp_path: Path) -> None:
     file = tmp_path / "policy.npz"
     for content in (b"", b"no policy", b"PK\x03\x04 damaged"):
         file.write_bytes(content)
-        with pytest.raises(trundle.TrundleError, match="this is no policy"):
+        with pytest.raises(trundle.TrundleError, match="not a policy"):
             policy.load(file)
     np.savez(file, about="{}")
-    with pytest.raises(trundle.TrundleError, match="this is no policy"):
+    with pytest.raises(trundle.TrundleError, match="not a policy"):
         policy.load(file)
 
 

@@ -17,7 +17,7 @@ from trundle._native import Laws
 from trundle.agent import Belief
 from trundle.belief import about_origin
 from trundle.experiments.comparison.config import read
-from trundle.experiments.comparison.world import begin
+from trundle.experiments.comparison.world import make_world
 from trundle.learners import Physics
 
 FRICTION = {"kind": "coulomb_friction", "x": 0.2, "y": 0.1, "force": 55.0}
@@ -76,7 +76,7 @@ def test_what_the_diagnoser_cannot_vouch_for_is_supposed_where_it_predicts_bette
     diagnose = _native._diagnose
     monkeypatch.setattr(_native, "_diagnose", unsure)
     settings = read(COMPARE)
-    env, observation = begin(settings.worlds["friction"], 3032, {})
+    env, observation = make_world(settings.worlds["friction"], 3032, {})
     agent = trundle.AdaptiveAgent(env, diagnose=True)
     for step in range(84):
         action, _ = agent.predict(observation, episode_start=step == 0)

@@ -10,8 +10,8 @@ import pytest
 import trundle.agent
 from trundle.braking import LOST, braking, runs_away
 from trundle.experiments.comparison.config import read
-from trundle.experiments.comparison.episode import player
-from trundle.experiments.comparison.world import begin
+from trundle.experiments.comparison.episode import make_player
+from trundle.experiments.comparison.world import make_world
 
 COMPARE = Path(__file__).resolve().parents[2] / "configs/experiments/compare.toml"
 
@@ -61,8 +61,8 @@ def test_braking_takes_energy_out_of_any_object() -> None:
 def lost_within(seconds: float) -> bool:
     """Tell whether an adaptive agent loses a light object with a load at one corner."""
     settings = read(COMPARE)
-    env, observation = begin(settings.worlds["load"], 3121, {})
-    agent = player(settings.agents["adaptive"], 0, env)
+    env, observation = make_world(settings.worlds["load"], 3121, {})
+    agent = make_player(settings.agents["adaptive"], 0, env)
     for step in range(round(seconds / 0.05)):
         action, _ = agent.predict(observation, episode_start=step == 0)
         observation, _, _, _, info = env.step(action)

@@ -29,7 +29,7 @@ def test_trials_are_written_and_read(tmp_path: Path) -> None:
 def test_a_file_that_holds_no_results_is_named(text: str, tmp_path: Path) -> None:
     path = tmp_path / "trials.jsonl"
     path.write_text(text)
-    with pytest.raises(TrundleError, match=r"trials\.jsonl: these are no results"):
+    with pytest.raises(TrundleError, match=r"trials\.jsonl: not results"):
         read_trials(path)
 
 

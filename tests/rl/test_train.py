@@ -17,8 +17,8 @@ from trundle.experiments.training import policy, train
 from trundle.experiments.training.config import Settings, read
 from trundle.experiments.training.evaluate import evaluate
 from trundle.experiments.training.networks import algorithm, exported
-from trundle.experiments.training.train import Training, flattened
-from trundle.experiments.training.worlds import Worlds, make
+from trundle.experiments.training.train import Training, has_flattened
+from trundle.experiments.training.worlds import Worlds, make_worlds
 
 ROOT = Path(__file__).resolve().parents[2]
 TASK = "trundle/PushAround-v0"
@@ -119,7 +119,8 @@ def test_what_is_done_is_not_done_again(tmp_path: Path, capsys: pytest.CaptureFi
     line = ["train", str(file), "--out", str(tmp_path / "out"), "--seed", "1"]
     assert main(line) == 0
     first, kept = capsys.readouterr().out, {p: p.stat().st_mtime_ns for p in tmp_path.rglob("*")}
-    assert re.search(r"tiny-1\.npz: success \d+%, \d\.\d\d m off after 1,024 steps, 51 s of pushing", first)
+    report = r"tiny-1\.npz: success \d+%, \d\.\d\d m from the goal after 1,024 steps, 51 s of pushing"
+    assert re.search(report, first)
     assert main(line) == 0
     assert capsys.readouterr().out == first
     assert {p: p.stat().st_mtime_ns for p in tmp_path.rglob("*")} == kept
@@ -136,7 +137,7 @@ def test_tensorboard_has_something_to_show(tmp_path: Path) -> None:
 
 def learnt(tmp_path: Path, own: str) -> tuple[Settings, Any, Worlds]:
     settings = read(written(tmp_path, own))
-    worlds = make(settings)
+    worlds = make_worlds(settings)
     learner = algorithm(settings, 1, worlds)
     learner.learn(512)
     return settings, learner, worlds
@@ -166,7 +167,7 @@ def test_a_policy_acts_as_the_network_that_it_is_from(own: str, tmp_path: Path) 
 
 def test_rewards_to_learn_from_leave_the_return_alone(tmp_path: Path) -> None:
     settings = read(written(tmp_path, PPO))
-    worlds = make(settings)
+    worlds = make_worlds(settings)
     worlds.batch.set_options([{"start": [-1.5, 0.0, 0.0], "goal": [-1.5, 0.0, 0.0]}] + [{}] * 3)
     worlds.top.reset()
     _, _, dones, infos = worlds.top.step(np.zeros((4, 3)))
@@ -213,10 +214,10 @@ def test_a_curve_that_rises_has_not_flattened() -> None:
     def curve(*success: float) -> list[dict[str, float]]:
         return [{"success": share, "distance": 0.1} for share in success]
 
-    assert not flattened(curve(0.1, 0.2, 0.3, 0.4, 0.5, 0.6, 0.7, 0.8, 0.9, 1.0))
-    assert flattened(curve(0.1, 0.2, 0.3, 0.4, 0.5, 0.9, 0.9, 0.9, 0.9, 0.9))
-    assert not flattened(curve(0.5))
-    assert not flattened([{"success": 0.0, "distance": 1.0 / k} for k in range(1, 11)])
+    assert not has_flattened(curve(0.1, 0.2, 0.3, 0.4, 0.5, 0.6, 0.7, 0.8, 0.9, 1.0))
+    assert has_flattened(curve(0.1, 0.2, 0.3, 0.4, 0.5, 0.9, 0.9, 0.9, 0.9, 0.9))
+    assert not has_flattened(curve(0.5))
+    assert not has_flattened([{"success": 0.0, "distance": 1.0 / k} for k in range(1, 11)])
 
 
 def test_the_example_trains(tmp_path: Path) -> None:

@@ -1,4 +1,4 @@
-"""Where independent calls run: in processes of this machine, through joblib, or on a Ray cluster.
+"""Backends that run independent calls: local processes, joblib, or a Ray cluster.
 
 A backend only decides where a call runs. Results do not depend on it: callers identify them by the number of
 the call, and store them themselves.
@@ -28,7 +28,7 @@ BACKENDS = ("local", "joblib", "ray")
 PARENT_CHECK_SECONDS = 1.0
 """Interval at which a worker process checks whether its parent still exists."""
 RAY_TASKS_PER_CPU = 2
-"""Tasks submitted at a time for each processor of the cluster, so that none waits for the driver."""
+"""Tasks submitted at a time for each processor of the cluster, so that processors do not wait."""
 
 
 class Backend(Protocol):
@@ -65,7 +65,7 @@ def backend(name: str = "local", jobs: int | None = None, address: str | None = 
     if name not in BACKENDS:
         raise TrundleError(f"backend = {name!r}: choose {', '.join(BACKENDS)}")
     if address is not None and name != "ray":
-        raise TrundleError(f"address = {address!r}: only the backend ray has one, not {name}")
+        raise TrundleError(f"address = {address!r}: only the backend ray takes an address, not {name}")
     if name == "ray":
         required("ray")
         return Ray(jobs, address)
@@ -76,7 +76,7 @@ def backend(name: str = "local", jobs: int | None = None, address: str | None = 
 
 
 def in_order(where: Backend, work: Callable[..., T], calls: Sequence[tuple[Any, ...]]) -> Iterator[T]:
-    """Yield the result of each call, in the order of the calls, as soon as it and all before it are there."""
+    """Yield the results in the order of the calls, each as soon as all earlier calls are finished."""
     waiting: dict[int, T] = {}
     following = 0
     for number, result in where.map(work, calls):
@@ -124,7 +124,7 @@ class Local:
             for future in as_completed(futures):
                 yield futures[future], future.result()
         except BaseException:
-            # Otherwise this process would wait at its end for the calls that are running.
+            # Otherwise this process would wait for running calls when it exits.
             stop.set()
             pool.shutdown(wait=False, cancel_futures=True)
             raise
@@ -138,7 +138,7 @@ def threads_per_job(jobs: int) -> int:
 
 @contextmanager
 def interrupts_blocked() -> Iterator[None]:
-    """Block SIGINT. Processes that start meanwhile inherit this: Ctrl-C prints no traceback of theirs."""
+    """Block SIGINT. Processes that start in this context inherit the mask, so Ctrl-C prints no traceback."""
     if not hasattr(signal, "pthread_sigmask"):
         yield
         return
@@ -243,7 +243,9 @@ class Ray:
         try:
             ray.init(address=self.address, log_to_driver=False, logging_level="error", **cpus)
         except ConnectionError as error:
-            raise TrundleError(f"address = {self.address!r}: there is no Ray cluster: {error}") from error
+            raise TrundleError(
+                f"address = {self.address!r}: no Ray cluster at this address: {error}"
+            ) from error
         try:
             yield
         finally:

@@ -54,7 +54,7 @@ def read_headed(path: Path, keys: Iterable[str]) -> tuple[Row, list[Row]]:
         If the file does not exist, or the first line has no settings, or another one lacks one of the keys.
     """
     if not path.exists():
-        raise TrundleError(f"{path}: there are no results to draw; leave out --redraw")
+        raise TrundleError(f"{path}: no results to draw: run without --redraw")
     try:
         first, *lines = read_lines(path)
         for line in lines:
@@ -63,12 +63,12 @@ def read_headed(path: Path, keys: Iterable[str]) -> tuple[Row, list[Row]]:
         return dict(first["settings"]), lines
     except (ValueError, KeyError, TypeError) as error:
         raise TrundleError(
-            f"{path}: these are no results of an experiment ({error!r}): remove it, or leave out --redraw"
+            f"{path}: not results of an experiment ({error!r}): remove the file, or run without --redraw"
         ) from error
 
 
 def rounded(value: Any) -> Any:
-    """Return results with six significant digits, infinities and NaN as None: files that can be compared."""
+    """Return results with six significant digits, for comparison; infinities and NaN become None."""
     if isinstance(value, float):
         return float(f"{value:.6g}") if math.isfinite(value) else None
     if isinstance(value, dict):

@@ -36,17 +36,17 @@ class Unit:
     Attributes
     ----------
     name : str
-        For messages, "case_0007".
+        For messages, for example "case_0007".
     work : callable
-        A module-level function: called with `arguments`, it returns plain JSON values that depend on these
-        alone. Values under the key "cost" (wall time, memory) are exempt from that.
+        A module-level function of `arguments` that returns plain JSON values. They depend on the arguments
+        alone, except for values under the key "cost" (wall time, memory).
     arguments : dict
         Keyword arguments, plain JSON values: all configuration and the seed.
     folders : dict of str to Path
-        Further keyword arguments that say where files are; they are not part of the key.
+        Further keyword arguments with the places of files. They are not part of the key.
     made : Path, optional
-        What the work leaves besides its result: the unit is done again where it is missing and the result has
-        a "digest" of it.
+        A file or folder that the work writes. If it is missing and the result has a "digest" of it, the unit
+        runs again.
     """
 
     name: str
@@ -56,7 +56,7 @@ class Unit:
     made: Path | None = None
 
     def key(self, version: str) -> str:
-        """Return the address of the result."""
+        """Return the key of the result."""
         function = f"{self.work.__module__}.{self.work.__qualname__}"
         content = json.dumps([version, function, self.arguments], sort_keys=True)
         return hashlib.sha256(content.encode()).hexdigest()[:32]
@@ -98,7 +98,7 @@ class Runner:
         return self.store / f"{unit.key(self.version)}.json"
 
     def is_done(self, unit: Unit) -> bool:
-        """Tell whether a unit has a result, and what it made."""
+        """Return whether a unit has a result, and the files that it wrote."""
         path = self.file_of(unit)
         if not path.exists():
             return False
@@ -142,7 +142,7 @@ def perform(
 
 
 class Report:
-    """Progress with the time left: a line that is rewritten on a terminal, now and then a line elsewhere."""
+    """Progress with the remaining time: a line that is updated on a terminal, otherwise occasional lines."""
 
     def __init__(self, label: str, total: int, missing: int, stream: TextIO | None, quiet: bool) -> None:
         self.label, self.total, self.missing, self.quiet = label, total, missing, quiet
@@ -158,7 +158,7 @@ class Report:
         self.line.__exit__(*error)
 
     def tell(self, text: str) -> None:
-        """Print a line that stays."""
+        """Print a permanent line."""
         print(text, file=self.stream, flush=True)
 
     def step(self, name: str) -> None:

@@ -2,10 +2,10 @@
 
 Shares have Wilson's score interval (1927). Medians over seeds and interquartile means have percentile
 bootstrap intervals. The latter follow rliable: Agarwal, Schwarzer, Castro, Courville and Bellemare, "Deep
-Reinforcement Learning at the Edge of the Statistical Precipice", NeurIPS 2021. Its scores are an array of
-worlds by runs: the runs are those of a policy's training, one of any other agent. A bootstrap sample draws
-worlds, and runs, with replacement. All agents get the same worlds, so that comparisons are paired.
-`scipy.stats.bootstrap` is not used: its resampling is by one axis, and it does not take infinite values.
+Reinforcement Learning at the Edge of the Statistical Precipice", NeurIPS 2021. Scores are an array of worlds
+by runs. Runs are the training runs of a policy; other agents have one. A bootstrap sample draws worlds and
+runs with replacement. All agents get the same worlds, so that comparisons are paired. `scipy.stats.bootstrap`
+is not used, because it resamples one axis only and does not take infinite values.
 """
 
 from __future__ import annotations
@@ -25,15 +25,15 @@ __all__ = [
     "Share",
     "calibration",
     "difference",
-    "excess",
     "first_reached",
+    "first_sustained",
     "improvement",
     "iqm",
     "median",
     "median_difference",
     "rate",
+    "relative_excess",
     "share",
-    "stays",
 ]
 
 BOOTSTRAP_SAMPLES = 2000
@@ -44,19 +44,19 @@ Scores = NDArray[np.float64]
 
 @dataclass(frozen=True)
 class Share:
-    """So many of so many, with Wilson's interval of 95 %."""
+    """A number of hits out of a total, with Wilson's interval of 95 %."""
 
     hits: int
     total: int
 
     @property
     def value(self) -> float:
-        """The share; NaN of nothing."""
+        """The share; NaN for an empty sample."""
         return self.hits / self.total if self.total else math.nan
 
     @property
     def interval(self) -> tuple[float, float]:
-        """Wilson's score interval (1927); all of it if there is nothing."""
+        """Wilson's score interval (1927); [0, 1] for an empty sample."""
         if not self.total:
             return 0.0, 1.0
         low, high = binomtest(self.hits, self.total).proportion_ci(LEVEL, method="wilson")
@@ -79,7 +79,7 @@ def share(outcomes: Iterable[bool]) -> Share:
 def calibration(
     answers: Sequence[tuple[float, bool]], edges: Sequence[float] = (0.0, 0.5, 0.7, 0.8, 0.9, 0.95, 0.99, 1.0)
 ) -> list[tuple[float, Share]]:
-    """Return for each bin of probability that is not empty the mean that was said, and the share right."""
+    """Return for each non-empty bin of probability the mean probability and the share of correct names."""
     rows = []
     for low, high in pairwise(edges):
         last = high == edges[-1]
@@ -91,7 +91,7 @@ def calibration(
 
 @dataclass(frozen=True)
 class Interval:
-    """A median over seeds and its interval; infinite where a run of 50 was not enough."""
+    """A median over seeds with its interval; infinite if the runs do not reach the threshold."""
 
     middle: float
     low: float
@@ -108,17 +108,16 @@ class Interval:
 def median(values: ArrayLike) -> Interval:
     """Return the median over seeds with its percentile bootstrap interval of 95 %.
 
-    Infinite values stand for runs that did not get there: they are larger than any number, which is all
-    that a median needs to know of them.
+    Infinite values represent runs that do not reach the threshold. They are larger than any number.
     """
     found = np.sort(np.asarray(values, dtype=float))
-    return interval(middle_of(found), middles(found[resampled_seeds(found.size)]))
+    return bootstrap_interval(sorted_median(found), row_medians(found[bootstrap_indices(found.size)]))
 
 
 def median_difference(a: ArrayLike, b: ArrayLike) -> Interval:
     """Return the interval of the median over seeds of `a - b`, paired by seed.
 
-    Where neither got there the difference is zero: both are censored at the same count.
+    The difference is zero if both are infinite, because both are censored at the same count.
     """
     x, y = np.asarray(a, dtype=float), np.asarray(b, dtype=float)
     both = np.isinf(x) & np.isinf(y)
@@ -127,13 +126,13 @@ def median_difference(a: ArrayLike, b: ArrayLike) -> Interval:
 
 
 def first_reached(counts: Sequence[int], scores: Sequence[float | None], threshold: float) -> float:
-    """Return the least count at which a score reaches the threshold; infinite if none does."""
+    """Return the smallest count whose score reaches the threshold; infinite if there is none."""
     reached = [n for n, score in zip(counts, scores, strict=True) if score is not None and score >= threshold]
     return float(min(reached, default=math.inf))
 
 
-def stays(counts: Sequence[int], scores: Sequence[float | None], threshold: float) -> float:
-    """Return the least count from which on every score reaches the threshold; infinite if there is none."""
+def first_sustained(counts: Sequence[int], scores: Sequence[float | None], threshold: float) -> float:
+    """Return the smallest count from which on all scores reach the threshold; infinite if none."""
     kept = math.inf
     for n, score in sorted(zip(counts, scores, strict=True), reverse=True):
         if score is None or score < threshold:
@@ -142,28 +141,28 @@ def stays(counts: Sequence[int], scores: Sequence[float | None], threshold: floa
     return kept
 
 
-def interval(middle: float, draws: NDArray[np.float64]) -> Interval:
-    """Return the interval of bootstrap draws around a middle."""
+def bootstrap_interval(middle: float, draws: NDArray[np.float64]) -> Interval:
+    """Return the interval of bootstrap draws around a median."""
     tail = (1 - LEVEL) / 2
     low, high = (float(np.quantile(draws, q, method="closest_observation")) for q in (tail, 1 - tail))
     return Interval(middle, low, high)
 
 
-def resampled_seeds(n: int) -> NDArray[np.int64]:
-    """Return indices of bootstrap samples (BOOTSTRAP_SAMPLES, n), the same for the same n."""
+def bootstrap_indices(n: int) -> NDArray[np.int64]:
+    """Return indices of bootstrap samples (BOOTSTRAP_SAMPLES, n), which depend on n only."""
     return np.sort(np.random.default_rng(0).integers(0, n, size=(BOOTSTRAP_SAMPLES, n)), axis=1)
 
 
-def middles(rows: NDArray[np.float64]) -> NDArray[np.float64]:
+def row_medians(rows: NDArray[np.float64]) -> NDArray[np.float64]:
     """Return the median of each row of sorted values."""
     n = rows.shape[1]
     low, high = rows[:, (n - 1) // 2], rows[:, n // 2]
     return np.where(low == high, high, (low + high) / 2)
 
 
-def middle_of(values: NDArray[np.float64]) -> float:
-    """Return the median of sorted values, also of infinite ones."""
-    return float(middles(values[None, :])[0])
+def sorted_median(values: NDArray[np.float64]) -> float:
+    """Return the median of sorted values, which may be infinite."""
+    return float(row_medians(values[None, :])[0])
 
 
 @dataclass(frozen=True)
@@ -182,17 +181,17 @@ class Estimate:
 
 def iqm(scores: Scores) -> Estimate:
     """Return the interquartile mean."""
-    return estimated(middle_half, scores)
+    return bootstrap_estimate(interquartile_mean, scores)
 
 
 def rate(outcomes: Scores) -> Estimate:
-    """Return how often something is so.
+    """Return the rate of an outcome.
 
-    Wilson's interval, as if the runs in one world were one trial; where the bootstrap over runs reaches
-    further, its end.
+    The interval is Wilson's, with the runs in one world counted as one trial. It is extended to the bootstrap
+    interval if that is wider.
     """
     worlds, runs = outcomes.shape
-    drawn = estimated(mean, outcomes)
+    drawn = bootstrap_estimate(mean, outcomes)
     low, high = Share(round(drawn.value * worlds), worlds).interval
     if runs == 1:
         return Estimate(drawn.value, low, high)
@@ -200,34 +199,34 @@ def rate(outcomes: Scores) -> Estimate:
 
 
 def difference(a: Scores, b: Scores) -> Estimate:
-    """Return by how much the mean of one agent's scores is greater than another's."""
-    return estimated(lambda x, y: mean(x) - mean(y), a, b)
+    """Return the difference of the means of two agents' scores."""
+    return bootstrap_estimate(lambda x, y: mean(x) - mean(y), a, b)
 
 
 def improvement(a: Scores, b: Scores) -> Estimate:
-    """Return the probability that one agent's score is greater than another's in the same world.
+    """Return the probability that one agent's score exceeds another's in the same world.
 
     Ties count half.
     """
     gaps = a[:, :, None] - b[:, None, :]
-    return estimated(mean, ((1 + np.sign(gaps)) / 2).reshape(len(a), -1))
+    return bootstrap_estimate(mean, ((1 + np.sign(gaps)) / 2).reshape(len(a), -1))
 
 
-def excess(a: Scores, b: Scores) -> Estimate:
-    """Return by which share the sum of one agent's scores is greater than another's."""
-    return estimated(lambda x, y: (mean(x) - mean(y)) / np.abs(mean(y)), a, b)
+def relative_excess(a: Scores, b: Scores) -> Estimate:
+    """Return the relative excess of the sum of one agent's scores over another's."""
+    return bootstrap_estimate(lambda x, y: (mean(x) - mean(y)) / np.abs(mean(y)), a, b)
 
 
-def estimated(figure: Callable[..., Scores], *scores: Scores) -> Estimate:
-    """Return a figure of scores, whose last axis it takes away, and the interval of its bootstrap draws."""
+def bootstrap_estimate(figure: Callable[..., Scores], *scores: Scores) -> Estimate:
+    """Return a figure of scores, which reduces the last axis, with the interval of its bootstrap draws."""
     value = figure(*(one.reshape(1, -1) for one in scores))[0]
-    drawn = figure(*(resampled(one).reshape(BOOTSTRAP_SAMPLES, -1) for one in scores))
+    drawn = figure(*(bootstrap_samples(one).reshape(BOOTSTRAP_SAMPLES, -1) for one in scores))
     low, high = np.quantile(drawn, [(1 - LEVEL) / 2, (1 + LEVEL) / 2])
     return Estimate(float(value), float(low), float(high))
 
 
-def resampled(scores: Scores) -> Scores:
-    """Return bootstrap samples, shape (draws, worlds, runs): the same worlds for as many of them."""
+def bootstrap_samples(scores: Scores) -> Scores:
+    """Return bootstrap samples, shape (draws, worlds, runs); the same worlds for the same number of them."""
     worlds, runs = scores.shape
     random = np.random.default_rng(0)
     rows = random.integers(0, worlds, size=(BOOTSTRAP_SAMPLES, worlds))
@@ -236,7 +235,7 @@ def resampled(scores: Scores) -> Scores:
     return drawn
 
 
-def middle_half(values: Scores) -> Scores:
+def interquartile_mean(values: Scores) -> Scores:
     """Return the mean of the middle half of the last axis."""
     count = values.shape[-1]
     cut = count // 4

@@ -16,19 +16,19 @@ PACKAGE = Path(trundle.__file__).parent
 
 
 def of_package() -> str:
-    """Return the version of everything: this package and the Rust sources of its native half."""
+    """Return the version of this package and of the Rust sources of its native module."""
     return f"{_native._sources('all')}-{code_version(PACKAGE)[:16]}"
 
 
 def of_diagnosis() -> str:
-    """Return the version of what a diagnosis depends on."""
+    """Return the version of the code that a diagnosis depends on."""
     led = ("diagnosis", "usable", "experiments/wide/diagnose")
     sources = code_version(*(PACKAGE / f"{name}.py" for name in led))
     return f"{_native._sources('diagnosis')}-{sources[:16]}"
 
 
 def of_module(name: str) -> str:
-    """Return the version of a module of the experiments, with those of them that it imports, at any depth."""
+    """Return the version of a module of the experiments and of all experiment modules that it imports."""
     root = PACKAGE / "experiments"
     waiting, found = [root / f"{name}.py"], set()
     while waiting:
@@ -40,7 +40,7 @@ def of_module(name: str) -> str:
 
 
 def imported(path: Path, root: Path) -> list[Path]:
-    """Return the files below `root` that an import of a file may mean."""
+    """Return the files below `root` that the imports of a file may refer to."""
     prefix, found = "trundle.experiments.", []
     for node in ast.walk(ast.parse(path.read_text(encoding="utf-8"))):
         names = [node.module or ""] if isinstance(node, ast.ImportFrom) else []
@@ -56,7 +56,7 @@ def imported(path: Path, root: Path) -> list[Path]:
 def code_version(*sources: Path) -> str:
     """Return the SHA-256 of Python files, and of all Python files below folders.
 
-    Comments, docstrings and layout do not count.
+    Comments, docstrings and layout have no effect.
     """
     digest = hashlib.sha256()
     for source in sources:
@@ -82,5 +82,5 @@ def without_text(path: Path) -> bytes:
 
 
 def is_docstring(node: ast.AST) -> bool:
-    """Tell whether a statement is only a string."""
+    """Return whether a statement is only a string."""
     return isinstance(node, ast.Expr) and isinstance(node.value, ast.Constant)

@@ -34,7 +34,7 @@ def test_a_tie_is_settled_by_the_push_that_was_asked_for(
     places = ["--work", str(tmp_path / "work"), "--out", str(tmp_path / "out"), "--quiet"]
     command = ["prove", "--config", str(config), "--range", "tune", *places]
     assert main([*command, "--after-design"]) == 0
-    assert "1 answers ask for a push" in capsys.readouterr().err
+    assert "1 answers request a push" in capsys.readouterr().err
     kept = tmp_path / "out/proof/tied_tune_after.jsonl"
     head, *rows = map(json.loads, kept.read_text().splitlines())
     assert head["settings"]["alike"] is True
@@ -43,7 +43,7 @@ def test_a_tie_is_settled_by_the_push_that_was_asked_for(
     assert answers["designed"]["tied"] == []
     assert [one["effect"] for one in answers["designed"]["missing"]] == ["floor_slope"]
     document = (tmp_path / "out/tied_tune.md").read_text()
-    assert "## Naming after the push that was asked for" in document
+    assert "## Diagnosis after the requested push" in document
     assert "floor_slope = force_bias" in document
     # A folder tells neither what is hidden nor that a name is expected.
     for folder in (tmp_path / "work/tied_tune/longer").iterdir():

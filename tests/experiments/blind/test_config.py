@@ -40,7 +40,7 @@ def test_what_is_left_out_is_all(tmp_path: Path) -> None:
         ("sizes = [1, 0.5]", 'sizes = ["big"]', "`sizes[0]`"),
         ("clean = 1", "clean = 1\neffects = 3", "`effects` = 3; it is a list"),
         ("clean = 1", "clean = 1\nforeign = [4]", "`foreign[0]` = 4"),
-        ("clean = 1", 'clean = 1\neffects = ["none"]', "there is no family 'none'"),
+        ("clean = 1", 'clean = 1\neffects = ["none"]', "unknown family 'none'"),
         ("clean = 1", 'clean = 1\nmatters = "much"', "`matters`"),
         ("clean = 1", "clean = 1\nfirst = 3", "unknown key `first`"),
         ("clean = 1", "clean = 1\nother = 3", "unknown key `other`"),

@@ -12,11 +12,11 @@ from numpy.typing import NDArray
 
 import trundle
 from trundle.experiments.blind.families import FAMILIES
-from trundle.experiments.blind.family import Family, Hidden
-from trundle.experiments.blind.instruments import recording, table
-from trundle.experiments.blind.push import CONTACT, Command, Grasp
+from trundle.experiments.blind.family import Family, HiddenEffect
+from trundle.experiments.blind.instruments import episode_table, make_recording
+from trundle.experiments.blind.push import CONTACT_TIME_S, Grasp, WrenchPush
 from trundle.experiments.blind.scene import Scene, draw_scene
-from trundle.experiments.blind.world import Motion, motion
+from trundle.experiments.blind.world import Motion, simulate
 
 EPISODES = 4
 SEED = 4
@@ -29,17 +29,17 @@ def scene(seed: int = SEED) -> Scene:
 
 @cache
 def bare(seed: int = SEED) -> tuple[Motion, ...]:
-    return tuple(motion(scene(seed), [], k) for k in range(EPISODES))
+    return tuple(simulate(scene(seed), [], k) for k in range(EPISODES))
 
 
 @cache
-def drawn(name: str) -> tuple[int, Hidden]:
+def drawn(name: str) -> tuple[int, HiddenEffect]:
     """A family's values, in the first scene that has a place for it."""
     for seed in range(SEED, SEED + 20):
         paths = [one.pose for one in bare(seed)]
         values = FAMILIES[name].draw(np.random.default_rng(seed), scene(seed), paths)
         if values:
-            return seed, Hidden(FAMILIES[name], values)
+            return seed, HiddenEffect(FAMILIES[name], values)
     raise AssertionError(f"{name} finds no place")
 
 
@@ -57,7 +57,7 @@ def simulated(true: Motion, effects: list[dict[str, object]], seed: int = SEED) 
     wrench = np.column_stack([force, torque])[every]
     model = trundle.Model.from_toml(text)
     poses, _ = model.rollout(
-        list(true.push.start), [0.0, 0.0, 0.0], true.t[every] - CONTACT, wrench, contact=0.0
+        list(true.push.start), [0.0, 0.0, 0.0], true.t[every] - CONTACT_TIME_S, wrench, contact=0.0
     )
     return np.asarray(poses - true.pose[every])
 
@@ -73,8 +73,8 @@ def test_a_pushed_object_moves_as_the_paper_s_model_does(seed: int) -> None:
 
 def test_a_commanded_wrench_is_what_moves_the_object() -> None:
     knots = np.array([[0.0, 0, 0, 0], [0.2, 15, 0, 3], [1.5, 15, 0, 3], [1.7, -15, 0, 0], [3, 0, 0, 0]])
-    push = Command((0.2, 0.1, 0.6), Grasp(0.3, -0.2, 0.4), knots)
-    true = motion(replace(scene(), pushes=(push,)), [], 0)
+    push = WrenchPush((0.2, 0.1, 0.6), Grasp(0.3, -0.2, 0.4), knots)
+    true = simulate(replace(scene(), pushes=(push,)), [], 0)
     np.testing.assert_allclose(true.wrench[1000, 0], 15.0, atol=1e-6)
     assert np.ptp(true.pose[:, :2], axis=0).max() > 0.1
     assert np.abs(simulated(true, [])[:, :2]).max() < 2e-3
@@ -83,9 +83,9 @@ def test_a_commanded_wrench_is_what_moves_the_object() -> None:
 @pytest.mark.parametrize("name", FAMILIES)
 def test_at_size_zero_there_is_nothing(name: str) -> None:
     seed, hidden = drawn(name)
-    nothing = [hidden.sized(0.0)]
-    clean = table(scene(seed), [], 1, bare(seed)[1])
-    found = table(scene(seed), nothing, 1, motion(scene(seed), nothing, 1))
+    nothing = [hidden.scaled(0.0)]
+    clean = episode_table(scene(seed), [], 1, bare(seed)[1])
+    found = episode_table(scene(seed), nothing, 1, simulate(scene(seed), nothing, 1))
     assert clean.keys() == found.keys()
     for column, values in clean.items():
         # A light foot, arm or load is there even so: up to 10 g.
@@ -98,8 +98,8 @@ def test_at_full_size_there_is_something(name: str) -> None:
     seed, hidden = drawn(name)
     differs = False
     for k in range(EPISODES):
-        clean = table(scene(seed), [], k, bare(seed)[k])
-        found = table(scene(seed), [hidden], k, motion(scene(seed), [hidden], k))
+        clean = episode_table(scene(seed), [], k, bare(seed)[k])
+        found = episode_table(scene(seed), [hidden], k, simulate(scene(seed), [hidden], k))
         differs |= any(not np.allclose(found[c], clean[c], atol=5e-3, equal_nan=True) for c in clean)
     assert differs
 
@@ -120,7 +120,7 @@ SIMPLE = {
 def test_the_true_law_is_what_mujoco_has(name: str) -> None:
     """With true values, under the same wrench: little is left of what the effect changes."""
     seed, hidden = drawn(name)
-    truly = [motion(scene(seed), [hidden], k) for k in range(EPISODES)]
+    truly = [simulate(scene(seed), [hidden], k) for k in range(EPISODES)]
     laws = hidden.family.laws(scene(seed), hidden.values)
     left, whole = (apart(truly, more, seed) for more in (laws, []))
     assert whole > 0.01
@@ -134,14 +134,14 @@ def apart(truly: list[Motion], laws: list[dict[str, object]], seed: int) -> floa
 
 def test_the_same_seed_gives_the_same_recording() -> None:
     seed, hidden = drawn("caster_swivel")
-    first, second = (recording(scene(seed), [hidden], name="x") for _ in range(2))
+    first, second = (make_recording(scene(seed), [hidden], name="x") for _ in range(2))
     assert first == second
 
 
 def test_a_recording_says_nothing_of_what_is_hidden() -> None:
     seed, hidden = drawn("floor_patch")
-    found = recording(scene(seed), [hidden], name="case_0001")
-    clean = recording(scene(seed), [], name="case_0001")
+    found = make_recording(scene(seed), [hidden], name="case_0001")
+    clean = make_recording(scene(seed), [], name="case_0001")
     assert found.metadata == clean.metadata
 
 
@@ -149,4 +149,4 @@ def test_every_family_can_be_told_from_its_name() -> None:
     names = {effect["effect"] for effect in trundle.effects()}
     for name, family in FAMILIES.items():
         assert isinstance(family, Family)
-        assert family.foreign == (name not in names)
+        assert family.out_of_catalogue == (name not in names)

@@ -10,7 +10,7 @@ from pathlib import Path
 import pytest
 
 from trundle.cli import main
-from trundle.experiments.blind.conduct import diagnose_one
+from trundle.experiments.blind.benchmark import diagnose_one
 
 TINY = """
 format = "trundle-proof/1"
@@ -46,7 +46,7 @@ def test_three_cases_are_drawn_sealed_diagnosed_scored_and_gone_on_from(
     document = (tmp_path / "out/tiny_tune.md").read_text()
     assert document.strip() == said.out.strip()
     assert sha in document
-    assert "3 recordings: 2 with one effect, 0 with two, 1 with none, 0 with something foreign" in document
+    assert "3 recordings: 2 with one effect, 0 with two, 1 with none, 0 out of catalogue" in document
     assert (tmp_path / "out/images/tiny_tune_confusion.png").exists()
     head, *rows = map(json.loads, (kept / "tiny_tune.jsonl").read_text().splitlines())
     assert head["settings"]["sha256"] == sha
@@ -84,7 +84,7 @@ def test_three_cases_are_drawn_sealed_diagnosed_scored_and_gone_on_from(
 @pytest.mark.parametrize(
     ("text", "words"),
     [
-        (TINY.replace("floor_slope", "ghost"), "no family 'ghost'"),
+        (TINY.replace("floor_slope", "ghost"), "unknown family 'ghost'"),
         (TINY.replace("tune = 42", "other = 42"), "[ranges] has no 'tune'"),
         (TINY.replace("clean = 1", "celan = 1"), "celan"),
         (TINY.replace("trundle-proof/1", "trundle-proof/2"), "trundle-proof/1"),

@@ -9,8 +9,15 @@ import pytest
 
 from trundle.experiments.blind import figures, tables
 from trundle.experiments.blind.errors import parameter_errors, place_errors
-from trundle.experiments.blind.places import overlap
-from trundle.experiments.blind.score import column, false_alarm, gain_share, is_right, said, wrong_name
+from trundle.experiments.blind.geometry import region_overlap
+from trundle.experiments.blind.score import (
+    confusion_label,
+    has_wrong_name,
+    is_false_alarm,
+    is_right,
+    named_probabilities,
+    relative_gain,
+)
 from trundle.experiments.statistics import calibration, share
 
 Row = dict[str, Any]
@@ -73,19 +80,22 @@ def test_what_is_right(answer: Row, truth: Row, right: bool) -> None:
 
 
 def test_false_alarms_and_confident_wrong_names() -> None:
-    assert false_alarm(named("latency"))
-    assert false_alarm(named(verdict="unexplained"))
-    assert not false_alarm(named(verdict="consistent"))
+    assert is_false_alarm(named("latency"))
+    assert is_false_alarm(named(verdict="unexplained"))
+    assert not is_false_alarm(named(verdict="consistent"))
     magnet = hidden("magnet", foreign=True)
-    assert wrong_name(named("tether", p=0.95), magnet)
-    assert not wrong_name(named("tether", p=0.85), magnet)
-    assert not wrong_name(named(verdict="unexplained"), magnet)
-    assert wrong_name(named("latency", "tether"), hidden("latency"))
-    assert not wrong_name(named("latency"), hidden("latency"))
+    assert has_wrong_name(named("tether", p=0.95), magnet)
+    assert not has_wrong_name(named("tether", p=0.85), magnet)
+    assert not has_wrong_name(named(verdict="unexplained"), magnet)
+    assert has_wrong_name(named("latency", "tether"), hidden("latency"))
+    assert not has_wrong_name(named("latency"), hidden("latency"))
 
 
 def test_probabilities_are_held_against_what_was_hidden() -> None:
-    assert said(named("latency", "tether", p=0.7), hidden("latency")) == [(0.7, True), (0.7, False)]
+    assert named_probabilities(named("latency", "tether", p=0.7), hidden("latency")) == [
+        (0.7, True),
+        (0.7, False),
+    ]
     found = calibration([(0.95, True)] * 9 + [(0.96, False)] + [(0.6, True), (0.6, False), (1.0, True)])
     assert [(p, right.hits, right.total) for p, right in found] == [
         (pytest.approx(0.6), 1, 2),
@@ -95,10 +105,10 @@ def test_probabilities_are_held_against_what_was_hidden() -> None:
 
 
 def test_columns_of_the_confusion_matrix() -> None:
-    assert column(named("com_offset", tied=TIE), hidden("tracker_offset")) == "tracker_offset"
-    assert column(named("tether"), hidden("latency")) == "tether"
-    assert column(named("tether", "latency"), hidden("latency")) == "several"
-    assert column(named(verdict="consistent"), hidden("latency")) == "consistent"
+    assert confusion_label(named("com_offset", tied=TIE), hidden("tracker_offset")) == "tracker_offset"
+    assert confusion_label(named("tether"), hidden("latency")) == "tether"
+    assert confusion_label(named("tether", "latency"), hidden("latency")) == "several"
+    assert confusion_label(named(verdict="consistent"), hidden("latency")) == "consistent"
 
 
 def test_the_gain_is_in_logarithm_and_of_the_oracle_s() -> None:
@@ -108,10 +118,10 @@ def test_the_gain_is_in_logarithm_and_of_the_oracle_s() -> None:
         "before": figures,
         "after": {name: value / math.sqrt(10) for name, value in figures.items()},
     }
-    assert gain_share(answer, hidden("latency")) == pytest.approx(0.5)
-    assert gain_share(answer, hidden()) is None
-    assert gain_share(answer, hidden("magnet", foreign=True)) is None
-    assert gain_share(named("latency"), hidden("latency")) is None
+    assert relative_gain(answer, hidden("latency")) == pytest.approx(0.5)
+    assert relative_gain(answer, hidden()) is None
+    assert relative_gain(answer, hidden("magnet", foreign=True)) is None
+    assert relative_gain(named("latency"), hidden("latency")) is None
 
 
 def placed(effect: str, true: Row, given: Row | None, parameters: Row | None = None, **more: Any) -> Row:
@@ -152,11 +162,11 @@ def test_regions_overlap_where_the_object_went() -> None:
     cells = [[x, y] for x in range(20) for y in range(10)]
     square = [[0.0, 0.0], [0.5, 0.0], [0.5, 0.5], [0.0, 0.5]]
     half = [[0.0, 0.0], [0.25, 0.0], [0.25, 0.5], [0.0, 0.5]]
-    assert overlap(square, square, cells) == 1.0
-    assert overlap(half, square, cells) == pytest.approx(0.5)
+    assert region_overlap(square, square, cells) == 1.0
+    assert region_overlap(half, square, cells) == pytest.approx(0.5)
     beyond = [[0.0, 0.0], [0.5, 0.0], [0.5, 5.0], [0.0, 5.0]]
-    assert overlap(beyond, square, cells) == 1.0
-    assert overlap([[2, 2], [3, 2], [3, 3]], square, cells) == 0.0
+    assert region_overlap(beyond, square, cells) == 1.0
+    assert region_overlap([[2, 2], [3, 2], [3, 3]], square, cells) == 0.0
 
 
 def test_values() -> None:
@@ -177,10 +187,10 @@ def test_what_misses_its_target_is_printed_as_such() -> None:
     rows += [row(named(verdict="consistent"), hidden())] * 300
     text = tables.targets(rows)
     lines = {line.split("|")[1].strip(): line for line in text.splitlines()}
-    assert "**missed**" in lines["one effect: exactly its name, or a tie that holds it"]
-    assert "10 of 11" in lines["one effect: exactly its name, or a tie that holds it"]
+    assert "**missed**" in lines["one effect: exactly its name, or a tie with it"]
+    assert "10 of 11" in lines["one effect: exactly its name, or a tie with it"]
     assert lines["false alarms"].rstrip(" |").endswith("met")
-    assert "not tried" in lines["two effects: both and no third"]
+    assert "no case" in lines["two effects: exactly both names"]
 
 
 def test_figures_are_drawn_of_any_rows(tmp_path: Any) -> None:
@@ -189,6 +199,6 @@ def test_figures_are_drawn_of_any_rows(tmp_path: Any) -> None:
         row(named("tether"), hidden("magnet", foreign=True)),
         row(named(verdict="consistent"), hidden()),
     ]
-    for paint in (figures.confusion, figures.reliability, figures.gains):
+    for paint in (figures.confusion, figures.reliability_diagram, figures.gains):
         paint(tmp_path / "figure.png", rows)
         assert (tmp_path / "figure.png").read_bytes().startswith(b"\x89PNG")

@@ -231,4 +231,4 @@ def test_an_episode_that_cannot_be_played_is_told_and_the_others_are_kept(
 
 def test_without_results_there_is_nothing_to_draw(tmp_path: Path, capsys: pytest.CaptureFixture[str]) -> None:
     assert compare(tmp_path, "--redraw") == 2
-    assert "leave out --redraw" in capsys.readouterr().err
+    assert "run without --redraw" in capsys.readouterr().err

@@ -5,15 +5,15 @@ from types import SimpleNamespace
 import pytest
 
 from trundle.experiments.comparison.config import Agent, Worlds
-from trundle.experiments.comparison.episode import learnt, play
-from trundle.experiments.runs.episode import begun
+from trundle.experiments.comparison.episode import learning_summary, play
+from trundle.experiments.runs.episode import count_onsets
 
 
 @pytest.mark.parametrize(
     ("touched", "count"), [([], 0), ([True], 1), ([False, True, True, False, True], 2), ([True, True], 1)]
 )
 def test_a_touch_that_lasts_is_one(touched: list[bool], count: int) -> None:
-    assert begun(touched) == count
+    assert count_onsets(touched) == count
 
 
 def test_what_was_learnt_is_told_once_and_in_order() -> None:
@@ -23,8 +23,13 @@ def test_what_was_learnt_is_told_once_and_in_order() -> None:
         for k, names in enumerate(named)
     ]
     agent = SimpleNamespace(beliefs=(SimpleNamespace(updates=updates, fits=3),))
-    assert learnt(agent) == {"fits": 3, "learning": 2.5, "regrasps": 2, "named": ["tether", "com_offset"]}
-    assert learnt(SimpleNamespace()) == {"fits": 0, "learning": 0.0, "regrasps": 0, "named": []}
+    assert learning_summary(agent) == {
+        "fits": 3,
+        "learning": 2.5,
+        "regrasps": 2,
+        "named": ["tether", "com_offset"],
+    }
+    assert learning_summary(SimpleNamespace()) == {"fits": 0, "learning": 0.0, "regrasps": 0, "named": []}
 
 
 def test_the_oracle_knows_what_is_hidden_and_no_other_agent_does() -> None:

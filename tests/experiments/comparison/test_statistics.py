@@ -4,7 +4,7 @@ import numpy as np
 import pytest
 from scipy.stats import trim_mean
 
-from trundle.experiments.statistics import difference, excess, improvement, iqm, rate
+from trundle.experiments.statistics import difference, improvement, iqm, rate, relative_excess
 
 
 @pytest.mark.parametrize("count", [1, 2, 3, 4, 7, 200])
@@ -42,7 +42,7 @@ def test_what_is_compared_is_paired_by_world() -> None:
     a = np.random.default_rng(4).normal(0.0, 9.0, size=(50, 1))
     shift = difference(a + 0.5, a)
     assert (shift.low, shift.value, shift.high) == pytest.approx((0.5, 0.5, 0.5))
-    double = excess(3 * np.abs(a), np.abs(a))
+    double = relative_excess(3 * np.abs(a), np.abs(a))
     assert (double.low, double.value, double.high) == pytest.approx((2.0, 2.0, 2.0))
 
 

@@ -9,7 +9,7 @@ import pytest
 from trundle.experiments.comparison import tables
 from trundle.experiments.comparison.config import Agent, Settings, Target, Worlds
 from trundle.experiments.comparison.document import headlines
-from trundle.experiments.comparison.scores import quick, regret, regrets, solved_after, success
+from trundle.experiments.comparison.scores import quick_success, regret, regret_iqm, success, time_to_success
 
 
 def row(seed: int, reward: float, **more: Any) -> dict[str, Any]:
@@ -43,20 +43,24 @@ RESULTS = {"w": {"oracle": ORACLE, "mine": MINE}}
 
 def test_regret_of_sums_counts_everything_and_of_worlds_the_middle() -> None:
     assert regret(MINE, ORACLE).value == pytest.approx((1.1 + 2.2 + 4.0) / 4.0 - 1)
-    assert regret(MINE, ORACLE, solved_after).value == pytest.approx((4.0 + 4.0 + 15.0) / 12.0 - 1)
+    assert regret(MINE, ORACLE, time_to_success).value == pytest.approx((4.0 + 4.0 + 15.0) / 12.0 - 1)
     worlds = [row(k, -2.0) for k in range(8)]
     six_alike = [row(k, -2.2) for k in range(6)] + [row(6, -100.0), row(7, -2.0)]
-    assert regrets(six_alike, worlds).value == pytest.approx(0.1)
+    assert regret_iqm(six_alike, worlds).value == pytest.approx(0.1)
 
 
 def test_rates() -> None:
     assert success(MINE).value == pytest.approx(2 / 3)
-    assert quick(MINE, 0.5).value == pytest.approx(1 / 3)
+    assert quick_success(MINE, 0.5).value == pytest.approx(1 / 3)
 
 
 def test_targets_are_judged_with_their_intervals() -> None:
     lines = tables.targets(SETTINGS, RESULTS).splitlines()[2:]
-    assert [line.split(" | ")[-1] for line in lines] == ["met, interval not |", "**not met** |", "met |"]
+    assert [line.split(" | ")[-1] for line in lines] == [
+        "met, interval reaches beyond |",
+        "**not met** |",
+        "met |",
+    ]
 
 
 def test_what_was_named_is_held_against_what_was_hidden() -> None:
@@ -68,7 +72,7 @@ def test_what_was_named_is_held_against_what_was_hidden() -> None:
 def test_what_is_hidden_goes_by_the_names_of_diagnoses() -> None:
     def hidden(options: dict[str, Any], *kinds: str) -> set[str] | None:
         worlds = Worlds("", "e", 0, 3, [], options, [{"kind": kind} for kind in kinds])
-        return tables.concealed(worlds)
+        return tables.hidden_effects(worlds)
 
     assert hidden({"hidden": "none"}, "viscous_wheel", "support_friction", "spin_drag") == {
         "coulomb_friction",
@@ -78,8 +82,8 @@ def test_what_is_hidden_goes_by_the_names_of_diagnoses() -> None:
     assert hidden({}, "tether") is None
     assert hidden({"hidden": "locked"}, "viscous_wheel") == {"second_wheel"}
     paper = Worlds("", "trundle/LockedWheel-v0", 0, 3, [], {}, [{"kind": "tether"}])
-    assert tables.concealed(paper) == {"tether"}
-    assert tables.named(MINE, None) == ["–", "–"]
+    assert tables.hidden_effects(paper) == {"tether"}
+    assert tables.naming_cells(MINE, None) == ["–", "–"]
 
 
 def test_the_first_sentence_tells_success_and_regret() -> None:

@@ -8,7 +8,7 @@ import pytest
 
 import trundle
 from trundle.experiments.comparison.config import Worlds
-from trundle.experiments.comparison.world import begin, drawn
+from trundle.experiments.comparison.world import draw_effects, make_world
 
 FRICTION = {"kind": "coulomb_friction", "at": "foot", "force": [10.0, 30.0]}
 BODY = {
@@ -23,7 +23,7 @@ def unseen(effect: list[dict[str, Any]]) -> Worlds:
 
 
 def hidden(worlds: Worlds, seed: int, **options: Any) -> tuple[Mapping[str, Any], np.ndarray[Any, Any]]:
-    env, observation = begin(worlds, seed, options)
+    env, observation = make_world(worlds, seed, options)
     source: Any = env.unwrapped
     return source.hidden_model(), observation
 
@@ -52,20 +52,20 @@ def test_values_are_fixed_in_a_range_or_one_of_several() -> None:
     effects = [
         {"kind": "viscous_wheel", "at": "foot", "mu_x": [60.0, 90.0], "mu_y": 7.0, "angle": {"any": [0, 1]}}
     ]
-    found = [drawn(effects, BODY, seed)[0] for seed in range(200)]
+    found = [draw_effects(effects, BODY, seed)[0] for seed in range(200)]
     assert {one["mu_y"] for one in found} == {7.0}
     assert {one["angle"] for one in found} == {0, 1}
     assert {(one["x"], one["y"]) for one in found} == {(0.9, 0.4), (-0.9, 0.4)}
     spread = np.array([one["mu_x"] for one in found])
     assert 60 <= spread.min() < 63
     assert 87 < spread.max() <= 90
-    assert drawn(effects, BODY, 3) == drawn(effects, BODY, 3)
+    assert draw_effects(effects, BODY, 3) == draw_effects(effects, BODY, 3)
 
 
 def test_a_place_lies_between_two_ellipses_in_any_direction() -> None:
     effects = [{"kind": "com_offset", "at": [0.3, 0.7]}]
-    places = np.array([list(drawn(effects, BODY, seed)[0].values())[1:] for seed in range(300)])
-    assert set(drawn(effects, BODY, 0)[0]) == {"kind", "com_x", "com_y"}
+    places = np.array([list(draw_effects(effects, BODY, seed)[0].values())[1:] for seed in range(300)])
+    assert set(draw_effects(effects, BODY, 0)[0]) == {"kind", "com_x", "com_y"}
     shares = np.hypot(places[:, 0] / 1.0, places[:, 1] / 0.5)
     assert 0.3 <= shares.min() < 0.32
     assert 0.68 < shares.max() <= 0.7
@@ -75,7 +75,7 @@ def test_a_place_lies_between_two_ellipses_in_any_direction() -> None:
 def test_a_place_is_on_an_object_whose_origin_is_not_in_its_middle() -> None:
     body = {"footprint": [[-0.2, -0.4], [0.8, -0.4], [0.8, 0.1], [-0.2, 0.1]]}
     effects = [{"kind": "com_offset", "at": [0.5, 0.8]}]
-    places = np.array([list(drawn(effects, body, seed)[0].values())[1:] for seed in range(300)])
+    places = np.array([list(draw_effects(effects, body, seed)[0].values())[1:] for seed in range(300)])
     reached = np.array([places.min(axis=0), places.max(axis=0)])
     np.testing.assert_allclose(reached, [[-0.16, -0.32], [0.64, 0.08]], rtol=0.05)
 
@@ -93,32 +93,32 @@ def test_a_place_is_on_an_object_whose_origin_is_not_in_its_middle() -> None:
 )
 def test_what_says_no_value_is_refused(effect: dict[str, Any], words: str) -> None:
     with pytest.raises(trundle.TrundleError) as refused:
-        drawn([effect], BODY, 0)
+        draw_effects([effect], BODY, 0)
     assert words in str(refused.value)
 
 
 def test_an_object_without_feet_has_no_place_there() -> None:
-    with pytest.raises(trundle.TrundleError, match="stands on none"):
-        drawn([FRICTION], {"footprint": BODY["footprint"]}, 0)
+    with pytest.raises(trundle.TrundleError, match="has no supports"):
+        draw_effects([FRICTION], {"footprint": BODY["footprint"]}, 0)
 
 
 @pytest.mark.parametrize("options", [{"hiden": "locked"}, {"hidden": "lokced"}])
 def test_an_environment_that_cannot_be_made_is_named(options: dict[str, Any]) -> None:
     worlds = Worlds("W", "trundle/PushAround-v0", 0, 1, [], options)
     with pytest.raises(trundle.TrundleError, match=r"hiden|lokced"):
-        begin(worlds, 0, {})
+        make_world(worlds, 0, {})
 
 
 def test_environments_of_others_are_refused() -> None:
     for name in ("CartPole-v1", "trundle/Nothing-v0", "trundle/PushPoseGoal-v0"):
         with pytest.raises(trundle.TrundleError, match=name.split("/")[-1]):
-            begin(Worlds("W", name, 0, 1, []), 0, {})
+            make_world(Worlds("W", name, 0, 1, []), 0, {})
 
 
 def test_the_time_limit_is_the_environments() -> None:
     for options, limit in (({}, 15.0), ({"horizon": 40}, 2.0), ({"action": "push", "horizon": 2}, 2.0)):
         worlds = Worlds("W", "trundle/PushPose-v0", 0, 1, [], {"hidden": "none"})
-        env, _ = begin(worlds, 0, options)
+        env, _ = make_world(worlds, 0, options)
         source: Any = env.unwrapped
         still, over, steps = np.zeros(3, dtype=np.float32), False, 0
         while not over:

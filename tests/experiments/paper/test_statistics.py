@@ -5,8 +5,8 @@ import math
 import numpy as np
 import pytest
 
-from trundle.experiments.paper.open_loop import isotonic, needed
-from trundle.experiments.statistics import first_reached, median, median_difference, stays
+from trundle.experiments.paper.open_loop import isotonic, required_accuracy
+from trundle.experiments.statistics import first_reached, first_sustained, median, median_difference
 
 COUNTS = [1, 2, 5, 10]
 
@@ -24,7 +24,7 @@ def test_counts_at_which_a_threshold_is_reached(
     scores: list[float | None], first: float, kept: float
 ) -> None:
     assert first_reached(COUNTS, scores, 0.995) == first
-    assert stays(COUNTS, scores, 0.995) == kept
+    assert first_sustained(COUNTS, scores, 0.995) == kept
 
 
 def test_a_median_over_runs_that_did_not_all_get_there() -> None:
@@ -55,6 +55,6 @@ def test_the_accuracy_that_half_of_the_plans_need() -> None:
     assert isotonic([0, 0, 1, 0, 0, 1, 1, 0, 1, 1]).tolist() == pytest.approx(
         [0, 0, 1 / 3, 1 / 3, 1 / 3, 2 / 3, 2 / 3, 2 / 3, 1, 1]
     )
-    assert needed(plans, 0.5) == pytest.approx(0.5)
-    assert needed(plans, 0.8) == pytest.approx(0.8)
-    assert math.isnan(needed([{"r2": 1.0, "share": 2.0}], 0.5))
+    assert required_accuracy(plans, 0.5) == pytest.approx(0.5)
+    assert required_accuracy(plans, 0.8) == pytest.approx(0.8)
+    assert math.isnan(required_accuracy([{"r2": 1.0, "share": 2.0}], 0.5))

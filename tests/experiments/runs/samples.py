@@ -5,7 +5,7 @@ from __future__ import annotations
 import math
 from typing import Any
 
-from trundle.experiments.runs.told import Episode, parse
+from trundle.experiments.runs.history import Episode, parse_history
 
 __all__ = ["SAMPLES", "episode", "history"]
 
@@ -120,7 +120,7 @@ def update(number: int, friction: bool, named: bool) -> dict[str, Any]:
 
 def episode(**given: Any) -> Episode:
     """Return a history as arrays."""
-    return parse(history(**given))
+    return parse_history(history(**given))
 
 
 SAMPLES: dict[str, list[dict[str, Any]]] = {

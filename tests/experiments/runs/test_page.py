@@ -51,7 +51,7 @@ def test_a_script_can_show_every_sample() -> None:
 
 def test_what_was_named_stands_in_its_row_and_beside_its_truth() -> None:
     text = page("friction")
-    assert "dry friction, then held at (0.00, 0.40) m" in text
+    assert "dry friction, new grasp at (0.00, 0.40) m" in text
     assert re.search(r"dry friction, force</th><td>[^<]*20\.0.*?<td>20 N</td>", text)
 
 

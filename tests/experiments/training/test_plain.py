@@ -12,13 +12,13 @@ import gymnasium as gym
 import numpy as np
 import pytest
 
-from trundle.experiments.training import plain
+from trundle.experiments.training import state_file
 
 
 def kept(path: Path, state: Any) -> Any:
     with path.open("wb") as file:
-        plain.save(file, state)
-    return plain.load(path)
+        state_file.save(file, state)
+    return state_file.load(path)
 
 
 def test_a_state_comes_back_to_the_last_bit(tmp_path: Path) -> None:
@@ -71,6 +71,6 @@ def test_reading_runs_nothing(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -
     np.savez(tmp_path / "other.npz", a=np.zeros(3))
     for name in ("pickle", "object", "empty", "other"):
         with pytest.raises(ValueError) as refused:
-            plain.load(tmp_path / f"{name}.npz")
+            state_file.load(tmp_path / f"{name}.npz")
         assert str(refused.value)
     assert not (tmp_path / "trapped").exists()

@@ -15,18 +15,24 @@ pytest.importorskip("mujoco")
 import tomli_w
 
 import trundle
-from trundle.experiments.blind.family import Hidden, Site
-from trundle.experiments.blind.oracle import form
-from trundle.experiments.blind.push import CONTACT
+from trundle.experiments.blind.family import EpisodeContext, HiddenEffect
+from trundle.experiments.blind.oracle import build_model
+from trundle.experiments.blind.push import CONTACT_TIME_S
+from trundle.experiments.blind.readings import Readings
 from trundle.experiments.blind.scene import Wheel
-from trundle.experiments.blind.seen import Seen
 from trundle.experiments.wide.config import read
-from trundle.experiments.wide.families import CATALOGUE, OUTSIDE, allowed, by_name, draw_hidden
+from trundle.experiments.wide.families import (
+    CATALOGUE,
+    OUT_OF_CATALOGUE,
+    draw_effects,
+    get_family,
+    is_allowed,
+)
 from trundle.experiments.wide.instrument import FRAMES
-from trundle.experiments.wide.measure import recorded, simulated
-from trundle.experiments.wide.ode_engine import STEP, Plant
-from trundle.experiments.wide.oracle import merged
-from trundle.experiments.wide.plan import plan
+from trundle.experiments.wide.measurement import make_recording, simulate_case
+from trundle.experiments.wide.ode_engine import TIME_STEP_S, Plant
+from trundle.experiments.wide.oracle import merge_wheels
+from trundle.experiments.wide.plan import plan_cases
 from trundle.experiments.wide.scene import WideScene, draw_wide_scene
 from trundle.experiments.wide.shapes import draw_outline
 
@@ -65,7 +71,9 @@ def scene_with(contact: str, engine: str = "ode", seed: int = 100, seconds: floa
 @pytest.mark.parametrize("contact", ["grasp", "compliant"])
 def test_the_engines_agree_on_a_grasp(contact: str) -> None:
     scene = scene_with(contact)
-    for ode, mujoco in zip(simulated(scene, []), simulated(replace(scene, engine="mujoco"), []), strict=True):
+    for ode, mujoco in zip(
+        simulate_case(scene, []), simulate_case(replace(scene, engine="mujoco"), []), strict=True
+    ):
         assert np.abs(ode.pose - mujoco.pose).max() < 1e-3
         assert np.abs(ode.gripper - mujoco.gripper).max() < 5e-3
         assert np.abs(ode.wrench - mujoco.wrench).max() < 0.02 * np.abs(ode.wrench).max()
@@ -75,18 +83,18 @@ def test_the_engines_agree_on_a_grasp(contact: str) -> None:
 @pytest.mark.parametrize("contact", ["grasp", "compliant", "point"])
 def test_the_true_motion_follows_from_the_true_reading(engine: str, contact: str) -> None:
     scene = scene_with(contact, engine)
-    for k, seen in enumerate(simulated(scene, [])):
+    for k, seen in enumerate(simulate_case(scene, [])):
         error = np.abs(replayed(scene, k, seen) - at_steps(seen)).max(axis=0)
         assert error.max() < (1e-4 if engine == "ode" else 3e-3)
 
 
-def at_steps(seen: Seen) -> Floats:
+def at_steps(seen: Readings) -> Floats:
     """Return the poses at the solver's steps."""
-    t = np.arange(CONTACT, float(seen.t[-1]), STEP)
+    t = np.arange(CONTACT_TIME_S, float(seen.t[-1]), TIME_STEP_S)
     return np.column_stack([np.interp(t, seen.t, seen.pose[:, k]) for k in range(3)])
 
 
-def replayed(scene: WideScene, episode: int, seen: Seen) -> Floats:
+def replayed(scene: WideScene, episode: int, seen: Readings) -> Floats:
     """Return the poses that the wrench that was read gives an object with nothing but its wheel."""
     angle = seen.gripper[:, 2]
     fx = np.cos(angle) * seen.wrench[:, 0] - np.sin(angle) * seen.wrench[:, 1]
@@ -102,7 +110,7 @@ def replayed(scene: WideScene, episode: int, seen: Seen) -> Floats:
 
     plant = Plant(scene, [], episode)
     state, poses = plant.initial(), []
-    for t in np.arange(CONTACT, float(seen.t[-1]), STEP).tolist():
+    for t in np.arange(CONTACT_TIME_S, float(seen.t[-1]), TIME_STEP_S).tolist():
         poses.append(state[:3])
         state = plant.step(t, state, driver)
     return np.array(poses)
@@ -111,7 +119,7 @@ def replayed(scene: WideScene, episode: int, seen: Seen) -> Floats:
 def test_a_finger_keeps_touching_under_load() -> None:
     scene = draw_wide_scene(72123, 0, "mujoco")
     assert scene.instrument is not None and scene.instrument.contact == "point"
-    wrench = np.concatenate([one.wrench for one in simulated(scene, [])])
+    wrench = np.concatenate([one.wrench for one in simulate_case(scene, [])])
     force = np.hypot(wrench[:, 0], wrench[:, 1])
     before, now, after = force[:-2], force[1:-1], force[2:]
     loaded = (before > 1.0) & (after > 1.0)
@@ -123,9 +131,9 @@ def test_an_oracle_stays_at_the_moment_of_an_event() -> None:
     # The thinned recording, over which a fit begins, prefers a moment 1.4 s earlier.
     scene = draw_wide_scene(72011, 23, "mujoco")
     load = {"episode": 1, "time": 5.4226, "mass": -6.9746}
-    hidden = [Hidden(by_name("mass_change"), load)]
-    made = recorded(scene, hidden, simulated(scene, hidden), "load")
-    model, start = form(scene, [{"kind": "mass_change", **load}])
+    hidden = [HiddenEffect(get_family("mass_change"), load)]
+    made = make_recording(scene, hidden, simulate_case(scene, hidden), "load")
+    model, start = build_model(scene, [{"kind": "mass_change", **load}])
     found = {p["name"]: p for p in trundle.fit(made, model, start=start, starts=0).summary["parameters"]}
     for name in ("time", "mass"):
         estimate = found[f"mass_change.{name}"]
@@ -140,7 +148,7 @@ def test_every_convention_tells_trundle_the_same(
     scene = scene_with("compliant")
     instrument: Any = scene.instrument
     scene = replace(scene, instrument=replace(instrument, frame=frame, reference=reference, sign=sign))
-    made = recorded(scene, [], simulated(scene, []), "case")
+    made = make_recording(scene, [], simulate_case(scene, []), "case")
     body = {**scene.shape.described(with_feet=False), "mass": scene.mass}
     wheel = {"kind": "viscous_wheel", **{name: float(value) for name, value in vars(scene.wheel).items()}}
     model = trundle.Model.from_toml(
@@ -156,20 +164,20 @@ def test_every_convention_tells_trundle_the_same(
 
 def test_one_wheel_stands_for_two_but_for_spin() -> None:
     one, two = Wheel(0.1, 0.2, 0.3, 10.0, 100.0), Wheel(-0.2, 0.1, 1.3, 8.0, 150.0)
-    left = one.damping() + two.damping() - merged(one, [two]).damping()
+    left = one.damping() + two.damping() - merge_wheels(one, [two]).damping()
     assert np.abs(left[:2]).max() < 1e-9
     assert left[2, 2] > 0.0
 
 
-@pytest.mark.parametrize("name", sorted(CATALOGUE | OUTSIDE))
+@pytest.mark.parametrize("name", sorted(CATALOGUE | OUT_OF_CATALOGUE))
 def test_every_family_acts_in_every_engine_that_has_it(name: str) -> None:
     for engine in ("ode", "mujoco"):
-        if not allowed(name, scene_with("grasp", engine)):
+        if not is_allowed(name, scene_with("grasp", engine)):
             continue
         scene, bare, hidden = next(
             found for seed in range(300, 400, 10) if (found := placed(name, engine, seed))
         )
-        seen = simulated(scene, hidden)
+        seen = simulate_case(scene, hidden)
         moved = max(float(np.abs(a.pose - b.pose).max()) for a, b in zip(seen, bare, strict=True))
         read = [(distorted(scene, hidden, k, one), one) for k, one in enumerate(seen)]
         wrench = max(float(np.abs(a.wrench - b.wrench).max()) for a, b in read)
@@ -177,19 +185,19 @@ def test_every_family_acts_in_every_engine_that_has_it(name: str) -> None:
         assert moved > 1e-4 or wrench > 0.05 or pose > 1e-3
 
 
-def placed(name: str, engine: str, seed: int) -> tuple[WideScene, list[Seen], list[Hidden]] | None:
+def placed(name: str, engine: str, seed: int) -> tuple[WideScene, list[Readings], list[HiddenEffect]] | None:
     """Return a scene that has a place for a family, its motion without, and the family with values."""
     scene = scene_with("grasp", engine, seed, 5.0 if name == "obstacle_contact" else 2.0)
-    bare = simulated(scene, [])
-    found = (draw_hidden([name], 1, attempt, scene, bare) for attempt in range(10))
+    bare = simulate_case(scene, [])
+    found = (draw_effects([name], 1, attempt, scene, bare) for attempt in range(10))
     hidden = next((one for one in found if one is not None), None)
     return None if hidden is None else (scene, bare, hidden)
 
 
-def distorted(scene: WideScene, hidden: list[Hidden], episode: int, seen: Seen) -> Seen:
+def distorted(scene: WideScene, hidden: list[HiddenEffect], episode: int, seen: Readings) -> Readings:
     """Return what the instruments make of a motion."""
     for one in hidden:
-        seen = one.family.distort(seen, Site(None, None, scene, episode), one.values)
+        seen = one.family.distort(seen, EpisodeContext(None, None, scene, episode), one.values)
     return seen
 
 
@@ -208,10 +216,10 @@ def area(ring: Floats) -> float:
 
 
 def test_the_smoke_set_is_part_of_the_tuning_range_and_ranges_do_not_overlap() -> None:
-    smoke, tune, report = (plan(read(CONFIG, name)) for name in ("smoke", "tune", "report"))
+    smoke, tune, report = (plan_cases(read(CONFIG, name)) for name in ("smoke", "tune", "report"))
     assert len(smoke) == 60
     assert len(tune) <= 200
     assert set(smoke) <= set(tune)
     assert sum(not one.names for one in report) >= 600
     assert not {one.seed for one in tune} & {one.seed for one in report}
-    assert all(by_name(name) for one in report for name in one.names)
+    assert all(get_family(name) for one in report for name in one.names)

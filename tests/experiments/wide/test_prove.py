@@ -15,8 +15,8 @@ pytest.importorskip("mujoco")
 import trundle
 from trundle.cli import main
 from trundle.experiments.blind.sealed import folder_digest
-from trundle.experiments.wide import conduct
-from trundle.experiments.wide.diagnose import answered, diagnose_case
+from trundle.experiments.wide import benchmark
+from trundle.experiments.wide.diagnose import diagnose_case, parse_answer
 
 TINY = """
 format = "trundle-wide/1"
@@ -56,7 +56,7 @@ def made_up(digest: str, limit: float, folder: Path) -> dict[str, Any]:
 def test_drawn_sealed_diagnosed_and_continued(
     tmp_path: Path, capsys: pytest.CaptureFixture[str], monkeypatch: pytest.MonkeyPatch
 ) -> None:
-    monkeypatch.setattr(conduct, "diagnose_case", made_up)
+    monkeypatch.setattr(benchmark, "diagnose_case", made_up)
     assert command(tmp_path) == 0
     found = capsys.readouterr()
     page, kept = (tmp_path / "out/tiny_tune.md").read_text(), tmp_path / "out/wide"
@@ -91,7 +91,7 @@ def test_drawn_sealed_diagnosed_and_continued(
 def test_a_range_is_done_in_shares_that_another_machine_continues(
     tmp_path: Path, capsys: pytest.CaptureFixture[str], monkeypatch: pytest.MonkeyPatch
 ) -> None:
-    monkeypatch.setattr(conduct, "diagnose_case", made_up)
+    monkeypatch.setattr(benchmark, "diagnose_case", made_up)
     text = TINY.replace("clean = 2", "clean = 3\nshares = 2")
     assert command(tmp_path, "--shares", "1", text=text) == 0
     assert "1 of 2 shares: 2 recordings" in capsys.readouterr().out
@@ -121,7 +121,7 @@ def test_a_range_is_done_in_shares_that_another_machine_continues(
     ("text", "words"),
     [
         (TINY.replace("clean = 2", "shares = 0"), "shares = 0 must be at least 1"),
-        (TINY.replace('"all"]\noutside', '"ghost"]\noutside'), "no family 'ghost'"),
+        (TINY.replace('"all"]\noutside', '"ghost"]\noutside'), "unknown family 'ghost'"),
         (TINY.replace("ranges.tune", "ranges.other"), "[ranges] has no 'tune'"),
         (TINY.replace("clean = 2", "celan = 2"), "celan"),
         (TINY.replace("first = 42", ""), "first"),
@@ -152,9 +152,9 @@ def test_a_diagnosis_that_cannot_be_made_is_an_answer(tmp_path: Path) -> None:
 
 
 def test_what_ends_without_an_answer_is_a_timeout_or_a_crash() -> None:
-    assert answered(-signal.SIGXCPU, b"", b"")["verdict"] == "timeout"
-    assert answered(-signal.SIGSEGV, b"", b"first\nlast\n") == {
+    assert parse_answer(-signal.SIGXCPU, b"", b"")["verdict"] == "timeout"
+    assert parse_answer(-signal.SIGSEGV, b"", b"first\nlast\n") == {
         "verdict": "crashed",
         "reason": "exit -11: last",
     }
-    assert answered(0, b'{"verdict": "consistent"}', b"") == {"verdict": "consistent"}
+    assert parse_answer(0, b'{"verdict": "consistent"}', b"") == {"verdict": "consistent"}

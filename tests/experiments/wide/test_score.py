@@ -6,7 +6,14 @@ from typing import Any
 
 import pytest
 
-from trundle.experiments.wide.score import candidates, coverage, gain, is_right, named, wrong_name
+from trundle.experiments.wide.score import (
+    candidates,
+    coverage,
+    has_wrong_name,
+    is_right,
+    named_probabilities,
+    relative_gain,
+)
 
 
 def truth(*names: str, outside: bool = False) -> dict[str, Any]:
@@ -57,12 +64,14 @@ def test_clean_and_outside() -> None:
 
 
 def test_wrong_names_count_above_nine_tenths() -> None:
-    assert wrong_name(answer("latency"), truth("tether"))
-    assert not wrong_name(answer("latency", p=0.9), truth("tether"))
-    assert not wrong_name(answer("latency"), truth("latency", "tether"))
-    assert wrong_name(answer("latency"), truth("magnet", outside=True))
-    assert not wrong_name(answer("force_bias", tied=[["force_bias", "floor_slope"]]), truth("floor_slope"))
-    assert named(answer("latency", "tether"), truth("tether")) == [(0.95, False), (0.95, True)]
+    assert has_wrong_name(answer("latency"), truth("tether"))
+    assert not has_wrong_name(answer("latency", p=0.9), truth("tether"))
+    assert not has_wrong_name(answer("latency"), truth("latency", "tether"))
+    assert has_wrong_name(answer("latency"), truth("magnet", outside=True))
+    assert not has_wrong_name(
+        answer("force_bias", tied=[["force_bias", "floor_slope"]]), truth("floor_slope")
+    )
+    assert named_probabilities(answer("latency", "tether"), truth("tether")) == [(0.95, False), (0.95, True)]
 
 
 def test_intervals_of_right_answers_are_judged_at_ninety_per_cent() -> None:
@@ -89,5 +98,5 @@ def test_gain_is_one_where_the_answer_does_what_the_oracle_does() -> None:
         when: {"window_position_rmse": value, "window_heading_rmse": 0.0}
         for when, value in (("before", 0.04), ("after", 0.005))
     }
-    assert gain({**answer("latency"), "held_out": held_out}, true) == pytest.approx(1.0)
-    assert gain({**answer("latency"), "held_out": None}, true) is None
+    assert relative_gain({**answer("latency"), "held_out": held_out}, true) == pytest.approx(1.0)
+    assert relative_gain({**answer("latency"), "held_out": None}, true) is None

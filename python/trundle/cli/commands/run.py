@@ -25,9 +25,9 @@ def add_arguments(parser: argparse.ArgumentParser) -> None:
 
 
 def run(args: argparse.Namespace) -> int:
-    """Run the episodes that have no results yet, and print their outcomes."""
-    from trundle.experiments.runs import conduct
+    """Play what has not been played yet, and say how it ended."""
+    from trundle.experiments.runs import run_closed_loop
 
-    page = conduct(args.config, args.out, quiet=args.quiet, tell=print)
-    print(f"{page}: open this file in a browser")
+    page = run_closed_loop(args.config, args.out, quiet=args.quiet, tell=print)
+    print(f"{page}: open it in a browser")
     return 0

@@ -1,4 +1,4 @@
-"""A case: what is hidden, drawn again until it matters, and the recording of it."""
+"""Draw cases until the hidden effects are material, and record them."""
 
 from __future__ import annotations
 
@@ -13,27 +13,28 @@ import numpy as np
 import trundle
 from trundle.experiments.blind.config import Settings
 from trundle.experiments.blind.families import FAMILIES
-from trundle.experiments.blind.family import Hidden
-from trundle.experiments.blind.instruments import recording
-from trundle.experiments.blind.oracle import nominal, with_laws
-from trundle.experiments.blind.places import visited
+from trundle.experiments.blind.family import HiddenEffect
+from trundle.experiments.blind.geometry import visited_cells
+from trundle.experiments.blind.instruments import make_recording
+from trundle.experiments.blind.oracle import nominal_misfit, oracle_misfit
 from trundle.experiments.blind.scene import Scene, draw_scene
-from trundle.experiments.blind.score import TWINS
-from trundle.experiments.blind.world import Motion, motion
+from trundle.experiments.blind.score import INDISTINGUISHABLE_PAIR
+from trundle.experiments.blind.world import Motion, simulate
 
-__all__ = ["Drawn", "Planned", "draw", "plan", "plan_limits"]
+__all__ = ["DrawnCase", "PlannedCase", "draw_case", "plan_cases", "plan_limits"]
 
 
-INSEPARABLE = (TWINS, {"second_wheel", "wheel_event"})
-"""Pairs that are not hidden: two that are one to the data, and two wheels of which one changes.
+INDISTINGUISHABLE_PAIRS = (INDISTINGUISHABLE_PAIR, {"second_wheel", "wheel_event"})
+"""Pairs of effects that are never hidden together.
 
-Wheels are one wheel and a damping of the spin only as long as none changes.
+The data cannot distinguish the first pair. The second would hide two wheels of which one changes; two wheels
+equal one wheel and a rotational damping only if neither changes.
 """
 
 
 @dataclass(frozen=True)
-class Planned:
-    """What will be drawn: a name that tells nothing, families, a seed, and a share of the size drawn."""
+class PlannedCase:
+    """A case to draw: an uninformative name, its families, its seed, and the scale of the effect."""
 
     case: str
     names: tuple[str, ...]
@@ -42,27 +43,29 @@ class Planned:
 
 
 @dataclass(frozen=True)
-class Drawn:
-    """A case that counts, or one that was given up (`recording` is None)."""
+class DrawnCase:
+    """A drawn case; `recording` is None if no draw was material."""
 
     recording: trundle.Recording | None
     answer: dict[str, Any]
 
 
-def plan(settings: Settings) -> list[Planned]:
-    """Return all cases in an order that tells nothing of what they are."""
+def plan_cases(settings: Settings) -> list[PlannedCase]:
+    """Return all cases in random order."""
     rng = np.random.default_rng([settings.first, 4])
     kinds: list[tuple[str, ...]] = [()] * settings.clean
     kinds += [(name,) for name in settings.effects for _ in range(settings.singles)]
     kinds += [(name,) for name in settings.foreign for _ in range(settings.foreigns)]
-    pairs = [(a, b) for a, b in combinations(settings.effects, 2) if {a, b} not in INSEPARABLE]
+    pairs = [(a, b) for a, b in combinations(settings.effects, 2) if {a, b} not in INDISTINGUISHABLE_PAIRS]
     kinds += [pairs[int(rng.integers(len(pairs)))] for _ in range(settings.pairs)]
     order = rng.permutation(len(kinds))
-    return [Planned(f"case_{k:04}", kinds[i], settings.first + k, settings.size) for k, i in enumerate(order)]
+    return [
+        PlannedCase(f"case_{k:04}", kinds[i], settings.first + k, settings.size) for k, i in enumerate(order)
+    ]
 
 
-def plan_limits(settings: Settings) -> list[Planned]:
-    """Return the cases of the detection limits: the same draw at every size."""
+def plan_limits(settings: Settings) -> list[PlannedCase]:
+    """Return the cases of the detection limits. Every scale has the same draws."""
     base = settings.first + 100_000
     cases = [
         (name, k, size)
@@ -75,26 +78,28 @@ def plan_limits(settings: Settings) -> list[Planned]:
     for k, i in enumerate(order):
         name, number, size = cases[i]
         seed = base + 1000 * settings.effects.index(name) + number
-        found.append(Planned(f"case_{k:04}", (name,), seed, size))
+        found.append(PlannedCase(f"case_{k:04}", (name,), seed, size))
     return found
 
 
-def draw(planned: Planned, settings: Settings) -> Drawn:
-    """Draw a case until it matters."""
+def draw_case(planned: PlannedCase, settings: Settings) -> DrawnCase:
+    """Draw a case until its effects are material."""
     for attempt in range(settings.attempts):
         scene = draw_scene(planned.seed, attempt, settings.episodes, alike=settings.alike)
-        bare = [motion(scene, [], k) for k in range(settings.episodes)]
-        hidden = drawn_hidden(planned, scene, bare, attempt)
+        bare = [simulate(scene, [], k) for k in range(settings.episodes)]
+        hidden = draw_effects(planned, scene, bare, attempt)
         if hidden is None:
             continue
-        made, oracle = weighed(scene, hidden, bare, planned.case)
-        if not hidden or counts(oracle, settings):
-            return shrunk(planned, scene, hidden, made, {**oracle, "redraws": attempt})
-    return Drawn(None, {"names": list(planned.names), "seed": planned.seed, "redraws": settings.attempts})
+        made, oracle = evaluate_oracle(scene, hidden, bare, planned.case)
+        if not hidden or is_material(oracle, settings):
+            return finish_case(planned, scene, hidden, made, {**oracle, "redraws": attempt})
+    return DrawnCase(None, {"names": list(planned.names), "seed": planned.seed, "redraws": settings.attempts})
 
 
-def drawn_hidden(planned: Planned, scene: Scene, bare: Sequence[Motion], attempt: int) -> list[Hidden] | None:
-    """Return what is hidden with its sizes; None where this scene has no place for it."""
+def draw_effects(
+    planned: PlannedCase, scene: Scene, bare: Sequence[Motion], attempt: int
+) -> list[HiddenEffect] | None:
+    """Return the hidden effects with their values; None if an effect does not fit this scene."""
     paths = [one.pose for one in bare]
     hidden = []
     for k, name in enumerate(planned.names):
@@ -102,28 +107,28 @@ def drawn_hidden(planned: Planned, scene: Scene, bare: Sequence[Motion], attempt
         values = FAMILIES[name].draw(rng, scene, paths)
         if not values:
             return None
-        hidden.append(Hidden(FAMILIES[name], values))
+        hidden.append(HiddenEffect(FAMILIES[name], values))
     return hidden
 
 
-def weighed(
-    scene: Scene, hidden: Sequence[Hidden], bare: Sequence[Motion], name: str
+def evaluate_oracle(
+    scene: Scene, hidden: Sequence[HiddenEffect], bare: Sequence[Motion], name: str
 ) -> tuple[trundle.Recording, dict[str, Any]]:
-    """Return the recording, and the held-out misfits that say what the effects matter."""
+    """Return the recording, and the held-out misfits of the nominal model and of the true models."""
     if not hidden:
-        return recording(scene, [], bare, name), {}
-    made = recording(scene, hidden, name=name)
-    before, after = nominal(made, scene), with_laws(made, scene, hidden)
-    floor = nominal(recording(scene, [], bare), scene) if after is None else None
-    singles = [with_laws(made, scene, [one]) for one in hidden] if len(hidden) > 1 else []
+        return make_recording(scene, [], bare, name), {}
+    made = make_recording(scene, hidden, name=name)
+    before, after = nominal_misfit(made, scene), oracle_misfit(made, scene, hidden)
+    floor = nominal_misfit(make_recording(scene, [], bare), scene) if after is None else None
+    singles = [oracle_misfit(made, scene, [one]) for one in hidden] if len(hidden) > 1 else []
     return made, {"before": before, "after": after, "floor": floor, "singles": singles}
 
 
-def counts(oracle: dict[str, Any], settings: Settings) -> bool:
-    """Tell whether a case counts.
+def is_material(oracle: dict[str, Any], settings: Settings) -> bool:
+    """Return whether the hidden effects of a case are material.
 
-    By the oracle where every effect has a law; else by the same scene without the effect, whose nominal
-    misfit is what a perfect model of it would leave.
+    If the catalogue has no law for an effect, the reference is the misfit of the nominal model on the same
+    scene without the effect.
     """
     after = oracle["floor"] if oracle["after"] is None else oracle["after"]
     alone = [single for single in oracle["singles"] if single is not None]
@@ -132,31 +137,37 @@ def counts(oracle: dict[str, Any], settings: Settings) -> bool:
     return all(single >= settings.each_matters * after for single in alone)
 
 
-def shrunk(
-    planned: Planned, scene: Scene, hidden: list[Hidden], made: trundle.Recording, oracle: dict[str, Any]
-) -> Drawn:
-    """Return the case, with effects of the planned share of their size."""
-    final = [one.sized(planned.size) for one in hidden] if planned.size != 1.0 else hidden
+def finish_case(
+    planned: PlannedCase,
+    scene: Scene,
+    hidden: list[HiddenEffect],
+    made: trundle.Recording,
+    oracle: dict[str, Any],
+) -> DrawnCase:
+    """Return the case, with the effects scaled to the planned size."""
+    final = [one.scaled(planned.size) for one in hidden] if planned.size != 1.0 else hidden
     if final is not hidden:
-        made = recording(scene, final, name=planned.case)
-        oracle = {**oracle, "before": nominal(made, scene), "after": with_laws(made, scene, final)}
+        made = make_recording(scene, final, name=planned.case)
+        oracle = {**oracle, "before": nominal_misfit(made, scene), "after": oracle_misfit(made, scene, final)}
     truth = [
         {"effect": one.family.name, **one.family.truth(scene, one.values), "values": one.values}
         for one in final
     ]
     answer = {
         "names": list(planned.names),
-        "foreign": any(one.family.foreign for one in final),
+        "foreign": any(one.family.out_of_catalogue for one in final),
         "seed": planned.seed,
         "size": planned.size,
         "truth": truth,
         "oracle": oracle,
         "gyration": scene.shape.gyration,
         "mass": scene.mass,
-        "mass_told": scene.mass_told,
-        "feet_told": scene.feet_told,
+        "mass_told": scene.mass_given,
+        "feet_told": scene.feet_given,
         "shape": scene.shape.kind,
     }
     if "floor_patch" in planned.names:
-        answer["visited"] = visited(scene, [motion(scene, final, k).pose for k in range(len(scene.pushes))])
-    return Drawn(made, answer)
+        answer["visited"] = visited_cells(
+            scene, [simulate(scene, final, k).pose for k in range(len(scene.pushes))]
+        )
+    return DrawnCase(made, answer)

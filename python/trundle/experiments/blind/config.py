@@ -1,4 +1,4 @@
-"""The experiment's file: how many cases of what, from which seeds, and what makes a case count."""
+"""Read the file of a blind benchmark: numbers of cases, ranges of seeds, and thresholds of materiality."""
 
 from __future__ import annotations
 
@@ -6,19 +6,19 @@ from dataclasses import asdict, dataclass, replace
 from pathlib import Path
 from typing import Any
 
-from trundle.experiments.blind.families import CATALOGUE, FAMILIES, FOREIGN
+from trundle.experiments.blind.families import CATALOGUE, FAMILIES, OUT_OF_CATALOGUE
 from trundle.recording import TrundleError
 from trundle.settings import build_settings, parse_format
 
 __all__ = ["Settings", "read"]
 
 FORMAT = "trundle-proof/1"
-LATER = {"alike": False, "size": 1.0}
-"""Keys that the first proofs did not have, and what these did."""
+OPTIONAL_DEFAULTS = {"alike": False, "size": 1.0}
+"""Keys that the first benchmarks did not have, with the values that those used."""
 
 
 @dataclass(frozen=True)
-class Ranges:
+class SeedRanges:
     """Ranges of seeds.
 
     Attributes
@@ -82,49 +82,57 @@ class Settings:
     limited: int = 0
 
     def plain(self) -> dict[str, Any]:
-        """Return it as plain values; what came later only where it says something, so that seals hold."""
-        kept = {name: v for name, v in asdict(self).items() if name not in LATER or v != LATER[name]}
+        """Return the settings as plain values.
+
+        Optional keys with their default are omitted, so that older seals stay valid.
+        """
+        kept = {
+            name: v
+            for name, v in asdict(self).items()
+            if name not in OPTIONAL_DEFAULTS or v != OPTIONAL_DEFAULTS[name]
+        }
         return {name: list(v) if isinstance(v, tuple) else v for name, v in kept.items()}
 
     @classmethod
     def from_plain(cls, values: dict[str, Any]) -> Settings:
-        """Return the settings from these plain values."""
+        """Return the settings from the values that `plain` returns."""
         found: dict[str, Any] = {k: tuple(v) if isinstance(v, list) else v for k, v in values.items()}
         return cls(**found)
 
 
 def read(path: Path, which: str) -> Settings:
-    """Read a proof's file for one of its ranges of seeds.
+    """Read a benchmark's file for one of its ranges of seeds.
 
     Raises
     ------
     TrundleError
-        If a key or a family is unknown or missing, or a value is of another type.
+        If a key or a family is unknown or missing, or a value has a wrong type.
     """
     found = parse_format(path, FORMAT)
-    ranges = build_settings(path, Ranges, {"ranges": found.pop("ranges", {})}).ranges
+    ranges = build_settings(path, SeedRanges, {"ranges": found.pop("ranges", {})}).ranges
     if which not in ranges:
         raise TrundleError(f"{path}: [ranges] has no '{which}'; it has {', '.join(ranges) or 'nothing'}")
     for key in ("range", "first"):
         if key in found:
-            raise TrundleError(f"{path}: unknown key `{key}`: the table [ranges] says it")
+            raise TrundleError(f"{path}: unknown key `{key}`: define it in the table [ranges]")
     told = {"effects": ["all"], "foreign": ["all"], **found, "range": which, "first": ranges[which]}
     settings = build_settings(path, Settings, told)
     return replace(
         settings,
-        effects=families(path, settings.effects, CATALOGUE),
-        foreign=families(path, settings.foreign, FOREIGN, FAMILIES),
+        effects=resolve_families(path, settings.effects, CATALOGUE),
+        foreign=resolve_families(path, settings.foreign, OUT_OF_CATALOGUE, FAMILIES),
     )
 
 
-def families(
+def resolve_families(
     path: Path, names: tuple[str, ...], known: dict[str, Any], more: dict[str, Any] | None = None
 ) -> tuple[str, ...]:
-    """Return names of families, all known ones for "all"; `more` may be named too.
+    """Return names of families, all known ones for "all".
 
-    A family that was outside the catalogue when a proof was written may be in it today.
+    Names of `accepted` are also valid: a family that was out of catalogue when a benchmark was defined may be
+    in the catalogue today.
     """
     for name in names:
         if name != "all" and name not in (more or known):
-            raise TrundleError(f"{path}: there is no family '{name}'; there are {', '.join(known)}")
+            raise TrundleError(f"{path}: unknown family '{name}'; choose from {', '.join(known)}")
     return tuple(known) if names == ("all",) else names

@@ -1,4 +1,4 @@
-"""What a hidden effect is to the generator of recordings."""
+"""Interface of the effects that the generators hide in recordings."""
 
 from __future__ import annotations
 
@@ -9,20 +9,19 @@ from typing import Any, ClassVar, TypeAlias
 
 import mujoco
 import numpy as np
-from numpy.typing import NDArray
 
 from trundle.experiments.blind.scene import Scene
+from trundle.experiments.sampling import Floats
 
-__all__ = ["Family", "Hidden", "Hook", "Site", "Values"]
+__all__ = ["EpisodeContext", "Family", "HiddenEffect", "Hook", "Values"]
 
-Floats: TypeAlias = NDArray[np.float64]
 Values: TypeAlias = dict[str, Any]
 Hook: TypeAlias = Callable[[mujoco.MjData], None]
 
 
 @dataclass(frozen=True)
-class Site:
-    """Where and when something is furnished: a world under construction, of one episode."""
+class EpisodeContext:
+    """The world under construction, its object, and the scene and number of the episode."""
 
     spec: Any
     table: Any
@@ -31,60 +30,69 @@ class Site:
 
 
 class Family(ABC):
-    """An effect that is hidden in recordings. A subclass overrides what its effect does.
+    """An effect that is hidden in recordings. Subclasses override what their effect changes.
 
     Attributes
     ----------
     name : str
-        The catalogue's name of the effect, or the family's if it is foreign.
-    foreign : bool
-        Whether the catalogue has no such effect.
+        The catalogue's name of the effect, or a name of its own if it is out of catalogue.
+    out_of_catalogue : bool
+        Whether the catalogue has no law for the effect.
     scales : tuple of str
-        Values that are proportional to the effect's size; at zero there is no effect.
+        Values proportional to the size of the effect; at zero there is no effect.
     """
 
     name: ClassVar[str]
-    foreign: ClassVar[bool] = False
+    out_of_catalogue: ClassVar[bool] = False
     scales: ClassVar[tuple[str, ...]] = ()
 
     @abstractmethod
     def draw(self, rng: np.random.Generator, scene: Scene, paths: Sequence[Floats]) -> Values:
-        """Return its sizes and places. `paths` are the poses (n, 3) of each episode without it."""
+        """Return random values. `paths` are the poses (n, 3) of each episode without the effect."""
 
-    def sized(self, values: Values, size: float) -> Values:
-        """Return it `size` times as strong."""
+    def scaled(self, values: Values, size: float) -> Values:
+        """Return the values of the effect `size` times as strong."""
         return {**values, **{name: size * values[name] for name in self.scales}}
 
-    def lengthened(self, values: Values, rng: np.random.Generator) -> Values:
-        """Return it with values for one more episode, where each has its own."""
+    def extended(self, values: Values, rng: np.random.Generator) -> Values:
+        """Return the values extended by one episode, if they differ between episodes."""
         return values
 
-    def furnish(self, site: Site, values: Values) -> None:  # noqa: B027, many put nothing there
-        """Add its bodies, joints, springs and actuators to the world."""
+    def add_to_world(self, context: EpisodeContext, values: Values) -> None:  # noqa: B027, optional
+        """Add the effect's bodies, joints, springs and actuators to the MuJoCo world."""
 
-    def hook(self, model: Any, site: Site, values: Values) -> Hook | None:  # noqa: B027, most need none
-        """Return what is done before every step, if anything."""
+    def hook(self, model: Any, context: EpisodeContext, values: Values) -> Hook | None:  # noqa: B027, optional
+        """Return a function to call before every step, or None."""
 
-    def distort(self, seen: Any, site: Site, values: Values) -> Any:
-        """Return what the instruments make of the motion (`instruments.Seen`)."""
+    def distort(self, seen: Any, context: EpisodeContext, values: Values) -> Any:
+        """Return the readings as distorted by the effect."""
         return seen
 
-    @abstractmethod
     def truth(self, scene: Scene, values: Values) -> Values:
-        """Return `parameters` and `where` in the terms of `diagnosis.json`, plain numbers."""
+        """Return `parameters` and `where` in the terms of `diagnosis.json`, as plain numbers.
+
+        By default the values are the parameters, and the effect has no place. A family outside the catalogue
+        has no parameters.
+        """
+        return {"parameters": {} if self.out_of_catalogue else dict(values), "where": None}
 
     def laws(self, scene: Scene, values: Values) -> list[Values]:
-        """Return the `[[effect]]` tables that the oracle adds, with true values; none: no law for it."""
-        return []
+        """Return the `[[effect]]` tables of the true model; empty if the catalogue has no law for the effect.
+
+        By default one table with the parameters of `truth`.
+        """
+        if self.out_of_catalogue:
+            return []
+        return [{"kind": self.name, **self.truth(scene, values)["parameters"]}]
 
 
 @dataclass(frozen=True)
-class Hidden:
-    """A family with its sizes."""
+class HiddenEffect:
+    """A family with its values."""
 
     family: Family
     values: Values
 
-    def sized(self, size: float) -> Hidden:
-        """Return it `size` times as strong."""
-        return Hidden(self.family, self.family.sized(self.values, size))
+    def scaled(self, size: float) -> HiddenEffect:
+        """Return the effect `size` times as strong."""
+        return HiddenEffect(self.family, self.family.scaled(self.values, size))

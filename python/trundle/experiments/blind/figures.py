@@ -1,106 +1,113 @@
-"""Figures of the document."""
+"""Figures of a blind benchmark's document."""
 
 from __future__ import annotations
 
 from collections.abc import Sequence
 from pathlib import Path
+from typing import TYPE_CHECKING
 
 import numpy as np
 
-from trundle.experiments.blind.score import column, gain_share, is_right, said
-from trundle.experiments.paper import style
+from trundle.experiments import figure_style
+from trundle.experiments.blind.score import confusion_label, is_right, named_probabilities, relative_gain
 from trundle.experiments.results import Row
+from trundle.experiments.sampling import Floats
 from trundle.experiments.statistics import Share, calibration, share
 
-__all__ = ["confusion", "gains", "limits", "reliability"]
+if TYPE_CHECKING:
+    from matplotlib.axes import Axes
 
-BLUE = style.COLOURS["pbr"]
+__all__ = ["confusion", "detection_limits", "gains", "reliability_diagram"]
+
+BLUE = figure_style.COLOURS["pbr"]
 
 
 def confusion(path: Path, rows: Sequence[Row]) -> None:
-    """Draw what was hidden against what was answered, single effects, foreign ones and clean recordings."""
+    """Draw hidden effects against answers: single effects, out-of-catalogue families and clean recordings."""
     cells: dict[tuple[str, str], int] = {}
     for row in rows:
         if len(row["truth"]["names"]) <= 1:
-            key = (hidden(row), column(row["answer"], row["truth"]))
+            key = (hidden_label(row), confusion_label(row["answer"], row["truth"]))
             cells[key] = cells.get(key, 0) + 1
-    order = {name: k for k, name in enumerate(dict.fromkeys(hidden(row) for row in sorted(rows, key=rank)))}
+    order = {
+        name: k
+        for k, name in enumerate(dict.fromkeys(hidden_label(row) for row in sorted(rows, key=sort_key)))
+    }
     down = [name for name in order if any(key[0] == name for key in cells)]
     across = sorted({key[1] for key in cells}, key=lambda name: (order.get(name, 500), name))
     counts = np.array([[cells.get((a, b), 0) for b in across] for a in down], dtype=float)
     shares = counts / np.maximum(counts.sum(axis=1, keepdims=True), 1.0)
-    figure, (axes,) = style.sheet(1, 1, (2.6 + 0.42 * len(across), 1.8 + 0.24 * len(down)))
-    axes.grid(visible=False)
-    axes.imshow(shares, cmap="Blues", vmin=0.0, vmax=1.2, aspect="auto")
+    figure, (axes,) = figure_style.sheet(1, 1, (2.6 + 0.42 * len(across), 1.8 + 0.24 * len(down)))
+    labels = [[f"{count:.0f}" if count else "" for count in line] for line in counts]
+    draw_heat_map(axes, shares, labels, down)
     axes.set_xticks(range(len(across)), across, rotation=60, ha="right")
-    axes.set_yticks(range(len(down)), down)
-    for (i, j), count in np.ndenumerate(counts):
-        if count:
-            color = "white" if shares[i, j] > 0.6 else "black"
-            axes.text(j, i, f"{count:.0f}", ha="center", va="center", fontsize=7, color=color)
-    axes.set(xlabel="answered", ylabel="hidden")
-    style.save(figure, path)
+    axes.set(xlabel="answer", ylabel="hidden")
+    figure_style.save(figure, path)
 
 
-def hidden(row: Row) -> str:
-    """Return what was hidden in a word."""
+def hidden_label(row: Row) -> str:
+    """Return the hidden effects as one label."""
     return " + ".join(row["truth"]["names"]) or "nothing"
 
 
-def rank(row: Row) -> tuple[int, str]:
-    """Sort: effects, foreign families, nothing."""
+def sort_key(row: Row) -> tuple[int, str]:
+    """Sort key: effects of the catalogue, then out-of-catalogue families, then clean recordings."""
     truth = row["truth"]
-    return (2 if not truth["names"] else 1 if truth["foreign"] else 0, hidden(row))
+    return (2 if not truth["names"] else 1 if truth["foreign"] else 0, hidden_label(row))
 
 
-def reliability(path: Path, rows: Sequence[Row]) -> None:
-    """Draw how often a name is right against the probability that was said."""
-    found = calibration([one for row in rows for one in said(row["answer"], row["truth"])])
-    figure, (axes,) = style.sheet(1, 1, (4.2, 3.6))
-    axes.plot([0, 1], [0, 1], color=style.GREY, linewidth=0.8)
+def reliability_diagram(path: Path, rows: Sequence[Row]) -> None:
+    """Draw the share of correct names against the reported probability."""
+    found = calibration([one for row in rows for one in named_probabilities(row["answer"], row["truth"])])
+    figure, (axes,) = figure_style.sheet(1, 1, (4.2, 3.6))
+    axes.plot([0, 1], [0, 1], color=figure_style.GREY, linewidth=0.8)
     for p, right in found:
         low, high = right.interval
         axes.plot([p, p], [low, high], color=BLUE, linewidth=1.0)
         axes.plot(p, right.value, "o", color=BLUE, markersize=5)
         axes.annotate(str(right.total), (p, right.value), (4, -9), textcoords="offset points", fontsize=7)
-    axes.set(xlabel="probability said", ylabel="share that was right", xlim=(0, 1.03), ylim=(0, 1.03))
-    style.save(figure, path)
+    axes.set(xlabel="reported probability", ylabel="share of correct names", xlim=(0, 1.03), ylim=(0, 1.03))
+    figure_style.save(figure, path)
 
 
 def gains(path: Path, rows: Sequence[Row]) -> None:
-    """Draw the held-out gain as a share of the oracle's, cumulated over cases."""
-    found = [gain_share(row["answer"], row["truth"]) for row in rows]
+    """Draw the cumulative distribution of the held-out gain relative to the oracle's."""
+    found = [relative_gain(row["answer"], row["truth"]) for row in rows]
     values = np.sort([gain for gain in found if gain is not None])
-    figure, (axes,) = style.sheet(1, 1, (4.2, 3.2))
+    figure, (axes,) = figure_style.sheet(1, 1, (4.2, 3.2))
     if len(values):
         axes.step(np.clip(values, -0.2, 1.5), np.arange(1, len(values) + 1) / len(values), color=BLUE)
-    axes.axvline(0.8, color=style.GREY, linewidth=0.8)
-    axes.axhline(0.1, color=style.GREY, linewidth=0.8)
-    axes.set(xlabel="held-out gain over the oracle's, in logarithm", ylabel="share of cases", ylim=(0, 1))
-    style.save(figure, path)
+    axes.axvline(0.8, color=figure_style.GREY, linewidth=0.8)
+    axes.axhline(0.1, color=figure_style.GREY, linewidth=0.8)
+    axes.set(xlabel="logarithmic held-out gain relative to the oracle", ylabel="share of cases", ylim=(0, 1))
+    figure_style.save(figure, path)
 
 
-def limits(path: Path, rows: Sequence[Row]) -> None:
-    """Draw how often each effect is named at each share of the size that was drawn."""
+def detection_limits(path: Path, rows: Sequence[Row]) -> None:
+    """Draw the share of answers that name each effect, by relative size of the effect."""
     names = sorted({row["truth"]["names"][0] for row in rows})
     sizes = sorted({row["truth"]["size"] for row in rows}, reverse=True)
-    cells = [[named(rows, name, size) for size in sizes] for name in names]
-    figure, (axes,) = style.sheet(1, 1, (2.2 + 0.6 * len(sizes), 1.2 + 0.24 * len(names)))
-    axes.grid(visible=False)
-    shares = [[cell.value for cell in line] for line in cells]
-    axes.imshow(shares, cmap="Blues", vmin=0.0, vmax=1.2, aspect="auto")
+    cells = [[naming_rate(rows, name, size) for size in sizes] for name in names]
+    figure, (axes,) = figure_style.sheet(1, 1, (2.2 + 0.6 * len(sizes), 1.2 + 0.24 * len(names)))
+    shares = np.array([[cell.value for cell in line] for line in cells])
+    labels = [[f"{cell.hits}/{cell.total}" if cell.total else "–" for cell in line] for line in cells]
+    draw_heat_map(axes, shares, labels, names)
     axes.set_xticks(range(len(sizes)), [f"{size:g}" for size in sizes])
-    axes.set_yticks(range(len(names)), names)
-    for i, line in enumerate(cells):
-        for j, cell in enumerate(line):
-            color = "white" if cell.total and cell.value > 0.6 else "black"
-            told = f"{cell.hits}/{cell.total}" if cell.total else "–"
-            axes.text(j, i, told, ha="center", va="center", fontsize=7, color=color)
-    axes.set(xlabel="size, as a share of the one drawn")
-    style.save(figure, path)
+    axes.set(xlabel="size relative to the drawn one")
+    figure_style.save(figure, path)
 
 
-def named(rows: Sequence[Row], name: str, size: float) -> Share:
-    """Return how often an effect is named at a size."""
+def draw_heat_map(axes: Axes, shares: Floats, labels: Sequence[Sequence[str]], rows: Sequence[str]) -> None:
+    """Draw shares as shades of blue with a label in each cell, and name the rows."""
+    axes.grid(visible=False)
+    axes.imshow(shares, cmap="Blues", vmin=0.0, vmax=1.2, aspect="auto")
+    axes.set_yticks(range(len(rows)), rows)
+    for (i, j), value in np.ndenumerate(shares):
+        color = "white" if value > 0.6 else "black"
+        axes.text(j, i, labels[i][j], ha="center", va="center", fontsize=7, color=color)
+
+
+def naming_rate(rows: Sequence[Row], name: str, size: float) -> Share:
+    """Return the share of answers that name an effect of a given size."""
     mine = [row for row in rows if row["truth"]["names"] == [name] and row["truth"]["size"] == size]
     return share(is_right(row["answer"], row["truth"]) for row in mine)

@@ -1,4 +1,4 @@
-"""`trundle prove`: a proof from its file to its document."""
+"""Run `trundle prove` from its settings file to its document."""
 
 from __future__ import annotations
 
@@ -7,7 +7,7 @@ import sys
 from pathlib import Path
 
 from trundle.experiments.backends import Backend
-from trundle.experiments.blind.conduct import Proof, conduct
+from trundle.experiments.blind.benchmark import BlindBenchmark, run_benchmark
 from trundle.experiments.blind.config import read
 from trundle.experiments.blind.document import write_document
 from trundle.recording import TrundleError
@@ -29,14 +29,14 @@ def prove(
     redraw: bool = False,
     quiet: bool = False,
 ) -> str:
-    """Do what has not been done of a proof, and write its document.
+    """Run the unfinished part of a blind benchmark, and write its document.
 
     Parameters
     ----------
     config : Path
-        The proof's file.
+        Settings file.
     which : str
-        A range of seeds of the file.
+        Range of seeds in the file.
     work : Path
         Folder of recordings.
     out : Path
@@ -44,33 +44,33 @@ def prove(
     backend : Backend
         Where cases are drawn and diagnosed.
     limits, leave_out, after_design : bool
-        Detection limits instead of the main proof; a second diagnosis without the true effect; one more push
-        where the first diagnosis asks for it.
+        Run detection limits instead of the main benchmark; also diagnose without the true effect; also
+        simulate the pushes that diagnoses request.
     fresh, redraw : bool
-        Begin anew; or only write the document.
+        Discard earlier results; or only write the document.
     quiet : bool
         Show no progress.
 
     Returns
     -------
     str
-        What was written.
+        Text of the document.
     """
     settings = read(config, which)
     name = config.stem if which == "report" else f"{config.stem}_{which}"
     if not redraw:
         part = f"{name}_limits" if limits else name
-        proof = Proof(part, settings, work / part, out / "proof", backend, quiet)
+        proof = BlindBenchmark(part, settings, work / part, out / "proof", backend, quiet)
         if fresh:
             shutil.rmtree(proof.work, ignore_errors=True)
             for later in ("_without", "_after"):
                 proof.file_of(later).unlink(missing_ok=True)
-        conduct(proof, limits=limits, leave_out=leave_out, after_design=after_design, tell=tell)
+        run_benchmark(proof, limits=limits, leave_out=leave_out, after_design=after_design, tell=print_status)
     if not (out / "proof" / f"{name}.jsonl").exists() and redraw:
-        raise TrundleError(f"{out / 'proof' / name}.jsonl: there are no results to draw; leave out --redraw")
+        raise TrundleError(f"{out / 'proof' / name}.jsonl: no results to draw: run without --redraw")
     return write_document(out, name)
 
 
-def tell(text: str) -> None:
-    """Say something at once, beside the answer."""
+def print_status(text: str) -> None:
+    """Print a status line to standard error."""
     print(text, file=sys.stderr, flush=True)

@@ -1,4 +1,4 @@
-"""Answers against truth: names, abstention, probabilities, and what a fit gained."""
+"""Score answers against the truth: names, abstention, probabilities, and gain."""
 
 from __future__ import annotations
 
@@ -11,31 +11,31 @@ from trundle.experiments.blind.oracle import misfit
 from trundle.experiments.results import Row
 
 __all__ = [
-    "TWINS",
-    "abstained",
-    "column",
-    "false_alarm",
-    "gain_share",
+    "INDISTINGUISHABLE_PAIR",
+    "confusion_label",
+    "has_wrong_name",
+    "is_false_alarm",
     "is_right",
+    "is_unambiguous",
+    "is_unexplained",
+    "match_names",
     "matches",
-    "partners",
-    "said",
-    "settled",
-    "wrong_name",
+    "named_probabilities",
+    "relative_gain",
 ]
 
 
-TWINS = frozenset({"com_offset", "tracker_offset"})
-"""One motion of one rigid body: as a rule no push tells them apart (docs/diagnosis.md)."""
+INDISTINGUISHABLE_PAIR = frozenset({"com_offset", "tracker_offset"})
+"""Effects that in general no push distinguishes (docs/diagnosis.md): one motion of one rigid body."""
 
 
 def matches(named: str, true: str, tied: Sequence[Sequence[str]]) -> bool:
-    """Tell whether a name is the true one, or is said to be one that the data cannot tell from it."""
+    """Return whether a name is the true one or tied with it."""
     return named == true or any(named in group and true in group for group in tied)
 
 
-def partners(answer: Row, names: Sequence[str]) -> list[Row] | None:
-    """Return for each true name the part of the answer that names it; None unless all are, and no other."""
+def match_names(answer: Row, names: Sequence[str]) -> list[Row] | None:
+    """Return the part of the answer for each true name; None unless the answer names exactly these."""
     missing, tied = answer["missing"], answer["tied"]
     if answer["verdict"] != "explained" or len(missing) != len(names):
         return None
@@ -46,36 +46,38 @@ def partners(answer: Row, names: Sequence[str]) -> list[Row] | None:
 
 
 def is_right(answer: Row, truth: Row) -> bool:
-    """Tell whether an answer is what it should be: the names, "consistent", or "unexplained"."""
+    """Return whether an answer is correct: the names, "consistent", or "unexplained"."""
     if not truth["names"]:
         return bool(answer["verdict"] == "consistent")
     if truth["foreign"]:
-        return abstained(answer)
-    return partners(answer, truth["names"]) is not None
+        return is_unexplained(answer)
+    return match_names(answer, truth["names"]) is not None
 
 
-def settled(answer: Row, truth: Row) -> bool:
-    """Tell whether an answer is what it should be, and leaves no tie but that of the twins."""
-    return is_right(answer, truth) and all(TWINS.issuperset(group) for group in answer["tied"])
+def is_unambiguous(answer: Row, truth: Row) -> bool:
+    """Return whether an answer is correct and has no tie except the indistinguishable pair."""
+    return is_right(answer, truth) and all(
+        INDISTINGUISHABLE_PAIR.issuperset(group) for group in answer["tied"]
+    )
 
 
-def false_alarm(answer: Row) -> bool:
-    """Tell whether something is said to be missing."""
+def is_false_alarm(answer: Row) -> bool:
+    """Return whether an answer reports a missing effect."""
     return answer["verdict"] in ("explained", "unexplained")
 
 
-def abstained(answer: Row) -> bool:
-    """Tell whether something is said to be missing that has no name."""
+def is_unexplained(answer: Row) -> bool:
+    """Return whether an answer reports a missing effect without a name."""
     return bool(answer["verdict"] == "unexplained")
 
 
-def wrong_name(answer: Row, truth: Row, above: float = 0.9) -> bool:
-    """Tell whether a name is given that is not in the recording, with a probability above `above`."""
-    return any(probability > above and not right for probability, right in said(answer, truth))
+def has_wrong_name(answer: Row, truth: Row, above: float = 0.9) -> bool:
+    """Return whether a name with a probability above `above` is not in the recording."""
+    return any(probability > above and not right for probability, right in named_probabilities(answer, truth))
 
 
-def said(answer: Row, truth: Row) -> list[tuple[float, bool]]:
-    """Return for each name given its probability, and whether it is in the recording."""
+def named_probabilities(answer: Row, truth: Row) -> list[tuple[float, bool]]:
+    """Return for each name its probability, and whether it is in the recording."""
     if answer["verdict"] != "explained":
         return []
     return [
@@ -87,8 +89,8 @@ def said(answer: Row, truth: Row) -> list[tuple[float, bool]]:
     ]
 
 
-def column(answer: Row, truth: Row) -> str:
-    """Return an answer in a word for the confusion matrix; a tie that holds the true name counts as it."""
+def confusion_label(answer: Row, truth: Row) -> str:
+    """Return an answer as a label of the confusion matrix; a tie with the true name counts as that name."""
     if answer["verdict"] != "explained":
         return str(answer["verdict"])
     if len(answer["missing"]) > 1:
@@ -97,10 +99,10 @@ def column(answer: Row, truth: Row) -> str:
     return next((true for true in truth["names"] if matches(name, true, answer["tied"])), str(name))
 
 
-def gain_share(answer: Row, truth: Row) -> float | None:
-    """Return what the answer's model gained one second ahead on held-out episodes over the oracle's.
+def relative_gain(answer: Row, truth: Row) -> float | None:
+    """Return the held-out gain of the answer's model one second ahead relative to the oracle's.
 
-    Both in logarithm; the oracle knows the law and fits it. None where there is no oracle.
+    Both are logarithms of ratios of misfits. None without an oracle.
     """
     oracle, held_out = truth["oracle"], answer.get("held_out")
     if not truth["names"] or truth["foreign"] or not held_out or oracle.get("after") is None:
@@ -111,14 +113,14 @@ def gain_share(answer: Row, truth: Row) -> float | None:
     return math.log(before / after) / math.log(oracle["before"] / oracle["after"])
 
 
-def found_rows(rows: Sequence[Row], name: str | None = None) -> list[tuple[Row, Row]]:
-    """Return (part of the answer, truth of the effect) of every effect that was named rightly."""
+def correct_effects(rows: Sequence[Row], name: str | None = None) -> list[tuple[Row, Row]]:
+    """Return (part of the answer, truth of the effect) of every correctly named effect."""
     pairs: list[tuple[Row, Row]] = []
     for row in rows:
         truth, answer = row["truth"], row["answer"]
         if not truth["names"] or truth["foreign"]:
             continue
-        given = partners(answer, truth["names"])
+        given = match_names(answer, truth["names"])
         both: list[tuple[Any, Any]] = list(zip(given or [], truth["truth"], strict=False))
         exact = [(one, true) for one, true in both if one["effect"] == true["effect"]]
         pairs += [({**one, "_truth": truth}, true) for one, true in exact if name in (None, true["effect"])]

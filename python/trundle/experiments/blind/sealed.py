@@ -1,4 +1,4 @@
-"""The sealed answers: one file whose SHA-256 is known before the first diagnosis."""
+"""The sealed truth: one file whose SHA-256 is printed before the first diagnosis."""
 
 from __future__ import annotations
 
@@ -16,7 +16,7 @@ FORMAT = "trundle-proof-answers/1"
 
 
 def seal(path: Path, settings: dict[str, Any], answers: dict[str, dict[str, Any]]) -> str:
-    """Write the answers by case and return the SHA-256 of the file; the same answers give the same bytes."""
+    """Write the truth by case and return the SHA-256 of the file; the same truth gives the same bytes."""
     ordered = {case: answers[case] for case in sorted(answers)}
     lines = [f'"{case}": {json.dumps(answer, sort_keys=True)}' for case, answer in ordered.items()]
     head = f'"format": "{FORMAT}",\n"settings": {json.dumps(settings, sort_keys=True)}'
@@ -39,7 +39,7 @@ def folder_digest(folder: Path) -> str:
 
 
 def open_sealed(path: Path, expected: str) -> dict[str, dict[str, Any]]:
-    """Return the answers by case.
+    """Return the truth by case.
 
     Raises
     ------
@@ -49,7 +49,7 @@ def open_sealed(path: Path, expected: str) -> dict[str, dict[str, Any]]:
     if digest(path) != expected:
         raise TrundleError(
             f"{path}: SHA-256 {digest(path)} is not {expected}, which was printed before the first "
-            "diagnosis; the answers were changed: give --fresh to begin anew"
+            "diagnosis. The file has changed: rerun with --fresh"
         )
     cases: dict[str, dict[str, Any]] = json.loads(path.read_text(encoding="utf-8"))["cases"]
     return cases

@@ -1,4 +1,4 @@
-"""The world in MuJoCo: a body that slides and turns on the floor, a wheel, a gripper, and what is hidden."""
+"""The MuJoCo world: a body that slides and rotates on the floor, a wheel, a gripper, and hidden effects."""
 
 from __future__ import annotations
 
@@ -9,92 +9,127 @@ from typing import Any
 
 import mujoco
 import numpy as np
-from numpy.typing import NDArray
 
-from trundle.experiments.blind.family import Hidden, Hook, Site
-from trundle.experiments.blind.push import CONTACT, SECONDS, Command, Push
+from trundle.experiments.blind.family import EpisodeContext, HiddenEffect, Hook
+from trundle.experiments.blind.push import CONTACT_TIME_S, EPISODE_DURATION_S, Grasp, Push, WrenchPush
+from trundle.experiments.blind.readings import step_averages
 from trundle.experiments.blind.scene import Scene, Wheel
+from trundle.experiments.sampling import Floats
 
-__all__ = ["HEIGHT", "Motion", "add_wheel", "at_site", "motion", "quaternion", "set_wheel"]
+__all__ = ["BODY_HEIGHT_M", "Motion", "add_wheel", "at_site", "quaternion", "set_wheel", "simulate"]
 
-Floats = NDArray[np.float64]
 
-STEP = 5e-4
-"""s."""
-HEIGHT = 0.4
-"""Of the middle of the object above the floor, m: feet have room below."""
+TIME_STEP_S = 5e-4
+"""Simulation step."""
+BODY_HEIGHT_M = 0.4
+"""Height of the object's middle above the floor; leaves room for feet."""
 
 
 @dataclass(frozen=True)
 class Motion:
-    """What truly happened in an episode, at every step from contact on.
+    """True motion of an episode at every step from contact on.
 
     Attributes
     ----------
     t : array (n,)
-        s, the table's.
+        s, as in the table.
     pose : array (n, 3)
         Of the object's frame.
-    grasp : Grasp
-        Of the gripper on the object.
+    push : Push or WrenchPush
+        The push of the episode.
     wrench : array (n, 3)
-        On what the sensor carries, gripper axes and origin, N, N, N·m.
+        On the object, gripper axes and origin, N, N, N·m.
     """
 
     t: Floats
     pose: Floats
-    push: Push | Command
+    push: Push | WrenchPush
     wrench: Floats
 
 
-def motion(scene: Scene, hidden: Sequence[Hidden], episode: int) -> Motion:
+def simulate(scene: Scene, hidden: Sequence[HiddenEffect], episode: int) -> Motion:
     """Simulate one episode."""
-    spec, table = empty(scene, scene.pushes[episode])
-    site = Site(spec, table, scene, episode)
+    spec, table = build_world(scene, scene.pushes[episode])
+    model, hooks = compile_effects(spec, table, scene, hidden, episode)
+    return integrate(model, scene, scene.pushes[episode], hooks)
+
+
+def compile_effects(
+    spec: Any, table: Any, scene: Scene, hidden: Sequence[HiddenEffect], episode: int
+) -> tuple[Any, list[Hook]]:
+    """Add the hidden effects to a world and compile it.
+
+    Return the compiled model and the functions to call before each step.
+    """
+    context = EpisodeContext(spec, table, scene, episode)
     for one in hidden:
-        one.family.furnish(site, one.values)
+        one.family.add_to_world(context, one.values)
     model = spec.compile()
-    hooks = [one.family.hook(model, site, one.values) for one in hidden]
-    return run(model, scene, scene.pushes[episode], [hook for hook in hooks if hook is not None])
+    hooks = [one.family.hook(model, context, one.values) for one in hidden]
+    return model, [hook for hook in hooks if hook is not None]
 
 
-def empty(scene: Scene, push: Push | Command) -> tuple[Any, Any]:
-    """Return the world without any effect, and its object."""
+def build_world(scene: Scene, push: Push | WrenchPush) -> tuple[Any, Any]:
+    """Return the world without effects, and its object."""
+    spec, table = new_world(TIME_STEP_S)
+    add_body(table, scene)
+    add_wheel(spec, table, "wheel", scene.wheel)
+    add_gripper(spec, table, push.grasp)
+    return spec, table
+
+
+def new_world(time_step: float) -> tuple[Any, Any]:
+    """Return a world without gravity, and an object without geometry on two slides and a hinge."""
     spec = mujoco.MjSpec()
-    spec.option.timestep = STEP
+    spec.option.timestep = time_step
     spec.option.gravity = [0.0, 0.0, 0.0]
     spec.option.integrator = mujoco.mjtIntegrator.mjINT_IMPLICITFAST
     spec.option.cone = mujoco.mjtCone.mjCONE_ELLIPTIC
     spec.option.impratio = 100.0
     table = spec.worldbody.add_body(name="table")
-    for name, axis in (("x", [1, 0, 0]), ("y", [0, 1, 0])):
-        table.add_joint(name=name, type=mujoco.mjtJoint.mjJNT_SLIDE, axis=axis)
+    add_slides(table)
     table.add_joint(name="theta", type=mujoco.mjtJoint.mjJNT_HINGE, axis=[0, 0, 1])
-    add_body(table, scene)
-    add_wheel(spec, table, "wheel", scene.wheel)
-    grasp = push.grasp
-    table.add_site(name="grasp", pos=[grasp.x, grasp.y, 0.0], quat=quaternion(grasp.angle))
-    for along, index in (("x", 0), ("y", 1), ("turn", 5)):
-        spec.add_actuator(name=f"gripper {along}", **at_site("grasp", index))
     return spec, table
 
 
+def add_slides(body: Any, prefix: str = "") -> None:
+    """Add slide joints along x and y to a body."""
+    for name, axis in (("x", [1, 0, 0]), ("y", [0, 1, 0])):
+        body.add_joint(name=f"{prefix}{name}", type=mujoco.mjtJoint.mjJNT_SLIDE, axis=axis)
+
+
+def add_gripper(spec: Any, table: Any, grasp: Grasp) -> None:
+    """Add the actuators with which the gripper exerts a wrench, in its own axes."""
+    table.add_site(name="grasp", pos=[grasp.x, grasp.y, 0.0], quat=quaternion(grasp.angle))
+    for along, index in (("x", 0), ("y", 1), ("turn", 5)):
+        spec.add_actuator(name=f"gripper {along}", **at_site("grasp", index))
+
+
+def add_disc(table: Any, scene: Scene, **collision: Any) -> bool:
+    """Add a cylinder if the object is a disc, and report whether it is one."""
+    if scene.shape.disc is None:
+        return False
+    x, y, radius = scene.shape.disc
+    kind = mujoco.mjtGeom.mjGEOM_CYLINDER
+    table.add_geom(
+        type=kind, size=[radius, 0.1, 0.0], pos=[x, y, BODY_HEIGHT_M], mass=scene.mass, **collision
+    )
+    return True
+
+
 def add_body(table: Any, scene: Scene) -> None:
-    """Give the object its parts: boxes of one density, or a cylinder."""
+    """Add the object's geometry: boxes of equal density, or a cylinder."""
     shape = scene.shape
     common = {"contype": 1, "conaffinity": 1, "condim": 1}
-    if shape.disc is not None:
-        x, y, radius = shape.disc
-        kind = mujoco.mjtGeom.mjGEOM_CYLINDER
-        table.add_geom(type=kind, size=[radius, 0.1, 0.0], pos=[x, y, HEIGHT], mass=scene.mass, **common)
+    if add_disc(table, scene, **common):
         return
     for x, y, w, d in shape.boxes:
         kind, mass = mujoco.mjtGeom.mjGEOM_BOX, scene.mass * 4 * w * d / shape.area
-        table.add_geom(type=kind, size=[w, d, 0.1], pos=[x, y, HEIGHT], mass=mass, **common)
+        table.add_geom(type=kind, size=[w, d, 0.1], pos=[x, y, BODY_HEIGHT_M], mass=mass, **common)
 
 
 def add_wheel(spec: Any, body: Any, name: str, wheel: Wheel) -> None:
-    """Add a viscous wheel: a force against the velocity of a site, along and across its direction."""
+    """Add a viscous wheel: forces against the velocity of a site, along and across its direction."""
     body.add_site(name=name, pos=[wheel.x, wheel.y, 0.0], quat=quaternion(wheel.angle))
     for axis, index, mu in (("along", 0, wheel.mu_x), ("across", 1, wheel.mu_y)):
         spec.add_actuator(
@@ -106,13 +141,13 @@ def add_wheel(spec: Any, body: Any, name: str, wheel: Wheel) -> None:
 
 
 def set_wheel(model: Any, name: str, mu_x: float, mu_y: float) -> None:
-    """Change a wheel's friction while it rolls."""
+    """Change a wheel's friction."""
     model.actuator(f"{name} along").biasprm[2] = -mu_x
     model.actuator(f"{name} across").biasprm[2] = -mu_y
 
 
 def at_site(name: str, index: int) -> dict[str, Any]:
-    """Return an actuator that acts at a site along its axis `index` (0-2 force, 3-5 torque)."""
+    """Return the arguments of an actuator at a site along its axis `index` (0-2 force, 3-5 torque)."""
     gear = [0.0] * 6
     gear[index] = 1.0
     kind = mujoco.mjtTrn.mjTRN_SITE
@@ -122,55 +157,59 @@ def at_site(name: str, index: int) -> dict[str, Any]:
 
 
 def quaternion(angle: float) -> list[float]:
-    """Return a turn about the vertical as a quaternion."""
+    """Return a rotation about the vertical as a quaternion."""
     return [math.cos(angle / 2), 0.0, 0.0, math.sin(angle / 2)]
 
 
-def run(model: Any, scene: Scene, push: Push | Command, hooks: Sequence[Hook]) -> Motion:
-    """Push from contact to the end; the force of a step is that of its middle."""
+def integrate(model: Any, scene: Scene, push: Push | WrenchPush, hooks: Sequence[Hook]) -> Motion:
+    """Simulate from contact to the end. The force of a step is that at its middle."""
     data = mujoco.MjData(model)
     data.qpos[:3] = push.start
-    data.time = CONTACT
-    n = round((SECONDS - CONTACT) / STEP)
-    t: Floats = CONTACT + STEP * np.arange(n + 1, dtype=np.float64)
-    drive = driven(scene, push, t)
+    data.time = CONTACT_TIME_S
+    n = round((EPISODE_DURATION_S - CONTACT_TIME_S) / TIME_STEP_S)
+    t: Floats = CONTACT_TIME_S + TIME_STEP_S * np.arange(n + 1, dtype=np.float64)
+    drive = wrench_source(scene, push, t)
     poses, forces = np.empty((n + 1, 3)), np.empty((n + 1, 3))
     slot = model.actuator("gripper x").id
     for k in range(n + 1):
         poses[k] = data.qpos[:3]
         forces[k] = data.ctrl[slot : slot + 3] = drive(data, k)
-        if hooks:
-            data.qfrc_applied[:] = 0.0
-            for hook in hooks:
-                hook(data)
-        mujoco.mj_step(model, data)
-    middle = np.vstack([forces[:1], (forces[1:] + forces[:-1]) / 2])
-    return Motion(t, poses, push, middle)
+        step(model, data, hooks)
+    return Motion(t, poses, push, step_averages(forces))
 
 
-def driven(scene: Scene, push: Push | Command, t: Floats) -> Callable[[Any, int], list[float]]:
-    """Return what the gripper exerts at step `k`, its own axes: a command, or what its wish takes."""
-    if isinstance(push, Command):
+def step(model: Any, data: Any, hooks: Sequence[Hook]) -> None:
+    """Advance by one step, with the forces that the effects apply."""
+    if hooks:
+        data.qfrc_applied[:] = 0.0
+        for hook in hooks:
+            hook(data)
+    mujoco.mj_step(model, data)
+
+
+def wrench_source(scene: Scene, push: Push | WrenchPush, t: Floats) -> Callable[[Any, int], list[float]]:
+    """Return a function of data and step that returns the gripper's wrench, in its own axes."""
+    if isinstance(push, WrenchPush):
         wrench = push.wrench(t).tolist()
         return lambda data, k: list(wrench[k])
-    wanted = push.wanted(t).tolist()
-    return lambda data, k: exerted(data, scene, push, wanted[k])
+    desired = push.desired_twist(t).tolist()
+    return lambda data, k: servo_wrench(data, scene, push, desired[k])
 
 
-def exerted(data: Any, scene: Scene, push: Push, wanted: list[float]) -> list[float]:
-    """Return what the gripper exerts in its own axes: in proportion to the twist that is missing."""
+def servo_wrench(data: Any, scene: Scene, push: Push, desired: list[float]) -> list[float]:
+    """Return the gripper's wrench in its own axes: proportional to the error of its twist, saturated."""
     vx, vy, omega = data.qvel[0].item(), data.qvel[1].item(), data.qvel[2].item()
     heading, grasp = data.qpos[2].item(), push.grasp
     c, s = math.cos(heading), math.sin(heading)
     at_x = vx - omega * (s * grasp.x + c * grasp.y)
     at_y = vy + omega * (c * grasp.x - s * grasp.y)
     c, s = math.cos(heading + grasp.angle), math.sin(heading + grasp.angle)
-    missing = (wanted[0] - c * at_x - s * at_y, wanted[1] + s * at_x - c * at_y, wanted[2] - omega)
+    missing = (desired[0] - c * at_x - s * at_y, desired[1] + s * at_x - c * at_y, desired[2] - omega)
     (force, torque), (most, turn) = scene.gain, scene.limit
-    along, across = bounded(force * missing[0], most), bounded(force * missing[1], most)
-    return [along, across, bounded(torque * missing[2], turn)]
+    along, across = saturate(force * missing[0], most), saturate(force * missing[1], most)
+    return [along, across, saturate(torque * missing[2], turn)]
 
 
-def bounded(value: float, limit: float) -> float:
-    """Return a value within its limit, smoothly, as a compliant arm gives way."""
+def saturate(value: float, limit: float) -> float:
+    """Return a value within ±`limit`, with a smooth saturation."""
     return limit * math.tanh(value / limit)

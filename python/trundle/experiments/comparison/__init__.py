@@ -1,1 +1,1 @@
-"""Agents on the same hidden worlds: played, kept, counted, and written down."""
+"""Comparison of agents on the same hidden worlds."""

@@ -1,4 +1,4 @@
-"""A comparison's file: which worlds, which agents, and who plays where."""
+"""Read the file of a comparison: worlds, agents, and which agents run where."""
 
 from __future__ import annotations
 
@@ -23,17 +23,17 @@ class Worlds:
     Attributes
     ----------
     title : str
-        What they are, for the document.
+        Title in the document.
     env : str
-        Its id.
+        Id of the environment.
     first, count : int
         The seeds are `first` to `first + count - 1`.
     agents : list of str
-        Who plays here.
+        Agents that run in these worlds.
     options : dict
         Arguments of the environment.
     effect : list of dict
-        Effects beside that, drawn for each world; see `trundle.experiments.comparison.world.drawn`.
+        Further effects, drawn for each world; see `trundle.experiments.comparison.world.draw_effects`.
     """
 
     title: str
@@ -46,7 +46,7 @@ class Worlds:
 
     @property
     def identity(self) -> dict[str, Any]:
-        """What an episode depends on, beside its seed."""
+        """Everything except the seed that an episode depends on."""
         return {"env": self.env, "options": self.options, "effect": self.effect}
 
     @property
@@ -57,23 +57,23 @@ class Worlds:
 
 @dataclass(frozen=True)
 class Agent:
-    """Who plays.
+    """An agent.
 
     Attributes
     ----------
     title : str
-        For the document.
+        Title in the document.
     kind : {"oracle", "adaptive", "policy"}
-        `trundle.AdaptiveAgent` that knows the truth and keeps to it; that begins from its own belief; or what
-        stable-baselines3 has learnt.
+        `trundle.AdaptiveAgent` with the true model and without adaptation; the same with its own belief; or a
+        policy of stable-baselines3.
     settings : dict
         Arguments of `trundle.AdaptiveAgent`.
     files : list of str
-        Of a policy: one for each run of its training. Each plays all worlds.
+        Files of a policy, one for each training run. Each run is evaluated in all worlds.
     options : dict
-        Arguments of the environment that this agent needs otherwise than the others, such as `action`.
+        Arguments of the environment that differ for this agent, such as `action`.
     curve : str
-        Of a policy: which learning curves are its own, by their `config`.
+        `config` of a policy's learning curves.
     """
 
     title: str
@@ -85,23 +85,23 @@ class Agent:
 
     @property
     def identity(self) -> dict[str, Any]:
-        """What an episode depends on, beside the policy's file."""
+        """Everything except the policy's file that an episode depends on."""
         return {"kind": self.kind, "settings": self.settings, "options": self.options}
 
     @property
     def learns(self) -> bool:
-        """Whether it learns while it plays."""
+        """Whether the agent adapts during an episode."""
         return self.kind == "adaptive" and bool(self.settings.get("adapt", True))
 
     @property
     def runs(self) -> range:
-        """Numbers of what plays under this name: one for each file of a policy."""
+        """Run numbers: one for each file of a policy."""
         return range(len(self.files) or 1)
 
 
 @dataclass(frozen=True)
 class Target:
-    """What is to be reached: a figure of an agent in a group of worlds, at `least` or at `most`."""
+    """Target of a figure of an agent in a group of worlds: `least` or `most`."""
 
     worlds: str
     agent: str
@@ -112,22 +112,22 @@ class Target:
 
 @dataclass(frozen=True)
 class Settings:
-    """All of it.
+    """Settings of a comparison.
 
     Attributes
     ----------
     name : str
-        Of the document and of the folder of its results.
+        Name of the document and of the folder of its results.
     title : str
         Heading of the document.
     worlds, agents : dict
         By name, in order.
     main : str
-        The agent that the document is about.
+        Name of the agent that the others are compared with.
     push : float
-        Time that counts as one push, s.
+        Duration that counts as one push, s.
     pairs : list of (str, str)
-        Agents that differ in one thing: what it is worth is told, the one that has it first.
+        Pairs of agents that differ in one component. The first one has it.
     targets : list of Target
     """
 
@@ -142,65 +142,68 @@ class Settings:
 
 
 def read(path: Path) -> Settings:
-    """Read a comparison's file.
+    """Read the file of a comparison.
 
     Raises
     ------
     TrundleError
-        If a key is missing, unknown or of another type, or a name leads nowhere.
+        If a key is missing, unknown or of another type, or a name is not defined.
     """
     settings = build_settings(path, Settings, parse_format(path, FORMAT))
-    consistent(path, settings)
+    check_settings(path, settings)
     return settings
 
 
-def consistent(path: Path, settings: Settings) -> None:
-    """Refuse what no comparison can be made of."""
+def check_settings(path: Path, settings: Settings) -> None:
+    """Raise an error if the settings are inconsistent."""
     if not settings.push > 0 or not re.fullmatch(r"[\w-]+", settings.name):
         raise TrundleError(
-            f"{path}: push = {settings.push}, name = {settings.name!r}: give a time and a word"
+            f"{path}: push = {settings.push}, name = {settings.name!r}: give a positive duration, "
+            "and a name of letters, digits, _ or -"
         )
     if not settings.worlds:
         raise TrundleError(f"{path}: give at least one table [worlds.NAME]")
-    known_agents(path, settings, "main", [settings.main])
+    check_agents(path, settings, "main", [settings.main])
     for name, agent in settings.agents.items():
         check_agent(f"{path}: [agents.{name}]", agent)
         check_horizon(path, agent.options, f"agents.{name}")
         check_argument_types(path, AdaptiveAgent.__init__, agent.settings, f"agents.{name}.settings")
     for name, worlds in settings.worlds.items():
-        known_agents(path, settings, f"[worlds.{name}] agents", worlds.agents)
+        check_agents(path, settings, f"[worlds.{name}] agents", worlds.agents)
         if worlds.count < 1 or worlds.first < 0:
             raise TrundleError(f"{path}: [worlds.{name}]: give first >= 0 and count >= 1")
         check_horizon(path, worlds.options, f"worlds.{name}")
     for pair in settings.pairs:
-        known_agents(path, settings, "pairs", list(pair))
+        check_agents(path, settings, "pairs", list(pair))
     for target in settings.targets:
         check_target(path, settings, target)
 
 
-def known_agents(path: Path, settings: Settings, where: str, names: list[str]) -> None:
-    """Refuse names that are no agent's."""
+def check_agents(path: Path, settings: Settings, where: str, names: list[str]) -> None:
+    """Raise an error for names that are not agents."""
     for name in names:
         if name not in list(settings.agents):
             known = ", ".join(settings.agents)
-            raise TrundleError(f"{path}: {where}: there is no agent {name!r}; there are {known}")
+            raise TrundleError(f"{path}: {where}: unknown agent {name!r}; choose from {known}")
 
 
 def check_agent(where: str, agent: Agent) -> None:
-    """Refuse what is not meant for an agent of its kind."""
+    """Raise an error for keys that do not apply to an agent's kind."""
     if (agent.kind == "policy") != bool(agent.files):
-        raise TrundleError(f"{where} files: a policy has some, no other agent has")
+        raise TrundleError(f"{where} files: required for a policy, not allowed for other agents")
     if agent.kind == "policy" and agent.settings:
-        raise TrundleError(f"{where} settings: they are of trundle.AdaptiveAgent, not of a policy")
+        raise TrundleError(
+            f"{where} settings: not allowed for a policy; they are arguments of trundle.AdaptiveAgent"
+        )
     if "model" in agent.settings:
-        raise TrundleError(f'{where} settings: no model can be given; kind = "oracle" knows the hidden one')
+        raise TrundleError(f'{where} settings: model is not allowed; kind = "oracle" uses the hidden model')
 
 
 def check_target(path: Path, settings: Settings, target: Target) -> None:
-    """Refuse a target that is not of these worlds and agents, or says no number or two."""
-    known_agents(path, settings, "targets", [target.agent])
+    """Raise an error if a target refers to unknown worlds or agents, or does not have exactly one bound."""
+    check_agents(path, settings, "targets", [target.agent])
     if target.worlds not in settings.worlds:
         known = ", ".join(settings.worlds)
-        raise TrundleError(f"{path}: targets: there are no worlds {target.worlds!r}; there are {known}")
+        raise TrundleError(f"{path}: targets: unknown worlds {target.worlds!r}; choose from {known}")
     if (target.least is None) == (target.most is None):
         raise TrundleError(f"{path}: targets: {target}: give least or most")

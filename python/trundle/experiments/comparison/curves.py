@@ -1,4 +1,4 @@
-"""Learning curves of policies, as `trundle train` keeps them."""
+"""Learning curves of policies, as `trundle train` writes them."""
 
 from __future__ import annotations
 
@@ -15,33 +15,33 @@ from trundle.recording import TrundleError
 
 __all__ = ["Curve", "read_curves"]
 
-POINT = ("step", "success", "distance")
-"""What is read of an evaluation."""
+CURVE_COLUMNS = ("step", "success", "distance")
+"""Columns of an evaluation."""
 
 
 @dataclass(frozen=True)
 class Curve:
-    """One run of a training, and its evaluations.
+    """The evaluations of one training run.
 
     Attributes
     ----------
     config : str
-        What was trained: the name of its file, without `.toml`.
+        Name of the training's file, without `.toml`.
     seed : int
     simulated : float
-        Time that its steps simulated, s.
+        Simulated time of all steps, s.
     cpu : float
-        CPU time of all of it, s; NaN if it was not kept.
+        CPU time of the run, s; NaN if it is unknown.
     parameters : int
-        Of the policy.
+        Number of parameters of the policy.
     flattened : bool
         Whether the last fifth of the evaluations is no better than the fifth before.
     steps : ndarray
-        Steps of the environment, at each evaluation.
+        Steps of the environment at each evaluation.
     success : ndarray
-        Share of the evaluation's worlds.
+        Success rate.
     distance : ndarray
-        Mean distance left, m.
+        Mean remaining distance, m.
     """
 
     config: str
@@ -65,12 +65,14 @@ def read_curves(folder: Path) -> dict[str, list[Curve]]:
 
 
 def read_curve(path: Path) -> Curve:
-    """Read one curve, and what its training cost, which lies in `timing/` beside its folder."""
+    """Read one curve, and the cost of its training from `timing/` next to its folder."""
     timing = path.parent.parent / "timing" / path.name
     try:
         told: dict[str, Any] = json.loads(path.read_text(encoding="utf-8"))
         cost = json.loads(timing.read_text(encoding="utf-8"))["cpu_seconds"] if timing.exists() else math.nan
-        columns = {name: np.array([point[name] for point in told["curve"]], dtype=float) for name in POINT}
+        columns = {
+            name: np.array([point[name] for point in told["curve"]], dtype=float) for name in CURVE_COLUMNS
+        }
         return Curve(
             config=str(told["config"]),
             seed=int(told["seed"]),
@@ -83,6 +85,4 @@ def read_curve(path: Path) -> Curve:
             distance=columns["distance"],
         )
     except (ValueError, KeyError, TypeError) as error:
-        raise TrundleError(
-            f"{path}: this is no learning curve ({error}); `trundle train` writes them"
-        ) from error
+        raise TrundleError(f"{path}: not a learning curve of `trundle train` ({error})") from error

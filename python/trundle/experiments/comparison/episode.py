@@ -1,4 +1,4 @@
-"""One episode: an agent in a world, from its beginning to its end, in a row."""
+"""Run one episode of an agent in a world, and return its results."""
 
 from __future__ import annotations
 
@@ -11,16 +11,16 @@ import tomli_w
 
 import trundle
 from trundle.experiments.comparison.config import Agent, Worlds
-from trundle.experiments.comparison.world import Env, begin, rim
+from trundle.experiments.comparison.world import Env, boundary_points, make_world
 from trundle.experiments.results import Row
-from trundle.experiments.runs.episode import begun
+from trundle.experiments.runs.episode import count_onsets
 from trundle.recording import TrundleError
 
-__all__ = ["play", "player", "playing"]
+__all__ = ["make_player", "play", "play_unit"]
 
 
 class Player(Protocol):
-    """What stable-baselines3's algorithms can do."""
+    """Interface of stable-baselines3's algorithms."""
 
     def predict(
         self, observation: Any, state: Any = None, episode_start: Any = None, deterministic: bool = True
@@ -28,16 +28,16 @@ class Player(Protocol):
         """Choose an action."""
 
 
-def player(agent: Agent, run: int, env: Env) -> Player:
-    """Return an agent for a world at its beginning.
+def make_player(agent: Agent, run: int, env: Env) -> Player:
+    """Return an agent for a world at the start of an episode.
 
     Parameters
     ----------
     agent : Agent
     run : int
-        Which of a policy's files.
+        Number of the policy's file.
     env : gymnasium.Env
-        The oracle looks at what is hidden in it.
+        The oracle reads its hidden model.
     """
     if agent.kind == "policy":
         from trundle.experiments.training import policy
@@ -64,21 +64,21 @@ def player(agent: Agent, run: int, env: Env) -> Player:
 
 
 def play(worlds: Worlds, agent: Agent, run: int, seed: int) -> tuple[Row, Row]:
-    """Play one episode.
+    """Run one episode.
 
     Returns
     -------
     row : dict
-        How it went: `success`, `lost`, `touches` (how often an obstacle was run into), `seconds` (its
-        length), `limit` (s, at which it would have been given up), `return`, `distance` (m) and `heading`
-        (rad, without a sign) that are left, `radius` of the object (m, from its origin to its farthest
-        corner), and what an adaptive agent did: `fits`, `learning` (s, until the last of them), `regrasps`,
-        `named` effects, in order. The same arguments, the same row.
+        `success`, `lost`, `touches` (number of collisions with obstacles), `seconds` (duration), `limit`
+        (time limit, s), `return`, remaining `distance` (m) and `heading` (rad, absolute), `radius` of the
+        object (m, from its origin to its farthest corner). For an adaptive agent also `fits`, `learning`
+        (time of the last fit, s), `regrasps`, and the `named` effects in order. The same arguments give the
+        same row.
     timing : dict
-        `decisions`, and the CPU seconds of all and of the longest: `total`, `longest`.
+        `decisions`, and the CPU seconds of all decisions and of the longest one: `total`, `longest`.
     """
-    env, observation = begin(worlds, seed, agent.options)
-    chosen = player(agent, run, env)
+    env, observation = make_world(worlds, seed, agent.options)
+    chosen = make_player(agent, run, env)
     state, over, start = None, False, True
     gained, costs, touched = 0.0, [], []
     info: dict[str, Any] = {}
@@ -93,22 +93,22 @@ def play(worlds: Worlds, agent: Agent, run: int, seed: int) -> tuple[Row, Row]:
     row = {
         "success": bool(info["is_success"]),
         "lost": bool(info["lost"]),
-        "touches": begun(touched),
+        "touches": count_onsets(touched),
         "seconds": source.control * len(costs),
         "limit": source.horizon * source.control,
         "return": gained,
         "distance": float(info["distance"]),
         "heading": abs(float(info["heading_error"])),
-        "radius": float(np.hypot(*rim(source.hidden_model()["body"]).T).max()),
-        **learnt(chosen),
+        "radius": float(np.hypot(*boundary_points(source.hidden_model()["body"]).T).max()),
+        **learning_summary(chosen),
     }
     env.close()
     return row, {"decisions": len(costs), "total": sum(costs), "longest": max(costs)}
 
 
-def learnt(playing: Any) -> Row:
-    """Return what an adaptive agent did about its belief; nothing of another."""
-    beliefs = getattr(playing, "beliefs", ())
+def learning_summary(agent: Any) -> Row:
+    """Return a summary of an adaptive agent's fits; zeros for other agents."""
+    beliefs = getattr(agent, "beliefs", ())
     if not beliefs:
         return {"fits": 0, "learning": 0.0, "regrasps": 0, "named": []}
     updates = beliefs[0].updates
@@ -120,10 +120,10 @@ def learnt(playing: Any) -> Row:
     }
 
 
-def playing(
+def play_unit(
     worlds: dict[str, Any], agent: dict[str, Any], seed: int, digest: str | None, file: Path | None = None
 ) -> Row:
-    """Play one episode as a unit of work.
+    """Run one episode as a unit of work.
 
     Parameters
     ----------

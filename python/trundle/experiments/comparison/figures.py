@@ -1,4 +1,4 @@
-"""Figures of the document."""
+"""Figures of a comparison's document."""
 
 from __future__ import annotations
 
@@ -10,11 +10,11 @@ from typing import TYPE_CHECKING, Literal
 
 import numpy as np
 
+from trundle.experiments import figure_style
 from trundle.experiments.comparison.config import Settings
 from trundle.experiments.comparison.curves import Curve
 from trundle.experiments.comparison.results import Results
-from trundle.experiments.comparison.scores import solved_after, success
-from trundle.experiments.paper import style
+from trundle.experiments.comparison.scores import success, time_to_success
 
 if TYPE_CHECKING:
     from matplotlib.axes import Axes
@@ -23,12 +23,12 @@ if TYPE_CHECKING:
 
 __all__ = ["curves", "profiles", "successes"]
 
-MAIN, ORACLE = style.COLOURS["pbr"], "#20262e"
+MAIN, ORACLE = figure_style.COLOURS["pbr"], "#20262e"
 OTHERS = ("#c04a00", "#b0186f", "#2e8b57", "#8a6d00", "#6a4fbf", "#3a9bb8", "#e0a070", "#d58ab4", "#7d8791")
 DASHES: dict[str, Literal["-", "--", ":"]] = {"adaptive": "-", "policy": "--", "oracle": ":"}
-"""Lines by kind of agent."""
-ACROSS = 3
-"""Pictures in a row."""
+"""Line styles by kind of agent."""
+PANELS_PER_ROW = 3
+"""Number of panels in a row."""
 
 
 def colours(settings: Settings) -> dict[str, str]:
@@ -40,7 +40,7 @@ def colours(settings: Settings) -> dict[str, str]:
 
 
 def successes(path: Path, settings: Settings, results: Results) -> None:
-    """Draw how often each agent succeeds in each group of worlds, with intervals."""
+    """Draw the success rate of each agent in each group of worlds, with intervals."""
     playing = {name: [agent for agent, rows in group.items() if rows] for name, group in results.items()}
     figure, axes = panels(len(results), 0.8 + 0.2 * max(map(len, playing.values())))
     chosen = colours(settings)
@@ -51,12 +51,12 @@ def successes(path: Path, settings: Settings, results: Results) -> None:
             one.plot(found.value, down, "o", color=chosen[agent], markersize=4.5)
         one.set_yticks(range(len(agents)), [settings.agents[agent].title for agent in agents])
         one.set(xlim=(-0.03, 1.03), ylim=(len(agents) - 0.4, -0.6), xlabel="success")
-        one.set_title(wrapped(settings.worlds[name].title), fontsize=9)
-    style.save(figure, path)
+        one.set_title(wrap_title(settings.worlds[name].title), fontsize=9)
+    figure_style.save(figure, path)
 
 
 def profiles(path: Path, settings: Settings, results: Results) -> None:
-    """Draw which share of worlds is solved after how long."""
+    """Draw the share of solved worlds over time."""
     figure, axes = panels(len(results), 2.6)
     chosen = colours(settings)
     shown: dict[str, Line2D] = {}
@@ -64,7 +64,7 @@ def profiles(path: Path, settings: Settings, results: Results) -> None:
         end = max(row["limit"] for rows in group.values() for row in rows)
         for agent, rows in group.items():
             if rows:
-                times = sorted(solved_after(row) for row in rows if row["success"])
+                times = sorted(time_to_success(row) for row in rows if row["success"])
                 x, y = [0.0, *times, end], [*range(len(times) + 1), len(times)]
                 line = one.step(x, np.array(y) / len(rows), where="post", color=chosen[agent], linewidth=1.3)[
                     0
@@ -72,16 +72,16 @@ def profiles(path: Path, settings: Settings, results: Results) -> None:
                 line.set_linestyle(DASHES[settings.agents[agent].kind])
                 shown.setdefault(settings.agents[agent].title, line)
         one.set(xlim=(0.0, end), ylim=(0.0, 1.02), xlabel="time, s", ylabel="share solved")
-        one.set_title(wrapped(settings.worlds[name].title), fontsize=9)
+        one.set_title(wrap_title(settings.worlds[name].title), fontsize=9)
     figure.legend(
         list(shown.values()), list(shown), loc="outside lower center", ncols=3, fontsize=8, frameon=False
     )
-    style.save(figure, path)
+    figure_style.save(figure, path)
 
 
 def curves(path: Path, settings: Settings, found: Mapping[str, Sequence[Curve]]) -> None:
-    """Draw success during training against steps of the environment, a line for each run."""
-    figure, (axes,) = style.sheet(1, 1, (6.0, 3.4))
+    """Draw success during training against environment steps, a line for each run."""
+    figure, (axes,) = figure_style.sheet(1, 1, (6.0, 3.4))
     chosen = colours(settings)
     for name, agent in settings.agents.items():
         for k, curve in enumerate(found.get(agent.curve, [])):
@@ -90,19 +90,19 @@ def curves(path: Path, settings: Settings, found: Mapping[str, Sequence[Curve]])
     axes.set(xscale="log", ylim=(-0.02, 1.02))
     axes.set(xlabel="steps of the environment", ylabel="success in evaluation")
     axes.legend(fontsize=8, frameon=False)
-    style.save(figure, path)
+    figure_style.save(figure, path)
 
 
 def panels(count: int, height: float) -> tuple[Figure, list[Axes]]:
-    """Return a figure with room for so many pictures, and their axes."""
-    across = min(ACROSS, count)
+    """Return a figure with `count` panels, and their axes."""
+    across = min(PANELS_PER_ROW, count)
     down = math.ceil(count / across)
-    figure, axes = style.sheet(down, across, (0.6 + 4.0 * across, (0.6 + height) * down))
+    figure, axes = figure_style.sheet(down, across, (0.6 + 4.0 * across, (0.6 + height) * down))
     for spare in axes[count:]:
         spare.set_visible(False)
     return figure, axes[:count]
 
 
-def wrapped(title: str) -> str:
-    """Return a title in lines."""
+def wrap_title(title: str) -> str:
+    """Return a title broken into lines."""
     return "\n".join(textwrap.wrap(title, 40))

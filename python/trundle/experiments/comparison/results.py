@@ -1,4 +1,4 @@
-"""The results that are kept: what was compared, then each agent's episodes in each group, by column."""
+"""Results of a comparison: the definitions, then the episodes of each agent in each group, by column."""
 
 from __future__ import annotations
 
@@ -13,10 +13,10 @@ from trundle.experiments.comparison.config import Settings
 from trundle.experiments.results import Row, read_headed
 from trundle.recording import TrundleError
 
-__all__ = ["Results", "Trial", "costs_of", "read_results", "write_costs", "write_results"]
+__all__ = ["Results", "Trial", "read_costs", "read_results", "write_costs", "write_results"]
 
 Trial = tuple[str, str, int, int]
-"""Worlds, agent, which run of its training, seed."""
+"""Worlds, agent, training run, seed."""
 Results = dict[str, dict[str, list[Row]]]
 """Rows by worlds and agent."""
 
@@ -30,7 +30,7 @@ def write_results(
         mine = columns.setdefault((worlds, agent, run), {})
         for name, value in {"seed": seed, **row}.items():
             mine.setdefault(name, []).append(int(value) if isinstance(value, bool) else value)
-    head = {"settings": defined(settings), "policies": dict(digests), "trundle": trundle.__version__}
+    head = {"settings": definitions(settings), "policies": dict(digests), "trundle": trundle.__version__}
     names = ("worlds", "agent", "run")
     lines = [head, *({**dict(zip(names, key, strict=True)), **mine} for key, mine in columns.items())]
     write_text(path, "".join(json.dumps(line, separators=(",", ":")) + "\n" for line in lines))
@@ -42,35 +42,35 @@ def read_results(path: Path, settings: Settings) -> Results:
     Raises
     ------
     TrundleError
-        If there are none, or they are of worlds or agents that are defined otherwise now.
+        If there are no results, or their worlds or agents are defined differently.
     """
     found, lines = read_headed(path, ("worlds", "agent", "run"))
     if not all(isinstance(found.get(part), dict) for part in ("worlds", "agents")):
-        raise TrundleError(f"{path}: these are no results of a comparison; leave out --redraw")
-    wanted = defined(settings)
+        raise TrundleError(f"{path}: not results of a comparison: run without --redraw")
+    wanted = definitions(settings)
     for part in ("worlds", "agents"):
         for name, one in wanted[part].items():
             if name in found[part] and found[part][name] != one:
                 raise TrundleError(
-                    f"{path}: its [{part}.{name}] differs from the one of the file given; leave out --redraw"
+                    f"{path}: [{part}.{name}] differs from the given settings file: run without --redraw"
                 )
     results: Results = {name: {agent: [] for agent in w.agents} for name, w in settings.worlds.items()}
     for line in lines:
         kept = results.get(line["worlds"], {}).get(line["agent"])
         if kept is not None:
-            kept += rows_of(line)
+            kept += expand_rows(line)
     return results
 
 
-def rows_of(line: Row) -> list[Row]:
-    """Return a line's episodes, a row each."""
+def expand_rows(line: Row) -> list[Row]:
+    """Return a row for each episode of a line."""
     names = [name for name, value in line.items() if isinstance(value, list)]
     episodes = zip(*(line[name] for name in names), strict=True)
     return [{**line, **dict(zip(names, episode, strict=True))} for episode in episodes]
 
 
-def defined(settings: Settings) -> dict[str, Any]:
-    """Return what worlds and agents are, as JSON has it."""
+def definitions(settings: Settings) -> dict[str, Any]:
+    """Return the definitions of worlds and agents as JSON values."""
     whole = {
         "worlds": {name: worlds.identity for name, worlds in settings.worlds.items()},
         "agents": {name: {**agent.identity, "files": agent.files} for name, agent in settings.agents.items()},
@@ -80,7 +80,7 @@ def defined(settings: Settings) -> dict[str, Any]:
 
 
 def write_costs(path: Path, timings: Mapping[Trial, Row]) -> None:
-    """Write what decisions cost each agent in each group of worlds; measured, so never twice the same."""
+    """Write the measured costs of decisions of each agent in each group of worlds."""
     sums: dict[str, dict[str, Any]] = {}
     for (worlds, agent, _, _), timing in timings.items():
         one = sums.setdefault(f"{worlds}/{agent}", {"decisions": 0, "total": 0.0, "longest": []})
@@ -99,7 +99,7 @@ def write_costs(path: Path, timings: Mapping[Trial, Row]) -> None:
     write_text(path, json.dumps(told, indent=1) + "\n")
 
 
-def costs_of(path: Path) -> dict[str, dict[str, float]]:
-    """Return those costs by `worlds/agent`; nothing if they were not kept."""
+def read_costs(path: Path) -> dict[str, dict[str, float]]:
+    """Return the costs by `worlds/agent`; empty without a file."""
     found: dict[str, dict[str, float]] = json.loads(path.read_text(encoding="utf-8")) if path.exists() else {}
     return found

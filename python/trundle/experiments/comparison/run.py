@@ -1,4 +1,4 @@
-"""`trundle compare`: a comparison from its file to its document."""
+"""Run `trundle compare` from its settings file to its document."""
 
 from __future__ import annotations
 
@@ -12,9 +12,9 @@ from trundle.experiments import versions
 from trundle.experiments.backends import Backend
 from trundle.experiments.comparison.config import Settings, read
 from trundle.experiments.comparison.document import write_document
-from trundle.experiments.comparison.episode import player, playing
+from trundle.experiments.comparison.episode import make_player, play_unit
 from trundle.experiments.comparison.results import Trial, write_costs, write_results
-from trundle.experiments.comparison.world import begin
+from trundle.experiments.comparison.world import make_world
 from trundle.experiments.results import Row
 from trundle.experiments.runner import Runner, Unit
 from trundle.recording import TrundleError
@@ -33,22 +33,22 @@ def compare(
     redraw: bool = False,
     quiet: bool = False,
 ) -> str:
-    """Play what has not been played of a comparison, and write its results and its document.
+    """Run the unfinished episodes of a comparison, and write its results and its document.
 
     Parameters
     ----------
     config : Path
-        The comparison's file.
+        Settings file.
     work : Path
-        Folder of the episodes that have been played.
+        Folder of finished episodes.
     out : Path
         Folder of the document, of the results and of `images/`.
     backend : Backend
-        Where episodes are played.
+        Where episodes run.
     count : int, optional
-        How many worlds of each group at most, from the first on.
+        Largest number of worlds of each group, from the first on.
     fresh, redraw : bool
-        Forget what has been played; or only write the document.
+        Discard finished episodes; or only write the document.
     quiet : bool
         Show no progress.
 
@@ -60,46 +60,46 @@ def compare(
     Raises
     ------
     TrundleError
-        If the file cannot be used, or an episode cannot be played.
+        If the file is invalid, or an episode cannot run.
     """
-    settings = shortened(read(config), count)
+    settings = with_count(read(config), count)
     folder = out / settings.name
     if not redraw:
         store = work / settings.name
         if fresh:
             shutil.rmtree(store, ignore_errors=True)
-        digests = digests_of(settings)
-        rehearse(config, settings)
-        found = played(settings, digests, Runner(store, versions.of_package(), backend, quiet))
+        digests = policy_digests(settings)
+        check_players(config, settings)
+        found = play_all(settings, digests, Runner(store, versions.of_package(), backend, quiet))
         rows = {trial: row for trial, (row, _) in found.items()}
         write_results(folder / "results.jsonl", settings, digests, rows)
         write_costs(folder / "costs.json", {trial: cost for trial, (_, cost) in found.items()})
     return write_document(out, settings, config)
 
 
-def shortened(settings: Settings, count: int | None) -> Settings:
-    """Return a comparison on fewer worlds."""
+def with_count(settings: Settings, count: int | None) -> Settings:
+    """Return a comparison with at most `count` worlds in each group."""
     if count is None:
         return settings
     fewer = {name: replace(w, count=min(w.count, count)) for name, w in settings.worlds.items()}
     return replace(settings, worlds=fewer)
 
 
-def digests_of(settings: Settings) -> dict[str, str]:
-    """Return the SHA-256 of each policy's file that plays."""
+def policy_digests(settings: Settings) -> dict[str, str]:
+    """Return the SHA-256 of each policy file in use."""
     playing = {name for worlds in settings.worlds.values() for name in worlds.agents}
     files = [file for name in settings.agents if name in playing for file in settings.agents[name].files]
     return {file: hashlib.sha256(Path(file).read_bytes()).hexdigest() for file in files}
 
 
-def rehearse(config: Path, settings: Settings) -> None:
-    """Let every agent decide once in each group of worlds: what is wrong is told before hours of work."""
+def check_players(config: Path, settings: Settings) -> None:
+    """Let every agent decide once in each group of worlds, so that errors appear before hours of work."""
     for name, worlds in settings.worlds.items():
         for agent in worlds.agents:
             try:
                 for run in settings.agents[agent].runs:
-                    env, observation = begin(worlds, worlds.first, settings.agents[agent].options)
-                    playing = player(settings.agents[agent], run, env)
+                    env, observation = make_world(worlds, worlds.first, settings.agents[agent].options)
+                    playing = make_player(settings.agents[agent], run, env)
                     action, _ = playing.predict(observation, episode_start=True)
                     env.step(action)
             except TrundleError as error:
@@ -115,16 +115,16 @@ def trials(settings: Settings) -> Iterator[Trial]:
                     yield name, agent, run, worlds.first + number
 
 
-def played(settings: Settings, digests: Mapping[str, str], runner: Runner) -> dict[Trial, tuple[Row, Row]]:
-    """Play the episodes that have no result yet; return each one's outcome and cost, group by group."""
+def play_all(settings: Settings, digests: Mapping[str, str], runner: Runner) -> dict[Trial, tuple[Row, Row]]:
+    """Run the episodes without a result; return each one's outcome and cost, group by group."""
     order = list(trials(settings))
-    units = [unit(settings, digests, trial) for trial in order]
+    units = [episode_unit(settings, digests, trial) for trial in order]
     results = dict(zip(order, runner.run("playing", units), strict=True))
     return {trial: (results[trial]["row"], results[trial]["cost"]) for trial in by_group(settings)}
 
 
-def unit(settings: Settings, digests: Mapping[str, str], trial: Trial) -> Unit:
-    """Return the unit of an episode. Its key holds the digest of a policy, not the place of its file."""
+def episode_unit(settings: Settings, digests: Mapping[str, str], trial: Trial) -> Unit:
+    """Return the unit of an episode. Its key holds the digest of a policy, not the path of its file."""
     name, agent, run, seed = trial
     worlds, plays = settings.worlds[name], settings.agents[agent]
     file = plays.files[run] if plays.files else None
@@ -135,7 +135,7 @@ def unit(settings: Settings, digests: Mapping[str, str], trial: Trial) -> Unit:
         "digest": digests.get(file or ""),
     }
     files = {} if file is None else {"file": Path(file)}
-    return Unit(f"{agent} in {name}, seed {seed}, run {run}", playing, arguments, files)
+    return Unit(f"{agent} in {name}, seed {seed}, run {run}", play_unit, arguments, files)
 
 
 def by_group(settings: Settings) -> Iterator[Trial]:

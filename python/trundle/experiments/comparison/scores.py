@@ -1,4 +1,4 @@
-"""Figures of episodes: from rows to scores of worlds by runs, and to estimates."""
+"""Scores of worlds by runs from rows of episodes, and their estimates."""
 
 from __future__ import annotations
 
@@ -7,12 +7,21 @@ from collections.abc import Callable, Sequence
 import numpy as np
 
 from trundle.experiments.results import Row
-from trundle.experiments.statistics import Estimate, Scores, excess, iqm, rate
+from trundle.experiments.statistics import Estimate, Scores, iqm, rate, relative_excess
 
-__all__ = ["FEW", "cost", "quick", "regret", "regrets", "scores", "solved_after", "success"]
+__all__ = [
+    "MAX_QUICK_PUSHES",
+    "negative_return",
+    "quick_success",
+    "regret",
+    "regret_iqm",
+    "scores",
+    "success",
+    "time_to_success",
+]
 
-FEW = 2
-"""Pushes of learning that a success may take to count as quick."""
+MAX_QUICK_PUSHES = 2
+"""Largest number of learning pushes of a quick success."""
 
 Figure = Callable[[Row], float]
 
@@ -28,31 +37,31 @@ def scores(rows: Sequence[Row], figure: Figure) -> Scores:
 
 
 def success(rows: Sequence[Row]) -> Estimate:
-    """Return how often an agent succeeds."""
+    """Return an agent's success rate."""
     return rate(scores(rows, lambda row: row["success"]))
 
 
-def quick(rows: Sequence[Row], push: float) -> Estimate:
-    """Return how often it succeeds after learning for few pushes, of `push` s each."""
-    return rate(scores(rows, lambda row: row["success"] and row["learning"] <= FEW * push))
+def quick_success(rows: Sequence[Row], push: float) -> Estimate:
+    """Return the rate of success after at most `MAX_QUICK_PUSHES` learning pushes of `push` s each."""
+    return rate(scores(rows, lambda row: row["success"] and row["learning"] <= MAX_QUICK_PUSHES * push))
 
 
-def solved_after(row: Row) -> float:
-    """Return when an episode succeeded, s; one that did not counts as long as it might have lasted."""
+def time_to_success(row: Row) -> float:
+    """Return the time of an episode's success, s; its time limit without success."""
     return float(row["seconds"] if row["success"] else row["limit"])
 
 
-def cost(row: Row) -> float:
+def negative_return(row: Row) -> float:
     """Return minus the return."""
     return -float(row["return"])
 
 
-def regret(rows: Sequence[Row], oracle: Sequence[Row], figure: Figure = cost) -> Estimate:
-    """Return by which share the sum of a cost over all worlds exceeds the oracle's."""
-    return excess(scores(rows, figure), scores(oracle, figure))
+def regret(rows: Sequence[Row], oracle: Sequence[Row], figure: Figure = negative_return) -> Estimate:
+    """Return the relative excess of a cost, summed over all worlds, over the oracle's."""
+    return relative_excess(scores(rows, figure), scores(oracle, figure))
 
 
-def regrets(rows: Sequence[Row], oracle: Sequence[Row], figure: Figure = cost) -> Estimate:
-    """Return the interquartile mean over worlds of the share by which a cost exceeds the oracle's."""
+def regret_iqm(rows: Sequence[Row], oracle: Sequence[Row], figure: Figure = negative_return) -> Estimate:
+    """Return the interquartile mean over worlds of the relative excess of a cost over the oracle's."""
     theirs = scores(oracle, figure)
     return iqm((scores(rows, figure) - theirs) / np.abs(theirs))

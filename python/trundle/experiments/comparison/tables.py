@@ -1,4 +1,4 @@
-"""Tables of the document."""
+"""Tables of a comparison's document."""
 
 from __future__ import annotations
 
@@ -11,27 +11,37 @@ from trundle.experiments.comparison.config import Settings, Target, Worlds
 from trundle.experiments.comparison.curves import Curve
 from trundle.experiments.comparison.results import Results
 from trundle.experiments.comparison.scores import (
-    FEW,
-    cost,
-    quick,
+    MAX_QUICK_PUSHES,
+    negative_return,
+    quick_success,
     regret,
-    regrets,
+    regret_iqm,
     scores,
-    solved_after,
     success,
+    time_to_success,
 )
 from trundle.experiments.markdown import table
 from trundle.experiments.results import Row
 from trundle.experiments.statistics import Estimate, difference, improvement, iqm, rate
 
-__all__ = ["diagnoses", "learning", "outcomes", "percent", "prices", "regretted", "targets", "wins", "worth"]
+__all__ = [
+    "decision_costs",
+    "diagnoses",
+    "learning",
+    "outcomes",
+    "paired_differences",
+    "percent",
+    "policy_comparison",
+    "regret_table",
+    "targets",
+]
 
 Rows = Sequence[Row]
 NONE = "–"
-OWN = "viscous_wheel"
-"""The law that the agent's model has from the start: it is not named."""
-SECOND = "second_wheel"
-"""What diagnoses call another one."""
+OWN_WHEEL = "viscous_wheel"
+"""Law of the agent's initial model; diagnoses do not name it."""
+SECOND_WHEEL = "second_wheel"
+"""Name of a second wheel in diagnoses."""
 
 
 def percent(found: Estimate, form: str = ".1f") -> str:
@@ -40,21 +50,24 @@ def percent(found: Estimate, form: str = ".1f") -> str:
 
 
 def outcomes(settings: Settings, group: Mapping[str, Rows]) -> str:
-    """Return how the episodes of a group of worlds ended."""
+    """Return the outcomes of the episodes of a group of worlds."""
     lines = [
-        [settings.agents[name].title, *outcome(rows, settings.push if settings.agents[name].learns else None)]
+        [
+            settings.agents[name].title,
+            *outcome_cells(rows, settings.push if settings.agents[name].learns else None),
+        ]
         for name, rows in group.items()
         if rows
     ]
-    head = ["agent", "success", f"learning for {FEW} pushes", "lost", "ran into something"]
-    return table([*head, "distance left / radius", "heading left, °"], lines)
+    head = ["agent", "success", f"after ≤ {MAX_QUICK_PUSHES} learning pushes", "lost", "collision"]
+    return table([*head, "remaining distance / radius", "remaining heading error, °"], lines)
 
 
-def outcome(rows: Rows, push: float | None) -> list[str]:
-    """Return how an agent's episodes ended; `push`, s, is that of one that learns."""
+def outcome_cells(rows: Rows, push: float | None) -> list[str]:
+    """Return the outcomes of an agent's episodes; `push` is the push duration, s, of a learning agent."""
     return [
         percent(success(rows)),
-        NONE if push is None else percent(quick(rows, push)),
+        NONE if push is None else percent(quick_success(rows, push)),
         percent(rate(scores(rows, lambda row: row["lost"]))),
         percent(rate(scores(rows, lambda row: row["touches"] > 0))),
         iqm(scores(rows, lambda row: row["distance"] / row["radius"])).text(".3f"),
@@ -62,16 +75,16 @@ def outcome(rows: Rows, push: float | None) -> list[str]:
     ]
 
 
-def regretted(settings: Settings, group: Mapping[str, Rows]) -> str:
-    """Return what an agent took for it in a group of worlds, beside the oracle."""
-    oracle = of_oracle(settings, group)
+def regret_table(settings: Settings, group: Mapping[str, Rows]) -> str:
+    """Return the time and the regret relative to the oracle in a group of worlds."""
+    oracle = oracle_rows(settings, group)
     lines = []
     for name, rows in group.items():
         if rows:
-            both: list[Callable[..., Estimate]] = [regrets, regret]
-            beside = [percent(one(rows, oracle, cost), ".0f") if oracle else NONE for one in both]
-            beside.append(percent(regret(rows, oracle, solved_after), ".0f") if oracle else NONE)
-            time = iqm(scores(rows, solved_after))
+            both: list[Callable[..., Estimate]] = [regret_iqm, regret]
+            beside = [percent(one(rows, oracle, negative_return), ".0f") if oracle else NONE for one in both]
+            beside.append(percent(regret(rows, oracle, time_to_success), ".0f") if oracle else NONE)
+            time = iqm(scores(rows, time_to_success))
             pushes = f"{time.value / settings.push:.0f}"
             learns = settings.agents[name].learns
             fits = iqm(scores(rows, lambda row: row["fits"])).text(".1f") if learns else NONE
@@ -80,79 +93,90 @@ def regretted(settings: Settings, group: Mapping[str, Rows]) -> str:
     return table([*head, "regret, IQM", "regret, sums", "regret of time"], lines)
 
 
-def of_oracle(settings: Settings, group: Mapping[str, Rows]) -> Rows:
-    """Return the rows of the first oracle; none if there is none."""
+def oracle_rows(settings: Settings, group: Mapping[str, Rows]) -> Rows:
+    """Return the rows of the first oracle; empty without one."""
     return next((rows for name, rows in group.items() if settings.agents[name].kind == "oracle"), [])
 
 
 def targets(settings: Settings, results: Results) -> str:
-    """Return what was to be reached, and whether it was."""
+    """Return targets and results."""
     lines = []
     for target in settings.targets:
         group = results.get(target.worlds, {})
-        rows, oracle = group.get(target.agent, []), of_oracle(settings, group)
+        rows, oracle = group.get(target.agent, []), oracle_rows(settings, group)
         if not rows or (target.figure == "regret" and not oracle):
             continue
         match target.figure:
             case "success":
                 found = success(rows)
             case "quick success":
-                found = quick(rows, settings.push)
+                found = quick_success(rows, settings.push)
             case "regret":
                 found = regret(rows, oracle)
         who = [f"`{target.worlds}`", settings.agents[target.agent].title]
-        lines.append([*who, target.figure, *judged(target, found)])
-    return table(["worlds", "agent", "figure", "target", "found", ""], lines) if lines else ""
+        lines.append([*who, target.figure, *target_cells(target, found)])
+    return table(["worlds", "agent", "figure", "target", "result", ""], lines) if lines else ""
 
 
-def judged(target: Target, found: Estimate) -> list[str]:
-    """Return a target, what was found, and whether that meets it."""
+def target_cells(target: Target, found: Estimate) -> list[str]:
+    """Return a target, the result, and whether the result meets the target."""
     if target.least is not None:
         least = target.least
         said, meets, surely = f"≥ {100 * least:g} %", found.value >= least, found.low >= least
     else:
         most = target.most or 0.0  # one of the two is given
         said, meets, surely = f"≤ {100 * most:g} %", found.value <= most, found.high <= most
-    return [said, percent(found), "met" if surely else "met, interval not" if meets else "**not met**"]
+    return [
+        said,
+        percent(found),
+        "met" if surely else "met, interval reaches beyond" if meets else "**not met**",
+    ]
 
 
-def worth(settings: Settings, results: Results) -> str:
-    """Return what it changes to have what one agent of a pair has and the other has not."""
+def paired_differences(settings: Settings, results: Results) -> str:
+    """Return the differences between the agents of each pair."""
     lines = []
     for first, second in settings.pairs:
         for name, group in results.items():
             a, b = group.get(first), group.get(second)
             if a and b:
                 who = f"{settings.agents[first].title} over {settings.agents[second].title}"
-                lines.append([who, f"`{name}`", *gained(a, b)])
-    head = ["pair", "worlds", "success, percentage points", "cost, sums", "better return", "time, sums"]
+                lines.append([who, f"`{name}`", *difference_cells(a, b)])
+    head = [
+        "pair",
+        "worlds",
+        "success, percentage points",
+        "cost, sums",
+        "probability of better return",
+        "time, sums",
+    ]
     return table(head, lines) if lines else ""
 
 
-def gained(a: Rows, b: Rows) -> list[str]:
-    """Return by how much one agent does better than another."""
+def difference_cells(a: Rows, b: Rows) -> list[str]:
+    """Return the differences between two agents."""
     return [
         difference(*(scores(rows, lambda row: row["success"]) for rows in (a, b))).text("+.1f", 100.0),
-        percent(regret(a, b, cost), "+.0f"),
+        percent(regret(a, b, negative_return), "+.0f"),
         percent(improvement(*(scores(rows, lambda row: row["return"]) for rows in (a, b))), ".0f"),
-        percent(regret(a, b, solved_after), "+.0f"),
+        percent(regret(a, b, time_to_success), "+.0f"),
     ]
 
 
 def diagnoses(settings: Settings, results: Results) -> str:
-    """Return what agents that diagnose have named."""
+    """Return the effects that diagnosing agents named."""
     lines = []
     for name, group in results.items():
-        hidden = concealed(settings.worlds[name])
+        hidden = hidden_effects(settings.worlds[name])
         for agent, rows in group.items():
             if rows and settings.agents[agent].settings.get("diagnose"):
-                lines.append([f"`{name}`", settings.agents[agent].title, *named(rows, hidden)])
-    head = ["worlds", "agent", "named what was hidden", "named something else"]
+                lines.append([f"`{name}`", settings.agents[agent].title, *naming_cells(rows, hidden)])
+    head = ["worlds", "agent", "correct name", "wrong name"]
     return table(head, lines) if lines else ""
 
 
-def concealed(worlds: Worlds) -> set[str] | None:
-    """Return what is hidden beside a wheel, by the names of diagnoses; None where worlds differ in it."""
+def hidden_effects(worlds: Worlds) -> set[str] | None:
+    """Return the hidden effects besides a wheel, by the names of diagnoses; None if worlds differ in them."""
     fixed = {f"trundle/{task.__name__}-v0": task.FIXED.get("hidden") for task in trundle.envs.FLAT}
     drawn = worlds.options.get("hidden", fixed.get(worlds.env))
     if drawn not in ("none", "locked"):
@@ -160,12 +184,12 @@ def concealed(worlds: Worlds) -> set[str] | None:
     names = {law["kind"]: law["effect"] for law in trundle.effects()}
     laws = [*worlds.options.get("effects", []), *worlds.effect]
     told = [names[law["kind"]] for law in laws if law.get("kind") in names]
-    wheels = told.count(OWN) + (drawn == "locked")
-    return {*told, *([SECOND] if wheels > 1 else [])} - {OWN}
+    wheels = told.count(OWN_WHEEL) + (drawn == "locked")
+    return {*told, *([SECOND_WHEEL] if wheels > 1 else [])} - {OWN_WHEEL}
 
 
-def named(rows: Rows, hidden: set[str] | None) -> list[str]:
-    """Return how often what is hidden was named, and how often something else was."""
+def naming_cells(rows: Rows, hidden: set[str] | None) -> list[str]:
+    """Return the rates of correct and of wrong names."""
     if hidden is None:
         return [NONE, NONE]
     right = rate(scores(rows, lambda row: bool(hidden & set(row["named"]))))
@@ -174,19 +198,19 @@ def named(rows: Rows, hidden: set[str] | None) -> list[str]:
 
 
 def learning(settings: Settings, results: Results, curves: Mapping[str, Sequence[Curve]]) -> str:
-    """Return what each policy was trained with, and how its training ended."""
+    """Return the training cost and the final result of each policy."""
     playing = {agent for group in results.values() for agent, rows in group.items() if rows}
     lines = []
     for name, agent in settings.agents.items():
         mine = curves.get(agent.curve, [])
         if name in playing and mine:
-            lines.append([agent.title, str(len(mine)), *trained(mine)])
+            lines.append([agent.title, str(len(mine)), *training_cells(mine)])
     head = ["policy", "runs", "parameters", "steps of each", "simulated", "CPU time", "success at the end, %"]
     return table([*head, "flattened"], lines) if lines else ""
 
 
-def trained(runs: Sequence[Curve]) -> list[str]:
-    """Return what the runs of a training took, each and in all, and how they ended."""
+def training_cells(runs: Sequence[Curve]) -> list[str]:
+    """Return the cost of a policy's training runs, and their results."""
     first = runs[0]
     simulated, cpu = (np.array([getattr(one, name) for one in runs]) for name in ("simulated", "cpu"))
     return [
@@ -199,8 +223,8 @@ def trained(runs: Sequence[Curve]) -> list[str]:
     ]
 
 
-def prices(settings: Settings, costs: Mapping[str, Mapping[str, float]]) -> str:
-    """Return what a decision costs."""
+def decision_costs(settings: Settings, costs: Mapping[str, Mapping[str, float]]) -> str:
+    """Return the cost of decisions."""
     lines = []
     for name, agent in settings.agents.items():
         mine = [costs[key] for key in (f"{worlds}/{name}" for worlds in settings.worlds) if key in costs]
@@ -221,17 +245,24 @@ def prices(settings: Settings, costs: Mapping[str, Mapping[str, float]]) -> str:
     return (
         table(["agent", "episodes timed", "decisions", "mean, ms", "longest of an episode, ms"], lines)
         if lines
-        else "Not kept."
+        else "Not recorded."
     )
 
 
-def wins(settings: Settings, results: Results) -> str:
-    """Return how policies that were learnt fare beside the main agent, world by world."""
+def policy_comparison(settings: Settings, results: Results) -> str:
+    """Return the differences between trained policies and the main agent."""
     lines = []
     for name, group in results.items():
         main = group.get(settings.main)
         for agent, rows in group.items():
             if main and rows and settings.agents[agent].kind == "policy":
-                lines.append([f"`{name}`", settings.agents[agent].title, *gained(rows, main)])
-    head = ["worlds", "policy", "success, percentage points", "cost, sums", "better return", "time, sums"]
+                lines.append([f"`{name}`", settings.agents[agent].title, *difference_cells(rows, main)])
+    head = [
+        "worlds",
+        "policy",
+        "success, percentage points",
+        "cost, sums",
+        "probability of better return",
+        "time, sums",
+    ]
     return table(head, lines) if lines else ""

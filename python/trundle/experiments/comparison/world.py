@@ -1,4 +1,4 @@
-"""One world: an environment at a seed, with effects whose size and place the seed draws."""
+"""Worlds: an environment at a seed, with effects that the seed draws."""
 
 from __future__ import annotations
 
@@ -14,44 +14,43 @@ from trundle.experiments.comparison.config import Worlds
 from trundle.picture import outlines
 from trundle.recording import TrundleError
 
-__all__ = ["begin", "drawn", "rim"]
+__all__ = ["boundary_points", "draw_effects", "make_world"]
 
 Env = gym.Env[Any, Any]
-PLACES = {"com_offset": ("com_x", "com_y")}
-"""What a place is called, where it is not x and y."""
+PLACE_PARAMETERS = {"com_offset": ("com_x", "com_y")}
+"""Parameters of a place other than x and y."""
 
 
-def begin(worlds: Worlds, seed: int, options: Mapping[str, Any]) -> tuple[Env, NDArray[np.float64]]:
+def make_world(worlds: Worlds, seed: int, options: Mapping[str, Any]) -> tuple[Env, NDArray[np.float64]]:
     """Make a world.
 
     Parameters
     ----------
     worlds : Worlds
-        Of these.
     seed : int
-        This one. Object, task and obstacles depend on it alone: not on effects, nor on what an action means.
+        Determines object, task and obstacles, whatever the effects and the meaning of actions.
     options : mapping
         Arguments of the environment that replace those of the group.
 
     Returns
     -------
     env : gymnasium.Env
-        At the beginning of its episode.
+        At the start of its episode.
     observation : ndarray
-        The first.
+        The first observation.
     """
     chosen = {**worlds.options, **options}
-    env, observation = made(worlds.env, chosen, seed)
+    env, observation = make_env(worlds.env, chosen, seed)
     if not worlds.effect:
         return env, observation
     source: Any = env.unwrapped
-    more = drawn(worlds.effect, source.hidden_model()["body"], seed)
+    more = draw_effects(worlds.effect, source.hidden_model()["body"], seed)
     env.close()
-    return made(worlds.env, {**chosen, "effects": [*chosen.get("effects", []), *more]}, seed)
+    return make_env(worlds.env, {**chosen, "effects": [*chosen.get("effects", []), *more]}, seed)
 
 
-def made(name: str, options: Mapping[str, Any], seed: int) -> tuple[Env, NDArray[np.float64]]:
-    """Make an environment and begin its episode."""
+def make_env(name: str, options: Mapping[str, Any], seed: int) -> tuple[Env, NDArray[np.float64]]:
+    """Make an environment and start its episode."""
     try:
         env = gym.make(name, **options)
     except (gym.error.Error, TypeError) as error:
@@ -63,36 +62,38 @@ def made(name: str, options: Mapping[str, Any], seed: int) -> tuple[Env, NDArray
     return env, observation
 
 
-def drawn(effects: Sequence[Mapping[str, Any]], body: Mapping[str, Any], seed: int) -> list[dict[str, Any]]:
+def draw_effects(
+    effects: Sequence[Mapping[str, Any]], body: Mapping[str, Any], seed: int
+) -> list[dict[str, Any]]:
     """Return effects with all values given.
 
     Parameters
     ----------
     effects : sequence of mapping
         Tables of a `model.toml` in which a value is a number, a range `[low, high]`, or `{any = [...]}`. `at`
-        stands for a place on the object: "foot" is one of its supports; `[low, high]` is the share of the way
-        from its origin to an ellipse that reaches as far as its footprint along each axis, in any direction.
+        is a place on the object: "foot" is one of its supports; `[low, high]` is a relative distance, in a
+        random direction, from its origin to an ellipse through the extremes of its footprint along each axis.
     body : mapping
         The object, as in a `model.toml`.
     seed : int
     """
     random = np.random.default_rng(seed)
-    return [one_drawn(effect, body, random) for effect in effects]
+    return [draw_effect(effect, body, random) for effect in effects]
 
 
-def one_drawn(
+def draw_effect(
     effect: Mapping[str, Any], body: Mapping[str, Any], random: np.random.Generator
 ) -> dict[str, Any]:
     """Return one effect with all values given."""
-    given = {key: value(key, told, random) for key, told in effect.items() if key != "at"}
+    given = {key: draw_value(key, told, random) for key, told in effect.items() if key != "at"}
     if "at" in effect:
-        keys = PLACES.get(effect.get("kind", ""), ("x", "y"))
-        given |= zip(keys, place(effect["at"], body, random), strict=True)
+        keys = PLACE_PARAMETERS.get(effect.get("kind", ""), ("x", "y"))
+        given |= zip(keys, draw_place(effect["at"], body, random), strict=True)
     return given
 
 
-def value(key: str, told: Any, random: np.random.Generator) -> Any:
-    """Return a value that is given, in a range, or one of several."""
+def draw_value(key: str, told: Any, random: np.random.Generator) -> Any:
+    """Return a fixed value, a draw from a range, or one of several values."""
     if isinstance(told, Mapping) and list(told) == ["any"] and told["any"]:
         return told["any"][int(random.integers(len(told["any"])))]
     if isinstance(told, list) and is_range(told):
@@ -102,17 +103,17 @@ def value(key: str, told: Any, random: np.random.Generator) -> Any:
     return told
 
 
-def place(told: Any, body: Mapping[str, Any], random: np.random.Generator) -> tuple[float, float]:
+def draw_place(told: Any, body: Mapping[str, Any], random: np.random.Generator) -> tuple[float, float]:
     """Return a place on an object, m."""
     if told == "foot":
         feet = body.get("support", [])
         if not feet:
-            raise TrundleError('at = "foot": this object stands on none; give a range')
+            raise TrundleError('at = "foot": this object has no supports; give a range')
         x, y = feet[int(random.integers(len(feet)))]
         return float(x), float(y)
     if not isinstance(told, list) or not is_range(told):
         raise TrundleError(f'at = {told!r}: give "foot" or a range [low, high] of shares')
-    low, high = rim(body).min(axis=0), rim(body).max(axis=0)
+    low, high = boundary_points(body).min(axis=0), boundary_points(body).max(axis=0)
     share, angle = random.uniform(*told), random.uniform(-np.pi, np.pi)
     way = np.array([np.cos(angle), np.sin(angle)])
     # The origin need not lie in the middle: each quarter has an ellipse of its own.
@@ -120,12 +121,12 @@ def place(told: Any, body: Mapping[str, Any], random: np.random.Generator) -> tu
     return float(x), float(y)
 
 
-def rim(body: Mapping[str, Any]) -> NDArray[np.float64]:
-    """Return points around an object that hold all of its corners, shape (n, 2), m, object frame."""
+def boundary_points(body: Mapping[str, Any]) -> NDArray[np.float64]:
+    """Return points (n, 2) whose hull contains an object, m, object frame."""
     return np.concatenate(outlines(body))
 
 
 def is_range(told: list[Any]) -> bool:
-    """Tell whether a list is two numbers in order."""
+    """Return whether a list is two numbers in order."""
     numbers = all(isinstance(one, (int, float)) and not isinstance(one, bool) for one in told)
     return len(told) == 2 and numbers and told[0] <= told[1]

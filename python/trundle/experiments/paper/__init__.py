@@ -1,7 +1,7 @@
-"""The experiments of Scholz et al., section V, and two that the paper left open, as commands.
+"""The experiments of Scholz et al., section V, and two further ones.
 
-An experiment is one module with what `Experiment` names: its trials, how one is done, and the section of
-`docs/paper.md` that is written from their results. `trundle paper NAME` runs it.
+An experiment is a module with the members of `Experiment`: its trials, how to run one, and its section of
+`docs/paper.md`. `trundle paper NAME` runs it.
 """
 
 from __future__ import annotations

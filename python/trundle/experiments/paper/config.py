@@ -1,4 +1,4 @@
-"""Experiment files: TOML whose keys are all known."""
+"""Read the files of the paper's experiments."""
 
 from __future__ import annotations
 
@@ -12,7 +12,7 @@ from trundle.experiments.paper.experiment import Options
 from trundle.recording import TrundleError
 from trundle.settings import parse_format
 
-__all__ = ["chosen", "model_text", "read"]
+__all__ = ["model_text", "read", "select_settings"]
 
 FORMAT = "trundle-paper/1"
 
@@ -25,7 +25,7 @@ def read(path: Path, known: Mapping[str, type | tuple[type, ...]]) -> dict[str, 
     path : Path
         The file.
     known : mapping
-        Every key it must have and the type of its value; no other is allowed but `quick`, a table of the
+        Every required key and the type of its value. Besides these, only `quick` is allowed: a table of the
         keys that a quick run replaces.
 
     Raises
@@ -33,7 +33,7 @@ def read(path: Path, known: Mapping[str, type | tuple[type, ...]]) -> dict[str, 
     TrundleError
         If a key is missing, unknown, or of another type.
     """
-    found = parse_format(path, FORMAT, "; say with --configs where")
+    found = parse_format(path, FORMAT, "; give its folder with --configs")
     quick = found.pop("quick", {})
     for name in [*found, *quick]:
         if name not in known:
@@ -46,8 +46,8 @@ def read(path: Path, known: Mapping[str, type | tuple[type, ...]]) -> dict[str, 
     return {**found, "quick": quick}
 
 
-def chosen(found: Mapping[str, Any], options: Options) -> dict[str, Any]:
-    """Return the settings of a full or a quick run, with as many seeds as the command line says."""
+def select_settings(found: Mapping[str, Any], options: Options) -> dict[str, Any]:
+    """Return the settings of a full or a quick run, with the number of seeds of the command line."""
     replaced = found["quick"] if options.quick else {}
     kept = {name: replaced.get(name, value) for name, value in found.items() if name != "quick"}
     return kept if options.seeds is None else {**kept, "seeds": options.seeds}

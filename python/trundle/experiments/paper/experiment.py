@@ -1,4 +1,4 @@
-"""What a module of this package provides, and what the command line says to it."""
+"""Interface of the paper's experiments, and the options of their command."""
 
 from __future__ import annotations
 
@@ -14,16 +14,16 @@ __all__ = ["Experiment", "Options", "Section"]
 
 @dataclass(frozen=True)
 class Options:
-    """What the command line says.
+    """Options of the command line.
 
     Attributes
     ----------
     configs : Path
-        The folder that holds `experiments/` and `objects/`.
+        Folder of `experiments/` and `objects/`.
     seeds : int, optional
-        How many seeds; as many as the experiment's file says if left out.
+        Number of seeds; by default that of the experiment's file.
     quick : bool
-        A small version of the experiment, to see that it works.
+        Run a small version of the experiment.
     """
 
     configs: Path
@@ -42,14 +42,14 @@ class Options:
 
 @dataclass(frozen=True)
 class Section:
-    """One section of the document: its text, and its pictures by file name."""
+    """One section of the document: its text, and its figures by file name."""
 
     text: str
     pictures: dict[str, Callable[[Path], None]]
 
 
 class Experiment(Protocol):
-    """What a module of this package provides."""
+    """Members of an experiment's module."""
 
     FILE: str
     """Name of its file in `configs/experiments`, without `.toml`."""
@@ -58,13 +58,13 @@ class Experiment(Protocol):
     """Heading of its section."""
 
     def settings(self, options: Options) -> dict[str, Any]:
-        """Return everything that the results depend on, plain values; results of others are discarded."""
+        """Return everything that the results depend on, as plain values."""
 
     def trials(self, settings: dict[str, Any]) -> Sequence[Row]:
-        """Return what names each trial, in order."""
+        """Return the names of all trials, in order."""
 
     def perform(self, settings: dict[str, Any], trial: Row) -> Row:
-        """Do one trial and return its results, plain values."""
+        """Run one trial and return its results, plain values."""
 
     def section(self, settings: dict[str, Any], rows: Sequence[Row]) -> Section:
-        """Return the section that these results (trial and results in one) make."""
+        """Return the section of these results (trial and results in one row)."""

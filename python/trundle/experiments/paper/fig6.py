@@ -1,4 +1,4 @@
-"""Fig. 6: how many observations each learner needs until it predicts ten objects well."""
+"""Fig. 6: observations that each learner needs to predict ten objects well."""
 
 from __future__ import annotations
 
@@ -10,11 +10,12 @@ from typing import Any
 import numpy as np
 
 from trundle._native import _learning_curves
+from trundle.experiments import figure_style
 from trundle.experiments.markdown import prose, table
-from trundle.experiments.paper import config, objects, style
+from trundle.experiments.paper import config, objects
 from trundle.experiments.paper.experiment import Options, Section
 from trundle.experiments.results import Row
-from trundle.experiments.statistics import first_reached, median, median_difference, stays
+from trundle.experiments.statistics import first_reached, first_sustained, median, median_difference
 
 FILE = "fig6"
 TITLE = "Fig. 6: observations needed on ten objects"
@@ -37,19 +38,19 @@ READINGS = {
     "of_motion": "half the standard deviation of each channel's change",
     "wrench": "0.5 N and 0.5 N·m on the wrench, the states exact",
 }
-"""What σ = 0.50 may mean, which the paper does not say."""
+"""Interpretations of σ = 0.50, whose unit the paper does not state."""
 
 
 def settings(options: Options) -> dict[str, Any]:
-    """Return the file's settings and its objects."""
-    found = config.chosen(config.read(options.file(FILE), KNOWN), options)
+    """Return the settings of the file and its objects."""
+    found = config.select_settings(config.read(options.file(FILE), KNOWN), options)
     folder = options.objects
-    things = {name: objects.described(folder, name) for name in found["objects"]}
+    things = {name: objects.read_object(folder, name) for name in found["objects"]}
     return {**found, "things": things, "file": FILE, "quick": options.quick}
 
 
 def trials(settings: dict[str, Any]) -> Sequence[Row]:
-    """Return every object under every reading with every seed."""
+    """Return every object under every interpretation with every seed."""
     return [
         {"reading": reading, "object": name, "seed": seed}
         for reading in settings["readings"]
@@ -59,11 +60,11 @@ def trials(settings: dict[str, Any]) -> Sequence[Row]:
 
 
 def perform(settings: dict[str, Any], trial: Row) -> Row:
-    """Learn from more and more observations; R² of each learner at each count."""
+    """Learn from increasing numbers of observations; return R² of each learner at each number."""
     thing = settings["things"][trial["object"]]
     curves, coasting = _learning_curves(
-        objects.truth(thing),
-        objects.form(thing),
+        objects.true_model_text(thing),
+        objects.fit_model_text(thing),
         settings["learners"],
         settings["counts"],
         (trial["reading"], settings["sigma"]),
@@ -74,7 +75,7 @@ def perform(settings: dict[str, Any], trial: Row) -> Row:
     return {"r2": dict(zip(settings["learners"], curves, strict=True)), "coasting": coasting}
 
 
-def needed(
+def observations_needed(
     settings: dict[str, Any],
     rows: Sequence[Row],
     reading: str,
@@ -83,11 +84,11 @@ def needed(
     *,
     kept: bool = False,
 ) -> list[float]:
-    """Return for each seed how many observations a learner needs; infinite where 50 are too few.
+    """Return for each seed the observations that a learner needs; infinite if all are too few.
 
-    With `kept`, how many from which on it never falls below the threshold again.
+    With `kept`, the smallest number from which on it stays above the threshold.
     """
-    count = stays if kept else first_reached
+    count = first_sustained if kept else first_reached
     return [
         count(settings["counts"], row["r2"][learner], settings["threshold"])
         for row in rows
@@ -98,7 +99,7 @@ def needed(
 def section(settings: dict[str, Any], rows: Sequence[Row]) -> Section:
     """Return the section."""
     main = settings["readings"][0]
-    names = [style.NAMES[learner] for learner in settings["learners"]]
+    names = [figure_style.NAMES[learner] for learner in settings["learners"]]
     text = prose(
         "paper",
         FILE,
@@ -114,18 +115,18 @@ def section(settings: dict[str, Any], rows: Sequence[Row]) -> Section:
         ),
         elsewhere=settings["seeds_elsewhere"],
         readings=table(["σ = 0.50 read as", *names], readings_table(settings, rows)),
-        kept=kept_text(settings, rows, main),
+        kept=sustained_text(settings, rows, main),
     )
     return Section(text, {"paper_fig6.png": lambda path: draw(path, settings, rows, main)})
 
 
 def counts_table(settings: dict[str, Any], rows: Sequence[Row], reading: str) -> list[list[str]]:
-    """Return a line for each object: its median count for each learner."""
+    """Return a row for each object: its median count for each learner."""
     return [
         [
             objects.title(name),
             *(
-                median(needed(settings, rows, reading, name, learner)).text(".3g", "–")
+                median(observations_needed(settings, rows, reading, name, learner)).text(".3g", "–")
                 for learner in settings["learners"]
             ),
         ]
@@ -134,12 +135,14 @@ def counts_table(settings: dict[str, Any], rows: Sequence[Row], reading: str) ->
 
 
 def readings_table(settings: dict[str, Any], rows: Sequence[Row]) -> list[list[str]]:
-    """Return a line for each reading of σ."""
+    """Return a row for each interpretation of σ."""
     lines = []
     for reading in settings["readings"]:
         cells = [READINGS[reading]]
         for learner in settings["learners"]:
-            each = [needed(settings, rows, reading, name, learner) for name in settings["objects"]]
+            each = [
+                observations_needed(settings, rows, reading, name, learner) for name in settings["objects"]
+            ]
             reached = sum(math.isfinite(median(one).middle) for one in each)
             every = median([count for one in each for count in one])
             cells.append(f"{every.text('.3g', '–')}; {reached} of {len(each)}")
@@ -148,18 +151,18 @@ def readings_table(settings: dict[str, Any], rows: Sequence[Row]) -> list[list[s
 
 
 def verdict(settings: dict[str, Any], rows: Sequence[Row], reading: str) -> str:
-    """Say whether PBR reaches the threshold on every object, and needs no more than any baseline."""
+    """Return whether PBR reaches the threshold, and whether a baseline needs fewer observations."""
     missed, more, total = {}, [], 0
     for name in settings["objects"]:
-        own = needed(settings, rows, reading, name, "pbr")
+        own = observations_needed(settings, rows, reading, name, "pbr")
         total += len(own)
         if any(map(math.isinf, own)):
             missed[name] = sum(map(math.isinf, own))
         for learner in settings["learners"]:
-            difference = median_difference(own, needed(settings, rows, reading, name, learner))
+            difference = median_difference(own, observations_needed(settings, rows, reading, name, learner))
             if learner != "pbr" and difference.low > 0:
                 more.append(
-                    f"{objects.title(name)} against {style.NAMES[learner]}: {difference.text('+.3g')}"
+                    f"{objects.title(name)} against {figure_style.NAMES[learner]}: {difference.text('+.3g')}"
                 )
     reached = (
         f"PBR reaches the threshold on all {len(settings['objects'])} objects in every run."
@@ -175,16 +178,16 @@ def verdict(settings: dict[str, Any], rows: Sequence[Row], reading: str) -> str:
     return f"{reached} {fewest}"
 
 
-def kept_text(settings: dict[str, Any], rows: Sequence[Row], reading: str) -> str:
-    """Say how many observations it takes to stay above the threshold."""
+def sustained_text(settings: dict[str, Any], rows: Sequence[Row], reading: str) -> str:
+    """Return a sentence with the observations needed to stay above the threshold."""
     cells = []
     for learner in settings["learners"]:
         every = [
             c
             for name in settings["objects"]
-            for c in needed(settings, rows, reading, name, learner, kept=True)
+            for c in observations_needed(settings, rows, reading, name, learner, kept=True)
         ]
-        cells.append(f"{style.NAMES[learner]} {median(every).text('.3g', '–')}")
+        cells.append(f"{figure_style.NAMES[learner]} {median(every).text('.3g', '–')}")
     return (
         "A run may cross the threshold by luck and fall below again. Counted from where it stays above up "
         f"to the last count, medians over objects and seeds are, in the first reading: {', '.join(cells)}."
@@ -192,18 +195,18 @@ def kept_text(settings: dict[str, Any], rows: Sequence[Row], reading: str) -> st
 
 
 def draw(path: Path, settings: dict[str, Any], rows: Sequence[Row], reading: str) -> None:
-    """Draw the paper's bars: medians, with every seed as a dot."""
-    figure, (axes,) = style.sheet(1, 1, (9.0, 3.6))
+    """Draw the paper's bars: medians, with a dot for every seed."""
+    figure, (axes,) = figure_style.sheet(1, 1, (9.0, 3.6))
     names, learners = settings["objects"], settings["learners"]
     axes.grid(visible=False, axis="x")
     width, top = 0.8 / len(learners), max(settings["counts"])
     for k, learner in enumerate(learners):
         at = np.arange(len(names)) + (k - (len(learners) - 1) / 2) * width
-        each = [needed(settings, rows, reading, name, learner) for name in names]
+        each = [observations_needed(settings, rows, reading, name, learner) for name in names]
         middle = [median(one) for one in each]
         height = [m.middle if math.isfinite(m.middle) else top * 1.06 for m in middle]
-        bars = axes.bar(at, height, 0.9 * width, color=style.COLOURS[learner])
-        axes.bar(0, 0, color=style.COLOURS[learner], label=style.NAMES[learner])
+        bars = axes.bar(at, height, 0.9 * width, color=figure_style.COLOURS[learner])
+        axes.bar(0, 0, color=figure_style.COLOURS[learner], label=figure_style.NAMES[learner])
         for bar, m, x, one in zip(bars, middle, at, each, strict=True):
             if math.isinf(m.middle):
                 bar.set(alpha=0.25, hatch="////", edgecolor="white")
@@ -212,11 +215,11 @@ def draw(path: Path, settings: dict[str, Any], rows: Sequence[Row], reading: str
                 axes.plot([x, x], [m.low, high], color="black", linewidth=1)
             dots = [min(count, top * 1.06) for count in one]
             axes.plot([x] * len(dots), dots, ".", color="black", markersize=1.5, alpha=0.4)
-    axes.axhline(top, color=style.GREY, linewidth=0.8, linestyle="--")
-    axes.text(-0.45, top * 1.08, "not reached", fontsize=7, color=style.GREY, va="bottom")
+    axes.axhline(top, color=figure_style.GREY, linewidth=0.8, linestyle="--")
+    axes.text(-0.45, top * 1.08, "not reached", fontsize=7, color=figure_style.GREY, va="bottom")
     axes.set(ylabel=f"observations until R² ≥ {settings['threshold']}", ylim=(0, top * 1.2))
     axes.set_xticks(
         range(len(names)), [objects.title(n).replace(", ", ",\n") for n in names], rotation=30, ha="right"
     )
     axes.legend(fontsize=8, frameon=False, ncols=len(learners), loc="lower center", bbox_to_anchor=(0.5, 1.0))
-    style.save(figure, path)
+    figure_style.save(figure, path)

@@ -1,4 +1,4 @@
-"""Objects as texts of `model.toml`: as they are, and as they are learnt."""
+"""Objects of the experiments as texts of `model.toml`."""
 
 from __future__ import annotations
 
@@ -10,15 +10,15 @@ from trundle.experiments.paper.config import model_text
 from trundle.recording import TrundleError
 from trundle.settings import parse
 
-__all__ = ["described", "form", "title", "truth"]
+__all__ = ["fit_model_text", "read_object", "title", "true_model_text"]
 
 WHEEL = [{"kind": "viscous_wheel"}]
 
 
-def described(folder: Path, name: str) -> dict[str, Any]:
+def read_object(folder: Path, name: str) -> dict[str, Any]:
     """Return `body`, `effect`, `radius` and `name` of an object, given as `file` or `file:configuration`.
 
-    Without a configuration it is the first, the usual one.
+    The default is the first configuration.
     """
     file, _, wanted = name.partition(":")
     path = folder / f"{file}.toml"
@@ -35,20 +35,20 @@ def described(folder: Path, name: str) -> dict[str, Any]:
     }
 
 
-def truth(thing: dict[str, Any]) -> str:
-    """Return the object as it is."""
+def true_model_text(thing: dict[str, Any]) -> str:
+    """Return the true model of an object."""
     return model_text(thing["body"], thing["effect"])
 
 
-def form(thing: dict[str, Any], more: Sequence[str] = ()) -> str:
-    """Return the paper's model of it (eq. 3): its shape, a mass and one wheel, all six values free.
+def fit_model_text(thing: dict[str, Any], more: Sequence[str] = ()) -> str:
+    """Return the paper's model (eq. 3): the object's shape, a mass and one wheel, all six values free.
 
-    `more` are kinds of effects beyond the wheel.
+    `more` are kinds of further effects.
     """
     body = {key: value for key, value in thing["body"].items() if key != "mass"}
     return model_text(body, [*WHEEL, *({"kind": kind} for kind in more)])
 
 
 def title(name: str) -> str:
-    """Return an object's name for a table: `office_table:locked` as `office table, locked`."""
+    """Return an object's name for a table: `office table, locked` for `office_table:locked`."""
     return name.replace("_", " ").replace(":", ", ")

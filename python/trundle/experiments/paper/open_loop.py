@@ -1,4 +1,4 @@
-"""The open-loop task: how accurate a model must be for a plan made once to end near its goal."""
+"""The open-loop task: the model accuracy that a plan needs to end near its goal."""
 
 from __future__ import annotations
 
@@ -11,8 +11,9 @@ import numpy as np
 from numpy.typing import NDArray
 
 from trundle._native import _open_loop
+from trundle.experiments import figure_style
 from trundle.experiments.markdown import prose, table
-from trundle.experiments.paper import config, objects, style
+from trundle.experiments.paper import config, objects
 from trundle.experiments.paper.experiment import Options, Section
 from trundle.experiments.paper.wheel_position import outlines
 from trundle.experiments.results import Row
@@ -52,18 +53,18 @@ BANDS = [
     (0.998, 0.9995),
     (0.9995, 1.1),
 ]
-"""Of R², from first to last."""
+"""Bands of R²."""
 
 
 def settings(options: Options) -> dict[str, Any]:
-    """Return the file's settings and its objects."""
-    found = config.chosen(config.read(options.file(FILE), KNOWN), options)
-    things = {name: objects.described(options.objects, name) for name in found["objects"]}
+    """Return the settings of the file and its objects."""
+    found = config.select_settings(config.read(options.file(FILE), KNOWN), options)
+    things = {name: objects.read_object(options.objects, name) for name in found["objects"]}
     return {**found, "things": things, "file": FILE, "quick": options.quick}
 
 
 def trials(settings: dict[str, Any]) -> Sequence[Row]:
-    """Return every object with every seed, under each way to hold a wrench."""
+    """Return every object with every seed, for each way to hold a wrench."""
     return [
         {"hold": hold, "axes": axes, "object": name, "seed": seed}
         for hold in settings["holds"]
@@ -74,12 +75,12 @@ def trials(settings: dict[str, Any]) -> Sequence[Row]:
 
 
 def perform(settings: dict[str, Any], trial: Row) -> Row:
-    """Plan on models that are wrong to many degrees, and carry out each plan blind."""
+    """Plan on models of different accuracy, and execute each plan in open loop."""
     thing = settings["things"][trial["object"]]
-    runs = _open_loop(
-        objects.truth(thing),
-        objects.form(thing),
-        course(settings, thing, trial),
+    plans = _open_loop(
+        objects.true_model_text(thing),
+        objects.fit_model_text(thing),
+        make_task(settings, thing, trial),
         settings["sizes"],
         settings["counts"],
         (settings["reading"], settings["sigma"]),
@@ -91,11 +92,11 @@ def perform(settings: dict[str, Any], trial: Row) -> Row:
         ["learnt", count] for count in settings["counts"]
     ]
     kept = ("r2", "error", "planned", "touched", *(("expected", "poses") if trial["seed"] == 0 else ()))
-    return {"runs": [{"flaw": f, **{k: run[k] for k in kept}} for f, run in zip(flaws, runs, strict=True)]}
+    return {"runs": [{"flaw": f, **{k: run[k] for k in kept}} for f, run in zip(flaws, plans, strict=True)]}
 
 
-def course(settings: dict[str, Any], thing: dict[str, Any], trial: Row) -> dict[str, Any]:
-    """Return the task: forward past a square, to its left or right by turns."""
+def make_task(settings: dict[str, Any], thing: dict[str, Any], trial: Row) -> dict[str, Any]:
+    """Return the task: forward past a square, alternately to its left and right."""
     corners = np.array([corner for polygon in outlines(thing["body"]) for corner in polygon])
     around = float(np.hypot(*corners.T).max())
     side, middle = settings["obstacle"] / 2, settings["length"] / 2
@@ -112,17 +113,17 @@ def course(settings: dict[str, Any], thing: dict[str, Any], trial: Row) -> dict[
     }
 
 
-def runs(settings: dict[str, Any], rows: Sequence[Row]) -> list[Row]:
-    """Return the plans that arrive on their own model, with `share`: the final error over the radius."""
-    return [run for run in attempts(settings, rows) if run["expected_share"] < ARRIVES]
+def arriving_plans(settings: dict[str, Any], rows: Sequence[Row]) -> list[Row]:
+    """Return the plans that reach the goal on their own model, with `share`: error over radius."""
+    return [run for run in all_plans(settings, rows) if run["expected_share"] < MAX_PLANNED_ERROR]
 
 
-ARRIVES = 0.1
-"""How near to the goal a plan must end on the model that it was made on, as a share of the radius."""
+MAX_PLANNED_ERROR = 0.1
+"""Largest final error of a plan on its own model, as a share of the radius."""
 
 
-def attempts(settings: dict[str, Any], rows: Sequence[Row]) -> list[Row]:
-    """Return every plan, also those that do not arrive even on their own model."""
+def all_plans(settings: dict[str, Any], rows: Sequence[Row]) -> list[Row]:
+    """Return every plan, including those that miss the goal on their own model."""
     return [
         {
             **run,
@@ -137,24 +138,24 @@ def attempts(settings: dict[str, Any], rows: Sequence[Row]) -> list[Row]:
 
 
 def variants(settings: dict[str, Any]) -> list[tuple[float, str]]:
-    """Return each way to hold a wrench: how long, and in what axes. The first is the main one."""
+    """Return each way to hold a wrench: duration and axes. The first is the main one."""
     return [(hold, axes) for hold in settings["holds"] for axes in settings["axes"]]
 
 
-def of(rows: Sequence[Row], hold: float, axes: str) -> list[Row]:
+def select_variant(rows: Sequence[Row], hold: float, axes: str) -> list[Row]:
     """Return the trials of a variant."""
     return [row for row in rows if row["hold"] == hold and row["axes"] == axes]
 
 
 def section(settings: dict[str, Any], rows: Sequence[Row]) -> Section:
     """Return the section."""
-    main = of(rows, *variants(settings)[0])
-    every = runs(settings, main)
+    main = select_variant(rows, *variants(settings)[0])
+    every = arriving_plans(settings, main)
     radius = {
         name: f"{objects.title(name)} {settings['things'][name]['radius']:g} m"
         for name in settings["objects"]
     }
-    exact = [run["share"] for run in runs(settings, rows) if run["flaw"] == ["off", 0.0]]
+    exact = [run["share"] for run in arriving_plans(settings, rows) if run["flaw"] == ["off", 0.0]]
     text = prose(
         "paper",
         FILE,
@@ -175,10 +176,10 @@ def section(settings: dict[str, Any], rows: Sequence[Row]) -> Section:
             ["object", *(f"{hold:g} s, {AXES[axes]}" for hold, axes in variants(settings))],
             objects_table(settings, rows),
         ),
-        answer=answer(settings, rows),
-        left_out=len(attempts(settings, rows)) - len(runs(settings, rows)),
-        plans=len(attempts(settings, rows)),
-        arrives=ARRIVES,
+        answer=threshold_text(settings, rows),
+        left_out=len(all_plans(settings, rows)) - len(arriving_plans(settings, rows)),
+        plans=len(all_plans(settings, rows)),
+        arrives=MAX_PLANNED_ERROR,
         force=settings["reach"][0],
         torque=settings["reach"][1],
     )
@@ -191,7 +192,7 @@ VARIANTS_HEAD = ["each wrench is held", "axes", "within the radius at R² ≥ 0.
 
 
 def bands(every: Sequence[Row]) -> list[list[str]]:
-    """Return a line for each band of R²."""
+    """Return a row for each band of R²."""
     lines = []
     for low, high in BANDS:
         those = [run for run in every if low <= run["r2"] < high]
@@ -200,11 +201,11 @@ def bands(every: Sequence[Row]) -> list[list[str]]:
             name = f"below {high:g}" if low == -math.inf else name
             touched = percent(sum(run["touched"] for run in those), those)
             share = median([run["share"] for run in those]).text(".2g")
-            lines.append([name, str(len(those)), share, inside(those), touched])
+            lines.append([name, str(len(those)), share, success_text(those), touched])
     return lines
 
 
-def inside(those: Sequence[Row]) -> str:
+def success_text(those: Sequence[Row]) -> str:
     """Return the share of plans that end within the radius."""
     return percent(sum(run["share"] < 1 for run in those), those) if those else "no plans"
 
@@ -214,10 +215,10 @@ def percent(count: int, those: Sequence[Row]) -> str:
     return f"{100 * count / len(those):.0f} %"
 
 
-def needed(every: Sequence[Row], share: float) -> float:
-    """Return the least R² at which `share` of the plans end within the radius; NaN if none is.
+def required_accuracy(every: Sequence[Row], share: float) -> float:
+    """Return the smallest R² at which `share` of the plans end within the radius; NaN if there is none.
 
-    By isotonic regression of success on R²: a better model is taken not to do worse.
+    The share is an isotonic regression of success on R².
     """
     ordered = sorted(every, key=lambda run: float(run["r2"]))
     rising = isotonic([float(run["share"] < 1) for run in ordered])
@@ -226,7 +227,7 @@ def needed(every: Sequence[Row], share: float) -> float:
 
 
 def isotonic(values: Sequence[float]) -> NDArray[np.float64]:
-    """Return the rising sequence nearest to `values` by least squares: neighbours that fall are pooled."""
+    """Return the non-decreasing least-squares fit to `values` (pool adjacent violators)."""
     pools: list[tuple[float, int]] = []
     for value in values:
         total, count = value, 1
@@ -237,23 +238,27 @@ def isotonic(values: Sequence[float]) -> NDArray[np.float64]:
     return np.concatenate([np.full(count, total / count) for total, count in pools] or [np.zeros(0)])
 
 
-def limits(settings: dict[str, Any], every: Sequence[Row]) -> list[str]:
-    """Return the share within the radius at the paper's threshold, and the R² that 80 and 90 % need."""
+def accuracy_cells(settings: dict[str, Any], every: Sequence[Row]) -> list[str]:
+    """Return the share within the radius at the paper's threshold, and the R² for shares of 50 and 80 %."""
     above = [run for run in every if run["r2"] >= settings["threshold"]]
-    return [inside(above), *(least(needed(every, share)) for share in (0.5, 0.8))]
+    return [success_text(above), *(format_accuracy(required_accuracy(every, share)) for share in (0.5, 0.8))]
 
 
-def least(value: float) -> str:
-    """Return a least R² in words."""
+def format_accuracy(value: float) -> str:
+    """Return a smallest R² as text."""
     if math.isnan(value):
         return "never"
     return "any" if value < 0 else f"{value:.5f}" if value > 0.995 else f"{value:.3f}"
 
 
 def variants_table(settings: dict[str, Any], rows: Sequence[Row]) -> list[list[str]]:
-    """Return a line for each way to hold a wrench."""
+    """Return a row for each way to hold a wrench."""
     return [
-        [f"{hold:g} s", AXES[axes], *limits(settings, runs(settings, of(rows, hold, axes)))]
+        [
+            f"{hold:g} s",
+            AXES[axes],
+            *accuracy_cells(settings, arriving_plans(settings, select_variant(rows, hold, axes))),
+        ]
         for hold, axes in variants(settings)
     ]
 
@@ -262,77 +267,82 @@ AXES = {"object": "turns with the object", "world": "keeps its direction in the 
 
 
 def objects_table(settings: dict[str, Any], rows: Sequence[Row]) -> list[list[str]]:
-    """Return for each object the share within the radius at the paper's threshold, a column a reading."""
+    """Return for each object the share within the radius at the paper's threshold, by variant."""
     lines = []
     for name in settings["objects"]:
         own = [row for row in rows if row["object"] == name]
-        each = [runs(settings, of(own, *variant)) for variant in variants(settings)]
-        lines.append([objects.title(name), *(limits(settings, every)[0] for every in each)])
+        each = [arriving_plans(settings, select_variant(own, *variant)) for variant in variants(settings)]
+        lines.append([objects.title(name), *(accuracy_cells(settings, every)[0] for every in each)])
     return lines
 
 
-def answer(settings: dict[str, Any], rows: Sequence[Row]) -> str:
-    """Say where the paper's threshold lies: before half of the plans succeed, before 80 % do, or after."""
+def threshold_text(settings: dict[str, Any], rows: Sequence[Row]) -> str:
+    """Return a sentence that compares the paper's threshold with the R² for shares of 50 and 80 %."""
     threshold = settings["threshold"]
     said = []
     for hold, axes in variants(settings):
-        every = runs(settings, of(rows, hold, axes))
-        half, most = (needed(every, share) for share in (0.5, 0.8))
-        place = (
+        every = arriving_plans(settings, select_variant(rows, hold, axes))
+        half, most = (required_accuracy(every, share) for share in (0.5, 0.8))
+        position = (
             "above both" if threshold >= most else "between the two" if threshold >= half else "below both"
         )
-        said.append(f"{place} for a wrench that {AXES[axes]} and is held for {hold:g} s")
+        said.append(f"{position} for a wrench that {AXES[axes]} and is held for {hold:g} s")
     return f"{threshold} lies {'; '.join(said)}."
 
 
 def draw(path: Path, settings: dict[str, Any], rows: Sequence[Row]) -> None:
-    """Draw errors against accuracy, the share of plans that succeed, and one object's ways."""
-    figure, (scatter, share, ways) = style.sheet(1, 3, (13.0, 3.9))
-    main = of(rows, *variants(settings)[0])
-    every = runs(settings, main)
+    """Draw errors against accuracy, the share of successful plans, and the paths of one object."""
+    figure, (scatter, share, ways) = figure_style.sheet(1, 3, (13.0, 3.9))
+    main = select_variant(rows, *variants(settings)[0])
+    every = arriving_plans(settings, main)
     for name, colour in zip(settings["objects"], PALETTE, strict=False):
         for flaw, marker in (("off", "o"), ("learnt", "^")):
             those = [r for r in every if r["object"] == name and r["flaw"][0] == flaw]
-            x, y = [lacking(r) for r in those], [max(r["share"], 1e-3) for r in those]
+            x, y = [plotted_one_minus_r2(r) for r in those], [max(r["share"], 1e-3) for r in those]
             scatter.plot(x, y, marker, color=colour, markersize=3.5, alpha=0.55, markeredgewidth=0)
         scatter.plot([], [], "o", color=colour, label=objects.title(name))
     for (hold, axes), colour in zip(variants(settings), PALETTE, strict=False):
         label = f"{hold:g} s, {AXES[axes]}"
-        share.plot(*success(runs(settings, of(rows, hold, axes))), color=colour, linewidth=1.5, label=label)
+        share.plot(
+            *success_curve(arriving_plans(settings, select_variant(rows, hold, axes))),
+            color=colour,
+            linewidth=1.5,
+            label=label,
+        )
     for one in (scatter, share):
-        one.axvline(1 - settings["threshold"], color=style.GREY, linestyle="--", linewidth=0.8)
+        one.axvline(1 - settings["threshold"], color=figure_style.GREY, linestyle="--", linewidth=0.8)
         one.set(xscale="log", xlabel="1 − R² of the model (dashed: 0.005)", xlim=(1, 1e-7))
-    scatter.axhline(1.0, color=style.GREY, linewidth=0.8)
+    scatter.axhline(1.0, color=figure_style.GREY, linewidth=0.8)
     scatter.set(yscale="log", ylabel="final error over radius")
     scatter.legend(fontsize=7, frameon=False, loc="lower left")
     share.set(ylabel="plans that end within the radius", ylim=(0, 1.35))
     share.legend(fontsize=7, frameon=False, loc="upper left")
-    draw_ways(ways, settings, main)
-    style.save(figure, path)
+    draw_paths(ways, settings, main)
+    figure_style.save(figure, path)
 
 
 PALETTE = ["#0059a8", "#c04a00", "#b0186f", "#2e8b57", "#5a6470"]
 
 
-def lacking(run: Row) -> float:
-    """Return 1 − R², within what is drawn."""
+def plotted_one_minus_r2(run: Row) -> float:
+    """Return 1 − R², limited to the range of the figure."""
     return float(min(max(1 - run["r2"], 1.2e-7), 0.98))
 
 
-def success(every: Sequence[Row]) -> tuple[list[float], list[float]]:
-    """Return 1 − R² and the share of plans that end within the radius, over the runs nearest in accuracy."""
+def success_curve(every: Sequence[Row]) -> tuple[list[float], list[float]]:
+    """Return 1 − R² and the share of plans within the radius, over moving windows of accuracy."""
     ordered = sorted(every, key=lambda run: -run["r2"])
     window = max(len(ordered) // 8, 5)
     groups = [ordered[k : k + window] for k in range(0, len(ordered) - window + 1, max(window // 4, 1))]
-    x = [float(np.exp(np.mean(np.log([lacking(r) for r in group])))) for group in groups]
+    x = [float(np.exp(np.mean(np.log([plotted_one_minus_r2(r) for r in group])))) for group in groups]
     return x, [float(np.mean([r["share"] < 1 for r in group])) for group in groups]
 
 
-def draw_ways(axes: Axes, settings: dict[str, Any], rows: Sequence[Row]) -> None:
-    """Draw an object's ways under three models."""
+def draw_paths(axes: Axes, settings: dict[str, Any], rows: Sequence[Row]) -> None:
+    """Draw an object's paths under three models."""
     row = next(row for row in rows if row["seed"] == 0)
     thing = settings["things"][row["object"]]
-    task = course(settings, thing, row)
+    task = make_task(settings, thing, row)
     axes.fill(*np.array(task["obstacle"]).T, color="#c9ced4")
     shown = [run for run in row["runs"] if run["flaw"][0] == "off"]
     picked = [

@@ -1,4 +1,4 @@
-"""One experiment from its file to its section of the document."""
+"""Run an experiment from its file to its section of the document."""
 
 from __future__ import annotations
 
@@ -37,7 +37,6 @@ def run_one(
     name : str
         One of `EXPERIMENTS`.
     options : Options
-        What is run.
     work : Path
         Folder of finished trials; an interrupted experiment continues from it.
     out : Path
@@ -45,7 +44,7 @@ def run_one(
     backend : Backend
         Where trials run.
     fresh : bool
-        Forget earlier trials.
+        Discard earlier trials.
     redraw : bool
         Run no trial; write the section from the results in `out`, whatever their settings.
     quiet : bool
@@ -59,11 +58,11 @@ def run_one(
     experiment = EXPERIMENTS[name]
     path = out / "paper" / f"{experiment.FILE}.jsonl"
     if not redraw:
-        settings = checked(experiment.settings(options))
+        settings = check_settings(experiment.settings(options))
         if fresh:
             shutil.rmtree(work / name, ignore_errors=True)
         runner = Runner(work / name, versions.of_package(), backend, quiet)
-        write_trials(path, settings, trials(name, settings, runner))
+        write_trials(path, settings, run_trials(name, settings, runner))
     settings, rows = read_trials(path)
     section = experiment.section(settings, rows)
     for picture, draw in section.pictures.items():
@@ -72,40 +71,40 @@ def run_one(
         draw(target)
     took = sum(float(row["seconds"]) for row in rows)
     text = f"## {experiment.TITLE}\n\n{section.text.strip()}\n\n{footer(name, settings, took)}"
-    document.replace(out / "paper.md", name, text, list(EXPERIMENTS))
+    document.replace_section(out / "paper.md", name, text, list(EXPERIMENTS))
     return text
 
 
-def trials(name: str, settings: dict[str, Any], runner: Runner) -> Iterable[tuple[Row, Row, float]]:
-    """Run the trials that have no result yet; return each one's name, results and duration, s."""
+def run_trials(name: str, settings: dict[str, Any], runner: Runner) -> Iterable[tuple[Row, Row, float]]:
+    """Run the trials without a result; return each one's name, results and duration, s."""
     names = EXPERIMENTS[name].trials(settings)
     shared = {"name": name, "settings": settings}
-    units = [Unit(words(trial), perform, {**shared, "trial": trial}) for trial in names]
+    units = [Unit(trial_label(trial), run_trial, {**shared, "trial": trial}) for trial in names]
     results = runner.run(f"paper {name}", units)
     return [(trial, one["found"], one["cost"]) for trial, one in zip(names, results, strict=True)]
 
 
-def perform(name: str, settings: dict[str, Any], trial: Row) -> Row:
+def run_trial(name: str, settings: dict[str, Any], trial: Row) -> Row:
     """Run one trial."""
     began = time.perf_counter()
     found = EXPERIMENTS[name].perform(settings, trial)
     return {"found": found, "cost": time.perf_counter() - began}
 
 
-def words(trial: Row) -> str:
-    """Return the name of a trial in words."""
+def trial_label(trial: Row) -> str:
+    """Return the name of a trial as text."""
     return ", ".join(f"{key} {value}" for key, value in trial.items())
 
 
-def checked(settings: dict[str, Any]) -> dict[str, Any]:
-    """Refuse a number of seeds that makes no table."""
+def check_settings(settings: dict[str, Any]) -> dict[str, Any]:
+    """Raise an error if the number of seeds is below one."""
     if settings["seeds"] < 1:
-        raise TrundleError(f"seeds = {settings['seeds']}: at least one is needed")
+        raise TrundleError(f"seeds = {settings['seeds']}: give at least one")
     return settings
 
 
 def footer(name: str, settings: dict[str, Any], took: float) -> str:
-    """Return the line that says how the section came about."""
+    """Return the line with the command, the duration and the files of a section."""
     how = " --quick" if settings.get("quick") else ""
     seeds, file = settings["seeds"], settings["file"]
     return (

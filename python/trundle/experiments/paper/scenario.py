@@ -1,4 +1,4 @@
-"""Scenarios made in memory: what an experiment pushes, and the recording of it."""
+"""Simulate scenarios that are defined in memory."""
 
 from __future__ import annotations
 
@@ -7,18 +7,15 @@ from collections.abc import Mapping
 from pathlib import Path
 from typing import Any
 
-import numpy as np
 import tomli_w
-from numpy.typing import NDArray
 
 from trundle.diagnosis import predict
+from trundle.experiments.sampling import Floats
 from trundle.model import Model
 from trundle.recording import Recording
 from trundle.simulation import simulate
 
 __all__ = ["open_loop", "record"]
-
-Floats = NDArray[np.float64]
 
 
 def record(scenario: Mapping[str, Any], body: Mapping[str, Any], seed: int) -> Recording:
@@ -31,7 +28,7 @@ def record(scenario: Mapping[str, Any], body: Mapping[str, Any], seed: int) -> R
     body : mapping
         The table `[body]` of an object file.
     seed : int
-        Of everything random.
+        Random seed.
     """
     with tempfile.TemporaryDirectory(prefix="trundle-paper-") as name:
         folder = Path(name)
@@ -43,7 +40,7 @@ def record(scenario: Mapping[str, Any], body: Mapping[str, Any], seed: int) -> R
 
 
 def open_loop(recording: Recording, model: Model) -> dict[str, tuple[Floats, Floats]]:
-    """Return for each episode the poses observed and those simulated in open loop, (n, 3) each, m, m, rad."""
+    """Return for each episode the observed poses and those simulated in open loop, (n, 3) each, m, m, rad."""
     import pandas as pd
 
     with tempfile.TemporaryDirectory(prefix="trundle-paper-") as name:

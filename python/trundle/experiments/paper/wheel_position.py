@@ -1,4 +1,4 @@
-"""What the paper left open: where the wheel comes out when dry friction is in the data."""
+"""The position of the estimated wheel if the data contain dry friction."""
 
 from __future__ import annotations
 
@@ -10,8 +10,9 @@ from typing import Any
 import numpy as np
 
 import trundle
+from trundle.experiments import figure_style
 from trundle.experiments.markdown import prose, table
-from trundle.experiments.paper import config, objects, style
+from trundle.experiments.paper import config, objects
 from trundle.experiments.paper.experiment import Options, Section
 from trundle.experiments.paper.scenario import record
 from trundle.experiments.results import Row
@@ -19,7 +20,7 @@ from trundle.experiments.statistics import median
 from trundle.model import Model
 
 FILE = "wheel_position"
-TITLE = "Where the wheel is: the question that the paper left open"
+TITLE = "The wheel's position: a question that the paper left open"
 
 KNOWN: dict[str, type | tuple[type, ...]] = {
     "seeds": int,
@@ -42,15 +43,15 @@ FORMS = {
     "support_friction": ["viscous_wheel", "support_friction"],
     "coulomb_friction": ["viscous_wheel", "coulomb_friction"],
 }
-"""The models that are fitted: the paper's, and it with dry friction in either form."""
+"""The fitted models: the paper's, and the paper's with dry friction in two forms."""
 PLACES = {"support_friction": "under the whole body", "coulomb_friction": "at one point"}
 
 
 def settings(options: Options) -> dict[str, Any]:
-    """Return the file's settings and the bodies of its objects."""
-    found = config.chosen(config.read(options.file(FILE), KNOWN), options)
+    """Return the settings of the file and the bodies of its objects."""
+    found = config.select_settings(config.read(options.file(FILE), KNOWN), options)
     folder = options.objects
-    bodies = {name: objects.described(folder, name)["body"] for name in found["objects"]}
+    bodies = {name: objects.read_object(folder, name)["body"] for name in found["objects"]}
     return {**found, "bodies": bodies, "file": FILE, "quick": options.quick}
 
 
@@ -64,33 +65,33 @@ def trials(settings: dict[str, Any]) -> Sequence[Row]:
 
 
 def perform(settings: dict[str, Any], trial: Row) -> Row:
-    """Hide a wheel and dry friction, record pushes, and fit every form."""
+    """Hide a wheel and dry friction, record pushes, and fit every model."""
     seed = trial["seed"]
     name = settings["objects"][seed % len(settings["objects"])]
     body = settings["bodies"][name]
-    hidden = draw(settings, body, trial)
+    hidden = draw_effects(settings, body, trial)
     recording = record(scenario(settings, hidden), body, seed)
     found: Row = {"object": name, "hidden": hidden, "fits": {}}
     for form, kinds in FORMS.items():
-        found["fits"][form] = fitted(recording, body, kinds, hidden[0], settings, seed)
+        found["fits"][form] = fit_form(recording, body, kinds, hidden[0], settings, seed)
     return found
 
 
-def draw(settings: dict[str, Any], body: dict[str, Any], trial: Row) -> list[dict[str, Any]]:
+def draw_effects(settings: dict[str, Any], body: dict[str, Any], trial: Row) -> list[dict[str, Any]]:
     """Return a hidden wheel and hidden dry friction, as tables of a scenario."""
     rng = np.random.default_rng([trial["seed"], settings["frictions"].index(trial["friction"])])
-    wheel = {"kind": "viscous_wheel", **point(rng, body), "angle": float(rng.uniform(0, math.pi))}
-    wheel |= {name: even_log(rng, settings["wheel"]) for name in ("mu_x", "mu_y")}
-    dry: dict[str, Any] = {"kind": trial["friction"], "force": even_log(rng, settings["dry"])}
+    wheel = {"kind": "viscous_wheel", **draw_point(rng, body), "angle": float(rng.uniform(0, math.pi))}
+    wheel |= {name: draw_log_uniform(rng, settings["wheel"]) for name in ("mu_x", "mu_y")}
+    dry: dict[str, Any] = {"kind": trial["friction"], "force": draw_log_uniform(rng, settings["dry"])}
     if trial["friction"] == "coulomb_friction":
-        dry |= point(rng, body)
+        dry |= draw_point(rng, body)
     elif "support" not in body:
-        dry["spread"] = 1.0  # even pressure under a flat face; the model does not know
+        dry["spread"] = 1.0  # uniform pressure under a flat face, which the model does not assume
     return [wheel, dry]
 
 
-def point(rng: np.random.Generator, body: dict[str, Any]) -> dict[str, float]:
-    """Return a place within the middle nine tenths of the body's extent, m."""
+def draw_point(rng: np.random.Generator, body: dict[str, Any]) -> dict[str, float]:
+    """Return a random place within the middle 90 % of the body's extent, m."""
     corners = np.array([corner for polygon in outlines(body) for corner in polygon])
     low, high = corners.min(axis=0), corners.max(axis=0)
     x, y = (low + high) / 2 + 0.9 * (rng.uniform(size=2) - 0.5) * (high - low)
@@ -98,7 +99,7 @@ def point(rng: np.random.Generator, body: dict[str, Any]) -> dict[str, float]:
 
 
 def outlines(body: dict[str, Any]) -> list[list[list[float]]]:
-    """Return the corners of a body's pieces; of a disc, of the square around it."""
+    """Return the corners of a body's parts; for a disc, of the square around it."""
     if "footprint" in body:
         return [body["footprint"]]
     pieces = []
@@ -111,8 +112,8 @@ def outlines(body: dict[str, Any]) -> list[list[list[float]]]:
     return pieces
 
 
-def even_log(rng: np.random.Generator, limits: Sequence[float]) -> float:
-    """Return a draw that is even in the logarithm between two limits."""
+def draw_log_uniform(rng: np.random.Generator, limits: Sequence[float]) -> float:
+    """Return a draw between two limits that is uniform in its logarithm."""
     low, high = limits
     return float(math.exp(rng.uniform(math.log(low), math.log(high))))
 
@@ -134,7 +135,7 @@ def scenario(settings: dict[str, Any], hidden: list[dict[str, Any]]) -> dict[str
     }
 
 
-def fitted(
+def fit_form(
     recording: trundle.Recording,
     body: dict[str, Any],
     kinds: list[str],
@@ -142,7 +143,7 @@ def fitted(
     settings: dict[str, Any],
     seed: int,
 ) -> Row:
-    """Fit one form and compare its wheel with the hidden one."""
+    """Fit one model and compare its wheel with the hidden one."""
     unweighed = {key: value for key, value in body.items() if key != "mass"}
     model = Model.from_toml(config.model_text(unweighed, [{"kind": kind} for kind in kinds]))
     fit = trundle.fit(recording, model, starts=settings["starts"], seed=seed)
@@ -160,14 +161,14 @@ def fitted(
     }
 
 
-def chosen(row: Row) -> str:
-    """Return the form with dry friction that the data prefer; nobody says which it is."""
+def preferred_form(row: Row) -> str:
+    """Return the model with dry friction of greater evidence."""
     return max((f for f in FORMS if f != "wheel"), key=lambda f: float(row["fits"][f]["evidence"]))
 
 
 def errors(rows: Sequence[Row], form: str) -> list[float]:
-    """Return the wheel's errors of a form, m; infinite where the data do not hold the place."""
-    picked = [row["fits"][chosen(row) if form == "chosen" else form]["error"] for row in rows]
+    """Return the wheel's errors of a model, m; infinite if the position is not identifiable."""
+    picked = [row["fits"][preferred_form(row) if form == "chosen" else form]["error"] for row in rows]
     return [math.inf if error is None else float(error) for error in picked]
 
 
@@ -179,7 +180,7 @@ def section(settings: dict[str, Any], rows: Sequence[Row]) -> Section:
         those = [row for row in rows if row["friction"] == friction]
         for form, name in (("wheel", "a wheel alone"), ("chosen", "a wheel and dry friction")):
             found = errors(those, form)
-            lines.append([PLACES[friction], name, *figures(found, limit), prediction(those, form)])
+            lines.append([PLACES[friction], name, *error_cells(found, limit), prediction_cell(those, form)])
     head = [
         "dry friction in the data",
         "model",
@@ -187,7 +188,7 @@ def section(settings: dict[str, Any], rows: Sequence[Row]) -> Section:
         "largest, cm",
         f"within {100 * limit:g} cm",
     ]
-    right = sum(chosen(row) == row["friction"] for row in rows)
+    right = sum(preferred_form(row) == row["friction"] for row in rows)
     text = prose(
         "paper",
         FILE,
@@ -209,8 +210,8 @@ def section(settings: dict[str, Any], rows: Sequence[Row]) -> Section:
     return Section(text, {"paper_wheel_position.png": lambda path: draw_errors(path, rows, settings)})
 
 
-def figures(found: Sequence[float], limit: float) -> list[str]:
-    """Return median with interval, largest, and how many lie within the limit."""
+def error_cells(found: Sequence[float], limit: float) -> list[str]:
+    """Return median with interval, maximum, and the number within the limit."""
     within = sum(error <= limit for error in found)
     none = "not identifiable"
     worst = max(found)
@@ -218,9 +219,9 @@ def figures(found: Sequence[float], limit: float) -> list[str]:
     return [median([100 * e for e in found]).text(".2g", none), largest, f"{within} of {len(found)}"]
 
 
-def prediction(rows: Sequence[Row], form: str) -> str:
+def prediction_cell(rows: Sequence[Row], form: str) -> str:
     """Return the held-out error one second ahead, mm."""
-    picked = [row["fits"][chosen(row) if form == "chosen" else form]["one_second"] for row in rows]
+    picked = [row["fits"][preferred_form(row) if form == "chosen" else form]["one_second"] for row in rows]
     return median([1000 * float(value) for value in picked]).text(".2g")
 
 
@@ -236,7 +237,7 @@ def verdict(rows: Sequence[Row], settings: dict[str, Any]) -> str:
     told = "; ".join(
         f"seed {row['seed']}, {row['object']}, {PLACES[row['friction']]}: "
         + ("not identifiable" if math.isinf(e) else f"{100 * e:.2g} cm")
-        + ("" if chosen(row) == row["friction"] else ", the wrong form chosen")
+        + ("" if preferred_form(row) == row["friction"] else ", the wrong form chosen")
         for row, e in far
     )
     return f"Not within {100 * limit:g} cm with dry friction in the model: {told}."
@@ -246,20 +247,24 @@ def draw_errors(path: Path, rows: Sequence[Row], settings: dict[str, Any]) -> No
     """Draw every wheel's error, without and with dry friction in the model."""
     from matplotlib.ticker import MaxNLocator
 
-    figure, axes = style.sheet(1, len(settings["frictions"]), (7.2, 3.0))
+    figure, axes = figure_style.sheet(1, len(settings["frictions"]), (7.2, 3.0))
     for one, friction in zip(axes, settings["frictions"], strict=True):
         those = [row for row in rows if row["friction"] == friction]
         before, after = (errors(those, form) for form in ("wheel", "chosen"))
         for k, pair in enumerate(zip(before, after, strict=True)):
             shown = [100 * e if math.isfinite(e) else np.nan for e in pair]
             one.plot([k, k], shown, color="#c9ced4", linewidth=1, zorder=1)
-            one.plot(k, shown[0], marker="s", color=style.COLOURS["lr"], linestyle="none")
-            one.plot(k, shown[1], marker="o", color=style.COLOURS["pbr"], linestyle="none")
-        one.plot([], [], marker="s", color=style.COLOURS["lr"], linestyle="none", label="a wheel alone")
-        one.plot([], [], marker="o", color=style.COLOURS["pbr"], linestyle="none", label="and dry friction")
-        one.axhline(100 * settings["limit"], color=style.GREY, linewidth=0.8, linestyle="--")
+            one.plot(k, shown[0], marker="s", color=figure_style.COLOURS["lr"], linestyle="none")
+            one.plot(k, shown[1], marker="o", color=figure_style.COLOURS["pbr"], linestyle="none")
+        one.plot(
+            [], [], marker="s", color=figure_style.COLOURS["lr"], linestyle="none", label="a wheel alone"
+        )
+        one.plot(
+            [], [], marker="o", color=figure_style.COLOURS["pbr"], linestyle="none", label="and dry friction"
+        )
+        one.axhline(100 * settings["limit"], color=figure_style.GREY, linewidth=0.8, linestyle="--")
         one.set(yscale="log", ylim=(1e-3, 60), xlabel="seed", ylabel="wheel off by (cm)")
         one.set_title(f"dry friction {PLACES[friction]}", fontsize=9)
         one.xaxis.set_major_locator(MaxNLocator(integer=True))
     axes[0].legend(fontsize=8, frameon=False, loc="lower left")
-    style.save(figure, path)
+    figure_style.save(figure, path)

@@ -1,9 +1,9 @@
-"""Closed-loop runs: an agent pushes an object to its goal and learns what is hidden.
+"""Closed-loop runs: an agent pushes an object to its goal and learns a model of it.
 
-`config` reads what is to be run, `episode` plays, `folder` keeps, `told` reads what was kept and puts it into
-words, `page` draws it.
+`config` reads the settings, `episode` runs an episode, `folder` stores the results, `history` reads them,
+`sentences` and `page` report them.
 """
 
-from trundle.experiments.runs.run import conduct
+from trundle.experiments.runs.run import run_closed_loop
 
-__all__ = ["conduct"]
+__all__ = ["run_closed_loop"]

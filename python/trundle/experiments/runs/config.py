@@ -1,4 +1,4 @@
-"""What is to be run: a TOML file whose keys are all known."""
+"""Read the file of a closed-loop run."""
 
 from __future__ import annotations
 
@@ -19,22 +19,22 @@ FORMAT = "trundle-run/1"
 
 @dataclass(frozen=True)
 class File:
-    """What a run's file says.
+    """Contents of a run's file.
 
     Attributes
     ----------
     environment : str
         Gymnasium's id of a pushing task.
     seed : int
-        Of the first episode; the next have the numbers that follow.
+        Of the first episode; the following episodes have the following seeds.
     episodes : int
-        How many; each draws everything anew, and the agent begins it knowing nothing.
+        Number of episodes. Each starts with a new world and a new belief.
     recording : str
-        Table of the recordings; "none" keeps none.
+        Table format of the recordings, or "none".
     arguments : dict
         Of the environment.
     agent : dict
-        Of `trundle.AdaptiveAgent`; `model` is the path of a file, seen from the configuration's folder.
+        Arguments of `trundle.AdaptiveAgent`; `model` is a path relative to the file's folder.
     """
 
     environment: str
@@ -47,13 +47,13 @@ class File:
 
 @dataclass(frozen=True)
 class Settings(File):
-    """What a run depends on: its file's keys, its text, and the folder where it lies."""
+    """Settings of a run: its file's keys, its text, and its folder."""
 
     text: str = ""
     folder: Path = Path()
 
     def begin(self, number: int) -> tuple[gym.Env[Any, Any], trundle.AdaptiveAgent]:
-        """Return the environment and the agent of an episode; `play` begins it with `seed + number`."""
+        """Return the environment and the agent of an episode; `play` resets it with `seed + number`."""
         env = self._environment()
         model = None if self.model is None else trundle.Model.read(self.model)
         chosen = {name: value for name, value in self.agent.items() if name != "model"}
@@ -70,7 +70,7 @@ class Settings(File):
 
     @property
     def model(self) -> Path | None:
-        """File of the agent's first belief; None for the default one."""
+        """File of the agent's initial model; None for the default one."""
         return self.folder / self.agent["model"] if "model" in self.agent else None
 
     def plain(self) -> dict[str, Any]:
@@ -86,27 +86,30 @@ def read(path: Path) -> Settings:
     Raises
     ------
     TrundleError
-        If a key is unknown, missing or of another type, or the environment or the agent refuses its own.
+        If a key is unknown, missing or of another type, or the environment or the agent rejects its
+        arguments.
     """
     file = build_settings(path, File, parse_format(path, FORMAT))
-    if file.environment not in tasks():
-        raise TrundleError(f"{path}: environment = {file.environment!r}: choose {', '.join(tasks())}")
+    if file.environment not in supported_environments():
+        raise TrundleError(
+            f"{path}: environment = {file.environment!r}: choose {', '.join(supported_environments())}"
+        )
     if file.seed < 0:
-        raise TrundleError(f"{path}: seed = {file.seed}: a seed is a whole number from 0 on")
+        raise TrundleError(f"{path}: seed = {file.seed}: give an integer of at least 0")
     if file.episodes < 1:
-        raise TrundleError(f"{path}: episodes = {file.episodes}: at least one")
+        raise TrundleError(f"{path}: episodes = {file.episodes}: give at least one")
     check_horizon(path, file.arguments, "arguments")
     check_argument_types(path, trundle.AdaptiveAgent.__init__, file.agent, "agent", model=str)
     settings = Settings(**vars(file), text=path.read_text(encoding="utf-8"), folder=path.parent)
     try:
-        rehearse(settings)
+        check_agent(settings)
     except TrundleError as error:
         raise TrundleError(f"{path}: {error}") from None
     return settings
 
 
-def rehearse(settings: Settings) -> None:
-    """Let the agent decide once, unseen: what is wrong with a setting is told before anything is written."""
+def check_agent(settings: Settings) -> None:
+    """Let the agent decide once without rendering, so that errors appear before anything is written."""
     arguments = {**settings.arguments, "render_mode": None}
     env, agent = replace(settings, arguments=arguments).begin(0)
     try:
@@ -115,6 +118,6 @@ def rehearse(settings: Settings) -> None:
         env.close()
 
 
-def tasks() -> list[str]:
-    """Return the environments that can be run: those whose observations are arrays."""
+def supported_environments() -> list[str]:
+    """Return the environments with array observations."""
     return [f"trundle/{task.__name__}-v0" for task in trundle.envs.FLAT]

@@ -1,4 +1,4 @@
-"""One episode in closed loop: what was seen, done and believed, kept as plain values."""
+"""Run one closed-loop episode and return its history as plain values."""
 
 from __future__ import annotations
 
@@ -18,7 +18,7 @@ if sys.version_info >= (3, 11):
 else:
     import tomli as tomllib
 
-__all__ = ["begun", "play"]
+__all__ = ["count_onsets", "play"]
 
 FORMAT = "trundle-run-history/1"
 
@@ -28,7 +28,7 @@ Row = dict[str, Any]
 def play(
     env: gym.Env[Any, Any], agent: trundle.AdaptiveAgent, seed: int, watch: Callable[[Row], None]
 ) -> Row:
-    """Play one episode.
+    """Run one episode.
 
     Parameters
     ----------
@@ -38,15 +38,15 @@ def play(
     seed : int
         Of the episode.
     watch : callable
-        Told of each step: a row of the history, with the belief's `update` where there is a new one.
+        Called after each step with a row of the history, and with the belief's `update` if there is a new
+        one.
 
     Returns
     -------
     dict
-        `object` and `scene` as recordings describe them; `goal` (x, y m, heading rad; world frame), `control`
-        (s between actions); `steps`, a row for each action; `updates`, what was believed after each fit;
-        `truth`, the tables of the hidden model; `outcome`. Poses and wrenches are what the instruments saw,
-        distances are true.
+        `object` and `scene` as in recordings; `goal` (x, y m, heading rad; world frame), `control` (s between
+        actions); `steps`, a row for each action; `updates`, the belief after each fit; `truth`, the tables of
+        the hidden model; `outcome`. Poses and wrenches are measurements, distances are true.
     """
     source: Any = env.unwrapped
     observation, _ = env.reset(seed=seed)
@@ -55,27 +55,29 @@ def play(
     gained, over, info = 0.0, False, {"distance": None}
     belief, known = None, 0
     described = source.recording_metadata("episode")
-    first = seen(observation)
+    first = observation_row(observation)
     while not over:
         action, (now,) = agent.predict(observation, episode_start=not steps)
         known = known if now is belief else 0
         belief = now
-        fresh = [update_of(each, len(steps) * source.control) for each in now.updates[known:]]
+        fresh = [update_row(each, len(steps) * source.control) for each in now.updates[known:]]
         known += len(fresh)
         updates += fresh
         observation, reward, terminated, truncated, info = env.step(action)
         gained, over = gained + float(reward), terminated or truncated
         told = {name: info[name] for name in ("distance", "heading_error", "touched")}
         at = (len(steps) + 1) * source.control
-        steps.append({"t": at, **seen(observation), **told, "action": list(action * source.ACTION_SCALE)})
+        steps.append(
+            {"t": at, **observation_row(observation), **told, "action": list(action * source.ACTION_SCALE)}
+        )
         watch({**steps[-1], "update": fresh[-1] if fresh else None})
     outcome = {name: info[name] for name in ("distance", "heading_error", "lost", "is_success")}
     ended = {
         "seconds": len(steps) * source.control,
         "return": gained,
-        "touched": begun(step["touched"] for step in steps),
+        "touched": count_onsets(step["touched"] for step in steps),
     }
-    kept: Row = plain(
+    kept: Row = to_json_values(
         {
             "format": FORMAT,
             "version": trundle.__version__,
@@ -93,7 +95,7 @@ def play(
     return kept
 
 
-def seen(observation: Any) -> Row:
+def observation_row(observation: Any) -> Row:
     """Return pose, goal, wrench and grasp of an observation (see `trundle.envs.Push`); m, rad, N, N m."""
     x, y, cos, sin = observation[:4]
     goal_x, goal_y, goal_cos, goal_sin = observation[7:11]
@@ -105,8 +107,8 @@ def seen(observation: Any) -> Row:
     }
 
 
-def update_of(update: Any, time: float) -> Row:
-    """Return what was believed from a time on, s; the model as the tables of its file."""
+def update_row(update: Any, time: float) -> Row:
+    """Return the belief from a time on, s; the model as the tables of its file."""
     return {
         "time": time,
         "estimate": [dict(entry) for entry in update.estimate],
@@ -117,15 +119,15 @@ def update_of(update: Any, time: float) -> Row:
     }
 
 
-def begun(stretches: Iterable[bool]) -> int:
-    """Return how often something begins that goes on for a while."""
+def count_onsets(stretches: Iterable[bool]) -> int:
+    """Return how often a condition becomes true."""
     return sum(now and not before for before, now in pairwise([False, *stretches]))
 
 
-def plain(value: Any) -> Any:
-    """Return values as JSON has them, NumPy's as Python's, with six significant digits."""
+def to_json_values(value: Any) -> Any:
+    """Return values as plain JSON values with six significant digits."""
     if isinstance(value, dict):
-        return {name: plain(inner) for name, inner in value.items()}
+        return {name: to_json_values(inner) for name, inner in value.items()}
     if isinstance(value, (list, tuple)):
-        return [plain(inner) for inner in value]
+        return [to_json_values(inner) for inner in value]
     return rounded(value.item() if isinstance(value, np.generic) else value)

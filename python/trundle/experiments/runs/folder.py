@@ -1,7 +1,7 @@
-"""The folder of a run: what is finished stays, what was under way when the run ended is done again.
+"""The folder of a run. Finished episodes are kept; an unfinished episode is run again.
 
-The settings are written first and each episode's history last of what is the episode's, so that a folder
-tells after any interruption what it holds.
+The settings are written first, and each episode's history after its other files, so that the state is clear
+after any interruption.
 """
 
 from __future__ import annotations
@@ -20,19 +20,19 @@ History = dict[str, Any]
 
 
 class Folder:
-    """Where a run is kept.
+    """The folder of a run.
 
     Parameters
     ----------
     path : Path
-        Made if it is not there.
+        Created if it does not exist.
     settings : dict
         Everything that the run depends on.
 
     Raises
     ------
     TrundleError
-        If it holds something else, or a run of other settings.
+        If it holds other files, or a run with other settings.
     """
 
     def __init__(self, path: Path, settings: dict[str, Any]) -> None:
@@ -43,11 +43,11 @@ class Folder:
         if self._marker.exists():
             if self._marker.read_text(encoding="utf-8") != text:
                 raise TrundleError(
-                    f"{path}: holds a run of other settings, or of another version; give another --out or "
-                    "remove it"
+                    f"{path}: holds a run with other settings or of another version: choose another --out, "
+                    "or remove the folder"
                 )
         elif any(not entry.name.endswith(PARTIAL_SUFFIX) for entry in path.iterdir()):
-            raise TrundleError(f"{path}: is not empty and holds no run; give another --out")
+            raise TrundleError(f"{path}: the folder is not empty and holds no run: choose another --out")
         else:
             write_text(self._marker, text)
         for left in path.glob(f".page.html.*{PARTIAL_SUFFIX}"):
@@ -58,7 +58,7 @@ class Folder:
         return self.path / f"episode_{number:02}"
 
     def history(self, number: int) -> History | None:
-        """Return what is kept of an episode; None, and nothing of it, where it has not been finished."""
+        """Return the history of an episode; delete its folder and return None if it is not finished."""
         file = self.episode(number) / "history.json"
         if not file.exists():
             shutil.rmtree(self.episode(number), ignore_errors=True)
@@ -67,7 +67,7 @@ class Folder:
         return found
 
     def keep(self, number: int, history: History) -> None:
-        """Keep what happened in an episode: from now on it is finished."""
+        """Write the history of an episode, which marks it as finished."""
         self.episode(number).mkdir(exist_ok=True)
         write_text(self.episode(number) / "history.json", json.dumps(history) + "\n")
 

@@ -1,4 +1,4 @@
-"""The page of a run: the sentence first, then what was believed fit after fit, and how to get it again."""
+"""The page of a run: the result, the belief after each fit, and how to reproduce it."""
 
 from __future__ import annotations
 
@@ -7,9 +7,9 @@ from importlib import resources
 
 from trundle import __version__
 from trundle.experiments.runs.config import Settings
+from trundle.experiments.runs.history import Episode
 from trundle.experiments.runs.sections import Part, answer, parts
-from trundle.experiments.runs.sentences import headline, seconds, summary
-from trundle.experiments.runs.told import Episode
+from trundle.experiments.runs.sentences import format_seconds, headline, summary
 from trundle.report.markup import Html, tag
 from trundle.report.quantity import ABSENT, format_quantity
 from trundle.report.section import contents, section
@@ -26,31 +26,37 @@ def render(settings: Settings, config: str, episodes: Sequence[Episode]) -> str:
     Parameters
     ----------
     settings : Settings
-        What was run.
     config : str
-        Name of its file.
+        Name of the settings file.
     episodes : sequence of Episode
         At least one.
 
     Returns
     -------
     str
-        One HTML page that needs nothing else, and no network. The same input gives the same bytes.
+        One self-contained HTML page. The same input gives the same bytes.
     """
-    again = ("reproduce", "How to get this page again", reproduce(settings, config))
-    body = alone(settings, episodes[0], again) if len(episodes) == 1 else several(settings, episodes, again)
+    again = ("reproduce", "How to reproduce this page", reproduce(settings, config))
+    body = (
+        single_episode(settings, episodes[0], again)
+        if len(episodes) == 1
+        else several_episodes(settings, episodes, again)
+    )
     title = headline(episodes[0]) if len(episodes) == 1 else summary(episodes)
     head = tag(
         "head",
         tag("meta", charset="utf-8"),
         tag("meta", name_="viewport", content="width=device-width, initial-scale=1"),
         tag("meta", name_="color-scheme", content="light dark"),
-        tag("title", f"{task(settings)}: {title}"),
+        tag("title", f"{run_title(settings)}: {title}"),
         tag(
-            "style", Html(text("trundle.report", "style.css") + text("trundle.experiments.runs", "style.css"))
+            "style",
+            Html(
+                read_text("trundle.report", "style.css") + read_text("trundle.experiments.runs", "style.css")
+            ),
         ),
     )
-    script = tag("script", Html(text(PACKAGE, "player.js")))
+    script = tag("script", Html(read_text(PACKAGE, "player.js")))
     return (
         "<!doctype html>\n"
         + tag("html", head, "\n", tag("body", tag("main", body), script), lang="en")
@@ -58,32 +64,36 @@ def render(settings: Settings, config: str, episodes: Sequence[Episode]) -> str:
     )
 
 
-def alone(settings: Settings, episode: Episode, again: Part) -> list[Html]:
+def single_episode(settings: Settings, episode: Episode, again: Part) -> list[Html]:
     """Return the page of one episode."""
     found = [*parts("e0", episode), again]
     links = contents([(identity, name) for identity, name, _ in found])
-    return [answer("e0", episode, kicker(settings, episode), links), *(part for *_, part in found)]
+    return [answer("e0", episode, episode_title(settings, episode), links), *(part for *_, part in found)]
 
 
-def several(settings: Settings, episodes: Sequence[Episode], again: Part) -> list[Html]:
-    """Return the page of several: how each ended, then each."""
+def several_episodes(settings: Settings, episodes: Sequence[Episode], again: Part) -> list[Html]:
+    """Return the page of several episodes: an overview, then each episode."""
     names = [f"e{number}" for number in range(len(episodes))]
     links = contents([*((name, f"Episode {name[1:]}") for name in names), again[:2]])
-    top = tag("header", tag("p", task(settings), class_="kicker"), tag("h1", summary(episodes)), links)
+    top = tag("header", tag("p", run_title(settings), class_="kicker"), tag("h1", summary(episodes)), links)
     body = [top, overview(names, episodes)]
     for name, episode in zip(names, episodes, strict=True):
-        body.append(answer(name, episode, kicker(settings, episode), None, "h2"))
+        body.append(answer(name, episode, episode_title(settings, episode), None, "h2"))
         body += [part for *_, part in parts(name, episode)]
     return [*body, again[2]]
 
 
 def overview(names: Sequence[str], episodes: Sequence[Episode]) -> Html:
-    """Return how each episode ended, as a table."""
+    """Return the table of the episodes' outcomes."""
     rows = [
         [
             tag("a", f"seed {episode.seed}", href=f"#{name}"),
-            "reached" if episode.outcome["is_success"] else "lost" if episode.outcome["lost"] else "time up",
-            seconds(episode.outcome["seconds"]),
+            "reached"
+            if episode.outcome["is_success"]
+            else "lost"
+            if episode.outcome["lost"]
+            else "time limit",
+            format_seconds(episode.outcome["seconds"]),
             str(len(episode.updates)),
             format_quantity("m", episode.outcome["distance"]),
             ABSENT if episode.last is None else format_quantity("m", episode.off(episode.last)),
@@ -94,35 +104,35 @@ def overview(names: Sequence[str], episodes: Sequence[Episode]) -> Html:
     return section("overview", "The episodes", table(head, rows, "overview"))
 
 
-def kicker(settings: Settings, episode: Episode) -> str:
-    """Return what was run, in a few words."""
-    return f"{task(settings)}, seed {episode.seed}"
+def episode_title(settings: Settings, episode: Episode) -> str:
+    """Return environment and seed of an episode."""
+    return f"{run_title(settings)}, seed {episode.seed}"
 
 
-def task(settings: Settings) -> str:
-    """Return the environment and what hides in it."""
+def run_title(settings: Settings) -> str:
+    """Return the environment and its hidden physics."""
     hidden = settings.arguments.get("hidden")
     return f"Run of {settings.environment}" + (f', hidden="{hidden}"' if hidden else "")
 
 
 def reproduce(settings: Settings, config: str) -> Html:
-    """Return the command and the file that make this page."""
+    """Return the command and the file that reproduce the page."""
     beside = (
-        ("episode_NN/history.json", "motion, wrenches, beliefs and truth, for programs"),
-        *((("episode_NN/recording/", "what the instruments saw"),) if settings.recording != "none" else ()),
-        ("settings.json", "what the run depends on"),
+        ("episode_NN/history.json", "motion, wrenches, beliefs and truth, machine-readable"),
+        *((("episode_NN/recording/", "measurements"),) if settings.recording != "none" else ()),
+        ("settings.json", "all settings of the run"),
     )
     return section(
         "reproduce",
-        "How to get this page again",
+        "How to reproduce this page",
         tag("pre", tag("code", f"trundle run {config} --out FOLDER")),
         tag("p", f"with trundle {__version__}, and in {config}:"),
         tag("pre", tag("code", settings.text.strip())),
-        tag("p", "The same file and version give the same bytes. Beside this page:"),
+        tag("p", "The same file and version give the same bytes. Other files of the run:"),
         tag("ul", [tag("li", tag("code", name), f" {what}") for name, what in beside]),
     )
 
 
-def text(package: str, name: str) -> str:
+def read_text(package: str, name: str) -> str:
     """Return a file of a package."""
     return resources.files(package).joinpath(name).read_text(encoding="utf-8")

@@ -1,4 +1,4 @@
-"""A run from its file to its page: what is finished is kept, the rest is played."""
+"""Run closed-loop episodes from a settings file to a page."""
 
 from __future__ import annotations
 
@@ -12,25 +12,27 @@ from trundle.cli.progress import Progress
 from trundle.experiments.runs import config, sentences
 from trundle.experiments.runs.episode import Row, play
 from trundle.experiments.runs.folder import Folder
+from trundle.experiments.runs.history import parse_history, parse_update
 from trundle.experiments.runs.page import render
-from trundle.experiments.runs.told import parse, update
 
-__all__ = ["conduct"]
+__all__ = ["run_closed_loop"]
 
 
-def conduct(path: Path, out: Path, *, quiet: bool = False, tell: Callable[[str], None] | None = None) -> Path:
-    """Play the episodes that have not been finished, and write the page of all.
+def run_closed_loop(
+    path: Path, out: Path, *, quiet: bool = False, tell: Callable[[str], None] | None = None
+) -> Path:
+    """Run the unfinished episodes, and write the page of all.
 
     Parameters
     ----------
     path : Path
-        What is to be run.
+        Settings file.
     out : Path
         Folder of the run: `episode_NN/history.json`, `episode_NN/recording/`, `page.html`.
     quiet : bool
         Show no progress.
     tell : callable, optional
-        Told in a line how each episode ended.
+        Called with a line about the outcome of each episode.
 
     Returns
     -------
@@ -40,7 +42,7 @@ def conduct(path: Path, out: Path, *, quiet: bool = False, tell: Callable[[str],
     Raises
     ------
     TrundleError
-        If the file cannot be used, or the folder holds something else.
+        If the file is invalid, or the folder holds something else.
     """
     settings = config.read(path)
     folder = Folder(out, settings.plain())
@@ -48,16 +50,16 @@ def conduct(path: Path, out: Path, *, quiet: bool = False, tell: Callable[[str],
     for number in range(settings.episodes):
         history = folder.history(number)
         if history is None:
-            history = played(settings, folder, number, quiet)
+            history = play_episode(settings, folder, number, quiet)
             folder.keep(number, history)
-        episodes.append(parse(history))
+        episodes.append(parse_history(history))
         if tell:
             tell(f"episode {number}: {sentences.line(episodes[-1])}")
     return folder.show(render(settings, path.name, episodes))
 
 
-def played(settings: config.Settings, folder: Folder, number: int, quiet: bool) -> Row:
-    """Play an episode and write its recording."""
+def play_episode(settings: config.Settings, folder: Folder, number: int, quiet: bool) -> Row:
+    """Run an episode and write its recording."""
     env: Any
     env, agent = settings.begin(number)
     if settings.recording != "none":
@@ -66,21 +68,25 @@ def played(settings: config.Settings, folder: Folder, number: int, quiet: bool) 
         env = trundle.Record(env, recording, name=name, table=settings.recording)
         recording.parent.mkdir(exist_ok=True)
     with Progress(f"episode {number}", quiet=quiet) as progress:
-        history = play(env, agent, settings.seed + number, Watch(progress, quiet))
+        history = play(env, agent, settings.seed + number, ProgressReporter(progress, quiet))
     env.close()
     return history
 
 
-class Watch:
-    """Tells how an episode goes: a line that changes where a person watches, one that stays for each fit."""
+class ProgressReporter:
+    """Reports an episode: a progress line for each step, and a permanent line for each fit."""
 
     def __init__(self, progress: Progress, quiet: bool) -> None:
         self._progress, self._quiet = progress, quiet
 
     def __call__(self, row: Row) -> None:
-        """Tell of a step."""
+        """Report a step."""
         way = f"{row['t']:5.2f} s, {row['distance']:.2f} m to go"
         self._progress.show(way)
         if row["update"] is not None and not self._quiet:
             clear = "\r\033[K" if sys.stderr.isatty() else ""
-            print(f"{clear}{way}: {sentences.believed(update(row['update']))}", file=sys.stderr, flush=True)
+            print(
+                f"{clear}{way}: {sentences.belief_line(parse_update(row['update']))}",
+                file=sys.stderr,
+                flush=True,
+            )

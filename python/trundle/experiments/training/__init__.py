@@ -1,5 +1,5 @@
-"""Learning agents: what stable-baselines3 learns on the tasks, and its policies without it.
+"""Training of policies with stable-baselines3, and their evaluation.
 
 Training needs the extra `trundle[rl]`. `trundle.experiments.training.policy` reads and runs a policy with
-NumPy alone.
+NumPy only.
 """

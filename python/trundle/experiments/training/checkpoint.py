@@ -1,4 +1,4 @@
-"""All that a training goes on from, so that one that was killed ends as one that was not."""
+"""Checkpoints from which an interrupted training continues with the same result."""
 
 from __future__ import annotations
 
@@ -13,9 +13,9 @@ from stable_baselines3 import SAC
 
 from trundle._native import TrundleError
 from trundle.atomic import atomic_file
-from trundle.experiments.training import plain
+from trundle.experiments.training import state_file
 from trundle.experiments.training.networks import Algorithm
-from trundle.experiments.training.worlds import Worlds, pick
+from trundle.experiments.training.worlds import Worlds, pick_attributes
 
 __all__ = ["read", "restore", "state", "write"]
 
@@ -30,28 +30,28 @@ COUNTERS = (
     "ep_info_buffer",
     "ep_success_buffer",
 )
-MEMORY = ("observations", "next_observations", "actions", "rewards", "dones", "timeouts")
-"""Arrays of a replay buffer; the first axis is filled from the beginning."""
+BUFFER_ARRAYS = ("observations", "next_observations", "actions", "rewards", "dones", "timeouts")
+"""Arrays of a replay buffer; the first axis is filled from the start."""
 
 
 def state(learner: Algorithm, worlds: Worlds) -> dict[str, Any]:
-    """Return the state between two rollouts: networks, optimisers, memory, worlds, random numbers."""
+    """Return the state between two rollouts: networks, optimisers, replay buffer, worlds, random numbers."""
     kept = {
         "networks": learner.get_parameters(),
-        "counters": pick(learner, COUNTERS),
+        "counters": pick_attributes(learner, COUNTERS),
         "worlds": worlds.state(),
         "random": (random.getstate(), np.random.get_state(), torch.get_rng_state()),
         "sampling": learner.action_space.np_random.bit_generator.state,
     }
     if isinstance(learner, SAC):
-        kept["memory"] = remembered(learner.replay_buffer)
+        kept["memory"] = buffer_state(learner.replay_buffer)
         if learner.ent_coef_optimizer is not None:
             kept["log_ent_coef"] = learner.log_ent_coef.detach()
     return kept
 
 
 def restore(learner: Algorithm, worlds: Worlds, kept: dict[str, Any]) -> None:
-    """Put a new algorithm and its worlds into a state."""
+    """Restore a new algorithm and its worlds to a state."""
     learner.set_parameters(kept["networks"], device="cpu")
     vars(learner).update(kept["counters"])
     worlds.restore(kept["worlds"])
@@ -69,32 +69,34 @@ def restore(learner: Algorithm, worlds: Worlds, kept: dict[str, Any]) -> None:
     torch.set_rng_state(torch_state)
 
 
-def remembered(memory: Any) -> tuple[int, bool, dict[str, Any]]:
-    """Return what a replay buffer holds."""
+def buffer_state(memory: Any) -> tuple[int, bool, dict[str, Any]]:
+    """Return the contents of a replay buffer."""
     filled = memory.buffer_size if memory.full else memory.pos
-    return memory.pos, memory.full, {name: getattr(memory, name)[:filled] for name in MEMORY}
+    return memory.pos, memory.full, {name: getattr(memory, name)[:filled] for name in BUFFER_ARRAYS}
 
 
 def write(path: Path, kept: dict[str, Any]) -> None:
-    """Write a checkpoint; the one before is there until this one is whole."""
+    """Write a checkpoint atomically."""
     with atomic_file(path) as part, part.open("wb") as file:
-        plain.save(file, kept)
+        state_file.save(file, kept)
         file.flush()
         os.fsync(file.fileno())
 
 
 def read(path: Path) -> dict[str, Any] | None:
-    """Return a checkpoint, or None if there is none.
+    """Return a checkpoint, or None without a file.
 
     Raises
     ------
     TrundleError
-        If the file is something else.
+        If the file is not a checkpoint.
     """
     if not path.exists():
         return None
     try:
-        kept: dict[str, Any] = plain.load(path)
+        kept: dict[str, Any] = state_file.load(path)
         return kept
-    except Exception as error:  # a damaged file fails in many ways
-        raise TrundleError(f"{path}: this is no checkpoint ({error}); remove it to begin anew") from error
+    except Exception as error:  # damaged files raise various errors
+        raise TrundleError(
+            f"{path}: not a checkpoint ({error}): remove the file to restart the training"
+        ) from error

@@ -1,4 +1,4 @@
-"""A training's file: the environment, hyperparameters by RL Zoo's names, seeds, evaluations."""
+"""Read the file of a training: environment, hyperparameters with the names of RL Zoo, seeds, evaluations."""
 
 from __future__ import annotations
 
@@ -13,33 +13,33 @@ from trundle._native import TrundleError
 from trundle.experiments.training.frames import TASKS
 from trundle.settings import build_settings, check_horizon, parse_format
 
-__all__ = ["Aids", "Evaluation", "Settings", "read"]
+__all__ = ["Evaluation", "RewardShaping", "Settings", "read"]
 
 FORMAT = "trundle-train/1"
-APART = 1_000_000
-"""Between the seeds of two trainings, so that no two of them begin in the same worlds."""
-COUNTS = ("batch_size", "n_steps", "n_epochs", "buffer_size", "train_freq", "target_update_interval")
-SHARES = ("gamma", "gae_lambda", "tau")
-SCHEDULED = ("learning_rate", "clip_range")
-"""Where "lin_0.001" falls evenly to zero over the training, as in RL Zoo."""
-LINEAR = r"lin_(\d+\.?\d*(?:e-?\d+)?)"
+SEED_STRIDE = 1_000_000
+"""Difference of the seeds of two trainings, so that they have different worlds."""
+COUNT_KEYS = ("batch_size", "n_steps", "n_epochs", "buffer_size", "train_freq", "target_update_interval")
+SHARE_KEYS = ("gamma", "gae_lambda", "tau")
+SCHEDULE_KEYS = ("learning_rate", "clip_range")
+"""Keys for which "lin_0.001" is a linear schedule to zero, as in RL Zoo."""
+LINEAR_PATTERN = r"lin_(\d+\.?\d*(?:e-?\d+)?)"
 
 
 @dataclass(frozen=True)
-class Aids:
-    """Rewards that are there to learn from, not to be judged by.
+class RewardShaping:
+    """Additional rewards during training, which evaluations do not use.
 
     Attributes
     ----------
     success_bonus : float
-        Added where the goal is reached.
+        Reward for reaching the goal.
     loss_cost : float
-        What losing the object costs, instead of the environment's 100.
+        Cost of losing the object, instead of the environment's 100.
     miss_cost : float
-        What a second far from the goal costs more; near it that falls to nothing, as tanh(error / 0.2 m). The
-        error is that of the environment's reward: the distance, and 0.3 m for each radian.
+        Cost per second far from the goal; it falls to zero near it, as tanh(error / 0.2 m). The error is that
+        of the environment's reward: the distance, and 0.3 m for each radian.
     turn_cost : float
-        What a second at a radian of heading error costs more; without it some trainings turn the wrong way.
+        Cost per second and radian of heading error. Without it some trainings turn in the wrong direction.
     """
 
     success_bonus: float = 0.0
@@ -50,14 +50,14 @@ class Aids:
 
 @dataclass(frozen=True)
 class Evaluation:
-    """How learning is watched: on worlds that are always the same and never trained on.
+    """Evaluations on fixed worlds that are not used for training.
 
     Attributes
     ----------
     every : int
-        Steps from one evaluation to the next.
+        Steps between evaluations.
     episodes, first : int
-        How many worlds, and the seed of the first.
+        Number of worlds, and the seed of the first.
     """
 
     every: int = 50_000
@@ -67,7 +67,7 @@ class Evaluation:
 
 @dataclass(frozen=True)
 class Network:
-    """What stable-baselines3's networks can be told, by its own names; what is left out it chooses."""
+    """Options of stable-baselines3's networks, by its own names; None selects its default."""
 
     net_arch: list[int] | None = None
     activation_fn: Literal["tanh", "relu"] | None = None
@@ -76,7 +76,7 @@ class Network:
 
 @dataclass(frozen=True, kw_only=True)
 class File:
-    """What a file holds, whatever the algorithm; `Settings` says what it means."""
+    """Keys that both algorithms have; see `Settings`."""
 
     env: str
     n_timesteps: int
@@ -88,7 +88,7 @@ class File:
     frame: Literal["world", "object"] = "world"
     checkpoint_every: int = 100_000
     policy_kwargs: Network = Network()
-    aids: Aids = Aids()
+    aids: RewardShaping = RewardShaping()
     evaluation: Evaluation = Evaluation()
     policy: Literal["MlpPolicy"] = "MlpPolicy"
     learning_rate: float | str | None = None
@@ -98,7 +98,7 @@ class File:
 
 @dataclass(frozen=True, kw_only=True)
 class PPO(File):
-    """With what stable-baselines3's PPO can be told."""
+    """Keys of stable-baselines3's PPO."""
 
     algorithm: Literal["PPO"]
     n_steps: int | None = None
@@ -113,7 +113,7 @@ class PPO(File):
 
 @dataclass(frozen=True, kw_only=True)
 class SAC(File):
-    """With what its SAC can be told."""
+    """Keys of stable-baselines3's SAC."""
 
     algorithm: Literal["SAC"]
     buffer_size: int | None = None
@@ -132,12 +132,12 @@ FILES: dict[str, type[File]] = {"PPO": PPO, "SAC": SAC}
 
 @dataclass(frozen=True)
 class Settings:
-    """All of it.
+    """Settings of a training.
 
     Attributes
     ----------
     name : str
-        The file's name without its ending: of policies, curves and checkpoints.
+        The file's name without its ending; prefix of policies, curves and checkpoints.
     algorithm : {"PPO", "SAC"}
         Of stable-baselines3.
     env : str
@@ -145,20 +145,20 @@ class Settings:
     env_kwargs : dict
         Its arguments.
     n_envs, n_timesteps : int
-        Environments side by side; steps of all of them together.
+        Number of parallel environments; total number of steps.
     seeds : list of int
         One training each.
     normalize : bool
-        Whether observations and rewards are scaled by what has been seen (`VecNormalize`).
+        Whether observations and rewards are normalised by running statistics (`VecNormalize`).
     frame_stack : int
-        How many of the last observations a policy is shown.
+        Number of stacked observations.
     frame : {"world", "object"}
-        In which frame; see `trundle.experiments.training.frames`.
+        Frame of the observations; see `trundle.experiments.training.frames`.
     checkpoint_every : int
-        Steps from one checkpoint to the next.
+        Steps between checkpoints.
     hyperparameters, policy_kwargs : dict
-        The algorithm's, and those of its networks.
-    aids : Aids
+        Of the algorithm, and of its networks.
+    aids : RewardShaping
     evaluation : Evaluation
     """
 
@@ -175,16 +175,16 @@ class Settings:
     checkpoint_every: int = 100_000
     hyperparameters: dict[str, Any] = field(default_factory=dict)
     policy_kwargs: dict[str, Any] = field(default_factory=dict)
-    aids: Aids = Aids()
+    aids: RewardShaping = RewardShaping()
     evaluation: Evaluation = Evaluation()
 
     def plain(self) -> dict[str, Any]:
-        """Return all that a training depends on, as plain values; not which seeds there are."""
+        """Return everything except the seeds that a training depends on, as plain values."""
         return {key: value for key, value in asdict(self).items() if key not in ("name", "seeds")}
 
     @property
     def digest(self) -> str:
-        """A name for these settings: the beginning of a SHA-256."""
+        """Digest of these settings: the first digits of a SHA-256."""
         text = json.dumps(self.plain(), sort_keys=True)
         return hashlib.sha256(text.encode()).hexdigest()[:16]
 
@@ -195,7 +195,7 @@ def read(path: Path) -> Settings:
     Raises
     ------
     TrundleError
-        If a key is missing, unknown or of another type, or a value makes no sense.
+        If a key is missing, unknown or of another type, or a value is out of range.
     """
     found = parse_format(path, FORMAT)
     algorithm = found.get("algorithm")
@@ -214,12 +214,12 @@ def read(path: Path) -> Settings:
             "policy_kwargs": {k: v for k, v in asdict(file.policy_kwargs).items() if v is not None},
         }
     )
-    sensible(path, settings)
+    check_values(path, settings)
     return settings
 
 
-def sensible(path: Path, settings: Settings) -> None:
-    """Refuse values that make no sense."""
+def check_values(path: Path, settings: Settings) -> None:
+    """Raise an error for values that are out of range."""
     counts = {
         "n_envs": settings.n_envs,
         "n_timesteps": settings.n_timesteps,
@@ -230,46 +230,47 @@ def sensible(path: Path, settings: Settings) -> None:
     }
     for key, value in counts.items():
         if value < 1:
-            raise TrundleError(f"{path}: {key} = {value}: give a whole number from 1 on")
+            raise TrundleError(f"{path}: {key} = {value}: give an integer of at least 1")
     if settings.env not in TASKS:
         raise TrundleError(f"{path}: env = {settings.env!r}: choose {', '.join(TASKS)}")
     check_horizon(path, settings.env_kwargs, "env_kwargs")
-    first, last = settings.evaluation.first, APART - settings.evaluation.episodes
+    first, last = settings.evaluation.first, SEED_STRIDE - settings.evaluation.episodes
     if not 0 <= first <= last:
         raise TrundleError(
-            f"{path}: [evaluation] first = {first}: give 0 to {last}; those from {APART} on are trained on"
+            f"{path}: [evaluation] first = {first}: give 0 to {last}; "
+            f"training uses seeds from {SEED_STRIDE} on"
         )
     seeds = settings.seeds
     if not seeds or not all(0 < seed < 1000 for seed in seeds):
-        raise TrundleError(f"{path}: seeds = {seeds!r}: give whole numbers from 1 to 999")
+        raise TrundleError(f"{path}: seeds = {seeds!r}: give integers from 1 to 999")
     layers = settings.policy_kwargs.get("net_arch", [1])
     if not all(width > 0 for width in layers):
         raise TrundleError(f"{path}: net_arch = {layers!r}: give the widths of the layers, [64, 64]")
     told = settings.hyperparameters
-    for key in COUNTS:
+    for key in COUNT_KEYS:
         if told.get(key, 1) < 1:
-            raise TrundleError(f"{path}: {key} = {told[key]}: give a whole number from 1 on")
-    for key in SHARES:
+            raise TrundleError(f"{path}: {key} = {told[key]}: give an integer of at least 1")
+    for key in SHARE_KEYS:
         if not 0 <= told.get(key, 0) <= 1:
             raise TrundleError(f"{path}: {key} = {told[key]}: give a number from 0 to 1")
     entropy = told.get("ent_coef", "auto")
-    if isinstance(entropy, str) and entropy != "auto" and not positive(entropy.removeprefix("auto_")):
+    if isinstance(entropy, str) and entropy != "auto" and not is_positive(entropy.removeprefix("auto_")):
         raise TrundleError(
-            f'{path}: ent_coef = {entropy!r}: give a number, "auto", or "auto_0.1" to begin with 0.1'
+            f'{path}: ent_coef = {entropy!r}: give a number, "auto", or "auto_0.1" for the initial value 0.1'
         )
     target = told.get("target_entropy", "auto")
     if isinstance(target, str) and target != "auto":
         raise TrundleError(f'{path}: target_entropy = {target!r}: give a number, or "auto"')
-    for key in SCHEDULED:
+    for key in SCHEDULE_KEYS:
         rate = settings.hyperparameters.get(key)
-        if isinstance(rate, str) and not re.fullmatch(LINEAR, rate):
+        if isinstance(rate, str) and not re.fullmatch(LINEAR_PATTERN, rate):
             raise TrundleError(
-                f'{path}: {key} = {rate!r}: give a number, or "lin_0.001" to let it fall to zero'
+                f'{path}: {key} = {rate!r}: give a number, or "lin_0.001" for a linear schedule to zero'
             )
 
 
-def positive(text: str) -> bool:
-    """Tell whether a text is a number above zero."""
+def is_positive(text: str) -> bool:
+    """Return whether a text is a number above zero."""
     try:
         return float(text) > 0.0
     except ValueError:

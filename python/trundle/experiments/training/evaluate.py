@@ -1,4 +1,4 @@
-"""How good a policy is, on worlds that are always the same."""
+"""Evaluate a policy on fixed worlds."""
 
 from __future__ import annotations
 
@@ -16,7 +16,7 @@ __all__ = ["evaluate"]
 def evaluate(
     policy: Policy, env: str, env_kwargs: Mapping[str, Any], first: int, episodes: int
 ) -> dict[str, float]:
-    """Play one episode in each of some worlds, side by side.
+    """Run one episode in each of some worlds, in parallel.
 
     Parameters
     ----------
@@ -31,8 +31,8 @@ def evaluate(
     Returns
     -------
     dict
-        Means over the worlds: `success` and `lost` (shares), `distance` (m) and `heading` (rad) that are left
-        at the end, `return` (of the environment's own reward), `length` (steps).
+        Means over the worlds: `success` and `lost` (rates), remaining `distance` (m) and `heading` (rad),
+        `return` (of the environment's own reward), `length` (steps).
     """
     worlds: Any = gym.make_vec(env, episodes, "vector_entry_point", **env_kwargs)
     observations, _ = worlds.reset(seed=first)
@@ -45,7 +45,7 @@ def evaluate(
         observations, rewards, terminated, truncated, infos = worlds.step(actions)
         gained[under_way] += rewards[under_way]
         lengths[under_way] += 1
-        # An environment that has ended begins anew; what it does then is not counted.
+        # An environment that has ended is reset; its further steps are not counted.
         ended = under_way & (terminated | truncated)
         for key, column in ends.items():
             column[ended] = np.abs(infos[key][ended])

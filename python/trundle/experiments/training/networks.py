@@ -1,4 +1,4 @@
-"""Algorithms of stable-baselines3 from settings, and their policies without it; needs `trundle[rl]`."""
+"""Algorithms of stable-baselines3 from settings, and export of their policies; needs `trundle[rl]`."""
 
 from __future__ import annotations
 
@@ -8,7 +8,7 @@ import numpy as np
 import torch
 from stable_baselines3 import PPO, SAC
 
-from trundle.experiments.training.config import APART, Settings
+from trundle.experiments.training.config import SEED_STRIDE, Settings
 from trundle.experiments.training.policy import About, Policy
 from trundle.experiments.training.worlds import Worlds
 
@@ -20,28 +20,28 @@ ACTIVATIONS = {"tanh": torch.nn.Tanh, "relu": torch.nn.ReLU}
 
 
 def algorithm(settings: Settings, seed: int, worlds: Worlds) -> Algorithm:
-    """Return an algorithm that has learnt nothing yet."""
+    """Return an untrained algorithm."""
     told = dict(settings.hyperparameters)
     for key in ("learning_rate", "clip_range"):
         if isinstance(told.get(key), str) and told[key].startswith("lin_"):
-            told[key] = falling(float(told[key].removeprefix("lin_")))
+            told[key] = linear_schedule(float(told[key].removeprefix("lin_")))
     network = dict(settings.policy_kwargs)
     if "activation_fn" in network:
         network["activation_fn"] = ACTIVATIONS[network["activation_fn"]]
     chosen = ALGORITHMS[settings.algorithm]
-    return chosen(env=worlds.top, seed=seed * APART, device="cpu", policy_kwargs=network, **told)
+    return chosen(env=worlds.top, seed=seed * SEED_STRIDE, device="cpu", policy_kwargs=network, **told)
 
 
-def falling(most: float) -> Any:
-    """Return a schedule from `most` to zero, over the training."""
+def linear_schedule(most: float) -> Any:
+    """Return a linear schedule from `most` to zero over the training."""
     return lambda remaining: most * remaining
 
 
 def exported(settings: Settings, seed: int, learner: Algorithm, worlds: Worlds) -> Policy:
-    """Return what has been learnt so far as a policy that needs NumPy alone."""
+    """Return the current policy in a form that needs NumPy only."""
     policy = learner.policy
     squashed = isinstance(learner, SAC)
-    modules = [*policy.actor.latent_pi, policy.actor.mu] if squashed else on_policy(policy)
+    modules = [*policy.actor.latent_pi, policy.actor.mu] if squashed else actor_modules(policy)
     layers = [
         (module.weight.detach().numpy().copy(), module.bias.detach().numpy().copy())
         for module in modules
@@ -71,6 +71,6 @@ def exported(settings: Settings, seed: int, learner: Algorithm, worlds: Worlds) 
     return Policy(about, mean, deviation, layers)
 
 
-def on_policy(policy: Any) -> list[Any]:
+def actor_modules(policy: Any) -> list[Any]:
     """Return the modules from features to the mean action of an actor and critic."""
     return [*policy.mlp_extractor.policy_net, policy.action_net]

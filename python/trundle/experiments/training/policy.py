@@ -13,7 +13,7 @@ from numpy.typing import NDArray
 
 from trundle._native import TrundleError
 from trundle.atomic import atomic_file
-from trundle.experiments.training.frames import seen, width
+from trundle.experiments.training.frames import entry_count, to_frame
 
 __all__ = ["About", "Policy", "load"]
 
@@ -26,12 +26,12 @@ Layer = tuple[NDArray[np.float32], NDArray[np.float32]]
 
 @dataclass(frozen=True)
 class About:
-    """What a policy is, and what it is for.
+    """Metadata of a policy.
 
     Attributes
     ----------
     config, digest : str
-        Which training's file it is from, and its settings' digest.
+        Name of the training's file, and digest of its settings.
     algorithm : str
     seed, steps : int
         Of the training.
@@ -40,16 +40,16 @@ class About:
     env_kwargs : dict
         Its arguments.
     entries : int
-        Of an observation, as the environment tells it.
+        Number of entries of the environment's observations.
     frame : str
-        In which frame the network is shown observations.
+        Frame of the network's observations.
     frame_stack : int
-        How many of the last.
+        Number of stacked observations.
     activation : {"tanh", "relu"}
     squashed : bool
-        Whether actions are the hyperbolic tangent of the last layer; else they are cut.
+        Whether actions are the hyperbolic tangent of the last layer; otherwise they are clipped.
     clip_obs : float
-        At how many standard deviations an input is cut.
+        Limit of an input, in standard deviations.
     """
 
     config: str
@@ -68,17 +68,17 @@ class About:
 
 
 class Policy:
-    """A network that maps the last observations to an action, by its mean.
+    """A network that maps the last observations to the mean action.
 
-    It has the `predict` of stable-baselines3's algorithms, for observations as the plain environment tells
-    them: frame, past and scaling are its own affair.
+    It has the `predict` of stable-baselines3's algorithms, for unwrapped observations of the environment: it
+    converts the frame, stacks and normalises by itself.
 
     Parameters
     ----------
     about : About
-    mean, deviation : ndarray, shape (frame_stack * width,)
-        By which inputs are scaled, oldest observation first. `frames.width` returns the number of entries of
-        each.
+    mean, deviation : ndarray, shape (frame_stack * entry_count,)
+        Normalisation of the inputs, oldest observation first. `frames.entry_count` returns the number of
+        entries of each.
     layers : list of (weight, bias)
         Shapes (outputs, inputs) and (outputs,).
     """
@@ -89,7 +89,7 @@ class Policy:
 
     @property
     def parameters(self) -> int:
-        """How many weights and biases there are."""
+        """Number of weights and biases."""
         return sum(weight.size + bias.size for weight, bias in self._layers)
 
     def predict(
@@ -99,45 +99,47 @@ class Policy:
         episode_start: Any = None,
         deterministic: bool = True,
     ) -> tuple[NDArray[np.float32], Past]:
-        """Choose the next action of each environment.
+        """Return the next action of each environment.
 
         Parameters
         ----------
         observation : ndarray, shape (entries,) or (n, entries)
             Of one environment, or of n.
         state : ndarray, shape (n, frame_stack, width), optional
-            As returned by the call before; None: episodes begin.
+            The state returned by the previous call; None at the start of episodes.
         episode_start : bool or ndarray of bool, shape (n,), optional
-            Where it is True the past is forgotten.
+            Where it is True the state is reset.
         deterministic : bool
-            Of no effect: a policy acts by its mean.
+            Ignored: a policy always returns its mean action.
 
         Returns
         -------
         actions : ndarray, shape (3,) or (n, 3)
             In the action space.
         state : ndarray, shape (n, frame_stack, width)
-            The last observations, as the network is shown them, zeros before an episode's beginning.
+            The last observations as network inputs, zeros before the start of an episode.
 
         Raises
         ------
         TrundleError
-            If observations are not of the environment that it was trained in.
+            If the observations have another number of entries than those of the training's environment.
         """
         rows = np.asarray(observation, dtype=np.float64)
         many, entries = np.atleast_2d(rows), self.about.entries
         if rows.ndim not in (1, 2) or many.shape[1] != entries:
             raise TrundleError(
-                f"an observation of shape {rows.shape} is not of this policy's environment: "
-                f"{self.about.env} with {self.about.env_kwargs} tells {entries} entries"
+                f"an observation of shape {rows.shape} does not fit this policy: "
+                f"{self.about.env} with {self.about.env_kwargs} has {entries} entries"
             )
         past = self._past(state, episode_start, len(many))
-        past = np.concatenate([past[:, 1:], seen(many, self.about.env, self.about.frame)[:, None]], axis=1)
+        past = np.concatenate(
+            [past[:, 1:], to_frame(many, self.about.env, self.about.frame)[:, None]], axis=1
+        )
         actions = self._network(past.reshape(len(many), -1))
         return actions.reshape((*rows.shape[:-1], actions.shape[1])), past
 
     def _past(self, state: Past | None, episode_start: Any, count: int) -> Past:
-        shape = (count, self.about.frame_stack, width(self.about.entries, self.about.frame))
+        shape = (count, self.about.frame_stack, entry_count(self.about.entries, self.about.frame))
         if state is None or state.shape != shape:
             return np.zeros(shape, dtype=np.float32)
         begun = np.broadcast_to(np.asarray(False if episode_start is None else episode_start), count)
@@ -154,7 +156,7 @@ class Policy:
         return np.tanh(values) if self.about.squashed else np.clip(values, -1, 1)
 
     def save(self, path: str | os.PathLike[str]) -> None:
-        """Write it; whole or not at all, the same policy as the same bytes."""
+        """Write the policy atomically; the same policy gives the same bytes."""
         arrays: dict[str, Any] = {"mean": self._mean, "deviation": self._deviation}
         for k, (weight, bias) in enumerate(self._layers):
             arrays |= {f"weight_{k}": weight, f"bias_{k}": bias}
@@ -174,7 +176,7 @@ def load(path: str | os.PathLike[str]) -> Policy:
     Raises
     ------
     TrundleError
-        If it is something else.
+        If the file is not a policy.
     FileNotFoundError
         If there is no such file.
     """
@@ -189,5 +191,5 @@ def load(path: str | os.PathLike[str]) -> Policy:
         return Policy(About(**about), arrays["mean"], arrays["deviation"], layers)
     except OSError:
         raise
-    except Exception as error:  # a damaged file fails in many ways
-        raise TrundleError(f"{path}: this is no policy that `trundle train` wrote ({error})") from error
+    except Exception as error:  # damaged files raise various errors
+        raise TrundleError(f"{path}: not a policy of `trundle train` ({error})") from error

@@ -1,4 +1,4 @@
-"""A training from its file: evaluated on the way, kept in checkpoints, gone on with after a kill."""
+"""Run a training from its file, with evaluations and checkpoints."""
 
 from __future__ import annotations
 
@@ -21,25 +21,25 @@ from trundle.experiments.training import checkpoint
 from trundle.experiments.training.config import Settings, read
 from trundle.experiments.training.evaluate import evaluate
 from trundle.experiments.training.networks import Algorithm, algorithm, exported
-from trundle.experiments.training.worlds import Worlds, make, period
+from trundle.experiments.training.worlds import Worlds, action_period, make_worlds
 
 __all__ = ["Training", "train_one"]
 
 Show = Callable[[str], object]
 Row = dict[str, Any]
-SHARE = 0.2
-"""The last share of a curve is compared with the share before it to tell whether it has flattened."""
-BETTER = 0.02
-"""By more success than this, or this many metres nearer to the goal, it still rises."""
-LOGGED = 20
-"""Rollouts of PPO, or episodes of SAC, from one line of TensorBoard to the next."""
+PLATEAU_SHARE = 0.2
+"""Share of a curve that is compared with the share before it."""
+MIN_IMPROVEMENT = 0.02
+"""Increase of the success rate, or decrease of the distance in m, that counts as an improvement."""
+LOG_INTERVAL = 20
+"""Rollouts of PPO, or episodes of SAC, between entries in TensorBoard."""
 
 
 class Training:
-    """One training of a configuration: one seed.
+    """One training run of a configuration.
 
-    In `folder`, `policies/NAME-SEED.npz`, `curves/NAME-SEED.json` and `timing/NAME-SEED.json` appear when it
-    is done; `work/NAME-SEED/` holds the checkpoint until then, and what TensorBoard shows. The same settings
+    In `folder`, `policies/NAME-SEED.npz`, `curves/NAME-SEED.json` and `timing/NAME-SEED.json` are written at
+    the end; `work/NAME-SEED/` holds the checkpoint until then, and the data of TensorBoard. The same settings
     and seed give the same policy and the same curve, however often the training is interrupted.
 
     Parameters
@@ -61,7 +61,7 @@ class Training:
         self.seconds = 0.0
 
     def run(self, show: Show = lambda _: None) -> Row:
-        """Train until the end, from the last checkpoint if there is one; return what its curve's file says.
+        """Train to the end, from the last checkpoint if there is one; return the curve's file.
 
         Parameters
         ----------
@@ -78,16 +78,16 @@ class Training:
 
     def _train(self, show: Show) -> Row:
         torch.set_num_threads(1)
-        worlds = make(self.settings)
+        worlds = make_worlds(self.settings)
         learner = algorithm(self.settings, self.seed, worlds)
-        learner.set_logger(Logger(str(self._work), writers(self._work)))
+        learner.set_logger(Logger(str(self._work), log_writers(self._work)))
         kept = checkpoint.read(self.checkpoint_file)
         if kept is not None:
             self.curve, self.seconds = self._own(kept)["curve"], kept["seconds"]
             checkpoint.restore(learner, worlds, kept)
-        watch = Watch(self, worlds, show)
+        watch = TrainingCallback(self, worlds, show)
         rest = self.settings.n_timesteps - learner.num_timesteps
-        learner.learn(rest, callback=watch, reset_num_timesteps=False, log_interval=LOGGED)
+        learner.learn(rest, callback=watch, reset_num_timesteps=False, log_interval=LOG_INTERVAL)
         watch.look()
         told = self._finish(learner, worlds, self.seconds + watch.seconds)
         worlds.top.close()
@@ -100,15 +100,16 @@ class Training:
         return found
 
     def _own(self, found: Row) -> Row:
-        """Return what is in the folder, if it is of these settings."""
+        """Return results from the folder, or raise an error if they have other settings."""
         if found.get("digest") != self.settings.digest:
             raise TrundleError(
-                f"{self._work} is of other settings: choose another --out, or remove {self.name}"
+                f"{self._work} holds a training with other settings: choose another --out, "
+                f"or remove {self.name}"
             )
         return found
 
     def _finish(self, learner: Algorithm, worlds: Worlds, seconds: float) -> Row:
-        """Write what the training came to; the checkpoint is needed no longer."""
+        """Write the results and delete the checkpoint."""
         policy = exported(self.settings, self.seed, learner, worlds)
         policy.save(self.policy_file)
         steps = int(learner.num_timesteps)
@@ -120,31 +121,31 @@ class Training:
             "env": self.settings.env,
             "env_kwargs": self.settings.env_kwargs,
             "steps": steps,
-            "simulated_seconds": round(steps * period(self.settings), 3),
+            "simulated_seconds": round(steps * action_period(self.settings), 3),
             "parameters": policy.parameters,
-            "flattened": flattened(self.curve),
+            "flattened": has_flattened(self.curve),
             "curve": self.curve,
         }
-        write_text(self._timing_file, lines({"cpu_seconds": round(seconds, 1)}))
-        write_text(self._curve_file, lines(told))
+        write_text(self._timing_file, to_json({"cpu_seconds": round(seconds, 1)}))
+        write_text(self._curve_file, to_json(told))
         self.checkpoint_file.unlink(missing_ok=True)
         return told
 
 
 def train_one(config: Path, seed: int, out: Path, quiet: bool) -> str:
-    """Train one seed of a configuration, and return its result in a sentence."""
+    """Train one seed of a configuration, and return its result as a sentence."""
     training = Training(read(config), seed, out)
     with Progress("training", quiet=quiet) as progress:
         told = training.run(progress.show)
-    last, rises = told["curve"][-1], "" if told["flattened"] else "; the curve still rises"
+    last, rises = told["curve"][-1], "" if told["flattened"] else "; the curve still improves"
     return (
-        f"{training.policy_file}: success {last['success']:.0%}, {last['distance']:.2f} m off after "
-        f"{told['steps']:,} steps, {told['simulated_seconds']:,.0f} s of pushing{rises}"
+        f"{training.policy_file}: success {last['success']:.0%}, {last['distance']:.2f} m from the goal "
+        f"after {told['steps']:,} steps, {told['simulated_seconds']:,.0f} s of pushing{rises}"
     )
 
 
-class Watch(BaseCallback):  # type: ignore[misc]
-    """Looks after a training between rollouts, the only time at which its state is whole."""
+class TrainingCallback(BaseCallback):  # type: ignore[misc]
+    """Evaluates and saves a training between rollouts, when its state is complete."""
 
     def __init__(self, training: Training, worlds: Worlds, show: Show) -> None:
         super().__init__()
@@ -173,7 +174,7 @@ class Watch(BaseCallback):  # type: ignore[misc]
         return True
 
     def look(self) -> None:
-        """Evaluate the policy as it is, and add a point to the curve."""
+        """Evaluate the current policy, and add a point to the curve."""
         training, told = self._training, self._training.settings
         policy = exported(told, training.seed, self.model, self._worlds)
         evaluation = told.evaluation
@@ -196,7 +197,7 @@ class Watch(BaseCallback):  # type: ignore[misc]
         checkpoint.write(training.checkpoint_file, kept)
 
     def _tell(self) -> None:
-        """Show how far it is, not more often than a person can read."""
+        """Show the progress, at most five times per second."""
         if time.monotonic() - self._shown < 0.2:
             return
         self._shown = time.monotonic()
@@ -204,19 +205,19 @@ class Watch(BaseCallback):  # type: ignore[misc]
         share = self.model.num_timesteps / self._training.settings.n_timesteps
         self._show(
             f"{self._training.name} · {share:.0%} of {self._training.settings.n_timesteps:,} steps · "
-            f"success {last['success']:.0%}, {last['distance']:.2f} m off after {last['step']:,}"
+            f"success {last['success']:.0%}, {last['distance']:.2f} m from the goal after {last['step']:,}"
         )
 
 
-def flattened(curve: list[Row]) -> bool:
-    """Tell whether the last share of a curve is no better than the one before, by success or distance."""
-    count = max(1, round(SHARE * len(curve)))
+def has_flattened(curve: list[Row]) -> bool:
+    """Return whether the last share of a curve is no better than the one before, by success and distance."""
+    count = max(1, round(PLATEAU_SHARE * len(curve)))
     late, before = curve[-count:], curve[-2 * count : -count]
     if not before:
         return False
     more = mean(late, "success") - mean(before, "success")
     nearer = mean(before, "distance") - mean(late, "distance")
-    return more <= BETTER and nearer <= BETTER
+    return more <= MIN_IMPROVEMENT and nearer <= MIN_IMPROVEMENT
 
 
 def mean(rows: list[Row], key: str) -> float:
@@ -224,13 +225,13 @@ def mean(rows: list[Row], key: str) -> float:
     return sum(float(row[key]) for row in rows) / len(rows)
 
 
-def writers(folder: Path) -> list[KVWriter]:
-    """Return what writes for TensorBoard, where that is installed."""
+def log_writers(folder: Path) -> list[KVWriter]:
+    """Return the writers for TensorBoard, if it is installed."""
     if importlib.util.find_spec("tensorboard") is None:
         return []
     return [TensorBoardOutputFormat(str(folder))]
 
 
-def lines(told: Row) -> str:
-    """Return JSON for a person to read."""
+def to_json(told: Row) -> str:
+    """Return indented JSON."""
     return json.dumps(told, indent=1) + "\n"

@@ -1,4 +1,4 @@
-"""The environments of a training, as stable-baselines3 steps them; to import this needs `trundle[rl]`."""
+"""Environments of a training, with the interface of stable-baselines3; needs `trundle[rl]`."""
 
 from __future__ import annotations
 
@@ -17,31 +17,31 @@ from stable_baselines3.common.vec_env import (
 
 from trundle._native import TrundleError
 from trundle.envs.sb3 import SB3VecEnv
-from trundle.experiments.training.config import Aids, Settings
-from trundle.experiments.training.frames import seen, width
+from trundle.experiments.training.config import RewardShaping, Settings
+from trundle.experiments.training.frames import entry_count, to_frame
 
-__all__ = ["Worlds", "make"]
+__all__ = ["Worlds", "make_worlds"]
 
-LOSS, TURN = 100.0, 0.3
-"""What the environments charge for a lost object, and for a radian of heading error (m)."""
-NEAR = 0.2
-"""Error below which an object is near its goal, m."""
+ENV_LOSS_COST, ENV_HEADING_WEIGHT_M = 100.0, 0.3
+"""Weights in the environments' reward: cost of a lost object, and of a radian of heading error (m)."""
+NEAR_GOAL_M = 0.2
+"""Scale of the error for `miss_cost`."""
 
 
-class Seen(VecEnvWrapper):  # type: ignore[misc]
-    """Observations in a frame, float32."""
+class FrameWrapper(VecEnvWrapper):  # type: ignore[misc]
+    """Converts observations to a frame, float32."""
 
     def __init__(self, venv: VecEnv, task: str, frame: str) -> None:
-        shape = (width(venv.observation_space.shape[0], frame),)
+        shape = (entry_count(venv.observation_space.shape[0], frame),)
         super().__init__(venv, observation_space=gym.spaces.Box(-np.inf, np.inf, shape, np.float32))
         self._task, self._frame = task, frame
 
     def reset(self) -> NDArray[np.float32]:
-        """Begin episodes."""
+        """Start episodes."""
         return self._seen(self.venv.reset())
 
     def step_wait(self) -> tuple[Any, Any, Any, list[dict[str, Any]]]:
-        """Act, and turn what is observed."""
+        """Step, and convert the observations."""
         observations, rewards, dones, infos = self.venv.step_wait()
         for index in np.flatnonzero(dones):
             last = infos[index]["terminal_observation"]
@@ -49,35 +49,35 @@ class Seen(VecEnvWrapper):  # type: ignore[misc]
         return self._seen(observations), rewards, dones, infos
 
     def _seen(self, observations: Any) -> NDArray[np.float32]:
-        return seen(observations, self._task, self._frame)
+        return to_frame(observations, self._task, self._frame)
 
 
-class Aided(VecEnvWrapper):  # type: ignore[misc]
-    """Rewards to learn from; a monitor within keeps those of the environment."""
+class ShapedRewardWrapper(VecEnvWrapper):  # type: ignore[misc]
+    """Adds shaped rewards. An inner monitor records those of the environment."""
 
-    def __init__(self, venv: VecEnv, aids: Aids, period: float) -> None:
+    def __init__(self, venv: VecEnv, aids: RewardShaping, period: float) -> None:
         super().__init__(venv)
         self._aids, self._period = aids, period
 
     def reset(self) -> Any:
-        """Begin episodes."""
+        """Start episodes."""
         return self.venv.reset()
 
     def step_wait(self) -> tuple[Any, Any, Any, list[dict[str, Any]]]:
-        """Act, and add the aids."""
+        """Step, and add the shaped rewards."""
         observations, rewards, dones, infos = self.venv.step_wait()
         turns = np.array([abs(info["heading_error"]) for info in infos])
-        errors = np.array([info["distance"] for info in infos]) + TURN * turns
-        cost = self._aids.miss_cost * np.tanh(errors / NEAR) + self._aids.turn_cost * turns
+        errors = np.array([info["distance"] for info in infos]) + ENV_HEADING_WEIGHT_M * turns
+        cost = self._aids.miss_cost * np.tanh(errors / NEAR_GOAL_M) + self._aids.turn_cost * turns
         rewards = (rewards - self._period * cost).astype(np.float32)
         for index in np.flatnonzero(dones):
             rewards[index] += self._aids.success_bonus * infos[index]["is_success"]
-            rewards[index] += (LOSS - self._aids.loss_cost) * infos[index]["lost"]
+            rewards[index] += (ENV_LOSS_COST - self._aids.loss_cost) * infos[index]["lost"]
         return observations, rewards, dones, infos
 
 
 class Worlds(NamedTuple):
-    """The layers whose state a checkpoint holds; `top` is what learns steps."""
+    """The layers of environments whose state a checkpoint holds; `top` is the outermost."""
 
     batch: SB3VecEnv
     monitor: VecMonitor
@@ -86,19 +86,19 @@ class Worlds(NamedTuple):
     top: VecEnv
 
     def state(self) -> dict[str, Any]:
-        """Return all that goes on from one step to the next."""
+        """Return the state between two steps."""
         kept = {
             "episodes": self.batch.env_method("snapshot"),
-            "monitor": pick(self.monitor, MONITORED),
+            "monitor": pick_attributes(self.monitor, MONITOR_KEYS),
         }
         if self.stack is not None:
             kept["stack"] = self.stack.stacked_obs.stacked_obs
         if self.normalize is not None:
-            kept["normalize"] = pick(self.normalize, SCALES)
+            kept["normalize"] = pick_attributes(self.normalize, NORMALIZE_KEYS)
         return kept
 
     def restore(self, state: dict[str, Any]) -> None:
-        """Go on from a state of environments with the same settings."""
+        """Restore a state of environments with the same settings."""
         for index, episode in enumerate(state["episodes"]):
             self.batch.env_method("restore", episode, indices=index)
         vars(self.monitor).update(state["monitor"])
@@ -108,36 +108,36 @@ class Worlds(NamedTuple):
             vars(self.normalize).update(state["normalize"])
 
 
-MONITORED = ("episode_returns", "episode_lengths", "episode_count")
-SCALES = ("obs_rms", "ret_rms", "returns", "old_obs", "old_reward")
+MONITOR_KEYS = ("episode_returns", "episode_lengths", "episode_count")
+NORMALIZE_KEYS = ("obs_rms", "ret_rms", "returns", "old_obs", "old_reward")
 
 
-def pick(owner: Any, names: tuple[str, ...]) -> dict[str, Any]:
-    """Return attributes of an object, by name; those that it has."""
+def pick_attributes(owner: Any, names: tuple[str, ...]) -> dict[str, Any]:
+    """Return the existing attributes of an object among `names`."""
     return {name: getattr(owner, name) for name in names if hasattr(owner, name)}
 
 
-def period(settings: Settings) -> float:
+def action_period(settings: Settings) -> float:
     """Return the time between two actions, s."""
     single: Any = gym.make(settings.env, **settings.env_kwargs).unwrapped
     return float(single.control)
 
 
-def make(settings: Settings) -> Worlds:
+def make_worlds(settings: Settings) -> Worlds:
     """Make the environments of a training.
 
     Raises
     ------
     TrundleError
-        If the environment does not take its arguments.
+        If the environment rejects its arguments.
     """
     try:
-        step = period(settings)
+        step = action_period(settings)
         batch = SB3VecEnv.make(settings.env, settings.n_envs, **settings.env_kwargs)
     except TypeError as error:
         raise TrundleError(f"env_kwargs = {settings.env_kwargs}: {error}") from None
-    monitor = VecMonitor(Seen(batch, settings.env, settings.frame))
-    top: VecEnv = Aided(monitor, settings.aids, step)
+    monitor = VecMonitor(FrameWrapper(batch, settings.env, settings.frame))
+    top: VecEnv = ShapedRewardWrapper(monitor, settings.aids, step)
     stack = normalize = None
     if settings.frame_stack > 1:
         top = stack = VecFrameStack(top, settings.frame_stack)

@@ -1,1 +1,1 @@
-"""The wide blind benchmark: instruments, conventions, engines and effects drawn at random for every case."""
+"""The wide blind benchmark, with random instruments, conventions, engines and effects."""

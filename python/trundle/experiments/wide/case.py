@@ -1,4 +1,4 @@
-"""A case is drawn again until what is hidden in it counts."""
+"""Draw cases until the hidden effects are material, and record them."""
 
 from __future__ import annotations
 
@@ -8,19 +8,19 @@ from typing import Any
 
 import numpy as np
 
-from trundle.experiments.blind.family import Hidden
-from trundle.experiments.blind.places import visited
+from trundle.experiments.blind.family import HiddenEffect
+from trundle.experiments.blind.geometry import visited_cells
+from trundle.experiments.blind.readings import Readings
 from trundle.experiments.blind.sealed import folder_digest
-from trundle.experiments.blind.seen import Seen
-from trundle.experiments.wide.families import draw_hidden
-from trundle.experiments.wide.measure import recorded, simulated
-from trundle.experiments.wide.oracle import reason_to_reject, weigh
+from trundle.experiments.wide.families import draw_effects
+from trundle.experiments.wide.measurement import make_recording, simulate_case
+from trundle.experiments.wide.oracle import oracle_misfits, rejection_reason
 from trundle.experiments.wide.scene import WideScene, draw_wide_scene
 
 __all__ = ["draw_case"]
 
-LEAST_WAY = 0.05
-"""Of the object in the median episode of a case that counts, m."""
+MIN_MEDIAN_DISPLACEMENT_M = 0.05
+"""Smallest displacement of the object in the median episode."""
 
 
 def draw_case(
@@ -33,39 +33,39 @@ def draw_case(
     attempts: int,
     folder: Path,
 ) -> dict[str, Any]:
-    """Draw a case until it counts, write its recording, and return the truth and all attempts."""
+    """Draw a case until it is material, write its recording, and return the truth and all attempts."""
     tried: list[dict[str, Any]] = []
     for attempt in range(attempts):
         scene = draw_wide_scene(seed, attempt, engine)
-        bare = simulated(scene, [])
-        hidden = draw_hidden(names, seed, attempt, scene, bare)
-        if hidden is None or not moves(bare):
-            tried.append(outcome(scene, "no place" if hidden is None else "hardly moves"))
+        bare = simulate_case(scene, [])
+        hidden = draw_effects(names, seed, attempt, scene, bare)
+        if hidden is None or not moves_enough(bare):
+            tried.append(attempt_record(scene, "no place" if hidden is None else "hardly moves"))
             continue
-        seen = simulated(scene, hidden) if hidden else bare
-        made = recorded(scene, hidden, seen, case)
-        oracle = weigh(scene, hidden, seen, bare, matters) if hidden else {}
-        reason = reason_to_reject(oracle, matters, each_matters) if hidden else None
-        tried.append(outcome(scene, reason))
+        seen = simulate_case(scene, hidden) if hidden else bare
+        made = make_recording(scene, hidden, seen, case)
+        oracle = oracle_misfits(scene, hidden, seen, bare, matters) if hidden else {}
+        reason = rejection_reason(oracle, matters, each_matters) if hidden else None
+        tried.append(attempt_record(scene, reason))
         if reason is None:
             made.write(folder, table="parquet")
             return {
-                **truth_of(case, names, scene, hidden, seen, oracle),
+                **case_truth(case, names, scene, hidden, seen, oracle),
                 "attempts": tried,
                 "digest": folder_digest(folder),
             }
     return {"case": case, "names": names, "engine": engine, "seed": seed, "attempts": tried, "digest": None}
 
 
-def moves(bare: Sequence[Seen]) -> bool:
-    """Tell whether the object moves at all, and does not run off."""
+def moves_enough(bare: Sequence[Readings]) -> bool:
+    """Return whether the object moves enough and stays within the workspace."""
     ways = [float(np.ptp(seen.pose[:, :2], axis=0).max()) for seen in bare]
     turns = [float(np.ptp(seen.pose[:, 2])) for seen in bare]
-    return float(np.median(ways)) > LEAST_WAY and max(ways) < 20.0 and max(turns) < 60.0
+    return float(np.median(ways)) > MIN_MEDIAN_DISPLACEMENT_M and max(ways) < 20.0 and max(turns) < 60.0
 
 
-def outcome(scene: WideScene, reason: str | None) -> dict[str, Any]:
-    """Return what is reported of an attempt: the class of its instrument, and why it was rejected."""
+def attempt_record(scene: WideScene, reason: str | None) -> dict[str, Any]:
+    """Return the record of an attempt: the class of its instrument, and the reason for its rejection."""
     instrument: Any = scene.instrument
     return {
         "reason": reason,
@@ -76,27 +76,27 @@ def outcome(scene: WideScene, reason: str | None) -> dict[str, Any]:
     }
 
 
-def truth_of(
+def case_truth(
     case: str,
     names: list[str],
     scene: WideScene,
-    hidden: Sequence[Hidden],
-    seen: Sequence[Seen],
+    hidden: Sequence[HiddenEffect],
+    seen: Sequence[Readings],
     oracle: dict[str, Any],
 ) -> dict[str, Any]:
-    """Return the sealed answer."""
+    """Return the truth of a case."""
     instrument: Any = scene.instrument
     found = {
         "case": case,
         "names": names,
-        "outside": any(one.family.foreign for one in hidden),
+        "outside": any(one.family.out_of_catalogue for one in hidden),
         "engine": scene.engine,
         "seed": scene.seed,
         "instrument": instrument.plain(),
         "truth": [
             {
                 "effect": one.family.name,
-                **published(scene, one.family.truth(scene, one.values)),
+                **with_table_times(scene, one.family.truth(scene, one.values)),
                 "values": one.values,
             }
             for one in hidden
@@ -104,8 +104,8 @@ def truth_of(
         "oracle": oracle,
         "gyration": scene.shape.gyration,
         "mass": scene.mass,
-        "mass_told": scene.mass_told,
-        "feet_told": scene.feet_told,
+        "mass_told": scene.mass_given,
+        "feet_told": scene.feet_given,
         "wheel": vars(scene.wheel),
         "centroid": scene.shape.centroid.tolist(),
         "shape": scene.shape.kind,
@@ -114,12 +114,12 @@ def truth_of(
         "held_out": scene.held_out,
     }
     if "floor_patch" in names:
-        found["visited"] = visited(scene, [one.pose for one in seen])
+        found["visited"] = visited_cells(scene, [one.pose for one in seen])
     return found
 
 
-def published(scene: WideScene, truth: dict[str, Any]) -> dict[str, Any]:
-    """Return a truth with the times of the table."""
+def with_table_times(scene: WideScene, truth: dict[str, Any]) -> dict[str, Any]:
+    """Return a truth with event times in the time of the table."""
     where = truth.get("where") or {}
     if "event" not in where:
         return truth

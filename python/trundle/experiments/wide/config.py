@@ -1,12 +1,13 @@
-"""The file of a wide benchmark: how many cases of what, from which seeds, and what makes a case count."""
+"""Read the file of a wide benchmark: numbers of cases, ranges of seeds, and thresholds of materiality."""
 
 from __future__ import annotations
 
-from dataclasses import asdict, dataclass, replace
+from dataclasses import asdict, dataclass, fields, replace
 from pathlib import Path
 from typing import Any
 
-from trundle.experiments.wide.families import CATALOGUE, OUTSIDE
+from trundle.experiments.blind.config import resolve_families
+from trundle.experiments.wide.families import CATALOGUE, OUT_OF_CATALOGUE
 from trundle.recording import TrundleError
 from trundle.settings import build_settings, parse_format
 
@@ -17,7 +18,7 @@ FORMAT = "trundle-wide/1"
 
 @dataclass(frozen=True)
 class Counts:
-    """How many cases of each kind: without an effect, with one to four, and out of the catalogue."""
+    """Numbers of cases: without an effect, with one to four, and out of the catalogue."""
 
     clean: int = 0
     singles: int = 0
@@ -27,33 +28,27 @@ class Counts:
     outsides: int = 0
 
     def groups(self) -> dict[tuple[int, bool], int]:
-        """Return the counts by number of families, and whether they are out of the catalogue."""
+        """Return the counts by number of families and whether they are out of the catalogue."""
         several = {(2, False): self.pairs, (3, False): self.triples, (4, False): self.fours}
         return {(0, False): self.clean, (1, False): self.singles, (1, True): self.outsides, **several}
 
 
 @dataclass(frozen=True)
-class Range:
-    """A range of seeds, in so many shares of cases; or a subset of one: the first cases of each kind."""
+class Range(Counts):
+    """A range of seeds, split into shares of cases; or a subset of one: the first cases of each kind."""
 
     first: int | None = None
     of: str | None = None
-    clean: int = 0
-    singles: int = 0
-    pairs: int = 0
-    triples: int = 0
-    fours: int = 0
-    outsides: int = 0
     shares: int = 1
 
     def counts(self) -> Counts:
         """Return the counts alone."""
-        return Counts(self.clean, self.singles, self.pairs, self.triples, self.fours, self.outsides)
+        return Counts(**{one.name: getattr(self, one.name) for one in fields(Counts)})
 
 
 @dataclass(frozen=True)
-class Document:
-    """A file as it is written; see `Settings`."""
+class File:
+    """Contents of a file; see `Settings`."""
 
     ranges: dict[str, Range]
     effects: list[str]
@@ -79,21 +74,21 @@ class Settings:
     counts : Counts
         Of the whole range.
     subset : Counts, optional
-        Of the subset, if it is one.
+        Of the subset, if the range is one.
     shares : int
-        In how many shares the range is done, each of which is drawn, sealed and diagnosed by itself.
+        Number of shares of the range. Each is drawn, sealed and diagnosed separately.
     share : int, optional
-        The share that is meant; without it, the whole range.
+        Number of the share; None for the whole range.
     effects, outside : tuple of str
-        Families that are hidden.
+        Families to hide.
     matters : float
-        By which factor the true law must improve the refitted nominal model's held-out misfit.
+        Factor by which the true law must reduce the refitted nominal model's held-out misfit.
     each_matters : float
         The same for each of several effects, with the others in the model.
     attempts : int
-        Draws after which a case is given up.
+        Number of draws before a case is dropped.
     limit : float
-        Of one diagnosis, s of processor time.
+        Processor time of one diagnosis, s.
     """
 
     range: str
@@ -127,13 +122,13 @@ def read(path: Path, which: str) -> Settings:
     TrundleError
         If a key, a family or the range is unknown.
     """
-    found = build_settings(path, Document, parse_format(path, FORMAT))
-    chosen = ranged(path, found, which)
-    parent = ranged(path, found, chosen.of) if chosen.of else chosen
+    found = build_settings(path, File, parse_format(path, FORMAT))
+    chosen = get_range(path, found, which)
+    parent = get_range(path, found, chosen.of) if chosen.of else chosen
     if chosen.shares < 1:
         raise TrundleError(f"{path}: [ranges.{which}] shares = {chosen.shares} must be at least 1")
     if parent.first is None:
-        raise TrundleError(f"{path}: [ranges.{chosen.of or which}] needs `first`, the first seed")
+        raise TrundleError(f"{path}: [ranges.{chosen.of or which}] missing key `first`, the first seed")
     return Settings(
         range=which,
         parent=chosen.of or which,
@@ -142,8 +137,8 @@ def read(path: Path, which: str) -> Settings:
         subset=chosen.counts() if chosen.of else None,
         shares=chosen.shares,
         share=None,
-        effects=families(path, found.effects, CATALOGUE),
-        outside=families(path, found.outside, OUTSIDE),
+        effects=resolve_families(path, tuple(found.effects), CATALOGUE),
+        outside=resolve_families(path, tuple(found.outside), OUT_OF_CATALOGUE),
         matters=found.matters,
         each_matters=found.each_matters,
         attempts=found.attempts,
@@ -151,18 +146,10 @@ def read(path: Path, which: str) -> Settings:
     )
 
 
-def ranged(path: Path, found: Document, which: str) -> Range:
+def get_range(path: Path, found: File, which: str) -> Range:
     """Return a range of a file."""
     if which not in found.ranges:
         raise TrundleError(
             f"{path}: [ranges] has no '{which}'; it has {', '.join(found.ranges) or 'nothing'}"
         )
     return found.ranges[which]
-
-
-def families(path: Path, names: Any, known: dict[str, Any]) -> tuple[str, ...]:
-    """Return names of families, all known ones for "all"."""
-    for name in names:
-        if name != "all" and name not in known:
-            raise TrundleError(f"{path}: there is no family '{name}'; there are {', '.join(known)}")
-    return tuple(known) if list(names) == ["all"] else tuple(names)

@@ -1,4 +1,4 @@
-"""One diagnosis in a process of its own, which is given the recording's folder and nothing else."""
+"""Diagnose a recording in a process of its own, which receives only the recording's folder."""
 
 from __future__ import annotations
 
@@ -20,15 +20,16 @@ __all__ = ["diagnose_case"]
 
 
 def diagnose_case(digest: str, limit: float, folder: Path) -> dict[str, Any]:
-    """Diagnose a folder; return what is kept of the answer, and what it cost.
+    """Diagnose a folder; return a summary of the answer, and its cost.
 
     Parameters
     ----------
     digest : str
         Of the recording: part of the unit's key.
     limit : float
-        Processor time after which the process is ended, s, so that a busy machine gives the same answers; the
-        verdict is then "timeout".
+        Processor time after which the process is ended, s. The verdict is then "timeout". Processor time
+        does not depend on the load of the machine.
+    folder : Path
     """
     with tempfile.TemporaryFile() as out, tempfile.TemporaryFile() as errors:
         began = time.perf_counter()
@@ -48,12 +49,12 @@ def diagnose_case(digest: str, limit: float, folder: Path) -> dict[str, Any]:
         seconds = time.perf_counter() - began
         for file in (out, errors):
             file.seek(0)
-        answer = answered(process.returncode, out.read(), errors.read())
+        answer = parse_answer(process.returncode, out.read(), errors.read())
     cost = {"seconds": seconds, "cpu": usage.ru_utime + usage.ru_stime, "memory": usage.ru_maxrss / 1024}
     return {**answer, "cost": cost}
 
 
-def answered(status: int, out: bytes, errors: bytes) -> dict[str, Any]:
+def parse_answer(status: int, out: bytes, errors: bytes) -> dict[str, Any]:
     """Return the answer of a process that has ended."""
     if status == 0:
         found: dict[str, Any] = json.loads(out)
@@ -65,11 +66,11 @@ def answered(status: int, out: bytes, errors: bytes) -> dict[str, Any]:
 
 
 def main(folder: str, limit: str) -> None:
-    """Diagnose a folder and print what is kept of the answer."""
+    """Diagnose a folder and print a summary of the answer."""
     resource.setrlimit(resource.RLIMIT_CPU, (int(limit), int(limit) + 5))
     from trundle import TrundleError, diagnose
 
-    # The process ends with the one that started it: the other end of standard input closes.
+    # Standard input closes when the parent process ends.
     threading.Thread(target=end_with_parent, daemon=True).start()
     try:
         answer = diagnose(folder).answer
@@ -77,17 +78,17 @@ def main(folder: str, limit: str) -> None:
         reason = str(error).replace(f"{Path(folder).parent}/", "")
         json.dump({"verdict": "refused", "reason": reason}, sys.stdout)
         return
-    json.dump(kept(answer), sys.stdout)
+    json.dump(summarize_answer(answer), sys.stdout)
 
 
 def end_with_parent() -> None:
     """Wait for the end of standard input, then end the process."""
-    os.read(0, 1)  # not through sys.stdin, whose lock a finalising interpreter would find taken
+    os.read(0, 1)  # sys.stdin would hold a lock that the interpreter needs at exit
     os.kill(os.getpid(), signal.SIGKILL)
 
 
-def kept(answer: Mapping[str, Any]) -> dict[str, Any]:
-    """Return what scoring needs of `diagnosis.json`."""
+def summarize_answer(answer: Mapping[str, Any]) -> dict[str, Any]:
+    """Return the parts of `diagnosis.json` that scoring uses."""
     names = ("effect", "probability", "parameters", "where", "explains")
     figures = ("window_position_rmse", "window_heading_rmse", "position_rmse", "heading_rmse")
     held_out = answer["fit"]["held_out"] or {}

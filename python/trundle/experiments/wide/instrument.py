@@ -1,4 +1,4 @@
-"""What measures a case and how it is published: rates, noise, drop-outs, frames, signs, kind of contact."""
+"""Instruments of a case and conventions of its recording."""
 
 from __future__ import annotations
 
@@ -6,6 +6,8 @@ from dataclasses import asdict, dataclass
 from typing import Any
 
 import numpy as np
+
+from trundle.experiments.sampling import log_uniform
 
 __all__ = ["Instrument", "draw_instrument"]
 
@@ -30,15 +32,15 @@ class Instrument:
     Attributes
     ----------
     tracker, sensor : float
-        Rates, Hz.
+        Sample rates, Hz.
     dropout : float
         Share of tracker samples that are lost.
     burst : bool
-        Whether they are lost in runs.
+        Whether they are lost in bursts.
     jitter : float
         Standard deviation of the time stamps, s.
     pose, heading : float
-        Noise of the tracker, m; heading noise in rad per radius of gyration in m.
+        Noise of the tracker, m; heading noise in rad times the radius of gyration in m.
     force, torque : float
         Noise of the sensor, N, N·m.
     filtered : bool
@@ -46,13 +48,13 @@ class Instrument:
     frame, reference, sign : str
         As in `[wrench]` of a recording.
     raw : bool
-        Whether the sensor's offset is left in.
+        Whether the readings include the sensor's offset.
     contact : str
-        "grasp", "compliant" (a grasp that gives way) or "point" (free pushing).
+        "grasp", "compliant" (a compliant grasp) or "point" (free pushing).
     torque_given, noise_given : bool
         Whether the recording has `torque_z` (always for a grasp), and states its noise.
     shifted : bool
-        Whether the clock of each episode starts anywhere.
+        Whether the clock of each episode has a random start.
     """
 
     tracker: float
@@ -76,13 +78,13 @@ class Instrument:
 
     @property
     def rate_class(self) -> str:
-        """Return the class of the rate of poses that arrive."""
+        """Class of the effective rate of poses."""
         rate = self.tracker * (1.0 - self.dropout)
         return "below 20 Hz" if rate < 20.0 else "20 to 60 Hz" if rate < 60.0 else "60 Hz and more"
 
     @property
     def noise_class(self) -> str:
-        """Return the class of the pose noise."""
+        """Class of the pose noise."""
         return (
             "below 0.5 mm"
             if self.pose < 5e-4
@@ -92,7 +94,7 @@ class Instrument:
         )
 
     def plain(self) -> dict[str, Any]:
-        """Return it with its classes, as plain values."""
+        """Return the instrument with its classes, as plain values."""
         return {**asdict(self), "rate_class": self.rate_class, "noise_class": self.noise_class}
 
 
@@ -125,8 +127,3 @@ def draw_instrument(rng: np.random.Generator) -> Instrument:
         noise_given=bool(rng.random() < 0.6),
         shifted=bool(rng.random() < 0.3),
     )
-
-
-def log_uniform(rng: np.random.Generator, low: float, high: float) -> float:
-    """Return a value between two, uniform in its logarithm."""
-    return float(np.exp(rng.uniform(np.log(low), np.log(high))))

@@ -1,4 +1,4 @@
-"""A case in MuJoCo: grasps that exert a servo's force, or a finger on two slides that touches."""
+"""The MuJoCo engine: grasps with a velocity servo, or a finger on two slides."""
 
 from __future__ import annotations
 
@@ -7,91 +7,77 @@ from typing import Any
 
 import mujoco
 import numpy as np
-from numpy.typing import NDArray
 
-from trundle.experiments.blind.family import Hidden, Hook, Site
-from trundle.experiments.blind.push import CONTACT
-from trundle.experiments.blind.seen import Seen
-from trundle.experiments.blind.world import HEIGHT, add_wheel, at_site, exerted, quaternion
-from trundle.experiments.wide.motion import course, grasp_course, middle
+from trundle.experiments.blind.family import HiddenEffect, Hook
+from trundle.experiments.blind.push import CONTACT_TIME_S
+from trundle.experiments.blind.readings import Readings, step_averages
+from trundle.experiments.blind.world import (
+    BODY_HEIGHT_M,
+    add_disc,
+    add_gripper,
+    add_slides,
+    add_wheel,
+    compile_effects,
+    new_world,
+    servo_wrench,
+    step,
+)
+from trundle.experiments.sampling import Floats
 from trundle.experiments.wide.scene import WideScene
 from trundle.experiments.wide.strokes import Finger
+from trundle.experiments.wide.trajectory import grasp_readings, grid_readings
 
-__all__ = ["STEP", "simulate"]
+__all__ = ["TIME_STEP_S", "simulate"]
 
-Floats = NDArray[np.float64]
 
-STEP = 1e-3
-"""s; half of it where a finger strikes."""
-TIP_RADIUS = 0.004
-"""m."""
-TIP_MASS = 0.3
-"""kg; it lies behind the sensor, which reads the contact alone."""
+TIME_STEP_S = 1e-3
+"""Simulation step of grasps; free pushes use half of it."""
+TIP_RADIUS_M = 0.004
+"""Radius of the fingertip."""
+TIP_MASS_KG = 0.3
+"""Mass of the fingertip. It lies behind the sensor, which reads the contact force only."""
 TIP_SOLREF, TIP_SOLIMP = (0.01, 1.0), (0.1, 0.1, 0.001, 0.5, 2.0)
-"""Of the fingertip's rubber, some 3·10⁴ N/m. At a higher impedance contacts under load are lost for single
-steps, hundreds in a recording: impulses that no sampled reading shows and no finger lacks."""
+"""Contact parameters of the rubber tip, about 3·10⁴ N/m.
+
+A higher impedance loses loaded contacts for single steps.
+"""
 TIP_BIT, TABLE_BITS = 4, 5
-"""Collision bits: obstacles use 1, feet 2."""
+"""Collision bits. Obstacles use 1, feet 2."""
 
 
-def simulate(scene: WideScene, hidden: Sequence[Hidden], episode: int) -> Seen:
-    """Return what perfect instruments would read in an episode."""
-    spec, table = furnished(scene, episode)
-    site = Site(spec, table, scene, episode)
-    for one in hidden:
-        one.family.furnish(site, one.values)
-    model = spec.compile()
-    found = [one.family.hook(model, site, one.values) for one in hidden]
-    hooks = [hook for hook in found if hook is not None]
-    run = pushed if scene.strokes else grasped
+def simulate(scene: WideScene, hidden: Sequence[HiddenEffect], episode: int) -> Readings:
+    """Return the readings of perfect instruments in an episode."""
+    spec, table = build_world(scene, episode)
+    model, hooks = compile_effects(spec, table, scene, hidden, episode)
+    run = simulate_free_push if scene.strokes else simulate_grasp
     return run(model, scene, episode, hooks)
 
 
-def furnished(scene: WideScene, episode: int) -> tuple[Any, Any]:
-    """Return the world without any effect, and its object."""
-    spec = mujoco.MjSpec()
-    spec.option.timestep = step_of(scene)
-    spec.option.gravity = [0.0, 0.0, 0.0]
-    spec.option.integrator = mujoco.mjtIntegrator.mjINT_IMPLICITFAST
-    spec.option.cone = mujoco.mjtCone.mjCONE_ELLIPTIC
-    spec.option.impratio = 100.0
-    table = spec.worldbody.add_body(name="table")
-    add_slides(table, "")
-    table.add_joint(name="theta", type=mujoco.mjtJoint.mjJNT_HINGE, axis=[0, 0, 1])
+def build_world(scene: WideScene, episode: int) -> tuple[Any, Any]:
+    """Return the world without effects, and its object."""
+    spec, table = new_world(time_step(scene))
     add_parts(spec, table, scene)
     add_wheel(spec, table, "wheel", scene.wheel)
     if scene.strokes:
         add_finger(spec, scene, episode)
-        return spec, table
-    grasp = scene.pushes[episode].grasp
-    table.add_site(name="grasp", pos=[grasp.x, grasp.y, 0.0], quat=quaternion(grasp.angle))
-    for along, index in (("x", 0), ("y", 1), ("turn", 5)):
-        spec.add_actuator(name=f"gripper {along}", **at_site("grasp", index))
+    else:
+        add_gripper(spec, table, scene.pushes[episode].grasp)
     return spec, table
 
 
-def step_of(scene: WideScene) -> float:
-    """Return the step, s."""
-    return STEP / 2 if scene.strokes else STEP
-
-
-def add_slides(body: Any, prefix: str) -> None:
-    """Let a body slide along x and y."""
-    for name, axis in (("x", [1, 0, 0]), ("y", [0, 1, 0])):
-        body.add_joint(name=f"{prefix}{name}", type=mujoco.mjtJoint.mjJNT_SLIDE, axis=axis)
+def time_step(scene: WideScene) -> float:
+    """Return the simulation step, s."""
+    return TIME_STEP_S / 2 if scene.strokes else TIME_STEP_S
 
 
 def add_parts(spec: Any, table: Any, scene: WideScene) -> None:
-    """Give the object its parts, of one density: a cylinder, or prisms."""
+    """Add the object's geometry of equal density: a cylinder, or prisms."""
     shape: Any = scene.shape
     common = {"contype": TABLE_BITS, "conaffinity": TABLE_BITS, "condim": 1}
-    if shape.disc is not None:
-        x, y, radius = shape.disc
-        kind = mujoco.mjtGeom.mjGEOM_CYLINDER
-        table.add_geom(type=kind, size=[radius, 0.1, 0.0], pos=[x, y, HEIGHT], mass=scene.mass, **common)
+    if add_disc(table, scene, **common):
         return
     for k, part in enumerate(shape.parts):
-        name, low, high = f"part {k}", HEIGHT - 0.1, HEIGHT + 0.1
+        name, low, high = f"part {k}", BODY_HEIGHT_M - 0.1, BODY_HEIGHT_M + 0.1
         corners = np.vstack([np.column_stack([part, np.full(len(part), z)]) for z in (low, high)])
         spec.add_mesh(name=name, uservert=corners.ravel().tolist())
         mass = scene.mass * area(part) / shape.area
@@ -105,15 +91,15 @@ def area(ring: Floats) -> float:
 
 
 def add_finger(spec: Any, scene: WideScene, episode: int) -> None:
-    """Add the finger: a small ball on two slides, held by a servo of the arm's stiffness."""
+    """Add the finger: a small ball on two slides with a servo of the arm's stiffness."""
     strokes = scene.strokes[episode]
-    tip = spec.worldbody.add_body(name="tip", pos=[0.0, 0.0, HEIGHT])
+    tip = spec.worldbody.add_body(name="tip", pos=[0.0, 0.0, BODY_HEIGHT_M])
     add_slides(tip, "tip ")
     tip.add_geom(
         name="tip",
         type=mujoco.mjtGeom.mjGEOM_SPHERE,
-        size=[TIP_RADIUS, 0, 0],
-        mass=TIP_MASS,
+        size=[TIP_RADIUS_M, 0, 0],
+        mass=TIP_MASS_KG,
         contype=TIP_BIT,
         conaffinity=0,
         condim=3 if strokes.friction else 1,
@@ -140,26 +126,26 @@ def arm_damping(scene: WideScene, episode: int) -> float:
     return float(0.6 * np.sqrt(scene.strokes[episode].stiffness * scene.mass))
 
 
-def grasped(model: Any, scene: WideScene, episode: int, hooks: Sequence[Hook]) -> Seen:
-    """Simulate an episode of a grasp: its force is in proportion to the velocity that is missing."""
+def simulate_grasp(model: Any, scene: WideScene, episode: int, hooks: Sequence[Hook]) -> Readings:
+    """Simulate an episode of a grasp. The force is proportional to the velocity error."""
     push: Any = scene.pushes[episode]
-    data, t, poses, forces = begun(model, scene, episode)
-    wanted, slot = push.wanted(t).tolist(), model.actuator("gripper x").id
+    data, t, poses, forces = initial_state(model, scene, episode)
+    wanted, slot = push.desired_twist(t).tolist(), model.actuator("gripper x").id
     for k in range(len(t)):
         poses[k] = data.qpos[:3]
-        forces[k] = data.ctrl[slot : slot + 3] = exerted(data, scene, push, wanted[k])
-        advance(model, data, hooks)
-    return grasp_course(scene, episode, t, poses, middle(forces))
+        forces[k] = data.ctrl[slot : slot + 3] = servo_wrench(data, scene, push, wanted[k])
+        step(model, data, hooks)
+    return grasp_readings(scene, episode, t, poses, step_averages(forces))
 
 
-def pushed(model: Any, scene: WideScene, episode: int, hooks: Sequence[Hook]) -> Seen:
-    """Simulate an episode of free pushing; the sensor reads the contact's force."""
-    data, t, poses, forces = begun(model, scene, episode)
+def simulate_free_push(model: Any, scene: WideScene, episode: int, hooks: Sequence[Hook]) -> Readings:
+    """Simulate an episode of free pushing. The sensor reads the contact force."""
+    data, t, poses, forces = initial_state(model, scene, episode)
     strokes, damping = scene.strokes[episode], arm_damping(scene, episode)
-    finger, tips = Finger(strokes, scene.shape, step_of(scene)), np.empty((len(t), 2))
+    finger, tips = Finger(strokes, scene.shape, time_step(scene)), np.empty((len(t), 2))
     at, speed = model.joint("tip x").qposadr[0], model.joint("tip x").dofadr[0]
     slot, geom, was = model.actuator("tip x").id, model.geom("tip").id, None
-    reader = Reader(model, geom)
+    reader = ContactForceReader(model, geom)
     for k in range(len(t)):
         poses[k] = data.qpos[:3]
         x, y, vx, vy, down = finger.at(float(t[k]), data.qpos[:3].tolist())
@@ -172,40 +158,33 @@ def pushed(model: Any, scene: WideScene, episode: int, hooks: Sequence[Hook]) ->
             strokes.stiffness * x + damping * vx,
             strokes.stiffness * y + damping * vy,
         )
-        advance(model, data, hooks)
+        step(model, data, hooks)
         forces[k] = reader.read(data, tips[k])
     angle = scene.pushes[episode].grasp.angle
-    return course(scene, episode, t, poses, np.column_stack([tips, np.full(len(t), angle)]), middle(forces))
+    return grid_readings(
+        scene, episode, t, poses, np.column_stack([tips, np.full(len(t), angle)]), step_averages(forces)
+    )
 
 
-def begun(model: Any, scene: WideScene, episode: int) -> tuple[Any, Floats, Floats, Floats]:
-    """Return the state at contact, the times of the steps, and room for poses and forces."""
+def initial_state(model: Any, scene: WideScene, episode: int) -> tuple[Any, Floats, Floats, Floats]:
+    """Return the state at contact, the times of the steps, and arrays for poses and forces."""
     data = mujoco.MjData(model)
     data.qpos[:3] = scene.pushes[episode].start
-    data.time = CONTACT
-    n = round((scene.seconds[episode] - CONTACT) / step_of(scene))
-    t: Floats = CONTACT + step_of(scene) * np.arange(n + 1, dtype=np.float64)
+    data.time = CONTACT_TIME_S
+    n = round((scene.seconds[episode] - CONTACT_TIME_S) / time_step(scene))
+    t: Floats = CONTACT_TIME_S + time_step(scene) * np.arange(n + 1, dtype=np.float64)
     return data, t, np.empty((n + 1, 3)), np.zeros((n + 1, 3))
 
 
-def advance(model: Any, data: Any, hooks: Sequence[Hook]) -> None:
-    """Do one step with what the effects add."""
-    if hooks:
-        data.qfrc_applied[:] = 0.0
-        for hook in hooks:
-            hook(data)
-    mujoco.mj_step(model, data)
-
-
-class Reader:
-    """Reads the force of the finger on the object, world axes, and its moment about the finger's centre."""
+class ContactForceReader:
+    """Reads the contact force on the object, world axes, and its moment about the finger's centre."""
 
     def __init__(self, model: Any, geom: int) -> None:
         self.model, self.geom = model, geom
         self.local = np.empty(6)
 
     def read(self, data: Any, tip: Floats) -> list[float]:
-        """Return force and moment in the step that was just done."""
+        """Return force and moment of the last step."""
         total = [0.0, 0.0, 0.0]
         for k in range(data.ncon):
             contact = data.contact[k]

@@ -1,7 +1,7 @@
-"""A case as ordinary differential equations: Newton and Euler in the plane, Runge-Kutta of fourth order.
+"""The ODE engine: planar Newton-Euler equations, integrated by the Runge-Kutta method of fourth order.
 
-Nothing here comes from trundle's laws or from MuJoCo. Dry friction is a bristle (Dahl), contact a spring with
-losses (Hunt and Crossley) and smoothed Coulomb friction, a caster's tyre follows with a relaxation time.
+It uses neither trundle's laws nor MuJoCo. Dry friction is a bristle model (Dahl). Contact is a spring with
+losses (Hunt and Crossley) and smoothed Coulomb friction. A caster's tyre has a relaxation time.
 """
 
 from __future__ import annotations
@@ -11,54 +11,53 @@ from collections.abc import Callable, Sequence
 from typing import Any
 
 import numpy as np
-from numpy.typing import NDArray
 
-from trundle.experiments.blind.family import Hidden
-from trundle.experiments.blind.push import CONTACT
-from trundle.experiments.blind.seen import Seen
-from trundle.experiments.wide.motion import course, grasp_course, middle
-from trundle.experiments.wide.ode_terms import Kinematics, Term, Trait, terms_of, wheel_term
+from trundle.experiments.blind.family import HiddenEffect
+from trundle.experiments.blind.push import CONTACT_TIME_S
+from trundle.experiments.blind.readings import Readings, step_averages
+from trundle.experiments.sampling import Floats
+from trundle.experiments.wide.ode_terms import InertialProperties, Kinematics, Term, make_terms, wheel_term
 from trundle.experiments.wide.outline_distance import OutlineDistance
 from trundle.experiments.wide.scene import WideScene
 from trundle.experiments.wide.strokes import Finger
+from trundle.experiments.wide.trajectory import grasp_readings, grid_readings
 
-__all__ = ["STEP", "simulate"]
+__all__ = ["TIME_STEP_S", "simulate"]
 
-Floats = NDArray[np.float64]
 Driver = Callable[[float, Kinematics], tuple[float, float, float]]
 
-STEP = 1e-3
-"""s."""
-TIP_LOSS = 2.0
-"""Of Hunt and Crossley's contact, s/m: force k d (1 + loss · approach speed), without a jump."""
-RUNGE_KUTTA = np.array([1.0, 2.0, 2.0, 1.0]) / 6.0
-SLIP = 3e-3
-"""Speed over which the friction of the finger's tip sets in, m/s."""
+TIME_STEP_S = 1e-3
+"""Integration step."""
+CONTACT_LOSS_S_PER_M = 2.0
+"""Loss of the Hunt-Crossley contact: force k d (1 + loss · approach speed)."""
+RUNGE_KUTTA_WEIGHTS = np.array([1.0, 2.0, 2.0, 1.0]) / 6.0
+FRICTION_SPEED_M_PER_S = 3e-3
+"""Speed scale of the smoothed friction of the fingertip."""
 
 
-def simulate(scene: WideScene, hidden: Sequence[Hidden], episode: int) -> Seen:
-    """Return what perfect instruments would read in an episode."""
+def simulate(scene: WideScene, hidden: Sequence[HiddenEffect], episode: int) -> Readings:
+    """Return the readings of perfect instruments in an episode."""
     plant = Plant(scene, hidden, episode)
     return plant.pushed() if scene.strokes else plant.grasped()
 
 
 class Plant:
-    """An object with everything that acts on it, in one episode."""
+    """An object with all forces on it, in one episode."""
 
-    def __init__(self, scene: WideScene, hidden: Sequence[Hidden], episode: int) -> None:
+    def __init__(self, scene: WideScene, hidden: Sequence[HiddenEffect], episode: int) -> None:
         self.scene, self.episode = scene, episode
         shape: Any = scene.shape
-        self.trait = Trait(
+        self.trait = InertialProperties(
             scene.mass, scene.mass * shape.spin, float(shape.centroid[0]), float(shape.centroid[1])
         )
         self.terms: list[Term] = [wheel_term(scene.wheel, self.trait)]
         for one in hidden:
-            self.terms += terms_of(one, scene, episode, self.trait)
-        self.n = round((scene.seconds[episode] - CONTACT) / STEP)
-        self.t: Floats = CONTACT + STEP * np.arange(self.n + 1, dtype=np.float64)
+            self.terms += make_terms(one, scene, episode, self.trait)
+        self.n = round((scene.seconds[episode] - CONTACT_TIME_S) / TIME_STEP_S)
+        self.t: Floats = CONTACT_TIME_S + TIME_STEP_S * np.arange(self.n + 1, dtype=np.float64)
 
     def initial(self) -> list[float]:
-        """Return the state at contact: pose and twist of the object's origin, then the terms' own states."""
+        """Return the state at contact: pose and twist of the object's origin, then the terms' states."""
         start = self.scene.pushes[self.episode].start
         state = [*map(float, start), 0.0, 0.0, 0.0]
         return state + [value for term in self.terms for value in term.initial(start)]
@@ -87,32 +86,32 @@ class Plant:
 
     def step(self, t: float, state: list[float], driver: Driver) -> list[float]:
         """Return the state one step later."""
-        h = STEP
+        h = TIME_STEP_S
         a = self.rate(t, state, driver)
         b = self.rate(t + h / 2, [u + h / 2 * v for u, v in zip(state, a, strict=True)], driver)
         c = self.rate(t + h / 2, [u + h / 2 * v for u, v in zip(state, b, strict=True)], driver)
         d = self.rate(t + h, [u + h * v for u, v in zip(state, c, strict=True)], driver)
         return [u + h / 6 * (p + 2 * q + 2 * r + w) for u, p, q, r, w in zip(state, a, b, c, d, strict=True)]
 
-    def grasped(self) -> Seen:
-        """Simulate a grasp: its force is in proportion to the velocity that is missing."""
+    def grasped(self) -> Readings:
+        """Simulate a grasp. Its force is proportional to the velocity error."""
         scene = self.scene
         push: Any = scene.pushes[self.episode]
-        halves: Floats = CONTACT + STEP / 2 * np.arange(2 * self.n + 3, dtype=np.float64)
-        wanted = push.wanted(halves).tolist()
+        halves: Floats = CONTACT_TIME_S + TIME_STEP_S / 2 * np.arange(2 * self.n + 3, dtype=np.float64)
+        wanted = push.desired_twist(halves).tolist()
         servo = Servo(scene, self.episode, wanted)
         poses, wrenches, state = np.empty((self.n + 1, 3)), np.empty((self.n + 1, 3)), self.initial()
         for k, t in enumerate(self.t.tolist()):
             poses[k] = state[:3]
             wrenches[k] = servo.exerted(t, kinematics(state))
             state = self.step(t, state, servo.driver)
-        return grasp_course(scene, self.episode, self.t, poses, wrenches)
+        return grasp_readings(scene, self.episode, self.t, poses, wrenches)
 
-    def pushed(self) -> Seen:
+    def pushed(self) -> Readings:
         """Simulate free pushing."""
         scene = self.scene
-        finger = Finger(scene.strokes[self.episode], scene.shape, STEP)
-        tip = Tip(scene, self.episode)
+        finger = Finger(scene.strokes[self.episode], scene.shape, TIME_STEP_S)
+        tip = FingerTip(scene, self.episode)
         n = self.n + 1
         poses, tips, wrenches, state = np.empty((n, 3)), np.empty((n, 3)), np.zeros((n, 3)), self.initial()
         angle = scene.pushes[self.episode].grasp.angle
@@ -123,7 +122,7 @@ class Plant:
             tip.forces = []
             state = self.step(t, state, tip.driver)
             wrenches[k, :2] = tip.mean()
-        return course(scene, self.episode, self.t, poses, tips, middle(wrenches))
+        return grid_readings(scene, self.episode, self.t, poses, tips, step_averages(wrenches))
 
 
 def kinematics(state: Sequence[float]) -> Kinematics:
@@ -133,7 +132,7 @@ def kinematics(state: Sequence[float]) -> Kinematics:
 
 
 class Servo:
-    """A grasp that exerts a force in proportion to the velocity that is missing, up to a limit."""
+    """A grasp with a force proportional to the velocity error, up to a limit."""
 
     def __init__(self, scene: WideScene, episode: int, wanted: list[list[float]]) -> None:
         self.grasp, self.wanted = scene.pushes[episode].grasp, wanted
@@ -141,7 +140,7 @@ class Servo:
 
     def exerted(self, t: float, at: Kinematics) -> tuple[float, float, float]:
         """Return the wrench in the axes and about the origin of the grasp."""
-        u, v, w = self.wanted[round((t - CONTACT) / STEP * 2)]
+        u, v, w = self.wanted[round((t - CONTACT_TIME_S) / TIME_STEP_S * 2)]
         g = self.grasp
         ax, ay = at.c * g.x - at.s * g.y, at.s * g.x + at.c * g.y
         vx, vy = at.vx - at.omega * ay, at.vy + at.omega * ax
@@ -161,8 +160,8 @@ class Servo:
         return fx, fy, moment + ax * fy - ay * fx
 
 
-class Tip:
-    """The tip of a finger on a compliant arm: it touches without a moment about itself."""
+class FingerTip:
+    """The tip of a finger on a compliant arm. Its contact has no moment about itself."""
 
     def __init__(self, scene: WideScene, episode: int) -> None:
         strokes = scene.strokes[episode]
@@ -172,7 +171,7 @@ class Tip:
         self.began, self.course = 0.0, (0.0, 0.0, 0.0, 0.0, True)
 
     def touch(self, t: float, at: Kinematics) -> tuple[float, float, float, float]:
-        """Return the force on the object, world axes, and where the tip is: pushed back to the surface."""
+        """Return the force on the object, world axes, and the tip's position on the surface."""
         x, y, vx, vy, down = self.course
         x, y = x + (t - self.began) * vx, y + (t - self.began) * vy
         if not down:
@@ -185,11 +184,11 @@ class Tip:
         x, y = x + depth * nx, y + depth * ny
         ux = vx - at.vx + at.omega * (y - at.y)
         uy = vy - at.vy - at.omega * (x - at.x)
-        normal = self.stiffness * depth * (1.0 - TIP_LOSS * (ux * nx + uy * ny))
+        normal = self.stiffness * depth * (1.0 - CONTACT_LOSS_S_PER_M * (ux * nx + uy * ny))
         if normal <= 0.0:
             return 0.0, 0.0, x, y
         slip = uy * nx - ux * ny
-        side = self.friction * normal * slip / math.hypot(slip, SLIP)
+        side = self.friction * normal * slip / math.hypot(slip, FRICTION_SPEED_M_PER_S)
         return -normal * nx - side * ny, -normal * ny + side * nx, x, y
 
     def driver(self, t: float, at: Kinematics) -> tuple[float, float, float]:
@@ -199,5 +198,5 @@ class Tip:
         return fx, fy, (x - at.x) * fy - (y - at.y) * fx
 
     def mean(self) -> Floats:
-        """Return the mean force over the last step, by the weights of its stages: no impulse is lost."""
-        return np.asarray(RUNGE_KUTTA @ np.array(self.forces))
+        """Return the mean force over the last step, weighted like its Runge-Kutta stages."""
+        return np.asarray(RUNGE_KUTTA_WEIGHTS @ np.array(self.forces))

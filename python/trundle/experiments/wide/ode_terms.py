@@ -1,4 +1,4 @@
-"""What acts on the object in the ODE engine: wheels, friction, casters, floor, loads, cables, obstacles."""
+"""Force terms of the ODE engine: wheels, friction, casters, floors, loads, cables, obstacles."""
 
 from __future__ import annotations
 
@@ -9,25 +9,25 @@ from typing import Any, NamedTuple
 
 import numpy as np
 
-from trundle.experiments.blind.family import Hidden, Values
+from trundle.experiments.blind.family import HiddenEffect, Values
 from trundle.experiments.blind.scene import Wheel
 from trundle.experiments.wide.outline_distance import OutlineDistance
 from trundle.experiments.wide.scene import WideScene
 
-__all__ = ["Kinematics", "Term", "Trait", "terms_of", "wheel_term"]
+__all__ = ["InertialProperties", "Kinematics", "Term", "make_terms", "wheel_term"]
 
-BRISTLE = 5e-4
-"""Displacement over which dry friction builds up, m; shorter ones need shorter steps."""
-BRISTLE_DAMPING = 2e-4
-"""Damping of the bristles over their stiffness, s."""
-RELAXATION = 5e-3
-"""Of a caster's tyre, s."""
-GRIP = 20.0
-"""How much more a caster's tyre resists side slip than scrubbing does at the pivot, as in MuJoCo's family."""
-LOSS = 0.03
-"""Damping ratio of a swinging load, as in MuJoCo's family."""
-HARD = 3e4
-"""Stiffness of an obstacle, N/m."""
+BRISTLE_LENGTH_M = 5e-4
+"""Displacement over which dry friction builds up. Shorter ones need shorter steps."""
+BRISTLE_DAMPING_TIME_S = 2e-4
+"""Damping of the bristles over their stiffness."""
+TYRE_RELAXATION_S = 5e-3
+"""Relaxation time of a caster's tyre."""
+SLIP_STIFFNESS_RATIO = 20.0
+"""Resistance of a tyre to side slip over that of its scrubbing, as in the MuJoCo family."""
+LOAD_DAMPING_RATIO = 0.03
+"""Damping ratio of a swinging load, as in the MuJoCo family."""
+OBSTACLE_STIFFNESS_N_PER_M = 3e4
+"""Contact stiffness of an obstacle."""
 
 
 class Kinematics(NamedTuple):
@@ -44,8 +44,8 @@ class Kinematics(NamedTuple):
 
 
 @dataclass
-class Trait:
-    """Mass, inertia about the mass centre, mass centre in the object's frame, and what changes with time."""
+class InertialProperties:
+    """Mass, inertia about the mass centre, mass centre in the object's frame, and changes over time."""
 
     mass: float
     inertia: float
@@ -55,7 +55,7 @@ class Trait:
     wheel_factors: list[Callable[[float], tuple[float, float]]] = field(default_factory=list)
 
     def factor(self, t: float) -> float:
-        """Return by how much mass and inertia are larger at a time."""
+        """Return the factor of mass and inertia at a time."""
         found = 1.0
         for one in self.factors:
             found *= one(t)
@@ -66,7 +66,7 @@ Wrench = tuple[float, float, float]
 
 
 class Term:
-    """A force and moment about the object's origin, world axes, with inner states if it has any."""
+    """A force and moment about the object's origin, world axes, with internal states if it has any."""
 
     states = 0
 
@@ -74,26 +74,26 @@ class Term:
         self.force = force
 
     def initial(self, start: Sequence[float]) -> list[float]:
-        """Return the inner states at contact."""
+        """Return the internal states at contact."""
         return []
 
     def act(self, t: float, at: Kinematics, z: list[float]) -> tuple[float, float, float, list[float]]:
-        """Return force, moment, and the derivative of the inner states."""
+        """Return force, moment, and the derivative of the internal states."""
         assert self.force is not None
         return *self.force(t, at), []
 
 
-def at_point(at: Kinematics, x: float, y: float) -> tuple[float, float, float, float]:
-    """Return lever and velocity of a point of the object, world axes."""
+def point_motion(at: Kinematics, x: float, y: float) -> tuple[float, float, float, float]:
+    """Return lever arm and velocity of a point of the object, world axes."""
     rx, ry = at.c * x - at.s * y, at.s * x + at.c * y
     return rx, ry, at.vx - at.omega * ry, at.vy + at.omega * rx
 
 
-def wheel_term(wheel: Wheel, trait: Trait | None = None) -> Term:
-    """Return a viscous wheel; the one that events change if the object's trait is given."""
+def wheel_term(wheel: Wheel, trait: InertialProperties | None = None) -> Term:
+    """Return a viscous wheel. With inertial properties, events change its friction."""
 
     def force(t: float, at: Kinematics) -> Wrench:
-        rx, ry, vx, vy = at_point(at, wheel.x, wheel.y)
+        rx, ry, vx, vy = point_motion(at, wheel.x, wheel.y)
         mu_x, mu_y = wheel.mu_x, wheel.mu_y
         for change in trait.wheel_factors if trait is not None else ():
             more_x, more_y = change(t)
@@ -106,8 +106,8 @@ def wheel_term(wheel: Wheel, trait: Trait | None = None) -> Term:
     return Term(force)
 
 
-class Dry(Term):
-    """Dry friction at a point, as a bristle in the plane (Dahl 1968)."""
+class DahlFriction(Term):
+    """Dry friction at a point, as a planar bristle (Dahl 1968)."""
 
     states = 2
 
@@ -116,47 +116,47 @@ class Dry(Term):
         self.x, self.y, self.load = x, y, load
 
     def initial(self, start: Sequence[float]) -> list[float]:
-        """Begin unbent."""
+        """Return zero deflection."""
         return [0.0, 0.0]
 
     def act(self, t: float, at: Kinematics, z: list[float]) -> tuple[float, float, float, list[float]]:
-        """Bend with the motion, up to the bristle's length."""
-        rx, ry, vx, vy = at_point(at, self.x, self.y)
-        slip = math.hypot(vx, vy) / BRISTLE
+        """Return the bristle's force, and the rate of its deflection."""
+        rx, ry, vx, vy = point_motion(at, self.x, self.y)
+        slip = math.hypot(vx, vy) / BRISTLE_LENGTH_M
         zx, zy = vx - slip * z[0], vy - slip * z[1]
-        stiffness = self.load / BRISTLE
-        damping = BRISTLE_DAMPING * stiffness
+        stiffness = self.load / BRISTLE_LENGTH_M
+        damping = BRISTLE_DAMPING_TIME_S * stiffness
         fx, fy = -stiffness * z[0] - damping * zx, -stiffness * z[1] - damping * zy
         return fx, fy, rx * fy - ry * fx, [zx, zy]
 
 
-class Slides(Term):
-    """Dry friction of two slides and a hinge that carry the object, each a bristle of its own (Dahl 1968)."""
+class JointFriction(Term):
+    """Dry friction of two slides and a hinge, each a bristle (Dahl 1968)."""
 
     states = 3
 
     def __init__(self, forces: Sequence[float], torque: float, arm: float) -> None:
         super().__init__()
         self.loads = (*forces, torque)
-        self.lengths = (BRISTLE, BRISTLE, BRISTLE / arm)
+        self.lengths = (BRISTLE_LENGTH_M, BRISTLE_LENGTH_M, BRISTLE_LENGTH_M / arm)
 
     def initial(self, start: Sequence[float]) -> list[float]:
-        """Begin unbent."""
+        """Return zero deflections."""
         return [0.0, 0.0, 0.0]
 
     def act(self, t: float, at: Kinematics, z: list[float]) -> tuple[float, float, float, list[float]]:
-        """Bend each with its own speed, up to its length."""
+        """Return the bristles' forces, and the rates of their deflections."""
         forces, rates = [], []
         for load, length, bent, speed in zip(self.loads, self.lengths, z, at[4:7], strict=True):
             rate = speed - abs(speed) / length * bent
-            forces.append(-load / length * (bent + BRISTLE_DAMPING * rate))
+            forces.append(-load / length * (bent + BRISTLE_DAMPING_TIME_S * rate))
             rates.append(rate)
         fx, fy, torque = forces
         return fx, fy, torque, rates
 
 
-class Caster(Term):
-    """A trailing tyre that swivels: its side force turns the arm against scrubbing, a little late."""
+class CasterTyre(Term):
+    """A trailing tyre that swivels. Its side force turns the arm against scrubbing, with a relaxation."""
 
     states = 2
 
@@ -165,23 +165,23 @@ class Caster(Term):
         (self.x, self.y), self.trail, self.side, self.first = point, trail, side, first
 
     def initial(self, start: Sequence[float]) -> list[float]:
-        """Begin at rest in the direction that was drawn."""
+        """Return the drawn direction, and zero rate."""
         return [start[2] + self.first, 0.0]
 
     def act(self, t: float, at: Kinematics, z: list[float]) -> tuple[float, float, float, list[float]]:
-        """Return the side force; the tyre slips by what the arm does not follow."""
-        rx, ry, vx, vy = at_point(at, self.x, self.y)
+        """Return the side force; the tyre slips by the motion that the arm does not follow."""
+        rx, ry, vx, vy = point_motion(at, self.x, self.y)
         c, s = math.cos(z[0]), math.sin(z[0])
         aside = c * vy - s * vx
-        settled = aside / (self.trail * (1.0 + 1.0 / GRIP))
+        settled = aside / (self.trail * (1.0 + 1.0 / SLIP_STIFFNESS_RATIO))
         # Side force from the balance of the massless arm: scrubbing torque over the trail.
         force = -self.side * self.trail * z[1]
         fx, fy = -s * force, c * force
-        return fx, fy, rx * fy - ry * fx, [z[1], (settled - z[1]) / RELAXATION]
+        return fx, fy, rx * fy - ry * fx, [z[1], (settled - z[1]) / TYRE_RELAXATION_S]
 
 
-class Swing(Term):
-    """A load on two springs, a particle of its own."""
+class SprungLoad(Term):
+    """A load on two springs, as a particle."""
 
     states = 4
 
@@ -190,22 +190,22 @@ class Swing(Term):
         (self.x, self.y), self.mass, self.turn = point, mass, 2 * math.pi * frequency
 
     def initial(self, start: Sequence[float]) -> list[float]:
-        """Begin at rest in its place."""
+        """Return the load's rest position, and zero velocity."""
         c, s = math.cos(start[2]), math.sin(start[2])
         return [start[0] + c * self.x - s * self.y, start[1] + s * self.x + c * self.y, 0.0, 0.0]
 
     def act(self, t: float, at: Kinematics, z: list[float]) -> tuple[float, float, float, list[float]]:
-        """Pull the load back to its place, with the reaction where the load is."""
-        rx, ry, _, _ = at_point(at, self.x, self.y)
+        """Return the spring force at the load's position."""
+        rx, ry, _, _ = point_motion(at, self.x, self.y)
         lx, ly = z[0] - at.x, z[1] - at.y
         ux, uy = z[2] - at.vx + at.omega * ly, z[3] - at.vy - at.omega * lx
-        k, d = self.mass * self.turn**2, 2 * LOSS * self.mass * self.turn
+        k, d = self.mass * self.turn**2, 2 * LOAD_DAMPING_RATIO * self.mass * self.turn
         fx, fy = k * (lx - rx) + d * ux, k * (ly - ry) + d * uy
         return fx, fy, lx * fy - ly * fx, [z[2], z[3], -fx / self.mass, -fy / self.mass]
 
 
-class Memory(Term):
-    """A spring to the room that yields and remembers (Bouc and Wen)."""
+class BoucWenSpring(Term):
+    """A hysteretic spring to the room (Bouc and Wen)."""
 
     states = 2
 
@@ -214,11 +214,11 @@ class Memory(Term):
         self.stiffness, self.yields = stiffness, yields
 
     def initial(self, start: Sequence[float]) -> list[float]:
-        """Begin unbent."""
+        """Return zero deflection."""
         return [0.0, 0.0]
 
     def act(self, t: float, at: Kinematics, z: list[float]) -> tuple[float, float, float, list[float]]:
-        """Follow the displacement, and yield."""
+        """Return the spring force, and the rate of the deflection with yielding."""
         rates = []
         for bent, speed in ((z[0] / self.yields, at.vx), (z[1] / self.yields, at.vy)):
             rates.append(speed - 0.5 * (abs(speed) * bent * abs(bent) + speed * bent * bent))
@@ -226,11 +226,11 @@ class Memory(Term):
 
 
 def tether(values: Values) -> Term:
-    """Return a cable that is slack below its length."""
+    """Return a cable that is slack below its rest length."""
     (x, y), (ax, ay) = values["point"], values["anchor"]
 
     def force(t: float, at: Kinematics) -> Wrench:
-        rx, ry, _, _ = at_point(at, x, y)
+        rx, ry, _, _ = point_motion(at, x, y)
         dx, dy = ax - at.x - rx, ay - at.y - ry
         length = math.hypot(dx, dy)
         pull = values["stiffness"] * max(length - values["rest_length"], 0.0) / max(length, 1e-9)
@@ -241,10 +241,10 @@ def tether(values: Values) -> Term:
 
 
 def obstacle(values: Values, scene: WideScene) -> Term:
-    """Return a round post that pushes back like a spring with a dashpot."""
+    """Return a round post as a spring with a dashpot."""
     outline = OutlineDistance(scene.shape)
     (px, py), radius, mu = values["place"], values["radius"], values["friction"]
-    damping = 0.8 * math.sqrt(HARD * scene.mass)
+    damping = 0.8 * math.sqrt(OBSTACLE_STIFFNESS_N_PER_M * scene.mass)
 
     def force(t: float, at: Kinematics) -> Wrench:
         dx, dy = px - at.x, py - at.y
@@ -255,7 +255,7 @@ def obstacle(values: Values, scene: WideScene) -> Term:
         nx, ny = at.c * nx - at.s * ny, at.s * nx + at.c * ny
         rx, ry = dx + inside * nx, dy + inside * ny
         vx, vy = at.vx - at.omega * ry, at.vy + at.omega * rx
-        normal = max(HARD * depth + damping * (vx * nx + vy * ny), 0.0)
+        normal = max(OBSTACLE_STIFFNESS_N_PER_M * depth + damping * (vx * nx + vy * ny), 0.0)
         slip = vy * nx - vx * ny
         side = mu * normal * slip / math.hypot(slip, 3e-3)
         fx, fy = -normal * nx + side * ny, -normal * ny - side * nx
@@ -265,14 +265,14 @@ def obstacle(values: Values, scene: WideScene) -> Term:
 
 
 def patch(values: Values, scene: WideScene) -> Term:
-    """Return a carpet that drags at every foot on it, or corner."""
-    feet = [(float(x), float(y)) for x, y in scene.standing]
+    """Return a carpet that drags every foot, or corner, on it."""
+    feet = [(float(x), float(y)) for x, y in scene.friction_points]
     c, s = math.cos(values["angle"]), math.sin(values["angle"])
 
     def force(t: float, at: Kinematics) -> Wrench:
         fx = fy = torque = 0.0
         for x, y in feet:
-            rx, ry, vx, vy = at_point(at, x, y)
+            rx, ry, vx, vy = point_motion(at, x, y)
             dx, dy = at.x + rx - values["x"], at.y + ry - values["y"]
             if abs(c * dx + s * dy) < values["half_length"] and abs(c * dy - s * dx) < values["half_width"]:
                 gx, gy = -values["mu"] * vx, -values["mu"] * vy
@@ -282,35 +282,35 @@ def patch(values: Values, scene: WideScene) -> Term:
     return Term(force)
 
 
-def terms_of(one: Hidden, scene: WideScene, episode: int, trait: Trait) -> list[Term]:
-    """Return what a hidden family adds, or let it change the object's trait."""
+def make_terms(one: HiddenEffect, scene: WideScene, episode: int, trait: InertialProperties) -> list[Term]:
+    """Return the terms of a hidden effect, or change the inertial properties."""
     name, values = one.family.name, one.values
     own: Any = getattr(one.family, "terms", None)
     if own is not None:
         return list(own(scene, episode, values, trait))
-    make = MAKERS.get(name)
+    make = TERM_FACTORIES.get(name)
     return [] if make is None else make(values, scene, episode, trait)
 
 
-def coulomb(values: Values, scene: WideScene, episode: int, trait: Trait) -> list[Term]:
+def coulomb(values: Values, scene: WideScene, episode: int, trait: InertialProperties) -> list[Term]:
     """Return dry friction at a point, or at all feet."""
     points = scene.shape.feet.tolist() if values["point"] is None else [values["point"]]
-    return [Dry(float(x), float(y), values["force"] / len(points)) for x, y in points]
+    return [DahlFriction(float(x), float(y), values["force"] / len(points)) for x, y in points]
 
 
-def slope(values: Values, scene: WideScene, episode: int, trait: Trait) -> list[Term]:
-    """Return gravity's part along the floor, at the mass centre."""
+def slope(values: Values, scene: WideScene, episode: int, trait: InertialProperties) -> list[Term]:
+    """Return gravity's component along the floor, at the mass centre."""
 
     def force(t: float, at: Kinematics) -> Wrench:
         mass = trait.mass * trait.factor(t)
-        rx, ry, _, _ = at_point(at, trait.x, trait.y)
+        rx, ry, _, _ = point_motion(at, trait.x, trait.y)
         fx, fy = mass * values["accel_x"], mass * values["accel_y"]
         return fx, fy, rx * fy - ry * fx
 
     return [Term(force)]
 
 
-def grain(values: Values, scene: WideScene, episode: int, trait: Trait) -> list[Term]:
+def grain(values: Values, scene: WideScene, episode: int, trait: InertialProperties) -> list[Term]:
     """Return a drag on the origin along one direction of the room."""
     c, s = math.cos(values["angle"]), math.sin(values["angle"])
 
@@ -321,14 +321,14 @@ def grain(values: Values, scene: WideScene, episode: int, trait: Trait) -> list[
     return [Term(force)]
 
 
-def slides(values: Values, scene: WideScene, episode: int, trait: Trait) -> list[Term]:
-    """Return dry friction along the room's axes and of the spin."""
+def slides(values: Values, scene: WideScene, episode: int, trait: InertialProperties) -> list[Term]:
+    """Return dry friction along the room's axes and of the rotation."""
     arm = math.sqrt(trait.inertia / trait.mass)
-    return [Slides((values["force_x"], values["force_y"]), values["torque"], arm)]
+    return [JointFriction((values["force_x"], values["force_y"]), values["torque"], arm)]
 
 
-def thinning(values: Values, scene: WideScene, episode: int, trait: Trait) -> list[Term]:
-    """Return a drag with the root of the speed of the object's origin and of a ring about it."""
+def thinning(values: Values, scene: WideScene, episode: int, trait: InertialProperties) -> list[Term]:
+    """Return a drag with the square root of the speed of the object's origin and of a ring about it."""
     ring = values["ring"]
 
     def force(t: float, at: Kinematics) -> Wrench:
@@ -339,45 +339,45 @@ def thinning(values: Values, scene: WideScene, episode: int, trait: Trait) -> li
     return [Term(force)]
 
 
-def com_offset(values: Values, scene: WideScene, episode: int, trait: Trait) -> list[Term]:
+def com_offset(values: Values, scene: WideScene, episode: int, trait: InertialProperties) -> list[Term]:
     """Move the mass centre."""
     trait.x, trait.y = trait.x + values["x"], trait.y + values["y"]
     return []
 
 
-def since(values: Values, episode: int) -> Callable[[float], bool]:
-    """Return whether an event has happened at a time of an episode."""
+def event_predicate(values: Values, episode: int) -> Callable[[float], bool]:
+    """Return a function that reports whether an event has happened at a time of an episode."""
     if episode != values["episode"]:
         return lambda t: episode > values["episode"]
     return lambda t: t >= values["time"]
 
 
-def mass_change(values: Values, scene: WideScene, episode: int, trait: Trait) -> list[Term]:
+def mass_change(values: Values, scene: WideScene, episode: int, trait: InertialProperties) -> list[Term]:
     """Scale mass and inertia from the event on."""
-    happened, factor = since(values, episode), 1.0 + values["mass"] / scene.mass
+    happened, factor = event_predicate(values, episode), 1.0 + values["mass"] / scene.mass
     trait.factors.append(lambda t: factor if happened(t) else 1.0)
     return []
 
 
-def wheel_event(values: Values, scene: WideScene, episode: int, trait: Trait) -> list[Term]:
+def wheel_event(values: Values, scene: WideScene, episode: int, trait: InertialProperties) -> list[Term]:
     """Scale the wheel's friction from the event on."""
-    happened = since(values, episode)
+    happened = event_predicate(values, episode)
     factors = (float(np.exp(values["log_x"])), float(np.exp(values["log_y"])))
     trait.wheel_factors.append(lambda t: factors if happened(t) else (1.0, 1.0))
     return []
 
 
-def swinging(values: Values, scene: WideScene, episode: int, trait: Trait) -> list[Term]:
-    """Take the load's mass from the object."""
+def swinging(values: Values, scene: WideScene, episode: int, trait: InertialProperties) -> list[Term]:
+    """Move the load's mass from the object to a sprung load."""
     left = 1.0 - values["mass"] / scene.mass
     trait.mass, trait.inertia = left * trait.mass, left * trait.inertia
-    return [Swing(values["point"], values["mass"], values["frequency"])]
+    return [SprungLoad(values["point"], values["mass"], values["frequency"])]
 
 
-Maker = Callable[[Values, WideScene, int, Trait], list[Term]]
-MAKERS: dict[str, Maker] = {
+TermFactory = Callable[[Values, WideScene, int, InertialProperties], list[Term]]
+TERM_FACTORIES: dict[str, TermFactory] = {
     "coulomb_friction": coulomb,
-    "caster_swivel": lambda v, s, k, m: [Caster(v["point"], v["trail"], v["mu_side"], v["first"][k])],
+    "caster_swivel": lambda v, s, k, m: [CasterTyre(v["point"], v["trail"], v["mu_side"], v["first"][k])],
     "second_wheel": lambda v, s, k, m: [wheel_term(Wheel(**v))],
     "axis_friction": slides,
     "thinning_drag": thinning,
@@ -390,6 +390,6 @@ MAKERS: dict[str, Maker] = {
     "obstacle_contact": lambda v, s, k, m: [obstacle(v, s)],
     "tether": lambda v, s, k, m: [tether(v)],
     "swinging_load": swinging,
-    "hysteretic_spring": lambda v, s, k, m: [Memory(v["stiffness"], v["yields"])],
+    "hysteretic_spring": lambda v, s, k, m: [BoucWenSpring(v["stiffness"], v["yields"])],
 }
-"""By the family's name; families of sensing add nothing to the motion."""
+"""By the family's name. Instrument effects add no force."""

@@ -1,7 +1,7 @@
-"""Whether what is hidden matters with the case's own instrument: nominal and true model, both refitted.
+"""Whether hidden effects are material with the case's own instrument: nominal and true model, both refitted.
 
-The fits see the recording in one convention, the sensor's axes and origin: which convention a case is
-published in must not decide whether it counts.
+The fits see the recording in one convention, the sensor's axes and origin, so that the published convention
+does not decide whether a case is material.
 """
 
 from __future__ import annotations
@@ -15,38 +15,42 @@ import numpy as np
 from numpy.typing import NDArray
 
 import trundle
-from trundle.experiments.blind.family import Hidden, Values
-from trundle.experiments.blind.oracle import fitted, known_laws, nominal
+from trundle.experiments.blind.family import HiddenEffect
+from trundle.experiments.blind.oracle import fit_misfit, nominal_misfit, true_laws
+from trundle.experiments.blind.readings import Readings
 from trundle.experiments.blind.scene import Wheel
-from trundle.experiments.blind.seen import Seen
-from trundle.experiments.wide.measure import recorded
+from trundle.experiments.wide.measurement import make_recording
 from trundle.experiments.wide.scene import WideScene
 
-__all__ = ["reason_to_reject", "weigh"]
+__all__ = ["oracle_misfits", "rejection_reason"]
 
 
-def weigh(
-    scene: WideScene, hidden: Sequence[Hidden], seen: Sequence[Seen], bare: Sequence[Seen], matters: float
+def oracle_misfits(
+    scene: WideScene,
+    hidden: Sequence[HiddenEffect],
+    seen: Sequence[Readings],
+    bare: Sequence[Readings],
+    matters: float,
 ) -> dict[str, Any]:
-    """Return held-out misfits: of the nominal model, of the true laws, and with one law left out at a time.
+    """Return held-out misfits: of the nominal model, of the true model, and without one law at a time.
 
-    Out of the catalogue there are no true laws; the same scene without the effect says what a perfect model
-    of it would leave ("floor").
+    Out of the catalogue there is no true law. The reference ("floor") is then the nominal misfit on the same
+    scene without the effect.
     """
-    scene = canonical(scene)
-    made = recorded(scene, hidden, seen, "oracle")
-    before = nominal(made, scene)
-    if any(one.family.foreign for one in hidden):
-        return {"before": before, "floor": nominal(recorded(scene, [], bare, "bare"), scene)}
-    after = with_laws(made, scene, hidden)
+    scene = in_sensor_convention(scene)
+    made = make_recording(scene, hidden, seen, "oracle")
+    before = nominal_misfit(made, scene)
+    if any(one.family.out_of_catalogue for one in hidden):
+        return {"before": before, "floor": nominal_misfit(make_recording(scene, [], bare, "bare"), scene)}
+    after = oracle_misfit(made, scene, hidden)
     found: dict[str, Any] = {"before": before, "after": after}
     if len(hidden) > 1 and after is not None and before >= matters * after:
         rest = [[other for other in hidden if other is not one] for one in hidden]
-        found["without"] = [with_laws(made, scene, others) for others in rest]
+        found["without"] = [oracle_misfit(made, scene, others) for others in rest]
     return found
 
 
-def canonical(scene: WideScene) -> WideScene:
+def in_sensor_convention(scene: WideScene) -> WideScene:
     """Return the scene with the same instrument, published in the sensor's axes about its origin."""
     instrument: Any = scene.instrument
     return replace(
@@ -54,20 +58,17 @@ def canonical(scene: WideScene) -> WideScene:
     )
 
 
-def with_laws(made: trundle.Recording, scene: WideScene, hidden: Sequence[Hidden]) -> float | None:
-    """Return the held-out misfit with true laws, refitted from the truth; None where one has no law yet."""
-    laws: list[Values] = []
-    for one in hidden:
-        found = one.family.laws(scene, one.values)
-        if not found or any(law["kind"] not in known_laws() for law in found):
-            return None
-        laws += found
+def oracle_misfit(made: trundle.Recording, scene: WideScene, hidden: Sequence[HiddenEffect]) -> float | None:
+    """Return the held-out misfit of the true model, refitted from the truth; None if an effect has no law."""
+    laws = true_laws(scene, hidden)
+    if laws is None:
+        return None
     second = [Wheel(**one.values) for one in hidden if one.family.name == "second_wheel"]
-    return fitted(made, replace(scene, wheel=merged(scene.wheel, second)), laws)
+    return fit_misfit(made, replace(scene, wheel=merge_wheels(scene.wheel, second)), laws)
 
 
-def merged(wheel: Wheel, others: Sequence[Wheel]) -> Wheel:
-    """Return the one wheel that does what several do, but for a damping of the spin."""
+def merge_wheels(wheel: Wheel, others: Sequence[Wheel]) -> Wheel:
+    """Return the one wheel that is equivalent to several, except for a rotational damping."""
     if not others:
         return wheel
     whole: NDArray[np.float64] = sum((other.damping() for other in others), wheel.damping())
@@ -77,8 +78,8 @@ def merged(wheel: Wheel, others: Sequence[Wheel]) -> Wheel:
     return Wheel(float(lever[1]), float(-lever[0]), angle, float(size[0]), float(size[1]))
 
 
-def reason_to_reject(oracle: dict[str, Any], matters: float, each_matters: float) -> str | None:
-    """Return why a case does not count, or None."""
+def rejection_reason(oracle: dict[str, Any], matters: float, each_matters: float) -> str | None:
+    """Return the reason why a case is not material, or None."""
     before, after = oracle["before"], oracle.get("after", oracle.get("floor"))
     if after is None or not math.isfinite(before) or not math.isfinite(after):
         return "no fit"

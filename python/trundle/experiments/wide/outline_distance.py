@@ -1,4 +1,4 @@
-"""How deep a point is inside an outline, point by point and fast."""
+"""Depth of single points inside an outline, for inner loops."""
 
 from __future__ import annotations
 
@@ -12,7 +12,7 @@ __all__ = ["OutlineDistance"]
 
 
 class OutlineDistance:
-    """Depth of points inside an outline in its own frame."""
+    """Depth of points inside an outline, in the object's frame."""
 
     def __init__(self, shape: Shape) -> None:
         self.disc = shape.disc

@@ -1,4 +1,4 @@
-"""Which cases there are: what each hides, by which engine, and in which order."""
+"""Plan the cases: hidden effects, engine, seed and order."""
 
 from __future__ import annotations
 
@@ -9,15 +9,15 @@ from itertools import combinations
 import numpy as np
 
 from trundle.experiments.wide.config import Settings
-from trundle.experiments.wide.families import INSEPARABLE, by_name
+from trundle.experiments.wide.families import INDISTINGUISHABLE_PAIRS, get_family
 from trundle.experiments.wide.scene import ENGINES
 
-__all__ = ["Planned", "plan"]
+__all__ = ["PlannedCase", "plan_cases"]
 
 
 @dataclass(frozen=True)
-class Planned:
-    """What will be drawn: a name that tells nothing, the hidden families, an engine and a seed."""
+class PlannedCase:
+    """A case to draw: an uninformative name, the hidden families, an engine and a seed."""
 
     case: str
     names: tuple[str, ...]
@@ -25,14 +25,14 @@ class Planned:
     seed: int
 
 
-def plan(settings: Settings) -> list[Planned]:
-    """Return all cases in an order that tells nothing of what they are.
+def plan_cases(settings: Settings) -> list[PlannedCase]:
+    """Return all cases in random order.
 
-    Of a subset of a range, the first cases of each kind; of one of n shares, every n-th case.
+    A subset of a range has the first cases of each kind. One of n shares has every n-th case.
     """
     left = settings.subset.groups() if settings.subset is not None else None
     chosen = []
-    for one in whole(settings):
+    for one in plan_range(settings):
         group = (len(one.names), any(name in settings.outside for name in one.names))
         if left is not None:
             if not left[group]:
@@ -42,30 +42,30 @@ def plan(settings: Settings) -> list[Planned]:
     return chosen if settings.share is None else chosen[settings.share :: settings.shares]
 
 
-def whole(settings: Settings) -> list[Planned]:
+def plan_range(settings: Settings) -> list[PlannedCase]:
     """Return all cases of a range."""
     rng, counts = np.random.default_rng([settings.first, 15]), settings.counts
     kinds: list[tuple[str, ...]] = [()] * counts.clean
-    kinds += cycled(rng, settings.effects, counts.singles)
-    kinds += cycled(rng, settings.outside, counts.outsides)
+    kinds += shuffled_cycles(rng, settings.effects, counts.singles)
+    kinds += shuffled_cycles(rng, settings.outside, counts.outsides)
     for size, count in ((2, counts.pairs), (3, counts.triples), (4, counts.fours)):
         kinds += [draw_set(rng, settings.effects, size) for _ in range(count)]
     engines = [ENGINES[k % len(ENGINES)] for k in range(len(kinds))]
     order = rng.permutation(len(kinds))
     found = []
     for k, i in enumerate(order):
-        engine = "mujoco" if any(only_mujoco(name) for name in kinds[i]) else engines[i]
-        found.append(Planned(f"case_{k:04}", kinds[i], engine, settings.first + k))
+        engine = "mujoco" if any(requires_mujoco(name) for name in kinds[i]) else engines[i]
+        found.append(PlannedCase(f"case_{k:04}", kinds[i], engine, settings.first + k))
     return found
 
 
-def only_mujoco(name: str) -> bool:
-    """Tell whether only one engine has a family."""
-    return bool(getattr(by_name(name), "engines", ENGINES) == ("mujoco",))
+def requires_mujoco(name: str) -> bool:
+    """Return whether only MuJoCo can simulate a family."""
+    return bool(getattr(get_family(name), "engines", ENGINES) == ("mujoco",))
 
 
-def cycled(rng: np.random.Generator, names: Sequence[str], count: int) -> list[tuple[str, ...]]:
-    """Return each name about equally often, in random order within a round."""
+def shuffled_cycles(rng: np.random.Generator, names: Sequence[str], count: int) -> list[tuple[str, ...]]:
+    """Return each name about equally often, in random order within a cycle."""
     found: list[tuple[str, ...]] = []
     while len(found) < count:
         found += [(names[i],) for i in rng.permutation(len(names))]
@@ -73,8 +73,8 @@ def cycled(rng: np.random.Generator, names: Sequence[str], count: int) -> list[t
 
 
 def draw_set(rng: np.random.Generator, names: Sequence[str], size: int) -> tuple[str, ...]:
-    """Return a set of effects that can be told apart."""
+    """Return a random set of distinguishable effects."""
     while True:
         chosen = tuple(names[i] for i in sorted(rng.choice(len(names), size, replace=False)))
-        if not any(frozenset(pair) in INSEPARABLE for pair in combinations(chosen, 2)):
+        if not any(frozenset(pair) in INDISTINGUISHABLE_PAIRS for pair in combinations(chosen, 2)):
             return chosen

@@ -1,9 +1,8 @@
-"""`trundle prove` with a wide benchmark's file: from the file to the page."""
+"""Run `trundle prove` with the file of a wide benchmark."""
 
 from __future__ import annotations
 
 import shutil
-import sys
 from collections.abc import Sequence
 from dataclasses import dataclass
 from pathlib import Path
@@ -11,12 +10,13 @@ from typing import Any
 
 from trundle.atomic import write_text
 from trundle.experiments.backends import Backend
+from trundle.experiments.blind.run import print_status
 from trundle.experiments.blind.sealed import open_sealed
 from trundle.experiments.results import read_lines, write_lines
 from trundle.experiments.wide import tables
-from trundle.experiments.wide.conduct import Benchmark, code_versions, conduct
+from trundle.experiments.wide.benchmark import WideBenchmark, code_versions, run_benchmark
 from trundle.experiments.wide.config import Settings, read
-from trundle.experiments.wide.score import GROUPS, Row, group
+from trundle.experiments.wide.score import GROUPS, Row, case_group
 from trundle.recording import TrundleError
 
 __all__ = ["prove_wide"]
@@ -34,25 +34,25 @@ def prove_wide(
     redraw: bool = False,
     quiet: bool = False,
 ) -> str:
-    """Do what has not been done of a wide benchmark, and write its page.
+    """Run the unfinished part of a wide benchmark, and write its page.
 
     Parameters
     ----------
     config : Path
-        The benchmark's file.
+        Settings file.
     which : str
         A range of the file.
     work : Path
-        Folder of recordings and of finished units; an interrupted run continues from it.
+        Folder of recordings and finished units; an interrupted run continues from it.
     out : Path
-        Folder of the page and of `wide/` (results, sealed answers, costs).
+        Folder of the page and of `wide/` (results, sealed truth, costs).
     backend : Backend
         Where units run.
     shares : int, optional
-        Of the range that are done at most: those that come first among those that `out` does not hold, or
-        holds from another version of the code. By default all of them.
+        Largest number of shares to run: the first of those without results of this code version in `out`. By
+        default all of them.
     fresh, redraw : bool
-        Begin anew; or only write the page.
+        Discard earlier results; or only write the page.
     quiet : bool
         Show no progress.
 
@@ -63,23 +63,23 @@ def prove_wide(
     """
     settings = read(config, which)
     name = config.stem if which == "report" else f"{config.stem}_{which}"
-    places = [Place(one, out / "wide", name) for one in settings.parts()]
+    places = [RangeFiles(one, out / "wide", name) for one in settings.parts()]
     if not redraw:
         if fresh:
             shutil.rmtree(work / "wide", ignore_errors=True)
         for place in [place for place in places if fresh or not place.done()][:shares]:
-            place.fill(Benchmark(place.settings, work / "wide", backend, quiet))
+            place.fill(WideBenchmark(place.settings, work / "wide", backend, quiet))
     there = [place for place in places if place.results.exists()]
     if not there:
-        raise TrundleError(f"{places[0].results}: there are no results to draw; leave out --redraw")
-    text = page(settings, there)
+        raise TrundleError(f"{places[0].results}: no results to draw: run without --redraw")
+    text = render_page(settings, there)
     write_text(out / f"{name}.md", text)
     return text
 
 
 @dataclass(frozen=True)
-class Place:
-    """A range, or a share of one, and where its results are."""
+class RangeFiles:
+    """A range, or a share of one, and the files of its results."""
 
     settings: Settings
     folder: Path
@@ -87,23 +87,23 @@ class Place:
 
     @property
     def name(self) -> str:
-        """Return the beginning of its files' names."""
+        """Prefix of the files' names."""
         share = self.settings.share
         return self.range_name if share is None else f"{self.range_name}_{share:02}"
 
     @property
     def results(self) -> Path:
-        """Return the file of the answers."""
+        """File of the answers."""
         return self.folder / f"{self.name}.jsonl"
 
     @property
     def sealed(self) -> Path:
-        """Return the file of the truths."""
+        """File of the sealed truth."""
         return self.folder / f"{self.name}.answers.json"
 
     @property
     def costs(self) -> Path:
-        """Return the file of what the diagnoses cost."""
+        """File of the costs of the diagnoses."""
         return self.folder / f"{self.name}.cost.jsonl"
 
     def head(self) -> dict[str, Any]:
@@ -111,15 +111,15 @@ class Place:
         return {"settings": self.settings.plain(), "code": code_versions()}
 
     def done(self) -> bool:
-        """Tell whether a share has results of these settings and this code; a whole range is never done."""
+        """Return whether a share has results of these settings and this code; False for a whole range."""
         if self.settings.share is None or not self.results.exists():
             return False
         head = read_lines(self.results)[0]
         return bool(self.head().items() <= head.items())
 
-    def fill(self, benchmark: Benchmark) -> None:
-        """Draw, seal and diagnose, and keep the results."""
-        sha, rows = conduct(benchmark, self.sealed, tell)
+    def fill(self, benchmark: WideBenchmark) -> None:
+        """Draw, seal and diagnose, and write the results."""
+        sha, rows = run_benchmark(benchmark, self.sealed, print_status)
         answers = [{key: v for key, v in row["answer"].items() if key != "cost"} for row in rows]
         found = [{"case": row["case"], "answer": answer} for row, answer in zip(rows, answers, strict=True)]
         write_lines(self.costs, ({"case": row["case"], **row["answer"]["cost"]} for row in rows))
@@ -134,25 +134,20 @@ class Place:
         return head, rows, list(truths.values())
 
 
-def tell(text: str) -> None:
-    """Report something at once, beside the answer."""
-    print(text, file=sys.stderr, flush=True)
-
-
-def page(settings: Settings, places: Sequence[Place]) -> str:
-    """Return the page from the results that are kept."""
+def render_page(settings: Settings, places: Sequence[RangeFiles]) -> str:
+    """Return the page of the stored results."""
     parts = [place.rows() for place in places]
     rows = [row for _, found, _ in parts for row in found]
     truths = [truth for *_, found in parts for truth in found]
     sections = [
-        ("What was to be reached", tables.accuracy(rows)),
+        ("Targets", tables.accuracy(rows)),
         ("By instrument", tables.instruments(rows)),
-        ("Hidden alone", tables.effects(rows)),
-        ("Answers that are not right: clean recordings, and several effects", tables.wrong_answers(rows)),
+        ("Single effects", tables.effects(rows)),
+        ("Wrong answers: clean recordings, and several effects", tables.wrong_answers(rows)),
         ("Intervals of 90 %", tables.intervals(rows)),
         ("Probabilities", tables.probabilities(rows)),
-        ("What a diagnosis costs", tables.costs(rows)),
-        ("Draws that did not count", tables.rejections(truths)),
+        ("Cost of a diagnosis", tables.costs(rows)),
+        ("Rejected draws", tables.rejections(truths)),
     ]
     body = [f"## {title}\n\n{text}" for title, text in sections]
     return "\n\n".join([intro(settings, [head for head, *_ in parts], rows, truths), *body]) + "\n"
@@ -161,8 +156,8 @@ def page(settings: Settings, places: Sequence[Place]) -> str:
 def intro(
     settings: Settings, heads: Sequence[dict[str, Any]], rows: Sequence[Row], truths: Sequence[Row]
 ) -> str:
-    """Return what the benchmark is, how many recordings it has, and which code was judged."""
-    counts = ", ".join(f"{sum(group(row['truth']) == name for row in rows)} {name}" for name in GROUPS)
+    """Return the introduction: the benchmark, the number of recordings, and the version of the code."""
+    counts = ", ".join(f"{sum(case_group(row['truth']) == name for row in rows)} {name}" for name in GROUPS)
     given_up = sum(truth["digest"] is None for truth in truths)
     versions = sorted({head["code"]["diagnosis"].split("-")[0] for head in heads})
     return INTRO.format(
@@ -178,19 +173,18 @@ def intro(
 
 INTRO = """# The wide blind benchmark
 
-Recordings of pushed objects in which everything varies that varies between laboratories: the tracker (10
-to 250 Hz, up to half of the poses lost, time jitter, 0.1 to 3 mm), the sensor (50 to 1000 Hz, with or
-without an anti-alias filter), the axes, reference point and sign of the reading, raw or tared, noise
-stated or not; a rigid grasp, a compliant grasp, or a finger that pushes freely; 3 to 20 pushes of 2 to 20
-s; outlines of all kinds. Half of the recordings come from MuJoCo, half from a solver of ordinary
-differential equations with its own contact, dry friction and casters. No law of trundle makes a
-recording.
+Recordings of pushed objects with random instruments and conventions: a tracker (10 to 250 Hz, up to half of
+the poses lost, time jitter, 0.1 to 3 mm), a sensor (50 to 1000 Hz, with or without an anti-alias filter),
+axes, reference point and sign of the reading, raw or tared readings, stated or unknown noise. The object is
+pushed by a rigid grasp, a compliant grasp or a free finger, in 3 to 20 pushes of 2 to 20 s, and has a
+random outline. MuJoCo simulates half of the recordings. A solver of ordinary differential equations with
+its own contacts, dry friction and casters simulates the other half. The simulations use no law of trundle.
 
-A case counts if, with its own instrument, the true model improves the held-out misfit of the refitted
-nominal model at least threefold, and each of several effects at least twofold. Right is the exact set of
-effects, or a certified tie of at most three sets that contains it; "consistent" on clean recordings;
-"unexplained" out of the catalogue. In brackets: Wilson's intervals of 95 %.
+A case is material if, with its own instrument, the true model reduces the held-out misfit of the refitted
+nominal model at least threefold, and each of several effects at least twofold. Correct answers are the
+exact set of effects or a certified tie of at most three sets that contains it; "consistent" for clean
+recordings; "unexplained" out of the catalogue. Brackets: Wilson's intervals of 95 %.
 
-Range `{name}`{done}: {total} recordings ({counts}); {given_up} cases were given up. Version of the
-diagnosing sources: {versions}. A diagnosis sees the folder of the recording alone. The answers are sealed in
-a file whose SHA-256 was printed before the first diagnosis: {sha}."""
+Range `{name}`{done}: {total} recordings ({counts}); {given_up} cases were dropped. Version of the
+diagnosing sources: {versions}. A diagnosis receives only the recording's folder. The truth is sealed in a
+file whose SHA-256 was printed before the first diagnosis: {sha}."""

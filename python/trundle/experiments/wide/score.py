@@ -1,4 +1,4 @@
-"""Answers against truth: names, ties, wrong names, intervals and gain."""
+"""Score answers against the truth: names, ties, wrong names, intervals and gain."""
 
 from __future__ import annotations
 
@@ -13,34 +13,34 @@ __all__ = [
     "GROUPS",
     "Row",
     "candidates",
+    "case_group",
     "coverage",
-    "gain",
-    "group",
+    "has_wrong_name",
     "is_right",
-    "named",
-    "wrong_name",
+    "named_probabilities",
+    "relative_gain",
 ]
 
 Row = dict[str, Any]
 
 MAX_TIE = 3
-"""Sets of effects that a tie may hold to count as right."""
-CERTAIN = 0.9
-"""Above which probability a name must be right."""
+"""Largest number of tied sets in a correct answer."""
+CERTAIN_PROBABILITY = 0.9
+"""Probability above which a name counts as certain."""
 Z90 = 1.644854
-"""Of a two-sided interval of 90 %."""
+"""Half width of a two-sided 90 % interval in standard deviations."""
 GROUPS = ("one effect", "two effects", "three effects", "four effects", "clean", "out of catalogue")
 
 
-def group(truth: Row) -> str:
-    """Return which of `GROUPS` a case is in."""
+def case_group(truth: Row) -> str:
+    """Return the member of `GROUPS` of a case."""
     if truth["outside"]:
         return "out of catalogue"
     return ("clean", "one effect", "two effects", "three effects", "four effects")[len(truth["names"])]
 
 
 def candidates(answer: Row) -> set[frozenset[str]]:
-    """Return the sets of effects that an answer gives: the one it names, and those tied with it."""
+    """Return the sets of effects of an answer: the named set, and the sets tied with it."""
     if answer["verdict"] != "explained":
         return set()
     names = [str(one["effect"]) for one in answer["missing"]]
@@ -54,7 +54,7 @@ def candidates(answer: Row) -> set[frozenset[str]]:
 
 
 def is_right(answer: Row, truth: Row) -> bool:
-    """Tell whether an answer is the exact set or a small tie that holds it, or the right verdict."""
+    """Return whether an answer is the exact set or a small tie that contains it, or the correct verdict."""
     if truth["outside"]:
         return bool(answer["verdict"] == "unexplained")
     if not truth["names"]:
@@ -63,8 +63,8 @@ def is_right(answer: Row, truth: Row) -> bool:
     return len(found) <= MAX_TIE and frozenset(truth["names"]) in found
 
 
-def named(answer: Row, truth: Row) -> list[tuple[float, bool]]:
-    """Return for each name given its probability, and whether it is in the recording or tied with what is."""
+def named_probabilities(answer: Row, truth: Row) -> list[tuple[float, bool]]:
+    """Return for each name its probability, and whether it or a tied effect is present."""
     if answer["verdict"] != "explained":
         return []
     true = set() if truth["outside"] else set(truth["names"])
@@ -76,13 +76,16 @@ def named(answer: Row, truth: Row) -> list[tuple[float, bool]]:
     return found
 
 
-def wrong_name(answer: Row, truth: Row) -> bool:
-    """Tell whether a name is given that is not in the recording, with a probability above `CERTAIN`."""
-    return any(probability > CERTAIN and not right for probability, right in named(answer, truth))
+def has_wrong_name(answer: Row, truth: Row) -> bool:
+    """Return whether a certain name is not in the recording."""
+    return any(
+        probability > CERTAIN_PROBABILITY and not right
+        for probability, right in named_probabilities(answer, truth)
+    )
 
 
-def gain(answer: Row, truth: Row) -> float | None:
-    """Return what the answer gained one second ahead on held-out episodes over the oracle's, in logarithm."""
+def relative_gain(answer: Row, truth: Row) -> float | None:
+    """Return the logarithmic held-out gain one second ahead, relative to the oracle's."""
     oracle, held_out = truth["oracle"], answer.get("held_out") or {}
     if oracle.get("after") is None or not {"before", "after"} <= held_out.keys():
         return None
@@ -111,45 +114,45 @@ PLACES = {
 
 
 def coverage(answer: Row, truth: Row) -> Iterator[tuple[str, bool]]:
-    """Yield (effect, whether the 90 % interval holds the truth) for each interval that can be judged.
+    """Yield (effect, whether the 90 % interval contains the truth) for each interval with a known truth.
 
-    Of effects that are named and in the recording, where no name is wrong or missing; and of the mass
-    of the object where it was not given, which counts under "mass of the object".
+    Intervals of named effects are scored if the answer is correct. The mass of the object is scored if it was
+    not given.
     """
     if not truth["names"] and answer["verdict"] == "consistent":
-        yield from mass_of_object(answer, truth, "before")
+        yield from mass_interval(answer, truth, "before")
     if not is_right(answer, truth) or truth["outside"] or not truth["names"]:
         return
-    yield from mass_of_object(answer, truth, "after")
+    yield from mass_interval(answer, truth, "after")
     for true in truth["truth"]:
         for one in answer["missing"]:
             if one["effect"] == true["effect"]:
-                yield from intervals(one, true)
+                yield from effect_intervals(one, true)
 
 
-def mass_of_object(answer: Row, truth: Row, when: str) -> Iterator[tuple[str, bool]]:
+def mass_interval(answer: Row, truth: Row, when: str) -> Iterator[tuple[str, bool]]:
     """Yield the interval of the object's mass."""
     found = ((answer.get("nominal") or {}).get(when) or {}).get("mass")
     if not truth["mass_told"] and found is not None and "swinging_load" not in truth["names"]:
-        yield from judged("mass of the object", found.get("mean"), found.get("sd"), truth["mass"])
+        yield from check_interval("mass of the object", found.get("mean"), found.get("sd"), truth["mass"])
 
 
-def intervals(one: Row, true: Row) -> Iterator[tuple[str, bool]]:
+def effect_intervals(one: Row, true: Row) -> Iterator[tuple[str, bool]]:
     """Yield the intervals of one effect."""
     effect = one["effect"]
     for name in DIRECT.get(effect, ()):
         given = (one["parameters"] or {}).get(name) or {}
         if name in true["parameters"]:
-            yield from judged(effect, given.get("mean"), given.get("sd"), true["parameters"][name])
+            yield from check_interval(effect, given.get("mean"), given.get("sd"), true["parameters"][name])
     where = one["where"] or {}
     for key in PLACES.get(effect, ()):
         given, place = where.get(key) or {}, (true["where"] or {}).get(key)
         if place is not None and given.get("mean") is not None and given.get("sd") is not None:
             for mean, sd, value in zip(given["mean"], given["sd"], place, strict=True):
-                yield from judged(effect, mean, sd, value)
+                yield from check_interval(effect, mean, sd, value)
 
 
-def judged(effect: str, mean: Any, sd: Any, value: float) -> Iterator[tuple[str, bool]]:
-    """Yield whether an interval holds a value, if there is an interval."""
+def check_interval(effect: str, mean: Any, sd: Any, value: float) -> Iterator[tuple[str, bool]]:
+    """Yield whether an interval contains a value, if there is an interval."""
     if mean is not None and sd is not None:
         yield effect, abs(mean - value) <= Z90 * sd

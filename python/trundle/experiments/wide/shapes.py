@@ -1,32 +1,31 @@
-"""Outlines of all kinds: rectangles, L, T, triangles, discs and polygons, with frames that are off centre."""
+"""Random outlines: rectangles, L, T, triangles, discs and polygons, with off-centre frames."""
 
 from __future__ import annotations
 
 from dataclasses import dataclass
 
 import numpy as np
-from numpy.typing import NDArray
 
 from trundle.experiments.blind.shapes import Shape
+from trundle.experiments.sampling import Floats, log_uniform
 
 __all__ = ["Outline", "draw_outline"]
 
-Floats = NDArray[np.float64]
 
 KINDS = ("rectangle", "ell", "tee", "triangle", "disc", "polygon")
-SHARES = (0.25, 0.15, 0.15, 0.15, 0.15, 0.15)
+KIND_PROBABILITIES = (0.25, 0.15, 0.15, 0.15, 0.15, 0.15)
 FEET_INSET = 0.08
-"""Distance of feet from the edges, as a share of the radius of gyration."""
+"""Distance of the feet from the edges, as a share of the radius of gyration."""
 
 
 @dataclass(frozen=True)
 class Outline(Shape):
-    """An outline whose convex parts are polygons too.
+    """An outline with its convex parts.
 
     Attributes
     ----------
     parts : tuple of array (n, 2)
-        Convex, counter-clockwise, without overlap; none for a disc.
+        Convex, counter-clockwise, without overlap; empty for a disc.
     """
 
     parts: tuple[Floats, ...] = ()
@@ -41,14 +40,14 @@ class Outline(Shape):
 
 def draw_outline(rng: np.random.Generator) -> Outline:
     """Return an outline of random kind, size and frame."""
-    kind = str(rng.choice(KINDS, p=SHARES))
-    size = float(np.exp(rng.uniform(np.log(0.2), np.log(0.7))))
-    parts, ring = PARTS[kind](rng, size)
+    kind = str(rng.choice(KINDS, p=KIND_PROBABILITIES))
+    size = log_uniform(rng, 0.2, 0.7)
+    parts, ring = OUTLINE_FACTORIES[kind](rng, size)
     corner = rng.random() < 0.15
     off = ring[int(rng.integers(len(ring)))] if corner else rng.uniform(-0.2, 0.2, 2) * size
     ring, parts = rounded(ring - off), [rounded(part - off) for part in parts]
     if kind != "disc":
-        return Outline(kind, (), None, ring, inset(ring, FEET_INSET * size), tuple(parts))
+        return Outline(kind, (), None, ring, inset_corners(ring, FEET_INSET * size), tuple(parts))
     x, y = np.round(-off, 3)
     radius = round(size, 3)
     turn = 2 * np.pi * np.arange(32) / 32
@@ -73,7 +72,7 @@ def rectangle(rng: np.random.Generator, size: float) -> tuple[list[Floats], Floa
 
 
 def box(x: float, y: float, right: float, top: float) -> Floats:
-    """Return an axis-aligned box by its corners; centred where the second is not a number."""
+    """Return the corners of an axis-aligned box; centred at the origin if `right` and `top` are NaN."""
     right, top = (-x if np.isnan(right) else right), (-y if np.isnan(top) else top)
     return np.array([[x, y], [right, y], [right, top], [x, top]])
 
@@ -106,7 +105,7 @@ def tee(rng: np.random.Generator, size: float) -> tuple[list[Floats], Floats]:
 
 
 def triangle(rng: np.random.Generator, size: float) -> tuple[list[Floats], Floats]:
-    """Return a triangle without sharp corners."""
+    """Return a triangle without acute corners."""
     turn = np.array([0.0, 2.0, 4.0]) * np.pi / 3 + rng.uniform(-0.35, 0.35, 3)
     ring = 1.2 * size * np.column_stack([np.cos(turn), np.sin(turn)])
     return [ring], ring
@@ -121,11 +120,11 @@ def polygon(rng: np.random.Generator, size: float) -> tuple[list[Floats], Floats
 
 
 def disc(rng: np.random.Generator, size: float) -> tuple[list[Floats], Floats]:
-    """Return what the frame of a disc is drawn from."""
+    """Return the points from which the frame of a disc is drawn."""
     return [], size * np.array([[1.0, 0.0], [0.0, 1.0], [-1.0, 0.0], [0.0, -1.0]])
 
 
-PARTS = {
+OUTLINE_FACTORIES = {
     "rectangle": rectangle,
     "ell": ell,
     "tee": tee,
@@ -135,13 +134,13 @@ PARTS = {
 }
 
 
-def inset(ring: Floats, by: float) -> Floats:
+def inset_corners(ring: Floats, by: float) -> Floats:
     """Return the corners moved inwards, `by` from both edges."""
     before, after = ring - np.roll(ring, 1, axis=0), np.roll(ring, -1, axis=0) - ring
-    m, n = normals(before), normals(after)
+    m, n = left_normals(before), left_normals(after)
     return np.asarray(np.round(ring + by * (m + n) / (1.0 + np.sum(m * n, axis=1))[:, None], 4))
 
 
-def normals(edges: Floats) -> Floats:
-    """Return unit normals (n, 2) to the left of edges."""
+def left_normals(edges: Floats) -> Floats:
+    """Return the unit normals (n, 2) to the left of edges."""
     return np.asarray(np.column_stack([-edges[:, 1], edges[:, 0]]) / np.hypot(*edges.T)[:, None])

@@ -1,4 +1,4 @@
-"""Free pushing: a finger that goes down beside the object, pushes, draws back, and comes again elsewhere."""
+"""Free pushing: a finger makes contact, pushes, retracts, and starts again at another place."""
 
 from __future__ import annotations
 
@@ -7,21 +7,20 @@ from collections.abc import Sequence
 from dataclasses import dataclass
 
 import numpy as np
-from numpy.typing import NDArray
 
-from trundle.experiments.blind.push import CONTACT
+from trundle.experiments.blind.push import CONTACT_TIME_S
 from trundle.experiments.blind.shapes import Shape
+from trundle.experiments.sampling import log_uniform
 
 __all__ = ["Finger", "Stroke", "Strokes", "draw_strokes"]
 
-Floats = NDArray[np.float64]
 
-CLEARANCE = 0.03
-"""Between finger and edge where it goes down, m."""
-EASE = 0.15
-"""Time constant with which the finger's speed follows, s."""
-LIFTED = 0.3
-"""Time between two strokes, in which the finger is lifted over to its next place, s."""
+CLEARANCE_M = 0.03
+"""Distance between finger and edge at the start of a stroke."""
+SPEED_TIME_CONSTANT_S = 0.15
+"""Time constant of the finger's speed."""
+LIFT_DURATION_S = 0.3
+"""Time between two strokes, in which the finger moves above the object."""
 
 
 @dataclass(frozen=True)
@@ -31,14 +30,15 @@ class Stroke:
     Attributes
     ----------
     begin, end : float
-        Internal time, s; the finger draws back in the last `back` seconds.
+        Internal time, s.
     back : float
+        Duration of the retraction before `end`, s.
     edge : float
-        Where along the outline it goes down, 0 to 1.
+        Position of the start along the outline, 0 to 1.
     lean : float
-        Angle between its way and the inward normal there, rad.
+        Angle between the stroke and the inward normal at its start, rad.
     speed, wobble, frequency : float
-        Speed along its way, m/s; relative amplitude and frequency (Hz) of a change of it.
+        Speed, m/s; relative amplitude and frequency (Hz) of its modulation.
     """
 
     begin: float
@@ -53,7 +53,7 @@ class Stroke:
 
 @dataclass(frozen=True)
 class Strokes:
-    """The strokes of an episode, the finger's arm stiffness (N/m), and the friction of its tip."""
+    """The strokes of an episode, the arm's stiffness (N/m), and the friction coefficient of the fingertip."""
 
     strokes: tuple[Stroke, ...]
     stiffness: float
@@ -62,7 +62,7 @@ class Strokes:
 
 def draw_strokes(rng: np.random.Generator, seconds: float) -> Strokes:
     """Return strokes that fill an episode."""
-    strokes, t = [], CONTACT
+    strokes, t = [], CONTACT_TIME_S
     while seconds - t > 1.2:
         end = min(t + float(rng.uniform(1.2, 3.5)), seconds)
         end = seconds if seconds - end < 1.2 else end
@@ -79,13 +79,13 @@ def draw_strokes(rng: np.random.Generator, seconds: float) -> Strokes:
             )
         )
         t = end
-    stiffness = float(np.exp(rng.uniform(np.log(3e3), np.log(3e4))))
+    stiffness = log_uniform(rng, 3e3, 3e4)
     return Strokes(tuple(strokes), stiffness, float(rng.choice([0.0, 0.15, 0.3])))
 
 
 @dataclass
 class Finger:
-    """The wanted motion of the finger; where it goes down depends on where the object is then."""
+    """The desired motion of the finger. The start of a stroke depends on the object's pose at that time."""
 
     strokes: Strokes
     shape: Shape
@@ -106,19 +106,19 @@ class Finger:
         if number != self.number:
             self.number, self.speed, self.lifted_at = number, 0.0, self.place
             self.place, self.way = self.start(stroke, pose)
-        if number > 0 and t < stroke.begin + LIFTED:
+        if number > 0 and t < stroke.begin + LIFT_DURATION_S:
             self.place, self.way = self.start(stroke, pose)
-            share = (t - stroke.begin) / LIFTED
+            share = (t - stroke.begin) / LIFT_DURATION_S
             share = share * share * (3.0 - 2.0 * share)
             (ax, ay), (bx, by) = self.lifted_at, self.place
             return ax + share * (bx - ax), ay + share * (by - ay), 0.0, 0.0, False
-        self.speed += self.step / EASE * (wanted_speed(stroke, t) - self.speed)
+        self.speed += self.step / SPEED_TIME_CONSTANT_S * (desired_speed(stroke, t) - self.speed)
         vx, vy = self.speed * self.way[0], self.speed * self.way[1]
         self.place = (self.place[0] + self.step * vx, self.place[1] + self.step * vy)
         return *self.place, vx, vy, True
 
     def start(self, stroke: Stroke, pose: Sequence[float]) -> tuple[tuple[float, float], tuple[float, float]]:
-        """Return where the finger goes down, and the direction of its way."""
+        """Return the start of a stroke, and its direction."""
         ring = self.shape.outline
         edges = np.roll(ring, -1, axis=0) - ring
         lengths = np.hypot(*edges.T)
@@ -126,15 +126,15 @@ class Finger:
         k = min(int(np.searchsorted(ends, stroke.edge * ends[-1])), len(ring) - 1)
         share = 0.1 + 0.8 * (1.0 - (ends[k] - stroke.edge * ends[-1]) / lengths[k])
         inward = np.array([-edges[k][1], edges[k][0]]) / lengths[k]
-        point = ring[k] + share * edges[k] - CLEARANCE * inward
+        point = ring[k] + share * edges[k] - CLEARANCE_M * inward
         c, s = math.cos(pose[2]), math.sin(pose[2])
         place = (pose[0] + c * point[0] - s * point[1], pose[1] + s * point[0] + c * point[1])
         turn = math.atan2(inward[1], inward[0]) + pose[2] + stroke.lean
         return (float(place[0]), float(place[1])), (math.cos(turn), math.sin(turn))
 
 
-def wanted_speed(stroke: Stroke, t: float) -> float:
-    """Return the wanted speed along the way."""
+def desired_speed(stroke: Stroke, t: float) -> float:
+    """Return the desired speed along the stroke."""
     if t > stroke.end - stroke.back:
         return -0.3
     return stroke.speed * (

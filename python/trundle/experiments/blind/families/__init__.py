@@ -1,15 +1,15 @@
-"""Everything that can be hidden in a recording: the effects of the catalogue, and families outside it."""
+"""Families of hidden effects: those of the catalogue, and those outside it."""
 
 from __future__ import annotations
 
 from trundle.experiments.blind.families.casters import CasterSwivel
 from trundle.experiments.blind.families.distortion import DISTORTIONS
 from trundle.experiments.blind.families.floor import FloorGrain, FloorPatch, FloorSlope
-from trundle.experiments.blind.families.foreign_motion import MOTIONS
-from trundle.experiments.blind.families.foreign_sensing import SENSINGS
 from trundle.experiments.blind.families.friction import CoulombFriction
 from trundle.experiments.blind.families.inertia import ComOffset, MassChange, SwingingLoad
 from trundle.experiments.blind.families.joints import AxisFriction, ThinningDrag
+from trundle.experiments.blind.families.out_of_catalogue_motion import MOTIONS
+from trundle.experiments.blind.families.out_of_catalogue_sensing import SENSINGS
 from trundle.experiments.blind.families.sensing import (
     ForceBias,
     ForceScale,
@@ -21,9 +21,9 @@ from trundle.experiments.blind.families.surroundings import ObstacleContact, Tet
 from trundle.experiments.blind.families.wheels import SecondWheel, WheelEvent
 from trundle.experiments.blind.family import Family
 
-__all__ = ["CATALOGUE", "FAMILIES", "FOREIGN"]
+__all__ = ["CATALOGUE", "FAMILIES", "OUT_OF_CATALOGUE"]
 
-KNOWN: tuple[Family, ...] = (
+CATALOGUE_FAMILIES: tuple[Family, ...] = (
     CoulombFriction(),
     CasterSwivel(),
     SecondWheel(),
@@ -45,8 +45,8 @@ KNOWN: tuple[Family, ...] = (
     ThinningDrag(),
     *DISTORTIONS,
 )
-CATALOGUE: dict[str, Family] = {family.name: family for family in KNOWN}
-"""By the catalogue's name, in the order of docs/diagnosis.md."""
-FOREIGN: dict[str, Family] = {family.name: family for family in (*MOTIONS, *SENSINGS)}
-"""What no effect of the catalogue is; the right answer is "unexplained"."""
-FAMILIES: dict[str, Family] = {**CATALOGUE, **FOREIGN}
+CATALOGUE: dict[str, Family] = {family.name: family for family in CATALOGUE_FAMILIES}
+"""Effects of the catalogue by name, in the order of docs/diagnosis.md."""
+OUT_OF_CATALOGUE: dict[str, Family] = {family.name: family for family in (*MOTIONS, *SENSINGS)}
+"""Families without a law in the catalogue. The correct answer is "unexplained"."""
+FAMILIES: dict[str, Family] = {**CATALOGUE, **OUT_OF_CATALOGUE}

@@ -1,128 +1,118 @@
-"""Instruments that mix, cut or distort what they read, or read it late, as the catalogue knows them."""
+"""Sensor faults of the catalogue: cross-talk, dead band, saturation, clock drift, play and lag."""
 
 from __future__ import annotations
 
 from collections.abc import Sequence
 
 import numpy as np
-from numpy.typing import NDArray
 
-from trundle.experiments.blind.family import Family, Site, Values
-from trundle.experiments.blind.push import CONTACT
+from trundle.experiments.blind.family import EpisodeContext, Family, Values
+from trundle.experiments.blind.push import CONTACT_TIME_S
+from trundle.experiments.blind.readings import Readings, interpolate
 from trundle.experiments.blind.scene import Scene
-from trundle.experiments.blind.seen import Seen, sampled
-
-Floats = NDArray[np.float64]
+from trundle.experiments.sampling import Floats, log_uniform
 
 
 class CrossTalk(Family):
-    """Each axis of the sensor reads some of the others."""
+    """Each axis of the sensor reads a part of the others."""
 
     name = "cross_talk"
     scales = ("leak",)
 
     def draw(self, rng: np.random.Generator, scene: Scene, paths: Sequence[Floats]) -> Values:
-        """Return how much of each axis every other reads; N·m by N, N by N·m."""
+        """Return the gain from each axis to each other one; N·m per N, N per N·m."""
         leak = rng.normal(size=(3, 3)) * [[0.0, 0.15, 0.6], [0.15, 0.0, 0.6], [0.1, 0.1, 0.0]]
         return {"leak": leak.tolist()}
 
-    def sized(self, values: Values, size: float) -> Values:
-        """Return it `size` times as strong."""
+    def scaled(self, values: Values, size: float) -> Values:
+        """Return the values of the effect `size` times as strong."""
         return {"leak": (size * np.array(values["leak"])).tolist()}
 
-    def distort(self, seen: Seen, site: Site, values: Values) -> Seen:
+    def distort(self, seen: Readings, context: EpisodeContext, values: Values) -> Readings:
         """Mix the axes."""
         return seen.changed(wrench=seen.wrench @ (np.eye(3) + np.array(values["leak"])).T)
 
     def truth(self, scene: Scene, values: Values) -> Values:
-        """Return what each axis reads of the others."""
-        return {"parameters": leaks(values), "where": None}
-
-    def laws(self, scene: Scene, values: Values) -> list[Values]:
-        """Return the same."""
-        return [{"kind": self.name, **leaks(values)}]
+        """Return the gains between axes."""
+        return {"parameters": cross_talk_parameters(values), "where": None}
 
 
 class DeadBand(Family):
-    """Small forces are not read at all, larger ones too low."""
+    """Small forces read zero, larger ones too low."""
 
     name = "dead_band"
     scales = ("force",)
 
     def draw(self, rng: np.random.Generator, scene: Scene, paths: Sequence[Floats]) -> Values:
-        """Return its width."""
-        return {"force": float(np.exp(rng.uniform(np.log(2.0), np.log(12.0))))}
+        """Return half the width of the band."""
+        return {"force": log_uniform(rng, 2.0, 12.0)}
 
-    def distort(self, seen: Seen, site: Site, values: Values) -> Seen:
-        """Shrink forces towards zero, and the torque by a tenth of it per newton."""
+    def distort(self, seen: Readings, context: EpisodeContext, values: Values) -> Readings:
+        """Shrink forces towards zero, and the torque by 0.1 N·m per newton."""
         band = values["force"] * np.array([1.0, 1.0, 0.1])
         return seen.changed(wrench=np.sign(seen.wrench) * np.maximum(np.abs(seen.wrench) - band, 0.0))
 
     def truth(self, scene: Scene, values: Values) -> Values:
-        """Return half the width of the band, of forces and of the torque."""
+        """Return half the width of the band, for forces and for the torque."""
         return {"parameters": {"force": values["force"], "torque": 0.1 * values["force"]}, "where": None}
-
-    def laws(self, scene: Scene, values: Values) -> list[Values]:
-        """Return the same."""
-        return [{"kind": self.name, "force": values["force"], "torque": 0.1 * values["force"]}]
 
 
 class Saturation(Family):
-    """The sensor reads no more than so much."""
+    """The reading is limited."""
 
     name = "saturation"
     scales = ("cut",)
 
     def draw(self, rng: np.random.Generator, scene: Scene, paths: Sequence[Floats]) -> Values:
-        """Return by which share of its range the reading is cut."""
+        """Return the share of the range that is cut."""
         return {"cut": float(rng.uniform(0.3, 0.7))}
 
-    def distort(self, seen: Seen, site: Site, values: Values) -> Seen:
-        """Cut the reading of each axis."""
+    def distort(self, seen: Readings, context: EpisodeContext, values: Values) -> Readings:
+        """Limit the reading of each axis."""
         most = (1.0 - values["cut"]) * np.max(np.abs(seen.wrench), axis=0)
         return seen.changed(wrench=np.clip(seen.wrench, -most, most))
 
     def truth(self, scene: Scene, values: Values) -> Values:
-        """Return nothing to compare: the limits hang on the push."""
+        """Return no parameters: the limits depend on the push."""
         return {"parameters": {}, "where": None}
+
+    def laws(self, scene: Scene, values: Values) -> list[Values]:
+        """Return no law: the catalogue has one range for all episodes."""
+        return []
 
 
 class ClockDrift(Family):
-    """The sensor's clock runs at another pace; it is right at contact."""
+    """The sensor's clock has another rate; it is correct at contact."""
 
     name = "clock_drift"
     scales = ("pace",)
 
     def draw(self, rng: np.random.Generator, scene: Scene, paths: Sequence[Floats]) -> Values:
-        """Return by how much, either way."""
+        """Return the relative rate error, of either sign."""
         return {"pace": float(rng.uniform(0.02, 0.08) * rng.choice([-1.0, 1.0]))}
 
-    def distort(self, seen: Seen, site: Site, values: Values) -> Seen:
-        """Read what was true before or will be."""
-        when = seen.t - values["pace"] * np.maximum(seen.t - CONTACT, 0.0)
-        return seen.changed(wrench=sampled(seen.t, seen.wrench, when))
+    def distort(self, seen: Readings, context: EpisodeContext, values: Values) -> Readings:
+        """Read the wrench at another time."""
+        when = seen.t - values["pace"] * np.maximum(seen.t - CONTACT_TIME_S, 0.0)
+        return seen.changed(wrench=interpolate(seen.t, seen.wrench, when))
 
     def truth(self, scene: Scene, values: Values) -> Values:
-        """Return the drift: seconds of the sensor's clock for each true one, less one."""
-        return {"parameters": {"drift": drift(values)}, "where": None}
-
-    def laws(self, scene: Scene, values: Values) -> list[Values]:
-        """Return the drift."""
-        return [{"kind": self.name, "drift": drift(values)}]
+        """Return the drift: seconds of the sensor's clock per true second, minus one."""
+        return {"parameters": {"drift": clock_drift(values)}, "where": None}
 
 
 class SensorPlay(Family):
-    """The reading follows with play: it stays where it is until the force has moved on by so much."""
+    """The reading has play: it changes only after the force has moved by the width."""
 
     name = "sensor_play"
     scales = ("width",)
 
     def draw(self, rng: np.random.Generator, scene: Scene, paths: Sequence[Floats]) -> Values:
-        """Return the width, N; a tenth of it in N·m for the torque."""
-        return {"width": float(np.exp(rng.uniform(np.log(3.0), np.log(15.0))))}
+        """Return the width in N; the width of the torque is a tenth of it in N·m."""
+        return {"width": log_uniform(rng, 3.0, 15.0)}
 
-    def distort(self, seen: Seen, site: Site, values: Values) -> Seen:
-        """Follow each axis with play."""
+    def distort(self, seen: Readings, context: EpisodeContext, values: Values) -> Readings:
+        """Apply play to each axis."""
         half = values["width"] / 2 * np.array([1.0, 1.0, 0.1])
         followed, last = np.empty_like(seen.wrench), np.zeros(3)
         for k, true in enumerate(seen.wrench):
@@ -134,22 +124,18 @@ class SensorPlay(Family):
         """Return the width, of forces and of the torque."""
         return {"parameters": {"force": values["width"], "torque": 0.1 * values["width"]}, "where": None}
 
-    def laws(self, scene: Scene, values: Values) -> list[Values]:
-        """Return the same."""
-        return [{"kind": self.name, "force": values["width"], "torque": 0.1 * values["width"]}]
-
 
 class SensorLag(Family):
-    """The sensor's filter is slow: a reading of first order."""
+    """The reading is low-pass filtered by a filter of first order."""
 
     name = "sensor_lag"
     scales = ("time_constant",)
 
     def draw(self, rng: np.random.Generator, scene: Scene, paths: Sequence[Floats]) -> Values:
         """Return a time constant of 20 to 120 ms."""
-        return {"time_constant": float(np.exp(rng.uniform(np.log(0.02), np.log(0.12))))}
+        return {"time_constant": log_uniform(rng, 0.02, 0.12)}
 
-    def distort(self, seen: Seen, site: Site, values: Values) -> Seen:
+    def distort(self, seen: Readings, context: EpisodeContext, values: Values) -> Readings:
         """Filter the reading."""
         step = float(seen.t[1] - seen.t[0])
         if values["time_constant"] < 1e-3 * step:
@@ -161,25 +147,17 @@ class SensorLag(Family):
             followed[k] = last
         return seen.changed(wrench=followed)
 
-    def truth(self, scene: Scene, values: Values) -> Values:
-        """Return the time constant."""
-        return {"parameters": dict(values), "where": None}
 
-    def laws(self, scene: Scene, values: Values) -> list[Values]:
-        """Return the time constant."""
-        return [{"kind": self.name, **values}]
-
-
-def leaks(values: Values) -> dict[str, float]:
-    """Return what each axis reads of each other, by the catalogue's names."""
+def cross_talk_parameters(values: Values) -> dict[str, float]:
+    """Return the gains between axes by the catalogue's names."""
     axes = ("x", "y", "torque")
     leak = values["leak"]
     pairs = [(i, k) for i in range(3) for k in range(3) if i != k]
     return {f"{axes[i]}_from_{axes[k]}": float(leak[i][k]) for i, k in pairs}
 
 
-def drift(values: Values) -> float:
-    """Return seconds of the sensor's clock for each true one, less one."""
+def clock_drift(values: Values) -> float:
+    """Return seconds of the sensor's clock per true second, minus one."""
     return float(values["pace"] / (1.0 - values["pace"]))
 
 

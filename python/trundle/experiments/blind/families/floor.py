@@ -1,4 +1,4 @@
-"""What the floor does beyond dry friction: a slope, a patch, a grain."""
+"""Floors: a slope, a patch of drag, and anisotropic drag."""
 
 from __future__ import annotations
 
@@ -8,66 +8,48 @@ from typing import Any
 
 import mujoco
 import numpy as np
-from numpy.typing import NDArray
 
-from trundle.experiments.blind.family import Family, Hook, Site, Values
-from trundle.experiments.blind.places import standing_points
+from trundle.experiments.blind.family import EpisodeContext, Family, Hook, Values
+from trundle.experiments.blind.geometry import world_friction_points
 from trundle.experiments.blind.scene import Scene, Wheel
 from trundle.experiments.blind.shapes import inside
 from trundle.experiments.blind.world import add_wheel, set_wheel
-
-Floats = NDArray[np.float64]
+from trundle.experiments.sampling import Floats, log_uniform
 
 
 class FloorSlope(Family):
-    """A floor that slopes: gravity has a part along the joints; the brake goes off at contact."""
+    """A sloping floor: gravity has a component along the floor from contact on."""
 
     name = "floor_slope"
     scales = ("accel_x", "accel_y")
 
     def draw(self, rng: np.random.Generator, scene: Scene, paths: Sequence[Floats]) -> Values:
-        """Return a slope of 0.3° to 3° in any direction."""
+        """Return a slope of 0.3° to 3° in a random direction."""
         size = 9.81 * np.radians(np.exp(rng.uniform(np.log(0.3), np.log(3.0))))
         turn = rng.uniform(-np.pi, np.pi)
         return {"accel_x": float(size * np.cos(turn)), "accel_y": float(size * np.sin(turn))}
 
-    def furnish(self, site: Site, values: Values) -> None:
+    def add_to_world(self, context: EpisodeContext, values: Values) -> None:
         """Tilt gravity."""
-        site.spec.option.gravity = [values["accel_x"], values["accel_y"], 0.0]
-
-    def truth(self, scene: Scene, values: Values) -> Values:
-        """Return the acceleration."""
-        return {"parameters": dict(values), "where": None}
-
-    def laws(self, scene: Scene, values: Values) -> list[Values]:
-        """Return the slope."""
-        return [{"kind": "floor_slope", **values}]
+        context.spec.option.gravity = [values["accel_x"], values["accel_y"], 0.0]
 
 
 class FloorGrain(Family):
-    """A floor that resists along one direction: a damper between the two sliding joints."""
+    """A floor that resists along one direction: a damper between the two slide joints."""
 
     name = "floor_grain"
     scales = ("mu",)
 
     def draw(self, rng: np.random.Generator, scene: Scene, paths: Sequence[Floats]) -> Values:
-        """Return its friction and direction."""
-        mu = float(np.exp(rng.uniform(np.log(10.0), np.log(150.0))))
+        """Return friction and direction."""
+        mu = log_uniform(rng, 10.0, 150.0)
         return {"mu": mu, "angle": float(rng.uniform(0.0, np.pi))}
 
-    def furnish(self, site: Site, values: Values) -> None:
+    def add_to_world(self, context: EpisodeContext, values: Values) -> None:
         """Couple the joints by a fixed tendon with damping."""
-        grain = site.spec.add_tendon(name="grain", damping=[values["mu"], 0.0, 0.0])
+        grain = context.spec.add_tendon(name="grain", damping=[values["mu"], 0.0, 0.0])
         grain.wrap_joint("x", float(np.cos(values["angle"])))
         grain.wrap_joint("y", float(np.sin(values["angle"])))
-
-    def truth(self, scene: Scene, values: Values) -> Values:
-        """Return friction and direction."""
-        return {"parameters": dict(values), "where": None}
-
-    def laws(self, scene: Scene, values: Values) -> list[Values]:
-        """Return the grain."""
-        return [{"kind": self.name, **values}]
 
 
 class FloorPatch(Family):
@@ -77,8 +59,8 @@ class FloorPatch(Family):
     scales = ("mu",)
 
     def draw(self, rng: np.random.Generator, scene: Scene, paths: Sequence[Floats]) -> Values:
-        """Return a rectangle on which the points are between a tenth and six tenths of the time."""
-        points = np.concatenate([standing_points(scene, path[::100]).reshape(-1, 2) for path in paths])
+        """Return a rectangle that contains the points for 10 % to 60 % of the time."""
+        points = np.concatenate([world_friction_points(scene, path[::100]).reshape(-1, 2) for path in paths])
         half = rng.uniform(0.25, 0.6, 2)
         for _ in range(20):
             values = {
@@ -87,20 +69,20 @@ class FloorPatch(Family):
                 "half_length": float(half.max()),
                 "half_width": float(half.min()),
                 "angle": float(rng.uniform(0.0, np.pi)),
-                "mu": float(np.exp(rng.uniform(np.log(10.0), np.log(120.0)))),
+                "mu": log_uniform(rng, 10.0, 120.0),
             }
-            if 0.1 < np.mean(inside(points, region(values))) < 0.6:
+            if 0.1 < np.mean(inside(points, patch_corners(values))) < 0.6:
                 return values
         return {}
 
-    def furnish(self, site: Site, values: Values) -> None:
-        """Put a damper under each point, off at first."""
-        for k, (x, y) in enumerate(site.scene.standing):
-            add_wheel(site.spec, site.table, f"patch {k}", Wheel(float(x), float(y), 0.0, 0.0, 0.0))
+    def add_to_world(self, context: EpisodeContext, values: Values) -> None:
+        """Add a damper at each point, off at first."""
+        for k, (x, y) in enumerate(context.scene.friction_points):
+            add_wheel(context.spec, context.table, f"patch {k}", Wheel(float(x), float(y), 0.0, 0.0, 0.0))
 
-    def hook(self, model: Any, site: Site, values: Values) -> Hook | None:
-        """Switch the dampers by where the points are."""
-        points = site.scene.standing.tolist()
+    def hook(self, model: Any, context: EpisodeContext, values: Values) -> Hook | None:
+        """Switch the dampers by the positions of the points."""
+        points = context.scene.friction_points.tolist()
         was: dict[int, bool] = {}
         turn, across = (math.cos(values["angle"]), math.sin(values["angle"])), values["half_width"]
 
@@ -119,14 +101,14 @@ class FloorPatch(Family):
 
     def truth(self, scene: Scene, values: Values) -> Values:
         """Return friction and region."""
-        return {"parameters": {"mu": values["mu"]}, "where": {"world_region": region(values).tolist()}}
+        return {"parameters": {"mu": values["mu"]}, "where": {"world_region": patch_corners(values).tolist()}}
 
     def laws(self, scene: Scene, values: Values) -> list[Values]:
         """Return the patch."""
         return [{"kind": self.name, **values}]
 
 
-def region(values: Values) -> Floats:
+def patch_corners(values: Values) -> Floats:
     """Return the rectangle's corners."""
     c, s = np.cos(values["angle"]), np.sin(values["angle"])
     corners = np.array([[-1, -1], [1, -1], [1, 1], [-1, 1]]) * [values["half_length"], values["half_width"]]

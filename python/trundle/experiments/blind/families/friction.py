@@ -1,4 +1,4 @@
-"""Dry friction: feet that real contacts carry, pressed on the floor by a constant force."""
+"""Dry friction: feet with MuJoCo contacts, pressed on the floor by a constant force."""
 
 from __future__ import annotations
 
@@ -6,41 +6,39 @@ from collections.abc import Sequence
 
 import mujoco
 import numpy as np
-from numpy.typing import NDArray
 
-from trundle.experiments.blind.family import Family, Site, Values
+from trundle.experiments.blind.family import EpisodeContext, Family, Values
 from trundle.experiments.blind.scene import Scene, draw_point
+from trundle.experiments.sampling import Floats, log_uniform
 
-Floats = NDArray[np.float64]
-
-PRESSED = 100.0
-"""Load of all feet together, N; the friction coefficient is what is left."""
-RADIUS = 0.02
-"""Of a foot, m."""
-FEET = {"contype": 2, "conaffinity": 2, "condim": 3}
-"""Feet and floor touch each other and nothing else."""
+TOTAL_FOOT_LOAD_N = 100.0
+"""Load of all feet together; the friction coefficient scales the force."""
+FOOT_RADIUS_M = 0.02
+"""Radius of a foot."""
+FOOT_CONTACT = {"contype": 2, "conaffinity": 2, "condim": 3}
+"""Feet collide with the floor only."""
 
 
 class CoulombFriction(Family):
-    """Dry friction at a point, or shared by all feet: MuJoCo's contact, with an elliptic cone."""
+    """Dry friction at a point, or shared by all feet: MuJoCo contacts with an elliptic cone."""
 
     name = "coulomb_friction"
     scales = ("force",)
 
     def draw(self, rng: np.random.Generator, scene: Scene, paths: Sequence[Floats]) -> Values:
-        """Return a force, and a point or none: under the whole body, one case in three."""
-        force = float(np.exp(rng.uniform(np.log(3.0), np.log(30.0))))
+        """Return a force, and a point; without a point (one case in three) all feet share the force."""
+        force = log_uniform(rng, 3.0, 30.0)
         whole = bool(rng.random() < 1 / 3)
         return {"force": force, "point": None if whole else list(draw_point(rng, scene.shape))}
 
-    def furnish(self, site: Site, values: Values) -> None:
+    def add_to_world(self, context: EpisodeContext, values: Values) -> None:
         """Add the floor and the feet."""
-        points = site.scene.shape.feet.tolist() if values["point"] is None else [values["point"]]
-        friction = [values["force"] / PRESSED, 0.0, 0.0]
+        points = context.scene.shape.feet.tolist() if values["point"] is None else [values["point"]]
+        friction = [values["force"] / TOTAL_FOOT_LOAD_N, 0.0, 0.0]
         plane = mujoco.mjtGeom.mjGEOM_PLANE
-        site.spec.worldbody.add_geom(type=plane, size=[50.0, 50.0, 1.0], friction=friction, **FEET)
+        context.spec.worldbody.add_geom(type=plane, size=[50.0, 50.0, 1.0], friction=friction, **FOOT_CONTACT)
         for k, (x, y) in enumerate(points):
-            add_foot(site, f"foot {k}", (x, y), PRESSED / len(points), friction)
+            add_foot(context, f"foot {k}", (x, y), TOTAL_FOOT_LOAD_N / len(points), friction)
 
     def truth(self, scene: Scene, values: Values) -> Values:
         """Return force and point."""
@@ -55,14 +53,16 @@ class CoulombFriction(Family):
         return [{"kind": "coulomb_friction", "x": x, "y": y, "force": values["force"]}]
 
 
-def add_foot(site: Site, name: str, point: tuple[float, float], load: float, friction: list[float]) -> None:
-    """Add a light foot that slides up and down and is pressed on the floor."""
-    foot = site.table.add_body(name=name, pos=[*point, RADIUS])
+def add_foot(
+    context: EpisodeContext, name: str, point: tuple[float, float], load: float, friction: list[float]
+) -> None:
+    """Add a light foot that slides vertically and is pressed on the floor."""
+    foot = context.table.add_body(name=name, pos=[*point, FOOT_RADIUS_M])
     joint = mujoco.mjtJoint.mjJNT_SLIDE
     foot.add_joint(name=f"{name} lift", type=joint, axis=[0, 0, 1], damping=1.0)
     sphere = mujoco.mjtGeom.mjGEOM_SPHERE
-    foot.add_geom(type=sphere, size=[RADIUS, 0.0, 0.0], mass=0.01, friction=friction, **FEET)
-    site.spec.add_actuator(
+    foot.add_geom(type=sphere, size=[FOOT_RADIUS_M, 0.0, 0.0], mass=0.01, friction=friction, **FOOT_CONTACT)
+    context.spec.add_actuator(
         name=f"{name} load",
         trntype=mujoco.mjtTrn.mjTRN_JOINT,
         target=f"{name} lift",

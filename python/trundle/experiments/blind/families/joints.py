@@ -1,4 +1,4 @@
-"""Friction of joints, and drag that thins with speed."""
+"""Friction of joints, and drag with a sublinear dependence on speed."""
 
 from __future__ import annotations
 
@@ -7,59 +7,53 @@ from typing import Any
 
 import mujoco
 import numpy as np
-from numpy.typing import NDArray
 
-from trundle.experiments.blind.family import Family, Hook, Site, Values
+from trundle.experiments.blind.family import EpisodeContext, Family, Hook, Values
 from trundle.experiments.blind.scene import Scene
+from trundle.experiments.sampling import Floats, log_uniform
 
-Floats = NDArray[np.float64]
-
-RING = 0.4
-"""Radius of the ring on which thinning drag acts under the office desk, m."""
-REFERENCE = 0.1
-"""Speed at which the catalogue states the force of a drag that thins, m/s."""
+RING_RADIUS_M = 0.4
+"""Radius of the ring on which the thinning drag acts."""
+REFERENCE_SPEED_M_PER_S = 0.1
+"""Speed at which the catalogue states the force of a thinning drag."""
 
 
 class AxisFriction(Family):
-    """Dry friction of the slides and the hinge on which the object moves: MuJoCo's `frictionloss`."""
+    """Dry friction of the slides and the hinge of the object: MuJoCo's `frictionloss`."""
 
     name = "axis_friction"
     scales = ("force_x", "force_y", "torque")
 
     def draw(self, rng: np.random.Generator, scene: Scene, paths: Sequence[Floats]) -> Values:
-        """Return forces along x and y, one of them at least 1.5 times the other, and a torque."""
-        small = float(np.exp(rng.uniform(np.log(2.0), np.log(10.0))))
+        """Return forces along x and y that differ by a factor of at least 1.5, and a torque."""
+        small = log_uniform(rng, 2.0, 10.0)
         forces = [small, small * float(rng.uniform(1.5, 4.0))]
         rng.shuffle(forces)
-        torque = float(np.exp(rng.uniform(np.log(0.3), np.log(3.0))))
+        torque = log_uniform(rng, 0.3, 3.0)
         return {"force_x": forces[0], "force_y": forces[1], "torque": torque}
 
-    def furnish(self, site: Site, values: Values) -> None:
-        """Let the joints rub."""
-        for joint, name in zip(site.table.joints, self.scales, strict=True):
+    def add_to_world(self, context: EpisodeContext, values: Values) -> None:
+        """Set the friction of the joints."""
+        for joint, name in zip(context.table.joints, self.scales, strict=True):
             joint.frictionloss = values[name]
 
     def truth(self, scene: Scene, values: Values) -> Values:
         """Return the forces, and the direction of the first axis."""
         return {"parameters": {**values, "angle": 0.0}, "where": None}
 
-    def laws(self, scene: Scene, values: Values) -> list[Values]:
-        """Return the same."""
-        return [{"kind": self.name, **values, "angle": 0.0}]
-
 
 class ThinningDrag(Family):
-    """A thick felt under the object: a drag that grows with the root of the speed."""
+    """A drag that grows with the square root of the speed."""
 
     name = "thinning_drag"
     scales = ("drag",)
 
     def draw(self, rng: np.random.Generator, scene: Scene, paths: Sequence[Floats]) -> Values:
-        """Return the force at 1 m/s, and the radius of the ring that drags."""
-        return {"drag": float(np.exp(rng.uniform(np.log(10.0), np.log(80.0)))), "ring": RING}
+        """Return the force at 1 m/s, and the radius of the ring."""
+        return {"drag": log_uniform(rng, 10.0, 80.0), "ring": RING_RADIUS_M}
 
-    def hook(self, model: Any, site: Site, values: Values) -> Hook | None:
-        """Return a force on the object's origin, and a torque as on a ring."""
+    def hook(self, model: Any, context: EpisodeContext, values: Values) -> Hook | None:
+        """Apply a force at the object's origin, and a torque as on a ring."""
         ring = values["ring"]
 
         def brake(data: mujoco.MjData) -> None:
@@ -70,10 +64,13 @@ class ThinningDrag(Family):
         return brake
 
     def truth(self, scene: Scene, values: Values) -> Values:
-        """Return the force at the catalogue's speed, and the exponent."""
-        return {"parameters": {"force": values["drag"] * REFERENCE**0.5, "exponent": 0.5}, "where": None}
+        """Return the force at the catalogue's reference speed, and the exponent."""
+        return {
+            "parameters": {"force": values["drag"] * REFERENCE_SPEED_M_PER_S**0.5, "exponent": 0.5},
+            "where": None,
+        }
 
     def laws(self, scene: Scene, values: Values) -> list[Values]:
-        """Return drag under the whole body: on a ring only about what is hidden."""
-        law = {"kind": self.name, "force": values["drag"] * REFERENCE**0.5, "exponent": 0.5}
+        """Return drag under the whole body, which approximates the ring."""
+        law = {"kind": self.name, "force": values["drag"] * REFERENCE_SPEED_M_PER_S**0.5, "exponent": 0.5}
         return [{**law, "spread": values["ring"] / scene.shape.gyration}]

@@ -1,4 +1,4 @@
-"""Wheels: one more of them, and one that locks or comes free."""
+"""Wheels: a second wheel, and a wheel that locks or unlocks."""
 
 from __future__ import annotations
 
@@ -7,36 +7,34 @@ from typing import Any
 
 import mujoco
 import numpy as np
-from numpy.typing import NDArray
 
-from trundle.experiments.blind.family import Family, Hook, Site, Values
+from trundle.experiments.blind.family import EpisodeContext, Family, Hook, Values
 from trundle.experiments.blind.scene import Scene, Wheel, draw_event, draw_wheel
 from trundle.experiments.blind.world import add_wheel, set_wheel
-
-Floats = NDArray[np.float64]
+from trundle.experiments.sampling import Floats
 
 
 class SecondWheel(Family):
-    """One more viscous wheel elsewhere."""
+    """A second viscous wheel."""
 
     name = "second_wheel"
     scales = ("mu_x", "mu_y")
 
     def draw(self, rng: np.random.Generator, scene: Scene, paths: Sequence[Floats]) -> Values:
-        """Return a wheel as the first is drawn."""
+        """Return a wheel drawn like the first."""
         return dict(vars(draw_wheel(rng, scene.shape)))
 
-    def furnish(self, site: Site, values: Values) -> None:
-        """Add it."""
-        add_wheel(site.spec, site.table, "second wheel", Wheel(**values))
+    def add_to_world(self, context: EpisodeContext, values: Values) -> None:
+        """Add the wheel."""
+        add_wheel(context.spec, context.table, "second wheel", Wheel(**values))
 
     def truth(self, scene: Scene, values: Values) -> Values:
-        """Return the damping of both together about the object's origin."""
+        """Return the total damping matrix of both wheels about the object's origin."""
         whole = scene.wheel.damping() + Wheel(**values).damping()
         return {"parameters": {"damping": whole.tolist()}, "where": None}
 
     def laws(self, scene: Scene, values: Values) -> list[Values]:
-        """Return the damping of the spin that one wheel in the place of both leaves over."""
+        """Return the rotational damping that one equivalent wheel does not explain."""
         whole = scene.wheel.damping() + Wheel(**values).damping()
         lever = whole[:2, 2]
         spin = whole[2, 2] - lever @ np.linalg.solve(whole[:2, :2], lever)
@@ -44,13 +42,13 @@ class SecondWheel(Family):
 
 
 class WheelEvent(Family):
-    """At one moment of a training episode the wheel locks or comes free, for good."""
+    """The wheel locks or unlocks at one time of a training episode, permanently."""
 
     name = "wheel_event"
     scales = ("log_x", "log_y")
 
     def draw(self, rng: np.random.Generator, scene: Scene, paths: Sequence[Floats]) -> Values:
-        """Return an episode that is not held out, a time, and factors."""
+        """Return a training episode, a time, and factors."""
         locks = rng.uniform(np.log(2.5), np.log(12.0)) * (1.0 if rng.random() < 0.5 else -1.0)
         return {
             **draw_event(rng, scene),
@@ -58,9 +56,9 @@ class WheelEvent(Family):
             "log_y": float(locks * rng.uniform(0.3, 1.0)),
         }
 
-    def hook(self, model: Any, site: Site, values: Values) -> Hook | None:
-        """Change the wheel's actuators from that moment on."""
-        wheel, episode = site.scene.wheel, site.episode
+    def hook(self, model: Any, context: EpisodeContext, values: Values) -> Hook | None:
+        """Change the wheel's actuators from that time on."""
+        wheel, episode = context.scene.wheel, context.episode
         changed = (wheel.mu_x * np.exp(values["log_x"]), wheel.mu_y * np.exp(values["log_y"]))
         if episode > values["episode"]:
             set_wheel(model, "wheel", *changed)
@@ -74,7 +72,7 @@ class WheelEvent(Family):
         return switch
 
     def truth(self, scene: Scene, values: Values) -> Values:
-        """Return factors and moment."""
+        """Return factors and time."""
         factors = {f"factor_{axis}": float(np.exp(values[f"log_{axis}"])) for axis in "xy"}
         event = {"episode": f"episode_{values['episode']:02}", "time": values["time"]}
         return {"parameters": factors, "where": {"event": event}}

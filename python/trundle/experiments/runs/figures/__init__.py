@@ -1,1 +1,1 @@
-"""Figures of a run as inline SVG: the scene that moves, the wheel as it is found, numbers over time."""
+"""Figures of a run as inline SVG: the animated scene, the estimated wheel, and numbers over time."""

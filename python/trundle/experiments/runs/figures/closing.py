@@ -1,4 +1,4 @@
-"""How far off the wheel was believed, and how well it was said to be known, in powers of ten."""
+"""Error of the estimated wheel and radius of its 95 % ellipse over time, on a logarithmic scale."""
 
 from __future__ import annotations
 
@@ -7,7 +7,7 @@ import math
 import numpy as np
 
 from trundle.experiments.runs.figures.marks import WITHIN_95
-from trundle.experiments.runs.told import Episode, Update
+from trundle.experiments.runs.history import Episode, Update
 from trundle.report.figures.canvas import WIDTH, figure, label, polyline, ticks
 from trundle.report.markup import Html, join, tag
 from trundle.report.quantity import display_scale
@@ -15,12 +15,12 @@ from trundle.report.quantity import display_scale
 __all__ = ["draw"]
 
 LEFT, RIGHT, TOP, HEIGHT, FOOT = 50.0, 12.0, 18.0, 150.0, 34.0
-GREATEST = 1.0
-"""What is not known at all is drawn at this distance, m."""
+MAX_RADIUS_M = 1.0
+"""Radius drawn for an unknown position."""
 
 
 def draw(identity: str, episode: Episode) -> Html | None:
-    """Return the figure; None where there is no wheel, or none was found."""
+    """Return the figure; None without a true or an estimated wheel."""
     found = [u for u in episode.updates if episode.off(u) is not None and radius(u) is not None]
     if not found:
         return None
@@ -40,39 +40,39 @@ def draw(identity: str, episode: Episode) -> Html | None:
             for x, y in zip(frame.x(time), frame.y(offs), strict=True)
         ],
     ]
-    caption = "Line: radius within which the belief holds the wheel (95 %); points: how far off it was."
-    name = "How well the wheel's place was known"
+    caption = "Line: radius of the 95 % ellipse; points: error of the estimate."
+    name = "Accuracy of the wheel's position"
     return figure(f"{identity}-closing", name, f"{name}. {caption}", TOP + HEIGHT + FOOT, drawing, caption)
 
 
 def radius(update: Update) -> float | None:
-    """Return the longer half axis of the ellipse that holds the wheel with probability 0.95, m."""
-    if update.spread is None:
+    """Return the longer half axis of the 95 % ellipse, m."""
+    if update.wheel_covariance is None:
         return None
-    if not np.isfinite(update.spread).all():
-        return GREATEST
-    return WITHIN_95 * math.sqrt(max(float(np.linalg.eigvalsh(update.spread)[-1]), 0.0))
+    if not np.isfinite(update.wheel_covariance).all():
+        return MAX_RADIUS_M
+    return WITHIN_95 * math.sqrt(max(float(np.linalg.eigvalsh(update.wheel_covariance)[-1]), 0.0))
 
 
 class Frame:
-    """Time to the right, powers of ten of a metre upward."""
+    """Axes with linear time and logarithmic distance."""
 
     def __init__(self, end: float, low: int, high: int) -> None:
         self._end, self._low, self._high = end, low, high
 
     def x(self, time: np.ndarray) -> np.ndarray:
-        """Return where a time is."""
+        """Return the horizontal position of a time."""
         place: np.ndarray = LEFT + (WIDTH - LEFT - RIGHT) * time / self._end
         return place
 
     def y(self, metres: np.ndarray) -> np.ndarray:
-        """Return where a distance is."""
+        """Return the vertical position of a distance."""
         power = np.log10(np.clip(metres, 10.0**self._low, 10.0**self._high))
         place: np.ndarray = TOP + HEIGHT * (self._high - power) / (self._high - self._low)
         return place
 
     def axes(self) -> Html:
-        """Return the lines and numbers."""
+        """Return the grid lines and labels."""
         parts: list[Html] = []
         for power in range(self._low, self._high + 1):
             metres = 10.0**power

@@ -1,4 +1,4 @@
-"""The object from above with what was believed of the wheel after a fit, in the object's frame."""
+"""Top view of the object with the estimated wheel after a fit, in the object's frame."""
 
 from __future__ import annotations
 
@@ -6,9 +6,9 @@ from dataclasses import dataclass
 
 import numpy as np
 
-from trundle.experiments.runs.figures.marks import box, cross, ellipse, others, oval
-from trundle.experiments.runs.sentences import deviation, place, seconds
-from trundle.experiments.runs.told import Episode, Update
+from trundle.experiments.runs.figures.marks import box, cross, effect_marks, ellipse, ellipse_axes
+from trundle.experiments.runs.history import Episode, Update
+from trundle.experiments.runs.sentences import format_point, format_seconds, place_sd
 from trundle.report.figures.canvas import WIDTH, figure
 from trundle.report.figures.top_view import TopView
 from trundle.report.markup import Child, Html, tag
@@ -17,14 +17,14 @@ from trundle.report.series import Array
 
 __all__ = ["draw", "legend"]
 
-LENS, ZOOM = 74.0, 10.0
-"""Radius of the magnifying glass, user units, and by how much it magnifies."""
-SMALL = 14.0
-"""Half axis of an ellipse, user units, up to which it is magnified."""
+LENS_RADIUS, LENS_ZOOM = 74.0, 10.0
+"""Radius of the magnified circle, user units, and its magnification."""
+MAX_MAGNIFIED_AXIS = 14.0
+"""Largest half axis of an ellipse, user units, that is magnified."""
 
 
 def draw(identity: str, episode: Episode, update: Update) -> Html:
-    """Return what was believed after one fit."""
+    """Return the belief after one fit."""
     plan = TopView.around([*episode.outline, episode.support])
     view = View(plan, np.zeros(2), 1.0)
     size = {"width": WIDTH, "height": plan.height}
@@ -32,43 +32,45 @@ def draw(identity: str, episode: Episode, update: Update) -> Html:
         "svg",
         [plan.outline(corners, "footprint") for corners in episode.outline],
         [tag("circle", cx=x, cy=y, r=6.0, class_="support") for x, y in plan.to_page(episode.support)],
-        others(update.others, episode.hidden, view.at),
+        effect_marks(update.other_effects, episode.hidden, view.at),
         view.wheel(episode, update),
-        lens(identity, plan, episode, update),
+        magnifier(identity, plan, episode, update),
         viewBox=f"0 0 {WIDTH:.0f} {plan.height:.2f}",
         **size,
     )
-    told = "nothing of a wheel" if update.wheel is None else place(update.wheel.at, deviation(update))
-    text = f"The object from above, object frame; the wheel is believed at: {told}."
-    caption = [tag("b", seconds(update.time)), said(episode, update)]
-    title = f"Belief after {seconds(update.time)}"
+    place = "no wheel" if update.wheel is None else format_point(update.wheel.at, place_sd(update))
+    text = f"Top view of the object, object frame; estimated wheel: {place}."
+    caption = [tag("b", format_seconds(update.time)), accuracy_text(episode, update)]
+    title = f"Belief after {format_seconds(update.time)}"
     return figure(identity, title, text, plan.height, [inner, tag("rect", class_="box", **size)], caption)
 
 
-def said(episode: Episode, update: Update) -> str:
-    """Return how well the wheel is known, in a few words."""
-    sd, off = deviation(update), episode.off(update)
+def accuracy_text(episode: Episode, update: Update) -> str:
+    """Return the accuracy of the wheel's position as text."""
+    sd, off = place_sd(update), episode.off(update)
     if update.wheel is None:
         return ": no wheel in the model"
     if sd is not None and not np.isfinite(sd).all():
-        return ": known along one axis" if np.isfinite(sd).any() else ": not known yet"
+        return ": known along one axis" if np.isfinite(sd).any() else ": not identifiable yet"
     known = "" if sd is None else f", sd {format_quantity('m', float(sd.max()))}"
     return known if off is None else f": {format_quantity('m', off)} off{known}"
 
 
 def legend(episode: Episode) -> str:
-    """Return what the other marks are, where there are any."""
+    """Return the legend of the other marks, if there are any."""
     placed = [each.name for each in episode.hidden if each.at is not None]
-    believed = {each.name for update in episode.updates for each in update.others if each.at is not None}
+    believed = {
+        each.name for update in episode.updates for each in update.other_effects if each.at is not None
+    }
     if not placed and not believed:
         return ""
     names = join_words(list(dict.fromkeys([*placed, *sorted(believed)])))
-    return f" Ring: where {names} acts; slanted cross: where it is believed."
+    return f" Ring: true position of {names}; diagonal cross: estimated position."
 
 
 @dataclass(frozen=True)
 class View:
-    """The map, or a glass over it that magnifies by `zoom` about a point (2,) m."""
+    """The map, or a view of it magnified by `zoom` about a point (2,) m."""
 
     plan: TopView
     about: Array
@@ -81,28 +83,32 @@ class View:
         return seen
 
     def wheel(self, episode: Episode, update: Update) -> list[Child]:
-        """Return the wheel as it is believed, and as it is."""
+        """Return the estimated and the true wheel."""
         true, found = episode.wheel, update.wheel
         drawn: list[Child] = [] if true is None else [box(self.at(true.at), true.angle)]
         if found is not None:
-            shape = oval(update.spread, self.zoom * self.plan.scale, 2.0 * WIDTH)
+            shape = ellipse_axes(update.wheel_covariance, self.zoom * self.plan.scale, 2.0 * WIDTH)
             at = self.at(found.at)
             drawn = [None if shape is None else ellipse(at, shape), *drawn, cross(at)]
         return drawn
 
 
-def lens(identity: str, plan: TopView, episode: Episode, update: Update) -> Child:
-    """Return a magnifying glass over the true wheel, where the ellipse has become too small to be seen."""
-    true, off, shape = episode.wheel, episode.off(update), oval(update.spread, plan.scale, WIDTH)
+def magnifier(identity: str, plan: TopView, episode: Episode, update: Update) -> Child:
+    """Return a magnified circle around the true wheel, if the ellipse is too small to see."""
+    true, off, shape = (
+        episode.wheel,
+        episode.off(update),
+        ellipse_axes(update.wheel_covariance, plan.scale, WIDTH),
+    )
     if true is None or off is None or shape is None:
         return None
-    if shape[0] > SMALL or off * plan.scale * ZOOM > LENS:
+    if shape[0] > MAX_MAGNIFIED_AXIS or off * plan.scale * LENS_ZOOM > LENS_RADIUS:
         return None
     wheel = plan.to_page(true.at[None])[0]
-    middle = beside(wheel, np.array([WIDTH, plan.height]))
-    glass = View(plan, true.at, ZOOM)
+    middle = lens_centre(wheel, np.array([WIDTH, plan.height]))
+    glass = View(plan, true.at, LENS_ZOOM)
     shift = middle - wheel
-    round_ = {"cx": middle[0], "cy": middle[1], "r": LENS}
+    round_ = {"cx": middle[0], "cy": middle[1], "r": LENS_RADIUS}
     seen = tag("g", glass.wheel(episode, update), transform=f"translate({shift[0]:.2f} {shift[1]:.2f})")
     return [
         tag("line", x1=wheel[0], y1=wheel[1], x2=middle[0], y2=middle[1], class_="axis"),
@@ -113,10 +119,10 @@ def lens(identity: str, plan: TopView, episode: Episode, update: Update) -> Chil
     ]
 
 
-def beside(wheel: Array, size: Array) -> Array:
-    """Return the middle of a glass that does not cover a wheel (2,), towards the middle of a panel (2,)."""
+def lens_centre(wheel: Array, size: Array) -> Array:
+    """Return the centre of a magnified circle that does not cover a wheel (2,), within a panel (2,)."""
     toward = size / 2.0 - wheel
     length = float(np.hypot(*toward))
     way = toward / length if length > 1.0 else np.array([1.0, 0.0])
-    middle: Array = np.clip(wheel + 1.5 * LENS * way, LENS + 4.0, size - LENS - 4.0)
+    middle: Array = np.clip(wheel + 1.5 * LENS_RADIUS * way, LENS_RADIUS + 4.0, size - LENS_RADIUS - 4.0)
     return middle

@@ -1,4 +1,4 @@
-"""Physics of the object or the floor that the catalogue does not have."""
+"""Physics of the object or the floor without a law in the catalogue."""
 
 from __future__ import annotations
 
@@ -7,39 +7,33 @@ from typing import Any
 
 import mujoco
 import numpy as np
-from numpy.typing import NDArray
 
-from trundle.experiments.blind.family import Family, Hook, Site, Values
-from trundle.experiments.blind.push import CONTACT
+from trundle.experiments.blind.family import EpisodeContext, Family, Hook, Values
+from trundle.experiments.blind.push import CONTACT_TIME_S
 from trundle.experiments.blind.scene import Scene
 from trundle.experiments.blind.world import set_wheel
-
-Floats = NDArray[np.float64]
-
-
-class Foreign(Family):
-    """A family outside the catalogue: its truth names nothing."""
-
-    foreign = True
-
-    def truth(self, scene: Scene, values: Values) -> Values:
-        """Return nothing that an answer could be compared with."""
-        return {"parameters": {}, "where": None}
+from trundle.experiments.sampling import Floats, log_uniform
 
 
-class Magnet(Foreign):
-    """A point of the floor that attracts the object's origin, the more the nearer."""
+class OutOfCatalogueFamily(Family):
+    """A family outside the catalogue."""
+
+    out_of_catalogue = True
+
+
+class Magnet(OutOfCatalogueFamily):
+    """A point of the floor that attracts the object's origin."""
 
     name = "magnet"
     scales = ("strength",)
 
     def draw(self, rng: np.random.Generator, scene: Scene, paths: Sequence[Floats]) -> Values:
-        """Return a place near the paths."""
+        """Return a position near the paths."""
         place = np.mean([path[:, :2].mean(axis=0) for path in paths], axis=0) + rng.uniform(-0.3, 0.3, 2)
-        return {"strength": float(np.exp(rng.uniform(np.log(8.0), np.log(40.0)))), "place": place.tolist()}
+        return {"strength": log_uniform(rng, 8.0, 40.0), "place": place.tolist()}
 
-    def hook(self, model: Any, site: Site, values: Values) -> Hook | None:
-        """Return a force of strength · d/(d² + r²) · r, at most half the strength."""
+    def hook(self, model: Any, context: EpisodeContext, values: Values) -> Hook | None:
+        """Apply a force of strength · d/(d² + r²) · r, at most half the strength."""
         (x, y), reach = values["place"], 0.25
 
         def pull(data: mujoco.MjData) -> None:
@@ -51,48 +45,48 @@ class Magnet(Foreign):
         return pull
 
 
-class WarmingWheel(Foreign):
-    """A wheel whose grease is stiff at first and thins as it rolls."""
+class WarmingWheel(OutOfCatalogueFamily):
+    """A wheel whose friction falls as its grease warms up."""
 
     name = "warming_wheel"
     scales = ("excess",)
 
     def draw(self, rng: np.random.Generator, scene: Scene, paths: Sequence[Floats]) -> Values:
-        """Return by how much it is stiffer, and how long it takes to warm."""
+        """Return the initial excess of friction, and the time constant."""
         return {"excess": float(rng.uniform(2.0, 10.0)), "seconds": float(rng.uniform(1.0, 3.0))}
 
-    def hook(self, model: Any, site: Site, values: Values) -> Hook | None:
+    def hook(self, model: Any, context: EpisodeContext, values: Values) -> Hook | None:
         """Let the friction fall to that of the warm wheel in each episode."""
-        wheel = site.scene.wheel
+        wheel = context.scene.wheel
 
         def warm(data: mujoco.MjData) -> None:
-            factor = 1.0 + values["excess"] * np.exp(-(data.time - CONTACT) / values["seconds"])
+            factor = 1.0 + values["excess"] * np.exp(-(data.time - CONTACT_TIME_S) / values["seconds"])
             set_wheel(model, "wheel", wheel.mu_x * factor, wheel.mu_y * factor)
 
         return warm
 
 
-class Shaking(Foreign):
-    """A machine nearby shakes the object to and fro along one direction of the room."""
+class Shaking(OutOfCatalogueFamily):
+    """A machine shakes the object along one direction of the room."""
 
     name = "shaking"
     scales = ("force",)
 
     def draw(self, rng: np.random.Generator, scene: Scene, paths: Sequence[Floats]) -> Values:
-        """Return force, frequency and direction."""
+        """Return force, frequency, direction and phase."""
         return {
-            "force": float(np.exp(rng.uniform(np.log(4.0), np.log(25.0)))),
+            "force": log_uniform(rng, 4.0, 25.0),
             "frequency": float(rng.uniform(0.5, 2.0)),
             "direction": float(rng.uniform(-np.pi, np.pi)),
             "phase": float(rng.uniform(-np.pi, np.pi)),
         }
 
-    def hook(self, model: Any, site: Site, values: Values) -> Hook | None:
-        """Return a sine of the time since contact."""
+    def hook(self, model: Any, context: EpisodeContext, values: Values) -> Hook | None:
+        """Apply a sine of the time since contact."""
         c, s = np.cos(values["direction"]), np.sin(values["direction"])
 
         def shake(data: mujoco.MjData) -> None:
-            turn = 2 * np.pi * values["frequency"] * (data.time - CONTACT) + values["phase"]
+            turn = 2 * np.pi * values["frequency"] * (data.time - CONTACT_TIME_S) + values["phase"]
             force = values["force"] * np.sin(turn)
             data.qfrc_applied[0] += force * c
             data.qfrc_applied[1] += force * s
@@ -100,26 +94,26 @@ class Shaking(Foreign):
         return shake
 
 
-class Rattling(Foreign):
-    """A drawer without a spring that slides freely and knocks against its ends: MuJoCo's joint limits."""
+class RattlingLoad(OutOfCatalogueFamily):
+    """A drawer that slides freely and hits its ends: MuJoCo's joint limits."""
 
     name = "rattling_load"
     scales = ("mass",)
 
     def draw(self, rng: np.random.Generator, scene: Scene, paths: Sequence[Floats]) -> Values:
-        """Return a share of the mass, a direction, and how far it slides."""
+        """Return a mass, a direction, and the travel."""
         return {
             "mass": float(rng.uniform(0.25, 0.6) * scene.mass),
             "direction": float(rng.uniform(-np.pi, np.pi)),
             "range": float(rng.uniform(0.05, 0.2)),
         }
 
-    def furnish(self, site: Site, values: Values) -> None:
-        """Take the mass from the object and let it slide."""
+    def add_to_world(self, context: EpisodeContext, values: Values) -> None:
+        """Move the mass from the object to the drawer."""
         mass = max(values["mass"], 1e-4)
-        for geom in site.table.geoms:
-            geom.mass *= 1.0 - mass / site.scene.mass
-        drawer = site.table.add_body(name="drawer", pos=[*site.scene.shape.centroid, 0.2])
+        for geom in context.table.geoms:
+            geom.mass *= 1.0 - mass / context.scene.mass
+        drawer = context.table.add_body(name="drawer", pos=[*context.scene.shape.centroid, 0.2])
         joint = drawer.add_joint(name="drawer", type=mujoco.mjtJoint.mjJNT_SLIDE)
         joint.axis = [np.cos(values["direction"]), np.sin(values["direction"]), 0.0]
         joint.limited, joint.range = True, [-values["range"], values["range"]]
@@ -127,21 +121,21 @@ class Rattling(Foreign):
         drawer.add_geom(type=sphere, size=[0.02, 0, 0], mass=mass, contype=0, conaffinity=0)
 
 
-class Hysteresis(Foreign):
-    """A bundle of cables that gives way and remembers: Bouc and Wen's spring to the room."""
+class HystereticSpring(OutOfCatalogueFamily):
+    """A hysteretic spring to the room (Bouc-Wen model)."""
 
     name = "hysteretic_spring"
     scales = ("stiffness",)
 
     def draw(self, rng: np.random.Generator, scene: Scene, paths: Sequence[Floats]) -> Values:
-        """Return its stiffness and the displacement at which it yields."""
+        """Return stiffness and yield displacement."""
         return {
-            "stiffness": float(np.exp(rng.uniform(np.log(40.0), np.log(250.0)))),
+            "stiffness": log_uniform(rng, 40.0, 250.0),
             "yields": float(rng.uniform(0.08, 0.25)),
         }
 
-    def hook(self, model: Any, site: Site, values: Values) -> Hook | None:
-        """Return the force on the object's origin; its memory begins anew in each episode."""
+    def hook(self, model: Any, context: EpisodeContext, values: Values) -> Hook | None:
+        """Apply the force at the object's origin; its state is reset in each episode."""
         memory, step, limit = [0.0, 0.0], model.opt.timestep, values["yields"]
 
         def pull(data: mujoco.MjData) -> None:
@@ -153,8 +147,8 @@ class Hysteresis(Foreign):
         return pull
 
 
-class StickyGround(Foreign):
-    """A floor that drags the more the farther one goes in one direction, without an edge."""
+class StickyGround(OutOfCatalogueFamily):
+    """A floor whose drag grows steadily in one direction."""
 
     name = "sticky_ground"
     scales = ("slope",)
@@ -163,11 +157,11 @@ class StickyGround(Foreign):
         """Return friction per metre, and the direction in which it grows."""
         turn = float(rng.uniform(-np.pi, np.pi))
         ways = np.concatenate([path[::100, :2] for path in paths]) @ [np.cos(turn), np.sin(turn)]
-        slope = float(np.exp(rng.uniform(np.log(40.0), np.log(300.0))))
+        slope = log_uniform(rng, 40.0, 300.0)
         return {"slope": slope, "direction": turn, "from": float(ways.min())}
 
-    def hook(self, model: Any, site: Site, values: Values) -> Hook | None:
-        """Return a drag on the object's origin."""
+    def hook(self, model: Any, context: EpisodeContext, values: Values) -> Hook | None:
+        """Apply a drag at the object's origin."""
         c, s = np.cos(values["direction"]), np.sin(values["direction"])
 
         def brake(data: mujoco.MjData) -> None:
@@ -179,8 +173,8 @@ class StickyGround(Foreign):
         return brake
 
 
-class MagneticLine(Foreign):
-    """A magnet along a line of the floor that pulls the object's origin across it."""
+class MagneticLine(OutOfCatalogueFamily):
+    """A line of the floor that attracts the object's origin."""
 
     name = "magnetic_line"
     scales = ("strength",)
@@ -190,12 +184,12 @@ class MagneticLine(Foreign):
         turn = float(rng.uniform(-np.pi, np.pi))
         normal = np.array([np.cos(turn), np.sin(turn)])
         middle = np.mean([path[:, :2].mean(axis=0) for path in paths], axis=0)
-        strength = float(np.exp(rng.uniform(np.log(15.0), np.log(60.0))))
+        strength = log_uniform(rng, 15.0, 60.0)
         offset = float(middle @ normal + rng.uniform(-0.2, 0.2))
         return {"strength": strength, "direction": turn, "offset": offset}
 
-    def hook(self, model: Any, site: Site, values: Values) -> Hook | None:
-        """Return a force of −strength · s/(1 + s²)², with s the distance over 0.15 m."""
+    def hook(self, model: Any, context: EpisodeContext, values: Values) -> Hook | None:
+        """Apply a force of −strength · s/(1 + s²)², with s the distance over 0.15 m."""
         c, s = np.cos(values["direction"]), np.sin(values["direction"])
 
         def pull(data: mujoco.MjData) -> None:
@@ -207,22 +201,22 @@ class MagneticLine(Foreign):
         return pull
 
 
-class RateAndState(Foreign):
-    """Dry friction at the object's origin that heals at rest and weakens as it slides (Dieterich)."""
+class RateAndState(OutOfCatalogueFamily):
+    """Rate-and-state friction at the object's origin (Dieterich): heals at rest, weakens when sliding."""
 
     name = "rate_and_state"
     scales = ("force",)
 
     def draw(self, rng: np.random.Generator, scene: Scene, paths: Sequence[Floats]) -> Values:
-        """Return the friction of a fresh contact, the slip that renews it, and by how much it heals."""
+        """Return the friction of a fresh contact, the critical slip distance, and the healing rate."""
         return {
-            "force": float(np.exp(rng.uniform(np.log(6.0), np.log(25.0)))),
+            "force": log_uniform(rng, 6.0, 25.0),
             "slip": float(rng.uniform(0.02, 0.1)),
             "evolution": float(rng.uniform(0.1, 0.25)),
         }
 
-    def hook(self, model: Any, site: Site, values: Values) -> Hook | None:
-        """Return the force; each episode begins after ten seconds at rest."""
+    def hook(self, model: Any, context: EpisodeContext, values: Values) -> Hook | None:
+        """Apply the force; each episode begins after ten seconds at rest."""
         age, step = [10.0], model.opt.timestep
 
         def rub(data: mujoco.MjData) -> None:
@@ -236,19 +230,19 @@ class RateAndState(Foreign):
         return rub
 
 
-class FadingFriction(Foreign):
-    """Dry friction at the object's origin that is polished away as it slides, anew in each episode."""
+class FadingFriction(OutOfCatalogueFamily):
+    """Dry friction at the object's origin that falls with the distance slid in an episode."""
 
     name = "fading_friction"
     scales = ("force",)
 
     def draw(self, rng: np.random.Generator, scene: Scene, paths: Sequence[Floats]) -> Values:
-        """Return the friction at first, and over which distance it falls to a third."""
-        force = float(np.exp(rng.uniform(np.log(10.0), np.log(40.0))))
+        """Return the initial friction, and the distance over which it falls to 1/e."""
+        force = log_uniform(rng, 10.0, 40.0)
         return {"force": force, "distance": float(rng.uniform(0.1, 0.4))}
 
-    def hook(self, model: Any, site: Site, values: Values) -> Hook | None:
-        """Return the force; its memory begins anew in each episode."""
+    def hook(self, model: Any, context: EpisodeContext, values: Values) -> Hook | None:
+        """Apply the force; the distance is reset in each episode."""
         slid, step = [0.0], model.opt.timestep
 
         def rub(data: mujoco.MjData) -> None:
@@ -261,22 +255,22 @@ class FadingFriction(Foreign):
         return rub
 
 
-class Sail(Foreign):
-    """A draught along one direction of the room that catches the object broadside and turns it."""
+class Sail(OutOfCatalogueFamily):
+    """A draught along one direction of the room whose force depends on the heading, with a torque."""
 
     name = "sail"
     scales = ("force",)
 
     def draw(self, rng: np.random.Generator, scene: Scene, paths: Sequence[Floats]) -> Values:
-        """Return the force broadside on, the direction, and how far behind the origin it attacks."""
+        """Return the largest force, the direction, and the lever arm."""
         return {
-            "force": float(np.exp(rng.uniform(np.log(5.0), np.log(20.0)))),
+            "force": log_uniform(rng, 5.0, 20.0),
             "direction": float(rng.uniform(-np.pi, np.pi)),
             "lever": float(rng.uniform(0.05, 0.2)),
         }
 
-    def hook(self, model: Any, site: Site, values: Values) -> Hook | None:
-        """Return a force with the square of the sine between heading and draught, and its torque."""
+    def hook(self, model: Any, context: EpisodeContext, values: Values) -> Hook | None:
+        """Apply a force with the square of the sine between heading and draught, and its torque."""
         c, s = np.cos(values["direction"]), np.sin(values["direction"])
 
         def blow(data: mujoco.MjData) -> None:
@@ -293,8 +287,8 @@ MOTIONS: tuple[Family, ...] = (
     Magnet(),
     WarmingWheel(),
     Shaking(),
-    Rattling(),
-    Hysteresis(),
+    RattlingLoad(),
+    HystereticSpring(),
     StickyGround(),
     MagneticLine(),
     RateAndState(),

@@ -11,26 +11,26 @@ import pytest
 
 import trundle
 from trundle.cli import main
-from trundle.experiments.blind import tables_after
-from trundle.experiments.blind.case import Planned, draw
+from trundle.experiments.blind import follow_up_tables
+from trundle.experiments.blind.case import PlannedCase, draw_case
 from trundle.experiments.blind.config import Settings
 from trundle.experiments.blind.families import FAMILIES
-from trundle.experiments.blind.family import Hidden
-from trundle.experiments.blind.further import (
-    ALIKE,
-    ANY,
+from trundle.experiments.blind.family import HiddenEffect
+from trundle.experiments.blind.follow_up import (
     DESIGNED,
-    asked_for,
-    kinds,
-    lengthened,
+    RANDOM_SIMILAR,
+    RANDOM_UNRESTRICTED,
+    extend_recording,
     next_push,
-    same_object,
+    push_kinds,
+    requested_experiment,
+    restore_object,
 )
-from trundle.experiments.blind.instruments import recording, table
-from trundle.experiments.blind.push import CONTACT, Command, Grasp, Push
+from trundle.experiments.blind.instruments import episode_table, make_recording
+from trundle.experiments.blind.push import CONTACT_TIME_S, Grasp, Push, WrenchPush
 from trundle.experiments.blind.scene import draw_scene
-from trundle.experiments.blind.score import settled
-from trundle.experiments.blind.world import motion
+from trundle.experiments.blind.score import is_unambiguous
+from trundle.experiments.blind.world import simulate
 from trundle.experiments.results import rounded
 
 Row = dict[str, Any]
@@ -65,21 +65,21 @@ OF_OTHER = experiment("floor_slope", "tether + latency")
 
 def test_the_push_for_a_tie_goes_before_that_for_an_alternative_unless_it_hardly_tells() -> None:
     both, dull = [OF_OTHER, OF_TIE], {**OF_TIE, "sure": 0.1}
-    assert asked_for(answered("floor_slope", tied=TIE, experiments=[dull, OF_OTHER])) is OF_OTHER
-    assert asked_for(answered("floor_slope", tied=TIE, experiments=[dull])) is dull
-    assert asked_for(answered("floor_slope", tied=TIE, experiments=[dull, OF_TIE])) is OF_TIE
-    assert asked_for(answered("floor_slope", tied=TIE, experiments=both)) is OF_TIE
-    assert asked_for(answered("floor_slope", experiments=both)) is OF_OTHER
-    assert asked_for(answered("floor_slope", tied=TIE)) is None
-    assert asked_for(answered("floor_slope", experiments=[{**OF_TIE, "pushes": []}])) is None
-    assert asked_for(answered(experiments=both)) is None
+    assert requested_experiment(answered("floor_slope", tied=TIE, experiments=[dull, OF_OTHER])) is OF_OTHER
+    assert requested_experiment(answered("floor_slope", tied=TIE, experiments=[dull])) is dull
+    assert requested_experiment(answered("floor_slope", tied=TIE, experiments=[dull, OF_TIE])) is OF_TIE
+    assert requested_experiment(answered("floor_slope", tied=TIE, experiments=both)) is OF_TIE
+    assert requested_experiment(answered("floor_slope", experiments=both)) is OF_OTHER
+    assert requested_experiment(answered("floor_slope", tied=TIE)) is None
+    assert requested_experiment(answered("floor_slope", experiments=[{**OF_TIE, "pushes": []}])) is None
+    assert requested_experiment(answered(experiments=both)) is None
 
 
 def test_results_that_were_kept_without_pushes_are_said() -> None:
     old = answered("floor_slope")
     del old["experiments"]
     with pytest.raises(trundle.TrundleError, match="--fresh"):
-        asked_for(old)
+        requested_experiment(old)
 
 
 SETTINGS = Settings("tune", 7, ("force_bias",), (), 1, 0, 0, 0, matters=1.5, episodes=2, alike=True)
@@ -88,15 +88,15 @@ SETTINGS = Settings("tune", 7, ("force_bias",), (), 1, 0, 0, 0, matters=1.5, epi
 @cache
 def case(name: str = "force_bias") -> tuple[trundle.Recording, Row]:
     """A recording of two pushes that are alike, and its answer as it is sealed."""
-    drawn = draw(Planned("case_0000", (name,), 7), SETTINGS)
+    drawn = draw_case(PlannedCase("case_0000", (name,), 7), SETTINGS)
     assert drawn.recording is not None
     return drawn.recording, json.loads(json.dumps(rounded(drawn.answer)))
 
 
 def test_the_longer_recording_is_the_old_one_and_one_more_training_episode() -> None:
     before, truth = case()
-    scene, hidden = same_object(truth, SETTINGS)
-    made = {kind: lengthened(before, scene, hidden, kind, OF_TIE)[0] for kind in kinds(SETTINGS)}
+    scene, hidden = restore_object(truth, SETTINGS)
+    made = {kind: extend_recording(before, scene, hidden, kind, OF_TIE)[0] for kind in push_kinds(SETTINGS)}
     for longer in made.values():
         assert longer.metadata == before.metadata
         assert longer.metadata["split"]["held_out"] == ["episode_01"]
@@ -107,13 +107,13 @@ def test_the_longer_recording_is_the_old_one_and_one_more_training_episode() -> 
     starts = {kind: longer.episodes["episode_02"]["object_theta"] for kind, longer in made.items()}
     assert np.nanmean(starts[DESIGNED][:40]) == pytest.approx(1.2, abs=0.02)
     first = before.episodes["episode_00"]["object_theta"]
-    assert np.nanmean(starts[ALIKE][:40]) == pytest.approx(np.nanmean(first[:40]), abs=0.02)
+    assert np.nanmean(starts[RANDOM_SIMILAR][:40]) == pytest.approx(np.nanmean(first[:40]), abs=0.02)
 
 
 def test_it_is_the_same_object_with_the_same_effect() -> None:
     before, truth = case()
-    scene, hidden = same_object(truth, SETTINGS)
-    again = table(scene, hidden, 0, motion(scene, hidden, 0))
+    scene, hidden = restore_object(truth, SETTINGS)
+    again = episode_table(scene, hidden, 0, simulate(scene, hidden, 0))
     for column, values in before.episodes["episode_00"].items():
         np.testing.assert_allclose(again[column], values, atol=1e-3, err_msg=column)
 
@@ -121,24 +121,24 @@ def test_it_is_the_same_object_with_the_same_effect() -> None:
 def test_what_is_hidden_plays_no_part_in_what_is_pushed() -> None:
     scene = draw_scene(7, 0, 2, alike=True)
     designed = next_push(scene, DESIGNED, OF_TIE)
-    assert isinstance(designed, Command)
+    assert isinstance(designed, WrenchPush)
     assert (designed.start, designed.grasp) == ((0.3, 0.1, 1.2), Grasp(0.2, -0.1, 0.5))
-    for kind in (ALIKE, ANY):
+    for kind in (RANDOM_SIMILAR, RANDOM_UNRESTRICTED):
         made = [next_push(scene, kind, asked) for asked in (OF_TIE, OF_OTHER)]
         assert repr(made[0]) == repr(made[1])
 
 
 def test_controls_are_drawn_as_the_others_and_freely() -> None:
     alike = draw_scene(7, 0, 3, alike=True)
-    like, free = (next_push(alike, kind, OF_TIE) for kind in (ALIKE, ANY))
+    like, free = (next_push(alike, kind, OF_TIE) for kind in (RANDOM_SIMILAR, RANDOM_UNRESTRICTED))
     assert isinstance(like, Push)
     assert isinstance(free, Push)
     assert (like.start, like.grasp) == (alike.pushes[0].start, alike.pushes[0].grasp)
     assert not like.amplitude[2].any()
     assert free.start != like.start
     assert free.amplitude[2].any()
-    assert kinds(Settings("tune", 7, (), (), 0, 0, 0, 0)) == (DESIGNED, ALIKE)
-    usual = next_push(draw_scene(7, 0, 3), ALIKE, OF_TIE)
+    assert push_kinds(Settings("tune", 7, (), (), 0, 0, 0, 0)) == (DESIGNED, RANDOM_SIMILAR)
+    usual = next_push(draw_scene(7, 0, 3), RANDOM_SIMILAR, OF_TIE)
     assert isinstance(usual, Push)
     assert usual.amplitude[2].any()
 
@@ -146,7 +146,7 @@ def test_controls_are_drawn_as_the_others_and_freely() -> None:
 def test_pushes_that_are_alike_do_not_turn_the_object() -> None:
     scene = draw_scene(7, 0, 3, alike=True)
     for k in range(3):
-        pose = motion(scene, [], k).pose
+        pose = simulate(scene, [], k).pose
         np.testing.assert_array_equal(pose[0], scene.pushes[0].start)
         assert np.ptp(pose[:, 2]) < 0.1
         assert np.ptp(pose[:, :2], axis=0).max() > 0.05
@@ -155,7 +155,7 @@ def test_pushes_that_are_alike_do_not_turn_the_object() -> None:
 def test_each_episode_has_its_own_first_angle_of_a_caster() -> None:
     caster = FAMILIES["caster_swivel"]
     values: Row = {"point": [0.1, 0.0], "trail": 0.05, "mu_side": 80.0, "first": [0.1, 0.2]}
-    longer = caster.lengthened(values, np.random.default_rng(0))
+    longer = caster.extended(values, np.random.default_rng(0))
     assert longer["first"][:2] == values["first"]
     assert len(longer["first"]) == 3
     assert len(values["first"]) == 2
@@ -165,9 +165,9 @@ def test_what_happened_stays_so_in_the_further_episode() -> None:
     """Load that was put on in a training episode is still there."""
     scene = draw_scene(7, 0, 2, alike=True)
     event = {"episode": 0, "time": 2.0, "mass": 5.0}
-    hidden = Hidden(FAMILIES["mass_change"], event)
-    heavy, of_heavy = lengthened(recording(scene, [hidden]), scene, [hidden], DESIGNED, OF_TIE)
-    light, of_light = lengthened(recording(scene, []), scene, [], DESIGNED, OF_TIE)
+    hidden = HiddenEffect(FAMILIES["mass_change"], event)
+    heavy, of_heavy = extend_recording(make_recording(scene, [hidden]), scene, [hidden], DESIGNED, OF_TIE)
+    light, of_light = extend_recording(make_recording(scene, []), scene, [], DESIGNED, OF_TIE)
     ends = [np.nanmean(made.episodes["episode_02"]["object_x"][-40:]) for made in (heavy, light)]
     assert abs(ends[0] - ends[1]) > 0.003
     assert of_heavy["force"] == of_light["force"] == pytest.approx(12.0)
@@ -175,8 +175,8 @@ def test_what_happened_stays_so_in_the_further_episode() -> None:
 
 
 def test_a_commanded_wrench_is_straight_between_its_knots() -> None:
-    push = Command((0.0, 0.0, 0.0), Grasp(0.0, 0.0, 0.0), np.array(OF_TIE["pushes"][0]["knots"]))
-    found = push.wrench(CONTACT + np.array([0.0, 0.25, 1.0, 2.1, 4.0]))
+    push = WrenchPush((0.0, 0.0, 0.0), Grasp(0.0, 0.0, 0.0), np.array(OF_TIE["pushes"][0]["knots"]))
+    found = push.wrench(CONTACT_TIME_S + np.array([0.0, 0.25, 1.0, 2.1, 4.0]))
     np.testing.assert_allclose(found[:, 0], [0.0, 6.0, 12.0, 6.0, 0.0], atol=1e-9)
     np.testing.assert_allclose(found[:, 2], found[:, 0] / 12.0, atol=1e-9)
 
@@ -201,56 +201,56 @@ def test_what_a_push_settles_is_counted_beside_the_controls() -> None:
     doubt = answered("floor_slope", tied=TIE, experiments=[OF_TIE])
     alone, wrong = answered("floor_slope", p=0.999), answered("force_bias", p=0.999)
     cases = [
-        rows("case_0000", {"none": doubt, DESIGNED: alone, ALIKE: doubt}),
-        rows("case_0001", {"none": doubt, DESIGNED: alone, ALIKE: wrong}),
-        rows("case_0002", {"none": doubt, DESIGNED: wrong, ALIKE: alone}),
+        rows("case_0000", {"none": doubt, DESIGNED: alone, RANDOM_SIMILAR: doubt}),
+        rows("case_0001", {"none": doubt, DESIGNED: alone, RANDOM_SIMILAR: wrong}),
+        rows("case_0002", {"none": doubt, DESIGNED: wrong, RANDOM_SIMILAR: alone}),
         rows("case_0003", {"none": doubt, DESIGNED: alone}),
     ]
     first, more = [one for one, _ in cases], [row for _, rest in cases for row in rest]
-    found = tables_after.cases_of(first, more)
+    found = follow_up_tables.cases_of(first, more)
     assert [case["none"]["case"] for case in found] == ["case_0000", "case_0001", "case_0002"]
-    lines = tables_after.rates(found).splitlines()[2:]
+    lines = follow_up_tables.rates(found).splitlines()[2:]
     assert [line.split("|")[2].split("], ")[1].strip() for line in lines] == ["0 of 3", "2 of 3", "1 of 3"]
     assert "3 of 3" in lines[0].split("|")[4]
     assert [line.split("|")[6].strip() for line in lines] == ["2.00", "1.00", "1.33"]
-    compared = tables_after.pairs(found).splitlines()[3]
-    assert compared.split("|")[2:5] == [f" {ALIKE} ", " 2 ", " 1 "]
-    assert "case_0002" in tables_after.each(found)
-    assert tables_after.tied_first(found) == found
-    assert "| floor_slope | 3 | 0 | 2 | 1 |" in tables_after.by_effect(found)
-    said = tables_after.about(first, found)
+    compared = follow_up_tables.pairs(found).splitlines()[3]
+    assert compared.split("|")[2:5] == [f" {RANDOM_SIMILAR} ", " 2 ", " 1 "]
+    assert "case_0002" in follow_up_tables.all_cases(found)
+    assert follow_up_tables.initially_tied(found) == found
+    assert "| floor_slope | 3 | 0 | 2 | 1 |" in follow_up_tables.by_effect(found)
+    said = follow_up_tables.case_counts(first, found)
     assert "4 recordings, 4 explained, 4 of these with a tie" in said
-    assert "expect 99 % to be sure" in said
-    assert "| designed | 12 | 0.4 | 0.1 |" in tables_after.efforts(found)
+    assert "predict a decision in 99 %" in said
+    assert "| designed | 12 | 0.4 | 0.1 |" in follow_up_tables.efforts(found)
 
 
 def test_a_tie_that_holds_the_true_name_is_right_but_settles_nothing() -> None:
     truth = {"names": ["force_bias"], "foreign": False}
-    assert not settled(answered("floor_slope", tied=TIE), truth)
-    assert settled(answered("force_bias"), truth)
-    assert not settled(answered("floor_slope"), truth)
+    assert not is_unambiguous(answered("floor_slope", tied=TIE), truth)
+    assert is_unambiguous(answered("force_bias"), truth)
+    assert not is_unambiguous(answered("floor_slope"), truth)
     twins = ["tracker_offset", "com_offset"]
     moved = {"names": ["com_offset"], "foreign": False}
-    assert settled(answered("tracker_offset", tied=[twins]), moved)
-    assert not settled(answered("tracker_offset", tied=[[*twins, "swinging_load"]]), moved)
-    assert not settled(answered("tracker_offset"), moved)
+    assert is_unambiguous(answered("tracker_offset", tied=[twins]), moved)
+    assert not is_unambiguous(answered("tracker_offset", tied=[[*twins, "swinging_load"]]), moved)
+    assert not is_unambiguous(answered("tracker_offset"), moved)
 
 
 def test_the_probability_of_twins_is_that_of_both() -> None:
     moved: Row = {"names": ["com_offset"], "foreign": False, "truth": []}
     both = answered("tracker_offset", p=0.8, tied=[["tracker_offset", "com_offset"]], twin=0.19)
-    assert tables_after.sure({"answer": both, "truth": moved})
+    assert follow_up_tables.is_sure({"answer": both, "truth": moved})
     alone = answered("com_offset", p=0.8, twin=0.19)
-    assert not tables_after.sure({"answer": alone, "truth": moved})
+    assert not follow_up_tables.is_sure({"answer": alone, "truth": moved})
 
 
 def test_nothing_recorded_is_tabled_as_such() -> None:
-    assert tables_after.rates([]).count("no case") == 4
-    assert "0 were pushed again" in tables_after.about([], [])
-    tables_after.pairs([])
-    tables_after.by_effect([])
-    tables_after.each([])
-    tables_after.efforts([])
+    assert follow_up_tables.rates([]).count("no case") == 4
+    assert "diagnosed for 0 of them" in follow_up_tables.case_counts([], [])
+    follow_up_tables.pairs([])
+    follow_up_tables.by_effect([])
+    follow_up_tables.all_cases([])
+    follow_up_tables.efforts([])
 
 
 def test_limits_are_not_pushed_again(capsys: pytest.CaptureFixture[str]) -> None:

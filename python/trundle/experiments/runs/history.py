@@ -1,4 +1,4 @@
-"""What a history tells, as arrays: the motion, what was believed after each fit, and the truth."""
+"""Read the history of an episode: the motion, the belief after each fit, and the truth."""
 
 from __future__ import annotations
 
@@ -16,16 +16,16 @@ from trundle.report import wording
 from trundle.report.series import Array, finite
 
 __all__ = [
+    "Effect",
     "Episode",
-    "Held",
-    "Other",
+    "Estimate",
     "Update",
     "Wheel",
-    "named",
-    "parse",
-    "stages",
-    "supposed",
-    "update",
+    "named_effects",
+    "parse_history",
+    "parse_update",
+    "select_stages",
+    "supposed_effects",
     "wheels",
 ]
 
@@ -34,18 +34,18 @@ WHEEL = "viscous_wheel"
 
 @dataclass(frozen=True)
 class Wheel:
-    """A wheel that resists: place m, the direction of least drag rad, least and most drag N s/m."""
+    """A wheel: position m, direction of least drag rad, least and greatest drag N s/m."""
 
     at: Array
     angle: float
     least: float
     most: float
     swapped: bool
-    """Whether the least drag is `mu_y` of the law, across what it calls the wheel's direction."""
+    """Whether the least drag is the law's `mu_y`, across the law's rolling direction."""
 
     @classmethod
     def of(cls, effect: Mapping[str, Any]) -> Wheel:
-        """Return the wheel of an effect; turned by a quarter, with its drags swapped, it is the same."""
+        """Return the wheel of an effect, normalised so that the first drag is the least."""
         along, across, angle = (float(effect[name]) for name in ("mu_x", "mu_y", "angle"))
         swapped = across < along
         angle = angle + math.pi / 2 if swapped else angle
@@ -54,23 +54,23 @@ class Wheel:
 
 
 @dataclass(frozen=True)
-class Other:
-    """Another effect: its name in words, and where on the object it acts, (2,) m, if at a place of it."""
+class Effect:
+    """Another effect: its name, and its position on the object, (2,) m, if it has one."""
 
     name: str
     at: Array | None
 
     @classmethod
-    def of(cls, effect: Mapping[str, Any]) -> Other:
+    def of(cls, effect: Mapping[str, Any]) -> Effect:
         """Return an effect of a model's tables."""
-        name, placed = catalogue()[effect["kind"]]
+        name, placed = effect_names()[effect["kind"]]
         at = np.array([effect["x"], effect["y"]], dtype=float) if placed else None
         return cls("a wheel" if effect["kind"] == WHEEL else wording.effect_name(name), at)
 
 
 @dataclass(frozen=True)
-class Held:
-    """A number that is believed, with its standard deviation; None where the data do not hold it."""
+class Estimate:
+    """An estimated number with its standard deviation; None if it is not identifiable."""
 
     name: str
     mean: float | None
@@ -80,31 +80,31 @@ class Held:
 
 @dataclass(frozen=True)
 class Update:
-    """What was believed from `time` s on.
+    """The belief from `time` s on.
 
-    `spread` is the covariance (2, 2) m² of the wheel's place, infinite where nothing is known of an axis;
-    None where the agent's model tells no uncertainty.
+    `wheel_covariance` is the covariance (2, 2) m² of the wheel's position, infinite along unknown axes; None
+    if the agent's model has no uncertainty.
     """
 
     time: float
     wheel: Wheel | None
-    spread: Array | None
-    held: tuple[Held, ...]
-    others: tuple[Other, ...]
+    wheel_covariance: Array | None
+    estimates: tuple[Estimate, ...]
+    other_effects: tuple[Effect, ...]
     named: tuple[str, ...]
     supposed: tuple[str, ...]
     regrasp: Array | None
 
-    def value(self, name: str) -> Held | None:
-        """Return a number by its name, those of the wheel's drag by size: `least`, `most`, `angle`."""
+    def value(self, name: str) -> Estimate | None:
+        """Return an estimate by name; the wheel's drag by size: `least`, `most`, `angle`."""
         law = self._law(name)
-        found = next((each for each in self.held if each.name == law), None)
+        found = next((each for each in self.estimates if each.name == law), None)
         if found is None or name == law or found.mean is None or self.wheel is None:
             return found
-        return Held(name, float(getattr(self.wheel, name)), found.sd, found.unit)
+        return Estimate(name, float(getattr(self.wheel, name)), found.sd, found.unit)
 
     def _law(self, name: str) -> str:
-        """Return the law's own name of a number that the page names by size."""
+        """Return the law's parameter for a name by size."""
         if self.wheel is None or name not in ("least", "most", "angle"):
             return name
         own = {"least": "mu_x", "most": "mu_y", "angle": "angle"}
@@ -117,7 +117,7 @@ class Update:
 class Episode:
     """One episode: times (n,) s, the first 0; poses and goals (n, 3), wrenches (n, 3), grasps (n, 2).
 
-    Wrench, distance (n,) m, heading error (n,) rad are those at the end of each action; the first are NaN.
+    Wrench, distance (n,) m and heading error (n,) rad are those at the end of each action; the first are NaN.
     """
 
     seed: int
@@ -137,21 +137,21 @@ class Episode:
 
     @property
     def wheel(self) -> Wheel | None:
-        """The true wheel that drags most, None where there is none."""
+        """The true wheel of greatest drag; None without a wheel."""
         return max(wheels(self.truth), key=lambda wheel: wheel.least + wheel.most, default=None)
 
     @property
-    def hidden(self) -> tuple[Other, ...]:
-        """What is hidden beside wheels that resist."""
-        return tuple(Other.of(each) for each in self.truth.get("effect", ()) if each["kind"] != WHEEL)
+    def hidden(self) -> tuple[Effect, ...]:
+        """The hidden effects other than wheels."""
+        return tuple(Effect.of(each) for each in self.truth.get("effect", ()) if each["kind"] != WHEEL)
 
     @property
     def last(self) -> Update | None:
-        """The last belief, None where nothing was learnt."""
+        """The last belief; None without a fit."""
         return self.updates[-1] if self.updates else None
 
     def true_value(self, held: str) -> float | None:
-        """Return the true value of a number by the name that `Update.value` takes; None if there is none."""
+        """Return the true value for a name of `Update.value`; None if there is none."""
         if held in ("least", "most", "angle"):
             return None if self.wheel is None else float(getattr(self.wheel, held))
         kind, _, name = held.rpartition(".")
@@ -163,13 +163,13 @@ class Episode:
         return finite(same[0].get(name)) if len(same) == 1 else None
 
     def off(self, update: Update) -> float | None:
-        """Return how far the wheel was believed to be from the true one, m."""
+        """Return the error of the estimated wheel's position, m."""
         if update.wheel is None or self.wheel is None:
             return None
         return float(np.hypot(*(update.wheel.at - self.wheel.at)))
 
 
-def parse(history: Mapping[str, Any]) -> Episode:
+def parse_history(history: Mapping[str, Any]) -> Episode:
     """Return a history as arrays."""
     steps: Sequence[Mapping[str, Any]] = history["steps"]
     rows = [history["first"], *steps]
@@ -191,7 +191,7 @@ def parse(history: Mapping[str, Any]) -> Episode:
         grasp=column("grasp"),
         distance=after("distance"),
         heading_error=after("heading_error"),
-        updates=tuple(update(each) for each in history["updates"]),
+        updates=tuple(parse_update(each) for each in history["updates"]),
         outline=tuple(outlines(thing)),
         support=np.array(thing.get("support") or np.empty((0, 2)), dtype=float).reshape(-1, 2),
         obstacles=tuple(np.array(each["polygon"], dtype=float) for each in obstacles),
@@ -201,13 +201,13 @@ def parse(history: Mapping[str, Any]) -> Episode:
 
 
 def wheels(model: Mapping[str, Any]) -> list[Wheel]:
-    """Return the wheels of a model's tables that resist."""
+    """Return the wheels of a model."""
     return [Wheel.of(effect) for effect in model.get("effect", ()) if effect["kind"] == WHEEL]
 
 
 @cache
-def catalogue() -> dict[str, tuple[str, bool]]:
-    """Return for each kind of effect what it is called, and whether its x and y are a place on the object."""
+def effect_names() -> dict[str, tuple[str, bool]]:
+    """Return for each kind of effect its name, and whether its x and y are a position on the object."""
     return {
         law["kind"]: (
             law["effect"],
@@ -220,34 +220,36 @@ def catalogue() -> dict[str, tuple[str, bool]]:
     }
 
 
-def others(model: Mapping[str, Any]) -> tuple[Other, ...]:
-    """Return the effects of a model's tables beside its first wheel."""
+def other_effects(model: Mapping[str, Any]) -> tuple[Effect, ...]:
+    """Return the effects of a model except its first wheel."""
     effects: list[Mapping[str, Any]] = list(model.get("effect", ()))
     first = next((effect for effect in effects if effect["kind"] == WHEEL), None)
-    return tuple(Other.of(effect) for effect in effects if effect is not first)
+    return tuple(Effect.of(effect) for effect in effects if effect is not first)
 
 
-def update(row: Mapping[str, Any]) -> Update:
+def parse_update(row: Mapping[str, Any]) -> Update:
     """Return one row of a history's `updates`."""
     model = row["model"] or {}
     wheel = next(iter(wheels(model)), None)
     return Update(
         time=float(row["time"]),
         wheel=wheel,
-        spread=None if wheel is None else spread(model.get("posterior")),
-        held=tuple(
-            Held(entry["name"], finite(entry.get("mean")), finite(entry.get("sd")), entry.get("unit") or "")
+        wheel_covariance=None if wheel is None else wheel_covariance(model.get("posterior")),
+        estimates=tuple(
+            Estimate(
+                entry["name"], finite(entry.get("mean")), finite(entry.get("sd")), entry.get("unit") or ""
+            )
             for entry in row["estimate"]
         ),
-        others=others(model),
+        other_effects=other_effects(model),
         named=tuple(row["named"]),
         supposed=tuple(row["supposed"]),
         regrasp=None if row["regrasp"] is None else np.array(row["regrasp"], dtype=float),
     )
 
 
-def spread(posterior: Mapping[str, Any] | None) -> Array | None:
-    """Return the covariance (2, 2) m² of the wheel's place; what the posterior does not hold is infinite."""
+def wheel_covariance(posterior: Mapping[str, Any] | None) -> Array | None:
+    """Return the covariance (2, 2) m² of the wheel's position; infinite where the posterior has no value."""
     if not posterior:
         return None
     names: list[str] = posterior["names"]
@@ -261,21 +263,21 @@ def spread(posterior: Mapping[str, Any] | None) -> Array | None:
     return found
 
 
-def named(episode: Episode) -> list[tuple[float, str]]:
-    """Return what the diagnoser named and added to the model, and when, s."""
+def named_effects(episode: Episode) -> list[tuple[float, str]]:
+    """Return the effects that the diagnoser named and added to the model, with times, s."""
     return [(each.time, name) for each in episode.updates for name in each.named]
 
 
-def supposed(episode: Episode) -> list[tuple[float, tuple[str, ...]]]:
-    """Return what was added to the model though the diagnoser does not vouch for it, and when, s."""
+def supposed_effects(episode: Episode) -> list[tuple[float, tuple[str, ...]]]:
+    """Return the effects that the agent added without a diagnosis, with times, s."""
     return [(each.time, each.supposed) for each in episode.updates if each.supposed]
 
 
-def stages(episode: Episode, most: int) -> list[Update]:
-    """Return the updates that show how the belief came about.
+def select_stages(episode: Episode, most: int) -> list[Update]:
+    """Return the updates that show how the belief developed.
 
-    The first, the last, where laws were added, and others up to `most`: these as far as possible from those
-    before and after them in the logarithm of time, since most is learnt early.
+    These are the first, the last, those that added laws, and others up to `most`, spread evenly in the
+    logarithm of time.
     """
     found = episode.updates
     ends = {0, len(found) - 1} if found else set()

@@ -1,4 +1,4 @@
-"""The first blind benchmark from its settings to its results: draw, seal, diagnose."""
+"""Run the first blind benchmark: draw cases, seal the truth, diagnose the recordings."""
 
 from __future__ import annotations
 
@@ -12,31 +12,36 @@ from typing import Any
 import trundle
 from trundle.experiments import versions
 from trundle.experiments.backends import Backend
-from trundle.experiments.blind.case import Planned, draw, plan, plan_limits
+from trundle.experiments.blind.case import PlannedCase, draw_case, plan_cases, plan_limits
 from trundle.experiments.blind.config import Settings
-from trundle.experiments.blind.further import asked_for, kinds, lengthened, same_object
+from trundle.experiments.blind.follow_up import (
+    extend_recording,
+    push_kinds,
+    requested_experiment,
+    restore_object,
+)
 from trundle.experiments.blind.sealed import digest, folder_digest, open_sealed, seal
 from trundle.experiments.results import Row, read_trials, write_trials
 from trundle.experiments.runner import Runner, Unit
 
-__all__ = ["Proof", "conduct"]
+__all__ = ["BlindBenchmark", "run_benchmark"]
 
 Show = Callable[[str], object]
 
 
 @dataclass(frozen=True)
-class Proof:
-    """Where a benchmark is done.
+class BlindBenchmark:
+    """Settings and folders of a benchmark.
 
     Attributes
     ----------
     name : str
-        Of its files.
+        Prefix of its files.
     settings : Settings
     work : Path
-        Folder of recordings and of finished units.
+        Folder of recordings and finished units.
     results : Path
-        Folder of the results that are kept.
+        Folder of the results.
     backend : Backend
     quiet : bool
     """
@@ -50,31 +55,34 @@ class Proof:
 
     @property
     def sealed(self) -> Path:
-        """The sealed answers; kept with the results."""
+        """File of the sealed truth, in the folder of results."""
         return self.results / f"{self.name}.answers.json"
 
     def file_of(self, part: str) -> Path:
-        """File of results: "" of the first diagnoses, "_without" and "_after" of the second."""
+        """File of results: "" for the first diagnoses, "_without" and "_after" for the second ones."""
         return self.results / f"{self.name}{part}.jsonl"
 
     def recording(self, case: str) -> Path:
-        """Folder of a case: its path tells nothing."""
+        """Folder of a case. Its name does not depend on the hidden effect."""
         return self.work / "recordings" / case
 
     def run(self, label: str, version: str, units: Sequence[Unit]) -> list[Any]:
-        """Run units that depend on a version of the code."""
+        """Run units whose results depend on a version of the code."""
         return Runner(self.work / "units", version, self.backend, self.quiet).run(label, units)
 
 
-def conduct(
-    proof: Proof, *, limits: bool, leave_out: bool, after_design: bool = False, tell: Show
+def run_benchmark(
+    proof: BlindBenchmark, *, limits: bool, leave_out: bool, after_design: bool = False, tell: Show
 ) -> dict[str, Row]:
-    """Do what has not been done yet; return the answers, opened after the last first diagnosis."""
-    drawn = draw_all(proof, plan_limits(proof.settings) if limits else plan(proof.settings))
+    """Run the units without a result, and return the truth of each case.
+
+    The sealed truth is opened after all first diagnoses are finished.
+    """
+    drawn = draw_all(proof, plan_limits(proof.settings) if limits else plan_cases(proof.settings))
     sha = seal(proof.sealed, proof.settings.plain(), {case: one["truth"] for case, one in drawn.items()})
     tell(f"{len(drawn)} cases drawn; answers sealed, SHA-256 {sha}")
     digests = {case: one["digest"] for case, one in drawn.items() if one["digest"] is not None}
-    diagnosed(proof, sha, "", [(case, digests[case], {}) for case in digests])
+    diagnose_all(proof, sha, "", [(case, digests[case], {}) for case in digests])
     known = open_sealed(proof.sealed, sha)
     if leave_out:
         alone = {case: known[case]["names"][0] for case in digests if len(known[case]["names"]) == 1}
@@ -83,14 +91,14 @@ def conduct(
             for case, name in alone.items()
             if name in proof.settings.effects
         ]
-        diagnosed(proof, sha, "_without", trials)
+        diagnose_all(proof, sha, "_without", trials)
     if after_design:
-        pushed_again(proof, sha, digests, known, tell)
+        diagnose_follow_ups(proof, sha, digests, known, tell)
     return known
 
 
-def draw_all(proof: Proof, planned: Sequence[Planned]) -> dict[str, Row]:
-    """Draw the cases that are missing; return the truth and the digest of each."""
+def draw_all(proof: BlindBenchmark, planned: Sequence[PlannedCase]) -> dict[str, Row]:
+    """Draw the cases without a result; return the truth and the digest of each."""
     units = [
         Unit(
             one.case,
@@ -106,34 +114,38 @@ def draw_all(proof: Proof, planned: Sequence[Planned]) -> dict[str, Row]:
 
 
 def draw_one(planned: Row, settings: Row, folder: Path) -> Row:
-    """Draw a case and write its recording; the digest is None where it was given up."""
-    drawn = draw(Planned(**{**planned, "names": tuple(planned["names"])}), Settings.from_plain(settings))
+    """Draw a case and write its recording; the digest is None if no draw was material."""
+    drawn = draw_case(
+        PlannedCase(**{**planned, "names": tuple(planned["names"])}), Settings.from_plain(settings)
+    )
     if drawn.recording is None:
         return {"truth": drawn.answer, "digest": None}
     drawn.recording.write(folder, table="parquet")
     return {"truth": drawn.answer, "digest": folder_digest(folder)}
 
 
-def diagnosed(proof: Proof, sha: str, part: str, trials: Sequence[tuple[str, str, Row]]) -> None:
-    """Diagnose recordings, given by case, digest and what else names the trial; write the results."""
+def diagnose_all(proof: BlindBenchmark, sha: str, part: str, trials: Sequence[tuple[str, str, Row]]) -> None:
+    """Diagnose recordings, given as (case, digest, further names of the trial), and write the results."""
     units = [
         Unit(case, diagnose_one, {"digest": digest, **more}, {"recording": proof.recording(case)})
         for case, digest, more in trials
     ]
     found = proof.run("diagnosing", versions.of_diagnosis(), units)
     names = [{"case": case, **more} for case, _, more in trials]
-    write_part(proof, sha, part, names, found)
+    write_results(proof, sha, part, names, found)
 
 
-def pushed_again(proof: Proof, sha: str, digests: dict[str, str], known: dict[str, Row], tell: Show) -> None:
-    """Push once more where an answer asks for it, and diagnose again.
+def diagnose_follow_ups(
+    proof: BlindBenchmark, sha: str, digests: dict[str, str], known: dict[str, Row], tell: Show
+) -> None:
+    """Simulate each requested push, diagnose the longer recordings, and write the results.
 
-    What is asked for comes from the answer alone; only what makes the push knows what is hidden.
+    The request comes from the answer alone. Only the simulation uses the truth.
     """
-    asked = {one["case"]: asked_for(one) for one in read_trials(proof.file_of(""))[1]}
+    asked = {one["case"]: requested_experiment(one) for one in read_trials(proof.file_of(""))[1]}
     asked = {case: experiment for case, experiment in asked.items() if experiment is not None}
-    tell(f"{len(asked)} answers ask for a push")
-    names = [{"case": case, "push": kind} for case in asked for kind in kinds(proof.settings)]
+    tell(f"{len(asked)} answers request a push")
+    names = [{"case": case, "push": kind} for case in asked for kind in push_kinds(proof.settings)]
     units = [
         Unit(
             f"{name['case']}, {name['push']}",
@@ -150,13 +162,17 @@ def pushed_again(proof: Proof, sha: str, digests: dict[str, str], known: dict[st
         for name in names
     ]
     version = f"{versions.of_module('blind/conduct')}-{versions.of_diagnosis()}"
-    write_part(proof, sha, "_after", names, proof.run("pushing and diagnosing", version, units))
+    write_results(proof, sha, "_after", names, proof.run("pushing and diagnosing", version, units))
 
 
-def write_part(proof: Proof, sha: str, part: str, names: Sequence[Row], found: Sequence[Row]) -> None:
-    """Write the results of a part, unless the sealed answers have changed meanwhile."""
+def write_results(
+    proof: BlindBenchmark, sha: str, part: str, names: Sequence[Row], found: Sequence[Row]
+) -> None:
+    """Write one file of results, or raise if the sealed truth has changed since it was sealed."""
     if digest(proof.sealed) != sha:
-        raise trundle.TrundleError(f"{proof.sealed}: changed while the diagnoses were made")
+        raise trundle.TrundleError(
+            f"{proof.sealed}: the sealed file changed during the diagnoses: rerun with --fresh"
+        )
     trials = [(name, one["answer"], one["cost"]) for name, one in zip(names, found, strict=True)]
     write_trials(proof.file_of(part), {**proof.settings.plain(), "sha256": sha}, trials)
 
@@ -164,29 +180,31 @@ def write_part(proof: Proof, sha: str, part: str, names: Sequence[Row], found: S
 def push_and_diagnose(
     settings: Row, kind: str, truth: Row, experiment: Row, digest: str, recording: Path, longer: Path
 ) -> Row:
-    """Push the hidden object of a case once more, and diagnose its longer recording."""
+    """Simulate one more push of a case's object, and diagnose the longer recording."""
     asked = Settings.from_plain(settings)
-    made, effort = lengthened(trundle.read(recording), *same_object(truth, asked), kind, experiment)
-    folder = longer / f"{recording.name}_{kinds(asked).index(kind)}"
+    made, effort = extend_recording(trundle.read(recording), *restore_object(truth, asked), kind, experiment)
+    folder = longer / f"{recording.name}_{push_kinds(asked).index(kind)}"
     made.write(folder, table="parquet")
     found = diagnose_one(digest, folder)
     return {"answer": {**found["answer"], "effort": effort}, "cost": found["cost"]}
 
 
 def diagnose_one(digest: str, recording: Path, without: str | None = None) -> Row:
-    """Diagnose a folder through the public interface; return what is kept of the answer, and seconds."""
+    """Diagnose a folder through the public interface; return a summary of the answer and the duration, s."""
     began = time.perf_counter()
     try:
-        answer = kept(trundle.diagnose(recording, without=[] if without is None else [without]).answer)
+        answer = summarize_answer(
+            trundle.diagnose(recording, without=[] if without is None else [without]).answer
+        )
     except trundle.TrundleError as error:
         nothing: Row = {key: [] for key in ("missing", "tied", "alternatives", "experiments")}
-        # The place of the benchmark's folder is no part of the answer.
+        # The benchmark's folder must not appear in the answer.
         answer = {"verdict": "refused", "reason": str(error).replace(f"{recording.parent}/", ""), **nothing}
     return {"answer": answer, "cost": time.perf_counter() - began}
 
 
-def kept(answer: Mapping[str, Any]) -> dict[str, Any]:
-    """Return what scoring needs of `diagnosis.json`."""
+def summarize_answer(answer: Mapping[str, Any]) -> dict[str, Any]:
+    """Return the parts of `diagnosis.json` that scoring uses."""
     names = ("effect", "probability", "parameters", "where", "explains")
     held_out = answer["fit"]["held_out"] or {}
     windows = answer["mismatch"]["windows"]
@@ -195,7 +213,7 @@ def kept(answer: Mapping[str, Any]) -> dict[str, Any]:
         "missing": [{name: one.get(name) for name in names} for one in answer["missing"]],
         "tied": answer["tied"],
         "alternatives": [{k: one[k] for k in ("effect", "probability")} for one in answer["alternatives"]],
-        "experiments": [kept_experiment(one) for one in answer["experiments"]],
+        "experiments": [summarize_experiment(one) for one in answer["experiments"]],
         "mismatch": {
             "body_point": answer["mismatch"]["body_point"],
             "world_region": answer["mismatch"]["world_region"],
@@ -208,8 +226,8 @@ def kept(answer: Mapping[str, Any]) -> dict[str, Any]:
     }
 
 
-def kept_experiment(experiment: dict[str, Any]) -> dict[str, Any]:
-    """Return what carrying it out needs of an experiment, and what it promises."""
+def summarize_experiment(experiment: dict[str, Any]) -> dict[str, Any]:
+    """Return the parts of a proposed experiment that simulating and scoring it use."""
     names = ("grasp", "direction", "start", "profile", "knots")
     pushes = [{name: push[name] for name in names} for push in experiment["pushes"]]
     return {**{name: experiment[name] for name in ("models", "separation", "sure")}, "pushes": pushes}

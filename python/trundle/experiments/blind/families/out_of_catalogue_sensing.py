@@ -1,22 +1,20 @@
-"""Instruments with faults that the catalogue does not have."""
+"""Faults of instruments without a law in the catalogue."""
 
 from __future__ import annotations
 
 from collections.abc import Sequence
 
 import numpy as np
-from numpy.typing import NDArray
 
-from trundle.experiments.blind.families.foreign_motion import Foreign
-from trundle.experiments.blind.family import Family, Site, Values
+from trundle.experiments.blind.families.out_of_catalogue_motion import OutOfCatalogueFamily
+from trundle.experiments.blind.family import EpisodeContext, Family, Values
+from trundle.experiments.blind.readings import Readings
 from trundle.experiments.blind.scene import Scene
-from trundle.experiments.blind.seen import Seen
-
-Floats = NDArray[np.float64]
+from trundle.experiments.sampling import Floats
 
 
-class ResonantSensor(Foreign):
-    """The sensor's filter is slow: a reading of second order that resonates."""
+class ResonantSensor(OutOfCatalogueFamily):
+    """The reading is filtered by a resonant filter of second order."""
 
     name = "resonant_sensor"
     scales = ("seconds",)
@@ -25,8 +23,8 @@ class ResonantSensor(Foreign):
         """Return its time constant."""
         return {"seconds": float(rng.uniform(0.05, 0.15))}
 
-    def distort(self, seen: Seen, site: Site, values: Values) -> Seen:
-        """Filter the reading, damping ratio 0.3."""
+    def distort(self, seen: Readings, context: EpisodeContext, values: Values) -> Readings:
+        """Filter the reading, with damping ratio 0.3."""
         step = float(seen.t[1] - seen.t[0])
         if values["seconds"] < step:
             return seen
@@ -39,24 +37,26 @@ class ResonantSensor(Foreign):
         return seen.changed(wrench=found)
 
 
-class Lens(Foreign):
-    """The camera's picture is stretched in one direction of the room; heading is read from it as well."""
+class StretchedPicture(OutOfCatalogueFamily):
+    """The camera's picture is stretched in one direction of the room, which also changes headings."""
 
     name = "stretched_picture"
     scales = ("stretch",)
 
     def draw(self, rng: np.random.Generator, scene: Scene, paths: Sequence[Floats]) -> Values:
-        """Return by how much, and where to."""
+        """Return stretch and direction."""
         return {"stretch": float(rng.uniform(0.08, 0.3)), "direction": float(rng.uniform(0.0, np.pi))}
 
-    def distort(self, seen: Seen, site: Site, values: Values) -> Seen:
-        """Stretch all that is tracked."""
+    def distort(self, seen: Readings, context: EpisodeContext, values: Values) -> Readings:
+        """Stretch all tracked poses."""
         along = np.array([np.cos(values["direction"]), np.sin(values["direction"])])
         matrix = np.eye(2) + values["stretch"] * np.outer(along, along)
-        return seen.changed(pose=stretched(seen.pose, matrix), gripper=stretched(seen.gripper, matrix))
+        return seen.changed(
+            pose=stretch_poses(seen.pose, matrix), gripper=stretch_poses(seen.gripper, matrix)
+        )
 
 
-def stretched(pose: Floats, matrix: Floats) -> Floats:
+def stretch_poses(pose: Floats, matrix: Floats) -> Floats:
     """Return poses (n, 3) as a stretched picture shows them, headings without jumps."""
     ahead = np.column_stack([np.cos(pose[:, 2]), np.sin(pose[:, 2])]) @ matrix.T
     turn = np.arctan2(ahead[:, 1], ahead[:, 0])
@@ -66,5 +66,5 @@ def stretched(pose: Floats, matrix: Floats) -> Floats:
 
 SENSINGS: tuple[Family, ...] = (
     ResonantSensor(),
-    Lens(),
+    StretchedPicture(),
 )

@@ -7,7 +7,7 @@ import pytest
 
 from tests.experiments.runs.samples import episode, history
 from trundle.experiments.runs import sentences
-from trundle.experiments.runs.told import Wheel, parse, stages
+from trundle.experiments.runs.history import Wheel, parse_history, select_stages
 
 
 def test_a_wheel_turned_by_a_quarter_with_its_drags_swapped_is_the_same() -> None:
@@ -25,7 +25,7 @@ def test_drags_are_told_by_size_with_their_own_deviation() -> None:
     for entry in kept["updates"][-1]["estimate"]:
         if entry["name"] in means:
             entry["mean"], entry["sd"] = means[entry["name"]]
-    last = parse(kept).updates[-1]
+    last = parse_history(kept).updates[-1]
     least, most = last.value("least"), last.value("most")
     assert least is not None and most is not None
     assert (least.mean, least.sd) == (law["mu_y"], 1.0)
@@ -34,17 +34,17 @@ def test_drags_are_told_by_size_with_their_own_deviation() -> None:
 
 def test_what_the_data_do_not_hold_is_infinitely_uncertain() -> None:
     first, second = episode().updates[:2]
-    assert first.spread is not None and second.spread is not None
-    assert math.isfinite(first.spread[0, 0]) and math.isinf(first.spread[1, 1])
-    assert np.isfinite(second.spread).all()
-    assert "?" in sentences.believed(first) and "?" not in sentences.believed(second)
+    assert first.wheel_covariance is not None and second.wheel_covariance is not None
+    assert math.isfinite(first.wheel_covariance[0, 0]) and math.isinf(first.wheel_covariance[1, 1])
+    assert np.isfinite(second.wheel_covariance).all()
+    assert "?" in sentences.belief_line(first) and "?" not in sentences.belief_line(second)
 
 
 def test_the_true_wheel_is_the_one_that_drags_most() -> None:
     kept = history()
     rolling = {"kind": "viscous_wheel", "x": -0.5, "y": 0.3, "angle": 0.0, "mu_x": 5.0, "mu_y": 5.0}
     kept["truth"]["effect"].insert(0, rolling)
-    found = parse(kept)
+    found = parse_history(kept)
     assert found.wheel is not None and found.wheel.at[0] == 0.5
     assert found.hidden == ()
 
@@ -55,48 +55,48 @@ def test_the_page_says_how_it_ended_and_from_when_on_the_wheel_was_known() -> No
     assert "Reached the goal after 3.5 s." in told
     assert "From fit 3 of 6 on, 1.5 s after the start" in told
     assert "Dry friction was named after 1.5 s" in told
-    assert "Hidden beside the wheel: dry friction at (−0.40, 0.25) m." in told
+    assert "Other hidden effects: dry friction at (−0.40, 0.25) m." in told
     assert "not touched" in told
 
 
 def test_what_is_only_supposed_is_told_as_that() -> None:
     kept = history(pushes=10)
     kept["updates"][7]["supposed"] = ["com_offset", "caster_swivel"]
-    found = parse(kept)
+    found = parse_history(kept)
     told = " ".join(sentences.lead(found)).replace("\N{NO-BREAK SPACE}", " ")
-    assert "was supposed after 4.0 s: the diagnosis does not vouch for it" in told
+    assert "was supposed after 4.0 s: the diagnosis does not confirm it" in told
     assert "was named" not in told
-    assert "supposed: " in sentences.believed(found.updates[7])
-    assert [update.time for update in stages(found, 4)] == [0.5, 1.5, 4.0, 5.0]
+    assert "supposed: " in sentences.belief_line(found.updates[7])
+    assert [update.time for update in select_stages(found, 4)] == [0.5, 1.5, 4.0, 5.0]
 
 
 def test_a_wheel_that_is_far_off_is_not_called_found() -> None:
     kept = history()
     kept["truth"]["effect"][0] = {**kept["truth"]["effect"][0], "x": -0.5}
-    told = " ".join(sentences.lead(parse(kept)))
-    assert "The wheel was believed at" in told and "still" in told and "was found" not in told
+    told = " ".join(sentences.lead(parse_history(kept)))
+    assert "The wheel was estimated at" in told and "still" in told and "was found" not in told
 
 
 def test_a_regression_says_nothing_of_a_wheel() -> None:
     found = episode(lawless=True)
-    assert "without laws" in sentences.lead(found)[0]
-    assert sentences.believed(found.updates[0]) == "learnt without laws"
+    assert "regression model" in sentences.lead(found)[0]
+    assert sentences.belief_line(found.updates[0]) == "regression model"
 
 
 def test_no_belief_and_no_success_are_said() -> None:
     found = episode(pushes=0, success=False)
-    assert sentences.headline(found).startswith("Time was up")
-    assert "kept to its first belief" in sentences.lead(found)[0]
-    assert stages(found, 6) == []
+    assert sentences.headline(found).startswith("Time limit reached")
+    assert "did not update its initial model" in sentences.lead(found)[0]
+    assert select_stages(found, 6) == []
 
 
 def test_the_first_stage_and_the_last_are_shown_and_some_between() -> None:
     found = episode(pushes=10)
-    assert [update.time for update in stages(found, 3)] == [0.5, 1.5, 5.0]
-    assert [update.time for update in stages(found, 20)] == [0.5 * number for number in range(1, 11)]
+    assert [update.time for update in select_stages(found, 3)] == [0.5, 1.5, 5.0]
+    assert [update.time for update in select_stages(found, 20)] == [0.5 * number for number in range(1, 11)]
 
 
 def test_the_stage_at_which_a_law_was_added_is_shown() -> None:
     kept = history(pushes=10)
     kept["updates"][7]["named"] = ["coulomb_friction"]
-    assert [update.time for update in stages(parse(kept), 4)] == [0.5, 1.5, 4.0, 5.0]
+    assert [update.time for update in select_stages(parse_history(kept), 4)] == [0.5, 1.5, 4.0, 5.0]

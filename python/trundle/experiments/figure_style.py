@@ -1,4 +1,4 @@
-"""One look for all figures: colours by learner, light axes, one font size."""
+"""Common style of figures: colours by learner, light axes, one font size."""
 
 from __future__ import annotations
 
@@ -21,7 +21,7 @@ COLOURS = {
     "lr_body": "#e0a070",
     "lwr_body": "#d58ab4",
 }
-"""By learner; also where two models are compared. The lighter ones are the stronger baselines."""
+"""By learner; also where two models are compared. Lighter colours are the stronger baselines."""
 MARKERS = {"pbr": "o", "lr": "s", "lwr": "^", "lr_body": "s", "lwr_body": "^"}
 NAMES = {
     "pbr": "PBR",
@@ -31,7 +31,7 @@ NAMES = {
     "lwr_body": "LWR, object axes",
 }
 OBSERVED = "#2e8b57"
-"""What was seen: green, as in the paper's Fig. 5."""
+"""Observed motion: green, as in the paper's Fig. 5."""
 PREDICTED = COLOURS["pbr"]
 GREY = "#5a6470"
 DPI = 130
@@ -50,7 +50,7 @@ def sheet(rows: int, columns: int, size: tuple[float, float]) -> tuple[Figure, l
 
 
 def plain(axes: Axes) -> None:
-    """Give axes the common look."""
+    """Apply the common style to axes."""
     axes.spines[["top", "right"]].set_visible(False)
     axes.spines[["left", "bottom"]].set_color(GREY)
     axes.tick_params(colors=GREY, labelsize=8)

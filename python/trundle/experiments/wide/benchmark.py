@@ -1,4 +1,4 @@
-"""A wide benchmark from its settings to its results: draw, seal, diagnose."""
+"""Run a wide benchmark: draw cases, seal the truth, diagnose the recordings."""
 
 from __future__ import annotations
 
@@ -14,20 +14,20 @@ from trundle.experiments.runner import Runner, Unit
 from trundle.experiments.wide.case import draw_case
 from trundle.experiments.wide.config import Settings
 from trundle.experiments.wide.diagnose import diagnose_case
-from trundle.experiments.wide.plan import Planned, plan
+from trundle.experiments.wide.plan import PlannedCase, plan_cases
 
-__all__ = ["Benchmark", "code_versions", "conduct"]
+__all__ = ["WideBenchmark", "code_versions", "run_benchmark"]
 
 
 @dataclass(frozen=True)
-class Benchmark:
-    """Where a benchmark is done.
+class WideBenchmark:
+    """Settings and folder of a benchmark.
 
     Attributes
     ----------
     settings : Settings
     work : Path
-        Folder of recordings and of finished units.
+        Folder of recordings and finished units.
     backend : Backend
     quiet : bool
     """
@@ -38,7 +38,7 @@ class Benchmark:
     quiet: bool = False
 
     def recording(self, case: str) -> Path:
-        """Folder of a case: its path tells nothing."""
+        """Folder of a case. Its name does not depend on the hidden effects."""
         return self.work / self.settings.parent / "recordings" / case
 
     def runner(self, version: str) -> Runner:
@@ -46,19 +46,19 @@ class Benchmark:
         return Runner(self.work / "units", version, self.backend, self.quiet)
 
 
-def conduct(
-    benchmark: Benchmark, sealed: Path, tell: Callable[[str], object]
+def run_benchmark(
+    benchmark: WideBenchmark, sealed: Path, tell: Callable[[str], object]
 ) -> tuple[str, list[dict[str, Any]]]:
-    """Do what has not been done; return the SHA-256 of the sealed answers, and a row for every case.
+    """Run the units without a result; return the SHA-256 of the sealed truth, and a row for every case.
 
-    The answers are opened after the last diagnosis. A row holds the case, its answer, what that cost, and the
-    truth.
+    The sealed truth is opened after all diagnoses are finished. A row holds the case, its answer with the
+    cost, and the truth.
     """
-    truths = drawn(benchmark, plan(benchmark.settings))
-    sha = seal(sealed, benchmark.settings.plain(), {one["case"]: compact(one) for one in truths})
+    truths = draw_all(benchmark, plan_cases(benchmark.settings))
+    sha = seal(sealed, benchmark.settings.plain(), {one["case"]: without_values(one) for one in truths})
     there = [one["case"] for one in truths if one["digest"] is not None]
     tell(f"{len(there)} of {len(truths)} cases drawn; answers sealed, SHA-256 {sha}")
-    units = [diagnosis(benchmark, one) for one in truths if one["digest"] is not None]
+    units = [diagnosis_unit(benchmark, one) for one in truths if one["digest"] is not None]
     answers = benchmark.runner(code_versions()["diagnosis"]).run("diagnosing", units)
     known = open_sealed(sealed, sha)
     return sha, [
@@ -67,20 +67,20 @@ def conduct(
     ]
 
 
-def compact(truth: dict[str, Any]) -> dict[str, Any]:
-    """Return a truth without what only its seed needs to give again."""
+def without_values(truth: dict[str, Any]) -> dict[str, Any]:
+    """Return a truth without the values that its seed reproduces."""
     hidden = [{name: v for name, v in one.items() if name != "values"} for one in truth.get("truth", [])]
     kept = {name: value for name, value in truth.items() if name not in ("visited", "truth")}
     return {**kept, "truth": hidden}
 
 
-def drawn(benchmark: Benchmark, planned: Sequence[Planned]) -> list[dict[str, Any]]:
-    """Draw the cases that are missing, and return all truths."""
-    units = [drawing(benchmark, one) for one in planned]
+def draw_all(benchmark: WideBenchmark, planned: Sequence[PlannedCase]) -> list[dict[str, Any]]:
+    """Draw the cases without a result, and return all truths."""
+    units = [drawing_unit(benchmark, one) for one in planned]
     return benchmark.runner(code_versions()["generator"]).run("drawing", units)
 
 
-def drawing(benchmark: Benchmark, planned: Planned) -> Unit:
+def drawing_unit(benchmark: WideBenchmark, planned: PlannedCase) -> Unit:
     """Return the unit that draws a case."""
     settings, folder = benchmark.settings, benchmark.recording(planned.case)
     arguments = {
@@ -95,12 +95,12 @@ def drawing(benchmark: Benchmark, planned: Planned) -> Unit:
     return Unit(planned.case, draw_case, arguments, {"folder": folder}, folder)
 
 
-def diagnosis(benchmark: Benchmark, truth: dict[str, Any]) -> Unit:
-    """Return the unit that diagnoses a case; of the truth it gets the recording's digest alone."""
+def diagnosis_unit(benchmark: WideBenchmark, truth: dict[str, Any]) -> Unit:
+    """Return the unit that diagnoses a case. It receives only the recording and its digest."""
     arguments = {"digest": truth["digest"], "limit": benchmark.settings.limit}
     return Unit(truth["case"], diagnose_case, arguments, {"folder": benchmark.recording(truth["case"])})
 
 
 def code_versions() -> dict[str, str]:
-    """Return the versions of the code that draws and of the code that diagnoses, the native half included."""
+    """Return the versions of the generator and of the diagnosis, including the native code."""
     return {"generator": versions.of_module("wide/case"), "diagnosis": versions.of_diagnosis()}

@@ -1,4 +1,4 @@
-"""State as arrays and JSON: a file of it holds data alone, and reading it runs nothing."""
+"""Files of nested state as arrays and JSON. Reading one executes no code."""
 
 from __future__ import annotations
 
@@ -34,12 +34,12 @@ def save(file: IO[bytes], state: Any) -> None:
 
 
 def load(path: Path) -> Any:
-    """Return what `save` has written.
+    """Return a state that `save` has written.
 
     Raises
     ------
     ValueError
-        If the file is something else, or damaged.
+        If the file has another content, or is damaged.
     """
     try:
         with np.load(path, allow_pickle=False) as found:
@@ -49,7 +49,7 @@ def load(path: Path) -> Any:
 
 
 def _encoded(value: Any, arrays: dict[str, Any]) -> Any:
-    """Return a value as JSON: a leaf as it is, all else as a list that begins with its kind."""
+    """Return a value as JSON: a leaf unchanged, other values as a list that begins with the kind."""
     if value is None or type(value) in (bool, int, float, str):
         return value
     if isinstance(value, dict):
