@@ -33,8 +33,8 @@ def push(profile: str, knots: list[list[float]], **more: Any) -> dict[str, Any]:
         "knots": knots,
         "separation": 31.0,
         "cumulative": 31.0,
-        "sentence": "Grasp the object at (-0.60, 0.30) m (object frame) and push it 29° to the right of its x "
-        "axis with 20 N for 1.5 s, then release it.",
+        "sentence": "Grasp the object at (-0.60, 0.30) m (object frame) and push it 29° to the right of its "
+        "x axis with 20 N for 1.5 s, then release it.",
         **more,
     }
 
