@@ -217,7 +217,7 @@ def test_times_that_stamps_cannot_hold_are_refused(t: Any, message: str, tmp_pat
 @pytest.mark.parametrize(
     ("arguments", "said"),
     [
-        (["empty", "--mcap", "a.mcap"], "empty: there is no recording.toml"),
+        (["empty", "--mcap", "a.mcap"], "empty: the folder has no recording.toml"),
         (["run", "--mcap", "a.bag"], "a.bag: give a name that ends in .mcap"),
         (["run", "--mcap", "folder.mcap"], "folder.mcap: holds something else"),
         (["run", "--mcap", "a.mcap", "--out", "b"], "--mcap a.mcap says where to write"),

@@ -32,7 +32,7 @@ pub(super) fn moved(episode: Prepared, poses: &[[f64; 3]]) -> Prepared {
     let pairs = episode.pose.iter().zip(poses);
     let pose = pairs.map(|(still, &pose)| PoseSample { pose, ..*still }).collect();
     // Nothing is known of the motion that a still object was asked for.
-    Prepared { pose, memo: Default::default(), ..episode }
+    Prepared { pose, motion_cache: Default::default(), ..episode }
 }
 
 /// The push as an episode of a plant.

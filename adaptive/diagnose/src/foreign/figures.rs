@@ -20,7 +20,7 @@ impl BlackBox<'_> {
         let moves = |v: [f64; 3]| [0, 1, 2].map(|k| if dof[k] { v[k] } else { 0.0 });
         let mut ends = vec![];
         for (k, (path, episode)) in along.paths.iter().zip(&self.data.training).enumerate() {
-            let (known, seen) = (episode.motion_so_far(&self.data.noise), rollout.seen(episode)?);
+            let (known, seen) = (episode.filtered_motion(&self.data.noise), rollout.seen(episode)?);
             for Ahead { from, to, covariance } in along.ahead(k, &known, WINDOW) {
                 let [from, to] = [from, to].map(|k| &path.intervals[k]);
                 let span = [from, to].map(|interval| interval.t + interval.span);

@@ -38,7 +38,7 @@ impl Rollout<'_> {
         let noise = &self.data.noise;
         let laws = (&self.plant, self.values);
         let start = beginning(self.foreign, laws, episode, (noise, self.data.dof), self.watch)?;
-        let known = episode.motion_so_far(noise);
+        let known = episode.filtered_motion(noise);
         let inner = followed(&self.plant, episode, &known, start);
         Ok(Seen { episode, readings: Readings::new(episode), known, inner })
     }

@@ -27,7 +27,9 @@ pub(crate) fn axes(input: &CheckInput) -> Vec<Finding> {
         return direction::sign_and_axes(input);
     }
     let finding = match fits.best.mistake {
-        Mistake::Rotation { angle, mirrored: false, reversed: false } if wrapped(angle).abs() < SLIGHT => {
+        Mistake::Rotation { angle, mirrored: false, reversed: false }
+            if wrapped(angle).abs() < MAX_SMALL_ROTATION_RAD =>
+        {
             small_rotation(fits, wrapped(angle))
         }
         Mistake::Rotation { angle, mirrored, reversed } => {

@@ -110,17 +110,17 @@ fn constant_lag(lag: f64, sd: f64) -> Finding {
 }
 
 fn clock_drift(drift: f64, before: f64, after: f64) -> Finding {
-    let (rate, share) = (if drift > 0.0 { "slow" } else { "fast" }, 100.0 * drift.abs());
+    let (change, share) = (if drift > 0.0 { "stretched" } else { "compressed" }, 100.0 * drift.abs());
     let sentence = format!(
-        "the clocks of wrench and poses drift apart: the delay of the wrench grows by {:.1} ms per second; no passive \
+        "the clocks of wrench and poses drift apart: the delay of the wrench changes by {:+.1} ms per second; no passive \
          body explains {:.1} % of the wrench as stated, and {:.1} % without the drift",
         1e3 * drift,
         100.0 * before,
         100.0 * after
     );
     let remedy = format!(
-        "stamp both streams with one clock, or correct t: in the time of the table, the wrench clock is about \
-         {share:.1} % {rate}"
+        "stamp both streams with one clock, or correct t: relative to the poses, the wrench is {change} in time by \
+         about {share:.1} %"
     );
     Finding::new("clocks", Severity::Warning, sentence, &remedy)
 }

@@ -54,7 +54,7 @@ pub(crate) enum Mistake {
 impl Mistake {
     /// The transform of the wrench that corrects the mistake.
     pub fn correction(&self) -> LoadTransform {
-        let turned = |angle: f64, mirrored: bool, torque: f64| {
+        let rotation = |angle: f64, mirrored: bool, torque: f64| {
             let (sin, cos) = angle.sin_cos();
             let flip = if mirrored { -1.0 } else { 1.0 };
             [[cos, -sin * flip, 0.0], [sin, cos * flip, 0.0], [0.0, 0.0, torque]]
@@ -62,11 +62,11 @@ impl Mistake {
         match *self {
             Self::None => identity(),
             Self::Rotation { angle, mirrored, reversed } => {
-                turned(angle, mirrored, if reversed { -1.0 } else { 1.0 })
+                rotation(angle, mirrored, if reversed { -1.0 } else { 1.0 })
             }
             Self::Frame { negative, .. } => identity().map(|row| row.map(|v| if negative { -v } else { v })),
-            Self::Clockwise { mirrored } => turned(0.0, mirrored, if mirrored { -1.0 } else { 1.0 }),
-            Self::Gain { gain } => turned(0.0, false, gain),
+            Self::Clockwise { mirrored } => rotation(0.0, mirrored, if mirrored { -1.0 } else { 1.0 }),
+            Self::Gain { gain } => rotation(0.0, false, gain),
         }
     }
 
@@ -177,7 +177,7 @@ fn other_conventions(input: &CheckInput, stated: Convention) -> Vec<Convention> 
     others
 }
 
-/// The corrected fit at its best lag near `lag`.
+/// The corrected fit at `lag` or at the best constant lag, whichever explains more.
 fn refined(blocks: &Blocks, readings: &Readings, mistake: Mistake, lag: f64) -> CorrectedFit {
     let correction = mistake.correction();
     let first = NormalEquations::sum(&blocks.normal_equations(readings, lag));
@@ -205,8 +205,8 @@ fn search(input: &CheckInput, all: &[ConventionBlocks], start: &Fit) -> Mistake 
         }
     };
     if input.meta.on_rail() {
-        let turned = Mistake::Rotation { angle: std::f64::consts::PI, mirrored: false, reversed: true };
-        consider(turned, share(stated, &turned));
+        let reversed = Mistake::Rotation { angle: std::f64::consts::PI, mirrored: false, reversed: true };
+        consider(reversed, share(stated, &reversed));
         return best.0;
     }
     // A point contact transmits no torque whose sign could be wrong.
@@ -231,13 +231,13 @@ fn search(input: &CheckInput, all: &[ConventionBlocks], start: &Fit) -> Mistake 
     }
     match best.0 {
         Mistake::Rotation { angle, mirrored, reversed } => {
-            let turned = |angle| Mistake::Rotation { angle, mirrored, reversed };
-            turned(minimum(|a| share(stated, &turned(a)), angle - width, angle + width))
+            let rotation = |angle| Mistake::Rotation { angle, mirrored, reversed };
+            rotation(minimum(|a| share(stated, &rotation(a)), angle - width, angle + width))
         }
         Mistake::Gain { gain } => {
             let (ln, width) = (gain.ln(), 10f64.ln() / f64::from(GAIN_STEPS_PER_DECADE));
-            let of = |ln: f64| Mistake::Gain { gain: ln.exp() };
-            of(minimum(|ln| share(stated, &of(ln)), ln - width, ln + width))
+            let gain = |ln: f64| Mistake::Gain { gain: ln.exp() };
+            gain(minimum(|ln| share(stated, &gain(ln)), ln - width, ln + width))
         }
         other => other,
     }
