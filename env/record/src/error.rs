@@ -87,26 +87,26 @@ impl fmt::Display for Place {
     fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
         match &self.file {
             File::Metadata => write!(f, "recording.toml")?,
-            File::Episode(name) => write!(f, "episode {}", Shown(name))?,
-            File::Path(path) => write!(f, "{}", Shown(&path.to_string_lossy()))?,
+            File::Episode(name) => write!(f, "episode {}", Escaped(name))?,
+            File::Path(path) => write!(f, "{}", Escaped(&path.to_string_lossy()))?,
         }
         if let Some(row) = self.row {
             write!(f, ", row {row}")?;
         }
         if let Some(column) = &self.column {
-            write!(f, ", column {}", Shown(column))?;
+            write!(f, ", column {}", Escaped(column))?;
         }
         if let Some(key) = &self.key {
-            write!(f, ", {}", Shown(key))?;
+            write!(f, ", {}", Escaped(key))?;
         }
         Ok(())
     }
 }
 
 /// Displays user-supplied text with its control characters escaped.
-pub(crate) struct Shown<'a>(pub &'a str);
+pub(crate) struct Escaped<'a>(pub &'a str);
 
-impl fmt::Display for Shown<'_> {
+impl fmt::Display for Escaped<'_> {
     fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
         self.0.chars().try_for_each(|c| match c.is_control() {
             true => write!(f, "{}", c.escape_default()),

@@ -1,7 +1,7 @@
 //! Faults of recordings. Each message contains the offending value and the remedy.
 
 use crate::episode::known_columns;
-use crate::error::{Error, Place, Shown};
+use crate::error::{Error, Escaped, Place};
 
 /// What is wrong with a recording.
 #[derive(Debug, thiserror::Error)]
@@ -23,7 +23,7 @@ pub enum Fault {
         problem: &'static str,
     },
     /// An episode has two tables.
-    #[error("the folder also contains {}; keep one table per episode", Shown(other))]
+    #[error("the folder also contains {}; keep one table per episode", Escaped(other))]
     TwoTables {
         /// File name of the other table.
         other: String,
@@ -104,7 +104,7 @@ pub enum Fault {
     /// The format does not define this column.
     #[error(
         "unknown column; rename it to note_{} to keep it as a note, or to a column of the format ({known})",
-        Shown(name)
+        Escaped(name)
     )]
     UnknownColumn {
         /// Name of the column.

@@ -132,9 +132,9 @@ fn travel(prepared: &Prepared, motion: &[Motion]) -> [f64; 2] {
     } else {
         motion.iter().map(|m| m.pose).collect()
     };
-    path.windows(2).fold([0.0; 2], |[way, turn], pair| {
+    path.windows(2).fold([0.0; 2], |[length, rotation], pair| {
         let [dx, dy, dtheta] = [0, 1, 2].map(|k| pair[1][k] - pair[0][k]);
-        [way + dx.hypot(dy), turn + dtheta.abs()]
+        [length + dx.hypot(dy), rotation + dtheta.abs()]
     })
 }
 

@@ -45,7 +45,7 @@ pub(crate) fn axes(input: &CheckInput) -> Vec<Finding> {
 /// The unexplained shares before and after the correction, as text.
 pub(crate) fn evidence(fits: &WrenchFits) -> String {
     format!(
-        "no passive body explains {:.1} % of the wrench as stated, and {:.1} % after correction",
+        "a passive body leaves {:.1} % of the wrench unexplained as stated, and {:.1} % after correction",
         100.0 * fits.stated.fit.unexplained,
         100.0 * fits.best.fit.unexplained
     )

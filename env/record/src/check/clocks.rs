@@ -5,7 +5,7 @@ use nalgebra::{DMatrix, SMatrix, SVector};
 use crate::motion::Motion;
 use crate::prepare::{WrenchSample, median, median_step};
 
-use super::dynamics::WINDOWS;
+use super::dynamics::WINDOWS_PER_EPISODE;
 use super::group::grouped;
 use super::input::{CheckInput, EpisodeData};
 use super::lags::{Lag, MAX_CONSTANT_LAG_RATIO};
@@ -57,11 +57,11 @@ type Row = SVector<f64, TERMS>;
 pub(crate) fn lag(input: &CheckInput) -> Vec<Finding> {
     let Some(fits) = &input.wrench_fits else { return vec![] };
     let lag = &fits.lag;
-    let [none, constant, drift, with_jumps] = lag.unexplained;
+    let [without_lag, constant, drift, with_jumps] = lag.unexplained;
     if with_jumps.min(drift) > MAX_UNEXPLAINED_SHARE {
         return vec![];
     }
-    let over_push = lag.drift.abs() * WINDOWS as f64 / lag.step;
+    let over_push = lag.drift.abs() * WINDOWS_PER_EPISODE as f64 / lag.step;
     if drift < MAX_DRIFT_TO_CONSTANT_RATIO * constant
         && drift < MAX_DRIFT_TO_JUMPS_RATIO * with_jumps
         && over_push > MIN_DRIFT_STEPS
@@ -74,7 +74,7 @@ pub(crate) fn lag(input: &CheckInput) -> Vec<Finding> {
     }
     let (delay, sd) = lag.constant;
     let deviations = delay.abs() / sd.max(lag.step / 40.0);
-    let is_supported = deviations > MIN_LAG_SD && constant < MAX_CONSTANT_LAG_RATIO * none;
+    let is_supported = deviations > MIN_LAG_SD && constant < MAX_CONSTANT_LAG_RATIO * without_lag;
     let is_inertial = delay > 0.0 && inertial_share(input).is_some_and(|share| share > MIN_INERTIAL_SHARE);
     let min_deviations = if is_inertial { MIN_INERTIAL_LAG_SD } else { MIN_UNSUPPORTED_LAG_SD };
     if !is_supported
@@ -112,8 +112,8 @@ fn constant_lag(lag: f64, sd: f64) -> Finding {
 fn clock_drift(drift: f64, before: f64, after: f64) -> Finding {
     let (change, share) = (if drift > 0.0 { "stretched" } else { "compressed" }, 100.0 * drift.abs());
     let sentence = format!(
-        "the clocks of wrench and poses drift apart: the delay of the wrench changes by {:+.1} ms per second; no passive \
-         body explains {:.1} % of the wrench as stated, and {:.1} % without the drift",
+        "the clocks of wrench and poses drift apart: the delay of the wrench changes by {:+.1} ms per second; a passive body \
+         leaves {:.1} % of the wrench unexplained with a constant delay, and {:.1} % with the drift",
         1e3 * drift,
         100.0 * before,
         100.0 * after
@@ -129,7 +129,7 @@ fn clock_drift(drift: f64, before: f64, after: f64) -> Finding {
 fn clock_jumps(input: &CheckInput, lag: &Lag) -> Vec<(f64, Finding)> {
     let found = input.episodes.iter().zip(&lag.jumps).filter_map(|(episode, jump)| {
         let size = if jump.window > 0 { jump.after - jump.before } else { jump.before - lag.constant.0 };
-        let is_inside = (MIN_JUMP_WINDOWS..=WINDOWS - MIN_JUMP_WINDOWS).contains(&jump.window);
+        let is_inside = (MIN_JUMP_WINDOWS..=WINDOWS_PER_EPISODE - MIN_JUMP_WINDOWS).contains(&jump.window);
         let min_gain = if jump.window == 0 { MIN_EPISODE_LAG_GAIN } else { MIN_JUMP_GAIN };
         let min_size = MIN_JUMP_STEPS * lag.step;
         // An impact between two samples can shift the lag of a single episode by up to a sample.
@@ -138,7 +138,7 @@ fn clock_jumps(input: &CheckInput, lag: &Lag) -> Vec<(f64, Finding)> {
             return None;
         }
         let words = if jump.window > 0 {
-            let share = jump.window as f64 / WINDOWS as f64;
+            let share = jump.window as f64 / WINDOWS_PER_EPISODE as f64;
             format!(
                 "the wrench clock jumps by {:.0} ms after about {:.0} % of the push",
                 1e3 * size,

@@ -1,6 +1,6 @@
 //! Check that all episodes show the same object.
 
-use super::dynamics::{NormalEquations, WINDOWS, fit};
+use super::dynamics::{NormalEquations, WINDOWS_PER_EPISODE, fit};
 use super::input::CheckInput;
 use super::wrench_fit::MIN_STATED_MISFIT;
 use super::{Finding, Severity};
@@ -17,7 +17,8 @@ const MIN_COMMON_MISFIT_RATIO: f64 = 3.0;
 pub(crate) fn other_object(input: &CheckInput) -> Vec<Finding> {
     let Some(fits) = &input.wrench_fits else { return vec![] };
     let (correction, terms) = (fits.best.mistake.correction(), &fits.best.fit.terms);
-    let episodes: Vec<NormalEquations> = fits.equations.chunks(WINDOWS).map(NormalEquations::sum).collect();
+    let episodes: Vec<NormalEquations> =
+        fits.equations.chunks(WINDOWS_PER_EPISODE).map(NormalEquations::sum).collect();
     if episodes.len() < MIN_EPISODES {
         return vec![];
     }

@@ -41,12 +41,13 @@ pub(crate) fn gaps(input: &CheckInput) -> Vec<Finding> {
 
 fn drop_out(stream: &str, episode: &EpisodeData, t: &[f64], all: &[Vec<f64>]) -> Option<(f64, Finding)> {
     let step = median_step(t).filter(|step| *step > 0.0)?;
-    let whole = t.last()? - t.first()?;
+    let duration = t.last()? - t.first()?;
     let longest = t.windows(2).max_by(|a, b| (a[1] - a[0]).total_cmp(&(b[1] - b[0])))?;
     let (from, to) = (longest[0], longest[1]);
     let length = to - from;
     let random = longest_random_gap(t, all, step, length);
-    if length < (MIN_STEPS * step).max(MIN_EPISODE_SHARE * whole).max(random) || to < episode.prepared.contact
+    if length < (MIN_STEPS * step).max(MIN_EPISODE_SHARE * duration).max(random)
+        || to < episode.prepared.contact
     {
         return None;
     }

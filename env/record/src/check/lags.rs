@@ -5,7 +5,7 @@
 
 use nalgebra::{Cholesky, DVector, Dyn};
 
-use super::dynamics::{Blocks, LoadTransform, NormalEquations, Readings, WINDOWS};
+use super::dynamics::{Blocks, LoadTransform, NormalEquations, Readings, WINDOWS_PER_EPISODE};
 
 /// Number of grid points of the lag on either side of zero.
 const LAG_STEPS: usize = 50;
@@ -76,7 +76,7 @@ impl Grid {
     }
 
     fn solver(&self, without: Option<usize>) -> Option<Solver> {
-        let kept = self.windows.iter().enumerate().filter(|(w, _)| Some(w / WINDOWS) != without);
+        let kept = self.windows.iter().enumerate().filter(|(w, _)| Some(w / WINDOWS_PER_EPISODE) != without);
         Solver::new(&NormalEquations::sum(kept.map(|(_, m)| m)))
     }
 
@@ -85,7 +85,7 @@ impl Grid {
     fn sides(&self, lag: impl Fn(usize) -> usize, without: Option<usize>) -> (DVector<f64>, f64) {
         let mut right = DVector::zeros(self.right[0][0].len());
         let mut total = 0.0;
-        for w in (0..self.windows.len()).filter(|w| Some(w / WINDOWS) != without) {
+        for w in (0..self.windows.len()).filter(|w| Some(w / WINDOWS_PER_EPISODE) != without) {
             right += &self.right[lag(w)][w];
             total += self.total[lag(w)][w];
         }
@@ -195,7 +195,7 @@ pub(crate) fn lag(blocks: &Blocks, readings: &Readings, correction: &LoadTransfo
 
 /// Standard deviation of the common lag, by a jackknife over episodes, in s.
 fn sd(grid: &Grid) -> f64 {
-    let episodes = grid.windows.len() / WINDOWS;
+    let episodes = grid.windows.len() / WINDOWS_PER_EPISODE;
     if episodes < 2 {
         return grid.step();
     }
@@ -218,7 +218,8 @@ fn drift(grid: &Grid, solver: &Solver, at: usize) -> (f64, Vec<usize>) {
     let n = grid.windows.len();
     let top = grid.lags.len() - 1;
     let index = |start: usize, slope: f64, w: usize| {
-        let k = start as f64 + slope * ((w % WINDOWS) as f64 - (WINDOWS as f64 - 1.0) / 2.0);
+        let k = start as f64
+            + slope * ((w % WINDOWS_PER_EPISODE) as f64 - (WINDOWS_PER_EPISODE as f64 - 1.0) / 2.0);
         (k.round().max(0.0) as usize).min(top)
     };
     let slopes: Vec<f64> = (0..=2 * DRIFT_STEPS).map(|k| (k as f64 - DRIFT_STEPS as f64) / 2.0).collect();
@@ -244,7 +245,7 @@ fn jumps(grid: &Grid, solver: &Solver, at: usize) -> (Vec<Jump>, Vec<usize>) {
     for _ in 0..ALTERNATIONS {
         let (coefficients, quadratic) = solve(grid, solver, &lag);
         jumps.clear();
-        for first in (0..n).step_by(WINDOWS) {
+        for first in (0..n).step_by(WINDOWS_PER_EPISODE) {
             let over = |from: usize, to: usize| {
                 let square = |k: usize| {
                     (first + from..first + to)
@@ -255,8 +256,8 @@ fn jumps(grid: &Grid, solver: &Solver, at: usize) -> (Vec<Jump>, Vec<usize>) {
                 let k = argmin(&squares);
                 (k, squares[k], squares[at])
             };
-            let whole = over(0, WINDOWS);
-            let splits = (1..WINDOWS).map(|k| (k, over(0, k), over(k, WINDOWS)));
+            let whole = over(0, WINDOWS_PER_EPISODE);
+            let splits = (1..WINDOWS_PER_EPISODE).map(|k| (k, over(0, k), over(k, WINDOWS_PER_EPISODE)));
             let best = splits.min_by(|a, b| (a.1.1 + a.2.1).total_cmp(&(b.1.1 + b.2.1)));
             let Some((window, before, after)) = best else { continue };
             let (window, before, after, square) = if before.1 + after.1 < MAX_VARYING_LAG_RATIO * whole.1 {
@@ -264,7 +265,7 @@ fn jumps(grid: &Grid, solver: &Solver, at: usize) -> (Vec<Jump>, Vec<usize>) {
             } else {
                 (0, whole.0, whole.0, whole.1)
             };
-            for w in 0..WINDOWS {
+            for w in 0..WINDOWS_PER_EPISODE {
                 lag[first + w] = if w < window { before } else { after };
             }
             let gain = whole.2.max(0.0) / square.max(f64::MIN_POSITIVE);

@@ -4,7 +4,7 @@
 use crate::metadata::{Contact, Frame, Reference};
 
 use super::dynamics::{
-    Blocks, Convention, Fit, LoadTransform, NormalEquations, Readings, WINDOWS, fit, identity,
+    Blocks, Convention, Fit, LoadTransform, NormalEquations, Readings, WINDOWS_PER_EPISODE, fit, identity,
 };
 use super::input::CheckInput;
 use super::lags::{self, Lag};
@@ -274,7 +274,8 @@ impl WrenchFits {
     /// The value of `estimate` from all windows, and its standard deviation by a jackknife over groups of windows.
     pub fn jackknife(&self, estimate: impl Fn(&NormalEquations) -> f64) -> (f64, f64) {
         let value = estimate(&NormalEquations::sum(&self.equations));
-        let per = self.equations.len().div_ceil(JACKKNIFE_GROUPS.max(self.equations.len() / WINDOWS));
+        let per =
+            self.equations.len().div_ceil(JACKKNIFE_GROUPS.max(self.equations.len() / WINDOWS_PER_EPISODE));
         let groups = self.equations.len().div_ceil(per.max(1));
         let without = |group: usize| {
             let kept = self.equations.iter().enumerate().filter(|(w, _)| w / per.max(1) != group);

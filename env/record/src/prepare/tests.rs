@@ -91,23 +91,23 @@ const RAW: &str = "frame = \"sensor\"\nsign = \"on_sensor\"\nraw = true\nprecont
 fn a_raw_reaction_is_tared_and_negated() {
     let episode = level_episode(|t| [0, 1, 2].map(|k| -push(t)[k] + [OFFSET[0], OFFSET[1], OFFSET[5]][k]));
     let dataset = prepare(&recording(RAW, episode)).unwrap();
-    let made = &dataset.training[0];
-    for sample in &made.wrench {
+    let prepared = &dataset.training[0];
+    for sample in &prepared.wrench {
         assert_close(&sample.reading, &push(sample.t), 1e-9);
         assert_close(&sample.frame, &GRASP, 3e-3);
     }
-    let last = made.wrench.last().unwrap().on_object();
+    let last = prepared.wrench.last().unwrap().on_object();
     let (sin, cos) = (-0.4_f64).sin_cos();
     let force = [cos * 12.0 + sin * 3.0, sin * 12.0 - cos * 3.0];
     assert_close(&last, &[force[0], force[1], 0.5 * force[1] - 0.2 * force[0] + 0.7], 5e-2);
-    assert!((made.contact - 1.0).abs() < 0.011, "{}", made.contact);
+    assert!((prepared.contact - 1.0).abs() < 0.011, "{}", prepared.contact);
     assert_eq!(dataset.body.mass, 20.0);
 }
 
 #[test]
 fn all_frames_and_references_give_the_same_wrench() {
     let episode = level_episode(push);
-    let made = |wrench: &str| prepare(&recording(wrench, episode.clone())).unwrap().training.remove(0);
+    let prepared = |wrench: &str| prepare(&recording(wrench, episode.clone())).unwrap().training.remove(0);
     let at = 250;
     let t = time(at);
     let theta = object_pose(t)[2];
@@ -120,7 +120,7 @@ fn all_frames_and_references_give_the_same_wrench() {
         ("frame = \"world\"\nreference = \"object\"\nsign = \"on_object\"", [0.0, 0.0, -theta]),
         ("frame = \"world\"\nreference = \"sensor\"\nsign = \"on_object\"", [GRASP[0], GRASP[1], -theta]),
     ] {
-        let sample = &made(wrench).wrench[at];
+        let sample = &prepared(wrench).wrench[at];
         assert_close(&sample.frame, &GRASP, 3e-3);
         assert_close(&sample.on_object(), &planar_transform(&published, &push(t)), 1e-2);
     }
@@ -137,8 +137,8 @@ fn a_point_contact_without_torque_acts_at_the_gripper() {
     let mut episode = level_episode(push);
     episode.columns.remove("torque_z");
     let wrench = "frame = \"object\"\nreference = \"object\"\nsign = \"on_object\"\ncontact = \"point\"";
-    let made = prepare(&recording(wrench, episode)).unwrap().training.remove(0);
-    let sample = &made.wrench[250];
+    let prepared = prepare(&recording(wrench, episode)).unwrap().training.remove(0);
+    let sample = &prepared.wrench[250];
     assert_close(&sample.frame, &GRASP, 3e-3);
     let [fx, fy, _] = push(time(250));
     assert_close(&sample.on_object(), &[fx, fy, GRASP[0] * fy - GRASP[1] * fx], 1e-2);
@@ -159,11 +159,11 @@ fn readings_use_the_pose_at_their_time_or_the_latest_pose() {
     for name in ["gripper_x", "gripper_y", "gripper_theta"] {
         episode.columns.remove(name);
     }
-    let made = |wrench_pose| {
+    let prepared = |wrench_pose| {
         let options = Options { wrench_pose, ..Options::default() };
         prepare_with(&recording(world, episode.clone()), options).unwrap().training.remove(0)
     };
-    let (latest, own) = (made(WrenchPose::Latest), made(WrenchPose::OwnTime));
+    let (latest, own) = (prepared(WrenchPose::Latest), prepared(WrenchPose::OwnTime));
     assert_eq!(latest.counts.before_first_pose, 10);
     for (i, (latest, own)) in latest.wrench.iter().zip(&own.wrench).enumerate() {
         let pose = time((i / 10 * 10).max(10));
@@ -302,9 +302,9 @@ fn no_force_no_motion_and_one_sample_do_not_panic() {
     let resting = level_episode(|_| [0.0; 3]);
     for episode in [one, resting] {
         let dataset = prepare(&recording("frame = \"object\"\nsign = \"on_object\"", episode)).unwrap();
-        let made = &dataset.training[0];
-        assert!(made.contact.is_finite() && dataset.noise.force > 0.0);
-        assert!(made.motion(&dataset.noise).iter().all(|m| m.twist.iter().all(|v| v.is_finite())));
+        let prepared = &dataset.training[0];
+        assert!(prepared.contact.is_finite() && dataset.noise.force > 0.0);
+        assert!(prepared.motion(&dataset.noise).iter().all(|m| m.twist.iter().all(|v| v.is_finite())));
     }
 }
 

@@ -20,7 +20,7 @@ const MIN_TWIST_SD: f64 = 3.0;
 /// Largest lag of the search as a share of the length of a push.
 const MAX_LAG_SHARE: f64 = 1.0 / 12.0;
 /// Number of windows per episode. Each window has its own normal equations.
-pub(crate) const WINDOWS: usize = 6;
+pub(crate) const WINDOWS_PER_EPISODE: usize = 6;
 
 /// A block of consecutive samples.
 #[derive(Debug, Clone)]
@@ -38,7 +38,7 @@ pub(crate) struct Blocks {
     pub scale: Scale,
     /// Largest lag of the search, s.
     pub range: f64,
-    /// Total number of windows, [`WINDOWS`] per episode.
+    /// Total number of windows, [`WINDOWS_PER_EPISODE`] per episode.
     pub windows: usize,
 }
 
@@ -54,7 +54,8 @@ impl Blocks {
         let scale = Scale::new(input.dataset.body.bounds());
         let range = MAX_LAG_SHARE * median(input.episodes.iter().map(length)).unwrap_or(0.0);
         let width = width(input);
-        let mut all = Self { blocks: vec![], scale, range, windows: WINDOWS * input.episodes.len() };
+        let mut all =
+            Self { blocks: vec![], scale, range, windows: WINDOWS_PER_EPISODE * input.episodes.len() };
         for (index, episode) in input.episodes.iter().enumerate() {
             all.add(input.meta, index, episode, width, convention);
         }
@@ -84,8 +85,13 @@ impl Blocks {
                 let times: Vec<f64> = motion[start..=end].iter().map(|m| m.t).collect();
                 let row = mean(&times, &rows[start..=end]);
                 let share = (span[0] - from) / (to - from).max(f64::MIN_POSITIVE);
-                let window = ((share * WINDOWS as f64) as usize).min(WINDOWS - 1);
-                self.blocks.push(Block { episode: index, window: WINDOWS * index + window, span, row });
+                let window = ((share * WINDOWS_PER_EPISODE as f64) as usize).min(WINDOWS_PER_EPISODE - 1);
+                self.blocks.push(Block {
+                    episode: index,
+                    window: WINDOWS_PER_EPISODE * index + window,
+                    span,
+                    row,
+                });
             }
             start = end;
         }
@@ -93,7 +99,7 @@ impl Blocks {
 
     /// Typical length of a window, s.
     pub fn window(&self) -> f64 {
-        self.range / MAX_LAG_SHARE / WINDOWS as f64
+        self.range / MAX_LAG_SHARE / WINDOWS_PER_EPISODE as f64
     }
 
     pub fn len(&self) -> usize {

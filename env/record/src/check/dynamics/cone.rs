@@ -8,7 +8,7 @@
 use nalgebra::{DMatrix, DVector, Matrix3, SymmetricEigen};
 
 use super::normal_equations::{LoadTransform, NormalEquations};
-use super::regressors::{COLUMNS, CONSTANTS, DAMPING, MASSES, PAIRS};
+use super::regressors::{COLUMNS, CONSTANT_TERMS, DAMPING_ELEMENTS, DAMPING_INDICES, MASS_POINTS};
 
 /// Maximum number of rounds that add damping terms.
 const MAX_ROUNDS: usize = 8;
@@ -31,7 +31,7 @@ pub(crate) struct Fit {
 impl Fit {
     /// Mass, kg.
     pub fn mass(&self) -> f64 {
-        self.coefficients.rows(0, MASSES).sum()
+        self.coefficients.rows(0, MASS_POINTS).sum()
     }
 
     /// Unexplained share of the corrected load in other rows.
@@ -67,24 +67,24 @@ pub(crate) fn fit(equations: &NormalEquations, correction: &LoadTransform, terms
 
 /// Generators of the cone: masses, dry friction, damping terms, constants.
 fn basis(terms: &[[f64; 3]]) -> DMatrix<f64> {
-    let bounded = 2 * MASSES;
-    let mut basis = DMatrix::zeros(COLUMNS, bounded + terms.len() + CONSTANTS);
+    let bounded = 2 * MASS_POINTS;
+    let mut basis = DMatrix::zeros(COLUMNS, bounded + terms.len() + CONSTANT_TERMS);
     (0..bounded).for_each(|k| basis[(k, k)] = 1.0);
     for (at, term) in terms.iter().enumerate() {
-        for (element, (i, j)) in PAIRS.into_iter().enumerate() {
+        for (element, (i, j)) in DAMPING_INDICES.into_iter().enumerate() {
             basis[(bounded + element, bounded + at)] = term[i] * term[j];
         }
     }
     let first = bounded + terms.len();
-    (0..CONSTANTS).for_each(|k| basis[(COLUMNS - CONSTANTS + k, first + k)] = 1.0);
+    (0..CONSTANT_TERMS).for_each(|k| basis[(COLUMNS - CONSTANT_TERMS + k, first + k)] = 1.0);
     basis
 }
 
 /// Directions `w` in which a new rank-one damping term reduces the misfit.
 fn descent(gradient: &DVector<f64>, normal: &DMatrix<f64>) -> Vec<[f64; 3]> {
-    let first = 2 * MASSES;
+    let first = 2 * MASS_POINTS;
     let mut slope = Matrix3::zeros();
-    for (element, (i, j)) in PAIRS.into_iter().enumerate() {
+    for (element, (i, j)) in DAMPING_INDICES.into_iter().enumerate() {
         let value = gradient[first + element] * if i == j { 1.0 } else { 0.5 };
         (slope[(i, j)], slope[(j, i)]) = (value, value);
     }
@@ -102,7 +102,7 @@ fn descent(gradient: &DVector<f64>, normal: &DMatrix<f64>) -> Vec<[f64; 3]> {
     descending.map(|k| [0, 1, 2].map(|i| scale[i] * eigen.eigenvectors[(i, k)])).collect()
 }
 
-/// Coefficients of the columns of `basis`; all except the last [`CONSTANTS`] are non-negative.
+/// Coefficients of the columns of `basis`; all except the last [`CONSTANT_TERMS`] are non-negative.
 fn solve(normal: &DMatrix<f64>, right: &DVector<f64>, basis: &DMatrix<f64>) -> DVector<f64> {
     let mut gram = basis.transpose() * normal * basis;
     let mut slope = basis.transpose() * right;
@@ -115,7 +115,7 @@ fn solve(normal: &DMatrix<f64>, right: &DVector<f64>, basis: &DMatrix<f64>) -> D
         gram[(i, i)] += RIDGE;
         slope[i] /= scale[i];
     }
-    let mut x = non_negative(&gram, &slope, n - CONSTANTS);
+    let mut x = non_negative(&gram, &slope, n - CONSTANT_TERMS);
     (0..n).for_each(|i| x[i] /= scale[i]);
     x
 }
@@ -170,4 +170,4 @@ fn unconstrained(gram: &DMatrix<f64>, slope: &DVector<f64>, free: &[bool]) -> DV
     x
 }
 
-const _: () = assert!(DAMPING == PAIRS.len());
+const _: () = assert!(DAMPING_ELEMENTS == DAMPING_INDICES.len());

@@ -13,7 +13,7 @@ mod cone;
 mod normal_equations;
 mod regressors;
 
-pub(crate) use blocks::{Blocks, Readings, WINDOWS};
+pub(crate) use blocks::{Blocks, Readings, WINDOWS_PER_EPISODE};
 pub(crate) use cone::{Fit, fit};
 pub(crate) use normal_equations::{LoadTransform, NormalEquations, identity};
 pub(crate) use regressors::Convention;

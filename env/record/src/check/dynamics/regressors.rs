@@ -6,16 +6,17 @@ use crate::motion::Motion;
 
 /// Number of point masses, and of points of dry friction. They form a 3×3 grid over the object's bounding box. Their positive
 /// combinations approximate every mass distribution and support in it.
-pub(crate) const MASSES: usize = 9;
-/// Number of elements of the symmetric damping matrix, in the order of [`PAIRS`].
-pub(crate) const DAMPING: usize = 6;
+pub(crate) const MASS_POINTS: usize = 9;
+/// Number of elements of the symmetric damping matrix, in the order of [`DAMPING_INDICES`].
+pub(crate) const DAMPING_ELEMENTS: usize = 6;
 /// Number of constant terms: the sensor's offset (3) and a horizontal force that is constant in the world (2), from a slope
 /// or a tilted sensor.
-pub(crate) const CONSTANTS: usize = 5;
+pub(crate) const CONSTANT_TERMS: usize = 5;
 /// Total number of columns.
-pub(crate) const COLUMNS: usize = 2 * MASSES + DAMPING + CONSTANTS;
+pub(crate) const COLUMNS: usize = 2 * MASS_POINTS + DAMPING_ELEMENTS + CONSTANT_TERMS;
 /// Row and column of each element of the damping matrix.
-pub(crate) const PAIRS: [(usize, usize); DAMPING] = [(0, 0), (1, 1), (2, 2), (0, 1), (0, 2), (1, 2)];
+pub(crate) const DAMPING_INDICES: [(usize, usize); DAMPING_ELEMENTS] =
+    [(0, 0), (1, 1), (2, 2), (0, 1), (0, 2), (1, 2)];
 /// Speed, in standard deviations, that scales the smooth direction of dry friction.
 const DIRECTION_SCALE_SD: f64 = 3.0;
 
@@ -82,16 +83,16 @@ pub(crate) fn row(motion: &Motion, gripper: &[f64; 3], scale: &Scale, convention
         out.force(at, point, accel);
         let velocity = [vx - rate * y, vy + rate * x];
         let speed = velocity[0].hypot(velocity[1]).hypot(noise);
-        out.force(MASSES + at, point, velocity.map(|v| if speed > 0.0 { v / speed } else { 0.0 }));
+        out.force(MASS_POINTS + at, point, velocity.map(|v| if speed > 0.0 { v / speed } else { 0.0 }));
     }
     let twist = [vx, vy, scale.arm * rate];
-    for (at, (i, j)) in PAIRS.into_iter().enumerate() {
+    for (at, (i, j)) in DAMPING_INDICES.into_iter().enumerate() {
         let mut wrench = [0.0; 3];
         wrench[i] = twist[j];
         wrench[j] = twist[i];
-        out.wrench(2 * MASSES + at, [wrench[0], wrench[1], scale.arm * wrench[2]]);
+        out.wrench(2 * MASS_POINTS + at, [wrench[0], wrench[1], scale.arm * wrench[2]]);
     }
-    let first = COLUMNS - CONSTANTS;
+    let first = COLUMNS - CONSTANT_TERMS;
     (0..3).for_each(|axis| out.row[axis][first + axis] = 1.0);
     out.force(first + 3, scale.middle, [cos, -sin]);
     out.force(first + 4, scale.middle, [sin, cos]);
@@ -99,7 +100,7 @@ pub(crate) fn row(motion: &Motion, gripper: &[f64; 3], scale: &Scale, convention
 }
 
 /// The 3×3 grid over the bounding box.
-fn grid(scale: &Scale) -> [[f64; 2]; MASSES] {
+fn grid(scale: &Scale) -> [[f64; 2]; MASS_POINTS] {
     let at = |k: usize| k as f64 - 1.0;
     std::array::from_fn(|n| {
         [scale.middle[0] + at(n / 3) * scale.half[0], scale.middle[1] + at(n % 3) * scale.half[1]]

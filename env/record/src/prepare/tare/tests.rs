@@ -76,8 +76,8 @@ fn equation_12_is_exact_only_without_an_offset() {
     let first = [UnloadedReading { wrench: weight_alone(&start), pose: start.clone() }];
     let tare = Tare::new(TareMethod::Equation12, &first, None).unwrap();
     let found = tare.apply(&plus(&weight_alone(&now), &push), &now);
-    let (seen, expected) = (now.planar_wrench(&found), now.planar_wrench(&push));
-    assert!((0..3).all(|k| (seen[k] - expected[k]).abs() < 1e-9), "{seen:?} {expected:?}");
+    let (planar, expected) = (now.planar_wrench(&found), now.planar_wrench(&push));
+    assert!((0..3).all(|k| (planar[k] - expected[k]).abs() < 1e-9), "{planar:?} {expected:?}");
 
     let offset = Tare::new(TareMethod::Equation12, &[unloaded(start)], None).unwrap();
     let wrong = now.planar_wrench(&offset.apply(&reading(&now, &push), &now));
