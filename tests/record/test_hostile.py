@@ -83,5 +83,7 @@ def test_a_small_parquet_file_must_not_take_gigabytes(folder: Path) -> None:
     file = folder / "episode_00.parquet"
     pq.write_table(pa.table({"t": np.zeros(rows), "note_said": words}), file, compression="zstd")
     assert file.stat().st_size < 300_000
-    with pytest.raises(trundle.TrundleError, match=r"column note_said: the table unpacks to more than \d+ MiB"):
+    with pytest.raises(
+        trundle.TrundleError, match=r"column note_said: the table unpacks to more than \d+ MiB"
+    ):
         trundle.read(folder)

@@ -54,8 +54,16 @@ COLUMNS: dict[str, tuple[str, Any, str]] = {
         np.zeros((9, 2)),
         "episode episode_00, column force_x: not a sequence of numbers",
     ),
-    "too short": ("force_x", np.zeros(8), "episode episode_00, column force_x: the column has 8 cells, but t has 9"),
-    "a short note": ("note_remark", ["a"], "episode episode_00, column note_remark: the column has 1 cells, but t has 9"),
+    "too short": (
+        "force_x",
+        np.zeros(8),
+        "episode episode_00, column force_x: the column has 8 cells, but t has 9",
+    ),
+    "a short note": (
+        "note_remark",
+        ["a"],
+        "episode episode_00, column note_remark: the column has 1 cells, but t has 9",
+    ),
     "an unknown column": ("speed", np.zeros(9), "episode episode_00, column speed: unknown column"),
     "time that stands still": (
         "t",
