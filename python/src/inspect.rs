@@ -142,7 +142,7 @@ fn smooth<'py>(recording: &Bound<'py, PyAny>, causal: bool) -> PyResult<Bound<'p
         let motion = run(py, || {
             let noise = &dataset.noise;
             Ok::<_, trundle_record::Error>(if causal {
-                episode.motion_so_far(noise)
+                episode.filtered_motion(noise)
             } else {
                 episode.motion(noise)
             })

@@ -17,14 +17,14 @@ from trundle.input_checks import require_usable
 
 WORDS = {
     "millimetres": "millimetres",
-    "degrees": "seems to be in degrees",
-    "newton millimetres": "seem to be in N mm",
-    "wrong sign": "the force seems to act in the wrong direction",
-    "exchanged axes": "force_x and force_y seem exchanged",
-    "sensor turned by a quarter": "the force's axes seem turned",
+    "degrees": "appears to be in degrees",
+    "newton millimetres": "appear to be in N mm",
+    "wrong sign": "the force appears to act in the wrong direction",
+    "exchanged axes": "force_x and force_y appear swapped",
+    "sensor turned by a quarter": "the force axes appear rotated",
     "another epoch": "never overlap",
     "never moves": "the object hardly moves",
-    "no force": "no force stands out",
+    "no force": "no force exceeds the noise",
 }
 
 
@@ -46,7 +46,7 @@ def test_the_command_line_refuses_with_status_2(tmp_path: Path, capsys: pytest.C
     status = main(["diagnose", str(tmp_path / "wrong"), "--out", str(tmp_path / "out"), "--quiet"])
     seen = capsys.readouterr()
     assert status == 2 and seen.out == ""
-    assert "the force seems to act in the wrong direction" in seen.err
+    assert "the force appears to act in the wrong direction" in seen.err
     assert not (tmp_path / "out").exists()
 
 

@@ -217,7 +217,7 @@ def test_times_that_stamps_cannot_hold_are_refused(t: Any, message: str, tmp_pat
 @pytest.mark.parametrize(
     ("arguments", "said"),
     [
-        (["empty", "--mcap", "a.mcap"], "empty: there is no recording.toml"),
+        (["empty", "--mcap", "a.mcap"], "empty: the folder has no recording.toml"),
         (["run", "--mcap", "a.bag"], "a.bag: the name must end in .mcap"),
         (["run", "--mcap", "folder.mcap"], "folder.mcap: exists and is not an export"),
         (

@@ -34,17 +34,17 @@ def test_a_name_that_steers_the_terminal_is_refused_and_shown_escaped(
         assert main([verb, str(folder)]) == 2
         said = capsys.readouterr()
         assert said.err.isprintable() or said.err[:-1].isprintable()
-        assert "is no name for an episode" in said.err
+        assert "is not a valid episode name" in said.err
         assert said.out == ""
 
 
 @pytest.mark.parametrize("name", NAMES.values(), ids=list(NAMES))
 def test_so_is_one_of_a_recording_in_memory(metadata: dict[str, Any], tables: Tables, name: str) -> None:
-    with pytest.raises(trundle.TrundleError, match="is no name for an episode") as refused:
+    with pytest.raises(trundle.TrundleError, match="is not a valid episode name") as refused:
         trundle.Recording(metadata, {name: tables["episode_00"]})
     assert "\x1b" not in str(refused.value)
     assert "\n" not in str(refused.value)
-    with pytest.raises(trundle.TrundleError, match="holds characters that cannot be shown"):
+    with pytest.raises(trundle.TrundleError, match="contains control or invisible characters"):
         trundle.Recording(metadata | {"name": name}, tables)
 
 
@@ -83,5 +83,7 @@ def test_a_small_parquet_file_must_not_take_gigabytes(folder: Path) -> None:
     file = folder / "episode_00.parquet"
     pq.write_table(pa.table({"t": np.zeros(rows), "note_said": words}), file, compression="zstd")
     assert file.stat().st_size < 300_000
-    with pytest.raises(trundle.TrundleError, match=r"column note_said: unpacked it takes more than \d+ MiB"):
+    with pytest.raises(
+        trundle.TrundleError, match=r"column note_said: the table unpacks to more than \d+ MiB"
+    ):
         trundle.read(folder)

@@ -97,17 +97,17 @@ REFUSED: dict[str, tuple[str, pa.Array, str]] = {
     "text": (
         "force_x",
         pa.array(["1"] * 9),
-        "column force_x: the column holds String values; store it as float64",
+        "column force_x: the column contains String values; store it as float64",
     ),
-    "dates": ("t", pa.array(range(9), pa.timestamp("ns")), "column t: the column holds Timestamp"),
+    "dates": ("t", pa.array(range(9), pa.timestamp("ns")), "column t: the column contains Timestamp"),
     "decimals": (
         "force_x",
         pa.array([1] * 9).cast(pa.decimal128(30, 2)),
-        "column force_x: the column holds Decimal",
+        "column force_x: the column contains Decimal",
     ),
-    "truths": ("force_x", pa.array([True] * 9), "column force_x: the column holds BOOLEAN values"),
+    "truths": ("force_x", pa.array([True] * 9), "column force_x: the column contains BOOLEAN values"),
     "lists": ("force_x", pa.array([[1.0]] * 9), "column force_x.list.element: unknown column"),
-    "another column": ("speed", pa.array([1.0] * 9), "column speed: unknown column; rename it note_speed"),
+    "another column": ("speed", pa.array([1.0] * 9), "column speed: unknown column; rename it to note_speed"),
     "infinite": (
         "force_x",
         pa.array([1.0] * 8 + [np.inf]),

@@ -150,7 +150,7 @@ def test_other_threads_run_while_a_recording_is_read(metadata: dict[str, Any], t
 def test_a_folder_of_something_else_is_left_alone(recording: trundle.Recording, tmp_path: Path) -> None:
     (tmp_path / "thesis.tex").write_text("precious")
     with pytest.raises(
-        trundle.TrundleError, match=r"is already there and is not a recording; choose another path"
+        trundle.TrundleError, match=r"already exists and is not a recording; choose another path"
     ):
         recording.write(tmp_path)
     assert [file.name for file in tmp_path.iterdir()] == ["thesis.tex"]

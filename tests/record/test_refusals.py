@@ -23,8 +23,8 @@ def test_nothing_there(as_path: type) -> None:
     with pytest.raises(trundle.TrundleError) as refusal:
         trundle.read(as_path("missing"))
     assert str(refusal.value) == (
-        "missing: there is nothing of this name; a recording is a folder that holds recording.toml "
-        "and one table per episode, NAME.csv or NAME.parquet"
+        "missing: there is no such folder; a recording is a folder with recording.toml "
+        "and one table per episode (NAME.csv or NAME.parquet)"
     )
 
 
@@ -54,18 +54,26 @@ COLUMNS: dict[str, tuple[str, Any, str]] = {
         np.zeros((9, 2)),
         "episode episode_00, column force_x: not a sequence of numbers",
     ),
-    "too short": ("force_x", np.zeros(8), "episode episode_00, column force_x: 8 cells where t has 9"),
-    "a short note": ("note_remark", ["a"], "episode episode_00, column note_remark: 1 cells where t has 9"),
+    "too short": (
+        "force_x",
+        np.zeros(8),
+        "episode episode_00, column force_x: the column has 8 cells, but t has 9",
+    ),
+    "a short note": (
+        "note_remark",
+        ["a"],
+        "episode episode_00, column note_remark: the column has 1 cells, but t has 9",
+    ),
     "an unknown column": ("speed", np.zeros(9), "episode episode_00, column speed: unknown column"),
     "time that stands still": (
         "t",
         np.zeros(9),
-        "episode episode_00, row 2, column t: time 0 s does not come after",
+        "episode episode_00, row 2, column t: time 0 s does not follow",
     ),
     "half a pose": (
         "object_x",
         np.arange(9.0),
-        "episode episode_00, row 2, column object_y: the cell is empty while object_x = 1;",
+        "episode episode_00, row 2, column object_y: the cell is empty, but object_x = 1;",
     ),
 }
 
@@ -81,7 +89,7 @@ def test_columns(metadata: dict[str, Any], tables: Tables, case: str) -> None:
 
 @pytest.mark.parametrize("name", ["", ".", "..", ".hidden", "a/b", "/a", "a\\b", "a\0b", "a/"])
 def test_names_that_are_no_files(metadata: dict[str, Any], tables: Tables, name: str) -> None:
-    with pytest.raises(trundle.TrundleError, match="is no name for an episode"):
+    with pytest.raises(trundle.TrundleError, match="is not a valid episode name"):
         trundle.Recording(metadata, {name: tables["episode_00"]})
 
 

@@ -244,7 +244,7 @@ CORRUPTIONS: dict[str, Corruption] = {
     "centimetres": Corruption(lengths(0.01), ("units",), ("centimetres",), PUSH),
     "inches": Corruption(lengths(0.0254), ("units",), ("inches",), PUSH),
     "positions in centimetres": Corruption(
-        scaled(dict.fromkeys(LENGTHS, 100.0)), ("units",), ("positions seem to be in centimetres",), PUSH
+        scaled(dict.fromkeys(LENGTHS, 100.0)), ("units",), ("positions appear to be in centimetres",), PUSH
     ),
     "N cm": Corruption(scaled({"torque": 100.0}), ("units",), ("N cm",), GRASP),
     "N mm": Corruption(scaled({"torque": 1000.0}), ("units",), ("N mm",), GRASP),
@@ -281,10 +281,10 @@ CORRUPTIONS: dict[str, Corruption] = {
         {**TARED, "frame": "object", "contact": "grasp"},
     ),
     "no pose for 1 s": Corruption(
-        gap(("object", "gripper")), ("gaps",), ("object's poses pause",), {**PUSH, "rates": (60.0, 200.0)}
+        gap(("object", "gripper")), ("gaps",), ("no object pose sample",), {**PUSH, "rates": (60.0, 200.0)}
     ),
-    "no wrench for 1 s": Corruption(gap(("force", "torque")), ("gaps",), ("the wrench pause",), PUSH),
-    "frozen gripper": Corruption(frozen, ("gripper",), ("stands still",), GRASP),
+    "no wrench for 1 s": Corruption(gap(("force", "torque")), ("gaps",), ("no wrench sample",), PUSH),
+    "frozen gripper": Corruption(frozen, ("gripper",), ("is frozen",), GRASP),
     "another object in one episode": Corruption(
         another_object, ("episodes",), ("another object",), {**GRASP, "raw": False, "sign": "on_object"}
     ),

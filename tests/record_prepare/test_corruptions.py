@@ -85,7 +85,7 @@ def test_a_delay_of_half_a_sample_is_estimated(seed: int) -> None:
     drawn = draw(seed, slow=False, rates=(100.0, 100.0), contact="grasp")
     assert warned(trundle.check(recording(drawn))) == []
     [finding] = warned(check(Corruption(late(0.005), ("clocks",), (), {}), drawn))
-    estimate, direction = re.findall(r"run ([\d.]+) ± [\d.]+ ms (late|early)", finding["sentence"])[0]
+    estimate, direction = re.findall(r"runs ([\d.]+) ± [\d.]+ ms (late|early)", finding["sentence"])[0]
     assert direction == "late"
     assert 3.0 < float(estimate) < 7.0
 
@@ -106,7 +106,7 @@ def test_an_interval_without_contact_may_begin_before_the_table() -> None:
     assert min(one["t"][0] for one in begun.values()) > start
     trundle.Recording(drawn.metadata, begun)
     wrench = drawn.metadata["wrench"] | {"precontact": [-2.0, -1.0]}
-    with pytest.raises(trundle.TrundleError, match=r"holds 0 wrench readings of .*, which lasts from"):
+    with pytest.raises(trundle.TrundleError, match=r"contains 0 wrench readings of .*, which lasts from"):
         trundle.Recording(drawn.metadata | {"wrench": wrench}, begun)
 
 

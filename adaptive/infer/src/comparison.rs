@@ -3,7 +3,7 @@
 use crate::likelihood::{Likelihood, Linearised, Look};
 use crate::{Channels, InferError, MotionLikelihood, WrenchLikelihood};
 use trundle_model::Model;
-use trundle_record::{Dataset, FEWEST_POSES, InertialShare, Prepared};
+use trundle_record::{Dataset, InertialShare, MIN_POSES_FOR_MOTION, Prepared};
 
 /// One of the two comparisons.
 #[derive(Clone)]
@@ -108,7 +108,7 @@ pub const MAX_QUASI_STATIC_SHARE: f64 = 0.01;
 /// Whether inertia plays no part in a recording's training episodes: its share of the force, with two standard
 /// deviations, is below [`MAX_QUASI_STATIC_SHARE`]; or no motion is known at all.
 pub fn quasi_static(data: &Dataset) -> bool {
-    let unseen = data.training.iter().all(|episode| episode.pose.len() < FEWEST_POSES);
+    let unseen = data.training.iter().all(|episode| episode.pose.len() < MIN_POSES_FOR_MOTION);
     unseen
         || InertialShare::of(data).is_some_and(|share| share.mean + 2.0 * share.sd < MAX_QUASI_STATIC_SHARE)
 }

@@ -109,7 +109,7 @@ impl Curve {
     }
 
     fn between(episode: &Prepared, volatility: &[[f64; 3]]) -> Self {
-        let held = episode.held;
+        let held = episode.zero_order_hold;
         let mut knots: Vec<Knot> = Vec::with_capacity(episode.wrench.len());
         for (index, sample) in episode.wrench.iter().enumerate() {
             let (mut sum, mut missed) = ([0.0; 3], [0.0; 3]);
@@ -123,7 +123,7 @@ impl Curve {
                 let bridge = |k: usize| volatility[index - 1][k].max(volatility[index][k]) * h * h / 12.0;
                 missed = [0, 1, 2].map(|k| last.missed[k] + bridge(k));
             }
-            let (reading, frame, blur) = (sample.reading, sample.frame, sample.blur);
+            let (reading, frame, blur) = (sample.reading, sample.frame, sample.frame_noise);
             knots.push(Knot { t: sample.t, reading, frame, blur, sum, missed });
         }
         let longest = longest_step(episode);
@@ -177,7 +177,7 @@ impl Curve {
     }
 
     /// Pose of the reading frame in the object frame at a time, and what its uncertainty adds (see
-    /// [`trundle_record::WrenchSample::blur`]).
+    /// [`trundle_record::WrenchSample::frame_noise`]).
     pub fn frame(&self, t: f64) -> ([f64; 3], [f64; 3]) {
         match self.around(self.before(t)) {
             (Some(a), Some(b)) => {
@@ -273,7 +273,7 @@ impl Curve {
 /// shorter than a sample is seen there, and so is a step; a ramp is not.
 fn volatility(episode: &Prepared, sd: [f64; 3]) -> Vec<[f64; 3]> {
     let mut found = vec![[0.0; 3]; episode.wrench.len()];
-    if episode.held {
+    if episode.zero_order_hold {
         return found; // a command is known at all times
     }
     for (k, three) in episode.wrench.windows(3).enumerate() {
@@ -348,7 +348,7 @@ mod tests {
 
     #[test]
     fn a_command_holds_until_the_next() {
-        let held = Curve::new(&Prepared { held: true, ..episode((0..6).map(f64::from)) });
+        let held = Curve::new(&Prepared { zero_order_hold: true, ..episode((0..6).map(f64::from)) });
         assert!((held.mean(0.22, 0.28).reading[0] - 2.0).abs() < 1e-12);
         assert!((held.mean(0.15, 0.25).reading[0] - 1.5).abs() < 1e-12);
         let late = held.late(0.12, 0.16, Dual::<1>::variable(0.1, 0));

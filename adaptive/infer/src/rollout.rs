@@ -85,7 +85,7 @@ pub fn windows(
 /// Where windows start: index of the pose sample, and the causal estimate there.
 fn starts(episode: &Prepared, noise: &Noise) -> Vec<(usize, Motion)> {
     let Some(last) = episode.pose.last() else { return vec![] };
-    let known = episode.motion_so_far(noise);
+    let known = episode.filtered_motion(noise);
     let mut begin = episode.contact.max(episode.pose[0].t);
     let mut found = Vec::new();
     while begin + WINDOW <= last.t + 1e-9 {

@@ -115,7 +115,7 @@ fn the_first_second_is_judged_of_neither() {
     for sample in moved.pose.iter_mut().filter(|p| p.t > CONTACT && p.t < CONTACT + 1.0) {
         sample.pose[1] += 0.05;
     }
-    moved.memo = Default::default();
+    moved.motion_cache = Default::default();
     let (model, channels) = (locked(), Channels::of(&NOISE));
     let beside = |episode: &Prepared, other: &Model| {
         let (episodes, other_values) = (std::slice::from_ref(episode), values(other));

@@ -1,4 +1,4 @@
-//! `recording.toml` as text and as a table, to and from [`Metadata`].
+//! Conversion of [`Metadata`] to and from the text and the table of `recording.toml`.
 
 use toml::{Table, Value};
 
@@ -7,17 +7,17 @@ use crate::fault::Fault;
 use crate::metadata::Metadata;
 
 impl Metadata {
-    /// From the text of `recording.toml`.
+    /// Parses the text of `recording.toml`.
     ///
     /// # Errors
-    /// If it is not TOML, or a key is unknown, missing or of the wrong type. What the values mean is checked
-    /// by [`crate::Recording::validate`].
+    /// If the text is not TOML, a key is unknown or missing, or a value has the wrong type.
+    /// [`crate::Recording::validate`] checks the values themselves.
     pub fn from_toml(text: &str) -> Result<Self, Error> {
         let table = text.parse::<Table>().map_err(|error| syntax(text, &error))?;
         Self::from_table(table)
     }
 
-    /// From a table such as `recording.toml` holds.
+    /// Converts the table of `recording.toml`.
     ///
     /// # Errors
     /// As [`Metadata::from_toml`].
@@ -28,10 +28,10 @@ impl Metadata {
         Ok(Self { notes, ..metadata })
     }
 
-    /// As the table that [`Metadata::from_table`] takes.
+    /// The table that [`Metadata::from_table`] accepts.
     ///
     /// # Errors
-    /// If a value has no TOML form.
+    /// If a value cannot be represented in TOML.
     pub fn to_table(&self) -> Result<Table, Error> {
         let mut table = Table::try_from(self).map_err(|error| unwritable(&error))?;
         if !self.notes.is_empty() {
@@ -40,17 +40,17 @@ impl Metadata {
         Ok(table)
     }
 
-    /// As the text that [`Metadata::from_toml`] takes; every float is read back exactly.
+    /// The text that [`Metadata::from_toml`] accepts. Floats survive the round trip exactly.
     ///
     /// # Errors
-    /// If a value has no TOML form.
+    /// If a value cannot be represented in TOML.
     pub fn to_toml(&self) -> Result<String, Error> {
         toml::to_string(self).map_err(|error| unwritable(&error))
     }
 }
 
-/// Moves `at_rest` to the top, where it belongs. The format's own example writes it below the object's
-/// tables, where TOML makes it a key of the table above it.
+/// Moves `at_rest` to the top level. The example of the format writes it after the tables of the object, where TOML
+/// makes it a key of the last of these tables.
 fn lift_at_rest(table: &mut Table) -> Result<(), Error> {
     let mut given: Vec<Value> = table.remove("at_rest").into_iter().collect();
     if let Some(Value::Table(object)) = table.get_mut("object") {
@@ -62,20 +62,21 @@ fn lift_at_rest(table: &mut Table) -> Result<(), Error> {
     }
     given.dedup();
     if given.len() > 1 {
-        let message = "`at_rest` is given twice, with different values; keep one, at the top".to_owned();
+        let message =
+            "`at_rest` is set twice, with different values; keep one, at the top of the file".to_owned();
         return Err(Fault::Key { message }.at(Place::field("at_rest")));
     }
     table.extend(given.pop().map(|value| ("at_rest".to_owned(), value)));
     Ok(())
 }
 
-/// Takes `[notes]` out as it is: passed on through serde, its dates and times would become strings.
+/// Removes `[notes]` from the table. Deserialising it through serde would turn dates and times into strings.
 fn take_notes(table: &mut Table) -> Result<Table, Error> {
     match table.remove("notes") {
         None => Ok(Table::new()),
         Some(Value::Table(notes)) => Ok(notes),
         Some(other) => {
-            let message = format!("`notes` is of type {}, expected a table", other.type_str());
+            let message = format!("`notes` has type {}; make it a table", other.type_str());
             Err(Fault::Key { message }.at(Place::field("notes")))
         }
     }
@@ -87,12 +88,12 @@ fn syntax(text: &str, error: &toml::de::Error) -> Error {
     Fault::Syntax { line, message: error.message().to_owned() }.at(Place::field(""))
 }
 
-/// The deserialiser's message, at the key that it names in its last line.
+/// The message of the deserialiser at the key that its last line names.
 fn key(error: &toml::de::Error) -> Error {
     let shown = error.to_string();
     let path = shown.rsplit_once("\nin `").map_or("", |(_, rest)| rest.trim_end().trim_end_matches('`'));
     let hint = match error.message().starts_with("unknown field") {
-        true => "; keys of your own belong under [notes]",
+        true => "; put custom keys under [notes]",
         false => "",
     };
     Fault::Key { message: format!("{}{hint}", error.message()) }.at(Place::field(path))

@@ -1,4 +1,4 @@
-//! One uninterrupted manipulation: its table, and the streams in it.
+//! An episode: the table of one uninterrupted manipulation, and the streams in it.
 
 use std::collections::BTreeMap;
 
@@ -11,57 +11,57 @@ pub const GRIPPER_TILTING: [&str; 7] =
     ["gripper_x", "gripper_y", "gripper_z", "gripper_qw", "gripper_qx", "gripper_qy", "gripper_qz"];
 /// Columns of the wrench, in the order of [`WrenchStream::value`].
 pub const WRENCH: [&str; 6] = ["force_x", "force_y", "force_z", "torque_x", "torque_y", "torque_z"];
-/// Columns whose name begins so are kept and never interpreted.
+/// Prefix of columns that are kept but never interpreted.
 pub const NOTE_PREFIX: &str = "note_";
 
-/// One episode's table. A cell that is NaN says "no sample of this stream at this time".
+/// Table of one episode. NaN in a cell means that its stream has no sample at that time.
 #[derive(Debug, Clone, Default)]
 pub struct Episode {
-    /// The table's file name without its ending.
+    /// File name of the table without its extension.
     pub name: String,
     /// Sample times, s, strictly increasing.
     pub t: Vec<f64>,
     /// Numeric columns by name, each as long as `t`.
     pub columns: BTreeMap<String, Vec<f64>>,
-    /// `note_` columns by name, each as long as `t`.
+    /// Columns that begin with `note_`, by name, each as long as `t`.
     pub notes: BTreeMap<String, Vec<String>>,
 }
 
-/// Samples of one stream, without the rows that hold none.
+/// Samples of one stream. Rows without a sample are left out.
 #[derive(Debug, Clone, PartialEq)]
 pub struct Stream<const N: usize> {
     /// Sample times, s.
     pub t: Vec<f64>,
-    /// One value for each time.
+    /// One value per time.
     pub value: Vec<[f64; N]>,
-    /// The table's row of each sample, counted from 0.
+    /// Row of each sample in the table, counted from 0.
     pub row: Vec<usize>,
 }
 
 /// Poses of the sensor frame in the world.
 #[derive(Debug, Clone, PartialEq)]
 pub enum Gripper {
-    /// x, y in m and theta in rad, as recorded (theta may be wrapped).
+    /// x, y in m and theta in rad as recorded; theta may be wrapped.
     Level(Stream<3>),
     /// x, y, z in m and the unit quaternion w, x, y, z, world-from-sensor.
     Tilting(Stream<7>),
 }
 
-/// Readings, in the axes and with the sign that the metadata state.
+/// Wrench readings, in the axes and with the sign that the metadata state.
 #[derive(Debug, Clone, PartialEq)]
 pub struct WrenchStream {
     /// Sample times, s.
     pub t: Vec<f64>,
-    /// Forces x, y, z in N and torques x, y, z in N m; an axis that was not measured is 0.
+    /// Forces x, y, z in N and torques x, y, z in N m; 0 for an axis that is not measured.
     pub value: Vec<[f64; 6]>,
-    /// Which of the six axes were measured.
+    /// Whether each of the six axes is measured.
     pub present: [bool; 6],
-    /// The table's row of each sample, counted from 0.
+    /// Row of each sample in the table, counted from 0.
     pub row: Vec<usize>,
 }
 
 impl Episode {
-    /// Adds a numeric column, or sets the times where `title` is `t`.
+    /// Adds a numeric column, or sets the times if `title` is `t`.
     pub fn insert(&mut self, title: String, values: Vec<f64>) {
         if title == "t" {
             self.t = values;
@@ -70,15 +70,15 @@ impl Episode {
         }
     }
 
-    /// Names of the columns but `t`, in the format's order; notes come last.
+    /// Names of all columns except `t`, in the order of the format, notes last.
     pub fn header(&self) -> Vec<&str> {
         let mut names: Vec<&str> = known_columns().filter(|&name| self.columns.contains_key(name)).collect();
         names.extend(self.notes.keys().map(String::as_str));
         names
     }
 
-    /// Poses of the object frame in the world, theta as recorded (it may be wrapped). On a rail,
-    /// where only `object_x` is given, y and theta are 0. `None` if there is no sample.
+    /// Poses of the object frame in the world; theta as recorded, possibly wrapped. On a rail, where only `object_x` is
+    /// recorded, y and theta are 0. `None` if there is no sample.
     pub fn object(&self) -> Option<Stream<3>> {
         self.stream(OBJECT)
     }
@@ -99,12 +99,12 @@ impl Episode {
         Some(WrenchStream { t, value, present, row })
     }
 
-    /// Whether the gripper's attitude is a quaternion.
+    /// Whether the table gives the attitude of the gripper as a quaternion.
     pub(crate) fn gripper_tilts(&self) -> bool {
         self.columns.keys().any(|name| GRIPPER_TILTING[2..].contains(&name.as_str()))
     }
 
-    /// Rows in which the first column that exists among `names` is not empty; absent columns are 0.
+    /// Samples of the stream with columns `names`: the rows whose first existing column is not empty. Absent columns are 0.
     fn stream<const N: usize>(&self, names: [&str; N]) -> Option<Stream<N>> {
         let columns = names.map(|name| self.columns.get(name));
         let first = columns.iter().flatten().next()?;
@@ -126,7 +126,7 @@ pub(crate) fn known_columns() -> impl Iterator<Item = &'static str> {
     OBJECT.into_iter().chain(GRIPPER_LEVEL).chain(GRIPPER_TILTING.into_iter().skip(2)).chain(WRENCH)
 }
 
-/// Equal if every cell is, where an empty cell equals an empty cell.
+/// Episodes are equal if all their cells are equal; empty cells equal each other.
 impl PartialEq for Episode {
     fn eq(&self, other: &Self) -> bool {
         self.name == other.name

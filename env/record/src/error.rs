@@ -1,39 +1,39 @@
-//! What is wrong with a recording: where, what, and what to do about it.
+//! Errors about recordings: the place, the fault and the remedy.
 
 use std::fmt;
 use std::path::{Path, PathBuf};
 
 use crate::fault::Fault;
 
-/// One fault at one place.
+/// A fault and its place.
 #[derive(Debug, thiserror::Error)]
 #[error("{place}: {fault}")]
 pub struct Error {
-    /// File, row and column.
+    /// File, row, column or key.
     pub place: Box<Place>,
-    /// What is wrong there, and the remedy.
+    /// What is wrong, and the remedy.
     pub fault: Box<Fault>,
 }
 
-/// Where a fault is.
+/// Place of a fault.
 #[derive(Debug, Clone, PartialEq)]
 pub struct Place {
-    /// The file, or what stands for it in memory.
+    /// The file.
     pub file: File,
-    /// Data row, counted from 1, the header left out.
+    /// Data row, counted from 1 without the header.
     pub row: Option<usize>,
     /// Column of a table.
     pub column: Option<String>,
-    /// Key of `recording.toml`, as `wrench.precontact`.
+    /// Dotted key of `recording.toml`, for example `wrench.precontact`.
     pub key: Option<String>,
 }
 
-/// The file, or what stands for it in memory.
+/// A file of a recording. Recordings in memory have no paths, so two variants name the file by its role.
 #[derive(Debug, Clone, PartialEq)]
 pub enum File {
     /// `recording.toml`.
     Metadata,
-    /// The table of the episode of this name.
+    /// The table of the named episode.
     Episode(String),
     /// A file or folder on disk.
     Path(PathBuf),
@@ -45,7 +45,7 @@ impl Place {
         Self::file(File::Episode(name.to_owned()))
     }
 
-    /// A key of `recording.toml`, as `wrench.precontact`; the whole file if `key` is empty.
+    /// The dotted key `key` of `recording.toml`; the whole file if `key` is empty.
     pub fn field(key: &str) -> Self {
         let key = (!key.is_empty()).then(|| key.to_owned());
         Self { key, ..Self::file(File::Metadata) }
@@ -56,13 +56,13 @@ impl Place {
         Self::file(File::Path(path.to_owned()))
     }
 
-    /// The same place, at data row `row`, counted from 1.
+    /// The same place with data row `row`, counted from 1.
     #[must_use]
     pub fn row(self, row: usize) -> Self {
         Self { row: Some(row), ..self }
     }
 
-    /// The same place, in column `name`.
+    /// The same place with column `name`.
     #[must_use]
     pub fn column(self, name: &str) -> Self {
         Self { column: Some(name.to_owned()), ..self }
@@ -74,7 +74,7 @@ impl Place {
 }
 
 impl Error {
-    /// The same error with the file's place on disk, where `path_of` knows it.
+    /// The same error with the path of its file, if `path_of` returns one.
     pub(crate) fn on_disk(mut self, path_of: impl FnOnce(&File) -> Option<PathBuf>) -> Self {
         if let Some(path) = path_of(&self.place.file) {
             self.place.file = File::Path(path);
@@ -87,26 +87,26 @@ impl fmt::Display for Place {
     fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
         match &self.file {
             File::Metadata => write!(f, "recording.toml")?,
-            File::Episode(name) => write!(f, "episode {}", Shown(name))?,
-            File::Path(path) => write!(f, "{}", Shown(&path.to_string_lossy()))?,
+            File::Episode(name) => write!(f, "episode {}", Escaped(name))?,
+            File::Path(path) => write!(f, "{}", Escaped(&path.to_string_lossy()))?,
         }
         if let Some(row) = self.row {
             write!(f, ", row {row}")?;
         }
         if let Some(column) = &self.column {
-            write!(f, ", column {}", Shown(column))?;
+            write!(f, ", column {}", Escaped(column))?;
         }
         if let Some(key) = &self.key {
-            write!(f, ", {}", Shown(key))?;
+            write!(f, ", {}", Escaped(key))?;
         }
         Ok(())
     }
 }
 
-/// A text from outside, with control characters escaped.
-pub(crate) struct Shown<'a>(pub &'a str);
+/// Displays user-supplied text with its control characters escaped.
+pub(crate) struct Escaped<'a>(pub &'a str);
 
-impl fmt::Display for Shown<'_> {
+impl fmt::Display for Escaped<'_> {
     fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
         self.0.chars().try_for_each(|c| match c.is_control() {
             true => write!(f, "{}", c.escape_default()),

@@ -1,140 +1,142 @@
-//! Every way in which a recording is refused, with its value and the remedy.
+//! Faults of recordings. Each message contains the offending value and the remedy.
 
 use crate::episode::known_columns;
-use crate::error::{Error, Place, Shown};
+use crate::error::{Error, Escaped, Place};
 
-/// What is wrong, with the value that is, and the remedy.
+/// What is wrong with a recording.
 #[derive(Debug, thiserror::Error)]
 pub enum Fault {
-    /// The operating system said no.
+    /// A file operation failed.
     #[error("cannot be {action}: {source}")]
     Io {
-        /// "read", "written" or "listed".
+        /// Past participle of the operation: "read", "written", "listed" or "recovered".
         action: &'static str,
-        /// The reason.
+        /// Error of the operating system.
         source: std::io::Error,
     },
-    /// The path does not lead to a folder.
+    /// The path is not the folder of a recording.
     #[error(
-        "{problem}; a recording is a folder that holds recording.toml and one table per episode, NAME.csv or NAME.parquet"
+        "{problem}; a recording is a folder with recording.toml and one table per episode (NAME.csv or NAME.parquet)"
     )]
     NotARecording {
-        /// What is there instead.
+        /// What the path is instead.
         problem: &'static str,
     },
-    /// Two tables for one episode.
-    #[error("there is {} as well; keep one table per episode", Shown(other))]
+    /// An episode has two tables.
+    #[error("the folder also contains {}; keep one table per episode", Escaped(other))]
     TwoTables {
-        /// File name of the other.
+        /// File name of the other table.
         other: String,
     },
-    /// The episode's name cannot be a file's name.
+    /// The episode's name cannot be used as a file name.
     #[error(
-        "{name:?} is no name for an episode; use letters, digits, '_', '-' or '.', and begin with no '.'"
+        "{name:?} is not a valid episode name; use letters, digits, spaces, '_', '-' or '.', and do not start with '.'"
     )]
     EpisodeName {
-        /// As given.
+        /// The invalid name.
         name: String,
     },
-    /// Two episodes of one name.
+    /// Two episodes have the same name.
     #[error(
-        "there are two episodes of this name; episodes happened in the order of their names, so each needs its own"
+        "two episodes have this name; give each episode its own name (the names define the order of the episodes)"
     )]
     EpisodeTwice,
-    /// Not TOML.
-    #[error("line {line}: {message}")]
+    /// The file is not valid TOML.
+    #[error("line {line}: invalid TOML: {message}")]
     Syntax {
-        /// Line of the file, from 1.
+        /// Line of the file, counted from 1.
         line: usize,
-        /// What the parser expected.
+        /// Message of the parser.
         message: String,
     },
-    /// A key that is unknown, missing or of the wrong type.
+    /// A key is unknown or missing, or its value has the wrong type.
     #[error("{message}")]
     Key {
-        /// Which, and what is known.
+        /// The key and what was expected.
         message: String,
     },
-    /// A value that its key cannot have.
+    /// A key has an invalid value.
     #[error("{value} {problem}; {remedy}")]
     Value {
-        /// As given.
+        /// The invalid value.
         value: String,
-        /// Why not.
+        /// Why it is invalid, as a predicate.
         problem: &'static str,
-        /// What to write.
+        /// What to write instead.
         remedy: &'static str,
     },
-    /// An outline that encloses no single region.
-    #[error("{problem}; list the corners of a simple polygon in order, at least three, none twice")]
+    /// A list of corners is not a simple polygon.
+    #[error("{problem}; list the corners of a simple polygon in order: at least three, all different")]
     Polygon {
-        /// Which edges or corners.
+        /// The edges or corners at fault.
         problem: String,
     },
-    /// `raw` in axes in which a sensor's offset is not constant.
+    /// `raw = true` in axes in which the sensor's offset is not constant.
     #[error(
-        "raw = true with frame = \"{frame}\": offset and weight can be taken off in the sensor's own axes alone; record with frame = \"sensor\", or take them off and set raw = false"
+        "raw = true requires frame = \"sensor\", not \"{frame}\": the offset and the gripper's weight can only be subtracted in sensor axes; record in sensor axes, or subtract both and set raw = false"
     )]
     RawFrame {
-        /// The other frame.
+        /// The stated frame.
         frame: &'static str,
     },
-    /// An interval without contact is wrong.
-    #[error("{reason}; give [start, end] in the table's time, s, where nothing touches")]
+    /// An interval without contact is missing or invalid.
+    #[error("{reason}; give [start, end] in seconds of the table's time, while nothing touches the gripper")]
     Precontact {
-        /// Which episode and which bound.
+        /// The episode or the interval, and the problem.
         reason: String,
     },
-    /// A name that is no episode's.
-    #[error("{name:?} is no episode of this recording; there are: {known}")]
+    /// A key refers to an episode that does not exist.
+    #[error("{name:?} is not an episode of this recording; the episodes are: {known}")]
     NoSuchEpisode {
-        /// As given.
+        /// The unknown name.
         name: String,
         /// The names of the episodes.
         known: String,
     },
-    /// All episodes are held out, or there is none.
-    #[error("{problem}, so nothing is left to fit; {remedy}")]
+    /// The recording has no training episode.
+    #[error("{problem}, so there is no episode to fit; {remedy}")]
     NothingToFit {
-        /// Why.
+        /// Why there is none.
         problem: &'static str,
         /// What to do.
         remedy: &'static str,
     },
-    /// A column that the format does not know.
+    /// The format does not define this column.
     #[error(
-        "unknown column; rename it note_{} to keep it uninterpreted, or use a column of the format ({known})",
-        Shown(name)
+        "unknown column; rename it to note_{} to keep it as a note, or to a column of the format ({known})",
+        Escaped(name)
     )]
     UnknownColumn {
-        /// The column.
+        /// Name of the column.
         name: String,
-        /// What the format knows.
+        /// The columns of the format.
         known: String,
     },
-    /// A header twice.
-    #[error("the column appears twice; leave one of the two")]
+    /// Two columns have the same name.
+    #[error("the column appears twice; remove one of the two")]
     DuplicateColumn,
-    /// A column that the metadata or the stream's other columns ask for.
-    #[error("the column is missing; add it: {needed_by}")]
+    /// A column that the metadata or the other columns require is missing.
+    #[error("the column is missing; add it: {reason}")]
     MissingColumn {
-        /// Who needs it.
-        needed_by: String,
+        /// Why it is required.
+        reason: String,
     },
-    /// A stream of which there is no sample.
-    #[error("no {stream} sample in this episode, but {needed_by}; fill its columns, or take the episode out")]
+    /// A required stream has no sample.
+    #[error(
+        "the episode has no {stream} sample, but {reason}; fill the columns of the {stream}, or remove the episode"
+    )]
     MissingStream {
         /// "object", "gripper" or "wrench".
         stream: &'static str,
-        /// Who needs it.
-        needed_by: &'static str,
+        /// Why it is required.
+        reason: &'static str,
     },
-    /// A table without rows.
-    #[error("the table has no rows; take the episode out, or export it again")]
+    /// The table has no rows.
+    #[error("the table has no rows; export it again, or remove the file")]
     NoRows,
-    /// A column that is shorter or longer than `t`.
+    /// A column and `t` differ in length.
     #[error(
-        "{found} cells where t has {expected}; give one for each time, empty (NaN) where there is no sample"
+        "the column has {found} cells, but t has {expected}; give one cell per time, empty (NaN) where there is no sample"
     )]
     Length {
         /// Cells in the column.
@@ -142,123 +144,123 @@ pub enum Fault {
         /// Cells in `t`.
         expected: usize,
     },
-    /// A row of the wrong width.
+    /// A row and the header differ in length.
     #[error(
-        "{found} cells under a header of {expected}; give each column a cell, empty where there is no sample"
+        "the row has {found} cells, but the header has {expected}; give every column a cell, empty where there is no sample"
     )]
     Ragged {
         /// Cells in the row.
         found: usize,
-        /// Columns.
+        /// Columns in the header.
         expected: usize,
     },
-    /// Text that is not UTF-8.
+    /// The text is not UTF-8.
     #[error("the text is not UTF-8; save it as UTF-8")]
     Encoding,
-    /// A cell that is not a number.
+    /// A cell is not a number.
     #[error(
-        "{value:?} is not a number; write one like -1.5e-3, or leave the cell empty where there is no sample"
+        "{value:?} is not a number; write numbers like -1.5e-3, or leave the cell empty where there is no sample"
     )]
     NotANumber {
         /// The cell.
         value: String,
     },
-    /// A cell that is infinite.
+    /// A cell is infinite.
     #[error("the value {value} is infinite; leave the cell empty where there is no sample")]
     Infinite {
         /// The cell.
         value: f64,
     },
-    /// A row without a time.
-    #[error("the cell is empty; every row needs its time in seconds")]
+    /// A row has no time.
+    #[error("the cell is empty; give every row a time in seconds")]
     NoTime,
-    /// Time stands still or runs back.
-    #[error("time {value} s does not come after {previous} s; sort the rows and keep one for each time")]
+    /// The times do not increase strictly.
+    #[error("time {value} s does not follow {previous} s; sort the rows by time, and keep one row per time")]
     NotIncreasing {
-        /// This row's time.
+        /// Time of this row, s.
         value: f64,
-        /// The row before's.
+        /// Time of the previous row, s.
         previous: f64,
     },
-    /// Some of a stream's cells are empty in a row, others not.
+    /// A row fills only some of the columns of a stream.
     #[error(
-        "the cell is empty while {other} = {value}; fill all of {columns} in a row or none, and leave out a column that nothing measures"
+        "the cell is empty, but {other} = {value}; in each row fill all of {columns} or none, and remove columns that are not measured"
     )]
     HalfSample {
         /// The stream.
         stream: &'static str,
-        /// A filled column.
+        /// A column of the stream that the row fills.
         other: String,
         /// Its value.
         value: f64,
-        /// All its columns.
+        /// All columns of the stream.
         columns: String,
     },
-    /// A row without any sample.
-    #[error("at t = {t} s the row holds no sample of any stream; leave the row out")]
+    /// A row has no sample.
+    #[error("the row at t = {t} s has no sample of any stream; remove the row")]
     EmptyRow {
-        /// The row's time.
+        /// Time of the row, s.
         t: f64,
     },
-    /// A quaternion that is no attitude.
+    /// A quaternion is not a unit quaternion.
     #[error(
-        "the quaternion [w, x, y, z] = {value:?} has length {length:.6}, not 1; normalise it at its source, and check the order w, x, y, z"
+        "the quaternion [w, x, y, z] = {value:?} has norm {length:.6}, not 1; normalise it, and check the order w, x, y, z"
     )]
     NotUnit {
         /// w, x, y, z.
         value: [f64; 4],
-        /// Its length.
+        /// Its norm.
         length: f64,
     },
-    /// A Parquet file that cannot be decoded.
+    /// A Parquet file cannot be decoded.
     #[error(
         "not a readable Parquet file: {message}; export it again (uncompressed, snappy, gzip, lz4 or zstd)"
     )]
     Parquet {
-        /// The decoder's reason.
+        /// Message of the decoder.
         message: String,
     },
-    /// A table that unpacks to more than it may.
+    /// A table unpacks to more memory than the limit.
     #[error(
-        "unpacked it takes more than {limit} MiB, the limit for this recording ({base} MiB and {factor} times the size of its tables); store it without compression or as CSV"
+        "the table unpacks to more than {limit} MiB, the limit for this recording ({base} MiB plus {factor} times the size of its tables); store it without compression or as CSV"
     )]
     TooLarge {
-        /// What the recording may take, MiB.
+        /// Limit for this recording, MiB.
         limit: u64,
-        /// What any recording may take, MiB.
+        /// Part of the limit that does not depend on the size, MiB.
         base: u64,
-        /// How many times the size of its tables.
+        /// Part of the limit as a multiple of the size of the tables.
         factor: u64,
     },
-    /// A Parquet column of a type that holds no numbers.
-    #[error("the column holds {found}; store it as float64 (times in seconds)")]
+    /// A Parquet column has an unsupported type.
+    #[error("the column contains {found}; store it as float64 (times in seconds)")]
     ColumnType {
-        /// The type.
+        /// The type, as a plural noun.
         found: String,
     },
-    /// Writing would destroy something else.
-    #[error("is already there and {problem}; choose another path, or move it away")]
+    /// Writing would overwrite something that is not a recording.
+    #[error("already exists and {problem}; choose another path, or move it")]
     Occupied {
-        /// What it is.
+        /// Why it must not be replaced, as a predicate.
         problem: String,
     },
-    /// The episode holds too little for what is asked of it.
+    /// The recording is valid but cannot be prepared.
     #[error("{reason}; {remedy}")]
     Unusable {
-        /// What is missing or contradictory, with its figures.
+        /// What is missing or contradictory, with its numbers.
         reason: String,
-        /// What the person who records can do.
+        /// How to correct the recording.
         remedy: String,
     },
 }
 
 impl Fault {
-    /// A column of this name, which the format does not know.
+    /// The fault of a column `name` that the format does not define.
     pub(crate) fn unknown_column(name: &str) -> Self {
         Self::UnknownColumn { name: name.to_owned(), known: known_columns().collect::<Vec<_>>().join(", ") }
     }
 
-    /// This fault at the place where it is.
+    /// The error of this fault at `place`.
     pub fn at(self, place: Place) -> Error {
         Error { place: Box::new(place), fault: Box::new(self) }
     }

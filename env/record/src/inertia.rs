@@ -1,42 +1,44 @@
-//! How much of the force accelerates the object: whether a recording is judged by its motion or by its wrench.
+//! Inertial share of the force. It decides whether a recording is compared by its motion or by its wrench.
 
 use nalgebra::{DMatrix, DVector};
 
 use crate::motion::Motion;
 use crate::prepare::{Dataset, Prepared, WrenchSample};
 
-/// Share of the force's sum of squares that acceleration explains in addition to velocity, its direction and a constant.
+/// Share of the sum of squares of the force that acceleration explains, in addition to velocity, direction of motion and a
+/// constant.
 #[derive(Debug, Clone, Copy, PartialEq)]
 pub struct InertialShare {
     /// The share, 0 to 1.
     pub mean: f64,
-    /// Its standard deviation, by a jackknife over episodes.
+    /// Standard deviation of the share, by a jackknife over parts of episodes.
     pub sd: f64,
 }
 
-/// Standard deviations of a speed at which its direction counts by two thirds.
-const SURE: f64 = 3.0;
-/// Parts of episodes from which a standard deviation is taken, at least: halves, or smaller ones of few long episodes.
-const FEWEST_PARTS: usize = 4;
-/// Rows of a part that is smaller than half an episode, at least: a single push is not cut further.
-const FEWEST_ROWS: usize = 100;
-/// Most rows of one episode: more hold no more, since accelerations are smoothed over many samples.
-const MOST: usize = 500;
+/// Speed, in its standard deviations, that scales the smooth sign function of the direction of motion.
+const DIRECTION_SCALE_SD: f64 = 3.0;
+/// Minimum number of parts for the jackknife. Episodes are split into halves, or into smaller parts if there are few long
+/// episodes.
+const MIN_PARTS: usize = 4;
+/// Minimum number of rows in parts that are smaller than half an episode.
+const MIN_ROWS_PER_PART: usize = 100;
+/// Maximum number of rows per episode. More rows add no information, because accelerations are smoothed over many samples.
+const MAX_ROWS_PER_EPISODE: usize = 500;
 
 impl InertialShare {
-    /// Of the training episodes from contact on; `None` where no motion is known under a force, or in a single push, in
-    /// which it cannot be seen to vary.
+    /// Inertial share of the training episodes from contact on. `None` if there are no rows with motion and force, or too few
+    /// parts for a standard deviation.
     pub fn of(data: &Dataset) -> Option<Self> {
         let axes: &[usize] = if data.dof[1] { &[0, 1] } else { &[0] };
         let turns = data.dof[2];
-        let pieces = FEWEST_PARTS.div_ceil(data.training.len().max(1)).max(2);
+        let pieces = MIN_PARTS.div_ceil(data.training.len().max(1)).max(2);
         let parts: Vec<Normal> = data
             .training
             .iter()
             .flat_map(|episode| rows(data, episode, pieces))
             .map(|rows| Normal::of(&rows, axes, turns))
             .collect();
-        if parts.len() < FEWEST_PARTS {
+        if parts.len() < MIN_PARTS {
             return None;
         }
         let whole = Normal::sum(&parts, usize::MAX)?;
@@ -50,24 +52,24 @@ impl InertialShare {
     }
 }
 
-/// A moment of an episode: what may explain the force, object axes, and the force.
+/// Motion and force in object axes at one time.
 type Row = (Motion, [f64; 2]);
 
-/// Rows of the parts of an episode: of so many if it is long, of its halves if not.
+/// Rows of the parts of an episode: `pieces` parts if the episode is long enough, otherwise two.
 fn rows(data: &Dataset, episode: &Prepared, pieces: usize) -> Vec<Vec<Row>> {
     let motion = episode.motion(&data.noise);
     let moving: Vec<&Motion> = motion.iter().filter(|m| m.t >= episode.contact).collect();
-    let thin = moving.len().div_ceil(MOST).max(1);
+    let thin = moving.len().div_ceil(MAX_ROWS_PER_EPISODE).max(1);
     let all: Vec<Row> = moving
         .into_iter()
         .step_by(thin)
         .filter_map(|m| Some((m.clone(), force(&episode.wrench, m.t)?)))
         .collect();
-    let pieces = if all.len() >= pieces * FEWEST_ROWS { pieces } else { 2 };
+    let pieces = if all.len() >= pieces * MIN_ROWS_PER_PART { pieces } else { 2 };
     all.chunks(all.len().div_ceil(pieces).max(1)).map(<[Row]>::to_vec).collect()
 }
 
-/// The force on the object at a time, object axes; `None` outside the readings.
+/// Interpolated force on the object at time `t`, object axes, N; `None` outside the readings.
 fn force(wrench: &[WrenchSample], t: f64) -> Option<[f64; 2]> {
     let after = wrench.partition_point(|w| w.t <= t);
     let (a, b) = (wrench.get(after.checked_sub(1)?)?, wrench.get(after)?);
@@ -76,12 +78,12 @@ fn force(wrench: &[WrenchSample], t: f64) -> Option<[f64; 2]> {
     Some([ax + share * (bx - ax), ay + share * (by - ay)])
 }
 
-/// Accelerations first, as many as there are directions.
+/// Regressors of the force: accelerations, velocities and directions of motion of the used axes, and a constant.
 fn regressors(motion: &Motion, axes: &[usize], turns: bool) -> Vec<f64> {
     let (sin, cos) = motion.pose[2].sin_cos();
     let body = |[x, y, w]: [f64; 3]| [cos * x + sin * y, cos * y - sin * x, w];
     let (accel, twist) = (body(motion.accel), body(motion.twist));
-    let sure = |k: usize| SURE * motion.cov[k][1][1].sqrt();
+    let sure = |k: usize| DIRECTION_SCALE_SD * motion.cov[k][1][1].sqrt();
     let direction = |k: usize| twist[k] / twist[k].hypot(sure(k)).max(f64::MIN_POSITIVE);
     let used: Vec<usize> = axes.iter().copied().chain(turns.then_some(2)).collect();
     let of = |value: &dyn Fn(usize) -> f64| used.iter().map(|&k| value(k)).collect::<Vec<_>>();
@@ -113,7 +115,7 @@ impl Normal {
         Self { left, right, total, accelerations }
     }
 
-    /// All parts but one.
+    /// The sum of all parts except `but`.
     fn sum(parts: &[Self], but: usize) -> Option<Self> {
         let kept = parts.iter().enumerate().filter(|(k, _)| *k != but).map(|(_, part)| part);
         kept.fold(None, |sum: Option<Self>, part| {
@@ -125,11 +127,11 @@ impl Normal {
         })
     }
 
-    /// Explained sum of squares with the regressors from `first` on.
+    /// Sum of squares that the regressors from index `first` on explain.
     fn explained(&self, first: usize) -> Option<f64> {
         let n = self.left.nrows() - first;
         let (left, right) = (self.left.view((first, first), (n, n)), self.right.rows(first, n));
-        // Columns of one scale, since a pseudo-inverse drops what is small.
+        // Scale the columns, because the pseudo-inverse drops small singular values.
         let scale = DVector::from_fn(n, |k, _| left[(k, k)].sqrt());
         let scale = scale.map(|s| if s > 0.0 { s.recip() } else { 0.0 });
         let scaled = DMatrix::from_fn(n, n, |i, j| left[(i, j)] * scale[i] * scale[j]);
@@ -151,8 +153,8 @@ mod tests {
     use crate::prepare::{Noise, PoseSample};
     use trundle_model::Body;
 
-    /// On a rail: `mass` under a dry friction of 5 N, swung at `rate` rad/s, speeds up to 0.2 m/s.
-    fn swung(mass: f64, rate: f64) -> Dataset {
+    /// A cart on a rail with dry friction of 5 N, which oscillates at `rate` rad/s with speeds up to 0.2 m/s.
+    fn oscillating(mass: f64, rate: f64) -> Dataset {
         let (x, v, a) = (
             |t: f64| -0.2 / rate * (rate * t).cos(),
             |t: f64| 0.2 * (rate * t).sin(),
@@ -172,7 +174,7 @@ mod tests {
             ..Default::default()
         };
         Dataset {
-            name: "swung".to_owned(),
+            name: "oscillating".to_owned(),
             body: Body::point(mass).unwrap(),
             dof: [true, false, false],
             noise: Noise { pose: [1e-5; 3], force: 0.1, torque: 0.1, time: 0.0, stated: true },
@@ -187,17 +189,17 @@ mod tests {
     }
 
     #[test]
-    fn inertia_has_the_share_that_it_has() {
+    fn share_matches_the_analytic_value() {
         // 4 kg at 2 rad/s: 1.6 N against 5 N, mean square 1.28 / (25 + 1.28).
-        let fast = InertialShare::of(&swung(4.0, 2.0)).unwrap();
+        let fast = InertialShare::of(&oscillating(4.0, 2.0)).unwrap();
         assert!((fast.mean - 0.0487).abs() < 0.01 && fast.sd < 0.01, "{fast:?}");
-        let slow = InertialShare::of(&swung(4.0, 0.4)).unwrap();
+        let slow = InertialShare::of(&oscillating(4.0, 0.4)).unwrap();
         assert!(slow.mean + 2.0 * slow.sd < 0.01, "{slow:?}");
     }
 
     #[test]
-    fn one_long_log_is_enough_and_one_push_is_not() {
-        let mut log = swung(4.0, 0.4);
+    fn one_long_episode_suffices_and_one_push_does_not() {
+        let mut log = oscillating(4.0, 0.4);
         log.training.truncate(1);
         let share = InertialShare::of(&log).unwrap();
         assert!(share.mean + 2.0 * share.sd < 0.01, "{share:?}");
@@ -206,13 +208,13 @@ mod tests {
     }
 
     #[test]
-    fn units_do_not_matter() {
+    fn share_is_independent_of_units() {
         let share = |scale: f64| {
-            let mut data = swung(4.0, 2.0);
+            let mut data = oscillating(4.0, 2.0);
             for episode in &mut data.training {
                 episode.pose.iter_mut().for_each(|p| p.pose[0] *= scale);
                 episode.wrench.iter_mut().for_each(|w| w.reading[0] *= 64.0 * scale);
-                episode.memo = Default::default();
+                episode.motion_cache = Default::default();
             }
             data.noise.pose = data.noise.pose.map(|sd| sd * scale);
             InertialShare::of(&data).unwrap().mean

@@ -1,4 +1,4 @@
-//! What a recording holds, in figures.
+//! Summary of a recording in numbers.
 
 use serde::Serialize;
 
@@ -8,69 +8,69 @@ use crate::motion::Motion;
 use crate::prepare::{Counts, Dataset, Noise, Prepared, gaps, median_step, prepare};
 use crate::recording::Recording;
 
-/// A whole recording in figures.
+/// Summary of a recording.
 #[derive(Debug, Clone, PartialEq, Serialize)]
 pub struct Info {
     /// The recording's name.
     pub name: String,
-    /// Stated noise, or what the data show.
+    /// Stated noise, or an estimate from the data.
     pub noise: Noise,
-    /// Mass of the object, kg: weighed, or a guess from force and acceleration.
+    /// Mass of the object, kg: stated, or a guess from force and acceleration.
     pub mass: f64,
-    /// Whether it was weighed.
+    /// Whether the recording states the mass.
     pub mass_given: bool,
-    /// In order of their names.
+    /// The episodes, sorted by name.
     pub episodes: Vec<EpisodeInfo>,
 }
 
-/// One episode in figures.
+/// Summary of one episode.
 #[derive(Debug, Clone, PartialEq, Serialize)]
 pub struct EpisodeInfo {
     /// The episode's name.
     pub name: String,
-    /// Whether it is only predicted.
+    /// Whether the episode is held out: predicted, never fitted.
     pub held_out: bool,
     /// First and last time, s.
     pub span: [f64; 2],
-    /// When contact begins, s.
+    /// Start of contact, s.
     pub contact: f64,
-    /// The object's poses.
+    /// Stream of object poses.
     pub object: StreamInfo,
-    /// The gripper's poses; `None` if there are none.
+    /// Stream of gripper poses; `None` if there are none.
     pub gripper: Option<StreamInfo>,
-    /// The wrench.
+    /// Stream of the wrench.
     pub wrench: StreamInfo,
-    /// What was masked or is missing.
+    /// Numbers of masked and missing samples.
     pub counts: Counts,
     /// Smallest and largest force x, force y (N) and torque (N m) after the tare, in the axes of the reading.
     pub wrench_range: [[f64; 2]; 3],
     /// Largest force, N.
     pub peak_force: f64,
-    /// Standard deviation of the tare's error, N, N, N m.
+    /// Standard deviation of the error of the tare, N, N, N m.
     pub tare_sd: [f64; 3],
-    /// Length of the path of the object's origin, m, and its turns without regard to sign, rad.
+    /// Path length of the object's origin, m, and total absolute rotation, rad.
     pub travel: [f64; 2],
-    /// Largest speed, m/s, and turn rate, rad/s; `None` with too few poses.
+    /// Largest speed, m/s, and angular speed, rad/s; `None` with too few poses.
     pub peak_speed: Option<[f64; 2]>,
 }
 
-/// One stream in figures.
+/// Summary of one stream.
 #[derive(Debug, Clone, PartialEq, Serialize)]
 pub struct StreamInfo {
     /// Number of samples.
     pub samples: usize,
-    /// Samples per second, by the median interval; `None` for fewer than two.
+    /// Sampling rate from the median interval, Hz; `None` for fewer than two samples.
     pub rate: Option<f64>,
-    /// Number of drop-outs: intervals more than five times as long as usual.
+    /// Number of drop-outs: intervals longer than five median intervals.
     pub gaps: usize,
     /// The longest interval between samples, s.
     pub longest_gap: f64,
 }
 
-/// Figures of `recording`.
+/// Summary of `recording`.
 ///
 /// # Errors
-/// Where it cannot be prepared.
+/// If the recording cannot be prepared.
 pub fn inspect(recording: &Recording) -> Result<Info, Error> {
     let dataset = prepare(recording)?;
     let of = |episode: &Episode| {
@@ -124,16 +124,17 @@ fn range(values: impl Iterator<Item = f64> + Clone) -> [f64; 2] {
     if low > high { [0.0; 2] } else { [low, high] }
 }
 
-/// Along the smoothed path where there is one: noise would add to the length of the recorded one.
+/// Path length, m, and total absolute rotation, rad. Uses the smoothed path if there is one, because noise lengthens the
+/// recorded path.
 fn travel(prepared: &Prepared, motion: &[Motion]) -> [f64; 2] {
     let path: Vec<[f64; 3]> = if motion.is_empty() {
         prepared.pose.iter().map(|p| p.pose).collect()
     } else {
         motion.iter().map(|m| m.pose).collect()
     };
-    path.windows(2).fold([0.0; 2], |[way, turn], pair| {
+    path.windows(2).fold([0.0; 2], |[length, rotation], pair| {
         let [dx, dy, dtheta] = [0, 1, 2].map(|k| pair[1][k] - pair[0][k]);
-        [way + dx.hypot(dy), turn + dtheta.abs()]
+        [length + dx.hypot(dy), rotation + dtheta.abs()]
     })
 }
 

@@ -1,4 +1,4 @@
-//! Recordings of pushes: read, written, checked, and prepared for estimation.
+//! Recordings of pushed objects: reading, writing, validation, checks, and preparation for estimation.
 
 mod check;
 mod document;
@@ -27,7 +27,9 @@ pub use metadata::{
     Contact, Dof, FORMAT, FixtureMeta, Frame, Metadata, NoiseMeta, ObjectMeta, Obstacle, Precontact,
     Reference, Scene, Sign, Source, Split, WrenchMeta,
 };
-pub use motion::{FEWEST_POSES, Memo, Motion, filter, filter_from, low_pass, smooth, smooth_from};
+pub use motion::{
+    MIN_POSES_FOR_MOTION, Motion, MotionCache, filter, filter_from, low_pass, smooth, smooth_from,
+};
 pub use prepare::{
     Counts, Dataset, Noise, Options as PrepareOptions, PoseSample, Prepared, ReadingAxes, TareMethod,
     Wrench6, WrenchPose, WrenchSample, force_moment_transform, planar_transform, prepare, prepare_with,

@@ -1,4 +1,4 @@
-//! A recording in memory, and the way from its folder.
+//! A recording in memory, and reading it from its folder.
 
 use std::collections::BTreeMap;
 use std::fs;
@@ -13,20 +13,20 @@ use crate::replace::recover_folder;
 use crate::table::{Budget, Table};
 use crate::validate::check_name;
 
-/// What `recording.toml` is called.
+/// File name of the metadata.
 pub(crate) const METADATA_FILE: &str = "recording.toml";
 
-/// A whole recording: what the columns mean, and the episodes in the order in which they happened.
+/// A recording: its metadata and its episodes in chronological order.
 #[derive(Debug, Clone, PartialEq)]
 pub struct Recording {
-    /// `recording.toml`.
+    /// Content of `recording.toml`.
     pub metadata: Metadata,
-    /// Sorted by name.
+    /// Episodes, sorted by name.
     pub episodes: Vec<Episode>,
 }
 
 impl Recording {
-    /// A valid recording of these episodes, in the order of their names.
+    /// Creates a recording of `episodes`, sorts them by name, and validates it.
     ///
     /// # Errors
     /// As [`Recording::validate`].
@@ -37,11 +37,11 @@ impl Recording {
         Ok(recording)
     }
 
-    /// Reads and checks the folder `path`: `recording.toml` and each `NAME.csv` or `NAME.parquet`. Other files,
-    /// and those whose name begins with a dot, are left alone.
+    /// Reads and validates the folder `path`: `recording.toml` and each `NAME.csv` or `NAME.parquet`. Ignores all other
+    /// files, and files whose name begins with a dot.
     ///
     /// # Errors
-    /// If a file cannot be read, or as [`Recording::validate`].
+    /// If a file cannot be read, or the recording is invalid (see [`Recording::validate`]).
     pub fn read(path: &Path) -> Result<Self, Error> {
         recover_folder(path)
             .map_err(|source| Fault::Io { action: "recovered", source }.at(Place::path(path)))?;
@@ -73,9 +73,9 @@ fn read_all(text: &str, tables: &BTreeMap<String, PathBuf>) -> Result<Recording,
 
 fn metadata_text(folder: &Path, document: &Path) -> Result<String, Error> {
     let problem = match fs::metadata(folder) {
-        Err(error) if error.kind() == io::ErrorKind::NotFound => Some("there is nothing of this name"),
-        Ok(found) if !found.is_dir() => Some("this is a file"),
-        Ok(_) if !document.exists() => Some("there is no recording.toml in this folder"),
+        Err(error) if error.kind() == io::ErrorKind::NotFound => Some("there is no such folder"),
+        Ok(found) if !found.is_dir() => Some("this is not a folder"),
+        Ok(_) if !document.exists() => Some("the folder has no recording.toml"),
         _ => None,
     };
     if let Some(problem) = problem {
@@ -87,7 +87,7 @@ fn metadata_text(folder: &Path, document: &Path) -> Result<String, Error> {
     })
 }
 
-/// The episodes' tables by name.
+/// Paths of the episode tables by episode name.
 fn tables(folder: &Path) -> Result<BTreeMap<String, PathBuf>, Error> {
     let io = |source| Fault::Io { action: "listed", source }.at(Place::path(folder));
     let mut tables: BTreeMap<String, PathBuf> = BTreeMap::new();

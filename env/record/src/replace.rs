@@ -1,20 +1,19 @@
-//! A folder takes another one's place in one step.
+//! Atomic replacement of folders.
 
 use std::ffi::OsString;
 use std::fs;
 use std::io;
 use std::path::{Path, PathBuf};
 
-/// Puts the folder `new` in the place of `path`, which need not exist. Afterwards `new` holds what was there before,
-/// or is gone.
+/// Replaces the folder `path`, which need not exist, by the folder `new`. Afterwards `new` contains the previous content
+/// of `path`, or does not exist.
 ///
-/// Both must lie in one folder. On Linux and macOS the two are exchanged by one system call: a process that is killed
-/// at any instant leaves at `path` either all that was there or all that is new. Where the file system cannot do that,
-/// the earlier folder is first renamed to `.NAME.replaced`; a process that is killed between the two renames leaves
-/// it there, and [`recover_folder`] brings it back.
+/// Both folders must have the same parent. On Linux and macOS one system call exchanges them: if the process is killed,
+/// `path` contains either all of the old or all of the new content. On file systems without this call, `path` is first
+/// renamed to `.NAME.replaced`. If the process is killed between the two renames, [`recover_folder`] restores it.
 ///
 /// # Errors
-/// When the system refuses; what was there before is then untouched.
+/// If a file operation fails; `path` is then unchanged.
 pub fn replace_folder(new: &Path, path: &Path) -> io::Result<()> {
     recover_folder(path)?;
     if fs::symlink_metadata(path).is_err_and(|error| error.kind() == io::ErrorKind::NotFound) {
@@ -25,15 +24,15 @@ pub fn replace_folder(new: &Path, path: &Path) -> io::Result<()> {
     }
     let aside = aside(path)?;
     fs::rename(path, &aside)?;
-    // On failure the earlier one must come back; the first error is the one to tell.
+    // On failure, restore the old folder and return the first error.
     fs::rename(new, path).inspect_err(|_| drop(fs::rename(&aside, path)))?;
     fs::rename(&aside, new)
 }
 
-/// Brings back what a killed [`replace_folder`] has moved aside, or removes it if its successor is in place.
+/// Restores the folder that an interrupted [`replace_folder`] has moved away, or removes it if `path` exists.
 ///
 /// # Errors
-/// When the system refuses.
+/// If a file operation fails.
 pub fn recover_folder(path: &Path) -> io::Result<()> {
     let Ok(aside) = aside(path) else { return Ok(()) };
     if !aside.exists() {
@@ -45,7 +44,7 @@ pub fn recover_folder(path: &Path) -> io::Result<()> {
     }
 }
 
-/// Where a folder is moved while another takes its place.
+/// Temporary path of a folder that is being replaced.
 fn aside(path: &Path) -> io::Result<PathBuf> {
     let name = path.file_name().ok_or(io::ErrorKind::InvalidInput)?;
     let mut hidden = OsString::from(".");
@@ -54,7 +53,7 @@ fn aside(path: &Path) -> io::Result<PathBuf> {
     Ok(path.with_file_name(hidden))
 }
 
-/// Exchanges two paths in one step; false where the file system cannot.
+/// Exchanges two paths atomically. Returns false if the file system does not support it.
 #[cfg(any(target_os = "linux", target_os = "macos"))]
 fn exchange(a: &Path, b: &Path) -> io::Result<bool> {
     use rustix::fs::{CWD, RenameFlags, renameat_with};
@@ -86,7 +85,7 @@ mod tests {
     }
 
     #[test]
-    fn a_folder_is_replaced_in_one_step() {
+    fn replace_folder_exchanges_the_two_folders() {
         let home = tempfile::tempdir().unwrap();
         let [new, path] = ["new", "path"].map(|name| home.path().join(name));
         folder(&new, "one");
@@ -99,16 +98,16 @@ mod tests {
         assert_eq!(mark(&path), "two");
     }
 
-    /// Where folders cannot be exchanged there is an instant at which nothing is at the path.
+    /// Without an atomic exchange, `path` does not exist for a moment.
     #[test]
-    fn what_a_killed_process_moved_aside_comes_back() {
+    fn recover_folder_restores_after_an_interruption() {
         let home = tempfile::tempdir().unwrap();
         let path = home.path().join("path");
         let moved = aside(&path).unwrap();
         folder(&moved, "one");
         recover_folder(&path).unwrap();
         assert_eq!((mark(&path).as_str(), moved.exists()), ("one", false));
-        // Killed after the successor was in place.
+        // Interrupted after the new folder was in place.
         folder(&moved, "zero");
         recover_folder(&path).unwrap();
         assert_eq!((mark(&path).as_str(), moved.exists()), ("one", false));

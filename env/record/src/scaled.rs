@@ -1,4 +1,4 @@
-//! A recording in other units of length, force and time.
+//! Conversion of a recording to other units of length, force and time.
 
 use trundle_model::Scales;
 
@@ -7,7 +7,7 @@ use crate::metadata::{Metadata, Precontact};
 use crate::recording::Recording;
 
 impl Recording {
-    /// The same recording with every number in units of these sizes: lengths, forces and times are divided by them.
+    /// The same recording in other units: lengths, forces and times are divided by the sizes of the units in `scales`.
     #[must_use]
     pub fn in_units(&self, scales: &Scales) -> Self {
         let mut scaled = self.clone();
@@ -108,7 +108,7 @@ torque = 0.05
     }
 
     #[test]
-    fn preparing_commutes_with_units_that_are_powers_of_two() {
+    fn preparation_commutes_with_unit_conversion() {
         let scales = Scales { length: 2.0, force: 0.5, time: 4.0 };
         let (plain, scaled) = (prepare(&recording()).unwrap(), {
             let options = Options { gravity: 9.80665 / scales.acceleration(), ..Options::default() };

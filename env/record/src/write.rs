@@ -1,4 +1,4 @@
-//! A recording's folder appears whole or not at all.
+//! Atomic writing of a recording.
 
 use std::fs;
 use std::io;
@@ -13,12 +13,11 @@ use crate::replace::{recover_folder, replace_folder};
 use crate::table::Table;
 
 impl Recording {
-    /// Writes the folder `path`, replacing an earlier recording there. The same recording gives the same
-    /// bytes.
+    /// Writes the folder `path` and replaces an earlier recording there. Equal recordings give equal bytes.
     ///
     /// # Errors
-    /// If the recording is invalid, if `path` holds anything but a recording, or if the disk refuses; what was
-    /// there before is then untouched.
+    /// If the recording is invalid, `path` contains anything but a recording, or a file operation fails. `path` is then
+    /// unchanged.
     pub fn write(&self, path: &Path, table: Table) -> Result<(), Error> {
         self.validate()?;
         let text = self.metadata.to_toml()?;
@@ -28,21 +27,21 @@ impl Recording {
         if let Some(problem) = occupied {
             return Err(Fault::Occupied { problem }.at(Place::path(path)));
         }
-        let beside = beside(path).map_err(io)?;
-        let folder = beside.path().join("new");
+        let temporary = temporary_sibling(path).map_err(io)?;
+        let folder = temporary.path().join("new");
         fs::create_dir(&folder).map_err(io)?;
         fs::write(folder.join(METADATA_FILE), text).map_err(io)?;
         for episode in &self.episodes {
             let name = format!("{}.{}", episode.name, table.extension());
             let written = table.write(&folder.join(&name), episode);
-            // Not the hidden folder, which is gone when the error is read.
+            // Report the final path: the temporary folder no longer exists when the user reads the error.
             written.map_err(|error| error.on_disk(|_| Some(path.join(&name))))?;
         }
         replace_folder(&folder, path).map_err(io)
     }
 }
 
-/// Why `path` must not be replaced, if it must not.
+/// Why `path` must not be replaced; `None` if it may be.
 fn occupied(path: &Path) -> io::Result<Option<String>> {
     match fs::symlink_metadata(path) {
         Err(error) if error.kind() == io::ErrorKind::NotFound => return Ok(None),
@@ -61,11 +60,11 @@ fn occupied(path: &Path) -> io::Result<Option<String>> {
         return Ok(Some("is not a recording".to_owned()));
     }
     let foreign = names.iter().find(|name| *name != METADATA_FILE && Table::of(Path::new(name)).is_none());
-    Ok(foreign.map(|name| format!("holds {name:?}, which is no part of a recording")))
+    Ok(foreign.map(|name| format!("contains {name:?}, which is not part of a recording")))
 }
 
-/// An empty folder on the same disk, removed when it is dropped.
-fn beside(path: &Path) -> io::Result<TempDir> {
+/// An empty folder in the parent of `path`, removed on drop.
+fn temporary_sibling(path: &Path) -> io::Result<TempDir> {
     let parent = match path.parent() {
         Some(parent) if parent != Path::new("") => parent.to_owned(),
         _ => PathBuf::from("."),

@@ -1,4 +1,4 @@
-//! A damaged Parquet file is refused or read, but nothing breaks.
+//! Damaged and oversized Parquet files.
 
 #![allow(clippy::unwrap_used, reason = "a test ends there")]
 
@@ -9,7 +9,7 @@ use std::fs;
 use trundle_record::{Column, Recording, Table, write_parquet};
 
 #[test]
-fn cut_off_anywhere() {
+fn truncated_files_are_refused() {
     let home = tempfile::tempdir().unwrap();
     let run = home.path().join("run");
     sample::recording().write(&run, Table::Parquet).unwrap();
@@ -23,7 +23,7 @@ fn cut_off_anywhere() {
 }
 
 #[test]
-fn one_byte_changed_anywhere() {
+fn files_with_a_changed_byte_do_not_panic() {
     let home = tempfile::tempdir().unwrap();
     let run = home.path().join("run");
     sample::recording().write(&run, Table::Parquet).unwrap();
@@ -41,9 +41,9 @@ fn one_byte_changed_anywhere() {
     assert!(refused > whole.len() / 4, "{refused} of {} changes were refused", whole.len());
 }
 
-/// A million rows of one value take a few kilobytes in the file, and 80 MB in memory.
+/// A million rows of one value take a few kilobytes on disk and 80 MB in memory.
 #[test]
-fn a_small_file_must_not_take_much_memory() {
+fn small_files_that_unpack_to_much_memory_are_refused() {
     let home = tempfile::tempdir().unwrap();
     let run = home.path().join("run");
     sample::recording().write(&run, Table::Parquet).unwrap();
@@ -57,10 +57,10 @@ fn a_small_file_must_not_take_much_memory() {
     assert!(size < 100_000, "{size}");
     let error = Recording::read(&run).unwrap_err().to_string();
     assert!(error.contains("episode_00.parquet, column ") && error.contains("MiB"), "{error}");
-    // Half as many are within the limit; what is wrong with them is another matter.
+    // Half as many rows are within the limit; the error is then about their times.
     let columns: Vec<_> =
         columns.iter().map(|(name, _)| (*name, Column::Numbers(&cells[..500_000]))).collect();
     write_parquet(&file, &columns).unwrap();
     let error = Recording::read(&run).unwrap_err().to_string();
-    assert!(error.contains("time 0 s does not come after 0 s"), "{error}");
+    assert!(error.contains("time 0 s does not follow 0 s"), "{error}");
 }

@@ -1,14 +1,11 @@
-//! Everything that a reader refuses, with its message: `tests/cases/*.txt` holds one case a paragraph.
+//! Messages of all faults. `tests/cases/*.txt` has one case per paragraph:
 //!
-//! A case is a name, edits of the smallest recording (`toml: OLD -> NEW`, `csv: OLD -> NEW`; an empty OLD
-//! appends; `table: tilting` takes the sample whose gripper tilts) and the message, in which `RUN` stands for the folder.
+//! - `case: NAME`.
+//! - `table: tilting` starts from the sample with a tilting gripper.
+//! - `toml: OLD -> NEW` and `csv: OLD -> NEW` edit the minimal recording. An empty OLD appends NEW.
+//! - `message: TEXT` is the expected message, with `RUN` for the folder, or `accepted`.
 
-#![allow(
-    clippy::unwrap_used,
-    clippy::expect_used,
-    clippy::panic,
-    reason = "a case that cannot be read fails its test"
-)]
+#![allow(clippy::unwrap_used, clippy::expect_used, clippy::panic, reason = "an invalid case fails its test")]
 
 mod sample;
 
@@ -32,8 +29,8 @@ fn parse(paragraph: &str) -> Case<'_> {
             ("table", "tilting") => case.csv = sample::TILTING.to_owned(),
             ("toml", edit) => case.toml = edited(&case.toml, edit),
             ("csv", edit) => case.csv = edited(&case.csv, edit),
-            ("says", message) => case.message = message,
-            _ => panic!("no such line: {line}"),
+            ("message", message) => case.message = message,
+            _ => panic!("unknown key: {line}"),
         }
     }
     case
@@ -49,7 +46,7 @@ fn edited(text: &str, edit: &str) -> String {
     text.replacen(&old, &new, 1)
 }
 
-fn walk(cases: &str) {
+fn check_cases(cases: &str) {
     let mut wrong = Vec::new();
     for case in cases.trim_end().split("\n\n").map(parse) {
         let home = tempfile::tempdir().unwrap();
@@ -59,34 +56,34 @@ fn walk(cases: &str) {
             Err(error) => error.to_string().replace(&home.path().display().to_string(), "RUN"),
         };
         if found != case.message {
-            wrong.push(format!("case: {}\nsays: {found}", case.name));
+            wrong.push(format!("case: {}\nmessage: {found}", case.name));
         }
     }
     assert!(wrong.is_empty(), "{}", wrong.join("\n\n"));
 }
 
 #[test]
-fn of_metadata() {
-    walk(include_str!("cases/metadata.txt"));
+fn faults_of_metadata() {
+    check_cases(include_str!("cases/metadata.txt"));
 }
 
 #[test]
-fn of_tables() {
-    walk(include_str!("cases/tables.txt"));
+fn faults_of_tables() {
+    check_cases(include_str!("cases/tables.txt"));
 }
 
 #[test]
-fn of_what_tables_and_metadata_say_together() {
-    walk(include_str!("cases/together.txt"));
+fn faults_of_tables_and_metadata_together() {
+    check_cases(include_str!("cases/together.txt"));
 }
 
 #[test]
-fn but_not_of_these() {
-    walk(include_str!("cases/accepted.txt"));
+fn accepted_recordings() {
+    check_cases(include_str!("cases/accepted.txt"));
 }
 
 #[test]
-fn of_text_that_is_not_utf8() {
+fn text_that_is_not_utf8() {
     let home = tempfile::tempdir().unwrap();
     sample::folder(home.path(), sample::TOML, sample::CSV);
     let table = home.path().join("episode_00.csv");
@@ -102,27 +99,30 @@ fn of_text_that_is_not_utf8() {
 }
 
 #[test]
-fn of_folders() {
+fn faults_of_folders() {
     let home = tempfile::tempdir().unwrap();
     let run = home.path().join("run");
-    let says = |expected: &str| {
+    let assert_message = |expected: &str| {
         let error = Recording::read(&run).unwrap_err().to_string();
         assert_eq!(error.replace(&run.display().to_string(), "RUN"), expected);
     };
-    let is = "a recording is a folder that holds recording.toml and one table per episode, NAME.csv or NAME.parquet";
-    says(&format!("RUN: there is nothing of this name; {is}"));
+    let remedy =
+        "a recording is a folder with recording.toml and one table per episode (NAME.csv or NAME.parquet)";
+    assert_message(&format!("RUN: there is no such folder; {remedy}"));
     fs::write(&run, "").unwrap();
-    says(&format!("RUN: this is a file; {is}"));
+    assert_message(&format!("RUN: this is not a folder; {remedy}"));
     fs::remove_file(&run).unwrap();
     fs::create_dir(&run).unwrap();
-    says(&format!("RUN: there is no recording.toml in this folder; {is}"));
+    assert_message(&format!("RUN: the folder has no recording.toml; {remedy}"));
     fs::write(run.join("recording.toml"), sample::TOML).unwrap();
-    says(
-        "RUN/recording.toml: there is no episode table beside it, so nothing is left to fit; add NAME.csv or NAME.parquet",
+    assert_message(
+        "RUN/recording.toml: the recording has no episodes, so there is no episode to fit; add a table NAME.csv or NAME.parquet",
     );
     sample::folder(&run, sample::TOML, sample::CSV);
     fs::write(run.join("episode_00.parquet"), "").unwrap();
-    says("RUN/episode_00.csv: there is episode_00.parquet as well; keep one table per episode");
+    assert_message(
+        "RUN/episode_00.csv: the folder also contains episode_00.parquet; keep one table per episode",
+    );
     fs::remove_file(run.join("episode_00.csv")).unwrap();
     let error = Recording::read(&run).unwrap_err().to_string();
     assert!(error.contains("episode_00.parquet: not a readable Parquet file: "), "{error}");

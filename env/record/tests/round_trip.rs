@@ -1,4 +1,4 @@
-//! Writing then reading is the identity; the folder is replaced whole or not at all.
+//! Writing and reading recordings: round trips, and atomic replacement of the folder.
 
 #![allow(clippy::unwrap_used, reason = "a test ends there")]
 
@@ -19,7 +19,7 @@ fn cell() -> impl Strategy<Value = f64> {
     ]
 }
 
-/// Increasing times with an always full object and reading, a gripper that comes and goes, and notes.
+/// An episode with increasing times, complete object and wrench streams, a gripper stream with missing samples, and notes.
 fn any_episode() -> impl Strategy<Value = Episode> {
     let row = (1e-6..1.0_f64, cell(), any::<bool>(), "[^\\x00]{0,12}");
     prop::collection::vec(row, 2..40).prop_map(|rows| {
@@ -47,7 +47,7 @@ proptest! {
     #![proptest_config(ProptestConfig::with_cases(64))]
 
     #[test]
-    fn reading_undoes_writing(first in any_episode(), mut second in any_episode()) {
+    fn recordings_survive_a_round_trip(first in any_episode(), mut second in any_episode()) {
         second.name = "episode_01".to_owned();
         let recording = Recording::new(metadata(""), vec![second, first]).unwrap();
         let home = tempfile::tempdir().unwrap();
@@ -59,7 +59,7 @@ proptest! {
     }
 
     #[test]
-    fn metadata_survive(values in prop::collection::vec(1e-9..1e9_f64, 8), at_rest: bool) {
+    fn metadata_survive_a_round_trip(values in prop::collection::vec(1e-9..1e9_f64, 8), at_rest: bool) {
         let mut before = metadata("[notes]\nwhen = 2026-11-21T05:00:00Z\nwho = \"a\"\n");
         prop_assert!(before.notes["when"].is_datetime());
         before.object.mass = Some(values[0]);
@@ -87,7 +87,7 @@ fn the_same_recording_gives_the_same_bytes() {
 }
 
 #[test]
-fn an_earlier_recording_is_replaced_whole() {
+fn an_earlier_recording_is_replaced_completely() {
     let home = tempfile::tempdir().unwrap();
     let path = home.path().join("run");
     let two = Recording::new(metadata(""), vec![episode("a"), episode("b")]).unwrap();
@@ -95,13 +95,13 @@ fn an_earlier_recording_is_replaced_whole() {
     recording().write(&path, Table::Parquet).unwrap();
     assert_eq!(Recording::read(&path).unwrap(), recording());
     let left: Vec<_> = fs::read_dir(home.path()).unwrap().map(|entry| entry.unwrap().file_name()).collect();
-    assert_eq!(left, ["run"], "nothing is left beside it");
+    assert_eq!(left, ["run"], "no temporary files are left");
 }
 
 #[test]
-fn what_is_no_recording_stays() {
+fn other_folders_and_files_are_not_replaced() {
     let home = tempfile::tempdir().unwrap();
-    let cases = [("thesis.tex", "is not a recording"), ("recording.toml", "holds \"thesis.tex\"")];
+    let cases = [("thesis.tex", "is not a recording"), ("recording.toml", "contains \"thesis.tex\"")];
     let path = home.path().join("work");
     fs::create_dir(&path).unwrap();
     for (file, expected) in cases {

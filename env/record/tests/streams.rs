@@ -1,4 +1,4 @@
-//! What a recording says once it is read: streams without gaps, and metadata with what was left out.
+//! Streams and metadata of recordings after reading.
 
 #![allow(clippy::unwrap_used, clippy::panic, reason = "a test ends there")]
 
@@ -14,7 +14,7 @@ fn first(toml: &str, csv: &str) -> Episode {
     Recording::read(home.path()).unwrap().episodes.remove(0)
 }
 
-/// The sample's metadata with `line` as the last of its object.
+/// The sample's metadata with `line` appended to `[object]`.
 fn with_object(line: &str) -> Metadata {
     Metadata::from_toml(&TOML.replace("[wrench]", &format!("{line}\n[wrench]"))).unwrap()
 }
@@ -29,22 +29,22 @@ fn rows_without_a_sample_are_left_out() {
 }
 
 #[test]
-fn axes_that_were_not_measured_are_zero_and_said_to_be() {
+fn axes_that_are_not_measured_are_zero_and_not_present() {
     let wrench = first(TOML, CSV).wrench().unwrap();
     assert_eq!(wrench.present, [true, true, false, false, false, true]);
     assert_eq!(wrench.value[3], [5.1, 0.2, 0.0, 0.0, 0.0, 0.3]);
 }
 
 #[test]
-fn a_gripper_is_level_or_tilts() {
-    let Some(Gripper::Level(level)) = first(TOML, CSV).gripper() else { panic!("it is level") };
+fn grippers_are_level_or_tilting() {
+    let Some(Gripper::Level(level)) = first(TOML, CSV).gripper() else { panic!("not level") };
     assert_eq!(level.value[2], [-0.599, 0.0, 0.0]);
-    let Some(Gripper::Tilting(tilting)) = first(TOML, TILTING).gripper() else { panic!("it tilts") };
+    let Some(Gripper::Tilting(tilting)) = first(TOML, TILTING).gripper() else { panic!("not tilting") };
     assert_eq!(tilting.value[1], [-0.6, 0.0, 0.8, 0.6, 0.0, 0.8, 0.0]);
 }
 
 #[test]
-fn on_a_rail_what_is_not_measured_is_zero() {
+fn missing_columns_are_zero_on_a_rail() {
     let rail = TOML.replace("[wrench]", "dof = [\"x\"]\n[wrench]").replace("raw = true", "raw = false");
     let episode = first(&rail, "t,object_x,force_x\n0,1,2\n1,,3\n2,3,4\n");
     assert_eq!(episode.object().unwrap().value, [[1.0, 0.0, 0.0], [3.0, 0.0, 0.0]]);
@@ -53,7 +53,7 @@ fn on_a_rail_what_is_not_measured_is_zero() {
 }
 
 #[test]
-fn at_rest_is_understood_wherever_the_example_puts_it() {
+fn at_rest_is_accepted_at_all_positions() {
     assert!(with_object("").at_rest, "left out");
     let fixture = "[[object.fixture]]\ndisc = [0, 0, 1]\ndensity = 1.0\n";
     for line in
@@ -75,9 +75,9 @@ fn the_shape_is_the_footprint_or_the_fixtures() {
 }
 
 #[test]
-fn what_is_left_out_has_its_usual_value() {
-    let least = "format = \"trundle-recording/1\"\nname = \"a\"\n[object]\n[wrench]\nframe = \"world\"\nsign = \"on_object\"\n";
-    let metadata = Metadata::from_toml(least).unwrap();
+fn optional_keys_have_defaults() {
+    let minimal = "format = \"trundle-recording/1\"\nname = \"a\"\n[object]\n[wrench]\nframe = \"world\"\nsign = \"on_object\"\n";
+    let metadata = Metadata::from_toml(minimal).unwrap();
     assert_eq!(metadata.object.dof, [Dof::X, Dof::Y, Dof::Theta]);
     assert!(!metadata.wrench.raw && metadata.noise.is_none() && !metadata.is_held_out("a"));
     assert_eq!((metadata.wrench.contact, metadata.wrench.source), (Contact::Grasp, Source::Measured));
@@ -85,7 +85,7 @@ fn what_is_left_out_has_its_usual_value() {
 }
 
 #[test]
-fn a_point_contact_without_torque_bears_none_about_the_gripper() {
+fn a_point_contact_without_torque_refers_to_the_sensor() {
     let mut wrench = with_object("").wrench;
     wrench.reference = Some(Reference::Object);
     wrench.contact = Contact::Point;
@@ -94,7 +94,7 @@ fn a_point_contact_without_torque_bears_none_about_the_gripper() {
 }
 
 #[test]
-fn intervals_are_the_same_in_each_episode_or_by_name() {
+fn intervals_are_common_or_by_episode() {
     let everywhere = with_object("");
     assert_eq!(everywhere.wrench.precontact("any"), Some([0.0, 0.2]));
     let table = TOML.replace("[0.0, 0.2]", "{a = [1, 2]}");
@@ -103,7 +103,7 @@ fn intervals_are_the_same_in_each_episode_or_by_name() {
 }
 
 #[test]
-fn other_files_and_hidden_ones_are_left_alone() {
+fn other_and_hidden_files_are_ignored() {
     let home = tempfile::tempdir().unwrap();
     sample::folder(home.path(), TOML, CSV);
     for name in ["README.md", ".hidden.csv", "._episode_00.csv", "plot.png"] {
@@ -116,7 +116,7 @@ fn other_files_and_hidden_ones_are_left_alone() {
 }
 
 #[test]
-fn a_byte_order_mark_and_carriage_returns_in_the_metadata() {
+fn byte_order_marks_and_carriage_returns_are_accepted() {
     let text = format!("\u{feff}{}", TOML.replace('\n', "\r\n"));
     assert_eq!(Metadata::from_toml(&text).unwrap(), Metadata::from_toml(TOML).unwrap());
 }

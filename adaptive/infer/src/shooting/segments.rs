@@ -4,7 +4,7 @@ use crate::curve::Curve;
 use crate::track::cut;
 use crate::{InferError, StateVector, Transition};
 use trundle_model::{Clock, State};
-use trundle_record::{FEWEST_POSES, Motion, Noise, PoseSample, Prepared};
+use trundle_record::{MIN_POSES_FOR_MOTION, Motion, Noise, PoseSample, Prepared};
 
 /// How recordings are cut.
 #[derive(Clone, Copy, Debug, PartialEq)]
@@ -66,7 +66,8 @@ pub(crate) fn of_episode(
     }
     let motion = episode.motion(noise);
     if motion.is_empty() && !(how == Cut::Final && episode.at_rest) {
-        let reason = format!("fewer than {FEWEST_POSES} poses are left, which say nothing of a velocity");
+        let reason =
+            format!("fewer than {MIN_POSES_FOR_MOTION} poses are left, which say nothing of a velocity");
         return Err(lacks(episode, &reason));
     }
     let first = first_pose(episode);

@@ -1,156 +1,181 @@
-//! Whether the wrench and the motion tell the same time.
+//! Checks of the clocks of wrench and poses: delay, drift, jumps and overlap.
 
 use nalgebra::{DMatrix, SMatrix, SVector};
 
 use crate::motion::Motion;
 use crate::prepare::{WrenchSample, median, median_step};
 
-use super::dynamics::WINDOWS;
+use super::dynamics::WINDOWS_PER_EPISODE;
 use super::group::grouped;
-use super::lags::{HELPS, Lag};
-use super::subject::{Look, Subject};
+use super::input::{CheckInput, EpisodeData};
+use super::lags::{Lag, MAX_CONSTANT_LAG_RATIO};
 use super::{Finding, Severity};
 
-/// Unexplained share up to which lags are believed.
-const EXPLAINS: f64 = 0.3;
-/// A constant lag is so many standard deviations long, and leaves less than [`HELPS`] of what is unexplained without it;
-/// or it is many more long and a good part of the slower stream's step. Over clean recordings of
-/// `tests/record_prepare/varied.py` dry friction feigns up to 22 ms at 5 standard deviations, which explains 8 %.
-const LATE: f64 = 10.0;
-const SURELY: (f64, f64) = (12.0, 0.3);
-/// Where acceleration explains at least this share of the force, so many standard deviations suffice for a reading that
-/// runs late: friction and smoothed motion feign early ones only (by up to 7 standard deviations).
-const INERTIAL: (f64, f64) = (0.2, 6.5);
-/// A jump is at least so many steps of the lags tried long, explains so many times more of its episode, and has so
-/// many windows on either side; an episode that differs as a whole explains more.
-const JUMP: (f64, f64, usize) = (3.0, 3.0, 2);
-const APART: f64 = 5.0;
-/// A drift leaves less than this share of what a constant lag leaves, about as little as jumps that are free in each
-/// episode, and comes to so many steps of the lags tried over a push.
-const DRIFT: (f64, f64, f64) = (0.75, 1.3, 3.0);
-/// Time before contact that counts too, s.
-const BEFORE: f64 = 0.3;
-/// Samples that suffice.
-const MOST: usize = 4000;
-const FEWEST: usize = 100;
-/// Acceleration, velocity and direction in body axes, and a constant.
+/// Unexplained share up to which estimated lags are reported.
+const MAX_UNEXPLAINED_SHARE: f64 = 0.3;
+/// Minimum of a constant lag in its standard deviations, if it also reduces the misfit to [`MAX_CONSTANT_LAG_RATIO`]. In
+/// clean recordings of `tests/record_prepare/varied.py`, dry friction mimics lags of up to 22 ms at 5 standard deviations,
+/// which reduce the misfit by 8 %.
+const MIN_LAG_SD: f64 = 10.0;
+/// Minimum of a constant lag in its standard deviations, if it does not reduce the misfit that much.
+const MIN_UNSUPPORTED_LAG_SD: f64 = 12.0;
+/// Minimum of such a lag in steps of the slower stream.
+const MIN_UNSUPPORTED_LAG_STEPS: f64 = 0.3;
+/// Minimum inertial share of the force for [`MIN_INERTIAL_LAG_SD`].
+const MIN_INERTIAL_SHARE: f64 = 0.2;
+/// Minimum of a positive lag in its standard deviations, if the force is largely inertial. Friction and smoothing mimic
+/// only negative lags (by up to 7 standard deviations).
+const MIN_INERTIAL_LAG_SD: f64 = 6.5;
+/// Minimum size of a jump in steps of the lag grid.
+const MIN_JUMP_STEPS: f64 = 3.0;
+/// Minimum factor by which a jump reduces the misfit of its episode.
+const MIN_JUMP_GAIN: f64 = 3.0;
+/// Minimum number of windows before and after a jump.
+const MIN_JUMP_WINDOWS: usize = 2;
+/// Minimum factor by which a separate lag reduces the misfit of a whole episode.
+const MIN_EPISODE_LAG_GAIN: f64 = 5.0;
+/// Maximum misfit with a drift, relative to that with a constant lag.
+const MAX_DRIFT_TO_CONSTANT_RATIO: f64 = 0.75;
+/// Maximum misfit with a drift, relative to that with a free jump in each episode.
+const MAX_DRIFT_TO_JUMPS_RATIO: f64 = 1.3;
+/// Minimum drift over a push in steps of the lag grid.
+const MIN_DRIFT_STEPS: f64 = 3.0;
+/// Time before contact that is included, s.
+const MARGIN_BEFORE_CONTACT_S: f64 = 0.3;
+/// Maximum number of samples of the regression.
+const MAX_SAMPLES: usize = 4000;
+/// Minimum number of samples of the regression.
+const MIN_SAMPLES: usize = 100;
+/// Number of regressors: acceleration, velocity and direction of motion in body axes, and a constant.
 const TERMS: usize = 10;
-/// How many of them, the first, are accelerations.
+/// Number of acceleration regressors, which come first.
 const ACCELERATIONS: usize = 3;
 
 type Row = SVector<f64, TERMS>;
 
-/// A delay, a drift or a jump between the sensor's clock and the tracker's.
-pub(crate) fn lag(subject: &Subject) -> Vec<Finding> {
-    let Some(explained) = &subject.explained else { return vec![] };
-    let lag = &explained.lag;
-    let [none, constant, drift, jumps] = lag.share;
-    if jumps.min(drift) > EXPLAINS {
+/// Checks for a delay, a drift or a jump between the clocks of sensor and tracker.
+pub(crate) fn lag(input: &CheckInput) -> Vec<Finding> {
+    let Some(fits) = &input.wrench_fits else { return vec![] };
+    let lag = &fits.lag;
+    let [without_lag, constant, drift, with_jumps] = lag.unexplained;
+    if with_jumps.min(drift) > MAX_UNEXPLAINED_SHARE {
         return vec![];
     }
-    let over_push = lag.drift.abs() * WINDOWS as f64 / lag.step;
-    if drift < DRIFT.0 * constant && drift < DRIFT.1 * jumps && over_push > DRIFT.2 {
-        return vec![drifts(lag.drift / explained.blocks.window(), constant, drift)];
+    let over_push = lag.drift.abs() * WINDOWS_PER_EPISODE as f64 / lag.step;
+    if drift < MAX_DRIFT_TO_CONSTANT_RATIO * constant
+        && drift < MAX_DRIFT_TO_JUMPS_RATIO * with_jumps
+        && over_push > MIN_DRIFT_STEPS
+    {
+        return vec![clock_drift(lag.drift / fits.blocks.window(), constant, drift)];
     }
-    let jumped = jumping(subject, lag);
-    if !jumped.is_empty() {
-        return grouped(jumped);
+    let jumps = clock_jumps(input, lag);
+    if !jumps.is_empty() {
+        return grouped(jumps);
     }
-    let (late_by, sd) = lag.constant;
-    let deviations = late_by.abs() / sd.max(lag.step / 40.0);
-    let explains = deviations > LATE && constant < HELPS * none;
-    let inertial = late_by > 0.0 && inertial_share(subject).is_some_and(|share| share > INERTIAL.0);
-    let least = if inertial { INERTIAL.1 } else { SURELY.0 };
-    if !explains && (deviations < least || late_by.abs() < SURELY.1 * slower_step(subject)) {
+    let (delay, sd) = lag.constant;
+    let deviations = delay.abs() / sd.max(lag.step / 40.0);
+    let is_supported = deviations > MIN_LAG_SD && constant < MAX_CONSTANT_LAG_RATIO * without_lag;
+    let is_inertial = delay > 0.0 && inertial_share(input).is_some_and(|share| share > MIN_INERTIAL_SHARE);
+    let min_deviations = if is_inertial { MIN_INERTIAL_LAG_SD } else { MIN_UNSUPPORTED_LAG_SD };
+    if !is_supported
+        && (deviations < min_deviations || delay.abs() < MIN_UNSUPPORTED_LAG_STEPS * slower_step(input))
+    {
         return vec![];
     }
-    vec![late(late_by, sd)]
+    vec![constant_lag(delay, sd)]
 }
 
-/// Usual step of the slower of poses and wrench, s.
-fn slower_step(subject: &Subject) -> f64 {
-    let steps = |look: &Look| {
-        let poses: Vec<f64> = look.prepared.pose.iter().map(|p| p.t).collect();
-        let wrench: Vec<f64> = look.prepared.wrench.iter().map(|w| w.t).collect();
+/// Median step of the slower of poses and wrench, s.
+fn slower_step(input: &CheckInput) -> f64 {
+    let steps = |episode: &EpisodeData| {
+        let poses: Vec<f64> = episode.prepared.pose.iter().map(|p| p.t).collect();
+        let wrench: Vec<f64> = episode.prepared.wrench.iter().map(|w| w.t).collect();
         Some(median_step(&poses)?.max(median_step(&wrench)?))
     };
-    median(subject.episodes.iter().filter_map(steps)).unwrap_or(0.0)
+    median(input.episodes.iter().filter_map(steps)).unwrap_or(0.0)
 }
 
-fn late(lag: f64, sd: f64) -> Finding {
+fn constant_lag(lag: f64, sd: f64) -> Finding {
     let direction = if lag > 0.0 { "late" } else { "early" };
     Finding::new(
         "clocks",
         Severity::Warning,
         format!(
-            "the wrench fits the motion best when it is taken to run {:.1} ± {:.1} ms {direction}",
+            "the wrench fits the motion best if its clock runs {:.1} ± {:.1} ms {direction}",
             1e3 * lag.abs(),
             1e3 * sd
         ),
-        "synchronise the sensor's clock with the tracker's and correct t, or let the diagnosis estimate the latency",
+        "synchronise the clocks of sensor and tracker and correct t, or let the diagnosis estimate the delay",
     )
 }
 
-fn drifts(drift: f64, before: f64, after: f64) -> Finding {
-    let (faster, share) = (if drift > 0.0 { "slower" } else { "faster" }, 100.0 * drift.abs());
+fn clock_drift(drift: f64, before: f64, after: f64) -> Finding {
+    let (change, share) = (if drift > 0.0 { "stretched" } else { "compressed" }, 100.0 * drift.abs());
     let sentence = format!(
-        "the clocks of wrench and poses drift apart: the wrench's later and later by {:.1} ms in each second; {:.1} % of \
-         the load fits no passive body, {:.1} % without the drift",
+        "the clocks of wrench and poses drift apart: the delay of the wrench changes by {:+.1} ms per second; a passive body \
+         leaves {:.1} % of the wrench unexplained with a constant delay, and {:.1} % with the drift",
         1e3 * drift,
         100.0 * before,
         100.0 * after
     );
     let remedy = format!(
-        "stamp both streams with one clock, or correct t: in a table's time the wrench's clock runs about {share:.1} % \
-         {faster} than it should"
+        "stamp both streams with one clock, or correct t: relative to the poses, the wrench is {change} in time by \
+         about {share:.1} %"
     );
     Finding::new("clocks", Severity::Warning, sentence, &remedy)
 }
 
-/// Episodes whose lag jumps, or differs from that of the others.
-fn jumping(subject: &Subject, lag: &Lag) -> Vec<(f64, Finding)> {
-    let found = subject.episodes.iter().zip(&lag.jumps).filter_map(|(look, jump)| {
+/// Episodes whose lag jumps, or differs from that of the other episodes.
+fn clock_jumps(input: &CheckInput, lag: &Lag) -> Vec<(f64, Finding)> {
+    let found = input.episodes.iter().zip(&lag.jumps).filter_map(|(episode, jump)| {
         let size = if jump.window > 0 { jump.after - jump.before } else { jump.before - lag.constant.0 };
-        let inside = (JUMP.2..=WINDOWS - JUMP.2).contains(&jump.window);
-        let least = if jump.window == 0 { APART } else { JUMP.1 };
-        let finest = JUMP.0 * lag.step;
-        // Blows that fall between two samples seem to shift by up to a sample, in a single episode too.
-        let finest = if jump.window == 0 { finest.max(slower_step(subject)) } else { finest };
-        if size.abs() < finest || jump.gain < least || (jump.window > 0 && !inside) {
+        let is_inside = (MIN_JUMP_WINDOWS..=WINDOWS_PER_EPISODE - MIN_JUMP_WINDOWS).contains(&jump.window);
+        let min_gain = if jump.window == 0 { MIN_EPISODE_LAG_GAIN } else { MIN_JUMP_GAIN };
+        let min_size = MIN_JUMP_STEPS * lag.step;
+        // An impact between two samples can shift the lag of a single episode by up to a sample.
+        let min_size = if jump.window == 0 { min_size.max(slower_step(input)) } else { min_size };
+        if size.abs() < min_size || jump.gain < min_gain || (jump.window > 0 && !is_inside) {
             return None;
         }
         let words = if jump.window > 0 {
-            let share = jump.window as f64 / WINDOWS as f64;
-            format!("the clock jumps by {:.0} ms after about {:.0} % of the push", 1e3 * size, 100.0 * share)
+            let share = jump.window as f64 / WINDOWS_PER_EPISODE as f64;
+            format!(
+                "the wrench clock jumps by {:.0} ms after about {:.0} % of the push",
+                1e3 * size,
+                100.0 * share
+            )
         } else {
-            format!("the wrench runs {:.0} ms later than in the other episodes", 1e3 * size)
+            format!("the wrench clock runs {:.0} ms later than in the other episodes", 1e3 * size)
         };
-        let remedy = "correct t of the wrench's rows there, or leave the episode out";
-        Some((size.abs(), Finding::new("clocks", Severity::Warning, words, remedy).of(look.name())))
+        let remedy = "correct t of the wrench rows of the episode, or remove the episode";
+        Some((
+            size.abs(),
+            Finding::new("clocks", Severity::Warning, words, remedy).in_episode(episode.name()),
+        ))
     });
     found.collect()
 }
 
-/// Share of the force's square that only acceleration explains; `None` where there is too little motion to tell.
-pub(crate) fn inertial_share(subject: &Subject) -> Option<f64> {
-    let rows = rows(subject);
-    if rows.len() < FEWEST {
+/// Share of the sum of squares of the force that only acceleration explains; `None` if there is too little motion.
+pub(crate) fn inertial_share(input: &CheckInput) -> Option<f64> {
+    let rows = rows(input);
+    if rows.len() < MIN_SAMPLES {
         return None;
     }
-    let (with, total) = misfit(subject, &rows, 0)?;
-    let (without, _) = misfit(subject, &rows, ACCELERATIONS)?;
+    let (with, total) = misfit(input, &rows, 0)?;
+    let (without, _) = misfit(input, &rows, ACCELERATIONS)?;
     (total > 0.0).then(|| (without - with) / total)
 }
 
-/// Moving samples: episode, time and what may explain the wrench, thinned.
-fn rows(subject: &Subject) -> Vec<(usize, f64, Row)> {
-    let all = subject.episodes.iter().enumerate().flat_map(|(index, look)| {
-        let from = look.prepared.contact - BEFORE;
-        look.motion.iter().filter(move |m| m.t >= from).map(move |m| (index, m.t, regressors(m)))
+/// Subsampled rows of the regression: episode, time and regressors.
+fn rows(input: &CheckInput) -> Vec<(usize, f64, Row)> {
+    let all = input.episodes.iter().enumerate().flat_map(|(index, episode)| {
+        let from = episode.prepared.contact - MARGIN_BEFORE_CONTACT_S;
+        episode.motion.iter().filter(move |m| m.t >= from).map(move |m| (index, m.t, regressors(m)))
     });
     let all: Vec<(usize, f64, Row)> = all.collect();
-    let thin = all.len().div_ceil(MOST).max(1);
-    all.into_iter().step_by(thin).collect()
+    let stride = all.len().div_ceil(MAX_SAMPLES).max(1);
+    all.into_iter().step_by(stride).collect()
 }
 
 fn regressors(motion: &Motion) -> Row {
@@ -167,13 +192,13 @@ fn regressors(motion: &Motion) -> Row {
     row
 }
 
-/// Unexplained and whole sum of squares of the force in body axes, without the first `left_out` regressors.
-fn misfit(subject: &Subject, rows: &[(usize, f64, Row)], left_out: usize) -> Option<(f64, f64)> {
+/// Residual and total sum of squares of the force in body axes, without the first `left_out` regressors.
+fn misfit(input: &CheckInput, rows: &[(usize, f64, Row)], left_out: usize) -> Option<(f64, f64)> {
     let mut normal = SMatrix::<f64, TERMS, TERMS>::zeros();
     let mut right = SMatrix::<f64, TERMS, 2>::zeros();
     let mut total = 0.0;
     for (index, t, row) in rows {
-        let Some(force) = force_at(&subject.episodes[*index].prepared.wrench, *t) else { continue };
+        let Some(force) = force_at(&input.episodes[*index].prepared.wrench, *t) else { continue };
         let mut row = *row;
         row.rows_mut(0, left_out).fill(0.0);
         normal += row * row.transpose();
@@ -187,7 +212,7 @@ fn misfit(subject: &Subject, rows: &[(usize, f64, Row)], left_out: usize) -> Opt
     Some((total - explained, total))
 }
 
-/// Force in body axes, linear between samples; `None` outside of the recording.
+/// Linearly interpolated force in body axes; `None` outside the readings.
 fn force_at(wrench: &[WrenchSample], t: f64) -> Option<SVector<f64, 2>> {
     let after = wrench.partition_point(|w| w.t <= t);
     let (a, b) = (wrench.get(after.checked_sub(1)?)?, wrench.get(after)?);
@@ -196,21 +221,21 @@ fn force_at(wrench: &[WrenchSample], t: f64) -> Option<SVector<f64, 2>> {
     Some(SVector::from([0, 1].map(|k| fa[k] + share * (fb[k] - fa[k]))))
 }
 
-/// Streams that do not share their time.
-pub(crate) fn overlap(subject: &Subject) -> Vec<Finding> {
-    grouped(subject.episodes.iter().filter_map(|look| Some((0.0, apart(look)?))).collect())
+/// Checks that poses and wrench overlap in time.
+pub(crate) fn overlap(input: &CheckInput) -> Vec<Finding> {
+    grouped(input.episodes.iter().filter_map(|episode| Some((0.0, disjoint(episode)?))).collect())
 }
 
-fn apart(look: &Look) -> Option<Finding> {
-    let (poses, wrench) = (&look.prepared.pose, &look.prepared.wrench);
+fn disjoint(episode: &EpisodeData) -> Option<Finding> {
+    let (poses, wrench) = (&episode.prepared.pose, &episode.prepared.wrench);
     let ([first, last], [begin, end]) =
         ([poses.first()?.t, poses.last()?.t], [wrench.first()?.t, wrench.last()?.t]);
     if poses.len() < 2 || (first <= end && begin <= last) {
         return None;
     }
     let sentence = format!(
-        "poses run from {first:.2} to {last:.2} s, the wrench from {begin:.2} to {end:.2} s: they never overlap"
+        "the poses cover {first:.2} to {last:.2} s and the wrench {begin:.2} to {end:.2} s: they never overlap"
     );
-    let remedy = "bring both clocks to one zero; a stream in another unit or epoch looks like this";
-    Some(Finding::new("clocks", Severity::Error, sentence, remedy).of(look.name()))
+    let remedy = "give both streams the same time origin and unit (seconds)";
+    Some(Finding::new("clocks", Severity::Error, sentence, remedy).in_episode(episode.name()))
 }

@@ -1,51 +1,57 @@
-//! Whether all episodes are of one object.
+//! Check that all episodes show the same object.
 
-use super::dynamics::{Moments, WINDOWS, fit};
-use super::explain::WRONG;
-use super::subject::Subject;
+use super::dynamics::{NormalEquations, WINDOWS_PER_EPISODE, fit};
+use super::input::CheckInput;
+use super::wrench_fit::MIN_STATED_MISFIT;
 use super::{Finding, Severity};
 
-/// Fewer episodes than this show no usual one.
-const FEWEST: usize = 3;
-/// Unexplained share under the others' body from which on an episode is another's, and how many times more one common
-/// body leaves unexplained of all episodes, and of this, than one for it and one for the others. A law that does not
-/// explain the others either says nothing about this one.
-const OTHER: (f64, f64) = (0.2, 3.0);
+/// Minimum number of episodes.
+const MIN_EPISODES: usize = 3;
+/// Minimum unexplained share of an episode under the body that is fitted to the other episodes.
+const MIN_UNEXPLAINED_SHARE: f64 = 0.2;
+/// Minimum misfit with one common body relative to separate bodies, for all episodes and for the episode itself.
+const MIN_COMMON_MISFIT_RATIO: f64 = 3.0;
 
-/// An episode that the body of the others does not explain, while one of its own does.
-pub(crate) fn alike(subject: &Subject) -> Vec<Finding> {
-    let Some(explained) = &subject.explained else { return vec![] };
-    let (change, terms) = (explained.best.mistake.change(), &explained.best.fit.terms);
-    let episodes: Vec<Moments> = explained.moments.chunks(WINDOWS).map(Moments::sum).collect();
-    if episodes.len() < FEWEST {
+/// Checks for an episode that its own body explains, but that of the other episodes does not. Reports nothing if the body
+/// does not explain the other episodes either.
+pub(crate) fn other_object(input: &CheckInput) -> Vec<Finding> {
+    let Some(fits) = &input.wrench_fits else { return vec![] };
+    let (correction, terms) = (fits.best.mistake.correction(), &fits.best.fit.terms);
+    let episodes: Vec<NormalEquations> =
+        fits.equations.chunks(WINDOWS_PER_EPISODE).map(NormalEquations::sum).collect();
+    if episodes.len() < MIN_EPISODES {
         return vec![];
     }
-    let all = Moments::sum(&episodes);
-    let common = fit(&all, &change, terms);
-    let square = |moments: &Moments, share: f64| share * moments.changed(&change).1;
-    let apart = |k: usize| {
-        let rest = Moments::sum(episodes.iter().enumerate().filter(|(i, _)| *i != k).map(|(_, m)| m));
-        let others = fit(&rest, &change, terms);
-        let own = fit(&episodes[k], &change, terms);
-        let two = square(&rest, others.share) + square(&episodes[k], own.share);
-        (k, square(&all, common.share) / two.max(f64::MIN_POSITIVE), others, own)
+    let all = NormalEquations::sum(&episodes);
+    let common = fit(&all, &correction, terms);
+    let square = |equations: &NormalEquations, share: f64| share * equations.transformed(&correction).1;
+    let split = |k: usize| {
+        let rest = NormalEquations::sum(episodes.iter().enumerate().filter(|(i, _)| *i != k).map(|(_, m)| m));
+        let others = fit(&rest, &correction, terms);
+        let own = fit(&episodes[k], &correction, terms);
+        let separate = square(&rest, others.unexplained) + square(&episodes[k], own.unexplained);
+        (k, square(&all, common.unexplained) / separate.max(f64::MIN_POSITIVE), others, own)
     };
-    let worst = (0..episodes.len()).map(apart).max_by(|a, b| a.1.total_cmp(&b.1));
-    let Some((k, times, others, own)) = worst else { return vec![] };
-    let share = others.share_of(&episodes[k], &change);
-    let in_common = common.share_of(&episodes[k], &change);
-    if share < OTHER.0 || times < OTHER.1 || in_common < OTHER.1 * own.share || others.share > WRONG.0 {
+    let worst = (0..episodes.len()).map(split).max_by(|a, b| a.1.total_cmp(&b.1));
+    let Some((k, ratio, others, own)) = worst else { return vec![] };
+    let share = others.unexplained_share_of(&episodes[k], &correction);
+    let in_common = common.unexplained_share_of(&episodes[k], &correction);
+    if share < MIN_UNEXPLAINED_SHARE
+        || ratio < MIN_COMMON_MISFIT_RATIO
+        || in_common < MIN_COMMON_MISFIT_RATIO * own.unexplained
+        || others.unexplained > MIN_STATED_MISFIT
+    {
         return vec![];
     }
     let sentence = format!(
-        "this episode does not fit the object of the others: their body leaves {:.0} % of its load unexplained ({:.1} % \
-         of theirs); it shows a mass of {:.3} kg, the others {:.3} kg",
+        "this episode appears to show another object: the body of the other episodes leaves {:.0} % of its wrench \
+         unexplained ({:.1} % of theirs); the fitted mass is {:.3} kg here and {:.3} kg there",
         100.0 * share,
-        100.0 * others.share,
+        100.0 * others.unexplained,
         own.mass(),
         others.mass()
     );
-    let remedy = "leave the episode out if another object or another gripper was recorded; otherwise look at its poses \
-                  and clock";
-    vec![Finding::new("episodes", Severity::Warning, sentence, remedy).of(subject.episodes[k].name())]
+    let remedy = "remove the episode if another object or another gripper was recorded; otherwise check its poses and \
+                  clock";
+    vec![Finding::new("episodes", Severity::Warning, sentence, remedy).in_episode(input.episodes[k].name())]
 }

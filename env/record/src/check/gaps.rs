@@ -1,85 +1,92 @@
-//! Drop-outs: times without a sample that chance losses do not explain.
+//! Check for drop-outs: intervals without a sample that random losses do not explain.
 
 use crate::episode::Gripper;
 use crate::prepare::median_step;
 
 use super::group::grouped;
-use super::subject::{Look, Subject};
+use super::input::{CheckInput, EpisodeData};
 use super::{Finding, Severity};
 
-/// Shortest drop-out worth a word, in median steps and in lengths of the episode.
-const LEAST: (f64, f64) = (5.0, 0.03);
-/// Chance of a longer one among all that are lost at random.
-const CHANCE: f64 = 1e-6;
-/// Fewest runs of losses, and how many times longer than losses one by one they are in the mean.
-const RUNS: (usize, f64) = (4, 2.0);
+/// Minimum length of a drop-out in median steps.
+const MIN_STEPS: f64 = 5.0;
+/// Minimum length of a drop-out as a share of the episode.
+const MIN_EPISODE_SHARE: f64 = 0.03;
+/// Probability of an equally long gap by random losses.
+const MAX_RANDOM_PROBABILITY: f64 = 1e-6;
+/// Minimum number of runs of losses for a model of losses in runs.
+const MIN_RUNS: usize = 4;
+/// Minimum mean length of the runs relative to independent losses.
+const MIN_RUN_LENGTH_RATIO: f64 = 2.0;
 
-/// Streams that pause.
-pub(crate) fn gaps(subject: &Subject) -> Vec<Finding> {
-    let of = |name: &'static str, times: fn(&Look) -> Vec<f64>| {
-        let all: Vec<Vec<f64>> = subject.episodes.iter().map(times).collect();
-        let found = subject.episodes.iter().zip(&all).filter_map(|(look, t)| pause(name, look, t, &all));
+/// Checks all streams for drop-outs.
+pub(crate) fn gaps(input: &CheckInput) -> Vec<Finding> {
+    let of = |name: &'static str, times: fn(&EpisodeData) -> Vec<f64>| {
+        let all: Vec<Vec<f64>> = input.episodes.iter().map(times).collect();
+        let found =
+            input.episodes.iter().zip(&all).filter_map(|(episode, t)| drop_out(name, episode, t, &all));
         grouped(found.collect())
     };
-    let object = |look: &Look| look.episode.object().map_or(vec![], |s| s.t);
-    let wrench = |look: &Look| look.episode.wrench().map_or(vec![], |s| s.t);
-    let gripper = |look: &Look| match look.episode.gripper() {
+    let object = |episode: &EpisodeData| episode.raw.object().map_or(vec![], |s| s.t);
+    let wrench = |episode: &EpisodeData| episode.raw.wrench().map_or(vec![], |s| s.t);
+    let gripper = |episode: &EpisodeData| match episode.raw.gripper() {
         Some(Gripper::Level(s)) => s.t,
         Some(Gripper::Tilting(s)) => s.t,
         None => vec![],
     };
-    let (poses, grip) = (of("the object's poses", object), of("the gripper's poses", gripper));
-    // One tracker that pauses loses both.
+    let (poses, grip) = (of("object pose", object), of("gripper pose", gripper));
+    // Do not report a drop-out of a common tracker twice.
     let grip = if poses.is_empty() { grip } else { vec![] };
-    [poses, grip, of("the wrench", wrench)].concat()
+    [poses, grip, of("wrench", wrench)].concat()
 }
 
-fn pause(stream: &str, look: &Look, t: &[f64], all: &[Vec<f64>]) -> Option<(f64, Finding)> {
+fn drop_out(stream: &str, episode: &EpisodeData, t: &[f64], all: &[Vec<f64>]) -> Option<(f64, Finding)> {
     let step = median_step(t).filter(|step| *step > 0.0)?;
-    let whole = t.last()? - t.first()?;
+    let duration = t.last()? - t.first()?;
     let longest = t.windows(2).max_by(|a, b| (a[1] - a[0]).total_cmp(&(b[1] - b[0])))?;
     let (from, to) = (longest[0], longest[1]);
     let length = to - from;
-    let usual = usual(t, all, step, length);
-    if length < (LEAST.0 * step).max(LEAST.1 * whole).max(usual) || to < look.prepared.contact {
+    let random = longest_random_gap(t, all, step, length);
+    if length < (MIN_STEPS * step).max(MIN_EPISODE_SHARE * duration).max(random)
+        || to < episode.prepared.contact
+    {
         return None;
     }
     let sentence = format!(
-        "{stream} pause for {length:.2} s from {from:.2} s on, where the usual step is {:.0} ms",
+        "no {stream} sample for {length:.2} s from t = {from:.2} s on; the median step is {:.0} ms",
         1e3 * step
     );
-    let remedy = "record without drop-outs, or end the episode there and begin another: what happened meanwhile is \
-                  unknown";
-    Some((length, Finding::new("gaps", Severity::Warning, sentence, remedy).of(look.name())))
+    let remedy = "record without drop-outs, or split the episode at the gap: the motion in it is unknown";
+    Some((length, Finding::new("gaps", Severity::Warning, sentence, remedy).in_episode(episode.name())))
 }
 
-/// The pause that losses at random at the rate of the other intervals do not reach, s.
-fn usual(t: &[f64], all: &[Vec<f64>], step: f64, longest: f64) -> f64 {
+/// Longest gap that random losses explain, s. The loss rate is estimated from the other intervals.
+fn longest_random_gap(t: &[f64], all: &[Vec<f64>], step: f64, longest: f64) -> f64 {
     let n = t.len() as f64;
     let steps = ((t[t.len() - 1] - t[0] - longest) / step).max(n);
     let lost = (1.0 - (n - 1.0) / steps).clamp(1e-6, 0.9);
-    // The median step may itself span losses: count in steps between the shortest and it.
+    // The median step may itself span losses, so allow for shorter steps.
     let finest = t.windows(2).map(|p| p[1] - p[0]).fold(f64::INFINITY, f64::min).max(0.2 * step);
     let irregular = if finest < 0.7 * step { 2.0 } else { 1.0 };
-    let one_by_one = irregular * step * (1.0 + (CHANCE / n).ln() / lost.ln());
-    one_by_one.max(in_runs(all, step, lost).unwrap_or(0.0))
+    let independent = irregular * step * (1.0 + (MAX_RANDOM_PROBABILITY / n).ln() / lost.ln());
+    independent.max(in_runs(all, step, lost).unwrap_or(0.0))
 }
 
-/// The same where samples are lost in runs, in any episode: their lengths are exponential, with the mean of those besides
-/// each episode's longest. `None` where the losses are no longer than single ones would be.
+/// Longest gap that random losses in runs of exponential length explain, s. The mean length is that of the runs of all
+/// episodes without the longest one of each. `None` if the runs are no longer than independent losses.
 fn in_runs(all: &[Vec<f64>], step: f64, lost: f64) -> Option<f64> {
     let runs: Vec<f64> = all.iter().flat_map(|t| runs(t, step)).collect();
     let n = runs.len() as f64;
-    // By their squares, so that single losses among them count little.
+    // Weighted by length, so that single losses have little influence.
     let mean = runs.iter().map(|run| run * run).sum::<f64>() / (2.0 * runs.iter().sum::<f64>());
-    (runs.len() >= RUNS.0 && mean > RUNS.1 * step / (1.0 - lost)).then(|| step + mean * (n / CHANCE).ln())
+    (runs.len() >= MIN_RUNS && mean > MIN_RUN_LENGTH_RATIO * step / (1.0 - lost))
+        .then(|| step + mean * (n / MAX_RANDOM_PROBABILITY).ln())
 }
 
-/// What pauses exceed the step by, the longest left out.
+/// Lengths of the gaps in excess of a step, without the longest one, s.
 fn runs(t: &[f64], step: f64) -> Vec<f64> {
-    let pauses = t.windows(2).map(|pair| pair[1] - pair[0] - step).filter(|pause| *pause > 0.5 * step);
-    let mut pauses: Vec<f64> = pauses.collect();
-    pauses.sort_by(f64::total_cmp);
-    pauses.pop();
-    pauses
+    let gaps = t.windows(2).map(|pair| pair[1] - pair[0] - step).filter(|gap| *gap > 0.5 * step);
+    let mut gaps: Vec<f64> = gaps.collect();
+    gaps.sort_by(f64::total_cmp);
+    gaps.pop();
+    gaps
 }

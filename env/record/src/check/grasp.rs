@@ -1,4 +1,4 @@
-//! Whether the gripper is where it must be to push the object as stated.
+//! Checks of the grasp: slip, and the distance of the gripper from the object.
 
 use nalgebra::{DMatrix, DVector};
 use trundle_model::Fixture;
@@ -6,93 +6,99 @@ use trundle_model::Fixture;
 use crate::metadata::{Contact, Frame, Reference};
 use crate::prepare::{WrenchSample, median, quantile};
 
-use super::gripper::frozen_in;
+use super::gripper::frozen_travel;
 use super::group::grouped;
-use super::subject::{Look, Subject};
+use super::input::{CheckInput, EpisodeData};
 use super::{Finding, Severity};
 
-/// Spread of a firm grasp in the object frame that noise and streams out of step explain: standard deviations, and
-/// share of the object's size.
-const SLIP: (f64, f64) = (8.0, 0.03);
-/// A reading of so many standard deviations is felt; what feels nothing for so long, s, may hold elsewhere afterwards.
-const FELT: f64 = 6.0;
-const APART: f64 = 0.5;
-/// Delays with which a compliant grasp gives way, in shares of the time held.
-const DELAYS: [f64; 2] = [0.0, 0.02];
-/// How far outside of the footprint a gripper reaches the object, in its sizes.
-const REACH: f64 = 1.0;
+/// Motion of a firm grasp in the object frame that noise explains, in standard deviations.
+const MAX_GRASP_MOTION_SD: f64 = 8.0;
+/// Motion of a firm grasp in the object frame that is tolerated, as a share of the object's size.
+const MAX_GRASP_MOTION_SHARE: f64 = 0.03;
+/// Minimum load of a grasp in standard deviations of the noise.
+const MIN_LOAD_SD: f64 = 6.0;
+/// Time without load after which the gripper may grasp the object elsewhere, s.
+const MAX_UNLOADED_TIME_S: f64 = 0.5;
+/// Delays of a compliant grasp, as shares of its duration.
+const COMPLIANCE_DELAYS: [f64; 2] = [0.0, 0.02];
+/// Maximum distance of the gripper from the footprint in sizes of the object.
+const MAX_REACH_SIZES: f64 = 1.0;
 
-/// Whether the reading's origin is the gripper, so that the frames show where it is.
-fn at_gripper(subject: &Subject) -> bool {
-    subject.reference() == Reference::Sensor && !subject.meta.on_rail() && subject.size > 0.0
+/// Whether the reference point of the readings is the gripper, so that their frames give its pose.
+fn is_referred_to_gripper(input: &CheckInput) -> bool {
+    input.reference() == Reference::Sensor && !input.meta.on_rail() && input.size > 0.0
 }
 
-/// Where the gripper is in the object frame from contact on: x, y, angle.
-fn held_at(look: &Look) -> Vec<[f64; 3]> {
-    look.prepared.wrench.iter().filter(|w| w.t >= look.prepared.contact).map(|w| w.frame).collect()
+/// Poses of the gripper in the object frame from contact on: x, y, angle.
+fn gripper_poses(episode: &EpisodeData) -> Vec<[f64; 3]> {
+    episode.prepared.wrench.iter().filter(|w| w.t >= episode.prepared.contact).map(|w| w.frame).collect()
 }
 
-/// The same of each time that it holds and is felt, with the reading: one that has let go is free to move.
-fn held_each(subject: &Subject, look: &Look) -> Vec<Vec<WrenchSample>> {
-    let noise = &subject.dataset.noise;
-    let felt =
-        |[x, y, torque]: [f64; 3]| x.hypot(y) > FELT * noise.force || torque.abs() > FELT * noise.torque;
-    let (mut holds, mut last) = (vec![], f64::NEG_INFINITY);
-    for w in look.prepared.wrench.iter().filter(|w| w.t >= look.prepared.contact && felt(w.reading)) {
-        if w.t - last > APART {
-            holds.push(vec![]);
+/// Wrench samples under load, split into separate grasps. A gripper without load may have released the object.
+fn grasps(input: &CheckInput, episode: &EpisodeData) -> Vec<Vec<WrenchSample>> {
+    let noise = &input.dataset.noise;
+    let is_loaded = |[x, y, torque]: [f64; 3]| {
+        x.hypot(y) > MIN_LOAD_SD * noise.force || torque.abs() > MIN_LOAD_SD * noise.torque
+    };
+    let (mut grasps, mut last) = (vec![], f64::NEG_INFINITY);
+    for w in
+        episode.prepared.wrench.iter().filter(|w| w.t >= episode.prepared.contact && is_loaded(w.reading))
+    {
+        if w.t - last > MAX_UNLOADED_TIME_S {
+            grasps.push(vec![]);
         }
         last = w.t;
-        holds.last_mut().into_iter().for_each(|hold| hold.push(w.clone()));
+        grasps.last_mut().into_iter().for_each(|grasp| grasp.push(w.clone()));
     }
-    holds
+    grasps
 }
 
-/// A gripper that is said to grasp but wanders on the object.
-pub(crate) fn slip(subject: &Subject) -> Vec<Finding> {
-    if !at_gripper(subject) || subject.meta.wrench.contact != Contact::Grasp {
+/// Checks for a gripper that moves on the object although its contact is a grasp.
+pub(crate) fn slip(input: &CheckInput) -> Vec<Finding> {
+    if !is_referred_to_gripper(input) || input.meta.wrench.contact != Contact::Grasp {
         return vec![];
     }
-    let firm = |look: &&Look| frozen_in(subject, look).is_none();
-    let looks: Vec<_> =
-        subject.episodes.iter().filter(firm).map(|look| (look, held_each(subject, look))).collect();
+    let firm = |episode: &&EpisodeData| frozen_travel(input, episode).is_none();
+    let episodes: Vec<_> =
+        input.episodes.iter().filter(firm).map(|episode| (episode, grasps(input, episode))).collect();
     let all: Vec<&[WrenchSample]> =
-        looks.iter().flat_map(|(_, holds)| holds.iter().map(Vec::as_slice)).collect();
-    let Some(wanders) = wanders(&all) else { return vec![] };
-    let mut wanders = wanders.into_iter();
-    let furthest = |holds: &Vec<_>| wanders.by_ref().take(holds.len()).fold(0.0, f64::max);
-    let furthest: Vec<f64> = looks.iter().map(|(_, holds)| holds).map(furthest).collect();
-    grouped(looks.iter().zip(furthest).filter_map(|((look, _), far)| slips(subject, look, far)).collect())
+        episodes.iter().flat_map(|(_, grasps)| grasps.iter().map(Vec::as_slice)).collect();
+    let Some(motions) = residual_motions(&all) else { return vec![] };
+    let mut motions = motions.into_iter();
+    let largest = |grasps: &Vec<_>| motions.by_ref().take(grasps.len()).fold(0.0, f64::max);
+    let largest: Vec<f64> = episodes.iter().map(|(_, grasps)| grasps).map(largest).collect();
+    let found = episodes.iter().zip(largest);
+    grouped(found.filter_map(|((episode, _), motion)| slip_finding(input, episode, motion)).collect())
 }
 
-fn slips(subject: &Subject, look: &Look, wander: f64) -> Option<(f64, Finding)> {
-    let sd = subject.dataset.noise.pose;
-    let arm = sd[2] * subject.size; // the heading's noise moves the grasp too
-    let explained = (SLIP.0 * (sd[0].max(sd[1]) + arm)).max(SLIP.1 * subject.size);
-    (wander > explained + out_of_step(look)).then(|| {
+fn slip_finding(input: &CheckInput, episode: &EpisodeData, motion: f64) -> Option<(f64, Finding)> {
+    let sd = input.dataset.noise.pose;
+    let arm = sd[2] * input.size; // noise of the heading also moves the grasp
+    let tolerated = (MAX_GRASP_MOTION_SD * (sd[0].max(sd[1]) + arm)).max(MAX_GRASP_MOTION_SHARE * input.size);
+    (motion > tolerated + asynchrony(episode)).then(|| {
         let sentence =
-            format!("the gripper is said to grasp, but wanders by {:.0} mm on the object", 1e3 * wander);
-        let remedy = "set wrench.contact = \"point\" if it only pushes; otherwise it slips, or a pose or its angle \
-                      is wrong";
-        (wander, Finding::new("grasp", Severity::Warning, sentence, remedy).of(look.name()))
+            format!("wrench.contact is \"grasp\", but the gripper moves by {:.0} mm on the object", 1e3 * motion);
+        let remedy = "set wrench.contact = \"point\" if the gripper only pushes; otherwise the grasp slips, or the \
+                      poses are wrong";
+        (motion, Finding::new("grasp", Severity::Warning, sentence, remedy).in_episode(episode.name()))
     })
 }
 
-/// How far the gripper wanders on the object in each hold beyond what the load explains, m: a compliant grasp gives way
-/// to the load, at once or with a delay, comes back, and is as compliant each time; a slip is not. Where it holds
-/// is not known: each hold is compared with its own mean.
-fn wanders(holds: &[&[WrenchSample]]) -> Option<Vec<f64>> {
+/// Motion of the gripper on the object in each grasp that the load does not explain, m. A compliant grasp deflects under
+/// load, immediately or with a delay, and with the same compliance in all grasps. The unloaded position is unknown, so
+/// positions are relative to the mean of each grasp.
+fn residual_motions(grasps: &[&[WrenchSample]]) -> Option<Vec<f64>> {
     let mut rows: Vec<Vec<f64>> = vec![];
-    let mut places: [Vec<f64>; 2] = [vec![], vec![]];
-    for held in holds {
-        let span = held.last()?.t - held.first()?.t;
-        let loads: Vec<(f64, [f64; 3])> = held.iter().map(|w| (w.t, load(w))).collect();
-        let columns = DELAYS.iter().flat_map(|share| (0..3).map(move |axis| (axis, share * span)));
+    let mut positions: [Vec<f64>; 2] = [vec![], vec![]];
+    for grasp in grasps {
+        let span = grasp.last()?.t - grasp.first()?.t;
+        let loads: Vec<(f64, [f64; 3])> = grasp.iter().map(|w| (w.t, load(w))).collect();
+        let columns = COMPLIANCE_DELAYS.iter().flat_map(|share| (0..3).map(move |axis| (axis, share * span)));
         let columns: Vec<Vec<f64>> =
             columns.map(|(axis, lag)| centred(delayed(&loads, axis, lag))).collect::<Option<_>>()?;
-        rows.extend((0..held.len()).map(|i| columns.iter().map(|c| c[i]).collect::<Vec<f64>>()));
-        for (axis, place) in places.iter_mut().enumerate() {
-            place.extend(centred(held.iter().map(|w| w.frame[axis]).collect())?);
+        rows.extend((0..grasp.len()).map(|i| columns.iter().map(|c| c[i]).collect::<Vec<f64>>()));
+        for (axis, position) in positions.iter_mut().enumerate() {
+            position.extend(centred(grasp.iter().map(|w| w.frame[axis]).collect())?);
         }
     }
     let columns = rows.first()?.len();
@@ -101,37 +107,37 @@ fn wanders(holds: &[&[WrenchSample]]) -> Option<Vec<f64>> {
     let design = DMatrix::from_fn(rows.len(), columns, |i, j| design[(i, j)] / scale[j]);
     let ridge = DMatrix::identity(columns, columns) * 1e-9;
     let solver = (design.transpose() * &design + ridge).cholesky()?;
-    let left = places.map(|place| {
-        let place = DVector::from_vec(place);
-        &place - &design * solver.solve(&(design.transpose() * &place))
+    let residual = positions.map(|position| {
+        let position = DVector::from_vec(position);
+        &position - &design * solver.solve(&(design.transpose() * &position))
     });
     let mut first = 0;
-    let spread = |held: &&[WrenchSample]| {
-        let rest = |k: usize| left[k].rows(first, held.len()).iter().copied().collect::<Vec<f64>>();
-        let (x, y) = (rest(0), rest(1));
-        first += held.len();
-        let wide = |rest: &[f64]| {
-            Some(quantile(rest.iter().copied(), 0.95)? - quantile(rest.iter().copied(), 0.05)?)
+    let spread = |grasp: &&[WrenchSample]| {
+        let axis = |k: usize| residual[k].rows(first, grasp.len()).iter().copied().collect::<Vec<f64>>();
+        let (x, y) = (axis(0), axis(1));
+        first += grasp.len();
+        let range = |axis: &[f64]| {
+            Some(quantile(axis.iter().copied(), 0.95)? - quantile(axis.iter().copied(), 0.05)?)
         };
-        Some(wide(&x)?.hypot(wide(&y)?))
+        Some(range(&x)?.hypot(range(&y)?))
     };
-    holds.iter().map(spread).collect()
+    grasps.iter().map(spread).collect()
 }
 
-/// Numbers less their mean; `None` where there are none.
+/// `values` minus their mean; `None` if there are none.
 fn centred(mut values: Vec<f64>) -> Option<Vec<f64>> {
     let mean = (!values.is_empty()).then(|| values.iter().sum::<f64>() / values.len() as f64)?;
     values.iter_mut().for_each(|value| *value -= mean);
     Some(values)
 }
 
-/// What loads a grasp: the force in object axes, in which its place is given too, and the torque about it.
+/// Load of a grasp: force in object axes, torque about the gripper.
 fn load(w: &WrenchSample) -> [f64; 3] {
     let ([x, y, torque], (sin, cos)) = (w.reading, w.frame[2].sin_cos());
     [cos * x - sin * y, sin * x + cos * y, torque]
 }
 
-/// One axis of a load through a first-order lag, s.
+/// One axis of a load after a first-order lag with time constant `lag`, s.
 fn delayed(loads: &[(f64, [f64; 3])], axis: usize, lag: f64) -> Vec<f64> {
     let (mut last, mut state) = loads.first().map_or((0.0, 0.0), |(t, load)| (*t, load[axis]));
     let one = |(t, load): &(f64, [f64; 3])| {
@@ -144,9 +150,9 @@ fn delayed(loads: &[(f64, [f64; 3])], axis: usize, lag: f64) -> Vec<f64> {
     loads.iter().map(one).collect()
 }
 
-/// How far the object goes between two poses: streams out of step are apart by that, m.
-fn out_of_step(look: &Look) -> f64 {
-    let steps = look
+/// Apparent motion of the grasp because poses of object and gripper are not simultaneous, m.
+fn asynchrony(episode: &EpisodeData) -> f64 {
+    let steps = episode
         .prepared
         .pose
         .windows(2)
@@ -154,39 +160,39 @@ fn out_of_step(look: &Look) -> f64 {
     2.0 * quantile(steps, 0.95).unwrap_or(0.0)
 }
 
-/// A gripper that cannot reach the footprint.
-pub(crate) fn place(subject: &Subject) -> Vec<Finding> {
-    if !at_gripper(subject) || subject.meta.wrench.frame == Frame::Object {
+/// Checks for a gripper that is too far from the footprint during contact.
+pub(crate) fn out_of_reach(input: &CheckInput) -> Vec<Finding> {
+    if !is_referred_to_gripper(input) || input.meta.wrench.frame == Frame::Object {
         return vec![];
     }
-    let distances = |look: &Look| {
-        let frames = held_at(look);
-        median(frames.iter().map(|f| outside(&subject.dataset.body.fixtures, [f[0], f[1]])))
+    let distance = |episode: &EpisodeData| {
+        let frames = gripper_poses(episode);
+        median(frames.iter().map(|f| distance_from_shape(&input.dataset.body.fixtures, [f[0], f[1]])))
     };
-    let far = |look: &&Look| distances(look).is_some_and(|d| d > REACH * subject.size);
-    subject
+    let far = |episode: &&EpisodeData| distance(episode).is_some_and(|d| d > MAX_REACH_SIZES * input.size);
+    input
         .episodes
         .iter()
         .filter(far)
         .take(1)
-        .map(|look| unreachable(subject, look, distances(look)))
+        .map(|episode| reach_finding(input, episode, distance(episode)))
         .collect()
 }
 
-fn unreachable(subject: &Subject, look: &Look, distance: Option<f64>) -> Finding {
+fn reach_finding(input: &CheckInput, episode: &EpisodeData, distance: Option<f64>) -> Finding {
     let sentence = format!(
-        "in contact the gripper is {:.3} m away from the footprint, which measures {:.3} m",
+        "during contact the gripper is {:.3} m away from the footprint, whose size is {:.3} m",
         distance.unwrap_or(0.0),
-        subject.size
+        input.size
     );
-    let remedy = "check that footprint and poses are all in metres, and that the footprint is drawn about the \
-                  tracker's frame";
-    Finding::new("place", Severity::Error, sentence, remedy).of(look.name())
+    let remedy = "check that footprint and poses are in metres, and that the footprint is given in the frame that the \
+                  tracker reports";
+    Finding::new("place", Severity::Error, sentence, remedy).in_episode(episode.name())
 }
 
-/// Distance of a point from the nearest corner or centre of the shape less that one's radius; a rough measure,
-/// never more than the size of the shape too large, m.
-fn outside(shape: &[Fixture], point: [f64; 2]) -> f64 {
+/// Approximate distance of a point from the shape, m: the distance from the nearest corner or disc. Too large by at most the
+/// size of the shape.
+fn distance_from_shape(shape: &[Fixture], point: [f64; 2]) -> f64 {
     let from = |corner: &[f64; 2]| (corner[0] - point[0]).hypot(corner[1] - point[1]);
     let distance = |fixture: &Fixture| match fixture {
         Fixture::Polygon { vertices, .. } => vertices.iter().map(from).fold(f64::INFINITY, f64::min),

@@ -1,11 +1,11 @@
-//! One finding for all episodes that show the same.
+//! Merging of equal findings in several episodes.
 
 use super::Finding;
 
-/// Episodes named before the rest is counted.
-const NAMED: usize = 4;
+/// Maximum number of episodes that a merged finding lists by name.
+const MAX_LISTED_EPISODES: usize = 4;
 
-/// The gravest of `found` (a size and a finding for each episode that shows it), with the names of the others.
+/// Merges `found`, a size and a finding per episode, into the most severe finding. It lists the other episodes.
 pub(crate) fn grouped(mut found: Vec<(f64, Finding)>) -> Vec<Finding> {
     found.sort_by(|a, b| a.1.severity.cmp(&b.1.severity).then(b.0.total_cmp(&a.0)));
     let names: Vec<String> = found.iter().filter_map(|(_, finding)| finding.episode.clone()).collect();
@@ -17,9 +17,9 @@ pub(crate) fn grouped(mut found: Vec<(f64, Finding)>) -> Vec<Finding> {
     vec![worst]
 }
 
-/// "in 3 episodes: a, b, c", the first of which shows it most.
+/// Text such as "in 3 episodes, most in a, b, c".
 fn listed(names: &[String]) -> String {
-    let (named, rest) = names.split_at(names.len().min(NAMED));
+    let (named, rest) = names.split_at(names.len().min(MAX_LISTED_EPISODES));
     let more = if rest.is_empty() { String::new() } else { format!(" and {} more", rest.len()) };
     format!("in {} episodes, most in {}{more}", names.len(), named.join(", "))
 }

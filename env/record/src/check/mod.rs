@@ -1,7 +1,7 @@
-//! What is wrong with a recording, found before any physics: each finding a sentence with its remedy.
+//! Checks of a recording for mistakes, without any model of its effects. Each finding has a remedy.
 //!
-//! A check is one function from the prepared recording to findings. Each asks for what holds for every passive
-//! object on a floor, whatever its wheels and friction; what only a model could tell is left to the diagnosis.
+//! A check is a function from the prepared recording to findings. It tests a property that every passive object on a floor
+//! has, whatever its wheels and friction. The diagnosis covers everything that depends on a model.
 
 mod axes;
 mod clocks;
@@ -9,17 +9,17 @@ mod direction;
 mod dynamics;
 mod episodes;
 mod excitation;
-mod explain;
 mod gains;
 mod gaps;
 mod grasp;
 mod gripper;
 mod group;
+mod input;
 mod instruments;
 mod lags;
-mod subject;
 mod tare;
 mod units;
+mod wrench_fit;
 
 use serde::Serialize;
 
@@ -27,32 +27,32 @@ use crate::error::Error;
 use crate::fault::Fault;
 use crate::prepare::{Options, ReadingAxes, prepare_with};
 use crate::recording::Recording;
-use subject::Subject;
+use input::CheckInput;
 
-/// How grave a finding is.
+/// Severity of a finding.
 #[derive(Debug, Clone, Copy, PartialEq, Eq, PartialOrd, Ord, Serialize)]
 #[serde(rename_all = "lowercase")]
 pub enum Severity {
-    /// What follows from the recording would be wrong.
+    /// Results from this recording would be wrong.
     Error,
-    /// It may be wrong.
+    /// Results from this recording may be wrong.
     Warning,
-    /// Good to know.
+    /// For information.
     Note,
 }
 
-/// One finding.
+/// A finding of a check.
 #[derive(Debug, Clone, PartialEq, Serialize)]
 pub struct Finding {
-    /// What was checked, as "units".
+    /// Category, for example "units".
     pub kind: &'static str,
-    /// How grave it is.
+    /// Severity.
     pub severity: Severity,
-    /// What is seen, with its figures.
+    /// What is wrong, with numbers.
     pub sentence: String,
-    /// What to do about it.
+    /// How to correct it.
     pub remedy: String,
-    /// Where; `None` if it concerns the whole recording.
+    /// Name of the episode; `None` if the finding concerns the whole recording.
     pub episode: Option<String>,
 }
 
@@ -61,45 +61,45 @@ impl Finding {
         Self { kind, severity, sentence, remedy: remedy.to_owned(), episode: None }
     }
 
-    fn of(self, episode: &str) -> Self {
+    fn in_episode(self, episode: &str) -> Self {
         Self { episode: Some(episode.to_owned()), ..self }
     }
 }
 
-type Check = fn(&Subject) -> Vec<Finding>;
+type Check = fn(&CheckInput) -> Vec<Finding>;
 
 const CHECKS: [Check; 20] = [
-    units::scales,
-    units::angles,
+    units::lengths_and_gains,
+    units::object_angles,
     units::torques,
     units::noise,
-    gripper::degrees,
+    gripper::angles,
     gripper::frozen,
     axes::axes,
     instruments::unsigned,
     clocks::lag,
     clocks::overlap,
     gaps::gaps,
-    tare::steady,
-    tare::alike,
+    tare::load_before_contact,
+    tare::inconsistent,
     tare::missing,
-    episodes::alike,
+    episodes::other_object,
     instruments::clipping,
     instruments::masked,
     grasp::slip,
-    grasp::place,
-    excitation::enough,
+    grasp::out_of_reach,
+    excitation::excitation,
 ];
 
-/// All findings about `recording`, the gravest first.
+/// All findings about `recording`, most severe first.
 pub fn check(recording: &Recording) -> Vec<Finding> {
     let options = Options { axes: ReadingAxes::Published, ..Options::default() };
     let dataset = match prepare_with(recording, options) {
         Ok(dataset) => dataset,
         Err(error) => return vec![unusable(error)],
     };
-    let subject = Subject::new(recording, &dataset);
-    let mut findings: Vec<Finding> = CHECKS.iter().flat_map(|check| check(&subject)).collect();
+    let input = CheckInput::new(recording, &dataset);
+    let mut findings: Vec<Finding> = CHECKS.iter().flat_map(|check| check(&input)).collect();
     findings.sort_by_key(|finding| finding.severity);
     findings
 }
@@ -110,6 +110,11 @@ fn unusable(error: Error) -> Finding {
         Fault::Unusable { reason, remedy } => {
             Finding::new("unusable", Severity::Error, format!("{place}: {reason}"), &remedy)
         }
-        other => Finding::new("unusable", Severity::Error, format!("{place}: {other}"), "repair it there"),
+        other => Finding::new(
+            "unusable",
+            Severity::Error,
+            format!("{place}: {other}"),
+            "correct the recording at this place",
+        ),
     }
 }

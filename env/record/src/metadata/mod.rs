@@ -1,4 +1,4 @@
-//! `recording.toml`: what the columns mean, and what is known of the object.
+//! Content of `recording.toml`: the meaning of the columns, and properties of the object.
 
 mod object;
 mod wrench;
@@ -8,51 +8,51 @@ use serde::{Deserialize, Serialize};
 pub use object::{Dof, FixtureMeta, ObjectMeta};
 pub use wrench::{Contact, Frame, Precontact, Reference, Sign, Source, WrenchMeta};
 
-/// The one value of `format` that this reader knows.
+/// The only supported value of `format`.
 pub const FORMAT: &str = "trundle-recording/1";
 
-/// Everything in `recording.toml`.
+/// Content of `recording.toml`.
 #[derive(Debug, Clone, PartialEq, Serialize, Deserialize)]
 #[serde(deny_unknown_fields)]
 pub struct Metadata {
     /// Always [`FORMAT`] in a valid recording.
     pub format: String,
-    /// The recording's name, for people.
+    /// Display name of the recording.
     pub name: String,
-    /// Whether the object is at rest until contact begins.
-    #[serde(default = "yes")]
+    /// Whether the object is at rest until contact.
+    #[serde(default = "default_at_rest")]
     pub at_rest: bool,
-    /// The object that is pushed.
+    /// The pushed object.
     pub object: ObjectMeta,
-    /// What the columns `force_*` and `torque_*` mean.
+    /// Meaning of the columns `force_*` and `torque_*`.
     pub wrench: WrenchMeta,
-    /// Stated noise; estimated from the data where it is absent.
+    /// Stated noise; if absent, it is estimated from the data.
     #[serde(default, skip_serializing_if = "Option::is_none")]
     pub noise: Option<NoiseMeta>,
-    /// What is known to stand around.
+    /// Known surroundings.
     #[serde(default, skip_serializing_if = "Scene::is_empty")]
     pub scene: Scene,
-    /// Which episodes are only predicted.
+    /// Partition into training and held-out episodes.
     #[serde(default, skip_serializing_if = "Split::is_empty")]
     pub split: Split,
-    /// Kept, never interpreted.
+    /// Free-form notes, never interpreted.
     #[serde(default, skip_serializing_if = "toml::Table::is_empty")]
     pub notes: toml::Table,
 }
 
 impl Metadata {
-    /// Whether the object runs on a rail along x, so that `object_x` and `force_x` are all there is.
+    /// Whether the object moves on a rail along x, so that only `object_x` and `force_x` are used.
     pub fn on_rail(&self) -> bool {
         self.object.dof == [Dof::X]
     }
 
-    /// Whether `episode` is only predicted, never fitted.
+    /// Whether `episode` is held out: predicted, never fitted.
     pub fn is_held_out(&self, episode: &str) -> bool {
         self.split.held_out.iter().any(|name| name == episode)
     }
 }
 
-/// One standard deviation of what the instruments add.
+/// Stated measurement noise, one standard deviation each.
 #[derive(Debug, Clone, PartialEq, Serialize, Deserialize)]
 #[serde(deny_unknown_fields)]
 pub struct NoiseMeta {
@@ -60,7 +60,7 @@ pub struct NoiseMeta {
     pub pose: [f64; 3],
     /// Of each force axis, N.
     pub force: f64,
-    /// Of each torque axis, N m; may be left out where no torque is measured.
+    /// Of each torque axis, N m; optional if no torque is measured.
     #[serde(default, skip_serializing_if = "Option::is_none")]
     pub torque: Option<f64>,
     /// Of the time stamps, s.
@@ -68,7 +68,7 @@ pub struct NoiseMeta {
     pub time: f64,
 }
 
-/// What is known to stand around.
+/// Known surroundings of the object.
 #[derive(Debug, Clone, PartialEq, Default, Serialize, Deserialize)]
 #[serde(deny_unknown_fields)]
 pub struct Scene {
@@ -83,7 +83,7 @@ impl Scene {
     }
 }
 
-/// One fixed obstacle.
+/// A fixed obstacle.
 #[derive(Debug, Clone, PartialEq, Serialize, Deserialize)]
 #[serde(deny_unknown_fields)]
 pub struct Obstacle {
@@ -91,11 +91,11 @@ pub struct Obstacle {
     pub polygon: Vec<[f64; 2]>,
 }
 
-/// Which episodes are fitted and which only predicted.
+/// Partition of the episodes into training and held-out episodes.
 #[derive(Debug, Clone, PartialEq, Default, Serialize, Deserialize)]
 #[serde(deny_unknown_fields)]
 pub struct Split {
-    /// Names of the episodes that are never fitted.
+    /// Names of the held-out episodes, which are predicted but never fitted.
     #[serde(default)]
     pub held_out: Vec<String>,
 }
@@ -106,6 +106,6 @@ impl Split {
     }
 }
 
-fn yes() -> bool {
+fn default_at_rest() -> bool {
     true
 }

@@ -1,33 +1,33 @@
-//! What is known of the object.
+//! The `[object]` table.
 
 use serde::{Deserialize, Serialize};
 use trundle_model::Fixture;
 
-/// The object: its shape, and its mass where it was weighed.
+/// The pushed object: its shape, and its mass if known.
 #[derive(Debug, Clone, PartialEq, Serialize, Deserialize)]
 #[serde(deny_unknown_fields)]
 pub struct ObjectMeta {
-    /// Vertices of a simple polygon, m, object frame, in either orientation and kept as given; may be
-    /// empty beside fixtures, or on a rail.
+    /// Vertices of a simple polygon, m, object frame, in either orientation. May be empty if there are fixtures, or on a
+    /// rail.
     #[serde(default, skip_serializing_if = "Vec::is_empty")]
     pub footprint: Vec<[f64; 2]>,
     /// Weighed mass, kg.
     #[serde(default, skip_serializing_if = "Option::is_none")]
     pub mass: Option<f64>,
-    /// Where feet or wheels touch the floor, m, object frame; empty if unknown.
+    /// Contact points of feet or wheels with the floor, m, object frame; empty if unknown.
     #[serde(default, skip_serializing_if = "Vec::is_empty")]
     pub support: Vec<[f64; 2]>,
-    /// How the object can move.
+    /// Degrees of freedom.
     #[serde(default = "Dof::all")]
     pub dof: Vec<Dof>,
-    /// Several shapes instead of one footprint; they count where both are given.
+    /// Several shapes instead of one footprint. They take precedence over `footprint`.
     #[serde(default, rename = "fixture", skip_serializing_if = "Vec::is_empty")]
     pub fixtures: Vec<FixtureMeta>,
 }
 
 impl ObjectMeta {
-    /// The shape as the model wants it: the fixtures, which stand instead of a footprint, or else one
-    /// polygon of density 1; empty on a rail without a shape.
+    /// The shape as fixtures of a body: the fixtures if there are any, otherwise the footprint with density 1. Empty on a
+    /// rail without a shape.
     pub fn shape(&self) -> Vec<Fixture> {
         if self.footprint.is_empty() || !self.fixtures.is_empty() {
             return self.fixtures.iter().filter_map(FixtureMeta::shape).collect();
@@ -36,7 +36,7 @@ impl ObjectMeta {
     }
 }
 
-/// A polygon or a disc with its relative density. Exactly one of the two is given.
+/// A polygon or a disc with its relative density. Exactly one of `polygon` and `disc` is set.
 #[derive(Debug, Clone, PartialEq, Serialize, Deserialize)]
 #[serde(deny_unknown_fields)]
 pub struct FixtureMeta {
@@ -47,7 +47,7 @@ pub struct FixtureMeta {
     #[serde(default, skip_serializing_if = "Option::is_none")]
     pub disc: Option<[f64; 3]>,
     /// Density relative to the other fixtures.
-    #[serde(default = "one")]
+    #[serde(default = "default_density")]
     pub density: f64,
 }
 
@@ -66,21 +66,21 @@ impl FixtureMeta {
 #[derive(Debug, Clone, Copy, PartialEq, Eq, PartialOrd, Ord, Serialize, Deserialize)]
 #[serde(rename_all = "lowercase")]
 pub enum Dof {
-    /// Along the world's x.
+    /// Translation along the world's x axis.
     X,
-    /// Along the world's y.
+    /// Translation along the world's y axis.
     Y,
-    /// About the vertical.
+    /// Rotation about the vertical.
     Theta,
 }
 
 impl Dof {
-    /// Free in the plane.
+    /// All three: free motion in the plane.
     pub fn all() -> Vec<Self> {
         vec![Self::X, Self::Y, Self::Theta]
     }
 }
 
-fn one() -> f64 {
+fn default_density() -> f64 {
     1.0
 }

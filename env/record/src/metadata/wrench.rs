@@ -1,43 +1,43 @@
-//! What the wrench columns mean.
+//! The `[wrench]` table.
 
 use std::collections::BTreeMap;
 
 use serde::{Deserialize, Serialize};
 
-/// What the wrench columns mean.
+/// Meaning of the wrench columns.
 #[derive(Debug, Clone, PartialEq, Serialize, Deserialize)]
 #[serde(deny_unknown_fields)]
 pub struct WrenchMeta {
     /// Axes of the reading.
     pub frame: Frame,
-    /// Point that the torque is about; where it is left out, the origin of the sensor frame for a
-    /// reading in sensor axes and of the object frame otherwise.
+    /// Reference point of the torque. Default: the origin of the sensor frame for readings in sensor axes, otherwise the
+    /// origin of the object frame.
     #[serde(default, skip_serializing_if = "Option::is_none")]
     pub reference: Option<Reference>,
-    /// Whether the reading is the wrench on the object or its reaction.
+    /// Whether the reading is the wrench on the object or the reaction on the sensor.
     pub sign: Sign,
-    /// Whether the reading still holds the sensor's offset and the gripper's weight.
+    /// Whether the reading still contains the sensor's offset and the gripper's weight.
     #[serde(default)]
     pub raw: bool,
-    /// An interval without contact, for the tare.
+    /// Interval without contact, used for the tare.
     #[serde(default, skip_serializing_if = "Option::is_none")]
     pub precontact: Option<Precontact>,
     /// How the gripper holds the object.
     #[serde(default)]
     pub contact: Contact,
-    /// Where the reading comes from.
+    /// Origin of the reading.
     #[serde(default)]
     pub source: Source,
-    /// Mass of what hangs below the sensor, kg.
+    /// Mass of the gripper below the sensor, kg.
     #[serde(default, skip_serializing_if = "Option::is_none")]
     pub gripper_mass: Option<f64>,
-    /// Its mass centre, m, sensor frame.
+    /// Centre of mass of the gripper, m, sensor frame.
     #[serde(default, skip_serializing_if = "Option::is_none")]
     pub gripper_com: Option<[f64; 3]>,
 }
 
 impl WrenchMeta {
-    /// The point that the torque is about.
+    /// Reference point of the torque, with the default resolved.
     pub fn reference(&self) -> Reference {
         self.reference.unwrap_or(match self.frame {
             Frame::Sensor => Reference::Sensor,
@@ -45,8 +45,8 @@ impl WrenchMeta {
         })
     }
 
-    /// The point that the torque is about in an episode whose wrench has the axes `present`: a point
-    /// contact without `torque_z` bears none about the sensor, whatever `reference` says.
+    /// Reference point of the torque in an episode whose wrench has the axes `present`. A point contact without
+    /// `torque_z` transmits no torque about the sensor, whatever `reference` is.
     pub fn reference_for(&self, present: [bool; 6]) -> Reference {
         match (self.contact, present[5]) {
             (Contact::Point, false) => Reference::Sensor,
@@ -54,7 +54,7 @@ impl WrenchMeta {
         }
     }
 
-    /// The interval without contact of `episode`, s.
+    /// Interval without contact of `episode`, s.
     pub fn precontact(&self, episode: &str) -> Option<[f64; 2]> {
         match self.precontact.as_ref()? {
             Precontact::Everywhere(interval) => Some(*interval),
@@ -75,7 +75,7 @@ pub enum Frame {
     World,
 }
 
-/// Point that the torque is about.
+/// Reference point of the torque.
 #[derive(Debug, Clone, Copy, PartialEq, Eq, Serialize, Deserialize)]
 #[serde(rename_all = "lowercase")]
 pub enum Reference {
@@ -85,7 +85,7 @@ pub enum Reference {
     Object,
 }
 
-/// Which of the two opposite wrenches is recorded.
+/// Sign convention: the recorded one of two opposite wrenches.
 #[derive(Debug, Clone, Copy, PartialEq, Eq, Serialize, Deserialize)]
 #[serde(rename_all = "snake_case")]
 pub enum Sign {
@@ -99,30 +99,30 @@ pub enum Sign {
 #[derive(Debug, Clone, Copy, PartialEq, Eq, Default, Serialize, Deserialize)]
 #[serde(rename_all = "lowercase")]
 pub enum Contact {
-    /// Firmly: forces and a moment.
+    /// Firmly: transmits forces and a torque.
     #[default]
     Grasp,
-    /// At a point: no moment about the gripper's origin.
+    /// At a point: transmits no torque about the gripper's origin.
     Point,
 }
 
-/// Where the reading comes from.
+/// Origin of the reading.
 #[derive(Debug, Clone, Copy, PartialEq, Eq, Default, Serialize, Deserialize)]
 #[serde(rename_all = "lowercase")]
 pub enum Source {
-    /// A sensor.
+    /// Measured by a sensor.
     #[default]
     Measured,
-    /// A drive's command, whose delay may have either sign.
+    /// Commanded to a drive; the delay may have either sign.
     Commanded,
 }
 
-/// An interval without contact, s: the same in each episode, or one by one.
+/// Interval without contact, s: one for all episodes, or one per episode.
 #[derive(Debug, Clone, PartialEq, Serialize, Deserialize)]
 #[serde(untagged, expecting = "expected [start, end] in seconds, or a table {EPISODE = [start, end]}")]
 pub enum Precontact {
-    /// The same in each episode.
+    /// The same interval in every episode.
     Everywhere([f64; 2]),
-    /// By the episode's name.
+    /// Intervals by episode name.
     ByEpisode(BTreeMap<String, [f64; 2]>),
 }

@@ -1,13 +1,13 @@
-//! One axis: a Kalman filter over (pose, velocity, acceleration) and its smoother.
+//! Kalman filter and smoother of one axis with the state (pose, velocity, acceleration).
 //!
 //! The smoother is the modified Bryson–Frazier form (Bierman 1973, "Fixed interval smoothing with discrete
-//! measurements"): equal to Rauch–Tung–Striebel, but it inverts no covariance, and that of an object known to
-//! rest is singular.
+//! measurements"). It is equivalent to the Rauch–Tung–Striebel smoother but inverts no covariance; the covariance of an
+//! object at rest is singular.
 
 use super::symmetric::Symmetric;
 
-/// A pose is never better known than this, m or rad: it keeps noiseless simulations solvable.
-const SMALLEST_SD: f64 = 1e-8;
+/// Lower bound of the pose noise, m or rad. It keeps noiseless simulations solvable.
+const MIN_POSE_SD: f64 = 1e-8;
 
 /// Mean and covariance of (pose, velocity, acceleration).
 #[derive(Debug, Clone, Copy, PartialEq)]
@@ -22,34 +22,34 @@ pub(crate) struct Axis<'a> {
     pub z: &'a [f64],
     pub variance: f64,
     start: Estimate,
-    /// The time in which the object may have moved before each sample.
+    /// Time before each sample in which the object may have moved.
     intervals: Vec<Interval>,
 }
 
-/// What one sample did to the filter.
+/// Measurement update of the filter with one sample.
 #[derive(Debug, Clone, Copy)]
 pub(crate) struct Update {
-    /// Before the sample.
+    /// Estimate before the update.
     pub predicted: Estimate,
-    /// Sample less prediction.
+    /// Innovation: sample minus prediction.
     pub innovation: f64,
-    /// Its variance.
-    pub spread: f64,
-    /// Variance of the sample itself.
+    /// Variance of the innovation.
+    pub innovation_variance: f64,
+    /// Variance of the measurement noise.
     noise: f64,
 }
 
 impl Update {
     #[inline]
     pub fn gain(&self) -> [f64; 3] {
-        let by = self.spread.recip();
-        self.predicted.cov.first().map(|c| c * by)
+        let inverse = self.innovation_variance.recip();
+        self.predicted.cov.first_column().map(|c| c * inverse)
     }
 
-    /// After the sample.
+    /// Estimate after the update.
     ///
-    /// With a gain `k` that is the covariance's first column over the spread, Joseph's form is `P − k (H P)`, whose
-    /// first row is `r k`: a product of positive numbers, whatever the noise `r`.
+    /// With the gain `k`, Joseph's form of the covariance reduces to `P − k (H P)`. Its first row is `r k` with the noise
+    /// variance `r`, a product of positive numbers.
     #[inline]
     pub fn posterior(&self) -> Estimate {
         let Estimate { mean: [p, v, a], cov: Symmetric { pv, pa, vv, va, aa, .. } } = self.predicted;
@@ -68,18 +68,18 @@ impl Update {
         }
     }
 
-    /// Squared distance of the sample from its prediction, in standard deviations.
+    /// Square of the innovation, in variances of the innovation.
     #[inline]
-    pub fn surprise(&self) -> f64 {
-        self.innovation * self.innovation / self.spread
+    pub fn normalized_square(&self) -> f64 {
+        self.innovation * self.innovation / self.innovation_variance
     }
 
     pub fn log_likelihood(&self) -> f64 {
-        -0.5 * (self.surprise() + self.spread.ln())
+        -0.5 * (self.normalized_square() + self.innovation_variance.ln())
     }
 }
 
-/// A sum of logarithms, of which most are one of a product.
+/// Sum of logarithms, mostly evaluated as the logarithm of a product.
 pub(crate) struct LogSum {
     sum: f64,
     product: f64,
@@ -93,7 +93,7 @@ impl LogSum {
     #[inline]
     pub fn add(&mut self, factor: f64) {
         let product = self.product * factor;
-        // Far from where a product of two would overflow or lose digits.
+        // Bounds that are far from overflow and underflow.
         if (1e-140..1e140).contains(&product) {
             self.product = product;
         } else {
@@ -107,7 +107,7 @@ impl LogSum {
     }
 }
 
-/// A time of free motion, and what unit white jerk adds to the covariance in it.
+/// Interval of free motion, and the covariance that white jerk of unit intensity adds in it.
 #[derive(Debug, Clone, Copy)]
 struct Interval {
     dt: f64,
@@ -125,12 +125,13 @@ impl Interval {
 }
 
 impl<'a> Axis<'a> {
-    /// `sd`: standard deviation of a sample. The object rests until `rest_until`, s, where given.
+    /// Creates the axis from poses `z` at times `t`, s, with standard deviation `sd`. If given, the object is at rest until
+    /// `rest_until`, s.
     pub fn new(t: &'a [f64], z: &'a [f64], sd: f64, rest_until: Option<f64>) -> Self {
-        let variance = sd.max(SMALLEST_SD).powi(2);
+        let variance = sd.max(MIN_POSE_SD).powi(2);
         let resting = rest_until.is_some_and(|until| t.first().is_some_and(|&first| until >= first));
         let mean = [z.first().copied().unwrap_or(0.0), 0.0, 0.0];
-        let cov = if resting { Symmetric::default() } else { vague(t, z, variance) };
+        let cov = if resting { Symmetric::default() } else { diffuse_prior(t, z, variance) };
         let start = Estimate { mean, cov: Symmetric { pp: 1e4 * variance, ..cov } };
         let rest_until = rest_until.unwrap_or(f64::NEG_INFINITY);
         let before = t.iter().zip(t.iter().skip(1));
@@ -139,8 +140,8 @@ impl<'a> Axis<'a> {
         Self { t, z, variance, start, intervals }
     }
 
-    /// The state at sample `i` after `before`, the state at sample `i - 1`, under white jerk of intensity
-    /// `jerk` (unit² s⁻⁵).
+    /// Predicts the state at sample `i` from `before`, the state at sample `i - 1`, under white jerk of intensity `jerk`
+    /// (unit² s⁻⁵).
     #[inline]
     pub fn predict(&self, i: usize, before: &Estimate, jerk: f64) -> Estimate {
         let Interval { dt, noise } = &self.intervals[i];
@@ -148,22 +149,27 @@ impl<'a> Axis<'a> {
         let half = 0.5 * dt * dt;
         Estimate {
             mean: [p + dt * v + half * a, v + dt * a, a],
-            cov: before.cov.carried(*dt).plus(noise, jerk),
+            cov: before.cov.propagated(*dt).add_scaled(noise, jerk),
         }
     }
 
-    /// Sample `i` against its prediction.
+    /// Measurement update with sample `i`.
     #[inline]
     pub fn update(&self, i: usize, predicted: Estimate) -> Update {
         let innovation = self.z[i] - predicted.mean[0];
-        Update { predicted, innovation, spread: predicted.cov.pp + self.variance, noise: self.variance }
+        Update {
+            predicted,
+            innovation,
+            innovation_variance: predicted.cov.pp + self.variance,
+            noise: self.variance,
+        }
     }
 
     pub fn start(&self) -> Estimate {
         self.start
     }
 
-    /// All updates in order of time.
+    /// All updates in chronological order.
     fn forward(&self, jerk: f64) -> impl Iterator<Item = Update> + '_ {
         let mut last: Option<Estimate> = None;
         (0..self.t.len()).map(move |i| {
@@ -174,30 +180,30 @@ impl<'a> Axis<'a> {
         })
     }
 
-    /// Log likelihood of the samples, up to a constant.
+    /// Log-likelihood of the samples, up to a constant.
     pub fn log_likelihood(&self, jerk: f64) -> f64 {
-        let (mut surprise, mut spread) = (0.0, LogSum::new());
+        let (mut squares, mut log_variances) = (0.0, LogSum::new());
         for update in self.forward(jerk) {
-            surprise += update.surprise();
-            spread.add(update.spread);
+            squares += update.normalized_square();
+            log_variances.add(update.innovation_variance);
         }
-        -0.5 * (surprise + spread.value())
+        -0.5 * (squares + log_variances.value())
     }
 
-    /// State at each sample given all samples.
+    /// Smoothed state at each sample, given all samples.
     pub fn smooth(&self, jerk: f64) -> Vec<Estimate> {
         let updates: Vec<Update> = self.forward(jerk).collect();
-        let (mut pull, mut weight) = ([0.0; 3], Symmetric::default());
+        let (mut adjoint, mut information) = ([0.0; 3], Symmetric::default());
         let mut smoothed = Vec::with_capacity(updates.len());
         for (update, interval) in updates.iter().zip(&self.intervals).rev() {
             let gain = update.gain();
-            pull[0] -= dot(gain, pull) + update.innovation / update.spread;
-            weight = weight.seen(gain, update.spread.recip());
-            smoothed.push(corrected(&update.predicted, pull, weight));
-            let [p, v, a] = pull;
+            adjoint[0] -= dot(gain, adjoint) + update.innovation / update.innovation_variance;
+            information = information.measured(gain, update.innovation_variance.recip());
+            smoothed.push(corrected(&update.predicted, adjoint, information));
+            let [p, v, a] = adjoint;
             let dt = interval.dt;
-            pull = [p, dt * p + v, 0.5 * dt * dt * p + dt * v + a];
-            weight = weight.carried_back(dt);
+            adjoint = [p, dt * p + v, 0.5 * dt * dt * p + dt * v + a];
+            information = information.propagated_back(dt);
         }
         smoothed.reverse();
         smoothed
@@ -208,17 +214,18 @@ fn dot(a: [f64; 3], b: [f64; 3]) -> f64 {
     a[0] * b[0] + a[1] * b[1] + a[2] * b[2]
 }
 
-fn corrected(predicted: &Estimate, pull: [f64; 3], weight: Symmetric) -> Estimate {
-    let mut cov = predicted.cov.plus(&predicted.cov.around(weight), -1.0);
+/// The smoothed estimate from a prediction and the adjoint variables of the later samples.
+fn corrected(predicted: &Estimate, adjoint: [f64; 3], information: Symmetric) -> Estimate {
+    let mut cov = predicted.cov.add_scaled(&predicted.cov.sandwich(information), -1.0);
     for variance in [&mut cov.pp, &mut cov.vv, &mut cov.aa] {
-        *variance = variance.max(0.0); // rounding, where the object rests
+        *variance = variance.max(0.0); // rounding errors while the object rests
     }
-    let shift = predicted.cov.times(pull);
+    let shift = predicted.cov.times(adjoint);
     Estimate { mean: [0, 1, 2].map(|k| predicted.mean[k] - shift[k]), cov }
 }
 
-/// A start about which nothing is known: ten times the fastest motion that the first samples allow.
-fn vague(t: &[f64], z: &[f64], variance: f64) -> Symmetric {
+/// Diffuse prior covariance of velocity and acceleration: ten times the fastest motion that the first samples allow.
+fn diffuse_prior(t: &[f64], z: &[f64], variance: f64) -> Symmetric {
     let early = t.iter().zip(z).skip(1).take(10);
     let (mut speed, mut first) = (0.0_f64, f64::INFINITY);
     for (&ti, &zi) in early {
@@ -238,7 +245,7 @@ mod tests {
     use super::LogSum;
 
     #[test]
-    fn logarithms_of_products_are_sums() {
+    fn log_sum_equals_the_sum_of_logarithms() {
         let factors = [1e-16, 3.0, 1e-120, 1e150, 7.0, 1e-300, 2.0];
         let mut sum = LogSum::new();
         factors.iter().for_each(|&f| sum.add(f));

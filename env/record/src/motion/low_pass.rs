@@ -1,14 +1,16 @@
-//! A zero-phase low-pass filter for samples at irregular times: the smoother of this module, used on any signal.
+//! Zero-phase low-pass filter for irregularly sampled signals, based on the Kalman smoother.
 
 use super::kalman::Axis;
 
-/// The part of a signal below a frequency, Hz, at its own sample times `t`, s.
+/// Low-pass filtered `signal` at its sample times `t`, s, with cutoff `frequency`, Hz.
 ///
-/// In the steady state the smoother of a signal driven by white jerk of intensity q, seen through white noise of variance r every
-/// T seconds, has the transfer 1/(1 + (ω/ω₀)⁶) with ω₀⁶ = q/(r T): the signal's spectrum q/ω⁶ over its sum with the noise's,
-/// r T (Wiener 1949, "Extrapolation, interpolation and smoothing of stationary time series", chapter 3). Here ω₀ is given: a
-/// Butterworth filter of third order, run forwards and backwards, that needs no regular samples. Its transfer at
-/// `frequency` is one half.
+/// The filter is a third-order Butterworth filter run forwards and backwards. Its gain is `1/(1 + (ω/ω₀)⁶)`, one half at
+/// the cutoff `ω₀`. Samples may be irregular.
+///
+/// It is the smoother of a signal driven by white jerk of intensity `q`, measured every `T` seconds with noise of variance
+/// `r`. In the steady state, `ω₀⁶ = q/(r T)`: the gain is the ratio of the spectrum of the signal, `q/ω⁶`, to the sum of
+/// this and the spectrum of the noise, `r T` (Wiener 1949, "Extrapolation, interpolation and smoothing of stationary time
+/// series", chapter 3).
 pub fn low_pass(t: &[f64], signal: &[f64], frequency: f64) -> Vec<f64> {
     let rms = (signal.iter().map(|z| z * z).sum::<f64>() / signal.len().max(1) as f64).sqrt();
     let (Some(first), Some(last)) = (t.first(), t.last()) else { return vec![] };
@@ -16,7 +18,7 @@ pub fn low_pass(t: &[f64], signal: &[f64], frequency: f64) -> Vec<f64> {
         return signal.to_vec();
     }
     let spacing = (last - first) / (t.len() - 1) as f64;
-    // Only the ratio of signal to noise counts; the signal's own size keeps the first sample's prior vague.
+    // Only the ratio of signal to noise matters. The scale of the signal keeps the prior of the first sample diffuse.
     let jerk = rms * rms * spacing * (std::f64::consts::TAU * frequency).powi(6);
     Axis::new(t, signal, rms, None).smooth(jerk).iter().map(|state| state.mean[0]).collect()
 }
@@ -26,8 +28,8 @@ mod tests {
     use super::low_pass;
     use std::f64::consts::TAU;
 
-    /// Amplitude of a sine wave after the filter, in the middle of 20 s.
-    fn passed(frequency: f64, t: &[f64]) -> f64 {
+    /// Gain for a sine wave in the middle of 20 s.
+    fn gain(frequency: f64, t: &[f64]) -> f64 {
         let wave = |t: f64| (TAU * frequency * t).sin();
         let signal: Vec<f64> = t.iter().map(|&t| wave(t)).collect();
         let filtered = low_pass(t, &signal, 2.0);
@@ -37,21 +39,21 @@ mod tests {
     }
 
     #[test]
-    fn the_transfer_is_that_of_a_butterworth_filter_run_both_ways() {
+    fn gain_equals_that_of_a_zero_phase_butterworth_filter() {
         let regular: Vec<f64> = (0..2000).map(|k| f64::from(k) * 0.01).collect();
         let irregular: Vec<f64> =
             regular.iter().enumerate().filter(|(k, _)| k % 7 != 3).map(|(_, &t)| t).collect();
         for t in [&regular, &irregular] {
             for frequency in [0.5, 1.0, 2.0, 3.0, 5.0] {
                 let expected = 1.0 / (1.0 + (frequency / 2.0_f64).powi(6));
-                let found = passed(frequency, t);
+                let found = gain(frequency, t);
                 assert!((found - expected).abs() < 0.03, "{frequency} Hz: {found}, expected {expected}");
             }
         }
     }
 
     #[test]
-    fn what_is_below_the_frequency_keeps_its_size_whatever_its_unit() {
+    fn signals_below_the_cutoff_pass_at_any_scale() {
         let t: Vec<f64> = (0..500).map(|k| f64::from(k) * 0.01).collect();
         for scale in [1e-6, 1.0, 1e6] {
             let signal: Vec<f64> = t.iter().map(|t| scale * (3.0 + 0.2 * t)).collect();

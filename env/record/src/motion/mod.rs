@@ -1,62 +1,62 @@
-//! Twist and acceleration from poses: a Kalman smoother with stated uncertainty.
+//! Twist and acceleration from poses, with uncertainty, by Kalman smoothing.
 //!
-//! Each axis is a pose driven by white jerk of unknown intensity, seen through white noise of known size.
-//! The intensity is the one that makes the poses likeliest.
+//! Each axis is driven by white jerk of unknown intensity and measured with white noise of known variance. The intensity is
+//! estimated by maximum likelihood.
 
 mod bank;
+mod cache;
 mod intensity;
 mod kalman;
 mod low_pass;
-mod memo;
 mod spikes;
 mod symmetric;
 
 use crate::prepare::{Noise, PoseSample};
 use bank::Bank;
+pub use cache::MotionCache;
 use kalman::{Axis, Estimate};
 pub use low_pass::low_pass;
-pub use memo::Memo;
 use rayon::prelude::*;
 pub(crate) use spikes::spikes;
 
-/// Fewer poses than this in an episode say nothing about velocity.
-pub const FEWEST_POSES: usize = 5;
+/// Minimum number of poses of an episode for an estimate of its velocity.
+pub const MIN_POSES_FOR_MOTION: usize = 5;
 
-/// What the poses say about the object's motion at one time.
+/// Estimated motion of the object at one time.
 #[derive(Debug, Clone, PartialEq)]
 pub struct Motion {
     /// Time, s.
     pub t: f64,
     /// x, y in m and theta in rad of the object frame in the world.
     pub pose: [f64; 3],
-    /// Velocity of the object frame's origin in world axes, m/s, and the turn rate, rad/s.
+    /// Velocity of the origin of the object frame in world axes, m/s, and the angular velocity, rad/s.
     pub twist: [f64; 3],
-    /// Its derivative, m/s² and rad/s².
+    /// Time derivative of `twist`, m/s² and rad/s².
     pub accel: [f64; 3],
-    /// For each axis (x, y, theta) the covariance of its (pose, velocity, acceleration).
+    /// Covariance of (pose, velocity, acceleration) for each axis (x, y, theta).
     pub cov: [[[f64; 3]; 3]; 3],
 }
 
-/// Motion at each pose from all poses, before and after it (a fixed-interval smoother).
+/// Motion at each pose from all poses (fixed-interval smoother).
 ///
-/// `at_rest`: the object does not move at the first pose. Empty for fewer than [`FEWEST_POSES`] poses.
+/// If `at_rest`, the object does not move at the first pose. Returns nothing for fewer than [`MIN_POSES_FOR_MOTION`] poses.
 pub fn smooth(pose: &[PoseSample], noise: &Noise, at_rest: bool) -> Vec<Motion> {
     smooth_from(pose, noise, rest_at_first(pose, at_rest))
 }
 
-/// As [`smooth`], for an object that rests until `rest_until`, s; `None`: it may move from the start.
+/// Like [`smooth`], for an object at rest until `rest_until`, s. With `None` it may move from the start.
 pub fn smooth_from(pose: &[PoseSample], noise: &Noise, rest_until: Option<f64>) -> Vec<Motion> {
-    motions(pose, noise, rest_until, |axis| axis.smooth(intensity::likeliest(axis)))
+    motions(pose, noise, rest_until, |axis| axis.smooth(intensity::maximum_likelihood(axis)))
 }
 
-/// Motion at each pose from the poses up to it only.
+/// Motion at each pose from the poses up to that time (causal filter).
 ///
-/// `at_rest`: the object does not move at the first pose. Empty for fewer than [`FEWEST_POSES`] poses.
+/// If `at_rest`, the object does not move at the first pose. Returns nothing for fewer than [`MIN_POSES_FOR_MOTION`] poses.
 pub fn filter(pose: &[PoseSample], noise: &Noise, at_rest: bool) -> Vec<Motion> {
     filter_from(pose, noise, rest_at_first(pose, at_rest))
 }
 
-/// As [`filter`], for an object that rests until `rest_until`, s; `None`: it may move from the start.
+/// Like [`filter`], for an object at rest until `rest_until`, s. With `None` it may move from the start.
 pub fn filter_from(pose: &[PoseSample], noise: &Noise, rest_until: Option<f64>) -> Vec<Motion> {
     motions(pose, noise, rest_until, Bank::run)
 }
@@ -71,7 +71,7 @@ fn motions(
     rest_until: Option<f64>,
     estimate: impl Fn(&Axis) -> Vec<Estimate> + Sync,
 ) -> Vec<Motion> {
-    if pose.len() < FEWEST_POSES {
+    if pose.len() < MIN_POSES_FOR_MOTION {
         return vec![];
     }
     let t: Vec<f64> = pose.iter().map(|p| p.t).collect();

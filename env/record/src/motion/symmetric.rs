@@ -1,7 +1,9 @@
-//! Symmetric matrices over (pose, velocity, acceleration), by their six entries: the likelihood of a jerk's intensity
-//! takes some hundred thousand steps of a filter, and twice the entries would be twice the time.
+//! Symmetric 3×3 matrices over (pose, velocity, acceleration).
+//!
+//! Only the six independent entries are stored. The likelihood of a jerk intensity takes some hundred thousand filter
+//! steps, so the cost of a step matters.
 
-/// `[[pp, pv, pa], [pv, vv, va], [pa, va, aa]]`.
+/// The matrix `[[pp, pv, pa], [pv, vv, va], [pa, va, aa]]`.
 #[derive(Debug, Clone, Copy, Default, PartialEq)]
 pub(crate) struct Symmetric {
     pub pp: f64,
@@ -15,32 +17,32 @@ pub(crate) struct Symmetric {
 impl Symmetric {
     /// `x xᵀ`.
     #[inline]
-    pub fn square([x, y, z]: [f64; 3]) -> Self {
+    pub fn outer_product([x, y, z]: [f64; 3]) -> Self {
         Self { pp: x * x, pv: x * y, pa: x * z, vv: y * y, va: y * z, aa: z * z }
     }
 
-    /// Its first column.
+    /// First column.
     #[inline]
-    pub fn first(&self) -> [f64; 3] {
+    pub fn first_column(&self) -> [f64; 3] {
         [self.pp, self.pv, self.pa]
     }
 
-    /// `P + by·Q`.
+    /// `P + factor·Q`.
     #[inline]
-    pub fn plus(&self, other: &Self, by: f64) -> Self {
+    pub fn add_scaled(&self, other: &Self, factor: f64) -> Self {
         Self {
-            pp: self.pp + by * other.pp,
-            pv: self.pv + by * other.pv,
-            pa: self.pa + by * other.pa,
-            vv: self.vv + by * other.vv,
-            va: self.va + by * other.va,
-            aa: self.aa + by * other.aa,
+            pp: self.pp + factor * other.pp,
+            pv: self.pv + factor * other.pv,
+            pa: self.pa + factor * other.pa,
+            vv: self.vv + factor * other.vv,
+            va: self.va + factor * other.va,
+            aa: self.aa + factor * other.aa,
         }
     }
 
-    /// `F P Fᵀ` with the transition `F` of a constant acceleration over `dt`.
+    /// `F P Fᵀ` with the transition matrix `F` of constant acceleration over `dt`.
     #[inline]
-    pub fn carried(&self, dt: f64) -> Self {
+    pub fn propagated(&self, dt: f64) -> Self {
         let Self { pp, pv, pa, vv, va, aa } = self;
         let half = 0.5 * dt * dt;
         let (to_p, to_v, to_a) =
@@ -56,8 +58,8 @@ impl Symmetric {
         }
     }
 
-    /// `Fᵀ W F` with the same transition.
-    pub fn carried_back(&self, dt: f64) -> Self {
+    /// `Fᵀ W F` with the same transition matrix.
+    pub fn propagated_back(&self, dt: f64) -> Self {
         let Self { pp, pv, pa, vv, va, aa } = self;
         let half = 0.5 * dt * dt;
         let (by_v, by_a) = (dt * pp + pv, half * pp + dt * pv + pa);
@@ -72,8 +74,8 @@ impl Symmetric {
         }
     }
 
-    /// `(I − k H)ᵀ W (I − k H) + w HᵀH`, `H` taking the pose.
-    pub fn seen(&self, gain: [f64; 3], w: f64) -> Self {
+    /// `(I − k H)ᵀ W (I − k H) + w HᵀH` with `H = [1, 0, 0]`.
+    pub fn measured(&self, gain: [f64; 3], w: f64) -> Self {
         let [p, v, a] = self.times(gain);
         let [along_p, along_v, along_a] = gain;
         let twice = along_p * p + along_v * v + along_a * a;
@@ -86,13 +88,14 @@ impl Symmetric {
     }
 
     /// `P W P`.
-    pub fn around(&self, inner: Self) -> Self {
+    pub fn sandwich(&self, inner: Self) -> Self {
         let [p, v, a] = self.rows();
         let by = |row: [f64; 3], x: [f64; 3]| row[0] * x[0] + row[1] * x[1] + row[2] * x[2];
         let (wp, wv, wa) = (inner.times(p), inner.times(v), inner.times(a));
         Self { pp: by(p, wp), pv: by(p, wv), pa: by(p, wa), vv: by(v, wv), va: by(v, wa), aa: by(a, wa) }
     }
 
+    /// The full matrix by rows.
     pub fn rows(&self) -> [[f64; 3]; 3] {
         let Self { pp, pv, pa, vv, va, aa } = *self;
         [[pp, pv, pa], [pv, vv, va], [pa, va, aa]]
@@ -109,21 +112,21 @@ mod tests {
     }
 
     #[test]
-    fn products_are_those_of_whole_matrices() {
+    fn products_equal_those_of_full_matrices() {
         let p = Symmetric { pp: 2.0, pv: 0.3, pa: -0.4, vv: 1.5, va: 0.7, aa: 3.0 };
         let w = Symmetric { pp: 0.6, pv: -0.2, pa: 0.1, vv: 0.9, va: -0.3, aa: 0.8 };
         let (dt, gain) = (0.3, [0.7, -1.2, 0.4]);
         let step = Matrix3::new(1.0, dt, dt * dt / 2.0, 0.0, 1.0, dt, 0.0, 0.0, 1.0);
         let keep = Matrix3::identity() - Vector3::from(gain) * Vector3::x().transpose();
-        let seen = keep.transpose() * full(&w) * keep + 0.2 * Vector3::x() * Vector3::x().transpose();
-        for (name, ours, whole) in [
-            ("carried", p.carried(dt), step * full(&p) * step.transpose()),
-            ("carried back", w.carried_back(dt), step.transpose() * full(&w) * step),
-            ("seen", w.seen(gain, 0.2), seen),
-            ("around", p.around(w), full(&p) * full(&w) * full(&p)),
-            ("plus", p.plus(&w, 0.5), full(&p) + full(&w) * 0.5),
+        let measured = keep.transpose() * full(&w) * keep + 0.2 * Vector3::x() * Vector3::x().transpose();
+        for (name, ours, expected) in [
+            ("propagated", p.propagated(dt), step * full(&p) * step.transpose()),
+            ("propagated back", w.propagated_back(dt), step.transpose() * full(&w) * step),
+            ("measured", w.measured(gain, 0.2), measured),
+            ("sandwich", p.sandwich(w), full(&p) * full(&w) * full(&p)),
+            ("add_scaled", p.add_scaled(&w, 0.5), full(&p) + full(&w) * 0.5),
         ] {
-            assert!((full(&ours) - whole).amax() < 1e-14, "{name}: {ours:?} {whole}");
+            assert!((full(&ours) - expected).amax() < 1e-14, "{name}: {ours:?} {expected}");
         }
     }
 }

@@ -1,4 +1,4 @@
-//! The smoother against simulated truth: its errors, and whether its stated uncertainty covers them.
+//! Comparison of the smoother with simulated truth: errors, and coverage of the stated uncertainty.
 
 use rand::SeedableRng;
 use rand_chacha::ChaCha8Rng;
@@ -13,8 +13,8 @@ fn noise() -> Noise {
     Noise { pose: SD, force: 0.4, torque: 0.05, time: 0.0, stated: true }
 }
 
-/// A table of 20 kg with viscous resistance, at rest for a second, then pushed by a smooth, changing force.
-/// Returns true (pose, twist, accel) at irregular times of about 60 Hz.
+/// True motion at irregular times of about 60 Hz: a table of 20 kg with viscous damping, at rest for a second, then pushed
+/// by a smooth, varying force.
 fn truth() -> Vec<Motion> {
     let push = |t: f64| {
         if t < 1.0 {
@@ -48,8 +48,8 @@ fn observed(truth: &[Motion], sd: [f64; 3], seed: u64) -> Vec<PoseSample> {
     truth.iter().map(|m| PoseSample { t: m.t, pose: [0, 1, 2].map(|k| m.pose[k] + sd[k] * draw()) }).collect()
 }
 
-/// Share of (sample, axis) whose true derivative of this order lies within two stated standard deviations, and
-/// the mean normalised squared error.
+/// Share of (sample, axis) pairs whose true derivative of this order lies within two stated standard deviations, and the
+/// mean normalised squared error.
 fn coverage(truth: &[Motion], estimate: &[Motion], order: usize) -> (f64, f64) {
     let value = |m: &Motion| [m.pose, m.twist, m.accel][order];
     let (mut inside, mut nees, mut n) = (0.0, 0.0, 0.0);
@@ -82,7 +82,7 @@ fn stated_uncertainty_covers_the_truth() {
 }
 
 #[test]
-fn smoothing_beats_differences_tenfold() {
+fn smoothing_is_ten_times_more_accurate_than_differences() {
     let truth = truth();
     let poses = observed(&truth, SD, 1);
     let smoothed = smooth(&poses, &noise(), true);
@@ -95,7 +95,7 @@ fn smoothing_beats_differences_tenfold() {
 }
 
 #[test]
-fn the_filter_does_not_look_ahead() {
+fn the_filter_is_causal() {
     let poses = observed(&truth(), SD, 3);
     let whole = filter(&poses, &noise(), true);
     let part = filter(&poses[..200], &noise(), true);
@@ -113,7 +113,7 @@ fn an_object_at_rest_has_no_twist() {
 }
 
 #[test]
-fn a_moving_start_is_estimated_where_the_object_may_move() {
+fn initial_velocity_is_estimated_without_rest() {
     let all = truth();
     let moving: Vec<Motion> = all.into_iter().filter(|m| m.t > 2.5).collect();
     let poses = observed(&moving, SD, 4);
@@ -133,12 +133,12 @@ fn exact_poses_give_exact_twists() {
 }
 
 #[test]
-fn too_few_poses_have_no_motion_and_enough_are_finite() {
+fn few_poses_give_no_motion_or_finite_motion() {
     let poses = observed(&truth(), SD, 5);
     for n in 0..9 {
         for at_rest in [true, false] {
             for motions in [smooth(&poses[..n], &noise(), at_rest), filter(&poses[..n], &noise(), at_rest)] {
-                assert_eq!(motions.len(), if n < FEWEST_POSES { 0 } else { n });
+                assert_eq!(motions.len(), if n < MIN_POSES_FOR_MOTION { 0 } else { n });
                 assert!(motions.iter().all(|m| m.twist.iter().chain(&m.accel).all(|v| v.is_finite())));
             }
         }

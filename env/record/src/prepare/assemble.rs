@@ -1,29 +1,29 @@
-//! From a recording to a dataset.
+//! Assembly of a dataset from a recording.
 
 use trundle_model::Body;
 
 use crate::error::{Error, Place};
 use crate::fault::Fault;
 use crate::metadata::{Contact, Dof, Metadata, Source};
-use crate::motion::Memo;
+use crate::motion::MotionCache;
 use crate::recording::Recording;
 
-use super::REST_MARGIN;
-use super::reading::{Reader, Readings, View};
+use super::REST_MARGIN_S;
+use super::reading::{MaskedStreams, Reader, Readings};
 use super::track::{PoseNoise, gaps};
 use super::{Counts, Dataset, Noise, Options, PoseSample, Prepared, WrenchSample, contact, mass, noise};
 
 pub(crate) fn dataset(recording: &Recording, options: Options) -> Result<Dataset, Error> {
     let meta = &recording.metadata;
-    let noise = noise::of(recording);
-    let pose_noise = PoseNoise { sd: noise.pose, seen: noise::seen_pose(recording) };
-    let view = |e| View::new(e, &pose_noise, &noise, options.wrench_pose);
-    let views: Vec<View> = recording.episodes.iter().map(view).collect::<Result<_, _>>()?;
-    let reader = Reader::new(meta, options, &views)?;
-    let prepared: Vec<Prepared> = views
+    let noise = noise::stated_or_estimated(recording);
+    let pose_noise = PoseNoise { sd: noise.pose, estimated: noise::estimated_pose(recording) };
+    let masked = |e| MaskedStreams::new(e, &pose_noise, &noise, options.wrench_pose);
+    let streams: Vec<MaskedStreams> = recording.episodes.iter().map(masked).collect::<Result<_, _>>()?;
+    let reader = Reader::new(meta, options, &streams)?;
+    let prepared: Vec<Prepared> = streams
         .into_iter()
         .enumerate()
-        .map(|(k, view)| episode(&reader, view, k, meta, &noise))
+        .map(|(k, streams)| episode(&reader, streams, k, meta, &noise))
         .collect::<Result<_, _>>()?;
     let (held_out, training): (Vec<_>, Vec<_>) =
         prepared.into_iter().partition(|episode| meta.is_held_out(&episode.name));
@@ -45,26 +45,26 @@ pub(crate) fn dataset(recording: &Recording, options: Options) -> Result<Dataset
 
 fn episode(
     reader: &Reader,
-    view: View,
+    streams: MaskedStreams,
     ordinal: usize,
     meta: &Metadata,
     noise: &Noise,
 ) -> Result<Prepared, Error> {
-    let Readings { wrench, tare_sd } = reader.read(&view, noise)?;
-    let counts = counts(&view, &wrench);
+    let Readings { wrench, tare_sd } = reader.read(&streams, noise)?;
+    let counts = counts(&streams, &wrench);
     let contact = contact_begins(&wrench, noise, &tare_sd, meta.at_rest);
     let mut prepared = Prepared {
-        name: view.name.to_owned(),
+        name: streams.name.to_owned(),
         ordinal,
         contact,
         wrench,
-        held: meta.wrench.source == Source::Commanded,
-        at_rest: meta.at_rest && rests_at_first(&view.object.samples, noise, contact),
-        pose: view.object.samples,
+        zero_order_hold: meta.wrench.source == Source::Commanded,
+        at_rest: meta.at_rest && rests_at_first(&streams.object.samples, noise, contact),
+        pose: streams.object.samples,
         tare_sd,
         counts,
         first_twist: [0.0; 3],
-        memo: Memo::default(),
+        motion_cache: MotionCache::default(),
     };
     if let (false, Some(first)) = (prepared.at_rest, prepared.motion(noise).first()) {
         prepared.first_twist = first.twist;
@@ -72,10 +72,10 @@ fn episode(
     Ok(prepared)
 }
 
-/// Whether the object is at rest at its first pose: that precedes contact, and nothing moves until then.
+/// Whether the object is at rest at its first pose: the pose precedes contact, and the object does not move until contact.
 fn rests_at_first(poses: &[PoseSample], noise: &Noise, contact: f64) -> bool {
     poses.first().is_some_and(|first| first.t <= contact)
-        && contact::rests(poses, noise.pose, contact - REST_MARGIN)
+        && contact::rests(poses, noise.pose, contact - REST_MARGIN_S)
 }
 
 fn contact_begins(wrench: &[WrenchSample], noise: &Noise, tare_sd: &[f64; 3], at_rest: bool) -> f64 {
@@ -85,17 +85,17 @@ fn contact_begins(wrench: &[WrenchSample], noise: &Noise, tare_sd: &[f64; 3], at
     contact::begins(&t, &readings, [noise.force, noise.torque], tare_sd).or(otherwise.copied()).unwrap_or(0.0)
 }
 
-fn counts(view: &View, wrench: &[WrenchSample]) -> Counts {
-    let poses: Vec<f64> = view.object.samples.iter().map(|p| p.t).collect();
+fn counts(streams: &MaskedStreams, wrench: &[WrenchSample]) -> Counts {
+    let poses: Vec<f64> = streams.object.samples.iter().map(|p| p.t).collect();
     let (pose_gaps, longest) = gaps(&poses);
     let age = |w: &WrenchSample| super::sampling::latest(&poses, w.t).map(|at| w.t - poses[at]);
     Counts {
-        pose_outliers: view.object.outliers,
-        pose_held: view.object.held,
+        pose_outliers: streams.object.outliers,
+        pose_held: streams.object.held,
         pose_gaps,
-        gripper_outliers: view.gripper.outliers,
-        gripper_held: view.gripper.held,
-        wrench_gaps: gaps(&view.wrench.t).0,
+        gripper_outliers: streams.gripper.outliers,
+        gripper_held: streams.gripper.held,
+        wrench_gaps: gaps(&streams.wrench.t).0,
         before_first_pose: wrench.iter().filter(|w| age(w).is_none()).count(),
         stale_pose: wrench.iter().filter(|w| age(w).is_some_and(|age| age > longest)).count(),
     }
@@ -106,7 +106,7 @@ fn body(meta: &Metadata, mass: f64) -> Result<Body, Error> {
     let body = if shape.is_empty() { Body::point(mass) } else { Body::from_fixtures(shape, mass) };
     let unusable = |reason: String| Fault::Unusable {
         reason,
-        remedy: "give a footprint with an area and a positive mass".into(),
+        remedy: "give a footprint with a positive area, and a positive mass".into(),
     };
     body.map(|body| body.with_feet(&meta.object.support))
         .map_err(|error| unusable(error.to_string()).at(Place::field("object")))

@@ -1,28 +1,29 @@
-//! When contact begins: the first reading above its noise, or the start of a sustained load too weak for one reading to
-//! show; and whether the object rests until then.
+//! Detection of contact and of rest.
+//!
+//! Contact begins with the first reading above its noise, or with a sustained load that is too weak to show in one reading.
 
 use super::PoseSample;
 use super::sampling::{median, median_step, quantile};
 
 /// Length of the window over which a weak load must last, s.
-const SUSTAINED: f64 = 0.1;
-/// Fewest samples of it.
-const FEWEST: usize = 4;
-/// Variance of a median over that of a mean: the price of not taking one spike for a load.
-const MEDIAN_COST: f64 = 1.6;
-/// χ² (3 degrees of freedom) that noise does not reach, one in 10¹², with room for a tare error.
-const GATE: f64 = 60.0;
-/// χ² (3 degrees of freedom) above which the readings just before already belong to the load: three standard deviations.
-const RISING: f64 = 14.0;
+const SUSTAINED_WINDOW_S: f64 = 0.1;
+/// Minimum number of samples in the window.
+const MIN_WINDOW_SAMPLES: usize = 4;
+/// Variance of a median relative to that of a mean. The median is insensitive to single spikes.
+const MEDIAN_VARIANCE_RATIO: f64 = 1.6;
+/// χ² (3 degrees of freedom) of a load. Noise exceeds it with a probability of 10⁻¹², with margin for an error of the tare.
+const LOAD_CHI2: f64 = 60.0;
+/// χ² (3 degrees of freedom) above which preceding readings belong to the rising load: about three standard deviations.
+const RISING_CHI2: f64 = 14.0;
 /// Share of the episode's peak load below which a load may be a drift of the tare.
-const SHARE: f64 = 0.02;
-/// Standard deviations of drift, over the poses before contact, from which on an object is not at rest.
-const MOVING: f64 = 6.0;
+const MIN_PEAK_SHARE: f64 = 0.02;
+/// Slope of the poses before contact, in standard deviations, above which an object is not at rest.
+const MAX_RESTING_SLOPE_SD: f64 = 6.0;
 
-/// Time at which contact begins, s: the first reading if it already bears load, and `None` if nothing ever does. A blow
-/// of a single reading counts: no recorded impulse lies before contact.
+/// Start of contact, s; `None` without any load. An impact in a single reading counts, so that no recorded impulse lies
+/// before contact.
 ///
-/// `readings`: planar wrenches after the tare; `sd`: their noise for force and torque; `tare_sd`: of the tare.
+/// `readings` are planar tared wrenches, `sd` is their noise for force and torque, and `tare_sd` that of the tare.
 pub(crate) fn begins(t: &[f64], readings: &[[f64; 3]], sd: [f64; 2], tare_sd: &[f64; 3]) -> Option<f64> {
     let width = window(t);
     if t.len() < width {
@@ -30,44 +31,44 @@ pub(crate) fn begins(t: &[f64], readings: &[[f64; 3]], sd: [f64; 2], tare_sd: &[
     }
     let peak = peaks(readings);
     let noise = [sd[0], sd[0], sd[1]];
-    let floor = [0, 1, 2].map(|k| SHARE * peak[k / 2]);
+    let floor = [0, 1, 2].map(|k| MIN_PEAK_SHARE * peak[k / 2]);
     let scale = |share: f64| {
         let variance = |k: usize| noise[k] * noise[k] * share + tare_sd[k] * tare_sd[k];
-        [0, 1, 2].map(|k| variance(k).max(floor[k] * floor[k] / GATE))
+        [0, 1, 2].map(|k| variance(k).max(floor[k] * floor[k] / LOAD_CHI2))
     };
     let load = |reading: &[f64; 3], scale: &[f64; 3]| -> f64 {
         (0..3).map(|k| ratio(reading[k].powi(2), scale[k])).sum()
     };
-    let (single, of_median) = (scale(1.0), scale(MEDIAN_COST / width as f64));
-    let blow = readings.iter().position(|r| load(r, &single) > GATE).map(|at| {
-        let before = readings[..at].iter().rev().take_while(|r| load(r, &single) > RISING).count();
+    let (single, of_median) = (scale(1.0), scale(MEDIAN_VARIANCE_RATIO / width as f64));
+    let impact = readings.iter().position(|r| load(r, &single) > LOAD_CHI2).map(|at| {
+        let before = readings[..at].iter().rev().take_while(|r| load(r, &single) > RISING_CHI2).count();
         at - before
     });
     let sustained = |at: &usize| {
         let median_of = |k: usize| median(readings[*at..*at + width].iter().map(|r| r[k])).unwrap_or(0.0);
-        load(&[0, 1, 2].map(median_of), &of_median) > GATE
+        load(&[0, 1, 2].map(median_of), &of_median) > LOAD_CHI2
     };
-    let last = blow.unwrap_or(t.len()).min(t.len() - width);
-    // The window may begin before the load: its first sample that leaves the noise is the start.
+    let last = impact.unwrap_or(t.len()).min(t.len() - width);
+    // The window may begin before the load, so the load starts at the first sample above the noise.
     let leaves = |r: &[f64; 3]| (0..3).any(|k| r[k].abs() > (4.0 * noise[k]).max(floor[k]) && r[k] != 0.0);
     let weak = (0..=last)
         .find(sustained)
         .map(|first| first + readings[first..first + width].iter().position(leaves).unwrap_or(0));
-    blow.into_iter().chain(weak).min().map(|at| t[at])
+    impact.into_iter().chain(weak).min().map(|at| t[at])
 }
 
-/// Whether the poses up to a time, s, show an object at rest: their regression on time has no slope beyond its noise.
-/// True where there are too few to tell.
+/// Whether the object is at rest until `until`, s: the regression of its poses on time has no significant slope. True if
+/// there are too few poses.
 pub(crate) fn rests(poses: &[PoseSample], sd: [f64; 3], until: f64) -> bool {
     let before = &poses[..poses.partition_point(|p| p.t <= until)];
     let n = before.len() as f64;
-    if before.len() < FEWEST {
+    if before.len() < MIN_WINDOW_SAMPLES {
         return true;
     }
     let middle = before.iter().map(|p| p.t).sum::<f64>() / n;
     let spread: f64 = before.iter().map(|p| (p.t - middle).powi(2)).sum();
     let slope = |k: usize| before.iter().map(|p| (p.t - middle) * p.pose[k]).sum::<f64>() / spread;
-    (0..3).all(|k| slope(k).abs() <= MOVING * sd[k] / spread.sqrt())
+    (0..3).all(|k| slope(k).abs() <= MAX_RESTING_SLOPE_SD * sd[k] / spread.sqrt())
 }
 
 fn ratio(square: f64, variance: f64) -> f64 {
@@ -75,11 +76,11 @@ fn ratio(square: f64, variance: f64) -> f64 {
 }
 
 fn window(t: &[f64]) -> usize {
-    let step = median_step(t).unwrap_or(SUSTAINED);
-    ((SUSTAINED / step).round() as usize).max(FEWEST)
+    let step = median_step(t).unwrap_or(SUSTAINED_WINDOW_S);
+    ((SUSTAINED_WINDOW_S / step).round() as usize).max(MIN_WINDOW_SAMPLES)
 }
 
-/// Load that is exceeded a twentieth of the time: force, torque.
+/// The 95 % quantile of force and torque.
 fn peaks(readings: &[[f64; 3]]) -> [f64; 2] {
     let force = quantile(readings.iter().map(|r| r[0].hypot(r[1])), 0.95);
     let torque = quantile(readings.iter().map(|r| r[2].abs()), 0.95);
@@ -92,7 +93,7 @@ mod tests {
 
     const SD: [f64; 2] = [0.4, 0.05];
 
-    /// A little noise without a random generator: a sum of incommensurable sines, variance 1.
+    /// Deterministic noise of variance 1: a sum of incommensurable sines.
     fn noise(i: usize) -> f64 {
         [12.9898, 78.233, 37.719, 93.989].iter().map(|w| (w * i as f64).sin()).sum::<f64>() / 2f64.sqrt()
     }
@@ -115,13 +116,13 @@ mod tests {
     }
 
     #[test]
-    fn a_push_already_on_begins_with_the_first_reading() {
+    fn a_push_from_the_start_begins_with_the_first_reading() {
         let (t, readings) = pushed_from(-1.0);
         assert_eq!(begins(&t, &readings, SD, &[0.0; 3]), Some(0.0));
     }
 
     #[test]
-    fn a_blow_of_one_reading_is_contact() {
+    fn an_impact_in_one_reading_is_contact() {
         let (t, mut readings) = pushed_from(1.7);
         readings[40] = [90.0, 0.0, 3.0];
         let begin = begins(&t, &readings, SD, &[0.04, 0.04, 0.005]).unwrap();
@@ -137,7 +138,7 @@ mod tests {
     }
 
     #[test]
-    fn an_object_in_motion_is_not_at_rest() {
+    fn a_moving_object_is_not_at_rest() {
         let poses = |speed: f64| -> Vec<PoseSample> {
             let pose = |k: usize| [speed * k as f64 / 60.0 + 5e-4 * noise(k), 5e-4 * noise(k + 300), 0.0];
             (0..60).map(|k| PoseSample { t: k as f64 / 60.0, pose: pose(k) }).collect()
@@ -145,7 +146,7 @@ mod tests {
         let sd = [5e-4, 5e-4, 2e-3];
         assert!(rests(&poses(0.0), sd, 0.9));
         assert!(!rests(&poses(0.02), sd, 0.9));
-        assert!(rests(&poses(0.02), sd, 0.01), "too few poses to tell");
+        assert!(rests(&poses(0.02), sd, 0.01), "too few poses");
     }
 
     #[test]

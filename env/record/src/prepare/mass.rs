@@ -1,4 +1,4 @@
-//! A first guess of the mass, for a fit to start from.
+//! Initial guess of the mass for a fit.
 
 use nalgebra::{Matrix3, Vector3};
 
@@ -8,23 +8,25 @@ use super::sampling::{latest, quantile};
 use super::tare::GRAVITY;
 use super::{Noise, Prepared};
 
-/// Friction coefficient of a thing that is dragged, where the motion says nothing about its mass.
-const DRAG: f64 = 0.3;
-/// Accelerations of a pushed thing under its largest force, m/s²: a guess outside is no guess.
-const PLAUSIBLE: [f64; 2] = [0.01, 20.0];
-/// Where not even a force was recorded, kg.
-const UNKNOWN: f64 = 1.0;
+/// Friction coefficient of a dragged object, used if the motion does not determine the mass.
+const DEFAULT_FRICTION_COEFFICIENT: f64 = 0.3;
+/// Plausible range of the acceleration of a pushed object under its largest force, m/s².
+const PLAUSIBLE_ACCELERATION_M_PER_S2: [f64; 2] = [0.01, 20.0];
+/// Guess without any recorded force, kg.
+const DEFAULT_MASS_KG: f64 = 1.0;
 
-/// Mass that explains force by acceleration beside a viscous and a dry resistance, kg. Where that is not
-/// plausible, as in slow pushes, the mass that such a force would drag along.
+/// Mass from a regression of the force on acceleration, velocity and direction of motion, kg. If the result is not
+/// plausible, as for slow pushes, the mass that the force would drag against dry friction.
 pub(crate) fn guess(episodes: &[Prepared], noise: &Noise) -> f64 {
     let forces = episodes.iter().flat_map(|e| e.wrench.iter().map(|w| w.reading[0].hypot(w.reading[1])));
     let peak = quantile(forces, 0.95).unwrap_or(0.0);
     if peak <= 0.0 {
-        return UNKNOWN;
+        return DEFAULT_MASS_KG;
     }
-    let plausible = peak / PLAUSIBLE[1]..peak / PLAUSIBLE[0];
-    regressed(episodes, noise).filter(|mass| plausible.contains(mass)).unwrap_or(peak / (DRAG * GRAVITY))
+    let plausible = peak / PLAUSIBLE_ACCELERATION_M_PER_S2[1]..peak / PLAUSIBLE_ACCELERATION_M_PER_S2[0];
+    regressed(episodes, noise)
+        .filter(|mass| plausible.contains(mass))
+        .unwrap_or(peak / (DEFAULT_FRICTION_COEFFICIENT * GRAVITY))
 }
 
 fn regressed(episodes: &[Prepared], noise: &Noise) -> Option<f64> {
@@ -48,7 +50,7 @@ fn regressed(episodes: &[Prepared], noise: &Noise) -> Option<f64> {
     Some(solution[0]).filter(|mass| mass.is_finite())
 }
 
-/// Acceleration, velocity and direction of motion along one axis.
+/// Regressors of the force along one axis: acceleration, velocity and direction of motion.
 fn regressors(motion: &Motion, axis: usize) -> Vector3<f64> {
     let sd = motion.cov[axis][1][1].sqrt();
     let direction = motion.twist[axis] / (motion.twist[axis].hypot(3.0 * sd)).max(1e-9);

@@ -1,4 +1,4 @@
-//! How noisy the instruments are, where the recording does not say.
+//! Measurement noise, as stated by the recording or estimated from the data.
 
 use serde::Serialize;
 
@@ -10,7 +10,7 @@ use super::outlier::resolution;
 use super::sampling::{median_step, quantile};
 use super::transform::wrapped;
 
-/// One standard deviation of what the instruments add.
+/// Measurement noise, one standard deviation each.
 #[derive(Debug, Clone, PartialEq, Serialize)]
 pub struct Noise {
     /// Of an object pose: x and y in m, theta in rad.
@@ -21,26 +21,28 @@ pub struct Noise {
     pub torque: f64,
     /// Of the time stamps, s.
     pub time: f64,
-    /// Whether the recording states it; otherwise it is estimated from the data.
+    /// Whether the recording states the noise. Otherwise it is estimated from the data.
     pub stated: bool,
 }
 
-/// Pose noise where there are too few poses to estimate one: that of a good motion-capture system's object frame.
-const USUAL_POSE: [f64; 3] = [5e-4, 5e-4, 2e-3];
-/// Wrench noise where there are too few readings to estimate one, relative to the largest reading.
-const USUAL_WRENCH: f64 = 0.01;
-/// Nothing is measured better than this (m, rad, N, N m): likelihoods need a width.
-const FLOOR: f64 = 1e-6;
-/// A point contact is known to about a millimetre, so its moment to the force noise times this, m.
-const POINT_ARM: f64 = 1e-3;
-/// Quantile of the residuals taken for the noise, and that of |x| of a standard normal variable: high, because
-/// trackers flicker between a few states, but below what spikes and corners of the motion reach.
-const QUANTILE: (f64, f64) = (0.8, 1.281_551_565_544_600_4);
-/// Fewer residuals than this are no estimate.
-const FEWEST: usize = 20;
+/// Pose noise if there are too few poses for an estimate: typical of a good motion-capture system.
+const DEFAULT_POSE_SD: [f64; 3] = [5e-4, 5e-4, 2e-3];
+/// Wrench noise relative to the largest reading, if there are too few readings for an estimate.
+const DEFAULT_RELATIVE_WRENCH_SD: f64 = 0.01;
+/// Lower bound of all standard deviations, m, rad, N or N m. Likelihoods need a finite width.
+const MIN_SD: f64 = 1e-6;
+/// Uncertainty of the position of a point contact, m. It turns force noise into torque noise.
+const POINT_CONTACT_SD_M: f64 = 1e-3;
+/// Quantile of the absolute residuals from which the noise is estimated. It is high because trackers flicker between a few
+/// values, but excludes spikes and sudden changes of the motion.
+const RESIDUAL_QUANTILE: f64 = 0.8;
+/// The same quantile of |x| for a standard normal variable x.
+const NORMAL_QUANTILE: f64 = 1.281_551_565_544_600_4;
+/// Minimum number of residuals for an estimate.
+const MIN_RESIDUALS: usize = 20;
 
-/// The noise that `recording` states or shows.
-pub(crate) fn of(recording: &Recording) -> Noise {
+/// The noise that `recording` states, or else an estimate.
+pub(crate) fn stated_or_estimated(recording: &Recording) -> Noise {
     match &recording.metadata.noise {
         Some(stated) => Noise {
             pose: stated.pose,
@@ -53,11 +55,11 @@ pub(crate) fn of(recording: &Recording) -> Noise {
     }
 }
 
-/// The noise that the data show, whatever is stated.
+/// Estimate of the noise from the data, whether or not it is stated.
 pub(crate) fn estimated(recording: &Recording) -> Noise {
     let force = wrench_noise(recording, &[0, 1]);
     Noise {
-        pose: seen_pose(recording),
+        pose: estimated_pose(recording),
         force,
         torque: torque_noise(recording, force),
         time: 0.0,
@@ -65,20 +67,20 @@ pub(crate) fn estimated(recording: &Recording) -> Noise {
     }
 }
 
-/// The noise that the object's poses show, m, m, rad, whatever is stated.
-pub(crate) fn seen_pose(recording: &Recording) -> [f64; 3] {
+/// Estimate of the noise of the object's poses from the data, m, m, rad.
+pub(crate) fn estimated_pose(recording: &Recording) -> [f64; 3] {
     [0, 1, 2].map(|k| pose_noise(recording, k))
 }
 
 fn torque_noise(recording: &Recording, force: f64) -> f64 {
     let measured = recording.episodes.iter().any(|episode| episode.columns.contains_key("torque_z"));
     match (&recording.metadata.wrench.contact, measured) {
-        (Contact::Point, false) => force * POINT_ARM,
+        (Contact::Point, false) => force * POINT_CONTACT_SD_M,
         _ => wrench_noise(recording, &[5]),
     }
 }
 
-/// The episodes that may be looked at.
+/// The training episodes. Held-out episodes are not used for estimates.
 fn training(recording: &Recording) -> impl Iterator<Item = &Episode> {
     recording.episodes.iter().filter(|episode| !recording.metadata.is_held_out(&episode.name))
 }
@@ -93,7 +95,7 @@ fn pose_noise(recording: &Recording, k: usize) -> f64 {
         residuals.extend(interpolation_residuals(&t, &z, k == 2));
     }
     let rounding = if finest.is_finite() { finest / 12f64.sqrt() } else { 0.0 };
-    robust_sd(residuals).map_or(USUAL_POSE[k], |sd| sd.max(rounding).max(FLOOR))
+    robust_sd(residuals).map_or(DEFAULT_POSE_SD[k], |sd| sd.max(rounding).max(MIN_SD))
 }
 
 fn wrench_noise(recording: &Recording, axes: &[usize]) -> f64 {
@@ -103,12 +105,12 @@ fn wrench_noise(recording: &Recording, axes: &[usize]) -> f64 {
         .iter()
         .flat_map(|(_, s)| s.value.iter().flat_map(|v| axes.iter().map(|&k| v[k].abs())))
         .fold(0.0, f64::max);
-    let shown = sd_before_contact(&recording.metadata, &streams, axes)
+    let estimate = sd_before_contact(&recording.metadata, &streams, axes)
         .or_else(|| robust_sd(streams.iter().flat_map(|(_, s)| differences(s, axes)).collect()));
-    shown.unwrap_or(USUAL_WRENCH * largest).max(FLOOR)
+    estimate.unwrap_or(DEFAULT_RELATIVE_WRENCH_SD * largest).max(MIN_SD)
 }
 
-/// Pooled standard deviation within the intervals without contact.
+/// Pooled standard deviation in the intervals without contact; `None` if there are too few samples.
 fn sd_before_contact(metadata: &Metadata, streams: &[(String, WrenchStream)], axes: &[usize]) -> Option<f64> {
     let (mut sum, mut freedom) = (0.0, 0.0);
     for (name, stream) in streams {
@@ -121,7 +123,7 @@ fn sd_before_contact(metadata: &Metadata, streams: &[(String, WrenchStream)], ax
             freedom += rows.len().saturating_sub(1) as f64;
         }
     }
-    (freedom >= FEWEST as f64).then(|| (sum / freedom).sqrt())
+    (freedom >= MIN_RESIDUALS as f64).then(|| (sum / freedom).sqrt())
 }
 
 fn differences(stream: &WrenchStream, axes: &[usize]) -> Vec<f64> {
@@ -130,8 +132,8 @@ fn differences(stream: &WrenchStream, axes: &[usize]) -> Vec<f64> {
     measured.flat_map(|k| interpolation_residuals(&stream.t, &column(k), false)).collect()
 }
 
-/// What each sample differs by from the cubic through its two neighbours on either side, scaled to the noise of
-/// one sample. A smooth motion leaves nothing; white noise leaves itself. Windows across a gap are left out.
+/// Residual of each sample from the cubic through its two neighbours on either side, scaled to the noise of one sample. It
+/// is zero for a smooth motion and has the variance of the noise for white noise. Windows across a gap are skipped.
 fn interpolation_residuals(t: &[f64], z: &[f64], circular: bool) -> Vec<f64> {
     let Some(step) = median_step(t) else { return vec![] };
     let smooth_enough = |i: &usize| t[i + 2] - t[i - 2] < 8.0 * step;
@@ -147,15 +149,15 @@ fn interpolation_residuals(t: &[f64], z: &[f64], circular: bool) -> Vec<f64> {
     (2..t.len().saturating_sub(2)).filter(smooth_enough).map(residual).collect()
 }
 
-/// Held poses would look noiseless.
+/// Poses without exact repeats, which would bias the estimate of the noise towards zero.
 fn without_repeats(t: &[f64], pose: &[[f64; 3]]) -> (Vec<f64>, Vec<[f64; 3]>) {
     let fresh = (0..t.len()).filter(|&i| i == 0 || pose[i] != pose[i - 1]);
     fresh.map(|i| (t[i], pose[i])).unzip()
 }
 
 fn robust_sd(residuals: Vec<f64>) -> Option<f64> {
-    if residuals.len() < FEWEST {
+    if residuals.len() < MIN_RESIDUALS {
         return None;
     }
-    quantile(residuals.into_iter().map(f64::abs), QUANTILE.0).map(|size| size / QUANTILE.1)
+    quantile(residuals.into_iter().map(f64::abs), RESIDUAL_QUANTILE).map(|size| size / NORMAL_QUANTILE)
 }

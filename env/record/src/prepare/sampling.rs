@@ -1,16 +1,16 @@
-//! The latest sample of one stream at a time of another.
+//! Sampling utilities: latest samples, quantiles and intervals.
 
 /// Index of the last of `times` (increasing) that is not later than `t`; `None` before the first.
 pub(crate) fn latest(times: &[f64], t: f64) -> Option<usize> {
     times.partition_point(|&time| time <= t).checked_sub(1)
 }
 
-/// Median of `values`; `None` if there are none. NaN must not be among them.
+/// Median of `values`, which must not contain NaN; `None` if there are none.
 pub(crate) fn median(values: impl IntoIterator<Item = f64>) -> Option<f64> {
     quantile(values, 0.5)
 }
 
-/// The `share` quantile (0 to 1) of `values`, the nearest value not below it.
+/// Quantile `share` (0 to 1) of `values`, rounded to the nearest order statistic; `None` if there are none.
 pub(crate) fn quantile(values: impl IntoIterator<Item = f64>, share: f64) -> Option<f64> {
     let mut values: Vec<f64> = values.into_iter().collect();
     if values.is_empty() {
@@ -20,7 +20,7 @@ pub(crate) fn quantile(values: impl IntoIterator<Item = f64>, share: f64) -> Opt
     Some(*values.select_nth_unstable_by(at, f64::total_cmp).1)
 }
 
-/// The median interval of increasing `times`, s; `None` for fewer than two.
+/// Median interval of increasing `times`, s; `None` for fewer than two.
 pub(crate) fn median_step(times: &[f64]) -> Option<f64> {
     median(times.windows(2).map(|pair| pair[1] - pair[0]))
 }

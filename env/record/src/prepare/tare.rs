@@ -1,5 +1,5 @@
-//! What a raw reading holds besides the push: the sensor's offset, constant in the sensor frame, and the
-//! gripper's weight, constant in the world.
+//! Tare of raw readings. A raw reading contains the sensor's offset, which is constant in the sensor frame, and the
+//! gripper's weight, which is constant in the world frame.
 
 use nalgebra::{Rotation3, Vector3};
 
@@ -8,22 +8,22 @@ use super::transform::{GripperPose, Wrench6, force_moment_transform, join, split
 /// Acceleration of gravity, m/s².
 pub(crate) const GRAVITY: f64 = 9.80665;
 
-/// How a raw reading is tared.
+/// Method of taring raw readings.
 #[derive(Debug, Clone, Copy, PartialEq, Eq, Default)]
 pub enum TareMethod {
-    /// Offset and weight each where they are constant: in the sensor frame and in the world.
+    /// Subtract the offset in the sensor frame and the weight in the world frame.
     #[default]
     Separated,
-    /// Equation 12 of the paper: the whole first reading turns with the gripper. Right where the offset is zero.
+    /// Equation 12 of the paper: transform the whole first reading with the gripper. Exact only if the offset is zero.
     Equation12,
 }
 
-/// What the gripper weighs, in the sensor frame.
+/// Weight of the gripper, in the sensor frame.
 #[derive(Debug, Clone, PartialEq)]
 pub(crate) struct Weight {
-    /// Mass times gravity, N.
+    /// Weight force: mass times gravity, N.
     pub force: f64,
-    /// The same times the mass centre, N m.
+    /// Weight force times the centre of mass, N m.
     pub moment: Vector3<f64>,
 }
 
@@ -35,55 +35,57 @@ impl Weight {
     }
 }
 
-/// One reading before contact, sign as on the object.
+/// A reading before contact, with the sign of the wrench on the object.
 #[derive(Debug, Clone)]
-pub(crate) struct FreeReading {
+pub(crate) struct UnloadedReading {
     pub wrench: Wrench6,
     pub pose: GripperPose,
 }
 
-/// What is subtracted from an episode's readings.
+/// Tare of an episode.
 #[derive(Debug, Clone)]
 pub(crate) enum Tare {
-    /// Offset in the sensor frame, and the weight where it is known.
+    /// Offset in the sensor frame, and the weight if it is known.
     Separated { offset: Wrench6, weight: Option<Weight> },
-    /// Mean reading before contact and where the gripper was then.
+    /// Mean reading before contact, and the pose of the gripper then.
     Equation12 { first: Wrench6, pose: GripperPose },
 }
 
 impl Tare {
-    /// The tare from an episode's readings before contact; `None` if there are none.
-    pub fn new(method: TareMethod, free: &[FreeReading], weight: Option<&Weight>) -> Option<Self> {
-        let pose = free.first()?.pose.clone();
+    /// The tare from the readings `unloaded` before contact; `None` if there are none.
+    pub fn new(method: TareMethod, unloaded: &[UnloadedReading], weight: Option<&Weight>) -> Option<Self> {
+        let pose = unloaded.first()?.pose.clone();
         Some(match method {
-            TareMethod::Equation12 => Self::Equation12 { first: mean(free.iter().map(|r| r.wrench)), pose },
+            TareMethod::Equation12 => {
+                Self::Equation12 { first: mean(unloaded.iter().map(|r| r.wrench)), pose }
+            }
             TareMethod::Separated => {
-                let offset = mean(free.iter().map(|r| unweighted(&r.wrench, &r.pose, weight)));
+                let offset = mean(unloaded.iter().map(|r| unweighted(&r.wrench, &r.pose, weight)));
                 Self::Separated { offset, weight: weight.cloned() }
             }
         })
     }
 
-    /// The wrench on the object in sensor axes, from a reading taken at `pose`, sign as on the object.
+    /// The wrench on the object in sensor axes from `reading` at `pose`, with the sign of the wrench on the object.
     pub fn apply(&self, reading: &Wrench6, pose: &GripperPose) -> Wrench6 {
         match self {
             Self::Separated { offset, weight } => minus(&unweighted(reading, pose, weight.as_ref()), offset),
-            Self::Equation12 { first, pose: start } => minus(reading, &turned(first, start, pose)),
+            Self::Equation12 { first, pose: start } => minus(reading, &transformed(first, start, pose)),
         }
     }
 }
 
-/// Equation 11 from the first gripper frame to the present one. Heights are left out: both origins are taken to
-/// lie in one level plane, which changes no planar component of a weight.
-fn turned(first: &Wrench6, start: &GripperPose, now: &GripperPose) -> Wrench6 {
+/// Equation 11 from the first gripper frame to the current one. Ignores the height difference of the two origins, which
+/// does not affect the planar components of a weight.
+fn transformed(first: &Wrench6, start: &GripperPose, now: &GripperPose) -> Wrench6 {
     let rotation: Rotation3<f64> = (now.attitude.inverse() * start.attitude).to_rotation_matrix();
     let [dx, dy] = [0, 1].map(|k| start.position[k] - now.position[k]);
     let position = now.attitude.inverse_transform_vector(&Vector3::new(dx, dy, 0.0));
     force_moment_transform(&rotation, &position, first)
 }
 
-/// The reading without the weight: the reaction on the object is what is left of the sensor's load, so a weight
-/// enters a reading of that sign negatively.
+/// The reading without the weight. In a reading with the sign of the wrench on the object, the weight is negative, because
+/// it loads the sensor.
 fn unweighted(reading: &Wrench6, pose: &GripperPose, weight: Option<&Weight>) -> Wrench6 {
     weight.map_or(*reading, |w| plus(reading, &w.wrench(pose)))
 }
@@ -101,33 +103,34 @@ fn mean(wrenches: impl Iterator<Item = Wrench6>) -> Wrench6 {
     sum.map(|s| s / f64::max(n, 1.0))
 }
 
-/// Standard deviation of the mean of `values`, which may be correlated from sample to sample; `None` for fewer
-/// than two. The correlation is summed until it is first lost in its own noise.
+/// Standard deviation of the mean of `values`, which may be autocorrelated; `None` for fewer than two. The autocovariance is
+/// summed until it first falls below its own noise.
 pub(crate) fn sd_of_mean(values: &[f64]) -> Option<f64> {
     let n = values.len();
     if n < 2 {
         return None;
     }
     let mean = values.iter().sum::<f64>() / n as f64;
-    let off: Vec<f64> = values.iter().map(|v| v - mean).collect();
-    let covariance = |lag: usize| off.iter().zip(&off[lag..]).map(|(a, b)| a * b).sum::<f64>() / n as f64;
+    let deviations: Vec<f64> = values.iter().map(|v| v - mean).collect();
+    let covariance =
+        |lag: usize| deviations.iter().zip(&deviations[lag..]).map(|(a, b)| a * b).sum::<f64>() / n as f64;
     let variance = covariance(0);
-    let lost = 2.0 * variance / (n as f64).sqrt();
-    let correlated: f64 = (1..n / 3).map(covariance).take_while(|&c| c > lost).sum();
+    let noise = 2.0 * variance / (n as f64).sqrt();
+    let correlated: f64 = (1..n / 3).map(covariance).take_while(|&c| c > noise).sum();
     Some(((variance + 2.0 * correlated) / (n - 1) as f64).sqrt())
 }
 
-/// The weight of the gripper from readings at several attitudes, one list an episode; `None` where the attitudes
-/// differ too little. Each episode has its own offset where it holds several attitudes, otherwise all share one.
-pub(crate) fn weigh(episodes: &[Vec<FreeReading>]) -> Option<Weight> {
-    let pooled: Vec<FreeReading> = episodes.iter().flatten().cloned().collect();
+/// Weight of the gripper from readings at several attitudes, one list per episode; `None` if the attitudes differ too
+/// little. Each episode has its own offset if it has several attitudes; otherwise all episodes share one.
+pub(crate) fn weigh(episodes: &[Vec<UnloadedReading>]) -> Option<Weight> {
+    let pooled: Vec<UnloadedReading> = episodes.iter().flatten().cloned().collect();
     regress(episodes).or_else(|| regress(&[pooled]))
 }
 
-/// Root mean square angle between the attitudes and their mean that suffices to weigh the gripper, rad.
-const LEAST_TILT: f64 = 0.05;
+/// Minimum RMS angle between the attitudes and their mean for an estimate of the weight, rad.
+const MIN_TILT_RMS_RAD: f64 = 0.05;
 
-fn regress(groups: &[Vec<FreeReading>]) -> Option<Weight> {
+fn regress(groups: &[Vec<UnloadedReading>]) -> Option<Weight> {
     let (mut force, mut spread, mut n) = (0.0, 0.0, 0.0);
     let mut normal = nalgebra::Matrix3::zeros();
     let mut right = Vector3::zeros();
@@ -146,10 +149,10 @@ fn regress(groups: &[Vec<FreeReading>]) -> Option<Weight> {
             right += cross.transpose() * torque;
         }
     }
-    if n < 2.0 || (spread / n).sqrt() < LEAST_TILT {
+    if n < 2.0 || (spread / n).sqrt() < MIN_TILT_RMS_RAD {
         return None;
     }
-    // Attitudes about one axis leave the moment along gravity's change open; the least moment stands for it.
+    // Rotation about a single axis leaves one component of the moment undetermined; take the minimum-norm solution.
     let inverse = normal.pseudo_inverse(1e-6 * normal.norm()).ok()?;
     Some(Weight { force: force / spread, moment: inverse * right })
 }

@@ -1,4 +1,4 @@
-//! Whole recordings, made here with known truth, prepared.
+//! Preparation of synthetic recordings with known truth.
 
 use std::collections::BTreeMap;
 
@@ -26,7 +26,7 @@ fn columns<const N: usize>(names: [&str; N], rows: &[[f64; N]]) -> BTreeMap<Stri
     (0..N).map(|k| (names[k].to_owned(), rows.iter().map(|row| row[k]).collect())).collect()
 }
 
-/// The object turns slowly from 1 rad on; the gripper holds it at (0.5, 0.2) of its frame, turned by -0.4 rad.
+/// The object rotates slowly, starting at 1 rad. The gripper holds it at (0.5, 0.2) of its frame, rotated by -0.4 rad.
 fn object_pose(t: f64) -> [f64; 3] {
     let s = (t - 1.0).max(0.0);
     [0.1 * s * s, 0.3, 1.0 + 0.2 * s]
@@ -88,30 +88,30 @@ fn assert_close(a: &[f64], b: &[f64], tolerance: f64) {
 const RAW: &str = "frame = \"sensor\"\nsign = \"on_sensor\"\nraw = true\nprecontact = [0.0, 0.95]";
 
 #[test]
-fn a_raw_reaction_becomes_the_push_on_the_object() {
+fn a_raw_reaction_is_tared_and_negated() {
     let episode = level_episode(|t| [0, 1, 2].map(|k| -push(t)[k] + [OFFSET[0], OFFSET[1], OFFSET[5]][k]));
     let dataset = prepare(&recording(RAW, episode)).unwrap();
-    let made = &dataset.training[0];
-    for sample in &made.wrench {
+    let prepared = &dataset.training[0];
+    for sample in &prepared.wrench {
         assert_close(&sample.reading, &push(sample.t), 1e-9);
         assert_close(&sample.frame, &GRASP, 3e-3);
     }
-    let last = made.wrench.last().unwrap().on_object();
+    let last = prepared.wrench.last().unwrap().on_object();
     let (sin, cos) = (-0.4_f64).sin_cos();
     let force = [cos * 12.0 + sin * 3.0, sin * 12.0 - cos * 3.0];
     assert_close(&last, &[force[0], force[1], 0.5 * force[1] - 0.2 * force[0] + 0.7], 5e-2);
-    assert!((made.contact - 1.0).abs() < 0.011, "{}", made.contact);
+    assert!((prepared.contact - 1.0).abs() < 0.011, "{}", prepared.contact);
     assert_eq!(dataset.body.mass, 20.0);
 }
 
 #[test]
-fn frames_and_references_by_name() {
+fn all_frames_and_references_give_the_same_wrench() {
     let episode = level_episode(push);
-    let made = |wrench: &str| prepare(&recording(wrench, episode.clone())).unwrap().training.remove(0);
+    let prepared = |wrench: &str| prepare(&recording(wrench, episode.clone())).unwrap().training.remove(0);
     let at = 250;
     let t = time(at);
     let theta = object_pose(t)[2];
-    // The same wrench published in each of the axes and about each of the points: read in the sensor's own.
+    // The same wrench published in all axes and about all points is read in sensor axes.
     for (wrench, published) in [
         ("frame = \"sensor\"\nreference = \"sensor\"\nsign = \"on_object\"", GRASP),
         ("frame = \"sensor\"\nreference = \"object\"\nsign = \"on_object\"", [0.0, 0.0, GRASP[2]]),
@@ -120,34 +120,34 @@ fn frames_and_references_by_name() {
         ("frame = \"world\"\nreference = \"object\"\nsign = \"on_object\"", [0.0, 0.0, -theta]),
         ("frame = \"world\"\nreference = \"sensor\"\nsign = \"on_object\"", [GRASP[0], GRASP[1], -theta]),
     ] {
-        let sample = &made(wrench).wrench[at];
+        let sample = &prepared(wrench).wrench[at];
         assert_close(&sample.frame, &GRASP, 3e-3);
         assert_close(&sample.on_object(), &planar_transform(&published, &push(t)), 1e-2);
     }
-    let mut unheld = level_episode(push);
-    unheld.columns.retain(|name, _| !name.starts_with("gripper"));
+    let mut without_gripper = level_episode(push);
+    without_gripper.columns.retain(|name, _| !name.starts_with("gripper"));
     let world = "frame = \"world\"\nreference = \"object\"\nsign = \"on_object\"";
-    let sample = &prepare(&recording(world, unheld)).unwrap().training[0].wrench[at];
+    let sample = &prepare(&recording(world, without_gripper)).unwrap().training[0].wrench[at];
     assert_eq!(sample.reading, push(t), "without a gripper pose readings stay as published");
     assert_close(&sample.frame, &[0.0, 0.0, -theta], 1e-5);
 }
 
 #[test]
-fn a_point_contact_without_torque_acts_at_the_gripper_whatever_the_reference() {
+fn a_point_contact_without_torque_acts_at_the_gripper() {
     let mut episode = level_episode(push);
     episode.columns.remove("torque_z");
     let wrench = "frame = \"object\"\nreference = \"object\"\nsign = \"on_object\"\ncontact = \"point\"";
-    let made = prepare(&recording(wrench, episode)).unwrap().training.remove(0);
-    let sample = &made.wrench[250];
+    let prepared = prepare(&recording(wrench, episode)).unwrap().training.remove(0);
+    let sample = &prepared.wrench[250];
     assert_close(&sample.frame, &GRASP, 3e-3);
     let [fx, fy, _] = push(time(250));
     assert_close(&sample.on_object(), &[fx, fy, GRASP[0] * fy - GRASP[1] * fx], 1e-2);
 }
 
 #[test]
-fn a_reading_is_turned_by_the_pose_at_its_own_time_or_by_the_latest_where_asked() {
+fn readings_use_the_pose_at_their_time_or_the_latest_pose() {
     let mut episode = level_episode(push);
-    // Poses only at every tenth row, from the second tenth on.
+    // Poses only in every tenth row, starting with the tenth.
     for (name, column) in &mut episode.columns {
         if name.starts_with("object") || name.starts_with("gripper") {
             for i in (0..TIMES).filter(|i| i % 10 != 0 || *i == 0) {
@@ -159,24 +159,24 @@ fn a_reading_is_turned_by_the_pose_at_its_own_time_or_by_the_latest_where_asked(
     for name in ["gripper_x", "gripper_y", "gripper_theta"] {
         episode.columns.remove(name);
     }
-    let made = |wrench_pose| {
+    let prepared = |wrench_pose| {
         let options = Options { wrench_pose, ..Options::default() };
         prepare_with(&recording(world, episode.clone()), options).unwrap().training.remove(0)
     };
-    let (latest, own) = (made(WrenchPose::Latest), made(WrenchPose::OwnTime));
+    let (latest, own) = (prepared(WrenchPose::Latest), prepared(WrenchPose::OwnTime));
     assert_eq!(latest.counts.before_first_pose, 10);
     for (i, (latest, own)) in latest.wrench.iter().zip(&own.wrench).enumerate() {
         let pose = time((i / 10 * 10).max(10));
         assert_close(&[latest.frame[2]], &[wrapped(-object_pose(pose)[2])], 1e-9);
-        assert_eq!(latest.blur, [0.0; 3]);
+        assert_eq!(latest.frame_noise, [0.0; 3]);
         if (10..290).contains(&i) {
             assert_close(&[own.frame[2]], &[wrapped(-object_pose(time(i))[2])], 1e-2);
         }
     }
-    assert!(own.wrench[155].blur[0] > 0.0, "the pose between samples is uncertain");
+    assert!(own.wrench[155].frame_noise[0] > 0.0, "the pose between samples is uncertain");
 }
 
-/// A gripper that rolls and pitches while it pushes, with its weight of 1.2 kg and an offset in a raw reading.
+/// An episode with raw readings (with an offset) of a 1.2 kg gripper that rolls and pitches while it pushes.
 fn tilting_episode(name: &str, start: (f64, f64), tilting: f64) -> Episode {
     let attitude = |t: f64| {
         let s = tilting * (t - 1.0).max(0.0);
@@ -189,7 +189,7 @@ fn tilting_episode(name: &str, start: (f64, f64), tilting: f64) -> Episode {
         let gravity = q.inverse_transform_vector(&Vector3::new(0.0, 0.0, -1.2 * tare::GRAVITY));
         let moment = com.cross(&gravity);
         let [fx, fy, tz] = push(t);
-        // The push is level: given along the heading, it is brought into the tilted sensor's axes.
+        // The push is horizontal; it is given along the heading and transformed to the axes of the tilted sensor.
         let pose = transform::GripperPose { t, position: [x, y], attitude: q };
         let level = UnitQuaternion::from_axis_angle(&Vector3::z_axis(), pose.heading());
         let force = q.inverse_transform_vector(&(level * Vector3::new(fx, fy, 0.0)));
@@ -236,14 +236,14 @@ fn assert_pushes(dataset: &Dataset) {
 }
 
 #[test]
-fn a_tilting_gripper_of_known_weight() {
+fn a_tilting_gripper_of_known_weight_is_tared() {
     let wrench = format!("{TILTING}gripper_mass = 1.2\ngripper_com = [0.01, -0.02, 0.06]");
     let dataset = prepare(&recording(&wrench, tilting_episode("a", (0.1, 0.2), 0.15))).unwrap();
     assert_pushes(&dataset);
 }
 
 #[test]
-fn a_tilting_gripper_weighed_at_several_attitudes() {
+fn a_tilting_gripper_is_weighed_at_several_attitudes() {
     let starts = [(0.0, 0.0), (0.3, 0.0), (0.0, 0.3), (-0.2, 0.2)];
     let episodes: Vec<Episode> =
         starts.iter().enumerate().map(|(i, &s)| tilting_episode(&format!("e{i}"), s, 0.1)).collect();
@@ -252,7 +252,7 @@ fn a_tilting_gripper_weighed_at_several_attitudes() {
 }
 
 #[test]
-fn a_tilting_gripper_of_unknown_weight_is_refused_and_one_that_keeps_its_tilt_is_not() {
+fn a_tilting_gripper_of_unknown_weight_is_refused() {
     let error = prepare(&recording(TILTING, tilting_episode("a", (0.1, 0.2), 0.15))).unwrap_err();
     let sentence = error.to_string();
     assert!(sentence.contains("gripper_mass") && sentence.starts_with("episode a"), "{sentence}");
@@ -260,13 +260,13 @@ fn a_tilting_gripper_of_unknown_weight_is_refused_and_one_that_keeps_its_tilt_is
 }
 
 #[test]
-fn equation_12_by_name() {
+fn equation_12_is_wrong_with_an_offset() {
     let recording = recording(TILTING, tilting_episode("a", (0.0, 0.0), 0.15));
     let by_equation_12 =
         prepare_with(&recording, Options { tare: TareMethod::Equation12, ..Options::default() }).unwrap();
     let last = by_equation_12.training[0].wrench.last().unwrap();
     let error = (last.reading[0] - push(last.t)[0]).hypot(last.reading[1] - push(last.t)[1]);
-    assert!(error > 0.5, "an offset turned with the gripper is wrong");
+    assert!(error > 0.5, "equation 12 rotates the offset with the gripper");
 }
 
 #[test]
@@ -295,16 +295,16 @@ fn an_object_whose_first_pose_comes_after_contact_is_not_at_rest() {
 }
 
 #[test]
-fn no_force_no_motion_and_one_sample_are_no_panic() {
+fn no_force_no_motion_and_one_sample_do_not_panic() {
     let mut one = level_episode(push);
     one.t.truncate(1);
     one.columns.values_mut().for_each(|column| column.truncate(1));
-    let still = level_episode(|_| [0.0; 3]);
-    for episode in [one, still] {
+    let resting = level_episode(|_| [0.0; 3]);
+    for episode in [one, resting] {
         let dataset = prepare(&recording("frame = \"object\"\nsign = \"on_object\"", episode)).unwrap();
-        let made = &dataset.training[0];
-        assert!(made.contact.is_finite() && dataset.noise.force > 0.0);
-        assert!(made.motion(&dataset.noise).iter().all(|m| m.twist.iter().all(|v| v.is_finite())));
+        let prepared = &dataset.training[0];
+        assert!(prepared.contact.is_finite() && dataset.noise.force > 0.0);
+        assert!(prepared.motion(&dataset.noise).iter().all(|m| m.twist.iter().all(|v| v.is_finite())));
     }
 }
 
@@ -319,10 +319,10 @@ fn an_episode_without_a_pose_is_refused() {
 }
 
 #[test]
-fn the_mass_guess_is_in_the_right_range() {
+fn the_mass_guess_has_the_right_magnitude() {
     let mut meta = metadata("frame = \"world\"\nreference = \"object\"\nsign = \"on_object\"");
     meta.object.mass = None;
-    // 0.2 m/s² from 1 s on: object_pose accelerates so under 4 N at 20 kg.
+    // From 1 s on, object_pose accelerates with 0.2 m/s²: 4 N at 20 kg.
     let episode = level_episode(|t| if t < 1.0 { [0.0; 3] } else { [4.0, 0.0, 0.0] });
     let dataset = prepare(&Recording { metadata: meta, episodes: vec![episode] }).unwrap();
     assert!((10.0..40.0).contains(&dataset.body.mass), "{}", dataset.body.mass);

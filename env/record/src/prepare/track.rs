@@ -1,16 +1,16 @@
-//! The poses of one episode, masked.
+//! Masked poses of an episode.
 
 use crate::episode::{Episode, Gripper};
 
 use super::PoseSample;
-use super::outlier::{Verdict, judge, unwrapped};
+use super::outlier::{PoseStatus, classify, unwrapped};
 use super::sampling::median_step;
 use super::transform::GripperPose;
 
-/// A time between samples longer than this many median ones is a drop-out.
-pub(crate) const GAP: f64 = 5.0;
+/// Length of a drop-out in median intervals.
+const MIN_DROP_OUT_INTERVALS: f64 = 5.0;
 
-/// A stream with what was masked in it.
+/// The valid samples of a stream, and the numbers of masked samples.
 pub(crate) struct Track<T> {
     pub samples: Vec<T>,
     pub outliers: usize,
@@ -23,22 +23,22 @@ impl<T> Track<T> {
     }
 }
 
-/// Noise of the poses, m, m, rad: as stated or estimated, and as the data show it.
+/// Noise of the poses, m, m, rad: `sd` is stated or estimated, `estimated` always estimated.
 pub(crate) struct PoseNoise {
     pub sd: [f64; 3],
-    pub seen: [f64; 3],
+    pub estimated: [f64; 3],
 }
 
-/// The object's poses, theta continuous.
+/// Valid poses of the object, with continuous theta.
 pub(crate) fn object(episode: &Episode, noise: &PoseNoise) -> Track<PoseSample> {
     let Some(stream) = episode.object() else { return Track::none() };
-    let (kept, outliers, held) = masked(&stream.t, &stream.value, noise);
-    let poses = unwrapped(kept.iter().map(|&i| stream.value[i]));
-    let samples = kept.iter().zip(poses).map(|(&i, pose)| PoseSample { t: stream.t[i], pose }).collect();
+    let (valid, outliers, held) = masked(&stream.t, &stream.value, noise);
+    let poses = unwrapped(valid.iter().map(|&i| stream.value[i]));
+    let samples = valid.iter().zip(poses).map(|(&i, pose)| PoseSample { t: stream.t[i], pose }).collect();
     Track { samples, outliers, held }
 }
 
-/// The gripper's poses.
+/// Valid poses of the gripper.
 pub(crate) fn gripper(episode: &Episode, noise: &PoseNoise) -> Track<GripperPose> {
     let all: Vec<GripperPose> = match episode.gripper() {
         None => return Track::none(),
@@ -51,19 +51,19 @@ pub(crate) fn gripper(episode: &Episode, noise: &PoseNoise) -> Track<GripperPose
     };
     let times: Vec<f64> = all.iter().map(|p| p.t).collect();
     let planar: Vec<[f64; 3]> = all.iter().map(GripperPose::planar).collect();
-    let (kept, outliers, held) = masked(&times, &planar, noise);
-    let samples = kept.into_iter().map(|i| all[i].clone()).collect();
+    let (valid, outliers, held) = masked(&times, &planar, noise);
+    let samples = valid.into_iter().map(|i| all[i].clone()).collect();
     Track { samples, outliers, held }
 }
 
-/// Number of drop-outs between increasing `times`, and the length from which on a time without sample is one, s.
+/// Number of drop-outs between increasing `times`, and the minimum length of a drop-out, s.
 pub(crate) fn gaps(times: &[f64]) -> (usize, f64) {
-    let longest = median_step(times).map_or(f64::INFINITY, |step| GAP * step);
+    let longest = median_step(times).map_or(f64::INFINITY, |step| MIN_DROP_OUT_INTERVALS * step);
     (times.windows(2).filter(|pair| pair[1] - pair[0] > longest).count(), longest)
 }
 
 fn masked(t: &[f64], pose: &[[f64; 3]], noise: &PoseNoise) -> (Vec<usize>, usize, usize) {
-    let verdicts = judge(t, pose, &noise.sd, &noise.seen);
-    let indices = |wanted: Verdict| (0..t.len()).filter(|&i| verdicts[i] == wanted).collect::<Vec<_>>();
-    (indices(Verdict::Kept), indices(Verdict::Outlier).len(), indices(Verdict::Held).len())
+    let statuses = classify(t, pose, &noise.sd, &noise.estimated);
+    let indices = |wanted: PoseStatus| (0..t.len()).filter(|&i| statuses[i] == wanted).collect::<Vec<_>>();
+    (indices(PoseStatus::Valid), indices(PoseStatus::Outlier).len(), indices(PoseStatus::Held).len())
 }

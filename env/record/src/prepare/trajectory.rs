@@ -1,4 +1,4 @@
-//! Poses at any time: cubic Hermite interpolation of the smoothed motion, with its uncertainty.
+//! Poses at arbitrary times, by cubic Hermite interpolation of the smoothed motion, with uncertainty.
 
 use super::sampling::latest;
 use super::transform::wrapped;
@@ -12,27 +12,27 @@ pub(crate) struct PoseAt {
     pub pose: [f64; 3],
     /// Variances, m², m², rad².
     pub variance: [f64; 3],
-    /// Time over which the error stays about the same, s: the interval between the samples around it.
+    /// Correlation time of the error, s: the interval between the neighbouring samples.
     pub correlation: f64,
 }
 
-/// How the poses of one frame are looked up.
+/// Poses of a frame over time.
 #[derive(Debug, Clone)]
 pub(crate) enum Trajectory {
     /// Smoothed poses and velocities at the samples.
     Smoothed(Vec<Motion>),
-    /// The latest sample (equation 13 of the paper); too few samples leave nothing else.
+    /// The latest sample (equation 13 of the paper); also used if there are too few samples.
     Latest(Vec<PoseSample>),
 }
 
 impl Trajectory {
-    /// The trajectory through poses with continuous angle; fewer than [`motion::FEWEST_POSES`] are looked up as they are.
+    /// Trajectory through poses with continuous angle. Fewer than [`motion::MIN_POSES_FOR_MOTION`] poses are not smoothed.
     pub fn new(samples: &[PoseSample], noise: &Noise, smoothed: bool) -> Self {
         let motion = if smoothed { motion::smooth(samples, noise, false) } else { vec![] };
         if motion.is_empty() { Self::Latest(samples.to_vec()) } else { Self::Smoothed(motion) }
     }
 
-    /// The pose at time `t`, s; before the first sample the first, after the last the last. `None` without a sample.
+    /// Pose at time `t`, s, clamped to the first and the last sample. `None` without samples.
     pub fn at(&self, t: f64) -> Option<PoseAt> {
         match self {
             Self::Latest(samples) => {
@@ -56,8 +56,8 @@ impl Trajectory {
     }
 }
 
-/// Hermite interpolation. With `s` the share of the interval `h` that has passed and `u = s (1 − s)`, an error of the
-/// velocities moves the pose by up to `h u`, and one of the acceleration by `h² u / 2`.
+/// Hermite interpolation in an interval of length `h`. With the elapsed share `s` and `u = s (1 − s)`, a unit error of the
+/// velocities changes the pose by up to `h u`, and a unit error of the acceleration by up to `h² u / 2`.
 fn between(a: &Motion, b: &Motion, t: f64) -> PoseAt {
     let h = b.t - a.t;
     let s = (t - a.t) / h;
@@ -74,7 +74,7 @@ fn between(a: &Motion, b: &Motion, t: f64) -> PoseAt {
     PoseAt { pose: [0, 1, 2].map(value), variance: [0, 1, 2].map(variance), correlation: h }
 }
 
-/// `samples` with the turns added that make the angle continuous.
+/// `samples` with a continuous angle.
 pub(crate) fn continuous(samples: impl IntoIterator<Item = PoseSample>) -> Vec<PoseSample> {
     let mut last: Option<f64> = None;
     let follow = |PoseSample { t, pose: [x, y, angle] }| {
@@ -85,7 +85,8 @@ pub(crate) fn continuous(samples: impl IntoIterator<Item = PoseSample>) -> Vec<P
     samples.into_iter().map(follow).collect()
 }
 
-/// Share of the way from the sample before `t` to the one after it, and the index of the former; the nearest end beyond.
+/// Index of the last sample not after `t`, and the elapsed share of the interval after it. Clamped to the first and the last
+/// sample; `None` without samples.
 pub(crate) fn share(times: &[f64], t: f64) -> Option<(usize, f64)> {
     let before = latest(times, t);
     match (before, times.get(before.map_or(0, |k| k + 1))) {
@@ -109,23 +110,19 @@ mod tests {
     }
 
     #[test]
-    fn a_slow_tracker_is_followed_between_its_samples() {
+    fn interpolation_is_accurate_between_slow_samples() {
         let trajectory = Trajectory::new(&swing(0.1, 3.0), &NOISE, true);
         for k in 3..27 {
             let t = 0.1 * f64::from(k) + 0.05;
             let at = trajectory.at(t).unwrap();
             let truth = 0.8 * (2.0 * t).sin();
             assert!((at.pose[2] - truth).abs() < 2e-3, "{t}: {} for {truth}", at.pose[2]);
-            assert!(
-                (at.pose[2] - truth).abs() < 4.0 * at.variance[2].sqrt(),
-                "claims {}",
-                at.variance[2].sqrt()
-            );
+            assert!((at.pose[2] - truth).abs() < 4.0 * at.variance[2].sqrt(), "sd {}", at.variance[2].sqrt());
         }
     }
 
     #[test]
-    fn the_latest_pose_is_the_papers_rule() {
+    fn latest_uses_the_sample_before() {
         let trajectory = Trajectory::new(&swing(0.1, 3.0), &NOISE, false);
         assert_eq!(trajectory.at(1.04), trajectory.at(1.0));
         assert_eq!(trajectory.at(-1.0), trajectory.at(0.0));

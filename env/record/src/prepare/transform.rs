@@ -1,13 +1,13 @@
-//! Wrenches from one frame to another: equations 10, 11 and 13 of the paper.
+//! Transformation of wrenches between frames: equations 10, 11 and 13 of the paper.
 
 use nalgebra::{Quaternion, Rotation3, UnitQuaternion, Vector3};
 
 /// Forces x, y, z in N and torques x, y, z in N m.
 pub type Wrench6 = [f64; 6];
 
-/// Equation 11: the wrench that reads `wrench` in frame B, read in frame A.
+/// Transforms `wrench` from frame B to frame A (equation 11).
 ///
-/// `rotation` and `position` (m) are those of frame B in frame A.
+/// `rotation` and `position` (m) give the pose of frame B in frame A.
 pub fn force_moment_transform(
     rotation: &Rotation3<f64>,
     position: &Vector3<f64>,
@@ -18,8 +18,9 @@ pub fn force_moment_transform(
     join(&force, &(position.cross(&force) + rotation * torque))
 }
 
-/// Equation 13 in the plane: the wrench `[f_x, f_y, τ_z]` that reads `reading` in a frame at pose `frame`
-/// (x, y in m, angle in rad), read in the frame that `frame` is given in.
+/// Transforms the planar wrench `reading` = `[f_x, f_y, τ_z]` from a frame to its parent frame (equation 13 in the plane).
+///
+/// `frame` is the pose of the frame in the parent frame: x, y in m, angle in rad.
 pub fn planar_transform(frame: &[f64; 3], reading: &[f64; 3]) -> [f64; 3] {
     let position = Vector3::new(frame[0], frame[1], 0.0);
     let rotation = Rotation3::from_axis_angle(&Vector3::z_axis(), frame[2]);
@@ -28,21 +29,21 @@ pub fn planar_transform(frame: &[f64; 3], reading: &[f64; 3]) -> [f64; 3] {
     [moved[0], moved[1], moved[5]]
 }
 
-/// Pose (x, y, angle) of frame B in frame A, both given by their poses in the world.
+/// Pose (x, y, angle) of frame B in frame A. `a` and `b` are their poses in the world.
 pub fn relative_pose(a: &[f64; 3], b: &[f64; 3]) -> [f64; 3] {
     let (sin, cos) = a[2].sin_cos();
     let (dx, dy) = (b[0] - a[0], b[1] - a[1]);
     [cos * dx + sin * dy, cos * dy - sin * dx, wrapped(b[2] - a[2])]
 }
 
-/// `angle` brought into (-π, π].
+/// `angle` wrapped to (-π, π].
 pub fn wrapped(angle: f64) -> f64 {
     let turn = std::f64::consts::TAU;
     let rest = angle.rem_euclid(turn);
     if rest > turn / 2.0 { rest - turn } else { rest }
 }
 
-/// A sensor frame's pose in the world.
+/// Pose of the sensor frame in the world.
 #[derive(Debug, Clone, PartialEq)]
 pub(crate) struct GripperPose {
     pub t: f64,
@@ -61,8 +62,8 @@ impl GripperPose {
         Self { t, position: [x, y], attitude }
     }
 
-    /// The pose at a share of the way to another: a straight line, and spherical interpolation of the attitude.
-    pub fn towards(&self, next: &Self, share: f64) -> Self {
+    /// Interpolated pose: linear in the position, spherical in the attitude.
+    pub fn interpolate(&self, next: &Self, share: f64) -> Self {
         let along = |a: f64, b: f64| a + share * (b - a);
         Self {
             t: along(self.t, next.t),
@@ -71,7 +72,7 @@ impl GripperPose {
         }
     }
 
-    /// The turn about the vertical: what is left of the attitude without its tilt (swing–twist decomposition).
+    /// Rotation about the vertical, rad: the twist of the swing–twist decomposition.
     pub fn heading(&self) -> f64 {
         wrapped(2.0 * self.attitude.k.atan2(self.attitude.w))
     }
@@ -91,9 +92,9 @@ impl GripperPose {
         self.attitude.inverse_transform_vector(&-Vector3::z())
     }
 
-    /// `wrench`, given in sensor axes, seen from above: force along the heading and across it, torque about the
-    /// vertical through the sensor's origin.
-    pub fn seen_from_above(&self, wrench: &Wrench6) -> [f64; 3] {
+    /// Planar projection of `wrench` (sensor axes): force along and across the heading, torque about the vertical through
+    /// the sensor's origin.
+    pub fn planar_wrench(&self, wrench: &Wrench6) -> [f64; 3] {
         let level = UnitQuaternion::from_axis_angle(&Vector3::z_axis(), -self.heading()) * self.attitude;
         let moved = force_moment_transform(&level.to_rotation_matrix(), &Vector3::zeros(), wrench);
         [moved[0], moved[1], moved[5]]
@@ -119,14 +120,14 @@ mod tests {
     }
 
     #[test]
-    fn a_push_beside_the_origin_turns() {
+    fn an_eccentric_force_has_a_torque() {
         // 10 N along the sensor's x, which points along the object's y, 0.5 m right of its origin.
         let moved = planar_transform(&[0.5, 0.0, FRAC_PI_2], &[10.0, 0.0, 1.0]);
         assert!(close(&moved, &[0.0, 10.0, 6.0]));
     }
 
     #[test]
-    fn equation_11_by_hand_in_space() {
+    fn equation_11_matches_a_hand_calculation() {
         let rotation = Rotation3::from_axis_angle(&Vector3::x_axis(), FRAC_PI_2);
         let moved =
             force_moment_transform(&rotation, &Vector3::new(0.0, 0.0, 2.0), &[1.0, 0.0, 3.0, 0.0, 0.5, 0.0]);
@@ -135,7 +136,7 @@ mod tests {
     }
 
     #[test]
-    fn relative_pose_undoes_the_object_pose() {
+    fn relative_pose_inverts_the_object_pose() {
         let rel = relative_pose(&[1.0, 2.0, FRAC_PI_2], &[1.0, 3.0, -PI]);
         assert!(close(&rel, &[1.0, 0.0, FRAC_PI_2]));
     }
@@ -146,8 +147,8 @@ mod tests {
         let half = (0.5_f64).sqrt();
         let pose = GripperPose::tilting(0.0, [0.0, 0.0, 0.0, half, 0.0, half, 0.0]);
         assert!(pose.heading().abs() < 1e-12);
-        let seen = pose.seen_from_above(&[0.0, 2.0, 7.0, -0.4, 0.0, 9.0]);
-        assert!(close(&seen, &[7.0, 2.0, 0.4]));
+        let planar = pose.planar_wrench(&[0.0, 2.0, 7.0, -0.4, 0.0, 9.0]);
+        assert!(close(&planar, &[7.0, 2.0, 0.4]));
     }
 
     #[test]

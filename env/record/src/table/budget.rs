@@ -1,46 +1,50 @@
-//! How much memory tables may take.
+//! Memory limit for reading tables.
 
 use crate::fault::Fault;
 
-/// A recording may take this much whatever its size, bytes: ten minutes at 1 kHz with ten columns take 48 MB, and a
-/// file that repeats one value takes next to nothing.
-const BASE: u64 = 64 << 20;
-/// And this many times the size of its tables. A stored number has 8 bytes, in memory and on disk. Measured values
-/// compress at most by 2, and columns of which nine cells in ten are empty by 20.
-const PER_BYTE: u64 = 64;
+/// Memory that every recording may use, bytes. Ten minutes at 1 kHz with ten columns need 48 MB, while a compressed file
+/// that repeats one value can be arbitrarily small.
+const BASE_BYTES: u64 = 64 << 20;
+/// Additional memory per byte of the tables on disk. A number has 8 bytes in memory and uncompressed on disk. Measured
+/// values compress by at most 2; columns with 90 % empty cells compress by 20.
+const MEMORY_PER_TABLE_BYTE: u64 = 64;
 
-/// What is left of the memory that a recording may take.
+/// Remaining memory for the tables of a recording.
 #[derive(Debug)]
 pub(crate) struct Budget {
     limit: u64,
-    left: u64,
+    remaining: u64,
 }
 
 impl Budget {
-    /// The memory that tables of `size` bytes together may take.
+    /// The budget for tables with a total size of `size` bytes.
     pub fn of(size: u64) -> Self {
-        let limit = BASE.saturating_add(size.saturating_mul(PER_BYTE));
-        Self { limit, left: limit }
+        let limit = BASE_BYTES.saturating_add(size.saturating_mul(MEMORY_PER_TABLE_BYTE));
+        Self { limit, remaining: limit }
     }
 
-    /// Takes `count` times `bytes` of it.
+    /// Reserves `count` times `bytes`.
     ///
     /// # Errors
-    /// When so much is not left.
-    pub fn take(&mut self, count: u64, bytes: usize) -> Result<(), Fault> {
+    /// If the remaining memory does not suffice.
+    pub fn reserve(&mut self, count: u64, bytes: usize) -> Result<(), Fault> {
         self.check(count, bytes)?;
-        self.left -= count.saturating_mul(bytes as u64);
+        self.remaining -= count.saturating_mul(bytes as u64);
         Ok(())
     }
 
-    /// Checks that `count` times `bytes` are left, and takes nothing.
+    /// Checks that `count` times `bytes` are available, without reserving them.
     ///
     /// # Errors
-    /// When so much is not left.
+    /// If the remaining memory does not suffice.
     pub fn check(&self, count: u64, bytes: usize) -> Result<(), Fault> {
-        match count.saturating_mul(bytes as u64) <= self.left {
+        match count.saturating_mul(bytes as u64) <= self.remaining {
             true => Ok(()),
-            false => Err(Fault::TooLarge { limit: self.limit >> 20, base: BASE >> 20, factor: PER_BYTE }),
+            false => Err(Fault::TooLarge {
+                limit: self.limit >> 20,
+                base: BASE_BYTES >> 20,
+                factor: MEMORY_PER_TABLE_BYTE,
+            }),
         }
     }
 }
@@ -50,10 +54,10 @@ mod tests {
     use super::*;
 
     #[test]
-    fn what_is_taken_is_gone() {
+    fn reserved_memory_is_not_available_again() {
         let mut budget = Budget::of(1 << 20);
-        assert!(budget.take(16, 8 << 20).is_ok());
-        let message = budget.take(1, 1).unwrap_err().to_string();
+        assert!(budget.reserve(16, 8 << 20).is_ok());
+        let message = budget.reserve(1, 1).unwrap_err().to_string();
         assert!(message.contains("128 MiB"), "{message}");
         assert!(budget.check(u64::MAX, usize::MAX).is_err());
     }

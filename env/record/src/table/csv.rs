@@ -5,12 +5,12 @@ use std::path::Path;
 
 use ::csv::{ByteRecord, ReaderBuilder, WriterBuilder};
 
-use super::{Kind, kinds};
+use super::{ColumnKind, column_kinds};
 use crate::episode::Episode;
 use crate::error::{Error, Place};
 use crate::fault::Fault;
 
-/// Reads the table at `path` as the episode `name`. Spaces around numbers and headers are skipped.
+/// Reads the table at `path` as the episode `name`. Ignores spaces around numbers and headers.
 pub(crate) fn read(path: &Path, name: &str) -> Result<Episode, Error> {
     let here = || Place::path(path);
     let not_read = |error: ::csv::Error| Fault::Io { action: "read", source: error.into() }.at(here());
@@ -28,7 +28,7 @@ pub(crate) fn read(path: &Path, name: &str) -> Result<Episode, Error> {
     Ok(columns.into_episode(name))
 }
 
-/// Writes `episode`; numbers in the shortest form that is read back exactly.
+/// Writes `episode`, with numbers in the shortest form that survives a round trip.
 pub(crate) fn write(episode: &Episode, sink: impl Write) -> Result<(), ::csv::Error> {
     let mut writer = WriterBuilder::new().from_writer(sink);
     let header = episode.header();
@@ -56,7 +56,7 @@ fn titles(record: &ByteRecord) -> Result<Vec<String>, Fault> {
     record.iter().map(text).collect::<Result<_, _>>().map_err(|_| Fault::Encoding)
 }
 
-/// Cells as they come, column by column.
+/// Columns under construction while rows are read.
 struct Columns {
     titles: Vec<String>,
     cells: Vec<Cells>,
@@ -70,10 +70,10 @@ enum Cells {
 impl Columns {
     fn new(titles: Vec<String>) -> Result<Self, (String, Fault)> {
         let empty = |kind| match kind {
-            Kind::Note => Cells::Texts(Vec::new()),
-            Kind::Number => Cells::Numbers(Vec::new()),
+            ColumnKind::Note => Cells::Texts(Vec::new()),
+            ColumnKind::Number => Cells::Numbers(Vec::new()),
         };
-        let cells = kinds(&titles)?.into_iter().map(empty).collect();
+        let cells = column_kinds(&titles)?.into_iter().map(empty).collect();
         Ok(Self { titles, cells })
     }
 

@@ -18,20 +18,20 @@ use crate::fault::Fault;
 pub(crate) use budget::Budget;
 pub use parquet_write::Column;
 
-/// The two kinds of table.
+/// File format of an episode table.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
 pub enum Table {
-    /// Text, one line a sample.
+    /// Text, one line per row.
     Csv,
-    /// Binary columns.
+    /// Apache Parquet.
     Parquet,
 }
 
 impl Table {
-    /// Both.
+    /// All formats.
     pub const ALL: [Self; 2] = [Self::Csv, Self::Parquet];
 
-    /// Ending of the file's name, which is also the kind's name in Python.
+    /// File extension, which is also the name of the format in Python.
     pub fn extension(self) -> &'static str {
         match self {
             Self::Csv => "csv",
@@ -39,16 +39,16 @@ impl Table {
         }
     }
 
-    /// The kind of the table at `path`, by its ending.
+    /// The format of the table at `path`, by its extension.
     pub(crate) fn of(path: &Path) -> Option<Self> {
         let ending = path.extension()?;
         Self::ALL.into_iter().find(|table| ending.eq_ignore_ascii_case(table.extension()))
     }
 
-    /// Reads the table at `path`; what it takes in memory is taken from `budget`.
+    /// Reads the table at `path` as the episode `name`, and reserves its memory from `budget`.
     pub(crate) fn read(self, path: &Path, name: &str, budget: &mut Budget) -> Result<Episode, Error> {
         match self {
-            // A cell has a byte and a comma at least: it cannot take more than a few times its size.
+            // Each cell has at least one byte on disk, so the memory is at most a few times the file size.
             Self::Csv => csv::read(path, name),
             Self::Parquet => parquet_read::read(path, name, budget),
         }
@@ -67,33 +67,33 @@ impl Table {
 /// Writes named columns of equal length as a Parquet file at `path`.
 ///
 /// # Errors
-/// When the file cannot be written; what was written of it stays.
+/// If the file cannot be written. A partially written file is not removed.
 pub fn write_parquet(path: &Path, columns: &[(&str, Column<'_>)]) -> Result<(), Error> {
     let not_written = |source| Fault::Io { action: "written", source }.at(Place::path(path));
     let sink = BufWriter::new(File::create(path).map_err(not_written)?);
     parquet_write::write_columns(columns, sink).map_err(|error| not_written(error.into()))
 }
 
-/// What a table's header says about a column.
+/// Kind of a column, determined by its title.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
-enum Kind {
+enum ColumnKind {
     Number,
     Note,
 }
 
-/// The kind of each column in a header.
+/// Kind of each column in a header.
 ///
 /// # Errors
-/// The first title that is unknown or that was there before.
-fn kinds(titles: &[String]) -> Result<Vec<Kind>, (String, Fault)> {
+/// The first title that is unknown or a duplicate.
+fn column_kinds(titles: &[String]) -> Result<Vec<ColumnKind>, (String, Fault)> {
     let mut seen = HashSet::with_capacity(titles.len());
     let kind = |title: &String| {
         if !seen.insert(title.clone()) {
             Err((title.clone(), Fault::DuplicateColumn))
         } else if title.starts_with(NOTE_PREFIX) {
-            Ok(Kind::Note)
+            Ok(ColumnKind::Note)
         } else if title == "t" || known_columns().any(|known| known == title) {
-            Ok(Kind::Number)
+            Ok(ColumnKind::Number)
         } else {
             Err((title.clone(), Fault::unknown_column(title)))
         }

@@ -1,8 +1,8 @@
-//! What the headers of a column's pages say of their size, read before the decoder believes them.
+//! Validation of the page headers of a Parquet column before decoding.
 //!
-//! The decoder reserves what a header asks for, up to 2 GiB for a page and 50 GiB for a dictionary, and a program
-//! that does not get it ends at once. Headers are structures in Thrift's compact protocol; those of the fields that
-//! are read here are in `PageHeader` of Apache Parquet's `parquet.thrift`.
+//! The decoder allocates the sizes that a header states, up to 2 GiB for a page and 50 GiB for a dictionary, and a failed
+//! allocation aborts the process. Headers are encoded in Thrift's compact protocol. `PageHeader` in Apache Parquet's
+//! `parquet.thrift` defines the fields read here.
 
 use std::fs::File;
 
@@ -12,39 +12,40 @@ use parquet::file::reader::{ChunkReader, Length};
 use super::budget::Budget;
 use crate::fault::Fault;
 
-/// Memory that the decoder takes for an entry of a dictionary, bytes: a reference to text.
-const ENTRY: usize = 32;
-/// Structures in structures; Parquet's have three levels.
+/// Memory that the decoder uses per dictionary entry, bytes.
+const DICTIONARY_ENTRY_BYTES: usize = 32;
+/// Largest nesting depth of structures. Parquet headers have three levels.
 const MAX_DEPTH: usize = 8;
 
-/// Refuses a column chunk whose pages ask for more memory than is left.
+/// Refuses a column chunk whose pages need more memory than `budget` has left.
 ///
 /// # Errors
-/// Also when a header is none, or a page ends behind the chunk.
+/// Also if a header is invalid, or a page extends past the end of the chunk.
 pub(super) fn check(file: &File, column: &ColumnChunkMetaData, budget: &Budget) -> Result<(), Fault> {
     let damaged = |message: &str| Fault::Parquet { message: message.to_owned() };
-    let (start, length) = range(column).ok_or_else(|| damaged("a column has no place in the file"))?;
+    let (start, length) = range(column).ok_or_else(|| damaged("a column has a negative offset or size"))?;
     if start.checked_add(length).is_none_or(|end| end > file.len()) {
-        return Err(damaged("a column lies behind the file's end"));
+        return Err(damaged("a column extends past the end of the file"));
     }
     let bytes = file.get_bytes(start, length as usize).map_err(|error| damaged(&error.to_string()))?;
     let mut rest = &bytes[..];
     while !rest.is_empty() {
-        let (page, after) = Page::read(rest).ok_or_else(|| damaged("a page's header makes no sense"))?;
+        let (page, after) = Page::read(rest).ok_or_else(|| damaged("a page has an invalid header"))?;
         budget.check(page.unpacked, 1)?;
-        budget.check(page.entries, ENTRY)?;
-        rest = after.get(page.packed..).ok_or_else(|| damaged("a page ends behind its column"))?;
+        budget.check(page.entries, DICTIONARY_ENTRY_BYTES)?;
+        rest =
+            after.get(page.packed..).ok_or_else(|| damaged("a page extends past the end of its column"))?;
     }
     Ok(())
 }
 
-/// First byte and length of a column chunk; `None` where the file says that one of them is negative.
+/// Offset and length of a column chunk; `None` if one of them is negative.
 fn range(column: &ColumnChunkMetaData) -> Option<(u64, u64)> {
     let start = column.dictionary_page_offset().unwrap_or_else(|| column.data_page_offset());
     Some((u64::try_from(start).ok()?, u64::try_from(column.compressed_size()).ok()?))
 }
 
-/// Sizes of a page, bytes, and the number of entries if it is a dictionary.
+/// Sizes of a page, bytes, and the number of entries of a dictionary page.
 #[derive(Debug, Default, PartialEq)]
 struct Page {
     unpacked: u64,
@@ -53,7 +54,7 @@ struct Page {
 }
 
 impl Page {
-    /// Reads a header: the page, and what follows the header.
+    /// Decodes a header. Returns the page and the bytes after the header.
     fn read(bytes: &[u8]) -> Option<(Self, &[u8])> {
         let mut page = Self::default();
         let mut header = Compact(bytes);
@@ -72,18 +73,20 @@ impl Page {
     }
 }
 
-/// Fields of `PageHeader`.
+/// Field identifiers of `PageHeader`.
 const UNPACKED: i64 = 2;
 const PACKED: i64 = 3;
 const DICTIONARY: i64 = 7;
-/// Field of `DictionaryPageHeader`.
+/// Field identifier in `DictionaryPageHeader`.
 const ENTRIES: i64 = 1;
 
-/// What is left of a text in Thrift's compact protocol. `None` where it ends too early or makes no sense.
+/// Decoder of Thrift's compact protocol over the remaining bytes. Methods return `None` if the bytes end early or are
+/// invalid.
 struct Compact<'a>(&'a [u8]);
 
 impl Compact<'_> {
-    /// Reads a structure, which is the field `outer` of another; integers go to `found` with `outer` and their field.
+    /// Decodes a structure that is the field `outer` of another. Calls `found` with `outer`, the field and the value of each
+    /// integer.
     fn structure(&mut self, depth: usize, outer: i64, found: &mut dyn FnMut(i64, i64, i64)) -> Option<()> {
         if depth >= MAX_DEPTH {
             return None;
@@ -99,7 +102,7 @@ impl Compact<'_> {
                 more => field + i64::from(more),
             };
             match head & 0xF {
-                // The type says whether it is true.
+                // The type itself encodes the boolean.
                 1 | 2 => {}
                 4..=6 => found(outer, field, self.signed()?),
                 12 => self.structure(depth + 1, if depth == 0 { field } else { -1 }, found)?,
@@ -129,7 +132,7 @@ impl Compact<'_> {
             15 => self.unsigned()?,
             few => u64::from(few),
         };
-        // Each entry has a byte at least, so that a count that is made up ends with the text.
+        // Each entry has at least one byte, so an invalid count ends with the input.
         (depth < MAX_DEPTH).then_some(())?;
         (0..count).try_for_each(|_| self.skip(depth + 1, head & 0xF))
     }
@@ -168,7 +171,7 @@ mod tests {
     use super::*;
 
     #[test]
-    fn a_headers_sizes_are_read() {
+    fn sizes_are_decoded() {
         // type 2, unpacked 300, packed 5, dictionary { entries 3, encoding 0, sorted }, and two bytes of the page.
         let bytes = [0x15, 4, 0x15, 0xD8, 4, 0x15, 10, 0x4C, 0x15, 6, 0x15, 0, 0x11, 0, 0, 7, 7];
         let (page, rest) = Page::read(&bytes).unwrap();
@@ -177,7 +180,7 @@ mod tests {
     }
 
     #[test]
-    fn what_is_no_header_is_none() {
+    fn invalid_headers_are_none() {
         let negative = [0x15, 4, 0x15, 1, 0];
         let text_beyond_the_end = [0x18, 0xFF, 0xFF, 0xFF, 0xFF, 0x0F];
         let endless = [0x1C; 64];

@@ -1,4 +1,4 @@
-//! Episode tables from Parquet, as pandas, pyarrow, polars and others write it.
+//! Reading episode tables from Parquet files, as written by pandas, pyarrow, polars and others.
 
 use std::fs::File;
 use std::panic::{AssertUnwindSafe, catch_unwind};
@@ -10,24 +10,24 @@ use parquet::file::reader::{FileReader, SerializedFileReader};
 
 use super::parquet_pages;
 use super::parquet_types::{Content, content};
-use super::{Budget, Kind, kinds};
+use super::{Budget, ColumnKind, column_kinds};
 use crate::episode::Episode;
 use crate::error::{Error, Place};
 use crate::fault::Fault;
 
-/// Values decoded at a time.
-const BATCH: usize = 8192;
+/// Values per decoded batch.
+const BATCH_SIZE: usize = 8192;
 
-/// A fault, and the column it is in.
+/// A fault, and its column if known.
 type Located = (Option<String>, Fault);
 
 /// Reads the table at `path` as the episode `name`; nulls become empty cells.
 pub(super) fn read(path: &Path, name: &str, budget: &mut Budget) -> Result<Episode, Error> {
     let file =
         File::open(path).map_err(|source| Fault::Io { action: "read", source }.at(Place::path(path)))?;
-    // The decoder is not proof against every damaged file, and no panic may leave this crate.
+    // The decoder panics on some damaged files, and no panic may leave this crate.
     catch_unwind(AssertUnwindSafe(|| decode(file, name, budget)))
-        .unwrap_or_else(|_| Err((None, damaged("its parts contradict each other"))))
+        .unwrap_or_else(|_| Err((None, damaged("inconsistent file structure"))))
         .map_err(|(column, fault)| {
             let place = Place::path(path);
             fault.at(match column {
@@ -46,9 +46,9 @@ fn decode(file: File, name: &str, budget: &mut Budget) -> Result<Episode, Locate
     let reader = SerializedFileReader::new(file).map_err(|error| (None, damaged(error)))?;
     let schema = reader.metadata().file_metadata().schema_descr();
     let mut episode = Episode { name: name.to_owned(), ..Episode::default() };
-    // A column within a list or a structure has a title of several parts, which is then unknown.
+    // The title of a column in a list or structure has several parts, and is therefore unknown.
     let titles: Vec<String> = schema.columns().iter().map(|column| column.path().string()).collect();
-    let kinds = kinds(&titles).map_err(|(title, fault)| (Some(title), fault))?;
+    let kinds = column_kinds(&titles).map_err(|(title, fault)| (Some(title), fault))?;
     for (index, (title, kind)) in titles.into_iter().zip(kinds).enumerate() {
         let column = Column { reader: &reader, file: &again, index };
         insert(&mut episode, &title, kind, &column, budget).map_err(|fault| (Some(title), fault))?;
@@ -59,7 +59,7 @@ fn decode(file: File, name: &str, budget: &mut Budget) -> Result<Episode, Locate
 /// One column of an open file.
 struct Column<'a> {
     reader: &'a SerializedFileReader<File>,
-    /// The same file, to be looked at before it is decoded.
+    /// A second handle of the file, for validation before decoding.
     file: &'a File,
     index: usize,
 }
@@ -67,19 +67,19 @@ struct Column<'a> {
 fn insert(
     episode: &mut Episode,
     title: &str,
-    kind: Kind,
+    kind: ColumnKind,
     column: &Column<'_>,
     budget: &mut Budget,
 ) -> Result<(), Fault> {
     let schema = column.reader.metadata().file_metadata().schema_descr();
-    let content = content(&schema.column(column.index), kind == Kind::Note)?;
+    let content = content(&schema.column(column.index), kind == ColumnKind::Note)?;
     match kind {
-        Kind::Note => {
+        ColumnKind::Note => {
             let texts =
                 column_of(column, budget, String::new(), |chunk, budget| text(chunk, content, budget))?;
             episode.notes.insert(title.to_owned(), texts);
         }
-        Kind::Number => {
+        ColumnKind::Number => {
             let numbers = column_of(column, budget, f64::NAN, |chunk, _| number(chunk, content))?;
             episode.insert(title.to_owned(), numbers);
         }
@@ -87,7 +87,7 @@ fn insert(
     Ok(())
 }
 
-/// All cells of one column: row group by row group, `empty` where a cell is null.
+/// All cells of one column over all row groups. Nulls become `empty`.
 fn column_of<C: Clone>(
     column: &Column<'_>,
     budget: &mut Budget,
@@ -98,13 +98,16 @@ fn column_of<C: Clone>(
     for group in 0..column.reader.num_row_groups() {
         let group = column.reader.get_row_group(group).map_err(damaged)?;
         let rows = group.metadata().num_rows();
-        let rows = usize::try_from(rows).map_err(|_| damaged(format!("a row group of {rows} rows")))?;
-        budget.take(rows as u64, size_of::<C>())?;
+        let rows = usize::try_from(rows).map_err(|_| damaged(format!("a row group states {rows} rows")))?;
+        budget.reserve(rows as u64, size_of::<C>())?;
         parquet_pages::check(column.file, group.metadata().column(column.index), budget)?;
         let reader = group.get_column_reader(column.index).map_err(damaged)?;
         let Chunk { filled, values } = decode(Rows { reader, rows }, budget)?;
         if rows != filled.len() {
-            return Err(damaged(format!("{} cells in a row group of {rows}", filled.len())));
+            return Err(damaged(format!(
+                "a column has {} cells in a row group of {rows} rows",
+                filled.len()
+            )));
         }
         let mut values = values.into_iter();
         cells.extend(
@@ -116,13 +119,13 @@ fn column_of<C: Clone>(
     Ok(cells)
 }
 
-/// A column chunk to be decoded, and the rows of its group.
+/// A column chunk to decode, and the number of rows in its group.
 struct Rows {
     reader: ColumnReader,
     rows: usize,
 }
 
-/// A column chunk: which cells are filled, and with what.
+/// A decoded column chunk: which cells are filled, and the values of these.
 struct Chunk<C> {
     filled: Vec<bool>,
     values: Vec<C>,
@@ -134,7 +137,7 @@ fn number(Rows { reader, rows }: Rows, content: Content) -> Result<Chunk<f64>, F
         ColumnReader::FloatColumnReader(reader) => chunk(reader, rows, |&value| Ok(f64::from(value))),
         ColumnReader::Int32ColumnReader(reader) => chunk(reader, rows, |&value| Ok(content.int32(value))),
         ColumnReader::Int64ColumnReader(reader) => chunk(reader, rows, |&value| Ok(content.int64(value))),
-        _ => Err(Fault::ColumnType { found: "no numbers".to_owned() }),
+        _ => Err(Fault::ColumnType { found: "values that are not numbers".to_owned() }),
     }
 }
 
@@ -142,7 +145,7 @@ fn text(Rows { reader, rows }: Rows, content: Content, budget: &mut Budget) -> R
     match reader {
         ColumnReader::BoolColumnReader(reader) => chunk(reader, rows, |value| Ok(value.to_string())),
         ColumnReader::ByteArrayColumnReader(reader) => chunk(reader, rows, |value| {
-            budget.take(value.len() as u64, 1)?;
+            budget.reserve(value.len() as u64, 1)?;
             utf8(value)
         }),
         ColumnReader::DoubleColumnReader(reader) => chunk(reader, rows, |value| Ok(value.to_string())),
@@ -172,14 +175,16 @@ fn chunk<T: DataType, C>(
         levels.clear();
         batch.clear();
         let (read, values, _) =
-            reader.read_records(BATCH, Some(&mut levels), None, &mut batch).map_err(damaged)?;
+            reader.read_records(BATCH_SIZE, Some(&mut levels), None, &mut batch).map_err(damaged)?;
         if read == 0 {
             return Ok(chunk);
         }
         if chunk.filled.len() + read > rows {
-            return Err(damaged(format!("more than {rows} cells in a row group of {rows}")));
+            return Err(damaged(format!(
+                "a column has more than {rows} cells in a row group of {rows} rows"
+            )));
         }
-        // A column that cannot be null has no levels.
+        // A required column has no definition levels.
         match levels.is_empty() {
             true => chunk.filled.resize(chunk.filled.len() + values, true),
             false => chunk.filled.extend(levels.iter().map(|&level| level > 0)),

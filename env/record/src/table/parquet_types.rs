@@ -1,16 +1,16 @@
-//! Which Parquet types hold numbers or text, and how integers are to be understood.
+//! Supported Parquet types, and the interpretation of integers.
 
 use parquet::basic::{ConvertedType, LogicalType, Type as Physical};
 use parquet::schema::types::ColumnDescriptor;
 
 use crate::fault::Fault;
 
-/// What a column's integers mean.
+/// Interpretation of the integers of a column.
 #[derive(Debug, Clone, Copy, PartialEq)]
 pub(super) enum Content {
-    /// As stored.
+    /// Signed, or not an integer.
     Plain,
-    /// Stored in the bits of a signed integer.
+    /// Unsigned, stored in the bits of a signed integer.
     Unsigned,
 }
 
@@ -29,7 +29,7 @@ impl Content {
         }
     }
 
-    /// All digits, also of those beyond 2^53.
+    /// Exact decimal text, also for integers beyond 2^53.
     pub(super) fn int64_text(self, value: i64) -> String {
         match self {
             Self::Plain => value.to_string(),
@@ -38,7 +38,10 @@ impl Content {
     }
 }
 
-/// Refuses dates, durations, decimals, lists and structures, and text where numbers belong.
+/// Determines the interpretation of a column.
+///
+/// # Errors
+/// If the column contains dates, durations, decimals, lists or structures, or if a number column contains text.
 pub(super) fn content(column: &ColumnDescriptor, note: bool) -> Result<Content, Fault> {
     let refused = |found: String| Err(Fault::ColumnType { found });
     if column.path().parts().len() > 1 || column.max_rep_level() > 0 {
@@ -63,7 +66,7 @@ pub(super) fn content(column: &ColumnDescriptor, note: bool) -> Result<Content, 
     }
 }
 
-/// Older writers state types so.
+/// Legacy type annotations of older writers.
 const UNSIGNED: [ConvertedType; 4] =
     [ConvertedType::UINT_8, ConvertedType::UINT_16, ConvertedType::UINT_32, ConvertedType::UINT_64];
 const PLAIN: [ConvertedType; 5] = [

@@ -1,4 +1,4 @@
-//! Episode tables to Parquet: one row group, doubles and strings, null where a cell is empty.
+//! Writing tables as Parquet: one row group of doubles, strings and booleans; empty cells are null.
 
 use std::io::Write;
 use std::sync::Arc;
@@ -15,15 +15,15 @@ use crate::episode::Episode;
 /// One column of a table.
 #[derive(Clone, Copy, Debug)]
 pub enum Column<'a> {
-    /// Doubles; NaN becomes null.
+    /// Doubles; NaN is written as null.
     Numbers(&'a [f64]),
     /// Strings.
     Texts(&'a [String]),
-    /// True or false.
+    /// Booleans.
     Flags(&'a [bool]),
 }
 
-/// Writes `episode`, column after column in the format's order.
+/// Writes `episode` with its columns in the order of the format.
 pub(super) fn write(episode: &Episode, sink: impl Write + Send) -> Result<(), ParquetError> {
     let mut columns = vec![("t", Column::Numbers(&episode.t))];
     for name in episode.header() {

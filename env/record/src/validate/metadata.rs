@@ -1,4 +1,4 @@
-//! Values in `recording.toml`, each by itself.
+//! Validation of the single values in `recording.toml`.
 
 use std::collections::BTreeSet;
 
@@ -10,15 +10,15 @@ use crate::metadata::{Dof, FORMAT, FixtureMeta, Frame, Metadata, NoiseMeta, Obje
 
 pub(super) fn check(metadata: &Metadata) -> Result<(), Error> {
     if metadata.format != FORMAT {
-        let remedy = "this reader knows \"trundle-recording/1\"";
-        return refuse("format", format!("{:?}", metadata.format), "is another format", remedy);
+        let remedy = "set format = \"trundle-recording/1\"";
+        return refuse("format", format!("{:?}", metadata.format), "is not a supported format", remedy);
     }
     if !metadata.name.chars().all(is_printable) {
-        let remedy = "write a name of one line, of letters, digits, spaces and punctuation";
+        let remedy = "use one line of letters, digits, spaces and punctuation";
         return refuse(
             "name",
             format!("{:?}", metadata.name),
-            "holds characters that cannot be shown",
+            "contains control or invisible characters",
             remedy,
         );
     }
@@ -33,11 +33,11 @@ fn refuse(key: &str, value: String, problem: &'static str, remedy: &'static str)
     Err(Fault::Value { value, problem, remedy }.at(Place::field(key)))
 }
 
-/// `None` stands for a key that was left out.
+/// Refuses a value that is not positive and finite. `None` is a key that is not set.
 fn positive(key: &str, value: impl Into<Option<f64>>, remedy: &'static str) -> Result<(), Error> {
     match value.into() {
         Some(value) if !(value > 0.0 && value.is_finite()) => {
-            refuse(key, value.to_string(), "is not a positive number", remedy)
+            refuse(key, value.to_string(), "is not a positive, finite number", remedy)
         }
         _ => Ok(()),
     }
@@ -46,7 +46,7 @@ fn positive(key: &str, value: impl Into<Option<f64>>, remedy: &'static str) -> R
 fn finite(key: &str, values: &[f64]) -> Result<(), Error> {
     match values.iter().all(|value| value.is_finite()) {
         true => Ok(()),
-        false => refuse(key, format!("{values:?}"), "is not finite", "give numbers in SI units"),
+        false => refuse(key, format!("{values:?}"), "is not finite", "give finite numbers in SI units"),
     }
 }
 
@@ -57,12 +57,11 @@ fn simple(key: &str, corners: &[[f64; 2]]) -> Result<(), Error> {
     }
 }
 
-/// A footprint beside fixtures is what the format's own example has: then the fixtures count.
+/// A recording may have both a footprint and fixtures; the fixtures then define the shape.
 fn check_shape(object: &ObjectMeta, rail: bool) -> Result<(), Error> {
     let ObjectMeta { footprint, fixtures, .. } = object;
     if footprint.is_empty() && fixtures.is_empty() && !rail {
-        let message =
-            "missing field `footprint`: give the corners of the object's outline, or [[object.fixture]]";
+        let message = "missing field `footprint`: list the corners of the object's outline in m, or define [[object.fixture]]";
         return Err(Fault::Key { message: message.to_owned() }.at(Place::field("object")));
     }
     if !footprint.is_empty() {
@@ -73,28 +72,33 @@ fn check_shape(object: &ObjectMeta, rail: bool) -> Result<(), Error> {
 }
 
 fn check_fixture(key: &str, fixture: &FixtureMeta) -> Result<(), Error> {
-    positive(&format!("{key}.density"), fixture.density, "give the density relative to the other fixtures")?;
+    positive(&format!("{key}.density"), fixture.density, "give its density relative to the other fixtures")?;
     match (&fixture.polygon, fixture.disc) {
         (Some(corners), None) => simple(&format!("{key}.polygon"), corners),
         (None, Some(disc)) => {
             let key = format!("{key}.disc");
             finite(&key, &disc)?;
-            positive(&key, disc[2], "give disc = [x, y, radius] in m")
+            positive(&key, disc[2], "set disc = [x, y, radius] in m with a positive radius")
         }
-        (None, None) => refuse(key, "a fixture".to_owned(), "has no shape", "give a polygon or a disc"),
+        (None, None) => refuse(key, "the fixture".to_owned(), "has no shape", "set polygon or disc"),
         (Some(_), Some(_)) => {
-            refuse(key, "a fixture".to_owned(), "is polygon and disc", "make two fixtures of it")
+            refuse(key, "the fixture".to_owned(), "has both polygon and disc", "split it into two fixtures")
         }
     }
 }
 
 fn check_object(object: &ObjectMeta) -> Result<(), Error> {
-    positive("object.mass", object.mass, "give kg, or leave it out where nobody weighed the object")?;
+    positive("object.mass", object.mass, "give the mass in kg, or remove the key if the mass is unknown")?;
     finite("object.support", object.support.as_flattened())?;
     let distinct: BTreeSet<Dof> = object.dof.iter().copied().collect();
     if object.dof.is_empty() || distinct.len() < object.dof.len() {
-        let remedy = "name each of \"x\", \"y\" and \"theta\" along which it can move once";
-        return refuse("object.dof", format!("{:?}", object.dof), "is no set of directions", remedy);
+        let remedy = "list at least one of \"x\", \"y\" and \"theta\", each at most once";
+        return refuse(
+            "object.dof",
+            format!("{:?}", object.dof),
+            "is not a set of degrees of freedom",
+            remedy,
+        );
     }
     Ok(())
 }
@@ -108,22 +112,32 @@ fn check_wrench(wrench: &WrenchMeta) -> Result<(), Error> {
     if let (true, Some(frame)) = (wrench.raw, other) {
         return Err(Fault::RawFrame { frame }.at(Place::field("wrench.raw")));
     }
-    positive("wrench.gripper_mass", wrench.gripper_mass, "give kg, or leave it out")?;
+    positive(
+        "wrench.gripper_mass",
+        wrench.gripper_mass,
+        "give the mass in kg, or remove the key if the mass is unknown",
+    )?;
     finite("wrench.gripper_com", wrench.gripper_com.as_ref().map_or(&[], |com| com.as_slice()))?;
     if let (None, Some(com)) = (wrench.gripper_mass, wrench.gripper_com) {
-        let remedy = "give wrench.gripper_mass in kg as well";
-        return refuse("wrench.gripper_com", format!("{com:?}"), "is the centre of an unknown mass", remedy);
+        let remedy = "also set wrench.gripper_mass in kg";
+        return refuse(
+            "wrench.gripper_com",
+            format!("{com:?}"),
+            "is a centre of mass without a mass",
+            remedy,
+        );
     }
     Ok(())
 }
 
-/// A direction in which the object cannot move needs no noise.
+/// The noise of a fixed degree of freedom may be zero.
 fn check_noise(noise: Option<&NoiseMeta>, dof: &[Dof]) -> Result<(), Error> {
     let Some(noise) = noise else { return Ok(()) };
-    let remedy = "give one standard deviation, or leave [noise] out to have it estimated";
-    for (direction, sd) in Dof::all().iter().zip(noise.pose) {
+    let remedy =
+        "give one standard deviation in SI units, or remove [noise] to estimate the noise from the data";
+    for (i, (direction, sd)) in Dof::all().iter().zip(noise.pose).enumerate() {
         if dof.contains(direction) || sd != 0.0 {
-            positive("noise.pose", sd, remedy)?;
+            positive(&format!("noise.pose[{}]", i + 1), sd, remedy)?;
         }
     }
     positive("noise.force", noise.force, remedy)?;

@@ -1,8 +1,8 @@
-//! What a recording must satisfy before anything is computed from it. Nothing is repaired.
+//! Validation: the conditions that every recording must satisfy. Validation never changes a recording.
 
 mod metadata;
-mod needs;
 mod polygon;
+mod requirements;
 mod split;
 mod table;
 
@@ -12,16 +12,16 @@ use crate::error::Error;
 use crate::recording::Recording;
 
 impl Recording {
-    /// Checks everything that the format asks of metadata and tables.
+    /// Checks metadata and tables against the format.
     ///
     /// # Errors
-    /// The first fault found, with its file, row, column, value and the remedy.
+    /// The first fault found, with its file, row, column, value and remedy.
     pub fn validate(&self) -> Result<(), Error> {
         metadata::check(&self.metadata)?;
         split::check(self)?;
         for episode in &self.episodes {
             table::check(episode, &self.metadata)?;
-            needs::check(episode, &self.metadata)?;
+            requirements::check(episode, &self.metadata)?;
         }
         split::check_precontact(self)
     }

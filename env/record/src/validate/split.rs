@@ -1,4 +1,4 @@
-//! What metadata say about episodes, held against the episodes that there are.
+//! Validation of the metadata against the episodes.
 
 use std::path::{Component, Path};
 
@@ -22,17 +22,17 @@ pub(super) fn check(recording: &Recording) -> Result<(), Error> {
     if let Some(Precontact::ByEpisode(table)) = &recording.metadata.wrench.precontact {
         table.keys().try_for_each(|name| known(recording, name, "wrench.precontact"))?;
     }
-    something_to_fit(recording)
+    check_training(recording)
 }
 
-/// Whether a character is neither a control character, nor one that changes the direction of text, nor invisible.
+/// Whether `c` is printable: not a control character, not invisible, and not a change of the text direction.
 pub(super) fn is_printable(c: char) -> bool {
     !c.is_control()
         && !matches!(c, '\u{200B}'..='\u{200F}' | '\u{2028}'..='\u{202E}' | '\u{2060}'..='\u{206F}' | '\u{FEFF}')
 }
 
-/// A name must be usable as a file's, and on a terminal and a page: one with an escape sequence or a line break could
-/// pass for something else there.
+/// Refuses a name that is not a valid file name, or that contains characters that are not printable. An escape sequence
+/// or a line break in a name could disguise terminal output.
 pub(crate) fn check_name(name: &str) -> Result<(), Fault> {
     let mut parts = Path::new(name).components();
     let single =
@@ -52,28 +52,31 @@ fn known(recording: &Recording, name: &str, key: &str) -> Result<(), Error> {
     Err(Fault::NoSuchEpisode { name: name.to_owned(), known: known.join(", ") }.at(Place::field(key)))
 }
 
-fn something_to_fit(recording: &Recording) -> Result<(), Error> {
+fn check_training(recording: &Recording) -> Result<(), Error> {
     let (problem, remedy, key) = if recording.episodes.is_empty() {
-        ("there is no episode table beside it", "add NAME.csv or NAME.parquet", "")
+        ("the recording has no episodes", "add a table NAME.csv or NAME.parquet", "")
     } else if recording.episodes.iter().all(|episode| recording.metadata.is_held_out(&episode.name)) {
-        ("every episode is held out", "take at least one name out of split.held_out", "split.held_out")
+        ("every episode is held out", "remove at least one name from split.held_out", "split.held_out")
     } else {
         return Ok(());
     };
     Err(Fault::NothingToFit { problem, remedy }.at(Place::field(key)))
 }
 
-/// Intervals without contact: ordered, and where the tare needs them within each episode.
+/// Checks the intervals without contact. A raw reading requires one with at least two samples in each episode.
 pub(super) fn check_precontact(recording: &Recording) -> Result<(), Error> {
     let wrench = &recording.metadata.wrench;
     for episode in &recording.episodes {
         let reason = match wrench.precontact(&episode.name) {
-            None if wrench.raw => Some(format!("raw = true, but episode {} has no interval", episode.name)),
+            None if wrench.raw => Some(format!(
+                "raw = true requires an interval without contact, but episode {} has none",
+                episode.name
+            )),
             None => None,
             Some([start, end]) if !(start < end && start.is_finite() && end.is_finite()) => {
-                Some(format!("[{start}, {end}] is no interval"))
+                Some(format!("[{start}, {end}] is not an interval with start before end"))
             }
-            Some(interval) if wrench.raw => outside(interval, episode),
+            Some(interval) if wrench.raw => too_few_readings(interval, episode),
             Some(_) => None,
         };
         if let Some(reason) = reason {
@@ -83,15 +86,15 @@ pub(super) fn check_precontact(recording: &Recording) -> Result<(), Error> {
     Ok(())
 }
 
-/// Why the mean over `[start, end]` is no tare for this episode, if it is none. The bounds may lie outside the table: streams
-/// are out of step, and begin late.
-fn outside([start, end]: [f64; 2], episode: &Episode) -> Option<String> {
+/// Why the mean over `[start, end]` cannot serve as the tare of `episode`; `None` if it can. The bounds may lie outside
+/// the table, because streams may begin late.
+fn too_few_readings([start, end]: [f64; 2], episode: &Episode) -> Option<String> {
     let readings = episode.wrench().map_or(Vec::new(), |wrench| wrench.t);
     let (first, last) = (*episode.t.first()?, *episode.t.last()?);
     match readings.iter().filter(|&&t| start <= t && t <= end).count() {
         count @ 0..2 => Some(format!(
-            "[{start}, {end}] holds {count} wrench readings of episode {}, which lasts from {first} to {last} s, and a mean \
-             needs two",
+            "[{start}, {end}] contains {count} wrench readings of episode {}, which lasts from {first} to {last} s; the \
+             tare requires at least two",
             episode.name
         )),
         _ => None,

@@ -1,12 +1,12 @@
-//! One episode's table: columns, times, samples.
+//! Validation of the table of one episode: columns, times, samples.
 
 use crate::episode::{Episode, GRIPPER_LEVEL, GRIPPER_TILTING, NOTE_PREFIX, OBJECT, WRENCH, known_columns};
 use crate::error::{Error, Place};
 use crate::fault::Fault;
 use crate::metadata::Metadata;
 
-/// How far from 1 the length of a quaternion may be.
-const UNIT: f64 = 1e-3;
+/// Largest deviation of the norm of a quaternion from 1.
+const QUATERNION_TOLERANCE: f64 = 1e-3;
 
 pub(super) fn check(episode: &Episode, metadata: &Metadata) -> Result<(), Error> {
     let table = Checked { episode, metadata };
@@ -20,7 +20,7 @@ pub(super) fn check(episode: &Episode, metadata: &Metadata) -> Result<(), Error>
     table.attitudes()
 }
 
-/// A stream's name and those of its columns that the table must hold together.
+/// A stream, and the columns that each of its samples fills.
 struct Group {
     name: &'static str,
     columns: Vec<&'static str>,
@@ -52,8 +52,8 @@ impl Checked<'_> {
         match (t.len(), numbers.chain(texts).find(|(_, found)| *found != t.len())) {
             (0, None) => Err(Fault::NoRows.at(self.place())),
             (0, Some(_)) => {
-                let needed_by = "every row needs its time in seconds".to_owned();
-                Err(Fault::MissingColumn { needed_by }.at(self.place().column("t")))
+                let reason = "every row needs a time in seconds".to_owned();
+                Err(Fault::MissingColumn { reason }.at(self.place().column("t")))
             }
             (expected, Some((name, found))) => {
                 Err(Fault::Length { found, expected }.at(self.place().column(name)))
@@ -90,15 +90,15 @@ impl Checked<'_> {
         Ok(())
     }
 
-    /// The streams that the table holds, each with all columns that belong to it.
+    /// The streams of the table with their columns.
     fn streams(&self) -> Result<Vec<Group>, Error> {
         let rail_object = self.metadata.on_rail() && !self.has(OBJECT[1]) && !self.has(OBJECT[2]);
         let object = if rail_object { &OBJECT[..1] } else { &OBJECT[..] };
         let tilts = self.episode.gripper_tilts();
         let gripper = if tilts { &GRIPPER_TILTING[..] } else { &GRIPPER_LEVEL[..] };
         if tilts && self.has(GRIPPER_LEVEL[2]) {
-            let value = format!("beside {}", GRIPPER_TILTING[3..].join(", "));
-            let remedy = "give the angle of a level gripper or the quaternion of one that tilts";
+            let value = format!("gripper_theta in addition to {}", GRIPPER_TILTING[3..].join(", "));
+            let remedy = "keep the angle if the gripper is level, or the quaternion if it tilts";
             let fault = Fault::Value { value, problem: "states the attitude twice", remedy };
             return Err(fault.at(self.place().column(GRIPPER_LEVEL[2])));
         }
@@ -108,16 +108,18 @@ impl Checked<'_> {
         for (name, columns) in streams {
             let Some(present) = columns.iter().find(|column| self.has(column)) else { continue };
             if let Some(missing) = columns.iter().find(|column| !self.has(column)) {
-                let needed_by =
-                    format!("with {present}, a sample of the {name} has all of {}", columns.join(", "));
-                return Err(Fault::MissingColumn { needed_by }.at(self.place().column(missing)));
+                let reason = format!(
+                    "the table has {present}, and a sample of the {name} has the columns {}",
+                    columns.join(", ")
+                );
+                return Err(Fault::MissingColumn { reason }.at(self.place().column(missing)));
             }
             groups.push(Group { name, columns });
         }
         Ok(groups)
     }
 
-    /// A sample has all of its stream's cells.
+    /// Checks that each sample fills all columns of its stream.
     fn samples(&self, stream: &Group) -> Result<(), Error> {
         let cells: Vec<&Vec<f64>> =
             stream.columns.iter().filter_map(|name| self.episode.columns.get(*name)).collect();
@@ -136,7 +138,7 @@ impl Checked<'_> {
         Ok(())
     }
 
-    /// A row has at least one sample.
+    /// Checks that each row has a sample.
     fn rows(&self) -> Result<(), Error> {
         let empty = |row: &usize| self.episode.columns.values().all(|column| column[*row].is_nan());
         match (0..self.episode.t.len()).find(empty) {
@@ -150,7 +152,7 @@ impl Checked<'_> {
         for (pose, row) in stream.value.iter().zip(&stream.row) {
             let [_, _, _, value @ ..] = *pose;
             let length = value.iter().map(|q| q * q).sum::<f64>().sqrt();
-            if (length - 1.0).abs() > UNIT {
+            if (length - 1.0).abs() > QUATERNION_TOLERANCE {
                 let fault = Fault::NotUnit { value, length };
                 return Err(fault.at(self.place().row(row + 1).column("gripper_qw")));
             }

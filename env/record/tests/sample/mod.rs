@@ -1,6 +1,6 @@
-//! The smallest recording that has everything, for the tests of this crate.
-#![allow(dead_code, reason = "each test uses its own part")]
-#![allow(clippy::unwrap_used, reason = "a sample that cannot be made fails its test")]
+//! A minimal recording for the tests of this crate.
+#![allow(dead_code, reason = "each test uses only some items")]
+#![allow(clippy::unwrap_used, reason = "an invalid sample fails its test")]
 
 use trundle_record::{Episode, Metadata, Recording};
 
@@ -29,7 +29,7 @@ t,object_x,object_y,object_theta,gripper_x,gripper_y,gripper_theta,force_x,force
 0.3,1e-3,0.0,0.0,-0.599,0.0,0.0,5.1,0.2,0.3,
 ";
 
-/// The same with a gripper that tilts and all six axes.
+/// The same table with a tilting gripper and all six wrench axes.
 pub const TILTING: &str = "\
 t,object_x,object_y,object_theta,gripper_x,gripper_y,gripper_z,gripper_qw,gripper_qx,gripper_qy,gripper_qz,\
 force_x,force_y,force_z,torque_x,torque_y,torque_z
@@ -54,7 +54,7 @@ pub fn recording() -> Recording {
     Recording::new(metadata(""), vec![episode("episode_00")]).unwrap()
 }
 
-/// Writes the two files of a recording with one episode.
+/// Writes a recording with one episode to the folder `path`.
 pub fn folder(path: &std::path::Path, toml: &str, csv: &str) {
     std::fs::write(path.join("recording.toml"), toml).unwrap();
     std::fs::write(path.join("episode_00.csv"), csv).unwrap();

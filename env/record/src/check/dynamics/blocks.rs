@@ -1,31 +1,31 @@
-//! Blocks of rows, and the mean reading over each at any lag.
+//! Blocks of rows, and the mean reading of each block at any lag.
 
 use crate::episode::Gripper;
 use crate::metadata::Metadata;
 use crate::motion::Motion;
 use crate::prepare::{latest, median, median_step};
 
-use super::super::subject::{Look, Subject};
-use super::moments::Moments;
+use super::super::input::{CheckInput, EpisodeData};
+use super::normal_equations::NormalEquations;
 use super::regressors::{COLUMNS, Convention, Row, Scale, row};
 
-/// Poses that a block spans: the smoothed acceleration is no finer.
-const POSES: f64 = 3.0;
-/// Blocks that suffice.
-const MOST: f64 = 2000.0;
-/// Blocks this many times as long as usual lie across a drop-out.
-const ACROSS: f64 = 3.0;
-/// Twist in standard deviations from which on the object moves.
-const MOVES: f64 = 3.0;
-/// Largest lag that is looked for, in lengths of a push.
-const LAG: f64 = 1.0 / 12.0;
-/// Windows of an episode, each with sums of its own.
-pub(crate) const WINDOWS: usize = 6;
+/// Poses per block. The smoothed acceleration has no finer resolution.
+const POSES_PER_BLOCK: f64 = 3.0;
+/// Approximate maximum number of blocks.
+const MAX_BLOCKS: f64 = 2000.0;
+/// Relative length above which a block spans a drop-out.
+const MAX_RELATIVE_LENGTH: f64 = 3.0;
+/// Minimum twist of a moving object in standard deviations.
+const MIN_TWIST_SD: f64 = 3.0;
+/// Largest lag of the search as a share of the length of a push.
+const MAX_LAG_SHARE: f64 = 1.0 / 12.0;
+/// Number of windows per episode. Each window has its own normal equations.
+pub(crate) const WINDOWS_PER_EPISODE: usize = 6;
 
-/// One block.
+/// A block of consecutive samples.
 #[derive(Debug, Clone)]
 struct Block {
-    look: usize,
+    episode: usize,
     window: usize,
     span: [f64; 2],
     row: Row,
@@ -36,36 +36,44 @@ struct Block {
 pub(crate) struct Blocks {
     blocks: Vec<Block>,
     pub scale: Scale,
-    /// Largest lag that is looked for, s.
+    /// Largest lag of the search, s.
     pub range: f64,
-    /// Number of windows, [`WINDOWS`] for each episode.
+    /// Total number of windows, [`WINDOWS_PER_EPISODE`] per episode.
     pub windows: usize,
 }
 
-/// Readings that can be averaged over any interval.
+/// Readings of all episodes, for averages over any interval.
 #[derive(Debug, Clone)]
 pub(crate) struct Readings {
-    looks: Vec<Integral>,
+    integrals: Vec<Integral>,
 }
 
 impl Blocks {
-    /// Rows of each episode under a convention; none where there is too little motion.
-    pub fn new(subject: &Subject, convention: Convention) -> Self {
-        let scale = Scale::new(subject.dataset.body.bounds());
-        let range = LAG * median(subject.episodes.iter().map(length)).unwrap_or(0.0);
-        let width = width(subject);
-        let mut all = Self { blocks: vec![], scale, range, windows: WINDOWS * subject.episodes.len() };
-        for (index, look) in subject.episodes.iter().enumerate() {
-            all.add(subject.meta, index, look, width, convention);
+    /// Blocks of all episodes under a convention. Empty if there is too little motion.
+    pub fn new(input: &CheckInput, convention: Convention) -> Self {
+        let scale = Scale::new(input.dataset.body.bounds());
+        let range = MAX_LAG_SHARE * median(input.episodes.iter().map(length)).unwrap_or(0.0);
+        let width = width(input);
+        let mut all =
+            Self { blocks: vec![], scale, range, windows: WINDOWS_PER_EPISODE * input.episodes.len() };
+        for (index, episode) in input.episodes.iter().enumerate() {
+            all.add(input.meta, index, episode, width, convention);
         }
         all
     }
 
-    fn add(&mut self, meta: &Metadata, index: usize, look: &Look, width: f64, convention: Convention) {
-        let Some([from, to]) = usable(look, self.range) else { return };
-        let motion: Vec<&Motion> = look.motion.iter().filter(|m| m.t >= from && m.t <= to).collect();
-        let grip = Grip::new(meta, look);
-        let rows: Vec<Row> = motion.iter().map(|m| row(m, &grip.at(m), &self.scale, convention)).collect();
+    fn add(
+        &mut self,
+        meta: &Metadata,
+        index: usize,
+        episode: &EpisodeData,
+        width: f64,
+        convention: Convention,
+    ) {
+        let Some([from, to]) = usable(episode, self.range) else { return };
+        let motion: Vec<&Motion> = episode.motion.iter().filter(|m| m.t >= from && m.t <= to).collect();
+        let gripper = GripperPath::new(meta, episode);
+        let rows: Vec<Row> = motion.iter().map(|m| row(m, &gripper.at(m), &self.scale, convention)).collect();
         let mut start = 0;
         for end in 1..motion.len() {
             let span = [motion[start].t, motion[end].t];
@@ -73,51 +81,56 @@ impl Blocks {
                 continue;
             }
             let moving = (start..=end).any(|i| moves(motion[i]));
-            if moving && span[1] - span[0] < ACROSS * width {
+            if moving && span[1] - span[0] < MAX_RELATIVE_LENGTH * width {
                 let times: Vec<f64> = motion[start..=end].iter().map(|m| m.t).collect();
                 let row = mean(&times, &rows[start..=end]);
                 let share = (span[0] - from) / (to - from).max(f64::MIN_POSITIVE);
-                let window = ((share * WINDOWS as f64) as usize).min(WINDOWS - 1);
-                self.blocks.push(Block { look: index, window: WINDOWS * index + window, span, row });
+                let window = ((share * WINDOWS_PER_EPISODE as f64) as usize).min(WINDOWS_PER_EPISODE - 1);
+                self.blocks.push(Block {
+                    episode: index,
+                    window: WINDOWS_PER_EPISODE * index + window,
+                    span,
+                    row,
+                });
             }
             start = end;
         }
     }
 
-    /// Length of a window, s.
+    /// Typical length of a window, s.
     pub fn window(&self) -> f64 {
-        self.range / LAG / WINDOWS as f64
+        self.range / MAX_LAG_SHARE / WINDOWS_PER_EPISODE as f64
     }
 
     pub fn len(&self) -> usize {
         self.blocks.len()
     }
 
-    /// Sums of each window, the readings taken `lag` later than the motion.
-    pub fn moments(&self, readings: &Readings, lag: f64) -> Vec<Moments> {
-        self.sums(readings, |_| lag, Moments::add)
+    /// Normal equations of each window, with readings `lag` later than the motion.
+    pub fn normal_equations(&self, readings: &Readings, lag: f64) -> Vec<NormalEquations> {
+        self.sums(readings, |_| lag, NormalEquations::add)
     }
 
-    /// The same with a lag for each window.
-    pub fn moments_at(&self, readings: &Readings, lag: &[f64]) -> Vec<Moments> {
-        self.sums(readings, |window| lag[window], Moments::add)
+    /// Normal equations of each window, with a lag per window.
+    pub fn normal_equations_at(&self, readings: &Readings, lag: &[f64]) -> Vec<NormalEquations> {
+        self.sums(readings, |window| lag[window], NormalEquations::add)
     }
 
-    /// Sums of each window without those of the regressors.
-    pub fn loads(&self, readings: &Readings, lag: f64) -> Vec<Moments> {
-        self.sums(readings, |_| lag, Moments::add_load_of)
+    /// Right-hand sides of each window, without the normal matrices.
+    pub fn right_hand_sides(&self, readings: &Readings, lag: f64) -> Vec<NormalEquations> {
+        self.sums(readings, |_| lag, NormalEquations::add_load_of)
     }
 
     fn sums(
         &self,
         readings: &Readings,
         lag: impl Fn(usize) -> f64,
-        add: impl Fn(&mut Moments, &Row, &[f64; 3]),
-    ) -> Vec<Moments> {
-        let mut sums = vec![Moments::new(); self.windows];
+        add: impl Fn(&mut NormalEquations, &Row, &[f64; 3]),
+    ) -> Vec<NormalEquations> {
+        let mut sums = vec![NormalEquations::new(); self.windows];
         for block in &self.blocks {
             let lag = lag(block.window);
-            let mut load = readings.looks[block.look].mean(block.span[0] + lag, block.span[1] + lag);
+            let mut load = readings.integrals[block.episode].mean(block.span[0] + lag, block.span[1] + lag);
             load[2] /= self.scale.arm;
             add(&mut sums[block.window], &block.row, &load);
         }
@@ -126,34 +139,35 @@ impl Blocks {
 }
 
 /// Length of a block, s.
-fn width(subject: &Subject) -> f64 {
-    let steps = |look: &Look| {
-        let t: Vec<f64> = look.motion.iter().map(|m| m.t).collect();
-        let wrench: Vec<f64> = look.prepared.wrench.iter().map(|w| w.t).collect();
-        Some((POSES * median_step(&t)?).max(median_step(&wrench)?))
+fn width(input: &CheckInput) -> f64 {
+    let steps = |episode: &EpisodeData| {
+        let t: Vec<f64> = episode.motion.iter().map(|m| m.t).collect();
+        let wrench: Vec<f64> = episode.prepared.wrench.iter().map(|w| w.t).collect();
+        Some((POSES_PER_BLOCK * median_step(&t)?).max(median_step(&wrench)?))
     };
-    let usual = median(subject.episodes.iter().filter_map(steps)).unwrap_or(0.0);
-    usual.max(subject.episodes.iter().map(length).sum::<f64>() / MOST)
+    let usual = median(input.episodes.iter().filter_map(steps)).unwrap_or(0.0);
+    usual.max(input.episodes.iter().map(length).sum::<f64>() / MAX_BLOCKS)
 }
 
-/// From contact to the end, s.
-fn length(look: &Look) -> f64 {
-    let end = look.motion.last().map_or(look.prepared.contact, |m| m.t);
-    (end - look.prepared.contact).max(0.0)
+/// Time from contact to the last motion, s.
+fn length(episode: &EpisodeData) -> f64 {
+    let end = episode.motion.last().map_or(episode.prepared.contact, |m| m.t);
+    (end - episode.prepared.contact).max(0.0)
 }
 
-/// Times at which motion and reading are known at any lag.
-fn usable(look: &Look, range: f64) -> Option<[f64; 2]> {
-    let (first, last) = (look.prepared.wrench.first()?.t, look.prepared.wrench.last()?.t);
-    let from = (look.prepared.contact - range).max(first + range);
+/// Interval in which motion and readings are known for all lags, s.
+fn usable(episode: &EpisodeData, range: f64) -> Option<[f64; 2]> {
+    let (first, last) = (episode.prepared.wrench.first()?.t, episode.prepared.wrench.last()?.t);
+    let from = (episode.prepared.contact - range).max(first + range);
     (last - range > from).then_some([from, last - range])
 }
 
 fn moves(motion: &Motion) -> bool {
-    (0..3).any(|k| motion.twist[k].abs() > MOVES * motion.cov[k][1][1].sqrt() && motion.twist[k] != 0.0)
+    (0..3)
+        .any(|k| motion.twist[k].abs() > MIN_TWIST_SD * motion.cov[k][1][1].sqrt() && motion.twist[k] != 0.0)
 }
 
-/// Mean over time of rows, by the trapezoidal rule.
+/// Time average of rows, by the trapezoidal rule.
 fn mean(t: &[f64], rows: &[Row]) -> Row {
     let span = t[t.len() - 1] - t[0];
     let mut sum = [[0.0; COLUMNS]; 3];
@@ -168,19 +182,19 @@ fn mean(t: &[f64], rows: &[Row]) -> Row {
     sum
 }
 
-/// The gripper's poses, single spikes taken out.
-struct Grip {
+/// Poses of the gripper, filtered with a median of three.
+struct GripperPath {
     t: Vec<f64>,
     pose: Vec<[f64; 3]>,
 }
 
-impl Grip {
-    fn new(meta: &Metadata, look: &Look) -> Self {
+impl GripperPath {
+    fn new(meta: &Metadata, episode: &EpisodeData) -> Self {
         let none = Self { t: vec![], pose: vec![] };
         if meta.on_rail() {
             return none;
         }
-        let (t, mut pose): (Vec<f64>, Vec<[f64; 3]>) = match look.episode.gripper() {
+        let (t, mut pose): (Vec<f64>, Vec<[f64; 3]>) = match episode.raw.gripper() {
             None => return none,
             Some(Gripper::Level(stream)) => (stream.t, stream.value),
             Some(Gripper::Tilting(stream)) => {
@@ -196,13 +210,13 @@ impl Grip {
             let near = &pose[i.saturating_sub(1)..(i + 2).min(pose.len())];
             [0, 1, 2].map(|k| median(near.iter().map(|p| p[k])).unwrap_or(0.0))
         };
-        let despiked: Vec<[f64; 3]> = (0..pose.len())
+        let filtered: Vec<[f64; 3]> = (0..pose.len())
             .map(|i| if i == 0 || i + 1 == pose.len() { pose[i] } else { middle(i) })
             .collect();
-        Self { t, pose: despiked }
+        Self { t, pose: filtered }
     }
 
-    /// The pose at the time of a motion, linear between samples; that of the object where there is none.
+    /// Linearly interpolated pose at the time of `motion`; the pose of the object without gripper poses.
     fn at(&self, motion: &Motion) -> [f64; 3] {
         let Some(&last) = self.pose.last() else { return motion.pose };
         let Some(i) = latest(&self.t, motion.t) else { return self.pose[0] };
@@ -213,17 +227,17 @@ impl Grip {
 }
 
 impl Readings {
-    /// The tared readings, each after `change`.
-    pub fn new(subject: &Subject, change: impl Fn(&[f64; 3]) -> [f64; 3]) -> Self {
-        let of = |look: &Look| {
-            let samples = look.prepared.wrench.iter().map(|w| (w.t, change(&w.reading)));
+    /// The tared readings, transformed by `transform`.
+    pub fn new(input: &CheckInput, transform: impl Fn(&[f64; 3]) -> [f64; 3]) -> Self {
+        let of = |episode: &EpisodeData| {
+            let samples = episode.prepared.wrench.iter().map(|w| (w.t, transform(&w.reading)));
             Integral::new(samples.unzip())
         };
-        Self { looks: subject.episodes.iter().map(of).collect() }
+        Self { integrals: input.episodes.iter().map(of).collect() }
     }
 }
 
-/// The integral of a reading that is linear between its samples.
+/// Integral of readings that are linear between their samples.
 #[derive(Debug, Clone)]
 struct Integral {
     t: Vec<f64>,

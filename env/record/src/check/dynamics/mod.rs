@@ -1,19 +1,19 @@
-//! The wrench that the motion explains: one regression that several checks share.
+//! Regression of the wrench on the motion of a passive body, shared by several checks.
 //!
-//! Whatever its wheels and feet, a passive rigid body obeys `W = M ξ̇ + D ξ + F(ξ) + constants`, with an inertia of
-//! positive masses, a symmetric positive semidefinite damping and dry friction at points that only brakes. A reading in
-//! wrong axes, units or time does not fit that. So each suspected mistake is undone, the law is fitted again, and the
-//! share of the load that stays unexplained decides.
+//! A passive rigid body obeys `W = M ξ̇ + D ξ + F(ξ) + constants`, whatever its wheels and feet. Its inertia is a sum of
+//! positive masses, its damping is symmetric and positive semidefinite, and its dry friction at support points is
+//! dissipative. A wrench in wrong axes, units or time violates this equation. The checks correct each suspected mistake,
+//! fit again, and compare the unexplained shares.
 //!
-//! Rows are means over short blocks of both sides, in reading axes about the reading's point: a mistake then changes
-//! the left side alone, and the constants are the sensor's offset.
+//! Each row is a mean over a short block, in reading axes about the reference point. A mistake then changes only the
+//! left-hand side, and the constants contain the sensor's offset.
 
 mod blocks;
 mod cone;
-mod moments;
+mod normal_equations;
 mod regressors;
 
-pub(crate) use blocks::{Blocks, Readings, WINDOWS};
+pub(crate) use blocks::{Blocks, Readings, WINDOWS_PER_EPISODE};
 pub(crate) use cone::{Fit, fit};
-pub(crate) use moments::{Linear, Moments, identity};
+pub(crate) use normal_equations::{LoadTransform, NormalEquations, identity};
 pub(crate) use regressors::Convention;

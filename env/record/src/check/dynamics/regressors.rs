@@ -1,43 +1,45 @@
-//! What each unit parameter of a passive body adds to the reading.
+//! Regressors: the contribution of each unit parameter of a passive body to the reading.
 
-use super::super::subject::Subject;
+use super::super::input::CheckInput;
 use crate::metadata::{Frame, Reference};
 use crate::motion::Motion;
 
-/// Point masses and points of dry friction: a grid of three by three over the object's bounding box, whose positive
-/// combinations hold every mass distribution and support within it.
-pub(crate) const MASSES: usize = 9;
-/// Elements of the symmetric damping matrix, in the order of [`PAIRS`].
-pub(crate) const DAMPING: usize = 6;
-/// The sensor's offset (3) and a horizontal force fixed in the world (2): a slope, or a reading that leans.
-pub(crate) const CONSTANTS: usize = 5;
-/// All columns.
-pub(crate) const COLUMNS: usize = 2 * MASSES + DAMPING + CONSTANTS;
-/// Rows and columns of the damping matrix's elements.
-pub(crate) const PAIRS: [(usize, usize); DAMPING] = [(0, 0), (1, 1), (2, 2), (0, 1), (0, 2), (1, 2)];
-/// Dry friction has its direction from a speed above so many standard deviations.
-const DIRECTED: f64 = 3.0;
+/// Number of point masses, and of points of dry friction. They form a 3×3 grid over the object's bounding box. Their positive
+/// combinations approximate every mass distribution and support in it.
+pub(crate) const MASS_POINTS: usize = 9;
+/// Number of elements of the symmetric damping matrix, in the order of [`DAMPING_INDICES`].
+pub(crate) const DAMPING_ELEMENTS: usize = 6;
+/// Number of constant terms: the sensor's offset (3) and a horizontal force that is constant in the world (2), from a slope
+/// or a tilted sensor.
+pub(crate) const CONSTANT_TERMS: usize = 5;
+/// Total number of columns.
+pub(crate) const COLUMNS: usize = 2 * MASS_POINTS + DAMPING_ELEMENTS + CONSTANT_TERMS;
+/// Row and column of each element of the damping matrix.
+pub(crate) const DAMPING_INDICES: [(usize, usize); DAMPING_ELEMENTS] =
+    [(0, 0), (1, 1), (2, 2), (0, 1), (0, 2), (1, 2)];
+/// Speed, in standard deviations, that scales the smooth direction of dry friction.
+const DIRECTION_SCALE_SD: f64 = 3.0;
 
-/// One row of each output: force x, force y, torque over [`Scale::arm`].
+/// Regressors of each output: force x, force y, torque over [`Scale::arm`].
 pub(crate) type Row = [[f64; COLUMNS]; 3];
 
-/// What the columns of the recording are taken to mean.
+/// Interpretation of the columns of a recording.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
 pub(crate) struct Convention {
     pub frame: Frame,
     pub reference: Reference,
-    /// Whether angles are taken to count clockwise.
+    /// Whether angles count clockwise.
     pub clockwise: bool,
 }
 
 impl Convention {
-    /// As the recording states it.
-    pub fn stated(subject: &Subject) -> Self {
-        Self { frame: subject.meta.wrench.frame, reference: subject.reference(), clockwise: false }
+    /// The convention that the recording states.
+    pub fn stated(input: &CheckInput) -> Self {
+        Self { frame: input.meta.wrench.frame, reference: input.reference(), clockwise: false }
     }
 }
 
-/// Bounding box of the object, and the length by which torques are compared with forces.
+/// Bounding box of the object, and the lever arm that relates torques to forces.
 #[derive(Debug, Clone, Copy)]
 pub(crate) struct Scale {
     pub middle: [f64; 2],
@@ -46,7 +48,8 @@ pub(crate) struct Scale {
 }
 
 impl Scale {
-    /// From the corners of the bounding box; a quarter of its diagonal is about the radius of gyration.
+    /// Creates the scale from the corners of the bounding box. The lever arm is a quarter of the diagonal, about the radius
+    /// of gyration.
     pub fn new([low, high]: [[f64; 2]; 2]) -> Self {
         let half = [0, 1].map(|k| (high[k] - low[k]) / 2.0);
         let size = 2.0 * half[0].hypot(half[1]);
@@ -55,7 +58,7 @@ impl Scale {
     }
 }
 
-/// The row of one time: `gripper` is its pose in the world.
+/// The regressors at one time. `gripper` is the pose of the gripper in the world.
 pub(crate) fn row(motion: &Motion, gripper: &[f64; 3], scale: &Scale, convention: Convention) -> Row {
     let sense = if convention.clockwise { -1.0 } else { 1.0 };
     let theta = sense * motion.pose[2];
@@ -71,53 +74,54 @@ pub(crate) fn row(motion: &Motion, gripper: &[f64; 3], scale: &Scale, convention
         Frame::Object => 0.0,
         Frame::World => -theta,
     };
-    let mut out = Filler { row: [[0.0; COLUMNS]; 3], origin, turn: angle.sin_cos(), arm: scale.arm };
+    let mut out = RowBuilder { row: [[0.0; COLUMNS]; 3], origin, turn: angle.sin_cos(), arm: scale.arm };
     let sd = [0, 1, 2].map(|k| motion.cov[k][1][1].sqrt());
-    let noise = DIRECTED * sd[0].hypot(sd[1]).hypot(2.0 * scale.arm * sd[2]);
+    let noise = DIRECTION_SCALE_SD * sd[0].hypot(sd[1]).hypot(2.0 * scale.arm * sd[2]);
     for (at, point) in grid(scale).into_iter().enumerate() {
         let [x, y] = point;
         let accel = [ax - spin * y - rate * rate * x, ay + spin * x - rate * rate * y];
         out.force(at, point, accel);
         let velocity = [vx - rate * y, vy + rate * x];
         let speed = velocity[0].hypot(velocity[1]).hypot(noise);
-        out.force(MASSES + at, point, velocity.map(|v| if speed > 0.0 { v / speed } else { 0.0 }));
+        out.force(MASS_POINTS + at, point, velocity.map(|v| if speed > 0.0 { v / speed } else { 0.0 }));
     }
     let twist = [vx, vy, scale.arm * rate];
-    for (at, (i, j)) in PAIRS.into_iter().enumerate() {
+    for (at, (i, j)) in DAMPING_INDICES.into_iter().enumerate() {
         let mut wrench = [0.0; 3];
         wrench[i] = twist[j];
         wrench[j] = twist[i];
-        out.wrench(2 * MASSES + at, [wrench[0], wrench[1], scale.arm * wrench[2]]);
+        out.wrench(2 * MASS_POINTS + at, [wrench[0], wrench[1], scale.arm * wrench[2]]);
     }
-    let first = COLUMNS - CONSTANTS;
+    let first = COLUMNS - CONSTANT_TERMS;
     (0..3).for_each(|axis| out.row[axis][first + axis] = 1.0);
     out.force(first + 3, scale.middle, [cos, -sin]);
     out.force(first + 4, scale.middle, [sin, cos]);
     out.row
 }
 
-fn grid(scale: &Scale) -> [[f64; 2]; MASSES] {
+/// The 3×3 grid over the bounding box.
+fn grid(scale: &Scale) -> [[f64; 2]; MASS_POINTS] {
     let at = |k: usize| k as f64 - 1.0;
     std::array::from_fn(|n| {
         [scale.middle[0] + at(n / 3) * scale.half[0], scale.middle[1] + at(n % 3) * scale.half[1]]
     })
 }
 
-/// Brings wrenches in object axes to the reading's axes and point.
-struct Filler {
+/// Builder of a row. It transforms wrenches in object axes to the axes and the reference point of the reading.
+struct RowBuilder {
     row: Row,
     origin: [f64; 2],
     turn: (f64, f64),
     arm: f64,
 }
 
-impl Filler {
-    /// A force in object axes at a point of the object.
+impl RowBuilder {
+    /// Sets a column to a force in object axes at a point of the object.
     fn force(&mut self, column: usize, [x, y]: [f64; 2], [fx, fy]: [f64; 2]) {
         self.wrench(column, [fx, fy, x * fy - y * fx]);
     }
 
-    /// A wrench in object axes about the object's origin.
+    /// Sets a column to a wrench in object axes about the object's origin.
     fn wrench(&mut self, column: usize, [fx, fy, torque]: [f64; 3]) {
         let (sin, cos) = self.turn;
         let [x, y] = self.origin;

@@ -6,7 +6,7 @@ use super::*;
 
 const SD: [f64; 3] = [5e-4, 5e-4, 1.7e-3];
 
-/// Six seconds at 60 Hz: at rest, then pushed with a sudden start, a turn, and a sudden stop.
+/// Six seconds at 60 Hz: rest, then a push with a sudden start, a rotation and a sudden stop.
 fn clean(seed: u64) -> (Vec<f64>, Vec<[f64; 3]>) {
     let mut rng = ChaCha8Rng::seed_from_u64(seed);
     let mut draw = |sd: f64| -> f64 {
@@ -22,15 +22,15 @@ fn clean(seed: u64) -> (Vec<f64>, Vec<[f64; 3]>) {
     (t, poses)
 }
 
-fn outliers(verdicts: &[Verdict]) -> Vec<usize> {
-    (0..verdicts.len()).filter(|&i| verdicts[i] == Verdict::Outlier).collect()
+fn outliers(statuses: &[PoseStatus]) -> Vec<usize> {
+    (0..statuses.len()).filter(|&i| statuses[i] == PoseStatus::Outlier).collect()
 }
 
 #[test]
-fn clean_poses_are_kept() {
+fn clean_poses_are_valid() {
     for seed in 0..40 {
         let (t, pose) = clean(seed);
-        assert_eq!(outliers(&judge(&t, &pose, &SD, &SD)), Vec::<usize>::new(), "seed {seed}");
+        assert_eq!(outliers(&classify(&t, &pose, &SD, &SD)), Vec::<usize>::new(), "seed {seed}");
     }
 }
 
@@ -41,19 +41,19 @@ fn spikes_are_found_in_position_and_in_angle() {
         pose[150][0] += 0.01;
         pose[200][2] += 0.05;
         pose[320][1] -= 0.4;
-        assert_eq!(outliers(&judge(&t, &pose, &SD, &SD)), [150, 200, 320], "seed {seed}");
+        assert_eq!(outliers(&classify(&t, &pose, &SD, &SD)), [150, 200, 320], "seed {seed}");
     }
 }
 
 #[test]
-fn a_constant_fake_pose_is_found_without_being_told() {
+fn a_constant_false_pose_is_found() {
     for (first, last) in [(100, 103), (100, 160), (0, 30), (330, 359)] {
         let (t, mut pose) = clean(1);
         for fake in &mut pose[first..=last] {
             *fake = [0.66854, -0.26052, 0.1];
         }
         let found: Vec<usize> = (first..=last).collect();
-        assert_eq!(outliers(&judge(&t, &pose, &SD, &SD)), found);
+        assert_eq!(outliers(&classify(&t, &pose, &SD, &SD)), found);
     }
 }
 
@@ -63,7 +63,7 @@ fn a_noisy_burst_is_found() {
     for burst in &mut pose[120..150] {
         burst[1] += 0.35;
     }
-    assert_eq!(outliers(&judge(&t, &pose, &SD, &SD)), (120..150).collect::<Vec<_>>());
+    assert_eq!(outliers(&classify(&t, &pose, &SD, &SD)), (120..150).collect::<Vec<_>>());
 }
 
 #[test]
@@ -71,28 +71,28 @@ fn held_values_are_masked_but_a_noiseless_rest_is_not() {
     let (t, mut pose) = clean(3);
     pose[100] = pose[99];
     pose[101] = pose[99];
-    let verdicts = judge(&t, &pose, &SD, &SD);
-    let held: Vec<usize> = (0..360).filter(|&i| verdicts[i] == Verdict::Held).collect();
+    let statuses = classify(&t, &pose, &SD, &SD);
+    let held: Vec<usize> = (0..360).filter(|&i| statuses[i] == PoseStatus::Held).collect();
     assert_eq!(held, [100, 101]);
-    assert!(judge(&t, &pose, &SD, &[1e-6; 3]).iter().all(|v| *v != Verdict::Held));
-    let still = vec![[1.0, 2.0, 0.5]; 50];
+    assert!(classify(&t, &pose, &SD, &[1e-6; 3]).iter().all(|v| *v != PoseStatus::Held));
+    let resting = vec![[1.0, 2.0, 0.5]; 50];
     let times: Vec<f64> = (0..50).map(f64::from).collect();
-    assert_eq!(judge(&times, &still, &[1e-6; 3], &[1e-6; 3]), vec![Verdict::Kept; 50]);
+    assert_eq!(classify(&times, &resting, &[1e-6; 3], &[1e-6; 3]), vec![PoseStatus::Valid; 50]);
 }
 
 #[test]
-fn a_drop_out_is_no_jump() {
+fn a_drop_out_is_not_a_jump() {
     let (t, pose) = clean(4);
     let keep: Vec<usize> = (0..360).filter(|i| !(150..210).contains(i)).collect();
     let t: Vec<f64> = keep.iter().map(|&i| t[i]).collect();
     let pose: Vec<[f64; 3]> = keep.iter().map(|&i| pose[i]).collect();
-    assert!(outliers(&judge(&t, &pose, &SD, &SD)).is_empty());
+    assert!(outliers(&classify(&t, &pose, &SD, &SD)).is_empty());
 }
 
 #[test]
-fn few_poses_are_kept() {
+fn few_poses_are_valid() {
     let (t, pose) = clean(5);
     for n in 0..4 {
-        assert_eq!(judge(&t[..n], &pose[..n], &SD, &SD), vec![Verdict::Kept; n]);
+        assert_eq!(classify(&t[..n], &pose[..n], &SD, &SD), vec![PoseStatus::Valid; n]);
     }
 }

@@ -19,13 +19,13 @@ fn gripper() -> Weight {
     Weight { force: 1.2 * GRAVITY, moment: Vector3::new(0.01, -0.02, 0.06) * 1.2 * GRAVITY }
 }
 
-/// What a sensor with an offset reads with sign "on_object" while the gripper pushes with `push`.
+/// Reading with sign "on_object" of a sensor with an offset, while the gripper pushes with `push`.
 fn reading(pose: &GripperPose, push: &Wrench6) -> Wrench6 {
     plus(&minus(&OFFSET, &gripper().wrench(pose)), push)
 }
 
-fn free(pose: GripperPose) -> FreeReading {
-    FreeReading { wrench: reading(&pose, &[0.0; 6]), pose }
+fn unloaded(pose: GripperPose) -> UnloadedReading {
+    UnloadedReading { wrench: reading(&pose, &[0.0; 6]), pose }
 }
 
 fn assert_close(a: &Wrench6, b: &Wrench6, tolerance: f64) {
@@ -33,28 +33,28 @@ fn assert_close(a: &Wrench6, b: &Wrench6, tolerance: f64) {
 }
 
 #[test]
-fn the_weight_by_hand() {
-    // Pitched by 90° about y the sensor's x points down: 1.2 kg pull along x, and turn with the centre's y and z.
+fn weight_matches_a_hand_calculation() {
+    // Pitched by 90° about y, the sensor's x points down: 1.2 kg act along x, with the lever arms y and z of the centre.
     let load = gripper().wrench(&attitude(0.0, std::f64::consts::FRAC_PI_2, 0.0));
     let n = 1.2 * GRAVITY;
     assert_close(&load, &[n, 0.0, 0.0, 0.0, 0.06 * n, 0.02 * n], 1e-9);
 }
 
 #[test]
-fn a_known_weight_is_taken_off_at_any_attitude() {
+fn a_known_weight_is_subtracted_at_any_attitude() {
     let push = [10.0, 1.0, -2.0, 0.1, 0.2, 0.3];
     let weight = gripper();
-    let tare = Tare::new(TareMethod::Separated, &[free(attitude(0.0, 0.0, 0.3))], Some(&weight)).unwrap();
+    let tare = Tare::new(TareMethod::Separated, &[unloaded(attitude(0.0, 0.0, 0.3))], Some(&weight)).unwrap();
     let tilted = attitude(0.3, -0.2, 1.0);
     assert_close(&tare.apply(&reading(&tilted, &push), &tilted), &push, 1e-9);
 }
 
 #[test]
-fn several_attitudes_weigh_the_gripper() {
+fn several_attitudes_determine_the_weight() {
     let poses = [(0.0, 0.0, 0.0), (0.4, 0.0, 0.5), (0.0, -0.3, 1.0), (0.2, 0.2, -2.0)];
-    let readings: Vec<FreeReading> = poses.iter().map(|&(r, p, y)| free(attitude(r, p, y))).collect();
+    let readings: Vec<UnloadedReading> = poses.iter().map(|&(r, p, y)| unloaded(attitude(r, p, y))).collect();
     let together = weigh(std::slice::from_ref(&readings)).unwrap();
-    let apart: Vec<Vec<FreeReading>> = readings.into_iter().map(|r| vec![r]).collect();
+    let apart: Vec<Vec<UnloadedReading>> = readings.into_iter().map(|r| vec![r]).collect();
     for weight in [together, weigh(&apart).unwrap()] {
         assert!((weight.force - 1.2 * GRAVITY).abs() < 1e-9);
         assert!((weight.moment - gripper().moment).norm() < 1e-5);
@@ -62,30 +62,30 @@ fn several_attitudes_weigh_the_gripper() {
 }
 
 #[test]
-fn turning_about_the_vertical_weighs_nothing() {
-    assert_eq!(weigh(&[vec![free(attitude(0.0, 0.0, 0.0)), free(attitude(0.0, 0.0, 2.0))]]), None);
+fn rotation_about_the_vertical_does_not_determine_the_weight() {
+    assert_eq!(weigh(&[vec![unloaded(attitude(0.0, 0.0, 0.0)), unloaded(attitude(0.0, 0.0, 2.0))]]), None);
     assert_eq!(weigh(&[vec![]]), None);
 }
 
 #[test]
-fn equation_12_is_right_from_above_where_the_offset_is_zero_and_wrong_where_not() {
+fn equation_12_is_exact_only_without_an_offset() {
     let start = attitude(0.0, 0.0, 0.0);
     let now = GripperPose { position: [1.4, 0.3], ..attitude(0.2, -0.3, 1.2) };
     let push = [5.0, -1.0, 2.0, 0.0, 0.0, 0.4];
     let weight_alone = |pose: &GripperPose| minus(&[0.0; 6], &gripper().wrench(pose));
-    let first = [FreeReading { wrench: weight_alone(&start), pose: start.clone() }];
+    let first = [UnloadedReading { wrench: weight_alone(&start), pose: start.clone() }];
     let tare = Tare::new(TareMethod::Equation12, &first, None).unwrap();
     let found = tare.apply(&plus(&weight_alone(&now), &push), &now);
-    let (seen, expected) = (now.seen_from_above(&found), now.seen_from_above(&push));
-    assert!((0..3).all(|k| (seen[k] - expected[k]).abs() < 1e-9), "{seen:?} {expected:?}");
+    let (planar, expected) = (now.planar_wrench(&found), now.planar_wrench(&push));
+    assert!((0..3).all(|k| (planar[k] - expected[k]).abs() < 1e-9), "{planar:?} {expected:?}");
 
-    let offset = Tare::new(TareMethod::Equation12, &[free(start)], None).unwrap();
-    let wrong = now.seen_from_above(&offset.apply(&reading(&now, &push), &now));
+    let offset = Tare::new(TareMethod::Equation12, &[unloaded(start)], None).unwrap();
+    let wrong = now.planar_wrench(&offset.apply(&reading(&now, &push), &now));
     assert!((wrong[0] - expected[0]).abs() > 1.0);
 }
 
 #[test]
-fn the_mean_of_white_noise_is_off_by_sigma_over_root_n_and_of_red_noise_by_more() {
+fn sd_of_mean_accounts_for_autocorrelation() {
     let mut rng = ChaCha8Rng::seed_from_u64(7);
     let (mut white_sds, mut red_sds, mut red_means) = (vec![], vec![], vec![]);
     for _ in 0..200 {

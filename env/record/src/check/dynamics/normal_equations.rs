@@ -1,26 +1,26 @@
-//! Normal equations of a stretch of rows, for any linear change of the load.
+//! Normal equations for any linear transform of the load.
 
 use nalgebra::{DMatrix, DVector};
 
 use super::regressors::{COLUMNS, Row};
 
-/// What is done to a load (force x, force y, torque over the arm) before it is explained.
-pub(crate) type Linear = [[f64; 3]; 3];
+/// Linear transform of a load (force x, force y, torque over the lever arm).
+pub(crate) type LoadTransform = [[f64; 3]; 3];
 
-/// The load as it is.
-pub(crate) fn identity() -> Linear {
+/// The identity transform.
+pub(crate) fn identity() -> LoadTransform {
     [[1.0, 0.0, 0.0], [0.0, 1.0, 0.0], [0.0, 0.0, 1.0]]
 }
 
-/// Sums over rows: of regressors with themselves, with each load on each output, and of loads with themselves.
+/// Sums of products over rows: regressors with regressors, regressors of each output with each load, and loads with loads.
 #[derive(Debug, Clone)]
-pub(crate) struct Moments {
+pub(crate) struct NormalEquations {
     pub normal: DMatrix<f64>,
     cross: [[DVector<f64>; 3]; 3],
-    load: Linear,
+    load: LoadTransform,
 }
 
-impl Moments {
+impl NormalEquations {
     pub fn new() -> Self {
         let none = || DVector::zeros(COLUMNS);
         Self {
@@ -40,7 +40,7 @@ impl Moments {
         self.add_load(load);
     }
 
-    /// The same rows under other loads: no sums of regressors.
+    /// Adds a load without updating the normal matrix, for the same row with another load.
     pub fn add_load_of(&mut self, row: &Row, load: &[f64; 3]) {
         for (k, output) in row.iter().enumerate() {
             self.add_cross(k, &DVector::from_column_slice(output), load);
@@ -60,7 +60,7 @@ impl Moments {
         }
     }
 
-    /// Adds the sums of another stretch.
+    /// Adds the sums of `other`.
     pub fn merge(&mut self, other: &Self) {
         self.normal += &other.normal;
         for i in 0..3 {
@@ -71,7 +71,7 @@ impl Moments {
         }
     }
 
-    /// The sum of several stretches.
+    /// The sum of `parts`.
     pub fn sum<'a>(parts: impl IntoIterator<Item = &'a Self>) -> Self {
         parts.into_iter().fold(Self::new(), |mut all, part| {
             all.merge(part);
@@ -79,11 +79,11 @@ impl Moments {
         })
     }
 
-    /// Right side and sum of squares of the load after `change`.
-    pub fn changed(&self, change: &Linear) -> (DVector<f64>, f64) {
+    /// Right-hand side and sum of squares of the transformed load.
+    pub fn transformed(&self, correction: &LoadTransform) -> (DVector<f64>, f64) {
         let mut right = DVector::zeros(COLUMNS);
         let mut total = 0.0;
-        for (output, gains) in change.iter().enumerate() {
+        for (output, gains) in correction.iter().enumerate() {
             for (i, gain) in gains.iter().enumerate() {
                 right.axpy(*gain, &self.cross[output][i], 1.0);
                 total +=

@@ -1,4 +1,4 @@
-//! Whatever stands in the files, it is read or refused.
+//! Fuzz test: reading a recording never panics.
 
 #![allow(clippy::unwrap_used, reason = "a test ends there")]
 
@@ -7,16 +7,16 @@ mod sample;
 use proptest::prelude::*;
 use trundle_record::Recording;
 
-/// Cuts `cut` characters out of `text` at `at` and puts `patch` there, counted round the end.
+/// Replaces `cut` characters of `text` at `at` (modulo its length) by `patch`.
 fn patched(text: &str, at: usize, cut: usize, patch: &str) -> String {
-    let mut letters: Vec<char> = text.chars().collect();
-    let at = at % letters.len();
-    let end = (at + cut).min(letters.len());
-    letters.splice(at..end, patch.chars());
-    letters.into_iter().collect()
+    let mut characters: Vec<char> = text.chars().collect();
+    let at = at % characters.len();
+    let end = (at + cut).min(characters.len());
+    characters.splice(at..end, patch.chars());
+    characters.into_iter().collect()
 }
 
-/// What a slip of the keyboard may leave, and what it may break.
+/// Position, length and replacement of a random edit.
 fn patch() -> impl Strategy<Value = (usize, usize, String)> {
     let text =
         prop_oneof!["[-+0-9.e,\\n\" ]{0,6}", "\\PC{0,3}", Just("nan".to_owned()), Just("1e308".to_owned())];
@@ -27,7 +27,7 @@ proptest! {
     #![proptest_config(ProptestConfig::with_cases(2000))]
 
     #[test]
-    fn read_or_refused(toml in patch(), csv in patch(), more in patch(), tilting: bool) {
+    fn reading_never_panics(toml in patch(), csv in patch(), more in patch(), tilting: bool) {
         let home = tempfile::tempdir().unwrap();
         let table = if tilting { sample::TILTING } else { sample::CSV };
         let table = patched(&patched(table, csv.0, csv.1, &csv.2), more.0, more.1, &more.2);
