@@ -46,7 +46,7 @@ mod tests {
         for episode in &mut data.training {
             episode.pose.retain(|p| p.t < 0.9);
             episode.wrench.retain(|w| w.t < 0.9);
-            episode.memo = Default::default();
+            episode.motion_cache = Default::default();
         }
         let message = require_pushing_time(&data).unwrap_err().to_string();
         assert!(

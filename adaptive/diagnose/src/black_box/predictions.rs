@@ -23,7 +23,7 @@ impl BlackBoxEngine<'_> {
         let mut ends = vec![];
         for (k, (path, episode)) in likelihood.paths.iter().zip(&self.data.training).enumerate() {
             let (motion_so_far, states) =
-                (episode.motion_so_far(&self.data.noise), rollout.episode_states(episode)?);
+                (episode.filtered_motion(&self.data.noise), rollout.episode_states(episode)?);
             for WindowPrediction { from, to, covariance } in
                 likelihood.predict_windows(k, &motion_so_far, WINDOW_S)
             {

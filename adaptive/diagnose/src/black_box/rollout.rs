@@ -27,7 +27,7 @@ pub(crate) struct EpisodeStates<'e> {
     episode: &'e Prepared,
     readings: Readings,
     /// Motion at each pose, estimated from the poses up to it.
-    motion_so_far: Vec<Motion>,
+    filtered_motion: Vec<Motion>,
     /// Internal states of the laws along that motion.
     law_states: Vec<[f64; MAX_INNER_STATES]>,
 }
@@ -39,15 +39,15 @@ impl Rollout<'_> {
         let laws = (&self.plant, self.values);
         let start =
             estimate_initial_state(self.simulator, laws, episode, (noise, self.data.dof), self.watch)?;
-        let motion_so_far = episode.motion_so_far(noise);
-        let law_states = states_along(&self.plant, episode, &motion_so_far, start);
-        Ok(EpisodeStates { episode, readings: Readings::new(episode), motion_so_far, law_states })
+        let filtered_motion = episode.filtered_motion(noise);
+        let law_states = states_along(&self.plant, episode, &filtered_motion, start);
+        Ok(EpisodeStates { episode, readings: Readings::new(episode), filtered_motion, law_states })
     }
 
     /// States of an episode of which only the first pose is known; internal states have their defaults.
     pub fn without_poses<'e>(&self, episode: &'e Prepared) -> EpisodeStates<'e> {
         let law_states = vec![default_states(&self.plant)];
-        EpisodeStates { episode, readings: Readings::new(episode), motion_so_far: vec![], law_states }
+        EpisodeStates { episode, readings: Readings::new(episode), filtered_motion: vec![], law_states }
     }
 
     /// Simulated poses at the times of `count` recorded ones, from the pose `first` on, starting in `state`.
@@ -112,7 +112,7 @@ impl Rollout<'_> {
         index: usize,
         count: usize,
     ) -> Result<Vec<[f64; 3]>, InferError> {
-        let Some(from) = states.motion_so_far.get(index) else { return Ok(vec![]) };
+        let Some(from) = states.filtered_motion.get(index) else { return Ok(vec![]) };
         let law_states = states.law_states.get(index).copied().unwrap_or_default();
         self.poses(states, index, count, State::moving(from.pose, from.twist).with_inner(law_states))
     }

@@ -32,7 +32,7 @@ pub(super) fn with_poses(episode: Prepared, poses: &[[f64; 3]]) -> Prepared {
     let pairs = episode.pose.iter().zip(poses);
     let pose = pairs.map(|(resting, &pose)| PoseSample { pose, ..*resting }).collect();
     // The smoothed motion of the resting object must not be reused.
-    Prepared { pose, memo: Default::default(), ..episode }
+    Prepared { pose, motion_cache: Default::default(), ..episode }
 }
 
 /// Simulates a push with a plant.
