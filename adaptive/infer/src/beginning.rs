@@ -1,22 +1,24 @@
-//! Where the laws' own states begin, when a simulation from the first pose on does not know: a caster may stand any way.
+//! Estimates the initial values of the laws' own states, for example the direction of a caster, in a
+//! simulation from the first pose.
 
 use crate::rollout::simulated;
 use crate::tally::wrap;
 use trundle_model::{INNER, Inner, Model, Plant};
 use trundle_record::Prepared;
 
-/// Time after contact by which they are found, and which is then not judged, s.
+/// Time after contact from which the initial states are estimated, s. This time is excluded from the error
+/// metrics.
 pub const SETTLING: f64 = 1.0;
 
-/// Refinements of each state: the bracket shrinks to a thousandth.
+/// Golden-section steps for each state: the bracket shrinks by a factor of about 1000.
 const SECTIONS: usize = 16;
 
-/// Places tried around each start, in standard deviations: a caster that stands against the motion swivels one way or
-/// the other, so that the misfit has cliffs.
+/// Points tried around each start, in standard deviations. A caster that points against the motion may swivel
+/// either way, so the misfit is discontinuous.
 const AROUND: [f64; 9] = [-1.0, -0.75, -0.5, -0.25, 0.0, 0.25, 0.5, 0.75, 1.0];
 
-/// How long after contact a model's simulations are not judged, s: some where a law's state has several possible starts,
-/// which the data must tell.
+/// Time after contact that is excluded from the error metrics of a model, s. It is nonzero if a state of a
+/// law has several possible starts and must be estimated.
 pub fn unjudged(model: &Model) -> f64 {
     if model.inner().iter().any(is_unknown) { SETTLING } else { 0.0 }
 }
@@ -25,8 +27,9 @@ fn is_unknown(inner: &Inner) -> bool {
     inner.starts.len() > 1
 }
 
-/// The starting states by which the simulated motion is nearest to the recorded one in the first second after contact:
-/// the best of those on offer, then one state after the other, around every start and by golden sections about the best.
+/// Initial states whose simulated motion is closest to the recorded motion in the first second after contact.
+/// The search takes the best combination of the laws' starts, then refines one state at a time: on a grid
+/// around every start, then by golden sections around the best point.
 pub(crate) fn beginning(plant: &Plant<f64>, episode: &Prepared) -> [f64; INNER] {
     let own: Vec<Inner> = plant.laws.iter().flat_map(|law| law.spec().inner).copied().collect();
     let offers = offers(&own);
@@ -65,7 +68,8 @@ fn offers(own: &[Inner]) -> Vec<[f64; INNER]> {
     offers
 }
 
-/// Squared distance from the recorded motion, up to the end of settling; a turn counts at the radius of gyration.
+/// Sum of squared distances from the recorded motion up to [`SETTLING_TIME_S`] after contact. Rotations are
+/// scaled by the radius of gyration.
 fn misfit(plant: &Plant<f64>, episode: &Prepared, inner: [f64; INNER]) -> f64 {
     let square = plant.inertia / plant.mass;
     let poses = simulated(plant, episode, inner, episode.contact + SETTLING);
@@ -76,7 +80,7 @@ fn misfit(plant: &Plant<f64>, episode: &Prepared, inner: [f64; INNER]) -> f64 {
     if cost.is_finite() { cost } else { f64::INFINITY }
 }
 
-/// The least of a function between two ends, by golden sections.
+/// Minimum of a function on an interval by golden-section search.
 fn golden(mut low: f64, mut high: f64, cost: impl Fn(f64) -> f64) -> f64 {
     const SHARE: f64 = 0.618_033_988_749_894_9;
     let inside = |low: f64, high: f64| [high - SHARE * (high - low), low + SHARE * (high - low)];
@@ -101,12 +105,12 @@ mod tests {
     use super::*;
 
     #[test]
-    fn golden_sections_find_the_least() {
+    fn golden_sections_find_the_minimum() {
         assert!((golden(-1.0, 2.0, |x| (x - 0.3).powi(2)) - 0.3).abs() < 2e-3);
     }
 
     #[test]
-    fn every_combination_is_on_offer() {
+    fn starts_combine_in_every_way() {
         let inner = |starts| Inner { name: "a", unit: "1", sd: 1.0, starts };
         let found = offers(&[inner(&[1.0, 2.0]), inner(&[0.0]), inner(&[3.0, 4.0])]);
         assert_eq!(found.len(), 4);

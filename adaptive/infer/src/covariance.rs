@@ -1,33 +1,34 @@
-//! A belief over states, and how its covariance moves and shrinks.
+//! Mean and covariance of the filter's states, and their propagation and correction.
 //!
-//! A filter spends most of its time here: columns are plain arrays, only one triangle of a symmetric product is worked
-//! out, and the other mirrors it. So a covariance stays symmetric to the last bit; a lopsided one is none after minutes.
+//! A filter spends most of its time in this module. Columns are plain arrays, and only one triangle of a
+//! symmetric product is computed; the other mirrors it. The covariance therefore stays exactly symmetric.
+//! Otherwise it loses positive definiteness after minutes of data.
 
 use nalgebra::{Matrix3, SMatrix, SVector};
 
-/// Pose, twist and wrench error.
+/// Number of states for pose, twist and wrench error.
 pub(crate) const PLAIN: usize = 9;
-/// Pose and twist.
+/// Number of states for pose and twist.
 pub(crate) const MOTION: usize = 6;
-/// Pose.
+/// Number of states for the pose.
 pub(crate) const POSE: usize = 3;
 
 pub(crate) type Matrix<const N: usize> = SMatrix<f64, N, N>;
 pub(crate) type Vector<const N: usize> = SVector<f64, N>;
 
-/// Mean and covariance of the states: pose, twist, error of the wrench reading, the laws' own.
+/// Mean and covariance of the states: pose, twist, error of the wrench reading, and the laws' own states.
 #[derive(Clone)]
 pub(crate) struct Belief<const N: usize> {
     pub mean: Vector<N>,
     pub covariance: Matrix<N>,
 }
 
-/// First row of the columns of one triangle that is worked out: even, so that two rows go at once.
+/// First computed row of a column of the lower triangle. It is even, so that rows are processed in pairs.
 const fn first_row(column: usize) -> usize {
     column & !1
 }
 
-/// Copy the triangle below the diagonal above it.
+/// Copies the lower triangle to the upper one.
 fn mirror<const N: usize>(columns: &mut [[f64; N]; N]) {
     for column in 1..N {
         let (before, after) = columns.split_at_mut(column);
@@ -38,9 +39,10 @@ fn mirror<const N: usize>(columns: &mut [[f64; N]; N]) {
     }
 }
 
-/// `F P Fᵀ + G diag(noise) Gᵀ`, where three rows of `F` are the identity's, as a reading's error stays what it is, and
-/// `G` is the columns of `F` that say what that error does: a reading's noise does the same, but leaves no error behind.
-/// `SHIFTS` where the first two columns are the identity's: a motion that is the same everywhere.
+/// Propagated covariance `F P Fᵀ + G diag(noise) Gᵀ`. Three rows of `F` are those of the identity, because
+/// the error of the reading is constant. `G` consists of the columns of `F` for that error: noise of the
+/// reading has the same effect on the motion but leaves the error state unchanged. `SHIFTS` means that the
+/// first two columns of `F` are those of the identity, for translation-invariant motion.
 #[inline]
 pub(crate) fn moved<const N: usize, const SHIFTS: bool>(
     transition: &Matrix<N>,
@@ -48,7 +50,7 @@ pub(crate) fn moved<const N: usize, const SHIFTS: bool>(
     noise: [f64; 3],
 ) -> Matrix<N> {
     let (by, before) = (&transition.data.0, &covariance.data.0);
-    // Without states of the laws' own the error's rows are the last.
+    // Without states of the laws, the rows of the error are the last.
     let rows = if N == PLAIN { MOTION } else { N };
     let mut half = [[0.0; N]; N];
     for (half, before) in half.iter_mut().zip(before) {
@@ -80,7 +82,7 @@ pub(crate) fn moved<const N: usize, const SHIFTS: bool>(
                 *sum += loud * share;
             }
         }
-        // What the error shares with the rest knows no noise.
+        // The covariance of the error with the other states has no noise term.
         for (k, half) in half[MOTION..PLAIN].iter().enumerate() {
             sum[MOTION + k] = half[column];
         }
@@ -90,8 +92,9 @@ pub(crate) fn moved<const N: usize, const SHIFTS: bool>(
     SMatrix::from_data(nalgebra::ArrayStorage(product))
 }
 
-/// The covariance after a sample of the pose with variances `noise`, whose gain `K` is the pose's columns over the
-/// sample's covariance: `P − K (H P)`, of which the pose's columns are `K R`, without a difference of two numbers.
+/// Covariance after a pose sample with variances `noise`: `P − K (H P)`, where the gain `K` is the pose
+/// columns over the covariance of the sample. The pose columns of the result are `K R`, which avoids a
+/// difference of two numbers.
 #[inline]
 pub(crate) fn corrected<const N: usize>(
     covariance: &Matrix<N>,
@@ -116,7 +119,7 @@ pub(crate) fn corrected<const N: usize>(
     SMatrix::from_data(nalgebra::ArrayStorage(after))
 }
 
-/// The inverse `W` of the Cholesky factor of a covariance, `W S Wᵀ = I`; `None` where it is none.
+/// Inverse `W` of the Cholesky factor of a covariance, `W S Wᵀ = I`; `None` if it is not positive definite.
 #[inline]
 pub(crate) fn whitener(covariance: &Matrix3<f64>) -> Option<Matrix3<f64>> {
     let [[xx, xy, xz], [_, yy, yz], [_, _, zz]] = covariance.data.0;
@@ -139,7 +142,7 @@ mod tests {
     use super::*;
     use nalgebra::Vector3;
 
-    /// Some numbers without a pattern.
+    /// Numbers without a pattern.
     fn mixed(k: usize) -> f64 {
         (12.9898 * (k + 1) as f64).sin()
     }
@@ -175,14 +178,14 @@ mod tests {
     }
 
     #[test]
-    fn products_are_those_of_whole_matrices() {
+    fn products_match_full_matrices() {
         checked::<9, false>();
         checked::<9, true>();
         checked::<14, false>();
     }
 
     #[test]
-    fn what_is_no_covariance_has_no_whitener() {
+    fn an_indefinite_matrix_has_no_whitener() {
         for bad in [0.0, -1.0, f64::NAN] {
             assert!(whitener(&Matrix3::from_diagonal(&Vector3::new(1.0, bad, 1.0))).is_none());
         }

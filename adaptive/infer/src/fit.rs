@@ -1,4 +1,4 @@
-//! Maximum a posteriori estimate, from several seeded starts.
+//! Maximum a posteriori estimation from several seeded starts.
 
 use crate::coordinates::Strain;
 use crate::search::{Agreement, Optimum, follow, polish, scout};
@@ -8,35 +8,37 @@ use std::collections::BTreeSet;
 use std::f64::consts::{FRAC_PI_2, TAU};
 use trundle_model::{Kind, Model, Posterior, Prior, Slot};
 
-/// How a fit is searched.
+/// Settings of a fit.
 #[derive(Clone, Debug)]
 pub struct FitOptions {
-    /// Random starts, beside those given.
+    /// Number of random starts, in addition to given starts.
     pub starts: usize,
     /// Seed of the random starts.
     pub seed: u64,
-    /// How each start is followed.
+    /// Optimiser of each search.
     pub optimiser: Optimiser,
-    /// Whether starts may lie far from the optimum; not where they come from the fit of a simpler model.
+    /// Whether starts may lie far from the optimum. Set to false for starts taken from the fit of a simpler
+    /// model.
     pub from_afar: bool,
-    /// Where given starts lie near their optima: how many steps the best of them is followed at most.
+    /// If set, the given starts lie near their optima: only these are used, and the best is refined for at
+    /// most this many steps.
     pub near: Option<usize>,
-    /// How often noise that the recording does not state is estimated at most, each time with a search under it.
+    /// Maximum number of rounds in which unstated noise is estimated, each followed by a search.
     pub noise_rounds: usize,
-    /// Whether the last search measures the gradient by differences where the given one leads no further down.
-    /// It has no effect with [`FitOptions::near`].
+    /// Whether the final search measures the gradient by finite differences where the approximate gradient no
+    /// longer leads to a decrease. It has no effect with [`FitOptions::local_steps`].
     pub measure_gradient: bool,
-    /// Names of parameters that each episode has its own of.
+    /// Names of parameters with a separate value in each episode.
     pub per_episode: BTreeSet<String>,
 }
 
-/// Methods on exact gradients.
+/// Gradient-based optimisers.
 #[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]
 pub enum Optimiser {
     /// Levenberg–Marquardt on the Gauss-Newton curvature.
     #[default]
     LevenbergMarquardt,
-    /// L-BFGS within bounds, as in the paper; on the gradient alone.
+    /// L-BFGS within bounds, as in the paper; it uses the gradient alone.
     Lbfgs,
 }
 
@@ -55,7 +57,7 @@ impl Default for FitOptions {
     }
 }
 
-/// One parameter as the data hold it.
+/// Estimate of one parameter.
 #[derive(Clone, Debug, PartialEq)]
 pub struct Estimate {
     /// Name as in [`trundle_model::Slot`].
@@ -66,47 +68,50 @@ pub struct Estimate {
     pub mean: f64,
     /// Posterior standard deviation (Laplace).
     pub sd: f64,
-    /// Whether the data hold it, and the prior does not exclude them; if not, the number means nothing.
+    /// Whether the data determine the parameter and the prior does not conflict with them. Otherwise the mean
+    /// has no meaning.
     pub identified: bool,
 }
 
-/// What a fit found.
+/// Result of a fit.
 #[derive(Clone, Debug)]
 pub struct Fit {
-    /// The model with every value filled in.
+    /// The model with all values filled in.
     pub model: Model,
-    /// Values of all slots; of a parameter that is per episode, the first episode's.
+    /// Values of all slots; for a per-episode parameter, the value of the first episode.
     pub values: Vec<f64>,
     /// The mode in the coordinates of the [`Target`].
     pub point: Vec<f64>,
-    /// Gauss-Newton curvature there of the likelihood alone: how often more than the prior (one) the data know.
+    /// Gauss-Newton curvature of the −log likelihood alone at the mode, in the same coordinates: the
+    /// information of the data relative to the prior, whose precision is one.
     pub information: DMatrix<f64>,
     /// Posterior covariance in the same coordinates (Laplace).
     pub spread: DMatrix<f64>,
-    /// What each of those coordinates is.
+    /// Slots of these coordinates.
     pub slots: Vec<Slot>,
     /// The free parameters.
     pub estimates: Vec<Estimate>,
-    /// Those whose prior excludes the data; their numbers are the prior's, not the data's.
+    /// Parameters with a prior-data conflict. Their estimates are determined by the prior.
     pub strained: Vec<Strain>,
     /// Covariance of the free parameters, in their units.
     pub covariance: DMatrix<f64>,
     /// −log p(data | values).
     pub cost: f64,
-    /// log p(data | model), Laplace's approximation.
+    /// log p(data | model) by Laplace's approximation.
     pub log_evidence: f64,
-    /// The noise that was stated, or found.
+    /// The stated or estimated noise.
     pub channels: Channels,
-    /// Whether the search came to rest.
+    /// Whether the search converged.
     pub converged: bool,
-    /// By how much its last step lowered the cost.
+    /// Decrease of the cost in the last step.
     pub falling: f64,
-    /// How many of how many starts came within one unit of log density of the best, as far as short searches go.
+    /// Number of starts whose short search ended within one unit of log density of the best, and number of
+    /// starts.
     pub agreement: (usize, usize),
 }
 
 impl Fit {
-    /// The posterior for `model.toml`: what the data do not hold is left out.
+    /// The posterior for `model.toml`, restricted to the identified parameters.
     pub fn posterior(&self) -> Option<Posterior> {
         let kept: Vec<usize> = (0..self.estimates.len()).filter(|&k| self.estimates[k].identified).collect();
         (!kept.is_empty()).then(|| Posterior {
@@ -119,19 +124,20 @@ impl Fit {
         })
     }
 
-    /// The estimate of a slot, by name.
+    /// The estimate of the slot `name`.
     pub fn estimate(&self, name: &str) -> Option<&Estimate> {
         self.estimates.iter().find(|e| e.name == name)
     }
 }
 
-/// Points followed to the end.
+/// Number of points that are refined to convergence.
 const POLISHED: usize = 2;
 
-/// Fit the free parameters of `model`, from `warm` starts (values of all slots) and random ones.
+/// Fit the free parameters of `model` from `warm` starts (values of all slots) and random starts.
 ///
 /// # Errors
-/// When no start has a finite density, a name in [`FitOptions::per_episode`] is unknown, or the user interrupts.
+/// When no start has a finite density, a name in [`FitOptions::per_episode`] is unknown, or the user
+/// interrupts.
 pub fn fit(
     likelihood: &dyn Likelihood,
     model: &Model,
@@ -160,8 +166,8 @@ pub fn fit(
     under_tuned(likelihood, &target, (best, agreement), options, options.noise_rounds, watch)
 }
 
-/// The lowest of some starts, if it lies below all the points to which cheaper densities led: these may lead uphill, as
-/// away from the moment of an event.
+/// The start with the lowest cost, if it lies below all of the `points`. Searches on a cheaper density can
+/// increase the cost, for example near the time of an event.
 fn lower(
     target: &Target<'_>,
     starts: &[Vec<f64>],
@@ -176,10 +182,10 @@ fn lower(
     Ok(best.filter(|best| found.is_none_or(|found| best.0 < found.0)).map(|(_, point)| point))
 }
 
-/// Decrease of the cost, nats, below which estimating the noise once more is not worth it.
+/// Decrease of the cost, nats, below which the noise is not estimated again.
 const NOISE_SETTLED: f64 = 0.1;
 
-/// Where the noise is not stated it is estimated, and the fit repeated under it, in at most so many rounds.
+/// Estimates unstated noise and repeats the fit under it, for at most `rounds` rounds.
 fn under_tuned(
     likelihood: &dyn Likelihood,
     target: &Target<'_>,
@@ -204,7 +210,7 @@ fn under_tuned(
     under_tuned(&*tuned, &again, (best, agreement), options, rounds, watch)
 }
 
-/// Where the better of some near starts leads, by its usual name.
+/// Refines the better of some nearby starts and brings it to canonical form.
 fn followed(
     target: &Target<'_>,
     starts: Vec<Vec<f64>>,
@@ -218,7 +224,7 @@ fn followed(
     }
 }
 
-/// The best optimum from some points, by its usual name.
+/// Refines some points, returns the best optimum and brings it to canonical form.
 fn settled(
     target: &Target<'_>,
     points: Vec<Vec<f64>>,
@@ -232,8 +238,8 @@ fn settled(
     }
 }
 
-/// The densities that a start is led through, the one that sorts the starts last: cheaper ones over the same
-/// coordinates where there are such.
+/// Densities through which each start passes: cheaper ones over the same coordinates first, if available. The
+/// last one ranks the starts.
 pub(crate) fn ladder<'a>(
     likelihood: &'a dyn Likelihood,
     model: &'a Model,
@@ -242,13 +248,13 @@ pub(crate) fn ladder<'a>(
     rungs(&Target::new(likelihood, model, &options.per_episode)?, likelihood, options)
 }
 
-/// The same for a target, which is that of the likelihood.
+/// The same for an existing target of the likelihood.
 fn rungs<'a>(
     full: &Target<'a>,
     likelihood: &'a dyn Likelihood,
     options: &FitOptions,
 ) -> Result<Vec<Target<'a>>, InferError> {
-    // Thinned recordings may lack an episode whose own parameters are asked for.
+    // A thinned recording may omit an episode that has its own parameters.
     let fits = |cheaper: &Target<'_>| cheaper.dimension() == full.dimension();
     let cheaper = |l| full.over(l, &options.per_episode).ok().filter(fits);
     let whole = || Ok(vec![full.over(likelihood, &options.per_episode)?]);
@@ -264,7 +270,7 @@ fn finish(
     mut optimum: Optimum,
     agreement: Agreement,
 ) -> Result<Fit, InferError> {
-    // Where the data do not hold an angle the search may go round and round.
+    // A search can go round the circle of an angle that the data do not determine.
     for (k, z) in optimum.point.iter_mut().enumerate() {
         *z = on_circle(&target.slot(k).prior, *z);
     }
@@ -306,7 +312,7 @@ fn finish(
     })
 }
 
-/// Posterior precision in `z`, no flatter than a circle or a prior allows.
+/// Posterior precision in `z`, at least that of the prior or of the circle of an angle.
 fn precision(curvature: &DMatrix<f64>, target: &Target<'_>) -> DMatrix<f64> {
     let mut precision = curvature.clone();
     for k in 0..precision.nrows() {
@@ -328,7 +334,7 @@ fn invert(precision: &DMatrix<f64>) -> (DMatrix<f64>, f64) {
     }
 }
 
-/// An angle, which is its own coordinate, taken from the middle of its circle; anything else as it is.
+/// An angle wrapped to the period around zero; any other value unchanged.
 fn on_circle(prior: &Prior, value: f64) -> f64 {
     match prior {
         Prior::Angle(period) => value - period * (value / period - 0.5).ceil(),
@@ -336,8 +342,9 @@ fn on_circle(prior: &Prior, value: f64) -> f64 {
     }
 }
 
-/// A wheel turned by a quarter with its coefficients swapped is the same wheel: name the direction of least
-/// friction "along". Angles are taken from the middle of their circle. `None` where all is well.
+/// Canonical form of a point, or `None` if it already has it. A wheel turned by a quarter with exchanged
+/// coefficients is the same wheel: "along" is the direction of lower friction. Angles are wrapped around
+/// zero.
 pub(crate) fn canonical(target: &Target<'_>, point: &[f64]) -> Option<Vec<f64>> {
     if target.has_own() {
         return None;
@@ -349,7 +356,7 @@ pub(crate) fn canonical(target: &Target<'_>, point: &[f64]) -> Option<Vec<f64>> 
         let [angle, along, across] = [2, 3, 4].map(|k| first + k);
         first += effect.values.len();
         let free = |s: usize| slots[s].value.is_none();
-        // Only a prior that is itself the same after a quarter turn leaves the density as it was.
+        // A quarter turn leaves the density unchanged only if the prior is symmetric too.
         let turns = effect.kind == Kind::ViscousWheel
             && free(angle)
             && free(along)
@@ -367,7 +374,8 @@ pub(crate) fn canonical(target: &Target<'_>, point: &[f64]) -> Option<Vec<f64>> 
     (values != before).then(|| target.point(&values))
 }
 
-/// Values of a richer model's slots, taken by name from a fit of a simpler one; the rest from `fill`.
+/// Values for the slots of a richer model, taken by name from the fit of a simpler one; `fill` supplies the
+/// remaining ones.
 pub fn carried(from: &Fit, to: &Model, fill: &[f64]) -> Vec<f64> {
     let known: std::collections::BTreeMap<String, f64> =
         from.model.slots().into_iter().filter_map(|s| s.value.map(|v| (s.name, v))).collect();

@@ -1,44 +1,45 @@
-//! Places on the body: a wheel stands under the footprint, not merely within its extent; a mass centre lies within its hull.
+//! Footprint prior: restricts places on the body to the footprint. A wheel lies under the footprint, and a
+//! mass centre lies within its convex hull.
 //!
-//! The coordinates of a place are searched one by one, uniform over the footprint's extent. Where
-//! the footprint is not that rectangle, the prior density of the place is multiplied by
-//! `exp(−d²/2s²)/S`, with `d` the distance outside of the shape, `s` [`SKIRT`] of its longer
-//! extent, and `S` the mean of that factor under the coordinates' own priors, so that the density
-//! stays normalised. A hard edge would leave a search nothing to follow back inside; an outline is
-//! not known much better than `s` either.
+//! The two coordinates of a place have independent priors, uniform over the bounding box of the footprint.
+//! Where the footprint is not that rectangle, the prior density of the place is multiplied by
+//! `exp(−d²/2s²)/S`. Here `d` is the distance outside the shape, `s` is [`EDGE_SCALE`] times the longer side
+//! of the bounding box, and `S` is the mean of the factor under the coordinates' priors, so that the density
+//! stays normalised. The smooth edge gives a search a gradient back into the shape.
 
 use crate::truncated::quantile;
 use trundle_model::{Body, Fixture, Kind, Model, Prior};
 
-/// Scale on which the density vanishes outside of the footprint, as part of its longer extent.
+/// Scale on which the density decays outside the footprint, as a share of the longer side of the bounding
+/// box.
 const SKIRT: f64 = 0.005;
 
-/// Points along a side of the grid over which the factor is averaged.
+/// Grid points along each side for the average of the factor.
 const GRID: usize = 96;
 
-/// One place on the body.
+/// Prior of one place on the body.
 #[derive(Clone, Debug)]
 pub struct Footing {
-    /// Slots of its coordinates x and y.
+    /// Slots of the coordinates x and y.
     pub(crate) slots: [usize; 2],
     body: Body,
     skirt: f64,
     log_share: f64,
 }
 
-/// A place's part in the cost of the prior.
+/// Contribution of a footprint prior to the cost.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct Pull {
     /// `d²/2s² + ln S`.
     pub cost: f64,
     /// The residual `d/s`.
     pub residual: f64,
-    /// Its slopes by the place's coordinates, 1/m.
+    /// Derivatives of the residual by the place's coordinates, 1/m.
     pub slopes: [f64; 2],
 }
 
 impl Footing {
-    /// The place's part in the cost at `point`, m, object frame.
+    /// Penalty at `point`, m, object frame.
     pub(crate) fn pull(&self, point: [f64; 2]) -> Pull {
         let (distance, slopes) = self.body.outside(point);
         let residual = distance / self.skirt;
@@ -46,10 +47,10 @@ impl Footing {
         Pull { cost, residual, slopes: slopes.map(|s| s / self.skirt) }
     }
 
-    /// The places of a model that its footprint restricts: those of which a coordinate is free,
-    /// under a shape that does not fill its extent.
+    /// Footprint priors of a model: one for each place with a free coordinate, if the shape does not fill its
+    /// bounding box.
     ///
-    /// `value(slot, z)` is a slot's value at `z`, or its given one.
+    /// `value(slot, z)` returns the value of a slot at `z`, or its fixed value.
     pub(crate) fn all(model: &Model, value: &dyn Fn(usize, f64) -> f64) -> Vec<Self> {
         let [low, high] = model.body.bounds();
         let skirt = SKIRT * (high[0] - low[0]).max(high[1] - low[1]);
@@ -57,14 +58,15 @@ impl Footing {
             let body = if kind.is_mass_centre() { model.body.with_hull() } else { model.body.clone() };
             let footing = Self { slots, body, skirt, log_share: 0.0 };
             let share = footing.share(value);
-            // All inside; or given outside of it, where the footprint says nothing.
+            // A share of one means that the shape covers the prior. A share of zero means that a fixed
+            // coordinate lies outside the footprint, so that the footprint does not restrict the place.
             let restricts = share < 1.0 && share > 1e-12;
             restricts.then(|| Self { log_share: share.ln(), ..footing })
         };
         places(model).into_iter().filter_map(one).collect()
     }
 
-    /// Mean of the factor `exp(−d²/2s²)` under the coordinates' own priors.
+    /// Mean of the factor `exp(−d²/2s²)` under the coordinates' priors.
     fn share(&self, value: &dyn Fn(usize, f64) -> f64) -> f64 {
         if fills_extent(&self.body) {
             return 1.0;
@@ -77,7 +79,7 @@ impl Footing {
     }
 }
 
-/// Whether a shape is its own extent: a rectangle along the axes, or a point.
+/// Whether a shape fills its bounding box: an axis-aligned rectangle or a point.
 fn fills_extent(body: &Body) -> bool {
     let [low, high] = body.bounds();
     let at_corner = |p: &[f64; 2]| (0..2).all(|k| p[k] == low[k] || p[k] == high[k]);
@@ -94,7 +96,7 @@ fn fills_extent(body: &Body) -> bool {
     }
 }
 
-/// Slots of the coordinates of every place of which one is free, and the kind that acts there.
+/// Places with a free coordinate: the kind of the effect, and the slots of the coordinates.
 fn places(model: &Model) -> Vec<(Kind, [usize; 2])> {
     let slots = model.slots();
     let (mut found, mut first) = (vec![], 1);

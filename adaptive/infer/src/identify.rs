@@ -1,75 +1,77 @@
-//! What the data hold of a fit's parameters together: the spectrum of the Fisher information, and the
-//! combinations that are known where the parameters are not.
+//! Joint identifiability of a fit's parameters: the spectrum of the Fisher information, and identified
+//! combinations of unidentified parameters.
 //!
-//! All is measured against the prior, in coordinates `z` in which it is standard normal: a direction along which
-//! the likelihood curves `λ` times as much as the prior has the posterior standard deviation `1/√(1 + λ)`.
+//! All quantities are relative to the prior, in coordinates `z` in which it is standard normal. A direction
+//! with `λ` times the curvature of the prior has the posterior standard deviation `1/√(1 + λ)`.
 
 use crate::{Estimate, Fit};
 use nalgebra::{DMatrix, DVector, SymmetricEigen};
 use std::collections::BTreeMap;
 use trundle_model::{Prior, Slot};
 
-/// Posterior over prior standard deviation below which a direction is held, as for single parameters.
+/// Ratio of posterior to prior standard deviation below which a direction is identified, as for single
+/// parameters.
 const HELD: f64 = 0.3;
 
-/// A ratio of positive quantities must also be known within a factor of e^½.
+/// Maximum standard deviation of the logarithm of an identified ratio or product: a factor of e^½.
 const FACTOR: f64 = 0.5;
 
-/// Parts of a direction smaller than this share of its largest are not named.
+/// Minimum size of a named component of a direction, as a share of the largest.
 const DOMINANT: f64 = 0.3;
 
-/// What the data hold, and what they do not.
+/// Identified and unidentified directions and parameters.
 #[derive(Clone, Debug, PartialEq)]
 pub struct Identifiability {
-    /// Principal directions of the information, the best known first.
+    /// Principal directions of the information, the best determined first.
     pub directions: Vec<Direction>,
-    /// How many of them the data hold.
+    /// Number of identified directions.
     pub held: usize,
-    /// Known combinations of parameters that are themselves not identified.
+    /// Identified combinations of unidentified parameters.
     pub combinations: Vec<Combination>,
-    /// Parameters neither identified nor part of a known combination.
+    /// Parameters that are neither identified nor part of an identified combination.
     pub unknown: Vec<String>,
 }
 
 /// A principal direction of the information in `z`.
 #[derive(Clone, Debug, PartialEq)]
 pub struct Direction {
-    /// How often more than the prior the data know it; an angle has no prior and is taken in rad.
+    /// Information of the data relative to that of the prior; for an angle in 1/rad².
     pub information: f64,
-    /// Posterior standard deviation along it, in prior ones.
+    /// Posterior standard deviation along the direction, in prior standard deviations.
     pub sd: f64,
-    /// Whether the data hold it.
+    /// Whether the direction is identified.
     pub held: bool,
-    /// Its dominant parts: parameters and their weights, of a vector of unit length.
+    /// Dominant components: parameters and their weights in a unit vector.
     pub parts: Vec<(String, f64)>,
 }
 
 /// A combination of parameters.
 #[derive(Clone, Debug, PartialEq)]
 pub enum Combination {
-    /// The quotient of two positive parameters.
+    /// Quotient of two positive parameters.
     Ratio(Pair),
-    /// The product of two positive parameters.
+    /// Product of two positive parameters.
     Product(Pair),
-    /// A sum of parameters in prior units, with weights and its posterior standard deviation in prior ones.
+    /// Weighted sum of parameters in prior standard deviations, with its posterior standard deviation in the
+    /// same unit.
     Sum {
         /// Parameters and their weights.
         parts: Vec<(String, f64)>,
-        /// Posterior over prior standard deviation.
+        /// Ratio of posterior to prior standard deviation.
         sd: f64,
     },
 }
 
-/// Two parameters of which a quotient or a product is known.
+/// Two parameters with an identified quotient or product.
 #[derive(Clone, Debug, PartialEq)]
 pub struct Pair {
-    /// Names; the first divided by, or times, the second.
+    /// Names of the first and the second factor, or of the dividend and the divisor.
     pub names: [String; 2],
     /// Their units.
     pub units: [&'static str; 2],
-    /// The value in their SI units.
+    /// Value in SI units.
     pub value: f64,
-    /// Its relative standard deviation.
+    /// Relative standard deviation.
     pub relative_sd: f64,
 }
 
@@ -94,7 +96,7 @@ impl Pair {
 }
 
 impl Fit {
-    /// What the data hold, and what they do not.
+    /// Joint identifiability of the parameters.
     pub fn identifiability(&self) -> Identifiability {
         let directions = directions(&self.information, &self.slots);
         let combinations = combinations(self);
@@ -110,7 +112,7 @@ impl Fit {
 }
 
 impl Combination {
-    /// The parameters in it.
+    /// Parameters of the combination.
     pub fn names(&self) -> impl Iterator<Item = &String> {
         let (pair, parts): (&[String], &[(String, f64)]) = match self {
             Self::Ratio(p) | Self::Product(p) => (&p.names, &[]),
@@ -129,7 +131,7 @@ fn directions(information: &DMatrix<f64>, slots: &[Slot]) -> Vec<Direction> {
         .map(|k| {
             let lambda = spectrum.eigenvalues[k].max(0.0);
             let vector = spectrum.eigenvectors.column(k).into_owned();
-            // Of an angle there is no prior: what is not known of it is its circle, about one radian.
+            // An angle has no prior; its period is about one radian.
             let sd = (1.0 + lambda).sqrt().recip();
             Direction { information: lambda, sd, held: sd < HELD, parts: dominant(&vector, slots) }
         })
@@ -138,7 +140,7 @@ fn directions(information: &DMatrix<f64>, slots: &[Slot]) -> Vec<Direction> {
     directions
 }
 
-/// The parts of a direction that make it up, largest first and that one positive.
+/// Dominant components of a direction, the largest first and positive.
 fn dominant(vector: &DVector<f64>, slots: &[Slot]) -> Vec<(String, f64)> {
     let largest = vector[vector.icamax()];
     let sign = if largest < 0.0 { -1.0 } else { 1.0 };
@@ -152,8 +154,8 @@ fn dominant(vector: &DVector<f64>, slots: &[Slot]) -> Vec<(String, f64)> {
     parts
 }
 
-/// Known combinations among the parameters that are not identified: quotients and products first, since they mean
-/// something to a person, then whatever else the covariance holds.
+/// Identified combinations of unidentified parameters: ratios and products first, since they are easier to
+/// interpret, then the remaining directions of the covariance.
 fn combinations(fit: &Fit) -> Vec<Combination> {
     let open: Vec<usize> = (0..fit.estimates.len()).filter(|&k| !fit.estimates[k].identified).collect();
     let pairs = pairs(fit, &open);
@@ -163,7 +165,7 @@ fn combinations(fit: &Fit) -> Vec<Combination> {
     pairs.into_iter().chain(sums).collect()
 }
 
-/// Quotients and products of two, best known first, as many as are independent.
+/// Independent ratios and products, the best determined first.
 fn pairs(fit: &Fit, open: &[usize]) -> Vec<Combination> {
     let positive: Vec<(usize, f64)> =
         open.iter().filter_map(|&k| Some((k, spread(&fit.slots[k])?))).collect();
@@ -188,7 +190,7 @@ fn pairs(fit: &Fit, open: &[usize]) -> Vec<Combination> {
     known.into_iter().filter(independent).map(|(sd, ij, sign)| pair(fit, ij, sign, sd)).collect()
 }
 
-/// Spread of the logarithm of a positive parameter under its prior.
+/// Prior standard deviation of the logarithm of a positive parameter.
 fn spread(slot: &Slot) -> Option<f64> {
     match slot.prior {
         Prior::LogNormal { sd, .. } => Some(sd),
@@ -211,7 +213,7 @@ fn pair(fit: &Fit, [i, j]: [usize; 2], sign: f64, relative_sd: f64) -> Combinati
     if sign < 0.0 { Combination::Ratio(pair) } else { Combination::Product(pair) }
 }
 
-/// Held directions of the posterior covariance of some parameters, whatever the others are.
+/// Identified directions of the marginal posterior covariance of some parameters.
 fn sums(fit: &Fit, open: &[usize]) -> Vec<Combination> {
     if open.len() < 2 {
         return vec![];
@@ -222,7 +224,7 @@ fn sums(fit: &Fit, open: &[usize]) -> Vec<Combination> {
     let sum = |k: usize| {
         let vector = spectrum.eigenvectors.column(k).into_owned();
         let parts = dominant(&vector, &slots);
-        // What is named must be known, not what it is part of.
+        // The criterion applies to the named components, not to the whole direction.
         let named = DVector::from_fn(open.len(), |a, _| {
             if parts.iter().any(|(name, _)| *name == slots[a].name) { vector[a] } else { 0.0 }
         })

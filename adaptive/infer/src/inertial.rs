@@ -1,11 +1,13 @@
-//! The likelihood of the wrench that a motion needs, inertia included (eq. 4 read backwards).
+//! Likelihood of the wrench that a motion requires, inertia included (inverse dynamics; eq. 4 solved for the
+//! wrench).
 //!
 //! ```text
 //! r = M a − laws(x) − recorded,   cov r = M A Mᵀ + D V Dᵀ + diag(σ_f², σ_f², σ_τ²)
 //! ```
-//! `A` and `V` are the smoother's covariances of acceleration and twist, `M` the mass matrix about the object origin,
-//! `D` the drag of the laws. σ, estimated, is what readings and laws leave over. No simulation, so no start state and
-//! no drift; but what the smoother rounds off is lost, and near a locked wheel the twist is known too badly.
+//! `A` and `V` are the smoother's covariances of acceleration and twist, `M` is the mass matrix about the
+//! object origin, and `D` is the damping matrix of the laws. The estimated σ covers the error of readings and
+//! laws. The method runs no simulation, so it has neither an initial state nor drift. It cannot recover
+//! motion that the smoother removes, and near a locked wheel the twist is too uncertain.
 
 use crate::curve::Curve;
 use crate::likelihood::{Likelihood, Linearised};
@@ -20,19 +22,19 @@ use trundle_model::{
 };
 use trundle_record::{Motion, Noise, Prepared};
 
-/// Derivatives carried at once.
+/// Maximum number of parameters differentiated together.
 const WIDTH: usize = 8;
 
-/// From one sample to the next, s: about what the smoother averages over, so that their errors are independent.
+/// Interval between samples, s: about the averaging time of the smoother, so that the errors are independent.
 const SPACING: f64 = 0.1;
 
-/// Samples of an episode below which nothing is said.
+/// Minimum number of samples.
 const FEWEST: usize = 3;
 
-/// An unknown scatter is log-normal with this standard deviation of its logarithm.
+/// Prior standard deviation of the logarithm of an unknown scatter.
 const SPREAD: f64 = 1.0;
 
-/// Motion at one time, object axes, and the wrench read around it.
+/// Motion at one time, object axes, and the wrench reading around it.
 #[derive(Clone, Debug)]
 struct Sample {
     episode: usize,
@@ -42,37 +44,38 @@ struct Sample {
     accel: [f64; 3],
     /// Covariances of acceleration and twist, object axes.
     covariance: [Matrix3<f64>; 2],
-    /// Mean reading, reading axes, and the pose of these in the object frame.
+    /// Mean reading, reading axes, and the pose of the reading frame in the object frame.
     reading: [f64; 3],
     frame: [f64; 3],
-    /// All readings of its episode.
+    /// All readings of the episode.
     curve: Arc<Curve>,
 }
 
-/// Compares the wrench that a recorded motion needs with the one that was read, at poses while it moves.
+/// Compares the wrench that a recorded motion requires with the recorded wrench, at poses where the object
+/// moves.
 #[derive(Clone)]
 pub struct InertialLikelihood {
     samples: Vec<Sample>,
     episodes: Vec<String>,
     dof: [bool; 3],
-    /// Medians of the scatter: N, N·m.
+    /// Prior medians of the scatter: N, N·m.
     median: [f64; 2],
     loss: Loss,
     channels: Channels,
 }
 
 impl InertialLikelihood {
-    /// From the episodes to be fitted.
+    /// Likelihood of the given episodes.
     ///
     /// # Errors
-    /// When too little moves under a wrench.
+    /// When fewer than three samples of motion under a wrench are found.
     pub fn new(episodes: &[Prepared], noise: &Noise, dof: [bool; 3]) -> Result<Self, InferError> {
         let of = |(index, episode): (usize, &Prepared)| samples(index, episode, noise);
         let samples: Vec<Sample> = episodes.iter().enumerate().flat_map(of).collect();
         if samples.len() < FEWEST {
             return Err(InferError::NoData {
                 recording: "the fit".to_owned(),
-                reason: format!("only {} samples of motion under a wrench are left", samples.len()),
+                reason: format!("only {} samples of motion under a wrench are left; at least {MIN_SAMPLES} are required", samples.len()),
                 remedy: "record pushes that move the object further than the tracker's noise".to_owned(),
             });
         }
@@ -86,19 +89,19 @@ impl InertialLikelihood {
         })
     }
 
-    /// The same with residuals distributed so.
+    /// The same likelihood with another distribution of residuals.
     #[must_use]
     pub fn with_loss(self, loss: Loss) -> Self {
         Self { loss, ..self }
     }
 
-    /// The same with some of its episodes.
+    /// The same likelihood over a subset of the episodes.
     #[must_use]
     pub fn only(&self, keep: impl Fn(usize) -> bool) -> Self {
         Self { samples: self.samples.iter().filter(|s| keep(s.episode)).cloned().collect(), ..self.clone() }
     }
 
-    /// Number of samples compared.
+    /// Number of compared samples.
     pub fn observations(&self) -> usize {
         self.samples.len()
     }
@@ -107,7 +110,7 @@ impl InertialLikelihood {
         self.dof.iter().filter(|&&moves| moves).count() as f64
     }
 
-    /// Residual and covariance of a sample; blocked directions neither count nor matter.
+    /// Residual and covariance of a sample. Blocked directions have no effect.
     fn compare<T: Real>(&self, s: &Sample, plant: &Plant<T>, scatter: [T; 2]) -> ([T; 3], [[T; 3]; 3]) {
         let state = State::moving(s.state.pose.map(T::lift), s.state.twist.map(T::lift));
         let action = plant.action(&state, s.clock);
@@ -159,7 +162,7 @@ impl InertialLikelihood {
         if cost.is_finite() { cost } else { f64::INFINITY }
     }
 
-    /// One sample's part; slopes by up to [`WIDTH`] columns at a time.
+    /// Contribution of one sample, with derivatives by up to [`WIDTH`] columns at a time.
     fn linearise_one(&self, sample: &Sample, groups: &[Group], n: usize) -> Linearised {
         let mut sum = Linearised::sum(n, []);
         let mut columns: Vec<(Vector3<f64>, Matrix3<f64>)> = Vec::with_capacity(n);
@@ -183,7 +186,7 @@ impl InertialLikelihood {
             let square = whitened.dot(r) - 0.5 * whitened.dot(&(s * whitened));
             sum.gradient[i] = charge.weight * square + 0.5 * s.trace();
             for (j, (other, t)) in columns.iter().enumerate() {
-                // Fisher's information of a normal vector's mean and covariance.
+                // Fisher information of the mean and the covariance of a normal vector.
                 let scale = charge.curvature / charge.weight;
                 sum.curvature[(i, j)] = charge.curvature * r.dot(other) + 0.5 * scale * (s * t).trace();
             }
@@ -192,7 +195,7 @@ impl InertialLikelihood {
     }
 }
 
-/// A plant with some of the free parameters as variables.
+/// A plant with some of the free parameters as dual variables.
 struct Group {
     plant: Plant<Dual<WIDTH>>,
     scatter: [Dual<WIDTH>; 2],
@@ -274,13 +277,13 @@ impl Likelihood for InertialLikelihood {
         self.episodes.iter().enumerate().map(one).collect()
     }
 
-    /// σ is estimated with the parameters, not after them.
+    /// σ is estimated together with the parameters.
     fn tuned(&self, _: &Model, _: &[f64]) -> Result<Option<Box<dyn Likelihood + '_>>, InferError> {
         Ok(None)
     }
 }
 
-/// An episode's samples: where it surely moves, so far apart.
+/// Samples of an episode: poses at which the object moves, at least [`SAMPLE_SPACING_S`] apart.
 fn samples(index: usize, episode: &Prepared, noise: &Noise) -> Vec<Sample> {
     let mut found: Vec<Sample> = vec![];
     let mut next = episode.contact + 0.5 * SPACING;

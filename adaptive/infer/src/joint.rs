@@ -1,25 +1,25 @@
-//! Several recordings of one object, fitted together.
+//! Joint likelihood of several recordings of one object.
 
 use crate::likelihood::{Likelihood, Linearised, Look};
 use crate::{Channels, InferError};
 use trundle_model::{Model, Slot};
 
-/// The sum of likelihoods: each recording keeps its own noise, frames and rates.
+/// Sum of likelihoods. Each recording keeps its own noise, frames and rates.
 pub struct Joint<'a> {
     parts: Vec<Box<dyn Likelihood + 'a>>,
 }
 
 impl<'a> Joint<'a> {
-    /// Of at least one likelihood.
+    /// Joins at least one likelihood.
     ///
     /// # Errors
-    /// When there is none.
+    /// When `parts` is empty.
     pub fn new(parts: Vec<Box<dyn Likelihood + 'a>>) -> Result<Self, InferError> {
         if parts.is_empty() {
             return Err(InferError::NoData {
                 recording: "the fit".to_owned(),
                 reason: "no recording is given".to_owned(),
-                remedy: "name at least one".to_owned(),
+                remedy: "give at least one recording".to_owned(),
             });
         }
         Ok(Self { parts })
@@ -52,12 +52,12 @@ impl Likelihood for Joint<'_> {
         }))
     }
 
-    /// The first recording's.
+    /// Noise of the first recording.
     fn channels(&self) -> Channels {
         self.parts[0].channels()
     }
 
-    /// The first recording's: scatter in the same units is shared.
+    /// Noise parameters of the first recording. Recordings share the scatter.
     fn noise(&self) -> Vec<Slot> {
         self.parts[0].noise()
     }
@@ -84,7 +84,7 @@ impl Likelihood for Joint<'_> {
     }
 }
 
-/// A likelihood that somebody else owns.
+/// A borrowed likelihood.
 struct Borrowed<'a>(&'a dyn Likelihood);
 
 impl Likelihood for Borrowed<'_> {

@@ -1,8 +1,8 @@
-//! Physics-Based Regression: what a recording says about a model's parameters.
+//! Physics-based regression: estimation of a model's parameters from recordings.
 //!
-//! A [`Likelihood`] compares a model with a recording; [`fit`] maximises the posterior density on
-//! exact gradients from several seeded starts; [`Fit`] says what was found, how well it is known,
-//! and how much evidence the data hold for the model.
+//! A [`Likelihood`] compares a model with a recording. [`fit`] maximises the posterior density from several
+//! seeded starts with gradients of the likelihood. The resulting [`Fit`] holds the estimates, their
+//! covariance and the log evidence of the model.
 
 mod bandwidth;
 mod baseline;

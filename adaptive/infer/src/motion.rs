@@ -1,4 +1,4 @@
-//! The likelihood of the motion under the recorded wrench (eq. 5, 6), by prediction errors.
+//! Likelihood of the motion under the recorded wrench (eq. 5, 6), by prediction errors of a filter.
 
 use crate::brent::best_factor;
 use crate::filter::{Filtering, Innovation, Passage, Residual, Response, filter};
@@ -11,39 +11,40 @@ use std::sync::Arc;
 use trundle_model::Model;
 use trundle_record::{Noise, Prepared};
 
-/// Poses under a wrench whose noise drives the motion, whose tare is uncertain in each episode,
-/// and whose sum with the laws the model must explain.
+/// Likelihood of the poses given the recorded wrench. The noise of the wrench drives the motion, and the tare
+/// is uncertain in each episode.
 #[derive(Clone)]
 pub struct MotionLikelihood {
     tracks: Arc<[Track]>,
-    /// The same in longer steps.
+    /// The same episodes in longer steps.
     thin: Arc<[Track]>,
     coarse: Option<Arc<MotionLikelihood>>,
     rests: Rests,
     channels: Channels,
-    /// Factor on the noise of poses, beside that of `channels`.
+    /// Factor on the pose noise, in addition to that in `channels`.
     blur: f64,
     stated: bool,
 }
 
-/// Factors by which estimated noise may differ from the guess before: of readings, and of poses.
+/// Range of factors on the initial guess of unstated noise, of readings and of poses.
 const READING_RANGE: (f64, f64) = (0.02, 50.0);
 const POSE_RANGE: (f64, f64) = (0.3, 3.0);
 
-/// Factor on the poses' noise for a first search from afar. Where poses hardly correct the simulation, its error grows
-/// along a whole push and leads to the wheel from far away; where each sample corrects it, optima abound.
+/// Factor on the pose noise in a first search from distant starts. With weak corrections by the poses, the
+/// error of the simulation grows along a whole push and gives a smooth path to the wheel. With full
+/// corrections the density has many local optima.
 const BLUR: f64 = 300.0;
-/// What it looks at of each push, s: over minutes such a simulation is lost.
+/// Duration of each push in that search, s: over minutes such a simulation diverges.
 const FROM_AFAR: f64 = 8.0;
 
-/// Up to three episodes, evenly among all.
+/// Up to three episodes, evenly spaced.
 fn spread(tracks: &[Track]) -> impl Iterator<Item = &Track> {
     let every = tracks.len().div_ceil(3).max(1);
     tracks.iter().step_by(every)
 }
 
 impl MotionLikelihood {
-    /// From the episodes to be fitted.
+    /// Likelihood of the given episodes.
     ///
     /// # Errors
     /// When an episode is too short.
@@ -65,21 +66,21 @@ impl MotionLikelihood {
         Ok(Self { thin: thin.into(), rests, ..of(fine, 1.0, Some(coarse)) })
     }
 
-    /// The same in steps three times as long, where there is such: for telling what is worth a closer look.
+    /// The same likelihood in steps three times as long, where available, for ranking candidates.
     #[must_use]
     pub fn thinned(&self) -> Self {
         let tracks = if self.thin.is_empty() { &self.tracks } else { &self.thin };
         Self { tracks: tracks.clone(), ..self.clone() }
     }
 
-    /// The same with other noise.
+    /// The same likelihood with other noise.
     #[must_use]
     pub fn with_channels(&self, channels: Channels) -> Self {
         let coarse = self.coarse.as_ref().map(|c| Arc::new(c.with_channels(channels)));
         Self { channels: channels.scaled(self.blur, 1.0), coarse, ..self.clone() }
     }
 
-    /// The same with some of its episodes.
+    /// The same likelihood over a subset of the episodes.
     #[must_use]
     pub fn only(&self, keep: impl Fn(usize) -> bool) -> Self {
         let kept = |tracks: &[Track]| {
@@ -99,7 +100,7 @@ impl MotionLikelihood {
         self.stated
     }
 
-    /// The innovations of each episode; `None` where the model cannot be evaluated.
+    /// Innovations of each episode; `None` if the model cannot be evaluated.
     ///
     /// # Errors
     /// When `values` has the wrong length.
@@ -113,7 +114,7 @@ impl MotionLikelihood {
         Ok(self.tracks.par_iter().map(run).collect())
     }
 
-    /// The wrench that the model misses along each episode, when it is left free to wander.
+    /// Missing wrench along each episode, estimated as a random walk.
     ///
     /// # Errors
     /// When `values` has the wrong length.
@@ -122,7 +123,7 @@ impl MotionLikelihood {
         Ok(self.tracks.par_iter().map(|t| filter.smooth(t)).collect())
     }
 
-    /// Each episode as a linear system: what any missing wrench would do to the innovations.
+    /// Each episode as a linear system: the effect of a missing wrench on the innovations.
     ///
     /// # Errors
     /// When `values` has the wrong length.
@@ -131,7 +132,7 @@ impl MotionLikelihood {
         Ok(self.tracks.par_iter().map(|t| filter.response(t)).collect())
     }
 
-    /// Of each track and its index, on all cores; a lone one is not worth waking them.
+    /// Maps the tracks on all cores; a single track runs on the calling thread.
     fn each<T: Send>(&self, of: impl Fn(usize, &Track) -> T + Sync + Send) -> Vec<T> {
         match &*self.tracks {
             [alone] => vec![of(0, alone)],
@@ -144,14 +145,14 @@ impl MotionLikelihood {
     }
 }
 
-/// What the filter saw of each episode with one model, for asking what else would explain it.
+/// Filter results of each episode under one model, for linearising other models around it.
 pub struct Seen<'a> {
     tracks: &'a [Track],
     passages: Vec<Passage>,
 }
 
 impl MotionLikelihood {
-    /// What the filter sees with a model; `None` where the model cannot be evaluated.
+    /// Filters the episodes with a model; `None` if the model cannot be evaluated.
     ///
     /// # Errors
     /// When `values` has the wrong length.
@@ -163,15 +164,16 @@ impl MotionLikelihood {
 }
 
 impl Seen<'_> {
-    /// The whitened innovations of all episodes, one after the other.
+    /// Whitened innovations of all episodes, in order.
     pub fn residual(&self) -> DVector<f64> {
         let all: Vec<f64> =
             self.passages.iter().flat_map(|p| sensitivity::whitened(p).as_slice().to_vec()).collect();
         DVector::from_vec(all)
     }
 
-    /// Their derivatives by the slots `free` of a model that does the same at `values` as the one that was seen, with
-    /// the filter's gains held: of each episode, three rows a pose sample, one column a slot.
+    /// Derivatives of the innovations by the slots `free`, one matrix for each episode with three rows for
+    /// each pose sample and one column for each slot. The filter's gains are held fixed. At `values`, `model`
+    /// must behave as the filtered model.
     ///
     /// # Errors
     /// When `values` has the wrong length.
@@ -198,7 +200,7 @@ impl Likelihood for MotionLikelihood {
         self.look(model, values, free, true)?.linearise()
     }
 
-    /// The filter keeps what the derivatives need.
+    /// The filter run is kept for the derivatives.
     fn look<'a>(
         &'a self,
         model: &'a Model,
@@ -247,8 +249,8 @@ impl Likelihood for MotionLikelihood {
 }
 
 impl MotionLikelihood {
-    /// Factors on pose and reading noise that maximise the likelihood at these values, one after the
-    /// other.
+    /// The same likelihood with noise factors that maximise it at the given values: first that of the
+    /// readings, then that of the poses.
     ///
     /// # Errors
     /// When `values` has the wrong length.

@@ -1,11 +1,11 @@
-//! The profile of one parameter: how much worse the data can be explained when it is held elsewhere, all others
-//! taking the values that suit best (Bates & Watts 1988, section 6.1).
+//! Profile likelihood of one parameter: the increase of the cost when the parameter is fixed and all others
+//! are optimised (Bates & Watts 1988, section 6.1).
 //!
 //! ```text
-//! D(φ) = 2 (min over the others of cost at φ − the least of all);   90 % of D under χ²₁ lie below 2.71
+//! D(φ) = 2 (min over the others of cost at φ − global minimum);   90 % of D under χ²₁ lie below 2.71
 //! ```
-//! The parameter's own prior is left out, those of the others stay: a profile that does not rise says that the data
-//! do not hold the parameter, whatever the curvature at the mode says.
+//! The prior of the profiled parameter is left out; the priors of the others remain. A profile that does not
+//! rise shows that the data do not determine the parameter, whatever the curvature at the mode.
 
 use crate::levenberg::{self, Stop};
 use crate::{Density, Fit, InferError, Linearised, Target, Watch};
@@ -13,62 +13,64 @@ use rand::SeedableRng;
 use rand_chacha::ChaCha8Rng;
 use trundle_model::Prior;
 
-/// Quantile of χ² with one degree of freedom at 90 %.
+/// 90 % quantile of χ² with one degree of freedom.
 pub const NINETY: f64 = 2.705_543_454;
 
 const STOP: Stop = Stop { iterations: 25, decrease: 1e-3, measure_gradient: false };
 
-/// Prior standard deviations beyond which a profile is not followed.
+/// Prior standard deviations at which a profile ends.
 const REACH: f64 = 4.0;
 
-/// Deviance at which a walk has seen enough.
+/// Deviance at which one side of a profile ends.
 const ENOUGH: f64 = 3.0 * NINETY;
 
-/// Steps of a walk, in posterior standard deviations: the first, and how they grow.
-const STRIDE: (f64, f64) = (0.4, 1.15);
+/// First step, in posterior standard deviations, and growth factor of the steps.
+const FIRST_STRIDE_SD: f64 = 0.4;
+const STRIDE_GROWTH: f64 = 1.15;
 
-/// Steps to one side.
+/// Maximum number of steps on each side.
 const STEPS: usize = 24;
 
-/// Draws of the other parameters that look for another optimum where a walk has got.
+/// Random starts of the other parameters that search for further optima at a point.
 const DRAWS: usize = 3;
 
-/// What a profile looks like.
+/// Shape of a profile.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub enum Shape {
-    /// It rises to both sides.
+    /// The profile rises on both sides.
     TwoSided,
-    /// It rises only below: the data say "at least".
+    /// It rises only below: the data give a lower bound.
     AtLeast,
-    /// It rises only above: the data say "at most".
+    /// It rises only above: the data give an upper bound.
     AtMost,
-    /// It rises to neither side: the data say nothing.
+    /// It rises on neither side: the data give no bound.
     Flat,
 }
 
-/// A profile over a parameter.
+/// Profile of a parameter.
 #[derive(Clone, Debug, PartialEq)]
 pub struct Profile {
-    /// The parameter.
+    /// Name of the parameter.
     pub name: String,
     /// SI unit.
     pub unit: &'static str,
-    /// Values, rising.
+    /// Values in ascending order.
     pub values: Vec<f64>,
-    /// Deviance at each.
+    /// Deviance at each value.
     pub deviance: Vec<f64>,
-    /// Ends of the 90 % interval; `None` where it does not end within four prior standard deviations.
+    /// Ends of the 90 % interval; `None` for an end beyond four prior standard deviations.
     pub interval: [Option<f64>; 2],
-    /// What it looks like.
+    /// Shape of the profile.
     pub shape: Shape,
-    /// Values of local optima within the interval's deviance: more than one is an ambiguity.
+    /// Local optima within the deviance of the interval. More than one means that the estimate is ambiguous.
     pub modes: Vec<f64>,
 }
 
-/// Profile the coordinate `k` of `target` around a fit, at `grid` (values, SI), or where it is worth it.
+/// Profile the coordinate `k` of `target` around a fit, at the values `grid` (SI units) or at automatically
+/// chosen ones.
 ///
 /// # Errors
-/// When `k` is no coordinate, or the user interrupts.
+/// When `k` is not a coordinate, or the user interrupts.
 pub fn profile(
     target: &Target<'_>,
     fit: &Fit,
@@ -90,7 +92,7 @@ pub fn profile(
     Ok(read(target, k, &points))
 }
 
-/// One value of the parameter, with what suits it best.
+/// A value of the parameter, with the optimal other parameters.
 struct Point {
     z: f64,
     others: Vec<f64>,
@@ -104,7 +106,7 @@ struct Walker<'a> {
 }
 
 impl Walker<'_> {
-    /// The best point at `z`, searched from `others`.
+    /// Optimum at `z`, searched from `others`.
     fn at(&self, z: f64, others: &[f64]) -> Result<Point, InferError> {
         let slice = Slice { target: self.target, k: self.k, z };
         let clamp = |j, value| self.target.clamp(slice.place(j), value);
@@ -112,7 +114,7 @@ impl Walker<'_> {
         Ok(Point { z, others: found.point, cost: found.at.cost - slice.own_prior() })
     }
 
-    /// From the mode outwards, each point from the one before.
+    /// Profile from the mode outwards; each point starts from the previous one.
     fn around(&self, fit: &Fit) -> Result<Vec<Point>, InferError> {
         let sd = fit.spread[(self.k, self.k)].max(0.0).sqrt().clamp(1e-6, 1.0);
         let start = self.at(fit.point[self.k], &without(&fit.point, self.k))?;
@@ -137,7 +139,7 @@ impl Walker<'_> {
         Ok(points)
     }
 
-    /// The end of the range, if `z` is beyond it: half a circle, or the prior's reach.
+    /// End of the range if `z` lies beyond it: half a period, or the limit of the prior.
     fn beyond(&self, z: f64, mode: f64) -> Option<f64> {
         let (low, high) = match self.target.slot(self.k).prior {
             Prior::Angle(period) => (mode - period / 2.0, mode + period / 2.0),
@@ -160,7 +162,8 @@ impl Walker<'_> {
         Ok(points)
     }
 
-    /// Look for other optima at both ends and in the middle, and carry what is better to the neighbours.
+    /// Searches for other optima at both ends and in the middle, and passes improvements to neighbouring
+    /// points.
     fn second_look(&self, points: &mut [Point]) -> Result<(), InferError> {
         let n = points.len();
         let mut rng = ChaCha8Rng::seed_from_u64(0);
@@ -177,7 +180,7 @@ impl Walker<'_> {
         Ok(())
     }
 
-    /// Put a better optimum in a point's place, if there is one from `others`.
+    /// Replaces a point if the search from `others` finds a lower cost.
     fn improve(&self, point: &mut Point, others: &[f64]) -> Result<(), InferError> {
         let slice = Slice { target: self.target, k: self.k, z: point.z };
         if slice.cost(others)?.is_finite() {
@@ -190,7 +193,7 @@ impl Walker<'_> {
     }
 }
 
-/// The density with one coordinate held.
+/// The density with one coordinate fixed.
 struct Slice<'a> {
     target: &'a Target<'a>,
     k: usize,
@@ -198,7 +201,7 @@ struct Slice<'a> {
 }
 
 impl Slice<'_> {
-    /// The target's coordinate that is the `j`-th here.
+    /// Index in the target of the `j`-th coordinate of the slice.
     fn place(&self, j: usize) -> usize {
         if j < self.k { j } else { j + 1 }
     }
@@ -209,7 +212,7 @@ impl Slice<'_> {
         z
     }
 
-    /// What the prior of the held coordinate adds to the cost.
+    /// Contribution of the prior of the fixed coordinate to the cost.
     fn own_prior(&self) -> f64 {
         self.target.coordinates().prior_cost_of(self.target.parameter(self.k), self.z)
     }
@@ -238,7 +241,7 @@ fn without(z: &[f64], k: usize) -> Vec<f64> {
     z.iter().enumerate().filter(|(j, _)| *j != k).map(|(_, z)| *z).collect()
 }
 
-/// Interval, shape and modes of a profile's points.
+/// Interval, shape and modes of a profile.
 fn read(target: &Target<'_>, k: usize, points: &[Point]) -> Profile {
     let slot = target.slot(k);
     let least = points.iter().map(|p| p.cost).fold(f64::INFINITY, f64::min);
@@ -262,14 +265,14 @@ fn read(target: &Target<'_>, k: usize, points: &[Point]) -> Profile {
     Profile { name: slot.name, unit: slot.unit, values, deviance, interval, shape, modes }
 }
 
-/// Where the deviance crosses the quantile: its root is nearly linear.
+/// Point at which the deviance crosses the quantile, by linear interpolation of its square root.
 fn crossing((z0, d0): (f64, f64), (z1, d1): (f64, f64)) -> f64 {
     let root = |d: f64| d.max(0.0).sqrt();
     let share = (root(NINETY) - root(d0)) / (root(d1) - root(d0)).max(1e-12);
     z0 + share.clamp(0.0, 1.0) * (z1 - z0)
 }
 
-/// Local optima within the interval's deviance, separated by a ridge of at least one.
+/// Local optima within the deviance of the interval, separated by a rise of at least one.
 fn modes(deviance: &[f64]) -> Vec<usize> {
     const RIDGE: f64 = 1.0;
     let mut modes: Vec<usize> = vec![];
@@ -299,14 +302,14 @@ mod tests {
     use super::*;
 
     #[test]
-    fn two_valleys_are_two_modes_and_a_ripple_is_one() {
+    fn a_shallow_ripple_does_not_add_a_mode() {
         assert_eq!(modes(&[4.0, 1.0, 0.0, 2.0, 1.2, 0.5, 5.0]), vec![2, 5]);
         assert_eq!(modes(&[4.0, 1.0, 0.0, 0.6, 0.4, 2.0, 5.0]), vec![2]);
         assert_eq!(modes(&[0.0; 5]), vec![0]);
     }
 
     #[test]
-    fn a_parabola_is_crossed_where_it_crosses() {
+    fn the_crossing_of_a_parabola_is_exact() {
         assert!((crossing((1.0, 1.0), (2.0, 4.0)) - NINETY.sqrt()).abs() < 1e-12);
     }
 }

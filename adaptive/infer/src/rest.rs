@@ -1,18 +1,18 @@
-//! Readings while the object rests, as evidence about a sensor's offset.
+//! Readings of a resting object, as evidence about the offset of the wrench sensor.
 //!
-//! Where an object rests and the reading does not change, either nothing acts on the object and the true wrench is zero, or
-//! something holds it with a wrench that is not known. With even odds, the mean reading `r` that a model's instruments
-//! correct has the density
+//! While the object rests and the reading is constant, either no wrench acts or an unknown static load acts.
+//! With even odds, the corrected mean reading `r` has the density
 //!
 //! ```text
 //! p(r) = ½ L N(r; 0, S) + ½ N(r; 0, S + F²)      S: variance of the mean, F: scale of the recorded wrenches
 //! ```
 //!
-//! `L` is the likelihood ratio of readings that vary by the sensor's noise alone to readings that vary as much as these do:
-//! a load that changes while the object rests is no reading of nothing.
+//! `L` is the likelihood ratio of two hypotheses about the readings: they vary by the sensor noise alone, or
+//! by as much as observed. A varying load makes `L` small, so that such readings carry no information about
+//! the offset.
 //!
-//! An offset of the sensor shifts all of them alike; a static load differs from one rest to the next. A rest counts once,
-//! however long it is: its readings share what holds the object.
+//! A sensor offset shifts all rest intervals alike, whereas a static load differs between them. An interval
+//! counts once, whatever its duration, because all its readings share the same load.
 
 use crate::InferError;
 use crate::curve::Curve;
@@ -24,25 +24,25 @@ use std::sync::Arc;
 use trundle_model::{Clock, Dual, Model, Plant, Real};
 use trundle_record::{Motion, Noise, Prepared};
 
-/// Parts of a rest whose means are compared with each other.
+/// Parts of a rest interval whose means are compared.
 const PARTS: usize = 5;
-/// Free parameters that are differentiated together.
+/// Maximum number of parameters differentiated together.
 const WIDTH: usize = 8;
 
-/// A time in which the object rests after contact.
+/// An interval in which the object rests after contact.
 #[derive(Clone, Debug)]
 struct Rest {
     episode: usize,
     /// Mean reading, reading axes.
     reading: [f64; 3],
-    /// Variance of that mean by the sensor's noise.
+    /// Variance of the mean caused by sensor noise.
     variance: [f64; 3],
-    /// Log likelihood ratio of the noise alone to a load that changes.
+    /// Log likelihood ratio of noise alone to a varying load.
     steady: f64,
     clock: Clock,
 }
 
-/// All rests of some episodes.
+/// Readings of all rest intervals of some episodes.
 #[derive(Clone, Debug, Default)]
 pub(crate) struct Rests {
     all: Arc<[Rest]>,
@@ -51,7 +51,7 @@ pub(crate) struct Rests {
 }
 
 impl Rests {
-    /// The rests of some episodes.
+    /// Finds the rest intervals of some episodes.
     pub fn new(episodes: &[Prepared], noise: &Noise) -> Self {
         let of = |(k, episode)| rests(k, episode, noise);
         let readings = || episodes.iter().flat_map(|e| &e.wrench).map(|w| w.reading);
@@ -60,12 +60,12 @@ impl Rests {
         Self { all: episodes.iter().enumerate().flat_map(of).collect(), load }
     }
 
-    /// Those of some of the episodes.
+    /// The same with a subset of the episodes.
     pub fn only(&self, keep: impl Fn(usize) -> bool) -> Self {
         Self { all: self.all.iter().filter(|rest| keep(rest.episode)).cloned().collect(), ..self.clone() }
     }
 
-    /// −log density of all of them.
+    /// Sum of −log density over all intervals.
     ///
     /// # Errors
     /// When `values` has the wrong length.
@@ -77,7 +77,8 @@ impl Rests {
         Ok(self.all.iter().map(|rest| self.weighed(rest, &rest.corrected(&plant)).0).sum())
     }
 
-    /// The same with its derivatives by the slots `free`, the odds of each rest held for the curvature.
+    /// The cost with its derivatives by the slots `free`. The curvature holds the odds of each interval
+    /// fixed.
     pub fn linearise(&self, model: &Model, values: &[f64], free: &[usize]) -> Result<Linearised, InferError> {
         let mut parts = Linearised::sum(free.len(), []);
         if self.all.is_empty() {
@@ -111,8 +112,8 @@ impl Rests {
         Ok(parts)
     }
 
-    /// −log density of a rest whose corrected reading is given, and the precision of each axis, averaged over whether
-    /// anything acts.
+    /// −log density of an interval at its corrected reading, and the precision of each axis averaged over
+    /// both hypotheses.
     fn weighed(&self, rest: &Rest, corrected: &[f64; 3]) -> (f64, [f64; 3]) {
         let loaded = [0, 1, 2].map(|k| rest.variance[k] + self.load[k] * self.load[k]);
         let log_density = |variance: &[f64; 3]| -> f64 {
@@ -139,7 +140,7 @@ impl Rest {
     }
 }
 
-/// The rests of one episode after contact.
+/// Rest intervals of one episode after contact.
 fn rests(index: usize, episode: &Prepared, noise: &Noise) -> Vec<Rest> {
     let (motion, curve) = (episode.motion(noise), Curve::new(episode));
     let still = |m: &Motion| m.t >= episode.contact && !moves(m);
@@ -176,7 +177,7 @@ fn rest(
     let steadiness = |k: usize| {
         let own: f64 = part(k).iter().map(|mean| (mean - reading[k]).powi(2)).sum();
         let ratio = own / (sd[k] * sd[k] / size as f64) / PARTS as f64;
-        // The variance of the parts' means that is likeliest, and no less than the noise's.
+        // Maximum-likelihood variance of the part means, at least that of the noise.
         if ratio > 1.0 { -0.5 * PARTS as f64 * (ratio - 1.0 - ratio.ln()) } else { 0.0 }
     };
     let steady = (0..3).map(steadiness).sum();
@@ -197,7 +198,7 @@ mod tests {
     const NOISE: Noise =
         Noise { pose: [1e-4, 1e-4, 1e-3], force: 0.05, torque: 0.01, time: 0.0, stated: true };
 
-    /// Pushed with 5 N for a second, then at rest for two with a constant load.
+    /// A push with 5 N for one second, then two seconds of rest under a constant load.
     fn pushed(ordinal: usize, load: f64) -> Prepared {
         let mut rng = ChaCha8Rng::seed_from_u64(ordinal as u64);
         let mut noise = || -> f64 { StandardNormal.sample(&mut rng) };
@@ -238,14 +239,14 @@ mod tests {
     }
 
     #[test]
-    fn readings_of_nothing_exclude_an_offset() {
+    fn unloaded_readings_exclude_an_offset() {
         let rests = Rests::new(&[pushed(0, 0.0), pushed(1, 0.0)], &NOISE);
         assert_eq!(rests.all.len(), 2);
         assert!(cost(&rests, 0.17) > cost(&rests, 0.0) + 5.0);
     }
 
     #[test]
-    fn an_offset_shows_in_all_rests_and_a_static_load_in_one() {
+    fn an_offset_affects_all_rest_intervals_and_a_static_load_one() {
         let offset = Rests::new(&[0, 1, 2, 3].map(|k| pushed(k, 2.0)), &NOISE);
         assert!(cost(&offset, 0.0) > cost(&offset, 2.0) + 5.0);
         let loads = Rests::new(&[pushed(0, 2.0), pushed(1, 0.0), pushed(2, 0.0), pushed(3, -1.3)], &NOISE);
@@ -253,7 +254,7 @@ mod tests {
     }
 
     #[test]
-    fn a_load_that_changes_says_nothing_of_an_offset() {
+    fn a_varying_load_has_no_information_about_the_offset() {
         let mut episode = pushed(0, 0.0);
         episode.wrench.iter_mut().for_each(|w| w.reading[0] += 0.5 * (4.0 * w.t).sin());
         let rests = Rests::new(&[episode], &NOISE);
@@ -262,7 +263,7 @@ mod tests {
     }
 
     #[test]
-    fn slopes_are_those_of_the_cost() {
+    fn gradient_matches_finite_differences() {
         let rests = Rests::new(&[pushed(0, 0.3), pushed(1, 0.0)], &NOISE);
         let model = offset();
         let mut values = vec![0.1; model.slots().len()];

@@ -1,4 +1,4 @@
-//! Simulations of a recording, as DIAGNOSIS.md defines them: open loop, and one window ahead.
+//! Simulations of a recording: in open loop, and one window ahead.
 
 use crate::beginning::beginning;
 use crate::curve::Curve;
@@ -9,14 +9,15 @@ use std::sync::Arc;
 use trundle_model::{INNER, Model, Plant, State};
 use trundle_record::{Motion, Noise, Prepared};
 
-/// Poses at the times of the recorded poses, simulated from the first one, at rest or with its velocity, under the
-/// recorded wrench, which is held in the simulated object's frame. Shape: one pose a sample,
-/// world, m, m, rad. Where a law's own state may start in several ways, the first second after contact tells.
+/// Simulated poses at the times of the recorded poses, world, m, m, rad. The simulation starts from the first
+/// pose, at rest or with its velocity, under the recorded wrench, which is fixed in the frame of the
+/// simulated object. Initial states of the laws with several possible starts are estimated from the first
+/// second after contact.
 pub fn open_loop(plant: &Plant<f64>, episode: &Prepared) -> Vec<[f64; 3]> {
     simulated(plant, episode, beginning(plant, episode), f64::INFINITY)
 }
 
-/// The same up to a time, s, with the laws' own states starting from `inner`.
+/// The same up to time `until`, s, with the laws' own states starting from `inner`.
 pub(crate) fn simulated(
     plant: &Plant<f64>,
     episode: &Prepared,
@@ -45,14 +46,14 @@ pub(crate) fn simulated(
 /// Length of a prediction window, s.
 const WINDOW: f64 = 1.0;
 
-/// One window's predictions: what was seen less what was predicted, with the prediction's density.
+/// Predictions over one window: the errors of the poses and the density of the predictions.
 pub struct Window {
-    /// Predictions at each pose sample of the window; their errors are seen less predicted.
+    /// Predictions at each pose of the window. Errors are measured minus predicted.
     pub samples: Vec<Innovation>,
 }
 
-/// Predictions over successive windows of one second from contact on, each from a state estimated
-/// with samples up to its start only. `None` in place of a window that is not finite.
+/// Predictions over successive windows of one second from contact on. Each starts from a state estimated with
+/// samples up to the start of the window only. A window that is not finite is `None`.
 ///
 /// # Errors
 /// When `values` has the wrong length.
@@ -65,8 +66,8 @@ pub fn windows(
 ) -> Result<Vec<Option<Window>>, InferError> {
     let filter = filter(model, values, channels)?;
     if !model.inner().is_empty() {
-        // The laws' own states are nowhere in a motion; a filter carries them. All else begins as without them, or models
-        // with states would be judged by better beginnings than others.
+        // A measured motion does not contain the laws' own states, so a filter estimates them. All other
+        // states start as for models without own states. The comparison between models is then fair.
         let track = Track::new(episode, noise)?;
         let known: Vec<Motion> = starts(episode, noise).into_iter().map(|(_, motion)| motion).collect();
         let windows = filter.ahead(&track, &known, WINDOW).unwrap_or_default();
@@ -82,7 +83,7 @@ pub fn windows(
     Ok(found.collect())
 }
 
-/// Where windows start: index of the pose sample, and the causal estimate there.
+/// Starts of the windows: index of the pose sample, and the causal estimate of the motion there.
 fn starts(episode: &Prepared, noise: &Noise) -> Vec<(usize, Motion)> {
     let Some(last) = episode.pose.last() else { return vec![] };
     let known = episode.motion_so_far(noise);

@@ -1,4 +1,4 @@
-//! The figures of DIAGNOSIS.md, by which a model is judged on episodes.
+//! Error metrics of a model on some episodes.
 
 use crate::bandwidth::{force_bandwidth, spacing};
 use crate::beginning;
@@ -14,34 +14,34 @@ use serde::Serialize;
 use trundle_model::{Clock, INNER, Model, Plant, State, to_body};
 use trundle_record::{Motion, Noise, Prepared, low_pass};
 
-/// How well a model predicts some episodes; `None` where a figure makes no sense.
+/// Prediction errors of a model on some episodes; `None` where a metric is undefined.
 #[derive(Clone, Debug, Default, PartialEq, Serialize)]
 pub struct Score {
-    /// Open loop, all samples of whole episodes, m.
+    /// Open loop over whole episodes, m.
     pub position_rmse: Option<f64>,
     /// Open loop, rad.
     pub heading_rmse: Option<f64>,
-    /// Open loop, mean over episodes of the last pose's error, m.
+    /// Open loop, mean over episodes of the error of the last pose, m.
     pub final_position_error: Option<f64>,
     /// Open loop, mean over episodes, rad.
     pub final_heading_error: Option<f64>,
-    /// Open loop, share of the variance of (x, y, ρθ) that is explained.
+    /// Open loop, explained share of the variance of (x, y, ρθ).
     pub r2: Option<f64>,
     /// One second ahead, m.
     pub window_position_rmse: Option<f64>,
     /// One second ahead, rad.
     pub window_heading_rmse: Option<f64>,
-    /// Wrench needed for the seen motion less recorded, both below `force_bandwidth`, N.
+    /// Required minus recorded wrench, both below `force_bandwidth`, N.
     pub force_rmse: Option<f64>,
     /// The same, N·m, about the object origin.
     pub torque_rmse: Option<f64>,
-    /// Frequency up to which the poses tell acceleration, Hz; `None` where wrenches are compared that need none.
+    /// Frequency up to which the poses determine the acceleration, Hz; `None` for quasi-static comparisons.
     pub force_bandwidth: Option<f64>,
     /// Mean log density of a pose sample, one window ahead.
     pub log_predictive_density: Option<f64>,
 }
 
-/// Judge a model with all values given on some episodes.
+/// Error metrics of a model with all values given.
 ///
 /// # Errors
 /// When `values` has the wrong length.
@@ -56,8 +56,9 @@ pub fn score(
     score_beside(model, values, channels, episodes, noise, quasi_static, None)
 }
 
-/// The same compared with another model, given with its values: time that is not judged of one is not judged of the other
-/// ([`beginning::unjudged`]), and wrenches of both are compared below the same frequency.
+/// Error metrics of a model for a comparison with another model, given with its values. Time that is excluded
+/// for one model is excluded for both ([`initial_state::unscored_time`]), and the wrenches of both are
+/// compared below the same frequency.
 ///
 /// # Errors
 /// When `values` has the wrong length.
@@ -96,7 +97,7 @@ pub fn score_beside(
     Ok(Score { force_bandwidth: bandwidth.filter(|_| figures.force_rmse.is_some()), ..figures })
 }
 
-/// Add predictions of samples from a time on.
+/// Adds predictions of samples after the time `from`.
 fn add_windows(tally: &mut Tally, windows: &[Option<Window>], from: f64) {
     for sample in windows.iter().flatten().flat_map(|w| &w.samples).filter(|sample| sample.t > from) {
         tally.ahead(sample.error.into());
@@ -104,7 +105,7 @@ fn add_windows(tally: &mut Tally, windows: &[Option<Window>], from: f64) {
     }
 }
 
-/// Needed less recorded wrench along an episode, object axes.
+/// Required minus recorded wrench along an episode, object axes.
 #[derive(Default)]
 struct Missed {
     t: Vec<f64>,
@@ -112,8 +113,9 @@ struct Missed {
 }
 
 impl Missed {
-    /// Both without what lies above a frequency, Hz. A filter of their difference is one of each. Within a quarter of a
-    /// period of the ends, poses tell acceleration from one side only; those samples are left out.
+    /// The wrenches without components above a frequency, Hz. The filter is linear, so filtering the
+    /// difference filters both. Samples within a quarter of a period of the ends are dropped, because there
+    /// the acceleration is estimated from one side only.
     fn below(mut self, bandwidth: Option<f64>) -> Vec<[f64; 3]> {
         let Some(bandwidth) = bandwidth else { return self.wrench };
         for k in 0..3 {
@@ -129,7 +131,7 @@ impl Missed {
     }
 }
 
-/// The wrench that the seen motion needs less the recorded one, at every pose sample from `unjudged` seconds after contact on.
+/// Required minus recorded wrench at every pose sample from `unscored` seconds after contact on.
 fn missed(plant: &Plant<f64>, episode: &Prepared, noise: &Noise, unjudged: f64) -> Missed {
     let curve = Curve::new(episode);
     let near = 0.5 * spacing(std::slice::from_ref(episode)).unwrap_or(0.0);
@@ -148,21 +150,21 @@ fn missed(plant: &Plant<f64>, episode: &Prepared, noise: &Noise, unjudged: f64) 
     missed
 }
 
-/// The laws' own states along the motion that was seen.
+/// The laws' own states along the measured motion.
 pub(crate) struct Own {
     inner: [f64; INNER],
     last: Option<WrenchSample>,
-    /// Longest step, s.
+    /// Maximum step, s.
     longest: f64,
 }
 
 impl Own {
-    /// At the start of an episode.
+    /// States at the start of an episode.
     pub fn new(plant: &Plant<f64>, episode: &Prepared, curve: &Curve) -> Self {
         Self { inner: beginning::beginning(plant, episode), last: None, longest: curve.longest() }
     }
 
-    /// Move them on from the sample before.
+    /// Advances the states from the previous sample.
     pub fn until(&mut self, plant: &Plant<f64>, sample: &WrenchSample) -> [f64; INNER] {
         if let Some(last) = self.last.as_ref().filter(|_| plant.inner() > 0) {
             let applied = last.recorded(plant);
@@ -182,7 +184,7 @@ impl Own {
     }
 }
 
-/// What was read of the moment when a pose was seen: the mean of the readings up to `near` seconds from it.
+/// Motion at a pose with the mean of the readings up to `near` seconds from it.
 pub(crate) fn seen(
     motion: &Motion,
     (episode, curve): (&Prepared, &Curve),
@@ -223,8 +225,8 @@ pub(crate) fn inertial(plant: &Plant<f64>, sample: &WrenchSample, accel: [f64; 3
     [fx, fy, rigid.inertia * spin_up + cx * fy - cy * fx]
 }
 
-/// Needed less recorded. A law with dry friction holds a set of wrenches at rest, and a speed is
-/// known only so well: the nearest wrench within that uncertainty is what counts.
+/// Required minus recorded wrench. At rest, dry friction can supply a set of wrenches, and the twist is
+/// uncertain: the smallest difference within this uncertainty counts.
 fn shortfall(
     plant: &Plant<f64>,
     sample: &WrenchSample,
@@ -243,14 +245,14 @@ fn shortfall(
     if at_rest { nearest(motion.twist, reach, missed) } else { missed(motion.twist) }
 }
 
-/// Descend to the twist, within `reach`, at which least is missed.
+/// Smallest difference over twists within `reach` of the start, by coordinate descent.
 fn nearest(start: [f64; 3], reach: [f64; 3], missed: impl Fn([f64; 3]) -> [f64; 3]) -> [f64; 3] {
     const ROUNDS: usize = 12;
     let size = |r: &[f64; 3]| r.iter().map(|x| x * x).sum::<f64>();
     let (mut twist, mut best) = (start, missed(start));
     let mut stride = 1.0;
     for _ in 0..ROUNDS {
-        // Along each axis in turn: dry laws are monotone, so coordinate descent cannot be trapped.
+        // Dry friction laws are monotone, so coordinate descent has no local minima.
         for k in 0..3 {
             for sign in [-1.0, 1.0] {
                 let mut trial = twist;

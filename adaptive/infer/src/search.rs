@@ -1,4 +1,4 @@
-//! From many starts to one optimum: short searches sort the starts, the best are followed to the end.
+//! Global search: short searches rank the starts, and the best points are refined to convergence.
 
 use crate::lbfgs;
 use crate::levenberg::{self, Stop};
@@ -9,20 +9,21 @@ use rayon::prelude::*;
 use std::sync::atomic::{AtomicUsize, Ordering};
 use trundle_model::Prior;
 
-/// Where a search ended.
+/// End point of a search.
 pub(crate) struct Optimum {
     pub point: Vec<f64>,
     pub at: Linearised,
     pub converged: bool,
-    /// By how much the last step lowered the cost.
+    /// Decrease of the cost in the last step.
     pub falling: f64,
 }
 
 const SCOUT: Stop = Stop { iterations: 14, decrease: 0.05, measure_gradient: false };
 const POLISH: Stop = Stop { iterations: 60, decrease: 1e-5, measure_gradient: false };
-/// For telling which of two starts near an optimum leads lower.
+/// Short comparison of two starts near an optimum.
 const GLANCE: Stop = Stop { iterations: 4, decrease: 0.05, measure_gradient: false };
-/// Decrease at which a search that started near its optimum has arrived: a hundredth of a standard deviation or two.
+/// Decrease of the cost, nats, at which a search near its optimum has converged: a few hundredths of a
+/// standard deviation.
 const ARRIVED: f64 = 1e-3;
 
 fn descend(
@@ -39,20 +40,21 @@ fn descend(
     }
 }
 
-/// An end of a short search: its cost and its point.
+/// End of a short search: cost and point.
 type End = (f64, Vec<f64>);
 
-/// How many of how many starts came to the same end.
+/// Number of starts with the same end, and number of starts.
 pub(crate) type Agreement = (usize, usize);
 
-/// Whether two searches ended at the lowest of these costs, in order: then it hardly is a local optimum.
+/// Whether two searches ended at the lowest of these sorted costs. A local optimum is then unlikely.
 fn doubled(costs: &[f64]) -> bool {
     costs.len() > 1 && costs[1] < costs[0] + 1.0
 }
 
-/// Points found by short searches from given values and draws of the prior, best first, and how many of those
-/// starts came within one unit of log density of the best. Each search goes through the `ladder`, from the density
-/// that leads from far away to the one that counts. On all cores, with the same result as on one.
+/// Points found by short searches from given values and prior draws, best first, and the number of starts
+/// that ended within one unit of log density of the best. Each search passes through the densities of
+/// `continuation`, the last of which ranks the ends. Runs on all cores; the result does not depend on their
+/// number.
 pub(crate) fn scout(
     ladder: &[Target<'_>],
     warm: &[Vec<f64>],
@@ -78,16 +80,16 @@ pub(crate) fn scout(
     Ok((found.into_iter().map(|(_, point)| point).collect(), (agree, count)))
 }
 
-/// Beyond this many standard deviations of its prior a parameter has run away.
+/// Distance from the prior centre, in standard deviations, beyond which a search is taken to have diverged.
 const AWAY: f64 = 3.0;
 
-/// Whether a search ran away, as it does along the valley of a local optimum.
+/// Whether a search diverged, as along the valley of a local optimum.
 fn astray(target: &Target<'_>, z: &[f64]) -> bool {
     let angle = |k: usize| matches!(target.slot(k).prior, Prior::Angle(_));
     z.iter().enumerate().any(|(k, z)| z.abs() > AWAY && !angle(k))
 }
 
-/// Where a short search ends; `None` where the density is nowhere at its start.
+/// End of a short search; `None` if the density is not finite at its start.
 fn short(
     target: &Target<'_>,
     start: &[f64],
@@ -105,7 +107,7 @@ fn short(
     somewhere.then(|| levenberg::from(target, point, at, clamp, SCOUT, watch)).transpose()
 }
 
-/// Where short searches from `starts` end, best first; those where the density is nowhere are left out.
+/// Ends of short searches from `starts`, best first. Starts with an infinite cost are dropped.
 fn ends(
     ladder: &[Target<'_>],
     starts: Vec<Vec<f64>>,
@@ -132,7 +134,7 @@ fn ends(
     Ok(found)
 }
 
-/// Search on from where the local optima of the best end would lie, until that finds nothing better.
+/// Repeats the search from the symmetric counterparts of the best end until the cost no longer improves.
 fn hop(
     ladder: &[Target<'_>],
     mut found: Vec<End>,
@@ -154,11 +156,11 @@ fn hop(
     Ok(found)
 }
 
-/// Rounds of [`hop`].
+/// Maximum number of rounds of [`hop`].
 const HOPS: usize = 3;
 
-/// Where else the data might be explained as well: a place mirrored in the middle of the body, an angle turned by
-/// half its circle (a wheel across instead of along), what ran away from its prior put back.
+/// Candidates for other optima: a place mirrored about the middle of the body, an angle turned by half its
+/// period (a wheel across instead of along), and diverged parameters reset to the prior centre.
 fn elsewhere(target: &Target<'_>, z: &[f64]) -> Vec<Vec<f64>> {
     let turned = |k: usize, z: f64, along: [bool; 2], turn: f64| match target.slot(k).prior {
         Prior::OnBody(axis) if along[axis.min(1)] => -z,
@@ -178,7 +180,7 @@ fn elsewhere(target: &Target<'_>, z: &[f64]) -> Vec<Vec<f64>> {
     all.into_iter().filter(|other| other != z).collect()
 }
 
-/// The best optimum from some points.
+/// Refines some points and returns the best optimum.
 pub(crate) fn polish(
     target: &Target<'_>,
     points: Vec<Vec<f64>>,
@@ -197,7 +199,8 @@ pub(crate) fn polish(
     best.ok_or_else(|| InferError::NoStart { recording: "the recording".to_owned(), starts })
 }
 
-/// From starts near an optimum: the two lowest are followed a little, the better one of them for `steps` in all.
+/// From starts near an optimum: a few steps from the two best starts, then at most `steps` steps in all from
+/// the better one.
 pub(crate) fn follow(
     target: &Target<'_>,
     starts: Vec<Vec<f64>>,

@@ -1,10 +1,11 @@
-//! Sums from which the figures of one or more episodes are made, whoever simulated them.
+//! Error metrics of one or more episodes, accumulated as sums. They do not depend on the simulator that made
+//! the predictions.
 
 use crate::Score;
 use std::f64::consts::{PI, TAU};
 use trundle_record::Prepared;
 
-/// A mean in the making.
+/// Running mean.
 #[derive(Clone, Copy, Debug)]
 struct Mean<const N: usize> {
     sum: [f64; N],
@@ -32,12 +33,12 @@ impl<const N: usize> Mean<N> {
     }
 }
 
-/// Errors of simulated motion and of wrenches; squares of positions and of headings.
+/// Sums of squared errors of simulated motion and of wrenches.
 #[derive(Clone, Debug, Default)]
 pub struct Tally {
     open: Mean<2>,
     last: Mean<2>,
-    /// Unexplained over variance, instead of a count.
+    /// Residual sum of squares, with the total sum of squares in place of the count.
     share: Mean<1>,
     window: Mean<2>,
     density: Mean<1>,
@@ -45,8 +46,8 @@ pub struct Tally {
 }
 
 impl Tally {
-    /// Add an episode simulated in open loop, pose by pose. Turns count at `rho` m; `unjudged` seconds after contact do not
-    /// count.
+    /// Adds an episode simulated in open loop, with one simulated pose for each recorded pose. Rotations are
+    /// scaled by `rho`, m. The first `unscored` seconds after contact are left out.
     pub fn open_loop(&mut self, simulated: &[[f64; 3]], episode: &Prepared, rho: f64, unjudged: f64) {
         let judged = |t: f64| t < episode.contact || t >= episode.contact + unjudged;
         let pairs = || episode.pose.iter().zip(simulated).filter(|(seen, _)| judged(seen.t));
@@ -64,22 +65,22 @@ impl Tally {
         }
     }
 
-    /// Add a pose predicted within a window: seen less predicted.
+    /// Adds the error of a pose predicted within a window: measured minus predicted.
     pub fn ahead(&mut self, [x, y, theta]: [f64; 3]) {
         self.window.add([x * x + y * y, wrap(theta).powi(2)], 1.0);
     }
 
-    /// Add the log density of such a pose.
+    /// Adds the log density of such a pose.
     pub fn density(&mut self, log_density: f64) {
         self.density.add([log_density], 1.0);
     }
 
-    /// Add a wrench that was needed less recorded.
+    /// Adds the error of a wrench: required minus recorded.
     pub fn wrench(&mut self, [x, y, torque]: [f64; 3]) {
         self.wrench.add([x * x + y * y, torque * torque], 1.0);
     }
 
-    /// Both together.
+    /// Sum of two accumulators.
     pub fn plus(mut self, other: &Self) -> Self {
         self.open.add(other.open.sum, other.open.count);
         self.last.add(other.last.sum, other.last.count);
@@ -90,7 +91,7 @@ impl Tally {
         self
     }
 
-    /// The figures; those of headings only of what `turns`.
+    /// The metrics. Heading and torque errors are `None` unless `turns` is set.
     pub fn figures(&self, turns: bool) -> Score {
         let heading = |value: Option<f64>| value.filter(|_| turns);
         Score {
@@ -109,7 +110,7 @@ impl Tally {
     }
 }
 
-/// An angle on the circle, in (−π, π].
+/// An angle wrapped to (−π, π].
 pub(crate) fn wrap(angle: f64) -> f64 {
     let turned = (angle + PI).rem_euclid(TAU) - PI;
     if turned == -PI { PI } else { turned }

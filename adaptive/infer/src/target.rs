@@ -1,5 +1,5 @@
-//! The density that every optimiser and sampler sees: likelihood and prior, in the coordinates of
-//! [`Coordinates`], some parameters shared by all episodes and some each episode's own (eq. 6).
+//! Posterior density for optimisers and samplers: likelihood and prior in the coordinates of [`Coordinates`].
+//! Some parameters are shared by all episodes, others have a value for each episode (eq. 6).
 
 use crate::coordinates::within_reach;
 use crate::{Coordinates, InferError, Likelihood, Linearised, Look};
@@ -14,7 +14,7 @@ pub trait Density: Sync {
     /// −log density at `z`; infinite where it cannot be evaluated, never NaN.
     ///
     /// # Errors
-    /// When a user's own simulator fails.
+    /// When a user-supplied simulator fails.
     fn cost(&self, z: &[f64]) -> Result<f64, InferError>;
 
     /// The cost with its derivatives by `z`.
@@ -23,7 +23,7 @@ pub trait Density: Sync {
     /// As [`Density::cost`].
     fn linearise(&self, z: &[f64]) -> Result<Linearised, InferError>;
 
-    /// The cost, with its derivatives to be asked for afterwards; `likely`: they will be.
+    /// The cost, with derivatives on demand; `likely` means that they are probably required.
     ///
     /// # Errors
     /// As [`Density::cost`].
@@ -36,24 +36,24 @@ pub trait Density: Sync {
     }
 }
 
-/// One coordinate of a [`Target`].
+/// Parameter of one coordinate of a [`Target`].
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 struct Place {
     /// Index among the free parameters of [`Coordinates`].
     parameter: usize,
-    /// The episode whose own it is; `None` for a shared one.
+    /// The episode of a per-episode parameter; `None` for a shared one.
     episode: Option<usize>,
 }
 
-/// The posterior density of a model's free parameters given some episodes.
+/// Posterior density of a model's free parameters given some episodes.
 pub struct Target<'a> {
     model: &'a Model,
     coordinates: Coordinates,
-    /// The likelihood whole, or, when some parameters are per episode, one part an episode.
+    /// The whole likelihood, or one part for each episode if some parameters are per episode.
     parts: Vec<Part<'a>>,
     places: Vec<Place>,
     episodes: Vec<String>,
-    /// Places on the body that the footprint restricts.
+    /// Footprint priors of the places on the body.
     standing: Standing,
 }
 
@@ -72,7 +72,7 @@ impl Part<'_> {
 }
 
 impl<'a> Target<'a> {
-    /// The density of `model`'s free parameters, those named in `per_episode` free in each episode.
+    /// The density of `model`'s free parameters; those named in `per_episode` have a value for each episode.
     ///
     /// # Errors
     /// When `per_episode` names a parameter that is not free, or the likelihood cannot be split.
@@ -95,7 +95,7 @@ impl<'a> Target<'a> {
         per_episode: &BTreeSet<String>,
     ) -> Result<Self, InferError> {
         let slots = self.model.slots().into_iter().chain(likelihood.noise());
-        // What the footprint leaves of a prior takes as long to find as a likelihood.
+        // The normalisation of the footprint priors takes as long as a likelihood.
         if !slots.eq(self.coordinates.slots().iter().cloned()) {
             return Self::new(likelihood, self.model, per_episode);
         }
@@ -120,17 +120,17 @@ impl<'a> Target<'a> {
         Ok(Self { model, coordinates, parts, places, episodes, standing })
     }
 
-    /// The parameters' coordinates, as if all were shared.
+    /// Coordinates of the parameters, as if all were shared.
     pub fn coordinates(&self) -> &Coordinates {
         &self.coordinates
     }
 
-    /// The model whose free parameters these are.
+    /// The model.
     pub fn model(&self) -> &Model {
         self.model
     }
 
-    /// The slot of the coordinate `k`; of a parameter that is an episode's own, named `slot[episode]`.
+    /// Slot of the coordinate `k`; for a per-episode parameter it is named `slot[episode]`.
     pub fn slot(&self, k: usize) -> Slot {
         let place = self.places[k];
         let slot = self.coordinates.slot(place.parameter).clone();
@@ -140,17 +140,17 @@ impl<'a> Target<'a> {
         }
     }
 
-    /// The parameter of [`Coordinates`] that the coordinate `k` stands for.
+    /// Parameter of [`Coordinates`] of the coordinate `k`.
     pub fn parameter(&self, k: usize) -> usize {
         self.places[k].parameter
     }
 
-    /// Whether episodes have parameters of their own.
+    /// Whether some parameters are per episode.
     pub fn has_own(&self) -> bool {
         !self.episodes.is_empty()
     }
 
-    /// Value of the coordinate `k` at `z`, and its slope.
+    /// Value of the coordinate `k` at `z`, and its derivative.
     pub fn value(&self, k: usize, z: f64) -> (f64, f64) {
         let parameter = self.parameter(k);
         let mut point = vec![0.0; self.coordinates.free().len()];
@@ -159,7 +159,7 @@ impl<'a> Target<'a> {
         (values[self.coordinates.free()[parameter]], slopes[parameter])
     }
 
-    /// The point `z` of values of all slots; episodes' own parameters start alike.
+    /// Point `z` of values of all slots; per-episode parameters have the same value in each episode.
     pub fn point(&self, values: &[f64]) -> Vec<f64> {
         let shared = self.coordinates.point(&self.padded(values));
         self.places.iter().map(|p| shared[p.parameter]).collect()
@@ -171,7 +171,7 @@ impl<'a> Target<'a> {
         self.places.iter().map(|p| shared[p.parameter]).collect()
     }
 
-    /// Where a search had better start than at `z`: with strengths of laws that suit the data.
+    /// A better starting point than `z`, with the strengths of laws scaled to the data.
     ///
     /// # Errors
     /// When the likelihood cannot be evaluated.
@@ -182,12 +182,12 @@ impl<'a> Target<'a> {
         Ok(likelihood.rescaled(self.model, &values)?.map_or(z, |values| self.point(&values)))
     }
 
-    /// Keep a search from leaving the range where numbers mean something.
+    /// Limits a coordinate to the searched range.
     pub fn clamp(&self, k: usize, z: f64) -> f64 {
         within_reach(z, self.coordinates.slot(self.parameter(k)))
     }
 
-    /// −log prior density of `z`.
+    /// −log prior density at `z`.
     pub fn prior_cost(&self, z: &[f64]) -> f64 {
         self.prior(z).cost
     }
@@ -198,7 +198,7 @@ impl<'a> Target<'a> {
         prior_of(&self.coordinates, &parameters, &self.standing, z)
     }
 
-    /// Values of all slots, and slopes of the free ones by their `z`, in the part `part`.
+    /// Values of all slots in the part `part`, and derivatives of the free ones by their `z`.
     fn values(&self, z: &[f64], part: usize) -> (Vec<f64>, Vec<f64>) {
         let mut own = vec![0.0; self.coordinates.free().len()];
         for (place, &z) in self.seen(part).zip(z) {
@@ -209,23 +209,23 @@ impl<'a> Target<'a> {
         self.coordinates.values(&own)
     }
 
-    /// For each coordinate the parameter that it is in a part, if it is in it.
+    /// For each coordinate, its parameter if the part uses it.
     fn seen(&self, part: usize) -> impl Iterator<Item = Option<usize>> + '_ {
         self.places.iter().map(move |p| p.episode.is_none_or(|e| e == part).then_some(p.parameter))
     }
 
-    /// Values of all slots and slopes at `z`; of an episode's own parameter, the first episode's.
+    /// Values of all slots and derivatives at `z`; for a per-episode parameter, those of the first episode.
     pub fn shared_values(&self, z: &[f64]) -> (Vec<f64>, Vec<f64>) {
         self.values(z, 0)
     }
 
-    /// `values` with the noise's prior medians where only the model's are given.
+    /// `values` completed by the prior medians of the noise.
     fn padded(&self, values: &[f64]) -> Vec<f64> {
         let middle = self.coordinates.values(&vec![0.0; self.coordinates.free().len()]).0;
         values.iter().copied().chain(middle.into_iter().skip(values.len())).collect()
     }
 
-    /// Add one part's derivatives, in its own parameters, to the whole.
+    /// Adds one part's derivatives by its parameters to those by the coordinates.
     fn gather(&self, sum: &mut Linearised, part: usize, own: &Linearised, slopes: &[f64]) {
         let seen: Vec<(usize, usize)> =
             self.seen(part).enumerate().filter_map(|(k, p)| p.map(|p| (k, p))).collect();
@@ -276,10 +276,10 @@ impl Density for Target<'_> {
     }
 }
 
-/// Footings by index, with the coordinates that each has, `None` where one is given.
+/// Index of a footprint prior and the coordinates of its place; `None` for a fixed one.
 pub(crate) type Standing = Vec<(usize, [Option<usize>; 2])>;
 
-/// −log prior density of `z`, each coordinate the parameter named for it, with its derivatives.
+/// −log prior density at `z` with its derivatives. `parameters` gives the parameter of each coordinate.
 pub(crate) fn prior_of(
     coordinates: &Coordinates,
     parameters: &[usize],
@@ -308,7 +308,7 @@ pub(crate) fn prior_of(
     prior
 }
 
-/// Which free parameters each episode has its own of.
+/// Indices of the per-episode parameters.
 fn own(coordinates: &Coordinates, per_episode: &BTreeSet<String>) -> Result<BTreeSet<usize>, InferError> {
     let names: Vec<&str> = (0..coordinates.free().len()).map(|k| coordinates.slot(k).name.as_str()).collect();
     per_episode
@@ -322,7 +322,7 @@ fn own(coordinates: &Coordinates, per_episode: &BTreeSet<String>) -> Result<BTre
         .collect()
 }
 
-/// Shared parameters first, in order, then each episode's own.
+/// Parameters of the coordinates: shared ones in order, then those of each episode.
 fn places(parameters: usize, own: &BTreeSet<usize>, episodes: usize) -> Vec<Place> {
     let shared =
         (0..parameters).filter(|k| !own.contains(k)).map(|parameter| Place { parameter, episode: None });
@@ -331,7 +331,7 @@ fn places(parameters: usize, own: &BTreeSet<usize>, episodes: usize) -> Vec<Plac
     shared.chain(each).collect()
 }
 
-/// The coordinates of each place that the footprint restricts, once for each episode that has its own of one.
+/// Coordinates of each place with a footprint prior, repeated for each episode with own values.
 fn standing(coordinates: &Coordinates, places: &[Place], episodes: usize) -> Standing {
     let mut found = BTreeSet::new();
     for (index, footing) in coordinates.footings().iter().enumerate() {

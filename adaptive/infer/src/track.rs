@@ -1,4 +1,4 @@
-//! An episode cut into the steps of a simulation.
+//! An episode divided into simulation steps.
 
 use crate::InferError;
 use crate::curve::{Curve, Mean};
@@ -7,16 +7,17 @@ use std::sync::Arc;
 use trundle_model::{Clock, Real};
 use trundle_record::{Motion, Noise, PoseSample, Prepared};
 
-/// Poses nearer to one another than this share of the longest step are left out of a fit: they add little but time.
+/// Minimum spacing of the poses used in a fit, as a share of the maximum step. Closer poses cost time and add
+/// little information.
 const CLOSEST: f64 = 0.5;
 
-/// By how much longer the steps of a coarse track are.
+/// Factor on the steps of a coarse track.
 const COARSE: f64 = 3.0;
 
-/// How still an object at rest is, m/s and rad/s.
+/// Standard deviation of the twist of an object at rest, m/s and rad/s.
 const STILL: f64 = 1e-4;
 
-/// A step: the mean reading over it, and the pose seen at its end, if one was.
+/// A simulation step: the mean reading over it, and the pose measured at its end, if any.
 #[derive(Clone, Debug)]
 pub struct Step {
     /// Duration, s.
@@ -25,19 +26,19 @@ pub struct Step {
     pub reading: [f64; 3],
     /// Pose of the reading frame in the object frame, m, m, rad.
     pub frame: [f64; 3],
-    /// When.
+    /// Clock at the middle of the step.
     pub clock: Clock,
-    /// Variance of the mean reading over that of one sample: sample spacing over `dt`.
+    /// Ratio of the variance of the mean reading to that of one sample: sample spacing over `dt`.
     pub thinning: f64,
-    /// Variance of the mean reading by other than the sensor's noise, reading axes: the frame's uncertainty, and what
-    /// happens between samples.
+    /// Variance of the mean reading in addition to the sensor noise, reading axes: from the frame's
+    /// uncertainty and from variation between samples.
     pub spread: [f64; 3],
-    /// Pose seen at the end.
+    /// Pose measured at the end.
     pub pose: Option<[f64; 3]>,
 }
 
 impl Step {
-    /// The mean reading, for one that is not in time where `timing` says so.
+    /// Mean reading over the step, corrected for delays and lags where `timing` is given.
     #[inline]
     pub(crate) fn reading<T: Real>(&self, curve: &Curve, timing: Option<&Timing<T>>) -> [T; 3] {
         match timing {
@@ -47,16 +48,16 @@ impl Step {
     }
 }
 
-/// An episode as the filter and the sensitivities walk through it.
+/// An episode as processed by the filter and the sensitivities.
 #[derive(Clone, Debug)]
 pub struct Track {
     /// The episode's name.
     pub name: String,
-    /// Time of the first step's beginning, s.
+    /// Start time of the first step, s.
     pub start: f64,
-    /// Pose there, and the variance of each coordinate.
+    /// Initial pose and the variances of its coordinates.
     pub pose: ([f64; 3], [f64; 3]),
-    /// Twist there, world axes, and its variance.
+    /// Initial twist, world axes, and its variances.
     pub twist: ([f64; 3], [f64; 3]),
     /// Variance of the tare error, reading axes.
     pub tare: [f64; 3],
@@ -67,7 +68,7 @@ pub struct Track {
 }
 
 impl Track {
-    /// Cut an episode. An object at rest is followed from the moment of contact on.
+    /// Divides an episode into steps. An object at rest is followed from contact on.
     ///
     /// # Errors
     /// When fewer than five poses or two wrench samples are left.
@@ -75,7 +76,7 @@ impl Track {
         Self::with_steps(episode, noise, 1.0)
     }
 
-    /// The same in longer steps, for finding out where to search.
+    /// The same in longer steps, for a first search.
     ///
     /// # Errors
     /// As [`Track::new`].
@@ -83,7 +84,7 @@ impl Track {
         Self::with_steps(episode, noise, COARSE)
     }
 
-    /// In steps so many times as long as those of a fit.
+    /// The same with steps longer by the factor `times`.
     fn with_steps(episode: &Prepared, noise: &Noise, times: f64) -> Result<Self, InferError> {
         let lacks = |reason: &str| InferError::NoData {
             recording: episode.name.clone(),
@@ -114,7 +115,7 @@ impl Track {
         Ok(Self { name: episode.name.clone(), start: poses[first].t, pose, twist, tare, steps, curve })
     }
 
-    /// The poses `first + 1..end` of an episode, from a state known at the pose `first`.
+    /// The poses `first + 1..end` of an episode, from a known state at the pose `first`.
     pub(crate) fn between(
         episode: &Prepared,
         curve: &Arc<Curve>,
@@ -137,7 +138,7 @@ impl Track {
         }
     }
 
-    /// The beginning, up to a time, s.
+    /// The part of the track up to a time, s.
     pub(crate) fn until(&self, end: f64) -> Self {
         let mut t = self.start;
         let before = self.steps.iter().take_while(|step| {
@@ -147,27 +148,27 @@ impl Track {
         Self { steps: before.cloned().collect(), ..self.clone() }
     }
 
-    /// Number of pose samples compared.
+    /// Number of compared pose samples.
     pub fn observations(&self) -> usize {
         self.steps.iter().filter(|s| s.pose.is_some()).count()
     }
 }
 
-/// Deviation from rest that noise does not reach twice running, standard deviations.
+/// Deviation from rest that noise is unlikely to reach at two successive poses, standard deviations.
 const MOVES: f64 = 6.0;
 
-/// How long before it is seen to move an object may have begun to, s.
+/// Time for which an object may have moved before its motion is detected, s.
 const UNSEEN: f64 = 0.1;
 
-/// The last pose at rest: before contact, and before it is seen to move, since a reading that is late tells of contact
-/// late too.
+/// Index of the last pose at rest: before contact and before detected motion, since a late reading also
+/// delays the detection of contact.
 fn last_at_rest(episode: &Prepared, noise: &Noise) -> usize {
     let end =
         moves_at(&episode.pose, noise.pose).map_or(episode.contact, |t| episode.contact.min(t - UNSEEN));
     episode.pose.iter().rposition(|p| p.t <= end).unwrap_or(0)
 }
 
-/// When poses first leave the mean of those before, s.
+/// Time at which the poses leave the mean of the earlier ones, s.
 fn moves_at(poses: &[PoseSample], sd: [f64; 3]) -> Option<f64> {
     let (mut sum, mut left) = ([0.0; 3], None);
     for (n, pose) in poses.iter().enumerate() {
@@ -188,7 +189,7 @@ fn moves_at(poses: &[PoseSample], sd: [f64; 3]) -> Option<f64> {
 
 type Known = ([f64; 3], [f64; 3]);
 
-/// Pose and twist with their variances where the track begins.
+/// Initial pose and twist of the track, with their variances.
 fn start(episode: &Prepared, noise: &Noise, first: usize) -> (Known, Known) {
     let variance = noise.pose.map(|s| s * s);
     if episode.at_rest {
@@ -204,7 +205,7 @@ fn start(episode: &Prepared, noise: &Noise, first: usize) -> (Known, Known) {
     }
 }
 
-/// Cut the time between two poses into equal steps.
+/// Divides the time between two poses into equal steps.
 pub(crate) fn cut(from: f64, to: &PoseSample, curve: &Curve, longest: f64, steps: &mut Vec<Step>) {
     let pieces = ((to.t - from) / longest).ceil().max(1.0);
     let dt = (to.t - from) / pieces;
@@ -222,7 +223,7 @@ mod tests {
     use super::*;
 
     #[test]
-    fn what_moves_before_the_reading_says_so_has_begun_earlier() {
+    fn motion_onset_is_detected_before_contact() {
         let noise = |k: usize| 2e-4 * ((12.9 * k as f64).sin() + (78.2 * k as f64).sin());
         let pose = |k: usize| {
             let t = k as f64 / 60.0;

@@ -1,32 +1,32 @@
-//! The standard normal distribution, whole and cut off at both ends, accurate in its tails.
+//! Standard normal distribution and its truncation to an interval, accurate in the tails.
 
 use statrs::function::erf::{erfc, erfc_inv};
 use std::f64::consts::{SQRT_2, TAU};
 
-/// Probability below `x`.
+/// Cumulative distribution function.
 pub(crate) fn below(x: f64) -> f64 {
     0.5 * erfc(-x / SQRT_2)
 }
 
-/// Density at `x`.
+/// Probability density function.
 pub(crate) fn density(x: f64) -> f64 {
     (-0.5 * x * x).exp() / TAU.sqrt()
 }
 
-/// The point with probability `p` below it.
+/// Inverse of the cumulative distribution function.
 pub(crate) fn quantile(p: f64) -> f64 {
     let x = -SQRT_2 * erfc_inv(2.0 * p);
-    // One step of Newton's: the series alone are good to 1e-9.
+    // One Newton step, because the series alone is accurate to 1e-9 only.
     let step = (below(x) - p) / density(x);
     if step.is_finite() { x - step } else { x }
 }
 
-/// Probability between `a` and `b`.
+/// Probability of the interval from `a` to `b`.
 fn between(a: f64, b: f64) -> f64 {
     if a > 0.0 { below(-a) - below(-b) } else { below(b) - below(a) }
 }
 
-/// A standard normal distribution cut off at `low` and `high`.
+/// Standard normal distribution truncated to the interval from `low` to `high`.
 #[derive(Clone, Copy, Debug)]
 pub(crate) struct Truncated {
     pub low: f64,
@@ -34,18 +34,18 @@ pub(crate) struct Truncated {
 }
 
 impl Truncated {
-    /// The point with as much of the distribution below it as a whole one has below `z`, and its
-    /// slope by `z`.
+    /// The point whose cumulative probability in the truncated distribution is that of `z` in the full one,
+    /// and its derivative by `z`.
     pub fn value(self, z: f64) -> (f64, f64) {
         let whole = between(self.low, self.high);
         let (under, over) = (below(self.low) + below(z) * whole, below(-self.high) + below(-z) * whole);
-        // From the end that is nearer: the difference from one has no digits left in the tail.
+        // Computed from the nearer end, because the difference from one loses all digits in the tail.
         let t = if under < over { quantile(under) } else { -quantile(over) };
         let t = t.clamp(self.low, self.high);
         (t, whole * (0.5 * (t * t - z * z)).exp())
     }
 
-    /// The `z` of [`Truncated::value`].
+    /// Inverse of [`TruncatedNormal::value`].
     pub fn point(self, t: f64) -> f64 {
         let t = t.clamp(self.low, self.high);
         let whole = between(self.low, self.high);
@@ -71,7 +71,7 @@ mod tests {
     }
 
     #[test]
-    fn points_invert_values_and_slopes_are_theirs() {
+    fn points_invert_values_and_slopes_match_differences() {
         for (low, high) in CUTS {
             let cut = Truncated { low, high };
             for z in [-4.0, -1.5, -0.1, 0.0, 0.7, 3.0] {
@@ -86,7 +86,7 @@ mod tests {
 
     /// ∫φ(t)/W dt from `low` to `value(z)` by Simpson's rule is Φ(z).
     #[test]
-    fn the_density_behind_it_is_the_normal_one_cut_off() {
+    fn the_density_is_the_truncated_normal() {
         for (low, high) in CUTS {
             let cut = Truncated { low, high };
             let from = low.max(-9.0);

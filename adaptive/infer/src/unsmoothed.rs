@@ -1,7 +1,7 @@
-//! The wrench that a model misses, pose by pose and without smoothing.
+//! Missing wrench at each pose, without smoothing.
 //!
-//! A smoother suppresses what oscillates faster than the poses tell acceleration, and its noise with it. A search for
-//! oscillations needs both: a line stands out of the noise of its own frequency, however much the noise of others.
+//! A smoother suppresses oscillations above the bandwidth of the poses together with their noise. A search
+//! for oscillations requires both: a spectral line is compared with the noise at its own frequency.
 
 use crate::curve::Curve;
 use crate::score::{Own, inertial, seen};
@@ -10,8 +10,9 @@ use nalgebra::Matrix3;
 use trundle_model::{Model, Plant, State, to_body};
 use trundle_record::{Motion, Noise, PoseSample, Prepared, wrapped};
 
-/// Returns the missing wrench of an episode at every pose from contact on, object axes about the object origin, with
-/// accelerations from second differences of the recorded poses. Poses and twists are smoothed, and covariances are zero.
+/// Missing wrench of an episode at every pose from contact on, object axes about the object origin.
+/// Accelerations are second differences of the recorded poses. Poses and twists are smoothed, and the
+/// covariances are zero.
 ///
 /// # Errors
 /// When `values` has the wrong length.
@@ -30,7 +31,7 @@ pub fn unsmoothed(
     Ok(at.filter_map(one).collect())
 }
 
-/// The missing wrench at the middle one of three poses.
+/// Missing wrench at the middle one of three poses.
 fn missing(
     plant: &Plant<f64>,
     read: (&Prepared, &Curve),
@@ -39,7 +40,7 @@ fn missing(
     own: &mut Own,
 ) -> Option<Residual> {
     let [before, at, after] = poses else { return None };
-    // From halfway to the pose before to halfway to the pose after.
+    // The interval extends half of the way to each of the neighbouring poses.
     let sample = seen(motion, read, plant, 0.25 * (after.t - before.t))?;
     let inner = own.until(plant, &sample);
     let state = State::moving(sample.pose, sample.twist).with_inner(inner);

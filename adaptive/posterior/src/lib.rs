@@ -1,5 +1,5 @@
-//! What is known of a model's parameters after a recording: draws of the posterior, and whether the
-//! intervals that they give are honest.
+//! Posterior of a model's parameters after a recording: draws, and simulation-based calibration of their
+//! intervals.
 
 #[cfg(test)]
 mod bench;

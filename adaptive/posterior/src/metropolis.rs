@@ -1,8 +1,8 @@
 //! Random-walk Metropolis: the predecessor of the paper's method, for comparison.
 //!
-//! In warm-up the proposal's covariance is learnt from the chain (Haario, Saksman & Tamminen 2001) and
-//! its scale from the share of accepted proposals, towards 0.234 (Roberts & Rosenthal 2001). Then both
-//! are held, so that the kept draws are of one Markov chain with the right distribution.
+//! During warm-up, the covariance of the proposal is adapted to the chain (Haario, Saksman & Tamminen 2001),
+//! and its scale to an acceptance rate of 0.234 (Roberts & Rosenthal 2001). Both are then fixed, so that the
+//! kept draws form one Markov chain with the correct stationary distribution.
 
 use crate::chain::{Chain, Length, normal};
 use crate::{PosteriorError, Whitened};
@@ -11,10 +11,10 @@ use rand::RngExt;
 use rand_chacha::ChaCha8Rng;
 use trundle_infer::{InferError, Watch};
 
-/// Share of accepted proposals that explores fastest.
+/// Target share of accepted proposals.
 const WANTED: f64 = 0.234;
 
-/// What warm-up learns.
+/// Adaptive proposal.
 struct Proposal {
     mean: DVector<f64>,
     scatter: DMatrix<f64>,
@@ -35,7 +35,7 @@ impl Proposal {
         from.iter().zip(noise.iter()).map(|(a, b)| a + b).collect()
     }
 
-    /// Learn from the chain's place and from how likely the proposal was to be accepted.
+    /// Adapts to the position of the chain and the acceptance probability of the last proposal.
     fn learn(&mut self, at: &[f64], accepted: f64, step: usize) {
         self.log_scale += (accepted - WANTED) / (step as f64 + 1.0).powf(0.6);
         let away = DVector::from_column_slice(at) - &self.mean;
@@ -52,7 +52,7 @@ impl Proposal {
     }
 }
 
-/// One chain from `start`, a point `w`.
+/// Samples one chain from `start`, a point `w`.
 pub(crate) fn chain(
     density: &Whitened<'_>,
     start: Vec<f64>,

@@ -1,9 +1,9 @@
-//! The No-U-Turn sampler of nuts-rs on a whitened density.
+//! No-U-Turn sampler of nuts-rs on a whitened density.
 //!
-//! The slope of the motion likelihood holds the filter's gains fixed, so it is not exactly that of the
-//! density. The draws are right all the same: the leapfrog with any force that depends on the position
-//! alone is reversible and keeps volume, and the choice among the points of a trajectory uses the exact
-//! density. A poor slope costs acceptance, to which the step size adapts, and nothing else.
+//! The gradient of the motion likelihood holds the filter's gains fixed, so it is approximate. The draws are
+//! still exact: the leapfrog integrator is reversible and volume-preserving with any force that depends on
+//! the position alone, and the choice among the points of a trajectory uses the exact density. An inaccurate
+//! gradient only lowers the acceptance rate, to which the step size adapts.
 
 use crate::chain::{Chain, Length};
 use crate::{PosteriorError, Whitened};
@@ -16,13 +16,13 @@ use std::sync::{Arc, Mutex};
 use thiserror::Error;
 use trundle_infer::{InferError, Watch};
 
-/// Doublings of a trajectory at most: 2⁸ steps.
+/// Maximum tree depth: 2⁸ steps.
 const DEEPEST: u64 = 8;
 
-/// Why a point has no density.
+/// Errors of evaluating the density.
 #[derive(Debug, Error)]
 enum Off {
-    #[error("the density is not finite there")]
+    #[error("the density is not finite")]
     Nowhere,
     #[error(transparent)]
     Failed(#[from] InferError),
@@ -34,7 +34,7 @@ impl LogpError for Off {
     }
 }
 
-/// Points evaluated in the present trajectory, with their log density.
+/// Points evaluated in the current trajectory, with their log density.
 type Seen = Arc<Mutex<Vec<(Vec<f64>, f64)>>>;
 
 struct Posterior<'a> {
@@ -84,7 +84,7 @@ impl CpuLogpFunc for Posterior<'_> {
     }
 }
 
-/// One chain from `start`, a point `w`.
+/// Samples one chain from `start`, a point `w`.
 pub(crate) fn chain(
     density: &Whitened<'_>,
     start: Vec<f64>,
@@ -122,7 +122,7 @@ fn settings(length: &Length) -> DiagNutsSettings {
     }
 }
 
-/// Log density of a drawn point, which the trajectory has just evaluated; `None` where it stayed.
+/// Log density of a drawn point, which the trajectory has just evaluated; `None` if the chain did not move.
 fn log_density(seen: &Seen, w: &[f64]) -> Option<f64> {
     let mut seen = seen.lock().ok()?;
     let found = seen.iter().rev().find(|(point, _)| point == w).map(|(_, value)| *value);
@@ -130,7 +130,7 @@ fn log_density(seen: &Seen, w: &[f64]) -> Option<f64> {
     found
 }
 
-/// The sampler's error with its cause.
+/// Converts an error of the sampler.
 fn refused(
     error: impl std::fmt::Display + Into<Box<dyn std::error::Error + Send + Sync>>,
     watch: &dyn Watch,

@@ -1,7 +1,7 @@
-//! What the next recording of the same push would look like, if the draws are right.
+//! Posterior predictive draws of a repetition of a recorded push.
 //!
-//! Of each draw the episode is simulated in open loop under a wrench that the recorded one may have
-//! been: its tare error and its noise are drawn anew, as the start's and the tracker's noise are.
+//! Each draw simulates the episode in open loop under a resampled wrench. The tare error, the wrench noise,
+//! the initial pose and the tracker noise are drawn anew.
 
 use crate::PosteriorError;
 use rand::{RngExt, SeedableRng};
@@ -12,13 +12,15 @@ use trundle_infer::{Channels, InferError, open_loop};
 use trundle_model::Model;
 use trundle_record::{PoseSample, Prepared, WrenchSample};
 
-/// Poses of an episode, one list a draw: world, m, m, rad, at the times of the recorded poses.
+/// Simulated poses of an episode, one list for each draw: world, m, m, rad, at the times of the recorded
+/// poses.
 pub type Predicted = Vec<Vec<[f64; 3]>>;
 
-/// Predictive draws of an episode for some values of all slots; `stream` tells episodes apart.
+/// Posterior predictive draws of an episode, one for each entry of `values` (values of all slots). `stream`
+/// selects the random numbers of the episode.
 ///
 /// # Errors
-/// When values have the wrong length.
+/// When an entry of `values` has the wrong length.
 pub fn predictive(
     model: &Model,
     values: &[Vec<f64>],
@@ -39,7 +41,7 @@ pub fn predictive(
     values.par_iter().enumerate().map(one).collect()
 }
 
-/// The episode as it may have been: the wrench without an error, the start without one.
+/// The episode with resampled wrench errors and initial pose.
 fn other(episode: &Prepared, channels: &Channels, dof: [bool; 3], rng: &mut ChaCha8Rng) -> Prepared {
     let tare = noisy([0.0; 3], episode.tare_sd, dof, rng);
     let wrench = episode.wrench.iter().map(|sample| {
@@ -58,7 +60,7 @@ fn other(episode: &Prepared, channels: &Channels, dof: [bool; 3], rng: &mut ChaC
     Prepared { wrench, pose, ..episode.clone() }
 }
 
-/// The last pose before contact.
+/// Index of the last pose before contact.
 fn rest(episode: &Prepared) -> usize {
     episode.pose.iter().rposition(|p| p.t <= episode.contact).unwrap_or(0)
 }

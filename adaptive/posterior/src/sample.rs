@@ -1,4 +1,4 @@
-//! From a likelihood to draws of the posterior.
+//! Sampling of the posterior of a likelihood.
 
 use crate::canonical::Canonical;
 use crate::chain::{Chain, Length, Method, chain};
@@ -9,18 +9,18 @@ use std::sync::atomic::{AtomicUsize, Ordering};
 use trundle_infer::{Channels, Density, Fit, FitOptions, Likelihood, Strain, Target, Watch, on_all_cores};
 use trundle_model::{Model, Slot};
 
-/// How a posterior is sampled.
+/// Settings of sampling.
 #[derive(Clone, Debug)]
 pub struct SampleOptions {
-    /// By which method.
+    /// Sampling method.
     pub method: Method,
-    /// Chains, each from a start of its own.
+    /// Number of chains, each with its own start.
     pub chains: usize,
-    /// Draws kept of each chain.
+    /// Number of draws kept from each chain.
     pub draws: usize,
-    /// Draws thrown away before them.
+    /// Number of discarded draws before them.
     pub warmup: usize,
-    /// The search for modes before the chains; its seed is that of the chains too.
+    /// Settings of the search for modes; its seed is also that of the chains.
     pub fit: FitOptions,
 }
 
@@ -36,13 +36,13 @@ impl SampleOptions {
             Err(PosteriorError::Setting { what, value: value.to_string(), remedy })
         };
         if self.chains == 0 {
-            return wrong("chains", self.chains, "give at least one; two or more tell whether they agree");
+            return wrong("chains", self.chains, "give at least 1; convergence checks require 2 or more");
         }
         if self.draws < 4 {
-            return wrong("draws", self.draws, "give at least 4, some hundreds for intervals");
+            return wrong("draws", self.draws, "give at least 4; intervals require several hundred");
         }
         if self.warmup < 50 && self.method != Method::Laplace {
-            return wrong("warmup", self.warmup, "give at least 50, in which the sampler learns its steps");
+            return wrong("warmup", self.warmup, "give at least 50 to tune the sampler");
         }
         Ok(())
     }
@@ -51,11 +51,11 @@ impl SampleOptions {
 /// Draws of a posterior.
 #[derive(Clone, Debug)]
 pub struct Posterior {
-    /// The model whose free parameters these are.
+    /// The model.
     pub model: Model,
-    /// The fit that the chains began from.
+    /// The fit from which the chains start.
     pub fit: Fit,
-    /// The free parameters: what the numbers of a draw are.
+    /// Slots of the free parameters, in the order of a draw.
     pub slots: Vec<Slot>,
     /// The chains; their points are in the coordinates of the search.
     pub chains: Vec<Chain>,
@@ -63,24 +63,25 @@ pub struct Posterior {
     pub draws: Vec<Vec<Vec<f64>>>,
     /// Values of all slots of the model, by chain and draw.
     pub values: Vec<Vec<Vec<f64>>>,
-    /// Whether the draws' spread means that the data hold the parameter.
+    /// Whether the data determine the parameter, by the standard deviation of the draws.
     pub identified: Vec<bool>,
-    /// Parameters that the prior keeps from where the data want them, in sentences.
+    /// Prior-data conflicts, as sentences.
     pub strained: Vec<String>,
     /// The best mode, in the coordinates of the search.
     pub best: Vec<f64>,
-    /// The modes that chains began in.
+    /// The modes in which chains start.
     pub modes: Vec<ModeSummary>,
-    /// The noise assumed.
+    /// The assumed noise.
     pub channels: Channels,
 }
 
-/// Sample the free parameters of `model`: chains on all cores, with the same bytes as on one.
+/// Sample the free parameters of `model` with chains on all cores. The result does not depend on the number
+/// of cores.
 ///
-/// Where the recording does not state its noise, it is held at what the fit finds.
+/// Unstated noise is fixed at the estimate of the fit.
 ///
 /// # Errors
-/// When a setting makes no sense, nothing is free, no start has a finite density, or the user interrupts.
+/// When a setting is invalid, no parameter is free, no start has a finite density, or the user interrupts.
 pub fn sample(
     likelihood: &dyn Likelihood,
     model: &Model,
@@ -100,14 +101,14 @@ pub fn sample(
     Ok(told(&target, found, chains, likelihood.channels()))
 }
 
-/// Values of all slots at a fit, the likelihood's own among them.
+/// Values of all slots at a fit, including the likelihood's own parameters.
 fn padded(fit: &Fit, slots: usize, likelihood: &dyn Likelihood) -> Vec<f64> {
     let own = likelihood.noise();
     let values = own.iter().map(|slot| fit.estimate(&slot.name).map_or(1.0, |e| e.mean));
     fit.values[..slots].iter().copied().chain(values).collect()
 }
 
-/// The chains, dealt to the modes in turn.
+/// Runs the chains, which are assigned to the modes in turn.
 fn run(
     target: &Target<'_>,
     modes: &[Mode],
@@ -132,7 +133,7 @@ fn run(
     })
 }
 
-/// Draws with their names, values and what is to be said of them.
+/// Draws in canonical form with their names, values and conflicts.
 fn told(target: &Target<'_>, found: modes::Found, mut chains: Vec<Chain>, channels: Channels) -> Posterior {
     let best = found.modes[0].point.clone();
     let canonical = Canonical::new(target, &best);
@@ -167,7 +168,7 @@ fn told(target: &Target<'_>, found: modes::Found, mut chains: Vec<Chain>, channe
     }
 }
 
-/// The sentence on a parameter that its prior keeps from where the data want it.
+/// Sentence on a prior-data conflict of a parameter.
 fn strain(target: &Target<'_>, mode: &Mode, k: usize) -> Option<String> {
     let (coordinates, parameter) = (target.coordinates(), target.parameter(k));
     let prior = coordinates.prior_precision(parameter);

@@ -1,11 +1,11 @@
-//! A density seen from a mode, in units of its own spread there.
+//! A density in coordinates that are whitened at a mode.
 //!
 //! ```text
 //! z = m + L w,   L Lᵀ = H⁻¹        H: Gauss-Newton curvature of −log density at the mode m
 //! ```
 //!
-//! Where the posterior is normal, `w` is standard normal: no direction is steeper than another, and
-//! a sampler needs few steps. Where it is not, nothing is lost: the map is linear.
+//! Where the posterior is normal, `w` is standard normal, so that all directions have the same scale and a
+//! sampler needs few steps. The map is linear, so it is valid for any posterior.
 
 use nalgebra::{DMatrix, DVector};
 use trundle_infer::{Density, InferError};
@@ -18,7 +18,8 @@ pub struct Whitened<'a> {
 }
 
 impl<'a> Whitened<'a> {
-    /// Around `mode` with `precision` there; a precision that is not positive definite whitens nothing.
+    /// Whitens around `mode` with `precision` there. A precision that is not positive definite leaves the
+    /// coordinates unscaled.
     pub fn new(density: &'a dyn Density, mode: &[f64], precision: &DMatrix<f64>) -> Self {
         let n = mode.len();
         let upper = precision.clone().cholesky().and_then(|c| c.l().transpose().try_inverse());
@@ -45,7 +46,7 @@ impl<'a> Whitened<'a> {
         self.density.cost(&self.point(w))
     }
 
-    /// −log density at `w`, and its gradient by `w` as the density gives it.
+    /// −log density at `w`, and its gradient by `w` as given by the density.
     ///
     /// # Errors
     /// As [`Density::linearise`].

@@ -35,7 +35,7 @@ fn straight(n: usize, seed: u64) -> Vec<Transition> {
 }
 
 #[test]
-fn r2_is_the_mean_over_channels_of_one_less_the_share_not_explained() {
+fn r2_is_the_mean_over_channels() {
     struct Fixed;
     impl Predictor for Fixed {
         fn predict(&self, x: &StateVector, _: &[f64; 3], _: f64) -> StateVector {
@@ -104,7 +104,7 @@ fn a_local_fit_of_a_line_is_the_line() {
 }
 
 #[test]
-fn few_observations_are_no_fault() {
+fn few_observations_are_enough() {
     for n in 1..5 {
         for features in Features::ALL {
             let training = gathered(&table(), n, 0);
@@ -120,7 +120,7 @@ fn few_observations_are_no_fault() {
 }
 
 #[test]
-fn the_true_plant_predicts_all() {
+fn the_true_plant_predicts_exactly() {
     let plant = table().resolved().unwrap();
     let data = gathered(&table(), 100, 2);
     assert!(r2(&plant, &data) > 1.0 - 1e-12);
@@ -131,7 +131,7 @@ fn the_true_plant_predicts_all() {
 }
 
 #[test]
-fn the_same_seed_gives_the_same_transitions_and_more_begin_alike() {
+fn the_same_seed_gives_the_same_transitions_and_more_extend_them() {
     let data = gathered(&table(), 30, 5);
     assert_eq!(data, gathered(&table(), 50, 5)[..30]);
     assert_ne!(data, gathered(&table(), 30, 6));
@@ -156,7 +156,7 @@ fn noise_is_of_the_size_and_the_units_stated() {
 }
 
 #[test]
-fn pushes_are_of_a_size_that_a_person_manages() {
+fn pushes_have_realistic_sizes() {
     let data = gathered(&table(), 500, 0);
     let speeds = data.iter().map(|t| t.after[3].hypot(t.after[4]));
     assert!(speeds.clone().fold(0.0, f64::max) < 2.0);
@@ -178,7 +178,7 @@ fn a_recording_is_cut_into_its_transitions() {
         ordinal: 0,
         name: "push".to_owned(),
         wrench: readings
-            // The reading's frame stands crosswise at the object's origin.
+            // The reading's frame is turned by 90° at the object's origin.
             .map(|t| WrenchSample {
                 t,
                 reading: [0.0, -load(t), 0.0],
@@ -203,7 +203,7 @@ fn a_recording_is_cut_into_its_transitions() {
         assert!((t.after[4] - (begin + 0.5) / 2.0).abs() < 0.02, "{t:?}");
         assert!((t.wrench[0] - 1.0).abs() < 1e-9 && t.wrench[1].abs() < 1e-9, "{:?}", t.wrench);
     }
-    // A drop-out of the tracker takes its transitions along, and no more.
+    // A drop-out of the tracker removes only its own transitions.
     let mut gappy = episode.clone();
     gappy.pose.retain(|p| !(1.7..2.4).contains(&p.t));
     let left = transitions_of(&gappy, &noise, 0.5);

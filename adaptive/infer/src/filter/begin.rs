@@ -1,4 +1,4 @@
-//! Where a filter begins.
+//! Initial belief of the filter.
 
 use super::Filter;
 use crate::Track;
@@ -7,12 +7,12 @@ use trundle_model::INNER;
 use trundle_record::Motion;
 
 impl<const N: usize, const D: usize> Filter<N, D> {
-    /// The belief at the beginning of an episode.
+    /// Belief at the start of an episode.
     pub(super) fn begin(&self, track: &Track, inner: &[f64; INNER]) -> Belief<N> {
         self.at(track.pose, track.twist, track.tare, inner)
     }
 
-    /// The belief at a motion, with the laws' own states of another belief.
+    /// Belief at a given motion, with the laws' own states taken from another belief.
     pub(super) fn begun_again(&self, track: &Track, motion: &Motion, known: &Belief<N>) -> Belief<N> {
         let variance = |of: usize| [0, 1, 2].map(|k| motion.cov[k][of][of]);
         let mut inner = [0.0; INNER];
@@ -25,7 +25,7 @@ impl<const N: usize, const D: usize> Filter<N, D> {
         belief
     }
 
-    /// The belief at a pose and a twist, given with their variances.
+    /// Belief at a pose and a twist, given with their variances.
     fn at(
         &self,
         (pose, pose_var): ([f64; 3], [f64; 3]),

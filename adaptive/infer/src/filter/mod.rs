@@ -1,8 +1,8 @@
-//! An extended Kalman filter over an episode: the exact likelihood of poses under wrench noise, up
-//! to linearisation.
+//! Extended Kalman filter over an episode: the likelihood of poses under wrench noise, exact up to
+//! linearisation.
 //!
-//! The state is pose, twist and the error of the wrench reading. That error starts as the
-//! tare's and may wander: its smoothed course is the wrench that the model misses.
+//! The state consists of the pose, the twist and the error of the wrench reading. The error starts with the
+//! uncertainty of the tare and may be a random walk. Its smoothed path is the wrench that the model misses.
 
 mod begin;
 mod response;
@@ -23,22 +23,22 @@ use sighting::Sighting;
 pub use smooth::Residual;
 use smooth::{Stage, backward};
 
-/// Pose, twist and wrench error, and the laws' own states.
+/// Maximum number of states: pose, twist, wrench error and the laws' own states.
 pub(crate) const STATES: usize = PLAIN + INNER;
-/// States but for the pose.
+/// Number of states without the pose.
 const MOVING: usize = PLAIN - POSE;
 
-/// Starting states that the filter compares, of those that a simulation finds likeliest.
+/// Number of starting states that the filter compares, preselected by a simulation.
 const LIKELIEST: usize = 2;
 
-/// Beginning of an episode by which the laws' own starting states are chosen, s.
+/// Time after the start from which the laws' own starting states are selected, s.
 const BEGINNING: f64 = 1.0;
 
-/// What a filter found along an episode.
+/// Result of filtering an episode.
 pub(crate) struct Passage {
-    /// Of every pose sample, in order.
+    /// Innovation of every pose sample, in order.
     pub innovations: Vec<Innovation>,
-    /// The laws' own states that it started from.
+    /// Starting values of the laws' own states.
     pub inner: [f64; INNER],
 }
 
@@ -49,31 +49,32 @@ impl Passage {
     }
 }
 
-/// Filters episodes with one plant. `None` where a number is not finite.
+/// Filters episodes with one plant. Methods return `None` if a number is not finite.
 pub(crate) trait Filtering: Sync {
-    /// The innovation of every pose sample.
+    /// Innovation of every pose sample.
     fn run(&self, track: &Track) -> Option<Passage>;
     /// −log density of all pose samples.
     fn cost(&self, track: &Track) -> Option<f64>;
-    /// The wrench error at every pose sample, given the whole episode (Rauch-Tung-Striebel).
+    /// Wrench error at every step, given the whole episode (Rauch-Tung-Striebel).
     fn smooth(&self, track: &Track) -> Option<Vec<Residual>>;
-    /// The density of every pose sample as predicted from the track's start alone.
+    /// Prediction of every pose sample from the start of the track alone.
     fn predict_only(&self, track: &Track) -> Option<Vec<Innovation>>;
-    /// The density of the pose samples of windows of `length` seconds, each predicted from a given motion, which does
-    /// not depend on the model, and from the filter's estimate of the laws' own states there; `None` in place of a window that is not finite.
+    /// Predictions of the pose samples in windows of `length` seconds. Each starts from a given motion, which
+    /// does not depend on the model, and from the filter's estimate of the laws' own states. A window that is
+    /// not finite is `None`.
     fn ahead(&self, track: &Track, starts: &[Motion], length: f64) -> Option<Vec<Option<Vec<Innovation>>>>;
-    /// The episode as a linear system about this plant.
+    /// The episode as a linear system around this plant.
     fn response(&self, track: &Track) -> Option<Response>;
 }
 
-/// The filter for a model at values.
+/// Filter for a model at given values.
 pub(crate) fn filter(
     model: &Model,
     values: &[f64],
     channels: &Channels,
 ) -> Result<Box<dyn Filtering>, InferError> {
     let (plain, inner) = (model.plant(values)?, model.inner());
-    // As few states and derivatives as the model has: both the laws and the covariance cost in proportion.
+    // The cost of the laws and of the covariance is proportional to the number of states and derivatives.
     Ok(match (inner.len(), plain.same_everywhere()) {
         (0, true) => Box::new(Filter::<PLAIN, MOVING>::new(model, values, channels, plain)?),
         (0, false) => Box::new(Filter::<PLAIN, PLAIN>::new(model, values, channels, plain)?),
@@ -83,17 +84,17 @@ pub(crate) fn filter(
     })
 }
 
-/// Filters with `N` states, and derivatives by the last `D` of them: by all, or by all but the pose, where the motion
-/// is the same everywhere.
+/// Filter with `N` states and derivatives by the last `D` of them: by all states, or by all but the pose for
+/// translation- and rotation-invariant motion.
 struct Filter<const N: usize, const D: usize> {
     plant: Plant<Dual<D>>,
-    /// The same without derivatives, where starting states are to be chosen.
+    /// The same without derivatives, if starting states have to be selected.
     plain: Option<Plant<f64>>,
     dof: [bool; 3],
     inner: Vec<Inner>,
     /// Variances of a pose sample, zero where a direction is blocked.
     pose_noise: [f64; 3],
-    /// Variances of a reading and of its error's walk, 1/s, likewise.
+    /// Variances of a reading and of the random walk of its error, 1/s; zero where a direction is blocked.
     reading_noise: [f64; 3],
     wander: [f64; 3],
 }
@@ -188,7 +189,7 @@ impl<const N: usize, const D: usize> Filter<N, D> {
         })
     }
 
-    /// Filter up to a time after the start, showing each pose sample.
+    /// Filters up to a time and passes each pose sample to `show`.
     fn walk(
         &self,
         track: &Track,
@@ -213,7 +214,7 @@ impl<const N: usize, const D: usize> Filter<N, D> {
         Some(())
     }
 
-    /// Predictions of the pose samples of some steps from a belief at time `t`, correcting nothing.
+    /// Open-loop predictions of the pose samples of some steps from a belief at time `t`.
     fn onwards(
         &self,
         steps: &[Step],
@@ -232,8 +233,9 @@ impl<const N: usize, const D: usize> Filter<N, D> {
         Some(predictions)
     }
 
-    /// The laws' own starting states that the episode's beginning fits best, of all that they offer: a simulation that
-    /// corrects nothing tells the likeliest, the filter which of them it is.
+    /// Starting values of the laws' own states, of all combinations that the laws offer, that fit the start
+    /// of the episode best. An open-loop simulation preselects candidates, and the filter chooses between
+    /// them.
     fn inner_start(&self, track: &Track) -> Option<[f64; INNER]> {
         let mut offers = vec![[0.0; INNER]];
         for (k, inner) in self.inner.iter().enumerate() {
@@ -259,7 +261,7 @@ impl<const N: usize, const D: usize> Filter<N, D> {
         looked.min_by(|a, b| a.0.total_cmp(&b.0)).map(|(_, offer)| offer)
     }
 
-    /// Sum of squared errors of the poses up to a time, in units of their noise, of a simulation from the track's start.
+    /// Sum of squared pose errors of an open-loop simulation up to a time, in units of their noise.
     fn missed_by(&self, plain: &Plant<f64>, track: &Track, inner: &[f64; INNER], until: f64) -> f64 {
         let mut state = State { pose: track.pose.0, twist: track.twist.0, inner: *inner };
         let (mut t, mut sum) = (track.start, 0.0);
@@ -279,10 +281,10 @@ impl<const N: usize, const D: usize> Filter<N, D> {
         if sum.is_finite() { sum } else { f64::INFINITY }
     }
 
-    /// Move a belief on by a step, with the derivatives of the state after it by the state before it.
+    /// Propagates a belief by one step and returns the derivatives of the new state by the old one.
     fn predict(&self, belief: &mut Belief<N>, step: &Step, curve: &Curve) -> Matrix<N> {
         let variable = |k: usize| {
-            // Where the pose is no variable its index is beyond the derivatives.
+            // If the pose is not a variable, its index is outside the derivatives.
             Dual::<D>::variable(belief.mean[k], (k + D).wrapping_sub(N))
         };
         let mut state = State {
@@ -330,9 +332,9 @@ impl<const N: usize, const D: usize> Filter<N, D> {
     }
 }
 
-/// The derivatives of a step by the pose, where the motion is the same everywhere. Moving the start moves the end.
-/// Turning the start, its velocity with it, turns what follows: with `J` a quarter turn,
-/// `∂f/∂θ + ∂f/∂v J v = J (f − p)`. The laws' own states do not turn with it.
+/// Sets the derivatives of a step by the pose for invariant motion. A translation of the start translates the
+/// end. A rotation of the start with its velocity rotates the result: with `J` a quarter turn, `∂f/∂θ + ∂f/∂v
+/// J v = J (f − p)`. The laws' own states do not rotate.
 fn turned<const N: usize>(transition: &mut Matrix<N>, before: &Vector<N>, after: &Vector<N>) {
     const HEADING: usize = 2;
     let (dx, dy) = (after[0] - before[0], after[1] - before[1]);
@@ -347,7 +349,7 @@ fn turned<const N: usize>(transition: &mut Matrix<N>, before: &Vector<N>, after:
     }
 }
 
-/// Move a state on by a step under a reading with an error.
+/// Advances a state by one step under a reading with an error.
 #[inline]
 pub(crate) fn push<T: Real>(
     plant: &Plant<T>,
@@ -360,8 +362,8 @@ pub(crate) fn push<T: Real>(
     plant.move_as(Precision::Fit, state, &applied, clock, step.dt);
 }
 
-/// Mean wrench on the object over a step, object axes about its origin, when readings are off by `error` as well; and when
-/// it was read: a late reading tells of contact late.
+/// Mean wrench on the object over a step, object axes about its origin, for readings with the additional
+/// error `error`; and the clock of the reading, since a late reading also shows contact late.
 pub(crate) fn acting<T: Real>(
     plant: &Plant<T>,
     error: &[T; 3],

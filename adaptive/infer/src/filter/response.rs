@@ -1,9 +1,9 @@
-//! What a wrench that the model lacks does to the whitened innovations, to first order.
+//! Effect of a missing wrench on the whitened innovations, to first order.
 //!
-//! A filter whose transitions and gains are held is a linear system: a missing wrench enters it where the reading's
-//! error does, moves the state away from the filter's, and each sample's correction takes part of that back
-//! (Willsky & Jones 1976; de Jong & Penzer 1998). The answer to any course of missing wrench is one walk over the
-//! episode, so that thousands of hypotheses can be tried for the price of a fit.
+//! A filter with fixed transitions and gains is a linear system. A missing wrench enters it like the error of
+//! the reading and moves the state away from the filter's estimate; each correction removes part of the
+//! deviation (Willsky & Jones 1976; de Jong & Penzer 1998). The response to any missing wrench requires one
+//! pass over the episode, so thousands of hypotheses cost no more than a fit.
 
 use super::Filter;
 use crate::Track;
@@ -11,14 +11,14 @@ use crate::covariance::{Matrix, Vector};
 use nalgebra::{Matrix3, SMatrix, Vector3};
 use trundle_model::transport;
 
-/// Where in the state the reading's error begins.
+/// Index of the first state of the reading's error.
 const ERROR: usize = 6;
 
 /// A filtered episode as a linear system.
 pub struct Response {
     system: Box<dyn Answering>,
-    /// Whitened innovations, three a pose sample: independent and standard normal where the model is right, zero in
-    /// directions that do not move.
+    /// Whitened innovations, three for each pose sample. They are independent and standard normal under the
+    /// correct model, and zero along blocked directions.
     pub innovations: Vec<f64>,
     /// Middle of each step, s.
     pub t: Vec<f64>,
@@ -27,19 +27,19 @@ pub struct Response {
 }
 
 impl Response {
-    /// What a missing wrench over each step, object axes about the object origin, adds to
+    /// Contribution of a missing wrench over each step, object axes about the object origin, to
     /// [`Response::innovations`].
     pub fn answer(&self, missing: &[[f64; 3]]) -> Vec<f64> {
         self.system.answer(0, missing)
     }
 
-    /// The same for a wrench that is missing from step `first` on, for as many steps as are given.
+    /// The same for a wrench that is missing from step `first` on, for the given number of steps.
     pub fn answer_from(&self, first: usize, missing: &[[f64; 3]]) -> Vec<f64> {
         self.system.answer(first, missing)
     }
 }
 
-/// A linear system of any number of states.
+/// A linear system with any number of states.
 trait Answering: Send + Sync {
     fn answer(&self, first: usize, missing: &[[f64; 3]]) -> Vec<f64>;
 }
@@ -47,9 +47,9 @@ trait Answering: Send + Sync {
 /// One step of the linear system.
 struct Stage<const N: usize> {
     transition: Matrix<N>,
-    /// From a missing wrench, object axes, to the reading's error.
+    /// Map from a missing wrench, object axes, to the error of the reading.
     entry: Matrix3<f64>,
-    /// Gain and whitener of the pose seen at its end.
+    /// Gain and whitener of the pose measured at the end of the step.
     seen: Option<(SMatrix<f64, N, 3>, Matrix3<f64>)>,
 }
 
@@ -72,7 +72,7 @@ impl<const N: usize> Answering for Vec<Stage<N>> {
 }
 
 impl<const N: usize> Stage<N> {
-    /// The state's distance from the filter's after a step over which the reading is wrong by `error` more.
+    /// Deviation of the state from the filter's after a step with the additional reading error `error`.
     fn after(&self, mut apart: Vector<N>, error: Vector3<f64>) -> Vector<N> {
         for k in 0..3 {
             apart[ERROR + k] += error[k];
@@ -86,7 +86,7 @@ impl<const N: usize> Stage<N> {
 }
 
 impl<const N: usize, const D: usize> Filter<N, D> {
-    /// The episode as a linear system; `None` where a number is not finite.
+    /// The episode as a linear system; `None` if a number is not finite.
     pub(super) fn linear(&self, track: &Track) -> Option<Response> {
         let (mut stages, mut innovations) = (Vec::with_capacity(track.steps.len()), Vec::new());
         let (mut middles, mut durations) = (Vec::new(), Vec::new());
@@ -110,7 +110,7 @@ impl<const N: usize, const D: usize> Filter<N, D> {
     }
 }
 
-/// A wrench on the object is a reading's error of the opposite sign, in reading axes.
+/// Map from a wrench on the object to the error of the reading, which has the opposite sign, in reading axes.
 fn entry(frame: [f64; 3]) -> Option<Matrix3<f64>> {
     let columns = [0, 1, 2].map(|k| {
         let mut unit = [0.0; 3];

@@ -1,19 +1,19 @@
-//! What one pose sample says: how far it is from what was predicted, and what it moves.
+//! Innovation of one pose sample, and the correction that it implies.
 
 use super::STATES;
 use crate::covariance::{Belief, POSE, whitener};
 use nalgebra::{Matrix3, SMatrix, Vector3};
 
-/// What one pose sample said.
+/// Innovation of one pose sample.
 #[derive(Clone, Debug)]
 pub struct Innovation {
     /// Time, s.
     pub t: f64,
-    /// Seen less predicted pose.
+    /// Measured minus predicted pose.
     pub error: Vector3<f64>,
-    /// Its covariance.
+    /// Covariance of the error.
     pub covariance: Matrix3<f64>,
-    /// Filter gain: what the sample moves in the state.
+    /// Filter gain.
     pub gain: SMatrix<f64, STATES, 3>,
     /// Inverse of the Cholesky factor of the covariance; rows of blocked directions are zero.
     pub whitener: Matrix3<f64>,
@@ -21,7 +21,7 @@ pub struct Innovation {
     pub cost: f64,
 }
 
-/// What a pose sample says of a belief.
+/// Innovation of one pose sample for a filter with `N` states.
 pub(super) struct Sighting<const N: usize> {
     pub t: f64,
     pub error: Vector3<f64>,
@@ -32,7 +32,8 @@ pub(super) struct Sighting<const N: usize> {
 }
 
 impl<const N: usize> Sighting<N> {
-    /// A pose seen, where directions that are not `dof` are blocked; `noise` are variances. `None` where a number is not finite.
+    /// Compares a belief with a measured pose. Directions not in `dof` are blocked; `noise` holds variances.
+    /// `None` if a number is not finite.
     pub fn new(belief: &Belief<N>, t: f64, seen: [f64; 3], dof: [bool; 3], noise: [f64; 3]) -> Option<Self> {
         let mut covariance: Matrix3<f64> = belief.covariance.fixed_view::<3, 3>(0, 0).into_owned();
         let mut error = Vector3::zeros();

@@ -1,4 +1,4 @@
-//! One mode of the posterior, followed from push to push.
+//! One mode of the posterior, updated with each push.
 
 use super::quadratic::Quadratic;
 use crate::coordinates::within_reach;
@@ -6,7 +6,7 @@ use crate::{Coordinates, InferError, Likelihood};
 use nalgebra::{DMatrix, DVector};
 use trundle_model::Model;
 
-/// What all hypotheses share.
+/// Data shared by all hypotheses.
 pub(super) struct Setting<'a> {
     pub model: &'a Model,
     pub coordinates: &'a Coordinates,
@@ -17,23 +17,23 @@ impl Setting<'_> {
         Quadratic::of(likelihood, self.model, self.coordinates, z)
     }
 
-    /// `z` within the range where numbers mean something.
+    /// `z` limited to the searched range.
     fn clamped(&self, z: DVector<f64>) -> DVector<f64> {
         DVector::from_fn(z.len(), |k, _| within_reach(z[k], self.coordinates.slot(k)))
     }
 }
 
-/// A mode, and what each push said near it.
+/// A mode, and the expansion of each push near it.
 #[derive(Clone, Debug)]
 pub(super) struct Hypothesis {
     pub z: DVector<f64>,
-    /// Pushes that are kept, in the order of [`super::Online`]'s.
+    /// Expansions of the retained pushes, in the order of [`super::Online`].
     pub terms: Vec<Quadratic>,
-    /// All pushes that are not kept any more.
+    /// Sum of the expansions of all other pushes.
     pub past: Quadratic,
     /// −log posterior density at `z`, not normalised.
     pub cost: f64,
-    /// Its curvature.
+    /// Curvature of the cost at `z`.
     pub precision: DMatrix<f64>,
 }
 
@@ -43,15 +43,15 @@ impl Hypothesis {
         Self { z, terms: vec![], past: Quadratic::zero(n), cost: 0.0, precision: DMatrix::identity(n, n) }
     }
 
-    /// Everything known but `extra`, expanded at `z`.
+    /// Prior and all terms, expanded at `z`.
     fn known(&self, setting: &Setting<'_>, z: &DVector<f64>) -> Quadratic {
         let mut sum = Quadratic::of_prior(setting.coordinates, z);
         self.terms.iter().chain([&self.past]).for_each(|term| sum.add(term));
         sum
     }
 
-    /// The mode with one more push, by at most `steps` linearisations of it after the first; the push's expansion
-    /// there. The hypothesis moves, the push is not yet remembered.
+    /// Moves the mode to include one more push, with at most `steps` linearisations of the push after the
+    /// first. Returns the expansion of the push at the new mode; the term is not yet added.
     pub fn follow(
         &mut self,
         setting: &Setting<'_>,
@@ -83,7 +83,7 @@ impl Hypothesis {
         Ok(term)
     }
 
-    /// Go to the minimum of what is known, without another look at any push.
+    /// Moves the mode to the minimum of the prior and all terms, without linearising a push.
     pub fn settle(&mut self, setting: &Setting<'_>) {
         let mut sum = self.known(setting, &self.z);
         if let Some((step, _)) = newton(&sum, 0.0) {
@@ -103,14 +103,14 @@ impl Hypothesis {
         self.cost + half.unwrap_or(0.0)
     }
 
-    /// Whether another one is the same mode: nearer than its own uncertainty.
+    /// Whether another hypothesis is the same mode: closer than the uncertainty.
     pub fn same(&self, other: &Self) -> bool {
         let d = &self.z - &other.z;
         d.dot(&(&self.precision * &d)) < self.z.len() as f64
     }
 }
 
-/// A damped Newton step and how much it promises.
+/// A damped Newton step and the decrease that it predicts.
 fn newton(sum: &Quadratic, damping: f64) -> Option<(DVector<f64>, f64)> {
     let mut system = sum.curvature.clone();
     for k in 0..system.nrows() {

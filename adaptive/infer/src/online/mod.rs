@@ -1,11 +1,11 @@
-//! The estimate kept up to date push by push, at a cost that does not grow with their number.
+//! Recursive estimation: an estimate updated push by push, at a cost that does not grow with their number.
 //!
-//! Each push is remembered as a quadratic in `z`, the expansion of its likelihood where the estimate stood
-//! (information form of the extended Kalman filter; Bell 1994, "The iterated Kalman smoother as a Gauss-Newton
-//! method"). A new push moves the mode by a few Gauss-Newton steps on its own likelihood plus those quadratics; one
-//! earlier push is then expanded anew at the mode, in rotation, so that the estimate comes to rest where the fit of
-//! all pushes at once does. The first push is searched from several starts, and modes that it cannot tell apart
-//! are followed side by side until one is enough.
+//! Each push is stored as a quadratic in `z`, the expansion of its −log likelihood at the estimate
+//! (information form of the extended Kalman filter; Bell 1994, "The iterated Kalman smoother as a
+//! Gauss-Newton method"). A new push moves the mode by a few Gauss-Newton steps on its own likelihood plus
+//! those quadratics. One earlier push, in rotation, is then linearised again at the mode, so that the
+//! estimate converges to that of a joint fit. The first push is searched from several starts. Several modes
+//! that it cannot distinguish are tracked until one remains.
 
 mod hypothesis;
 mod quadratic;
@@ -17,16 +17,16 @@ use hypothesis::{Hypothesis, Setting};
 use nalgebra::{DMatrix, DVector};
 use trundle_model::Model;
 
-/// How much an update may do.
+/// Settings of recursive estimation.
 #[derive(Clone, Debug)]
 pub struct OnlineOptions {
-    /// Random starts at the first push.
+    /// Number of random starts for the first push.
     pub starts: usize,
-    /// Their seed.
+    /// Seed of the random starts.
     pub seed: u64,
-    /// Pushes kept to be looked at again; older ones stay as they were last seen.
+    /// Number of retained pushes that are linearised again; older ones keep their last expansion.
     pub kept: usize,
-    /// Gauss-Newton steps at each update.
+    /// Maximum number of Gauss-Newton steps per update.
     pub steps: usize,
 }
 
@@ -36,38 +36,38 @@ impl Default for OnlineOptions {
     }
 }
 
-/// Modes followed side by side.
+/// Maximum number of tracked modes.
 const MODES: usize = 3;
 
-/// Modes less likely than the best by this (in nats) are given up.
+/// Modes whose −log evidence exceeds that of the best by more than this are dropped, nats.
 const HOPELESS: f64 = 12.0;
 
-/// Steps from the end of a short search to the mode of the first push.
+/// Maximum number of steps from the end of a short search to the mode of the first push.
 const FIRST_STEPS: usize = 20;
 
-/// An estimate that grows with every push.
+/// An estimate updated with every push.
 pub struct Online {
     model: Model,
     coordinates: Coordinates,
     options: OnlineOptions,
     kept: Vec<Box<dyn Likelihood + Send>>,
     hypotheses: Vec<Hypothesis>,
-    /// The modes with what has been seen of the push that is under way.
+    /// The modes including the data so far of the current push.
     current: Option<Vec<Hypothesis>>,
     pushes: usize,
 }
 
 impl Online {
-    /// Knowing the priors of `model`'s free parameters alone.
+    /// Starts from the priors of `model`'s free parameters.
     pub fn new(model: Model, options: OnlineOptions) -> Self {
         let coordinates = Coordinates::new(&model);
         Self { model, coordinates, options, kept: vec![], hypotheses: vec![], current: None, pushes: 0 }
     }
 
-    /// Take a whole push in.
+    /// Add a complete push.
     ///
     /// # Errors
-    /// When it can be evaluated nowhere near the prior, or does not fit the model.
+    /// When the push cannot be evaluated near the prior, or does not match the model.
     pub fn update(&mut self, push: Box<dyn Likelihood + Send>) -> Result<(), InferError> {
         let begun = self.current.take().unwrap_or_else(|| self.hypotheses.clone());
         let (mut modes, steps) = self.begun(&*push, begun)?;
@@ -88,8 +88,8 @@ impl Online {
         Ok(())
     }
 
-    /// Take in what has been seen so far of a push that is under way: it replaces what an earlier call said of the
-    /// same push, and [`Online::update`] with the whole of it replaces both.
+    /// Update the estimate with the data so far of the current push. It replaces an earlier call for the same
+    /// push, and [`Online::update`] with the complete push replaces both.
     ///
     /// # Errors
     /// As [`Online::update`].
@@ -105,12 +105,13 @@ impl Online {
         Ok(())
     }
 
-    /// Forget what [`Online::peek`] was told of the push that is under way.
+    /// Discard the data of the current push given to [`Online::peek`].
     pub fn abandon(&mut self) {
         self.current = None;
     }
 
-    /// The modes to follow, and by how many steps: those known, or on the first push those that a search finds.
+    /// The modes to track and the number of steps: the known modes, or those found by a search on the first
+    /// push.
     fn begun(
         &self,
         push: &dyn Likelihood,
@@ -123,14 +124,14 @@ impl Online {
             FitOptions { starts: self.options.starts, seed: self.options.seed, ..FitOptions::default() };
         let ladder = ladder(push, &self.model, &options)?;
         let (points, _) = scout(&ladder, &[], &options, &Quiet)?;
-        // The same wheel under two descriptions is one mode.
+        // Two descriptions of the same wheel are one mode.
         let named = |z: Vec<f64>| ladder.last().and_then(|target| canonical(target, &z)).unwrap_or(z);
         let points = points.into_iter().take(MODES).map(named);
         let modes = points.map(|z| Hypothesis::at(DVector::from_vec(z)));
         Ok((modes.collect(), FIRST_STEPS))
     }
 
-    /// Expand one earlier push anew at each mode, in rotation.
+    /// Linearises one earlier push again at each mode, in rotation.
     fn look_back(&self, modes: &mut [Hypothesis]) -> Result<(), InferError> {
         let earlier = self.kept.len() - 1;
         if earlier == 0 {
@@ -148,7 +149,7 @@ impl Online {
         Ok(())
     }
 
-    /// Sum up the oldest push for good where more are kept than agreed.
+    /// Adds the oldest push to the sum of past pushes if too many are retained.
     fn forget(&mut self, modes: &mut [Hypothesis]) {
         if self.kept.len() <= self.options.kept.max(1) {
             return;
@@ -165,17 +166,17 @@ impl Online {
         self.current.as_deref().unwrap_or(&self.hypotheses)
     }
 
-    /// How many pushes were taken in.
+    /// Number of pushes.
     pub fn pushes(&self) -> usize {
         self.pushes
     }
 
-    /// How many modes are still followed.
+    /// Number of tracked modes.
     pub fn hypotheses(&self) -> usize {
         self.modes().len()
     }
 
-    /// Values of all slots at the best mode; the prior's medians before any push.
+    /// Values of all slots at the best mode; the prior medians before the first push.
     pub fn values(&self) -> Vec<f64> {
         let z = self
             .modes()
@@ -184,7 +185,7 @@ impl Online {
         self.coordinates.values(&z).0
     }
 
-    /// The model with every value filled in.
+    /// The model with all values filled in.
     ///
     /// # Errors
     /// Never for values within their bounds.
@@ -198,8 +199,8 @@ impl Online {
         DMatrix::from_fn(slopes.len(), slopes.len(), |i, j| spread[(i, j)] * slopes[i] * slopes[j])
     }
 
-    /// The free parameters; what the pushes so far do not hold, or what two modes contradict each other in, is not
-    /// identified.
+    /// Estimates of the free parameters. A parameter is not identified if the pushes so far do not determine
+    /// it, or if two modes disagree on it.
     pub fn estimate(&self) -> Vec<Estimate> {
         let (spread, slopes) = self.spread();
         let (values, modes) = (self.values(), self.modes());
@@ -221,7 +222,7 @@ impl Online {
         (0..slopes.len()).map(one).collect()
     }
 
-    /// Posterior covariance in `z` at the best mode, and the slopes of the values there.
+    /// Posterior covariance in `z` at the best mode, and the derivatives of the values there.
     fn spread(&self) -> (DMatrix<f64>, Vec<f64>) {
         let n = self.coordinates.free().len();
         let best = self.modes().first();
@@ -236,7 +237,7 @@ impl Online {
     }
 }
 
-/// Best mode first; those that are the same or hopeless are left out.
+/// Sorts the modes, best first, and drops duplicates and modes with negligible evidence.
 fn prune(modes: &mut Vec<Hypothesis>) -> Result<(), InferError> {
     let starts = modes.len();
     modes.retain(|mode| mode.cost.is_finite());
@@ -265,7 +266,7 @@ mod tests {
     }
 
     #[test]
-    fn modes_that_coincide_or_are_hopeless_are_given_up() {
+    fn duplicate_and_negligible_modes_are_dropped() {
         let mut modes = vec![mode(5.0, 3.0), mode(0.0, 1.0), mode(0.1, 2.0), mode(-5.0, 40.0)];
         prune(&mut modes).unwrap();
         assert_eq!(modes.iter().map(|m| m.z[0]).collect::<Vec<_>>(), vec![0.0, 5.0]);

@@ -1,10 +1,10 @@
-//! How far what is seen scatters about what is simulated: σ of eq. 6.
+//! Scatter of measured around simulated states: σ of eq. 6.
 
 use crate::{StateVector, Transition};
 use trundle_model::{Prior, Slot};
 use trundle_record::{Motion, Noise};
 
-/// One standard deviation in each kind of channel.
+/// Standard deviation of each kind of channel.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct Scatter {
     /// Of x and y, m.
@@ -17,23 +17,23 @@ pub struct Scatter {
     pub spin: f64,
 }
 
-/// What is known of the scatter before the data.
+/// Prior knowledge of the scatter.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub(crate) enum Sigma {
-    /// Its value.
+    /// A fixed value.
     Known(Scatter),
     /// Log-normal about this median.
     Unknown { median: Scatter, spread: f64 },
 }
 
-/// Standard deviation of the logarithm of an unknown scatter: 95 % within a factor of seven of the median. Where
-/// few residuals could be met exactly, it is all that keeps σ from zero.
+/// Prior standard deviation of the logarithm of an unknown scatter: 95 % within a factor of seven of the
+/// median. This prior keeps σ from zero where a few residuals can be fitted exactly.
 pub(crate) const SPREAD: f64 = 1.0;
 
-/// A simulation under noisy forces misses by some times the tracker's noise.
+/// Prior median of the scatter relative to the tracker noise, because noisy forces drive the simulation.
 const MISS: f64 = 4.0;
 
-/// Share of the usual change of a channel that is taken for the median of its scatter.
+/// Prior median of the scatter relative to the typical change of a channel.
 const SHARE: f64 = 0.1;
 
 const NAMES: [(&str, &str); 4] =
@@ -48,7 +48,7 @@ impl Scatter {
         Self { position, heading, velocity, spin }
     }
 
-    /// What is likely where poses are this noisy, and twists smoothed from them this uncertain.
+    /// Prior medians from the noise of the poses and the uncertainty of the smoothed twists.
     pub(crate) fn usual<'a>(noise: &Noise, motion: impl Iterator<Item = &'a Motion>) -> Self {
         let (mut variance, mut count) = ([0.0; 3], 0.0);
         for m in motion {
@@ -60,7 +60,7 @@ impl Scatter {
         Self::of([x.max(y), theta, twist[0].max(twist[1]), twist[2]].map(|s| (MISS * s).max(1e-9)))
     }
 
-    /// A tenth of what the channels change by in these transitions.
+    /// Prior medians from the changes of the channels in these transitions.
     pub(crate) fn of_changes(data: &[Transition]) -> Self {
         let square = |channels: &[usize]| {
             let of =
@@ -78,7 +78,7 @@ pub(crate) fn kind(channel: usize) -> usize {
     [0, 0, 1, 2, 2, 3][channel]
 }
 
-/// The slots of the kinds `kinds`.
+/// Slots of the given kinds.
 pub(crate) fn slots(sigma: Sigma, kinds: &[usize]) -> Vec<Slot> {
     let one = |&k: &usize| {
         let (name, unit) = NAMES[k];
@@ -99,7 +99,7 @@ pub(crate) fn slots(sigma: Sigma, kinds: &[usize]) -> Vec<Slot> {
     kinds.iter().map(one).collect()
 }
 
-/// Seen less simulated; headings on their circle.
+/// Measured minus simulated value; headings are wrapped.
 pub(crate) fn difference(seen: &StateVector, simulated: &StateVector, channel: usize) -> f64 {
     let d = seen[channel] - simulated[channel];
     if channel == 2 { crate::tally::wrap(d) } else { d }

@@ -1,4 +1,4 @@
-//! Recordings cut into the stretches that are simulated from a known state.
+//! Division of recordings into segments that are simulated from a known state.
 
 use crate::curve::Curve;
 use crate::track::cut;
@@ -6,18 +6,18 @@ use crate::{InferError, StateVector, Transition};
 use trundle_model::{Clock, State};
 use trundle_record::{FEWEST_POSES, Motion, Noise, PoseSample, Prepared};
 
-/// How recordings are cut.
+/// Division of a recording into segments.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub enum Cut {
-    /// Eq. 8: intervals of so many pose samples, each from the smoothed state at its beginning to the pose and the
-    /// smoothed twist at its end.
+    /// Eq. 8: intervals of `stride` pose samples, each from the smoothed state at its start to the pose and
+    /// the smoothed twist at its end.
     Steps {
-        /// Pose samples from one to the next, at least 1.
+        /// Number of pose samples per interval, at least 1.
         stride: usize,
     },
     /// Eq. 9: a whole episode, of which only the last pose is compared.
     Final,
-    /// Multiple shooting: windows one after another, in which every pose is compared.
+    /// Multiple shooting: successive windows in which every pose is compared.
     Windows {
         /// Length of a window, s.
         length: f64,
@@ -35,26 +35,26 @@ pub(crate) struct Input {
     pub dt: f64,
 }
 
-/// A state to compare with, after so many inputs.
+/// A measured state, and the number of inputs before it.
 #[derive(Clone, Copy, Debug)]
 pub(crate) struct Seen {
     pub after: usize,
     pub state: StateVector,
 }
 
-/// A stretch that is simulated from a known state.
+/// A part of an episode that is simulated from a known state.
 #[derive(Clone, Debug)]
 pub(crate) struct Segment {
     /// Index of the episode.
     pub episode: usize,
-    /// When it begins, s.
+    /// Start time, s.
     pub t: f64,
     pub start: State<f64>,
     pub inputs: Vec<Input>,
     pub seen: Vec<Seen>,
 }
 
-/// The segments of the episode `index`, and the motion that was smoothed for them.
+/// Segments of the episode `index`, and its smoothed motion.
 pub(crate) fn of_episode(
     index: usize,
     episode: &Prepared,
@@ -66,7 +66,7 @@ pub(crate) fn of_episode(
     }
     let motion = episode.motion(noise);
     if motion.is_empty() && !(how == Cut::Final && episode.at_rest) {
-        let reason = format!("fewer than {FEWEST_POSES} poses are left, which say nothing of a velocity");
+        let reason = format!("fewer than {FEWEST_POSES} poses are left; a velocity cannot be estimated");
         return Err(lacks(episode, &reason));
     }
     let first = first_pose(episode);
@@ -87,7 +87,8 @@ fn lacks(episode: &Prepared, reason: &str) -> InferError {
     }
 }
 
-/// Where the simulation of an episode begins: where the object is at rest, the last pose before contact.
+/// Index of the first simulated pose: the last pose before contact if the object is at rest, otherwise the
+/// first one.
 fn first_pose(episode: &Prepared) -> usize {
     let before = episode.pose.iter().rposition(|p| p.t <= episode.contact);
     if episode.at_rest { before.unwrap_or(0) } else { 0 }
@@ -101,7 +102,7 @@ struct Cutter<'a> {
 }
 
 impl Cutter<'_> {
-    /// Poses at which segments begin and end.
+    /// Indices of the poses at which segments start and end.
     fn ends(&self, first: usize, how: Cut) -> Vec<usize> {
         let poses = &self.episode.pose;
         let last = poses.len().saturating_sub(1);
@@ -143,7 +144,7 @@ impl Cutter<'_> {
         }));
     }
 
-    /// The state at a pose: at rest, where the episode begins so, the mean of the poses until contact.
+    /// State at a pose. If the episode starts at rest, it is the mean of the poses until contact.
     fn start(&self, at: usize, first: usize) -> State<f64> {
         if at == first && self.episode.at_rest {
             let still = &self.episode.pose[..=first];
@@ -154,7 +155,7 @@ impl Cutter<'_> {
         State::moving(m.pose, m.twist)
     }
 
-    /// The recorded pose and the smoothed twist.
+    /// Recorded pose and smoothed twist.
     fn state_seen(&self, at: usize) -> StateVector {
         let [vx, vy, spin] = self.motion.get(at).map_or([0.0; 3], |m| m.twist);
         let [x, y, theta] = self.episode.pose[at].pose;
@@ -162,10 +163,10 @@ impl Cutter<'_> {
     }
 }
 
-/// Longest step within a transition, s: that of [`crate::hold`].
+/// Maximum step within a transition, s; the same as in [`crate::hold`].
 const STEP: f64 = 0.005;
 
-/// The segment of a transition: its wrench is held, in object axes.
+/// Segment of a transition. The wrench is constant in object axes.
 pub(crate) fn of_transition(transition: &Transition) -> Segment {
     let steps = (transition.dt / STEP).ceil().max(1.0);
     let [x, y, theta, vx, vy, spin] = transition.before;

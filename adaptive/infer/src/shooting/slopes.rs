@@ -1,4 +1,4 @@
-//! What a segment's simulation ends in, and its slopes by the parameters.
+//! Simulated states of a segment and their derivatives by the parameters.
 
 use super::segments::Segment;
 use crate::{InferError, StateVector};
@@ -7,32 +7,32 @@ use trundle_model::{
     Drive, Dual, Model, Plant, Prior, Real, Setting, Slot, State, StepError, Stepper, transport,
 };
 
-/// Derivatives carried at once.
+/// Maximum number of derivatives propagated at once.
 const WIDTH: usize = 8;
 
-/// Step of a finite difference, in what its prior takes for the scale of a parameter. An engine's contacts are
-/// rough below it.
+/// Step of a finite difference relative to the parameter's scale under its prior. With smaller steps, the
+/// contacts of a physics engine are not smooth.
 const RELATIVE: f64 = 1e-3;
 
-/// The states that segments are compared with, at a model's values.
+/// Simulation of segments at a model's values.
 pub(crate) trait Simulate {
     /// Simulated states at the segment's samples.
     fn states(&self, segment: &Segment) -> Result<Vec<StateVector>, StepError>;
 
-    /// Their slopes by some slots: a row a channel of a sample, six for each; a column a slot.
+    /// Derivatives of the states by some slots: six rows for each sample, one column for each slot.
     fn slopes(&self, segment: &Segment) -> Result<DMatrix<f64>, StepError>;
 }
 
-/// By the laws alone, with exact slopes.
+/// Simulation by the built-in laws, with exact derivatives.
 pub(crate) struct Laws {
     plant: Plant<f64>,
-    /// The plant with [`WIDTH`] slots as variables, for each group of them.
+    /// The plant with up to [`WIDTH`] slots as dual variables, for each group of them.
     varied: Vec<Plant<Dual<WIDTH>>>,
     columns: usize,
 }
 
 impl Laws {
-    /// Of a model at `values`, with slopes by the slots `free`.
+    /// Simulation of a model at `values`, with derivatives by the slots `free`.
     pub fn new(model: &Model, values: &[f64], free: &[usize]) -> Result<Self, InferError> {
         let varied = free.chunks(WIDTH).map(|slots| {
             let mut lifted: Vec<Dual<WIDTH>> = values.iter().map(|&v| Real::lift(v)).collect();
@@ -49,7 +49,7 @@ impl Laws {
     }
 }
 
-/// Walk a plant through a segment.
+/// Simulates a segment with a plant.
 fn walk<T: Real>(plant: &Plant<T>, segment: &Segment) -> Vec<[T; 6]> {
     let mut state = State::moving(segment.start.pose.map(T::lift), segment.start.twist.map(T::lift));
     let mut seen = segment.seen.iter().peekable();
@@ -88,21 +88,21 @@ impl Simulate for Laws {
     }
 }
 
-/// By a simulator that gives no slopes: they are central differences, each step a thousandth of the parameter's
-/// scale under its prior.
+/// Simulation by a simulator without derivatives. These are central differences with a step of a thousandth
+/// of the parameter's scale under its prior.
 pub(crate) struct Stepped<'a> {
     stepper: &'a dyn Stepper,
     model: &'a Model,
     values: Vec<f64>,
     plant: Plant<f64>,
-    /// For each free slot the two values beside its own, with their plants.
+    /// For each free slot the two shifted sets of values, with their plants.
     sides: Vec<[(Vec<f64>, Plant<f64>); 2]>,
-    /// One over the distance between the two.
+    /// Inverse of the distance between the two.
     inverse: Vec<f64>,
 }
 
 impl<'a> Stepped<'a> {
-    /// Of a model at `values`, with slopes by the slots `free`.
+    /// Simulation of a model at `values`, with derivatives by the slots `free`.
     pub fn new(
         stepper: &'a dyn Stepper,
         model: &'a Model,
@@ -139,7 +139,7 @@ impl<'a> Stepped<'a> {
         let drives: Vec<Drive> = segment.inputs.iter().map(drive).collect();
         let at = Setting { model: self.model, values, plant };
         let states = self.stepper.rollout(&at, &segment.start, &drives)?;
-        let lost = || StepError { step: states.len(), reason: "the rollout is too short".to_owned() };
+        let lost = || StepError { step: states.len(), reason: "the simulator returned fewer states than inputs".to_owned() };
         segment
             .seen
             .iter()
@@ -148,7 +148,7 @@ impl<'a> Stepped<'a> {
     }
 }
 
-/// What changes a parameter noticeably.
+/// Scale of a parameter under its prior.
 fn scale(slot: &Slot, value: f64) -> f64 {
     let size = match slot.prior {
         Prior::LogNormal { median, .. } => value.abs().max(1e-6 * median),

@@ -1,32 +1,32 @@
-//! Whether ranks are uniform, and how often intervals cover.
+//! Uniformity of ranks and coverage of intervals.
 
 use crate::calibrate::{RANKS, Replicate};
 use serde::Serialize;
 use statrs::distribution::{Beta, ChiSquared, ContinuousCDF};
 
-/// Bins of the test of uniformity.
+/// Number of bins of the test of uniformity.
 const BINS: usize = 10;
 
-/// What the rounds say of one parameter.
+/// Calibration of one parameter.
 #[derive(Clone, Debug, PartialEq, Serialize)]
 pub struct Line {
     /// The parameter.
     pub name: String,
-    /// Rounds.
+    /// Number of rounds.
     pub rounds: usize,
-    /// How often the central 50 % interval covers the truth, with a 95 % interval of that share.
+    /// Coverage of the central 50 % interval, with a 95 % confidence interval of the coverage.
     pub cover_50: [f64; 3],
-    /// The same of the central 90 % interval.
+    /// The same for the central 90 % interval.
     pub cover_90: [f64; 3],
-    /// Probability that uniform ranks are as uneven (χ², ten bins); small where they are not uniform.
+    /// p-value of a χ² test of uniform ranks with ten bins.
     pub uniform_p: f64,
-    /// Rounds in each tenth of the ranks.
+    /// Number of rounds in each tenth of the ranks.
     pub histogram: Vec<usize>,
-    /// Mean rank as a share: ½ without bias.
+    /// Mean rank as a share; ½ without bias.
     pub mean_rank: f64,
 }
 
-/// One line a parameter.
+/// Calibration of each parameter.
 pub fn lines(parameters: &[String], rounds: &[Replicate]) -> Vec<Line> {
     parameters.iter().enumerate().map(|(k, name)| line(name, rounds.iter().map(|r| r.rank[k]))).collect()
 }
@@ -63,7 +63,7 @@ fn interval(k: usize, n: usize) -> [f64; 3] {
     [hits / n as f64, low, high]
 }
 
-/// χ² test that the bins are equally likely.
+/// p-value of a χ² test that the bins are equally likely.
 fn uniform(histogram: &[usize]) -> f64 {
     let expected = histogram.iter().sum::<usize>() as f64 / histogram.len() as f64;
     let statistic: f64 = histogram.iter().map(|&h| (h as f64 - expected).powi(2) / expected).sum();
