@@ -7,7 +7,7 @@ use trundle_diagnose::{LackOfFit, lack_of_fit as lack_of};
 use trundle_infer::{Comparison, FitOptions, InferError, Stage};
 use trundle_model::PriorFile;
 use trundle_posterior::{
-    Calibration, Chain, Method, Posterior, PosteriorError, Replicate, SampleOptions, lines, predictive,
+    Calibration, Chain, Method, Posterior, PosteriorError, Replicate, SampleOptions, calibrations, predictive,
     replicates, sample,
 };
 use trundle_record::Dataset;
@@ -124,7 +124,7 @@ impl PyPosterior {
             "recording": self.data.name,
             "parameters": parameters,
             "modes": p.modes,
-            "excluded_by_prior": p.strained,
+            "excluded_by_prior": p.prior_conflicts,
             "quasi_static": self.quasi_static,
             "lack_of_fit": lack_summary(self.lack),
             "step_sizes": p.chains.iter().map(|c| c.step_size).collect::<Vec<_>>(),
@@ -214,7 +214,7 @@ fn read(text: &str, method: Option<&str>) -> PyResult<Calibration> {
 fn _calibration_table(text: &str, rounds: Vec<String>, method: Option<&str>) -> PyResult<String> {
     let calibration = read(text, method)?;
     let rounds: Result<Vec<Replicate>, _> = rounds.iter().map(|r| serde_json::from_str(r)).collect();
-    let lines = lines(&calibration.parameters, &rounds.map_err(refused)?);
+    let lines = calibrations(&calibration.parameters, &rounds.map_err(refused)?);
     let answer = serde_json::json!({
         "name": calibration.name, "method": calibration.method().name(), "parameters": lines,
     });

@@ -10,7 +10,7 @@ use crate::proposals::{Hints, nearby, proposals};
 use crate::search::HOPELESS;
 use nalgebra::{DMatrix, DVector};
 use rayon::prelude::*;
-use trundle_infer::{Fit, InferError, Seen, Watch};
+use trundle_infer::{Fit, InferError, FilteredEpisodes, Watch};
 use trundle_model::{Effect, INNER, Kind, Model, Proposal};
 use trundle_record::Prepared;
 
@@ -26,7 +26,7 @@ pub(crate) trait View: Sync {
     fn slopes(&self, model: &Model, values: &[f64], free: &[usize]) -> Result<DMatrix<f64>, InferError>;
 }
 
-impl View for Seen<'_> {
+impl View for FilteredEpisodes<'_> {
     fn residual(&self) -> DVector<f64> {
         self.residual()
     }

@@ -10,7 +10,7 @@ use crate::search::Found;
 use crate::thresholds::{LEFT_OVER, MATERIAL_RISE, NEGLIGIBLE_SHARE, SURE, UNSEEN};
 use crate::whole::{ELSEWHERE, Whole};
 use std::collections::BTreeMap;
-use trundle_infer::{InferError, Watch, unjudged};
+use trundle_infer::{InferError, Watch, unscored_time};
 use trundle_model::{Kind, Param};
 
 /// Models whose effects are checked on left-out episodes, at most.
@@ -156,7 +156,7 @@ impl Judge<'_> {
         known: &mut BTreeMap<*const Tried, LeftOut>,
     ) -> Result<LeftOut, InferError> {
         let key = std::ptr::from_ref(tried);
-        let all_judged = unjudged(&beside.fit.model) == 0.0;
+        let all_judged = unscored_time(&beside.fit.model) == 0.0;
         if let Some(misfit) = known.get(&key).filter(|_| all_judged) {
             return Ok(misfit.clone());
         }

@@ -23,7 +23,7 @@ pub(crate) fn warnings(
 ) -> Result<Vec<String>, InferError> {
     let data = engine.data();
     let mut found: Vec<String> =
-        after.fit.strained.iter().map(|strain| format!("implausible value: {strain}")).collect();
+        after.fit.prior_conflicts.iter().map(|strain| format!("implausible value: {strain}")).collect();
     if data.held_out.is_empty() {
         found.push(
             "no episode is held out: nothing shows how the model predicts what it was not fitted to; name some under \

@@ -7,11 +7,11 @@ use basin::{
 };
 
 /// Finite substitute for an infinite cost, because a parabola cannot interpolate infinities.
-const WALL: f64 = 1e12;
+const MAX_COST: f64 = 1e12;
 /// Tolerance of the logarithm of a factor, and maximum number of evaluations. An error of 3 % costs a
 /// thousandth of a nat per sample.
-const CLOSE: f64 = 0.015;
-const EVALUATIONS: u64 = 20;
+const LOG_FACTOR_TOLERANCE: f64 = 0.015;
+const MAX_EVALUATIONS: u64 = 20;
 
 struct Problem<'a> {
     cost: &'a dyn Fn(f64) -> Result<f64, InferError>,
@@ -25,7 +25,7 @@ impl CostFunction for Problem<'_> {
     type Error = InferError;
 
     fn cost(&self, logarithm: &f64) -> Result<f64, InferError> {
-        Ok((self.cost)(logarithm.exp())?.min(WALL))
+        Ok((self.cost)(logarithm.exp())?.min(MAX_COST))
     }
 }
 
@@ -43,8 +43,8 @@ pub(crate) fn best_factor(
     (low, high): (f64, f64),
 ) -> Result<f64, InferError> {
     let problem = Problem { cost, lower: low.ln(), upper: high.ln() };
-    let solver = Brent::new().with_absolute_position_tolerance(CLOSE);
-    let run = Executor::new(problem, solver, PointState::new(0.0)).max_iter(EVALUATIONS).run();
+    let solver = Brent::new().with_absolute_position_tolerance(LOG_FACTOR_TOLERANCE);
+    let run = Executor::new(problem, solver, PointState::new(0.0)).max_iter(MAX_EVALUATIONS).run();
     let found = run.map_err(|error| match error {
         ConstraintSolveError::Evaluation(error) => error,
         // The bounds contain one, so any other error means a cost that is never finite.
@@ -74,7 +74,10 @@ mod tests {
     fn finds_a_factor_to_three_per_cent_in_few_evaluations() {
         for truth in [0.1, 0.8, 1.0, 1.3, 20.0] {
             let (factor, evaluations) = found(truth);
-            assert!((factor / truth - 1.0).abs() < 0.03 && evaluations < 21, "{truth}: {factor} after {evaluations}");
+            assert!(
+                (factor / truth - 1.0).abs() < 0.03 && evaluations < 21,
+                "{truth}: {factor} after {evaluations}"
+            );
         }
     }
 

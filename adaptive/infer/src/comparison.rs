@@ -1,6 +1,6 @@
 //! Selects the comparison for a recording: by its motion, or by the wrench where inertia is negligible.
 
-use crate::likelihood::{Likelihood, Linearised, Look};
+use crate::likelihood::{Evaluation, Likelihood, Linearised};
 use crate::{Channels, InferError, MotionLikelihood, WrenchLikelihood};
 use trundle_model::Model;
 use trundle_record::{Dataset, FEWEST_POSES, InertialShare, Prepared};
@@ -34,7 +34,7 @@ impl Comparison {
             }
             other => other,
         };
-        if quasi_static(data) {
+        if is_quasi_static(data) {
             WrenchLikelihood::new(episodes, &data.noise, data.dof).map(Self::Wrench).map_err(named)
         } else {
             MotionLikelihood::new(episodes, &data.noise).map(Self::Motion).map_err(named)
@@ -108,9 +108,9 @@ pub const MAX_QUASI_STATIC_SHARE: f64 = 0.01;
 
 /// Whether a recording's training episodes are quasi-static: the inertial share of the force plus two
 /// standard deviations is below [`MAX_QUASI_STATIC_SHARE`], or the episodes have too few poses.
-pub fn quasi_static(data: &Dataset) -> bool {
-    let unseen = data.training.iter().all(|episode| episode.pose.len() < FEWEST_POSES);
-    unseen
+pub fn is_quasi_static(data: &Dataset) -> bool {
+    let has_few_poses = data.training.iter().all(|episode| episode.pose.len() < FEWEST_POSES);
+    has_few_poses
         || InertialShare::of(data).is_some_and(|share| share.mean + 2.0 * share.sd < MAX_QUASI_STATIC_SHARE)
 }
 
@@ -123,14 +123,14 @@ impl Likelihood for Comparison {
         self.inner().linearise(model, values, free)
     }
 
-    fn look<'a>(
+    fn evaluate<'a>(
         &'a self,
         model: &'a Model,
         values: &[f64],
         free: &'a [usize],
         likely: bool,
-    ) -> Result<Look<'a>, InferError> {
-        self.inner().look(model, values, free, likely)
+    ) -> Result<Evaluation<'a>, InferError> {
+        self.inner().evaluate(model, values, free, likely)
     }
 
     fn channels(&self) -> Channels {

@@ -12,42 +12,42 @@
 //! and of order one, and the prior contributes `z²/2` to the cost. The coordinates of a place on the body
 //! have an additional footprint prior ([`FootprintPrior`]).
 
-use crate::footing::{Footing, Pull};
-use crate::truncated::{Truncated, below, density, quantile};
+use crate::footprint_prior::{FootprintPenalty, FootprintPrior};
+use crate::truncated_normal::{TruncatedNormal, cdf, pdf, quantile};
 use rand::RngExt;
 use rand_distr::StandardNormal;
 use std::f64::consts::TAU;
 use trundle_model::{Model, Prior, Slot};
 
 /// Largest distance from the prior centre that is searched, in prior standard deviations.
-const REACH: f64 = 8.0;
+const MAX_PRIOR_SD: f64 = 8.0;
 
 /// Distance from the prior centre, in prior standard deviations, that counts as a prior-data conflict: one
 /// draw in 16 000. The same number, in standard deviations of the likelihood, is the shift beyond the end of
 /// a prior that counts as a conflict.
-const STRAINED: f64 = 4.0;
+const CONFLICT_SD: f64 = 4.0;
 
 /// Distance from the prior centre, in prior standard deviations, within which an estimate is not at the end
 /// of its prior.
-const INSIDE: f64 = 2.0;
+const BOUNDARY_SD: f64 = 2.0;
 
 /// Tail probability assigned to a value at or beyond an end of a uniform prior.
-const EDGE: f64 = 1e-9;
+const BOUND_PROBABILITY: f64 = 1e-9;
 
 /// Maximum number of draws until all places lie under the footprint.
-const REDRAWS: usize = 100;
+const MAX_REDRAWS: usize = 100;
 
 /// The free parameters of a model as points `z`.
 #[derive(Clone, Debug)]
 pub struct Coordinates {
     slots: Vec<Slot>,
     free: Vec<usize>,
-    footings: Vec<Footing>,
+    footprint_priors: Vec<FootprintPrior>,
 }
 
 /// A prior-data conflict: the prior practically excludes the value that the data require.
 #[derive(Clone, Debug, PartialEq)]
-pub struct Strain {
+pub struct PriorConflict {
     /// Name as in [`Slot::name`].
     pub name: String,
     /// SI unit.
@@ -61,11 +61,11 @@ pub struct Strain {
     pub range: [f64; 2],
 }
 
-impl std::fmt::Display for Strain {
+impl std::fmt::Display for PriorConflict {
     fn fmt(&self, f: &mut std::fmt::Formatter<'_>) -> std::fmt::Result {
         let Self { name, unit, range: [low, high], .. } = self;
         let side = if self.z > 0.0 { "above" } else { "below" };
-        let (low, high, value) = (four_digits(*low), four_digits(*high), four_digits(self.value));
+        let (low, high, value) = (rounded(*low), rounded(*high), rounded(self.value));
         write!(
             f,
             "the prior excludes the data: they pull {name} {side} its prior range [{low}, {high}] {unit}, and the \
@@ -75,7 +75,7 @@ impl std::fmt::Display for Strain {
 }
 
 /// A number rounded to four significant digits.
-fn four_digits(x: f64) -> f64 {
+fn rounded(x: f64) -> f64 {
     let unit = 10f64.powf(3.0 - x.abs().log10().floor());
     if x == 0.0 || !unit.is_finite() { x } else { (x * unit).round() / unit }
 }
@@ -83,44 +83,44 @@ fn four_digits(x: f64) -> f64 {
 impl Coordinates {
     /// Coordinates of the free parameters of a model, with places on the body restricted to its footprint.
     pub fn new(model: &Model) -> Self {
-        Self::of(model.slots()).under(model)
+        Self::of(model.slots()).with_footprint(model)
     }
 
     /// Coordinates of the free slots among `slots`.
     pub fn of(slots: Vec<Slot>) -> Self {
         let free = (0..slots.len()).filter(|&k| slots[k].value.is_none()).collect();
-        Self { slots, free, footings: vec![] }
+        Self { slots, free, footprint_priors: vec![] }
     }
 
     /// The same with places restricted to the model's footprint. The model's slots must come first.
     #[must_use]
-    pub fn under(mut self, model: &Model) -> Self {
+    pub fn with_footprint(mut self, model: &Model) -> Self {
         let value =
             |k: usize, z: f64| self.slots[k].value.unwrap_or_else(|| from_normal(&self.slots[k], z).0);
-        self.footings = Footing::all(model, &value);
+        self.footprint_priors = FootprintPrior::all(model, &value);
         self
     }
 
     /// Footprint priors of the places.
-    pub fn footings(&self) -> &[Footing] {
-        &self.footings
+    pub fn footprint_priors(&self) -> &[FootprintPrior] {
+        &self.footprint_priors
     }
 
     /// Free parameters that are the coordinates of a place; `None` for a fixed one.
-    pub fn coordinates_of(&self, footing: &Footing) -> [Option<usize>; 2] {
-        footing.slots.map(|slot| self.free.iter().position(|&k| k == slot))
+    pub fn coordinates_of(&self, footprint_prior: &FootprintPrior) -> [Option<usize>; 2] {
+        footprint_prior.slots.map(|slot| self.free.iter().position(|&k| k == slot))
     }
 
     /// Footprint penalty at the coordinates `z` of a place (a fixed coordinate is ignored), with derivatives
     /// by `z`. It adds `cost` to the cost, `residual·slopes` to the gradient and `slopes·slopesᵀ` to the
     /// curvature.
-    pub fn pull(&self, footing: &Footing, z: [f64; 2]) -> Pull {
+    pub fn footprint_penalty(&self, footprint_prior: &FootprintPrior, z: [f64; 2]) -> FootprintPenalty {
         let at = [0, 1].map(|k| {
-            let slot = &self.slots[footing.slots[k]];
+            let slot = &self.slots[footprint_prior.slots[k]];
             slot.value.map_or_else(|| from_normal(slot, z[k]), |value| (value, 0.0))
         });
-        let pull = footing.pull(at.map(|(value, _)| value));
-        Pull { slopes: [pull.slopes[0] * at[0].1, pull.slopes[1] * at[1].1], ..pull }
+        let penalty = footprint_prior.penalty(at.map(|(value, _)| value));
+        FootprintPenalty { slopes: [penalty.slopes[0] * at[0].1, penalty.slopes[1] * at[1].1], ..penalty }
     }
 
     /// Prior-data conflict of the free parameter `k` at its posterior mode `z`, if there is one.
@@ -130,15 +130,21 @@ impl Coordinates {
     /// one if `z` is at an end of the prior (more than two) and the likelihood pulls beyond it by more than
     /// four of its own standard deviations. At a mode the gradient of the likelihood is `−z`, so the
     /// condition is `|z|/√information > 4`: a likelihood e⁸ times higher. Angles have no prior.
-    pub fn strain(&self, k: usize, z: f64, information: f64) -> Option<Strain> {
+    pub fn prior_conflict(&self, k: usize, z: f64, information: f64) -> Option<PriorConflict> {
         let slot = self.slot(k);
-        let beyond = z.abs() > INSIDE && z * z > STRAINED * STRAINED * information.max(0.0);
-        if matches!(slot.prior, Prior::Angle(_)) || !(z.abs() > STRAINED || beyond) {
+        let beyond = z.abs() > BOUNDARY_SD && z * z > CONFLICT_SD * CONFLICT_SD * information.max(0.0);
+        if matches!(slot.prior, Prior::Angle(_)) || !(z.abs() > CONFLICT_SD || beyond) {
             return None;
         }
         let value = |z| from_normal(slot, z).0;
         let (name, unit) = (slot.name.clone(), slot.unit);
-        Some(Strain { name, unit, value: value(z), z, range: [value(-STRAINED), value(STRAINED)] })
+        Some(PriorConflict {
+            name,
+            unit,
+            value: value(z),
+            z,
+            range: [value(-CONFLICT_SD), value(CONFLICT_SD)],
+        })
     }
 
     /// Indices of the free slots among [`Model::slots`].
@@ -175,18 +181,22 @@ impl Coordinates {
 
     /// A draw from the prior, with places under the footprint.
     pub fn draw(&self, rng: &mut impl RngExt) -> Vec<f64> {
-        let mut z = self.draw_apart(rng);
+        let mut z = self.draw_independent(rng);
         // If all redraws fail, the last draw is used.
-        for _ in 0..REDRAWS {
-            if self.footings.iter().all(|footing| self.pull_at(footing, &z).residual <= 0.0) {
+        for _ in 0..MAX_REDRAWS {
+            if self
+                .footprint_priors
+                .iter()
+                .all(|footprint_prior| self.penalty_at(footprint_prior, &z).residual <= 0.0)
+            {
                 break;
             }
-            z = self.draw_apart(rng);
+            z = self.draw_independent(rng);
         }
         z
     }
 
-    fn draw_apart(&self, rng: &mut impl RngExt) -> Vec<f64> {
+    fn draw_independent(&self, rng: &mut impl RngExt) -> Vec<f64> {
         let one = |&k: &usize| match self.slots[k].prior {
             Prior::Angle(period) => period * (rng.random::<f64>() - 0.5),
             _ => rng.sample::<f64, _>(StandardNormal),
@@ -194,15 +204,20 @@ impl Coordinates {
         self.free.iter().map(one).collect()
     }
 
-    fn pull_at(&self, footing: &Footing, z: &[f64]) -> Pull {
-        let [x, y] = self.coordinates_of(footing).map(|k| k.map_or(0.0, |k| z[k]));
-        self.pull(footing, [x, y])
+    fn penalty_at(&self, footprint_prior: &FootprintPrior, z: &[f64]) -> FootprintPenalty {
+        let [x, y] = self.coordinates_of(footprint_prior).map(|k| k.map_or(0.0, |k| z[k]));
+        self.footprint_penalty(footprint_prior, [x, y])
     }
 
     /// −log prior density at `z`.
     pub fn prior_cost(&self, z: &[f64]) -> f64 {
-        let apart: f64 = z.iter().enumerate().map(|(k, &z)| self.prior_cost_of(k, z)).sum();
-        apart + self.footings.iter().map(|footing| self.pull_at(footing, z).cost).sum::<f64>()
+        let independent: f64 = z.iter().enumerate().map(|(k, &z)| self.prior_cost_of(k, z)).sum();
+        independent
+            + self
+                .footprint_priors
+                .iter()
+                .map(|footprint_prior| self.penalty_at(footprint_prior, z).cost)
+                .sum::<f64>()
     }
 
     /// Contribution of the free parameter `k` to [`Coordinates::prior_cost`], without footprint priors.
@@ -220,7 +235,7 @@ impl Coordinates {
 
     /// Minimum posterior precision of the free parameter `k`. For an angle, a Laplace integral with this
     /// precision gives the period.
-    pub fn least_precision(&self, k: usize) -> f64 {
+    pub fn min_precision(&self, k: usize) -> f64 {
         match self.slot(k).prior {
             Prior::Angle(period) => TAU / (period * period),
             _ => 1.0,
@@ -239,25 +254,26 @@ impl Coordinates {
 }
 
 /// Limits a coordinate to the searched range.
-pub(crate) fn within_reach(z: f64, slot: &Slot) -> f64 {
-    if matches!(slot.prior, Prior::Angle(_)) { z } else { z.clamp(-REACH, REACH) }
+pub(crate) fn clamp_to_prior(z: f64, slot: &Slot) -> f64 {
+    if matches!(slot.prior, Prior::Angle(_)) { z } else { z.clamp(-MAX_PRIOR_SD, MAX_PRIOR_SD) }
 }
 
 /// Truncation at a slot's bounds in prior standard deviations; `None` if they are outside the searched range.
-fn cut(low: f64, high: f64) -> Option<Truncated> {
-    (low > -REACH || high < REACH).then_some(Truncated { low, high })
+fn truncation(low: f64, high: f64) -> Option<TruncatedNormal> {
+    (low > -MAX_PRIOR_SD || high < MAX_PRIOR_SD).then_some(TruncatedNormal { low, high })
 }
 
-fn normal(mean: f64, sd: f64, slot: &Slot) -> Option<Truncated> {
-    cut((slot.lower - mean) / sd, (slot.upper - mean) / sd)
+fn normal(mean: f64, sd: f64, slot: &Slot) -> Option<TruncatedNormal> {
+    truncation((slot.lower - mean) / sd, (slot.upper - mean) / sd)
 }
 
-fn log_normal(median: f64, sd: f64, slot: &Slot) -> Option<Truncated> {
-    cut((slot.lower.max(0.0) / median).ln() / sd, (slot.upper / median).ln() / sd)
+fn log_normal(median: f64, sd: f64, slot: &Slot) -> Option<TruncatedNormal> {
+    truncation((slot.lower.max(0.0) / median).ln() / sd, (slot.upper / median).ln() / sd)
 }
 
 fn from_normal(slot: &Slot, z: f64) -> (f64, f64) {
-    let within = |cut: Option<Truncated>| cut.map_or((z, 1.0), |cut| cut.value(z));
+    let within =
+        |truncated: Option<TruncatedNormal>| truncated.map_or((z, 1.0), |truncated| truncated.value(z));
     match slot.prior {
         Prior::Normal { mean, sd } => {
             let (t, slope) = within(normal(mean, sd, slot));
@@ -271,16 +287,15 @@ fn from_normal(slot: &Slot, z: f64) -> (f64, f64) {
         Prior::Uniform | Prior::OnBody(_) => {
             let extent = slot.upper - slot.lower;
             // Computed from the nearer end to keep all digits.
-            let value =
-                if z < 0.0 { slot.lower + extent * below(z) } else { slot.upper - extent * below(-z) };
-            (value, extent * density(z))
+            let value = if z < 0.0 { slot.lower + extent * cdf(z) } else { slot.upper - extent * cdf(-z) };
+            (value, extent * pdf(z))
         }
         Prior::Angle(_) => (z, 1.0),
     }
 }
 
 fn to_normal(slot: &Slot, value: f64) -> f64 {
-    let within = |cut: Option<Truncated>, t| cut.map_or(t, |cut| cut.point(t));
+    let within = |truncated: Option<TruncatedNormal>, t| truncated.map_or(t, |truncated| truncated.point(t));
     let z = match slot.prior {
         Prior::Normal { mean, sd } => within(normal(mean, sd, slot), (value - mean) / sd),
         Prior::LogNormal { median, sd } => {
@@ -290,9 +305,13 @@ fn to_normal(slot: &Slot, value: f64) -> f64 {
         Prior::Uniform | Prior::OnBody(_) => {
             let extent = slot.upper - slot.lower;
             let (under, over) = ((value - slot.lower) / extent, (slot.upper - value) / extent);
-            if under < over { quantile(under.max(EDGE)) } else { -quantile(over.max(EDGE)) }
+            if under < over {
+                quantile(under.max(BOUND_PROBABILITY))
+            } else {
+                -quantile(over.max(BOUND_PROBABILITY))
+            }
         }
         Prior::Angle(_) => value,
     };
-    if z.is_nan() { 0.0 } else { within_reach(z, slot) }
+    if z.is_nan() { 0.0 } else { clamp_to_prior(z, slot) }
 }

@@ -7,11 +7,11 @@
 use nalgebra::{Matrix3, SMatrix, SVector};
 
 /// Number of states for pose, twist and wrench error.
-pub(crate) const PLAIN: usize = 9;
+pub(crate) const BASE_STATES: usize = 9;
 /// Number of states for pose and twist.
-pub(crate) const MOTION: usize = 6;
+pub(crate) const MOTION_STATES: usize = 6;
 /// Number of states for the pose.
-pub(crate) const POSE: usize = 3;
+pub(crate) const POSE_STATES: usize = 3;
 
 pub(crate) type Matrix<const N: usize> = SMatrix<f64, N, N>;
 pub(crate) type Vector<const N: usize> = SVector<f64, N>;
@@ -44,14 +44,14 @@ fn mirror<const N: usize>(columns: &mut [[f64; N]; N]) {
 /// reading has the same effect on the motion but leaves the error state unchanged. `SHIFTS` means that the
 /// first two columns of `F` are those of the identity, for translation-invariant motion.
 #[inline]
-pub(crate) fn moved<const N: usize, const SHIFTS: bool>(
+pub(crate) fn propagated<const N: usize, const SHIFTS: bool>(
     transition: &Matrix<N>,
     covariance: &Matrix<N>,
     noise: [f64; 3],
 ) -> Matrix<N> {
     let (by, before) = (&transition.data.0, &covariance.data.0);
     // Without states of the laws, the rows of the error are the last.
-    let rows = if N == PLAIN { MOTION } else { N };
+    let rows = if N == BASE_STATES { MOTION_STATES } else { N };
     let mut half = [[0.0; N]; N];
     for (half, before) in half.iter_mut().zip(before) {
         let kept = if SHIFTS { 2 } else { 0 };
@@ -63,28 +63,30 @@ pub(crate) fn moved<const N: usize, const SHIFTS: bool>(
             }
         }
     }
-    let mut loud = half;
-    for ((loud, by), variance) in loud[MOTION..PLAIN].iter_mut().zip(&by[MOTION..PLAIN]).zip(noise) {
-        for row in (0..MOTION).chain(PLAIN..N) {
-            loud[row] += by[row] * variance;
+    let mut noisy_half = half;
+    for ((noisy_half, by), variance) in
+        noisy_half[MOTION_STATES..BASE_STATES].iter_mut().zip(&by[MOTION_STATES..BASE_STATES]).zip(noise)
+    {
+        for row in (0..MOTION_STATES).chain(BASE_STATES..N) {
+            noisy_half[row] += by[row] * variance;
         }
     }
     let mut product = half;
-    for column in (0..MOTION).chain(PLAIN..N) {
+    for column in (0..MOTION_STATES).chain(BASE_STATES..N) {
         let from = first_row(column);
         let mut sum = [0.0; N];
         if SHIFTS && column < 2 {
-            sum = loud[column];
+            sum = noisy_half[column];
         }
-        for (loud, by) in loud.iter().zip(by).skip(if SHIFTS { 2 } else { 0 }) {
+        for (noisy_half, by) in noisy_half.iter().zip(by).skip(if SHIFTS { 2 } else { 0 }) {
             let share = by[column];
-            for (sum, loud) in sum[from..rows].iter_mut().zip(&loud[from..rows]) {
-                *sum += loud * share;
+            for (sum, noisy_half) in sum[from..rows].iter_mut().zip(&noisy_half[from..rows]) {
+                *sum += noisy_half * share;
             }
         }
         // The covariance of the error with the other states has no noise term.
-        for (k, half) in half[MOTION..PLAIN].iter().enumerate() {
-            sum[MOTION + k] = half[column];
+        for (k, half) in half[MOTION_STATES..BASE_STATES].iter().enumerate() {
+            sum[MOTION_STATES + k] = half[column];
         }
         product[column] = sum;
     }
@@ -98,15 +100,15 @@ pub(crate) fn moved<const N: usize, const SHIFTS: bool>(
 #[inline]
 pub(crate) fn corrected<const N: usize>(
     covariance: &Matrix<N>,
-    gain: &SMatrix<f64, N, POSE>,
-    noise: [f64; POSE],
+    gain: &SMatrix<f64, N, POSE_STATES>,
+    noise: [f64; POSE_STATES],
 ) -> Matrix<N> {
     let (before, gain) = (&covariance.data.0, &gain.data.0);
     let mut after = *before;
     for ((after, gain), variance) in after.iter_mut().zip(gain).zip(noise) {
         *after = gain.map(|k| k * variance);
     }
-    for (column, after) in after.iter_mut().enumerate().skip(POSE) {
+    for (column, after) in after.iter_mut().enumerate().skip(POSE_STATES) {
         let from = first_row(column);
         for (gain, pose) in gain.iter().zip(before) {
             let share = pose[column];
@@ -152,20 +154,20 @@ mod tests {
         root * root.transpose() + Matrix::identity()
     }
 
-    fn checked<const N: usize, const SHIFTS: bool>() {
+    fn check<const N: usize, const SHIFTS: bool>() {
         let mut by = Matrix::<N>::from_fn(|i, j| mixed(5 * i + 11 * j));
-        by.fixed_rows_mut::<3>(MOTION).fill(0.0);
-        for k in MOTION..PLAIN {
+        by.fixed_rows_mut::<3>(MOTION_STATES).fill(0.0);
+        for k in MOTION_STATES..BASE_STATES {
             by[(k, k)] = 1.0;
         }
         if SHIFTS {
             by.fixed_columns_mut::<2>(0).copy_from(&Matrix::<N>::identity().fixed_columns::<2>(0));
         }
         let (before, noise) = (positive::<N>(), [0.3, 0.2, 0.7]);
-        let mut input = by.fixed_columns::<3>(MOTION).into_owned();
-        input.fixed_rows_mut::<3>(MOTION).fill(0.0);
+        let mut input = by.fixed_columns::<3>(MOTION_STATES).into_owned();
+        input.fixed_rows_mut::<3>(MOTION_STATES).fill(0.0);
         let noisy = input * Matrix3::from_diagonal(&Vector3::from(noise)) * input.transpose();
-        let after = moved::<N, SHIFTS>(&by, &before, noise);
+        let after = propagated::<N, SHIFTS>(&by, &before, noise);
         assert!((after - (by * before * by.transpose() + noisy)).amax() < 1e-12, "{after}");
         assert_eq!(after, after.transpose());
         let spread = before.fixed_view::<3, 3>(0, 0) + Matrix3::from_diagonal(&Vector3::from(noise));
@@ -179,9 +181,9 @@ mod tests {
 
     #[test]
     fn products_match_full_matrices() {
-        checked::<9, false>();
-        checked::<9, true>();
-        checked::<14, false>();
+        check::<9, false>();
+        check::<9, true>();
+        check::<14, false>();
     }
 
     #[test]

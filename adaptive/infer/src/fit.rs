@@ -1,7 +1,7 @@
 //! Maximum a posteriori estimation from several seeded starts.
 
-use crate::coordinates::Strain;
-use crate::search::{Agreement, Optimum, follow, polish, scout};
+use crate::coordinates::PriorConflict;
+use crate::search::{Agreement, Optimum, refine, refine_near, search_starts};
 use crate::{Channels, Density, InferError, Likelihood, Target, Watch};
 use nalgebra::DMatrix;
 use std::collections::BTreeSet;
@@ -19,10 +19,10 @@ pub struct FitOptions {
     pub optimiser: Optimiser,
     /// Whether starts may lie far from the optimum. Set to false for starts taken from the fit of a simpler
     /// model.
-    pub from_afar: bool,
+    pub distant_starts: bool,
     /// If set, the given starts lie near their optima: only these are used, and the best is refined for at
     /// most this many steps.
-    pub near: Option<usize>,
+    pub local_steps: Option<usize>,
     /// Maximum number of rounds in which unstated noise is estimated, each followed by a search.
     pub noise_rounds: usize,
     /// Whether the final search measures the gradient by finite differences where the approximate gradient no
@@ -48,8 +48,8 @@ impl Default for FitOptions {
             starts: 6,
             seed: 0,
             optimiser: Optimiser::default(),
-            from_afar: true,
-            near: None,
+            distant_starts: true,
+            local_steps: None,
             noise_rounds: 2,
             measure_gradient: false,
             per_episode: BTreeSet::new(),
@@ -92,7 +92,7 @@ pub struct Fit {
     /// The free parameters.
     pub estimates: Vec<Estimate>,
     /// Parameters with a prior-data conflict. Their estimates are determined by the prior.
-    pub strained: Vec<Strain>,
+    pub prior_conflicts: Vec<PriorConflict>,
     /// Covariance of the free parameters, in their units.
     pub covariance: DMatrix<f64>,
     /// −log p(data | values).
@@ -104,7 +104,7 @@ pub struct Fit {
     /// Whether the search converged.
     pub converged: bool,
     /// Decrease of the cost in the last step.
-    pub falling: f64,
+    pub last_decrease: f64,
     /// Number of starts whose short search ended within one unit of log density of the best, and number of
     /// starts.
     pub agreement: (usize, usize),
@@ -131,7 +131,7 @@ impl Fit {
 }
 
 /// Number of points that are refined to convergence.
-const POLISHED: usize = 2;
+const MAX_REFINED_POINTS: usize = 2;
 
 /// Fit the free parameters of `model` from `warm` starts (values of all slots) and random starts.
 ///
@@ -147,28 +147,30 @@ pub fn fit(
 ) -> Result<Fit, InferError> {
     let target = Target::new(likelihood, model, &options.per_episode)?;
     if target.dimension() == 0 {
-        let optimum = Optimum { point: vec![], at: target.linearise(&[])?, converged: true, falling: 0.0 };
+        let optimum =
+            Optimum { point: vec![], at: target.linearise(&[])?, converged: true, last_decrease: 0.0 };
         return finish(&target, likelihood.channels(), optimum, (1, 1));
     }
-    let (best, agreement) = match options.near {
+    let (best, agreement) = match options.local_steps {
         Some(steps) => {
             let starts = warm.iter().map(|values| target.point(values)).collect();
-            (followed(&target, starts, steps, watch)?, (1, warm.len()))
+            (refined_nearby(&target, starts, steps, watch)?, (1, warm.len()))
         }
         None => {
-            let (points, agreement) = scout(&rungs(&target, likelihood, options)?, warm, options, watch)?;
-            let named = |z: Vec<f64>| canonical(&target, &z).unwrap_or(z);
-            let mut points: Vec<_> = points.into_iter().take(POLISHED).map(named).collect();
-            points.extend(lower(&target, warm, &points)?);
-            (settled(&target, points, options, watch)?, agreement)
+            let (points, agreement) =
+                search_starts(&continuation_over(&target, likelihood, options)?, warm, options, watch)?;
+            let canonicalised = |z: Vec<f64>| canonical(&target, &z).unwrap_or(z);
+            let mut points: Vec<_> = points.into_iter().take(MAX_REFINED_POINTS).map(canonicalised).collect();
+            points.extend(lowest_start(&target, warm, &points)?);
+            (refined(&target, points, options, watch)?, agreement)
         }
     };
-    under_tuned(likelihood, &target, (best, agreement), options, options.noise_rounds, watch)
+    fit_with_noise(likelihood, &target, (best, agreement), options, options.noise_rounds, watch)
 }
 
 /// The start with the lowest cost, if it lies below all of the `points`. Searches on a cheaper density can
 /// increase the cost, for example near the time of an event.
-fn lower(
+fn lowest_start(
     target: &Target<'_>,
     starts: &[Vec<f64>],
     points: &[Vec<f64>],
@@ -183,10 +185,10 @@ fn lower(
 }
 
 /// Decrease of the cost, nats, below which the noise is not estimated again.
-const NOISE_SETTLED: f64 = 0.1;
+const MIN_NOISE_DECREASE_NATS: f64 = 0.1;
 
 /// Estimates unstated noise and repeats the fit under it, for at most `rounds` rounds.
-fn under_tuned(
+fn fit_with_noise(
     likelihood: &dyn Likelihood,
     target: &Target<'_>,
     (best, agreement): (Optimum, Agreement),
@@ -200,24 +202,24 @@ fn under_tuned(
         _ => likelihood.tuned(model, &target.shared_values(&best.point).0)?,
     };
     let Some(tuned) = tuned else { return finish(target, likelihood.channels(), best, agreement) };
-    let again = target.over(&*tuned, &options.per_episode)?;
+    let retuned = target.with_likelihood(&*tuned, &options.per_episode)?;
     let before = best.at.cost;
-    let best = match options.near {
-        Some(steps) => followed(&again, vec![best.point], steps, watch)?,
-        None => settled(&again, vec![best.point], options, watch)?,
+    let best = match options.local_steps {
+        Some(steps) => refined_nearby(&retuned, vec![best.point], steps, watch)?,
+        None => refined(&retuned, vec![best.point], options, watch)?,
     };
-    let rounds = if before - best.at.cost < NOISE_SETTLED { 0 } else { rounds - 1 };
-    under_tuned(&*tuned, &again, (best, agreement), options, rounds, watch)
+    let rounds = if before - best.at.cost < MIN_NOISE_DECREASE_NATS { 0 } else { rounds - 1 };
+    fit_with_noise(&*tuned, &retuned, (best, agreement), options, rounds, watch)
 }
 
 /// Refines the better of some nearby starts and brings it to canonical form.
-fn followed(
+fn refined_nearby(
     target: &Target<'_>,
     starts: Vec<Vec<f64>>,
     steps: usize,
     watch: &dyn Watch,
 ) -> Result<Optimum, InferError> {
-    let best = follow(target, starts, steps, watch)?;
+    let best = refine_near(target, starts, steps, watch)?;
     match canonical(target, &best.point) {
         Some(point) => Ok(Optimum { at: target.linearise(&point)?, point, ..best }),
         None => Ok(best),
@@ -225,43 +227,43 @@ fn followed(
 }
 
 /// Refines some points, returns the best optimum and brings it to canonical form.
-fn settled(
+fn refined(
     target: &Target<'_>,
     points: Vec<Vec<f64>>,
     options: &FitOptions,
     watch: &dyn Watch,
 ) -> Result<Optimum, InferError> {
-    let best = polish(target, points, options, watch)?;
+    let best = refine(target, points, options, watch)?;
     match canonical(target, &best.point) {
-        Some(turned) => polish(target, vec![turned], options, watch),
+        Some(turned) => refine(target, vec![turned], options, watch),
         None => Ok(best),
     }
 }
 
 /// Densities through which each start passes: cheaper ones over the same coordinates first, if available. The
 /// last one ranks the starts.
-pub(crate) fn ladder<'a>(
+pub(crate) fn continuation<'a>(
     likelihood: &'a dyn Likelihood,
     model: &'a Model,
     options: &FitOptions,
 ) -> Result<Vec<Target<'a>>, InferError> {
-    rungs(&Target::new(likelihood, model, &options.per_episode)?, likelihood, options)
+    continuation_over(&Target::new(likelihood, model, &options.per_episode)?, likelihood, options)
 }
 
 /// The same for an existing target of the likelihood.
-fn rungs<'a>(
+fn continuation_over<'a>(
     full: &Target<'a>,
     likelihood: &'a dyn Likelihood,
     options: &FitOptions,
 ) -> Result<Vec<Target<'a>>, InferError> {
     // A thinned recording may omit an episode that has its own parameters.
     let fits = |cheaper: &Target<'_>| cheaper.dimension() == full.dimension();
-    let cheaper = |l| full.over(l, &options.per_episode).ok().filter(fits);
-    let whole = || Ok(vec![full.over(likelihood, &options.per_episode)?]);
+    let cheaper = |l| full.with_likelihood(l, &options.per_episode).ok().filter(fits);
+    let whole = || Ok(vec![full.with_likelihood(likelihood, &options.per_episode)?]);
     let Some(coarse) = likelihood.coarse() else { return whole() };
-    let Some(sorting) = cheaper(coarse) else { return whole() };
-    let afar = if options.from_afar { coarse.coarse().and_then(cheaper) } else { None };
-    Ok(afar.into_iter().chain([sorting]).collect())
+    let Some(ranking) = cheaper(coarse) else { return whole() };
+    let distant = if options.distant_starts { coarse.coarse().and_then(cheaper) } else { None };
+    Ok(distant.into_iter().chain([ranking]).collect())
 }
 
 fn finish(
@@ -278,9 +280,9 @@ fn finish(
     let (spread, log_determinant) = invert(&precision(&optimum.at.curvature, target));
     let information = &optimum.at.curvature - target.prior(z).curvature;
     let scales: Vec<(f64, f64)> = (0..n).map(|k| target.value(k, z[k])).collect();
-    let strain = |k: usize| {
-        let strain = target.coordinates().strain(target.parameter(k), z[k], information[(k, k)])?;
-        Some(Strain { name: target.slot(k).name, ..strain })
+    let conflict = |k: usize| {
+        let conflict = target.coordinates().prior_conflict(target.parameter(k), z[k], information[(k, k)])?;
+        Some(PriorConflict { name: target.slot(k).name, ..conflict })
     };
     let estimate = |k: usize| {
         let (slot, sd) = (target.slot(k), spread[(k, k)].max(0.0).sqrt());
@@ -289,14 +291,14 @@ fn finish(
             unit: slot.unit,
             mean: scales[k].0,
             sd: sd * scales[k].1.abs(),
-            identified: target.coordinates().identified(target.parameter(k), sd) && strain(k).is_none(),
+            identified: target.coordinates().identified(target.parameter(k), sd) && conflict(k).is_none(),
         }
     };
     let values = target.shared_values(z).0[..target.model().slots().len()].to_vec();
     Ok(Fit {
         model: target.model().filled(&values)?,
         estimates: (0..n).map(estimate).collect(),
-        strained: (0..n).filter_map(strain).collect(),
+        prior_conflicts: (0..n).filter_map(conflict).collect(),
         slots: (0..n).map(|k| target.slot(k)).collect(),
         values,
         covariance: DMatrix::from_fn(n, n, |i, j| spread[(i, j)] * scales[i].1 * scales[j].1),
@@ -304,7 +306,7 @@ fn finish(
         log_evidence: -optimum.at.cost + 0.5 * (n as f64 * TAU.ln() - log_determinant),
         channels,
         converged: optimum.converged,
-        falling: optimum.falling,
+        last_decrease: optimum.last_decrease,
         agreement,
         information,
         spread,
@@ -317,7 +319,7 @@ fn precision(curvature: &DMatrix<f64>, target: &Target<'_>) -> DMatrix<f64> {
     let mut precision = curvature.clone();
     for k in 0..precision.nrows() {
         let (coordinates, parameter) = (target.coordinates(), target.parameter(k));
-        let missing = coordinates.least_precision(parameter) - coordinates.prior_precision(parameter);
+        let missing = coordinates.min_precision(parameter) - coordinates.prior_precision(parameter);
         precision[(k, k)] += missing.max(0.0);
     }
     precision
@@ -346,7 +348,7 @@ fn on_circle(prior: &Prior, value: f64) -> f64 {
 /// coefficients is the same wheel: "along" is the direction of lower friction. Angles are wrapped around
 /// zero.
 pub(crate) fn canonical(target: &Target<'_>, point: &[f64]) -> Option<Vec<f64>> {
-    if target.has_own() {
+    if target.has_per_episode() {
         return None;
     }
     let mut values = target.shared_values(point).0;
@@ -376,7 +378,7 @@ pub(crate) fn canonical(target: &Target<'_>, point: &[f64]) -> Option<Vec<f64>> 
 
 /// Values for the slots of a richer model, taken by name from the fit of a simpler one; `fill` supplies the
 /// remaining ones.
-pub fn carried(from: &Fit, to: &Model, fill: &[f64]) -> Vec<f64> {
+pub fn transferred_values(from: &Fit, to: &Model, fill: &[f64]) -> Vec<f64> {
     let known: std::collections::BTreeMap<String, f64> =
         from.model.slots().into_iter().filter_map(|s| s.value.map(|v| (s.name, v))).collect();
     to.slots()

@@ -11,13 +11,13 @@ use trundle_model::{Prior, Slot};
 
 /// Ratio of posterior to prior standard deviation below which a direction is identified, as for single
 /// parameters.
-const HELD: f64 = 0.3;
+const MAX_IDENTIFIED_SD: f64 = 0.3;
 
 /// Maximum standard deviation of the logarithm of an identified ratio or product: a factor of e^½.
-const FACTOR: f64 = 0.5;
+const MAX_LOG_SD: f64 = 0.5;
 
 /// Minimum size of a named component of a direction, as a share of the largest.
-const DOMINANT: f64 = 0.3;
+const MIN_DOMINANT_SHARE: f64 = 0.3;
 
 /// Identified and unidentified directions and parameters.
 #[derive(Clone, Debug, PartialEq)]
@@ -25,7 +25,7 @@ pub struct Identifiability {
     /// Principal directions of the information, the best determined first.
     pub directions: Vec<Direction>,
     /// Number of identified directions.
-    pub held: usize,
+    pub identified: usize,
     /// Identified combinations of unidentified parameters.
     pub combinations: Vec<Combination>,
     /// Parameters that are neither identified nor part of an identified combination.
@@ -40,7 +40,7 @@ pub struct Direction {
     /// Posterior standard deviation along the direction, in prior standard deviations.
     pub sd: f64,
     /// Whether the direction is identified.
-    pub held: bool,
+    pub identified: bool,
     /// Dominant components: parameters and their weights in a unit vector.
     pub parts: Vec<(String, f64)>,
 }
@@ -103,7 +103,7 @@ impl Fit {
         let named = |name: &String| combinations.iter().any(|c| c.names().any(|n| n == name));
         let unknown = self.estimates.iter().filter(|e| !e.identified && !named(&e.name));
         Identifiability {
-            held: directions.iter().filter(|d| d.held).count(),
+            identified: directions.iter().filter(|d| d.identified).count(),
             directions,
             unknown: unknown.map(|e| e.name.clone()).collect(),
             combinations,
@@ -133,7 +133,12 @@ fn directions(information: &DMatrix<f64>, slots: &[Slot]) -> Vec<Direction> {
             let vector = spectrum.eigenvectors.column(k).into_owned();
             // An angle has no prior; its period is about one radian.
             let sd = (1.0 + lambda).sqrt().recip();
-            Direction { information: lambda, sd, held: sd < HELD, parts: dominant(&vector, slots) }
+            Direction {
+                information: lambda,
+                sd,
+                identified: sd < MAX_IDENTIFIED_SD,
+                parts: dominant(&vector, slots),
+            }
         })
         .collect();
     directions.sort_by(|a, b| b.information.total_cmp(&a.information));
@@ -147,7 +152,7 @@ fn dominant(vector: &DVector<f64>, slots: &[Slot]) -> Vec<(String, f64)> {
     let mut parts: Vec<(String, f64)> = vector
         .iter()
         .zip(slots)
-        .filter(|(w, _)| w.abs() >= DOMINANT * largest.abs())
+        .filter(|(w, _)| w.abs() >= MIN_DOMINANT_SHARE * largest.abs())
         .map(|(w, slot)| (slot.name.clone(), sign * w))
         .collect();
     parts.sort_by(|a, b| b.1.abs().total_cmp(&a.1.abs()));
@@ -157,24 +162,26 @@ fn dominant(vector: &DVector<f64>, slots: &[Slot]) -> Vec<(String, f64)> {
 /// Identified combinations of unidentified parameters: ratios and products first, since they are easier to
 /// interpret, then the remaining directions of the covariance.
 fn combinations(fit: &Fit) -> Vec<Combination> {
-    let open: Vec<usize> = (0..fit.estimates.len()).filter(|&k| !fit.estimates[k].identified).collect();
-    let pairs = pairs(fit, &open);
+    let unidentified: Vec<usize> =
+        (0..fit.estimates.len()).filter(|&k| !fit.estimates[k].identified).collect();
+    let pairs = pairs(fit, &unidentified);
     let named: Vec<&String> = pairs.iter().flat_map(Combination::names).collect();
-    let rest: Vec<usize> = open.into_iter().filter(|&k| !named.contains(&&fit.estimates[k].name)).collect();
+    let rest: Vec<usize> =
+        unidentified.into_iter().filter(|&k| !named.contains(&&fit.estimates[k].name)).collect();
     let sums = sums(fit, &rest);
     pairs.into_iter().chain(sums).collect()
 }
 
 /// Independent ratios and products, the best determined first.
-fn pairs(fit: &Fit, open: &[usize]) -> Vec<Combination> {
+fn pairs(fit: &Fit, unidentified: &[usize]) -> Vec<Combination> {
     let positive: Vec<(usize, f64)> =
-        open.iter().filter_map(|&k| Some((k, spread(&fit.slots[k])?))).collect();
+        unidentified.iter().filter_map(|&k| Some((k, spread(&fit.slots[k])?))).collect();
     let mut known: Vec<(f64, [usize; 2], f64)> = vec![];
     for (n, &(i, a)) in positive.iter().enumerate() {
         for &(j, b) in &positive[n + 1..] {
             for sign in [-1.0, 1.0] {
                 let sd = log_sd(fit, i, j, sign);
-                if sd < FACTOR && sd < HELD * a.hypot(b) {
+                if sd < MAX_LOG_SD && sd < MAX_IDENTIFIED_SD * a.hypot(b) {
                     known.push((sd, [i, j], sign));
                 }
             }
@@ -214,23 +221,25 @@ fn pair(fit: &Fit, [i, j]: [usize; 2], sign: f64, relative_sd: f64) -> Combinati
 }
 
 /// Identified directions of the marginal posterior covariance of some parameters.
-fn sums(fit: &Fit, open: &[usize]) -> Vec<Combination> {
-    if open.len() < 2 {
+fn sums(fit: &Fit, unidentified: &[usize]) -> Vec<Combination> {
+    if unidentified.len() < 2 {
         return vec![];
     }
-    let own = DMatrix::from_fn(open.len(), open.len(), |a, b| fit.spread[(open[a], open[b])]);
-    let slots: Vec<Slot> = open.iter().map(|&k| fit.slots[k].clone()).collect();
+    let own = DMatrix::from_fn(unidentified.len(), unidentified.len(), |a, b| {
+        fit.spread[(unidentified[a], unidentified[b])]
+    });
+    let slots: Vec<Slot> = unidentified.iter().map(|&k| fit.slots[k].clone()).collect();
     let spectrum = SymmetricEigen::new(own.clone());
     let sum = |k: usize| {
         let vector = spectrum.eigenvectors.column(k).into_owned();
         let parts = dominant(&vector, &slots);
         // The criterion applies to the named components, not to the whole direction.
-        let named = DVector::from_fn(open.len(), |a, _| {
+        let named = DVector::from_fn(unidentified.len(), |a, _| {
             if parts.iter().any(|(name, _)| *name == slots[a].name) { vector[a] } else { 0.0 }
         })
         .normalize();
         let sd = named.dot(&(&own * &named)).max(0.0).sqrt();
-        (parts.len() > 1 && sd < HELD).then_some(Combination::Sum { parts, sd })
+        (parts.len() > 1 && sd < MAX_IDENTIFIED_SD).then_some(Combination::Sum { parts, sd })
     };
-    (0..open.len()).filter_map(sum).collect()
+    (0..unidentified.len()).filter_map(sum).collect()
 }

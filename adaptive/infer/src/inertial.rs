@@ -11,7 +11,7 @@
 
 use crate::curve::Curve;
 use crate::likelihood::{Likelihood, Linearised};
-use crate::stretches::moves;
+use crate::steady_segments::is_moving;
 use crate::timing::Timing;
 use crate::{Channels, InferError, Loss};
 use nalgebra::{Matrix3, Vector3};
@@ -23,16 +23,16 @@ use trundle_model::{
 use trundle_record::{Motion, Noise, Prepared};
 
 /// Maximum number of parameters differentiated together.
-const WIDTH: usize = 8;
+const MAX_DUALS: usize = 8;
 
 /// Interval between samples, s: about the averaging time of the smoother, so that the errors are independent.
-const SPACING: f64 = 0.1;
+const SAMPLE_SPACING_S: f64 = 0.1;
 
 /// Minimum number of samples.
-const FEWEST: usize = 3;
+const MIN_SAMPLES: usize = 3;
 
 /// Prior standard deviation of the logarithm of an unknown scatter.
-const SPREAD: f64 = 1.0;
+const LOG_SCATTER_SD: f64 = 1.0;
 
 /// Motion at one time, object axes, and the wrench reading around it.
 #[derive(Clone, Debug)]
@@ -72,10 +72,13 @@ impl InertialLikelihood {
     pub fn new(episodes: &[Prepared], noise: &Noise, dof: [bool; 3]) -> Result<Self, InferError> {
         let of = |(index, episode): (usize, &Prepared)| samples(index, episode, noise);
         let samples: Vec<Sample> = episodes.iter().enumerate().flat_map(of).collect();
-        if samples.len() < FEWEST {
+        if samples.len() < MIN_SAMPLES {
             return Err(InferError::NoData {
                 recording: "the fit".to_owned(),
-                reason: format!("only {} samples of motion under a wrench are left; at least {MIN_SAMPLES} are required", samples.len()),
+                reason: format!(
+                    "only {} samples of motion under a wrench are left; at least {MIN_SAMPLES} are required",
+                    samples.len()
+                ),
                 remedy: "record pushes that move the object further than the tracker's noise".to_owned(),
             });
         }
@@ -118,7 +121,9 @@ impl InertialLikelihood {
         let laws = action.wrench(to_body(state.twist, state.pose[2]));
         let reading = match Timing::of(plant, s.clock) {
             None => s.reading.map(T::lift),
-            Some(timing) => timing.mean(&s.curve, s.clock.t - 0.5 * SPACING, s.clock.t + 0.5 * SPACING),
+            Some(timing) => {
+                timing.mean(&s.curve, s.clock.t - 0.5 * SAMPLE_SPACING_S, s.clock.t + 0.5 * SAMPLE_SPACING_S)
+            }
         };
         let read = transport(plant.correct(reading, s.clock), s.frame);
         let rigid = plant.rigid(s.clock);
@@ -131,8 +136,8 @@ impl InertialLikelihood {
         });
         let [xx, xy, yy, xt, yt, tt] = action.drag;
         let drag = [[xx, xy, xt], [xy, yy, yt], [xt, yt, tt]];
-        let mut covariance = sandwich(&mass, &s.covariance[0]);
-        let twist = sandwich(&drag, &s.covariance[1]);
+        let mut covariance = congruence(&mass, &s.covariance[0]);
+        let twist = congruence(&drag, &s.covariance[1]);
         for i in 0..3 {
             for j in 0..3 {
                 let both = self.dof[i] && self.dof[j];
@@ -144,7 +149,11 @@ impl InertialLikelihood {
         (residual, covariance)
     }
 
-    fn parted<'v>(&self, model: &Model, values: &'v [f64]) -> Result<(&'v [f64], [f64; 2]), InferError> {
+    fn split_values<'v>(
+        &self,
+        model: &Model,
+        values: &'v [f64],
+    ) -> Result<(&'v [f64], [f64; 2]), InferError> {
         let own = model.slots().len();
         let (got, expected) = (values.len(), own + self.noise().len());
         if got != expected {
@@ -158,11 +167,11 @@ impl InertialLikelihood {
         let whitened =
             factor.l().solve_lower_triangular(residual).unwrap_or_else(|| Vector3::repeat(f64::NAN));
         let size: f64 = factor.l().diagonal().iter().map(|d| d.ln()).sum();
-        let cost = self.loss.charge(whitened.norm_squared(), self.directions()).cost + size;
+        let cost = self.loss.contribution(whitened.norm_squared(), self.directions()).cost + size;
         if cost.is_finite() { cost } else { f64::INFINITY }
     }
 
-    /// Contribution of one sample, with derivatives by up to [`WIDTH`] columns at a time.
+    /// Contribution of one sample, with derivatives by up to [`MAX_DUALS`] columns at a time.
     fn linearise_one(&self, sample: &Sample, groups: &[Group], n: usize) -> Linearised {
         let mut sum = Linearised::sum(n, []);
         let mut columns: Vec<(Vector3<f64>, Matrix3<f64>)> = Vec::with_capacity(n);
@@ -179,16 +188,16 @@ impl InertialLikelihood {
         sum.cost = self.cost_of(&residual, &covariance);
         let Some(inverse) = covariance.cholesky().and_then(|c| c.l().try_inverse()) else { return sum };
         let whitened = inverse * residual;
-        let charge = self.loss.charge(whitened.norm_squared(), self.directions());
+        let contribution = self.loss.contribution(whitened.norm_squared(), self.directions());
         let columns: Vec<_> =
             columns.iter().map(|(r, s)| (inverse * r, inverse * s * inverse.transpose())).collect();
         for (i, (r, s)) in columns.iter().enumerate() {
             let square = whitened.dot(r) - 0.5 * whitened.dot(&(s * whitened));
-            sum.gradient[i] = charge.weight * square + 0.5 * s.trace();
+            sum.gradient[i] = contribution.weight * square + 0.5 * s.trace();
             for (j, (other, t)) in columns.iter().enumerate() {
                 // Fisher information of the mean and the covariance of a normal vector.
-                let scale = charge.curvature / charge.weight;
-                sum.curvature[(i, j)] = charge.curvature * r.dot(other) + 0.5 * scale * (s * t).trace();
+                let scale = contribution.curvature / contribution.weight;
+                sum.curvature[(i, j)] = contribution.curvature * r.dot(other) + 0.5 * scale * (s * t).trace();
             }
         }
         sum
@@ -197,14 +206,14 @@ impl InertialLikelihood {
 
 /// A plant with some of the free parameters as dual variables.
 struct Group {
-    plant: Plant<Dual<WIDTH>>,
-    scatter: [Dual<WIDTH>; 2],
+    plant: Plant<Dual<MAX_DUALS>>,
+    scatter: [Dual<MAX_DUALS>; 2],
     columns: usize,
 }
 
 fn group(model: &Model, values: &[f64], scatter: [f64; 2], free: &[usize]) -> Result<Group, InferError> {
     let all: Vec<f64> = values.iter().copied().chain(scatter).collect();
-    let mut lifted: Vec<Dual<WIDTH>> = all.iter().map(|&v| Real::lift(v)).collect();
+    let mut lifted: Vec<Dual<MAX_DUALS>> = all.iter().map(|&v| Real::lift(v)).collect();
     for (k, &slot) in free.iter().enumerate() {
         lifted[slot] = Dual::variable(all[slot], k);
     }
@@ -221,7 +230,7 @@ fn inertia<T: Real>(rigid: &Rigid<T>) -> [[T; 3]; 3] {
 }
 
 /// `A C Aᵀ` for a symmetric `A`.
-fn sandwich<T: Real>(a: &[[T; 3]; 3], c: &Matrix3<f64>) -> [[T; 3]; 3] {
+fn congruence<T: Real>(a: &[[T; 3]; 3], c: &Matrix3<f64>) -> [[T; 3]; 3] {
     let left =
         [0, 1, 2].map(|i| [0, 1, 2].map(|j| (0..3).fold(T::zero(), |sum, k| sum + a[i][k] * c[(k, j)])));
     [0, 1, 2].map(|i| [0, 1, 2].map(|j| (0..3).fold(T::zero(), |sum, k| sum + left[i][k] * a[k][j])))
@@ -229,7 +238,7 @@ fn sandwich<T: Real>(a: &[[T; 3]; 3], c: &Matrix3<f64>) -> [[T; 3]; 3] {
 
 impl Likelihood for InertialLikelihood {
     fn cost(&self, model: &Model, values: &[f64]) -> Result<f64, InferError> {
-        let (own, scatter) = self.parted(model, values)?;
+        let (own, scatter) = self.split_values(model, values)?;
         let plant = model.plant(own)?;
         let one = |s: &Sample| {
             let (residual, covariance) = self.compare(s, &plant, scatter);
@@ -239,9 +248,9 @@ impl Likelihood for InertialLikelihood {
     }
 
     fn linearise(&self, model: &Model, values: &[f64], free: &[usize]) -> Result<Linearised, InferError> {
-        let (own, scatter) = self.parted(model, values)?;
+        let (own, scatter) = self.split_values(model, values)?;
         let mut groups =
-            free.chunks(WIDTH).map(|f| group(model, own, scatter, f)).collect::<Result<Vec<_>, _>>()?;
+            free.chunks(MAX_DUALS).map(|f| group(model, own, scatter, f)).collect::<Result<Vec<_>, _>>()?;
         if groups.is_empty() {
             groups.push(group(model, own, scatter, &[])?);
         }
@@ -260,7 +269,7 @@ impl Likelihood for InertialLikelihood {
             unit,
             lower: 1e-12,
             upper: 1e6,
-            prior: Prior::LogNormal { median, sd: SPREAD },
+            prior: Prior::LogNormal { median, sd: LOG_SCATTER_SD },
             value: None,
             effect: None,
         };
@@ -286,23 +295,23 @@ impl Likelihood for InertialLikelihood {
 /// Samples of an episode: poses at which the object moves, at least [`SAMPLE_SPACING_S`] apart.
 fn samples(index: usize, episode: &Prepared, noise: &Noise) -> Vec<Sample> {
     let mut found: Vec<Sample> = vec![];
-    let mut next = episode.contact + 0.5 * SPACING;
+    let mut next = episode.contact + 0.5 * SAMPLE_SPACING_S;
     let curve = Arc::new(Curve::new(episode));
-    for motion in episode.motion(noise).iter().filter(|m| moves(m)) {
+    for motion in episode.motion(noise).iter().filter(|m| is_moving(m)) {
         if motion.t < next {
             continue;
         }
         if let Some(sample) = sample(index, episode, &curve, motion) {
             found.push(sample);
-            next = motion.t + SPACING;
+            next = motion.t + SAMPLE_SPACING_S;
         }
     }
     found
 }
 
 fn sample(index: usize, episode: &Prepared, curve: &Arc<Curve>, motion: &Motion) -> Option<Sample> {
-    let first = episode.wrench.partition_point(|w| w.t < motion.t - 0.5 * SPACING);
-    let end = episode.wrench.partition_point(|w| w.t <= motion.t + 0.5 * SPACING);
+    let first = episode.wrench.partition_point(|w| w.t < motion.t - 0.5 * SAMPLE_SPACING_S);
+    let end = episode.wrench.partition_point(|w| w.t <= motion.t + 0.5 * SAMPLE_SPACING_S);
     let near = episode.wrench.get(first..end).filter(|near| !near.is_empty())?;
     let frame = curve.frame(motion.t).0;
     let mean = |k: usize| near.iter().map(|w| w.reading[k]).sum::<f64>() / near.len() as f64;
@@ -315,7 +324,7 @@ fn sample(index: usize, episode: &Prepared, curve: &Arc<Curve>, motion: &Motion)
     Some(Sample {
         episode: index,
         state: State::moving(motion.pose, motion.twist),
-        clock: curve.held(motion.t, frame),
+        clock: curve.clock_at_grasp(motion.t, frame),
         accel: to_body(motion.accel, motion.pose[2]),
         covariance: [turn(2), turn(1)],
         reading: [0, 1, 2].map(mean),

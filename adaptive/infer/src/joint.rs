@@ -1,6 +1,6 @@
 //! Joint likelihood of several recordings of one object.
 
-use crate::likelihood::{Likelihood, Linearised, Look};
+use crate::likelihood::{Evaluation, Likelihood, Linearised};
 use crate::{Channels, InferError};
 use trundle_model::{Model, Slot};
 
@@ -36,18 +36,18 @@ impl Likelihood for Joint<'_> {
         Ok(Linearised::sum(free.len(), parts.collect::<Result<Vec<_>, _>>()?))
     }
 
-    fn look<'a>(
+    fn evaluate<'a>(
         &'a self,
         model: &'a Model,
         values: &[f64],
         free: &'a [usize],
         likely: bool,
-    ) -> Result<Look<'a>, InferError> {
-        let looks = self.parts.iter().map(|part| part.look(model, values, free, likely));
-        let looks = looks.collect::<Result<Vec<_>, _>>()?;
-        let cost = looks.iter().map(|look| look.cost).sum();
-        Ok(Look::new(cost, move || {
-            let parts = looks.into_iter().map(Look::linearise);
+    ) -> Result<Evaluation<'a>, InferError> {
+        let evaluations = self.parts.iter().map(|part| part.evaluate(model, values, free, likely));
+        let evaluations = evaluations.collect::<Result<Vec<_>, _>>()?;
+        let cost = evaluations.iter().map(|evaluation| evaluation.cost).sum();
+        Ok(Evaluation::new(cost, move || {
+            let parts = evaluations.into_iter().map(Evaluation::linearise);
             Ok(Linearised::sum(free.len(), parts.collect::<Result<Vec<_>, _>>()?))
         }))
     }
@@ -96,14 +96,14 @@ impl Likelihood for Borrowed<'_> {
         self.0.linearise(model, values, free)
     }
 
-    fn look<'a>(
+    fn evaluate<'a>(
         &'a self,
         model: &'a Model,
         values: &[f64],
         free: &'a [usize],
         likely: bool,
-    ) -> Result<Look<'a>, InferError> {
-        self.0.look(model, values, free, likely)
+    ) -> Result<Evaluation<'a>, InferError> {
+        self.0.evaluate(model, values, free, likely)
     }
 
     fn channels(&self) -> Channels {

@@ -13,13 +13,13 @@ use basin::{
 };
 
 /// Finite substitute for an infinite cost, because a line search cannot interpolate infinities.
-const WALL: f64 = 1e12;
+const MAX_COST: f64 = 1e12;
 
 /// A density as seen by basin. Coordinates are scaled by the root of the curvature at the start; otherwise
 /// the first steps are too long along well-determined directions and too short along the others.
 struct Problem<'a> {
     density: &'a dyn Density,
-    stretch: Vec<f64>,
+    scale: Vec<f64>,
     lower: Vec<f64>,
     upper: Vec<f64>,
     watch: &'a dyn Watch,
@@ -28,10 +28,10 @@ struct Problem<'a> {
 impl Problem<'_> {
     /// Point with the scaled coordinates `w`.
     fn point(&self, w: &[f64]) -> Vec<f64> {
-        w.iter().zip(&self.stretch).map(|(w, s)| w / s).collect()
+        w.iter().zip(&self.scale).map(|(w, s)| w / s).collect()
     }
 
-    fn go_on(&self) -> Result<(), InferError> {
+    fn check_cancelled(&self) -> Result<(), InferError> {
         if self.watch.cancelled() { Err(InferError::Interrupted) } else { Ok(()) }
     }
 }
@@ -42,8 +42,8 @@ impl CostFunction for Problem<'_> {
     type Error = InferError;
 
     fn cost(&self, w: &Vec<f64>) -> Result<f64, InferError> {
-        self.go_on()?;
-        Ok(self.density.cost(&self.point(w))?.min(WALL))
+        self.check_cancelled()?;
+        Ok(self.density.cost(&self.point(w))?.min(MAX_COST))
     }
 }
 
@@ -55,9 +55,9 @@ impl Gradient for Problem<'_> {
     }
 
     fn cost_and_gradient(&self, w: &Vec<f64>) -> Result<(f64, Vec<f64>), InferError> {
-        self.go_on()?;
+        self.check_cancelled()?;
         let at = self.density.linearise(&self.point(w))?;
-        Ok((at.cost.min(WALL), at.gradient.iter().zip(&self.stretch).map(|(g, s)| g / s).collect()))
+        Ok((at.cost.min(MAX_COST), at.gradient.iter().zip(&self.scale).map(|(g, s)| g / s).collect()))
     }
 }
 
@@ -81,8 +81,8 @@ pub(crate) fn minimise(
     watch: &dyn Watch,
 ) -> Result<Optimum, InferError> {
     let at = density.linearise(&start)?;
-    let mut best = Optimum { point: start, at, converged: false, falling: 0.0 };
-    for _ in 0..RESTARTS {
+    let mut best = Optimum { point: start, at, converged: false, last_decrease: 0.0 };
+    for _ in 0..MAX_SEARCHES {
         let found = search(density, &best, &clamp, stop, watch)?;
         let gain = best.at.cost - found.at.cost;
         if gain > 0.0 {
@@ -104,13 +104,13 @@ fn search(
     stop: Stop,
     watch: &dyn Watch,
 ) -> Result<Optimum, InferError> {
-    let stretch: Vec<f64> = from.at.curvature.diagonal().iter().map(|c| c.max(1.0).sqrt()).collect();
-    let bound = |far: f64| stretch.iter().enumerate().map(|(k, s)| clamp(k, far) * s).collect();
+    let scale: Vec<f64> = from.at.curvature.diagonal().iter().map(|c| c.max(1.0).sqrt()).collect();
+    let bound = |far: f64| scale.iter().enumerate().map(|(k, s)| clamp(k, far) * s).collect();
     let (lower, upper) = (bound(f64::NEG_INFINITY), bound(f64::INFINITY));
-    let start = from.point.iter().zip(&stretch).map(|(z, s)| z * s).collect();
-    let problem = Problem { density, stretch: stretch.clone(), lower, upper, watch };
+    let start = from.point.iter().zip(&scale).map(|(z, s)| z * s).collect();
+    let problem = Problem { density, scale: scale.clone(), lower, upper, watch };
     // The tolerance of basin is relative to the cost.
-    let size = from.at.cost.abs().clamp(1.0, WALL);
+    let size = from.at.cost.abs().clamp(1.0, MAX_COST);
     let solver = Lbfgsb::new().with_relative_cost_reduction_tolerance(stop.decrease / size);
     let run =
         Executor::new(problem, solver, FirstOrderState::new(start)).max_iter(stop.iterations as u64).run();
@@ -120,12 +120,12 @@ fn search(
         _ => InferError::NoStart { recording: "the recording".to_owned(), starts: 1 },
     })?;
     let converged = !matches!(result.report.termination, Termination::Limit(_));
-    let point: Vec<f64> = result.best_param().iter().zip(&stretch).map(|(w, s)| w / s).collect();
-    Ok(Optimum { at: density.linearise(&point)?, point, converged, falling: 0.0 })
+    let point: Vec<f64> = result.best_param().iter().zip(&scale).map(|(w, s)| w / s).collect();
+    Ok(Optimum { at: density.linearise(&point)?, point, converged, last_decrease: 0.0 })
 }
 
 /// Maximum number of successive searches.
-const RESTARTS: usize = 5;
+const MAX_SEARCHES: usize = 5;
 
 #[cfg(test)]
 mod tests {

@@ -4,7 +4,7 @@
 //! (H + λ diag(H)) δ = −g;   λ decreases after a decrease of the cost and increases otherwise      (Marquardt 1963)
 //! ```
 
-use crate::likelihood::Look;
+use crate::likelihood::Evaluation;
 use crate::search::Optimum;
 use crate::{Density, InferError, Linearised, Watch};
 use nalgebra::DVector;
@@ -30,7 +30,7 @@ pub(crate) fn minimise(
     watch: &dyn Watch,
 ) -> Result<Optimum, InferError> {
     let at = density.linearise(&start)?;
-    from(density, start, at, clamp, stop, watch)
+    minimise_from(density, start, at, clamp, stop, watch)
 }
 
 /// Minimise from a start that is already linearised.
@@ -38,7 +38,7 @@ pub(crate) fn minimise(
 /// The gradient may be approximate: that of the filter neglects how gains and covariances depend on the
 /// parameters. Where no step lowers the cost, the error of the gradient is measured by finite differences.
 /// The same correction applies to later steps until it fails in turn.
-pub(crate) fn from(
+pub(crate) fn minimise_from(
     density: &dyn Density,
     start: Vec<f64>,
     start_at: Linearised,
@@ -48,33 +48,33 @@ pub(crate) fn from(
 ) -> Result<Optimum, InferError> {
     let search = Search { density, clamp: &clamp, stop, watch };
     let (mut point, mut at) = (start, start_at);
-    let (mut damping, mut falling) = (1e-3, f64::INFINITY);
+    let (mut damping, mut last_decrease) = (1e-3, f64::INFINITY);
     let mut correction = DVector::zeros(point.len());
     for _ in 0..stop.iterations {
-        let (begun, approximate) = (damping, at.gradient.clone());
+        let (initial_damping, approximate) = (damping, at.gradient.clone());
         at.gradient += &correction;
-        let trusted = if stop.measure_gradient { TRUSTED_ATTEMPTS } else { ATTEMPTS };
+        let trusted = if stop.measure_gradient { MAX_TRUSTED_ATTEMPTS } else { MAX_ATTEMPTS };
         let mut outcome = search.descend(&point, &at, &mut damping, trusted)?;
         if stop.measure_gradient && !matches!(outcome, Outcome::Lower { .. }) {
             at.gradient = measured_gradient(density, &point, &at)?;
-            (correction, damping) = (&at.gradient - approximate, begun);
-            outcome = search.descend(&point, &at, &mut damping, ATTEMPTS)?;
+            (correction, damping) = (&at.gradient - approximate, initial_damping);
+            outcome = search.descend(&point, &at, &mut damping, MAX_ATTEMPTS)?;
         }
-        let Outcome::Lower { trial, decrease, look } = outcome else {
-            return Ok(Optimum { point, at, converged: true, falling: 0.0 });
+        let Outcome::Lower { trial, decrease, evaluation } = outcome else {
+            return Ok(Optimum { point, at, converged: true, last_decrease: 0.0 });
         };
-        (point, falling) = (trial, decrease);
-        at = look.linearise()?;
+        (point, last_decrease) = (trial, decrease);
+        at = evaluation.linearise()?;
         if decrease < stop.decrease {
-            return Ok(Optimum { point, at, converged: true, falling });
+            return Ok(Optimum { point, at, converged: true, last_decrease });
         }
     }
-    Ok(Optimum { point, at, converged: false, falling })
+    Ok(Optimum { point, at, converged: false, last_decrease })
 }
 
 /// Maximum number of steps tried from a point, in all and before the gradient is measured.
-const ATTEMPTS: usize = 8;
-const TRUSTED_ATTEMPTS: usize = 2;
+const MAX_ATTEMPTS: usize = 8;
+const MAX_TRUSTED_ATTEMPTS: usize = 2;
 
 /// Factors on the damping after a rejected and after an accepted step.
 const DAMPING_RISE: f64 = 6.0;
@@ -91,7 +91,7 @@ struct Search<'a, C> {
 /// Result of the steps tried from a point.
 enum Outcome<'a> {
     /// A step lowered the cost.
-    Lower { trial: Vec<f64>, decrease: f64, look: Look<'a> },
+    Lower { trial: Vec<f64>, decrease: f64, evaluation: Evaluation<'a> },
     /// No step lowered the cost.
     NoDescent,
     /// The quadratic model predicts no significant decrease.
@@ -112,16 +112,16 @@ impl<'a, C: Fn(usize, f64) -> f64> Search<'a, C> {
                 return Err(InferError::Interrupted);
             }
             if let Some(step) = damped_step(at, *damping) {
-                if attempt == 0 && promised(at, &step) < NOTHING * self.stop.decrease {
+                if attempt == 0 && predicted_decrease(at, &step) < MIN_PROMISED_SHARE * self.stop.decrease {
                     return Ok(Outcome::AtOptimum);
                 }
                 let moved = point.iter().zip(step.iter()).enumerate();
                 let trial: Vec<f64> = moved.map(|(k, (p, s))| (self.clamp)(k, p + s)).collect();
                 // The first attempt usually succeeds, and its derivatives are then required.
-                let look = self.density.look(&trial, attempt == 0)?;
-                if look.cost < at.cost {
+                let evaluation = self.density.evaluate(&trial, attempt == 0)?;
+                if evaluation.cost < at.cost {
                     *damping = (*damping / DAMPING_FALL).max(1e-9);
-                    return Ok(Outcome::Lower { trial, decrease: at.cost - look.cost, look });
+                    return Ok(Outcome::Lower { trial, decrease: at.cost - evaluation.cost, evaluation });
                 }
             }
             *damping *= DAMPING_RISE;
@@ -131,7 +131,7 @@ impl<'a, C: Fn(usize, f64) -> f64> Search<'a, C> {
 }
 
 /// Step of a finite difference, in standard deviations given by the curvature.
-const DIFFERENCE: f64 = 0.01;
+const DIFFERENCE_STEP_SD: f64 = 0.01;
 
 /// Gradient by forward differences, corrected for the curvature over the step.
 fn measured_gradient(
@@ -142,7 +142,7 @@ fn measured_gradient(
     let mut gradient = at.gradient.clone();
     for (k, slope) in gradient.iter_mut().enumerate() {
         let curvature = at.curvature[(k, k)];
-        let h = DIFFERENCE / curvature.max(1.0).sqrt();
+        let h = DIFFERENCE_STEP_SD / curvature.max(1.0).sqrt();
         let mut shifted = point.to_vec();
         shifted[k] += h;
         let measured = (density.cost(&shifted)? - at.cost) / h - 0.5 * curvature * h;
@@ -154,10 +154,10 @@ fn measured_gradient(
 }
 
 /// Share of the stopping decrease below which a predicted decrease is not tried.
-const NOTHING: f64 = 0.1;
+const MIN_PROMISED_SHARE: f64 = 0.1;
 
 /// Decrease of the cost along a step predicted by the quadratic model.
-fn promised(at: &Linearised, step: &DVector<f64>) -> f64 {
+fn predicted_decrease(at: &Linearised, step: &DVector<f64>) -> f64 {
     -(at.gradient.dot(step) + 0.5 * step.dot(&(&at.curvature * step)))
 }
 

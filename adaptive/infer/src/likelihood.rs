@@ -28,20 +28,20 @@ impl Linearised {
 }
 
 /// A cost whose derivatives are computed on demand.
-pub struct Look<'a> {
+pub struct Evaluation<'a> {
     /// −log density; infinite where it cannot be evaluated, never NaN.
     pub cost: f64,
-    rest: Box<dyn FnOnce() -> Result<Linearised, InferError> + 'a>,
+    derivatives: Box<dyn FnOnce() -> Result<Linearised, InferError> + 'a>,
 }
 
-impl<'a> Look<'a> {
+impl<'a> Evaluation<'a> {
     /// A cost and a function that computes its derivatives.
-    pub fn new(cost: f64, rest: impl FnOnce() -> Result<Linearised, InferError> + 'a) -> Self {
-        Self { cost: if cost.is_nan() { f64::INFINITY } else { cost }, rest: Box::new(rest) }
+    pub fn new(cost: f64, derivatives: impl FnOnce() -> Result<Linearised, InferError> + 'a) -> Self {
+        Self { cost: if cost.is_nan() { f64::INFINITY } else { cost }, derivatives: Box::new(derivatives) }
     }
 
     /// A cost whose derivatives are already known.
-    pub fn known(at: Linearised) -> Self {
+    pub fn of(at: Linearised) -> Self {
         Self::new(at.cost, || Ok(at))
     }
 
@@ -50,7 +50,7 @@ impl<'a> Look<'a> {
     /// # Errors
     /// When the computation of the derivatives fails.
     pub fn linearise(self) -> Result<Linearised, InferError> {
-        (self.rest)()
+        (self.derivatives)()
     }
 }
 
@@ -74,18 +74,18 @@ pub trait Likelihood: Sync {
     ///
     /// # Errors
     /// When `values` has the wrong length.
-    fn look<'a>(
+    fn evaluate<'a>(
         &'a self,
         model: &'a Model,
         values: &[f64],
         free: &'a [usize],
         likely: bool,
-    ) -> Result<Look<'a>, InferError> {
+    ) -> Result<Evaluation<'a>, InferError> {
         if likely {
-            return self.linearise(model, values, free).map(Look::known);
+            return self.linearise(model, values, free).map(Evaluation::of);
         }
         let (cost, values) = (self.cost(model, values)?, values.to_vec());
-        Ok(Look::new(cost, move || self.linearise(model, &values, free)))
+        Ok(Evaluation::new(cost, move || self.linearise(model, &values, free)))
     }
 
     /// The assumed noise.

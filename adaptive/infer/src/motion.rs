@@ -1,9 +1,9 @@
 //! Likelihood of the motion under the recorded wrench (eq. 5, 6), by prediction errors of a filter.
 
 use crate::brent::best_factor;
-use crate::filter::{Filtering, Innovation, Passage, Residual, Response, filter};
-use crate::likelihood::{Likelihood, Linearised, Look};
-use crate::rest::Rests;
+use crate::filter::{EpisodeFilter, FilterRun, Innovation, Residual, Response, filter};
+use crate::likelihood::{Evaluation, Likelihood, Linearised};
+use crate::resting_readings::RestingReadings;
 use crate::{Channels, InferError, Track, sensitivity};
 use nalgebra::{DMatrix, DVector};
 use rayon::prelude::*;
@@ -17,28 +17,28 @@ use trundle_record::{Noise, Prepared};
 pub struct MotionLikelihood {
     tracks: Arc<[Track]>,
     /// The same episodes in longer steps.
-    thin: Arc<[Track]>,
+    thinned: Arc<[Track]>,
     coarse: Option<Arc<MotionLikelihood>>,
-    rests: Rests,
+    resting: RestingReadings,
     channels: Channels,
     /// Factor on the pose noise, in addition to that in `channels`.
-    blur: f64,
+    pose_noise_factor: f64,
     stated: bool,
 }
 
 /// Range of factors on the initial guess of unstated noise, of readings and of poses.
-const READING_RANGE: (f64, f64) = (0.02, 50.0);
-const POSE_RANGE: (f64, f64) = (0.3, 3.0);
+const READING_NOISE_FACTORS: (f64, f64) = (0.02, 50.0);
+const POSE_NOISE_FACTORS: (f64, f64) = (0.3, 3.0);
 
 /// Factor on the pose noise in a first search from distant starts. With weak corrections by the poses, the
 /// error of the simulation grows along a whole push and gives a smooth path to the wheel. With full
 /// corrections the density has many local optima.
-const BLUR: f64 = 300.0;
+const DISTANT_POSE_NOISE_FACTOR: f64 = 300.0;
 /// Duration of each push in that search, s: over minutes such a simulation diverges.
-const FROM_AFAR: f64 = 8.0;
+const DISTANT_SEARCH_S: f64 = 8.0;
 
 /// Up to three episodes, evenly spaced.
-fn spread(tracks: &[Track]) -> impl Iterator<Item = &Track> {
+fn subset(tracks: &[Track]) -> impl Iterator<Item = &Track> {
     let every = tracks.len().div_ceil(3).max(1);
     tracks.iter().step_by(every)
 }
@@ -50,26 +50,30 @@ impl MotionLikelihood {
     /// When an episode is too short.
     pub fn new(episodes: &[Prepared], noise: &Noise) -> Result<Self, InferError> {
         let fine = episodes.iter().map(|e| Track::new(e, noise)).collect::<Result<Vec<_>, _>>()?;
-        let thin = episodes.iter().map(|e| Track::coarse(e, noise)).collect::<Result<Vec<_>, _>>()?;
-        let of = |tracks: Vec<Track>, blur, coarse: Option<Self>| Self {
-            rests: Rests::default(),
+        let thinned = episodes.iter().map(|e| Track::coarse(e, noise)).collect::<Result<Vec<_>, _>>()?;
+        let of = |tracks: Vec<Track>, pose_noise_factor, coarse: Option<Self>| Self {
+            resting: RestingReadings::default(),
             tracks: tracks.into(),
-            thin: [].into(),
+            thinned: [].into(),
             coarse: coarse.map(Arc::new),
-            channels: Channels::of(noise).scaled(blur, 1.0),
-            blur,
+            channels: Channels::of(noise).scaled(pose_noise_factor, 1.0),
+            pose_noise_factor,
             stated: noise.stated,
         };
-        let blurred = of(spread(&thin).map(|t| t.until(t.start + FROM_AFAR)).collect(), BLUR, None);
-        let coarse = of(spread(&thin).cloned().collect(), 1.0, Some(blurred));
-        let rests = Rests::new(episodes, noise);
-        Ok(Self { thin: thin.into(), rests, ..of(fine, 1.0, Some(coarse)) })
+        let distant = of(
+            subset(&thinned).map(|t| t.until(t.start + DISTANT_SEARCH_S)).collect(),
+            DISTANT_POSE_NOISE_FACTOR,
+            None,
+        );
+        let coarse = of(subset(&thinned).cloned().collect(), 1.0, Some(distant));
+        let resting = RestingReadings::new(episodes, noise);
+        Ok(Self { thinned: thinned.into(), resting, ..of(fine, 1.0, Some(coarse)) })
     }
 
     /// The same likelihood in steps three times as long, where available, for ranking candidates.
     #[must_use]
     pub fn thinned(&self) -> Self {
-        let tracks = if self.thin.is_empty() { &self.tracks } else { &self.thin };
+        let tracks = if self.thinned.is_empty() { &self.tracks } else { &self.thinned };
         Self { tracks: tracks.clone(), ..self.clone() }
     }
 
@@ -77,7 +81,7 @@ impl MotionLikelihood {
     #[must_use]
     pub fn with_channels(&self, channels: Channels) -> Self {
         let coarse = self.coarse.as_ref().map(|c| Arc::new(c.with_channels(channels)));
-        Self { channels: channels.scaled(self.blur, 1.0), coarse, ..self.clone() }
+        Self { channels: channels.scaled(self.pose_noise_factor, 1.0), coarse, ..self.clone() }
     }
 
     /// The same likelihood over a subset of the episodes.
@@ -86,8 +90,8 @@ impl MotionLikelihood {
         let kept = |tracks: &[Track]| {
             tracks.iter().enumerate().filter(|(k, _)| keep(*k)).map(|(_, t)| t.clone()).collect()
         };
-        let rests = self.rests.only(&keep);
-        Self { tracks: kept(&self.tracks), thin: kept(&self.thin), rests, ..self.clone() }
+        let resting = self.resting.only(&keep);
+        Self { tracks: kept(&self.tracks), thinned: kept(&self.thinned), resting, ..self.clone() }
     }
 
     /// The episodes.
@@ -110,7 +114,7 @@ impl MotionLikelihood {
         values: &[f64],
     ) -> Result<Option<Vec<Vec<Innovation>>>, InferError> {
         let filter = self.filter(model, values)?;
-        let run = |track| filter.run(track).map(|passage| passage.innovations);
+        let run = |track| filter.run(track).map(|found| found.innovations);
         Ok(self.tracks.par_iter().map(run).collect())
     }
 
@@ -133,22 +137,22 @@ impl MotionLikelihood {
     }
 
     /// Maps the tracks on all cores; a single track runs on the calling thread.
-    fn each<T: Send>(&self, of: impl Fn(usize, &Track) -> T + Sync + Send) -> Vec<T> {
+    fn map_tracks<T: Send>(&self, of: impl Fn(usize, &Track) -> T + Sync + Send) -> Vec<T> {
         match &*self.tracks {
-            [alone] => vec![of(0, alone)],
+            [single] => vec![of(0, single)],
             tracks => tracks.par_iter().enumerate().map(|(k, track)| of(k, track)).collect(),
         }
     }
 
-    fn filter(&self, model: &Model, values: &[f64]) -> Result<Box<dyn Filtering>, InferError> {
+    fn filter(&self, model: &Model, values: &[f64]) -> Result<Box<dyn EpisodeFilter>, InferError> {
         filter(model, values, &self.channels)
     }
 }
 
 /// Filter results of each episode under one model, for linearising other models around it.
-pub struct Seen<'a> {
+pub struct FilteredEpisodes<'a> {
     tracks: &'a [Track],
-    passages: Vec<Passage>,
+    runs: Vec<FilterRun>,
 }
 
 impl MotionLikelihood {
@@ -156,18 +160,22 @@ impl MotionLikelihood {
     ///
     /// # Errors
     /// When `values` has the wrong length.
-    pub fn seen(&self, model: &Model, values: &[f64]) -> Result<Option<Seen<'_>>, InferError> {
+    pub fn filtered(
+        &self,
+        model: &Model,
+        values: &[f64],
+    ) -> Result<Option<FilteredEpisodes<'_>>, InferError> {
         let filter = self.filter(model, values)?;
-        let passages: Option<Vec<_>> = self.tracks.par_iter().map(|t| filter.run(t)).collect();
-        Ok(passages.map(|passages| Seen { tracks: &self.tracks, passages }))
+        let runs: Option<Vec<_>> = self.tracks.par_iter().map(|t| filter.run(t)).collect();
+        Ok(runs.map(|runs| FilteredEpisodes { tracks: &self.tracks, runs }))
     }
 }
 
-impl Seen<'_> {
+impl FilteredEpisodes<'_> {
     /// Whitened innovations of all episodes, in order.
     pub fn residual(&self) -> DVector<f64> {
         let all: Vec<f64> =
-            self.passages.iter().flat_map(|p| sensitivity::whitened(p).as_slice().to_vec()).collect();
+            self.runs.iter().flat_map(|p| sensitivity::whitened(p).as_slice().to_vec()).collect();
         DVector::from_vec(all)
     }
 
@@ -183,8 +191,8 @@ impl Seen<'_> {
         values: &[f64],
         free: &[usize],
     ) -> Result<Vec<DMatrix<f64>>, InferError> {
-        let of = |(track, passage)| sensitivity::slopes(model, values, free, track, passage);
-        self.tracks.par_iter().zip(&self.passages).map(of).collect()
+        let of = |(track, run)| sensitivity::slopes(model, values, free, track, run);
+        self.tracks.par_iter().zip(&self.runs).map(of).collect()
     }
 }
 
@@ -192,34 +200,34 @@ impl Likelihood for MotionLikelihood {
     fn cost(&self, model: &Model, values: &[f64]) -> Result<f64, InferError> {
         let filter = self.filter(model, values)?;
         let one = |_, track: &Track| filter.cost(track).unwrap_or(f64::INFINITY);
-        let moving: f64 = self.each(one).into_iter().sum();
-        Ok(moving + self.rests.cost(model, values)?)
+        let moving: f64 = self.map_tracks(one).into_iter().sum();
+        Ok(moving + self.resting.cost(model, values)?)
     }
 
     fn linearise(&self, model: &Model, values: &[f64], free: &[usize]) -> Result<Linearised, InferError> {
-        self.look(model, values, free, true)?.linearise()
+        self.evaluate(model, values, free, true)?.linearise()
     }
 
     /// The filter run is kept for the derivatives.
-    fn look<'a>(
+    fn evaluate<'a>(
         &'a self,
         model: &'a Model,
         values: &[f64],
         free: &'a [usize],
         _likely: bool,
-    ) -> Result<Look<'a>, InferError> {
+    ) -> Result<Evaluation<'a>, InferError> {
         let filter = self.filter(model, values)?;
-        let passages = self.each(|_, track| filter.run(track));
-        let moving: f64 = passages.iter().map(|p| p.as_ref().map_or(f64::INFINITY, Passage::cost)).sum();
-        let cost = moving + self.rests.cost(model, values)?;
+        let runs = self.map_tracks(|_, track| filter.run(track));
+        let moving: f64 = runs.iter().map(|p| p.as_ref().map_or(f64::INFINITY, FilterRun::cost)).sum();
+        let cost = moving + self.resting.cost(model, values)?;
         let values = values.to_vec();
-        Ok(Look::new(cost, move || {
-            let part = |k: usize, track: &Track| match passages.get(k).and_then(Option::as_ref) {
-                Some(passage) => sensitivity::linearise(model, &values, free, track, passage),
+        Ok(Evaluation::new(cost, move || {
+            let part = |k: usize, track: &Track| match runs.get(k).and_then(Option::as_ref) {
+                Some(run) => sensitivity::linearise(model, &values, free, track, run),
                 None => Ok(Linearised { cost: f64::INFINITY, ..Linearised::sum(free.len(), []) }),
             };
-            let mut parts = self.each(part).into_iter().collect::<Result<Vec<_>, InferError>>()?;
-            parts.push(self.rests.linearise(model, &values, free)?);
+            let mut parts = self.map_tracks(part).into_iter().collect::<Result<Vec<_>, InferError>>()?;
+            parts.push(self.resting.linearise(model, &values, free)?);
             Ok(Linearised::sum(free.len(), parts))
         }))
     }
@@ -230,8 +238,8 @@ impl Likelihood for MotionLikelihood {
 
     fn split(&self) -> Vec<(String, Box<dyn Likelihood + '_>)> {
         let one = |(k, track): (usize, &Track)| {
-            let alone: Box<dyn Likelihood> = Box::new(self.only(|other| other == k));
-            (track.name.clone(), alone)
+            let single: Box<dyn Likelihood> = Box::new(self.only(|other| other == k));
+            (track.name.clone(), single)
         };
         self.tracks.iter().enumerate().map(one).collect()
     }
@@ -256,8 +264,8 @@ impl MotionLikelihood {
     /// When `values` has the wrong length.
     pub fn with_tuned_noise(&self, model: &Model, values: &[f64]) -> Result<Self, InferError> {
         let tried = |pose, reading| self.with_channels(self.channels.scaled(pose, reading));
-        let reading = best_factor(&|f| tried(1.0, f).cost(model, values), READING_RANGE)?;
-        let pose = best_factor(&|f| tried(f, reading).cost(model, values), POSE_RANGE)?;
+        let reading = best_factor(&|f| tried(1.0, f).cost(model, values), READING_NOISE_FACTORS)?;
+        let pose = best_factor(&|f| tried(f, reading).cost(model, values), POSE_NOISE_FACTORS)?;
         Ok(tried(pose, reading))
     }
 }

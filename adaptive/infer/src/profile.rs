@@ -14,25 +14,25 @@ use rand_chacha::ChaCha8Rng;
 use trundle_model::Prior;
 
 /// 90 % quantile of χ² with one degree of freedom.
-pub const NINETY: f64 = 2.705_543_454;
+pub const CHI2_90: f64 = 2.705_543_454;
 
 const STOP: Stop = Stop { iterations: 25, decrease: 1e-3, measure_gradient: false };
 
 /// Prior standard deviations at which a profile ends.
-const REACH: f64 = 4.0;
+const MAX_PRIOR_SD: f64 = 4.0;
 
 /// Deviance at which one side of a profile ends.
-const ENOUGH: f64 = 3.0 * NINETY;
+const MAX_DEVIANCE: f64 = 3.0 * CHI2_90;
 
 /// First step, in posterior standard deviations, and growth factor of the steps.
 const FIRST_STRIDE_SD: f64 = 0.4;
 const STRIDE_GROWTH: f64 = 1.15;
 
 /// Maximum number of steps on each side.
-const STEPS: usize = 24;
+const MAX_STEPS_PER_SIDE: usize = 24;
 
 /// Random starts of the other parameters that search for further optima at a point.
-const DRAWS: usize = 3;
+const RANDOM_STARTS: usize = 3;
 
 /// Shape of a profile.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
@@ -82,14 +82,14 @@ pub fn profile(
         let free = fit.estimates.iter().map(|e| e.name.as_str()).collect::<Vec<_>>().join(", ");
         return Err(InferError::NotFree { name: format!("parameter {k}"), free });
     }
-    let walker = Walker { target, k, watch };
+    let profiler = Profiler { target, k, watch };
     let mut points = match grid {
-        Some(values) => walker.given(fit, values)?,
-        None => walker.around(fit)?,
+        Some(values) => profiler.at_values(fit, values)?,
+        None => profiler.outwards(fit)?,
     };
     points.sort_by(|a, b| a.z.total_cmp(&b.z));
-    walker.second_look(&mut points)?;
-    Ok(read(target, k, &points))
+    profiler.search_other_optima(&mut points)?;
+    Ok(summarise(target, k, &points))
 }
 
 /// A value of the parameter, with the optimal other parameters.
@@ -99,40 +99,41 @@ struct Point {
     cost: f64,
 }
 
-struct Walker<'a> {
+struct Profiler<'a> {
     target: &'a Target<'a>,
     k: usize,
     watch: &'a dyn Watch,
 }
 
-impl Walker<'_> {
+impl Profiler<'_> {
     /// Optimum at `z`, searched from `others`.
     fn at(&self, z: f64, others: &[f64]) -> Result<Point, InferError> {
         let slice = Slice { target: self.target, k: self.k, z };
-        let clamp = |j, value| self.target.clamp(slice.place(j), value);
+        let clamp = |j, value| self.target.clamp(slice.target_index(j), value);
         let found = levenberg::minimise(&slice, others.to_vec(), clamp, STOP, self.watch)?;
         Ok(Point { z, others: found.point, cost: found.at.cost - slice.own_prior() })
     }
 
     /// Profile from the mode outwards; each point starts from the previous one.
-    fn around(&self, fit: &Fit) -> Result<Vec<Point>, InferError> {
+    fn outwards(&self, fit: &Fit) -> Result<Vec<Point>, InferError> {
         let sd = fit.spread[(self.k, self.k)].max(0.0).sqrt().clamp(1e-6, 1.0);
         let start = self.at(fit.point[self.k], &without(&fit.point, self.k))?;
         let mut points = vec![];
         for sign in [-1.0, 1.0] {
-            let (mut others, mut z, mut stride) = (start.others.clone(), start.z, STRIDE.0 * sd);
-            for step in 0..STEPS {
+            let (mut others, mut z, mut stride) = (start.others.clone(), start.z, FIRST_STRIDE_SD * sd);
+            for step in 0..MAX_STEPS_PER_SIDE {
                 z += sign * stride;
-                let end = self.beyond(z, start.z);
+                let end = self.range_end(z, start.z);
                 let point = self.at(end.unwrap_or(z), &others)?;
-                self.watch.progress("profile", (step as f64 / STEPS as f64 + sign.max(0.0)) / 2.0);
-                let done = end.is_some() || point.cost > start.cost + ENOUGH / 2.0;
+                self.watch
+                    .progress("profile", (step as f64 / MAX_STEPS_PER_SIDE as f64 + sign.max(0.0)) / 2.0);
+                let done = end.is_some() || point.cost > start.cost + MAX_DEVIANCE / 2.0;
                 others.clone_from(&point.others);
                 points.push(point);
                 if done {
                     break;
                 }
-                stride *= STRIDE.1;
+                stride *= STRIDE_GROWTH;
             }
         }
         points.push(start);
@@ -140,15 +141,15 @@ impl Walker<'_> {
     }
 
     /// End of the range if `z` lies beyond it: half a period, or the limit of the prior.
-    fn beyond(&self, z: f64, mode: f64) -> Option<f64> {
+    fn range_end(&self, z: f64, mode: f64) -> Option<f64> {
         let (low, high) = match self.target.slot(self.k).prior {
             Prior::Angle(period) => (mode - period / 2.0, mode + period / 2.0),
-            _ => (mode.min(0.0) - REACH, mode.max(0.0) + REACH),
+            _ => (mode.min(0.0) - MAX_PRIOR_SD, mode.max(0.0) + MAX_PRIOR_SD),
         };
         (z <= low || z >= high).then(|| self.target.clamp(self.k, z.clamp(low, high)))
     }
 
-    fn given(&self, fit: &Fit, values: &[f64]) -> Result<Vec<Point>, InferError> {
+    fn at_values(&self, fit: &Fit, values: &[f64]) -> Result<Vec<Point>, InferError> {
         let mut all = self.target.shared_values(&fit.point).0;
         let slot = self.target.coordinates().free()[self.target.parameter(self.k)];
         let mut points = vec![self.at(fit.point[self.k], &without(&fit.point, self.k))?];
@@ -164,11 +165,11 @@ impl Walker<'_> {
 
     /// Searches for other optima at both ends and in the middle, and passes improvements to neighbouring
     /// points.
-    fn second_look(&self, points: &mut [Point]) -> Result<(), InferError> {
+    fn search_other_optima(&self, points: &mut [Point]) -> Result<(), InferError> {
         let n = points.len();
         let mut rng = ChaCha8Rng::seed_from_u64(0);
         for at in [0, n / 2, n - 1] {
-            for _ in 0..DRAWS {
+            for _ in 0..RANDOM_STARTS {
                 let drawn = without(&self.target.draw(&mut rng), self.k);
                 self.improve(&mut points[at], &drawn)?;
             }
@@ -202,11 +203,11 @@ struct Slice<'a> {
 
 impl Slice<'_> {
     /// Index in the target of the `j`-th coordinate of the slice.
-    fn place(&self, j: usize) -> usize {
+    fn target_index(&self, j: usize) -> usize {
         if j < self.k { j } else { j + 1 }
     }
 
-    fn whole(&self, others: &[f64]) -> Vec<f64> {
+    fn full_point(&self, others: &[f64]) -> Vec<f64> {
         let mut z = others.to_vec();
         z.insert(self.k, self.z);
         z
@@ -224,11 +225,11 @@ impl Density for Slice<'_> {
     }
 
     fn cost(&self, others: &[f64]) -> Result<f64, InferError> {
-        self.target.cost(&self.whole(others))
+        self.target.cost(&self.full_point(others))
     }
 
     fn linearise(&self, others: &[f64]) -> Result<Linearised, InferError> {
-        let at = self.target.linearise(&self.whole(others))?;
+        let at = self.target.linearise(&self.full_point(others))?;
         Ok(Linearised {
             cost: at.cost,
             gradient: at.gradient.remove_row(self.k),
@@ -242,13 +243,13 @@ fn without(z: &[f64], k: usize) -> Vec<f64> {
 }
 
 /// Interval, shape and modes of a profile.
-fn read(target: &Target<'_>, k: usize, points: &[Point]) -> Profile {
+fn summarise(target: &Target<'_>, k: usize, points: &[Point]) -> Profile {
     let slot = target.slot(k);
     let least = points.iter().map(|p| p.cost).fold(f64::INFINITY, f64::min);
     let deviance: Vec<f64> = points.iter().map(|p| 2.0 * (p.cost - least)).collect();
     let values: Vec<f64> = points.iter().map(|p| target.value(k, p.z).0).collect();
     let z: Vec<f64> = points.iter().map(|p| p.z).collect();
-    let inside: Vec<usize> = (0..z.len()).filter(|&i| deviance[i] <= NINETY).collect();
+    let inside: Vec<usize> = (0..z.len()).filter(|&i| deviance[i] <= CHI2_90).collect();
     let (first, last) = (inside.first().copied().unwrap_or(0), inside.last().copied().unwrap_or(0));
     let end = |inner: usize, outer: Option<usize>| {
         let outer = outer.filter(|&o| o < z.len())?;
@@ -268,20 +269,20 @@ fn read(target: &Target<'_>, k: usize, points: &[Point]) -> Profile {
 /// Point at which the deviance crosses the quantile, by linear interpolation of its square root.
 fn crossing((z0, d0): (f64, f64), (z1, d1): (f64, f64)) -> f64 {
     let root = |d: f64| d.max(0.0).sqrt();
-    let share = (root(NINETY) - root(d0)) / (root(d1) - root(d0)).max(1e-12);
+    let share = (root(CHI2_90) - root(d0)) / (root(d1) - root(d0)).max(1e-12);
     z0 + share.clamp(0.0, 1.0) * (z1 - z0)
 }
 
 /// Local optima within the deviance of the interval, separated by a rise of at least one.
 fn modes(deviance: &[f64]) -> Vec<usize> {
-    const RIDGE: f64 = 1.0;
+    const MIN_RIDGE: f64 = 1.0;
     let mut modes: Vec<usize> = vec![];
     let mut ridge = 0.0_f64;
     for (i, &d) in deviance.iter().enumerate() {
         ridge = ridge.max(d);
         match modes.last().copied() {
-            _ if d > NINETY => {}
-            Some(last) if ridge < d.max(deviance[last]) + RIDGE => {
+            _ if d > CHI2_90 => {}
+            Some(last) if ridge < d.max(deviance[last]) + MIN_RIDGE => {
                 if d < deviance[last] {
                     modes.pop();
                     modes.push(i);
@@ -310,6 +311,6 @@ mod tests {
 
     #[test]
     fn the_crossing_of_a_parabola_is_exact() {
-        assert!((crossing((1.0, 1.0), (2.0, 4.0)) - NINETY.sqrt()).abs() < 1e-12);
+        assert!((crossing((1.0, 1.0), (2.0, 4.0)) - CHI2_90.sqrt()).abs() < 1e-12);
     }
 }

@@ -2,8 +2,8 @@
 //! instrument laws.
 
 use crate::curve::Curve;
-use crate::filter::acting;
-use crate::track::{Step, Track, cut};
+use crate::filter::applied_wrench;
+use crate::track::{Step, Track, cut_into_steps};
 use std::sync::Arc;
 use trundle_model::{Clock, Plant};
 use trundle_record::{PoseSample, Prepared};
@@ -27,13 +27,13 @@ impl Readings {
     /// Divides the time between two poses into simulation steps.
     pub fn steps(&self, from: f64, to: &PoseSample) -> Vec<Step> {
         let mut steps = vec![];
-        cut(from, to, &self.0, self.0.longest(), &mut steps);
+        cut_into_steps(from, to, &self.0, self.0.max_step(), &mut steps);
         steps
     }
 
     /// Mean wrench on the object over a step, object axes about its origin, corrected by a model's instrument
     /// laws, and the clock of the reading.
-    pub fn acting(&self, plant: &Plant<f64>, step: &Step) -> ([f64; 3], Clock) {
-        acting(plant, &[0.0; 3], step, &self.0)
+    pub fn applied_wrench(&self, plant: &Plant<f64>, step: &Step) -> ([f64; 3], Clock) {
+        applied_wrench(plant, &[0.0; 3], step, &self.0)
     }
 }

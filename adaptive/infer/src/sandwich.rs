@@ -71,7 +71,7 @@ impl Fit {
         likelihoods: &[&dyn Likelihood],
     ) -> Result<Option<(Self, Basis)>, InferError> {
         let noise = likelihoods.iter().take(1).flat_map(|l| l.noise());
-        let coordinates = Coordinates::of(model.slots().into_iter().chain(noise).collect()).under(model);
+        let coordinates = Coordinates::of(model.slots().into_iter().chain(noise).collect()).with_footprint(model);
         let parts: Vec<_> = likelihoods.iter().flat_map(|l| l.split()).collect();
         let fitting = coordinates.free().len() == self.point.len();
         let posterior = self.spread.clone().try_inverse();
@@ -80,7 +80,7 @@ impl Fit {
         };
         let (values, slopes) = coordinates.values(&self.point);
         let mut shifts = Vec::with_capacity(parts.len());
-        let mut alone = vec![false; slopes.len()];
+        let mut single = vec![false; slopes.len()];
         for (_, part) in &parts {
             let at = part.linearise(model, &values, coordinates.free())?;
             let gradient = DVector::from_fn(slopes.len(), |k, _| at.gradient[k] * slopes[k]);
@@ -90,11 +90,11 @@ impl Fit {
             let Some(others) = Cholesky::<f64, Dyn>::new(&posterior - own) else { return Ok(None) };
             shifts.push(others.solve(&gradient));
             let without = others.inverse();
-            for (k, alone) in alone.iter_mut().enumerate() {
-                *alone |= !coordinates.identified(k, without[(k, k)].max(0.0).sqrt());
+            for (k, single) in single.iter_mut().enumerate() {
+                *single |= !coordinates.identified(k, without[(k, k)].max(0.0).sqrt());
             }
         }
-        let spread = no_narrower(shared(jackknife(&shifts), &self.spread, &alone), &self.spread);
+        let spread = no_smaller(with_single_episode(jackknife(&shifts), &self.spread, &single), &self.spread);
         if !spread.iter().all(|v| v.is_finite()) {
             return Ok(None);
         }
@@ -118,11 +118,12 @@ impl Fit {
     /// The same fit with larger standard deviations: the largest distance of each parameter from its estimate
     /// in the fits of `others` acceptable models is added in quadrature.
     #[must_use]
-    pub fn allowing(&self, others: &[&Self]) -> Self {
+    pub fn widened_by(&self, others: &[&Self]) -> Self {
         let mut wider = self.clone();
         for (k, estimate) in wider.estimates.iter_mut().enumerate() {
-            let away = |other: &&Self| other.estimate(&estimate.name).map_or(0.0, |e| e.mean - estimate.mean);
-            let most = others.iter().map(|other| away(other).abs()).fold(0.0, f64::max);
+            let deviation =
+                |other: &&Self| other.estimate(&estimate.name).map_or(0.0, |e| e.mean - estimate.mean);
+            let most = others.iter().map(|other| deviation(other).abs()).fold(0.0, f64::max);
             let factor = (1.0 + (most / estimate.sd.max(f64::MIN_POSITIVE)).powi(2)).sqrt();
             estimate.sd *= factor;
             for matrix in [&mut wider.covariance, &mut wider.spread] {
@@ -136,9 +137,9 @@ impl Fit {
     /// 90 % interval of the free parameter `k`, within its bounds.
     pub fn interval(&self, k: usize, basis: Basis) -> [f64; 2] {
         let slot = Slot { value: None, ..self.slots[k].clone() };
-        let reach = basis.quantile() * self.spread[(k, k)].max(0.0).sqrt();
+        let half_width = basis.quantile() * self.spread[(k, k)].max(0.0).sqrt();
         let coordinate = Coordinates::of(vec![slot]);
-        [-reach, reach].map(|away| coordinate.values(&[self.point[k] + away]).0[0])
+        [-half_width, half_width].map(|deviation| coordinate.values(&[self.point[k] + deviation]).0[0])
     }
 
     fn with_spread(&self, spread: DMatrix<f64>, slopes: &[f64]) -> Self {
@@ -155,17 +156,21 @@ impl Fit {
 fn jackknife(shifts: &[DVector<f64>]) -> DMatrix<f64> {
     let (m, n) = (shifts.len() as f64, shifts.first().map_or(0, DVector::len));
     let mean = shifts.iter().fold(DVector::zeros(n), |sum, shift| sum + shift) / m;
-    let away = shifts.iter().map(|shift| shift - &mean);
-    away.fold(DMatrix::zeros(n, n), |sum, d| sum + &d * d.transpose()) * ((m - 1.0) / m)
+    let deviation = shifts.iter().map(|shift| shift - &mean);
+    deviation.fold(DMatrix::zeros(n, n), |sum, d| sum + &d * d.transpose()) * ((m - 1.0) / m)
 }
 
 /// Replaces the variances of parameters that a single episode determines by the curvature's, times the mean
 /// growth of the other variances.
-fn shared(mut covariance: DMatrix<f64>, curvature: &DMatrix<f64>, alone: &[bool]) -> DMatrix<f64> {
+fn with_single_episode(
+    mut covariance: DMatrix<f64>,
+    curvature: &DMatrix<f64>,
+    single: &[bool],
+) -> DMatrix<f64> {
     let growth = |k: usize| (covariance[(k, k)] / curvature[(k, k)].max(f64::MIN_POSITIVE)).max(1.0);
-    let others: Vec<f64> = (0..alone.len()).filter(|&k| !alone[k]).map(growth).collect();
+    let others: Vec<f64> = (0..single.len()).filter(|&k| !single[k]).map(growth).collect();
     let factor = if others.is_empty() { 1.0 } else { others.iter().sum::<f64>() / others.len() as f64 };
-    for k in (0..alone.len()).filter(|&k| alone[k]) {
+    for k in (0..single.len()).filter(|&k| single[k]) {
         covariance.row_mut(k).fill(0.0);
         covariance.column_mut(k).fill(0.0);
         covariance[(k, k)] = curvature[(k, k)] * factor;
@@ -174,7 +179,7 @@ fn shared(mut covariance: DMatrix<f64>, curvature: &DMatrix<f64>, alone: &[bool]
 }
 
 /// Raises standard deviations to at least those of `least` and keeps the correlations.
-fn no_narrower(covariance: DMatrix<f64>, least: &DMatrix<f64>) -> DMatrix<f64> {
+fn no_smaller(covariance: DMatrix<f64>, least: &DMatrix<f64>) -> DMatrix<f64> {
     let n = covariance.nrows();
     let factor = |k: usize| (least[(k, k)] / covariance[(k, k)].max(f64::MIN_POSITIVE)).sqrt().max(1.0);
     let factors: Vec<f64> = (0..n).map(factor).collect();
@@ -199,7 +204,7 @@ mod tests {
     #[test]
     fn no_standard_deviation_shrinks_and_correlations_stay() {
         let narrow = dmatrix![4.0, 0.6; 0.6, 0.09];
-        let found = no_narrower(narrow, &dmatrix![1.0, 0.0; 0.0, 1.0]);
+        let found = no_smaller(narrow, &dmatrix![1.0, 0.0; 0.0, 1.0]);
         assert!((found[(0, 0)] - 4.0).abs() < 1e-12 && (found[(1, 1)] - 1.0).abs() < 1e-12);
         assert!((found[(0, 1)] / 2.0 - 1.0).abs() < 1e-12);
     }
@@ -208,7 +213,7 @@ mod tests {
     fn parameters_of_a_single_episode_grow_like_the_others() {
         let spread = dmatrix![9.0, 1.0, 5.0; 1.0, 4.0, 5.0; 5.0, 5.0, 80.0];
         let curvature = dmatrix![1.0, 0.2, 0.0; 0.2, 4.0, 0.0; 0.0, 0.0, 2.0];
-        let found = shared(spread, &curvature, &[false, false, true]);
+        let found = with_single_episode(spread, &curvature, &[false, false, true]);
         assert_eq!(found, dmatrix![9.0, 1.0, 0.0; 1.0, 4.0, 0.0; 0.0, 0.0, 10.0]);
     }
 

@@ -1,8 +1,8 @@
 //! Posterior density for optimisers and samplers: likelihood and prior in the coordinates of [`Coordinates`].
 //! Some parameters are shared by all episodes, others have a value for each episode (eq. 6).
 
-use crate::coordinates::within_reach;
-use crate::{Coordinates, InferError, Likelihood, Linearised, Look};
+use crate::coordinates::clamp_to_prior;
+use crate::{Coordinates, Evaluation, InferError, Likelihood, Linearised};
 use std::collections::BTreeSet;
 use trundle_model::{Model, Slot};
 
@@ -27,18 +27,18 @@ pub trait Density: Sync {
     ///
     /// # Errors
     /// As [`Density::cost`].
-    fn look<'a>(&'a self, z: &[f64], likely: bool) -> Result<Look<'a>, InferError> {
+    fn evaluate<'a>(&'a self, z: &[f64], likely: bool) -> Result<Evaluation<'a>, InferError> {
         if likely {
-            return self.linearise(z).map(Look::known);
+            return self.linearise(z).map(Evaluation::of);
         }
         let (cost, z) = (self.cost(z)?, z.to_vec());
-        Ok(Look::new(cost, move || self.linearise(&z)))
+        Ok(Evaluation::new(cost, move || self.linearise(&z)))
     }
 }
 
 /// Parameter of one coordinate of a [`Target`].
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
-struct Place {
+struct ParameterRef {
     /// Index among the free parameters of [`Coordinates`].
     parameter: usize,
     /// The episode of a per-episode parameter; `None` for a shared one.
@@ -51,10 +51,10 @@ pub struct Target<'a> {
     coordinates: Coordinates,
     /// The whole likelihood, or one part for each episode if some parameters are per episode.
     parts: Vec<Part<'a>>,
-    places: Vec<Place>,
+    parameter_refs: Vec<ParameterRef>,
     episodes: Vec<String>,
     /// Footprint priors of the places on the body.
-    standing: Standing,
+    footprint_terms: FootprintTerms,
 }
 
 enum Part<'a> {
@@ -82,14 +82,14 @@ impl<'a> Target<'a> {
         per_episode: &BTreeSet<String>,
     ) -> Result<Self, InferError> {
         let slots: Vec<Slot> = model.slots().into_iter().chain(likelihood.noise()).collect();
-        Self::within(Coordinates::of(slots).under(model), likelihood, model, per_episode)
+        Self::assemble(Coordinates::of(slots).with_footprint(model), likelihood, model, per_episode)
     }
 
     /// The density under another likelihood of the same model.
     ///
     /// # Errors
     /// As [`Target::new`].
-    pub(crate) fn over(
+    pub(crate) fn with_likelihood(
         &self,
         likelihood: &'a dyn Likelihood,
         per_episode: &BTreeSet<String>,
@@ -99,25 +99,25 @@ impl<'a> Target<'a> {
         if !slots.eq(self.coordinates.slots().iter().cloned()) {
             return Self::new(likelihood, self.model, per_episode);
         }
-        Self::within(self.coordinates.clone(), likelihood, self.model, per_episode)
+        Self::assemble(self.coordinates.clone(), likelihood, self.model, per_episode)
     }
 
-    fn within(
+    fn assemble(
         coordinates: Coordinates,
         likelihood: &'a dyn Likelihood,
         model: &'a Model,
         per_episode: &BTreeSet<String>,
     ) -> Result<Self, InferError> {
-        let own = own(&coordinates, per_episode)?;
-        let (parts, episodes) = if own.is_empty() {
+        let per_episode_indices = per_episode_indices(&coordinates, per_episode)?;
+        let (parts, episodes) = if per_episode_indices.is_empty() {
             (vec![Part::Whole(likelihood)], vec![])
         } else {
             let (names, parts): (Vec<_>, Vec<_>) = likelihood.split().into_iter().unzip();
             (parts.into_iter().map(Part::Episode).collect(), names)
         };
-        let places = places(coordinates.free().len(), &own, episodes.len());
-        let standing = standing(&coordinates, &places, episodes.len());
-        Ok(Self { model, coordinates, parts, places, episodes, standing })
+        let parameter_refs = parameter_refs(coordinates.free().len(), &per_episode_indices, episodes.len());
+        let footprint_terms = footprint_terms(&coordinates, &parameter_refs, episodes.len());
+        Ok(Self { model, coordinates, parts, parameter_refs, episodes, footprint_terms })
     }
 
     /// Coordinates of the parameters, as if all were shared.
@@ -132,7 +132,7 @@ impl<'a> Target<'a> {
 
     /// Slot of the coordinate `k`; for a per-episode parameter it is named `slot[episode]`.
     pub fn slot(&self, k: usize) -> Slot {
-        let place = self.places[k];
+        let place = self.parameter_refs[k];
         let slot = self.coordinates.slot(place.parameter).clone();
         match place.episode {
             Some(e) => Slot { name: format!("{}[{}]", slot.name, self.episodes[e]), ..slot },
@@ -142,11 +142,11 @@ impl<'a> Target<'a> {
 
     /// Parameter of [`Coordinates`] of the coordinate `k`.
     pub fn parameter(&self, k: usize) -> usize {
-        self.places[k].parameter
+        self.parameter_refs[k].parameter
     }
 
     /// Whether some parameters are per episode.
-    pub fn has_own(&self) -> bool {
+    pub fn has_per_episode(&self) -> bool {
         !self.episodes.is_empty()
     }
 
@@ -162,13 +162,13 @@ impl<'a> Target<'a> {
     /// Point `z` of values of all slots; per-episode parameters have the same value in each episode.
     pub fn point(&self, values: &[f64]) -> Vec<f64> {
         let shared = self.coordinates.point(&self.padded(values));
-        self.places.iter().map(|p| shared[p.parameter]).collect()
+        self.parameter_refs.iter().map(|p| shared[p.parameter]).collect()
     }
 
     /// A draw from the prior.
     pub fn draw(&self, rng: &mut impl rand::RngExt) -> Vec<f64> {
         let shared = self.coordinates.draw(rng);
-        self.places.iter().map(|p| shared[p.parameter]).collect()
+        self.parameter_refs.iter().map(|p| shared[p.parameter]).collect()
     }
 
     /// A better starting point than `z`, with the strengths of laws scaled to the data.
@@ -184,7 +184,7 @@ impl<'a> Target<'a> {
 
     /// Limits a coordinate to the searched range.
     pub fn clamp(&self, k: usize, z: f64) -> f64 {
-        within_reach(z, self.coordinates.slot(self.parameter(k)))
+        clamp_to_prior(z, self.coordinates.slot(self.parameter(k)))
     }
 
     /// −log prior density at `z`.
@@ -194,24 +194,24 @@ impl<'a> Target<'a> {
 
     /// −log prior density at `z` with its derivatives.
     pub fn prior(&self, z: &[f64]) -> Linearised {
-        let parameters: Vec<usize> = self.places.iter().map(|p| p.parameter).collect();
-        prior_of(&self.coordinates, &parameters, &self.standing, z)
+        let parameters: Vec<usize> = self.parameter_refs.iter().map(|p| p.parameter).collect();
+        prior_of(&self.coordinates, &parameters, &self.footprint_terms, z)
     }
 
     /// Values of all slots in the part `part`, and derivatives of the free ones by their `z`.
     fn values(&self, z: &[f64], part: usize) -> (Vec<f64>, Vec<f64>) {
-        let mut own = vec![0.0; self.coordinates.free().len()];
-        for (place, &z) in self.seen(part).zip(z) {
+        let mut per_episode_indices = vec![0.0; self.coordinates.free().len()];
+        for (place, &z) in self.parameters_of(part).zip(z) {
             if let Some(k) = place {
-                own[k] = z;
+                per_episode_indices[k] = z;
             }
         }
-        self.coordinates.values(&own)
+        self.coordinates.values(&per_episode_indices)
     }
 
     /// For each coordinate, its parameter if the part uses it.
-    fn seen(&self, part: usize) -> impl Iterator<Item = Option<usize>> + '_ {
-        self.places.iter().map(move |p| p.episode.is_none_or(|e| e == part).then_some(p.parameter))
+    fn parameters_of(&self, part: usize) -> impl Iterator<Item = Option<usize>> + '_ {
+        self.parameter_refs.iter().map(move |p| p.episode.is_none_or(|e| e == part).then_some(p.parameter))
     }
 
     /// Values of all slots and derivatives at `z`; for a per-episode parameter, those of the first episode.
@@ -226,14 +226,20 @@ impl<'a> Target<'a> {
     }
 
     /// Adds one part's derivatives by its parameters to those by the coordinates.
-    fn gather(&self, sum: &mut Linearised, part: usize, own: &Linearised, slopes: &[f64]) {
-        let seen: Vec<(usize, usize)> =
-            self.seen(part).enumerate().filter_map(|(k, p)| p.map(|p| (k, p))).collect();
-        sum.cost += own.cost;
-        for &(i, a) in &seen {
-            sum.gradient[i] += own.gradient[a] * slopes[a];
-            for &(j, b) in &seen {
-                sum.curvature[(i, j)] += own.curvature[(a, b)] * slopes[a] * slopes[b];
+    fn accumulate(
+        &self,
+        sum: &mut Linearised,
+        part: usize,
+        per_episode_indices: &Linearised,
+        slopes: &[f64],
+    ) {
+        let parameters_of: Vec<(usize, usize)> =
+            self.parameters_of(part).enumerate().filter_map(|(k, p)| p.map(|p| (k, p))).collect();
+        sum.cost += per_episode_indices.cost;
+        for &(i, a) in &parameters_of {
+            sum.gradient[i] += per_episode_indices.gradient[a] * slopes[a];
+            for &(j, b) in &parameters_of {
+                sum.curvature[(i, j)] += per_episode_indices.curvature[(a, b)] * slopes[a] * slopes[b];
             }
         }
     }
@@ -241,7 +247,7 @@ impl<'a> Target<'a> {
 
 impl Density for Target<'_> {
     fn dimension(&self) -> usize {
-        self.places.len()
+        self.parameter_refs.len()
     }
 
     fn cost(&self, z: &[f64]) -> Result<f64, InferError> {
@@ -253,23 +259,25 @@ impl Density for Target<'_> {
     }
 
     fn linearise(&self, z: &[f64]) -> Result<Linearised, InferError> {
-        self.look(z, true)?.linearise()
+        self.evaluate(z, true)?.linearise()
     }
 
-    fn look<'a>(&'a self, z: &[f64], likely: bool) -> Result<Look<'a>, InferError> {
-        let look = |(k, part): (usize, &'a Part<'_>)| {
+    fn evaluate<'a>(&'a self, z: &[f64], likely: bool) -> Result<Evaluation<'a>, InferError> {
+        let evaluation = |(k, part): (usize, &'a Part<'_>)| {
             let (values, slopes) = self.values(z, k);
-            let look = part.likelihood().look(self.model, &values, self.coordinates.free(), likely)?;
-            Ok((look, slopes))
+            let evaluation =
+                part.likelihood().evaluate(self.model, &values, self.coordinates.free(), likely)?;
+            Ok((evaluation, slopes))
         };
-        let looks = self.parts.iter().enumerate().map(look).collect::<Result<Vec<_>, InferError>>()?;
+        let evaluations =
+            self.parts.iter().enumerate().map(evaluation).collect::<Result<Vec<_>, InferError>>()?;
         let prior = self.prior(z);
-        let cost = looks.iter().map(|(look, _)| look.cost).sum::<f64>() + prior.cost;
+        let cost = evaluations.iter().map(|(evaluation, _)| evaluation.cost).sum::<f64>() + prior.cost;
         let n = z.len();
-        Ok(Look::new(cost, move || {
+        Ok(Evaluation::new(cost, move || {
             let mut sum = Linearised::sum(n, []);
-            for (k, (look, slopes)) in looks.into_iter().enumerate() {
-                self.gather(&mut sum, k, &look.linearise()?, &slopes);
+            for (k, (evaluation, slopes)) in evaluations.into_iter().enumerate() {
+                self.accumulate(&mut sum, k, &evaluation.linearise()?, &slopes);
             }
             Ok(Linearised::sum(n, [sum, prior]))
         }))
@@ -277,13 +285,13 @@ impl Density for Target<'_> {
 }
 
 /// Index of a footprint prior and the coordinates of its place; `None` for a fixed one.
-pub(crate) type Standing = Vec<(usize, [Option<usize>; 2])>;
+pub(crate) type FootprintTerms = Vec<(usize, [Option<usize>; 2])>;
 
 /// −log prior density at `z` with its derivatives. `parameters` gives the parameter of each coordinate.
 pub(crate) fn prior_of(
     coordinates: &Coordinates,
     parameters: &[usize],
-    standing: &Standing,
+    footprint_terms: &FootprintTerms,
     z: &[f64],
 ) -> Linearised {
     let mut prior = Linearised::sum(z.len(), []);
@@ -293,13 +301,13 @@ pub(crate) fn prior_of(
         prior.gradient[k] += precision * z[k];
         prior.curvature[(k, k)] += precision;
     }
-    for &(footing, at) in standing {
+    for &(footprint_prior, at) in footprint_terms {
         let point = at.map(|k| k.map_or(0.0, |k| z[k]));
-        let pull = coordinates.pull(&coordinates.footings()[footing], point);
-        let ends = || at.into_iter().zip(pull.slopes).filter_map(|(k, slope)| Some((k?, slope)));
-        prior.cost += pull.cost;
+        let penalty = coordinates.footprint_penalty(&coordinates.footprint_priors()[footprint_prior], point);
+        let ends = || at.into_iter().zip(penalty.slopes).filter_map(|(k, slope)| Some((k?, slope)));
+        prior.cost += penalty.cost;
         for (i, a) in ends() {
-            prior.gradient[i] += pull.residual * a;
+            prior.gradient[i] += penalty.residual * a;
             for (j, b) in ends() {
                 prior.curvature[(i, j)] += a * b;
             }
@@ -309,7 +317,10 @@ pub(crate) fn prior_of(
 }
 
 /// Indices of the per-episode parameters.
-fn own(coordinates: &Coordinates, per_episode: &BTreeSet<String>) -> Result<BTreeSet<usize>, InferError> {
+fn per_episode_indices(
+    coordinates: &Coordinates,
+    per_episode: &BTreeSet<String>,
+) -> Result<BTreeSet<usize>, InferError> {
     let names: Vec<&str> = (0..coordinates.free().len()).map(|k| coordinates.slot(k).name.as_str()).collect();
     per_episode
         .iter()
@@ -323,25 +334,39 @@ fn own(coordinates: &Coordinates, per_episode: &BTreeSet<String>) -> Result<BTre
 }
 
 /// Parameters of the coordinates: shared ones in order, then those of each episode.
-fn places(parameters: usize, own: &BTreeSet<usize>, episodes: usize) -> Vec<Place> {
-    let shared =
-        (0..parameters).filter(|k| !own.contains(k)).map(|parameter| Place { parameter, episode: None });
-    let each =
-        (0..episodes).flat_map(|e| own.iter().map(move |&parameter| Place { parameter, episode: Some(e) }));
+fn parameter_refs(
+    parameters: usize,
+    per_episode_indices: &BTreeSet<usize>,
+    episodes: usize,
+) -> Vec<ParameterRef> {
+    let shared = (0..parameters)
+        .filter(|k| !per_episode_indices.contains(k))
+        .map(|parameter| ParameterRef { parameter, episode: None });
+    let each = (0..episodes).flat_map(|e| {
+        per_episode_indices.iter().map(move |&parameter| ParameterRef { parameter, episode: Some(e) })
+    });
     shared.chain(each).collect()
 }
 
 /// Coordinates of each place with a footprint prior, repeated for each episode with own values.
-fn standing(coordinates: &Coordinates, places: &[Place], episodes: usize) -> Standing {
+fn footprint_terms(
+    coordinates: &Coordinates,
+    parameter_refs: &[ParameterRef],
+    episodes: usize,
+) -> FootprintTerms {
     let mut found = BTreeSet::new();
-    for (index, footing) in coordinates.footings().iter().enumerate() {
+    for (index, footprint_prior) in coordinates.footprint_priors().iter().enumerate() {
         for part in 0..episodes.max(1) {
-            let seen = |parameter| {
-                places.iter().position(|p| p.parameter == parameter && p.episode.is_none_or(|e| e == part))
+            let parameters_of = |parameter| {
+                parameter_refs
+                    .iter()
+                    .position(|p| p.parameter == parameter && p.episode.is_none_or(|e| e == part))
             };
             found.insert((
                 index,
-                coordinates.coordinates_of(footing).map(|parameter| parameter.and_then(seen)),
+                coordinates
+                    .coordinates_of(footprint_prior)
+                    .map(|parameter| parameter.and_then(parameters_of)),
             ));
         }
     }

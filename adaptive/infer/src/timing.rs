@@ -36,9 +36,9 @@ impl<T: Real> Timing<T> {
     /// Mean wrench over an interval, reading axes.
     pub fn mean(&self, curve: &Curve, from: f64, to: f64) -> [T; 3] {
         let (length, late) = (to - from, self.delay);
-        let mut mean = curve.late(from, to, late);
+        let mut mean = curve.delayed_mean(from, to, late);
         let ends = [from, to].map(|t| t + late.re());
-        if !is_nothing(self.lags.sensor) {
+        if !is_zero(self.lags.sensor) {
             let [start, stop] = ends.map(|t| curve.value(t));
             for (k, mean) in mean.iter_mut().enumerate() {
                 let (rise, bend) = (stop.0[k] - start.0[k], stop.1[k] - start.1[k]);
@@ -46,7 +46,7 @@ impl<T: Real> Timing<T> {
                 *mean += self.lags.sensor * rise / length;
             }
         }
-        if !is_nothing(self.lags.drive) {
+        if !is_zero(self.lags.drive) {
             let drive = self.lags.drive;
             let [start, stop] = ends.map(|t| curve.lagged(t, drive.re()));
             for (k, mean) in mean.iter_mut().enumerate() {
@@ -61,7 +61,7 @@ impl<T: Real> Timing<T> {
 }
 
 /// Whether a time constant is zero and independent of the parameters.
-fn is_nothing<T: Real>(lag: T) -> bool {
+fn is_zero<T: Real>(lag: T) -> bool {
     lag.re() == 0.0 && lag.is_constant()
 }
 

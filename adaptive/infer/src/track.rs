@@ -1,7 +1,7 @@
 //! An episode divided into simulation steps.
 
 use crate::InferError;
-use crate::curve::{Curve, Mean};
+use crate::curve::{Curve, MeanReading};
 use crate::timing::Timing;
 use std::sync::Arc;
 use trundle_model::{Clock, Real};
@@ -9,13 +9,13 @@ use trundle_record::{Motion, Noise, PoseSample, Prepared};
 
 /// Minimum spacing of the poses used in a fit, as a share of the maximum step. Closer poses cost time and add
 /// little information.
-const CLOSEST: f64 = 0.5;
+const MIN_POSE_SPACING: f64 = 0.5;
 
 /// Factor on the steps of a coarse track.
-const COARSE: f64 = 3.0;
+const COARSE_STEP_FACTOR: f64 = 3.0;
 
 /// Standard deviation of the twist of an object at rest, m/s and rad/s.
-const STILL: f64 = 1e-4;
+const RESTING_TWIST_SD: f64 = 1e-4;
 
 /// A simulation step: the mean reading over it, and the pose measured at its end, if any.
 #[derive(Clone, Debug)]
@@ -81,33 +81,33 @@ impl Track {
     /// # Errors
     /// As [`Track::new`].
     pub fn coarse(episode: &Prepared, noise: &Noise) -> Result<Self, InferError> {
-        Self::with_steps(episode, noise, COARSE)
+        Self::with_steps(episode, noise, COARSE_STEP_FACTOR)
     }
 
     /// The same with steps longer by the factor `times`.
     fn with_steps(episode: &Prepared, noise: &Noise, times: f64) -> Result<Self, InferError> {
-        let lacks = |reason: &str| InferError::NoData {
+        let no_data = |reason: &str| InferError::NoData {
             recording: episode.name.clone(),
             reason: reason.to_owned(),
             remedy: "leave the episode out, or record more of it".to_owned(),
         };
         if episode.wrench.len() < 2 {
-            return Err(lacks("fewer than two wrench samples are left"));
+            return Err(no_data("fewer than two wrench samples are left"));
         }
         let poses = &episode.pose;
-        let first = if episode.at_rest { last_at_rest(episode, noise) } else { 0 };
+        let first = if episode.at_rest { last_resting_pose(episode, noise) } else { 0 };
         if poses.len() < first + 5 {
-            return Err(lacks("fewer than five poses are left from contact on"));
+            return Err(no_data("fewer than five poses are left from contact on"));
         }
         let (pose, twist) = start(episode, noise, first);
         let curve = Arc::new(Curve::with_noise(episode, noise));
-        let longest = times * curve.longest();
-        let closest = CLOSEST * longest;
+        let max_step = times * curve.max_step();
+        let min_spacing = MIN_POSE_SPACING * max_step;
         let mut steps = Vec::new();
         let mut from = poses[first].t;
         for pose in &poses[first + 1..] {
-            if pose.t - from > 0.99 * closest {
-                cut(from, pose, &curve, longest, &mut steps);
+            if pose.t - from > 0.99 * min_spacing {
+                cut_into_steps(from, pose, &curve, max_step, &mut steps);
                 from = pose.t;
             }
         }
@@ -125,7 +125,7 @@ impl Track {
     ) -> Self {
         let mut steps = Vec::new();
         for pair in episode.pose[first..end.max(first + 1)].windows(2) {
-            cut(pair[0].t, &pair[1], curve, curve.longest(), &mut steps);
+            cut_into_steps(pair[0].t, &pair[1], curve, curve.max_step(), &mut steps);
         }
         Self {
             name: episode.name.clone(),
@@ -155,25 +155,25 @@ impl Track {
 }
 
 /// Deviation from rest that noise is unlikely to reach at two successive poses, standard deviations.
-const MOVES: f64 = 6.0;
+const MIN_MOTION_SD: f64 = 6.0;
 
 /// Time for which an object may have moved before its motion is detected, s.
-const UNSEEN: f64 = 0.1;
+const MAX_UNDETECTED_S: f64 = 0.1;
 
 /// Index of the last pose at rest: before contact and before detected motion, since a late reading also
 /// delays the detection of contact.
-fn last_at_rest(episode: &Prepared, noise: &Noise) -> usize {
-    let end =
-        moves_at(&episode.pose, noise.pose).map_or(episode.contact, |t| episode.contact.min(t - UNSEEN));
+fn last_resting_pose(episode: &Prepared, noise: &Noise) -> usize {
+    let end = motion_onset(&episode.pose, noise.pose)
+        .map_or(episode.contact, |t| episode.contact.min(t - MAX_UNDETECTED_S));
     episode.pose.iter().rposition(|p| p.t <= end).unwrap_or(0)
 }
 
 /// Time at which the poses leave the mean of the earlier ones, s.
-fn moves_at(poses: &[PoseSample], sd: [f64; 3]) -> Option<f64> {
+fn motion_onset(poses: &[PoseSample], sd: [f64; 3]) -> Option<f64> {
     let (mut sum, mut left) = ([0.0; 3], None);
     for (n, pose) in poses.iter().enumerate() {
         let away = |k: usize| {
-            (pose.pose[k] - sum[k] / n as f64).abs() > MOVES * sd[k] * (1.0 + 1.0 / n as f64).sqrt()
+            (pose.pose[k] - sum[k] / n as f64).abs() > MIN_MOTION_SD * sd[k] * (1.0 + 1.0 / n as f64).sqrt()
         };
         match left {
             _ if n == 0 || !(0..3).any(away) => {
@@ -187,16 +187,16 @@ fn moves_at(poses: &[PoseSample], sd: [f64; 3]) -> Option<f64> {
     None
 }
 
-type Known = ([f64; 3], [f64; 3]);
+type WithVariance = ([f64; 3], [f64; 3]);
 
 /// Initial pose and twist of the track, with their variances.
-fn start(episode: &Prepared, noise: &Noise, first: usize) -> (Known, Known) {
+fn start(episode: &Prepared, noise: &Noise, first: usize) -> (WithVariance, WithVariance) {
     let variance = noise.pose.map(|s| s * s);
     if episode.at_rest {
         let seen = &episode.pose[..=first];
         let n = seen.len() as f64;
         let mean = [0, 1, 2].map(|k| seen.iter().map(|p| p.pose[k]).sum::<f64>() / n);
-        return ((mean, variance.map(|v| v / n)), ([0.0; 3], [STILL * STILL; 3]));
+        return ((mean, variance.map(|v| v / n)), ([0.0; 3], [RESTING_TWIST_SD * RESTING_TWIST_SD; 3]));
     }
     let motion = episode.motion(noise);
     match motion.first() {
@@ -206,14 +206,20 @@ fn start(episode: &Prepared, noise: &Noise, first: usize) -> (Known, Known) {
 }
 
 /// Divides the time between two poses into equal steps.
-pub(crate) fn cut(from: f64, to: &PoseSample, curve: &Curve, longest: f64, steps: &mut Vec<Step>) {
-    let pieces = ((to.t - from) / longest).ceil().max(1.0);
+pub(crate) fn cut_into_steps(
+    from: f64,
+    to: &PoseSample,
+    curve: &Curve,
+    max_step: f64,
+    steps: &mut Vec<Step>,
+) {
+    let pieces = ((to.t - from) / max_step).ceil().max(1.0);
     let dt = (to.t - from) / pieces;
     for k in 0..pieces as usize {
         let begin = from + k as f64 * dt;
-        let Mean { reading, frame, spacing, spread } = curve.mean(begin, begin + dt);
+        let MeanReading { reading, frame, spacing, spread } = curve.mean(begin, begin + dt);
         let pose = (k + 1 == pieces as usize).then_some(to.pose);
-        let clock = curve.over(begin + dt / 2.0, dt, frame, spacing);
+        let clock = curve.clock_of_step(begin + dt / 2.0, dt, frame, spacing);
         steps.push(Step { dt, reading, frame, clock, thinning: spacing / dt, spread, pose });
     }
 }
@@ -231,8 +237,8 @@ mod tests {
             PoseSample { t, pose: [3.0 + moved + noise(k), -1.0 + noise(k + 7), 0.3] }
         };
         let poses: Vec<_> = (0..100).map(pose).collect();
-        let seen = moves_at(&poses, [5e-4, 5e-4, 1.75e-3]).unwrap();
-        assert!((0.52..0.5 + UNSEEN).contains(&seen), "seen to move at {seen} s");
-        assert_eq!(moves_at(&poses[..30], [5e-4, 5e-4, 1.75e-3]), None);
+        let seen = motion_onset(&poses, [5e-4, 5e-4, 1.75e-3]).unwrap();
+        assert!((0.52..0.5 + MAX_UNDETECTED_S).contains(&seen), "seen to move at {seen} s");
+        assert_eq!(motion_onset(&poses[..30], [5e-4, 5e-4, 1.75e-3]), None);
     }
 }

@@ -4,7 +4,7 @@
 //! for oscillations requires both: a spectral line is compared with the noise at its own frequency.
 
 use crate::curve::Curve;
-use crate::score::{Own, inertial, seen};
+use crate::score::{InnerStates, inertial_wrench, sample_at};
 use crate::{InferError, Residual};
 use nalgebra::Matrix3;
 use trundle_model::{Model, Plant, State, to_body};
@@ -24,10 +24,10 @@ pub fn unsmoothed(
 ) -> Result<Vec<Residual>, InferError> {
     let plant = model.plant(values)?;
     let curve = Curve::new(episode);
-    let mut own = Own::new(&plant, episode, &curve);
+    let mut inner_states = InnerStates::new(&plant, episode, &curve);
     let motion = episode.motion(noise);
     let at = motion.iter().skip(1).zip(episode.pose.windows(3)).filter(|(m, _)| m.t >= episode.contact);
-    let one = |(motion, poses)| missing(&plant, (episode, &curve), motion, poses, &mut own);
+    let one = |(motion, poses)| missing(&plant, (episode, &curve), motion, poses, &mut inner_states);
     Ok(at.filter_map(one).collect())
 }
 
@@ -37,15 +37,15 @@ fn missing(
     read: (&Prepared, &Curve),
     motion: &Motion,
     poses: &[PoseSample],
-    own: &mut Own,
+    inner_states: &mut InnerStates,
 ) -> Option<Residual> {
     let [before, at, after] = poses else { return None };
     // The interval extends half of the way to each of the neighbouring poses.
-    let sample = seen(motion, read, plant, 0.25 * (after.t - before.t))?;
-    let inner = own.until(plant, &sample);
+    let sample = sample_at(motion, read, plant, 0.25 * (after.t - before.t))?;
+    let inner = inner_states.until(plant, &sample);
     let state = State::moving(sample.pose, sample.twist).with_inner(inner);
     let laws = plant.action(&state, sample.clock).wrench(to_body(sample.twist, sample.pose[2]));
-    let inertia = inertial(plant, &sample, acceleration(before, at, after));
+    let inertia = inertial_wrench(plant, &sample, acceleration(before, at, after));
     let recorded = sample.recorded(plant);
     let wrench = [0, 1, 2].map(|k| inertia[k] - laws[k] - recorded[k]);
     let (t, pose, twist) = (sample.t, sample.pose, sample.twist);

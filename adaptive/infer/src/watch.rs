@@ -24,7 +24,7 @@ impl Watch for Quiet {
 }
 
 /// Interval at which the calling thread polls the workers.
-const LOOK: Duration = Duration::from_millis(20);
+const POLL_INTERVAL: Duration = Duration::from_millis(20);
 
 /// Runs `work` on all cores. Progress and cancellation are relayed to the calling thread, the only one that
 /// calls `watch`.
@@ -33,7 +33,7 @@ pub fn on_all_cores<T: Send>(watch: &dyn Watch, work: impl FnOnce(&dyn Watch) ->
     if rayon::current_thread_index().is_some() {
         return work(watch);
     }
-    let relay = Relay { stop: AtomicBool::new(false), news: Mutex::new(None) };
+    let relay = Relay { stop: AtomicBool::new(false), report: Mutex::new(None) };
     let (done, finished) = channel();
     std::thread::scope(|scope| {
         let shared = &relay;
@@ -42,11 +42,11 @@ pub fn on_all_cores<T: Send>(watch: &dyn Watch, work: impl FnOnce(&dyn Watch) ->
             let _ = done.send(());
             result
         });
-        while finished.recv_timeout(LOOK) == Err(RecvTimeoutError::Timeout) {
+        while finished.recv_timeout(POLL_INTERVAL) == Err(RecvTimeoutError::Timeout) {
             if watch.cancelled() {
                 relay.stop.store(true, Ordering::Relaxed);
             }
-            if let Some((what, share)) = relay.news.lock().ok().and_then(|mut news| news.take()) {
+            if let Some((what, share)) = relay.report.lock().ok().and_then(|mut report| report.take()) {
                 watch.progress(&what, share);
             }
         }
@@ -60,13 +60,13 @@ pub fn on_all_cores<T: Send>(watch: &dyn Watch, work: impl FnOnce(&dyn Watch) ->
 /// Relays progress and cancellation between threads.
 struct Relay {
     stop: AtomicBool,
-    news: Mutex<Option<(String, f64)>>,
+    report: Mutex<Option<(String, f64)>>,
 }
 
 impl Watch for Relay {
     fn progress(&self, what: &str, done: f64) {
-        if let Ok(mut news) = self.news.lock() {
-            *news = Some((what.to_owned(), done));
+        if let Ok(mut report) = self.report.lock() {
+            *report = Some((what.to_owned(), done));
         }
     }
 

@@ -26,17 +26,17 @@ pub(crate) struct Canonical<'a> {
 
 impl<'a> Canonical<'a> {
     pub fn new(target: &'a Target<'a>, mode: &[f64]) -> Self {
-        let wheels = if target.has_own() { vec![] } else { wheels(target.model()) };
+        let wheels = if target.has_per_episode() { vec![] } else { wheels(target.model()) };
         Self { target, mode: mode.to_vec(), wheels }
     }
 
     /// Canonical form of a point.
-    pub fn name(&self, point: &[f64]) -> Vec<f64> {
-        let mut named = self.turned(point).unwrap_or_else(|| point.to_vec());
-        for (k, z) in named.iter_mut().enumerate() {
+    pub fn canonical_point(&self, point: &[f64]) -> Vec<f64> {
+        let mut canonical = self.turned(point).unwrap_or_else(|| point.to_vec());
+        for (k, z) in canonical.iter_mut().enumerate() {
             *z = nearest(&self.target.slot(k).prior, *z, self.mode[k]);
         }
-        named
+        canonical
     }
 
     /// The point with wheels turned to the canonical order of coefficients; `None` if it already has it.
@@ -95,8 +95,8 @@ mod tests {
         (turned[3], turned[4], turned[5]) = (0.2 - FRAC_PI_2, 180.0, 15.0);
         round[3] = 0.2 + 3.0 * std::f64::consts::PI;
         for other in [turned, round] {
-            let named = canonical.name(&target.point(&other));
-            assert!(named.iter().zip(&mode).all(|(a, b)| (a - b).abs() < 1e-9), "{named:?} {mode:?}");
+            let canonical = canonical.canonical_point(&target.point(&other));
+            assert!(canonical.iter().zip(&mode).all(|(a, b)| (a - b).abs() < 1e-9), "{canonical:?} {mode:?}");
         }
     }
 }

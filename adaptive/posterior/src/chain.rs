@@ -37,7 +37,7 @@ impl Method {
 
 /// Length and random numbers of a chain.
 #[derive(Clone, Copy, Debug)]
-pub struct Length {
+pub struct ChainSettings {
     /// Number of draws that tune the sampler and are discarded.
     pub warmup: usize,
     /// Number of draws that are kept.
@@ -48,7 +48,7 @@ pub struct Length {
     pub chain: usize,
 }
 
-impl Length {
+impl ChainSettings {
     /// Random numbers of the chain, independent of the other chains.
     pub(crate) fn rng(&self) -> ChaCha8Rng {
         let mut rng = ChaCha8Rng::seed_from_u64(self.seed);
@@ -93,19 +93,19 @@ impl Chain {
 pub(crate) fn chain(
     method: Method,
     modes: &[(Whitened<'_>, f64)],
-    length: &Length,
+    settings: &ChainSettings,
     watch: &dyn Watch,
     tick: &(dyn Fn() + Sync),
 ) -> Result<Chain, PosteriorError> {
-    let mut rng = length.rng();
-    let density = &modes[length.chain % modes.len()].0;
+    let mut rng = settings.rng();
+    let density = &modes[settings.chain % modes.len()].0;
     match method {
-        Method::Laplace => Ok(laplace(modes, length, &mut rng, tick)),
+        Method::Laplace => Ok(laplace(modes, settings, &mut rng, tick)),
         Method::Nuts => {
-            nuts::chain(density, overdispersed(density, &mut rng)?, length, &mut rng, watch, tick)
+            nuts::chain(density, overdispersed(density, &mut rng)?, settings, &mut rng, watch, tick)
         }
         Method::Metropolis => {
-            metropolis::chain(density, overdispersed(density, &mut rng)?, length, &mut rng, watch, tick)
+            metropolis::chain(density, overdispersed(density, &mut rng)?, settings, &mut rng, watch, tick)
         }
     }
 }
@@ -118,11 +118,11 @@ pub(crate) fn normal(n: usize, rng: &mut ChaCha8Rng) -> Vec<f64> {
 /// A start twice as far out as a draw of the Laplace approximation; nearer where the density cannot be
 /// evaluated.
 fn overdispersed(density: &Whitened<'_>, rng: &mut ChaCha8Rng) -> Result<Vec<f64>, PosteriorError> {
-    const SPREAD: f64 = 2.0;
-    const TRIES: usize = 12;
+    const START_SPREAD: f64 = 2.0;
+    const MAX_TRIES: usize = 12;
     let direction = normal(density.dimension(), rng);
-    let mut spread = SPREAD;
-    for _ in 0..TRIES {
+    let mut spread = START_SPREAD;
+    for _ in 0..MAX_TRIES {
         let start: Vec<f64> = direction.iter().map(|d| d * spread).collect();
         if density.cost(&start)?.is_finite() {
             return Ok(start);
@@ -134,12 +134,12 @@ fn overdispersed(density: &Whitened<'_>, rng: &mut ChaCha8Rng) -> Result<Vec<f64
 
 fn laplace(
     modes: &[(Whitened<'_>, f64)],
-    length: &Length,
+    settings: &ChainSettings,
     rng: &mut ChaCha8Rng,
     tick: &(dyn Fn() + Sync),
 ) -> Chain {
     let mut chain = Chain { step_size: 1.0, acceptance: Some(1.0), ..Chain::default() };
-    for _ in 0..length.draws {
+    for _ in 0..settings.draws {
         let mut left: f64 = rng.random();
         let chosen = modes.iter().position(|(_, weight)| {
             left -= weight;
@@ -157,7 +157,7 @@ fn laplace(
 #[cfg(test)]
 mod tests {
     use super::*;
-    use crate::bench::{Banana, Gaussian};
+    use crate::test_densities::{Banana, Gaussian};
     use trundle_infer::{Density, Quiet};
 
     /// Means and variances over four chains.
@@ -166,8 +166,8 @@ mod tests {
         let white = [(Whitened::new(density, &vec![0.0; n], precision), 1.0)];
         let mut points = vec![];
         for k in 0..4 {
-            let length = Length { warmup: 500, draws: 4000, seed: 1, chain: k };
-            points.extend(chain(method, &white, &length, &Quiet, &|| ()).unwrap().points);
+            let settings = ChainSettings { warmup: 500, draws: 4000, seed: 1, chain: k };
+            points.extend(chain(method, &white, &settings, &Quiet, &|| ()).unwrap().points);
         }
         let count = points.len() as f64;
         let mean = |k: usize| points.iter().map(|p| p[k]).sum::<f64>() / count;

@@ -9,10 +9,10 @@ use nalgebra::{DMatrix, DVector, SymmetricEigen};
 use rand::RngExt;
 use rand_distr::StandardNormal;
 use trundle_infer::Coordinates;
-use trundle_model::{Model, Posterior as Stated, Slot};
+use trundle_model::{Model, Posterior as StoredPosterior, Slot};
 
 /// Half width of a 95 % interval, in standard deviations.
-const WIDE: f64 = 1.959_963_984_540_054;
+const HALF_WIDTH_SD: f64 = 1.959_963_984_540_054;
 
 /// A posterior to draw from.
 #[derive(Clone, Debug)]
@@ -43,26 +43,27 @@ impl Draws {
     /// # Errors
     /// When the posterior names a parameter that the model does not have, or holds a number that is not
     /// finite.
-    pub fn new(model: &Model, posterior: &Stated) -> Result<Self, PosteriorError> {
+    pub fn new(model: &Model, posterior: &StoredPosterior) -> Result<Self, PosteriorError> {
         let slots = model.slots();
         let mut order = Vec::with_capacity(posterior.names.len());
         for name in &posterior.names {
             let found = slots.iter().position(|slot| slot.name == *name);
-            order.push(found.ok_or_else(|| refused(format!("the model has no parameter `{name}`")))?);
+            order.push(found.ok_or_else(|| invalid(format!("the model has no parameter `{name}`")))?);
         }
         let coordinates = Coordinates::of(set_free(slots, &order));
         let (center, slopes) = centre(&coordinates, &order, &posterior.mean);
-        let place: Vec<usize> =
+        let indices: Vec<usize> =
             coordinates.free().iter().filter_map(|k| order.iter().position(|o| o == k)).collect();
-        let n = place.len();
+        let n = indices.len();
         if n != order.len() {
-            return Err(refused("a parameter is named twice in `names`".to_owned()));
+            return Err(invalid("a parameter is named twice in `names`".to_owned()));
         }
-        let cell = |i: usize, j: usize| posterior.covariance.get(place[i]).and_then(|row| row.get(place[j]));
+        let cell =
+            |i: usize, j: usize| posterior.covariance.get(indices[i]).and_then(|row| row.get(indices[j]));
         let scaled =
             DMatrix::from_fn(n, n, |i, j| cell(i, j).copied().unwrap_or(f64::NAN) / (slopes[i] * slopes[j]));
         if !scaled.iter().chain(center.iter()).all(|v| v.is_finite()) {
-            return Err(refused("all means and covariances must be finite and within bounds".to_owned()));
+            return Err(invalid("all means and covariances must be finite and within bounds".to_owned()));
         }
         Ok(Self { coordinates, center: DVector::from_vec(center), root: root(scaled) })
     }
@@ -87,13 +88,18 @@ impl Draws {
                 self.coordinates.values(&z).0[slot]
             };
             let Slot { name, unit, .. } = &self.coordinates.slots()[slot];
-            Range { name: name.clone(), unit, mean: at(0.0), interval: [at(-WIDE * sd), at(WIDE * sd)] }
+            Range {
+                name: name.clone(),
+                unit,
+                mean: at(0.0),
+                interval: [at(-HALF_WIDTH_SD * sd), at(HALF_WIDTH_SD * sd)],
+            }
         };
         self.coordinates.free().iter().enumerate().map(one).collect()
     }
 }
 
-fn refused(reason: String) -> PosteriorError {
+fn invalid(reason: String) -> PosteriorError {
     PosteriorError::Config { what: "posterior".to_owned(), reason }
 }
 

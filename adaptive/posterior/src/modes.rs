@@ -9,10 +9,10 @@ use trundle_infer::{Fit, FitOptions, InferError, Likelihood, Target, Watch, fit}
 use trundle_model::{Model, Prior};
 
 /// Maximum difference of log evidence of a sampled mode from the best mode, nats.
-const NEGLIGIBLE: f64 = 7.0;
+const MAX_MODE_LOSS_NATS: f64 = 7.0;
 
 /// Minimum distance between two modes, standard deviations.
-const APART: f64 = 6.0;
+const MIN_MODE_DISTANCE_SD: f64 = 6.0;
 
 /// A mode of the posterior.
 #[derive(Clone, Debug)]
@@ -35,7 +35,7 @@ pub struct ModeSummary {
 }
 
 /// Result of a search for modes.
-pub struct Found {
+pub struct FoundModes {
     /// The best fit, from which estimates and chains start.
     pub best: Fit,
     /// The modes to sample, that of the best fit first.
@@ -44,7 +44,7 @@ pub struct Found {
 
 /// Extent of a search for modes.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
-pub enum Search {
+pub enum SearchExtent {
     /// Enough for the best fit: starts are searched individually only if no two agree on the best end.
     Best,
     /// Every start is also searched individually, for further modes with similar evidence.
@@ -65,9 +65,9 @@ pub fn search_modes(
     model: &Model,
     warm: &[Vec<f64>],
     options: &FitOptions,
-    extent: Search,
+    extent: SearchExtent,
     watch: &dyn Watch,
-) -> Result<Found, InferError> {
+) -> Result<FoundModes, InferError> {
     let joint = fit(likelihood, model, warm, options, watch)?;
     let target = Target::new(likelihood, model, &options.per_episode)?;
     let agreed = joint.agreement.0 > 1;
@@ -80,17 +80,17 @@ pub fn search_modes(
         }
     };
     // A search from one start, or from given starts only, is not extended.
-    let more = extent == Search::EveryMode || (options.starts > 1 && !agreed);
+    let more = extent == SearchExtent::EveryMode || (options.starts > 1 && !agreed);
     // Sequential, because each search uses all cores.
     let seeds = 0..if more { options.starts as u64 } else { 0 };
     let others: Vec<Fit> = seeds.map(alone).collect::<Result<Vec<_>, _>>()?.into_iter().flatten().collect();
     let mut fits = ranked(joint, others);
     let modes = distinct(&target, fits.iter().map(|f| mode(&target, f)));
-    Ok(Found { best: fits.swap_remove(0), modes })
+    Ok(FoundModes { best: fits.swap_remove(0), modes })
 }
 
 /// Maximum difference of log evidence between searches that end at the same optimum, nats.
-const TIE: f64 = 1.0;
+const MAX_TIE_NATS: f64 = 1.0;
 
 /// Fits in order of evidence. The joint fit comes first unless another one is better. The first fit receives
 /// the number of agreeing starts.
@@ -99,13 +99,13 @@ fn ranked(joint: Fit, others: Vec<Fit>) -> Vec<Fit> {
     let mut fits = others;
     fits.sort_by(|a, b| b.log_evidence.total_cmp(&a.log_evidence));
     let together = joint.agreement;
-    let beaten = fits.first().is_some_and(|other| other.log_evidence > joint.log_evidence + TIE);
+    let beaten = fits.first().is_some_and(|other| other.log_evidence > joint.log_evidence + MAX_TIE_NATS);
     let place =
         if beaten { fits.partition_point(|other| other.log_evidence > joint.log_evidence) } else { 0 };
     let evidence = joint.log_evidence;
     fits.insert(place, joint);
     let lead = fits[0].log_evidence.max(evidence);
-    let same = |other: &Fit| (other.log_evidence - lead).abs() <= TIE;
+    let same = |other: &Fit| (other.log_evidence - lead).abs() <= MAX_TIE_NATS;
     let agreeing = fits.iter().enumerate().filter(|(k, other)| *k != place && same(other)).count();
     fits[0].agreement = (agreeing + if beaten { 0 } else { together.0 }, together.1 + alone);
     fits
@@ -115,8 +115,7 @@ fn mode(target: &Target<'_>, fit: &Fit) -> Mode {
     let mut precision = fit.information.clone();
     for k in 0..fit.point.len() {
         let (coordinates, parameter) = (target.coordinates(), target.parameter(k));
-        precision[(k, k)] +=
-            coordinates.least_precision(parameter).max(coordinates.prior_precision(parameter));
+        precision[(k, k)] += coordinates.min_precision(parameter).max(coordinates.prior_precision(parameter));
     }
     Mode { point: fit.point.clone(), precision, log_evidence: fit.log_evidence }
 }
@@ -126,8 +125,8 @@ fn distinct(target: &Target<'_>, modes: impl Iterator<Item = Mode>) -> Vec<Mode>
     let mut kept: Vec<Mode> = vec![];
     for candidate in modes {
         let best = kept.first().map_or(candidate.log_evidence, |mode| mode.log_evidence);
-        let far = kept.iter().all(|mode| distance(target, mode, &candidate.point) > APART);
-        if far && candidate.log_evidence > best - NEGLIGIBLE {
+        let far = kept.iter().all(|mode| distance(target, mode, &candidate.point) > MIN_MODE_DISTANCE_SD);
+        if far && candidate.log_evidence > best - MAX_MODE_LOSS_NATS {
             kept.push(candidate);
         }
     }

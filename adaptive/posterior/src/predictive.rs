@@ -32,7 +32,7 @@ pub fn predictive(
         let plant = model.plant(values).map_err(InferError::from)?;
         let mut rng = ChaCha8Rng::seed_from_u64(seed);
         rng.set_stream((stream << 32) + k as u64 + 1);
-        let mut poses = open_loop(&plant, &other(episode, channels, model.dof, &mut rng));
+        let mut poses = open_loop(&plant, &resampled(episode, channels, model.dof, &mut rng));
         for pose in &mut poses {
             *pose = noisy(*pose, channels.pose, model.dof, &mut rng);
         }
@@ -42,14 +42,14 @@ pub fn predictive(
 }
 
 /// The episode with resampled wrench errors and initial pose.
-fn other(episode: &Prepared, channels: &Channels, dof: [bool; 3], rng: &mut ChaCha8Rng) -> Prepared {
+fn resampled(episode: &Prepared, channels: &Channels, dof: [bool; 3], rng: &mut ChaCha8Rng) -> Prepared {
     let tare = noisy([0.0; 3], episode.tare_sd, dof, rng);
     let wrench = episode.wrench.iter().map(|sample| {
         let reading = noisy(sample.reading, channels.reading, dof, rng);
         WrenchSample { reading: [0, 1, 2].map(|k| reading[k] - tare[k]), ..sample.clone() }
     });
     let wrench = wrench.collect();
-    let from = if episode.at_rest { rest(episode) } else { 0 };
+    let from = if episode.at_rest { last_resting_pose(episode) } else { 0 };
     let before = episode.pose.get(..=from).unwrap_or_default();
     let n = before.len().max(1) as f64;
     let mean = [0, 1, 2].map(|k| before.iter().map(|p| p.pose[k]).sum::<f64>() / n);
@@ -61,7 +61,7 @@ fn other(episode: &Prepared, channels: &Channels, dof: [bool; 3], rng: &mut ChaC
 }
 
 /// Index of the last pose before contact.
-fn rest(episode: &Prepared) -> usize {
+fn last_resting_pose(episode: &Prepared) -> usize {
     episode.pose.iter().rposition(|p| p.t <= episode.contact).unwrap_or(0)
 }
 

@@ -1,12 +1,14 @@
 //! Sampling of the posterior of a likelihood.
 
 use crate::canonical::Canonical;
-use crate::chain::{Chain, Length, Method, chain};
-use crate::modes::{self, Mode, ModeSummary, Search, search_modes};
+use crate::chain::{Chain, ChainSettings, Method, chain};
+use crate::modes::{self, Mode, ModeSummary, SearchExtent, search_modes};
 use crate::{PosteriorError, Whitened};
 use rayon::prelude::*;
 use std::sync::atomic::{AtomicUsize, Ordering};
-use trundle_infer::{Channels, Density, Fit, FitOptions, Likelihood, Strain, Target, Watch, on_all_cores};
+use trundle_infer::{
+    Channels, Density, Fit, FitOptions, Likelihood, PriorConflict, Target, Watch, on_all_cores,
+};
 use trundle_model::{Model, Slot};
 
 /// Settings of sampling.
@@ -66,7 +68,7 @@ pub struct Posterior {
     /// Whether the data determine the parameter, by the standard deviation of the draws.
     pub identified: Vec<bool>,
     /// Prior-data conflicts, as sentences.
-    pub strained: Vec<String>,
+    pub prior_conflicts: Vec<String>,
     /// The best mode, in the coordinates of the search.
     pub best: Vec<f64>,
     /// The modes in which chains start.
@@ -92,24 +94,24 @@ pub fn sample(
     if Target::new(likelihood, model, &options.fit.per_episode)?.dimension() == 0 {
         return Err(PosteriorError::NothingFree);
     }
-    let found = search_modes(likelihood, model, &[], &options.fit, Search::EveryMode, watch)?;
+    let found = search_modes(likelihood, model, &[], &options.fit, SearchExtent::EveryMode, watch)?;
     let slots = model.slots().len();
-    let tuned = likelihood.tuned(model, &padded(&found.best, slots, likelihood))?;
+    let tuned = likelihood.tuned(model, &all_values(&found.best, slots, likelihood))?;
     let likelihood = tuned.as_deref().unwrap_or(likelihood);
     let target = Target::new(likelihood, model, &options.fit.per_episode)?;
-    let chains = run(&target, &found.modes, options, watch)?;
-    Ok(told(&target, found, chains, likelihood.channels()))
+    let chains = run_chains(&target, &found.modes, options, watch)?;
+    Ok(summarise(&target, found, chains, likelihood.channels()))
 }
 
 /// Values of all slots at a fit, including the likelihood's own parameters.
-fn padded(fit: &Fit, slots: usize, likelihood: &dyn Likelihood) -> Vec<f64> {
+fn all_values(fit: &Fit, slots: usize, likelihood: &dyn Likelihood) -> Vec<f64> {
     let own = likelihood.noise();
     let values = own.iter().map(|slot| fit.estimate(&slot.name).map_or(1.0, |e| e.mean));
     fit.values[..slots].iter().copied().chain(values).collect()
 }
 
 /// Runs the chains, which are assigned to the modes in turn.
-fn run(
+fn run_chains(
     target: &Target<'_>,
     modes: &[Mode],
     options: &SampleOptions,
@@ -125,20 +127,29 @@ fn run(
         let white = modes.iter().map(|m| Whitened::new(target, &m.point, &m.precision));
         let views: Vec<_> = white.zip(modes::weights(modes)).collect();
         let one = |k: usize| {
-            let length =
-                Length { warmup: options.warmup, draws: options.draws, seed: options.fit.seed, chain: k };
-            chain(options.method, &views, &length, watch, &tick)
+            let settings = ChainSettings {
+                warmup: options.warmup,
+                draws: options.draws,
+                seed: options.fit.seed,
+                chain: k,
+            };
+            chain(options.method, &views, &settings, watch, &tick)
         };
         (0..options.chains).into_par_iter().map(one).collect()
     })
 }
 
 /// Draws in canonical form with their names, values and conflicts.
-fn told(target: &Target<'_>, found: modes::Found, mut chains: Vec<Chain>, channels: Channels) -> Posterior {
+fn summarise(
+    target: &Target<'_>,
+    found: modes::FoundModes,
+    mut chains: Vec<Chain>,
+    channels: Channels,
+) -> Posterior {
     let best = found.modes[0].point.clone();
     let canonical = Canonical::new(target, &best);
     for point in chains.iter_mut().flat_map(|c| &mut c.points) {
-        *point = canonical.name(point);
+        *point = canonical.canonical_point(point);
     }
     let n = target.dimension();
     let of = |point: &Vec<f64>| (0..n).map(|k| target.value(k, point[k]).0).collect::<Vec<f64>>();
@@ -147,9 +158,9 @@ fn told(target: &Target<'_>, found: modes::Found, mut chains: Vec<Chain>, channe
         chains.iter().map(|c| c.points.iter().map(f).collect()).collect()
     };
     let (draws, values) = (each(&of), each(&all));
-    let strained: Vec<Option<String>> = (0..n).map(|k| strain(target, &found.modes[0], k)).collect();
-    let held = |k: usize| target.coordinates().identified(target.parameter(k), spread(&chains, k));
-    let identified = (0..n).map(|k| strained[k].is_none() && held(k)).collect();
+    let conflicts: Vec<Option<String>> = (0..n).map(|k| conflict(target, &found.modes[0], k)).collect();
+    let is_determined = |k: usize| target.coordinates().identified(target.parameter(k), spread(&chains, k));
+    let identified = (0..n).map(|k| conflicts[k].is_none() && is_determined(k)).collect();
     let shares = modes::weights(&found.modes);
     let modes = found.modes.iter().zip(shares);
     let modes = modes.map(|(m, weight)| ModeSummary { values: of(&m.point), weight }).collect();
@@ -160,7 +171,7 @@ fn told(target: &Target<'_>, found: modes::Found, mut chains: Vec<Chain>, channe
         draws,
         values,
         identified,
-        strained: strained.into_iter().flatten().collect(),
+        prior_conflicts: conflicts.into_iter().flatten().collect(),
         best,
         modes,
         channels,
@@ -169,11 +180,11 @@ fn told(target: &Target<'_>, found: modes::Found, mut chains: Vec<Chain>, channe
 }
 
 /// Sentence on a prior-data conflict of a parameter.
-fn strain(target: &Target<'_>, mode: &Mode, k: usize) -> Option<String> {
+fn conflict(target: &Target<'_>, mode: &Mode, k: usize) -> Option<String> {
     let (coordinates, parameter) = (target.coordinates(), target.parameter(k));
     let prior = coordinates.prior_precision(parameter);
-    let strain = coordinates.strain(parameter, mode.point[k], mode.precision[(k, k)] - prior)?;
-    Some(Strain { name: target.slot(k).name, ..strain }.to_string())
+    let conflict = coordinates.prior_conflict(parameter, mode.point[k], mode.precision[(k, k)] - prior)?;
+    Some(PriorConflict { name: target.slot(k).name, ..conflict }.to_string())
 }
 
 /// Standard deviation of a coordinate over all draws.

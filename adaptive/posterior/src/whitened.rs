@@ -50,7 +50,7 @@ impl<'a> Whitened<'a> {
     ///
     /// # Errors
     /// As [`Density::linearise`].
-    pub fn slope(&self, w: &[f64]) -> Result<(f64, DVector<f64>), InferError> {
+    pub fn cost_and_gradient(&self, w: &[f64]) -> Result<(f64, DVector<f64>), InferError> {
         let at = self.density.linearise(&self.point(w))?;
         Ok((at.cost, self.factor.tr_mul(&at.gradient)))
     }
@@ -59,15 +59,15 @@ impl<'a> Whitened<'a> {
 #[cfg(test)]
 mod tests {
     use super::*;
-    use crate::bench::Gaussian;
+    use crate::test_densities::Gaussian;
 
     #[test]
     fn a_normal_density_becomes_standard() {
         let density = Gaussian::correlated(3, 0.9);
         let white = Whitened::new(&density, &[0.0; 3], &density.precision);
         let w = [0.3, -1.2, 2.0];
-        let (cost, slope) = white.slope(&w).unwrap();
+        let (cost, cost_and_gradient) = white.cost_and_gradient(&w).unwrap();
         assert!((cost - 0.5 * w.iter().map(|x| x * x).sum::<f64>()).abs() < 1e-12);
-        assert!(slope.iter().zip(&w).all(|(s, w)| (s - w).abs() < 1e-12));
+        assert!(cost_and_gradient.iter().zip(&w).all(|(s, w)| (s - w).abs() < 1e-12));
     }
 }

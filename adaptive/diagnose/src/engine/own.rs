@@ -15,7 +15,7 @@ use crate::unnamed::unnamed;
 use std::collections::BTreeMap;
 use trundle_infer::{
     Comparison, FitOptions, InferError, Likelihood, MotionLikelihood, Residual, Score, Watch, fit, open_loop,
-    score_beside, unsmoothed,
+    score_compared, unsmoothed,
 };
 use trundle_model::{Kind, Model, Scales};
 use trundle_record::{Dataset, Prepared};
@@ -111,7 +111,7 @@ impl Engine for Own<'_> {
     fn look(&self, from: &Tried, kinds: &[Kind], at: &mut Look<'_>) -> Result<bool, InferError> {
         let Comparison::Motion(motion) = &self.comparison else { return Ok(false) };
         let motion = motion.thinned().with_channels(from.fit.channels);
-        if let Some(seen) = motion.seen(&from.fit.model, &from.fit.values)? {
+        if let Some(seen) = motion.filtered(&from.fit.model, &from.fit.values)? {
             let courses = if needs_courses(kinds) { courses(&motion, from)? } else { vec![] };
             at(&seen, &courses)?;
         }
@@ -124,7 +124,7 @@ impl Engine for Own<'_> {
         let near = self.simulated().then_some(effort.steps());
         let noise_rounds = effort.noise_rounds();
         let options =
-            FitOptions { starts: 0, seed, from_afar: false, near, noise_rounds, ..FitOptions::default() };
+            FitOptions { starts: 0, seed, distant_starts: false, local_steps: near, noise_rounds, ..FitOptions::default() };
         let from = self.comparison.with_channels(job.channels);
         let fit = fit(&from, &model, &job.warm, &options, watch)?;
         Ok(Tried::new(job.added, fit, None))
@@ -139,7 +139,7 @@ impl Engine for Own<'_> {
     ) -> Result<Tried, InferError> {
         let near = Some(REFIT_STEPS);
         let options =
-            FitOptions { starts: 0, from_afar: false, near, noise_rounds: 0, ..FitOptions::default() };
+            FitOptions { starts: 0, distant_starts: false, local_steps: near, noise_rounds: 0, ..FitOptions::default() };
         let some = self.under(tried).only(keep);
         let warm = std::slice::from_ref(&tried.fit.values);
         Ok(Tried { fit: fit(&some, model, warm, &options, watch)?, ..tried.clone() })
@@ -180,7 +180,7 @@ impl Engine for Own<'_> {
     fn score(&self, tried: &Tried, beside: &Tried, episodes: &[Prepared]) -> Result<Score, InferError> {
         let (fit, other) = (&tried.fit, (&beside.fit.model, &beside.fit.values[..]));
         let (noise, quasi) = (&self.data.noise, self.is_quasi_static());
-        score_beside(&fit.model, &fit.values, &fit.channels, episodes, noise, quasi, Some(other))
+        score_compared(&fit.model, &fit.values, &fit.channels, episodes, noise, quasi, Some(other))
     }
 
     fn open_loop(&self, tried: &Tried, episode: &Prepared) -> Result<Option<Vec<[f64; 3]>>, InferError> {

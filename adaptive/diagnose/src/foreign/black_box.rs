@@ -8,7 +8,7 @@ use super::simulator::Foreign;
 use crate::engine::Tried;
 use crate::enough::enough;
 use std::sync::Arc;
-use trundle_infer::{Channels as Noise, InferError, Quiet, Residual, Watch, quasi_static};
+use trundle_infer::{Channels as Noise, InferError, Quiet, Residual, Watch, is_quasi_static};
 use trundle_model::{Acting, Kind, Model, Plant};
 use trundle_record::Dataset;
 
@@ -49,7 +49,7 @@ impl<'a> BlackBox<'a> {
         watch: &'a dyn Watch,
     ) -> Result<Self, InferError> {
         enough(data)?;
-        if quasi_static(data) {
+        if is_quasi_static(data) {
             return Err(InferError::NoData {
                 recording: data.name.clone(),
                 reason: "the pushes are so slow that their force says nothing of the motion to come"

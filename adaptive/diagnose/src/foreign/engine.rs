@@ -20,7 +20,7 @@ use nalgebra::DVector;
 use std::collections::BTreeMap;
 use std::sync::Arc;
 use trundle_infer::{
-    Channels as Noise, Estimate, Fit, FitOptions, InferError, Likelihood, Score, Watch, fit, unjudged,
+    Channels as Noise, Estimate, Fit, FitOptions, InferError, Likelihood, Score, Watch, fit, unscored_time,
 };
 use trundle_model::{Kind, Model, Posterior, Slot};
 use trundle_record::{Dataset, Prepared};
@@ -49,7 +49,7 @@ impl Engine for BlackBox<'_> {
     }
 
     fn base(&self, seed: u64, watch: &dyn Watch) -> Result<Tried, InferError> {
-        let options = FitOptions { starts: 0, seed, from_afar: false, ..FitOptions::default() };
+        let options = FitOptions { starts: 0, seed, distant_starts: false, ..FitOptions::default() };
         let start: Vec<f64> =
             std::iter::once(self.bare.body.mass).chain(self.along.values.iter().copied()).collect();
         let fit = fit(&*self.along, &self.bare, &[start], &options, watch)?;
@@ -111,7 +111,7 @@ impl Engine for BlackBox<'_> {
         watch: &dyn Watch,
     ) -> Result<Tried, InferError> {
         let options =
-            FitOptions { starts: 0, from_afar: false, near: Some(REFIT_STEPS), ..FitOptions::default() };
+            FitOptions { starts: 0, distant_starts: false, local_steps: Some(REFIT_STEPS), ..FitOptions::default() };
         let some = self.doubting(tried)?.only(keep);
         let model = &Model { mass: model.mass.and(tried.fit.model.mass), ..model.clone() };
         let at: Vec<f64> = tried.fit.values.iter().copied().chain(self.own(tried)).collect();
@@ -178,7 +178,7 @@ impl Engine for BlackBox<'_> {
     }
 
     fn score(&self, tried: &Tried, beside: &Tried, episodes: &[Prepared]) -> Result<Score, InferError> {
-        let settling = unjudged(&beside.fit.model).max(unjudged(&tried.fit.model));
+        let settling = unscored_time(&beside.fit.model).max(unscored_time(&tried.fit.model));
         self.rollout(tried, &self.own(tried))?.score(episodes, settling)
     }
 

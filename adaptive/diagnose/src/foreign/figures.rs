@@ -6,7 +6,7 @@ use crate::design::{BLIND, Certificate, Simulated, of_simulations};
 use crate::engine::{Engine, Tried};
 use crate::outlook::{End, Outlook};
 use nalgebra::Vector3;
-use trundle_infer::{InferError, unjudged};
+use trundle_infer::{InferError, unscored_time};
 
 /// Length of a prediction, s.
 const WINDOW: f64 = 1.0;
@@ -15,7 +15,7 @@ impl BlackBox<'_> {
     /// The simulator predicts; how uncertain that is, by the instruments' noise, its linearisation tells.
     pub(super) fn predictions(&self, tried: &Tried) -> Result<Outlook, InferError> {
         let (along, dof, values) = (self.along(tried), self.data.dof, self.own(tried));
-        let (rollout, settling) = (self.rollout(tried, &values)?, unjudged(&tried.fit.model));
+        let (rollout, settling) = (self.rollout(tried, &values)?, unscored_time(&tried.fit.model));
         let judged = if settling > 0.0 { settling } else { f64::NEG_INFINITY };
         let moves = |v: [f64; 3]| [0, 1, 2].map(|k| if dof[k] { v[k] } else { 0.0 });
         let mut ends = vec![];

@@ -39,7 +39,7 @@ pub(crate) fn settle(
         };
         let now = density(&values)?;
         let start: Vec<f64> = std::iter::once(bare.body.mass).chain(values.iter().copied()).collect();
-        let options = FitOptions { starts: 0, seed, from_afar: false, ..FitOptions::default() };
+        let options = FitOptions { starts: 0, seed, distant_starts: false, ..FitOptions::default() };
         let proposed = along.own(&fit(&along, bare, &[start], &options, watch)?);
         let (here, there) = (coordinates.point(&values), coordinates.point(&proposed));
         let mut better = None;

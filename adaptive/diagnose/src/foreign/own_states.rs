@@ -8,7 +8,7 @@ use super::likelihood::Along;
 use super::path::Path;
 use super::simulator::Foreign;
 use nalgebra::{DMatrix, DVector};
-use trundle_infer::{Channels, InferError, SETTLING, StateVector, Watch};
+use trundle_infer::{Channels, InferError, SETTLING_TIME_S, StateVector, Watch};
 use trundle_model::{Clock, INNER, Inner, Plant, State};
 use trundle_record::{Motion, Noise, Prepared};
 
@@ -266,7 +266,7 @@ impl Along {
                 let laws = self.of_laws_in(plant, e, inner, count);
                 laws.iter().zip(mine).map(|(law, rest)| law + rest).collect()
             };
-            let early = path.until(SETTLING);
+            let early = path.until(SETTLING_TIME_S);
             found.push(Search { states: states.clone(), open: open.clone(), early, of: &of }.start());
         }
         found
@@ -287,7 +287,7 @@ pub(super) fn beginning(
         return Ok(first);
     }
     let Ok(mut path) = Path::new(episode, noise) else { return Ok(first) };
-    path.intervals.truncate(path.until(SETTLING));
+    path.intervals.truncate(path.until(SETTLING_TIME_S));
     let along = Along::new(foreign, values, &[path], Channels::of(noise), dof, watch)?;
     Ok(along.starts(plant, values).first().map_or(first, |start| start.inner))
 }

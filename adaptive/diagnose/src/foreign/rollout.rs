@@ -4,7 +4,7 @@ use super::law::{acted, acts, over_step};
 use super::own_states::{beginning, followed, on_offer};
 use super::simulator::{Foreign, go_on};
 use nalgebra::Vector6;
-use trundle_infer::{InferError, Readings, Score, StateVector, Step, Tally, Watch};
+use trundle_infer::{InferError, Readings, Score, StateVector, Step, ErrorMetrics, Watch};
 use trundle_model::{INNER, Plant, State};
 use trundle_record::{Dataset, Motion, Prepared};
 
@@ -117,12 +117,12 @@ impl Rollout<'_> {
     /// Figures over episodes, of which `unjudged` seconds after contact do not count; those that ask for more than simulated
     /// poses are left out.
     pub fn score(&self, episodes: &[Prepared], unjudged: f64) -> Result<Score, InferError> {
-        let mut tally = Tally::default();
+        let mut tally = ErrorMetrics::default();
         let turns = self.data.dof[2];
         for episode in episodes {
             let seen = self.seen(episode)?;
             let rho = if turns { self.data.body.gyration } else { 0.0 };
-            tally.open_loop(&self.open_loop(&seen)?, episode, rho, unjudged);
+            tally.add_open_loop(&self.open_loop(&seen)?, episode, rho, unjudged);
             let mut begin = episode.contact.max(episode.pose.first().map_or(0.0, |p| p.t));
             let end = episode.pose.last().map_or(0.0, |p| p.t);
             while begin + WINDOW <= end + 1e-9 {
@@ -131,12 +131,12 @@ impl Rollout<'_> {
                 let poses = self.from(&seen, index, count)?;
                 let pairs = episode.pose[index..].iter().zip(&poses).skip(1);
                 for (pose, simulated) in pairs.filter(|(p, _)| p.t > episode.contact + unjudged) {
-                    tally.ahead([0, 1, 2].map(|k| pose.pose[k] - simulated[k]));
+                    tally.add_window([0, 1, 2].map(|k| pose.pose[k] - simulated[k]));
                 }
                 begin += WINDOW;
             }
         }
-        Ok(tally.figures(turns))
+        Ok(tally.score(turns))
     }
 }
 

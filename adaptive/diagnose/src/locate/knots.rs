@@ -39,7 +39,7 @@ impl Knots {
             for c in (0..WIDE).filter(|&c| dof[c]) {
                 let mut unit = [0.0; 3];
                 unit[c] = if c == 2 { arm } else { 1.0 };
-                let answer = run.response.answer_from(from, &vec![unit; to - from]);
+                let answer = run.response.respond_from(from, &vec![unit; to - from]);
                 answers.column_mut(WIDE * k + c).copy_from_slice(&answer);
             }
         }

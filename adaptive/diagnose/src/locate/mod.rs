@@ -187,7 +187,7 @@ impl Located {
 /// A fit again, from where it ended, with the missing wrench free to wander: parameters that do not bend to what the
 /// model lacks, to linearise about. As it was where it cannot be fitted so.
 fn unbent(motion: &MotionLikelihood, wander: Channels, fit: &Fit) -> Fit {
-    let options = FitOptions { starts: 0, from_afar: false, ..FitOptions::default() };
+    let options = FitOptions { starts: 0, distant_starts: false, ..FitOptions::default() };
     let wandering = motion.with_channels(wander);
     trundle_infer::fit(&wandering, &freed(fit), std::slice::from_ref(&fit.values), &options, &Quiet)
         .unwrap_or_else(|_| fit.clone())

@@ -77,7 +77,7 @@ impl Screen {
             .map(|(k, _)| k)
             .collect();
         let Some(responses) = motion.responses(model, &fit.values)? else { return Ok(None) };
-        let Some(seen) = motion.seen(model, &fit.values)? else { return Ok(None) };
+        let Some(seen) = motion.filtered(model, &fit.values)? else { return Ok(None) };
         let slopes = seen.slopes(model, &fit.values, &free)?;
         let fits = responses.len() == residuals.len()
             && responses.iter().zip(residuals).all(|(r, course)| r.t.len() == course.len());
@@ -125,7 +125,7 @@ impl Screen {
             if missing.iter().all(|w| *w == [0.0; 3]) {
                 return DVector::zeros(0);
             }
-            DVector::from_vec(run.response.answer(missing))
+            DVector::from_vec(run.response.respond(missing))
         };
         self.gathered(self.runs.iter().zip(profile).map(answer).collect())
     }

@@ -9,7 +9,7 @@ use crate::naming::of_kinds;
 use crate::proposals::has_shape;
 use crate::thresholds::CHANCE;
 use std::collections::BTreeSet;
-use trundle_infer::{Coordinates, InferError, carried};
+use trundle_infer::{Coordinates, InferError, transferred_values};
 use trundle_model::{Effect, Kind, Model};
 
 /// How often shapes are sought again, while that takes this share of what was left, and more than chance would.
@@ -114,7 +114,7 @@ impl Searcher<'_> {
             let mut added = best.added.clone();
             added.remove(k);
             let model = self.model(&added);
-            let warm = carried(&best.fit, &model, &vec![0.0; model.slots().len()]);
+            let warm = transferred_values(&best.fit, &model, &vec![0.0; model.slots().len()]);
             Job::from(&best, added, vec![warm])
         };
         let jobs: Vec<Job> = (0..best.added.len()).map(without).collect();
@@ -178,7 +178,7 @@ impl Searcher<'_> {
         let fill = vec![0.0; model.slots().len()];
         let larger = (0..whole.added.len()).map(|k| part | 1 << k).filter(|bits| *bits != part);
         let ended = larger.filter_map(|bits| of_kinds(tried, effects(bits).iter().map(|e| e.kind).collect()));
-        let warm = ended.map(|larger| carried(&larger.fit, &model, &fill)).collect();
+        let warm = ended.map(|larger| transferred_values(&larger.fit, &model, &fill)).collect();
         Job::from(whole, effects(part), warm)
     }
 
@@ -230,7 +230,7 @@ impl Searcher<'_> {
                 let model = self.model(&added);
                 let coordinates = Coordinates::new(&model);
                 let median = coordinates.values(&vec![0.0; coordinates.free().len()]).0;
-                let fill = like.map_or_else(|| median.clone(), |like| carried(&like.fit, &model, &median));
+                let fill = like.map_or_else(|| median.clone(), |like| transferred_values(&like.fit, &model, &median));
                 let warm = vec![self.refined(best, &model, &fill)];
                 jobs.push(Job::from(best, added, warm));
             }
@@ -241,7 +241,7 @@ impl Searcher<'_> {
     /// Values of a model with finer effects: those of the simpler fit, the refinements' from `fill`.
     fn refined(&self, best: &Tried, model: &Model, fill: &[f64]) -> Vec<f64> {
         let simple: BTreeSet<String> = best.fit.estimates.iter().map(|e| e.name.clone()).collect();
-        let mut values = carried(&best.fit, model, fill);
+        let mut values = transferred_values(&best.fit, model, fill);
         for ((slot, value), fill) in model.slots().iter().zip(&mut values).zip(fill) {
             if slot.value.is_none() && !simple.contains(&slot.name) {
                 *value = *fill;

@@ -24,7 +24,7 @@ pub(crate) use prior::probabilities;
 use rayon::prelude::*;
 use start::{freed, job};
 use std::collections::BTreeSet;
-use trundle_infer::{Coordinates, InferError, Watch, carried, on_all_cores};
+use trundle_infer::{Coordinates, InferError, Watch, transferred_values, on_all_cores};
 use trundle_model::{Effect, INNER, Kind, Model};
 
 impl Tried {
@@ -67,7 +67,7 @@ const ANOTHER: f64 = 0.15;
 const NEAR: f64 = 30.0;
 const BEHIND: f64 = 0.1;
 const STILL: f64 = 10.0;
-/// Random starts of a candidate that cannot be screened, beside the carried-over one.
+/// Random starts of a candidate that cannot be screened, beside the transferred_values-over one.
 const EXTRA_STARTS: usize = 3;
 
 #[derive(Clone, Copy)]
@@ -168,7 +168,7 @@ impl Searcher<'_> {
         let median = coordinates.values(&vec![0.0; coordinates.free().len()]).0;
         let draws = (0..EXTRA_STARTS).map(|_| coordinates.values(&coordinates.draw(&mut rng)).0);
         let fills: Vec<_> = std::iter::once(median).chain(draws).collect();
-        let warm = fills.iter().map(|fill| carried(&from.fit, &model, fill)).collect();
+        let warm = fills.iter().map(|fill| transferred_values(&from.fit, &model, fill)).collect();
         Job::from(from, added, warm)
     }
 
@@ -212,7 +212,7 @@ impl Searcher<'_> {
         };
         let looked = self.fitted(what, near.iter().map(also).collect(), Effort::Look)?;
         let bound = bound(&looked);
-        let hopeful = |t: &Tried| t.fit.cost - STILL * t.fit.falling < bound;
+        let hopeful = |t: &Tried| t.fit.cost - STILL * t.fit.last_decrease < bound;
         let (ahead, behind): (Vec<Tried>, Vec<Tried>) = looked.into_iter().partition(hopeful);
         let ended = self.fitted(what, ahead.iter().map(on).collect(), Effort::Full)?;
         keep(tried, ended.into_iter().chain(behind));

@@ -101,7 +101,7 @@ impl Part {
                 episode.on_object(blank.axes, step, wrench)
             };
             let missing: Vec<[f64; 3]> = kernels.iter().enumerate().map(at).collect();
-            DVector::from_vec(episode.response.answer(&missing))
+            DVector::from_vec(episode.response.respond(&missing))
         };
         let innovations = DVector::from_column_slice(&episode.response.innovations);
         let columns: Vec<_> =

@@ -4,7 +4,7 @@ use super::{StateVector, Transition};
 use trundle_model::{to_body, to_world};
 
 /// Maximum number of features.
-pub(crate) const MOST: usize = 9;
+pub(crate) const MAX_FEATURES: usize = 9;
 
 /// Axes of the state and the wrench in a regression.
 #[derive(Clone, Copy, Debug, PartialEq, Eq, Default)]
@@ -34,7 +34,7 @@ impl Features {
 
     /// Number of features.
     pub(crate) fn count(self) -> usize {
-        if self == Self::Body { 6 } else { MOST }
+        if self == Self::Body { 6 } else { MAX_FEATURES }
     }
 
     /// The features of a state and a wrench.

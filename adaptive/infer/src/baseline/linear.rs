@@ -5,7 +5,7 @@ use super::{BaselineError, Features, Predictor, StateVector, Transition, check};
 use nalgebra::DMatrix;
 
 /// Relative tolerance below which singular values count as zero.
-const RANK: f64 = 1e-10;
+const RANK_TOLERANCE: f64 = 1e-10;
 
 /// `x' − x = A [x, u, 1] dt` by least squares. With fewer observations than coefficients, the minimum-norm
 /// solution for standardised features is used.
@@ -41,7 +41,7 @@ impl Linear {
 fn least_squares(design: DMatrix<f64>, targets: &DMatrix<f64>) -> DMatrix<f64> {
     let nothing = DMatrix::zeros(design.ncols(), targets.ncols());
     let svd = design.svd(true, true);
-    let tolerance = RANK * svd.singular_values.max();
+    let tolerance = RANK_TOLERANCE * svd.singular_values.max();
     // `solve` fails only without singular vectors.
     if tolerance > 0.0 { svd.solve(targets, tolerance).unwrap_or(nothing) } else { nothing }
 }

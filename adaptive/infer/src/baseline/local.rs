@@ -7,18 +7,18 @@
 //! Atkeson, Moore, Schaal 1997 (the paper's \[21\]). The kernel widths `h`, one for each group of features,
 //! and the ridge λ minimise the leave-one-out error on the training data, pooled over the channels.
 
-use super::features::{MOST, Scale};
+use super::features::{MAX_FEATURES, Scale};
 use super::{BaselineError, Features, Predictor, StateVector, Transition, check};
 use rayon::prelude::*;
 
 /// Candidate kernel widths, in standard deviations of a feature; the last one makes the fit global.
-const WIDTHS: [f64; 6] = [0.5, 1.0, 2.0, 4.0, 8.0, 1000.0];
+const KERNEL_WIDTHS_SD: [f64; 6] = [0.5, 1.0, 2.0, 4.0, 8.0, 1000.0];
 
 /// Candidate ridges.
 const RIDGES: [f64; 6] = [1e-9, 1e-4, 1e-2, 1e-1, 1.0, 10.0];
 
 /// Maximum rounds of the coordinate search over the hyper-parameters.
-const ROUNDS: usize = 4;
+const MAX_ROUNDS: usize = 4;
 
 /// Locally weighted linear regression with a Gaussian kernel.
 #[derive(Clone, Debug)]
@@ -32,7 +32,7 @@ pub struct Local {
 #[derive(Clone, Debug, PartialEq)]
 struct Kernel {
     /// One over the squared width of each feature.
-    precision: [f64; MOST],
+    precision: [f64; MAX_FEATURES],
     ridge: f64,
 }
 
@@ -40,7 +40,7 @@ struct Kernel {
 #[derive(Clone, Debug)]
 struct Data {
     features: Features,
-    inputs: Vec<[f64; MOST]>,
+    inputs: Vec<[f64; MAX_FEATURES]>,
     rates: Vec<StateVector>,
 }
 
@@ -55,7 +55,7 @@ impl Local {
         let scale = Scale::of(&rows, features.count());
         let inputs = rows.iter().map(|row| padded(&scale.apply(row))).collect();
         let data = Data { features, inputs, rates: training.iter().map(|t| features.rate(t)).collect() };
-        let kernel = data.chosen();
+        let kernel = data.select_kernel();
         Ok(Self { scale, data, kernel })
     }
 
@@ -74,15 +74,15 @@ impl Predictor for Local {
     }
 }
 
-fn padded(row: &[f64]) -> [f64; MOST] {
+fn padded(row: &[f64]) -> [f64; MAX_FEATURES] {
     std::array::from_fn(|k| row.get(k).copied().unwrap_or(0.0))
 }
 
 /// Kernel for indices into the grids: a width for each group of features, then the ridge.
 fn kernel(features: Features, choice: &[usize]) -> Kernel {
-    let mut precision = [0.0; MOST];
+    let mut precision = [0.0; MAX_FEATURES];
     for (group, &index) in features.groups().iter().zip(choice) {
-        precision[group.clone()].fill(WIDTHS[index].powi(-2));
+        precision[group.clone()].fill(KERNEL_WIDTHS_SD[index].powi(-2));
     }
     Kernel { precision, ridge: choice.last().map_or(RIDGES[0], |&index| RIDGES[index]) }
 }
@@ -90,17 +90,17 @@ fn kernel(features: Features, choice: &[usize]) -> Kernel {
 impl Data {
     /// Hyper-parameters with the lowest leave-one-out error, by coordinate search over the grids from a
     /// global kernel.
-    fn chosen(&self) -> Kernel {
+    fn select_kernel(&self) -> Kernel {
         let groups = self.features.groups().len();
-        let mut choice = vec![WIDTHS.len() - 1; groups];
+        let mut choice = vec![KERNEL_WIDTHS_SD.len() - 1; groups];
         choice.push(RIDGES.len() - 1);
         let weights = self.weights();
-        let error = |choice: &[usize]| self.left_out_error(&kernel(self.features, choice), &weights);
+        let error = |choice: &[usize]| self.leave_one_out_error(&kernel(self.features, choice), &weights);
         let mut best = error(&choice);
-        for _ in 0..ROUNDS {
+        for _ in 0..MAX_ROUNDS {
             let before = choice.clone();
             for position in (0..=groups).rev() {
-                for value in 0..if position == groups { RIDGES.len() } else { WIDTHS.len() } {
+                for value in 0..if position == groups { RIDGES.len() } else { KERNEL_WIDTHS_SD.len() } {
                     let mut other = choice.clone();
                     other[position] = value;
                     let found = if other == choice { best } else { error(&other) };
@@ -127,7 +127,7 @@ impl Data {
     }
 
     /// Sum of squared leave-one-out errors; zero for a single observation.
-    fn left_out_error(&self, kernel: &Kernel, weights: &StateVector) -> f64 {
+    fn leave_one_out_error(&self, kernel: &Kernel, weights: &StateVector) -> f64 {
         if self.inputs.len() < 2 {
             return 0.0;
         }
@@ -143,7 +143,7 @@ impl Data {
     }
 
     /// Weighted linear fit at `query`, without the observation of index `without`.
-    fn rate_at(&self, query: &[f64; MOST], kernel: &Kernel, without: Option<usize>) -> StateVector {
+    fn rate_at(&self, query: &[f64; MAX_FEATURES], kernel: &Kernel, without: Option<usize>) -> StateVector {
         let count = self.features.count();
         let distances: Vec<f64> =
             self.inputs.iter().map(|z| distance(query, z, &kernel.precision, count)).collect();
@@ -161,11 +161,16 @@ impl Data {
     }
 }
 
-fn distance(a: &[f64; MOST], b: &[f64; MOST], precision: &[f64; MOST], count: usize) -> f64 {
+fn distance(
+    a: &[f64; MAX_FEATURES],
+    b: &[f64; MAX_FEATURES],
+    precision: &[f64; MAX_FEATURES],
+    count: usize,
+) -> f64 {
     (0..count).map(|k| precision[k] * (a[k] - b[k]).powi(2)).sum()
 }
 
-const SIZE: usize = MOST + 1;
+const SIZE: usize = MAX_FEATURES + 1;
 
 /// Normal equations of a weighted fit: the lower triangle, and a right-hand side for each channel.
 #[derive(Default)]
@@ -178,8 +183,8 @@ impl Sums {
     fn add(
         &mut self,
         weight: f64,
-        query: &[f64; MOST],
-        input: &[f64; MOST],
+        query: &[f64; MAX_FEATURES],
+        input: &[f64; MAX_FEATURES],
         rate: &StateVector,
         count: usize,
     ) {

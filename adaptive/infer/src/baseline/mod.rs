@@ -4,14 +4,14 @@
 //! paper's baselines for `x' = f(x, u)`: linear and locally weighted regression. [`Plant`] is a physical
 //! model with the same interface. [`r2`] scores all of them.
 
-mod cut;
 mod features;
+mod from_episode;
 mod linear;
 mod local;
 mod transitions;
 
-pub use cut::transitions_of;
 pub use features::Features;
+pub use from_episode::transitions_of;
 pub use linear::Linear;
 pub use local::Local;
 pub use transitions::{Pushes, SigmaReading, Transition, hold, noisy, transitions};
@@ -38,9 +38,9 @@ impl Predictor for Plant<f64> {
 
 /// Predicts a constant velocity: the score without any learning.
 #[derive(Clone, Copy, Debug)]
-pub struct Coasting;
+pub struct ConstantVelocity;
 
-impl Predictor for Coasting {
+impl Predictor for ConstantVelocity {
     fn predict(&self, x: &StateVector, _u: &[f64; 3], dt: f64) -> StateVector {
         let [px, py, heading, vx, vy, spin] = *x;
         [px + vx * dt, py + vy * dt, heading + spin * dt, vx, vy, spin]

@@ -7,7 +7,7 @@ use rand_distr::{Distribution, StandardNormal};
 use trundle_model::{Clock, Model, Plant, State, to_body, to_world};
 
 /// Clock of an object in contact.
-const CLOCK: Clock = Clock::since_contact(0.0);
+const IN_CONTACT: Clock = Clock::since_contact(0.0);
 
 /// One observation: a state, the constant wrench applied from it on, and the state that followed (eq. 7).
 #[derive(Clone, Copy, Debug, PartialEq)]
@@ -85,14 +85,14 @@ fn change_sd(data: &[Transition]) -> StateVector {
 }
 
 /// Maximum step of the plant within a push, s.
-const STEP: f64 = 0.005;
+const MAX_STEP_S: f64 = 0.005;
 
 /// State after a constant wrench over `dt` seconds; see [`super::Predictor::predict`].
 pub fn hold(plant: &Plant<f64>, x: &StateVector, u: &[f64; 3], dt: f64) -> StateVector {
-    let steps = (dt / STEP).ceil().max(1.0);
+    let steps = (dt / MAX_STEP_S).ceil().max(1.0);
     let mut state = state(x);
     for _ in 0..steps as usize {
-        state = plant.step(&state, *u, CLOCK, dt / steps);
+        state = plant.step(&state, *u, IN_CONTACT, dt / steps);
     }
     let ([x, y, heading], [vx, vy, spin]) = (state.pose, state.twist);
     [x, y, heading, vx, vy, spin]
@@ -192,7 +192,7 @@ impl Pushes {
 fn resistance(plant: &Plant<f64>, x: &StateVector, twist: [f64; 3]) -> [f64; 3] {
     let mut at = state(x);
     at.twist = to_world(twist, x[2]);
-    let action = plant.action(&at, CLOCK);
+    let action = plant.action(&at, IN_CONTACT);
     let ([xx, xy, yy, xt, yt, tt], [vx, vy, spin]) = (action.drag, twist);
     let drag = [xx * vx + xy * vy + xt * spin, xy * vx + yy * vy + yt * spin, xt * vx + yt * vy + tt * spin];
     [0, 1, 2].map(|k| action.push[k] - drag[k])
@@ -200,7 +200,7 @@ fn resistance(plant: &Plant<f64>, x: &StateVector, twist: [f64; 3]) -> [f64; 3] 
 
 /// Wrench about the origin that produces an acceleration, object axes.
 fn inertial(plant: &Plant<f64>, [ax, ay, turn]: [f64; 3]) -> [f64; 3] {
-    let rigid = plant.rigid(CLOCK);
+    let rigid = plant.rigid(IN_CONTACT);
     let [cx, cy] = rigid.com;
     let (fx, fy) = (rigid.mass * (ax - turn * cy), rigid.mass * (ay + turn * cx));
     [fx, fy, rigid.inertia * turn + cx * fy - cy * fx]

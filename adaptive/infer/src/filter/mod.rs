@@ -4,12 +4,14 @@
 //! The state consists of the pose, the twist and the error of the wrench reading. The error starts with the
 //! uncertainty of the tare and may be a random walk. Its smoothed path is the wrench that the model misses.
 
-mod begin;
+mod initial_belief;
+mod innovation;
 mod response;
-mod sighting;
 mod smooth;
 
-use crate::covariance::{Belief, MOTION, Matrix, PLAIN, POSE, Vector, corrected, moved};
+use crate::covariance::{
+    BASE_STATES, Belief, MOTION_STATES, Matrix, POSE_STATES, Vector, corrected, propagated,
+};
 use crate::curve::Curve;
 use crate::timing::Timing;
 use crate::{Channels, InferError, Track, track::Step};
@@ -17,32 +19,32 @@ use std::f64::consts::TAU;
 use trundle_model::{Clock, Dual, INNER, Inner, Model, Plant, Precision, Real, State, transport};
 use trundle_record::Motion;
 
+pub use innovation::Innovation;
+use innovation::PoseInnovation;
 pub use response::Response;
-pub use sighting::Innovation;
-use sighting::Sighting;
 pub use smooth::Residual;
 use smooth::{Stage, backward};
 
 /// Maximum number of states: pose, twist, wrench error and the laws' own states.
-pub(crate) const STATES: usize = PLAIN + INNER;
+pub(crate) const STATES: usize = BASE_STATES + INNER;
 /// Number of states without the pose.
-const MOVING: usize = PLAIN - POSE;
+const NON_POSE_STATES: usize = BASE_STATES - POSE_STATES;
 
 /// Number of starting states that the filter compares, preselected by a simulation.
-const LIKELIEST: usize = 2;
+const MAX_FILTERED_STARTS: usize = 2;
 
 /// Time after the start from which the laws' own starting states are selected, s.
-const BEGINNING: f64 = 1.0;
+const START_SELECTION_S: f64 = 1.0;
 
 /// Result of filtering an episode.
-pub(crate) struct Passage {
+pub(crate) struct FilterRun {
     /// Innovation of every pose sample, in order.
     pub innovations: Vec<Innovation>,
     /// Starting values of the laws' own states.
     pub inner: [f64; INNER],
 }
 
-impl Passage {
+impl FilterRun {
     /// −log density of all pose samples.
     pub fn cost(&self) -> f64 {
         self.innovations.iter().map(|i| i.cost).sum()
@@ -50,9 +52,9 @@ impl Passage {
 }
 
 /// Filters episodes with one plant. Methods return `None` if a number is not finite.
-pub(crate) trait Filtering: Sync {
+pub(crate) trait EpisodeFilter: Sync {
     /// Innovation of every pose sample.
-    fn run(&self, track: &Track) -> Option<Passage>;
+    fn run(&self, track: &Track) -> Option<FilterRun>;
     /// −log density of all pose samples.
     fn cost(&self, track: &Track) -> Option<f64>;
     /// Wrench error at every step, given the whole episode (Rauch-Tung-Striebel).
@@ -62,7 +64,12 @@ pub(crate) trait Filtering: Sync {
     /// Predictions of the pose samples in windows of `length` seconds. Each starts from a given motion, which
     /// does not depend on the model, and from the filter's estimate of the laws' own states. A window that is
     /// not finite is `None`.
-    fn ahead(&self, track: &Track, starts: &[Motion], length: f64) -> Option<Vec<Option<Vec<Innovation>>>>;
+    fn predict_windows(
+        &self,
+        track: &Track,
+        starts: &[Motion],
+        length: f64,
+    ) -> Option<Vec<Option<Vec<Innovation>>>>;
     /// The episode as a linear system around this plant.
     fn response(&self, track: &Track) -> Option<Response>;
 }
@@ -72,14 +79,18 @@ pub(crate) fn filter(
     model: &Model,
     values: &[f64],
     channels: &Channels,
-) -> Result<Box<dyn Filtering>, InferError> {
+) -> Result<Box<dyn EpisodeFilter>, InferError> {
     let (plain, inner) = (model.plant(values)?, model.inner());
     // The cost of the laws and of the covariance is proportional to the number of states and derivatives.
     Ok(match (inner.len(), plain.same_everywhere()) {
-        (0, true) => Box::new(Filter::<PLAIN, MOVING>::new(model, values, channels, plain)?),
-        (0, false) => Box::new(Filter::<PLAIN, PLAIN>::new(model, values, channels, plain)?),
-        (1, true) => Box::new(Filter::<{ PLAIN + 1 }, { MOVING + 1 }>::new(model, values, channels, plain)?),
-        (1, false) => Box::new(Filter::<{ PLAIN + 1 }, { PLAIN + 1 }>::new(model, values, channels, plain)?),
+        (0, true) => Box::new(Filter::<BASE_STATES, NON_POSE_STATES>::new(model, values, channels, plain)?),
+        (0, false) => Box::new(Filter::<BASE_STATES, BASE_STATES>::new(model, values, channels, plain)?),
+        (1, true) => Box::new(Filter::<{ BASE_STATES + 1 }, { NON_POSE_STATES + 1 }>::new(
+            model, values, channels, plain,
+        )?),
+        (1, false) => {
+            Box::new(Filter::<{ BASE_STATES + 1 }, { BASE_STATES + 1 }>::new(model, values, channels, plain)?)
+        }
         _ => Box::new(Filter::<STATES, STATES>::new(model, values, channels, plain)?),
     })
 }
@@ -99,16 +110,16 @@ struct Filter<const N: usize, const D: usize> {
     wander: [f64; 3],
 }
 
-impl<const N: usize, const D: usize> Filtering for Filter<N, D> {
-    fn run(&self, track: &Track) -> Option<Passage> {
-        let inner = self.inner_start(track)?;
+impl<const N: usize, const D: usize> EpisodeFilter for Filter<N, D> {
+    fn run(&self, track: &Track) -> Option<FilterRun> {
+        let inner = self.initial_inner(track)?;
         let mut innovations = Vec::with_capacity(track.observations());
         self.walk(track, &inner, f64::INFINITY, |seen| innovations.push(seen.innovation()))?;
-        Some(Passage { innovations, inner })
+        Some(FilterRun { innovations, inner })
     }
 
     fn cost(&self, track: &Track) -> Option<f64> {
-        let inner = self.inner_start(track)?;
+        let inner = self.initial_inner(track)?;
         let mut cost = 0.0;
         self.walk(track, &inner, f64::INFINITY, |seen| cost += seen.cost)?;
         Some(cost)
@@ -116,16 +127,16 @@ impl<const N: usize, const D: usize> Filtering for Filter<N, D> {
 
     fn smooth(&self, track: &Track) -> Option<Vec<Residual>> {
         let mut stages: Vec<Stage<N>> = Vec::with_capacity(track.steps.len());
-        let inner = self.inner_start(track)?;
-        let mut belief = self.begin(track, &inner);
+        let inner = self.initial_inner(track)?;
+        let mut belief = self.initial_belief(track, &inner);
         let mut t = track.start;
         for step in &track.steps {
             let transition = self.predict(&mut belief, step, &track.curve);
             t += step.dt;
             let predicted = belief.clone();
             if let Some(seen) = step.pose {
-                let sighting = self.observe(&belief, t, seen)?;
-                self.update(&mut belief, &sighting);
+                let innovation = self.observe(&belief, t, seen)?;
+                self.update(&mut belief, &innovation);
             }
             stages.push(Stage { transition, predicted, filtered: belief.clone(), frame: step.frame, t });
         }
@@ -133,12 +144,17 @@ impl<const N: usize, const D: usize> Filtering for Filter<N, D> {
     }
 
     fn predict_only(&self, track: &Track) -> Option<Vec<Innovation>> {
-        let belief = self.begin(track, &self.inner_start(track)?);
-        self.onwards(&track.steps, &track.curve, belief, track.start)
+        let belief = self.initial_belief(track, &self.initial_inner(track)?);
+        self.predict_open_loop(&track.steps, &track.curve, belief, track.start)
     }
 
-    fn ahead(&self, track: &Track, starts: &[Motion], length: f64) -> Option<Vec<Option<Vec<Innovation>>>> {
-        let mut belief = self.begin(track, &self.inner_start(track)?);
+    fn predict_windows(
+        &self,
+        track: &Track,
+        starts: &[Motion],
+        length: f64,
+    ) -> Option<Vec<Option<Vec<Innovation>>>> {
+        let mut belief = self.initial_belief(track, &self.initial_inner(track)?);
         let (mut t, mut starts, mut found) = (track.start, starts.iter().peekable(), vec![]);
         for (index, step) in track.steps.iter().enumerate() {
             while let Some(start) = starts.next_if(|start| start.t <= t + 1e-9) {
@@ -148,14 +164,19 @@ impl<const N: usize, const D: usize> Filtering for Filter<N, D> {
                     end <= t + length + 1e-9
                 });
                 let count = within.count();
-                let belief = self.begun_again(track, start, &belief);
-                found.push(self.onwards(&track.steps[index..index + count], &track.curve, belief, t));
+                let belief = self.restarted_belief(track, start, &belief);
+                found.push(self.predict_open_loop(
+                    &track.steps[index..index + count],
+                    &track.curve,
+                    belief,
+                    t,
+                ));
             }
             self.predict(&mut belief, step, &track.curve);
             t += step.dt;
             if let Some(seen) = step.pose {
-                let sighting = self.observe(&belief, t, seen)?;
-                self.update(&mut belief, &sighting);
+                let innovation = self.observe(&belief, t, seen)?;
+                self.update(&mut belief, &innovation);
             }
         }
         Some(found)
@@ -195,9 +216,9 @@ impl<const N: usize, const D: usize> Filter<N, D> {
         track: &Track,
         inner: &[f64; INNER],
         until: f64,
-        mut show: impl FnMut(&Sighting<N>),
+        mut show: impl FnMut(&PoseInnovation<N>),
     ) -> Option<()> {
-        let mut belief = self.begin(track, inner);
+        let mut belief = self.initial_belief(track, inner);
         let mut t = track.start;
         for step in &track.steps {
             self.predict(&mut belief, step, &track.curve);
@@ -206,16 +227,16 @@ impl<const N: usize, const D: usize> Filter<N, D> {
                 break;
             }
             if let Some(seen) = step.pose {
-                let sighting = self.observe(&belief, t, seen)?;
-                show(&sighting);
-                self.update(&mut belief, &sighting);
+                let innovation = self.observe(&belief, t, seen)?;
+                show(&innovation);
+                self.update(&mut belief, &innovation);
             }
         }
         Some(())
     }
 
     /// Open-loop predictions of the pose samples of some steps from a belief at time `t`.
-    fn onwards(
+    fn predict_open_loop(
         &self,
         steps: &[Step],
         curve: &Curve,
@@ -236,37 +257,43 @@ impl<const N: usize, const D: usize> Filter<N, D> {
     /// Starting values of the laws' own states, of all combinations that the laws offer, that fit the start
     /// of the episode best. An open-loop simulation preselects candidates, and the filter chooses between
     /// them.
-    fn inner_start(&self, track: &Track) -> Option<[f64; INNER]> {
-        let mut offers = vec![[0.0; INNER]];
+    fn initial_inner(&self, track: &Track) -> Option<[f64; INNER]> {
+        let mut combinations = vec![[0.0; INNER]];
         for (k, inner) in self.inner.iter().enumerate() {
-            let with = |offer: &[f64; INNER], start: f64| {
-                let mut offer = *offer;
-                offer[k] = start;
-                offer
+            let with = |combination: &[f64; INNER], start: f64| {
+                let mut combination = *combination;
+                combination[k] = start;
+                combination
             };
-            offers = offers.iter().flat_map(|o| inner.starts.iter().map(move |&s| with(o, s))).collect();
+            combinations =
+                combinations.iter().flat_map(|o| inner.starts.iter().map(move |&s| with(o, s))).collect();
         }
-        let Some(plain) = &self.plain else { return offers.first().copied() };
+        let Some(plain) = &self.plain else { return combinations.first().copied() };
         let contact = track.steps.first().map_or(0.0, |s| s.clock.t - s.clock.since_contact);
-        let until = contact.max(track.start) + BEGINNING;
-        let mut likeliest: Vec<_> =
-            offers.into_iter().map(|offer| (self.missed_by(plain, track, &offer, until), offer)).collect();
-        likeliest.sort_by(|a, b| a.0.total_cmp(&b.0));
-        let cost = |offer: &[f64; INNER]| {
+        let until = contact.max(track.start) + START_SELECTION_S;
+        let mut ranked: Vec<_> = combinations
+            .into_iter()
+            .map(|combination| (self.open_loop_misfit(plain, track, &combination, until), combination))
+            .collect();
+        ranked.sort_by(|a, b| a.0.total_cmp(&b.0));
+        let cost = |combination: &[f64; INNER]| {
             let mut cost = 0.0;
-            let walked = self.walk(track, offer, until, |seen| cost += seen.cost);
+            let walked = self.walk(track, combination, until, |seen| cost += seen.cost);
             walked.map_or(f64::INFINITY, |()| cost)
         };
-        let looked = likeliest.into_iter().take(LIKELIEST).map(|(_, offer)| (cost(&offer), offer));
-        looked.min_by(|a, b| a.0.total_cmp(&b.0)).map(|(_, offer)| offer)
+        let filtered = ranked
+            .into_iter()
+            .take(MAX_FILTERED_STARTS)
+            .map(|(_, combination)| (cost(&combination), combination));
+        filtered.min_by(|a, b| a.0.total_cmp(&b.0)).map(|(_, combination)| combination)
     }
 
     /// Sum of squared pose errors of an open-loop simulation up to a time, in units of their noise.
-    fn missed_by(&self, plain: &Plant<f64>, track: &Track, inner: &[f64; INNER], until: f64) -> f64 {
+    fn open_loop_misfit(&self, plain: &Plant<f64>, track: &Track, inner: &[f64; INNER], until: f64) -> f64 {
         let mut state = State { pose: track.pose.0, twist: track.twist.0, inner: *inner };
         let (mut t, mut sum) = (track.start, 0.0);
         for step in &track.steps {
-            push(plain, &mut state, &[0.0; 3], step, &track.curve);
+            advance(plain, &mut state, &[0.0; 3], step, &track.curve);
             t += step.dt;
             if t > until {
                 break;
@@ -292,14 +319,14 @@ impl<const N: usize, const D: usize> Filter<N, D> {
             twist: [variable(3), variable(4), variable(5)],
             inner: [Dual::zero(); INNER],
         };
-        for (k, own) in state.inner.iter_mut().take(N - PLAIN).enumerate() {
-            *own = variable(PLAIN + k);
+        for (k, own) in state.inner.iter_mut().take(N - BASE_STATES).enumerate() {
+            *own = variable(BASE_STATES + k);
         }
         let error = [variable(6), variable(7), variable(8)];
-        push(&self.plant, &mut state, &error, step, curve);
+        advance(&self.plant, &mut state, &error, step, curve);
         let mut transition = Matrix::<N>::identity();
         let before = belief.mean;
-        let rows = (0..MOTION).chain(PLAIN..N);
+        let rows = (0..MOTION_STATES).chain(BASE_STATES..N);
         for (row, value) in rows.zip(state.pose.iter().chain(&state.twist).chain(&state.inner)) {
             belief.mean[row] = value.re;
             for (column, slope) in transition.data.0[N - D..].iter_mut().zip(value.eps) {
@@ -311,22 +338,22 @@ impl<const N: usize, const D: usize> Filter<N, D> {
             false => 0.0,
         });
         if D < N {
-            turned(&mut transition, &before, &belief.mean);
-            belief.covariance = moved::<N, true>(&transition, &belief.covariance, noise);
+            set_pose_derivatives(&mut transition, &before, &belief.mean);
+            belief.covariance = propagated::<N, true>(&transition, &belief.covariance, noise);
         } else {
-            belief.covariance = moved::<N, false>(&transition, &belief.covariance, noise);
+            belief.covariance = propagated::<N, false>(&transition, &belief.covariance, noise);
         }
         for (k, wander) in self.wander.iter().enumerate() {
-            belief.covariance[(k + MOTION, k + MOTION)] += wander * step.dt;
+            belief.covariance[(k + MOTION_STATES, k + MOTION_STATES)] += wander * step.dt;
         }
         transition
     }
 
-    fn observe(&self, belief: &Belief<N>, t: f64, seen: [f64; 3]) -> Option<Sighting<N>> {
-        Sighting::new(belief, t, seen, self.dof, self.pose_noise)
+    fn observe(&self, belief: &Belief<N>, t: f64, seen: [f64; 3]) -> Option<PoseInnovation<N>> {
+        PoseInnovation::new(belief, t, seen, self.dof, self.pose_noise)
     }
 
-    fn update(&self, belief: &mut Belief<N>, seen: &Sighting<N>) {
+    fn update(&self, belief: &mut Belief<N>, seen: &PoseInnovation<N>) {
         belief.mean += seen.gain * seen.error;
         belief.covariance = corrected(&belief.covariance, &seen.gain, self.pose_noise);
     }
@@ -335,14 +362,14 @@ impl<const N: usize, const D: usize> Filter<N, D> {
 /// Sets the derivatives of a step by the pose for invariant motion. A translation of the start translates the
 /// end. A rotation of the start with its velocity rotates the result: with `J` a quarter turn, `∂f/∂θ + ∂f/∂v
 /// J v = J (f − p)`. The laws' own states do not rotate.
-fn turned<const N: usize>(transition: &mut Matrix<N>, before: &Vector<N>, after: &Vector<N>) {
+fn set_pose_derivatives<const N: usize>(transition: &mut Matrix<N>, before: &Vector<N>, after: &Vector<N>) {
     const HEADING: usize = 2;
     let (dx, dy) = (after[0] - before[0], after[1] - before[1]);
     let turn = [-dy, dx, 1.0, -after[4], after[3]];
     let columns = &mut transition.data.0;
     let (along_x, along_y) = (columns[3], columns[4]);
     for (row, slope) in
-        columns[HEADING].iter_mut().enumerate().filter(|(row, _)| !(MOTION..PLAIN).contains(row))
+        columns[HEADING].iter_mut().enumerate().filter(|(row, _)| !(MOTION_STATES..BASE_STATES).contains(row))
     {
         let with = turn.get(row).copied().unwrap_or(0.0);
         *slope = with + along_x[row] * before[4] - along_y[row] * before[3];
@@ -351,20 +378,20 @@ fn turned<const N: usize>(transition: &mut Matrix<N>, before: &Vector<N>, after:
 
 /// Advances a state by one step under a reading with an error.
 #[inline]
-pub(crate) fn push<T: Real>(
+pub(crate) fn advance<T: Real>(
     plant: &Plant<T>,
     state: &mut State<T>,
     error: &[T; 3],
     step: &Step,
     curve: &Curve,
 ) {
-    let (applied, clock) = acting(plant, error, step, curve);
+    let (applied, clock) = applied_wrench(plant, error, step, curve);
     plant.move_as(Precision::Fit, state, &applied, clock, step.dt);
 }
 
 /// Mean wrench on the object over a step, object axes about its origin, for readings with the additional
 /// error `error`; and the clock of the reading, since a late reading also shows contact late.
-pub(crate) fn acting<T: Real>(
+pub(crate) fn applied_wrench<T: Real>(
     plant: &Plant<T>,
     error: &[T; 3],
     step: &Step,

@@ -1,7 +1,7 @@
 //! One mode of the posterior, updated with each push.
 
 use super::quadratic::Quadratic;
-use crate::coordinates::within_reach;
+use crate::coordinates::clamp_to_prior;
 use crate::{Coordinates, InferError, Likelihood};
 use nalgebra::{DMatrix, DVector};
 use trundle_model::Model;
@@ -19,7 +19,7 @@ impl Setting<'_> {
 
     /// `z` limited to the searched range.
     fn clamped(&self, z: DVector<f64>) -> DVector<f64> {
-        DVector::from_fn(z.len(), |k, _| within_reach(z[k], self.coordinates.slot(k)))
+        DVector::from_fn(z.len(), |k, _| clamp_to_prior(z[k], self.coordinates.slot(k)))
     }
 }
 
@@ -44,7 +44,7 @@ impl Hypothesis {
     }
 
     /// Prior and all terms, expanded at `z`.
-    fn known(&self, setting: &Setting<'_>, z: &DVector<f64>) -> Quadratic {
+    fn prior_and_terms(&self, setting: &Setting<'_>, z: &DVector<f64>) -> Quadratic {
         let mut sum = Quadratic::of_prior(setting.coordinates, z);
         self.terms.iter().chain([&self.past]).for_each(|term| sum.add(term));
         sum
@@ -52,25 +52,25 @@ impl Hypothesis {
 
     /// Moves the mode to include one more push, with at most `steps` linearisations of the push after the
     /// first. Returns the expansion of the push at the new mode; the term is not yet added.
-    pub fn follow(
+    pub fn add_push(
         &mut self,
         setting: &Setting<'_>,
         push: &dyn Likelihood,
         steps: usize,
     ) -> Result<Quadratic, InferError> {
-        const REST: f64 = 0.05;
+        const MIN_DECREASE_NATS: f64 = 0.05;
         let mut term = setting.expand(push, &self.z)?;
-        let mut sum = self.known(setting, &self.z);
+        let mut sum = self.prior_and_terms(setting, &self.z);
         sum.add(&term);
         let mut damping = 1e-6;
         for _ in 0..steps {
-            let Some((step, promised)) = newton(&sum, damping) else { break };
-            if promised < REST {
+            let Some((step, predicted)) = newton(&sum, damping) else { break };
+            if predicted < MIN_DECREASE_NATS {
                 break;
             }
             let z = setting.clamped(&self.z + step);
             let trial = setting.expand(push, &z)?;
-            let mut there = self.known(setting, &z);
+            let mut there = self.prior_and_terms(setting, &z);
             there.add(&trial);
             if there.cost < sum.cost {
                 (self.z, term, sum) = (z, trial, there);
@@ -84,11 +84,11 @@ impl Hypothesis {
     }
 
     /// Moves the mode to the minimum of the prior and all terms, without linearising a push.
-    pub fn settle(&mut self, setting: &Setting<'_>) {
-        let mut sum = self.known(setting, &self.z);
+    pub fn minimise(&mut self, setting: &Setting<'_>) {
+        let mut sum = self.prior_and_terms(setting, &self.z);
         if let Some((step, _)) = newton(&sum, 0.0) {
             let z = setting.clamped(&self.z + step);
-            let there = self.known(setting, &z);
+            let there = self.prior_and_terms(setting, &z);
             if there.cost < sum.cost {
                 (self.z, sum) = (z, there);
             }
@@ -104,7 +104,7 @@ impl Hypothesis {
     }
 
     /// Whether another hypothesis is the same mode: closer than the uncertainty.
-    pub fn same(&self, other: &Self) -> bool {
+    pub fn is_same(&self, other: &Self) -> bool {
         let d = &self.z - &other.z;
         d.dot(&(&self.precision * &d)) < self.z.len() as f64
     }
@@ -117,6 +117,6 @@ fn newton(sum: &Quadratic, damping: f64) -> Option<(DVector<f64>, f64)> {
         system[(k, k)] += damping * system[(k, k)] + 1e-9;
     }
     let step = -system.cholesky()?.solve(&sum.gradient);
-    let promised = -0.5 * sum.gradient.dot(&step);
-    step.iter().all(|s| s.is_finite()).then_some((step, promised))
+    let predicted = -0.5 * sum.gradient.dot(&step);
+    step.iter().all(|s| s.is_finite()).then_some((step, predicted))
 }

@@ -10,8 +10,8 @@
 mod hypothesis;
 mod quadratic;
 
-use crate::fit::{canonical, ladder};
-use crate::search::scout;
+use crate::fit::{canonical, continuation};
+use crate::search::search_starts;
 use crate::{Coordinates, Estimate, FitOptions, InferError, Likelihood, Quiet};
 use hypothesis::{Hypothesis, Setting};
 use nalgebra::{DMatrix, DVector};
@@ -37,13 +37,13 @@ impl Default for OnlineOptions {
 }
 
 /// Maximum number of tracked modes.
-const MODES: usize = 3;
+const MAX_MODES: usize = 3;
 
 /// Modes whose −log evidence exceeds that of the best by more than this are dropped, nats.
-const HOPELESS: f64 = 12.0;
+const MAX_EVIDENCE_LOSS_NATS: f64 = 12.0;
 
 /// Maximum number of steps from the end of a short search to the mode of the first push.
-const FIRST_STEPS: usize = 20;
+const MAX_FIRST_STEPS: usize = 20;
 
 /// An estimate updated with every push.
 pub struct Online {
@@ -69,21 +69,21 @@ impl Online {
     /// # Errors
     /// When the push cannot be evaluated near the prior, or does not match the model.
     pub fn update(&mut self, push: Box<dyn Likelihood + Send>) -> Result<(), InferError> {
-        let begun = self.current.take().unwrap_or_else(|| self.hypotheses.clone());
-        let (mut modes, steps) = self.begun(&*push, begun)?;
+        let known = self.current.take().unwrap_or_else(|| self.hypotheses.clone());
+        let (mut modes, steps) = self.modes_to_track(&*push, known)?;
         let setting = Setting { model: &self.model, coordinates: &self.coordinates };
         for mode in &mut modes {
-            let term = mode.follow(&setting, &*push, steps)?;
+            let term = mode.add_push(&setting, &*push, steps)?;
             mode.terms.push(term);
         }
         prune(&mut modes)?;
         self.kept.push(push);
-        if let Err(error) = self.look_back(&mut modes) {
+        if let Err(error) = self.relinearise_one(&mut modes) {
             self.kept.pop();
             return Err(error);
         }
         self.pushes += 1;
-        self.forget(&mut modes);
+        self.drop_oldest(&mut modes);
         self.hypotheses = modes;
         Ok(())
     }
@@ -94,11 +94,11 @@ impl Online {
     /// # Errors
     /// As [`Online::update`].
     pub fn peek(&mut self, so_far: &dyn Likelihood) -> Result<(), InferError> {
-        let begun = self.current.take().unwrap_or_else(|| self.hypotheses.clone());
-        let (mut modes, steps) = self.begun(so_far, begun)?;
+        let known = self.current.take().unwrap_or_else(|| self.hypotheses.clone());
+        let (mut modes, steps) = self.modes_to_track(so_far, known)?;
         let setting = Setting { model: &self.model, coordinates: &self.coordinates };
         for mode in &mut modes {
-            mode.follow(&setting, so_far, if self.pushes == 0 { steps } else { 1 })?;
+            mode.add_push(&setting, so_far, if self.pushes == 0 { steps } else { 1 })?;
         }
         prune(&mut modes)?;
         self.current = Some(modes);
@@ -106,13 +106,13 @@ impl Online {
     }
 
     /// Discard the data of the current push given to [`Online::peek`].
-    pub fn abandon(&mut self) {
+    pub fn discard_current(&mut self) {
         self.current = None;
     }
 
     /// The modes to track and the number of steps: the known modes, or those found by a search on the first
     /// push.
-    fn begun(
+    fn modes_to_track(
         &self,
         push: &dyn Likelihood,
         known: Vec<Hypothesis>,
@@ -122,35 +122,36 @@ impl Online {
         }
         let options =
             FitOptions { starts: self.options.starts, seed: self.options.seed, ..FitOptions::default() };
-        let ladder = ladder(push, &self.model, &options)?;
-        let (points, _) = scout(&ladder, &[], &options, &Quiet)?;
+        let continuation = continuation(push, &self.model, &options)?;
+        let (points, _) = search_starts(&continuation, &[], &options, &Quiet)?;
         // Two descriptions of the same wheel are one mode.
-        let named = |z: Vec<f64>| ladder.last().and_then(|target| canonical(target, &z)).unwrap_or(z);
-        let points = points.into_iter().take(MODES).map(named);
+        let canonicalised =
+            |z: Vec<f64>| continuation.last().and_then(|target| canonical(target, &z)).unwrap_or(z);
+        let points = points.into_iter().take(MAX_MODES).map(canonicalised);
         let modes = points.map(|z| Hypothesis::at(DVector::from_vec(z)));
-        Ok((modes.collect(), FIRST_STEPS))
+        Ok((modes.collect(), MAX_FIRST_STEPS))
     }
 
     /// Linearises one earlier push again at each mode, in rotation.
-    fn look_back(&self, modes: &mut [Hypothesis]) -> Result<(), InferError> {
+    fn relinearise_one(&self, modes: &mut [Hypothesis]) -> Result<(), InferError> {
         let earlier = self.kept.len() - 1;
         if earlier == 0 {
             return Ok(());
         }
-        let again = self.pushes % earlier;
+        let chosen = self.pushes % earlier;
         let setting = Setting { model: &self.model, coordinates: &self.coordinates };
         for mode in modes {
-            let term = setting.expand(&*self.kept[again], &mode.z)?;
+            let term = setting.expand(&*self.kept[chosen], &mode.z)?;
             if term.cost.is_finite() {
-                mode.terms[again] = term;
+                mode.terms[chosen] = term;
             }
-            mode.settle(&setting);
+            mode.minimise(&setting);
         }
         Ok(())
     }
 
     /// Adds the oldest push to the sum of past pushes if too many are retained.
-    fn forget(&mut self, modes: &mut [Hypothesis]) {
+    fn drop_oldest(&mut self, modes: &mut [Hypothesis]) {
         if self.kept.len() <= self.options.kept.max(1) {
             return;
         }
@@ -209,14 +210,14 @@ impl Online {
             let z = modes.first().map_or(0.0, |m| m.z[k]);
             let information =
                 modes.first().map_or(0.0, |m| m.precision[(k, k)]) - self.coordinates.prior_precision(k);
-            let torn = modes.iter().any(|m| (m.z[k] - z).abs() > 3.0 * sd);
-            let identified = self.coordinates.identified(k, sd) && !torn;
+            let disagree = modes.iter().any(|m| (m.z[k] - z).abs() > 3.0 * sd);
+            let identified = self.coordinates.identified(k, sd) && !disagree;
             Estimate {
                 name: slot.name.clone(),
                 unit: slot.unit,
                 mean: values[self.coordinates.free()[k]],
                 sd: sd * slopes[k].abs(),
-                identified: identified && self.coordinates.strain(k, z, information).is_none(),
+                identified: identified && self.coordinates.prior_conflict(k, z, information).is_none(),
             }
         };
         (0..slopes.len()).map(one).collect()
@@ -230,7 +231,7 @@ impl Online {
         let mut precision = best.map_or_else(|| DMatrix::zeros(n, n), |m| m.precision.clone());
         for k in 0..n {
             let prior = if best.is_some() { self.coordinates.prior_precision(k) } else { 0.0 };
-            precision[(k, k)] += (self.coordinates.least_precision(k) - prior).max(0.0);
+            precision[(k, k)] += (self.coordinates.min_precision(k) - prior).max(0.0);
         }
         let spread = precision.cholesky().map_or_else(|| DMatrix::identity(n, n) * 1e6, |c| c.inverse());
         (spread, self.coordinates.values(&z).1)
@@ -244,9 +245,10 @@ fn prune(modes: &mut Vec<Hypothesis>) -> Result<(), InferError> {
     modes.sort_by(|a, b| a.evidence_cost().total_cmp(&b.evidence_cost()));
     let mut left: Vec<Hypothesis> = vec![];
     for mode in modes.drain(..) {
-        let hopeless =
-            left.first().is_some_and(|best| mode.evidence_cost() > best.evidence_cost() + HOPELESS);
-        if !hopeless && !left.iter().any(|other| other.same(&mode)) {
+        let negligible = left
+            .first()
+            .is_some_and(|best| mode.evidence_cost() > best.evidence_cost() + MAX_EVIDENCE_LOSS_NATS);
+        if !negligible && !left.iter().any(|other| other.is_same(&mode)) {
             left.push(mode);
         }
     }

@@ -39,9 +39,11 @@ impl Quadratic {
     /// Exact expansion of the prior at `z`.
     pub fn of_prior(coordinates: &Coordinates, z: &DVector<f64>) -> Self {
         let parameters: Vec<usize> = (0..z.len()).collect();
-        let footings = coordinates.footings().iter().enumerate();
-        let standing = footings.map(|(k, footing)| (k, coordinates.coordinates_of(footing))).collect();
-        let prior = prior_of(coordinates, &parameters, &standing, z.as_slice());
+        let footprint_priors = coordinates.footprint_priors().iter().enumerate();
+        let terms = footprint_priors
+            .map(|(k, footprint_prior)| (k, coordinates.coordinates_of(footprint_prior)))
+            .collect();
+        let prior = prior_of(coordinates, &parameters, &terms, z.as_slice());
         Self { at: z.clone(), cost: prior.cost, gradient: prior.gradient, curvature: prior.curvature }
     }
 

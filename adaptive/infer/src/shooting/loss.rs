@@ -18,7 +18,7 @@ pub enum Loss {
 
 /// Cost of a residual, with its derivatives.
 #[derive(Clone, Copy, Debug)]
-pub(crate) struct Charge {
+pub(crate) struct Contribution {
     /// −log density of the whitened residual.
     pub cost: f64,
     /// Twice the derivative of the cost by the squared length of the residual: the weight of the residual.
@@ -33,16 +33,18 @@ impl Loss {
     pub const STUDENT: Self = Self::StudentT { nu: 4.0 };
 
     /// Cost of a residual in `n` dimensions with the squared length `square`, in standard deviations.
-    pub(crate) fn charge(self, square: f64, n: f64) -> Charge {
+    pub(crate) fn contribution(self, square: f64, n: f64) -> Contribution {
         match self {
-            Self::Gaussian => Charge { cost: 0.5 * (square + n * TAU.ln()), weight: 1.0, curvature: 1.0 },
+            Self::Gaussian => {
+                Contribution { cost: 0.5 * (square + n * TAU.ln()), weight: 1.0, curvature: 1.0 }
+            }
             Self::StudentT { nu } => {
                 let constant = ln_gamma(0.5 * nu) - ln_gamma(0.5 * (nu + n)) + 0.5 * n * (nu * PI).ln();
                 let weight = (nu + n) / (nu + square);
                 // The mean of the weight is one. The Fisher information of a location is smaller by this
                 // factor (Lange, Little and Taylor 1989, J. Am. Stat. Assoc. 84:881).
                 let curvature = weight * (nu + n) / (nu + n + 2.0);
-                Charge { cost: 0.5 * (nu + n) * (square / nu).ln_1p() + constant, weight, curvature }
+                Contribution { cost: 0.5 * (nu + n) * (square / nu).ln_1p() + constant, weight, curvature }
             }
         }
     }
@@ -68,7 +70,7 @@ mod tests {
             let h = PI / f64::from(n);
             let density = |u: f64| {
                 let x = u.tan();
-                (-loss.charge(x * x, 1.0).cost).exp() * (1.0 + x * x)
+                (-loss.contribution(x * x, 1.0).cost).exp() * (1.0 + x * x)
             };
             let sum: f64 = (0..n).map(|k| h * density(-PI / 2.0 + (f64::from(k) + 0.5) * h)).sum();
             assert!((sum - 1.0).abs() < 1e-3, "{loss:?} {sum}");
@@ -80,8 +82,9 @@ mod tests {
         for loss in [Loss::Gaussian, Loss::STUDENT] {
             for (square, n) in [(0.3, 1.0), (9.0, 1.0), (2.0, 3.0)] {
                 let h = 1e-6;
-                let slope = (loss.charge(square + h, n).cost - loss.charge(square - h, n).cost) / (2.0 * h);
-                assert!((2.0 * slope - loss.charge(square, n).weight).abs() < 1e-6);
+                let slope = (loss.contribution(square + h, n).cost - loss.contribution(square - h, n).cost)
+                    / (2.0 * h);
+                assert!((2.0 * slope - loss.contribution(square, n).weight).abs() < 1e-6);
             }
         }
     }

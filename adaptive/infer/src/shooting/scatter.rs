@@ -28,13 +28,13 @@ pub(crate) enum Sigma {
 
 /// Prior standard deviation of the logarithm of an unknown scatter: 95 % within a factor of seven of the
 /// median. This prior keeps σ from zero where a few residuals can be fitted exactly.
-pub(crate) const SPREAD: f64 = 1.0;
+pub(crate) const LOG_SCATTER_SD: f64 = 1.0;
 
 /// Prior median of the scatter relative to the tracker noise, because noisy forces drive the simulation.
-const MISS: f64 = 4.0;
+const SCATTER_PER_POSE_NOISE: f64 = 4.0;
 
 /// Prior median of the scatter relative to the typical change of a channel.
-const SHARE: f64 = 0.1;
+const SCATTER_PER_CHANGE: f64 = 0.1;
 
 const NAMES: [(&str, &str); 4] =
     [("noise.position", "m"), ("noise.heading", "rad"), ("noise.velocity", "m/s"), ("noise.spin", "rad/s")];
@@ -44,12 +44,12 @@ impl Scatter {
         [self.position, self.heading, self.velocity, self.spin]
     }
 
-    fn of([position, heading, velocity, spin]: [f64; 4]) -> Self {
+    fn from_array([position, heading, velocity, spin]: [f64; 4]) -> Self {
         Self { position, heading, velocity, spin }
     }
 
     /// Prior medians from the noise of the poses and the uncertainty of the smoothed twists.
-    pub(crate) fn usual<'a>(noise: &Noise, motion: impl Iterator<Item = &'a Motion>) -> Self {
+    pub(crate) fn from_noise<'a>(noise: &Noise, motion: impl Iterator<Item = &'a Motion>) -> Self {
         let (mut variance, mut count) = ([0.0; 3], 0.0);
         for m in motion {
             variance = [0, 1, 2].map(|k| variance[k] + m.cov[k][1][1]);
@@ -57,11 +57,14 @@ impl Scatter {
         }
         let twist = variance.map(|v| if count > 0.0 { (v / count).sqrt() } else { 0.01 });
         let [x, y, theta] = noise.pose;
-        Self::of([x.max(y), theta, twist[0].max(twist[1]), twist[2]].map(|s| (MISS * s).max(1e-9)))
+        Self::from_array(
+            [x.max(y), theta, twist[0].max(twist[1]), twist[2]]
+                .map(|s| (SCATTER_PER_POSE_NOISE * s).max(1e-9)),
+        )
     }
 
     /// Prior medians from the changes of the channels in these transitions.
-    pub(crate) fn of_changes(data: &[Transition]) -> Self {
+    pub(crate) fn from_changes(data: &[Transition]) -> Self {
         let square = |channels: &[usize]| {
             let of =
                 |t: &Transition| channels.iter().map(|&k| (t.after[k] - t.before[k]).powi(2)).sum::<f64>();
@@ -69,7 +72,7 @@ impl Scatter {
             (data.iter().map(of).sum::<f64>() / n).sqrt()
         };
         let changes = [square(&[0, 1]), square(&[2]), square(&[3, 4]), square(&[5])];
-        Self::of(changes.map(|c| if c > 0.0 { SHARE * c } else { 1e-6 }))
+        Self::from_array(changes.map(|c| if c > 0.0 { SCATTER_PER_CHANGE * c } else { 1e-6 }))
     }
 }
 
@@ -83,7 +86,7 @@ pub(crate) fn slots(sigma: Sigma, kinds: &[usize]) -> Vec<Slot> {
     let one = |&k: &usize| {
         let (name, unit) = NAMES[k];
         let (median, spread, value) = match sigma {
-            Sigma::Known(s) => (s.array()[k], SPREAD, Some(s.array()[k])),
+            Sigma::Known(s) => (s.array()[k], LOG_SCATTER_SD, Some(s.array()[k])),
             Sigma::Unknown { median, spread } => (median.array()[k], spread, None),
         };
         Slot {
@@ -102,5 +105,5 @@ pub(crate) fn slots(sigma: Sigma, kinds: &[usize]) -> Vec<Slot> {
 /// Measured minus simulated value; headings are wrapped.
 pub(crate) fn difference(seen: &StateVector, simulated: &StateVector, channel: usize) -> f64 {
     let d = seen[channel] - simulated[channel];
-    if channel == 2 { crate::tally::wrap(d) } else { d }
+    if channel == 2 { crate::error_metrics::wrap(d) } else { d }
 }

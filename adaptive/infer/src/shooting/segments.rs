@@ -1,7 +1,7 @@
 //! Division of recordings into segments that are simulated from a known state.
 
 use crate::curve::Curve;
-use crate::track::cut;
+use crate::track::cut_into_steps;
 use crate::{InferError, StateVector, Transition};
 use trundle_model::{Clock, State};
 use trundle_record::{FEWEST_POSES, Motion, Noise, PoseSample, Prepared};
@@ -37,7 +37,7 @@ pub(crate) struct Input {
 
 /// A measured state, and the number of inputs before it.
 #[derive(Clone, Copy, Debug)]
-pub(crate) struct Seen {
+pub(crate) struct Observed {
     pub after: usize,
     pub state: StateVector,
 }
@@ -51,7 +51,7 @@ pub(crate) struct Segment {
     pub t: f64,
     pub start: State<f64>,
     pub inputs: Vec<Input>,
-    pub seen: Vec<Seen>,
+    pub observed: Vec<Observed>,
 }
 
 /// Segments of the episode `index`, and its smoothed motion.
@@ -62,24 +62,24 @@ pub(crate) fn of_episode(
     how: Cut,
 ) -> Result<(Vec<Segment>, Vec<Motion>), InferError> {
     if episode.wrench.len() < 2 {
-        return Err(lacks(episode, "fewer than two wrench samples are left"));
+        return Err(no_data(episode, "fewer than two wrench samples are left"));
     }
     let motion = episode.motion(noise);
     if motion.is_empty() && !(how == Cut::Final && episode.at_rest) {
         let reason = format!("fewer than {FEWEST_POSES} poses are left; a velocity cannot be estimated");
-        return Err(lacks(episode, &reason));
+        return Err(no_data(episode, &reason));
     }
     let first = first_pose(episode);
-    let cutter = Cutter { index, episode, motion: &motion, curve: Curve::new(episode) };
-    let ends = cutter.ends(first, how);
+    let divider = Divider { index, episode, motion: &motion, curve: Curve::new(episode) };
+    let ends = divider.ends(first, how);
     if ends.len() < 2 {
-        return Err(lacks(episode, "no pose is left after contact"));
+        return Err(no_data(episode, "no pose is left after contact"));
     }
-    let segments = ends.windows(2).map(|pair| cutter.segment(pair[0], pair[1], first, how)).collect();
+    let segments = ends.windows(2).map(|pair| divider.segment(pair[0], pair[1], first, how)).collect();
     Ok((segments, motion))
 }
 
-fn lacks(episode: &Prepared, reason: &str) -> InferError {
+fn no_data(episode: &Prepared, reason: &str) -> InferError {
     InferError::NoData {
         recording: episode.name.clone(),
         reason: reason.to_owned(),
@@ -94,14 +94,14 @@ fn first_pose(episode: &Prepared) -> usize {
     if episode.at_rest { before.unwrap_or(0) } else { 0 }
 }
 
-struct Cutter<'a> {
+struct Divider<'a> {
     index: usize,
     episode: &'a Prepared,
     motion: &'a [Motion],
     curve: Curve,
 }
 
-impl Cutter<'_> {
+impl Divider<'_> {
     /// Indices of the poses at which segments start and end.
     fn ends(&self, first: usize, how: Cut) -> Vec<usize> {
         let poses = &self.episode.pose;
@@ -123,19 +123,19 @@ impl Cutter<'_> {
 
     fn segment(&self, from: usize, to: usize, first: usize, how: Cut) -> Segment {
         let poses = &self.episode.pose;
-        let (mut inputs, mut seen) = (vec![], vec![]);
+        let (mut inputs, mut observed) = (vec![], vec![]);
         for (k, pair) in poses[from..=to].windows(2).enumerate() {
-            self.drive(&pair[0], &pair[1], &mut inputs);
+            self.push_inputs(&pair[0], &pair[1], &mut inputs);
             if matches!(how, Cut::Windows { .. }) || from + k + 1 == to {
-                seen.push(Seen { after: inputs.len(), state: self.state_seen(from + k + 1) });
+                observed.push(Observed { after: inputs.len(), state: self.observed_state(from + k + 1) });
             }
         }
-        Segment { episode: self.index, t: poses[from].t, start: self.start(from, first), inputs, seen }
+        Segment { episode: self.index, t: poses[from].t, start: self.start(from, first), inputs, observed }
     }
 
-    fn drive(&self, from: &PoseSample, to: &PoseSample, inputs: &mut Vec<Input>) {
+    fn push_inputs(&self, from: &PoseSample, to: &PoseSample, inputs: &mut Vec<Input>) {
         let mut steps = vec![];
-        cut(from.t, to, &self.curve, self.curve.longest(), &mut steps);
+        cut_into_steps(from.t, to, &self.curve, self.curve.max_step(), &mut steps);
         inputs.extend(steps.into_iter().map(|s| Input {
             reading: s.reading,
             frame: s.frame,
@@ -147,8 +147,8 @@ impl Cutter<'_> {
     /// State at a pose. If the episode starts at rest, it is the mean of the poses until contact.
     fn start(&self, at: usize, first: usize) -> State<f64> {
         if at == first && self.episode.at_rest {
-            let still = &self.episode.pose[..=first];
-            let mean = |k: usize| still.iter().map(|p| p.pose[k]).sum::<f64>() / still.len() as f64;
+            let resting = &self.episode.pose[..=first];
+            let mean = |k: usize| resting.iter().map(|p| p.pose[k]).sum::<f64>() / resting.len() as f64;
             return State::at_rest([0, 1, 2].map(mean));
         }
         let m = &self.motion[at];
@@ -156,7 +156,7 @@ impl Cutter<'_> {
     }
 
     /// Recorded pose and smoothed twist.
-    fn state_seen(&self, at: usize) -> StateVector {
+    fn observed_state(&self, at: usize) -> StateVector {
         let [vx, vy, spin] = self.motion.get(at).map_or([0.0; 3], |m| m.twist);
         let [x, y, theta] = self.episode.pose[at].pose;
         [x, y, theta, vx, vy, spin]
@@ -164,11 +164,11 @@ impl Cutter<'_> {
 }
 
 /// Maximum step within a transition, s; the same as in [`crate::hold`].
-const STEP: f64 = 0.005;
+const MAX_STEP_S: f64 = 0.005;
 
 /// Segment of a transition. The wrench is constant in object axes.
 pub(crate) fn of_transition(transition: &Transition) -> Segment {
-    let steps = (transition.dt / STEP).ceil().max(1.0);
+    let steps = (transition.dt / MAX_STEP_S).ceil().max(1.0);
     let [x, y, theta, vx, vy, spin] = transition.before;
     let input = Input {
         reading: transition.wrench,
@@ -177,6 +177,6 @@ pub(crate) fn of_transition(transition: &Transition) -> Segment {
         dt: transition.dt / steps,
     };
     let inputs = vec![input; steps as usize];
-    let seen = vec![Seen { after: inputs.len(), state: transition.after }];
-    Segment { episode: 0, t: 0.0, start: State::moving([x, y, theta], [vx, vy, spin]), inputs, seen }
+    let observed = vec![Observed { after: inputs.len(), state: transition.after }];
+    Segment { episode: 0, t: 0.0, start: State::moving([x, y, theta], [vx, vy, spin]), inputs, observed }
 }

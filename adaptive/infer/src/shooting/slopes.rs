@@ -8,11 +8,11 @@ use trundle_model::{
 };
 
 /// Maximum number of derivatives propagated at once.
-const WIDTH: usize = 8;
+const MAX_DUALS: usize = 8;
 
 /// Step of a finite difference relative to the parameter's scale under its prior. With smaller steps, the
 /// contacts of a physics engine are not smooth.
-const RELATIVE: f64 = 1e-3;
+const RELATIVE_STEP: f64 = 1e-3;
 
 /// Simulation of segments at a model's values.
 pub(crate) trait Simulate {
@@ -24,18 +24,18 @@ pub(crate) trait Simulate {
 }
 
 /// Simulation by the built-in laws, with exact derivatives.
-pub(crate) struct Laws {
+pub(crate) struct LawSimulation {
     plant: Plant<f64>,
-    /// The plant with up to [`WIDTH`] slots as dual variables, for each group of them.
-    varied: Vec<Plant<Dual<WIDTH>>>,
+    /// The plant with up to [`MAX_DUALS`] slots as dual variables, for each group of them.
+    dual_plants: Vec<Plant<Dual<MAX_DUALS>>>,
     columns: usize,
 }
 
-impl Laws {
+impl LawSimulation {
     /// Simulation of a model at `values`, with derivatives by the slots `free`.
     pub fn new(model: &Model, values: &[f64], free: &[usize]) -> Result<Self, InferError> {
-        let varied = free.chunks(WIDTH).map(|slots| {
-            let mut lifted: Vec<Dual<WIDTH>> = values.iter().map(|&v| Real::lift(v)).collect();
+        let dual_plants = free.chunks(MAX_DUALS).map(|slots| {
+            let mut lifted: Vec<Dual<MAX_DUALS>> = values.iter().map(|&v| Real::lift(v)).collect();
             for (k, &slot) in slots.iter().enumerate() {
                 lifted[slot] = Dual::variable(values[slot], k);
             }
@@ -43,42 +43,42 @@ impl Laws {
         });
         Ok(Self {
             plant: model.plant(values)?,
-            varied: varied.collect::<Result<_, _>>()?,
+            dual_plants: dual_plants.collect::<Result<_, _>>()?,
             columns: free.len(),
         })
     }
 }
 
 /// Simulates a segment with a plant.
-fn walk<T: Real>(plant: &Plant<T>, segment: &Segment) -> Vec<[T; 6]> {
+fn simulate<T: Real>(plant: &Plant<T>, segment: &Segment) -> Vec<[T; 6]> {
     let mut state = State::moving(segment.start.pose.map(T::lift), segment.start.twist.map(T::lift));
-    let mut seen = segment.seen.iter().peekable();
-    let mut found = Vec::with_capacity(segment.seen.len());
+    let mut observed = segment.observed.iter().peekable();
+    let mut found = Vec::with_capacity(segment.observed.len());
     for (k, input) in segment.inputs.iter().enumerate() {
         let applied = transport(plant.correct(input.reading.map(T::lift), input.clock), input.frame);
         state = plant.step(&state, applied, input.clock, input.dt);
-        if seen.next_if(|s| s.after == k + 1).is_some() {
-            found.push(vector(&state));
+        if observed.next_if(|s| s.after == k + 1).is_some() {
+            found.push(state_vector(&state));
         }
     }
     found
 }
 
-fn vector<T: Real>(state: &State<T>) -> [T; 6] {
+fn state_vector<T: Real>(state: &State<T>) -> [T; 6] {
     let ([x, y, theta], [vx, vy, spin]) = (state.pose, state.twist);
     [x, y, theta, vx, vy, spin]
 }
 
-impl Simulate for Laws {
+impl Simulate for LawSimulation {
     fn states(&self, segment: &Segment) -> Result<Vec<StateVector>, StepError> {
-        Ok(walk(&self.plant, segment))
+        Ok(simulate(&self.plant, segment))
     }
 
     fn slopes(&self, segment: &Segment) -> Result<DMatrix<f64>, StepError> {
-        let mut slopes = DMatrix::zeros(6 * segment.seen.len(), self.columns);
-        for (group, plant) in self.varied.iter().enumerate() {
-            let first = group * WIDTH;
-            for (i, value) in walk(plant, segment).iter().flatten().enumerate() {
+        let mut slopes = DMatrix::zeros(6 * segment.observed.len(), self.columns);
+        for (group, plant) in self.dual_plants.iter().enumerate() {
+            let first = group * MAX_DUALS;
+            for (i, value) in simulate(plant, segment).iter().flatten().enumerate() {
                 for (k, slope) in value.eps.iter().take(self.columns - first).enumerate() {
                     slopes[(i, first + k)] = *slope;
                 }
@@ -90,18 +90,18 @@ impl Simulate for Laws {
 
 /// Simulation by a simulator without derivatives. These are central differences with a step of a thousandth
 /// of the parameter's scale under its prior.
-pub(crate) struct Stepped<'a> {
+pub(crate) struct StepperSimulation<'a> {
     stepper: &'a dyn Stepper,
     model: &'a Model,
     values: Vec<f64>,
     plant: Plant<f64>,
     /// For each free slot the two shifted sets of values, with their plants.
-    sides: Vec<[(Vec<f64>, Plant<f64>); 2]>,
+    shifted: Vec<[(Vec<f64>, Plant<f64>); 2]>,
     /// Inverse of the distance between the two.
     inverse: Vec<f64>,
 }
 
-impl<'a> Stepped<'a> {
+impl<'a> StepperSimulation<'a> {
     /// Simulation of a model at `values`, with derivatives by the slots `free`.
     pub fn new(
         stepper: &'a dyn Stepper,
@@ -110,19 +110,19 @@ impl<'a> Stepped<'a> {
         free: &[usize],
     ) -> Result<Self, InferError> {
         let slots = if free.is_empty() { vec![] } else { model.slots() };
-        let side = |k: usize, h: f64| -> Result<_, InferError> {
+        let shift = |k: usize, h: f64| -> Result<_, InferError> {
             let mut moved = values.to_vec();
             moved[k] += h;
             let plant = model.plant(&moved)?;
             Ok((moved, plant))
         };
-        let (mut sides, mut inverse) = (vec![], vec![]);
+        let (mut shifted, mut inverse) = (vec![], vec![]);
         for &k in free {
-            let h = RELATIVE * scale(&slots[k], values[k]);
-            sides.push([side(k, h)?, side(k, -h)?]);
+            let h = RELATIVE_STEP * scale(&slots[k], values[k]);
+            shifted.push([shift(k, h)?, shift(k, -h)?]);
             inverse.push(0.5 / h);
         }
-        Ok(Self { stepper, model, values: values.to_vec(), plant: model.plant(values)?, sides, inverse })
+        Ok(Self { stepper, model, values: values.to_vec(), plant: model.plant(values)?, shifted, inverse })
     }
 
     fn rollout(
@@ -139,11 +139,16 @@ impl<'a> Stepped<'a> {
         let drives: Vec<Drive> = segment.inputs.iter().map(drive).collect();
         let at = Setting { model: self.model, values, plant };
         let states = self.stepper.rollout(&at, &segment.start, &drives)?;
-        let lost = || StepError { step: states.len(), reason: "the simulator returned fewer states than inputs".to_owned() };
+        let too_short = || StepError {
+            step: states.len(),
+            reason: "the simulator returned fewer states than inputs".to_owned(),
+        };
         segment
-            .seen
+            .observed
             .iter()
-            .map(|s| s.after.checked_sub(1).and_then(|k| states.get(k)).map(vector).ok_or_else(lost))
+            .map(|s| {
+                s.after.checked_sub(1).and_then(|k| states.get(k)).map(state_vector).ok_or_else(too_short)
+            })
             .collect()
     }
 }
@@ -159,14 +164,14 @@ fn scale(slot: &Slot, value: f64) -> f64 {
     if size.is_finite() && size > 0.0 { size } else { 1.0 }
 }
 
-impl Simulate for Stepped<'_> {
+impl Simulate for StepperSimulation<'_> {
     fn states(&self, segment: &Segment) -> Result<Vec<StateVector>, StepError> {
         self.rollout(&self.values, &self.plant, segment)
     }
 
     fn slopes(&self, segment: &Segment) -> Result<DMatrix<f64>, StepError> {
-        let mut slopes = DMatrix::zeros(6 * segment.seen.len(), self.sides.len());
-        for (k, [above, below]) in self.sides.iter().enumerate() {
+        let mut slopes = DMatrix::zeros(6 * segment.observed.len(), self.shifted.len());
+        for (k, [above, below]) in self.shifted.iter().enumerate() {
             let above = self.rollout(&above.0, &above.1, segment)?;
             let below = self.rollout(&below.0, &below.1, segment)?;
             for (i, (a, b)) in above.iter().zip(&below).enumerate() {

@@ -16,33 +16,33 @@ struct File {
     name: String,
     #[serde(default)]
     method: Method,
-    #[serde(default = "four")]
+    #[serde(default = "default_chains")]
     chains: usize,
-    #[serde(default = "three_hundred")]
+    #[serde(default = "default_warmup")]
     warmup: usize,
-    #[serde(default = "six")]
+    #[serde(default = "default_starts")]
     starts: usize,
     model: toml::Table,
     prior: toml::Table,
     push: Push,
     noise: NoiseFile,
-    #[serde(default = "one")]
+    #[serde(default = "default_shrink")]
     shrink: f64,
 }
 
-fn four() -> usize {
+fn default_chains() -> usize {
     4
 }
 
-fn six() -> usize {
+fn default_starts() -> usize {
     6
 }
 
-fn three_hundred() -> usize {
+fn default_warmup() -> usize {
     300
 }
 
-fn one() -> f64 {
+fn default_shrink() -> f64 {
     1.0
 }
 
@@ -110,9 +110,11 @@ impl Calibration {
         let model = toml::to_string(&file.model).map_err(|e| wrong(e.to_string()))?;
         let model = Model::from_toml(&model).map_err(InferError::from)?.0;
         if model.body.fixtures.is_empty() {
-            return Err(wrong("model.body.footprint is missing: give the corners of the footprint, m".to_owned()));
+            return Err(wrong(
+                "model.body.footprint is missing: give the corners of the footprint, m".to_owned(),
+            ));
         }
-        sound(&file)?;
+        validate(&file)?;
         let prior = toml::to_string(&file.prior).map_err(|e| wrong(e.to_string()))?;
         let prior = PriorFile::from_toml(&prior, "[prior]").map_err(InferError::from)?;
         if !prior.per_episode().is_empty() {
@@ -164,7 +166,7 @@ impl Calibration {
 }
 
 /// Checks the settings of the simulation.
-fn sound(file: &File) -> Result<(), PosteriorError> {
+fn validate(file: &File) -> Result<(), PosteriorError> {
     let refuse = |what: &'static str, value: f64| {
         Err(PosteriorError::Setting { what, value: value.to_string(), remedy: "give a number above zero" })
     };

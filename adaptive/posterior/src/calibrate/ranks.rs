@@ -9,7 +9,7 @@ const BINS: usize = 10;
 
 /// Calibration of one parameter.
 #[derive(Clone, Debug, PartialEq, Serialize)]
-pub struct Line {
+pub struct ParameterCalibration {
     /// The parameter.
     pub name: String,
     /// Number of rounds.
@@ -27,11 +27,15 @@ pub struct Line {
 }
 
 /// Calibration of each parameter.
-pub fn lines(parameters: &[String], rounds: &[Replicate]) -> Vec<Line> {
-    parameters.iter().enumerate().map(|(k, name)| line(name, rounds.iter().map(|r| r.rank[k]))).collect()
+pub fn calibrations(parameters: &[String], rounds: &[Replicate]) -> Vec<ParameterCalibration> {
+    parameters
+        .iter()
+        .enumerate()
+        .map(|(k, name)| calibration(name, rounds.iter().map(|r| r.rank[k])))
+        .collect()
 }
 
-fn line(name: &str, ranks: impl Iterator<Item = usize> + Clone) -> Line {
+fn calibration(name: &str, ranks: impl Iterator<Item = usize> + Clone) -> ParameterCalibration {
     let n = ranks.clone().count();
     let mut histogram = vec![0; BINS];
     for rank in ranks.clone() {
@@ -42,7 +46,7 @@ fn line(name: &str, ranks: impl Iterator<Item = usize> + Clone) -> Line {
         interval(ranks.clone().filter(|r| (tail..=RANKS - tail).contains(r)).count(), n)
     };
     let mean_rank = ranks.clone().map(|r| r as f64).sum::<f64>() / (n as f64 * RANKS as f64);
-    Line {
+    ParameterCalibration {
         name: name.to_owned(),
         rounds: n,
         cover_50: covered(0.5),
@@ -76,10 +80,10 @@ mod tests {
 
     #[test]
     fn even_ranks_cover_and_crowded_ones_do_not() {
-        let even = line("even", 0..400);
+        let even = calibration("even", 0..400);
         assert!((even.cover_90[0] - 0.9).abs() < 1e-12 && (even.cover_50[0] - 0.5).abs() < 1e-12);
         assert!(even.uniform_p > 0.999 && (even.mean_rank - 0.5).abs() < 1e-12);
-        let crowded = line("crowded", (0..100).map(|k| if k % 2 == 0 { 2 } else { 396 }));
+        let crowded = calibration("crowded", (0..100).map(|k| if k % 2 == 0 { 2 } else { 396 }));
         assert!(crowded.cover_90[2] < 0.1 && crowded.uniform_p < 1e-6);
     }
 

@@ -86,7 +86,7 @@ impl Calibration {
         let likelihood = MotionLikelihood::new(&pushes, &self.noise)?;
         let posterior = sample(&likelihood, &self.model, &self.options(rng.random()), &Inner(watch))?;
         let target = Target::new(&likelihood, &self.model, &BTreeSet::new())?;
-        let truth = Canonical::new(&target, &posterior.best).name(&z);
+        let truth = Canonical::new(&target, &posterior.best).canonical_point(&z);
         Ok(self.ranked(index, &target, &truth, &posterior))
     }
 

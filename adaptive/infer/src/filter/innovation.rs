@@ -1,7 +1,7 @@
 //! Innovation of one pose sample, and the correction that it implies.
 
 use super::STATES;
-use crate::covariance::{Belief, POSE, whitener};
+use crate::covariance::{Belief, POSE_STATES, whitener};
 use nalgebra::{Matrix3, SMatrix, Vector3};
 
 /// Innovation of one pose sample.
@@ -22,16 +22,16 @@ pub struct Innovation {
 }
 
 /// Innovation of one pose sample for a filter with `N` states.
-pub(super) struct Sighting<const N: usize> {
+pub(super) struct PoseInnovation<const N: usize> {
     pub t: f64,
     pub error: Vector3<f64>,
     pub covariance: Matrix3<f64>,
-    pub gain: SMatrix<f64, N, POSE>,
+    pub gain: SMatrix<f64, N, POSE_STATES>,
     pub whitener: Matrix3<f64>,
     pub cost: f64,
 }
 
-impl<const N: usize> Sighting<N> {
+impl<const N: usize> PoseInnovation<N> {
     /// Compares a belief with a measured pose. Directions not in `dof` are blocked; `noise` holds variances.
     /// `None` if a number is not finite.
     pub fn new(belief: &Belief<N>, t: f64, seen: [f64; 3], dof: [bool; 3], noise: [f64; 3]) -> Option<Self> {
@@ -46,7 +46,7 @@ impl<const N: usize> Sighting<N> {
             }
         }
         let mut whitener = whitener(&covariance)?;
-        let gain = belief.covariance.fixed_view::<N, POSE>(0, 0) * (whitener.transpose() * whitener);
+        let gain = belief.covariance.fixed_view::<N, POSE_STATES>(0, 0) * (whitener.transpose() * whitener);
         let whitened = whitener * error;
         let mut cost = 0.5 * whitened.norm_squared();
         let mut density = 1.0;
@@ -64,8 +64,8 @@ impl<const N: usize> Sighting<N> {
 
     pub fn innovation(&self) -> Innovation {
         let Self { t, error, covariance, whitener, cost, .. } = *self;
-        let mut gain = SMatrix::<f64, STATES, POSE>::zeros();
-        gain.fixed_view_mut::<N, POSE>(0, 0).copy_from(&self.gain);
+        let mut gain = SMatrix::<f64, STATES, POSE_STATES>::zeros();
+        gain.fixed_view_mut::<N, POSE_STATES>(0, 0).copy_from(&self.gain);
         Innovation { t, error, covariance, gain, whitener, cost }
     }
 }

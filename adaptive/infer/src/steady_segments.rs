@@ -2,25 +2,25 @@
 //! gives one averaged sample.
 
 use crate::curve::Curve;
-use crate::quasi::WrenchSample;
+use crate::quasi_static::WrenchSample;
 use trundle_model::{to_body, transport};
 use trundle_record::{Motion, Noise, Prepared};
 
 /// Maximum duration of a segment, s. The friction of a real floor varies with position, so residuals are
 /// correlated over about one second. Shorter segments would be counted as independent samples.
-const LONGEST: f64 = 1.0;
+const MAX_SEGMENT_S: f64 = 1.0;
 
 /// Minimum duration of a segment, s.
-pub(crate) const SHORTEST: f64 = 0.3;
+pub(crate) const MIN_SEGMENT_S: f64 = 0.3;
 
 /// Time removed from both ends of a segment, s: the smoother rounds off the start and the end of a motion.
-pub(crate) const EDGE: f64 = 0.1;
+pub(crate) const SEGMENT_EDGE_S: f64 = 0.1;
 
 /// Interval between poses that ends a segment, s.
-const GAP: f64 = 0.1;
+const MAX_POSE_GAP_S: f64 = 0.1;
 
 /// Half width of the interval around a pose over which the load is averaged, s.
-const NEAR: f64 = 0.05;
+const LOAD_HALF_WIDTH_S: f64 = 0.05;
 
 /// Averaged samples of one episode, one for each steady segment.
 pub fn wrench_samples(episode: &Prepared, noise: &Noise) -> Vec<WrenchSample> {
@@ -30,49 +30,49 @@ pub fn wrench_samples(episode: &Prepared, noise: &Noise) -> Vec<WrenchSample> {
 /// Averaged samples of the episode with index `index`.
 pub(crate) fn samples(index: usize, episode: &Prepared, noise: &Noise) -> Vec<WrenchSample> {
     if episode.pose.len() < 5 {
-        whole_push(index, episode).into_iter().collect()
+        sample_of_push(index, episode).into_iter().collect()
     } else {
-        stretches(index, episode, noise)
+        segment_samples(index, episode, noise)
     }
 }
 
 /// Load above which the gripper pushes, N: one fifth of the 90th percentile of the load.
 fn load_threshold(episode: &Prepared) -> f64 {
     let mut loads: Vec<f64> =
-        episode.wrench.iter().filter(|w| w.t >= episode.contact).map(|w| size(w.reading)).collect();
+        episode.wrench.iter().filter(|w| w.t >= episode.contact).map(|w| magnitude(w.reading)).collect();
     loads.sort_by(f64::total_cmp);
     // The maximum may be an impact, and the median may be zero where the gripper idles most of the time.
     loads.get(loads.len() * 9 / 10).map_or(f64::INFINITY, |load| 0.2 * load)
 }
 
-fn size([x, y, _]: [f64; 3]) -> f64 {
+fn magnitude([x, y, _]: [f64; 3]) -> f64 {
     x.hypot(y)
 }
 
 /// Samples of a continuous log: means over segments in which the object is pushed and moves throughout. Dry
 /// friction is not proportional to speed, so a mean over motion and rest would mix two different wrenches.
-fn stretches(index: usize, episode: &Prepared, noise: &Noise) -> Vec<WrenchSample> {
+fn segment_samples(index: usize, episode: &Prepared, noise: &Noise) -> Vec<WrenchSample> {
     let threshold = load_threshold(episode);
     let (motion, curve) = (episode.motion(noise), Curve::new(episode));
-    let going = |m: &Motion| m.t >= episode.contact && moves(m) && load(episode, m.t) > threshold;
+    let is_driven = |m: &Motion| m.t >= episode.contact && is_moving(m) && load(episode, m.t) > threshold;
     motion
-        .chunk_by(|a, b| going(a) == going(b) && b.t - a.t < GAP)
-        .filter(|run| going(&run[0]))
-        .flat_map(pieces)
+        .chunk_by(|a, b| is_driven(a) == is_driven(b) && b.t - a.t < MAX_POSE_GAP_S)
+        .filter(|run| is_driven(&run[0]))
+        .flat_map(divide)
         .filter_map(|piece| sample(index, (episode, &curve), piece))
         .collect()
 }
 
 /// Whether the object moves: its twist is significant against the uncertainty of the smoother.
-pub(crate) fn moves(m: &Motion) -> bool {
+pub(crate) fn is_moving(m: &Motion) -> bool {
     let signal: f64 = (0..3).map(|k| m.twist[k] * m.twist[k] / m.cov[k][1][1].max(1e-18)).sum();
     signal > 25.0
 }
 
 /// Mean load around a time, N; zero without readings.
 fn load(episode: &Prepared, t: f64) -> f64 {
-    let near = between(episode, t - NEAR, t + NEAR);
-    size(mean(near.iter().map(|w| w.reading)))
+    let near = between(episode, t - LOAD_HALF_WIDTH_S, t + LOAD_HALF_WIDTH_S);
+    magnitude(mean(near.iter().map(|w| w.reading)))
 }
 
 /// Wrench samples between two times, s.
@@ -88,12 +88,12 @@ fn mean(values: impl ExactSizeIterator<Item = [f64; 3]>) -> [f64; 3] {
 }
 
 /// A run without its ends, divided evenly into segments of at most [`MAX_SEGMENT_S`].
-fn pieces(run: &[Motion]) -> Vec<&[Motion]> {
-    let (start, end) = (run[0].t + EDGE, run[run.len() - 1].t - EDGE);
-    if end - start < SHORTEST {
+fn divide(run: &[Motion]) -> Vec<&[Motion]> {
+    let (start, end) = (run[0].t + SEGMENT_EDGE_S, run[run.len() - 1].t - SEGMENT_EDGE_S);
+    if end - start < MIN_SEGMENT_S {
         return vec![];
     }
-    let count = ((end - start) / LONGEST).ceil();
+    let count = ((end - start) / MAX_SEGMENT_S).ceil();
     let cut = |k: f64| run.partition_point(|m| m.t < start + k / count * (end - start));
     (0..count as usize).map(|k| &run[cut(k as f64)..cut(k as f64 + 1.0)]).collect()
 }
@@ -112,17 +112,20 @@ fn sample(index: usize, (episode, curve): (&Prepared, &Curve), piece: &[Motion])
         twist: mean(piece.iter().map(|m| m.twist)),
         reading,
         frame,
-        clock: curve.held(t, frame),
+        clock: curve.clock_at_grasp(t, frame),
     })
 }
 
 /// Sample of a push with poses known only before and after it: the mean twist over the push and the mean
 /// wrench. The reading frame moves with the object along the straight line between the two poses.
-fn whole_push(index: usize, episode: &Prepared) -> Option<WrenchSample> {
+fn sample_of_push(index: usize, episode: &Prepared) -> Option<WrenchSample> {
     let (first, last) = (episode.pose.first()?, episode.pose.last()?);
     let threshold = load_threshold(episode);
-    let pushing: Vec<_> =
-        episode.wrench.iter().filter(|w| w.t >= episode.contact && size(w.reading) > threshold).collect();
+    let pushing: Vec<_> = episode
+        .wrench
+        .iter()
+        .filter(|w| w.t >= episode.contact && magnitude(w.reading) > threshold)
+        .collect();
     let (begin, end) = (pushing.first()?.t, pushing.last()?.t);
     let duration = end - begin;
     if pushing.len() < 5 || duration <= 0.0 {
@@ -144,7 +147,7 @@ fn whole_push(index: usize, episode: &Prepared) -> Option<WrenchSample> {
             wrench[k] += on_object[k] / n;
         }
     }
-    let clock = Curve::new(episode).held((begin + end) / 2.0, [0.0; 3]);
+    let clock = Curve::new(episode).clock_at_grasp((begin + end) / 2.0, [0.0; 3]);
     let twist = change.map(|c| c / duration);
     Some(WrenchSample {
         episode: index,
@@ -180,7 +183,7 @@ mod tests {
 
     /// A push along x at 5 mm/s with 0.7 N for two of every four seconds, with pauses between.
     fn stop_and_go() -> Prepared {
-        let going = |t: f64| (t / 4.0).fract() < 0.5;
+        let is_driven = |t: f64| (t / 4.0).fract() < 0.5;
         let poses = (0..1200).map(|k| {
             let t = f64::from(k) * 0.02;
             let x = 0.01 * ((t / 4.0).floor() + (2.0 * (t / 4.0).fract()).min(1.0));
@@ -190,7 +193,7 @@ mod tests {
         });
         let wrench = (0..2400).map(|k| {
             let t = f64::from(k) * 0.01;
-            let force = if going(t) { 0.7 } else { 0.0 };
+            let force = if is_driven(t) { 0.7 } else { 0.0 };
             WrenchReading { t, reading: [force, 0.0, 0.0], frame: [-0.05, 0.0, 0.0], ..Default::default() }
         });
         Prepared {

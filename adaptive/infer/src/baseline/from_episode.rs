@@ -4,7 +4,7 @@ use super::Transition;
 use trundle_record::{Motion, Noise, Prepared};
 
 /// Maximum duration of a transition relative to the requested one; longer intervals are gaps.
-const GAP: f64 = 1.2;
+const MAX_DURATION_RATIO: f64 = 1.2;
 
 /// Transitions of a prepared episode: successive intervals of `dt` seconds from contact on. The states are
 /// smoothed over all poses. The wrench is the mean over the interval of the tared wrench on the object, in
@@ -24,7 +24,7 @@ pub fn transitions_of(episode: &Prepared, noise: &Noise, dt: f64) -> Vec<Transit
         let reach = before.t + dt - spacing(&motion, from) / 2.0;
         let to = motion.partition_point(|m| m.t < reach).max(from + 1);
         let Some(after) = motion.get(to) else { break };
-        if after.t - before.t <= GAP * dt {
+        if after.t - before.t <= MAX_DURATION_RATIO * dt {
             found.extend(mean_wrench(episode, before.t, after.t).map(|wrench| Transition {
                 before: vector(before),
                 wrench,

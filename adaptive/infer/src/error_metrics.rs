@@ -7,18 +7,18 @@ use trundle_record::Prepared;
 
 /// Running mean.
 #[derive(Clone, Copy, Debug)]
-struct Mean<const N: usize> {
+struct RunningMean<const N: usize> {
     sum: [f64; N],
     count: f64,
 }
 
-impl<const N: usize> Default for Mean<N> {
+impl<const N: usize> Default for RunningMean<N> {
     fn default() -> Self {
         Self { sum: [0.0; N], count: 0.0 }
     }
 }
 
-impl<const N: usize> Mean<N> {
+impl<const N: usize> RunningMean<N> {
     fn add(&mut self, values: [f64; N], count: f64) {
         self.sum.iter_mut().zip(values).for_each(|(sum, value)| *sum += value);
         self.count += count;
@@ -35,56 +35,56 @@ impl<const N: usize> Mean<N> {
 
 /// Sums of squared errors of simulated motion and of wrenches.
 #[derive(Clone, Debug, Default)]
-pub struct Tally {
-    open: Mean<2>,
-    last: Mean<2>,
+pub struct ErrorMetrics {
+    open_loop: RunningMean<2>,
+    final_pose: RunningMean<2>,
     /// Residual sum of squares, with the total sum of squares in place of the count.
-    share: Mean<1>,
-    window: Mean<2>,
-    density: Mean<1>,
-    wrench: Mean<2>,
+    unexplained: RunningMean<1>,
+    window: RunningMean<2>,
+    density: RunningMean<1>,
+    wrench: RunningMean<2>,
 }
 
-impl Tally {
+impl ErrorMetrics {
     /// Adds an episode simulated in open loop, with one simulated pose for each recorded pose. Rotations are
     /// scaled by `rho`, m. The first `unscored` seconds after contact are left out.
-    pub fn open_loop(&mut self, simulated: &[[f64; 3]], episode: &Prepared, rho: f64, unjudged: f64) {
-        let judged = |t: f64| t < episode.contact || t >= episode.contact + unjudged;
-        let pairs = || episode.pose.iter().zip(simulated).filter(|(seen, _)| judged(seen.t));
+    pub fn add_open_loop(&mut self, simulated: &[[f64; 3]], episode: &Prepared, rho: f64, unscored: f64) {
+        let is_scored = |t: f64| t < episode.contact || t >= episode.contact + unscored;
+        let pairs = || episode.pose.iter().zip(simulated).filter(|(seen, _)| is_scored(seen.t));
         let n = pairs().count() as f64;
         let center = [0, 1, 2].map(|k| pairs().map(|(seen, _)| seen.pose[k]).sum::<f64>() / n);
         for (seen, simulated) in pairs() {
             let [position, heading] = square_error(seen.pose, *simulated);
-            self.open.add([position, heading], 1.0);
+            self.open_loop.add([position, heading], 1.0);
             let d = [0, 1, 2].map(|k| seen.pose[k] - center[k]);
             let variance = d[0] * d[0] + d[1] * d[1] + (rho * d[2]).powi(2);
-            self.share.add([position + rho * rho * heading], variance);
+            self.unexplained.add([position + rho * rho * heading], variance);
         }
         if let (Some(seen), Some(simulated)) = (episode.pose.last(), simulated.last()) {
-            self.last.add(square_error(seen.pose, *simulated).map(f64::sqrt), 1.0);
+            self.final_pose.add(square_error(seen.pose, *simulated).map(f64::sqrt), 1.0);
         }
     }
 
     /// Adds the error of a pose predicted within a window: measured minus predicted.
-    pub fn ahead(&mut self, [x, y, theta]: [f64; 3]) {
+    pub fn add_window(&mut self, [x, y, theta]: [f64; 3]) {
         self.window.add([x * x + y * y, wrap(theta).powi(2)], 1.0);
     }
 
     /// Adds the log density of such a pose.
-    pub fn density(&mut self, log_density: f64) {
+    pub fn add_log_density(&mut self, log_density: f64) {
         self.density.add([log_density], 1.0);
     }
 
     /// Adds the error of a wrench: required minus recorded.
-    pub fn wrench(&mut self, [x, y, torque]: [f64; 3]) {
+    pub fn add_wrench(&mut self, [x, y, torque]: [f64; 3]) {
         self.wrench.add([x * x + y * y, torque * torque], 1.0);
     }
 
     /// Sum of two accumulators.
-    pub fn plus(mut self, other: &Self) -> Self {
-        self.open.add(other.open.sum, other.open.count);
-        self.last.add(other.last.sum, other.last.count);
-        self.share.add(other.share.sum, other.share.count);
+    pub fn merged(mut self, other: &Self) -> Self {
+        self.open_loop.add(other.open_loop.sum, other.open_loop.count);
+        self.final_pose.add(other.final_pose.sum, other.final_pose.count);
+        self.unexplained.add(other.unexplained.sum, other.unexplained.count);
         self.window.add(other.window.sum, other.window.count);
         self.density.add(other.density.sum, other.density.count);
         self.wrench.add(other.wrench.sum, other.wrench.count);
@@ -92,14 +92,14 @@ impl Tally {
     }
 
     /// The metrics. Heading and torque errors are `None` unless `turns` is set.
-    pub fn figures(&self, turns: bool) -> Score {
+    pub fn score(&self, turns: bool) -> Score {
         let heading = |value: Option<f64>| value.filter(|_| turns);
         Score {
-            position_rmse: self.open.root(0),
-            heading_rmse: heading(self.open.root(1)),
-            final_position_error: self.last.value(0),
-            final_heading_error: heading(self.last.value(1)),
-            r2: self.share.value(0).map(|share| 1.0 - share),
+            position_rmse: self.open_loop.root(0),
+            heading_rmse: heading(self.open_loop.root(1)),
+            final_position_error: self.final_pose.value(0),
+            final_heading_error: heading(self.final_pose.value(1)),
+            r2: self.unexplained.value(0).map(|unexplained| 1.0 - unexplained),
             window_position_rmse: self.window.root(0),
             window_heading_rmse: heading(self.window.root(1)),
             force_rmse: self.wrench.root(0),

@@ -5,8 +5,8 @@
 //! measured twist with the recorded wrench.
 
 use crate::likelihood::{Likelihood, Linearised};
-use crate::rest::Rests;
-use crate::stretches::samples;
+use crate::resting_readings::RestingReadings;
+use crate::steady_segments::samples;
 use crate::{Channels, InferError};
 use nalgebra::{DMatrix, DVector};
 use std::f64::consts::TAU;
@@ -63,7 +63,7 @@ pub struct WrenchLikelihood {
     episodes: Vec<String>,
     dof: [bool; 3],
     scatter: [f64; 3],
-    rests: Rests,
+    resting: RestingReadings,
 }
 
 impl WrenchLikelihood {
@@ -77,7 +77,10 @@ impl WrenchLikelihood {
         if samples.len() < 3 {
             return Err(InferError::NoData {
                 recording: "the recording".to_owned(),
-                reason: format!("only {} steady segments of motion under a wrench are left; at least 3 are required", samples.len()),
+                reason: format!(
+                    "only {} steady segments of motion under a wrench are left; at least 3 are required",
+                    samples.len()
+                ),
                 remedy: "record pushes that move the object further than the tracker's noise".to_owned(),
             });
         }
@@ -85,9 +88,9 @@ impl WrenchLikelihood {
             let square: f64 = samples.iter().map(|s| transport(s.reading, s.frame)[k].powi(2)).sum();
             (square / samples.len() as f64).sqrt().max(1e-9)
         });
-        let rests = Rests::new(episodes, noise);
+        let resting = RestingReadings::new(episodes, noise);
         let episodes = episodes.iter().map(|e| e.name.clone()).collect();
-        Ok(Self { samples, episodes, dof, scatter: pooled(scatter), rests })
+        Ok(Self { samples, episodes, dof, scatter: pooled(scatter), resting })
     }
 
     /// The samples.
@@ -104,9 +107,9 @@ impl WrenchLikelihood {
     /// The same likelihood over a subset of the episodes.
     #[must_use]
     pub fn only(&self, keep: impl Fn(usize) -> bool) -> Self {
-        let rests = self.rests.only(&keep);
+        let resting = self.resting.only(&keep);
         let samples = self.samples.iter().filter(|s| keep(s.episode)).cloned().collect();
-        Self { samples, rests, ..self.clone() }
+        Self { samples, resting, ..self.clone() }
     }
 
     /// The same likelihood with a given scatter of required minus recorded wrench, N, N, N·m.
@@ -161,7 +164,7 @@ impl Likelihood for WrenchLikelihood {
         let (whitened, constant) = (self.whitened(model, values)?, self.log_normaliser());
         let moving: f64 =
             whitened.iter().map(|w| 0.5 * w.iter().map(|e| e * e).sum::<f64>() + constant).sum();
-        Ok(moving + self.rests.cost(model, values)?)
+        Ok(moving + self.resting.cost(model, values)?)
     }
 
     fn linearise(&self, model: &Model, values: &[f64], free: &[usize]) -> Result<Linearised, InferError> {
@@ -185,11 +188,11 @@ impl Likelihood for WrenchLikelihood {
                 }
             }
         }
-        let rests = self.rests.linearise(model, values, free)?;
+        let resting = self.resting.linearise(model, values, free)?;
         Ok(Linearised {
             cost: self.cost(model, values)?,
-            gradient: jacobian.tr_mul(&whitened) + rests.gradient,
-            curvature: jacobian.tr_mul(&jacobian) + rests.curvature,
+            gradient: jacobian.tr_mul(&whitened) + resting.gradient,
+            curvature: jacobian.tr_mul(&jacobian) + resting.curvature,
         })
     }
 
@@ -253,7 +256,7 @@ mod tests {
         let plant = model.plant(&values).unwrap();
         let sample = |k: usize| {
             let twist = [0.01 * (k as f64).cos(), 0.01 * (k as f64).sin(), 0.02];
-            let still = WrenchSample {
+            let unloaded = WrenchSample {
                 episode: 0,
                 t: k as f64,
                 pose: [0.0; 3],
@@ -262,14 +265,14 @@ mod tests {
                 frame: [0.0; 3],
                 clock: Clock::since_contact(1.0),
             };
-            WrenchSample { reading: still.needed(&plant), ..still }
+            WrenchSample { reading: unloaded.needed(&plant), ..unloaded }
         };
         let likelihood = WrenchLikelihood {
             samples: (0..8).map(sample).collect(),
             episodes: vec!["log".to_owned()],
             dof: [true; 3],
             scatter: [1.0; 3],
-            rests: Rests::default(),
+            resting: RestingReadings::default(),
         };
         for start in [3e-3, 30.0, 4e4] {
             values[drag] = start;
