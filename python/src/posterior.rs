@@ -7,8 +7,8 @@ use trundle_diagnose::{LackOfFit, lack_of_fit as lack_of};
 use trundle_infer::{Comparison, FitOptions, InferError, Stage};
 use trundle_model::PriorFile;
 use trundle_posterior::{
-    Calibration, Chain, Method, Posterior, PosteriorError, Replicate, SampleOptions, calibrations, predictive,
-    replicates, sample,
+    Calibration, Chain, Method, Posterior, PosteriorError, Replicate, SampleOptions, calibrations,
+    predictive, replicates, sample,
 };
 use trundle_record::Dataset;
 

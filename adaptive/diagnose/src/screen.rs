@@ -10,7 +10,7 @@ use crate::proposals::{Hints, nearby, proposals};
 use crate::search::HOPELESS;
 use nalgebra::{DMatrix, DVector};
 use rayon::prelude::*;
-use trundle_infer::{Fit, InferError, FilteredEpisodes, Watch};
+use trundle_infer::{FilteredEpisodes, Fit, InferError, Watch};
 use trundle_model::{Effect, INNER, Kind, Model, Proposal};
 use trundle_record::Prepared;
 

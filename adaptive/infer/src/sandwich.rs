@@ -71,7 +71,8 @@ impl Fit {
         likelihoods: &[&dyn Likelihood],
     ) -> Result<Option<(Self, Basis)>, InferError> {
         let noise = likelihoods.iter().take(1).flat_map(|l| l.noise());
-        let coordinates = Coordinates::of(model.slots().into_iter().chain(noise).collect()).with_footprint(model);
+        let coordinates =
+            Coordinates::of(model.slots().into_iter().chain(noise).collect()).with_footprint(model);
         let parts: Vec<_> = likelihoods.iter().flat_map(|l| l.split()).collect();
         let fitting = coordinates.free().len() == self.point.len();
         let posterior = self.spread.clone().try_inverse();

@@ -2,8 +2,8 @@
 
 use crate::bandwidth::{force_bandwidth, spacing};
 use crate::curve::Curve;
-use crate::initial_state;
 use crate::error_metrics::ErrorMetrics;
+use crate::initial_state;
 use crate::quasi_static::WrenchSample;
 use crate::rollout::{Window, open_loop, windows};
 use crate::steady_segments::wrench_samples;

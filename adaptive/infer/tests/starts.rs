@@ -75,5 +75,9 @@ fn nearby_starts_reach_the_optimum_and_few_steps_do_not() {
     assert!((whole.cost - best.cost).abs() < 0.01, "{} {}", whole.cost, best.cost);
     assert!(whole.converged && whole.last_decrease < 0.01, "{}", whole.last_decrease);
     let short = near(&[far], 5);
-    assert!(!short.converged && short.last_decrease > 0.01 && short.cost > whole.cost, "{}", short.last_decrease);
+    assert!(
+        !short.converged && short.last_decrease > 0.01 && short.cost > whole.cost,
+        "{}",
+        short.last_decrease
+    );
 }

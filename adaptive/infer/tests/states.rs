@@ -9,7 +9,8 @@ use rand::{RngExt, SeedableRng};
 use rand_chacha::ChaCha8Rng;
 use rand_distr::StandardNormal;
 use trundle_infer::{
-    Channels, Fit, FitOptions, MotionLikelihood, Quiet, Score, fit, open_loop, score, score_compared, unscored_time,
+    Channels, Fit, FitOptions, MotionLikelihood, Quiet, Score, fit, open_loop, score, score_compared,
+    unscored_time,
 };
 use trundle_model::{Clock, Effect, Kind, Model, Plant, State, transport};
 use trundle_record::{Counts, PoseSample, Prepared, WrenchSample};
@@ -110,7 +111,10 @@ fn the_initial_caster_angle_changes_the_motion() {
 
 #[test]
 fn the_first_second_is_excluded_for_both() {
-    assert_eq!([unscored_time(&on_a_caster()), unscored_time(&loaded()), unscored_time(&locked())], [1.0, 0.0, 0.0]);
+    assert_eq!(
+        [unscored_time(&on_a_caster()), unscored_time(&loaded()), unscored_time(&locked())],
+        [1.0, 0.0, 0.0]
+    );
     let clean = push(&on_a_caster().resolved().unwrap(), &[2.2], 1.0);
     let mut moved = clean.clone();
     for sample in moved.pose.iter_mut().filter(|p| p.t > CONTACT && p.t < CONTACT + 1.0) {

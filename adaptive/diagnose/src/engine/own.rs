@@ -123,8 +123,14 @@ impl Engine for Own<'_> {
         model.effects.extend(job.added.iter().cloned());
         let near = self.simulated().then_some(effort.steps());
         let noise_rounds = effort.noise_rounds();
-        let options =
-            FitOptions { starts: 0, seed, distant_starts: false, local_steps: near, noise_rounds, ..FitOptions::default() };
+        let options = FitOptions {
+            starts: 0,
+            seed,
+            distant_starts: false,
+            local_steps: near,
+            noise_rounds,
+            ..FitOptions::default()
+        };
         let from = self.comparison.with_channels(job.channels);
         let fit = fit(&from, &model, &job.warm, &options, watch)?;
         Ok(Tried::new(job.added, fit, None))
@@ -138,8 +144,13 @@ impl Engine for Own<'_> {
         watch: &dyn Watch,
     ) -> Result<Tried, InferError> {
         let near = Some(REFIT_STEPS);
-        let options =
-            FitOptions { starts: 0, distant_starts: false, local_steps: near, noise_rounds: 0, ..FitOptions::default() };
+        let options = FitOptions {
+            starts: 0,
+            distant_starts: false,
+            local_steps: near,
+            noise_rounds: 0,
+            ..FitOptions::default()
+        };
         let some = self.under(tried).only(keep);
         let warm = std::slice::from_ref(&tried.fit.values);
         Ok(Tried { fit: fit(&some, model, warm, &options, watch)?, ..tried.clone() })

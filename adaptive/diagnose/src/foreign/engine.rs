@@ -110,8 +110,12 @@ impl Engine for BlackBox<'_> {
         keep: &dyn Fn(usize) -> bool,
         watch: &dyn Watch,
     ) -> Result<Tried, InferError> {
-        let options =
-            FitOptions { starts: 0, distant_starts: false, local_steps: Some(REFIT_STEPS), ..FitOptions::default() };
+        let options = FitOptions {
+            starts: 0,
+            distant_starts: false,
+            local_steps: Some(REFIT_STEPS),
+            ..FitOptions::default()
+        };
         let some = self.doubting(tried)?.only(keep);
         let model = &Model { mass: model.mass.and(tried.fit.model.mass), ..model.clone() };
         let at: Vec<f64> = tried.fit.values.iter().copied().chain(self.own(tried)).collect();

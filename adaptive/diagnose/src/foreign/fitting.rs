@@ -28,7 +28,8 @@ impl BlackBox<'_> {
         let mut model = self.bare.clone();
         model.effects.extend(job.added.iter().cloned());
         let near = Some(effort.steps());
-        let options = FitOptions { starts: 0, seed, distant_starts: false, local_steps: near, ..FitOptions::default() };
+        let options =
+            FitOptions { starts: 0, seed, distant_starts: false, local_steps: near, ..FitOptions::default() };
         let (mut along, own) = match job.basis {
             Some(Basis { along, own, biased: false }) => (along, own),
             _ => (self.along.clone(), self.along.values.clone()),

@@ -32,7 +32,7 @@ pub(crate) fn added(
     let spin = interval.middle.twist[2];
     let mut sum: [f64; 3] = (on_object(plant, interval, moments).iter().sum::<Vector3<f64>>() / 4.0).into();
     for step in &interval.steps {
-        let (acting, read) = (readings.acting(plant, step).0, transport(step.reading, step.frame));
+        let (acting, read) = (readings.applied_wrench(plant, step).0, transport(step.reading, step.frame));
         sum = [0, 1, 2].map(|k| sum[k] + (acting[k] - read[k]) * step.dt / interval.span);
     }
     let (bare, heading) = (bare(plant), interval.middle.pose[2]);

@@ -4,7 +4,7 @@ use super::law::{acted, acts, over_step};
 use super::own_states::{beginning, followed, on_offer};
 use super::simulator::{Foreign, go_on};
 use nalgebra::Vector6;
-use trundle_infer::{InferError, Readings, Score, StateVector, Step, ErrorMetrics, Watch};
+use trundle_infer::{ErrorMetrics, InferError, Readings, Score, StateVector, Step, Watch};
 use trundle_model::{INNER, Plant, State};
 use trundle_record::{Dataset, Motion, Prepared};
 
@@ -72,7 +72,7 @@ impl Rollout<'_> {
     /// One step. The laws are asked under everything that acts without them, which a first call of the simulator tells.
     fn step(&self, seen: &Seen<'_>, step: &Step, state: &mut State<f64>) -> Result<(), InferError> {
         let (plant, dt) = (&self.plant, step.dt);
-        let (applied, clock) = seen.readings.acting(plant, step);
+        let (applied, clock) = seen.readings.applied_wrench(plant, step);
         let (before, t) = (vector(state), step.clock.t - dt / 2.0);
         let ask =
             |wrench: &[f64; 3]| self.foreign.step(&seen.episode.name, t, &before, wrench, dt, self.values);

@@ -230,7 +230,8 @@ impl Searcher<'_> {
                 let model = self.model(&added);
                 let coordinates = Coordinates::new(&model);
                 let median = coordinates.values(&vec![0.0; coordinates.free().len()]).0;
-                let fill = like.map_or_else(|| median.clone(), |like| transferred_values(&like.fit, &model, &median));
+                let fill = like
+                    .map_or_else(|| median.clone(), |like| transferred_values(&like.fit, &model, &median));
                 let warm = vec![self.refined(best, &model, &fill)];
                 jobs.push(Job::from(best, added, warm));
             }

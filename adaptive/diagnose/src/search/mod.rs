@@ -24,7 +24,7 @@ pub(crate) use prior::probabilities;
 use rayon::prelude::*;
 use start::{freed, job};
 use std::collections::BTreeSet;
-use trundle_infer::{Coordinates, InferError, Watch, transferred_values, on_all_cores};
+use trundle_infer::{Coordinates, InferError, Watch, on_all_cores, transferred_values};
 use trundle_model::{Effect, INNER, Kind, Model};
 
 impl Tried {

@@ -120,7 +120,12 @@ impl Bench<'_> {
     /// The parameters fitted again beside the wrench that `from` has.
     fn refitted(&self, motion: &MotionLikelihood, from: &Fit) -> Result<Fit, InferError> {
         let model = Model { unnamed: from.model.unnamed.clone(), ..self.nominal.clone() };
-        let options = FitOptions { starts: 0, distant_starts: false, local_steps: Some(STEPS), ..FitOptions::default() };
+        let options = FitOptions {
+            starts: 0,
+            distant_starts: false,
+            local_steps: Some(STEPS),
+            ..FitOptions::default()
+        };
         fit(motion, &model, std::slice::from_ref(&from.values), &options, self.watch)
     }
 }
