@@ -23,9 +23,9 @@ pub(crate) fn register(module: &Bound<'_, PyModule>) -> PyResult<()> {
 
 /// The part `identifiability` of a fit's summary.
 pub(crate) fn identifiability(fit: &Fit) -> Value {
-    let Identifiability { directions, held, combinations, unknown } = fit.identifiability();
+    let Identifiability { directions, identified: held, combinations, unknown } = fit.identifiability();
     let (agree, starts) = fit.agreement;
-    let direction = |d: &trundle_infer::Direction| json!({"information": d.information, "sd": d.sd, "held": d.held, "parts": parts(&d.parts)});
+    let direction = |d: &trundle_infer::Direction| json!({"information": d.information, "sd": d.sd, "held": d.identified, "parts": parts(&d.parts)});
     json!({
         "held": held,
         "of": directions.len(),

@@ -85,7 +85,7 @@ fn _fit(
         };
         let scores = (judge(&data.training)?, judge(&data.held_out)?);
         let mut summary = summary(&data, &tested, quasi_static, &scores);
-        summary["excluded_by_prior"] = found.strained.iter().map(ToString::to_string).collect();
+        summary["excluded_by_prior"] = found.prior_conflicts.iter().map(ToString::to_string).collect();
         if !nothing_holds {
             summary["identifiability"] = identifiability(found);
         }
@@ -159,7 +159,7 @@ fn stated(model: &Model, start: &BTreeMap<String, f64>) -> PyResult<Vec<f64>> {
 /// up for the one that is held back.
 fn exclude(fit: &mut Fit) -> bool {
     let base = |name: &str| name.split('[').next().unwrap_or(name).to_owned();
-    let all = fit.strained.iter().any(|strain| fit.model.priors.contains_key(&base(&strain.name)));
+    let all = fit.prior_conflicts.iter().any(|strain| fit.model.priors.contains_key(&base(&strain.name)));
     for estimate in &mut fit.estimates {
         estimate.identified &= !all;
     }

@@ -3,10 +3,10 @@
 use pyo3::prelude::*;
 use trundle_infer::{
     Comparison, Cut, Fit, FitOptions, InertialLikelihood, InferError, Joint, Likelihood, Loss, Shooting,
-    Watch, fit as search, guided_fit, quasi_static,
+    Watch, fit as search, guided_fit, is_quasi_static,
 };
 use trundle_model::{Model, Stepper};
-use trundle_posterior::{Search, search_modes};
+use trundle_posterior::{SearchExtent, search_modes};
 use trundle_record::Dataset;
 use trundle_sim::ObstacleStepper;
 
@@ -90,7 +90,7 @@ impl Choice {
 
     /// Whether the summary's figures are those of slow pushes, judged by the wrench.
     pub fn quasi_static(&self, recordings: &[Dataset]) -> bool {
-        matches!(self.name.as_str(), "filter" | "wrench") && recordings.iter().all(quasi_static)
+        matches!(self.name.as_str(), "filter" | "wrench") && recordings.iter().all(is_quasi_static)
     }
 
     /// Who simulates each recording, where the laws alone do not.
@@ -170,7 +170,7 @@ impl Choice {
         }
         if self.name == "filter" {
             // The same search as that of `trundle.sample`.
-            let found = search_modes(&*likelihood, model, start, options, Search::Best, watch)?;
+            let found = search_modes(&*likelihood, model, start, options, SearchExtent::Best, watch)?;
             return Ok(found.best);
         }
         search(&*likelihood, model, start, options, watch)

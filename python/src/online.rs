@@ -79,7 +79,7 @@ impl OnlineEstimate {
     /// Forget the push under way.
     fn abandon(&mut self) {
         match &mut self.inner {
-            Some(online) if online.pushes() > 0 => online.abandon(),
+            Some(online) if online.pushes() > 0 => online.discard_current(),
             inner => *inner = None,
         }
     }

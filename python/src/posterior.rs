@@ -7,8 +7,8 @@ use trundle_diagnose::{FitCheck, check_fit};
 use trundle_infer::{Comparison, FitOptions, InferError, Stage};
 use trundle_model::PriorFile;
 use trundle_posterior::{
-    Calibration, Chain, Method, Posterior, PosteriorError, Replicate, SampleOptions, lines, predictive,
-    replicates, sample,
+    Calibration, Chain, Method, Posterior, PosteriorError, Replicate, SampleOptions, calibrations,
+    predictive, replicates, sample,
 };
 use trundle_record::Dataset;
 
@@ -125,7 +125,7 @@ impl PyPosterior {
             "recording": self.data.name,
             "parameters": parameters,
             "modes": p.modes,
-            "excluded_by_prior": p.strained,
+            "excluded_by_prior": p.prior_conflicts,
             "quasi_static": self.quasi_static,
             "lack_of_fit": lack_summary(self.lack),
             "step_sizes": p.chains.iter().map(|c| c.step_size).collect::<Vec<_>>(),
@@ -221,7 +221,7 @@ fn _calibration_table<'py>(
     let answer = serde_json::json!({
         "name": calibration.name,
         "method": calibration.method().name(),
-        "parameters": lines(&calibration.parameters, &found),
+        "parameters": calibrations(&calibration.parameters, &found),
     });
     plain(rounds.py(), &answer)
 }

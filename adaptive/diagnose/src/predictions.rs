@@ -1,7 +1,7 @@
 //! Tables of simulated and recorded poses, from which the error metrics can be recomputed.
 
 use std::path::Path;
-use trundle_infer::{InferError, open_loop, unjudged};
+use trundle_infer::{InferError, open_loop, unscored_time};
 use trundle_model::{Model, Plant};
 use trundle_record::{Column, Error, Prepared, write_parquet};
 
@@ -89,5 +89,5 @@ pub fn predict<'a>(
     episodes: impl Iterator<Item = &'a Prepared> + Clone,
     model: &Model,
 ) -> Result<Predictions, InferError> {
-    Ok(Predictions::new(episodes, &[("predicted", Some(&model.resolved()?))], unjudged(model)))
+    Ok(Predictions::new(episodes, &[("predicted", Some(&model.resolved()?))], unscored_time(model)))
 }

@@ -20,7 +20,7 @@ use crate::units;
 use crate::verdict::{NamedModel, right_law_probability, verdict as verdict_of};
 use crate::warnings::warnings;
 use std::collections::{BTreeMap, BTreeSet};
-use trundle_infer::{Fit, InferError, Watch, unjudged};
+use trundle_infer::{Fit, InferError, Watch, unscored_time};
 use trundle_model::{Model, Scales};
 use trundle_record::{Dataset, PrepareOptions, Prepared, Recording, prepare_with};
 
@@ -155,7 +155,7 @@ fn decide(engine: &dyn Engine, options: &Options, watch: &dyn Watch) -> Result<D
     for index in BTreeSet::from([base, best]) {
         let richer: Vec<&Fit> = immaterial.iter().map(|(other, ..)| &found.tried[*other].fit).collect();
         let widened = engine.widened(&found.tried[index])?;
-        found.tried[index] = FittedModel { fit: widened.fit.allowing(&richer), ..widened };
+        found.tried[index] = FittedModel { fit: widened.fit.widened_by(&richer), ..widened };
     }
     Ok(Decision { base, best, chances, rejected, immaterial, reasons, lack, given, verdict, found })
 }
@@ -370,7 +370,7 @@ fn predictions(
     before: &FittedModel,
     after: &FittedModel,
 ) -> Result<Predictions, InferError> {
-    let settling = unjudged(&before.fit.model).max(unjudged(&after.fit.model));
+    let settling = unscored_time(&before.fit.model).max(unscored_time(&after.fit.model));
     let held_out = &engine.data().held_out;
     let poses = |tried: &FittedModel| -> Result<Vec<[f64; 3]>, InferError> {
         let mut all = vec![];

@@ -10,7 +10,7 @@ use crate::proposals::{Hints, nearby, proposals};
 use crate::search::MIN_SCREEN_GAIN_NATS;
 use nalgebra::{DMatrix, DVector};
 use rayon::prelude::*;
-use trundle_infer::{Fit, InferError, Seen, Watch};
+use trundle_infer::{FilteredEpisodes, Fit, InferError, Watch};
 use trundle_model::{Effect, Kind, MAX_INNER_STATES, Model, Proposal};
 use trundle_record::Prepared;
 
@@ -26,7 +26,7 @@ pub(crate) trait Linearisation: Sync {
     fn derivatives(&self, model: &Model, values: &[f64], free: &[usize]) -> Result<DMatrix<f64>, InferError>;
 }
 
-impl Linearisation for Seen<'_> {
+impl Linearisation for FilteredEpisodes<'_> {
     fn residual(&self) -> DVector<f64> {
         self.residual()
     }

@@ -8,7 +8,7 @@ use crate::engine::{Engine, FittedModel};
 use crate::search::SearchResult;
 use crate::thresholds::{MIN_EFFECT_PROBABILITY, MIN_MATERIAL_ERROR_RATIO};
 use std::collections::BTreeMap;
-use trundle_infer::{InferError, Watch, unjudged};
+use trundle_infer::{InferError, Watch, unscored_time};
 use trundle_model::{Kind, Param};
 
 /// Most models whose effects are checked on left-out episodes.
@@ -161,7 +161,7 @@ impl Selector<'_> {
         cache: &mut BTreeMap<*const FittedModel, LeftOutPrediction>,
     ) -> Result<LeftOutPrediction, InferError> {
         let key = std::ptr::from_ref(tried);
-        let all_judged = unjudged(&compared_with.fit.model) == 0.0;
+        let all_judged = unscored_time(&compared_with.fit.model) == 0.0;
         if let Some(misfit) = cache.get(&key).filter(|_| all_judged) {
             return Ok(misfit.clone());
         }

@@ -4,7 +4,7 @@
 //! another magnitude is rescaled by whole powers of [`SCALE_BASE`], which is exact in binary arithmetic. A
 //! recording in other units, or of another size, is therefore judged like the same recording in metres.
 
-use trundle_infer::{Channels, Estimate, Fit, InferError, Strain};
+use trundle_infer::{Channels, Estimate, Fit, InferError, PriorConflict};
 use trundle_model::{Body, Effect, Fixture, Model, Scales};
 use trundle_record::{Dataset, Prepared};
 
@@ -150,7 +150,7 @@ pub(crate) fn fit(
         estimates: estimates
             .map(|(e, size)| Estimate { mean: e.mean * size, sd: e.sd * size, ..e.clone() })
             .collect(),
-        strained: fit.strained.iter().map(|s| strain(s, size(s.unit))).collect(),
+        prior_conflicts: fit.prior_conflicts.iter().map(|s| strain(s, size(s.unit))).collect(),
         slots: fit
             .slots
             .iter()
@@ -167,8 +167,8 @@ pub(crate) fn fit(
     })
 }
 
-fn strain(strain: &Strain, size: f64) -> Strain {
-    Strain { value: strain.value * size, range: strain.range.map(|v| v * size), ..strain.clone() }
+fn strain(strain: &PriorConflict, size: f64) -> PriorConflict {
+    PriorConflict { value: strain.value * size, range: strain.range.map(|v| v * size), ..strain.clone() }
 }
 
 fn channels(channels: &Channels, scales: &Scales) -> Channels {

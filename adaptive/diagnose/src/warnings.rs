@@ -22,7 +22,7 @@ pub(crate) fn warnings(
 ) -> Result<Vec<String>, InferError> {
     let data = engine.data();
     let mut found: Vec<String> =
-        after.fit.strained.iter().map(|strain| format!("implausible value: {strain}")).collect();
+        after.fit.prior_conflicts.iter().map(|strain| format!("implausible value: {strain}")).collect();
     if data.held_out.is_empty() {
         found.push(
             "no episode is held out, so that predictions of unseen episodes are not checked; list some under \

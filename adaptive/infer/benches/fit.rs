@@ -1,4 +1,4 @@
-//! One whole fit: six parameters to one push, and to six.
+//! Benchmark of a fit of six parameters to one push and to six.
 #![allow(missing_docs, clippy::unwrap_used)]
 
 #[path = "../tests/common/mod.rs"]
@@ -12,7 +12,7 @@ use trundle_model::Model;
 
 fn fits(criterion: &mut Criterion) {
     let model = Model::nominal(table(), None, [true; 3]);
-    // From the prior's middle, as a stated start.
+    // A fixed start near the centre of the prior.
     let coordinates = Coordinates::new(&model);
     let start = coordinates.values(&vec![0.2; coordinates.free().len()]).0;
     for episodes in [1, 6] {

@@ -1,27 +1,30 @@
-//! The frequency up to which poses determine the force that accelerates an object: needed and recorded wrenches are
-//! compared below it.
+//! Frequency up to which poses determine the force that accelerates an object. Required and recorded wrenches
+//! are compared below it.
 //!
-//! White noise of variance σ² in poses T seconds apart has the spectrum σ² T, that of the acceleration ω⁴ σ² T. Below ω₀, by the
-//! filter 1/(1 + (ω/ω₀)⁶) of [`trundle_record::low_pass`], it adds up to the variance
+//! White noise of variance σ² in poses T seconds apart has the spectrum σ² T, and its second derivative has
+//! ω⁴ σ² T. Below ω₀, with the filter 1/(1 + (ω/ω₀)⁶) of [`trundle_record::low_pass`], this integrates to the
+//! variance
 //!
 //! ```text
 //! (1/π) ∫ ω⁴ σ² T / (1 + (ω/ω₀)⁶)² dω = σ² T ω₀⁵ / 18
 //! ```
-//! The bandwidth is where mass times the root of that equals the noise of a wrench sample. Up to there the figure of the true
-//! model is that of the wrench sensor, at any rate of the tracker; above it, the tracker's noise dominates. What the smoother of
-//! the poses itself takes away lies where the acceleration is smaller than its noise, hence below the same bound.
+//! At the bandwidth, the mass times the root of this variance equals the noise of a wrench sample. Below it,
+//! the error of the true model is that of the wrench sensor at any rate of the tracker. Above it, the noise
+//! of the tracker dominates. The smoother removes only parts of the acceleration that are smaller than its
+//! noise, hence above the same bound.
 
 use std::f64::consts::TAU;
 use trundle_model::{Clock, Plant};
 use trundle_record::{Noise, Prepared};
 
-/// Share of the recorded wrench (root mean square) that counts as its noise where that is smaller, as that of a command is: the
-/// accuracy of a good force-torque sensor.
+/// Minimum noise of a wrench sample as a share of the recorded wrench (root mean square): the accuracy of a
+/// good force-torque sensor. It applies to commands, whose noise is zero.
 const WRENCH_ACCURACY: f64 = 0.01;
 
-/// The bandwidth over some episodes, Hz, of the axes that move; at most half the rate of the poses. `None` without motion.
+/// Bandwidth over some episodes, Hz, for the axes that move; at most half the rate of the poses. `None`
+/// without motion.
 ///
-/// Of several `plants` that are to be compared it is the lowest.
+/// For several `plants` it is the lowest of theirs.
 pub(crate) fn force_bandwidth(
     plants: &[&Plant<f64>],
     dof: [bool; 3],
@@ -51,7 +54,8 @@ pub(crate) fn spacing(episodes: &[Prepared]) -> Option<f64> {
     (time > 0.0 && intervals > 0).then(|| time / intervals as f64)
 }
 
-/// Noise of a wrench sample about the object's origin, N and N·m, at least [`WRENCH_ACCURACY`] of what was recorded.
+/// Noise of a wrench sample about the object's origin, N and N·m, at least [`WRENCH_ACCURACY`] times the
+/// recorded wrench.
 fn wrench_noise(episodes: &[Prepared], noise: &Noise) -> (f64, f64) {
     let (mut force, mut torque, mut arm, mut count) = (0.0, 0.0, 0.0, 0.0);
     for sample in episodes.iter().flat_map(|e| e.wrench.iter().filter(|w| w.t >= e.contact)) {

@@ -1,6 +1,6 @@
-//! The comparison that suits a recording: by its motion, or, where inertia plays no part, by the wrench.
+//! Selects the comparison for a recording: by its motion, or by the wrench where inertia is negligible.
 
-use crate::likelihood::{Likelihood, Linearised, Look};
+use crate::likelihood::{Evaluation, Likelihood, Linearised};
 use crate::{Channels, InferError, MotionLikelihood, WrenchLikelihood};
 use trundle_model::Model;
 use trundle_record::{Dataset, InertialShare, MIN_POSES_FOR_MOTION, Prepared};
@@ -10,12 +10,12 @@ use trundle_record::{Dataset, InertialShare, MIN_POSES_FOR_MOTION, Prepared};
 pub enum Comparison {
     /// Poses under the recorded wrench.
     Motion(MotionLikelihood),
-    /// Wrenches needed for the recorded poses.
+    /// Wrenches required for the recorded poses.
     Wrench(WrenchLikelihood),
 }
 
 impl Comparison {
-    /// The one that suits a recording's training episodes.
+    /// The comparison for a recording's training episodes.
     ///
     /// # Errors
     /// When there is not enough data.
@@ -34,14 +34,14 @@ impl Comparison {
             }
             other => other,
         };
-        if quasi_static(data) {
+        if is_quasi_static(data) {
             WrenchLikelihood::new(episodes, &data.noise, data.dof).map(Self::Wrench).map_err(named)
         } else {
             MotionLikelihood::new(episodes, &data.noise).map(Self::Motion).map_err(named)
         }
     }
 
-    /// A cheaper likelihood of the same, for telling what is worth a closer look.
+    /// A cheaper likelihood of the same data, for ranking candidates.
     #[must_use]
     pub fn thinned(&self) -> Self {
         match self {
@@ -50,7 +50,7 @@ impl Comparison {
         }
     }
 
-    /// The same with some of its episodes.
+    /// The same over a subset of the episodes.
     #[must_use]
     pub fn only(&self, keep: impl Fn(usize) -> bool) -> Self {
         match self {
@@ -59,7 +59,7 @@ impl Comparison {
         }
     }
 
-    /// The same with the noise that suits a model.
+    /// The same with noise estimated under a model.
     ///
     /// # Errors
     /// When `values` has the wrong length.
@@ -80,12 +80,12 @@ impl Comparison {
         }
     }
 
-    /// Whether the wrench is compared, because inertia plays no part.
+    /// Whether wrenches are compared, because inertia is negligible.
     pub fn is_quasi_static(&self) -> bool {
         matches!(self, Self::Wrench(_))
     }
 
-    /// Number of samples compared.
+    /// Number of compared samples.
     pub fn observations(&self) -> usize {
         match self {
             Self::Motion(l) => l.tracks().iter().map(crate::Track::observations).sum(),
@@ -101,15 +101,16 @@ impl Comparison {
     }
 }
 
-/// Share of the force's sum of squares up to which inertia plays no part: a wrench that leaves it out is then wrong by
-/// less than a tenth of the force (root mean square), as much as the friction of a floor varies from place to place.
+/// Maximum share of inertia in the force's sum of squares for a quasi-static recording. Without inertia, the
+/// wrench is then wrong by less than a tenth of the force (root mean square), which is the variation of
+/// friction over a floor.
 pub const MAX_QUASI_STATIC_SHARE: f64 = 0.01;
 
-/// Whether inertia plays no part in a recording's training episodes: its share of the force, with two standard
-/// deviations, is below [`MAX_QUASI_STATIC_SHARE`]; or no motion is known at all.
-pub fn quasi_static(data: &Dataset) -> bool {
-    let unseen = data.training.iter().all(|episode| episode.pose.len() < MIN_POSES_FOR_MOTION);
-    unseen
+/// Whether a recording's training episodes are quasi-static: the inertial share of the force plus two
+/// standard deviations is below [`MAX_QUASI_STATIC_SHARE`], or the episodes have too few poses.
+pub fn is_quasi_static(data: &Dataset) -> bool {
+    let has_few_poses = data.training.iter().all(|episode| episode.pose.len() < MIN_POSES_FOR_MOTION);
+    has_few_poses
         || InertialShare::of(data).is_some_and(|share| share.mean + 2.0 * share.sd < MAX_QUASI_STATIC_SHARE)
 }
 
@@ -122,14 +123,14 @@ impl Likelihood for Comparison {
         self.inner().linearise(model, values, free)
     }
 
-    fn look<'a>(
+    fn evaluate<'a>(
         &'a self,
         model: &'a Model,
         values: &[f64],
         free: &'a [usize],
         likely: bool,
-    ) -> Result<Look<'a>, InferError> {
-        self.inner().look(model, values, free, likely)
+    ) -> Result<Evaluation<'a>, InferError> {
+        self.inner().evaluate(model, values, free, likely)
     }
 
     fn channels(&self) -> Channels {

@@ -1,33 +1,34 @@
-//! A belief over states, and how its covariance moves and shrinks.
+//! Mean and covariance of the filter's states, and their propagation and correction.
 //!
-//! A filter spends most of its time here: columns are plain arrays, only one triangle of a symmetric product is worked
-//! out, and the other mirrors it. So a covariance stays symmetric to the last bit; a lopsided one is none after minutes.
+//! A filter spends most of its time in this module. Columns are plain arrays, and only one triangle of a
+//! symmetric product is computed; the other mirrors it. The covariance therefore stays exactly symmetric.
+//! Otherwise it loses positive definiteness after minutes of data.
 
 use nalgebra::{Matrix3, SMatrix, SVector};
 
-/// Pose, twist and wrench error.
-pub(crate) const PLAIN: usize = 9;
-/// Pose and twist.
-pub(crate) const MOTION: usize = 6;
-/// Pose.
-pub(crate) const POSE: usize = 3;
+/// Number of states for pose, twist and wrench error.
+pub(crate) const BASE_STATES: usize = 9;
+/// Number of states for pose and twist.
+pub(crate) const MOTION_STATES: usize = 6;
+/// Number of states for the pose.
+pub(crate) const POSE_STATES: usize = 3;
 
 pub(crate) type Matrix<const N: usize> = SMatrix<f64, N, N>;
 pub(crate) type Vector<const N: usize> = SVector<f64, N>;
 
-/// Mean and covariance of the states: pose, twist, error of the wrench reading, the laws' own.
+/// Mean and covariance of the states: pose, twist, error of the wrench reading, and the laws' own states.
 #[derive(Clone)]
 pub(crate) struct Belief<const N: usize> {
     pub mean: Vector<N>,
     pub covariance: Matrix<N>,
 }
 
-/// First row of the columns of one triangle that is worked out: even, so that two rows go at once.
+/// First computed row of a column of the lower triangle. It is even, so that rows are processed in pairs.
 const fn first_row(column: usize) -> usize {
     column & !1
 }
 
-/// Copy the triangle below the diagonal above it.
+/// Copies the lower triangle to the upper one.
 fn mirror<const N: usize>(columns: &mut [[f64; N]; N]) {
     for column in 1..N {
         let (before, after) = columns.split_at_mut(column);
@@ -38,18 +39,19 @@ fn mirror<const N: usize>(columns: &mut [[f64; N]; N]) {
     }
 }
 
-/// `F P Fᵀ + G diag(noise) Gᵀ`, where three rows of `F` are the identity's, as a reading's error stays what it is, and
-/// `G` is the columns of `F` that say what that error does: a reading's noise does the same, but leaves no error behind.
-/// `SHIFTS` where the first two columns are the identity's: a motion that is the same everywhere.
+/// Propagated covariance `F P Fᵀ + G diag(noise) Gᵀ`. Three rows of `F` are those of the identity, because
+/// the error of the reading is constant. `G` consists of the columns of `F` for that error: noise of the
+/// reading has the same effect on the motion but leaves the error state unchanged. `SHIFTS` means that the
+/// first two columns of `F` are those of the identity, for translation-invariant motion.
 #[inline]
-pub(crate) fn moved<const N: usize, const SHIFTS: bool>(
+pub(crate) fn propagated<const N: usize, const SHIFTS: bool>(
     transition: &Matrix<N>,
     covariance: &Matrix<N>,
     noise: [f64; 3],
 ) -> Matrix<N> {
     let (by, before) = (&transition.data.0, &covariance.data.0);
-    // Without states of the laws' own the error's rows are the last.
-    let rows = if N == PLAIN { MOTION } else { N };
+    // Without states of the laws, the rows of the error are the last.
+    let rows = if N == BASE_STATES { MOTION_STATES } else { N };
     let mut half = [[0.0; N]; N];
     for (half, before) in half.iter_mut().zip(before) {
         let kept = if SHIFTS { 2 } else { 0 };
@@ -61,28 +63,30 @@ pub(crate) fn moved<const N: usize, const SHIFTS: bool>(
             }
         }
     }
-    let mut loud = half;
-    for ((loud, by), variance) in loud[MOTION..PLAIN].iter_mut().zip(&by[MOTION..PLAIN]).zip(noise) {
-        for row in (0..MOTION).chain(PLAIN..N) {
-            loud[row] += by[row] * variance;
+    let mut noisy_half = half;
+    for ((noisy_half, by), variance) in
+        noisy_half[MOTION_STATES..BASE_STATES].iter_mut().zip(&by[MOTION_STATES..BASE_STATES]).zip(noise)
+    {
+        for row in (0..MOTION_STATES).chain(BASE_STATES..N) {
+            noisy_half[row] += by[row] * variance;
         }
     }
     let mut product = half;
-    for column in (0..MOTION).chain(PLAIN..N) {
+    for column in (0..MOTION_STATES).chain(BASE_STATES..N) {
         let from = first_row(column);
         let mut sum = [0.0; N];
         if SHIFTS && column < 2 {
-            sum = loud[column];
+            sum = noisy_half[column];
         }
-        for (loud, by) in loud.iter().zip(by).skip(if SHIFTS { 2 } else { 0 }) {
+        for (noisy_half, by) in noisy_half.iter().zip(by).skip(if SHIFTS { 2 } else { 0 }) {
             let share = by[column];
-            for (sum, loud) in sum[from..rows].iter_mut().zip(&loud[from..rows]) {
-                *sum += loud * share;
+            for (sum, noisy_half) in sum[from..rows].iter_mut().zip(&noisy_half[from..rows]) {
+                *sum += noisy_half * share;
             }
         }
-        // What the error shares with the rest knows no noise.
-        for (k, half) in half[MOTION..PLAIN].iter().enumerate() {
-            sum[MOTION + k] = half[column];
+        // The covariance of the error with the other states has no noise term.
+        for (k, half) in half[MOTION_STATES..BASE_STATES].iter().enumerate() {
+            sum[MOTION_STATES + k] = half[column];
         }
         product[column] = sum;
     }
@@ -90,20 +94,21 @@ pub(crate) fn moved<const N: usize, const SHIFTS: bool>(
     SMatrix::from_data(nalgebra::ArrayStorage(product))
 }
 
-/// The covariance after a sample of the pose with variances `noise`, whose gain `K` is the pose's columns over the
-/// sample's covariance: `P − K (H P)`, of which the pose's columns are `K R`, without a difference of two numbers.
+/// Covariance after a pose sample with variances `noise`: `P − K (H P)`, where the gain `K` is the pose
+/// columns over the covariance of the sample. The pose columns of the result are `K R`, which avoids a
+/// difference of two numbers.
 #[inline]
 pub(crate) fn corrected<const N: usize>(
     covariance: &Matrix<N>,
-    gain: &SMatrix<f64, N, POSE>,
-    noise: [f64; POSE],
+    gain: &SMatrix<f64, N, POSE_STATES>,
+    noise: [f64; POSE_STATES],
 ) -> Matrix<N> {
     let (before, gain) = (&covariance.data.0, &gain.data.0);
     let mut after = *before;
     for ((after, gain), variance) in after.iter_mut().zip(gain).zip(noise) {
         *after = gain.map(|k| k * variance);
     }
-    for (column, after) in after.iter_mut().enumerate().skip(POSE) {
+    for (column, after) in after.iter_mut().enumerate().skip(POSE_STATES) {
         let from = first_row(column);
         for (gain, pose) in gain.iter().zip(before) {
             let share = pose[column];
@@ -116,7 +121,7 @@ pub(crate) fn corrected<const N: usize>(
     SMatrix::from_data(nalgebra::ArrayStorage(after))
 }
 
-/// The inverse `W` of the Cholesky factor of a covariance, `W S Wᵀ = I`; `None` where it is none.
+/// Inverse `W` of the Cholesky factor of a covariance, `W S Wᵀ = I`; `None` if it is not positive definite.
 #[inline]
 pub(crate) fn whitener(covariance: &Matrix3<f64>) -> Option<Matrix3<f64>> {
     let [[xx, xy, xz], [_, yy, yz], [_, _, zz]] = covariance.data.0;
@@ -139,7 +144,7 @@ mod tests {
     use super::*;
     use nalgebra::Vector3;
 
-    /// Some numbers without a pattern.
+    /// Numbers without a pattern.
     fn mixed(k: usize) -> f64 {
         (12.9898 * (k + 1) as f64).sin()
     }
@@ -149,20 +154,20 @@ mod tests {
         root * root.transpose() + Matrix::identity()
     }
 
-    fn checked<const N: usize, const SHIFTS: bool>() {
+    fn check<const N: usize, const SHIFTS: bool>() {
         let mut by = Matrix::<N>::from_fn(|i, j| mixed(5 * i + 11 * j));
-        by.fixed_rows_mut::<3>(MOTION).fill(0.0);
-        for k in MOTION..PLAIN {
+        by.fixed_rows_mut::<3>(MOTION_STATES).fill(0.0);
+        for k in MOTION_STATES..BASE_STATES {
             by[(k, k)] = 1.0;
         }
         if SHIFTS {
             by.fixed_columns_mut::<2>(0).copy_from(&Matrix::<N>::identity().fixed_columns::<2>(0));
         }
         let (before, noise) = (positive::<N>(), [0.3, 0.2, 0.7]);
-        let mut input = by.fixed_columns::<3>(MOTION).into_owned();
-        input.fixed_rows_mut::<3>(MOTION).fill(0.0);
+        let mut input = by.fixed_columns::<3>(MOTION_STATES).into_owned();
+        input.fixed_rows_mut::<3>(MOTION_STATES).fill(0.0);
         let noisy = input * Matrix3::from_diagonal(&Vector3::from(noise)) * input.transpose();
-        let after = moved::<N, SHIFTS>(&by, &before, noise);
+        let after = propagated::<N, SHIFTS>(&by, &before, noise);
         assert!((after - (by * before * by.transpose() + noisy)).amax() < 1e-12, "{after}");
         assert_eq!(after, after.transpose());
         let spread = before.fixed_view::<3, 3>(0, 0) + Matrix3::from_diagonal(&Vector3::from(noise));
@@ -175,14 +180,14 @@ mod tests {
     }
 
     #[test]
-    fn products_are_those_of_whole_matrices() {
-        checked::<9, false>();
-        checked::<9, true>();
-        checked::<14, false>();
+    fn products_match_full_matrices() {
+        check::<9, false>();
+        check::<9, true>();
+        check::<14, false>();
     }
 
     #[test]
-    fn what_is_no_covariance_has_no_whitener() {
+    fn an_indefinite_matrix_has_no_whitener() {
         for bad in [0.0, -1.0, f64::NAN] {
             assert!(whitener(&Matrix3::from_diagonal(&Vector3::new(1.0, bad, 1.0))).is_none());
         }

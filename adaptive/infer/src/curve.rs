@@ -1,32 +1,33 @@
-//! An episode's readings as a curve: linear between samples, or held until the next one where they are commands; held
-//! beyond the first and the last.
+//! Wrench readings of an episode as a function of time. Between samples the curve is linear, or constant
+//! where the readings are commands. It is constant beyond the first and last sample.
 
 use trundle_model::{Clock, Real};
 use trundle_record::{Noise, Prepared, wrapped};
 
-/// Before and after a moment, what the reading's trend is taken from, s: noise needs some samples.
-const TREND: f64 = 0.05;
+/// Length of the intervals before and after a time from which the trend of the reading is computed, s. Noise
+/// requires several samples.
+const TREND_WINDOW_S: f64 = 0.05;
 
-/// Standard deviations by which three readings in a row leave a straight line, from which on the force is seen to
-/// change within a sample.
-const JERKY: f64 = 4.0;
+/// Deviation of three successive readings from a straight line, in standard deviations, above which the force
+/// is taken to vary between samples.
+const MIN_BEND_SD: f64 = 4.0;
 
-/// What a first-order lag remembers, in time constants: the rest is a part in 10⁵.
-const MEMORY: f64 = 12.0;
+/// Time constants after which a first-order lag has forgotten its input, up to a factor of 10⁻⁵.
+const LAG_MEMORY: f64 = 12.0;
 
-/// What follows the reading with a first-order lag.
+/// A first-order lag of the reading.
 #[derive(Clone, Copy, Debug, Default)]
 pub(crate) struct Lagged {
-    /// Its value, reading axes.
+    /// Value, reading axes.
     pub value: [f64; 3],
-    /// Its derivative by the time constant, 1/s.
+    /// Derivative by the time constant, 1/s.
     pub by_lag: [f64; 3],
-    /// How fast it changes, 1/s.
+    /// Time derivative, 1/s.
     pub rate: [f64; 3],
 }
 
 impl Lagged {
-    /// Move on by `dt` seconds, over which the reading goes from one value to another on a straight line.
+    /// Advances by `dt` seconds, over which the reading changes linearly.
     fn follow(&mut self, from: [f64; 3], to: [f64; 3], dt: f64, lag: f64) {
         if lag <= 0.0 {
             (self.value, self.by_lag) = (to, [0, 1, 2].map(|k| -(to[k] - from[k]) / dt));
@@ -50,101 +51,110 @@ struct Knot {
     reading: [f64; 3],
     frame: [f64; 3],
     blur: [f64; 3],
-    /// Integral of the reading from the first sample on.
-    sum: [f64; 3],
-    /// Variance of that integral by what happens between samples.
-    missed: [f64; 3],
+    /// Integral of the reading from the first sample.
+    integral: [f64; 3],
+    /// Variance of this integral caused by variation between samples.
+    missing_variance: [f64; 3],
 }
 
-/// What was read over an interval.
+/// Mean reading over an interval.
 #[derive(Clone, Copy, Debug)]
-pub(crate) struct Mean {
+pub(crate) struct MeanReading {
     /// Mean reading, reading axes.
     pub reading: [f64; 3],
-    /// Pose of the reading frame in the object frame in the middle.
+    /// Pose of the reading frame in the object frame at the middle of the interval.
     pub frame: [f64; 3],
     /// Spacing of the samples, s.
     pub spacing: f64,
-    /// Variance of the mean reading in addition to the sensor's noise: by the frame's uncertainty and by what happens
-    /// between samples.
+    /// Variance of the mean reading in addition to the sensor noise, caused by the frame's uncertainty and by
+    /// variation between samples.
     pub spread: [f64; 3],
 }
 
-/// The wrench samples of an episode, and where its clock stands.
+/// The wrench samples of an episode and its clock.
 #[derive(Clone, Debug)]
 pub(crate) struct Curve {
     knots: Vec<Knot>,
     contact: f64,
     episode: f64,
     held: bool,
-    longest: f64,
-    /// Noise of one reading, standard deviations; zero where nobody asks for it.
+    max_step: f64,
+    /// Noise of one reading, standard deviations; zero if not required.
     sd: [f64; 3],
 }
 
-/// Longest step of a simulation under densely sampled readings, s: two a pose at 60 Hz; the integrator is of second order
-/// and halves its steps where dry friction stops a body.
-const LONGEST: f64 = 0.008;
-/// The same as a share of the interval between readings that are further apart: what a slow process takes hours over is
-/// then cut as often as a fast one.
-const SHARE: f64 = 0.125;
+/// Maximum step of a simulation under densely sampled readings, s: two steps for each pose at 60 Hz. The
+/// integrator is of second order and halves its steps where dry friction stops a body.
+const MAX_STEP_S: f64 = 0.008;
+/// Maximum step as a share of the median interval between readings, where this is longer. It limits the
+/// number of steps of slow processes.
+const MAX_STEP_PER_INTERVAL: f64 = 0.125;
 
-/// Longest step under the readings of an episode, s.
-fn longest_step(episode: &Prepared) -> f64 {
+/// Maximum step of a simulation under the readings of an episode, s.
+fn max_step_s(episode: &Prepared) -> f64 {
     let mut intervals: Vec<f64> = episode.wrench.windows(2).map(|pair| pair[1].t - pair[0].t).collect();
     intervals.sort_by(f64::total_cmp);
-    intervals.get(intervals.len() / 2).map_or(LONGEST, |median| LONGEST.max(SHARE * median))
+    intervals
+        .get(intervals.len() / 2)
+        .map_or(MAX_STEP_S, |median| MAX_STEP_S.max(MAX_STEP_PER_INTERVAL * median))
 }
 
 impl Curve {
-    /// Of an episode with at least one wrench sample, for a simulation that asks for no uncertainty.
+    /// The curve of an episode with at least one wrench sample, for a simulation without uncertainty.
     pub fn new(episode: &Prepared) -> Self {
-        Self::between(episode, &vec![[0.0; 3]; episode.wrench.len()])
+        Self::with_volatility(episode, &vec![[0.0; 3]; episode.wrench.len()])
     }
 
-    /// The same with what the sensor may have missed between its samples.
+    /// The same with the noise of the readings and the variance between samples.
     pub fn with_noise(episode: &Prepared, noise: &Noise) -> Self {
         let sd = [noise.force, noise.force, noise.torque];
-        Self { sd, ..Self::between(episode, &volatility(episode, sd)) }
+        Self { sd, ..Self::with_volatility(episode, &volatility(episode, sd)) }
     }
 
-    fn between(episode: &Prepared, volatility: &[[f64; 3]]) -> Self {
+    fn with_volatility(episode: &Prepared, volatility: &[[f64; 3]]) -> Self {
         let held = episode.zero_order_hold;
         let mut knots: Vec<Knot> = Vec::with_capacity(episode.wrench.len());
         for (index, sample) in episode.wrench.iter().enumerate() {
-            let (mut sum, mut missed) = ([0.0; 3], [0.0; 3]);
+            let (mut integral, mut missing_variance) = ([0.0; 3], [0.0; 3]);
             if let Some(last) = knots.last() {
                 let h = sample.t - last.t;
                 let mean = |k: usize| {
                     if held { last.reading[k] } else { 0.5 * (last.reading[k] + sample.reading[k]) }
                 };
-                sum = [0, 1, 2].map(|k| last.sum[k] + h * mean(k));
+                integral = [0, 1, 2].map(|k| last.integral[k] + h * mean(k));
                 // The integral of a Brownian bridge whose increments have variance v over h has variance v h² / 12.
                 let bridge = |k: usize| volatility[index - 1][k].max(volatility[index][k]) * h * h / 12.0;
-                missed = [0, 1, 2].map(|k| last.missed[k] + bridge(k));
+                missing_variance = [0, 1, 2].map(|k| last.missing_variance[k] + bridge(k));
             }
             let (reading, frame, blur) = (sample.reading, sample.frame, sample.frame_noise);
-            knots.push(Knot { t: sample.t, reading, frame, blur, sum, missed });
+            knots.push(Knot { t: sample.t, reading, frame, blur, integral, missing_variance });
         }
-        let longest = longest_step(episode);
-        Self { knots, contact: episode.contact, episode: episode.ordinal as f64, held, longest, sd: [0.0; 3] }
+        let max_step = max_step_s(episode);
+        Self {
+            knots,
+            contact: episode.contact,
+            episode: episode.ordinal as f64,
+            held,
+            max_step,
+            sd: [0.0; 3],
+        }
     }
 
-    /// Longest step of a simulation under these readings, s.
-    pub fn longest(&self) -> f64 {
-        self.longest
+    /// Maximum step of a simulation under these readings, s.
+    pub fn max_step(&self) -> f64 {
+        self.max_step
     }
 
-    /// The clock of the episode at a time of its table; a step's duration is left at zero.
+    /// Clock of the episode at a time of its table. The step's duration is zero.
     pub fn clock(&self, t: f64) -> Clock {
         let since_contact = Clock::since_contact(t - self.contact);
         Clock { t, episode: self.episode, ..since_contact }
     }
 
-    /// The reading at a time, and its integral up to it, before which lie `after` samples.
+    /// Reading at a time and its integral up to it; `after` samples lie before the time.
     fn at(&self, t: f64, after: usize) -> ([f64; 3], [f64; 3]) {
-        let held = |k: &Knot| (k.reading, [0, 1, 2].map(|i| k.sum[i] + (t - k.t) * k.reading[i]));
-        let (Some(a), Some(b)) = self.around(after) else {
+        let held = |k: &Knot| (k.reading, [0, 1, 2].map(|i| k.integral[i] + (t - k.t) * k.reading[i]));
+        let (Some(a), Some(b)) = self.neighbours(after) else {
             let end = if after == 0 { self.knots.first() } else { self.knots.last() };
             return end.map_or_else(Default::default, held);
         };
@@ -153,33 +163,34 @@ impl Curve {
         }
         let (past, share) = (t - a.t, (t - a.t) / (b.t - a.t));
         let reading = [0, 1, 2].map(|k| a.reading[k] + share * (b.reading[k] - a.reading[k]));
-        (reading, [0, 1, 2].map(|k| a.sum[k] + past / 2.0 * (a.reading[k] + reading[k])))
+        (reading, [0, 1, 2].map(|k| a.integral[k] + past / 2.0 * (a.reading[k] + reading[k])))
     }
 
-    fn around(&self, after: usize) -> (Option<&Knot>, Option<&Knot>) {
+    fn neighbours(&self, after: usize) -> (Option<&Knot>, Option<&Knot>) {
         (after.checked_sub(1).and_then(|k| self.knots.get(k)), self.knots.get(after))
     }
 
-    fn before(&self, t: f64) -> usize {
+    fn count_before(&self, t: f64) -> usize {
         self.knots.partition_point(|k| k.t <= t)
     }
 
-    /// Variance of the integral up to a time by what happens between samples.
-    fn missed(&self, t: f64, after: usize) -> [f64; 3] {
-        match self.around(after) {
+    /// Variance of the integral up to a time caused by variation between samples.
+    fn missing_variance(&self, t: f64, after: usize) -> [f64; 3] {
+        match self.neighbours(after) {
             (Some(a), Some(b)) => {
                 let share = (t - a.t) / (b.t - a.t);
-                [0, 1, 2].map(|k| a.missed[k] + share * (b.missed[k] - a.missed[k]))
+                [0, 1, 2]
+                    .map(|k| a.missing_variance[k] + share * (b.missing_variance[k] - a.missing_variance[k]))
             }
-            (Some(end), None) => end.missed,
+            (Some(end), None) => end.missing_variance,
             (None, _) => [0.0; 3],
         }
     }
 
-    /// Pose of the reading frame in the object frame at a time, and what its uncertainty adds (see
+    /// Pose of the reading frame in the object frame at a time, and the variance of its uncertainty (see
     /// [`trundle_record::WrenchSample::frame_noise`]).
     pub fn frame(&self, t: f64) -> ([f64; 3], [f64; 3]) {
-        match self.around(self.before(t)) {
+        match self.neighbours(self.count_before(t)) {
             (Some(a), Some(b)) => {
                 let share = (t - a.t) / (b.t - a.t);
                 let [dx, dy, turn] = [0, 1, 2].map(|k| b.frame[k] - a.frame[k]);
@@ -192,9 +203,9 @@ impl Curve {
         }
     }
 
-    /// What was read over an interval.
-    pub fn mean(&self, from: f64, to: f64) -> Mean {
-        let (first, end) = (self.before(from), self.before(to));
+    /// Mean reading over an interval.
+    pub fn mean(&self, from: f64, to: f64) -> MeanReading {
+        let (first, end) = (self.count_before(from), self.count_before(to));
         let ((_, a), (_, b)) = (self.at(from, first), self.at(to, end));
         let (low, high) = (first.saturating_sub(1), end.min(self.knots.len().saturating_sub(1)));
         let spacing = match (self.knots.get(low), self.knots.get(high)) {
@@ -202,35 +213,36 @@ impl Curve {
             _ => to - from,
         };
         let (frame, blur) = self.frame((from + to) / 2.0);
-        let (start, stop) = (self.missed(from, first), self.missed(to, end));
+        let (start, stop) = (self.missing_variance(from, first), self.missing_variance(to, end));
         let dt = to - from;
         let spread = [0, 1, 2].map(|k| blur[k] / dt + (stop[k] - start[k]).max(0.0) / (dt * dt));
-        Mean { reading: [0, 1, 2].map(|k| (b[k] - a[k]) / dt), frame, spacing, spread }
+        MeanReading { reading: [0, 1, 2].map(|k| (b[k] - a[k]) / dt), frame, spacing, spread }
     }
 
-    /// The same where the object is held in a frame, and the reading changes as it does there.
-    pub fn held(&self, t: f64, frame: [f64; 3]) -> Clock {
+    /// Clock at a time for an object held at the origin of `frame`, with the trend of the reading.
+    pub fn clock_at_grasp(&self, t: f64, frame: [f64; 3]) -> Clock {
         Clock { grasp: [frame[0], frame[1]], trend: self.trend(t), ..self.clock(t) }
     }
 
-    /// The same in a step, with the noise of what is read over it from samples that lie `spacing` apart.
-    pub fn over(&self, t: f64, dt: f64, frame: [f64; 3], spacing: f64) -> Clock {
+    /// Clock of a step, with the noise of its mean reading from samples `spacing` apart.
+    pub fn clock_of_step(&self, t: f64, dt: f64, frame: [f64; 3], spacing: f64) -> Clock {
         let of_mean = (spacing / dt).sqrt();
-        let of_trend = (2.0 * (spacing / TREND).min(1.0)).sqrt() / TREND;
+        let of_trend = (2.0 * (spacing / TREND_WINDOW_S).min(1.0)).sqrt() / TREND_WINDOW_S;
         let noise = [of_mean, of_trend].map(|factor| self.sd.map(|sd| factor * sd));
-        Clock { dt, noise, ..self.held(t, frame) }
+        Clock { dt, noise, ..self.clock_at_grasp(t, frame) }
     }
 
-    /// How fast the reading changes about a time, 1/s.
+    /// Rate of change of the reading around a time, 1/s.
     fn trend(&self, t: f64) -> [f64; 3] {
-        let (before, after) = (self.mean(t - TREND, t).reading, self.mean(t, t + TREND).reading);
-        [0, 1, 2].map(|k| (after[k] - before[k]) / TREND)
+        let (before, after) =
+            (self.mean(t - TREND_WINDOW_S, t).reading, self.mean(t, t + TREND_WINDOW_S).reading);
+        [0, 1, 2].map(|k| (after[k] - before[k]) / TREND_WINDOW_S)
     }
 
-    /// The reading at a time, and how fast it changes there, 1/s.
+    /// Reading at a time and its rate of change, 1/s.
     pub fn value(&self, t: f64) -> ([f64; 3], [f64; 3]) {
-        let after = self.before(t);
-        let rate = match self.around(after) {
+        let after = self.count_before(t);
+        let rate = match self.neighbours(after) {
             (Some(a), Some(b)) if !self.held => {
                 [0, 1, 2].map(|k| (b.reading[k] - a.reading[k]) / (b.t - a.t))
             }
@@ -239,13 +251,13 @@ impl Curve {
         (self.at(t, after).0, rate)
     }
 
-    /// What follows the reading with a first-order lag, `lag ẏ + y = r`.
+    /// The reading filtered by a first-order lag, `lag ẏ + y = r`.
     pub fn lagged(&self, t: f64, lag: f64) -> Lagged {
-        let end = self.before(t);
-        let first = self.before(t - MEMORY * lag).saturating_sub(1);
+        let end = self.count_before(t);
+        let first = self.count_before(t - LAG_MEMORY * lag).saturating_sub(1);
         let Some(oldest) = self.knots.get(first) else { return Lagged::default() };
         let mut at = oldest.t.min(t);
-        let mut read = self.at(at, self.before(at)).0;
+        let mut read = self.at(at, self.count_before(at)).0;
         let mut y = Lagged { value: read, ..Lagged::default() };
         for k in first + 1..=end {
             let knot = self.knots.get(k).filter(|_| k < end);
@@ -259,22 +271,24 @@ impl Curve {
         y
     }
 
-    /// Mean reading over an interval where what happened is read `delay` seconds later.
-    pub fn late<T: Real>(&self, from: f64, to: f64, delay: T) -> [T; 3] {
+    /// Mean reading over an interval for readings that are late by `delay` seconds.
+    pub fn delayed_mean<T: Real>(&self, from: f64, to: f64, delay: T) -> [T; 3] {
         let (from, to) = (from + delay.re(), to + delay.re());
-        let ((start, a), (stop, b)) = (self.at(from, self.before(from)), self.at(to, self.before(to)));
+        let ((start, a), (stop, b)) =
+            (self.at(from, self.count_before(from)), self.at(to, self.count_before(to)));
         let length = to - from;
         [0, 1, 2].map(|k| T::chained((b[k] - a[k]) / length, [(delay, (stop[k] - start[k]) / length)]))
     }
 }
 
-/// Variance of the change of the force over a sample, at each sample: of a random walk, half of the squared second
-/// difference; zero where that is within the sensor's noise, whose second difference has six times its variance. A blow
-/// shorter than a sample is seen there, and so is a step; a ramp is not.
+/// Variance of the change of the force over a sample interval, at each sample. For a random walk it is half
+/// of the squared second difference. It is zero where the second difference is within the sensor noise, whose
+/// second difference has six times its variance. An impact shorter than a sample interval and a step give a
+/// nonzero value; a ramp does not.
 fn volatility(episode: &Prepared, sd: [f64; 3]) -> Vec<[f64; 3]> {
     let mut found = vec![[0.0; 3]; episode.wrench.len()];
     if episode.zero_order_hold {
-        return found; // a command is known at all times
+        return found; // a command is exact at all times
     }
     for (k, three) in episode.wrench.windows(3).enumerate() {
         let share = (three[1].t - three[0].t) / (three[2].t - three[0].t);
@@ -282,7 +296,7 @@ fn volatility(episode: &Prepared, sd: [f64; 3]) -> Vec<[f64; 3]> {
             let [a, b, c] = [0, 1, 2].map(|j: usize| three[j].reading[i]);
             let bend = 2.0 * (b - a - share * (c - a));
             let noise = 6.0 * sd[i] * sd[i];
-            if bend * bend > JERKY * JERKY * noise { 0.5 * (bend * bend - noise) } else { 0.0 }
+            if bend * bend > MIN_BEND_SD * MIN_BEND_SD * noise { 0.5 * (bend * bend - noise) } else { 0.0 }
         });
     }
     found
@@ -310,12 +324,12 @@ mod tests {
     }
 
     #[test]
-    fn what_is_read_seldom_is_cut_into_longer_steps() {
+    fn sparse_readings_give_longer_steps() {
         let read_every = |interval: f64| {
             let at = |k: usize| WrenchSample { t: interval * k as f64, ..Default::default() };
-            longest_step(&Prepared { wrench: (0..9).map(at).collect(), ..Default::default() })
+            max_step_s(&Prepared { wrench: (0..9).map(at).collect(), ..Default::default() })
         };
-        assert_eq!(read_every(0.01), LONGEST);
+        assert_eq!(read_every(0.01), MAX_STEP_S);
         assert!((read_every(10.24) - 1.28).abs() < 1e-12);
     }
 
@@ -326,22 +340,22 @@ mod tests {
     #[test]
     fn the_mean_of_a_ramp_is_its_middle() {
         for (from, to) in [(0.0, 0.5), (0.03, 0.07), (0.15, 0.45), (0.2, 0.3)] {
-            let Mean { reading, spacing, spread, .. } = ramp().mean(from, to);
+            let MeanReading { reading, spacing, spread, .. } = ramp().mean(from, to);
             assert!((reading[0] - 5.0 * (from + to)).abs() < 1e-12, "{from} {to} {reading:?}");
             assert!((spacing - 0.1).abs() < 1e-12);
-            assert_eq!(spread, [0.0; 3], "a ramp is known between its samples");
+            assert_eq!(spread, [0.0; 3], "a ramp has no variance between its samples");
         }
     }
 
     #[test]
-    fn a_step_knows_the_noise_of_what_is_read_over_it() {
+    fn a_step_has_the_noise_of_its_mean_reading() {
         let curve = ramp(); // a reading each 0.1 s, noise 0.01
-        let clock = curve.over(0.25, 0.4, [0.0; 3], 0.1);
+        let clock = curve.clock_of_step(0.25, 0.4, [0.0; 3], 0.1);
         assert!((clock.noise[0][0] - 0.005).abs() < 1e-12, "the mean of four readings: {clock:?}");
         // The trend is the difference of two means over 50 ms each, a sample at most.
-        assert!((clock.noise[1][0] - 0.01 * 2f64.sqrt() / TREND).abs() < 1e-12, "{clock:?}");
+        assert!((clock.noise[1][0] - 0.01 * 2f64.sqrt() / TREND_WINDOW_S).abs() < 1e-12, "{clock:?}");
         assert_eq!(
-            Curve::new(&episode((0..6).map(f64::from))).over(0.25, 0.4, [0.0; 3], 0.1).noise,
+            Curve::new(&episode((0..6).map(f64::from))).clock_of_step(0.25, 0.4, [0.0; 3], 0.1).noise,
             [[0.0; 3]; 2]
         );
     }
@@ -351,7 +365,7 @@ mod tests {
         let held = Curve::new(&Prepared { zero_order_hold: true, ..episode((0..6).map(f64::from)) });
         assert!((held.mean(0.22, 0.28).reading[0] - 2.0).abs() < 1e-12);
         assert!((held.mean(0.15, 0.25).reading[0] - 1.5).abs() < 1e-12);
-        let late = held.late(0.12, 0.16, Dual::<1>::variable(0.1, 0));
+        let late = held.delayed_mean(0.12, 0.16, Dual::<1>::variable(0.1, 0));
         assert!((late[0].re - 2.0).abs() < 1e-12);
     }
 
@@ -362,12 +376,12 @@ mod tests {
     }
 
     #[test]
-    fn a_blow_within_a_sample_is_uncertain() {
-        let blow = Curve::with_noise(&episode([0.0, 0.0, 0.0, 8.0, 0.0, 0.0, 0.0].into_iter()), &NOISE);
-        // The blow may have had any share of the two samples around its reading.
-        let spread = blow.mean(0.2, 0.4).spread[0].sqrt();
+    fn an_impact_between_samples_is_uncertain() {
+        let impact = Curve::with_noise(&episode([0.0, 0.0, 0.0, 8.0, 0.0, 0.0, 0.0].into_iter()), &NOISE);
+        // The impact may have lasted for any share of the two sample intervals around its reading.
+        let spread = impact.mean(0.2, 0.4).spread[0].sqrt();
         assert!((2.0..6.0).contains(&spread), "{spread} N of a mean of 4 N");
-        assert_eq!(blow.mean(0.0, 0.1).spread, [0.0; 3]);
+        assert_eq!(impact.mean(0.0, 0.1).spread, [0.0; 3]);
     }
 
     #[test]
@@ -376,14 +390,14 @@ mod tests {
     }
 
     #[test]
-    fn readings_are_held_beyond_their_ends() {
+    fn readings_are_constant_beyond_their_ends() {
         assert!((ramp().mean(-0.2, -0.1).reading[0]).abs() < 1e-12);
         assert!((ramp().mean(0.6, 0.7).reading[0] - 5.0).abs() < 1e-12);
     }
 
     #[test]
-    fn a_late_reading_is_that_of_later_and_has_its_slope() {
-        let late = ramp().late(0.12, 0.16, Dual::<1>::variable(0.05, 0));
+    fn a_delayed_mean_has_the_slope_by_the_delay() {
+        let late = ramp().delayed_mean(0.12, 0.16, Dual::<1>::variable(0.05, 0));
         assert!((late[0].re - 1.9).abs() < 1e-12 && (late[0].eps[0] - 10.0).abs() < 1e-9, "{late:?}");
     }
 }

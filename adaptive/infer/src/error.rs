@@ -1,54 +1,55 @@
-//! Why an estimate cannot be given.
+//! Errors of estimation.
 
 use thiserror::Error;
 use trundle_model::ModelError;
 
-/// Why an estimate cannot be given.
+/// Errors of estimation.
 #[derive(Debug, Error)]
 pub enum InferError {
-    /// The model itself is wrong.
+    /// The model is invalid.
     #[error(transparent)]
     Model(#[from] ModelError),
-    /// There is nothing to compare the model with.
+    /// The data are insufficient for the comparison.
     #[error("{recording}: {reason}; {remedy}")]
     NoData {
-        /// The recording.
+        /// The recording or episode.
         recording: String,
         /// What is missing.
         reason: String,
-        /// What would help.
+        /// What to do.
         remedy: String,
     },
-    /// A parameter is named that is not estimated.
-    #[error("'{name}' is not a free parameter of this model; free are: {free}")]
+    /// A named parameter is not estimated.
+    #[error("'{name}' is not a free parameter of this model; free parameters: {free}")]
     NotFree {
-        /// The name that was given.
+        /// The given name.
         name: String,
-        /// Those that exist.
+        /// The free parameters.
         free: String,
     },
     /// No start led anywhere.
     #[error(
-        "{recording}: the model cannot be evaluated anywhere near its prior \
-         (the density was not finite at any of {starts} starts); check units and signs with `trundle check`"
+        "{recording}: the density is not finite at any of {starts} starts drawn from the prior; \
+         check units and signs with `trundle check`"
     )]
+    /// The density was not finite at any start.
     NoStart {
         /// The recording.
         recording: String,
-        /// How many starts were tried.
+        /// Number of starts.
         starts: usize,
     },
-    /// A simulator that was handed in failed.
+    /// A user-supplied simulator failed.
     #[error("{episode}, t = {t:.4} s: {reason}")]
     Step {
         /// The episode.
         episode: String,
-        /// When in it, s.
+        /// Time in the episode, s.
         t: f64,
-        /// What was wrong, with the value.
+        /// The cause, with the value.
         reason: String,
     },
-    /// The user stopped it.
+    /// The user interrupted the work.
     #[error("interrupted")]
     Interrupted,
 }

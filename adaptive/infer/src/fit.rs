@@ -1,42 +1,44 @@
-//! Maximum a posteriori estimate, from several seeded starts.
+//! Maximum a posteriori estimation from several seeded starts.
 
-use crate::coordinates::Strain;
-use crate::search::{Agreement, Optimum, follow, polish, scout};
+use crate::coordinates::PriorConflict;
+use crate::search::{Agreement, Optimum, refine, refine_near, search_starts};
 use crate::{Channels, Density, InferError, Likelihood, Target, Watch};
 use nalgebra::DMatrix;
 use std::collections::BTreeSet;
 use std::f64::consts::{FRAC_PI_2, TAU};
 use trundle_model::{Kind, Model, Posterior, Prior, Slot};
 
-/// How a fit is searched.
+/// Settings of a fit.
 #[derive(Clone, Debug)]
 pub struct FitOptions {
-    /// Random starts, beside those given.
+    /// Number of random starts, in addition to given starts.
     pub starts: usize,
     /// Seed of the random starts.
     pub seed: u64,
-    /// How each start is followed.
+    /// Optimiser of each search.
     pub optimiser: Optimiser,
-    /// Whether starts may lie far from the optimum; not where they come from the fit of a simpler model.
-    pub from_afar: bool,
-    /// Where given starts lie near their optima: how many steps the best of them is followed at most.
-    pub near: Option<usize>,
-    /// How often noise that the recording does not state is estimated at most, each time with a search under it.
+    /// Whether starts may lie far from the optimum. Set to false for starts taken from the fit of a simpler
+    /// model.
+    pub distant_starts: bool,
+    /// If set, the given starts lie near their optima: only these are used, and the best is refined for at
+    /// most this many steps.
+    pub local_steps: Option<usize>,
+    /// Maximum number of rounds in which unstated noise is estimated, each followed by a search.
     pub noise_rounds: usize,
-    /// Whether the last search measures the gradient by differences where the given one leads no further down.
-    /// It has no effect with [`FitOptions::near`].
+    /// Whether the final search measures the gradient by finite differences where the approximate gradient no
+    /// longer leads to a decrease. It has no effect with [`FitOptions::local_steps`].
     pub measure_gradient: bool,
-    /// Names of parameters that each episode has its own of.
+    /// Names of parameters with a separate value in each episode.
     pub per_episode: BTreeSet<String>,
 }
 
-/// Methods on exact gradients.
+/// Gradient-based optimisers.
 #[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]
 pub enum Optimiser {
     /// Levenberg–Marquardt on the Gauss-Newton curvature.
     #[default]
     LevenbergMarquardt,
-    /// L-BFGS within bounds, as in the paper; on the gradient alone.
+    /// L-BFGS within bounds, as in the paper; it uses the gradient alone.
     Lbfgs,
 }
 
@@ -46,8 +48,8 @@ impl Default for FitOptions {
             starts: 6,
             seed: 0,
             optimiser: Optimiser::default(),
-            from_afar: true,
-            near: None,
+            distant_starts: true,
+            local_steps: None,
             noise_rounds: 2,
             measure_gradient: false,
             per_episode: BTreeSet::new(),
@@ -55,7 +57,7 @@ impl Default for FitOptions {
     }
 }
 
-/// One parameter as the data hold it.
+/// Estimate of one parameter.
 #[derive(Clone, Debug, PartialEq)]
 pub struct Estimate {
     /// Name as in [`trundle_model::Slot`].
@@ -66,47 +68,50 @@ pub struct Estimate {
     pub mean: f64,
     /// Posterior standard deviation (Laplace).
     pub sd: f64,
-    /// Whether the data hold it, and the prior does not exclude them; if not, the number means nothing.
+    /// Whether the data determine the parameter and the prior does not conflict with them. Otherwise the mean
+    /// has no meaning.
     pub identified: bool,
 }
 
-/// What a fit found.
+/// Result of a fit.
 #[derive(Clone, Debug)]
 pub struct Fit {
-    /// The model with every value filled in.
+    /// The model with all values filled in.
     pub model: Model,
-    /// Values of all slots; of a parameter that is per episode, the first episode's.
+    /// Values of all slots; for a per-episode parameter, the value of the first episode.
     pub values: Vec<f64>,
     /// The mode in the coordinates of the [`Target`].
     pub point: Vec<f64>,
-    /// Gauss-Newton curvature there of the likelihood alone: how often more than the prior (one) the data know.
+    /// Gauss-Newton curvature of the −log likelihood alone at the mode, in the same coordinates: the
+    /// information of the data relative to the prior, whose precision is one.
     pub information: DMatrix<f64>,
     /// Posterior covariance in the same coordinates (Laplace).
     pub spread: DMatrix<f64>,
-    /// What each of those coordinates is.
+    /// Slots of these coordinates.
     pub slots: Vec<Slot>,
     /// The free parameters.
     pub estimates: Vec<Estimate>,
-    /// Those whose prior excludes the data; their numbers are the prior's, not the data's.
-    pub strained: Vec<Strain>,
+    /// Parameters with a prior-data conflict. Their estimates are determined by the prior.
+    pub prior_conflicts: Vec<PriorConflict>,
     /// Covariance of the free parameters, in their units.
     pub covariance: DMatrix<f64>,
     /// −log p(data | values).
     pub cost: f64,
-    /// log p(data | model), Laplace's approximation.
+    /// log p(data | model) by Laplace's approximation.
     pub log_evidence: f64,
-    /// The noise that was stated, or found.
+    /// The stated or estimated noise.
     pub channels: Channels,
-    /// Whether the search came to rest.
+    /// Whether the search converged.
     pub converged: bool,
-    /// By how much its last step lowered the cost.
-    pub falling: f64,
-    /// How many of how many starts came within one unit of log density of the best, as far as short searches go.
+    /// Decrease of the cost in the last step.
+    pub last_decrease: f64,
+    /// Number of starts whose short search ended within one unit of log density of the best, and number of
+    /// starts.
     pub agreement: (usize, usize),
 }
 
 impl Fit {
-    /// The posterior for `model.toml`: what the data do not hold is left out.
+    /// The posterior for `model.toml`, restricted to the identified parameters.
     pub fn posterior(&self) -> Option<Posterior> {
         let kept: Vec<usize> = (0..self.estimates.len()).filter(|&k| self.estimates[k].identified).collect();
         (!kept.is_empty()).then(|| Posterior {
@@ -119,19 +124,20 @@ impl Fit {
         })
     }
 
-    /// The estimate of a slot, by name.
+    /// The estimate of the slot `name`.
     pub fn estimate(&self, name: &str) -> Option<&Estimate> {
         self.estimates.iter().find(|e| e.name == name)
     }
 }
 
-/// Points followed to the end.
-const POLISHED: usize = 2;
+/// Number of points that are refined to convergence.
+const MAX_REFINED_POINTS: usize = 2;
 
-/// Fit the free parameters of `model`, from `warm` starts (values of all slots) and random ones.
+/// Fit the free parameters of `model` from `warm` starts (values of all slots) and random starts.
 ///
 /// # Errors
-/// When no start has a finite density, a name in [`FitOptions::per_episode`] is unknown, or the user interrupts.
+/// When no start has a finite density, a name in [`FitOptions::per_episode`] is unknown, or the user
+/// interrupts.
 pub fn fit(
     likelihood: &dyn Likelihood,
     model: &Model,
@@ -141,28 +147,30 @@ pub fn fit(
 ) -> Result<Fit, InferError> {
     let target = Target::new(likelihood, model, &options.per_episode)?;
     if target.dimension() == 0 {
-        let optimum = Optimum { point: vec![], at: target.linearise(&[])?, converged: true, falling: 0.0 };
+        let optimum =
+            Optimum { point: vec![], at: target.linearise(&[])?, converged: true, last_decrease: 0.0 };
         return finish(&target, likelihood.channels(), optimum, (1, 1));
     }
-    let (best, agreement) = match options.near {
+    let (best, agreement) = match options.local_steps {
         Some(steps) => {
             let starts = warm.iter().map(|values| target.point(values)).collect();
-            (followed(&target, starts, steps, watch)?, (1, warm.len()))
+            (refined_nearby(&target, starts, steps, watch)?, (1, warm.len()))
         }
         None => {
-            let (points, agreement) = scout(&rungs(&target, likelihood, options)?, warm, options, watch)?;
-            let named = |z: Vec<f64>| canonical(&target, &z).unwrap_or(z);
-            let mut points: Vec<_> = points.into_iter().take(POLISHED).map(named).collect();
-            points.extend(lower(&target, warm, &points)?);
-            (settled(&target, points, options, watch)?, agreement)
+            let (points, agreement) =
+                search_starts(&continuation_over(&target, likelihood, options)?, warm, options, watch)?;
+            let canonicalised = |z: Vec<f64>| canonical(&target, &z).unwrap_or(z);
+            let mut points: Vec<_> = points.into_iter().take(MAX_REFINED_POINTS).map(canonicalised).collect();
+            points.extend(lowest_start(&target, warm, &points)?);
+            (refined(&target, points, options, watch)?, agreement)
         }
     };
-    under_tuned(likelihood, &target, (best, agreement), options, options.noise_rounds, watch)
+    fit_with_noise(likelihood, &target, (best, agreement), options, options.noise_rounds, watch)
 }
 
-/// The lowest of some starts, if it lies below all the points to which cheaper densities led: these may lead uphill, as
-/// away from the moment of an event.
-fn lower(
+/// The start with the lowest cost, if it lies below all of the `points`. Searches on a cheaper density can
+/// increase the cost, for example near the time of an event.
+fn lowest_start(
     target: &Target<'_>,
     starts: &[Vec<f64>],
     points: &[Vec<f64>],
@@ -176,11 +184,11 @@ fn lower(
     Ok(best.filter(|best| found.is_none_or(|found| best.0 < found.0)).map(|(_, point)| point))
 }
 
-/// Decrease of the cost, nats, below which estimating the noise once more is not worth it.
-const NOISE_SETTLED: f64 = 0.1;
+/// Decrease of the cost, nats, below which the noise is not estimated again.
+const MIN_NOISE_DECREASE_NATS: f64 = 0.1;
 
-/// Where the noise is not stated it is estimated, and the fit repeated under it, in at most so many rounds.
-fn under_tuned(
+/// Estimates unstated noise and repeats the fit under it, for at most `rounds` rounds.
+fn fit_with_noise(
     likelihood: &dyn Likelihood,
     target: &Target<'_>,
     (best, agreement): (Optimum, Agreement),
@@ -194,68 +202,68 @@ fn under_tuned(
         _ => likelihood.tuned(model, &target.shared_values(&best.point).0)?,
     };
     let Some(tuned) = tuned else { return finish(target, likelihood.channels(), best, agreement) };
-    let again = target.over(&*tuned, &options.per_episode)?;
+    let retuned = target.with_likelihood(&*tuned, &options.per_episode)?;
     let before = best.at.cost;
-    let best = match options.near {
-        Some(steps) => followed(&again, vec![best.point], steps, watch)?,
-        None => settled(&again, vec![best.point], options, watch)?,
+    let best = match options.local_steps {
+        Some(steps) => refined_nearby(&retuned, vec![best.point], steps, watch)?,
+        None => refined(&retuned, vec![best.point], options, watch)?,
     };
-    let rounds = if before - best.at.cost < NOISE_SETTLED { 0 } else { rounds - 1 };
-    under_tuned(&*tuned, &again, (best, agreement), options, rounds, watch)
+    let rounds = if before - best.at.cost < MIN_NOISE_DECREASE_NATS { 0 } else { rounds - 1 };
+    fit_with_noise(&*tuned, &retuned, (best, agreement), options, rounds, watch)
 }
 
-/// Where the better of some near starts leads, by its usual name.
-fn followed(
+/// Refines the better of some nearby starts and brings it to canonical form.
+fn refined_nearby(
     target: &Target<'_>,
     starts: Vec<Vec<f64>>,
     steps: usize,
     watch: &dyn Watch,
 ) -> Result<Optimum, InferError> {
-    let best = follow(target, starts, steps, watch)?;
+    let best = refine_near(target, starts, steps, watch)?;
     match canonical(target, &best.point) {
         Some(point) => Ok(Optimum { at: target.linearise(&point)?, point, ..best }),
         None => Ok(best),
     }
 }
 
-/// The best optimum from some points, by its usual name.
-fn settled(
+/// Refines some points, returns the best optimum and brings it to canonical form.
+fn refined(
     target: &Target<'_>,
     points: Vec<Vec<f64>>,
     options: &FitOptions,
     watch: &dyn Watch,
 ) -> Result<Optimum, InferError> {
-    let best = polish(target, points, options, watch)?;
+    let best = refine(target, points, options, watch)?;
     match canonical(target, &best.point) {
-        Some(turned) => polish(target, vec![turned], options, watch),
+        Some(turned) => refine(target, vec![turned], options, watch),
         None => Ok(best),
     }
 }
 
-/// The densities that a start is led through, the one that sorts the starts last: cheaper ones over the same
-/// coordinates where there are such.
-pub(crate) fn ladder<'a>(
+/// Densities through which each start passes: cheaper ones over the same coordinates first, if available. The
+/// last one ranks the starts.
+pub(crate) fn continuation<'a>(
     likelihood: &'a dyn Likelihood,
     model: &'a Model,
     options: &FitOptions,
 ) -> Result<Vec<Target<'a>>, InferError> {
-    rungs(&Target::new(likelihood, model, &options.per_episode)?, likelihood, options)
+    continuation_over(&Target::new(likelihood, model, &options.per_episode)?, likelihood, options)
 }
 
-/// The same for a target, which is that of the likelihood.
-fn rungs<'a>(
+/// The same for an existing target of the likelihood.
+fn continuation_over<'a>(
     full: &Target<'a>,
     likelihood: &'a dyn Likelihood,
     options: &FitOptions,
 ) -> Result<Vec<Target<'a>>, InferError> {
-    // Thinned recordings may lack an episode whose own parameters are asked for.
+    // A thinned recording may omit an episode that has its own parameters.
     let fits = |cheaper: &Target<'_>| cheaper.dimension() == full.dimension();
-    let cheaper = |l| full.over(l, &options.per_episode).ok().filter(fits);
-    let whole = || Ok(vec![full.over(likelihood, &options.per_episode)?]);
+    let cheaper = |l| full.with_likelihood(l, &options.per_episode).ok().filter(fits);
+    let whole = || Ok(vec![full.with_likelihood(likelihood, &options.per_episode)?]);
     let Some(coarse) = likelihood.coarse() else { return whole() };
-    let Some(sorting) = cheaper(coarse) else { return whole() };
-    let afar = if options.from_afar { coarse.coarse().and_then(cheaper) } else { None };
-    Ok(afar.into_iter().chain([sorting]).collect())
+    let Some(ranking) = cheaper(coarse) else { return whole() };
+    let distant = if options.distant_starts { coarse.coarse().and_then(cheaper) } else { None };
+    Ok(distant.into_iter().chain([ranking]).collect())
 }
 
 fn finish(
@@ -264,7 +272,7 @@ fn finish(
     mut optimum: Optimum,
     agreement: Agreement,
 ) -> Result<Fit, InferError> {
-    // Where the data do not hold an angle the search may go round and round.
+    // A search can go round the circle of an angle that the data do not determine.
     for (k, z) in optimum.point.iter_mut().enumerate() {
         *z = on_circle(&target.slot(k).prior, *z);
     }
@@ -272,9 +280,9 @@ fn finish(
     let (spread, log_determinant) = invert(&precision(&optimum.at.curvature, target));
     let information = &optimum.at.curvature - target.prior(z).curvature;
     let scales: Vec<(f64, f64)> = (0..n).map(|k| target.value(k, z[k])).collect();
-    let strain = |k: usize| {
-        let strain = target.coordinates().strain(target.parameter(k), z[k], information[(k, k)])?;
-        Some(Strain { name: target.slot(k).name, ..strain })
+    let conflict = |k: usize| {
+        let conflict = target.coordinates().prior_conflict(target.parameter(k), z[k], information[(k, k)])?;
+        Some(PriorConflict { name: target.slot(k).name, ..conflict })
     };
     let estimate = |k: usize| {
         let (slot, sd) = (target.slot(k), spread[(k, k)].max(0.0).sqrt());
@@ -283,14 +291,14 @@ fn finish(
             unit: slot.unit,
             mean: scales[k].0,
             sd: sd * scales[k].1.abs(),
-            identified: target.coordinates().identified(target.parameter(k), sd) && strain(k).is_none(),
+            identified: target.coordinates().identified(target.parameter(k), sd) && conflict(k).is_none(),
         }
     };
     let values = target.shared_values(z).0[..target.model().slots().len()].to_vec();
     Ok(Fit {
         model: target.model().with_values(&values)?,
         estimates: (0..n).map(estimate).collect(),
-        strained: (0..n).filter_map(strain).collect(),
+        prior_conflicts: (0..n).filter_map(conflict).collect(),
         slots: (0..n).map(|k| target.slot(k)).collect(),
         values,
         covariance: DMatrix::from_fn(n, n, |i, j| spread[(i, j)] * scales[i].1 * scales[j].1),
@@ -298,7 +306,7 @@ fn finish(
         log_evidence: -optimum.at.cost + 0.5 * (n as f64 * TAU.ln() - log_determinant),
         channels,
         converged: optimum.converged,
-        falling: optimum.falling,
+        last_decrease: optimum.last_decrease,
         agreement,
         information,
         spread,
@@ -306,12 +314,12 @@ fn finish(
     })
 }
 
-/// Posterior precision in `z`, no flatter than a circle or a prior allows.
+/// Posterior precision in `z`, at least that of the prior or of the circle of an angle.
 fn precision(curvature: &DMatrix<f64>, target: &Target<'_>) -> DMatrix<f64> {
     let mut precision = curvature.clone();
     for k in 0..precision.nrows() {
         let (coordinates, parameter) = (target.coordinates(), target.parameter(k));
-        let missing = coordinates.least_precision(parameter) - coordinates.prior_precision(parameter);
+        let missing = coordinates.min_precision(parameter) - coordinates.prior_precision(parameter);
         precision[(k, k)] += missing.max(0.0);
     }
     precision
@@ -328,7 +336,7 @@ fn invert(precision: &DMatrix<f64>) -> (DMatrix<f64>, f64) {
     }
 }
 
-/// An angle, which is its own coordinate, taken from the middle of its circle; anything else as it is.
+/// An angle wrapped to the period around zero; any other value unchanged.
 pub(crate) fn on_circle(prior: &Prior, value: f64) -> f64 {
     match prior {
         Prior::Angle(period) => value - period * (value / period - 0.5).ceil(),
@@ -336,10 +344,11 @@ pub(crate) fn on_circle(prior: &Prior, value: f64) -> f64 {
     }
 }
 
-/// A wheel turned by a quarter with its coefficients swapped is the same wheel: name the direction of least
-/// friction "along". Angles are taken from the middle of their circle. `None` where all is well.
+/// Canonical form of a point, or `None` if it already has it. A wheel turned by a quarter with exchanged
+/// coefficients is the same wheel: "along" is the direction of lower friction. Angles are wrapped around
+/// zero.
 pub(crate) fn canonical(target: &Target<'_>, point: &[f64]) -> Option<Vec<f64>> {
-    if target.has_own() {
+    if target.has_per_episode() {
         return None;
     }
     let mut values = target.shared_values(point).0;
@@ -349,7 +358,7 @@ pub(crate) fn canonical(target: &Target<'_>, point: &[f64]) -> Option<Vec<f64>> 
         let [angle, along, across] = [2, 3, 4].map(|k| first + k);
         first += effect.values.len();
         let free = |s: usize| slots[s].value.is_none();
-        // Only a prior that is itself the same after a quarter turn leaves the density as it was.
+        // A quarter turn leaves the density unchanged only if the prior is symmetric too.
         let turns = effect.kind == Kind::ViscousWheel
             && free(angle)
             && free(along)
@@ -367,8 +376,9 @@ pub(crate) fn canonical(target: &Target<'_>, point: &[f64]) -> Option<Vec<f64>> 
     (values != before).then(|| target.point(&values))
 }
 
-/// Values of a richer model's slots, taken by name from a fit of a simpler one; the rest from `fill`.
-pub fn carried(from: &Fit, to: &Model, fill: &[f64]) -> Vec<f64> {
+/// Values for the slots of a richer model, taken by name from the fit of a simpler one; `fill` supplies the
+/// remaining ones.
+pub fn transferred_values(from: &Fit, to: &Model, fill: &[f64]) -> Vec<f64> {
     let known: std::collections::BTreeMap<String, f64> =
         from.model.slots().into_iter().filter_map(|s| s.value.map(|v| (s.name, v))).collect();
     to.slots()

@@ -1,75 +1,77 @@
-//! What the data hold of a fit's parameters together: the spectrum of the Fisher information, and the
-//! combinations that are known where the parameters are not.
+//! Joint identifiability of a fit's parameters: the spectrum of the Fisher information, and identified
+//! combinations of unidentified parameters.
 //!
-//! All is measured against the prior, in coordinates `z` in which it is standard normal: a direction along which
-//! the likelihood curves `λ` times as much as the prior has the posterior standard deviation `1/√(1 + λ)`.
+//! All quantities are relative to the prior, in coordinates `z` in which it is standard normal. A direction
+//! with `λ` times the curvature of the prior has the posterior standard deviation `1/√(1 + λ)`.
 
 use crate::{Estimate, Fit};
 use nalgebra::{DMatrix, DVector, SymmetricEigen};
 use std::collections::BTreeMap;
 use trundle_model::{Prior, Slot};
 
-/// Posterior over prior standard deviation below which a direction is held, as for single parameters.
-const HELD: f64 = 0.3;
+/// Ratio of posterior to prior standard deviation below which a direction is identified, as for single
+/// parameters.
+const MAX_IDENTIFIED_SD: f64 = 0.3;
 
-/// A ratio of positive quantities must also be known within a factor of e^½.
-const FACTOR: f64 = 0.5;
+/// Maximum standard deviation of the logarithm of an identified ratio or product: a factor of e^½.
+const MAX_LOG_SD: f64 = 0.5;
 
-/// Parts of a direction smaller than this share of its largest are not named.
-const DOMINANT: f64 = 0.3;
+/// Minimum size of a named component of a direction, as a share of the largest.
+const MIN_DOMINANT_SHARE: f64 = 0.3;
 
-/// What the data hold, and what they do not.
+/// Identified and unidentified directions and parameters.
 #[derive(Clone, Debug, PartialEq)]
 pub struct Identifiability {
-    /// Principal directions of the information, the best known first.
+    /// Principal directions of the information, the best determined first.
     pub directions: Vec<Direction>,
-    /// How many of them the data hold.
-    pub held: usize,
-    /// Known combinations of parameters that are themselves not identified.
+    /// Number of identified directions.
+    pub identified: usize,
+    /// Identified combinations of unidentified parameters.
     pub combinations: Vec<Combination>,
-    /// Parameters neither identified nor part of a known combination.
+    /// Parameters that are neither identified nor part of an identified combination.
     pub unknown: Vec<String>,
 }
 
 /// A principal direction of the information in `z`.
 #[derive(Clone, Debug, PartialEq)]
 pub struct Direction {
-    /// How often more than the prior the data know it; an angle has no prior and is taken in rad.
+    /// Information of the data relative to that of the prior; for an angle in 1/rad².
     pub information: f64,
-    /// Posterior standard deviation along it, in prior ones.
+    /// Posterior standard deviation along the direction, in prior standard deviations.
     pub sd: f64,
-    /// Whether the data hold it.
-    pub held: bool,
-    /// Its dominant parts: parameters and their weights, of a vector of unit length.
+    /// Whether the direction is identified.
+    pub identified: bool,
+    /// Dominant components: parameters and their weights in a unit vector.
     pub parts: Vec<(String, f64)>,
 }
 
 /// A combination of parameters.
 #[derive(Clone, Debug, PartialEq)]
 pub enum Combination {
-    /// The quotient of two positive parameters.
+    /// Quotient of two positive parameters.
     Ratio(Pair),
-    /// The product of two positive parameters.
+    /// Product of two positive parameters.
     Product(Pair),
-    /// A sum of parameters in prior units, with weights and its posterior standard deviation in prior ones.
+    /// Weighted sum of parameters in prior standard deviations, with its posterior standard deviation in the
+    /// same unit.
     Sum {
         /// Parameters and their weights.
         parts: Vec<(String, f64)>,
-        /// Posterior over prior standard deviation.
+        /// Ratio of posterior to prior standard deviation.
         sd: f64,
     },
 }
 
-/// Two parameters of which a quotient or a product is known.
+/// Two parameters with an identified quotient or product.
 #[derive(Clone, Debug, PartialEq)]
 pub struct Pair {
-    /// Names; the first divided by, or times, the second.
+    /// Names of the first and the second factor, or of the dividend and the divisor.
     pub names: [String; 2],
     /// Their units.
     pub units: [&'static str; 2],
-    /// The value in their SI units.
+    /// Value in SI units.
     pub value: f64,
-    /// Its relative standard deviation.
+    /// Relative standard deviation.
     pub relative_sd: f64,
 }
 
@@ -94,14 +96,14 @@ impl Pair {
 }
 
 impl Fit {
-    /// What the data hold, and what they do not.
+    /// Joint identifiability of the parameters.
     pub fn identifiability(&self) -> Identifiability {
         let directions = directions(&self.information, &self.slots);
         let combinations = combinations(self);
         let named = |name: &String| combinations.iter().any(|c| c.names().any(|n| n == name));
         let unknown = self.estimates.iter().filter(|e| !e.identified && !named(&e.name));
         Identifiability {
-            held: directions.iter().filter(|d| d.held).count(),
+            identified: directions.iter().filter(|d| d.identified).count(),
             directions,
             unknown: unknown.map(|e| e.name.clone()).collect(),
             combinations,
@@ -110,7 +112,7 @@ impl Fit {
 }
 
 impl Combination {
-    /// The parameters in it.
+    /// Parameters of the combination.
     pub fn names(&self) -> impl Iterator<Item = &String> {
         let (pair, parts): (&[String], &[(String, f64)]) = match self {
             Self::Ratio(p) | Self::Product(p) => (&p.names, &[]),
@@ -129,50 +131,57 @@ fn directions(information: &DMatrix<f64>, slots: &[Slot]) -> Vec<Direction> {
         .map(|k| {
             let lambda = spectrum.eigenvalues[k].max(0.0);
             let vector = spectrum.eigenvectors.column(k).into_owned();
-            // Of an angle there is no prior: what is not known of it is its circle, about one radian.
+            // An angle has no prior; its period is about one radian.
             let sd = (1.0 + lambda).sqrt().recip();
-            Direction { information: lambda, sd, held: sd < HELD, parts: dominant(&vector, slots) }
+            Direction {
+                information: lambda,
+                sd,
+                identified: sd < MAX_IDENTIFIED_SD,
+                parts: dominant(&vector, slots),
+            }
         })
         .collect();
     directions.sort_by(|a, b| b.information.total_cmp(&a.information));
     directions
 }
 
-/// The parts of a direction that make it up, largest first and that one positive.
+/// Dominant components of a direction, the largest first and positive.
 fn dominant(vector: &DVector<f64>, slots: &[Slot]) -> Vec<(String, f64)> {
     let largest = vector[vector.icamax()];
     let sign = if largest < 0.0 { -1.0 } else { 1.0 };
     let mut parts: Vec<(String, f64)> = vector
         .iter()
         .zip(slots)
-        .filter(|(w, _)| w.abs() >= DOMINANT * largest.abs())
+        .filter(|(w, _)| w.abs() >= MIN_DOMINANT_SHARE * largest.abs())
         .map(|(w, slot)| (slot.name.clone(), sign * w))
         .collect();
     parts.sort_by(|a, b| b.1.abs().total_cmp(&a.1.abs()));
     parts
 }
 
-/// Known combinations among the parameters that are not identified: quotients and products first, since they mean
-/// something to a person, then whatever else the covariance holds.
+/// Identified combinations of unidentified parameters: ratios and products first, since they are easier to
+/// interpret, then the remaining directions of the covariance.
 fn combinations(fit: &Fit) -> Vec<Combination> {
-    let open: Vec<usize> = (0..fit.estimates.len()).filter(|&k| !fit.estimates[k].identified).collect();
-    let pairs = pairs(fit, &open);
+    let unidentified: Vec<usize> =
+        (0..fit.estimates.len()).filter(|&k| !fit.estimates[k].identified).collect();
+    let pairs = pairs(fit, &unidentified);
     let named: Vec<&String> = pairs.iter().flat_map(Combination::names).collect();
-    let rest: Vec<usize> = open.into_iter().filter(|&k| !named.contains(&&fit.estimates[k].name)).collect();
+    let rest: Vec<usize> =
+        unidentified.into_iter().filter(|&k| !named.contains(&&fit.estimates[k].name)).collect();
     let sums = sums(fit, &rest);
     pairs.into_iter().chain(sums).collect()
 }
 
-/// Quotients and products of two, best known first, as many as are independent.
-fn pairs(fit: &Fit, open: &[usize]) -> Vec<Combination> {
+/// Independent ratios and products, the best determined first.
+fn pairs(fit: &Fit, unidentified: &[usize]) -> Vec<Combination> {
     let positive: Vec<(usize, f64)> =
-        open.iter().filter_map(|&k| Some((k, spread(&fit.slots[k])?))).collect();
+        unidentified.iter().filter_map(|&k| Some((k, spread(&fit.slots[k])?))).collect();
     let mut known: Vec<(f64, [usize; 2], f64)> = vec![];
     for (n, &(i, a)) in positive.iter().enumerate() {
         for &(j, b) in &positive[n + 1..] {
             for sign in [-1.0, 1.0] {
                 let sd = log_sd(fit, i, j, sign);
-                if sd < FACTOR && sd < HELD * a.hypot(b) {
+                if sd < MAX_LOG_SD && sd < MAX_IDENTIFIED_SD * a.hypot(b) {
                     known.push((sd, [i, j], sign));
                 }
             }
@@ -188,7 +197,7 @@ fn pairs(fit: &Fit, open: &[usize]) -> Vec<Combination> {
     known.into_iter().filter(independent).map(|(sd, ij, sign)| pair(fit, ij, sign, sd)).collect()
 }
 
-/// Spread of the logarithm of a positive parameter under its prior.
+/// Prior standard deviation of the logarithm of a positive parameter.
 fn spread(slot: &Slot) -> Option<f64> {
     match slot.prior {
         Prior::LogNormal { sd, .. } => Some(sd),
@@ -211,24 +220,26 @@ fn pair(fit: &Fit, [i, j]: [usize; 2], sign: f64, relative_sd: f64) -> Combinati
     if sign < 0.0 { Combination::Ratio(pair) } else { Combination::Product(pair) }
 }
 
-/// Held directions of the posterior covariance of some parameters, whatever the others are.
-fn sums(fit: &Fit, open: &[usize]) -> Vec<Combination> {
-    if open.len() < 2 {
+/// Identified directions of the marginal posterior covariance of some parameters.
+fn sums(fit: &Fit, unidentified: &[usize]) -> Vec<Combination> {
+    if unidentified.len() < 2 {
         return vec![];
     }
-    let own = DMatrix::from_fn(open.len(), open.len(), |a, b| fit.spread[(open[a], open[b])]);
-    let slots: Vec<Slot> = open.iter().map(|&k| fit.slots[k].clone()).collect();
+    let own = DMatrix::from_fn(unidentified.len(), unidentified.len(), |a, b| {
+        fit.spread[(unidentified[a], unidentified[b])]
+    });
+    let slots: Vec<Slot> = unidentified.iter().map(|&k| fit.slots[k].clone()).collect();
     let spectrum = SymmetricEigen::new(own.clone());
     let sum = |k: usize| {
         let vector = spectrum.eigenvectors.column(k).into_owned();
         let parts = dominant(&vector, &slots);
-        // What is named must be known, not what it is part of.
-        let named = DVector::from_fn(open.len(), |a, _| {
+        // The criterion applies to the named components, not to the whole direction.
+        let named = DVector::from_fn(unidentified.len(), |a, _| {
             if parts.iter().any(|(name, _)| *name == slots[a].name) { vector[a] } else { 0.0 }
         })
         .normalize();
         let sd = named.dot(&(&own * &named)).max(0.0).sqrt();
-        (parts.len() > 1 && sd < HELD).then_some(Combination::Sum { parts, sd })
+        (parts.len() > 1 && sd < MAX_IDENTIFIED_SD).then_some(Combination::Sum { parts, sd })
     };
-    (0..open.len()).filter_map(sum).collect()
+    (0..unidentified.len()).filter_map(sum).collect()
 }

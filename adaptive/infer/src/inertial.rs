@@ -1,15 +1,17 @@
-//! The likelihood of the wrench that a motion needs, inertia included (eq. 4 read backwards).
+//! Likelihood of the wrench that a motion requires, inertia included (inverse dynamics; eq. 4 solved for the
+//! wrench).
 //!
 //! ```text
 //! r = M a − laws(x) − recorded,   cov r = M A Mᵀ + D V Dᵀ + diag(σ_f², σ_f², σ_τ²)
 //! ```
-//! `A` and `V` are the smoother's covariances of acceleration and twist, `M` the mass matrix about the object origin,
-//! `D` the drag of the laws. σ, estimated, is what readings and laws leave over. No simulation, so no start state and
-//! no drift; but what the smoother rounds off is lost, and near a locked wheel the twist is known too badly.
+//! `A` and `V` are the smoother's covariances of acceleration and twist, `M` is the mass matrix about the
+//! object origin, and `D` is the damping matrix of the laws. The estimated σ covers the error of readings and
+//! laws. The method runs no simulation, so it has neither an initial state nor drift. It cannot recover
+//! motion that the smoother removes, and near a locked wheel the twist is too uncertain.
 
 use crate::curve::Curve;
 use crate::likelihood::{Likelihood, Linearised};
-use crate::stretches::moves;
+use crate::steady_segments::is_moving;
 use crate::timing::Timing;
 use crate::{Channels, InferError, Loss};
 use nalgebra::{Matrix3, Vector3};
@@ -20,19 +22,19 @@ use trundle_model::{
 };
 use trundle_record::{Motion, Noise, Prepared};
 
-/// Derivatives carried at once.
-const WIDTH: usize = 8;
+/// Maximum number of parameters differentiated together.
+const MAX_DUALS: usize = 8;
 
-/// From one sample to the next, s: about what the smoother averages over, so that their errors are independent.
-const SPACING: f64 = 0.1;
+/// Interval between samples, s: about the averaging time of the smoother, so that the errors are independent.
+const SAMPLE_SPACING_S: f64 = 0.1;
 
-/// Samples of an episode below which nothing is said.
-const FEWEST: usize = 3;
+/// Minimum number of samples.
+const MIN_SAMPLES: usize = 3;
 
-/// An unknown scatter is log-normal with this standard deviation of its logarithm.
-const SPREAD: f64 = 1.0;
+/// Prior standard deviation of the logarithm of an unknown scatter.
+const LOG_SCATTER_SD: f64 = 1.0;
 
-/// Motion at one time, object axes, and the wrench read around it.
+/// Motion at one time, object axes, and the wrench reading around it.
 #[derive(Clone, Debug)]
 struct Sample {
     episode: usize,
@@ -42,37 +44,41 @@ struct Sample {
     accel: [f64; 3],
     /// Covariances of acceleration and twist, object axes.
     covariance: [Matrix3<f64>; 2],
-    /// Mean reading, reading axes, and the pose of these in the object frame.
+    /// Mean reading, reading axes, and the pose of the reading frame in the object frame.
     reading: [f64; 3],
     frame: [f64; 3],
-    /// All readings of its episode.
+    /// All readings of the episode.
     curve: Arc<Curve>,
 }
 
-/// Compares the wrench that a recorded motion needs with the one that was read, at poses while it moves.
+/// Compares the wrench that a recorded motion requires with the recorded wrench, at poses where the object
+/// moves.
 #[derive(Clone)]
 pub struct InertialLikelihood {
     samples: Vec<Sample>,
     episodes: Vec<String>,
     dof: [bool; 3],
-    /// Medians of the scatter: N, N·m.
+    /// Prior medians of the scatter: N, N·m.
     median: [f64; 2],
     loss: Loss,
     channels: Channels,
 }
 
 impl InertialLikelihood {
-    /// From the episodes to be fitted.
+    /// Likelihood of the given episodes.
     ///
     /// # Errors
-    /// When too little moves under a wrench.
+    /// When fewer than three samples of motion under a wrench are found.
     pub fn new(episodes: &[Prepared], noise: &Noise, dof: [bool; 3]) -> Result<Self, InferError> {
         let of = |(index, episode): (usize, &Prepared)| samples(index, episode, noise);
         let samples: Vec<Sample> = episodes.iter().enumerate().flat_map(of).collect();
-        if samples.len() < FEWEST {
+        if samples.len() < MIN_SAMPLES {
             return Err(InferError::NoData {
                 recording: "the fit".to_owned(),
-                reason: format!("only {} samples of motion under a wrench are left", samples.len()),
+                reason: format!(
+                    "only {} samples of motion under a wrench are left; at least {MIN_SAMPLES} are required",
+                    samples.len()
+                ),
                 remedy: "record pushes that move the object further than the tracker's noise".to_owned(),
             });
         }
@@ -86,19 +92,19 @@ impl InertialLikelihood {
         })
     }
 
-    /// The same with residuals distributed so.
+    /// The same likelihood with another distribution of residuals.
     #[must_use]
     pub fn with_loss(self, loss: Loss) -> Self {
         Self { loss, ..self }
     }
 
-    /// The same with some of its episodes.
+    /// The same likelihood over a subset of the episodes.
     #[must_use]
     pub fn only(&self, keep: impl Fn(usize) -> bool) -> Self {
         Self { samples: self.samples.iter().filter(|s| keep(s.episode)).cloned().collect(), ..self.clone() }
     }
 
-    /// Number of samples compared.
+    /// Number of compared samples.
     pub fn observations(&self) -> usize {
         self.samples.len()
     }
@@ -107,7 +113,7 @@ impl InertialLikelihood {
         self.dof.iter().filter(|&&moves| moves).count() as f64
     }
 
-    /// Residual and covariance of a sample; blocked directions neither count nor matter.
+    /// Residual and covariance of a sample. Blocked directions have no effect.
     fn compare<T: Real>(&self, s: &Sample, plant: &Plant<T>, scatter: [T; 2]) -> ([T; 3], [[T; 3]; 3]) {
         let state = State::moving(s.state.pose.map(T::lift), s.state.twist.map(T::lift));
         let force = plant.generalised_force(&state, s.clock);
@@ -115,7 +121,9 @@ impl InertialLikelihood {
         let laws = force.wrench(to_body(state.twist, state.pose[2]));
         let reading = match Timing::of(plant, s.clock) {
             None => s.reading.map(T::lift),
-            Some(timing) => timing.mean(&s.curve, s.clock.t - 0.5 * SPACING, s.clock.t + 0.5 * SPACING),
+            Some(timing) => {
+                timing.mean(&s.curve, s.clock.t - 0.5 * SAMPLE_SPACING_S, s.clock.t + 0.5 * SAMPLE_SPACING_S)
+            }
         };
         let read = transport(plant.correct(reading, s.clock), s.frame);
         let rigid = plant.rigid(s.clock);
@@ -128,8 +136,8 @@ impl InertialLikelihood {
         });
         let [xx, xy, yy, xt, yt, tt] = force.damping;
         let drag = [[xx, xy, xt], [xy, yy, yt], [xt, yt, tt]];
-        let mut covariance = sandwich(&mass, &s.covariance[0]);
-        let twist = sandwich(&drag, &s.covariance[1]);
+        let mut covariance = congruence(&mass, &s.covariance[0]);
+        let twist = congruence(&drag, &s.covariance[1]);
         for i in 0..3 {
             for j in 0..3 {
                 let both = self.dof[i] && self.dof[j];
@@ -141,7 +149,11 @@ impl InertialLikelihood {
         (residual, covariance)
     }
 
-    fn parted<'v>(&self, model: &Model, values: &'v [f64]) -> Result<(&'v [f64], [f64; 2]), InferError> {
+    fn split_values<'v>(
+        &self,
+        model: &Model,
+        values: &'v [f64],
+    ) -> Result<(&'v [f64], [f64; 2]), InferError> {
         let own = model.slots().len();
         let (got, expected) = (values.len(), own + self.noise().len());
         if got != expected {
@@ -155,11 +167,11 @@ impl InertialLikelihood {
         let whitened =
             factor.l().solve_lower_triangular(residual).unwrap_or_else(|| Vector3::repeat(f64::NAN));
         let size: f64 = factor.l().diagonal().iter().map(|d| d.ln()).sum();
-        let cost = self.loss.charge(whitened.norm_squared(), self.directions()).cost + size;
+        let cost = self.loss.contribution(whitened.norm_squared(), self.directions()).cost + size;
         if cost.is_finite() { cost } else { f64::INFINITY }
     }
 
-    /// One sample's part; slopes by up to [`WIDTH`] columns at a time.
+    /// Contribution of one sample, with derivatives by up to [`MAX_DUALS`] columns at a time.
     fn linearise_one(&self, sample: &Sample, groups: &[Group], n: usize) -> Linearised {
         let mut sum = Linearised::sum(n, []);
         let mut columns: Vec<(Vector3<f64>, Matrix3<f64>)> = Vec::with_capacity(n);
@@ -176,32 +188,32 @@ impl InertialLikelihood {
         sum.cost = self.cost_of(&residual, &covariance);
         let Some(inverse) = covariance.cholesky().and_then(|c| c.l().try_inverse()) else { return sum };
         let whitened = inverse * residual;
-        let charge = self.loss.charge(whitened.norm_squared(), self.directions());
+        let contribution = self.loss.contribution(whitened.norm_squared(), self.directions());
         let columns: Vec<_> =
             columns.iter().map(|(r, s)| (inverse * r, inverse * s * inverse.transpose())).collect();
         for (i, (r, s)) in columns.iter().enumerate() {
             let square = whitened.dot(r) - 0.5 * whitened.dot(&(s * whitened));
-            sum.gradient[i] = charge.weight * square + 0.5 * s.trace();
+            sum.gradient[i] = contribution.weight * square + 0.5 * s.trace();
             for (j, (other, t)) in columns.iter().enumerate() {
-                // Fisher's information of a normal vector's mean and covariance.
-                let scale = charge.curvature / charge.weight;
-                sum.curvature[(i, j)] = charge.curvature * r.dot(other) + 0.5 * scale * (s * t).trace();
+                // Fisher information of the mean and the covariance of a normal vector.
+                let scale = contribution.curvature / contribution.weight;
+                sum.curvature[(i, j)] = contribution.curvature * r.dot(other) + 0.5 * scale * (s * t).trace();
             }
         }
         sum
     }
 }
 
-/// A plant with some of the free parameters as variables.
+/// A plant with some of the free parameters as dual variables.
 struct Group {
-    plant: Plant<Dual<WIDTH>>,
-    scatter: [Dual<WIDTH>; 2],
+    plant: Plant<Dual<MAX_DUALS>>,
+    scatter: [Dual<MAX_DUALS>; 2],
     columns: usize,
 }
 
 fn group(model: &Model, values: &[f64], scatter: [f64; 2], free: &[usize]) -> Result<Group, InferError> {
     let all: Vec<f64> = values.iter().copied().chain(scatter).collect();
-    let mut lifted: Vec<Dual<WIDTH>> = all.iter().map(|&v| Real::lift(v)).collect();
+    let mut lifted: Vec<Dual<MAX_DUALS>> = all.iter().map(|&v| Real::lift(v)).collect();
     for (k, &slot) in free.iter().enumerate() {
         lifted[slot] = Dual::variable(all[slot], k);
     }
@@ -218,7 +230,7 @@ fn inertia<T: Real>(rigid: &Rigid<T>) -> [[T; 3]; 3] {
 }
 
 /// `A C Aᵀ` for a symmetric `A`.
-fn sandwich<T: Real>(a: &[[T; 3]; 3], c: &Matrix3<f64>) -> [[T; 3]; 3] {
+fn congruence<T: Real>(a: &[[T; 3]; 3], c: &Matrix3<f64>) -> [[T; 3]; 3] {
     let left =
         [0, 1, 2].map(|i| [0, 1, 2].map(|j| (0..3).fold(T::zero(), |sum, k| sum + a[i][k] * c[(k, j)])));
     [0, 1, 2].map(|i| [0, 1, 2].map(|j| (0..3).fold(T::zero(), |sum, k| sum + left[i][k] * a[k][j])))
@@ -226,7 +238,7 @@ fn sandwich<T: Real>(a: &[[T; 3]; 3], c: &Matrix3<f64>) -> [[T; 3]; 3] {
 
 impl Likelihood for InertialLikelihood {
     fn cost(&self, model: &Model, values: &[f64]) -> Result<f64, InferError> {
-        let (own, scatter) = self.parted(model, values)?;
+        let (own, scatter) = self.split_values(model, values)?;
         let plant = model.plant(own)?;
         let one = |s: &Sample| {
             let (residual, covariance) = self.compare(s, &plant, scatter);
@@ -236,9 +248,9 @@ impl Likelihood for InertialLikelihood {
     }
 
     fn linearise(&self, model: &Model, values: &[f64], free: &[usize]) -> Result<Linearised, InferError> {
-        let (own, scatter) = self.parted(model, values)?;
+        let (own, scatter) = self.split_values(model, values)?;
         let mut groups =
-            free.chunks(WIDTH).map(|f| group(model, own, scatter, f)).collect::<Result<Vec<_>, _>>()?;
+            free.chunks(MAX_DUALS).map(|f| group(model, own, scatter, f)).collect::<Result<Vec<_>, _>>()?;
         if groups.is_empty() {
             groups.push(group(model, own, scatter, &[])?);
         }
@@ -257,7 +269,7 @@ impl Likelihood for InertialLikelihood {
             unit,
             lower: 1e-12,
             upper: 1e6,
-            prior: Prior::LogNormal { median, sd: SPREAD },
+            prior: Prior::LogNormal { median, sd: LOG_SCATTER_SD },
             value: None,
             effect: None,
         };
@@ -274,32 +286,32 @@ impl Likelihood for InertialLikelihood {
         self.episodes.iter().enumerate().map(one).collect()
     }
 
-    /// σ is estimated with the parameters, not after them.
+    /// σ is estimated together with the parameters.
     fn tuned(&self, _: &Model, _: &[f64]) -> Result<Option<Box<dyn Likelihood + '_>>, InferError> {
         Ok(None)
     }
 }
 
-/// An episode's samples: where it surely moves, so far apart.
+/// Samples of an episode: poses at which the object moves, at least [`SAMPLE_SPACING_S`] apart.
 fn samples(index: usize, episode: &Prepared, noise: &Noise) -> Vec<Sample> {
     let mut found: Vec<Sample> = vec![];
-    let mut next = episode.contact + 0.5 * SPACING;
+    let mut next = episode.contact + 0.5 * SAMPLE_SPACING_S;
     let curve = Arc::new(Curve::new(episode));
-    for motion in episode.motion(noise).iter().filter(|m| moves(m)) {
+    for motion in episode.motion(noise).iter().filter(|m| is_moving(m)) {
         if motion.t < next {
             continue;
         }
         if let Some(sample) = sample(index, episode, &curve, motion) {
             found.push(sample);
-            next = motion.t + SPACING;
+            next = motion.t + SAMPLE_SPACING_S;
         }
     }
     found
 }
 
 fn sample(index: usize, episode: &Prepared, curve: &Arc<Curve>, motion: &Motion) -> Option<Sample> {
-    let first = episode.wrench.partition_point(|w| w.t < motion.t - 0.5 * SPACING);
-    let end = episode.wrench.partition_point(|w| w.t <= motion.t + 0.5 * SPACING);
+    let first = episode.wrench.partition_point(|w| w.t < motion.t - 0.5 * SAMPLE_SPACING_S);
+    let end = episode.wrench.partition_point(|w| w.t <= motion.t + 0.5 * SAMPLE_SPACING_S);
     let near = episode.wrench.get(first..end).filter(|near| !near.is_empty())?;
     let frame = curve.frame(motion.t).0;
     let mean = |k: usize| near.iter().map(|w| w.reading[k]).sum::<f64>() / near.len() as f64;
@@ -312,7 +324,7 @@ fn sample(index: usize, episode: &Prepared, curve: &Arc<Curve>, motion: &Motion)
     Some(Sample {
         episode: index,
         state: State::moving(motion.pose, motion.twist),
-        clock: curve.held(motion.t, frame),
+        clock: curve.clock_at_grasp(motion.t, frame),
         accel: to_body(motion.accel, motion.pose[2]),
         covariance: [turn(2), turn(1)],
         reading: [0, 1, 2].map(mean),

@@ -1,25 +1,25 @@
-//! Several recordings of one object, fitted together.
+//! Joint likelihood of several recordings of one object.
 
-use crate::likelihood::{Likelihood, Linearised, Look};
+use crate::likelihood::{Evaluation, Likelihood, Linearised};
 use crate::{Channels, InferError};
 use trundle_model::{Model, Slot};
 
-/// The sum of likelihoods: each recording keeps its own noise, frames and rates.
+/// Sum of likelihoods. Each recording keeps its own noise, frames and rates.
 pub struct Joint<'a> {
     parts: Vec<Box<dyn Likelihood + 'a>>,
 }
 
 impl<'a> Joint<'a> {
-    /// Of at least one likelihood.
+    /// Joins at least one likelihood.
     ///
     /// # Errors
-    /// When there is none.
+    /// When `parts` is empty.
     pub fn new(parts: Vec<Box<dyn Likelihood + 'a>>) -> Result<Self, InferError> {
         if parts.is_empty() {
             return Err(InferError::NoData {
                 recording: "the fit".to_owned(),
                 reason: "no recording is given".to_owned(),
-                remedy: "name at least one".to_owned(),
+                remedy: "give at least one recording".to_owned(),
             });
         }
         Ok(Self { parts })
@@ -36,28 +36,28 @@ impl Likelihood for Joint<'_> {
         Ok(Linearised::sum(free.len(), parts.collect::<Result<Vec<_>, _>>()?))
     }
 
-    fn look<'a>(
+    fn evaluate<'a>(
         &'a self,
         model: &'a Model,
         values: &[f64],
         free: &'a [usize],
         likely: bool,
-    ) -> Result<Look<'a>, InferError> {
-        let looks = self.parts.iter().map(|part| part.look(model, values, free, likely));
-        let looks = looks.collect::<Result<Vec<_>, _>>()?;
-        let cost = looks.iter().map(|look| look.cost).sum();
-        Ok(Look::new(cost, move || {
-            let parts = looks.into_iter().map(Look::linearise);
+    ) -> Result<Evaluation<'a>, InferError> {
+        let evaluations = self.parts.iter().map(|part| part.evaluate(model, values, free, likely));
+        let evaluations = evaluations.collect::<Result<Vec<_>, _>>()?;
+        let cost = evaluations.iter().map(|evaluation| evaluation.cost).sum();
+        Ok(Evaluation::new(cost, move || {
+            let parts = evaluations.into_iter().map(Evaluation::linearise);
             Ok(Linearised::sum(free.len(), parts.collect::<Result<Vec<_>, _>>()?))
         }))
     }
 
-    /// The first recording's.
+    /// Noise of the first recording.
     fn channels(&self) -> Channels {
         self.parts[0].channels()
     }
 
-    /// The first recording's: scatter in the same units is shared.
+    /// Noise parameters of the first recording. Recordings share the scatter.
     fn noise(&self) -> Vec<Slot> {
         self.parts[0].noise()
     }
@@ -84,7 +84,7 @@ impl Likelihood for Joint<'_> {
     }
 }
 
-/// A likelihood that somebody else owns.
+/// A borrowed likelihood.
 struct Borrowed<'a>(&'a dyn Likelihood);
 
 impl Likelihood for Borrowed<'_> {
@@ -96,14 +96,14 @@ impl Likelihood for Borrowed<'_> {
         self.0.linearise(model, values, free)
     }
 
-    fn look<'a>(
+    fn evaluate<'a>(
         &'a self,
         model: &'a Model,
         values: &[f64],
         free: &'a [usize],
         likely: bool,
-    ) -> Result<Look<'a>, InferError> {
-        self.0.look(model, values, free, likely)
+    ) -> Result<Evaluation<'a>, InferError> {
+        self.0.evaluate(model, values, free, likely)
     }
 
     fn channels(&self) -> Channels {

@@ -1,7 +1,8 @@
-//! L-BFGS, the paper's optimiser, with bounds (L-BFGS-B; Zhu et al. 1997, ACM TOMS 778), by the crate basin.
+//! L-BFGS with bounds, the optimiser of the paper (L-BFGS-B; Zhu et al. 1997, ACM TOMS 778), from the crate
+//! basin.
 //!
-//! It sees the cost and its gradient alone, not the Gauss-Newton curvature: it needs no least squares, and more
-//! evaluations where there are some.
+//! It uses the cost and its gradient but not the Gauss-Newton curvature. It applies to any cost, and requires
+//! more evaluations than Levenberg–Marquardt on least squares.
 
 use crate::levenberg::Stop;
 use crate::search::Optimum;
@@ -11,26 +12,26 @@ use basin::{
     Executor, FirstOrderState, Gradient, Lbfgsb, Termination,
 };
 
-/// Stands for an infinite cost: a line search cannot interpolate those.
-const WALL: f64 = 1e12;
+/// Finite substitute for an infinite cost, because a line search cannot interpolate infinities.
+const MAX_COST: f64 = 1e12;
 
-/// What basin sees of a density: coordinates stretched by the root of the curvature at the start, since without
-/// that the first steps along well-known directions are too long, and along the others too short.
+/// A density as seen by basin. Coordinates are scaled by the root of the curvature at the start; otherwise
+/// the first steps are too long along well-determined directions and too short along the others.
 struct Problem<'a> {
     density: &'a dyn Density,
-    stretch: Vec<f64>,
+    scale: Vec<f64>,
     lower: Vec<f64>,
     upper: Vec<f64>,
     watch: &'a dyn Watch,
 }
 
 impl Problem<'_> {
-    /// The point whose stretched coordinates are `w`.
+    /// Point with the scaled coordinates `w`.
     fn point(&self, w: &[f64]) -> Vec<f64> {
-        w.iter().zip(&self.stretch).map(|(w, s)| w / s).collect()
+        w.iter().zip(&self.scale).map(|(w, s)| w / s).collect()
     }
 
-    fn go_on(&self) -> Result<(), InferError> {
+    fn check_cancelled(&self) -> Result<(), InferError> {
         if self.watch.cancelled() { Err(InferError::Interrupted) } else { Ok(()) }
     }
 }
@@ -41,8 +42,8 @@ impl CostFunction for Problem<'_> {
     type Error = InferError;
 
     fn cost(&self, w: &Vec<f64>) -> Result<f64, InferError> {
-        self.go_on()?;
-        Ok(self.density.cost(&self.point(w))?.min(WALL))
+        self.check_cancelled()?;
+        Ok(self.density.cost(&self.point(w))?.min(MAX_COST))
     }
 }
 
@@ -54,9 +55,9 @@ impl Gradient for Problem<'_> {
     }
 
     fn cost_and_gradient(&self, w: &Vec<f64>) -> Result<(f64, Vec<f64>), InferError> {
-        self.go_on()?;
+        self.check_cancelled()?;
         let at = self.density.linearise(&self.point(w))?;
-        Ok((at.cost.min(WALL), at.gradient.iter().zip(&self.stretch).map(|(g, s)| g / s).collect()))
+        Ok((at.cost.min(MAX_COST), at.gradient.iter().zip(&self.scale).map(|(g, s)| g / s).collect()))
     }
 }
 
@@ -68,10 +69,10 @@ impl Constraints for Problem<'_> {
     }
 }
 
-/// Minimise −log density from `start`, within what `clamp` lets pass.
+/// Minimise −log density from `start` within the bounds given by `clamp`.
 ///
-/// A search that comes to rest is begun anew there, stretched by the curvature of that place, until nothing is
-/// gained: a line search fails early where the gradient is not exactly the cost's.
+/// A line search ends early where the gradient is not exactly that of the cost. The search is therefore
+/// restarted from its end, scaled by the curvature there, until the cost no longer decreases.
 pub(crate) fn minimise(
     density: &dyn Density,
     start: Vec<f64>,
@@ -80,8 +81,8 @@ pub(crate) fn minimise(
     watch: &dyn Watch,
 ) -> Result<Optimum, InferError> {
     let at = density.linearise(&start)?;
-    let mut best = Optimum { point: start, at, converged: false, falling: 0.0 };
-    for _ in 0..RESTARTS {
+    let mut best = Optimum { point: start, at, converged: false, last_decrease: 0.0 };
+    for _ in 0..MAX_SEARCHES {
         let found = search(density, &best, &clamp, stop, watch)?;
         let gain = best.at.cost - found.at.cost;
         if gain > 0.0 {
@@ -95,7 +96,7 @@ pub(crate) fn minimise(
     Ok(best)
 }
 
-/// One search, from a point and the curvature there.
+/// One search from a point, scaled by the curvature there.
 fn search(
     density: &dyn Density,
     from: &Optimum,
@@ -103,28 +104,28 @@ fn search(
     stop: Stop,
     watch: &dyn Watch,
 ) -> Result<Optimum, InferError> {
-    let stretch: Vec<f64> = from.at.curvature.diagonal().iter().map(|c| c.max(1.0).sqrt()).collect();
-    let bound = |far: f64| stretch.iter().enumerate().map(|(k, s)| clamp(k, far) * s).collect();
+    let scale: Vec<f64> = from.at.curvature.diagonal().iter().map(|c| c.max(1.0).sqrt()).collect();
+    let bound = |far: f64| scale.iter().enumerate().map(|(k, s)| clamp(k, far) * s).collect();
     let (lower, upper) = (bound(f64::NEG_INFINITY), bound(f64::INFINITY));
-    let start = from.point.iter().zip(&stretch).map(|(z, s)| z * s).collect();
-    let problem = Problem { density, stretch: stretch.clone(), lower, upper, watch };
-    // basin's tolerance is relative to the cost.
-    let size = from.at.cost.abs().clamp(1.0, WALL);
+    let start = from.point.iter().zip(&scale).map(|(z, s)| z * s).collect();
+    let problem = Problem { density, scale: scale.clone(), lower, upper, watch };
+    // The tolerance of basin is relative to the cost.
+    let size = from.at.cost.abs().clamp(1.0, MAX_COST);
     let solver = Lbfgsb::new().with_relative_cost_reduction_tolerance(stop.decrease / size);
     let run =
         Executor::new(problem, solver, FirstOrderState::new(start)).max_iter(stop.iterations as u64).run();
     let result = run.map_err(|error| match error {
         ConstraintSolveError::Evaluation(error) => error,
-        // Bounds around a start are in order; what is left is a start that is none.
+        // The bounds contain the start, so any other error means an invalid start.
         _ => InferError::NoStart { recording: "the recording".to_owned(), starts: 1 },
     })?;
     let converged = !matches!(result.report.termination, Termination::Limit(_));
-    let point: Vec<f64> = result.best_param().iter().zip(&stretch).map(|(w, s)| w / s).collect();
-    Ok(Optimum { at: density.linearise(&point)?, point, converged, falling: 0.0 })
+    let point: Vec<f64> = result.best_param().iter().zip(&scale).map(|(w, s)| w / s).collect();
+    Ok(Optimum { at: density.linearise(&point)?, point, converged, last_decrease: 0.0 })
 }
 
-/// Searches one after the other.
-const RESTARTS: usize = 5;
+/// Maximum number of successive searches.
+const MAX_SEARCHES: usize = 5;
 
 #[cfg(test)]
 mod tests {
@@ -135,7 +136,7 @@ mod tests {
     const STOP: Stop = Stop { iterations: 100, decrease: 1e-16, measure_gradient: false };
 
     #[test]
-    fn finds_the_end_of_rosenbrocks_valley() {
+    fn finds_the_minimum_of_rosenbrock() {
         let found = minimise(&Rosenbrock, vec![-1.2, 1.0], |_, x| x, STOP, &Quiet).unwrap();
         assert!(
             (found.point[0] - 1.0).abs() < 1e-5 && (found.point[1] - 1.0).abs() < 1e-5,
@@ -155,7 +156,7 @@ mod tests {
         );
     }
 
-    /// A density that is nowhere beyond x = 0, as a model that cannot be evaluated there.
+    /// A density that is not finite for x > 0.
     struct Cliff;
 
     impl Density for Cliff {
@@ -178,7 +179,7 @@ mod tests {
     }
 
     #[test]
-    fn retreats_from_where_nothing_can_be_evaluated() {
+    fn steps_back_from_an_infinite_cost() {
         let found = minimise(&Cliff, vec![-2.2, 1.0], |_, x| x, STOP, &Quiet).unwrap();
         assert!((found.point[0] + 0.05).abs() < 1e-4, "{:?}", found.point);
     }

@@ -1,22 +1,23 @@
-//! Levenberg–Marquardt on a cost with Gauss-Newton curvature.
+//! Levenberg–Marquardt minimisation with Gauss-Newton curvature.
 //!
 //! ```text
-//! (H + λ diag(H)) δ = −g;   λ falls when the cost does, rises when not      (Marquardt 1963)
+//! (H + λ diag(H)) δ = −g;   λ decreases after a decrease of the cost and increases otherwise      (Marquardt 1963)
 //! ```
 
-use crate::likelihood::Look;
+use crate::likelihood::Evaluation;
 use crate::search::Optimum;
 use crate::{Density, InferError, Linearised, Watch};
 use nalgebra::DVector;
 
-/// When to stop.
+/// Stopping criteria.
 #[derive(Clone, Copy, Debug)]
 pub(crate) struct Stop {
-    /// At most this many linearisations.
+    /// Maximum number of linearisations.
     pub iterations: usize,
-    /// When an accepted step lowers the cost by less.
+    /// Stop when an accepted step lowers the cost by less.
     pub decrease: f64,
-    /// Whether the gradient is measured by differences where the given one leads no further down.
+    /// Whether to measure the gradient by finite differences where the given one no longer leads to a
+    /// decrease.
     pub measure_gradient: bool,
 }
 
@@ -29,15 +30,15 @@ pub(crate) fn minimise(
     watch: &dyn Watch,
 ) -> Result<Optimum, InferError> {
     let at = density.linearise(&start)?;
-    from(density, start, at, clamp, stop, watch)
+    minimise_from(density, start, at, clamp, stop, watch)
 }
 
-/// The same where the start is linearised already.
+/// Minimise from a start that is already linearised.
 ///
-/// The gradient may be approximate, as that of the filter is, which leaves out how gains and covariances depend on the
-/// parameters. Where it leads no further down, its error is measured. Later steps are corrected by the same error until one
-/// of them leads no further down either.
-pub(crate) fn from(
+/// The gradient may be approximate: that of the filter neglects how gains and covariances depend on the
+/// parameters. Where no step lowers the cost, the error of the gradient is measured by finite differences.
+/// The same correction applies to later steps until it fails in turn.
+pub(crate) fn minimise_from(
     density: &dyn Density,
     start: Vec<f64>,
     start_at: Linearised,
@@ -47,39 +48,39 @@ pub(crate) fn from(
 ) -> Result<Optimum, InferError> {
     let search = Search { density, clamp: &clamp, stop, watch };
     let (mut point, mut at) = (start, start_at);
-    let (mut damping, mut falling) = (1e-3, f64::INFINITY);
+    let (mut damping, mut last_decrease) = (1e-3, f64::INFINITY);
     let mut correction = DVector::zeros(point.len());
     for _ in 0..stop.iterations {
-        let (begun, approximate) = (damping, at.gradient.clone());
+        let (initial_damping, approximate) = (damping, at.gradient.clone());
         at.gradient += &correction;
-        let trusted = if stop.measure_gradient { TRUSTED_ATTEMPTS } else { ATTEMPTS };
+        let trusted = if stop.measure_gradient { MAX_TRUSTED_ATTEMPTS } else { MAX_ATTEMPTS };
         let mut outcome = search.descend(&point, &at, &mut damping, trusted)?;
         if stop.measure_gradient && !matches!(outcome, Outcome::Lower { .. }) {
             at.gradient = measured_gradient(density, &point, &at)?;
-            (correction, damping) = (&at.gradient - approximate, begun);
-            outcome = search.descend(&point, &at, &mut damping, ATTEMPTS)?;
+            (correction, damping) = (&at.gradient - approximate, initial_damping);
+            outcome = search.descend(&point, &at, &mut damping, MAX_ATTEMPTS)?;
         }
-        let Outcome::Lower { trial, decrease, look } = outcome else {
-            return Ok(Optimum { point, at, converged: true, falling: 0.0 });
+        let Outcome::Lower { trial, decrease, evaluation } = outcome else {
+            return Ok(Optimum { point, at, converged: true, last_decrease: 0.0 });
         };
-        (point, falling) = (trial, decrease);
-        at = look.linearise()?;
+        (point, last_decrease) = (trial, decrease);
+        at = evaluation.linearise()?;
         if decrease < stop.decrease {
-            return Ok(Optimum { point, at, converged: true, falling });
+            return Ok(Optimum { point, at, converged: true, last_decrease });
         }
     }
-    Ok(Optimum { point, at, converged: false, falling })
+    Ok(Optimum { point, at, converged: false, last_decrease })
 }
 
-/// Steps tried from a point, at most, and before the gradient is measured.
-const ATTEMPTS: usize = 8;
-const TRUSTED_ATTEMPTS: usize = 2;
+/// Maximum number of steps tried from a point, in all and before the gradient is measured.
+const MAX_ATTEMPTS: usize = 8;
+const MAX_TRUSTED_ATTEMPTS: usize = 2;
 
-/// Factors on the damping after a step that did not lower the cost, and after one that did.
+/// Factors on the damping after a rejected and after an accepted step.
 const DAMPING_RISE: f64 = 6.0;
 const DAMPING_FALL: f64 = 8.0;
 
-/// What a search minimises, and when it stops.
+/// Objective and stopping criteria of a search.
 struct Search<'a, C> {
     density: &'a dyn Density,
     clamp: &'a C,
@@ -87,18 +88,18 @@ struct Search<'a, C> {
     watch: &'a dyn Watch,
 }
 
-/// Where the steps from a point lead.
+/// Result of the steps tried from a point.
 enum Outcome<'a> {
-    /// To a lower cost.
-    Lower { trial: Vec<f64>, decrease: f64, look: Look<'a> },
-    /// To none.
+    /// A step lowered the cost.
+    Lower { trial: Vec<f64>, decrease: f64, evaluation: Evaluation<'a> },
+    /// No step lowered the cost.
     NoDescent,
-    /// The parabola promises no decrease that counts.
+    /// The quadratic model predicts no significant decrease.
     AtOptimum,
 }
 
 impl<'a, C: Fn(usize, f64) -> f64> Search<'a, C> {
-    /// Try steps with more and more damping until one lowers the cost.
+    /// Tries steps with increasing damping until one lowers the cost.
     fn descend(
         &self,
         point: &[f64],
@@ -111,16 +112,16 @@ impl<'a, C: Fn(usize, f64) -> f64> Search<'a, C> {
                 return Err(InferError::Interrupted);
             }
             if let Some(step) = damped_step(at, *damping) {
-                if attempt == 0 && promised(at, &step) < NOTHING * self.stop.decrease {
+                if attempt == 0 && predicted_decrease(at, &step) < MIN_PROMISED_SHARE * self.stop.decrease {
                     return Ok(Outcome::AtOptimum);
                 }
                 let moved = point.iter().zip(step.iter()).enumerate();
                 let trial: Vec<f64> = moved.map(|(k, (p, s))| (self.clamp)(k, p + s)).collect();
-                // The first attempt mostly succeeds, and then its derivatives are needed as well.
-                let look = self.density.look(&trial, attempt == 0)?;
-                if look.cost < at.cost {
+                // The first attempt usually succeeds, and its derivatives are then required.
+                let evaluation = self.density.evaluate(&trial, attempt == 0)?;
+                if evaluation.cost < at.cost {
                     *damping = (*damping / DAMPING_FALL).max(1e-9);
-                    return Ok(Outcome::Lower { trial, decrease: at.cost - look.cost, look });
+                    return Ok(Outcome::Lower { trial, decrease: at.cost - evaluation.cost, evaluation });
                 }
             }
             *damping *= DAMPING_RISE;
@@ -129,10 +130,10 @@ impl<'a, C: Fn(usize, f64) -> f64> Search<'a, C> {
     }
 }
 
-/// Step of a difference, standard deviations by the curvature.
-const DIFFERENCE: f64 = 0.01;
+/// Step of a finite difference, in standard deviations given by the curvature.
+const DIFFERENCE_STEP_SD: f64 = 0.01;
 
-/// The gradient by forward differences, less what the curvature adds over the step.
+/// Gradient by forward differences, corrected for the curvature over the step.
 fn measured_gradient(
     density: &dyn Density,
     point: &[f64],
@@ -141,7 +142,7 @@ fn measured_gradient(
     let mut gradient = at.gradient.clone();
     for (k, slope) in gradient.iter_mut().enumerate() {
         let curvature = at.curvature[(k, k)];
-        let h = DIFFERENCE / curvature.max(1.0).sqrt();
+        let h = DIFFERENCE_STEP_SD / curvature.max(1.0).sqrt();
         let mut shifted = point.to_vec();
         shifted[k] += h;
         let measured = (density.cost(&shifted)? - at.cost) / h - 0.5 * curvature * h;
@@ -152,11 +153,11 @@ fn measured_gradient(
     Ok(gradient)
 }
 
-/// Share of the decrease that counts below which a step is not tried.
-const NOTHING: f64 = 0.1;
+/// Share of the stopping decrease below which a predicted decrease is not tried.
+const MIN_PROMISED_SHARE: f64 = 0.1;
 
-/// Decrease of the cost along a step, by its parabola.
-fn promised(at: &Linearised, step: &DVector<f64>) -> f64 {
+/// Decrease of the cost along a step predicted by the quadratic model.
+fn predicted_decrease(at: &Linearised, step: &DVector<f64>) -> f64 {
     -(at.gradient.dot(step) + 0.5 * step.dot(&(&at.curvature * step)))
 }
 
@@ -175,7 +176,7 @@ pub(crate) mod tests {
     use crate::Quiet;
     use nalgebra::{DMatrix, dvector};
 
-    /// Rosenbrock's valley as residuals (10 (y − x²), 1 − x).
+    /// Rosenbrock's function as residuals (10 (y − x²), 1 − x).
     pub(crate) struct Rosenbrock;
 
     impl Density for Rosenbrock {
@@ -199,17 +200,17 @@ pub(crate) mod tests {
     }
 
     #[test]
-    fn finds_the_end_of_rosenbrocks_valley() {
+    fn finds_the_minimum_of_rosenbrock() {
         let stop = Stop { iterations: 100, decrease: 1e-16, measure_gradient: false };
         let found = minimise(&Rosenbrock, vec![-1.2, 1.0], |_, x| x, stop, &Quiet).unwrap();
         assert!((found.point[0] - 1.0).abs() < 1e-6 && (found.point[1] - 1.0).abs() < 1e-6);
         assert!(found.converged);
     }
 
-    /// A parabola about (3, −2) whose gradient is given as if it lay about the origin.
-    struct Misled;
+    /// A parabola about (3, −2) with the gradient of a parabola about the origin.
+    struct BiasedGradient;
 
-    impl Density for Misled {
+    impl Density for BiasedGradient {
         fn dimension(&self) -> usize {
             2
         }
@@ -225,10 +226,10 @@ pub(crate) mod tests {
     }
 
     #[test]
-    fn a_misleading_gradient_is_measured() {
+    fn a_biased_gradient_is_measured() {
         let end = |measure_gradient| {
             let stop = Stop { iterations: 60, decrease: 1e-9, measure_gradient };
-            minimise(&Misled, vec![3.5, -2.5], |_, x| x, stop, &Quiet).unwrap().point
+            minimise(&BiasedGradient, vec![3.5, -2.5], |_, x| x, stop, &Quiet).unwrap().point
         };
         assert!(end(true).iter().zip([3.0, -2.0]).all(|(found, least)| (found - least).abs() < 1e-3));
         assert!((end(false)[1] + 2.0).abs() > 0.1);

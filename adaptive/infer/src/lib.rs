@@ -1,23 +1,24 @@
-//! Physics-Based Regression: what a recording says about a model's parameters.
+//! Physics-based regression: estimation of a model's parameters from recordings.
 //!
-//! A [`Likelihood`] compares a model with a recording; [`fit`] maximises the posterior density on
-//! exact gradients from several seeded starts; [`Fit`] says what was found, how well it is known,
-//! and how much evidence the data hold for the model.
+//! A [`Likelihood`] compares a model with a recording. [`fit`] maximises the posterior density from several
+//! seeded starts with gradients of the likelihood. The resulting [`Fit`] holds the estimates, their
+//! covariance and the log evidence of the model.
 
 mod bandwidth;
 mod baseline;
-mod beginning;
 mod brent;
 mod comparison;
 mod coordinates;
 mod covariance;
 mod curve;
 mod error;
+mod error_metrics;
 mod filter;
 mod fit;
-mod footing;
+mod footprint_prior;
 mod identify;
 mod inertial;
+mod initial_state;
 mod joint;
 mod lbfgs;
 mod levenberg;
@@ -27,52 +28,51 @@ mod noise;
 mod online;
 mod profile;
 mod progress;
-mod quasi;
+mod quasi_static;
 mod readings;
-mod rest;
+mod resting_readings;
 mod rollout;
 mod sandwich;
 mod score;
 mod search;
 mod sensitivity;
 mod shooting;
-mod stretches;
-mod tally;
+mod steady_segments;
 mod target;
 mod timing;
 mod track;
-mod truncated;
+mod truncated_normal;
 mod unsmoothed;
 mod watch;
 
 pub use baseline::{
-    BaselineError, Coasting, Features, Linear, Local, Predictor, Pushes, SigmaReading, StateVector,
+    BaselineError, ConstantVelocity, Features, Linear, Local, Predictor, Pushes, SigmaReading, StateVector,
     Transition, hold, noisy, r2, r2_of, transitions, transitions_of,
 };
-pub use beginning::{SETTLING, unjudged};
-pub use comparison::{Comparison, MAX_QUASI_STATIC_SHARE, quasi_static};
-pub use coordinates::{Coordinates, Strain};
+pub use comparison::{Comparison, MAX_QUASI_STATIC_SHARE, is_quasi_static};
+pub use coordinates::{Coordinates, PriorConflict};
 pub use error::InferError;
+pub use error_metrics::ErrorMetrics;
 pub use filter::{Innovation, Residual, Response};
-pub use fit::{Estimate, Fit, FitOptions, Optimiser, carried, fit};
-pub use footing::{Footing, Pull};
+pub use fit::{Estimate, Fit, FitOptions, Optimiser, fit, transferred_values};
+pub use footprint_prior::{FootprintPenalty, FootprintPrior};
 pub use identify::{Combination, Direction, Identifiability, Pair};
 pub use inertial::InertialLikelihood;
+pub use initial_state::{SETTLING_TIME_S, unscored_time};
 pub use joint::Joint;
-pub use likelihood::{Likelihood, Linearised, Look};
-pub use motion::{MotionLikelihood, Seen};
+pub use likelihood::{Evaluation, Likelihood, Linearised};
+pub use motion::{FilteredEpisodes, MotionLikelihood};
 pub use noise::Channels;
 pub use online::{Online, OnlineOptions};
 pub use profile::{Profile, Shape, profile};
 pub use progress::{Progress, Stage};
-pub use quasi::{WrenchLikelihood, WrenchSample};
+pub use quasi_static::{WrenchLikelihood, WrenchSample};
 pub use readings::Readings;
 pub use rollout::{Window, open_loop, windows};
 pub use sandwich::Basis;
-pub use score::{Score, score, score_beside};
+pub use score::{Score, score, score_compared};
 pub use shooting::{Cut, Loss, Scatter, Shooting, guided_fit};
-pub use stretches::wrench_samples;
-pub use tally::Tally;
+pub use steady_segments::wrench_samples;
 pub use target::{Density, Target};
 pub use track::{Step, Track};
 pub use unsmoothed::unsmoothed;

@@ -1,4 +1,4 @@
-//! What every comparison of a model with a recording offers.
+//! Interface of all comparisons of a model with a recording.
 
 use crate::{Channels, InferError};
 use nalgebra::{DMatrix, DVector};
@@ -15,7 +15,7 @@ pub struct Linearised {
 }
 
 impl Linearised {
-    /// Sum of parts over `n` parameters, in the order given.
+    /// Sum of parts over `n` parameters, in the given order.
     pub(crate) fn sum(n: usize, parts: impl IntoIterator<Item = Self>) -> Self {
         let zero = Self { cost: 0.0, gradient: DVector::zeros(n), curvature: DMatrix::zeros(n, n) };
         parts.into_iter().fold(zero, |mut sum, part| {
@@ -27,37 +27,37 @@ impl Linearised {
     }
 }
 
-/// A cost, and what it takes to differentiate it there.
-pub struct Look<'a> {
+/// A cost whose derivatives are computed on demand.
+pub struct Evaluation<'a> {
     /// −log density; infinite where it cannot be evaluated, never NaN.
     pub cost: f64,
-    rest: Box<dyn FnOnce() -> Result<Linearised, InferError> + 'a>,
+    derivatives: Box<dyn FnOnce() -> Result<Linearised, InferError> + 'a>,
 }
 
-impl<'a> Look<'a> {
-    /// A cost, and how its derivatives come about.
-    pub fn new(cost: f64, rest: impl FnOnce() -> Result<Linearised, InferError> + 'a) -> Self {
-        Self { cost: if cost.is_nan() { f64::INFINITY } else { cost }, rest: Box::new(rest) }
+impl<'a> Evaluation<'a> {
+    /// A cost and a function that computes its derivatives.
+    pub fn new(cost: f64, derivatives: impl FnOnce() -> Result<Linearised, InferError> + 'a) -> Self {
+        Self { cost: if cost.is_nan() { f64::INFINITY } else { cost }, derivatives: Box::new(derivatives) }
     }
 
-    /// Derivatives that are known already.
-    pub fn known(at: Linearised) -> Self {
+    /// A cost whose derivatives are already known.
+    pub fn of(at: Linearised) -> Self {
         Self::new(at.cost, || Ok(at))
     }
 
     /// The cost with its derivatives.
     ///
     /// # Errors
-    /// As what is looked at.
+    /// When the computation of the derivatives fails.
     pub fn linearise(self) -> Result<Linearised, InferError> {
-        (self.rest)()
+        (self.derivatives)()
     }
 }
 
 /// Compares a model with a recording.
 pub trait Likelihood: Sync {
-    /// −log p(data | values), `values` one for each of [`Model::slots`], then one for each of
-    /// [`Likelihood::noise`]; infinite where the model cannot be evaluated.
+    /// −log p(data | values). `values` has one entry for each of [`Model::slots`], then one for each of
+    /// [`Likelihood::noise`]. Infinite where the model cannot be evaluated.
     ///
     /// # Errors
     /// When `values` has the wrong length.
@@ -69,42 +69,41 @@ pub trait Likelihood: Sync {
     /// When `values` has the wrong length.
     fn linearise(&self, model: &Model, values: &[f64], free: &[usize]) -> Result<Linearised, InferError>;
 
-    /// The cost, with its derivatives by the slots `free` to be asked for afterwards: half of the steps that a search
-    /// tries are not taken. `likely`: they will be, so that it may work them out at once.
+    /// The cost, with derivatives by the slots `free` on demand: a search rejects about half of its steps.
+    /// `likely` means that the derivatives are probably required, so that they may be computed at once.
     ///
     /// # Errors
     /// When `values` has the wrong length.
-    fn look<'a>(
+    fn evaluate<'a>(
         &'a self,
         model: &'a Model,
         values: &[f64],
         free: &'a [usize],
         likely: bool,
-    ) -> Result<Look<'a>, InferError> {
+    ) -> Result<Evaluation<'a>, InferError> {
         if likely {
-            return self.linearise(model, values, free).map(Look::known);
+            return self.linearise(model, values, free).map(Evaluation::of);
         }
         let (cost, values) = (self.cost(model, values)?, values.to_vec());
-        Ok(Look::new(cost, move || self.linearise(model, &values, free)))
+        Ok(Evaluation::new(cost, move || self.linearise(model, &values, free)))
     }
 
-    /// The noise that it assumes.
+    /// The assumed noise.
     fn channels(&self) -> Channels;
 
-    /// The same comparison with the noise estimated at these values, where the recording does not
-    /// state it; `None` where it does.
+    /// The same comparison with noise estimated at these values; `None` if the recording states its noise.
     ///
     /// # Errors
     /// When `values` has the wrong length.
     fn tuned(&self, model: &Model, values: &[f64]) -> Result<Option<Box<dyn Likelihood + '_>>, InferError>;
 
-    /// Parameters of its own, estimated with the model's: the noise `σ` of eq. 6.
+    /// The likelihood's own parameters, estimated together with those of the model: the noise `σ` of eq. 6.
     fn noise(&self) -> Vec<Slot> {
         vec![]
     }
 
-    /// Values from which a search had better start than from `values`: with all strengths of laws multiplied by one factor.
-    /// `None` where there are no such.
+    /// Better starting values for a search, with all strengths of laws multiplied by one factor; `None` if
+    /// the likelihood provides none.
     ///
     /// # Errors
     /// When `values` has the wrong length.
@@ -116,8 +115,8 @@ pub trait Likelihood: Sync {
     /// The same comparison for each episode alone, with its name, in order.
     fn split(&self) -> Vec<(String, Box<dyn Likelihood + '_>)>;
 
-    /// A cheaper comparison with about the same optimum, to sort starts with, which in turn may have one that leads
-    /// there from farther away; `None` where this one is all there is.
+    /// A cheaper comparison with about the same optimum, for ranking starts. It may in turn have a cheaper
+    /// one for distant starts. `None` if there is none.
     fn coarse(&self) -> Option<&dyn Likelihood> {
         None
     }

@@ -1,9 +1,9 @@
-//! The likelihood of the motion under the recorded wrench (eq. 5, 6), by prediction errors.
+//! Likelihood of the motion under the recorded wrench (eq. 5, 6), by prediction errors of a filter.
 
 use crate::brent::best_factor;
-use crate::filter::{Filtering, Innovation, Passage, Residual, Response, filter};
-use crate::likelihood::{Likelihood, Linearised, Look};
-use crate::rest::Rests;
+use crate::filter::{EpisodeFilter, FilterRun, Innovation, Residual, Response, filter};
+use crate::likelihood::{Evaluation, Likelihood, Linearised};
+use crate::resting_readings::RestingReadings;
 use crate::{Channels, InferError, Track, sensitivity};
 use nalgebra::{DMatrix, DVector};
 use rayon::prelude::*;
@@ -11,82 +11,87 @@ use std::sync::Arc;
 use trundle_model::Model;
 use trundle_record::{Noise, Prepared};
 
-/// Poses under a wrench whose noise drives the motion, whose tare is uncertain in each episode,
-/// and whose sum with the laws the model must explain.
+/// Likelihood of the poses given the recorded wrench. The noise of the wrench drives the motion, and the tare
+/// is uncertain in each episode.
 #[derive(Clone)]
 pub struct MotionLikelihood {
     tracks: Arc<[Track]>,
-    /// The same in longer steps.
-    thin: Arc<[Track]>,
+    /// The same episodes in longer steps.
+    thinned: Arc<[Track]>,
     coarse: Option<Arc<MotionLikelihood>>,
-    rests: Rests,
+    resting: RestingReadings,
     channels: Channels,
-    /// Factor on the noise of poses, beside that of `channels`.
-    blur: f64,
+    /// Factor on the pose noise, in addition to that in `channels`.
+    pose_noise_factor: f64,
     stated: bool,
 }
 
-/// Factors by which estimated noise may differ from the guess before: of readings, and of poses.
-const READING_RANGE: (f64, f64) = (0.02, 50.0);
-const POSE_RANGE: (f64, f64) = (0.3, 3.0);
+/// Range of factors on the initial guess of unstated noise, of readings and of poses.
+const READING_NOISE_FACTORS: (f64, f64) = (0.02, 50.0);
+const POSE_NOISE_FACTORS: (f64, f64) = (0.3, 3.0);
 
-/// Factor on the poses' noise for a first search from afar. Where poses hardly correct the simulation, its error grows
-/// along a whole push and leads to the wheel from far away; where each sample corrects it, optima abound.
-const BLUR: f64 = 300.0;
-/// What it looks at of each push, s: over minutes such a simulation is lost.
-const FROM_AFAR: f64 = 8.0;
+/// Factor on the pose noise in a first search from distant starts. With weak corrections by the poses, the
+/// error of the simulation grows along a whole push and gives a smooth path to the wheel. With full
+/// corrections the density has many local optima.
+const DISTANT_POSE_NOISE_FACTOR: f64 = 300.0;
+/// Duration of each push in that search, s: over minutes such a simulation diverges.
+const DISTANT_SEARCH_S: f64 = 8.0;
 
-/// Up to three episodes, evenly among all.
-fn spread(tracks: &[Track]) -> impl Iterator<Item = &Track> {
+/// Up to three episodes, evenly spaced.
+fn subset(tracks: &[Track]) -> impl Iterator<Item = &Track> {
     let every = tracks.len().div_ceil(3).max(1);
     tracks.iter().step_by(every)
 }
 
 impl MotionLikelihood {
-    /// From the episodes to be fitted.
+    /// Likelihood of the given episodes.
     ///
     /// # Errors
     /// When an episode is too short.
     pub fn new(episodes: &[Prepared], noise: &Noise) -> Result<Self, InferError> {
         let fine = episodes.iter().map(|e| Track::new(e, noise)).collect::<Result<Vec<_>, _>>()?;
-        let thin = episodes.iter().map(|e| Track::coarse(e, noise)).collect::<Result<Vec<_>, _>>()?;
-        let of = |tracks: Vec<Track>, blur, coarse: Option<Self>| Self {
-            rests: Rests::default(),
+        let thinned = episodes.iter().map(|e| Track::coarse(e, noise)).collect::<Result<Vec<_>, _>>()?;
+        let of = |tracks: Vec<Track>, pose_noise_factor, coarse: Option<Self>| Self {
+            resting: RestingReadings::default(),
             tracks: tracks.into(),
-            thin: [].into(),
+            thinned: [].into(),
             coarse: coarse.map(Arc::new),
-            channels: Channels::of(noise).scaled(blur, 1.0),
-            blur,
+            channels: Channels::of(noise).scaled(pose_noise_factor, 1.0),
+            pose_noise_factor,
             stated: noise.stated,
         };
-        let blurred = of(spread(&thin).map(|t| t.until(t.start + FROM_AFAR)).collect(), BLUR, None);
-        let coarse = of(spread(&thin).cloned().collect(), 1.0, Some(blurred));
-        let rests = Rests::new(episodes, noise);
-        Ok(Self { thin: thin.into(), rests, ..of(fine, 1.0, Some(coarse)) })
+        let distant = of(
+            subset(&thinned).map(|t| t.until(t.start + DISTANT_SEARCH_S)).collect(),
+            DISTANT_POSE_NOISE_FACTOR,
+            None,
+        );
+        let coarse = of(subset(&thinned).cloned().collect(), 1.0, Some(distant));
+        let resting = RestingReadings::new(episodes, noise);
+        Ok(Self { thinned: thinned.into(), resting, ..of(fine, 1.0, Some(coarse)) })
     }
 
-    /// The same in steps three times as long, where there is such: for telling what is worth a closer look.
+    /// The same likelihood in steps three times as long, where available, for ranking candidates.
     #[must_use]
     pub fn thinned(&self) -> Self {
-        let tracks = if self.thin.is_empty() { &self.tracks } else { &self.thin };
+        let tracks = if self.thinned.is_empty() { &self.tracks } else { &self.thinned };
         Self { tracks: tracks.clone(), ..self.clone() }
     }
 
-    /// The same with other noise.
+    /// The same likelihood with other noise.
     #[must_use]
     pub fn with_channels(&self, channels: Channels) -> Self {
         let coarse = self.coarse.as_ref().map(|c| Arc::new(c.with_channels(channels)));
-        Self { channels: channels.scaled(self.blur, 1.0), coarse, ..self.clone() }
+        Self { channels: channels.scaled(self.pose_noise_factor, 1.0), coarse, ..self.clone() }
     }
 
-    /// The same with some of its episodes.
+    /// The same likelihood over a subset of the episodes.
     #[must_use]
     pub fn only(&self, keep: impl Fn(usize) -> bool) -> Self {
         let kept = |tracks: &[Track]| {
             tracks.iter().enumerate().filter(|(k, _)| keep(*k)).map(|(_, t)| t.clone()).collect()
         };
-        let rests = self.rests.only(&keep);
-        Self { tracks: kept(&self.tracks), thin: kept(&self.thin), rests, ..self.clone() }
+        let resting = self.resting.only(&keep);
+        Self { tracks: kept(&self.tracks), thinned: kept(&self.thinned), resting, ..self.clone() }
     }
 
     /// The episodes.
@@ -99,7 +104,7 @@ impl MotionLikelihood {
         self.stated
     }
 
-    /// The innovations of each episode; `None` where the model cannot be evaluated.
+    /// Innovations of each episode; `None` if the model cannot be evaluated.
     ///
     /// # Errors
     /// When `values` has the wrong length.
@@ -109,11 +114,11 @@ impl MotionLikelihood {
         values: &[f64],
     ) -> Result<Option<Vec<Vec<Innovation>>>, InferError> {
         let filter = self.filter(model, values)?;
-        let run = |track| filter.run(track).map(|passage| passage.innovations);
+        let run = |track| filter.run(track).map(|found| found.innovations);
         Ok(self.tracks.par_iter().map(run).collect())
     }
 
-    /// The wrench that the model misses along each episode, when it is left free to wander.
+    /// Missing wrench along each episode, estimated as a random walk.
     ///
     /// # Errors
     /// When `values` has the wrong length.
@@ -122,7 +127,7 @@ impl MotionLikelihood {
         Ok(self.tracks.par_iter().map(|t| filter.smooth(t)).collect())
     }
 
-    /// Each episode as a linear system: what any missing wrench would do to the innovations.
+    /// Each episode as a linear system: the effect of a missing wrench on the innovations.
     ///
     /// # Errors
     /// When `values` has the wrong length.
@@ -131,47 +136,52 @@ impl MotionLikelihood {
         Ok(self.tracks.par_iter().map(|t| filter.response(t)).collect())
     }
 
-    /// Of each track and its index, on all cores; a lone one is not worth waking them.
-    fn each<T: Send>(&self, of: impl Fn(usize, &Track) -> T + Sync + Send) -> Vec<T> {
+    /// Maps the tracks on all cores; a single track runs on the calling thread.
+    fn map_tracks<T: Send>(&self, of: impl Fn(usize, &Track) -> T + Sync + Send) -> Vec<T> {
         match &*self.tracks {
-            [alone] => vec![of(0, alone)],
+            [single] => vec![of(0, single)],
             tracks => tracks.par_iter().enumerate().map(|(k, track)| of(k, track)).collect(),
         }
     }
 
-    fn filter(&self, model: &Model, values: &[f64]) -> Result<Box<dyn Filtering>, InferError> {
+    fn filter(&self, model: &Model, values: &[f64]) -> Result<Box<dyn EpisodeFilter>, InferError> {
         filter(model, values, &self.channels)
     }
 }
 
-/// What the filter saw of each episode with one model, for asking what else would explain it.
-pub struct Seen<'a> {
+/// Filter results of each episode under one model, for linearising other models around it.
+pub struct FilteredEpisodes<'a> {
     tracks: &'a [Track],
-    passages: Vec<Passage>,
+    runs: Vec<FilterRun>,
 }
 
 impl MotionLikelihood {
-    /// What the filter sees with a model; `None` where the model cannot be evaluated.
+    /// Filters the episodes with a model; `None` if the model cannot be evaluated.
     ///
     /// # Errors
     /// When `values` has the wrong length.
-    pub fn seen(&self, model: &Model, values: &[f64]) -> Result<Option<Seen<'_>>, InferError> {
+    pub fn filtered(
+        &self,
+        model: &Model,
+        values: &[f64],
+    ) -> Result<Option<FilteredEpisodes<'_>>, InferError> {
         let filter = self.filter(model, values)?;
-        let passages: Option<Vec<_>> = self.tracks.par_iter().map(|t| filter.run(t)).collect();
-        Ok(passages.map(|passages| Seen { tracks: &self.tracks, passages }))
+        let runs: Option<Vec<_>> = self.tracks.par_iter().map(|t| filter.run(t)).collect();
+        Ok(runs.map(|runs| FilteredEpisodes { tracks: &self.tracks, runs }))
     }
 }
 
-impl Seen<'_> {
-    /// The whitened innovations of all episodes, one after the other.
+impl FilteredEpisodes<'_> {
+    /// Whitened innovations of all episodes, in order.
     pub fn residual(&self) -> DVector<f64> {
         let all: Vec<f64> =
-            self.passages.iter().flat_map(|p| sensitivity::whitened(p).as_slice().to_vec()).collect();
+            self.runs.iter().flat_map(|p| sensitivity::whitened(p).as_slice().to_vec()).collect();
         DVector::from_vec(all)
     }
 
-    /// Their derivatives by the slots `free` of a model that does the same at `values` as the one that was seen, with
-    /// the filter's gains held: of each episode, three rows a pose sample, one column a slot.
+    /// Derivatives of the innovations by the slots `free`, one matrix for each episode with three rows for
+    /// each pose sample and one column for each slot. The filter's gains are held fixed. At `values`, `model`
+    /// must behave as the filtered model.
     ///
     /// # Errors
     /// When `values` has the wrong length.
@@ -181,8 +191,8 @@ impl Seen<'_> {
         values: &[f64],
         free: &[usize],
     ) -> Result<Vec<DMatrix<f64>>, InferError> {
-        let of = |(track, passage)| sensitivity::slopes(model, values, free, track, passage);
-        self.tracks.par_iter().zip(&self.passages).map(of).collect()
+        let of = |(track, run)| sensitivity::slopes(model, values, free, track, run);
+        self.tracks.par_iter().zip(&self.runs).map(of).collect()
     }
 }
 
@@ -190,34 +200,34 @@ impl Likelihood for MotionLikelihood {
     fn cost(&self, model: &Model, values: &[f64]) -> Result<f64, InferError> {
         let filter = self.filter(model, values)?;
         let one = |_, track: &Track| filter.cost(track).unwrap_or(f64::INFINITY);
-        let moving: f64 = self.each(one).into_iter().sum();
-        Ok(moving + self.rests.cost(model, values)?)
+        let moving: f64 = self.map_tracks(one).into_iter().sum();
+        Ok(moving + self.resting.cost(model, values)?)
     }
 
     fn linearise(&self, model: &Model, values: &[f64], free: &[usize]) -> Result<Linearised, InferError> {
-        self.look(model, values, free, true)?.linearise()
+        self.evaluate(model, values, free, true)?.linearise()
     }
 
-    /// The filter keeps what the derivatives need.
-    fn look<'a>(
+    /// The filter run is kept for the derivatives.
+    fn evaluate<'a>(
         &'a self,
         model: &'a Model,
         values: &[f64],
         free: &'a [usize],
         _likely: bool,
-    ) -> Result<Look<'a>, InferError> {
+    ) -> Result<Evaluation<'a>, InferError> {
         let filter = self.filter(model, values)?;
-        let passages = self.each(|_, track| filter.run(track));
-        let moving: f64 = passages.iter().map(|p| p.as_ref().map_or(f64::INFINITY, Passage::cost)).sum();
-        let cost = moving + self.rests.cost(model, values)?;
+        let runs = self.map_tracks(|_, track| filter.run(track));
+        let moving: f64 = runs.iter().map(|p| p.as_ref().map_or(f64::INFINITY, FilterRun::cost)).sum();
+        let cost = moving + self.resting.cost(model, values)?;
         let values = values.to_vec();
-        Ok(Look::new(cost, move || {
-            let part = |k: usize, track: &Track| match passages.get(k).and_then(Option::as_ref) {
-                Some(passage) => sensitivity::linearise(model, &values, free, track, passage),
+        Ok(Evaluation::new(cost, move || {
+            let part = |k: usize, track: &Track| match runs.get(k).and_then(Option::as_ref) {
+                Some(run) => sensitivity::linearise(model, &values, free, track, run),
                 None => Ok(Linearised { cost: f64::INFINITY, ..Linearised::sum(free.len(), []) }),
             };
-            let mut parts = self.each(part).into_iter().collect::<Result<Vec<_>, InferError>>()?;
-            parts.push(self.rests.linearise(model, &values, free)?);
+            let mut parts = self.map_tracks(part).into_iter().collect::<Result<Vec<_>, InferError>>()?;
+            parts.push(self.resting.linearise(model, &values, free)?);
             Ok(Linearised::sum(free.len(), parts))
         }))
     }
@@ -228,8 +238,8 @@ impl Likelihood for MotionLikelihood {
 
     fn split(&self) -> Vec<(String, Box<dyn Likelihood + '_>)> {
         let one = |(k, track): (usize, &Track)| {
-            let alone: Box<dyn Likelihood> = Box::new(self.only(|other| other == k));
-            (track.name.clone(), alone)
+            let single: Box<dyn Likelihood> = Box::new(self.only(|other| other == k));
+            (track.name.clone(), single)
         };
         self.tracks.iter().enumerate().map(one).collect()
     }
@@ -247,15 +257,15 @@ impl Likelihood for MotionLikelihood {
 }
 
 impl MotionLikelihood {
-    /// Factors on pose and reading noise that maximise the likelihood at these values, one after the
-    /// other.
+    /// The same likelihood with noise factors that maximise it at the given values: first that of the
+    /// readings, then that of the poses.
     ///
     /// # Errors
     /// When `values` has the wrong length.
     pub fn with_tuned_noise(&self, model: &Model, values: &[f64]) -> Result<Self, InferError> {
         let tried = |pose, reading| self.with_channels(self.channels.scaled(pose, reading));
-        let reading = best_factor(&|f| tried(1.0, f).cost(model, values), READING_RANGE)?;
-        let pose = best_factor(&|f| tried(f, reading).cost(model, values), POSE_RANGE)?;
+        let reading = best_factor(&|f| tried(1.0, f).cost(model, values), READING_NOISE_FACTORS)?;
+        let pose = best_factor(&|f| tried(f, reading).cost(model, values), POSE_NOISE_FACTORS)?;
         Ok(tried(pose, reading))
     }
 }

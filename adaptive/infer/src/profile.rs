@@ -1,11 +1,11 @@
-//! The profile of one parameter: how much worse the data can be explained when it is held elsewhere, all others
-//! taking the values that suit best (Bates & Watts 1988, section 6.1).
+//! Profile likelihood of one parameter: the increase of the cost when the parameter is fixed and all others
+//! are optimised (Bates & Watts 1988, section 6.1).
 //!
 //! ```text
-//! D(φ) = 2 (min over the others of cost at φ − the least of all);   90 % of D under χ²₁ lie below 2.71
+//! D(φ) = 2 (min over the others of cost at φ − global minimum);   90 % of D under χ²₁ lie below 2.71
 //! ```
-//! The parameter's own prior is left out, those of the others stay: a profile that does not rise says that the data
-//! do not hold the parameter, whatever the curvature at the mode says.
+//! The prior of the profiled parameter is left out; the priors of the others remain. A profile that does not
+//! rise shows that the data do not determine the parameter, whatever the curvature at the mode.
 
 use crate::levenberg::{self, Stop};
 use crate::{Density, Fit, InferError, Linearised, Target, Watch};
@@ -13,62 +13,64 @@ use rand::SeedableRng;
 use rand_chacha::ChaCha8Rng;
 use trundle_model::Prior;
 
-/// Quantile of χ² with one degree of freedom at 90 %.
-pub const NINETY: f64 = 2.705_543_454;
+/// 90 % quantile of χ² with one degree of freedom.
+pub const CHI2_90: f64 = 2.705_543_454;
 
 const STOP: Stop = Stop { iterations: 25, decrease: 1e-3, measure_gradient: false };
 
-/// Prior standard deviations beyond which a profile is not followed.
-const REACH: f64 = 4.0;
+/// Prior standard deviations at which a profile ends.
+const MAX_PRIOR_SD: f64 = 4.0;
 
-/// Deviance at which a walk has seen enough.
-const ENOUGH: f64 = 3.0 * NINETY;
+/// Deviance at which one side of a profile ends.
+const MAX_DEVIANCE: f64 = 3.0 * CHI2_90;
 
-/// Steps of a walk, in posterior standard deviations: the first, and how they grow.
-const STRIDE: (f64, f64) = (0.4, 1.15);
+/// First step, in posterior standard deviations, and growth factor of the steps.
+const FIRST_STRIDE_SD: f64 = 0.4;
+const STRIDE_GROWTH: f64 = 1.15;
 
-/// Steps to one side.
-const STEPS: usize = 24;
+/// Maximum number of steps on each side.
+const MAX_STEPS_PER_SIDE: usize = 24;
 
-/// Draws of the other parameters that look for another optimum where a walk has got.
-const DRAWS: usize = 3;
+/// Random starts of the other parameters that search for further optima at a point.
+const RANDOM_STARTS: usize = 3;
 
-/// What a profile looks like.
+/// Shape of a profile.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub enum Shape {
-    /// It rises to both sides.
+    /// The profile rises on both sides.
     TwoSided,
-    /// It rises only below: the data say "at least".
+    /// It rises only below: the data give a lower bound.
     AtLeast,
-    /// It rises only above: the data say "at most".
+    /// It rises only above: the data give an upper bound.
     AtMost,
-    /// It rises to neither side: the data say nothing.
+    /// It rises on neither side: the data give no bound.
     Flat,
 }
 
-/// A profile over a parameter.
+/// Profile of a parameter.
 #[derive(Clone, Debug, PartialEq)]
 pub struct Profile {
-    /// The parameter.
+    /// Name of the parameter.
     pub name: String,
     /// SI unit.
     pub unit: &'static str,
-    /// Values, rising.
+    /// Values in ascending order.
     pub values: Vec<f64>,
-    /// Deviance at each.
+    /// Deviance at each value.
     pub deviance: Vec<f64>,
-    /// Ends of the 90 % interval; `None` where it does not end within four prior standard deviations.
+    /// Ends of the 90 % interval; `None` for an end beyond four prior standard deviations.
     pub interval: [Option<f64>; 2],
-    /// What it looks like.
+    /// Shape of the profile.
     pub shape: Shape,
-    /// Values of local optima within the interval's deviance: more than one is an ambiguity.
+    /// Local optima within the deviance of the interval. More than one means that the estimate is ambiguous.
     pub modes: Vec<f64>,
 }
 
-/// Profile the coordinate `k` of `target` around a fit, at `grid` (values, SI), or where it is worth it.
+/// Profile the coordinate `k` of `target` around a fit, at the values `grid` (SI units) or at automatically
+/// chosen ones.
 ///
 /// # Errors
-/// When `k` is no coordinate, or the user interrupts.
+/// When `k` is not a coordinate, or the user interrupts.
 pub fn profile(
     target: &Target<'_>,
     fit: &Fit,
@@ -80,73 +82,74 @@ pub fn profile(
         let free = fit.estimates.iter().map(|e| e.name.as_str()).collect::<Vec<_>>().join(", ");
         return Err(InferError::NotFree { name: format!("parameter {k}"), free });
     }
-    let walker = Walker { target, k, watch };
+    let profiler = Profiler { target, k, watch };
     let mut points = match grid {
-        Some(values) => walker.given(fit, values)?,
-        None => walker.around(fit)?,
+        Some(values) => profiler.at_values(fit, values)?,
+        None => profiler.outwards(fit)?,
     };
     points.sort_by(|a, b| a.z.total_cmp(&b.z));
-    walker.second_look(&mut points)?;
-    Ok(read(target, k, &points))
+    profiler.search_other_optima(&mut points)?;
+    Ok(summarise(target, k, &points))
 }
 
-/// One value of the parameter, with what suits it best.
+/// A value of the parameter, with the optimal other parameters.
 struct Point {
     z: f64,
     others: Vec<f64>,
     cost: f64,
 }
 
-struct Walker<'a> {
+struct Profiler<'a> {
     target: &'a Target<'a>,
     k: usize,
     watch: &'a dyn Watch,
 }
 
-impl Walker<'_> {
-    /// The best point at `z`, searched from `others`.
+impl Profiler<'_> {
+    /// Optimum at `z`, searched from `others`.
     fn at(&self, z: f64, others: &[f64]) -> Result<Point, InferError> {
         let slice = Slice { target: self.target, k: self.k, z };
-        let clamp = |j, value| self.target.clamp(slice.place(j), value);
+        let clamp = |j, value| self.target.clamp(slice.target_index(j), value);
         let found = levenberg::minimise(&slice, others.to_vec(), clamp, STOP, self.watch)?;
         Ok(Point { z, others: found.point, cost: found.at.cost - slice.own_prior() })
     }
 
-    /// From the mode outwards, each point from the one before.
-    fn around(&self, fit: &Fit) -> Result<Vec<Point>, InferError> {
+    /// Profile from the mode outwards; each point starts from the previous one.
+    fn outwards(&self, fit: &Fit) -> Result<Vec<Point>, InferError> {
         let sd = fit.spread[(self.k, self.k)].max(0.0).sqrt().clamp(1e-6, 1.0);
         let start = self.at(fit.point[self.k], &without(&fit.point, self.k))?;
         let mut points = vec![];
         for sign in [-1.0, 1.0] {
-            let (mut others, mut z, mut stride) = (start.others.clone(), start.z, STRIDE.0 * sd);
-            for step in 0..STEPS {
+            let (mut others, mut z, mut stride) = (start.others.clone(), start.z, FIRST_STRIDE_SD * sd);
+            for step in 0..MAX_STEPS_PER_SIDE {
                 z += sign * stride;
-                let end = self.beyond(z, start.z);
+                let end = self.range_end(z, start.z);
                 let point = self.at(end.unwrap_or(z), &others)?;
-                self.watch.progress("profile", (step as f64 / STEPS as f64 + sign.max(0.0)) / 2.0);
-                let done = end.is_some() || point.cost > start.cost + ENOUGH / 2.0;
+                self.watch
+                    .progress("profile", (step as f64 / MAX_STEPS_PER_SIDE as f64 + sign.max(0.0)) / 2.0);
+                let done = end.is_some() || point.cost > start.cost + MAX_DEVIANCE / 2.0;
                 others.clone_from(&point.others);
                 points.push(point);
                 if done {
                     break;
                 }
-                stride *= STRIDE.1;
+                stride *= STRIDE_GROWTH;
             }
         }
         points.push(start);
         Ok(points)
     }
 
-    /// The end of the range, if `z` is beyond it: half a circle, or the prior's reach.
-    fn beyond(&self, z: f64, mode: f64) -> Option<f64> {
+    /// End of the range if `z` lies beyond it: half a period, or the limit of the prior.
+    fn range_end(&self, z: f64, mode: f64) -> Option<f64> {
         let (low, high) = match self.target.slot(self.k).prior {
             Prior::Angle(period) => (mode - period / 2.0, mode + period / 2.0),
-            _ => (mode.min(0.0) - REACH, mode.max(0.0) + REACH),
+            _ => (mode.min(0.0) - MAX_PRIOR_SD, mode.max(0.0) + MAX_PRIOR_SD),
         };
         (z <= low || z >= high).then(|| self.target.clamp(self.k, z.clamp(low, high)))
     }
 
-    fn given(&self, fit: &Fit, values: &[f64]) -> Result<Vec<Point>, InferError> {
+    fn at_values(&self, fit: &Fit, values: &[f64]) -> Result<Vec<Point>, InferError> {
         let mut all = self.target.shared_values(&fit.point).0;
         let slot = self.target.coordinates().free()[self.target.parameter(self.k)];
         let mut points = vec![self.at(fit.point[self.k], &without(&fit.point, self.k))?];
@@ -160,12 +163,13 @@ impl Walker<'_> {
         Ok(points)
     }
 
-    /// Look for other optima at both ends and in the middle, and carry what is better to the neighbours.
-    fn second_look(&self, points: &mut [Point]) -> Result<(), InferError> {
+    /// Searches for other optima at both ends and in the middle, and passes improvements to neighbouring
+    /// points.
+    fn search_other_optima(&self, points: &mut [Point]) -> Result<(), InferError> {
         let n = points.len();
         let mut rng = ChaCha8Rng::seed_from_u64(0);
         for at in [0, n / 2, n - 1] {
-            for _ in 0..DRAWS {
+            for _ in 0..RANDOM_STARTS {
                 let drawn = without(&self.target.draw(&mut rng), self.k);
                 self.improve(&mut points[at], &drawn)?;
             }
@@ -177,7 +181,7 @@ impl Walker<'_> {
         Ok(())
     }
 
-    /// Put a better optimum in a point's place, if there is one from `others`.
+    /// Replaces a point if the search from `others` finds a lower cost.
     fn improve(&self, point: &mut Point, others: &[f64]) -> Result<(), InferError> {
         let slice = Slice { target: self.target, k: self.k, z: point.z };
         if slice.cost(others)?.is_finite() {
@@ -190,7 +194,7 @@ impl Walker<'_> {
     }
 }
 
-/// The density with one coordinate held.
+/// The density with one coordinate fixed.
 struct Slice<'a> {
     target: &'a Target<'a>,
     k: usize,
@@ -198,18 +202,18 @@ struct Slice<'a> {
 }
 
 impl Slice<'_> {
-    /// The target's coordinate that is the `j`-th here.
-    fn place(&self, j: usize) -> usize {
+    /// Index in the target of the `j`-th coordinate of the slice.
+    fn target_index(&self, j: usize) -> usize {
         if j < self.k { j } else { j + 1 }
     }
 
-    fn whole(&self, others: &[f64]) -> Vec<f64> {
+    fn full_point(&self, others: &[f64]) -> Vec<f64> {
         let mut z = others.to_vec();
         z.insert(self.k, self.z);
         z
     }
 
-    /// What the prior of the held coordinate adds to the cost.
+    /// Contribution of the prior of the fixed coordinate to the cost.
     fn own_prior(&self) -> f64 {
         self.target.coordinates().prior_cost_of(self.target.parameter(self.k), self.z)
     }
@@ -221,11 +225,11 @@ impl Density for Slice<'_> {
     }
 
     fn cost(&self, others: &[f64]) -> Result<f64, InferError> {
-        self.target.cost(&self.whole(others))
+        self.target.cost(&self.full_point(others))
     }
 
     fn linearise(&self, others: &[f64]) -> Result<Linearised, InferError> {
-        let at = self.target.linearise(&self.whole(others))?;
+        let at = self.target.linearise(&self.full_point(others))?;
         Ok(Linearised {
             cost: at.cost,
             gradient: at.gradient.remove_row(self.k),
@@ -238,14 +242,14 @@ fn without(z: &[f64], k: usize) -> Vec<f64> {
     z.iter().enumerate().filter(|(j, _)| *j != k).map(|(_, z)| *z).collect()
 }
 
-/// Interval, shape and modes of a profile's points.
-fn read(target: &Target<'_>, k: usize, points: &[Point]) -> Profile {
+/// Interval, shape and modes of a profile.
+fn summarise(target: &Target<'_>, k: usize, points: &[Point]) -> Profile {
     let slot = target.slot(k);
     let least = points.iter().map(|p| p.cost).fold(f64::INFINITY, f64::min);
     let deviance: Vec<f64> = points.iter().map(|p| 2.0 * (p.cost - least)).collect();
     let values: Vec<f64> = points.iter().map(|p| target.value(k, p.z).0).collect();
     let z: Vec<f64> = points.iter().map(|p| p.z).collect();
-    let inside: Vec<usize> = (0..z.len()).filter(|&i| deviance[i] <= NINETY).collect();
+    let inside: Vec<usize> = (0..z.len()).filter(|&i| deviance[i] <= CHI2_90).collect();
     let (first, last) = (inside.first().copied().unwrap_or(0), inside.last().copied().unwrap_or(0));
     let end = |inner: usize, outer: Option<usize>| {
         let outer = outer.filter(|&o| o < z.len())?;
@@ -262,23 +266,23 @@ fn read(target: &Target<'_>, k: usize, points: &[Point]) -> Profile {
     Profile { name: slot.name, unit: slot.unit, values, deviance, interval, shape, modes }
 }
 
-/// Where the deviance crosses the quantile: its root is nearly linear.
+/// Point at which the deviance crosses the quantile, by linear interpolation of its square root.
 fn crossing((z0, d0): (f64, f64), (z1, d1): (f64, f64)) -> f64 {
     let root = |d: f64| d.max(0.0).sqrt();
-    let share = (root(NINETY) - root(d0)) / (root(d1) - root(d0)).max(1e-12);
+    let share = (root(CHI2_90) - root(d0)) / (root(d1) - root(d0)).max(1e-12);
     z0 + share.clamp(0.0, 1.0) * (z1 - z0)
 }
 
-/// Local optima within the interval's deviance, separated by a ridge of at least one.
+/// Local optima within the deviance of the interval, separated by a rise of at least one.
 fn modes(deviance: &[f64]) -> Vec<usize> {
-    const RIDGE: f64 = 1.0;
+    const MIN_RIDGE: f64 = 1.0;
     let mut modes: Vec<usize> = vec![];
     let mut ridge = 0.0_f64;
     for (i, &d) in deviance.iter().enumerate() {
         ridge = ridge.max(d);
         match modes.last().copied() {
-            _ if d > NINETY => {}
-            Some(last) if ridge < d.max(deviance[last]) + RIDGE => {
+            _ if d > CHI2_90 => {}
+            Some(last) if ridge < d.max(deviance[last]) + MIN_RIDGE => {
                 if d < deviance[last] {
                     modes.pop();
                     modes.push(i);
@@ -299,14 +303,14 @@ mod tests {
     use super::*;
 
     #[test]
-    fn two_valleys_are_two_modes_and_a_ripple_is_one() {
+    fn a_shallow_ripple_does_not_add_a_mode() {
         assert_eq!(modes(&[4.0, 1.0, 0.0, 2.0, 1.2, 0.5, 5.0]), vec![2, 5]);
         assert_eq!(modes(&[4.0, 1.0, 0.0, 0.6, 0.4, 2.0, 5.0]), vec![2]);
         assert_eq!(modes(&[0.0; 5]), vec![0]);
     }
 
     #[test]
-    fn a_parabola_is_crossed_where_it_crosses() {
-        assert!((crossing((1.0, 1.0), (2.0, 4.0)) - NINETY.sqrt()).abs() < 1e-12);
+    fn the_crossing_of_a_parabola_is_exact() {
+        assert!((crossing((1.0, 1.0), (2.0, 4.0)) - CHI2_90.sqrt()).abs() < 1e-12);
     }
 }

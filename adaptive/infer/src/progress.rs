@@ -1,34 +1,35 @@
-//! How far work of several stages has come: one share of the whole that never falls, and a stage that never goes back.
+//! Progress of work with several stages: a total share that never decreases, and a stage that never goes
+//! back.
 //!
-//! Stages report from 0 to 1, most of them several times: how many rounds of fits a recording asks for is not known
-//! beforehand. A round of a stage that takes `n` as a rule covers the `n`-th part of what the stage has left, so that
-//! more rounds go on ever more slowly, and fewer leave a step to the next stage.
+//! Each stage reports from 0 to 1, usually several times, because the number of fits is not known in advance.
+//! A round of a stage with `n` expected rounds covers 1/n of what remains of the stage. Additional rounds
+//! advance ever more slowly, and fewer rounds end with a jump to the next stage.
 
-/// A part of some work.
+/// A stage of some work.
 #[derive(Clone, Copy, Debug)]
 pub struct Stage {
-    /// By which it reports.
+    /// Name under which it reports.
     pub name: &'static str,
-    /// Share of the time of the whole at which it ends, as a rule.
+    /// Expected share of the total time at which it ends.
     pub end: f64,
-    /// How often it goes from 0 to 1, as a rule.
+    /// Expected number of rounds from 0 to 1.
     pub rounds: f64,
 }
 
-/// Work under way.
+/// Progress of some work.
 #[derive(Debug)]
 pub struct Progress {
     stages: &'static [Stage],
     stage: usize,
-    /// What was reported last.
+    /// The last report.
     last: (String, f64),
-    /// Share of the whole at which the round began, and that it covers.
+    /// Share of the total at which the round began, and the share that it covers.
     round: (f64, f64),
     share: f64,
 }
 
 impl Progress {
-    /// Work that begins; its `stages` in order.
+    /// Work at its start, with its `stages` in order.
     #[must_use]
     pub fn new(stages: &'static [Stage]) -> Self {
         let mut progress =
@@ -37,8 +38,8 @@ impl Progress {
         progress
     }
 
-    /// The stage and the share of the whole once `done` of `what` is reported. A name that no stage has belongs to the
-    /// stage under way, and so does one of an earlier stage.
+    /// Returns the stage and the total share after a report that `what` has reached `done`. An unknown name
+    /// and the name of an earlier stage count towards the current stage.
     pub fn advance(&mut self, what: &str, done: f64) -> (&'static str, f64) {
         let done = if done.is_finite() { done.clamp(0.0, 1.0) } else { 0.0 };
         let ahead = self.stages.iter().position(|stage| stage.name == what).filter(|at| *at > self.stage);

@@ -1,8 +1,9 @@
-//! The readings of an episode for simulators outside of this crate: what acted in a step by a model's laws of instruments.
+//! Readings of an episode for external simulators: the wrench that acts in a step according to a model's
+//! instrument laws.
 
 use crate::curve::Curve;
-use crate::filter::acting;
-use crate::track::{Step, Track, cut};
+use crate::filter::applied_wrench;
+use crate::track::{Step, Track, cut_into_steps};
 use std::sync::Arc;
 use trundle_model::{Clock, Plant};
 use trundle_record::{PoseSample, Prepared};
@@ -12,26 +13,27 @@ use trundle_record::{PoseSample, Prepared};
 pub struct Readings(Arc<Curve>);
 
 impl Readings {
-    /// Of an episode that is simulated.
+    /// Readings of an episode for a simulation without noise.
     pub fn new(episode: &Prepared) -> Self {
         Self(Arc::new(Curve::new(episode)))
     }
 
-    /// Of an episode that is compared with a simulation: its steps know the noise of what was read.
+    /// Readings of an episode that is compared with a simulation: its steps include the noise of the
+    /// readings.
     pub fn of(track: &Track) -> Self {
         Self(track.curve.clone())
     }
 
-    /// The time between two poses cut into the steps of a simulation.
+    /// Divides the time between two poses into simulation steps.
     pub fn steps(&self, from: f64, to: &PoseSample) -> Vec<Step> {
         let mut steps = vec![];
-        cut(from, to, &self.0, self.0.longest(), &mut steps);
+        cut_into_steps(from, to, &self.0, self.0.max_step(), &mut steps);
         steps
     }
 
-    /// Mean wrench on the object over a step, object axes about its origin, by a model's laws of instruments; and when
-    /// that was read.
-    pub fn acting(&self, plant: &Plant<f64>, step: &Step) -> ([f64; 3], Clock) {
-        acting(plant, &[0.0; 3], step, &self.0)
+    /// Mean wrench on the object over a step, object axes about its origin, corrected by a model's instrument
+    /// laws, and the clock of the reading.
+    pub fn applied_wrench(&self, plant: &Plant<f64>, step: &Step) -> ([f64; 3], Clock) {
+        applied_wrench(plant, &[0.0; 3], step, &self.0)
     }
 }

@@ -1,23 +1,24 @@
-//! Simulations of a recording, as DIAGNOSIS.md defines them: open loop, and one window ahead.
+//! Simulations of a recording: in open loop, and one window ahead.
 
-use crate::beginning::beginning;
 use crate::curve::Curve;
-use crate::filter::{Innovation, filter, push};
-use crate::track::{Step, cut};
+use crate::filter::{Innovation, advance, filter};
+use crate::initial_state::initial_state;
+use crate::track::{Step, cut_into_steps};
 use crate::{Channels, InferError, Track};
 use std::sync::Arc;
 use trundle_model::{MAX_INNER_STATES, Model, Plant, State};
 use trundle_record::{Motion, Noise, Prepared};
 
-/// Poses at the times of the recorded poses, simulated from the first one, at rest or with its velocity, under the
-/// recorded wrench, which is held in the simulated object's frame. Shape: one pose a sample,
-/// world, m, m, rad. Where a law's own state may start in several ways, the first second after contact tells.
+/// Simulated poses at the times of the recorded poses, world, m, m, rad. The simulation starts from the first
+/// pose, at rest or with its velocity, under the recorded wrench, which is fixed in the frame of the
+/// simulated object. Initial states of the laws with several possible starts are estimated from the first
+/// second after contact.
 pub fn open_loop(plant: &Plant<f64>, episode: &Prepared) -> Vec<[f64; 3]> {
-    simulated(plant, episode, beginning(plant, episode), f64::INFINITY)
+    simulate(plant, episode, initial_state(plant, episode), f64::INFINITY)
 }
 
-/// The same up to a time, s, with the laws' own states starting from `inner`.
-pub(crate) fn simulated(
+/// The same up to time `until`, s, with the laws' own states starting from `inner`.
+pub(crate) fn simulate(
     plant: &Plant<f64>,
     episode: &Prepared,
     inner: [f64; MAX_INNER_STATES],
@@ -33,9 +34,9 @@ pub(crate) fn simulated(
     let mut steps: Vec<Step> = Vec::new();
     for pair in episode.pose.windows(2).take_while(|pair| pair[1].t <= until) {
         steps.clear();
-        cut(pair[0].t, &pair[1], &curve, curve.longest(), &mut steps);
+        cut_into_steps(pair[0].t, &pair[1], &curve, curve.max_step(), &mut steps);
         for step in &steps {
-            push(plant, &mut state, &[0.0; 3], step, &curve);
+            advance(plant, &mut state, &[0.0; 3], step, &curve);
         }
         poses.push(state.pose);
     }
@@ -43,16 +44,16 @@ pub(crate) fn simulated(
 }
 
 /// Length of a prediction window, s.
-const WINDOW: f64 = 1.0;
+const WINDOW_S: f64 = 1.0;
 
-/// One window's predictions: what was seen less what was predicted, with the prediction's density.
+/// Predictions over one window: the errors of the poses and the density of the predictions.
 pub struct Window {
-    /// Predictions at each pose sample of the window; their errors are seen less predicted.
+    /// Predictions at each pose of the window. Errors are measured minus predicted.
     pub samples: Vec<Innovation>,
 }
 
-/// Predictions over successive windows of one second from contact on, each from a state estimated
-/// with samples up to its start only. `None` in place of a window that is not finite.
+/// Predictions over successive windows of one second from contact on. Each starts from a state estimated with
+/// samples up to the start of the window only. A window that is not finite is `None`.
 ///
 /// # Errors
 /// When `values` has the wrong length.
@@ -65,16 +66,17 @@ pub fn windows(
 ) -> Result<Vec<Option<Window>>, InferError> {
     let filter = filter(model, values, channels)?;
     if !model.inner().is_empty() {
-        // The laws' own states are nowhere in a motion; a filter carries them. All else begins as without them, or models
-        // with states would be judged by better beginnings than others.
+        // A measured motion does not contain the laws' own states, so a filter estimates them. All other
+        // states start as for models without own states. The comparison between models is then fair.
         let track = Track::new(episode, noise)?;
-        let known: Vec<Motion> = starts(episode, noise).into_iter().map(|(_, motion)| motion).collect();
-        let windows = filter.ahead(&track, &known, WINDOW).unwrap_or_default();
+        let known: Vec<Motion> =
+            window_starts(episode, noise).into_iter().map(|(_, motion)| motion).collect();
+        let windows = filter.predict_windows(&track, &known, WINDOW_S).unwrap_or_default();
         return Ok(windows.into_iter().map(|samples| samples.map(|samples| Window { samples })).collect());
     }
     let curve = Arc::new(Curve::with_noise(episode, noise));
-    let found = starts(episode, noise).into_iter().map(|(index, motion)| {
-        let end = motion.t + WINDOW;
+    let found = window_starts(episode, noise).into_iter().map(|(index, motion)| {
+        let end = motion.t + WINDOW_S;
         let count = episode.pose[index..].partition_point(|p| p.t <= end + 1e-9);
         let track = Track::between(episode, &curve, index, index + count, &motion);
         filter.predict_only(&track).map(|samples| Window { samples })
@@ -82,18 +84,18 @@ pub fn windows(
     Ok(found.collect())
 }
 
-/// Where windows start: index of the pose sample, and the causal estimate there.
-fn starts(episode: &Prepared, noise: &Noise) -> Vec<(usize, Motion)> {
+/// Starts of the windows: index of the pose sample, and the causal estimate of the motion there.
+fn window_starts(episode: &Prepared, noise: &Noise) -> Vec<(usize, Motion)> {
     let Some(last) = episode.pose.last() else { return vec![] };
     let known = episode.filtered_motion(noise);
     let mut begin = episode.contact.max(episode.pose[0].t);
     let mut found = Vec::new();
-    while begin + WINDOW <= last.t + 1e-9 {
+    while begin + WINDOW_S <= last.t + 1e-9 {
         let index = episode.pose.partition_point(|p| p.t <= begin + 1e-9).saturating_sub(1);
         if let Some(motion) = known.get(index) {
             found.push((index, motion.clone()));
         }
-        begin += WINDOW;
+        begin += WINDOW_S;
     }
     found
 }

@@ -1,12 +1,12 @@
-//! The figures of DIAGNOSIS.md, by which a model is judged on episodes.
+//! Error metrics of a model on some episodes.
 
 use crate::bandwidth::{force_bandwidth, spacing};
-use crate::beginning;
 use crate::curve::Curve;
-use crate::quasi::WrenchSample;
+use crate::error_metrics::ErrorMetrics;
+use crate::initial_state;
+use crate::quasi_static::WrenchSample;
 use crate::rollout::{Window, open_loop, windows};
-use crate::stretches::wrench_samples;
-use crate::tally::Tally;
+use crate::steady_segments::wrench_samples;
 use crate::timing::Timing;
 use crate::{Channels, InferError};
 use rayon::prelude::*;
@@ -14,34 +14,34 @@ use serde::Serialize;
 use trundle_model::{Clock, MAX_INNER_STATES, Model, Plant, State, to_body};
 use trundle_record::{Motion, Noise, Prepared, low_pass};
 
-/// How well a model predicts some episodes; `None` where a figure makes no sense.
+/// Prediction errors of a model on some episodes; `None` where a metric is undefined.
 #[derive(Clone, Debug, Default, PartialEq, Serialize)]
 pub struct Score {
-    /// Open loop, all samples of whole episodes, m.
+    /// Open loop over whole episodes, m.
     pub position_rmse: Option<f64>,
     /// Open loop, rad.
     pub heading_rmse: Option<f64>,
-    /// Open loop, mean over episodes of the last pose's error, m.
+    /// Open loop, mean over episodes of the error of the last pose, m.
     pub final_position_error: Option<f64>,
     /// Open loop, mean over episodes, rad.
     pub final_heading_error: Option<f64>,
-    /// Open loop, share of the variance of (x, y, ρθ) that is explained.
+    /// Open loop, explained share of the variance of (x, y, ρθ).
     pub r2: Option<f64>,
     /// One second ahead, m.
     pub window_position_rmse: Option<f64>,
     /// One second ahead, rad.
     pub window_heading_rmse: Option<f64>,
-    /// Wrench needed for the seen motion less recorded, both below `force_bandwidth`, N.
+    /// Required minus recorded wrench, both below `force_bandwidth`, N.
     pub force_rmse: Option<f64>,
     /// The same, N·m, about the object origin.
     pub torque_rmse: Option<f64>,
-    /// Frequency up to which the poses tell acceleration, Hz; `None` where wrenches are compared that need none.
+    /// Frequency up to which the poses determine the acceleration, Hz; `None` for quasi-static comparisons.
     pub force_bandwidth: Option<f64>,
     /// Mean log density of a pose sample, one window ahead.
     pub log_predictive_density: Option<f64>,
 }
 
-/// Judge a model with all values given on some episodes.
+/// Error metrics of a model with all values given.
 ///
 /// # Errors
 /// When `values` has the wrong length.
@@ -53,67 +53,72 @@ pub fn score(
     noise: &Noise,
     quasi_static: bool,
 ) -> Result<Score, InferError> {
-    score_beside(model, values, channels, episodes, noise, quasi_static, None)
+    score_compared(model, values, channels, episodes, noise, quasi_static, None)
 }
 
-/// The same compared with another model, given with its values: time that is not judged of one is not judged of the other
-/// ([`beginning::unjudged`]), and wrenches of both are compared below the same frequency.
+/// Error metrics of a model for a comparison with another model, given with its values. Time that is excluded
+/// for one model is excluded for both ([`initial_state::unscored_time`]), and the wrenches of both are
+/// compared below the same frequency.
 ///
 /// # Errors
 /// When `values` has the wrong length.
-pub fn score_beside(
+pub fn score_compared(
     model: &Model,
     values: &[f64],
     channels: &Channels,
     episodes: &[Prepared],
     noise: &Noise,
     quasi_static: bool,
-    beside: Option<(&Model, &[f64])>,
+    other: Option<(&Model, &[f64])>,
 ) -> Result<Score, InferError> {
     let plant = model.plant(values)?;
-    let other = beside.map(|(model, values)| model.plant(values)).transpose()?;
-    let unjudged =
-        beside.map_or(0.0, |(other, _)| beginning::unjudged(other)).max(beginning::unjudged(model));
-    let plants: Vec<&Plant<f64>> = std::iter::once(&plant).chain(&other).collect();
+    let plant_of_other = other.map(|(model, values)| model.plant(values)).transpose()?;
+    let unscored = other
+        .map_or(0.0, |(other, _)| initial_state::unscored_time(other))
+        .max(initial_state::unscored_time(model));
+    let plants: Vec<&Plant<f64>> = std::iter::once(&plant).chain(&plant_of_other).collect();
     let bandwidth = if quasi_static { None } else { force_bandwidth(&plants, model.dof, episodes, noise) };
     let one = |episode: &Prepared| {
-        let mut tally = Tally::default();
+        let mut metrics = ErrorMetrics::default();
         if quasi_static {
-            wrench_samples(episode, noise).iter().for_each(|sample| tally.wrench(sample.residual(&plant)));
+            wrench_samples(episode, noise)
+                .iter()
+                .for_each(|sample| metrics.add_wrench(sample.residual(&plant)));
         } else {
             let rho = if model.dof[2] { model.body.gyration } else { 0.0 };
-            tally.open_loop(&open_loop(&plant, episode), episode, rho, unjudged);
+            metrics.add_open_loop(&open_loop(&plant, episode), episode, rho, unscored);
             let ahead = windows(model, values, channels, episode, noise)?;
-            add_windows(&mut tally, &ahead, episode.contact + unjudged);
-            for wrench in missed(&plant, episode, noise, unjudged).below(bandwidth) {
-                tally.wrench([0, 1, 2].map(|k| if model.dof[k] { wrench[k] } else { 0.0 }));
+            add_windows(&mut metrics, &ahead, episode.contact + unscored);
+            for wrench in missing_wrench(&plant, episode, noise, unscored).below(bandwidth) {
+                metrics.add_wrench([0, 1, 2].map(|k| if model.dof[k] { wrench[k] } else { 0.0 }));
             }
         }
-        Ok(tally)
+        Ok(metrics)
     };
     let all = episodes.par_iter().map(one).collect::<Result<Vec<_>, InferError>>()?;
-    let figures = all.iter().fold(Tally::default(), Tally::plus).figures(model.dof[2]);
-    Ok(Score { force_bandwidth: bandwidth.filter(|_| figures.force_rmse.is_some()), ..figures })
+    let total = all.iter().fold(ErrorMetrics::default(), ErrorMetrics::merged).score(model.dof[2]);
+    Ok(Score { force_bandwidth: bandwidth.filter(|_| total.force_rmse.is_some()), ..total })
 }
 
-/// Add predictions of samples from a time on.
-fn add_windows(tally: &mut Tally, windows: &[Option<Window>], from: f64) {
+/// Adds predictions of samples after the time `from`.
+fn add_windows(metrics: &mut ErrorMetrics, windows: &[Option<Window>], from: f64) {
     for sample in windows.iter().flatten().flat_map(|w| &w.samples).filter(|sample| sample.t > from) {
-        tally.ahead(sample.error.into());
-        tally.density(-sample.cost);
+        metrics.add_window(sample.error.into());
+        metrics.add_log_density(-sample.cost);
     }
 }
 
-/// Needed less recorded wrench along an episode, object axes.
+/// Required minus recorded wrench along an episode, object axes.
 #[derive(Default)]
-struct Missed {
+struct MissingWrench {
     t: Vec<f64>,
     wrench: Vec<[f64; 3]>,
 }
 
-impl Missed {
-    /// Both without what lies above a frequency, Hz. A filter of their difference is one of each. Within a quarter of a
-    /// period of the ends, poses tell acceleration from one side only; those samples are left out.
+impl MissingWrench {
+    /// The wrenches without components above a frequency, Hz. The filter is linear, so filtering the
+    /// difference filters both. Samples within a quarter of a period of the ends are dropped, because there
+    /// the acceleration is estimated from one side only.
     fn below(mut self, bandwidth: Option<f64>) -> Vec<[f64; 3]> {
         let Some(bandwidth) = bandwidth else { return self.wrench };
         for k in 0..3 {
@@ -129,44 +134,44 @@ impl Missed {
     }
 }
 
-/// The wrench that the seen motion needs less the recorded one, at every pose sample from `unjudged` seconds after contact on.
-fn missed(plant: &Plant<f64>, episode: &Prepared, noise: &Noise, unjudged: f64) -> Missed {
+/// Required minus recorded wrench at every pose sample from `unscored` seconds after contact on.
+fn missing_wrench(plant: &Plant<f64>, episode: &Prepared, noise: &Noise, unscored: f64) -> MissingWrench {
     let curve = Curve::new(episode);
     let near = 0.5 * spacing(std::slice::from_ref(episode)).unwrap_or(0.0);
-    let mut own = Own::new(plant, episode, &curve);
-    let mut missed = Missed::default();
+    let mut inner_states = InnerStates::new(plant, episode, &curve);
+    let mut missed = MissingWrench::default();
     for motion in episode.motion(noise).iter().filter(|m| m.t >= episode.contact) {
-        let Some(sample) = seen(motion, (episode, &curve), plant, near) else { continue };
-        let inner = own.until(plant, &sample);
-        if motion.t < episode.contact + unjudged {
+        let Some(sample) = sample_at(motion, (episode, &curve), plant, near) else { continue };
+        let inner = inner_states.until(plant, &sample);
+        if motion.t < episode.contact + unscored {
             continue;
         }
-        let inertia = inertial(plant, &sample, motion.accel);
+        let inertia = inertial_wrench(plant, &sample, motion.accel);
         missed.t.push(motion.t);
-        missed.wrench.push(shortfall(plant, &sample, inner, motion, inertia));
+        missed.wrench.push(wrench_residual(plant, &sample, inner, motion, inertia));
     }
     missed
 }
 
-/// The laws' own states along the motion that was seen.
-pub(crate) struct Own {
+/// The laws' own states along the measured motion.
+pub(crate) struct InnerStates {
     inner: [f64; MAX_INNER_STATES],
     last: Option<WrenchSample>,
-    /// Longest step, s.
-    longest: f64,
+    /// Maximum step, s.
+    max_step: f64,
 }
 
-impl Own {
-    /// At the start of an episode.
+impl InnerStates {
+    /// States at the start of an episode.
     pub fn new(plant: &Plant<f64>, episode: &Prepared, curve: &Curve) -> Self {
-        Self { inner: beginning::beginning(plant, episode), last: None, longest: curve.longest() }
+        Self { inner: initial_state::initial_state(plant, episode), last: None, max_step: curve.max_step() }
     }
 
-    /// Move them on from the sample before.
+    /// Advances the states from the previous sample.
     pub fn until(&mut self, plant: &Plant<f64>, sample: &WrenchSample) -> [f64; MAX_INNER_STATES] {
         if let Some(last) = self.last.as_ref().filter(|_| plant.inner() > 0) {
             let applied = last.recorded(plant);
-            let count = ((sample.t - last.t) / self.longest).ceil().max(1.0);
+            let count = ((sample.t - last.t) / self.max_step).ceil().max(1.0);
             let dt = (sample.t - last.t) / count;
             let mut state = State::moving(last.pose, last.twist).with_inner(self.inner);
             for k in 0..count as usize {
@@ -182,8 +187,8 @@ impl Own {
     }
 }
 
-/// What was read of the moment when a pose was seen: the mean of the readings up to `near` seconds from it.
-pub(crate) fn seen(
+/// Motion at a pose with the mean of the readings up to `near` seconds from it.
+pub(crate) fn sample_at(
     motion: &Motion,
     (episode, curve): (&Prepared, &Curve),
     plant: &Plant<f64>,
@@ -206,12 +211,12 @@ pub(crate) fn seen(
             None => curve.mean(at - near, at + near).reading,
         },
         frame,
-        clock: curve.held(motion.t, frame),
+        clock: curve.clock_at_grasp(motion.t, frame),
     })
 }
 
 /// Mass times acceleration of the mass centre, as a wrench about the object origin, object axes.
-pub(crate) fn inertial(plant: &Plant<f64>, sample: &WrenchSample, accel: [f64; 3]) -> [f64; 3] {
+pub(crate) fn inertial_wrench(plant: &Plant<f64>, sample: &WrenchSample, accel: [f64; 3]) -> [f64; 3] {
     let rigid = plant.rigid(sample.clock);
     let [cx, cy] = rigid.com;
     let [ax, ay, spin_up] = to_body(accel, sample.pose[2]);
@@ -223,9 +228,9 @@ pub(crate) fn inertial(plant: &Plant<f64>, sample: &WrenchSample, accel: [f64; 3
     [fx, fy, rigid.inertia * spin_up + cx * fy - cy * fx]
 }
 
-/// Needed less recorded. A law with dry friction holds a set of wrenches at rest, and a speed is
-/// known only so well: the nearest wrench within that uncertainty is what counts.
-fn shortfall(
+/// Required minus recorded wrench. At rest, dry friction can supply a set of wrenches, and the twist is
+/// uncertain: the smallest difference within this uncertainty counts.
+fn wrench_residual(
     plant: &Plant<f64>,
     sample: &WrenchSample,
     inner: [f64; MAX_INNER_STATES],
@@ -240,17 +245,17 @@ fn shortfall(
         let wrench = plant.generalised_force(&state, sample.clock).wrench(to_body(twist, sample.pose[2]));
         [0, 1, 2].map(|k| inertia[k] - wrench[k] - recorded[k])
     };
-    if at_rest { nearest(motion.twist, reach, missed) } else { missed(motion.twist) }
+    if at_rest { smallest_residual(motion.twist, reach, missed) } else { missed(motion.twist) }
 }
 
-/// Descend to the twist, within `reach`, at which least is missed.
-fn nearest(start: [f64; 3], reach: [f64; 3], missed: impl Fn([f64; 3]) -> [f64; 3]) -> [f64; 3] {
-    const ROUNDS: usize = 12;
+/// Smallest difference over twists within `reach` of the start, by coordinate descent.
+fn smallest_residual(start: [f64; 3], reach: [f64; 3], missed: impl Fn([f64; 3]) -> [f64; 3]) -> [f64; 3] {
+    const MAX_ROUNDS: usize = 12;
     let size = |r: &[f64; 3]| r.iter().map(|x| x * x).sum::<f64>();
     let (mut twist, mut best) = (start, missed(start));
     let mut stride = 1.0;
-    for _ in 0..ROUNDS {
-        // Along each axis in turn: dry laws are monotone, so coordinate descent cannot be trapped.
+    for _ in 0..MAX_ROUNDS {
+        // Dry friction laws are monotone, so coordinate descent has no local minima.
         for k in 0..3 {
             for sign in [-1.0, 1.0] {
                 let mut trial = twist;

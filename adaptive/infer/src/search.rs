@@ -1,4 +1,4 @@
-//! From many starts to one optimum: short searches sort the starts, the best are followed to the end.
+//! Global search: short searches rank the starts, and the best points are refined to convergence.
 
 use crate::lbfgs;
 use crate::levenberg::{self, Stop};
@@ -9,21 +9,22 @@ use rayon::prelude::*;
 use std::sync::atomic::{AtomicUsize, Ordering};
 use trundle_model::Prior;
 
-/// Where a search ended.
+/// End point of a search.
 pub(crate) struct Optimum {
     pub point: Vec<f64>,
     pub at: Linearised,
     pub converged: bool,
-    /// By how much the last step lowered the cost.
-    pub falling: f64,
+    /// Decrease of the cost in the last step.
+    pub last_decrease: f64,
 }
 
-const SCOUT: Stop = Stop { iterations: 14, decrease: 0.05, measure_gradient: false };
-const POLISH: Stop = Stop { iterations: 60, decrease: 1e-5, measure_gradient: false };
-/// For telling which of two starts near an optimum leads lower.
-const GLANCE: Stop = Stop { iterations: 4, decrease: 0.05, measure_gradient: false };
-/// Decrease at which a search that started near its optimum has arrived: a hundredth of a standard deviation or two.
-const ARRIVED: f64 = 1e-3;
+const SHORT_SEARCH_STOP: Stop = Stop { iterations: 14, decrease: 0.05, measure_gradient: false };
+const REFINEMENT_STOP: Stop = Stop { iterations: 60, decrease: 1e-5, measure_gradient: false };
+/// Short comparison of two starts near an optimum.
+const COMPARISON_STOP: Stop = Stop { iterations: 4, decrease: 0.05, measure_gradient: false };
+/// Decrease of the cost, nats, at which a search near its optimum has converged: a few hundredths of a
+/// standard deviation.
+const MIN_DECREASE_NATS: f64 = 1e-3;
 
 fn descend(
     target: &Target<'_>,
@@ -39,56 +40,57 @@ fn descend(
     }
 }
 
-/// An end of a short search: its cost and its point.
+/// End of a short search: cost and point.
 type End = (f64, Vec<f64>);
 
-/// How many of how many starts came to the same end.
+/// Number of starts with the same end, and number of starts.
 pub(crate) type Agreement = (usize, usize);
 
-/// Whether two searches ended at the lowest of these costs, in order: then it hardly is a local optimum.
-fn doubled(costs: &[f64]) -> bool {
+/// Whether two searches ended at the lowest of these sorted costs. A local optimum is then unlikely.
+fn is_reproduced(costs: &[f64]) -> bool {
     costs.len() > 1 && costs[1] < costs[0] + 1.0
 }
 
-/// Points found by short searches from given values and draws of the prior, best first, and how many of those
-/// starts came within one unit of log density of the best. Each search goes through the `ladder`, from the density
-/// that leads from far away to the one that counts. On all cores, with the same result as on one.
-pub(crate) fn scout(
-    ladder: &[Target<'_>],
+/// Points found by short searches from given values and prior draws, best first, and the number of starts
+/// that ended within one unit of log density of the best. Each search passes through the densities of
+/// `continuation`, the last of which ranks the ends. Runs on all cores; the result does not depend on their
+/// number.
+pub(crate) fn search_starts(
+    continuation: &[Target<'_>],
     warm: &[Vec<f64>],
     options: &FitOptions,
     watch: &dyn Watch,
 ) -> Result<(Vec<Vec<f64>>, Agreement), InferError> {
-    let Some(target) = ladder.last() else { return Ok((vec![], (0, 0))) };
+    let Some(target) = continuation.last() else { return Ok((vec![], (0, 0))) };
     let mut rng = ChaCha8Rng::seed_from_u64(options.seed);
     let given = warm.iter().map(|values| Ok(target.point(values)));
     let drawn = (0..options.starts).map(|_| target.rescaled(target.draw(&mut rng)));
     let starts = given.chain(drawn).collect::<Result<Vec<_>, InferError>>()?;
     let count = starts.len();
-    let mut found = ends(ladder, starts, options.optimiser, watch)?;
+    let mut found = search_ends(continuation, starts, options.optimiser, watch)?;
     if found.is_empty() {
         return Err(InferError::NoStart { recording: "the recording".to_owned(), starts: count });
     }
     let costs: Vec<f64> = found.iter().map(|(cost, _)| *cost).collect();
-    let unsure = options.starts > 0 && !doubled(&costs);
-    if unsure || (options.from_afar && astray(target, &found[0].1)) {
-        found = hop(ladder, found, options.optimiser, watch)?;
+    let unsure = options.starts > 0 && !is_reproduced(&costs);
+    if unsure || (options.distant_starts && has_diverged(target, &found[0].1)) {
+        found = search_symmetric(continuation, found, options.optimiser, watch)?;
     }
     let agree = costs.iter().filter(|&&cost| cost < found[0].0 + 1.0).count();
     Ok((found.into_iter().map(|(_, point)| point).collect(), (agree, count)))
 }
 
-/// Beyond this many standard deviations of its prior a parameter has run away.
-const AWAY: f64 = 3.0;
+/// Distance from the prior centre, in standard deviations, beyond which a search is taken to have diverged.
+const MAX_PLAUSIBLE_Z: f64 = 3.0;
 
-/// Whether a search ran away, as it does along the valley of a local optimum.
-fn astray(target: &Target<'_>, z: &[f64]) -> bool {
+/// Whether a search diverged, as along the valley of a local optimum.
+fn has_diverged(target: &Target<'_>, z: &[f64]) -> bool {
     let angle = |k: usize| matches!(target.slot(k).prior, Prior::Angle(_));
-    z.iter().enumerate().any(|(k, z)| z.abs() > AWAY && !angle(k))
+    z.iter().enumerate().any(|(k, z)| z.abs() > MAX_PLAUSIBLE_Z && !angle(k))
 }
 
-/// Where a short search ends; `None` where the density is nowhere at its start.
-fn short(
+/// End of a short search; `None` if the density is not finite at its start.
+fn short_search(
     target: &Target<'_>,
     start: &[f64],
     optimiser: Optimiser,
@@ -96,18 +98,20 @@ fn short(
 ) -> Result<Option<Optimum>, InferError> {
     let point = start.to_vec();
     if optimiser == Optimiser::Lbfgs {
-        let somewhere = target.cost(start)?.is_finite();
-        return somewhere.then(|| descend(target, point, SCOUT, optimiser, watch)).transpose();
+        let is_finite = target.cost(start)?.is_finite();
+        return is_finite.then(|| descend(target, point, SHORT_SEARCH_STOP, optimiser, watch)).transpose();
     }
     let at = target.linearise(start)?;
     let clamp = |k, z| target.clamp(k, z);
-    let somewhere = at.cost.is_finite();
-    somewhere.then(|| levenberg::from(target, point, at, clamp, SCOUT, watch)).transpose()
+    let is_finite = at.cost.is_finite();
+    is_finite
+        .then(|| levenberg::minimise_from(target, point, at, clamp, SHORT_SEARCH_STOP, watch))
+        .transpose()
 }
 
-/// Where short searches from `starts` end, best first; those where the density is nowhere are left out.
-fn ends(
-    ladder: &[Target<'_>],
+/// Ends of short searches from `starts`, best first. Starts with an infinite cost are dropped.
+fn search_ends(
+    continuation: &[Target<'_>],
     starts: Vec<Vec<f64>>,
     optimiser: Optimiser,
     watch: &dyn Watch,
@@ -115,8 +119,8 @@ fn ends(
     let (count, done) = (starts.len(), AtomicUsize::new(0));
     let one = |start: Vec<f64>, watch: &dyn Watch| {
         let mut end = (f64::INFINITY, start);
-        for target in ladder {
-            end = match short(target, &end.1, optimiser, watch)? {
+        for target in continuation {
+            end = match short_search(target, &end.1, optimiser, watch)? {
                 Some(optimum) => (optimum.at.cost, optimum.point),
                 None => (f64::INFINITY, end.1),
             };
@@ -132,20 +136,20 @@ fn ends(
     Ok(found)
 }
 
-/// Search on from where the local optima of the best end would lie, until that finds nothing better.
-fn hop(
-    ladder: &[Target<'_>],
+/// Repeats the search from the symmetric counterparts of the best end until the cost no longer improves.
+fn search_symmetric(
+    continuation: &[Target<'_>],
     mut found: Vec<End>,
     optimiser: Optimiser,
     watch: &dyn Watch,
 ) -> Result<Vec<End>, InferError> {
-    for _ in 0..HOPS {
+    for _ in 0..MAX_HOPS {
         let Some((cost, best)) = found.first().cloned() else { break };
-        let others = ladder.last().map_or_else(Vec::new, |target| elsewhere(target, &best));
+        let others = continuation.last().map_or_else(Vec::new, |target| symmetric_points(target, &best));
         if others.is_empty() {
             break;
         }
-        found.extend(ends(ladder, others, optimiser, watch)?);
+        found.extend(search_ends(continuation, others, optimiser, watch)?);
         found.sort_by(|a, b| a.0.total_cmp(&b.0));
         if found[0].0 > cost - 1.0 {
             break;
@@ -154,16 +158,16 @@ fn hop(
     Ok(found)
 }
 
-/// Rounds of [`hop`].
-const HOPS: usize = 3;
+/// Maximum number of rounds of [`search_symmetric`].
+const MAX_HOPS: usize = 3;
 
-/// Where else the data might be explained as well: a place mirrored in the middle of the body, an angle turned by
-/// half its circle (a wheel across instead of along), what ran away from its prior put back.
-fn elsewhere(target: &Target<'_>, z: &[f64]) -> Vec<Vec<f64>> {
+/// Candidates for other optima: a place mirrored about the middle of the body, an angle turned by half its
+/// period (a wheel across instead of along), and diverged parameters reset to the prior centre.
+fn symmetric_points(target: &Target<'_>, z: &[f64]) -> Vec<Vec<f64>> {
     let turned = |k: usize, z: f64, along: [bool; 2], turn: f64| match target.slot(k).prior {
         Prior::OnBody(axis) if along[axis.min(1)] => -z,
         Prior::Angle(period) => z + turn * period,
-        _ if z.abs() > AWAY => 0.0,
+        _ if z.abs() > MAX_PLAUSIBLE_Z => 0.0,
         _ => z,
     };
     let whole =
@@ -178,14 +182,14 @@ fn elsewhere(target: &Target<'_>, z: &[f64]) -> Vec<Vec<f64>> {
     all.into_iter().filter(|other| other != z).collect()
 }
 
-/// The best optimum from some points.
-pub(crate) fn polish(
+/// Refines some points and returns the best optimum.
+pub(crate) fn refine(
     target: &Target<'_>,
     points: Vec<Vec<f64>>,
     options: &FitOptions,
     watch: &dyn Watch,
 ) -> Result<Optimum, InferError> {
-    let stop = Stop { measure_gradient: options.measure_gradient, ..POLISH };
+    let stop = Stop { measure_gradient: options.measure_gradient, ..REFINEMENT_STOP };
     let mut best: Option<Optimum> = None;
     let starts = points.len();
     for point in points {
@@ -197,8 +201,9 @@ pub(crate) fn polish(
     best.ok_or_else(|| InferError::NoStart { recording: "the recording".to_owned(), starts })
 }
 
-/// From starts near an optimum: the two lowest are followed a little, the better one of them for `steps` in all.
-pub(crate) fn follow(
+/// From starts near an optimum: a few steps from the two best starts, then at most `steps` steps in all from
+/// the better one.
+pub(crate) fn refine_near(
     target: &Target<'_>,
     starts: Vec<Vec<f64>>,
     steps: usize,
@@ -210,19 +215,19 @@ pub(crate) fn follow(
     ranked.retain(|(cost, _)| cost.is_finite());
     ranked.sort_by(|a, b| a.0.total_cmp(&b.0));
     let clamp = |k, z| target.clamp(k, z);
-    let stop = Stop { iterations: GLANCE.iterations.min(steps), ..GLANCE };
-    let glance = |(_, point)| levenberg::minimise(target, point, clamp, stop, watch);
-    let looked = ranked.into_iter().take(2).map(glance).collect::<Result<Vec<_>, _>>()?;
-    let Some(best) = looked.into_iter().min_by(|a, b| a.at.cost.total_cmp(&b.at.cost)) else {
+    let stop = Stop { iterations: COMPARISON_STOP.iterations.min(steps), ..COMPARISON_STOP };
+    let compare = |(_, point)| levenberg::minimise(target, point, clamp, stop, watch);
+    let compared = ranked.into_iter().take(2).map(compare).collect::<Result<Vec<_>, _>>()?;
+    let Some(best) = compared.into_iter().min_by(|a, b| a.at.cost.total_cmp(&b.at.cost)) else {
         return Err(InferError::NoStart { recording: "the recording".to_owned(), starts: count });
     };
-    let rest = Stop {
+    let remaining = Stop {
         iterations: steps.saturating_sub(stop.iterations),
-        decrease: ARRIVED,
+        decrease: MIN_DECREASE_NATS,
         measure_gradient: false,
     };
-    if rest.iterations == 0 || best.converged && best.falling < ARRIVED {
+    if remaining.iterations == 0 || best.converged && best.last_decrease < MIN_DECREASE_NATS {
         return Ok(best);
     }
-    levenberg::from(target, best.point, best.at, clamp, rest, watch)
+    levenberg::minimise_from(target, best.point, best.at, clamp, remaining, watch)
 }

@@ -1,16 +1,16 @@
-//! Derivatives of the whitened innovations by the parameters, with the filter's gains held.
+//! Derivatives of the whitened innovations by the parameters, with the filter's gains fixed.
 //!
-//! With its gains held, the filter is a simulation that each sample nudges: forward dual numbers
-//! walk through it, up to eight parameters at a time. What is neglected, the gains' own dependence on
-//! the parameters, has mean zero where the model is right (Ljung 1999, section 10.3).
+//! With fixed gains, the filter is a simulation with a correction at each pose sample. Forward-mode dual
+//! numbers propagate through it, up to eight parameters at a time. The neglected dependence of the gains on
+//! the parameters has mean zero under the correct model (Ljung 1999, section 10.3).
 
-use crate::filter::{Innovation, Passage, push};
+use crate::filter::{FilterRun, Innovation, advance};
 use crate::{InferError, Linearised, Track};
 use nalgebra::{DMatrix, DMatrixViewMut, DVector, Vector3};
 use trundle_model::{Dual, Model, Real, State};
 
-/// Derivatives carried at once at most.
-const WIDTH: usize = 8;
+/// Maximum number of derivatives propagated at once.
+const MAX_DUALS: usize = 8;
 
 /// Cost of one episode with its derivatives by the slots `free`.
 pub(crate) fn linearise(
@@ -18,53 +18,53 @@ pub(crate) fn linearise(
     values: &[f64],
     free: &[usize],
     track: &Track,
-    passage: &Passage,
+    run: &FilterRun,
 ) -> Result<Linearised, InferError> {
-    let jacobian = slopes(model, values, free, track, passage)?;
-    let residual = whitened(passage);
+    let jacobian = slopes(model, values, free, track, run)?;
+    let residual = whitened(run);
     Ok(Linearised {
-        cost: passage.innovations.iter().map(|i| i.cost).sum(),
+        cost: run.innovations.iter().map(|i| i.cost).sum(),
         gradient: jacobian.tr_mul(&residual),
         curvature: jacobian.tr_mul(&jacobian),
     })
 }
 
-/// The whitened innovations of an episode, one after the other.
-pub(crate) fn whitened(passage: &Passage) -> DVector<f64> {
-    let each = passage.innovations.iter().flat_map(|i| {
+/// Whitened innovations of an episode in order.
+pub(crate) fn whitened(run: &FilterRun) -> DVector<f64> {
+    let each = run.innovations.iter().flat_map(|i| {
         let whitened = i.whitener * i.error;
         [whitened[0], whitened[1], whitened[2]]
     });
-    DVector::from_iterator(3 * passage.innovations.len(), each)
+    DVector::from_iterator(3 * run.innovations.len(), each)
 }
 
-/// Their derivatives by the slots `free`, one column each.
+/// Derivatives of the whitened innovations by the slots `free`, one column for each slot.
 pub(crate) fn slopes(
     model: &Model,
     values: &[f64],
     free: &[usize],
     track: &Track,
-    passage: &Passage,
+    run: &FilterRun,
 ) -> Result<DMatrix<f64>, InferError> {
-    let mut jacobian = DMatrix::zeros(3 * passage.innovations.len(), free.len());
-    for (chunk, slots) in free.chunks(WIDTH).enumerate() {
-        let mut columns = jacobian.columns_mut(chunk * WIDTH, slots.len());
+    let mut jacobian = DMatrix::zeros(3 * run.innovations.len(), free.len());
+    for (chunk, slots) in free.chunks(MAX_DUALS).enumerate() {
+        let mut columns = jacobian.columns_mut(chunk * MAX_DUALS, slots.len());
         match slots.len() {
-            0..=4 => whitened_slopes::<4>(model, values, slots, track, passage, &mut columns)?,
-            5 | 6 => whitened_slopes::<6>(model, values, slots, track, passage, &mut columns)?,
-            _ => whitened_slopes::<WIDTH>(model, values, slots, track, passage, &mut columns)?,
+            0..=4 => whitened_slopes::<4>(model, values, slots, track, run, &mut columns)?,
+            5 | 6 => whitened_slopes::<6>(model, values, slots, track, run, &mut columns)?,
+            _ => whitened_slopes::<MAX_DUALS>(model, values, slots, track, run, &mut columns)?,
         }
     }
     Ok(jacobian)
 }
 
-/// Slopes of each whitened innovation by up to `W` slots, into the columns of these slots.
+/// Derivatives of each whitened innovation by up to `W` slots, written to their columns.
 fn whitened_slopes<const W: usize>(
     model: &Model,
     values: &[f64],
     slots: &[usize],
     track: &Track,
-    passage: &Passage,
+    run: &FilterRun,
     columns: &mut DMatrixViewMut<'_, f64>,
 ) -> Result<(), InferError> {
     let mut lifted: Vec<Dual<W>> = values.iter().map(|&v| Real::lift(v)).collect();
@@ -73,24 +73,24 @@ fn whitened_slopes<const W: usize>(
     }
     let plant = model.plant(&lifted)?;
     let start = State::moving(track.pose.0.map(Real::lift), track.twist.0.map(Real::lift));
-    let mut state = start.with_inner(passage.inner);
+    let mut state = start.with_inner(run.inner);
     let mut error = [Dual::<W>::zero(); 3];
-    let mut seen = passage.innovations.iter().enumerate();
+    let mut seen = run.innovations.iter().enumerate();
     for step in &track.steps {
-        push(&plant, &mut state, &error, step, &track.curve);
+        advance(&plant, &mut state, &error, step, &track.curve);
         let Some((index, innovation)) = step.pose.and_then(|_| seen.next()) else { continue };
-        // d(error) = −d(pose); its value is the filter's own.
+        // d(error) = −d(pose); the value is the filter's own.
         for (column, _) in slots.iter().enumerate() {
             let slope = Vector3::from([0, 1, 2].map(|k| state.pose[k].eps[column]));
             columns.fixed_view_mut::<3, 1>(3 * index, column).copy_from(&-(innovation.whitener * slope));
         }
-        nudge(&mut state, &mut error, innovation);
+        correct(&mut state, &mut error, innovation);
     }
     Ok(())
 }
 
-/// Apply the filter's correction, gain times innovation.
-fn nudge<const W: usize>(state: &mut State<Dual<W>>, error: &mut [Dual<W>; 3], innovation: &Innovation) {
+/// Applies the filter's correction: gain times innovation.
+fn correct<const W: usize>(state: &mut State<Dual<W>>, error: &mut [Dual<W>; 3], innovation: &Innovation) {
     let slopes = state.pose.map(|p| p.eps);
     let parts = state.pose.iter_mut().chain(&mut state.twist).chain(error.iter_mut()).chain(&mut state.inner);
     for (row, value) in parts.enumerate() {
@@ -116,7 +116,7 @@ pub(crate) mod tests {
     pub(crate) const NOISE: Noise =
         Noise { pose: [1e-3; 3], force: 0.4, torque: 0.05, time: 0.0, stated: true };
 
-    /// One second of a push of a table that turns.
+    /// One second of a push of a turning table.
     pub(crate) fn track() -> Track {
         let wrench = |k: usize| {
             let t = k as f64 * 0.01;
@@ -139,7 +139,7 @@ pub(crate) mod tests {
         Track::new(&episode, &NOISE).unwrap()
     }
 
-    /// Errors of the simulation that the innovations' gains nudge.
+    /// Errors of the simulation that is corrected with the innovations' gains.
     fn errors(model: &Model, values: &[f64], track: &Track, innovations: &[Innovation]) -> Vec<Vector3<f64>> {
         let plant = model.plant(values).unwrap();
         let mut state = State::moving(track.pose.0, track.twist.0);
@@ -147,14 +147,14 @@ pub(crate) mod tests {
         let mut seen = innovations.iter();
         let mut errors = Vec::new();
         for step in &track.steps {
-            push(&plant, &mut state, &reading, step, &track.curve);
+            advance(&plant, &mut state, &reading, step, &track.curve);
             let (Some(pose), Some(innovation)) = (step.pose, step.pose.and_then(|_| seen.next())) else {
                 continue;
             };
             let error = Vector3::from(pose) - Vector3::from(state.pose);
             let parts = state.pose.iter_mut().chain(&mut state.twist).chain(reading.iter_mut());
-            for (value, nudge) in parts.zip((innovation.gain * error).iter()) {
-                *value += nudge;
+            for (value, correct) in parts.zip((innovation.gain * error).iter()) {
+                *value += correct;
             }
             errors.push(error);
         }
@@ -166,17 +166,16 @@ pub(crate) mod tests {
         Model::nominal(body.unwrap(), None, [true; 3])
     }
 
-    /// Friction and an offset.
     #[test]
-    fn slopes_are_those_of_the_nudged_simulation() {
+    fn slopes_match_the_corrected_simulation() {
         let model = nominal().with(Effect::free(Kind::CoulombFriction)).with(Effect::free(Kind::ForceBias));
         let coordinates = Coordinates::new(&model);
         let z = [0.1, -0.9, 0.4, 0.3, 0.2, 0.9, 0.5, -0.5, -0.3, 0.2, -0.1, 0.3];
         check(&model, &coordinates.values(&z).0);
     }
 
-    /// Values of a model whose wheel stands as before, the effects' own given in order.
-    fn beside_the_wheel(effects: &[(Kind, &[f64])]) -> (Model, Vec<f64>) {
+    /// A model with the wheel of the other tests and further effects, and its values.
+    fn with_wheel(effects: &[(Kind, &[f64])]) -> (Model, Vec<f64>) {
         let wheel = [-0.3, 0.1, 0.3, 18.0, 90.0];
         let values = std::iter::once(22.0).chain(wheel);
         let own = effects.iter().flat_map(|(_, values)| values.iter().copied());
@@ -185,9 +184,9 @@ pub(crate) mod tests {
     }
 
     #[test]
-    fn a_delay_and_the_times_of_events_have_their_slopes() {
-        // Both events lie within a step, where what comes before it and after it share it.
-        let (model, values) = beside_the_wheel(&[
+    fn slopes_by_a_delay_and_event_times_are_correct() {
+        // Both events lie within a step.
+        let (model, values) = with_wheel(&[
             (Kind::Latency, &[0.043]),
             (Kind::MassChange, &[0.0, 0.3137, 6.0]),
             (Kind::WheelEvent, &[0.0, 0.5171, 4.0, 0.3]),
@@ -196,8 +195,8 @@ pub(crate) mod tests {
     }
 
     #[test]
-    fn what_is_moved_and_read_has_its_slopes() {
-        let (model, values) = beside_the_wheel(&[
+    fn slopes_by_inertia_and_instruments_are_correct() {
+        let (model, values) = with_wheel(&[
             (Kind::ComOffset, &[0.13, -0.07]),
             (Kind::GripperInertia, &[1.7]),
             (Kind::ForceScale, &[1.0, 1.2, 0.8]),
@@ -224,14 +223,14 @@ pub(crate) mod tests {
         for (innovation, error) in innovations.iter_mut().zip(seen) {
             innovation.error = error;
         }
-        let passage = Passage { innovations, inner: [0.0; 5] };
-        let at = linearise(model, values, coordinates.free(), &track, &passage).unwrap();
+        let run = FilterRun { innovations, inner: [0.0; 5] };
+        let at = linearise(model, values, coordinates.free(), &track, &run).unwrap();
         for (k, &slot) in coordinates.free().iter().enumerate() {
             let h = 1e-6 * values[slot].abs().max(0.1);
             let misfit = |sign: f64| {
                 let mut moved = values.to_vec();
                 moved[slot] += sign * h;
-                let errors = errors(model, &moved, &track, &passage.innovations);
+                let errors = errors(model, &moved, &track, &run.innovations);
                 errors.iter().map(|e| 0.5 * (whitener * e).norm_squared()).sum::<f64>()
             };
             let numeric = (misfit(1.0) - misfit(-1.0)) / (2.0 * h);

@@ -1,8 +1,8 @@
-//! The density that every optimiser and sampler sees: likelihood and prior, in the coordinates of
-//! [`Coordinates`], some parameters shared by all episodes and some each episode's own (eq. 6).
+//! Posterior density for optimisers and samplers: likelihood and prior in the coordinates of [`Coordinates`].
+//! Some parameters are shared by all episodes, others have a value for each episode (eq. 6).
 
-use crate::coordinates::within_reach;
-use crate::{Coordinates, InferError, Likelihood, Linearised, Look};
+use crate::coordinates::clamp_to_prior;
+use crate::{Coordinates, Evaluation, InferError, Likelihood, Linearised};
 use std::collections::BTreeSet;
 use trundle_model::{Model, Slot};
 
@@ -14,7 +14,7 @@ pub trait Density: Sync {
     /// −log density at `z`; infinite where it cannot be evaluated, never NaN.
     ///
     /// # Errors
-    /// When a user's own simulator fails.
+    /// When a user-supplied simulator fails.
     fn cost(&self, z: &[f64]) -> Result<f64, InferError>;
 
     /// The cost with its derivatives by `z`.
@@ -23,38 +23,38 @@ pub trait Density: Sync {
     /// As [`Density::cost`].
     fn linearise(&self, z: &[f64]) -> Result<Linearised, InferError>;
 
-    /// The cost, with its derivatives to be asked for afterwards; `likely`: they will be.
+    /// The cost, with derivatives on demand; `likely` means that they are probably required.
     ///
     /// # Errors
     /// As [`Density::cost`].
-    fn look<'a>(&'a self, z: &[f64], likely: bool) -> Result<Look<'a>, InferError> {
+    fn evaluate<'a>(&'a self, z: &[f64], likely: bool) -> Result<Evaluation<'a>, InferError> {
         if likely {
-            return self.linearise(z).map(Look::known);
+            return self.linearise(z).map(Evaluation::of);
         }
         let (cost, z) = (self.cost(z)?, z.to_vec());
-        Ok(Look::new(cost, move || self.linearise(&z)))
+        Ok(Evaluation::new(cost, move || self.linearise(&z)))
     }
 }
 
-/// One coordinate of a [`Target`].
+/// Parameter of one coordinate of a [`Target`].
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
-struct Place {
+struct ParameterRef {
     /// Index among the free parameters of [`Coordinates`].
     parameter: usize,
-    /// The episode whose own it is; `None` for a shared one.
+    /// The episode of a per-episode parameter; `None` for a shared one.
     episode: Option<usize>,
 }
 
-/// The posterior density of a model's free parameters given some episodes.
+/// Posterior density of a model's free parameters given some episodes.
 pub struct Target<'a> {
     model: &'a Model,
     coordinates: Coordinates,
-    /// The likelihood whole, or, when some parameters are per episode, one part an episode.
+    /// The whole likelihood, or one part for each episode if some parameters are per episode.
     parts: Vec<Part<'a>>,
-    places: Vec<Place>,
+    parameter_refs: Vec<ParameterRef>,
     episodes: Vec<String>,
-    /// Places on the body that the footprint restricts.
-    standing: Standing,
+    /// Footprint priors of the places on the body.
+    footprint_terms: FootprintTerms,
 }
 
 enum Part<'a> {
@@ -72,7 +72,7 @@ impl Part<'_> {
 }
 
 impl<'a> Target<'a> {
-    /// The density of `model`'s free parameters, those named in `per_episode` free in each episode.
+    /// The density of `model`'s free parameters; those named in `per_episode` have a value for each episode.
     ///
     /// # Errors
     /// When `per_episode` names a parameter that is not free, or the likelihood cannot be split.
@@ -82,57 +82,57 @@ impl<'a> Target<'a> {
         per_episode: &BTreeSet<String>,
     ) -> Result<Self, InferError> {
         let slots: Vec<Slot> = model.slots().into_iter().chain(likelihood.noise()).collect();
-        Self::within(Coordinates::of(slots).under(model), likelihood, model, per_episode)
+        Self::assemble(Coordinates::of(slots).with_footprint(model), likelihood, model, per_episode)
     }
 
     /// The density under another likelihood of the same model.
     ///
     /// # Errors
     /// As [`Target::new`].
-    pub(crate) fn over(
+    pub(crate) fn with_likelihood(
         &self,
         likelihood: &'a dyn Likelihood,
         per_episode: &BTreeSet<String>,
     ) -> Result<Self, InferError> {
         let slots = self.model.slots().into_iter().chain(likelihood.noise());
-        // What the footprint leaves of a prior takes as long to find as a likelihood.
+        // The normalisation of the footprint priors takes as long as a likelihood.
         if !slots.eq(self.coordinates.slots().iter().cloned()) {
             return Self::new(likelihood, self.model, per_episode);
         }
-        Self::within(self.coordinates.clone(), likelihood, self.model, per_episode)
+        Self::assemble(self.coordinates.clone(), likelihood, self.model, per_episode)
     }
 
-    fn within(
+    fn assemble(
         coordinates: Coordinates,
         likelihood: &'a dyn Likelihood,
         model: &'a Model,
         per_episode: &BTreeSet<String>,
     ) -> Result<Self, InferError> {
-        let own = own(&coordinates, per_episode)?;
-        let (parts, episodes) = if own.is_empty() {
+        let per_episode_indices = per_episode_indices(&coordinates, per_episode)?;
+        let (parts, episodes) = if per_episode_indices.is_empty() {
             (vec![Part::Whole(likelihood)], vec![])
         } else {
             let (names, parts): (Vec<_>, Vec<_>) = likelihood.split().into_iter().unzip();
             (parts.into_iter().map(Part::Episode).collect(), names)
         };
-        let places = places(coordinates.free().len(), &own, episodes.len());
-        let standing = standing(&coordinates, &places, episodes.len());
-        Ok(Self { model, coordinates, parts, places, episodes, standing })
+        let parameter_refs = parameter_refs(coordinates.free().len(), &per_episode_indices, episodes.len());
+        let footprint_terms = footprint_terms(&coordinates, &parameter_refs, episodes.len());
+        Ok(Self { model, coordinates, parts, parameter_refs, episodes, footprint_terms })
     }
 
-    /// The parameters' coordinates, as if all were shared.
+    /// Coordinates of the parameters, as if all were shared.
     pub fn coordinates(&self) -> &Coordinates {
         &self.coordinates
     }
 
-    /// The model whose free parameters these are.
+    /// The model.
     pub fn model(&self) -> &Model {
         self.model
     }
 
-    /// The slot of the coordinate `k`; of a parameter that is an episode's own, named `slot[episode]`.
+    /// Slot of the coordinate `k`; for a per-episode parameter it is named `slot[episode]`.
     pub fn slot(&self, k: usize) -> Slot {
-        let place = self.places[k];
+        let place = self.parameter_refs[k];
         let slot = self.coordinates.slot(place.parameter).clone();
         match place.episode {
             Some(e) => Slot { name: format!("{}[{}]", slot.name, self.episodes[e]), ..slot },
@@ -140,17 +140,17 @@ impl<'a> Target<'a> {
         }
     }
 
-    /// The parameter of [`Coordinates`] that the coordinate `k` stands for.
+    /// Parameter of [`Coordinates`] of the coordinate `k`.
     pub fn parameter(&self, k: usize) -> usize {
-        self.places[k].parameter
+        self.parameter_refs[k].parameter
     }
 
-    /// Whether episodes have parameters of their own.
-    pub fn has_own(&self) -> bool {
+    /// Whether some parameters are per episode.
+    pub fn has_per_episode(&self) -> bool {
         !self.episodes.is_empty()
     }
 
-    /// Value of the coordinate `k` at `z`, and its slope.
+    /// Value of the coordinate `k` at `z`, and its derivative.
     pub fn value(&self, k: usize, z: f64) -> (f64, f64) {
         let parameter = self.parameter(k);
         let mut point = vec![0.0; self.coordinates.free().len()];
@@ -159,19 +159,19 @@ impl<'a> Target<'a> {
         (values[self.coordinates.free()[parameter]], slopes[parameter])
     }
 
-    /// The point `z` of values of all slots; episodes' own parameters start alike.
+    /// Point `z` of values of all slots; per-episode parameters have the same value in each episode.
     pub fn point(&self, values: &[f64]) -> Vec<f64> {
         let shared = self.coordinates.point(&self.padded(values));
-        self.places.iter().map(|p| shared[p.parameter]).collect()
+        self.parameter_refs.iter().map(|p| shared[p.parameter]).collect()
     }
 
     /// A draw from the prior.
     pub fn draw(&self, rng: &mut impl rand::RngExt) -> Vec<f64> {
         let shared = self.coordinates.draw(rng);
-        self.places.iter().map(|p| shared[p.parameter]).collect()
+        self.parameter_refs.iter().map(|p| shared[p.parameter]).collect()
     }
 
-    /// Where a search had better start than at `z`: with strengths of laws that suit the data.
+    /// A better starting point than `z`, with the strengths of laws scaled to the data.
     ///
     /// # Errors
     /// When the likelihood cannot be evaluated.
@@ -182,58 +182,64 @@ impl<'a> Target<'a> {
         Ok(likelihood.rescaled(self.model, &values)?.map_or(z, |values| self.point(&values)))
     }
 
-    /// Keep a search from leaving the range where numbers mean something.
+    /// Limits a coordinate to the searched range.
     pub fn clamp(&self, k: usize, z: f64) -> f64 {
-        within_reach(z, self.coordinates.slot(self.parameter(k)))
+        clamp_to_prior(z, self.coordinates.slot(self.parameter(k)))
     }
 
-    /// −log prior density of `z`.
+    /// −log prior density at `z`.
     pub fn prior_cost(&self, z: &[f64]) -> f64 {
         self.prior(z).cost
     }
 
     /// −log prior density at `z` with its derivatives.
     pub fn prior(&self, z: &[f64]) -> Linearised {
-        let parameters: Vec<usize> = self.places.iter().map(|p| p.parameter).collect();
-        prior_of(&self.coordinates, &parameters, &self.standing, z)
+        let parameters: Vec<usize> = self.parameter_refs.iter().map(|p| p.parameter).collect();
+        prior_of(&self.coordinates, &parameters, &self.footprint_terms, z)
     }
 
-    /// Values of all slots, and slopes of the free ones by their `z`, in the part `part`.
+    /// Values of all slots in the part `part`, and derivatives of the free ones by their `z`.
     fn values(&self, z: &[f64], part: usize) -> (Vec<f64>, Vec<f64>) {
-        let mut own = vec![0.0; self.coordinates.free().len()];
-        for (place, &z) in self.seen(part).zip(z) {
+        let mut per_episode_indices = vec![0.0; self.coordinates.free().len()];
+        for (place, &z) in self.parameters_of(part).zip(z) {
             if let Some(k) = place {
-                own[k] = z;
+                per_episode_indices[k] = z;
             }
         }
-        self.coordinates.values(&own)
+        self.coordinates.values(&per_episode_indices)
     }
 
-    /// For each coordinate the parameter that it is in a part, if it is in it.
-    fn seen(&self, part: usize) -> impl Iterator<Item = Option<usize>> + '_ {
-        self.places.iter().map(move |p| p.episode.is_none_or(|e| e == part).then_some(p.parameter))
+    /// For each coordinate, its parameter if the part uses it.
+    fn parameters_of(&self, part: usize) -> impl Iterator<Item = Option<usize>> + '_ {
+        self.parameter_refs.iter().map(move |p| p.episode.is_none_or(|e| e == part).then_some(p.parameter))
     }
 
-    /// Values of all slots and slopes at `z`; of an episode's own parameter, the first episode's.
+    /// Values of all slots and derivatives at `z`; for a per-episode parameter, those of the first episode.
     pub fn shared_values(&self, z: &[f64]) -> (Vec<f64>, Vec<f64>) {
         self.values(z, 0)
     }
 
-    /// `values` with the noise's prior medians where only the model's are given.
+    /// `values` completed by the prior medians of the noise.
     fn padded(&self, values: &[f64]) -> Vec<f64> {
         let middle = self.coordinates.values(&vec![0.0; self.coordinates.free().len()]).0;
         values.iter().copied().chain(middle.into_iter().skip(values.len())).collect()
     }
 
-    /// Add one part's derivatives, in its own parameters, to the whole.
-    fn gather(&self, sum: &mut Linearised, part: usize, own: &Linearised, slopes: &[f64]) {
-        let seen: Vec<(usize, usize)> =
-            self.seen(part).enumerate().filter_map(|(k, p)| p.map(|p| (k, p))).collect();
-        sum.cost += own.cost;
-        for &(i, a) in &seen {
-            sum.gradient[i] += own.gradient[a] * slopes[a];
-            for &(j, b) in &seen {
-                sum.curvature[(i, j)] += own.curvature[(a, b)] * slopes[a] * slopes[b];
+    /// Adds one part's derivatives by its parameters to those by the coordinates.
+    fn accumulate(
+        &self,
+        sum: &mut Linearised,
+        part: usize,
+        per_episode_indices: &Linearised,
+        slopes: &[f64],
+    ) {
+        let parameters_of: Vec<(usize, usize)> =
+            self.parameters_of(part).enumerate().filter_map(|(k, p)| p.map(|p| (k, p))).collect();
+        sum.cost += per_episode_indices.cost;
+        for &(i, a) in &parameters_of {
+            sum.gradient[i] += per_episode_indices.gradient[a] * slopes[a];
+            for &(j, b) in &parameters_of {
+                sum.curvature[(i, j)] += per_episode_indices.curvature[(a, b)] * slopes[a] * slopes[b];
             }
         }
     }
@@ -241,7 +247,7 @@ impl<'a> Target<'a> {
 
 impl Density for Target<'_> {
     fn dimension(&self) -> usize {
-        self.places.len()
+        self.parameter_refs.len()
     }
 
     fn cost(&self, z: &[f64]) -> Result<f64, InferError> {
@@ -253,37 +259,39 @@ impl Density for Target<'_> {
     }
 
     fn linearise(&self, z: &[f64]) -> Result<Linearised, InferError> {
-        self.look(z, true)?.linearise()
+        self.evaluate(z, true)?.linearise()
     }
 
-    fn look<'a>(&'a self, z: &[f64], likely: bool) -> Result<Look<'a>, InferError> {
-        let look = |(k, part): (usize, &'a Part<'_>)| {
+    fn evaluate<'a>(&'a self, z: &[f64], likely: bool) -> Result<Evaluation<'a>, InferError> {
+        let evaluation = |(k, part): (usize, &'a Part<'_>)| {
             let (values, slopes) = self.values(z, k);
-            let look = part.likelihood().look(self.model, &values, self.coordinates.free(), likely)?;
-            Ok((look, slopes))
+            let evaluation =
+                part.likelihood().evaluate(self.model, &values, self.coordinates.free(), likely)?;
+            Ok((evaluation, slopes))
         };
-        let looks = self.parts.iter().enumerate().map(look).collect::<Result<Vec<_>, InferError>>()?;
+        let evaluations =
+            self.parts.iter().enumerate().map(evaluation).collect::<Result<Vec<_>, InferError>>()?;
         let prior = self.prior(z);
-        let cost = looks.iter().map(|(look, _)| look.cost).sum::<f64>() + prior.cost;
+        let cost = evaluations.iter().map(|(evaluation, _)| evaluation.cost).sum::<f64>() + prior.cost;
         let n = z.len();
-        Ok(Look::new(cost, move || {
+        Ok(Evaluation::new(cost, move || {
             let mut sum = Linearised::sum(n, []);
-            for (k, (look, slopes)) in looks.into_iter().enumerate() {
-                self.gather(&mut sum, k, &look.linearise()?, &slopes);
+            for (k, (evaluation, slopes)) in evaluations.into_iter().enumerate() {
+                self.accumulate(&mut sum, k, &evaluation.linearise()?, &slopes);
             }
             Ok(Linearised::sum(n, [sum, prior]))
         }))
     }
 }
 
-/// Footings by index, with the coordinates that each has, `None` where one is given.
-pub(crate) type Standing = Vec<(usize, [Option<usize>; 2])>;
+/// Index of a footprint prior and the coordinates of its place; `None` for a fixed one.
+pub(crate) type FootprintTerms = Vec<(usize, [Option<usize>; 2])>;
 
-/// −log prior density of `z`, each coordinate the parameter named for it, with its derivatives.
+/// −log prior density at `z` with its derivatives. `parameters` gives the parameter of each coordinate.
 pub(crate) fn prior_of(
     coordinates: &Coordinates,
     parameters: &[usize],
-    standing: &Standing,
+    footprint_terms: &FootprintTerms,
     z: &[f64],
 ) -> Linearised {
     let mut prior = Linearised::sum(z.len(), []);
@@ -293,13 +301,13 @@ pub(crate) fn prior_of(
         prior.gradient[k] += precision * z[k];
         prior.curvature[(k, k)] += precision;
     }
-    for &(footing, at) in standing {
+    for &(footprint_prior, at) in footprint_terms {
         let point = at.map(|k| k.map_or(0.0, |k| z[k]));
-        let pull = coordinates.pull(&coordinates.footings()[footing], point);
-        let ends = || at.into_iter().zip(pull.slopes).filter_map(|(k, slope)| Some((k?, slope)));
-        prior.cost += pull.cost;
+        let penalty = coordinates.footprint_penalty(&coordinates.footprint_priors()[footprint_prior], point);
+        let ends = || at.into_iter().zip(penalty.slopes).filter_map(|(k, slope)| Some((k?, slope)));
+        prior.cost += penalty.cost;
         for (i, a) in ends() {
-            prior.gradient[i] += pull.residual * a;
+            prior.gradient[i] += penalty.residual * a;
             for (j, b) in ends() {
                 prior.curvature[(i, j)] += a * b;
             }
@@ -308,8 +316,11 @@ pub(crate) fn prior_of(
     prior
 }
 
-/// Which free parameters each episode has its own of.
-fn own(coordinates: &Coordinates, per_episode: &BTreeSet<String>) -> Result<BTreeSet<usize>, InferError> {
+/// Indices of the per-episode parameters.
+fn per_episode_indices(
+    coordinates: &Coordinates,
+    per_episode: &BTreeSet<String>,
+) -> Result<BTreeSet<usize>, InferError> {
     let names: Vec<&str> = (0..coordinates.free().len()).map(|k| coordinates.slot(k).name.as_str()).collect();
     per_episode
         .iter()
@@ -322,26 +333,40 @@ fn own(coordinates: &Coordinates, per_episode: &BTreeSet<String>) -> Result<BTre
         .collect()
 }
 
-/// Shared parameters first, in order, then each episode's own.
-fn places(parameters: usize, own: &BTreeSet<usize>, episodes: usize) -> Vec<Place> {
-    let shared =
-        (0..parameters).filter(|k| !own.contains(k)).map(|parameter| Place { parameter, episode: None });
-    let each =
-        (0..episodes).flat_map(|e| own.iter().map(move |&parameter| Place { parameter, episode: Some(e) }));
+/// Parameters of the coordinates: shared ones in order, then those of each episode.
+fn parameter_refs(
+    parameters: usize,
+    per_episode_indices: &BTreeSet<usize>,
+    episodes: usize,
+) -> Vec<ParameterRef> {
+    let shared = (0..parameters)
+        .filter(|k| !per_episode_indices.contains(k))
+        .map(|parameter| ParameterRef { parameter, episode: None });
+    let each = (0..episodes).flat_map(|e| {
+        per_episode_indices.iter().map(move |&parameter| ParameterRef { parameter, episode: Some(e) })
+    });
     shared.chain(each).collect()
 }
 
-/// The coordinates of each place that the footprint restricts, once for each episode that has its own of one.
-fn standing(coordinates: &Coordinates, places: &[Place], episodes: usize) -> Standing {
+/// Coordinates of each place with a footprint prior, repeated for each episode with own values.
+fn footprint_terms(
+    coordinates: &Coordinates,
+    parameter_refs: &[ParameterRef],
+    episodes: usize,
+) -> FootprintTerms {
     let mut found = BTreeSet::new();
-    for (index, footing) in coordinates.footings().iter().enumerate() {
+    for (index, footprint_prior) in coordinates.footprint_priors().iter().enumerate() {
         for part in 0..episodes.max(1) {
-            let seen = |parameter| {
-                places.iter().position(|p| p.parameter == parameter && p.episode.is_none_or(|e| e == part))
+            let parameters_of = |parameter| {
+                parameter_refs
+                    .iter()
+                    .position(|p| p.parameter == parameter && p.episode.is_none_or(|e| e == part))
             };
             found.insert((
                 index,
-                coordinates.coordinates_of(footing).map(|parameter| parameter.and_then(seen)),
+                coordinates
+                    .coordinates_of(footprint_prior)
+                    .map(|parameter| parameter.and_then(parameters_of)),
             ));
         }
     }

@@ -1,17 +1,17 @@
-//! When what was read happened: delays and first-order lags between a wrench and its reading.
+//! Delays and first-order lags between a wrench and its reading.
 //!
-//! Over an interval from `a` to `b`, with `r` what was recorded,
+//! Over an interval from `a` to `b`, with the reading `r`,
 //!
 //! ```text
 //! sensor lag, τ ṙ + r = w:   mean(w) = mean(r) + τ (r(b) − r(a))/(b − a)
 //! drive lag,  τ ẇ + w = r:   mean(w) = mean(r) − τ (w(b) − w(a))/(b − a)
 //! ```
-//! No derivative of noisy samples is taken: from interval to interval the differences cancel.
+//! Noisy samples are not differentiated: the differences of successive intervals cancel.
 
 use crate::curve::Curve;
 use trundle_model::{Clock, Lags, Plant, Real};
 
-/// How readings follow what truly acted, at one moment.
+/// Delay and lags of the readings at one time.
 #[derive(Clone, Copy, Debug)]
 pub(crate) struct Timing<T> {
     delay: T,
@@ -19,7 +19,7 @@ pub(crate) struct Timing<T> {
 }
 
 impl<T: Real> Timing<T> {
-    /// Of a plant at a moment; `None` where readings are in time.
+    /// Timing of a plant at a time; `None` if the readings have neither delay nor lag.
     #[inline]
     pub fn of(plant: &Plant<T>, clock: Clock) -> Option<Self> {
         let (delay, lags) = (plant.delay(clock), plant.lags());
@@ -28,7 +28,7 @@ impl<T: Real> Timing<T> {
             .then(|| Self { delay: delay.unwrap_or_else(T::zero), lags: lags.unwrap_or(none) })
     }
 
-    /// By how much readings are late, s.
+    /// Delay of the readings, s.
     pub fn delay(&self) -> f64 {
         self.delay.re()
     }
@@ -36,9 +36,9 @@ impl<T: Real> Timing<T> {
     /// Mean wrench over an interval, reading axes.
     pub fn mean(&self, curve: &Curve, from: f64, to: f64) -> [T; 3] {
         let (length, late) = (to - from, self.delay);
-        let mut mean = curve.late(from, to, late);
+        let mut mean = curve.delayed_mean(from, to, late);
         let ends = [from, to].map(|t| t + late.re());
-        if !is_nothing(self.lags.sensor) {
+        if !is_zero(self.lags.sensor) {
             let [start, stop] = ends.map(|t| curve.value(t));
             for (k, mean) in mean.iter_mut().enumerate() {
                 let (rise, bend) = (stop.0[k] - start.0[k], stop.1[k] - start.1[k]);
@@ -46,7 +46,7 @@ impl<T: Real> Timing<T> {
                 *mean += self.lags.sensor * rise / length;
             }
         }
-        if !is_nothing(self.lags.drive) {
+        if !is_zero(self.lags.drive) {
             let drive = self.lags.drive;
             let [start, stop] = ends.map(|t| curve.lagged(t, drive.re()));
             for (k, mean) in mean.iter_mut().enumerate() {
@@ -60,8 +60,8 @@ impl<T: Real> Timing<T> {
     }
 }
 
-/// Whether a time constant is zero whatever becomes of the parameters.
-fn is_nothing<T: Real>(lag: T) -> bool {
+/// Whether a time constant is zero and independent of the parameters.
+fn is_zero<T: Real>(lag: T) -> bool {
     lag.re() == 0.0 && lag.is_constant()
 }
 
@@ -71,7 +71,7 @@ mod tests {
     use trundle_model::Dual;
     use trundle_record::{Prepared, WrenchSample};
 
-    /// A command that begins at 0.2 s and swings, sampled at 1 kHz.
+    /// A command that starts at 0.2 s and oscillates, sampled at 1 kHz.
     fn command(t: f64) -> f64 {
         if t < 0.2 { 0.0 } else { 10.0 * (1.0 + (9.0 * t).sin()) * ((t - 0.2) / 0.05).min(1.0) }
     }
@@ -90,7 +90,7 @@ mod tests {
         })
     }
 
-    /// What follows the command with a lag, by steps of 10 µs.
+    /// The command filtered by a lag, integrated with steps of 10 µs.
     fn followed(lag: f64) -> Vec<f64> {
         let (mut y, mut found) = (0.0, vec![]);
         for k in 0..150_000 {
@@ -111,7 +111,7 @@ mod tests {
     }
 
     #[test]
-    fn a_lag_of_the_drive_is_what_a_fine_integration_says() {
+    fn a_lag_of_the_drive_matches_a_fine_integration() {
         let (read, lag) = (curve(|k| command(k as f64 * 1e-3)), 0.06);
         let truth = followed(lag);
         for from in [210, 260, 700] {
@@ -139,7 +139,7 @@ mod tests {
     #[test]
     fn slopes_agree_with_finite_differences() {
         let read = curve(|k| command(k as f64 * 1e-3));
-        // Not across a corner of the curve, where the slope by the delay jumps.
+        // The interval avoids a corner of the curve, where the slope by the delay is discontinuous.
         let (at, a, b) = ([0.0123, 0.04, 0.07], 0.3001, 0.3083);
         let exact = given(at).mean(&read, a, b)[0];
         for k in 0..3 {

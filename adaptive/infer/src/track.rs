@@ -1,22 +1,23 @@
-//! An episode cut into the steps of a simulation.
+//! An episode divided into simulation steps.
 
 use crate::InferError;
-use crate::curve::{Curve, Mean};
+use crate::curve::{Curve, MeanReading};
 use crate::timing::Timing;
 use std::sync::Arc;
 use trundle_model::{Clock, Real};
 use trundle_record::{Motion, Noise, PoseSample, Prepared};
 
-/// Poses nearer to one another than this share of the longest step are left out of a fit: they add little but time.
-const CLOSEST: f64 = 0.5;
+/// Minimum spacing of the poses used in a fit, as a share of the maximum step. Closer poses cost time and add
+/// little information.
+const MIN_POSE_SPACING: f64 = 0.5;
 
-/// By how much longer the steps of a coarse track are.
-const COARSE: f64 = 3.0;
+/// Factor on the steps of a coarse track.
+const COARSE_STEP_FACTOR: f64 = 3.0;
 
-/// How still an object at rest is, m/s and rad/s.
-const STILL: f64 = 1e-4;
+/// Standard deviation of the twist of an object at rest, m/s and rad/s.
+const RESTING_TWIST_SD: f64 = 1e-4;
 
-/// A step: the mean reading over it, and the pose seen at its end, if one was.
+/// A simulation step: the mean reading over it, and the pose measured at its end, if any.
 #[derive(Clone, Debug)]
 pub struct Step {
     /// Duration, s.
@@ -25,19 +26,19 @@ pub struct Step {
     pub reading: [f64; 3],
     /// Pose of the reading frame in the object frame, m, m, rad.
     pub frame: [f64; 3],
-    /// When.
+    /// Clock at the middle of the step.
     pub clock: Clock,
-    /// Variance of the mean reading over that of one sample: sample spacing over `dt`.
+    /// Ratio of the variance of the mean reading to that of one sample: sample spacing over `dt`.
     pub thinning: f64,
-    /// Variance of the mean reading by other than the sensor's noise, reading axes: the frame's uncertainty, and what
-    /// happens between samples.
+    /// Variance of the mean reading in addition to the sensor noise, reading axes: from the frame's
+    /// uncertainty and from variation between samples.
     pub spread: [f64; 3],
-    /// Pose seen at the end.
+    /// Pose measured at the end.
     pub pose: Option<[f64; 3]>,
 }
 
 impl Step {
-    /// The mean reading, for one that is not in time where `timing` says so.
+    /// Mean reading over the step, corrected for delays and lags where `timing` is given.
     #[inline]
     pub(crate) fn reading<T: Real>(&self, curve: &Curve, timing: Option<&Timing<T>>) -> [T; 3] {
         match timing {
@@ -47,16 +48,16 @@ impl Step {
     }
 }
 
-/// An episode as the filter and the sensitivities walk through it.
+/// An episode as processed by the filter and the sensitivities.
 #[derive(Clone, Debug)]
 pub struct Track {
     /// The episode's name.
     pub name: String,
-    /// Time of the first step's beginning, s.
+    /// Start time of the first step, s.
     pub start: f64,
-    /// Pose there, and the variance of each coordinate.
+    /// Initial pose and the variances of its coordinates.
     pub pose: ([f64; 3], [f64; 3]),
-    /// Twist there, world axes, and its variance.
+    /// Initial twist, world axes, and its variances.
     pub twist: ([f64; 3], [f64; 3]),
     /// Variance of the tare error, reading axes.
     pub tare: [f64; 3],
@@ -67,7 +68,7 @@ pub struct Track {
 }
 
 impl Track {
-    /// Cut an episode. An object at rest is followed from the moment of contact on.
+    /// Divides an episode into steps. An object at rest is followed from contact on.
     ///
     /// # Errors
     /// When fewer than five poses or two wrench samples are left.
@@ -75,38 +76,38 @@ impl Track {
         Self::with_steps(episode, noise, 1.0)
     }
 
-    /// The same in longer steps, for finding out where to search.
+    /// The same in longer steps, for a first search.
     ///
     /// # Errors
     /// As [`Track::new`].
     pub fn coarse(episode: &Prepared, noise: &Noise) -> Result<Self, InferError> {
-        Self::with_steps(episode, noise, COARSE)
+        Self::with_steps(episode, noise, COARSE_STEP_FACTOR)
     }
 
-    /// In steps so many times as long as those of a fit.
+    /// The same with steps longer by the factor `times`.
     fn with_steps(episode: &Prepared, noise: &Noise, times: f64) -> Result<Self, InferError> {
-        let lacks = |reason: &str| InferError::NoData {
+        let no_data = |reason: &str| InferError::NoData {
             recording: episode.name.clone(),
             reason: reason.to_owned(),
             remedy: "leave the episode out, or record more of it".to_owned(),
         };
         if episode.wrench.len() < 2 {
-            return Err(lacks("fewer than two wrench samples are left"));
+            return Err(no_data("fewer than two wrench samples are left"));
         }
         let poses = &episode.pose;
-        let first = if episode.at_rest { last_at_rest(episode, noise) } else { 0 };
+        let first = if episode.at_rest { last_resting_pose(episode, noise) } else { 0 };
         if poses.len() < first + 5 {
-            return Err(lacks("fewer than five poses are left from contact on"));
+            return Err(no_data("fewer than five poses are left from contact on"));
         }
         let (pose, twist) = start(episode, noise, first);
         let curve = Arc::new(Curve::with_noise(episode, noise));
-        let longest = times * curve.longest();
-        let closest = CLOSEST * longest;
+        let max_step = times * curve.max_step();
+        let min_spacing = MIN_POSE_SPACING * max_step;
         let mut steps = Vec::new();
         let mut from = poses[first].t;
         for pose in &poses[first + 1..] {
-            if pose.t - from > 0.99 * closest {
-                cut(from, pose, &curve, longest, &mut steps);
+            if pose.t - from > 0.99 * min_spacing {
+                cut_into_steps(from, pose, &curve, max_step, &mut steps);
                 from = pose.t;
             }
         }
@@ -114,7 +115,7 @@ impl Track {
         Ok(Self { name: episode.name.clone(), start: poses[first].t, pose, twist, tare, steps, curve })
     }
 
-    /// The poses `first + 1..end` of an episode, from a state known at the pose `first`.
+    /// The poses `first + 1..end` of an episode, from a known state at the pose `first`.
     pub(crate) fn between(
         episode: &Prepared,
         curve: &Arc<Curve>,
@@ -124,7 +125,7 @@ impl Track {
     ) -> Self {
         let mut steps = Vec::new();
         for pair in episode.pose[first..end.max(first + 1)].windows(2) {
-            cut(pair[0].t, &pair[1], curve, curve.longest(), &mut steps);
+            cut_into_steps(pair[0].t, &pair[1], curve, curve.max_step(), &mut steps);
         }
         Self {
             name: episode.name.clone(),
@@ -137,7 +138,7 @@ impl Track {
         }
     }
 
-    /// The beginning, up to a time, s.
+    /// The part of the track up to a time, s.
     pub(crate) fn until(&self, end: f64) -> Self {
         let mut t = self.start;
         let before = self.steps.iter().take_while(|step| {
@@ -147,32 +148,32 @@ impl Track {
         Self { steps: before.cloned().collect(), ..self.clone() }
     }
 
-    /// Number of pose samples compared.
+    /// Number of compared pose samples.
     pub fn observations(&self) -> usize {
         self.steps.iter().filter(|s| s.pose.is_some()).count()
     }
 }
 
-/// Deviation from rest that noise does not reach twice running, standard deviations.
-const MOVES: f64 = 6.0;
+/// Deviation from rest that noise is unlikely to reach at two successive poses, standard deviations.
+const MIN_MOTION_SD: f64 = 6.0;
 
-/// How long before it is seen to move an object may have begun to, s.
-const UNSEEN: f64 = 0.1;
+/// Time for which an object may have moved before its motion is detected, s.
+const MAX_UNDETECTED_S: f64 = 0.1;
 
-/// The last pose at rest: before contact, and before it is seen to move, since a reading that is late tells of contact
-/// late too.
-fn last_at_rest(episode: &Prepared, noise: &Noise) -> usize {
-    let end =
-        moves_at(&episode.pose, noise.pose).map_or(episode.contact, |t| episode.contact.min(t - UNSEEN));
+/// Index of the last pose at rest: before contact and before detected motion, since a late reading also
+/// delays the detection of contact.
+fn last_resting_pose(episode: &Prepared, noise: &Noise) -> usize {
+    let end = motion_onset(&episode.pose, noise.pose)
+        .map_or(episode.contact, |t| episode.contact.min(t - MAX_UNDETECTED_S));
     episode.pose.iter().rposition(|p| p.t <= end).unwrap_or(0)
 }
 
-/// When poses first leave the mean of those before, s.
-fn moves_at(poses: &[PoseSample], sd: [f64; 3]) -> Option<f64> {
+/// Time at which the poses leave the mean of the earlier ones, s.
+fn motion_onset(poses: &[PoseSample], sd: [f64; 3]) -> Option<f64> {
     let (mut sum, mut left) = ([0.0; 3], None);
     for (n, pose) in poses.iter().enumerate() {
         let away = |k: usize| {
-            (pose.pose[k] - sum[k] / n as f64).abs() > MOVES * sd[k] * (1.0 + 1.0 / n as f64).sqrt()
+            (pose.pose[k] - sum[k] / n as f64).abs() > MIN_MOTION_SD * sd[k] * (1.0 + 1.0 / n as f64).sqrt()
         };
         match left {
             _ if n == 0 || !(0..3).any(away) => {
@@ -186,16 +187,16 @@ fn moves_at(poses: &[PoseSample], sd: [f64; 3]) -> Option<f64> {
     None
 }
 
-type Known = ([f64; 3], [f64; 3]);
+type WithVariance = ([f64; 3], [f64; 3]);
 
-/// Pose and twist with their variances where the track begins.
-fn start(episode: &Prepared, noise: &Noise, first: usize) -> (Known, Known) {
+/// Initial pose and twist of the track, with their variances.
+fn start(episode: &Prepared, noise: &Noise, first: usize) -> (WithVariance, WithVariance) {
     let variance = noise.pose.map(|s| s * s);
     if episode.at_rest {
         let seen = &episode.pose[..=first];
         let n = seen.len() as f64;
         let mean = [0, 1, 2].map(|k| seen.iter().map(|p| p.pose[k]).sum::<f64>() / n);
-        return ((mean, variance.map(|v| v / n)), ([0.0; 3], [STILL * STILL; 3]));
+        return ((mean, variance.map(|v| v / n)), ([0.0; 3], [RESTING_TWIST_SD * RESTING_TWIST_SD; 3]));
     }
     let motion = episode.motion(noise);
     match motion.first() {
@@ -204,15 +205,21 @@ fn start(episode: &Prepared, noise: &Noise, first: usize) -> (Known, Known) {
     }
 }
 
-/// Cut the time between two poses into equal steps.
-pub(crate) fn cut(from: f64, to: &PoseSample, curve: &Curve, longest: f64, steps: &mut Vec<Step>) {
-    let pieces = ((to.t - from) / longest).ceil().max(1.0);
+/// Divides the time between two poses into equal steps.
+pub(crate) fn cut_into_steps(
+    from: f64,
+    to: &PoseSample,
+    curve: &Curve,
+    max_step: f64,
+    steps: &mut Vec<Step>,
+) {
+    let pieces = ((to.t - from) / max_step).ceil().max(1.0);
     let dt = (to.t - from) / pieces;
     for k in 0..pieces as usize {
         let begin = from + k as f64 * dt;
-        let Mean { reading, frame, spacing, spread } = curve.mean(begin, begin + dt);
+        let MeanReading { reading, frame, spacing, spread } = curve.mean(begin, begin + dt);
         let pose = (k + 1 == pieces as usize).then_some(to.pose);
-        let clock = curve.over(begin + dt / 2.0, dt, frame, spacing);
+        let clock = curve.clock_of_step(begin + dt / 2.0, dt, frame, spacing);
         steps.push(Step { dt, reading, frame, clock, thinning: spacing / dt, spread, pose });
     }
 }
@@ -222,7 +229,7 @@ mod tests {
     use super::*;
 
     #[test]
-    fn what_moves_before_the_reading_says_so_has_begun_earlier() {
+    fn motion_onset_is_detected_before_contact() {
         let noise = |k: usize| 2e-4 * ((12.9 * k as f64).sin() + (78.2 * k as f64).sin());
         let pose = |k: usize| {
             let t = k as f64 / 60.0;
@@ -230,8 +237,8 @@ mod tests {
             PoseSample { t, pose: [3.0 + moved + noise(k), -1.0 + noise(k + 7), 0.3] }
         };
         let poses: Vec<_> = (0..100).map(pose).collect();
-        let seen = moves_at(&poses, [5e-4, 5e-4, 1.75e-3]).unwrap();
-        assert!((0.52..0.5 + UNSEEN).contains(&seen), "seen to move at {seen} s");
-        assert_eq!(moves_at(&poses[..30], [5e-4, 5e-4, 1.75e-3]), None);
+        let seen = motion_onset(&poses, [5e-4, 5e-4, 1.75e-3]).unwrap();
+        assert!((0.52..0.5 + MAX_UNDETECTED_S).contains(&seen), "seen to move at {seen} s");
+        assert_eq!(motion_onset(&poses[..30], [5e-4, 5e-4, 1.75e-3]), None);
     }
 }

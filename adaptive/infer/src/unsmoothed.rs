@@ -1,17 +1,18 @@
-//! The wrench that a model misses, pose by pose and without smoothing.
+//! Missing wrench at each pose, without smoothing.
 //!
-//! A smoother suppresses what oscillates faster than the poses tell acceleration, and its noise with it. A search for
-//! oscillations needs both: a line stands out of the noise of its own frequency, however much the noise of others.
+//! A smoother suppresses oscillations above the bandwidth of the poses together with their noise. A search
+//! for oscillations requires both: a spectral line is compared with the noise at its own frequency.
 
 use crate::curve::Curve;
-use crate::score::{Own, inertial, seen};
+use crate::score::{InnerStates, inertial_wrench, sample_at};
 use crate::{InferError, Residual};
 use nalgebra::Matrix3;
 use trundle_model::{Model, Plant, State, to_body};
 use trundle_record::{Motion, Noise, PoseSample, Prepared, wrapped};
 
-/// Returns the missing wrench of an episode at every pose from contact on, object axes about the object origin, with
-/// accelerations from second differences of the recorded poses. Poses and twists are smoothed, and covariances are zero.
+/// Missing wrench of an episode at every pose from contact on, object axes about the object origin.
+/// Accelerations are second differences of the recorded poses. Poses and twists are smoothed, and the
+/// covariances are zero.
 ///
 /// # Errors
 /// When `values` has the wrong length.
@@ -23,28 +24,28 @@ pub fn unsmoothed(
 ) -> Result<Vec<Residual>, InferError> {
     let plant = model.plant(values)?;
     let curve = Curve::new(episode);
-    let mut own = Own::new(&plant, episode, &curve);
+    let mut inner_states = InnerStates::new(&plant, episode, &curve);
     let motion = episode.motion(noise);
     let at = motion.iter().skip(1).zip(episode.pose.windows(3)).filter(|(m, _)| m.t >= episode.contact);
-    let one = |(motion, poses)| missing(&plant, (episode, &curve), motion, poses, &mut own);
+    let one = |(motion, poses)| missing(&plant, (episode, &curve), motion, poses, &mut inner_states);
     Ok(at.filter_map(one).collect())
 }
 
-/// The missing wrench at the middle one of three poses.
+/// Missing wrench at the middle one of three poses.
 fn missing(
     plant: &Plant<f64>,
     read: (&Prepared, &Curve),
     motion: &Motion,
     poses: &[PoseSample],
-    own: &mut Own,
+    inner_states: &mut InnerStates,
 ) -> Option<Residual> {
     let [before, at, after] = poses else { return None };
-    // From halfway to the pose before to halfway to the pose after.
-    let sample = seen(motion, read, plant, 0.25 * (after.t - before.t))?;
-    let inner = own.until(plant, &sample);
+    // The interval extends half of the way to each of the neighbouring poses.
+    let sample = sample_at(motion, read, plant, 0.25 * (after.t - before.t))?;
+    let inner = inner_states.until(plant, &sample);
     let state = State::moving(sample.pose, sample.twist).with_inner(inner);
     let laws = plant.generalised_force(&state, sample.clock).wrench(to_body(sample.twist, sample.pose[2]));
-    let inertia = inertial(plant, &sample, acceleration(before, at, after));
+    let inertia = inertial_wrench(plant, &sample, acceleration(before, at, after));
     let recorded = sample.recorded(plant);
     let wrench = [0, 1, 2].map(|k| inertia[k] - laws[k] - recorded[k]);
     let (t, pose, twist) = (sample.t, sample.pose, sample.twist);

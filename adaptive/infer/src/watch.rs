@@ -1,19 +1,19 @@
-//! How long work says where it is, and learns that it should stop.
+//! Progress reports and cancellation of long work.
 
 use std::sync::Mutex;
 use std::sync::atomic::{AtomicBool, Ordering};
 use std::sync::mpsc::{RecvTimeoutError, channel};
 use std::time::Duration;
 
-/// Told of progress, asked whether to go on.
+/// Receives progress and decides whether to continue.
 pub trait Watch: Sync {
-    /// Work has come to `done` (0 to 1) of `what`.
+    /// Reports that `what` has reached the share `done` (0 to 1).
     fn progress(&self, what: &str, done: f64);
-    /// Whether the user wants it to stop; asked often, on the calling thread only.
+    /// Whether the user asks to stop. Called often, on the calling thread only.
     fn cancelled(&self) -> bool;
 }
 
-/// Says nothing, never stops.
+/// Ignores progress and never cancels.
 pub struct Quiet;
 
 impl Watch for Quiet {
@@ -23,17 +23,17 @@ impl Watch for Quiet {
     }
 }
 
-/// Between two looks of the calling thread at work that others do.
-const LOOK: Duration = Duration::from_millis(20);
+/// Interval at which the calling thread polls the workers.
+const POLL_INTERVAL: Duration = Duration::from_millis(20);
 
-/// Let `work` use all cores: what it reports and asks goes through the calling thread, the only one that
-/// may call `watch`.
+/// Runs `work` on all cores. Progress and cancellation are relayed to the calling thread, the only one that
+/// calls `watch`.
 pub fn on_all_cores<T: Send>(watch: &dyn Watch, work: impl FnOnce(&dyn Watch) -> T + Send) -> T {
-    // A worker that waits for other workers may wait for itself; it is one of all cores already.
+    // A worker that waits for other workers could wait for itself; it already runs on the pool.
     if rayon::current_thread_index().is_some() {
         return work(watch);
     }
-    let relay = Relay { stop: AtomicBool::new(false), news: Mutex::new(None) };
+    let relay = Relay { stop: AtomicBool::new(false), report: Mutex::new(None) };
     let (done, finished) = channel();
     std::thread::scope(|scope| {
         let shared = &relay;
@@ -42,11 +42,11 @@ pub fn on_all_cores<T: Send>(watch: &dyn Watch, work: impl FnOnce(&dyn Watch) ->
             let _ = done.send(());
             result
         });
-        while finished.recv_timeout(LOOK) == Err(RecvTimeoutError::Timeout) {
+        while finished.recv_timeout(POLL_INTERVAL) == Err(RecvTimeoutError::Timeout) {
             if watch.cancelled() {
                 relay.stop.store(true, Ordering::Relaxed);
             }
-            if let Some((what, share)) = relay.news.lock().ok().and_then(|mut news| news.take()) {
+            if let Some((what, share)) = relay.report.lock().ok().and_then(|mut report| report.take()) {
                 watch.progress(&what, share);
             }
         }
@@ -57,16 +57,16 @@ pub fn on_all_cores<T: Send>(watch: &dyn Watch, work: impl FnOnce(&dyn Watch) ->
     })
 }
 
-/// Carries progress and the wish to stop between threads.
+/// Relays progress and cancellation between threads.
 struct Relay {
     stop: AtomicBool,
-    news: Mutex<Option<(String, f64)>>,
+    report: Mutex<Option<(String, f64)>>,
 }
 
 impl Watch for Relay {
     fn progress(&self, what: &str, done: f64) {
-        if let Ok(mut news) = self.news.lock() {
-            *news = Some((what.to_owned(), done));
+        if let Ok(mut report) = self.report.lock() {
+            *report = Some((what.to_owned(), done));
         }
     }
 

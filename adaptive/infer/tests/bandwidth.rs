@@ -1,4 +1,4 @@
-//! The figures of wrenches, needed less recorded, tell of the model and the wrench sensor, not of the tracker.
+//! Wrench residuals below the bandwidth measure the model and the wrench sensor, not the tracker.
 #![allow(clippy::unwrap_used)]
 
 mod common;
@@ -7,7 +7,7 @@ use common::{NOISE, effect, locked};
 use rand::{RngExt, SeedableRng};
 use rand_chacha::ChaCha8Rng;
 use rand_distr::StandardNormal;
-use trundle_infer::{Channels, Score, score, score_beside};
+use trundle_infer::{Channels, Score, score, score_compared};
 use trundle_model::{Clock, Kind, Model, State, transport};
 use trundle_record::{Noise, PoseSample, Prepared, WrenchSample};
 
@@ -24,7 +24,7 @@ fn values(model: &Model) -> Vec<f64> {
     model.slots().iter().map(|slot| slot.value.unwrap()).collect()
 }
 
-/// Five seconds, a pose every `every` steps, with the noise of `instruments`.
+/// A push of five seconds with a pose every `every` steps and the noise of `instruments`.
 fn push(truth: &Model, every: usize, instruments: &Noise) -> Prepared {
     let plant = truth.resolved().unwrap();
     let mut rng = ChaCha8Rng::seed_from_u64(7);
@@ -48,17 +48,17 @@ fn push(truth: &Model, every: usize, instruments: &Noise) -> Prepared {
     Prepared { name: "push".to_owned(), wrench, pose, contact: CONTACT, at_rest: true, ..Default::default() }
 }
 
-fn judged(model: &Model, episode: &Prepared, noise: &Noise) -> Score {
+fn scored(model: &Model, episode: &Prepared, noise: &Noise) -> Score {
     let episodes = std::slice::from_ref(episode);
     score(model, &values(model), &Channels::of(noise), episodes, noise, false).unwrap()
 }
 
 #[test]
-fn the_true_models_figure_is_the_sensors_noise_at_any_rate_of_the_poses() {
+fn the_true_models_residual_is_the_sensor_noise_at_any_pose_rate() {
     // Poses of a camera at 30, 60, 250 and 1000 Hz, and of an encoder at 1000 Hz.
     let encoder = Noise { pose: [1e-5; 3], ..NOISE };
     for (every, noise) in [(66, &NOISE), (33, &NOISE), (8, &NOISE), (2, &NOISE), (2, &encoder)] {
-        let figures = judged(&locked(), &push(&locked(), every, noise), noise);
+        let figures = scored(&locked(), &push(&locked(), every, noise), noise);
         let (force, torque) = (figures.force_rmse.unwrap(), figures.torque_rmse.unwrap());
         let bandwidth = figures.force_bandwidth.unwrap();
         let about_origin = NOISE.torque.hypot(GRASP[0].hypot(GRASP[1]) * NOISE.force);
@@ -69,25 +69,25 @@ fn the_true_models_figure_is_the_sensors_noise_at_any_rate_of_the_poses() {
 }
 
 #[test]
-fn better_poses_tell_force_to_higher_frequencies_but_not_beyond_their_rate() {
+fn better_poses_increase_the_bandwidth_up_to_half_their_rate() {
     let of = |every: usize, noise: &Noise| {
-        judged(&locked(), &push(&locked(), every, noise), noise).force_bandwidth.unwrap()
+        scored(&locked(), &push(&locked(), every, noise), noise).force_bandwidth.unwrap()
     };
     let encoder = Noise { pose: [1e-5; 3], ..NOISE };
     assert!(of(8, &NOISE) > 1.1 * of(33, &NOISE));
     assert!(of(8, &encoder) > 2.0 * of(8, &NOISE));
     let exact = Noise { pose: [1e-9; 3], ..NOISE };
     assert!((of(33, &exact) - 0.5 / (33.0 * DT)).abs() < 1e-9);
-    // A command has no noise; it is a share of what was recorded that counts.
+    // A command has no noise; a share of the recorded wrench counts instead.
     let command = Noise { force: 1e-6, torque: 1e-6, ..NOISE };
     assert!(of(33, &command) > 1.0);
 }
 
 #[test]
-fn what_is_missing_is_still_seen() {
+fn a_missing_effect_increases_the_residual() {
     let rubbing = effect(Kind::CoulombFriction, &[("x", 0.45), ("y", 0.31), ("force", 6.0)]);
     let episode = push(&locked().with(rubbing), 33, &NOISE);
-    let missing = judged(&locked(), &episode, &NOISE).force_rmse.unwrap();
+    let missing = scored(&locked(), &episode, &NOISE).force_rmse.unwrap();
     assert!((4.0..8.0).contains(&missing), "{missing} N");
 }
 
@@ -97,18 +97,18 @@ fn compared_models_share_one_frequency() {
     heavy.mass = heavy.mass.map(|mass| 4.0 * mass);
     let episode = push(&light, 33, &NOISE);
     let (own, other) = (values(&light), values(&heavy));
-    let beside = |model: &Model, own: &[f64], other: (&Model, &[f64])| {
+    let compared = |model: &Model, own: &[f64], other: (&Model, &[f64])| {
         let episodes = std::slice::from_ref(&episode);
         let channels = Channels::of(&NOISE);
-        score_beside(model, own, &channels, episodes, &NOISE, false, Some(other)).unwrap().force_bandwidth
+        score_compared(model, own, &channels, episodes, &NOISE, false, Some(other)).unwrap().force_bandwidth
     };
-    let both = [beside(&light, &own, (&heavy, &other)), beside(&heavy, &other, (&light, &own))];
+    let both = [compared(&light, &own, (&heavy, &other)), compared(&heavy, &other, (&light, &own))];
     assert_eq!(both[0], both[1]);
-    assert!(both[0] < judged(&light, &episode, &NOISE).force_bandwidth);
+    assert!(both[0] < scored(&light, &episode, &NOISE).force_bandwidth);
 }
 
 #[test]
-fn wrenches_alone_have_no_bandwidth() {
+fn quasi_static_comparisons_have_no_bandwidth() {
     let episode = push(&locked(), 33, &NOISE);
     let episodes = std::slice::from_ref(&episode);
     let figures =

@@ -1,4 +1,5 @@
-//! What changes the instruments, the load or the wheel comes back from pushes: the size, the delay and the moment.
+//! Effects of the instruments, the load or the wheel are recovered from pushes, with their size, delay and
+//! time.
 #![allow(clippy::unwrap_used)]
 
 mod common;
@@ -15,11 +16,11 @@ const CONTACT: f64 = 0.5;
 const DT: f64 = 5e-4;
 const STEPS: usize = 12_000;
 
-/// Instruments that err, written down apart from the laws that are to find it.
+/// Instruments with errors, implemented independently of the laws under test.
 struct Instruments {
-    /// By how much readings are late, s.
+    /// Delay of the readings, s.
     delay: f64,
-    /// Reading over truth.
+    /// Ratio of reading to true wrench.
     gain: [f64; 3],
     /// Mass of the gripper between sensor and object, kg.
     gripper: f64,
@@ -49,7 +50,7 @@ fn force(t: f64, phase: f64) -> [f64; 3] {
     [on * along, on * side, on * 0.15 * side]
 }
 
-/// One push: what the object does is the plant's, what is read and tracked the instruments'.
+/// One push: the plant moves the object, and the instruments give readings and poses.
 fn push(plant: &Plant<f64>, instruments: &Instruments, ordinal: usize, seed: u64) -> Prepared {
     let mut rng = ChaCha8Rng::seed_from_u64(100 * seed + ordinal as u64);
     let mut normal = |sd: f64| sd * rng.sample::<f64, _>(StandardNormal);
@@ -78,7 +79,7 @@ fn push(plant: &Plant<f64>, instruments: &Instruments, ordinal: usize, seed: u64
     let late = (instruments.delay / DT).round() as isize;
     let reading = |k: usize| k.checked_add_signed(-late).and_then(|k| felt.get(k)).copied();
     let seen = |k: usize| compose(poses[k], instruments.offset);
-    // The grasp in the tracked frame, which is all that the trackers know.
+    // The grasp in the tracked frame, the only frame known to the tracker.
     let [x, y, angle] = instruments.offset;
     let frame = to_body([grasp[0] - x, grasp[1] - y, grasp[2] - angle], angle);
     let noise = [NOISE.force, NOISE.force, NOISE.torque];
@@ -120,7 +121,7 @@ fn fitted(truth: &Model, instruments: &Instruments, tried: Effect, mass: Option<
     fit(&likelihood, &model, &[], &FitOptions::default(), &Quiet).unwrap()
 }
 
-/// The estimate lies within so much of the truth, and within four of its standard deviations.
+/// Asserts that the estimate is within `within` of the truth and within four standard deviations.
 #[track_caller]
 fn assert_found(fit: &Fit, name: &str, truth: f64, within: f64) {
     let found = fit.estimate(name).unwrap();
@@ -130,7 +131,7 @@ fn assert_found(fit: &Fit, name: &str, truth: f64, within: f64) {
 }
 
 #[test]
-fn a_mass_centre_elsewhere() {
+fn a_mass_centre_offset() {
     let values = [("com_x", 0.18), ("com_y", -0.09)];
     let truth = locked().with(effect(Kind::ComOffset, &values));
     let found = fitted(&truth, &SOUND, Effect::free(Kind::ComOffset), None);
@@ -149,7 +150,7 @@ fn load_put_on_in_the_second_push() {
 }
 
 #[test]
-fn a_wheel_that_comes_free_in_the_second_push() {
+fn a_wheel_released_in_the_second_push() {
     let values = [("episode", 1.0), ("time", 3.1), ("factor_x", 3.0), ("factor_y", 0.2)];
     let truth = locked().with(effect(Kind::WheelEvent, &values));
     let tried = Effect::free(Kind::WheelEvent).with("episode", Some(1.0));
@@ -167,7 +168,7 @@ fn the_grippers_own_mass() {
 }
 
 #[test]
-fn gains_where_the_mass_is_known_and_their_ratios_where_it_is_not() {
+fn gains_with_known_mass_and_their_ratios_without() {
     let instruments = Instruments { gain: [0.8, 1.1, 1.3], ..SOUND };
     let tried = Effect::free(Kind::ForceScale);
     let found = fitted(&locked(), &instruments, tried.clone(), Some(22.0));
@@ -177,12 +178,12 @@ fn gains_where_the_mass_is_known_and_their_ratios_where_it_is_not() {
     let found = fitted(&locked(), &instruments, tried, None);
     assert_found(&found, "force_scale.gain_y", 1.1 / 0.8, 0.03);
     assert_found(&found, "force_scale.gain_torque", 1.3 / 0.8, 0.05);
-    // Under a reading of 0.8 of the truth the object seems as much lighter.
+    // With readings of 0.8 times the true wrench, the object appears lighter by the same factor.
     assert_found(&found, "body.mass", 22.0 * 0.8, 0.4);
 }
 
 #[test]
-fn a_reading_that_is_late_and_one_that_is_early() {
+fn late_and_early_readings() {
     for delay in [0.08, 0.2, -0.04] {
         let instruments = Instruments { delay, ..SOUND };
         let found = fitted(&locked(), &instruments, Effect::free(Kind::Latency), None);
@@ -192,11 +193,11 @@ fn a_reading_that_is_late_and_one_that_is_early() {
 }
 
 #[test]
-fn a_tracker_whose_frame_lies_elsewhere() {
+fn an_offset_of_the_tracked_frame() {
     let instruments = Instruments { offset: [0.07, -0.05, 0.0], ..SOUND };
     let found = fitted(&locked(), &instruments, Effect::free(Kind::TrackerOffset), None);
     assert_found(&found, "tracker_offset.offset_x", 0.07, 0.01);
     assert_found(&found, "tracker_offset.offset_y", -0.05, 0.01);
-    // Without feet and with a wheel that is free, nothing tells which way the object's own axes point.
+    // Without feet and with a free wheel, the direction of the object axes is not identifiable.
     assert!(!found.estimate("tracker_offset.offset_theta").unwrap().identified);
 }

@@ -1,4 +1,4 @@
-//! Friction of axes, friction that thins with speed, and friction at two points come back from pushes.
+//! Axis friction, friction that decreases with speed, and friction at two points are recovered from pushes.
 #![allow(clippy::unwrap_used)]
 
 mod common;

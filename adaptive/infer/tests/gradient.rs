@@ -1,4 +1,4 @@
-//! Where a fit ends, the likelihood itself is flat, not only its approximate gradient.
+//! The exact likelihood is stationary at the end of a fit, not only its approximate gradient.
 #![allow(clippy::unwrap_used)]
 
 mod common;
@@ -8,8 +8,9 @@ use std::collections::BTreeSet;
 use trundle_infer::{Density, FitOptions, MotionLikelihood, Quiet, Target, fit};
 use trundle_model::{Kind, Model};
 
-/// Decrease of the cost, nats, that the steepest coordinate still promises where a fit of the nominal model ends.
-fn promised(motion: &MotionLikelihood, measure_gradient: bool) -> f64 {
+/// Decrease of the cost, nats, that the steepest coordinate predicts at the end of a fit of the nominal
+/// model.
+fn predicted_decrease(motion: &MotionLikelihood, measure_gradient: bool) -> f64 {
     let model = Model::nominal(table(), None, [true; 3]);
     let options = FitOptions { measure_gradient, ..FitOptions::default() };
     let found = fit(motion, &model, &[], &options, &Quiet).unwrap();
@@ -30,11 +31,11 @@ fn promised(motion: &MotionLikelihood, measure_gradient: bool) -> f64 {
 
 #[test]
 fn a_fit_that_measures_its_gradient_ends_at_an_optimum() {
-    // A missing effect: residuals are not what the filter's covariances expect.
+    // With a missing effect, the residuals do not match the filter's covariances.
     let hidden = effect(Kind::MassChange, &[("episode", 1.0), ("time", 2.0), ("mass", 8.0)]);
     let pushes = World::of(locked().with(hidden)).pushes(3, 5);
     let motion = MotionLikelihood::new(&pushes, &NOISE).unwrap();
-    let (approximate, measured) = (promised(&motion, false), promised(&motion, true));
-    // A nat is what evidence can tell.
+    let (approximate, measured) = (predicted_decrease(&motion, false), predicted_decrease(&motion, true));
+    // Differences of evidence below one nat are not significant.
     assert!(measured < 1.0 && approximate > 10.0, "{approximate} and {measured} nats");
 }

@@ -1,4 +1,4 @@
-//! What the data hold is said, what they do not hold is withheld, and profiles agree with both.
+//! Identifiable parameters are reported, unidentifiable ones are withheld, and profiles agree with both.
 #![allow(clippy::unwrap_used, clippy::expect_used)]
 
 mod common;
@@ -77,14 +77,14 @@ fn straight() -> Prepared {
 }
 
 #[test]
-fn a_straight_push_withholds_what_only_turning_shows() {
+fn a_straight_push_does_not_identify_rotational_parameters() {
     let push = [straight()];
     let found = fitted(&push, &nominal());
     let identified = |name: &str| found.estimate(name).unwrap().identified;
     assert!(identified("body.mass"), "{:?}", found.estimates);
     assert!(!identified("viscous_wheel.x") && !identified("viscous_wheel.mu_y"), "{:?}", found.estimates);
     let held = found.identifiability();
-    assert!(held.held < held.directions.len());
+    assert!(held.identified < held.directions.len());
     assert!(held.unknown.iter().any(|name| name == "viscous_wheel.x"), "{held:?}");
     let across = profiled(&push, &nominal(), &found, "viscous_wheel.mu_y");
     assert!(across.shape != Shape::TwoSided, "{across:?}");
@@ -92,7 +92,8 @@ fn a_straight_push_withholds_what_only_turning_shows() {
 
 #[test]
 fn two_wheels_are_not_located() {
-    // Any set of viscous wheels moves as one wheel and a drag of the spin: their places are not in the data.
+    // Any set of viscous wheels moves as one wheel and a rotational damping, so their positions are not
+    // identifiable.
     let second = [("x", 0.4), ("y", 0.3), ("angle", 1.0), ("mu_x", 30.0), ("mu_y", 60.0)];
     let truth = locked().with(effect(Kind::ViscousWheel, &second));
     let pushes = World::of(truth).pushes(3, 5);
@@ -101,12 +102,12 @@ fn two_wheels_are_not_located() {
         assert!(!found.estimate(name).unwrap().identified, "{name}: {:?}", found.estimates);
     }
     let held = found.identifiability();
-    // Of ten parameters of the wheels, the six entries of one damping matrix; and the mass.
-    assert!((5..=7).contains(&held.held), "{held:?}");
+    // Of the ten parameters of the wheels, the six entries of one damping matrix; and the mass.
+    assert!((5..=7).contains(&held.identified), "{held:?}");
 }
 
 #[test]
-fn rolling_out_holds_the_ratio_of_mass_and_friction_and_neither() {
+fn rolling_to_a_stop_identifies_only_the_ratio_of_mass_and_friction() {
     let wheel = [("x", 0.0), ("y", 0.0), ("angle", 0.0), ("mu_x", 12.0), ("mu_y", 12.0)];
     let mut truth = locked();
     truth.effects = vec![effect(Kind::ViscousWheel, &wheel)];
@@ -125,7 +126,7 @@ fn rolling_out_holds_the_ratio_of_mass_and_friction_and_neither() {
 }
 
 #[test]
-fn at_one_heading_slope_and_force_bias_are_held_together_only() {
+fn at_one_heading_only_the_sum_of_slope_and_force_bias_is_identified() {
     let model = nominal().with(Effect::free(Kind::FloorSlope)).with(Effect::free(Kind::ForceBias));
     let found = fitted(&[straight()], &model);
     for estimate in found.estimates.iter().filter(|e| e.name.starts_with("force_bias.force_x")) {
@@ -154,19 +155,19 @@ fn profiles_agree_with_laplace_where_the_posterior_is_gaussian() {
 fn at_rest_no_profile_has_two_ends_and_no_parameter_is_identified() {
     let push = [motion(&locked(), State::at_rest([0.0; 3]), |_| [0.0; 3], 4)];
     let found = fitted(&push, &nominal());
-    // Stillness under noisy readings says a little: heavy rather than light, a wheel far out rather than near.
+    // Noisy readings at rest favour a heavy object and a distant wheel slightly.
     for estimate in &found.estimates {
         assert!(!estimate.identified);
         let seen = profiled(&push, &nominal(), &found, &estimate.name);
         assert!(seen.shape != Shape::TwoSided, "{seen:?}");
     }
-    // At most that it is not both light and free to roll.
+    // At most one direction: the object is not both light and free to roll.
     let held = found.identifiability();
-    assert!(held.held <= 1, "{held:?}");
+    assert!(held.identified <= 1, "{held:?}");
 }
 
 #[test]
-fn a_grid_that_is_given_is_used() {
+fn a_given_grid_is_used() {
     let pushes = World::of(locked()).pushes(1, 3);
     let likelihood = MotionLikelihood::new(&pushes, &NOISE).unwrap();
     let (model, found) = (nominal(), fitted(&pushes, &nominal()));

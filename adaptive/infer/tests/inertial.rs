@@ -1,4 +1,4 @@
-//! What the wrench that a motion needs says of a model.
+//! Estimates from the wrench that a motion requires.
 #![allow(clippy::unwrap_used, clippy::expect_used)]
 
 mod common;
@@ -28,7 +28,7 @@ fn off(fit: &Fit, truth: &[(&str, f64, f64)]) {
 
 #[test]
 fn a_moving_table_shows_its_mass_and_its_wheel() {
-    // The smoother rounds accelerations off, so that the mass comes out some percent low.
+    // The smoother attenuates accelerations, so the mass is a few percent low.
     let wheel = [
         ("viscous_wheel.x", -0.5, 0.015),
         ("viscous_wheel.y", -0.3, 0.03),
@@ -47,7 +47,7 @@ fn a_moving_table_shows_its_mass_and_its_wheel() {
 }
 
 #[test]
-fn dry_friction_is_told_from_the_wheel() {
+fn dry_friction_is_distinguished_from_the_wheel() {
     let dry = effect(Kind::CoulombFriction, &[("x", 0.45), ("y", 0.31), ("force", 8.0)]);
     let world = World::of(locked().with(dry));
     let fit = found(&inertial(&world, 1), &nominal().with(Effect::free(Kind::CoulombFriction)));
@@ -63,7 +63,7 @@ fn dry_friction_is_told_from_the_wheel() {
 }
 
 #[test]
-fn two_recordings_know_more_than_each() {
+fn two_recordings_determine_more_than_one() {
     let one = |seed| inertial(&World::of(locked()), seed);
     let each = [5, 6].map(|seed| found(&one(seed), &nominal()));
     let parts = [5, 6].map(|seed| -> Box<dyn Likelihood> { Box::new(one(seed)) });

@@ -1,4 +1,4 @@
-//! The estimate that grows push by push agrees with the fit of all pushes at once, at a bounded cost.
+//! The recursive estimate agrees with a joint fit of all pushes, at a bounded cost.
 #![allow(clippy::unwrap_used, clippy::expect_used)]
 
 mod common;
@@ -34,7 +34,7 @@ fn distance(online: &Online, batch: &Fit) -> f64 {
 }
 
 #[test]
-fn it_agrees_with_the_fit_of_all_pushes_within_its_uncertainty() {
+fn it_agrees_with_the_joint_fit_within_its_uncertainty() {
     let mut sum = 0.0;
     let mut latencies = vec![];
     for seed in 0..8 {
@@ -70,7 +70,7 @@ fn it_agrees_with_the_fit_of_all_pushes_within_its_uncertainty() {
 }
 
 #[test]
-fn old_pushes_are_summed_up_without_being_lost() {
+fn old_pushes_are_kept_as_a_sum() {
     let pushes = World::of(locked()).pushes(8, 3);
     let mut online = Online::new(nominal(), OnlineOptions { kept: 2, ..OnlineOptions::default() });
     for push in &pushes {
@@ -82,7 +82,7 @@ fn old_pushes_are_summed_up_without_being_lost() {
 }
 
 #[test]
-fn a_push_seen_in_pieces_ends_where_the_whole_does() {
+fn a_push_in_parts_gives_the_estimate_of_the_whole_push() {
     let pushes = World::of(locked()).pushes(3, 4);
     let [mut whole, mut pieces] = [0; 2].map(|_| Online::new(nominal(), OnlineOptions::default()));
     for push in &pushes {

@@ -1,4 +1,4 @@
-//! Priors as a search sees them: inverse, slopes, mass one, legal values.
+//! Priors in the coordinates of the search: inverse, derivatives, normalisation, and valid values.
 
 #![allow(clippy::unwrap_used)]
 
@@ -30,7 +30,7 @@ fn with_priors(shape: &[[f64; 2]]) -> Model {
     PriorFile::from_toml(EVERY, "every.toml").unwrap().apply(&model(shape)).unwrap()
 }
 
-/// Only the wheel's place is free.
+/// A model in which only the position of the wheel is free.
 fn wheel_alone(body: Body) -> Model {
     let wheel =
         ["angle", "mu_x", "mu_y"].iter().fold(Effect::free(Kind::ViscousWheel), |e, p| e.with(p, Some(1.0)));
@@ -66,7 +66,7 @@ fn values_and_points_invert_each_other_and_slopes_are_right() {
 }
 
 #[test]
-fn no_point_is_illegal() {
+fn every_point_is_valid() {
     for model in [model(&TABLE), with_priors(&TABLE)] {
         let coordinates = Coordinates::new(&model);
         for z in ramp(161, -8.0, 8.0) {
@@ -80,7 +80,7 @@ fn no_point_is_illegal() {
     }
 }
 
-/// Σ exp(−cost)·Δz over all that can be reached, the density of each parameter alone.
+/// Σ exp(−cost)·Δz over the searched range, for each parameter alone.
 #[test]
 fn each_density_has_mass_one() {
     for model in [model(&TABLE), with_priors(&TABLE)] {
@@ -96,7 +96,7 @@ fn each_density_has_mass_one() {
     }
 }
 
-/// The same in the parameter's own unit: what lies below a value is what a textbook says.
+/// Cumulative probabilities in the unit of the parameter agree with tables.
 #[test]
 fn distributions_are_those_of_the_file() {
     let coordinates = Coordinates::new(&with_priors(&TABLE));
@@ -124,11 +124,11 @@ fn distributions_are_those_of_the_file() {
 
 #[test]
 fn a_rectangle_needs_no_footprint_term() {
-    assert!(Coordinates::new(&model(&TABLE)).footings().is_empty());
-    assert_eq!(Coordinates::new(&model(&L)).footings().len(), 1);
+    assert!(Coordinates::new(&model(&TABLE)).footprint_priors().is_empty());
+    assert_eq!(Coordinates::new(&model(&L)).footprint_priors().len(), 1);
 }
 
-/// Over the whole plane the density of a place has mass one, and hardly any outside of the shape.
+/// The density of a place integrates to one over the plane, with little probability outside the shape.
 #[test]
 fn the_density_of_a_place_is_uniform_over_the_footprint() {
     let disc = Fixture::Disc { center: [0.2, 0.0], radius: 0.5, density: 1.0 };
@@ -157,27 +157,27 @@ fn the_density_of_a_place_is_uniform_over_the_footprint() {
 }
 
 #[test]
-fn the_pull_back_to_the_footprint_is_the_slope_of_the_cost() {
+fn the_footprint_penalty_is_the_gradient_of_the_cost() {
     let coordinates = Coordinates::new(&wheel_alone(Body::from_footprint(&L, 22.0).unwrap()));
-    let footing = &coordinates.footings()[0];
-    assert_eq!(coordinates.coordinates_of(footing), [Some(0), Some(1)]);
+    let prior = &coordinates.footprint_priors()[0];
+    assert_eq!(coordinates.coordinates_of(prior), [Some(0), Some(1)]);
     for z in [[0.5, 0.2], [0.1, 1.0], [1.0, 1.0], [-1.0, -1.0]] {
-        let pull = coordinates.pull(footing, z);
+        let penalty = coordinates.footprint_penalty(prior, z);
         for k in 0..2 {
             let at = |dz: f64| {
                 let mut moved = z;
                 moved[k] += dz;
-                coordinates.pull(footing, moved).cost
+                coordinates.footprint_penalty(prior, moved).cost
             };
             let numeric = (at(1e-6) - at(-1e-6)) / 2e-6;
-            let slope = pull.residual * pull.slopes[k];
+            let slope = penalty.residual * penalty.slopes[k];
             assert!((numeric - slope).abs() < 1e-4 * (1.0 + slope.abs()), "{z:?} {k}: {numeric} {slope}");
         }
     }
 }
 
 #[test]
-fn a_given_coordinate_leaves_a_slice() {
+fn a_fixed_coordinate_restricts_the_other() {
     let mut model = wheel_alone(Body::from_footprint(&L, 22.0).unwrap());
     model.effects[0] = model.effects[0].clone().with("x", Some(0.3));
     let coordinates = Coordinates::new(&model);
@@ -189,7 +189,7 @@ fn a_given_coordinate_leaves_a_slice() {
 }
 
 #[test]
-fn draws_stand_under_the_footprint() {
+fn draws_lie_under_the_footprint() {
     let coordinates = Coordinates::new(&model(&L));
     let body = Body::from_footprint(&L, 22.0).unwrap();
     let mut rng = ChaCha8Rng::seed_from_u64(1);
@@ -200,25 +200,25 @@ fn draws_stand_under_the_footprint() {
 }
 
 #[test]
-fn a_prior_that_excludes_the_data_is_named() {
+fn a_prior_data_conflict_is_reported() {
     let coordinates = Coordinates::new(&with_priors(&TABLE));
-    let strain = |z, information| coordinates.strain(0, z, information);
-    let strained = strain(5.0, 100.0).unwrap();
-    assert_eq!(strained.name, "body.mass");
-    assert!(strained.range[0] < 0.01 && (strained.range[1] - 9.0).abs() < 0.01, "{strained:?}");
-    let words = strained.to_string();
-    for word in ["the prior excludes the data", "body.mass", ", 8.997] kg above", "held at 9;", "widen"] {
+    let conflict_at = |z, information| coordinates.prior_conflict(0, z, information);
+    let conflict = conflict_at(5.0, 100.0).unwrap();
+    assert_eq!(conflict.name, "body.mass");
+    assert!(conflict.range[0] < 0.01 && (conflict.range[1] - 9.0).abs() < 0.01, "{conflict:?}");
+    let words = conflict.to_string();
+    for word in ["the prior excludes the data", "body.mass above", ", 8.997] kg", "stays at 9;", "widen"] {
         assert!(words.contains(word), "{words}");
     }
-    // Well inside; at an end, which suits the data; at an end, which they want to leave.
-    assert_eq!((strain(1.0, 0.001), strain(-3.0, 4.0)), (None, None));
-    assert!(strain(-3.0, 0.5).unwrap().to_string().contains("below"));
+    // Far inside the prior; at an end without conflict; at an end with a conflict.
+    assert_eq!((conflict_at(1.0, 0.001), conflict_at(-3.0, 4.0)), (None, None));
+    assert!(conflict_at(-3.0, 0.5).unwrap().to_string().contains("below"));
 }
 
-/// The mode of N(22 ± 0.1) under a uniform prior, at which the two criteria are to be told apart.
+/// Mode of N(22 ± 0.1) under a uniform prior, for which the two criteria differ.
 #[test]
-fn an_end_in_the_wrong_place_is_a_contradiction_and_one_in_the_right_place_is_not() {
-    for (low, strained) in [(30.0, true), (22.0, false), (10.0, false), (22.6, true)] {
+fn only_a_bound_far_from_the_data_is_a_conflict() {
+    for (low, conflict) in [(30.0, true), (22.0, false), (10.0, false), (22.6, true)] {
         let text = format!("[body]\nmass = {{ distribution = \"uniform\", low = {low}, high = 40 }}");
         let model = PriorFile::from_toml(&text, "p").unwrap().apply(&model(&TABLE)).unwrap();
         let coordinates = Coordinates::new(&model);
@@ -230,7 +230,7 @@ fn an_end_in_the_wrong_place_is_a_contradiction_and_one_in_the_right_place_is_no
         };
         let cost = |z: f64| 0.5 * ((at(z).0 - 22.0) / 0.1).powi(2) + coordinates.prior_cost_of(0, z);
         let mode = ramp(160_000, -8.0, 8.0).min_by(|a, b| cost(*a).total_cmp(&cost(*b))).unwrap();
-        let found = coordinates.strain(0, mode, (at(mode).1 / 0.1).powi(2));
-        assert_eq!(found.is_some(), strained, "{low}: mode at {mode}");
+        let found = coordinates.prior_conflict(0, mode, (at(mode).1 / 0.1).powi(2));
+        assert_eq!(found.is_some(), conflict, "{low}: mode at {mode}");
     }
 }

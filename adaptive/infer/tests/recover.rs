@@ -1,4 +1,4 @@
-//! A table's parameters come back from its pushes.
+//! A table's parameters are recovered from its pushes.
 #![allow(clippy::unwrap_used, clippy::expect_used)]
 
 mod common;
@@ -17,7 +17,7 @@ fn fitted(world: &World, episodes: usize, seed: u64, model: &Model) -> Fit {
 }
 
 #[test]
-fn a_locked_wheel_is_found_with_honest_intervals() {
+fn a_locked_wheel_is_found_with_calibrated_intervals() {
     // 12 recordings × 6 parameters: squared errors in units of the stated variances average to one;
     // 72 squares of standard normals have a mean within 1 ± 0.5 except once in 300 times.
     let truth = [22.0, -0.5, -0.3, 0.2, 15.0, 180.0];
@@ -35,7 +35,7 @@ fn a_locked_wheel_is_found_with_honest_intervals() {
 }
 
 #[test]
-fn dry_friction_beside_the_wheel_leaves_the_wheel_where_it_is() {
+fn dry_friction_does_not_bias_the_wheel() {
     let dry = effect(Kind::CoulombFriction, &[("x", 0.45), ("y", 0.31), ("force", 8.0)]);
     let world = World::of(locked().with(dry));
     let with = fitted(&world, 6, 1, &nominal().with(Effect::free(Kind::CoulombFriction)));
@@ -48,7 +48,7 @@ fn dry_friction_beside_the_wheel_leaves_the_wheel_where_it_is() {
         let off = with.estimate(name).unwrap().mean - truth;
         assert!(off.abs() < 0.01, "{name} is off by {off} m");
     }
-    // The failure without it, which the paper saw.
+    // The failure without the law, as reported in the paper.
     let without = fitted(&world, 6, 1, &nominal());
     let off = (without.estimate("viscous_wheel.x").unwrap().mean + 0.5)
         .hypot(without.estimate("viscous_wheel.y").unwrap().mean + 0.3);
@@ -76,8 +76,8 @@ fn same_seed_same_bytes_on_one_thread_or_two() {
 }
 
 #[test]
-fn what_the_data_do_not_hold_is_said_not_to_be_identified() {
-    // One straight push of a table that only rolls straight: nothing about turning is in the data.
+fn undetermined_parameters_are_not_identified() {
+    // One straight push of a table that rolls straight has no information about rotation.
     let mut episodes = World::of(locked()).pushes(1, 2);
     for sample in &mut episodes[0].wrench {
         sample.reading = [0.0; 3];
@@ -96,7 +96,7 @@ fn what_the_data_do_not_hold_is_said_not_to_be_identified() {
 
 #[test]
 fn a_fitted_model_is_within_the_bounds_of_its_file() {
-    // Angles are searched on the line; what is written lies on the circle.
+    // Angles are searched without bounds and written within their period.
     let model = nominal().with(Effect::free(Kind::DirectionalFriction));
     for seed in 0..3 {
         let found = fitted(&World::of(locked()), 1, seed, &model);
@@ -122,7 +122,7 @@ fn a_fit_stops_when_asked() {
 }
 
 #[test]
-fn too_little_is_refused_by_name() {
+fn too_little_data_is_an_error_that_names_the_episode() {
     let mut episodes = World::of(locked()).pushes(1, 1);
     episodes[0].pose.truncate(3);
     let message = MotionLikelihood::new(&episodes, &NOISE).err().unwrap().to_string();

@@ -1,4 +1,4 @@
-//! The filter as a linear system against the filter itself.
+//! The linear system of a filter compared with the filter itself.
 #![allow(clippy::unwrap_used)]
 
 mod common;
@@ -16,14 +16,15 @@ fn whitened(push: &Prepared) -> Vec<f64> {
 }
 
 #[test]
-fn a_missing_wrench_adds_what_is_answered() {
+fn a_missing_wrench_adds_the_predicted_response() {
     let push = &World::of(locked()).pushes(1, 5)[0];
     let motion = MotionLikelihood::new(std::slice::from_ref(push), &NOISE).unwrap();
     let values: Vec<f64> = locked().slots().iter().filter_map(|s| s.value).collect();
     let response = motion.responses(&locked(), &values).unwrap().unwrap().remove(0);
     let seen = whitened(push);
     assert!(seen.iter().zip(&response.innovations).all(|(a, b)| (a - b).abs() < 1e-9));
-    // A wrench that acts on the object but not on the sensor is a reading that is too small by it.
+    // A wrench on the object that the sensor does not measure is equivalent to a reading that is too small by
+    // it.
     let (from, to) = (2.0, 3.2);
     let mut less = push.clone();
     for sample in less.wrench.iter_mut().filter(|s| (from..to).contains(&s.t)) {
@@ -37,16 +38,16 @@ fn a_missing_wrench_adds_what_is_answered() {
         .zip(&motion.tracks()[0].steps)
         .map(|(t, step)| trundle_model::transport([0.02, -0.01, 0.005].map(|w| w * inside(*t)), step.frame))
         .collect();
-    let answer = response.answer(&missing);
+    let predicted = response.respond(&missing);
     let changed: Vec<f64> = whitened(&less).iter().zip(&seen).map(|(a, b)| a - b).collect();
-    // What is taken from the reading is missing: the motion seen has more than the model foresees.
+    // The wrench removed from the reading is missing, so the measured motion exceeds the predicted one.
     let size = changed.iter().map(|c| c * c).sum::<f64>().sqrt();
-    let apart = changed.iter().zip(&answer).map(|(a, b)| (a - b).powi(2)).sum::<f64>().sqrt();
+    let apart = changed.iter().zip(&predicted).map(|(a, b)| (a - b).powi(2)).sum::<f64>().sqrt();
     assert!(size > 0.5 && apart < 0.03 * size, "{size} {apart}");
 }
 
 #[test]
-fn innovations_are_white_where_the_model_is_right() {
+fn innovations_are_white_under_the_correct_model() {
     let pushes = World::of(locked()).pushes(8, 6);
     let all: Vec<f64> = pushes.iter().flat_map(whitened).collect();
     let mean = all.iter().map(|v| v * v).sum::<f64>() / all.len() as f64;

@@ -1,5 +1,5 @@
-//! Faults of the instruments in time and between axes come back from pushes: what is read is made here, apart from the
-//! laws that are to find it.
+//! Timing errors and cross-talk of the instruments are recovered from pushes. The instruments are implemented
+//! independently of the laws under test.
 #![allow(clippy::unwrap_used)]
 
 mod common;
@@ -18,7 +18,7 @@ const STEPS: usize = 12_000;
 
 type Signal = Vec<[f64; 3]>;
 
-/// What is recorded of a signal, and what of it acts on the object.
+/// Maps a signal to the recorded signal and to the one that acts on the object.
 struct Fault {
     read: fn(&Signal) -> Signal,
     acts: fn(&Signal) -> Signal,
@@ -28,7 +28,7 @@ fn as_is(signal: &Signal) -> Signal {
     signal.clone()
 }
 
-/// What follows a signal with a lag of first order, s.
+/// A signal filtered by a first-order lag, s.
 fn lagging(signal: &Signal, lag: f64) -> Signal {
     let mut y = signal[0];
     let follow = |x: &[f64; 3]| {
@@ -38,7 +38,7 @@ fn lagging(signal: &Signal, lag: f64) -> Signal {
     signal.iter().map(follow).collect()
 }
 
-/// What follows it with play, half widths N, N, N·m.
+/// A signal with play, half widths N, N, N·m.
 fn playing(signal: &Signal, half: [f64; 3]) -> Signal {
     let mut y = [0.0f64; 3];
     let follow = |x: &[f64; 3]| {
@@ -105,7 +105,7 @@ fn fitted(fault: &Fault, mass: Option<f64>, tried: &[Effect]) -> Fit {
     fitted_from(fault, mass, tried, &[])
 }
 
-/// The same from given values too.
+/// The same with additional starts.
 fn fitted_from(fault: &Fault, mass: Option<f64>, tried: &[Effect], warm: &[Vec<f64>]) -> Fit {
     let plant = locked().resolved().unwrap();
     let episodes: Vec<Prepared> = (0..3).map(|k| push(&plant, fault, k, 7)).collect();
@@ -115,7 +115,7 @@ fn fitted_from(fault: &Fault, mass: Option<f64>, tried: &[Effect], warm: &[Vec<f
     fit(&likelihood, &model, warm, &FitOptions::default(), &Quiet).unwrap()
 }
 
-/// The estimate lies within so much of the truth.
+/// Asserts that the estimate is within `within` of the truth.
 #[track_caller]
 fn assert_near(fit: &Fit, name: &str, truth: f64, within: f64) {
     let found = fit.estimate(name).unwrap();
@@ -131,7 +131,7 @@ fn a_reading_that_lags() {
 }
 
 #[test]
-fn a_lag_is_told_from_a_delay() {
+fn a_lag_is_distinguished_from_a_delay() {
     let fault = Fault { read: |x| lagging(x, 0.06), acts: as_is };
     let both = [Effect::free(Kind::SensorLag), Effect::free(Kind::Latency)];
     let found = fitted(&fault, None, &both);
@@ -191,7 +191,7 @@ fn axes_that_are_mixed() {
 }
 
 #[test]
-fn small_loads_that_are_not_read() {
+fn a_dead_zone_of_the_reading() {
     let fault = Fault {
         read: |x| by_axis(x, |k, v| v.signum() * (v.abs() - [5.0, 5.0, 0.4][k]).max(0.0)),
         acts: as_is,
@@ -210,11 +210,11 @@ fn a_reading_with_play() {
 }
 
 #[test]
-fn a_range_that_is_too_small() {
+fn a_saturated_reading() {
     const LIMITS: [f64; 3] = [22.0, 15.0, 2.2];
     let fault = Fault { read: |x| by_axis(x, |k, v| v.clamp(-LIMITS[k], LIMITS[k])), acts: as_is };
     let without = fitted(&fault, Some(22.0), &[]);
-    // From the largest readings: beyond those a limit has no slope to be found by.
+    // Started at the largest readings: a limit above those has a zero gradient.
     let start = [without.values.clone(), vec![23.0, 16.0, 2.3, 0.2]].concat();
     let found = fitted_from(&fault, Some(22.0), &[Effect::free(Kind::Saturation)], &[start]);
     assert_near(&found, "saturation.limit_x", LIMITS[0], 3.0);

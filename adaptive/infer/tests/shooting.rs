@@ -1,4 +1,4 @@
-//! What the likelihoods of simulated motion find, and what each is worth.
+//! Estimates of the likelihoods of simulated motion, and their accuracy.
 #![allow(clippy::unwrap_used, clippy::expect_used)]
 
 mod common;
@@ -31,7 +31,7 @@ fn value(fit: &Fit, name: &str) -> f64 {
     fit.estimate(name).unwrap().mean
 }
 
-/// Eq. 9 begins where windows lead.
+/// A fit of eq. 9 that starts from a fit over windows.
 fn final_states(episodes: &[Prepared], loss: Loss) -> Fit {
     let [guide, ends] = [WINDOWS, Cut::Final].map(|cut| shooting(episodes, cut).with_loss(loss));
     guided_fit(&guide, &ends, &nominal(), &FitOptions::default(), &Quiet).unwrap()
@@ -69,7 +69,7 @@ fn the_scatter_of_steps_is_the_trackers_noise() {
 }
 
 #[test]
-fn transitions_with_noise_lead_to_the_model_behind_them() {
+fn noisy_transitions_recover_the_model() {
     let sd = [0.01, 0.01, 0.01, 0.02, 0.02, 0.02];
     let data = noisy(&transitions(&locked(), 50, 3, &Pushes::default()).unwrap(), &sd, 4);
     let fit = found(&Shooting::of_transitions(&data).unwrap(), &nominal());
@@ -82,7 +82,7 @@ fn transitions_with_noise_lead_to_the_model_behind_them() {
 }
 
 #[test]
-fn without_dry_friction_in_the_model_final_states_meet_the_ends_better_than_steps() {
+fn without_dry_friction_final_states_predict_the_ends_better_than_steps() {
     // The paper's finding (figure 5 b, d), on the pushes that were fitted.
     let dry = effect(Kind::CoulombFriction, &[("x", 0.45), ("y", 0.31), ("force", 8.0)]);
     for seed in 1..4 {
@@ -129,7 +129,7 @@ fn loaded(masses: &[f64]) -> Vec<Prepared> {
 }
 
 #[test]
-fn a_mass_of_each_episodes_own_is_found() {
+fn a_mass_per_episode_is_found() {
     let masses = [22.0, 30.0, 22.0, 26.0];
     let likelihood = shooting(&loaded(&masses), WINDOWS);
     let per_episode = BTreeSet::from(["body.mass".to_owned()]);
@@ -143,7 +143,7 @@ fn a_mass_of_each_episodes_own_is_found() {
 }
 
 #[test]
-fn two_recordings_know_more_than_each() {
+fn two_recordings_determine_more_than_one() {
     let recordings = [World::of(locked()).pushes(3, 5), World::of(locked()).pushes(3, 6)];
     for cut in [STEPS, WINDOWS] {
         let one = |k: usize| -> Box<dyn Likelihood> { Box::new(shooting(&recordings[k], cut)) };
@@ -187,7 +187,7 @@ fn same_bytes_on_one_thread_or_two() {
 }
 
 #[test]
-fn an_object_that_nobody_moved_tells_nothing() {
+fn an_object_at_rest_identifies_nothing() {
     let mut pushes = World::of(locked()).pushes(2, 2);
     for push in &mut pushes {
         push.wrench.iter_mut().for_each(|w| w.reading = [0.0; 3]);
@@ -203,7 +203,7 @@ fn an_object_that_nobody_moved_tells_nothing() {
 }
 
 #[test]
-fn too_little_is_refused_by_name() {
+fn too_little_data_is_an_error_that_names_the_episode() {
     for cut in [STEPS, Cut::Final, WINDOWS] {
         let refused = |change: fn(&mut Prepared)| {
             let mut pushes = World::of(locked()).pushes(1, 1);

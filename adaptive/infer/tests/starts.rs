@@ -1,4 +1,4 @@
-//! Random starts reach the optimum, also of an object that is large and heavy: the paper's bed failed.
+//! Random starts reach the optimum, also for a large and heavy object: the bed, with which the paper failed.
 #![allow(clippy::unwrap_used, clippy::expect_used)]
 
 mod common;
@@ -9,7 +9,7 @@ use trundle_infer::{Fit, FitOptions, MotionLikelihood, Optimiser, Quiet, fit};
 use trundle_model::{Body, Kind, Model};
 use trundle_record::Prepared;
 
-/// A bed, 2.0 m × 1.6 m and 60 kg, on one castor that is locked.
+/// A bed, 2.0 m × 1.6 m and 60 kg, with one locked castor.
 fn bed() -> Model {
     let body = Body::from_footprint(&[[-1.0, -0.8], [1.0, -0.8], [1.0, 0.8], [-1.0, 0.8]], 60.0).unwrap();
     let wheel = [("x", 0.85), ("y", -0.6), ("angle", 1.2), ("mu_x", 20.0), ("mu_y", 300.0)];
@@ -25,7 +25,7 @@ fn found(pushes: &[Prepared], body: &Body, seed: u64, starts: usize, optimiser: 
     fit(&likelihood, &model, &[], &options, &Quiet).unwrap()
 }
 
-/// Of `n` fits with one random start each, how many reach the optimum of many starts.
+/// Number of `n` fits with one random start each that reach the optimum of many starts.
 fn reached(truth: &Model, data: u64, n: u64, optimiser: Optimiser) -> u64 {
     let pushes = World::of(truth.clone()).pushes(1, data);
     let best = found(&pushes, &truth.body, 99, 12, Optimiser::LevenbergMarquardt);
@@ -59,7 +59,7 @@ fn both_optimisers_reach_the_same_optimum() {
 }
 
 #[test]
-fn near_starts_reach_the_optimum_and_a_glance_goes_less_far() {
+fn nearby_starts_reach_the_optimum_and_few_steps_do_not() {
     let truth = locked();
     let pushes = World::of(truth.clone()).pushes(2, 3);
     let likelihood = MotionLikelihood::new(&pushes, &NOISE).unwrap();
@@ -67,13 +67,17 @@ fn near_starts_reach_the_optimum_and_a_glance_goes_less_far() {
     let best = found(&pushes, &truth.body, 99, 12, Optimiser::LevenbergMarquardt);
     let shifted = |by: f64| best.values.iter().map(|v| v * (1.0 + by)).collect::<Vec<f64>>();
     let near = |warm: &[Vec<f64>], steps: usize| {
-        let options = FitOptions { near: Some(steps), ..FitOptions::default() };
+        let options = FitOptions { local_steps: Some(steps), ..FitOptions::default() };
         fit(&likelihood, &model, warm, &options, &Quiet).unwrap()
     };
     let (far, close) = (shifted(3.0), shifted(0.1));
     let whole = near(&[far.clone(), close.clone()], 60);
     assert!((whole.cost - best.cost).abs() < 0.01, "{} {}", whole.cost, best.cost);
-    assert!(whole.converged && whole.falling < 0.01, "{}", whole.falling);
-    let glance = near(&[far], 5);
-    assert!(!glance.converged && glance.falling > 0.01 && glance.cost > whole.cost, "{}", glance.falling);
+    assert!(whole.converged && whole.last_decrease < 0.01, "{}", whole.last_decrease);
+    let short = near(&[far], 5);
+    assert!(
+        !short.converged && short.last_decrease > 0.01 && short.cost > whole.cost,
+        "{}",
+        short.last_decrease
+    );
 }

@@ -1,4 +1,5 @@
-//! Laws with states of their own: where they begin is found from the first second, which is then not judged.
+//! Laws with own states: the initial states are estimated from the first second, which the error metrics
+//! exclude.
 #![allow(clippy::unwrap_used)]
 
 mod common;
@@ -8,7 +9,8 @@ use rand::{RngExt, SeedableRng};
 use rand_chacha::ChaCha8Rng;
 use rand_distr::StandardNormal;
 use trundle_infer::{
-    Channels, Fit, FitOptions, MotionLikelihood, Quiet, Score, fit, open_loop, score, score_beside, unjudged,
+    Channels, Fit, FitOptions, MotionLikelihood, Quiet, Score, fit, open_loop, score, score_compared,
+    unscored_time,
 };
 use trundle_model::{Clock, Effect, Kind, Model, Plant, State, transport};
 use trundle_record::{Counts, PoseSample, Prepared, WrenchSample};
@@ -22,7 +24,7 @@ fn force(t: f64) -> [f64; 3] {
     [on * (14.0 + 22.0 * (2.4 * t).sin()), on * 10.0 * (3.7 * t).cos(), on * (2.1 * t).sin()]
 }
 
-/// A push of five seconds that starts with the laws' own states at `own`, with noise of `quiet` times the usual.
+/// A push of five seconds that starts with the laws' own states at `own`; `quiet` scales the noise.
 fn push(plant: &Plant<f64>, own: &[f64], quiet: f64) -> Prepared {
     push_at(0, plant, own, quiet)
 }
@@ -66,7 +68,7 @@ fn push_at(ordinal: usize, plant: &Plant<f64>, own: &[f64], quiet: f64) -> Prepa
     }
 }
 
-/// The table on one wheel that rolls and a caster.
+/// The table on one rolling wheel and a caster.
 fn on_a_caster() -> Model {
     let caster = [("x", 0.5), ("y", 0.3), ("trail", 0.05), ("mu_side", 80.0)];
     locked().with(effect(Kind::CasterSwivel, &caster))
@@ -81,7 +83,7 @@ fn values(model: &Model) -> Vec<f64> {
     model.slots().iter().map(|slot| slot.value.unwrap()).collect()
 }
 
-fn judged(model: &Model, episode: &Prepared) -> Score {
+fn scored(model: &Model, episode: &Prepared) -> Score {
     let channels = Channels::of(&NOISE);
     score(model, &values(model), &channels, std::slice::from_ref(episode), &NOISE, false).unwrap()
 }
@@ -100,16 +102,19 @@ fn a_casters_first_angle_is_found_in_open_loop() {
 }
 
 #[test]
-fn a_caster_that_points_elsewhere_moves_otherwise() {
-    // Without this the test above could not fail.
+fn the_initial_caster_angle_changes_the_motion() {
+    // This shows that the previous test can fail.
     let plant = on_a_caster().resolved().unwrap();
     let ends: Vec<_> = [2.2, 0.4].map(|first| push(&plant, &[first], 0.0).pose.last().unwrap().pose).to_vec();
     assert!((ends[0][0] - ends[1][0]).hypot(ends[0][1] - ends[1][1]) > 0.01, "{ends:?}");
 }
 
 #[test]
-fn the_first_second_is_judged_of_neither() {
-    assert_eq!([unjudged(&on_a_caster()), unjudged(&loaded()), unjudged(&locked())], [1.0, 0.0, 0.0]);
+fn the_first_second_is_excluded_for_both() {
+    assert_eq!(
+        [unscored_time(&on_a_caster()), unscored_time(&loaded()), unscored_time(&locked())],
+        [1.0, 0.0, 0.0]
+    );
     let clean = push(&on_a_caster().resolved().unwrap(), &[2.2], 1.0);
     let mut moved = clean.clone();
     for sample in moved.pose.iter_mut().filter(|p| p.t > CONTACT && p.t < CONTACT + 1.0) {
@@ -117,31 +122,31 @@ fn the_first_second_is_judged_of_neither() {
     }
     moved.motion_cache = Default::default();
     let (model, channels) = (locked(), Channels::of(&NOISE));
-    let beside = |episode: &Prepared, other: &Model| {
+    let compared = |episode: &Prepared, other: &Model| {
         let (episodes, other_values) = (std::slice::from_ref(episode), values(other));
         let other = Some((other, &other_values[..]));
-        score_beside(&model, &values(&model), &channels, episodes, &NOISE, false, other).unwrap()
+        score_compared(&model, &values(&model), &channels, episodes, &NOISE, false, other).unwrap()
     };
     let caster = on_a_caster();
-    assert_eq!(beside(&clean, &caster).position_rmse, beside(&moved, &caster).position_rmse);
-    assert_ne!(beside(&clean, &model).position_rmse, beside(&moved, &model).position_rmse);
+    assert_eq!(compared(&clean, &caster).position_rmse, compared(&moved, &caster).position_rmse);
+    assert_ne!(compared(&clean, &model).position_rmse, compared(&moved, &model).position_rmse);
 }
 
 #[test]
-fn windows_begin_alike_with_and_without_states() {
+fn windows_start_alike_with_and_without_states() {
     let light = [("x", 0.3), ("y", -0.2), ("mass", 1e-6), ("frequency", 1.3), ("damping_ratio", 0.02)];
     let light = locked().with(effect(Kind::SwingingLoad, &light));
     let episode = push(&loaded().resolved().unwrap(), &[], 1.0);
-    let [with, without] = [&light, &locked()].map(|model| judged(model, &episode));
+    let [with, without] = [&light, &locked()].map(|model| scored(model, &episode));
     let [with, without] = [with, without].map(|score| score.window_position_rmse.unwrap());
     assert!((with / without - 1.0).abs() < 1e-3, "{with} {without}");
 }
 
 #[test]
-fn figures_of_the_true_model_are_those_of_noise() {
+fn errors_of_the_true_model_are_those_of_noise() {
     for (model, own) in [(on_a_caster(), vec![2.2]), (loaded(), vec![])] {
         let episode = push(&model.resolved().unwrap(), &own, 1.0);
-        let (with, without) = (judged(&model, &episode), judged(&locked(), &episode));
+        let (with, without) = (scored(&model, &episode), scored(&locked(), &episode));
         for (name, with, without, most) in [
             ("open loop", with.position_rmse, without.position_rmse, 0.01),
             ("window", with.window_position_rmse, without.window_position_rmse, 0.01),
@@ -154,7 +159,7 @@ fn figures_of_the_true_model_are_those_of_noise() {
     }
 }
 
-/// Three pushes fitted with the truth's last effect free, the mass known.
+/// Three pushes fitted with the last effect of the truth free and the mass known.
 fn fitted(truth: &Model, starts: [&[f64]; 3]) -> Fit {
     let plant = truth.resolved().unwrap();
     let episodes: Vec<_> = starts.iter().enumerate().map(|(k, own)| push_at(k, &plant, own, 1.0)).collect();

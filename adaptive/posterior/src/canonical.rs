@@ -1,10 +1,9 @@
-//! One name for points that mean the same.
+//! Canonical form of equivalent points.
 //!
-//! A wheel turned by a quarter with its coefficients exchanged is the same wheel, and an angle and the
-//! same a period on are one angle. Chains that settle on different names would look as if they did not
-//! agree. As in a fit, "along" is the direction of least friction where the prior does not tell the
-//! coefficients apart; an angle is given within half a period of the best mode's, so that its draws are
-//! not torn apart at the end of a circle.
+//! A wheel turned by a quarter with exchanged coefficients is the same wheel, and an angle is the same after
+//! a period. Without a canonical form, chains in equivalent points would appear to disagree. As in a fit,
+//! "along" is the direction of lower friction if both coefficients have the same prior. An angle is wrapped
+//! to within half a period of the best mode, so that its draws are not split at the end of the circle.
 
 use crate::modes::nearest;
 use std::f64::consts::FRAC_PI_2;
@@ -18,7 +17,7 @@ struct Wheel {
     across: usize,
 }
 
-/// Names points like a mode.
+/// Maps points to the canonical form nearest to a mode.
 pub(crate) struct Canonical<'a> {
     target: &'a Target<'a>,
     mode: Vec<f64>,
@@ -27,20 +26,20 @@ pub(crate) struct Canonical<'a> {
 
 impl<'a> Canonical<'a> {
     pub fn new(target: &'a Target<'a>, mode: &[f64]) -> Self {
-        let wheels = if target.has_own() { vec![] } else { wheels(target.model()) };
+        let wheels = if target.has_per_episode() { vec![] } else { wheels(target.model()) };
         Self { target, mode: mode.to_vec(), wheels }
     }
 
-    /// The point's name.
-    pub fn name(&self, point: &[f64]) -> Vec<f64> {
-        let mut named = self.turned(point).unwrap_or_else(|| point.to_vec());
-        for (k, z) in named.iter_mut().enumerate() {
+    /// Canonical form of a point.
+    pub fn canonical_point(&self, point: &[f64]) -> Vec<f64> {
+        let mut canonical = self.turned(point).unwrap_or_else(|| point.to_vec());
+        for (k, z) in canonical.iter_mut().enumerate() {
             *z = nearest(&self.target.slot(k).prior, *z, self.mode[k]);
         }
-        named
+        canonical
     }
 
-    /// The point with wheels turned whose coefficients are the wrong way round; `None` if none is.
+    /// The point with wheels turned to the canonical order of coefficients; `None` if it already has it.
     fn turned(&self, point: &[f64]) -> Option<Vec<f64>> {
         let mut values = self.target.shared_values(point).0;
         let mut any = false;
@@ -55,7 +54,7 @@ impl<'a> Canonical<'a> {
     }
 }
 
-/// Wheels that a quarter turn leaves as they were: only a prior that is the same after it does.
+/// Wheels whose prior is unchanged by a quarter turn.
 fn wheels(model: &Model) -> Vec<Wheel> {
     let slots = model.slots();
     let place = |effect: &str, name: &str| {
@@ -82,7 +81,7 @@ mod tests {
     use trundle_model::Body;
 
     #[test]
-    fn a_wheel_turned_by_a_quarter_keeps_its_name() {
+    fn a_wheel_turned_by_a_quarter_has_the_same_canonical_form() {
         let body = Body::from_footprint(&[[-0.6, -0.4], [0.6, -0.4], [0.6, 0.4], [-0.6, 0.4]], 22.0).unwrap();
         let model = Model::nominal(body, None, [true; 3]);
         let noise =
@@ -96,8 +95,8 @@ mod tests {
         (turned[3], turned[4], turned[5]) = (0.2 - FRAC_PI_2, 180.0, 15.0);
         round[3] = 0.2 + 3.0 * std::f64::consts::PI;
         for other in [turned, round] {
-            let named = canonical.name(&target.point(&other));
-            assert!(named.iter().zip(&mode).all(|(a, b)| (a - b).abs() < 1e-9), "{named:?} {mode:?}");
+            let canonical = canonical.canonical_point(&target.point(&other));
+            assert!(canonical.iter().zip(&mode).all(|(a, b)| (a - b).abs() < 1e-9), "{canonical:?} {mode:?}");
         }
     }
 }

@@ -1,4 +1,4 @@
-//! Draws, and the three ways to make them.
+//! Chains of draws and the three sampling methods.
 
 use crate::{PosteriorError, Whitened, metropolis, nuts};
 use rand::{RngExt, SeedableRng};
@@ -7,25 +7,25 @@ use rand_distr::StandardNormal;
 use serde::{Deserialize, Serialize};
 use trundle_infer::Watch;
 
-/// How a posterior is sampled.
+/// Sampling method.
 #[derive(Clone, Copy, Debug, Default, PartialEq, Eq, Serialize, Deserialize)]
 #[serde(rename_all = "lowercase")]
 pub enum Method {
-    /// The No-U-Turn sampler (Hoffman & Gelman 2014, as nuts-rs has it).
+    /// No-U-Turn sampler (Hoffman & Gelman 2014, implemented by nuts-rs).
     Nuts,
     /// Independent draws of the normal approximation at the mode.
     #[default]
     Laplace,
-    /// Random-walk Metropolis whose proposal is learnt in warm-up (Haario 2001).
+    /// Random-walk Metropolis with a proposal adapted during warm-up (Haario 2001).
     Metropolis,
 }
 
 impl Method {
-    /// All, by name.
+    /// All methods by name.
     pub const ALL: [(&'static str, Self); 3] =
         [("nuts", Self::Nuts), ("laplace", Self::Laplace), ("metropolis", Self::Metropolis)];
 
-    /// Its name.
+    /// Name of the method.
     pub fn name(self) -> &'static str {
         match self {
             Self::Nuts => "nuts",
@@ -35,12 +35,12 @@ impl Method {
     }
 }
 
-/// How long a chain is, and where its random numbers come from.
+/// Length and random numbers of a chain.
 #[derive(Clone, Copy, Debug)]
-pub struct Length {
-    /// Draws that tune the sampler and are thrown away.
+pub struct ChainSettings {
+    /// Number of draws that tune the sampler and are discarded.
     pub warmup: usize,
-    /// Draws that are kept.
+    /// Number of draws that are kept.
     pub draws: usize,
     /// Seed of the whole run.
     pub seed: u64,
@@ -48,8 +48,8 @@ pub struct Length {
     pub chain: usize,
 }
 
-impl Length {
-    /// The chain's own random numbers, whatever the other chains do.
+impl ChainSettings {
+    /// Random numbers of the chain, independent of the other chains.
     pub(crate) fn rng(&self) -> ChaCha8Rng {
         let mut rng = ChaCha8Rng::seed_from_u64(self.seed);
         rng.set_stream(self.chain as u64 + 1);
@@ -57,22 +57,22 @@ impl Length {
     }
 }
 
-/// The draws of one chain, one entry each.
+/// Draws of one chain; the lists have one entry for each draw.
 #[derive(Clone, Debug, Default)]
 pub struct Chain {
     /// Points `z`.
     pub points: Vec<Vec<f64>>,
-    /// Log density there, with the prior's, not normalised.
+    /// Log posterior density, not normalised.
     pub log_density: Vec<f64>,
-    /// Whether the trajectory left the density (NUTS).
+    /// Whether the trajectory diverged (NUTS).
     pub diverging: Vec<bool>,
-    /// Evaluations of the density for this draw.
+    /// Number of density evaluations for the draw.
     pub evaluations: Vec<u64>,
-    /// Step of the leapfrog, or scale of the random walk, in standard deviations.
+    /// Step of the leapfrog integrator, or scale of the random walk, in standard deviations.
     pub step_size: f64,
-    /// Evaluations of the density in warm-up.
+    /// Number of density evaluations during warm-up.
     pub warmup_evaluations: u64,
-    /// Share of proposals accepted; one for independent draws, `None` for NUTS.
+    /// Share of accepted proposals; one for independent draws, `None` for NUTS.
     pub acceptance: Option<f64>,
 }
 
@@ -85,27 +85,27 @@ impl Chain {
     }
 }
 
-/// One chain. It begins at one of the modes, dealt in turn, from a start more spread than the posterior there;
-/// draws of the Laplace approximation are of all modes by their weight.
+/// Samples one chain. Chains are assigned to the modes in turn, and each starts from a point that is
+/// overdispersed relative to the posterior. Laplace draws come from all modes, according to their weights.
 ///
 /// # Errors
 /// When the density fails, or the user interrupts.
 pub(crate) fn chain(
     method: Method,
     modes: &[(Whitened<'_>, f64)],
-    length: &Length,
+    settings: &ChainSettings,
     watch: &dyn Watch,
     tick: &(dyn Fn() + Sync),
 ) -> Result<Chain, PosteriorError> {
-    let mut rng = length.rng();
-    let density = &modes[length.chain % modes.len()].0;
+    let mut rng = settings.rng();
+    let density = &modes[settings.chain % modes.len()].0;
     match method {
-        Method::Laplace => Ok(laplace(modes, length, &mut rng, tick)),
+        Method::Laplace => Ok(laplace(modes, settings, &mut rng, tick)),
         Method::Nuts => {
-            nuts::chain(density, overdispersed(density, &mut rng)?, length, &mut rng, watch, tick)
+            nuts::chain(density, overdispersed(density, &mut rng)?, settings, &mut rng, watch, tick)
         }
         Method::Metropolis => {
-            metropolis::chain(density, overdispersed(density, &mut rng)?, length, &mut rng, watch, tick)
+            metropolis::chain(density, overdispersed(density, &mut rng)?, settings, &mut rng, watch, tick)
         }
     }
 }
@@ -115,13 +115,14 @@ pub(crate) fn normal(n: usize, rng: &mut ChaCha8Rng) -> Vec<f64> {
     (0..n).map(|_| rng.sample(StandardNormal)).collect()
 }
 
-/// A start twice as far out as the Laplace approximation; nearer where the density cannot be evaluated.
+/// A start twice as far out as a draw of the Laplace approximation; nearer where the density cannot be
+/// evaluated.
 fn overdispersed(density: &Whitened<'_>, rng: &mut ChaCha8Rng) -> Result<Vec<f64>, PosteriorError> {
-    const SPREAD: f64 = 2.0;
-    const TRIES: usize = 12;
+    const START_SPREAD: f64 = 2.0;
+    const MAX_TRIES: usize = 12;
     let direction = normal(density.dimension(), rng);
-    let mut spread = SPREAD;
-    for _ in 0..TRIES {
+    let mut spread = START_SPREAD;
+    for _ in 0..MAX_TRIES {
         let start: Vec<f64> = direction.iter().map(|d| d * spread).collect();
         if density.cost(&start)?.is_finite() {
             return Ok(start);
@@ -133,12 +134,12 @@ fn overdispersed(density: &Whitened<'_>, rng: &mut ChaCha8Rng) -> Result<Vec<f64
 
 fn laplace(
     modes: &[(Whitened<'_>, f64)],
-    length: &Length,
+    settings: &ChainSettings,
     rng: &mut ChaCha8Rng,
     tick: &(dyn Fn() + Sync),
 ) -> Chain {
     let mut chain = Chain { step_size: 1.0, acceptance: Some(1.0), ..Chain::default() };
-    for _ in 0..length.draws {
+    for _ in 0..settings.draws {
         let mut left: f64 = rng.random();
         let chosen = modes.iter().position(|(_, weight)| {
             left -= weight;
@@ -156,7 +157,7 @@ fn laplace(
 #[cfg(test)]
 mod tests {
     use super::*;
-    use crate::bench::{Banana, Gaussian};
+    use crate::test_densities::{Banana, Gaussian};
     use trundle_infer::{Density, Quiet};
 
     /// Means and variances over four chains.
@@ -165,8 +166,8 @@ mod tests {
         let white = [(Whitened::new(density, &vec![0.0; n], precision), 1.0)];
         let mut points = vec![];
         for k in 0..4 {
-            let length = Length { warmup: 500, draws: 4000, seed: 1, chain: k };
-            points.extend(chain(method, &white, &length, &Quiet, &|| ()).unwrap().points);
+            let settings = ChainSettings { warmup: 500, draws: 4000, seed: 1, chain: k };
+            points.extend(chain(method, &white, &settings, &Quiet, &|| ()).unwrap().points);
         }
         let count = points.len() as f64;
         let mean = |k: usize| points.iter().map(|p| p[k]).sum::<f64>() / count;
@@ -185,7 +186,7 @@ mod tests {
     }
 
     #[test]
-    fn samplers_are_right_where_laplace_is_not_even_with_a_slope_that_is_a_quarter_too_steep() {
+    fn samplers_are_correct_for_a_skewed_density_with_a_biased_gradient() {
         // x standard normal, y about x²/2: mean ½, variance 1 + ½.
         for wrong in [1.0, 1.25] {
             for method in [Method::Nuts, Method::Metropolis] {

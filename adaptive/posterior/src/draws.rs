@@ -1,20 +1,20 @@
-//! Draws from the posterior that `model.toml` holds: a mean and a covariance.
+//! Draws from the posterior stored in `model.toml`: a mean and a covariance.
 //!
-//! They are made in the coordinates of the fit ([`Coordinates`]), where Laplace's approximation is normal, and not in the
-//! parameters' units: a mass known to 40 % stays positive, a place on the body within its bounds. To first order the
-//! moments are those of the file.
+//! They are made in the coordinates of the fit ([`Coordinates`]), in which Laplace's approximation is normal,
+//! instead of the parameters' units. A mass with 40 % uncertainty therefore stays positive, and a place on
+//! the body stays within its bounds. To first order, the moments are those of the file.
 
 use crate::PosteriorError;
 use nalgebra::{DMatrix, DVector, SymmetricEigen};
 use rand::RngExt;
 use rand_distr::StandardNormal;
 use trundle_infer::Coordinates;
-use trundle_model::{Model, Posterior as Stated, Slot};
+use trundle_model::{Model, Posterior as StoredPosterior, Slot};
 
-/// Standard deviations to either side of a 95 % interval.
-const WIDE: f64 = 1.959_963_984_540_054;
+/// Half width of a 95 % interval, in standard deviations.
+const HALF_WIDTH_SD: f64 = 1.959_963_984_540_054;
 
-/// A posterior ready to be drawn from.
+/// A posterior to draw from.
 #[derive(Clone, Debug)]
 pub struct Draws {
     coordinates: Coordinates,
@@ -24,49 +24,52 @@ pub struct Draws {
     root: DMatrix<f64>,
 }
 
-/// What is believed of a parameter.
+/// Posterior interval of a parameter.
 #[derive(Clone, Debug, PartialEq)]
 pub struct Range {
     /// Name as in [`Slot::name`].
     pub name: String,
     /// SI unit.
     pub unit: &'static str,
-    /// Where the posterior is centred.
+    /// Centre of the posterior.
     pub mean: f64,
-    /// Ends of its 95 % interval.
+    /// 95 % interval.
     pub interval: [f64; 2],
 }
 
 impl Draws {
-    /// Of a posterior over parameters of `model`.
+    /// Draws of a posterior over parameters of `model`.
     ///
     /// # Errors
-    /// When it names a parameter that the model has not, or holds a number that is not finite.
-    pub fn new(model: &Model, posterior: &Stated) -> Result<Self, PosteriorError> {
+    /// When the posterior names a parameter that the model does not have, or holds a number that is not
+    /// finite.
+    pub fn new(model: &Model, posterior: &StoredPosterior) -> Result<Self, PosteriorError> {
         let slots = model.slots();
         let mut order = Vec::with_capacity(posterior.names.len());
         for name in &posterior.names {
             let found = slots.iter().position(|slot| slot.name == *name);
-            order.push(found.ok_or_else(|| refused(format!("the model has no parameter `{name}`")))?);
+            order.push(found.ok_or_else(|| invalid(format!("the model has no parameter `{name}`")))?);
         }
         let coordinates = Coordinates::of(set_free(slots, &order));
         let (center, slopes) = centre(&coordinates, &order, &posterior.mean);
-        let place: Vec<usize> =
+        let indices: Vec<usize> =
             coordinates.free().iter().filter_map(|k| order.iter().position(|o| o == k)).collect();
-        let n = place.len();
+        let n = indices.len();
         if n != order.len() {
-            return Err(refused("it names a parameter twice".to_owned()));
+            return Err(invalid("a parameter is named twice in `names`".to_owned()));
         }
-        let cell = |i: usize, j: usize| posterior.covariance.get(place[i]).and_then(|row| row.get(place[j]));
+        let cell =
+            |i: usize, j: usize| posterior.covariance.get(indices[i]).and_then(|row| row.get(indices[j]));
         let scaled =
             DMatrix::from_fn(n, n, |i, j| cell(i, j).copied().unwrap_or(f64::NAN) / (slopes[i] * slopes[j]));
         if !scaled.iter().chain(center.iter()).all(|v| v.is_finite()) {
-            return Err(refused("its means and covariance must be finite, and within bounds".to_owned()));
+            return Err(invalid("all means and covariances must be finite and within bounds".to_owned()));
         }
         Ok(Self { coordinates, center: DVector::from_vec(center), root: root(scaled) })
     }
 
-    /// A draw: a value for every parameter of the model, those that the posterior leaves out as the model has them.
+    /// A draw: a value for every parameter of the model. Parameters without a posterior keep the model's
+    /// values.
     pub fn draw(&self, rng: &mut impl RngExt) -> Vec<(&str, f64)> {
         let normal = DVector::from_fn(self.center.len(), |_, _| rng.sample::<f64, _>(StandardNormal));
         let z = &self.center + &self.root * normal;
@@ -74,7 +77,7 @@ impl Draws {
         self.coordinates.slots().iter().map(|slot| slot.name.as_str()).zip(values).collect()
     }
 
-    /// The parameters that vary, in the model's order.
+    /// Intervals of the parameters that vary, in the model's order.
     pub fn ranges(&self) -> Vec<Range> {
         let one = |(k, &slot): (usize, &usize)| {
             let sd = self.root.row(k).norm();
@@ -85,17 +88,22 @@ impl Draws {
                 self.coordinates.values(&z).0[slot]
             };
             let Slot { name, unit, .. } = &self.coordinates.slots()[slot];
-            Range { name: name.clone(), unit, mean: at(0.0), interval: [at(-WIDE * sd), at(WIDE * sd)] }
+            Range {
+                name: name.clone(),
+                unit,
+                mean: at(0.0),
+                interval: [at(-HALF_WIDTH_SD * sd), at(HALF_WIDTH_SD * sd)],
+            }
         };
         self.coordinates.free().iter().enumerate().map(one).collect()
     }
 }
 
-fn refused(reason: String) -> PosteriorError {
+fn invalid(reason: String) -> PosteriorError {
     PosteriorError::Config { what: "posterior".to_owned(), reason }
 }
 
-/// The slots with those in `order` free and every other one given.
+/// The slots, with those in `order` free and all others fixed.
 fn set_free(mut slots: Vec<Slot>, order: &[usize]) -> Vec<Slot> {
     for (k, slot) in slots.iter_mut().enumerate() {
         slot.value = if order.contains(&k) { None } else { Some(slot.value.unwrap_or(f64::NAN)) };
@@ -103,7 +111,7 @@ fn set_free(mut slots: Vec<Slot>, order: &[usize]) -> Vec<Slot> {
     slots
 }
 
-/// The means as a point of the coordinates, and the slopes of the values there.
+/// The means as a point of the coordinates, and the derivatives of the values there.
 fn centre(coordinates: &Coordinates, order: &[usize], mean: &[f64]) -> (Vec<f64>, Vec<f64>) {
     let mut values: Vec<f64> = coordinates.slots().iter().map(|s| s.value.unwrap_or(0.0)).collect();
     for (&slot, &mean) in order.iter().zip(mean) {
@@ -114,8 +122,8 @@ fn centre(coordinates: &Coordinates, order: &[usize], mean: &[f64]) -> (Vec<f64>
     (point, slopes)
 }
 
-/// A matrix whose product with its transpose is `covariance`; directions in which rounding made that negative are
-/// certain.
+/// A matrix whose product with its transpose is `covariance`. Directions with negative eigenvalues due to
+/// rounding get zero variance.
 fn root(covariance: DMatrix<f64>) -> DMatrix<f64> {
     let symmetric = (&covariance + covariance.transpose()) * 0.5;
     let SymmetricEigen { eigenvectors, eigenvalues } = symmetric.symmetric_eigen();
@@ -172,7 +180,7 @@ covariance = [[0.09, 0.048, 0.0], [0.048, 0.04, 0.0], [0.0, 0.0, 0.0004]]
     }
 
     #[test]
-    fn what_is_positive_stays_positive_and_what_is_bounded_within() {
+    fn draws_respect_bounds() {
         let wide = TABLE.replace("0.09, 0.048", "225.0, 0.0").replace("0.048, 0.04", "0.0, 0.04");
         let draws = draws(&wide.replace("0.0004", "0.25")).unwrap();
         let mut rng = ChaCha8Rng::seed_from_u64(2);
@@ -195,7 +203,7 @@ covariance = [[0.09, 0.048, 0.0], [0.048, 0.04, 0.0], [0.0, 0.0, 0.0004]]
     }
 
     #[test]
-    fn a_posterior_of_another_model_is_refused() {
+    fn a_posterior_of_another_model_is_an_error() {
         let error = draws(&TABLE.replace("\"body.mass\"", "\"tether.stiffness\"")).unwrap_err().to_string();
         assert!(error.contains("tether.stiffness"), "{error}");
         let error = draws(&TABLE.replace("\"body.mass\"", "\"viscous_wheel.x\"")).unwrap_err().to_string();

@@ -1,36 +1,36 @@
-//! Why a posterior cannot be given.
+//! Errors of sampling.
 
 use thiserror::Error;
 use trundle_infer::InferError;
 
-/// Why a posterior cannot be given.
+/// Errors of sampling and calibration.
 #[derive(Debug, Error)]
 pub enum PosteriorError {
-    /// The fit before it, or the density itself, failed.
+    /// The fit or the density failed.
     #[error(transparent)]
     Infer(#[from] InferError),
-    /// A setting makes no sense.
+    /// A setting is invalid.
     #[error("{what} = {value}: {remedy}")]
     Setting {
-        /// Its name.
+        /// Name of the setting.
         what: &'static str,
-        /// What was given.
+        /// The given value.
         value: String,
-        /// What to give.
+        /// Valid values.
         remedy: &'static str,
     },
-    /// Every parameter of the model has a value.
-    #[error("no parameter of the model is free: leave out of model.toml the values that are to be sampled")]
+    /// All parameters of the model have fixed values.
+    #[error("no parameter of the model is free: remove the values to be sampled from model.toml")]
     NothingFree,
-    /// The sampler found no way on.
-    #[error("chain {chain}: {reason}; try --method metropolis, or more --warmup")]
+    /// The sampler failed.
+    #[error("chain {chain}: {reason}; try --method metropolis, or increase --warmup")]
     Chain {
         /// Index of the chain.
         chain: usize,
-        /// What the sampler says.
+        /// The sampler's message.
         reason: String,
     },
-    /// A file of a calibration cannot be used.
+    /// A calibration file or a posterior is invalid.
     #[error("{what}: {reason}")]
     Config {
         /// The part of the file.
@@ -41,7 +41,7 @@ pub enum PosteriorError {
 }
 
 impl PosteriorError {
-    /// Whether the user asked it to stop.
+    /// Whether the user interrupted the work.
     pub fn is_interrupt(&self) -> bool {
         matches!(self, Self::Infer(InferError::Interrupted))
     }

@@ -1,8 +1,6 @@
-//! What is known of a model's parameters after a recording: draws of the posterior, and whether the
-//! intervals that they give are honest.
+//! Posterior of a model's parameters after a recording: draws, and simulation-based calibration of their
+//! intervals.
 
-#[cfg(test)]
-mod bench;
 mod calibrate;
 mod canonical;
 mod chain;
@@ -13,13 +11,15 @@ mod modes;
 mod nuts;
 mod predictive;
 mod sample;
+#[cfg(test)]
+mod test_densities;
 mod whitened;
 
-pub use calibrate::{Calibration, Line, RANKS, Replicate, lines, replicates};
-pub use chain::{Chain, Length, Method};
+pub use calibrate::{Calibration, ParameterCalibration, RANKS, Replicate, calibrations, replicates};
+pub use chain::{Chain, ChainSettings, Method};
 pub use draws::{Draws, Range};
 pub use error::PosteriorError;
-pub use modes::{Found, Mode, ModeSummary, Search, search_modes};
+pub use modes::{FoundModes, Mode, ModeSummary, SearchExtent, search_modes};
 pub use predictive::{Predicted, predictive};
 pub use sample::{Posterior, SampleOptions, sample};
 pub use whitened::Whitened;

@@ -1,20 +1,20 @@
 //! Random-walk Metropolis: the predecessor of the paper's method, for comparison.
 //!
-//! In warm-up the proposal's covariance is learnt from the chain (Haario, Saksman & Tamminen 2001) and
-//! its scale from the share of accepted proposals, towards 0.234 (Roberts & Rosenthal 2001). Then both
-//! are held, so that the kept draws are of one Markov chain with the right distribution.
+//! During warm-up, the covariance of the proposal is adapted to the chain (Haario, Saksman & Tamminen 2001),
+//! and its scale to an acceptance rate of 0.234 (Roberts & Rosenthal 2001). Both are then fixed, so that the
+//! kept draws form one Markov chain with the correct stationary distribution.
 
-use crate::chain::{Chain, Length, normal};
+use crate::chain::{Chain, ChainSettings, normal};
 use crate::{PosteriorError, Whitened};
 use nalgebra::{DMatrix, DVector};
 use rand::RngExt;
 use rand_chacha::ChaCha8Rng;
 use trundle_infer::{InferError, Watch};
 
-/// Share of accepted proposals that explores fastest.
-const WANTED: f64 = 0.234;
+/// Target share of accepted proposals.
+const TARGET_ACCEPTANCE: f64 = 0.234;
 
-/// What warm-up learns.
+/// Adaptive proposal.
 struct Proposal {
     mean: DVector<f64>,
     scatter: DMatrix<f64>,
@@ -35,9 +35,9 @@ impl Proposal {
         from.iter().zip(noise.iter()).map(|(a, b)| a + b).collect()
     }
 
-    /// Learn from the chain's place and from how likely the proposal was to be accepted.
-    fn learn(&mut self, at: &[f64], accepted: f64, step: usize) {
-        self.log_scale += (accepted - WANTED) / (step as f64 + 1.0).powf(0.6);
+    /// Adapts to the position of the chain and the acceptance probability of the last proposal.
+    fn adapt(&mut self, at: &[f64], accepted: f64, step: usize) {
+        self.log_scale += (accepted - TARGET_ACCEPTANCE) / (step as f64 + 1.0).powf(0.6);
         let away = DVector::from_column_slice(at) - &self.mean;
         self.count += 1.0;
         self.mean += &away / self.count;
@@ -52,11 +52,11 @@ impl Proposal {
     }
 }
 
-/// One chain from `start`, a point `w`.
+/// Samples one chain from `start`, a point `w`.
 pub(crate) fn chain(
     density: &Whitened<'_>,
     start: Vec<f64>,
-    length: &Length,
+    settings: &ChainSettings,
     rng: &mut ChaCha8Rng,
     watch: &dyn Watch,
     tick: &(dyn Fn() + Sync),
@@ -64,7 +64,7 @@ pub(crate) fn chain(
     let mut proposal = Proposal::new(start.len());
     let mut cost = density.cost(&start)?;
     let (mut at, mut kept, mut accepted) = (start, Chain::default(), 0.0);
-    for step in 0..length.warmup + length.draws {
+    for step in 0..settings.warmup + settings.draws {
         if watch.cancelled() {
             return Err(InferError::Interrupted.into());
         }
@@ -73,17 +73,17 @@ pub(crate) fn chain(
         let chance = (cost - trial_cost).exp().min(1.0);
         if rng.random::<f64>() < chance {
             (at, cost) = (trial, trial_cost);
-            accepted += if step >= length.warmup { 1.0 } else { 0.0 };
+            accepted += if step >= settings.warmup { 1.0 } else { 0.0 };
         }
-        if step < length.warmup {
-            proposal.learn(&at, chance, step);
+        if step < settings.warmup {
+            proposal.adapt(&at, chance, step);
         } else {
             kept.push(density.point(&at), -cost, false, 1);
         }
         tick();
     }
     kept.step_size = proposal.log_scale.exp();
-    kept.warmup_evaluations = length.warmup as u64;
-    kept.acceptance = Some(accepted / length.draws as f64);
+    kept.warmup_evaluations = settings.warmup as u64;
+    kept.acceptance = Some(accepted / settings.draws as f64);
     Ok(kept)
 }

@@ -1,62 +1,62 @@
-//! Where the posterior has its mass: the modes that several searches find.
+//! Modes of the posterior, found by several searches.
 //!
-//! A wheel's position has local optima. Those that hold more than one part in a thousand of the
-//! evidence, by Laplace's approximation, are sampled, each by some of the chains.
+//! The position of a wheel has local optima. Those with more than one part in a thousand of the evidence, by
+//! Laplace's approximation, are sampled, each by some of the chains.
 
 use nalgebra::{DMatrix, DVector};
 use serde::Serialize;
 use trundle_infer::{Fit, FitOptions, InferError, Likelihood, Target, Watch, fit};
 use trundle_model::{Model, Prior};
 
-/// Log of the evidence that a mode may lack to the best.
-const NEGLIGIBLE: f64 = 7.0;
+/// Maximum difference of log evidence of a sampled mode from the best mode, nats.
+const MAX_MODE_LOSS_NATS: f64 = 7.0;
 
-/// Modes nearer than so many standard deviations are one.
-const APART: f64 = 6.0;
+/// Minimum distance between two modes, standard deviations.
+const MIN_MODE_DISTANCE_SD: f64 = 6.0;
 
 /// A mode of the posterior.
 #[derive(Clone, Debug)]
 pub struct Mode {
-    /// Where it is, in the coordinates of the target.
+    /// Position in the coordinates of the target.
     pub point: Vec<f64>,
-    /// Precision of the Laplace approximation there.
+    /// Precision of the Laplace approximation.
     pub precision: DMatrix<f64>,
-    /// Laplace's log evidence.
+    /// Log evidence by Laplace's approximation.
     pub log_evidence: f64,
 }
 
-/// What is told of a mode.
+/// Summary of a mode.
 #[derive(Clone, Debug, PartialEq, Serialize)]
 pub struct ModeSummary {
-    /// Values of the free parameters there.
+    /// Values of the free parameters.
     pub values: Vec<f64>,
-    /// Its share of the evidence among the modes found, by Laplace's approximation.
+    /// Share of the evidence among the modes found, by Laplace's approximation.
     pub weight: f64,
 }
 
-/// What a search for modes found.
-pub struct Found {
-    /// The fit that every estimate and every chain starts from.
+/// Result of a search for modes.
+pub struct FoundModes {
+    /// The best fit, from which estimates and chains start.
     pub best: Fit,
-    /// The modes worth sampling, that of the best fit first.
+    /// The modes to sample, that of the best fit first.
     pub modes: Vec<Mode>,
 }
 
-/// How far a search for modes goes.
+/// Extent of a search for modes.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
-pub enum Search {
-    /// As far as the best fit needs: starts are searched one by one only if no two agree on the best end.
+pub enum SearchExtent {
+    /// Enough for the best fit: starts are searched individually only if no two agree on the best end.
     Best,
-    /// Every start is also searched alone, for further modes of about the same evidence.
+    /// Every start is also searched individually, for further modes with similar evidence.
     EveryMode,
 }
 
-/// Search from `warm` starts (values of all slots) and `options.starts` random ones together, then from as many one by
-/// one.
+/// Search from `warm` starts (values of all slots) and `options.starts` random ones together, then
+/// individually from as many.
 ///
-/// A joint search follows only the most promising starts to the end. Where no two agree on the best end, as when the
-/// model does not explain the data, another start may end much lower. Both extents take the same starts in that case
-/// and return the same best fit.
+/// A joint search refines only the most promising starts. Where no two of them agree on the best end, for
+/// example because the model does not explain the data, another start may end much lower. Both extents use
+/// the same starts in that case and return the same best fit.
 ///
 /// # Errors
 /// As [`trundle_infer::fit`].
@@ -65,9 +65,9 @@ pub fn search_modes(
     model: &Model,
     warm: &[Vec<f64>],
     options: &FitOptions,
-    extent: Search,
+    extent: SearchExtent,
     watch: &dyn Watch,
-) -> Result<Found, InferError> {
+) -> Result<FoundModes, InferError> {
     let joint = fit(likelihood, model, warm, options, watch)?;
     let target = Target::new(likelihood, model, &options.per_episode)?;
     let agreed = joint.agreement.0 > 1;
@@ -79,32 +79,33 @@ pub fn search_modes(
             Err(error) => Err(error),
         }
     };
-    // A caller that asks for one start, or for its own, gets that and no more.
-    let more = extent == Search::EveryMode || (options.starts > 1 && !agreed);
-    // One after the other: each search uses all cores by itself.
+    // A search from one start, or from given starts only, is not extended.
+    let more = extent == SearchExtent::EveryMode || (options.starts > 1 && !agreed);
+    // Sequential, because each search uses all cores.
     let seeds = 0..if more { options.starts as u64 } else { 0 };
     let others: Vec<Fit> = seeds.map(alone).collect::<Result<Vec<_>, _>>()?.into_iter().flatten().collect();
     let mut fits = ranked(joint, others);
     let modes = distinct(&target, fits.iter().map(|f| mode(&target, f)));
-    Ok(Found { best: fits.swap_remove(0), modes })
+    Ok(FoundModes { best: fits.swap_remove(0), modes })
 }
 
-/// Differences of log evidence below this are those of searches that end at the same place, nats.
-const TIE: f64 = 1.0;
+/// Maximum difference of log evidence between searches that end at the same optimum, nats.
+const MAX_TIE_NATS: f64 = 1.0;
 
-/// Fits in order of evidence; the joint one first unless another one beats it. The first says how many starts agree.
+/// Fits in order of evidence. The joint fit comes first unless another one is better. The first fit receives
+/// the number of agreeing starts.
 fn ranked(joint: Fit, others: Vec<Fit>) -> Vec<Fit> {
     let alone = others.len();
     let mut fits = others;
     fits.sort_by(|a, b| b.log_evidence.total_cmp(&a.log_evidence));
     let together = joint.agreement;
-    let beaten = fits.first().is_some_and(|other| other.log_evidence > joint.log_evidence + TIE);
+    let beaten = fits.first().is_some_and(|other| other.log_evidence > joint.log_evidence + MAX_TIE_NATS);
     let place =
         if beaten { fits.partition_point(|other| other.log_evidence > joint.log_evidence) } else { 0 };
     let evidence = joint.log_evidence;
     fits.insert(place, joint);
     let lead = fits[0].log_evidence.max(evidence);
-    let same = |other: &Fit| (other.log_evidence - lead).abs() <= TIE;
+    let same = |other: &Fit| (other.log_evidence - lead).abs() <= MAX_TIE_NATS;
     let agreeing = fits.iter().enumerate().filter(|(k, other)| *k != place && same(other)).count();
     fits[0].agreement = (agreeing + if beaten { 0 } else { together.0 }, together.1 + alone);
     fits
@@ -114,26 +115,25 @@ fn mode(target: &Target<'_>, fit: &Fit) -> Mode {
     let mut precision = fit.information.clone();
     for k in 0..fit.point.len() {
         let (coordinates, parameter) = (target.coordinates(), target.parameter(k));
-        precision[(k, k)] +=
-            coordinates.least_precision(parameter).max(coordinates.prior_precision(parameter));
+        precision[(k, k)] += coordinates.min_precision(parameter).max(coordinates.prior_precision(parameter));
     }
     Mode { point: fit.point.clone(), precision, log_evidence: fit.log_evidence }
 }
 
-/// Of modes in order of evidence, those far from all before them that hold some.
+/// Modes with non-negligible evidence that are far from all better ones; `modes` are in order of evidence.
 fn distinct(target: &Target<'_>, modes: impl Iterator<Item = Mode>) -> Vec<Mode> {
     let mut kept: Vec<Mode> = vec![];
     for candidate in modes {
         let best = kept.first().map_or(candidate.log_evidence, |mode| mode.log_evidence);
-        let far = kept.iter().all(|mode| distance(target, mode, &candidate.point) > APART);
-        if far && candidate.log_evidence > best - NEGLIGIBLE {
+        let far = kept.iter().all(|mode| distance(target, mode, &candidate.point) > MIN_MODE_DISTANCE_SD);
+        if far && candidate.log_evidence > best - MAX_MODE_LOSS_NATS {
             kept.push(candidate);
         }
     }
     kept
 }
 
-/// Distance of a point from a mode in standard deviations, angles by the nearest way round.
+/// Distance of a point from a mode in standard deviations; angles are wrapped.
 fn distance(target: &Target<'_>, mode: &Mode, point: &[f64]) -> f64 {
     let mut near = point.to_vec();
     for (k, z) in near.iter_mut().enumerate() {
@@ -143,7 +143,7 @@ fn distance(target: &Target<'_>, mode: &Mode, point: &[f64]) -> f64 {
     away.dot(&(&mode.precision * &away)).max(0.0).sqrt()
 }
 
-/// An angle turned by whole periods to within half a period of another.
+/// An angle shifted by whole periods to within half a period of another.
 pub(crate) fn nearest(prior: &Prior, z: f64, to: f64) -> f64 {
     match prior {
         Prior::Angle(period) => z - period * ((z - to) / period).round(),

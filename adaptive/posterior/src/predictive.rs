@@ -1,7 +1,7 @@
-//! What the next recording of the same push would look like, if the draws are right.
+//! Posterior predictive draws of a repetition of a recorded push.
 //!
-//! Of each draw the episode is simulated in open loop under a wrench that the recorded one may have
-//! been: its tare error and its noise are drawn anew, as the start's and the tracker's noise are.
+//! Each draw simulates the episode in open loop under a resampled wrench. The tare error, the wrench noise,
+//! the initial pose and the tracker noise are drawn anew.
 
 use crate::PosteriorError;
 use rand::{RngExt, SeedableRng};
@@ -12,13 +12,15 @@ use trundle_infer::{Channels, InferError, open_loop};
 use trundle_model::Model;
 use trundle_record::{PoseSample, Prepared, WrenchSample};
 
-/// Poses of an episode, one list a draw: world, m, m, rad, at the times of the recorded poses.
+/// Simulated poses of an episode, one list for each draw: world, m, m, rad, at the times of the recorded
+/// poses.
 pub type Predicted = Vec<Vec<[f64; 3]>>;
 
-/// Predictive draws of an episode for some values of all slots; `stream` tells episodes apart.
+/// Posterior predictive draws of an episode, one for each entry of `values` (values of all slots). `stream`
+/// selects the random numbers of the episode.
 ///
 /// # Errors
-/// When values have the wrong length.
+/// When an entry of `values` has the wrong length.
 pub fn predictive(
     model: &Model,
     values: &[Vec<f64>],
@@ -30,7 +32,7 @@ pub fn predictive(
         let plant = model.plant(values).map_err(InferError::from)?;
         let mut rng = ChaCha8Rng::seed_from_u64(seed);
         rng.set_stream((stream << 32) + k as u64 + 1);
-        let mut poses = open_loop(&plant, &other(episode, channels, model.dof, &mut rng));
+        let mut poses = open_loop(&plant, &resampled(episode, channels, model.dof, &mut rng));
         for pose in &mut poses {
             *pose = noisy(*pose, channels.pose, model.dof, &mut rng);
         }
@@ -39,15 +41,15 @@ pub fn predictive(
     values.par_iter().enumerate().map(one).collect()
 }
 
-/// The episode as it may have been: the wrench without an error, the start without one.
-fn other(episode: &Prepared, channels: &Channels, dof: [bool; 3], rng: &mut ChaCha8Rng) -> Prepared {
+/// The episode with resampled wrench errors and initial pose.
+fn resampled(episode: &Prepared, channels: &Channels, dof: [bool; 3], rng: &mut ChaCha8Rng) -> Prepared {
     let tare = noisy([0.0; 3], episode.tare_sd, dof, rng);
     let wrench = episode.wrench.iter().map(|sample| {
         let reading = noisy(sample.reading, channels.reading, dof, rng);
         WrenchSample { reading: [0, 1, 2].map(|k| reading[k] - tare[k]), ..sample.clone() }
     });
     let wrench = wrench.collect();
-    let from = if episode.at_rest { rest(episode) } else { 0 };
+    let from = if episode.at_rest { last_resting_pose(episode) } else { 0 };
     let before = episode.pose.get(..=from).unwrap_or_default();
     let n = before.len().max(1) as f64;
     let mean = [0, 1, 2].map(|k| before.iter().map(|p| p.pose[k]).sum::<f64>() / n);
@@ -58,8 +60,8 @@ fn other(episode: &Prepared, channels: &Channels, dof: [bool; 3], rng: &mut ChaC
     Prepared { wrench, pose, ..episode.clone() }
 }
 
-/// The last pose before contact.
-fn rest(episode: &Prepared) -> usize {
+/// Index of the last pose before contact.
+fn last_resting_pose(episode: &Prepared) -> usize {
     episode.pose.iter().rposition(|p| p.t <= episode.contact).unwrap_or(0)
 }
 

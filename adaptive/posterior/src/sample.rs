@@ -1,26 +1,28 @@
-//! From a likelihood to draws of the posterior.
+//! Sampling of the posterior of a likelihood.
 
 use crate::canonical::Canonical;
-use crate::chain::{Chain, Length, Method, chain};
-use crate::modes::{self, Mode, ModeSummary, Search, search_modes};
+use crate::chain::{Chain, ChainSettings, Method, chain};
+use crate::modes::{self, Mode, ModeSummary, SearchExtent, search_modes};
 use crate::{PosteriorError, Whitened};
 use rayon::prelude::*;
 use std::sync::atomic::{AtomicUsize, Ordering};
-use trundle_infer::{Channels, Density, Fit, FitOptions, Likelihood, Strain, Target, Watch, on_all_cores};
+use trundle_infer::{
+    Channels, Density, Fit, FitOptions, Likelihood, PriorConflict, Target, Watch, on_all_cores,
+};
 use trundle_model::{Model, Slot};
 
-/// How a posterior is sampled.
+/// Settings of sampling.
 #[derive(Clone, Debug)]
 pub struct SampleOptions {
-    /// By which method.
+    /// Sampling method.
     pub method: Method,
-    /// Chains, each from a start of its own.
+    /// Number of chains, each with its own start.
     pub chains: usize,
-    /// Draws kept of each chain.
+    /// Number of draws kept from each chain.
     pub draws: usize,
-    /// Draws thrown away before them.
+    /// Number of discarded draws before them.
     pub warmup: usize,
-    /// The search for modes before the chains; its seed is that of the chains too.
+    /// Settings of the search for modes; its seed is also that of the chains.
     pub fit: FitOptions,
 }
 
@@ -36,13 +38,13 @@ impl SampleOptions {
             Err(PosteriorError::Setting { what, value: value.to_string(), remedy })
         };
         if self.chains == 0 {
-            return wrong("chains", self.chains, "give at least one; two or more tell whether they agree");
+            return wrong("chains", self.chains, "give at least 1; convergence checks require 2 or more");
         }
         if self.draws < 4 {
-            return wrong("draws", self.draws, "give at least 4, some hundreds for intervals");
+            return wrong("draws", self.draws, "give at least 4; intervals require several hundred");
         }
         if self.warmup < 50 && self.method != Method::Laplace {
-            return wrong("warmup", self.warmup, "give at least 50, in which the sampler learns its steps");
+            return wrong("warmup", self.warmup, "give at least 50 to tune the sampler");
         }
         Ok(())
     }
@@ -51,11 +53,11 @@ impl SampleOptions {
 /// Draws of a posterior.
 #[derive(Clone, Debug)]
 pub struct Posterior {
-    /// The model whose free parameters these are.
+    /// The model.
     pub model: Model,
-    /// The fit that the chains began from.
+    /// The fit from which the chains start.
     pub fit: Fit,
-    /// The free parameters: what the numbers of a draw are.
+    /// Slots of the free parameters, in the order of a draw.
     pub slots: Vec<Slot>,
     /// The chains; their points are in the coordinates of the search.
     pub chains: Vec<Chain>,
@@ -63,24 +65,25 @@ pub struct Posterior {
     pub draws: Vec<Vec<Vec<f64>>>,
     /// Values of all slots of the model, by chain and draw.
     pub values: Vec<Vec<Vec<f64>>>,
-    /// Whether the draws' spread means that the data hold the parameter.
+    /// Whether the data determine the parameter, by the standard deviation of the draws.
     pub identified: Vec<bool>,
-    /// Parameters that the prior keeps from where the data want them, in sentences.
-    pub strained: Vec<String>,
+    /// Prior-data conflicts, as sentences.
+    pub prior_conflicts: Vec<String>,
     /// The best mode, in the coordinates of the search.
     pub best: Vec<f64>,
-    /// The modes that chains began in.
+    /// The modes in which chains start.
     pub modes: Vec<ModeSummary>,
-    /// The noise assumed.
+    /// The assumed noise.
     pub channels: Channels,
 }
 
-/// Sample the free parameters of `model`: chains on all cores, with the same bytes as on one.
+/// Sample the free parameters of `model` with chains on all cores. The result does not depend on the number
+/// of cores.
 ///
-/// Where the recording does not state its noise, it is held at what the fit finds.
+/// Unstated noise is fixed at the estimate of the fit.
 ///
 /// # Errors
-/// When a setting makes no sense, nothing is free, no start has a finite density, or the user interrupts.
+/// When a setting is invalid, no parameter is free, no start has a finite density, or the user interrupts.
 pub fn sample(
     likelihood: &dyn Likelihood,
     model: &Model,
@@ -91,24 +94,24 @@ pub fn sample(
     if Target::new(likelihood, model, &options.fit.per_episode)?.dimension() == 0 {
         return Err(PosteriorError::NothingFree);
     }
-    let found = search_modes(likelihood, model, &[], &options.fit, Search::EveryMode, watch)?;
+    let found = search_modes(likelihood, model, &[], &options.fit, SearchExtent::EveryMode, watch)?;
     let slots = model.slots().len();
-    let tuned = likelihood.tuned(model, &padded(&found.best, slots, likelihood))?;
+    let tuned = likelihood.tuned(model, &all_values(&found.best, slots, likelihood))?;
     let likelihood = tuned.as_deref().unwrap_or(likelihood);
     let target = Target::new(likelihood, model, &options.fit.per_episode)?;
-    let chains = run(&target, &found.modes, options, watch)?;
-    Ok(told(&target, found, chains, likelihood.channels()))
+    let chains = run_chains(&target, &found.modes, options, watch)?;
+    Ok(summarise(&target, found, chains, likelihood.channels()))
 }
 
-/// Values of all slots at a fit, the likelihood's own among them.
-fn padded(fit: &Fit, slots: usize, likelihood: &dyn Likelihood) -> Vec<f64> {
+/// Values of all slots at a fit, including the likelihood's own parameters.
+fn all_values(fit: &Fit, slots: usize, likelihood: &dyn Likelihood) -> Vec<f64> {
     let own = likelihood.noise();
     let values = own.iter().map(|slot| fit.estimate(&slot.name).map_or(1.0, |e| e.mean));
     fit.values[..slots].iter().copied().chain(values).collect()
 }
 
-/// The chains, dealt to the modes in turn.
-fn run(
+/// Runs the chains, which are assigned to the modes in turn.
+fn run_chains(
     target: &Target<'_>,
     modes: &[Mode],
     options: &SampleOptions,
@@ -124,20 +127,29 @@ fn run(
         let white = modes.iter().map(|m| Whitened::new(target, &m.point, &m.precision));
         let views: Vec<_> = white.zip(modes::weights(modes)).collect();
         let one = |k: usize| {
-            let length =
-                Length { warmup: options.warmup, draws: options.draws, seed: options.fit.seed, chain: k };
-            chain(options.method, &views, &length, watch, &tick)
+            let settings = ChainSettings {
+                warmup: options.warmup,
+                draws: options.draws,
+                seed: options.fit.seed,
+                chain: k,
+            };
+            chain(options.method, &views, &settings, watch, &tick)
         };
         (0..options.chains).into_par_iter().map(one).collect()
     })
 }
 
-/// Draws with their names, values and what is to be said of them.
-fn told(target: &Target<'_>, found: modes::Found, mut chains: Vec<Chain>, channels: Channels) -> Posterior {
+/// Draws in canonical form with their names, values and conflicts.
+fn summarise(
+    target: &Target<'_>,
+    found: modes::FoundModes,
+    mut chains: Vec<Chain>,
+    channels: Channels,
+) -> Posterior {
     let best = found.modes[0].point.clone();
     let canonical = Canonical::new(target, &best);
     for point in chains.iter_mut().flat_map(|c| &mut c.points) {
-        *point = canonical.name(point);
+        *point = canonical.canonical_point(point);
     }
     let n = target.dimension();
     let of = |point: &Vec<f64>| (0..n).map(|k| target.value(k, point[k]).0).collect::<Vec<f64>>();
@@ -146,9 +158,9 @@ fn told(target: &Target<'_>, found: modes::Found, mut chains: Vec<Chain>, channe
         chains.iter().map(|c| c.points.iter().map(f).collect()).collect()
     };
     let (draws, values) = (each(&of), each(&all));
-    let strained: Vec<Option<String>> = (0..n).map(|k| strain(target, &found.modes[0], k)).collect();
-    let held = |k: usize| target.coordinates().identified(target.parameter(k), spread(&chains, k));
-    let identified = (0..n).map(|k| strained[k].is_none() && held(k)).collect();
+    let conflicts: Vec<Option<String>> = (0..n).map(|k| conflict(target, &found.modes[0], k)).collect();
+    let is_determined = |k: usize| target.coordinates().identified(target.parameter(k), spread(&chains, k));
+    let identified = (0..n).map(|k| conflicts[k].is_none() && is_determined(k)).collect();
     let shares = modes::weights(&found.modes);
     let modes = found.modes.iter().zip(shares);
     let modes = modes.map(|(m, weight)| ModeSummary { values: of(&m.point), weight }).collect();
@@ -159,7 +171,7 @@ fn told(target: &Target<'_>, found: modes::Found, mut chains: Vec<Chain>, channe
         draws,
         values,
         identified,
-        strained: strained.into_iter().flatten().collect(),
+        prior_conflicts: conflicts.into_iter().flatten().collect(),
         best,
         modes,
         channels,
@@ -167,12 +179,12 @@ fn told(target: &Target<'_>, found: modes::Found, mut chains: Vec<Chain>, channe
     }
 }
 
-/// The sentence on a parameter that its prior keeps from where the data want it.
-fn strain(target: &Target<'_>, mode: &Mode, k: usize) -> Option<String> {
+/// Sentence on a prior-data conflict of a parameter.
+fn conflict(target: &Target<'_>, mode: &Mode, k: usize) -> Option<String> {
     let (coordinates, parameter) = (target.coordinates(), target.parameter(k));
     let prior = coordinates.prior_precision(parameter);
-    let strain = coordinates.strain(parameter, mode.point[k], mode.precision[(k, k)] - prior)?;
-    Some(Strain { name: target.slot(k).name, ..strain }.to_string())
+    let conflict = coordinates.prior_conflict(parameter, mode.point[k], mode.precision[(k, k)] - prior)?;
+    Some(PriorConflict { name: target.slot(k).name, ..conflict }.to_string())
 }
 
 /// Standard deviation of a coordinate over all draws.

@@ -1,10 +1,10 @@
-//! Intervals cover what they say, and the test notices when they do not.
+//! Intervals have their nominal coverage, and the test detects intervals that are too narrow.
 #![allow(clippy::unwrap_used)]
 
 use trundle_infer::Quiet;
-use trundle_posterior::{Calibration, Line, lines, replicates};
+use trundle_posterior::{Calibration, ParameterCalibration, calibrations, replicates};
 
-/// A table whose wheel stands at a known place: mass and two coefficients are inferred.
+/// A table with a wheel at a known place: the mass and two coefficients are inferred.
 const SMALL: &str = r#"
 format = "trundle-calibration/1"
 name = "mass and two coefficients"
@@ -42,14 +42,14 @@ tare_force = 0.04
 tare_torque = 0.005
 "#;
 
-fn calibrated(shrink: f64) -> Vec<Line> {
+fn calibrated(shrink: f64) -> Vec<ParameterCalibration> {
     let calibration = Calibration::from_toml(SMALL).unwrap().shrunk(shrink);
     let rounds = replicates(&calibration, &(0..60).collect::<Vec<_>>(), 7, &Quiet).unwrap();
-    lines(&calibration.parameters, &rounds)
+    calibrations(&calibration.parameters, &rounds)
 }
 
 #[test]
-fn ninety_percent_intervals_cover_and_halved_ones_are_found_out() {
+fn ninety_percent_intervals_cover_and_halved_ones_do_not() {
     for line in calibrated(1.0) {
         let [share, low, high] = line.cover_90;
         assert!(low <= 0.9 && 0.9 <= high, "{}: {share} in {low}..{high}", line.name);
@@ -69,7 +69,7 @@ fn rounds_do_not_depend_on_one_another() {
 }
 
 #[test]
-fn a_file_that_cannot_be_simulated_is_refused_by_name() {
+fn an_invalid_file_is_an_error_that_names_the_field() {
     let refused =
         |from: &str, to: &str| Calibration::from_toml(&SMALL.replace(from, to)).err().unwrap().to_string();
     assert!(refused("trundle-calibration/1", "trundle-calibration/9").contains("trundle-calibration/9"));

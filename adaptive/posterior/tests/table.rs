@@ -30,7 +30,7 @@ fn moments(posterior: &Posterior, k: usize) -> (f64, f64) {
 }
 
 #[test]
-fn nuts_is_near_laplace_where_a_push_holds_every_parameter() {
+fn nuts_agrees_with_laplace_where_all_parameters_are_identified() {
     let (nuts, laplace) = (posterior(&short(Method::Nuts)), posterior(&short(Method::Laplace)));
     for (k, slot) in nuts.slots.iter().enumerate() {
         let ((mean, sd), (at, spread)) = (moments(&nuts, k), moments(&laplace, k));
@@ -39,7 +39,8 @@ fn nuts_is_near_laplace_where_a_push_holds_every_parameter() {
     }
     assert!(nuts.identified.iter().all(|i| *i));
     assert_eq!(nuts.chains.iter().flat_map(|c| &c.diverging).filter(|d| **d).count(), 0);
-    // The slope holds the filter's gains fixed; that it is good enough shows in steps of order one.
+    // The gradient neglects the dependence of the filter's gains. Its accuracy shows in step sizes of order
+    // one.
     assert!(nuts.chains.iter().all(|c| c.step_size > 0.3));
 }
 
@@ -56,7 +57,7 @@ fn same_seed_same_bytes_on_one_thread_or_two() {
 }
 
 #[test]
-fn predictions_spread_about_what_was_seen() {
+fn predictions_cover_the_recorded_poses() {
     let found = posterior(&short(Method::Laplace));
     let episode = &World::of(locked()).pushes(1, 1)[0];
     let values: Vec<_> = found.values.iter().flatten().take(40).cloned().collect();
@@ -72,7 +73,7 @@ fn predictions_spread_about_what_was_seen() {
 }
 
 #[test]
-fn settings_that_make_no_sense_are_refused_by_name() {
+fn an_invalid_setting_is_an_error_that_names_it() {
     let refused = |options: SampleOptions, model: &Model| {
         sample(&likelihood(), model, &options, &Quiet).unwrap_err().to_string()
     };

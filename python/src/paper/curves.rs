@@ -5,7 +5,7 @@ use rand::SeedableRng;
 use rand_chacha::ChaCha8Rng;
 use rand_distr::{Distribution, StandardNormal};
 use trundle_infer::{
-    Coasting, InferError, Pushes, SigmaReading, Stage, Transition, Watch, noisy, r2, transitions,
+    ConstantVelocity, InferError, Pushes, SigmaReading, Stage, Transition, Watch, noisy, r2, transitions,
 };
 use trundle_model::Model;
 
@@ -105,7 +105,7 @@ fn _learning_curves(
         let job = Job { training, test, given: Given { form: &form, starts, seed } };
         let scores = job.scores(&learners, &counts, watch)?;
         let rows = scores.chunks(counts.len().max(1)).map(<[f64]>::to_vec).collect();
-        Ok((rows, r2(&Coasting, &job.test)))
+        Ok((rows, r2(&ConstantVelocity, &job.test)))
     })
 }
 

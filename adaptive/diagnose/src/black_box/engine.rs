@@ -23,7 +23,7 @@ use std::collections::BTreeMap;
 use std::sync::Arc;
 use trundle_infer::{
     Channels as Noise, Estimate, Fit, FitOptions, InferError, Likelihood, Quiet, Residual, Score, Watch, fit,
-    quasi_static, unjudged,
+    is_quasi_static, unscored_time,
 };
 use trundle_model::{EffectTarget, Kind, Model, Plant, Posterior, Slot};
 use trundle_record::{Dataset, Prepared};
@@ -65,7 +65,7 @@ impl<'a> BlackBoxEngine<'a> {
         watch: &'a dyn Watch,
     ) -> Result<Self, InferError> {
         require_pushing_time(data)?;
-        if quasi_static(data) {
+        if is_quasi_static(data) {
             return Err(InferError::NoData {
                 recording: data.name.clone(),
                 reason: "the pushes are quasi-static: their force does not determine the acceleration"
@@ -146,7 +146,7 @@ impl Engine for BlackBoxEngine<'_> {
     }
 
     fn base(&self, seed: u64, watch: &dyn Watch) -> Result<FittedModel, InferError> {
-        let options = FitOptions { starts: 0, seed, from_afar: false, ..FitOptions::default() };
+        let options = FitOptions { starts: 0, seed, distant_starts: false, ..FitOptions::default() };
         let start: Vec<f64> =
             std::iter::once(self.bare.body.mass).chain(self.likelihood.values.iter().copied()).collect();
         let fit = fit(&*self.likelihood, &self.bare, &[start], &options, watch)?;
@@ -213,8 +213,12 @@ impl Engine for BlackBoxEngine<'_> {
         keep: &dyn Fn(usize) -> bool,
         watch: &dyn Watch,
     ) -> Result<FittedModel, InferError> {
-        let options =
-            FitOptions { starts: 0, from_afar: false, near: Some(MAX_REFIT_STEPS), ..FitOptions::default() };
+        let options = FitOptions {
+            starts: 0,
+            distant_starts: false,
+            local_steps: Some(MAX_REFIT_STEPS),
+            ..FitOptions::default()
+        };
         let likelihood = self.with_law_uncertainty(tried)?.only(keep);
         let model = &Model { mass: model.mass.and(tried.fit.model.mass), ..model.clone() };
         let at: Vec<f64> = tried.fit.values.iter().copied().chain(self.simulator_values(tried)).collect();
@@ -294,7 +298,7 @@ impl Engine for BlackBoxEngine<'_> {
         beside: &FittedModel,
         episodes: &[Prepared],
     ) -> Result<Score, InferError> {
-        let settling = unjudged(&beside.fit.model).max(unjudged(&tried.fit.model));
+        let settling = unscored_time(&beside.fit.model).max(unscored_time(&tried.fit.model));
         self.rollout(tried, &self.simulator_values(tried))?.score(episodes, settling)
     }
 

@@ -29,7 +29,8 @@ impl BlackBoxEngine<'_> {
         let mut model = self.bare.clone();
         model.effects.extend(job.added.iter().cloned());
         let near = Some(effort.steps());
-        let options = FitOptions { starts: 0, seed, from_afar: false, near, ..FitOptions::default() };
+        let options =
+            FitOptions { starts: 0, seed, distant_starts: false, local_steps: near, ..FitOptions::default() };
         let (mut likelihood, parameters) = match job.basis {
             Some(Basis { likelihood, parameters, is_biased: false }) => (likelihood, parameters),
             _ => (self.likelihood.clone(), self.likelihood.values.clone()),

@@ -9,7 +9,7 @@ use super::likelihood::PathLikelihood;
 use super::path::Path;
 use super::simulator::BlackBox;
 use nalgebra::{DMatrix, DVector};
-use trundle_infer::{Channels, InferError, SETTLING, StateVector, Watch};
+use trundle_infer::{Channels, InferError, SETTLING_TIME_S, StateVector, Watch};
 use trundle_model::{Clock, InnerState, MAX_INNER_STATES, Plant, State};
 use trundle_record::{Motion, Noise, Prepared};
 
@@ -271,7 +271,7 @@ impl PathLikelihood {
                 let laws = self.law_innovations_in(plant, e, inner, count);
                 laws.iter().zip(without_here).map(|(law, without)| law + without).collect()
             };
-            let early_count = path.intervals_before(SETTLING);
+            let early_count = path.intervals_before(SETTLING_TIME_S);
             found.push(
                 InitialStateSearch {
                     specs: specs.clone(),
@@ -301,7 +301,7 @@ pub(super) fn estimate_initial_state(
         return Ok(first);
     }
     let Ok(mut path) = Path::new(episode, noise) else { return Ok(first) };
-    path.intervals.truncate(path.intervals_before(SETTLING));
+    path.intervals.truncate(path.intervals_before(SETTLING_TIME_S));
     let likelihood = PathLikelihood::new(simulator, values, &[path], Channels::of(noise), dof, watch)?;
     Ok(likelihood.initial_states(plant, values).first().map_or(first, |start| start.inner))
 }

@@ -36,7 +36,7 @@ pub(crate) fn mean_law_wrench(
     let mut sum: [f64; 3] =
         (wrenches_on_object(plant, interval, nodes).iter().sum::<Vector3<f64>>() / 4.0).into();
     for step in &interval.steps {
-        let (acting, reading) = (readings.acting(plant, step).0, transport(step.reading, step.frame));
+        let (acting, reading) = (readings.applied_wrench(plant, step).0, transport(step.reading, step.frame));
         sum = [0, 1, 2].map(|k| sum[k] + (acting[k] - reading[k]) * step.dt / interval.span);
     }
     let (rigid, heading) = (rigid_without_laws(plant), interval.middle.pose[2]);

@@ -40,7 +40,7 @@ pub(crate) fn fit_simulator(
         };
         let current = cost_at(&values)?;
         let start: Vec<f64> = std::iter::once(bare.body.mass).chain(values.iter().copied()).collect();
-        let options = FitOptions { starts: 0, seed, from_afar: false, ..FitOptions::default() };
+        let options = FitOptions { starts: 0, seed, distant_starts: false, ..FitOptions::default() };
         let proposed = likelihood.parameter_values(&fit(&likelihood, bare, &[start], &options, watch)?);
         let (from, to) = (coordinates.point(&values), coordinates.point(&proposed));
         let mut improvement = None;

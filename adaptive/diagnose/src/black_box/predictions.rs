@@ -6,7 +6,7 @@ use crate::design::{Certificate, OPEN_LOOP_NOISE_FACTOR, SimulatedPair, certific
 use crate::engine::{Engine, FittedModel};
 use crate::predictive_check::{PredictiveCheck, WindowEnd};
 use nalgebra::Vector3;
-use trundle_infer::{InferError, unjudged};
+use trundle_infer::{InferError, unscored_time};
 
 /// Length of a prediction, s.
 const WINDOW_S: f64 = 1.0;
@@ -17,7 +17,7 @@ impl BlackBoxEngine<'_> {
     pub(super) fn predictions(&self, tried: &FittedModel) -> Result<PredictiveCheck, InferError> {
         let (likelihood, dof, values) =
             (self.likelihood_of(tried), self.data.dof, self.simulator_values(tried));
-        let (rollout, settling) = (self.rollout(tried, &values)?, unjudged(&tried.fit.model));
+        let (rollout, settling) = (self.rollout(tried, &values)?, unscored_time(&tried.fit.model));
         let judged = if settling > 0.0 { settling } else { f64::NEG_INFINITY };
         let free = |v: [f64; 3]| [0, 1, 2].map(|k| if dof[k] { v[k] } else { 0.0 });
         let mut ends = vec![];

@@ -4,7 +4,7 @@ use super::law_states::{default_states, estimate_initial_state, states_along};
 use super::law_wrench::{has_laws, law_wrench_over_step, wrench_from_motion};
 use super::simulator::{BlackBox, check_cancelled};
 use nalgebra::Vector6;
-use trundle_infer::{InferError, Readings, Score, StateVector, Step, Tally, Watch};
+use trundle_infer::{ErrorMetrics, InferError, Readings, Score, StateVector, Step, Watch};
 use trundle_model::{MAX_INNER_STATES, Plant, State};
 use trundle_record::{Dataset, Motion, Prepared};
 
@@ -79,7 +79,7 @@ impl Rollout<'_> {
         state: &mut State<f64>,
     ) -> Result<(), InferError> {
         let (plant, dt) = (&self.plant, step.dt);
-        let (applied, clock) = states.readings.acting(plant, step);
+        let (applied, clock) = states.readings.applied_wrench(plant, step);
         let (before, t) = (vector(state), step.clock.t - dt / 2.0);
         let call = |wrench: &[f64; 3]| {
             self.simulator.step(&states.episode.name, t, &before, wrench, dt, self.values)
@@ -135,12 +135,12 @@ impl Rollout<'_> {
     /// Error metrics of some episodes. Samples less than `unjudged` seconds after contact do not count. Metrics that
     /// need more than simulated poses are omitted.
     pub fn score(&self, episodes: &[Prepared], unjudged: f64) -> Result<Score, InferError> {
-        let mut tally = Tally::default();
+        let mut tally = ErrorMetrics::default();
         let turns = self.data.dof[2];
         for episode in episodes {
             let states = self.episode_states(episode)?;
             let rho = if turns { self.data.body.gyration } else { 0.0 };
-            tally.open_loop(&self.open_loop(&states)?, episode, rho, unjudged);
+            tally.add_open_loop(&self.open_loop(&states)?, episode, rho, unjudged);
             let mut begin = episode.contact.max(episode.pose.first().map_or(0.0, |p| p.t));
             let end = episode.pose.last().map_or(0.0, |p| p.t);
             while begin + WINDOW_S <= end + 1e-9 {
@@ -149,12 +149,12 @@ impl Rollout<'_> {
                 let poses = self.poses_from(&states, index, count)?;
                 let pairs = episode.pose[index..].iter().zip(&poses).skip(1);
                 for (pose, simulated) in pairs.filter(|(p, _)| p.t > episode.contact + unjudged) {
-                    tally.ahead([0, 1, 2].map(|k| pose.pose[k] - simulated[k]));
+                    tally.add_window([0, 1, 2].map(|k| pose.pose[k] - simulated[k]));
                 }
                 begin += WINDOW_S;
             }
         }
-        Ok(tally.figures(turns))
+        Ok(tally.score(turns))
     }
 }
 

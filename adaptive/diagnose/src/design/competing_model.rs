@@ -114,7 +114,7 @@ fn covariance_of(coordinates: &Coordinates, point: &[f64], posterior: Option<&Po
         |a: usize, b: usize| posterior.and_then(|p| p.covariance.get(a)?.get(b).copied()).unwrap_or(0.0);
     DMatrix::from_fn(n, n, |i, j| match (index[i], index[j]) {
         (Some(a), Some(b)) => entry(a, b) / (slopes[i] * slopes[j]).max(1e-12),
-        _ if i == j => coordinates.least_precision(i).recip(),
+        _ if i == j => coordinates.min_precision(i).recip(),
         _ => 0.0,
     })
 }

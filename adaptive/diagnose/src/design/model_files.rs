@@ -72,7 +72,7 @@ fn fit_model(
     let values: Option<Vec<f64>> = given
         .and_then(|g| g.slots().into_iter().zip(free.slots()).map(|(g, f)| f.value.or(g.value)).collect());
     let starts = if values.is_some() { 1 } else { FitOptions::default().starts };
-    let options = FitOptions { starts, from_afar: values.is_none(), ..FitOptions::default() };
+    let options = FitOptions { starts, distant_starts: values.is_none(), ..FitOptions::default() };
     let fit = fit(comparison, &free, values.as_slice(), &options, watch)?;
     Ok((CompetingModel::from_fit(name, &fit), fit.channels))
 }

@@ -86,7 +86,7 @@ pub(crate) fn misfit_after_refit(
     misfit: f64,
 ) -> Result<Option<f64>, InferError> {
     let slots = model.slots().into_iter().chain(likelihood.noise());
-    let coordinates = Coordinates::of(slots.collect()).under(model);
+    let coordinates = Coordinates::of(slots.collect()).with_footprint(model);
     let n = coordinates.free().len();
     if n != fit.point.len() {
         return Ok(None);

@@ -120,8 +120,12 @@ impl Fitter<'_> {
     /// Refits the parameters with the discrepancy wrench of `from`.
     fn refitted(&self, motion: &MotionLikelihood, from: &Fit) -> Result<Fit, InferError> {
         let model = Model { discrepancy: from.model.discrepancy.clone(), ..self.nominal.clone() };
-        let options =
-            FitOptions { starts: 0, from_afar: false, near: Some(MAX_REFIT_STEPS), ..FitOptions::default() };
+        let options = FitOptions {
+            starts: 0,
+            distant_starts: false,
+            local_steps: Some(MAX_REFIT_STEPS),
+            ..FitOptions::default()
+        };
         fit(motion, &model, std::slice::from_ref(&from.values), &options, self.watch)
     }
 }

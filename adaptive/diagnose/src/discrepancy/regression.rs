@@ -112,7 +112,7 @@ impl NormalEquations {
                 episode.on_object(unweighted.axes, step, wrench)
             };
             let missing: Vec<[f64; 3]> = kernels.iter().enumerate().map(at).collect();
-            DVector::from_vec(episode.response.answer(&missing))
+            DVector::from_vec(episode.response.respond(&missing))
         };
         let innovations = DVector::from_column_slice(&episode.response.innovations);
         let columns: Vec<_> =

@@ -15,7 +15,7 @@ use crate::units;
 use std::collections::BTreeMap;
 use trundle_infer::{
     Comparison, FitOptions, InferError, Likelihood, MotionLikelihood, Residual, Score, Watch, fit, open_loop,
-    score_beside, unsmoothed,
+    score_compared, unsmoothed,
 };
 use trundle_model::{Kind, Model, Scales};
 use trundle_record::{Dataset, Prepared};
@@ -121,7 +121,7 @@ impl Engine for Own<'_> {
     ) -> Result<bool, InferError> {
         let Comparison::Motion(motion) = &self.comparison else { return Ok(false) };
         let motion = motion.thinned().with_channels(from.fit.channels);
-        if let Some(seen) = motion.seen(&from.fit.model, &from.fit.values)? {
+        if let Some(seen) = motion.filtered(&from.fit.model, &from.fit.values)? {
             let courses = if needs_courses(kinds) { courses(&motion, from)? } else { vec![] };
             at(&seen, &courses)?;
         }
@@ -133,8 +133,14 @@ impl Engine for Own<'_> {
         model.effects.extend(job.added.iter().cloned());
         let near = self.simulated().then_some(effort.steps());
         let noise_rounds = effort.noise_rounds();
-        let options =
-            FitOptions { starts: 0, seed, from_afar: false, near, noise_rounds, ..FitOptions::default() };
+        let options = FitOptions {
+            starts: 0,
+            seed,
+            distant_starts: false,
+            local_steps: near,
+            noise_rounds,
+            ..FitOptions::default()
+        };
         let from = self.comparison.with_channels(job.channels);
         let fit = fit(&from, &model, &job.warm, &options, watch)?;
         Ok(FittedModel::new(job.added, fit, None))
@@ -148,8 +154,13 @@ impl Engine for Own<'_> {
         watch: &dyn Watch,
     ) -> Result<FittedModel, InferError> {
         let near = Some(MAX_REFIT_STEPS);
-        let options =
-            FitOptions { starts: 0, from_afar: false, near, noise_rounds: 0, ..FitOptions::default() };
+        let options = FitOptions {
+            starts: 0,
+            distant_starts: false,
+            local_steps: near,
+            noise_rounds: 0,
+            ..FitOptions::default()
+        };
         let some = self.under(tried).only(keep);
         let warm = std::slice::from_ref(&tried.fit.values);
         Ok(FittedModel { fit: fit(&some, model, warm, &options, watch)?, ..tried.clone() })
@@ -199,7 +210,7 @@ impl Engine for Own<'_> {
     ) -> Result<Score, InferError> {
         let (fit, other) = (&tried.fit, (&compared_with.fit.model, &compared_with.fit.values[..]));
         let (noise, quasi) = (&self.data.noise, self.is_quasi_static());
-        score_beside(&fit.model, &fit.values, &fit.channels, episodes, noise, quasi, Some(other))
+        score_compared(&fit.model, &fit.values, &fit.channels, episodes, noise, quasi, Some(other))
     }
 
     fn open_loop(

@@ -39,7 +39,7 @@ impl Knots {
             for c in (0..COMPONENTS).filter(|&c| dof[c]) {
                 let mut unit = [0.0; 3];
                 unit[c] = if c == 2 { arm } else { 1.0 };
-                let answer = episode.response.answer_from(from, &vec![unit; to - from]);
+                let answer = episode.response.respond_from(from, &vec![unit; to - from]);
                 responses.column_mut(COMPONENTS * k + c).copy_from_slice(&answer);
             }
         }

@@ -181,7 +181,7 @@ impl Located {
 /// Refits a model with a random-walk missing wrench, so that missing effects do not bias the parameters; the
 /// original fit if that fails.
 fn unbiased(motion: &MotionLikelihood, wander: Channels, fit: &Fit) -> Fit {
-    let options = FitOptions { starts: 0, from_afar: false, ..FitOptions::default() };
+    let options = FitOptions { starts: 0, distant_starts: false, ..FitOptions::default() };
     let wandering = motion.with_channels(wander);
     trundle_infer::fit(
         &wandering,

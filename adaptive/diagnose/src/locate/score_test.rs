@@ -76,7 +76,7 @@ impl ScoreTest {
             .map(|(k, _)| k)
             .collect();
         let Some(responses) = motion.responses(model, &fit.values)? else { return Ok(None) };
-        let Some(seen) = motion.seen(model, &fit.values)? else { return Ok(None) };
+        let Some(seen) = motion.filtered(model, &fit.values)? else { return Ok(None) };
         let slopes = seen.slopes(model, &fit.values, &free)?;
         let is_consistent = responses.len() == residuals.len()
             && responses.iter().zip(residuals).all(|(r, residuals)| r.t.len() == residuals.len());
@@ -125,7 +125,7 @@ impl ScoreTest {
             if missing.iter().all(|w| *w == [0.0; 3]) {
                 return DVector::zeros(0);
             }
-            DVector::from_vec(episode.response.answer(missing))
+            DVector::from_vec(episode.response.respond(missing))
         };
         self.column_from_responses(self.episodes.iter().zip(profile).map(response).collect())
     }

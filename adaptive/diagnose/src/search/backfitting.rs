@@ -10,7 +10,7 @@ use crate::engine::{FittedModel, Job};
 use crate::proposals::has_shape;
 use crate::thresholds::MIN_SIGNIFICANT_GAIN_NATS;
 use std::collections::BTreeSet;
-use trundle_infer::{Coordinates, InferError, carried};
+use trundle_infer::{Coordinates, InferError, transferred_values};
 use trundle_model::{Effect, Kind, Model};
 
 /// Most rounds of the search for shapes, and the share of the lack of fit that a round must gain for another
@@ -119,7 +119,7 @@ impl Searcher<'_> {
             let mut added = best.added.clone();
             added.remove(k);
             let model = self.model(&added);
-            let warm = carried(&best.fit, &model, &vec![0.0; model.slots().len()]);
+            let warm = transferred_values(&best.fit, &model, &vec![0.0; model.slots().len()]);
             Job::from(&best, added, vec![warm])
         };
         let jobs: Vec<Job> = (0..best.added.len()).map(without).collect();
@@ -188,7 +188,7 @@ impl Searcher<'_> {
         let larger = (0..full.added.len()).map(|k| subset | 1 << k).filter(|bits| *bits != subset);
         let ended =
             larger.filter_map(|bits| with_kinds(tried, effects(bits).iter().map(|e| e.kind).collect()));
-        let warm = ended.map(|larger| carried(&larger.fit, &model, &fill)).collect();
+        let warm = ended.map(|larger| transferred_values(&larger.fit, &model, &fill)).collect();
         Job::from(full, effects(subset), warm)
     }
 
@@ -242,7 +242,8 @@ impl Searcher<'_> {
                 let model = self.model(&added);
                 let coordinates = Coordinates::new(&model);
                 let median = coordinates.values(&vec![0.0; coordinates.free().len()]).0;
-                let fill = like.map_or_else(|| median.clone(), |like| carried(&like.fit, &model, &median));
+                let fill = like
+                    .map_or_else(|| median.clone(), |like| transferred_values(&like.fit, &model, &median));
                 let warm = vec![self.refined_values(best, &model, &fill)];
                 jobs.push(Job::from(best, added, warm));
             }
@@ -253,7 +254,7 @@ impl Searcher<'_> {
     /// Values of a model with refinements: the simpler fit's values, and `fill` for the refinements.
     fn refined_values(&self, best: &FittedModel, model: &Model, fill: &[f64]) -> Vec<f64> {
         let simple: BTreeSet<String> = best.fit.estimates.iter().map(|e| e.name.clone()).collect();
-        let mut values = carried(&best.fit, model, fill);
+        let mut values = transferred_values(&best.fit, model, fill);
         for ((slot, value), fill) in model.slots().iter().zip(&mut values).zip(fill) {
             if slot.value.is_none() && !simple.contains(&slot.name) {
                 *value = *fill;

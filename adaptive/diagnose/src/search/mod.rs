@@ -27,7 +27,7 @@ pub(crate) use prior::probabilities;
 use rayon::prelude::*;
 use start::{job, with_free_parameters};
 use std::collections::BTreeSet;
-use trundle_infer::{Coordinates, InferError, Watch, carried, on_all_cores};
+use trundle_infer::{Coordinates, InferError, Watch, on_all_cores, transferred_values};
 use trundle_model::{Effect, Kind, MAX_INNER_STATES, Model};
 
 impl FittedModel {
@@ -180,7 +180,7 @@ impl Searcher<'_> {
         let median = coordinates.values(&vec![0.0; coordinates.free().len()]).0;
         let draws = (0..PRIOR_DRAWS).map(|_| coordinates.values(&coordinates.draw(&mut rng)).0);
         let fills: Vec<_> = std::iter::once(median).chain(draws).collect();
-        let warm = fills.iter().map(|fill| carried(&from.fit, &model, fill)).collect();
+        let warm = fills.iter().map(|fill| transferred_values(&from.fit, &model, fill)).collect();
         Job::from(from, added, warm)
     }
 
@@ -230,7 +230,7 @@ impl Searcher<'_> {
         };
         let ranked = self.fitted(what, screened.iter().map(with_first_starts).collect(), Effort::Ranking)?;
         let bound = bound(&ranked);
-        let is_promising = |t: &FittedModel| t.fit.cost - EXTRAPOLATED_STEPS * t.fit.falling < bound;
+        let is_promising = |t: &FittedModel| t.fit.cost - EXTRAPOLATED_STEPS * t.fit.last_decrease < bound;
         let (promising, others): (Vec<FittedModel>, Vec<FittedModel>) =
             ranked.into_iter().partition(is_promising);
         let optima = self.fitted(what, promising.iter().map(continued).collect(), Effort::Full)?;

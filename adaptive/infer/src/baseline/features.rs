@@ -1,30 +1,30 @@
-//! What a regression sees of a transition, and what it predicts.
+//! Inputs and outputs of the regressions.
 
 use super::{StateVector, Transition};
 use trundle_model::{to_body, to_world};
 
-/// Most features of any kind.
-pub(crate) const MOST: usize = 9;
+/// Maximum number of features.
+pub(crate) const MAX_FEATURES: usize = 9;
 
-/// In what axes a regression sees state and wrench.
+/// Axes of the state and the wrench in a regression.
 #[derive(Clone, Copy, Debug, PartialEq, Eq, Default)]
 pub enum Features {
-    /// The state and the wrench in world axes. The paper's `x_{t+1} = f(x_t, u_t)`, read so that an object without
-    /// a constraint is linear, as it says of five of its objects.
+    /// State and wrench in world axes. This is the reading of the paper's `x_{t+1} = f(x_t, u_t)` under which
+    /// an unconstrained object is linear, as the paper states for five of its objects.
     #[default]
     World,
-    /// The state in world axes, the wrench in object axes, as eq. 7 and 13 hand them on.
+    /// State in world axes and wrench in object axes, as recorded in eq. 7 and 13.
     Recorded,
-    /// Twist and wrench in object axes, and the change in the axes of the object before. Where an object stands does
-    /// not matter to it: a stronger baseline than the paper's, which had to learn that.
+    /// Twist and wrench in object axes, and the change in the axes of the object before. The prediction does
+    /// not depend on the pose: a stronger baseline than the paper's, which has to learn this invariance.
     Body,
 }
 
 impl Features {
-    /// All of them.
+    /// All variants.
     pub const ALL: [Self; 3] = [Self::World, Self::Recorded, Self::Body];
 
-    /// Features in groups that share a unit, as ranges: positions, heading, velocity, spin, force, torque.
+    /// Index ranges of features with a common unit: positions, heading, velocity, spin, force, torque.
     pub(crate) fn groups(self) -> &'static [std::ops::Range<usize>] {
         match self {
             Self::World | Self::Recorded => &[0..2, 2..3, 3..5, 5..6, 6..8, 8..9],
@@ -32,9 +32,9 @@ impl Features {
         }
     }
 
-    /// How many features there are.
+    /// Number of features.
     pub(crate) fn count(self) -> usize {
-        if self == Self::Body { 6 } else { MOST }
+        if self == Self::Body { 6 } else { MAX_FEATURES }
     }
 
     /// The features of a state and a wrench.
@@ -47,15 +47,15 @@ impl Features {
         }
     }
 
-    /// Mean rate of change over a transition, the target of a regression. To predict it and to predict `x'` is the
-    /// same where all `dt` are equal, since `x` is among the features; where they are not, this is the better.
+    /// Mean rate of change over a transition, the target of a regression. For equal `dt` it is equivalent to
+    /// `x'` as a target, since `x` is among the features. For unequal `dt` it is more accurate.
     pub(crate) fn rate(self, t: &Transition) -> StateVector {
         let change: StateVector = std::array::from_fn(|k| (t.after[k] - t.before[k]) / t.dt);
         let heading = t.before[2];
         self.turned(change, |v| to_body(v, heading))
     }
 
-    /// The state that a rate of change leads to.
+    /// State after a rate of change over `dt`.
     pub(crate) fn after(self, x: &StateVector, rate: StateVector, dt: f64) -> StateVector {
         let rate = self.turned(rate, |v| to_world(v, x[2]));
         std::array::from_fn(|k| x[k] + rate[k] * dt)
@@ -72,11 +72,11 @@ impl Features {
     }
 }
 
-/// Features shifted and divided so that each has mean 0 and standard deviation 1 over the training data.
+/// Standardisation of the features to mean 0 and standard deviation 1 over the training data.
 #[derive(Clone, Debug)]
 pub(crate) struct Scale {
     mean: Vec<f64>,
-    /// One over the standard deviation; 0 for a feature that does not vary.
+    /// Inverse of the standard deviation; 0 for a constant feature.
     inverse: Vec<f64>,
 }
 

@@ -1,28 +1,28 @@
-//! Linear regression, the paper's LR: sample-efficient, and right only where the object is linear.
+//! Linear regression, the paper's LR: sample-efficient, and exact only for linear objects.
 
 use super::features::Scale;
 use super::{BaselineError, Features, Predictor, StateVector, Transition, check};
 use nalgebra::DMatrix;
 
-/// Singular values below this share of the largest are taken for zero.
-const RANK: f64 = 1e-10;
+/// Relative tolerance below which singular values count as zero.
+const RANK_TOLERANCE: f64 = 1e-10;
 
-/// `x' − x = A [x, u, 1] dt` by least squares. Fewer observations than coefficients give the smallest coefficients
-/// (of features in standard deviations) that fit.
+/// `x' − x = A [x, u, 1] dt` by least squares. With fewer observations than coefficients, the minimum-norm
+/// solution for standardised features is used.
 #[derive(Clone, Debug)]
 pub struct Linear {
     features: Features,
     scale: Scale,
     mean: StateVector,
-    /// A row for each feature, a column for each channel.
+    /// One row for each feature, one column for each channel.
     slopes: DMatrix<f64>,
 }
 
 impl Linear {
-    /// Learn from transitions, which should be of one `dt`.
+    /// Fit to transitions, which should have one `dt`.
     ///
     /// # Errors
-    /// When there are none, or a number is not finite.
+    /// When `training` is empty, or a number is not finite.
     pub fn fit(training: &[Transition], features: Features) -> Result<Self, BaselineError> {
         check(training)?;
         let n = training.len();
@@ -37,12 +37,12 @@ impl Linear {
     }
 }
 
-/// The least of all least-squares solutions, by singular values.
+/// Minimum-norm least-squares solution by singular values.
 fn least_squares(design: DMatrix<f64>, targets: &DMatrix<f64>) -> DMatrix<f64> {
     let nothing = DMatrix::zeros(design.ncols(), targets.ncols());
     let svd = design.svd(true, true);
-    let tolerance = RANK * svd.singular_values.max();
-    // It fails only without its vectors, which were asked for.
+    let tolerance = RANK_TOLERANCE * svd.singular_values.max();
+    // `solve` fails only without singular vectors.
     if tolerance > 0.0 { svd.solve(targets, tolerance).unwrap_or(nothing) } else { nothing }
 }
 

@@ -1,24 +1,24 @@
-//! Locally weighted regression, the paper's LWR: expressive, and hungry for data.
+//! Locally weighted regression, the paper's LWR: expressive, but it requires much data.
 //!
 //! ```text
 //! ŷ(z) = a,   (a, b) = argmin Σ_i w_i (y_i − a − bᵀ(z_i − z))² + λ Σ_i w_i |b|²
 //! w_i = exp(−½ Σ_k ((z_ik − z_k)/h_k)²)
 //! ```
-//! Atkeson, Moore, Schaal 1997 (the paper's \[21\]). The kernel's widths `h`, one for each group of features, and the
-//! ridge λ are chosen by leave-one-out error on the training data alone, pooled over the channels.
+//! Atkeson, Moore, Schaal 1997 (the paper's \[21\]). The kernel widths `h`, one for each group of features,
+//! and the ridge λ minimise the leave-one-out error on the training data, pooled over the channels.
 
-use super::features::{MOST, Scale};
+use super::features::{MAX_FEATURES, Scale};
 use super::{BaselineError, Features, Predictor, StateVector, Transition, check};
 use rayon::prelude::*;
 
-/// Widths that are tried, in standard deviations of a feature; the last makes it global.
-const WIDTHS: [f64; 6] = [0.5, 1.0, 2.0, 4.0, 8.0, 1000.0];
+/// Candidate kernel widths, in standard deviations of a feature; the last one makes the fit global.
+const KERNEL_WIDTHS_SD: [f64; 6] = [0.5, 1.0, 2.0, 4.0, 8.0, 1000.0];
 
-/// Ridges that are tried.
+/// Candidate ridges.
 const RIDGES: [f64; 6] = [1e-9, 1e-4, 1e-2, 1e-1, 1.0, 10.0];
 
-/// Rounds of the search over one hyper-parameter after another.
-const ROUNDS: usize = 4;
+/// Maximum rounds of the coordinate search over the hyper-parameters.
+const MAX_ROUNDS: usize = 4;
 
 /// Locally weighted linear regression with a Gaussian kernel.
 #[derive(Clone, Debug)]
@@ -32,34 +32,34 @@ pub struct Local {
 #[derive(Clone, Debug, PartialEq)]
 struct Kernel {
     /// One over the squared width of each feature.
-    precision: [f64; MOST],
+    precision: [f64; MAX_FEATURES],
     ridge: f64,
 }
 
-/// What is remembered: standardised features, and rates of change.
+/// Training data: standardised features, and rates of change.
 #[derive(Clone, Debug)]
 struct Data {
     features: Features,
-    inputs: Vec<[f64; MOST]>,
+    inputs: Vec<[f64; MAX_FEATURES]>,
     rates: Vec<StateVector>,
 }
 
 impl Local {
-    /// Learn from transitions, which should be of one `dt`.
+    /// Fit to transitions, which should have one `dt`.
     ///
     /// # Errors
-    /// When there are none, or a number is not finite.
+    /// When `training` is empty, or a number is not finite.
     pub fn fit(training: &[Transition], features: Features) -> Result<Self, BaselineError> {
         check(training)?;
         let rows: Vec<_> = training.iter().map(|t| features.of(&t.before, &t.wrench)).collect();
         let scale = Scale::of(&rows, features.count());
         let inputs = rows.iter().map(|row| padded(&scale.apply(row))).collect();
         let data = Data { features, inputs, rates: training.iter().map(|t| features.rate(t)).collect() };
-        let kernel = data.chosen();
+        let kernel = data.select_kernel();
         Ok(Self { scale, data, kernel })
     }
 
-    /// Width of the kernel for each feature, in its unit, in the order of the features; huge where it is global.
+    /// Kernel width of each feature, in its unit; very large for a global fit.
     pub fn widths(&self) -> Vec<f64> {
         let precision = &self.kernel.precision[..self.data.features.count()];
         precision.iter().zip(self.scale.sd()).map(|(p, sd)| sd / p.sqrt()).collect()
@@ -74,33 +74,33 @@ impl Predictor for Local {
     }
 }
 
-fn padded(row: &[f64]) -> [f64; MOST] {
+fn padded(row: &[f64]) -> [f64; MAX_FEATURES] {
     std::array::from_fn(|k| row.get(k).copied().unwrap_or(0.0))
 }
 
-/// The kernel of a choice on the grids: a width for each group of features, then the ridge.
+/// Kernel for indices into the grids: a width for each group of features, then the ridge.
 fn kernel(features: Features, choice: &[usize]) -> Kernel {
-    let mut precision = [0.0; MOST];
+    let mut precision = [0.0; MAX_FEATURES];
     for (group, &index) in features.groups().iter().zip(choice) {
-        precision[group.clone()].fill(WIDTHS[index].powi(-2));
+        precision[group.clone()].fill(KERNEL_WIDTHS_SD[index].powi(-2));
     }
     Kernel { precision, ridge: choice.last().map_or(RIDGES[0], |&index| RIDGES[index]) }
 }
 
 impl Data {
-    /// The hyper-parameters of least leave-one-out error: from a global kernel on, one after another over their
-    /// grids, until none is better.
-    fn chosen(&self) -> Kernel {
+    /// Hyper-parameters with the lowest leave-one-out error, by coordinate search over the grids from a
+    /// global kernel.
+    fn select_kernel(&self) -> Kernel {
         let groups = self.features.groups().len();
-        let mut choice = vec![WIDTHS.len() - 1; groups];
+        let mut choice = vec![KERNEL_WIDTHS_SD.len() - 1; groups];
         choice.push(RIDGES.len() - 1);
         let weights = self.weights();
-        let error = |choice: &[usize]| self.left_out_error(&kernel(self.features, choice), &weights);
+        let error = |choice: &[usize]| self.leave_one_out_error(&kernel(self.features, choice), &weights);
         let mut best = error(&choice);
-        for _ in 0..ROUNDS {
+        for _ in 0..MAX_ROUNDS {
             let before = choice.clone();
             for position in (0..=groups).rev() {
-                for value in 0..if position == groups { RIDGES.len() } else { WIDTHS.len() } {
+                for value in 0..if position == groups { RIDGES.len() } else { KERNEL_WIDTHS_SD.len() } {
                     let mut other = choice.clone();
                     other[position] = value;
                     let found = if other == choice { best } else { error(&other) };
@@ -116,7 +116,7 @@ impl Data {
         kernel(self.features, &choice)
     }
 
-    /// One over the variance of each channel's rate; 0 where it does not vary.
+    /// Inverse variance of the rate of each channel; 0 for a constant channel.
     fn weights(&self) -> StateVector {
         let n = self.rates.len() as f64;
         std::array::from_fn(|k| {
@@ -126,8 +126,8 @@ impl Data {
         })
     }
 
-    /// Sum of squared leave-one-out errors; of a single observation all hyper-parameters are as good.
-    fn left_out_error(&self, kernel: &Kernel, weights: &StateVector) -> f64 {
+    /// Sum of squared leave-one-out errors; zero for a single observation.
+    fn leave_one_out_error(&self, kernel: &Kernel, weights: &StateVector) -> f64 {
         if self.inputs.len() < 2 {
             return 0.0;
         }
@@ -137,18 +137,18 @@ impl Data {
             let error = squares.sum::<f64>();
             if error.is_finite() { error } else { f64::MAX }
         };
-        // Summed in order, so that it does not depend on the number of threads.
+        // The sum has a fixed order, so the result does not depend on the number of threads.
         let errors: Vec<f64> = (0..self.inputs.len()).into_par_iter().with_min_len(16).map(error).collect();
         errors.iter().sum()
     }
 
-    /// The weighted linear fit to the data, at `query`; the observation at index `without` left out.
-    fn rate_at(&self, query: &[f64; MOST], kernel: &Kernel, without: Option<usize>) -> StateVector {
+    /// Weighted linear fit at `query`, without the observation of index `without`.
+    fn rate_at(&self, query: &[f64; MAX_FEATURES], kernel: &Kernel, without: Option<usize>) -> StateVector {
         let count = self.features.count();
         let distances: Vec<f64> =
             self.inputs.iter().map(|z| distance(query, z, &kernel.precision, count)).collect();
         let used = |i: &usize| Some(*i) != without;
-        // Only ratios of weights matter: where all are tiny the nearest ones still decide.
+        // Only ratios of weights matter. Relative to the nearest observation they do not underflow.
         let nearest = (0..self.inputs.len()).filter(used).map(|i| distances[i]).fold(f64::INFINITY, f64::min);
         let mut sums = Sums::default();
         for i in (0..self.inputs.len()).filter(used) {
@@ -161,11 +161,16 @@ impl Data {
     }
 }
 
-fn distance(a: &[f64; MOST], b: &[f64; MOST], precision: &[f64; MOST], count: usize) -> f64 {
+fn distance(
+    a: &[f64; MAX_FEATURES],
+    b: &[f64; MAX_FEATURES],
+    precision: &[f64; MAX_FEATURES],
+    count: usize,
+) -> f64 {
     (0..count).map(|k| precision[k] * (a[k] - b[k]).powi(2)).sum()
 }
 
-const SIZE: usize = MOST + 1;
+const SIZE: usize = MAX_FEATURES + 1;
 
 /// Normal equations of a weighted fit: the lower triangle, and a right-hand side for each channel.
 #[derive(Default)]
@@ -178,8 +183,8 @@ impl Sums {
     fn add(
         &mut self,
         weight: f64,
-        query: &[f64; MOST],
-        input: &[f64; MOST],
+        query: &[f64; MAX_FEATURES],
+        input: &[f64; MAX_FEATURES],
         rate: &StateVector,
         count: usize,
     ) {
@@ -198,8 +203,8 @@ impl Sums {
         }
     }
 
-    /// First component of the solution, for each channel. Eliminates from the last unknown to the first; a direction
-    /// without any data is left at zero.
+    /// First component of the solution for each channel. Eliminates the unknowns from the last to the first;
+    /// directions without data stay zero.
     fn intercept(mut self, ridge: f64, count: usize) -> StateVector {
         let ridge = ridge * self.matrix[0][0];
         for last in (1..=count).rev() {

@@ -1,17 +1,17 @@
-//! Section V-B of the paper: models learnt from transitions, and the one score they are compared by.
+//! Section V-B of the paper: models learned from transitions, and the score that compares them.
 //!
-//! A [`Transition`] is one row of eq. 7 with the state that followed. [`Linear`] and [`Local`] are the paper's
-//! baselines, linear and locally weighted regression, of `x' = f(x, u)`; [`Plant`] is a physical model in the same
-//! place. [`r2`] scores each of them alike.
+//! A [`Transition`] is one row of eq. 7 with the state that followed. [`Linear`] and [`Local`] are the
+//! paper's baselines for `x' = f(x, u)`: linear and locally weighted regression. [`Plant`] is a physical
+//! model with the same interface. [`r2`] scores all of them.
 
-mod cut;
 mod features;
+mod from_episode;
 mod linear;
 mod local;
 mod transitions;
 
-pub use cut::transitions_of;
 pub use features::Features;
+pub use from_episode::transitions_of;
 pub use linear::Linear;
 pub use local::Local;
 pub use transitions::{Pushes, SigmaReading, Transition, hold, noisy, transitions};
@@ -22,10 +22,10 @@ use trundle_model::{ModelError, Plant};
 /// Pose and twist of an object in the world: `[m, m, rad, m/s, m/s, rad/s]`.
 pub type StateVector = [f64; 6];
 
-/// Something that says where a held wrench brings an object.
+/// Predicts the next state under a constant wrench.
 pub trait Predictor {
-    /// The state `dt` seconds after `x` under the wrench `u` (`[N, N, N·m]`, object axes about the object's
-    /// origin), which is held and turns with the object.
+    /// State `dt` seconds after `x` under the wrench `u` (`[N, N, N·m]`, object axes about the object's
+    /// origin). The wrench is constant in object axes, so it rotates with the object.
     fn predict(&self, x: &StateVector, u: &[f64; 3], dt: f64) -> StateVector;
 }
 
@@ -36,11 +36,11 @@ impl Predictor for Plant<f64> {
     }
 }
 
-/// Predicts that the object moves on as it did: what a score is worth without any learning.
+/// Predicts a constant velocity: the score without any learning.
 #[derive(Clone, Copy, Debug)]
-pub struct Coasting;
+pub struct ConstantVelocity;
 
-impl Predictor for Coasting {
+impl Predictor for ConstantVelocity {
     fn predict(&self, x: &StateVector, _u: &[f64; 3], dt: f64) -> StateVector {
         let [px, py, heading, vx, vy, spin] = *x;
         [px + vx * dt, py + vy * dt, heading + spin * dt, vx, vy, spin]
@@ -49,17 +49,17 @@ impl Predictor for Coasting {
 
 /// Coefficient of determination of predicted next states, the paper's r².
 ///
-/// For each of the six channels of `x'`, `1 − Σ(x̂' − x')² / Σ(x' − mean x')²` over the test transitions; the result
-/// is the mean over the channels that vary. That is the same as one pooled coefficient after each channel is divided
-/// by its standard deviation over the test, so that metres and radians weigh alike. `NaN` if nothing varies, minus
-/// infinity where a prediction is not finite.
+/// For each of the six channels of `x'`, it is `1 − Σ(x̂' − x')² / Σ(x' − mean x')²` over the test
+/// transitions. The result is the mean over the channels that vary. This equals one pooled coefficient after
+/// each channel is divided by its standard deviation over the test, so that metres and radians have equal
+/// weight. Returns `NaN` if nothing varies, and minus infinity if a prediction is not finite.
 pub fn r2(predictor: &(impl Predictor + ?Sized), test: &[Transition]) -> f64 {
     let predicted: Vec<_> = test.iter().map(|t| predictor.predict(&t.before, &t.wrench, t.dt)).collect();
     let after: Vec<_> = test.iter().map(|t| t.after).collect();
     r2_of(&predicted, &after)
 }
 
-/// [`r2`] of next states that are already predicted, one for each of `after`.
+/// [`r2`] of given predictions, one for each of `after`.
 pub fn r2_of(predicted: &[StateVector], after: &[StateVector]) -> f64 {
     let mut channels = vec![];
     for k in 0..6 {
@@ -73,28 +73,28 @@ pub fn r2_of(predicted: &[StateVector], after: &[StateVector]) -> f64 {
     channels.iter().sum::<f64>() / channels.len() as f64
 }
 
-/// Why a regression or its data cannot be had.
+/// Errors of regressions and of their data.
 #[derive(Debug, Error)]
 pub enum BaselineError {
-    /// The model that is to be pushed is not complete.
+    /// The model is incomplete.
     #[error(transparent)]
     Model(#[from] ModelError),
-    /// No data to learn from.
+    /// The data are empty.
     #[error("no transitions to learn from: give at least one")]
     Empty,
-    /// A value that makes no sense.
+    /// A value is invalid.
     #[error("{name} = {value}: {remedy}")]
     Value {
-        /// Which argument, and which transition if it is of one.
+        /// The argument, and the transition if it belongs to one.
         name: String,
-        /// As given.
+        /// The given value.
         value: f64,
         /// What to give instead.
         remedy: &'static str,
     },
 }
 
-/// Refuses an empty set, and numbers that are not finite.
+/// Checks that the data are not empty and all numbers are finite.
 fn check(data: &[Transition]) -> Result<(), BaselineError> {
     if data.is_empty() {
         return Err(BaselineError::Empty);

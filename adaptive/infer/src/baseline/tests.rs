@@ -25,7 +25,7 @@ fn table() -> trundle_model::Model {
     model(&wheel)
 }
 
-fn gathered(model: &trundle_model::Model, n: usize, seed: u64) -> Vec<Transition> {
+fn simulated(model: &trundle_model::Model, n: usize, seed: u64) -> Vec<Transition> {
     transitions(model, n, seed, &Pushes::default()).unwrap()
 }
 
@@ -35,7 +35,7 @@ fn straight(n: usize, seed: u64) -> Vec<Transition> {
 }
 
 #[test]
-fn r2_is_the_mean_over_channels_of_one_less_the_share_not_explained() {
+fn r2_is_the_mean_over_channels() {
     struct Fixed;
     impl Predictor for Fixed {
         fn predict(&self, x: &StateVector, _: &[f64; 3], _: f64) -> StateVector {
@@ -71,15 +71,15 @@ fn linear_regression_is_exact_on_a_linear_object() {
     assert!(r2(&Linear::fit(&straight(50, 0), Features::Recorded).unwrap(), &test) < 0.995);
     // With spin the held wrench turns by up to some 20° while it is held.
     let turning = r2(
-        &Linear::fit(&gathered(&model(DISC), 50, 0), Features::World).unwrap(),
-        &gathered(&model(DISC), 200, 1),
+        &Linear::fit(&simulated(&model(DISC), 50, 0), Features::World).unwrap(),
+        &simulated(&model(DISC), 200, 1),
     );
     assert!((0.999..1.0 - 1e-9).contains(&turning), "{turning}");
 }
 
 #[test]
 fn a_wheel_is_not_linear_in_world_axes() {
-    let (training, test) = (gathered(&table(), 200, 0), gathered(&table(), 200, 1));
+    let (training, test) = (simulated(&table(), 200, 0), simulated(&table(), 200, 1));
     let score = |features| r2(&Linear::fit(&training, features).unwrap(), &test);
     let [world, recorded, body] = Features::ALL.map(score);
     assert!(world < 0.97 && recorded < 0.97, "{world} {recorded}");
@@ -88,11 +88,11 @@ fn a_wheel_is_not_linear_in_world_axes() {
 
 #[test]
 fn locally_weighted_regression_learns_with_data() {
-    let test = gathered(&table(), 200, 1);
+    let test = simulated(&table(), 200, 1);
     let errors = [20, 60, 200]
-        .map(|n| 1.0 - r2(&Local::fit(&gathered(&table(), n, 0), Features::World).unwrap(), &test));
+        .map(|n| 1.0 - r2(&Local::fit(&simulated(&table(), n, 0), Features::World).unwrap(), &test));
     assert!(errors[0] > 1.3 * errors[1] && errors[1] > 1.3 * errors[2], "{errors:?}");
-    let linear = r2(&Linear::fit(&gathered(&table(), 200, 0), Features::World).unwrap(), &test);
+    let linear = r2(&Linear::fit(&simulated(&table(), 200, 0), Features::World).unwrap(), &test);
     assert!(1.0 - linear > 2.0 * errors[2], "{linear} {errors:?}");
 }
 
@@ -104,37 +104,37 @@ fn a_local_fit_of_a_line_is_the_line() {
 }
 
 #[test]
-fn few_observations_are_no_fault() {
+fn few_observations_are_enough() {
     for n in 1..5 {
         for features in Features::ALL {
-            let training = gathered(&table(), n, 0);
+            let training = simulated(&table(), n, 0);
             assert!(r2(&Linear::fit(&training, features).unwrap(), &training).is_finite() || n == 1);
             assert!(r2(&Local::fit(&training, features).unwrap(), &training).is_finite() || n == 1);
         }
     }
     assert!(matches!(Linear::fit(&[], Features::World), Err(BaselineError::Empty)));
-    let mut bad = gathered(&table(), 3, 0);
+    let mut bad = simulated(&table(), 3, 0);
     bad[1].after[4] = f64::NAN;
     let message = Local::fit(&bad, Features::World).unwrap_err().to_string();
     assert!(message.contains("transition 1") && message.contains("state after"), "{message}");
 }
 
 #[test]
-fn the_true_plant_predicts_all() {
+fn the_true_plant_predicts_exactly() {
     let plant = table().resolved().unwrap();
-    let data = gathered(&table(), 100, 2);
+    let data = simulated(&table(), 100, 2);
     assert!(r2(&plant, &data) > 1.0 - 1e-12);
     // Chained: within an episode, a transition begins where the last one ended.
     assert_eq!(data[3].after, data[4].before);
     assert_ne!(data[9].after, data[10].before);
-    assert!(r2(&Coasting, &data) < 0.9);
+    assert!(r2(&ConstantVelocity, &data) < 0.9);
 }
 
 #[test]
-fn the_same_seed_gives_the_same_transitions_and_more_begin_alike() {
-    let data = gathered(&table(), 30, 5);
-    assert_eq!(data, gathered(&table(), 50, 5)[..30]);
-    assert_ne!(data, gathered(&table(), 30, 6));
+fn the_same_seed_gives_the_same_transitions_and_more_extend_them() {
+    let data = simulated(&table(), 30, 5);
+    assert_eq!(data, simulated(&table(), 50, 5)[..30]);
+    assert_ne!(data, simulated(&table(), 30, 6));
     let (a, b) = (noisy(&data, &[0.1; 6], 7), noisy(&data, &[0.1; 6], 7));
     assert_eq!(a, b);
     assert_eq!(a[..10], noisy(&data[..10], &[0.1; 6], 7));
@@ -142,7 +142,7 @@ fn the_same_seed_gives_the_same_transitions_and_more_begin_alike() {
 
 #[test]
 fn noise_is_of_the_size_and_the_units_stated() {
-    let data = gathered(&table(), 2000, 5);
+    let data = simulated(&table(), 2000, 5);
     for reading in [SigmaReading::Si, SigmaReading::CentimetreDegree, SigmaReading::OfMotion] {
         let sd = reading.sd(0.5, &data);
         let seen = noisy(&data, &sd, 0);
@@ -156,8 +156,8 @@ fn noise_is_of_the_size_and_the_units_stated() {
 }
 
 #[test]
-fn pushes_are_of_a_size_that_a_person_manages() {
-    let data = gathered(&table(), 500, 0);
+fn pushes_have_realistic_sizes() {
+    let data = simulated(&table(), 500, 0);
     let speeds = data.iter().map(|t| t.after[3].hypot(t.after[4]));
     assert!(speeds.clone().fold(0.0, f64::max) < 2.0);
     let mean = speeds.sum::<f64>() / 500.0;
@@ -178,7 +178,7 @@ fn a_recording_is_cut_into_its_transitions() {
         ordinal: 0,
         name: "push".to_owned(),
         wrench: readings
-            // The reading's frame stands crosswise at the object's origin.
+            // The reading's frame is turned by 90° at the object's origin.
             .map(|t| WrenchSample {
                 t,
                 reading: [0.0, -load(t), 0.0],
@@ -203,7 +203,7 @@ fn a_recording_is_cut_into_its_transitions() {
         assert!((t.after[4] - (begin + 0.5) / 2.0).abs() < 0.02, "{t:?}");
         assert!((t.wrench[0] - 1.0).abs() < 1e-9 && t.wrench[1].abs() < 1e-9, "{:?}", t.wrench);
     }
-    // A drop-out of the tracker takes its transitions along, and no more.
+    // A drop-out of the tracker removes only its own transitions.
     let mut gappy = episode.clone();
     gappy.pose.retain(|p| !(1.7..2.4).contains(&p.t));
     let left = transitions_of(&gappy, &noise, 0.5);
@@ -212,7 +212,7 @@ fn a_recording_is_cut_into_its_transitions() {
 
 #[test]
 fn one_thread_learns_the_same_as_many() {
-    let (training, test) = (noisy(&gathered(&table(), 60, 0), &[0.01; 6], 0), gathered(&table(), 20, 1));
+    let (training, test) = (noisy(&simulated(&table(), 60, 0), &[0.01; 6], 0), simulated(&table(), 20, 1));
     let predicted = |threads: usize| {
         let pool = rayon::ThreadPoolBuilder::new().num_threads(threads).build().unwrap();
         let local = pool.install(|| Local::fit(&training, Features::World).unwrap());

@@ -1,4 +1,4 @@
-//! Observations for learning: pushes of a model, each held for a moment, from states along episodes.
+//! Transitions of a simulated object: successive pushes with constant wrenches.
 
 use super::{BaselineError, StateVector};
 use rand::{RngExt, SeedableRng};
@@ -6,41 +6,40 @@ use rand_chacha::ChaCha8Rng;
 use rand_distr::{Distribution, StandardNormal};
 use trundle_model::{Clock, Model, Plant, State, to_body, to_world};
 
-/// In contact.
-const CLOCK: Clock = Clock::since_contact(0.0);
+/// Clock of an object in contact.
+const IN_CONTACT: Clock = Clock::since_contact(0.0);
 
-/// One observation: a state, the wrench held from it on, and the state that followed (eq. 7).
+/// One observation: a state, the constant wrench applied from it on, and the state that followed (eq. 7).
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct Transition {
     /// World pose and twist before, `[m, m, rad, m/s, m/s, rad/s]`.
     pub before: StateVector,
-    /// Wrench held meanwhile, `[N, N, N·m]`, object axes about the object's origin: it turns with the object.
+    /// Applied wrench, `[N, N, N·m]`, object axes about the object's origin; it rotates with the object.
     pub wrench: [f64; 3],
-    /// For how long, s.
+    /// Duration, s.
     pub dt: f64,
     /// World pose and twist after.
     pub after: StateVector,
 }
 
-/// How an object is pushed to gather transitions.
+/// Settings of the simulated pushes.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct Pushes {
-    /// How long each wrench is held, s. A fifth of a second is long against the 0.1 s in which a locked wheel stops a
-    /// table, so that an observation shows what the friction does; the wrench, which is held in object axes, turns
-    /// by less than about 10° meanwhile, so that an object without a constraint stays nearly linear.
+    /// Duration of each wrench, s. The default of 0.2 s is long against the 0.1 s in which a locked wheel
+    /// stops a table, so that an observation shows the effect of friction. Meanwhile the wrench rotates by
+    /// less than about 10°, so that an unconstrained object remains nearly linear.
     pub dt: f64,
-    /// Pushes in an episode, which begins at rest at a random pose.
+    /// Number of pushes in an episode, which starts at rest at a random pose.
     pub per_episode: usize,
-    /// Standard deviation of the speed along each axis that a push aims at, m/s: a walk beside furniture.
+    /// Standard deviation of the target speed along each axis, m/s: the speed of furniture moved at a walk.
     pub speed: f64,
-    /// Standard deviation of the spin that a push aims at, rad/s.
+    /// Standard deviation of the target spin, rad/s.
     pub spin: f64,
-    /// Largest force, N: what one person or a mobile manipulator pushes with.
+    /// Maximum force, N, of one person or a mobile manipulator.
     pub force: f64,
-    /// Half the side of the square in which episodes begin, m.
+    /// Half the side of the square of initial positions, m.
     pub arena: f64,
-    /// Largest heading, either way, at which they begin, rad. An object is come upon about where it always stands:
-    /// the more headings there are, the more a regression in world axes has to learn.
+    /// Maximum absolute initial heading, rad. A larger range makes a regression in world axes harder.
     pub heading: f64,
 }
 
@@ -50,7 +49,7 @@ impl Default for Pushes {
     }
 }
 
-/// In what units the paper's σ per channel is read; it gives none.
+/// Unit of the paper's σ per channel, which the paper does not state.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub enum SigmaReading {
     /// m, rad, m/s, rad/s.
@@ -62,7 +61,7 @@ pub enum SigmaReading {
 }
 
 impl SigmaReading {
-    /// Standard deviation of the noise of each channel, SI units. `data` are noise-free transitions of the object.
+    /// Noise standard deviation of each channel, SI units. `data` are noise-free transitions of the object.
     pub fn sd(self, sigma: f64, data: &[Transition]) -> StateVector {
         match self {
             Self::Si => [sigma; 6],
@@ -85,15 +84,15 @@ fn change_sd(data: &[Transition]) -> StateVector {
     })
 }
 
-/// Longest step of the plant within a push, s.
-const STEP: f64 = 0.005;
+/// Maximum step of the plant within a push, s.
+const MAX_STEP_S: f64 = 0.005;
 
-/// The state after a wrench is held for `dt` seconds; see [`super::Predictor::predict`].
+/// State after a constant wrench over `dt` seconds; see [`super::Predictor::predict`].
 pub fn hold(plant: &Plant<f64>, x: &StateVector, u: &[f64; 3], dt: f64) -> StateVector {
-    let steps = (dt / STEP).ceil().max(1.0);
+    let steps = (dt / MAX_STEP_S).ceil().max(1.0);
     let mut state = state(x);
     for _ in 0..steps as usize {
-        state = plant.step(&state, *u, CLOCK, dt / steps);
+        state = plant.step(&state, *u, IN_CONTACT, dt / steps);
     }
     let ([x, y, heading], [vx, vy, spin]) = (state.pose, state.twist);
     [x, y, heading, vx, vy, spin]
@@ -103,11 +102,11 @@ fn state(&[x, y, heading, vx, vy, spin]: &StateVector) -> State<f64> {
     State::moving([x, y, heading], [vx, vy, spin])
 }
 
-/// The first `n` noise-free transitions of a model whose values are all given. The same seed gives the same ones, and
-/// more of them begin with the same.
+/// First `n` noise-free transitions of a model with all values given. The same seed gives the same
+/// transitions, and a larger `n` extends them.
 ///
-/// Each push aims at a random twist, as a velocity-controlled gripper does: it is the wrench that would bring the
-/// object there in `dt`, and keep it there against its friction, cut to the largest force.
+/// Each push has a random target twist, like a velocity-controlled gripper. Its wrench would reach the target
+/// within `dt` and hold it against friction, limited to the maximum force.
 ///
 /// # Errors
 /// When a value of the model is free, or a setting is not positive.
@@ -134,8 +133,8 @@ pub fn transitions(
     Ok(found)
 }
 
-/// The same transitions with normal noise of standard deviation `sd` (SI units) added to each channel of the state
-/// after: a noisy observation `x'`. The state before and the wrench stay exact.
+/// The same transitions with normal noise of standard deviation `sd` (SI units) on each channel of the state
+/// after. The state before and the wrench stay exact.
 #[must_use]
 pub fn noisy(data: &[Transition], sd: &StateVector, seed: u64) -> Vec<Transition> {
     let mut rng = ChaCha8Rng::seed_from_u64(seed);
@@ -164,7 +163,7 @@ impl Pushes {
         }
     }
 
-    /// At rest at a random pose.
+    /// A random initial pose at rest.
     fn start(&self, dof: [bool; 3], rng: &mut ChaCha8Rng) -> StateVector {
         let mut uniform = |half: f64, moves: bool| {
             let value = half * (2.0 * rng.random::<f64>() - 1.0);
@@ -193,15 +192,15 @@ impl Pushes {
 fn resistance(plant: &Plant<f64>, x: &StateVector, twist: [f64; 3]) -> [f64; 3] {
     let mut at = state(x);
     at.twist = to_world(twist, x[2]);
-    let force = plant.generalised_force(&at, CLOCK);
+    let force = plant.generalised_force(&at, IN_CONTACT);
     let ([xx, xy, yy, xt, yt, tt], [vx, vy, spin]) = (force.damping, twist);
     let drag = [xx * vx + xy * vy + xt * spin, xy * vx + yy * vy + yt * spin, xt * vx + yt * vy + tt * spin];
     [0, 1, 2].map(|k| force.force[k] - drag[k])
 }
 
-/// Wrench about the origin that accelerates it so, object axes.
+/// Wrench about the origin that produces an acceleration, object axes.
 fn inertial(plant: &Plant<f64>, [ax, ay, turn]: [f64; 3]) -> [f64; 3] {
-    let rigid = plant.rigid(CLOCK);
+    let rigid = plant.rigid(IN_CONTACT);
     let [cx, cy] = rigid.com;
     let (fx, fy) = (rigid.mass * (ax - turn * cy), rigid.mass * (ay + turn * cx));
     [fx, fy, rigid.inertia * turn + cx * fy - cy * fx]

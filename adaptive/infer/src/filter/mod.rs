@@ -1,15 +1,17 @@
-//! An extended Kalman filter over an episode: the exact likelihood of poses under wrench noise, up
-//! to linearisation.
+//! Extended Kalman filter over an episode: the likelihood of poses under wrench noise, exact up to
+//! linearisation.
 //!
-//! The state is pose, twist and the error of the wrench reading. That error starts as the
-//! tare's and may wander: its smoothed course is the wrench that the model misses.
+//! The state consists of the pose, the twist and the error of the wrench reading. The error starts with the
+//! uncertainty of the tare and may be a random walk. Its smoothed path is the wrench that the model misses.
 
-mod begin;
+mod initial_belief;
+mod innovation;
 mod response;
-mod sighting;
 mod smooth;
 
-use crate::covariance::{Belief, MOTION, Matrix, PLAIN, POSE, Vector, corrected, moved};
+use crate::covariance::{
+    BASE_STATES, Belief, MOTION_STATES, Matrix, POSE_STATES, Vector, corrected, propagated,
+};
 use crate::curve::Curve;
 use crate::timing::Timing;
 use crate::{Channels, InferError, Track, track::Step};
@@ -19,97 +21,107 @@ use trundle_model::{
 };
 use trundle_record::Motion;
 
+pub use innovation::Innovation;
+use innovation::PoseInnovation;
 pub use response::Response;
-pub use sighting::Innovation;
-use sighting::Sighting;
 pub use smooth::Residual;
 use smooth::{Stage, backward};
 
-/// Pose, twist and wrench error, and the laws' own states.
-pub(crate) const STATES: usize = PLAIN + MAX_INNER_STATES;
-/// States but for the pose.
-const MOVING: usize = PLAIN - POSE;
+/// Maximum number of states: pose, twist, wrench error and the laws' own states.
+pub(crate) const STATES: usize = BASE_STATES + MAX_INNER_STATES;
+/// Number of states without the pose.
+const NON_POSE_STATES: usize = BASE_STATES - POSE_STATES;
 
-/// Starting states that the filter compares, of those that a simulation finds likeliest.
-const LIKELIEST: usize = 2;
+/// Number of starting states that the filter compares, preselected by a simulation.
+const MAX_FILTERED_STARTS: usize = 2;
 
-/// Beginning of an episode by which the laws' own starting states are chosen, s.
-const BEGINNING: f64 = 1.0;
+/// Time after the start from which the laws' own starting states are selected, s.
+const START_SELECTION_S: f64 = 1.0;
 
-/// What a filter found along an episode.
-pub(crate) struct Passage {
-    /// Of every pose sample, in order.
+/// Result of filtering an episode.
+pub(crate) struct FilterRun {
+    /// Innovation of every pose sample, in order.
     pub innovations: Vec<Innovation>,
-    /// The laws' own states that it started from.
+    /// Starting values of the laws' own states.
     pub inner: [f64; MAX_INNER_STATES],
 }
 
-impl Passage {
+impl FilterRun {
     /// −log density of all pose samples.
     pub fn cost(&self) -> f64 {
         self.innovations.iter().map(|i| i.cost).sum()
     }
 }
 
-/// Filters episodes with one plant. `None` where a number is not finite.
-pub(crate) trait Filtering: Sync {
-    /// The innovation of every pose sample.
-    fn run(&self, track: &Track) -> Option<Passage>;
+/// Filters episodes with one plant. Methods return `None` if a number is not finite.
+pub(crate) trait EpisodeFilter: Sync {
+    /// Innovation of every pose sample.
+    fn run(&self, track: &Track) -> Option<FilterRun>;
     /// −log density of all pose samples.
     fn cost(&self, track: &Track) -> Option<f64>;
-    /// The wrench error at every pose sample, given the whole episode (Rauch-Tung-Striebel).
+    /// Wrench error at every step, given the whole episode (Rauch-Tung-Striebel).
     fn smooth(&self, track: &Track) -> Option<Vec<Residual>>;
-    /// The density of every pose sample as predicted from the track's start alone.
+    /// Prediction of every pose sample from the start of the track alone.
     fn predict_only(&self, track: &Track) -> Option<Vec<Innovation>>;
-    /// The density of the pose samples of windows of `length` seconds, each predicted from a given motion, which does
-    /// not depend on the model, and from the filter's estimate of the laws' own states there; `None` in place of a window that is not finite.
-    fn ahead(&self, track: &Track, starts: &[Motion], length: f64) -> Option<Vec<Option<Vec<Innovation>>>>;
-    /// The episode as a linear system about this plant.
+    /// Predictions of the pose samples in windows of `length` seconds. Each starts from a given motion, which
+    /// does not depend on the model, and from the filter's estimate of the laws' own states. A window that is
+    /// not finite is `None`.
+    fn predict_windows(
+        &self,
+        track: &Track,
+        starts: &[Motion],
+        length: f64,
+    ) -> Option<Vec<Option<Vec<Innovation>>>>;
+    /// The episode as a linear system around this plant.
     fn response(&self, track: &Track) -> Option<Response>;
 }
 
-/// The filter for a model at values.
+/// Filter for a model at given values.
 pub(crate) fn filter(
     model: &Model,
     values: &[f64],
     channels: &Channels,
-) -> Result<Box<dyn Filtering>, InferError> {
+) -> Result<Box<dyn EpisodeFilter>, InferError> {
     let (plain, inner) = (model.plant(values)?, model.inner());
-    // As few states and derivatives as the model has: both the laws and the covariance cost in proportion.
+    // The cost of the laws and of the covariance is proportional to the number of states and derivatives.
     Ok(match (inner.len(), plain.is_pose_invariant()) {
-        (0, true) => Box::new(Filter::<PLAIN, MOVING>::new(model, values, channels, plain)?),
-        (0, false) => Box::new(Filter::<PLAIN, PLAIN>::new(model, values, channels, plain)?),
-        (1, true) => Box::new(Filter::<{ PLAIN + 1 }, { MOVING + 1 }>::new(model, values, channels, plain)?),
-        (1, false) => Box::new(Filter::<{ PLAIN + 1 }, { PLAIN + 1 }>::new(model, values, channels, plain)?),
+        (0, true) => Box::new(Filter::<BASE_STATES, NON_POSE_STATES>::new(model, values, channels, plain)?),
+        (0, false) => Box::new(Filter::<BASE_STATES, BASE_STATES>::new(model, values, channels, plain)?),
+        (1, true) => Box::new(Filter::<{ BASE_STATES + 1 }, { NON_POSE_STATES + 1 }>::new(
+            model, values, channels, plain,
+        )?),
+        (1, false) => {
+            Box::new(Filter::<{ BASE_STATES + 1 }, { BASE_STATES + 1 }>::new(model, values, channels, plain)?)
+        }
         _ => Box::new(Filter::<STATES, STATES>::new(model, values, channels, plain)?),
     })
 }
 
-/// Filters with `N` states, and derivatives by the last `D` of them: by all, or by all but the pose, where the motion
-/// is the same everywhere.
+/// Filter with `N` states and derivatives by the last `D` of them: by all states, or by all but the pose for
+/// translation- and rotation-invariant motion.
 struct Filter<const N: usize, const D: usize> {
     plant: Plant<Dual<D>>,
-    /// The same without derivatives, where starting states are to be chosen.
+    /// The same without derivatives, if starting states have to be selected.
     plain: Option<Plant<f64>>,
     dof: [bool; 3],
     inner: Vec<InnerState>,
     /// Variances of a pose sample, zero where a direction is blocked.
     pose_noise: [f64; 3],
-    /// Variances of a reading and of its error's walk, 1/s, likewise.
+    /// Variances of a reading and of the random walk of its error, 1/s; zero where a direction is blocked.
     reading_noise: [f64; 3],
     wander: [f64; 3],
 }
 
-impl<const N: usize, const D: usize> Filtering for Filter<N, D> {
-    fn run(&self, track: &Track) -> Option<Passage> {
-        let inner = self.inner_start(track)?;
+impl<const N: usize, const D: usize> EpisodeFilter for Filter<N, D> {
+    fn run(&self, track: &Track) -> Option<FilterRun> {
+        let inner = self.initial_inner(track)?;
         let mut innovations = Vec::with_capacity(track.observations());
         self.walk(track, &inner, f64::INFINITY, |seen| innovations.push(seen.innovation()))?;
-        Some(Passage { innovations, inner })
+        Some(FilterRun { innovations, inner })
     }
 
     fn cost(&self, track: &Track) -> Option<f64> {
-        let inner = self.inner_start(track)?;
+        let inner = self.initial_inner(track)?;
         let mut cost = 0.0;
         self.walk(track, &inner, f64::INFINITY, |seen| cost += seen.cost)?;
         Some(cost)
@@ -117,16 +129,16 @@ impl<const N: usize, const D: usize> Filtering for Filter<N, D> {
 
     fn smooth(&self, track: &Track) -> Option<Vec<Residual>> {
         let mut stages: Vec<Stage<N>> = Vec::with_capacity(track.steps.len());
-        let inner = self.inner_start(track)?;
-        let mut belief = self.begin(track, &inner);
+        let inner = self.initial_inner(track)?;
+        let mut belief = self.initial_belief(track, &inner);
         let mut t = track.start;
         for step in &track.steps {
             let transition = self.predict(&mut belief, step, &track.curve);
             t += step.dt;
             let predicted = belief.clone();
             if let Some(seen) = step.pose {
-                let sighting = self.observe(&belief, t, seen)?;
-                self.update(&mut belief, &sighting);
+                let innovation = self.observe(&belief, t, seen)?;
+                self.update(&mut belief, &innovation);
             }
             stages.push(Stage { transition, predicted, filtered: belief.clone(), frame: step.frame, t });
         }
@@ -134,12 +146,17 @@ impl<const N: usize, const D: usize> Filtering for Filter<N, D> {
     }
 
     fn predict_only(&self, track: &Track) -> Option<Vec<Innovation>> {
-        let belief = self.begin(track, &self.inner_start(track)?);
-        self.onwards(&track.steps, &track.curve, belief, track.start)
+        let belief = self.initial_belief(track, &self.initial_inner(track)?);
+        self.predict_open_loop(&track.steps, &track.curve, belief, track.start)
     }
 
-    fn ahead(&self, track: &Track, starts: &[Motion], length: f64) -> Option<Vec<Option<Vec<Innovation>>>> {
-        let mut belief = self.begin(track, &self.inner_start(track)?);
+    fn predict_windows(
+        &self,
+        track: &Track,
+        starts: &[Motion],
+        length: f64,
+    ) -> Option<Vec<Option<Vec<Innovation>>>> {
+        let mut belief = self.initial_belief(track, &self.initial_inner(track)?);
         let (mut t, mut starts, mut found) = (track.start, starts.iter().peekable(), vec![]);
         for (index, step) in track.steps.iter().enumerate() {
             while let Some(start) = starts.next_if(|start| start.t <= t + 1e-9) {
@@ -149,14 +166,19 @@ impl<const N: usize, const D: usize> Filtering for Filter<N, D> {
                     end <= t + length + 1e-9
                 });
                 let count = within.count();
-                let belief = self.begun_again(track, start, &belief);
-                found.push(self.onwards(&track.steps[index..index + count], &track.curve, belief, t));
+                let belief = self.restarted_belief(track, start, &belief);
+                found.push(self.predict_open_loop(
+                    &track.steps[index..index + count],
+                    &track.curve,
+                    belief,
+                    t,
+                ));
             }
             self.predict(&mut belief, step, &track.curve);
             t += step.dt;
             if let Some(seen) = step.pose {
-                let sighting = self.observe(&belief, t, seen)?;
-                self.update(&mut belief, &sighting);
+                let innovation = self.observe(&belief, t, seen)?;
+                self.update(&mut belief, &innovation);
             }
         }
         Some(found)
@@ -190,15 +212,15 @@ impl<const N: usize, const D: usize> Filter<N, D> {
         })
     }
 
-    /// Filter up to a time after the start, showing each pose sample.
+    /// Filters up to a time and passes each pose sample to `show`.
     fn walk(
         &self,
         track: &Track,
         inner: &[f64; MAX_INNER_STATES],
         until: f64,
-        mut show: impl FnMut(&Sighting<N>),
+        mut show: impl FnMut(&PoseInnovation<N>),
     ) -> Option<()> {
-        let mut belief = self.begin(track, inner);
+        let mut belief = self.initial_belief(track, inner);
         let mut t = track.start;
         for step in &track.steps {
             self.predict(&mut belief, step, &track.curve);
@@ -207,16 +229,16 @@ impl<const N: usize, const D: usize> Filter<N, D> {
                 break;
             }
             if let Some(seen) = step.pose {
-                let sighting = self.observe(&belief, t, seen)?;
-                show(&sighting);
-                self.update(&mut belief, &sighting);
+                let innovation = self.observe(&belief, t, seen)?;
+                show(&innovation);
+                self.update(&mut belief, &innovation);
             }
         }
         Some(())
     }
 
-    /// Predictions of the pose samples of some steps from a belief at time `t`, correcting nothing.
-    fn onwards(
+    /// Open-loop predictions of the pose samples of some steps from a belief at time `t`.
+    fn predict_open_loop(
         &self,
         steps: &[Step],
         curve: &Curve,
@@ -234,35 +256,42 @@ impl<const N: usize, const D: usize> Filter<N, D> {
         Some(predictions)
     }
 
-    /// The laws' own starting states that the episode's beginning fits best, of all that they offer: a simulation that
-    /// corrects nothing tells the likeliest, the filter which of them it is.
-    fn inner_start(&self, track: &Track) -> Option<[f64; MAX_INNER_STATES]> {
-        let mut offers = vec![[0.0; MAX_INNER_STATES]];
+    /// Starting values of the laws' own states, of all combinations that the laws offer, that fit the start
+    /// of the episode best. An open-loop simulation preselects candidates, and the filter chooses between
+    /// them.
+    fn initial_inner(&self, track: &Track) -> Option<[f64; MAX_INNER_STATES]> {
+        let mut combinations = vec![[0.0; MAX_INNER_STATES]];
         for (k, inner) in self.inner.iter().enumerate() {
-            let with = |offer: &[f64; MAX_INNER_STATES], start: f64| {
-                let mut offer = *offer;
-                offer[k] = start;
-                offer
+            let with = |combination: &[f64; MAX_INNER_STATES], start: f64| {
+                let mut combination = *combination;
+                combination[k] = start;
+                combination
             };
-            offers = offers.iter().flat_map(|o| inner.starts.iter().map(move |&s| with(o, s))).collect();
+            combinations =
+                combinations.iter().flat_map(|o| inner.starts.iter().map(move |&s| with(o, s))).collect();
         }
-        let Some(plain) = &self.plain else { return offers.first().copied() };
+        let Some(plain) = &self.plain else { return combinations.first().copied() };
         let contact = track.steps.first().map_or(0.0, |s| s.clock.t - s.clock.since_contact);
-        let until = contact.max(track.start) + BEGINNING;
-        let mut likeliest: Vec<_> =
-            offers.into_iter().map(|offer| (self.missed_by(plain, track, &offer, until), offer)).collect();
-        likeliest.sort_by(|a, b| a.0.total_cmp(&b.0));
-        let cost = |offer: &[f64; MAX_INNER_STATES]| {
+        let until = contact.max(track.start) + START_SELECTION_S;
+        let mut ranked: Vec<_> = combinations
+            .into_iter()
+            .map(|combination| (self.open_loop_misfit(plain, track, &combination, until), combination))
+            .collect();
+        ranked.sort_by(|a, b| a.0.total_cmp(&b.0));
+        let cost = |combination: &[f64; MAX_INNER_STATES]| {
             let mut cost = 0.0;
-            let walked = self.walk(track, offer, until, |seen| cost += seen.cost);
+            let walked = self.walk(track, combination, until, |seen| cost += seen.cost);
             walked.map_or(f64::INFINITY, |()| cost)
         };
-        let looked = likeliest.into_iter().take(LIKELIEST).map(|(_, offer)| (cost(&offer), offer));
-        looked.min_by(|a, b| a.0.total_cmp(&b.0)).map(|(_, offer)| offer)
+        let filtered = ranked
+            .into_iter()
+            .take(MAX_FILTERED_STARTS)
+            .map(|(_, combination)| (cost(&combination), combination));
+        filtered.min_by(|a, b| a.0.total_cmp(&b.0)).map(|(_, combination)| combination)
     }
 
-    /// Sum of squared errors of the poses up to a time, in units of their noise, of a simulation from the track's start.
-    fn missed_by(
+    /// Sum of squared pose errors of an open-loop simulation up to a time, in units of their noise.
+    fn open_loop_misfit(
         &self,
         plain: &Plant<f64>,
         track: &Track,
@@ -272,7 +301,7 @@ impl<const N: usize, const D: usize> Filter<N, D> {
         let mut state = State { pose: track.pose.0, twist: track.twist.0, inner: *inner };
         let (mut t, mut sum) = (track.start, 0.0);
         for step in &track.steps {
-            push(plain, &mut state, &[0.0; 3], step, &track.curve);
+            advance(plain, &mut state, &[0.0; 3], step, &track.curve);
             t += step.dt;
             if t > until {
                 break;
@@ -287,10 +316,10 @@ impl<const N: usize, const D: usize> Filter<N, D> {
         if sum.is_finite() { sum } else { f64::INFINITY }
     }
 
-    /// Move a belief on by a step, with the derivatives of the state after it by the state before it.
+    /// Propagates a belief by one step and returns the derivatives of the new state by the old one.
     fn predict(&self, belief: &mut Belief<N>, step: &Step, curve: &Curve) -> Matrix<N> {
         let variable = |k: usize| {
-            // Where the pose is no variable its index is beyond the derivatives.
+            // If the pose is not a variable, its index is outside the derivatives.
             Dual::<D>::variable(belief.mean[k], (k + D).wrapping_sub(N))
         };
         let mut state = State {
@@ -298,14 +327,14 @@ impl<const N: usize, const D: usize> Filter<N, D> {
             twist: [variable(3), variable(4), variable(5)],
             inner: [Dual::zero(); MAX_INNER_STATES],
         };
-        for (k, own) in state.inner.iter_mut().take(N - PLAIN).enumerate() {
-            *own = variable(PLAIN + k);
+        for (k, own) in state.inner.iter_mut().take(N - BASE_STATES).enumerate() {
+            *own = variable(BASE_STATES + k);
         }
         let error = [variable(6), variable(7), variable(8)];
-        push(&self.plant, &mut state, &error, step, curve);
+        advance(&self.plant, &mut state, &error, step, curve);
         let mut transition = Matrix::<N>::identity();
         let before = belief.mean;
-        let rows = (0..MOTION).chain(PLAIN..N);
+        let rows = (0..MOTION_STATES).chain(BASE_STATES..N);
         for (row, value) in rows.zip(state.pose.iter().chain(&state.twist).chain(&state.inner)) {
             belief.mean[row] = value.re;
             for (column, slope) in transition.data.0[N - D..].iter_mut().zip(value.eps) {
@@ -317,60 +346,60 @@ impl<const N: usize, const D: usize> Filter<N, D> {
             false => 0.0,
         });
         if D < N {
-            turned(&mut transition, &before, &belief.mean);
-            belief.covariance = moved::<N, true>(&transition, &belief.covariance, noise);
+            set_pose_derivatives(&mut transition, &before, &belief.mean);
+            belief.covariance = propagated::<N, true>(&transition, &belief.covariance, noise);
         } else {
-            belief.covariance = moved::<N, false>(&transition, &belief.covariance, noise);
+            belief.covariance = propagated::<N, false>(&transition, &belief.covariance, noise);
         }
         for (k, wander) in self.wander.iter().enumerate() {
-            belief.covariance[(k + MOTION, k + MOTION)] += wander * step.dt;
+            belief.covariance[(k + MOTION_STATES, k + MOTION_STATES)] += wander * step.dt;
         }
         transition
     }
 
-    fn observe(&self, belief: &Belief<N>, t: f64, seen: [f64; 3]) -> Option<Sighting<N>> {
-        Sighting::new(belief, t, seen, self.dof, self.pose_noise)
+    fn observe(&self, belief: &Belief<N>, t: f64, seen: [f64; 3]) -> Option<PoseInnovation<N>> {
+        PoseInnovation::new(belief, t, seen, self.dof, self.pose_noise)
     }
 
-    fn update(&self, belief: &mut Belief<N>, seen: &Sighting<N>) {
+    fn update(&self, belief: &mut Belief<N>, seen: &PoseInnovation<N>) {
         belief.mean += seen.gain * seen.error;
         belief.covariance = corrected(&belief.covariance, &seen.gain, self.pose_noise);
     }
 }
 
-/// The derivatives of a step by the pose, where the motion is the same everywhere. Moving the start moves the end.
-/// Turning the start, its velocity with it, turns what follows: with `J` a quarter turn,
-/// `∂f/∂θ + ∂f/∂v J v = J (f − p)`. The laws' own states do not turn with it.
-fn turned<const N: usize>(transition: &mut Matrix<N>, before: &Vector<N>, after: &Vector<N>) {
+/// Sets the derivatives of a step by the pose for invariant motion. A translation of the start translates the
+/// end. A rotation of the start with its velocity rotates the result: with `J` a quarter turn, `∂f/∂θ + ∂f/∂v
+/// J v = J (f − p)`. The laws' own states do not rotate.
+fn set_pose_derivatives<const N: usize>(transition: &mut Matrix<N>, before: &Vector<N>, after: &Vector<N>) {
     const HEADING: usize = 2;
     let (dx, dy) = (after[0] - before[0], after[1] - before[1]);
     let turn = [-dy, dx, 1.0, -after[4], after[3]];
     let columns = &mut transition.data.0;
     let (along_x, along_y) = (columns[3], columns[4]);
     for (row, slope) in
-        columns[HEADING].iter_mut().enumerate().filter(|(row, _)| !(MOTION..PLAIN).contains(row))
+        columns[HEADING].iter_mut().enumerate().filter(|(row, _)| !(MOTION_STATES..BASE_STATES).contains(row))
     {
         let with = turn.get(row).copied().unwrap_or(0.0);
         *slope = with + along_x[row] * before[4] - along_y[row] * before[3];
     }
 }
 
-/// Move a state on by a step under a reading with an error.
+/// Advances a state by one step under a reading with an error.
 #[inline]
-pub(crate) fn push<T: Real>(
+pub(crate) fn advance<T: Real>(
     plant: &Plant<T>,
     state: &mut State<T>,
     error: &[T; 3],
     step: &Step,
     curve: &Curve,
 ) {
-    let (applied, clock) = acting(plant, error, step, curve);
+    let (applied, clock) = applied_wrench(plant, error, step, curve);
     plant.step_with_precision(Precision::Fit, state, &applied, clock, step.dt);
 }
 
-/// Mean wrench on the object over a step, object axes about its origin, when readings are off by `error` as well; and when
-/// it was read: a late reading tells of contact late.
-pub(crate) fn acting<T: Real>(
+/// Mean wrench on the object over a step, object axes about its origin, for readings with the additional
+/// error `error`; and the clock of the reading, since a late reading also shows contact late.
+pub(crate) fn applied_wrench<T: Real>(
     plant: &Plant<T>,
     error: &[T; 3],
     step: &Step,

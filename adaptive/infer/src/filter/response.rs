@@ -1,9 +1,9 @@
-//! What a wrench that the model lacks does to the whitened innovations, to first order.
+//! Effect of a missing wrench on the whitened innovations, to first order.
 //!
-//! A filter whose transitions and gains are held is a linear system: a missing wrench enters it where the reading's
-//! error does, moves the state away from the filter's, and each sample's correction takes part of that back
-//! (Willsky & Jones 1976; de Jong & Penzer 1998). The answer to any course of missing wrench is one walk over the
-//! episode, so that thousands of hypotheses can be tried for the price of a fit.
+//! A filter with fixed transitions and gains is a linear system. A missing wrench enters it like the error of
+//! the reading and moves the state away from the filter's estimate; each correction removes part of the
+//! deviation (Willsky & Jones 1976; de Jong & Penzer 1998). The response to any missing wrench requires one
+//! pass over the episode, so thousands of hypotheses cost no more than a fit.
 
 use super::Filter;
 use crate::Track;
@@ -11,14 +11,14 @@ use crate::covariance::{Matrix, Vector};
 use nalgebra::{Matrix3, SMatrix, Vector3};
 use trundle_model::transport;
 
-/// Where in the state the reading's error begins.
-const ERROR: usize = 6;
+/// Index of the first state of the reading's error.
+const FIRST_ERROR_STATE: usize = 6;
 
 /// A filtered episode as a linear system.
 pub struct Response {
-    system: Box<dyn Answering>,
-    /// Whitened innovations, three a pose sample: independent and standard normal where the model is right, zero in
-    /// directions that do not move.
+    system: Box<dyn LinearSystem>,
+    /// Whitened innovations, three for each pose sample. They are independent and standard normal under the
+    /// correct model, and zero along blocked directions.
     pub innovations: Vec<f64>,
     /// Middle of each step, s.
     pub t: Vec<f64>,
@@ -27,70 +27,70 @@ pub struct Response {
 }
 
 impl Response {
-    /// What a missing wrench over each step, object axes about the object origin, adds to
+    /// Contribution of a missing wrench over each step, object axes about the object origin, to
     /// [`Response::innovations`].
-    pub fn answer(&self, missing: &[[f64; 3]]) -> Vec<f64> {
-        self.system.answer(0, missing)
+    pub fn respond(&self, missing: &[[f64; 3]]) -> Vec<f64> {
+        self.system.respond(0, missing)
     }
 
-    /// The same for a wrench that is missing from step `first` on, for as many steps as are given.
-    pub fn answer_from(&self, first: usize, missing: &[[f64; 3]]) -> Vec<f64> {
-        self.system.answer(first, missing)
+    /// The same for a wrench that is missing from step `first` on, for the given number of steps.
+    pub fn respond_from(&self, first: usize, missing: &[[f64; 3]]) -> Vec<f64> {
+        self.system.respond(first, missing)
     }
 }
 
-/// A linear system of any number of states.
-trait Answering: Send + Sync {
-    fn answer(&self, first: usize, missing: &[[f64; 3]]) -> Vec<f64>;
+/// A linear system with any number of states.
+trait LinearSystem: Send + Sync {
+    fn respond(&self, first: usize, missing: &[[f64; 3]]) -> Vec<f64>;
 }
 
 /// One step of the linear system.
 struct Stage<const N: usize> {
     transition: Matrix<N>,
-    /// From a missing wrench, object axes, to the reading's error.
-    entry: Matrix3<f64>,
-    /// Gain and whitener of the pose seen at its end.
+    /// Map from a missing wrench, object axes, to the error of the reading.
+    error_map: Matrix3<f64>,
+    /// Gain and whitener of the pose measured at the end of the step.
     seen: Option<(SMatrix<f64, N, 3>, Matrix3<f64>)>,
 }
 
-impl<const N: usize> Answering for Vec<Stage<N>> {
-    fn answer(&self, first: usize, missing: &[[f64; 3]]) -> Vec<f64> {
+impl<const N: usize> LinearSystem for Vec<Stage<N>> {
+    fn respond(&self, first: usize, missing: &[[f64; 3]]) -> Vec<f64> {
         let before = self.iter().take(first).filter(|s| s.seen.is_some()).count();
-        let mut answer = vec![0.0; 3 * before];
-        let mut apart = Vector::<N>::zeros();
+        let mut response = vec![0.0; 3 * before];
+        let mut deviation = Vector::<N>::zeros();
         for (k, stage) in self.iter().enumerate().skip(first) {
-            let error = missing.get(k - first).map(|w| stage.entry * Vector3::from(*w));
-            apart = stage.after(apart, error.unwrap_or_default());
+            let error = missing.get(k - first).map(|w| stage.error_map * Vector3::from(*w));
+            deviation = stage.after(deviation, error.unwrap_or_default());
             if let Some((gain, whitener)) = &stage.seen {
-                let pose: Vector3<f64> = apart.fixed_rows::<3>(0).into_owned();
-                answer.extend((whitener * pose).iter());
-                apart -= gain * pose;
+                let pose: Vector3<f64> = deviation.fixed_rows::<3>(0).into_owned();
+                response.extend((whitener * pose).iter());
+                deviation -= gain * pose;
             }
         }
-        answer
+        response
     }
 }
 
 impl<const N: usize> Stage<N> {
-    /// The state's distance from the filter's after a step over which the reading is wrong by `error` more.
-    fn after(&self, mut apart: Vector<N>, error: Vector3<f64>) -> Vector<N> {
+    /// Deviation of the state from the filter's after a step with the additional reading error `error`.
+    fn after(&self, mut deviation: Vector<N>, error: Vector3<f64>) -> Vector<N> {
         for k in 0..3 {
-            apart[ERROR + k] += error[k];
+            deviation[FIRST_ERROR_STATE + k] += error[k];
         }
-        let mut moved = self.transition * apart;
+        let mut moved = self.transition * deviation;
         for k in 0..3 {
-            moved[ERROR + k] -= error[k];
+            moved[FIRST_ERROR_STATE + k] -= error[k];
         }
         moved
     }
 }
 
 impl<const N: usize, const D: usize> Filter<N, D> {
-    /// The episode as a linear system; `None` where a number is not finite.
+    /// The episode as a linear system; `None` if a number is not finite.
     pub(super) fn linear(&self, track: &Track) -> Option<Response> {
         let (mut stages, mut innovations) = (Vec::with_capacity(track.steps.len()), Vec::new());
         let (mut middles, mut durations) = (Vec::new(), Vec::new());
-        let mut belief = self.begin(track, &self.inner_start(track)?);
+        let mut belief = self.initial_belief(track, &self.initial_inner(track)?);
         let mut t = track.start;
         for step in &track.steps {
             let transition = self.predict(&mut belief, step, &track.curve);
@@ -99,19 +99,19 @@ impl<const N: usize, const D: usize> Filter<N, D> {
             t += step.dt;
             let mut seen = None;
             if let Some(pose) = step.pose {
-                let sighting = self.observe(&belief, t, pose)?;
-                innovations.extend((sighting.whitener * sighting.error).iter());
-                seen = Some((sighting.gain, sighting.whitener));
-                self.update(&mut belief, &sighting);
+                let innovation = self.observe(&belief, t, pose)?;
+                innovations.extend((innovation.whitener * innovation.error).iter());
+                seen = Some((innovation.gain, innovation.whitener));
+                self.update(&mut belief, &innovation);
             }
-            stages.push(Stage { transition, entry: entry(step.frame)?, seen });
+            stages.push(Stage { transition, error_map: error_map(step.frame)?, seen });
         }
         Some(Response { system: Box::new(stages), innovations, t: middles, dt: durations })
     }
 }
 
-/// A wrench on the object is a reading's error of the opposite sign, in reading axes.
-fn entry(frame: [f64; 3]) -> Option<Matrix3<f64>> {
+/// Map from a wrench on the object to the error of the reading, which has the opposite sign, in reading axes.
+fn error_map(frame: [f64; 3]) -> Option<Matrix3<f64>> {
     let columns = [0, 1, 2].map(|k| {
         let mut unit = [0.0; 3];
         unit[k] = -1.0;

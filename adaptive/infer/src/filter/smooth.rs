@@ -1,11 +1,11 @@
-//! Looking back over a filtered episode (Rauch, Tung, Striebel 1965): the smoothed error of the reading is the wrench
-//! that the model lacks.
+//! Rauch-Tung-Striebel smoother (1965) of a filtered episode. The smoothed error of the reading is the wrench
+//! that the model misses.
 
 use crate::covariance::{Belief, Matrix, Vector};
 use nalgebra::{Matrix3, Vector3};
 use trundle_model::transport;
 
-/// The wrench that the model misses at one time, object axes about the object origin.
+/// Missing wrench at one time, object axes about the object origin.
 #[derive(Clone, Debug)]
 pub struct Residual {
     /// Time, s.
@@ -16,11 +16,11 @@ pub struct Residual {
     pub twist: [f64; 3],
     /// Wrench on the object that the model does not explain, N, N, N·m.
     pub wrench: [f64; 3],
-    /// Its covariance.
+    /// Covariance of the wrench.
     pub covariance: Matrix3<f64>,
 }
 
-/// One prediction, kept for smoothing.
+/// One prediction and correction, stored for the smoother.
 pub(super) struct Stage<const N: usize> {
     pub transition: Matrix<N>,
     pub predicted: Belief<N>,
@@ -29,7 +29,7 @@ pub(super) struct Stage<const N: usize> {
     pub t: f64,
 }
 
-/// The wrench error at every stage's end, given all of them.
+/// Wrench error at the end of every stage, given all stages.
 pub(super) fn backward<const N: usize>(stages: Vec<Stage<N>>) -> Vec<Residual> {
     let mut residuals = Vec::with_capacity(stages.len());
     let mut next: Option<(Belief<N>, Belief<N>, Matrix<N>)> = None;
@@ -51,7 +51,7 @@ pub(super) fn backward<const N: usize>(stages: Vec<Stage<N>>) -> Vec<Residual> {
     residuals
 }
 
-/// Inverse of a covariance whose blocked directions have no variance.
+/// Inverse of a covariance whose blocked directions have zero variance.
 fn inverse<const N: usize>(covariance: &Matrix<N>) -> Matrix<N> {
     let mut scaled = *covariance;
     let scale = Vector::<N>::from_fn(|k, _| {
@@ -68,7 +68,7 @@ fn inverse<const N: usize>(covariance: &Matrix<N>) -> Matrix<N> {
     Matrix::from_fn(|i, j| inverse[(i, j)] * scale[i] * scale[j])
 }
 
-/// The reading's error, as the wrench on the object that the model lacks.
+/// Error of the reading as a missing wrench on the object.
 fn residual<const N: usize>(belief: &Belief<N>, frame: [f64; 3], t: f64) -> Residual {
     let m = &belief.mean;
     let columns = [0, 1, 2].map(|k| {

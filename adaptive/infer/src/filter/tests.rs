@@ -1,11 +1,11 @@
-//! A filter with no more states and derivatives than a model needs finds what the fullest one finds.
+//! Filters with fewer states and derivatives agree with the full filter.
 
 use super::*;
 use crate::sensitivity::tests::{NOISE, nominal, track};
 use trundle_model::{Effect, Kind};
 
 #[test]
-fn fewer_states_and_derivatives_find_the_same() {
+fn fewer_states_and_derivatives_give_the_same_result() {
     let caster = (Kind::CasterSwivel, &[0.4, 0.3, 0.05, 60.0][..]);
     for effects in [
         vec![(Kind::ComOffset, &[0.13, -0.07][..]), (Kind::Latency, &[0.02])],

@@ -1,4 +1,4 @@
-//! The gradient, by finite differences.
+//! Gradients against finite differences.
 
 use super::*;
 use trundle_model::{Body, Effect, Kind};
@@ -30,7 +30,7 @@ fn episode() -> Prepared {
 }
 
 #[test]
-fn gradients_are_those_of_the_cost() {
+fn gradient_matches_finite_differences() {
     let footprint = [[-0.6, -0.4], [0.6, -0.4], [0.6, 0.5], [-0.5, 0.4]];
     let model = Model::nominal(Body::from_footprint(&footprint, 22.0).unwrap(), None, [true; 3])
         .with(Effect::free(Kind::CoulombFriction))
@@ -60,7 +60,7 @@ fn gradients_are_those_of_the_cost() {
 }
 
 #[test]
-fn an_object_that_does_not_move_is_refused() {
+fn an_object_at_rest_is_an_error() {
     let mut still = episode();
     let rest = still.pose[0].pose;
     still.pose.iter_mut().for_each(|p| p.pose = rest);

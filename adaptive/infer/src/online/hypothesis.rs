@@ -1,12 +1,12 @@
-//! One mode of the posterior, followed from push to push.
+//! One mode of the posterior, updated with each push.
 
 use super::quadratic::Quadratic;
-use crate::coordinates::within_reach;
+use crate::coordinates::clamp_to_prior;
 use crate::{Coordinates, InferError, Likelihood};
 use nalgebra::{DMatrix, DVector};
 use trundle_model::Model;
 
-/// What all hypotheses share.
+/// Data shared by all hypotheses.
 pub(super) struct Setting<'a> {
     pub model: &'a Model,
     pub coordinates: &'a Coordinates,
@@ -17,23 +17,23 @@ impl Setting<'_> {
         Quadratic::of(likelihood, self.model, self.coordinates, z)
     }
 
-    /// `z` within the range where numbers mean something.
+    /// `z` limited to the searched range.
     fn clamped(&self, z: DVector<f64>) -> DVector<f64> {
-        DVector::from_fn(z.len(), |k, _| within_reach(z[k], self.coordinates.slot(k)))
+        DVector::from_fn(z.len(), |k, _| clamp_to_prior(z[k], self.coordinates.slot(k)))
     }
 }
 
-/// A mode, and what each push said near it.
+/// A mode, and the expansion of each push near it.
 #[derive(Clone, Debug)]
 pub(super) struct Hypothesis {
     pub z: DVector<f64>,
-    /// Pushes that are kept, in the order of [`super::Online`]'s.
+    /// Expansions of the retained pushes, in the order of [`super::Online`].
     pub terms: Vec<Quadratic>,
-    /// All pushes that are not kept any more.
+    /// Sum of the expansions of all other pushes.
     pub past: Quadratic,
     /// −log posterior density at `z`, not normalised.
     pub cost: f64,
-    /// Its curvature.
+    /// Curvature of the cost at `z`.
     pub precision: DMatrix<f64>,
 }
 
@@ -43,34 +43,34 @@ impl Hypothesis {
         Self { z, terms: vec![], past: Quadratic::zero(n), cost: 0.0, precision: DMatrix::identity(n, n) }
     }
 
-    /// Everything known but `extra`, expanded at `z`.
-    fn known(&self, setting: &Setting<'_>, z: &DVector<f64>) -> Quadratic {
+    /// Prior and all terms, expanded at `z`.
+    fn prior_and_terms(&self, setting: &Setting<'_>, z: &DVector<f64>) -> Quadratic {
         let mut sum = Quadratic::of_prior(setting.coordinates, z);
         self.terms.iter().chain([&self.past]).for_each(|term| sum.add(term));
         sum
     }
 
-    /// The mode with one more push, by at most `steps` linearisations of it after the first; the push's expansion
-    /// there. The hypothesis moves, the push is not yet remembered.
-    pub fn follow(
+    /// Moves the mode to include one more push, with at most `steps` linearisations of the push after the
+    /// first. Returns the expansion of the push at the new mode; the term is not yet added.
+    pub fn add_push(
         &mut self,
         setting: &Setting<'_>,
         push: &dyn Likelihood,
         steps: usize,
     ) -> Result<Quadratic, InferError> {
-        const REST: f64 = 0.05;
+        const MIN_DECREASE_NATS: f64 = 0.05;
         let mut term = setting.expand(push, &self.z)?;
-        let mut sum = self.known(setting, &self.z);
+        let mut sum = self.prior_and_terms(setting, &self.z);
         sum.add(&term);
         let mut damping = 1e-6;
         for _ in 0..steps {
-            let Some((step, promised)) = newton(&sum, damping) else { break };
-            if promised < REST {
+            let Some((step, predicted)) = newton(&sum, damping) else { break };
+            if predicted < MIN_DECREASE_NATS {
                 break;
             }
             let z = setting.clamped(&self.z + step);
             let trial = setting.expand(push, &z)?;
-            let mut there = self.known(setting, &z);
+            let mut there = self.prior_and_terms(setting, &z);
             there.add(&trial);
             if there.cost < sum.cost {
                 (self.z, term, sum) = (z, trial, there);
@@ -83,12 +83,12 @@ impl Hypothesis {
         Ok(term)
     }
 
-    /// Go to the minimum of what is known, without another look at any push.
-    pub fn settle(&mut self, setting: &Setting<'_>) {
-        let mut sum = self.known(setting, &self.z);
+    /// Moves the mode to the minimum of the prior and all terms, without linearising a push.
+    pub fn minimise(&mut self, setting: &Setting<'_>) {
+        let mut sum = self.prior_and_terms(setting, &self.z);
         if let Some((step, _)) = newton(&sum, 0.0) {
             let z = setting.clamped(&self.z + step);
-            let there = self.known(setting, &z);
+            let there = self.prior_and_terms(setting, &z);
             if there.cost < sum.cost {
                 (self.z, sum) = (z, there);
             }
@@ -103,20 +103,20 @@ impl Hypothesis {
         self.cost + half.unwrap_or(0.0)
     }
 
-    /// Whether another one is the same mode: nearer than its own uncertainty.
-    pub fn same(&self, other: &Self) -> bool {
+    /// Whether another hypothesis is the same mode: closer than the uncertainty.
+    pub fn is_same(&self, other: &Self) -> bool {
         let d = &self.z - &other.z;
         d.dot(&(&self.precision * &d)) < self.z.len() as f64
     }
 }
 
-/// A damped Newton step and how much it promises.
+/// A damped Newton step and the decrease that it predicts.
 fn newton(sum: &Quadratic, damping: f64) -> Option<(DVector<f64>, f64)> {
     let mut system = sum.curvature.clone();
     for k in 0..system.nrows() {
         system[(k, k)] += damping * system[(k, k)] + 1e-9;
     }
     let step = -system.cholesky()?.solve(&sum.gradient);
-    let promised = -0.5 * sum.gradient.dot(&step);
-    step.iter().all(|s| s.is_finite()).then_some((step, promised))
+    let predicted = -0.5 * sum.gradient.dot(&step);
+    step.iter().all(|s| s.is_finite()).then_some((step, predicted))
 }

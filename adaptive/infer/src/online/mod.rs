@@ -1,32 +1,32 @@
-//! The estimate kept up to date push by push, at a cost that does not grow with their number.
+//! Recursive estimation: an estimate updated push by push, at a cost that does not grow with their number.
 //!
-//! Each push is remembered as a quadratic in `z`, the expansion of its likelihood where the estimate stood
-//! (information form of the extended Kalman filter; Bell 1994, "The iterated Kalman smoother as a Gauss-Newton
-//! method"). A new push moves the mode by a few Gauss-Newton steps on its own likelihood plus those quadratics; one
-//! earlier push is then expanded anew at the mode, in rotation, so that the estimate comes to rest where the fit of
-//! all pushes at once does. The first push is searched from several starts, and modes that it cannot tell apart
-//! are followed side by side until one is enough.
+//! Each push is stored as a quadratic in `z`, the expansion of its −log likelihood at the estimate
+//! (information form of the extended Kalman filter; Bell 1994, "The iterated Kalman smoother as a
+//! Gauss-Newton method"). A new push moves the mode by a few Gauss-Newton steps on its own likelihood plus
+//! those quadratics. One earlier push, in rotation, is then linearised again at the mode, so that the
+//! estimate converges to that of a joint fit. The first push is searched from several starts. Several modes
+//! that it cannot distinguish are tracked until one remains.
 
 mod hypothesis;
 mod quadratic;
 
-use crate::fit::{canonical, ladder, on_circle};
-use crate::search::scout;
+use crate::fit::{canonical, continuation, on_circle};
+use crate::search::search_starts;
 use crate::{Coordinates, Estimate, FitOptions, InferError, Likelihood, Quiet};
 use hypothesis::{Hypothesis, Setting};
 use nalgebra::{DMatrix, DVector};
 use trundle_model::Model;
 
-/// How much an update may do.
+/// Settings of recursive estimation.
 #[derive(Clone, Debug)]
 pub struct OnlineOptions {
-    /// Random starts at the first push.
+    /// Number of random starts for the first push.
     pub starts: usize,
-    /// Their seed.
+    /// Seed of the random starts.
     pub seed: u64,
-    /// Pushes kept to be looked at again; older ones stay as they were last seen.
+    /// Number of retained pushes that are linearised again; older ones keep their last expansion.
     pub kept: usize,
-    /// Gauss-Newton steps at each update.
+    /// Maximum number of Gauss-Newton steps per update.
     pub steps: usize,
 }
 
@@ -36,31 +36,31 @@ impl Default for OnlineOptions {
     }
 }
 
-/// Modes followed side by side.
-const MODES: usize = 3;
+/// Maximum number of tracked modes.
+const MAX_MODES: usize = 3;
 
-/// Modes less likely than the best by this (in nats) are given up.
-const HOPELESS: f64 = 12.0;
+/// Modes whose −log evidence exceeds that of the best by more than this are dropped, nats.
+const MAX_EVIDENCE_LOSS_NATS: f64 = 12.0;
 
-/// Steps from the end of a short search to the mode of the first push.
-const FIRST_STEPS: usize = 20;
+/// Maximum number of steps from the end of a short search to the mode of the first push.
+const MAX_FIRST_STEPS: usize = 20;
 
-/// An estimate that grows with every push.
+/// An estimate updated with every push.
 pub struct Online {
     model: Model,
     coordinates: Coordinates,
     options: OnlineOptions,
     kept: Vec<Box<dyn Likelihood + Send>>,
     hypotheses: Vec<Hypothesis>,
-    /// The modes with what has been seen of the push that is under way.
+    /// The modes including the data so far of the current push.
     current: Option<Vec<Hypothesis>>,
-    /// How often the push under way was looked at.
+    /// Number of calls of [`Online::peek`] in the current push.
     peeks: usize,
     pushes: usize,
 }
 
 impl Online {
-    /// Knowing the priors of `model`'s free parameters alone.
+    /// Starts from the priors of `model`'s free parameters.
     pub fn new(model: Model, options: OnlineOptions) -> Self {
         let coordinates = Coordinates::new(&model);
         Self {
@@ -75,96 +75,97 @@ impl Online {
         }
     }
 
-    /// Take a whole push in.
+    /// Add a complete push.
     ///
     /// # Errors
-    /// When it can be evaluated nowhere near the prior, or does not fit the model.
+    /// When the push cannot be evaluated near the prior, or does not match the model.
     pub fn update(&mut self, push: Box<dyn Likelihood + Send>) -> Result<(), InferError> {
-        let begun = self.current.take().unwrap_or_else(|| self.hypotheses.clone());
+        let known = self.current.take().unwrap_or_else(|| self.hypotheses.clone());
         self.peeks = 0;
-        let (mut modes, steps) = self.begun(&*push, begun)?;
+        let (mut modes, steps) = self.modes_to_track(&*push, known)?;
         let setting = Setting { model: &self.model, coordinates: &self.coordinates };
         for mode in &mut modes {
-            let term = mode.follow(&setting, &*push, steps)?;
+            let term = mode.add_push(&setting, &*push, steps)?;
             mode.terms.push(term);
         }
         prune(&mut modes)?;
         self.kept.push(push);
-        if let Err(error) = self.look_back(&mut modes) {
+        if let Err(error) = self.relinearise_one(&mut modes) {
             self.kept.pop();
             return Err(error);
         }
         self.pushes += 1;
-        self.forget(&mut modes);
+        self.drop_oldest(&mut modes);
         self.hypotheses = modes;
         Ok(())
     }
 
-    /// Take in what has been seen so far of a push that is under way: it replaces what an earlier call said of the
-    /// same push, and [`Online::update`] with the whole of it replaces both.
+    /// Update the estimate with the data so far of the current push. It replaces an earlier call for the same
+    /// push, and [`Online::update`] with the complete push replaces both.
     ///
     /// # Errors
     /// As [`Online::update`].
     pub fn peek(&mut self, so_far: &dyn Likelihood) -> Result<(), InferError> {
-        let begun = self.current.take().unwrap_or_else(|| self.hypotheses.clone());
+        let known = self.current.take().unwrap_or_else(|| self.hypotheses.clone());
         self.peeks += 1;
-        let (mut modes, steps) = self.begun(so_far, begun)?;
+        let (mut modes, steps) = self.modes_to_track(so_far, known)?;
         let setting = Setting { model: &self.model, coordinates: &self.coordinates };
         for mode in &mut modes {
-            mode.follow(&setting, so_far, if self.pushes == 0 { steps } else { 1 })?;
+            mode.add_push(&setting, so_far, if self.pushes == 0 { steps } else { 1 })?;
         }
         prune(&mut modes)?;
         self.current = Some(modes);
         Ok(())
     }
 
-    /// Forget what [`Online::peek`] was told of the push that is under way.
-    pub fn abandon(&mut self) {
+    /// Discard the data of the current push given to [`Online::peek`].
+    pub fn discard_current(&mut self) {
         (self.current, self.peeks) = (None, 0);
     }
 
-    /// The modes to follow, and by how many steps: those known, or on the first push those that a search finds.
-    fn begun(
+    /// The modes to track and the number of steps. On the first push a search adds modes, and again whenever the
+    /// push has doubled in length: its first samples may not show all modes.
+    fn modes_to_track(
         &self,
         push: &dyn Likelihood,
         known: Vec<Hypothesis>,
     ) -> Result<(Vec<Hypothesis>, usize), InferError> {
-        // A push that has grown to twice its length may show a mode that the first samples did not.
         let grown = self.pushes == 0 && self.peeks.is_power_of_two();
         if !known.is_empty() && !grown {
             return Ok((known, self.options.steps));
         }
         let options =
             FitOptions { starts: self.options.starts, seed: self.options.seed, ..FitOptions::default() };
-        let ladder = ladder(push, &self.model, &options)?;
-        let (points, _) = scout(&ladder, &[], &options, &Quiet)?;
-        // The same wheel under two descriptions is one mode.
-        let named = |z: Vec<f64>| ladder.last().and_then(|target| canonical(target, &z)).unwrap_or(z);
-        let points = points.into_iter().take(MODES).map(named);
+        let continuation = continuation(push, &self.model, &options)?;
+        let (points, _) = search_starts(&continuation, &[], &options, &Quiet)?;
+        // Two descriptions of the same wheel are one mode.
+        let canonicalised =
+            |z: Vec<f64>| continuation.last().and_then(|target| canonical(target, &z)).unwrap_or(z);
+        let points = points.into_iter().take(MAX_MODES).map(canonicalised);
         let modes = points.map(|z| Hypothesis::at(DVector::from_vec(z)));
-        Ok((known.into_iter().chain(modes).collect(), FIRST_STEPS))
+        Ok((known.into_iter().chain(modes).collect(), MAX_FIRST_STEPS))
     }
 
-    /// Expand one earlier push anew at each mode, in rotation.
-    fn look_back(&self, modes: &mut [Hypothesis]) -> Result<(), InferError> {
+    /// Linearises one earlier push again at each mode, in rotation.
+    fn relinearise_one(&self, modes: &mut [Hypothesis]) -> Result<(), InferError> {
         let earlier = self.kept.len() - 1;
         if earlier == 0 {
             return Ok(());
         }
-        let again = self.pushes % earlier;
+        let chosen = self.pushes % earlier;
         let setting = Setting { model: &self.model, coordinates: &self.coordinates };
         for mode in modes {
-            let term = setting.expand(&*self.kept[again], &mode.z)?;
+            let term = setting.expand(&*self.kept[chosen], &mode.z)?;
             if term.cost.is_finite() {
-                mode.terms[again] = term;
+                mode.terms[chosen] = term;
             }
-            mode.settle(&setting);
+            mode.minimise(&setting);
         }
         Ok(())
     }
 
-    /// Sum up the oldest push for good where more are kept than agreed.
-    fn forget(&mut self, modes: &mut [Hypothesis]) {
+    /// Adds the oldest push to the sum of past pushes if too many are retained.
+    fn drop_oldest(&mut self, modes: &mut [Hypothesis]) {
         if self.kept.len() <= self.options.kept.max(1) {
             return;
         }
@@ -180,17 +181,17 @@ impl Online {
         self.current.as_deref().unwrap_or(&self.hypotheses)
     }
 
-    /// How many pushes were taken in.
+    /// Number of pushes.
     pub fn pushes(&self) -> usize {
         self.pushes
     }
 
-    /// How many modes are still followed.
+    /// Number of tracked modes.
     pub fn hypotheses(&self) -> usize {
         self.modes().len()
     }
 
-    /// Values of all slots at the best mode; the prior's medians before any push.
+    /// Values of all slots at the best mode; the prior medians before the first push.
     pub fn values(&self) -> Vec<f64> {
         let z = self
             .modes()
@@ -203,7 +204,7 @@ impl Online {
         values
     }
 
-    /// The model with every value filled in.
+    /// The model with all values filled in.
     ///
     /// # Errors
     /// Never for values within their bounds.
@@ -217,8 +218,8 @@ impl Online {
         DMatrix::from_fn(slopes.len(), slopes.len(), |i, j| spread[(i, j)] * slopes[i] * slopes[j])
     }
 
-    /// The free parameters; what the pushes so far do not hold, or what two modes contradict each other in, is not
-    /// identified.
+    /// Estimates of the free parameters. A parameter is not identified if the pushes so far do not determine
+    /// it, or if two modes disagree on it.
     pub fn estimate(&self) -> Vec<Estimate> {
         let (spread, slopes) = self.spread();
         let (values, modes) = (self.values(), self.modes());
@@ -227,20 +228,20 @@ impl Online {
             let z = modes.first().map_or(0.0, |m| m.z[k]);
             let information =
                 modes.first().map_or(0.0, |m| m.precision[(k, k)]) - self.coordinates.prior_precision(k);
-            let torn = modes.iter().any(|m| (m.z[k] - z).abs() > 3.0 * sd);
-            let identified = self.coordinates.identified(k, sd) && !torn;
+            let disagree = modes.iter().any(|m| (m.z[k] - z).abs() > 3.0 * sd);
+            let identified = self.coordinates.identified(k, sd) && !disagree;
             Estimate {
                 name: slot.name.clone(),
                 unit: slot.unit,
                 mean: values[self.coordinates.free()[k]],
                 sd: sd * slopes[k].abs(),
-                identified: identified && self.coordinates.strain(k, z, information).is_none(),
+                identified: identified && self.coordinates.prior_conflict(k, z, information).is_none(),
             }
         };
         (0..slopes.len()).map(one).collect()
     }
 
-    /// Posterior covariance in `z` at the best mode, and the slopes of the values there.
+    /// Posterior covariance in `z` at the best mode, and the derivatives of the values there.
     fn spread(&self) -> (DMatrix<f64>, Vec<f64>) {
         let n = self.coordinates.free().len();
         let best = self.modes().first();
@@ -248,23 +249,24 @@ impl Online {
         let mut precision = best.map_or_else(|| DMatrix::zeros(n, n), |m| m.precision.clone());
         for k in 0..n {
             let prior = if best.is_some() { self.coordinates.prior_precision(k) } else { 0.0 };
-            precision[(k, k)] += (self.coordinates.least_precision(k) - prior).max(0.0);
+            precision[(k, k)] += (self.coordinates.min_precision(k) - prior).max(0.0);
         }
         let spread = precision.cholesky().map_or_else(|| DMatrix::identity(n, n) * 1e6, |c| c.inverse());
         (spread, self.coordinates.values(&z).1)
     }
 }
 
-/// Best mode first; those that are the same or hopeless are left out.
+/// Sorts the modes, best first, and drops duplicates and modes with negligible evidence.
 fn prune(modes: &mut Vec<Hypothesis>) -> Result<(), InferError> {
     let starts = modes.len();
     modes.retain(|mode| mode.cost.is_finite());
     modes.sort_by(|a, b| a.evidence_cost().total_cmp(&b.evidence_cost()));
     let mut left: Vec<Hypothesis> = vec![];
     for mode in modes.drain(..) {
-        let hopeless =
-            left.first().is_some_and(|best| mode.evidence_cost() > best.evidence_cost() + HOPELESS);
-        if !hopeless && !left.iter().any(|other| other.same(&mode)) {
+        let negligible = left
+            .first()
+            .is_some_and(|best| mode.evidence_cost() > best.evidence_cost() + MAX_EVIDENCE_LOSS_NATS);
+        if !negligible && !left.iter().any(|other| other.is_same(&mode)) {
             left.push(mode);
         }
     }
@@ -284,7 +286,7 @@ mod tests {
     }
 
     #[test]
-    fn modes_that_coincide_or_are_hopeless_are_given_up() {
+    fn duplicate_and_negligible_modes_are_dropped() {
         let mut modes = vec![mode(5.0, 3.0), mode(0.0, 1.0), mode(0.1, 2.0), mode(-5.0, 40.0)];
         prune(&mut modes).unwrap();
         assert_eq!(modes.iter().map(|m| m.z[0]).collect::<Vec<_>>(), vec![0.0, 5.0]);

@@ -1,4 +1,4 @@
-//! What a push said, as a quadratic in `z`: the information form of a Gaussian.
+//! Quadratic expansion in `z` of the −log likelihood of a push: the information form of a Gaussian.
 
 use crate::target::prior_of;
 use crate::{Coordinates, InferError, Likelihood};
@@ -20,7 +20,7 @@ impl Quadratic {
         Self { at, cost: 0.0, gradient, curvature: DMatrix::zeros(n, n) }
     }
 
-    /// A likelihood's expansion at `z`, by its Gauss-Newton curvature.
+    /// A likelihood's expansion at `z`, with Gauss-Newton curvature.
     pub fn of(
         likelihood: &dyn Likelihood,
         model: &Model,
@@ -36,12 +36,14 @@ impl Quadratic {
         Ok(Self { at: z.clone(), cost, gradient: at.gradient.component_mul(&slopes), curvature })
     }
 
-    /// The prior's at `z`, exact.
+    /// Exact expansion of the prior at `z`.
     pub fn of_prior(coordinates: &Coordinates, z: &DVector<f64>) -> Self {
         let parameters: Vec<usize> = (0..z.len()).collect();
-        let footings = coordinates.footings().iter().enumerate();
-        let standing = footings.map(|(k, footing)| (k, coordinates.coordinates_of(footing))).collect();
-        let prior = prior_of(coordinates, &parameters, &standing, z.as_slice());
+        let footprint_priors = coordinates.footprint_priors().iter().enumerate();
+        let terms = footprint_priors
+            .map(|(k, footprint_prior)| (k, coordinates.coordinates_of(footprint_prior)))
+            .collect();
+        let prior = prior_of(coordinates, &parameters, &terms, z.as_slice());
         Self { at: z.clone(), cost: prior.cost, gradient: prior.gradient, curvature: prior.curvature }
     }
 
@@ -58,7 +60,7 @@ impl Quadratic {
         Self { at: z.clone(), cost, gradient, curvature: self.curvature.clone() }
     }
 
-    /// Add another one, expanded where this one is.
+    /// Adds another expansion, moved to this one's point.
     pub fn add(&mut self, other: &Self) {
         let (cost, gradient) = other.value(&self.at);
         self.cost += cost;

@@ -1,10 +1,11 @@
-//! Eq. 9 sees an episode's end alone and has many optima: a fit that also sees the way shows it where to begin.
+//! Guided fit: eq. 9 compares only the end of an episode and has many optima. A fit to the whole path
+//! provides the start.
 
 use crate::{Fit, FitOptions, InferError, Likelihood, Watch, fit};
 use trundle_model::Model;
 
-/// A fit under `likelihood` that begins, beside its random starts, where a fit under `guide` ends: for final states
-/// ([`super::Cut::Final`]) the same episodes over windows.
+/// Fit under `likelihood` from random starts and from the estimate of a fit under `guide`. For final states
+/// ([`super::Cut::Final`]), the guide compares the same episodes over windows.
 ///
 /// # Errors
 /// As [`fit`].

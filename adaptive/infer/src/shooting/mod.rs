@@ -1,12 +1,14 @@
-//! Likelihoods of simulated motion: from a known state, under the recorded wrench, to what was seen then.
+//! Likelihoods of simulated motion: simulations from a known state under the recorded wrench, compared with
+//! the measured states.
 //!
 //! ```text
 //! x'_i = g(x_i, u_i, δt_i; φ) + ε,   ε ~ σ · (normal or Student's t)          (eq. 5, 6)
 //! ```
-//! One type for the paper's per-step displacement (eq. 8), its final integrated state (eq. 9), and multiple shooting
-//! between the two: they differ by where the simulation starts afresh and by what is compared ([`Cut`]). σ is
-//! estimated with φ, one for each kind of channel. Residuals are taken for independent, and the force's noise is in σ
-//! only: intervals are narrower than those of [`crate::MotionLikelihood`], which follows both.
+//! One type covers the paper's per-step displacement (eq. 8), its final integrated state (eq. 9), and
+//! multiple shooting between the two. They differ in where the simulation restarts and which states are
+//! compared ([`Cut`]). σ is estimated together with φ, with one value for each kind of channel. Residuals are
+//! assumed independent, and the noise of the force is part of σ. Intervals are therefore narrower than those
+//! of [`crate::MotionLikelihood`], which models both.
 
 mod guided;
 mod loss;
@@ -22,13 +24,13 @@ pub use segments::Cut;
 use crate::{Channels, InferError, Likelihood, Linearised, Transition};
 use nalgebra::RowDVector;
 use rayon::prelude::*;
-use scatter::{SPREAD, Sigma, difference, kind};
+use scatter::{LOG_SCATTER_SD, Sigma, difference, kind};
 use segments::{Segment, of_episode, of_transition};
-use slopes::{Laws, Simulate, Stepped};
+use slopes::{LawSimulation, Simulate, StepperSimulation};
 use trundle_model::{Model, Slot, StepError, Stepper};
 use trundle_record::{Noise, Prepared};
 
-/// Compares simulated with seen states, segment by segment.
+/// Compares simulated with measured states, segment by segment.
 #[derive(Clone)]
 pub struct Shooting<'a> {
     segments: Vec<Segment>,
@@ -45,14 +47,15 @@ pub struct Shooting<'a> {
 /// σ of each channel, with the index of its slot.
 type Sigmas = [(f64, usize); 6];
 
-/// Segments that are summed up together, whatever the number of threads, for the sake of the same bytes.
-const BATCH: usize = 8;
+/// Number of segments whose results are summed together. It is independent of the number of threads, so that
+/// results are reproducible.
+const SEGMENTS_PER_BATCH: usize = 8;
 
 impl<'a> Shooting<'a> {
-    /// Cut episodes; `dof` says in which directions the object moves.
+    /// Divides episodes into segments; `dof` gives the directions in which the object moves.
     ///
     /// # Errors
-    /// When an episode is too short, or the cut makes no sense.
+    /// When an episode is too short, or the parameters of `how` are invalid.
     pub fn new(episodes: &[Prepared], noise: &Noise, dof: [bool; 3], how: Cut) -> Result<Self, InferError> {
         check(how)?;
         let (mut segments, mut motion) = (vec![], vec![]);
@@ -62,70 +65,72 @@ impl<'a> Shooting<'a> {
             motion.extend(smoothed);
         }
         if segments.is_empty() {
-            return Err(nothing("no episode to fit is left"));
+            return Err(no_data("no episode is left to fit"));
         }
         let with_twist = matches!(how, Cut::Steps { .. });
         Ok(Self {
             segments,
             episodes: episodes.iter().map(|e| e.name.clone()).collect(),
             compared: compared(dof, with_twist),
-            sigma: Sigma::Unknown { median: Scatter::usual(noise, motion.iter()), spread: SPREAD },
+            sigma: Sigma::Unknown {
+                median: Scatter::from_noise(noise, motion.iter()),
+                spread: LOG_SCATTER_SD,
+            },
             loss: Loss::default(),
             channels: Channels::of(noise),
             stepper: None,
         })
     }
 
-    /// Compare the states after transitions, poses and twists alike (eq. 8 on the rows of eq. 7). The whole state
-    /// before and the wrench are taken for exact; all directions move.
+    /// Compares the states after transitions, poses and twists alike (eq. 8 on the rows of eq. 7). The state
+    /// before and the wrench are assumed exact, and all directions move.
     ///
     /// # Errors
-    /// When there is none, or a number is not finite.
+    /// When `data` is empty, or a number is not finite.
     pub fn of_transitions(data: &[Transition]) -> Result<Self, InferError> {
         if data.is_empty() {
-            return Err(nothing("there is no transition"));
+            return Err(no_data("no transition is given"));
         }
         if let Some(index) = data.iter().position(|t| !is_finite(t)) {
-            return Err(nothing(&format!(
-                "transition {index} holds a number that is not finite, or no time"
-            )));
+            return Err(no_data(&format!("transition {index}: all numbers must be finite and dt positive")));
         }
         Ok(Self {
             segments: data.iter().map(of_transition).collect(),
             episodes: vec!["transitions".to_owned()],
             compared: compared([true; 3], true),
-            sigma: Sigma::Unknown { median: Scatter::of_changes(data), spread: SPREAD },
+            sigma: Sigma::Unknown { median: Scatter::from_changes(data), spread: LOG_SCATTER_SD },
             loss: Loss::default(),
             channels: Channels { pose: [0.0; 3], reading: [0.0; 3], wander: [0.0; 3] },
             stepper: None,
         })
     }
 
-    /// The same with residuals distributed so.
+    /// The same with another distribution of residuals.
     #[must_use]
     pub fn with_loss(self, loss: Loss) -> Self {
         Self { loss, ..self }
     }
 
-    /// The same with σ known.
+    /// The same with known σ.
     #[must_use]
     pub fn with_scatter(self, scatter: Scatter) -> Self {
         Self { sigma: Sigma::Known(scatter), ..self }
     }
 
-    /// The same with σ log-normal about `median`, `spread` the standard deviation of its logarithm.
+    /// The same with a log-normal prior of σ: its median, and the standard deviation `spread` of its
+    /// logarithm.
     #[must_use]
     pub fn with_scatter_about(self, median: Scatter, spread: f64) -> Self {
         Self { sigma: Sigma::Unknown { median, spread }, ..self }
     }
 
-    /// The same simulated by `stepper`, with slopes by central differences.
+    /// The same simulated by `stepper`, with derivatives by central differences.
     #[must_use]
     pub fn simulated_by(self, stepper: &'a dyn Stepper) -> Self {
         Self { stepper: Some(stepper), ..self }
     }
 
-    /// The same with some of its episodes.
+    /// The same with a subset of the episodes.
     #[must_use]
     pub fn only(&self, keep: impl Fn(usize) -> bool) -> Self {
         let segments = self.segments.iter().filter(|s| keep(s.episode)).cloned().collect();
@@ -137,18 +142,18 @@ impl<'a> Shooting<'a> {
         self.segments.len()
     }
 
-    /// Number of states compared.
+    /// Number of compared states.
     pub fn observations(&self) -> usize {
-        self.segments.iter().map(|s| s.seen.len()).sum()
+        self.segments.iter().map(|s| s.observed.len()).sum()
     }
 
-    /// Kinds of scatter that are compared, in the order of [`Likelihood::noise`].
+    /// Kinds of scatter in use, in the order of [`Likelihood::noise`].
     fn kinds(&self) -> Vec<usize> {
         (0..4).filter(|&k| self.compared.iter().any(|&c| kind(c) == k)).collect()
     }
 
     /// Values of the model's slots, and σ of each channel with the index of its slot.
-    fn parted<'v>(&self, model: &Model, values: &'v [f64]) -> Result<(&'v [f64], Sigmas), InferError> {
+    fn split_values<'v>(&self, model: &Model, values: &'v [f64]) -> Result<(&'v [f64], Sigmas), InferError> {
         let (kinds, own) = (self.kinds(), model.slots().len());
         if values.len() != own + kinds.len() {
             let (got, expected) = (values.len(), own + kinds.len());
@@ -165,12 +170,12 @@ impl<'a> Shooting<'a> {
         free: &[usize],
     ) -> Result<Box<dyn Simulate + Sync + 'm>, InferError> {
         Ok(match self.stepper {
-            Some(stepper) => Box::new(Stepped::new(stepper, model, values, free)?),
-            None => Box::new(Laws::new(model, values, free)?),
+            Some(stepper) => Box::new(StepperSimulation::new(stepper, model, values, free)?),
+            None => Box::new(LawSimulation::new(model, values, free)?),
         })
     }
 
-    /// An error that says where.
+    /// A simulation error with its episode and time.
     fn located(&self, segment: &Segment, error: StepError) -> InferError {
         let passed: f64 = segment.inputs.iter().take(error.step).map(|i| i.dt).sum();
         InferError::Step {
@@ -188,17 +193,17 @@ impl<'a> Shooting<'a> {
     ) -> Result<f64, InferError> {
         let states = simulation.states(segment).map_err(|e| self.located(segment, e))?;
         let mut cost = 0.0;
-        for (seen, state) in segment.seen.iter().zip(&states) {
+        for (observed, state) in segment.observed.iter().zip(&states) {
             for &c in &self.compared {
                 let (sd, _) = sigma[c];
-                let whitened = difference(&seen.state, state, c) / sd;
-                cost += self.loss.charge(whitened * whitened, 1.0).cost + sd.ln();
+                let whitened = difference(&observed.state, state, c) / sd;
+                cost += self.loss.contribution(whitened * whitened, 1.0).cost + sd.ln();
             }
         }
         Ok(if cost.is_finite() { cost } else { f64::INFINITY })
     }
 
-    /// A segment's part; `own` are the places of the model's slots among the free ones.
+    /// Contribution of one segment; `own` holds the indices of the model's slots among the free ones.
     fn linearise_one(
         &self,
         segment: &Segment,
@@ -211,9 +216,9 @@ impl<'a> Shooting<'a> {
         let states = simulation.states(segment).map_err(failed)?;
         let slopes = simulation.slopes(segment).map_err(failed)?;
         let mut sum = Linearised::sum(free.len(), []);
-        for (i, (seen, state)) in segment.seen.iter().zip(&states).enumerate() {
+        for (i, (observed, state)) in segment.observed.iter().zip(&states).enumerate() {
             for &c in &self.compared {
-                let ((sd, slot), error) = (sigma[c], difference(&seen.state, state, c));
+                let ((sd, slot), error) = (sigma[c], difference(&observed.state, state, c));
                 let row = slopes.row(6 * i + c).into_owned() / -sd;
                 self.add(&mut sum, error / sd, &row, own);
                 if let Some(k) = free.iter().position(|&f| f == slot) {
@@ -225,29 +230,29 @@ impl<'a> Shooting<'a> {
         Ok(sum)
     }
 
-    /// Add a whitened residual with its slopes.
+    /// Adds a whitened residual with its derivatives.
     fn add(&self, sum: &mut Linearised, whitened: f64, slopes: &RowDVector<f64>, own: &[usize]) {
-        let charge = self.loss.charge(whitened * whitened, 1.0);
-        sum.cost += charge.cost;
+        let contribution = self.loss.contribution(whitened * whitened, 1.0);
+        sum.cost += contribution.cost;
         for (&i, a) in own.iter().zip(slopes.iter()) {
-            sum.gradient[i] += charge.weight * whitened * a;
+            sum.gradient[i] += contribution.weight * whitened * a;
             for (&j, b) in own.iter().zip(slopes.iter()) {
-                sum.curvature[(i, j)] += charge.curvature * a * b;
+                sum.curvature[(i, j)] += contribution.curvature * a * b;
             }
         }
     }
 
-    /// Add what a whitened residual says of its own σ, the free parameter `k`.
+    /// Adds the derivatives of a whitened residual by its own σ, the free parameter `k`.
     fn add_scale(&self, sum: &mut Linearised, k: usize, whitened: f64, sd: f64) {
         let square = whitened * whitened;
-        sum.gradient[k] += (1.0 - self.loss.charge(square, 1.0).weight * square) / sd;
+        sum.gradient[k] += (1.0 - self.loss.contribution(square, 1.0).weight * square) / sd;
         sum.curvature[(k, k)] += self.loss.scale_information() / (sd * sd);
     }
 }
 
 impl Likelihood for Shooting<'_> {
     fn cost(&self, model: &Model, values: &[f64]) -> Result<f64, InferError> {
-        let (own, sigma) = self.parted(model, values)?;
+        let (own, sigma) = self.split_values(model, values)?;
         let simulation = self.simulation(model, own, &[])?;
         let of = |s: &Segment| self.cost_of(s, &*simulation, &sigma);
         let parts = self.segments.par_iter().map(of).collect::<Result<Vec<_>, InferError>>()?;
@@ -255,16 +260,16 @@ impl Likelihood for Shooting<'_> {
     }
 
     fn linearise(&self, model: &Model, values: &[f64], free: &[usize]) -> Result<Linearised, InferError> {
-        let (own, sigma) = self.parted(model, values)?;
-        let places: Vec<usize> = (0..free.len()).filter(|&k| free[k] < own.len()).collect();
-        let slots: Vec<usize> = places.iter().map(|&k| free[k]).collect();
+        let (own, sigma) = self.split_values(model, values)?;
+        let own_slots: Vec<usize> = (0..free.len()).filter(|&k| free[k] < own.len()).collect();
+        let slots: Vec<usize> = own_slots.iter().map(|&k| free[k]).collect();
         let simulation = self.simulation(model, own, &slots)?;
         let of = |batch: &[Segment]| {
-            let one = |s| self.linearise_one(s, &*simulation, &sigma, free, &places);
+            let one = |s| self.linearise_one(s, &*simulation, &sigma, free, &own_slots);
             let parts = batch.iter().map(one).collect::<Result<Vec<_>, InferError>>()?;
             Ok(Linearised::sum(free.len(), parts))
         };
-        let batch = if self.segments.len() > 16 * BATCH { BATCH } else { 1 };
+        let batch = if self.segments.len() > 16 * SEGMENTS_PER_BATCH { SEGMENTS_PER_BATCH } else { 1 };
         let parts = self.segments.par_chunks(batch).map(of).collect::<Result<Vec<_>, InferError>>()?;
         let sum = Linearised::sum(free.len(), parts);
         Ok(if sum.cost.is_nan() { Linearised { cost: f64::INFINITY, ..sum } } else { sum })
@@ -286,7 +291,7 @@ impl Likelihood for Shooting<'_> {
         self.episodes.iter().enumerate().map(one).collect()
     }
 
-    /// σ is estimated with the parameters, not after them.
+    /// σ is estimated together with the parameters.
     fn tuned(&self, _: &Model, _: &[f64]) -> Result<Option<Box<dyn Likelihood + '_>>, InferError> {
         Ok(None)
     }
@@ -298,19 +303,19 @@ fn compared(dof: [bool; 3], with_twist: bool) -> Vec<usize> {
 
 fn check(how: Cut) -> Result<(), InferError> {
     match how {
-        Cut::Steps { stride: 0 } => Err(nothing("steps of 0 pose samples hold nothing")),
+        Cut::Steps { stride: 0 } => Err(no_data("steps of 0 pose samples: stride must be at least 1")),
         Cut::Windows { length } if !(length.is_finite() && length > 0.0) => {
-            Err(nothing(&format!("a window of {length} s holds nothing")))
+            Err(no_data(&format!("a window of {length} s: length must be positive")))
         }
         _ => Ok(()),
     }
 }
 
-fn nothing(reason: &str) -> InferError {
+fn no_data(reason: &str) -> InferError {
     InferError::NoData {
         recording: "the fit".to_owned(),
         reason: reason.to_owned(),
-        remedy: "give data to compare with".to_owned(),
+        remedy: "change the settings or give more data".to_owned(),
     }
 }
 

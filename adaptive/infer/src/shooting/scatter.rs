@@ -1,10 +1,10 @@
-//! How far what is seen scatters about what is simulated: σ of eq. 6.
+//! Scatter of measured around simulated states: σ of eq. 6.
 
 use crate::{StateVector, Transition};
 use trundle_model::{Prior, Slot};
 use trundle_record::{Motion, Noise};
 
-/// One standard deviation in each kind of channel.
+/// Standard deviation of each kind of channel.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct Scatter {
     /// Of x and y, m.
@@ -17,24 +17,24 @@ pub struct Scatter {
     pub spin: f64,
 }
 
-/// What is known of the scatter before the data.
+/// Prior knowledge of the scatter.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub(crate) enum Sigma {
-    /// Its value.
+    /// A fixed value.
     Known(Scatter),
     /// Log-normal about this median.
     Unknown { median: Scatter, spread: f64 },
 }
 
-/// Standard deviation of the logarithm of an unknown scatter: 95 % within a factor of seven of the median. Where
-/// few residuals could be met exactly, it is all that keeps σ from zero.
-pub(crate) const SPREAD: f64 = 1.0;
+/// Prior standard deviation of the logarithm of an unknown scatter: 95 % within a factor of seven of the
+/// median. This prior keeps σ from zero where a few residuals can be fitted exactly.
+pub(crate) const LOG_SCATTER_SD: f64 = 1.0;
 
-/// A simulation under noisy forces misses by some times the tracker's noise.
-const MISS: f64 = 4.0;
+/// Prior median of the scatter relative to the tracker noise, because noisy forces drive the simulation.
+const SCATTER_PER_POSE_NOISE: f64 = 4.0;
 
-/// Share of the usual change of a channel that is taken for the median of its scatter.
-const SHARE: f64 = 0.1;
+/// Prior median of the scatter relative to the typical change of a channel.
+const SCATTER_PER_CHANGE: f64 = 0.1;
 
 const NAMES: [(&str, &str); 4] =
     [("noise.position", "m"), ("noise.heading", "rad"), ("noise.velocity", "m/s"), ("noise.spin", "rad/s")];
@@ -44,12 +44,12 @@ impl Scatter {
         [self.position, self.heading, self.velocity, self.spin]
     }
 
-    fn of([position, heading, velocity, spin]: [f64; 4]) -> Self {
+    fn from_array([position, heading, velocity, spin]: [f64; 4]) -> Self {
         Self { position, heading, velocity, spin }
     }
 
-    /// What is likely where poses are this noisy, and twists smoothed from them this uncertain.
-    pub(crate) fn usual<'a>(noise: &Noise, motion: impl Iterator<Item = &'a Motion>) -> Self {
+    /// Prior medians from the noise of the poses and the uncertainty of the smoothed twists.
+    pub(crate) fn from_noise<'a>(noise: &Noise, motion: impl Iterator<Item = &'a Motion>) -> Self {
         let (mut variance, mut count) = ([0.0; 3], 0.0);
         for m in motion {
             variance = [0, 1, 2].map(|k| variance[k] + m.cov[k][1][1]);
@@ -57,11 +57,14 @@ impl Scatter {
         }
         let twist = variance.map(|v| if count > 0.0 { (v / count).sqrt() } else { 0.01 });
         let [x, y, theta] = noise.pose;
-        Self::of([x.max(y), theta, twist[0].max(twist[1]), twist[2]].map(|s| (MISS * s).max(1e-9)))
+        Self::from_array(
+            [x.max(y), theta, twist[0].max(twist[1]), twist[2]]
+                .map(|s| (SCATTER_PER_POSE_NOISE * s).max(1e-9)),
+        )
     }
 
-    /// A tenth of what the channels change by in these transitions.
-    pub(crate) fn of_changes(data: &[Transition]) -> Self {
+    /// Prior medians from the changes of the channels in these transitions.
+    pub(crate) fn from_changes(data: &[Transition]) -> Self {
         let square = |channels: &[usize]| {
             let of =
                 |t: &Transition| channels.iter().map(|&k| (t.after[k] - t.before[k]).powi(2)).sum::<f64>();
@@ -69,7 +72,7 @@ impl Scatter {
             (data.iter().map(of).sum::<f64>() / n).sqrt()
         };
         let changes = [square(&[0, 1]), square(&[2]), square(&[3, 4]), square(&[5])];
-        Self::of(changes.map(|c| if c > 0.0 { SHARE * c } else { 1e-6 }))
+        Self::from_array(changes.map(|c| if c > 0.0 { SCATTER_PER_CHANGE * c } else { 1e-6 }))
     }
 }
 
@@ -78,12 +81,12 @@ pub(crate) fn kind(channel: usize) -> usize {
     [0, 0, 1, 2, 2, 3][channel]
 }
 
-/// The slots of the kinds `kinds`.
+/// Slots of the given kinds.
 pub(crate) fn slots(sigma: Sigma, kinds: &[usize]) -> Vec<Slot> {
     let one = |&k: &usize| {
         let (name, unit) = NAMES[k];
         let (median, spread, value) = match sigma {
-            Sigma::Known(s) => (s.array()[k], SPREAD, Some(s.array()[k])),
+            Sigma::Known(s) => (s.array()[k], LOG_SCATTER_SD, Some(s.array()[k])),
             Sigma::Unknown { median, spread } => (median.array()[k], spread, None),
         };
         Slot {
@@ -99,8 +102,8 @@ pub(crate) fn slots(sigma: Sigma, kinds: &[usize]) -> Vec<Slot> {
     kinds.iter().map(one).collect()
 }
 
-/// Seen less simulated; headings on their circle.
+/// Measured minus simulated value; headings are wrapped.
 pub(crate) fn difference(seen: &StateVector, simulated: &StateVector, channel: usize) -> f64 {
     let d = seen[channel] - simulated[channel];
-    if channel == 2 { crate::tally::wrap(d) } else { d }
+    if channel == 2 { crate::error_metrics::wrap(d) } else { d }
 }

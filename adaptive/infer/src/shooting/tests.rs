@@ -1,4 +1,4 @@
-//! Costs and their derivatives, by finite differences.
+//! Costs and their derivatives, compared with finite differences.
 
 use super::*;
 use crate::{Pushes, noisy, transitions};
@@ -15,7 +15,7 @@ fn model() -> Model {
         .with(Effect::free(Kind::ForceBias))
 }
 
-/// A made-up motion, wound around more than once.
+/// A synthetic motion that turns by more than one revolution.
 fn episode(name: &str, rate: f64) -> Prepared {
     let wrench = |k: usize| {
         let t = k as f64 * 0.01;
@@ -71,7 +71,7 @@ fn numeric(likelihood: &Shooting<'_>, values: &[f64], slot: usize) -> f64 {
 }
 
 #[test]
-fn gradients_are_those_of_the_cost() {
+fn gradient_matches_finite_differences() {
     for likelihood in all() {
         for loss in [Loss::Gaussian, Loss::STUDENT] {
             let likelihood = likelihood.clone().with_loss(loss);
@@ -176,7 +176,7 @@ fn a_simulator_that_fails_is_an_error_with_place_and_time() {
 }
 
 #[test]
-fn cuts_and_transitions_without_sense_are_refused() {
+fn invalid_segments_and_transitions_are_errors() {
     let refused = |cut| Shooting::new(&[episode("push", 50.0)], &NOISE, [true; 3], cut).err().unwrap();
     assert!(refused(Cut::Windows { length: f64::NAN }).to_string().contains("NaN"));
     assert!(refused(Cut::Steps { stride: 0 }).to_string().contains("steps of 0"));

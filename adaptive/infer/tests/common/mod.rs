@@ -1,4 +1,5 @@
-//! Recordings of a simulated table: the model's integrator at a finer step, noise, and what may be hidden.
+//! Recordings of a simulated table: the model's integrator with a finer step, noise, and optional hidden
+//! effects.
 #![allow(dead_code, clippy::unwrap_used)]
 
 use rand::{RngExt, SeedableRng};
@@ -34,15 +35,15 @@ pub fn locked() -> Model {
     }
 }
 
-/// A world to push in.
+/// A simulated world.
 pub struct World {
-    /// What the laws of the catalogue do.
+    /// The true model.
     pub truth: Model,
-    /// What the sensor adds to the truth from contact on, sensor axes.
+    /// Offset of the sensor from contact on, sensor axes.
     pub bias: [f64; 3],
-    /// A wrench outside of the catalogue, object axes about the origin.
+    /// An out-of-catalogue wrench, object axes about the origin.
     pub foreign: fn(&State<f64>) -> [f64; 3],
-    /// Where the laws' own states begin.
+    /// Initial values of the laws' own states.
     pub inner: [f64; MAX_INNER_STATES],
 }
 
@@ -57,7 +58,7 @@ impl World {
         (0..episodes).map(|k| self.push(&plant, k, seed)).collect()
     }
 
-    /// Five pushes, of which the last is held out.
+    /// Five pushes, the last of which is held out.
     pub fn recording(&self, seed: u64) -> Dataset {
         let mut training = self.pushes(5, seed);
         let held_out = training.split_off(4);
@@ -113,7 +114,7 @@ impl World {
                 ..Clock::since_contact(t - CONTACT)
             };
             let applied = transport(force(t + dt / 2.0), frame);
-            // Until contact whatever held the table still holds it.
+            // Until contact the table is held in place.
             let foreign = if t >= CONTACT { (self.foreign)(&state) } else { [0.0; 3] };
             state = plant.step(&state, [0, 1, 2].map(|i| applied[i] + foreign[i]), clock, dt);
         }

@@ -1,4 +1,4 @@
-//! The file of a calibration: `trundle-calibration/1`.
+//! Calibration file: `trundle-calibration/1`.
 
 use crate::{Method, PosteriorError};
 use serde::Deserialize;
@@ -6,7 +6,7 @@ use trundle_infer::{Coordinates, InferError};
 use trundle_model::{Model, PriorFile};
 use trundle_record::Noise;
 
-/// What stands first in the file.
+/// Value of `format` in the file.
 const FORMAT: &str = "trundle-calibration/1";
 
 #[derive(Debug, Deserialize)]
@@ -16,47 +16,47 @@ struct File {
     name: String,
     #[serde(default)]
     method: Method,
-    #[serde(default = "four")]
+    #[serde(default = "default_chains")]
     chains: usize,
-    #[serde(default = "three_hundred")]
+    #[serde(default = "default_warmup")]
     warmup: usize,
-    #[serde(default = "six")]
+    #[serde(default = "default_starts")]
     starts: usize,
     model: toml::Table,
     prior: toml::Table,
     push: Push,
     noise: NoiseFile,
-    #[serde(default = "one")]
+    #[serde(default = "default_shrink")]
     shrink: f64,
 }
 
-fn four() -> usize {
+fn default_chains() -> usize {
     4
 }
 
-fn six() -> usize {
+fn default_starts() -> usize {
     6
 }
 
-fn three_hundred() -> usize {
+fn default_warmup() -> usize {
     300
 }
 
-fn one() -> f64 {
+fn default_shrink() -> f64 {
     1.0
 }
 
-/// How the object is pushed.
+/// Settings of the simulated pushes.
 #[derive(Clone, Debug, Deserialize)]
 #[serde(deny_unknown_fields)]
 pub(crate) struct Push {
-    /// Pushes of one recording.
+    /// Number of pushes in one recording.
     pub episodes: usize,
-    /// Length of each, s.
+    /// Duration of each push, s.
     pub duration: f64,
     /// Standard deviation of the amplitudes of the force's four waves, N.
     pub force: f64,
-    /// Where the gripper holds, object frame, m.
+    /// Position of the grasp, object frame, m.
     pub grasp: [f64; 2],
     /// Standard deviation of the grasp along the object's y, m.
     pub scatter: f64,
@@ -71,16 +71,16 @@ struct NoiseFile {
     /// One wrench sample, N and N·m.
     force: f64,
     torque: f64,
-    /// The tare's error, N and N·m.
+    /// Error of the tare, N and N·m.
     tare_force: f64,
     tare_torque: f64,
 }
 
-/// A calibration: what is drawn, simulated and inferred.
+/// A calibration study: model, priors, pushes and sampling method.
 pub struct Calibration {
-    /// Its name.
+    /// Name of the study.
     pub name: String,
-    /// The free parameters' names, in order.
+    /// Names of the free parameters, in order.
     pub parameters: Vec<String>,
     pub(crate) method: Method,
     pub(crate) chains: usize,
@@ -91,31 +91,34 @@ pub struct Calibration {
     pub(crate) push: Push,
     pub(crate) noise: Noise,
     pub(crate) tare: [f64; 3],
-    /// Factor on the draws' distance from their mean; one, but to show that the test can fail.
+    /// Factor on the distance of the draws from their mean. Other values than one show that the test detects
+    /// a wrong posterior.
     pub(crate) shrink: f64,
 }
 
 impl Calibration {
-    /// From the text of a file.
+    /// Reads a calibration file.
     ///
     /// # Errors
-    /// When it is no such file, a name is unknown, or something in it cannot be simulated.
+    /// When the text is not a valid file, a name is unknown, or a setting cannot be simulated.
     pub fn from_toml(text: &str) -> Result<Self, PosteriorError> {
         let wrong = |reason: String| PosteriorError::Config { what: "calibration".to_owned(), reason };
         let file: File = toml::from_str(text).map_err(|e| wrong(e.to_string()))?;
         if file.format != FORMAT {
-            return Err(wrong(format!("format = {:?}: this version reads {FORMAT:?}", file.format)));
+            return Err(wrong(format!("format = {:?}: must be {FORMAT:?}", file.format)));
         }
         let model = toml::to_string(&file.model).map_err(|e| wrong(e.to_string()))?;
         let model = Model::from_toml(&model).map_err(InferError::from)?.0;
         if model.body.fixtures.is_empty() {
-            return Err(wrong("model.body.footprint is missing: give its corners, m".to_owned()));
+            return Err(wrong(
+                "model.body.footprint is missing: give the corners of the footprint, m".to_owned(),
+            ));
         }
-        sound(&file)?;
+        validate(&file)?;
         let prior = toml::to_string(&file.prior).map_err(|e| wrong(e.to_string()))?;
         let prior = PriorFile::from_toml(&prior, "[prior]").map_err(InferError::from)?;
         if !prior.per_episode().is_empty() {
-            return Err(wrong("[prior]: scope = \"episode\" is not calibrated; leave it out".to_owned()));
+            return Err(wrong("[prior]: scope = \"episode\" is not supported; remove it".to_owned()));
         }
         let model = prior.apply(&model).map_err(InferError::from)?;
         let coordinates = Coordinates::new(&model);
@@ -144,26 +147,26 @@ impl Calibration {
         })
     }
 
-    /// The same by another method.
+    /// The same study with another method.
     #[must_use]
     pub fn with_method(self, method: Method) -> Self {
         Self { method, ..self }
     }
 
-    /// How it infers.
+    /// The sampling method.
     pub fn method(&self) -> Method {
         self.method
     }
 
-    /// The same with draws nearer to their mean by a factor, to see that calibration notices.
+    /// The same study with draws scaled towards their mean by a factor, to check that calibration detects it.
     #[must_use]
     pub fn shrunk(self, shrink: f64) -> Self {
         Self { shrink, ..self }
     }
 }
 
-/// Refuse what cannot be simulated.
-fn sound(file: &File) -> Result<(), PosteriorError> {
+/// Checks the settings of the simulation.
+fn validate(file: &File) -> Result<(), PosteriorError> {
     let refuse = |what: &'static str, value: f64| {
         Err(PosteriorError::Setting { what, value: value.to_string(), remedy: "give a number above zero" })
     };

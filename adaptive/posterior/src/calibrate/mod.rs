@@ -4,8 +4,8 @@
 //! φ* ~ prior,   data ~ p(data | φ*),   φ₁ … φ_L ~ p(φ | data):   the rank of φ* among the φ is uniform
 //! ```
 //!
-//! The data are made as the likelihood believes that data are made, so that a rank that is not uniform
-//! is a fault of the inference and of nothing else.
+//! The data are simulated from the model that the likelihood assumes, so a rank that is not uniform shows an
+//! error of the inference.
 
 mod config;
 mod ranks;
@@ -13,5 +13,5 @@ mod replicate;
 mod world;
 
 pub use config::Calibration;
-pub use ranks::{Line, lines};
+pub use ranks::{ParameterCalibration, calibrations};
 pub use replicate::{RANKS, Replicate, replicates};

@@ -1,37 +1,41 @@
-//! Whether ranks are uniform, and how often intervals cover.
+//! Uniformity of ranks and coverage of intervals.
 
 use crate::calibrate::{RANKS, Replicate};
 use serde::Serialize;
 use statrs::distribution::{Beta, ChiSquared, ContinuousCDF};
 
-/// Bins of the test of uniformity.
+/// Number of bins of the test of uniformity.
 const BINS: usize = 10;
 
-/// What the rounds say of one parameter.
+/// Calibration of one parameter.
 #[derive(Clone, Debug, PartialEq, Serialize)]
-pub struct Line {
+pub struct ParameterCalibration {
     /// The parameter.
     pub name: String,
-    /// Rounds.
+    /// Number of rounds.
     pub rounds: usize,
-    /// How often the central 50 % interval covers the truth, with a 95 % interval of that share.
+    /// Coverage of the central 50 % interval, with a 95 % confidence interval of the coverage.
     pub cover_50: [f64; 3],
-    /// The same of the central 90 % interval.
+    /// The same for the central 90 % interval.
     pub cover_90: [f64; 3],
-    /// Probability that uniform ranks are as uneven (χ², ten bins); small where they are not uniform.
+    /// p-value of a χ² test of uniform ranks with ten bins.
     pub uniform_p: f64,
-    /// Rounds in each tenth of the ranks.
+    /// Number of rounds in each tenth of the ranks.
     pub histogram: Vec<usize>,
-    /// Mean rank as a share: ½ without bias.
+    /// Mean rank as a share; ½ without bias.
     pub mean_rank: f64,
 }
 
-/// One line a parameter.
-pub fn lines(parameters: &[String], rounds: &[Replicate]) -> Vec<Line> {
-    parameters.iter().enumerate().map(|(k, name)| line(name, rounds.iter().map(|r| r.rank[k]))).collect()
+/// Calibration of each parameter.
+pub fn calibrations(parameters: &[String], rounds: &[Replicate]) -> Vec<ParameterCalibration> {
+    parameters
+        .iter()
+        .enumerate()
+        .map(|(k, name)| calibration(name, rounds.iter().map(|r| r.rank[k])))
+        .collect()
 }
 
-fn line(name: &str, ranks: impl Iterator<Item = usize> + Clone) -> Line {
+fn calibration(name: &str, ranks: impl Iterator<Item = usize> + Clone) -> ParameterCalibration {
     let n = ranks.clone().count();
     let mut histogram = vec![0; BINS];
     for rank in ranks.clone() {
@@ -42,7 +46,7 @@ fn line(name: &str, ranks: impl Iterator<Item = usize> + Clone) -> Line {
         interval(ranks.clone().filter(|r| (tail..=RANKS - tail).contains(r)).count(), n)
     };
     let mean_rank = ranks.clone().map(|r| r as f64).sum::<f64>() / (n as f64 * RANKS as f64);
-    Line {
+    ParameterCalibration {
         name: name.to_owned(),
         rounds: n,
         cover_50: covered(0.5),
@@ -63,7 +67,7 @@ fn interval(k: usize, n: usize) -> [f64; 3] {
     [hits / n as f64, low, high]
 }
 
-/// χ² test that the bins are equally likely.
+/// p-value of a χ² test that the bins are equally likely.
 fn uniform(histogram: &[usize]) -> f64 {
     let expected = histogram.iter().sum::<usize>() as f64 / histogram.len() as f64;
     let statistic: f64 = histogram.iter().map(|&h| (h as f64 - expected).powi(2) / expected).sum();
@@ -76,10 +80,10 @@ mod tests {
 
     #[test]
     fn even_ranks_cover_and_crowded_ones_do_not() {
-        let even = line("even", 0..400);
+        let even = calibration("even", 0..400);
         assert!((even.cover_90[0] - 0.9).abs() < 1e-12 && (even.cover_50[0] - 0.5).abs() < 1e-12);
         assert!(even.uniform_p > 0.999 && (even.mean_rank - 0.5).abs() < 1e-12);
-        let crowded = line("crowded", (0..100).map(|k| if k % 2 == 0 { 2 } else { 396 }));
+        let crowded = calibration("crowded", (0..100).map(|k| if k % 2 == 0 { 2 } else { 396 }));
         assert!(crowded.cover_90[2] < 0.1 && crowded.uniform_p < 1e-6);
     }
 

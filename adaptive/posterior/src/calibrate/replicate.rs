@@ -11,29 +11,30 @@ use std::sync::Mutex;
 use std::sync::atomic::{AtomicUsize, Ordering};
 use trundle_infer::{FitOptions, InferError, MotionLikelihood, Target, Watch, on_all_cores};
 
-/// Draws that a truth is ranked among: ranks 0 to 399, so that central intervals are whole ranks.
+/// Number of draws among which a true value is ranked. The ranks are 0 to 399, so that central intervals
+/// contain whole ranks.
 pub const RANKS: usize = 399;
 
-/// What one round found.
+/// Result of one round.
 #[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
 pub struct Replicate {
-    /// Its number: the stream of its random numbers.
+    /// Number of the round: its stream of random numbers.
     pub index: u64,
-    /// Values that the recording was made with, as named in the posterior.
+    /// True values of the recording, in the order of the posterior.
     pub truth: Vec<f64>,
-    /// Posterior means and standard deviations.
+    /// Posterior means.
     pub mean: Vec<f64>,
-    /// As the means.
+    /// Posterior standard deviations.
     pub sd: Vec<f64>,
     /// How many of [`RANKS`] draws are below the truth.
     pub rank: Vec<usize>,
-    /// Draws whose trajectory left the density.
+    /// Number of divergent trajectories.
     pub divergences: usize,
-    /// Modes that were sampled.
+    /// Number of sampled modes.
     pub modes: usize,
 }
 
-/// The rounds with some numbers, on all cores, with the same bytes as on one.
+/// The rounds with the numbers `indices`, on all cores. The result does not depend on the number of cores.
 ///
 /// # Errors
 /// When a round fails, or the user interrupts.
@@ -55,7 +56,7 @@ pub fn replicates(
             watch.progress("calibrate", count as f64 / indices.len() as f64);
         }
     };
-    // Threads of their own: a round waits for work that it hands to the common pool.
+    // Separate threads, because a round waits for work on the common pool.
     let workers = std::thread::available_parallelism().map_or(1, usize::from);
     on_all_cores(watch, |watch| {
         std::thread::scope(|scope| (0..workers).for_each(|_| drop(scope.spawn(|| work(watch)))));
@@ -64,7 +65,7 @@ pub fn replicates(
     found.into_iter().map(|r| r.into_inner().ok().flatten().unwrap_or_else(interrupted)).collect()
 }
 
-/// Hears whether to stop, and keeps progress to itself.
+/// Passes on cancellation but not progress.
 struct Inner<'a>(&'a dyn Watch);
 
 impl Watch for Inner<'_> {
@@ -85,7 +86,7 @@ impl Calibration {
         let likelihood = MotionLikelihood::new(&pushes, &self.noise)?;
         let posterior = sample(&likelihood, &self.model, &self.options(rng.random()), &Inner(watch))?;
         let target = Target::new(&likelihood, &self.model, &BTreeSet::new())?;
-        let truth = Canonical::new(&target, &posterior.best).name(&z);
+        let truth = Canonical::new(&target, &posterior.best).canonical_point(&z);
         Ok(self.ranked(index, &target, &truth, &posterior))
     }
 

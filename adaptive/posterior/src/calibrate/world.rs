@@ -1,5 +1,5 @@
-//! Recordings as the likelihood believes that they are made: the model's own plant at a fine step, white
-//! noise on wrench and pose, a tare error that is constant within an episode.
+//! Recordings simulated from the assumptions of the likelihood: the plant of the model with a fine step,
+//! white noise on wrench and pose, and a tare error that is constant within an episode.
 
 use crate::calibrate::Calibration;
 use rand::RngExt;
@@ -9,9 +9,9 @@ use std::f64::consts::TAU;
 use trundle_model::{Clock, Plant, State, transport};
 use trundle_record::{Counts, PoseSample, Prepared, WrenchSample};
 
-/// When contact begins, s: the object rests until then.
+/// Time of contact, s; the object rests before it.
 const CONTACT: f64 = 0.4;
-/// Steps of the plant a second; every 12th has a wrench sample, every 50th a pose.
+/// Steps of the plant per second. Every 12th step has a wrench sample, every 50th a pose.
 const RATE: usize = 3000;
 const WRENCH_EVERY: usize = 12;
 const POSE_EVERY: usize = 50;
@@ -20,7 +20,7 @@ fn normal(sd: f64, rng: &mut ChaCha8Rng) -> f64 {
     sd * rng.sample::<f64, _>(StandardNormal)
 }
 
-/// A force of four waves, along and across the gripper, from contact on.
+/// A force with four sinusoidal components along and across the gripper, from contact on.
 struct Waves {
     parts: Vec<[f64; 3]>,
     steady: f64,
@@ -43,7 +43,7 @@ impl Waves {
 }
 
 impl Calibration {
-    /// One push.
+    /// Simulates one push.
     pub(crate) fn push(&self, plant: &Plant<f64>, index: usize, rng: &mut ChaCha8Rng) -> Prepared {
         let (dof, push, noise) = (self.model.dof, &self.push, &self.noise);
         let only = |values: [f64; 3]| [0, 1, 2].map(|k| if dof[k] { values[k] } else { 0.0 });

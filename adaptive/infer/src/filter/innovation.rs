@@ -1,19 +1,19 @@
-//! What one pose sample says: how far it is from what was predicted, and what it moves.
+//! Innovation of one pose sample, and the correction that it implies.
 
 use super::STATES;
-use crate::covariance::{Belief, POSE, whitener};
+use crate::covariance::{Belief, POSE_STATES, whitener};
 use nalgebra::{Matrix3, SMatrix, Vector3};
 
-/// What one pose sample said.
+/// Innovation of one pose sample.
 #[derive(Clone, Debug)]
 pub struct Innovation {
     /// Time, s.
     pub t: f64,
-    /// Seen less predicted pose.
+    /// Measured minus predicted pose.
     pub error: Vector3<f64>,
-    /// Its covariance.
+    /// Covariance of the error.
     pub covariance: Matrix3<f64>,
-    /// Filter gain: what the sample moves in the state.
+    /// Filter gain.
     pub gain: SMatrix<f64, STATES, 3>,
     /// Inverse of the Cholesky factor of the covariance; rows of blocked directions are zero.
     pub whitener: Matrix3<f64>,
@@ -21,18 +21,19 @@ pub struct Innovation {
     pub cost: f64,
 }
 
-/// What a pose sample says of a belief.
-pub(super) struct Sighting<const N: usize> {
+/// Innovation of one pose sample for a filter with `N` states.
+pub(super) struct PoseInnovation<const N: usize> {
     pub t: f64,
     pub error: Vector3<f64>,
     pub covariance: Matrix3<f64>,
-    pub gain: SMatrix<f64, N, POSE>,
+    pub gain: SMatrix<f64, N, POSE_STATES>,
     pub whitener: Matrix3<f64>,
     pub cost: f64,
 }
 
-impl<const N: usize> Sighting<N> {
-    /// A pose seen, where directions that are not `dof` are blocked; `noise` are variances. `None` where a number is not finite.
+impl<const N: usize> PoseInnovation<N> {
+    /// Compares a belief with a measured pose. Directions not in `dof` are blocked; `noise` holds variances.
+    /// `None` if a number is not finite.
     pub fn new(belief: &Belief<N>, t: f64, seen: [f64; 3], dof: [bool; 3], noise: [f64; 3]) -> Option<Self> {
         let mut covariance: Matrix3<f64> = belief.covariance.fixed_view::<3, 3>(0, 0).into_owned();
         let mut error = Vector3::zeros();
@@ -45,7 +46,7 @@ impl<const N: usize> Sighting<N> {
             }
         }
         let mut whitener = whitener(&covariance)?;
-        let gain = belief.covariance.fixed_view::<N, POSE>(0, 0) * (whitener.transpose() * whitener);
+        let gain = belief.covariance.fixed_view::<N, POSE_STATES>(0, 0) * (whitener.transpose() * whitener);
         let whitened = whitener * error;
         let mut cost = 0.5 * whitened.norm_squared();
         let mut density = 1.0;
@@ -63,8 +64,8 @@ impl<const N: usize> Sighting<N> {
 
     pub fn innovation(&self) -> Innovation {
         let Self { t, error, covariance, whitener, cost, .. } = *self;
-        let mut gain = SMatrix::<f64, STATES, POSE>::zeros();
-        gain.fixed_view_mut::<N, POSE>(0, 0).copy_from(&self.gain);
+        let mut gain = SMatrix::<f64, STATES, POSE_STATES>::zeros();
+        gain.fixed_view_mut::<N, POSE_STATES>(0, 0).copy_from(&self.gain);
         Innovation { t, error, covariance, gain, whitener, cost }
     }
 }

@@ -1,80 +1,81 @@
-//! Stretches of a slow manipulation in which the object is pushed and moves throughout, a sample each.
+//! Steady segments of a slow manipulation, in which the object is pushed and moves throughout. Each segment
+//! gives one averaged sample.
 
 use crate::curve::Curve;
-use crate::quasi::WrenchSample;
+use crate::quasi_static::WrenchSample;
 use trundle_model::{to_body, transport};
 use trundle_record::{Motion, Noise, Prepared};
 
-/// Longest stretch that makes one sample, s. The friction of a real floor changes from place to place, so that
-/// what a model leaves over is alike within a second or so: shorter samples would be counted as independent.
-const LONGEST: f64 = 1.0;
+/// Maximum duration of a segment, s. The friction of a real floor varies with position, so residuals are
+/// correlated over about one second. Shorter segments would be counted as independent samples.
+const MAX_SEGMENT_S: f64 = 1.0;
 
-/// Shortest stretch that makes a sample, s.
-pub(crate) const SHORTEST: f64 = 0.3;
+/// Minimum duration of a segment, s.
+pub(crate) const MIN_SEGMENT_S: f64 = 0.3;
 
-/// Left out at the ends of a stretch, s: the smoother rounds off where a motion begins and ends.
-pub(crate) const EDGE: f64 = 0.1;
+/// Time removed from both ends of a segment, s: the smoother rounds off the start and the end of a motion.
+pub(crate) const SEGMENT_EDGE_S: f64 = 0.1;
 
-/// Interval between poses that ends a stretch, s.
-const GAP: f64 = 0.1;
+/// Interval between poses that ends a segment, s.
+const MAX_POSE_GAP_S: f64 = 0.1;
 
-/// Readings this near to a pose tell the load on it, s.
-const NEAR: f64 = 0.05;
+/// Half width of the interval around a pose over which the load is averaged, s.
+const LOAD_HALF_WIDTH_S: f64 = 0.05;
 
-/// The stretches of one episode in which a wrench moves the object.
+/// Averaged samples of one episode, one for each steady segment.
 pub fn wrench_samples(episode: &Prepared, noise: &Noise) -> Vec<WrenchSample> {
     samples(0, episode, noise)
 }
 
-/// The same, of the episode with this index.
+/// Averaged samples of the episode with index `index`.
 pub(crate) fn samples(index: usize, episode: &Prepared, noise: &Noise) -> Vec<WrenchSample> {
     if episode.pose.len() < 5 {
-        whole_push(index, episode).into_iter().collect()
+        sample_of_push(index, episode).into_iter().collect()
     } else {
-        stretches(index, episode, noise)
+        segment_samples(index, episode, noise)
     }
 }
 
-/// Load below which the gripper does not push: a fifth of what it pushes with at its hardest.
+/// Load above which the gripper pushes, N: one fifth of the 90th percentile of the load.
 fn load_threshold(episode: &Prepared) -> f64 {
     let mut loads: Vec<f64> =
-        episode.wrench.iter().filter(|w| w.t >= episode.contact).map(|w| size(w.reading)).collect();
+        episode.wrench.iter().filter(|w| w.t >= episode.contact).map(|w| magnitude(w.reading)).collect();
     loads.sort_by(f64::total_cmp);
-    // Not the largest, which may be a knock, nor the median: a gripper may stand idle most of the time.
+    // The maximum may be an impact, and the median may be zero where the gripper idles most of the time.
     loads.get(loads.len() * 9 / 10).map_or(f64::INFINITY, |load| 0.2 * load)
 }
 
-fn size([x, y, _]: [f64; 3]) -> f64 {
+fn magnitude([x, y, _]: [f64; 3]) -> f64 {
     x.hypot(y)
 }
 
-/// A continuous log: means over stretches in which it is pushed and moves all the time. A mean over going and
-/// stopping would mix two wrenches of a dry law, which are not in proportion to the speed.
-fn stretches(index: usize, episode: &Prepared, noise: &Noise) -> Vec<WrenchSample> {
+/// Samples of a continuous log: means over segments in which the object is pushed and moves throughout. Dry
+/// friction is not proportional to speed, so a mean over motion and rest would mix two different wrenches.
+fn segment_samples(index: usize, episode: &Prepared, noise: &Noise) -> Vec<WrenchSample> {
     let threshold = load_threshold(episode);
     let (motion, curve) = (episode.motion(noise), Curve::new(episode));
-    let going = |m: &Motion| m.t >= episode.contact && moves(m) && load(episode, m.t) > threshold;
+    let is_driven = |m: &Motion| m.t >= episode.contact && is_moving(m) && load(episode, m.t) > threshold;
     motion
-        .chunk_by(|a, b| going(a) == going(b) && b.t - a.t < GAP)
-        .filter(|run| going(&run[0]))
-        .flat_map(pieces)
+        .chunk_by(|a, b| is_driven(a) == is_driven(b) && b.t - a.t < MAX_POSE_GAP_S)
+        .filter(|run| is_driven(&run[0]))
+        .flat_map(divide)
         .filter_map(|piece| sample(index, (episode, &curve), piece))
         .collect()
 }
 
-/// Whether an object surely moves.
-pub(crate) fn moves(m: &Motion) -> bool {
+/// Whether the object moves: its twist is significant against the uncertainty of the smoother.
+pub(crate) fn is_moving(m: &Motion) -> bool {
     let signal: f64 = (0..3).map(|k| m.twist[k] * m.twist[k] / m.cov[k][1][1].max(1e-18)).sum();
     signal > 25.0
 }
 
-/// Mean load around a time, N; none where nothing was read.
+/// Mean load around a time, N; zero without readings.
 fn load(episode: &Prepared, t: f64) -> f64 {
-    let near = between(episode, t - NEAR, t + NEAR);
-    size(mean(near.iter().map(|w| w.reading)))
+    let near = between(episode, t - LOAD_HALF_WIDTH_S, t + LOAD_HALF_WIDTH_S);
+    magnitude(mean(near.iter().map(|w| w.reading)))
 }
 
-/// The readings from one time to another, s.
+/// Wrench samples between two times, s.
 pub(crate) fn between(episode: &Prepared, start: f64, end: f64) -> &[trundle_record::WrenchSample] {
     let first = episode.wrench.partition_point(|w| w.t < start);
     let last = episode.wrench.partition_point(|w| w.t <= end);
@@ -86,13 +87,13 @@ fn mean(values: impl ExactSizeIterator<Item = [f64; 3]>) -> [f64; 3] {
     values.fold([0.0; 3], |sum, v| [0, 1, 2].map(|k| sum[k] + v[k] / n))
 }
 
-/// A run without its ends, cut evenly.
-fn pieces(run: &[Motion]) -> Vec<&[Motion]> {
-    let (start, end) = (run[0].t + EDGE, run[run.len() - 1].t - EDGE);
-    if end - start < SHORTEST {
+/// A run without its ends, divided evenly into segments of at most [`MAX_SEGMENT_S`].
+fn divide(run: &[Motion]) -> Vec<&[Motion]> {
+    let (start, end) = (run[0].t + SEGMENT_EDGE_S, run[run.len() - 1].t - SEGMENT_EDGE_S);
+    if end - start < MIN_SEGMENT_S {
         return vec![];
     }
-    let count = ((end - start) / LONGEST).ceil();
+    let count = ((end - start) / MAX_SEGMENT_S).ceil();
     let cut = |k: f64| run.partition_point(|m| m.t < start + k / count * (end - start));
     (0..count as usize).map(|k| &run[cut(k as f64)..cut(k as f64 + 1.0)]).collect()
 }
@@ -111,17 +112,20 @@ fn sample(index: usize, (episode, curve): (&Prepared, &Curve), piece: &[Motion])
         twist: mean(piece.iter().map(|m| m.twist)),
         reading,
         frame,
-        clock: curve.held(t, frame),
+        clock: curve.clock_at_grasp(t, frame),
     })
 }
 
-/// A push of which only the poses before and after are known: the mean twist while it lasted, and
-/// the mean wrench over it, its frame followed along the straight way between the two poses.
-fn whole_push(index: usize, episode: &Prepared) -> Option<WrenchSample> {
+/// Sample of a push with poses known only before and after it: the mean twist over the push and the mean
+/// wrench. The reading frame moves with the object along the straight line between the two poses.
+fn sample_of_push(index: usize, episode: &Prepared) -> Option<WrenchSample> {
     let (first, last) = (episode.pose.first()?, episode.pose.last()?);
     let threshold = load_threshold(episode);
-    let pushing: Vec<_> =
-        episode.wrench.iter().filter(|w| w.t >= episode.contact && size(w.reading) > threshold).collect();
+    let pushing: Vec<_> = episode
+        .wrench
+        .iter()
+        .filter(|w| w.t >= episode.contact && magnitude(w.reading) > threshold)
+        .collect();
     let (begin, end) = (pushing.first()?.t, pushing.last()?.t);
     let duration = end - begin;
     if pushing.len() < 5 || duration <= 0.0 {
@@ -136,14 +140,14 @@ fn whole_push(index: usize, episode: &Prepared) -> Option<WrenchSample> {
     let n = pushing.len() as f64;
     let mut wrench = [0.0; 3];
     for sample in &pushing {
-        // The frame was found with the first pose; follow the object to where it is by now.
+        // The frame was computed from the first pose. Move it with the object to the time of the sample.
         let frame = relative(compose(first.pose, sample.frame), at(sample.t));
         let on_object = transport(sample.reading, frame);
         for k in 0..3 {
             wrench[k] += on_object[k] / n;
         }
     }
-    let clock = Curve::new(episode).held((begin + end) / 2.0, [0.0; 3]);
+    let clock = Curve::new(episode).clock_at_grasp((begin + end) / 2.0, [0.0; 3]);
     let twist = change.map(|c| c / duration);
     Some(WrenchSample {
         episode: index,
@@ -156,7 +160,7 @@ fn whole_push(index: usize, episode: &Prepared) -> Option<WrenchSample> {
     })
 }
 
-/// Pose of `inner`, given in `outer`, in the world.
+/// World pose of `inner`, which is given in the frame `outer`.
 fn compose(outer: [f64; 3], inner: [f64; 3]) -> [f64; 3] {
     let (sin, cos) = outer[2].sin_cos();
     [
@@ -166,7 +170,7 @@ fn compose(outer: [f64; 3], inner: [f64; 3]) -> [f64; 3] {
     ]
 }
 
-/// A world pose as seen from `from`.
+/// A world pose in the frame `from`.
 fn relative(pose: [f64; 3], from: [f64; 3]) -> [f64; 3] {
     let d = to_body([pose[0] - from[0], pose[1] - from[1], 0.0], from[2]);
     [d[0], d[1], pose[2] - from[2]]
@@ -177,19 +181,19 @@ mod tests {
     use super::*;
     use trundle_record::{Counts, PoseSample, WrenchSample as WrenchReading};
 
-    /// Pushed along x at 5 mm/s with 0.7 N for two of every four seconds, idle in between.
+    /// A push along x at 5 mm/s with 0.7 N for two of every four seconds, with pauses between.
     fn stop_and_go() -> Prepared {
-        let going = |t: f64| (t / 4.0).fract() < 0.5;
+        let is_driven = |t: f64| (t / 4.0).fract() < 0.5;
         let poses = (0..1200).map(|k| {
             let t = f64::from(k) * 0.02;
             let x = 0.01 * ((t / 4.0).floor() + (2.0 * (t / 4.0).fract()).min(1.0));
-            // A fixed pattern of a few micrometres stands for the tracker's noise.
+            // A fixed pattern of a few micrometres represents the noise of the tracker.
             let jitter = 1e-6 * f64::from((k * 7919) % 11 - 5);
             PoseSample { t, pose: [x + jitter, jitter, 1e-2 * jitter] }
         });
         let wrench = (0..2400).map(|k| {
             let t = f64::from(k) * 0.01;
-            let force = if going(t) { 0.7 } else { 0.0 };
+            let force = if is_driven(t) { 0.7 } else { 0.0 };
             WrenchReading { t, reading: [force, 0.0, 0.0], frame: [-0.05, 0.0, 0.0], ..Default::default() }
         });
         Prepared {
@@ -206,7 +210,7 @@ mod tests {
     }
 
     #[test]
-    fn samples_are_of_motion_only() {
+    fn samples_cover_only_motion() {
         let noise = Noise { pose: [4e-6; 3], force: 1e-3, torque: 1e-5, time: 0.0, stated: true };
         let samples = wrench_samples(&stop_and_go(), &noise);
         // Six pushes of two seconds, two samples each.

@@ -1,4 +1,4 @@
-//! Densities whose moments are known, for tests.
+//! Test densities with known moments.
 
 use nalgebra::{DMatrix, DVector};
 use trundle_infer::{Density, InferError, Linearised};
@@ -9,7 +9,7 @@ pub(crate) struct Gaussian {
 }
 
 impl Gaussian {
-    /// Unit variances, all correlations alike.
+    /// Unit variances and equal correlations.
     pub fn correlated(n: usize, correlation: f64) -> Self {
         let covariance = DMatrix::from_fn(n, n, |i, j| if i == j { 1.0 } else { correlation });
         Self { precision: covariance.try_inverse().unwrap() }
@@ -32,8 +32,8 @@ impl Density for Gaussian {
     }
 }
 
-/// A banana: `x` standard normal, `y` normal about `x²/2` with unit variance. Its slope is stated too steep
-/// by the factor `wrong`.
+/// A banana-shaped density: `x` is standard normal, and `y` is normal about `x²/2` with unit variance. Its
+/// gradient is too steep by the factor `wrong`.
 pub(crate) struct Banana {
     pub wrong: f64,
 }

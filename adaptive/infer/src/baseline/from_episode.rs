@@ -1,16 +1,17 @@
-//! Recordings as transitions, for regressions on the same data as a fit.
+//! Transitions from recordings, for regressions on the same data as a fit.
 
 use super::Transition;
 use trundle_record::{Motion, Noise, Prepared};
 
-/// An interval longer than this share of the one wanted is a gap, and makes no transition.
-const GAP: f64 = 1.2;
+/// Maximum duration of a transition relative to the requested one; longer intervals are gaps.
+const MAX_DURATION_RATIO: f64 = 1.2;
 
-/// The transitions of a prepared episode: successive intervals of `dt` seconds from contact on, the states by the
-/// smoother over all poses, the wrench the mean over the interval of the tared wrench on the object in object axes.
+/// Transitions of a prepared episode: successive intervals of `dt` seconds from contact on. The states are
+/// smoothed over all poses. The wrench is the mean over the interval of the tared wrench on the object, in
+/// object axes.
 ///
-/// A regression that is learnt from them sees states that know of later poses, as does every fit of the whole
-/// episode. Intervals in a gap of poses or without a wrench sample are left out.
+/// The states depend on later poses, as in a fit of the whole episode. Intervals within a gap of the poses or
+/// without a wrench sample are left out.
 pub fn transitions_of(episode: &Prepared, noise: &Noise, dt: f64) -> Vec<Transition> {
     let motion = episode.motion(noise);
     let mut found = vec![];
@@ -19,11 +20,11 @@ pub fn transitions_of(episode: &Prepared, noise: &Noise, dt: f64) -> Vec<Transit
         return found;
     }
     while let Some(before) = motion.get(from) {
-        // The pose nearest to the interval's end: half a sample too early is as good as half a sample late.
+        // The pose nearest to the end of the interval.
         let reach = before.t + dt - spacing(&motion, from) / 2.0;
         let to = motion.partition_point(|m| m.t < reach).max(from + 1);
         let Some(after) = motion.get(to) else { break };
-        if after.t - before.t <= GAP * dt {
+        if after.t - before.t <= MAX_DURATION_RATIO * dt {
             found.extend(mean_wrench(episode, before.t, after.t).map(|wrench| Transition {
                 before: vector(before),
                 wrench,

@@ -1,19 +1,19 @@
-//! The likelihood of the wrench that a slow motion needs.
+//! Likelihood of the wrench that a slow motion requires.
 //!
-//! When inertia is far below friction, the force says nothing of the mass and a simulation driven
-//! by it is ill-posed: at the limit any motion fits. What can be compared is the wrench
-//! that the laws need for the twist that was seen with the wrench that was recorded.
+//! Where inertia is far below friction, the force carries no information about the mass, and a simulation
+//! driven by the force is ill-posed. This likelihood compares the wrench that the laws require for the
+//! measured twist with the recorded wrench.
 
 use crate::likelihood::{Likelihood, Linearised};
-use crate::rest::Rests;
-use crate::stretches::samples;
+use crate::resting_readings::RestingReadings;
+use crate::steady_segments::samples;
 use crate::{Channels, InferError};
 use nalgebra::{DMatrix, DVector};
 use std::f64::consts::TAU;
 use trundle_model::{Clock, Dual, EffectTarget, Model, Plant, Real, Slot, State, to_body, transport};
 use trundle_record::{Noise, Prepared};
 
-/// Twist and wrench averaged over a short time.
+/// Twist and wrench averaged over a short interval.
 #[derive(Clone, Debug)]
 pub struct WrenchSample {
     /// Index of the episode.
@@ -22,13 +22,13 @@ pub struct WrenchSample {
     pub t: f64,
     /// Pose of the object.
     pub pose: [f64; 3],
-    /// Its twist, world axes.
+    /// Twist of the object, world axes.
     pub twist: [f64; 3],
     /// Mean reading, reading axes.
     pub reading: [f64; 3],
     /// Pose of the reading frame in the object frame.
     pub frame: [f64; 3],
-    /// When.
+    /// Clock at the middle of the interval.
     pub clock: Clock,
 }
 
@@ -37,47 +37,50 @@ impl WrenchSample {
         State::moving(self.pose.map(T::lift), self.twist.map(T::lift))
     }
 
-    /// The recorded wrench as a model's instruments explain it, object axes about the origin.
+    /// The recorded wrench, corrected by the model's instrument laws, object axes about the origin.
     pub fn recorded<T: Real>(&self, plant: &Plant<T>) -> [T; 3] {
         transport(plant.correct(self.reading.map(T::lift), self.clock), self.frame)
     }
 
-    /// The wrench that a model needs for the twist, object axes about the origin.
+    /// The wrench that the model requires for the twist, object axes about the origin.
     pub fn needed<T: Real>(&self, plant: &Plant<T>) -> [T; 3] {
         let state = self.state();
         let twist = to_body(state.twist, state.pose[2]);
         plant.generalised_force(&state, self.clock).wrench(twist).map(|w| -w)
     }
 
-    /// Needed less recorded.
+    /// Required minus recorded wrench.
     pub fn residual<T: Real>(&self, plant: &Plant<T>) -> [T; 3] {
         let (needed, recorded) = (self.needed(plant), self.recorded(plant));
         [0, 1, 2].map(|k| needed[k] - recorded[k])
     }
 }
 
-/// Wrenches needed and recorded, with the scatter of the difference estimated.
+/// Compares required with recorded wrenches. The scatter of the difference is estimated.
 #[derive(Clone)]
 pub struct WrenchLikelihood {
     samples: Vec<WrenchSample>,
     episodes: Vec<String>,
     dof: [bool; 3],
     scatter: [f64; 3],
-    rests: Rests,
+    resting: RestingReadings,
 }
 
 impl WrenchLikelihood {
-    /// From the episodes to be fitted; each continuous log gives a sample per second of motion,
-    /// each push with end poses alone gives one.
+    /// Likelihood of the given episodes. A continuous log gives one sample for each second of motion. A push
+    /// with known end poses alone gives one sample.
     ///
     /// # Errors
-    /// When nothing moves.
+    /// When fewer than three samples are found.
     pub fn new(episodes: &[Prepared], noise: &Noise, dof: [bool; 3]) -> Result<Self, InferError> {
         let samples: Vec<_> = episodes.iter().enumerate().flat_map(|(k, e)| samples(k, e, noise)).collect();
         if samples.len() < 3 {
             return Err(InferError::NoData {
                 recording: "the recording".to_owned(),
-                reason: format!("only {} stretches of motion under a wrench are left", samples.len()),
+                reason: format!(
+                    "only {} steady segments of motion under a wrench are left; at least 3 are required",
+                    samples.len()
+                ),
                 remedy: "record pushes that move the object further than the tracker's noise".to_owned(),
             });
         }
@@ -85,9 +88,9 @@ impl WrenchLikelihood {
             let square: f64 = samples.iter().map(|s| transport(s.reading, s.frame)[k].powi(2)).sum();
             (square / samples.len() as f64).sqrt().max(1e-9)
         });
-        let rests = Rests::new(episodes, noise);
+        let resting = RestingReadings::new(episodes, noise);
         let episodes = episodes.iter().map(|e| e.name.clone()).collect();
-        Ok(Self { samples, episodes, dof, scatter: pooled(scatter), rests })
+        Ok(Self { samples, episodes, dof, scatter: pooled(scatter), resting })
     }
 
     /// The samples.
@@ -95,27 +98,27 @@ impl WrenchLikelihood {
         &self.samples
     }
 
-    /// The same over some of its samples.
+    /// The same likelihood over given samples.
     #[must_use]
     pub fn over(&self, samples: &[WrenchSample]) -> Self {
         Self { samples: samples.to_vec(), ..self.clone() }
     }
 
-    /// The same with some of its episodes.
+    /// The same likelihood over a subset of the episodes.
     #[must_use]
     pub fn only(&self, keep: impl Fn(usize) -> bool) -> Self {
-        let rests = self.rests.only(&keep);
+        let resting = self.resting.only(&keep);
         let samples = self.samples.iter().filter(|s| keep(s.episode)).cloned().collect();
-        Self { samples, rests, ..self.clone() }
+        Self { samples, resting, ..self.clone() }
     }
 
-    /// The same with a given scatter of needed less recorded, N, N, N·m.
+    /// The same likelihood with a given scatter of required minus recorded wrench, N, N, N·m.
     #[must_use]
     pub fn with_scatter(&self, scatter: [f64; 3]) -> Self {
         Self { scatter, ..self.clone() }
     }
 
-    /// Needed less recorded wrench of each sample over its scatter; zero along blocked directions.
+    /// Required minus recorded wrench of each sample, divided by its scatter; zero along blocked directions.
     ///
     /// # Errors
     /// When `values` has the wrong length.
@@ -128,12 +131,12 @@ impl WrenchLikelihood {
         Ok(self.samples.iter().map(one).collect())
     }
 
-    /// −log density of a sample whose residual is zero.
+    /// −log density of a sample with zero residual.
     pub fn log_normaliser(&self) -> f64 {
         (0..3).filter(|&k| self.dof[k]).map(|k| self.scatter[k].ln() + 0.5 * TAU.ln()).sum()
     }
 
-    /// The same with the scatter of needed less recorded found at these values.
+    /// The same likelihood with the scatter estimated at the given values.
     ///
     /// # Errors
     /// When `values` has the wrong length.
@@ -150,7 +153,7 @@ impl WrenchLikelihood {
     }
 }
 
-/// Forces along x and y scatter alike.
+/// Pools the scatter of the forces along x and y.
 fn pooled([x, y, torque]: [f64; 3]) -> [f64; 3] {
     let force = ((x * x + y * y) / 2.0).sqrt();
     [force, force, torque]
@@ -161,7 +164,7 @@ impl Likelihood for WrenchLikelihood {
         let (whitened, constant) = (self.whitened(model, values)?, self.log_normaliser());
         let moving: f64 =
             whitened.iter().map(|w| 0.5 * w.iter().map(|e| e * e).sum::<f64>() + constant).sum();
-        Ok(moving + self.rests.cost(model, values)?)
+        Ok(moving + self.resting.cost(model, values)?)
     }
 
     fn linearise(&self, model: &Model, values: &[f64], free: &[usize]) -> Result<Linearised, InferError> {
@@ -185,16 +188,16 @@ impl Likelihood for WrenchLikelihood {
                 }
             }
         }
-        let rests = self.rests.linearise(model, values, free)?;
+        let resting = self.resting.linearise(model, values, free)?;
         Ok(Linearised {
             cost: self.cost(model, values)?,
-            gradient: jacobian.tr_mul(&whitened) + rests.gradient,
-            curvature: jacobian.tr_mul(&jacobian) + rests.curvature,
+            gradient: jacobian.tr_mul(&whitened) + resting.gradient,
+            curvature: jacobian.tr_mul(&jacobian) + resting.curvature,
         })
     }
 
-    /// The wrench that laws need is linear in their strengths, but a search for logarithms of strengths that starts far
-    /// above their values steps down to where they hardly change anything.
+    /// The required wrench is linear in the strengths of the laws. A search in their logarithms that starts
+    /// far above the optimum may step down to strengths with almost no effect on the cost.
     fn rescaled(&self, model: &Model, values: &[f64]) -> Result<Option<Vec<f64>>, InferError> {
         let slots = model.slots();
         let is_strength = |slot: &Slot| {
@@ -242,7 +245,7 @@ mod tests {
     use trundle_model::{Body, Effect, Kind};
 
     #[test]
-    fn strengths_are_rescaled_to_those_that_suit_the_data() {
+    fn strengths_are_rescaled_to_fit_the_data() {
         let body = Body::from_footprint(&[[-0.2, -0.2], [0.2, -0.2], [0.2, 0.2], [-0.2, 0.2]], 1.0).unwrap();
         let model =
             Model { effects: vec![Effect::free(Kind::SupportDrag)], ..Model::nominal(body, None, [true; 3]) };
@@ -253,7 +256,7 @@ mod tests {
         let plant = model.plant(&values).unwrap();
         let sample = |k: usize| {
             let twist = [0.01 * (k as f64).cos(), 0.01 * (k as f64).sin(), 0.02];
-            let still = WrenchSample {
+            let unloaded = WrenchSample {
                 episode: 0,
                 t: k as f64,
                 pose: [0.0; 3],
@@ -262,14 +265,14 @@ mod tests {
                 frame: [0.0; 3],
                 clock: Clock::since_contact(1.0),
             };
-            WrenchSample { reading: still.needed(&plant), ..still }
+            WrenchSample { reading: unloaded.needed(&plant), ..unloaded }
         };
         let likelihood = WrenchLikelihood {
             samples: (0..8).map(sample).collect(),
             episodes: vec!["log".to_owned()],
             dof: [true; 3],
             scatter: [1.0; 3],
-            rests: Rests::default(),
+            resting: RestingReadings::default(),
         };
         for start in [3e-3, 30.0, 4e4] {
             values[drag] = start;

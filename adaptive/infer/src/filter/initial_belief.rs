@@ -1,31 +1,31 @@
-//! Where a filter begins.
+//! Initial belief of the filter.
 
 use super::Filter;
 use crate::Track;
-use crate::covariance::{Belief, Matrix, PLAIN, Vector};
+use crate::covariance::{BASE_STATES, Belief, Matrix, Vector};
 use trundle_model::MAX_INNER_STATES;
 use trundle_record::Motion;
 
 impl<const N: usize, const D: usize> Filter<N, D> {
-    /// The belief at the beginning of an episode.
-    pub(super) fn begin(&self, track: &Track, inner: &[f64; MAX_INNER_STATES]) -> Belief<N> {
+    /// Belief at the start of an episode.
+    pub(super) fn initial_belief(&self, track: &Track, inner: &[f64; MAX_INNER_STATES]) -> Belief<N> {
         self.at(track.pose, track.twist, track.tare, inner)
     }
 
-    /// The belief at a motion, with the laws' own states of another belief.
-    pub(super) fn begun_again(&self, track: &Track, motion: &Motion, known: &Belief<N>) -> Belief<N> {
+    /// Belief at a given motion, with the laws' own states taken from another belief.
+    pub(super) fn restarted_belief(&self, track: &Track, motion: &Motion, known: &Belief<N>) -> Belief<N> {
         let variance = |of: usize| [0, 1, 2].map(|k| motion.cov[k][of][of]);
         let mut inner = [0.0; MAX_INNER_STATES];
-        (0..self.inner.len()).for_each(|k| inner[k] = known.mean[PLAIN + k]);
+        (0..self.inner.len()).for_each(|k| inner[k] = known.mean[BASE_STATES + k]);
         let mut belief = self.at((motion.pose, variance(0)), (motion.twist, variance(1)), track.tare, &inner);
-        for i in PLAIN..PLAIN + self.inner.len() {
-            (PLAIN..PLAIN + self.inner.len())
+        for i in BASE_STATES..BASE_STATES + self.inner.len() {
+            (BASE_STATES..BASE_STATES + self.inner.len())
                 .for_each(|j| belief.covariance[(i, j)] = known.covariance[(i, j)]);
         }
         belief
     }
 
-    /// The belief at a pose and a twist, given with their variances.
+    /// Belief at a pose and a twist, given with their variances.
     fn at(
         &self,
         (pose, pose_var): ([f64; 3], [f64; 3]),
@@ -41,8 +41,8 @@ impl<const N: usize, const D: usize> Filter<N, D> {
             covariance[(k + 6, k + 6)] = tare[k];
         }
         for (k, own) in self.inner.iter().enumerate() {
-            mean[PLAIN + k] = inner[k];
-            covariance[(PLAIN + k, PLAIN + k)] = own.sd * own.sd;
+            mean[BASE_STATES + k] = inner[k];
+            covariance[(BASE_STATES + k, BASE_STATES + k)] = own.sd * own.sd;
         }
         Belief { mean, covariance }
     }

@@ -1,4 +1,4 @@
-//! A wheel that the data would put beside the object comes to stand under its footprint.
+//! The footprint prior moves the estimate of a wheel outside the object under its footprint.
 
 #![allow(clippy::unwrap_used)]
 
@@ -9,7 +9,7 @@ use trundle_model::{Body, Model};
 
 const L: [[f64; 2]; 6] = [[-0.6, -0.4], [0.6, -0.4], [0.6, 0.0], [0.0, 0.0], [0.0, 0.4], [-0.6, 0.4]];
 
-/// Data that know where the wheel is, ± 2 cm in both directions, and nothing else.
+/// Data that determine the position of the wheel, ± 2 cm in both directions, and nothing else.
 struct At([f64; 2]);
 
 const SD: f64 = 0.02;
@@ -50,12 +50,12 @@ fn model() -> Model {
 fn a_wheel_in_the_notch_is_pulled_under_the_footprint() {
     let fitted = fit(&At([0.06, 0.2]), &model(), &[], &FitOptions::default(), &Quiet).unwrap();
     let [x, y] = ["x", "y"].map(|p| fitted.estimate(&format!("viscous_wheel.{p}")).unwrap().mean);
-    // Between data of ± 20 mm and an outline of ± 6 mm: 5 mm outside of it instead of 60.
+    // A compromise between data of ± 20 mm and an edge of ± 6 mm: 5 mm outside instead of 60.
     assert!(x > 0.0 && x < 0.01 && (y - 0.2).abs() < 0.01, "{x} {y}");
 }
 
 #[test]
-fn gradients_are_slopes_of_the_cost_also_where_episodes_have_their_own_places() {
+fn gradients_match_differences_with_per_episode_places() {
     let (model, data) = (model(), At([0.1, 0.2]));
     for own in [vec![], vec!["viscous_wheel.x"], vec!["viscous_wheel.x", "viscous_wheel.y"]] {
         let own: BTreeSet<String> = own.into_iter().map(str::to_owned).collect();
