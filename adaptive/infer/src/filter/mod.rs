@@ -8,17 +8,15 @@ mod initial_belief;
 mod innovation;
 mod response;
 mod smooth;
+mod step;
 
 use crate::covariance::{
     BASE_STATES, Belief, MOTION_STATES, Matrix, POSE_STATES, Vector, corrected, propagated,
 };
 use crate::curve::Curve;
-use crate::timing::Timing;
 use crate::{Channels, InferError, Track, track::Step};
 use std::f64::consts::TAU;
-use trundle_model::{
-    Clock, Dual, InnerState, MAX_INNER_STATES, Model, Plant, Precision, Real, State, transport,
-};
+use trundle_model::{Dual, InnerState, MAX_INNER_STATES, Model, Plant, Real, State};
 use trundle_record::Motion;
 
 pub use innovation::Innovation;
@@ -26,6 +24,7 @@ use innovation::PoseInnovation;
 pub use response::Response;
 pub use smooth::Residual;
 use smooth::{Stage, backward};
+pub(crate) use step::{advance, applied_wrench};
 
 /// Maximum number of states: pose, twist, wrench error and the laws' own states.
 pub(crate) const STATES: usize = BASE_STATES + MAX_INNER_STATES;
@@ -382,39 +381,6 @@ fn set_pose_derivatives<const N: usize>(transition: &mut Matrix<N>, before: &Vec
         let with = turn.get(row).copied().unwrap_or(0.0);
         *slope = with + along_x[row] * before[4] - along_y[row] * before[3];
     }
-}
-
-/// Advances a state by one step under a reading with an error.
-#[inline]
-pub(crate) fn advance<T: Real>(
-    plant: &Plant<T>,
-    state: &mut State<T>,
-    error: &[T; 3],
-    step: &Step,
-    curve: &Curve,
-) {
-    let (applied, clock) = applied_wrench(plant, error, step, curve);
-    plant.step_with_precision(Precision::Fit, state, &applied, clock, step.dt);
-}
-
-/// Mean wrench on the object over a step, object axes about its origin, for readings with the additional
-/// error `error`; and the clock of the reading, since a late reading also shows contact late.
-pub(crate) fn applied_wrench<T: Real>(
-    plant: &Plant<T>,
-    error: &[T; 3],
-    step: &Step,
-    curve: &Curve,
-) -> ([T; 3], Clock) {
-    let timing = Timing::of(plant, step.clock);
-    let [x, y, torque] = match &timing {
-        None => step.reading.map(T::lift),
-        timing => step.reading(curve, timing.as_ref()),
-    };
-    let less = |read: T, error: T| T::chained(read.re() - error.re(), [(read, 1.0), (error, -1.0)]);
-    let reading = [less(x, error[0]), less(y, error[1]), less(torque, error[2])];
-    let since_contact = step.clock.since_contact + timing.map_or(0.0, |timing| timing.delay());
-    let clock = Clock { since_contact, ..step.clock };
-    (transport(plant.correct(reading, clock), step.frame), clock)
 }
 
 #[cfg(test)]
