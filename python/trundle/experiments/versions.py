@@ -8,7 +8,8 @@ from collections.abc import Iterable
 from pathlib import Path
 
 import trundle
-from trundle import _native
+from trundle import _native, diagnosis, input_checks
+from trundle.experiments.wide import diagnose
 
 __all__ = ["PACKAGE", "code_version", "of_diagnosis", "of_module", "of_package"]
 
@@ -22,8 +23,7 @@ def of_package() -> str:
 
 def of_diagnosis() -> str:
     """Return the version of the code that a diagnosis depends on."""
-    led = ("diagnosis", "usable", "experiments/wide/diagnose")
-    sources = code_version(*(PACKAGE / f"{name}.py" for name in led))
+    sources = code_version(*(Path(str(module.__file__)) for module in (diagnosis, input_checks, diagnose)))
     return f"{_native._sources('diagnosis')}-{sources[:16]}"
 
 
