@@ -96,8 +96,9 @@ impl OnlineEstimate {
 
     /// The model with every value filled in; `None` before the first push.
     fn model(&self) -> PyResult<Option<PyModel>> {
-        let filled =
-            |online: &Online| Ok(PyModel { model: online.model().map_err(refused)?, posterior: None });
+        let filled = |online: &Online| {
+            Ok(PyModel { model: online.model().map_err(refused)?, posterior: online.posterior() })
+        };
         self.inner.as_ref().map(filled).transpose()
     }
 

@@ -103,7 +103,7 @@ def test_nothing_is_supposed_that_predicts_no_better() -> None:
 @pytest.mark.parametrize(
     ("law", "effect"),
     [
-        ({"kind": "spin_drag", "spin": 15.0}, "second_wheel"),
+        ({"kind": "spin_drag", "spin": 40.0}, "second_wheel"),
         ({"kind": "support_friction", "force": 40.0, "spread": 1.0}, "coulomb_friction"),
     ],
 )

@@ -26,10 +26,10 @@ def test_a_tie_shows_certificate_and_push(samples: dict[str, Sample]) -> None:
     text = words(alternatives)
     assert "An offset of the force sensor, a sloping floor or a floor with a grain tied" in text
     assert text.count("Certificate: force_bias and floor_") == 2
-    assert "To tell: First rotate the object by 90° to the left." in text
+    assert "To distinguish them: First rotate the object by 90° to the left." in text
     assert 'id="push-0-0-0-title"' in alternatives and 'id="push-0-0-1-title"' in alternatives
-    assert "Hold at (−0.60, 0.30)\xa0m, push towards −29°; object frame." in text
-    assert "Hold at (0.55, −0.30)\xa0m and turn about there; object frame." in text
+    assert "Grasp at (−0.60, 0.30)\xa0m and push towards −29° (object frame)." in text
+    assert "Grasp at (0.55, −0.30)\xa0m and turn about that point (object frame)." in text
 
 
 def test_certificates_of_other_models_are_omitted(samples: dict[str, Sample]) -> None:

@@ -255,4 +255,4 @@ def test_nothing_recorded_is_tabled_as_such() -> None:
 
 def test_limits_are_not_pushed_again(capsys: pytest.CaptureFixture[str]) -> None:
     assert main(["prove", "--limits", "--after-design"]) == 2
-    assert "leave out --limits" in capsys.readouterr().err
+    assert "remove --limits" in capsys.readouterr().err

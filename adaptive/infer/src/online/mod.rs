@@ -15,7 +15,7 @@ use crate::search::search_starts;
 use crate::{Coordinates, Estimate, FitOptions, InferError, Likelihood, Quiet};
 use hypothesis::{Hypothesis, Setting};
 use nalgebra::{DMatrix, DVector};
-use trundle_model::Model;
+use trundle_model::{Model, Posterior};
 
 /// Settings of recursive estimation.
 #[derive(Clone, Debug)]
@@ -216,6 +216,17 @@ impl Online {
     pub fn covariance(&self) -> DMatrix<f64> {
         let (spread, slopes) = self.spread();
         DMatrix::from_fn(slopes.len(), slopes.len(), |i, j| spread[(i, j)] * slopes[i] * slopes[j])
+    }
+
+    /// The posterior for `model.toml`, restricted to the identified parameters.
+    pub fn posterior(&self) -> Option<Posterior> {
+        let (estimates, covariance) = (self.estimate(), self.covariance());
+        let kept: Vec<usize> = (0..estimates.len()).filter(|&k| estimates[k].identified).collect();
+        (!kept.is_empty()).then(|| Posterior {
+            names: kept.iter().map(|&k| estimates[k].name.clone()).collect(),
+            mean: kept.iter().map(|&k| estimates[k].mean).collect(),
+            covariance: kept.iter().map(|&i| kept.iter().map(|&j| covariance[(i, j)]).collect()).collect(),
+        })
     }
 
     /// Estimates of the free parameters. A parameter is not identified if the pushes so far do not determine
