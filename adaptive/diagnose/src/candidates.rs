@@ -27,7 +27,7 @@ pub(crate) fn name(effect: &Effect) -> &'static str {
 #[allow(clippy::unwrap_used)]
 mod tests {
     use super::candidates;
-    use crate::common::table;
+    use trundle_fixtures::table;
     use trundle_model::{Body, Kind, Model};
 
     #[test]

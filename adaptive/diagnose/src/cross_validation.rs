@@ -155,8 +155,8 @@ fn errors(score: &Score, gyration: f64, quasi: bool) -> Vec<f64> {
 #[allow(clippy::unwrap_used)]
 mod tests {
     use super::*;
-    use crate::common::{World, effect, locked};
     use crate::engine::Own;
+    use trundle_fixtures::{World, effect, locked};
     use trundle_infer::{Comparison, FitOptions, Quiet, fit};
     use trundle_model::{Effect, Kind};
 

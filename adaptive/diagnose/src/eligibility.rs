@@ -46,8 +46,8 @@ impl Eligibility<'_> {
 #[allow(clippy::unwrap_used)]
 mod tests {
     use super::Eligibility;
-    use crate::common::{World, locked};
     use crate::engine::{Engine, FittedModel, Own};
+    use trundle_fixtures::{World, locked};
     use trundle_infer::{Comparison, FitOptions, Quiet, fit};
     use trundle_model::{Effect, Kind};
 

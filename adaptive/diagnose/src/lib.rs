@@ -42,10 +42,6 @@ mod units;
 mod verdict;
 mod warnings;
 
-#[cfg(test)]
-#[path = "../../infer/tests/common/mod.rs"]
-mod common;
-
 pub use answer::Answer;
 pub use fit_check::{FitCheck, check_fit};
 pub use nominal::for_recording;

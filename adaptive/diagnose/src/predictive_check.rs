@@ -94,7 +94,7 @@ fn end(window: &Window, episode: &Prepared) -> Option<WindowEnd> {
 #[allow(clippy::unwrap_used)]
 mod tests {
     use super::{PredictiveCheck, predictive_check};
-    use crate::common::{self, World, effect, locked};
+    use trundle_fixtures::{World, effect, locked};
     use trundle_infer::{Comparison, FitOptions, Quiet, fit};
     use trundle_model::{Effect, Kind, Model};
 
@@ -107,7 +107,7 @@ mod tests {
 
     #[test]
     fn only_the_right_model_has_calibrated_errors() {
-        let nominal = Model::nominal(common::table(), None, [true; 3]);
+        let nominal = Model::nominal(trundle_fixtures::table(), None, [true; 3]);
         let right = observed(locked(), &nominal);
         assert!((0.6..1.6).contains(&right.standardised) && !right.is_poor(), "{right:?}");
         // Friction that stops the table most of the time.

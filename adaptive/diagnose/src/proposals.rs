@@ -261,7 +261,7 @@ fn visited_point(body: &Body, episodes: &[Prepared], rng: &mut ChaCha8Rng) -> [f
 #[allow(clippy::unwrap_used)]
 mod tests {
     use super::{Hints, event_times, nearby, proposals};
-    use crate::common::{World, locked, table};
+    use trundle_fixtures::{World, locked, table};
     use trundle_model::{Kind, Model};
 
     fn values(effect: &trundle_model::Effect) -> Vec<f64> {

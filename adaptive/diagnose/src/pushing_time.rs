@@ -37,7 +37,7 @@ fn pushing_time(episode: &Prepared) -> f64 {
 #[allow(clippy::unwrap_used)]
 mod tests {
     use super::require_pushing_time;
-    use crate::common::{World, locked};
+    use trundle_fixtures::{World, locked};
 
     #[test]
     fn a_second_of_pushing_is_refused() {

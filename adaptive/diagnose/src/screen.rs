@@ -214,8 +214,8 @@ fn stacked(parts: &[DMatrix<f64>]) -> DMatrix<f64> {
 #[allow(clippy::unwrap_used)]
 mod tests {
     use super::ScreenOptions;
-    use crate::common::{World, effect, locked};
     use crate::engine::{Engine, Own};
+    use trundle_fixtures::{World, effect, locked};
     use trundle_infer::Quiet;
     use trundle_model::{Effect, Kind, Model};
 

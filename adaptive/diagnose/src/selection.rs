@@ -240,9 +240,9 @@ fn is_defined(candidate: &FittedModel, k: usize) -> bool {
 mod tests {
     use super::{correlation_time, cross_validate, is_defined, probability_of_gain};
     use crate::answer::Value;
-    use crate::common::{World, effect, locked};
     use crate::engine::{Engine, FittedModel, Own};
     use crate::{Options, diagnose};
+    use trundle_fixtures::{World, effect, locked};
     use trundle_infer::{Comparison, FitOptions, Quiet, fit};
     use trundle_model::{Effect, Kind, Model};
 

@@ -84,8 +84,8 @@ fn worse_metrics(before: &Score, after: &Score) -> Option<String> {
 #[allow(clippy::unwrap_used)]
 mod tests {
     use super::*;
-    use crate::common::{World, effect, locked};
     use crate::engine::Own;
+    use trundle_fixtures::{World, effect, locked};
     use trundle_infer::Quiet;
     use trundle_model::Kind;
 

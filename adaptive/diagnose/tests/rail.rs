@@ -1,14 +1,11 @@
 //! An object on a rail: effects that are indistinguishable at a single heading.
 #![allow(clippy::unwrap_used)]
 
-#[path = "../../infer/tests/common/mod.rs"]
-mod common;
-
-use common::effect;
 use rand::{RngExt, SeedableRng};
 use rand_chacha::ChaCha8Rng;
 use rand_distr::StandardNormal;
 use trundle_diagnose::{Options, diagnose};
+use trundle_fixtures::effect;
 use trundle_infer::Quiet;
 use trundle_model::{Body, Clock, Kind, Model, State};
 use trundle_record::{Counts, Dataset, Noise, PoseSample, Prepared, WrenchSample};

@@ -1,11 +1,8 @@
 //! Diagnoses of recordings with known hidden effects.
 #![allow(clippy::unwrap_used, clippy::expect_used)]
 
-#[path = "../../infer/tests/common/mod.rs"]
-mod common;
-
-use common::{World, effect, locked};
 use trundle_diagnose::{Answer, Options, Outcome, diagnose};
+use trundle_fixtures::{World, effect, locked};
 use trundle_infer::Quiet;
 use trundle_model::{Kind, Model};
 

@@ -1,12 +1,9 @@
 //! Benchmark of a fit of six parameters to one push and to six.
 #![allow(missing_docs, clippy::unwrap_used)]
 
-#[path = "../tests/common/mod.rs"]
-mod common;
-
-use common::{NOISE, World, locked, table};
 use criterion::{Criterion, criterion_group, criterion_main};
 use std::hint::black_box;
+use trundle_fixtures::{NOISE, World, locked, table};
 use trundle_infer::{Coordinates, FitOptions, Likelihood, MotionLikelihood, Quiet, fit};
 use trundle_model::Model;
 

@@ -1,12 +1,10 @@
 //! Wrench residuals below the bandwidth measure the model and the wrench sensor, not the tracker.
 #![allow(clippy::unwrap_used)]
 
-mod common;
-
-use common::{NOISE, effect, locked};
 use rand::{RngExt, SeedableRng};
 use rand_chacha::ChaCha8Rng;
 use rand_distr::StandardNormal;
+use trundle_fixtures::{NOISE, effect, locked};
 use trundle_infer::{Channels, Score, score, score_compared};
 use trundle_model::{Clock, Kind, Model, State, transport};
 use trundle_record::{Noise, PoseSample, Prepared, WrenchSample};

@@ -2,12 +2,10 @@
 //! time.
 #![allow(clippy::unwrap_used)]
 
-mod common;
-
-use common::{NOISE, effect, locked, table};
 use rand::{RngExt, SeedableRng};
 use rand_chacha::ChaCha8Rng;
 use rand_distr::StandardNormal;
+use trundle_fixtures::{NOISE, effect, locked, table};
 use trundle_infer::{Fit, FitOptions, MotionLikelihood, Quiet, fit};
 use trundle_model::{Clock, Effect, Kind, Model, Plant, State, to_body, to_world, transport};
 use trundle_record::{Counts, PoseSample, Prepared, WrenchSample};

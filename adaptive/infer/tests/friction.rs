@@ -1,9 +1,7 @@
 //! Axis friction, friction that decreases with speed, and friction at two points are recovered from pushes.
 #![allow(clippy::unwrap_used)]
 
-mod common;
-
-use common::{NOISE, World, effect, locked, table};
+use trundle_fixtures::{NOISE, World, effect, locked, table};
 use trundle_infer::{Fit, FitOptions, MotionLikelihood, Quiet, fit};
 use trundle_model::{Effect, Kind, Model};
 

@@ -1,10 +1,8 @@
 //! The exact likelihood is stationary at the end of a fit, not only its approximate gradient.
 #![allow(clippy::unwrap_used)]
 
-mod common;
-
-use common::{NOISE, World, effect, locked, table};
 use std::collections::BTreeSet;
+use trundle_fixtures::{NOISE, World, effect, locked, table};
 use trundle_infer::{Density, FitOptions, MotionLikelihood, Quiet, Target, fit};
 use trundle_model::{Kind, Model};
 

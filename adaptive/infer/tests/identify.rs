@@ -1,13 +1,11 @@
 //! Identifiable parameters are reported, unidentifiable ones are withheld, and profiles agree with both.
 #![allow(clippy::unwrap_used, clippy::expect_used)]
 
-mod common;
-
-use common::{NOISE, World, effect, locked, table};
 use rand::{RngExt, SeedableRng};
 use rand_chacha::ChaCha8Rng;
 use rand_distr::StandardNormal;
 use std::collections::BTreeSet;
+use trundle_fixtures::{NOISE, World, effect, locked, table};
 use trundle_infer::{
     Combination, Fit, FitOptions, MotionLikelihood, Profile, Quiet, Shape, Target, fit, profile,
 };

@@ -1,9 +1,7 @@
 //! Estimates from the wrench that a motion requires.
 #![allow(clippy::unwrap_used, clippy::expect_used)]
 
-mod common;
-
-use common::{NOISE, World, effect, locked, table};
+use trundle_fixtures::{NOISE, World, effect, locked, table};
 use trundle_infer::{Fit, FitOptions, InertialLikelihood, Joint, Likelihood, Loss, Quiet, fit};
 use trundle_model::{Effect, Kind, Model};
 

@@ -1,10 +1,8 @@
 //! The recursive estimate agrees with a joint fit of all pushes, at a bounded cost.
 #![allow(clippy::unwrap_used, clippy::expect_used)]
 
-mod common;
-
-use common::{NOISE, World, locked, table};
 use std::time::Instant;
+use trundle_fixtures::{NOISE, World, locked, table};
 use trundle_infer::{Fit, FitOptions, MotionLikelihood, Online, OnlineOptions, Quiet, fit};
 use trundle_model::Model;
 use trundle_record::Prepared;

@@ -1,9 +1,7 @@
 //! A table's parameters are recovered from its pushes.
 #![allow(clippy::unwrap_used, clippy::expect_used)]
 
-mod common;
-
-use common::{NOISE, World, effect, locked, table};
+use trundle_fixtures::{NOISE, World, effect, locked, table};
 use trundle_infer::{Fit, FitOptions, InferError, MotionLikelihood, Quiet, Watch, fit, open_loop};
 use trundle_model::{Effect, Kind, Model};
 

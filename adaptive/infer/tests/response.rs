@@ -1,9 +1,7 @@
 //! The linear system of a filter compared with the filter itself.
 #![allow(clippy::unwrap_used)]
 
-mod common;
-
-use common::{NOISE, World, locked};
+use trundle_fixtures::{NOISE, World, locked};
 use trundle_infer::MotionLikelihood;
 use trundle_record::Prepared;
 

@@ -2,12 +2,10 @@
 //! independently of the laws under test.
 #![allow(clippy::unwrap_used)]
 
-mod common;
-
-use common::{NOISE, locked, table};
 use rand::{RngExt, SeedableRng};
 use rand_chacha::ChaCha8Rng;
 use rand_distr::StandardNormal;
+use trundle_fixtures::{NOISE, locked, table};
 use trundle_infer::{Fit, FitOptions, MotionLikelihood, Quiet, fit};
 use trundle_model::{Clock, Effect, Kind, Model, Plant, State, transport};
 use trundle_record::{Counts, PoseSample, Prepared, WrenchSample};

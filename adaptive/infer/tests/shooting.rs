@@ -1,10 +1,8 @@
 //! Estimates of the likelihoods of simulated motion, and their accuracy.
 #![allow(clippy::unwrap_used, clippy::expect_used)]
 
-mod common;
-
-use common::{NOISE, World, effect, locked, table};
 use std::collections::BTreeSet;
+use trundle_fixtures::{NOISE, World, effect, locked, table};
 use trundle_infer::{
     Cut, Fit, FitOptions, Joint, Likelihood, Loss, Pushes, Quiet, Shooting, fit, guided_fit, noisy,
     open_loop, transitions,

@@ -1,10 +1,8 @@
 //! Random starts reach the optimum, also for a large and heavy object: the bed, with which the paper failed.
 #![allow(clippy::unwrap_used, clippy::expect_used)]
 
-mod common;
-
-use common::{NOISE, World, effect, locked, table};
 use std::time::Instant;
+use trundle_fixtures::{NOISE, World, effect, locked, table};
 use trundle_infer::{Fit, FitOptions, MotionLikelihood, Optimiser, Quiet, fit};
 use trundle_model::{Body, Kind, Model};
 use trundle_record::Prepared;

@@ -2,12 +2,10 @@
 //! exclude.
 #![allow(clippy::unwrap_used)]
 
-mod common;
-
-use common::{NOISE, effect, locked, table};
 use rand::{RngExt, SeedableRng};
 use rand_chacha::ChaCha8Rng;
 use rand_distr::StandardNormal;
+use trundle_fixtures::{NOISE, effect, locked, table};
 use trundle_infer::{
     Channels, Fit, FitOptions, MotionLikelihood, Quiet, Score, fit, open_loop, score, score_compared,
     unscored_time,

@@ -1,10 +1,7 @@
 //! Posteriors of a pushed table.
 #![allow(clippy::unwrap_used, clippy::expect_used)]
 
-#[path = "../../infer/tests/common/mod.rs"]
-mod common;
-
-use common::{NOISE, World, locked, table};
+use trundle_fixtures::{NOISE, World, locked, table};
 use trundle_infer::{MotionLikelihood, Quiet, Watch};
 use trundle_model::Model;
 use trundle_posterior::{Method, Posterior, PosteriorError, SampleOptions, predictive, sample};

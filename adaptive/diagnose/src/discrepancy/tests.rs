@@ -1,8 +1,8 @@
 //! Discrepancies outside the catalogue, fitted without a search.
 
 use super::fit_discrepancy;
-use crate::common::{self, World, locked};
 use crate::lack_of_fit::lack_of_fit;
+use trundle_fixtures::{World, locked};
 use trundle_infer::{Comparison, Fit, FitOptions, Quiet, fit, score};
 use trundle_model::{Input, Model, State, to_body};
 use trundle_record::Dataset;
@@ -14,7 +14,7 @@ fn fitted(external: fn(&State<f64>) -> [f64; 3], seed: u64) -> (Dataset, Fit, Op
     data.training = world.pushes(8, seed);
     data.held_out = data.training.split_off(6);
     let comparison = Comparison::of(&data).unwrap();
-    let nominal = Model::nominal(common::table(), None, [true; 3]);
+    let nominal = Model::nominal(trundle_fixtures::table(), None, [true; 3]);
     let before = fit(&comparison, &nominal, &[], &FitOptions::default(), &Quiet).unwrap();
     let left = lack_of_fit(&comparison, &before).unwrap();
     let after = fit_discrepancy((&data, &nominal), &comparison, &before, left, &Quiet).unwrap();

@@ -2,11 +2,11 @@
 #![allow(clippy::unwrap_used, clippy::panic)]
 
 use super::*;
-use crate::common::{NOISE, World, effect, locked, table};
 use crate::lack_of_fit::lack_of_fit;
 use rand::{RngExt, SeedableRng};
 use rand_chacha::ChaCha8Rng;
 use rand_distr::StandardNormal;
+use trundle_fixtures::{NOISE, World, effect, locked, table};
 use trundle_infer::{FitOptions, Quiet, fit};
 use trundle_model::{Clock, Kind, Model, State, transport};
 use trundle_record::{Counts, Dataset, PoseSample, WrenchSample};

@@ -2,8 +2,8 @@
 //! the simpler optimum.
 
 use super::Searcher;
-use crate::common::{World, effect, locked};
 use crate::engine::{Effort, Engine, FittedModel, Own};
+use trundle_fixtures::{World, effect, locked};
 use trundle_infer::Quiet;
 use trundle_model::{Kind, Model};
 

@@ -49,9 +49,9 @@ impl Searcher<'_> {
 #[cfg(test)]
 #[allow(clippy::unwrap_used)]
 mod tests {
-    use crate::common::{World, effect, locked};
     use crate::engine::{Engine, Own};
     use crate::search::{MAX_EFFECTS, Searcher, kinds};
+    use trundle_fixtures::{World, effect, locked};
     use trundle_infer::Quiet;
     use trundle_model::{Kind, Model};
 

@@ -12,16 +12,16 @@ use crate::{Object, SimError};
 
 /// The ten objects of the paper's Fig. 7.
 const HOUSEHOLD_FILES: [(&str, &str); 10] = [
-    ("bed", include_str!("../../../../configs/objects/bed.toml")),
-    ("bookcase", include_str!("../../../../configs/objects/bookcase.toml")),
-    ("chair", include_str!("../../../../configs/objects/chair.toml")),
-    ("couch", include_str!("../../../../configs/objects/couch.toml")),
-    ("desk", include_str!("../../../../configs/objects/desk.toml")),
-    ("kitchen_table", include_str!("../../../../configs/objects/kitchen_table.toml")),
-    ("office_table", include_str!("../../../../configs/objects/office_table.toml")),
-    ("shopping_cart", include_str!("../../../../configs/objects/shopping_cart.toml")),
-    ("utility_cart", include_str!("../../../../configs/objects/utility_cart.toml")),
-    ("wheelchair", include_str!("../../../../configs/objects/wheelchair.toml")),
+    ("bed", include_str!("../../objects/bed.toml")),
+    ("bookcase", include_str!("../../objects/bookcase.toml")),
+    ("chair", include_str!("../../objects/chair.toml")),
+    ("couch", include_str!("../../objects/couch.toml")),
+    ("desk", include_str!("../../objects/desk.toml")),
+    ("kitchen_table", include_str!("../../objects/kitchen_table.toml")),
+    ("office_table", include_str!("../../objects/office_table.toml")),
+    ("shopping_cart", include_str!("../../objects/shopping_cart.toml")),
+    ("utility_cart", include_str!("../../objects/utility_cart.toml")),
+    ("wheelchair", include_str!("../../objects/wheelchair.toml")),
 ];
 
 /// Name of random objects.

@@ -2,9 +2,9 @@
 
 use super::{pushed, under_test, wheeled};
 use crate::black_box::engine::BlackBoxEngine;
-use crate::common::{effect, locked};
 use crate::engine::{Effort, Engine, FittedModel, Job};
 use crate::screen::ScreenOptions;
+use trundle_fixtures::{effect, locked};
 use trundle_infer::Quiet;
 use trundle_model::{Effect, Kind, Model};
 use trundle_record::Dataset;

@@ -4,7 +4,7 @@ use super::{VALUES, pushed, under_test, wheeled};
 use crate::black_box::law_states::estimate_initial_state;
 use crate::black_box::likelihood::PathLikelihood;
 use crate::black_box::path::Path;
-use crate::common::{World, effect, locked};
+use trundle_fixtures::{World, effect, locked};
 use trundle_infer::{Channels, Likelihood, Quiet};
 use trundle_model::{Effect, Kind, Model, Plant};
 use trundle_record::Dataset;

@@ -5,8 +5,8 @@ mod likelihood;
 
 use super::{BlackBox, Simulator, diagnose};
 use crate::answer::{Place, Value, Verdict};
-use crate::common::{World, effect, locked};
 use std::sync::atomic::{AtomicUsize, Ordering};
+use trundle_fixtures::{World, effect, locked};
 use trundle_infer::{Quiet, StateVector, Watch};
 use trundle_model::{Clock, Kind, Model, Prior, Slot, State};
 use trundle_record::Dataset;
