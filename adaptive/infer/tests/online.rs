@@ -110,3 +110,24 @@ fn before_any_push_nothing_is_identified_and_after_one_at_rest_neither() {
     online.update(Box::new(one(&push))).unwrap();
     assert!(online.estimate().iter().all(|e| !e.identified), "{:?}", online.estimate());
 }
+
+#[test]
+fn a_growing_push_ends_at_the_fit_of_the_complete_push() {
+    for seed in 0..6 {
+        let push = &World::of(locked()).pushes(1, seed)[0];
+        let mut online = Online::new(nominal(), OnlineOptions { starts: 2, ..OnlineOptions::default() });
+        let end = push.pose.len();
+        for share in 6..=40 {
+            let mut so_far = push.clone();
+            so_far.pose.truncate(end * share / 40);
+            so_far.motion_cache = Default::default();
+            online.peek(&one(&so_far)).unwrap();
+        }
+        let found = batch(std::slice::from_ref(push));
+        let off = distance(&online, &found);
+        assert!(off < 1.0, "seed {seed}: {off}");
+        // The same wheel rotated by a quarter turn is no second mode.
+        assert_eq!(online.hypotheses(), 1, "seed {seed}");
+        assert!(online.estimate().iter().all(|e| e.identified), "seed {seed}: {:?}", online.estimate());
+    }
+}

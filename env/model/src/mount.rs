@@ -74,7 +74,7 @@ impl<T: Real> Mount<T> {
     }
 
     /// Rotate a vector from object axes to tracked axes.
-    fn to_tracked_axes(&self, [x, y]: [T; 2]) -> [T; 2] {
+    fn to_tracked_axes(self, [x, y]: [T; 2]) -> [T; 2] {
         [self.cos * x + self.sin * y, self.cos * y - self.sin * x]
     }
 }

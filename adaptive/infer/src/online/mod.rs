@@ -12,9 +12,10 @@ mod quadratic;
 
 use crate::fit::{canonical, continuation, on_circle};
 use crate::search::search_starts;
-use crate::{Coordinates, Estimate, FitOptions, InferError, Likelihood, Quiet};
+use crate::{Coordinates, Estimate, FitOptions, InferError, Likelihood, Quiet, Target};
 use hypothesis::{Hypothesis, Setting};
 use nalgebra::{DMatrix, DVector};
+use std::collections::BTreeSet;
 use trundle_model::{Model, Posterior};
 
 /// Settings of recursive estimation.
@@ -130,20 +131,23 @@ impl Online {
         push: &dyn Likelihood,
         known: Vec<Hypothesis>,
     ) -> Result<(Vec<Hypothesis>, usize), InferError> {
-        let grown = self.pushes == 0 && self.peeks.is_power_of_two();
-        if !known.is_empty() && !grown {
+        if self.pushes > 0 {
             return Ok((known, self.options.steps));
+        }
+        // Two descriptions of the same wheel are one mode.
+        let target = Target::new(push, &self.model, &BTreeSet::new())?;
+        let mode = |z: Vec<f64>| Hypothesis::at(DVector::from_vec(canonical(&target, &z).unwrap_or(z)));
+        let mut modes: Vec<Hypothesis> =
+            known.into_iter().map(|known| mode(known.z.as_slice().to_vec())).collect();
+        if !modes.is_empty() && !self.peeks.is_power_of_two() {
+            return Ok((modes, self.options.steps));
         }
         let options =
             FitOptions { starts: self.options.starts, seed: self.options.seed, ..FitOptions::default() };
         let continuation = continuation(push, &self.model, &options)?;
         let (points, _) = search_starts(&continuation, &[], &options, &Quiet)?;
-        // Two descriptions of the same wheel are one mode.
-        let canonicalised =
-            |z: Vec<f64>| continuation.last().and_then(|target| canonical(target, &z)).unwrap_or(z);
-        let points = points.into_iter().take(MAX_MODES).map(canonicalised);
-        let modes = points.map(|z| Hypothesis::at(DVector::from_vec(z)));
-        Ok((known.into_iter().chain(modes).collect(), MAX_FIRST_STEPS))
+        modes.extend(points.into_iter().take(MAX_MODES).map(mode));
+        Ok((modes, MAX_FIRST_STEPS))
     }
 
     /// Linearises one earlier push again at each mode, in rotation.
