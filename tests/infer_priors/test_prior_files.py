@@ -107,8 +107,14 @@ def test_an_informative_prior_pulls(folder: Path) -> None:
 @pytest.mark.parametrize(
     ("prior", "words"),
     [
-        ('[body]\nmass = { distribution = "normal", mean = 60, sd = 1 }', ["body.mass", "below its prior range [56, 64] kg"]),
-        ('[body]\nmass = { distribution = "uniform", low = 1, high = 15 }', ["body.mass", "above its prior range"]),
+        (
+            '[body]\nmass = { distribution = "normal", mean = 60, sd = 1 }',
+            ["body.mass", "below its prior range [56, 64] kg"],
+        ),
+        (
+            '[body]\nmass = { distribution = "uniform", low = 1, high = 15 }',
+            ["body.mass", "above its prior range"],
+        ),
         (
             '[viscous_wheel]\nx = { distribution = "uniform", low = 0.1, high = 0.6 }',
             ["viscous_wheel.x", "below its prior range"],
