@@ -1,4 +1,4 @@
-//! Actions from Python: numbers in [-1, 1], as many for each environment as its kind of action has.
+//! Actions from Python: numbers in [-1, 1], as many as the action mode needs.
 
 use numpy::{PyArray1, PyArrayMethods, PyReadonlyArray1, PyReadonlyArray2};
 use pyo3::prelude::*;

@@ -1,4 +1,4 @@
-//! Transitions, regressions and object files in Python.
+//! Transitions, regression baselines and object files in Python.
 
 use std::path::PathBuf;
 

@@ -1,4 +1,4 @@
-//! The one Python exception for input that cannot be used, and the gate through which work runs.
+//! The Python exception for unusable input, and the gate through which all work runs.
 
 use std::fmt::Display;
 use std::panic::{AssertUnwindSafe, catch_unwind};

@@ -1,4 +1,4 @@
-//! What the data hold, and profiles, in Python.
+//! Identifiability and profiles in Python.
 
 use pyo3::prelude::*;
 use serde_json::{Value, json};

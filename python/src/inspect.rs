@@ -1,4 +1,4 @@
-//! Recordings looked into: figures, findings, prepared and smoothed streams.
+//! Inspection of recordings: summary, findings, prepared and smoothed streams.
 
 use numpy::{IntoPyArray, PyArrayMethods};
 use pyo3::prelude::*;

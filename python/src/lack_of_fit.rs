@@ -1,4 +1,4 @@
-//! Whether a fit explains its data, and intervals that include model error where it does not.
+//! Lack-of-fit test of a fit, and intervals that include model error.
 
 use serde_json::{Value, json};
 use trundle_diagnose::{FitCheck, check_fit};

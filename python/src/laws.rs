@@ -1,4 +1,4 @@
-//! A model's laws for another simulator: what they do in one of its steps; and draws of its posterior.
+//! A model's laws for other simulators, and draws of its posterior.
 
 use std::collections::BTreeMap;
 

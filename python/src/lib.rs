@@ -1,4 +1,4 @@
-//! The PyO3 border: conversion only, one file a topic.
+//! The PyO3 border: conversions only, one file per topic.
 use pyo3::prelude::*;
 
 mod actions;

@@ -1,4 +1,4 @@
-//! The likelihood that a caller chose, over one or several recordings, and who simulates in it.
+//! The likelihood that a caller chooses, over one or several recordings.
 
 use pyo3::prelude::*;
 use trundle_infer::{

@@ -1,4 +1,4 @@
-//! The estimate that is kept up to date, in Python.
+//! Online estimation in Python.
 
 use std::sync::Arc;
 

@@ -83,7 +83,7 @@ impl PyPushing {
         Ok(Self { options: options.to_owned(), task: PushTask::new(parsed).map_err(refused)? })
     }
 
-    /// What a full action stands for.
+    /// The wrench or velocity of a full action.
     #[getter]
     fn full(&self) -> Vec<f64> {
         self.task.options().action.full_scale().to_vec()
@@ -123,8 +123,8 @@ impl PyPushing {
         grasp: Option<[f64; 2]>,
         same_object: bool,
     ) -> PyResult<Observation<'py>> {
-        let told = ResetOptions { start, goal, grasp, same_object };
-        run_here(py, || self.task.reset(seed, &told))?;
+        let options = ResetOptions { start, goal, grasp, same_object };
+        run_here(py, || self.task.reset(seed, &options))?;
         Ok(self.observe(py))
     }
 
@@ -278,10 +278,10 @@ impl PyBatch {
         grasp: Option<[f64; 2]>,
         same_object: bool,
     ) -> PyResult<()> {
-        let told = ResetOptions { start, goal, grasp, same_object };
-        let told: Vec<_> = seeds.into_iter().map(|seed| seed.map(|(seed,)| (seed, told.clone()))).collect();
+        let options = ResetOptions { start, goal, grasp, same_object };
+        let options: Vec<_> = seeds.into_iter().map(|seed| seed.map(|(seed,)| (seed, options.clone()))).collect();
         let rows = slice(&mut observations)?;
-        run_here(py, || self.batch.reset(&told, rows))
+        run_here(py, || self.batch.reset(&options, rows))
     }
 
     #[getter]

@@ -1,4 +1,4 @@
-//! What there is to see of a pushing task, and what an oracle knows.
+//! Views of a pushing task for pictures and oracles.
 
 use pyo3::prelude::*;
 use pyo3::types::PyDict;

@@ -1,4 +1,4 @@
-//! A caller's own simulator in the place of the laws.
+//! A caller's simulator in place of the laws.
 
 use std::sync::Mutex;
 

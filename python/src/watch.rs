@@ -1,4 +1,4 @@
-//! Progress to a Python callable, and Ctrl-C from it.
+//! Progress reports to a Python callable, and Ctrl-C from Python.
 
 use std::sync::Mutex;
 use std::sync::atomic::{AtomicBool, Ordering};

@@ -1,4 +1,4 @@
-"""An agent that learns how an object moves while it pushes it to a goal."""
+"""An agent that estimates how an object moves while it pushes it to a goal."""
 
 from __future__ import annotations
 
@@ -55,53 +55,52 @@ class Pushable(Protocol):
 
 
 class AdaptiveAgent:
-    """Push, fit, replan: an agent for `trundle.envs.Push`'s tasks and environments with their spaces.
+    """Adaptive agent for `trundle.envs.Push`'s tasks and environments with the same spaces.
 
-    It begins with a belief about the object (by default that it is uniform and rolls freely), plans pushes
-    on it by MPPI, fits the paper's model to the episode so far after each push, and goes on planning on
-    what was found. Where it matters which of the models that the posterior allows is true, plans are made for
-    several of them together, and it fits before each action. An object that is about to be lost it brakes,
-    whatever the model says. All that it uses is in the observations, unless it is to see the outline.
+    The agent starts from a model of the object (by default uniform and rolling freely), plans pushes on it with
+    MPPI, keeps an online estimate of the paper's model, and replans. While it matters which of the models that
+    the posterior allows is true, it plans for several of them and updates the estimate before each action. It
+    brakes an object that is about to leave the workspace, whatever the model predicts. Its only input are the
+    observations, unless `outline` is set.
 
-    An agent has the `predict` of stable-baselines3's algorithms, so that
-    `stable_baselines3.common.evaluation.evaluate_policy` runs it, on vectorised environments too.
+    `predict` has the signature of stable-baselines3's algorithms, so that
+    `stable_baselines3.common.evaluation.evaluate_policy` runs the agent, on vectorised environments too.
 
     Parameters
     ----------
     env : gymnasium.Env
-        Asked for the action space and scale, and for what is known of the object. Its action is "wrench", or
-        "regrasp": then the agent also chooses where to hold.
+        Provides the action space and scale, and what is known of the object. Its action is "wrench", or
+        "regrasp": then the agent also chooses the grasp.
     model : Model, optional
-        Belief at the start of an episode, with all values given.
+        Model at the start of an episode, with all values given.
     mass : float
-        Mass of the default belief, kg, where the environment does not tell it.
+        Mass of the default model, kg, if the environment does not provide it.
     adapt : bool
-        False: keep to the first belief.
+        False: keep the first model.
     learner : {"filter", "shooting", "linear", "local"}
-        How it learns: the paper's model under the default likelihood, or under eq. 8 of the paper; linear or
-        locally weighted regression in the place of a model.
+        The paper's model under the default likelihood (online) or under eq. 8 of the paper; linear or locally
+        weighted regression instead of a model.
     diagnose : bool
-        Where the model predicts worse than noise explains, ask the diagnoser which law is missing, and go on
-        with the laws that it names; where it vouches for none, with the best that it tried, if that predicts
-        better.
+        If the model predicts worse than the noise explains, diagnose which effects are missing, and continue
+        with the named ones; if none is named, with the best fitted candidate, if that predicts better.
     probe : bool
-        Begin with several suspicions (the object rolls freely, or a wheel near any one corner is locked), and
-        where it would be worth while to know which model is true, prefer pushes that tell (dual control).
+        Start with several models (the object rolls freely, or a wheel near any one corner is locked), and while
+        the value of information is large, prefer pushes that distinguish them (dual control).
     outline : bool
-        Where objects vary, begin with an object's true outline, as a camera would see it, instead of the box
-        that observations tell. Of one environment at a time.
+        If objects vary, start with the true outline, as a camera would see it, instead of the box in the
+        observations. For one environment at a time.
     push : float
-        Time from one fit to the next, s, where little hangs on it.
+        Time between two updates, s, once little depends on them.
     pushes : int, optional
-        After so many times that long it learns no more; None: it goes on learning.
+        Number of such intervals after which learning stops; None: it never stops.
     starts : int
-        Random starts of each fit.
+        Random starts of each search.
     period : float, optional
-        Time between two actions, s; None: what the environment says (`control`), or 0.05.
+        Time between two actions, s; None: the environment's `control`, or 0.05.
     rise : float
         Time in which the arm reaches an action, s.
     seed : int
-        Of plans and fits: the same observations give the same actions.
+        Seed of plans and searches: the same observations give the same actions.
     **planner
         Settings of `trundle.Planner`.
 

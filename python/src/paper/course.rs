@@ -1,4 +1,4 @@
-//! The open-loop task: a way around an obstacle is planned once on a model, and carried out blind on the object.
+//! The open-loop task: a path around an obstacle is planned once on a model and executed without feedback.
 
 use pyo3::prelude::*;
 use pyo3::types::PyDict;

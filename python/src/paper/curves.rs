@@ -1,4 +1,4 @@
-//! Learning curves (Fig. 6 and 8): how well a learner predicts noise-free pushes after so many noisy ones.
+//! Learning curves (Figs. 6 and 8): prediction of noise-free pushes after a number of noisy ones.
 
 use pyo3::prelude::*;
 use rand::SeedableRng;

@@ -1,4 +1,4 @@
-//! What learns from transitions: physics-based regression, and the paper's two baselines.
+//! Learners from transitions: physics-based regression and the paper's two baselines.
 
 use trundle_infer::{
     BaselineError, Features, FitOptions, InferError, Linear, Local, Predictor, Shooting, Transition, Watch,
@@ -53,7 +53,7 @@ pub(super) enum Learner {
     Local(Features),
 }
 
-/// What physics-based regression is told: the form of the model, and how many random starts it has.
+/// Input of physics-based regression: the form of the model, and the number of random starts.
 pub(super) struct Given<'a> {
     pub(super) form: &'a Model,
     pub(super) starts: usize,

@@ -1,4 +1,4 @@
-//! The inner loops of `trundle.experiments.paper`: learning curves of transitions, and pushes planned once and carried out blind.
+//! Inner loops of `trundle.experiments.paper`: learning curves, and open-loop pushes.
 
 mod course;
 mod curves;
