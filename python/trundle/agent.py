@@ -57,11 +57,11 @@ class Pushable(Protocol):
 class AdaptiveAgent:
     """Adaptive agent for `trundle.envs.Push`'s tasks and environments with the same spaces.
 
-    The agent starts from a model of the object (by default uniform and rolling freely), plans pushes on it with
-    MPPI, keeps an online estimate of the paper's model, and replans. While it matters which of the models that
-    the posterior allows is true, it plans for several of them and updates the estimate before each action. It
-    brakes an object that is about to leave the workspace, whatever the model predicts. Its only input are the
-    observations, unless `outline` is set.
+    The agent starts from a model of the object (by default uniform and rolling freely), plans pushes on it
+    with MPPI, keeps an online estimate of the paper's model, and replans. While it matters which of the models
+    that the posterior allows is true, it plans for several of them and updates the estimate before each action.
+    It brakes an object that is about to leave the workspace, whatever the model predicts. Its only input are
+    the observations, unless `outline` is set.
 
     `predict` has the signature of stable-baselines3's algorithms, so that
     `stable_baselines3.common.evaluation.evaluate_policy` runs the agent, on vectorised environments too.
@@ -84,8 +84,8 @@ class AdaptiveAgent:
         If the model predicts worse than the noise explains, diagnose which effects are missing, and continue
         with the named ones; if none is named, with the best fitted candidate, if that predicts better.
     probe : bool
-        Start with several models (the object rolls freely, or a wheel near any one corner is locked), and while
-        the value of information is large, prefer pushes that distinguish them (dual control).
+        Start with several models (the object rolls freely, or a wheel near any one corner is locked), and
+        while the value of information is large, prefer pushes that distinguish them (dual control).
     outline : bool
         If objects vary, start with the true outline, as a camera would see it, instead of the box in the
         observations. For one environment at a time.
