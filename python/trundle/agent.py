@@ -58,10 +58,10 @@ class AdaptiveAgent:
     """Adaptive agent for `trundle.envs.Push`'s tasks and environments with the same spaces.
 
     The agent starts from a model of the object (by default uniform and rolling freely), plans pushes on it
-    with MPPI, keeps an online estimate of the paper's model, and replans. While it matters which of the models
-    that the posterior allows is true, it plans for several of them and updates the estimate before each action.
-    It brakes an object that is about to leave the workspace, whatever the model predicts. Its only input are
-    the observations, unless `outline` is set.
+    with MPPI, keeps an online estimate of the paper's model, and replans. While it matters which of the
+    models that the posterior allows is true, it plans for several of them and updates the estimate before
+    each action. It brakes an object that is about to leave the workspace, whatever the model predicts. Its
+    only input are the observations, unless `outline` is set.
 
     `predict` has the signature of stable-baselines3's algorithms, so that
     `stable_baselines3.common.evaluation.evaluate_policy` runs the agent, on vectorised environments too.
