@@ -279,7 +279,8 @@ impl PyBatch {
         same_object: bool,
     ) -> PyResult<()> {
         let options = ResetOptions { start, goal, grasp, same_object };
-        let options: Vec<_> = seeds.into_iter().map(|seed| seed.map(|(seed,)| (seed, options.clone()))).collect();
+        let options: Vec<_> =
+            seeds.into_iter().map(|seed| seed.map(|(seed,)| (seed, options.clone()))).collect();
         let rows = slice(&mut observations)?;
         run_here(py, || self.batch.reset(&options, rows))
     }
