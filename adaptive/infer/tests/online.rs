@@ -113,13 +113,13 @@ fn before_any_push_nothing_is_identified_and_after_one_at_rest_neither() {
 
 #[test]
 fn a_growing_push_ends_at_the_fit_of_the_complete_push() {
-    for seed in 0..6 {
+    for seed in 0..8 {
         let push = &World::of(locked()).pushes(1, seed)[0];
-        let mut online = Online::new(nominal(), OnlineOptions { starts: 2, ..OnlineOptions::default() });
+        let mut online = Online::new(nominal(), OnlineOptions { starts: 1, ..OnlineOptions::default() });
         let end = push.pose.len();
-        for share in 6..=40 {
+        for share in 7..=80 {
             let mut so_far = push.clone();
-            so_far.pose.truncate(end * share / 40);
+            so_far.pose.truncate(end * share / 80);
             so_far.motion_cache = Default::default();
             online.peek(&one(&so_far)).unwrap();
         }
